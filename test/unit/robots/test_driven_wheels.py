@@ -428,3 +428,9 @@ def test_a_commanded_swivel_steers_and_a_free_one_is_a_caster():
     assert described(text).left.joint == 'left_wheel_joint'
     commanded = transmission('swivel', 'PositionJointInterface')
     assert "joint 'swivel' turns wheel 'front'" in complaint_about(text.replace('</robot>', f'{commanded}</robot>'))
+
+
+def test_two_coaxial_wheels_drive_without_any_hint():
+    description = described(robot(base(), pair(names=('a', 'b')), ball('front', 0.1)))
+    assert (description.left.joint, description.right.joint) == ('a_joint', 'b_joint')
+    assert found(description, 'left wheel joint') == ('a_joint', 'geometry')

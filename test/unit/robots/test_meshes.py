@@ -4,7 +4,9 @@ import pytest
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.description import Box, Cylinder, Mesh, Shape, Sphere
 from diff_encoder_sim.robots.meshes import (
+    file_corners_m,
     in_words,
+    is_listed,
     link_corners_m,
     listed_mesh,
     mesh_hull,
@@ -216,3 +218,16 @@ def no_file(_uri):
 def test_corners_in_the_link_are_scaled_then_turned_then_moved():
     shape = mesh_shape(listed_mesh('a.stl', np.array([[1.0, 0, 0]])), 2.0, (0, 0, 3), (0, 0, np.pi / 2))
     assert link_corners_m(shape, 'my.urdf', no_file) == pytest.approx(np.array([[0, 2, 3]]))
+
+
+def test_a_box_that_is_modelled_along_its_own_axes_keeps_them(tmp_path):
+    hull = hull_of(tmp_path, CUBE_CORNERS * [3, 1, 0.5], rpy_rad=(0, 0, 0.5))
+    assert hull.geometry == Box((6, 2, 1))
+    assert hull.pose_in_link == pytest.approx(pose(rpy_rad=(0, 0, 0.5)))
+
+
+def test_listed_corners_keep_all_their_digits():
+    corners_m = random_rotation(np.random.default_rng(11)) / 3
+    uri = listed_mesh('package://p/meshes/a.stl', corners_m)
+    assert is_listed(uri)
+    assert (file_corners_m(uri, 'my.urdf', no_file) == corners_m).all()

@@ -104,3 +104,8 @@ def test_workers_get_a_robot_without_it():
     text = self_contained_urdf(usual(housing('case')), 'made.urdf', lambda uri: None)
     assert 'housing.stl' not in text
     assert described(text).footprint == described(usual(housing('case'))).footprint
+
+
+def test_so_must_the_only_shape_of_a_robot():
+    with pytest.raises(ConfigError, match="link 'case': collision mesh"):
+        described(robot(base(body='').replace('<geometry></geometry>', ''), pair(), housing('case')))

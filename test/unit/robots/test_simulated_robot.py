@@ -413,3 +413,9 @@ def test_what_is_not_right_in_it_makes_a_urdf_unsound(old, new):
 @pytest.mark.parametrize('name', list(RECIPES))
 def test_robots_as_people_write_them_are_not_sound(name, tmp_path):
     assert sound_wheels(parse_urdf(urdf_of(RECIPES[name], tmp_path), 'robot'), LEFT, RIGHT) is None
+
+
+def test_all_else_stays(find):
+    robot = ElementTree.fromstring(self_contained_urdf(URDF, 'my.urdf', find))
+    assert robot.find('link/visual/geometry/mesh').get('filename') == 'package://p/seen.dae'
+    assert robot.find('gazebo/plugin/x').text == '1'

@@ -293,3 +293,8 @@ def test_lines_are_those_of_the_file(tmp_path):
 )
 def test_what_could_do_harm_is_refused(tmp_path, content, text):
     assert text in refused_robot_xml(tmp_path, content)
+
+
+def test_an_encoding_that_is_declared_is_used(tmp_path):
+    name = '<?xml version="1.0" encoding="iso-8859-1"?><robot name="Gr\u00fcn"/>'.encode('latin-1')
+    assert read(tmp_path, name).get('name') == 'Gr\u00fcn'

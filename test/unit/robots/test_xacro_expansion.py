@@ -243,3 +243,8 @@ def test_the_root_link_has_no_inertia(tmp_path):
 def test_a_robot_with_an_argument_for_it_stays_as_its_author_wrote_it():
     with_argument = ALTO_DISPLAY_URDF._replace(arguments=(('root_inertia', 'false'),))
     assert display_urdf(ALTO_DISPLAY_URDF, WHEELS) == expand(with_argument)
+
+
+def test_the_text_does_not_depend_on_the_folder(tmp_path):
+    one, two = (write(tmp_path / name / 'r.xacro', '<xacro:property name="x" value="1"/>') for name in 'ab')
+    assert expand(RobotSource(one)) == expand(RobotSource(two))

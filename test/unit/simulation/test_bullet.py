@@ -39,7 +39,10 @@ def run(folder, *arguments):
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize('arguments', ['check-robot burger', 'campaign --config quick --out results'])
+@pytest.mark.parametrize(
+    'arguments',
+    ['check-robot burger', 'campaign --config quick --out results', 'advise --tolerance 0.05 --out results'],
+)
 def test_a_command_that_simulates_says_in_one_line_what_to_install(arguments, tmp_path):
     done = run(tmp_path, *arguments.split())
     assert done.returncode == 1
