@@ -76,9 +76,3 @@ def test_other_results_are_shown_beside(tmp_path, capsys):
     analyze.main([str(tmp_path / 'a'), '--beside', str(tmp_path / 'b')])
     assert '\n1 trials beside 2\n' in capsys.readouterr().out
     assert 'no such bag' in refusal(tmp_path / 'a', '--beside', tmp_path / 'c')
-
-
-def test_the_help_has_an_example(capsys):
-    with pytest.raises(SystemExit) as caught:
-        analyze.main(['--help'])
-    assert caught.value.code == 0 and 'analyze results/paper' in capsys.readouterr().out

@@ -22,7 +22,9 @@ TOOLS = {
     'map_saver': 'ros.maps:map_saver',
     'place_robot': 'ros.external_programs:place_robot',
 }
+
 COMMANDS = sorted(name for name, module in TOOLS.items() if module.startswith('cli.'))
+
 START = r"^run_command\('(\w+)', '([\w.:]+)'(?:, LaunchStatus\(\))?\)$"
 
 # Each takes a part of a second to import.
@@ -40,7 +42,9 @@ SLOW = (
     'PIL',
     'rospy',
 )
+
 REPORT = f'import atexit, sys; atexit.register(lambda: print([name for name in {SLOW} if name in sys.modules]))'
+
 RUN = f'{REPORT}; import runpy; sys.argv = sys.argv[1:]; runpy.run_path(sys.argv[0], run_name="__main__")'
 
 
@@ -91,19 +95,6 @@ def test_help_describes_every_option_and_has_an_example(name, printed, monkeypat
     assert all(len(line) <= 100 for line in text.split('\nexamples:')[0].splitlines())
     for option in re.findall(r'^  (?:-\w(?: \w+)?, )?(--?[\w-]+)(.*(?:\n {6,}.*)?)', text, re.MULTILINE):
         assert len(re.sub(r'[A-Z|_]+', '', option[1]).split()) >= 2, option
-
-
-@pytest.mark.parametrize('name', [*COMMANDS, 'amcl_node'])
-def test_help_does_without_docstrings(name):
-    """`python -OO` removes them."""
-    if name == 'amcl_node':
-        pytest.importorskip('rospy')
-    command = [sys.executable, '-OO', str(ROOT / 'scripts' / name), '--help']
-    # The caller's PYTHONPATH first: the devel space finds the generated modules.
-    places = [os.environ.get('PYTHONPATH', ''), *sys.path]
-    environment = {**os.environ, 'PYTHONPATH': os.pathsep.join(filter(None, places))}
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-    assert done.returncode == 0 and name in done.stdout, done.stderr
 
 
 @pytest.fixture(name='python')

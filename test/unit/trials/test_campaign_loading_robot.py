@@ -11,6 +11,7 @@ from diff_encoder_sim.trials.campaign_loading import load_campaign
 from urdf_texts import usual
 
 ALTO = ROOT / 'config' / 'robots' / 'alto.yaml'
+
 URDF = ROOT / 'urdf' / 'alto.urdf.xacro'
 
 
@@ -59,27 +60,6 @@ def test_what_a_campaign_sets_comes_before_the_robots(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ('overrides', 'texts'),
-    [
-        (
-            {'config__wheel_diametre': 0.2},
-            ['robot.yaml', 'config.wheel_diametre', "did you mean 'config.wheel_diameter'"],
-        ),
-        ({'config__wheel_diameter': -1.0}, ['wheel_diameter', '-1.0', '0.001 to 100 [m]']),
-        (
-            {'config__left_joint': 'left', 'simulator__left_joint': 'left'},
-            ["given 'left' as left wheel joint, which is missing"],
-        ),
-    ],
-)
-def test_a_bad_number_is_named(tmp_path, overrides, texts):
-    with pytest.raises(ConfigError) as error:
-        campaign(robot_file(tmp_path, **overrides))
-    for text in texts:
-        assert text in str(error.value)
-
-
-@pytest.mark.parametrize(
     ('content', 'text'),
     [
         ('urdf: 3', 'urdf: given 3'),
@@ -116,15 +96,6 @@ def test_only_closed_loop_trials_need_a_laser(tmp_path):
     ):
         (warning,) = [text for text in taken.robot.warnings if 'laser' in text]
         assert 'laser: {parent: base_link, xyz: ' in warning
-
-
-@pytest.mark.parametrize('name', ['burger', 'kobuki'])
-def test_a_robot_that_comes_with_the_package_is_taken_by_name(name):
-    taken = campaign(name)
-    assert taken.robot.name in (name, f'turtlebot3_{name}')
-    (cell, *_) = taken.cells
-    assert cell.robot_params.odometry.wheel_separation != 0.4
-    assert {row.quantity for row in taken.robot.found} >= {'wheel diameter [m]', 'mass [kg]'}
 
 
 def test_a_test_is_driven_no_faster_than_the_robot(tmp_path):

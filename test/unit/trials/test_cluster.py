@@ -44,13 +44,3 @@ def test_a_file_of_tls_that_is_missing_is_named(tmp_path):
     cert.write_text('')
     with pytest.raises(ConfigError, match=r'^--tls-key: given .*key.pem.: No such file or directory; allowed: a file$'):
         TlsFiles(cert, cert, tmp_path / 'key.pem').security()
-
-
-def test_files_that_are_no_certificates_are_one_line(tmp_path):
-    path = tmp_path / 'cert.pem'
-    path.write_text('not a certificate')
-    with pytest.raises(
-        ConfigError, match='^--tls-ca, --tls-cert, --tls-key: given .*; allowed: certificates'
-    ) as caught:
-        TlsFiles(path, path, None).security()
-    assert '\n' not in str(caught.value)

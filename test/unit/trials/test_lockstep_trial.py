@@ -114,8 +114,3 @@ def test_latencies_delay_what_they_say(tmp_path):
 def test_what_needs_the_live_graph_is_refused():
     with pytest.raises(ConfigError, match='nav upstream.*allowed: encoder; embedded or scripted'):
         lockstep(HALL, nav='upstream')
-
-
-def test_how_it_ended_is_not_known_before():
-    with pytest.raises(RuntimeError, match='not ended'):
-        _ = lockstep(HALL).ending

@@ -64,12 +64,6 @@ def test_what_was_done_before_counts_but_not_for_speed():
     assert progress.text() == '6 of 10 trials, 1 failed, 1 worker, 12 x real time, about 01:00 left'
 
 
-def test_a_campaign_that_is_done_has_nothing_to_wait_for():
-    _, stream, progress = lines_of(1, [row()])
-    assert stream.getvalue() == ''
-    assert progress.text() == '1 of 1 trials, 0 failed, 0 workers, about 00:00 left'
-
-
 def test_lines_come_every_tenth_of_the_trials():
     _, stream, progress = lines_of(200)
     progress.tick(1)
@@ -84,13 +78,6 @@ def test_lines_come_every_thirty_seconds_when_trials_are_slow():
     for clock.now_s in range(100):
         progress.tick(3)
     assert stream.getvalue().count('0 of 1000 trials, 0 failed, 3 workers, about 00:20 left\n') == 4
-
-
-def test_the_last_trial_has_a_line():
-    _, stream, progress = lines_of(11)
-    for _ in range(11):
-        progress.add(row())
-    assert stream.getvalue().splitlines()[-1].startswith('11 of 11 trials')
 
 
 def test_a_terminal_gets_a_bar_with_the_same_text():

@@ -55,33 +55,3 @@ def test_whatever_the_reason_says_the_row_stays_a_line(campaign, reason):
     line = csv_line(fields_of(row))
     assert line.count(b'\n') == 1 and len(line.splitlines()) == 1 and b'\0' not in line
     assert row_of(csv_fields(line), [NOISE]).identity() == row.identity()
-
-
-@pytest.mark.parametrize(('text', 'cell'), [('=1+1', "'=1+1"), ('@x', "'@x"), ("'=1", "''=1"), ('-0.5', '-0.5')])
-def test_no_cell_is_a_formula_of_a_spreadsheet(campaign, text, cell):
-    row = row_of_job(campaign, campaign.jobs()[0])._replace(test=text, varied=((NOISE, text),), reason=text)
-    line = csv_line(fields_of(row))
-    assert line.decode().split(',').count(cell) == 3
-    assert row_of(csv_fields(line), [NOISE]) == row
-
-
-def test_the_types_of_other_libraries_numbers_do_not_show(campaign):
-    numpy = pytest.importorskip('numpy')
-    job = campaign.jobs()[0]
-    row = row_of_job(
-        campaign,
-        job,
-        errors={PoseSource.ODOM: tuple(numpy.array([0.1, 0.2, 0.3]))},
-        duration_s=numpy.float64(0.1),
-        wall_time_s=numpy.float64(2),
-    )
-    assert b'float' not in csv_line(fields_of(row))
-
-
-@pytest.mark.parametrize('change', [{'outcome': 'won'}, {'trial': 'one'}, {'duration_s': ''}, {'odom_x_m': ''}])
-def test_fields_that_are_no_row_are_refused(campaign, change):
-    fields = dict(zip(header([NOISE]), fields_of(row_of_job(campaign, campaign.jobs()[0]))))
-    with pytest.raises(ValueError):
-        row_of(list({**fields, **change}.values()), [NOISE])
-    with pytest.raises(ValueError):
-        row_of(list(fields.values())[:-1], [NOISE])

@@ -30,11 +30,6 @@ def test_a_torn_line_is_no_line(tmp_path, rows):
     assert [row for _, row in table.rows()] == rows[:1]
 
 
-def test_nothing_is_appended_to_a_table_that_is_not_open(tmp_path, rows):
-    with pytest.raises(ValueError, match='not open'):
-        TrialsTable(tmp_path / 'trials.csv', [NOISE]).append(rows[0])
-
-
 @pytest.mark.parametrize(
     'damage',
     [

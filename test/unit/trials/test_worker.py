@@ -16,6 +16,7 @@ from diff_encoder_sim.trials.trial_run import TrialResult
 from diff_encoder_sim.trials.worker import PlacedJob, ResultsFolder, run_jobs
 
 BAG = 'bags/SL_40_002.bag'
+
 ERRORS = {
     PoseSource.ODOM: Pose2D(0.1, 0.2, 0.3),
     PoseSource.AMCL: None,
@@ -100,9 +101,3 @@ def test_a_full_disk_names_the_bag(campaign, results, tmp_path):
     with pytest.raises(OSError) as caught:
         run_jobs(campaign, [PlacedJob(campaign.jobs()[1], BAG)], results, full_disk, tmp_path / 'scratch')
     assert 'SL_40_002.bag' in caught.value.filename
-
-
-def test_a_folder_that_cannot_be_written_is_not_shared(results, monkeypatch):
-    assert results.is_shared()
-    monkeypatch.setattr(os, 'access', lambda path, mode: False)
-    assert not results.is_shared()

@@ -1,20 +1,21 @@
 """Recorded counts of a trial: where they wrap and restart, and what the user is told of them."""
 
-import logging
 import struct
 
 import numpy as np
 import pytest
 
-from diff_encoder_sim.cli.reencode import _OnceFilter
 from diff_encoder_sim.wheels.encoder_params import wrap_count
 from reencoding_drives import ROS1, START_NS, angles_rad, write_ros1
 from reencoding_runs import contents, run, samples_of
 from trial_bags import trial
 
 PPR = 1024
+
 ANGLES_RAD = angles_rad(2001)
+
 ROWS = samples_of(ANGLES_RAD, PPR)
+
 TURNED = (ANGLES_RAD[-1] - ANGLES_RAD[0]) / (2.0 * np.pi)  # left, right
 
 
@@ -96,14 +97,3 @@ def test_a_counter_other_than_the_recorded_one_is_told(tmp_path, capsys):
     config.write_text('counter_modulus: 65536\n')
     run(bag, '--ppr', '64', '--config', config)
     assert f'counts wrap at 65536: {config}; they did at 512 in the recorded trial' in capsys.readouterr().err
-
-
-def test_warnings_of_one_kind_are_one_line_and_a_count():
-    once = _OnceFilter()
-
-    def passes(text, *numbers):
-        return once.filter(logging.LogRecord('', logging.WARNING, '', 0, text, numbers, None))
-
-    assert [passes('%d pulses: restart', count) for count in (7, 8, 8, 9)] == [True, False, False, False]
-    assert [passes('stamps went back') for _ in range(3)] == [True, False, False]
-    assert list(once.left_out()) == ['2 more such as "7 pulses: restart"']

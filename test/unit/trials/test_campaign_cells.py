@@ -1,7 +1,7 @@
 """What is checked before a campaign's trials."""
 
 from diff_encoder_sim.simulation.simulator import SimulatorParams
-from diff_encoder_sim.trials.campaign_cells import check_robot, unfit_tests
+from diff_encoder_sim.trials.campaign_cells import CampaignParams, check_robot, unfit_tests
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from places import ROOT, WORLDS
 
@@ -40,3 +40,36 @@ def test_the_self_check_is_of_the_robot_and_not_of_its_wheel_errors(tmp_path):
     params = SimulatorParams.from_mapping({'wheel_errors': {'left_radius_error': 0.02}}, '')
     checks = check_robot(campaign(tmp_path).robot.source, params)
     assert [check.name for check in checks if not check.is_ok] == []
+
+
+RATE, MISSED = 'config.rate', 'config.encoder.faults.missed'
+
+
+def params(**changes):
+    return CampaignParams.from_mapping({'name': 'a', 'tests': ['SL'], 'ppr': [40], **changes}, '')
+
+
+def test_without_varied_parameters_there_is_one_combination():
+    one = params(set={RATE: 10.0})
+    assert (one.varied_keys, list(one.combinations()), one.combination_count()) == ([], [()], 1)
+    assert one.values_of(()) == {RATE: 10.0}
+
+
+def test_variants_are_named_and_not_multiplied_by_each_other():
+    three = params(variants={'none': {}, 'missed': {MISSED: 0.01}, 'slow': {RATE: 5.0}}, set={RATE: 10.0})
+    assert three.varied_keys == ['variant'] and three.combination_count() == 3
+    combinations = list(three.combinations())
+    assert combinations == [(('variant', name),) for name in ('none', 'missed', 'slow')]
+    assert [three.values_of(varied) for varied in combinations] == [
+        {RATE: 10.0},
+        {RATE: 10.0, MISSED: 0.01},
+        {RATE: 5.0},
+    ]
+
+
+def test_variants_are_multiplied_by_what_else_is_varied():
+    four = params(variants={'none': {}, 'missed': {MISSED: 0.01}}, vary={'simulator.lidar.noise': [0.01, 0.03]})
+    assert four.varied_keys == ['simulator.lidar.noise', 'variant'] and four.combination_count() == 4
+    last = list(four.combinations())[-1]
+    assert last == (('simulator.lidar.noise', 0.03), ('variant', 'missed'))
+    assert four.values_of(last) == {'simulator.lidar.noise': 0.03, MISSED: 0.01}

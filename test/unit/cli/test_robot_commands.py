@@ -1,12 +1,101 @@
-"""The parameter /robot_settings: which of launch argument, user's file, robot file and URDF a value is from."""
+"""check_robot and robot_settings: what is found, whether it drives, the robot file, and settings of nodes."""
+
+import re
 
 import pytest
 import yaml
 
+from diff_encoder_sim.cli.check_robot import main as check
 from diff_encoder_sim.cli.robot_settings import main
+from diff_encoder_sim.robots.description import RobotSource
+from diff_encoder_sim.robots.xacro_expansion import expand
 from diff_encoder_sim.simulation.simulator import CONTACT_CURVE_NOISE
+from diff_encoder_sim.trials.robot_params import load_robot
 from places import ROOT
 from trial_bags import trial, write_bag
+
+KOBUKI = ROOT / 'urdf' / 'kobuki.urdf.xacro'
+
+
+def test_what_is_found_and_checked_is_printed_with_a_verdict(capsys):
+    check([str(KOBUKI)])
+    out = capsys.readouterr().out
+    assert 'wheel diameter [m]' in out and 'libgazebo_ros_diff_drive.so' in out
+    assert 'straight, forward' in out and 'NOT OK' not in out
+    assert out.splitlines()[-1] == 'kobuki: all checks are ok.'
+
+
+def test_a_robot_that_fails_ends_with_status_1_and_what_to_do(tmp_path, capsys):
+    weak = tmp_path / 'weak.yaml'
+    weak.write_text(yaml.safe_dump({'urdf': str(KOBUKI), 'set': {'simulator.drive.wheel_torque': 0.001}}))
+    with pytest.raises(SystemExit) as ended:
+        check([str(weak)])
+    assert 'weak.yaml: the robot fails its self-check: ' in str(ended.value.code)
+    out = capsys.readouterr().out
+    assert 'NOT OK' in out and 'a higher simulator.drive.wheel_torque' in out
+
+
+def test_the_written_file_means_the_same_robot(tmp_path, capsys):
+    path = tmp_path / 'robots' / 'mine.yaml'
+    check([str(KOBUKI), '--write', str(path)])
+    assert f'Written: {path}' in capsys.readouterr().out
+    written, found = (load_robot(str(each), tmp_path, ROOT, {}) for each in (path, KOBUKI))
+    assert written.settings == found.settings
+    assert written.description.left == found.description.left and written.description.right == found.description.right
+    assert written.description.footprint == found.description.footprint
+    text = path.read_text()
+    # AMCL takes less of a scan than the scanner gives.
+    assert re.search(r'amcl.laser_max_range: 3.5 +# \[m\]\n', text)
+    assert '# ppr: 90 ' in text and '# [m] libgazebo_ros_diff_drive.so' in text
+    assert not any(line != line.rstrip() for line in text.splitlines())
+
+
+def test_a_robot_without_a_laser_gets_one_from_its_robot_file(tmp_path, capsys):
+    blind, path = tmp_path / 'blind.urdf', tmp_path / 'blind.yaml'
+    urdf = expand(RobotSource(KOBUKI))
+    blind.write_text(urdf.replace('"laser"', '"box"'))
+    blind.write_text(re.sub(r'<sensor.*?</sensor>', '', blind.read_text(), flags=re.DOTALL))
+    check([str(blind), '--write', str(path)])
+    out = capsys.readouterr().out
+    assert 'straight, forward' in out and 'all checks are ok' in out
+    line = re.search(r'a robot file \(YAML\): (\{.*\})', out)[1]
+    assert yaml.safe_load(line)['laser']['parent'] == 'base_footprint'
+    text = path.read_text()
+    assert '# laser: {parent: base_footprint, xyz: [0.0, 0.0, 0.' in text
+    path.write_text(text.replace('# laser: ', 'laser: '))
+    check([str(path)])
+    assert 'all checks are ok' in capsys.readouterr().out
+
+
+def test_a_file_that_exists_is_not_overwritten(tmp_path):
+    path = tmp_path / 'mine.yaml'
+    path.write_text('mine')
+    with pytest.raises(SystemExit, match='--write: .*mine.yaml exists; allowed: the path of a new file'):
+        check([str(KOBUKI), '--write', str(path)])
+    assert path.read_text() == 'mine'
+
+
+def test_a_robot_file_keeps_what_its_user_knows(tmp_path):
+    path = tmp_path / 'copy.yaml'
+    check(['kobuki', '--write', str(path)])
+    content = yaml.safe_load(path.read_text())
+    assert content['ppr'] == pytest.approx(2578.333, abs=1e-3)
+    assert content['set']['config.counter_modulus'] == 65536
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'expected'),
+    [
+        (['nobody'], "given 'nobody', but there is no"),
+        ([str(KOBUKI), '--robot-arg', 'size'], "--robot-arg: given 'size'; allowed: name:=value"),
+        ([str(KOBUKI), '--packages', '/nowhere'], "packages: given '/nowhere'"),
+    ],
+)
+def test_mistakes_are_one_line(arguments, expected):
+    with pytest.raises(SystemExit) as ended:
+        check(arguments)
+    assert expected in str(ended.value.code) and '\n' not in str(ended.value.code)
+
 
 ALTO = ROOT / 'urdf' / 'alto.urdf.xacro'
 
@@ -114,7 +203,7 @@ def test_numbers_above_32_bits_are_text(settings, tmp_path):
         (['alto', '--config', '/nowhere.yaml'], '/nowhere.yaml: cannot be read'),
     ],
 )
-def test_mistakes_are_one_line(failure, arguments, expected):
+def test_mistakes_in_settings_are_one_line(failure, arguments, expected):
     assert expected in failure(*arguments)
 
 
@@ -151,9 +240,6 @@ def test_a_real_encoder_sets_all_that_the_parameter_server_can_hold(settings):
     assert config['encoder']['bits'] == 12 and config['encoder']['faults']['missed'] == 0.0
     assert config['counter_modulus'] == '4294967296' and config['ppr'] == {'left': 4096.0, 'right': 4096.0}
     assert None not in config['encoder'].values()
-
-
-# ---- what the covariance of /odom knows
 
 
 def test_simulated_wheels_tell_the_covariance(settings, tmp_path):

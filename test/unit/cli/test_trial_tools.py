@@ -1,0 +1,173 @@
+"""What tools that run trials check and print before and after them."""
+
+import argparse
+import json
+import os
+import signal
+from types import SimpleNamespace
+
+import pytest
+
+from campaign_files import small_campaign
+from diff_encoder_sim.api.campaigns import stop_reports, unrun_text, workers
+from diff_encoder_sim.api.notes import name_encoders, name_rates, name_stopping, name_stopping_of_trial, with_checks
+from diff_encoder_sim.base.command_line import run_trials_tool
+from diff_encoder_sim.base.errors import CampaignFault, ConfigError
+from diff_encoder_sim.cli.arguments import add_workers
+from diff_encoder_sim.trials.campaign_loading import load_campaign
+from diff_encoder_sim.trials.engine import UnrunTrial
+from diff_encoder_sim.trials.results import manifest_of
+from diff_encoder_sim.trials.robot_params import load_robot_params
+from places import CONFIG, ROOT
+
+
+def campaign(tmp_path, **overrides):
+    path = tmp_path / 'campaign.yaml'
+    settings = ', '.join(f'{key.replace("__", ".")}: {value}' for key, value in overrides.items())
+    path.write_text(f'{{name: c, tests: [DLD], ppr: [40], robot: kobuki, set: {{{settings}}}}}')
+    return load_campaign(str(path), ROOT)
+
+
+def test_the_results_of_the_checks_go_into_the_manifest(tmp_path, capsys):
+    checked = with_checks('campaign', campaign(tmp_path), False)
+    robot = json.loads(json.dumps(manifest_of(checked, {})))['robot']
+    assert robot['name'] == 'kobuki' and robot['file'].endswith('config/robots/kobuki.yaml')
+    assert {row['quantity'] for row in robot['found']} >= {'mass [kg]', 'laser link'}
+    assert len(robot['checks']) >= 6 and all(check['is_ok'] for check in robot['checks'])
+    assert checked.fingerprint() == campaign(tmp_path).fingerprint()
+    assert capsys.readouterr() == ('', '')
+
+
+def test_a_robot_that_fails_stops_it_with_the_table(tmp_path, capsys):
+    weak = campaign(tmp_path, simulator__drive__wheel_torque=0.001)
+    with pytest.raises(
+        ConfigError, match='the robot fails its self-check: .*; allowed: another robot or test, or --unch'
+    ):
+        with_checks('campaign', weak, False)
+    assert 'NOT OK' in capsys.readouterr().err
+    going_on = with_checks('campaign', weak, True)
+    assert not all(check.is_ok for check in going_on.robot.checks)
+    assert 'campaign: ' in capsys.readouterr().err.splitlines()[-1]
+
+
+def test_a_test_that_is_not_for_it_stops_it(tmp_path):
+    with pytest.raises(
+        ConfigError, match='test DLD: not for this robot: .* time_limit is 600 s; allowed: .*--unchecked'
+    ):
+        with_checks('advise', campaign(tmp_path, simulator__drive__max_linear_speed=0.1), False)
+
+
+STOP, TOLERANCE = 'navigation.DWAPlannerROS.stop', 'navigation.DWAPlannerROS.xy_goal_tolerance'
+
+
+def said(capsys, campaign, tolerance_m=0.05, tolerance_deg=3.0):
+    name_stopping('campaign', campaign, tolerance_m, tolerance_deg)
+    out, err = capsys.readouterr()
+    assert out == ''
+    return err.splitlines()
+
+
+def test_one_line_for_all_cells(tmp_path, capsys):
+    (line,) = said(capsys, small_campaign(tmp_path))
+    assert line.startswith('campaign: stopping: precise drives up to within about ')
+
+
+def test_each_stop_that_is_varied_has_its_line(tmp_path, capsys):
+    lines = said(capsys, small_campaign(tmp_path, vary={STOP: ['latch', 'precise']}))
+    assert [line.split()[2] for line in lines] == ['latch', 'precise']
+
+
+def test_drives_without_feedback_have_no_stop(tmp_path, capsys):
+    assert said(capsys, small_campaign(tmp_path, nav='scripted')) == []
+
+
+def test_a_stop_that_spends_more_than_results_are_judged_by_is_a_warning(tmp_path, capsys):
+    wide = {'set': {STOP: 'latch', TOLERANCE: 0.1}}
+    _, warning = said(capsys, small_campaign(tmp_path, **wide))
+    assert 'stopping alone may end 80 mm and 3.0 degrees from a goal, whatever the encoder' in warning
+    assert len(said(capsys, small_campaign(tmp_path, **wide), 0.081)) == 1
+    assert len(said(capsys, small_campaign(tmp_path, **wide), 0.081, 2.0)) == 2
+    wide['set'][STOP] = 'precise'
+    assert len(said(capsys, small_campaign(tmp_path, **wide))) == 1
+
+
+def test_a_live_trial_says_it_for_the_stack_it_runs(capsys):
+    params = load_robot_params(CONFIG)
+    for nav, expected in (('embedded', 'stopping: precise'), ('upstream', 'anywhere within 50 mm'), ('scripted', '')):
+        name_stopping_of_trial(nav, params)
+        assert expected in capsys.readouterr().err
+
+
+CAMPAIGN = SimpleNamespace(bag_name=lambda job: f'bags/SL_90ppr_trial{job}.bag')
+
+
+def test_trials_that_could_not_be_run_are_named_by_reason():
+    unrun = [UnrunTrial(job, 'out of memory', False) for job in range(7)] + [UnrunTrial(9, 'worker lost', True)]
+    assert unrun_text('campaign', CAMPAIGN, unrun).splitlines() == [
+        'campaign: 7 trials could not be run (out of memory): '
+        + ', '.join(f'SL_90ppr_trial{k}' for k in range(5))
+        + ', ...',
+        'campaign: 1 trial could not be run (worker lost): SL_90ppr_trial9',
+        'campaign: run the same command again to retry them',
+    ]
+
+
+def test_a_fault_of_the_campaign_is_one_line():
+    def fail():
+        raise CampaignFault('the scheduler is gone')
+
+    with pytest.raises(SystemExit) as ended:
+        run_trials_tool('campaign', fail)
+    assert ended.value.code == 'campaign: the scheduler is gone'
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_the_tool_with_its_status_and_says_how_many_trials_are_done(number, capsys):
+    handlers = [signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)]
+
+    def tool():
+        with stop_reports(SimpleNamespace(count=lambda: '12 of 40 trials')):
+            os.kill(os.getpid(), number)
+
+    with pytest.raises(SystemExit) as ended:
+        run_trials_tool('campaign', tool)
+    assert ended.value.code == 128 + number
+    assert capsys.readouterr().err == (
+        'campaign: stopped after 12 of 40 trials; run the same command again to continue\n'
+    )
+    assert [signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)] == handlers
+
+
+@pytest.mark.parametrize(
+    'arguments',
+    [
+        '--tls-ca a --tls-cert b',
+        '--tls-ca a --tls-cert b --scheduler tcp://host:8786',
+        '--tls-cert b --tls-key c --scheduler tls://host:8786',
+        '--tls-ca a --workers 2',
+    ],
+)
+def test_options_for_tls_without_a_cluster_that_uses_them_are_an_error(arguments):
+    parser = argparse.ArgumentParser()
+    add_workers(parser)
+    with pytest.raises(ConfigError, match='^given --tls-.*; allowed: --tls-ca and --tls-cert, with --scheduler tls://'):
+        workers(parser.parse_args(arguments.split()), 1)
+
+
+def test_a_real_encoders_counts_are_explained(tmp_path, capsys):
+    name_encoders('campaign', small_campaign(tmp_path, encoders=['amt102']).encoders, 0.2)
+    out, err = capsys.readouterr()
+    assert out == '' and err.startswith('campaign: amt102 (CUI Devices AMT102-V')
+    assert err.endswith('): 2048 lines x 4 = 8192 counts per wheel revolution, 13038 per metre\n')
+
+
+def test_each_rate_that_joint_states_do_not_have_is_a_line(capsys):
+    name_rates('advise', [20.0, 1000.0, 100.0, 150.0, 1000.0])
+    out, err = capsys.readouterr()
+    assert (out, err.splitlines()) == (
+        '',
+        [
+            'advise: rate: 1000 Hz of reports, but joint states come at 100 Hz: so do reports',
+            'advise: rate: 150 Hz of reports, but joint states come at 100 Hz: so do reports',
+        ],
+    )
