@@ -11,17 +11,18 @@ from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.base.params import merged, nested, shared_params, with_changes
 from diff_encoder_sim.base.yaml_files import load_yaml, yaml_value
 from diff_encoder_sim.drives.bag_source import BagSource
-from diff_encoder_sim.drives.csv_wheels import TIME_UNITS, CsvStream, CsvWheels
+from diff_encoder_sim.drives.csv_wheels import CsvStream, CsvWheels
 from diff_encoder_sim.drives.field_wheels import FieldWheels, Wheel
 from diff_encoder_sim.drives.joint_wheels import JOINT_TYPES, JointWheels, WheelOptions, find_wheels, has_joints
 from diff_encoder_sim.drives.message_fields import find_field
+from diff_encoder_sim.drives.number_units import COUNTED, SPEEDS, TICKS, TIME_UNITS, UNITS
 from diff_encoder_sim.drives.odometry_wheels import DEFAULT_SEED, OdometryWheels, start_angles_note, start_angles_rad
 from diff_encoder_sim.drives.reference import find_poses
 from diff_encoder_sim.drives.serving_topics import serving_options
 from diff_encoder_sim.drives.topics import TRIAL
 from diff_encoder_sim.drives.trial_definition import OF_ENCODER, OF_ODOMETRY, Trial
 from diff_encoder_sim.drives.wheel_source import WheelSource
-from diff_encoder_sim.drives.wheel_units import COUNTED, SPEEDS, SPEEDS_NOTE, TICKS, UNITS, WheelUnit
+from diff_encoder_sim.drives.wheel_units import SPEEDS_NOTE, WheelUnit
 from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
 from diff_encoder_sim.trials.robot_params import load_robot, uncertainty_of_robot
 from diff_encoder_sim.wheels.catalogue import RESOLUTION_KEYS, ChosenEncoder, chosen, load_encoders, own_encoder

@@ -13,8 +13,7 @@ from diff_encoder_sim.base.bounds import COUNTER_STATES
 from diff_encoder_sim.base.command_line import as_called, run_tool, tool_parser
 from diff_encoder_sim.base.text_values import plain_int
 from diff_encoder_sim.cli.arguments import add_encoders, add_robot_arguments
-from diff_encoder_sim.drives.csv_wheels import TIME_UNITS
-from diff_encoder_sim.drives.wheel_units import UNITS
+from diff_encoder_sim.drives.number_units import TIME_UNITS, UNITS
 
 DESCRIPTION = """\
 reencode: compute what a recorded drive's odometry would have been with other encoders.

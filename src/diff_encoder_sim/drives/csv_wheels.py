@@ -14,12 +14,12 @@ from typing import Collection, Dict, Iterator, List, NamedTuple, Optional, Seque
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.stamps import LATEST_NS
 from diff_encoder_sim.drives.bag_messages import Message
+from diff_encoder_sim.drives.number_units import TIME_UNITS
 from diff_encoder_sim.drives.sensor_messages import JointValues
 from diff_encoder_sim.drives.wheel_units import WheelAngle, WheelUnit
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 
 COMMENT = '#'
-TIME_UNITS = {'s': 10**9, 'ms': 10**6, 'us': 10**3, 'ns': 1}  # in nanoseconds
 # Time, left, right.
 COLUMNS = 3
 

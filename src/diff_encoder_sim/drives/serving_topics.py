@@ -12,9 +12,9 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.drives.bag_source import BagSource
 from diff_encoder_sim.drives.message_fields import message_type, number_paths
 from diff_encoder_sim.drives.message_types import ODOMETRY, TRANSFORMS
+from diff_encoder_sim.drives.number_units import TICKS
 from diff_encoder_sim.drives.reference import ARROW
 from diff_encoder_sim.drives.topics import TF
-from diff_encoder_sim.drives.wheel_units import TICKS
 
 _LISTED = 5
 

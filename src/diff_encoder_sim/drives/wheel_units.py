@@ -3,35 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import Callable, Dict, NamedTuple, Optional, Tuple
+from typing import Callable, NamedTuple, Optional, Tuple
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
+from diff_encoder_sim.drives.number_units import RAD_OF_ANGLE, RADPS_OF_SPEED, SPEEDS, TICKS
 from diff_encoder_sim.drives.sensor_messages import JointValues
 from diff_encoder_sim.wheels.encoder_params import count_difference
 from diff_encoder_sim.wheels.odometry import CounterSteps, Reading
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.report_link import LATE_REPORT_TOLERANCE_NS
-
-TICKS = 'ticks'
-TICKS_PER_MESSAGE = 'ticks/message'
-
-# What one of each turns a wheel by, given its radius [m].
-RAD_OF_ANGLE: Dict[str, Callable[[float], float]] = {
-    'rad': lambda _: 1.0,
-    'deg': lambda _: math.pi / 180.0,
-    'rev': lambda _: 2.0 * math.pi,
-    'm': lambda radius_m: 1.0 / radius_m,
-}
-RADPS_OF_SPEED: Dict[str, Callable[[float], float]] = {
-    'rad/s': lambda _: 1.0,
-    'deg/s': lambda _: math.pi / 180.0,
-    'rpm': lambda _: math.pi / 30.0,
-    'm/s': lambda radius_m: 1.0 / radius_m,
-}
-COUNTED = (TICKS, TICKS_PER_MESSAGE)
-SPEEDS = tuple(RADPS_OF_SPEED)
-UNITS = (*COUNTED, *RAD_OF_ANGLE, *SPEEDS)
 
 
 def angle_of_count_rad(count: int, ppr: float) -> float:

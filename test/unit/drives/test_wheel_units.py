@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.drives.number_units import UNITS
 from diff_encoder_sim.drives.sensor_messages import JointValues
 from diff_encoder_sim.drives.typestore import noetic_store
-from diff_encoder_sim.drives.wheel_units import UNITS, CountedAngles, WheelAngle, WheelUnit
+from diff_encoder_sim.drives.wheel_units import CountedAngles, WheelAngle, WheelUnit
 from diff_encoder_sim.wheels.encoder_params import PerWheel, wrap_count
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from reencoding_drives import ROS1, ROS2, TICK_NS, angles_rad, write_ros1, write_ros2
