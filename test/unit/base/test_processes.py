@@ -65,6 +65,15 @@ def blocked():
     return signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, [])
 
 
+@pytest.fixture(name='pythons_ctrl_c')
+def fixture_pythons_ctrl_c():
+    """Python's handler of SIGINT, whichever a command that another test has run left behind."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures('pythons_ctrl_c')
 def test_it_waits_until_the_end_of_the_context():
     passed = []
     with pytest.raises(KeyboardInterrupt):
