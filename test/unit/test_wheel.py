@@ -76,7 +76,7 @@ def test_its_libraries_are_those_of_requirements_txt(wheel):
 
 
 def test_it_runs_without_the_checkout(installed, tmp_path):
-    where = 'from diff_encoder_sim.base import paths; print(paths.package_folder())'
+    where = 'from diff_encoder_sim.base import package_files; print(package_files.package_folder())'
     environment = {'PYTHONPATH': str(installed)}
     folder = subprocess.run([sys.executable, '-c', where], env=environment, capture_output=True, text=True).stdout
     assert folder == f'{installed}/{PACKAGE}/share\n'
