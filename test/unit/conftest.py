@@ -15,7 +15,10 @@ def fixture_loggers():
     """Enable the loggers that rospy disables if a node ran in this process before."""
     for name, logger in logging.root.manager.loggerDict.items():
         if name.startswith('diff_encoder_sim') and isinstance(logger, logging.Logger):
-            logger.disabled = False
+            logger.disabled, logger.propagate = False, True
+            logger.setLevel(logging.NOTSET)
+    logging.disable(logging.NOTSET)
+    logging.getLogger().setLevel(logging.WARNING)
 
 
 @pytest.fixture(name='campaign', scope='module')
