@@ -6,7 +6,20 @@ import contextlib
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Callable, ContextManager, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import (
+    Any,
+    Callable,
+    ContextManager,
+    Dict,
+    Iterator,
+    List,
+    Mapping,
+    NamedTuple,
+    Optional,
+    Sequence,
+    Tuple,
+    Union,
+)
 
 from diff_encoder_sim.analysis.dataset import Dataset
 from diff_encoder_sim.analysis.dataset_loading import load_dataset
@@ -80,10 +93,20 @@ def run_campaign(out: Union[str, Path], config: Union[str, Path] = 'quick', **op
         CampaignFault: trials could not be run.
     """
     given = CampaignOptions(out=Path(out), config=str(config), **options)
-    done = complete(given, [CONSOLE, 'campaign', '--config', str(config), '--out', str(out)])
+    done = complete(given, [CONSOLE, 'campaign', *_words({'config': config, 'out': out, **options})])
     if done.unrun:
         raise CampaignFault(done.unrun)
     return read_results(out)
+
+
+def _words(options: Mapping[str, Any]) -> List[str]:
+    """Return options as words of a command line, for the manifest; those that are None or False are left out."""
+    words: List[str] = []
+    for name, value in options.items():
+        if value is not None and value is not False:
+            words.append(f'--{name.replace("_", "-")}')
+            words += [] if value is True else map(str, value) if isinstance(value, (list, tuple)) else [str(value)]
+    return words
 
 
 def read_results(*paths: Union[str, Path]) -> Dataset:
