@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import argparse
 import itertools
-from typing import Dict, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 from checkout import print_header
@@ -22,7 +22,7 @@ from counts import COUNT
 from scipy.stats import norm
 from tabulate import tabulate
 
-from diff_encoder_sim.advice.encoder_search import Asked, EncoderSearch, Outcomes, RankAnswer
+from diff_encoder_sim.advice.encoder_search import FORGIVEN, Asked, RankAnswer, TrialCounts, search
 from diff_encoder_sim.analysis.within_tolerance import Sufficiency
 
 RANKS = 12
@@ -73,10 +73,11 @@ def main() -> None:
     parser.add_argument('--guesses', type=int, nargs='+', default=[0, -5], help='steps off the right rank')
     parser.add_argument('--share', type=float, default=Asked().share)
     parser.add_argument('--confidence', type=float, default=Asked().confidence)
-    parser.add_argument('--most-trials', type=COUNT, default=Asked().most_trials, help='of each test with each encoder')
+    parser.add_argument('--trials', type=COUNT, help="of each test with each encoder (default: advise's)")
     options = parser.parse_args()
-    asked = Asked(options.share, options.confidence, options.most_trials)
-    print_header(f'Answers of {options.searches} searches a row [%]: {asked}')
+    asked = Asked(options.share, options.confidence)
+    options.trials = options.trials or asked.fewest_trials(FORGIVEN)
+    print_header(f'Answers of {options.searches} searches a row [%], {options.trials} trials of a test: {asked}')
     rows = [
         [name, tests, off, *_rates(chances, tests == 'both', off, asked, options)]
         for name, chances in curves(asked.share).items()
@@ -98,7 +99,7 @@ def _rates(
     by_test = np.array([chances, chances if in_both else np.full(RANKS, ALWAYS)])
     rng = np.random.default_rng(1)
     correlations = itertools.islice(itertools.cycle(options.correlations), options.searches)
-    found = [_search(by_test, correlation, guess, asked, rng) for correlation in correlations]
+    found = [_search(by_test, correlation, guess, asked, options.trials, rng) for correlation in correlations]
     ranks = np.array([one.answer.rank for one in found if one.answer.rank is not None], dtype=int)
     steps = None if lowest is None or not len(ranks) else ranks - lowest
     return (
@@ -111,20 +112,21 @@ def _rates(
     )
 
 
-def _search(by_test: np.ndarray, correlation: float, guess: int, asked: Asked, rng: np.random.Generator) -> Found:
+def _search(
+    by_test: np.ndarray, correlation: float, guess: int, asked: Asked, trials: int, rng: np.random.Generator
+) -> Found:
     """Draw (tests, ranks, trials) outcomes, and search."""
-    common = rng.standard_normal((len(TESTS), 1, asked.most_trials))
-    own = rng.standard_normal((len(TESTS), RANKS, asked.most_trials))
+    common = rng.standard_normal((len(TESTS), 1, trials))
+    own = rng.standard_normal((len(TESTS), RANKS, trials))
     drawn = np.sqrt(correlation) * common + np.sqrt(1.0 - correlation) * own
-    outcomes = drawn <= norm.ppf(by_test)[:, :, np.newaxis]
-    done: Dict[int, int] = {}
+    within = (drawn <= norm.ppf(by_test)[:, :, np.newaxis]).sum(axis=2)
+    tested: List[int] = []
 
-    def run(rank: int, count: int) -> Outcomes[str]:
-        done[rank] = count
-        return {test: {QUESTION: of_test[rank, :count].tolist()} for test, of_test in zip(TESTS, outcomes)}
+    def run(rank: int) -> Dict[str, List[TrialCounts]]:
+        tested.append(rank)
+        return {QUESTION: [TrialCounts(int(of_test[rank]), trials) for of_test in within]}
 
-    answer = EncoderSearch(RANKS, run, asked).answers({QUESTION: guess})[QUESTION]
-    return Found(answer, len(TESTS) * sum(done.values()))
+    return Found(search(RANKS, run, {QUESTION: guess}, asked)[QUESTION], len(TESTS) * trials * len(tested))
 
 
 def _percent_of_kind(found: Sequence[Found], kind: Sufficiency) -> float:

@@ -14,8 +14,9 @@ from diff_encoder_sim.advice.listed_encoders import ListedEncoder
 from diff_encoder_sim.advice.odometry_answer import odometry_answer
 from diff_encoder_sim.advice.odometry_curve import OdometryCurves
 from diff_encoder_sim.advice.odometry_study import with_budgets
-from diff_encoder_sim.advice.trial_study import Ends, truth_budget
+from diff_encoder_sim.advice.trial_study import GoalTrials, truth_budget
 from diff_encoder_sim.analysis.sample_statistics import Interval
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.navigation.goal_stopping import StopSpread
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 from drawn_drives import line, robot_of
@@ -83,5 +84,5 @@ def whole_advice():
 def _truth_budget():
     rng = np.random.default_rng(1)
     stop, fix = rng.normal(0.0, 0.002, (17, 3)), rng.normal(0.001, 0.003, (17, 3))
-    ends = Ends(np.arange(17), stop, fix, stop)
-    return truth_budget(ends, ends, ends, {})
+    ends = GoalTrials(Pose2D(20.0, 0.0, 0.0), np.arange(17), np.ones(17, bool), stop, stop + fix, stop + fix)
+    return truth_budget(ends, ends, ends, {})[0]

@@ -9,7 +9,7 @@ import numpy as np
 from diff_encoder_sim.advice.advice import Advice
 from diff_encoder_sim.advice.advice_tables import DECIMALS, TO_SHOWN
 from diff_encoder_sim.advice.answers import AXES, Budget, Criterion, along_goal
-from diff_encoder_sim.advice.encoder_search import share_interval
+from diff_encoder_sim.advice.encoder_search import fraction_interval
 from diff_encoder_sim.advice.odometry_curve import FEWEST_COUNTS, MOST_COUNTS
 
 UNITS = ('mm', 'mm', 'degrees')
@@ -81,7 +81,7 @@ def _trial_rows(advice: Advice) -> Rows:
     rows = []
     for tried in advice.tried:
         for criterion, counts in tried.within.items():
-            interval = share_interval(counts, advice.requirement.confidence)
+            interval = fraction_interval(counts, advice.requirement.confidence)
             rows.append(
                 {
                     'test': tried.test,

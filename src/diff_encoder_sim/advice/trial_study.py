@@ -1,8 +1,10 @@
-"""The closed-loop part of an advice: trials with a few of the candidates, and what they say."""
+"""The closed-loop part of an advice: trials with a few of the candidates, the answers and the budget by them."""
 
 from __future__ import annotations
 
 import functools
+import itertools
+import math
 from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
@@ -21,11 +23,10 @@ from diff_encoder_sim.advice.answers import (
     part_of,
 )
 from diff_encoder_sim.advice.drawn_robot import ALL_CAUSES, WheelCause
-from diff_encoder_sim.advice.encoder_search import Asked, EncoderSearch, Outcomes, RankAnswer, TrialCounts
-from diff_encoder_sim.advice.listed_encoders import candidates_of
+from diff_encoder_sim.advice.encoder_search import Asked, RankAnswer, TrialCounts, search
+from diff_encoder_sim.advice.listed_encoders import Candidate, candidates_of
 from diff_encoder_sim.advice.odometry_answer import EDGES, MISSED, SENSOR_ERRORS, UNEVEN_LINES
 from diff_encoder_sim.advice.odometry_curve import local_counts
-from diff_encoder_sim.advice.odometry_study import geometry_of
 from diff_encoder_sim.analysis.dataset import TrialData
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.within_tolerance import Sufficiency
@@ -34,11 +35,12 @@ from diff_encoder_sim.base.params import flat
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angles
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import Outcome
-from diff_encoder_sim.navigation.goal_stopping import StopSpread
 from diff_encoder_sim.simulation.simulator import WheelErrorParams
 from diff_encoder_sim.trials.campaign_cells import Campaign
 from diff_encoder_sim.trials.robot_params import RobotParams, parts_with
 from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, NO_FAULTS
+
+stats = deferred('scipy.stats')
 
 AS_IT_IS, WITHOUT_ALL = 'as it is', 'without all of these'
 _WITHOUT = 'without '
@@ -96,306 +98,267 @@ def _values(robot: RobotParams) -> Dict[str, Any]:
 
 STOPPING, LOCALIZATION, ENCODER = 'stopping', 'localization', 'encoder'
 
-# The pose that each criterion about the goal is asked of.
-SOURCES = {Criterion.POSE_ESTIMATE: PoseSource.GLOBAL, Criterion.TRUTH: PoseSource.WORLD}
-
-
-class Ends(NamedTuple):
-    """Where trials that came to their goal ended, (n, 3) by the axes of budgets."""
-
-    numbers: np.ndarray  # (n,) of the trials
-    stopping: np.ndarray  # pose estimate minus goal
-    localization: np.ndarray  # true pose minus pose estimate
-    odometry: np.ndarray  # odometry minus true pose
-
-    @property
-    def truth(self) -> np.ndarray:
-        """Return the true pose minus the goal."""
-        return _wrapped(self.stopping + self.localization)
-
-    def only(self, numbers: np.ndarray) -> Ends:
-        """Return those of some trials."""
-        is_one = np.isin(self.numbers, numbers)
-        return Ends(*(part[is_one] for part in self))
-
-
-def paired(every: Sequence[Ends]) -> List[Ends]:
-    """Return the ends of the trials that all of these have."""
-    common = functools.reduce(np.intersect1d, (ends.numbers for ends in every))
-    return [ends.only(common) for ends in every]
-
-
-def is_within(trial: TrialData, criterion: Criterion, requirement: Requirement) -> bool:
-    """Return whether a trial ended within the tolerance.
-
-    One that gave up did not come to its goal, wherever it stands; its odometry may be right.
-    """
-    if criterion is Criterion.ODOMETRY:
-        error = trial.odometry_minus_truth
-    else:
-        error = trial.errors.get(SOURCES[criterion]) if trial.outcome is Outcome.SUCCEEDED else None
-    return error is not None and bool(requirement.within(np.array([error]))[0])
-
-
-def ends_of(trials: Sequence[TrialData], goal_in_map: Pose2D) -> Ends:
-    """Return where the trials ended that came to their goal."""
-    sources = PoseSource.GLOBAL, PoseSource.WORLD, PoseSource.ODOM
-    found: List[List[Pose2D]] = []
-    numbers: List[int] = []
-    for trial in sorted(trials, key=lambda trial: trial.trial):
-        errors = [trial.errors.get(source) for source in sources]
-        if trial.outcome is Outcome.SUCCEEDED and None not in errors:
-            found.append([error for error in errors if error is not None])
-            numbers.append(trial.trial)
-    estimate, truth, odometry = np.array(found, dtype=float).reshape(-1, 3, 3).transpose(1, 0, 2)
-    parts = estimate, truth - estimate, odometry - truth
-    return Ends(np.array(numbers, dtype=int), *(along_goal(_wrapped(part), goal_in_map) for part in parts))
-
-
-def truth_budget(ends: Ends, of_finest: Ends, sound: Ends, without: Mapping[str, Ends]) -> Budget:
-    """Return what adds up to the true pose's error at the goal.
-
-    Args:
-        ends: with an encoder; all of the same trials.
-        of_finest: with the finest encoder: what the encoder adds to that.
-        sound: with the finest encoder, and without the causes that are switched off.
-        without: as `ends`, without one cause each.
-    """
-    switched = {cause: added(ends.truth, others.truth) for cause, others in without.items()}
-    parts = {
-        STOPPING: part_of(sound.stopping),
-        LOCALIZATION: part_of(sound.localization),
-        ENCODER: added(ends.truth, of_finest.truth),
-        **switched,
-    }
-    return Budget(parts, part_of(ends.truth))
-
-
-def causes_alone(criterion: Criterion, ends: Mapping[str, Ends]) -> Dict[str, Dict[str, np.ndarray]]:
-    """Return, by cause and test, the errors at the goal that each cause makes by itself."""
-    of_stop = {STOPPING: {test: each.stopping for test, each in ends.items()}}
-    if criterion is Criterion.POSE_ESTIMATE:
-        return of_stop
-    return {**of_stop, LOCALIZATION: {test: each.localization for test, each in ends.items()}}
-
-
-def reduced(criterion: Criterion, ends: Ends, amounts: Mapping[str, float]) -> np.ndarray:
-    """Return (n, 3) errors at the goal by the axes of budgets, with so much of each cause; all where none is given."""
-    stopping = amounts.get(STOPPING, 1.0) * ends.stopping
-    if criterion is Criterion.POSE_ESTIMATE:
-        return stopping
-    return _wrapped(stopping + amounts.get(LOCALIZATION, 1.0) * ends.localization)
-
-
-def _wrapped(errors: np.ndarray) -> np.ndarray:
-    return np.column_stack([errors[:, :2], wrap_angles(errors[:, 2])])
-
-
-stats = deferred('scipy.stats')
-
-# So many trials of each test compare the curve of odometry with closed-loop trials: at its encoder and those beside it.
-CONFIRMING = 6
-
-# The draws that trials are compared with, and how often they seem to disagree where they do not, at most.
-DRAWS, FALSE_ALARM = 2000, 0.01
-
-# Of fewer trials a variance says too little for a budget.
+# A budget of fewer trials has variances that are too uncertain.
 FEWEST_FOR_BUDGET = 8
 
-# Trials of each test without a cause.
-WITHOUT_CAUSE = 17
+# Odometry of closed-loop trials is compared with this number of sampled drives; chance of a false alarm.
+DRAWS, FALSE_ALARM = 2000, 0.01
 
-# Runs the first trials of each test with an encoder, by its label, and a set of parameters, and returns them.
-TrialsWith = Callable[[str, int, str], Sequence[TrialData]]
+# Runs the trials of each test with an encoder, by its label, and a set of parameters, by its name, and returns them.
+TrialsWith = Callable[[str, str], Sequence[TrialData]]
 
 
-class TrialStudy:
-    """Runs trials as they are needed."""
+class GoalTrials(NamedTuple):
+    """Trials of one test with one encoder, ascending by number. Errors are (n, 3): x [m], y [m], yaw [rad].
 
-    def __init__(self, campaign: Campaign, advice: Advice, trials_with: TrialsWith, most_trials: int) -> None:
-        """Prepare.
+    They are poses minus the goal in the axes of the map; NaN if unknown.
+    """
 
-        Args:
-            campaign: of the candidates.
-            advice: what is known by the odometry of single drives.
-            trials_with: runs trials.
-            most_trials: of each test with each encoder.
+    goal_in_map: Pose2D
+    numbers: np.ndarray  # (n,)
+    succeeded: np.ndarray  # (n,) bool: came to the goal
+    estimate: np.ndarray
+    truth: np.ndarray
+    odometry: np.ndarray
+    failure: str = ''  # outcome and reason of the first that did not
+
+    def counts(self, criterion: Criterion, requirement: Requirement) -> TrialCounts:
+        """Count the trials within the tolerance.
+
+        A trial that gave up is not at its goal, wherever it stands; its odometry may be right.
         """
-        self._advice, self._trials_with = advice, trials_with
-        self._candidates = candidates_of(campaign)
+        if criterion is Criterion.ODOMETRY:
+            within = requirement.within(wrapped(self.odometry - self.truth))
+        else:
+            errors = self.truth if criterion is Criterion.TRUTH else self.estimate
+            within = self.succeeded & requirement.within(errors)
+        return TrialCounts(int(within.sum()), len(self.numbers))
+
+    def causes(self, numbers: Optional[np.ndarray] = None) -> Dict[str, np.ndarray]:
+        """Return (m, 3) errors at the goal by cause and by AXES, of the trials that came to it.
+
+        They are stopping, the pose estimate minus the goal, and localization, the true pose minus the pose estimate.
+        """
+        is_used = self._is_known if numbers is None else np.isin(self.numbers, numbers)
+        parts = {STOPPING: self.estimate, LOCALIZATION: self.truth - self.estimate}
+        return {cause: along_goal(wrapped(part[is_used]), self.goal_in_map) for cause, part in parts.items()}
+
+    @property
+    def known_numbers(self) -> np.ndarray:
+        """Return the numbers of the trials that came to the goal with all poses."""
+        known: np.ndarray = self.numbers[self._is_known]
+        return known
+
+    @property
+    def _is_known(self) -> np.ndarray:
+        poses = np.column_stack([self.estimate, self.truth, self.odometry])
+        return np.asarray(self.succeeded & np.isfinite(poses).all(axis=1))
+
+
+def goal_trials(trials: Sequence[TrialData], goal_in_map: Pose2D) -> GoalTrials:
+    """Convert the trials of one test."""
+    ordered = sorted(trials, key=lambda trial: trial.trial)
+    unknown = Pose2D(math.nan, math.nan, math.nan)
+    estimate, truth, odometry = (
+        np.array([trial.errors.get(source) or unknown for trial in ordered], dtype=float).reshape(-1, 3)
+        for source in (PoseSource.GLOBAL, PoseSource.WORLD, PoseSource.ODOM)
+    )
+    succeeded = np.array([trial.outcome is Outcome.SUCCEEDED for trial in ordered], dtype=bool)
+    failed = next((trial for trial in ordered if trial.outcome is not Outcome.SUCCEEDED), None)
+    failure = f'{failed.outcome.text}{failed.reason and f": {failed.reason}"}' if failed else ''
+    numbers = np.array([trial.trial for trial in ordered], dtype=int)
+    return GoalTrials(goal_in_map, numbers, succeeded, estimate, truth, odometry, failure)
+
+
+def study_trials(campaign: Campaign, advice: Advice, trials_with: TrialsWith) -> Advice:
+    """Run closed-loop trials, and return the advice with answers about the pose estimate and the true pose.
+
+    Args:
+        campaign: of the candidates.
+        advice: by the odometry of single drives.
+        trials_with: runs trials.
+    """
+    candidates, requirement = candidates_of(campaign), advice.requirement
+    run = _Runs(campaign, candidates, trials_with)
+
+    def counts(rank: int) -> Dict[Criterion, List[TrialCounts]]:
+        tests = run.trials(rank).values()
+        return {criterion: [test.counts(criterion, requirement) for test in tests] for criterion in AT_GOAL}
+
+    wanted = local_counts(advice.geometry, requirement)
+    guess = next((rank for rank, each in enumerate(candidates) if each.counts >= wanted), len(candidates) - 1)
+    asked = Asked(requirement.share, requirement.confidence)
+    found = search(len(candidates), counts, dict.fromkeys(AT_GOAL, guess), asked)
+    answers = {criterion: _answer(criterion, found[criterion], run, requirement) for criterion in AT_GOAL}
+    odometry = advice.answers[Criterion.ODOMETRY]
+    if odometry.encoder:
+        run.trials(run.rank_of(odometry.encoder))
+        odometry = odometry._replace(note=_disagreement(run, advice))
+    answers = {Criterion.ODOMETRY: odometry, **answers}
+    labels = [answer.encoder for answer in answers.values() if answer.encoder] or [candidates[-1].label]
+    robot_params = campaign.cells[0].robot_params
+    stopping = {
+        label: parts_with(robot_params, candidates[run.rank_of(label)].params.counts_per_turn)
+        for label in dict.fromkeys(labels)
+    }
+    return advice._replace(answers=answers, stopping=stopping, tried=_tried(run, answers[Criterion.TRUTH], requirement))
+
+
+AT_GOAL = (Criterion.POSE_ESTIMATE, Criterion.TRUTH)
+
+
+class _Runs:
+    """The trials by rank and set of parameters; they are run when first asked for."""
+
+    def __init__(self, campaign: Campaign, candidates: Sequence[Candidate], trials_with: TrialsWith) -> None:
+        self.candidates, self._trials_with = candidates, trials_with
+        self.variants = list(campaign.params.variants) or ['']
         self._goals = {cell.test.name: cell.test.goal() for cell in campaign.cells}
-        self._geometry, self._robot_params = geometry_of(campaign), campaign.cells[0].robot_params
-        self._variants = list(campaign.params.variants)
-        self._trials: Dict[int, Sequence[TrialData]] = {}
-        self._switched: Dict[Tuple[int, str], Sequence[TrialData]] = {}
-        asked = Asked(advice.requirement.share, advice.requirement.confidence, most_trials)
-        self._search = EncoderSearch(len(self._candidates), self._run, asked)
+        self._trials: Dict[Tuple[int, str], Dict[str, GoalTrials]] = {}
 
-    def advice(self) -> Advice:
-        """Run the trials, and return the advice with what they say."""
-        first = self._rank_from(local_counts(self._geometry, self._advice.requirement))
-        found = self._search.answers(dict.fromkeys(SOURCES, first))
-        odometry = self._confirmed(self._advice.answers[Criterion.ODOMETRY])
-        answers = {criterion: self._answer(criterion, found[criterion]) for criterion in SOURCES}
-        self._switch_off(answers[Criterion.TRUTH])
-        answers = {Criterion.ODOMETRY: odometry, **answers}
-        return self._advice._replace(answers=answers, stopping=self._stopping(answers), tried=self._tried())
+    @property
+    def ranks(self) -> List[int]:
+        """Return the ranks with trials, ascending."""
+        return sorted({rank for rank, _ in self._trials})
 
-    def _run(self, rank: int, count: int) -> Outcomes[Criterion]:
-        as_it_is = self._variants[0] if self._variants else ''
-        self._trials[rank] = self._trials_with(self._candidates[rank].label, count, as_it_is)
-        return {
-            test: {
-                criterion: [
-                    is_within(trial, criterion, self._advice.requirement) for trial in self._of_test(rank, test)
-                ]
-                for criterion in SOURCES
+    def rank_of(self, label: str) -> int:
+        return [candidate.label for candidate in self.candidates].index(label)
+
+    def trials(self, rank: int, variant: Optional[str] = None) -> Dict[str, GoalTrials]:
+        """Return the trials of each test; without a variant those of the robot as it is."""
+        key = rank, self.variants[0] if variant is None else variant
+        if key not in self._trials:
+            found = self._trials_with(self.candidates[rank].label, key[1])
+            self._trials[key] = {
+                test: goal_trials([trial for trial in found if trial.test == test], goal)
+                for test, goal in self._goals.items()
             }
-            for test in self._goals
-        }
+        return self._trials[key]
 
-    def _rank_from(self, counts: float) -> int:
-        """Return the first candidate with so many counts, or the last."""
-        enough = (rank for rank, candidate in enumerate(self._candidates) if candidate.counts >= counts)
-        return next(enough, len(self._candidates) - 1)
 
-    def _confirmed(self, answer: Answer) -> Answer:
-        """Compare the draws with trials at the encoder that they recommend, one below and one above."""
-        labels = [candidate.label for candidate in self._candidates]
-        if not answer.encoder:
-            return answer
-        rank = labels.index(answer.encoder)
-        for beside in (rank - 1, rank, rank + 1):
-            if 0 <= beside < len(labels) and beside not in self._trials:
-                self._run(beside, CONFIRMING)
-        return answer._replace(note=self._disagreement())
-
-    def _disagreement(self) -> str:
-        """Say so where trials end otherwise than the draws of one drive let expect, with one encoder in one test."""
-        cells = [(rank, curve) for rank in sorted(self._trials) for curve in self._advice.curves.curves]
-        for rank, curve in cells:
-            counts = self._counts(self._of_test(rank, curve.test), Criterion.ODOMETRY)
-            candidate = self._candidates[rank]
-            (errors,) = curve.draws.errors([candidate.params], DRAWS, ALL_CAUSES)
-            expected = int(self._advice.requirement.within(errors).sum())
-            # Of draws without exception the share is not 1, and trials of other encoders are no other draws.
-            share = (expected + 0.5) / (len(errors) + 1.0)
-            if counts.trials and stats.binomtest(counts.within, counts.trials, share).pvalue < FALSE_ALARM / len(cells):
-                return (
-                    f'but of {counts.trials} trials of {curve.test} with {ppr_text(candidate.label)} {counts.within} '
-                    f'are within the tolerance, where the draws let expect {share * counts.trials:.1f}'
-                )
-        return ''
-
-    def _stopping(self, answers: Mapping[Criterion, Answer]) -> Dict[str, Dict[str, StopSpread]]:
-        """Return the stop's spread with the encoders of the answers, or with the finest one where there is none."""
-        labels = [answer.encoder for answer in answers.values() if answer.encoder] or [self._candidates[-1].label]
-        ppr = {candidate.label: candidate.params.counts_per_turn for candidate in self._candidates}
-        return {label: parts_with(self._robot_params, ppr[label]) for label in dict.fromkeys(labels)}
-
-    def _switch_off(self, truth: Answer) -> None:
-        """Run trials without each cause, with the encoder of the answer; without all of them with the finest one."""
-        if not self._variants:
-            return
-        labels = [candidate.label for candidate in self._candidates]
-        rank = labels.index(truth.encoder) if truth.encoder else max(self._trials)
-        *without, without_all = self._variants[1:]
-        for place, variant in (*((rank, name) for name in without), (max(self._trials), without_all)):
-            self._switched[place, variant] = self._trials_with(labels[place], WITHOUT_CAUSE, variant)
-
-    def _answer(self, criterion: Criterion, found: RankAnswer) -> Answer:
-        if found.kind is Sufficiency.YES and found.rank is not None:
-            chosen = self._candidates[found.rank]
-            below = None if found.insufficient is None else self._candidates[found.insufficient].counts
-            return Answer(
-                criterion,
-                Kind.FROM,
-                chosen.counts,
-                (below, chosen.counts),
-                chosen.label,
-                more_trials=found.more_trials,
-                undecided='' if found.undecided is None else self._candidates[found.undecided].label,
-            )
-        if found.kind is Sufficiency.NO:
-            return self._limited(criterion)
+def _answer(criterion: Criterion, found: RankAnswer, run: _Runs, requirement: Requirement) -> Answer:
+    candidates = run.candidates
+    if found.kind is Sufficiency.UNDECIDED:
         return Answer(criterion, Kind.UNDECIDED, more_trials=found.more_trials)
+    if found.kind is Sufficiency.NO or found.rank is None:
+        return _limited(criterion, run, requirement)
+    chosen = candidates[found.rank]
+    return Answer(
+        criterion,
+        Kind.FROM,
+        chosen.counts,
+        (None if found.insufficient is None else candidates[found.insufficient].counts, chosen.counts),
+        chosen.label,
+        more_trials=found.more_trials,
+        undecided='' if found.undecided is None else candidates[found.undecided].label,
+    )
 
-    def _limited(self, criterion: Criterion) -> Answer:
-        """Name what is too large even with the finest encoder, and say which encoder would do with less of it."""
-        finest = max(self._trials)
-        found = limits(causes_alone(criterion, self._ends(finest)), self._advice.requirement)
-        amounts = {limit.cause: limit.reduced_to / limit.error for limit in found}
-        enough = None
-        for rank in sorted(self._trials, reverse=True):
-            if not found or self._share_with(rank, criterion, amounts) < self._advice.requirement.share:
-                break
-            enough = self._candidates[rank]
-        label = enough.label if enough else ''
-        answer = Answer(criterion, Kind.NOT_THE_LIMIT, enough and enough.counts, encoder=label, limits=found)
-        return answer._replace(given_up=self._given_up(finest))
 
-    def _share_with(self, rank: int, criterion: Criterion, amounts: Mapping[str, float]) -> float:
-        """Return the share of the trials within the tolerance with so much of each cause, in the worst test."""
-        shares = []
-        for test, ends in self._ends(rank).items():
-            within = self._advice.requirement.within(reduced(criterion, ends, amounts)).sum()
-            shares.append(float(within) / len(self._of_test(rank, test)))
-        return min(shares)
+def _limited(criterion: Criterion, run: _Runs, requirement: Requirement) -> Answer:
+    """Return which causes are too large even with the finest encoder, and which encoder suffices with less of them."""
+    causes = (STOPPING,) if criterion is Criterion.POSE_ESTIMATE else (STOPPING, LOCALIZATION)
+    finest = run.trials(run.ranks[-1])
+    by_cause = {cause: {test: trials.causes()[cause] for test, trials in finest.items()} for cause in causes}
+    found = limits(by_cause, requirement)
+    amounts = {limit.cause: limit.reduced_to / limit.error for limit in found}
 
-    def _given_up(self, rank: int) -> str:
-        """Say in which tests too many trials did not come to their goal, and why the first of them did not."""
-        texts = []
-        for test in self._goals:
-            trials = self._of_test(rank, test)
-            failed = [trial for trial in trials if trial.outcome is not Outcome.SUCCEEDED]
-            if len(failed) > MOST_BY_ONE_CAUSE * (1.0 - self._advice.requirement.share) * len(trials):
-                first = failed[0]
-                reason = f'{first.outcome.text}{first.reason and f": {first.reason}"}'
-                texts.append(f'{len(failed)} of {len(trials)} trials of {test} do not come to the goal ({reason})')
-        return ' and '.join(texts)
+    def fraction_with_less(rank: int) -> float:
+        """Return the fraction of trials within the tolerance with less of each cause, in the worst test."""
+        fractions = []
+        for trials in run.trials(rank).values():
+            parts = trials.causes()
+            errors = wrapped(np.sum([amounts.get(cause, 1.0) * parts[cause] for cause in causes], axis=0))
+            fractions.append(requirement.within(errors).sum() / len(trials.numbers))
+        return float(min(fractions))
 
-    def _of_test(self, rank: int, test: str) -> List[TrialData]:
-        return [trial for trial in self._trials[rank] if trial.test == test]
+    enough = None
+    if found:
+        is_enough = (fraction_with_less(rank) >= requirement.share for rank in reversed(run.ranks))
+        sufficient = list(itertools.takewhile(lambda each: each[1], zip(reversed(run.ranks), is_enough)))
+        enough = run.candidates[sufficient[-1][0]] if sufficient else None
+    texts = [
+        f'{len(trials.succeeded) - trials.succeeded.sum()} of {len(trials.succeeded)} trials of {test} do not come to '
+        f'the goal ({trials.failure})'
+        for test, trials in finest.items()
+        if (~trials.succeeded).mean() > MOST_BY_ONE_CAUSE * (1.0 - requirement.share)
+    ]
+    return Answer(
+        criterion,
+        Kind.NOT_THE_LIMIT,
+        enough and enough.counts,
+        encoder=enough.label if enough else '',
+        limits=found,
+        given_up=' and '.join(texts),
+    )
 
-    def _ends(self, rank: int) -> Dict[str, Ends]:
-        return self._ends_of(self._trials[rank])
 
-    def _ends_of(self, trials: Sequence[TrialData]) -> Dict[str, Ends]:
-        return {
-            test: ends_of([trial for trial in trials if trial.test == test], goal) for test, goal in self._goals.items()
-        }
+def _disagreement(run: _Runs, advice: Advice) -> str:
+    """Return a note if closed-loop trials with an encoder disagree with the sampled drives in a test."""
+    cells = [(rank, curve) for rank in run.ranks for curve in advice.curves.curves]
+    for rank, curve in cells:
+        candidate = run.candidates[rank]
+        counts = run.trials(rank)[curve.test].counts(Criterion.ODOMETRY, advice.requirement)
+        (errors,) = curve.draws.errors([candidate.params], DRAWS, ALL_CAUSES)
+        # A fraction of 1 of the samples does not make an exception impossible.
+        fraction = (int(advice.requirement.within(errors).sum()) + 0.5) / (DRAWS + 1.0)
+        p_value = stats.binomtest(counts.within, counts.trials, fraction).pvalue if counts.trials else 1.0
+        if p_value < FALSE_ALARM / len(cells):
+            return (
+                f'but {counts.within} of {counts.trials} trials of {curve.test} with {ppr_text(candidate.label)} are '
+                f'within the tolerance, and sampled drives predict {fraction * counts.trials:.1f}'
+            )
+    return ''
 
-    def _tried(self) -> List[TriedEncoder]:
-        tried = []
-        for rank in sorted(self._trials):
-            candidate = self._candidates[rank]
-            for test in self._goals:
-                trials = self._of_test(rank, test)
-                tried.append(
-                    TriedEncoder(
-                        test,
-                        candidate.label,
-                        candidate.counts,
-                        {criterion: self._counts(trials, criterion) for criterion in Criterion},
-                        *self._budget(rank, test),
-                    )
-                )
-        return tried
 
-    def _counts(self, trials: Sequence[TrialData], criterion: Criterion) -> TrialCounts:
-        return TrialCounts(sum(is_within(trial, criterion, self._advice.requirement) for trial in trials), len(trials))
+def _tried(run: _Runs, truth: Answer, requirement: Requirement) -> List[TriedEncoder]:
+    """Return the trials of each test with each encoder, with the budget of the true pose.
 
-    def _budget(self, rank: int, test: str) -> Tuple[Optional[Budget], int]:
-        """Return the budget of the true pose, with the causes that were switched off, and of how many trials it is."""
-        finest = self._ends(max(self._trials))[test]
-        sound, without = finest, {}
-        for (place, variant), trials in self._switched.items():
-            if variant == WITHOUT_ALL:
-                sound = self._ends_of(trials)[test]
-            elif place == rank:
-                without[cause_of(variant)] = self._ends_of(trials)[test]
-        ends, finest, sound, *others = paired([self._ends(rank)[test], finest, sound, *without.values()])
-        count = len(ends.numbers)
-        if count < FEWEST_FOR_BUDGET:
-            return None, count
-        return truth_budget(ends, finest, sound, dict(zip(without, others))), count
+    The causes that the robot has are switched off one by one with the encoder of the answer, and all at once with the
+    finest one: stopping and localization are then those without them.
+    """
+    ranks = run.ranks
+    finest, answered = ranks[-1], run.rank_of(truth.encoder) if truth.encoder else ranks[-1]
+    switched = {cause_of(variant): run.trials(answered, variant) for variant in run.variants[1:-1]}
+    sound = run.trials(finest, run.variants[-1])
+    tried = []
+    for rank in ranks:
+        for test, trials in run.trials(rank).items():
+            without = {cause: each[test] for cause, each in switched.items()} if rank == answered else {}
+            budget, count = truth_budget(trials, run.trials(finest)[test], sound[test], without)
+            candidate = run.candidates[rank]
+            within = {criterion: trials.counts(criterion, requirement) for criterion in Criterion}
+            tried.append(TriedEncoder(test, candidate.label, candidate.counts, within, budget, count))
+    return tried
+
+
+def truth_budget(
+    trials: GoalTrials, finest: GoalTrials, sound: GoalTrials, without: Mapping[str, GoalTrials]
+) -> Tuple[Optional[Budget], int]:
+    """Return the contributions to the true pose's error at the goal, and the number of trials that they are of.
+
+    Args:
+        trials: with an encoder.
+        finest: with the finest encoder: the encoder's part is the difference to it.
+        sound: with the finest encoder and without the causes that are switched off.
+        without: with the encoder, without one cause each.
+    """
+    every = [trials, finest, sound, *without.values()]
+    numbers = functools.reduce(np.intersect1d, (each.known_numbers for each in every))
+    if len(numbers) < FEWEST_FOR_BUDGET:
+        return None, len(numbers)
+
+    def truth(of: GoalTrials) -> np.ndarray:
+        return wrapped(np.sum(list(of.causes(numbers).values()), axis=0))
+
+    found = truth(trials)
+    parts = {
+        **{cause: part_of(errors) for cause, errors in sound.causes(numbers).items()},
+        ENCODER: added(found, truth(finest)),
+        **{cause: added(found, truth(each)) for cause, each in without.items()},
+    }
+    return Budget(parts, part_of(found)), len(numbers)
+
+
+def wrapped(errors: np.ndarray) -> np.ndarray:
+    """Wrap the yaw of (n, 3) errors to (-pi, pi]."""
+    return np.column_stack([errors[:, :2], wrap_angles(errors[:, 2])])

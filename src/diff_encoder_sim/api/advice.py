@@ -22,10 +22,10 @@ from diff_encoder_sim.advice.advice_tables import (
     tables_text,
 )
 from diff_encoder_sim.advice.answers import Requirement
-from diff_encoder_sim.advice.encoder_search import Asked, fewest_trials, looks
+from diff_encoder_sim.advice.encoder_search import FORGIVEN, Asked
 from diff_encoder_sim.advice.listed_encoders import candidates_of, listed_encoders
 from diff_encoder_sim.advice.odometry_study import study_odometry, with_budgets
-from diff_encoder_sim.advice.trial_study import TrialStudy, switched_off
+from diff_encoder_sim.advice.trial_study import study_trials, switched_off
 from diff_encoder_sim.analysis.confidence import LEVEL
 from diff_encoder_sim.analysis.dataset import TrialData
 from diff_encoder_sim.analysis.dataset_loading import data_of
@@ -48,8 +48,6 @@ from diff_encoder_sim.trials.trial_run import run_trials
 from diff_encoder_sim.trials.worker import RunTrials
 from diff_encoder_sim.wheels.encoder_params import ppr_label
 
-# Trials go on as long as those that fail are fewer than this, where the others show the share.
-FORGIVEN = 5
 PAGE = 'advice.html'
 
 
@@ -70,7 +68,7 @@ class AdviceOptions(WorkerOptions):
     ppr: Optional[Sequence[float]] = None
     encoders: Optional[Sequence[str]] = None
     candidates: str = 'sweep'
-    trials: Optional[int] = None  # maximum of each test with each candidate
+    trials: Optional[int] = None  # of each test with each tested candidate
     has_trials: bool = True
     out: Path = Path('results') / 'advice'
     json: Optional[Path] = None
@@ -97,7 +95,7 @@ def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
     if options.has_trials:
         name_stopping('advise', campaign, requirement.position_m, options.yaw_tolerance)
         with CandidateTrials(options, campaign, run or run_trials) as trials:
-            advice = TrialStudy(campaign, advice, trials.with_encoder, options.trials or 0).advice()
+            advice = study_trials(campaign, advice, trials.with_encoder)
     return _finish(advice, campaign, options)
 
 
@@ -134,16 +132,15 @@ def _check_outputs(options: AdviceOptions) -> None:
 
 
 def _with_trials(options: AdviceOptions) -> AdviceOptions:
-    """Return the options with a maximum of trials.
+    """Return the options with a number of trials.
 
     Raises:
-        ConfigError: so few cannot show the share.
+        ConfigError: this number of trials cannot show the share.
     """
     asked = Asked(options.share, options.confidence)
-    fewest = fewest_trials(asked)
+    fewest = asked.fewest_trials()
     if options.trials is None:
-        possible = looks(options.share, asked.doubt, FORGIVEN * fewest) or (fewest,)
-        options = replace(options, trials=possible[:FORGIVEN][-1])
+        options = replace(options, trials=asked.fewest_trials(FORGIVEN))
     if options.has_trials and options.distance is not None:
         raise ConfigError(f'--distance: given {options.distance:g}, but trials drive the tests; allowed: --no-trials')
     if options.has_trials and options.trials is not None and options.trials < fewest:
@@ -212,19 +209,18 @@ class CandidateTrials:
             self._store.finish()
         self._opened.__exit__(kind, error, trace)
 
-    def with_encoder(self, label: str, count: int, variant: str) -> List[TrialData]:
-        """Return the first `count` trials of each test with an encoder; those without a result are run first.
+    def with_encoder(self, label: str, variant: str) -> List[TrialData]:
+        """Return the trials of each test with an encoder; those without a result are run first.
 
         Args:
             label: of the encoder.
-            count: of trials.
-            variant: name of the set of parameters; '' where the campaign has none.
+            variant: name of the set of parameters; '' if the campaign has none.
         """
-        wanted = label, variant
-        jobs = [job for job in self._store.pending() if job.trial <= count and self._cell(job) == wanted]
+        jobs = [job for job in self._store.pending() if self._cell(job) == (label, variant)]
         if jobs:
             self._run(f'{ppr_text(label)}{variant and f", {variant}"}', jobs)
-        trials = [data_of(row) for row in self._store.rows if row.ppr == label and row.trial <= count]
+        most = self._options.trials or 0
+        trials = [data_of(row) for row in self._store.rows if row.ppr == label and row.trial <= most]
         return [trial for trial in trials if dict(trial.varied).get(VARIANT, '') == variant]
 
     def _run(self, text: str, jobs: Sequence[TrialJob]) -> None:

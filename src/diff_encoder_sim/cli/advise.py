@@ -102,8 +102,8 @@ def _add_candidates(parser: argparse.ArgumentParser) -> None:
         '--trials',
         type=whole_number_within(TRIALS),
         metavar='N',
-        help='most closed-loop trials of each test with each candidate (default: what shows the share although '
-        'four of them fail, 59 for 80 %%)',
+        help='closed-loop trials of each test with each tested candidate (default: the number that shows the share '
+        'although two of them fail, 39 for 80 %%)',
     )
     parser.add_argument(
         '--no-trials',
