@@ -8,14 +8,13 @@ from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Tuple, TypeV
 import numpy as np
 
 from diff_encoder_sim.analysis.encoder_labels import ppr_order
+from diff_encoder_sim.analysis.results_table import STANDARD_TESTS, RobotGeometry
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trajectory_error import PathError
 from diff_encoder_sim.drives.trial_definition import FinalErrors, Outcome, Trial
 
-# The paper's tests, first in every table; others follow.
-STANDARD_TESTS = ('SL', 'SMT', 'DLD')
-
+__all__ = ['STANDARD_TESTS', 'CellKey', 'Dataset', 'RobotGeometry', 'Tracks', 'TrialData', 'distinct']
 Varied = Tuple[Tuple[str, str], ...]  # parameters and their values, as a table shows them
 
 _Value = TypeVar('_Value')
@@ -67,13 +66,6 @@ class TrialData(NamedTuple):
         if odom is None or world is None:
             return None
         return Pose2D(odom.x_m - world.x_m, odom.y_m - world.y_m, wrap_angle(odom.yaw_rad - world.yaw_rad))
-
-
-class RobotGeometry(NamedTuple):
-    """The wheel geometry that odometry computes with."""
-
-    wheel_diameter_m: float
-    wheel_separation_m: float
 
 
 class Dataset(NamedTuple):

@@ -5,12 +5,22 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource
+
+# The final poses of a trial, by the beginning of their columns in the table of results, as texts. All but the last are
+# minus the goal.
+MINUS_TRUTH = 'odom_minus_world'
+POSES = {
+    **{source.value: topic for source, topic in TOPIC_OF_SOURCE.items()},
+    MINUS_TRUTH: f'{TOPIC_OF_SOURCE[PoseSource.ODOM]} minus {TOPIC_OF_SOURCE[PoseSource.WORLD]}',
+}
+
 
 class Quantity(NamedTuple):
     """A component of the final pose minus the goal, in the unit that tables and figures show."""
 
     name: str  # with its unit
-    component: int  # index in TrialData.errors
+    component: int  # index in a pose
     scale: float  # from SI to the shown unit
     tolerance: float  # allowed absolute error, in the shown unit
 
@@ -23,6 +33,10 @@ class Quantity(NamedTuple):
     def unit(self) -> str:
         """Return the unit of scaled errors: m or deg."""
         return self.name.rpartition('_')[2]
+
+    def column(self, pose: str) -> str:
+        """Return the column of the table of results with this component of a pose of `POSES`, in SI units."""
+        return f'{pose}_yaw_rad' if self.unit == 'deg' else f'{pose}_{self.name}'
 
     @property
     def head(self) -> str:
