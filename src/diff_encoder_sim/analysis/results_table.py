@@ -252,14 +252,14 @@ def _rows(path: Path, varied: Sequence[str], tests: Iterable[str]) -> Tuple[List
     return list(rows.values()), [f'{path}: the last line is incomplete; its trial is left out'] if is_torn else []
 
 
-class TrialBag(NamedTuple):
+class TrialOfBag(NamedTuple):
     """A trial from its bag."""
 
     trial: Trial  # its definition
     record: Dict[str, Any]  # its results, by the columns of the table
 
 
-def _differing(bag: TrialBag, row: TrialRow, requested: Trial, robots: Sequence[RobotGeometry]) -> List[str]:
+def _differing(bag: TrialOfBag, row: TrialRow, requested: Trial, robots: Sequence[RobotGeometry]) -> List[str]:
     """Return the keys in which a bag's trial differs from its line in trials.csv."""
     recorded = bag.trial
     is_equal = {
@@ -317,10 +317,10 @@ def _bags_in(paths: Sequence[Path]) -> List[Path]:
     return bags
 
 
-def _distinct(bags: Sequence[TrialBag], notes: List[str]) -> List[TrialBag]:
+def _distinct(bags: Sequence[TrialOfBag], notes: List[str]) -> List[TrialOfBag]:
     """Keep each trial once, and one definition of each test; add a note on each bag that is left out."""
-    tests: Dict[str, TrialBag] = {}
-    trials: Dict[str, TrialBag] = {}
+    tests: Dict[str, TrialOfBag] = {}
+    trials: Dict[str, TrialOfBag] = {}
     for bag in bags:
         name = bag.trial.test.name
         of_test = tests.setdefault(name, bag)
@@ -335,7 +335,7 @@ def _distinct(bags: Sequence[TrialBag], notes: List[str]) -> List[TrialBag]:
     return list(trials.values())
 
 
-def read_bag_trials(paths: Sequence[Path]) -> List[Union[TrialBag, str]]:
+def read_bag_trials(paths: Sequence[Path]) -> List[Union[TrialOfBag, str]]:
     """Read each bag on all cores; return its trial, or a line with the reason why it cannot be analysed."""
     workers = min(usable_cores(), len(paths))
     if workers < 2:
@@ -347,14 +347,14 @@ def read_bag_trials(paths: Sequence[Path]) -> List[Union[TrialBag, str]]:
         return list(read)
 
 
-def _trial_or_reason(path: Path) -> Union[TrialBag, str]:
+def _trial_or_reason(path: Path) -> Union[TrialOfBag, str]:
     try:
         return read_bag_trial(path)
     except ConfigError as error:
         return str(error)
 
 
-def read_bag_trial(path: Path) -> TrialBag:
+def read_bag_trial(path: Path) -> TrialOfBag:
     """Read and analyse a bag.
 
     Raises:
@@ -387,7 +387,7 @@ def read_bag_trial(path: Path) -> TrialBag:
             for name, pairs, distance_m in RPES:
                 of_segments = error.rpe[pairs][distance_m]._asdict()
                 record.update({f'{source.value}_{name}_{part}': value for part, value in of_segments.items()})
-    return TrialBag(trial, record)
+    return TrialOfBag(trial, record)
 
 
 def robot_of(trial: Trial) -> RobotGeometry:
