@@ -17,7 +17,8 @@ class Drive:
 
     Attributes:
         stamps_ns: (n,) int64, strictly increasing [ns].
-        wheel_angles_rad: (n, 2), accumulated angles of the left and the right wheel [rad]; not wrapped.
+        wheel_angles_rad: (n, 2), accumulated angles of the left and right wheel [rad], not wrapped; or (draws, n, 2)
+            for robots whose wheels turn differently on the same path.
         true_poses: (n, 3) x [m], y [m], yaw [rad] of the base in a fixed frame, or None if the drive has no reference.
     """
 
@@ -28,7 +29,7 @@ class Drive:
     def __post_init__(self) -> None:
         """Raise ValueError if the arrays do not have these shapes; sources check the values of their input."""
         samples = len(self.stamps_ns)
-        if self.wheel_angles_rad.shape != (samples, 2):
+        if self.wheel_angles_rad.shape[-2:] != (samples, 2) or self.wheel_angles_rad.ndim > 3:
             raise ValueError(f'wheel angles of shape {self.wheel_angles_rad.shape}, not ({samples}, 2)')
         if self.true_poses is not None and self.true_poses.shape != (samples, 3):
             raise ValueError(f'true poses of shape {self.true_poses.shape}, not ({samples}, 3)')
