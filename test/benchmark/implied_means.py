@@ -6,9 +6,9 @@ from typing import Dict, NamedTuple, Optional
 
 import numpy as np
 
-from diff_encoder_sim.analysis.confidence import LEVEL
 from diff_encoder_sim.analysis.paper.comparison import HALF_A_DIGIT
 from diff_encoder_sim.analysis.paper.paper_cells import TRIALS
+from diff_encoder_sim.analysis.statistics import LEVEL
 
 SETS = 200_000
 # Half of the sets are Gaussian; the others are Student's t with so many degrees of freedom, as errors with outliers.

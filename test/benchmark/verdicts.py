@@ -14,10 +14,10 @@ from checkout import print_header
 from counts import COUNT
 from tabulate import tabulate
 
-from diff_encoder_sim.analysis.paired_statistics import SIGNIFICANCE, holm
 from diff_encoder_sim.analysis.paper.comparison import COMPARISONS
 from diff_encoder_sim.analysis.paper.paper_cells import STATISTICS, TRIALS
 from diff_encoder_sim.analysis.quantities import YAW
+from diff_encoder_sim.analysis.statistics import SIGNIFICANCE, holm
 
 CELLS = 12
 QUANTITY = YAW._replace(tolerance=1.0)

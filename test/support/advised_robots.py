@@ -15,7 +15,7 @@ from diff_encoder_sim.advice.odometry_answer import odometry_answer
 from diff_encoder_sim.advice.odometry_curve import OdometryCurves
 from diff_encoder_sim.advice.odometry_study import with_budgets
 from diff_encoder_sim.advice.trial_study import GoalTrials, truth_budget
-from diff_encoder_sim.analysis.sample_statistics import Interval
+from diff_encoder_sim.analysis.statistics import Interval
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.navigation.goal_stopping import StopSpread
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams

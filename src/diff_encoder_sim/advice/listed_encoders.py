@@ -10,7 +10,7 @@ from diff_encoder_sim.advice.answers import Answer, Criterion, Kind, Limit, Requ
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.odometry_answer import own_limits
 from diff_encoder_sim.advice.odometry_curve import share_within
-from diff_encoder_sim.analysis.sample_statistics import Interval
+from diff_encoder_sim.analysis.statistics import Interval
 from diff_encoder_sim.robots.robot_file import load_robot_file, robot_names
 from diff_encoder_sim.trials.campaign_cells import Campaign
 from diff_encoder_sim.wheels.catalogue import WHOLE_CATALOGUE, load_encoders

@@ -12,16 +12,16 @@ import numpy as np
 from diff_encoder_sim.analysis.dataset import CellKey, Dataset, TrialData, Varied, distinct
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.final_errors import equal_trials, final_errors
-from diff_encoder_sim.analysis.paired_statistics import (
+from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
+from diff_encoder_sim.analysis.statistics import (
     SIGNIFICANCE,
+    Interval,
     PairedResult,
     holm,
     mcnemar,
     spread_ratio,
     wilcoxon,
 )
-from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
-from diff_encoder_sim.analysis.sample_statistics import Interval
 from diff_encoder_sim.analysis.table import Column, Entry, Number, Table
 from diff_encoder_sim.analysis.table_keys import key_columns, key_entries, setup_text, varied_keys
 from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource

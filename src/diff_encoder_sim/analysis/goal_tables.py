@@ -7,12 +7,12 @@ from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence
 
 import numpy as np
 
-from diff_encoder_sim.analysis.confidence import LEVEL
 from diff_encoder_sim.analysis.dataset import CellKey, Dataset, TrialData
 from diff_encoder_sim.analysis.encoder_labels import IDEAL, ppr_text
 from diff_encoder_sim.analysis.final_errors import count_within, final_errors, minus_truth, with_final_error
 from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, Quantity, X
-from diff_encoder_sim.analysis.sample_statistics import (
+from diff_encoder_sim.analysis.statistics import (
+    LEVEL,
     bootstrap_std_interval,
     mean_interval,
     spread,

@@ -8,7 +8,7 @@ from typing import Dict, List, NamedTuple, Optional, Sequence
 import numpy as np
 
 from diff_encoder_sim.analysis.dataset import CellKey, Dataset, TrialData, Varied
-from diff_encoder_sim.analysis.paired_statistics import PairedResult, wilcoxon
+from diff_encoder_sim.analysis.statistics import PairedResult, wilcoxon
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.trials.campaign_cells import VARIANT

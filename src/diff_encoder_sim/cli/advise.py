@@ -11,8 +11,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Optional, Sequence
 
-from diff_encoder_sim.analysis.confidence import LEVEL
 from diff_encoder_sim.analysis.quantities import REQUIRED_FRACTION, YAW, X
+from diff_encoder_sim.analysis.statistics import LEVEL
 from diff_encoder_sim.base.bounds import PULSES_PER_TURN, TRIALS, Between
 from diff_encoder_sim.base.command_line import number_within, run_trials_tool, tool_parser, whole_number_within
 from diff_encoder_sim.cli.arguments import add_amcl, add_encoders, add_robot_arguments, add_unchecked, add_workers

@@ -10,7 +10,7 @@ from diff_encoder_sim.analysis.encoder_comparison import (
     comparison_table,
     conclusion,
 )
-from diff_encoder_sim.analysis.paired_statistics import holm
+from diff_encoder_sim.analysis.statistics import holm
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import Outcome
 from paper_datasets import cell, dataset

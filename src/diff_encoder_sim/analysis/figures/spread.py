@@ -11,14 +11,13 @@ from matplotlib.figure import Figure as Drawing
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter, NullLocator
 
 from diff_encoder_sim.analysis.closed_form import closed_form_std
-from diff_encoder_sim.analysis.confidence import LEVEL
 from diff_encoder_sim.analysis.dataset import RobotGeometry, TrialData
 from diff_encoder_sim.analysis.encoder_labels import is_real, ppr_value
 from diff_encoder_sim.analysis.figures import style
 from diff_encoder_sim.analysis.figures.error_series import SERIES, Series
 from diff_encoder_sim.analysis.figures.variants import Variant
 from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
-from diff_encoder_sim.analysis.sample_statistics import spread, std_interval
+from diff_encoder_sim.analysis.statistics import LEVEL, spread, std_interval
 from diff_encoder_sim.drives.trial_definition import Trial
 
 HEIGHT_TO_WIDTH = 0.95

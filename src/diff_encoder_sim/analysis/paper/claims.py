@@ -12,7 +12,6 @@ from typing import Callable, Dict, Iterable, List, NamedTuple, Optional, Sequenc
 
 import numpy as np
 
-from diff_encoder_sim.analysis.confidence import LEVEL
 from diff_encoder_sim.analysis.dataset import STANDARD_TESTS, Dataset, TrialData, Varied
 from diff_encoder_sim.analysis.final_errors import (
     count_within,
@@ -21,10 +20,19 @@ from diff_encoder_sim.analysis.final_errors import (
     final_errors,
     with_final_error,
 )
-from diff_encoder_sim.analysis.paired_statistics import SIGNIFICANCE, holm, mcnemar, spread_ratio, wilcoxon
 from diff_encoder_sim.analysis.paper.paper_cells import PPRS, TRIALS
 from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, Quantity, X, Y
-from diff_encoder_sim.analysis.sample_statistics import spread, std_interval, wilson
+from diff_encoder_sim.analysis.statistics import (
+    LEVEL,
+    SIGNIFICANCE,
+    holm,
+    mcnemar,
+    spread,
+    spread_ratio,
+    std_interval,
+    wilcoxon,
+    wilson,
+)
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.se2 import wrap_angle
 from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource

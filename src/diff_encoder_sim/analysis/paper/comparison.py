@@ -8,11 +8,9 @@ from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Sequenc
 
 import numpy as np
 
-from diff_encoder_sim.analysis.confidence import LEVEL
 from diff_encoder_sim.analysis.dataset import CellKey, Dataset, Varied
 from diff_encoder_sim.analysis.encoder_labels import ppr_values
 from diff_encoder_sim.analysis.final_errors import count_within, final_errors
-from diff_encoder_sim.analysis.paired_statistics import SIGNIFICANCE, holm
 from diff_encoder_sim.analysis.paper.paper_cells import (
     TRIALS,
     ComparedResolution,
@@ -22,7 +20,7 @@ from diff_encoder_sim.analysis.paper.paper_cells import (
     load_paper_cells,
 )
 from diff_encoder_sim.analysis.quantities import Quantity
-from diff_encoder_sim.analysis.sample_statistics import Interval, spread, std_interval, wilson
+from diff_encoder_sim.analysis.statistics import LEVEL, SIGNIFICANCE, Interval, holm, spread, std_interval, wilson
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.drives.topics import PoseSource
 

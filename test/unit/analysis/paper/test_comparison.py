@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from diff_encoder_sim.analysis.paired_statistics import holm
 from diff_encoder_sim.analysis.paper.comparison import (
     COMPARISONS,
     compare_pct_within,
@@ -17,7 +16,7 @@ from diff_encoder_sim.analysis.paper.comparison import (
     spread_p_value,
 )
 from diff_encoder_sim.analysis.quantities import YAW, X
-from diff_encoder_sim.analysis.sample_statistics import Interval
+from diff_encoder_sim.analysis.statistics import Interval, holm
 from diff_encoder_sim.drives.trial_definition import Outcome
 from paper_datasets import cell, dataset
 

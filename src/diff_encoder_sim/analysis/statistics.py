@@ -1,0 +1,288 @@
+"""Statistics of one sample, and of two samples of equal trials, which are compared pair by pair.
+
+Spread is the standard deviation with n - 1. No result is NaN: if a sample is too small, intervals are as wide as the
+quantity allows and p-values are 1. All p-values are two-sided.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import List, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+
+from diff_encoder_sim.base.deferred import deferred
+
+stats = deferred('scipy.stats')
+
+LEVEL = 0.95  # confidence of all intervals
+SIGNIFICANCE = 0.05  # a difference counts if the p-value is below
+
+# Resamples of fewer values often have no spread.
+FEWEST_TO_RESAMPLE = 5
+
+# A bound of this multiple of the spread is as good as none.
+WIDEST = 100.0
+
+# Resamples are drawn in parts of this number of values, which stay in a processor's cache.
+DRAWN_AT_ONCE = 250_000
+
+# Standard errors of the logarithm of a spread below this are rounding.
+SMALLEST_ERROR = 1e-6
+
+# Above, the normal distribution is near enough: at 100 pairs and p = 0.05 it differs by 0.0001.
+MOST_PAIRS_EXACT = 100
+
+# The means of any two of more values would not fit into memory; they are counted instead.
+MOST_MEANS = 4_000_000
+
+# Sums of squares that cancel to less than this fraction of their terms are rounding.
+ROUNDING = 1e-12
+
+
+class Interval(NamedTuple):
+    """Both bounds included."""
+
+    low: float
+    high: float
+
+
+def spread(values: np.ndarray) -> Optional[float]:
+    """Compute the standard deviation; None for fewer than two values, exactly 0 if all are equal."""
+    if len(values) < 2:
+        return None
+    return float(np.std(values, ddof=1)) if np.ptp(values) > 0.0 else 0.0
+
+
+def wilson(successes: int, n: int, level: float = LEVEL) -> Interval:
+    """Compute Wilson's score interval of a fraction; (0, 1) without trials."""
+    if n == 0:
+        return Interval(0.0, 1.0)
+    low, high = stats.binomtest(successes, n).proportion_ci(level, 'wilson')
+    return Interval(float(low), float(high))
+
+
+def mean_interval(values: np.ndarray, level: float = LEVEL) -> Interval:
+    """Compute Student's t interval of the mean; unbounded for fewer than two values."""
+    std = spread(values)
+    if std is None:
+        return Interval(-math.inf, math.inf)
+    margin = float(stats.t.ppf(0.5 + 0.5 * level, len(values) - 1)) * std / math.sqrt(len(values))
+    return Interval(float(np.mean(values)) - margin, float(np.mean(values)) + margin)
+
+
+def std_interval(values: np.ndarray, level: float = LEVEL) -> Interval:
+    """Compute the chi-square interval of the spread of normally distributed values.
+
+    (0, infinity) for fewer than two values, (0, 0) if all are equal.
+    """
+    std, freedom = spread(values), len(values) - 1
+    if std is None:
+        return Interval(0.0, math.inf)
+    low, high = stats.chi2.ppf(np.array([0.5 + 0.5 * level, 0.5 - 0.5 * level]), freedom)
+    return Interval(std * math.sqrt(freedom / low), std * math.sqrt(freedom / high))
+
+
+def bootstrap_std_interval(
+    values: np.ndarray, level: float, rng: np.random.Generator, resamples: int = 2000
+) -> Interval:
+    """Compute an interval of the spread for values of any distribution: bootstrap-t of its logarithm.
+
+    Efron and Tibshirani, An Introduction to the Bootstrap, section 12.5. With 30 normal values its
+    95 % cover the truth in 93 %; percentile and BCa intervals do in 87 and 88 %.
+    (0, infinity) for fewer than five values and for two values equally often, (0, 0) if all are equal.
+    """
+    std = spread(values)
+    if std is None or len(values) < FEWEST_TO_RESAMPLE:
+        return Interval(0.0, math.inf)
+    if std == 0.0:
+        return Interval(0.0, 0.0)
+    (log_std,), (error,) = _log_std(np.asarray(values)[np.newaxis])
+    log_stds, errors = _resampled_log_std(values, resamples, rng)
+    # Resamples of one value alone, or of two equally often, have no standard error.
+    has_error = errors > SMALLEST_ERROR
+    if error <= SMALLEST_ERROR or not has_error.any():
+        return Interval(0.0, math.inf)
+    deviations = (log_stds[has_error] - log_std) / errors[has_error]
+    quantiles = np.quantile(deviations, [0.5 + 0.5 * level, 0.5 - 0.5 * level])
+    with np.errstate(over='ignore'):
+        low, high = np.exp(log_std - quantiles * error).tolist()
+    return Interval(low, high if high < WIDEST * std else math.inf)
+
+
+def _resampled_log_std(values: np.ndarray, resamples: int, rng: np.random.Generator) -> Tuple[np.ndarray, np.ndarray]:
+    """Compute `_log_std` of resamples; the draws do not depend on how many there are at once."""
+    most = max(1, DRAWN_AT_ONCE // len(values))
+    counts = [min(most, resamples - first) for first in range(0, resamples, most)]
+    log_stds, errors = zip(*(_log_std(rng.choice(values, (count, len(values)))) for count in counts))
+    return np.concatenate(log_stds), np.concatenate(errors)
+
+
+def _log_std(samples: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """Compute the logarithm of each row's spread and its standard error, from the fourth moment; 0 without a spread."""
+    squares = np.square(samples - np.mean(samples, axis=1, keepdims=True))
+    variances = np.mean(squares, axis=1)
+    has_spread = np.ptp(samples, axis=1) > 0.0
+    variances[~has_spread] = 1.0
+    n = samples.shape[1]
+    excess = np.mean(np.square(squares), axis=1) / np.square(variances) - 1.0
+    errors = np.sqrt(np.maximum(excess, 0.0) / (4.0 * n))
+    return 0.5 * np.log(variances * n / (n - 1)), np.where(has_spread, errors, 0.0)
+
+
+class PairedResult(NamedTuple):
+    """By how much the first of two samples of equal trials differs from the second."""
+
+    pairs: int
+    estimate: float
+    interval: Interval  # for this comparison only
+    p_value: float  # of no difference; likewise
+
+
+def spread_ratio(first: np.ndarray, second: np.ndarray, level: float = LEVEL) -> PairedResult:
+    """Estimate the spread of the first over that of the second, for pairs of any distribution.
+
+    The interval is the jackknife's of the ratio's logarithm (Miller 1968). The p-value is its own
+    or that of the squared deviations' signed ranks, whichever is larger: among tiny p-values, outliers
+    make the jackknife's too small, and skewed values the ranks'. If a sample has no spread, or owes it
+    to one value, the interval is (0, infinity) and only the ranks count; the ratio of two samples
+    without a spread is 1.
+    """
+    pairs, ratio = len(first), _ratio(spread(first), spread(second))
+    if pairs < 3:
+        return PairedResult(pairs, ratio, Interval(0.0, math.inf), 1.0)
+    squares = [np.square(values - np.mean(values)) if spread(values) else np.zeros(pairs) for values in (first, second)]
+    # Without one pair, the sums of squares about the mean that is then left.
+    without = [np.sum(square) - square * pairs / (pairs - 1) for square in squares]
+    rank_p_value = signed_rank_p(squares[0] - squares[1])
+    if any((left <= ROUNDING * np.sum(square)).any() for left, square in zip(without, squares)):
+        return PairedResult(pairs, ratio, Interval(0.0, math.inf), rank_p_value)
+    pseudo_values = pairs * math.log(ratio) - (pairs - 1) * 0.5 * np.log(without[0] / without[1])
+    low, high = mean_interval(pseudo_values, level)
+    return PairedResult(
+        pairs, ratio, Interval(math.exp(low), math.exp(high)), max(_t_test_p(pseudo_values), rank_p_value)
+    )
+
+
+def wilcoxon(first: np.ndarray, second: np.ndarray, level: float = LEVEL) -> PairedResult:
+    """Estimate how far the first lies above the second: the signed-rank test, with ties too.
+
+    The estimate is Hodges and Lehmann's (the median of the means of any two differences), the
+    interval the one that belongs to the test. Pairs without a difference count in both, but not in
+    the p-value.
+    """
+    differences = np.asarray(first, dtype=float) - np.asarray(second, dtype=float)
+    pairs = len(differences)
+    if pairs == 0:
+        return PairedResult(0, 0.0, Interval(-math.inf, math.inf), 1.0)
+    means, beyond = pairs * (pairs + 1) // 2, _means_beyond_interval(pairs, level)
+    below, above, low, high = means_of_ranks(
+        differences, [(means - 1) // 2, means // 2, max(beyond - 1, 0), min(means - beyond, means - 1)]
+    )
+    interval = Interval(low, high) if beyond else Interval(-math.inf, math.inf)
+    return PairedResult(pairs, 0.5 * (below + above), interval, signed_rank_p(differences))
+
+
+def signed_rank_p(differences: np.ndarray) -> float:
+    """Compute the p-value of differences that lie symmetrically about zero; those of zero are left out."""
+    differences = differences[differences != 0.0]
+    # Doubled, because the mean rank of an even number of ties ends in a half.
+    ranks = np.rint(2.0 * stats.rankdata(np.abs(differences))).astype(int)
+    signed_sum = abs(int(np.sum(np.sign(differences) * ranks)))
+    if len(ranks) > MOST_PAIRS_EXACT:
+        return float(2.0 * stats.norm.sf(signed_sum / math.sqrt(np.sum(np.square(ranks)))))
+    chances = _positive_sum_chances(ranks)
+    signed_sums = np.abs(2 * np.arange(len(chances)) - np.sum(ranks))
+    return min(1.0, float(np.sum(chances[signed_sums >= signed_sum])))
+
+
+def _positive_sum_chances(ranks: np.ndarray) -> np.ndarray:
+    """Compute the chance of each sum, from zero, of the ranks that a fair coin makes positive."""
+    chances = np.zeros(int(np.sum(ranks)) + 1)
+    chances[0] = 1.0
+    for rank in ranks:
+        chances *= 0.5
+        chances[rank:] += chances[:-rank].copy()
+    return chances
+
+
+def _means_beyond_interval(pairs: int, level: float) -> int:
+    """Count the means of two differences from either end up to the interval's bound; 0 if the interval has none."""
+    tail = 0.5 - 0.5 * level
+    if pairs > MOST_PAIRS_EXACT:
+        std = math.sqrt(pairs * (pairs + 1) * (2 * pairs + 1) / 24.0)
+        return int(0.25 * pairs * (pairs + 1) + stats.norm.ppf(tail) * std)
+    chances = np.cumsum(_positive_sum_chances(np.arange(1, pairs + 1)))
+    return int(np.count_nonzero(chances <= tail))
+
+
+def means_of_ranks(values: np.ndarray, ranks: Sequence[int]) -> List[float]:
+    """Return the means of these ranks among those of any two values, each with itself among them.
+
+    Args:
+        values: (n,), n > 0.
+        ranks: from 0 for the least to n (n + 1) / 2 - 1.
+    """
+    ascending = np.sort(values)
+    if len(values) * (len(values) + 1) // 2 <= MOST_MEANS:
+        means = 0.5 * (ascending[:, np.newaxis] + ascending)[np.triu_indices(len(values))]
+        return list(map(float, np.partition(means, ranks)[list(ranks)]))
+    return [_mean_by_bisection(ascending, rank) for rank in ranks]
+
+
+def _mean_by_bisection(ascending: np.ndarray, rank: int) -> float:
+    """Return the least number that more than `rank` of the means do not exceed, to the last bits."""
+    low, high = float(ascending[0]), float(ascending[-1])
+    while low < (middle := 0.5 * (low + high)) < high:
+        columns = np.searchsorted(ascending, 2.0 * middle - ascending, 'right')
+        is_above = np.sum(np.maximum(columns - np.arange(len(ascending)), 0)) > rank
+        low, high = (low, middle) if is_above else (middle, high)
+    return high
+
+
+def mcnemar(first: np.ndarray, second: np.ndarray, level: float = LEVEL) -> PairedResult:
+    """Estimate how much more often the first is true than the second: fraction minus fraction.
+
+    McNemar's exact test; the interval is Bonett and Price's of 2012.
+    """
+    pairs = len(first)
+    only_first = int(np.count_nonzero(np.logical_and(first, np.logical_not(second))))
+    only_second = int(np.count_nonzero(np.logical_and(second, np.logical_not(first))))
+    if pairs == 0:
+        return PairedResult(0, 0.0, Interval(-1.0, 1.0), 1.0)
+    fractions = [(only + 1.0) / (pairs + 2.0) for only in (only_first, only_second)]
+    middle = fractions[0] - fractions[1]
+    margin = float(stats.norm.ppf(0.5 + 0.5 * level)) * math.sqrt((sum(fractions) - middle**2) / (pairs + 2.0))
+    changed = only_first + only_second
+    return PairedResult(
+        pairs,
+        (only_first - only_second) / pairs,
+        Interval(max(-1.0, middle - margin), min(1.0, middle + margin)),
+        float(stats.binomtest(only_first, changed).pvalue) if changed else 1.0,
+    )
+
+
+def holm(p_values: Sequence[float]) -> List[float]:
+    """Adjust p-values by Holm's step-down method, in the order given.
+
+    Of those below 0.05 not one is false in 95 of 100 analyses.
+    """
+    order = np.argsort(p_values, kind='stable')
+    stepped = np.asarray(p_values, dtype=float)[order] * np.arange(len(order), 0, -1)
+    adjusted = np.empty(len(order))
+    adjusted[order] = np.minimum(1.0, np.maximum.accumulate(stepped))
+    return adjusted.tolist()
+
+
+def _ratio(first: Optional[float], second: Optional[float]) -> float:
+    if first == second or first is None or second is None:
+        return 1.0
+    return first / second if second > 0.0 else math.inf
+
+
+def _t_test_p(values: np.ndarray) -> float:
+    """Compute the two-sided p-value of a mean of zero; of at least two values."""
+    mean, error = float(np.mean(values)), (spread(values) or 0.0) / math.sqrt(len(values))
+    if mean == 0.0:
+        return 1.0
+    return float(2.0 * stats.t.sf(abs(mean) / error, len(values) - 1)) if error > 0.0 else 0.0
