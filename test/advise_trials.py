@@ -9,8 +9,8 @@ from diff_encoder_sim.advice import listed_encoders, odometry_answer, odometry_c
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.cli.advise import main
 from diff_encoder_sim.drives.topics import PoseSource
-from diff_encoder_sim.drives.trial_definition import Ending, Outcome
-from diff_encoder_sim.trials.trial_run import TrialResult
+from diff_encoder_sim.drives.trial_definition import Outcome
+from diff_encoder_sim.trials.results import TrialRow
 
 
 def trials(setups, robot_file, record):
@@ -24,12 +24,8 @@ def trial(plan):
         Path(plan.bag).write_bytes(b'a bag')
     estimate = Pose2D(0.01, 0.02, 0.0)
     truth = Pose2D(0.01, 0.02 + 1.8 / plan.trial.ppr.left, 0.0)
-    return TrialResult(
-        Ending(Outcome.SUCCEEDED),
-        50.0,
-        20.0,
-        {PoseSource.ODOM: truth, PoseSource.AMCL: None, PoseSource.GLOBAL: estimate, PoseSource.WORLD: truth},
-    )
+    errors = {PoseSource.ODOM: truth, PoseSource.AMCL: None, PoseSource.GLOBAL: estimate, PoseSource.WORLD: truth}
+    return TrialRow('', '', (), 0, 0, Outcome.SUCCEEDED, '', 50.0, errors, 20.0)
 
 
 if __name__ == '__main__':

@@ -33,8 +33,8 @@ def trial(plan, robot_file):
     # Here, so that this script is no slower than scripts/campaign to notice Ctrl-C.
     from diff_encoder_sim.base.se2 import Pose2D
     from diff_encoder_sim.drives.topics import PoseSource
-    from diff_encoder_sim.drives.trial_definition import Ending, Outcome
-    from diff_encoder_sim.trials.trial_run import TrialResult
+    from diff_encoder_sim.drives.trial_definition import Outcome
+    from diff_encoder_sim.trials.results import TrialRow
 
     number = plan.trial.number
     folder = Path(os.environ[FOLDER])
@@ -53,12 +53,8 @@ def trial(plan, robot_file):
     assert Path(plan.world).is_file() and Path(plan.map).is_file() and Path(robot_file).is_file()
     outcome = Outcome.TIMED_OUT if number % 5 == 0 else Outcome.SUCCEEDED
     error = Pose2D(number / 3.0, plan.trial.ppr.left, 0.0)
-    return TrialResult(
-        Ending(outcome),
-        50.0 + number / 7.0,
-        20.0,
-        {PoseSource.ODOM: error, PoseSource.AMCL: None, PoseSource.GLOBAL: error, PoseSource.WORLD: error},
-    )
+    errors = {PoseSource.ODOM: error, PoseSource.AMCL: None, PoseSource.GLOBAL: error, PoseSource.WORLD: error}
+    return TrialRow('', '', (), number, number, outcome, '', 50.0 + number / 7.0, errors, 20.0)
 
 
 if __name__ == '__main__':

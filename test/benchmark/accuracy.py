@@ -26,7 +26,7 @@ from diff_encoder_sim.analysis.quantities import QUANTITIES
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import FinalErrors, TrialPlan
-from diff_encoder_sim.trials.campaign_cells import Campaign, TrialJob
+from diff_encoder_sim.trials.campaign_cells import Campaign, RequestedTrial
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial
 from diff_encoder_sim.trials.trial_run import final_errors
@@ -85,9 +85,9 @@ def _ends_of(name: str, arguments: argparse.Namespace) -> Dict[Cell, List[End]]:
     campaign = load_campaign(name, ROOT, replaced)
     ends: Dict[Cell, List[End]] = {}
     with tempfile.TemporaryDirectory() as folder, multiprocessing.Pool(arguments.workers) as pool:
-        runs = pool.imap(_run, ((campaign, job, folder) for job in campaign.jobs()))
-        for job, found in zip(campaign.jobs(), runs):
-            cell = campaign.cells[job.cell_index]
+        runs = pool.imap(_run, ((campaign, job, folder) for job in campaign.trials()))
+        for job, found in zip(campaign.trials(), runs):
+            cell = job.cell
             label = _label(cell.test.name, cell.varied_texts())
             ends.setdefault((label, ppr_label(cell.ppr)), []).extend(found)
     return ends
@@ -97,12 +97,12 @@ def _label(test: str, varied: Varied) -> str:
     return ', '.join((test, *(f'{key.rpartition(".")[2]} {text}' for key, text in varied)))
 
 
-def _run(task: Tuple[Campaign, TrialJob, str]) -> List[End]:
+def _run(task: Tuple[Campaign, RequestedTrial, str]) -> List[End]:
     """Run one trial; a list, empty for one that did not come to its goal."""
     campaign, job, folder = task
-    files, trial = campaign.files.materialise(folder), campaign.trial_of(job)
+    files, trial = campaign.files.materialise(folder), job.definition()
     plan = TrialPlan(trial=trial, bag='', **files.worlds[trial.test.name]._asdict())
-    loop = LockstepTrial(plan, files.robot, campaign.cells[job.cell_index].robot_params)
+    loop = LockstepTrial(plan, files.robot, job.cell.robot_params)
     counts = [len(report.estimate.particles) for report in loop.run() if report.estimate is not None]
     return list(
         _end(final_errors(trial, loop.true_pose_in_map, loop.last_report), trial.goal(), float(np.median(counts)))

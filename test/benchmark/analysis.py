@@ -28,7 +28,7 @@ from diff_encoder_sim.drives.trial_definition import TrialPlan
 from diff_encoder_sim.trials.campaign_cells import Campaign
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.results import ResultStore, TrialRow
-from diff_encoder_sim.trials.trial_run import TrialResult, run_trial
+from diff_encoder_sim.trials.trial_run import run_trial
 from diff_encoder_sim.wheels.encoder_params import ppr_label
 
 ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'
@@ -50,7 +50,7 @@ def main() -> None:
         for name in ('manifest.json', 'trials.csv'):
             shutil.copy(str(folder / name), str(alone))
         rows = [
-            [name, len(campaign.jobs()), *_measured(of_folder)]
+            [name, len(campaign.trials()), *_measured(of_folder)]
             for name, of_folder in (('bags', folder), ('trials.csv alone', alone))
         ]
     print(
@@ -68,10 +68,10 @@ def _make(campaign: Campaign, folder: Path) -> None:
     """One trial of each test is run; its bag, as of another trial, is every trial's of that test."""
     rng = np.random.default_rng(1)
     with ResultStore(folder, campaign, {}) as store, tempfile.TemporaryDirectory() as scratch:
-        recorded: Dict[str, TrialResult] = {}
+        recorded: Dict[str, TrialRow] = {}
         for job in store.pending():
-            cell, bag = campaign.cells[job.cell_index], store.bag_path(job)
-            name, trial = cell.test.name, campaign.trial_of(job)
+            cell, bag = job.cell, job.bag
+            name, trial = cell.test.name, job.definition()
             source = Path(scratch) / f'{name}.bag'
             if name not in recorded:
                 world = find_world(cell.test.world, ROOT / 'worlds')
@@ -94,8 +94,8 @@ def _make(campaign: Campaign, folder: Path) -> None:
                     cell.varied_texts(),
                     job.trial,
                     job.seed,
-                    result.ending.outcome,
-                    result.ending.reason,
+                    result.outcome,
+                    result.reason,
                     result.duration_s,
                     errors,
                     result.distance_m,

@@ -1,13 +1,12 @@
 #!/usr/bin/env python3
-"""What a campaign costs beside its trials: the start, each trial's way through Dask and into
+"""What a campaign costs besides its trials: the start, each trial's path through a process pool and into
 trials.csv, and the memory of the workers. The trials do nothing but write a bag of a few kB. What the client spends is
-compared with what a task costs it that does nothing, on such workers."""
+compared with the cost of an empty Dask task (3 ms of the client), as a campaign of Dask tasks would have."""
 
 from __future__ import annotations
 
 import argparse
 import os
-import queue
 import sys
 import tempfile
 import threading
@@ -23,14 +22,12 @@ from tabulate import tabulate
 
 from diff_encoder_sim.base.bounds import Between
 from diff_encoder_sim.base.command_line import whole_number_within
-from diff_encoder_sim.trials.cluster import local_workers
-from diff_encoder_sim.trials.engine import TASKS_PER_THREAD
 
 TRIALS = ROOT / 'test' / 'campaign_trials.py'
 FEW_TRIALS = 100  # what more trials cost than these is said: not the start
-DASK_TASKS = 300
+DASK_TASK_S = 0.003  # the client's processor time of a Dask task that does nothing, measured in 2026
 SAMPLE_EVERY_S = 0.05
-# How many times what it is compared with. A task was 3 ms of the client where these limits were set.
+# How many times what it is compared with.
 MOST_OF_CLIENT, MOST_OF_MEMORY = 1.0, 1.25
 
 
@@ -48,7 +45,6 @@ class Round(NamedTuple):
     start_s: float  # wall time of the few
     trial_s: float  # of each further one, wall time
     client_s: float  # and the client's processor time
-    task_s: float  # the client's processor time of a task that does nothing
     memory_bytes: float  # of the largest worker in the second half of the time
     memory_growth: float  # at the end, in units of what it was in the middle
 
@@ -68,7 +64,7 @@ def main() -> None:
             Ratio(
                 f'client, processor time per trial, workers: {workers}',
                 'a Dask task',
-                [each.client_s / each.task_s for each in measured],
+                [each.client_s / DASK_TASK_S for each in measured],
                 MOST_OF_CLIENT,
             ),
             Ratio(
@@ -90,7 +86,6 @@ def _print_costs(rounds: Dict[int, List[Round]]) -> None:
             f'{each.start_s:.1f}',
             f'{1e3 * each.trial_s:.1f}',
             f'{1e3 * each.client_s:.2f}',
-            f'{1e3 * each.task_s:.2f}',
             f'{each.memory_bytes / 1e6:.0f}',
         ]
         for workers, measured in rounds.items()
@@ -101,7 +96,6 @@ def _print_costs(rounds: Dict[int, List[Round]]) -> None:
         f'{FEW_TRIALS} trials,\nwall [s]',
         'each further,\nwall [ms]',
         "client's processor\ntime of it [ms]",
-        '\nof a Dask task [ms]',
         'a worker\n[MB]',
     ]
     print(f'{tabulate(rows, heads, disable_numparse=True, stralign="right")}\n')
@@ -114,7 +108,6 @@ def _round(workers: int, trials: int) -> Round:
         few.wall_time_s,
         (many.wall_time_s - few.wall_time_s) / further,
         (many.client_cpu_s - few.client_cpu_s) / further,
-        _dask_task_s(workers),
         max(max(samples[len(samples) // 2 :]) for samples in many.worker_memory_bytes),
         max(_growth(samples) for samples in many.worker_memory_bytes),
     )
@@ -124,19 +117,6 @@ def _growth(samples: List[int]) -> float:
     """Return the memory in the last tenth of the time by that in the middle tenth."""
     tenth, middle = max(1, len(samples) // 10), len(samples) // 2
     return max(samples[-tenth:]) / max(samples[middle : middle + tenth])
-
-
-def _dask_task_s(workers: int) -> float:
-    """Return this process's processor time per task, as a client of workers of its own."""
-    ended: queue.SimpleQueue = queue.SimpleQueue()
-    with local_workers(workers) as ready:
-        ready.client.wait_for_workers(workers)
-        began_s = time.process_time()
-        for number in range(DASK_TASKS):
-            ready.client.submit(abs, number, pure=False).add_done_callback(ended.put)
-            if number >= TASKS_PER_THREAD * workers:
-                ended.get().result()
-        return (time.process_time() - began_s) / DASK_TASKS
 
 
 def _campaign(workers: int, trials: int) -> Measured:

@@ -38,8 +38,8 @@ def make_results(folder: Path, trials: int, config: str = 'paper') -> int:
 
 def _rows(campaign: Campaign) -> Iterator[TrialRow]:
     rng = np.random.default_rng(1)
-    for job in campaign.jobs():
-        cell = campaign.cells[job.cell_index]
+    for job in campaign.trials():
+        cell = job.cell
         spread = SPREAD * campaign.cells[0].ppr.left / cell.ppr.left
         draws = rng.normal(0.0, spread, (len(PoseSource), 3)).tolist()
         outcome = Outcome.TIMED_OUT if rng.random() < TIMED_OUT_FRACTION else Outcome.SUCCEEDED

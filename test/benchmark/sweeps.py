@@ -17,8 +17,9 @@ from counts import COUNT
 from plans import plan_of
 from ratios import Ratio, add_json, print_ratios, write_ratios
 
+from diff_encoder_sim.trials.results import TrialRow
 from diff_encoder_sim.trials.robot_params import load_robot_params
-from diff_encoder_sim.trials.trial_run import TrialResult, run_trials
+from diff_encoder_sim.trials.trial_run import run_trials
 from diff_encoder_sim.trials.trial_setup import TrialSetup
 
 ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'
@@ -60,12 +61,12 @@ def _costs(test: str, pprs: Sequence[float], mode: str, folder: Path) -> Tuple[f
     return together_s, first_s + second_s
 
 
-def _alone(test: str, pprs: Sequence[float], mode: str, folder: Path) -> Tuple[float, List[TrialResult]]:
+def _alone(test: str, pprs: Sequence[float], mode: str, folder: Path) -> Tuple[float, List[TrialRow]]:
     runs = [_run(test, [ppr], mode, folder) for ppr in pprs]
     return sum(spent_s for spent_s, _ in runs), [result for _, (result,) in runs]
 
 
-def _run(test: str, pprs: Sequence[float], mode: str, folder: Path) -> Tuple[float, List[TrialResult]]:
+def _run(test: str, pprs: Sequence[float], mode: str, folder: Path) -> Tuple[float, List[TrialRow]]:
     params = load_robot_params(ROOT / 'config')
     setups = [TrialSetup(plan_of(test, ppr, 1, 'scripted', str(_bag(folder, ppr))), params) for ppr in pprs]
     begin_s = time.process_time()

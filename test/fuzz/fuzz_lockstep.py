@@ -68,12 +68,12 @@ def _use(folder):
     campaign = load_campaign(str(folder / 'campaign.yaml'), ROOT)
     if sum(cell.test.time_limit for cell in campaign.cells) > 10.0 or campaign.params.trials > 5:
         return  # a long trial is no odd one
-    for job in campaign.jobs():
-        cell = campaign.cells[job.cell_index]
+    for job in campaign.trials():
+        cell = job.cell
         files = campaign.files.materialise(folder)
         world = files.worlds[cell.test.name]
         bag = str(folder / f'{job.position}.bag')
-        plan = TrialPlan(trial=campaign.trial_of(job), world=world.world, map=world.map, bag=bag)
+        plan = TrialPlan(trial=job.definition(), world=world.world, map=world.map, bag=bag)
         result = run_trial(plan, files.robot, cell.robot_params, campaign.params.record)
-        if len(result.ending.reason.splitlines()) > 1:
-            raise Fault(f'the reason is not one line: {result.ending.reason!r}')
+        if len(result.reason.splitlines()) > 1:
+            raise Fault(f'the reason is not one line: {result.reason!r}')

@@ -13,8 +13,8 @@ def finish(campaign, folder, count=None):
     """Run a campaign's trials: rows that are made up, and bags that are of the trials."""
     with ResultStore(folder, campaign, RUN) as store:
         for job in store.pending()[:count]:
-            write_bag(folder / store.bag_path(job), campaign.trial_of(job))
-            store.append(row_of_job(campaign, job, store.bag_path(job)))
+            write_bag(folder / job.bag, job.definition())
+            store.append(row_of_job(campaign, job, job.bag))
         store.finish()
     return folder
 

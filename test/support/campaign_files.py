@@ -40,7 +40,7 @@ def small_campaign(folder, **changes):
 
 def row_of_job(campaign, job, bag='', **changes):
     """Some result; another for each job."""
-    cell = campaign.cells[job.cell_index]
+    cell = job.cell
     errors = {source: Pose2D(job.position / 3, -1e-17, 0.1 * number) for number, source in enumerate(PoseSource)}
     row = TrialRow(
         cell.test.name,
@@ -63,7 +63,7 @@ def run(campaign, folder, jobs=None):
     """Finish some trials, in an order of their own; as a campaign does, but for the trials."""
     with ResultStore(folder, campaign, RUN) as store:
         for job in store.pending() if jobs is None else jobs:
-            bag = store.bag_path(job)
+            bag = job.bag
             if bag:
                 (folder / bag).write_bytes(b'bag')
             store.append(row_of_job(campaign, job, bag))
@@ -75,8 +75,8 @@ def kill(folder, campaign, count, order=lambda jobs: jobs):
     """A folder as it is when a campaign was killed after `count` trials."""
     with ResultStore(folder, campaign, RUN) as store:
         for job in order(store.pending())[:count]:
-            (folder / store.bag_path(job)).write_bytes(b'bag')
-            store.append(row_of_job(campaign, job, store.bag_path(job)))
+            (folder / job.bag).write_bytes(b'bag')
+            store.append(row_of_job(campaign, job, job.bag))
 
 
 def refusal(folder, campaign, **options):

@@ -120,9 +120,7 @@ def wait_until(condition):
 def workers_of(client):
     """The worker processes of a campaign that runs on this host."""
     with contextlib.suppress(psutil.NoSuchProcess):
-        return [
-            child for child in psutil.Process(client.pid).children() if 'worker_process' in ' '.join(child.cmdline())
-        ]
+        return [child for child in psutil.Process(client.pid).children() if 'spawn_main' in ' '.join(child.cmdline())]
     return []
 
 

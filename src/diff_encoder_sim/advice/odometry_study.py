@@ -16,7 +16,7 @@ from diff_encoder_sim.advice.odometry_curve import OdometryCurves, counts_by_ppr
 from diff_encoder_sim.analysis.dataset import RobotGeometry
 from diff_encoder_sim.drives.trial_definition import TrialPlan
 from diff_encoder_sim.robots.description import RobotSource
-from diff_encoder_sim.trials.campaign_cells import Campaign, TrialJob
+from diff_encoder_sim.trials.campaign_cells import Campaign, RequestedTrial
 from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
@@ -95,20 +95,20 @@ def _drives(campaign: Campaign, distance_m: Optional[float], folder: str) -> Ite
     files = campaign.files.materialise(folder)
     robot = RobotSource(files.robot)
     for job in _first_jobs(campaign):
-        cell = campaign.cells[job.cell_index]
+        cell = job.cell
         if distance_m is not None:
             yield scripted(straight_test(distance_m, cell.test), robot, cell.robot_params)
             return
         if cell.test.drive:
             yield scripted(cell.test, robot, cell.robot_params)
         else:
-            plan = TrialPlan(trial=campaign.trial_of(job), bag='', **files.worlds[cell.test.name]._asdict())
+            plan = TrialPlan(trial=job.definition(), bag='', **files.worlds[cell.test.name]._asdict())
             yield navigated(plan, robot, cell.robot_params)
 
 
-def _first_jobs(campaign: Campaign) -> List[TrialJob]:
+def _first_jobs(campaign: Campaign) -> List[RequestedTrial]:
     """Return one trial of each test."""
-    first: Dict[str, TrialJob] = {}
-    for job in campaign.jobs():
-        first.setdefault(campaign.cells[job.cell_index].test.name, job)
+    first: Dict[str, RequestedTrial] = {}
+    for job in campaign.trials():
+        first.setdefault(job.cell.test.name, job)
     return list(first.values())

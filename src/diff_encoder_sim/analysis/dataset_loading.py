@@ -13,8 +13,8 @@ from diff_encoder_sim.analysis.dataset import Dataset, RobotGeometry, TrialData
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.drives.bag_source import bags_in
 from diff_encoder_sim.drives.trial_definition import Trial
-from diff_encoder_sim.trials.campaign_cells import VARIANT
-from diff_encoder_sim.trials.results import BAGS, MANIFEST, TABLE, TrialRow, csv_fields, header, row_of
+from diff_encoder_sim.trials.campaign_cells import BAGS, VARIANT
+from diff_encoder_sim.trials.results import MANIFEST, TABLE, TrialRow, csv_fields, header, row_of
 
 # Of a trial: metres, radians or seconds. Squares of what is larger, or not finite, spoil every table.
 LARGEST_NUMBER = 1e9

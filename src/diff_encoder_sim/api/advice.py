@@ -38,10 +38,10 @@ from diff_encoder_sim.base.command_line import as_called
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
-from diff_encoder_sim.trials.campaign_cells import VARIANT, Campaign, TrialJob
+from diff_encoder_sim.trials.campaign_cells import VARIANT, Campaign, RequestedTrial
 from diff_encoder_sim.trials.campaign_loading import load_campaign
-from diff_encoder_sim.trials.cluster import Workers
 from diff_encoder_sim.trials.engine import run_campaign as run_on_workers
+from diff_encoder_sim.trials.executors import Workers
 from diff_encoder_sim.trials.progress import progress_on, time_left
 from diff_encoder_sim.trials.results import ResultStore, describe_run
 from diff_encoder_sim.trials.trial_run import run_trials
@@ -223,7 +223,7 @@ class CandidateTrials:
         trials = [data_of(row) for row in self._store.rows if row.ppr == label and row.trial <= most]
         return [trial for trial in trials if dict(trial.varied).get(VARIANT, '') == variant]
 
-    def _run(self, text: str, jobs: Sequence[TrialJob]) -> None:
+    def _run(self, text: str, jobs: Sequence[RequestedTrial]) -> None:
         print(text, file=sys.stderr)
         if self._workers is None:
             self._workers = self._opened.enter_context(workers(self._options, len(jobs)))
@@ -231,8 +231,8 @@ class CandidateTrials:
         with progress, stop_reports(progress):
             unrun = run_on_workers(self._workers, self._campaign, self._store, progress, jobs, self._run_trial)
         if unrun:
-            sys.exit(unrun_text('advise', self._campaign, unrun))
+            sys.exit(unrun_text('advise', unrun))
 
-    def _cell(self, job: TrialJob) -> Tuple[str, str]:
-        cell = self._campaign.cells[job.cell_index]
+    def _cell(self, job: RequestedTrial) -> Tuple[str, str]:
+        cell = job.cell
         return cell.encoder.label, dict(cell.varied).get(VARIANT, '')

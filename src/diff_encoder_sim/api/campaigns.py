@@ -34,11 +34,11 @@ from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.base.processes import usable_cores
 from diff_encoder_sim.drives.bag_source import is_bag_folder
 from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
-from diff_encoder_sim.trials.campaign_cells import Campaign, TrialJob
+from diff_encoder_sim.trials.campaign_cells import Campaign, RequestedTrial
 from diff_encoder_sim.trials.campaign_loading import load_campaign
-from diff_encoder_sim.trials.cluster import TlsFiles, Workers, connected_workers, local_workers
 from diff_encoder_sim.trials.engine import UnrunTrial
 from diff_encoder_sim.trials.engine import run_campaign as run_on_workers
+from diff_encoder_sim.trials.executors import TlsFiles, Workers, connected_workers, local_workers
 from diff_encoder_sim.trials.progress import Progress, outcome_table, progress_on, time_left
 from diff_encoder_sim.trials.results import ResultStore, describe_run
 from diff_encoder_sim.trials.trial_run import run_trials
@@ -186,11 +186,11 @@ def complete(options: CampaignOptions, command: Sequence[str], run: Optional[Run
             name_campaigns_encoders(as_called('campaign'), campaign)
             name_stopping('campaign', campaign, X.tolerance, YAW.tolerance)
         left = time_left(campaign, jobs, store.rows)
-        progress = progress_on(sys.stderr, len(campaign.jobs()), store.rows, left)
+        progress = progress_on(sys.stderr, len(campaign.trials()), store.rows, left)
         with progress, stop_reports(progress):
             unrun = _run_jobs(options, campaign, store, progress, jobs, run or run_trials) if jobs else []
             table = store.finish()
-        unrun_trials = unrun_text('campaign', campaign, unrun) if unrun else ''
+        unrun_trials = unrun_text('campaign', unrun) if unrun else ''
         return CampaignRun(table, _summary(store, progress), unrun_trials)
 
 
@@ -199,7 +199,7 @@ def _run_jobs(
     campaign: Campaign,
     store: ResultStore,
     progress: Progress,
-    jobs: Sequence[TrialJob],
+    jobs: Sequence[RequestedTrial],
     run: RunTrials,
 ) -> List[UnrunTrial]:
     with workers(options, len(jobs)) as ready:
@@ -236,12 +236,11 @@ def _tls_files(options: WorkerOptions) -> Optional[TlsFiles]:
     return TlsFiles(options.tls_ca, options.tls_cert, options.tls_key)
 
 
-def unrun_text(name: str, campaign: Campaign, unrun: Sequence[UnrunTrial]) -> str:
+def unrun_text(name: str, unrun: Sequence[UnrunTrial]) -> str:
     """Say which trials could not be run and why, for the terminal."""
     by_reason: Dict[str, List[str]] = {}
     for trial in unrun:
-        bag = Path(campaign.bag_name(trial.job)).stem
-        by_reason.setdefault(trial.reason, []).append(bag)
+        by_reason.setdefault(trial.reason, []).append(trial.trial.name)
     lines = []
     for reason, bags in by_reason.items():
         count = '1 trial' if len(bags) == 1 else f'{len(bags)} trials'

@@ -38,6 +38,8 @@ Varied = Tuple[Tuple[str, Any], ...]  # dotted keys, or VARIANT, in alphabetical
 VARIANT = 'variant'  # in place of a key: the value is the name of one of the file's `variants`
 
 
+BAGS = 'bags'  # folder below the results folder
+
 ConfigFile = Literal['amcl', 'config', 'lockstep', 'navigation', 'simulator']  # stems of files of config/
 
 
@@ -163,13 +165,44 @@ class CampaignCell(NamedTuple):
         return tuple((key, text_of(value)) for key, value in self.varied)
 
 
-class TrialJob(NamedTuple):
-    """One trial of a campaign."""
+class RequestedTrial(NamedTuple):
+    """One trial of a campaign: all that a worker needs to run it, except for files."""
 
     position: int  # in the order of the results, from 0
-    cell_index: int
+    cell: CampaignCell
     trial: int  # from 1 in each cell
     seed: int
+    campaign: CampaignParams
+
+    @property
+    def bag(self) -> str:
+        """Return the path of the bag below the results folder, such as bags/SL_90_007.bag; '' if none is recorded."""
+        return '' if self.campaign.record == 'none' else f'{BAGS}/{self.name}{SUFFIXES[self.campaign.bag_format]}'
+
+    @property
+    def name(self) -> str:
+        """Return the name of its files, such as SL_90_007."""
+        digits = max(3, len(str(self.campaign.trials)))
+        return f'{self.cell.label}_{self.trial:0{digits}d}'
+
+    def identity(self) -> Tuple[str, str, Tuple[Tuple[str, str], ...], int, int]:
+        """Return the first fields of the trial's row."""
+        cell = self.cell
+        return cell.test.name, cell.encoder.label, cell.varied_texts(), self.trial, self.seed
+
+    def definition(self) -> Trial:
+        """Return the trial as it is written into its bag."""
+        cell = self.cell
+        return Trial(
+            test=cell.test,
+            ppr=cell.ppr,
+            number=self.seed,
+            nav=self.campaign.nav,
+            encoder=cell.encoder.name,
+            resolution=cell.encoder.resolution,
+            variant=dict(cell.varied).get(VARIANT, ''),
+            **wheels_of(cell.robot_params.odometry, cell.robot_params.encoder),
+        )
 
 
 class Campaign(NamedTuple):
@@ -186,32 +219,13 @@ class Campaign(NamedTuple):
         first = self.cells[0]
         return [cell.encoder for cell in self.cells if (cell.test, cell.varied) == (first.test, first.varied)]
 
-    def jobs(self) -> List[TrialJob]:
+    def trials(self) -> List[RequestedTrial]:
         """List every trial; equal trial numbers have equal seeds in all cells, and are compared in pairs."""
-        numbers = itertools.product(range(len(self.cells)), range(1, self.params.trials + 1))
+        numbers = itertools.product(self.cells, range(1, self.params.trials + 1))
         return [
-            TrialJob(position, cell_index, trial, self.params.seed + trial)
-            for position, (cell_index, trial) in enumerate(numbers)
+            RequestedTrial(position, cell, trial, self.params.seed + trial, self.params)
+            for position, (cell, trial) in enumerate(numbers)
         ]
-
-    def trial_of(self, job: TrialJob) -> Trial:
-        """Return the job's trial as it is written into its bag."""
-        cell = self.cells[job.cell_index]
-        return Trial(
-            test=cell.test,
-            ppr=cell.ppr,
-            number=job.seed,
-            nav=self.params.nav,
-            encoder=cell.encoder.name,
-            resolution=cell.encoder.resolution,
-            variant=dict(cell.varied).get(VARIANT, ''),
-            **wheels_of(cell.robot_params.odometry, cell.robot_params.encoder),
-        )
-
-    def bag_name(self, job: TrialJob) -> str:
-        """Name the file of the job's bag: SL_90_007.bag."""
-        digits = max(3, len(str(self.params.trials)))
-        return f'{self.cells[job.cell_index].label}_{job.trial:0{digits}d}{SUFFIXES[self.params.bag_format]}'
 
     def resolved(self) -> Dict[str, Any]:
         """Collect everything that determines the results, for JSON: all parameters, files by sha256."""

@@ -13,7 +13,7 @@ from tqdm import tqdm
 
 from diff_encoder_sim.drives.test_definition import Point, PoseParams, TestDefinition
 from diff_encoder_sim.drives.trial_definition import Outcome
-from diff_encoder_sim.trials.campaign_cells import Campaign, TrialJob
+from diff_encoder_sim.trials.campaign_cells import Campaign, RequestedTrial
 from diff_encoder_sim.trials.results import OUTCOMES, TrialRow
 
 # What is assumed of a worker, and counts as much as so many seconds of measured work: the first trials also wait for
@@ -52,10 +52,10 @@ class TimeLeft:
         self._driven_s += self._drives_s[row.test]
 
 
-def time_left(campaign: Campaign, jobs: Sequence[TrialJob], done: Sequence[TrialRow] = ()) -> TimeLeft:
-    """Estimate the time of `jobs`; `done` are the results of earlier runs."""
+def time_left(campaign: Campaign, pending: Sequence[RequestedTrial], done: Sequence[TrialRow] = ()) -> TimeLeft:
+    """Estimate the time of `pending` trials; `done` are the results of earlier runs."""
     drives_s = {cell.test.name: shortest_drive_s(cell.test, campaign.params.nav) for cell in campaign.cells}
-    return TimeLeft(drives_s, [campaign.cells[job.cell_index].test.name for job in jobs], done)
+    return TimeLeft(drives_s, [trial.cell.test.name for trial in pending], done)
 
 
 def shortest_drive_s(test: TestDefinition, nav: str) -> float:

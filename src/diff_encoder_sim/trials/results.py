@@ -24,9 +24,9 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.text_values import plain_float, plain_int, text_cell, text_of_cell
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import FinalErrors, Outcome
-from diff_encoder_sim.trials.campaign_cells import Campaign, TrialJob
+from diff_encoder_sim.trials.campaign_cells import BAGS, Campaign, RequestedTrial
 
-MANIFEST, TABLE, BAGS, LOCK = 'manifest.json', 'trials.csv', 'bags', '.lock'
+MANIFEST, TABLE, LOCK = 'manifest.json', 'trials.csv', '.lock'
 
 
 log = logging.getLogger(__name__)
@@ -190,10 +190,10 @@ class TrialRow(NamedTuple):
     duration_s: float  # simulated
     errors: FinalErrors
     distance_m: float  # length of the true path
-    wall_time_s: float
-    bag: str  # path below the results folder; '' for none
+    wall_time_s: float = 0.0
+    bag: str = ''  # path below the results folder; '' for none
 
-    def identity(self) -> Tuple[object, ...]:
+    def identity(self) -> Tuple[str, str, Tuple[Tuple[str, str], ...], int, int]:
         """Return what identifies the trial: the first fields, up to the seed."""
         return self[:5]
 
@@ -392,8 +392,8 @@ class ResultStore:
         """
         self.folder = Path(folder)
         self._campaign = campaign
-        self._jobs = _jobs_by_identity(campaign)
-        self._rows: Dict[int, TrialRow] = {}  # by position of job
+        self._trials = {trial.identity(): trial for trial in campaign.trials()}
+        self._rows: Dict[int, TrialRow] = {}  # by position of trial
         self._table = TrialsTable(self.folder / TABLE, campaign.params.varied_keys)
         with contextlib.ExitStack() as opened, _named_errors(self.folder):
             self._refuse_foreign(must_resume)
@@ -414,17 +414,12 @@ class ResultStore:
 
     @property
     def rows(self) -> List[TrialRow]:
-        """Return the results of the finished trials, in the order of jobs."""
+        """Return the results of the finished trials, in the order of trials."""
         return [self._rows[position] for position in sorted(self._rows)]
 
-    def pending(self) -> List[TrialJob]:
+    def pending(self) -> List[RequestedTrial]:
         """Return the trials that are still to be run."""
-        return [job for job in self._jobs.values() if job.position not in self._rows]
-
-    def bag_path(self, job: TrialJob) -> str:
-        """Return the path of the job's bag below the folder; '' when bags are not recorded."""
-        is_recorded = self._campaign.params.record != 'none'
-        return f'{BAGS}/{self._campaign.bag_name(job)}' if is_recorded else ''
+        return [trial for trial in self._trials.values() if trial.position not in self._rows]
 
     def append(self, row: TrialRow) -> None:
         """Keep a finished trial; it is on the disk when this returns. A second row of the same trial is dropped.
@@ -432,14 +427,14 @@ class ResultStore:
         Raises:
             ConfigError: the disk is full, or the like; the rows before are whole.
         """
-        job = self._jobs[row.identity()]
-        if job.position not in self._rows:
+        trial = self._trials[row.identity()]
+        if trial.position not in self._rows:
             with _named_errors(self._table.path):
                 self._table.append(row)
-            self._rows[job.position] = row
+            self._rows[trial.position] = row
 
     def finish(self) -> Path:
-        """Sort trials.csv in the order of jobs, and take no more rows; return its path.
+        """Sort trials.csv in the order of trials, and take no more rows; return its path.
 
         Raises:
             ConfigError: it cannot be written; the unsorted one is still there.
@@ -494,14 +489,14 @@ class ResultStore:
         raise ConfigError(f'{self.folder}: has results of another configuration: {listed}; allowed: {allowed}')
 
     def _read_rows(self) -> Dict[int, TrialRow]:
-        """Read the finished trials by position of job; those whose bag is gone are left out."""
+        """Read the finished trials by position; those whose bag is gone are left out."""
         rows: Dict[int, TrialRow] = {}
         for number, row in self._table.rows():
-            job = self._jobs.get(row.identity())
-            if job is None or row.bag != self.bag_path(job):
+            trial = self._trials.get(row.identity())
+            if trial is None or row.bag != trial.bag:
                 raise self._table.foreign_line(number)
             if not row.bag or (self.folder / row.bag).is_file():
-                rows.setdefault(job.position, row)
+                rows.setdefault(trial.position, row)
         return rows
 
 
@@ -511,12 +506,6 @@ def _named_errors(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise ConfigError(f'{error.filename or path}: cannot be read or written: {error.strerror or error}') from None
-
-
-def _jobs_by_identity(campaign: Campaign) -> Dict[Tuple[object, ...], TrialJob]:
-    """Map jobs by what TrialRow.identity returns."""
-    cells = [(cell.test.name, cell.encoder.label, cell.varied_texts()) for cell in campaign.cells]
-    return {(*cells[job.cell_index], job.trial, job.seed): job for job in campaign.jobs()}
 
 
 def _warn_of_other_code(folder: Path, first: Dict[str, Any], run: Dict[str, Any]) -> None:

@@ -4,30 +4,22 @@ from __future__ import annotations
 
 import contextlib
 from pathlib import Path
-from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Dict, List, Optional, Sequence, Tuple, Union
 
 from diff_encoder_sim.base.processes import without_collection
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.topics import PoseSource, RecordMode
 from diff_encoder_sim.drives.trial_bag import TrialBag, TrialBags
-from diff_encoder_sim.drives.trial_definition import Ending, FinalErrors, Trial, TrialPlan
+from diff_encoder_sim.drives.trial_definition import FinalErrors, Trial, TrialPlan
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrials, Report
 from diff_encoder_sim.trials.publications import BagPublications, Publications
+from diff_encoder_sim.trials.results import TrialRow
 from diff_encoder_sim.trials.robot_params import RobotParams
 from diff_encoder_sim.trials.trial_setup import TrialSetup
 
 
-class TrialResult(NamedTuple):
-    """How a trial ended, and how far from its goal by each pose source."""
-
-    ending: Ending
-    duration_s: float  # simulated
-    distance_m: float  # path length of base_link
-    errors: FinalErrors
-
-
-def run_trial(plan: TrialPlan, robot_file: Union[str, Path], params: RobotParams, record: RecordMode) -> TrialResult:
+def run_trial(plan: TrialPlan, robot_file: Union[str, Path], params: RobotParams, record: RecordMode) -> TrialRow:
     """Run a trial and, unless `record` is none, write its bag to `plan.bag`: whole, or not at all.
 
     Raises:
@@ -37,7 +29,7 @@ def run_trial(plan: TrialPlan, robot_file: Union[str, Path], params: RobotParams
     return run_trials([TrialSetup(plan, params)], robot_file, record)[0]
 
 
-def run_trials(trials: Sequence[TrialSetup], robot_file: Union[str, Path], record: RecordMode) -> List[TrialResult]:
+def run_trials(trials: Sequence[TrialSetup], robot_file: Union[str, Path], record: RecordMode) -> List[TrialRow]:
     """Run trials of equal `drive` at once, each with the result and the bag that it has alone.
 
     Raises:
@@ -51,15 +43,20 @@ def run_trials(trials: Sequence[TrialSetup], robot_file: Union[str, Path], recor
         with without_collection():
             for _ in world.run():
                 pass
-    duration_s = world.time_ns / NANOSECONDS_PER_SECOND
     return [
-        TrialResult(
-            world.ending,
-            duration_s,
+        TrialRow(
+            trial.test.name,
+            trial.encoder_label,
+            (),
+            trial.number,
+            trial.number,
+            world.ending.outcome,
+            world.ending.reason,
+            world.time_ns / NANOSECONDS_PER_SECOND,
+            final_errors(trial, world.true_pose_in_map, wheels.last_report),
             world.distance_m,
-            final_errors(trial.plan.trial, world.true_pose_in_map, wheels.last_report),
         )
-        for trial, wheels in zip(trials, together.wheels)
+        for trial, wheels in zip((plan.trial for plan, _ in trials), together.wheels)
     ]
 
 

@@ -15,7 +15,7 @@ from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.trials.results import ResultStore
 from diff_encoder_sim.trials.trial_run import run_trials
-from diff_encoder_sim.trials.worker import PlacedJob, ResultsFolder, run_jobs
+from diff_encoder_sim.trials.worker import ResultsFolder, run_group
 from places import ROOT
 from synthetic_trials import ALTO
 from trial_bags import trial, write_bag
@@ -135,9 +135,9 @@ def run_campaign(folder, **changes):
     campaign, out = small_campaign(folder, **MADE_WITH, **changes), folder / 'out'
     with ResultStore(out, campaign, RUN) as store:
         (out / 'probe').write_text('nonce')
-        for job in store.pending():
-            placed, results = PlacedJob(job, store.bag_path(job)), ResultsFolder(str(out), 'probe', 'nonce')
-            ((row, _),) = run_jobs(campaign, [placed], results, run_trials, folder / 'scratch')
+        files = campaign.files.materialise(folder / 'scratch')
+        for trial in store.pending():
+            ((row, _),) = run_group(files, [trial], ResultsFolder(str(out), 'probe', 'nonce'), run_trials)
             store.append(row)
         store.finish()
     (out / 'probe').unlink()

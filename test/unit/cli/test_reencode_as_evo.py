@@ -41,7 +41,7 @@ def fixture_trial_folder(tmp_path_factory):
     campaign = small_campaign(folder, tests=['SL'], ppr=[90])
     world, robot = ROOT / 'worlds' / 'hallway.world', ROOT / 'urdf' / 'alto.urdf.xacro'
     plan = TrialPlan(
-        trial=campaign.trial_of(campaign.jobs()[0]),
+        trial=campaign.trials()[0].definition(),
         world=str(world),
         map=str(world.with_suffix('.yaml')),
         bag=str(folder / BAG),

@@ -98,12 +98,11 @@ def test_a_live_trial_says_it_for_the_stack_it_runs(capsys):
         assert expected in capsys.readouterr().err
 
 
-CAMPAIGN = SimpleNamespace(bag_name=lambda job: f'bags/SL_90ppr_trial{job}.bag')
-
-
 def test_trials_that_could_not_be_run_are_named_by_reason():
-    unrun = [UnrunTrial(job, 'out of memory', False) for job in range(7)] + [UnrunTrial(9, 'worker lost', True)]
-    assert unrun_text('campaign', CAMPAIGN, unrun).splitlines() == [
+    reasons = ['out of memory'] * 7 + ['', '', 'worker lost']
+    trials = [SimpleNamespace(name=f'SL_90ppr_trial{number}') for number in range(10)]
+    unrun = [UnrunTrial(trial, reason) for trial, reason in zip(trials, reasons) if reason]
+    assert unrun_text('campaign', unrun).splitlines() == [
         'campaign: 7 trials could not be run (out of memory): '
         + ', '.join(f'SL_90ppr_trial{k}' for k in range(5))
         + ', ...',

@@ -38,9 +38,9 @@ def complaint(folder, replace=None, **changes):
 @pytest.mark.parametrize(('name', 'trials'), TRIALS.items())
 def test_the_packages_campaigns(name, trials):
     campaign = load_campaign(name, ROOT)
-    jobs = campaign.jobs()
+    jobs = campaign.trials()
     assert len(jobs) == trials and campaign.params.name == name
-    assert len({campaign.bag_name(job) for job in jobs}) == trials
+    assert len({job.bag[5:] for job in jobs}) == trials
     assert campaign.params.record == 'minimal' and campaign.params.nav == 'embedded'
 
 
@@ -97,12 +97,12 @@ def test_the_papers_is_the_papers():
 
 def test_jobs_come_by_test_then_varied_parameters_then_ppr_then_trial(tmp_path):
     campaign = small_campaign(tmp_path, vary=VARY)
-    jobs = campaign.jobs()
+    jobs = campaign.trials()
     assert [job.position for job in jobs] == list(range(2 * 4 * 2 * 2))
     reported = [
         (cell.test.name, dict(cell.varied)[MODULUS], dict(cell.varied)[NOISE], cell.ppr.left, job.trial)
         for job in jobs
-        for cell in [campaign.cells[job.cell_index]]
+        for cell in [job.cell]
     ]
     assert reported == [
         (test, modulus, noise, ppr, trial)
@@ -116,11 +116,11 @@ def test_jobs_come_by_test_then_varied_parameters_then_ppr_then_trial(tmp_path):
 
 def test_equal_trials_have_equal_seeds_in_every_cell(tmp_path):
     campaign = small_campaign(tmp_path, seed=100, trials=3, vary=VARY)
-    for job in campaign.jobs():
-        assert job.seed == 100 + job.trial == campaign.trial_of(job).number
+    for job in campaign.trials():
+        assert job.seed == 100 + job.trial == job.definition().number
     by_cell = {}
-    for job in campaign.jobs():
-        by_cell.setdefault(job.cell_index, []).append(job.seed)
+    for job in campaign.trials():
+        by_cell.setdefault(job.cell.label, []).append(job.seed)
     assert set(map(tuple, by_cell.values())) == {(101, 102, 103)}
 
 
@@ -131,7 +131,7 @@ def test_a_trial_is_told_as_trial_launch_tells_it(tmp_path):
         ppr=[{'left': 40, 'right': 90}],
         set={'config.wheel_separation': 0.41, 'config.wheel_diameter': 0.19},
     )
-    trial = campaign.trial_of(campaign.jobs()[1])
+    trial = campaign.trials()[1].definition()
     assert (trial.ppr.left, trial.ppr.right, trial.number) == (40, 90, 2)
     assert (trial.nav, trial.odom, trial.test.name) == ('scripted', 'encoder', 'SL')
     assert (trial.wheel_separation, trial.wheel_diameter) == (0.41, 0.19)
@@ -325,7 +325,7 @@ def test_an_unknown_campaign_is_named(name):
 
 def test_bag_names_say_what_was_varied_and_stay_in_their_folder(tmp_path):
     campaign = small_campaign(tmp_path, vary=VARY, tests=['SL'], ppr=[{'left': 40, 'right': 90}])
-    assert [campaign.bag_name(job) for job in campaign.jobs()][:3] == [
+    assert [job.bag[5:] for job in campaign.trials()][:3] == [
         'SL_40-90_counter_modulus0_noise0.01_001.bag',
         'SL_40-90_counter_modulus0_noise0.01_002.bag',
         'SL_40-90_counter_modulus0_noise0.03_001.bag',
@@ -338,7 +338,7 @@ def test_bag_names_say_what_was_varied_and_stay_in_their_folder(tmp_path):
     campaign = small_campaign(
         tmp_path, tests=[f'{index}.yaml' for index in range(len(names))], nav='scripted', ppr=[40]
     )
-    bags = [campaign.bag_name(job) for job in campaign.jobs()]
+    bags = [job.bag[5:] for job in campaign.trials()]
     assert len({bag.lower() for bag in bags}) == len(names) * 2
     assert all(re.fullmatch(r'[A-Za-z0-9_.+-]{1,200}', bag) and '/' not in bag for bag in bags)
 

@@ -24,10 +24,10 @@ def complaint(folder, replace=None, **changes):
 def test_real_encoders_stand_beside_ideal_ones(tmp_path):
     campaign = small_campaign(tmp_path, **REAL)
     assert [encoder.label for encoder in campaign.encoders] == ['90', '4096 xl430', '8192 amt102']
-    trials = [campaign.trial_of(job) for job in campaign.jobs()]
+    trials = [job.definition() for job in campaign.trials()]
     assert [trial.encoder_label for trial in trials] == ['90', '90', *['4096 xl430'] * 2, *['8192 amt102'] * 2]
     assert [trial.resolution for trial in trials[::2]] == ['', '2^12 = 4096 counts per wheel revolution', RESOLUTION]
-    assert campaign.bag_name(campaign.jobs()[-1]) == 'SL_8192_amt102_002.bag'
+    assert campaign.trials()[-1].bag[5:] == 'SL_8192_amt102_002.bag'
     ideal, absolute, lines = (cell.robot_params for cell in campaign.cells)
     assert (ideal.encoder.encoder.sensor, absolute.encoder.encoder.sensor) == ('quadrature', 'absolute')
     assert lines.encoder.encoder == lines.odometry.encoder and lines.encoder.counts_per_turn.left == 8192
@@ -88,7 +88,7 @@ def test_variants_are_cells_with_parameters_of_their_own(tmp_path):
     assert [cell.varied_texts() for cell in campaign.cells[::2]] == [(('variant', name),) for name in VARIANTS]
     faults = [cell.robot_params.encoder.encoder.faults for cell in campaign.cells[::2]]
     assert [fault.missed for fault in faults] == [0.0, 0.01, 0.0] and faults[2].restart_at == 20.0
-    assert [campaign.trial_of(job).variant for job in campaign.jobs()[::4]] == list(VARIANTS)
+    assert [job.definition().variant for job in campaign.trials()[::4]] == list(VARIANTS)
 
 
 def test_edges_that_are_not_even_go_by_the_ppr_of_each_cell(tmp_path):

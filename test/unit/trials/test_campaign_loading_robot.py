@@ -42,7 +42,7 @@ def test_a_robots_numbers_reach_every_cell_and_its_trials(tmp_path):
     assert {
         (cell.robot_params.odometry.wheel_separation, cell.robot_params.simulator.lidar.noise) for cell in other.cells
     } == {(0.5, 0.02)}
-    assert other.trial_of(other.jobs()[0]).wheel_separation == 0.5
+    assert other.trials()[0].definition().wheel_separation == 0.5
     assert other.fingerprint() != load_campaign('quick', ROOT).fingerprint()
 
 

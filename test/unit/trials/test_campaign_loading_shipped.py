@@ -14,9 +14,9 @@ NAMES = sorted(path.stem for path in (ROOT / 'config' / 'campaigns').glob('*.yam
 @pytest.mark.parametrize('name', NAMES)
 def test_a_trial_comes_to_its_goal(name, tmp_path):
     campaign = load_campaign(name, ROOT, {'tests': ['SMT'], 'ppr': [90.0], 'trials': 1})
-    job, *_ = campaign.jobs()
+    job, *_ = campaign.trials()
     files = campaign.files.materialise(tmp_path)
-    plan = TrialPlan(trial=campaign.trial_of(job), bag='', **files.worlds['SMT']._asdict())
+    plan = TrialPlan(trial=job.definition(), bag='', **files.worlds['SMT']._asdict())
     result = run_trial(plan, files.robot, campaign.cells[0].robot_params, 'none')
-    assert (result.ending.outcome, result.ending.reason) == (Outcome.SUCCEEDED, '')
+    assert (result.outcome, result.reason) == (Outcome.SUCCEEDED, '')
     assert 30.0 < result.duration_s < 90.0

@@ -17,7 +17,7 @@ from diff_encoder_sim.trials.results import ResultStore, describe_run, differenc
 
 
 def test_the_table_is_in_job_order_whatever_the_order_of_ends(campaign, tmp_path, whole):
-    jobs = campaign.jobs()
+    jobs = campaign.trials()
     assert run(campaign, tmp_path / 'turned', reversed(jobs)) == whole
     with open(tmp_path / 'turned' / 'trials.csv', newline='', encoding='utf-8') as file:
         rows = list(csv.DictReader(file))
@@ -40,10 +40,10 @@ def test_what_a_killed_worker_left_goes_when_all_trials_are_done(campaign, tmp_p
 
 
 def test_each_row_is_on_the_disk_at_once_and_comes_once(campaign, tmp_path):
-    jobs = campaign.jobs()
+    jobs = campaign.trials()
     with ResultStore(tmp_path, campaign, RUN) as store:
         for count, job in enumerate(reversed(jobs), start=1):
-            row = row_of_job(campaign, job, store.bag_path(job))
+            row = row_of_job(campaign, job, job.bag)
             store.append(row)
             store.append(row)
             assert len((tmp_path / 'trials.csv').read_bytes().splitlines()) == 1 + count
@@ -93,7 +93,7 @@ def test_a_full_disk_is_named_and_what_was_whole_stays(campaign, tmp_path, whole
     with ResultStore(folder, campaign, RUN) as store:
         content = (folder / 'trials.csv').read_bytes()
         job = store.pending()[0]
-        row = row_of_job(campaign, job, store.bag_path(job))
+        row = row_of_job(campaign, job, job.bag)
         full_disk(len(content) + room)
         with pytest.raises(ConfigError, match='trials.csv: cannot be read or written: File too large'):
             store.append(row)
@@ -147,7 +147,7 @@ def test_a_trial_whose_bag_is_gone_is_run_again(campaign, tmp_path, whole):
     bags[0].unlink()
     bags[5].unlink()
     with ResultStore(folder, campaign, RUN) as store:
-        assert [f'bags/{bag.name}' for bag in (bags[0], bags[5])] == [store.bag_path(job) for job in store.pending()]
+        assert [f'bags/{bag.name}' for bag in (bags[0], bags[5])] == [job.bag for job in store.pending()]
     assert run(campaign, folder) == whole and sorted((folder / 'bags').iterdir()) == bags
 
 

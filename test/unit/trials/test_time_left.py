@@ -33,7 +33,7 @@ def test_a_drive_takes_its_length_at_its_speed(name, nav, expected_s):
 def test_before_the_first_trial_there_is_a_guess_of_the_right_size():
     """The paper's campaign took 6 minutes on two cores."""
     campaign = load_campaign('paper', ROOT)
-    assert 4 * 60 < time_left(campaign, campaign.jobs()).seconds(2) < 8 * 60
+    assert 4 * 60 < time_left(campaign, campaign.trials()).seconds(2) < 8 * 60
 
 
 def test_a_slow_first_trial_does_not_make_hours():

@@ -10,8 +10,8 @@ from diff_encoder_sim.trials.engine import trial_groups
 def grouped(folder, jobs=None, **changes):
     """The names of the bags of each group."""
     campaign = small_campaign(folder, **changes)
-    groups = trial_groups(campaign, campaign.jobs() if jobs is None else jobs)
-    return [' '.join(campaign.bag_name(job)[:-4] for job in group) for group in groups]
+    groups = trial_groups(campaign.trials() if jobs is None else jobs)
+    return [' '.join(job.name for job in group) for group in groups]
 
 
 def test_scripted_trials_of_equal_test_and_seed_share_a_drive(tmp_path):
@@ -28,7 +28,7 @@ def test_navigated_trials_share_none(tmp_path):
 
 
 def test_of_trials_that_are_done_in_part_the_others_share_a_drive(tmp_path):
-    jobs = small_campaign(tmp_path, nav='scripted', tests=['SL'], ppr=[40, 90, 1024]).jobs()
+    jobs = small_campaign(tmp_path, nav='scripted', tests=['SL'], ppr=[40, 90, 1024]).trials()
     left = [job for job in jobs if job.position not in (0, 5)]
     assert grouped(tmp_path, left, nav='scripted', tests=['SL'], ppr=[40, 90, 1024]) == [
         'SL_40_002 SL_90_002',

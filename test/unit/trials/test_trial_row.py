@@ -24,7 +24,7 @@ def test_columns_carry_units():
 
 
 def test_a_row_reads_back_exactly_but_for_wall_time(campaign):
-    for job in campaign.jobs():
+    for job in campaign.trials():
         row = row_of_job(campaign, job, 'bags/x.bag', wall_time_s=1.23456789, duration_s=0.1 + 0.2)
         again = row_of(csv_fields(csv_line(fields_of(row))), [NOISE])
         assert again == row._replace(wall_time_s=1.235)
@@ -33,7 +33,7 @@ def test_a_row_reads_back_exactly_but_for_wall_time(campaign):
 def test_what_there_is_none_of_is_empty(campaign):
     row = row_of_job(
         campaign,
-        campaign.jobs()[0],
+        campaign.trials()[0],
         outcome=Outcome.ABORTED,
         errors={PoseSource.ODOM: None, PoseSource.AMCL: None, PoseSource.WORLD: (0.0, 1.0, 2.0)},
     )
@@ -51,7 +51,7 @@ def test_what_there_is_none_of_is_empty(campaign):
     'reason', ['a, "quoted" one', 'two\nlines\r\n', 'nul\0 tab\t esc\x1b \x85\u2028', 'größer', "'", '\udc80']
 )
 def test_whatever_the_reason_says_the_row_stays_a_line(campaign, reason):
-    row = row_of_job(campaign, campaign.jobs()[0], outcome=Outcome.LOST, reason=reason)
+    row = row_of_job(campaign, campaign.trials()[0], outcome=Outcome.LOST, reason=reason)
     line = csv_line(fields_of(row))
     assert line.count(b'\n') == 1 and len(line.splitlines()) == 1 and b'\0' not in line
     assert row_of(csv_fields(line), [NOISE]).identity() == row.identity()

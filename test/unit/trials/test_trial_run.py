@@ -13,7 +13,7 @@ from lockstep_trials import ALTO, HALL, params_of, plan_of
 def test_a_scripted_trial_has_errors_by_each_pose_source_that_it_has():
     plan = plan_of(HALL, 1024, nav='scripted', start={'x': -3.0, 'yaw': math.pi / 2}, drive=[{'straight': 0.5}])
     result = run_trial(plan, ALTO, params_of(), 'none')
-    assert result.ending.outcome is Outcome.SUCCEEDED
+    assert result.outcome is Outcome.SUCCEEDED
     assert result.distance_m == pytest.approx(0.5, abs=1e-3)
     # A trapezoid of 0.5 m, half a second's pause, a second at rest.
     assert result.duration_s == pytest.approx(0.5 / 0.45 + 0.45 / 0.7 + 0.5 + 1.0, abs=0.1)

@@ -51,7 +51,7 @@ def test_each_has_the_result_and_the_bag_that_it_has_alone(tmp_path, drive, bag_
     together = run_trials(setups(tmp_path / 'together', drive, bag_format), ALTO, record)
     alone = [run_trials([each], ALTO, record)[0] for each in setups(tmp_path / 'alone', drive, bag_format)]
     assert together == alone
-    assert {result.ending.outcome for result in alone} == {Outcome.COLLISION if drive is WALL else Outcome.SUCCEEDED}
+    assert {result.outcome for result in alone} == {Outcome.COLLISION if drive is WALL else Outcome.SUCCEEDED}
     assert len({result.errors[source] for result in alone for source in result.errors}) > len(alone)
     bags = [{path.name: path.read_bytes() for path in (tmp_path / name).iterdir()} for name in ('together', 'alone')]
     assert bags[0] == bags[1]

@@ -8,7 +8,7 @@ from diff_encoder_sim.trials.results import TrialsTable
 
 @pytest.fixture(name='rows')
 def fixture_rows(campaign):
-    return [row_of_job(campaign, job, 'bags/x.bag') for job in campaign.jobs()]
+    return [row_of_job(campaign, job, 'bags/x.bag') for job in campaign.trials()]
 
 
 def test_what_is_appended_reads_back_with_its_line(tmp_path, rows):

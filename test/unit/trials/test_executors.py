@@ -4,7 +4,7 @@ import pytest
 from distributed.versions import get_versions
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.trials.cluster import PACKAGES, TlsFiles, check_versions, connected_workers
+from diff_encoder_sim.trials.executors import PACKAGES, TlsFiles, check_versions, connected_workers
 
 
 def changed(**packages):

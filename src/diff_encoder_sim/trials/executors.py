@@ -1,0 +1,313 @@
+"""Where trials run: a pool of processes on this host, or the workers of a Dask cluster. Both are Executors."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import ctypes
+import importlib
+import logging
+import multiprocessing
+import os
+import signal
+import sys
+import tempfile
+import types
+import warnings
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, NamedTuple, Optional, Tuple, Type, TypeVar, cast
+
+from typing_extensions import Protocol
+
+from diff_encoder_sim.base.deferred import deferred
+from diff_encoder_sim.base.errors import ConfigError, in_one_line
+from diff_encoder_sim.base.processes import interrupts_blocked
+from diff_encoder_sim.trials.trial_files import PlacedFiles, TrialFiles
+
+if TYPE_CHECKING:
+    from distributed import Client
+    from distributed.security import Security
+
+dask = deferred('dask')
+distributed = deferred('distributed')
+versions_of_dask = deferred('distributed.versions')
+
+T = TypeVar('T')
+log = logging.getLogger(__name__)
+
+
+class WorkersGone(Exception):
+    """Why no trial can run any more, in one line."""
+
+
+class Workers(Protocol):
+    """An Executor whose workers may be lost and replaced."""
+
+    lost: Tuple[Type[BaseException], ...]  # raised by the future of a task whose worker died
+
+    def submit(self, function: Callable[..., T], *arguments: Any) -> Future[T]:
+        """Run a function on a worker. Raises WorkersGone."""
+
+    def count(self) -> int:
+        """Return the number of tasks that can run at once. Raises WorkersGone."""
+
+    def send(self, files: TrialFiles) -> Any:
+        """Return an argument of tasks that is, on the worker, the files or their paths there."""
+
+
+# ---- processes of this host
+
+# A trial uses one thread: BLAS must not take the cores of other workers. Freed memory is returned to the system.
+ENVIRONMENT = {
+    'OMP_NUM_THREADS': '1',
+    'MKL_NUM_THREADS': '1',
+    'OPENBLAS_NUM_THREADS': '1',
+    'MALLOC_TRIM_THRESHOLD_': '65536',
+    'PYTHONSAFEPATH': '1',  # from Python 3.11 on: no module of the current folder, which another user may own
+}
+FAILED_STARTS = 5
+PR_SET_PDEATHSIG = 1
+
+
+class LocalWorkers:
+    """A pool of processes, and its successor after one of them has died. To be used from the main thread."""
+
+    lost: Tuple[Type[BaseException], ...] = (BrokenProcessPool,)
+
+    def __init__(self, count: int, scratch: str) -> None:
+        """Prepare `count` processes; `scratch` is a private folder for the files of trials."""
+        self._count, self._scratch = count, scratch
+        self._pool: Optional[ProcessPoolExecutor] = None
+
+    def submit(self, function: Callable[..., T], *arguments: Any) -> Future[T]:
+        """Run a function in a process of the pool; a broken pool is replaced first."""
+        for _ in range(FAILED_STARTS):
+            pool = self._pool or self._new_pool()
+            if pool is not None:
+                with contextlib.suppress(BrokenProcessPool), _spawning():
+                    return pool.submit(function, *arguments)
+            self.close()
+        raise WorkersGone('no worker process starts on this host')
+
+    def count(self) -> int:
+        """Return the number of processes."""
+        return self._count
+
+    def send(self, files: TrialFiles) -> PlacedFiles:
+        """Write the files once for all processes."""
+        return files.materialise(self._scratch)
+
+    def close(self) -> None:
+        """End all processes at once: a process that is asked to end would finish its trial first."""
+        if self._pool is not None:
+            for process in list((self._pool._processes or {}).values()):
+                process.kill()
+            self._pool.shutdown()
+            self._pool = None
+
+    def _new_pool(self) -> Optional[ProcessPoolExecutor]:
+        """Start all processes and wait for the first; None if it died while it started."""
+        context = multiprocessing.get_context('spawn')
+        # Before it is waited for, so that `close` ends it.
+        self._pool = ProcessPoolExecutor(self._count, context, _begin, (os.getpid(),))
+        try:
+            with _spawning():
+                started = [self._pool.submit(os.getpid) for _ in range(self._count)]
+            started[0].result()
+        except BrokenProcessPool:
+            log.warning('a worker process ended while it started: trying again')
+            return None
+        return self._pool
+
+
+@contextlib.contextmanager
+def local_workers(count: int) -> Iterator[LocalWorkers]:
+    """Run tasks in `count` processes of this host, which end with the context and with this process, even if killed."""
+    with tempfile.TemporaryDirectory(prefix='campaign-') as scratch:
+        workers = LocalWorkers(count, scratch)
+        try:
+            yield workers
+        finally:
+            workers.close()
+
+
+@contextlib.contextmanager
+def _spawning() -> Iterator[None]:
+    """Prepare this process for those that it starts: environment, signals, and no script that runs again in each.
+
+    SIGINT of a terminal is for this process, not for the threads and processes that begin here.
+    """
+    before = {name: os.environ.get(name) for name in ENVIRONMENT}
+    main = sys.modules['__main__']
+    with interrupts_blocked():
+        try:
+            os.environ.update(ENVIRONMENT)
+            sys.modules['__main__'] = types.ModuleType('__main__')  # has no file that multiprocessing could import
+            yield
+        finally:
+            sys.modules['__main__'] = main
+            for name, value in before.items():
+                os.environ.pop(name) if value is None else os.environ.update({name: value})
+
+
+def _begin(parent: int) -> None:
+    """Let this process end with its parent (the thread that started it), and keep the physics' output to itself."""
+    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:
+        os._exit(1)
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.__stdout__.fileno() if sys.__stdout__ else 1)
+
+
+# ---- a Dask cluster
+
+CONNECT_TIMEOUT_S = 5
+# Longer than any trial keeps a worker's host from answering, shorter than a user waits.
+DASK_CONFIG = {'distributed.comm.timeouts.tcp': '15s'}
+# Must be equal everywhere for tasks to be understood, and for trials to be repeatable.
+PACKAGES = ['numpy', 'numba']
+COMPARED = ('python', 'dask', 'distributed', *PACKAGES)
+
+
+class TlsFiles(NamedTuple):
+    """Files in PEM format, by which the processes of a Dask cluster authenticate each other."""
+
+    ca: Path
+    cert: Path
+    key: Optional[Path]  # None: it is in the file of the certificate
+
+    def security(self) -> Security:
+        """Read the files.
+
+        Raises:
+            ConfigError: one is missing or bad.
+        """
+        for option, path in (('ca', self.ca), ('cert', self.cert), ('key', self.key or self.cert)):
+            try:
+                path.read_bytes()
+            except OSError as error:
+                raise ConfigError(f'--tls-{option}: given {str(path)!r}: {error.strerror}; allowed: a file') from None
+        security: Security = distributed.Security(
+            require_encryption=True,
+            tls_ca_file=str(self.ca),
+            tls_client_cert=str(self.cert),
+            tls_client_key=str(self.key) if self.key else None,
+        )
+        try:
+            security.get_connection_args('client')
+        except (OSError, ValueError) as error:  # ssl.SSLError is an OSError
+            given = ', '.join(str(path) for path in self if path)
+            raise ConfigError(
+                f'--tls-ca, --tls-cert, --tls-key: given {given}: {in_one_line(error)}; '
+                f'allowed: certificates, and the key of --tls-cert, in PEM format'
+            ) from None
+        return security
+
+
+class ClusterWorkers:
+    """The workers of a Dask scheduler; Dask itself runs the tasks of a dead worker on others, a few times."""
+
+    def __init__(self, client: Client) -> None:
+        self._client, self._executor = client, client.get_executor(pure=False)
+        self.lost: Tuple[Type[BaseException], ...] = (distributed.KilledWorker,)
+
+    def submit(self, function: Callable[..., T], *arguments: Any) -> Future[T]:
+        """Run a function on a worker."""
+        future: Future[T] = self._executor.submit(function, *arguments)
+        return future
+
+    def count(self) -> int:
+        """Return the number of threads of all workers; 0 while there is no worker."""
+        # While a client reconnects, the scheduler has already dropped its tasks.
+        with contextlib.suppress(OSError):
+            if self._client.status == 'running':
+                return sum(self._client.nthreads().values())
+        raise WorkersGone('the scheduler does not answer any more')
+
+    def send(self, files: TrialFiles) -> Any:
+        """Return the files as the result of a task: Dask makes it again when the worker that holds it dies."""
+        return self._client.submit(_identity, files, pure=False)
+
+
+@contextlib.contextmanager
+def connected_workers(address: str, tls: Optional[TlsFiles] = None) -> Iterator[ClusterWorkers]:
+    """Connect to a running scheduler, such as tcp://host:8786; without `tls`, as Dask's configuration specifies.
+
+    Raises:
+        ConfigError: no scheduler answers there, or its versions of Python or of libraries differ.
+    """
+    _silence_dask()
+    security = tls.security() if tls else distributed.Security()
+    with dask.config.set(DASK_CONFIG), warnings.catch_warnings():
+        warnings.simplefilter('ignore')  # about versions, which are checked here
+        _check_scheduler(address, security)
+        with distributed.Client(address, timeout=CONNECT_TIMEOUT_S, security=security, set_as_default=False) as client:
+            _check_workers(client, address)
+            yield ClusterWorkers(client)
+
+
+def _silence_dask() -> None:
+    """Keep Dask's own log from the terminal: a campaign reports problems in one line."""
+    importlib.import_module('distributed')  # later it would set the levels of its log again
+    for name in ('distributed', 'distributed.client', 'tornado', 'tornado.application', 'asyncio'):
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+
+
+def _check_scheduler(address: str, security: Security) -> None:
+    # Before there is a Client: one that cannot connect ends late and with many lines.
+    try:
+        versions = asyncio.run(asyncio.wait_for(_scheduler_versions(address, security), CONNECT_TIMEOUT_S))
+    except Exception as error:  # many kinds, by address and by what answers there
+        reason = in_one_line(error) if str(error) else f'no answer within {CONNECT_TIMEOUT_S} s'
+        raise ConfigError(
+            f'--scheduler: given {address!r}: {reason}; allowed: the address of a running Dask scheduler, such as '
+            f'tcp://127.0.0.1:8786, or tls://127.0.0.1:8786 with --tls-ca and --tls-cert'
+        ) from None
+    check_versions(versions, f'scheduler {address}')
+
+
+async def _scheduler_versions(address: str, security: Security) -> Dict[str, Any]:
+    connection_args = security.get_connection_args('client')
+    async with distributed.rpc(address, timeout=CONNECT_TIMEOUT_S, connection_args=connection_args) as scheduler:
+        versions: Dict[str, Any] = await scheduler.versions(packages=PACKAGES)
+        return versions
+
+
+def check_versions(versions: Dict[str, Any], name: str) -> None:
+    """Check that a scheduler or worker has the versions of this process.
+
+    Raises:
+        ConfigError: one differs.
+    """
+    here = _compared(versions_of_dask.get_versions(packages=PACKAGES))
+    for package, version in _compared(versions).items():
+        if version != here[package]:
+            raise ConfigError(
+                f'--scheduler: {package} is {version or "not installed"} on {name}, '
+                f'{here[package]} here; allowed: the same versions on all hosts'
+            )
+
+
+def _compared(versions: Dict[str, Any]) -> Dict[str, str]:
+    packages = {name: versions['packages'].get(name) for name in COMPARED}
+    # Of Python 3.11.2.final.0 only 3.11 matters.
+    return {**packages, 'python': '.'.join(str(packages['python']).split('.')[:2])}
+
+
+def _check_workers(client: Client, address: str) -> None:
+    versions = cast('Dict[str, Any]', client.get_versions(check=False, packages=PACKAGES))  # the client is synchronous
+    for worker, there in versions['workers'].items():
+        check_versions(there, f'worker {worker}')
+    threads = client.nthreads().values()
+    if not threads:
+        log.warning('%s has no workers yet; waiting for one', address)
+    if any(count > 1 for count in threads):
+        log.warning(
+            '%s has workers with several threads, but a worker runs one trial at a time: start more, with --nthreads 1',
+            address,
+        )
+
+
+def _identity(files: TrialFiles) -> TrialFiles:
+    return files
