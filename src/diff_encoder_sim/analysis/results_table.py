@@ -47,8 +47,8 @@ from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource
 from diff_encoder_sim.drives.trajectory_error import RPE_DISTANCES_M, Alignment, RpePairs, path_error, rpe_name
 from diff_encoder_sim.drives.trial_definition import FinalErrors, Outcome, Trial
 from diff_encoder_sim.drives.trial_recording import POSE_TOPICS, TrialRecording, read_trial
-from diff_encoder_sim.trials.campaign_cells import VARIANT
-from diff_encoder_sim.trials.results import BAGS, MANIFEST, PARTS, TABLE, TrialRow, TrialsTable, header
+from diff_encoder_sim.trials.campaign_cells import BAGS, VARIANT
+from diff_encoder_sim.trials.results import MANIFEST, PARTS, TABLE, TrialRow, TrialsTable, header
 
 if TYPE_CHECKING:
     import pandas as pd
