@@ -49,7 +49,7 @@ class NodeDirective(SphinxDirective):
                 yield from table((title, 'Type', 'Meaning'), rows)
         if 'reconfigures' in node:
             rows = [(f'`{namespace}`', text) for namespace, text in node['reconfigures'].items()]
-            title = '[Changes while it runs](navigation.md#change-parameters-while-it-runs)'
+            title = '[Changes while it runs](live_trials.md#navigation)'
             yield from table((title, 'Parameters'), rows)
         if 'params' in node:
             yield from parameters(self, node['params'], node.get('config', ''), '~')

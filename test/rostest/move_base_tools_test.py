@@ -21,7 +21,7 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.ros.conversions import pose_stamped_message
 
 START, GOAL, CLOSED_CELL = Pose2D(-2.0, -1.0, 0.0), Pose2D(-1.0, -0.8, 0.3), Pose2D(2.4, 1.4, 0.0)
-# In docs/navigation.md.
+# In docs/live_trials.md.
 FAR = Pose2D(-0.2, -1.0, 0.0)
 
 
@@ -181,7 +181,7 @@ class MoveBaseToolsTest(NodeTest):
         client = self.client('/DWAPlannerROS')
         self.send(FAR)
         self.robot.live_until(lambda: self.robot.twist[0] > 0.3, 'speed')
-        # As docs/navigation.md says it.
+        # As docs/live_trials.md says it.
         subprocess.check_call(
             ['rosrun', 'dynamic_reconfigure', 'dynparam', 'set', '/move_base/DWAPlannerROS', 'max_vel_x', '0.2']
         )

@@ -52,7 +52,7 @@ Odometry minus reference, both seen from their first common stamp, nothing fitte
 distance over the whole path, root mean square and largest. yaw: root mean square. end: along (x)
 and across (y) the start heading. RPE: error of the motion over segments of the reference's path,
 root mean square of so many segments: consecutive ones lie end to end, all pairs have one from each
-pose on. evo gives the same numbers: docs/trajectory_errors.md."""
+pose on. evo gives the same numbers: docs/recorded_drives.md."""
 
 
 class ReencodedDrive(NamedTuple):

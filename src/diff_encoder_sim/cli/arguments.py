@@ -76,7 +76,7 @@ def add_workers(parser: argparse.ArgumentParser) -> None:
     where.add_argument(
         '--scheduler',
         metavar='ADDRESS',
-        help='run on a Dask cluster: its scheduler, such as tcp://host:8786 (docs/cluster.md)',
+        help='run on a Dask cluster: its scheduler, such as tcp://host:8786 (docs/campaigns.md)',
     )
     tls = parser.add_argument_group('for a cluster whose processes know each other by certificates, in PEM files')
     tls.add_argument('--tls-ca', type=Path, metavar='FILE', help='certificate of who signed the certificates')

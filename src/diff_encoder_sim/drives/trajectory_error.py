@@ -1,6 +1,6 @@
 """How far one path is from another: absolute (ATE), and relative by distance (RPE), as evo has them.
 
-docs/trajectory_errors.md has the definitions, and evo's command lines for the same numbers.
+docs/recorded_drives.md has the definitions, and evo's command lines for the same numbers.
 """
 
 from __future__ import annotations

@@ -78,8 +78,8 @@ def test_budgets_add_up(content):
 
 def test_the_documentation_names_all_keys(content):
     assert content['version'] == VERSION
-    text = (ROOT / 'docs' / 'which_encoder.md').read_text(encoding='utf-8')
-    documented = set(re.findall(r'^\| `([^`]+)` \|', text, re.MULTILINE))
+    text = (ROOT / 'docs' / 'advice_keys.csv').read_text(encoding='utf-8')
+    documented = set(re.findall(r'^`([^`]+)`,', text, re.MULTILINE))
     assert set(content) <= {key.split('.')[0].split('[')[0] for key in documented}
     for part in ('answers', 'trials[]', 'encoders[]'):
         value = content

@@ -30,7 +30,7 @@ from evo.core import filters  # not before it is known to be there
 
 BAG = 'sl.bag'
 COMMANDS = [
-    line for line in (ROOT / 'docs' / 'trajectory_errors.md').read_text().splitlines() if line.startswith('evo_')
+    line for line in (ROOT / 'docs' / 'recorded_drives.md').read_text().splitlines() if line.startswith('evo_')
 ]
 
 
