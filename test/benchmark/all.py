@@ -23,7 +23,6 @@ BENCHMARKS = (
     'lockstep.py',
     'start_up.py',
     'growth.py',
-    'sweeps.py',
     'campaign.py',
     'campaign_overhead.py',
     'lidar.py',
