@@ -13,9 +13,9 @@ from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.trials.results import TrialRow
 
 
-def trials(setups, robot_file, record):
+def trials(setups, robot_file):
     """Results that depend on the encoders alone."""
-    return [trial(plan) for plan, _ in setups]
+    return [trial(plan) for plan, *_ in setups]
 
 
 def trial(plan):

@@ -19,13 +19,13 @@ SEARCHED = 'searched'  # a log of sys.path of the workers
 GROUPS = 'groups'  # a log of what was begun at once: seeds with PPR
 
 
-def trials(setups, robot_file, record):
+def trials(setups, robot_file):
     """Results and bags that depend on the plans alone."""
     with open(Path(os.environ[FOLDER]) / GROUPS, 'a') as log:
-        log.write(' '.join(f'{plan.trial.number}_{plan.trial.ppr.left:g}' for plan, _ in setups) + '\n')
+        log.write(' '.join(f'{plan.trial.number}_{plan.trial.ppr.left:g}' for plan, *_ in setups) + '\n')
     with open(Path(os.environ[FOLDER]) / SEARCHED, 'a') as log:
         log.write(json.dumps(sys.path) + '\n')
-    return [trial(plan, robot_file) for plan, _ in setups]
+    return [trial(plan, robot_file) for plan, *_ in setups]
 
 
 def trial(plan, robot_file):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import (
     Any,
@@ -61,23 +61,23 @@ class WorkerOptions:
 
 @dataclass(frozen=True)
 class CampaignOptions(WorkerOptions):
-    """The options of the command campaign, by their names; None leaves a choice to the campaign file."""
+    """The options of the command campaign, by their names."""
 
     out: Path = Path()
     config: str = 'quick'
-    tests: Optional[Sequence[str]] = None
-    ppr: Optional[Sequence[float]] = None
-    encoders: Optional[Sequence[str]] = None
-    trials: Optional[int] = None
-    nav: Optional[str] = None
-    robot: Optional[str] = None
     robot_args: Sequence[str] = ()
     packages: Sequence[Path] = ()
     amcl: Optional[str] = None
-    record: Optional[str] = None
-    bag_format: Optional[str] = None
     unchecked: bool = False
     resume: bool = False
+    keys: Mapping[str, Any] = field(default_factory=dict)  # override those of the campaign file, unless None
+
+    @classmethod
+    def of(cls, options: Mapping[str, Any]) -> CampaignOptions:
+        """Return options by name; each that is not a field is a key of the campaign file, such as tests or ppr."""
+        own = {each.name for each in fields(cls)}
+        keys = {name: value for name, value in options.items() if name not in own}
+        return cls(**{name: value for name, value in options.items() if name in own}, keys=keys)
 
 
 def run_campaign(out: Union[str, Path], config: Union[str, Path] = 'quick', **options: Any) -> Dataset:
@@ -86,13 +86,13 @@ def run_campaign(out: Union[str, Path], config: Union[str, Path] = 'quick', **op
     Args:
         out: the results folder.
         config: a campaign by name, or a .yaml file.
-        options: of the command `campaign`, see `CampaignOptions`: tests, ppr, encoders, trials, robot, record, ...
+        options: of the command `campaign`, see `CampaignOptions`, and keys of the campaign file: tests, ppr, ...
 
     Raises:
         ConfigError: an option, a file or the folder is bad.
         CampaignFault: trials could not be run.
     """
-    given = CampaignOptions(out=Path(out), config=str(config), **options)
+    given = CampaignOptions.of({'out': Path(out), 'config': str(config), **options})
     done = complete(given, [CONSOLE, 'campaign', *_words({'config': config, 'out': out, **options})])
     if done.unrun:
         raise CampaignFault(done.unrun)
@@ -173,9 +173,7 @@ def complete(options: CampaignOptions, command: Sequence[str], run: Optional[Run
         ConfigError: a file, an option or the results folder is bad.
         CampaignFault: trials cannot go on.
     """
-    keys = ('tests', 'ppr', 'encoders', 'trials', 'nav', 'robot', 'record', 'bag_format')
-    given = {key: getattr(options, key) for key in keys}
-    given['files'] = None if options.amcl is None else {'amcl': options.amcl}
+    given = {**options.keys, 'files': None if options.amcl is None else {'amcl': options.amcl}}
     arguments = xacro_arguments(options.robot_args)
     campaign = load_campaign(options.config, package_folder(), given, arguments, options.packages)
     campaign = with_checks('campaign', campaign, options.unchecked)

@@ -90,7 +90,7 @@ def main(arguments: Optional[Sequence[str]] = None, run: Optional[RunTrials] = N
 def _campaign(options: argparse.Namespace, run: Optional[RunTrials]) -> None:
     from diff_encoder_sim.api.campaigns import CampaignOptions, complete
 
-    done = complete(CampaignOptions(**vars(options)), sys.argv, run)
+    done = complete(CampaignOptions.of(vars(options)), sys.argv, run)
     print(done.table)
     print(done.summary)
     if done.unrun:

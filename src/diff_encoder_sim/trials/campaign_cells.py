@@ -13,10 +13,9 @@ from pydantic import Field
 from typing_extensions import Annotated
 
 from diff_encoder_sim.base.bounds import TRIALS, Between
-from diff_encoder_sim.base.params import Line, Params, PathLine, flat
+from diff_encoder_sim.base.params import Line, PathLine, flat
 from diff_encoder_sim.drives.bag_files import SUFFIXES
 from diff_encoder_sim.drives.test_definition import TestDefinition, find_world
-from diff_encoder_sim.drives.topics import BagFormat, RecordMode
 from diff_encoder_sim.drives.trial_definition import Trial, wheels_of
 from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.robots.description import Found, RobotSource
@@ -27,6 +26,7 @@ from diff_encoder_sim.simulation.simulator import SimulatorParams
 from diff_encoder_sim.trials.robot_params import RobotParams
 from diff_encoder_sim.trials.route_driver import misfit
 from diff_encoder_sim.trials.trial_files import TrialFiles
+from diff_encoder_sim.trials.trial_setup import TrialOptions
 from diff_encoder_sim.wheels.catalogue import ChosenEncoder
 from diff_encoder_sim.wheels.encoder_params import PerWheel, PulsesPerRevolution
 
@@ -43,7 +43,7 @@ BAGS = 'bags'  # folder below the results folder
 ConfigFile = Literal['amcl', 'config', 'lockstep', 'navigation', 'simulator']  # stems of files of config/
 
 
-class CampaignParams(Params):
+class CampaignParams(TrialOptions):
     """The keys of a campaign file."""
 
     name: Line = Field(min_length=1, description='name of the campaign')
@@ -56,11 +56,6 @@ class CampaignParams(Params):
     )
     trials: Annotated[int, TRIALS] = Field(30, description='trials of each test with each encoder')
     seed: Annotated[int, Between(0, 2**62 - 1)] = Field(0, description='trial k has the seed `seed` + k')
-    nav: Literal['embedded', 'scripted'] = Field('embedded', description='navigated, or a drive without feedback')
-    record: RecordMode = Field(
-        'minimal', description='topics in the bags: all, without bulky ones such as /scan, or no bags'
-    )
-    bag_format: BagFormat = Field('ros1', description='of the bags: ROS 1, or MCAP files of ROS 2')
     robot: PathLine = Field(
         '', description='name of a robot in config/robots/, a robot file, xacro or URDF; empty: alto'
     )

@@ -157,7 +157,7 @@ class LockstepTrials:
             ValueError: the trials are not one drive.
         """
         _check_one_drive(trials)
-        plan, params = trials[0]
+        plan, params, _ = trials[0]
         for trial, publications in zip(trials, own):
             publications.trial(trial.plan.trial)
         self.world = LockstepWorld(plan, robot_file, params, common)

@@ -16,7 +16,7 @@ from diff_encoder_sim.trials.lockstep_trial import LockstepTrials, Report
 from diff_encoder_sim.trials.publications import BagPublications, Publications
 from diff_encoder_sim.trials.results import TrialRow
 from diff_encoder_sim.trials.robot_params import RobotParams
-from diff_encoder_sim.trials.trial_setup import TrialSetup
+from diff_encoder_sim.trials.trial_setup import TrialOptions, TrialSetup
 
 
 def run_trial(plan: TrialPlan, robot_file: Union[str, Path], params: RobotParams, record: RecordMode) -> TrialRow:
@@ -26,10 +26,10 @@ def run_trial(plan: TrialPlan, robot_file: Union[str, Path], params: RobotParams
         ConfigError: a file is missing or bad.
         OSError: the bag cannot be written.
     """
-    return run_trials([TrialSetup(plan, params)], robot_file, record)[0]
+    return run_trials([TrialSetup(plan, params, TrialOptions(record=record))], robot_file)[0]
 
 
-def run_trials(trials: Sequence[TrialSetup], robot_file: Union[str, Path], record: RecordMode) -> List[TrialRow]:
+def run_trials(trials: Sequence[TrialSetup], robot_file: Union[str, Path]) -> List[TrialRow]:
     """Run trials of equal `drive` at once, each with the result and the bag that it has alone.
 
     Raises:
@@ -38,7 +38,7 @@ def run_trials(trials: Sequence[TrialSetup], robot_file: Union[str, Path], recor
         ValueError: the trials are not one drive.
     """
     with contextlib.ExitStack() as opened:
-        together = LockstepTrials(trials, robot_file, *_publications(trials, record, opened))
+        together = LockstepTrials(trials, robot_file, *_publications(trials, opened))
         world = together.world
         with without_collection():
             for _ in world.run():
@@ -56,21 +56,22 @@ def run_trials(trials: Sequence[TrialSetup], robot_file: Union[str, Path], recor
             final_errors(trial, world.true_pose_in_map, wheels.last_report),
             world.distance_m,
         )
-        for trial, wheels in zip((plan.trial for plan, _ in trials), together.wheels)
+        for trial, wheels in zip((plan.trial for plan, *_ in trials), together.wheels)
     ]
 
 
 def _publications(
-    trials: Sequence[TrialSetup], record: RecordMode, opened: contextlib.ExitStack
+    trials: Sequence[TrialSetup], opened: contextlib.ExitStack
 ) -> Tuple[List[Publications], Publications]:
     """Return those of each trial, and those of all."""
+    record = trials[0].options.record
     if record == 'none':
         return [Publications()] * len(trials), Publications()
-    bags = [opened.enter_context(TrialBag(plan.bag, record, plan.bag_format)) for plan, _ in trials]
+    bags = [opened.enter_context(TrialBag(plan.bag, record, plan.bag_format)) for plan, *_ in trials]
     own: List[Publications] = [
-        BagPublications(bag, params, plan.trial.nav) for bag, (plan, params) in zip(bags, trials)
+        BagPublications(bag, params, plan.trial.nav) for bag, (plan, params, _) in zip(bags, trials)
     ]
-    plan, params = trials[0]
+    plan, params, _ = trials[0]
     # A navigated trial has one bag, and needs no loop over bags.
     return own, own[0] if len(bags) == 1 else BagPublications(TrialBags(bags), params, plan.trial.nav)
 

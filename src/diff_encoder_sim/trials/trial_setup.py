@@ -2,25 +2,40 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, Tuple
+from typing import Literal, NamedTuple, Tuple
 
+from pydantic import Field
+
+from diff_encoder_sim.base.params import Params
+from diff_encoder_sim.drives.topics import BagFormat, RecordMode
 from diff_encoder_sim.drives.trial_definition import TrialPlan
 from diff_encoder_sim.trials.robot_params import RobotParams
 
 
+class TrialOptions(Params):
+    """Keys of a campaign file that reach each of its trials."""
+
+    nav: Literal['embedded', 'scripted'] = Field('embedded', description='navigated, or a drive without feedback')
+    record: RecordMode = Field(
+        'minimal', description='topics in the bags: all, without bulky ones such as /scan, or no bags'
+    )
+    bag_format: BagFormat = Field('ros1', description='of the bags: ROS 1, or MCAP files of ROS 2')
+
+
 class TrialSetup(NamedTuple):
-    """A trial and the parameters of its robot."""
+    """A trial, the parameters of its robot, and its options."""
 
     plan: TrialPlan
     params: RobotParams
+    options: TrialOptions = TrialOptions()
 
     def drive(self) -> Tuple[object, ...]:
-        """Return what the robot's drive follows from; scripted trials for which it is equal are one drive."""
+        """Return all that determines the robot's drive; scripted trials for which it is equal are one drive."""
         plan, trial = self.plan, self.plan.trial
         return trial.test, trial.number, trial.nav, plan.world, plan.slam, trial.odom, *drive_params(self.params)
 
 
 def drive_params(params: RobotParams) -> Tuple[object, ...]:
-    """Return the parameters that change a scripted drive, or its messages but those of encoder and odometry."""
+    """Return the parameters that change a scripted drive, or its messages except those of encoder and odometry."""
     frames = params.amcl.global_frame_id, params.odometry.odom_frame
     return params.simulator, params.latency.command, *frames

@@ -13,7 +13,6 @@ from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Un
 from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.errors import in_one_line
-from diff_encoder_sim.drives.topics import RecordMode
 from diff_encoder_sim.drives.trial_definition import TrialPlan
 from diff_encoder_sim.trials.campaign_cells import BAGS, RequestedTrial
 from diff_encoder_sim.trials.results import TrialRow
@@ -23,7 +22,7 @@ from diff_encoder_sim.trials.trial_setup import TrialSetup
 distributed = deferred('distributed')
 
 # trial_run.run_trials, or a substitute of tests.
-RunTrials = Callable[[Sequence[TrialSetup], Path, RecordMode], List[TrialRow]]
+RunTrials = Callable[[Sequence[TrialSetup], Path], List[TrialRow]]
 
 # PyBullet is not made for threads: the threads of a worker take turns.
 _one_drive = threading.Lock()
@@ -90,7 +89,7 @@ def _run_group(
     paths = [folder / name for name in names]
     setups = [_setup(trial, path, files) for trial, path in zip(group, paths)]
     began_s = time.perf_counter()
-    rows = run(setups, files.robot, group[0].campaign.record)
+    rows = run(setups, files.robot)
     wall_time_s = (time.perf_counter() - began_s) / len(group)  # the part of each trial
     finished = []
     for trial, path, row in zip(group, paths, rows):
@@ -112,4 +111,4 @@ def _setup(trial: RequestedTrial, path: Path, files: PlacedFiles) -> TrialSetup:
         bag_format=trial.campaign.bag_format,
         **files.worlds[trial.cell.test.name]._asdict(),
     )
-    return TrialSetup(plan, trial.cell.robot_params)
+    return TrialSetup(plan, trial.cell.robot_params, trial.campaign)

@@ -6,7 +6,7 @@ import pytest
 
 from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.trials.trial_run import run_trials
-from diff_encoder_sim.trials.trial_setup import TrialSetup
+from diff_encoder_sim.trials.trial_setup import TrialOptions, TrialSetup
 from diff_encoder_sim.wheels.encoder_params import EncoderModel, FaultParams
 from diff_encoder_sim.wheels.report_link import ReportParams
 from lockstep_trials import ALTO, HALL, params_of, plan_of
@@ -16,7 +16,7 @@ TURN = {'nav': 'scripted', 'drive': [{'turns': 0.25}, {'straight': -0.3}]}
 WALL = {'nav': 'scripted', 'start': {'x': -3.0, 'y': 2.2, 'yaw': math.pi / 2}, 'drive': [{'straight': 3.0}]}
 
 
-def setup(bag, ppr, drive, bag_format='ros1', latency_s=0.0, **encoder):
+def setup(bag, ppr, drive, bag_format='ros1', record='full', latency_s=0.0, **encoder):
     params = params_of()
     plan = plan_of(HALL, ppr, bag=bag, **drive)
     return TrialSetup(
@@ -25,20 +25,21 @@ def setup(bag, ppr, drive, bag_format='ros1', latency_s=0.0, **encoder):
             encoder=params.encoder.model_copy(update=encoder),
             latency=params.latency.model_copy(update={'odometry': latency_s}),
         ),
+        TrialOptions(record=record),
     )
 
 
-def setups(folder, drive, bag_format='ros1'):
+def setups(folder, drive, *output):
     """Encoders of several resolutions: with errors, with reports that come late or never, with measured speeds."""
     folder.mkdir()
     faulty = EncoderModel(direction='command', phase_error=20.0, faults=FaultParams(missed=0.1, extra=0.05))
     late = ReportParams(latency=0.03, latency_spread=0.06, lost=0.1, repeated=0.1, reordered=0.1)
     return [
-        setup(folder / '40', 40, drive, bag_format),
-        setup(folder / '1024', 1024, drive, bag_format, latency_s=0.03),
-        setup(folder / 'faulty', 90, drive, bag_format, encoder=faulty),
-        setup(folder / 'late', 90, drive, bag_format, report=late),
-        setup(folder / 'slow', 1000, drive, bag_format, rate=10.0, velocity_method='T'),
+        setup(folder / '40', 40, drive, *output),
+        setup(folder / '1024', 1024, drive, *output, latency_s=0.03),
+        setup(folder / 'faulty', 90, drive, *output, encoder=faulty),
+        setup(folder / 'late', 90, drive, *output, report=late),
+        setup(folder / 'slow', 1000, drive, *output, rate=10.0, velocity_method='T'),
     ]
 
 
@@ -48,8 +49,8 @@ def setups(folder, drive, bag_format='ros1'):
     ids=['line', 'turn', 'wall', 'unrecorded'],
 )
 def test_each_has_the_result_and_the_bag_that_it_has_alone(tmp_path, drive, bag_format, record):
-    together = run_trials(setups(tmp_path / 'together', drive, bag_format), ALTO, record)
-    alone = [run_trials([each], ALTO, record)[0] for each in setups(tmp_path / 'alone', drive, bag_format)]
+    together = run_trials(setups(tmp_path / 'together', drive, bag_format, record), ALTO)
+    alone = [run_trials([each], ALTO)[0] for each in setups(tmp_path / 'alone', drive, bag_format, record)]
     assert together == alone
     assert {result.outcome for result in alone} == {Outcome.COLLISION if drive is WALL else Outcome.SUCCEEDED}
     assert len({result.errors[source] for result in alone for source in result.errors}) > len(alone)
@@ -61,10 +62,10 @@ def test_each_has_the_result_and_the_bag_that_it_has_alone(tmp_path, drive, bag_
 def test_bags_of_two_formats_are_those_that_each_has_alone(tmp_path):
     def mixed(folder):
         folder.mkdir()
-        return [setup(folder / name, 90, LINE, name) for name in ('ros1', 'mcap')]
+        return [setup(folder / name, 90, LINE, name, 'minimal') for name in ('ros1', 'mcap')]
 
-    together = run_trials(mixed(tmp_path / 'together'), ALTO, 'minimal')
-    assert together == [run_trials([each], ALTO, 'minimal')[0] for each in mixed(tmp_path / 'alone')]
+    together = run_trials(mixed(tmp_path / 'together'), ALTO)
+    assert together == [run_trials([each], ALTO)[0] for each in mixed(tmp_path / 'alone')]
     for name in ('ros1', 'mcap'):
         assert (tmp_path / 'together' / name).read_bytes() == (tmp_path / 'alone' / name).read_bytes()
 
@@ -78,12 +79,12 @@ def test_trials_that_are_other_drives_are_refused(tmp_path, other):
         setup(tmp_path / '2', 90, LINE if other != {'nav': 'embedded'} else other),
     ]
     with pytest.raises(ValueError, match='different drives'):
-        run_trials(given, ALTO, 'full')
+        run_trials(given, ALTO)
     assert not list(tmp_path.iterdir())
 
 
 def test_a_bag_that_cannot_be_written_leaves_none(tmp_path):
     (tmp_path / 'taken').mkdir()
     with pytest.raises(OSError, match='taken'):
-        run_trials([setup(tmp_path / '1', 40, LINE), setup(tmp_path / 'taken', 90, LINE)], ALTO, 'minimal')
+        run_trials([setup(tmp_path / '1', 40, LINE), setup(tmp_path / 'taken', 90, LINE)], ALTO)
     assert [path.name for path in tmp_path.iterdir()] == ['taken']

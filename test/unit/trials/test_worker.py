@@ -28,8 +28,8 @@ def results(tmp_path):
     return ResultsFolder(str(folder), '.probe-1', '1')
 
 
-def trials(setups, robot_file, record):
-    return [trial(plan, robot_file) for plan, _ in setups]
+def trials(setups, robot_file):
+    return [trial(plan, robot_file) for plan, *_ in setups]
 
 
 def trial(plan, robot_file):
@@ -39,7 +39,7 @@ def trial(plan, robot_file):
     return TrialRow('', '', (), 0, 0, Outcome.LOST, 'no idea', 48.5, ERRORS, float(plan.trial.number))
 
 
-def full_disk(setups, robot_file, record):
+def full_disk(setups, robot_file):
     raise OSError(28, 'No space left on device', setups[0].plan.bag)
 
 
