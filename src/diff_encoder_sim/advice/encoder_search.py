@@ -10,8 +10,8 @@ from typing import Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence
 
 import numpy as np
 
-from diff_encoder_sim.analysis.quantities import REQUIRED_FRACTION
-from diff_encoder_sim.analysis.statistics import LEVEL, Interval
+from diff_encoder_sim.analysis.quantities import LEVEL, REQUIRED_FRACTION
+from diff_encoder_sim.analysis.statistics import Interval
 from diff_encoder_sim.analysis.within_tolerance import Sufficiency
 from diff_encoder_sim.base.deferred import deferred
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from diff_encoder_sim.analysis.dataset import Dataset, RobotGeometry, TrialData
 from diff_encoder_sim.analysis.encoder_labels import ppr_value
-from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, Quantity
-from diff_encoder_sim.analysis.statistics import LEVEL, spread, std_interval
+from diff_encoder_sim.analysis.quantities import LEVEL, QUANTITIES, YAW, Quantity
+from diff_encoder_sim.analysis.statistics import spread, std_interval
 from diff_encoder_sim.analysis.table import Column, Entry, Table
 from diff_encoder_sim.analysis.table_keys import cell_text
 from diff_encoder_sim.base.se2 import Pose2D

@@ -10,15 +10,8 @@ import numpy as np
 from diff_encoder_sim.analysis.dataset import CellKey, Dataset, TrialData
 from diff_encoder_sim.analysis.encoder_labels import IDEAL, ppr_text
 from diff_encoder_sim.analysis.final_errors import count_within, final_errors, minus_truth, with_final_error
-from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, Quantity, X
-from diff_encoder_sim.analysis.statistics import (
-    LEVEL,
-    bootstrap_std_interval,
-    mean_interval,
-    spread,
-    std_interval,
-    wilson,
-)
+from diff_encoder_sim.analysis.quantities import LEVEL, QUANTITIES, YAW, Quantity, X
+from diff_encoder_sim.analysis.statistics import bootstrap_std_interval, mean_interval, spread, std_interval, wilson
 from diff_encoder_sim.analysis.table import Column, Entry, Label, Number, Table
 from diff_encoder_sim.analysis.table_keys import cell_text, key_columns, key_entries, varied_keys
 from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource

@@ -54,3 +54,5 @@ X, Y, YAW = QUANTITIES
 
 # Of all trials, that must end within the tolerances. The paper's 30 can show no more than 88 %, if all of them do.
 REQUIRED_FRACTION = 0.8
+
+LEVEL = 0.95  # confidence of all intervals

@@ -11,11 +11,11 @@ from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
+from diff_encoder_sim.analysis.quantities import LEVEL
 from diff_encoder_sim.base.deferred import deferred
 
 stats = deferred('scipy.stats')
 
-LEVEL = 0.95  # confidence of all intervals
 SIGNIFICANCE = 0.05  # a difference counts if the p-value is below
 
 # Resamples of fewer values often have no spread.

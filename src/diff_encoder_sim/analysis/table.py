@@ -9,7 +9,6 @@ from typing import Any, Iterator, List, NamedTuple, Optional, Sequence, Tuple, U
 from tabulate import tabulate
 
 from diff_encoder_sim.base.deferred import deferred
-from diff_encoder_sim.base.text_values import text_cell
 
 pandas = deferred('pandas')
 
@@ -92,14 +91,14 @@ def equal_neighbours(texts: Sequence[str]) -> List[Tuple[str, int, int]]:
 
 def csv_text(table: Table) -> str:
     """Format a table as CSV: all digits, empty if there is no number, without title and notes."""
-    names = [text_cell(column.name) for column in table.columns]
+    names = [column.name for column in table.columns]
     exact = pandas.DataFrame([[_exact(entry) for entry in row] for row in table.rows], columns=names, dtype=object)
     return str(exact.to_csv(index=False, lineterminator='\n'))
 
 
 def _exact(entry: Entry) -> Union[str, float, None]:
     if not isinstance(entry, Number):
-        return text_cell(entry.name if isinstance(entry, Label) else entry)
+        return entry.name if isinstance(entry, Label) else entry
     if entry.value is None:
         return None
     return float(entry.value) if entry.decimals else int(entry.value)

@@ -11,7 +11,8 @@ from diff_encoder_sim.analysis.dataset import CellKey, Dataset
 from diff_encoder_sim.analysis.encoder_labels import ppr_text, ppr_values
 from diff_encoder_sim.analysis.final_errors import with_final_error
 from diff_encoder_sim.analysis.goal_tables import GOAL_TABLES, goal_table, interval_table
-from diff_encoder_sim.analysis.statistics import LEVEL, PairedResult, mean_interval, spread
+from diff_encoder_sim.analysis.quantities import LEVEL
+from diff_encoder_sim.analysis.statistics import PairedResult, mean_interval, spread
 from diff_encoder_sim.analysis.table import Column, Entry, Label, Number, Table
 from diff_encoder_sim.analysis.table_keys import key_columns, key_entries, varied_keys
 from diff_encoder_sim.analysis.variant_errors import (

@@ -11,8 +11,8 @@ from typing import NamedTuple, Optional, Sequence
 
 from diff_encoder_sim.analysis.dataset import TrialData
 from diff_encoder_sim.analysis.final_errors import count_within_all, minus_truth, with_final_error
-from diff_encoder_sim.analysis.quantities import QUANTITIES, REQUIRED_FRACTION, YAW, Quantity, X
-from diff_encoder_sim.analysis.statistics import LEVEL, Interval, wilson
+from diff_encoder_sim.analysis.quantities import LEVEL, QUANTITIES, REQUIRED_FRACTION, YAW, Quantity, X
+from diff_encoder_sim.analysis.statistics import Interval, wilson
 from diff_encoder_sim.drives.topics import PoseSource
 
 TOLERANCE_TEXT = f'within {X.tolerance:g} m in x and y and {YAW.tolerance:g} degrees'

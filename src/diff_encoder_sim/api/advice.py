@@ -29,8 +29,7 @@ from diff_encoder_sim.advice.trial_study import study_trials, switched_off
 from diff_encoder_sim.analysis.dataset import TrialData
 from diff_encoder_sim.analysis.dataset_loading import data_of
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
-from diff_encoder_sim.analysis.quantities import REQUIRED_FRACTION, YAW, X
-from diff_encoder_sim.analysis.statistics import LEVEL
+from diff_encoder_sim.analysis.quantities import LEVEL, REQUIRED_FRACTION, YAW, X
 from diff_encoder_sim.api.campaigns import WorkerOptions, stop_reports, unrun_text, workers
 from diff_encoder_sim.api.notes import name_campaigns_encoders, name_stopping, with_checks
 from diff_encoder_sim.base.atomic_files import write_file

@@ -15,7 +15,6 @@ from typing import Any, Callable, Iterator, NoReturn, Optional, Sequence
 from diff_encoder_sim.base.bounds import Between
 from diff_encoder_sim.base.errors import CampaignFault, ConfigError, in_one_line, readable
 from diff_encoder_sim.base.package_files import package_version
-from diff_encoder_sim.base.text_values import plain_float, plain_int
 
 CONSOLE = 'diff-encoder-sim'
 
@@ -39,7 +38,7 @@ def number_within(bounds: Between) -> Callable[[str], float]:
 
     def parse(text: str) -> float:
         try:
-            value = plain_float(text)
+            value = float(text)
         except ValueError:
             value = float('nan')
         if not bounds.allows(value):
@@ -54,7 +53,7 @@ def whole_number_within(bounds: Between) -> Callable[[str], int]:
 
     def parse(text: str) -> int:
         try:
-            value = plain_int(text)
+            value = int(text)
         except ValueError:
             value = None
         if value is None or not bounds.allows(value):

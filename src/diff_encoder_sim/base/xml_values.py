@@ -9,7 +9,6 @@ from xml.etree import ElementTree
 import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.text_values import plain_float
 
 # In SI units: nothing about a robot that drives through rooms is bigger.
 MOST = 1e6
@@ -32,7 +31,7 @@ def parse_numbers(text: Optional[str], count: int, where: str) -> List[float]:
         ConfigError: the text is something else.
     """
     try:
-        numbers = [plain_float(word) for word in (text or '').split()]
+        numbers = [float(word) for word in (text or '').split()]
     except ValueError:
         numbers = []
     if len(numbers) != count or not all(math.isfinite(number) for number in numbers):

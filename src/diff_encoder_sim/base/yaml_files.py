@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any, Callable, Dict, Hashable, Iterable, List, NamedTuple, Optional, Union
+from typing import Any, Callable, Dict, Hashable, Union
 
 import yaml
 from yaml.constructor import SafeConstructor
@@ -16,67 +16,10 @@ from yaml.nodes import MappingNode, ScalarNode
 
 from diff_encoder_sim.base.errors import ConfigError
 
-MOST_NODES, DEEPEST = 100_000, 50
-
-
-class _Extent(NamedTuple):
-    nodes: int
-    levels: int
-
-
-_SCALAR = _Extent(1, 0)
-
-
-class OversizedYaml(yaml.MarkedYAMLError):
-    """YAML with too many values, or nested too deep."""
-
-    def __init__(self, problem: str, mark: Any) -> None:
-        super().__init__(None, None, problem, mark)
-
-
-def check_size(events: Iterable[yaml.Event]) -> None:
-    """Read the events of a text to their end.
-
-    Raises:
-        OversizedYaml: the text is too deep or too large, or something contains itself.
-        yaml.YAMLError: it is not YAML.
-    """
-    known: Dict[str, _Extent] = {}
-    open_anchors: List[Optional[str]] = []
-    extents = [_Extent(0, 0)]  # of the text, and of each collection that is open
-    for event in events:
-        if isinstance(event, yaml.CollectionStartEvent):
-            open_anchors.append(event.anchor)
-            extents.append(_SCALAR)
-        elif isinstance(event, yaml.CollectionEndEvent):
-            extent = extents.pop()
-            _add(extents, _Extent(extent.nodes, extent.levels + 1), open_anchors.pop(), known)
-        elif isinstance(event, yaml.AliasEvent):
-            if event.anchor in open_anchors:
-                raise OversizedYaml(f'*{event.anchor} contains itself', event.start_mark)
-            _add(extents, known.get(event.anchor or '', _SCALAR), None, known)
-        elif isinstance(event, yaml.ScalarEvent):
-            _add(extents, _SCALAR, event.anchor, known)
-        if len(open_anchors) + extents[-1].levels > DEEPEST:
-            raise OversizedYaml(f'nested deeper than {DEEPEST} levels', event.start_mark)
-        if extents[-1].nodes > MOST_NODES:
-            raise OversizedYaml(f'more than {MOST_NODES:,} values, with aliases written out', event.start_mark)
-
-
-def _add(extents: List[_Extent], extent: _Extent, anchor: Optional[str], known: Dict[str, _Extent]) -> None:
-    """Add a node to what contains it, and remember what its aliases stand for."""
-    outer = extents[-1]
-    extents[-1] = _Extent(outer.nodes + extent.nodes, max(outer.levels, extent.levels))
-    if anchor is not None:
-        known[anchor] = extent
-
-
 try:
     from yaml import CSafeLoader as SafeLoader  # 20 times as fast
 except ImportError:
     from yaml import SafeLoader  # type: ignore[assignment]
-
-LONGEST_FILE = 1_000_000  # characters
 
 # What means the same in YAML 1.1, in YAML 1.2 and to people.
 _PLAIN = {
@@ -165,22 +108,14 @@ def yaml_value(text: str, source: str) -> Any:
 
 def _read(path: Union[str, Path]) -> str:
     try:
-        with open(path, encoding='utf-8') as file:
-            text = file.read(LONGEST_FILE + 1)
+        return Path(path).read_text(encoding='utf-8')
     except (OSError, ValueError) as error:  # ValueError: bytes that are no UTF-8, a path with a null character
         reason = getattr(error, 'strerror', None) or 'not UTF-8 text'
         raise ConfigError(f'{path}: cannot be read: {reason}') from None
-    if len(text) > LONGEST_FILE:
-        raise ConfigError(f'{path}: longer than {LONGEST_FILE:,} characters; allowed: a file of parameters')
-    return text
 
 
 def _parse(text: str) -> Any:
-    try:
-        check_size(yaml.parse(text, Loader=SafeLoader))
-        return yaml.load(text, Loader=StrictLoader)  # a safe loader
-    except UnicodeEncodeError:
-        raise yaml.YAMLError from None  # bytes of a command line that are no UTF-8
+    return yaml.load(text, Loader=StrictLoader)  # a safe loader
 
 
 def _problem(source: str, error: yaml.YAMLError) -> str:

@@ -1,8 +1,8 @@
 """advise: which wheel encoder a robot needs, and what limits its accuracy otherwise.
 
-First the odometry of a drive of each test is drawn thousands of times with every resolution: its answer is there after
-seconds. Then closed-loop trials with a few of the candidates tell from which on pose estimate and true pose are within
-the tolerance at the goal. Results are kept: the same command runs the trials that are missing.
+The odometry of one drive of each test is computed thousands of times at every resolution, which takes a few seconds.
+Closed-loop trials with a few candidates then find the lowest resolution at which the estimated and the true pose reach
+the goal. Results are kept: the same command runs the missing trials.
 """
 
 from __future__ import annotations
@@ -11,8 +11,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Optional, Sequence
 
-from diff_encoder_sim.analysis.quantities import REQUIRED_FRACTION, YAW, X
-from diff_encoder_sim.analysis.statistics import LEVEL
+from diff_encoder_sim.analysis.quantities import LEVEL, REQUIRED_FRACTION, YAW, X
 from diff_encoder_sim.base.bounds import PULSES_PER_TURN, TRIALS, Between
 from diff_encoder_sim.base.command_line import number_within, run_trials_tool, tool_parser, whole_number_within
 from diff_encoder_sim.cli.arguments import add_amcl, add_encoders, add_robot_arguments, add_unchecked, add_workers

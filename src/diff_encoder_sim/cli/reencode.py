@@ -11,7 +11,6 @@ from typing import Counter, Dict, Iterator, Optional, Sequence
 
 from diff_encoder_sim.base.bounds import COUNTER_STATES
 from diff_encoder_sim.base.command_line import as_called, run_tool, tool_parser
-from diff_encoder_sim.base.text_values import plain_int
 from diff_encoder_sim.cli.arguments import add_encoders, add_robot_arguments
 from diff_encoder_sim.drives.number_units import TIME_UNITS, UNITS
 
@@ -160,7 +159,7 @@ def _add_source_options(parser: argparse.ArgumentParser) -> None:
 
 def _seed(text: str) -> int:
     try:
-        value = plain_int(text)
+        value = int(text)
     except ValueError:
         value = -1
     if value < 0:
@@ -170,7 +169,7 @@ def _seed(text: str) -> int:
 
 def _modulus(text: str) -> int:
     try:
-        value = plain_int(text)
+        value = int(text)
     except ValueError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
     if not COUNTER_STATES.allows(value):

@@ -20,7 +20,7 @@ from diff_encoder_sim.base.bounds import (
     Turns,
 )
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.params import Params, PathText, load_params
+from diff_encoder_sim.base.params import Params, load_params
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc, wrap_angle
 
 
@@ -94,7 +94,7 @@ class TestDefinition(Params):
     name: str = Field(
         min_length=1, max_length=60, pattern=r'^[A-Za-z0-9][A-Za-z0-9_.+-]*$', description='part of file names'
     )
-    world: PathText = Field(min_length=1, description='file in worlds/ without its suffix, or a path')
+    world: str = Field(min_length=1, description='file in worlds/ without its suffix, or a path')
     start: PoseParams = Field(PoseParams(), description='pose of the robot in the map frame')
     drive: List[Segment] = Field([], max_length=1000, description='what nav:=scripted drives, without feedback')
     route: List[Leg] = Field([], max_length=1000, description='what is navigated; the last leg is a goal')

@@ -10,7 +10,7 @@ from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 from typing_extensions import Annotated
 
 from diff_encoder_sim.base.bounds import Between, Duration_s, Length_m, Offset_m, Rate_Hz, Seed, TravelVariance_m
-from diff_encoder_sim.base.params import Params, PathText
+from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.drives.topics import BagFormat, PoseSource
@@ -125,12 +125,12 @@ class TrialPlan(Params):
     """A trial and the paths of its files."""
 
     trial: Trial
-    world: PathText = Field(description='path of the world file')
-    map: PathText = Field(description="path of its map's YAML file")
-    bag: PathText = Field(description='path of the bag to record; empty for none')
+    world: str = Field(description='path of the world file')
+    map: str = Field(description="path of its map's YAML file")
+    bag: str = Field(description='path of the bag to record; empty for none')
     bag_format: BagFormat = Field('ros1', description='of a bag that is recorded in lockstep: ROS 1, or MCAP of ROS 2')
     slam: Literal['none', 'embedded', 'upstream'] = 'none'
-    save_map: PathText = Field('', description='path, without suffix, of the map that SLAM makes')
+    save_map: str = Field('', description='path, without suffix, of the map that SLAM makes')
 
 
 class LivePlan(TrialPlan):

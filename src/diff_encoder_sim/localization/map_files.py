@@ -16,9 +16,8 @@ from typing_extensions import Annotated
 from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.bounds import Between, CellSide_m, Fraction, Percent
 from diff_encoder_sim.base.errors import ConfigError, in_one_line
-from diff_encoder_sim.base.params import Params, PathText, load_params
+from diff_encoder_sim.base.params import Params, load_params
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.base.text_values import plain_float
 from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
 FORMATS = ('PPM', 'PNG')  # PPM is PIL's name for all of PGM's family
@@ -79,7 +78,7 @@ ORIGIN_DIGITS = 9  # in a saved file: nanometres, so that a yaw sent as a quater
 class MapFileParams(Params):
     """Keys of map_server's YAML file."""
 
-    image: PathText = Field(min_length=1, description='PGM or PNG; relative to the YAML file')
+    image: str = Field(min_length=1, description='PGM or PNG; relative to the YAML file')
     resolution: CellSide_m = Field(description='side of a pixel [m]')
     origin: List[Annotated[float, Between(-1e6, 1e6)]] = Field(
         min_length=3, max_length=3, description='pose of the lower left corner: x, y [m], yaw [rad]'
@@ -113,7 +112,7 @@ class MapFileParams(Params):
 
 def _number(value: Any) -> Any:
     try:
-        return plain_float(value) if isinstance(value, str) else value
+        return float(value) if isinstance(value, str) else value
     except ValueError:
         return value
 

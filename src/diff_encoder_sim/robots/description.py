@@ -11,7 +11,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from diff_encoder_sim.base.text_values import Vector
+from diff_encoder_sim.base.xml_values import Vector
 
 
 class Box(NamedTuple):

@@ -10,7 +10,6 @@ from xml.etree import ElementTree
 from diff_encoder_sim.base.bounds import is_number
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import did_you_mean
-from diff_encoder_sim.base.text_values import plain_float
 from diff_encoder_sim.base.xml_values import MOST
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.robots.description import Findings, RobotChoices, RobotTree
@@ -100,7 +99,7 @@ def tag_words(element: ElementTree.Element) -> str:
 def positive(text: Optional[str]) -> Optional[float]:
     """Return a tag's number; None of no number, and of 0 and enormous ones, which stand for no limit."""
     try:
-        return usable(plain_float(text or ''))
+        return usable(float(text or ''))
     except ValueError:
         return None
 

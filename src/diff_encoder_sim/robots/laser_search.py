@@ -11,7 +11,6 @@ import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import did_you_mean
-from diff_encoder_sim.base.text_values import plain_float
 from diff_encoder_sim.base.xml_values import rotation_from_rpy
 from diff_encoder_sim.robots.description import Findings, RobotLaser, RobotTree
 from diff_encoder_sim.robots.driven_wheels import tag_words
@@ -91,7 +90,7 @@ def _number(sensor: ElementTree.Element, path: str) -> Optional[float]:
     """Return the finite number below a sensor; plugins have tags of the same names, so a path names its parent."""
     element = sensor.find(f'.//{path}') if '/' in path else sensor.find(path)
     try:
-        number = math.nan if element is None else plain_float(element.text or '')
+        number = math.nan if element is None else float(element.text or '')
     except ValueError:
         return None
     return number if math.isfinite(number) else None
@@ -107,7 +106,7 @@ def _pose(sensor: ElementTree.Element) -> np.ndarray:
     pose = np.eye(4)
     words = (sensor.findtext('pose') or '').split()
     try:
-        numbers = [plain_float(word) for word in words]
+        numbers = [float(word) for word in words]
     except ValueError:
         return pose
     if len(numbers) == 6 and all(map(math.isfinite, numbers)):

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from diff_encoder_sim.base.bounds import Offset_m, PulsesPerTurn
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.params import Params, PathText, did_you_mean, load_params
+from diff_encoder_sim.base.params import Params, did_you_mean, load_params
 from diff_encoder_sim.robots.description import AddedLaser, RobotSource
 
 ROBOT_FILE_SUFFIXES = ('.yaml', '.yml')
@@ -32,9 +32,9 @@ class AddedLaserParams(Params):
 class RobotFileParams(Params):
     """The keys of a robot file; config/robots/ has patterns."""
 
-    urdf: PathText = Field(min_length=1, description='xacro or URDF file, relative to this file')
+    urdf: str = Field(min_length=1, description='xacro or URDF file, relative to this file')
     arguments: Dict[str, Union[bool, int, float, str]] = Field({}, description='xacro arguments by name')
-    packages: List[PathText] = Field(
+    packages: List[str] = Field(
         [], description='folders in which packages of package:// and $(find) are looked for, relative to this file'
     )
     laser: Optional[AddedLaserParams] = Field(

@@ -9,7 +9,6 @@ from typing import FrozenSet, Iterable, Iterator, List, NamedTuple, Optional, Se
 
 import numpy as np
 
-from diff_encoder_sim.base.text_values import plain_float
 from diff_encoder_sim.robots.description import Cylinder, Joint, RobotTree, Shape
 from diff_encoder_sim.robots.solids import placed, rolling_radius_m
 
@@ -80,11 +79,7 @@ def turning_range_rad(tree: RobotTree, joint: Joint) -> float:
     """Return the angle between a joint's limits."""
     limit = next((each.find('limit') for each in tree.xml.findall('joint') if each.get('name') == joint.name), None)
     try:
-        return (
-            math.inf
-            if limit is None
-            else plain_float(limit.get('upper', 'inf')) - plain_float(limit.get('lower', '-inf'))
-        )
+        return math.inf if limit is None else float(limit.get('upper', 'inf')) - float(limit.get('lower', '-inf'))
     except ValueError:
         return math.inf
 

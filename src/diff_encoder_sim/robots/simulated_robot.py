@@ -11,8 +11,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.text_values import Vector
-from diff_encoder_sim.base.xml_values import rpy_from_rotation
+from diff_encoder_sim.base.xml_values import Vector, rpy_from_rotation
 from diff_encoder_sim.robots.contacts import support_balls
 from diff_encoder_sim.robots.describing import describe
 from diff_encoder_sim.robots.description import (

@@ -15,7 +15,6 @@ import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import did_you_mean
-from diff_encoder_sim.base.text_values import plain_float
 from diff_encoder_sim.base.xml_values import bounded_numbers, joint_link, rotation_from_rpy
 from diff_encoder_sim.robots.description import (
     Box,
@@ -180,7 +179,7 @@ def _limit(joint: ElementTree.Element, key: str, place: str) -> Optional[float]:
     if text is None:
         return None
     try:
-        value = plain_float(text)
+        value = float(text)
     except ValueError:
         value = math.nan
     if math.isnan(value) or value < 0:

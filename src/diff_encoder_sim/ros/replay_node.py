@@ -22,7 +22,7 @@ from typing_extensions import Annotated
 from diff_encoder_sim.base.bounds import Between, PositiveDuration_s
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import users_path
-from diff_encoder_sim.base.params import Params, PathText
+from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.bag_output import COPIED, copied_topics
@@ -51,8 +51,8 @@ QUIET_S = 1.0  # wall time without a message, after which the recording is compl
 class ReplayParams(Params):
     """Parameters of replay_node, beside those of the encoder and the odometry."""
 
-    bag: PathText = Field(min_length=1, description='bag of ROS 1 or ROS 2 with wheel angles (JointState)')
-    out: PathText = Field('', description='path of the new bag; empty: bags/BAG_PPRppr_replay.bag')
+    bag: str = Field(min_length=1, description='bag of ROS 1 or ROS 2 with wheel angles (JointState)')
+    out: str = Field('', description='path of the new bag; empty: bags/BAG_PPRppr_replay.bag')
     joint_states: str = Field('', description='topic of the wheel angles; empty: the only one of its type')
     speed: Annotated[float, Between(1e-3, 100.0)] = Field(1.0, description='played time per recorded time')
     start_timeout: PositiveDuration_s = Field(60.0, description='wall time for the graph to start [s]')

@@ -19,7 +19,7 @@ from typing_extensions import Annotated, Literal
 from diff_encoder_sim.base.bounds import Between, Duration_s, Rate_Hz, Seed
 from diff_encoder_sim.base.errors import EVENT, ConfigError, InputFault
 from diff_encoder_sim.base.package_files import package_folder, users_path
-from diff_encoder_sim.base.params import PathText, did_you_mean
+from diff_encoder_sim.base.params import did_you_mean
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.pose_messages import ModelStatesEncoder
@@ -54,11 +54,11 @@ SHORTEST_COMMAND_PERIOD_S = (GRAPH_LEAD_NS + TICK_NS) / NANOSECONDS_PER_SECOND
 class SimulatorNodeParams(SimulatorParams):
     """Parameters of simulator_node. World, start and seed are the /trial's unless given."""
 
-    robot: PathText = Field(
+    robot: str = Field(
         min_length=1, description='name of a robot in config/robots/, a robot file, or a xacro or URDF file'
     )
     robot_args: str = Field('', description="arguments of the robot's xacro: name=value name=value")
-    world: PathText = Field(min_length=1, description='world file; default: that of /trial')
+    world: str = Field(min_length=1, description='world file; default: that of /trial')
     start: PoseParams = Field(PoseParams(), description='pose of base_link in the world; default: that of /trial')
     seed: Seed = Field(0, description='of all random draws; default: the number of /trial')
     real_time_factor: Annotated[float, Between(1e-3, 1e6, or_zero=True)] = Field(

@@ -6,8 +6,7 @@ import math
 from typing import List, Mapping, NamedTuple, Tuple
 from xml.etree import ElementTree
 
-from diff_encoder_sim.base.text_values import Vector
-from diff_encoder_sim.base.xml_values import joint_link, joint_origin, parse_numbers
+from diff_encoder_sim.base.xml_values import Vector, joint_link, joint_origin, parse_numbers
 
 QuatXyzw = Tuple[float, float, float, float]
 

@@ -13,7 +13,7 @@ from pydantic import Field
 from typing_extensions import Annotated
 
 from diff_encoder_sim.base.bounds import TRIALS, Between
-from diff_encoder_sim.base.params import Line, PathLine, flat
+from diff_encoder_sim.base.params import Line, flat
 from diff_encoder_sim.drives.bag_files import SUFFIXES
 from diff_encoder_sim.drives.test_definition import TestDefinition, find_world
 from diff_encoder_sim.drives.trial_definition import Trial, wheels_of
@@ -47,19 +47,17 @@ class CampaignParams(TrialOptions):
     """The keys of a campaign file."""
 
     name: Line = Field(min_length=1, description='name of the campaign')
-    tests: List[PathLine] = Field(min_length=1, description='names of files in config/tests/, or paths of .yaml files')
+    tests: List[Line] = Field(min_length=1, description='names of files in config/tests/, or paths of .yaml files')
     ppr: List[PulsesPerRevolution] = Field([], description='ideal encoders, in pulses per wheel revolution')
-    encoders: List[PathLine] = Field(
+    encoders: List[Line] = Field(
         [],
         description='real encoders, beside those of `ppr` or alone: names of files in config/encoders/, paths of .yaml '
         'files, or `catalogue` for all of config/encoders/',
     )
     trials: Annotated[int, TRIALS] = Field(30, description='trials of each test with each encoder')
     seed: Annotated[int, Between(0, 2**62 - 1)] = Field(0, description='trial k has the seed `seed` + k')
-    robot: PathLine = Field(
-        '', description='name of a robot in config/robots/, a robot file, xacro or URDF; empty: alto'
-    )
-    files: Dict[ConfigFile, PathLine] = Field(
+    robot: Line = Field('', description='name of a robot in config/robots/, a robot file, xacro or URDF; empty: alto')
+    files: Dict[ConfigFile, Line] = Field(
         {},
         description='in place of amcl.yaml and the other files of config/: `amcl: amcl_accurate`, '
         'another file there, or the path of a .yaml file',

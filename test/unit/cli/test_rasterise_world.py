@@ -25,7 +25,6 @@ def test_the_tool_writes_a_map_that_is_read_back(tmp_path, capsys):
         (['--resolution', 'nan'], '--resolution'),
         (['--resolution', '1e-9'], '--resolution'),
         (['--resolution', '1e300'], '--resolution'),
-        (['--resolution', '0.0_5'], '--resolution'),
         (['--height', 'inf'], '--height'),
         (['--free', '0', 'nan'], '--free'),
         (['--free', '1e300', '0'], '--free'),

@@ -29,9 +29,7 @@ pytest.importorskip('evo', reason='evo is not installed: requirements-test.txt')
 from evo.core import filters  # not before it is known to be there
 
 BAG = 'sl.bag'
-COMMANDS = [
-    line for line in (ROOT / 'docs' / 'recorded_drives.md').read_text().splitlines() if line.startswith('evo_')
-]
+COMMANDS = [line for line in (ROOT / 'docs' / 'recorded_drives.md').read_text().splitlines() if line.startswith('evo_')]
 
 
 @pytest.fixture(name='trial_folder', scope='module')

@@ -16,8 +16,8 @@ from diff_encoder_sim.analysis.encoder_labels import is_real, ppr_value
 from diff_encoder_sim.analysis.figures import style
 from diff_encoder_sim.analysis.figures.error_series import SERIES, Series
 from diff_encoder_sim.analysis.figures.variants import Variant
-from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
-from diff_encoder_sim.analysis.statistics import LEVEL, spread, std_interval
+from diff_encoder_sim.analysis.quantities import LEVEL, QUANTITIES, Quantity
+from diff_encoder_sim.analysis.statistics import spread, std_interval
 from diff_encoder_sim.drives.trial_definition import Trial
 
 HEIGHT_TO_WIDTH = 0.95

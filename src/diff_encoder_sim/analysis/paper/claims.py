@@ -21,9 +21,8 @@ from diff_encoder_sim.analysis.final_errors import (
     with_final_error,
 )
 from diff_encoder_sim.analysis.paper.paper_cells import PPRS, TRIALS
-from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, Quantity, X, Y
+from diff_encoder_sim.analysis.quantities import LEVEL, QUANTITIES, YAW, Quantity, X, Y
 from diff_encoder_sim.analysis.statistics import (
-    LEVEL,
     SIGNIFICANCE,
     holm,
     mcnemar,

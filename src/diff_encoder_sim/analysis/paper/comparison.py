@@ -19,8 +19,8 @@ from diff_encoder_sim.analysis.paper.paper_cells import (
     errata_of,
     load_paper_cells,
 )
-from diff_encoder_sim.analysis.quantities import Quantity
-from diff_encoder_sim.analysis.statistics import LEVEL, SIGNIFICANCE, Interval, holm, spread, std_interval, wilson
+from diff_encoder_sim.analysis.quantities import LEVEL, Quantity
+from diff_encoder_sim.analysis.statistics import SIGNIFICANCE, Interval, holm, spread, std_interval, wilson
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.drives.topics import PoseSource
 

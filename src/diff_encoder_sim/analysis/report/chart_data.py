@@ -10,8 +10,8 @@ from diff_encoder_sim.analysis.closed_form import closed_form_std
 from diff_encoder_sim.analysis.dataset import CellKey, Dataset, TrialData
 from diff_encoder_sim.analysis.encoder_labels import is_real, ppr_text, ppr_value, ppr_values
 from diff_encoder_sim.analysis.figures.error_series import SERIES, Series
-from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
-from diff_encoder_sim.analysis.statistics import LEVEL, spread, std_interval
+from diff_encoder_sim.analysis.quantities import LEVEL, QUANTITIES, Quantity
+from diff_encoder_sim.analysis.statistics import spread, std_interval
 
 Row = Dict[str, Any]
 

@@ -6,8 +6,7 @@ from typing import Callable, Dict, List, NamedTuple, Optional, Sequence
 
 from diff_encoder_sim.analysis.dataset import CellKey, Dataset, Varied
 from diff_encoder_sim.analysis.encoder_labels import encoders_text, enumeration, is_real, ppr_value
-from diff_encoder_sim.analysis.quantities import REQUIRED_FRACTION
-from diff_encoder_sim.analysis.statistics import LEVEL
+from diff_encoder_sim.analysis.quantities import LEVEL, REQUIRED_FRACTION
 from diff_encoder_sim.analysis.table_keys import varied_texts
 from diff_encoder_sim.analysis.within_tolerance import (
     COMPARED_POSES,
