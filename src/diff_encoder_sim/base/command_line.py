@@ -10,7 +10,7 @@ import re
 import signal
 import sys
 import textwrap
-from typing import Any, Callable, Iterator, NoReturn, Optional, Sequence
+from typing import Any, Callable, Iterator, NoReturn, Sequence
 
 from diff_encoder_sim.base.bounds import Between
 from diff_encoder_sim.base.errors import CampaignFault, ConfigError, in_one_line, readable
@@ -82,14 +82,12 @@ class ToolParser(argparse.ArgumentParser):
         super().error(readable(message))
 
 
-def tool_parser(
-    name: str, description: Optional[str], examples: Sequence[str], notes: str = ''
-) -> argparse.ArgumentParser:
+def tool_parser(name: str, description: str, examples: Sequence[str], notes: str = '') -> argparse.ArgumentParser:
     """Return a parser with --help and --version.
 
     Args:
         name: the executable, as after `rosrun diff_encoder_sim`; the description begins with it.
-        description: paragraphs, filled to the width of the help; None of a docstring that `python -OO` has removed.
+        description: paragraphs, filled to the width of the help.
         examples: arguments of whole commands, without the executable.
         notes: paragraphs between the options and the examples.
     """
@@ -97,7 +95,7 @@ def tool_parser(
     epilog = [*([_filled(notes)] if notes else []), f'examples:\n{commands}']
     parser = ToolParser(
         prog=as_called(name),
-        description=_filled((description or name).replace(name, as_called(name), 1)),
+        description=_filled(description.replace(name, as_called(name), 1)),
         epilog='\n\n'.join(epilog),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
