@@ -15,7 +15,7 @@ from tabulate import tabulate
 
 from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.wheel_encoder import DiffEncoder, EncoderParams, ReportingEncoder
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
 
 JOINTS = ('left_wheel_joint', 'right_wheel_joint')
 JOINT_PERIOD_NS = 10_000_000
@@ -55,9 +55,9 @@ def main() -> None:
         window = OdometryParams(ppr=ppr, velocity_window=10, counter_modulus=65536)
         for name, rate_hz, make, calls in (
             (
-                'DiffEncoder.update',
+                'ReportingEncoder.update',
                 100,
-                lambda: DiffEncoder(EncoderParams(ppr=ppr)).update,
+                lambda: ReportingEncoder(EncoderParams(ppr=ppr)).update,
                 _joint_messages(arguments.calls),
             ),
             ('WheelOdometry.update', 20, lambda: WheelOdometry(odometry).update, _reports(arguments.calls, ppr, 0)),

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Odometry errors over many seeds against the closed forms of an encoder's rounding.
 
-The simulator drives each test once; its wheel angles are then seen through DiffEncoder and
+The simulator drives each test once; its wheel angles are then seen through ReportingEncoder and
 WheelOdometry from the wheel phases that the simulator draws for each seed. The straight drive is
 judged at its goal, the turn at a random moment of its last round at full speed, since the closed
 form is the mean over angles that are no whole number of pulses. The heading of the straight drive has a
@@ -30,7 +30,7 @@ from diff_encoder_sim.simulation.physics import PhysicsParams
 from diff_encoder_sim.simulation.simulator import SlippingWheels, WheelErrorParams
 from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.wheel_encoder import DiffEncoder, EncoderParams
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
 
 JOINTS = ('left_wheel_joint', 'right_wheel_joint')
 PPRS = (40, 90, 1024, 4096)
@@ -116,11 +116,11 @@ def end_of_drive(
     phases_rad = generator(seed, 'wheel_phase').uniform(0.0, 2.0 * math.pi, 2)
     wheels = SlippingWheels(errors, (WHEEL_RADIUS_M, WHEEL_RADIUS_M), generator(seed, 'wheel_slip'))
     of_rolled = 1.0 / (1.0 + np.array([errors.left_radius_error, errors.right_radius_error]))
-    encoder, odometry = DiffEncoder(EncoderParams(ppr=ppr)), WheelOdometry(params)
+    encoder, odometry = ReportingEncoder(EncoderParams(ppr=ppr)), WheelOdometry(params)
     estimate = None
     for row in rows[: end + 1]:
         turned_rad = phases_rad + of_rolled * wheels.turned(row.angles_rad)
-        sample = encoder.update(row.stamp_ns, JOINTS, turned_rad.tolist())
+        (sample,) = encoder.update(row.stamp_ns, JOINTS, turned_rad.tolist())
         estimate = odometry.update(*sample)
     pose, truth = estimate.base_pose_in_odom, rows[end].true_pose.relative_to(rows[0].true_pose)
     error = np.array([pose.x_m - truth.x_m, pose.y_m - truth.y_m, wrap_angle(pose.yaw_rad - truth.yaw_rad)])

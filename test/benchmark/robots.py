@@ -30,7 +30,7 @@ from diff_encoder_sim.simulation.state import TICK_NS, TICK_S
 from diff_encoder_sim.trials.robot_params import RobotConfig, load_robot, load_robot_config, override
 from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.wheel_encoder import DiffEncoder, EncoderParams
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
 from generated_robots import RECIPES, urdf_of
 
 SPEEDS_MPS = (0.1, 0.3, 1.0)
@@ -155,7 +155,7 @@ def _errors(robot: SimulatedRobot, motion: Motion, phases: int) -> np.ndarray:
     """Odometry minus truth at the end, (phases, 3): along, across, yaw."""
     rng, rows = np.random.default_rng(0), []
     for _ in range(phases):
-        encoder = DiffEncoder(EncoderParams(ppr=PPR, left_joint=JOINTS[0], right_joint=JOINTS[1]))
+        encoder = ReportingEncoder(EncoderParams(ppr=PPR, left_joint=JOINTS[0], right_joint=JOINTS[1]))
         odometry = WheelOdometry(
             OdometryParams(
                 ppr=PPR,
@@ -168,9 +168,8 @@ def _errors(robot: SimulatedRobot, motion: Motion, phases: int) -> np.ndarray:
         for tick, angles_rad in enumerate(motion.angles_rad):
             if tick % TICKS_PER_REPORT:
                 continue
-            sample = encoder.update(tick * TICK_NS, JOINTS, [a + b for a, b in zip(angles_rad, shift_rad)])
-            estimate = sample and odometry.update(*sample)
-            pose = estimate.base_pose_in_odom if estimate else pose
+            for sample in encoder.update(tick * TICK_NS, JOINTS, [a + b for a, b in zip(angles_rad, shift_rad)]):
+                pose = odometry.update(*sample).base_pose_in_odom
         rows.append(
             (pose.x_m - motion.end.x_m, pose.y_m - motion.end.y_m, wrap_angle(pose.yaw_rad - motion.end.yaw_rad))
         )

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from diff_encoder_sim.advice.drawn_robot import DrawnRobot
-from diff_encoder_sim.advice.error_free_drives import Drive
+from diff_encoder_sim.advice.error_free_drives import ErrorFreeDrive
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc, wrap_angle
 from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.drives.trial_definition import Trial
@@ -51,7 +51,7 @@ def rolled(*segments, separation_m=SEPARATION_M, start=(), name='rolled', **limi
     speeds_mps = np.column_stack([speeds[:, 0] - half_difference_mps, speeds[:, 0] + half_difference_mps])
     ways_m = np.concatenate([np.zeros((1, 2)), np.cumsum(TICK_S * speeds_mps, axis=0)])
     end = test.drive_end().relative_to(test.start.pose())
-    return Drive(Trial(test=test, nav='scripted'), RolledDrive(times_s, ways_m, separation_m, end))
+    return ErrorFreeDrive(Trial(test=test, nav='scripted'), RolledDrive(times_s, ways_m, separation_m, end))
 
 
 def line(length_m=LINE_M, **limits):

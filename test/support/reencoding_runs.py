@@ -6,7 +6,7 @@ import pytest
 from rosbags.highlevel import AnyReader
 
 from diff_encoder_sim.cli import reencode
-from diff_encoder_sim.wheels.wheel_encoder import DiffEncoder, EncoderParams
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
 from reencoding_drives import JOINTS, START_NS, TICK_NS
 
 
@@ -39,6 +39,6 @@ def rows_of(folder):
 
 def samples_of(angles, ppr):
     """What a live encoder says of a drive at 100 Hz."""
-    encoder = DiffEncoder(EncoderParams(ppr=ppr))
-    samples = [encoder.update(START_NS + tick * TICK_NS, JOINTS, pair) for tick, pair in enumerate(angles.tolist())]
-    return [sample for sample in samples if sample is not None]
+    encoder = ReportingEncoder(EncoderParams(ppr=ppr))
+    updates = (encoder.update(START_NS + tick * TICK_NS, JOINTS, pair) for tick, pair in enumerate(angles.tolist()))
+    return [sample for samples in updates for sample in samples]

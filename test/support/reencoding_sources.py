@@ -6,7 +6,7 @@ import numpy as np
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from diff_encoder_sim.wheels.encoder_params import wrap_count
+from diff_encoder_sim.wheels.counter import wrap_count
 from reencoding_drives import ROS1, ROS2, START_NS, STORE2, TICK_NS, angles_rad, true_poses, write_ros2
 
 DEFINITIONS = {

@@ -8,7 +8,7 @@ import numpy as np
 from diff_encoder_sim.advice.answers import Requirement
 from diff_encoder_sim.advice.drawn_robot import DrawnRobot, drawn_robot
 from diff_encoder_sim.advice.drive_draws import DriveDraws
-from diff_encoder_sim.advice.error_free_drives import Drive, scripted
+from diff_encoder_sim.advice.error_free_drives import ErrorFreeDrive, scripted
 from diff_encoder_sim.navigation.goal_stopping import StopSpread
 from diff_encoder_sim.trials.robot_params import load_robot, load_robot_config, override
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
@@ -27,7 +27,7 @@ class SyntheticRobot(NamedTuple):
     """A robot with an encoder of unknown counts, its drive, and what is asked of it."""
 
     text: str
-    drive: Drive
+    drive: ErrorFreeDrive
     robot: DrawnRobot
     encoder: EncoderParams
     requirement: Requirement

@@ -14,13 +14,14 @@ from typing import Iterator, List, Optional, Sequence, Tuple
 import numpy as np
 
 from diff_encoder_sim.advice.drawn_robot import ROBOTS_CAUSES, Amounts, DrawnRobot, WheelCause
-from diff_encoder_sim.advice.error_free_drives import Drive
+from diff_encoder_sim.advice.error_free_drives import ErrorFreeDrive
+from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.processes import usable_cores
-from diff_encoder_sim.base.se2 import wrap_angles
+from diff_encoder_sim.base.se2 import Pose2D, poses_of_wheels, wrap_angles
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.navigation.goal_stopping import StopSpread
-from diff_encoder_sim.wheels.drawn_counts import base_poses, drawn_counts, final_poses
-from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, EncoderModel
+from diff_encoder_sim.wheels.chain import Chain
+from diff_encoder_sim.wheels.report_link import PROMPT
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 # A drive ends in so many places within the spread of the robot's stop.
@@ -29,21 +30,21 @@ ENDS = 512
 # Odometry is told the counts so often on a drive: more reports change its end by a thousandth of its spread.
 MOST_SAMPLES = 500
 
-# So many poses at a time: beyond, arrays leave the processor's cache.
+# Number of poses at a time: beyond, arrays leave the processor's cache.
 POSES_AT_A_TIME = 2**18
-# Of those, wheels from so many encoders are enough, as each begins anywhere on its encoder; and so many edges are.
-ENCODERS, EDGES = 128, 2**18
 
 
 class DriveDraws:
     """Draws of one drive; the same draw has the same phases, geometry and slip with every encoder."""
 
-    def __init__(self, drive: Drive, robot: DrawnRobot, seed: int) -> None:
+    def __init__(self, drive: ErrorFreeDrive, robot: DrawnRobot, seed: int) -> None:
         self.drive, self.robot, self._seed = drive, robot, seed
         samples = _samples(len(drive.rolled.times_s))
         left_m, right_m = _ways_to_ends(drive, robot.stop, generator(seed, f'{drive.test}_ends'))
-        self._ways_m, self._times_s = (left_m[:, samples], right_m[:, samples]), drive.rolled.times_s[samples]
-        self._ends = final_poses(*self._ways_m, drive.rolled.separation_m)
+        self._ways_m = left_m[:, samples], right_m[:, samples]
+        self._ends = _ends(np.stack(self._ways_m, axis=-1), drive.rolled.separation_m, robot.axle_x_m)
+        self._stamps_ns = np.rint(1e9 * drive.rolled.times_s[samples]).astype(np.int64)
+        self._commands = np.diff(drive.rolled.ways_m[samples], axis=0, prepend=0.0)
 
     def errors(
         self, encoders: Sequence[Optional[EncoderParams]], draws: int, amounts: Amounts = ROBOTS_CAUSES
@@ -66,7 +67,7 @@ class DriveDraws:
 
     def _portions(self, draws: int) -> Iterator[Tuple[int, int]]:
         """Yield the first draw and the number of draws of each portion."""
-        at_a_time = max(1, round(POSES_AT_A_TIME / len(self._times_s)))
+        at_a_time = max(1, round(POSES_AT_A_TIME / len(self._stamps_ns)))
         return ((first, min(at_a_time, draws - first)) for first in range(0, draws, at_a_time))
 
     def _portion(
@@ -79,10 +80,8 @@ class DriveDraws:
         truth = self._ends[chosen]
         return [self._error(encoder, turned, truth, contact, first) for encoder in encoders]
 
-    def _turned(
-        self, left_m: np.ndarray, right_m: np.ndarray, first: int, amounts: Amounts
-    ) -> Tuple[np.ndarray, np.ndarray]:
-        """Return (draws, n) the angles that wheels have turned since the start [rad]."""
+    def _turned(self, left_m: np.ndarray, right_m: np.ndarray, first: int, amounts: Amounts) -> np.ndarray:
+        """Return (draws, n, 2) the angles that wheels have turned since the start [rad]."""
         robot, draws = self.robot, len(left_m)
         wheels = robot.wheels(amounts, generator(self._seed, f'{self.drive.test}_wheels_{first}'), draws)
         half_m = 0.5 * (right_m - left_m) * (wheels.separation_m / self.drive.rolled.separation_m)
@@ -99,59 +98,54 @@ class DriveDraws:
                 walk_m = np.cumsum(np.sqrt(steps_m2) * rng.standard_normal(steps_m2.shape), axis=1)
                 turned_rad[:, 1:] += walk_m / radius_m
             turned.append(turned_rad)
-        return turned[0], turned[1]
+        return np.stack(turned, axis=-1)
 
     def _error(
         self,
         encoder: Optional[EncoderParams],
-        turned: Tuple[np.ndarray, np.ndarray],
+        turned_rad: np.ndarray,
         truth: np.ndarray,
         contact: np.ndarray,
         first: int,
     ) -> np.ndarray:
-        odometry, robot = self.robot.odometry, self.robot
-        left_m, right_m = self._told_m(encoder, turned, first)
-        told = base_poses(final_poses(left_m, right_m, odometry.wheel_separation), odometry.axle_x)
-        error = told - base_poses(truth, robot.axle_x_m) + contact
-        return _in_map(error, self.drive.start_in_map.yaw_rad)
-
-    def _told_m(
-        self, encoder: Optional[EncoderParams], turned: Tuple[np.ndarray, np.ndarray], first: int
-    ) -> Tuple[np.ndarray, np.ndarray]:
-        """Return (draws, n) the ways of the wheels as odometry has them."""
-        assumed_m = 0.5 * self.robot.odometry.wheel_diameter
+        odometry = self.robot.odometry
         if encoder is None:
-            return turned[0] * assumed_m, turned[1] * assumed_m
-        phases = generator(self._seed, f'{self.drive.test}_phases_{first}').uniform(
-            0.0, 2.0 * math.pi, (2, len(turned[0]), 1)
-        )
-        ppr = encoder.counts_per_turn
-        told = []
-        for side, counts_per_turn, turned_rad, phase_rad in zip(
-            ('left', 'right'), (ppr.left, ppr.right), turned, phases
-        ):
-            model = encoder.encoder.of_wheel(side)
-            rngs = [
-                generator(self._seed, f'{self.drive.test}_{side}_{first}_{number}')
-                for number in range(_encoders(model, counts_per_turn))
-            ]
-            counts = drawn_counts(model, counts_per_turn, phase_rad + turned_rad, self._times_s, rngs)
-            told.append(counts * (2.0 * math.pi * assumed_m / counts_per_turn))
-        return told[0], told[1]
+            radius_m = 0.5 * odometry.wheel_diameter
+            told = _ends(turned_rad, odometry.wheel_separation, odometry.axle_x, radius_m)
+        else:
+            told = (
+                self._chain(encoder, first, len(turned_rad))
+                .run(
+                    Drive(self._stamps_ns, turned_rad),
+                    generator(self._seed, f'{self.drive.test}_phases_{first}').uniform(
+                        0.0, 2.0 * math.pi, (len(turned_rad), 2)
+                    ),
+                    self._commands,
+                    np.arange(len(self._stamps_ns)),
+                )
+                .final_poses
+            )
+        return _in_map(told - truth + contact, self.drive.start_in_map.yaw_rad)
+
+    def _chain(self, encoder: EncoderParams, first: int, draws: int) -> Chain:
+        """Return an encoder and its odometry, whose reports all come at once."""
+        seed = int(generator(self._seed, f'{self.drive.test}_encoders_{first}').integers(2**31))
+        read_at_once = {'report': PROMPT, 'counter_modulus': 0, 'velocity_method': 'M', 'seed': seed}
+        known = {'ppr': encoder.ppr, 'encoder': encoder.encoder, 'counter_modulus': 0}
+        return Chain(encoder.model_copy(update=read_at_once), self.robot.odometry.model_copy(update=known), draws)
 
     def _contact_error(self) -> np.ndarray:
         """Return (3,) how far wheels without errors are from the truth: what simulated contacts slip."""
-        rolled = self.drive.rolled
-        left_m, right_m = rolled.ways_m.T[:, np.newaxis]
-        axle = final_poses(left_m, right_m, rolled.separation_m)
-        true_end = np.array(rolled.end)[np.newaxis]
-        axle_x_m = self.robot.axle_x_m
-        error: np.ndarray = (base_poses(axle, axle_x_m) - base_poses(true_end, axle_x_m))[0]
+        rolled, axle_x_m = self.drive.rolled, self.robot.axle_x_m
+        wheels = _ends(rolled.ways_m[np.newaxis], rolled.separation_m, axle_x_m)[0]
+        axle = Pose2D(axle_x_m, 0.0, 0.0)
+        truth = axle.compose(rolled.end).compose(axle.inverse())
+        error: np.ndarray = wheels - np.array(truth)
         error[2] = wrap_angles(error[2])
         return error
 
 
-def _ways_to_ends(drive: Drive, stop: StopSpread, rng: np.random.Generator) -> Tuple[np.ndarray, np.ndarray]:
+def _ways_to_ends(drive: ErrorFreeDrive, stop: StopSpread, rng: np.random.Generator) -> Tuple[np.ndarray, np.ndarray]:
     """Return (ENDS, n) the ways of both wheels on drives that end within the spread of the stop.
 
     The difference comes along the way, so that the robot still drives as it did.
@@ -169,12 +163,9 @@ def _samples(ticks: int) -> np.ndarray:
     return np.unique(np.linspace(0, ticks - 1, min(ticks, MOST_SAMPLES)).round().astype(np.int64))
 
 
-def _encoders(model: EncoderModel, counts_per_turn: float) -> int:
-    """Return how many encoders there are in a portion of the draws."""
-    if model == IDEAL_ENCODER:
-        return 0
-    edges = counts_per_turn * model.edges_per_count if model.has_uneven_edges else 1.0
-    return max(1, min(ENCODERS, int(EDGES / edges)))
+def _ends(turned: np.ndarray, wheel_separation_m: float, axle_x_m: float, per_turned_m: float = 1.0) -> np.ndarray:
+    """Return (draws, 3) the pose of the base at the end, from its start, of wheels without encoders."""
+    return poses_of_wheels(turned, per_turned_m, per_turned_m, wheel_separation_m, axle_x_m, True)[:, -1]
 
 
 def _in_map(errors: np.ndarray, start_yaw_rad: float) -> np.ndarray:

@@ -25,7 +25,7 @@ from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, PerWheel
 FINEST = PerWheel(left=65536.0, right=65536.0)
 
 
-class Drive(NamedTuple):
+class ErrorFreeDrive(NamedTuple):
     """A drive from a start to a goal."""
 
     requested: Trial
@@ -59,7 +59,7 @@ def straight_test(distance_m: float, like: TestDefinition) -> TestDefinition:
     )
 
 
-def scripted(test: TestDefinition, robot: RobotSource, params: RobotParams) -> Drive:
+def scripted(test: TestDefinition, robot: RobotSource, params: RobotParams) -> ErrorFreeDrive:
     """Drive a test's velocity profiles on a floor without walls.
 
     Raises:
@@ -71,10 +71,10 @@ def scripted(test: TestDefinition, robot: RobotSource, params: RobotParams) -> D
         rolled = floor.follow(script.command_at, script.duration_s + SETTLING_S)
     finally:
         floor.close()
-    return Drive(Trial(test=test, nav='scripted'), rolled)
+    return ErrorFreeDrive(Trial(test=test, nav='scripted'), rolled)
 
 
-def navigated(plan: TrialPlan, robot: RobotSource, params: RobotParams) -> Drive:
+def navigated(plan: TrialPlan, robot: RobotSource, params: RobotParams) -> ErrorFreeDrive:
     """Navigate a test's route with a fine encoder.
 
     Raises:
@@ -95,7 +95,7 @@ def navigated(plan: TrialPlan, robot: RobotSource, params: RobotParams) -> Drive
     if trial.ending.outcome is not Outcome.SUCCEEDED:
         raise ConfigError(f'{plan.trial.test.name}: the robot does not come to its goal: {trial.ending.reason}')
     simulated, start = load_simulated_robot(robot, sound.choices()), plan.trial.test.start.pose()
-    return Drive(plan.trial, recorder.rolled(simulated, start, trial.true_pose_in_map))
+    return ErrorFreeDrive(plan.trial, recorder.rolled(simulated, start, trial.true_pose_in_map))
 
 
 class _Wheels(Publications):

@@ -9,7 +9,7 @@ from diff_encoder_sim.advice.advice import Advice
 from diff_encoder_sim.advice.answers import Criterion, Kind, Requirement
 from diff_encoder_sim.advice.drawn_robot import drawn_robot
 from diff_encoder_sim.advice.drive_draws import DriveDraws
-from diff_encoder_sim.advice.error_free_drives import Drive, navigated, scripted, straight_test
+from diff_encoder_sim.advice.error_free_drives import ErrorFreeDrive, navigated, scripted, straight_test
 from diff_encoder_sim.advice.listed_encoders import candidates_of, finest_real, recommended
 from diff_encoder_sim.advice.odometry_answer import ENCODER_CAUSES, limited_answer, odometry_answer, odometry_budgets
 from diff_encoder_sim.advice.odometry_curve import OdometryCurves, counts_by_ppr
@@ -90,7 +90,7 @@ def ideal_counts(params: EncoderParams) -> EncoderParams:
     return params.model_copy(update={'encoder': IDEAL_ENCODER})
 
 
-def _drives(campaign: Campaign, distance_m: Optional[float], folder: str) -> Iterator[Drive]:
+def _drives(campaign: Campaign, distance_m: Optional[float], folder: str) -> Iterator[ErrorFreeDrive]:
     """Drive each test: by its script, where it has one, as that needs no navigation."""
     files = campaign.files.materialise(folder)
     robot = RobotSource(files.robot)

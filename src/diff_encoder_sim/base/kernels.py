@@ -11,7 +11,7 @@ import logging
 import os
 import threading
 from pathlib import Path
-from typing import Any, Callable, Optional, TypeVar, overload
+from typing import Any, Callable, List, Optional, TypeVar, overload
 
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.own_folder import own_folder
@@ -42,7 +42,10 @@ class Kernel:
         """Return numba's."""
         with _LOCK:
             if self._dispatcher is None:
-                self._dispatcher = numba.njit(self._function, cache=_prepare_numba(), **self._options)
+                is_kept = _prepare_numba()
+                while _CALLABLE:
+                    numba.extending.register_jitable(_CALLABLE.pop())
+                self._dispatcher = numba.njit(self._function, cache=is_kept, **self._options)
         return self._dispatcher
 
     def __getattr__(self, name: str) -> Any:
@@ -65,6 +68,15 @@ def compiled(*kernel: Any, **options: Any) -> Any:
     if kernel:
         return Kernel(kernel[0], options)
     return lambda function: Kernel(function, options)
+
+
+_CALLABLE: List[Callable[..., Any]] = []  # which numba has not been given yet
+
+
+def callable_by_kernels(function: Function) -> Function:
+    """Let kernels of its file call a function, which remains one of Python: a formula for one value and for arrays."""
+    _CALLABLE.append(function)
+    return function
 
 
 def cache_folder() -> Optional[str]:

@@ -10,6 +10,8 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
+from diff_encoder_sim.base.kernels import callable_by_kernels, compiled
+
 
 class Pose2D(NamedTuple):
     """A rigid motion of the plane: a frame's pose in its parent frame."""
@@ -42,6 +44,7 @@ class Pose2D(NamedTuple):
 IDENTITY = Pose2D(0.0, 0.0, 0.0)
 
 
+@callable_by_kernels
 def wrap_angle(angle_rad: float) -> float:
     """Return the same direction in [-pi, pi)."""
     return (angle_rad + math.pi) % (2.0 * math.pi) - math.pi
@@ -53,6 +56,7 @@ def wrap_angles(angles_rad: np.ndarray) -> np.ndarray:
     return wrapped_rad
 
 
+@callable_by_kernels
 def move_along_arc(pose: Pose2D, distance_m: float, turn_rad: float) -> Pose2D:
     """Return the pose after an arc of constant curvature: exact, not the midpoint approximation.
 
@@ -73,6 +77,45 @@ def move_along_arc(pose: Pose2D, distance_m: float, turn_rad: float) -> Pose2D:
         pose.y_m + chord_m * math.sin(chord_yaw_rad),
         pose.yaw_rad + turn_rad,
     )
+
+
+@compiled(nogil=True)
+def poses_of_wheels(
+    totals: np.ndarray, left_m: float, right_m: float, wheel_separation_m: float, axle_x_m: float, only_last: bool
+) -> np.ndarray:
+    """Return (draws, m, 3) poses x [m], y [m] and yaw [rad] in [-pi, pi) of a base by what its wheels have turned.
+
+    Args:
+        totals: (draws, m, 2) left and right, since some start; the first pose is zero.
+        left_m: distance of the left wheel per unit of its total.
+        right_m: of the right wheel.
+        wheel_separation_m: between the contact points.
+        axle_x_m: place of the axle ahead of the base.
+        only_last: return (draws, 1, 3), the last pose of each draw.
+    """
+    draws, reports, _ = totals.shape
+    poses = np.zeros((draws, 1 if only_last else reports, 3))
+    for draw in range(draws):
+        pose = Pose2D(0.0, 0.0, 0.0)
+        for report in range(reports):
+            left = totals[draw, report, 0] - totals[draw, 0, 0]
+            right = totals[draw, report, 1] - totals[draw, 0, 1]
+            if report:
+                stepped_left_m = (totals[draw, report, 0] - totals[draw, report - 1, 0]) * left_m
+                stepped_right_m = (totals[draw, report, 1] - totals[draw, report - 1, 1]) * right_m
+                if stepped_left_m or stepped_right_m:
+                    turn_rad = (stepped_right_m - stepped_left_m) / wheel_separation_m
+                    moved = move_along_arc(pose, 0.5 * (stepped_left_m + stepped_right_m), turn_rad)
+                    # The heading comes from the totals: adding up rounded increments would let it drift.
+                    pose = Pose2D(moved.x_m, moved.y_m, (right * right_m - left * left_m) / wheel_separation_m)
+            if only_last and report < reports - 1:
+                continue
+            yaw_rad, row = wrap_angle(pose.yaw_rad), 0 if only_last else report
+            poses[draw, row, 0], poses[draw, row, 1], poses[draw, row, 2] = pose.x_m, pose.y_m, yaw_rad
+            if axle_x_m:
+                poses[draw, row, 0] += axle_x_m * (1.0 - math.cos(yaw_rad))
+                poses[draw, row, 1] -= axle_x_m * math.sin(yaw_rad)
+    return poses
 
 
 def interpolate(start: Pose2D, end: Pose2D, fraction: float) -> Pose2D:

@@ -9,8 +9,7 @@ from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.drives.number_units import RAD_OF_ANGLE, RADPS_OF_SPEED, SPEEDS, TICKS
 from diff_encoder_sim.drives.sensor_messages import JointValues
-from diff_encoder_sim.wheels.encoder_params import count_difference
-from diff_encoder_sim.wheels.odometry import CounterSteps, Reading
+from diff_encoder_sim.wheels.counter import CounterSteps, Reading, count_difference
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.report_link import LATE_REPORT_TOLERANCE_NS
 
@@ -47,7 +46,7 @@ class CountedAngles:
         """Prepare for `joints` left, right, whose counts the `odometry` could be fed with."""
         self._joints, self._ppr = joints, odometry.counts_per_turn
         self._timeline = Timeline(LATE_REPORT_TOLERANCE_NS)
-        self._steps = CounterSteps(odometry)
+        self._steps = CounterSteps(odometry.counter_limits)
         self._totals = 0, 0  # unwrapped: left, right
         self.restarts = 0  # of the counters
 

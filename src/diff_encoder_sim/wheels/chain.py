@@ -7,15 +7,19 @@ axis. Both give the same numbers, bit for bit.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import List, NamedTuple, Optional, Sequence, Tuple
+from typing import List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
 from diff_encoder_sim.base.drive import Drive
+from diff_encoder_sim.base.se2 import poses_of_wheels
+from diff_encoder_sim.wheels.counter import totals_of, wrap_count
+from diff_encoder_sim.wheels.encoder import kind_of, new_wheels, pulses_from_angle, turn_through
 from diff_encoder_sim.wheels.odometry import OdometryEstimate, WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.report_link import EncoderSample
-from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
+from diff_encoder_sim.wheels.sampling import BoundarySampler
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder, is_ideal, jitters_ns, report_link
 
 
 class ChainReport(NamedTuple):
@@ -47,12 +51,11 @@ class ChainRun:
 
     def samples(self, draw: int = 0) -> List[EncoderSample]:
         """Return the reports of a draw."""
-        rates = None if self.wheel_rates_radps is None else self.wheel_rates_radps[draw].tolist()
+        stamps_ns, counts = self.stamps_ns[draw].tolist(), self.counts[draw].tolist()
+        rates = [None] * len(counts) if self.wheel_rates_radps is None else self.wheel_rates_radps[draw].tolist()
         return [
-            EncoderSample(stamp_ns, left, right, None if rates is None else (rates[index][0], rates[index][1]))
-            for index, (stamp_ns, (left, right)) in enumerate(
-                zip(self.stamps_ns[draw].tolist(), self.counts[draw].tolist())
-            )
+            EncoderSample(stamp_ns, left, right, None if rate is None else (rate[0], rate[1]))
+            for stamp_ns, (left, right), rate in zip(stamps_ns, counts, rates)
         ]
 
     def estimates(self, draw: int = 0) -> List[Optional[OdometryEstimate]]:
@@ -62,29 +65,33 @@ class ChainRun:
 
     @property
     def poses(self) -> np.ndarray:
-        """Return (draws, m, 3) x [m], y [m] and yaw [rad] in [-pi, pi) of the base after each report."""
-        return np.array([_filled(self.estimates(draw), _pose) for draw in range(len(self.rows))])
+        """Return (draws, m, 3) x [m], y [m], yaw [rad] in [-pi, pi) of the base after each report, from pose zero."""
+        return self._poses(only_last=False)
+
+    @property
+    def final_poses(self) -> np.ndarray:
+        """Return (draws, 3) the last of `poses`."""
+        return self._poses(only_last=True)[:, -1]
 
     @property
     def covariances(self) -> np.ndarray:
-        """Return (draws, m, 3, 3) covariances of `poses`; 10 us each, unlike the poses."""
-        return np.array([_filled(self.estimates(draw), _covariance) for draw in range(len(self.rows))])
+        """Return (draws, m, 3, 3) covariances of `poses`; they take 10 us each, unlike poses."""
+        covariances = np.zeros((*self.rows.shape, 3, 3))
+        for draw, of_draw in enumerate(covariances):
+            for report, estimate in enumerate(self.estimates(draw)):
+                of_draw[report] = of_draw[report - 1] if estimate is None else estimate.pose_covariance
+        return covariances
+
+    def _poses(self, only_last: bool) -> np.ndarray:
+        params, limits = self.odometry, self.odometry.counter_limits
+        if limits.modulus > MOST_STATES:
+            limits = limits._replace(modulus=0)
+        totals = totals_of(limits, self.stamps_ns, self.counts)
+        return poses_of_wheels(totals, *params.m_per_pulse, params.wheel_separation, params.axle_x, only_last)
 
 
-def _pose(estimate: OdometryEstimate) -> np.ndarray:
-    return np.array(estimate.base_pose_in_odom)
-
-
-def _covariance(estimate: OdometryEstimate) -> np.ndarray:
-    return estimate.pose_covariance
-
-
-def _filled(estimates: Sequence[Optional[OdometryEstimate]], value) -> np.ndarray:  # type: ignore[no-untyped-def]
-    """Return a value of each estimate, of a stale report that of the one before."""
-    values: List[np.ndarray] = []
-    for estimate in estimates:
-        values.append(values[-1] if estimate is None else value(estimate))
-    return np.array(values)
+# Counters of more states never wrap, and integers of 64 bits hold their sums.
+MOST_STATES = 2**61
 
 
 class Chain:
@@ -96,17 +103,14 @@ class Chain:
         Args:
             encoder: of both wheels, with the seed of their errors.
             odometry: None for an encoder without odometry.
-            draws: encoders with errors of their own; `step` has the first, and each draw has the same errors whatever
-                their number.
+            draws: number of encoders, each with errors of its own by its number; `step` is the first.
         """
-        self.encoder, self.odometry = encoder, odometry
-        self._draws = draws
+        self.encoder, self.odometry, self._draws = encoder, odometry, draws
         self.reset()
 
     def reset(self) -> None:
         """Begin again: the next angle is each wheel's first, and the pose is zero at the next report."""
         self._encoders = ReportingEncoder(self.encoder)
-        self._names = self.encoder.left_joint, self.encoder.right_joint
         self._odometry = None if self.odometry is None else WheelOdometry(self.odometry)
 
     @property
@@ -118,16 +122,15 @@ class Chain:
         """Take the commanded speeds of the wheels, whose signs an encoder without a direction counts by."""
         self._encoders.take_command(left, right)
 
-    def step(self, stamp_ns: int, left_rad: float, right_rad: float) -> Sequence[ChainReport]:
+    def step(self, stamp_ns: int, left_rad: float, right_rad: float) -> List[ChainReport]:
         """Take the angles of both wheels, accumulated since some start [rad], and return the reports that arrive.
 
         Raises:
             InputFault: the stamps do not advance.
         """
-        samples = self._encoders.update(stamp_ns, self._names, (left_rad, right_rad))
-        if self._odometry is None:
-            return [ChainReport(sample, None) for sample in samples]
-        return [ChainReport(sample, self._odometry.update(*sample)) for sample in samples]
+        samples = self._encoders.step(stamp_ns, left_rad, right_rad)
+        update = self._odometry.update if self._odometry is not None else lambda *_: None
+        return [ChainReport(sample, update(*sample)) for sample in samples]
 
     def run(
         self,
@@ -136,34 +139,111 @@ class Chain:
         commands: Optional[np.ndarray] = None,
         rows: Optional[np.ndarray] = None,
     ) -> ChainRun:
-        """Return all reports of a drive. What `step` has taken before does not matter.
+        """Return all reports of a drive, as `step` does from a start.
 
         Args:
             drive: with the wheel angles of all draws, or of each.
             phases_rad: (draws, 2) added to the angles of each draw: where the wheels stand at the start; None: 0.
             commands: (n, 2) the commanded speeds of the wheels that are newest at each row; None: none have come.
             rows: (m,) rows of the drive at which the counters are read; None: at the boundaries of the report rate.
-
-        Raises:
-            ValueError: the drive has another number of draws.
         """
-        del rows
-        offsets = np.zeros((self._draws, 2)) if phases_rad is None else phases_rad
-        found: List[Tuple[int, EncoderSample]] = []
-        chain = Chain(self.encoder)
-        angles = np.broadcast_to(drive.wheel_angles_rad, (self._draws, len(drive), 2)) + offsets[:, np.newaxis]
-        for row, (stamp_ns, (left, right)) in enumerate(zip(drive.stamps_ns.tolist(), angles[0].tolist())):
-            if commands is not None:
-                chain.take_command(*commands[row].tolist())
-            found += [(row, report.sample) for report in chain.step(stamp_ns, left, right)]
-        samples = [sample for _, sample in found]
-        rates = None
-        if samples and samples[0].wheel_rates_radps is not None:
-            rates = np.array([[sample.wheel_rates_radps for sample in samples]])
-        return ChainRun(
-            self.odometry or OdometryParams(),
-            np.array([[row for row, _ in found]], np.int64),
-            np.array([[sample.stamp_ns for sample in samples]], np.int64),
-            np.array([[sample[1:3] for sample in samples]], np.int64).reshape(1, -1, 2),
-            rates,
+        read = _readings(drive.stamps_ns, self.encoder) if rows is None else _Readings(drive.stamps_ns, rows, rows)
+        angles_rad = drive.wheel_angles_rad if drive.wheel_angles_rad.ndim == 3 else drive.wheel_angles_rad[np.newaxis]
+        if phases_rad is not None:
+            angles_rad = angles_rad + phases_rad[:, np.newaxis]
+        directions = np.zeros((len(drive), 2)) if commands is None else np.sign(commands)
+        left, right = (
+            self._count(side, read.angles(angles_rad[:, :, wheel]), read.directions(directions[:, wheel]), read)
+            for wheel, side in enumerate(('left', 'right'))
         )
+        return self._delivered(drive.stamps_ns, read, *(np.stack(each, axis=-1) for each in zip(left, right)))
+
+    def _count(
+        self, side: str, angles_rad: np.ndarray, directions: np.ndarray, read: _Readings
+    ) -> Tuple[np.ndarray, np.ndarray]:
+        """Return (draws, m) counts and measured speeds of one wheel."""
+        params, ppr = self.encoder, getattr(self.encoder.counts_per_turn, side)
+        counts = np.zeros((self._draws, len(read.rows)), np.int64)
+        rates_radps = np.zeros(counts.shape)
+        if is_ideal(params, side):
+            counts[:] = pulses_from_angle(angles_rad[:, read.rows], ppr)
+            return counts, rates_radps
+        kind = kind_of(params.encoder.of_wheel(side), ppr, params.velocity_method, params.velocity_clock)
+        wheels = new_wheels(params.seed, side, self._draws)
+        turn_through(kind, wheels, read.stamps_ns, angles_rad, directions, read.rows, counts, rates_radps)
+        return counts, rates_radps
+
+    def _delivered(
+        self, stamps_ns: np.ndarray, read: _Readings, counts: np.ndarray, rates_radps: np.ndarray
+    ) -> ChainRun:
+        """Return the reports as they arrive, by the (n,) stamps of the drive."""
+        params = self.encoder
+        arrivals = [_arrivals(params, draw, read, stamps_ns) for draw in range(self._draws)]
+        most = max(len(of_draw) for of_draw in arrivals)
+        padded = np.stack([np.pad(each, ((0, most - len(each)), (0, 0)), 'edge') for each in arrivals])
+        rows, arrival_stamps_ns, readings = np.moveaxis(padded, 2, 0)
+        draws = np.arange(self._draws)[:, np.newaxis]
+        counts = counts[draws, readings]
+        if 0 < params.counter_modulus <= MOST_STATES:
+            counts = wrap_count(counts, params.counter_modulus)
+        rates = None if params.velocity_method == 'M' else rates_radps[draws, readings]
+        return ChainRun(self.odometry or OdometryParams(), rows, arrival_stamps_ns, counts, rates)
+
+
+class _Readings(NamedTuple):
+    """When counters are read on a drive, at stamps of the drive or between them."""
+
+    stamps_ns: np.ndarray  # (k,) of the drive, and between them
+    rows: np.ndarray  # (m,) of these stamps, at which counters are read
+    taken: np.ndarray  # (m,) row of the drive whose message leads to the reading
+    passed: Optional[np.ndarray] = None  # (m,) of the interval to `taken`, if readings are between stamps of the drive
+
+    def angles(self, angles_rad: np.ndarray) -> np.ndarray:
+        """Return (..., k) angles of (..., n) of the drive; wheels turn evenly between its stamps."""
+        if self.passed is None:
+            return np.ascontiguousarray(angles_rad)
+        last_rad, next_rad = angles_rad[:, self.taken - 1], angles_rad[:, self.taken]
+        return np.insert(angles_rad, self.taken, last_rad + self.passed * (next_rad - last_rad), axis=1)
+
+    def directions(self, directions: np.ndarray) -> np.ndarray:
+        """Return (k,) commanded directions of (n,) of the drive."""
+        if self.passed is not None:
+            directions = np.insert(directions, self.taken, directions[self.taken])
+        return directions.astype(np.int64)
+
+
+def _readings(stamps_ns: np.ndarray, params: EncoderParams) -> _Readings:
+    """Read at the boundaries of the report rate, or later by the jitter of samples."""
+    sampler, row = BoundarySampler(params.rate), 0
+    found: List[Tuple[int, Optional[int]]] = []
+    while row < len(stamps_ns):
+        found.append((row, sampler.period_index(int(stamps_ns[row]))))
+        row = int(np.searchsorted(stamps_ns, sampler.next_ns))
+    rows = np.array([row for row, index in found if index is not None], np.int64)
+    jitters = jitters_ns(params)
+    if not jitters:
+        return _Readings(stamps_ns, rows, rows)
+    late_ns = [jitters[index % len(jitters)] for _, index in found if index is not None]
+    due_ns = stamps_ns[rows] + np.array(late_ns, np.int64)
+    taken = np.searchsorted(stamps_ns, due_ns, side='right')
+    due_ns, taken = due_ns[taken < len(stamps_ns)], taken[taken < len(stamps_ns)]
+    passed = (due_ns - stamps_ns[taken - 1]) / (stamps_ns[taken] - stamps_ns[taken - 1])
+    return _Readings(np.insert(stamps_ns, taken, due_ns), taken + np.arange(len(taken)), taken, passed)
+
+
+def _arrivals(params: EncoderParams, draw: int, read: _Readings, stamps_ns: np.ndarray) -> np.ndarray:
+    """Return (m, 3) row of the drive, stamp [ns] and reading of the reports of a draw, as they arrive."""
+    read_ns, link = read.stamps_ns[read.rows], report_link(params, draw)
+    if link is None:
+        return np.column_stack([read.taken, read_ns, np.arange(len(read_ns))])
+    found: List[Tuple[int, int, int, int, int]] = []
+    for reading, (stamp_ns, row) in enumerate(zip(read_ns.tolist(), read.taken.tolist())):
+        for arrival_ns in link.arrivals_ns(stamp_ns):
+            arrival_row = max(row, int(np.searchsorted(stamps_ns, arrival_ns)))
+            found.append((arrival_row, arrival_ns, len(found), reading, stamp_ns))
+    arrived = [
+        (row, arrival_ns if params.report.stamps == 'arrival' else stamp_ns, reading)
+        for row, arrival_ns, _, reading, stamp_ns in sorted(found)
+        if row < len(stamps_ns)
+    ]
+    return np.array(arrived, np.int64).reshape(-1, 3)

@@ -8,8 +8,8 @@ from typing import Deque, Dict, Iterator, NamedTuple, Optional, Tuple
 
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.wheels.counter import count_difference
 from diff_encoder_sim.wheels.covariance import quantisation_covariance
-from diff_encoder_sim.wheels.encoder_params import count_difference
 from diff_encoder_sim.wheels.odometry import WheelOdometry, wheel_speeds_mps
 from diff_encoder_sim.wheels.odometry_params import USUAL_MOTION_NOISE, OdometryParams
 from diff_encoder_sim.wheels.report_link import EncoderSample

@@ -1,451 +1,472 @@
-"""One encoder, from wheel angles to counts: equation (1); with errors, gear, sensor, decoder, faults and counter."""
+"""One wheel's encoder, from the angle of the wheel to counts: equation (1), or gear, sensor, decoder and faults.
+
+An ideal encoder is the floor of equation (1). `turn` is an encoder with errors, and measures the wheel's speed.
+
+Sampled errors come from a counter-based generator: a hash of the seed, the wheel, the draw, a purpose, and the number
+of an edge, of a run of counts, or the time. So neither the order of calls nor the rate of angles changes them.
+"""
 
 from __future__ import annotations
 
 import math
-from collections import deque
-from typing import Callable, Deque, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Tuple, Union
 
 import numpy as np
 
-from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.wheels.encoder_params import (
-    DEGREES_PER_HALL_EDGE,
-    NO_FAULTS,
-    EncoderModel,
-    FaultParams,
-    Wiring,
-    pulses_from_angle,
+from diff_encoder_sim.base.kernels import compiled
+from diff_encoder_sim.base.seeds import generator
+from diff_encoder_sim.wheels.decoder import counts_in_cycle
+from diff_encoder_sim.wheels.encoder_params import DEGREES_PER_HALL_EDGE, EncoderModel
+
+
+def pulses_from_angle(angle_rad: Union[float, np.ndarray], ppr: float) -> Any:
+    """Return the whole pulses at a wheel angle, or at an array of them: equation (1); floor, so -0.1 pulse is -1."""
+    return np.floor(angle_rad * ppr / (2.0 * math.pi))
+
+
+# Methods of measuring speeds: counts of a period, which needs no more than the counts; time between edges; both (Ohmae
+# et al., A microprocessor-controlled high-accuracy wide-range speed regulator for motor drives, IEEE Transactions on
+# Industrial Electronics, 1982).
+METHODS = ('M', 'T', 'MT')
+T, MT = 1, 2
+
+# As if the timer of a motor controller overflows: no edge for this time is standstill [s]. The speed was at most one
+# count in this time, 0.3 rad/s at 40 PPR.
+STANDSTILL_AFTER_S = 0.5
+
+# What an encoder is; one row for each wheel.
+KIND = np.dtype(
+    [
+        ('ratio', 'f8'),  # turns of the sensor's shaft per turn of the wheel
+        ('backlash_rad', 'f8'),
+        ('edges_per_turn', 'f8'),  # of the shaft
+        ('counts_per_turn', 'i8'),  # of the shaft; whole if edges are uneven
+        ('edges_per_count', 'i8'),
+        ('waves_rad', 'f8', 3),  # amplitudes; WAVES_PER_TURN
+        ('hysteresis', 'f8'),  # [edges]
+        ('noise', 'f8'),  # [edges]
+        ('is_uneven', 'i8'),
+        ('is_sampled', 'i8'),  # whether the places of edges are
+        ('pattern', 'f8', 4),  # places of a line's edges, minus 0 to 3 [edges]
+        ('edge_error', 'f8'),  # [edges]
+        ('sensor_error', 'f8'),  # [edges]
+        ('edges_per_cycle', 'i8'),
+        ('per_cycle', 'i8', 2),  # counts; sound, with a dead channel
+        ('within_cycle', 'i8', (2, 6)),  # the count at each edge of a cycle
+        ('counts_by_command', 'i8'),
+        ('may_die', 'i8'),
+        ('dead_from_s', 'f8'),
+        ('dead_for_s', 'f8'),
+        ('dead_every_s', 'f8'),
+        ('missed', 'f8', 2),  # fraction, mean length of a burst
+        ('extra', 'f8', 2),
+        ('counts_per_ns', 'f8'),  # at most; 0: no limit
+        ('restart_ns', 'f8'),  # since the first angle; 0: never
+        ('method', 'i8'),  # index in METHODS
+        ('tick_ns', 'f8'),  # of the clock that times edges
+        ('rad_per_count', 'f8'),
+    ],
+    align=True,
 )
-from diff_encoder_sim.wheels.wheel_rate import TimedEdge, WheelRate
+
+# The state of an encoder: one row for each draw of each wheel.
+WHEEL = np.dtype(
+    [
+        ('key', 'u8'),  # of sampled errors
+        ('has_begun', 'i8'),
+        ('first_ns', 'i8'),
+        ('stamp_ns', 'i8'),
+        ('gear_rad', 'f8'),  # what follows the wheel through the play
+        ('shown', 'f8'),  # what follows the place through the hysteresis [edges]
+        ('place', 'f8'),  # [edges]
+        ('state', 'i8'),  # the last edge at or before the place, turning forward
+        ('count', 'i8'),
+        ('commanded', 'i8'),  # direction
+        ('was_restarted', 'i8'),
+        ('missed_left', 'i8'),  # counts to the end of the run
+        ('missed_run', 'i8'),  # odd: of counts that are not hit; even: that are
+        ('extra_left', 'i8'),
+        ('extra_run', 'i8'),
+        ('unused', 'f8'),  # of the count that the greatest rate allowed and did not get
+        ('until_ns', 'i8'),
+        ('rate_radps', 'f8'),
+        ('has_first', 'i8'),  # of the two edges that the speed is between: 2, unless it is the last one: 1
+        ('has_last', 'i8'),
+        ('edge_ns', 'f8', 2),  # first, last
+        ('edge', 'i8', 2),  # its number, or turning backward the one before: the count that it led to
+        ('edge_direction', 'i8', 2),
+    ],
+    align=True,
+)
 
 
-class IdealWheel:
-    """Equation (1)."""
+def kind_of(model: EncoderModel, ppr: float, method: str, clock_hz: float) -> np.ndarray:
+    """Return (1,) of KIND.
 
-    def __init__(self, ppr: float) -> None:
-        self._ppr, self._angle_rad = ppr, 0.0
-
-    def turn_to(self, stamp_ns: int, angle_rad: float) -> None:
-        """Turn the wheel."""
-        self._angle_rad = angle_rad
-
-    def count(self) -> int:
-        """Return the count at the last angle."""
-        return pulses_from_angle(self._angle_rad, self._ppr)
-
-    def rate_radps(self, stamp_ns: int) -> Optional[float]:
-        """Return that no speed is measured."""
-        return None
-
-
-class _Turned(NamedTuple):
-    """The sensor at one instant."""
-
-    stamp_ns: int
-    place: float  # [edges]
-    state: int
-
-
-class CountingWheel:
-    """An encoder as an `EncoderModel` has it. Every angle counts, whether it is reported or not."""
-
-    def __init__(self, model: EncoderModel, ppr: float, rng: np.random.Generator, rate: Optional[WheelRate]) -> None:
-        """Draw this wheel's own errors.
-
-        Args:
-            model: of gear, sensor, decoder and faults; those of this wheel.
-            ppr: counts per revolution of the wheel.
-            rng: of this wheel.
-            rate: measures the speed; None where nobody asks for it.
-        """
-        self._model = model
-        self._gear = Gear(model.shaft_turns_per_wheel_turn, model.backlash, rng)
-        self._sensor = WheelSensor(model, ppr / model.shaft_turns_per_wheel_turn, rng)
-        self._sound = counts_of_states(model, False, model.faults.wiring)
-        self._may_die = model.faults.dead_channel != 'none'
-        self._faulty = counts_of_states(model, self._may_die, model.faults.wiring)
-        self._faults = CountFaults(model.faults, rng) if model.faults != NO_FAULTS else None
-        self._rate, self._edges_per_count = rate, model.edges_per_count
-        # Before and after the last two changes of the count: the last two edges are in them.
-        self._crossings: Deque[Tuple[_Turned, _Turned]] = deque(maxlen=2)
-        self._by_command = model.counts_by_command
-        self._commanded = 1
-        self._first_ns = 0
-        self._turned: Optional[_Turned] = None
-        self._count = 0
-        self._was_restarted = False
-
-    def command(self, direction: int) -> None:
-        """Take the commanded direction, +1 or -1, where counting goes by it; 0 changes nothing."""
-        self._commanded = direction or self._commanded
-
-    def turn_to(self, stamp_ns: int, angle_rad: float) -> None:
-        """Turn the wheel, at an even speed since the stamp before."""
-        place = self._sensor.place(self._gear.shaft_angle_rad(angle_rad))
-        now, before = _Turned(stamp_ns, place, self._sensor.state(place)), self._turned
-        self._turned = now
-        if before is None:
-            self._first_ns = stamp_ns
-            self._count = self._sound.count(now.state)
-            return
-        if now.state != before.state:
-            self._add(before, now)
-        self._restart_when_due(stamp_ns)
-
-    def count(self) -> int:
-        """Return the counter, before it wraps."""
-        return self._count
-
-    def rate_radps(self, stamp_ns: int) -> Optional[float]:
-        """Return the measured speed; None where none is."""
-        if self._rate is None:
-            return None
-        while self._crossings:
-            self._rate.take_edges(*self._timed_edges(*self._crossings.popleft()))
-        return self._rate.report(stamp_ns)
-
-    def _add(self, before: _Turned, now: _Turned) -> None:
-        decoder = self._decoder(now.stamp_ns) if self._may_die else self._sound
-        counts = decoder.between(before.state, now.state)
-        if self._by_command:
-            counts = abs(counts) * self._commanded
-        if self._rate and before.state // self._edges_per_count != now.state // self._edges_per_count:
-            self._crossings.append((before, now))
-        if self._faults:
-            counts = self._faults.counted(counts, before.stamp_ns, now.stamp_ns)
-        self._count += counts
-
-    def _decoder(self, stamp_ns: int) -> CountsOfStates:
-        faults = self._model.faults
-        since_s = (stamp_ns - self._first_ns) / NANOSECONDS_PER_SECOND - faults.dead_from
-        if since_s < 0.0:
-            return self._sound
-        if faults.dead_every:
-            since_s = math.fmod(since_s, faults.dead_every)
-        return self._faulty if since_s < (faults.dead_for or math.inf) else self._sound
-
-    def _restart_when_due(self, stamp_ns: int) -> None:
-        at_s = self._model.faults.restart_at
-        if at_s and not self._was_restarted and stamp_ns - self._first_ns >= at_s * NANOSECONDS_PER_SECOND:
-            self._count, self._was_restarted = 0, True
-
-    def _timed_edges(self, before: _Turned, now: _Turned) -> Tuple[Optional[TimedEdge], TimedEdge]:
-        """Return the last two counted edges of an interval, or the only one, as if no count was missed."""
-        edges, direction = self._edges_per_count, 1 if now.state > before.state else -1
-        # The counted edge at or before each place; turning backward, the one after it was crossed last.
-        first, last = before.state // edges, now.state // edges
-        crossed = last if direction > 0 else last + 1
-        one_before = crossed - direction
-        is_new = one_before > first if direction > 0 else one_before <= first
-
-        def timed(edge: int) -> TimedEdge:
-            way = now.place - before.place
-            # Noise changes the state of a wheel that stands: when, nobody can tell.
-            passed = (self._sensor.place_of_edge(edge * edges) - before.place) / way if way else 1.0
-            time_ns = before.stamp_ns + min(max(passed, 0.0), 1.0) * (now.stamp_ns - before.stamp_ns)
-            return TimedEdge(time_ns, edge if direction > 0 else edge - 1, direction)
-
-        return timed(one_before) if is_new else None, timed(crossed)
+    Args:
+        model: of gear, sensor, decoder and faults; those of this wheel.
+        ppr: counts per revolution of the wheel.
+        method: of METHODS.
+        clock_hz: of the clock that times edges.
+    """
+    kind, faults, per_count = np.zeros(1, KIND), model.faults, model.edges_per_count
+    counts_per_turn = ppr / model.shaft_turns_per_wheel_turn
+    cycles = [counts_in_cycle(model, is_dead) for is_dead in (False, faults.dead_channel != 'none')]
+    values = {
+        'ratio': model.shaft_turns_per_wheel_turn,
+        'backlash_rad': model.backlash,
+        'edges_per_turn': counts_per_turn * per_count,
+        'counts_per_turn': round(counts_per_turn),
+        'edges_per_count': per_count,
+        'waves_rad': (model.eccentricity, math.radians(model.first_harmonic), math.radians(model.second_harmonic)),
+        'hysteresis': model.hysteresis * per_count,
+        'noise': model.noise,
+        'is_uneven': model.has_uneven_edges,
+        'is_sampled': bool(model.edge_error or model.sensor_error),
+        'pattern': model.edge_pattern() or 0.0,
+        'edge_error': model.edge_error * per_count,
+        'sensor_error': model.sensor_error / DEGREES_PER_HALL_EDGE,
+        'edges_per_cycle': len(cycles[0]) - 1,
+        'per_cycle': [cycle[-1] for cycle in cycles],
+        'within_cycle': [cycle[:-1] + [0] * (7 - len(cycle)) for cycle in cycles],
+        'counts_by_command': model.counts_by_command,
+        'may_die': faults.dead_channel != 'none',
+        'dead_from_s': faults.dead_from,
+        'dead_for_s': faults.dead_for or math.inf,
+        'dead_every_s': faults.dead_every,
+        'missed': (faults.missed, faults.missed_burst),
+        'extra': (faults.extra, faults.extra_burst),
+        'counts_per_ns': faults.max_count_rate / 1e9,
+        'restart_ns': faults.restart_at * 1e9,
+        'method': METHODS.index(method),
+        'tick_ns': 1e9 / clock_hz,
+        'rad_per_count': 2.0 * math.pi / ppr,
+    }
+    for name, value in values.items():
+        kind[name] = value
+    return kind
 
 
-class Play:
-    """Follows what moves it once a gap is taken up: its output lags by half of the gap."""
+def new_wheels(seed: int, side: str, draws: int) -> np.ndarray:
+    """Return (draws,) of WHEEL, before the first angle; each draw has errors by its number.
 
-    def __init__(self, gap: float, place: float) -> None:
-        """Begin at `place`, at most half a gap from the first input."""
-        self._half, self._place = 0.5 * gap, place
+    Args:
+        seed: of the encoders' errors.
+        side: `left` or `right`.
+        draws: number of encoders.
+    """
+    wheels = np.zeros(draws, WHEEL)
+    first = generator(seed, f'{side}_encoder').integers(0, 2**64, dtype=np.uint64)
+    wheels['key'] = first + np.arange(draws, dtype=np.uint64) * np.uint64(0x9E3779B97F4A7C15)
+    wheels['commanded'] = 1
+    return wheels
 
-    def follow(self, moved_to: float) -> float:
-        """Move the input, and return the output."""
-        if moved_to - self._place > self._half:
-            self._place = moved_to - self._half
-        elif self._place - moved_to > self._half:
-            self._place = moved_to + self._half
-        return self._place
+
+# Purposes of sampled numbers.
+PHASE, PLAY, EDGE, HALL_SENSOR, NOISE, MISSED, EXTRA = range(7)
 
 
-class Gear:
-    """Turns the wheel's angle into that of the shaft with the sensor.
+@compiled
+def _mixed(key: Any) -> Any:
+    """Return the output of splitmix64 at a state (Steele, Lea and Flood, 2014)."""
+    key = (key ^ (key >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    key = (key ^ (key >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return key ^ (key >> np.uint64(31))
+
+
+@compiled
+def _uniform(key: Any, purpose: int, number: int) -> Any:
+    """Return a number between 0 and 1, both excluded: always the same one."""
+    step = np.uint64(0x9E3779B97F4A7C15)
+    mixed = _mixed(_mixed(key + np.uint64(purpose + 1) * step) + np.uint64(number) * step)
+    return (np.float64(mixed >> np.uint64(12)) + 0.5) / 4503599627370496.0  # 2^52
+
+
+@compiled
+def _normal(key: Any, purpose: int, number: int) -> Any:
+    """Return a number of the standard normal distribution (Box and Muller, 1958)."""
+    turns = _uniform(_mixed(key), purpose, number)
+    return math.sqrt(-2.0 * math.log(_uniform(key, purpose, number))) * math.cos(2.0 * math.pi * turns)
+
+
+WAVES_PER_TURN = (1, 1, 2)
+
+
+@compiled
+def _followed(place: float, moved_to: float, gap: float) -> float:
+    """Return where that is which follows once the gap is taken up: it lags by half of the gap."""
+    return min(max(place, moved_to - 0.5 * gap), moved_to + 0.5 * gap)
+
+
+@compiled
+def _place(kind: Any, wheel: Any, angle_rad: float) -> Any:
+    """Turn gear and sensor, and return where the shaft is shown to be, in edges since the angle 0.
 
     The motor drives the wheel, so it is ahead by half of the play in the direction of motion, and crosses all of it
     while the wheel turns back by as much.
     """
+    shaft_rad = kind.ratio * angle_rad
+    if kind.backlash_rad:
+        if not wheel.has_begun:
+            wheel.gear_rad = angle_rad + (_uniform(wheel.key, PLAY, 0) - 0.5) * kind.backlash_rad
+        wheel.gear_rad = _followed(wheel.gear_rad, angle_rad, kind.backlash_rad)
+        shaft_rad = kind.ratio * (2.0 * angle_rad - wheel.gear_rad)
+    shown_rad = shaft_rad
+    for wave in range(3):
+        if kind.waves_rad[wave]:
+            phase_rad = 2.0 * math.pi * _uniform(wheel.key, PHASE, wave)
+            shown_rad += kind.waves_rad[wave] * math.sin(WAVES_PER_TURN[wave] * shaft_rad + phase_rad)
+    place = shown_rad * kind.edges_per_turn / (2.0 * math.pi)
+    if kind.hysteresis:
+        if not wheel.has_begun:
+            wheel.shown = place
+        wheel.shown = _followed(wheel.shown, place, kind.hysteresis)
+        place = wheel.shown
+    return place
 
-    def __init__(self, ratio: float, backlash_rad: float, rng: np.random.Generator) -> None:
-        """Draw where in the play the gear begins."""
-        self._ratio, self._backlash_rad = ratio, backlash_rad
-        self.begins_rad: float = rng.uniform(-0.5, 0.5) * backlash_rad  # the wheel's angle less that of its play
-        self._play: Optional[Play] = None
 
-    def shaft_angle_rad(self, wheel_angle_rad: float) -> float:
-        """Turn the wheel."""
-        if not self._backlash_rad:
-            return self._ratio * wheel_angle_rad
-        if self._play is None:
-            self._play = Play(self._backlash_rad, wheel_angle_rad + self.begins_rad)
-        return self._ratio * (2.0 * wheel_angle_rad - self._play.follow(wheel_angle_rad))
+@compiled
+def _nominal_place(kind: Any, edge: int) -> Any:
+    return edge + kind.pattern[edge % 4]
 
 
-class WheelSensor:
-    """Turns the shaft's angle into a place among the sensor's edges, of which there are a whole number in a turn."""
+@compiled
+def _place_of_count(kind: Any, key: Any, count: int) -> Any:
+    """Return where an edge that is counted is: sampled, but not before an earlier one."""
+    place = _nominal_place(kind, count * kind.edges_per_count)
+    if not kind.is_sampled:
+        return place
+    most = -math.inf
+    for back in range(4):  # those before these are earlier by more than 6 standard deviations
+        earlier = count - back
+        place = _nominal_place(kind, earlier * kind.edges_per_count)
+        if kind.edge_error:
+            place += kind.edge_error * _normal(key, EDGE, earlier % kind.counts_per_turn)
+        if kind.sensor_error:
+            # The edges of a cycle are the three sensors' in turn, twice.
+            place += kind.sensor_error * _normal(key, HALL_SENSOR, earlier % 3)
+        most = max(most, place)
+    return most
 
-    def __init__(self, model: EncoderModel, counts_per_turn: float, rng: np.random.Generator) -> None:
-        """Draw this sensor's own errors.
 
-        Args:
-            model: the kind of sensor and its errors.
-            counts_per_turn: of its shaft; whole, where edges are not even.
-            rng: of this wheel.
-        """
-        self._edges_per_turn = counts_per_turn * model.edges_per_count
-        self.wave_phases_rad = drawn_phases_rad(rng)
-        self._waves = list(zip(model.waves, self.wave_phases_rad))
-        self.edge_offsets = _edge_offsets(model, round(counts_per_turn), rng)
-        self._offsets: Optional[List[float]] = None if self.edge_offsets is None else self.edge_offsets.tolist()
-        self._noise, self._rng = model.noise, rng
-        self._hysteresis = model.hysteresis * model.edges_per_count
-        self._play: Optional[Play] = None
+@compiled
+def place_of_edge(kind: Any, key: Any, edge: int) -> Any:
+    """Return where an edge is, in edges; those between counted ones are moved in proportion."""
+    if not kind.is_uneven:
+        return float(edge)
+    count = edge // kind.edges_per_count
+    counted = count * kind.edges_per_count
+    place = _place_of_count(kind, key, count)
+    if edge == counted:
+        return place
+    nominal, following = _nominal_place(kind, counted), _nominal_place(kind, counted + kind.edges_per_count)
+    passed = (_nominal_place(kind, edge) - nominal) / (following - nominal)
+    return place + passed * (_place_of_count(kind, key, count + 1) - place)
 
-    def place(self, shaft_angle_rad: float) -> float:
-        """Return where the shaft is shown to be, in edges since the angle 0."""
-        shown_rad = shaft_angle_rad
-        for (amplitude_rad, per_turn), phase_rad in self._waves:
-            shown_rad += amplitude_rad * math.sin(per_turn * shaft_angle_rad + phase_rad)
-        place = shown_rad * self._edges_per_turn / (2.0 * math.pi)
-        if not self._hysteresis:
-            return place
-        if self._play is None:
-            self._play = Play(self._hysteresis, place)
-        return self._play.follow(place)
 
-    def state(self, place: float) -> int:
-        """Return the last edge at or before a place, turning forward; noise is new each time."""
-        if self._noise:
-            place += self._noise * self._rng.standard_normal()
-        state, offsets = math.floor(place), self._offsets
-        if offsets is None:
-            return state
-        edges = len(offsets)
-        while place < state + offsets[state % edges]:
+@compiled
+def _state(kind: Any, wheel: Any, stamp_ns: int, place: float) -> int:
+    """Return the last edge at or before a place, turning forward; noise is new each time."""
+    if kind.noise:
+        place += kind.noise * _normal(wheel.key, NOISE, stamp_ns - wheel.first_ns)
+    state = math.floor(place)
+    if kind.is_uneven:
+        while place < place_of_edge(kind, wheel.key, state):
             state -= 1
-        while place >= state + 1 + offsets[(state + 1) % edges]:
+        while place >= place_of_edge(kind, wheel.key, state + 1):
             state += 1
-        return state
-
-    def place_of_edge(self, state: int) -> float:
-        """Return where an edge is."""
-        return state if self._offsets is None else state + self._offsets[state % len(self._offsets)]
+    return state
 
 
-def drawn_phases_rad(rng: np.random.Generator) -> List[float]:
-    """Draw the phases of a sensor's waves, before all else of it."""
-    phases_rad: List[float] = rng.uniform(0.0, 2.0 * math.pi, 3).tolist()
-    return phases_rad
+@compiled
+def _count_at(kind: Any, decoder: int, state: int) -> Any:
+    cycles, edge = state // kind.edges_per_cycle, state % kind.edges_per_cycle
+    return kind.per_cycle[decoder] * cycles + kind.within_cycle[decoder, edge]
 
 
-def _edge_offsets(model: EncoderModel, counts: int, rng: np.random.Generator) -> Optional[np.ndarray]:
-    """Return (n,) how far each edge of a turn is from its place, in edges, in order; None where all are in theirs."""
-    pattern = model.edge_pattern()
-    if not model.has_uneven_edges:
-        return None
-    edges = np.arange(counts * model.edges_per_count)
-    offsets = np.zeros(len(edges))
-    if pattern:
-        offsets += np.resize(pattern, len(edges))
-    if model.sensor_error:
-        # The edges of a cycle are the three sensors' in turn, twice.
-        placed = rng.normal(0.0, model.sensor_error / DEGREES_PER_HALL_EDGE, 3)
-        offsets += placed[edges % 3]
-    errors = rng.normal(0.0, model.edge_error * model.edges_per_count, counts)
-    # Edges between those that are counted are moved in proportion, so that they stay in their order.
-    offsets += np.interp(edges / model.edges_per_count, np.arange(counts + 1), np.append(errors, errors[0]))
-    return _in_order(offsets)
+@compiled
+def _is_dead(kind: Any, since_ns: int) -> Any:
+    since_s = since_ns / 1e9 - kind.dead_from_s
+    if not kind.may_die or since_s < 0.0:
+        return False
+    if kind.dead_every_s:
+        since_s = np.fmod(since_s, kind.dead_every_s)
+    return since_s < kind.dead_for_s
 
 
-def _in_order(offsets: np.ndarray) -> np.ndarray:
-    """Return the offsets with edges that lie before earlier ones moved onto them."""
-    places = np.arange(len(offsets)) + offsets
-    before = places[-1] - len(offsets)  # the last of the turn before
-    return np.maximum.accumulate(np.maximum(places, before)) - np.arange(len(offsets))
+# More in one call are no motion but a jump of the angle: their number is not sampled.
+MOST_HITS = 100_000
 
 
-Levels = Tuple[int, ...]  # of the channels A, B (, C): 0 low, 1 high
+@compiled
+def _hits(key: Any, purpose: int, share: Any, left: int, run: int, counts: int) -> Tuple[int, int, int]:
+    """Return how many of the next counts are hit, the counts left of the run that the last one is in, and its number.
 
-# The channels between one edge and the next, turning forward: A rises with the first state, B with the second.
-QUADRATURE: Sequence[Levels] = ((1, 0), (1, 1), (0, 1), (0, 0))
-HALL: Sequence[Levels] = ((1, 0, 1), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 1, 1), (0, 0, 1))
-CHANNELS = 'ABC'
+    Runs of counts that are not hit and bursts of counts that are take turns; the lengths of both are geometric.
+    """
+    fraction, burst = share[0], share[1]
+    if counts * fraction > MOST_HITS:
+        return int(counts * fraction), left, run
+    hits = 0
+    while counts > 0:
+        if left == 0:
+            run += 1
+            is_burst = run % 2 == 0
+            mean = burst - 1.0 if is_burst else burst * (1.0 - fraction) / fraction
+            longer = math.log(_uniform(key, purpose, run)) / math.log1p(-1.0 / (mean + 1.0)) if mean > 0.0 else 0.0
+            left = int(min(longer, 1e18)) + is_burst
+            continue
+        taken = min(counts, left)
+        counts, left = counts - taken, left - taken
+        if run % 2 == 0:
+            hits += taken
+    return hits, left, run
 
 
-class CountsOfStates(NamedTuple):
-    """The decoder's count as a function of the sensor's state, a whole number of edges since the angle 0."""
+@compiled
+def _counted(kind: Any, wheel: Any, stamp_ns: int, counts: int) -> int:
+    """Return what the counter gets of the signed counts since the stamp before, by its faults."""
+    number = abs(counts)
+    if kind.missed[0]:
+        hits, wheel.missed_left, wheel.missed_run = _hits(
+            wheel.key, MISSED, kind.missed, wheel.missed_left, wheel.missed_run, number
+        )
+        number -= hits
+    if kind.extra[0]:
+        hits, wheel.extra_left, wheel.extra_run = _hits(
+            wheel.key, EXTRA, kind.extra, wheel.extra_left, wheel.extra_run, abs(counts)
+        )
+        number += hits
+    if kind.counts_per_ns:
+        idle_ns, took_ns = wheel.stamp_ns - wheel.until_ns, stamp_ns - wheel.stamp_ns
+        allowed = min(wheel.unused + idle_ns * kind.counts_per_ns, 1.0) + took_ns * kind.counts_per_ns
+        number = min(number, int(allowed))
+        wheel.unused, wheel.until_ns = min(allowed - number, 1.0), stamp_ns
+    return number if counts >= 0 else -number
 
-    per_cycle: int
-    within_cycle: Tuple[int, ...]
 
-    def count(self, state: int) -> int:
-        """Return the count at a state; only its differences matter."""
-        return self.between(0, state)
-
-    def between(self, before: int, now: int) -> int:
-        """Return what is counted from one state to another."""
-        per_cycle, within = self
-        edges = len(within)
-        return per_cycle * (now // edges - before // edges) + within[now % edges] - within[before % edges]
+@compiled
+def _keep_edge(kind: Any, wheel: Any, slot: int, edge: int, stamp_ns: int, place: float, direction: int) -> None:
+    """Keep an edge that was crossed since the stamp before, as the first or the last."""
+    way = place - wheel.place
+    # Noise changes the state of a wheel that stands: the time of that is not known.
+    passed = (place_of_edge(kind, wheel.key, edge * kind.edges_per_count) - wheel.place) / way if way else 1.0
+    wheel.edge_ns[slot] = wheel.stamp_ns + min(max(passed, 0.0), 1.0) * (stamp_ns - wheel.stamp_ns)
+    wheel.edge[slot] = edge if direction > 0 else edge - 1
+    wheel.edge_direction[slot] = direction
 
 
-def counts_of_states(model: EncoderModel, is_dead: bool, wiring: Wiring) -> CountsOfStates:
-    """Return what is counted.
+@compiled
+def _time_edges(kind: Any, wheel: Any, stamp_ns: int, place: float, state: int) -> None:
+    """Keep the last edge that was crossed and, to measure by T, the one before, as if no count was missed."""
+    direction = 1 if state > wheel.state else -1
+    # The counted edge at or before each place; turning backward, the one after it was crossed last.
+    first, last = wheel.state // kind.edges_per_count, state // kind.edges_per_count
+    crossed = last if direction > 0 else last + 1
+    before = crossed - direction
+    if kind.method == MT:
+        wheel.has_first = 2 if wheel.has_first else 0
+    elif before > first if direction > 0 else before <= first:
+        _keep_edge(kind, wheel, 0, before, stamp_ns, place, direction)
+        wheel.has_first = 2
+    elif wheel.has_last:
+        wheel.edge_ns[0], wheel.edge[0], wheel.edge_direction[0] = (
+            wheel.edge_ns[1],
+            wheel.edge[1],
+            wheel.edge_direction[1],
+        )
+        wheel.has_first = 2
+    _keep_edge(kind, wheel, 1, crossed, stamp_ns, place, direction)
+    wheel.has_last = 1
+
+
+@compiled
+def _rate_radps(kind: Any, wheel: Any, stamp_ns: int) -> float:
+    """Return the speed at a report; while no edge comes, at most a count since the last one, then zero."""
+    if not wheel.has_last:
+        return 0.0
+    if wheel.has_first == 2:
+        ticks = math.floor(wheel.edge_ns[1] / kind.tick_ns) - math.floor(wheel.edge_ns[0] / kind.tick_ns)
+        # Two edges in one tick: the fastest that the clock can show.
+        interval_s = max(ticks, 1) * kind.tick_ns / 1e9
+        wheel.rate_radps = (wheel.edge[1] - wheel.edge[0]) * kind.rad_per_count / interval_s
+        if kind.method == T and wheel.edge_direction[0] != wheel.edge_direction[1]:
+            wheel.rate_radps = 0.0  # the same edge, there and back
+    if kind.method == MT:
+        wheel.edge_ns[0], wheel.edge[0], wheel.has_first = wheel.edge_ns[1], wheel.edge[1], 1
+    since_s = (stamp_ns - wheel.edge_ns[1]) / 1e9
+    if since_s > STANDSTILL_AFTER_S:
+        return 0.0
+    fastest_radps = kind.rad_per_count / since_s if since_s > 0.0 else math.inf
+    return math.copysign(min(abs(wheel.rate_radps), fastest_radps), wheel.rate_radps)
+
+
+@compiled
+def _turn(kind: Any, wheel: Any, stamp_ns: int, angle_rad: float) -> None:
+    """Turn a wheel: gear, sensor, decoder, faults."""
+    if not wheel.has_begun:
+        wheel.first_ns = stamp_ns
+    place = _place(kind, wheel, angle_rad)
+    state = _state(kind, wheel, stamp_ns, place)
+    if not wheel.has_begun:
+        wheel.count = _count_at(kind, 0, state)
+        wheel.unused, wheel.until_ns, wheel.has_begun = 1.0, stamp_ns, 1
+    elif state != wheel.state:
+        decoder = int(_is_dead(kind, stamp_ns - wheel.first_ns))
+        counts = _count_at(kind, decoder, state) - _count_at(kind, decoder, wheel.state)
+        if kind.counts_by_command:
+            counts = abs(counts) * wheel.commanded
+        if kind.method and wheel.state // kind.edges_per_count != state // kind.edges_per_count:
+            _time_edges(kind, wheel, stamp_ns, place, state)
+        wheel.count += _counted(kind, wheel, stamp_ns, counts)
+    wheel.stamp_ns, wheel.place, wheel.state = stamp_ns, place, state
+    if kind.restart_ns and not wheel.was_restarted and stamp_ns - wheel.first_ns >= kind.restart_ns:
+        wheel.count, wheel.was_restarted = 0, 1
+
+
+@compiled
+def turn(kind: np.ndarray, wheels: np.ndarray, stamp_ns: int, angle_rad: float) -> None:
+    """Turn the wheel of the first draw to an angle, at an even speed since the stamp before."""
+    _turn(kind[0], wheels[0], stamp_ns, angle_rad)
+
+
+@compiled
+def read(kind: np.ndarray, wheels: np.ndarray, stamp_ns: int) -> Tuple[int, float]:
+    """Return the counter of the first draw, before it wraps, and the measured speed [rad/s]."""
+    return wheels[0].count, _rate_radps(kind[0], wheels[0], stamp_ns)
+
+
+@compiled(nogil=True)
+def turn_through(
+    kind: np.ndarray,
+    wheels: np.ndarray,
+    stamps_ns: np.ndarray,
+    angles_rad: np.ndarray,
+    commanded: np.ndarray,
+    rows: np.ndarray,
+    counts: np.ndarray,
+    rates_radps: np.ndarray,
+) -> None:
+    """Turn the wheel of each draw through a drive, and read it.
 
     Args:
-        model: sensor and decoding.
-        is_dead: whether the channel that faults name stands still.
-        wiring: of this wheel.
+        kind: (1,) of KIND.
+        wheels: (draws,) of WHEEL.
+        stamps_ns: (n,).
+        angles_rad: (1 or draws, n).
+        commanded: (n,) newest commanded directions; 0 changes nothing.
+        rows: (m,) at which counters are read, ascending.
+        counts: (draws, m) is filled with the counts.
+        rates_radps: (draws, m) likewise with the measured speeds.
     """
-    if model.sensor == 'absolute':
-        return CountsOfStates(-1 if wiring == 'inverted' else 1, (0,))
-    states = HALL if model.sensor == 'hall' else QUADRATURE
-    seen = [_wired(_stuck(levels, model, is_dead), wiring) for levels in states]
-    step = _step_of(model, states)
-    steps = _steps_around(seen, step)
-    within = [0]
-    for change in steps[1:]:
-        within.append(within[-1] + change)
-    return CountsOfStates(sum(steps), tuple(within))
-
-
-def _stuck(levels: Levels, model: EncoderModel, is_dead: bool) -> Levels:
-    if not is_dead:
-        return levels
-    dead = CHANNELS.index(model.faults.dead_channel)
-    level = int(model.faults.dead_level == 'high')
-    return tuple(level if channel == dead else own for channel, own in enumerate(levels))
-
-
-def _wired(levels: Levels, wiring: Wiring) -> Levels:
-    if wiring == 'swapped':
-        return (levels[1], levels[0], *levels[2:])
-    return (1 - levels[0], *levels[1:]) if wiring == 'inverted' else levels
-
-
-Step = Callable[[Levels, Levels], Optional[int]]
-
-
-def _steps_around(seen: Sequence[Levels], step: Step) -> List[int]:
-    """Return what each state of a cycle adds when it is reached turning forward.
-
-    Levels that no sound sensor shows leave the decoder where it was: the first time around tells where.
-    """
-    steps, known = [0] * len(seen), seen[-1]
-    for _ in range(2):
-        for place, levels in enumerate(seen):
-            change = step(known, levels)
-            steps[place] = change or 0
-            if change is not None:
-                known = levels
-    return steps
-
-
-def _step_of(model: EncoderModel, states: Sequence[Levels]) -> Step:
-    if model.counts_by_command:
-        channels = 2 if model.sensor == 'quadrature' and model.decoding == 'x4' else 3 if model.sensor == 'hall' else 1
-        only_rising = model.decoding == 'x1' and model.sensor != 'hall'
-        return lambda before, after: _edges(before[:channels], after[:channels], only_rising)
-    if model.sensor == 'hall' or model.decoding == 'x4':
-        return lambda before, after: _by_order(states, before, after)
-    return lambda before, after: _by_other_channel(before, after, only_low=model.decoding == 'x1')
-
-
-def _edges(before: Levels, after: Levels, only_rising: bool) -> int:
-    """Count edges, whatever their order."""
-    return sum(new > old if only_rising else new != old for old, new in zip(before, after))
-
-
-def _by_order(states: Sequence[Levels], before: Levels, after: Levels) -> Optional[int]:
-    """Return +1 or -1 from a state to the next or the last one; None where the levels are no state."""
-    if before not in states:
-        return 0 if after in states else None
-    if after not in states:
-        return None
-    forward = (states.index(after) - states.index(before)) % len(states)
-    return {1: 1, len(states) - 1: -1}.get(forward, 0)
-
-
-def _by_other_channel(before: Levels, after: Levels, only_low: bool) -> int:
-    """Count A's edges, by B's level; with `only_low` those with B low, so that the same edge counts both ways."""
-    if before[0] == after[0] or (only_low and after[1]):
-        return 0
-    return 1 if after[0] != after[1] else -1
-
-
-# More in one call are no motion but a jump of the angle: their number alone is drawn.
-MOST_ONE_BY_ONE = 100_000
-
-
-class HitCounts:
-    """Chooses some of the counts, one by one or in bursts, however they are split into calls."""
-
-    def __init__(self, fraction: float, burst: float, rng: np.random.Generator) -> None:
-        """Prepare.
-
-        Args:
-            fraction: of the counts that are chosen, above 0.
-            burst: how many in a row, on average.
-            rng: draws the distances between bursts and their lengths, both geometric.
-        """
-        self._mean_gap = burst * (1.0 - fraction) / fraction
-        self._fraction, self._burst, self._rng = fraction, burst, rng
-        self._in_gap, self._in_burst = self._draw_gap(), 0
-
-    def take(self, counts: int) -> int:
-        """Return how many of the next `counts` are chosen."""
-        if counts * self._fraction > MOST_ONE_BY_ONE:
-            return int(self._rng.binomial(counts, self._fraction))
-        chosen = 0
-        while counts > 0:
-            if self._in_burst == 0 and self._in_gap >= counts:
-                self._in_gap -= counts
-                break
-            if self._in_burst == 0:
-                counts -= self._in_gap
-                self._in_gap, self._in_burst = 0, int(self._rng.geometric(1.0 / self._burst))
-            within = min(counts, self._in_burst)
-            chosen, counts, self._in_burst = chosen + within, counts - within, self._in_burst - within
-            if self._in_burst == 0:
-                self._in_gap = self._draw_gap()
-        return chosen
-
-    def _draw_gap(self) -> int:
-        # Beyond 2^62 counts, which no drive has, the draw would overflow.
-        return int(self._rng.geometric(1.0 / min(self._mean_gap + 1.0, 2.0**62))) - 1
-
-
-class CountFaults:
-    """Changes the counts on their way from decoder to counter."""
-
-    def __init__(self, params: FaultParams, rng: np.random.Generator) -> None:
-        """Prepare for one wheel."""
-        self._missed = _hits(params.missed, params.missed_burst, rng)
-        self._extra = _hits(params.extra, params.extra_burst, rng)
-        self._most_per_ns = params.max_count_rate / NANOSECONDS_PER_SECOND
-        self._unused = 0.0  # of the count that the rate allowed and did not get
-        self._until_ns = 0
-
-    def counted(self, counts: int, from_ns: int, to_ns: int) -> int:
-        """Return what the counter gets of the signed counts of an interval; between intervals nothing was counted."""
-        number = abs(counts)
-        if self._missed is not None:
-            number -= self._missed.take(number)
-        if self._extra is not None:
-            number += self._extra.take(abs(counts))
-        if self._most_per_ns:
-            idle_ns = from_ns - self._until_ns
-            allowed = min(self._unused + idle_ns * self._most_per_ns, 1.0) + (to_ns - from_ns) * self._most_per_ns
-            number = min(number, int(allowed))
-            self._unused, self._until_ns = min(allowed - number, 1.0), to_ns
-        return number if counts >= 0 else -number
-
-
-def _hits(fraction: float, burst: float, rng: np.random.Generator) -> Optional[HitCounts]:
-    return HitCounts(fraction, burst, rng) if fraction else None
+    for draw in range(len(wheels)):
+        wheel, angles = wheels[draw], angles_rad[draw % len(angles_rad)]
+        row = 0
+        for reading in range(len(rows)):
+            while row <= rows[reading]:
+                if commanded[row]:
+                    wheel.commanded = commanded[row]
+                _turn(kind[0], wheel, stamps_ns[row], angles[row])
+                row += 1
+            counts[draw, reading] = wheel.count
+            rates_radps[draw, reading] = _rate_radps(kind[0], wheel, stamps_ns[rows[reading]])

@@ -1,4 +1,4 @@
-"""Pulses per revolution, and whole pulses at a wheel angle (equation 1)."""
+"""Parameters of a wheel encoder: pulses per revolution, sensor, gear, decoder, faults, measured speed."""
 
 from __future__ import annotations
 
@@ -63,34 +63,18 @@ def file_label(ppr: PerWheel, name: str) -> str:
     return encoder_label(ppr, name).replace(' ', '_') if name else f'{ppr_label(ppr)}ppr'
 
 
-def pulses_from_angle(angle_rad: float, ppr: float) -> int:
-    """Return the whole pulses at a wheel angle, equation (1): floor, so -0.1 pulse is -1."""
-    return math.floor(angle_rad * ppr / (2.0 * math.pi))
-
+VelocityMethod = Annotated[
+    Literal['M', 'T', 'MT'],
+    Field(description='of the twist: counts per period (M), time between edges (T), or both (MT)'),
+]
+VelocityClock_Hz = Annotated[
+    float, Between(1.0, 1e9, 'Hz'), Field(description='of the clock that times edges for T and MT [Hz]')
+]
+DEFAULT_CLOCK_HZ = 1e6
 
 CounterModulus = Annotated[
     int, COUNTER_STATES, Field(description='counts before the counter wraps: 65536 for int16, 0 for no wrap')
 ]
-
-
-def wrap_count(pulses: int, modulus: int) -> int:
-    """Return the reading of a two's-complement counter of `modulus` states: [-modulus/2, modulus/2).
-
-    A modulus of 0 stands for a counter that never wraps.
-    """
-    if modulus == 0:
-        return pulses
-    half = modulus // 2
-    return (pulses + half) % modulus - half
-
-
-def count_difference(newer: int, older: int, modulus: int) -> int:
-    """Return the pulses between two readings of a wrapping counter, in the direction with fewer of them.
-
-    It is right in both directions while fewer than modulus/2 pulses pass between readings, and for
-    counters that show [0, modulus) just as for signed ones.
-    """
-    return wrap_count(newer - older, modulus)
 
 
 Side = Literal['both', 'left', 'right']

@@ -10,17 +10,20 @@ from typing_extensions import Annotated
 
 from diff_encoder_sim.base.bounds import Between, Length_m, Offset_m, TravelVariance_m
 from diff_encoder_sim.base.params import Params
+from diff_encoder_sim.wheels.counter import CounterLimits
 from diff_encoder_sim.wheels.covariance import GeometryStd, reading_variance
 from diff_encoder_sim.wheels.encoder_params import (
+    DEFAULT_CLOCK_HZ,
     DEFAULT_PPR,
     IDEAL_ENCODER,
     CounterModulus,
     EncoderModel,
     PerWheel,
     PulsesPerRevolution,
+    VelocityClock_Hz,
+    VelocityMethod,
     counts_per_turn,
 )
-from diff_encoder_sim.wheels.wheel_rate import DEFAULT_CLOCK_HZ, VelocityClock_Hz, VelocityMethod
 
 # Added to the variance of travel, per metre of it, by a lateral acceleration of 1 m/s^2; it grows with its square.
 CurveVariance = Annotated[float, Between(0.0, 1.0, 'm^2/m per (m/s^2)^2')]
@@ -124,6 +127,20 @@ class OdometryParams(Params):
             for m_per_pulse, counts in zip(self.m_per_pulse, (ppr.left, ppr.right))
         )
         return left, right
+
+    @property
+    def counter_limits(self) -> CounterLimits:
+        """Return what counters can show, and wheels can do."""
+        ppr, encoder = self.counts_per_turn, self.encoder
+        return CounterLimits(
+            self.counter_modulus,
+            ppr.left,
+            ppr.right,
+            encoder.most_jump(ppr.left),
+            encoder.most_jump(ppr.right),
+            self.max_wheel_speed,
+            self.max_wheel_acceleration,
+        )
 
     @property
     def m_per_pulse(self) -> Tuple[float, float]:

@@ -95,35 +95,31 @@ class ReportLink:
         self._coming: List[Tuple[int, int, EncoderSample]] = []  # by arrival, then in order
         self._sent = 0
 
+    def arrivals_ns(self, stamp_ns: int) -> List[int]:
+        """Return when a sample arrives, which may be never, or twice. Each call is for the next sample."""
+        params = self._params
+        lost, repeated, reordered, late = self._rng.random(4).tolist()
+        if lost < params.lost:
+            return []
+        delay_ns = (params.latency + late * params.latency_spread) * NANOSECONDS_PER_SECOND
+        if reordered < params.reordered:
+            delay_ns += REORDERED_PERIODS * self._period_ns
+        delays_ns = [delay_ns, delay_ns + self._period_ns] if repeated < params.repeated else [delay_ns]
+        return [stamp_ns + round(each_ns) for each_ns in delays_ns]
+
     def pass_on(self, now_ns: int, sample: Optional[EncoderSample]) -> List[EncoderSample]:
-        """Send a sample, and return what arrives up to now.
+        """Send a sample, and return those that arrive up to now.
 
         Args:
             now_ns: the newest stamp of the joints.
-            sample: taken since the last call; None where none was.
+            sample: taken since the last call; None if none was.
         """
         if sample is not None:
-            self._send(sample)
+            for arrival_ns in self.arrivals_ns(sample.stamp_ns):
+                self._sent += 1
+                stamp_ns = arrival_ns if self._params.stamps == 'arrival' else sample.stamp_ns
+                heapq.heappush(self._coming, (arrival_ns, self._sent, sample._replace(stamp_ns=stamp_ns)))
         arrived = []
         while self._coming and self._coming[0][0] <= now_ns:
             arrived.append(heapq.heappop(self._coming)[2])
         return arrived
-
-    def _send(self, sample: EncoderSample) -> None:
-        params = self._params
-        lost, repeated, reordered, late = self._rng.random(4).tolist()
-        if lost < params.lost:
-            return
-        delay_ns = (params.latency + late * params.latency_spread) * NANOSECONDS_PER_SECOND
-        if reordered < params.reordered:
-            delay_ns += REORDERED_PERIODS * self._period_ns
-        self._deliver(sample, delay_ns)
-        if repeated < params.repeated:
-            self._deliver(sample, delay_ns + self._period_ns)
-
-    def _deliver(self, sample: EncoderSample, delay_ns: float) -> None:
-        arrival_ns = sample.stamp_ns + round(delay_ns)
-        if self._params.stamps == 'arrival':
-            sample = sample._replace(stamp_ns=arrival_ns)
-        self._sent += 1
-        heapq.heappush(self._coming, (arrival_ns, self._sent, sample))

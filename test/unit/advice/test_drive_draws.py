@@ -9,13 +9,12 @@ from diff_encoder_sim.advice.drawn_robot import ALL_CAUSES, WheelCause, drawn_ro
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.error_free_drives import navigated, scripted
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.se2 import Pose2D, poses_of_wheels
 from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.navigation.goal_stopping import StopSpread
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.simulation.simulator import WheelErrorParams
 from diff_encoder_sim.trials.robot_params import load_robot_params
-from diff_encoder_sim.wheels.drawn_counts import final_poses
 from drawn_drives import LINE_M, encoder_of, line, many_one_by_one, robot_of, rolled
 from encoder_drives import RADIUS_M, SEPARATION_M
 from lockstep_trials import ALTO, HALL, params_of, plan_of
@@ -145,8 +144,7 @@ WRONG_WHEELS = WheelErrorParams(left_radius_error=0.01, slip_noise=1e-4, left_sl
 
 
 def of_wheels(rolled_drive):
-    left_m, right_m = rolled_drive.ways_m.T[:, np.newaxis]
-    return final_poses(left_m, right_m, rolled_drive.separation_m)[0]
+    return poses_of_wheels(rolled_drive.ways_m[np.newaxis], 1.0, 1.0, rolled_drive.separation_m, 0.0, True)[0, 0]
 
 
 @pytest.fixture(scope='module')

@@ -5,7 +5,7 @@ import struct
 import numpy as np
 import pytest
 
-from diff_encoder_sim.wheels.encoder_params import wrap_count
+from diff_encoder_sim.wheels.counter import wrap_count
 from reencoding_drives import ROS1, START_NS, angles_rad, write_ros1
 from reencoding_runs import contents, run, samples_of
 from trial_bags import trial

@@ -9,7 +9,7 @@ from diff_encoder_sim.drives.odometry_wheels import OdometryWheels, start_angles
 from diff_encoder_sim.drives.reference import FramePair, PoseTopic
 from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.wheel_encoder import DiffEncoder, EncoderParams
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
 from reencoding_drives import JOINTS, MAKERS, ROS1, WHEEL_DIAMETER_M, WHEEL_SEPARATION_M
 
 # Ahead, about a wheel, on the spot, back in a bend; a step is both wheels' angles [rad].
@@ -67,9 +67,9 @@ def test_encoders_of_a_straight_drive_err_as_those_of_wheels_that_stood_anywhere
     straight = [Pose2D(0.05 * step, 0.0, 0.0) for step in range(round(length_m / 0.05) + 1)]
     ends_y_m = []
     for seed in range(150):
-        encoder, odometry = DiffEncoder(EncoderParams(ppr=ppr)), WheelOdometry(OdometryParams(ppr=ppr))
+        encoder, odometry = ReportingEncoder(EncoderParams(ppr=ppr)), WheelOdometry(OdometryParams(ppr=ppr))
         for tick, angles_rad in enumerate(read(ROS1, straight, seed)[0].tolist()):
-            sample = encoder.update(tick * 50_000_000, JOINTS, angles_rad)
+            (sample,) = encoder.update(tick * 50_000_000, JOINTS, angles_rad)
             estimate = odometry.update(*sample)
         ends_y_m.append(estimate.base_pose_in_odom.y_m)
     m_per_pulse = np.pi * WHEEL_DIAMETER_M / ppr

@@ -10,7 +10,8 @@ from diff_encoder_sim.drives.number_units import UNITS
 from diff_encoder_sim.drives.sensor_messages import JointValues
 from diff_encoder_sim.drives.typestore import noetic_store
 from diff_encoder_sim.drives.wheel_units import CountedAngles, WheelAngle, WheelUnit
-from diff_encoder_sim.wheels.encoder_params import PerWheel, wrap_count
+from diff_encoder_sim.wheels.counter import wrap_count
+from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from reencoding_drives import ROS1, ROS2, TICK_NS, angles_rad, write_ros1, write_ros2
 from reencoding_runs import contents, run, samples_of

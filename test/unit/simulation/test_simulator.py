@@ -22,7 +22,7 @@ from diff_encoder_sim.simulation.simulator import (
 from diff_encoder_sim.simulation.state import PlanarVelocity
 from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.wheel_encoder import DiffEncoder, EncoderParams
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
 from generated_robots import LASER, LEFT, RECIPES, RIGHT, Recipe, urdf_of
 from places import ROOT
 from simulated_drive import RADIUS_M, SEPARATION_M, drive
@@ -252,13 +252,14 @@ def make(make_simulator, tmp_path):
 
 def drive_by_odometry(simulator, odometry, encoder, phases):
     """Drive (linear, angular, seconds) in turn; returns odometry's last estimate, in the start pose's frame."""
-    estimate = odometry.update(*encoder.update(*simulator.joint_states()[:3]))
+    (sample,) = encoder.update(*simulator.joint_states()[:3])
+    estimate = odometry.update(*sample)
     for linear, angular, seconds in phases:
         for _ in range(round(100 * seconds)):
             simulator.command(linear, angular)
             simulator.tick()
-            sample = encoder.update(*simulator.joint_states()[:3])
-            estimate = estimate if sample is None else odometry.update(*sample)
+            for sample in encoder.update(*simulator.joint_states()[:3]):
+                estimate = odometry.update(*sample)
     return estimate
 
 
@@ -267,7 +268,7 @@ def test_odometry_of_joint_states_is_where_the_robot_is(make, name):
     """Axes that point to the right, and a base_link behind the axle."""
     recipe = RECIPES[name]
     simulator = make(recipe, lidar={'noise': 0.0})
-    encoder = DiffEncoder(
+    encoder = ReportingEncoder(
         EncoderParams(ppr=1e6, left_joint=LEFT, right_joint=RIGHT, right_reversed=recipe.has_mirrored_axes)
     )
     odometry = WheelOdometry(

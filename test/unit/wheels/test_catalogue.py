@@ -9,8 +9,9 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.robot_file import load_robot_file
 from diff_encoder_sim.trials.robot_params import check_key, load_robot_config, override
 from diff_encoder_sim.wheels.catalogue import chosen, encoder_names, load_encoder, load_encoders, resolution_text
-from diff_encoder_sim.wheels.encoder_params import EncoderModel, PerWheel, count_difference
-from diff_encoder_sim.wheels.wheel_encoder import DiffEncoder
+from diff_encoder_sim.wheels.counter import count_difference
+from diff_encoder_sim.wheels.encoder_params import EncoderModel, PerWheel
+from diff_encoder_sim.wheels.wheel_encoder import ReportingEncoder
 from places import CONFIG, ROOT
 
 NAMES = encoder_names(CONFIG)
@@ -70,10 +71,10 @@ def test_a_shipped_encoder_has_the_counts_that_its_manual_states(name):
 @pytest.mark.parametrize('name', NAMES)
 def test_a_shipped_encoder_counts_ten_turns_of_the_wheel(name):
     encoder, turns = shipped(name), 10
-    counting = DiffEncoder(encoder.params)
+    counting = ReportingEncoder(encoder.params)
     angles_rad = np.linspace(0.0, 2 * math.pi * turns, 2001).tolist()
     updates = [counting.update(step * 10_000_000, JOINTS, [angle] * 2) for step, angle in enumerate(angles_rad)]
-    samples = [sample for sample in updates if sample]
+    samples = [sample for update in updates for sample in update]
     # The last report before the end of the drive.
     turned = samples[-1].stamp_ns / 20e9 * turns * encoder.counts_per_wheel_turn
     # A reading at either end: its rounding, and the sensor's own errors.

@@ -1,4 +1,4 @@
-"""A wheel's encoder: gear, sensor, decoder, faults, and all of them together."""
+"""A wheel's encoder: equation (1), gear, sensor, decoder, faults, measured speed, and what they do to odometry."""
 
 import math
 
@@ -8,181 +8,43 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from diff_encoder_sim.wheels.encoder import CountFaults, Gear, HitCounts, Play, WheelSensor, counts_of_states
-from diff_encoder_sim.wheels.encoder_params import EncoderModel, FaultParams
-from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
-from encoder_drives import JOINTS, RADIUS_M, SEPARATION_M, TICK_NS, counts, drive, m_per_pulse, straight_drive
+from diff_encoder_sim.base.drive import Drive
+from diff_encoder_sim.wheels.chain import Chain
+from diff_encoder_sim.wheels.encoder import STANDSTILL_AFTER_S, pulses_from_angle
+from diff_encoder_sim.wheels.odometry_params import OdometryParams
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
+from encoder_drives import RADIUS_M, SEPARATION_M, TICK_NS, m_per_pulse
+
+TURN = 2.0 * math.pi
+COUNT_RAD = TURN / 1000
 
 
-def gear(ratio, backlash_rad, seed=1):
-    return Gear(ratio, backlash_rad, np.random.default_rng(seed))
+def run(angles_rad, encoder=(), ppr=1000, draws=1, phases_rad=None, commands=None, tick_ns=TICK_NS, **params):
+    """A drive of (n,) angles of both wheels, or (n, 2), or (draws, n, 2), with a report at each."""
+    shared = {'ppr': ppr, 'encoder': dict(encoder)}
+    odometry = OdometryParams.from_mapping({**shared, 'motion_noise': 0.0}, '')
+    chain = Chain(EncoderParams.from_mapping({**shared, 'seed': 1, **params}, ''), odometry, draws)
+    angles_rad = np.asarray(angles_rad, float)
+    angles_rad = np.stack([angles_rad] * 2, axis=-1) if angles_rad.ndim == 1 else angles_rad
+    rows = np.arange(angles_rad.shape[-2])
+    return chain.run(Drive(tick_ns * rows, angles_rad), phases_rad, commands, rows)
 
 
-def test_play_is_taken_up_before_anything_follows():
-    play = Play(0.2, 1.0)
-    assert [play.follow(at) for at in (1.0, 1.1, 1.3, 1.2, 1.1, 1.0)] == pytest.approx([1.0, 1.0, 1.2, 1.2, 1.2, 1.1])
+def counts(angles_rad, encoder=(), **params):
+    """(n, 2) of the first draw."""
+    return run(angles_rad, encoder, **params).counts[0]
 
 
-def test_the_motor_leads_by_half_of_the_play_in_either_direction():
-    geared = gear(1.0, 0.1)
-    geared.shaft_angle_rad(0.0)
-    assert geared.shaft_angle_rad(1.0) == pytest.approx(1.05)
-    assert geared.shaft_angle_rad(2.0) == pytest.approx(2.05)
-    assert geared.shaft_angle_rad(1.5) == pytest.approx(1.45)
+@pytest.mark.parametrize(
+    ('angle_in_pulses', 'pulses'),
+    [(0.0, 0), (0.99, 0), (1.01, 1), (-0.1, -1), (-1.0 - 1e-9, -2), (89.5, 89), (-90.5, -91)],
+)
+@pytest.mark.parametrize('ppr', [40, 4096])
+def test_equation_1_floors_at_positive_and_negative_angles(angle_in_pulses, pulses, ppr):
+    assert pulses_from_angle(TURN * angle_in_pulses / ppr, ppr) == pulses
 
 
-def sensor(counts_per_turn, seed=1, **keys):
-    return WheelSensor(EncoderModel.from_mapping(keys, 'encoder'), counts_per_turn, np.random.default_rng(seed))
-
-
-def edges_of(made, count):
-    return np.array([made.place_of_edge(state) for state in range(count)])
-
-
-def test_duty_cycle_and_phase_give_four_kinds_of_pulses():
-    widths = np.diff(edges_of(sensor(400, duty_cycle=0.4, phase_error=18.0), 401)).reshape(100, 4)
-    assert widths == pytest.approx(np.tile([1.2, 0.4, 1.2, 1.2], (100, 1)))
-
-
-def test_three_halls_give_an_error_that_repeats_every_pole_pair():
-    offsets = edges_of(sensor(90, sensor='hall', sensor_error=6.0), 90) - np.arange(90)
-    assert offsets == pytest.approx(np.tile(offsets[:3], 30)) and len(set(offsets[:3])) == 3
-    drawn = [edges_of(sensor(6, seed, sensor='hall', sensor_error=6.0), 3) - np.arange(3) for seed in range(2000)]
-    assert np.std(drawn) == pytest.approx(6.0 / 60.0, rel=0.05)  # a count is 60 electrical degrees
-
-
-@pytest.mark.parametrize('decoding', ['x1', 'x2', 'x4'])
-def test_edges_are_off_by_as_much_as_was_asked_for_in_counts(decoding):
-    edges_per_count = {'x1': 4, 'x2': 2, 'x4': 1}[decoding]
-    made = sensor(10_000, edge_error=0.1, decoding=decoding)
-    counted = np.array([made.place_of_edge(state) for state in range(0, 10_000 * edges_per_count, edges_per_count)])
-    offsets = counted / edges_per_count - np.arange(10_000)
-    assert offsets.std() == pytest.approx(0.1, rel=0.03) and abs(offsets.mean()) < 0.005
-
-
-@pytest.mark.parametrize(('keys', 'per_turn'), [({'eccentricity': 0.01}, 1), ({'second_harmonic': 0.573}, 2)])
-def test_eccentricity_and_harmonics_are_waves_of_the_shaft(keys, per_turn):
-    made = sensor(4096, **keys, **({'sensor': 'absolute'} if per_turn == 2 else {}))
-    angles = np.linspace(0.0, 2.0 * math.pi, 721)[:-1]
-    errors_rad = np.array([made.place(angle) for angle in angles]) * 2.0 * math.pi / 4096 - angles
-    spectrum = np.abs(np.fft.rfft(errors_rad)) / 360
-    assert spectrum[per_turn] == pytest.approx(0.01, rel=1e-3)
-    assert np.delete(spectrum, per_turn).max() < 1e-9
-
-
-def test_noise_is_new_with_each_reading():
-    made = sensor(4096, sensor='absolute', noise=2.0)
-    readings = [made.state(100.5) for _ in range(4000)]
-    assert np.mean(readings) == pytest.approx(100.0, abs=0.15) and np.std(readings) == pytest.approx(2.0, rel=0.05)
-
-
-def test_hysteresis_shows_a_turn_back_later():
-    made = sensor(100, hysteresis=1.0)
-    turn = 2.0 * math.pi / 100
-    there = [made.place(count * turn) for count in (0.0, 2.0, 5.0)]
-    back = [made.place(count * turn) for count in (4.5, 4.0, 3.0)]
-    assert there + back == pytest.approx([0.0, 1.5, 4.5, 4.5, 4.5, 3.5])
-
-
-def counted(states, wiring='straight', is_dead=False, **keys):
-    model = EncoderModel.from_mapping(keys, 'encoder')
-    counts = counts_of_states(model, is_dead, wiring)
-    return [counts.count(state) - counts.count(0) for state in states]
-
-
-FORWARD = list(range(-4, 9))
-
-
-@pytest.mark.parametrize(('decoding', 'edges'), [('x1', 4), ('x2', 2), ('x4', 1)])
-def test_a_line_has_one_two_or_four_counts(decoding, edges):
-    assert counted(FORWARD, decoding=decoding) == [state // edges for state in FORWARD]
-
-
-@pytest.mark.parametrize('decoding', ['x1', 'x2', 'x4'])
-@pytest.mark.parametrize('wiring', ['swapped', 'inverted'])
-def test_wrong_wiring_counts_backward(decoding, wiring):
-    assert counted([400], wiring, decoding=decoding) == [-400 // {'x1': 4, 'x2': 2, 'x4': 1}[decoding]]
-
-
-def test_a_dead_channel_leaves_edges_that_come_and_go():
-    dead = {'faults': {'dead_channel': 'B'}}
-    assert counted(range(9), is_dead=True, **dead) == [0, 0, -1, -1, 0, 0, -1, -1, 0]
-    assert counted(range(9), is_dead=True, decoding='x2', **dead) == [0, 0, -1, -1, 0, 0, -1, -1, 0]
-    assert set(counted(range(9), is_dead=True, decoding='x2', faults={'dead_channel': 'A'})) == {0}
-
-
-def test_by_the_command_a_dead_channel_leaves_half():
-    assert counted([400], is_dead=True, direction='command', faults={'dead_channel': 'B'}) == [200]
-    assert counted([400], direction='command') == [400]
-
-
-@pytest.mark.parametrize(('decoding', 'expected'), [('x1', 100), ('x2', 200)])
-def test_one_channel_has_two_edges_a_line(decoding, expected):
-    assert counted([400], sensor='single_channel', decoding=decoding) == [expected]
-
-
-def faults(seed=1, **keys):
-    return CountFaults(FaultParams.from_mapping(keys, 'faults'), np.random.default_rng(seed))
-
-
-@pytest.mark.parametrize(('fraction', 'burst'), [(0.01, 1.0), (0.3, 1.0), (1.0, 1.0), (0.05, 20.0)])
-def test_the_fraction_is_chosen_in_bursts(fraction, burst):
-    hits = HitCounts(fraction, burst, np.random.default_rng(1))
-    chosen = np.array([hits.take(1) for _ in range(200_000)])
-    assert chosen.mean() == pytest.approx(fraction, rel=0.1)
-    lengths = np.diff(np.flatnonzero(np.diff(np.r_[0, chosen, 0])))[::2]
-    if fraction < 0.1:
-        assert lengths.mean() == pytest.approx(burst, rel=0.1)
-
-
-@given(st.lists(st.integers(0, 50), max_size=40), st.floats(1e-6, 1.0), st.floats(1.0, 30.0), st.integers(0, 5))
-def test_how_counts_are_split_does_not_matter(parts, fraction, burst, seed):
-    whole, split = (HitCounts(fraction, burst, np.random.default_rng(seed)) for _ in range(2))
-    assert sum(split.take(part) for part in parts) == whole.take(sum(parts))
-
-
-def test_missed_and_extra_counts_go_the_way_of_the_wheel():
-    assert faults(missed=1.0).counted(-7, 0, 10) == 0
-    assert faults(extra=1.0).counted(-7, 0, 10) == -14
-    assert faults(extra=1.0).counted(7, 0, 10) == 14
-    assert faults(missed=0.5, extra=0.5).counted(0, 0, 10) == 0
-
-
-def in_ticks(params, number, counts, tick_ns=10_000_000):
-    """What the counter gets of equal counts in each of some ticks."""
-    return sum(params.counted(counts, tick * tick_ns, (tick + 1) * tick_ns) for tick in range(number))
-
-
-def test_what_comes_faster_than_the_limit_is_lost():
-    assert in_ticks(faults(max_count_rate=1000.0), 100, 30) == 1000
-    assert in_ticks(faults(max_count_rate=1000.0), 100, -9) == -900
-    assert in_ticks(faults(max_count_rate=30.0), 100, 1) in (29, 30)  # a third of a count each time
-
-
-@pytest.mark.parametrize('tick_ns', [100_000, 1_000_000, 10_000_000])
-@pytest.mark.parametrize('share', [0.1, 0.5, 0.95])
-@pytest.mark.parametrize('limit_hz', [50.0, 2000.0])
-def test_below_the_limit_nothing_is_lost(tick_ns, share, limit_hz):
-    """However many joint states come without a count."""
-    counts = [math.floor(share * limit_hz * tick * tick_ns * 1e-9) for tick in range(5000)]
-    steps = [(tick, now - before) for tick, (before, now) in enumerate(zip(counts, counts[1:])) if now > before]
-    limited = faults(max_count_rate=limit_hz)
-    counted = sum(limited.counted(step, tick * tick_ns, (tick + 1) * tick_ns) for tick, step in steps)
-    assert counted == counts[-1]
-
-
-COUNT_RAD = 2.0 * math.pi / 1000
-
-
-def both(angles_rad):
-    return np.column_stack([angles_rad, angles_rad])
-
-
-def wiggle(seed, size=500):
-    return both(np.cumsum(np.random.default_rng(seed).normal(0.0, 0.05, size)))
-
-
-IDEAL = [
+SOUND = [
     {},
     {'lines': 250},
     {'lines': 500, 'decoding': 'x2'},
@@ -193,18 +55,224 @@ IDEAL = [
 ]
 
 
-@pytest.mark.parametrize('encoder', IDEAL)
+@pytest.mark.parametrize('encoder', SOUND)
 def test_without_errors_each_sensor_counts_by_equation_1(encoder):
     # An error too small to move an edge: without any the chain is left out.
     negligible = {'faults': {'max_count_rate': 1e9}} if encoder.get('sensor') != 'absolute' else {'hysteresis': 1e-9}
-    found = counts(wiggle(1), {**encoder, **negligible})
-    assert (found == counts(wiggle(1), {}, ppr=1000)).mean() > 0.999  # else an angle on an edge, to rounding
+    wiggle = np.cumsum(np.random.default_rng(1).normal(0.0, 0.05, 500))
+    assert (counts(wiggle, {**encoder, **negligible}) == counts(wiggle)).mean() > 0.999  # an angle on an edge
 
 
-def test_each_wheel_has_errors_of_its_own_by_the_seed():
-    turned = both(np.linspace(0.0, 50.0, 2000))
-    first, again, other = (counts(turned, {'edge_error': 0.2}, seed=seed) for seed in (1, 1, 2))
-    assert (first == again).all() and (first != other).any() and (first[:, 0] != first[:, 1]).any()
+def edges(encoder, ppr, draws=1, fine=400):
+    """(draws, ppr) places of the edges that are counted in a turn of the left wheel, in counts."""
+    angles_rad = TURN / ppr * np.arange(-3.0, ppr + 2.0, 1.0 / fine)
+    found = run(angles_rad, encoder, ppr, draws).counts[:, :, 0]
+    reached = [np.searchsorted(of_draw, np.arange(ppr)) for of_draw in found]
+    return np.array(reached) / fine - 3.0
+
+
+def test_duty_cycle_and_phase_give_four_kinds_of_pulses():
+    places = edges({'duty_cycle': 0.4, 'phase_error': 18.0}, 400)[0]
+    widths = np.diff(np.append(places, 400.0)).reshape(100, 4)
+    assert widths == pytest.approx(np.tile([1.2, 0.4, 1.2, 1.2], (100, 1)), abs=0.01)
+
+
+def test_three_halls_give_an_error_that_repeats_every_pole_pair():
+    offsets = edges({'sensor': 'hall', 'sensor_error': 6.0}, 90)[0] - np.arange(90)
+    assert offsets == pytest.approx(np.tile(offsets[:3], 30), abs=0.01) and len(set(offsets[:3])) == 3
+    offsets = edges({'sensor': 'hall', 'sensor_error': 6.0}, 6, draws=2000)[:, 1:4] - np.arange(1, 4)
+    assert np.std(offsets) == pytest.approx(6.0 / 60.0, rel=0.05)  # a count is 60 electrical degrees
+
+
+@pytest.mark.parametrize('decoding', ['x1', 'x2', 'x4'])
+def test_edges_are_off_by_as_much_as_was_asked_for_in_counts(decoding):
+    offsets = edges({'edge_error': 0.1, 'decoding': decoding}, 1000, draws=10) - np.arange(1000)
+    assert offsets.std() == pytest.approx(0.1, rel=0.03) and abs(offsets.mean()) < 0.005
+    assert abs(np.corrcoef(offsets[0], offsets[1])[0, 1]) < 0.15
+
+
+@pytest.mark.parametrize(('keys', 'per_turn'), [({'eccentricity': 0.01}, 1), ({'second_harmonic': 0.573}, 2)])
+def test_eccentricity_and_harmonics_are_waves_of_the_shaft(keys, per_turn):
+    sensor = {'sensor': 'absolute'} if per_turn == 2 else {}
+    angles_rad = np.linspace(0.0, TURN, 721)[:-1]
+    errors_rad = counts(angles_rad, {**keys, **sensor}, ppr=2**20)[:, 0] * TURN / 2**20 - angles_rad
+    spectrum = np.abs(np.fft.rfft(errors_rad)) / 360
+    assert spectrum[per_turn] == pytest.approx(0.01, rel=1e-3)
+    assert np.delete(spectrum, [0, per_turn]).max() < 1e-6
+
+
+def test_noise_is_new_with_each_reading_and_each_draw():
+    found = run(np.full(4000, 100.5 * TURN / 4096), {'sensor': 'absolute', 'noise': 2.0}, 4096, draws=2).counts
+    assert found.mean(axis=1) == pytest.approx(100.0, abs=0.15) and found.std(axis=1) == pytest.approx(2.0, rel=0.05)
+    streams = np.vstack([found[0].T, found[1].T])
+    assert np.abs(np.corrcoef(streams[:, 1:], streams[:, :-1]) - np.eye(8)).max() < 0.07
+
+
+def test_hysteresis_shows_a_turn_back_later():
+    places = np.array([0.0, 2.0, 5.0, 4.5, 4.0, 3.0])
+    found = counts(TURN / 100 * (places + 0.25), {'hysteresis': 1.0}, ppr=100)[:, 0]
+    assert found.tolist() == [0, 1, 4, 4, 4, 3]
+
+
+def test_the_motor_leads_by_half_of_the_play_in_either_direction():
+    turned = np.concatenate([np.linspace(0.0, 2.0, 50), [1.5]])
+    motor = {'side': 'motor', 'gear_ratio': 1.0, 'backlash': 0.1}
+    found = counts(turned, motor, ppr=1e6)[:, 0] * TURN / 1e6
+    assert found[[25, 49, 50]] == pytest.approx([turned[25] + 0.05, 2.05, 1.45], abs=1e-5)
+    starts = run(np.zeros(1), motor, 1e6, draws=500).counts[:, 0, 0] * TURN / 1e6
+    assert stats.kstest(starts, 'uniform', (-0.05, 0.1)).pvalue > 1e-3
+
+
+FORWARD = np.arange(-4, 9)
+
+
+def decoded(states, faults=(), **keys):
+    """Counts at states [edges], since the first."""
+    edges_per_turn = 4000
+    found = counts(TURN / edges_per_turn * (np.asarray(states) + 0.5), {**keys, 'lines': 1000, 'faults': dict(faults)})
+    return (found[:, 0] - found[0, 0]).tolist()
+
+
+@pytest.mark.parametrize(('decoding', 'edges'), [('x1', 4), ('x2', 2), ('x4', 1)])
+def test_a_line_has_one_two_or_four_counts(decoding, edges):
+    assert decoded(FORWARD, decoding=decoding) == (FORWARD // edges + 4 // edges).tolist()
+    assert decoded(FORWARD[::-1], decoding=decoding)[-1] == -12 // edges
+
+
+@pytest.mark.parametrize('decoding', ['x1', 'x2', 'x4'])
+@pytest.mark.parametrize('wiring', ['swapped', 'inverted'])
+def test_wrong_wiring_counts_backward(decoding, wiring):
+    expected = -400 // {'x1': 4, 'x2': 2, 'x4': 1}[decoding]
+    assert decoded([0, 400], {'wiring': wiring}, decoding=decoding)[-1] == expected
+
+
+def test_a_dead_channel_leaves_edges_that_come_and_go():
+    dead = {'dead_channel': 'B'}
+    assert decoded(range(9), dead) == [0, 0, -1, -1, 0, 0, -1, -1, 0]
+    assert decoded(range(9), dead, decoding='x2') == [0, 0, -1, -1, 0, 0, -1, -1, 0]
+    assert set(decoded(range(9), {'dead_channel': 'A'}, decoding='x2')) == {0}
+
+
+@pytest.mark.parametrize(
+    ('faults', 'keys', 'expected'),
+    [
+        ({'dead_channel': 'B'}, {'direction': 'command'}, 200),
+        ({}, {'direction': 'command'}, 400),
+        ({}, {'sensor': 'single_channel', 'decoding': 'x1'}, 100),
+        ({}, {'sensor': 'single_channel', 'decoding': 'x2'}, 200),
+    ],
+)
+def test_by_the_command_channels_count_edges(faults, keys, expected):
+    assert decoded([0, 400], faults, **keys)[-1] == expected
+
+
+def test_by_the_command_the_sign_is_the_last_commanded_one():
+    commands = np.array([1, 1, 0, -1, -1])
+    encoder = {'sensor': 'single_channel', 'decoding': 'x1', 'lines': 1000}
+    angles_rad = COUNT_RAD * (10 * np.arange(5) + 0.5)
+    found = counts(angles_rad, encoder, commands=np.column_stack([commands, -commands]))
+    # Forward while it coasts (0), then backward though the wheel turns on.
+    assert found.T.tolist() == [[0, 10, 20, 10, 0], [0, -10, -20, -10, 0]]
+
+
+@pytest.mark.parametrize(
+    ('times', 'counted'),
+    [
+        ({}, 0),
+        ({'dead_from': 0.2}, 20),
+        ({'dead_for': 0.2}, 80),
+        ({'dead_from': 0.1, 'dead_for': 0.1, 'dead_every': 0.3}, 70),
+    ],
+)
+def test_a_dead_channel_counts_nothing_while_it_is_dead(times, counted):
+    """Of A in x2, whose edges only count; a hundred counts in a second."""
+    faults = {'dead_channel': 'A', **times}
+    found = counts(COUNT_RAD * (np.arange(101) + 0.5), {'decoding': 'x2', 'faults': faults})
+    assert found[-1, 0] == pytest.approx(counted, abs=1)
+
+
+def test_a_restart_sets_the_counters_to_zero_once():
+    found = counts(COUNT_RAD * (np.arange(100) + 0.5), {'faults': {'restart_at': 0.5, 'wheel': 'left'}})
+    assert found[49:52, 0].tolist() == [49, 0, 1] and found[-1].tolist() == [49, 99]
+
+
+def evenly(number, per_tick=1):
+    """Angles of a wheel that turns by some counts a tick."""
+    return COUNT_RAD * (per_tick * np.arange(number + 1) + 0.5)
+
+
+@pytest.mark.parametrize(('fraction', 'burst'), [(0.01, 1.0), (0.3, 1.0), (1.0, 1.0), (0.05, 20.0)])
+def test_the_fraction_is_missed_in_bursts(fraction, burst):
+    found = counts(evenly(200_000), {'faults': {'missed': fraction, 'missed_burst': burst}})[:, 0]
+    missed = 1 - np.diff(found)
+    assert missed.mean() == pytest.approx(fraction, rel=0.1)
+    lengths = np.diff(np.flatnonzero(np.diff(np.r_[0, missed, 0])))[::2]
+    if fraction < 0.1:
+        assert lengths.mean() == pytest.approx(burst, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    'faults', [{'missed': 0.1, 'missed_burst': 5.0}, {'extra': 0.1}, {'missed': 0.2, 'extra': 0.1}]
+)
+@given(st.lists(st.integers(0, 50), min_size=1, max_size=40))
+@settings(max_examples=20, deadline=None)
+def test_how_counts_are_split_does_not_matter(faults, parts):
+    split, whole = np.cumsum([0.5, *parts]), np.array([0.5, 0.5 + sum(parts)])
+    assert counts(COUNT_RAD * split, {'faults': faults})[-1, 0] == counts(COUNT_RAD * whole, {'faults': faults})[-1, 0]
+
+
+@pytest.mark.parametrize('burst', [1.0, 8.0])
+@pytest.mark.parametrize(('fault', 'sign'), [('missed', -1), ('extra', 1)])
+def test_counts_are_hit_as_often_as_asked_for_and_as_unevenly(fault, sign, burst):
+    """Bursts of geometric lengths, whose variance over a long way is p n (1 - p) (2 b - 1), for a small p."""
+    draws, p, number = 1000, 0.02, 20_000
+    faults = {fault: p, f'{fault}_burst': burst}
+    found = run(evenly(50, number // 50), {'faults': faults}, draws=draws).counts[:, -1, 0]
+    hits = sign * (found - number)
+    assert hits.mean() == pytest.approx(p * number, abs=5.0 * hits.std() / math.sqrt(draws))
+    # A burst and the gap before it, both geometric, are a renewal process.
+    gap = burst * (1.0 - p) / p
+    cycle, variances = burst + gap, (burst * (burst - 1.0), gap * (gap + 1.0))
+    expected = number * (variances[0] * gap**2 + variances[1] * burst**2) / cycle**3
+    assert hits.var() == pytest.approx(expected, rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ('faults', 'expected'), [({'missed': 1.0}, 0), ({'extra': 1.0}, -14), ({'missed': 1.0, 'extra': 1.0}, -7)]
+)
+def test_missed_and_extra_counts_go_the_way_of_the_wheel(faults, expected):
+    assert counts([0.5 * COUNT_RAD, -6.5 * COUNT_RAD], {'faults': faults})[-1, 0] == expected
+
+
+@pytest.mark.parametrize(('limit_hz', 'per_tick', 'expected'), [(1000.0, 30, 1000), (1000.0, -9, -900), (30.0, 1, 30)])
+def test_what_comes_faster_than_the_limit_is_lost(limit_hz, per_tick, expected):
+    found = counts(evenly(100, per_tick), {'faults': {'max_count_rate': limit_hz}})[-1, 0]
+    assert found == pytest.approx(expected, abs=1)
+
+
+@pytest.mark.parametrize('tick_ns', [100_000, 1_000_000, 10_000_000])
+@pytest.mark.parametrize('share', [0.1, 0.5, 0.95])
+@pytest.mark.parametrize('limit_hz', [50.0, 2000.0])
+def test_below_the_limit_nothing_is_lost(tick_ns, share, limit_hz):
+    """However many joint states come without a count."""
+    turned = COUNT_RAD * (0.5 + share * limit_hz * np.arange(5000) * tick_ns * 1e-9)
+    limited = counts(turned, {'faults': {'max_count_rate': limit_hz}}, tick_ns=tick_ns)
+    np.testing.assert_array_equal(limited, counts(turned, tick_ns=tick_ns))
+
+
+def test_each_wheel_and_draw_has_errors_of_its_own_by_the_seed():
+    turned, encoder = np.linspace(0.0, 50.0, 2000), {'edge_error': 0.2}
+    first, again, other = (run(turned, encoder, draws=3, seed=seed).counts for seed in (1, 1, 2))
+    assert (first == again).all() and (first != other).any() and (first[0] != first[1]).any()
+    assert (first[0, :, 0] != first[0, :, 1]).any()
+    np.testing.assert_array_equal(run(turned, encoder, draws=1).counts[0], first[0])
+
+
+def test_errors_do_not_depend_on_the_rate_of_angles():
+    encoder = {'edge_error': 0.2, 'eccentricity': 0.02, 'faults': {'missed': 0.05, 'extra': 0.03, 'extra_burst': 4.0}}
+    turned = np.linspace(0.0, 50.0, 2001)
+    fine = counts(turned, encoder)
+    np.testing.assert_array_equal(counts(turned[::10], encoder, tick_ns=10 * TICK_NS), fine[::10])
 
 
 chains = st.fixed_dictionaries(
@@ -225,47 +293,11 @@ chains = st.fixed_dictionaries(
 @given(chains, st.lists(st.floats(0.0, 3.0), min_size=2, max_size=40), st.sampled_from([-1, 1]), st.integers(0, 99))
 def test_counts_go_the_way_of_the_wheel_whatever_the_errors(chain, steps, way, seed):
     encoder = {**chain, 'side': 'motor', 'gear_ratio': 8.0, 'lines': 12}
-    found = counts(both(way * np.cumsum(steps)), encoder, seed=seed)
+    found = counts(way * np.cumsum(steps), encoder, seed=seed)
     assert (np.diff(found, axis=0) * way >= 0).all()
 
 
-def test_a_restart_sets_the_counters_to_zero_once():
-    turned = both(COUNT_RAD * np.arange(100))
-    found = counts(turned, {'faults': {'restart_at': 0.5, 'wheel': 'left'}})
-    assert found[49:52, 0].tolist() == [49, 0, 1] and found[-1].tolist() == [49, 99]
-
-
-@pytest.mark.parametrize(
-    ('times', 'counted'),
-    [
-        ({}, 0),
-        ({'dead_from': 0.2}, 20),
-        ({'dead_for': 0.2}, 80),
-        ({'dead_from': 0.1, 'dead_for': 0.1, 'dead_every': 0.3}, 70),
-    ],
-)
-def test_a_dead_channel_counts_nothing_while_it_is_dead(times, counted):
-    """Of A in x2, whose edges alone count; a hundred counts in a second."""
-    found = counts(
-        both(COUNT_RAD * (np.arange(101) + 0.5)), {'decoding': 'x2', 'faults': {'dead_channel': 'A', **times}}
-    )
-    assert found[-1, 0] == pytest.approx(counted, abs=1)
-
-
-def test_by_the_command_the_sign_is_the_last_commanded_one():
-    encoder = {'sensor': 'single_channel', 'decoding': 'x1', 'lines': 1000}
-    reporting = ReportingEncoder(EncoderParams.from_mapping({'encoder': encoder, 'rate': 100.0}, 'test'))
-    found = []
-    for index, command in enumerate([1, 1, 0, -1, -1]):
-        reporting.take_command(command, -command)
-        angle_rad = COUNT_RAD * (10 * index + 0.5)
-        found += reporting.update(index * TICK_NS, JOINTS, [angle_rad, angle_rad])
-    # Forward while it coasts (0), then backward though the wheel turns on.
-    assert [sample.left_pulses for sample in found] == [0, 10, 20, 10, 0]
-    assert [sample.right_pulses for sample in found] == [0, -10, -20, -10, 0]
-
-
-SEEDS, LENGTH_M = 60, 5.0
+DRAWS, LENGTH_M = 200, 5.0
 
 
 def assert_std(values, expected):
@@ -274,52 +306,124 @@ def assert_std(values, expected):
     assert expected * math.sqrt(low) < np.std(values, ddof=1) < expected * math.sqrt(high)
 
 
-def lateral_m(ppr, encoder):
-    estimates = [straight_drive(LENGTH_M, seed, ppr, encoder, speed_mps=2.0) for seed in range(SEEDS)]
-    return np.array([estimate.base_pose_in_odom.y_m for estimate in estimates]), estimates
+def straight(ppr, encoder):
+    """A straight drive of many draws, whose wheels begin anywhere."""
+    phases_rad = np.random.default_rng(2).uniform(0.0, TURN, (DRAWS, 2))
+    return run(np.linspace(0.0, LENGTH_M / RADIUS_M, 251), encoder, ppr, DRAWS, phases_rad)
 
 
 @pytest.mark.parametrize('decoding', ['x1', 'x4'])
 def test_misplaced_edges(decoding):
-    across_m, _ = lateral_m(1024, {'edge_error': 0.25, 'decoding': decoding})
+    across_m = straight(1024, {'edge_error': 0.25, 'decoding': decoding}).final_poses[:, 1]
     assert_std(across_m, LENGTH_M * m_per_pulse(1024) / SEPARATION_M * math.sqrt(1 / 6 + 2 * 0.25**2))
 
 
 def test_eccentricity():
-    across_m, _ = lateral_m(4096, {'eccentricity': 0.02})
-    assert_std(across_m, LENGTH_M * RADIUS_M * 0.02 / SEPARATION_M)
+    assert_std(straight(4096, {'eccentricity': 0.02}).final_poses[:, 1], LENGTH_M * RADIUS_M * 0.02 / SEPARATION_M)
 
 
 def test_missed_counts():
     missed = 0.02
-    across_m, estimates = lateral_m(1024, {'faults': {'missed': missed}})
+    along_m, across_m, yaw_rad = straight(1024, {'faults': {'missed': missed}}).final_poses.T
     heading_rad = math.sqrt(2 * LENGTH_M * m_per_pulse(1024) * missed * (1 - missed)) / SEPARATION_M
-    assert_std([estimate.base_pose_in_odom.yaw_rad for estimate in estimates], heading_rad)
+    assert_std(yaw_rad, heading_rad)
     assert_std(across_m, heading_rad * LENGTH_M / math.sqrt(3))
-    along_m = np.mean([estimate.base_pose_in_odom.x_m for estimate in estimates])
-    assert along_m == pytest.approx(LENGTH_M * (1 - missed), abs=0.01)
+    assert along_m.mean() == pytest.approx(LENGTH_M * (1 - missed), abs=0.01)
+
+
+def test_the_count_rate_limits_the_speed():
+    """Of 1 m/s that both wheels drive, f d is seen."""
+    limit = 0.3 / m_per_pulse(1024)
+    along_m = straight(1024, {'faults': {'max_count_rate': limit}}).final_poses[:, 0]
+    assert along_m == pytest.approx(np.full(DRAWS, 0.3 * 250 * TICK_NS / 1e9), abs=2 * m_per_pulse(1024))
+
+
+def test_noise_moves_the_end_as_its_variance_does():
+    """A reading at the start turns the whole path: 1/12 + noise^2 of either wheel."""
+    across_m = straight(1024, {'sensor': 'absolute', 'noise': 1.0}).final_poses[:, 1]
+    assert_std(across_m, LENGTH_M * m_per_pulse(1024) / SEPARATION_M * math.sqrt(2 * (1 / 12 + 1.0)))
 
 
 def test_backlash_turns_the_heading_at_each_reversal_and_back_at_the_next():
-    backlash_rad = 0.05
-    one_way = np.linspace(0.0, 10.0, 400)
+    one_way, backlash_rad = np.linspace(0.0, 10.0, 400), 0.05
     there_and_back = np.concatenate([one_way, one_way[::-1], one_way])
-    turned = np.column_stack([there_and_back, np.full(len(there_and_back), 0.0)])
     encoder = {'lines': 1000, 'side': 'motor', 'gear_ratio': 10.0, 'backlash': backlash_rad}
-    yaw_rad = np.array([estimate.base_pose_in_odom.yaw_rad for estimate in drive(turned, 1, 90, encoder)])
-    true_rad = -RADIUS_M * there_and_back[::5] / SEPARATION_M
-    error_rad = np.array([math.remainder(error, 2 * math.pi) for error in yaw_rad - true_rad[: len(yaw_rad)]])
-    forward, backward, forward_again = (error_rad[part] for part in (slice(60, 75), slice(120, 150), slice(200, 230)))
-    assert backward - forward.mean() == pytest.approx(np.full(30, RADIUS_M * backlash_rad / SEPARATION_M), abs=2e-4)
-    assert forward_again == pytest.approx(np.full(30, forward.mean()), abs=2e-4)
+    yaw_rad = run(np.column_stack([there_and_back, 0.0 * there_and_back]), encoder).poses[0, :, 2]
+    error_rad = np.unwrap(yaw_rad) + RADIUS_M * there_and_back / SEPARATION_M
+    forward, backward, forward_again = (error_rad[begin : begin + 100] for begin in (300, 600, 1000))
+    turned = RADIUS_M * backlash_rad / SEPARATION_M
+    assert backward - forward.mean() == pytest.approx(np.full(100, turned), abs=2e-4)
+    assert forward_again == pytest.approx(np.full(100, forward.mean()), abs=2e-4)
 
 
 @pytest.mark.parametrize(
     'encoder', [{'edge_error': 0.25}, {'eccentricity': 0.02}, {'sensor': 'hall', 'sensor_error': 12.0}]
 )
 def test_the_stated_covariance_knows_the_sensor(encoder):
-    """NEES of the heading and of the lateral position, without slip."""
-    ppr = 90 if 'sensor' in encoder else 1024
-    estimates = [straight_drive(LENGTH_M, seed, ppr, encoder, speed_mps=2.0) for seed in range(SEEDS)]
-    across = [e.base_pose_in_odom.y_m / math.sqrt(e.pose_covariance[1, 1]) for e in estimates]
-    assert_std(across, 1.0)
+    """NEES of the lateral position, without slip."""
+    found = straight(90 if 'sensor' in encoder else 1024, encoder)
+    assert_std(found.final_poses[:, 1] / math.sqrt(found.estimates()[-1].pose_covariance[1, 1]), 1.0)
+
+
+PPR = 40
+RAD_PER_COUNT = TURN / PPR
+METHODS = ['T', 'MT']
+
+
+def rates_of(motion, method, ppr=PPR, clock_hz=1e6, seconds=3.0):
+    """Times [s] and left speeds [rad/s] of the reports at 20 Hz while both wheels are at motion(times [s]) [rad]."""
+    stamps_ns = TICK_NS * np.arange(round(seconds * 1e9 / TICK_NS) + 1)
+    angles_rad = np.stack([motion(stamps_ns / 1e9)] * 2, axis=-1)
+    params = EncoderParams.from_mapping({'ppr': ppr, 'velocity_method': method, 'velocity_clock': clock_hz}, '')
+    found = Chain(params).run(Drive(stamps_ns, angles_rad))
+    return found.stamps_ns[0] / 1e9, found.wheel_rates_radps[0, :, 0]
+
+
+@pytest.mark.parametrize('method', METHODS)
+@pytest.mark.parametrize('speed_radps', [0.5, 2.0, 4.5, 30.0, -4.5, -0.5])
+@pytest.mark.parametrize('ppr', [40, 4096])
+def test_a_steady_speed_is_measured_to_the_clocks_tick(method, speed_radps, ppr):
+    """By M at 40 PPR it jumps between multiples of 3.1 rad/s."""
+    times_s, rates = rates_of(lambda times_s: speed_radps * times_s + 0.01, method, ppr)
+    quantum = speed_radps**2 / (TURN / ppr * 1e6)
+    assert rates[times_s > 1.0] == pytest.approx(speed_radps, abs=1.1 * quantum + 1e-6 * abs(speed_radps))
+
+
+@pytest.mark.parametrize('clock_hz', [1e4, 1e5])
+@pytest.mark.parametrize('speed_radps', [3.0, 10.0])
+def test_ts_quantum_is_the_speed_squared_by_count_and_clock(speed_radps, clock_hz):
+    """v^2 / (d f), to first order in the ticks between two edges; here in radians."""
+    times_s, rates = rates_of(
+        lambda times_s: speed_radps * times_s * (0.999 + 1e-5 * times_s), 'T', clock_hz=clock_hz, seconds=100.0
+    )
+    ticks = RAD_PER_COUNT / speed_radps * clock_hz
+    quantum = speed_radps**2 / (RAD_PER_COUNT * clock_hz)
+    shown, often = np.unique(np.round(rates[times_s > 1.0], 9), return_counts=True)
+    shown = shown[often > 2]  # not those of a report just after an edge was due
+    assert len(shown) > 2
+    assert np.diff(shown) == pytest.approx(quantum, rel=5 / ticks + 0.003)
+
+
+def test_mt_is_the_mean_of_all_that_passed_between_its_edges():
+    """T sees the last count only: at a speed that changes, it is newer."""
+    speed = {method: rates_of(lambda times_s: 2.0 * times_s**2, method)[1][-1] for method in METHODS}
+    assert speed['MT'] < speed['T'] < 4.0 * 3.0
+    assert speed['T'] == pytest.approx(12.0, rel=0.02) and speed['MT'] == pytest.approx(12.0, rel=0.04)
+
+
+@pytest.mark.parametrize('method', METHODS)
+def test_a_reversal_shows_no_speed_of_either_side(method):
+    """From 3 rad/s through standstill to -3 rad/s in 2 s: the measured speed lags, and never exceeds."""
+    times_s, rates = rates_of(lambda times_s: 3.0 * times_s - 1.5 * times_s**2, method, seconds=2.0)
+    assert np.abs(rates).max() <= 3.0 + 1e-3
+    assert (rates[(times_s > 0.1) & (times_s < 0.9)] > 0.0).all() and (rates[times_s > 1.5] < 0.0).all()
+    assert rates[-1] == pytest.approx(-3.0, abs=0.3)
+
+
+@pytest.mark.parametrize('method', METHODS)
+def test_a_wheel_that_stops_decays_to_zero(method):
+    """As fast as no edge excludes speeds, and after half a second altogether."""
+    times_s, rates = rates_of(lambda times_s: 4.5 * np.minimum(times_s, 1.0), method)
+    since_s, rates = times_s[times_s > 1.0] - 1.0, rates[times_s > 1.0]
+    assert (np.diff(rates) <= 0.0).all() and (rates >= 0.0).all() and (rates <= RAD_PER_COUNT / since_s).all()
+    assert (rates[since_s > STANDSTILL_AFTER_S] == 0.0).all() and rates[-1] == 0.0

@@ -1,52 +1,18 @@
-"""Parameters of encoders: equation (1), counters, allowed values and what follows from them."""
+"""Parameters of encoders: allowed values and what follows from them."""
 
 import math
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.wheels.encoder_params import (
-    EncoderModel,
-    PerWheel,
-    count_difference,
-    counts_per_turn,
-    ppr_label,
-    pulses_from_angle,
-    wrap_count,
-)
+from diff_encoder_sim.wheels.encoder_params import EncoderModel, PerWheel, counts_per_turn, ppr_label
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
-
-
-@pytest.mark.parametrize(
-    ('angle_in_pulses', 'pulses'),
-    [(0.0, 0), (0.99, 0), (1.01, 1), (-0.1, -1), (-1.0 - 1e-9, -2), (89.5, 89), (-90.5, -91)],
-)
-@pytest.mark.parametrize('ppr', [40, 4096])
-def test_equation_1_floors_at_positive_and_negative_angles(angle_in_pulses, pulses, ppr):
-    assert pulses_from_angle(2 * math.pi * angle_in_pulses / ppr, ppr) == pulses
 
 
 @pytest.mark.parametrize(('ppr', 'label'), [(90, '90'), ({'left': 40, 'right': 4096}, '40-4096'), (102.4, '102.4')])
 def test_ppr_label(ppr, label):
     assert ppr_label(EncoderParams.from_mapping({'ppr': ppr}, '').ppr) == label
-
-
-@pytest.mark.parametrize(
-    ('pulses', 'shown'), [(32767, 32767), (32768, -32768), (-32768, -32768), (-32769, 32767), (65536, 0)]
-)
-def test_an_int16_counter_wraps_as_int16_does(pulses, shown):
-    assert wrap_count(pulses, 65536) == shown
-
-
-@given(st.integers(2, 10**6), st.integers(-(10**9), 10**9), st.data())
-def test_differences_survive_the_wrap_in_both_directions(modulus, start, data):
-    moved = data.draw(st.integers(-(modulus // 2), (modulus - 1) // 2))
-    older, newer = wrap_count(start, modulus), wrap_count(start + moved, modulus)
-    assert count_difference(newer, older, modulus) == moved
-    assert count_difference(newer % modulus, older % modulus, modulus) == moved
 
 
 def model(**keys):

@@ -8,18 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
-from diff_encoder_sim.wheels.encoder_params import wrap_count
-from diff_encoder_sim.wheels.odometry import (
-    ROUNDING_PULSES,
-    Reading,
-    RimMotion,
-    TwistEstimator,
-    WheelOdometry,
-    is_restart,
-    twist_of_rims,
-)
+from diff_encoder_sim.wheels.counter import Reading, wrap_count
+from diff_encoder_sim.wheels.odometry import RimMotion, TwistEstimator, WheelOdometry, twist_of_rims
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.wheel_encoder import DiffEncoder, EncoderParams, ReportingEncoder
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
 from encoder_drives import JOINTS, RADIUS_M, TICK_NS, drive, wheels_of
 
 MS, PERIOD_NS = 1_000_000, 50_000_000
@@ -114,10 +106,11 @@ def quick_odometry(**params):
 def drive_wheels(ppr, wheel_angles_rad, seed):
     """Odometry's last estimate after (n, 2) wheel angles 50 ms apart, from random phases."""
     phases = np.random.default_rng(seed).uniform(0, 2 * math.pi, 2)
-    encoder = DiffEncoder(EncoderParams.from_mapping({'ppr': ppr}, ''))
+    encoder = ReportingEncoder(EncoderParams.from_mapping({'ppr': ppr}, ''))
     wheel_odometry = quick_odometry(ppr=ppr, motion_noise=0.0)
     for index, angles in enumerate((wheel_angles_rad + phases).tolist()):
-        estimate = wheel_odometry.update(*encoder.update(index * 50 * MS, JOINTS, angles))
+        (sample,) = encoder.update(index * 50 * MS, JOINTS, angles)
+        estimate = wheel_odometry.update(*sample)
     return estimate
 
 
@@ -350,35 +343,6 @@ def test_reports_that_come_twice_or_after_the_next_are_ignored(period_ns):
     assert odometry.update(4 * period_ns, 4, 4).base_pose_in_odom.x_m == pytest.approx(metres(4, 90))
     assert odometry.update(3 * period_ns, 3, 3) is None
     assert odometry.update(5 * period_ns, 5, 5).base_pose_in_odom.x_m == pytest.approx(metres(5, 90))
-
-
-MOST = 3.0  # pulses by which the greatest acceleration changes an interval
-
-LIMIT = MOST + ROUNDING_PULSES
-
-
-def restarted(before, now, pulses_before=(0.0, 0.0), pulses=None):
-    went = pulses or tuple(new - old for new, old in zip(now, before))
-    return is_restart(before, now, went, pulses_before, (MOST, MOST))
-
-
-def test_counters_that_jump_to_zero_were_restarted():
-    assert restarted((1000, -400), (0, 0))
-
-
-def test_a_wrap_at_the_end_of_the_range_is_none():
-    """+127 of 8 bits is followed by -128, one pulse further."""
-    assert not is_restart((127, 127), (-128, -128), (1, 1), (1.0, 1.0), (MOST, MOST))
-
-
-@pytest.mark.parametrize('distance', [1, 2, 4, 5, 6, 50])
-def test_it_is_seen_from_where_the_greatest_acceleration_no_longer_explains_it(distance):
-    assert restarted((distance, distance), (0, 0)) == (distance > LIMIT)
-
-
-def test_counters_that_stand_still_were_not_restarted():
-    """As of a robot that runs against a wall near where its counters began."""
-    assert not is_restart((30, 28), (30, 28), (0, 0), (40.0, 40.0), (5.0, 5.0))
 
 
 PERIOD_S = 0.05

@@ -6,7 +6,7 @@ import pytest
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.wheels.report_link import EncoderSample
-from diff_encoder_sim.wheels.wheel_encoder import DiffEncoder, EncoderParams
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
 
 NAMES = ['left_wheel_joint', 'right_wheel_joint']
 MS = 1_000_000
@@ -18,46 +18,46 @@ def turn(pulses, ppr):
 
 
 def test_reports_come_at_20_hz_with_the_stamp_of_the_sample():
-    encoder = DiffEncoder(EncoderParams(ppr=90))
+    encoder = ReportingEncoder(EncoderParams(ppr=90))
     samples = [encoder.update(stamp * MS, NAMES, [turn(stamp, 90), turn(-stamp, 90)]) for stamp in range(0, 201, 10)]
-    assert [sample for sample in samples if sample] == [
+    assert [sample for update in samples for sample in update] == [
         EncoderSample(ms * MS, ms, -ms) for ms in (0, 50, 100, 150, 200)
     ]
 
 
 def test_the_counter_has_the_width_that_was_asked_for():
-    encoder = DiffEncoder(EncoderParams(ppr=100, counter_modulus=65536))
-    assert encoder.update(0, NAMES, [turn(32768, 100), turn(-32769, 100)]) == EncoderSample(0, -32768, 32767)
+    encoder = ReportingEncoder(EncoderParams(ppr=100, counter_modulus=65536))
+    assert encoder.update(0, NAMES, [turn(32768, 100), turn(-32769, 100)]) == (EncoderSample(0, -32768, 32767),)
 
 
 def test_joints_may_come_in_any_order_among_others_and_under_any_name():
-    encoder = DiffEncoder(EncoderParams(ppr=10, left_joint='l', right_joint='r'))
+    encoder = ReportingEncoder(EncoderParams(ppr=10, left_joint='l', right_joint='r'))
     names = ['arm', 'r', 'caster', 'l']
-    assert encoder.update(0, names, [9.0, turn(7, 10), 9.0, turn(3, 10)]) == EncoderSample(0, 3, 7)
+    assert encoder.update(0, names, [9.0, turn(7, 10), 9.0, turn(3, 10)]) == (EncoderSample(0, 3, 7),)
 
 
 def test_a_joint_whose_angle_falls_counts_up_when_the_robot_drives_forward():
-    encoder = DiffEncoder(EncoderParams(ppr=10, right_reversed=True))
+    encoder = ReportingEncoder(EncoderParams(ppr=10, right_reversed=True))
     for stamp, pulses in enumerate((0, 3, -4)):
         sample = encoder.update(stamp * 50 * MS, NAMES, [turn(pulses, 10), -turn(pulses, 10)])
-        assert sample == EncoderSample(stamp * 50 * MS, pulses, pulses)
+        assert sample == (EncoderSample(stamp * 50 * MS, pulses, pulses),)
 
 
 def test_wheels_may_come_in_separate_messages_interleaved_with_others():
-    encoder = DiffEncoder(EncoderParams(ppr=10))
+    encoder = ReportingEncoder(EncoderParams(ppr=10))
     samples = []
     for stamp in range(0, 151, 10):
         for offset, names in ((0, NAMES[:1]), (1, ['arm']), (2, NAMES[1:])):
             samples.append(encoder.update((stamp + offset) * MS, names, [turn(stamp, 10)]))
     # The right wheel's first message, 2 ms after a boundary, only opens its period.
-    assert [sample for sample in samples if sample] == [
+    assert [sample for update in samples for sample in update] == [
         EncoderSample((boundary + 2) * MS, boundary, boundary) for boundary in (50, 100, 150)
     ]
 
 
 @pytest.mark.parametrize('late_by', [1, 3, 19])
 def test_a_wheel_whose_messages_come_late_is_waited_for(late_by):
-    encoder = DiffEncoder(EncoderParams(ppr=10))
+    encoder = ReportingEncoder(EncoderParams(ppr=10))
     stamps = [index * 50 for index in range(60)]
     samples = []
     for index, stamp in enumerate(stamps):
@@ -65,16 +65,16 @@ def test_a_wheel_whose_messages_come_late_is_waited_for(late_by):
         if index >= late_by:
             late = stamps[index - late_by]
             samples.append(encoder.update(late * MS, NAMES[1:], [turn(-late, 10)]))
-    assert [sample for sample in samples if sample] == [
+    assert [sample for update in samples for sample in update] == [
         EncoderSample(stamp * MS, stamp, -stamp) for stamp in stamps[:-late_by]
     ]
 
 
 def test_time_that_jumps_back_restarts_with_one_warning(caplog):
-    encoder = DiffEncoder(EncoderParams(ppr=10))
+    encoder = ReportingEncoder(EncoderParams(ppr=10))
     encoder.update(5000 * MS, NAMES, [turn(500, 10)] * 2)
-    assert encoder.update(0, NAMES, [turn(3, 10)] * 2) == EncoderSample(0, 3, 3)
-    assert encoder.update(50 * MS, NAMES, [turn(4, 10)] * 2) == EncoderSample(50 * MS, 4, 4)
+    assert encoder.update(0, NAMES, [turn(3, 10)] * 2) == (EncoderSample(0, 3, 3),)
+    assert encoder.update(50 * MS, NAMES, [turn(4, 10)] * 2) == (EncoderSample(50 * MS, 4, 4),)
     assert [record.levelname for record in caplog.records] == ['WARNING']
     assert 'went back' in caplog.text
 
@@ -88,25 +88,25 @@ def test_time_that_jumps_back_restarts_with_one_warning(caplog):
     ],
 )
 def test_a_bad_message_is_refused_and_leaves_the_state(names, angles, complaint):
-    encoder = DiffEncoder(EncoderParams(ppr=10))
+    encoder = ReportingEncoder(EncoderParams(ppr=10))
     encoder.update(0, NAMES, [turn(1, 10)] * 2)
     with pytest.raises(InputFault, match=complaint):
         encoder.update(50 * MS, names, angles)
-    assert encoder.update(50 * MS, NAMES, [turn(2, 10)] * 2) == EncoderSample(50 * MS, 2, 2)
+    assert encoder.update(50 * MS, NAMES, [turn(2, 10)] * 2) == (EncoderSample(50 * MS, 2, 2),)
 
 
 def test_a_misspelt_joint_is_named_once_it_is_overdue():
-    encoder = DiffEncoder(EncoderParams(ppr=10, left_joint='left_wheel_jiont'))
+    encoder = ReportingEncoder(EncoderParams(ppr=10, left_joint='left_wheel_jiont'))
     for stamp in range(0, 1001, 50):
-        assert encoder.update(stamp * MS, NAMES, [0.0, 0.0]) is None
+        assert encoder.update(stamp * MS, NAMES, [0.0, 0.0]) == ()
     with pytest.raises(InputFault, match="'left_wheel_jiont' not seen.*did you mean 'left_wheel_j"):
         encoder.update(1050 * MS, NAMES, [0.0, 0.0])
 
 
 def test_stamps_that_nobody_sets_are_reported():
-    encoder = DiffEncoder(EncoderParams(ppr=10))
+    encoder = ReportingEncoder(EncoderParams(ppr=10))
     for _ in range(100):
         encoder.update(0, NAMES, [0.0, 0.0])
     with pytest.raises(InputFault, match=r'stamps do not advance: 0\.000 s'):
         encoder.update(0, NAMES, [0.0, 0.0])
-    assert encoder.update(50 * MS, NAMES, [turn(2, 10)] * 2) == EncoderSample(50 * MS, 2, 2)
+    assert encoder.update(50 * MS, NAMES, [turn(2, 10)] * 2) == (EncoderSample(50 * MS, 2, 2),)
