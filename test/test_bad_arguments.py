@@ -5,10 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli.trial_spec import main as trial_spec_main
-from diff_encoder_sim.robots.description import RobotChoices, RobotSource
-from diff_encoder_sim.robots.simulated_robot import load_simulated_robot
 from launched_graph import DATA, ROOT, Graph, require_ros
 
 pytestmark = [pytest.mark.rostest, pytest.mark.timeout(200)]
@@ -21,37 +18,9 @@ ENCODER, ODOM, SIMULATOR = 'gz_diff_encoder_node', 'gz_diff_odom_node', 'simulat
 PPR_ALLOWED = '0.001 to 1e9 [per revolution]'
 AWAIT_MASTER = 'import rosgraph, time\nwhile not rosgraph.is_master_online(): time.sleep(0.05)'
 
-ROBOT_FILE = """<robot name="box">
-  <link name="base_link">
-    <inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
-  <link name="left"><collision><geometry><sphere {radius}/></geometry></collision></link>
-  <link name="right"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <joint name="left_wheel_joint" type="continuous"><parent link="base_link"/><child link="left"/>
-    <origin {origin}/><axis xyz="0 1 0"/></joint>
-  <joint name="right_wheel_joint" type="continuous"><parent link="base_link"/><child link="right"/>
-    <origin xyz="0 -0.2 0"/><axis xyz="0 1 0"/></joint>
-</robot>
-"""
-
-# What is wrong: the left wheel's radius and origin in ROBOT_FILE, words of the error
-BAD_ROBOTS = {
-    'radius is text': ('radius="thick"', 'xyz="0 0.2 0"', ['thick']),
-    'radius is negative': ('radius="-0.1"', 'xyz="0 0.2 0"', ['-0.1']),
-    'radius is not finite': ('radius="nan"', 'xyz="0 0.2 0"', ['nan']),
-    'radius is missing': ('', 'xyz="0 0.2 0"', ['radius']),
-    'origin is text': ('radius="0.1"', 'xyz="0 left 0"', ['0 left 0']),
-    'origin is short': ('radius="0.1"', 'xyz="0 0.2"', ['0 0.2']),
-    'origin is not finite': ('radius="0.1"', 'xyz="0 inf 0"', ['inf']),
-    'rotation is text': ('radius="0.1"', 'xyz="0 0.2 0" rpy="0 up 0"', ['0 up 0']),
-    'wheels are swapped': ('radius="0.1"', 'xyz="0 -0.5 0"', ['left_wheel_joint', '-0.5']),
-}
-
 FILES = {
-    'torn.world': '<sdf version="1.6"><world name="torn">',
-    'no_floor.world': '<sdf version="1.6"><world name="bare"/></sdf>',
-    'mesh.world': '<sdf version="1.6"><world name="w"><model name="m"><static>1</static><link name="l">'
-    '<collision name="c"><geometry><mesh><uri>a.dae</uri></mesh></geometry></collision></link></model></world></sdf>',
-    'torn.urdf': '<robot name="torn"><link',
+    'torn.yaml': 'image: torn.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n',
+    'torn.pgm': 'P5 100 100 255\n',
     'no_yaml.yaml': 'ppr: [90\nrate: 20\n',
     'list.yaml': '- ppr\n- 90\n',
     'misspelt.yaml': 'wheel_diametre: 0.2\n',
@@ -65,84 +34,38 @@ FILES = {
     'exists.bag': 'a bag of somebody',
 }
 
-# What is wrong: node, its private parameters, words of its line ({} is the folder of FILES)
+# What is wrong: node, its private parameters, words of its line ({} is the folder of FILES). Bounds of all parameters:
+# test/unit/test_parameters.py.
 BAD_PARAMETERS = {
     'ppr zero': (ENCODER, ['_ppr:=0'], ['ppr', '0', PPR_ALLOWED]),
-    'ppr negative': (ENCODER, ['_ppr:=-1'], ['ppr', '-1', PPR_ALLOWED]),
-    'ppr nan': (ODOM, ['_ppr:=.nan'], ['ppr', 'nan', PPR_ALLOWED]),
-    'ppr infinite': (ODOM, ['_ppr:=.inf'], ['ppr', 'inf', PPR_ALLOWED]),
-    'ppr text': (ENCODER, ['_ppr:=ninety'], ['ppr', 'ninety', PPR_ALLOWED]),
-    'ppr of one wheel': (ENCODER, ['_ppr:={left: 90}'], ['ppr.right']),
-    'ppr zero of one wheel': (ODOM, ['_ppr:={left: 90, right: 0}'], ['ppr.right', '0', PPR_ALLOWED]),
-    'ppr of 401 digits': (ENCODER, ['_ppr:=1' + '0' * 400], ['ppr', '1000', 'allowed']),
-    'ppr far too small': (ODOM, ['_ppr:=1.0e-300'], ['ppr', '1e-300', PPR_ALLOWED]),
     'octal of one wheel': (ODOM, ['_ppr:={left: 0100, right: 90, x: }'], ['ppr', '0100', 'YAML 1.1', '64']),
-    'diameter of no robot': (ODOM, ['_wheel_diameter:=1.0e+300'], ['wheel_diameter', '1e+300', '0.001 to 100 [m]']),
-    'window of 64 bits': (ODOM, ['_velocity_window:=9223372036854775808'], ['velocity_window', '922337', '1 to 10000']),
-    'long path': (SIMULATOR, [WORLD, '_robot:=' + 'x' * 5000], ['robot', 'xxx', 'a file name, or a path']),
     'misspelt': (ENCODER, ['_counter_modulos:=65536'], ['counter_modulos', 'counter_modulus']),
-    'unknown': (ODOM, ['_colour:=red'], ['colour']),
-    'same joint twice': (
-        ENCODER,
-        ['_left_joint:=wheel', '_right_joint:=wheel'],
-        ['left_joint', 'wheel', 'another joint than right_joint'],
-    ),
-    'modulus': (ODOM, ['_counter_modulus:=1'], ['counter_modulus', '1', '2']),
-    'rate': (ENCODER, ['_rate:=0'], ['rate', '0', '0.001 to 1e6 [Hz]']),
-    'window': (ODOM, ['_velocity_window:=0'], ['velocity_window', '0', '1 to 10000']),
-    'diameter': (ODOM, ['_wheel_diameter:=-0.2'], ['wheel_diameter', '-0.2', '0.001 to 100 [m]']),
-    'flag': (ODOM, ['_publish_tf:=maybe'], ['publish_tf', 'maybe', 'boolean']),
     'model states rate': ('world_pose_node', ['_rate:=fast'], ['rate', 'fast', 'number']),
-    'map in world': ('world_pose_node', ['_map_in_world:={x: far}'], ['map_in_world.x', 'far', 'number']),
     'empty frame': ('global_pose_node', ["_map_frame:=''"], ['map_frame', "''"]),
     'ideal misspelt': ('ideal_odom_node', ['_modle:=alto'], ['modle', 'model']),
     'no trial': ('scripted_drive_node', [], ['/trial', 'trial.launch']),
-    'no world': (SIMULATOR, [ROBOT], ['world', 'missing']),
     'missing world': (SIMULATOR, [ROBOT, '_world:={}/nowhere.world'], ['nowhere.world', 'No such file']),
-    'torn world': (SIMULATOR, [ROBOT, '_world:={}/torn.world'], ['torn.world', 'not valid XML']),
-    'no floor': (SIMULATOR, [ROBOT, '_world:={}/no_floor.world'], ['no_floor.world', 'floor']),
-    'mesh': (SIMULATOR, [ROBOT, '_world:={}/mesh.world'], ['mesh.world', 'mesh', 'box']),
     'missing robot': (SIMULATOR, [WORLD, '_robot:={}/nobody.urdf'], ['nobody.urdf', 'but there is no']),
-    'torn robot': (SIMULATOR, [WORLD, '_robot:={}/torn.urdf'], ['torn.urdf', 'not well-formed XML']),
     'misspelt joint': (
         SIMULATOR,
         [WORLD, ROBOT, '_left_joint:=left_weel_joint'],
         ['left_weel_joint', "did you mean 'left_wheel_joint'"],
     ),
-    'real time factor': (
-        SIMULATOR,
-        [WORLD, ROBOT, '_real_time_factor:=-1'],
-        ['real_time_factor', '-1', '0, or 0.001 to 1e6'],
-    ),
-    'command period': (SIMULATOR, [WORLD, ROBOT, '_command_period:=0.02'], ['command_period', '0.02', 'above 20 ms']),
     'scan rate': (SIMULATOR, [WORLD, ROBOT, '_lidar:={rate: 30}'], ['lidar', "'rate': 30", 'whole 10 ms']),
-    'limit': (
-        SIMULATOR,
-        [WORLD, ROBOT, '_drive:={max_linear_speed: 0}'],
-        ['drive.max_linear_speed', '0', '0.001 to 100 [m/s]'],
-    ),
+    'map cut off': ('map_server_node', ['{}/torn.yaml'], ['torn.pgm', 'truncated']),
+    'no map': ('map_server_node', [], ['arguments', 'one map .yaml file']),
 }
 
 # What is wrong: arguments of trial.launch, words of one line
 BAD_ARGUMENTS = {
     'test': (['test:=XX'], ['test', 'XX', 'SL', 'SMT']),
-    'ppr zero': (['ppr:=0'], ['ppr', '0', PPR_ALLOWED]),
-    'ppr nan': (['ppr:=nan'], ['ppr', 'nan', PPR_ALLOWED]),
-    'ppr of 401 digits': (['ppr:=1' + '0' * 400], ['ppr', '1000', PPR_ALLOWED]),
-    'ppr octal': (['ppr:=0100'], ['ppr', '0100', 'YAML 1.1', '64']),
-    'long path': (['robot:=' + 'x' * 5000, 'bag:=none'], ['xxx', 'File name too long']),
-    'sim': (['sim:=foo'], ['sim', 'foo', 'pybullet', 'gazebo']),
     'bag': (['bag:={}/exists.bag'], ['bag', 'exists.bag', 'exists', 'new file']),
     'robot': (['robot:={}/nobody.urdf', 'bag:=none'], ['nobody.urdf', 'but there is no']),
-    'missing config': (['config:={}/nowhere.yaml'], ['nowhere.yaml']),
-    'config is no YAML': (['config:={}/no_yaml.yaml'], ['no_yaml.yaml', 'YAML']),
-    'nav': (['nav:=foo'], ['nav', 'foo', 'embedded', 'upstream', 'scripted']),
-    'no route': (['test:={}/no_route.yaml'], ['nav', 'embedded', 't has no route', 'scripted']),
-    'map': (['map:={}/nowhere.yaml'], ['map', 'nowhere.yaml', 'rasterise_world']),
 }
 
 # The same by trial_spec alone, to which trial.launch hands its arguments: words of its line
 BAD_SPECS = {
+    'ppr zero': (['--ppr=0'], ['ppr', '0', PPR_ALLOWED]),
     'ppr text': (['--ppr=many'], ['ppr', 'many', PPR_ALLOWED]),
     'ppr negative for a wheel': (['--ppr={left: 40, right: -4}'], ['ppr.right', '-4', PPR_ALLOWED]),
     'ppr is no YAML': (['--ppr={left: 40'], ['ppr', '{left: 40', PPR_ALLOWED]),
@@ -156,6 +79,12 @@ BAD_SPECS = {
     'config is a list': (['--config={}/list.yaml'], ['list.yaml', 'list']),
     'config misspelt': (['--config={}/misspelt.yaml'], ['misspelt.yaml', 'wheel_diametre', 'wheel_diameter']),
     'config value': (['--config={}/negative.yaml'], ['negative.yaml', 'wheel_diameter', '-0.2', '0.001 to 100 [m]']),
+    'sim': (['--sim=foo'], ['sim', 'foo', 'pybullet', 'gazebo']),
+    'missing config': (['--config={}/nowhere.yaml'], ['nowhere.yaml']),
+    'config is no YAML': (['--config={}/no_yaml.yaml'], ['no_yaml.yaml', 'YAML']),
+    'nav': (['--nav=foo'], ['nav', 'foo', 'embedded', 'upstream', 'scripted']),
+    'no route': (['--test={}/no_route.yaml'], ['nav', 'embedded', 't has no route', 'scripted']),
+    'map': (['--map={}/nowhere.yaml'], ['map', 'nowhere.yaml', 'rasterise_world']),
     'test names no world': (['--test={}/no_such_world.yaml', '--nav=scripted'], ['world', 'moon', 'hallway']),
     'test with two motions': (['--test={}/two_motions.yaml'], ['two_motions.yaml', 'straight', 'turns']),
     'test without a drive': (['--test={}/no_drive.yaml'], ['no_drive.yaml', 'drive']),
@@ -175,7 +104,7 @@ def folder(tmp_path_factory):
 def outcomes(folder):
     """What each bad start ended with. They run side by side, as starting is all that they do."""
     require_ros()
-    with Graph(folder / 'ros') as graph, ThreadPoolExecutor(3) as pool:
+    with Graph(folder / 'ros') as graph, ThreadPoolExecutor(2) as pool:
         core = graph.start('roscore', '-p', str(graph.port))
         graph.run(sys.executable, '-c', AWAIT_MASTER)
         runs = {}
@@ -239,27 +168,6 @@ def test_trial_spec_names_the_bad_argument_in_one_line(name, folder):
     assert '\n' not in text
     for word in words:
         assert word in text
-
-
-def test_good_robot_file_is_taken(tmp_path):
-    """The one that the bad ones differ from."""
-    robot = load(tmp_path / 'good.urdf', 'radius="0.1"', 'xyz="0 0.2 0"')
-    assert robot.wheels == pytest.approx((0.1, 0.1, 0.4))
-
-
-@pytest.mark.parametrize('name', list(BAD_ROBOTS))
-def test_robot_file_with_bad_numbers(name, tmp_path):
-    radius, origin, words = BAD_ROBOTS[name]
-    with pytest.raises(ConfigError) as error:
-        load(tmp_path / 'bad.urdf', radius, origin)
-    for word in ['bad.urdf', *words]:
-        assert word in str(error.value)
-    assert '\n' not in str(error.value)
-
-
-def load(path, radius, origin):
-    path.write_text(ROBOT_FILE.format(radius=radius, origin=origin))
-    return load_simulated_robot(RobotSource(path), RobotChoices('left_wheel_joint', 'right_wheel_joint'))
 
 
 def test_trial_ends_when_a_node_refuses_its_parameters(tmp_path):
