@@ -27,8 +27,7 @@ from diff_encoder_sim.localization.amcl import Amcl
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.simulation.physics import BulletPhysics
 from diff_encoder_sim.simulation.simulator import Simulator
-from diff_encoder_sim.trials.lockstep_trial import LockstepTrials, WheelReports
-from diff_encoder_sim.trials.lockstep_world import LockstepWorld
+from diff_encoder_sim.trials.lockstep_trial import LockstepTrial
 from diff_encoder_sim.trials.navigating_driver import NavigatingDriver
 from diff_encoder_sim.trials.publications import BagPublications
 from diff_encoder_sim.trials.robot_params import RobotParams, load_robot_params
@@ -41,15 +40,15 @@ PARTS: List[Tuple[str, type, Tuple[str, ...]]] = [
     ('physics (PyBullet)', BulletPhysics, ('tick',)),
     ('reading the simulated robot', BulletPhysics, ('wheels', 'base', 'base_pose', 'obstacle_hit')),
     ('LiDAR', Simulator, ('scan',)),
-    ('encoder and odometry', WheelReports, ('take_joints',)),
+    ('encoder and odometry', LockstepTrial, ('_read',)),
     ('AMCL', Amcl, ('update',)),
     ('navigation (costmaps, planner, DWA)', Navigator, ('take_scan', 'take_odometry', 'step', 'set_goal')),
     ('serialising and writing', TrialBag, ('publish', '__exit__')),
     ('serialising and writing', BagPublications, ('joint_states', 'world_pose', 'odometry', 'global_pose')),
     ('driver of the route, pose estimate', NavigatingDriver, ('take_odometry', 'take_time')),
     ('wheel controller', Simulator, ('tick',)),
-    ('schedule, truth, reports', LockstepWorld, ('run',)),
-    ('setting up', LockstepTrials, ('__init__',)),
+    ('truth, reports', LockstepTrial, ('run',)),
+    ('setting up', LockstepTrial, ('__init__',)),
 ]
 THE_REST = 'the rest'
 SAMPLE_S = 0.001  # a kernel may sample less often

@@ -26,7 +26,7 @@ from diff_encoder_sim.simulation.simulator import SimulatorParams
 from diff_encoder_sim.trials.robot_params import RobotParams
 from diff_encoder_sim.trials.route_driver import misfit
 from diff_encoder_sim.trials.trial_files import TrialFiles
-from diff_encoder_sim.trials.trial_setup import TrialOptions
+from diff_encoder_sim.trials.trial_setup import LockstepOptions
 from diff_encoder_sim.wheels.catalogue import ChosenEncoder
 from diff_encoder_sim.wheels.encoder_params import PerWheel, PulsesPerRevolution
 
@@ -43,7 +43,7 @@ BAGS = 'bags'  # folder below the results folder
 ConfigFile = Literal['amcl', 'config', 'lockstep', 'navigation', 'simulator']  # stems of files of config/
 
 
-class CampaignParams(TrialOptions):
+class CampaignParams(LockstepOptions):
     """The keys of a campaign file."""
 
     name: Line = Field(min_length=1, description='name of the campaign')

@@ -1,31 +1,54 @@
-"""A trial in one process, on simulated time: the parts of the live graph, each at its rate."""
+"""A trial in one process, on simulated time: the parts of the live graph, each at its rate.
+
+Equal trials give equal numbers, bit for bit. The map's frame is the world's.
+"""
 
 from __future__ import annotations
 
+import heapq
+import itertools
+import math
 from pathlib import Path
-from typing import Iterator, List, NamedTuple, Optional, Sequence, Union
+from typing import Any, Callable, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 from typing_extensions import Protocol
 
-from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.trial_definition import Ending, Trial, TrialPlan
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
+from diff_encoder_sim.drives.trial_definition import Ending, Outcome, RouteFailed, TrialPlan, goal_error
 from diff_encoder_sim.localization.amcl import AmclEstimate
 from diff_encoder_sim.navigation.navigator_inputs import Command, NavigatorOutput
-from diff_encoder_sim.simulation.state import JointStates
-from diff_encoder_sim.trials.lockstep_world import LockstepWorld
-from diff_encoder_sim.trials.navigating_driver import NavigatingDriver
+from diff_encoder_sim.simulation.simulator import Simulator
+from diff_encoder_sim.simulation.state import STATES_PERIOD_NS, JointStates
+from diff_encoder_sim.trials.navigating_driver import NO_NAVIGATION, NavigatingDriver
 from diff_encoder_sim.trials.publications import Publications
 from diff_encoder_sim.trials.robot_params import RobotParams, latency_ns
-from diff_encoder_sim.trials.schedule import NO_NAVIGATION
+from diff_encoder_sim.trials.scripted_drive import ScriptedDriver
 from diff_encoder_sim.trials.trial_setup import TrialSetup
-from diff_encoder_sim.wheels.odometry import OdometryEstimate, WheelOdometry, wheel_speeds_mps
-from diff_encoder_sim.wheels.report_link import EncoderSample
+from diff_encoder_sim.wheels.chain import Chain
+from diff_encoder_sim.wheels.odometry import OdometryEstimate, wheel_speeds_mps
 from diff_encoder_sim.wheels.sampling import BoundarySampler
-from diff_encoder_sim.wheels.wheel_encoder import ReportingEncoder
+
+WORLD_POSE_IN_MAP = IDENTITY
+
+
+class Driver(Protocol):
+    """Drives a robot: takes the topics that its nodes subscribe to, and sends commands."""
+
+    @property
+    def is_over(self) -> bool:
+        """Return whether the robot rests at the end of the drive."""
+
+    def take_time(self, now_ns: int) -> None:
+        """Act on the time of a /world_pose, whose pose the driver does not see. Raises RouteFailed."""
+
+    def take_scan(self, scan: Scan) -> None:
+        """Process a /scan."""
 
 
 class OdometryListener(Protocol):
-    """Takes a trial's odometry, and knows by it where the robot is."""
+    """Estimates where the robot is from a trial's odometry."""
 
     @property
     def estimate(self) -> Optional[AmclEstimate]:
@@ -70,105 +93,49 @@ class Report(NamedTuple):
     navigation: NavigatorOutput
 
 
-class WheelReports:
-    """One trial's encoder and odometry, on the wheels of a world that other trials may share."""
+class Delayed:
+    """Actions at later times; those of one time run in the order in which they were entered."""
 
-    def __init__(self, trial: Trial, params: RobotParams, world: LockstepWorld, publications: Publications) -> None:
-        """Connect to the wheels.
+    def __init__(self) -> None:
+        self._queue: List[Tuple[int, int, Callable[..., None], Tuple[Any, ...]]] = []
+        self._numbers = itertools.count()
 
-        Args:
-            trial: with this encoder.
-            params: of the trial; of the world's only the latency of odometry counts.
-            world: which is driven as the trial says; where it is navigated, by this odometry.
-            publications: of what this encoder changes.
-        """
-        self._world, self._publications = world, publications
-        self._encoder = ReportingEncoder(params.encoder.model_copy(update={'ppr': trial.ppr, 'seed': trial.number}))
-        # Joint states come in order and with both wheels: of an ideal encoder the others would change nothing.
-        self._boundaries = None if self._encoder.needs_every_angle else BoundarySampler(params.encoder.rate)
-        self._odometry = WheelOdometry(params.odometry.model_copy(update={'ppr': trial.ppr}))
-        self._latency_ns = latency_ns(params.latency.odometry)
-        self._listener = _listener(trial, world, publications)
-        self.reports: List[Report] = []  # since the newest joint states
-        self.last_report: Optional[Report] = None
-        world.connect(self)
+    def at(self, time_ns: int, action: Callable[..., None], *arguments: Any) -> None:
+        """Enter an action."""
+        heapq.heappush(self._queue, (time_ns, next(self._numbers), action, arguments))
 
-    def take_joints(self, joints: JointStates) -> None:
-        """Count, and integrate the counts that are reported."""
-        self.reports.clear()
-        boundaries, now_ns = self._boundaries, joints.stamp_ns
-        if boundaries is not None and (now_ns < boundaries.next_ns or boundaries.period_index(now_ns) is None):
-            return
-        for sample in self._encoder.update(now_ns, joints.names, joints.angles_rad):
-            self._take_sample(now_ns, sample)
+    def run_until(self, time_ns: int) -> None:
+        """Run all actions up to and including a time; they may enter more."""
+        queue = self._queue
+        while queue and queue[0][0] <= time_ns:
+            _, _, action, arguments = heapq.heappop(queue)
+            action(*arguments)
 
-    def take_command(self, command: Command) -> None:
-        """Take the signs of speeds, for an encoder that does not know its own direction."""
-        self._encoder.take_command(*wheel_speeds_mps(*command, self._odometry.params.wheel_separation))
-
-    def _take_sample(self, now_ns: int, sample: EncoderSample) -> None:
-        self._publications.encoder_pulse(now_ns, sample)
-        estimate = self._odometry.update(*sample)
-        if estimate is not None:
-            due_ns = now_ns + self._latency_ns
-            self._world.schedule.at(due_ns, lambda: self._take_odometry(due_ns, estimate))
-
-    def _take_odometry(self, now_ns: int, estimate: OdometryEstimate) -> None:
-        self._publications.odometry(now_ns, estimate)
-        listener = self._listener
-        listener.take_odometry(now_ns, estimate)
-        self.last_report = Report(
-            estimate.stamp_ns,
-            self._world.true_pose_in_map,
-            estimate,
-            listener.estimated_pose_in_map,
-            listener.estimate,
-            listener.navigation,
-        )
-        self.reports.append(self.last_report)
+    def clear(self) -> None:
+        """Remove all actions."""
+        self._queue.clear()
 
 
-def _listener(trial: Trial, world: LockstepWorld, publications: Publications) -> OdometryListener:
-    if isinstance(world.driver, NavigatingDriver):
-        return world.driver
-    return SurveyedStart(trial.test.start.pose(), publications)
-
-
-class LockstepTrials:
-    """Trials that are one drive of the robot: one alone, or scripted ones which differ behind the wheels."""
+class TrialWheels:
+    """The encoders and the odometry of one trial, on a drive that other trials may share."""
 
     def __init__(
-        self,
-        trials: Sequence[TrialSetup],
-        robot_file: Union[str, Path],
-        own: Sequence[Publications],
-        common: Publications,
+        self, setup: TrialSetup, joints: Tuple[str, ...], listener: OdometryListener, publications: Publications
     ) -> None:
-        """Load the files and place the robot at its start.
-
-        Args:
-            trials: of equal `drive`.
-            robot_file: of all.
-            own: publications of each trial, for what its encoder changes.
-            common: publications of all trials, for the rest.
-
-        Raises:
-            ConfigError: a file is missing or bad, or a trial needs the live graph.
-            ValueError: the trials are not one drive.
-        """
-        _check_one_drive(trials)
-        plan, params, _ = trials[0]
-        for trial, publications in zip(trials, own):
-            publications.trial(trial.plan.trial)
-        self.world = LockstepWorld(plan, robot_file, params, common)
-        self.wheels = [
-            WheelReports(trial.plan.trial, trial.params, self.world, publications)
-            for trial, publications in zip(trials, own)
-        ]
+        trial, params = setup.plan.trial, setup.params
+        encoder = params.encoder.model_copy(update={'ppr': trial.ppr, 'seed': trial.number})
+        self.chain = Chain(encoder, params.odometry.model_copy(update={'ppr': trial.ppr}))
+        # An ideal encoder needs the angles at the boundaries of its rate only.
+        self.boundaries = None if self.chain.needs_every_angle else BoundarySampler(encoder.rate)
+        self.left, self.right = joints.index(encoder.left_joint), joints.index(encoder.right_joint)
+        self.separation_m = params.odometry.wheel_separation
+        self.latency_ns = latency_ns(params.latency.odometry)
+        self.listener, self.publications = listener, publications
+        self.last_report: Optional[Report] = None
 
 
 class LockstepTrial:
-    """A trial that is a drive of its own."""
+    """A robot in its world with its driver, and the wheels of one trial, or of several scripted ones that share it."""
 
     def __init__(
         self,
@@ -176,20 +143,64 @@ class LockstepTrial:
         robot_file: Union[str, Path],
         params: RobotParams,
         publications: Optional[Publications] = None,
+        sharing: Sequence[Tuple[TrialSetup, Publications]] = (),
     ) -> None:
         """Load the files and place the robot at its start.
 
+        Args:
+            plan: of the drive.
+            robot_file: of the robot.
+            params: of the robot.
+            publications: of all that the encoder does not change; None: nothing is recorded.
+            sharing: scripted trials that differ from `plan` in encoder and odometry only, each with the publications
+                of these; by default only `plan`.
+
         Raises:
             ConfigError: a file is missing or bad, or the trial needs the live graph.
+            ValueError: the trials are different drives.
         """
-        publications = publications or Publications()
-        alone = LockstepTrials([TrialSetup(plan, params)], robot_file, [publications], publications)
-        self._world, (self._wheels,) = alone.world, alone.wheels
+        _check_supported(plan)
+        own = TrialSetup(plan, params)
+        if any(setup.plan.trial.nav != 'scripted' or setup.drive() != own.drive() for setup, _ in sharing[1:]):
+            raise ValueError('given trials that are different drives; expected scripted ones that differ in encoders')
+        start = plan.trial.test.start.pose()
+        self._goal = plan.trial.goal()
+        self._is_recorded, self._publications = publications is not None, publications or Publications()
+        sharing = sharing or [(own, self._publications)]
+        for setup, of_wheels in sharing:
+            of_wheels.trial(setup.plan.trial)
+        self._simulator = Simulator(plan.world, robot_file, params.simulator, start, plan.trial.number)
+        self._command_latency_ns = latency_ns(params.latency.command)
+        self._delayed = Delayed()
+        self._reports: List[Report] = []  # of the first trial, at this tick
+        self._ending: Optional[Ending] = None
+        self.true_pose_in_map = start  # the newest /world_pose
+        self.distance_m = 0.0  # path length of base_link
+        try:
+            self._publications.begin(plan.trial, self._simulator, robot_file)
+            self.driver: Driver
+            listener: Optional[OdometryListener] = None
+            if plan.trial.nav == 'scripted':
+                self.driver = ScriptedDriver(plan.trial, self._send)
+            else:
+                self.driver = listener = NavigatingDriver(
+                    plan, params, self._simulator.laser_pose_in_base, self._delayed.at, self._send, self._publications
+                )
+            has_scans = listener is not None or self._publications.takes_scans  # a script uses none
+            self._scan_period_ns = params.simulator.lidar.period_ns if has_scans else 0
+            joints = self._simulator.joint_states().names
+            self.wheels = [
+                TrialWheels(setup, joints, listener or SurveyedStart(start, of_wheels), of_wheels)
+                for setup, of_wheels in sharing
+            ]
+        except BaseException:  # a full disk, a bad map: the caller has no object to close the physics by
+            self._simulator.close()
+            raise
 
     @property
     def time_ns(self) -> int:
         """Return the simulated time."""
-        return self._world.time_ns
+        return self._simulator.time_ns
 
     @property
     def ending(self) -> Ending:
@@ -198,30 +209,110 @@ class LockstepTrial:
         Raises:
             RuntimeError: it has not ended.
         """
-        return self._world.ending
-
-    @property
-    def distance_m(self) -> float:
-        """Return the path length of base_link."""
-        return self._world.distance_m
-
-    @property
-    def true_pose_in_map(self) -> Pose2D:
-        """Return the newest /world_pose."""
-        return self._world.true_pose_in_map
+        if self._ending is None:
+            raise RuntimeError('the trial has not ended')
+        return self._ending
 
     @property
     def last_report(self) -> Optional[Report]:
-        """Return the report of the newest /odom, None before the first."""
-        return self._wheels.last_report
+        """Return the report of the newest /odom of the first trial, None before the first."""
+        return self.wheels[0].last_report
 
     def run(self) -> Iterator[Report]:
-        """Run the trial to its `ending`, and yield a report at each /odom."""
-        for _ in self._world.run():
-            yield from self._wheels.reports
+        """Run the drive to its `ending`, and yield a report at each /odom of the first trial."""
+        try:
+            while self._ending is None:
+                try:
+                    self._tick()
+                except RouteFailed as failure:
+                    self._ending = failure.ending
+                if self._reports:
+                    yield from self._reports
+                    self._reports.clear()
+            self._publications.ending(self._simulator.time_ns, self._ending)
+        finally:
+            self._simulator.close()
+            # Maps and filters are freed now: the parts refer to each other in circles, which Python collects late.
+            self._delayed.clear()
+            del self.driver
+            for wheels in self.wheels:
+                del wheels.listener
+
+    def _tick(self) -> None:
+        """Advance by 10 ms: joints and encoders, true pose, scan, messages that arrive now; then the physics."""
+        simulator = self._simulator
+        now_ns = simulator.time_ns
+        if self._is_recorded:
+            self._publications.joint_states(simulator.joint_states())
+        for wheels in self.wheels:
+            boundaries = wheels.boundaries
+            if boundaries is None or (now_ns >= boundaries.next_ns and boundaries.period_index(now_ns) is not None):
+                self._read(wheels, simulator.joint_states())
+        if now_ns % STATES_PERIOD_NS == 0:
+            self._sample_truth(now_ns)
+        if self._scan_period_ns and now_ns % self._scan_period_ns == 0:
+            scan = simulator.scan()
+            self._publications.scan(scan)
+            self.driver.take_scan(scan)
+        self._delayed.run_until(now_ns)
+        if self.driver.is_over:
+            reason = goal_error(self.true_pose_in_map, self._goal)
+            self._ending = Ending(Outcome.LOST, reason) if reason else Ending(Outcome.SUCCEEDED)
+        else:
+            simulator.tick()
+
+    def _read(self, wheels: TrialWheels, joints: JointStates) -> None:
+        """Count, and integrate the counts that are reported."""
+        now_ns, angles_rad = joints.stamp_ns, joints.angles_rad
+        for sample, estimate in wheels.chain.step(now_ns, angles_rad[wheels.left], angles_rad[wheels.right]):
+            wheels.publications.encoder_pulse(now_ns, sample)
+            if estimate is not None:
+                due_ns = now_ns + wheels.latency_ns
+                self._delayed.at(due_ns, self._take_odometry, wheels, due_ns, estimate)
+
+    def _take_odometry(self, wheels: TrialWheels, now_ns: int, estimate: OdometryEstimate) -> None:
+        wheels.publications.odometry(now_ns, estimate)
+        listener = wheels.listener
+        listener.take_odometry(now_ns, estimate)
+        report = wheels.last_report = Report(
+            estimate.stamp_ns,
+            self.true_pose_in_map,
+            estimate,
+            listener.estimated_pose_in_map,
+            listener.estimate,
+            listener.navigation,
+        )
+        if wheels is self.wheels[0]:
+            self._reports.append(report)
+
+    def _sample_truth(self, now_ns: int) -> None:
+        """Publish the true pose, and fail a robot that touches an obstacle."""
+        # Composed as by world_pose_node, for equal bits.
+        pose = WORLD_POSE_IN_MAP.compose(self._simulator.base_pose_in_world())
+        self.distance_m += math.hypot(pose.x_m - self.true_pose_in_map.x_m, pose.y_m - self.true_pose_in_map.y_m)
+        self.true_pose_in_map = pose
+        self._publications.models(now_ns, self._simulator)
+        self._publications.world_pose(now_ns, pose)
+        hit = self._simulator.obstacle_hit()
+        if hit is not None:
+            raise RouteFailed(Outcome.COLLISION, f'the robot touches {hit} at ({pose.x_m:.2f}, {pose.y_m:.2f}) m')
+        self.driver.take_time(now_ns)
+
+    def _send(self, now_ns: int, command: Command, is_navigators: bool) -> None:
+        self._publications.command(now_ns, command, is_navigators)
+        self._delayed.at(now_ns + self._command_latency_ns, self._take_command, command)
+
+    def _take_command(self, command: Command) -> None:
+        self._simulator.command(*command)
+        for wheels in self.wheels:
+            # An encoder that does not measure the direction uses the signs of these speeds.
+            wheels.chain.take_command(*wheel_speeds_mps(*command, wheels.separation_m))
 
 
-def _check_one_drive(trials: Sequence[TrialSetup]) -> None:
-    first, *others = trials
-    if others and (first.plan.trial.nav != 'scripted' or any(other.drive() != first.drive() for other in others)):
-        raise ValueError('given trials that are different drives; expected scripted ones that differ in encoders')
+def _check_supported(plan: TrialPlan) -> None:
+    trial = plan.trial
+    if trial.odom != 'encoder' or trial.nav == 'upstream' or plan.slam != 'none':
+        raise ConfigError(
+            f'lockstep: given odom {trial.odom}, nav {trial.nav}, slam {plan.slam}; '
+            f'allowed: encoder; embedded or scripted; none'
+        )

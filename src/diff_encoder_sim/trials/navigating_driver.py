@@ -15,15 +15,19 @@ from diff_encoder_sim.localization.amcl import Amcl, AmclEstimate
 from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.navigator import Navigator
-from diff_encoder_sim.navigation.navigator_inputs import Command, ControlRate, GoalStatus
+from diff_encoder_sim.navigation.navigator_inputs import STOP, Command, ControlRate, GoalStatus, NavigatorOutput, Phase
 from diff_encoder_sim.trials.publications import Publications
 from diff_encoder_sim.trials.robot_params import RobotParams, latency_ns
 from diff_encoder_sim.trials.route_driver import DriverOutput, RouteDriver
-from diff_encoder_sim.trials.schedule import NO_NAVIGATION, Schedule, SendCommand
 from diff_encoder_sim.wheels.odometry import OdometryEstimate
 
 log = logging.getLogger(__name__)
 
+NO_NAVIGATION = NavigatorOutput(STOP, GoalStatus.NONE, Phase.PLANNING, '')
+# Publishes a command at a time [ns]; True: it is the navigator's.
+SendCommand = Callable[[int, Command, bool], None]
+# Runs an action, with arguments, at a time [ns].
+At = Callable[..., None]
 # Takes map->odom with its stamp [ns].
 TakeLocalization = Callable[[int, Pose2D], None]
 
@@ -37,7 +41,7 @@ class Localizer:
         params: RobotParams,
         grid: OccupancyGrid,
         laser_pose_in_base: Pose2D,
-        schedule: Schedule,
+        at: At,
         publications: Publications,
         take_localization: TakeLocalization,
     ) -> None:
@@ -47,7 +51,7 @@ class Localizer:
         self._tolerance_ns = latency_ns(params.amcl.transform_tolerance)
         self._latency_ns = latency_ns(params.latency.localization)
         self._laser_pose_in_base = laser_pose_in_base
-        self._schedule, self._publications, self._take_localization = schedule, publications, take_localization
+        self._at, self._publications, self._take_localization = at, publications, take_localization
         self._scans: Deque[Scan] = deque()  # newer than the newest odometry
         self._is_scan_bad = False
         self._odometry: Optional[OdometryEstimate] = None
@@ -93,7 +97,7 @@ class Localizer:
         self._is_scan_bad = False
         odom_pose_in_map = None if self._amcl.is_lost else self._amcl.odom_pose_in_map
         published_ns = now_ns + self._latency_ns
-        self._schedule.at(published_ns, lambda: self._publish(published_ns, scan.stamp_ns, estimate, odom_pose_in_map))
+        self._at(published_ns, self._publish, published_ns, scan.stamp_ns, estimate, odom_pose_in_map)
 
     def _odom_pose_at(self, stamp_ns: int, newest: OdometryEstimate) -> Optional[Pose2D]:
         """Interpolate between the newest two estimates, as tf2 does; None before the first."""
@@ -125,7 +129,7 @@ class NavigatingDriver:
         plan: TrialPlan,
         params: RobotParams,
         laser_pose_in_base: Pose2D,
-        schedule: Schedule,
+        at: At,
         send: SendCommand,
         publications: Publications,
     ) -> None:
@@ -133,7 +137,7 @@ class NavigatingDriver:
         self._navigator = Navigator(params.navigator, grid, laser_pose_in_base)
         self._control_rate = ControlRate(params.navigator.controller_frequency)
         self._localizer = Localizer(
-            plan.trial, params, grid, laser_pose_in_base, schedule, publications, self._navigator.take_localization
+            plan.trial, params, grid, laser_pose_in_base, at, publications, self._navigator.take_localization
         )
         self._driver = RouteDriver(plan.trial.test)
         self._send, self._publications = send, publications

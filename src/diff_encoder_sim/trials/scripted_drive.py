@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bisect
 import math
-from typing import List, NamedTuple, Tuple
+from typing import Callable, List, NamedTuple, Tuple
 
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
@@ -12,7 +12,6 @@ from diff_encoder_sim.drives.test_definition import Segment, SpeedLimits, TestDe
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.navigation.navigator_inputs import Command
 from diff_encoder_sim.simulation.state import STATES_PERIOD_S
-from diff_encoder_sim.trials.schedule import SendCommand
 
 PAUSE_BETWEEN_SEGMENTS_S = 0.5
 SETTLING_S = 1.0  # at rest, before a trial ends
@@ -100,7 +99,7 @@ def _profiles(segment: Segment, limits: SpeedLimits) -> Tuple[Trapezoid, Trapezo
 class ScriptedDriver:
     """Drives by time alone."""
 
-    def __init__(self, trial: Trial, send: SendCommand) -> None:
+    def __init__(self, trial: Trial, send: Callable[[int, Command, bool], None]) -> None:
         self._drive, self._send = ScriptedDrive(trial.test), send
         self.is_over = False
 

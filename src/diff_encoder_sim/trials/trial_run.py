@@ -1,10 +1,10 @@
-"""Trials in lockstep, from their plans to their bags and their results."""
+"""Trials in lockstep, from their plans to their bags and rows."""
 
 from __future__ import annotations
 
 import contextlib
 from pathlib import Path
-from typing import Dict, List, Optional, Sequence, Tuple, Union
+from typing import Dict, List, Optional, Sequence, Union
 
 from diff_encoder_sim.base.processes import without_collection
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
@@ -12,11 +12,11 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.topics import PoseSource, RecordMode
 from diff_encoder_sim.drives.trial_bag import TrialBag, TrialBags
 from diff_encoder_sim.drives.trial_definition import FinalErrors, Trial, TrialPlan
-from diff_encoder_sim.trials.lockstep_trial import LockstepTrials, Report
+from diff_encoder_sim.trials.lockstep_trial import LockstepTrial, Report
 from diff_encoder_sim.trials.publications import BagPublications, Publications
 from diff_encoder_sim.trials.results import TrialRow
 from diff_encoder_sim.trials.robot_params import RobotParams
-from diff_encoder_sim.trials.trial_setup import TrialOptions, TrialSetup
+from diff_encoder_sim.trials.trial_setup import LockstepOptions, TrialSetup
 
 
 def run_trial(plan: TrialPlan, robot_file: Union[str, Path], params: RobotParams, record: RecordMode) -> TrialRow:
@@ -26,22 +26,30 @@ def run_trial(plan: TrialPlan, robot_file: Union[str, Path], params: RobotParams
         ConfigError: a file is missing or bad.
         OSError: the bag cannot be written.
     """
-    return run_trials([TrialSetup(plan, params, TrialOptions(record=record))], robot_file)[0]
+    return run_trials([TrialSetup(plan, params, LockstepOptions(record=record))], robot_file)[0]
 
 
 def run_trials(trials: Sequence[TrialSetup], robot_file: Union[str, Path]) -> List[TrialRow]:
-    """Run trials of equal `drive` at once, each with the result and the bag that it has alone.
+    """Run trials of equal `drive` at once; each has the same row and bag as if it ran separately.
 
     Raises:
         ConfigError: a file is missing or bad.
         OSError: a bag cannot be written.
         ValueError: the trials are not one drive.
     """
+    plan, params, options = trials[0]
+    nav = plan.trial.nav
     with contextlib.ExitStack() as opened:
-        together = LockstepTrials(trials, robot_file, *_publications(trials, opened))
-        world = together.world
+        own: List[Publications] = [Publications() for _ in trials]
+        common: Optional[Publications] = None
+        if options.record != 'none':
+            bags = [opened.enter_context(TrialBag(each.bag, options.record, each.bag_format)) for each, *_ in trials]
+            own = [BagPublications(bag, each.params, nav) for bag, each in zip(bags, trials)]
+            # A navigated trial has one bag, and needs no loop over bags.
+            common = own[0] if len(bags) == 1 else BagPublications(TrialBags(bags), params, nav)
+        drive = LockstepTrial(plan, robot_file, params, common, list(zip(trials, own)))
         with without_collection():
-            for _ in world.run():
+            for _ in drive.run():
                 pass
     return [
         TrialRow(
@@ -50,30 +58,14 @@ def run_trials(trials: Sequence[TrialSetup], robot_file: Union[str, Path]) -> Li
             (),
             trial.number,
             trial.number,
-            world.ending.outcome,
-            world.ending.reason,
-            world.time_ns / NANOSECONDS_PER_SECOND,
-            final_errors(trial, world.true_pose_in_map, wheels.last_report),
-            world.distance_m,
+            drive.ending.outcome,
+            drive.ending.reason,
+            drive.time_ns / NANOSECONDS_PER_SECOND,
+            final_errors(trial, drive.true_pose_in_map, wheels.last_report),
+            drive.distance_m,
         )
-        for trial, wheels in zip((plan.trial for plan, *_ in trials), together.wheels)
+        for trial, wheels in zip((setup.plan.trial for setup in trials), drive.wheels)
     ]
-
-
-def _publications(
-    trials: Sequence[TrialSetup], opened: contextlib.ExitStack
-) -> Tuple[List[Publications], Publications]:
-    """Return those of each trial, and those of all."""
-    record = trials[0].options.record
-    if record == 'none':
-        return [Publications()] * len(trials), Publications()
-    bags = [opened.enter_context(TrialBag(plan.bag, record, plan.bag_format)) for plan, *_ in trials]
-    own: List[Publications] = [
-        BagPublications(bag, params, plan.trial.nav) for bag, (plan, params, _) in zip(bags, trials)
-    ]
-    plan, params, _ = trials[0]
-    # A navigated trial has one bag, and needs no loop over bags.
-    return own, own[0] if len(bags) == 1 else BagPublications(TrialBags(bags), params, plan.trial.nav)
 
 
 def final_errors(trial: Trial, true_pose_in_map: Pose2D, last: Optional[Report]) -> FinalErrors:
@@ -82,7 +74,7 @@ def final_errors(trial: Trial, true_pose_in_map: Pose2D, last: Optional[Report])
     Args:
         trial: which has ended.
         true_pose_in_map: there.
-        last: its last report, None where it ended before the first.
+        last: its last report, None if it ended before the first.
     """
     poses: Dict[PoseSource, Optional[Pose2D]] = dict.fromkeys(PoseSource)
     poses[PoseSource.WORLD] = true_pose_in_map

@@ -12,7 +12,7 @@ from diff_encoder_sim.drives.trial_definition import TrialPlan
 from diff_encoder_sim.trials.robot_params import RobotParams
 
 
-class TrialOptions(Params):
+class LockstepOptions(Params):
     """Keys of a campaign file that reach each of its trials."""
 
     nav: Literal['embedded', 'scripted'] = Field('embedded', description='navigated, or a drive without feedback')
@@ -27,7 +27,7 @@ class TrialSetup(NamedTuple):
 
     plan: TrialPlan
     params: RobotParams
-    options: TrialOptions = TrialOptions()
+    options: LockstepOptions = LockstepOptions()
 
     def drive(self) -> Tuple[object, ...]:
         """Return all that determines the robot's drive; scripted trials for which it is equal are one drive."""

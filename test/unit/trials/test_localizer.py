@@ -19,8 +19,8 @@ def test_scans_without_a_range_are_dropped_with_one_warning_and_the_robot_stops_
     """As live: AMCL uses none, so its transform grows old. In a wide hall none returns from near enough."""
     caplog.set_level(logging.WARNING, 'diff_encoder_sim.trials')
     trial, speeds_mps = lockstep(HALL), []
-    scan_of_world, blinded = trial._world._simulator.scan, [False]
-    trial._world._simulator.scan = lambda: blind(scan_of_world()) if blinded[0] else scan_of_world()
+    scan_of_world, blinded = trial._simulator.scan, [False]
+    trial._simulator.scan = lambda: blind(scan_of_world()) if blinded[0] else scan_of_world()
     for report in trial.run():
         now_s = report.stamp_ns * 1e-9
         blinded[0] = 2.0 <= now_s < 5.0

@@ -48,10 +48,8 @@ def test_a_goal_in_a_wall_fails_with_the_reason():
 def test_a_turn_in_place_stops_without_localization_and_goes_on():
     recorder = Recorder()
     trial = lockstep(BEND, publications=recorder)
-    scan_of_world = trial._world._simulator.scan
-    trial._world._simulator.scan = lambda: (
-        blind(scan_of_world()) if 1.0 <= trial.time_ns * 1e-9 < 4.0 else scan_of_world()
-    )
+    scan_of_world = trial._simulator.scan
+    trial._simulator.scan = lambda: blind(scan_of_world()) if 1.0 <= trial.time_ns * 1e-9 < 4.0 else scan_of_world()
     rates = {report.stamp_ns * 1e-9: report.odometry.angular_velocity_radps for report in trial.run()}
     blinded = [command for now_s, command, _ in recorder.commands if 2.0 < now_s < 4.0]
     assert len(blinded) > 30 and set(blinded) == {STOP}

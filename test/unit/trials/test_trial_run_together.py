@@ -6,7 +6,7 @@ import pytest
 
 from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.trials.trial_run import run_trials
-from diff_encoder_sim.trials.trial_setup import TrialOptions, TrialSetup
+from diff_encoder_sim.trials.trial_setup import LockstepOptions, TrialSetup
 from diff_encoder_sim.wheels.encoder_params import EncoderModel, FaultParams
 from diff_encoder_sim.wheels.report_link import ReportParams
 from lockstep_trials import ALTO, HALL, params_of, plan_of
@@ -25,7 +25,7 @@ def setup(bag, ppr, drive, bag_format='ros1', record='full', latency_s=0.0, **en
             encoder=params.encoder.model_copy(update=encoder),
             latency=params.latency.model_copy(update={'odometry': latency_s}),
         ),
-        TrialOptions(record=record),
+        LockstepOptions(record=record),
     )
 
 
