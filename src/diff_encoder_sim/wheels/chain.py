@@ -14,12 +14,19 @@ import numpy as np
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.se2 import poses_of_wheels
 from diff_encoder_sim.wheels.counter import totals_of, wrap_count
-from diff_encoder_sim.wheels.encoder import kind_of, new_wheels, pulses_from_angle, turn_through
+from diff_encoder_sim.wheels.encoder import new_wheels, pulses_from_angle, turn_through
 from diff_encoder_sim.wheels.odometry import OdometryEstimate, WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.report_link import EncoderSample
+from diff_encoder_sim.wheels.report_link import PROMPT, EncoderSample
 from diff_encoder_sim.wheels.sampling import BoundarySampler
-from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder, is_ideal, jitters_ns, report_link
+from diff_encoder_sim.wheels.wheel_encoder import (
+    EncoderParams,
+    ReportingEncoder,
+    is_ideal,
+    jitters_ns,
+    kind_of_wheel,
+    report_link,
+)
 
 
 class ChainReport(NamedTuple):
@@ -84,13 +91,12 @@ class ChainRun:
 
     def _poses(self, only_last: bool) -> np.ndarray:
         params, limits = self.odometry, self.odometry.counter_limits
-        if limits.modulus > MOST_STATES:
-            limits = limits._replace(modulus=0)
+        limits = limits._replace(modulus=min(limits.modulus, MOST_STATES))
         totals = totals_of(limits, self.stamps_ns, self.counts)
         return poses_of_wheels(totals, *params.m_per_pulse, params.wheel_separation, params.axle_x, only_last)
 
 
-# Counters of more states never wrap, and integers of 64 bits hold their sums.
+# Counters of more states never wrap; integers of 64 bits hold the sums of two of these.
 MOST_STATES = 2**61
 
 
@@ -148,46 +154,50 @@ class Chain:
             rows: (m,) rows of the drive at which the counters are read; None: at the boundaries of the report rate.
         """
         read = _readings(drive.stamps_ns, self.encoder) if rows is None else _Readings(drive.stamps_ns, rows, rows)
-        angles_rad = drive.wheel_angles_rad if drive.wheel_angles_rad.ndim == 3 else drive.wheel_angles_rad[np.newaxis]
-        if phases_rad is not None:
-            angles_rad = angles_rad + phases_rad[:, np.newaxis]
-        directions = np.zeros((len(drive), 2)) if commands is None else np.sign(commands)
-        left, right = (
-            self._count(side, read.angles(angles_rad[:, :, wheel]), read.directions(directions[:, wheel]), read)
-            for wheel, side in enumerate(('left', 'right'))
-        )
-        return self._delivered(drive.stamps_ns, read, *(np.stack(each, axis=-1) for each in zip(left, right)))
-
-    def _count(
-        self, side: str, angles_rad: np.ndarray, directions: np.ndarray, read: _Readings
-    ) -> Tuple[np.ndarray, np.ndarray]:
-        """Return (draws, m) counts and measured speeds of one wheel."""
-        params, ppr = self.encoder, getattr(self.encoder.counts_per_turn, side)
-        counts = np.zeros((self._draws, len(read.rows)), np.int64)
-        rates_radps = np.zeros(counts.shape)
-        if is_ideal(params, side):
-            counts[:] = pulses_from_angle(angles_rad[:, read.rows], ppr)
-            return counts, rates_radps
-        kind = kind_of(params.encoder.of_wheel(side), ppr, params.velocity_method, params.velocity_clock)
-        wheels = new_wheels(params.seed, side, self._draws)
-        turn_through(kind, wheels, read.stamps_ns, angles_rad, directions, read.rows, counts, rates_radps)
-        return counts, rates_radps
+        counts = np.zeros((self._draws, len(read.rows), 2), np.int64)
+        rates_radps = np.zeros(counts.shape if self.encoder.velocity_method != 'M' else (1, 1, 1))
+        for wheel, side in enumerate(('left', 'right')):
+            angles_rad = read.angles(np.atleast_2d(drive.wheel_angles_rad[..., wheel]))
+            if phases_rad is not None:
+                angles_rad = angles_rad + phases_rad[:, wheel, np.newaxis]
+            ppr = getattr(self.encoder.counts_per_turn, side)
+            if is_ideal(self.encoder, side):
+                counts[:, :, wheel] = pulses_from_angle(read.at(angles_rad), ppr)
+                continue
+            directions = np.zeros(len(drive)) if commands is None else np.sign(commands[:, wheel])
+            turn_through(
+                kind_of_wheel(self.encoder, side),
+                new_wheels(self.encoder.seed, side, self._draws),
+                read.stamps_ns,
+                np.ascontiguousarray(angles_rad),
+                read.directions(directions),
+                read.rows,
+                wheel,
+                counts,
+                rates_radps,
+            )
+        if self.encoder.counter_modulus:
+            counts = wrap_count(counts, min(self.encoder.counter_modulus, MOST_STATES))
+        return self._delivered(drive.stamps_ns, read, counts, rates_radps)
 
     def _delivered(
         self, stamps_ns: np.ndarray, read: _Readings, counts: np.ndarray, rates_radps: np.ndarray
     ) -> ChainRun:
-        """Return the reports as they arrive, by the (n,) stamps of the drive."""
-        params = self.encoder
-        arrivals = [_arrivals(params, draw, read, stamps_ns) for draw in range(self._draws)]
+        """Return the readings as the reports that arrive, by the (n,) stamps of the drive."""
+        params, odometry = self.encoder, self.odometry or OdometryParams()
+        rates = None if params.velocity_method == 'M' else rates_radps
+        read_ns = read.stamps_ns[read.rows]
+        if params.report == PROMPT:
+            rows, read_ns = (np.repeat(each[np.newaxis], self._draws, axis=0) for each in (read.taken, read_ns))
+            return ChainRun(odometry, rows, read_ns, counts, rates)
+        arrivals = [_arrivals(params, draw, read_ns, read.taken, stamps_ns) for draw in range(self._draws)]
         most = max(len(of_draw) for of_draw in arrivals)
         padded = np.stack([np.pad(each, ((0, most - len(each)), (0, 0)), 'edge') for each in arrivals])
-        rows, arrival_stamps_ns, readings = np.moveaxis(padded, 2, 0)
+        rows, arrival_ns, readings = np.moveaxis(padded, 2, 0)
         draws = np.arange(self._draws)[:, np.newaxis]
-        counts = counts[draws, readings]
-        if 0 < params.counter_modulus <= MOST_STATES:
-            counts = wrap_count(counts, params.counter_modulus)
-        rates = None if params.velocity_method == 'M' else rates_radps[draws, readings]
-        return ChainRun(self.odometry or OdometryParams(), rows, arrival_stamps_ns, counts, rates)
+        return ChainRun(
+            odometry, rows, arrival_ns, counts[draws, readings], None if rates is None else rates[draws, readings]
+        )
 
 
 class _Readings(NamedTuple):
@@ -201,9 +211,13 @@ class _Readings(NamedTuple):
     def angles(self, angles_rad: np.ndarray) -> np.ndarray:
         """Return (..., k) angles of (..., n) of the drive; wheels turn evenly between its stamps."""
         if self.passed is None:
-            return np.ascontiguousarray(angles_rad)
+            return angles_rad
         last_rad, next_rad = angles_rad[:, self.taken - 1], angles_rad[:, self.taken]
         return np.insert(angles_rad, self.taken, last_rad + self.passed * (next_rad - last_rad), axis=1)
+
+    def at(self, angles_rad: np.ndarray) -> np.ndarray:
+        """Return (..., m) angles at the readings."""
+        return angles_rad if len(self.rows) == len(self.stamps_ns) else angles_rad[:, self.rows]
 
     def directions(self, directions: np.ndarray) -> np.ndarray:
         """Return (k,) commanded directions of (n,) of the drive."""
@@ -231,13 +245,13 @@ def _readings(stamps_ns: np.ndarray, params: EncoderParams) -> _Readings:
     return _Readings(np.insert(stamps_ns, taken, due_ns), taken + np.arange(len(taken)), taken, passed)
 
 
-def _arrivals(params: EncoderParams, draw: int, read: _Readings, stamps_ns: np.ndarray) -> np.ndarray:
+def _arrivals(
+    params: EncoderParams, draw: int, read_ns: np.ndarray, taken: np.ndarray, stamps_ns: np.ndarray
+) -> np.ndarray:
     """Return (m, 3) row of the drive, stamp [ns] and reading of the reports of a draw, as they arrive."""
-    read_ns, link = read.stamps_ns[read.rows], report_link(params, draw)
-    if link is None:
-        return np.column_stack([read.taken, read_ns, np.arange(len(read_ns))])
+    link = report_link(params, draw)
     found: List[Tuple[int, int, int, int, int]] = []
-    for reading, (stamp_ns, row) in enumerate(zip(read_ns.tolist(), read.taken.tolist())):
+    for reading, (stamp_ns, row) in enumerate(zip(read_ns.tolist(), taken.tolist())):
         for arrival_ns in link.arrivals_ns(stamp_ns):
             arrival_row = max(row, int(np.searchsorted(stamps_ns, arrival_ns)))
             found.append((arrival_row, arrival_ns, len(found), reading, stamp_ns))

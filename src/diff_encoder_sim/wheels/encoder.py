@@ -47,6 +47,7 @@ KIND = np.dtype(
         ('noise', 'f8'),  # [edges]
         ('is_uneven', 'i8'),
         ('is_sampled', 'i8'),  # whether the places of edges are
+        ('reach', 'i8'),  # which of the counts before may be misplaced beyond a count, within 6 standard deviations
         ('pattern', 'f8', 4),  # places of a line's edges, minus 0 to 3 [edges]
         ('edge_error', 'f8'),  # [edges]
         ('sensor_error', 'f8'),  # [edges]
@@ -123,6 +124,7 @@ def kind_of(model: EncoderModel, ppr: float, method: str, clock_hz: float) -> np
         'noise': model.noise,
         'is_uneven': model.has_uneven_edges,
         'is_sampled': bool(model.edge_error or model.sensor_error),
+        'reach': 6.0 * math.sqrt(2.0 * model.edge_variance),
         'pattern': model.edge_pattern() or 0.0,
         'edge_error': model.edge_error * per_count,
         'sensor_error': model.sensor_error / DEGREES_PER_HALL_EDGE,
@@ -182,11 +184,40 @@ def _uniform(key: Any, purpose: int, number: int) -> Any:
     return (np.float64(mixed >> np.uint64(12)) + 0.5) / 4503599627370496.0  # 2^52
 
 
+A = (
+    -39.69683028665376,
+    220.9460984245205,
+    -275.9285104469687,
+    138.3577518672690,
+    -30.66479806614716,
+    2.506628277459239,
+)
+B = (-54.47609879822406, 161.5858368580409, -155.6989798598866, 66.80131188771972, -13.28068155288572)
+C = (
+    -0.007784894002430293,
+    -0.3223964580411365,
+    -2.400758277161838,
+    -2.549732539343734,
+    4.374664141464968,
+    2.938163982698783,
+)
+D = (0.007784695709041462, 0.3224671290700398, 2.445134137142996, 3.754408661907416)
+
+
 @compiled
 def _normal(key: Any, purpose: int, number: int) -> Any:
-    """Return a number of the standard normal distribution (Box and Muller, 1958)."""
-    turns = _uniform(_mixed(key), purpose, number)
-    return math.sqrt(-2.0 * math.log(_uniform(key, purpose, number))) * math.cos(2.0 * math.pi * turns)
+    """Return a number of the standard normal distribution: its quantile, to 1e-8 (Acklam, 2003)."""
+    uniform = _uniform(key, purpose, number)
+    tail = min(uniform, 1.0 - uniform)
+    if tail < 0.02425:
+        q = math.sqrt(-2.0 * math.log(tail))
+        above = ((((C[0] * q + C[1]) * q + C[2]) * q + C[3]) * q + C[4]) * q + C[5]
+        z = above / ((((D[0] * q + D[1]) * q + D[2]) * q + D[3]) * q + 1.0)
+        return z if uniform < 0.5 else -z
+    q = uniform - 0.5
+    r = q * q
+    above = (((((A[0] * r + A[1]) * r + A[2]) * r + A[3]) * r + A[4]) * r + A[5]) * q
+    return above / (((((B[0] * r + B[1]) * r + B[2]) * r + B[3]) * r + B[4]) * r + 1.0)
 
 
 WAVES_PER_TURN = (1, 1, 2)
@@ -237,8 +268,7 @@ def _place_of_count(kind: Any, key: Any, count: int) -> Any:
     if not kind.is_sampled:
         return place
     most = -math.inf
-    for back in range(4):  # those before these are earlier by more than 6 standard deviations
-        earlier = count - back
+    for earlier in range(count, count - 1 - kind.reach, -1):
         place = _nominal_place(kind, earlier * kind.edges_per_count)
         if kind.edge_error:
             place += kind.edge_error * _normal(key, EDGE, earlier % kind.counts_per_turn)
@@ -444,6 +474,7 @@ def turn_through(
     angles_rad: np.ndarray,
     commanded: np.ndarray,
     rows: np.ndarray,
+    side: int,
     counts: np.ndarray,
     rates_radps: np.ndarray,
 ) -> None:
@@ -456,8 +487,9 @@ def turn_through(
         angles_rad: (1 or draws, n).
         commanded: (n,) newest commanded directions; 0 changes nothing.
         rows: (m,) at which counters are read, ascending.
-        counts: (draws, m) is filled with the counts.
-        rates_radps: (draws, m) likewise with the measured speeds.
+        side: 0 of the left wheel, 1 of the right one.
+        counts: (draws, m, 2), of which one side is filled with the counts.
+        rates_radps: (draws, m, 2), likewise with the speeds, if they are measured.
     """
     for draw in range(len(wheels)):
         wheel, angles = wheels[draw], angles_rad[draw % len(angles_rad)]
@@ -468,5 +500,6 @@ def turn_through(
                     wheel.commanded = commanded[row]
                 _turn(kind[0], wheel, stamps_ns[row], angles[row])
                 row += 1
-            counts[draw, reading] = wheel.count
-            rates_radps[draw, reading] = _rate_radps(kind[0], wheel, stamps_ns[rows[reading]])
+            counts[draw, reading, side] = wheel.count
+            if kind[0].method:
+                rates_radps[draw, reading, side] = _rate_radps(kind[0], wheel, stamps_ns[rows[reading]])

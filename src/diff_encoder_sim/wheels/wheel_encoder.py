@@ -10,6 +10,7 @@ import math
 from collections import deque
 from typing import Any, Deque, Dict, NamedTuple, Optional, Sequence, Tuple
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from diff_encoder_sim.base.bounds import Rate_Hz, Seed
@@ -136,10 +137,14 @@ def jitters_ns(params: EncoderParams) -> Sequence[int]:
     return tuple(round(late_s * NANOSECONDS_PER_SECOND) for late_s in sampled_s)
 
 
-def report_link(params: EncoderParams, draw: int = 0) -> Optional[ReportLink]:
-    """Return the way of a draw's reports to the host; None if each comes at once."""
-    if params.report == PROMPT:
-        return None
+def kind_of_wheel(params: EncoderParams, side: str) -> np.ndarray:
+    """Return (1,) of KIND of the `left` or the `right` wheel."""
+    ppr = getattr(params.counts_per_turn, side)
+    return kind_of(params.encoder.of_wheel(side), ppr, params.velocity_method, params.velocity_clock)
+
+
+def report_link(params: EncoderParams, draw: int = 0) -> ReportLink:
+    """Return the way of a draw's reports to the host."""
     stream = f'encoder_reports_{draw}' if draw else 'encoder_reports'
     return ReportLink(params.report, 1.0 / params.rate, generator(params.seed, stream))
 
@@ -162,8 +167,7 @@ class _Wheel:
         self.is_ideal, self._ppr = is_ideal(params, side), getattr(params.counts_per_turn, side)
         self._measures = params.velocity_method != 'M'
         if not self.is_ideal:
-            model = params.encoder.of_wheel(side)
-            self._kind = kind_of(model, self._ppr, params.velocity_method, params.velocity_clock)
+            self._kind = kind_of_wheel(params, side)
             self.state = new_wheels(params.seed, side, 1)
         self._sampler = BoundarySampler(params.rate)
         self._timeline = Timeline(tolerance_ns=int(2 * NANOSECONDS_PER_SECOND / params.rate))
@@ -225,7 +229,7 @@ class ReportingEncoder:
 
     def __init__(self, params: EncoderParams) -> None:
         self.params = params
-        self._link = report_link(params)
+        self._link = None if params.report == PROMPT else report_link(params)
         self.reset()
 
     def reset(self) -> None:
