@@ -45,11 +45,11 @@ def test_odometry_is_answered_first_and_then_what_trials_show(first):
     lines = done.stdout.splitlines()
     assert lines[0] == 'alto: at least 80 % of the trials within 0.05 m in x and y and 3 degrees'
     assert lines[1].startswith('  odometry at the true pose: from 3')
-    assert lines[2] == '  the same in closed form, of quantisation alone: SL 347'
+    assert lines[2] == '  the same in closed form, for quantisation only: SL 347'
     assert 'advise: first answer after' in done.stderr
     found = answers(done)
-    assert found['true pose at the goal'] == 'from 90 counts per revolution on; 40 are not enough'
-    assert found['pose estimate at the goal'] == 'from 40 counts per revolution on, the coarsest candidate'
+    assert found['true pose at the goal'] == 'at least 90 counts per revolution; 40 do not suffice'
+    assert found['pose estimate at the goal'] == 'at least 40 counts per revolution, the coarsest candidate'
     assert 'Error budget' in done.stdout and 'Encoders on these wheels' in done.stdout
     assert "The robot's own encoder has 90 PPR." in done.stdout
 
@@ -82,9 +82,9 @@ def test_another_tolerance_goes_on_with_the_same_trials_and_names_what_limits(fi
 def test_without_trials_there_is_odometry_alone(tmp_path):
     done = advise('--no-trials', '--distance', '10', '--share', '0.95', '--ppr', '90', cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert answers(done)['odometry at the true pose'].endswith('; none of the candidates is enough')
-    assert list(answers(done)) == ['odometry at the true pose', 'the same in closed form, of quantisation alone']
-    assert answers(done)['the same in closed form, of quantisation alone'] == '10 m straight 244'
+    assert answers(done)['odometry at the true pose'].endswith('; no candidate suffices')
+    assert list(answers(done)) == ['odometry at the true pose', 'the same in closed form, for quantisation only']
+    assert answers(done)['the same in closed form, for quantisation only'] == '10 m straight 244'
     assert [path.name for path in (tmp_path / 'results' / 'advice').iterdir()] == ['advice.html']
 
 

@@ -69,7 +69,7 @@ def _budget_table(advice: Advice) -> AdviceTable:
     return AdviceTable('Error budget: mean ± standard deviation', ['', 'cause', *UNITS], rows, 2, REST)
 
 
-REST = 'rest: what was found less what the causes add up to; negative where causes make up for each other'
+REST = 'rest: observed error minus the sum of the causes; negative if causes compensate each other'
 
 
 def shown_counts(advice: Advice, counts: List[float]) -> float:
@@ -112,10 +112,10 @@ def _encoder_table(advice: Advice) -> AdviceTable:
 
 
 LIKE_IDEAL = (
-    'like ideal: counts of an ideal encoder whose readings are as uncertain, by which pose estimate and true pose are\n'
-    'judged. within: share of the draws whose odometry is within the tolerance, with all errors of the encoder.\n'
+    'like ideal: counts of an ideal encoder whose readings are as uncertain, which decides about the pose estimate\n'
+    'and the true pose. within: fraction of sampled drives whose odometry is within the tolerance.\n'
     'own errors: errors of the encoder itself that are too large, and the tolerance.\n'
-    '?: not known.'
+    '?: unknown.'
 )
 
 

@@ -156,7 +156,7 @@ class Answer(NamedTuple):
 
     def __str__(self) -> str:
         if self.kind is Kind.FROM:
-            text = f'from {_counts(self.counts)} counts per revolution on'
+            text = f'at least {_counts(self.counts)} counts per revolution'
             text = f'{text}{self._interval()}{self._candidate()}{self._undecided()}'
         elif self.kind is Kind.NOT_THE_LIMIT:
             what = "the encoder's counts are" if self.of_encoder else 'the encoder is'
@@ -176,12 +176,12 @@ class Answer(NamedTuple):
         if low is None:
             return '' if self.undecided else ', the coarsest candidate'
         if self.encoder == _counts(self.counts):
-            return f'; {_counts(low)} are not enough'
+            return f'; {_counts(low)} do not suffice'
         return f' (between {_counts(low)} and {_counts(high)})' if low != high else ''
 
     def _candidate(self) -> str:
         is_known = self.encoder in ('', _counts(self.counts))
-        return '' if is_known else f'; of the candidates {ppr_text(self.encoder)}'
+        return '' if is_known else f'; smallest tested: {ppr_text(self.encoder)}'
 
     def _undecided(self) -> str:
         return f'; {ppr_text(self.undecided)} undecided{self._more_trials()}' if self.undecided else ''
@@ -195,7 +195,7 @@ class Answer(NamedTuple):
         if not self.limits:
             return self.given_up or 'several causes together are, none by itself'
         less = ' and '.join(limit.reduced for limit in self.limits)
-        with_less = f'from {_counts(self.counts)} counts on' if self.counts else 'still not'
+        with_less = f'at least {_counts(self.counts)} counts' if self.counts else 'still not'
         return f'{" and ".join([*filter(None, [self.given_up]), *map(str, self.limits)])}; if {less}: {with_less}'
 
 

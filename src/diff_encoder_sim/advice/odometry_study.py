@@ -53,7 +53,7 @@ def study_odometry(campaign: Campaign, requirement: Requirement, distance_m: Opt
             curves = OdometryCurves(tests, counts_by_ppr(real.params))
             answer = limited._replace(errors_of=real.label)
         elif answer.kind is Kind.FROM:
-            answer = answer._replace(note='none of the candidates is enough')
+            answer = answer._replace(note='no candidate suffices')
     return Advice(
         campaign.robot.name if campaign.robot else 'the robot',
         campaign.robot and campaign.robot.ppr,

@@ -89,7 +89,7 @@ def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
     name_campaigns_encoders(as_called('advise'), campaign)
     advice = study_odometry(campaign, requirement, options.distance)
     print(f'{advice.robot}: {requirement}\n{answers_text(advice)}')
-    print(f'  the same in closed form, of quantisation alone: {closed_form_text(advice)}', flush=True)
+    print(f'  the same in closed form, for quantisation only: {closed_form_text(advice)}', flush=True)
     print(f'{as_called("advise")}: first answer after {time.monotonic() - began_s:.1f} s', file=sys.stderr)
     if options.has_trials:
         name_stopping('advise', campaign, requirement.position_m, options.yaw_tolerance)

@@ -205,7 +205,7 @@ def _map_path(options: TrialOptions, world: Path) -> str:
     path = users_path(options.map) if options.map else world.with_suffix('.yaml')
     if options.nav != 'scripted' and not path.is_file():
         raise ConfigError(
-            f'map: there is no {path}; allowed: a map .yaml file, as made by {as_typed("rasterise_world")} {world}'
+            f'map: {path} not found; allowed: a map .yaml file, as made by {as_typed("rasterise_world")} {world}'
         )
     return str(path)
 

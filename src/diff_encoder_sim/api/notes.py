@@ -41,7 +41,9 @@ def name_rates(command: str, rates_hz: Iterable[float]) -> None:
     for rate_hz in dict.fromkeys(rates_hz):
         if rate_hz > JOINTS_RATE_HZ:
             given = f'rate: {rate_hz:g} Hz of reports'
-            print(f'{command}: {given}, but joint states come at {JOINTS_RATE_HZ:g} Hz: so do reports', file=sys.stderr)
+            print(
+                f'{command}: {given}, but joint states have {JOINTS_RATE_HZ:g} Hz, and so have reports', file=sys.stderr
+            )
 
 
 def name_stopping(name: str, campaign: Campaign, tolerance_m: float, tolerance_deg: float) -> None:
@@ -63,9 +65,9 @@ def name_stopping(name: str, campaign: Campaign, tolerance_m: float, tolerance_d
     most_deg = math.degrees(max(spread.yaw_rad for spread in spreads))
     if most_m > tolerance_m or most_deg > tolerance_deg:
         lines.append(
-            f'stopping alone may end {1e3 * most_m:.0f} mm and {most_deg:.1f} degrees from a goal, whatever the '
-            f'encoder; results are judged by {1e3 * tolerance_m:g} mm and {tolerance_deg:g} degrees; in the robot file '
-            'set navigation.DWAPlannerROS.stop: precise, or a smaller xy_goal_tolerance or yaw_goal_tolerance'
+            f'stopping may end {1e3 * most_m:.0f} mm and {most_deg:.1f} degrees from a goal with every '
+            f'encoder; results are evaluated with {1e3 * tolerance_m:g} mm and {tolerance_deg:g} degrees; set '
+            'navigation.DWAPlannerROS.stop: precise, or smaller tolerances, in the robot file'
         )
     for line in dict.fromkeys(lines):
         print(f'{as_called(name)}: {line}', file=sys.stderr)

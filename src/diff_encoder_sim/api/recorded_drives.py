@@ -48,7 +48,7 @@ log = logging.getLogger(__name__)
 
 CSV_NAME = 'reencode.csv'
 LEGEND = """\
-Odometry minus reference, both seen from their first common stamp, nothing fitted. ATE, max:
+Odometry minus reference, aligned at the first common stamp, no fit. ATE, max:
 distance over the whole path, root mean square and largest. yaw: root mean square. end: along (x)
 and across (y) the start heading. RPE: error of the motion over segments of the reference's path,
 root mean square of so many segments: consecutive ones lie end to end, all pairs have one from each
@@ -266,7 +266,7 @@ def notes_on(drive: RecordedDrive, runs: Sequence[WheelsAtPpr], summary: DriveSu
     """List what could not be read or compared, one line each."""
     notes = [*drive.wheels.notes(), *summary.faults]
     if drive.robot.is_guessed():
-        notes.append('neither the bag nor --robot says which wheels these are: those of config/config.yaml are used')
+        notes.append('neither the bag nor --robot has wheel parameters; using config/config.yaml')
     if any(run.counts_by_command for run in runs) and not has_commands(drive.stream):
         notes.append(f'no {CMD_VEL} (geometry_msgs/Twist), by which the encoder counts: all counts are forward')
     if drive.stream.fault:

@@ -133,7 +133,7 @@ def _encoder(options: LaunchOptions, arguments: Mapping[str, Any]) -> Optional[C
     if not options.encoder:
         return None
     if OWN_PPR in arguments:
-        raise ConfigError(f'encoder: given {options.encoder} beside ppr {arguments[OWN_PPR]}; allowed: one of them')
+        raise ConfigError(f'encoder: given {options.encoder} with ppr {arguments[OWN_PPR]}; allowed: one of them')
     return chosen(load_encoder(options.encoder, package_folder() / 'config', _users_folder()))
 
 
@@ -145,7 +145,7 @@ def _overrides(encoder: ChosenEncoder) -> Dict[str, Any]:
 def _check_no_resolution(file: str, params: RobotParams, ppr: Any) -> None:
     resolution = own_encoder(params.encoder).resolution
     if resolution:
-        raise ConfigError(f'{file}: encoder: given {resolution} beside ppr {ppr}; allowed: one of them')
+        raise ConfigError(f'{file}: encoder: given {resolution} with ppr {ppr}; allowed: one of them')
 
 
 def _setup(options: LaunchOptions) -> RobotSetup:

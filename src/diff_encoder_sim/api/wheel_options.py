@@ -59,7 +59,7 @@ def chosen_encoders(given: Sequence[ChosenEncoder], own: EncoderParams) -> List[
         return [own_encoder(own)] if resolution else _ideal(PAPER_PPR)
     ideal = [encoder.label for encoder in given if encoder.real is None]
     if ideal and resolution:
-        raise ConfigError(f'--ppr: given {" ".join(ideal)} beside encoder: {resolution}; allowed: one of them')
+        raise ConfigError(f'--ppr: given {" ".join(ideal)} with encoder: {resolution}; allowed: one of them')
     return list(given)
 
 
@@ -399,7 +399,7 @@ def _joint_wheels(
 ) -> JointWheels:
     if not (options.joint_states or options.pulses or has_joints(source)):
         listed = _serving(options, source) or f'nothing in its topics {", ".join(sorted(source.topics))}'
-        raise ConfigError(f'{options.path}: no topic of {" or ".join(JOINT_TYPES)}; what could serve: {listed}')
+        raise ConfigError(f'{options.path}: no topic of {" or ".join(JOINT_TYPES)}; alternatives: {listed}')
     given_ppr = ppr_of_text('--pulses-ppr', options.pulses_ppr) if options.pulses_ppr else None
     trial_ppr = trial.ppr if trial else None
     chosen = WheelOptions(options.joint_states, options.pulses, given_ppr or trial_ppr, options.left, options.right)
@@ -407,7 +407,7 @@ def _joint_wheels(
         wheels = find_wheels(options.path, source, chosen, robot.encoder)
     except ConfigError as error:
         other = '' if options.joint_states or options.pulses else _serving(options, source)
-        raise ConfigError(f'{error}; what else could serve: {other}' if other else str(error)) from None
+        raise ConfigError(f'{error}; alternatives: {other}' if other else str(error)) from None
     if given_ppr is not None and wheels.ppr is None:
         raise ConfigError(
             f'--pulses-ppr: given, but {wheels.topic} has wheel angles; expected --pulses TOPIC with it, or neither'

@@ -64,7 +64,7 @@ def _add_requirement(parser: argparse.ArgumentParser) -> None:
         type=number_within(Between(0.01, 0.999)),
         default=REQUIRED_FRACTION,
         metavar='FRACTION',
-        help='of the trials that must end within the tolerance (default: %(default)g)',
+        help='minimum fraction of trials within tolerance (default: %(default)g)',
     )
     parser.add_argument(
         '--confidence',
@@ -77,7 +77,7 @@ def _add_requirement(parser: argparse.ArgumentParser) -> None:
         '--distance',
         type=number_within(Between(0.1, 1000.0, 'm')),
         metavar='M',
-        help='judge odometry after so many metres straight, in place of the tests',
+        help='evaluate odometry over this straight distance, in place of the tests',
     )
 
 
@@ -108,7 +108,7 @@ def _add_candidates(parser: argparse.ArgumentParser) -> None:
         '--no-trials',
         dest='has_trials',
         action='store_false',
-        help='answer for odometry alone, without closed-loop trials',
+        help='answer only for odometry, without closed-loop trials',
     )
 
 
@@ -120,9 +120,7 @@ def _add_outputs(parser: argparse.ArgumentParser) -> None:
         metavar='DIR',
         help='results folder: new, or with results of the same robot, tests and candidates (default: %(default)s)',
     )
-    parser.add_argument(
-        '--json', type=Path, metavar='FILE', help='write all of it as JSON, too (docs/which_encoder.md)'
-    )
+    parser.add_argument('--json', type=Path, metavar='FILE', help='write all results as JSON (docs/file_formats.md)')
 
 
 def main(arguments: Optional[Sequence[str]] = None, run: Optional[RunTrials] = None) -> None:

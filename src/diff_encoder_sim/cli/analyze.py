@@ -38,7 +38,7 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
         type=Path,
         metavar='DIR',
         help='output folder: new, empty, or an earlier analysis, which is replaced (default: analysis/ in the given '
-        'folder, or beside the first bag)',
+        'folder, or next to the first bag)',
     )
     return parser.parse_args(arguments)
 

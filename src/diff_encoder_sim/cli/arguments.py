@@ -60,7 +60,7 @@ def add_unchecked(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--unchecked',
         action='store_true',
-        help='run the trials also where the self-check of the robot fails, or a test is not for it',
+        help='run even if the robot self-check fails, or the robot does not fit a test',
     )
 
 
@@ -78,7 +78,7 @@ def add_workers(parser: argparse.ArgumentParser) -> None:
         metavar='ADDRESS',
         help='run on a Dask cluster: its scheduler, such as tcp://host:8786 (docs/campaigns.md)',
     )
-    tls = parser.add_argument_group('for a cluster whose processes know each other by certificates, in PEM files')
+    tls = parser.add_argument_group('TLS options for --scheduler: PEM files')
     tls.add_argument('--tls-ca', type=Path, metavar='FILE', help='certificate of who signed the certificates')
     tls.add_argument('--tls-cert', type=Path, metavar='FILE', help='certificate of this process')
     tls.add_argument('--tls-key', type=Path, metavar='FILE', help='its key, unless that is in the file of --tls-cert')

@@ -55,7 +55,7 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
 
 
 def _add_overrides(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group('instead of what the campaign file has (--ppr or --encoders: of both)')
+    group = parser.add_argument_group('overrides of the campaign file (--ppr or --encoders: of both)')
     group.add_argument('--tests', nargs='+', metavar='TEST', help='tests: SL, SMT, DLD, or .yaml files')
     group.add_argument(
         '--ppr',

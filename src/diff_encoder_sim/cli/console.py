@@ -14,9 +14,9 @@ COMMANDS = {
     'campaign': 'run trials of several tests and encoders, faster than real time',
     'advise': 'find the encoder with the fewest pulses that keeps a robot within a tolerance',
     'analyze': 'make tables, figures and a report of a campaign, or of bags',
-    'reencode': 'compute what a recorded drive would have been with other encoders',
+    'reencode': 'compute a recorded drive with other encoders',
     'map_bag': 'build a map from the scans and the odometry in a bag',
-    'check_robot': 'find out about a robot from its URDF, and check that it drives as it should',
+    'check_robot': 'inspect a robot from its URDF, and check its simulated motion',
     'rasterise_world': 'make a map directly from a .world file',
 }
 

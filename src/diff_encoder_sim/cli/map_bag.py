@@ -23,7 +23,7 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
     parser = tool_parser('map_bag', __doc__, ['bags/drive.bag -f maps/office'])
     parser.add_argument('bag', type=Path, metavar='BAG', help='bag (ROS 1 or 2) with scans, odometry and /tf_static')
     parser.add_argument(
-        '-f', dest='stem', type=Path, metavar='STEM', help='write STEM.pgm and STEM.yaml (default: beside the bag)'
+        '-f', dest='stem', type=Path, metavar='STEM', help='write STEM.pgm and STEM.yaml (default: next to the bag)'
     )
     parser.add_argument(
         '--config', type=Path, metavar='FILE', help="parameters, by slam_gmapping's names (default: config/slam.yaml)"

@@ -39,7 +39,7 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
         help='side of a cell, in metres (default: %(default)s)',
     )
     parser.add_argument(
-        '--out', type=Path, metavar='STEM', help='write STEM.pgm and STEM.yaml (default: beside the world)'
+        '--out', type=Path, metavar='STEM', help='write STEM.pgm and STEM.yaml (default: next to the world)'
     )
     return parser.parse_args(arguments)
 

@@ -71,7 +71,7 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
         default='',
         metavar='TOPIC|FRAMES',
         help='poses to compare odometry with: a topic, or two frames of /tf as "map->base_link" (default: '
-        '/world_pose where the bag has it, else the odometry of the finest PPR)',
+        '/world_pose if the bag has it, else the odometry of the finest PPR)',
     )
     parser.add_argument(
         '--config',
@@ -84,7 +84,7 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
 
 
 def _add_wheel_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group('wheels, where the bag leaves a choice')
+    group = parser.add_argument_group('wheels, if the bag has several')
     for option, metavar, text in (
         ('--joint-states', 'TOPIC', "topic of wheel angles (default: the bag's only one)"),
         ('--left', 'JOINT', "left joint (default: the robot's, or the bag's only left wheel)"),

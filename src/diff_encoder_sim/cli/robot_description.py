@@ -23,7 +23,7 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
         help='for robot_state_publisher: joints other than the driven wheels are fixed, the root link has no inertia',
     )
     parser.add_argument(
-        '--no-root-inertia', action='store_true', help='root_inertia:=false, where the xacro has this argument'
+        '--no-root-inertia', action='store_true', help='root_inertia:=false, if the xacro has this argument'
     )
     return parser.parse_args(arguments)
 

@@ -1,4 +1,4 @@
-"""robot_settings: find out about a robot and print the parameters of the nodes that follow, as YAML.
+"""robot_settings: inspect a robot and print the resulting parameters of the nodes, as YAML.
 
 The launch files put them into the parameter /robot_settings, where the nodes read them.
 """
@@ -19,9 +19,9 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
     """Read the command line."""
     parser = tool_parser('robot_settings', __doc__, ['burger config.ppr:=90', 'my_robot.yaml'])
     parser.add_argument('robot', metavar='ROBOT', help=ROBOT_HELP)
-    parser.add_argument('values', nargs='*', metavar='FILE.KEY:=VALUE', help="a parameter, before the robot's own")
+    parser.add_argument('values', nargs='*', metavar='FILE.KEY:=VALUE', help="a parameter, which overrides the robot's")
     parser.add_argument('--bag', default='', metavar='BAG', help="recorded drive, whose trial's number is the seed")
-    parser.add_argument('--sim', default='', metavar='NAME', help='pybullet, where it simulates the wheels')
+    parser.add_argument('--sim', default='', metavar='NAME', help='pybullet, if it simulates the wheels')
     add_launched_robot(parser)
     return parser.parse_args(arguments)
 

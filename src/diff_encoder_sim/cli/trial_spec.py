@@ -25,7 +25,7 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
         ('--slam', 'none', 'none, embedded or upstream'),
         ('--save-map', '', 'path without suffix for the map that SLAM makes (default: not saved)'),
         ('--sim', 'pybullet', 'pybullet or gazebo'),
-        ('--map', '', 'map .yaml file (default: the one beside the world)'),
+        ('--map', '', 'map .yaml file (default: the one next to the world)'),
         ('--bag', '', 'path of the bag to record, or none (default: a new name in bags/)'),
         ('--robot', 'alto', ROBOT_HELP),
         ('--unchecked', 'false', 'true: do not check whether the robot drives as it should and fits the test'),

@@ -152,7 +152,7 @@ class JointWheels:
         Args:
             wheels: where the angles or counts are.
             is_cdr: of ROS 2.
-            odometry: which could be fed with recorded counts; of no account for angles.
+            odometry: which could be fed with recorded counts; ignored for angles.
             about: how the counts are read, for the reader.
             notes: what the counts cannot show.
         """

@@ -1,4 +1,4 @@
-"""What a bag without wheel angles has that could serve instead, as options to type."""
+"""Usable topics of a bag without wheel angles, as options to type."""
 
 from __future__ import annotations
 

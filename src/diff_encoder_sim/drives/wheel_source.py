@@ -1,4 +1,4 @@
-"""Where the wheel angles of a drive come from: what every kind of source is to the rest."""
+"""Where the wheel angles of a drive come from: interface of wheel-angle sources."""
 
 from __future__ import annotations
 

@@ -379,7 +379,7 @@ class MoveBaseNode:
             navigator = self._navigator
             if navigator is None:
                 if self._goals.has_new_goal:
-                    log.warning('a goal has come, but no map yet (service static_map): the goal waits for it')
+                    log.warning('goal received before the map (service static_map); waiting')
                 return
             silent_s = time.monotonic() - self._odometry_at_s
             # By both clocks: a loaded host delays messages, and a paused simulation sends none.

@@ -208,7 +208,7 @@ def compile_first(warm_up: Callable[[], None]) -> None:
     warm_up()
     took_s = time.monotonic() - start_s
     if took_s > LONG_COMPILATION_S:
-        log.info('numba has compiled this node in %.1f s; the next start takes it from the cache', took_s)
+        log.info('numba has compiled this node in %.1f s; cached for the next start', took_s)
 
 
 class _RosLogHandler(logging.Handler):

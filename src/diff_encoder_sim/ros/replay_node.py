@@ -87,7 +87,7 @@ class ReplayNode:
             time.sleep(POLL_PERIOD_S)
         self._recorder.finish()
         if not rospy.is_shutdown():
-            log.info('replay finished; bag: %s; roslaunch stops all nodes now', self._out)
+            log.info('replay finished; bag: %s; shutting down', self._out)
             self._status.succeed()
 
     def _wheel_topic(self, source: BagSource) -> str:

@@ -109,7 +109,7 @@ class TransformBuffer(tf2_ros.Buffer):  # type: ignore[misc]  # tf2 has no types
             now, before = rospy.Time.now(), self._newest
             self._newest = now
         if now < before:
-            log.warning('/clock went back by %.3f s: the transforms of before are forgotten', (before - now).to_sec())
+            log.warning('/clock went back by %.3f s: clearing the tf buffer', (before - now).to_sec())
             self.clear()
 
     def _hold(self, transform: SpatialTransform, authority: str) -> None:

@@ -124,7 +124,7 @@ class TrialRunner:
             self._report(failure.outcome, str(failure))
             sys.exit(1)
         self._report(Outcome.SUCCEEDED, '')
-        rospy.loginfo('trial succeeded; %s; roslaunch stops all nodes now', self._record)
+        rospy.loginfo('trial succeeded; %s; shutting down', self._record)
         self._status.succeed()
 
     def wait_for(self, is_done: Callable[[], bool]) -> None:

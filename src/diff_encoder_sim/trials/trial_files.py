@@ -115,7 +115,7 @@ def _add_map(contents: Dict[str, bytes], path: Path, is_needed: bool) -> str:
     if not path.is_file():
         if is_needed:
             raise ConfigError(
-                f'map: there is no {path}; allowed: a map .yaml file beside its '
+                f'map: {path} not found; allowed: a map .yaml file beside its '
                 f'world, as made by {as_typed("rasterise_world")}'
             )
         return ''

@@ -107,7 +107,7 @@ class FaultParams(Params):
     extra: Fraction = Field(0.0, description='counts too many, as a fraction of all, in the direction of motion')
     extra_burst: BurstLength = Field(1.0, description='counts too many in a row, on average')
     max_count_rate: Annotated[float, Between(1e-3, 1e9, 'counts/s', or_zero=True)] = Field(
-        0.0, description='what comes faster is lost [counts/s]; 0: no limit'
+        0.0, description='counts above this rate are lost [counts/s]; 0: no limit'
     )
     dead_channel: Literal['none', 'A', 'B', 'C'] = Field('none', description='a channel that stands still; C of hall')
     dead_level: Literal['low', 'high'] = Field('low', description='where it stands still')
@@ -155,7 +155,7 @@ class EncoderModel(Params):
     bits: Optional[Annotated[int, Between(1, 24, 'bits')]] = Field(
         None, description='of absolute: 2^bits counts in a turn of its shaft'
     )
-    side: Literal['wheel', 'motor'] = Field('wheel', description='of the gear, where the sensor is')
+    side: Literal['wheel', 'motor'] = Field('wheel', description='gear side of the sensor')
     gear_ratio: Annotated[float, Between(1e-2, 1e4)] = Field(
         1.0, description='turns of the motor per turn of the wheel'
     )

@@ -16,7 +16,7 @@ def page_of(advice, folder):
 def test_the_page_has_answers_charts_and_tables(tmp_path):
     page = page_of(whole_advice(), tmp_path)
     assert '<title>Which encoder for alto?</title>' in page
-    assert '<dt>true pose at the goal</dt><dd>from 40 counts per revolution on; 28 are not enough</dd>' in page
+    assert '<dt>true pose at the goal</dt><dd>at least 40 counts per revolution; 28 do not suffice</dd>' in page
     assert 'id="chart-share"' in page and 'id="chart-budget"' in page
     assert 'Encoders on these wheels' in page and '34 closed-loop trials' in page
     assert len(page) < 3_000_000

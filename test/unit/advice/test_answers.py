@@ -27,12 +27,12 @@ RADIUS = Limit('wheel radius', 'SL', 1, 0.047, 0.05, 0.025)
     [
         (
             Answer(Criterion.ODOMETRY, Kind.FROM, 347.0, (340.0, 350.0), '360'),
-            'from 347 counts per revolution on (between 340 and 350); of the candidates 360 PPR',
+            'at least 347 counts per revolution (between 340 and 350); smallest tested: 360 PPR',
         ),
         (
             Answer(Criterion.TRUTH, Kind.FROM, 40.0, (20.0, 40.0), '40', more_trials=70, undecided='28'),
             (
-                'from 40 counts per revolution on; 20 are not enough; '
+                'at least 40 counts per revolution; 20 do not suffice; '
                 '28 PPR undecided, about 70 more trials of each test would decide'
             ),
         ),
@@ -40,7 +40,7 @@ RADIUS = Limit('wheel radius', 'SL', 1, 0.047, 0.05, 0.025)
             Answer(Criterion.ODOMETRY, Kind.NOT_THE_LIMIT, 512.0, limits=[RADIUS]),
             (
                 'the encoder is not the limit: wheel radius makes 47 of 50 mm across in SL; '
-                'if wheel radius made 25 mm: from 512 counts on'
+                'if wheel radius made 25 mm: at least 512 counts'
             ),
         ),
         (

@@ -116,7 +116,7 @@ def across_variance_m2(pulses2):
 )
 def test_a_cause_by_itself_is_its_closed_form(cause, encoder, errors, variance_m2):
     part = budget_of(encoder, **errors).parts[cause]
-    assert part.variance[ACROSS] == pytest.approx(variance_m2, rel=0.15)
+    assert part.variance[ACROSS] == pytest.approx(variance_m2, rel=0.25)  # edges: 8 % (one sd over seeds)
 
 
 def test_a_radius_that_is_off_is_a_bias():

@@ -188,7 +188,7 @@ def test_mistakes_about_wheels_are_named_in_one_line(wheels_bag, capsys, argumen
 def test_joints_that_are_no_wheels_are_told_what_else_could_serve(tmp_path, capsys):
     path = write_ros1(tmp_path / 'a.bag', drive(names=('arm', 'hand')) + odometry().rows)
     text = complaint(capsys, path, '--ppr', '90')
-    assert "no joint 'left_wheel_joint'; expected --left, one of arm, hand; what else could serve: --odom /odom" in text
+    assert "no joint 'left_wheel_joint'; expected --left, one of arm, hand; alternatives: --odom /odom" in text
     assert 'serve' not in complaint(capsys, path, '--ppr', '90', '--joint-states', '/joint_states')
 
 

@@ -84,7 +84,7 @@ def test_drives_without_feedback_have_no_stop(tmp_path, capsys):
 def test_a_stop_that_spends_more_than_results_are_judged_by_is_a_warning(tmp_path, capsys):
     wide = {'set': {STOP: 'latch', TOLERANCE: 0.1}}
     _, warning = said(capsys, small_campaign(tmp_path, **wide))
-    assert 'stopping alone may end 80 mm and 3.0 degrees from a goal, whatever the encoder' in warning
+    assert 'stopping may end 80 mm and 3.0 degrees from a goal with every encoder' in warning
     assert len(said(capsys, small_campaign(tmp_path, **wide), 0.081)) == 1
     assert len(said(capsys, small_campaign(tmp_path, **wide), 0.081, 2.0)) == 2
     wide['set'][STOP] = 'precise'
@@ -166,7 +166,7 @@ def test_each_rate_that_joint_states_do_not_have_is_a_line(capsys):
     assert (out, err.splitlines()) == (
         '',
         [
-            'advise: rate: 1000 Hz of reports, but joint states come at 100 Hz: so do reports',
-            'advise: rate: 150 Hz of reports, but joint states come at 100 Hz: so do reports',
+            'advise: rate: 1000 Hz of reports, but joint states have 100 Hz, and so have reports',
+            'advise: rate: 150 Hz of reports, but joint states have 100 Hz, and so have reports',
         ],
     )

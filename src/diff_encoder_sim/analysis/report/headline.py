@@ -106,8 +106,8 @@ def _statement() -> str:
 def _statement_of_few(most: int) -> str:
     trials = '1 trial' if most == 1 else f'{most} trials'
     return (
-        f'{trials} per cell: an illustration; {fewest_trials()} show whether {100 * REQUIRED_FRACTION:.0f} % end '
-        f'within tolerance, and advise tells which encoder is needed. Trials that end {TOLERANCE_TEXT}:'
+        f'{trials} per cell: too few trials ({fewest_trials()} needed for {100 * REQUIRED_FRACTION:.0f} %); '
+        f'run advise to choose an encoder. Trials that end {TOLERANCE_TEXT}:'
     )
 
 

@@ -41,8 +41,8 @@ def test_the_headline_names_encoders_by_test_and_source():
 def test_few_trials_are_counted_and_called_few():
     assert headline(dataset(both('SL', '40', (5, 0), (1, 4)), both('SL', '90', (4, 1), (5, 0)))) == (
         (
-            '5 trials per cell: an illustration; 16 show whether 80 % end within tolerance, and advise tells '
-            f'which encoder is needed. Trials that end {TOLERANCE}:'
+            '5 trials per cell: too few trials (16 needed for 80 %); run advise to choose an encoder. '
+            f'Trials that end {TOLERANCE}:'
         ),
         dict(zip(TEXTS, ('SL: 9 of 10', 'SL: 6 of 10', 'SL: 5 of 10'))),
         '',
