@@ -79,6 +79,20 @@ def move_along_arc(pose: Pose2D, distance_m: float, turn_rad: float) -> Pose2D:
     )
 
 
+@callable_by_kernels
+def base_of_axle(axle: Pose2D, axle_x_m: float) -> Pose2D:
+    """Return the pose of a base, yaw in [-pi, pi), by that of its axle's middle, each from where it began.
+
+    Args:
+        axle: its yaw not wrapped.
+        axle_x_m: how far ahead of the base the axle is.
+    """
+    yaw_rad = wrap_angle(axle.yaw_rad)
+    if axle_x_m == 0.0:
+        return Pose2D(axle.x_m, axle.y_m, yaw_rad)
+    return Pose2D(axle.x_m + axle_x_m * (1.0 - math.cos(yaw_rad)), axle.y_m - axle_x_m * math.sin(yaw_rad), yaw_rad)
+
+
 @compiled(nogil=True)
 def poses_of_wheels(
     totals: np.ndarray, left_m: float, right_m: float, wheel_separation_m: float, axle_x_m: float, only_last: bool
@@ -110,11 +124,8 @@ def poses_of_wheels(
                     pose = Pose2D(moved.x_m, moved.y_m, (right * right_m - left * left_m) / wheel_separation_m)
             if only_last and report < reports - 1:
                 continue
-            yaw_rad, row = wrap_angle(pose.yaw_rad), 0 if only_last else report
-            poses[draw, row, 0], poses[draw, row, 1], poses[draw, row, 2] = pose.x_m, pose.y_m, yaw_rad
-            if axle_x_m:
-                poses[draw, row, 0] += axle_x_m * (1.0 - math.cos(yaw_rad))
-                poses[draw, row, 1] -= axle_x_m * math.sin(yaw_rad)
+            base, row = base_of_axle(pose, axle_x_m), 0 if only_last else report
+            poses[draw, row, 0], poses[draw, row, 1], poses[draw, row, 2] = base.x_m, base.y_m, base.yaw_rad
     return poses
 
 

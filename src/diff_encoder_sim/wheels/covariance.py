@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Iterable, NamedTuple, Tuple
+from typing import NamedTuple, Tuple
 
 import numpy as np
 
@@ -171,10 +171,9 @@ class GeometryStd(NamedTuple):
 
 KNOWN_EXACTLY = GeometryStd()
 
-
 # What a relative error of 1, to first order, adds to x [m], y [m] and yaw [rad]: of the distance, the turn and the
 # diameters' difference.
-Columns = Tuple[Tuple[float, float, float], Tuple[float, float, float], Tuple[float, float, float]]
+Columns = Tuple[Tuple[float, float, float], ...]
 NO_ERRORS: Columns = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
@@ -194,48 +193,36 @@ def carry_geometry_errors(
     travel_m, turn_rad = 0.5 * (left_m + right_m), (right_m - left_m) / wheel_separation_m
     mid_yaw_rad = yaw_rad + 0.5 * turn_rad
     cos_yaw, sin_yaw = math.cos(mid_yaw_rad), math.sin(mid_yaw_rad)
+    # By how much each error makes the step longer [m] and turn further [rad].
     steps = ((travel_m, 0.0), (0.0, turn_rad), (0.25 * (right_m - left_m), travel_m / wheel_separation_m))
-    distance, turn, difference = (
-        _carried(column, *step, travel_m, cos_yaw, sin_yaw) if spread else column
-        for column, step, spread in zip(errors, steps, std)
-    )
-    return distance, turn, difference
-
-
-def _carried(
-    column: Tuple[float, float, float], along_m: float, by_rad: float, travel_m: float, cos_yaw: float, sin_yaw: float
-) -> Tuple[float, float, float]:
-    """Return what an error has moved the pose by, after a step that it makes longer by `along_m` and turns further."""
-    x_m, y_m, yaw_rad = column
-    across_m = travel_m * (yaw_rad + 0.5 * by_rad)
-    return (
-        x_m + cos_yaw * along_m - sin_yaw * across_m,
-        y_m + sin_yaw * along_m + cos_yaw * across_m,
-        yaw_rad + by_rad,
-    )
+    carried = []
+    for column, (along_m, by_rad), spread in zip(errors, steps, std):
+        x_m, y_m, error_rad = column
+        across_m = travel_m * (error_rad + 0.5 * by_rad)
+        moved = (
+            x_m + cos_yaw * along_m - sin_yaw * across_m,
+            y_m + sin_yaw * along_m + cos_yaw * across_m,
+            error_rad + by_rad,
+        )
+        carried.append(moved if spread else column)
+    return tuple(carried)
 
 
 def geometry_covariance(errors: Columns, std: GeometryStd) -> PlanarCovariance:
     """Return the covariance that errors of these standard deviations, which are independent, cause."""
-    return _covariance_of(errors, (std.distance**2, std.turn**2, std.diameter_difference**2))
+    covariance = PlanarCovariance()
+    for (x, y, yaw), spread in zip(errors, std):
+        if spread:
+            each = spread**2
+            covariance = covariance.plus(
+                PlanarCovariance(
+                    each * x * x, each * x * y, each * x * yaw, each * y * y, each * y * yaw, each * yaw * yaw
+                )
+            )
+    return covariance
 
 
-def _covariance_of(columns: Iterable[Tuple[float, float, float]], variances: Iterable[float]) -> PlanarCovariance:
-    """Return the covariance of a sum of columns (x, y, yaw), each times an error of its own variance."""
-    xx = xy = yy = x_yaw = y_yaw = yaw_yaw = 0.0
-    for (x, y, yaw), variance in zip(columns, variances):
-        if not variance:
-            continue
-        xx += variance * x * x
-        xy += variance * x * y
-        yy += variance * y * y
-        x_yaw += variance * x * yaw
-        y_yaw += variance * y * yaw
-        yaw_yaw += variance * yaw * yaw
-    return PlanarCovariance(xx, xy, x_yaw, yy, y_yaw, yaw_yaw)
-
-
-# A pulse is a jump of speed: over so long it counts little in a coarse encoder's straight line [s].
+# A pulse is a jump of speed: over this time it counts little in a coarse encoder's straight line [s].
 SMOOTHED_OVER_S = 0.2
 
 
@@ -244,10 +231,6 @@ class LateralAcceleration:
 
     def __init__(self, wheel_separation_m: float) -> None:
         self._wheel_separation_m = wheel_separation_m
-        self.reset()
-
-    def reset(self) -> None:
-        """Stand still."""
         self._left_mps = self._right_mps = 0.0
 
     def take(self, interval_s: float, left_m: float, right_m: float) -> float:

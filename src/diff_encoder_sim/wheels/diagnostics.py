@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import Deque, Dict, Iterator, NamedTuple, Optional, Tuple
+from typing import Deque, Dict, NamedTuple, Optional, Tuple
 
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
@@ -14,44 +14,42 @@ from diff_encoder_sim.wheels.odometry import WheelOdometry, wheel_speeds_mps
 from diff_encoder_sim.wheels.odometry_params import USUAL_MOTION_NOISE, OdometryParams
 from diff_encoder_sim.wheels.report_link import EncoderSample
 
+PerSide = Tuple[float, float]  # left, right
+SIDES = ('left', 'right')
+
 
 class Diagnosis(NamedTuple):
-    """A state, and what is wrong with it."""
+    """A state, and what is wrong with it since the diagnosis before."""
 
-    warning: str  # empty where nothing is
+    warning: str  # empty if nothing is
     values: Dict[str, float]
 
 
-OVER_NS = NANOSECONDS_PER_SECOND
-
-
 class CountRate:
-    """Counts each second of stamps anew; zero before the first is over."""
+    """Counts and reports in each second of stamps; zero before the first is over."""
 
     def __init__(self, counter_modulus: int) -> None:
         self._modulus = counter_modulus
         self._newest: Optional[Tuple[int, int, int]] = None  # stamp, left, right
         self._begin(0)
-        self.counts_per_s = (0.0, 0.0)  # left, right
-        self.reports_per_s = 0.0
+        self.values = {'counts per second, left': 0.0, 'counts per second, right': 0.0, 'reports per second': 0.0}
 
     def take(self, stamp_ns: int, left_count: int, right_count: int) -> None:
-        """Take a report; after a stamp that goes back the second begins anew."""
+        """Take a report; after a stamp that goes back the second begins again."""
         newest, self._newest = self._newest, (stamp_ns, left_count, right_count)
         if newest is None or stamp_ns < newest[0]:
             self._begin(stamp_ns)
             return
-        self._reports += 1
-        self._left += count_difference(left_count, newest[1], self._modulus)
-        self._right += count_difference(right_count, newest[2], self._modulus)
-        if stamp_ns - self._since_ns >= OVER_NS:
-            over_s = (stamp_ns - self._since_ns) / NANOSECONDS_PER_SECOND
-            self.counts_per_s = self._left / over_s, self._right / over_s
-            self.reports_per_s = self._reports / over_s
+        self._sums[0] += count_difference(left_count, newest[1], self._modulus)
+        self._sums[1] += count_difference(right_count, newest[2], self._modulus)
+        self._sums[2] += 1
+        over_s = (stamp_ns - self._since_ns) / NANOSECONDS_PER_SECOND
+        if over_s >= 1.0:
+            self.values = {key: total / over_s for key, total in zip(self.values, self._sums)}
             self._begin(stamp_ns)
 
     def _begin(self, stamp_ns: int) -> None:
-        self._since_ns, self._reports, self._left, self._right = stamp_ns, 0, 0, 0
+        self._since_ns, self._sums = stamp_ns, [0, 0, 0]
 
 
 class EncoderDiagnosis:
@@ -59,7 +57,7 @@ class EncoderDiagnosis:
 
     def __init__(self, counter_modulus: int) -> None:
         self._rate = CountRate(counter_modulus)
-        self._dropped = self._told = 0
+        self._dropped = self._reported = 0
 
     def take_report(self, sample: EncoderSample) -> None:
         """Take note of a report."""
@@ -71,29 +69,13 @@ class EncoderDiagnosis:
 
     def diagnose(self) -> Diagnosis:
         """Return the state; a warning is of what has happened since the last call."""
-        dropped, self._told = self._dropped - self._told, self._dropped
-        left, right = self._rate.counts_per_s
-        values = {
-            'counts per second, left': left,
-            'counts per second, right': right,
-            'reports per second': self._rate.reports_per_s,
-            'dropped joint messages': self._dropped,
-        }
-        return Diagnosis(f'dropped joint messages: {dropped}' if dropped else '', values)
+        dropped, self._reported = self._dropped - self._reported, self._dropped
+        warning = f'dropped joint messages: {dropped}' if dropped else ''
+        return Diagnosis(warning, {**self._rate.values, 'dropped joint messages': self._dropped})
 
 
-# Speeds are means over as long, so that counts of a coarse encoder make one.
+# Speeds are means over this time, so that counts of a coarse encoder make one.
 MEAN_OVER_NS = NANOSECONDS_PER_SECOND // 4
-
-PerSide = Tuple[float, float]  # left, right
-
-
-class _Travel(NamedTuple):
-    """The wheels at one report: turned since some time [rad], by counts and by commands."""
-
-    stamp_ns: int
-    measured: PerSide
-    commanded: PerSide
 
 
 class FollowingError:
@@ -118,9 +100,10 @@ class FollowingError:
         self.restart()
 
     def restart(self) -> None:
-        """Begin anew, as where counts do; the newest command stands."""
-        self._travels: Deque[_Travel] = deque()
-        self._within_ns = (0, 0)  # when the error of each wheel was in the window last
+        """Begin again, as counts do; the newest command stands."""
+        # Stamps, the angles that were commanded since some time, and those that were turned too far [rad].
+        self._travels: Deque[Tuple[int, PerSide, PerSide]] = deque()
+        self._within_ns = [0, 0]  # when the error of each wheel was in the window last
         self._newest_ns = 0
         self.errors_radps: PerSide = (0.0, 0.0)
 
@@ -137,45 +120,32 @@ class FollowingError:
             self._command_ns = None
             self.restart()
             return
-        self._newest_ns = stamp_ns
-        measured = left_count * self._rad_per_count[0], right_count * self._rad_per_count[1]
-        self._travels.append(_Travel(stamp_ns, measured, self._commanded_until(stamp_ns)))
-        while len(self._travels) > 2 and stamp_ns - self._travels[1].stamp_ns >= MEAN_OVER_NS:
+        last_ns, (left_rad, right_rad), _ = self._travels[-1] if self._travels else (stamp_ns, (0.0, 0.0), None)
+        passed_s = (stamp_ns - last_ns) / NANOSECONDS_PER_SECOND
+        commanded = left_rad + self._command[0] * passed_s, right_rad + self._command[1] * passed_s
+        left_turn, right_turn = self._rad_per_count
+        too_far = left_count * left_turn - commanded[0], right_count * right_turn - commanded[1]
+        self._travels.append((stamp_ns, commanded, too_far))
+        while len(self._travels) > 2 and stamp_ns - self._travels[1][0] >= MEAN_OVER_NS:
             self._travels.popleft()
-        self._compare(stamp_ns)
+        self._newest_ns = stamp_ns
+        first_ns, _, before = self._travels[0]
+        if stamp_ns - first_ns < MEAN_OVER_NS:
+            self._within_ns = [stamp_ns, stamp_ns]
+            return
+        over_s = (stamp_ns - first_ns) / NANOSECONDS_PER_SECOND
+        self.errors_radps = (too_far[0] - before[0]) / over_s, (too_far[1] - before[1]) / over_s
+        for side, (error, rad) in enumerate(zip(self.errors_radps, self._rad_per_count)):
+            if abs(error) <= self._window_radps + rad / over_s:
+                self._within_ns[side] = stamp_ns
 
     def lasts_s(self) -> PerSide:
-        """Return for how long each wheel's error has lasted up to now, where that is longer than it may; else 0."""
-        left, right = (
-            lasts_ns / NANOSECONDS_PER_SECOND if lasts_ns > self._timeout_ns else 0.0
-            for lasts_ns in (self._newest_ns - within_ns for within_ns in self._within_ns)
+        """Return for how long each wheel's error has lasted up to now, if that is longer than it may; else 0."""
+        left_ns, right_ns = (self._newest_ns - within_ns for within_ns in self._within_ns)
+        return (
+            left_ns / NANOSECONDS_PER_SECOND if left_ns > self._timeout_ns else 0.0,
+            right_ns / NANOSECONDS_PER_SECOND if right_ns > self._timeout_ns else 0.0,
         )
-        return left, right
-
-    def _commanded_until(self, stamp_ns: int) -> PerSide:
-        if not self._travels:
-            return 0.0, 0.0
-        last = self._travels[-1]
-        passed_s = (stamp_ns - last.stamp_ns) / NANOSECONDS_PER_SECOND
-        left, right = (turned + speed * passed_s for turned, speed in zip(last.commanded, self._command))
-        return left, right
-
-    def _compare(self, stamp_ns: int) -> None:
-        first, last = self._travels[0], self._travels[-1]
-        over_s = (last.stamp_ns - first.stamp_ns) / NANOSECONDS_PER_SECOND
-        if last.stamp_ns - first.stamp_ns < MEAN_OVER_NS:
-            self._within_ns = stamp_ns, stamp_ns
-            return
-        left, right = (
-            ((last.measured[side] - first.measured[side]) - (last.commanded[side] - first.commanded[side])) / over_s
-            for side in (0, 1)
-        )
-        self.errors_radps = left, right
-        left_ns, right_ns = (
-            stamp_ns if abs(error) <= self._window_radps + rad / over_s else since_ns
-            for error, rad, since_ns in zip(self.errors_radps, self._rad_per_count, self._within_ns)
-        )
-        self._within_ns = left_ns, right_ns
 
 
 # How much of its lateness a report hands on to the next: jitter cancels, and a slow clock is not taken for loss.
@@ -197,7 +167,7 @@ class LostReports:
         return max(self._missing, 0)
 
     def take(self, stamp_ns: int) -> None:
-        """Take the stamp of a report; one that goes back begins anew, and keeps the count."""
+        """Take the stamp of a report; one that goes back begins again, and keeps the count."""
         newest_ns, self._newest_ns = self._newest_ns, stamp_ns
         if newest_ns is None or stamp_ns < newest_ns:
             self._late = 0.0
@@ -208,9 +178,6 @@ class LostReports:
         self._missing += passed - 1
 
 
-SIDES = ('left', 'right')
-
-
 class OdometryDiagnosis:
     """Watches an odometry, its reports and its robot's commands."""
 
@@ -218,23 +185,22 @@ class OdometryDiagnosis:
         """Prepare for reports at `rate_hz`."""
         self._odometry, params = odometry, odometry.params
         self._radius_m, self._separation_m = 0.5 * params.wheel_diameter, params.wheel_separation
-        turn, counts = 2.0 * math.pi, params.counts_per_turn
-        self._following_error = FollowingError(
-            (turn / counts.left, turn / counts.right), params.following_error_window, params.following_error_timeout
-        )
-        self._rate, self._lost, self._ignored = CountRate(0), LostReports(rate_hz), 0
-        self._told = self._events()
+        counts = params.counts_per_turn
+        rad_per_count = 2.0 * math.pi / counts.left, 2.0 * math.pi / counts.right
+        self._following = FollowingError(rad_per_count, params.following_error_window, params.following_error_timeout)
+        self._lost, self._ignored = LostReports(rate_hz), 0
+        self.restart()
 
     def restart(self) -> None:
-        """Begin anew where odometry was reset; what has happened so far stays counted."""
+        """Begin again when odometry was reset; what has happened so far stays counted."""
         self._rate = CountRate(0)
-        self._following_error.restart()
-        self._told = self._events()
+        self._following.restart()
+        self._reported = self._lost.count, self._odometry.restarts
 
     def take_command(self, linear_mps: float, angular_radps: float) -> None:
         """Take a commanded twist."""
         left_mps, right_mps = wheel_speeds_mps(linear_mps, angular_radps, self._separation_m)
-        self._following_error.take_command(left_mps / self._radius_m, right_mps / self._radius_m)
+        self._following.take_command(left_mps / self._radius_m, right_mps / self._radius_m)
 
     def take_report(self, stamp_ns: int, is_used: bool) -> None:
         """Take note of a report, which odometry has used, or ignored because it is stale."""
@@ -244,50 +210,34 @@ class OdometryDiagnosis:
         counts = self._odometry.counts
         self._lost.take(stamp_ns)
         self._rate.take(stamp_ns, *counts)
-        self._following_error.take_report(stamp_ns, *counts)
+        self._following.take_report(stamp_ns, *counts)
 
     def diagnose(self) -> Diagnosis:
         """Return the state at the newest report; warnings are of what has happened since the last call."""
-        warning = '; '.join(self._warnings())
-        self._told = self._events()
-        lost, restarts = self._told
+        before, self._reported = self._reported, (self._lost.count, self._odometry.restarts)
+        lost, restarts = self._reported
+        warnings = [f'lost reports: {lost - before[0]}'] if lost > before[0] else []
+        warnings += [f'counter restarts: {restarts - before[1]}'] if restarts > before[1] else []
+        warnings += [
+            f'{side} wheel has not followed the command for {lasts_s:.1f} s'
+            for side, lasts_s in zip(SIDES, self._following.lasts_s())
+            if lasts_s
+        ]
         values = {
-            **{f'counts per second, {side}': value for side, value in zip(SIDES, self._rate.counts_per_s)},
-            'reports per second': self._rate.reports_per_s,
+            **self._rate.values,
             'lost reports': lost,
             'late or repeated reports': self._ignored,
             'counter restarts': restarts,
-            **{
-                f'following error, {side} [rad/s]': value
-                for side, value in zip(SIDES, self._following_error.errors_radps)
-            },
         }
-        return Diagnosis(warning, values)
-
-    def _events(self) -> Tuple[int, int]:
-        """Return lost reports and counter restarts so far."""
-        return self._lost.count, self._odometry.restarts
-
-    def _warnings(self) -> Iterator[str]:
-        lost, restarts = (now - told for now, told in zip(self._events(), self._told))
-        if lost > 0:
-            yield f'lost reports: {lost}'
-        if restarts > 0:
-            yield f'counter restarts: {restarts}'
-        for side, lasts_s in zip(SIDES, self._following_error.lasts_s()):
-            if lasts_s:
-                yield f'{side} wheel has not followed the command for {lasts_s:.1f} s'
+        errors = {f'following error, {side} [rad/s]': error for side, error in zip(SIDES, self._following.errors_radps)}
+        return Diagnosis('; '.join(warnings), {**values, **errors})
 
 
 STRAIGHT_M = 20.0  # the path by which the two are compared: the paper's straight test
 
 
 def hidden_encoder(params: OdometryParams) -> str:
-    """Return a line where the usual motion noise hides the encoder after a straight line; '' where it does not.
-
-    Args:
-        params: of odometry whose motion noise nobody gave.
-    """
+    """Return a line if the usual motion noise, which is not given, hides the encoder after a straight line; else ''."""
     encoder_m, noise_m = encoder_lateral_std(params), noise_lateral_std(USUAL_MOTION_NOISE, params.wheel_separation)
     if noise_m <= encoder_m:
         return ''
@@ -301,8 +251,7 @@ def hidden_encoder(params: OdometryParams) -> str:
 def encoder_lateral_std(params: OdometryParams) -> float:
     """Return the standard deviation across [m] that the encoder's counts cause after a straight line."""
     end = Pose2D(STRAIGHT_M, 0.0, 0.0)
-    covariance = quantisation_covariance(end, *params.reading_variances_m2, 0.0, params.wheel_separation)
-    return math.sqrt(covariance.yy)
+    return math.sqrt(quantisation_covariance(end, *params.reading_variances_m2, 0.0, params.wheel_separation).yy)
 
 
 def noise_lateral_std(motion_noise: float, wheel_separation_m: float) -> float:

@@ -10,7 +10,7 @@ from typing import Deque, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from diff_encoder_sim.base.errors import EVENT
-from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, base_of_axle, move_along_arc
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.wheels.counter import CounterSteps, Reading
 from diff_encoder_sim.wheels.covariance import (
@@ -31,17 +31,9 @@ from diff_encoder_sim.wheels.encoder import STANDSTILL_AFTER_S
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.report_link import LATE_REPORT_TOLERANCE_NS
 
+log = logging.getLogger(__name__)
+
 WheelRates = Tuple[float, float]  # left, right [rad/s]
-
-
-class RimMotion(NamedTuple):
-    """What a wheel's rim did: way [m] and its variance [m^2], or speed [m/s] and its variance [m^2/s^2]."""
-
-    mean: float
-    variance: float
-
-
-Rims = Tuple[RimMotion, RimMotion]  # left, right
 
 
 class TwistCovariance(NamedTuple):
@@ -64,6 +56,13 @@ class WheelTwist(NamedTuple):
     covariance: TwistCovariance
 
 
+class RimMotion(NamedTuple):
+    """What a wheel's rim did: way [m] and its variance [m^2], or speed [m/s] and its variance [m^2/s^2]."""
+
+    mean: float
+    variance: float
+
+
 class TwistEstimator:
     """Computes the twist: the mean one by counts, or that of measured speeds; with or without a low-pass.
 
@@ -79,46 +78,41 @@ class TwistEstimator:
 
     def reset(self) -> None:
         """Forget the speeds before."""
-        self._smooth: Optional[Rims] = None
+        self._smooth: Optional[Sequence[RimMotion]] = None
         self._smooth_ns = 0
 
     def twist(self, totals: Sequence[Reading], measured_radps: Optional[WheelRates]) -> WheelTwist:
-        """Return the twist at the last of some readings; zero where there is but one, and no measured speed.
+        """Return the twist at the last of some readings; zero if there is only one, and no measured speed.
 
         Args:
             totals: pulses since the start; the mean by counts is between the first reading and the last.
             measured_radps: speeds of the wheels, left and right, which take the place of that mean.
         """
-        separation_m, stamp_ns = self._params.wheel_separation, totals[-1].stamp_ns
+        separation_m, (stamp_ns, *last) = self._params.wheel_separation, totals[-1]
+        first_ns, *first = totals[0]
+        interval_s = (stamp_ns - first_ns) / NANOSECONDS_PER_SECOND
         if measured_radps is not None:
-            interval_s = _interval_s(totals[-2], totals[-1]) if len(totals) > 1 else 0.0
-            speeds = self._measured_speeds(measured_radps, interval_s)
+            since_s = (stamp_ns - totals[-2].stamp_ns) / NANOSECONDS_PER_SECOND if len(totals) > 1 else 0.0
+            speeds = [
+                self._measured(radps * self._radius_m, m_per_pulse, since_s)
+                for radps, m_per_pulse in zip(measured_radps, self._m_per_pulse)
+            ]
             return twist_of_rims(self._smoothed(stamp_ns, speeds), 1.0, separation_m)
-        ways, interval_s = self._ways(totals[0], totals[-1]), _interval_s(totals[0], totals[-1])
+        ways = [
+            self._way((new - old) * m_per_pulse, m_per_pulse)
+            for new, old, m_per_pulse in zip(last, first, self._m_per_pulse)
+        ]
         if not self._params.velocity_low_pass or interval_s == 0.0:
             return twist_of_rims(ways, interval_s, separation_m)
-        left, right = (RimMotion(way / interval_s, variance / interval_s**2) for way, variance in ways)
-        return twist_of_rims(self._smoothed(stamp_ns, (left, right)), 1.0, separation_m)
+        speeds = [RimMotion(way / interval_s, variance / interval_s**2) for way, variance in ways]
+        return twist_of_rims(self._smoothed(stamp_ns, speeds), 1.0, separation_m)
 
-    def _ways(self, first: Reading, last: Reading) -> Rims:
-        """Return the ways between two readings, whose rounding errors are independent."""
-        left_m_per_pulse, right_m_per_pulse = self._m_per_pulse
-        left = self._way(last.left_pulses - first.left_pulses, left_m_per_pulse)
-        return left, self._way(last.right_pulses - first.right_pulses, right_m_per_pulse)
-
-    def _way(self, pulses: int, m_per_pulse: float) -> RimMotion:
-        way_m = pulses * m_per_pulse
+    def _way(self, way_m: float, m_per_pulse: float) -> RimMotion:
+        """Return the way between two readings, whose rounding errors are independent."""
         variance = 2.0 * reading_variance(m_per_pulse, self._edge_variance) + self._params.travel_variance * abs(way_m)
         return RimMotion(way_m, variance + self._wave_variance * way_m**2)
 
-    def _measured_speeds(self, rates_radps: WheelRates, interval_s: float) -> Rims:
-        left, right = (
-            self._measured_speed(rate_radps * self._radius_m, m_per_pulse, interval_s)
-            for rate_radps, m_per_pulse in zip(rates_radps, self._m_per_pulse)
-        )
-        return left, right
-
-    def _measured_speed(self, mps: float, m_per_pulse: float, interval_s: float) -> RimMotion:
+    def _measured(self, mps: float, m_per_pulse: float, interval_s: float) -> RimMotion:
         """Return a speed between two edges: wrong by their places, and by two readings of the clock."""
         if mps == 0.0:
             # It may creep, by less than a count until that is noticed.
@@ -129,18 +123,23 @@ class TwistEstimator:
         time_s2 = self._tick_s**2 / 6.0
         return RimMotion(mps, (way_m2 + mps**2 * time_s2) / between_s**2 + self._wave_variance * mps**2)
 
-    def _smoothed(self, stamp_ns: int, speeds: Rims) -> Rims:
+    def _smoothed(self, stamp_ns: int, speeds: Sequence[RimMotion]) -> Sequence[RimMotion]:
         """Pass the speeds through the low-pass; errors of one and the next are taken as independent."""
         if self._smooth is not None and self._params.velocity_low_pass:
             passed_s = (stamp_ns - self._smooth_ns) / NANOSECONDS_PER_SECOND
             share = passed_s / (self._params.velocity_low_pass + passed_s)
-            left, right = (_mixed(old, new, share) for old, new in zip(self._smooth, speeds))
-            speeds = left, right
+            speeds = [
+                RimMotion(
+                    old.mean + share * (new.mean - old.mean),
+                    (1.0 - share) ** 2 * old.variance + share**2 * new.variance,
+                )
+                for old, new in zip(self._smooth, speeds)
+            ]
         self._smooth, self._smooth_ns = speeds, stamp_ns
         return speeds
 
 
-def twist_of_rims(rims: Rims, interval_s: float, wheel_separation_m: float) -> WheelTwist:
+def twist_of_rims(rims: Sequence[RimMotion], interval_s: float, wheel_separation_m: float) -> WheelTwist:
     """Return the twist that moves the rims of both wheels by their ways within an interval; zero over no time.
 
     Args:
@@ -163,19 +162,6 @@ def wheel_speeds_mps(linear_mps: float, angular_radps: float, wheel_separation_m
     return linear_mps - half_mps, linear_mps + half_mps
 
 
-def _mixed(old: RimMotion, new: RimMotion, share: float) -> RimMotion:
-    return RimMotion(
-        old.mean + share * (new.mean - old.mean), (1.0 - share) ** 2 * old.variance + share**2 * new.variance
-    )
-
-
-def _interval_s(first: Reading, last: Reading) -> float:
-    return (last.stamp_ns - first.stamp_ns) / NANOSECONDS_PER_SECOND
-
-
-log = logging.getLogger(__name__)
-
-
 class OdometryEstimate(NamedTuple):
     """Pose and twist by the wheels at one instant."""
 
@@ -185,7 +171,7 @@ class OdometryEstimate(NamedTuple):
     angular_velocity_radps: float  # counter-clockwise
     of_pose: PlanarCovariance = PlanarCovariance()  # in the odom frame
     of_twist: TwistCovariance = TwistCovariance()
-    lateral_velocity_mps: float = 0.0  # along base_link's y: where base_link is not on the axle, it swings in turns
+    lateral_velocity_mps: float = 0.0  # along base_link's y: if base_link is not on the axle, it swings in turns
 
     @property
     def pose_covariance(self) -> np.ndarray:
@@ -214,14 +200,13 @@ class WheelOdometry:
         self._geometry_std = params.geometry_std
         self._timeline = Timeline(LATE_REPORT_TOLERANCE_NS)
         self._steps, self._twists = CounterSteps(params.counter_limits), TwistEstimator(params)
-        self._pull = LateralAcceleration(params.wheel_separation)
         self.reset()
 
     def reset(self) -> None:
         """Return to pose zero; the next report of a new stamp, whatever it counts, is the start."""
         self._steps.reset()
         self._twists.reset()
-        self._pull.reset()
+        self._pull = LateralAcceleration(self.params.wheel_separation)
         self._totals: Deque[Reading] = deque(maxlen=self.params.velocity_window + 1)
         self._pose = IDENTITY  # of the axle's middle, where it began
         self._motion_covariance = PlanarCovariance()
@@ -267,64 +252,46 @@ class WheelOdometry:
     def _integrate(self, reading: Reading) -> None:
         step = self._steps.take(reading)
         if step is None:
-            self._totals.append(reading._replace(left_pulses=0, right_pulses=0))
+            self._totals.append(Reading(reading.stamp_ns, 0, 0))
             return
         if step.restart:
             log.warning('%s: taken as a counter restart, the pose is kept', step.restart, extra=EVENT)
-        left_pulses, right_pulses = step.left_pulses, step.right_pulses
-        total = self._totals[-1]
-        self._totals.append(
-            Reading(reading.stamp_ns, total.left_pulses + left_pulses, total.right_pulses + right_pulses)
-        )
-        left_m, right_m = left_pulses * self._m_per_pulse[0], right_pulses * self._m_per_pulse[1]
-        pull_mps2 = self._pull.take((reading.stamp_ns - total.stamp_ns) / NANOSECONDS_PER_SECOND, left_m, right_m)
-        if left_pulses or right_pulses:
-            self._move_pose(left_m, right_m, pull_mps2)
-
-    def _move_pose(self, left_m: float, right_m: float, pull_mps2: float) -> None:
-        start = self._pose
-        moved = move_along_arc(start, 0.5 * (left_m + right_m), (right_m - left_m) / self.params.wheel_separation)
-        # The heading comes from the totals: adding up rounded increments would let it drift.
-        self._pose = moved._replace(yaw_rad=self._heading_rad(self._totals[-1]))
-        step = start.yaw_rad, left_m, right_m, self.params.wheel_separation
-        noise = self.params.travel_variance + (self.params.curve_noise or 0.0) * pull_mps2**2
-        self._motion_covariance = propagate_motion_noise(self._motion_covariance, *step, noise, self._heading_var_rad2)
-        if self._geometry_std != KNOWN_EXACTLY:
-            self._geometry_errors = carry_geometry_errors(self._geometry_errors, self._geometry_std, *step)
-
-    def _heading_rad(self, total: Reading) -> float:
+        last, separation_m = self._totals[-1], self.params.wheel_separation
+        left_total, right_total = last.left_pulses + step.left_pulses, last.right_pulses + step.right_pulses
+        self._totals.append(Reading(reading.stamp_ns, left_total, right_total))
         left_m_per_pulse, right_m_per_pulse = self._m_per_pulse
-        travel_m = total.right_pulses * right_m_per_pulse - total.left_pulses * left_m_per_pulse
-        return travel_m / self.params.wheel_separation
+        left_m, right_m = step.left_pulses * left_m_per_pulse, step.right_pulses * right_m_per_pulse
+        pull_mps2 = self._pull.take((reading.stamp_ns - last.stamp_ns) / NANOSECONDS_PER_SECOND, left_m, right_m)
+        if not (step.left_pulses or step.right_pulses):
+            return
+        moved = move_along_arc(self._pose, 0.5 * (left_m + right_m), (right_m - left_m) / separation_m)
+        motion = self._pose.yaw_rad, left_m, right_m, separation_m
+        # The heading comes from the totals: adding up rounded increments would let it drift.
+        yaw_rad = (right_total * right_m_per_pulse - left_total * left_m_per_pulse) / separation_m
+        self._pose = Pose2D(moved.x_m, moved.y_m, yaw_rad)
+        noise = self.params.travel_variance + (self.params.curve_noise or 0.0) * pull_mps2**2
+        self._motion_covariance = propagate_motion_noise(
+            self._motion_covariance, *motion, noise, self._heading_var_rad2
+        )
+        if self._geometry_std != KNOWN_EXACTLY:
+            self._geometry_errors = carry_geometry_errors(self._geometry_errors, self._geometry_std, *motion)
 
     def _estimate(self, stamp_ns: int, wheel_rates_radps: Optional[WheelRates]) -> OdometryEstimate:
-        twist = self._twists.twist(self._totals, wheel_rates_radps)
-        axle_x_m = self.params.axle_x
-        pose_covariance = self._axle_covariance()
-        if axle_x_m:
-            pose_covariance = behind_axle(pose_covariance, self._pose.yaw_rad, axle_x_m)
-        return OdometryEstimate(
-            stamp_ns,
-            self._base_pose(),
-            twist.linear_mps,
-            twist.angular_radps,
-            pose_covariance,
-            twist.covariance,
-            0.0 - axle_x_m * twist.angular_radps,  # never -0.0
-        )
-
-    def _axle_covariance(self) -> PlanarCovariance:
-        """Return the covariance of the axle's middle."""
+        twist, axle_x_m = self._twists.twist(self._totals, wheel_rates_radps), self.params.axle_x
+        separation_m = self.params.wheel_separation
         covariance = self._motion_covariance.plus(
-            quantisation_covariance(self._pose, *self._reading_vars_m2, self._residual_m, self.params.wheel_separation)
+            quantisation_covariance(self._pose, *self._reading_vars_m2, self._residual_m, separation_m)
         )
         if self._geometry_std != KNOWN_EXACTLY:
             covariance = covariance.plus(geometry_covariance(self._geometry_errors, self._geometry_std))
-        return covariance
-
-    def _base_pose(self) -> Pose2D:
-        """Return the pose of base_frame: the axle's, moved back along its x on the way there and at its end."""
-        axle, axle_x_m = IDENTITY.compose(self._pose), self.params.axle_x
-        return axle._replace(
-            x_m=axle.x_m + axle_x_m * (1.0 - math.cos(axle.yaw_rad)), y_m=axle.y_m - axle_x_m * math.sin(axle.yaw_rad)
+        if axle_x_m:
+            covariance = behind_axle(covariance, self._pose.yaw_rad, axle_x_m)
+        return OdometryEstimate(
+            stamp_ns,
+            base_of_axle(self._pose, axle_x_m),
+            twist.linear_mps,
+            twist.angular_radps,
+            covariance,
+            twist.covariance,
+            0.0 - axle_x_m * twist.angular_radps,  # never -0.0
         )
