@@ -6,11 +6,8 @@ import numpy as np
 import pytest
 
 from browser import chromium, opened_page
-from diff_encoder_sim.analysis.dataset import Tracks
-from diff_encoder_sim.analysis.output_folder import REPORT
-from diff_encoder_sim.analysis.outputs import write_analysis
-from diff_encoder_sim.drives.trial_definition import Outcome
-from paper_datasets import paper_dataset, trial
+from diff_encoder_sim.analysis.outputs import REPORT, write_analysis
+from trial_tables import paper_results, trial
 
 BROWSER = chromium()
 pytestmark = pytest.mark.skipif(BROWSER is None, reason='no Chromium on this machine')
@@ -43,8 +40,8 @@ def report(tmp_path_factory):
         for test in ('SL', 'SMT')
         for ppr in ('40', '1024', '4096')
     ]
-    trials[0][0] = trials[0][0]._replace(outcome=Outcome.COLLISION, reason='touched <pillar_3>')
-    write_analysis(paper_dataset(*trials), folder)
+    trials[0][0].update(outcome='collision', reason='touched <pillar_3>')
+    write_analysis(paper_results(*trials), folder)
     return folder / REPORT
 
 
@@ -54,7 +51,8 @@ def both_errors(test, ppr, errors, folder):
     for number, error in enumerate(errors, start=1):
         one = trial(test, ppr, number, world=error.tolist(), odom=(error + [0.01, 0.05, 0.5]).tolist())
         tracks = (np.column_stack((X_M, slope * (X_M + 10.0))) for slope in (0.0, 0.01 * number))
-        trials.append(one._replace(tracks=Tracks(*tracks), bag=folder / f'{test}_{ppr}_{number}.bag'))
+        bag = str(folder / f'{test}_{ppr}_{number}.bag')
+        trials.append({**one, **dict(zip(('true_path', 'odom_path'), tracks)), 'bag': bag})
     return trials
 
 

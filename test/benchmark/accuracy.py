@@ -13,22 +13,22 @@ import multiprocessing
 import os
 import tempfile
 from pathlib import Path
-from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
+from typing import Dict, Iterable, Iterator, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 from checkout import ROOT, print_header
 from counts import COUNT
 from tabulate import tabulate
 
-from diff_encoder_sim.analysis.dataset import Varied
-from diff_encoder_sim.analysis.dataset_loading import read_campaign
 from diff_encoder_sim.analysis.quantities import QUANTITIES
+from diff_encoder_sim.analysis.results_table import load_results
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import FinalErrors, TrialPlan
 from diff_encoder_sim.trials.campaign_cells import Campaign, RequestedTrial
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial
+from diff_encoder_sim.trials.results import PARTS
 from diff_encoder_sim.trials.trial_run import final_errors
 from diff_encoder_sim.wheels.encoder_params import ppr_label
 
@@ -70,13 +70,13 @@ def main() -> None:
 
 
 def _ends_in(folder: Path) -> Dict[Cell, List[End]]:
-    found = read_campaign(folder)
-    for note in found.notes:
-        print(note)
+    results = load_results([folder])
     ends: Dict[Cell, List[End]] = {}
-    for row in found.rows:
-        goal = found.manifest.requested[row.test].goal()
-        ends.setdefault((_label(row.test, row.varied), row.ppr), []).extend(_end(row.errors, goal, math.nan))
+    for row in results.trials.to_dict('records'):
+        goal, varied = results.requested[row['test']].goal(), [(key, row[key]) for key in results.varied]
+        errors = {source: Pose2D(*(row[f'{source.value}_{part}'] for part in PARTS)) for source in PoseSource}
+        known = {source: error for source, error in errors.items() if not math.isnan(error.x_m)}
+        ends.setdefault((_label(row['test'], varied), row['ppr']), []).extend(_end(known, goal, math.nan))
     return ends
 
 
@@ -93,7 +93,7 @@ def _ends_of(name: str, arguments: argparse.Namespace) -> Dict[Cell, List[End]]:
     return ends
 
 
-def _label(test: str, varied: Varied) -> str:
+def _label(test: str, varied: Iterable[Tuple[str, str]]) -> str:
     return ', '.join((test, *(f'{key.rpartition(".")[2]} {text}' for key, text in varied)))
 
 

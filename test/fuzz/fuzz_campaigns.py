@@ -8,9 +8,8 @@ import numpy as np
 
 from analysed_campaigns import finish
 from campaign_files import RUN, small_campaign
-from diff_encoder_sim.analysis.dataset_loading import load_dataset
-from diff_encoder_sim.analysis.output_folder import output_folder
-from diff_encoder_sim.analysis.outputs import write_analysis
+from diff_encoder_sim.analysis.outputs import output_folder, write_analysis
+from diff_encoder_sim.analysis.results_table import load_results
 from diff_encoder_sim.analysis.terminal_summary import summary
 from diff_encoder_sim.trials.results import ResultStore
 from odd_values import ODD_VALUES, damaged, odd_mapping, pick
@@ -45,11 +44,11 @@ def run(rng, folder):
 
 
 def _analyze(paths, out):
-    dataset = load_dataset(paths)
-    summary(dataset)
+    results = load_results(paths)
+    summary(results)
     if out:
         with output_folder(out) as folder:
-            write_analysis(dataset, folder)
+            write_analysis(results, folder)
 
 
 def _change_table(rng, results):

@@ -3,7 +3,7 @@
 import pytest
 
 from campaign_files import RUN, row_of_job
-from diff_encoder_sim.analysis.dataset_loading import load_dataset
+from diff_encoder_sim.analysis.results_table import load_results
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.trials.results import ResultStore
 from trial_bags import write_bag
@@ -22,6 +22,6 @@ def finish(campaign, folder, count=None):
 def refusal(*paths):
     """The one line with which these paths are refused."""
     with pytest.raises(ConfigError) as caught:
-        load_dataset(paths)
+        load_results(paths)
     assert '\n' not in str(caught.value)
     return str(caught.value)

@@ -53,7 +53,7 @@ print(len(core))
 
 # Libraries of seconds or many megabytes, and the modules that are not imported before what they wrap is needed.
 HEAVY = ('numba', 'pybullet', 'dask', 'distributed', 'matplotlib', 'scipy')
-WRAPPERS = ('analysis.figures', 'analysis.output_files', 'analysis.report')
+WRAPPERS = ('analysis.figures', 'analysis.report')
 IMPORT_AND_NAME_THE_HEAVY = f"""
 import importlib, sys
 for name in sys.argv[1:]:

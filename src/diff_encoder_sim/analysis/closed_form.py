@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import math
-from typing import Iterator, List, Optional, Sequence, Tuple
+from typing import TYPE_CHECKING, Optional, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.analysis.dataset import Dataset, RobotGeometry, TrialData
 from diff_encoder_sim.analysis.encoder_labels import ppr_value
-from diff_encoder_sim.analysis.quantities import LEVEL, QUANTITIES, YAW, Quantity
+from diff_encoder_sim.analysis.quantities import MINUS_TRUTH, QUANTITIES, YAW
+from diff_encoder_sim.analysis.result_tables import NOTHING, ResultTable
+from diff_encoder_sim.analysis.results_table import Results, RobotGeometry, final_errors
 from diff_encoder_sim.analysis.statistics import spread, std_interval
-from diff_encoder_sim.analysis.table import Column, Entry, Table
-from diff_encoder_sim.analysis.table_keys import cell_text
-from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.wheels.covariance import quantisation_covariance, reading_variance, residual_std
+
+if TYPE_CHECKING:
+    import pandas as pd
+else:
+    pd = deferred('pandas')
 
 # A goal so near the line ahead [m], and so little turned [rad], is straight ahead.
 STRAIGHT_WITHIN = 1e-9
@@ -36,8 +39,8 @@ def closed_form_std(requested: Trial, robot: RobotGeometry, ppr: float) -> np.nd
     residual_m = residual_std(m_per_pulse, m_per_pulse)
     goal = requested.goal().relative_to(start)
     covariance = quantisation_covariance(goal, reading_m2, reading_m2, residual_m, robot.wheel_separation_m)
-    turn = np.eye(3)
-    turn[:2, :2] = _rotation(start)
+    turn, cos_yaw, sin_yaw = np.eye(3), math.cos(start.yaw_rad), math.sin(start.yaw_rad)
+    turn[:2, :2] = [[cos_yaw, -sin_yaw], [sin_yaw, cos_yaw]]
     return np.sqrt(np.diag(turn @ covariance.matrix() @ turn.T))
 
 
@@ -57,34 +60,23 @@ def heading_std_rad(wheel_travel_m: np.ndarray, m_per_pulse: float, wheel_separa
     return m_per_pulse / wheel_separation_m * math.sqrt(2.0 * float(np.mean(fractions * (1.0 - fractions))))
 
 
-def wheel_travel_m(requested: Trial, robot: RobotGeometry, true_minus_goal: Sequence[Pose2D]) -> Optional[np.ndarray]:
+def wheel_travel_m(requested: Trial, robot: RobotGeometry, true_minus_goal: np.ndarray) -> Optional[np.ndarray]:
     """(n,) travel of each wheel of drives that truly end there; None unless it is one straight line or turns in place.
 
     Args:
         requested: the drive.
         robot: for the travel in turns.
-        true_minus_goal: final true poses minus the goal, along the map's axes.
+        true_minus_goal: (n, 3) final true poses minus the goal, along the map's axes [m, m, rad].
     """
     motion = _only_motion(requested)
     if motion is None:
         return None
     straight_m, turn_rad = motion
-    x_m, y_m, yaw_rad = np.reshape(true_minus_goal, (-1, 3)).T
-    if turn_rad:
-        return 0.5 * robot.wheel_separation_m * (turn_rad + yaw_rad)
+    x_m, y_m, yaw_rad = true_minus_goal.T
     start_yaw_rad = requested.test.start.yaw
-    return straight_m + math.cos(start_yaw_rad) * x_m + math.sin(start_yaw_rad) * y_m
-
-
-def odometry_minus_truth(trials: Sequence[TrialData], quantity: Quantity) -> np.ndarray:
-    """(n,) final odometry minus true pose of the trials that have both, in the quantity's unit."""
-    errors = [trial.odometry_minus_truth for trial in trials]
-    return quantity.scale * np.array([error[quantity.component] for error in errors if error is not None])
-
-
-def _rotation(pose: Pose2D) -> np.ndarray:
-    cos_yaw, sin_yaw = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
-    return np.array([[cos_yaw, -sin_yaw], [sin_yaw, cos_yaw]])
+    ahead_m = straight_m + math.cos(start_yaw_rad) * x_m + math.sin(start_yaw_rad) * y_m
+    travel_m: np.ndarray = 0.5 * robot.wheel_separation_m * (turn_rad + yaw_rad) if turn_rad else ahead_m
+    return travel_m
 
 
 def _only_motion(requested: Trial) -> Optional[Tuple[float, float]]:
@@ -107,14 +99,13 @@ SCALED = {'m': ('mm', 1e3), 'deg': ('deg', 1.0)}
 DIGITS = 3
 
 _GROUP = 'standard deviation'
-_COLUMNS = [
-    Column('cell', 'cell'),
-    Column('quantity', 'error'),
-    Column('at_goal', 'quantisation alone, exactly at the goal', _GROUP),
-    Column('expected', 'quantisation alone, where trials stop', _GROUP),
-    Column('measured', 'measured (95 % interval)', _GROUP),
-    Column('conclusion', 'measured is', _GROUP),
-]
+_HEADS = {
+    'quantity': ('', 'error'),
+    'at_goal': (_GROUP, 'quantisation alone, exactly at the goal'),
+    'expected': (_GROUP, 'quantisation alone, where trials stop'),
+    'measured': (_GROUP, 'measured (95 % interval)'),
+    'conclusion': (_GROUP, 'measured is'),
+}
 _NOTES = [
     (
         'Closed form: wheel phases uniform at the start. Larger measured values come from slip, wheel errors and the '
@@ -129,54 +120,47 @@ _NOTES = [
 ]
 
 
-def closed_form_table(dataset: Dataset) -> Optional[Table]:
-    """Build rows of cell and quantity; None where no cell has both numbers."""
-    rows = list(_rows(dataset))
-    title = 'Final /odom minus /world_pose: closed form and measured'
-    return Table('closed_form', title, _COLUMNS, rows, _NOTES) if rows else None
-
-
-def _rows(dataset: Dataset) -> Iterator[List[Entry]]:
-    for cell, trials in dataset.cells().items():
-        ppr = ppr_value(cell.ppr)
-        if ppr is None or cell.test not in dataset.requested:
+def closed_form_table(results: Results) -> Optional[ResultTable]:
+    """Build rows of cell and quantity; None if no cell has both numbers."""
+    rows = []
+    for cell, of_cell in results.trials.groupby('cell', sort=False):
+        test, ppr = of_cell['test'].iloc[0], ppr_value(of_cell['ppr'].iloc[0])
+        known = of_cell.dropna(subset=[f'{MINUS_TRUTH}_x_m'])
+        if ppr is None or test not in results.requested or len(known) < 2:
             continue
-        requested = dataset.requested[cell.test]
-        averaged = closed_form_std(requested, dataset.robot, ppr)
+        requested = results.requested[test]
+        averaged = closed_form_std(requested, results.robot, ppr)
         for quantity in QUANTITIES:
             unit, scale = SCALED[quantity.unit]
-            values = scale * odometry_minus_truth(trials, quantity)
-            if len(values) > 1:
-                expected: Tuple[Optional[float], float] = (None, float(averaged[quantity.component]))
-                if quantity is YAW:
-                    expected = _heading_stds(requested, dataset.robot, ppr, trials) or expected
-                at_goal, where_stopped = (std and scale * quantity.scale * std for std in expected)
-                texts = [_text(at_goal), *_comparison(values, where_stopped or 0.0)]
-                yield [cell_text(cell), f'{quantity.axis} [{unit}]', *texts]
+            at_goal, expected = None, float(averaged[quantity.component])
+            if quantity is YAW:
+                at_goal, expected = _heading_stds(requested, results.robot, ppr, known) or (at_goal, expected)
+            expected *= scale * quantity.scale
+            errors = scale * final_errors(known, MINUS_TRUTH, quantity)
+            low, high = std_interval(errors)
+            rows.append(
+                {
+                    'cell': cell,
+                    'quantity': f'{quantity.axis} [{unit}]',
+                    'at_goal': NOTHING if at_goal is None else f'{scale * quantity.scale * at_goal:.{DIGITS}g}',
+                    'expected': f'{expected:.{DIGITS}g}',
+                    'measured': f'{spread(errors) or 0.0:.{DIGITS}g} ({low:.{DIGITS}g} to {high:.{DIGITS}g})',
+                    'conclusion': 'above' if low > expected else 'below' if high < expected else 'as expected',
+                }
+            )
+    title = 'Final /odom minus /world_pose: closed form and measured'
+    return ResultTable('closed_form', title, pd.DataFrame(rows), _HEADS, {}, _NOTES) if rows else None
 
 
 def _heading_stds(
-    requested: Trial, robot: RobotGeometry, ppr: float, trials: Sequence[TrialData]
+    requested: Trial, robot: RobotGeometry, ppr: float, trials: pd.DataFrame
 ) -> Optional[Tuple[float, float]]:
     """Return the closed form [rad] exactly at the goal, and where the trials stopped; None for a drive without one."""
-    errors = (trial.errors[PoseSource.WORLD] for trial in trials if trial.odometry_minus_truth is not None)
-    stops = [error for error in errors if error is not None]
+    stops = trials[['world_x_m', 'world_y_m', 'world_yaw_rad']].to_numpy(dtype=float)
     m_per_pulse = math.pi * robot.wheel_diameter_m / ppr
-    travels = [wheel_travel_m(requested, robot, ends) for ends in ([Pose2D(0.0, 0.0, 0.0)], stops)]
+    travels = [wheel_travel_m(requested, robot, ends) for ends in (np.zeros((1, 3)), stops)]
     at_goal, stopped = (
         travel if travel is None else heading_std_rad(travel, m_per_pulse, robot.wheel_separation_m)
         for travel in travels
     )
     return None if at_goal is None or stopped is None else (at_goal, stopped)
-
-
-def _comparison(values: np.ndarray, expected: float) -> Tuple[str, str, str]:
-    """Return the last three columns of the group."""
-    low, high = std_interval(values, LEVEL)
-    conclusion = 'above' if low > expected else 'below' if high < expected else 'as expected'
-    measured = f'{spread(values) or 0.0:.{DIGITS}g} ({low:.{DIGITS}g} to {high:.{DIGITS}g})'
-    return _text(expected), measured, conclusion
-
-
-def _text(std: Optional[float]) -> str:
-    return '–' if std is None else f'{std:.{DIGITS}g}'

@@ -8,11 +8,12 @@ from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Tuple, TypeV
 import numpy as np
 
 from diff_encoder_sim.analysis.encoder_labels import ppr_order
-from diff_encoder_sim.analysis.results_table import STANDARD_TESTS, RobotGeometry
+from diff_encoder_sim.analysis.results_table import STANDARD_TESTS, Results, RobotGeometry
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trajectory_error import PathError
 from diff_encoder_sim.drives.trial_definition import FinalErrors, Outcome, Trial
+from diff_encoder_sim.trials.results import TrialRow
 
 __all__ = ['STANDARD_TESTS', 'CellKey', 'Dataset', 'RobotGeometry', 'Tracks', 'TrialData', 'distinct']
 Varied = Tuple[Tuple[str, str], ...]  # parameters and their values, as a table shows them
@@ -105,3 +106,38 @@ class Dataset(NamedTuple):
 def distinct(values: Iterable[_Value]) -> List[_Value]:
     """Return each value once, in the order of first appearance."""
     return list(dict.fromkeys(values))
+
+
+def dataset_of(results: Results) -> Dataset:
+    """Return the same as a dataset."""
+    trials = [
+        TrialData(
+            row['test'],
+            row['ppr'],
+            tuple((key, row[key]) for key in results.varied),
+            row['trial'],
+            row['seed'],
+            Outcome(row['outcome']),
+            row['reason'],
+            row['duration_s'],
+            row['distance_m'],
+            {
+                source: None
+                if np.isnan(row[f'{source.value}_x_m'])
+                else Pose2D(*(row[f'{source.value}_{part}'] for part in ('x_m', 'y_m', 'yaw_rad')))
+                for source in PoseSource
+            },
+            {},
+            None if row['true_path'] is None else Tracks(row['true_path'], row['odom_path']),
+            Path(row['bag']) if row['bag'] else None,
+        )
+        for _, row in results.trials.iterrows()
+    ]
+    return Dataset(
+        results.title, trials, results.notes, results.manifest or None, results.folder, results.robot, results.requested
+    )
+
+
+def data_of(row: TrialRow) -> TrialData:
+    """Convert a line of trials.csv; without its bag nothing is known about the path."""
+    return TrialData(*row[:8], row.distance_m, row.errors, {}, None, None)

@@ -2,251 +2,169 @@
 
 from __future__ import annotations
 
-import enum
 import itertools
 import math
-from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Optional, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.analysis.dataset import CellKey, Dataset, TrialData, Varied, distinct
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
-from diff_encoder_sim.analysis.final_errors import equal_trials, final_errors
-from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
-from diff_encoder_sim.analysis.statistics import (
-    SIGNIFICANCE,
-    Interval,
-    PairedResult,
-    holm,
-    mcnemar,
-    spread_ratio,
-    wilcoxon,
-)
-from diff_encoder_sim.analysis.table import Column, Entry, Number, Table
-from diff_encoder_sim.analysis.table_keys import key_columns, key_entries, setup_text, varied_keys
-from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource
+from diff_encoder_sim.analysis.quantities import POSES, QUANTITIES, Quantity
+from diff_encoder_sim.analysis.result_tables import NOTHING, ResultTable
+from diff_encoder_sim.analysis.results_table import Results, equal_trials, final_errors
+from diff_encoder_sim.analysis.statistics import SIGNIFICANCE, PairedResult, holm, mcnemar, spread_ratio, wilcoxon
+from diff_encoder_sim.analysis.tables import setup_columns
+from diff_encoder_sim.base.deferred import deferred
+from diff_encoder_sim.drives.topics import PoseSource
+
+if TYPE_CHECKING:
+    import pandas as pd
+else:
+    pd = deferred('pandas')
 
 # Equal pulse counts give equal errors but for rounding, which must not look like a spread.
-DECIMALS = 9
+ROUNDED_TO = 9
+
+# In what two encoders may differ: what the worse of them does, and the estimate for equal ones.
+SPREAD, ERROR, WITHIN = 'spread', 'error', 'within'
+QUESTIONS = {
+    SPREAD: ('spreads more', 1.0),  # standard deviation: the estimate is a ratio
+    ERROR: ('has larger errors', 0.0),  # absolute value: a difference
+    WITHIN: ('is within tolerance less often', 0.0),  # fraction within tolerance: a difference
+}
+
+_QUANTITIES = {quantity.name: quantity for quantity in QUANTITIES}
 
 
-class Question(enum.Enum):
-    """In what two encoders may differ."""
-
-    SPREAD = 'spread'  # standard deviation: estimate is a ratio
-    ERROR = 'error'  # absolute value: estimate is a difference
-    WITHIN = 'within'  # fraction within tolerance: estimate is a difference
-
-    @property
-    def no_difference(self) -> float:
-        """Return the estimate for equal encoders."""
-        return 1.0 if self is Question.SPREAD else 0.0
-
-
-class PprComparison(NamedTuple):
-    """One question about two encoders in one test, by one pose source."""
-
-    test: str
-    varied: Varied
-    source: PoseSource
-    quantity: Quantity
-    question: Question
-    pprs: Tuple[str, str]  # the coarser first
-    result: PairedResult  # of the coarser against the finer
-    p_adjusted: float  # by Holm, over all comparisons of equal source and question
-
-    @property
-    def is_distinguishable(self) -> bool:
-        """Return whether the encoders differ, corrected for the number of comparisons."""
-        return self.p_adjusted < SIGNIFICANCE
-
-
-def compare_pprs(dataset: Dataset) -> List[PprComparison]:
-    """Ask all questions of every two PPRs of equal test and parameters, for each source and quantity.
+def compare_encoders(results: Results) -> pd.DataFrame:
+    """Ask all of `QUESTIONS` of every two PPRs of equal test and parameters, for each source and quantity.
 
     Trials without a final pose in one of the two are left out.
+
+    Returns:
+        a row for each comparison: `test`, varied parameters, `source`, `question`, `error` (the quantity), `ppr_a` and
+        `ppr_b` (the coarser first), number of `pairs`; `estimate` of a against b: for `spread` the ratio of standard
+        deviations, for `error` the difference of absolute errors in the unit of the error, for `within` the difference
+        of the fractions within tolerance; `low` and `high`, its 95 % interval for this comparison only; `p`; `p_holm`,
+        corrected for the number of comparisons of equal source and question; the `verdict`; and the `setup`.
     """
-    compared = [
-        PprComparison(coarse.test, coarse.varied, source, quantity, question, (coarse.ppr, fine.ppr), result, 1.0)
-        for (coarse, first), (fine, second) in _pairs_of_cells(dataset.cells())
-        for source in PoseSource
+    rows = [
+        {
+            **setup_columns(results, of_setup.iloc[0]),
+            'source': source,
+            'question': question,
+            'error': quantity.name,
+            'ppr_a': coarse,
+            'ppr_b': fine,
+            'pairs': result.pairs,
+            'estimate': result.estimate,
+            'low': result.interval.low,
+            'high': result.interval.high,
+            'p': result.p_value,
+            'setup': setup,
+        }
+        for setup, of_setup in results.trials.groupby('setup', sort=False)
+        for (coarse, first), (fine, second) in itertools.combinations(of_setup.groupby('ppr', sort=False), 2)
+        for source in (source.value for source in PoseSource)
         for quantity in QUANTITIES
         for question, result in _results(first, second, source, quantity)
     ]
-    for family in itertools.product(PoseSource, Question):
-        _adjust(compared, [index for index, one in enumerate(compared) if (one.source, one.question) == family])
+    names = ['source', 'question', 'error', 'ppr_a', 'ppr_b', 'pairs', 'estimate', 'low', 'high', 'p', 'setup']
+    compared = pd.DataFrame(rows, columns=['test', *results.varied, *names])
+    compared['p_holm'] = compared.groupby(['source', 'question'])['p'].transform(holm)
+    compared['verdict'] = [conclusion(row) for row in compared.to_dict('records')]
     return compared
 
 
-def _adjust(compared: List[PprComparison], family: Sequence[int]) -> None:
-    """Correct the p-values at these indices for their number, in place."""
-    adjusted = holm([compared[index].result.p_value for index in family])
-    for index, p_value in zip(family, adjusted):
-        compared[index] = compared[index]._replace(p_adjusted=p_value)
-
-
-_CellTrials = Tuple[CellKey, List[TrialData]]
-
-
-def _pairs_of_cells(cells: Dict[CellKey, List[TrialData]]) -> Iterator[Tuple[_CellTrials, _CellTrials]]:
-    for first, second in itertools.combinations(cells.items(), 2):
-        if (first[0].test, first[0].varied) == (second[0].test, second[0].varied):
-            yield first, second
-
-
 def _results(
-    first: Sequence[TrialData], second: Sequence[TrialData], source: PoseSource, quantity: Quantity
-) -> List[Tuple[Question, PairedResult]]:
+    first: pd.DataFrame, second: pd.DataFrame, source: str, quantity: Quantity
+) -> Iterator[Tuple[str, PairedResult]]:
     pairs = equal_trials(first, second, source)
-    if not pairs[0]:
-        return []
-    errors_a, errors_b = (np.round(final_errors(trials, source, quantity), DECIMALS) for trials in pairs)
-    sizes_a, sizes_b = np.abs(errors_a), np.abs(errors_b)
-    return [
-        (Question.SPREAD, spread_ratio(errors_a, errors_b)),
-        (Question.ERROR, wilcoxon(sizes_a, sizes_b)),
-        (Question.WITHIN, mcnemar(sizes_a <= quantity.tolerance, sizes_b <= quantity.tolerance)),
-    ]
+    if len(pairs[0]):
+        errors_a, errors_b = (np.round(final_errors(trials, source, quantity), ROUNDED_TO) for trials in pairs)
+        sizes_a, sizes_b = np.abs(errors_a), np.abs(errors_b)
+        yield SPREAD, spread_ratio(errors_a, errors_b)
+        yield ERROR, wilcoxon(sizes_a, sizes_b)
+        yield WITHIN, mcnemar(sizes_a <= quantity.tolerance, sizes_b <= quantity.tolerance)
 
 
-def conclusion(one: PprComparison) -> str:
-    """Return the result of a comparison as a sentence without its full stop."""
-    first, second = map(ppr_text, one.pprs)
-    if not one.is_distinguishable:
-        return f'{first} and {second} are not distinguishable with {one.result.pairs} trials'
-    if one.result.estimate >= one.question.no_difference:
-        return f'{first} {_difference(one.result, second, one.question, one.quantity)}'
-    return f'{second} {_difference(_swapped(one.result, one.question), first, one.question, one.quantity)}'
-
-
-def _swapped(result: PairedResult, question: Question) -> PairedResult:
-    """Return the result of the second against the first."""
-    low, high = result.interval
-    if question is Question.SPREAD:
-        return result._replace(estimate=_inverse(result.estimate), interval=Interval(_inverse(high), _inverse(low)))
-    return result._replace(estimate=-result.estimate, interval=Interval(-high, -low))
+def conclusion(row: Dict[str, Any]) -> str:
+    """Return the result of a row of `compare_encoders` as a sentence without its full stop."""
+    first, second = ppr_text(row['ppr_a']), ppr_text(row['ppr_b'])
+    question, estimate, low, high = row['question'], row['estimate'], row['low'], row['high']
+    if row['p_holm'] >= SIGNIFICANCE:
+        return f'{first} and {second} are not distinguishable with {row["pairs"]} trials'
+    if estimate < QUESTIONS[question][1]:  # the second against the first
+        first, second = second, first
+        if question == SPREAD:
+            estimate, low, high = _inverse(estimate), _inverse(high), _inverse(low)
+        else:
+            estimate, low, high = -estimate, -high, -low
+    quantity = _QUANTITIES[row['error']]
+    if question == SPREAD and math.isinf(estimate):
+        return f'{first} spreads, {second} does not: all its {row["pairs"]} errors are equal'
+    if question == SPREAD:
+        return f'{first} spreads more than {second} (ratio {estimate:.3g}, 95 % interval {low:.3g} to {high:.3g})'
+    if question == ERROR:
+        by = f'{estimate:.2g} {quantity.unit}, 95 % interval {low:.2g} to {high:.2g}'
+        return f'{first} has larger errors than {second} (by {by})'
+    points = f'{100.0 * estimate:.0f} percentage points, 95 % interval {100.0 * low:.0f} to {100.0 * high:.0f}'
+    return f'{first} is within {quantity.tolerance:g} {quantity.unit} more often than {second} (by {points})'
 
 
 def _inverse(value: float) -> float:
     return 1.0 / value if value > 0.0 else math.inf
 
 
-def _difference(result: PairedResult, other: str, question: Question, quantity: Quantity) -> str:
-    low, high = result.interval
-    if question is Question.SPREAD:
-        if math.isinf(result.estimate):
-            return f'spreads, {other} does not: all its {result.pairs} errors are equal'
-        return f'spreads more than {other} (ratio {result.estimate:.3g}, 95 % interval {low:.3g} to {high:.3g})'
-    if question is Question.ERROR:
-        by = f'{result.estimate:.2g} {quantity.unit}, 95 % interval {low:.2g} to {high:.2g}'
-        return f'has larger errors than {other} (by {by})'
-    points = f'{100.0 * result.estimate:.0f} percentage points, 95 % interval {100.0 * low:.0f} to {100.0 * high:.0f}'
-    return f'is within {quantity.tolerance:g} {quantity.unit} more often than {other} (by {points})'
+def comparison_table(compared: pd.DataFrame) -> ResultTable:
+    """Build the table of all comparisons, for a file."""
+    names = [name for name in compared.columns if name not in ('p', 'setup')]
+    return ResultTable('comparisons', 'Encoders compared', compared[names])
 
 
-DECIMALS_COMPARISON_TABLE = 4
-
-_NAMES = ('source', 'question', 'error', 'ppr_a', 'ppr_b', 'pairs', 'estimate', 'low', 'high', 'p_holm', 'verdict')
-
-
-def comparison_table(dataset: Dataset, compared: Sequence[PprComparison]) -> Table:
-    """Build a table with a row for each of the dataset's comparisons.
-
-    The estimate is of a against b: for `spread` the ratio of standard deviations, for `error` the
-    difference of absolute errors in the unit of the error, for `within` the difference of the
-    fractions within tolerance. `low` and `high` are its 95 % interval, for the comparison alone;
-    `p_holm` is corrected for the number of comparisons.
-    """
-    keys = varied_keys(dataset)
-    rows: List[List[Entry]] = [[*key_entries(one.test, one.varied, keys), *_entries(one)] for one in compared]
-    columns = [*key_columns(keys), *(Column(name, name) for name in _NAMES)]
-    return Table('comparisons', 'Encoders compared', columns, rows, [])
-
-
-def _entries(one: PprComparison) -> List[Entry]:
-    """Return an entry for each of `_NAMES`."""
-    result = one.result
-    return [
-        one.source.value,
-        one.question.value,
-        one.quantity.name,
-        *one.pprs,
-        Number(result.pairs, 0),
-        *(Number(value, DECIMALS_COMPARISON_TABLE) for value in (result.estimate, *result.interval, one.p_adjusted)),
-        conclusion(one),
-    ]
-
-
-# What the worse of two encoders does.
-HEADS = {
-    Question.SPREAD: 'spreads more',
-    Question.ERROR: 'has larger errors',
-    Question.WITHIN: 'is within tolerance less often',
-}
-
-NOTHING = '–'
-
-
-class EncoderComparison(NamedTuple):
-    """The report's section that compares encoders."""
-
-    comparisons: int
-    table: Optional[Table]  # of the differences; None where there are none
-    conclusions: Dict[str, List[str]]  # by test: a sentence for each difference
-
-
-def compare_encoders(compared: Sequence[PprComparison]) -> EncoderComparison:
-    """Select the comparisons that show a difference, corrected for the number of comparisons."""
-    tests, sources = distinct(map(_test, compared)), list(PoseSource)
-    different = sorted(
-        (one for one in compared if one.is_distinguishable),
-        key=lambda one: (tests.index(_test(one)), sources.index(one.source), one.quantity.component),
+def differences(compared: pd.DataFrame) -> pd.DataFrame:
+    """Select the comparisons that show a difference, by test, source and quantity, with the texts of both."""
+    sources, quantities, setups = list(POSES), list(_QUANTITIES), list(compared['setup'].unique())
+    different = compared[compared['p_holm'] < SIGNIFICANCE].to_dict('records')
+    different.sort(
+        key=lambda row: (setups.index(row['setup']), sources.index(row['source']), quantities.index(row['error']))
     )
-    conclusions: Dict[str, List[str]] = {}
-    for one in different:
-        conclusions.setdefault(_test(one), []).append(f'{_error(one)}: {conclusion(one)}.')
-    return EncoderComparison(len(compared), _table(different, len(compared)), conclusions)
+    about = [f'{POSES[row["source"]]}, {_QUANTITIES[row["error"]].axis}' for row in different]
+    return pd.DataFrame(different, columns=compared.columns).assign(about=about)
 
 
-def _table(different: Sequence[PprComparison], count: int) -> Optional[Table]:
-    """Build a row for each test, source and quantity in which encoders differ."""
-    if not different:
+def difference_table(compared: pd.DataFrame) -> Optional[ResultTable]:
+    """Build a row for each test, source and quantity in which encoders differ; None if there are none."""
+    different = differences(compared)
+    if different.empty:
         return None
-    by_row: Dict[Tuple[str, str], List[PprComparison]] = {}
-    for one in different:
-        by_row.setdefault((_test(one), _error(one)), []).append(one)
-    heads = [Column(question.value, head) for question, head in HEADS.items()]
-    rows: List[List[Entry]] = [
-        [*key, *(_worse(of_row, question) for question in HEADS)] for key, of_row in by_row.items()
+    rows = [
+        {'test': setup, 'about': about, **{question: _worse(of_row, question) for question in QUESTIONS}}
+        for (setup, about), of_row in different.groupby(['setup', 'about'], sort=False)
     ]
     note = (
         f'Read as: 40 PPR spreads more than 1024 and 4096 PPR. Listed where p is below {SIGNIFICANCE:g} after '
-        f"Holm's correction, over all comparisons of a source in a column; in all others of {count} the "
+        f"Holm's correction, over all comparisons of a source in a column; in all others of {len(compared)} the "
         f'encoders are not distinguishable with these trials.'
     )
-    columns = [Column('test', 'test'), Column('error', 'error'), *heads]
-    return Table('encoders', 'Encoders that differ [PPR]', columns, rows, [note])
+    heads = {'about': ('', 'error'), **{question: ('', head) for question, (head, _) in QUESTIONS.items()}}
+    return ResultTable('encoders', 'Encoders that differ [PPR]', pd.DataFrame(rows), heads, {}, [note])
 
 
-def _worse(compared: Sequence[PprComparison], question: Question) -> str:
+def _worse(different: pd.DataFrame, question: str) -> str:
     """Name which encoder does worse than which others."""
     others: Dict[str, List[str]] = {}
-    for one in compared:
-        if one.question is question:
-            worse, better = one.pprs if _is_first_worse(one) else one.pprs[::-1]
-            others.setdefault(worse, []).append(better)
+    for row in different[different['question'] == question].to_dict('records'):
+        excess = row['estimate'] - QUESTIONS[question][1]
+        is_first_worse = excess < 0.0 if question == WITHIN else excess > 0.0
+        worse, better = (row['ppr_a'], row['ppr_b']) if is_first_worse else (row['ppr_b'], row['ppr_a'])
+        others.setdefault(worse, []).append(better)
     return '; '.join(f'{worse} than {", ".join(better)}' for worse, better in others.items()) or NOTHING
 
 
-def _is_first_worse(one: PprComparison) -> bool:
-    if one.question is Question.WITHIN:
-        return one.result.estimate < one.question.no_difference
-    return one.result.estimate > one.question.no_difference
-
-
-def _test(one: PprComparison) -> str:
-    return setup_text(one.test, one.varied)
-
-
-def _error(one: PprComparison) -> str:
-    return f'{TOPIC_OF_SOURCE[one.source]}, {one.quantity.axis}'
+def difference_texts(compared: pd.DataFrame) -> Dict[str, List[str]]:
+    """Return a sentence for each difference, by test."""
+    return {
+        setup: [f'{row["about"]}: {row["verdict"]}.' for row in of_setup.to_dict('records')]
+        for setup, of_setup in differences(compared).groupby('setup', sort=False)
+    }

@@ -63,3 +63,9 @@ def count_within_all(
 
 def _final_errors(trials: Sequence[TrialData], source: PoseSource) -> List[Optional[Pose2D]]:
     return [None if trial.outcome is Outcome.TORN else trial.errors.get(source) for trial in trials]
+
+
+def odometry_minus_truth(trials: Sequence[TrialData], quantity: Quantity) -> np.ndarray:
+    """(n,) final odometry minus true pose of the trials that have both, in the quantity's unit."""
+    errors = [trial.odometry_minus_truth for trial in trials]
+    return quantity.scale * np.array([error[quantity.component] for error in errors if error is not None])

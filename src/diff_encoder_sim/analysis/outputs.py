@@ -1,36 +1,102 @@
-"""Writes all files of an analysis, without importing what that takes before it is needed."""
+"""Writes the files of an analysis into a folder: all of them or none, and only over an earlier analysis."""
 
 from __future__ import annotations
 
+import contextlib
 import os
+import shutil
+import uuid
 from pathlib import Path
-from typing import Optional
+from typing import Iterator, Optional
 
-from diff_encoder_sim.analysis.dataset import Dataset
+from diff_encoder_sim.analysis.encoder_comparison import compare_encoders, comparison_table
+from diff_encoder_sim.analysis.result_tables import write_tables
+from diff_encoder_sim.analysis.results_table import Results
+from diff_encoder_sim.analysis.tables import all_tables
+from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.own_folder import is_temporary, own_folder
 
+REPORT = 'report.html'
 
-def write_analysis(dataset: Dataset, folder: Path, beside: Optional[Dataset] = None) -> str:
+# Lists the files that analyze wrote, one a line; a folder with other files is not replaced.
+CONTENTS = '.analysis'
+
+
+def write_analysis(results: Results, folder: Path, beside: Optional[Results] = None) -> str:
     """Write tables/, figures/ and the report into a folder; return the conclusions as lines for the terminal.
 
     Args:
-        dataset: the trials.
+        results: the trials.
         folder: an existing one.
-        beside: other trials, shown in the comparison with the paper alone.
+        beside: other trials, only shown in the comparison with the paper.
 
     Raises:
         ConfigError: the file of the paper's numbers cannot be read, or `beside` has no cell of the paper.
         OSError: a file cannot be written.
     """
-    _give_matplotlib_a_folder()
-    # matplotlib and scipy take two seconds to import, which bad arguments need not wait for.
-    from diff_encoder_sim.analysis.output_files import write_files  # noqa: PLC0415
-
-    return write_files(dataset, folder, beside)
-
-
-def _give_matplotlib_a_folder() -> None:
-    """Where HOME cannot be written, matplotlib would warn and list the fonts of the system each time."""
+    # If HOME cannot be written, matplotlib would warn and list the fonts of the system each time.
     own = own_folder()
     if own is not None and is_temporary(own):
         os.environ.setdefault('MPLCONFIGDIR', str(own / 'matplotlib'))
+    # Matplotlib takes a second to import, which bad arguments need not wait for.
+    from diff_encoder_sim.analysis.dataset import dataset_of  # noqa: PLC0415
+    from diff_encoder_sim.analysis.figures import write_figures  # noqa: PLC0415
+    from diff_encoder_sim.analysis.paper.report_section import paper_section  # noqa: PLC0415
+    from diff_encoder_sim.analysis.report.page import write_report  # noqa: PLC0415
+    from diff_encoder_sim.analysis.table import write_tables as write_tables_of_paper  # noqa: PLC0415
+
+    tables, compared = all_tables(results), compare_encoders(results)
+    paper = paper_section([dataset_of(each) for each in (results, beside) if each is not None])
+    write_tables([*tables, comparison_table(compared)], folder / 'tables')
+    write_tables_of_paper([] if paper is None else [paper.scores, *paper.cells, paper.all_cells], folder / 'tables')
+    figures = write_figures(dataset_of(results), folder / 'figures')
+    lead = write_report(results, tables, compared, figures, paper, folder / REPORT)
+    is_concluded = paper is not None and (beside is not None or paper.has_enough_trials)
+    return '\n'.join([lead.text, *(paper.texts if paper and is_concluded else [])])
+
+
+@contextlib.contextmanager
+def output_folder(path: Path) -> Iterator[Path]:
+    """Yield a folder to write into, which replaces `path` when the context ends without an error.
+
+    Raises:
+        ConfigError: `path` contains something that analyze did not write, or cannot be written.
+    """
+    path = path.resolve()
+    # Next to it, so that relative links stay right and one rename puts it in place.
+    made = path.with_name(f'.{path.name}-{uuid.uuid4().hex[:8]}')
+    missing = [parent for parent in made.parents if not parent.exists()]
+    try:
+        _check_replaceable(path)
+        made.mkdir(parents=True)
+        yield made
+        names = sorted(str(file.relative_to(made)) for file in made.rglob('*'))
+        (made / CONTENTS).write_text('\n'.join(names), encoding='utf-8')
+        old = made.with_name(f'{made.name}-old')
+        if path.exists():
+            os.rename(str(path), str(old))
+        os.rename(str(made), str(path))
+        shutil.rmtree(str(old), ignore_errors=True)
+    except OSError as error:
+        raise ConfigError(f'{path}: cannot be written: {error.strerror or error}') from None
+    finally:
+        shutil.rmtree(str(made), ignore_errors=True)  # moved by now, unless there was an error
+        with contextlib.suppress(OSError):  # likewise: the first that is not empty stays
+            for parent in missing:
+                parent.rmdir()
+
+
+def _check_replaceable(path: Path) -> None:
+    if path.exists() and not path.is_dir():
+        raise ConfigError(f'{path}: not a folder; expected a new or empty one')
+    contents = path / CONTENTS
+    known = {CONTENTS, *(contents.read_text(encoding='utf-8').split('\n') if contents.is_file() else [])}
+    # The first is enough: the path may be a whole home folder.
+    other = next(
+        (name for name in (str(file.relative_to(path)) for file in path.rglob('*')) if name not in known), None
+    )
+    if other is not None:
+        raise ConfigError(
+            f'{path}: holds {other!r}, which analyze did not write; expected '
+            f'a new or empty folder, or an earlier analysis: --out names another'
+        )

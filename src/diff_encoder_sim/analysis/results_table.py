@@ -35,7 +35,7 @@ from typing import TYPE_CHECKING, Any, Dict, Iterable, List, NamedTuple, Optiona
 import numpy as np
 
 from diff_encoder_sim.analysis.encoder_labels import IDEAL, ppr_order, ppr_text
-from diff_encoder_sim.analysis.quantities import MINUS_TRUTH, Quantity
+from diff_encoder_sim.analysis.quantities import MINUS_TRUTH, QUANTITIES, Quantity
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.processes import interrupts_blocked, usable_cores
@@ -125,9 +125,8 @@ def load_results(paths: Sequence[Path]) -> Results:
 def trials_table(records: Iterable[Dict[str, Any]], varied: Sequence[str] = ()) -> pd.DataFrame:
     """Build the sorted table of all trials from a mapping of columns for each; columns left out have no value."""
     names = [name for name in header(varied) if name != 'bag']
-    trials = pd.DataFrame([{'true_path': None, 'odom_path': None, **each} for each in records])
+    trials = pd.DataFrame([{'bag': '', 'true_path': None, 'odom_path': None, **each} for each in records])
     trials = trials.reindex(columns=[*names, 'bag', *PATH_COLUMNS])
-    trials['bag'] = trials['bag'].fillna('')
     own = {part: trials[f'odom_{part}'] - trials[f'world_{part}'] for part in PARTS}
     own['yaw_rad'] = wrap_angles(own['yaw_rad'])
     trials = trials.assign(**{f'{MINUS_TRUTH}_{part}': values for part, values in own.items()})
@@ -188,7 +187,7 @@ def read_campaign(folder: Path) -> Results:
         notes.append(f'{folder / TABLE}: {text}')
     if not rows:
         raise ConfigError(f'{folder}: no trial is finished; expected at least one')
-    records = [{**record_of(row), 'bag': ''} for row in rows]
+    records: List[Dict[str, Any]] = [{**record_of(row), 'bag': ''} for row in rows]
     bags = {index: folder / row.bag for index, row in enumerate(rows) if row.bag and (folder / row.bag).is_file()}
     if len(bags) < len(rows):
         text = f'has bags of {len(bags)} of {len(rows)} trials; the others have no errors along the path'
@@ -425,3 +424,41 @@ def _thinned(series: PoseSeries) -> np.ndarray:
     indices = np.linspace(0, len(series.x_y_yaw) - 1, MOST_POINTS).round().astype(int)
     points: np.ndarray = series.x_y_yaw[np.unique(indices), :2]
     return points
+
+
+# Of more trials, some are shown one by one: the report stays below 5 MB.
+MOST_SHOWN = 2000
+
+
+def first_of_cells(trials: pd.DataFrame) -> pd.DataFrame:
+    """Return the first trials of each cell, equally many: `MOST_SHOWN` in all, or one of each cell.
+
+    They have equal numbers in all cells, and are as good a sample as any: trials differ by seed only.
+    """
+    if len(trials) <= MOST_SHOWN:
+        return trials
+    return trials.groupby('cell', sort=False).head(max(1, MOST_SHOWN // trials['cell'].nunique()))
+
+
+def sample_text(shown: pd.DataFrame, trials: pd.DataFrame) -> str:
+    """Return which of the trials are shown; '' if all are."""
+    if len(shown) == len(trials):
+        return ''
+    return f'The first {shown["cell"].value_counts().max()} trials of each cell, of {len(trials)}'
+
+
+def equal_trials(first: pd.DataFrame, second: pd.DataFrame, pose: str) -> Tuple[pd.DataFrame, pd.DataFrame]:
+    """Return the trials of equal number of two cells that both have this final pose, in the same order."""
+    one, other = (
+        part.dropna(subset=[f'{pose}_x_m']).drop_duplicates('trial', keep='last').set_index('trial', drop=False)
+        for part in (first, second)
+    )
+    numbers = [number for number in one.index if number in other.index]
+    return one.loc[numbers], other.loc[numbers]
+
+
+def are_within(trials: pd.DataFrame, pose: str, quantities: Sequence[Quantity] = QUANTITIES) -> np.ndarray:
+    """(n,) of the trials that have this final pose: whether it is within the tolerances of all quantities."""
+    within = [np.abs(final_errors(trials, pose, quantity)) <= quantity.tolerance for quantity in quantities]
+    is_within: np.ndarray = np.all(within, axis=0)
+    return is_within

@@ -1,30 +1,51 @@
-"""Table 3, errors along the path, the cost of variants, and the list of all tables that are written to files."""
+"""The tables of an analysis: tables 3 to 6 with their intervals, path errors, and the cost of variants."""
 
 from __future__ import annotations
 
 import math
-from typing import List, NamedTuple, Optional, Sequence
+from typing import TYPE_CHECKING, Any, Dict, List, NamedTuple, Optional, Sequence
 
 import numpy as np
 
-from diff_encoder_sim.analysis.dataset import CellKey, Dataset
-from diff_encoder_sim.analysis.encoder_labels import ppr_text, ppr_values
-from diff_encoder_sim.analysis.final_errors import with_final_error
-from diff_encoder_sim.analysis.goal_tables import GOAL_TABLES, goal_table, interval_table
-from diff_encoder_sim.analysis.quantities import LEVEL
-from diff_encoder_sim.analysis.statistics import PairedResult, mean_interval, spread
-from diff_encoder_sim.analysis.table import Column, Entry, Label, Number, Table
-from diff_encoder_sim.analysis.table_keys import key_columns, key_entries, varied_keys
-from diff_encoder_sim.analysis.variant_errors import (
-    KINDS,
-    VARIANTS,
-    ErrorKind,
-    VariantError,
-    first_variant,
-    variant_errors,
+from diff_encoder_sim.analysis.encoder_labels import IDEAL, ppr_text, ppr_values
+from diff_encoder_sim.analysis.quantities import LEVEL, MINUS_TRUTH, POSES, QUANTITIES, YAW, Quantity, X
+from diff_encoder_sim.analysis.result_tables import ResultTable
+from diff_encoder_sim.analysis.results_table import ALIGNMENTS, RPES, Results, encoders, equal_trials, final_errors
+from diff_encoder_sim.analysis.statistics import (
+    bootstrap_std_interval,
+    mean_interval,
+    spread,
+    std_interval,
+    wilcoxon,
+    wilson,
 )
-from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE
-from diff_encoder_sim.drives.trajectory_error import RPE_DISTANCES_M, PathError, RelativeError, RpePairs, rpe_name
+from diff_encoder_sim.base.deferred import deferred
+from diff_encoder_sim.drives.trial_definition import Outcome
+from diff_encoder_sim.trials.campaign_cells import VARIANT
+
+if TYPE_CHECKING:
+    import pandas as pd
+else:
+    pd = deferred('pandas')
+
+Columns = Dict[str, Any]  # a row of a table by its columns
+
+SUCCEEDED = Outcome.SUCCEEDED.value
+
+
+def all_tables(results: Results) -> List[ResultTable]:
+    """Build tables 3 to 6, the intervals of 4 to 6, and errors along the path and of variants if known."""
+    tables = [pulse_resolution_table(ppr_values(encoders(results.trials)), *results.robot)]
+    for kind in GOAL_TABLES:
+        found = estimates(results, kind.pose)
+        tables += [goal_table(results, kind, found), interval_table(kind, found)]
+    others = path_error_table(results), variant_table(results)
+    return [*tables, *(table for table in others if table is not None)]
+
+
+def setup_columns(results: Results, first: pd.Series) -> Columns:
+    """Return the key columns of a table, by one of the trials: its test, and each varied parameter."""
+    return {name: first[name] for name in ('test', *results.varied)}
 
 
 class PulseResolution(NamedTuple):
@@ -33,7 +54,7 @@ class PulseResolution(NamedTuple):
     ppr: float
     linear_m: float  # of the wheel along the floor: d = pi D / PPR
     two_wheel_angle_rad: float  # one pulse of each wheel, in opposite directions: 2 d / L
-    one_wheel_angle_rad: float  # one pulse of one wheel alone: d / L
+    one_wheel_angle_rad: float  # one pulse of one wheel only: d / L
 
 
 def pulse_resolution(ppr: float, wheel_diameter_m: float, wheel_separation_m: float) -> PulseResolution:
@@ -43,35 +64,166 @@ def pulse_resolution(ppr: float, wheel_diameter_m: float, wheel_separation_m: fl
     return PulseResolution(ppr, linear_m, 2.0 * angle_rad, angle_rad)
 
 
-def pulse_resolution_table(pprs: Sequence[float], wheel_diameter_m: float, wheel_separation_m: float) -> Table:
+def pulse_resolution_table(pprs: Sequence[float], wheel_diameter_m: float, wheel_separation_m: float) -> ResultTable:
     """Build table 3: a row for each PPR, in the order given."""
-    columns = [
-        Column('ppr', 'PPR'),
-        Column('linear_mm', 'travel per pulse [mm]'),
-        Column('two_wheel_angle_deg', 'rotation, one pulse of both wheels [deg]'),
-        Column('one_wheel_angle_deg', 'rotation, one pulse of one wheel [deg]'),
+    heads = {
+        'ppr': ('', 'PPR'),
+        'linear_mm': ('', 'travel per pulse [mm]'),
+        'two_wheel_angle_deg': ('', 'rotation, one pulse of both wheels [deg]'),
+        'one_wheel_angle_deg': ('', 'rotation, one pulse of one wheel [deg]'),
+    }
+    rows = [
+        [f'{ppr:g}', 1e3 * linear_m, math.degrees(of_both_rad), math.degrees(of_one_rad)]
+        for ppr, linear_m, of_both_rad, of_one_rad in (
+            pulse_resolution(ppr, wheel_diameter_m, wheel_separation_m) for ppr in pprs
+        )
     ]
-    rows = [_row(pulse_resolution(ppr, wheel_diameter_m, wheel_separation_m)) for ppr in pprs]
     notes = [
         f'Wheel diameter {wheel_diameter_m:g} m, wheel separation {wheel_separation_m:g} m.',
         'Both wheels: one pulse each, in opposite directions, as in the paper.',
     ]
-    return Table('table3', 'Table 3. Resolution of the encoder: robot motion per pulse', columns, rows, notes)
+    title = 'Table 3. Resolution of the encoder: robot motion per pulse'
+    decimals = {'linear_mm': 3, 'two_wheel_angle_deg': 4, 'one_wheel_angle_deg': 4}
+    return ResultTable('table3', title, pd.DataFrame(rows, columns=list(heads)), heads, decimals, notes)
 
 
-def _row(resolution: PulseResolution) -> List[Entry]:
-    return [
-        f'{resolution.ppr:g}',
-        Number(1e3 * resolution.linear_m, 3),
-        Number(math.degrees(resolution.two_wheel_angle_rad), 4),
-        Number(math.degrees(resolution.one_wheel_angle_rad), 4),
+class GoalTable(NamedTuple):
+    """One of the paper's tables 4 to 6, or one in their shape."""
+
+    name: str  # of its files
+    number: str  # in its title
+    pose: str  # of POSES
+
+    @property
+    def title(self) -> str:
+        """Return the caption."""
+        return f'{self.number}. Final {POSES[self.pose]}{"" if self.pose == MINUS_TRUTH else " minus the goal"}'
+
+
+# The paper has no table of /amcl_pose, and none of the odometry's own error.
+GOAL_TABLES = (
+    GoalTable('table4', 'Table 4', 'odom'),
+    GoalTable('table5', 'Table 5', 'world'),
+    GoalTable('table6', 'Table 6', 'global'),
+    GoalTable('table6_amcl', 'As table 6', 'amcl'),
+    GoalTable('table4_minus_truth', 'As table 4', MINUS_TRUTH),
+)
+
+DECIMALS = {'m': 4, 'deg': 3}
+PERCENT_DECIMALS = 1
+
+# Rows of tables 4 to 6 for each test.
+STATISTICS = ('min', 'max', 'mean', 'std', 'pct_within', 'trials')
+
+# Columns of their intervals.
+INTERVALS = {
+    'trials': ('', 'trials'),
+    'mean': ('mean', 'value'),
+    'mean_low': ('mean', 'from'),
+    'mean_high': ('mean', 'to'),
+    'std': ('std. dev.', 'value'),
+    'std_low': ('std. dev.', 'from'),
+    'std_high': ('std. dev.', 'to'),
+    'std_bootstrap_low': ('std. dev., bootstrap', 'from'),
+    'std_bootstrap_high': ('std. dev., bootstrap', 'to'),
+    'pct_within': ('% within', 'value'),
+    'pct_within_low': ('% within', 'from'),
+    'pct_within_high': ('% within', 'to'),
+}
+
+BOOTSTRAP_SEED = 0  # equal data, equal intervals
+
+
+def estimates(results: Results, pose: str) -> pd.DataFrame:
+    """Compute the statistics of the final errors: a row for each cell and quantity, in metres, degrees and per cent."""
+    return pd.DataFrame(
+        {
+            **setup_columns(results, of_cell.iloc[0]),
+            'ppr': of_cell['ppr'].iloc[0],
+            'quantity': quantity.name,
+            **error_statistics(final_errors(of_cell, pose, quantity), quantity),
+        }
+        for _, of_cell in results.trials.groupby('cell', sort=False)
+        for quantity in QUANTITIES
+    )
+
+
+def error_statistics(errors: np.ndarray, quantity: Quantity) -> Dict[str, Optional[float]]:
+    """Compute `STATISTICS` and `INTERVALS` of final errors; None if there is no such number."""
+    within, trials, is_any = int(np.count_nonzero(np.abs(errors) <= quantity.tolerance)), len(errors), len(errors) > 0
+    pairs = {
+        'mean': mean_interval(errors),
+        'std': std_interval(errors),
+        'std_bootstrap': bootstrap_std_interval(errors, LEVEL, np.random.default_rng(BOOTSTRAP_SEED)),
+        'pct_within': [100.0 * bound for bound in wilson(within, trials)],
+    }
+    return {
+        'trials': trials,
+        'min': float(errors.min()) if is_any else None,
+        'max': float(errors.max()) if is_any else None,
+        'mean': float(errors.mean()) if is_any else None,
+        'std': spread(errors),
+        'pct_within': 100.0 * within / trials if is_any else None,
+        **{f'{name}_{end}': bound for name, pair in pairs.items() for end, bound in zip(('low', 'high'), pair)},
+    }
+
+
+def goal_table(results: Results, kind: GoalTable, found: pd.DataFrame) -> ResultTable:
+    """Build one of tables 4 to 6 from its `estimates`: rows test and statistic, columns PPR and x, y, yaw."""
+    keys, labels = ['test', *results.varied], encoders(results.trials)
+    columns = {(label, quantity): _goal_column(label, quantity) for label in labels for quantity in QUANTITIES}
+    long = found.assign(column=[f'{label} {name}' for label, name in zip(found['ppr'], found['quantity'])])
+    long = long.melt([*keys, 'column'], STATISTICS, 'statistic').astype({'value': object})
+    wide = long.pivot(index=[*keys, 'statistic'], columns='column', values='value')
+    rows = [
+        (*of_test, name) for of_test in found[keys].drop_duplicates().itertuples(index=False) for name in STATISTICS
     ]
+    names = [f'{label} {quantity.name}' for label, quantity in columns]
+    exact = wide.reindex(index=pd.MultiIndex.from_tuples(rows, names=wide.index.names), columns=names)
+    exact = exact.set_axis(columns.values(), axis=1).reset_index()
+    of_count = exact['statistic'] == 'trials'
+    exact.loc[of_count, list(columns.values())] = exact.loc[of_count, list(columns.values())].fillna(0).astype(int)
+    heads = {name: (ppr_text(label), quantity.head) for (label, quantity), name in columns.items()}
+    of_row = {'trials': 0, 'pct_within': PERCENT_DECIMALS}
+    decimals = {
+        name: [of_row.get(statistic, DECIMALS[quantity.unit]) for statistic in exact['statistic']]
+        for (_, quantity), name in columns.items()
+    }
+    return ResultTable(kind.name, kind.title, exact, heads, decimals, _goal_notes(results.trials, kind.pose))
 
 
-DECIMALS_M, DECIMALS_DEG = 4, 3
+def _goal_column(label: str, quantity: Quantity) -> str:
+    return f'{label if label == IDEAL else f"ppr{label}".replace(" ", "_")}_{quantity.name}'
 
-_WHOLE = 'whole path'
-_RPE = [(pairs, distance_m) for distance_m in RPE_DISTANCES_M for pairs in RpePairs]
+
+def _goal_notes(trials: pd.DataFrame, pose: str) -> List[str]:
+    """Explain the table, and list the cells with failed trials or without a final pose."""
+    tolerances = f'{X.tolerance:g} m in x and in y, {YAW.tolerance:g} degrees in yaw'
+    counted = 'All trials that ended with a pose count, whatever their outcome.'
+    notes = [f"x and y along the map's axes. Within: {tolerances}. {counted}"]
+    for cell, of_cell in trials.groupby('cell', sort=False):
+        left_out, counts = of_cell[f'{pose}_x_m'].isna().sum(), of_cell['outcome'].value_counts().sort_index()
+        succeeded = f'{counts.pop(SUCCEEDED) if SUCCEEDED in counts else 0} of {len(of_cell)} trials succeeded'
+        failed = ', '.join(f'{count} {outcome.replace("_", " ")}' for outcome, count in counts.items())
+        if failed or left_out:
+            failures = f' ({failed})' if failed else ''
+            notes.append(f'{cell}: {succeeded}{failures}; {left_out} without a final pose.')
+    return notes
+
+
+def interval_table(kind: GoalTable, found: pd.DataFrame) -> ResultTable:
+    """Build the intervals of one of tables 4 to 6 from its `estimates`: a row for each test, PPR and quantity."""
+    keys = list(found.columns[: found.columns.get_loc('quantity') + 1])
+    of_row = [DECIMALS[name.rpartition('_')[2]] for name in found['quantity']]
+    decimals: Dict[str, Any] = {name: PERCENT_DECIMALS if 'pct' in name else of_row for name in INTERVALS}
+    heads = {'ppr': ('', 'PPR'), 'quantity': ('', 'error'), **INTERVALS}
+    note = (
+        'Mean: by the t-distribution. Standard deviation: by chi-square, which assumes Gaussian errors, and '
+        'by the bootstrap, which does not. % within: Wilson. inf: too few trials for a bound.'
+    )
+    title = f'{kind.title}: {100 * LEVEL:g} % intervals'
+    exact = found[[*keys, *INTERVALS]]
+    return ResultTable(f'{kind.name}_intervals', title, exact, heads, {**decimals, 'trials': 0}, [note])
 
 
 _ATE_NOTE = (
@@ -86,135 +238,165 @@ _RPE_NOTE = (
 )
 
 
-def path_error_table(dataset: Dataset) -> Optional[Table]:
-    """Build a row for each cell and source over its trials; None for a dataset without paths."""
-    keys = varied_keys(dataset)
-    rows: List[List[Entry]] = []
-    for cell, trials in dataset.cells().items():
-        for source, topic in TOPIC_OF_SOURCE.items():
-            paths = [path for path in (trial.paths.get(source) for trial in with_final_error(trials, source)) if path]
-            if paths:
-                entries: List[Entry] = [
-                    *key_entries(cell.test, cell.varied, keys),
-                    cell.ppr,
-                    Label(source.value, topic),
-                ]
-                rows.append([*entries, *_numbers(paths)])
+def path_error_table(results: Results) -> Optional[ResultTable]:
+    """Build a row for each cell and source over its trials; None without paths."""
+    rows = []
+    for _, of_cell in results.trials.groupby('cell', sort=False):
+        for source in (source.value for source in ALIGNMENTS):
+            compared = of_cell.dropna(subset=[f'{source}_x_m', f'{source}_ate_rmse_m'])
+            if len(compared):
+                first = compared.iloc[0]
+                keys = {**setup_columns(results, first), 'ppr': first['ppr'], 'source': source}
+                rows.append({**keys, **_path_errors(compared, source)})
     if not rows:
         return None
-    columns = [*key_columns(keys), *_columns()]
-    return Table('path_errors', 'Errors over the whole path', columns, rows, [_ATE_NOTE, _RPE_NOTE])
+    whole = {
+        'ate_rmse_mean_m': 'ATE RMSE [m]',
+        'ate_rmse_low_m': 'from',
+        'ate_rmse_high_m': 'to',
+        'ate_rmse_std_m': 'std. dev.',
+        'ate_max_m': 'ATE max [m]',
+        'yaw_rmse_mean_deg': 'yaw RMSE [deg]',
+    }
+    heads = {'ppr': ('', 'PPR'), **{name: ('whole path', head) for name, head in whole.items()}}
+    for name, pairs, distance_m in RPES:
+        group = f'RPE over {distance_m:g} m, {pairs.text}'
+        heads[f'{name}_segments'] = group, 'segments'
+        heads[f'{name}_translation_rmse_mean_m'] = group, 'translation [m]'
+        heads[f'{name}_rotation_rmse_mean_deg'] = group, 'rotation [deg]'
+    units = {name: name.rpartition('_')[2] for name in ('trials', *heads) if name != 'ppr'}
+    decimals = {name: DECIMALS.get(unit, 0) for name, unit in units.items()}
+    title = 'Errors over the whole path'
+    return ResultTable('path_errors', title, pd.DataFrame(rows), heads, decimals, [_ATE_NOTE, _RPE_NOTE])
 
 
-def _columns() -> List[Column]:
-    columns = [
-        Column('ppr', 'PPR'),
-        Column('source', 'source'),
-        Column('trials', 'trials'),
-        Column('ate_rmse_mean_m', 'ATE RMSE [m]', _WHOLE),
-        Column('ate_rmse_low_m', 'from', _WHOLE),
-        Column('ate_rmse_high_m', 'to', _WHOLE),
-        Column('ate_rmse_std_m', 'std. dev.', _WHOLE),
-        Column('ate_max_m', 'ATE max [m]', _WHOLE),
-        Column('yaw_rmse_mean_deg', 'yaw RMSE [deg]', _WHOLE),
-    ]
-    return columns + [column for pairs, distance_m in _RPE for column in _rpe_columns(pairs, distance_m)]
+def _path_errors(trials: pd.DataFrame, source: str) -> Dict[str, Optional[float]]:
+    """Return the columns of the table of path errors, over trials that all have a path."""
+    ate_m = trials[f'{source}_ate_rmse_m'].to_numpy(dtype=float)
+    low_m, high_m = mean_interval(ate_m)
+    errors: Dict[str, Optional[float]] = {
+        'trials': len(trials),
+        'ate_rmse_mean_m': float(np.mean(ate_m)),
+        'ate_rmse_low_m': low_m,
+        'ate_rmse_high_m': high_m,
+        'ate_rmse_std_m': spread(ate_m),
+        'ate_max_m': float(trials[f'{source}_ate_max_m'].max()),
+        'yaw_rmse_mean_deg': float(np.mean(np.degrees(trials[f'{source}_yaw_rmse_rad'].to_numpy(dtype=float)))),
+    }
+    for name, _, _ in RPES:
+        known = trials[trials[f'{source}_{name}_segments'] > 0]
+        translations_m = known[f'{source}_{name}_translation_rmse_m'].to_numpy(dtype=float)
+        rotations_deg = np.degrees(known[f'{source}_{name}_rotation_rmse_rad'].to_numpy(dtype=float))
+        errors[f'{name}_segments'] = int(known[f'{source}_{name}_segments'].sum())
+        errors[f'{name}_translation_rmse_mean_m'] = float(np.mean(translations_m)) if len(known) else None
+        errors[f'{name}_rotation_rmse_mean_deg'] = float(np.mean(rotations_deg)) if len(known) else None
+    return errors
 
 
-def _rpe_columns(pairs: RpePairs, distance_m: float) -> List[Column]:
-    name, group = rpe_name(pairs, distance_m), f'RPE over {distance_m:g} m, {pairs.text}'
-    return [
-        Column(f'{name}_segments', 'segments', group),
-        Column(f'{name}_translation_rmse_mean_m', 'translation [m]', group),
-        Column(f'{name}_rotation_rmse_mean_deg', 'rotation [deg]', group),
-    ]
+# Of the figure, and of the table.
+VARIANTS = 'variants'
+
+# Smaller errors are rounding, and have no ratio [m, rad].
+LEAST_ERROR = 1e-7
+
+# Kinds of errors, with their units: from SI to the shown unit, and decimals.
+KINDS = {'position_mm': (1e3, 2), 'heading_deg': (180.0 / math.pi, 3)}
+
+_OF_VARIANT = ('median', 'quartiles', 'ratio', '95 %', 'failed')
 
 
-def _numbers(paths: Sequence[PathError]) -> List[Entry]:
-    """Return an entry for each of `_columns` from the number of trials on."""
-    ate_m = np.array([path.ate_rmse_m for path in paths])
-    in_metres = [
-        _mean(ate_m.tolist()),
-        *mean_interval(ate_m, LEVEL),
-        spread(ate_m),
-        max(path.ate_max_m for path in paths),
-    ]
-    numbers: List[Entry] = [
-        Number(len(paths), 0),
-        *(Number(value, DECIMALS_M) for value in in_metres),
-        Number(_mean([math.degrees(path.yaw_rmse_rad) for path in paths]), DECIMALS_DEG),
-    ]
-    for pairs, distance_m in _RPE:
-        numbers += _relative_numbers([path.rpe[pairs][distance_m] for path in paths])
-    return numbers
+def first_variant(trials: pd.DataFrame) -> str:
+    """Return the name of the variant with which others are compared; '' if there are none."""
+    return str(trials[VARIANT].iloc[0]) if VARIANT in trials.columns and len(trials) else ''
 
 
-def _relative_numbers(errors: Sequence[RelativeError]) -> List[Entry]:
-    known = [error for error in errors if error.segments]
-    return [
-        Number(sum(error.segments for error in known), 0),
-        Number(_mean([error.translation_rmse_m for error in known]), DECIMALS_M),
-        Number(_mean([math.degrees(error.rotation_rmse_rad) for error in known]), DECIMALS_DEG),
-    ]
+def variant_errors(results: Results) -> pd.DataFrame:
+    """Compute the odometry's own final error in each variant; an empty table if there are no variants.
+
+    Trials count whatever their outcome, where they ended.
+
+    Returns:
+        a row for each cell with errors and each of `KINDS`: `test`, varied parameters, `ppr`, `setup`, `cell`, `error`
+        (the kind), `median`, `low` and `high` (quartiles) in the unit of the kind, `failed` and `trials`; `ratio` to
+        equal trials of the first variant with its interval `ratio_low` to `ratio_high`, NaN for the first itself.
+    """
+    if VARIANT not in results.varied:
+        return pd.DataFrame()
+    trials, first = results.trials, first_variant(results.trials)
+    apart = ['test', *(name for name in results.varied if name != VARIANT), 'ppr']
+    of_first = dict(list(trials[trials[VARIANT] == first].groupby(apart, sort=False)))
+    rows = []
+    for _, of_cell in trials.groupby('cell', sort=False):
+        keys = of_cell.iloc[0]
+        base = None if keys[VARIANT] == first else of_first.get(tuple(keys[apart]))
+        for kind, (scale, _) in KINDS.items():
+            sizes = error_sizes(of_cell, kind)
+            if len(sizes):
+                low, median, high = (scale * np.percentile(sizes, (25.0, 50.0, 75.0))).tolist()
+                ratio = _ratio(of_cell, base, kind)
+                failed = int((of_cell['outcome'] != SUCCEEDED).sum())
+                found = {'error': kind, 'median': median, 'low': low, 'high': high, 'failed': failed, **ratio}
+                shown = {name: keys[name] for name in ('ppr', 'setup', 'cell')}
+                rows.append({**setup_columns(results, keys), **shown, **found, 'trials': len(of_cell)})
+    return pd.DataFrame(rows)
 
 
-def _mean(values: Sequence[float]) -> Optional[float]:
-    return float(np.mean(values)) if values else None
+def error_sizes(trials: pd.DataFrame, kind: str) -> np.ndarray:
+    """(n,) sizes [m, rad] of the odometry's own final error, of one of `KINDS`."""
+    known = trials.dropna(subset=[f'{MINUS_TRUTH}_x_m'])
+    x_m, y_m, yaw_rad = (known[f'{MINUS_TRUTH}_{part}'].to_numpy(dtype=float) for part in ('x_m', 'y_m', 'yaw_rad'))
+    sizes: np.ndarray = np.abs(yaw_rad) if kind == 'heading_deg' else np.hypot(x_m, y_m)
+    return sizes
 
 
-_HEADS = ('median', 'quartiles', 'ratio', '95 %', 'failed')
+def _ratio(trials: pd.DataFrame, of_first: Optional[pd.DataFrame], kind: str) -> Dict[str, float]:
+    """Compare equal trials: the typical ratio of two errors with its interval, by their logarithms' signed ranks."""
+    ratio = low = high = math.nan
+    pairs = None if of_first is None else equal_trials(trials, of_first, MINUS_TRUTH)
+    if pairs and len(pairs[0]):
+        result = wilcoxon(*(np.log(np.maximum(error_sizes(part, kind), LEAST_ERROR)) for part in pairs))
+        ratio, low, high = map(math.exp, (result.estimate, *result.interval))
+    return {'ratio': ratio, 'ratio_low': low, 'ratio_high': high}
 
 
-def variant_table(dataset: Dataset) -> Optional[Table]:
-    """Build rows of test, variant and kind of error, columns by encoder; None where there are no variants."""
-    errors = {kind: variant_errors(dataset, kind) for kind in KINDS}
-    if not any(errors.values()):
+def variant_table(results: Results) -> Optional[ResultTable]:
+    """Build rows of test, variant and kind of error, columns by encoder; None if there are no variants."""
+    errors = variant_errors(results)
+    if errors.empty:
         return None
-    keys, labels = varied_keys(dataset), dataset.encoders()
-    rows: List[List[Entry]] = [
-        [
-            *key_entries(test, varied, keys),
-            Label(kind.name, kind.head),
-            *(entry for label in labels for entry in _entries(kind, of_kind.get(CellKey(test, label, varied)))),
-        ]
-        for test, varied in dataset.setups()
-        for kind, of_kind in errors.items()
-    ]
-    groups = [
-        Column(f'ppr{label}_{head}'.replace(' ', '_'), head, ppr_text(label)) for label in labels for head in _HEADS
-    ]
-    columns = [*key_columns(keys), Column('error', 'error'), *groups]
-    title = "Variants: the odometry's own final error, /odom minus /world_pose"
-    return Table(VARIANTS, title, columns, rows, _notes(dataset))
-
-
-def _notes(dataset: Dataset) -> List[str]:
+    labels, rows = encoders(results.trials), []
+    for setup, of_setup in results.trials.groupby('setup', sort=False):
+        for kind in KINDS:
+            row = {**setup_columns(results, of_setup.iloc[0]), 'error': kind}
+            for label in labels:
+                found = errors[(errors['setup'] == setup) & (errors['ppr'] == label) & (errors['error'] == kind)]
+                entries = [None] * 3 + ['', None] if found.empty else _variant_entries(found.iloc[0])
+                row.update(zip(_variant_columns(label), entries))
+            rows.append(row)
+    decimals: Dict[str, Any] = {}
+    of_row = [KINDS[row['error']][1] for row in rows]
+    for label in labels:
+        median, quartiles, ratio, _, failed = _variant_columns(label)
+        decimals.update({median: of_row, quartiles: of_row, ratio: 2, failed: 0})
+    heads = {
+        name: (ppr_text(label), head) for label in labels for name, head in zip(_variant_columns(label), _OF_VARIANT)
+    }
     counted = 'All trials that ended with a pose count, where they ended; failed: how many did not succeed.'
-    first = f'Ratio: of the errors to those of equal trials of the variant {first_variant(dataset.cells())!r}'
-    return [
+    first = f'Ratio: of the errors to those of equal trials of the variant {first_variant(results.trials)!r}'
+    notes = [
         f'Distance in position, and angle of heading: median, and difference of the quartiles. {counted}',
         f"{first}, by the signed ranks of its logarithm, with the comparison's own 95 % interval (from six trials on).",
     ]
+    title = "Variants: the odometry's own final error, /odom minus /world_pose"
+    return ResultTable(VARIANTS, title, pd.DataFrame(rows, dtype=object), heads, decimals, notes)
 
 
-def _entries(kind: ErrorKind, error: Optional[VariantError]) -> List[Entry]:
-    """Return an entry for each of `_HEADS`."""
-    if error is None:
-        return [*[Number(None, 0)] * 3, '', Number(None, 0)]
-    spread = Number(error.high - error.low, kind.decimals)
-    return [Number(error.median, kind.decimals), spread, *_ratio_entries(error.ratio), Number(error.failed, 0)]
+def _variant_columns(label: str) -> List[str]:
+    return [f'ppr{label}_{head}'.replace(' ', '_') for head in _OF_VARIANT]
 
 
-def _ratio_entries(ratio: Optional[PairedResult]) -> List[Entry]:
-    if ratio is None:
-        return [Number(None, 2), '']
-    low, high = ratio.interval
-    return [Number(ratio.estimate, 2), f'{low:.3g} to {high:.3g}' if math.isfinite(high) else '']
-
-
-def all_tables(dataset: Dataset) -> List[Table]:
-    """Build tables 3 to 6 of a dataset, the intervals of 4 to 6, and errors along the path and of variants if known."""
-    tables = [pulse_resolution_table(ppr_values(dataset.encoders()), *dataset.robot)]
-    for kind in GOAL_TABLES:
-        tables += [goal_table(dataset, kind), interval_table(dataset, kind)]
-    return [*tables, *(table for table in (path_error_table(dataset), variant_table(dataset)) if table is not None)]
+def _variant_entries(error: pd.Series) -> List[Any]:
+    """Return an entry for each of `_OF_VARIANT`."""
+    interval = f'{error["ratio_low"]:.3g} to {error["ratio_high"]:.3g}' if math.isfinite(error['ratio_high']) else ''
+    ratio = None if pd.isna(error['ratio']) else error['ratio']
+    return [error['median'], error['high'] - error['low'], ratio, interval, error['failed']]

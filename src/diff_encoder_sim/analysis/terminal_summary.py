@@ -1,21 +1,23 @@
-"""The summary of a dataset for the terminal: one row per cell, or per trial where each cell has one."""
+"""The summary of results for the terminal: one row per cell, or per trial if each cell has one."""
 
 from __future__ import annotations
 
 import math
-from typing import List, Optional, Sequence
+from typing import TYPE_CHECKING, List
 
 import numpy as np
 from tabulate import tabulate
 
-from diff_encoder_sim.analysis.dataset import Dataset, TrialData, Varied
-from diff_encoder_sim.analysis.final_errors import count_within_all, final_errors, minus_truth, with_final_error
-from diff_encoder_sim.analysis.quantities import X, Y
-from diff_encoder_sim.analysis.table_keys import varied_texts
+from diff_encoder_sim.analysis.quantities import MINUS_TRUTH, POSES, X, Y
+from diff_encoder_sim.analysis.results_table import Results, are_within, final_errors, varied_texts
 from diff_encoder_sim.analysis.within_tolerance import TOLERANCE_TEXT
-from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.drives.trial_definition import Outcome
+
+if TYPE_CHECKING:
+    import pandas as pd
+else:
+    pd = deferred('pandas')
 
 SOURCES_LEGEND = (
     'odom: wheel odometry; amcl: last /amcl_pose; global: pose estimate (/global_pose); world: ground truth;\n'
@@ -28,65 +30,49 @@ CELL_LEGEND = (
 TRIAL_LEGEND = f'Final pose minus goal by pose source: distance and heading.\n{SOURCES_LEGEND}'
 
 
-def summary(dataset: Dataset) -> str:
+def summary(results: Results) -> str:
     """Return a table and its legend."""
-    if all(len(trials) == 1 for trials in dataset.cells().values()):
-        return f'{trial_table(dataset)}\n{TRIAL_LEGEND}'
-    return f'{cell_table(dataset)}\n{CELL_LEGEND}'
+    if not results.trials['cell'].duplicated().any():
+        return f'{trial_table(results)}\n{TRIAL_LEGEND}'
+    return f'{cell_table(results)}\n{CELL_LEGEND}'
 
 
-def cell_table(dataset: Dataset) -> str:
-    """Return one row per cell: number of trials, how many succeeded, and the final errors of each source."""
-    headers = ['test', 'PPR', 'trials', 'succeeded', *_source_headers('%', 'std dev\n[m]')]
+def cell_table(results: Results) -> str:
+    """Return one row per cell: number of trials, how many succeeded, and the final errors of each pose."""
+    headers = ['test', 'PPR', 'trials', 'succeeded', *_pose_headers('%', 'std dev\n[m]')]
     rows = []
-    for cell, trials in dataset.cells().items():
-        succeeded = sum(trial.outcome is Outcome.SUCCEEDED for trial in trials)
-        row = [_name(cell.test, cell.varied), cell.ppr, f'{len(trials)}', f'{succeeded}']
-        for of_pose, source in (*((trials, source) for source in PoseSource), (minus_truth(trials), PoseSource.ODOM)):
-            row += [_percent_within(of_pose, source), _position_std(of_pose, source)]
+    for _, of_cell in results.trials.groupby('cell', sort=False):
+        first, succeeded = of_cell.iloc[0], (of_cell['outcome'] == Outcome.SUCCEEDED.value).sum()
+        row = [_name(results, first), first['ppr'], f'{len(of_cell)}', f'{succeeded}']
+        for pose in POSES:
+            within = are_within(of_cell, pose)
+            row.append(f'{100.0 * np.mean(within):.0f}' if len(within) else '')
+            stds_m = [np.std(final_errors(of_cell, pose, axis), ddof=1) for axis in (X, Y) if len(within) > 1]
+            row.append(f'{math.hypot(*stds_m):.4f}' if stds_m else '')
         rows.append(row)
-    return _table(rows, headers)
-
-
-def trial_table(dataset: Dataset) -> str:
-    """Return one row per trial: how it ended, and the final error of each source."""
-    headers = ['test', 'PPR', 'trial', 'outcome', 'time\n[s]', 'path\n[m]', *_source_headers('[m]', '[deg]')]
-    rows = []
-    for trial in dataset.trials:
-        row = [_name(trial.test, trial.varied), trial.ppr, f'{trial.trial}', trial.outcome.text]
-        row += [f'{trial.duration_s:.1f}', f'{trial.distance_m:.2f}']
-        for error in (*(trial.errors.get(source) for source in PoseSource), trial.odometry_minus_truth):
-            row += _distance_and_heading(error)
-        rows.append(row)
-    return _table(rows, headers)
-
-
-def _source_headers(*columns: str) -> List[str]:
-    poses = [*(f'\n{source.value}' for source in PoseSource), 'odom -\nworld']
-    return [f'{pose}\n{column}' for pose in poses for column in columns]
-
-
-def _name(test: str, varied: Varied) -> str:
-    return '\n'.join([test, *varied_texts(varied)])
-
-
-def _percent_within(trials: Sequence[TrialData], source: PoseSource) -> str:
-    count = len(with_final_error(trials, source))
-    return f'{100.0 * (count_within_all(trials, source) / count):.0f}' if count else ''
-
-
-def _position_std(trials: Sequence[TrialData], source: PoseSource) -> str:
-    if len(with_final_error(trials, source)) < 2:
-        return ''
-    std_m = [np.std(final_errors(trials, source, quantity), ddof=1) for quantity in (X, Y)]
-    return f'{math.hypot(*std_m):.4f}'
-
-
-def _distance_and_heading(error: Optional[Pose2D]) -> List[str]:
-    if error is None:
-        return ['', '']
-    return [f'{math.hypot(error.x_m, error.y_m):.4f}', f'{math.degrees(error.yaw_rad):+.2f}']
-
-
-def _table(rows: List[List[str]], headers: List[str]) -> str:
     return tabulate(rows, headers, disable_numparse=True, stralign='right')
+
+
+def trial_table(results: Results) -> str:
+    """Return one row per trial: how it ended, and the final error of each pose."""
+    headers = ['test', 'PPR', 'trial', 'outcome', 'time\n[s]', 'path\n[m]', *_pose_headers('[m]', '[deg]')]
+    rows = []
+    for _, trial in results.trials.iterrows():
+        row = [_name(results, trial), trial['ppr'], f'{trial["trial"]}', trial['outcome'].replace('_', ' ')]
+        row += [f'{trial["duration_s"]:.1f}', f'{trial["distance_m"]:.2f}']
+        for pose in POSES:
+            x_m, y_m, yaw_rad = (trial[f'{pose}_{part}'] for part in ('x_m', 'y_m', 'yaw_rad'))
+            is_known = not math.isnan(x_m)
+            row += [f'{math.hypot(x_m, y_m):.4f}', f'{math.degrees(yaw_rad):+.2f}'] if is_known else ['', '']
+        rows.append(row)
+    return tabulate(rows, headers, disable_numparse=True, stralign='right')
+
+
+def _pose_headers(*columns: str) -> List[str]:
+    heads = {pose: f'\n{pose}' for pose in POSES}
+    heads[MINUS_TRUTH] = 'odom -\nworld'
+    return [f'{head}\n{column}' for head in heads.values() for column in columns]
+
+
+def _name(results: Results, first: pd.Series) -> str:
+    return '\n'.join([first['test'], *varied_texts(list(first[results.varied]), results.varied)])

@@ -4,7 +4,7 @@ The functions take the options of the commands by their names: `run_campaign('re
 `campaign --out results --config quick --ppr 40 90`. A mistake raises `ConfigError`, whose text is one line.
 """
 
-from diff_encoder_sim.analysis.dataset import Dataset, TrialData
+from diff_encoder_sim.analysis.results_table import Results
 from diff_encoder_sim.analysis.terminal_summary import summary
 from diff_encoder_sim.api.campaigns import read_results, run_campaign, write_report
 from diff_encoder_sim.api.recorded_drives import ReencodedDrive, read_path, reencode
@@ -15,12 +15,11 @@ from diff_encoder_sim.drives.trajectory_error import PathError
 
 __all__ = [
     'ConfigError',
-    'Dataset',
     'PathError',
     'PoseSeries',
     'PoseSource',
     'ReencodedDrive',
-    'TrialData',
+    'Results',
     'read_path',
     'read_results',
     'reencode',

@@ -26,8 +26,7 @@ from diff_encoder_sim.advice.encoder_search import FORGIVEN, Asked
 from diff_encoder_sim.advice.listed_encoders import candidates_of, listed_encoders
 from diff_encoder_sim.advice.odometry_study import study_odometry, with_budgets
 from diff_encoder_sim.advice.trial_study import study_trials, switched_off
-from diff_encoder_sim.analysis.dataset import TrialData
-from diff_encoder_sim.analysis.dataset_loading import data_of
+from diff_encoder_sim.analysis.dataset import TrialData, data_of
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.quantities import LEVEL, REQUIRED_FRACTION, YAW, X
 from diff_encoder_sim.api.campaigns import WorkerOptions, stop_reports, unrun_text, workers

@@ -21,11 +21,9 @@ from typing import (
     Union,
 )
 
-from diff_encoder_sim.analysis.dataset import Dataset
-from diff_encoder_sim.analysis.dataset_loading import load_dataset
-from diff_encoder_sim.analysis.output_folder import REPORT, output_folder
-from diff_encoder_sim.analysis.outputs import write_analysis
+from diff_encoder_sim.analysis.outputs import REPORT, output_folder, write_analysis
 from diff_encoder_sim.analysis.quantities import YAW, X
+from diff_encoder_sim.analysis.results_table import Results, load_results
 from diff_encoder_sim.analysis.terminal_summary import summary
 from diff_encoder_sim.api.notes import name_campaigns_encoders, name_stopping, with_checks
 from diff_encoder_sim.base.command_line import CONSOLE, Stopped, as_called
@@ -80,7 +78,7 @@ class CampaignOptions(WorkerOptions):
         return cls(**{name: value for name, value in options.items() if name in own}, keys=keys)
 
 
-def run_campaign(out: Union[str, Path], config: Union[str, Path] = 'quick', **options: Any) -> Dataset:
+def run_campaign(out: Union[str, Path], config: Union[str, Path] = 'quick', **options: Any) -> Results:
     """Run the trials of a campaign that its results folder does not have yet; return all results.
 
     Args:
@@ -109,23 +107,23 @@ def _words(options: Mapping[str, Any]) -> List[str]:
     return words
 
 
-def read_results(*paths: Union[str, Path]) -> Dataset:
+def read_results(*paths: Union[str, Path]) -> Results:
     """Read a campaign's results folder, or bags of trials and folders of such bags.
 
     Raises:
         ConfigError: there is nothing to read.
     """
-    return load_dataset([Path(path) for path in paths])
+    return load_results([Path(path) for path in paths])
 
 
-def write_report(dataset: Dataset, out: Union[str, Path]) -> Path:
+def write_report(results: Results, out: Union[str, Path]) -> Path:
     """Write tables, figures and the report into a folder, as `analyze` does; return the report's path.
 
     Raises:
         ConfigError: the folder has other things in it, or cannot be written.
     """
     with output_folder(Path(out)) as folder:
-        write_analysis(dataset, folder)
+        write_analysis(results, folder)
     return Path(out) / REPORT
 
 
@@ -146,10 +144,10 @@ def analyze(
     first = paths[0]
     folder = out or (first if first.is_dir() and not is_bag_folder(first) else first.parent) / DEFAULT_ANALYSIS
     with output_folder(folder) as unfinished:
-        dataset = load_dataset(paths)
-        other = load_dataset([beside]) if beside else None
-        show(summary(dataset))
-        conclusions = write_analysis(dataset, unfinished, other)
+        results = load_results(paths)
+        other = load_results([beside]) if beside else None
+        show(summary(results))
+        conclusions = write_analysis(results, unfinished, other)
     return folder / REPORT, conclusions
 
 

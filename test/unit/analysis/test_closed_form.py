@@ -7,13 +7,9 @@ import pytest
 
 from campaign_manifest import STRAIGHT_20_M
 from diff_encoder_sim.analysis.closed_form import closed_form_std, closed_form_table, heading_std_rad, wheel_travel_m
-from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.test_definition import PoseParams
-from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import Trial
-from figure_panels import requested_trial
-from paper_datasets import IN, cell, dataset, trial
-from synthetic_trials import ALTO
+from trial_tables import ALTO, IN, cell, navigated, results_of, trial
 
 
 @pytest.mark.parametrize('travel_m', [20.0, -3.3, 6.0])
@@ -29,7 +25,7 @@ def test_the_heading_averages_over_stops_and_vanishes_after_whole_pulses():
     m_per_pulse = math.pi * 0.2 / 40
     stops_m = 20.0 + m_per_pulse * np.linspace(0.0, 3.0, 3000, endpoint=False)
     assert heading_std_rad(stops_m, m_per_pulse, 0.4) == pytest.approx(m_per_pulse / 0.4 * math.sqrt(1.0 / 3.0))
-    five_turns_m = wheel_travel_m(requested_trial('SMT'), ALTO, [Pose2D(0.0, 0.0, 0.0)])
+    five_turns_m = wheel_travel_m(navigated('SMT'), ALTO, np.array([[0.0, 0.0, 0.0]]))
     assert five_turns_m == pytest.approx([5.0 * math.pi * 0.4])
     for ppr in (40, 90, 1024, 4096):
         assert heading_std_rad(five_turns_m, math.pi * 0.2 / ppr, 0.4) == 0.0
@@ -37,21 +33,21 @@ def test_the_heading_averages_over_stops_and_vanishes_after_whole_pulses():
 
 @pytest.mark.parametrize('nav', ['embedded', 'scripted'])
 def test_wheels_travel_as_far_as_the_robot_truly_went(nav):
-    straight, turning = (requested_trial(test).model_copy(update={'nav': nav}) for test in ('SL', 'SMT'))
-    assert wheel_travel_m(straight, ALTO, [Pose2D(-0.04, 0.3, 0.1)]) == pytest.approx([19.96])
-    assert wheel_travel_m(turning, ALTO, [Pose2D(0.1, 0.0, -0.1)]) == pytest.approx([0.2 * (10.0 * math.pi - 0.1)])
+    straight, turning = (navigated(test).model_copy(update={'nav': nav}) for test in ('SL', 'SMT'))
+    assert wheel_travel_m(straight, ALTO, np.array([[-0.04, 0.3, 0.1]])) == pytest.approx([19.96])
+    assert wheel_travel_m(turning, ALTO, np.array([[0.1, 0.0, -0.1]])) == pytest.approx([0.2 * (10.0 * math.pi - 0.1)])
 
 
 @pytest.mark.parametrize(('ppr', 'lateral_m'), [(40, 0.321), (90, 0.142), (1024, 0.0125), (4096, 0.0031)])
 def test_closed_form_of_the_straight_line(ppr, lateral_m):
     m_per_pulse = math.pi * 0.2 / ppr
-    _, y_m, yaw_rad = closed_form_std(requested_trial('SL'), ALTO, ppr)
+    _, y_m, yaw_rad = closed_form_std(navigated('SL'), ALTO, ppr)
     assert y_m == pytest.approx(lateral_m, rel=0.015)
     assert yaw_rad == pytest.approx(m_per_pulse / 0.4 * math.sqrt(1.0 / 3.0))
 
 
 def test_closed_form_is_along_the_maps_axes():
-    requested = requested_trial('SL')
+    requested = navigated('SL')
     turned = requested.model_copy(
         update={
             'test': requested.test.model_copy(
@@ -68,45 +64,43 @@ def test_closed_form_is_along_the_maps_axes():
     assert along_y == pytest.approx(along_x[[1, 0, 2]])
 
 
+STRAIGHT = {'SL': Trial.from_mapping({'test': STRAIGHT_20_M, 'nav': 'embedded'}, '')}
+HERE = (0.0, 0.0, 0.0)
+
+
+def entries(*trials, requested):
+    """The entries of the table by quantity, without the cell."""
+    table = closed_form_table(results_of(trials, requested=requested))
+    return {row[1]: row[2:] for row in table.exact.values.tolist()}
+
+
 def test_the_closed_form_is_that_of_a_straight_drive():
-    made = dataset(cell('SL', '40', 'odom', [(0.0, 0.3, 1.0), (0.0, -0.3, -1.0)]))
-    made = made._replace(
-        trials=[one._replace(errors={**one.errors, PoseSource.WORLD: Pose2D(0.0, 0.0, 0.0)}) for one in made.trials],
-        requested={'SL': Trial.from_mapping({'test': STRAIGHT_20_M, 'nav': 'embedded'}, '')},
-    )
-    cells = {row[1]: row[2:] for row in closed_form_table(made).rows}
+    errors = [(0.0, 0.3, 1.0), (0.0, -0.3, -1.0)]
+    found = entries(*(trial('SL', '40', place, odom=errors[place], world=HERE) for place in (0, 1)), requested=STRAIGHT)
     # (S d / L) sqrt(1/6) = 321 mm; 0.3 m sqrt(2) = 424 mm.
-    assert cells['y [mm]'][:2] == ['–', '321'] and cells['y [mm]'][2].startswith('424 (')
+    assert found['y [mm]'][:2] == ['–', '321'] and found['y [mm]'][2].startswith('424 (')
     # 20 m are 1273.24 pulses: 2.25 degrees sqrt(2 0.24 0.76), and all trials stopped just there.
-    assert cells['yaw [deg]'][:2] == ['1.36', '1.36'] and cells['yaw [deg]'][3] == 'as expected'
-    assert cells['x [mm]'][3] == 'below'
-    assert closed_form_table(dataset(cell('SL', '40', 'odom', [IN]))) is None
+    assert found['yaw [deg]'][:2] == ['1.36', '1.36'] and found['yaw [deg]'][3] == 'as expected'
+    assert found['x [mm]'][3] == 'below'
+    assert closed_form_table(results_of(cell('SL', '40', 'odom', [IN]), requested=STRAIGHT)) is None
 
 
 def test_the_heading_is_that_of_where_the_trials_stopped():
-    stops_m = [-1.0, -0.5]  # 19 m are 1209.58 pulses, 19.5 m are 1241.41
-    made = dataset(
-        trial('SL', '40', number, odom=(x_m, 0.0, 0.0), world=(x_m, 0.0, 0.0)) for number, x_m in enumerate(stops_m)
-    )
-    made = made._replace(requested={'SL': Trial.from_mapping({'test': STRAIGHT_20_M, 'nav': 'embedded'}, '')})
-    [row] = [row for row in closed_form_table(made).rows if row[1] == 'yaw [deg]']
+    stops = [(-1.0, 0.0, 0.0), (-0.5, 0.0, 0.0)]  # 19 m are 1209.58 pulses, 19.5 m are 1241.41
+    found = entries(*(trial('SL', '40', x, odom=(x, y, 0), world=(x, y, 0)) for x, y, _ in stops), requested=STRAIGHT)
     expected_deg = 2.25 * math.sqrt(0.5775 * 0.4225 + 0.4084 * 0.5916)  # 2 f (1 - f), and the mean of both
-    assert row[2] == '1.36' and float(row[3]) == pytest.approx(expected_deg, abs=0.005)
+    at_goal, stopped = found['yaw [deg]'][:2]
+    assert at_goal == '1.36' and float(stopped) == pytest.approx(expected_deg, abs=0.005)
 
 
-def test_other_drives_have_the_average_alone():
-    made = dataset(cell('DLD', '40', 'odom', [IN, IN]))
-    made = made._replace(
-        trials=[one._replace(errors={**one.errors, PoseSource.WORLD: Pose2D(0.0, 0.0, 0.0)}) for one in made.trials],
-        requested={'DLD': requested_trial('DLD')},
-    )
-    [row] = [row for row in closed_form_table(made).rows if row[1] == 'yaw [deg]']
-    assert row[2:4] == ['–', '1.3']
+def test_other_drives_only_have_the_average():
+    trials = [trial('DLD', '40', number, odom=IN, world=HERE) for number in (1, 2)]
+    assert entries(*trials, requested={'DLD': navigated('DLD')})['yaw [deg]'][:2] == ['–', '1.3']
 
 
 def test_wheels_of_other_drives_travel_each_its_own_way():
-    assert wheel_travel_m(requested_trial('DLD'), ALTO, [Pose2D(0.0, 0.0, 0.0)]) is None
-    assert wheel_travel_m(requested_trial('DLD').model_copy(update={'nav': 'scripted'}), ALTO, []) is None
+    assert wheel_travel_m(navigated('DLD'), ALTO, np.array([[0.0, 0.0, 0.0]])) is None
+    assert wheel_travel_m(navigated('DLD').model_copy(update={'nav': 'scripted'}), ALTO, np.zeros((0, 3))) is None
 
 
 @pytest.mark.parametrize(('ppr', 'expected_deg'), [(40, 1.358), (90, 0.577), (1024, 0.031), (4096, 0.0138)])

@@ -1,36 +1,39 @@
-"""The files of an analysis."""
+"""The files of an analysis, in a folder that has all of them or none, and only replaces an earlier analysis."""
 
 import os
 import tempfile
 
+import jinja2
 import pytest
 
-from diff_encoder_sim.analysis.dataset_loading import load_dataset
-from diff_encoder_sim.analysis.outputs import write_analysis
-from paper_datasets import IN, cell, paper_dataset
+from diff_encoder_sim.analysis.html_templates import load_template
+from diff_encoder_sim.analysis.outputs import CONTENTS, output_folder, write_analysis
+from diff_encoder_sim.analysis.results_table import load_results
+from diff_encoder_sim.base.errors import ConfigError
 from trial_bags import trial, write_bag
+from trial_tables import IN, cell, paper_results
 
 
-def test_every_file_is_written(tmp_path):
-    dataset = load_dataset([write_bag(tmp_path / 'a.bag', trial())])
+def test_every_file_is_written_without_a_writable_home(tmp_path, monkeypatch):
+    (tmp_path / 'home').touch()
+    monkeypatch.setenv('HOME', str(tmp_path / 'home'))
+    monkeypatch.setattr(tempfile, 'tempdir', str(tmp_path))
+    for name in ('XDG_CACHE_HOME', 'MPLCONFIGDIR'):
+        monkeypatch.delenv(name, raising=False)
     (tmp_path / 'out').mkdir()
-    assert 'SL' in write_analysis(dataset, tmp_path / 'out')
+    assert 'SL' in write_analysis(load_results([write_bag(tmp_path / 'a.bag', trial())]), tmp_path / 'out')
     files = {str(path.relative_to(tmp_path / 'out')) for path in (tmp_path / 'out').rglob('*')}
-    assert {
-        'tables/table4.tex',
-        'tables/path_errors.csv',
-        'tables/comparisons.csv',
-        'figures/trajectories_SL.svg',
-        'report.html',
-    } <= files
+    tables = {'tables/table4.tex', 'tables/path_errors.csv', 'tables/comparisons.csv'}
+    assert {*tables, 'figures/trajectories_SL.svg', 'report.html'} <= files
     # The bag's drive is none of the paper's.
     assert not {'tables/comparisons.md', 'tables/paper_scores.md', 'tables/paper_cells.csv'} & files
+    assert os.environ['MPLCONFIGDIR'] == str(tmp_path / f'diff_encoder_sim-{os.geteuid()}' / 'matplotlib')
 
 
 @pytest.mark.heavy
 def test_the_papers_scores_are_lines_for_the_terminal_with_enough_trials_or_beside_others(tmp_path):
     few, enough = (
-        paper_dataset(cell('SL', '40', 'odom', [IN] * count))._replace(title=f'{count}') for count in (3, 30)
+        paper_results(cell('SL', '40', 'odom', [IN] * count))._replace(title=f'{count}') for count in (3, 30)
     )
     for number, (made, beside, lines) in enumerate(((few, None, 0), (enough, None, 1), (few, enough, 2))):
         (tmp_path / f'{number}').mkdir()
@@ -40,13 +43,59 @@ def test_the_papers_scores_are_lines_for_the_terminal_with_enough_trials_or_besi
         assert {'paper_scores.csv', 'paper_table4.tex', 'paper_cells.csv'} <= tables and 'paper_cells.md' not in tables
 
 
-def test_matplotlib_has_a_folder_where_home_cannot_be_written(tmp_path, monkeypatch):
-    (tmp_path / 'home').touch()
-    monkeypatch.setenv('HOME', str(tmp_path / 'home'))
-    monkeypatch.setattr(tempfile, 'tempdir', str(tmp_path))
-    monkeypatch.delenv('XDG_CACHE_HOME', raising=False)
-    monkeypatch.delenv('MPLCONFIGDIR', raising=False)
-    dataset = load_dataset([write_bag(tmp_path / 'a.bag', trial())])
-    (tmp_path / 'out').mkdir()
-    write_analysis(dataset, tmp_path / 'out')
-    assert os.environ['MPLCONFIGDIR'] == str(tmp_path / f'diff_encoder_sim-{os.geteuid()}' / 'matplotlib')
+def write(folder, **files):
+    with output_folder(folder) as made:
+        for name, text in files.items():
+            (made / name).write_text(text)
+
+
+def names(folder):
+    return sorted(path.name for path in folder.rglob('*'))
+
+
+def test_an_earlier_analysis_is_replaced(tmp_path):
+    out = tmp_path / 'out'
+    write(out, one='1', two='2')
+    write(out, one='3')
+    assert names(tmp_path) == [CONTENTS, 'one', 'out'] and (out / 'one').read_text() == '3'
+
+
+@pytest.mark.parametrize('earlier', [False, True])
+def test_files_of_others_are_not_overwritten(tmp_path, earlier):
+    out = tmp_path / 'out'
+    if earlier:
+        write(out, one='1')
+    (out / 'deep').mkdir(parents=True)
+    (out / 'deep' / 'notes.txt').write_text('mine')
+    before = names(tmp_path)
+    with pytest.raises(ConfigError, match=f"{out}: holds 'deep'"):
+        write(out, one='2')
+    assert names(tmp_path) == before and (out / 'deep' / 'notes.txt').read_text() == 'mine'
+
+
+def test_a_failed_analysis_leaves_the_earlier_one(tmp_path):
+    write(tmp_path / 'out', one='1')
+    with pytest.raises(KeyboardInterrupt), output_folder(tmp_path / 'out') as made:
+        (made / 'one').write_text('2')
+        raise KeyboardInterrupt
+    assert (tmp_path / 'out' / 'one').read_text() == '1' and names(tmp_path) == [CONTENTS, 'one', 'out']
+
+
+def test_a_place_that_cannot_be_written_is_named(tmp_path):
+    (tmp_path / 'file').write_text('')
+    for path in (tmp_path / 'file', tmp_path / 'file' / 'out'):
+        with pytest.raises(ConfigError, match=str(path)) as caught:
+            write(path, one='1')
+        assert '\n' not in str(caught.value)
+    assert names(tmp_path) == ['file']
+
+
+def test_data_is_escaped_files_of_all_folders_are_included_and_unknown_names_refused(tmp_path):
+    for folder in ('one', 'other'):
+        (tmp_path / folder).mkdir()
+    (tmp_path / 'one' / 'page.html').write_text("{% include 'part.css' %}{{ name }}")
+    (tmp_path / 'other' / 'part.css').write_text('p {} ')
+    template = load_template('page.html', tmp_path / 'one', tmp_path / 'other')
+    assert template.render(name='<b>') == 'p {} &lt;b&gt;'
+    with pytest.raises(jinja2.UndefinedError, match='name'):
+        template.render()

@@ -1,152 +1,39 @@
-"""All tables of a dataset, and their files."""
+"""Tables 3 to 6 and their intervals, errors over the whole path, and the cost of variants."""
 
 import math
 
 import pytest
 
-from diff_encoder_sim.analysis.table import rounded, write_tables
-from diff_encoder_sim.analysis.tables import all_tables, path_error_table, pulse_resolution_table, variant_table
-from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.topics import PoseSource
-from diff_encoder_sim.drives.trajectory_error import RPE_DISTANCES_M, PathError, RelativeError, RpePairs
-from diff_encoder_sim.drives.trial_definition import Outcome
-from paper_datasets import dataset, trial
-from synthetic_trials import dataset_of, synthetic_dataset, trial_data
-from table_records import records
+from diff_encoder_sim.analysis.encoder_labels import ppr_values
+from diff_encoder_sim.analysis.result_tables import write_tables
+from diff_encoder_sim.analysis.results_table import PATH_COLUMNS
+from diff_encoder_sim.analysis.tables import (
+    GOAL_TABLES,
+    all_tables,
+    estimates,
+    goal_table,
+    interval_table,
+    path_error_table,
+    pulse_resolution_table,
+    variant_errors,
+    variant_table,
+)
+from trial_tables import HAND_ERRORS, cell, column, records, results_of, synthetic_results, trial
+
+TABLE_4, TABLE_5 = GOAL_TABLES[:2]
 
 
-def written(folder, tables):
-    """Contents of the files, by name."""
-    write_tables(tables, folder)
-    return {path.name: path.read_bytes() for path in folder.iterdir()}
+def goal(results, kind=TABLE_4):
+    return goal_table(results, kind, estimates(results, kind.pose))
 
 
-def test_table_3_leaves_encoders_without_one_ppr_out():
-    tables = {table.name: table for table in all_tables(synthetic_dataset(pprs=('90', 'ideal', '90-1024'), trials=1))}
-    assert [row[0] for row in tables['table3'].rows] == ['90']
+def intervals(results, kind=TABLE_4):
+    return records(interval_table(kind, estimates(results, kind.pose)))
 
 
-def test_files_of_a_dataset_are_the_same_each_time(tmp_path):
-    files, again = (written(tmp_path / name / 'tables', all_tables(synthetic_dataset(trials=3))) for name in 'ab')
-    of_goal = ('table4', 'table5', 'table6', 'table6_amcl', 'table4_minus_truth')
-    names = ['table3', *(name + more for name in of_goal for more in ('', '_intervals'))]
-    in_full = [f'table{number}.{suffix}' for number in range(3, 7) for suffix in ('md', 'tex')]
-    assert sorted(files) == sorted([f'{name}.csv' for name in names] + in_full)
-    assert all(files.values()) and files == again
-
-
-DEG = math.pi / 180.0
-
-
-RPE_PARTS = ('segments', 'translation_rmse_mean_m', 'rotation_rmse_mean_deg')
-
-
-NOWHERE = {PoseSource.ODOM: None, PoseSource.AMCL: None, PoseSource.GLOBAL: None}
-
-
-def path(ate_m, ate_max_m, yaw_deg, **rpe):
-    """`rpe` as m1=(segments, translation [m], rotation [deg]) of consecutive pairs; of all pairs ten times as many."""
-    consecutive = {distance_m: RelativeError(0, math.nan, math.nan) for distance_m in RPE_DISTANCES_M}
-    for name, (segments, metres, degrees) in rpe.items():
-        consecutive[float(name[1:])] = RelativeError(segments, metres, degrees * DEG)
-    every = {key: RelativeError(10 * one[0], *(2.0 * part for part in one[1:])) for key, one in consecutive.items()}
-    relative = {RpePairs.CONSECUTIVE: consecutive, RpePairs.ALL: every}
-    return PathError(100, ate_m, ate_max_m, yaw_deg * DEG, yaw_deg * DEG, Pose2D(0.0, 0.0, 0.0), 20.0, relative)
-
-
-def with_paths(*odometry, **other):
-    """Trials of one cell, with these errors of odometry on the way and none of the other sources."""
-    return [
-        trial_data(number=number, paths={**NOWHERE, PoseSource.ODOM: errors}, **other)
-        for number, errors in enumerate(odometry, 1)
-    ]
-
-
-def test_path_errors_by_hand():
-    trials = with_paths(
-        path(0.1, 0.5, 1.0, m1=(19, 0.01, 0.1), m5=(3, 0.03, 0.5)),
-        path(0.2, 0.4, 2.0, m1=(20, 0.02, 0.3)),
-        path(0.6, 0.9, 6.0, m1=(18, 0.06, 0.5)),
-        None,
-    )
-    [row] = records(path_error_table(dataset_of(trials)))
-    assert [row.pop(key) for key in ('test', 'ppr', 'source', 'trials')] == ['SL', '90', 'odom', '3']
-    for name in ('rpe_10m', 'rpe_10m_all_pairs'):
-        assert [row.pop(f'{name}_{part}') for part in RPE_PARTS] == ['0', '', '']
-    # Mean 0.3 and squared deviations 0.04 + 0.01 + 0.09; t of 2 degrees of freedom: 4.3027.
-    half = 4.302653 * math.sqrt(0.07 / 3)
-    assert {name: float(value) for name, value in row.items()} == pytest.approx(
-        {
-            'ate_rmse_mean_m': 0.3,
-            'ate_rmse_low_m': 0.3 - half,
-            'ate_rmse_high_m': 0.3 + half,
-            'ate_rmse_std_m': math.sqrt(0.07),
-            'ate_max_m': 0.9,
-            'yaw_rmse_mean_deg': 3.0,
-            'rpe_1m_segments': 57,
-            'rpe_1m_translation_rmse_mean_m': 0.03,
-            'rpe_1m_rotation_rmse_mean_deg': 0.3,
-            'rpe_1m_all_pairs_segments': 570,
-            'rpe_1m_all_pairs_translation_rmse_mean_m': 0.06,
-            'rpe_1m_all_pairs_rotation_rmse_mean_deg': 0.6,
-            'rpe_5m_segments': 3,
-            'rpe_5m_translation_rmse_mean_m': 0.03,
-            'rpe_5m_rotation_rmse_mean_deg': 0.5,
-            'rpe_5m_all_pairs_segments': 30,
-            'rpe_5m_all_pairs_translation_rmse_mean_m': 0.06,
-            'rpe_5m_all_pairs_rotation_rmse_mean_deg': 1.0,
-        }
-    )
-
-
-def test_each_cell_and_source_with_a_path_has_a_row():
-    paths = {**NOWHERE, PoseSource.ODOM: path(0.1, 0.1, 1.0), PoseSource.GLOBAL: path(0.2, 0.2, 1.0)}
-    table = path_error_table(
-        dataset_of(
-            trial_data(test, ppr, paths=paths, varied=(('noise', '0.01'),))
-            for test in ('DLD', 'SL')
-            for ppr in ('90', '40')
-        )
-    )
-    assert [(row['test'], row['noise'], row['ppr'], row['source'], row['ate_max_m']) for row in records(table)] == [
-        (test, '0.01', ppr, source, largest)
-        for test in ('SL', 'DLD')
-        for ppr in ('40', '90')
-        for source, largest in (('odom', '0.1'), ('global', '0.2'))
-    ]
-
-
-def test_only_datasets_with_paths_have_the_table():
-    bare, driven = synthetic_dataset(trials=1), dataset_of(with_paths(path(0.1, 0.2, 1.0)))
-    assert path_error_table(bare) is None
-    assert [table.name for table in all_tables(driven)][-1] == 'path_errors'
-    assert 'path_errors' not in [table.name for table in all_tables(bare)]
-
-
-WORLD = (0.0, 0.0, 0.0)
-
-
-def cell(ppr, name, size_m, trials=6, **others):
-    return [
-        trial('SL', ppr, number, varied=(('variant', name),), world=WORLD, odom=(size_m * number, 0.0, 1.0), **others)
-        for number in range(1, trials + 1)
-    ]
-
-
-def test_rows_are_variants_and_columns_encoders():
-    lost = cell('8192 amt102', 'restart', 2.0, outcome=Outcome.LOST)
-    table = variant_table(dataset(cell('40', 'none', 0.1), cell('40', 'restart', 0.4), lost))
-    assert [column.name for column in table.columns] == [
-        *('test', 'variant', 'error'),
-        *(f'ppr40_{head}' for head in ('median', 'quartiles', 'ratio', '95_%', 'failed')),
-        *(f'ppr8192_amt102_{head}' for head in ('median', 'quartiles', 'ratio', '95_%', 'failed')),
-    ]
-    assert {column.group for column in table.columns[3:]} == {'40 PPR', 'amt102 (8192 counts)'}
-    texts = [[rounded(entry, '-') for entry in row] for row in table.rows]
-    assert texts[0] == ['SL', 'none', 'position [mm]', '350.00', '250.00', '-', '', '0', '-', '-', '-', '', '-']
-    assert texts[2][:8] == ['SL', 'restart', 'position [mm]', '1400.00', '1000.00', '4.00', '4 to 4', '0']
-    assert texts[2][8:] == ['7000.00', '5000.00', '-', '', '6']
-    assert [row[2] for row in texts] == ['position [mm]', 'heading [deg]'] * 2
+@pytest.fixture(name='by_hand')
+def fixture_by_hand():
+    return results_of(cell('SL', '90', 'odom', HAND_ERRORS))
 
 
 def test_table_3_of_alto():
@@ -154,10 +41,211 @@ def test_table_3_of_alto():
     assert [round(float(row['linear_mm']), 2) for row in rows] == [15.71, 6.98, 0.61, 0.15]
     assert [float(row['two_wheel_angle_deg']) for row in rows] == pytest.approx([4.5, 2.0, 0.17578125, 0.0439453125])
     assert [float(row['one_wheel_angle_deg']) for row in rows] == pytest.approx([2.25, 1.0, 0.087890625, 0.02197265625])
+    assert ppr_values(['90', 'ideal', '90-1024']) == [90.0]
 
 
-def test_torn_trials_do_not_count_as_in_the_other_tables():
-    trials = with_paths(path(0.1, 0.2, 1.0), path(9.0, 9.0, 9.0))
-    trials[1] = trials[1]._replace(outcome=Outcome.TORN)
-    [row] = records(path_error_table(dataset_of(trials)))
-    assert (row['trials'], row['ate_max_m']) == ('1', '0.2')
+def test_table_4_by_hand(by_hand):
+    table = goal(by_hand)
+    assert list(table.exact.columns) == ['test', 'statistic', 'ppr90_x_m', 'ppr90_y_m', 'ppr90_yaw_deg']
+    numbers = {
+        'ppr90_x_m': (-0.06, 0.03, -0.01, math.sqrt(0.0021), 200 / 3, 3),
+        'ppr90_y_m': (-0.1, 0.1, 0.0, 0.1, 100 / 3, 3),
+        'ppr90_yaw_deg': (-2.0, 4.0, 1.0, 3.0, 200 / 3, 3),
+    }
+    for name, expected in numbers.items():
+        found = column(table, name)
+        assert list(found) == ['min', 'max', 'mean', 'std', 'pct_within', 'trials']
+        assert list(found.values()) == pytest.approx(expected)
+    assert records(table)[-1]['ppr90_x_m'] == '3'  # a whole number
+
+
+def test_intervals_by_hand(by_hand):
+    row = intervals(by_hand)[0]
+    # t of 2 degrees of freedom: 4.3027; chi-square of 2 at 2.5 and 97.5 %: 0.050636 and 7.377759.
+    half = 4.302653 * math.sqrt(0.0021 / 3)
+    assert [float(row[name]) for name in ('mean_low', 'mean_high')] == pytest.approx([-0.01 - half, -0.01 + half])
+    assert [float(row[name]) for name in ('std_low', 'std_high')] == pytest.approx(
+        [math.sqrt(0.0042 / 7.377759), math.sqrt(0.0042 / 0.0506356)], rel=1e-5
+    )
+
+
+def test_intervals_contain_their_value():
+    for row in intervals(synthetic_results(trials=30), TABLE_5):
+        for name in ('mean', 'std', 'pct_within'):
+            assert float(row[f'{name}_low']) <= float(row[name]) <= float(row[f'{name}_high'])
+        assert float(row['std_bootstrap_low']) < float(row['std']) < float(row['std_bootstrap_high'])
+
+
+def test_an_error_as_large_as_the_tolerance_is_within():
+    table = goal(results_of([trial('SL', '90', odom=(0.05, -0.05, 3.01))]))
+    assert [column(table, f'ppr90_{name}')['pct_within'] for name in ('x_m', 'y_m', 'yaw_deg')] == [100.0, 100.0, 0.0]
+
+
+def test_each_table_has_its_pose():
+    poses = {name: (float(place), 0.0, 0.0) for place, name in enumerate(('odom', 'world', 'global', 'amcl'), start=1)}
+    results = results_of([trial('SL', '90', **poses)])
+    means = {kind.name: column(goal(results, kind), 'ppr90_x_m')['mean'] for kind in GOAL_TABLES}
+    assert means == {'table4': 1.0, 'table5': 2.0, 'table6': 3.0, 'table6_amcl': 4.0, 'table4_minus_truth': -1.0}
+
+
+def test_odometry_minus_truth_leaves_out_where_the_robot_stopped():
+    trials = [
+        trial('SL', '90', 1, odom=(0.3, 0.0, 179.0), world=(0.31, 0.0, -178.0)),
+        trial('SL', '90', 2, odom=(0.3, 0, 0)),
+    ]
+    table = goal(results_of(trials), GOAL_TABLES[-1])
+    assert table.title == 'As table 4. Final /odom minus /world_pose'
+    assert column(table, 'ppr90_x_m')['pct_within'] == 100.0 and column(table, 'ppr90_x_m')['trials'] == 1
+    assert column(table, 'ppr90_yaw_deg')['mean'] == pytest.approx(-3.0)
+
+
+def test_rows_are_by_test_and_columns_by_ppr_in_the_papers_order():
+    pprs = ('4096', '40', '1024', '90', 'ideal', '90-1024')
+    table = goal(synthetic_results(tests=('DLD', 'SL', 'SMT'), trials=2, pprs=pprs))
+    assert list(table.exact['test'].unique()) == ['SL', 'SMT', 'DLD']
+    groups = list(dict.fromkeys(table.head(name)[0] for name in table.exact.columns))
+    assert groups == ['', '40 PPR', '90 PPR', '1024 PPR', '4096 PPR', '90-1024 PPR', 'ideal odometry']
+
+
+def test_a_cell_without_trials_is_empty_and_varied_parameters_are_columns():
+    trials = [trial('SL', '40', odom=(0, 0, 0), slip='0.1'), trial('SMT', '90', odom=(0, 0, 0), slip='0')]
+    found = records(goal(results_of(trials, varied=['slip'])))
+    row = next(row for row in found if row['test'] == 'SL' and row['statistic'] == 'mean')
+    assert (row['slip'], row['ppr40_x_m'], row['ppr90_x_m']) == ('0.1', '0.0', '')
+    assert [row['ppr90_x_m'] for row in found if row['statistic'] == 'trials'] == ['0', '1']
+
+
+def test_failed_trials_count_as_they_ended_and_are_noted():
+    trials = [
+        trial('SL', '90', 1, odom=(0.0, 0.0, 0.0)),
+        trial('SL', '90', 2, 'collision', odom=(9.0, 0.0, 0.0)),
+        trial('SL', '90', 3, 'timed_out', odom=None),
+        trial('SL', '40', 1, odom=(0.0, 0.0, 0.0)),
+    ]
+    table = goal(results_of(trials))
+    numbers = column(table, 'ppr90_x_m')
+    assert (numbers['max'], numbers['pct_within'], numbers['trials']) == (9.0, 50.0, 2.0)
+    assert table.notes[1:] == [
+        'SL, 90 PPR: 1 of 3 trials succeeded (1 collision, 1 timed out); 1 without a final pose.'
+    ]
+
+
+def test_files_of_results_are_the_same_each_time(tmp_path):
+    for name in 'ab':
+        write_tables(all_tables(synthetic_results(trials=3)), tmp_path / name)
+    first, second = ({path.name: path.read_bytes() for path in (tmp_path / name).iterdir()} for name in 'ab')
+    of_goal = ('table4', 'table5', 'table6', 'table6_amcl', 'table4_minus_truth')
+    names = ['table3', *(name + more for name in of_goal for more in ('', '_intervals'))]
+    in_full = [f'table{number}.{suffix}' for number in range(3, 7) for suffix in ('md', 'tex')]
+    assert sorted(first) == sorted([f'{name}.csv' for name in names] + in_full) and first == second
+
+
+def with_path(number, ate_m, ate_max_m, yaw_deg, test='SL', ppr='90', pose='odom', **rpe):
+    """A trial with a path; `rpe` as m1=(segments, translation [m], rotation [deg]), twice as large of all pairs."""
+    path = {name: 0 if name.endswith('segments') else math.nan for name in PATH_COLUMNS[:-2]}
+    path.update({f'{pose}_ate_rmse_m': ate_m, f'{pose}_ate_max_m': ate_max_m})
+    path[f'{pose}_yaw_rmse_rad'] = math.radians(yaw_deg)
+    for name, (segments, metres, degrees) in rpe.items():
+        for factor, pairs in ((1, ''), (2, '_all_pairs')):
+            begin = f'{pose}_rpe_{name[1:]}m{pairs}'
+            path[f'{begin}_segments'] = factor * segments
+            path[f'{begin}_translation_rmse_m'] = factor * metres
+            path[f'{begin}_rotation_rmse_rad'] = factor * math.radians(degrees)
+    return trial(test, ppr, number, **{pose: (0, 0, 0)}, **path)
+
+
+def test_path_errors_by_hand():
+    trials = [
+        with_path(1, 0.1, 0.5, 1.0, m1=(19, 0.01, 0.1), m5=(3, 0.03, 0.5)),
+        with_path(2, 0.2, 0.4, 2.0, m1=(20, 0.02, 0.3)),
+        with_path(3, 0.6, 0.9, 6.0, m1=(18, 0.06, 0.5)),
+        trial('SL', '90', 4, odom=(0, 0, 0)),
+        {**with_path(5, 9.0, 9.0, 9.0), 'odom_x_m': math.nan},  # without a final pose, as in the other tables
+    ]
+    [row] = records(path_error_table(results_of(trials)))
+    assert [row.pop(key) for key in ('test', 'ppr', 'source', 'trials')] == ['SL', '90', 'odom', '3']
+    parts = ('segments', 'translation_rmse_mean_m', 'rotation_rmse_mean_deg')
+    for name in ('rpe_10m', 'rpe_10m_all_pairs'):
+        assert [row.pop(f'{name}_{part}') for part in parts] == ['0', '', '']
+    # Mean 0.3 and squared deviations 0.04 + 0.01 + 0.09; t of 2 degrees of freedom: 4.3027.
+    half = 4.302653 * math.sqrt(0.07 / 3)
+    expected = {
+        'ate_rmse_mean_m': 0.3,
+        'ate_rmse_low_m': 0.3 - half,
+        'ate_rmse_high_m': 0.3 + half,
+        'ate_rmse_std_m': math.sqrt(0.07),
+        'ate_max_m': 0.9,
+        'yaw_rmse_mean_deg': 3.0,
+    }
+    for name, numbers in {'1m': (57, 0.03, 0.3), '5m': (3, 0.03, 0.5)}.items():
+        expected.update(zip((f'rpe_{name}_{part}' for part in parts), numbers))
+        twice = (2 * number for number in numbers)
+        expected.update(zip((f'rpe_{name}_all_pairs_{part}' for part in parts), twice))
+    assert {name: float(value) for name, value in row.items()} == pytest.approx(expected)
+
+
+def test_each_cell_and_source_with_a_path_has_a_row():
+    trials = [
+        {**with_path(1, 0.1, 0.1, 1.0, test, ppr), **with_path(1, 0.2, 0.2, 1.0, test, ppr, 'global'), **shared}
+        for test in ('DLD', 'SL')
+        for ppr in ('90', '40')
+        for shared in [{'odom_x_m': 0.0, 'odom_ate_rmse_m': 0.1, 'odom_ate_max_m': 0.1, 'noise': '0.01'}]
+    ]
+    found = records(path_error_table(results_of(trials, varied=['noise'])))
+    assert [(row['test'], row['noise'], row['ppr'], row['source'], row['ate_max_m']) for row in found] == [
+        (test, '0.01', ppr, source, largest)
+        for test in ('SL', 'DLD')
+        for ppr in ('40', '90')
+        for source, largest in (('odom', '0.1'), ('global', '0.2'))
+    ]
+    assert path_error_table(synthetic_results(trials=1)) is None
+
+
+def in_variant(name, sizes_m, ppr='40', **columns):
+    """Trials whose odometry is off by these distances, and by as many degrees."""
+    return [
+        trial('SL', ppr, number, variant=name, world=(1.0, 2.0, 3.0), odom=(1.0 + size, 2.0, 3.0 + size), **columns)
+        for number, size in enumerate(sizes_m, start=1)
+    ]
+
+
+def errors_of(*cells):
+    found = variant_errors(results_of(*cells, varied=['variant']))
+    return {(row['variant'], row['error']): row for row in found.to_dict('records')}
+
+
+def test_the_error_of_a_variant_is_the_odometrys_own_with_its_quartiles():
+    found = errors_of(in_variant('none', [0.1, 0.2, 0.3, 0.4, 0.5]))
+    position, heading = found['none', 'position_mm'], found['none', 'heading_deg']
+    assert [position[name] for name in ('median', 'low', 'high')] == pytest.approx([300.0, 200.0, 400.0])
+    assert heading['median'] == pytest.approx(0.3) and math.isnan(position['ratio'])
+    assert (position['failed'], position['trials']) == (0, 5)
+
+
+def test_the_ratio_is_of_equal_trials_and_those_that_failed_are_counted():
+    sizes = [0.1, 0.02, 0.3, 0.04, 0.5, 0.06, 0.7, 0.08]
+    missed = in_variant('missed 1 %', [3.0 * size for size in sizes], outcome='lost')[1:]
+    found = errors_of(in_variant('none', sizes), missed)['missed 1 %', 'position_mm']
+    assert [found[name] for name in ('ratio', 'ratio_low', 'ratio_high')] == pytest.approx([3.0, 3.0, 3.0])
+    assert (found['failed'], found['trials']) == (7, 7)
+    few = errors_of(in_variant('none', [0.1, 0.1]), in_variant('some', [0.2, 0.8]))['some', 'position_mm']
+    assert few['ratio'] == pytest.approx(4.0) and (few['ratio_low'], few['ratio_high']) == (0.0, math.inf)
+
+
+def test_rows_are_variants_and_columns_encoders():
+    sizes = [0.1 * number for number in range(1, 7)]
+    lost = in_variant('restart', [20 * size for size in sizes], '8192 amt102', outcome='lost')
+    cells = in_variant('none', sizes), in_variant('restart', [4 * size for size in sizes])
+    table = variant_table(results_of(*cells, lost, varied=['variant']))
+    parts = ('median', 'quartiles', 'ratio', '95_%', 'failed')
+    assert list(table.exact.columns) == [
+        *('test', 'variant', 'error'),
+        *(f'ppr40_{part}' for part in parts),
+        *(f'ppr8192_amt102_{part}' for part in parts),
+    ]
+    texts = table.shown().values.tolist()
+    assert texts[0] == ['SL', 'none', 'position [mm]', '350.00', '250.00', '–', '', '0', '–', '–', '–', '', '–']
+    assert texts[2][:8] == ['SL', 'restart', 'position [mm]', '1400.00', '1000.00', '4.00', '4 to 4', '0']
+    assert texts[2][8:] == ['7000.00', '5000.00', '–', '', '6']
+    assert [row[2] for row in texts] == ['position [mm]', 'heading [deg]'] * 2
+    assert variant_table(synthetic_results(trials=1)) is None

@@ -1,50 +1,105 @@
-"""The fraction of trials within tolerance, against counts and intervals worked out by hand."""
+"""The fraction of trials within tolerance, by hand, and the headline."""
 
 import pytest
 
-from diff_encoder_sim.analysis.within_tolerance import COMPARED_POSES, Sufficiency, fewest_trials, fraction_within
-from diff_encoder_sim.drives.topics import PoseSource
-from diff_encoder_sim.drives.trial_definition import Outcome
-from paper_datasets import IN, OUT, TURNED, cell, rows, trial
+from diff_encoder_sim.analysis.quantities import MINUS_TRUTH
+from diff_encoder_sim.analysis.within_tolerance import (
+    Sufficiency,
+    fewest_trials,
+    fraction_within,
+    headline,
+    summary_rows,
+)
+from trial_tables import IN, OUT, TURNED, both, cell, results_of, rows, trial
+
+TOLERANCE = 'within 0.05 m in x and y and 3 degrees'
+
+# Of results without pose estimates.
+TEXTS = ('true pose at the goal', 'odometry at the goal', 'odometry at the true pose')
+
+ENOUGH = f'Encoders with which at least 80 % of trials end {TOLERANCE} (95 % confidence):'
+
+
+def fraction(trials, pose='odom'):
+    return fraction_within(results_of(trials).trials, pose)
+
+
+def headline_of(*cells):
+    results = results_of(*cells)
+    return headline(summary_rows(results), results.trials)
 
 
 def test_a_fraction_is_of_the_trials_with_a_pose_and_joint_over_position_and_heading():
     trials = cell('SL', '90', 'odom', [IN, IN, OUT, TURNED, None])
-    trials.append(trial('SL', '90', 6, outcome=Outcome.TORN, odom=IN))
-    fraction = fraction_within(trials, PoseSource.ODOM)
-    assert fraction[:4] == (4, 2, 3, 3)
-    assert fraction_within(trials, PoseSource.WORLD) is None
+    assert fraction(trials)[:4] == (4, 2, 3, 3) and fraction(trials, 'world') is None
 
 
 def test_odometry_is_compared_with_the_goal_and_with_the_truth():
-    # Both end 0.3 m from the goal, at the same place; in the last, the headings are on two sides of half a turn.
+    # Two end 0.3 m from the goal, at the same place; in the third, the headings are on two sides of half a turn.
     trials = [
         trial('SL', '90', 1, odom=OUT, world=OUT),
         trial('SL', '90', 2, odom=IN, world=OUT),
         trial('SL', '90', 3, odom=(0.0, 0.0, 179.5), world=(0.0, 0.0, -179.5)),
         trial('SL', '90', 4, odom=IN),
     ]
-    at_goal, at_truth = (pose.fraction(trials) for pose in COMPARED_POSES[2:])
-    assert (at_goal.within, at_goal.trials) == (2, 4)
-    assert (at_truth.within, at_truth.trials) == (2, 3)
+    at_goal, at_truth = fraction(trials), fraction(trials, MINUS_TRUTH)
+    assert (at_goal.within, at_goal.trials, at_truth.within, at_truth.trials) == (2, 4, 2, 3)
 
 
 @pytest.mark.parametrize(
     ('inside', 'sufficiency'),
-    [
-        (30, Sufficiency.YES),
-        (29, Sufficiency.YES),
-        (28, Sufficiency.UNDECIDED),
-        (20, Sufficiency.UNDECIDED),
-        (19, Sufficiency.NO),
-        (0, Sufficiency.NO),
-    ],
+    [(29, Sufficiency.YES), (28, Sufficiency.UNDECIDED), (20, Sufficiency.UNDECIDED), (19, Sufficiency.NO)],
 )
-def test_a_fraction_is_sufficient_where_wilsons_interval_says_so(inside, sufficiency):
+def test_a_fraction_is_sufficient_by_wilsons_interval(inside, sufficiency):
     # 28 of 30: 0.787 to 0.982; 29: 0.833 to 0.994; 20: 0.488 to 0.808; 19: 0.455 to 0.781.
-    fraction = fraction_within(cell('SL', '90', 'odom', rows(inside, 30 - inside)), PoseSource.ODOM)
-    assert fraction.sufficiency is sufficiency
-
-
-def test_sixteen_trials_can_show_the_fraction_and_fifteen_cannot():
+    assert fraction(cell('SL', '90', 'odom', rows(inside, 30 - inside))).sufficiency is sufficiency
     assert fewest_trials() == 16  # n / (n + 1.96^2) >= 0.8 from n = 15.4 on
+
+
+def test_the_headline_names_encoders_by_test_and_pose():
+    trials = [
+        both('SL', '40', (30, 0), (0, 30)),
+        both('SL', '90', (30, 0), (25, 5)),
+        both('SL', '1024', (30, 0), (30, 0)),
+        both('SL', '4096', (30, 0), (30, 0)),
+        both('SMT', '40', (30, 0), (30, 0)),
+        both('SMT', '90', (0, 30), (30, 0)),
+        both('SMT', '1024', (30, 0), (30, 0)),
+        both('SMT', '4096', (0, 30), (30, 0)),
+        both('DLD', '40', (30, 0), (0, 30)),
+        both('DLD', '90', (30, 0), (0, 30)),
+    ]
+    texts = (
+        'SL and DLD: every encoder; SMT: 40 and 1024 PPR',
+        'SL: from 1024 PPR (90 PPR undecided); SMT: every encoder; DLD: no encoder',
+        'SL: from 1024 PPR (90 PPR undecided); SMT: 40 and 1024 PPR; DLD: no encoder',
+    )
+    assert headline_of(*trials) == (ENOUGH, dict(zip(TEXTS, texts)), '')
+
+
+def test_few_trials_are_counted():
+    found = headline_of(both('SL', '40', (5, 0), (1, 4)), both('SL', '90', (4, 1), (5, 0)))
+    assert found.statement.startswith('5 trials per cell: too few trials (16 needed')
+    assert found.by_source == dict(zip(TEXTS, ('SL: 9 of 10', 'SL: 6 of 10', 'SL: 5 of 10')))
+    assert headline_of([trial('SL', '40', 1, 'lost')]).by_source == {}
+
+
+def test_the_text_is_a_line_for_each_pose():
+    trials = both('SL', '40', (30, 0), (0, 30))
+    trials[7]['outcome'] = 'collision'
+    assert headline_of(trials).text.splitlines() == [
+        ENOUGH,
+        '  true pose at the goal:     SL: 40 PPR',
+        '  odometry at the goal:      SL: no encoder',
+        '  odometry at the true pose: SL: no encoder',
+        '1 of 30 trials did not succeed.',
+    ]
+
+
+def test_parameters_are_named_by_the_last_part_of_their_keys():
+    made = [trial('SL', '40', 1, world=IN, **{'config.slip': slip}) for slip in ('0', '0.1')]
+    found = summary_rows(results_of(made, varied=['config.slip']))
+    assert {(row.setup, row.name) for row in found} == {
+        ('SL, config.slip 0', 'SL (slip 0)'),
+        ('SL, config.slip 0.1', 'SL (slip 0.1)'),
+    }

@@ -8,9 +8,8 @@ from trial_bags import trial, write_bag
 
 def test_bags_are_read_and_reported(tmp_path):
     results = api.read_results(write_bag(tmp_path / 'a.bag', trial()))
-    (only,) = results.trials
-    assert (only.test, only.ppr) == ('SL', '40')
-    assert only.errors[api.PoseSource.WORLD].y_m == pytest.approx(0.1)
+    (only,) = results.trials.itertuples()
+    assert (only.test, only.ppr) == ('SL', '40') and only.world_y_m == pytest.approx(0.1)
     assert 'SL' in api.summary(results)
     report = api.write_report(results, tmp_path / 'report')
     assert report == tmp_path / 'report' / 'report.html' and report.is_file()

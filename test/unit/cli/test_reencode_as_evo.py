@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 from campaign_files import small_campaign
-from diff_encoder_sim.analysis.dataset_loading import load_dataset
-from diff_encoder_sim.analysis.table import csv_text
+from diff_encoder_sim.analysis.result_tables import csv_text
+from diff_encoder_sim.analysis.results_table import load_results
 from diff_encoder_sim.analysis.tables import path_error_table
 from diff_encoder_sim.cli import reencode
 from diff_encoder_sim.drives.trajectory_error import RPE_DISTANCES_M, RpePairs, rpe_name
@@ -60,7 +60,7 @@ def fixture_reencoded(trial_folder):
 @pytest.fixture(name='analyzed', scope='module')
 def fixture_analyzed(trial_folder):
     """Rows of path_errors.csv by source."""
-    table = path_error_table(load_dataset([trial_folder / BAG]))
+    table = path_error_table(load_results([trial_folder / BAG]))
     return {row['source']: row for row in csv.DictReader(io.StringIO(csv_text(table)))}
 
 

@@ -6,9 +6,8 @@ from typing import Callable, NamedTuple, Sequence
 
 import numpy as np
 
-from diff_encoder_sim.analysis.closed_form import odometry_minus_truth
 from diff_encoder_sim.analysis.dataset import TrialData
-from diff_encoder_sim.analysis.final_errors import final_errors
+from diff_encoder_sim.analysis.final_errors import final_errors, odometry_minus_truth
 from diff_encoder_sim.analysis.quantities import Quantity
 from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource
 

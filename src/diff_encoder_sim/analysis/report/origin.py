@@ -6,184 +6,112 @@ import importlib.metadata
 import platform
 import shlex
 from pathlib import Path
-from typing import Any, Dict, List, NamedTuple, Optional, Sequence
+from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import yaml
 
-from diff_encoder_sim.analysis.dataset import Dataset
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
-from diff_encoder_sim.analysis.table import Column, Entry, HtmlTable, Number, Table, html_table
+from diff_encoder_sim.analysis.result_tables import ResultTable, html_table
+from diff_encoder_sim.analysis.results_table import Results
 from diff_encoder_sim.base.command_line import CONSOLE
+from diff_encoder_sim.base.deferred import deferred
+
+if TYPE_CHECKING:
+    import pandas as pd
+else:
+    pd = deferred('pandas')
 
 # The analysis computes and draws with them; the campaign's own versions are in its manifest.
-LIBRARIES = ('numpy', 'scipy', 'matplotlib')
+LIBRARIES = ('numpy', 'pandas', 'scipy', 'matplotlib')
+
+Facts = List[Tuple[str, str]]  # terms and their descriptions
 
 
-class Fact(NamedTuple):
-    """A term and its description."""
-
-    term: str
-    text: str
-
-
-class Run(NamedTuple):
-    """One start of a campaign; an interrupted campaign has several."""
-
-    started: str
-    facts: List[Fact]
-
-
-class Provenance(NamedTuple):
-    """The origin of a report."""
-
-    commands: List[str]  # that reproduce the results; none for bags
-    facts: List[Fact]
-    runs: List[Run]
-    configuration: Optional[str]  # YAML
-
-
-def provenance(dataset: Dataset) -> Provenance:
-    """Collect the origin from the campaign's manifest, where there is one."""
-    manifest = dataset.manifest or {}
-    facts = [Fact('analysed with', _versions(_own_versions()))]
+def provenance(results: Results) -> Dict[str, Any]:
+    """Collect the commands that reproduce the results, facts, the runs of a campaign, and its configuration as YAML."""
+    manifest, runs = results.manifest, results.manifest.get('runs', [])
+    own = {'python': platform.python_version(), **{name: importlib.metadata.version(name) for name in LIBRARIES}}
+    facts: Facts = [('analysed with', _versions(own))]
     if 'fingerprint' in manifest:
-        facts.append(Fact('fingerprint of the configuration', str(manifest['fingerprint'])))
-    if isinstance(manifest.get('seeds'), dict):
-        facts.append(Fact('seeds', ' to '.join(map(str, manifest['seeds'].values()))))
-    runs = [run for run in manifest.get('runs', []) if isinstance(run, dict)]
+        facts.append(('fingerprint of the configuration', str(manifest['fingerprint'])))
+    if 'seeds' in manifest:
+        facts.append(('seeds', ' to '.join(map(str, manifest['seeds'].values()))))
     configuration = manifest.get('configuration')
-    return Provenance(
-        _commands(dataset, runs),
-        facts,
-        [_run(run) for run in runs],
-        configuration and yaml.safe_dump(configuration, sort_keys=False),
-    )
-
-
-def _commands(dataset: Dataset, runs: List[Dict[str, Any]]) -> List[str]:
-    if dataset.folder is None or not runs:
-        return []
-    program, *arguments = map(str, runs[0].get('command') or [''])
-    folder = str(dataset.folder)
-    if Path(program).name == CONSOLE:
-        return [shlex.join([CONSOLE, *arguments]), shlex.join([CONSOLE, 'analyze', folder])]
-    rosrun = ['rosrun', 'diff_encoder_sim']
-    return [shlex.join([*rosrun, 'campaign', *arguments]), shlex.join([*rosrun, 'analyze', folder])]
-
-
-def _run(run: Dict[str, Any]) -> Run:
-    host, commit = run.get('machine') or {}, run.get('commit') or {}
-    facts = [
-        Fact('command', shlex.join(map(str, run.get('command', [])))),
-        Fact('versions', _versions(run.get('versions') or {})),
-    ]
-    if commit:
-        facts.append(Fact('commit', f'{commit.get("id")}{" with changes" if commit.get("is_dirty") else ""}'))
-    if host:
-        facts.append(Fact('host', _host(host)))
-    return Run(str(run.get('started', '')), facts)
-
-
-def _host(host: Dict[str, Any]) -> str:
-    memory_gib = int(host.get('memory_bytes') or 0) / 2**30
-    cores = f'{host.get("usable_cores")} of {host.get("cores")} cores'
-    return f'{host.get("cpu")}, {cores}, {memory_gib:.0f} GiB, {host.get("os")}'
-
-
-def _versions(versions: Dict[str, Optional[str]]) -> str:
-    return ', '.join(f'{name} {version}' for name, version in versions.items() if version)
-
-
-def _own_versions() -> Dict[str, Optional[str]]:
     return {
-        'python': platform.python_version(),
-        **{library: importlib.metadata.version(library) for library in LIBRARIES},
+        'commands': _commands(results.folder, runs),
+        'facts': facts,
+        'runs': [{'started': run.get('started', ''), 'facts': _facts_of_run(run)} for run in runs],
+        'configuration': configuration and yaml.safe_dump(configuration, sort_keys=False),
     }
 
 
-_COLUMNS = [
-    Column('encoder', 'encoder'),
-    Column('name', 'as one buys it'),
-    Column('price', 'price'),
-    Column('resolution', 'resolution'),
-    Column('counts_per_metre', 'counts per metre'),
-    Column('source', 'source'),
-]
+def _commands(folder: Optional[Path], runs: Sequence[Mapping[str, Any]]) -> List[str]:
+    if folder is None or not runs:
+        return []
+    program, *arguments = map(str, runs[0].get('command') or [''])
+    tool = [CONSOLE] if Path(program).name == CONSOLE else ['rosrun', 'diff_encoder_sim', 'campaign']
+    return [shlex.join([*tool, *arguments]), shlex.join([*tool[:2], 'analyze', str(folder)])]
 
 
-def encoder_section(dataset: Dataset) -> Optional[HtmlTable]:
-    """Return the table of a campaign's real encoders; None where it has none, and of bags."""
-    encoders = (dataset.manifest or {}).get('encoders')
-    if not isinstance(encoders, list):
+def _facts_of_run(run: Mapping[str, Any]) -> Facts:
+    host, commit = run.get('machine') or {}, run.get('commit') or {}
+    facts = [
+        ('command', shlex.join(map(str, run.get('command', [])))),
+        ('versions', _versions(run.get('versions') or {})),
+    ]
+    if commit:
+        facts.append(('commit', f'{commit.get("id")}{" with changes" if commit.get("is_dirty") else ""}'))
+    if host:
+        memory_gib = int(host.get('memory_bytes') or 0) / 2**30
+        cores = f'{host.get("usable_cores")} of {host.get("cores")} cores'
+        facts.append(('host', f'{host.get("cpu")}, {cores}, {memory_gib:.0f} GiB, {host.get("os")}'))
+    return facts
+
+
+def _versions(versions: Mapping[str, Optional[str]]) -> str:
+    return ', '.join(f'{name} {version}' for name, version in versions.items() if version)
+
+
+def encoder_section(results: Results) -> Optional[Dict[str, Any]]:
+    """Return the table of a campaign's real encoders; None if it has none, and of bags."""
+    encoders = results.manifest.get('encoders')
+    if not encoders:
         return None
-    try:
-        return html_table(Table('', 'Real encoders', _COLUMNS, [_row(encoder) for encoder in encoders], []))
-    except (KeyError, TypeError, ValueError, AttributeError):  # a manifest that somebody has edited
-        return None
+    heads = {'name': ('', 'as one buys it'), 'counts_per_metre': ('', 'counts per metre')}
+    rows = [
+        {
+            'encoder': ppr_text(encoder['label']),
+            **{name: encoder[name] for name in ('name', 'price', 'resolution', 'counts_per_metre')},
+            'source': '; '.join(map(str, encoder['source'])),
+        }
+        for encoder in encoders
+    ]
+    return html_table(ResultTable('', 'Real encoders', pd.DataFrame(rows), heads, {'counts_per_metre': 1}))
 
 
-def _row(encoder: Dict[str, Any]) -> List[Entry]:
-    per_metre = Number(float(encoder['counts_per_metre']), 1)
-    texts = [str(encoder[key]) for key in ('name', 'price', 'resolution')]
-    return [ppr_text(str(encoder['label'])), *texts, per_metre, '; '.join(map(str, encoder['source']))]
-
-
-class RobotSection(NamedTuple):
-    """What the template shows of the robot."""
-
-    name: str
-    file: str
-    conclusion: str
-    checks: Optional[HtmlTable]  # None where none was made
-    found: HtmlTable
-    settings: Optional[HtmlTable]  # None where the robot file sets nothing
-    warnings: List[str]
-    notes: List[str]
-
-
-def robot_section(dataset: Dataset) -> Optional[RobotSection]:
+def robot_section(results: Results) -> Optional[Dict[str, Any]]:
     """Return the section of a campaign's robot; None of bags, and of campaigns before robots had one."""
-    robot = (dataset.manifest or {}).get('robot')
-    if not isinstance(robot, dict):
+    robot = results.manifest.get('robot')
+    if not robot:
         return None
-    try:
-        return _section(robot)
-    except (KeyError, TypeError, AttributeError):  # a manifest that somebody has edited
-        return None
-
-
-def _section(robot: Dict[str, Any]) -> RobotSection:
-    checks, settings = robot['checks'], robot['set']
+    checks = robot['checks']
     failed = [check['name'] for check in checks if not check['is_ok']]
-    return RobotSection(
-        str(robot['name']),
-        str(robot['file']),
-        _conclusion(len(checks), failed),
-        _table('Self-check', ('check', 'value', 'result'), [_check_row(check) for check in checks]) if checks else None,
-        _table('Found', ('found', 'value', 'source'), [_found_row(found) for found in robot['found']]),
-        _table('Set in its file', ('parameter', 'value'), [[key, str(settings[key])] for key in settings])
-        if settings
-        else None,
-        [str(warning) for warning in robot['warnings']],
-        [str(note) for note in robot['notes']],
-    )
-
-
-def _conclusion(count: int, failed: List[str]) -> str:
-    if not count:
-        return 'It was not checked.'
+    conclusion = f'It passed all {len(checks)} checks of its self-check.'
     if failed:
-        return f'Its self-check failed ({", ".join(failed)}): these results are not those of the real robot.'
-    return f'It passed all {count} checks of its self-check.'
+        conclusion = f'Its self-check failed ({", ".join(failed)}): these results are not those of the real robot.'
+    results_of = ['ok' if check['is_ok'] else f'NOT OK: {check["advice"]}' for check in checks]
+    checked = [(check['name'], check['value'], result) for check, result in zip(checks, results_of)]
+    found = [(each['quantity'], each['value'], each['source']) for each in robot['found']]
+    return {
+        **{key: robot[key] for key in ('name', 'file', 'warnings', 'notes')},
+        'conclusion': conclusion if checks else 'It was not checked.',
+        'checks': _table('Self-check', ('check', 'value', 'result'), checked),
+        'found': _table('Found', ('found', 'value', 'source'), found),
+        'settings': _table('Set in its file', ('parameter', 'value'), list(robot['set'].items())),
+    }
 
 
-def _check_row(check: Dict[str, Any]) -> List[str]:
-    return [str(check['name']), str(check['value']), 'ok' if check['is_ok'] else f'NOT OK: {check["advice"]}']
-
-
-def _found_row(found: Dict[str, Any]) -> List[str]:
-    return [str(found[key]) for key in ('quantity', 'value', 'source')]
-
-
-def _table(title: str, heads: Sequence[str], rows: List[List[str]]) -> HtmlTable:
-    return html_table(Table('', title, [Column(head, head) for head in heads], [list(row) for row in rows], []))
+def _table(title: str, heads: Sequence[str], rows: Sequence[Sequence[Any]]) -> Optional[Dict[str, Any]]:
+    """Return a table of texts; None without rows."""
+    texts = [list(map(str, row)) for row in rows]
+    return html_table(ResultTable('', title, pd.DataFrame(texts, columns=list(heads)))) if rows else None

@@ -2,130 +2,51 @@
 
 from __future__ import annotations
 
-from collections import Counter
+import math
+import os
+import urllib.parse
 from pathlib import Path
-from typing import Any, Dict, List, Optional, Sequence
+from typing import TYPE_CHECKING, Any, Dict, List, Optional, Sequence
 
 from diff_encoder_sim.analysis.closed_form import closed_form_table
-from diff_encoder_sim.analysis.dataset import Dataset, distinct
-from diff_encoder_sim.analysis.encoder_comparison import PprComparison, compare_encoders
+from diff_encoder_sim.analysis.dataset import dataset_of
+from diff_encoder_sim.analysis.encoder_comparison import difference_table, difference_texts
 from diff_encoder_sim.analysis.encoder_labels import encoders_text, enumeration, ppr_text
 from diff_encoder_sim.analysis.figures.style import Figure
-from diff_encoder_sim.analysis.first_trials import first_of_cells, sample_text
 from diff_encoder_sim.analysis.html_templates import load_template
 from diff_encoder_sim.analysis.paper.report_section import PaperSection
-from diff_encoder_sim.analysis.quantities import REQUIRED_FRACTION
+from diff_encoder_sim.analysis.quantities import POSES, REQUIRED_FRACTION
 from diff_encoder_sim.analysis.report.chart_paths import path_indices
-from diff_encoder_sim.analysis.report.headline import Headline, SummaryRow, headline, summary_rows
 from diff_encoder_sim.analysis.report.origin import encoder_section, provenance, robot_section
 from diff_encoder_sim.analysis.report.pictures import data_uri
 from diff_encoder_sim.analysis.report.trial_charts import trial_charts
-from diff_encoder_sim.analysis.report.trials import bag_links, failure_table, trial_table
-from diff_encoder_sim.analysis.table import Table, html_table
-from diff_encoder_sim.analysis.table_keys import setup_text
-from diff_encoder_sim.analysis.variant_errors import VARIANTS, first_variant
-from diff_encoder_sim.analysis.within_tolerance import COMPARED_POSES, TOLERANCE_TEXT
-from diff_encoder_sim.trials.campaign_cells import VARIANT
+from diff_encoder_sim.analysis.result_tables import ResultTable, html_table
+from diff_encoder_sim.analysis.results_table import Results, encoders, first_of_cells, sample_text
+from diff_encoder_sim.analysis.table import html_table as html_table_of_paper
+from diff_encoder_sim.analysis.tables import SUCCEEDED, VARIANTS, first_variant
+from diff_encoder_sim.analysis.within_tolerance import (
+    COMPARED_POSES,
+    TOLERANCE_TEXT,
+    Headline,
+    SummaryRow,
+    headline,
+    summary_rows,
+)
+from diff_encoder_sim.base.deferred import deferred
+from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE
 
-
-def scope_text(dataset: Dataset) -> str:
-    """Describe what was analysed."""
-    cells, robot = dataset.cells(), dataset.robot
-    counts = Counter(map(len, cells.values()))
-    fewest, most = min(counts, default=0), max(counts, default=0)
-    per_cell = f'{most}' if fewest == most else f'{fewest} to {most}'
-    tests, encoders = enumeration(distinct(cell.test for cell in cells)), encoders_text(dataset.encoders())
-    return (
-        f'{len(dataset.trials)} trials: {tests} with {encoders}, {per_cell} per cell. '
-        f'Wheel diameter {robot.wheel_diameter_m:g} m, separation {robot.wheel_separation_m:g} m.'
-    )
-
-
-def summary_content(dataset: Dataset) -> Dict[str, Any]:
-    """Collect a table for each test and set of parameters: rows encoders, columns final poses."""
-    main: Dict[str, List[SummaryRow]] = {}
-    of_variants: Dict[str, List[SummaryRow]] = {}
-    first = first_variant(dataset.cells())
-    for row in summary_rows(dataset):
-        tables = main if dict(row.varied).get(VARIANT, first) == first else of_variants
-        tables.setdefault(setup_text(row.test, row.varied), []).append(row)
-    return {
-        'tolerance': TOLERANCE_TEXT,
-        'required_percent': round(100 * REQUIRED_FRACTION),
-        'heads': [{'text': pose.text, 'topic': pose.topics} for pose in COMPARED_POSES],
-        'tables': {name: _encoder_rows(by_source) for name, by_source in main.items()},
-        'of_variants': {name: _encoder_rows(by_source) for name, by_source in of_variants.items()},
-    }
-
-
-def _encoder_rows(by_source: Sequence[SummaryRow]) -> List[Dict[str, Any]]:
-    return [
-        {'encoder': ppr_text(label), 'fractions': [row.fractions[label] for row in by_source]}
-        for label in by_source[0].fractions
-    ]
-
-
-def figures_content(figures: Sequence[Figure], tables: Sequence[Table]) -> Dict[str, Any]:
-    """Collect the figures; that of variants with its table, as None where there are none."""
-    shown = {figure.name: _embedded(figure) for figure in figures}
-    table = next((table for table in tables if table.name == VARIANTS), None)
-    return {
-        'variants': table and {'figure': shown.pop(VARIANTS, None), 'table': html_table(table)},
-        'figures': list(shown.values()),
-    }
-
-
-def _embedded(figure: Figure) -> Dict[str, str]:
-    return {'caption': figure.caption, 'uri': data_uri(figure.svg, figure.png)}
-
-
-def tables_content(dataset: Dataset, tables: Sequence[Table], compared: Sequence[PprComparison]) -> Dict[str, Any]:
-    """Collect the tables, and the comparison of the encoders."""
-    encoders, closed_form = compare_encoders(compared), closed_form_table(dataset)
-    return {
-        'goal_tables': [html_table(table) for table in tables if not table.name.endswith(('_intervals', VARIANTS))],
-        'interval_tables': [html_table(table) for table in tables if table.name.endswith('_intervals')],
-        'encoders': {**encoders._asdict(), 'table': encoders.table and html_table(encoders.table)},
-        'closed_form': closed_form and html_table(closed_form),
-    }
-
-
-def trials_content(dataset: Dataset, shown: Dataset, folder: Path) -> Dict[str, Any]:
-    """Collect the failures, and a row for each trial that is shown.
-
-    Args:
-        dataset: all trials.
-        shown: the trials with rows: of many, some.
-        folder: of the page, from which bags are linked.
-    """
-    return {
-        'failures': html_table(failure_table(dataset)),
-        'trials_shown': sample_text(shown, dataset) or f'All {len(dataset.trials)} trials',
-        'trials': html_table(trial_table(shown)),
-        'bags': bag_links(shown, folder),
-        'with_path': path_indices(shown),
-    }
-
-
-def paper_content(section: PaperSection) -> Dict[str, Any]:
-    """Collect the comparison with the paper; a row of claims has the result of each reading."""
-    return {
-        'texts': section.texts,
-        'scores': html_table(section.scores),
-        'readings': list(section.claims),
-        'claims': list(zip(*section.claims.values())),
-        'cells': [html_table(table) for table in section.cells],
-        'errata': html_table(section.errata),
-    }
-
+if TYPE_CHECKING:
+    import pandas as pd
+else:
+    pd = deferred('pandas')
 
 TEMPLATE = 'page.html'
 
 
 def write_report(
-    dataset: Dataset,
-    tables: Sequence[Table],
-    compared: Sequence[PprComparison],
+    results: Results,
+    tables: Sequence[ResultTable],
+    compared: pd.DataFrame,
     figures: Sequence[Figure],
     paper: Optional[PaperSection],
     path: Path,
@@ -133,32 +54,132 @@ def write_report(
     """Write the page into an existing folder; return its headline.
 
     Args:
-        dataset: the trials.
-        tables: `all_tables` of the dataset.
-        compared: `compare_pprs` of the dataset.
-        figures: `write_figures` of the dataset.
-        paper: the comparison with the paper; None where there is nothing to compare.
+        results: the trials.
+        tables: `all_tables` of the results.
+        compared: `compare_encoders` of the results.
+        figures: `write_figures` of the results.
+        paper: the comparison with the paper; None if there is nothing to compare.
         path: of the page.
 
     Raises:
         OSError: a figure cannot be read, or the file not be written.
     """
-    lead, shown = headline(dataset), first_of_cells(dataset)
+    rows, shown = summary_rows(results), first_of_cells(results.trials)
+    lead, closed_form = headline(rows, results.trials), closed_form_table(results)
+    of_differences, of_variants = difference_table(compared), [table for table in tables if table.name == VARIANTS]
+    dataset, of_shown = dataset_of(results), dataset_of(results._replace(trials=shown))
+    embedded = {one.name: {'caption': one.caption, 'uri': data_uri(one.svg, one.png)} for one in figures}
+    variants = [{'figure': embedded.pop(VARIANTS, None), 'table': html_table(table)} for table in of_variants]
+    failed = results.trials[results.trials['outcome'] != SUCCEEDED]
     page = load_template(TEMPLATE, Path(__file__).parent).render(
-        title=dataset.title,
+        title=results.title,
         headline=lead,
-        scope=scope_text(dataset),
-        notes=dataset.notes,
-        robot=robot_section(dataset),
-        real_encoders=encoder_section(dataset),
-        origin=provenance(dataset),
-        summary=summary_content(dataset),
+        scope=scope_text(results),
+        notes=results.notes,
+        robot=robot_section(results),
+        real_encoders=encoder_section(results),
+        origin=provenance(results),
+        summary=summary_content(rows, first_variant(results.trials)),
         paper=paper and paper_content(paper),
-        **figures_content(figures, tables),
-        **tables_content(dataset, tables, compared),
-        **trials_content(dataset, shown, path.parent),
-        charts=trial_charts(dataset, shown),
+        variants=variants[0] if variants else None,
+        figures=list(embedded.values()),
+        goal_tables=[html_table(table) for table in tables if not table.name.endswith(('_intervals', VARIANTS))],
+        interval_tables=[html_table(table) for table in tables if table.name.endswith('_intervals')],
+        encoders={
+            'comparisons': len(compared),
+            'table': of_differences and html_table(of_differences),
+            'conclusions': difference_texts(compared),
+        },
+        closed_form=closed_form and html_table(closed_form),
+        failures=html_table(failure_table(failed)) if len(failed) else None,
+        trials_shown=sample_text(shown, results.trials) or f'All {len(results.trials)} trials',
+        trials=html_table(trial_table(results, shown)),
+        bags=[bag_link(bag, path.parent) for bag in shown['bag']],
+        with_path=path_indices(of_shown),
+        charts=trial_charts(dataset, of_shown),
     )
     # Bytes: the same line ends on every system.
     path.write_bytes(page.encode('utf-8'))
     return lead
+
+
+def scope_text(results: Results) -> str:
+    """Describe what was analysed."""
+    trials, robot, counts = results.trials, results.robot, results.trials['cell'].value_counts()
+    fewest, most = counts.min(), counts.max()
+    per_cell = f'{most}' if fewest == most else f'{fewest} to {most}'
+    return (
+        f'{len(trials)} trials: {enumeration(list(trials["test"].unique()))} with {encoders_text(encoders(trials))}, '
+        f'{per_cell} per cell. '
+        f'Wheel diameter {robot.wheel_diameter_m:g} m, separation {robot.wheel_separation_m:g} m.'
+    )
+
+
+def summary_content(rows: Sequence[SummaryRow], first: str) -> Dict[str, Any]:
+    """Collect a table of encoders by final poses for each test and set of parameters, other variants apart."""
+    tables: Dict[bool, Dict[str, List[Dict[str, Any]]]] = {True: {}, False: {}}
+    for row in rows:
+        of_setup = tables[row.variant in (None, first)].setdefault(
+            row.setup, [{'encoder': ppr_text(label), 'fractions': []} for label in row.fractions]
+        )
+        for entry, fraction in zip(of_setup, row.fractions.values()):
+            entry['fractions'].append(fraction)
+    return {
+        'tolerance': TOLERANCE_TEXT,
+        'required_percent': round(100 * REQUIRED_FRACTION),
+        'heads': [{'text': text, 'topic': POSES[pose]} for pose, text in COMPARED_POSES.items()],
+        'tables': tables[True],
+        'of_variants': tables[False],
+    }
+
+
+def paper_content(section: PaperSection) -> Dict[str, Any]:
+    """Collect the comparison with the paper; a row of claims has the result of each reading."""
+    return {
+        'texts': section.texts,
+        'scores': html_table_of_paper(section.scores),
+        'readings': list(section.claims),
+        'claims': list(zip(*section.claims.values())),
+        'cells': [html_table_of_paper(table) for table in section.cells],
+        'errata': html_table_of_paper(section.errata),
+    }
+
+
+_NOTE = (
+    "Topics: distance from the goal, and heading minus the goal's, at the end. ATE: root mean square of the "
+    'distance between /odom, its first pose aligned, and the true pose along the path.'
+)
+
+
+def trial_table(results: Results, trials: pd.DataFrame) -> ResultTable:
+    """Build the table of these trials: outcome, the final error of each source, and the odometry's ATE."""
+    sources = {source.value: topic for source, topic in TOPIC_OF_SOURCE.items()}
+    columns: Dict[str, Any] = {name: trials[name] for name in ('test', *results.varied, 'ppr', 'trial')}
+    columns['outcome'] = [outcome.replace('_', ' ') for outcome in trials['outcome']]
+    columns.update({name: trials[name] for name in ('duration_s', 'distance_m')})
+    heads = {'ppr': ('', 'PPR'), 'duration_s': ('', 'time [s]'), 'distance_m': ('', 'path [m]')}
+    decimals = {'trial': 0, 'duration_s': 1, 'distance_m': 2}
+    for source, topic in sources.items():
+        columns[f'{source}_m'] = trials[[f'{source}_x_m', f'{source}_y_m']].apply(lambda xy: math.hypot(*xy), axis=1)
+        columns[f'{source}_deg'] = trials[f'{source}_yaw_rad'].map(math.degrees)
+        heads.update({f'{source}_{part}': ('', f'{topic} [{part}]') for part in ('m', 'deg')})
+        decimals.update({f'{source}_m': 4, f'{source}_deg': 2})
+    columns['odom_ate_m'] = trials['odom_ate_rmse_m']
+    heads['odom_ate_m'], decimals['odom_ate_m'] = ('', '/odom ATE [m]'), 4
+    return ResultTable('trials', 'All trials', pd.DataFrame(columns), heads, decimals, [_NOTE])
+
+
+def failure_table(failed: pd.DataFrame) -> ResultTable:
+    """Build the table of the trials that did not succeed, with the reasons; of many, some."""
+    shown = first_of_cells(failed)
+    exact = shown[['cell', 'trial', 'outcome', 'reason']].replace({'outcome': {'timed_out': 'timed out'}})
+    notes = [f'{text}.' for text in [sample_text(shown, failed)] if text]
+    return ResultTable('failures', 'Trials that did not succeed', exact, {}, {'trial': 0}, notes)
+
+
+def bag_link(bag: str, folder: Path) -> Optional[Dict[str, str]]:
+    """Return name and link of a bag for a page in `folder`; None without a bag."""
+    if not bag:
+        return None
+    relative = os.path.relpath(str(Path(bag).resolve()), str(folder.resolve()))
+    return {'name': Path(bag).name, 'href': urllib.parse.quote(relative, safe='/')}

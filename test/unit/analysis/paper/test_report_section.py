@@ -20,7 +20,7 @@ def test_only_the_report_and_the_writing_of_files_import_the_paper():
         if path.parent != ANALYSIS / 'paper'
         and re.search(r'import.*analysis\.paper|analysis\.paper.*import', path.read_text())
     ]
-    assert importers == ['analysis/output_files.py', 'analysis/report/page.py']
+    assert importers == ['analysis/outputs.py', 'analysis/report/page.py']
 
 
 def test_a_dataset_that_has_no_cell_of_the_paper_has_no_tables():

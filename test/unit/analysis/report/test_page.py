@@ -8,13 +8,14 @@ import pytest
 from PIL import Image
 
 from campaign_manifest import manifest
-from diff_encoder_sim.analysis.encoder_comparison import compare_pprs
+from diff_encoder_sim.analysis import results_table
+from diff_encoder_sim.analysis.dataset import dataset_of
+from diff_encoder_sim.analysis.encoder_comparison import compare_encoders
 from diff_encoder_sim.analysis.figures.style import Figure
 from diff_encoder_sim.analysis.paper.report_section import paper_section
-from diff_encoder_sim.analysis.report import write_report
+from diff_encoder_sim.analysis.report.page import bag_link, failure_table, write_report
 from diff_encoder_sim.analysis.tables import all_tables
-from diff_encoder_sim.drives.trial_definition import Outcome
-from paper_datasets import IN, OUT, both, cell, dataset, rows, trial
+from trial_tables import IN, OUT, both, cell, results_of, rows, trial
 
 # HTML elements that have no end.
 VOID = {'meta', 'link', 'img', 'input'}
@@ -51,7 +52,9 @@ def figure(tmp_path):
 
 def page_of(made, folder, figures=()):
     path = folder / 'report.html'
-    lead = write_report(made, all_tables(made), compare_pprs(made), figures, paper_section([made]), path)
+    lead = write_report(
+        made, all_tables(made), compare_encoders(made), figures, paper_section([dataset_of(made)]), path
+    )
     page = path.read_text(encoding='utf-8')
     for text in (lead.statement, *lead.by_source, *lead.by_source.values(), lead.failures):
         assert text in html.unescape(page)
@@ -59,7 +62,7 @@ def page_of(made, folder, figures=()):
 
 
 def test_the_page_is_one_file_with_heads_captions_and_texts_for_pictures(tmp_path, figure):
-    made = dataset(
+    made = results_of(
         *(both(test, ppr, (20, 10), (15, 15)) for test in ('SL', 'SMT') for ppr in ('40', '90', '1024', '4096'))
     )
     page = page_of(made, tmp_path, [figure])
@@ -79,22 +82,24 @@ def test_the_page_is_one_file_with_heads_captions_and_texts_for_pictures(tmp_pat
 
 def test_all_that_comes_from_data_is_escaped(tmp_path):
     evil = '<script>alert("1")</script>'
-    trials = cell(evil, '40', 'world', rows(10, 10), varied=((evil, evil),))
-    trials[0] = trials[0]._replace(outcome=Outcome.LOST, reason=evil)
-    made = dataset(trials)._replace(
+    trials = cell(evil, '40', 'world', rows(10, 10), **{evil: evil})
+    trials[0].update(outcome='lost', reason=evil)
+    made = results_of(
+        trials,
+        varied=[evil],
         title=evil,
         notes=[evil],
         folder=tmp_path,
         manifest={**manifest(), 'configuration': {'tests': [], 'evil': evil, 'nav': evil}},
     )
-    harmless = page_of(dataset(cell('SL', '40', 'world', rows(10, 10))), tmp_path)
+    harmless = page_of(results_of(cell('SL', '40', 'world', rows(10, 10))), tmp_path)
     assert Elements(page_of(made, tmp_path)).of('script') == Elements(harmless).of('script')
 
 
 @pytest.mark.parametrize(
     'trials',
     [
-        [trial('SL', '40', 1, outcome=Outcome.LOST)],
+        [trial('SL', '40', 1, outcome='lost')],
         [trial('SL', 'ideal', 1, odom=IN)],
         [trial('own', '12.5', 1, world=IN), trial('own', '90L1024R', 1, odom=IN)],
         [*cell('SL', '40', 'world', [IN] * 2), *cell('DLD', '90', 'world', [OUT])],
@@ -102,17 +107,18 @@ def test_all_that_comes_from_data_is_escaped(tmp_path):
     ids=['no pose', 'ideal', 'own test', 'uneven'],
 )
 def test_odd_datasets_have_a_page(tmp_path, trials):
-    Elements(page_of(dataset(trials), tmp_path))
+    Elements(page_of(results_of(trials), tmp_path))
 
 
 def test_equal_data_gives_equal_bytes(tmp_path, figure):
-    made = dataset(both('SL', '40', (20, 10), (15, 15)), both('SL', '90', (20, 10), (15, 15)))
+    made = results_of(both('SL', '40', (20, 10), (15, 15)), both('SL', '90', (20, 10), (15, 15)))
     assert page_of(made, tmp_path, [figure]) == page_of(made, tmp_path, [figure])
 
 
 def test_variants_come_first_and_only_the_first_of_them_is_unfolded(tmp_path, figure):
-    made = dataset(
-        *(both('SL', '40', (2, 0), (1, 1), varied=(('variant', name),)) for name in ('none', 'missed 1 %', 'restart'))
+    made = results_of(
+        *(both('SL', '40', (2, 0), (1, 1), variant=name) for name in ('none', 'missed 1 %', 'restart')),
+        varied=['variant'],
     )
     page = page_of(made, tmp_path, [figure._replace(name='variants'), figure])
     assert page.index('id="variants"') < page.index('id="summary"') < page.index('id="figures"')
@@ -120,3 +126,19 @@ def test_variants_come_first_and_only_the_first_of_them_is_unfolded(tmp_path, fi
     assert section.count('<img') == 1 and 'odometry&#39;s own final error' in section
     summary = page[page.index('id="summary"') : page.index('id="figures"')]
     assert summary.index('SL, none') < summary.index('<details>') < summary.index('SL, missed 1 %')
+
+
+def test_bags_are_linked_relative_to_the_report(tmp_path):
+    folder = tmp_path / 'results' / 'analysis'
+    inside, outside = (bag_link(str(tmp_path / name), folder) for name in ('results/bags/SL 1.bag', 'a&"#?.bag'))
+    assert inside == {'name': 'SL 1.bag', 'href': '../bags/SL%201.bag'}
+    assert outside == {'name': 'a&"#?.bag', 'href': '../../a%26%22%23%3F.bag'} and bag_link('', folder) is None
+
+
+def test_of_many_failures_the_first_of_each_cell_are_listed(monkeypatch):
+    failed = results_of(*(cell('SL', ppr, 'world', [IN] * 3, outcome='timed_out') for ppr in ('40', '90'))).trials
+    assert len(failure_table(failed).exact) == 6 and failure_table(failed).notes == []
+    monkeypatch.setattr(results_table, 'MOST_SHOWN', 2)
+    table = failure_table(failed)
+    assert list(table.exact['cell']) == ['SL, 40 PPR', 'SL, 90 PPR'] and set(table.exact['outcome']) == {'timed out'}
+    assert table.notes == ['The first 1 trials of each cell, of 6.']

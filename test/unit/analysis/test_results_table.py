@@ -1,0 +1,328 @@
+"""Campaigns and bags as the table of results."""
+
+import json
+import math
+import os
+import shutil
+import signal
+import subprocess
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from analysed_campaigns import finish, refusal
+from campaign_files import NOISE, RUN, small_campaign
+from diff_encoder_sim.analysis import results_table
+from diff_encoder_sim.analysis.quantities import YAW, X
+from diff_encoder_sim.analysis.results_table import (
+    MOST_POINTS,
+    PATH_COLUMNS,
+    are_within,
+    encoders,
+    equal_trials,
+    final_errors,
+    first_of_cells,
+    goal_errors,
+    load_results,
+    sample_text,
+)
+from diff_encoder_sim.drives.test_definition import load_test
+from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.drives.trial_definition import Trial
+from diff_encoder_sim.drives.trial_recording import read_trial
+from diff_encoder_sim.trials.results import ResultStore
+from diff_encoder_sim.trials.trial_run import run_trials
+from diff_encoder_sim.trials.worker import ResultsFolder, run_group
+from places import ROOT, SOURCE
+from trial_bags import TRUTH, trial, write_bag
+from trial_tables import ALTO, IN, OUT, TURNED, cell, results_of
+from trial_tables import trial as row
+
+
+def columns(results, *names):
+    return list(results.trials[list(names)].itertuples(index=False, name=None))
+
+
+def test_cells_are_in_the_papers_order_and_varied_parameters_are_not_pooled():
+    trials = [row(test, ppr) for test in ('office', 'DLD', 'SL') for ppr in ('ideal', '1024', '40', '90-1024')]
+    assert columns(results_of(trials), 'test', 'ppr') == [
+        (test, ppr) for test in ('SL', 'DLD', 'office') for ppr in ('40', '1024', '90-1024', 'ideal')
+    ]
+    noisy = [row('SL', '90', number, noise=noise, variant='a') for noise in ('0.03', '0.01') for number in (2, 1)]
+    results = results_of(noisy, varied=['noise', 'variant'])
+    assert columns(results, 'setup', 'cell', 'trial') == [
+        (f'SL, noise {noise}, a', f'SL, 90 PPR, noise {noise}, a', number)
+        for noise in ('0.03', '0.01')
+        for number in (1, 2)
+    ]
+
+
+def test_errors_are_in_the_unit_of_the_quantity_and_within_if_all_quantities_are():
+    trials = results_of(cell('SL', '40', 'odom', [IN, None, OUT, TURNED])).trials
+    assert final_errors(trials, 'odom', YAW).round(9).tolist() == [1.0, 1.0, 4.0]
+    assert final_errors(trials, 'world', YAW).shape == (0,)
+    assert are_within(trials, 'odom').tolist() == [True, False, False] and are_within(trials, 'odom', [X]).all()
+
+
+def test_equal_trials_have_one_order():
+    first, second = cell('SL', '40', 'odom', [IN, None, IN, IN]), cell('SL', '90', 'odom', [IN, IN, IN])
+    tables = (results_of(trials).trials for trials in (first, second[::-1]))
+    assert [list(part['trial']) for part in equal_trials(*tables, 'odom')] == [[1, 3], [1, 3]]
+
+
+def test_of_many_each_cell_has_equally_many_and_one_at_least(monkeypatch):
+    trials = results_of(cell('SL', '40', 'world', [IN] * 9), cell('SL', '90', 'world', [IN] * 2)).trials
+    for most, counts in ((10, [5, 2]), (6, [3, 2]), (1, [1, 1])):
+        monkeypatch.setattr(results_table, 'MOST_SHOWN', most)
+        shown = first_of_cells(trials)
+        assert list(shown['trial']) == [*range(1, counts[0] + 1), *range(1, counts[1] + 1)]
+    assert sample_text(shown, trials) == 'The first 1 trials of each cell, of 11'
+
+
+# Campaigns.
+
+
+def test_nothing_finished_and_other_paths_with_a_campaign_are_refused(folder, tmp_path):
+    assert 'expected it alone' in refusal(folder, tmp_path)
+    assert refusal(folder.parent).startswith(f'{folder.parent}: holds the results of a campaign in {folder}')
+    empty = finish(small_campaign(tmp_path), tmp_path / 'empty', 0)
+    assert refusal(empty).startswith(f'{empty}: no trial is finished')
+    (empty / 'trials.csv').unlink()
+    assert refusal(empty).startswith(f'{empty}/trials.csv: cannot be read: No such file')
+
+
+def test_a_campaign_is_its_table_and_the_paths_of_its_bags(finished):
+    results = load_results([finished])
+    assert (results.title, results.folder, results.robot, results.notes) == ('small', finished, ALTO, [])
+    assert results.manifest == json.loads((finished / 'manifest.json').read_text())
+    assert {test: (one.test, one.nav) for test, one in results.requested.items()} == {
+        test: (load_test(test, ROOT / 'config'), 'embedded') for test in ('SL', 'SMT')
+    }
+    assert columns(results, 'test', 'ppr', 'trial', 'seed') == [
+        (test, ppr, number, number) for test in ('SL', 'SMT') for ppr in ('40', '90') for number in (1, 2)
+    ]
+    second = results.trials.iloc[1]
+    assert tuple(second[['odom_x_m', 'odom_y_m', 'odom_yaw_rad', 'duration_s']]) == (1 / 3, -1e-17, 0.0, 50.05)
+    assert second['bag'] == str(finished / 'bags' / 'SL_40_002.bag') and len(second['true_path']) == 3
+    assert second['odom_ate_rmse_m'] == pytest.approx(math.sqrt((0.3**2 + 0.1**2 + 0.4**2) / 3))
+    assert math.isnan(second['amcl_ate_rmse_m']) and second['outcome'] == 'succeeded'
+
+
+def test_real_encoders_and_variants_come_with_the_trials(tmp_path):
+    variants = {'a none': {}, 'missed 1 %': {'config.encoder.faults.missed': 0.01}}
+    campaign = small_campaign(tmp_path, tests=['SL'], ppr=[40], encoders=['amt102'], variants=variants, trials=1)
+    results = load_results([finish(campaign, tmp_path / 'out')])
+    assert results.notes == [] and results.trials['odom_ate_rmse_m'].notna().all()
+    assert columns(results, 'ppr', 'variant') == [(label, name) for name in variants for label in ('40', '8192 amt102')]
+
+
+def test_a_campaign_that_goes_on_is_analysed_as_far_as_it_is(tmp_path, caplog):
+    folder = finish(small_campaign(tmp_path), tmp_path / 'out', 3)
+    with open(folder / 'trials.csv', 'ab') as table:
+        table.write(b'SL,90,2,2,succ')
+    results = load_results([folder])
+    assert len(results.trials) == 3
+    assert 'the last line is incomplete' in results.notes[0] and 'has 3 of 8 trials' in results.notes[1]
+    assert [record.message for record in caplog.records] == results.notes
+
+
+@pytest.mark.parametrize('content', ['', '{', '[]', '{"name": "x"}', '{"name": "x", "configuration": {"tests": []}}'])
+def test_a_bad_manifest_is_named(folder, content):
+    (folder / 'manifest.json').write_text(content)
+    assert refusal(folder).startswith(f'{folder}/manifest.json: not the manifest of a campaign')
+
+
+def test_a_manifest_of_another_campaign_is_named(folder, tmp_path):
+    other = finish(small_campaign(tmp_path, tests=['SL'], vary={NOISE: [0.01, 0.03]}), tmp_path / 'other', 1)
+    shutil.copy(other / 'manifest.json', folder)
+    assert refusal(folder).startswith(f'{folder}/trials.csv: line 1 ')
+
+
+@pytest.mark.parametrize(
+    'change',
+    [
+        lambda lines: lines + lines[-1:],
+        lambda lines: lines[:2] + ['SL,90'] + lines[3:],
+        lambda lines: lines[:1] + [lines[1].replace('SL,', 'LS,')] + lines[2:],
+        lambda lines: lines[:1] + [lines[1].replace('49.05', 'nan')] + lines[2:],
+        lambda lines: lines[:1] + [lines[1].replace('49.05', '1e300')] + lines[2:],
+    ],
+)
+def test_lines_that_are_no_rows_are_named(folder, change):
+    path = folder / 'trials.csv'
+    path.write_text('\n'.join(change(path.read_text().splitlines())) + '\n')
+    assert refusal(folder).startswith(f'{path}: line ')
+
+
+def test_bags_that_do_not_fit_are_named_and_their_rows_stay(folder):
+    bags = folder / 'bags'
+    (bags / 'SL_40_001.bag').write_bytes(b'')
+    shutil.copy(bags / 'SMT_90_001.bag', bags / 'SL_40_002.bag')
+    (bags / 'SL_90_001.bag').unlink()
+    write_bag(bags / 'SL_90_001.bag', trial(number=1, ppr=90, nav='embedded', wheel_diameter=0.15))
+    shutil.copy(bags / 'SL_90_002.bag', bags / 'mine.bag')
+    results = load_results([folder])
+    assert (results.trials['bag'] == '').tolist() == 3 * [True] + 5 * [False]
+    assert results.notes[0].startswith(f'{bags}/mine.bag: not a bag of trials.csv (1 such)')
+    assert f'{bags}/SL_40_001.bag: not a readable bag' in results.notes[1]
+    assert f'{bags}/SL_40_002.bag: differs in test, number, ppr ' in results.notes[2]
+    assert f'{bags}/SL_90_001.bag: differs in wheel_diameter, wheel_separation ' in results.notes[3]
+
+
+def test_without_bags_only_the_table_is_analysed(folder):
+    shutil.rmtree(folder / 'bags')
+    results = load_results([folder])
+    assert len(results.trials) == 8 and results.trials[PATH_COLUMNS].isna().all(axis=None)
+    assert (results.trials['bag'] == '').all() and 'has bags of 0 of 8 trials' in results.notes[0]
+
+
+TOUR = str(ROOT / 'test' / 'rostest' / 'data' / 'short_tour.yaml')
+
+
+def test_bags_of_both_formats_lead_to_the_same_table(tmp_path):
+    found = []
+    for bag_format in ('ros1', 'mcap'):
+        (tmp_path / bag_format / 'scratch').mkdir(parents=True)
+        campaign = small_campaign(tmp_path, tests=[TOUR], ppr=[90], nav='scripted', bag_format=bag_format)
+        out = tmp_path / bag_format / 'out'
+        with ResultStore(out, campaign, RUN) as store:
+            (out / 'probe').write_text('nonce')
+            files = campaign.files.materialise(tmp_path / bag_format / 'scratch')
+            for requested in store.pending():
+                ((finished, _),) = run_group(files, [requested], ResultsFolder(str(out), 'probe', 'nonce'), run_trials)
+                store.append(finished)
+            store.finish()
+        (out / 'probe').unlink()
+        found += [load_results([out]), load_results([out / 'bags'])]
+    names = [name for name in found[0].trials.columns if not name.endswith(('path', 'wall_time_s', 'bag'))]
+    for results in found:
+        assert results.notes == [] and results.trials['odom_ate_rmse_m'].notna().all()
+        pd.testing.assert_frame_equal(results.trials[names], found[0].trials[names], check_exact=False, rtol=1e-12)
+    pd.testing.assert_frame_equal(found[2].trials[names], found[0].trials[names], check_exact=True)
+
+
+# Bags.
+
+
+def test_only_good_bags_are_analysed(tmp_path, caplog):
+    write_bag(tmp_path / 'good.bag', trial())
+    write_bag(tmp_path / 'no_odom.bag', trial(number=2), odom=())
+    write_bag(tmp_path / 'no_truth.bag', trial(number=3), truth=())
+    write_bag(tmp_path / 'nan.bag', trial(number=4), odom=[(math.nan, 0.0, 0.0)])
+    write_bag(tmp_path / 'torn.bag', trial(number=5), result=None)
+    results = load_results([tmp_path])
+    assert list(results.trials['outcome']) == ['succeeded', 'torn']
+    assert results.trials['odom_x_m'].isna().tolist() == [False, True]  # where a torn trial ended is unknown
+    assert [record.message for record in caplog.records] == results.notes
+    assert [note.split(':')[0].split('/')[-1] for note in results.notes] == ['nan.bag', 'no_odom.bag', 'no_truth.bag']
+
+
+def test_nothing_to_analyse_is_refused(tmp_path):
+    assert refusal(tmp_path).startswith(f'{tmp_path}: no bag in this folder')
+    (tmp_path / 'a.bag').write_bytes(b'')
+    assert refusal(tmp_path).startswith(f'{tmp_path}/a.bag: not a readable bag')
+
+
+def test_bags_are_sorted_into_cells(tmp_path):
+    for ppr in (4096, 90):
+        for number in (2, 1):
+            write_bag(tmp_path / f'{ppr}_{number}.bag', trial(ppr=ppr, number=number))
+    write_bag(tmp_path / 'ideal.bag', trial(odom='ideal'))
+    results = load_results([tmp_path])
+    assert results.title == tmp_path.name and results.notes == []
+    assert columns(results, 'ppr', 'trial') == [('90', 1), ('90', 2), ('4096', 1), ('4096', 2), ('ideal', 1)]
+
+
+def test_other_configurations_real_encoders_and_variants_are_kept_apart(tmp_path):
+    amt102 = trial(ppr=8192, encoder='amt102', resolution='2048 lines x 4 = 8192 counts per wheel revolution')
+    write_bag(tmp_path / 'a.bag', amt102)
+    write_bag(tmp_path / 'b.bag', trial(ppr=8192, nav='embedded', variant='missed 1 %'))
+    results = load_results([tmp_path])
+    assert encoders(results.trials) == ['8192', '8192 amt102']
+    assert results.varied == ['nav', 'variant']
+    assert columns(results, 'nav', 'variant') == [('scripted', ''), ('embedded', 'missed 1 %')]
+    assert results.notes[0].startswith(f'{tmp_path}/a.bag and others: nav is embedded or scripted')
+
+
+def test_a_trial_counts_once_and_a_test_has_one_definition(tmp_path):
+    write_bag(tmp_path / 'a.bag', trial())
+    shutil.copy(tmp_path / 'a.bag', tmp_path / 'b.bag')
+    other = {**load_test('SL', ROOT / 'config').model_dump(), 'time_limit': 5.0}
+    write_bag(tmp_path / 'c.bag', trial().model_copy(update={'test': type(trial().test).from_mapping(other, '')}))
+    results = load_results([tmp_path])
+    assert list(results.trials['bag']) == [str(tmp_path / 'a.bag')]
+    assert 'b.bag: the same trial as ' in results.notes[0] and 'c.bag: defines SL differently from ' in results.notes[1]
+
+
+def test_a_bag_has_all_that_its_row_would(tmp_path):
+    path = write_bag(tmp_path / 'a.bag', trial(number=7), estimated=TRUTH[1:])
+    results = load_results([path])
+    assert (results.title, results.manifest, results.folder, results.robot) == ('a', {}, None, ALTO)
+    assert columns(results, 'test', 'ppr', 'trial', 'seed', 'outcome', 'bag') == [
+        ('SL', '40', 7, 7, 'succeeded', str(path))
+    ]
+    found = results.trials.iloc[0]
+    assert found['duration_s'] == pytest.approx(0.1)
+    assert found['distance_m'] == pytest.approx(10 + math.hypot(10, 0.1))
+    parts = ('x_m', 'y_m', 'yaw_rad')
+    assert np.isnan(found['amcl_x_m'])
+    assert [found[f'odom_{part}'] for part in parts] == pytest.approx([-0.1, 0.5, 0.05])  # from the start at (-10, 0)
+    assert [found[f'world_{part}'] for part in parts] == pytest.approx([0.0, 0.1, 0.02])
+    assert found['odom_ate_max_m'] == pytest.approx(math.hypot(0.1, 0.4))
+    assert found['global_ate_max_m'] > 0.0 and np.isnan(found['amcl_ate_max_m'])
+    assert found['true_path'].tolist() == [[-10.0, 0.0], [0.0, 0.0], [10.0, 0.1]]
+    assert found['odom_path'] == pytest.approx(np.array([[-10.0, 0.0], [0.0, 0.3], [9.9, 0.5]]))
+    assert results.requested == {'SL': trial(number=7)}
+
+
+def test_paths_are_thinned_and_keep_their_ends(tmp_path):
+    odom = [(0.01 * index, 0.0, 0.0) for index in range(3 * MOST_POINTS)]
+    points = load_results([write_bag(tmp_path / 'a.bag', trial(), odom=odom)]).trials['odom_path'][0]
+    assert points.shape == (MOST_POINTS, 2)
+    assert points[[0, -1], 0] == pytest.approx([-10.0, -10.0 + odom[-1][0]])
+
+
+def test_errors_are_along_the_maps_axes_and_odometry_counts_from_the_start(tmp_path):
+    test = load_test('SL', ROOT / 'config').model_dump()
+    test['start'] = {'x': 5.0, 'y': 2.0, 'yaw': math.pi / 2}
+    test['route'] = [{'goal': {'x': 4.0, 'y': 5.0, 'yaw': math.pi}}]
+    about = Trial.from_mapping({'test': test, 'nav': 'embedded'}, '')
+    odom, truth = [(0, 0, 0), (3.0, 0.8, 1.6)], [(5.0, 2.0, math.pi / 2), (4.1, 5.3, -3.0)]
+    errors = goal_errors(read_trial(write_bag(tmp_path / 'a.bag', about, odom, truth)))
+    assert errors[PoseSource.AMCL] is None and errors[PoseSource.GLOBAL] is None
+    assert errors[PoseSource.ODOM] == pytest.approx([0.2, 0.0, 1.6 - math.pi / 2])
+    assert errors[PoseSource.WORLD] == pytest.approx([0.1, 0.3, math.pi - 3.0])
+
+
+# One write a line: print makes two of it if Python's output is not buffered, and two processes write.
+INTERRUPTED = """
+import os, time
+from diff_encoder_sim.analysis import results_table
+
+def read(path):
+    os.write(1, b'reading\\n')
+    time.sleep(0.3)
+
+results_table._trial_or_reason, results_table.usable_cores = read, lambda: 2
+try:
+    results_table.read_bag_trials(range(100))
+except KeyboardInterrupt:
+    print('stopped')
+"""
+
+
+def test_ctrl_c_ends_the_reading_processes_without_output_of_theirs():
+    process = subprocess.Popen(
+        [sys.executable, '-c', INTERRUPTED],
+        env={**os.environ, 'PYTHONPATH': str(SOURCE)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    assert process.stdout.readline() == 'reading\n'
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does
+    out, err = process.communicate(timeout=30)
+    assert (out.splitlines()[-1], err) == ('stopped', '')
