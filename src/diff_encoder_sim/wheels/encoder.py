@@ -9,7 +9,7 @@ of an edge, of a run of counts, or the time. So neither the order of calls nor t
 from __future__ import annotations
 
 import math
-from typing import Any, Tuple, Union
+from typing import Any, Dict, Tuple, Union
 
 import numpy as np
 
@@ -33,42 +33,6 @@ T, MT = 1, 2
 # As if the timer of a motor controller overflows: no edge for this time is standstill [s]. The speed was at most one
 # count in this time, 0.3 rad/s at 40 PPR.
 STANDSTILL_AFTER_S = 0.5
-
-# What an encoder is; one row for each wheel.
-KIND = np.dtype(
-    [
-        ('ratio', 'f8'),  # turns of the sensor's shaft per turn of the wheel
-        ('backlash_rad', 'f8'),
-        ('edges_per_turn', 'f8'),  # of the shaft
-        ('counts_per_turn', 'i8'),  # of the shaft; whole if edges are uneven
-        ('edges_per_count', 'i8'),
-        ('waves_rad', 'f8', 3),  # amplitudes; WAVES_PER_TURN
-        ('hysteresis', 'f8'),  # [edges]
-        ('noise', 'f8'),  # [edges]
-        ('is_uneven', 'i8'),
-        ('is_sampled', 'i8'),  # whether the places of edges are
-        ('reach', 'i8'),  # which of the counts before may be misplaced beyond a count, within 6 standard deviations
-        ('pattern', 'f8', 4),  # places of a line's edges, minus 0 to 3 [edges]
-        ('edge_error', 'f8'),  # [edges]
-        ('sensor_error', 'f8'),  # [edges]
-        ('edges_per_cycle', 'i8'),
-        ('per_cycle', 'i8', 2),  # counts; sound, with a dead channel
-        ('within_cycle', 'i8', (2, 6)),  # the count at each edge of a cycle
-        ('counts_by_command', 'i8'),
-        ('may_die', 'i8'),
-        ('dead_from_s', 'f8'),
-        ('dead_for_s', 'f8'),
-        ('dead_every_s', 'f8'),
-        ('missed', 'f8', 2),  # fraction, mean length of a burst
-        ('extra', 'f8', 2),
-        ('counts_per_ns', 'f8'),  # at most; 0: no limit
-        ('restart_ns', 'f8'),  # since the first angle; 0: never
-        ('method', 'i8'),  # index in METHODS
-        ('tick_ns', 'f8'),  # of the clock that times edges
-        ('rad_per_count', 'f8'),
-    ],
-    align=True,
-)
 
 # The state of an encoder: one row for each draw of each wheel.
 WHEEL = np.dtype(
@@ -102,7 +66,7 @@ WHEEL = np.dtype(
 
 
 def kind_of(model: EncoderModel, ppr: float, method: str, clock_hz: float) -> np.ndarray:
-    """Return (1,) of KIND.
+    """Return the constants of an encoder, (1,) of a structured type.
 
     Args:
         model: of gear, sensor, decoder and faults; those of this wheel.
@@ -110,27 +74,27 @@ def kind_of(model: EncoderModel, ppr: float, method: str, clock_hz: float) -> np
         method: of METHODS.
         clock_hz: of the clock that times edges.
     """
-    kind, faults, per_count = np.zeros(1, KIND), model.faults, model.edges_per_count
-    counts_per_turn = ppr / model.shaft_turns_per_wheel_turn
+    faults, per_count, counts_per_turn = model.faults, model.edges_per_count, ppr / model.shaft_turns_per_wheel_turn
     cycles = [counts_in_cycle(model, is_dead) for is_dead in (False, faults.dead_channel != 'none')]
-    values = {
+    constants: Dict[str, Any] = {
         'ratio': model.shaft_turns_per_wheel_turn,
         'backlash_rad': model.backlash,
-        'edges_per_turn': counts_per_turn * per_count,
-        'counts_per_turn': round(counts_per_turn),
+        'edges_per_turn': counts_per_turn * per_count,  # of the shaft, as is the next one
+        'counts_per_turn': round(counts_per_turn),  # whole if edges are uneven
         'edges_per_count': per_count,
         'waves_rad': (model.eccentricity, math.radians(model.first_harmonic), math.radians(model.second_harmonic)),
-        'hysteresis': model.hysteresis * per_count,
+        'hysteresis': model.hysteresis * per_count,  # [edges], as are all places
         'noise': model.noise,
+        'pattern': model.edge_pattern() or [0.0] * 4,  # places of a line's edges, minus 0 to 3
         'is_uneven': model.has_uneven_edges,
         'is_sampled': bool(model.edge_error or model.sensor_error),
-        'reach': 6.0 * math.sqrt(2.0 * model.edge_variance),
-        'pattern': model.edge_pattern() or 0.0,
         'edge_error': model.edge_error * per_count,
         'sensor_error': model.sensor_error / DEGREES_PER_HALL_EDGE,
+        # How many counts earlier an edge may be that is misplaced beyond another, within 6 standard deviations.
+        'reach': int(6.0 * math.sqrt(2.0 * model.edge_variance)),
         'edges_per_cycle': len(cycles[0]) - 1,
-        'per_cycle': [cycle[-1] for cycle in cycles],
-        'within_cycle': [cycle[:-1] + [0] * (7 - len(cycle)) for cycle in cycles],
+        'per_cycle': [cycle[-1] for cycle in cycles],  # counts; sound, with a dead channel
+        'within_cycle': [cycle[:-1] + [0] * (7 - len(cycle)) for cycle in cycles],  # the count at each edge
         'counts_by_command': model.counts_by_command,
         'may_die': faults.dead_channel != 'none',
         'dead_from_s': faults.dead_from,
@@ -138,15 +102,14 @@ def kind_of(model: EncoderModel, ppr: float, method: str, clock_hz: float) -> np
         'dead_every_s': faults.dead_every,
         'missed': (faults.missed, faults.missed_burst),
         'extra': (faults.extra, faults.extra_burst),
-        'counts_per_ns': faults.max_count_rate / 1e9,
-        'restart_ns': faults.restart_at * 1e9,
+        'counts_per_ns': faults.max_count_rate / 1e9,  # at most; 0: no limit
+        'restart_ns': faults.restart_at * 1e9,  # since the first angle; 0: never
         'method': METHODS.index(method),
         'tick_ns': 1e9 / clock_hz,
         'rad_per_count': 2.0 * math.pi / ppr,
     }
-    for name, value in values.items():
-        kind[name] = value
-    return kind
+    fields = [(name, np.asarray(value).dtype, np.shape(value)) for name, value in constants.items()]
+    return np.array([tuple(constants.values())], np.dtype(fields, align=True))
 
 
 def new_wheels(seed: int, side: str, draws: int) -> np.ndarray:
@@ -158,8 +121,7 @@ def new_wheels(seed: int, side: str, draws: int) -> np.ndarray:
         draws: number of encoders.
     """
     wheels = np.zeros(draws, WHEEL)
-    first = generator(seed, f'{side}_encoder').integers(0, 2**64, dtype=np.uint64)
-    wheels['key'] = first + np.arange(draws, dtype=np.uint64) * np.uint64(0x9E3779B97F4A7C15)
+    wheels['key'] = generator(seed, f'{side}_encoder').integers(0, 2**64, draws, dtype=np.uint64)
     wheels['commanded'] = 1
     return wheels
 
@@ -481,7 +443,7 @@ def turn_through(
     """Turn the wheel of each draw through a drive, and read it.
 
     Args:
-        kind: (1,) of KIND.
+        kind: (1,) of `kind_of`.
         wheels: (draws,) of WHEEL.
         stamps_ns: (n,).
         angles_rad: (1 or draws, n).

@@ -138,7 +138,7 @@ def jitters_ns(params: EncoderParams) -> Sequence[int]:
 
 
 def kind_of_wheel(params: EncoderParams, side: str) -> np.ndarray:
-    """Return (1,) of KIND of the `left` or the `right` wheel."""
+    """Return the constants of the `left` or the `right` wheel, as `kind_of` does."""
     ppr = getattr(params.counts_per_turn, side)
     return kind_of(params.encoder.of_wheel(side), ppr, params.velocity_method, params.velocity_clock)
 

@@ -297,7 +297,7 @@ def test_counts_go_the_way_of_the_wheel_whatever_the_errors(chain, steps, way, s
     assert (np.diff(found, axis=0) * way >= 0).all()
 
 
-DRAWS, LENGTH_M = 200, 5.0
+DRAWS, LENGTH_M = 1000, 5.0
 
 
 def assert_std(values, expected):
