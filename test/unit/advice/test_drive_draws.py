@@ -51,7 +51,7 @@ def errors_of(drive, robot, encoder, draws=DRAWS, seed=1, **amounts):
 )
 def test_draws_are_as_one_by_one(drive, encoder, errors):
     robot, encoder = robot_of(**errors), encoder_of(90, encoder)
-    alone, drawn = many_one_by_one(drive, robot, encoder, range(60)), errors_of(drive, robot, encoder)
+    alone, drawn = many_one_by_one(drive, robot, encoder, range(200)), errors_of(drive, robot, encoder)
     standard_error = alone.std(axis=0) / math.sqrt(len(alone))
     assert np.all(np.abs(alone.mean(axis=0) - drawn.mean(axis=0)) < 4.0 * standard_error + 1e-6)
     assert alone.std(axis=0) == pytest.approx(drawn.std(axis=0), rel=0.3, abs=1e-6)
