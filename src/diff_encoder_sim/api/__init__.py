@@ -4,14 +4,35 @@ The functions take the options of the commands by their names: `run_campaign('re
 `campaign --out results --config quick --ppr 40 90`. A mistake raises `ConfigError`, whose text is one line.
 """
 
-from diff_encoder_sim.analysis.results_table import Results
-from diff_encoder_sim.analysis.terminal_summary import summary
-from diff_encoder_sim.api.campaigns import read_results, run_campaign, write_report
-from diff_encoder_sim.api.recorded_drives import ReencodedDrive, read_path, reencode
-from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.se2 import PoseSeries
-from diff_encoder_sim.drives.topics import PoseSource
-from diff_encoder_sim.drives.trajectory_error import PathError
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from diff_encoder_sim.analysis.results_table import Results
+    from diff_encoder_sim.analysis.terminal_summary import summary
+    from diff_encoder_sim.api.campaigns import run_campaign
+    from diff_encoder_sim.api.recorded_drives import ReencodedDrive, read_path, reencode
+    from diff_encoder_sim.api.results import read_results, write_report
+    from diff_encoder_sim.base.errors import ConfigError
+    from diff_encoder_sim.base.se2 import PoseSeries
+    from diff_encoder_sim.drives.topics import PoseSource
+    from diff_encoder_sim.drives.trajectory_error import PathError
+
+# Imported when they are first used: a command needs few of them.
+_HOMES = {
+    'ConfigError': 'base.errors',
+    'PathError': 'drives.trajectory_error',
+    'PoseSeries': 'base.se2',
+    'PoseSource': 'drives.topics',
+    'ReencodedDrive': 'api.recorded_drives',
+    'Results': 'analysis.results_table',
+    'read_path': 'api.recorded_drives',
+    'read_results': 'api.results',
+    'reencode': 'api.recorded_drives',
+    'run_campaign': 'api.campaigns',
+    'summary': 'analysis.terminal_summary',
+    'write_report': 'api.results',
+}
 
 __all__ = [
     'ConfigError',
@@ -27,3 +48,9 @@ __all__ = [
     'summary',
     'write_report',
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+    return getattr(importlib.import_module(f'diff_encoder_sim.{_HOMES[name]}'), name)

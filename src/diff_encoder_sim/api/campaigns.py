@@ -1,4 +1,4 @@
-"""Campaigns: their trials on workers, their results and the analysis of these."""
+"""Campaigns: their trials on workers."""
 
 from __future__ import annotations
 
@@ -6,31 +6,15 @@ import contextlib
 import sys
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import (
-    Any,
-    Callable,
-    ContextManager,
-    Dict,
-    Iterator,
-    List,
-    Mapping,
-    NamedTuple,
-    Optional,
-    Sequence,
-    Tuple,
-    Union,
-)
+from typing import Any, ContextManager, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Union
 
-from diff_encoder_sim.analysis.outputs import REPORT, output_folder, write_analysis
 from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.analysis.results_table import Results, load_results
-from diff_encoder_sim.analysis.terminal_summary import summary
 from diff_encoder_sim.api.notes import name_campaigns_encoders, name_stopping, with_checks
 from diff_encoder_sim.base.command_line import CONSOLE, Stopped, as_called
 from diff_encoder_sim.base.errors import CampaignFault, ConfigError
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.base.processes import usable_cores
-from diff_encoder_sim.drives.bag_source import is_bag_folder
 from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
 from diff_encoder_sim.trials.campaign_cells import Campaign, RequestedTrial
 from diff_encoder_sim.trials.campaign_loading import load_campaign
@@ -43,7 +27,6 @@ from diff_encoder_sim.trials.trial_run import run_trials
 from diff_encoder_sim.trials.worker import RunTrials
 
 UNRUN_SHOWN = 5
-DEFAULT_ANALYSIS = 'analysis'
 
 
 @dataclass(frozen=True)
@@ -94,7 +77,7 @@ def run_campaign(out: Union[str, Path], config: Union[str, Path] = 'quick', **op
     done = complete(given, [CONSOLE, 'campaign', *_words({'config': config, 'out': out, **options})])
     if done.unrun:
         raise CampaignFault(done.unrun)
-    return read_results(out)
+    return load_results([given.out])
 
 
 def _words(options: Mapping[str, Any]) -> List[str]:
@@ -105,50 +88,6 @@ def _words(options: Mapping[str, Any]) -> List[str]:
             words.append(f'--{name.replace("_", "-")}')
             words += [] if value is True else map(str, value) if isinstance(value, (list, tuple)) else [str(value)]
     return words
-
-
-def read_results(*paths: Union[str, Path]) -> Results:
-    """Read a campaign's results folder, or bags of trials and folders of such bags.
-
-    Raises:
-        ConfigError: there is nothing to read.
-    """
-    return load_results([Path(path) for path in paths])
-
-
-def write_report(results: Results, out: Union[str, Path]) -> Path:
-    """Write tables, figures and the report into a folder, as `analyze` does; return the report's path.
-
-    Raises:
-        ConfigError: the folder has other things in it, or cannot be written.
-    """
-    with output_folder(Path(out)) as folder:
-        write_analysis(results, folder)
-    return Path(out) / REPORT
-
-
-def analyze(
-    paths: Sequence[Path], out: Optional[Path], beside: Optional[Path], show: Callable[[str], None]
-) -> Tuple[Path, str]:
-    """Read results and write their analysis; return the path of the report, and the conclusions as text.
-
-    Args:
-        paths: one campaign's results folder, or bags of trials and folders of such bags.
-        out: output folder; analysis/ in the given folder, or next to the first bag, by default.
-        beside: another campaign's results folder, for the comparison with the paper.
-        show: takes the summary as soon as the results are read.
-
-    Raises:
-        ConfigError: there is nothing to read, or the folder has other things in it.
-    """
-    first = paths[0]
-    folder = out or (first if first.is_dir() and not is_bag_folder(first) else first.parent) / DEFAULT_ANALYSIS
-    with output_folder(folder) as unfinished:
-        results = load_results(paths)
-        other = load_results([beside]) if beside else None
-        show(summary(results))
-        conclusions = write_analysis(results, unfinished, other)
-    return folder / REPORT, conclusions
 
 
 class CampaignRun(NamedTuple):

@@ -13,7 +13,7 @@ from typing import Optional, Sequence
 
 from diff_encoder_sim.base.command_line import as_called, run_tool, tool_parser
 
-API = 'api.campaigns'  # of this command: what it imports takes seconds
+API = 'api.results'  # of this command: what it imports takes seconds
 
 
 def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
@@ -50,7 +50,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
 
 
 def _analyze(options: argparse.Namespace) -> None:
-    from diff_encoder_sim.api.campaigns import analyze
+    from diff_encoder_sim.api.results import analyze
 
     out, conclusions = analyze(options.paths, options.out, options.beside, lambda text: print(text, flush=True))
     print(f'\n{conclusions}\nReport: {out}')

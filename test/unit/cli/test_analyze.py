@@ -2,7 +2,7 @@
 
 import pytest
 
-from diff_encoder_sim.api import campaigns
+from diff_encoder_sim.api import results
 from diff_encoder_sim.cli import analyze
 from trial_bags import TRUTH, trial, write_bag
 
@@ -11,11 +11,11 @@ from trial_bags import TRUTH, trial, write_bag
 def fixture_quick(monkeypatch):
     """Files that take no time to make."""
 
-    def write_analysis(dataset, folder, beside=None):
-        (folder / 'report.html').write_text(dataset.title)
-        return f'{len(dataset.trials)} trials' + (f' beside {len(beside.trials)}' if beside else '')
+    def write_analysis(made, folder, beside=None):
+        (folder / 'report.html').write_text(made.title)
+        return f'{len(made.trials)} trials' + (f' beside {len(beside.trials)}' if beside else '')
 
-    monkeypatch.setattr(campaigns, 'write_analysis', write_analysis)
+    monkeypatch.setattr(results, 'write_analysis', write_analysis)
 
 
 def refusal(*arguments):

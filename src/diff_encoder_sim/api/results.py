@@ -1,0 +1,57 @@
+"""Results of trials, and their analysis."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Callable, Optional, Sequence, Tuple, Union
+
+from diff_encoder_sim.analysis.outputs import REPORT, output_folder, write_analysis
+from diff_encoder_sim.analysis.results_table import Results, load_results
+from diff_encoder_sim.analysis.terminal_summary import summary
+from diff_encoder_sim.drives.bag_source import is_bag_folder
+
+DEFAULT_ANALYSIS = 'analysis'
+
+
+def read_results(*paths: Union[str, Path]) -> Results:
+    """Read a campaign's results folder, or bags of trials and folders of such bags.
+
+    Raises:
+        ConfigError: there is nothing to read.
+    """
+    return load_results([Path(path) for path in paths])
+
+
+def write_report(results: Results, out: Union[str, Path]) -> Path:
+    """Write tables, figures and the report into a folder, as `analyze` does; return the report's path.
+
+    Raises:
+        ConfigError: the folder has other things in it, or cannot be written.
+    """
+    with output_folder(Path(out)) as folder:
+        write_analysis(results, folder)
+    return Path(out) / REPORT
+
+
+def analyze(
+    paths: Sequence[Path], out: Optional[Path], beside: Optional[Path], show: Callable[[str], None]
+) -> Tuple[Path, str]:
+    """Read results and write their analysis; return the path of the report, and the conclusions as text.
+
+    Args:
+        paths: one campaign's results folder, or bags of trials and folders of such bags.
+        out: output folder; analysis/ in the given folder, or next to the first bag, by default.
+        beside: another campaign's results folder, for the comparison with the paper.
+        show: takes the summary as soon as the results are read.
+
+    Raises:
+        ConfigError: there is nothing to read, or the folder has other things in it.
+    """
+    first = paths[0]
+    folder = out or (first if first.is_dir() and not is_bag_folder(first) else first.parent) / DEFAULT_ANALYSIS
+    with output_folder(folder) as unfinished:
+        results = load_results(paths)
+        other = load_results([beside]) if beside else None
+        show(summary(results))
+        conclusions = write_analysis(results, unfinished, other)
+    return folder / REPORT, conclusions
