@@ -16,7 +16,7 @@ import numpy as np
 from diff_encoder_sim.base.kernels import compiled
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.wheels.decoder import counts_in_cycle
-from diff_encoder_sim.wheels.encoder_params import DEGREES_PER_HALL_EDGE, EncoderModel
+from diff_encoder_sim.wheels.encoder_params import DEGREES_PER_HALL_EDGE, WAVES_PER_TURN, EncoderModel
 
 
 def pulses_from_angle(angle_rad: Union[float, np.ndarray], ppr: float) -> Any:
@@ -82,7 +82,8 @@ def kind_of(model: EncoderModel, ppr: float, method: str, clock_hz: float) -> np
         'edges_per_turn': counts_per_turn * per_count,  # of the shaft, as is the next one
         'counts_per_turn': round(counts_per_turn),  # whole if edges are uneven
         'edges_per_count': per_count,
-        'waves_rad': (model.eccentricity, math.radians(model.first_harmonic), math.radians(model.second_harmonic)),
+        'waves_rad': model.waves_rad,
+        'waves_per_turn': WAVES_PER_TURN,
         'hysteresis': model.hysteresis * per_count,  # [edges], as are all places
         'noise': model.noise,
         'pattern': model.edge_pattern() or [0.0] * 4,  # places of a line's edges, minus 0 to 3
@@ -182,9 +183,6 @@ def _normal(key: Any, purpose: int, number: int) -> Any:
     return above / (((((B[0] * r + B[1]) * r + B[2]) * r + B[3]) * r + B[4]) * r + 1.0)
 
 
-WAVES_PER_TURN = (1, 1, 2)
-
-
 @compiled
 def _followed(place: float, moved_to: float, gap: float) -> float:
     """Return where that is which follows once the gap is taken up: it lags by half of the gap."""
@@ -208,7 +206,7 @@ def _place(kind: Any, wheel: Any, angle_rad: float) -> Any:
     for wave in range(3):
         if kind.waves_rad[wave]:
             phase_rad = 2.0 * math.pi * _uniform(wheel.key, PHASE, wave)
-            shown_rad += kind.waves_rad[wave] * math.sin(WAVES_PER_TURN[wave] * shaft_rad + phase_rad)
+            shown_rad += kind.waves_rad[wave] * math.sin(kind.waves_per_turn[wave] * shaft_rad + phase_rad)
     place = shown_rad * kind.edges_per_turn / (2.0 * math.pi)
     if kind.hysteresis:
         if not wheel.has_begun:

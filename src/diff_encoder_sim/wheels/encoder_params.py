@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Dict, List, Literal, NamedTuple, Optional, Sequence, Union
+from typing import Any, Dict, List, Literal, Optional, Sequence, Tuple, Union
 
 from pydantic import BeforeValidator, Field, model_validator
 from typing_extensions import Annotated
@@ -86,7 +86,7 @@ COUNTS_PER_LINE = {'x1': 1, 'x2': 2, 'x4': 4}
 EDGES_PER_LINE = 4
 EDGES_PER_POLE_PAIR = 6
 DEGREES_PER_HALL_EDGE = 360.0 / EDGES_PER_POLE_PAIR
-# Beyond any encoder that is sold; the places of so many edges fit into the memory.
+# Beyond any encoder that is sold.
 MOST_COUNTS_PER_TURN = 2**20
 
 # Between two edges of a line [edges].
@@ -130,11 +130,17 @@ class FaultParams(Params):
 NO_FAULTS = FaultParams()
 
 
-class Wave(NamedTuple):
-    """An error that repeats with the shaft's turns."""
+_LINES, _ABSOLUTE = ('quadrature', 'single_channel'), ('absolute',)
+SENSORS_OF_KEYS = {
+    **dict.fromkeys(('lines', 'decoding', 'duty_cycle'), _LINES),
+    'phase_error': ('quadrature',),
+    **dict.fromkeys(('pole_pairs', 'sensor_error'), ('hall',)),
+    **dict.fromkeys(('bits', 'first_harmonic', 'second_harmonic', 'noise'), _ABSOLUTE),
+    'edge_error': ('quadrature', 'hall', 'single_channel'),
+}
 
-    amplitude_rad: float
-    per_turn: int
+# How often in a turn of the sensor's shaft its errors repeat: eccentricity and both harmonics.
+WAVES_PER_TURN = (1, 1, 2)
 
 
 class EncoderModel(Params):
@@ -196,7 +202,7 @@ class EncoderModel(Params):
 
     @property
     def counts_per_shaft_turn(self) -> Optional[int]:
-        """Return the counts in a turn of the sensor's shaft; None where ppr tells."""
+        """Return the counts in a turn of the sensor's shaft; None if ppr specifies them."""
         if self.sensor == 'hall':
             return EDGES_PER_POLE_PAIR * self.pole_pairs if self.pole_pairs else None
         if self.sensor == 'absolute':
@@ -205,12 +211,12 @@ class EncoderModel(Params):
 
     @property
     def shaft_turns_per_wheel_turn(self) -> float:
-        """Return 1 where the sensor is on the wheel's side of the gear."""
+        """Return 1 if the sensor is on the wheel's side of the gear."""
         return self.gear_ratio if self.side == 'motor' else 1.0
 
     @property
     def counts_per_wheel_turn(self) -> Optional[float]:
-        """Return the pulses per revolution of the wheel, which need not be whole; None where ppr tells."""
+        """Return the pulses per revolution of the wheel, which need not be whole; None if ppr specifies them."""
         counts = self.counts_per_shaft_turn
         return None if counts is None else counts * self.shaft_turns_per_wheel_turn
 
@@ -223,20 +229,18 @@ class EncoderModel(Params):
     @property
     def edges_per_count(self) -> int:
         """Return how many of the sensor's edges a count takes."""
-        if self.sensor in ('hall', 'absolute'):
-            return 1
-        return EDGES_PER_LINE // COUNTS_PER_LINE[self.decoding]
+        return 1 if self.sensor in ('hall', 'absolute') else EDGES_PER_LINE // COUNTS_PER_LINE[self.decoding]
 
     @property
     def counts_that_repeat(self) -> int:
-        """Return the counts after which the kinds of edges repeat: 1 where all are alike."""
+        """Return the counts after which the kinds of edges repeat: 1 if all are alike."""
         if self.sensor_error:
             return EDGES_PER_POLE_PAIR // 2
         return COUNTS_PER_LINE[self.decoding] if self.edge_pattern() else 1
 
     @property
     def counts_by_command(self) -> bool:
-        """Return whether the commanded speeds tell the direction of counts."""
+        """Return whether the direction of counts is that of the commanded speeds."""
         return self.direction == 'command' or self.sensor == 'single_channel'
 
     @property
@@ -244,77 +248,51 @@ class EncoderModel(Params):
         """Return whether edges are in places of their own, which repeat with the shaft's turns."""
         return bool(self.edge_error or self.sensor_error or self.edge_pattern())
 
+    def edge_pattern(self) -> Optional[List[float]]:
+        """Return the places of a line's four edges, minus 0 to 3 [edges]; None if they are even."""
+        if self.sensor in ('hall', 'absolute') or (self.duty_cycle == 0.5 and self.phase_error == 0.0):
+            return None
+        longer, later = EDGES_PER_LINE * self.duty_cycle - 2.0, self.phase_error / 90.0
+        return [0.0, later, longer, later + longer]
+
     @property
     def edge_variance(self) -> float:
         """Return what the places of edges, and noise, add to the variance of a reading [pulses^2]; new in each one."""
-        return (
-            self.edge_error**2
-            + (self.sensor_error / DEGREES_PER_HALL_EDGE) ** 2
-            + self.noise**2
-            + self._pattern_variance()
-        )
+        pattern = (self.edge_pattern() or [0.0])[:: self.edges_per_count]  # of the edges that are counted
+        mean = sum(pattern) / len(pattern)
+        of_pattern = sum(((place - mean) / self.edges_per_count) ** 2 for place in pattern) / len(pattern)
+        return self.edge_error**2 + (self.sensor_error / DEGREES_PER_HALL_EDGE) ** 2 + self.noise**2 + of_pattern
+
+    @property
+    def waves_rad(self) -> Tuple[float, float, float]:
+        """Return the amplitudes of errors that repeat once, once and twice a turn of the sensor's shaft."""
+        return self.eccentricity, math.radians(self.first_harmonic), math.radians(self.second_harmonic)
 
     def pulse_variance(self, counts_per_wheel_turn: float) -> float:
-        """Return what the sensor's errors add to the variance of a reading [pulses^2], beside the 1/12 of rounding.
+        """Return what the sensor's errors add to the variance of a reading [pulses^2], next to the 1/12 of rounding.
 
         The mean over a turn, docs/encoders.md; noise and play, which are over when the wheel has turned back, too.
         """
         counts_per_rad = counts_per_wheel_turn / (2.0 * math.pi)
         of_shaft = counts_per_rad / self.shaft_turns_per_wheel_turn
         variance = self.edge_variance + self.hysteresis**2 / 12.0
-        variance += sum((wave.amplitude_rad * of_shaft) ** 2 / 2.0 for wave in self.waves)
+        variance += sum((amplitude_rad * of_shaft) ** 2 / 2.0 for amplitude_rad in self.waves_rad)
         return variance + (self.backlash * counts_per_rad) ** 2 / 12.0
 
     def most_jump(self, counts_per_wheel_turn: float) -> float:
-        """Return by how much a reading may differ from the one before without motion, but for rare cases [pulses]."""
+        """Return by how much a reading may differ from the one before without motion, except in rare cases [pulses]."""
         play = self.hysteresis + self.backlash * counts_per_wheel_turn / (2.0 * math.pi)
         return play + RARE_DEVIATIONS * math.sqrt(2.0 * self.edge_variance)
 
     @property
     def speed_variance(self) -> float:
         """Return the variance of the shown speed as a fraction of the true one: how steep the waves are."""
-        return sum((wave.amplitude_rad * wave.per_turn) ** 2 / 2.0 for wave in self.waves)
-
-    @property
-    def waves(self) -> List[Wave]:
-        """Return the errors that repeat with the turns of the sensor's shaft, but for those of size zero."""
-        waves = (
-            Wave(self.eccentricity, 1),
-            Wave(math.radians(self.first_harmonic), 1),
-            Wave(math.radians(self.second_harmonic), 2),
-        )
-        return [wave for wave in waves if wave.amplitude_rad]
-
-    def edge_pattern(self) -> Optional[List[float]]:
-        """Return the places of a line's four edges, minus 0 to 3 [edges]; None where they are even."""
-        if self.sensor in ('hall', 'absolute') or (self.duty_cycle == 0.5 and self.phase_error == 0.0):
-            return None
-        longer, later = EDGES_PER_LINE * self.duty_cycle - 2.0, self.phase_error / 90.0
-        return [0.0, later, longer, later + longer]
-
-    def _pattern_variance(self) -> float:
-        """Return the variance [pulses^2] of the places of the edges that are counted."""
-        pattern = (self.edge_pattern() or [0.0])[:: self.edges_per_count]
-        mean = sum(pattern) / len(pattern)
-        return sum(((place - mean) / self.edges_per_count) ** 2 for place in pattern) / len(pattern)
+        return sum((amplitude * turns) ** 2 / 2.0 for amplitude, turns in zip(self.waves_rad, WAVES_PER_TURN))
 
     @model_validator(mode='after')
     def _check_sensor(self) -> EncoderModel:
         """Check that no key is of another sensor."""
-        of_sensors = {
-            'lines': ('quadrature', 'single_channel'),
-            'decoding': ('quadrature', 'single_channel'),
-            'duty_cycle': ('quadrature', 'single_channel'),
-            'phase_error': ('quadrature',),
-            'pole_pairs': ('hall',),
-            'sensor_error': ('hall',),
-            'bits': ('absolute',),
-            'first_harmonic': ('absolute',),
-            'second_harmonic': ('absolute',),
-            'noise': ('absolute',),
-            'edge_error': ('quadrature', 'hall', 'single_channel'),
-        }
-        for key, sensors in of_sensors.items():
+        for key, sensors in SENSORS_OF_KEYS.items():
             value = getattr(self, key)
             if self.sensor not in sensors and value != type(self).model_fields[key].default:
                 raise not_allowed(key, value, f'with sensor {_either(sensors)}, not {self.sensor}')
@@ -336,26 +314,18 @@ class EncoderModel(Params):
             raise not_allowed('duty_cycle', self.duty_cycle, f'{least} to {most}, with phase_error {self.phase_error}')
         most_deg = round(math.degrees(STEEPEST - self.eccentricity - math.radians(self.first_harmonic)) / 2.0, 3)
         if self.second_harmonic > most_deg:
-            raise not_allowed(
-                'second_harmonic',
-                self.second_harmonic,
-                f'up to {most_deg}, with eccentricity {self.eccentricity} and first_harmonic {self.first_harmonic}',
-            )
+            others = f'eccentricity {self.eccentricity} and first_harmonic {self.first_harmonic}'
+            raise not_allowed('second_harmonic', self.second_harmonic, f'up to {most_deg}, with {others}')
         return self
 
     @model_validator(mode='after')
-    def _check_gear(self) -> EncoderModel:
-        if self.side == 'wheel' and self.gear_ratio != 1.0:
-            raise not_allowed('gear_ratio', self.gear_ratio, '1.0 with side wheel, or side motor')
-        if self.side == 'wheel' and self.backlash:
-            raise not_allowed('backlash', self.backlash, '0.0 with side wheel, or side motor')
+    def _check_gear_and_faults(self) -> EncoderModel:
+        for key, without in (('gear_ratio', 1.0), ('backlash', 0.0)):
+            if self.side == 'wheel' and getattr(self, key) != without:
+                raise not_allowed(key, getattr(self, key), f'{without} with side wheel, or side motor')
         most_lines = MOST_COUNTS_PER_TURN // COUNTS_PER_LINE[self.decoding]
         if self.lines is not None and self.lines > most_lines:
             raise not_allowed('lines', self.lines, f'up to {most_lines}, with decoding {self.decoding}')
-        return self
-
-    @model_validator(mode='after')
-    def _check_faults(self) -> EncoderModel:
         faults = self.faults
         channels = {'quadrature': 'AB', 'single_channel': 'A', 'hall': 'ABC', 'absolute': ''}[self.sensor]
         if faults.dead_channel not in ('none', *channels):
