@@ -94,7 +94,17 @@ def load_encoder(given: str, config_folder: Path, folder: Path) -> CatalogueEnco
     Raises:
         ConfigError: there is no such encoder, or its file has a bad key.
     """
-    path = _path_of(given, config_folder, folder)
+    names, path = encoder_names(config_folder), folder / os.path.expanduser(given)
+    if given in names:  # a name is taken before a path
+        path = config_folder / 'encoders' / f'{given}.yaml'
+    elif path.suffix != '.yaml' or not path.is_file():
+        is_path = '/' in given or path.suffix in ('.yaml', '.yml')
+        wrong = ', a folder' if given and path.is_dir() else ', no such file' if is_path and not path.is_file() else ''
+        wrong = ', whose name does not end in .yaml' if path.is_file() else wrong
+        raise ConfigError(
+            f'encoder: given {given!r}{wrong}; allowed: {", ".join(names)}, {WHOLE_CATALOGUE} (all of these), '
+            f'or a .yaml file{did_you_mean(given, names)}'
+        )
     file = load_params(EncoderFileParams, path)
     try:
         params = EncoderParams.from_mapping({**file.config, 'encoder': file.encoder}, '')
@@ -111,30 +121,6 @@ def load_encoders(given: Sequence[str], config_folder: Path, folder: Path) -> Li
     """
     names = [name for each in given for name in (encoder_names(config_folder) if each == WHOLE_CATALOGUE else [each])]
     return [load_encoder(name, config_folder, folder) for name in names]
-
-
-def _path_of(given: str, config_folder: Path, folder: Path) -> Path:
-    """Return the file that a user means; a name is taken before a path."""
-    names = encoder_names(config_folder)
-    if given in names:
-        return config_folder / 'encoders' / f'{given}.yaml'
-    path = folder / os.path.expanduser(given)  # as it is where nobody has this name
-    if path.suffix == '.yaml' and path.is_file():
-        return path
-    wrong = _what_is_wrong(given, path)
-    raise ConfigError(
-        f'encoder: given {given!r}{wrong}; allowed: {", ".join(names)}, {WHOLE_CATALOGUE} (all of these), '
-        f'or a .yaml file{did_you_mean(given, names)}'
-    )
-
-
-def _what_is_wrong(given: str, path: Path) -> str:
-    """Return what is wrong with a path; '' where a name was meant."""
-    if given and path.is_dir():
-        return ', a folder'
-    if path.is_file():
-        return ', whose name does not end in .yaml'
-    return ', no such file' if '/' in given or path.suffix in ('.yaml', '.yml') else ''
 
 
 # By which config.yaml or a robot file says how many counts there are, in place of ppr.
@@ -187,13 +173,10 @@ def resolution_text(model: EncoderModel) -> str:
     counts, of_shaft = model.counts_per_wheel_turn, model.counts_per_shaft_turn
     if counts is None or of_shaft is None:
         return ''
-    gear = f' x gear {model.gear_ratio:g}' if model.side == 'motor' else ''
-    return f'{_shaft_text(model, of_shaft)}{gear} = {counts:.9g} counts per wheel revolution'
-
-
-def _shaft_text(model: EncoderModel, counts: int) -> str:
+    shaft = f'2^{model.bits}'
     if model.pole_pairs:
-        return f'{model.pole_pairs} pole pairs x {counts // model.pole_pairs}'
-    if model.lines:
-        return f'{model.lines} line{"s" if model.lines > 1 else ""} x {counts // model.lines}'
-    return f'2^{model.bits}'
+        shaft = f'{model.pole_pairs} pole pairs x {of_shaft // model.pole_pairs}'
+    elif model.lines:
+        shaft = f'{model.lines} line{"s" if model.lines > 1 else ""} x {of_shaft // model.lines}'
+    gear = f' x gear {model.gear_ratio:g}' if model.side == 'motor' else ''
+    return f'{shaft}{gear} = {counts:.9g} counts per wheel revolution'

@@ -95,7 +95,7 @@ class OdometryParams(Params):
 
     @property
     def counts_per_turn(self) -> PerWheel:
-        """Return the counts per wheel revolution: the encoder's, where it says them, else `ppr`."""
+        """Return the counts per wheel revolution: the encoder's, if it has them, else `ppr`."""
         return counts_per_turn(self.ppr, self.encoder)
 
     def values_in_use(self) -> Dict[str, Any]:
@@ -110,8 +110,7 @@ class OdometryParams(Params):
     @property
     def geometry_std(self) -> GeometryStd:
         """Return the standard deviations of the geometry's relative errors."""
-        stds = self.distance_std, self.turn_std, self.diameter_difference_std
-        return GeometryStd(*(std or 0.0 for std in stds))
+        return GeometryStd(self.distance_std or 0.0, self.turn_std or 0.0, self.diameter_difference_std or 0.0)
 
     @property
     def uncertainty(self) -> Dict[str, float]:
@@ -119,31 +118,20 @@ class OdometryParams(Params):
         return dict(zip(UNCERTAINTY_KEYS, (self.travel_variance, self.curve_noise or 0.0, *self.geometry_std)))
 
     @property
+    def m_per_pulse(self) -> Tuple[float, float]:
+        """Return the distance of the left and of the right rim per pulse [m]."""
+        circumference_m, ppr = math.pi * self.wheel_diameter, self.counts_per_turn
+        return circumference_m / ppr.left, circumference_m / ppr.right
+
+    @property
     def reading_variances_m2(self) -> Tuple[float, float]:
         """Return the variance of the left and of the right wheel's travel in one reading [m^2]."""
-        ppr = self.counts_per_turn
-        left, right = (
-            reading_variance(m_per_pulse, self.encoder.pulse_variance(counts))
-            for m_per_pulse, counts in zip(self.m_per_pulse, (ppr.left, ppr.right))
-        )
-        return left, right
+        (left_m, right_m), ppr, variance = self.m_per_pulse, self.counts_per_turn, self.encoder.pulse_variance
+        return reading_variance(left_m, variance(ppr.left)), reading_variance(right_m, variance(ppr.right))
 
     @property
     def counter_limits(self) -> CounterLimits:
         """Return what counters can show, and wheels can do."""
-        ppr, encoder = self.counts_per_turn, self.encoder
-        return CounterLimits(
-            self.counter_modulus,
-            ppr.left,
-            ppr.right,
-            encoder.most_jump(ppr.left),
-            encoder.most_jump(ppr.right),
-            self.max_wheel_speed,
-            self.max_wheel_acceleration,
-        )
-
-    @property
-    def m_per_pulse(self) -> Tuple[float, float]:
-        """Return the way of the left and of the right rim per pulse [m]."""
-        circumference_m, ppr = math.pi * self.wheel_diameter, self.counts_per_turn
-        return circumference_m / ppr.left, circumference_m / ppr.right
+        ppr, jump = self.counts_per_turn, self.encoder.most_jump
+        speeds = self.max_wheel_speed, self.max_wheel_acceleration
+        return CounterLimits(self.counter_modulus, ppr.left, ppr.right, jump(ppr.left), jump(ppr.right), *speeds)

@@ -45,10 +45,6 @@ class BoundaryTimes:
 
 
 def _periods_in_ns(rate_hz: float) -> Tuple[int, int]:
-    """Return a rate as whole periods in whole nanoseconds.
-
-    Exact, for 20 Hz boundaries must not drift off 50 ms after an hour; and as two numbers, because a Fraction takes ten
-    times as long for a product.
-    """
+    """Return a rate as whole periods in whole nanoseconds: exact, so that boundaries never drift off."""
     rate_per_ns = Fraction(rate_hz).limit_denominator(10**6) / NANOSECONDS_PER_SECOND
     return rate_per_ns.numerator, rate_per_ns.denominator
