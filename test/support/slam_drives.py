@@ -23,7 +23,7 @@ from diff_encoder_sim.simulation.world import World
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
 from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.wheel_encoder import DiffEncoder, EncoderParams
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
 from places import ROOT
 
 PPRS = (40, 90, 1024, 4096)
@@ -93,7 +93,7 @@ def record(tour: Tour, pprs: Sequence[int] = PPRS, seed: int = 1) -> Drive:
     simulator = Simulator(
         ROOT / 'worlds' / f'{tour.world}.world', ROOT / 'urdf' / 'alto.urdf.xacro', SimulatorParams(), tour.start, seed
     )
-    wheels = {f'{ppr}': (DiffEncoder(EncoderParams(ppr=ppr)), WheelOdometry(OdometryParams(ppr=ppr))) for ppr in pprs}
+    wheels = {f'{ppr}': (ReportingEncoder(EncoderParams(ppr=ppr)), WheelOdometry(OdometryParams(ppr=ppr))) for ppr in pprs}
     height_m = simulator._scan_height_m
     lidars = {
         name: Lidar(simulator.world, height_m, LidarParams(noise=noise_m), generator(seed, f'{name} scans'))
@@ -111,10 +111,10 @@ def record(tour: Tour, pprs: Sequence[int] = PPRS, seed: int = 1) -> Drive:
     while not is_over:
         pose = simulator.base_pose_in_world()
         for name, (encoder, odometry) in wheels.items():
-            sample = encoder.update(*simulator.joint_states()[:3])
-            estimate = odometry.update(*sample) if sample else None
-            if estimate is not None and tick % SCAN_TICKS == 0:
-                drive.odometry[name].append(estimate.base_pose_in_odom)
+            for sample in encoder.update(*simulator.joint_states()[:3]):
+                estimate = odometry.update(*sample)
+                if tick % SCAN_TICKS == 0:
+                    drive.odometry[name].append(estimate.base_pose_in_odom)
         if tick % SCAN_TICKS == 0:
             drive.true_poses.append(pose)
             drive.odometry['ideal'].append(pose.relative_to(tour.start))
