@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Optional, Tuple
+from typing import Optional, Tuple
 
 import numpy as np
 
@@ -12,14 +12,9 @@ from diff_encoder_sim.analysis.quantities import MINUS_TRUTH, QUANTITIES, YAW
 from diff_encoder_sim.analysis.result_tables import NOTHING, ResultTable
 from diff_encoder_sim.analysis.results_table import Results, RobotGeometry, final_errors
 from diff_encoder_sim.analysis.statistics import spread, std_interval
-from diff_encoder_sim.base.deferred import deferred
+from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.wheels.covariance import quantisation_covariance, reading_variance, residual_std
-
-if TYPE_CHECKING:
-    import pandas as pd
-else:
-    pd = deferred('pandas')
 
 # A goal so near the line ahead [m], and so little turned [rad], is straight ahead.
 STRAIGHT_WITHIN = 1e-9

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Optional, Tuple
+from typing import Any, Dict, Iterator, List, Optional, Tuple
 
 import numpy as np
 
@@ -14,13 +14,8 @@ from diff_encoder_sim.analysis.result_tables import NOTHING, ResultTable
 from diff_encoder_sim.analysis.results_table import Results, equal_trials, final_errors
 from diff_encoder_sim.analysis.statistics import SIGNIFICANCE, PairedResult, holm, mcnemar, spread_ratio, wilcoxon
 from diff_encoder_sim.analysis.tables import setup_columns
-from diff_encoder_sim.base.deferred import deferred
+from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.drives.topics import PoseSource
-
-if TYPE_CHECKING:
-    import pandas as pd
-else:
-    pd = deferred('pandas')
 
 # Equal pulse counts give equal errors but for rounding, which must not look like a spread.
 ROUNDED_TO = 9

@@ -5,17 +5,12 @@ from __future__ import annotations
 import itertools
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Dict, Iterator, List, Mapping, NamedTuple, Sequence, Tuple, Union
+from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Sequence, Tuple, Union
 
 from tabulate import tabulate
 
 from diff_encoder_sim.analysis.quantities import POSES, QUANTITIES
-from diff_encoder_sim.base.deferred import deferred
-
-if TYPE_CHECKING:
-    import pandas as pd
-else:
-    pd = deferred('pandas')
+from diff_encoder_sim.base.deferred import pandas as pd
 
 # This number of groups of columns fits the width of a page; others follow below, with the key columns again.
 GROUPS_ABREAST = 4

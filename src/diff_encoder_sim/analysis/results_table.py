@@ -30,13 +30,13 @@ import math
 import multiprocessing
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
 from diff_encoder_sim.analysis.encoder_labels import IDEAL, ppr_order, ppr_text
 from diff_encoder_sim.analysis.quantities import MINUS_TRUTH, QUANTITIES, Quantity
-from diff_encoder_sim.base.deferred import deferred
+from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.processes import interrupts_blocked, usable_cores
 from diff_encoder_sim.base.se2 import Pose2D, PoseSeries, wrap_angle, wrap_angles
@@ -50,11 +50,6 @@ from diff_encoder_sim.drives.trial_recording import POSE_TOPICS, TrialRecording,
 from diff_encoder_sim.trials.campaign_cells import BAGS, VARIANT
 from diff_encoder_sim.trials.results import MANIFEST, PARTS, TABLE, TrialRow, TrialsTable, header
 
-if TYPE_CHECKING:
-    import pandas as pd
-else:
-    pd = deferred('pandas')
-
 log = logging.getLogger(__name__)
 
 # The paper's tests, first in every table; others follow.
@@ -64,6 +59,7 @@ STANDARD_TESTS = ('SL', 'SMT', 'DLD')
 LARGEST_NUMBER = 1e9
 
 MOST_POINTS = 600  # of a path
+SUCCEEDED = Outcome.SUCCEEDED.value
 BAGS_PER_TASK = 4  # sent to a process at a time: enough to make the overhead negligible
 
 # Odometry begins anywhere; the other sources estimate the pose in the map.
@@ -192,9 +188,6 @@ def read_campaign(folder: Path) -> Results:
     if len(bags) < len(rows):
         text = f'has bags of {len(bags)} of {len(rows)} trials; the others have no errors along the path'
         notes.append(f'{folder / BAGS}: {text}')
-    foreign = sorted(set(bags_in(folder / BAGS)) - set(bags.values()))
-    if foreign:
-        notes.append(f'{foreign[0]}: not a bag of trials.csv ({len(foreign)} such); left out')
     for index, bag in zip(bags, read_bag_trials(list(bags.values()))):
         differing = [] if isinstance(bag, str) else _differing(bag, rows[index], requested[rows[index].test], robots)
         if isinstance(bag, str):

@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Dict, List, NamedTuple, Optional, Sequence
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence
 
 import numpy as np
 
 from diff_encoder_sim.analysis.encoder_labels import IDEAL, ppr_text, ppr_values
 from diff_encoder_sim.analysis.quantities import LEVEL, MINUS_TRUTH, POSES, QUANTITIES, YAW, Quantity, X
 from diff_encoder_sim.analysis.result_tables import ResultTable
-from diff_encoder_sim.analysis.results_table import ALIGNMENTS, RPES, Results, encoders, equal_trials, final_errors
+from diff_encoder_sim.analysis.results_table import (
+    ALIGNMENTS,
+    RPES,
+    SUCCEEDED,
+    Results,
+    encoders,
+    equal_trials,
+    final_errors,
+)
 from diff_encoder_sim.analysis.statistics import (
     bootstrap_std_interval,
     mean_interval,
@@ -19,18 +27,10 @@ from diff_encoder_sim.analysis.statistics import (
     wilcoxon,
     wilson,
 )
-from diff_encoder_sim.base.deferred import deferred
-from diff_encoder_sim.drives.trial_definition import Outcome
+from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.trials.campaign_cells import VARIANT
 
-if TYPE_CHECKING:
-    import pandas as pd
-else:
-    pd = deferred('pandas')
-
 Columns = Dict[str, Any]  # a row of a table by its columns
-
-SUCCEEDED = Outcome.SUCCEEDED.value
 
 
 def all_tables(results: Results) -> List[ResultTable]:

@@ -3,21 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, List
+from typing import List
 
 import numpy as np
 from tabulate import tabulate
 
 from diff_encoder_sim.analysis.quantities import MINUS_TRUTH, POSES, X, Y
-from diff_encoder_sim.analysis.results_table import Results, are_within, final_errors, varied_texts
+from diff_encoder_sim.analysis.results_table import SUCCEEDED, Results, are_within, final_errors, varied_texts
 from diff_encoder_sim.analysis.within_tolerance import TOLERANCE_TEXT
-from diff_encoder_sim.base.deferred import deferred
-from diff_encoder_sim.drives.trial_definition import Outcome
-
-if TYPE_CHECKING:
-    import pandas as pd
-else:
-    pd = deferred('pandas')
+from diff_encoder_sim.base.deferred import pandas as pd
 
 SOURCES_LEGEND = (
     'odom: wheel odometry; amcl: last /amcl_pose; global: pose estimate (/global_pose); world: ground truth;\n'
@@ -42,7 +36,7 @@ def cell_table(results: Results) -> str:
     headers = ['test', 'PPR', 'trials', 'succeeded', *_pose_headers('%', 'std dev\n[m]')]
     rows = []
     for _, of_cell in results.trials.groupby('cell', sort=False):
-        first, succeeded = of_cell.iloc[0], (of_cell['outcome'] == Outcome.SUCCEEDED.value).sum()
+        first, succeeded = of_cell.iloc[0], (of_cell['outcome'] == SUCCEEDED).sum()
         row = [_name(results, first), first['ppr'], f'{len(of_cell)}', f'{succeeded}']
         for pose in POSES:
             within = are_within(of_cell, pose)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import importlib
-from typing import Any, Callable
+from typing import TYPE_CHECKING, Any, Callable
+
+__all__ = ['deferred', 'pandas']
 
 
 class _Deferred:
@@ -21,3 +23,9 @@ class _Deferred:
 def deferred(name: str, load: Callable[[str], Any] = importlib.import_module) -> Any:
     """Return what can be used in place of a module, by its full name; `load` imports it."""
     return _Deferred(name, load)
+
+
+if TYPE_CHECKING:
+    import pandas
+else:
+    pandas = deferred('pandas')

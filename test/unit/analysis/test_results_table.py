@@ -162,13 +162,11 @@ def test_bags_that_do_not_fit_are_named_and_their_rows_stay(folder):
     shutil.copy(bags / 'SMT_90_001.bag', bags / 'SL_40_002.bag')
     (bags / 'SL_90_001.bag').unlink()
     write_bag(bags / 'SL_90_001.bag', trial(number=1, ppr=90, nav='embedded', wheel_diameter=0.15))
-    shutil.copy(bags / 'SL_90_002.bag', bags / 'mine.bag')
     results = load_results([folder])
     assert (results.trials['bag'] == '').tolist() == 3 * [True] + 5 * [False]
-    assert results.notes[0].startswith(f'{bags}/mine.bag: not a bag of trials.csv (1 such)')
-    assert f'{bags}/SL_40_001.bag: not a readable bag' in results.notes[1]
-    assert f'{bags}/SL_40_002.bag: differs in test, number, ppr ' in results.notes[2]
-    assert f'{bags}/SL_90_001.bag: differs in wheel_diameter, wheel_separation ' in results.notes[3]
+    assert f'{bags}/SL_40_001.bag: not a readable bag' in results.notes[0]
+    assert f'{bags}/SL_40_002.bag: differs in test, number, ppr ' in results.notes[1]
+    assert f'{bags}/SL_90_001.bag: differs in wheel_diameter, wheel_separation ' in results.notes[2]
 
 
 def test_without_bags_only_the_table_is_analysed(folder):

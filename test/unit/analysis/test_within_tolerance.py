@@ -3,13 +3,7 @@
 import pytest
 
 from diff_encoder_sim.analysis.quantities import MINUS_TRUTH
-from diff_encoder_sim.analysis.within_tolerance import (
-    Sufficiency,
-    fewest_trials,
-    fraction_within,
-    headline,
-    summary_rows,
-)
+from diff_encoder_sim.analysis.within_tolerance import Sufficiency, fewest_trials, fractions_within, headline
 from trial_tables import IN, OUT, TURNED, both, cell, results_of, rows, trial
 
 TOLERANCE = 'within 0.05 m in x and y and 3 degrees'
@@ -21,17 +15,19 @@ ENOUGH = f'Encoders with which at least 80 % of trials end {TOLERANCE} (95 % con
 
 
 def fraction(trials, pose='odom'):
-    return fraction_within(results_of(trials).trials, pose)
+    found = fractions_within(results_of(trials))
+    return found[found['pose'] == pose].iloc[0]
 
 
 def headline_of(*cells):
     results = results_of(*cells)
-    return headline(summary_rows(results), results.trials)
+    return headline(fractions_within(results), results.trials)
 
 
 def test_a_fraction_is_of_the_trials_with_a_pose_and_joint_over_position_and_heading():
     trials = cell('SL', '90', 'odom', [IN, IN, OUT, TURNED, None])
-    assert fraction(trials)[:4] == (4, 2, 3, 3) and fraction(trials, 'world') is None
+    assert tuple(fraction(trials)[['trials', 'within', 'position', 'heading']]) == (4, 2, 3, 3)
+    assert fraction(trials, 'world')['trials'] == 0
 
 
 def test_odometry_is_compared_with_the_goal_and_with_the_truth():
@@ -52,7 +48,7 @@ def test_odometry_is_compared_with_the_goal_and_with_the_truth():
 )
 def test_a_fraction_is_sufficient_by_wilsons_interval(inside, sufficiency):
     # 28 of 30: 0.787 to 0.982; 29: 0.833 to 0.994; 20: 0.488 to 0.808; 19: 0.455 to 0.781.
-    assert fraction(cell('SL', '90', 'odom', rows(inside, 30 - inside))).sufficiency is sufficiency
+    assert fraction(cell('SL', '90', 'odom', rows(inside, 30 - inside)))['sufficiency'] == sufficiency.value
     assert fewest_trials() == 16  # n / (n + 1.96^2) >= 0.8 from n = 15.4 on
 
 
@@ -80,8 +76,8 @@ def test_the_headline_names_encoders_by_test_and_pose():
 def test_few_trials_are_counted():
     found = headline_of(both('SL', '40', (5, 0), (1, 4)), both('SL', '90', (4, 1), (5, 0)))
     assert found.statement.startswith('5 trials per cell: too few trials (16 needed')
-    assert found.by_source == dict(zip(TEXTS, ('SL: 9 of 10', 'SL: 6 of 10', 'SL: 5 of 10')))
-    assert headline_of([trial('SL', '40', 1, 'lost')]).by_source == {}
+    assert found.by_pose == dict(zip(TEXTS, ('SL: 9 of 10', 'SL: 6 of 10', 'SL: 5 of 10')))
+    assert headline_of([trial('SL', '40', 1, 'lost')]).by_pose == {}
 
 
 def test_the_text_is_a_line_for_each_pose():
@@ -98,8 +94,8 @@ def test_the_text_is_a_line_for_each_pose():
 
 def test_parameters_are_named_by_the_last_part_of_their_keys():
     made = [trial('SL', '40', 1, world=IN, **{'config.slip': slip}) for slip in ('0', '0.1')]
-    found = summary_rows(results_of(made, varied=['config.slip']))
-    assert {(row.setup, row.name) for row in found} == {
+    found = fractions_within(results_of(made, varied=['config.slip']))
+    assert set(zip(found['setup'], found['name'])) == {
         ('SL, config.slip 0', 'SL (slip 0)'),
         ('SL, config.slip 0.1', 'SL (slip 0.1)'),
     }

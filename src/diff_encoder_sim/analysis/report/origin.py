@@ -6,7 +6,7 @@ import importlib.metadata
 import platform
 import shlex
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import yaml
 
@@ -14,12 +14,7 @@ from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.result_tables import ResultTable, html_table
 from diff_encoder_sim.analysis.results_table import Results
 from diff_encoder_sim.base.command_line import CONSOLE
-from diff_encoder_sim.base.deferred import deferred
-
-if TYPE_CHECKING:
-    import pandas as pd
-else:
-    pd = deferred('pandas')
+from diff_encoder_sim.base.deferred import pandas as pd
 
 # The analysis computes and draws with them; the campaign's own versions are in its manifest.
 LIBRARIES = ('numpy', 'pandas', 'scipy', 'matplotlib')

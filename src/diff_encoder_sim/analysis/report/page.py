@@ -6,7 +6,7 @@ import math
 import os
 import urllib.parse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Dict, List, Optional, Sequence
+from typing import Any, Dict, List, Optional, Sequence
 
 from diff_encoder_sim.analysis.closed_form import closed_form_table
 from diff_encoder_sim.analysis.dataset import dataset_of
@@ -21,24 +21,19 @@ from diff_encoder_sim.analysis.report.origin import encoder_section, provenance,
 from diff_encoder_sim.analysis.report.pictures import data_uri
 from diff_encoder_sim.analysis.report.trial_charts import trial_charts
 from diff_encoder_sim.analysis.result_tables import ResultTable, html_table
-from diff_encoder_sim.analysis.results_table import Results, encoders, first_of_cells, sample_text
+from diff_encoder_sim.analysis.results_table import SUCCEEDED, Results, encoders, first_of_cells, sample_text
 from diff_encoder_sim.analysis.table import html_table as html_table_of_paper
-from diff_encoder_sim.analysis.tables import SUCCEEDED, VARIANTS, first_variant
+from diff_encoder_sim.analysis.tables import VARIANTS, first_variant
 from diff_encoder_sim.analysis.within_tolerance import (
     COMPARED_POSES,
     TOLERANCE_TEXT,
     Headline,
-    SummaryRow,
+    fractions_within,
     headline,
-    summary_rows,
 )
-from diff_encoder_sim.base.deferred import deferred
+from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE
-
-if TYPE_CHECKING:
-    import pandas as pd
-else:
-    pd = deferred('pandas')
+from diff_encoder_sim.trials.campaign_cells import VARIANT
 
 TEMPLATE = 'page.html'
 
@@ -64,8 +59,8 @@ def write_report(
     Raises:
         OSError: a figure cannot be read, or the file not be written.
     """
-    rows, shown = summary_rows(results), first_of_cells(results.trials)
-    lead, closed_form = headline(rows, results.trials), closed_form_table(results)
+    fractions, shown = fractions_within(results), first_of_cells(results.trials)
+    lead, closed_form = headline(fractions, results.trials), closed_form_table(results)
     of_differences, of_variants = difference_table(compared), [table for table in tables if table.name == VARIANTS]
     dataset, of_shown = dataset_of(results), dataset_of(results._replace(trials=shown))
     embedded = {one.name: {'caption': one.caption, 'uri': data_uri(one.svg, one.png)} for one in figures}
@@ -79,7 +74,7 @@ def write_report(
         robot=robot_section(results),
         real_encoders=encoder_section(results),
         origin=provenance(results),
-        summary=summary_content(rows, first_variant(results.trials)),
+        summary=summary_content(results, fractions),
         paper=paper and paper_content(paper),
         variants=variants[0] if variants else None,
         figures=list(embedded.values()),
@@ -115,15 +110,16 @@ def scope_text(results: Results) -> str:
     )
 
 
-def summary_content(rows: Sequence[SummaryRow], first: str) -> Dict[str, Any]:
+def summary_content(results: Results, fractions: pd.DataFrame) -> Dict[str, Any]:
     """Collect a table of encoders by final poses for each test and set of parameters, other variants apart."""
+    first, trials = first_variant(results.trials), results.trials
+    main = set(trials['setup'][trials[VARIANT] == first] if VARIANT in results.varied else trials['setup'])
     tables: Dict[bool, Dict[str, List[Dict[str, Any]]]] = {True: {}, False: {}}
-    for row in rows:
-        of_setup = tables[row.variant in (None, first)].setdefault(
-            row.setup, [{'encoder': ppr_text(label), 'fractions': []} for label in row.fractions]
-        )
-        for entry, fraction in zip(of_setup, row.fractions.values()):
-            entry['fractions'].append(fraction)
+    for setup, of_setup in fractions.groupby('setup', sort=False):
+        tables[setup in main][setup] = [
+            {'encoder': ppr_text(label), 'fractions': of_encoder.to_dict('records')}
+            for label, of_encoder in of_setup.groupby('ppr', sort=False)
+        ]
     return {
         'tolerance': TOLERANCE_TEXT,
         'required_percent': round(100 * REQUIRED_FRACTION),

@@ -56,7 +56,7 @@ def page_of(made, folder, figures=()):
         made, all_tables(made), compare_encoders(made), figures, paper_section([dataset_of(made)]), path
     )
     page = path.read_text(encoding='utf-8')
-    for text in (lead.statement, *lead.by_source, *lead.by_source.values(), lead.failures):
+    for text in (lead.statement, *lead.by_pose, *lead.by_pose.values(), lead.failures):
         assert text in html.unescape(page)
     return page
 
