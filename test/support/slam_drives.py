@@ -93,7 +93,9 @@ def record(tour: Tour, pprs: Sequence[int] = PPRS, seed: int = 1) -> Drive:
     simulator = Simulator(
         ROOT / 'worlds' / f'{tour.world}.world', ROOT / 'urdf' / 'alto.urdf.xacro', SimulatorParams(), tour.start, seed
     )
-    wheels = {f'{ppr}': (ReportingEncoder(EncoderParams(ppr=ppr)), WheelOdometry(OdometryParams(ppr=ppr))) for ppr in pprs}
+    wheels = {
+        f'{ppr}': (ReportingEncoder(EncoderParams(ppr=ppr)), WheelOdometry(OdometryParams(ppr=ppr))) for ppr in pprs
+    }
     height_m = simulator._scan_height_m
     lidars = {
         name: Lidar(simulator.world, height_m, LidarParams(noise=noise_m), generator(seed, f'{name} scans'))

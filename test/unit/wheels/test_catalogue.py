@@ -5,18 +5,17 @@ import math
 import numpy as np
 import pytest
 
+from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.robot_file import load_robot_file
 from diff_encoder_sim.trials.robot_params import check_key, load_robot_config, override
 from diff_encoder_sim.wheels.catalogue import chosen, encoder_names, load_encoder, load_encoders, resolution_text
-from diff_encoder_sim.wheels.counter import count_difference
+from diff_encoder_sim.wheels.chain import Chain
+from diff_encoder_sim.wheels.counter import wrap_count
 from diff_encoder_sim.wheels.encoder_params import EncoderModel, PerWheel
-from diff_encoder_sim.wheels.wheel_encoder import ReportingEncoder
 from places import CONFIG, ROOT
 
 NAMES = encoder_names(CONFIG)
-
-JOINTS = ['left_wheel_joint', 'right_wheel_joint']
 
 # Counts per wheel revolution, as the manuals print them.
 PUBLISHED = {
@@ -70,20 +69,15 @@ def test_a_shipped_encoder_has_the_counts_that_its_manual_states(name):
 
 @pytest.mark.parametrize('name', NAMES)
 def test_a_shipped_encoder_counts_ten_turns_of_the_wheel(name):
-    encoder, turns = shipped(name), 10
-    counting = ReportingEncoder(encoder.params)
-    angles_rad = np.linspace(0.0, 2 * math.pi * turns, 2001).tolist()
-    updates = [counting.update(step * 10_000_000, JOINTS, [angle] * 2) for step, angle in enumerate(angles_rad)]
-    samples = [sample for update in updates for sample in update]
+    encoder = shipped(name)
+    angles_rad = np.repeat(np.linspace(0.0, 20 * math.pi, 2001)[:, np.newaxis], 2, axis=1)
+    found = Chain(encoder.params).run(Drive(10_000_000 * np.arange(2001), angles_rad))
     # The last report before the end of the drive.
-    turned = samples[-1].stamp_ns / 20e9 * turns * encoder.counts_per_wheel_turn
+    turned = found.stamps_ns[0, -1] / 2e9 * encoder.counts_per_wheel_turn
     # A reading at either end: its rounding, and the sensor's own errors.
     sd = math.sqrt(2 * (1 / 12 + encoder.params.encoder.pulse_variance(encoder.counts_per_wheel_turn)))
-    for wheel in ('left_pulses', 'right_pulses'):
-        readings = [getattr(sample, wheel) for sample in samples]
-        steps = zip(readings, readings[1:])
-        counted = sum(count_difference(new, old, encoder.params.counter_modulus) for old, new in steps)
-        assert counted == pytest.approx(turned, abs=4 * sd)
+    counted = wrap_count(np.diff(found.counts[0], axis=0), encoder.params.counter_modulus).sum(axis=0)
+    assert counted == pytest.approx([turned, turned], abs=4 * sd)
 
 
 @pytest.mark.parametrize('name', NAMES)

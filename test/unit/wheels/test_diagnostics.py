@@ -19,54 +19,46 @@ from diff_encoder_sim.wheels.report_link import EncoderSample
 
 PERIOD_S, PERIOD_NS = 0.05, 50_000_000
 
-WINDOW_RADPS, TIMEOUT_S = 1.0, 1.0
+TIMEOUT_S = 1.0
 
 
-class Robot:
-    """Two wheels whose commanded and true speeds are set."""
-
-    def __init__(self, ppr=40):
-        self.rad_per_count = 2 * math.pi / ppr
-        self.watch = FollowingError((self.rad_per_count,) * 2, WINDOW_RADPS, TIMEOUT_S)
-        self.angles, self.time_ns = [0.3, 0.1], 0
-
-    def run(self, seconds, commanded, turning, renewed=True):
+def followed(legs, ppr=40):
+    """How long errors last [s], and how large they are, after each leg (seconds, commanded, turning) of both wheels."""
+    rad_per_count = 2 * math.pi / ppr
+    watch, angles, index = FollowingError((rad_per_count,) * 2, 1.0, TIMEOUT_S), np.array([0.3, 0.1]), 0
+    for seconds, commanded, turning in legs:
         for _ in range(round(seconds / PERIOD_S)):
-            if renewed:
-                self.watch.take_command(*commanded)
-            self.time_ns += PERIOD_NS
-            self.angles = [angle + speed * PERIOD_S for angle, speed in zip(self.angles, turning)]
-            self.watch.take_report(self.time_ns, *(math.floor(angle / self.rad_per_count) for angle in self.angles))
-        return self.watch.lasts_s()
+            if commanded is not None:
+                watch.take_command(*commanded)
+            index, angles = index + 1, angles + np.multiply(turning, PERIOD_S)
+            watch.take_report(index * PERIOD_NS, *np.floor(angles / rad_per_count).astype(int).tolist())
+        yield (*watch.lasts_s(), *watch.errors_radps)
 
 
 @pytest.mark.parametrize('ppr', [12, 40, 4096])
 @pytest.mark.parametrize('speed', [0.0, 0.2, 4.5, -4.5])
 def test_wheels_that_follow_have_no_error_whatever_the_resolution(ppr, speed):
-    robot = Robot(ppr)
-    for _ in range(100):
-        assert robot.run(0.1, (speed, -speed), (speed, -speed)) == (0.0, 0.0)
+    assert {each[:2] for each in followed([(0.1, (speed, -speed), (speed, -speed))] * 100, ppr)} == {(0.0, 0.0)}
+
+
+BOTH = (4.5, 4.5)
 
 
 def test_a_blocked_wheel_is_noticed_after_the_timeout_and_forgotten_when_it_turns_again():
-    robot = Robot()
-    robot.run(2.0, (4.5, 4.5), (4.5, 4.5))
-    assert robot.run(1.0, (4.5, 4.5), (0.0, 4.5)) == (0.0, 0.0)
-    left_s, right_s = robot.run(1.0, (4.5, 4.5), (0.0, 4.5))
-    assert 1.7 < left_s <= 2.0 and right_s == 0.0
-    assert robot.watch.errors_radps == pytest.approx((-4.5, 0.0), abs=robot.rad_per_count / 0.25)
-    assert robot.run(1.0, (4.5, 4.5), (4.5, 4.5)) == (0.0, 0.0)
+    blocked = (1.0, BOTH, (0.0, 4.5))
+    well, at_once, later, again = followed([(2.0, BOTH, BOTH), blocked, blocked, (1.0, BOTH, BOTH)])
+    assert well[:2] == at_once[:2] == again[:2] == (0.0, 0.0)
+    assert 1.7 < later[0] <= 2.0 and later[1] == 0.0
+    assert later[2:] == pytest.approx((-4.5, 0.0), abs=2 * math.pi / 40 / 0.25)
 
 
 def test_a_wheel_that_counts_the_wrong_way_is_noticed():
-    assert Robot().run(3.0, (2.0, 2.0), (2.0, -2.0))[1] > 2.0
+    assert next(followed([(3.0, (2.0, 2.0), (2.0, -2.0))]))[1] > 2.0
 
 
 def test_without_commands_there_is_nothing_to_follow():
-    robot = Robot()
-    assert robot.run(3.0, (0.0, 0.0), (4.5, 4.5), renewed=False) == (0.0, 0.0)
-    robot.run(1.0, (4.5, 4.5), (4.5, 4.5))
-    assert robot.run(5.0, (4.5, 4.5), (0.0, 0.0), renewed=False) == (0.0, 0.0)
+    legs = [(3.0, None, BOTH), (1.0, BOTH, BOTH), (5.0, None, (0.0, 0.0))]
+    assert {each[:2] for each in followed(legs)} == {(0.0, 0.0)}
 
 
 def count_of(stamps_ns, rate_hz=20.0):
@@ -83,15 +75,10 @@ def test_each_gap_counts_as_many_as_are_missing(probability):
     assert count_of(came * PERIOD_NS) == came[-1] - came[0] + 1 - len(came)
 
 
-@pytest.mark.parametrize('jitter', [0.1, 0.4])
-def test_jitter_is_no_loss(jitter):
-    rng = np.random.default_rng(1)
-    assert count_of((np.arange(5000) + rng.uniform(0.0, jitter, 5000)) * PERIOD_NS) == 0
-
-
-@pytest.mark.parametrize('skew', [-3e-3, 1e-3, 3e-3])
-def test_a_clock_that_is_slow_or_fast_is_no_loss(skew):
-    assert count_of(np.arange(20_000) * PERIOD_NS * (1.0 + skew)) == 0
+@pytest.mark.parametrize(('jitter', 'skew'), [(0.1, 0.0), (0.4, 0.0), (0.0, -3e-3), (0.0, 3e-3)])
+def test_jitter_and_a_slow_or_fast_clock_are_no_loss(jitter, skew):
+    late = np.random.default_rng(1).uniform(0.0, jitter, 20_000)
+    assert count_of((np.arange(20_000) * (1.0 + skew) + late) * PERIOD_NS) == 0
 
 
 def test_counts_and_reports_per_second_and_what_was_dropped():
@@ -140,19 +127,10 @@ SPEED_MPS = 80 * math.pi * 0.2 / PPR
 def test_all_is_well_in_an_ordinary_drive():
     warning, values = Node().drive(60, command=(SPEED_MPS, 0.0))
     assert warning == ''
-    assert values == pytest.approx(
-        {
-            'counts per second, left': 80.0,
-            'counts per second, right': 80.0,
-            'reports per second': 20.0,
-            'lost reports': 0,
-            'late or repeated reports': 0,
-            'counter restarts': 0,
-            'following error, left [rad/s]': 0.0,
-            'following error, right [rad/s]': 0.0,
-        },
-        abs=1e-9,
-    )
+    sides = {f'counts per second, {side}': 80.0 for side in ('left', 'right')}
+    errors = {f'following error, {side} [rad/s]': 0.0 for side in ('left', 'right')}
+    none = dict.fromkeys(('lost reports', 'late or repeated reports', 'counter restarts'), 0)
+    assert values == pytest.approx({**sides, 'reports per second': 20.0, **none, **errors}, abs=1e-9)
 
 
 def test_what_is_lost_is_warned_of_once_and_stays_counted():
