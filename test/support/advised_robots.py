@@ -20,7 +20,7 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.navigation.goal_stopping import StopSpread
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 from drawn_drives import line, robot_of
-from synthetic_trials import ALTO
+from trial_tables import ALTO
 
 REQUIREMENT = Requirement(0.8, 0.05, math.radians(3.0), 0.95)
 STOP = StopSpread(0.005, 0.01)

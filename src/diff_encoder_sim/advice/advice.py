@@ -8,7 +8,7 @@ from diff_encoder_sim.advice.answers import Answer, Budget, Criterion, Requireme
 from diff_encoder_sim.advice.encoder_search import TrialCounts
 from diff_encoder_sim.advice.listed_encoders import ListedEncoder
 from diff_encoder_sim.advice.odometry_curve import OdometryCurves, closed_form_counts
-from diff_encoder_sim.analysis.dataset import RobotGeometry
+from diff_encoder_sim.analysis.results_table import RobotGeometry
 from diff_encoder_sim.navigation.goal_stopping import StopSpread
 
 

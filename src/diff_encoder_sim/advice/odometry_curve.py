@@ -12,7 +12,7 @@ from diff_encoder_sim.advice.drawn_robot import ROBOTS_CAUSES, Amounts
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.encoder_search import TrialCounts, monotone_fractions
 from diff_encoder_sim.analysis.closed_form import STRAIGHT_WITHIN, closed_form_std
-from diff_encoder_sim.analysis.dataset import RobotGeometry
+from diff_encoder_sim.analysis.results_table import RobotGeometry
 from diff_encoder_sim.analysis.statistics import Interval, wilson
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.drives.trial_definition import Trial

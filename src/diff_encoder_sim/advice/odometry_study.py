@@ -13,7 +13,7 @@ from diff_encoder_sim.advice.error_free_drives import ErrorFreeDrive, navigated,
 from diff_encoder_sim.advice.listed_encoders import candidates_of, finest_real, recommended
 from diff_encoder_sim.advice.odometry_answer import ENCODER_CAUSES, limited_answer, odometry_answer, odometry_budgets
 from diff_encoder_sim.advice.odometry_curve import OdometryCurves, counts_by_ppr
-from diff_encoder_sim.analysis.dataset import RobotGeometry
+from diff_encoder_sim.analysis.results_table import RobotGeometry
 from diff_encoder_sim.drives.trial_definition import TrialPlan
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.trials.campaign_cells import Campaign, RequestedTrial

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import itertools
-import math
 from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
@@ -27,16 +26,16 @@ from diff_encoder_sim.advice.encoder_search import Asked, RankAnswer, TrialCount
 from diff_encoder_sim.advice.listed_encoders import Candidate, candidates_of
 from diff_encoder_sim.advice.odometry_answer import EDGES, MISSED, SENSOR_ERRORS, UNEVEN_LINES
 from diff_encoder_sim.advice.odometry_curve import local_counts
-from diff_encoder_sim.analysis.dataset import TrialData
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
+from diff_encoder_sim.analysis.results_table import SUCCEEDED
 from diff_encoder_sim.analysis.within_tolerance import Sufficiency
 from diff_encoder_sim.base.deferred import deferred
+from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.base.params import flat
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angles
-from diff_encoder_sim.drives.topics import PoseSource
-from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.simulation.simulator import WheelErrorParams
 from diff_encoder_sim.trials.campaign_cells import Campaign
+from diff_encoder_sim.trials.results import PARTS
 from diff_encoder_sim.trials.robot_params import RobotParams, parts_with
 from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, NO_FAULTS
 
@@ -104,8 +103,9 @@ FEWEST_FOR_BUDGET = 8
 # Odometry of closed-loop trials is compared with this number of sampled drives; chance of a false alarm.
 DRAWS, FALSE_ALARM = 2000, 0.01
 
-# Runs the trials of each test with an encoder, by its label, and a set of parameters, by its name, and returns them.
-TrialsWith = Callable[[str, str], Sequence[TrialData]]
+# Runs the trials of each test with an encoder, by its label, and a set of parameters, by its name, and returns them as
+# the table of results.
+TrialsWith = Callable[[str, str], pd.DataFrame]
 
 
 class GoalTrials(NamedTuple):
@@ -155,19 +155,18 @@ class GoalTrials(NamedTuple):
         return np.asarray(self.succeeded & np.isfinite(poses).all(axis=1))
 
 
-def goal_trials(trials: Sequence[TrialData], goal_in_map: Pose2D) -> GoalTrials:
+def goal_trials(trials: pd.DataFrame, goal_in_map: Pose2D) -> GoalTrials:
     """Convert the trials of one test."""
-    ordered = sorted(trials, key=lambda trial: trial.trial)
-    unknown = Pose2D(math.nan, math.nan, math.nan)
     estimate, truth, odometry = (
-        np.array([trial.errors.get(source) or unknown for trial in ordered], dtype=float).reshape(-1, 3)
-        for source in (PoseSource.GLOBAL, PoseSource.WORLD, PoseSource.ODOM)
+        trials[[f'{pose}_{part}' for part in PARTS]].to_numpy(dtype=float) for pose in ('global', 'world', 'odom')
     )
-    succeeded = np.array([trial.outcome is Outcome.SUCCEEDED for trial in ordered], dtype=bool)
-    failed = next((trial for trial in ordered if trial.outcome is not Outcome.SUCCEEDED), None)
-    failure = f'{failed.outcome.text}{failed.reason and f": {failed.reason}"}' if failed else ''
-    numbers = np.array([trial.trial for trial in ordered], dtype=int)
-    return GoalTrials(goal_in_map, numbers, succeeded, estimate, truth, odometry, failure)
+    succeeded = (trials['outcome'] == SUCCEEDED).to_numpy()
+    failures = [
+        f'{outcome.replace("_", " ")}{reason and f": {reason}"}'
+        for outcome, reason in zip(trials['outcome'][~succeeded], trials['reason'][~succeeded])
+    ]
+    numbers = trials['trial'].to_numpy(dtype=int)
+    return GoalTrials(goal_in_map, numbers, succeeded, estimate, truth, odometry, failures[0] if failures else '')
 
 
 def study_trials(campaign: Campaign, advice: Advice, trials_with: TrialsWith) -> Advice:
@@ -230,8 +229,7 @@ class _Runs:
         if key not in self._trials:
             found = self._trials_with(self.candidates[rank].label, key[1])
             self._trials[key] = {
-                test: goal_trials([trial for trial in found if trial.test == test], goal)
-                for test, goal in self._goals.items()
+                test: goal_trials(found[found['test'] == test], goal) for test, goal in self._goals.items()
             }
         return self._trials[key]
 

@@ -364,23 +364,20 @@ def variant_table(results: Results) -> Optional[ResultTable]:
     errors = variant_errors(results)
     if errors.empty:
         return None
-    labels, rows = encoders(results.trials), []
-    for setup, of_setup in results.trials.groupby('setup', sort=False):
-        for kind in KINDS:
-            row = {**setup_columns(results, of_setup.iloc[0]), 'error': kind}
-            for label in labels:
-                found = errors[(errors['setup'] == setup) & (errors['ppr'] == label) & (errors['error'] == kind)]
-                entries = [None] * 3 + ['', None] if found.empty else _variant_entries(found.iloc[0])
-                row.update(zip(_variant_columns(label), entries))
-            rows.append(row)
-    decimals: Dict[str, Any] = {}
-    of_row = [KINDS[row['error']][1] for row in rows]
-    for label in labels:
-        median, quartiles, ratio, _, failed = _variant_columns(label)
-        decimals.update({median: of_row, quartiles: of_row, ratio: 2, failed: 0})
-    heads = {
-        name: (ppr_text(label), head) for label in labels for name, head in zip(_variant_columns(label), _OF_VARIANT)
-    }
+    keys, labels = ['test', *results.varied, 'error'], encoders(results.trials)
+    has_interval, bounds = np.isfinite(errors['ratio_high']), zip(errors['ratio_low'], errors['ratio_high'])
+    intervals = [f'{low:.3g} to {high:.3g}' if is_known else '' for is_known, (low, high) in zip(has_interval, bounds)]
+    errors = errors.assign(quartiles=errors['high'] - errors['low'], **{'95 %': intervals}).astype(object)
+    wide = errors.pivot(index=keys, columns='ppr', values=list(_OF_VARIANT))
+    setups = results.trials[keys[:-1]].drop_duplicates().itertuples(index=False)
+    wide = wide.reindex(pd.MultiIndex.from_tuples([(*setup, kind) for setup in setups for kind in KINDS], names=keys))
+    names = {(head, label): f'ppr{label}_{head}'.replace(' ', '_') for label in labels for head in _OF_VARIANT}
+    exact = wide[list(names)].set_axis(names.values(), axis=1).reset_index()
+    of_row = [KINDS[kind][1] for kind in exact['error']]
+    of_head = {'median': of_row, 'quartiles': of_row, 'ratio': 2, 'failed': 0}
+    decimals: Dict[str, Any] = {name: of_head[head] for (head, _), name in names.items() if head in of_head}
+    exact = exact.fillna({name: '' for name in names.values() if name not in decimals})
+    heads = {name: (ppr_text(label), head) for (head, label), name in names.items()}
     counted = 'All trials that ended with a pose count, where they ended; failed: how many did not succeed.'
     first = f'Ratio: of the errors to those of equal trials of the variant {first_variant(results.trials)!r}'
     notes = [
@@ -388,15 +385,4 @@ def variant_table(results: Results) -> Optional[ResultTable]:
         f"{first}, by the signed ranks of its logarithm, with the comparison's own 95 % interval (from six trials on).",
     ]
     title = "Variants: the odometry's own final error, /odom minus /world_pose"
-    return ResultTable(VARIANTS, title, pd.DataFrame(rows, dtype=object), heads, decimals, notes)
-
-
-def _variant_columns(label: str) -> List[str]:
-    return [f'ppr{label}_{head}'.replace(' ', '_') for head in _OF_VARIANT]
-
-
-def _variant_entries(error: pd.Series) -> List[Any]:
-    """Return an entry for each of `_OF_VARIANT`."""
-    interval = f'{error["ratio_low"]:.3g} to {error["ratio_high"]:.3g}' if math.isfinite(error['ratio_high']) else ''
-    ratio = None if pd.isna(error['ratio']) else error['ratio']
-    return [error['median'], error['high'] - error['low'], ratio, interval, error['failed']]
+    return ResultTable(VARIANTS, title, exact, heads, decimals, notes)

@@ -10,7 +10,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Type
+from typing import Any, Dict, Mapping, Optional, Sequence, Tuple, Type
 
 from diff_encoder_sim.advice.advice import Advice
 from diff_encoder_sim.advice.advice_page import write_page
@@ -26,13 +26,14 @@ from diff_encoder_sim.advice.encoder_search import FORGIVEN, Asked
 from diff_encoder_sim.advice.listed_encoders import candidates_of, listed_encoders
 from diff_encoder_sim.advice.odometry_study import study_odometry, with_budgets
 from diff_encoder_sim.advice.trial_study import study_trials, switched_off
-from diff_encoder_sim.analysis.dataset import TrialData, data_of
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.quantities import LEVEL, REQUIRED_FRACTION, YAW, X
+from diff_encoder_sim.analysis.results_table import record_of, trials_table
 from diff_encoder_sim.api.campaigns import WorkerOptions, stop_reports, unrun_text, workers
 from diff_encoder_sim.api.notes import name_campaigns_encoders, name_stopping, with_checks
 from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.command_line import as_called
+from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
@@ -207,7 +208,7 @@ class CandidateTrials:
             self._store.finish()
         self._opened.__exit__(kind, error, trace)
 
-    def with_encoder(self, label: str, variant: str) -> List[TrialData]:
+    def with_encoder(self, label: str, variant: str) -> pd.DataFrame:
         """Return the trials of each test with an encoder; those without a result are run first.
 
         Args:
@@ -218,8 +219,8 @@ class CandidateTrials:
         if jobs:
             self._run(f'{ppr_text(label)}{variant and f", {variant}"}', jobs)
         most = self._options.trials or 0
-        trials = [data_of(row) for row in self._store.rows if row.ppr == label and row.trial <= most]
-        return [trial for trial in trials if dict(trial.varied).get(VARIANT, '') == variant]
+        rows = [row for row in self._store.rows if row.ppr == label and row.trial <= most]
+        return trials_table(record_of(row) for row in rows if dict(row.varied).get(VARIANT, '') == variant)
 
     def _run(self, text: str, jobs: Sequence[RequestedTrial]) -> None:
         print(text, file=sys.stderr)

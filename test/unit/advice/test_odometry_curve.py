@@ -16,7 +16,7 @@ from diff_encoder_sim.advice.odometry_curve import (
     local_counts,
     share_within,
 )
-from diff_encoder_sim.analysis.dataset import RobotGeometry
+from diff_encoder_sim.analysis.results_table import RobotGeometry
 from drawn_drives import encoder_of, line, robot_of, rolled
 
 ALTO = RobotGeometry(0.2, 0.4)

@@ -22,13 +22,12 @@ from diff_encoder_sim.advice.trial_study import (
 )
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.topics import PoseSource
-from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.robot_params import load_robot_config, override
 from diff_encoder_sim.wheels.encoder_params import EncoderModel
 from places import ROOT
-from synthetic_trials import trial_data
+from trial_tables import results_of
+from trial_tables import trial as row
 
 PPR = [20.0, 28.0, 40.0, 60.0, 90.0, 180.0, 256.0, 360.0, 512.0, 4096.0]
 
@@ -48,7 +47,7 @@ class Trials:
     def __call__(self, label, variant):
         assert variant == '' and label not in self.run, 'each candidate is run once'
         self.run.append(label)
-        return [self._trial(label, number) for number in range(1, self._count + 1)]
+        return results_of([self._trial(label, number) for number in range(1, self._count + 1)]).trials
 
     def _trial(self, label, number):
         stop, encoder = np.random.default_rng(number).normal(size=2)
@@ -57,9 +56,8 @@ class Trials:
         # A triangle from -w to w, w = S d / L.
         drawn_m = np.diff(np.random.default_rng(number).random(2))[0] * 20.0 * math.pi * 0.2 / float(label) / 0.4
         odometry_m = truth_m + (drawn_m if self._odometry_m is None else self._odometry_m)
-        errors = {PoseSource.GLOBAL: estimate_m, PoseSource.WORLD: truth_m, PoseSource.ODOM: odometry_m}
-        poses = {source: Pose2D(0.0, error_m, 0.0) for source, error_m in errors.items()}
-        return trial_data('SL', label, number)._replace(errors=poses)
+        errors_m = {'global': estimate_m, 'world': truth_m, 'odom': odometry_m}
+        return row('SL', label, number, **{pose: (0.0, error_m, 0.0) for pose, error_m in errors_m.items()})
 
 
 def study(campaign, trials):
@@ -96,7 +94,7 @@ def test_trials_that_do_not_come_to_the_goal_are_what_limits(campaign, every):
     class Failing(Trials):
         def _trial(self, label, number):
             trial = super()._trial(label, number)
-            return trial if number % every else trial._replace(outcome=Outcome.COLLISION, reason='touches wall')
+            return trial if number % every else {**trial, 'outcome': 'collision', 'reason': 'touches wall'}
 
     answer = study(campaign, Failing()).answers[Criterion.TRUTH]
     assert answer.kind is Kind.NOT_THE_LIMIT and answer.limits == []
@@ -125,9 +123,12 @@ REQUIREMENT = Requirement(0.8, 0.05, math.radians(3.0), 0.95)
 AHEAD = Pose2D(10.0, 0.0, 0.0)
 
 
-def trial(estimate, truth, odometry=(0.0, 0.0, 0.0), **other):
-    errors = {PoseSource.GLOBAL: estimate, PoseSource.WORLD: truth, PoseSource.ODOM: odometry}
-    return trial_data(**other)._replace(errors={source: Pose2D(*error) for source, error in errors.items()})
+def trial(estimate, truth, odometry=(0.0, 0.0, 0.0), number=1, outcome='succeeded'):
+    return row('SL', '90', number, outcome, odom=odometry, world=truth, **{'global': estimate})
+
+
+def goal_trials_of(rows):
+    return goal_trials(results_of(rows).trials, AHEAD)
 
 
 def trials(count, seed=1, encoder_m=0.0):
@@ -141,23 +142,22 @@ def trials(count, seed=1, encoder_m=0.0):
 
 
 def test_each_criterion_has_its_error():
-    one = goal_trials([trial((0.01, 0.0, 0.0), (0.06, 0.0, 0.0), (0.1, 0.0, 0.0))], AHEAD)
+    one = goal_trials_of([trial((0.01, 0.0, 0.0), (0.06, 0.0, 0.0), (0.1, 0.0, 0.0))])
     within = {criterion: one.counts(criterion, REQUIREMENT).within for criterion in Criterion}
     assert within == {Criterion.ODOMETRY: 1, Criterion.POSE_ESTIMATE: 1, Criterion.TRUTH: 0}
 
 
 def test_a_trial_that_gave_up_is_not_within_but_its_odometry_may_be():
-    lost = trial((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))._replace(outcome=Outcome.LOST)
-    unknown = lost._replace(errors={})
-    one = goal_trials([lost, unknown], AHEAD)
+    lost = trial((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), outcome='lost')
+    one = goal_trials_of([lost, row('SL', '90', 2, 'lost')])
     within = {criterion: one.counts(criterion, REQUIREMENT).within for criterion in Criterion}
     assert within == {Criterion.ODOMETRY: 1, Criterion.POSE_ESTIMATE: 0, Criterion.TRUTH: 0}
     assert len(one.known_numbers) == 0
 
 
 def test_the_encoders_part_is_the_difference_to_the_finest_one():
-    finest = goal_trials(trials(2000), AHEAD)
-    budget, count = truth_budget(goal_trials(trials(2000, encoder_m=0.01), AHEAD), finest, finest, {})
+    finest = goal_trials_of(trials(2000))
+    budget, count = truth_budget(goal_trials_of(trials(2000, encoder_m=0.01)), finest, finest, {})
     assert count == 2000
     assert budget.parts[STOPPING].std[0] == pytest.approx(0.003, rel=0.1)
     assert budget.parts[LOCALIZATION].bias[1] == pytest.approx(0.001, abs=2e-4)
@@ -167,7 +167,7 @@ def test_the_encoders_part_is_the_difference_to_the_finest_one():
 
 
 def test_a_cause_that_is_switched_off_has_its_own_part():
-    ends, finest = goal_trials(trials(2000, encoder_m=0.01), AHEAD), goal_trials(trials(2000), AHEAD)
+    ends, finest = goal_trials_of(trials(2000, encoder_m=0.01)), goal_trials_of(trials(2000))
     budget, _ = truth_budget(ends, ends, finest, {'wheel slip': finest})
     assert budget.parts['wheel slip'].std[1] == pytest.approx(0.01, rel=0.1)
     assert budget.parts[ENCODER].std[1] == 0.0
@@ -175,8 +175,8 @@ def test_a_cause_that_is_switched_off_has_its_own_part():
 
 
 def test_a_budget_pairs_trials_and_needs_some():
-    ends = goal_trials(trials(20), AHEAD)
-    late = goal_trials(trials(40)[13:], AHEAD)
+    ends = goal_trials_of(trials(20))
+    late = goal_trials_of(trials(40)[13:])
     assert truth_budget(ends, ends, late, {}) == (None, 7)
 
 
