@@ -1,9 +1,8 @@
 #!/usr/bin/env python3
 """Advice for odometry against a known truth: robots with random geometry, slip and encoder errors.
 
-Each robot is advised as advise does it. The truth is on fresh seeds: many draws of each candidate near what is asked
-for, and, to show that draws may stand for the truth, some one by one through the components that nodes run (encoder,
-slipping wheels, odometry). Every fifth robot is driven by the simulator, the others roll on wheels by kinematics.
+Each robot is advised as advise does it. The truth is on fresh seeds: many sampled drives of each candidate near the
+requirement. Every fifth robot is driven by the simulator, the others roll on wheels by kinematics.
 """
 
 from __future__ import annotations
@@ -35,7 +34,6 @@ from diff_encoder_sim.advice.odometry_answer import odometry_answer
 from diff_encoder_sim.advice.odometry_curve import OdometryCurves
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
-from drawn_drives import many_one_by_one
 from synthetic_robots import SyntheticRobot, synthetic_robot
 
 # Of the truth: for all candidates, and for those whose share is as near as this to the required one.
@@ -48,15 +46,6 @@ AIMS = {'meets the share': 0.95, 'within one step of the smallest that does': 0.
 WORST = 12
 
 
-class Alone(NamedTuple):
-    """Draws one by one, beside what the many let expect."""
-
-    within: int
-    draws: int
-    expected: float  # share
-    scaled: np.ndarray  # (draws, 3) errors less the mean of the many, over their standard deviation
-
-
 class Judged(NamedTuple):
     """A robot, what was advised, and the truth."""
 
@@ -67,7 +56,6 @@ class Judged(NamedTuple):
     rank: Optional[int]  # of the recommended candidate
     truth: np.ndarray  # shares by rank
     endless: float  # share with an encoder of endless resolution
-    alone: Alone
     advice_s: float
 
     @property
@@ -116,7 +104,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder, ProcessPoolExecutor(
         arguments.workers, initializer=_one_thread
     ) as executor:
-        judge = functools.partial(_judged, candidates, Path(folder), arguments.alone)
+        judge = functools.partial(_judged, candidates, Path(folder))
         judged = []
         numbers = range(arguments.first, arguments.first + arguments.robots)
         for each in executor.map(judge, numbers):
@@ -124,7 +112,6 @@ def main() -> None:
             print(f'{len(judged)} of {arguments.robots}: {_line(each, candidates)}', file=sys.stderr, flush=True)
     _print_aims(judged)
     _print_kinds(judged)
-    _print_alone(judged)
     _print_worst(judged, candidates)
     advice_s = [each.advice_s for each in judged]
     print(
@@ -143,25 +130,14 @@ def _candidate_counts() -> List[float]:
     return [float(ppr) for ppr in sweep['ppr']]
 
 
-def _judged(counts: Sequence[float], folder: Path, alone: int, number: int) -> Judged:
+def _judged(counts: Sequence[float], folder: Path, number: int) -> Judged:
     synthetic = synthetic_robot(number, folder)
     encoders = [_with_counts(synthetic.encoder, each) for each in counts]
     began_s = time.monotonic()
     answer, rank = _advised(synthetic, encoders, number)
     advice_s = time.monotonic() - began_s
     truth, endless = _truth(synthetic, encoders, number)
-    shown = encoders[-1 if rank is None else rank]
-    return Judged(
-        number,
-        synthetic.text,
-        synthetic.requirement.share,
-        answer,
-        rank,
-        truth,
-        endless,
-        _alone(synthetic, shown, number, alone),
-        advice_s,
-    )
+    return Judged(number, synthetic.text, synthetic.requirement.share, answer, rank, truth, endless, advice_s)
 
 
 def _with_counts(params: EncoderParams, counts: float) -> EncoderParams:
@@ -207,14 +183,6 @@ def _fresh_errors(
     return [np.concatenate(errors) for errors in zip(*portions)]
 
 
-def _alone(synthetic: SyntheticRobot, encoder: EncoderParams, number: int, draws: int) -> Alone:
-    (many,) = _fresh_errors(synthetic, [encoder], number, 10 * OF_ONE_SEED)
-    errors = many_one_by_one(synthetic.drive, synthetic.robot, encoder, range(FRESH * number, FRESH * number + draws))
-    within = synthetic.requirement.within(errors)
-    scaled = (errors - many.mean(axis=0)) / np.maximum(many.std(axis=0), 1e-9)
-    return Alone(int(within.sum()), draws, float(np.mean(synthetic.requirement.within(many))), scaled)
-
-
 def _print_aims(judged: Sequence[Judged]) -> None:
     advised = [each for each in judged if each.rank is not None]
     if not advised:
@@ -245,27 +213,6 @@ def _print_kinds(judged: Sequence[Judged]) -> None:
     print(f'\n{tabulate(rows, ["answer", "robots", "wrong"])}')
 
 
-def _print_alone(judged: Sequence[Judged]) -> None:
-    """Compare draws one by one with the many: shares, means and spreads."""
-    alone = [each.alone for each in judged]
-    variance = np.array([max(one.draws * one.expected * (1.0 - one.expected), 0.05) for one in alone])
-    differences = np.array([one.within - one.draws * one.expected for one in alone])
-    total = differences.sum() / math.sqrt(variance.sum())
-    squares = float(np.sum(differences**2 / variance))
-    scaled = np.concatenate([one.scaled for one in alone])
-    print(
-        f'\n{len(scaled)} draws one by one through encoder, slipping wheels and odometry: '
-        f'{sum(one.within for one in alone)} within, {sum(one.draws * one.expected for one in alone):.1f} expected of '
-        f'the many draws at once ({total:+.2f} standard deviations; robot by robot chi^2 {squares:.0f} of '
-        f'{len(alone)}).'
-    )
-    rows = [
-        [axis, f'{values.mean():+.3f}', f'{1.0 / math.sqrt(len(values)):.3f}', f'{math.sqrt(np.mean(values**2)):.3f}']
-        for axis, values in zip(('x', 'y', 'heading'), scaled.T)
-    ]
-    print(tabulate(rows, ['of 1 sd', 'mean', 'its standard error', 'rms (1 where equal)'], disable_numparse=True))
-
-
 def _print_worst(judged: Sequence[Judged], candidates: Sequence[float]) -> None:
     wrong = [each for each in judged if not each.is_right or (each.rank is not None and abs(each.steps) > 1)]
     wrong.sort(key=lambda each: (each.is_right, -abs(each.steps)))
@@ -292,7 +239,6 @@ def _arguments() -> argparse.Namespace:
     )
     parser.add_argument('--robots', type=COUNT, default=200)
     parser.add_argument('--first', type=COUNT, default=1, help='number of the first, which is its seed')
-    parser.add_argument('--alone', type=COUNT, default=20, help='draws one by one of each robot')
     parser.add_argument('--workers', type=COUNT, default=2)
     return parser.parse_args()
 
