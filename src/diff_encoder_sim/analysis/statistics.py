@@ -98,7 +98,10 @@ def bootstrap_std_interval(
     if std == 0.0:
         return Interval(0.0, 0.0)
     (log_std,), (error,) = _log_std(np.asarray(values)[np.newaxis])
-    log_stds, errors = _resampled_log_std(values, resamples, rng)
+    most = max(1, DRAWN_AT_ONCE // len(values))
+    counts = [min(most, resamples - first) for first in range(0, resamples, most)]
+    parts = [_log_std(rng.choice(values, (count, len(values)))) for count in counts]
+    log_stds, errors = (np.concatenate(part) for part in zip(*parts))
     # Resamples of one value alone, or of two equally often, have no standard error.
     has_error = errors > SMALLEST_ERROR
     if error <= SMALLEST_ERROR or not has_error.any():
@@ -108,14 +111,6 @@ def bootstrap_std_interval(
     with np.errstate(over='ignore'):
         low, high = np.exp(log_std - quantiles * error).tolist()
     return Interval(low, high if high < WIDEST * std else math.inf)
-
-
-def _resampled_log_std(values: np.ndarray, resamples: int, rng: np.random.Generator) -> Tuple[np.ndarray, np.ndarray]:
-    """Compute `_log_std` of resamples; the draws do not depend on how many there are at once."""
-    most = max(1, DRAWN_AT_ONCE // len(values))
-    counts = [min(most, resamples - first) for first in range(0, resamples, most)]
-    log_stds, errors = zip(*(_log_std(rng.choice(values, (count, len(values)))) for count in counts))
-    return np.concatenate(log_stds), np.concatenate(errors)
 
 
 def _log_std(samples: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:

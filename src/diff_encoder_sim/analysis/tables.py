@@ -8,7 +8,7 @@ from typing import Any, Dict, List, NamedTuple, Optional, Sequence
 import numpy as np
 
 from diff_encoder_sim.analysis.encoder_labels import IDEAL, ppr_text, ppr_values
-from diff_encoder_sim.analysis.quantities import LEVEL, MINUS_TRUTH, POSES, QUANTITIES, YAW, Quantity, X
+from diff_encoder_sim.analysis.quantities import LEVEL, MINUS_TRUTH, QUANTITIES, YAW, Quantity, X
 from diff_encoder_sim.analysis.result_tables import ResultTable
 from diff_encoder_sim.analysis.results_table import (
     ALIGNMENTS,
@@ -36,9 +36,9 @@ Columns = Dict[str, Any]  # a row of a table by its columns
 def all_tables(results: Results) -> List[ResultTable]:
     """Build tables 3 to 6, the intervals of 4 to 6, and errors along the path and of variants if known."""
     tables = [pulse_resolution_table(ppr_values(encoders(results.trials)), *results.robot)]
-    for kind in GOAL_TABLES:
-        found = estimates(results, kind.pose)
-        tables += [goal_table(results, kind, found), interval_table(kind, found)]
+    for pose in GOAL_TABLES:
+        found = estimates(results, pose)
+        tables += [goal_table(results, pose, found), interval_table(pose, found)]
     others = path_error_table(results), variant_table(results)
     return [*tables, *(table for table in others if table is not None)]
 
@@ -87,27 +87,14 @@ def pulse_resolution_table(pprs: Sequence[float], wheel_diameter_m: float, wheel
     return ResultTable('table3', title, pd.DataFrame(rows, columns=list(heads)), heads, decimals, notes)
 
 
-class GoalTable(NamedTuple):
-    """One of the paper's tables 4 to 6, or one in their shape."""
-
-    name: str  # of its files
-    number: str  # in its title
-    pose: str  # of POSES
-
-    @property
-    def title(self) -> str:
-        """Return the caption."""
-        return f'{self.number}. Final {POSES[self.pose]}{"" if self.pose == MINUS_TRUTH else " minus the goal"}'
-
-
-# The paper has no table of /amcl_pose, and none of the odometry's own error.
-GOAL_TABLES = (
-    GoalTable('table4', 'Table 4', 'odom'),
-    GoalTable('table5', 'Table 5', 'world'),
-    GoalTable('table6', 'Table 6', 'global'),
-    GoalTable('table6_amcl', 'As table 6', 'amcl'),
-    GoalTable('table4_minus_truth', 'As table 4', MINUS_TRUTH),
-)
+# The paper's tables 4 to 6 and two in their shape, by pose: name of the files, and title.
+GOAL_TABLES = {
+    'odom': ('table4', 'Table 4. Final /odom minus the goal'),
+    'world': ('table5', 'Table 5. Final /world_pose minus the goal'),
+    'global': ('table6', 'Table 6. Final /global_pose minus the goal'),
+    'amcl': ('table6_amcl', 'As table 6. Final /amcl_pose minus the goal'),
+    MINUS_TRUTH: ('table4_minus_truth', 'As table 4. Final /odom minus /world_pose'),
+}
 
 DECIMALS = {'m': 4, 'deg': 3}
 PERCENT_DECIMALS = 1
@@ -168,10 +155,14 @@ def error_statistics(errors: np.ndarray, quantity: Quantity) -> Dict[str, Option
     }
 
 
-def goal_table(results: Results, kind: GoalTable, found: pd.DataFrame) -> ResultTable:
+def goal_table(results: Results, pose: str, found: pd.DataFrame) -> ResultTable:
     """Build one of tables 4 to 6 from its `estimates`: rows test and statistic, columns PPR and x, y, yaw."""
     keys, labels = ['test', *results.varied], encoders(results.trials)
-    columns = {(label, quantity): _goal_column(label, quantity) for label in labels for quantity in QUANTITIES}
+    columns = {
+        (label, quantity): f'{label if label == IDEAL else f"ppr{label}".replace(" ", "_")}_{quantity.name}'
+        for label in labels
+        for quantity in QUANTITIES
+    }
     long = found.assign(column=[f'{label} {name}' for label, name in zip(found['ppr'], found['quantity'])])
     long = long.melt([*keys, 'column'], STATISTICS, 'statistic').astype({'value': object})
     wide = long.pivot(index=[*keys, 'statistic'], columns='column', values='value')
@@ -189,11 +180,7 @@ def goal_table(results: Results, kind: GoalTable, found: pd.DataFrame) -> Result
         name: [of_row.get(statistic, DECIMALS[quantity.unit]) for statistic in exact['statistic']]
         for (_, quantity), name in columns.items()
     }
-    return ResultTable(kind.name, kind.title, exact, heads, decimals, _goal_notes(results.trials, kind.pose))
-
-
-def _goal_column(label: str, quantity: Quantity) -> str:
-    return f'{label if label == IDEAL else f"ppr{label}".replace(" ", "_")}_{quantity.name}'
+    return ResultTable(*GOAL_TABLES[pose], exact, heads, decimals, _goal_notes(results.trials, pose))
 
 
 def _goal_notes(trials: pd.DataFrame, pose: str) -> List[str]:
@@ -211,7 +198,7 @@ def _goal_notes(trials: pd.DataFrame, pose: str) -> List[str]:
     return notes
 
 
-def interval_table(kind: GoalTable, found: pd.DataFrame) -> ResultTable:
+def interval_table(pose: str, found: pd.DataFrame) -> ResultTable:
     """Build the intervals of one of tables 4 to 6 from its `estimates`: a row for each test, PPR and quantity."""
     keys = list(found.columns[: found.columns.get_loc('quantity') + 1])
     of_row = [DECIMALS[name.rpartition('_')[2]] for name in found['quantity']]
@@ -221,9 +208,9 @@ def interval_table(kind: GoalTable, found: pd.DataFrame) -> ResultTable:
         'Mean: by the t-distribution. Standard deviation: by chi-square, which assumes Gaussian errors, and '
         'by the bootstrap, which does not. % within: Wilson. inf: too few trials for a bound.'
     )
-    title = f'{kind.title}: {100 * LEVEL:g} % intervals'
-    exact = found[[*keys, *INTERVALS]]
-    return ResultTable(f'{kind.name}_intervals', title, exact, heads, {**decimals, 'trials': 0}, [note])
+    name, title = GOAL_TABLES[pose]
+    title, exact = f'{title}: {100 * LEVEL:g} % intervals', found[[*keys, *INTERVALS]]
+    return ResultTable(f'{name}_intervals', title, exact, heads, {**decimals, 'trials': 0}, [note])
 
 
 _ATE_NOTE = (

@@ -5,6 +5,7 @@ import math
 import pytest
 
 from diff_encoder_sim.analysis.encoder_labels import ppr_values
+from diff_encoder_sim.analysis.quantities import MINUS_TRUTH
 from diff_encoder_sim.analysis.result_tables import write_tables
 from diff_encoder_sim.analysis.results_table import PATH_COLUMNS
 from diff_encoder_sim.analysis.tables import (
@@ -20,15 +21,13 @@ from diff_encoder_sim.analysis.tables import (
 )
 from trial_tables import HAND_ERRORS, cell, column, records, results_of, synthetic_results, trial
 
-TABLE_4, TABLE_5 = GOAL_TABLES[:2]
+
+def goal(results, pose='odom'):
+    return goal_table(results, pose, estimates(results, pose))
 
 
-def goal(results, kind=TABLE_4):
-    return goal_table(results, kind, estimates(results, kind.pose))
-
-
-def intervals(results, kind=TABLE_4):
-    return records(interval_table(kind, estimates(results, kind.pose)))
+def intervals(results, pose='odom'):
+    return records(interval_table(pose, estimates(results, pose)))
 
 
 @pytest.fixture(name='by_hand')
@@ -70,7 +69,7 @@ def test_intervals_by_hand(by_hand):
 
 
 def test_intervals_contain_their_value():
-    for row in intervals(synthetic_results(trials=30), TABLE_5):
+    for row in intervals(synthetic_results(trials=30), 'world'):
         for name in ('mean', 'std', 'pct_within'):
             assert float(row[f'{name}_low']) <= float(row[name]) <= float(row[f'{name}_high'])
         assert float(row['std_bootstrap_low']) < float(row['std']) < float(row['std_bootstrap_high'])
@@ -84,7 +83,8 @@ def test_an_error_as_large_as_the_tolerance_is_within():
 def test_each_table_has_its_pose():
     poses = {name: (float(place), 0.0, 0.0) for place, name in enumerate(('odom', 'world', 'global', 'amcl'), start=1)}
     results = results_of([trial('SL', '90', **poses)])
-    means = {kind.name: column(goal(results, kind), 'ppr90_x_m')['mean'] for kind in GOAL_TABLES}
+    tables = [goal(results, pose) for pose in GOAL_TABLES]
+    means = {table.name: column(table, 'ppr90_x_m')['mean'] for table in tables}
     assert means == {'table4': 1.0, 'table5': 2.0, 'table6': 3.0, 'table6_amcl': 4.0, 'table4_minus_truth': -1.0}
 
 
@@ -93,7 +93,7 @@ def test_odometry_minus_truth_leaves_out_where_the_robot_stopped():
         trial('SL', '90', 1, odom=(0.3, 0.0, 179.0), world=(0.31, 0.0, -178.0)),
         trial('SL', '90', 2, odom=(0.3, 0, 0)),
     ]
-    table = goal(results_of(trials), GOAL_TABLES[-1])
+    table = goal(results_of(trials), MINUS_TRUTH)
     assert table.title == 'As table 4. Final /odom minus /world_pose'
     assert column(table, 'ppr90_x_m')['pct_within'] == 100.0 and column(table, 'ppr90_x_m')['trials'] == 1
     assert column(table, 'ppr90_yaw_deg')['mean'] == pytest.approx(-3.0)
