@@ -6,6 +6,7 @@ from typing import Callable, Sequence
 
 import numpy as np
 
+from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.se2 import IDENTITY
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.localization.amcl import warm_up as warm_up_amcl
@@ -14,6 +15,10 @@ from diff_encoder_sim.navigation.navigator import warm_up as warm_up_navigation
 from diff_encoder_sim.robots.description import Box
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
 from diff_encoder_sim.simulation.world import Model, Solid, World
+from diff_encoder_sim.wheels.chain import Chain
+from diff_encoder_sim.wheels.encoder_params import EncoderModel
+from diff_encoder_sim.wheels.odometry_params import OdometryParams
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 
 def warm_up() -> None:
@@ -32,8 +37,14 @@ def _warm_up_lidar() -> None:
     Lidar(world, 0.2, LidarParams(), generator(0, 'lidar_noise')).scan(0, IDENTITY)
 
 
+def _warm_up_wheels() -> None:
+    encoder = EncoderParams(encoder=EncoderModel(edge_error=0.1))
+    still = Drive(np.arange(2) * 50_000_000, np.zeros((2, 2)))
+    Chain(encoder, OdometryParams()).run(still).poses.sum()
+
+
 # Each has kernels of its own, which take long to compile.
-PARTS: Sequence[Callable[[], None]] = (warm_up_navigation, _warm_up_amcl, _warm_up_lidar)
+PARTS: Sequence[Callable[[], None]] = (warm_up_navigation, _warm_up_amcl, _warm_up_lidar, _warm_up_wheels)
 
 
 def _at(x_m: float) -> np.ndarray:

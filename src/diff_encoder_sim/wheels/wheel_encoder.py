@@ -169,6 +169,7 @@ class _Wheel:
         if not self.is_ideal:
             self._kind = kind_of_wheel(params, side)
             self.state = new_wheels(params.seed, side, 1)
+            turn(self._kind, self.state.copy(), 0, 0.0)  # compiled now, and not while a robot drives
         self._sampler = BoundarySampler(params.rate)
         self._timeline = Timeline(tolerance_ns=int(2 * NANOSECONDS_PER_SECOND / params.rate))
         self._jitters_ns = jitters
