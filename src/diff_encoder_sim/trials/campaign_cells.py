@@ -178,7 +178,7 @@ class RequestedTrial(NamedTuple):
         digits = max(3, len(str(self.campaign.trials)))
         return f'{self.cell.label}_{self.trial:0{digits}d}'
 
-    def identity(self) -> Tuple[str, str, Tuple[Tuple[str, str], ...], int, int]:
+    def identity(self) -> Tuple[object, ...]:
         """Return the first fields of the trial's row."""
         cell = self.cell
         return cell.test.name, cell.encoder.label, cell.varied_texts(), self.trial, self.seed
