@@ -29,7 +29,7 @@ from diff_encoder_sim.simulation.physics import BulletPhysics
 from diff_encoder_sim.simulation.simulator import Simulator
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial
 from diff_encoder_sim.trials.navigating_driver import NavigatingDriver
-from diff_encoder_sim.trials.publications import BagPublications
+from diff_encoder_sim.trials.publications import Publications
 from diff_encoder_sim.trials.robot_params import RobotParams, load_robot_params
 from diff_encoder_sim.trials.trial_run import run_trial
 
@@ -44,7 +44,7 @@ PARTS: List[Tuple[str, type, Tuple[str, ...]]] = [
     ('AMCL', Amcl, ('update',)),
     ('navigation (costmaps, planner, DWA)', Navigator, ('take_scan', 'take_odometry', 'step', 'set_goal')),
     ('serialising and writing', TrialBag, ('publish', '__exit__')),
-    ('serialising and writing', BagPublications, ('joint_states', 'world_pose', 'odometry', 'global_pose')),
+    ('serialising and writing', Publications, ('joint_states', 'world_pose', 'odometry', 'global_pose')),
     ('driver of the route, pose estimate', NavigatingDriver, ('take_odometry', 'take_time')),
     ('wheel controller', Simulator, ('tick',)),
     ('truth, reports', LockstepTrial, ('run',)),

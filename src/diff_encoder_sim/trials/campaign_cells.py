@@ -30,14 +30,11 @@ from diff_encoder_sim.trials.trial_setup import LockstepOptions
 from diff_encoder_sim.wheels.catalogue import ChosenEncoder
 from diff_encoder_sim.wheels.encoder_params import PerWheel, PulsesPerRevolution
 
-# A mistyped list, or one list too many, is refused at once and not after the memory is full.
+# A mistyped list is refused at once and not after the memory is full.
 MOST_CELLS, MOST_TRIALS = 10_000, TRIALS.most
-
 
 Varied = Tuple[Tuple[str, Any], ...]  # dotted keys, or VARIANT, in alphabetical order, and values
 VARIANT = 'variant'  # in place of a key: the value is the name of one of the file's `variants`
-
-
 BAGS = 'bags'  # folder below the results folder
 
 ConfigFile = Literal['amcl', 'config', 'lockstep', 'navigation', 'simulator']  # stems of files of config/
@@ -51,7 +48,7 @@ class CampaignParams(LockstepOptions):
     ppr: List[PulsesPerRevolution] = Field([], description='ideal encoders, in pulses per wheel revolution')
     encoders: List[Line] = Field(
         [],
-        description='real encoders, beside those of `ppr` or alone: names of files in config/encoders/, paths of .yaml '
+        description='real encoders, in addition to those of `ppr`: names of files in config/encoders/, paths of .yaml '
         'files, or `catalogue` for all of config/encoders/',
     )
     trials: Annotated[int, TRIALS] = Field(30, description='trials of each test with each encoder')
@@ -66,21 +63,21 @@ class CampaignParams(LockstepOptions):
         {}, alias='set', description='values of parameters in all trials, by dotted keys'
     )
     vary: Dict[Line, Annotated[List[Any], Field(min_length=1)]] = Field(
-        {}, description='values of parameters: each combination is a cell of its own'
+        {}, description='values of parameters: each combination is a separate cell'
     )
     variants: Dict[Annotated[Line, Field(min_length=1)], Dict[Line, Any]] = Field(
         {},
-        description='sets of values of parameters by names: each is a cell of its own; others are compared with the '
-        'first; they come before `set`',
+        description='sets of values of parameters by names: each is a separate cell; others are compared with the '
+        'first; they override `set`',
     )
 
     @property
     def varied_keys(self) -> List[str]:
-        """Return what is varied, each a column of trials.csv: dotted keys of parameters, and VARIANT."""
+        """Return the keys of varied parameters, each a column of trials.csv, and VARIANT."""
         return sorted([*self.vary, *([VARIANT] if self.variants else [])])
 
     def combinations(self) -> Iterator[Varied]:
-        """Yield the combinations of varied parameters; one empty combination where nothing is varied."""
+        """Yield the combinations of varied parameters; one empty combination if nothing is varied."""
         values = {**self.vary, VARIANT: list(self.variants)}
         for combination in itertools.product(*(values[key] for key in self.varied_keys)):
             yield tuple(zip(self.varied_keys, combination))
@@ -97,20 +94,27 @@ class CampaignParams(LockstepOptions):
 
 
 class CampaignRobot(NamedTuple):
-    """The robot, where it comes from, what was found out, and what its self-check says."""
+    """The robot of a campaign, and the result of its self-check."""
 
     name: str
     file: str
     source: RobotSource
-    ppr: Optional[float]  # of its own encoder; None where no robot file gives it
+    ppr: Optional[float]  # of its own encoder; None if no robot file gives it
     found: Tuple[Found, ...]
     overrides: Dict[str, Any]  # of the robot file, by dotted keys
     warnings: Tuple[str, ...]
     notes: Tuple[str, ...]
-    checks: Tuple[Check, ...] = ()  # of the self-check; none before it was run
+    checks: Tuple[Check, ...] = ()  # none before the self-check
+
+    @classmethod
+    def of(cls, setup: RobotSetup) -> CampaignRobot:
+        """Return a robot before its self-check."""
+        file, description = setup.file, setup.description
+        about = description.found, file.overrides, description.warnings, description.notes
+        return cls(setup.name, file.where, file.source, file.ppr, *about)
 
     def as_json(self) -> Dict[str, Any]:
-        """Return mappings and lists, as manifest.json has them."""
+        """Return mappings and lists for manifest.json."""
         return {
             'name': self.name,
             'file': self.file,
@@ -124,23 +128,8 @@ class CampaignRobot(NamedTuple):
         }
 
 
-def campaign_robot(setup: RobotSetup) -> CampaignRobot:
-    """Return what is known of a robot before its self-check."""
-    file, description = setup.file, setup.description
-    return CampaignRobot(
-        setup.name,
-        file.where,
-        file.source,
-        file.ppr,
-        description.found,
-        file.overrides,
-        description.warnings,
-        description.notes,
-    )
-
-
 class CampaignCell(NamedTuple):
-    """One test with one encoder and one set of parameters; its trials differ by seed alone."""
+    """One test with one encoder and one set of parameters; its trials differ in their seed only."""
 
     label: str  # in names of files; unique: SL_90_noise0.03
     test: TestDefinition
@@ -168,20 +157,18 @@ class RequestedTrial(NamedTuple):
     campaign: CampaignParams
 
     @property
+    def name(self) -> str:
+        """Return the name of its files, such as SL_90_007."""
+        return f'{self.cell.label}_{self.trial:0{max(3, len(str(self.campaign.trials)))}d}'
+
+    @property
     def bag(self) -> str:
         """Return the path of the bag below the results folder, such as bags/SL_90_007.bag; '' if none is recorded."""
         return '' if self.campaign.record == 'none' else f'{BAGS}/{self.name}{SUFFIXES[self.campaign.bag_format]}'
 
-    @property
-    def name(self) -> str:
-        """Return the name of its files, such as SL_90_007."""
-        digits = max(3, len(str(self.campaign.trials)))
-        return f'{self.cell.label}_{self.trial:0{digits}d}'
-
     def identity(self) -> Tuple[object, ...]:
         """Return the first fields of the trial's row."""
-        cell = self.cell
-        return cell.test.name, cell.encoder.label, cell.varied_texts(), self.trial, self.seed
+        return self.cell.test.name, self.cell.encoder.label, self.cell.varied_texts(), self.trial, self.seed
 
     def definition(self) -> Trial:
         """Return the trial as it is written into its bag."""
@@ -222,18 +209,21 @@ class Campaign(NamedTuple):
 
     def resolved(self) -> Dict[str, Any]:
         """Collect everything that determines the results, for JSON: all parameters, files by sha256."""
-        params, encoders = self.params, self.encoders
+        params, count = self.params, len(self.encoders)
         of_one_test = self.cells[: len(self.cells) // len(params.tests)]
+        tests = [cell.test for cell in self.cells[:: len(of_one_test)]]
         return {
-            'tests': [self._dumped_test(cell.test) for cell in self.cells[:: len(of_one_test)]],
-            'parameters': [_dumped_parameters(cell) for cell in of_one_test[:: len(encoders)]],
+            'tests': [
+                {**test.model_dump(mode='json'), 'files': self.files.worlds[test.name]._asdict()} for test in tests
+            ],
+            'parameters': [_parameters(cell) for cell in of_one_test[::count]],
             'ppr': [ppr.model_dump(mode='json') for ppr in params.ppr],
-            **({'encoders': _dumped_encoders(of_one_test, len(encoders))} if params.encoders else {}),
+            **({'encoders': _changes_by_encoder(of_one_test, count)} if params.encoders else {}),
             'trials': params.trials,
             'seed': params.seed,
             'nav': params.nav,
             'record': params.record,
-            # Left out of bags of ROS 1, so that campaigns from before there was a choice can be completed.
+            # Left out of bags of ROS 1, so that campaigns from before this choice can be completed.
             **({} if params.bag_format == 'ros1' else {'bag_format': params.bag_format}),
             'robot': self.files.robot,
             'files': self.files.sha256(),
@@ -244,36 +234,30 @@ class Campaign(NamedTuple):
         text = json.dumps(self.resolved(), sort_keys=True, allow_nan=False)
         return hashlib.sha256(text.encode('utf-8')).hexdigest()
 
-    def _dumped_test(self, test: TestDefinition) -> Dict[str, Any]:
-        return {**test.model_dump(mode='json'), 'files': self.files.worlds[test.name]._asdict()}
-
 
 def text_of(value: Any) -> str:
     """Return a parameter's value in one printable line."""
-    is_plain = isinstance(value, str) and value.isprintable()
-    return value if is_plain else json.dumps(value)
+    return value if isinstance(value, str) and value.isprintable() else json.dumps(value)
 
 
-def _dumped_encoders(cells: Sequence[CampaignCell], count: int) -> List[Dict[str, Any]]:
-    """Return each real one of `count` encoders with the parameters that it has otherwise than the first of all.
+def _changes_by_encoder(cells: Sequence[CampaignCell], count: int) -> List[Dict[str, Any]]:
+    """Return for each real one of `count` encoders the parameters that differ from those of the first encoder.
 
     Its `parameters` are by dotted keys, for each combination of varied parameters.
     """
-    firsts = [dict(flat(_dumped_parameters(cell))) for cell in cells[::count]]
-    return [
-        {
-            'label': cells[column].encoder.label,
-            'parameters': [
-                {key: value for key, value in flat(_dumped_parameters(cell)) if first.get(key) != value}
-                for first, cell in zip(firsts, cells[column::count])
-            ],
-        }
-        for column in range(count)
-        if cells[column].encoder.real
-    ]
+    changes = []
+    for encoder, column in zip((cell.encoder for cell in cells), range(count)):
+        if encoder.real:
+            pairs = [
+                (dict(flat(_parameters(first))), flat(_parameters(cell)))
+                for first, cell in zip(cells[::count], cells[column::count])
+            ]
+            parameters = [{key: value for key, value in own if first.get(key) != value} for first, own in pairs]
+            changes.append({'label': encoder.label, 'parameters': parameters})
+    return changes
 
 
-def _dumped_parameters(cell: CampaignCell) -> Dict[str, Any]:
+def _parameters(cell: CampaignCell) -> Dict[str, Any]:
     parts = {name: part.model_dump(mode='json') for name, part in cell.robot_params._asdict().items()}
     return {'varied': dict(cell.varied), **parts}
 

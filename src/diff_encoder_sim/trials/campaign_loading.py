@@ -14,7 +14,6 @@ from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.drives.test_definition import TestDefinition, find_world, load_test
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.robot_file import RobotNotFound
-from diff_encoder_sim.robots.robot_setup import RobotSetup
 from diff_encoder_sim.simulation.simulator import DriveParams, Simulator
 from diff_encoder_sim.trials.campaign_cells import (
     MOST_CELLS,
@@ -23,8 +22,8 @@ from diff_encoder_sim.trials.campaign_cells import (
     Campaign,
     CampaignCell,
     CampaignParams,
+    CampaignRobot,
     Varied,
-    campaign_robot,
     text_of,
 )
 from diff_encoder_sim.trials.robot_params import (
@@ -39,65 +38,12 @@ from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
 from diff_encoder_sim.trials.trial_files import TrialFiles, collect
 from diff_encoder_sim.wheels.catalogue import RESOLUTION_KEYS, ChosenEncoder, chosen, load_encoders, resolution_text
 
-
-def encoder_parameters(
-    config: RobotConfig, of_robot: Mapping[str, Any], encoder: ChosenEncoder, of_campaign: Mapping[str, Any]
-) -> RobotParams:
-    """Return all parameters.
-
-    Args:
-        config: content of the files of config/.
-        of_robot: values of the robot by dotted keys, before which the encoder's come.
-        encoder: what the wheels have.
-        of_campaign: values by dotted keys, which come before all.
-
-    Raises:
-        ConfigError: a value is not allowed, or sets counts other than the encoder's.
-    """
-    # The robot's own encoder gives way.
-    values = {key: value for key, value in of_robot.items() if key not in RESOLUTION_KEYS}
-    params = override(config, {**values, **encoder.overrides, **of_campaign})
-    counts = params.encoder.encoder.counts_per_wheel_turn
-    if counts != (encoder.real and encoder.ppr.left):
-        given = resolution_text(params.encoder.encoder) or 'no resolution'
-        beside = f'encoders: {encoder.label}' if encoder.real else f'ppr: {encoder.label}'
-        raise ConfigError(f'config.encoder: given {given} beside {beside}; allowed: one of them')
-    return params
-
-
 # A day, as of the time limit of a route: a mistyped number must not drive for ever.
 LONGEST_DRIVE_S = 86_400.0
-
-
-def at_pace_of(drive: DriveParams, test: TestDefinition) -> TestDefinition:
-    """Return the test with limits that the robot's motors allow.
-
-    A drive without feedback that commands more would end short of its goal.
-
-    Raises:
-        ConfigError: the drive would take longer than LONGEST_DRIVE_S.
-    """
-    allowed = {
-        'speed': drive.max_linear_speed,
-        'acceleration': drive.max_linear_acceleration,
-        'angular_speed': drive.max_angular_speed,
-        'angular_acceleration': drive.max_angular_acceleration,
-    }
-    slower = {key: limit for key, limit in allowed.items() if limit < getattr(test.limits, key)}
-    paced = test.model_copy(update={'limits': test.limits.model_copy(update=slower)}) if slower else test
-    duration_s = ScriptedDrive(paced).duration_s
-    if duration_s > LONGEST_DRIVE_S:
-        raise ConfigError(
-            f'test {test.name}: its drive takes {duration_s:.0f} s with the limits of test and robot; allowed: up to '
-            f'{LONGEST_DRIVE_S:.0f} s'
-        )
-    return paced
-
-
-# Leaves room for a trial's number and for the name that a file has while it is unfinished.
+# Leaves room for a trial's number and for the name of a file while it is unfinished.
 LONGEST_LABEL = 150
 
-# Values of what is varied, and all parameters with each encoder.
+# Values of the varied parameters, and all parameters with each encoder.
 Combination = Tuple[Varied, List[RobotParams]]
 
 
@@ -114,39 +60,59 @@ def load_campaign(
     Args:
         name: paths of tests and of the robot in a file are relative to that file; on the command
             line to the current folder.
-        package_folder: where config/, worlds/ and urdf/ are.
-        replace: values from the command line that come before the file's; None is none. Of `files`, only those that
-            are named replace the file's; `ppr` or `encoders` replace both of the file's.
+        package_folder: contains config/, worlds/ and urdf/.
+        replace: values from the command line that override the file's; None is none. Of `files`, only those that
+            are given replace the file's; `ppr` or `encoders` replace both of the file's.
         robot_arguments: of the robot's xacro.
-        robot_packages: folders in which the robot's packages are looked for.
+        robot_packages: folders that are searched for the robot's packages.
         has_trials: closed-loop trials, which need a laser, are run, unless the campaign's are scripted.
 
     Raises:
         ConfigError: a file is missing or bad, or a value is not allowed.
     """
     package_folder = Path(package_folder)
-    path = _find(name, package_folder / 'config' / 'campaigns')
+    config_folder = package_folder / 'config'
+    path = _find(name, config_folder / 'campaigns')
     given = {key: value for key, value in (replace or {}).items() if value is not None}
-    is_own_choice = 'ppr' in given or 'encoders' in given
+    # Errors begin with the campaign's file, and paths are relative to it, unless the command line gives the value.
+    of_encoders = None if 'ppr' in given or 'encoders' in given else path
+    of_tests, of_robot = (None if key in given else path for key in ('tests', 'robot'))
     params = _load_params(path, given)
-    config = load_robot_config(
-        package_folder / 'config', _config_files(params, path, given.get('files', {}), package_folder / 'config')
-    )
-    campaigns_file = None if 'robot' in given else path
-    robot = _load_robot(params, campaigns_file, package_folder, robot_arguments or {}, robot_packages)
+    config = load_robot_config(config_folder, _config_files(params, path, given.get('files', {}), config_folder))
+    try:
+        folder = _folder(of_robot)
+        robot = load_robot(params.robot, folder, package_folder, robot_arguments or {}, robot_packages)
+    except RobotNotFound as error:  # other errors are of its own file
+        raise ConfigError(f'{path}: {error}' if of_robot else str(error)) from None
     if 'simulator.laser_link' not in params.overrides:
         if has_trials and params.nav != 'scripted':
             robot.check_laser()
         robot = robot.with_laser()
-    with _named('' if 'tests' in given else path):
-        tests = _load_tests(params, None if 'tests' in given else path.parent, package_folder / 'config')
-    with _named('' if is_own_choice else path):
-        encoders = _load_encoders(params, Path() if is_own_choice else path.parent, package_folder / 'config')
+    with _named(of_tests):
+        tests = _load_tests(params, of_tests, config_folder)
+    with _named(of_encoders):
+        encoders = _load_encoders(params, _folder(of_encoders), config_folder)
     with _named(path):
-        _check_size(params, len(encoders))
+        cells = len(tests) * len(encoders) * params.combination_count()
+        if cells > MOST_CELLS or cells * params.trials > MOST_TRIALS:
+            most = f'at most {MOST_CELLS} cells, {MOST_TRIALS} trials'
+            raise ConfigError(f'given {cells} cells of {params.trials} trials; allowed: {most}')
         combinations = _resolve(params, config, robot.settings, encoders)
         files = _collect(params, tests, combinations, robot.file.source, package_folder)
-    return Campaign(params, _cells(tests, encoders, combinations), files, campaign_robot(robot))
+    return Campaign(params, _cells(tests, encoders, combinations), files, CampaignRobot.of(robot))
+
+
+@contextlib.contextmanager
+def _named(source: Union[str, Path, None]) -> Iterator[None]:
+    """Begin errors with the campaign's file, if given."""
+    try:
+        yield
+    except ConfigError as error:
+        raise ConfigError(f'{source}: {error}' if source else str(error)) from None
+
+
+def _folder(path: Optional[Path]) -> Path:
+    return path.parent if path else Path()
 
 
 def _find(name: str, folder: Path) -> Path:
@@ -168,56 +134,27 @@ def _load_params(path: Path, given: Mapping[str, Any]) -> CampaignParams:
     return CampaignParams.from_mapping({**content, **given, 'files': files}, '')
 
 
-@contextlib.contextmanager
-def _named(source: Union[str, Path]) -> Iterator[None]:
-    """Put the campaign's file, or nothing, before what is wrong."""
-    try:
-        yield
-    except ConfigError as error:
-        raise ConfigError(f'{source}: {error}' if source else str(error)) from None
-
-
 def _config_files(params: CampaignParams, path: Path, given: Mapping[str, str], config_folder: Path) -> Dict[str, Path]:
     """Find the files that are read in place of those of config/; `given` are from the command line."""
     found: Dict[str, Path] = {}
     for stem, name in params.files.items():
-        with _named('' if stem in given else path):
-            found[stem] = _config_file(stem, name, Path() if stem in given else path.parent, config_folder)
+        source = None if stem in given else path
+        found[stem] = _folder(source) / name if name.endswith('.yaml') else config_folder / f'{name}.yaml'
+        if not found[stem].is_file():
+            known = ', '.join(sorted(file.stem for file in config_folder.glob(f'{stem}*.yaml')))
+            with _named(source):
+                raise ConfigError(f'files.{stem}: given {name!r}; allowed: {known}, or a .yaml file')
     return found
 
 
-def _config_file(stem: str, name: str, folder: Path, config_folder: Path) -> Path:
-    path = folder / name if name.endswith('.yaml') else config_folder / f'{name}.yaml'
-    if not path.is_file():
-        known = ', '.join(sorted(file.stem for file in config_folder.glob(f'{stem}*.yaml')))
-        raise ConfigError(f'files.{stem}: given {name!r}; allowed: {known}, or a .yaml file')
-    return path
-
-
-def _load_tests(params: CampaignParams, folder: Optional[Path], config_folder: Path) -> List[TestDefinition]:
-    """Load the tests; files among them are relative to `folder`, else to the current folder."""
-    tests = [
-        load_test(str(folder / name) if folder and name.endswith('.yaml') else name, config_folder)
-        for name in params.tests
-    ]
+def _load_tests(params: CampaignParams, path: Optional[Path], config_folder: Path) -> List[TestDefinition]:
+    """Load the tests; files among them are relative to the campaign's file, or to the current folder without one."""
+    names = [str(_folder(path) / name) if name.endswith('.yaml') else name for name in params.tests]
+    tests = [load_test(name, config_folder) for name in names]
     _check_unique('tests', [test.name for test in tests])
     for test in tests:
         test.check_drivable(params.nav)
     return tests
-
-
-def _load_robot(
-    params: CampaignParams,
-    path: Optional[Path],
-    package_folder: Path,
-    arguments: Mapping[str, str],
-    packages: Sequence[Path],
-) -> RobotSetup:
-    """Load the robot, which the campaign's file names where its `path` is given; other errors are its own file's."""
-    try:
-        return load_robot(params.robot, path.parent if path else Path(), package_folder, arguments, packages)
-    except RobotNotFound as error:
-        raise ConfigError(f'{path}: {error}' if path else str(error)) from None
 
 
 def _load_encoders(params: CampaignParams, folder: Path, config_folder: Path) -> List[ChosenEncoder]:
@@ -231,42 +168,53 @@ def _load_encoders(params: CampaignParams, folder: Path, config_folder: Path) ->
     return [*ideal, *real]
 
 
-def _check_size(params: CampaignParams, encoders: int) -> None:
-    cells = len(params.tests) * encoders * params.combination_count()
-    if cells > MOST_CELLS or cells * params.trials > MOST_TRIALS:
-        raise ConfigError(
-            f'given {cells} cells of {params.trials} trials; allowed: at most {MOST_CELLS} cells, {MOST_TRIALS} trials'
-        )
+def _check_unique(key: str, texts: Sequence[str], allowed: str = 'once') -> None:
+    for text in texts:
+        if texts.count(text) > 1:
+            raise ConfigError(f'{key}: given {text} {texts.count(text)} times; allowed: {allowed}')
 
 
 def _resolve(
     params: CampaignParams, config: RobotConfig, of_robot: Mapping[str, Any], encoders: Sequence[ChosenEncoder]
 ) -> List[Combination]:
-    """Return each combination of varied parameters with all parameters; the campaign's precede the robot's."""
-    _check_keys(params)
+    """Return each combination of varied parameters with all parameters; the campaign's override the robot's."""
+    sets = {'set': params.overrides, **{f'variants: {name}': values for name, values in params.variants.items()}}
+    for key in params.vary:
+        check_key(key)
+    for name, values in sets.items():
+        for key in values:
+            with _named('' if name == 'set' else name):
+                check_key(key)
+                if key in params.vary:
+                    raise ConfigError(f'{key}: given under {name.partition(":")[0]} and vary; allowed: one of them')
     resolved = []
     for varied in params.combinations():
         values = params.values_of(varied)
-        resolved.append((varied, [encoder_parameters(config, of_robot, encoder, values) for encoder in encoders]))
+        of_encoders = [_parameters(config, of_robot, encoder, values) for encoder in encoders]
+        _check_joints(of_encoders[0])
+        resolved.append((varied, of_encoders))
     # Not before: YAML has values, such as sets, that no parameter allows and no text can show.
     for key, values_of_key in params.vary.items():
         _check_unique(key, [text_of(value) for value in values_of_key])
-    for _, of_encoders in resolved:
-        _check_joints(of_encoders[0])
     return resolved
 
 
-def _check_keys(params: CampaignParams) -> None:
-    for key in (*params.overrides, *params.vary):
-        check_key(key)
-        if key in params.overrides and key in params.vary:
-            raise ConfigError(f'{key}: given under set and vary; allowed: one of them')
-    for name, values in params.variants.items():
-        for key in values:
-            with _named(f'variants: {name}'):
-                check_key(key)
-                if key in params.vary:
-                    raise ConfigError(f'{key}: given under variants and vary; allowed: one of them')
+def _parameters(
+    config: RobotConfig, of_robot: Mapping[str, Any], encoder: ChosenEncoder, of_campaign: Mapping[str, Any]
+) -> RobotParams:
+    """Return all parameters: the files of config/, then by dotted keys of the robot, the encoder and the campaign.
+
+    Raises:
+        ConfigError: a value is not allowed, or sets counts other than the encoder's.
+    """
+    # The robot's own encoder is replaced.
+    values = {key: value for key, value in of_robot.items() if key not in RESOLUTION_KEYS}
+    params = override(config, {**values, **encoder.overrides, **of_campaign})
+    if params.encoder.encoder.counts_per_wheel_turn != (encoder.real and encoder.ppr.left):
+        given = resolution_text(params.encoder.encoder) or 'no resolution'
+        beside = f'encoders: {encoder.label}' if encoder.real else f'ppr: {encoder.label}'
+        raise ConfigError(f'config.encoder: given {given} beside {beside}; allowed: one of them')
+    return params
 
 
 def _check_joints(params: RobotParams) -> None:
@@ -275,10 +223,8 @@ def _check_joints(params: RobotParams) -> None:
     for key in ('left_joint', 'right_joint'):
         joint = getattr(params.encoder, key)
         if joint not in turned:
-            raise ConfigError(
-                f'config.{key}: given {joint!r}; allowed: a joint of simulator.left_joint '
-                f'and simulator.right_joint: {" or ".join(turned)}'
-            )
+            allowed = f'a joint of simulator.left_joint and simulator.right_joint: {" or ".join(turned)}'
+            raise ConfigError(f'config.{key}: given {joint!r}; allowed: {allowed}')
 
 
 def _collect(
@@ -292,7 +238,7 @@ def _collect(
     worlds = package_folder / 'worlds'
     files = collect(tests, worlds, robot, needs_maps=params.nav != 'scripted')
     simulators = [of_encoders[0].simulator for _, of_encoders in combinations]
-    # What names parts of the robot file, or changes it, must find them there.
+    # Parameters that name or change parts of the robot file must find them there.
     differing = {
         (simulator.left_joint, simulator.right_joint, simulator.laser_link, simulator.wheel_errors): simulator
         for simulator in simulators
@@ -302,10 +248,27 @@ def _collect(
     return files
 
 
-def _check_unique(key: str, texts: Sequence[str], allowed: str = 'once') -> None:
-    for text in texts:
-        if texts.count(text) > 1:
-            raise ConfigError(f'{key}: given {text} {texts.count(text)} times; allowed: {allowed}')
+def at_pace_of(drive: DriveParams, test: TestDefinition) -> TestDefinition:
+    """Return the test with limits that the robot's motors allow.
+
+    A drive without feedback that commands more would end short of its goal.
+
+    Raises:
+        ConfigError: the drive would take longer than LONGEST_DRIVE_S.
+    """
+    allowed = {
+        'speed': drive.max_linear_speed,
+        'acceleration': drive.max_linear_acceleration,
+        'angular_speed': drive.max_angular_speed,
+        'angular_acceleration': drive.max_angular_acceleration,
+    }
+    slower = {key: limit for key, limit in allowed.items() if limit < getattr(test.limits, key)}
+    paced = test.model_copy(update={'limits': test.limits.model_copy(update=slower)}) if slower else test
+    duration_s = ScriptedDrive(paced).duration_s
+    if duration_s > LONGEST_DRIVE_S:
+        given = f'its drive takes {duration_s:.0f} s with the limits of test and robot'
+        raise ConfigError(f'test {test.name}: {given}; allowed: up to {LONGEST_DRIVE_S:.0f} s')
+    return paced
 
 
 def _cells(

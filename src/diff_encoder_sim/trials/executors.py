@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 
 dask = deferred('dask')
 distributed = deferred('distributed')
-versions_of_dask = deferred('distributed.versions')
 
 T = TypeVar('T')
 log = logging.getLogger(__name__)
@@ -184,23 +183,19 @@ class TlsFiles(NamedTuple):
             ConfigError: one is missing or bad.
         """
         for option, path in (('ca', self.ca), ('cert', self.cert), ('key', self.key or self.cert)):
-            try:
-                path.read_bytes()
-            except OSError as error:
-                raise ConfigError(f'--tls-{option}: given {str(path)!r}: {error.strerror}; allowed: a file') from None
+            if not path.is_file():
+                raise ConfigError(f'--tls-{option}: given {str(path)!r}: no such file; allowed: a file')
+        key = str(self.key) if self.key else None
         security: Security = distributed.Security(
-            require_encryption=True,
-            tls_ca_file=str(self.ca),
-            tls_client_cert=str(self.cert),
-            tls_client_key=str(self.key) if self.key else None,
+            require_encryption=True, tls_ca_file=str(self.ca), tls_client_cert=str(self.cert), tls_client_key=key
         )
         try:
             security.get_connection_args('client')
         except (OSError, ValueError) as error:  # ssl.SSLError is an OSError
             given = ', '.join(str(path) for path in self if path)
+            allowed = 'certificates, and the key of --tls-cert, in PEM format'
             raise ConfigError(
-                f'--tls-ca, --tls-cert, --tls-key: given {given}: {in_one_line(error)}; '
-                f'allowed: certificates, and the key of --tls-cert, in PEM format'
+                f'--tls-ca, --tls-cert, --tls-key: given {given}: {in_one_line(error)}; allowed: {allowed}'
             ) from None
         return security
 
@@ -237,76 +232,53 @@ def connected_workers(address: str, tls: Optional[TlsFiles] = None) -> Iterator[
     Raises:
         ConfigError: no scheduler answers there, or its versions of Python or of libraries differ.
     """
-    _silence_dask()
+    importlib.import_module('distributed')  # later it would set the levels of its log again
+    for name in ('distributed', 'distributed.client', 'tornado', 'tornado.application', 'asyncio'):
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # a campaign reports problems in one line
     security = tls.security() if tls else distributed.Security()
     with dask.config.set(DASK_CONFIG), warnings.catch_warnings():
         warnings.simplefilter('ignore')  # about versions, which are checked here
-        _check_scheduler(address, security)
+        # Before there is a Client: one that cannot connect ends late and with many lines.
+        try:
+            asyncio.run(asyncio.wait_for(_identify(address, security), CONNECT_TIMEOUT_S))
+        except Exception as error:  # many kinds, by address and by what answers there
+            reason = in_one_line(error) if str(error) else f'no answer within {CONNECT_TIMEOUT_S} s'
+            raise ConfigError(
+                f'--scheduler: given {address!r}: {reason}; allowed: the address of a running Dask scheduler, such as '
+                f'tcp://127.0.0.1:8786, or tls://127.0.0.1:8786 with --tls-ca and --tls-cert'
+            ) from None
         with distributed.Client(address, timeout=CONNECT_TIMEOUT_S, security=security, set_as_default=False) as client:
-            _check_workers(client, address)
+            versions = cast('Dict[str, Any]', client.get_versions(check=False, packages=PACKAGES))
+            for name, there in {f'scheduler {address}': versions['scheduler'], **versions['workers']}.items():
+                check_versions(there, versions['client'], name)
+            threads = client.nthreads().values()
+            if not threads:
+                log.warning('%s has no workers yet; waiting for one', address)
+            if any(count > 1 for count in threads):
+                text = '%s has workers of several threads, which run one trial at a time: start more, with --nthreads 1'
+                log.warning(text, address)
             yield ClusterWorkers(client)
 
 
-def _silence_dask() -> None:
-    """Keep Dask's own log from the terminal: a campaign reports problems in one line."""
-    importlib.import_module('distributed')  # later it would set the levels of its log again
-    for name in ('distributed', 'distributed.client', 'tornado', 'tornado.application', 'asyncio'):
-        logging.getLogger(name).setLevel(logging.CRITICAL)
-
-
-def _check_scheduler(address: str, security: Security) -> None:
-    # Before there is a Client: one that cannot connect ends late and with many lines.
-    try:
-        versions = asyncio.run(asyncio.wait_for(_scheduler_versions(address, security), CONNECT_TIMEOUT_S))
-    except Exception as error:  # many kinds, by address and by what answers there
-        reason = in_one_line(error) if str(error) else f'no answer within {CONNECT_TIMEOUT_S} s'
-        raise ConfigError(
-            f'--scheduler: given {address!r}: {reason}; allowed: the address of a running Dask scheduler, such as '
-            f'tcp://127.0.0.1:8786, or tls://127.0.0.1:8786 with --tls-ca and --tls-cert'
-        ) from None
-    check_versions(versions, f'scheduler {address}')
-
-
-async def _scheduler_versions(address: str, security: Security) -> Dict[str, Any]:
+async def _identify(address: str, security: Security) -> None:
     connection_args = security.get_connection_args('client')
     async with distributed.rpc(address, timeout=CONNECT_TIMEOUT_S, connection_args=connection_args) as scheduler:
-        versions: Dict[str, Any] = await scheduler.versions(packages=PACKAGES)
-        return versions
+        await scheduler.identity()
 
 
-def check_versions(versions: Dict[str, Any], name: str) -> None:
-    """Check that a scheduler or worker has the versions of this process.
+def check_versions(there: Dict[str, Any], here: Dict[str, Any], name: str) -> None:
+    """Check that a scheduler or worker has the versions of this process, as Dask reports both.
 
     Raises:
         ConfigError: one differs.
     """
-    here = _compared(versions_of_dask.get_versions(packages=PACKAGES))
-    for package, version in _compared(versions).items():
-        if version != here[package]:
-            raise ConfigError(
-                f'--scheduler: {package} is {version or "not installed"} on {name}, '
-                f'{here[package]} here; allowed: the same versions on all hosts'
-            )
-
-
-def _compared(versions: Dict[str, Any]) -> Dict[str, str]:
-    packages = {name: versions['packages'].get(name) for name in COMPARED}
-    # Of Python 3.11.2.final.0 only 3.11 matters.
-    return {**packages, 'python': '.'.join(str(packages['python']).split('.')[:2])}
-
-
-def _check_workers(client: Client, address: str) -> None:
-    versions = cast('Dict[str, Any]', client.get_versions(check=False, packages=PACKAGES))  # the client is synchronous
-    for worker, there in versions['workers'].items():
-        check_versions(there, f'worker {worker}')
-    threads = client.nthreads().values()
-    if not threads:
-        log.warning('%s has no workers yet; waiting for one', address)
-    if any(count > 1 for count in threads):
-        log.warning(
-            '%s has workers with several threads, but a worker runs one trial at a time: start more, with --nthreads 1',
-            address,
-        )
+    for package in COMPARED:
+        # Of Python 3.11.2.final.0 only 3.11 matters.
+        parts = 2 if package == 'python' else None
+        found, own = ('.'.join(str(each['packages'].get(package)).split('.')[:parts]) for each in (there, here))
+        if found != own:
+            allowed = 'the same versions on all hosts'
+            raise ConfigError(f'--scheduler: {package} is {found} on {name}, {own} here; allowed: {allowed}')
 
 
 def _identity(files: TrialFiles) -> TrialFiles:

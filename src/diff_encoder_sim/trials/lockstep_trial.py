@@ -11,10 +11,7 @@ import math
 from pathlib import Path
 from typing import Any, Callable, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
-from typing_extensions import Protocol
-
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.drives.trial_definition import Ending, Outcome, RouteFailed, TrialPlan, goal_error
 from diff_encoder_sim.localization.amcl import AmclEstimate
@@ -31,55 +28,6 @@ from diff_encoder_sim.wheels.odometry import OdometryEstimate, wheel_speeds_mps
 from diff_encoder_sim.wheels.sampling import BoundarySampler
 
 WORLD_POSE_IN_MAP = IDENTITY
-
-
-class Driver(Protocol):
-    """Drives a robot: takes the topics that its nodes subscribe to, and sends commands."""
-
-    @property
-    def is_over(self) -> bool:
-        """Return whether the robot rests at the end of the drive."""
-
-    def take_time(self, now_ns: int) -> None:
-        """Act on the time of a /world_pose, whose pose the driver does not see. Raises RouteFailed."""
-
-    def take_scan(self, scan: Scan) -> None:
-        """Process a /scan."""
-
-
-class OdometryListener(Protocol):
-    """Estimates where the robot is from a trial's odometry."""
-
-    @property
-    def estimate(self) -> Optional[AmclEstimate]:
-        """Return AMCL's newest estimate, None without one."""
-
-    @property
-    def estimated_pose_in_map(self) -> Optional[Pose2D]:
-        """Return the newest /global_pose, None before the first."""
-
-    @property
-    def navigation(self) -> NavigatorOutput:
-        """Return the navigator's newest output."""
-
-    def take_odometry(self, now_ns: int, estimate: OdometryEstimate) -> None:
-        """Act on an /odom. Raises RouteFailed."""
-
-
-class SurveyedStart:
-    """Places odometry, which begins there, at the surveyed start pose, as scripted_drive_node's transform does."""
-
-    estimate = None
-    navigation = NO_NAVIGATION
-
-    def __init__(self, start_pose_in_map: Pose2D, publications: Publications) -> None:
-        self._start_pose_in_map, self._publications = start_pose_in_map, publications
-        self.estimated_pose_in_map: Optional[Pose2D] = None
-
-    def take_odometry(self, now_ns: int, estimate: OdometryEstimate) -> None:
-        """Publish it as /global_pose."""
-        self.estimated_pose_in_map = self._start_pose_in_map.compose(estimate.base_pose_in_odom)
-        self._publications.global_pose(now_ns, estimate.stamp_ns, self.estimated_pose_in_map)
 
 
 class Report(NamedTuple):
@@ -119,9 +67,7 @@ class Delayed:
 class TrialWheels:
     """The encoders and the odometry of one trial, on a drive that other trials may share."""
 
-    def __init__(
-        self, setup: TrialSetup, joints: Tuple[str, ...], listener: OdometryListener, publications: Publications
-    ) -> None:
+    def __init__(self, setup: TrialSetup, joints: Tuple[str, ...], publications: Publications) -> None:
         trial, params = setup.plan.trial, setup.params
         encoder = params.encoder.model_copy(update={'ppr': trial.ppr, 'seed': trial.number})
         self.chain = Chain(encoder, params.odometry.model_copy(update={'ppr': trial.ppr}))
@@ -130,7 +76,7 @@ class TrialWheels:
         self.left, self.right = joints.index(encoder.left_joint), joints.index(encoder.right_joint)
         self.separation_m = params.odometry.wheel_separation
         self.latency_ns = latency_ns(params.latency.odometry)
-        self.listener, self.publications = listener, publications
+        self.publications = publications
         self.last_report: Optional[Report] = None
 
 
@@ -174,25 +120,22 @@ class LockstepTrial:
         self._delayed = Delayed()
         self._reports: List[Report] = []  # of the first trial, at this tick
         self._ending: Optional[Ending] = None
+        self._start_pose = start
         self.true_pose_in_map = start  # the newest /world_pose
         self.distance_m = 0.0  # path length of base_link
         try:
             self._publications.begin(plan.trial, self._simulator, robot_file)
-            self.driver: Driver
-            listener: Optional[OdometryListener] = None
+            self.driver: Union[ScriptedDriver, NavigatingDriver]
             if plan.trial.nav == 'scripted':
                 self.driver = ScriptedDriver(plan.trial, self._send)
             else:
-                self.driver = listener = NavigatingDriver(
+                self.driver = NavigatingDriver(
                     plan, params, self._simulator.laser_pose_in_base, self._delayed.at, self._send, self._publications
                 )
-            has_scans = listener is not None or self._publications.takes_scans  # a script uses none
+            has_scans = plan.trial.nav != 'scripted' or self._publications.takes_scans  # a script uses none
             self._scan_period_ns = params.simulator.lidar.period_ns if has_scans else 0
             joints = self._simulator.joint_states().names
-            self.wheels = [
-                TrialWheels(setup, joints, listener or SurveyedStart(start, of_wheels), of_wheels)
-                for setup, of_wheels in sharing
-            ]
+            self.wheels = [TrialWheels(setup, joints, of_wheels) for setup, of_wheels in sharing]
         except BaseException:  # a full disk, a bad map: the caller has no object to close the physics by
             self._simulator.close()
             raise
@@ -235,8 +178,6 @@ class LockstepTrial:
             # Maps and filters are freed now: the parts refer to each other in circles, which Python collects late.
             self._delayed.clear()
             del self.driver
-            for wheels in self.wheels:
-                del wheels.listener
 
     def _tick(self) -> None:
         """Advance by 10 ms: joints and encoders, true pose, scan, messages that arrive now; then the physics."""
@@ -272,16 +213,16 @@ class LockstepTrial:
 
     def _take_odometry(self, wheels: TrialWheels, now_ns: int, estimate: OdometryEstimate) -> None:
         wheels.publications.odometry(now_ns, estimate)
-        listener = wheels.listener
-        listener.take_odometry(now_ns, estimate)
-        report = wheels.last_report = Report(
-            estimate.stamp_ns,
-            self.true_pose_in_map,
-            estimate,
-            listener.estimated_pose_in_map,
-            listener.estimate,
-            listener.navigation,
-        )
+        driver, stamp_ns = self.driver, estimate.stamp_ns
+        if isinstance(driver, NavigatingDriver):
+            driver.take_odometry(now_ns, estimate)
+            estimated = driver.estimated_pose_in_map, driver.estimate, driver.navigation
+        else:
+            # Odometry begins at the surveyed start pose, as by scripted_drive_node's transform.
+            pose = self._start_pose.compose(estimate.base_pose_in_odom)
+            wheels.publications.global_pose(now_ns, stamp_ns, pose)
+            estimated = pose, None, NO_NAVIGATION
+        report = wheels.last_report = Report(stamp_ns, self.true_pose_in_map, estimate, *estimated)
         if wheels is self.wheels[0]:
             self._reports.append(report)
 

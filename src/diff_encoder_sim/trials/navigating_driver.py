@@ -28,76 +28,55 @@ NO_NAVIGATION = NavigatorOutput(STOP, GoalStatus.NONE, Phase.PLANNING, '')
 SendCommand = Callable[[int, Command, bool], None]
 # Runs an action, with arguments, at a time [ns].
 At = Callable[..., None]
-# Takes map->odom with its stamp [ns].
-TakeLocalization = Callable[[int, Pose2D], None]
 
 
 class Localizer:
-    """Localizes by each scan as soon as odometry has come to it, and publishes the result after the latency."""
+    """Localizes by each scan as soon as odometry has reached its stamp."""
 
-    def __init__(
-        self,
-        trial: Trial,
-        params: RobotParams,
-        grid: OccupancyGrid,
-        laser_pose_in_base: Pose2D,
-        at: At,
-        publications: Publications,
-        take_localization: TakeLocalization,
-    ) -> None:
+    def __init__(self, trial: Trial, params: RobotParams, grid: OccupancyGrid, laser_pose_in_base: Pose2D) -> None:
         start = trial.test.start
         at_start = {'initial_pose_x': start.x, 'initial_pose_y': start.y, 'initial_pose_a': start.yaw}
-        self._amcl = Amcl(params.amcl.model_copy(update=at_start), grid, generator(trial.number, 'amcl'))
+        self.amcl = Amcl(params.amcl.model_copy(update=at_start), grid, generator(trial.number, 'amcl'))
         self._tolerance_ns = latency_ns(params.amcl.transform_tolerance)
-        self._latency_ns = latency_ns(params.latency.localization)
         self._laser_pose_in_base = laser_pose_in_base
-        self._at, self._publications, self._take_localization = at, publications, take_localization
         self._scans: Deque[Scan] = deque()  # newer than the newest odometry
         self._is_scan_bad = False
         self._odometry: Optional[OdometryEstimate] = None
-        self._odom_pose_in_map, self._localized_until_ns = IDENTITY, -1  # as /tf has it
-
-    @property
-    def last_estimate(self) -> Optional[AmclEstimate]:
-        """Return AMCL's newest estimate, None before the first."""
-        return self._amcl.last_estimate
-
-    @property
-    def is_lost(self) -> bool:
-        """Return whether AMCL has found the robot to be lost."""
-        return self._amcl.is_lost
+        self._odom_pose_in_map, self.localized_until_ns = IDENTITY, -1  # as on /tf
 
     def pose_in_map(self, odometry: OdometryEstimate) -> Optional[Pose2D]:
-        """Return the base's pose in the map by the newest map->odom, None where that is too old."""
-        if odometry.stamp_ns > self._localized_until_ns:
+        """Return the base's pose in the map by the newest map->odom, None if that is too old."""
+        if odometry.stamp_ns > self.localized_until_ns:
             return None
         return self._odom_pose_in_map.compose(odometry.base_pose_in_odom)
 
     def take_scan(self, scan: Scan) -> None:
-        """Keep a scan until odometry has come to it."""
+        """Keep a scan until odometry has reached its stamp."""
         self._scans.append(scan)
 
-    def take_odometry(self, now_ns: int, estimate: OdometryEstimate) -> None:
-        """Localize by the scans that odometry has come to."""
-        while self._scans and self._scans[0].stamp_ns <= estimate.stamp_ns:
-            self._localize(now_ns, self._scans.popleft(), estimate)
-        self._odometry = estimate
+    def take_odometry(
+        self, odometry: OdometryEstimate, publish: Callable[[int, Optional[AmclEstimate], Optional[Pose2D]], None]
+    ) -> None:
+        """Localize by the scans that odometry has reached; `publish` takes the stamp and the result of each."""
+        while self._scans and self._scans[0].stamp_ns <= odometry.stamp_ns:
+            scan = self._scans.popleft()
+            pose = self._odom_pose_at(scan.stamp_ns, odometry)
+            if pose is None:
+                continue
+            try:
+                estimate = self.amcl.update(pose, scan, self._laser_pose_in_base)
+            except InputFault as fault:
+                if not self._is_scan_bad:
+                    log.warning('scan dropped: %s (bad scans that follow it directly are not reported)', fault)
+                self._is_scan_bad = True
+                continue
+            self._is_scan_bad = False
+            publish(scan.stamp_ns, estimate, None if self.amcl.is_lost else self.amcl.odom_pose_in_map)
+        self._odometry = odometry
 
-    def _localize(self, now_ns: int, scan: Scan, odometry: OdometryEstimate) -> None:
-        pose = self._odom_pose_at(scan.stamp_ns, odometry)
-        if pose is None:
-            return
-        try:
-            estimate = self._amcl.update(pose, scan, self._laser_pose_in_base)
-        except InputFault as fault:
-            if not self._is_scan_bad:
-                log.warning('scan dropped: %s (bad scans that follow it directly are not reported)', fault)
-            self._is_scan_bad = True
-            return
-        self._is_scan_bad = False
-        odom_pose_in_map = None if self._amcl.is_lost else self._amcl.odom_pose_in_map
-        published_ns = now_ns + self._latency_ns
-        self._at(published_ns, self._publish, published_ns, scan.stamp_ns, estimate, odom_pose_in_map)
+    def set_transform(self, stamp_ns: int, odom_pose_in_map: Pose2D) -> None:
+        """Use map->odom from a scan; stamped in the future, as by upstream, it holds until the next scan."""
+        self._odom_pose_in_map, self.localized_until_ns = odom_pose_in_map, stamp_ns + self._tolerance_ns
 
     def _odom_pose_at(self, stamp_ns: int, newest: OdometryEstimate) -> Optional[Pose2D]:
         """Interpolate between the newest two estimates, as tf2 does; None before the first."""
@@ -107,18 +86,6 @@ class Localizer:
             return None
         fraction = (stamp_ns - self._odometry.stamp_ns) / (newest.stamp_ns - self._odometry.stamp_ns)
         return interpolate(self._odometry.base_pose_in_odom, newest.base_pose_in_odom, fraction)
-
-    def _publish(
-        self, now_ns: int, stamp_ns: int, estimate: Optional[AmclEstimate], odom_pose_in_map: Optional[Pose2D]
-    ) -> None:
-        if estimate is not None:
-            self._publications.amcl_pose(now_ns, estimate)
-        if odom_pose_in_map is not None:
-            # Stamped in the future, as by upstream: it holds for newer odometry until the next scan.
-            self._localized_until_ns = stamp_ns + self._tolerance_ns
-            self._odom_pose_in_map = odom_pose_in_map
-            self._publications.odom_in_map(now_ns, self._localized_until_ns, odom_pose_in_map)
-            self._take_localization(self._localized_until_ns, odom_pose_in_map)
 
 
 class NavigatingDriver:
@@ -136,11 +103,10 @@ class NavigatingDriver:
         grid = load_map(plan.map)
         self._navigator = Navigator(params.navigator, grid, laser_pose_in_base)
         self._control_rate = ControlRate(params.navigator.controller_frequency)
-        self._localizer = Localizer(
-            plan.trial, params, grid, laser_pose_in_base, at, publications, self._navigator.take_localization
-        )
+        self._localizer = Localizer(plan.trial, params, grid, laser_pose_in_base)
+        self._localization_latency_ns = latency_ns(params.latency.localization)
         self._driver = RouteDriver(plan.trial.test)
-        self._send, self._publications = send, publications
+        self._at, self._send, self._publications = at, send, publications
         self.estimated_pose_in_map: Optional[Pose2D] = None
         self.navigation = NO_NAVIGATION
         publications.map(grid)
@@ -153,7 +119,7 @@ class NavigatingDriver:
     @property
     def estimate(self) -> Optional[AmclEstimate]:
         """Return AMCL's newest estimate, None before the first."""
-        return self._localizer.last_estimate
+        return self._localizer.amcl.last_estimate
 
     def take_time(self, now_ns: int) -> None:
         """Check the test's time limit and the age of the pose estimate."""
@@ -167,32 +133,27 @@ class NavigatingDriver:
         self._navigator.take_scan(scan)
         self._localizer.take_scan(scan)
 
-    def take_odometry(self, now_ns: int, estimate: OdometryEstimate) -> None:
-        """Control first, then localize: a live AMCL is still at work while the robot is controlled."""
-        try:
-            self._control(now_ns, estimate)
-        except RouteFailed as failure:
-            raise self._explained(failure) from None
-        self._localizer.take_odometry(now_ns, estimate)
-
-    def _control(self, now_ns: int, odometry: OdometryEstimate) -> None:
-        stamp_ns = odometry.stamp_ns
-        self._navigator.take_odometry(
-            stamp_ns,
-            odometry.base_pose_in_odom,
-            odometry.linear_velocity_mps,
-            odometry.angular_velocity_radps,
-            *odometry.twist_std(),
-        )
+    def take_odometry(self, now_ns: int, odometry: OdometryEstimate) -> None:
+        """Control first, then localize: a live AMCL is still computing while the robot is controlled."""
+        stamp_ns, navigator = odometry.stamp_ns, self._navigator
+        speeds = odometry.linear_velocity_mps, odometry.angular_velocity_radps
+        navigator.take_odometry(stamp_ns, odometry.base_pose_in_odom, *speeds, *odometry.twist_std())
         if self._control_rate.is_due(stamp_ns):
             self._step_navigator(now_ns, stamp_ns)
         pose_in_map = self._localizer.pose_in_map(odometry)
         if pose_in_map is not None:
             self.estimated_pose_in_map = pose_in_map
             self._publications.global_pose(now_ns, stamp_ns, pose_in_map)
-            # The status is that of a goal set since the navigator's last step, too.
-            status, text = self._navigator.status, self.navigation.text
-            self._apply(now_ns, stamp_ns, self._driver.step(stamp_ns, pose_in_map, status, text))
+            # The status is also that of a goal set since the navigator's last step.
+            try:
+                output = self._driver.step(stamp_ns, pose_in_map, navigator.status, self.navigation.text)
+            except RouteFailed as failure:
+                raise self._explained(failure) from None
+            self._apply(now_ns, stamp_ns, output)
+        published_ns = now_ns + self._localization_latency_ns
+        self._localizer.take_odometry(
+            odometry, lambda *localized: self._at(published_ns, self._publish, published_ns, *localized)
+        )
 
     def _step_navigator(self, now_ns: int, stamp_ns: int) -> None:
         was_active = self._navigator.status is GoalStatus.ACTIVE
@@ -201,6 +162,17 @@ class NavigatingDriver:
             self._send(now_ns, self.navigation.command, True)
             if self.navigation.status.is_over:
                 self._publications.goal_result(now_ns, self.navigation.status, self.navigation.text)
+
+    def _publish(
+        self, now_ns: int, stamp_ns: int, estimate: Optional[AmclEstimate], odom_pose_in_map: Optional[Pose2D]
+    ) -> None:
+        if estimate is not None:
+            self._publications.amcl_pose(now_ns, estimate)
+        if odom_pose_in_map is not None:
+            self._localizer.set_transform(stamp_ns, odom_pose_in_map)
+            until_ns = self._localizer.localized_until_ns
+            self._publications.odom_in_map(now_ns, until_ns, odom_pose_in_map)
+            self._navigator.take_localization(until_ns, odom_pose_in_map)
 
     def _apply(self, now_ns: int, stamp_ns: int, output: DriverOutput) -> None:
         if output.goal_in_map is not None:
@@ -212,7 +184,7 @@ class NavigatingDriver:
             self._send(now_ns, Command(0.0, output.turn_rate_radps), False)
 
     def _explained(self, failure: RouteFailed) -> RouteFailed:
-        """Return the failure as one of localization where AMCL has found the robot to be lost."""
-        if not self._localizer.is_lost:
+        """Return the failure as one of localization if AMCL has found the robot to be lost."""
+        if not self._localizer.amcl.is_lost:
             return failure
         return RouteFailed(Outcome.LOST, f'localization is lost; {failure}')

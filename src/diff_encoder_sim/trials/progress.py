@@ -1,4 +1,4 @@
-"""How far a campaign is, on stderr, and what came of it."""
+"""How far a campaign is, on stderr, and a table of its outcomes."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.trials.campaign_cells import Campaign, RequestedTrial
 from diff_encoder_sim.trials.results import OUTCOMES, TrialRow
 
-# What is assumed of a worker, and counts as much as so many seconds of measured work: the first trials also wait for
-# machine code to be loaded. docs/campaigns.md has the measured speed.
+# The assumed speed of a worker, which counts as much as this many seconds of measured work: the first trials also wait
+# for machine code to be loaded. docs/campaigns.md has the measured speed.
 ASSUMED_SPEED, ASSUMED_FOR_S = 50.0, 5.0
 
 
 class TimeLeft:
-    """Adds up the trials by how long the robot drives in each, at the speed of those that are done."""
+    """Adds up the time that the robot drives in each trial, at the speed of the finished trials."""
 
     def __init__(self, drives_s: Dict[str, float], pending: Sequence[str], done: Sequence[TrialRow] = ()) -> None:
         """Begin.
@@ -36,20 +36,18 @@ class TimeLeft:
         self._work_s, self._driven_s = ASSUMED_FOR_S, ASSUMED_FOR_S * ASSUMED_SPEED
         self._left_s = sum(drives_s[test] for test in pending)
         for row in done:
-            self._measure(row)
+            self._left_s += drives_s[row.test]
+            self.add(row)
 
     def add(self, row: TrialRow) -> None:
         """Count a trial that has ended."""
         self._left_s -= self._drives_s[row.test]
-        self._measure(row)
-
-    def seconds(self, workers: int) -> float:
-        """Return how long `workers` need for the rest [s]."""
-        return max(self._left_s, 0.0) * self._work_s / self._driven_s / workers
-
-    def _measure(self, row: TrialRow) -> None:
         self._work_s += row.wall_time_s
         self._driven_s += self._drives_s[row.test]
+
+    def seconds(self, workers: int) -> float:
+        """Return the time that `workers` need for the rest [s]."""
+        return max(self._left_s, 0.0) * self._work_s / self._driven_s / workers
 
 
 def time_left(campaign: Campaign, pending: Sequence[RequestedTrial], done: Sequence[TrialRow] = ()) -> TimeLeft:
@@ -59,7 +57,7 @@ def time_left(campaign: Campaign, pending: Sequence[RequestedTrial], done: Seque
 
 
 def shortest_drive_s(test: TestDefinition, nav: str) -> float:
-    """Compute how long a test takes from point to point at its highest speeds; at least 1 s [s]."""
+    """Compute the time that a test takes from point to point at its highest speeds; at least 1 s [s]."""
     if nav == 'scripted':
         distance_m = sum(abs(segment.straight or 0.0) for segment in test.drive)
         turns = sum(abs(segment.turns or 0.0) for segment in test.drive)
@@ -79,39 +77,47 @@ LINE_EVERY_S = 30.0
 
 
 class Progress:
-    """Counts trials; a subclass shows them. A context manager, which closes the display at its end."""
+    """Counts trials, and shows the state: as a bar on a terminal, else as lines. A context manager.
+
+    Lines follow at the first tick, when the first worker has started, and then every 10 % or 30 s.
+    """
 
     def __init__(
         self,
+        stream: TextIO,
         total: int,
         done: Sequence[TrialRow],
         left: TimeLeft,
-        stream: TextIO,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """`done` are the results of runs before this one; `clock` gives seconds."""
-        self.total = total
-        self._left = left
-        self.done = len(done)
-        self._stream = stream
-        self._clock = clock
-        self._began_s = clock()
-        self._done_before = len(done)
-        self._failed = sum(_has_failed(row) for row in done)
-        self._simulated_s = 0.0
-        self._workers = 0
-        self._open()
+        """`done` are the results of earlier runs; `clock` returns seconds."""
+        self.total, self.done = total, len(done)
+        self._left, self._stream, self._clock = left, stream, clock
+        self._began_s, self._done_before = clock(), len(done)
+        self._failed = sum(row.outcome is not Outcome.SUCCEEDED for row in done)
+        self._simulated_s, self._workers = 0.0, 0
+        self._shown = self.done, -LINE_EVERY_S, False  # trials, time and whether there were workers at the last line
+        self._bar = tqdm(
+            total=total,
+            initial=self.done,
+            file=stream,
+            dynamic_ncols=True,
+            bar_format='{percentage:3.0f}% |{bar}| {desc}',
+            desc=self.text(),
+            disable=not stream.isatty(),
+        )
 
     def __enter__(self) -> Progress:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._close()
+        self._bar.refresh()
+        self._bar.close()
 
     def add(self, row: TrialRow) -> None:
         """Count a trial that has ended."""
         self.done += 1
-        self._failed += _has_failed(row)
+        self._failed += row.outcome is not Outcome.SUCCEEDED
         self._simulated_s += row.duration_s
         self._left.add(row)
         self._show()
@@ -129,8 +135,7 @@ class Progress:
         """Return the state in one line."""
         if self._workers == 0 and self.done < self.total:
             return f'{self.count()}, {self._failed} failed, waiting for workers to start'
-        plural = '' if self._workers == 1 else 's'
-        parts = [self.count(), f'{self._failed} failed', f'{self._workers} worker{plural}']
+        parts = [self.count(), f'{self._failed} failed', f'{self._workers} worker{"" if self._workers == 1 else "s"}']
         if self.done_now:
             parts.append(f'{self.real_time_factor():.0f} x real time')
         left_s = self._left.seconds(max(1, self._workers)) if self.done < self.total else 0.0
@@ -138,7 +143,7 @@ class Progress:
 
     @property
     def done_now(self) -> int:
-        """Trials that this run has added."""
+        """Number of trials that this run has added."""
         return self.done - self._done_before
 
     def wall_time_s(self) -> float:
@@ -149,59 +154,18 @@ class Progress:
         """Return simulated seconds per second of wall time."""
         return self._simulated_s / max(self.wall_time_s(), 1e-9)
 
-    def _open(self) -> None:
-        """Prepare the display."""
-
     def _show(self) -> None:
-        raise NotImplementedError
-
-    def _close(self) -> None:
-        pass
-
-
-class ProgressBar(Progress):
-    """A progress bar for a terminal."""
-
-    def _open(self) -> None:
-        self._bar = tqdm(
-            total=self.total,
-            initial=self.done,
-            file=self._stream,
-            dynamic_ncols=True,
-            bar_format='{percentage:3.0f}% |{bar}| {desc}',
-            desc=self.text(),
-        )
-
-    def _show(self) -> None:
-        self._bar.set_description_str(self.text(), refresh=False)
-        self._bar.update(self.done - self._bar.n)
-
-    def _close(self) -> None:
-        self._bar.refresh()
-        self._bar.close()
-
-
-class ProgressLines(Progress):
-    """Lines for a file or a pipe: at the first tick, when the first worker is there, and then every 10 % or 30 s."""
-
-    def _open(self) -> None:
-        self._shown_done = self.done
-        self._shown_s = -LINE_EVERY_S
-        self._had_workers = False
-
-    def _show(self) -> None:
-        now_s = self._clock()
-        is_far = self.done - self._shown_done >= LINE_EVERY_FRACTION * self.total
-        is_last = self.done == self.total > self._shown_done
-        is_first = self._workers > 0 and not self._had_workers
-        if is_far or is_last or is_first or now_s - self._shown_s >= LINE_EVERY_S:
+        if not self._bar.disable:
+            self._bar.set_description_str(self.text(), refresh=False)
+            self._bar.update(self.done - self._bar.n)
+            return
+        now_s, (shown_done, shown_s, had_workers) = self._clock(), self._shown
+        is_far = self.done - shown_done >= LINE_EVERY_FRACTION * self.total
+        is_last = self.done == self.total > shown_done
+        is_first = self._workers > 0 and not had_workers
+        if is_far or is_last or is_first or now_s - shown_s >= LINE_EVERY_S:
             print(self.text(), file=self._stream, flush=True)
-            self._shown_done, self._shown_s, self._had_workers = self.done, now_s, self._workers > 0
-
-
-def progress_on(stream: TextIO, total: int, done: Sequence[TrialRow], left: TimeLeft) -> Progress:
-    """Choose a bar on a terminal, lines elsewhere."""
-    return (ProgressBar if stream.isatty() else ProgressLines)(total, done, left, stream)
+            self._shown = self.done, now_s, self._workers > 0
 
 
 def outcome_table(rows: Sequence[TrialRow]) -> str:
@@ -212,16 +176,9 @@ def outcome_table(rows: Sequence[TrialRow]) -> str:
         cells.setdefault(cell, collections.Counter())[row.outcome] += 1
     shown = [outcome for outcome in OUTCOMES if any(counts[outcome] for counts in cells.values())]
     varied = [key for key, _ in rows[0].varied] if rows else []
-    table: List[List[object]] = [
-        [*cell, sum(counts.values()), *(counts[outcome] for outcome in shown)] for cell, counts in cells.items()
-    ]
     return tabulate(
-        table,
+        [[*cell, sum(counts.values()), *(counts[outcome] for outcome in shown)] for cell, counts in cells.items()],
         ['test', *varied, 'PPR', 'trials', *(outcome.value for outcome in shown)],
         disable_numparse=True,
         colalign=('left', *['right'] * (len(varied) + 2 + len(shown))),
     )
-
-
-def _has_failed(row: TrialRow) -> bool:
-    return row.outcome is not Outcome.SUCCEEDED

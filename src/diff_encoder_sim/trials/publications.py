@@ -6,8 +6,6 @@ import json
 from pathlib import Path
 from typing import Collection, List, Optional, Union
 
-from typing_extensions import override
-
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives import topics
@@ -48,64 +46,6 @@ from diff_encoder_sim.trials.robot_params import RobotParams
 from diff_encoder_sim.wheels.odometry import OdometryEstimate
 from diff_encoder_sim.wheels.report_link import EncoderSample
 
-
-class Publications:
-    """One method for each publication on the live graph, at `now_ns`. Here they do nothing; a subclass may record."""
-
-    def trial(self, trial: Trial) -> None:
-        """Publish /trial, first of all."""
-
-    def begin(self, trial: Trial, simulator: Simulator, robot_file: Union[str, Path]) -> None:
-        """Publish what stands still on /tf_static, before time runs."""
-
-    def ending(self, now_ns: int, ending: Ending) -> None:
-        """Publish /trial_result."""
-
-    def map(self, grid: OccupancyGrid) -> None:
-        """Publish /map and /map_metadata, before time runs."""
-
-    def joint_states(self, joints: JointStates) -> None:
-        """Publish /clock and /joint_states at each tick, and the wheels' frames on /tf."""
-
-    def models(self, now_ns: int, simulator: Simulator) -> None:
-        """Publish /gazebo/model_states."""
-
-    def world_pose(self, now_ns: int, base_pose_in_map: Pose2D) -> None:
-        """Publish /world_pose, the true pose."""
-
-    @property
-    def takes_scans(self) -> bool:
-        """Return whether `scan` does anything; where nobody else does either, none are taken."""
-        return False
-
-    def scan(self, scan: Scan) -> None:
-        """Publish /scan."""
-
-    def encoder_pulse(self, now_ns: int, sample: EncoderSample) -> None:
-        """Publish /encoder_pulse and, where speeds are measured, /encoder_velocity."""
-
-    def odometry(self, now_ns: int, estimate: OdometryEstimate) -> None:
-        """Publish /odom, and odom->base_link on /tf."""
-
-    def amcl_pose(self, now_ns: int, estimate: AmclEstimate) -> None:
-        """Publish /amcl_pose."""
-
-    def odom_in_map(self, now_ns: int, stamp_ns: int, odom_pose_in_map: Pose2D) -> None:
-        """Publish map->odom on /tf, with its stamp."""
-
-    def global_pose(self, now_ns: int, stamp_ns: int, base_pose_in_map: Pose2D) -> None:
-        """Publish /global_pose, the pose estimate."""
-
-    def command(self, now_ns: int, command: Command, is_navigators: bool) -> None:
-        """Publish /cmd_vel, by the navigator or by the trial's own node."""
-
-    def goal(self, now_ns: int, stamp_ns: int, goal_in_map: Pose2D) -> None:
-        """Publish /move_base/goal; the stamp is that of the pose estimate at which it was sent."""
-
-    def goal_result(self, now_ns: int, status: GoalStatus, text: str) -> None:
-        """Publish /move_base/result of the goal sent last."""
-
-
 # robot_state_publisher's publish_frequency, 50 Hz.
 FRAMES_PERIOD_NS = 20_000_000
 
@@ -143,121 +83,148 @@ def _encode(frames: List[LinkFrame], stamp_ns: int) -> bytes:
     )
 
 
-class BagPublications(Publications):
-    """Writes the messages that the bag records; others are not encoded."""
+class Publications:
+    """One method for each publication on the live graph, at `now_ns`, into a bag; without a bag they do nothing.
 
-    def __init__(self, bag: Union[TrialBag, TrialBags], params: RobotParams, nav: str) -> None:
+    The bag encodes only messages that it records.
+    """
+
+    _bag: Union[TrialBag, TrialBags, None] = None  # of a subclass, too, that takes the publications itself
+
+    def __init__(
+        self, bag: Union[TrialBag, TrialBags, None] = None, params: Optional[RobotParams] = None, nav: str = ''
+    ) -> None:
+        """Prepare; a bag needs the parameters of the robot and `nav` of the trial."""
         self._bag = bag
-        self._params = params
-        self._map_frame = params.amcl.global_frame_id
-        self._odom_frame, self._base_frame = params.odometry.odom_frame, params.odometry.base_frame
-        self._joints = params.encoder.left_joint, params.encoder.right_joint
         self._trial_node = topics.SCRIPTED_DRIVE_NODE if nav == 'scripted' else topics.NAVIGATION_TRIAL_NODE
         self._goal = SentGoal(self._trial_node, 0, 0)  # before the first
-        self._state_publisher: Optional[StatePublisher] = None  # where the bag records /tf
-        self._models: Optional[ModelStatesEncoder] = None  # where it records /gazebo/model_states
+        self._state_publisher: Optional[StatePublisher] = None  # if the bag records /tf
+        self._models: Optional[ModelStatesEncoder] = None  # if it records /gazebo/model_states
+        if params is not None:
+            self._map_frame, self._odom_frame = params.amcl.global_frame_id, params.odometry.odom_frame
+            self._base_frame, self._has_odom_tf = params.odometry.base_frame, params.odometry.publish_tf
+            self._joints = params.encoder.left_joint, params.encoder.right_joint
+            self._laser, self._scan_s = params.simulator.laser_link, 1.0 / params.simulator.lidar.rate
 
-    @override
     def trial(self, trial: Trial) -> None:
-        self._bag.publish(topics.TRIAL, self._trial_node, 0, encode_string, trial.model_dump_json())
+        """Publish /trial, first of all."""
+        if self._bag is not None:
+            self._bag.publish(topics.TRIAL, self._trial_node, 0, encode_string, trial.model_dump_json())
 
-    @override
     def begin(self, trial: Trial, simulator: Simulator, robot_file: Union[str, Path]) -> None:
+        """Publish the static transforms on /tf_static, before time runs."""
+        if self._bag is None:
+            return
         if trial.nav == 'scripted':
-            start = trial.test.start.pose()  # without localization, odom is where the robot starts
-            self._write_transform(topics.TF_STATIC, self._trial_node, 0, start, 0, self._map_frame, self._odom_frame)
+            start = trial.test.start.pose()  # without localization, odom is at the start of the robot
+            self._transform(topics.TF_STATIC, self._trial_node, 0, start, 0, self._map_frame, self._odom_frame)
         if self._bag.wants(topics.MODEL_STATES):
             self._models = ModelStatesEncoder(simulator.world, simulator.robot_name)
         if self._bag.wants(topics.TF):
             self._state_publisher = StatePublisher(robot_file, simulator.joint_states().names, self._bag)
 
-    @override
     def ending(self, now_ns: int, ending: Ending) -> None:
-        text = json.dumps({'outcome': ending.outcome.value, 'reason': ending.reason})
-        self._bag.publish(topics.TRIAL_RESULT, self._trial_node, now_ns, encode_string, text)
+        """Publish /trial_result."""
+        if self._bag is not None:
+            text = json.dumps({'outcome': ending.outcome.value, 'reason': ending.reason})
+            self._bag.publish(topics.TRIAL_RESULT, self._trial_node, now_ns, encode_string, text)
 
-    @override
     def map(self, grid: OccupancyGrid) -> None:
-        self._bag.publish(topics.MAP, topics.MAP_NODE, 0, encode_map, grid, 0, self._map_frame)
-        self._bag.publish(topics.MAP_METADATA, topics.MAP_NODE, 0, encode_map_metadata, grid, 0)
+        """Publish /map and /map_metadata, before time runs."""
+        if self._bag is not None:
+            self._bag.publish(topics.MAP, topics.MAP_NODE, 0, encode_map, grid, 0, self._map_frame)
+            self._bag.publish(topics.MAP_METADATA, topics.MAP_NODE, 0, encode_map_metadata, grid, 0)
 
-    @override
     def joint_states(self, joints: JointStates) -> None:
+        """Publish /clock and /joint_states at each tick, and the wheels' frames on /tf."""
+        if self._bag is None:
+            return
         now_ns = joints.stamp_ns
         self._bag.publish(topics.CLOCK, topics.SIMULATOR_NODE, now_ns, encode_clock, now_ns)
         self._bag.publish(topics.JOINT_STATES, topics.SIMULATOR_NODE, now_ns, encode_joint_state, joints)
         if self._state_publisher is not None:
             self._state_publisher.take(joints)
 
-    @override
     def models(self, now_ns: int, simulator: Simulator) -> None:
-        if self._models is not None:
+        """Publish /gazebo/model_states."""
+        if self._bag is not None and self._models is not None:
             self._bag.publish(topics.MODEL_STATES, topics.SIMULATOR_NODE, now_ns, self._models.encode, simulator.base())
 
-    @override
     def world_pose(self, now_ns: int, base_pose_in_map: Pose2D) -> None:
-        self._write_pose(topics.WORLD_POSE, topics.WORLD_POSE_NODE, now_ns, now_ns, base_pose_in_map)
+        """Publish /world_pose, the true pose."""
+        self._pose(topics.WORLD_POSE, topics.WORLD_POSE_NODE, now_ns, now_ns, base_pose_in_map)
 
     @property
-    @override
     def takes_scans(self) -> bool:
-        return self._bag.wants(topics.SCAN)
+        """Return whether `scan` does anything; if no other part does either, none are taken."""
+        return self._bag is not None and self._bag.wants(topics.SCAN)
 
-    @override
     def scan(self, scan: Scan) -> None:
-        laser, duration_s = self._params.simulator.laser_link, 1.0 / self._params.simulator.lidar.rate
-        self._bag.publish(topics.SCAN, topics.SIMULATOR_NODE, scan.stamp_ns, encode_scan, scan, laser, duration_s)
+        """Publish /scan."""
+        if self._bag is not None:
+            message = scan, self._laser, self._scan_s
+            self._bag.publish(topics.SCAN, topics.SIMULATOR_NODE, scan.stamp_ns, encode_scan, *message)
 
-    @override
     def encoder_pulse(self, now_ns: int, sample: EncoderSample) -> None:
-        joints, speeds_radps = self._joints, sample.wheel_rates_radps
+        """Publish /encoder_pulse and, if speeds are measured, /encoder_velocity."""
+        if self._bag is None:
+            return
+        speeds_radps = sample.wheel_rates_radps
         if speeds_radps is not None:
-            speeds = sample.stamp_ns, speeds_radps, joints
+            speeds = sample.stamp_ns, speeds_radps, self._joints
             self._bag.publish(topics.ENCODER_VELOCITY, topics.ENCODER_NODE, now_ns, encode_wheel_speeds, *speeds)
-        self._bag.publish(topics.ENCODER_PULSE, topics.ENCODER_NODE, now_ns, encode_encoder_pulse, sample, joints)
+        self._bag.publish(topics.ENCODER_PULSE, topics.ENCODER_NODE, now_ns, encode_encoder_pulse, sample, self._joints)
 
-    @override
     def odometry(self, now_ns: int, estimate: OdometryEstimate) -> None:
+        """Publish /odom, and odom->base_link on /tf."""
+        if self._bag is None:
+            return
         frames = self._odom_frame, self._base_frame
-        if self._params.odometry.publish_tf:
+        if self._has_odom_tf:
             pose, stamp_ns = estimate.base_pose_in_odom, estimate.stamp_ns
-            self._write_transform(topics.TF, topics.ODOM_NODE, now_ns, pose, stamp_ns, *frames)
+            self._transform(topics.TF, topics.ODOM_NODE, now_ns, pose, stamp_ns, *frames)
         self._bag.publish(topics.ODOM, topics.ODOM_NODE, now_ns, encode_odometry, estimate, *frames)
 
-    @override
     def amcl_pose(self, now_ns: int, estimate: AmclEstimate) -> None:
-        message = estimate.base_pose_in_map, estimate.covariance, estimate.stamp_ns, self._map_frame
-        self._bag.publish(topics.AMCL_POSE, topics.AMCL_NODE, now_ns, encode_pose_with_covariance, *message)
+        """Publish /amcl_pose."""
+        if self._bag is not None:
+            message = estimate.base_pose_in_map, estimate.covariance, estimate.stamp_ns, self._map_frame
+            self._bag.publish(topics.AMCL_POSE, topics.AMCL_NODE, now_ns, encode_pose_with_covariance, *message)
 
-    @override
     def odom_in_map(self, now_ns: int, stamp_ns: int, odom_pose_in_map: Pose2D) -> None:
-        frames = self._map_frame, self._odom_frame
-        self._write_transform(topics.TF, topics.AMCL_NODE, now_ns, odom_pose_in_map, stamp_ns, *frames)
+        """Publish map->odom on /tf, with its stamp."""
+        if self._bag is not None:
+            frames = self._map_frame, self._odom_frame
+            self._transform(topics.TF, topics.AMCL_NODE, now_ns, odom_pose_in_map, stamp_ns, *frames)
 
-    @override
     def global_pose(self, now_ns: int, stamp_ns: int, base_pose_in_map: Pose2D) -> None:
-        self._write_pose(topics.GLOBAL_POSE, topics.GLOBAL_POSE_NODE, now_ns, stamp_ns, base_pose_in_map)
+        """Publish /global_pose, the pose estimate."""
+        self._pose(topics.GLOBAL_POSE, topics.GLOBAL_POSE_NODE, now_ns, stamp_ns, base_pose_in_map)
 
-    @override
     def command(self, now_ns: int, command: Command, is_navigators: bool) -> None:
-        node = topics.MOVE_BASE_NODE if is_navigators else self._trial_node
-        self._bag.publish(topics.CMD_VEL, node, now_ns, encode_command, *command)
+        """Publish /cmd_vel, by the navigator or by the trial's own node."""
+        if self._bag is not None:
+            node = topics.MOVE_BASE_NODE if is_navigators else self._trial_node
+            self._bag.publish(topics.CMD_VEL, node, now_ns, encode_command, *command)
 
-    @override
     def goal(self, now_ns: int, stamp_ns: int, goal_in_map: Pose2D) -> None:
-        self._goal = SentGoal(self._trial_node, self._goal.number + 1, now_ns)
-        goal = self._goal, goal_in_map, stamp_ns, self._map_frame
-        self._bag.publish(topics.GOAL, self._trial_node, now_ns, encode_goal, *goal)
+        """Publish /move_base/goal; the stamp is that of the pose estimate at which it was sent."""
+        if self._bag is not None:
+            self._goal = SentGoal(self._trial_node, self._goal.number + 1, now_ns)
+            goal = self._goal, goal_in_map, stamp_ns, self._map_frame
+            self._bag.publish(topics.GOAL, self._trial_node, now_ns, encode_goal, *goal)
 
-    @override
     def goal_result(self, now_ns: int, status: GoalStatus, text: str) -> None:
-        result = self._goal, status, text, now_ns
-        self._bag.publish(topics.RESULT, topics.MOVE_BASE_NODE, now_ns, encode_result, *result)
+        """Publish /move_base/result of the goal sent last."""
+        if self._bag is not None:
+            result = self._goal, status, text, now_ns
+            self._bag.publish(topics.RESULT, topics.MOVE_BASE_NODE, now_ns, encode_result, *result)
 
-    def _write_pose(self, topic: str, node: str, now_ns: int, stamp_ns: int, pose_in_map: Pose2D) -> None:
-        self._bag.publish(topic, node, now_ns, encode_pose_stamped, pose_in_map, stamp_ns, self._map_frame)
+    def _pose(self, topic: str, node: str, now_ns: int, stamp_ns: int, pose_in_map: Pose2D) -> None:
+        if self._bag is not None:
+            self._bag.publish(topic, node, now_ns, encode_pose_stamped, pose_in_map, stamp_ns, self._map_frame)
 
-    def _write_transform(
-        self, topic: str, node: str, now_ns: int, child_pose: Pose2D, stamp_ns: int, parent: str, child: str
-    ) -> None:
-        self._bag.publish(topic, node, now_ns, encode_planar_tf, child_pose, stamp_ns, parent, child)
+    def _transform(self, topic: str, node: str, now_ns: int, child: Pose2D, stamp_ns: int, *frames: str) -> None:
+        """Publish a transform; `frames` are those of the parent and of the child."""
+        if self._bag is not None:
+            self._bag.publish(topic, node, now_ns, encode_planar_tf, child, stamp_ns, *frames)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, Mapping, NamedTuple, Optional, Sequence, Tuple, Type, Union
+from typing import Any, Dict, Iterator, Mapping, NamedTuple, Optional, Sequence, Tuple, Type, Union
 
 from pydantic import Field, field_validator
 from typing_extensions import Annotated
@@ -18,7 +18,7 @@ from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.navigation.dwa_params import DwaParams
 from diff_encoder_sim.navigation.goal_stopping import PoseStep, StopSpread, stop_parts, stop_spread
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
-from diff_encoder_sim.robots.robot_file import RobotFile, load_robot_file
+from diff_encoder_sim.robots.robot_file import load_robot_file
 from diff_encoder_sim.robots.robot_setup import RobotSetup, set_up_robot
 from diff_encoder_sim.simulation.simulator import (
     CONTACT_CURVE_NOISE,
@@ -128,29 +128,24 @@ def load_robot_params(config_folder: Union[str, Path]) -> RobotParams:
     Raises:
         ConfigError: a file is missing or bad.
     """
-    paths = _paths(config_folder)
-    return _checked_params(paths, _load_files(paths))
+    return override(load_robot_config(config_folder), {})
 
 
 def load_robot_config(config_folder: Union[str, Path], instead: Optional[Mapping[str, Path]] = None) -> RobotConfig:
     """Load the content of the files by their stems, for `override`.
 
     Args:
-        config_folder: where the files are.
+        config_folder: of the files.
         instead: files, by stem, that are read in place of the folder's.
 
     Raises:
         ConfigError: a file is missing or bad.
     """
-    paths = {**_paths(config_folder), **(instead or {})}
-    config = _load_files(paths)
-    _checked_params(paths, config)
+    paths = {stem: Path(config_folder) / f'{stem}.yaml' for stem in CONFIG_FILES}
+    paths.update(instead or {})
+    config = {stem: load_yaml(path) for stem, path in paths.items()}
+    _robot_params(config, paths)
     return config
-
-
-def _checked_params(paths: Mapping[str, Path], config: RobotConfig) -> RobotParams:
-    """Return the parameters of the files; errors name the file."""
-    return _robot_params(config, lambda stem: str(paths[stem]))
 
 
 def override(config: RobotConfig, overrides: Mapping[str, Any]) -> RobotParams:
@@ -162,12 +157,30 @@ def override(config: RobotConfig, overrides: Mapping[str, Any]) -> RobotParams:
             `check_key`.
 
     Raises:
-        ConfigError: a value is not allowed, or another key decides what this one should.
+        ConfigError: a value is not allowed, or another key overrides it.
     """
-    params = _robot_params(merged(config, nested(overrides)), str)
+    params = _robot_params(merged(config, nested(overrides)), {})
     for key, value in overrides.items():
-        _check_effect(params, key, value)
+        # In move_base's overlapping namespaces another key can set the same parameter.
+        stem, *path = key.split('.')
+        parts = [getattr(params, field) for field in CONFIG_FILES[stem]]
+        used: Any = next(part for part in parts if path[0] in type(part).model_fields)
+        for name in path:
+            used = getattr(used, name)
+        if isinstance(used, (bool, int, float, str)) and used != value:
+            raise ConfigError(
+                f'{key}: given {value!r} has no effect: another key of config/{stem}.yaml makes it {used!r}'
+            )
     return params
+
+
+def _robot_params(config: RobotConfig, paths: Mapping[str, Path]) -> RobotParams:
+    """Check the content of all files; errors name a file by its path or, without one, by its stem."""
+    parts: Dict[str, Any] = {}
+    for stem, classes in CONFIG_FILES.items():
+        parts.update(zip(classes, split_params(config[stem], str(paths.get(stem, stem)), *classes.values())))
+    parts['odometry'] = with_uncertainty(parts['odometry'], parts['simulator'].wheel_errors)
+    return RobotParams(**parts)
 
 
 def check_key(key: str) -> None:
@@ -189,23 +202,6 @@ def check_key(key: str) -> None:
         raise ConfigError(f'{key}: unknown key{hint}')
 
 
-def _paths(config_folder: Union[str, Path]) -> Dict[str, Path]:
-    return {stem: Path(config_folder) / f'{stem}.yaml' for stem in CONFIG_FILES}
-
-
-def _load_files(paths: Mapping[str, Path]) -> RobotConfig:
-    return {stem: load_yaml(path) for stem, path in paths.items()}
-
-
-def _robot_params(config: RobotConfig, source: Callable[[str], str]) -> RobotParams:
-    """Check each file's content; `source` returns from its stem what an error names it by."""
-    parts: Dict[str, Any] = {}
-    for stem, classes in CONFIG_FILES.items():
-        parts.update(zip(classes, split_params(config[stem], source(stem), *classes.values())))
-    parts['odometry'] = with_uncertainty(parts['odometry'], parts['simulator'].wheel_errors)
-    return RobotParams(**parts)
-
-
 def _dotted_keys(params_class: Type[Params]) -> Iterator[str]:
     """Yield the keys of single values: of costmaps their flat names alone, which have namespaces as aliases."""
     for name, field in params_class.model_fields.items():
@@ -213,17 +209,6 @@ def _dotted_keys(params_class: Type[Params]) -> Iterator[str]:
             yield from (f'{name}.{below}' for below in _dotted_keys(field.annotation))
         else:
             yield name
-
-
-def _check_effect(params: RobotParams, key: str, value: Any) -> None:
-    """Check that a parameter has its value: in move_base's overlapping namespaces another key can set it again."""
-    stem, *path = key.split('.')
-    parts = [getattr(params, field) for field in CONFIG_FILES[stem]]
-    used: Any = next(part for part in parts if path[0] in type(part).model_fields)
-    for name in path:
-        used = getattr(used, name)
-    if isinstance(used, (bool, int, float, str)) and used != value:
-        raise ConfigError(f'{key}: given {value!r} has no effect: another key of config/{stem}.yaml makes it {used!r}')
 
 
 DEFAULT_ROBOT = 'alto'
@@ -245,21 +230,17 @@ def load_robot(
         ConfigError: the robot's files are missing or bad, or set what is not allowed.
     """
     file = load_robot_file(given or DEFAULT_ROBOT, folder, package_folder, arguments, packages)
-    _check_keys(file)
+    for key in file.overrides:
+        try:
+            check_key(key)
+        except ConfigError as error:
+            raise ConfigError(f'{file.where}: set: {error}') from None
     setup = set_up_robot(file)
     try:
         override(load_robot_config(package_folder / 'config'), setup.settings)
     except ConfigError as error:
         raise ConfigError(f'{file.where}: {error}') from None
     return setup
-
-
-def _check_keys(file: RobotFile) -> None:
-    for key in file.overrides:
-        try:
-            check_key(key)
-        except ConfigError as error:
-            raise ConfigError(f'{file.where}: set: {error}') from None
 
 
 # How each stop ends.

@@ -5,14 +5,14 @@ from __future__ import annotations
 import logging
 import math
 from collections import deque
-from typing import Iterable, Iterator, List, NamedTuple, Optional, Union
+from typing import Iterable, List, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 
 from diff_encoder_sim.base.errors import EVENT
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.drives.test_definition import Leg, Point, SpeedLimits, TestDefinition
+from diff_encoder_sim.drives.test_definition import SpeedLimits, TestDefinition
 from diff_encoder_sim.drives.trial_definition import Outcome, RouteFailed
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
@@ -91,28 +91,22 @@ class Destination(NamedTuple):
     pose_in_map: Pose2D
     is_stop: bool  # False: a waypoint, left for the next one as soon as it is near
 
-    def describe(self) -> str:
-        """Return its name for messages."""
-        if self.is_stop:
-            return 'the goal'
-        return f'the waypoint ({self.pose_in_map.x_m:.2f}, {self.pose_in_map.y_m:.2f})'
-
 
 class Turn(NamedTuple):
-    """A turn in place, by many turns where the angle is larger than one."""
+    """A turn in place; an angle above 2 pi is several turns."""
 
     angle_rad: float
 
 
 class DriverOutput(NamedTuple):
-    """A goal to send, or a command; neither where the robot is to go on as it does."""
+    """A goal to send, or a command; neither if the robot is to continue."""
 
     goal_in_map: Optional[Pose2D] = None  # for the navigator, in place of its present one
     turn_rate_radps: Optional[float] = None  # for /cmd_vel; None: leave /cmd_vel to the navigator
 
 
 class RouteDriver:
-    """Takes the stages of a route one after another, by the pose estimate alone, as a robot has no other.
+    """Drives the stages of a route one after another, by the pose estimate only, as a robot has no other.
 
     Call `step` with each pose estimate until it `is_over`, and `watch` at a steady rate, with or without estimates.
     """
@@ -131,12 +125,15 @@ class RouteDriver:
         """Check the time limit and, while the robot turns in place, the age of the pose estimate.
 
         Returns:
-            A stop, while the robot turns and no pose estimate has come for POSE_TIMEOUT_S.
+            A stop, while the robot turns and the pose estimate is older than POSE_TIMEOUT_S.
 
         Raises:
             RouteFailed: the test's time limit, from the first call on, is over.
         """
-        self._check_time_limit(now_ns)
+        if self._started_ns is None:
+            self._started_ns = now_ns
+        if now_ns - self._started_ns > self._test.time_limit * NANOSECONDS_PER_SECOND:
+            raise RouteFailed(Outcome.TIMED_OUT, f'not at its end after {self._test.time_limit:.0f} s (time_limit)')
         age_s = (now_ns - self._estimate_ns) / NANOSECONDS_PER_SECOND
         if not isinstance(self._stage, TurnInPlace) or age_s <= POSE_TIMEOUT_S:
             return DriverOutput()
@@ -146,14 +143,8 @@ class RouteDriver:
         self._stage.halt()
         return DriverOutput(turn_rate_radps=0.0)
 
-    def _check_time_limit(self, now_ns: int) -> None:
-        if self._started_ns is None:
-            self._started_ns = now_ns
-        if now_ns - self._started_ns > self._test.time_limit * NANOSECONDS_PER_SECOND:
-            raise RouteFailed(Outcome.TIMED_OUT, f'not at its end after {self._test.time_limit:.0f} s (time_limit)')
-
     def step(self, now_ns: int, base_pose_in_map: Pose2D, status: GoalStatus, status_text: str) -> DriverOutput:
-        """Return what follows from a pose estimate.
+        """Return the goal or command that follows from a pose estimate.
 
         Args:
             now_ns: stamp of the pose estimate.
@@ -171,28 +162,22 @@ class RouteDriver:
         if self._ended_ns is not None:
             self.is_over = now_ns - self._ended_ns >= SETTLING_S * NANOSECONDS_PER_SECOND
             return DriverOutput()
+        rate_radps = None
         if isinstance(self._stage, TurnInPlace):
-            return self._continue_turn(self._stage, now_ns, base_pose_in_map)
-        if self._stage is None or self._is_done(self._stage, base_pose_in_map, status, status_text):
-            return self._begin_next(now_ns, base_pose_in_map)
-        return DriverOutput()
-
-    def _begin_next(self, now_ns: int, base_pose_in_map: Pose2D) -> DriverOutput:
+            rate_radps = self._stage.rate(now_ns, base_pose_in_map.yaw_rad)
+            if not self._stage.is_over:
+                return DriverOutput(turn_rate_radps=rate_radps)
+        elif self._stage is not None and not self._is_done(self._stage, base_pose_in_map, status, status_text):
+            return DriverOutput()
         if not self._stages:
             self._stage, self._ended_ns = None, now_ns
-            return DriverOutput()
+            return DriverOutput(turn_rate_radps=rate_radps)
         stage = self._stages.popleft()
         if isinstance(stage, Destination):
             self._stage = stage
-            return DriverOutput(goal_in_map=stage.pose_in_map)
+            return DriverOutput(stage.pose_in_map, rate_radps)
         self._stage = TurnInPlace(stage.angle_rad, self._test.limits)
-        return self._continue_turn(self._stage, now_ns, base_pose_in_map)
-
-    def _continue_turn(self, turn: TurnInPlace, now_ns: int, base_pose_in_map: Pose2D) -> DriverOutput:
-        rate_radps = turn.rate(now_ns, base_pose_in_map.yaw_rad)
-        if not turn.is_over:
-            return DriverOutput(turn_rate_radps=rate_radps)
-        return self._begin_next(now_ns, base_pose_in_map)._replace(turn_rate_radps=rate_radps)
+        return self.step(now_ns, base_pose_in_map, status, status_text)
 
     def _is_done(self, stage: Destination, base_pose_in_map: Pose2D, status: GoalStatus, status_text: str) -> bool:
         goal = stage.pose_in_map
@@ -200,46 +185,34 @@ class RouteDriver:
         if not stage.is_stop and offset_m <= self._test.pass_radius:
             return True
         if status.is_over and status is not GoalStatus.SUCCEEDED:
-            raise RouteFailed(Outcome.ABORTED, f'{stage.describe()} was not reached: {status_text or status.value}')
+            name = 'the goal' if stage.is_stop else f'the waypoint ({goal.x_m:.2f}, {goal.y_m:.2f})'
+            raise RouteFailed(Outcome.ABORTED, f'{name} was not reached: {status_text or status.value}')
         return status is GoalStatus.SUCCEEDED
 
 
 def stages_of(test: TestDefinition) -> List[Union[Destination, Turn]]:
-    """Return what a test's route consists of, in its order."""
-    return [stage for leg in test.route for stage in _stages_of_leg(leg)]
-
-
-def _stages_of_leg(leg: Leg) -> List[Union[Destination, Turn]]:
-    if leg.turns is not None:
-        return [Turn(2.0 * math.pi * leg.turns)]
-    if leg.goal is not None:
-        return [Destination(leg.goal.pose(), True)]
-    return [Destination(pose, False) for pose in _waypoint_poses(leg.through or [])]
-
-
-def _waypoint_poses(through: List[Point]) -> List[Pose2D]:
-    """Head each waypoint towards the next, in case the navigator stops there; the last has heading 0."""
-    points = [(point.x, point.y) for point in through]
-    next_points = points[1:] + points[-1:]
-    return [
-        Pose2D(*point, math.atan2(after[1] - point[1], after[0] - point[0]))
-        for point, after in zip(points, next_points)
-    ]
+    """Return the stages of a test's route, in their order."""
+    stages: List[Union[Destination, Turn]] = []
+    for leg in test.route:
+        if leg.turns is not None:
+            stages.append(Turn(2.0 * math.pi * leg.turns))
+        elif leg.goal is not None:
+            stages.append(Destination(leg.goal.pose(), True))
+        else:
+            # Each waypoint heads towards the next, in case the navigator stops there; the last has heading 0.
+            points = [(point.x, point.y) for point in leg.through or []]
+            for (x_m, y_m), (next_x_m, next_y_m) in zip(points, [*points[1:], *points[-1:]]):
+                pose = Pose2D(x_m, y_m, math.atan2(next_y_m - y_m, next_x_m - x_m))
+                stages.append(Destination(pose, False))
+    return stages
 
 
 # Between two places at which the robot's outline is compared with the walls.
 STEP_M, STEP_RAD = 0.1, math.radians(10.0)
 
 
-class _RouteEffort(NamedTuple):
-    """The least that a route asks of any robot that follows it."""
-
-    length_m: float
-    turned_rad: float  # in place, on purpose
-
-
 def misfit(test: TestDefinition, navigator: NavigatorParams, drive: DriveParams, grid: OccupancyGrid) -> Optional[str]:
-    """Return why a robot cannot navigate a test's route, in one line; None where nothing speaks against it.
+    """Return why a robot cannot navigate a test's route, in one line; None if nothing is against it.
 
     Args:
         test: to be driven in the map.
@@ -249,32 +222,42 @@ def misfit(test: TestDefinition, navigator: NavigatorParams, drive: DriveParams,
     """
     costmap = Costmap(navigator.global_costmap, grid)
     try:
-        effort = _plan_route(test, navigator, costmap)
+        length_m, turned_rad = _plan_route(test, navigator, costmap)
     except PlanError as error:
         return f'test {test.name}: not for this robot: {error}'
-    return _too_slow(test, effort, navigator, drive)
+    planner = navigator.DWAPlannerROS
+    speed_mps = min(planner.max_vel_x, planner.max_vel_trans, drive.max_linear_speed)
+    least_s = length_m / speed_mps + turned_rad / min(test.limits.angular_speed, drive.max_angular_speed)
+    if least_s <= test.time_limit:
+        return None
+    return (
+        f'test {test.name}: not for this robot: its {length_m:.0f} m take it at least {least_s:.0f} s at '
+        f'{speed_mps:g} m/s; time_limit is {test.time_limit:g} s'
+    )
 
 
-def _plan_route(test: TestDefinition, navigator: NavigatorParams, costmap: Costmap) -> _RouteEffort:
-    """Plan each leg as the navigator will.
+def _plan_route(test: TestDefinition, navigator: NavigatorParams, costmap: Costmap) -> Tuple[float, float]:
+    """Plan each leg as the navigator will; return the length [m] and the angle that is turned in place [rad].
 
     Raises:
-        PlanError: there is no way for the robot's outline.
+        PlanError: there is no path for the robot's outline.
     """
     planner = GlobalPlanner(navigator.NavfnROS, costmap)
     pose, length_m, turned_rad = test.start.pose(), 0.0, 0.0
     for stage in stages_of(test):
         if isinstance(stage, Turn):
-            _check_poses(costmap, _turned_poses(pose, stage.angle_rad))
+            # From one full turn on, all headings have been seen.
+            angle_rad = math.copysign(min(abs(stage.angle_rad), 2.0 * math.pi), stage.angle_rad)
+            angles = np.linspace(0.0, angle_rad, 1 + math.ceil(abs(angle_rad) / STEP_RAD)).tolist()
+            _check_poses(costmap, [pose._replace(yaw_rad=pose.yaw_rad + angle) for angle in angles])
             turned_rad += abs(stage.angle_rad)
-            continue
-        plan = planner.make_plan(pose, stage.pose_in_map)
-        _check_poses(
-            costmap, [Pose2D(*point) for point in plan[:: max(1, round(STEP_M * costmap.cells_per_m))].tolist()]
-        )
-        length_m += float(np.hypot(*np.diff(plan[:, :2], axis=0).T).sum())
-        pose = stage.pose_in_map
-    return _RouteEffort(length_m, turned_rad)
+        else:
+            plan = planner.make_plan(pose, stage.pose_in_map)
+            step = max(1, round(STEP_M * costmap.cells_per_m))
+            _check_poses(costmap, [Pose2D(*point) for point in plan[::step].tolist()])
+            length_m += float(np.hypot(*np.diff(plan[:, :2], axis=0).T).sum())
+            pose = stage.pose_in_map
+    return length_m, turned_rad
 
 
 def _check_poses(costmap: Costmap, poses: Iterable[Pose2D]) -> None:
@@ -285,31 +268,6 @@ def _check_poses(costmap: Costmap, poses: Iterable[Pose2D]) -> None:
     """
     for pose in poses:
         if costmap.footprint_cost(pose) == IN_OBSTACLE:
-            raise PlanError(PlanProblem.BLOCKED, f'at ({pose.x_m:.2f}, {pose.y_m:.2f}) {_size(costmap)} touches a wall')
-
-
-def _size(costmap: Costmap) -> str:
-    length_m, width_m = np.ptp(costmap.footprint.vertices_m, axis=0).tolist()
-    return f'its outline of {length_m:.2f} x {width_m:.2f} m'
-
-
-def _turned_poses(pose: Pose2D, angle_rad: float) -> Iterator[Pose2D]:
-    # From one full turn on, all headings have been seen.
-    angle_rad = math.copysign(min(abs(angle_rad), 2.0 * math.pi), angle_rad)
-    for angle in np.linspace(0.0, angle_rad, 1 + math.ceil(abs(angle_rad) / STEP_RAD)).tolist():
-        yield pose._replace(yaw_rad=pose.yaw_rad + angle)
-
-
-def _too_slow(
-    test: TestDefinition, effort: _RouteEffort, navigator: NavigatorParams, drive: DriveParams
-) -> Optional[str]:
-    planner = navigator.DWAPlannerROS
-    speed_mps = min(planner.max_vel_x, planner.max_vel_trans, drive.max_linear_speed)
-    turning_radps = min(test.limits.angular_speed, drive.max_angular_speed)
-    least_s = effort.length_m / speed_mps + effort.turned_rad / turning_radps
-    if least_s <= test.time_limit:
-        return None
-    return (
-        f'test {test.name}: not for this robot: its {effort.length_m:.0f} m take it at least {least_s:.0f} s at '
-        f'{speed_mps:g} m/s; time_limit is {test.time_limit:g} s'
-    )
+            length_m, width_m = np.ptp(costmap.footprint.vertices_m, axis=0).tolist()
+            size = f'its outline of {length_m:.2f} x {width_m:.2f} m'
+            raise PlanError(PlanProblem.BLOCKED, f'at ({pose.x_m:.2f}, {pose.y_m:.2f}) {size} touches a wall')

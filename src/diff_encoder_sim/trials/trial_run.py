@@ -13,7 +13,7 @@ from diff_encoder_sim.drives.topics import PoseSource, RecordMode
 from diff_encoder_sim.drives.trial_bag import TrialBag, TrialBags
 from diff_encoder_sim.drives.trial_definition import FinalErrors, Trial, TrialPlan
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial, Report
-from diff_encoder_sim.trials.publications import BagPublications, Publications
+from diff_encoder_sim.trials.publications import Publications
 from diff_encoder_sim.trials.results import TrialRow
 from diff_encoder_sim.trials.robot_params import RobotParams
 from diff_encoder_sim.trials.trial_setup import LockstepOptions, TrialSetup
@@ -44,9 +44,9 @@ def run_trials(trials: Sequence[TrialSetup], robot_file: Union[str, Path]) -> Li
         common: Optional[Publications] = None
         if options.record != 'none':
             bags = [opened.enter_context(TrialBag(each.bag, options.record, each.bag_format)) for each, *_ in trials]
-            own = [BagPublications(bag, each.params, nav) for bag, each in zip(bags, trials)]
+            own = [Publications(bag, each.params, nav) for bag, each in zip(bags, trials)]
             # A navigated trial has one bag, and needs no loop over bags.
-            common = own[0] if len(bags) == 1 else BagPublications(TrialBags(bags), params, nav)
+            common = own[0] if len(bags) == 1 else Publications(TrialBags(bags), params, nav)
         drive = LockstepTrial(plan, robot_file, params, common, list(zip(trials, own)))
         with without_collection():
             for _ in drive.run():

@@ -3,7 +3,7 @@
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.navigation.navigator_inputs import Command, GoalStatus
 from diff_encoder_sim.simulation.state import JointStates
-from diff_encoder_sim.trials.publications import BagPublications, StatePublisher
+from diff_encoder_sim.trials.publications import Publications, StatePublisher
 from lockstep_trials import ALTO, params_of
 
 
@@ -19,7 +19,7 @@ class Bag:
 
 def publications():
     bag = Bag()
-    return bag, BagPublications(bag, params_of(), 'embedded')
+    return bag, Publications(bag, params_of(), 'embedded')
 
 
 def test_commands_are_by_the_node_that_sent_them():
