@@ -2,7 +2,7 @@
 
 import pytest
 
-from campaign_files import RUN, row_of_job
+from campaign_files import RUN, row_of_trial
 from diff_encoder_sim.analysis.results_table import load_results
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.trials.results import ResultStore
@@ -14,7 +14,7 @@ def finish(campaign, folder, count=None):
     with ResultStore(folder, campaign, RUN) as store:
         for job in store.pending()[:count]:
             write_bag(folder / job.bag, job.definition())
-            store.append(row_of_job(campaign, job, job.bag))
+            store.append(row_of_trial(job, job.bag))
         store.finish()
     return folder
 

@@ -38,45 +38,32 @@ def small_campaign(folder, **changes):
     return load_campaign(str(campaign_file(folder, **changes)), ROOT)
 
 
-def row_of_job(campaign, job, bag='', **changes):
-    """Some result; another for each job."""
-    cell = job.cell
-    errors = {source: Pose2D(job.position / 3, -1e-17, 0.1 * number) for number, source in enumerate(PoseSource)}
-    row = TrialRow(
-        cell.test.name,
-        cell.encoder.label,
-        cell.varied_texts(),
-        job.trial,
-        job.seed,
-        Outcome.SUCCEEDED,
-        '',
-        49.05 + job.position,
-        errors,
-        20.000000000000004,
-        1.25,
-        bag,
-    )
-    return row._replace(**changes)
+def row_of_trial(trial, bag='', **changes):
+    """Some result; another for each trial."""
+    errors = {source: Pose2D(trial.position / 3, -1e-17, 0.1 * number) for number, source in enumerate(PoseSource)}
+    ending = Outcome.SUCCEEDED, '', 49.05 + trial.position, errors, 20.000000000000004, 1.25, bag
+    return TrialRow(*trial.identity(), *ending)._replace(**changes)
 
 
-def run(campaign, folder, jobs=None):
-    """Finish some trials, in an order of their own; as a campaign does, but for the trials."""
+def run(campaign, folder, trials=None):
+    """Finish some trials, in another order; as a campaign does, except for the trials."""
     with ResultStore(folder, campaign, RUN) as store:
-        for job in store.pending() if jobs is None else jobs:
-            bag = job.bag
-            if bag:
-                (folder / bag).write_bytes(b'bag')
-            store.append(row_of_job(campaign, job, bag))
+        _finish(store, store.pending() if trials is None else trials)
         store.finish()
     return (folder / 'trials.csv').read_bytes()
 
 
-def kill(folder, campaign, count, order=lambda jobs: jobs):
+def kill(folder, campaign, count, order=lambda trials: trials):
     """A folder as it is when a campaign was killed after `count` trials."""
     with ResultStore(folder, campaign, RUN) as store:
-        for job in order(store.pending())[:count]:
-            (folder / job.bag).write_bytes(b'bag')
-            store.append(row_of_job(campaign, job, job.bag))
+        _finish(store, order(store.pending())[:count])
+
+
+def _finish(store, trials):
+    for trial in trials:
+        if trial.bag:
+            (store.folder / trial.bag).write_bytes(b'bag')
+        store.append(row_of_trial(trial, trial.bag))
 
 
 def refusal(folder, campaign, **options):

@@ -1,75 +1,125 @@
-"""What is checked before a campaign's trials."""
+"""Combinations of parameters, the fingerprint of a campaign, and the checks before its trials."""
 
+import json
+import pickle
+
+import pytest
+import yaml
+
+from campaign_files import NOISE, ROOT, SMALL, campaign_file, package_copy, small_campaign
 from diff_encoder_sim.simulation.simulator import SimulatorParams
 from diff_encoder_sim.trials.campaign_cells import CampaignParams, check_robot, unfit_tests
 from diff_encoder_sim.trials.campaign_loading import load_campaign
-from places import ROOT, WORLDS
+from places import WORLDS
 
 WIDE = [[0.3, 0.75], [-0.3, 0.75], [-0.3, -0.75], [0.3, -0.75]]
-
-
-def campaign(tmp_path, nav='embedded', tests='[SMT, DLD]', **overrides):
-    path = tmp_path / 'campaign.yaml'
-    settings = ', '.join(f'{key.replace("__", ".")}: {value}' for key, value in overrides.items())
-    path.write_text(f'{{name: c, tests: {tests}, ppr: [40, 90], nav: {nav}, set: {{{settings}}}}}')
-    return load_campaign(str(path), ROOT)
-
-
-def test_nothing_speaks_against_a_robot_that_fits(tmp_path):
-    assert unfit_tests(campaign(tmp_path), WORLDS) == []
-
-
-def test_a_robot_too_wide_for_one_test_gets_one_line(tmp_path):
-    wide = campaign(tmp_path, navigation__global_costmap__footprint=WIDE, navigation__local_costmap__footprint=WIDE)
-    (line,) = unfit_tests(wide, WORLDS)
-    assert line.startswith('test DLD: not for this robot: ')
-
-
-def test_a_robot_too_slow_for_a_time_limit_gets_one_line(tmp_path):
-    (line,) = unfit_tests(campaign(tmp_path, simulator__drive__max_linear_speed=0.1), WORLDS)
-    assert line.startswith('test DLD: ') and 'time_limit is 600 s' in line
-
-
-def test_drives_without_feedback_are_not_planned(tmp_path):
-    slow = campaign(tmp_path, 'scripted', '[SL]', simulator__drive__max_linear_speed=0.01)
-    assert unfit_tests(slow, WORLDS) == []
-
-
-def test_the_self_check_is_of_the_robot_and_not_of_its_wheel_errors(tmp_path):
-    """Else a campaign with wheel errors on purpose would never begin."""
-    params = SimulatorParams.from_mapping({'wheel_errors': {'left_radius_error': 0.02}}, '')
-    checks = check_robot(campaign(tmp_path).robot.source, params)
-    assert [check.name for check in checks if not check.is_ok] == []
-
-
-RATE, MISSED = 'config.rate', 'config.encoder.faults.missed'
+RATE, MISSED, MODULUS = 'config.rate', 'config.encoder.faults.missed', 'config.counter_modulus'
+VARY = {NOISE: [0.01, 0.03], MODULUS: [0, 65536]}
 
 
 def params(**changes):
     return CampaignParams.from_mapping({'name': 'a', 'tests': ['SL'], 'ppr': [40], **changes}, '')
 
 
-def test_without_varied_parameters_there_is_one_combination():
+def test_variants_are_multiplied_by_varied_parameters_and_not_by_each_other():
     one = params(set={RATE: 10.0})
     assert (one.varied_keys, list(one.combinations()), one.combination_count()) == ([], [()], 1)
     assert one.values_of(()) == {RATE: 10.0}
-
-
-def test_variants_are_named_and_not_multiplied_by_each_other():
     three = params(variants={'none': {}, 'missed': {MISSED: 0.01}, 'slow': {RATE: 5.0}}, set={RATE: 10.0})
-    assert three.varied_keys == ['variant'] and three.combination_count() == 3
-    combinations = list(three.combinations())
-    assert combinations == [(('variant', name),) for name in ('none', 'missed', 'slow')]
-    assert [three.values_of(varied) for varied in combinations] == [
-        {RATE: 10.0},
-        {RATE: 10.0, MISSED: 0.01},
-        {RATE: 5.0},
-    ]
-
-
-def test_variants_are_multiplied_by_what_else_is_varied():
-    four = params(variants={'none': {}, 'missed': {MISSED: 0.01}}, vary={'simulator.lidar.noise': [0.01, 0.03]})
-    assert four.varied_keys == ['simulator.lidar.noise', 'variant'] and four.combination_count() == 4
+    assert list(three.combinations()) == [(('variant', name),) for name in ('none', 'missed', 'slow')]
+    values = [three.values_of(varied) for varied in three.combinations()]
+    assert values == [{RATE: 10.0}, {RATE: 10.0, MISSED: 0.01}, {RATE: 5.0}]
+    four = params(variants={'none': {}, 'missed': {MISSED: 0.01}}, vary={NOISE: [0.01, 0.03]})
+    assert four.varied_keys == [NOISE, 'variant'] and four.combination_count() == 4
     last = list(four.combinations())[-1]
-    assert last == (('simulator.lidar.noise', 0.03), ('variant', 'missed'))
-    assert four.values_of(last) == {'simulator.lidar.noise': 0.03, MISSED: 0.01}
+    assert last == ((NOISE, 0.03), ('variant', 'missed'))
+    assert four.values_of(last) == {NOISE: 0.03, MISSED: 0.01}
+
+
+def test_a_campaign_survives_pickling_and_its_trials_are_small(tmp_path):
+    campaign = small_campaign(tmp_path)
+    assert pickle.loads(pickle.dumps(campaign)) == campaign
+    assert len(pickle.dumps(campaign.files)) < 30_000
+    assert len(pickle.dumps(campaign.trials()[0])) < 20_000  # which a task of the pool costs
+
+
+def test_resolved_is_json_and_contains_every_parameter(tmp_path):
+    resolved = small_campaign(tmp_path, vary=VARY).resolved()
+    assert json.loads(json.dumps(resolved)) == resolved
+    assert len(resolved['parameters']) == 4 and len(resolved['tests']) == 2
+    for parameters in resolved['parameters']:
+        assert parameters['amcl']['odom_alpha1'] == 0.2  # upstream's default, in no file
+        assert parameters['simulator']['lidar']['noise'] == parameters['varied'][NOISE]
+
+
+def test_any_change_changes_the_fingerprint_and_order_does_not(tmp_path):
+    one = {'amcl.kld_err': 0.03, RATE: 10.0}
+    amt102 = yaml.safe_load((ROOT / 'config' / 'encoders' / 'amt102.yaml').read_text())
+
+    def fingerprint(encoder=None, **changes):
+        (tmp_path / 'mine.yaml').write_text(yaml.safe_dump({**amt102, **(encoder or {})}))
+        encoders = {'encoders': ['xl430', 'mine.yaml']} if encoder is not None else {}
+        return small_campaign(tmp_path, **encoders, **changes).fingerprint()
+
+    changes = [{}, {'trials': 3}, {'seed': 1}, {'ppr': [40, 91]}, {'tests': ['SL']}, {'tests': ['SMT', 'SL']}]
+    changes += [{'nav': 'scripted'}, {'record': 'full'}, {'bag_format': 'mcap'}, {'set': one}, {'vary': VARY}]
+    changes += [{'vary': {**VARY, MODULUS: [0, 256]}}, {'set': {**one, RATE: 11.0}}, {'encoder': {}}]
+    changes += [
+        {'encoder': {'encoder': {**amt102['encoder'], 'edge_error': 0.01}}},
+        {'encoder': {'config': {'rate': 50.0}}},
+    ]
+    prints = [fingerprint(**each) for each in changes]
+    assert len(set(prints)) == len(prints)
+    assert fingerprint(name='other') == prints[0]
+    assert fingerprint(encoder={'name': 'other'}) == fingerprint(encoder={})
+    content = {**SMALL, 'set': one, 'vary': VARY}
+    turned = {
+        key: dict(reversed(list(value.items()))) if isinstance(value, dict) else value
+        for key, value in reversed(list(content.items()))
+    }
+    (tmp_path / 'turned.yaml').write_text(yaml.safe_dump(turned, sort_keys=False))
+    assert (
+        load_campaign(str(tmp_path / 'turned.yaml'), ROOT).fingerprint()
+        == small_campaign(tmp_path, **content).fingerprint()
+    )
+
+
+@pytest.mark.parametrize(
+    ('name', 'old', 'new'),
+    [
+        ('config/config.yaml', b'max_wheel_speed: 100.0', b'max_wheel_speed: 101.0'),
+        ('config/amcl.yaml', b'kld_err: 0.02', b'kld_err: 0.021'),
+        ('config/tests/SL.yaml', b'x: 10.0', b'x: 10.5'),
+        ('worlds/hallway.world', b'</sdf>', b'</sdf> '),
+        ('urdf/alto.urdf.xacro', b'</robot>', b'</robot> '),
+        ('worlds/hallway.pgm', b'\xfe', b'\xcd'),
+        ('worlds/hallway.yaml', b'0.196', b'0.197'),
+    ],
+)
+def test_every_parameter_and_byte_that_trials_read_is_in_the_fingerprint(tmp_path, name, old, new):
+    package, path = package_copy(tmp_path / 'package'), str(campaign_file(tmp_path))
+    before = load_campaign(path, package).fingerprint()
+    content = (package / name).read_bytes()
+    assert old in content
+    (package / name).write_bytes(content.replace(old, new, 1))
+    assert load_campaign(path, package).fingerprint() != before
+
+
+def test_a_robot_too_wide_or_too_slow_for_a_test_gets_one_line(tmp_path):
+    def unfit(values=None, **changes):
+        given = {'tests': ['SMT', 'DLD'], 'set': values or {}, **changes}
+        return unfit_tests(small_campaign(tmp_path, **given), WORLDS)
+
+    assert unfit() == []
+    (line,) = unfit({f'navigation.{name}_costmap.footprint': WIDE for name in ('global', 'local')})
+    assert line.startswith('test DLD: not for this robot: ')
+    (line,) = unfit({'simulator.drive.max_linear_speed': 0.1})
+    assert line.startswith('test DLD: ') and 'time_limit is 600 s' in line
+    assert unfit({'simulator.drive.max_linear_speed': 0.01}, nav='scripted', tests=['SL']) == []
+
+
+def test_the_self_check_is_of_the_robot_and_not_of_its_wheel_errors(tmp_path):
+    """Else a campaign with wheel errors on purpose would never begin."""
+    errors = SimulatorParams.from_mapping({'wheel_errors': {'left_radius_error': 0.02}}, '')
+    checks = check_robot(small_campaign(tmp_path).robot.source, errors)
+    assert [check.name for check in checks if not check.is_ok] == []

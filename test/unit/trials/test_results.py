@@ -1,4 +1,4 @@
-"""The results folder from its beginning to its end, what is not overwritten, and a full disk."""
+"""The results folder from its beginning to its end, rows of trials.csv, damage, and a full disk."""
 
 import csv
 import errno
@@ -10,15 +10,76 @@ import sys
 
 import pytest
 
-from campaign_files import NOISE, ROOT, RUN, TWO_NOISES, kill, refusal, row_of_job, run, small_campaign
+from campaign_files import NOISE, ROOT, RUN, TWO_NOISES, kill, refusal, row_of_trial, run, small_campaign
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.trials import results as results_lock
-from diff_encoder_sim.trials.results import ResultStore, describe_run, differences
+from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.drives.trial_definition import Outcome
+from diff_encoder_sim.trials import results as module
+from diff_encoder_sim.trials.results import (
+    ResultStore,
+    csv_fields,
+    csv_line,
+    describe_run,
+    differences,
+    fields_of,
+    header,
+    row_of,
+)
+
+# ---- rows
 
 
-def test_the_table_is_in_job_order_whatever_the_order_of_ends(campaign, tmp_path, whole):
-    jobs = campaign.trials()
-    assert run(campaign, tmp_path / 'turned', reversed(jobs)) == whole
+def test_columns_carry_units():
+    names = header([NOISE])
+    assert names[:8] == ['test', 'ppr', NOISE, 'trial', 'seed', 'outcome', 'reason', 'duration_s']
+    assert names[8] == 'odom_x_m' and names[-4:] == ['world_yaw_rad', 'distance_m', 'wall_time_s', 'bag']
+    assert len(names) == len(set(names)) == 23
+
+
+def test_a_row_reads_back_exactly_except_for_wall_time(campaign):
+    for trial in campaign.trials():
+        row = row_of_trial(trial, 'bags/x.bag', wall_time_s=1.23456789, duration_s=0.1 + 0.2)
+        assert row_of(csv_fields(csv_line(fields_of(row))), [NOISE]) == row._replace(wall_time_s=1.235)
+    errors = {PoseSource.ODOM: None, PoseSource.AMCL: None, PoseSource.WORLD: (0.0, 1.0, 2.0)}
+    row = row_of_trial(campaign.trials()[0], outcome=Outcome.ABORTED, errors=errors)
+    fields = dict(zip(header([NOISE]), fields_of(row)))
+    assert (fields['odom_x_m'], fields['global_yaw_rad'], fields['world_y_m']) == ('', '', '1.0')
+    assert row_of(list(fields.values()), [NOISE]).errors == {**errors, PoseSource.GLOBAL: None}
+
+
+@pytest.mark.parametrize('reason', ['a, "quoted" one', 'two\nlines\r\n', 'nul\0 tab\t esc\x1b \x85\u2028', "'"])
+def test_whatever_the_reason_the_row_stays_a_line(campaign, reason):
+    row = row_of_trial(campaign.trials()[0], outcome=Outcome.LOST, reason=reason)
+    line = csv_line(fields_of(row))
+    assert line.count(b'\n') == 1 and len(line.splitlines()) == 1 and b'\0' not in line
+    assert row_of(csv_fields(line), [NOISE]).identity() == row.identity()
+
+
+@pytest.mark.parametrize(
+    'damage',
+    [
+        lambda lines: [*lines[:2], b'SL,40,0.01,1', *lines[3:]],
+        lambda lines: [*lines, lines[2].replace(b'SL', b'XX')],
+        lambda lines: [*lines, b'\xff\xfe'],
+        lambda lines: [*lines, b'"'],
+        lambda lines: [*lines, lines[1].replace(b'bags/', b'/etc/')],
+        lambda lines: [*lines, lines[1].replace(b',1,1,', b',1,2,')],
+        lambda lines: [lines[0].replace(b'_rad', b'_deg'), *lines[1:]],
+    ],
+)
+def test_a_damaged_table_is_named_with_its_line_and_not_changed(campaign, tmp_path, damage):
+    folder = tmp_path / 'out'
+    content = b'\n'.join([*damage(run(campaign, folder).splitlines()), b''])
+    (folder / 'trials.csv').write_bytes(content)
+    assert 'trials.csv: line ' in refusal(folder, campaign)
+    assert (folder / 'trials.csv').read_bytes() == content
+
+
+# ---- the folder
+
+
+def test_the_table_is_in_the_order_of_trials_whatever_the_order_of_ends(campaign, tmp_path, whole):
+    assert run(campaign, tmp_path / 'turned', reversed(campaign.trials())) == whole
     with open(tmp_path / 'turned' / 'trials.csv', newline='', encoding='utf-8') as file:
         rows = list(csv.DictReader(file))
     assert [(row['ppr'], row[NOISE], row['trial'], row['seed']) for row in rows] == [
@@ -28,24 +89,22 @@ def test_the_table_is_in_job_order_whatever_the_order_of_ends(campaign, tmp_path
 
 
 @pytest.mark.parametrize('missing', [0, 1])
-def test_what_a_killed_worker_left_goes_when_all_trials_are_done(campaign, tmp_path, missing):
-    """Before, a worker of another host may be at it."""
+def test_files_of_a_killed_worker_are_removed_when_all_trials_are_done(campaign, tmp_path, missing):
+    """Before, a worker of another host may be writing them."""
     left = tmp_path / 'out' / 'bags' / '.SL_40_001.bag.1.active'
     with ResultStore(tmp_path / 'out', campaign, RUN) as store:
-        for job in store.pending()[missing:]:
-            store.append(row_of_job(campaign, job))
+        for trial in store.pending()[missing:]:
+            store.append(row_of_trial(trial, trial.bag))
         left.write_text('half')
         store.finish()
     assert left.exists() == bool(missing)
 
 
-def test_each_row_is_on_the_disk_at_once_and_comes_once(campaign, tmp_path):
-    jobs = campaign.trials()
+def test_each_row_is_on_the_disk_at_once_and_only_once(campaign, tmp_path):
     with ResultStore(tmp_path, campaign, RUN) as store:
-        for count, job in enumerate(reversed(jobs), start=1):
-            row = row_of_job(campaign, job, job.bag)
-            store.append(row)
-            store.append(row)
+        for count, trial in enumerate(reversed(campaign.trials()), start=1):
+            for _ in range(2):
+                store.append(row_of_trial(trial, trial.bag))
             assert len((tmp_path / 'trials.csv').read_bytes().splitlines()) == 1 + count
         assert store.pending() == [] and [row.trial for row in store.rows] == [1, 2] * 4
 
@@ -61,6 +120,11 @@ def test_a_folder_of_other_things_is_not_touched(campaign, tmp_path):
     (tmp_path / 'thesis.tex').write_text('precious')
     assert "holds 'thesis.tex' and no manifest.json" in refusal(tmp_path, campaign)
     assert [path.name for path in tmp_path.iterdir()] == ['thesis.tex']
+    folder = tmp_path / 'out'
+    kill(folder, campaign, 0)
+    (folder / 'bags').rmdir()
+    (folder / 'bags').symlink_to(tmp_path)
+    assert 'bags: given a link' in refusal(folder, campaign)
 
 
 def test_resume_needs_results_and_makes_no_folder(campaign, tmp_path):
@@ -80,25 +144,24 @@ def test_a_folder_that_cannot_be_is_named(campaign, tmp_path, place):
 
 @pytest.fixture(name='full_disk')
 def fixture_full_disk():
-    """A function after which files cannot grow beyond so many bytes; writing ends in mid-line."""
+    """A function after which files cannot grow beyond this many bytes; writing ends in mid-line."""
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     yield lambda size: resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
     resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
-@pytest.mark.parametrize('room', [0, 1, 60])
-def test_a_full_disk_is_named_and_what_was_whole_stays(campaign, tmp_path, whole, full_disk, room):
+@pytest.mark.parametrize('room', [0, 60])
+def test_a_full_disk_is_named_and_complete_lines_stay(campaign, tmp_path, whole, full_disk, room):
     folder = tmp_path / 'out'
     kill(folder, campaign, 3)
     with ResultStore(folder, campaign, RUN) as store:
         content = (folder / 'trials.csv').read_bytes()
-        job = store.pending()[0]
-        row = row_of_job(campaign, job, job.bag)
+        trial = store.pending()[0]
         full_disk(len(content) + room)
         with pytest.raises(ConfigError, match='trials.csv: cannot be read or written: File too large'):
-            store.append(row)
+            store.append(row_of_trial(trial, trial.bag))
         assert (folder / 'trials.csv').read_bytes() == content
-        assert job in store.pending()
+        assert trial in store.pending()
         full_disk(10)
         with pytest.raises(ConfigError, match='trials.csv: cannot be'):
             store.finish()
@@ -107,7 +170,7 @@ def test_a_full_disk_is_named_and_what_was_whole_stays(campaign, tmp_path, whole
     assert run(campaign, folder) == whole
 
 
-def test_a_torn_last_line_is_dropped_wherever_it_was_torn(campaign, tmp_path, whole):
+def test_an_incomplete_last_line_is_dropped_wherever_it_ends(campaign, tmp_path, whole):
     folder = tmp_path / 'out'
     kill(folder, campaign, 3)
     table = folder / 'trials.csv'
@@ -116,28 +179,20 @@ def test_a_torn_last_line_is_dropped_wherever_it_was_torn(campaign, tmp_path, wh
     for end in range(last, len(content)):
         table.write_bytes(content[:end])
         with ResultStore(folder, campaign, RUN) as store:
-            assert [job.position for job in store.pending()] == [2, 3, 4, 5, 6, 7], end
+            assert [trial.position for trial in store.pending()] == [2, 3, 4, 5, 6, 7], end
         assert table.read_bytes() == content[:last]
-    table.write_bytes(content)
-    with ResultStore(folder, campaign, RUN) as store:
-        assert [job.position for job in store.pending()] == [3, 4, 5, 6, 7]
+    for count in (0, 1, 50):  # of the header
+        table.write_bytes(content[:count])
+        with ResultStore(folder, campaign, RUN) as store:
+            assert len(store.pending()) == 8
+    table.unlink()
     assert run(campaign, folder) == whole
 
 
 @pytest.mark.parametrize('count', range(9))
 def test_after_a_kill_at_any_trial_the_table_becomes_the_undisturbed_one(campaign, tmp_path, whole, count):
-    kill(tmp_path / 'out', campaign, count, order=lambda jobs: jobs[::-1])
+    kill(tmp_path / 'out', campaign, count, order=lambda trials: trials[::-1])
     assert run(campaign, tmp_path / 'out') == whole
-
-
-@pytest.mark.parametrize('count', [0, 1, 7, 50])
-def test_a_torn_first_line_or_no_table_begins_the_table_again(campaign, tmp_path, whole, count):
-    folder = tmp_path / 'out'
-    kill(folder, campaign, 0)
-    (folder / 'trials.csv').write_bytes((folder / 'trials.csv').read_bytes()[:count])
-    assert run(campaign, folder) == whole
-    (folder / 'trials.csv').unlink()
-    assert run(campaign, folder) == whole
 
 
 def test_a_trial_whose_bag_is_gone_is_run_again(campaign, tmp_path, whole):
@@ -147,11 +202,11 @@ def test_a_trial_whose_bag_is_gone_is_run_again(campaign, tmp_path, whole):
     bags[0].unlink()
     bags[5].unlink()
     with ResultStore(folder, campaign, RUN) as store:
-        assert [f'bags/{bag.name}' for bag in (bags[0], bags[5])] == [job.bag for job in store.pending()]
+        assert [f'bags/{bag.name}' for bag in (bags[0], bags[5])] == [trial.bag for trial in store.pending()]
     assert run(campaign, folder) == whole and sorted((folder / 'bags').iterdir()) == bags
 
 
-def test_unfinished_files_go_and_others_stay(campaign, tmp_path):
+def test_unfinished_files_are_removed_and_others_stay(campaign, tmp_path):
     folder = tmp_path / 'out'
     kill(folder, campaign, 1)
     unfinished = [folder / 'bags' / 'SL_40_noise0.03_001.bag.active', folder / '.trials.csv.1.active']
@@ -161,7 +216,21 @@ def test_unfinished_files_go_and_others_stay(campaign, tmp_path):
         assert not any(path.exists() for path in unfinished) and (folder / 'report.html').exists()
 
 
-def test_each_run_is_told_in_the_manifest_and_other_code_is_warned_of(campaign, tmp_path, caplog):
+def test_two_campaigns_do_not_write_into_one_folder(campaign, tmp_path, monkeypatch, caplog):
+    def no_locks(*_):
+        raise OSError(errno.ENOLCK, 'No locks available')
+
+    with ResultStore(tmp_path, campaign, RUN):
+        assert 'another campaign is writing here' in refusal(tmp_path, campaign)
+    monkeypatch.setattr(module.fcntl, 'flock', no_locks)
+    with ResultStore(tmp_path, campaign, RUN):
+        assert 'no locks' in caplog.text
+
+
+# ---- the manifest
+
+
+def test_each_run_is_in_the_manifest_and_other_code_gives_a_warning(campaign, tmp_path, caplog):
     folder = tmp_path / 'out'
     kill(folder, campaign, 1)
     with caplog.at_level(logging.WARNING), ResultStore(folder, campaign, RUN):
@@ -171,12 +240,16 @@ def test_each_run_is_told_in_the_manifest_and_other_code_is_warned_of(campaign, 
     assert len(json.loads((folder / 'manifest.json').read_text())['runs']) == 3
 
 
-def test_the_manifest_is_there_before_the_first_trial(campaign, tmp_path):
-    with ResultStore(tmp_path, campaign, describe_run(ROOT, ['campaign', '--out', 'x'])):
-        manifest = json.loads((tmp_path / 'manifest.json').read_text())
-    assert manifest['fingerprint'] == campaign.fingerprint()
+def test_the_manifest_is_there_before_the_first_trial(tmp_path):
+    campaign = small_campaign(tmp_path, files={'amcl': 'amcl'})
+    with ResultStore(tmp_path / 'out', campaign, describe_run(ROOT, ['campaign', '--out', 'x'])):
+        manifest = json.loads((tmp_path / 'out' / 'manifest.json').read_text())
+    assert (
+        manifest['fingerprint'] == campaign.fingerprint() == small_campaign(tmp_path).fingerprint()
+    )
     assert manifest['configuration'] == json.loads(json.dumps(campaign.resolved()))
     assert manifest['seeds'] == {'first': 1, 'last': 2} and manifest['name'] == 'small'
+    assert manifest['config_files'] == {'amcl': 'amcl'}
     (about,) = manifest['runs']
     assert about['command'] == ['campaign', '--out', 'x'] and about['started'].endswith('+00:00')
     assert about['versions']['python'] == sys.version.split()[0] and about['versions']['numpy']
@@ -184,16 +257,7 @@ def test_the_manifest_is_there_before_the_first_trial(campaign, tmp_path):
     assert {'host', 'cpu', 'cores', 'os'} <= set(about['machine'])
 
 
-def test_files_in_place_of_those_of_config_are_named(tmp_path):
-    campaign = small_campaign(tmp_path, files={'amcl': 'amcl'})
-    with ResultStore(tmp_path / 'out', campaign, describe_run(ROOT, [])):
-        manifest = json.loads((tmp_path / 'out' / 'manifest.json').read_text())
-    assert manifest['config_files'] == {'amcl': 'amcl'}
-    assert campaign.fingerprint() == small_campaign(tmp_path).fingerprint()  # of equal values
-
-
 def test_the_commit_is_the_packages_own(tmp_path):
-    assert describe_run(tmp_path, [])['commit'] is None
     subprocess.run(['git', 'init', '-q', tmp_path], check=True)
     (tmp_path / 'package.xml').write_text('<package><version>9.9.9</version></package>')
     about = describe_run(tmp_path, [])
@@ -208,46 +272,24 @@ def test_the_commit_is_the_packages_own(tmp_path):
     assert describe_run(tmp_path, [])['commit'] == {'id': commit['id'], 'is_dirty': True}
 
 
-def test_another_configuration_is_refused_with_what_differs(campaign, tmp_path):
+def test_another_configuration_is_refused_with_its_differences(campaign, tmp_path):
     kill(tmp_path / 'out', campaign, 1)
     before = {path: path.read_bytes() for path in (tmp_path / 'out').iterdir() if path.is_file()}
-    other = small_campaign(tmp_path, **TWO_NOISES, trials=5)
-    text = refusal(tmp_path / 'out', other)
+    text = refusal(tmp_path / 'out', small_campaign(tmp_path, **TWO_NOISES, trials=5))
     assert 'trials: 2 there, 5 here; allowed: the same configuration' in text
-    other = small_campaign(tmp_path, vary={NOISE: [0.01, 0.04]}, ppr=[1, 2, 3], seed=9)
-    text = refusal(tmp_path / 'out', other)
+    text = refusal(tmp_path / 'out', small_campaign(tmp_path, vary={NOISE: [0.01, 0.04]}, ppr=[1, 2, 3], seed=9))
     assert text.count(' there, ') == 3 and 'more; allowed' in text
     assert {path: path.read_bytes() for path in before} == before
-
-
-def test_differences_are_found_at_any_depth():
     assert differences({'a': {'b': [1, 2]}, 'c': 0}, {'a': {'b': [1, 3, 4]}, 'd': 0}) == [
         'a.b.1: 2 there, 3 here',
         "c: 0 there, '(absent)' here",
         "a.b.2: '(absent)' there, 4 here",
         "d: '(absent)' there, 0 here",
     ]
-    assert differences({'a': {}}, {'a': []}) == []
 
 
-@pytest.mark.parametrize('content', ['', '{', '[]', '{}', '{"runs": [], "configuration": {}}', '{"runs": [1]}'])
+@pytest.mark.parametrize('content', ['', '[]', '{}', '{"runs": [], "configuration": {}}', '{"runs": [1]}'])
 def test_a_damaged_manifest_is_named(campaign, tmp_path, content):
     (tmp_path / 'manifest.json').write_text(content)
     assert 'manifest.json: not the manifest of a campaign' in refusal(tmp_path, campaign)
     assert (tmp_path / 'manifest.json').read_text() == content
-
-
-def test_two_campaigns_do_not_write_into_one_folder(campaign, tmp_path):
-    with ResultStore(tmp_path, campaign, RUN):
-        assert 'another campaign is writing here' in refusal(tmp_path, campaign)
-    with ResultStore(tmp_path, campaign, RUN):
-        pass
-
-
-def test_without_locks_there_is_a_warning(campaign, tmp_path, monkeypatch, caplog):
-    def no_locks(*_):
-        raise OSError(errno.ENOLCK, 'No locks available')
-
-    monkeypatch.setattr(results_lock.fcntl, 'flock', no_locks)
-    with ResultStore(tmp_path, campaign, RUN):
-        assert 'no locks' in caplog.text
