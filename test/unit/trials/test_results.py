@@ -244,9 +244,7 @@ def test_the_manifest_is_there_before_the_first_trial(tmp_path):
     campaign = small_campaign(tmp_path, files={'amcl': 'amcl'})
     with ResultStore(tmp_path / 'out', campaign, describe_run(ROOT, ['campaign', '--out', 'x'])):
         manifest = json.loads((tmp_path / 'out' / 'manifest.json').read_text())
-    assert (
-        manifest['fingerprint'] == campaign.fingerprint() == small_campaign(tmp_path).fingerprint()
-    )
+    assert manifest['fingerprint'] == campaign.fingerprint() == small_campaign(tmp_path).fingerprint()
     assert manifest['configuration'] == json.loads(json.dumps(campaign.resolved()))
     assert manifest['seeds'] == {'first': 1, 'last': 2} and manifest['name'] == 'small'
     assert manifest['config_files'] == {'amcl': 'amcl'}

@@ -1,24 +1,54 @@
-"""The parameters of all parts of a robot, from the files of config/ and from overrides."""
+"""The parameters of all parts of a robot, from the files of config/, a robot and overrides; and how the robot stops."""
 
+import math
+import re
 import shutil
 
+import numpy as np
 import pytest
+import yaml
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.params import Params, flat
+from diff_encoder_sim.localization.slam_params import GridSlamParams
+from diff_encoder_sim.simulation.simulator import CONTACT_CURVE_NOISE, CONTACT_DISTANCE_STD, WheelErrorParams
 from diff_encoder_sim.trials.robot_params import (
     CONFIG_FILES,
+    LatencyParams,
     RobotParams,
+    as_upstream,
+    latency_ns,
+    load_robot,
     load_robot_config,
     load_robot_params,
     override,
+    stopping_line,
+    uncertainty_of_robot,
+    wheel_uncertainty,
 )
-from places import ROOT
+from diff_encoder_sim.wheels.encoder_params import PerWheel
+from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, USUAL_MOTION_NOISE, OdometryParams
+from places import CONFIG, ROOT
 
-CONFIG = load_robot_config(ROOT / 'config')
+ALTO = ROOT / 'urdf' / 'alto.urdf.xacro'
+FILES = {**{stem: tuple(classes.values()) for stem, classes in CONFIG_FILES.items()}, 'slam': (GridSlamParams,)}
+SLIP, STOP = 'simulator.wheel_errors.slip_noise', 'navigation.DWAPlannerROS.stop'
+# An older spelling; the size of a rolling window, which the global costmap is not; move_base's key of the same name.
+ELSEWHERE = {
+    'amcl.beam_skip_error_threshold_',
+    'navigation.global_costmap.width',
+    'navigation.global_costmap.height',
+    'navigation.global_costmap.resolution',
+    'navigation.DWAPlannerROS.latch_xy_goal_tolerance',
+}
+
+
+def overridden(**values):
+    return override(load_robot_config(CONFIG), {key.replace('__', '.'): value for key, value in values.items()})
 
 
 def test_every_part_has_the_parameters_of_its_own_class():
-    params = load_robot_params(ROOT / 'config')
+    params = load_robot_params(CONFIG)
     classes = {field: of_file[field] for of_file in CONFIG_FILES.values() for field in of_file}
     assert {field: type(part) for field, part in params._asdict().items()} == classes
     assert set(classes) == set(RobotParams._fields)
@@ -26,18 +56,177 @@ def test_every_part_has_the_parameters_of_its_own_class():
 
 def test_a_file_that_is_missing_or_bad_is_named(tmp_path):
     folder = tmp_path / 'config'
-    shutil.copytree(ROOT / 'config', folder)
+    shutil.copytree(CONFIG, folder)
     (folder / 'amcl.yaml').write_text('max_particles: many\n')
-    for load in (load_robot_params, load_robot_config):
-        with pytest.raises(ConfigError, match=f"^{folder}/amcl.yaml: max_particles: given 'many'"):
-            load(folder)
+    with pytest.raises(ConfigError, match=f"^{folder}/amcl.yaml: max_particles: given 'many'"):
+        load_robot_params(folder)
     (folder / 'amcl.yaml').unlink()
     with pytest.raises(ConfigError, match='amcl.yaml: cannot be read'):
         load_robot_params(folder)
 
 
-def test_overrides_change_what_they_name_and_nothing_else():
-    params, default = override(CONFIG, {'config.rate': 50, 'simulator.lidar.noise': 0.0}), override(CONFIG, {})
+def test_overrides_change_their_keys_and_nothing_else():
+    params, default = overridden(config__rate=50, simulator__lidar__noise=0.0), load_robot_params(CONFIG)
     assert (params.encoder.rate, params.simulator.lidar.noise) == (50.0, 0.0)
     assert params.odometry == default.odometry and params.simulator.drive == default.simulator.drive
-    assert override(CONFIG, {}) == default == load_robot_params(ROOT / 'config')
+
+
+@pytest.mark.parametrize('value', [0.005, -0.01, 11.0, float('nan')])
+def test_a_latency_is_whole_ticks(value):
+    with pytest.raises(ConfigError, match='command'):
+        LatencyParams.from_mapping({'command': value}, 'lockstep.yaml')
+    assert latency_ns(LatencyParams.from_mapping({'command': 0.07}, '').command) == 70_000_000
+
+
+# ---- the files of config/ have every parameter that the code reads, with its default and unit
+
+
+def parameters(params_class, instance=None, prefix=''):
+    """(dotted key, default, description) of each parameter that has an effect."""
+    for name, field in params_class.model_fields.items():
+        default = field.get_default(call_default_factory=True) if instance is None else getattr(instance, name)
+        key = f'{prefix}{field.alias or name}'
+        if isinstance(default, Params) and not isinstance(default, PerWheel):
+            yield from parameters(type(default), default, f'{key}.')
+        elif not (field.description or '').startswith('accepted'):
+            yield key, default, field.description or ''
+
+
+def lines_of(stem):
+    """Dotted keys of a file with their lines, including those that are commented out."""
+    path, found = [], {}
+    for line in (CONFIG / f'{stem}.yaml').read_text().splitlines():
+        match = re.match(r'( *)(?:# )?(\w+):(?: |$)', line)
+        if match:
+            path = [*path[: len(match[1]) // 2], match[2]]
+            found.setdefault('.'.join(path), line)
+    return found
+
+
+@pytest.mark.parametrize('stem', FILES)
+def test_a_file_has_every_parameter_with_its_default_and_unit(stem):
+    lines = lines_of(stem)
+    set_here = dict(flat(yaml.safe_load((CONFIG / f'{stem}.yaml').read_text())))
+    order = list(lines)
+    for params_class in FILES[stem]:
+        for key, default, description in parameters(params_class):
+            in_file = re.sub(r'\.scan\..*', '.scan', key)
+            assert in_file in lines or f'{stem}.{in_file}' in ELSEWHERE, key
+            if key in lines and lines[key].lstrip().startswith('#') and key not in set_here:
+                assert yaml.safe_load(lines[key].lstrip('# ')) == {key.split('.')[-1]: default}, key
+            unit = re.search(r'\[[^]]+\]$', description)
+            if unit and key in lines:  # there, or at the one before it of the same unit
+                near = order[max(0, order.index(key) - 3) : order.index(key) + 1]
+                assert unit[0] in ' '.join(lines[each] for each in near), f'{stem}.{key}: {unit[0]}'
+
+
+# ---- robots
+
+
+def loaded(given, folder=ROOT, **arguments):
+    return load_robot(str(given), folder, ROOT, arguments)
+
+
+@pytest.mark.parametrize('name', sorted(path.stem for path in (CONFIG / 'robots').glob('*.yaml')))
+def test_every_robot_of_the_package_is_loaded_by_name(name):
+    robot = loaded(name)
+    params = override(load_robot_config(CONFIG), robot.settings)
+    assert params.encoder.left_joint == params.simulator.left_joint == robot.description.left.joint
+    assert params.odometry.base_frame == params.amcl.base_frame_id == robot.description.tree.root
+    assert params.navigator.global_costmap.footprint == params.navigator.local_costmap.footprint
+    assert params.navigator.DWAPlannerROS.max_vel_x <= params.simulator.drive.max_linear_speed
+
+
+def test_without_a_robot_it_is_alto_with_the_parameters_of_config():
+    robot = loaded('')
+    assert robot.name == 'alto'
+    nominal = {'wheel_diameter': 0.0, 'wheel_separation': 0.0}  # as in the URDF, or the same numbers
+    params = override(load_robot_config(CONFIG), robot.settings)
+    params = params._replace(simulator=params.simulator.model_copy(update=nominal))
+    assert params == load_robot_params(CONFIG)
+
+
+@pytest.mark.parametrize(
+    ('key', 'simulated_m'), [('simulator.wheel_separation', 0.5), ('config.wheel_separation', 0.4)]
+)
+def test_a_robot_file_sets_the_wheels_for_simulation_and_odometry_or_for_odometry_only(tmp_path, key, simulated_m):
+    path = tmp_path / 'robot.yaml'
+    path.write_text(yaml.safe_dump({'urdf': str(ALTO), 'set': {key: 0.5}}))
+    robot = loaded(path)
+    assert robot.description.wheel_separation_m == pytest.approx(simulated_m)
+    assert robot.settings['config.wheel_separation'] == 0.5
+
+
+@pytest.mark.parametrize(
+    ('settings', 'expected'),
+    [
+        ({'config.ppr': 90}, 'robot.yaml: set: config.ppr: every trial sets it'),
+        ({'config.base_frme': 'b'}, "robot.yaml: set: config.base_frme: unknown key; did you mean 'config.base_frame'"),
+        ({'simulator.lidar.noise': 'much'}, "robot.yaml: simulator: lidar.noise: given 'much'"),
+        ({'simulator.left_joint': 3}, 'robot.yaml: simulator.left_joint: given 3; allowed: a name'),
+        ({'simulator.left_joint': 'lft'}, "alto.urdf.xacro: given 'lft' as left wheel joint, which is missing"),
+    ],
+)
+def test_a_mistake_is_named_with_the_robots_file(tmp_path, settings, expected):
+    path = tmp_path / 'robot.yaml'
+    path.write_text(yaml.safe_dump({'urdf': str(ALTO), 'set': settings}))
+    with pytest.raises(ConfigError) as error:
+        loaded(path)
+    assert expected in str(error.value) and '\n' not in str(error.value)
+
+
+# ---- odometry's covariance follows the errors of the robot's wheels
+
+
+def test_odometry_has_the_uncertainty_of_simulated_wheels_unless_a_user_gives_another():
+    odometry = overridden().odometry
+    expected = 0.0, CONTACT_CURVE_NOISE, CONTACT_DISTANCE_STD, 0.0, 0.0
+    assert odometry.uncertainty == dict(zip(UNCERTAINTY_KEYS, expected))
+    assert overridden(**{SLIP: 2.7e-8}).odometry.motion_noise == 2.7e-8
+    given = {SLIP: 2.7e-8, 'config.motion_noise': 1e-5, 'config.curve_noise': 0.0, 'config.distance_std': 0.01}
+    odometry = overridden(**given).odometry
+    assert (odometry.motion_noise, odometry.curve_noise, odometry.distance_std) == (1e-5, 0.0, 0.01)
+    errors = {f'simulator.wheel_errors.{side}_radius_error': 1e-4 for side in ('left', 'right')}
+    assert overridden(**errors).odometry.distance_std == pytest.approx(math.hypot(1e-4, CONTACT_DISTANCE_STD))
+
+
+def test_a_robot_file_specifies_nothing_by_zero_and_an_unknown_robot_has_the_usual_noise():
+    assert uncertainty_of_robot({SLIP: 0.0, 'config.wheel_diameter': 0.2}) == {}
+    assert uncertainty_of_robot({SLIP: 1e-7}) == {'motion_noise': 1e-7}
+    assert OdometryParams().uncertainty == dict(zip(UNCERTAINTY_KEYS, (USUAL_MOTION_NOISE, 0.0, 0.0, 0.0, 0.0)))
+
+
+def test_radius_separation_slip_and_their_spread_are_separate():
+    uncertainty = wheel_uncertainty(WheelErrorParams(left_radius_error=0.01, right_radius_error=0.03))
+    assert uncertainty['distance_std'] == uncertainty['turn_std'] == pytest.approx(0.02)
+    assert uncertainty['diameter_difference_std'] == pytest.approx(0.02)
+    uncertainty = wheel_uncertainty(WheelErrorParams(wheel_separation_error=0.01))
+    assert (uncertainty['distance_std'], uncertainty['turn_std']) == (0.0, 0.01)
+    assert wheel_uncertainty(WheelErrorParams(left_slip=0.1))['diameter_difference_std'] == pytest.approx(0.1)
+    uncertainty = wheel_uncertainty(WheelErrorParams(radius_spread=0.01, wheel_separation_spread=0.02))
+    left, right = 0.01 * np.random.default_rng(1).standard_normal((2, 4000))
+    separation = 0.02 * np.random.default_rng(2).standard_normal(4000)
+    mean = 0.5 * (left + right)
+    assert uncertainty['distance_std'] == pytest.approx(mean.std(), rel=0.05)
+    assert uncertainty['turn_std'] == pytest.approx((mean - separation).std(), rel=0.05)
+    assert uncertainty['diameter_difference_std'] == pytest.approx((right - left).std(), rel=0.05)
+
+
+# ---- how the robot stops
+
+
+def test_a_stop_depends_on_the_encoder_unless_it_latches():
+    def line(*pprs, **changes):
+        return stopping_line(overridden(**{STOP: 'precise', **changes}), pprs)
+
+    coarse, middle, fine = (PerWheel(left=counts, right=counts) for counts in (40, 90, 4096))
+    assert line(middle, fine, coarse) == (
+        'stopping: precise drives up to within about 6 mm and 1.0 degrees of the goal with 4096 PPR, '
+        '19 mm and 3.0 degrees with 40 PPR; asked for: 50 mm and 3.0 degrees'
+    )
+    assert ' PPR' not in line(middle)
+    assert line(PerWheel(left=40, right=4096)) == line(coarse)  # the coarser wheel counts
+    assert 'within about 11 mm' in line(fine, lockstep__command=0.2)
+    latch = 'stopping: latch ends anywhere within {} mm and 3.0 degrees of the goal; asked for: 50 mm and 3.0 degrees'
+    assert line(coarse, fine, **{STOP: 'latch'}) == latch.format(40)
+    assert stopping_line(as_upstream(overridden(**{STOP: 'precise'})), [coarse]) == latch.format(50)

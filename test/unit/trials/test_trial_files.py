@@ -1,6 +1,5 @@
 """The files that trials read, sent by content and written down where they run."""
 
-import multiprocessing
 import pickle
 from pathlib import Path
 
@@ -8,7 +7,6 @@ import pytest
 import yaml
 
 from campaign_files import ROOT, package_copy
-from diff_encoder_sim.base import atomic_files
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.drives.test_definition import load_test
 from diff_encoder_sim.localization.map_files import load_map
@@ -27,35 +25,15 @@ HORN = (
 CORNERS = ('0 0 0', '0.1 0 0', '0 0.1 0', '0 0 0.1')
 
 TETRAHEDRON = '\n'.join(
-    [
-        'solid horn',
-        *(
-            f'facet normal 0 0 0\nouter loop\n{loop}\nendloop\nendfacet'
-            for loop in (
-                '\n'.join(f'vertex {corner}' for corner in CORNERS if corner != left_out) for left_out in CORNERS
-            )
-        ),
-        'endsolid horn',
-    ]
+    f'facet normal 0 0 0 outer loop {" ".join(f"vertex {corner}" for corner in CORNERS if corner != left_out)} '
+    'endloop endfacet'
+    for left_out in CORNERS
 )
 
 
-def paper_tests(package=ROOT, names=('SL', 'SMT', 'DLD')):
-    return [load_test(name, package / 'config') for name in names]
-
-
-def collected(package=ROOT, robot=None, needs_maps=True, names=('SL', 'SMT', 'DLD')):
-    return collect(
-        paper_tests(package, names),
-        package / 'worlds',
-        robot or RobotSource(package / 'urdf' / 'alto.urdf.xacro'),
-        needs_maps,
-    )
-
-
-def _materialise(files, folder, barrier):
-    barrier.wait()
-    files.materialise(folder)
+def collected(package=ROOT, robot=None, needs_maps=True):
+    tests = [load_test(name, package / 'config') for name in ('SL', 'SMT', 'DLD')]
+    return collect(tests, package / 'worlds', robot or RobotSource(package / 'urdf' / 'alto.urdf.xacro'), needs_maps)
 
 
 def test_what_is_written_is_what_was_read(tmp_path):
@@ -67,20 +45,6 @@ def test_what_is_written_is_what_was_read(tmp_path):
         there, here = load_map(files.map), load_map(ROOT / 'worlds' / f'{stem}.yaml')
         assert (there.cells == here.cells).all() and there.origin == here.origin
     assert placed.worlds['SMT'] == placed.worlds['DLD']
-
-
-def test_processes_that_write_at_once_leave_one_whole_folder(tmp_path):
-    context = multiprocessing.get_context('fork')
-    files, barrier = collected(), context.Barrier(4)
-    writers = [context.Process(target=_materialise, args=(files, tmp_path, barrier)) for _ in range(4)]
-    for writer in writers:
-        writer.start()
-    for writer in writers:
-        writer.join(30)
-    assert [writer.exitcode for writer in writers] == [0] * 4
-    (folder,) = tmp_path.iterdir()
-    written = {str(path.relative_to(folder)) for path in folder.rglob('*') if path.is_file()}
-    assert written == set(files.contents)
 
 
 def test_half_a_folder_of_a_killed_writer_is_never_used(tmp_path, monkeypatch):
@@ -115,7 +79,7 @@ def test_a_maps_image_may_lie_elsewhere(tmp_path):
 def test_a_map_is_only_needed_to_navigate(tmp_path):
     package = package_copy(tmp_path / 'package')
     (package / 'worlds' / 'hallway.yaml').unlink()
-    with pytest.raises(ConfigError, match='map: there is no .*hallway.yaml; allowed: .*rasterise_world'):
+    with pytest.raises(ConfigError, match='map: .*hallway.yaml not found; allowed: .*rasterise_world'):
         collected(package)
     placed = collected(package, needs_maps=False).materialise(tmp_path / 'out')
     assert placed.worlds['SL'].map == '' and placed.worlds['SMT'].map != ''
@@ -156,31 +120,8 @@ def test_a_robot_of_several_files_and_arguments_travels_as_one(tmp_path):
 def test_a_collision_mesh_travels_as_its_hull(tmp_path):
     robot = ROBOT.read_text().replace('</robot>', f'{HORN}</robot>')
     (tmp_path / 'robot.urdf.xacro').write_text(robot)
-    (tmp_path / 'horn.stl').write_text(TETRAHEDRON)
+    (tmp_path / 'horn.stl').write_text(f'solid horn\n{TETRAHEDRON}\nendsolid horn\n')
     source = RobotSource(tmp_path / 'robot.urdf.xacro')
     placed, here = collected(robot=source).materialise(tmp_path / 'out'), describe(source)
     (tmp_path / 'horn.stl').unlink()
     assert describe(RobotSource(placed.robot)).footprint == here.footprint
-
-
-def test_a_file_is_replaced_whole_or_not_at_all(tmp_path, monkeypatch):
-    path = tmp_path / 'file'
-    atomic_files.write_file(path, b'old')
-    atomic_files.write_file(path, b'new')
-    assert path.read_bytes() == b'new' and path.stat().st_mode & 0o777 == 0o666 & ~_umask(tmp_path)
-
-    def full(*_):
-        raise OSError(28, 'No space left on device')
-
-    monkeypatch.setattr(atomic_files.os, 'fsync', full)
-    with pytest.raises(OSError, match='No space left') as caught:
-        atomic_files.write_file(path, b'newer')
-    assert caught.value.filename == str(path)
-    assert [found.name for found in tmp_path.iterdir() if found.name != 'plain'] == ['file']
-    assert path.read_bytes() == b'new'
-
-
-def _umask(folder):
-    plain = folder / 'plain'
-    plain.touch()
-    return 0o666 & ~plain.stat().st_mode
