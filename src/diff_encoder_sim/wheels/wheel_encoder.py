@@ -8,7 +8,7 @@ from __future__ import annotations
 import logging
 import math
 from collections import deque
-from typing import Any, Deque, Dict, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Deque, Dict, Optional, Sequence, Tuple
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -149,14 +149,6 @@ def report_link(params: EncoderParams, draw: int = 0) -> ReportLink:
     return ReportLink(params.report, 1.0 / params.rate, generator(params.seed, stream))
 
 
-class _Sample(NamedTuple):
-    """The wheel's count at one instant, before the counter wraps it."""
-
-    stamp_ns: int
-    pulses: int
-    rate_radps: Optional[float] = None  # None if the controller measures no speed
-
-
 class _Wheel:
     """One wheel's stamps, its sampling, and its samples that are not yet reported."""
 
@@ -171,55 +163,45 @@ class _Wheel:
             self.state = new_wheels(params.seed, side, 1)
             turn(self._kind, self.state.copy(), 0, 0.0)  # compiled now, and not while a robot drives
         self._sampler = BoundarySampler(params.rate)
-        self._timeline = Timeline(tolerance_ns=int(2 * NANOSECONDS_PER_SECOND / params.rate))
+        self.timeline = Timeline(tolerance_ns=int(2 * NANOSECONDS_PER_SECOND / params.rate))
         self._jitters_ns = jitters
         self._due: Deque[Tuple[int, int]] = deque()  # stamps and indices of samples that jitter has put off
         self._last: Tuple[int, float] = (0, 0.0)  # stamp and angle
-        self.samples: Dict[int, _Sample] = {}  # by period, while the other wheel may be late
-        self._kept_periods = math.ceil(MISSING_AFTER_NS * params.rate / NANOSECONDS_PER_SECOND) + 1
+        # By period, while the other wheel may be late: stamp, count before it wraps, speed if it is measured.
+        self.samples: Dict[int, Tuple[int, int, Optional[float]]] = {}
+        self._most_kept = math.ceil(MISSING_AFTER_NS * params.rate / NANOSECONDS_PER_SECOND) + 2
 
     def take(self, stamp_ns: int, angle_rad: float) -> Step:
         """Take an angle; after RESTART the wheel must be replaced by a new one."""
-        step = self._timeline.advance(stamp_ns)
+        step = self.timeline.advance(stamp_ns)
         if step is not Step.NEW:
             return step
         while self._due and self._due[0][0] < stamp_ns:
             due_ns, due_index = self._due.popleft()
             last_ns, last_rad = self._last
             between_rad = last_rad + (due_ns - last_ns) / (stamp_ns - last_ns) * (angle_rad - last_rad)
-            self._turn(due_ns, between_rad)
-            self._sample(due_ns, due_index, between_rad)
-        self._turn(stamp_ns, angle_rad)
+            self._turn(due_ns, between_rad, due_index)
         index = self._sampler.period_index(stamp_ns)
+        self._turn(stamp_ns, angle_rad, None if self._jitters_ns else index)
         if self._jitters_ns:
             self._last = stamp_ns, angle_rad
             if index is not None:
                 self._due.append((stamp_ns + self._jitters_ns[index % len(self._jitters_ns)], index))
-        elif index is not None:
-            self._sample(stamp_ns, index, angle_rad)
         return step
 
-    def _turn(self, stamp_ns: int, angle_rad: float) -> None:
+    def _turn(self, stamp_ns: int, angle_rad: float, index: Optional[int]) -> None:
+        """Turn to an angle, and sample if it is that of a period."""
         if not self.is_ideal:
             turn(self._kind, self.state, stamp_ns, angle_rad)
-
-    def _sample(self, stamp_ns: int, index: int, angle_rad: float) -> None:
+        if index is None:
+            return
         if self.is_ideal:
-            self.samples[index] = _Sample(stamp_ns, int(pulses_from_angle(angle_rad, self._ppr)))
+            self.samples[index] = stamp_ns, int(pulses_from_angle(angle_rad, self._ppr)), None
         else:
             pulses, rate_radps = read(self._kind, self.state, stamp_ns)
-            self.samples[index] = _Sample(stamp_ns, pulses, rate_radps if self._measures else None)
-        self.drop_before(index - self._kept_periods)
-
-    def drop_before(self, period_index: int) -> None:
-        """Drop the samples of periods before this one."""
-        while self.samples and next(iter(self.samples)) < period_index:
+            self.samples[index] = stamp_ns, pulses, rate_radps if self._measures else None
+        if len(self.samples) > self._most_kept:
             del self.samples[next(iter(self.samples))]
-
-    @property
-    def last_seen_ns(self) -> Optional[int]:
-        """Stamp of the newest angle taken."""
-        return self._timeline.newest_ns
 
 
 class ReportingEncoder:
@@ -290,10 +272,12 @@ class ReportingEncoder:
             )
             self.reset()
             return self.step(stamp_ns, left_rad, right_rad)
-        if Step.NEW in steps:
-            self._stale_in_a_row = 0
-        elif steps:
-            self._count_stale(stamp_ns)
+        self._stale_in_a_row = 0 if Step.NEW in steps else self._stale_in_a_row + bool(steps)
+        if self._stale_in_a_row >= STAMPS_STAND_STILL_AFTER:
+            raise InputFault(
+                f'stamps do not advance: {stamp_ns / NANOSECONDS_PER_SECOND:.3f} s in the last {self._stale_in_a_row} '
+                f'messages; expected header.stamp to be the time of each sample'
+            )
         sample = self._sample()
         if self._link is not None:
             return self._link.pass_on(stamp_ns, sample)
@@ -301,34 +285,27 @@ class ReportingEncoder:
 
     def _sample(self) -> Optional[EncoderSample]:
         """Return the oldest period that both wheels have a sample of, and drop it and those before."""
-        left_wheel, right_wheel = self._wheels
-        if not (left_wheel.samples and right_wheel.samples):
-            return None
-        index = next((index for index in left_wheel.samples if index in right_wheel.samples), None)
+        left, right = self._wheels
+        index = next((index for index in left.samples if index in right.samples), None)
         if index is None:
             return None
-        left, right = left_wheel.samples[index], right_wheel.samples[index]
-        left_wheel.drop_before(index + 1)
-        right_wheel.drop_before(index + 1)
+        (left_ns, left_pulses, left_radps), (right_ns, right_pulses, right_radps) = (
+            left.samples[index],
+            right.samples[index],
+        )
+        for wheel in self._wheels:
+            wheel.samples = {period: sample for period, sample in wheel.samples.items() if period > index}
         modulus = self.params.counter_modulus
-        rates = None if left.rate_radps is None or right.rate_radps is None else (left.rate_radps, right.rate_radps)
-        counts = wrap_count(left.pulses, modulus), wrap_count(right.pulses, modulus)
-        return EncoderSample(max(left.stamp_ns, right.stamp_ns), *counts, rates)
-
-    def _count_stale(self, stamp_ns: int) -> None:
-        self._stale_in_a_row += 1
-        if self._stale_in_a_row >= STAMPS_STAND_STILL_AFTER:
-            raise InputFault(
-                f'stamps do not advance: {stamp_ns / NANOSECONDS_PER_SECOND:.3f} s in the last {self._stale_in_a_row} '
-                f'messages; expected header.stamp to be the time of each sample'
-            )
+        rates = None if left_radps is None or right_radps is None else (left_radps, right_radps)
+        counts = wrap_count(left_pulses, modulus), wrap_count(right_pulses, modulus)
+        return EncoderSample(max(left_ns, right_ns), *counts, rates)
 
     def _check_nothing_missing(self, stamp_ns: int, names: Sequence[str]) -> None:
         if self._first_stamp_ns is None:
             self._first_stamp_ns = stamp_ns
         for wheel in self._wheels:
-            last_seen_ns = self._first_stamp_ns if wheel.last_seen_ns is None else wheel.last_seen_ns
-            missing_ns = stamp_ns - last_seen_ns
+            newest_ns = wheel.timeline.newest_ns
+            missing_ns = stamp_ns - (self._first_stamp_ns if newest_ns is None else newest_ns)
             if wheel.joint not in names and missing_ns > MISSING_AFTER_NS:
                 raise InputFault(
                     f'joint {wheel.joint!r} not seen for {missing_ns / NANOSECONDS_PER_SECOND:.1f} s; '
