@@ -1,129 +1,155 @@
 #!/usr/bin/env python3
-"""How processor time and memory grow with map size, route length, particles, beams and trials: a table each, with the
-exponents between neighbours. A cost in proportion to the size has the exponent 1. Each size is measured in a process of
-its own. What the system spends, most of it on giving new pages of memory, is apart: it depends on the machine."""
+"""How processor time and memory grow with the size of maps, the length of routes and the number of trials.
+
+A cost in proportion to the size has the exponent 1. Each size is measured in its own process, several times.
+"""
 
 from __future__ import annotations
 
 import argparse
 import math
 import multiprocessing
+import os
 import resource
+import subprocess
+import sys
+import tempfile
 from pathlib import Path
-from typing import Callable, List, NamedTuple, Sequence
+from typing import Callable, Dict, List, NamedTuple, Sequence
 
-import growing_work as work
 import numpy as np
-from checkout import print_header
+from checkout import ROOT, print_header
 from counts import COUNT
+from made_up_results import make_results
+from plans import plan_of
 from ratios import Ratio, add_json, print_ratios, write_ratios
 from tabulate import tabulate
 
-SIDES_M = (20, 50, 100, 200, 500)
-# Below these, what does not depend on the size is the larger part.
-LEAST_S, LEAST_MEMORY_BYTES = 5e-3, 4e6
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.drives.test_definition import Segment, TestDefinition
+from diff_encoder_sim.localization.amcl import Amcl
+from diff_encoder_sim.localization.amcl_params import AmclParams
+from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
+from diff_encoder_sim.navigation.costmap import Costmap
+from diff_encoder_sim.navigation.costmap_params import CostmapParams
+from diff_encoder_sim.navigation.global_planner import GlobalPlanner, NavfnParams
+from diff_encoder_sim.trials.campaign_loading import load_campaign
+from diff_encoder_sim.trials.results import ResultStore
+from diff_encoder_sim.trials.robot_params import load_robot_params
+from diff_encoder_sim.trials.trial_run import run_trial
 
-
-class Growth(NamedTuple):
-    """Something that is measured by size."""
-
-    name: str
-    prepare: Callable[[int], work.Work]
-    sizes: Sequence[int]
-    longest: Sequence[int] = ()  # sizes that take minutes
-    power: int = 1  # what is in proportion grows by this power of the size: cells by the square of a side
-    most: float = 1.5  # that the cost per unit may grow from the last size but one to the last
-    reason: str = ''  # why it grows by more
+Work = Callable[[], object]
+RESOLUTION_M, PILLARS_APART_M, PILLAR_M, STRETCH_M = 0.1, 5.0, 0.4, 10.0
+LEAST_S, LEAST_MEMORY_BYTES = 5e-3, 4e6  # below these, most of a cost does not depend on the size
+MOST = 1.5  # growth of the cost per unit from the last size but one to the last
 
 
 class Cost(NamedTuple):
-    """What one size takes."""
+    """Processor time of a process and its children, and the peak of its memory above the start."""
 
-    user_s: float  # processor time
-    system_s: float
-    memory_bytes: float  # at most, beside what there was before; of a process that it starts, all
+    user_s: float
+    memory_bytes: float
 
 
-GROWTHS = (
-    Growth('reading a map, by side [m]', work.reading_a_map, SIDES_M, power=2, most=3.0),  # a few ms at 200 m
-    Growth('likelihood field, by side [m]', work.likelihood_field, SIDES_M, power=2),
-    Growth('rasterising a world, by side [m]', work.rasterising, SIDES_M, power=2),
-    Growth('global costmap, by side [m]', work.global_costmap, SIDES_M, power=2),
-    Growth(
-        'global plan, by side [m]',
-        work.global_plan,
-        SIDES_M,
-        power=2,
-        reason='cells leave a heap in the order of their cost: n log n',
-    ),
-    Growth('20 scans, by side of the world [m]', work.scanning, SIDES_M, power=2),
-    Growth('100 updates of AMCL, by particles', work.weighing_particles, (100, 1000, 10_000)),
-    Growth('100 updates of AMCL, by beams', work.weighing_beams, (30, 60, 180, 360)),
-    Growth('scripted trial, by route [m]', work.driving, (10, 100, 1000), (10_000,)),
-    Growth('errors along a path, by its length [m]', work.comparing_paths, (10, 100, 1000, 10_000)),
-    Growth('campaign of trials that do nothing, by trials', work.trivial_trials, (10, 100, 1000), (10_000, 100_000)),
-    Growth('resuming a finished campaign, by trials', work.resuming, (12, 120, 1200, 12_000, 100_000)),
-    Growth('analyze, by trials', work.analysing, (12, 120, 1200, 12_000, 100_000)),
-)
+def likelihood_field(side_m: int, folder: Path) -> Work:
+    """Give AMCL a map."""
+    amcl, grid = Amcl(AmclParams(), _grid(5), np.random.default_rng(0)), _grid(side_m)
+    return lambda: amcl.set_map(grid)
+
+
+def global_costmap(side_m: int, folder: Path) -> Work:
+    """Inflate a map."""
+    grid = _grid(side_m)
+    return lambda: Costmap(CostmapParams(), grid).costs
+
+
+def global_plan(side_m: int, folder: Path) -> Work:
+    """Plan from one corner of a map to the other."""
+    planner, corner_m = GlobalPlanner(NavfnParams(), Costmap(CostmapParams(), _grid(side_m))), 0.5 * side_m - 1.0
+    return lambda: planner.make_plan(Pose2D(-corner_m, -corner_m, 0.0), Pose2D(corner_m, corner_m, 0.0))
+
+
+def scripted_trial(length_m: int, folder: Path) -> Work:
+    """Run a scripted trial to and fro in the hallway, with its bag."""
+    stretches = [Segment(straight=STRETCH_M * (-1) ** number) for number in range(round(length_m / STRETCH_M))]
+    test = TestDefinition(name='to_and_fro', world='hallway', drive=stretches)
+    plan, params = plan_of('SL', 90, 1, 'scripted', str(folder / 'trial.bag')), load_robot_params(ROOT / 'config')
+    plan = plan.model_copy(update={'trial': plan.trial.model_copy(update={'test': test})})
+    return lambda: run_trial(plan, ROOT / 'urdf' / 'alto.urdf.xacro', params, 'minimal')
+
+
+def resuming(trials: int, folder: Path) -> Work:
+    """Open the results folder of a finished campaign."""
+    make_results(folder / 'results', math.ceil(trials / 12))
+    campaign = load_campaign('paper', ROOT, {'trials': math.ceil(trials / 12), 'record': 'none'})
+    return lambda: ResultStore(folder / 'results', campaign, {}).finish()
+
+
+def analyzing(trials: int, folder: Path) -> Work:
+    """Run analyze on the results of the paper's cells."""
+    make_results(folder / 'results', math.ceil(trials / 12))
+    command = [sys.executable, str(ROOT / 'scripts' / 'analyze'), str(folder / 'results')]
+    environment = {**os.environ, 'PYTHONPATH': os.pathsep.join(filter(None, sys.path))}
+    return lambda: subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=environment)
+
+
+SIDES_M, TRIALS = (20, 50, 100, 200, 500), (12, 120, 1200, 12_000, 100_000)
+GROWTHS: Dict[str, tuple] = {  # title: work, sizes, power of the size that the cost is in proportion to
+    'likelihood field, by side [m]': (likelihood_field, SIDES_M, 2),
+    'global costmap, by side [m]': (global_costmap, SIDES_M, 2),
+    'global plan, by side [m]': (global_plan, SIDES_M, 2),
+    'scripted trial, by route [m]': (scripted_trial, (10, 100, 1000), 1),
+    'opening a finished campaign, by trials': (resuming, TRIALS, 1),
+    'analyze, by trials': (analyzing, TRIALS, 1),
+}
 
 
 def main() -> None:
-    """Print the tables."""
-    arguments = _arguments()
+    """Print a table for each kind of work."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--repeats', type=COUNT, default=2)
+    parser.add_argument('--only', choices=list(GROWTHS), help='one of the tables')
+    add_json(parser)
+    arguments = parser.parse_args()
     print_header('Growth of processor time and memory')
-    ratios = []
-    for growth in GROWTHS:
-        if arguments.only in growth.name:
-            sizes = [*growth.sizes, *growth.longest] if arguments.long else growth.sizes
-            ratios.append(_measure(growth, sizes, arguments.repeats))
+    titles = [arguments.only] if arguments.only else list(GROWTHS)
+    ratios = [_measure(title, *GROWTHS[title], arguments.repeats) for title in titles]
     print_ratios(ratios)
     write_ratios(arguments.json, ratios)
 
 
-def _measure(growth: Growth, sizes: Sequence[int], repeats: int) -> Ratio:
-    growth.prepare(sizes[0])()  # compiles
-    rounds = [[_cost(growth, size) for size in sizes] for _ in range(repeats)]
-    _print_table(growth, sizes, [Cost(*map(min, zip(*costs))) for costs in zip(*rounds)])
-    before, last = sizes[-2:]
-    factor = (last / before) ** growth.power
-    by_round = [costs[-1].user_s / costs[-2].user_s / factor for costs in rounds]
-    return Ratio(f'{growth.name}: {last}', f'in proportion to {before}', by_round, growth.most)
-
-
-def _print_table(growth: Growth, sizes: Sequence[int], costs: Sequence[Cost]) -> None:
-    units = [size**growth.power for size in sizes]
-    users_s, systems_s, memories_bytes = zip(*costs)
-    rows = zip(
-        map(str, sizes),
-        [f'{user_s:.3f}' for user_s in users_s],
-        _exponents(units, users_s, LEAST_S),
-        [f'{system_s:.3f}' for system_s in systems_s],
+def _measure(title: str, prepare: Callable[[int, Path], Work], sizes: Sequence[int], power: int, repeats: int) -> Ratio:
+    rounds = [[_cost(prepare, size) for size in sizes] for _ in range(repeats)]
+    costs = [Cost(*map(min, zip(*of_size))) for of_size in zip(*rounds)]
+    units = [size**power for size in sizes]
+    times_s, memories_bytes = zip(*costs)
+    columns = [
+        sizes,
+        [f'{time_s:.3f}' for time_s in times_s],
+        _exponents(units, times_s, LEAST_S),
         [f'{memory_bytes / 1e6:.0f}' for memory_bytes in memories_bytes],
         _exponents(units, memories_bytes, LEAST_MEMORY_BYTES),
-    )
-    exponent = 'exponent by cells' if growth.power == 2 else 'exponent'
-    heads = [growth.name, 'processor [s]', exponent, 'system [s]', 'memory [MB]', exponent]
-    print(tabulate(rows, heads, disable_numparse=True, stralign='right'))
-    print(f'above 1: {growth.reason}\n' if growth.reason else '', flush=True)
+    ]
+    heads = [title, 'processor [s]', 'exponent', 'memory [MB]', 'exponent']
+    print(tabulate(list(zip(*columns)), heads, disable_numparse=True, stralign='right'), flush=True)
+    by_round = [each[-1].user_s / each[-2].user_s * units[-2] / units[-1] for each in rounds]
+    return Ratio(f'{title}: {sizes[-1]}', f'in proportion to {sizes[-2]}', by_round, MOST)
 
 
 def _exponents(units: Sequence[int], costs: Sequence[float], least: float) -> List[str]:
-    """Return the exponent from each size to the next, as text; '' where a cost is not above `least`."""
-    pairs = zip(zip(units, costs), zip(units[1:], costs[1:]))
-    return [
-        '',
-        *(
-            f'{math.log(after / before) / math.log(large / small):.2f}' if min(before, after) > least else ''
-            for (small, before), (large, after) in pairs
-        ),
-    ]
+    """Return the exponent from each size to the next, as text; '' if a cost is not above `least`."""
+    found = ['']
+    for small, large, before, after in zip(units, units[1:], costs, costs[1:]):
+        is_measured = min(before, after) > least
+        found.append(f'{math.log(after / before) / math.log(large / small):.2f}' if is_measured else '')
+    return found
 
 
-def _cost(growth: Growth, size: int) -> Cost:
-    """Return the cost in a process that has what is compiled, and nothing of other sizes."""
+def _cost(prepare: Callable[[int, Path], Work], size: int) -> Cost:
+    """Return the cost in a forked process, which has no memory of other sizes."""
     fork = multiprocessing.get_context('fork')
     ours, theirs = fork.Pipe(duplex=False)
-    process = fork.Process(target=_report, args=(growth.prepare, size, theirs))
+    process = fork.Process(target=_report, args=(prepare, size, theirs))
     process.start()
     theirs.close()
     cost: Cost = ours.recv()
@@ -131,44 +157,34 @@ def _cost(growth: Growth, size: int) -> Cost:
     return cost
 
 
-def _report(prepare: Callable[[int], work.Work], size: int, answer: multiprocessing.connection.Connection) -> None:
-    call = prepare(size)
-    Path('/proc/self/clear_refs').write_text('5')  # the peak begins anew
-    had_bytes, began_s = _resident_bytes('VmRSS'), _processor_s()
-    call()
-    user_s, system_s = _processor_s() - began_s
-    started_bytes = 1024 * resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
-    answer.send(Cost(user_s, system_s, max(_resident_bytes('VmHWM') - had_bytes, started_bytes)))
-    work.remove_files()
+def _report(prepare: Callable[[int, Path], Work], size: int, answer: multiprocessing.connection.Connection) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        work = prepare(size, Path(folder))
+        Path('/proc/self/clear_refs').write_text('5')  # resets the peak
+        began_bytes, began_s = _resident_bytes('VmRSS'), _user_s()
+        work()
+        started_bytes = 1024 * resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+        answer.send(Cost(_user_s() - began_s, max(_resident_bytes('VmHWM') - began_bytes, started_bytes)))
 
 
-def _processor_s() -> np.ndarray:
-    """Return the processor time of this process and of those that it has started: the user's and the system's."""
-    usages = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
-    return np.sum([[usage.ru_utime, usage.ru_stime] for usage in usages], axis=0)
+def _user_s() -> float:
+    return sum(resource.getrusage(who).ru_utime for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
 
 
 def _resident_bytes(name: str) -> int:
-    (line,) = [line for line in Path('/proc/self/status').read_text().splitlines() if line.startswith(name)]
-    return 1024 * int(line.split()[1])
+    lines = Path('/proc/self/status').read_text().splitlines()
+    return 1024 * next(int(line.split()[1]) for line in lines if line.startswith(name))
 
 
-def _in_a_title(text: str) -> str:
-    if not any(text in growth.name for growth in GROWTHS):
-        titles = '; '.join(growth.name for growth in GROWTHS)
-        raise argparse.ArgumentTypeError(f'given {text!r}; allowed: a part of one of these: {titles}')
-    return text
-
-
-def _arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--repeats', type=COUNT, default=2)
-    parser.add_argument(
-        '--only', type=_in_a_title, default='', metavar='TEXT', help='of those tables whose title has it'
-    )
-    parser.add_argument('--long', action='store_true', help='sizes that take minutes, too: 10 km, 100,000 trials')
-    add_json(parser)
-    return parser.parse_args()
+def _grid(side_m: int) -> OccupancyGrid:
+    """Return a square map around the origin: a wall around it, and a pillar in each 5 m square."""
+    cells, apart, wide = (round(length_m / RESOLUTION_M) for length_m in (side_m, PILLARS_APART_M, PILLAR_M))
+    grid = np.full((cells, cells), FREE, np.int8)
+    grid[[0, 1, -2, -1]], grid[:, [0, 1, -2, -1]] = OCCUPIED, OCCUPIED
+    for row in range(wide):
+        for column in range(wide):
+            grid[apart // 2 + row :: apart, apart // 2 + column :: apart] = OCCUPIED
+    return OccupancyGrid(grid, RESOLUTION_M, Pose2D(-0.5 * side_m, -0.5 * side_m, 0.0))
 
 
 if __name__ == '__main__':
