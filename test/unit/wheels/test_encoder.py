@@ -238,16 +238,19 @@ def test_counts_are_hit_as_often_as_asked_for_and_as_unevenly(fault, sign, burst
 
 
 @pytest.mark.parametrize(
-    ('faults', 'expected'), [({'missed': 1.0}, 0), ({'extra': 1.0}, -14), ({'missed': 1.0, 'extra': 1.0}, -7)]
+    ('faults', 'per_tick', 'expected'),
+    [
+        ({'missed': 1.0}, -7, 0),
+        ({'extra': 1.0}, -7, -1400),
+        ({'missed': 1.0, 'extra': 1.0}, -7, -700),
+        ({'max_count_rate': 1000.0}, 30, 1000),
+        ({'max_count_rate': 1000.0}, -9, -900),
+        ({'max_count_rate': 30.0}, 1, 30),
+    ],
 )
-def test_missed_and_extra_counts_go_the_way_of_the_wheel(faults, expected):
-    assert counts([0.5 * COUNT_RAD, -6.5 * COUNT_RAD], {'faults': faults})[-1, 0] == expected
-
-
-@pytest.mark.parametrize(('limit_hz', 'per_tick', 'expected'), [(1000.0, 30, 1000), (1000.0, -9, -900), (30.0, 1, 30)])
-def test_what_comes_faster_than_the_limit_is_lost(limit_hz, per_tick, expected):
-    found = counts(evenly(100, per_tick), {'faults': {'max_count_rate': limit_hz}})[-1, 0]
-    assert found == pytest.approx(expected, abs=1)
+def test_missed_extra_and_too_fast_counts_go_the_way_of_the_wheel(faults, per_tick, expected):
+    """In a second."""
+    assert counts(evenly(100, per_tick), {'faults': faults})[-1, 0] == pytest.approx(expected, abs=1)
 
 
 @pytest.mark.parametrize('tick_ns', [100_000, 1_000_000, 10_000_000])
@@ -312,14 +315,21 @@ def straight(ppr, encoder):
     return run(np.linspace(0.0, LENGTH_M / RADIUS_M, 251), encoder, ppr, DRAWS, phases_rad)
 
 
-@pytest.mark.parametrize('decoding', ['x1', 'x4'])
-def test_misplaced_edges(decoding):
-    across_m = straight(1024, {'edge_error': 0.25, 'decoding': decoding}).final_poses[:, 1]
-    assert_std(across_m, LENGTH_M * m_per_pulse(1024) / SEPARATION_M * math.sqrt(1 / 6 + 2 * 0.25**2))
+# Of odometry across a straight drive: (S d / L) by the variance of both starts, in counts.
+ACROSS_M = LENGTH_M * m_per_pulse(1024) / SEPARATION_M
 
 
-def test_eccentricity():
-    assert_std(straight(4096, {'eccentricity': 0.02}).final_poses[:, 1], LENGTH_M * RADIUS_M * 0.02 / SEPARATION_M)
+@pytest.mark.parametrize(
+    ('ppr', 'encoder', 'expected_m'),
+    [
+        (1024, {'edge_error': 0.25, 'decoding': 'x1'}, ACROSS_M * math.sqrt(1 / 6 + 2 * 0.25**2)),
+        (1024, {'edge_error': 0.25, 'decoding': 'x4'}, ACROSS_M * math.sqrt(1 / 6 + 2 * 0.25**2)),
+        (1024, {'sensor': 'absolute', 'noise': 1.0}, ACROSS_M * math.sqrt(2 * (1 / 12 + 1.0))),
+        (4096, {'eccentricity': 0.02}, LENGTH_M * RADIUS_M * 0.02 / SEPARATION_M),
+    ],
+)
+def test_errors_of_the_sensor_move_the_end_as_their_closed_forms_do(ppr, encoder, expected_m):
+    assert_std(straight(ppr, encoder).final_poses[:, 1], expected_m)
 
 
 def test_missed_counts():
@@ -336,12 +346,6 @@ def test_the_count_rate_limits_the_speed():
     limit = 0.3 / m_per_pulse(1024)
     along_m = straight(1024, {'faults': {'max_count_rate': limit}}).final_poses[:, 0]
     assert along_m == pytest.approx(np.full(DRAWS, 0.3 * 250 * TICK_NS / 1e9), abs=2 * m_per_pulse(1024))
-
-
-def test_noise_moves_the_end_as_its_variance_does():
-    """A reading at the start turns the whole path: 1/12 + noise^2 of either wheel."""
-    across_m = straight(1024, {'sensor': 'absolute', 'noise': 1.0}).final_poses[:, 1]
-    assert_std(across_m, LENGTH_M * m_per_pulse(1024) / SEPARATION_M * math.sqrt(2 * (1 / 12 + 1.0)))
 
 
 def test_backlash_turns_the_heading_at_each_reversal_and_back_at_the_next():
