@@ -6,7 +6,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
-from types import CodeType
+from types import CodeType, FunctionType
 
 import pytest
 
@@ -72,7 +72,7 @@ def test_kernels_use_kernels_and_numbers_of_their_own_file_only():
             if isinstance(kernel, Kernel) and kernel.__module__ == module.__name__:
                 for used in set(_names(kernel.py_func.__code__)) & set(vars(module)):
                     value = getattr(module, used)
-                    if isinstance(value, Kernel):
+                    if isinstance(value, (Kernel, FunctionType)):
                         is_own = value.__module__ == module.__name__
                     else:
                         is_own = not isinstance(value, (int, float)) or used not in imported
