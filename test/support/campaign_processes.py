@@ -52,44 +52,16 @@ class Machine:
         return self.start(HERE / 'campaign_trials.py', *ARGUMENTS, '--out', self.out, *arguments, trial_s=trial_s)
 
     def cluster(self, workers=2, trial_s=0.0, preload=(), tls=()):
-        """A scheduler and workers without nannies; returns the address and the processes.
-
-        `tls` are Dask's options for certificates; without them everybody may connect.
-        """
+        """A scheduler and workers without nannies, with options for TLS; returns the address and the processes."""
         about = self.folder / 'scheduler.json'
-        scheduler = self.start(
-            '-m',
-            'distributed.cli.dask_scheduler',
-            '--host',
-            '127.0.0.1',
-            '--port',
-            '0',
-            '--no-dashboard',
-            '--scheduler-file',
-            about,
-            *tls,
-        )
+        private = '--no-dashboard', *tls
+        local = '--host', '127.0.0.1', '--port', '0', '--scheduler-file', about
+        scheduler = self.start('-m', 'distributed.cli.dask_scheduler', *local, *private)
         wait_until(lambda: about.exists() and about.read_text().endswith('}'))
         address = json.loads(about.read_text())['address']
-        started = [
-            self.start(
-                '-m',
-                'distributed.cli.dask_worker',
-                address,
-                '--no-nanny',
-                '--nthreads',
-                '1',
-                '--no-dashboard',
-                '--memory-limit',
-                '0',
-                '--local-directory',
-                self.folder / 'scratch',
-                *preload,
-                *tls,
-                trial_s=trial_s,
-            )
-            for _ in range(workers)
-        ]
+        one = '--no-nanny', '--nthreads', '1', '--memory-limit', '0', '--local-directory', self.folder / 'scratch'
+        command = '-m', 'distributed.cli.dask_worker', address, *one, *preload, *private
+        started = [self.start(*command, trial_s=trial_s) for _ in range(workers)]
         if not tls:
             with Client(address, set_as_default=False) as client:
                 client.wait_for_workers(workers, timeout=PATIENCE_S)

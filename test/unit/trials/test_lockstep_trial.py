@@ -1,48 +1,84 @@
-"""The whole robot in lockstep on short routes: it arrives, and equal seeds give equal bits."""
+"""The whole robot in lockstep on short routes: it arrives, equal seeds give equal bits; scripts, rates, latencies."""
 
+import logging
 import math
 
 import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.localization.map_files import load_map, save_map
+from diff_encoder_sim.navigation.navigator_inputs import STOP, Command, GoalStatus
 from diff_encoder_sim.simulation.rasterise import rasterise
+from diff_encoder_sim.simulation.state import JointStates
 from diff_encoder_sim.simulation.world import load_world
-from diff_encoder_sim.trials.publications import Publications
+from diff_encoder_sim.trials.lockstep_trial import Delayed
+from diff_encoder_sim.trials.publications import Publications, StatePublisher
 from diff_encoder_sim.trials.robot_params import LatencyParams
-from lockstep_trials import BEND, HALL, distance_and_turn, ended, goal_of, lockstep
+from lockstep_trials import ALTO, BEND, HALL, blind, distance_and_turn, ended, goal_of, lockstep, params_of
 from places import ROOT
 
 SCAN_HEIGHT_M = 0.3
+MS = 1_000_000
+
+
+class Recorder(Publications):
+    """Times [ns] and values of some publications."""
+
+    takes_scans = True
+
+    def __init__(self):
+        self.commands, self.scans, self.odometry_ns, self.transforms_ns = [], [], [], []
+
+    def command(self, now_ns, command, is_navigators):
+        self.commands.append((now_ns * 1e-9, command, is_navigators))
+
+    def scan(self, scan):
+        self.scans.append(scan.stamp_ns)
+
+    def odometry(self, now_ns, estimate):
+        self.odometry_ns.append((now_ns, estimate.stamp_ns))
+
+    def odom_in_map(self, now_ns, stamp_ns, odom_pose_in_map):
+        self.transforms_ns.append((now_ns, stamp_ns))
+
+
+def blind_between(trial, begin_s, end_s):
+    """Have the LiDAR see nothing for some time."""
+    scan_of_world = trial._simulator.scan
+    trial._simulator.scan = lambda: (
+        blind(scan_of_world()) if begin_s <= trial.time_ns * 1e-9 < end_s else scan_of_world()
+    )
+
+
+def test_actions_of_one_time_run_in_the_order_entered_also_when_entered_by_one():
+    delayed, done = Delayed(), []
+    delayed.at(20, done.append, 'first')
+    delayed.at(10, lambda: delayed.at(10, done.append, 'answer'))
+    delayed.at(20, done.append, 'second')
+    delayed.run_until(10)
+    assert done == ['answer']
+    delayed.run_until(25)
+    assert done == ['answer', 'first', 'second']
 
 
 @pytest.mark.parametrize('test', [HALL, BEND], ids=['hall', 'bend'])
 @pytest.mark.parametrize('ppr', [40, 4096])
 def test_the_robot_ends_at_its_goal_within_tolerance_by_its_pose_estimate(test, ppr):
     *_, last = lockstep(test, ppr).run()
-    goal = goal_of(test)
     # Table 2: 0.05 m, latched while it turns; 0.052 rad.
-    distance_m, turn_rad = distance_and_turn(last.estimated_pose_in_map, goal)
-    assert distance_m < 0.06
-    assert turn_rad < 0.052
-    distance_m, turn_rad = distance_and_turn(last.true_pose_in_map, goal)
-    assert distance_m < 0.25
-    assert turn_rad < 0.2
+    distance_m, turn_rad = distance_and_turn(last.estimated_pose_in_map, goal_of(test))
+    assert distance_m < 0.06 and turn_rad < 0.052
+    distance_m, turn_rad = distance_and_turn(last.true_pose_in_map, goal_of(test))
+    assert distance_m < 0.25 and turn_rad < 0.2
 
 
-def test_a_map_of_another_resolution_will_do(tmp_path):
+def test_reports_have_20_hz_and_the_estimate_follows_the_truth_on_a_map_of_another_resolution(tmp_path):
     coarse = rasterise(load_world(ROOT / 'worlds' / 'hallway.world'), SCAN_HEIGHT_M, 0.1, 0.0, 0.0)
-    *_, last = lockstep(HALL, map_file=save_map(coarse, tmp_path / 'coarse')).run()
-    goal = goal_of(HALL)
-    assert distance_and_turn(last.estimated_pose_in_map, goal)[0] < 0.06
-    assert distance_and_turn(last.true_pose_in_map, goal)[0] < 0.25
-
-
-def test_reports_come_at_twenty_hertz_and_the_estimate_follows_the_truth():
-    reports = list(lockstep(HALL, 1024).run())
-    assert set(np.diff([report.stamp_ns for report in reports])) == {50_000_000}
+    reports = list(lockstep(HALL, 1024, map_file=save_map(coarse, tmp_path / 'coarse')).run())
+    assert set(np.diff([report.stamp_ns for report in reports])) == {50 * MS}
     assert reports[0].estimated_pose_in_map is None
     errors = [report.estimated_pose_in_map.relative_to(report.true_pose_in_map) for report in reports[20:]]
     assert max(math.hypot(error.x_m, error.y_m) for error in errors) < 0.3
@@ -50,67 +86,152 @@ def test_reports_come_at_twenty_hertz_and_the_estimate_follows_the_truth():
 
 def test_the_same_trial_is_the_same_bit_for_bit_and_another_is_not():
     first, second, other = (
-        [
-            (
-                report.true_pose_in_map,
-                report.odometry.base_pose_in_odom,
-                report.estimated_pose_in_map,
-                report.navigation.command,
-            )
-            for report in lockstep(BEND, number=number).run()
-        ]
-        for number in (5, 5, 6)
+        [(report.true_pose_in_map, report.odometry.base_pose_in_odom, report.navigation.command) for report in reports]
+        for reports in (lockstep(BEND, number=number).run() for number in (5, 5, 6))
     )
     assert first == second
     assert first != other
 
 
-def test_a_trial_that_takes_too_long_fails():
-    ending = ended(lockstep(HALL, time_limit=2.0))
-    assert ending == (Outcome.TIMED_OUT, 'not at its end after 2 s (time_limit)')
-
-
-def test_a_robot_that_runs_into_a_wall_has_collided():
+def test_trials_end_by_time_limit_collision_a_goal_in_a_wall_or_a_wrong_estimate(tmp_path):
+    assert ended(lockstep(HALL, time_limit=2.0)) == (Outcome.TIMED_OUT, 'not at its end after 2 s (time_limit)')
     ending = ended(lockstep(HALL, nav='scripted', start={'x': 0.0, 'yaw': math.pi / 2}, drive=[{'straight': 6.0}]))
     assert ending.outcome is Outcome.COLLISION
     assert 'hallway' in ending.reason and '(0.00, 2.' in ending.reason
-
-
-def test_a_robot_whose_estimate_but_not_itself_is_at_the_goal_is_lost(tmp_path):
-    """Its map lies 1 m too far ahead, and so does the goal by its pose estimate."""
+    ending = ended(lockstep(HALL, route=[{'goal': {'x': -3.0, 'y': 3.1}}]))
+    assert ending.outcome is Outcome.ABORTED and 'the goal was not reached' in ending.reason
+    # The map is 1 m too far ahead, and so is the goal by the pose estimate.
     grid = load_map(ROOT / 'worlds' / 'hallway.yaml')
     ahead = grid._replace(origin=grid.origin._replace(x_m=grid.origin.x_m + 1.0))
     ending = ended(lockstep(HALL, map_file=save_map(ahead, tmp_path / 'ahead')))
-    assert ending.outcome is Outcome.LOST
-    assert 'from the goal; allowed: 0.50 m' in ending.reason
+    assert ending.outcome is Outcome.LOST and 'from the goal; allowed: 0.50 m' in ending.reason
+    with pytest.raises(ConfigError, match='nav upstream.*allowed: encoder; embedded or scripted'):
+        lockstep(HALL, nav='upstream')
 
 
-def test_latencies_delay_what_they_say(tmp_path):
-    slow = LatencyParams(odometry=0.03, localization=0.1, command=0.05)
-    published = {name: [] for name in ('odometry', 'odom_in_map', 'scan')}
-
-    class Recorder(Publications):
-        def scan(self, scan):
-            published['scan'].append((scan.stamp_ns, scan.stamp_ns))
-
-        def odometry(self, now_ns, estimate):
-            published['odometry'].append((now_ns, estimate.stamp_ns))
-
-        def odom_in_map(self, now_ns, stamp_ns, odom_pose_in_map):
-            published['odom_in_map'].append((now_ns, stamp_ns))
-
-    quick, late = (lockstep(HALL, latency=latency) for latency in (LatencyParams(), slow))
-    trial = lockstep(HALL, latency=slow, publications=Recorder())
-    assert ended(trial).outcome is Outcome.SUCCEEDED
-    assert {now_ns - stamp_ns for now_ns, stamp_ns in published['odometry']} == {30_000_000}
+def test_latencies_delay_odometry_localization_and_commands():
+    slow, recorder = LatencyParams(odometry=0.03, localization=0.1, command=0.05), Recorder()
+    assert ended(lockstep(HALL, latency=slow, publications=recorder)).outcome is Outcome.SUCCEEDED
+    assert {now_ns - stamp_ns for now_ns, stamp_ns in recorder.odometry_ns} == {30 * MS}
     # Stamped ahead by transform_tolerance, 0.4 s.
-    assert {now_ns - stamp_ns for now_ns, stamp_ns in published['odom_in_map']} == {130_000_000 - 400_000_000}
-    starts = [
-        next(trial.time_ns for report in trial.run() if report.true_pose_in_map.x_m > -2.999) for trial in (quick, late)
-    ]
+    assert {now_ns - stamp_ns for now_ns, stamp_ns in recorder.transforms_ns} == {130 * MS - 400 * MS}
+    trials = [lockstep(HALL, latency=latency) for latency in (LatencyParams(), slow)]
+    starts = [next(trial.time_ns for report in trial.run() if report.true_pose_in_map.x_m > -2.999) for trial in trials]
     assert 0.08e9 <= starts[1] - starts[0] <= 0.3e9
 
 
-def test_what_needs_the_live_graph_is_refused():
-    with pytest.raises(ConfigError, match='nav upstream.*allowed: encoder; embedded or scripted'):
-        lockstep(HALL, nav='upstream')
+@pytest.mark.parametrize(
+    ('encoder_rate', 'frequency', 'commands_per_s'),
+    [(50.0, 20.0, 20.0), (200.0, 20.0, 20.0), (20.0, 10.0, 10.0), (10.0, 20.0, 10.0)],
+)
+def test_it_controls_at_its_frequency_and_at_most_once_a_report(encoder_rate, frequency, commands_per_s):
+    recorder = Recorder()
+    *_, last = lockstep(HALL, 1024, encoder_rate=encoder_rate, frequency=frequency, publications=recorder).run()
+    times_s = [now_s for now_s, _, is_navigators in recorder.commands if is_navigators]
+    assert 1.0 / np.mean(np.diff(times_s)) == pytest.approx(commands_per_s, rel=0.02)
+    assert distance_and_turn(last.estimated_pose_in_map, goal_of(HALL))[0] < 0.06
+
+
+def test_each_stage_of_a_route_is_driven_between_two_steps_of_the_navigator_too():
+    """At 50 Hz the route's driver is called more often than the navigator: it must not see the last goal's success."""
+    trial = lockstep(BEND, 1024, encoder_rate=50.0)
+    *_, last = trial.run()
+    assert trial.ending.outcome is Outcome.SUCCEEDED
+    assert distance_and_turn(last.estimated_pose_in_map, goal_of(BEND))[0] < 0.06
+
+
+def test_scans_between_two_odometry_messages_are_localized_by_interpolation():
+    """An encoder that reports at 7 Hz, about 143 ms, against scans each 100 ms."""
+    reports = list(lockstep(HALL, 1024, encoder_rate=7.0).run())
+    assert distance_and_turn(reports[-1].estimated_pose_in_map, goal_of(HALL))[0] < 0.06
+    estimates_ns = {report.estimate.stamp_ns for report in reports if report.estimate}
+    assert estimates_ns - {report.odometry.stamp_ns for report in reports}
+
+
+def test_without_usable_scans_there_is_one_warning_and_the_robot_stops_and_continues(caplog):
+    """As live: AMCL uses none, so its transform grows old. In a wide hall no beam returns."""
+    caplog.set_level(logging.WARNING, 'diff_encoder_sim.trials')
+    trial, speeds_mps = lockstep(HALL), []
+    blind_between(trial, 2.0, 5.0)
+    for report in trial.run():
+        if 3.5 <= report.stamp_ns * 1e-9 < 5.0:
+            speeds_mps.append(report.odometry.linear_velocity_mps)
+            assert report.navigation.text.startswith('stopped: localization (map->odom) is')
+    assert len(speeds_mps) == 30 and max(speeds_mps) == 0.0
+    assert trial.ending.outcome is Outcome.SUCCEEDED
+    assert len([record for record in caplog.records if 'scan dropped' in record.getMessage()]) == 1
+
+
+def test_a_turn_in_place_stops_without_localization_and_continues():
+    recorder = Recorder()
+    trial = lockstep(BEND, publications=recorder)
+    blind_between(trial, 1.0, 4.0)
+    rates = {report.stamp_ns * 1e-9: report.odometry.angular_velocity_radps for report in trial.run()}
+    blinded = [command for now_s, command, _ in recorder.commands if 2.0 < now_s < 4.0]
+    assert len(blinded) > 30 and set(blinded) == {STOP}
+    assert max(abs(rate) for now_s, rate in rates.items() if 2.5 < now_s < 4.0) == 0.0
+    assert trial.ending.outcome is Outcome.SUCCEEDED
+
+
+# ---- scripted drives
+
+
+def test_a_scripted_drive_needs_no_localization_and_its_commands_do_not_depend_on_the_encoder():
+    ends = []
+    for rate in (20.0, 7.0, 50.0):
+        trial = lockstep(HALL, 1024, nav='scripted', drive=[{'straight': 1.0}], encoder_rate=rate)
+        *_, last = trial.run()
+        assert trial.ending.outcome is Outcome.SUCCEEDED and last.estimate is None
+        assert last.true_pose_in_map.x_m == pytest.approx(-2.0, abs=1e-3)
+        assert last.estimated_pose_in_map.x_m == pytest.approx(-2.0, abs=2e-3)
+        ends.append(trial.true_pose_in_map)
+    assert ends[0] == ends[1] == ends[2]
+
+
+@pytest.mark.parametrize('takes_scans', [False, True])
+def test_a_script_takes_scans_only_if_they_are_published(takes_scans):
+    recorder = Recorder()
+    recorder.__class__ = type('Scans', (Recorder,), {'takes_scans': takes_scans})
+    trial = lockstep(HALL, nav='scripted', drive=[{'straight': 0.5}], publications=recorder)
+    assert ended(trial).outcome is Outcome.SUCCEEDED
+    assert recorder.scans == ([*range(0, trial.time_ns + 1, 100 * MS)] if takes_scans else [])
+
+
+# ---- publications
+
+
+class Bag:
+    """Keeps (topic, node, content, time [ns])."""
+
+    def __init__(self):
+        self.written = []
+
+    def publish(self, topic, node, time_ns, encode, *values):
+        self.written.append((topic, node, encode(*values), time_ns))
+
+
+def test_commands_have_the_node_that_sent_them_and_results_the_newest_goal():
+    bag = Bag()
+    recorded = Publications(bag, params_of(), 'embedded')
+    recorded.command(10, Command(0.1, 0.0), True)
+    recorded.command(20, Command(0.0, 1.0), False)
+    for time_ns in (10, 20):
+        recorded.goal(time_ns, time_ns, Pose2D(1.0, 2.0, 0.0))
+    recorded.goal_result(30, GoalStatus.SUCCEEDED, 'there')
+    first, second, *goals, result = bag.written
+    assert [each[1::2] for each in (first, second)] == [('/move_base', 10), ('/navigation_trial_node', 20)]
+    for number, goal in zip((1, 2), goals):
+        assert b'/navigation_trial_node-%d-' % number in goal[2]
+    assert b'/navigation_trial_node-2-' in result[2] and b'there' in result[2]
+
+
+def test_the_wheels_are_published_at_50_hz_from_20_ms_on_and_the_fixed_frames_once():
+    bag, joints = Bag(), ('left_wheel_joint', 'right_wheel_joint')
+    publisher = StatePublisher(ALTO, joints, bag)
+    for now_ns in range(0, 110 * MS, 10 * MS):
+        publisher.take(JointStates(now_ns, joints, (0.1, 0.2), (0.0, 0.0)))
+    fixed, *wheels = bag.written
+    assert fixed[::3] == ('/tf_static', 20 * MS)
+    assert [each[::3] for each in wheels] == [('/tf', time_ms * MS) for time_ms in (20, 40, 60, 80, 100)]
+    assert b'laser' in fixed[2] and b'left_wheel' not in fixed[2]
+    assert b'left_wheel' in wheels[0][2] and b'laser' not in wheels[0][2]

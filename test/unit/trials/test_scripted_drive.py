@@ -7,10 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from diff_encoder_sim.drives.test_definition import TestDefinition
-from diff_encoder_sim.drives.trial_definition import Outcome
-from diff_encoder_sim.trials.publications import Publications
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive, Trapezoid
-from lockstep_trials import HALL, ended, lockstep
 
 profiles = st.builds(Trapezoid, st.floats(-50, 50), st.floats(0.1, 3), st.floats(0.1, 5))
 
@@ -76,35 +73,3 @@ def test_a_command_over_several_segments_has_all_of_them():
     linear, angular = drive.command(-1.0, drive.duration_s)
     assert linear * (drive.duration_s + 1.0) == pytest.approx(0.3)
     assert angular * (drive.duration_s + 1.0) == pytest.approx(0.6 * math.pi)
-
-
-def test_a_scripted_drive_needs_no_localization_and_is_published_on_the_map():
-    *_, last = lockstep(HALL, 1024, nav='scripted', drive=[{'straight': 1.0}]).run()
-    assert last.true_pose_in_map.x_m == pytest.approx(-2.0, abs=1e-3)
-    assert last.estimated_pose_in_map.x_m == pytest.approx(-2.0, abs=2e-3)
-    assert last.estimate is None
-
-
-@pytest.mark.parametrize('encoder_rate', [7.0, 50.0])
-def test_its_commands_do_not_depend_on_the_rate_of_the_encoder(encoder_rate):
-    drives = [
-        lockstep(HALL, nav='scripted', drive=[{'straight': 0.5}], encoder_rate=rate) for rate in (20.0, encoder_rate)
-    ]
-    for trial in drives:
-        assert ended(trial).outcome is Outcome.SUCCEEDED
-    assert drives[0].true_pose_in_map == drives[1].true_pose_in_map
-
-
-@pytest.mark.parametrize('takes_scans', [False, True])
-def test_scans_are_taken_where_they_are_published_alone(takes_scans):
-    """At 10 Hz from the start on; a script looks at none."""
-    stamps_ns = []
-
-    class Recorder(Publications):
-        def scan(self, scan):
-            stamps_ns.append(scan.stamp_ns)
-
-    Recorder.takes_scans = takes_scans
-    trial = lockstep(HALL, nav='scripted', drive=[{'straight': 0.5}], publications=Recorder())
-    assert ended(trial).outcome is Outcome.SUCCEEDED
-    assert stamps_ns == ([*range(0, trial.time_ns + 1, 100_000_000)] if takes_scans else [])

@@ -1,4 +1,4 @@
-"""A trial in lockstep from its plan to its result."""
+"""Trials from their plans to their rows and bags; those of one drive have the same as if they ran separately."""
 
 import math
 
@@ -6,8 +6,89 @@ import pytest
 
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import Outcome
-from diff_encoder_sim.trials.trial_run import run_trial
+from diff_encoder_sim.trials.trial_run import run_trial, run_trials
+from diff_encoder_sim.trials.trial_setup import LockstepOptions, TrialSetup
+from diff_encoder_sim.wheels.encoder_params import EncoderModel, FaultParams
+from diff_encoder_sim.wheels.report_link import ReportParams
 from lockstep_trials import ALTO, HALL, params_of, plan_of
+
+LINE = {'nav': 'scripted', 'drive': [{'straight': 1.0}]}
+TURN = {'nav': 'scripted', 'drive': [{'turns': 0.25}, {'straight': -0.3}]}
+WALL = {'nav': 'scripted', 'start': {'x': -3.0, 'y': 2.2, 'yaw': math.pi / 2}, 'drive': [{'straight': 3.0}]}
+
+
+def setup(bag, ppr, drive, bag_format='ros1', record='full', latency_s=0.0, **encoder):
+    params = params_of()
+    plan = plan_of(HALL, ppr, bag=bag, **drive)
+    return TrialSetup(
+        plan.model_copy(update={'bag_format': bag_format}),
+        params._replace(
+            encoder=params.encoder.model_copy(update=encoder),
+            latency=params.latency.model_copy(update={'odometry': latency_s}),
+        ),
+        LockstepOptions(record=record),
+    )
+
+
+def setups(folder, drive, *output):
+    """Encoders of several resolutions: with errors, with reports that come late or never, with measured speeds."""
+    folder.mkdir()
+    faulty = EncoderModel(direction='command', phase_error=20.0, faults=FaultParams(missed=0.1, extra=0.05))
+    late = ReportParams(latency=0.03, latency_spread=0.06, lost=0.1, repeated=0.1, reordered=0.1)
+    return [
+        setup(folder / '40', 40, drive, *output),
+        setup(folder / '1024', 1024, drive, *output, latency_s=0.03),
+        setup(folder / 'faulty', 90, drive, *output, encoder=faulty),
+        setup(folder / 'late', 90, drive, *output, report=late),
+        setup(folder / 'slow', 1000, drive, *output, rate=10.0, velocity_method='T'),
+    ]
+
+
+@pytest.mark.parametrize(
+    ('drive', 'bag_format', 'record'),
+    [(LINE, 'ros1', 'full'), (TURN, 'mcap', 'full'), (WALL, 'ros1', 'minimal'), (TURN, 'ros1', 'none')],
+    ids=['line', 'turn', 'wall', 'unrecorded'],
+)
+def test_each_has_the_result_and_the_bag_that_it_has_alone(tmp_path, drive, bag_format, record):
+    together = run_trials(setups(tmp_path / 'together', drive, bag_format, record), ALTO)
+    alone = [run_trials([each], ALTO)[0] for each in setups(tmp_path / 'alone', drive, bag_format, record)]
+    assert together == alone
+    assert {result.outcome for result in alone} == {Outcome.COLLISION if drive is WALL else Outcome.SUCCEEDED}
+    assert len({result.errors[source] for result in alone for source in result.errors}) > len(alone)
+    bags = [{path.name: path.read_bytes() for path in (tmp_path / name).iterdir()} for name in ('together', 'alone')]
+    assert bags[0] == bags[1]
+    assert len(set(bags[0].values())) == (0 if record == 'none' else len(alone))
+
+
+def test_bags_of_two_formats_are_those_that_each_has_alone(tmp_path):
+    def mixed(folder):
+        folder.mkdir()
+        return [setup(folder / name, 90, LINE, name, 'minimal') for name in ('ros1', 'mcap')]
+
+    together = run_trials(mixed(tmp_path / 'together'), ALTO)
+    assert together == [run_trials([each], ALTO)[0] for each in mixed(tmp_path / 'alone')]
+    for name in ('ros1', 'mcap'):
+        assert (tmp_path / 'together' / name).read_bytes() == (tmp_path / 'alone' / name).read_bytes()
+
+
+@pytest.mark.parametrize(
+    'other', [{**LINE, 'number': 2}, TURN, {'nav': 'embedded'}], ids=['seed', 'drive', 'navigated']
+)
+def test_trials_that_are_other_drives_are_refused(tmp_path, other):
+    given = [
+        setup(tmp_path / '1', 40, other),
+        setup(tmp_path / '2', 90, LINE if other != {'nav': 'embedded'} else other),
+    ]
+    with pytest.raises(ValueError, match='different drives'):
+        run_trials(given, ALTO)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_bag_that_cannot_be_written_leaves_none(tmp_path):
+    (tmp_path / 'taken').mkdir()
+    with pytest.raises(OSError, match='taken'):
+        run_trials([setup(tmp_path / '1', 40, LINE), setup(tmp_path / 'taken', 90, LINE)], ALTO)
+    assert [path.name for path in tmp_path.iterdir()] == ['taken']
 
 
 def test_a_scripted_trial_has_errors_by_each_pose_source_that_it_has():
