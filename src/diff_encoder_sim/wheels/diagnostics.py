@@ -141,11 +141,9 @@ class FollowingError:
 
     def lasts_s(self) -> PerSide:
         """Return for how long each wheel's error has lasted up to now, if that is longer than it may; else 0."""
-        left_ns, right_ns = (self._newest_ns - within_ns for within_ns in self._within_ns)
-        return (
-            left_ns / NANOSECONDS_PER_SECOND if left_ns > self._timeout_ns else 0.0,
-            right_ns / NANOSECONDS_PER_SECOND if right_ns > self._timeout_ns else 0.0,
-        )
+        lasts_ns = (self._newest_ns - within_ns for within_ns in self._within_ns)
+        left, right = (each / NANOSECONDS_PER_SECOND if each > self._timeout_ns else 0.0 for each in lasts_ns)
+        return left, right
 
 
 # How much of its lateness a report hands on to the next: jitter cancels, and a slow clock is not taken for loss.
@@ -223,14 +221,9 @@ class OdometryDiagnosis:
             for side, lasts_s in zip(SIDES, self._following.lasts_s())
             if lasts_s
         ]
-        values = {
-            **self._rate.values,
-            'lost reports': lost,
-            'late or repeated reports': self._ignored,
-            'counter restarts': restarts,
-        }
+        events = {'lost reports': lost, 'late or repeated reports': self._ignored, 'counter restarts': restarts}
         errors = {f'following error, {side} [rad/s]': error for side, error in zip(SIDES, self._following.errors_radps)}
-        return Diagnosis('; '.join(warnings), {**values, **errors})
+        return Diagnosis('; '.join(warnings), {**self._rate.values, **events, **errors})
 
 
 STRAIGHT_M = 20.0  # the path by which the two are compared: the paper's straight test
@@ -238,7 +231,8 @@ STRAIGHT_M = 20.0  # the path by which the two are compared: the paper's straigh
 
 def hidden_encoder(params: OdometryParams) -> str:
     """Return a line if the usual motion noise, which is not given, hides the encoder after a straight line; else ''."""
-    encoder_m, noise_m = encoder_lateral_std(params), noise_lateral_std(USUAL_MOTION_NOISE, params.wheel_separation)
+    encoder_m = encoder_lateral_std(params)
+    noise_m = math.sqrt(2.0 * USUAL_MOTION_NOISE * STRAIGHT_M**3 / 3.0) / params.wheel_separation
     if noise_m <= encoder_m:
         return ''
     return (
@@ -252,8 +246,3 @@ def encoder_lateral_std(params: OdometryParams) -> float:
     """Return the standard deviation across [m] that the encoder's counts cause after a straight line."""
     end = Pose2D(STRAIGHT_M, 0.0, 0.0)
     return math.sqrt(quantisation_covariance(end, *params.reading_variances_m2, 0.0, params.wheel_separation).yy)
-
-
-def noise_lateral_std(motion_noise: float, wheel_separation_m: float) -> float:
-    """Return the standard deviation across [m] that motion noise [m^2/m] causes after a straight line."""
-    return math.sqrt(2.0 * motion_noise * STRAIGHT_M**3 / 3.0) / wheel_separation_m

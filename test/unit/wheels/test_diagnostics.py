@@ -11,7 +11,7 @@ from diff_encoder_sim.wheels.diagnostics import (
     LostReports,
     OdometryDiagnosis,
     encoder_lateral_std,
-    noise_lateral_std,
+    hidden_encoder,
 )
 from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
@@ -168,7 +168,8 @@ def test_a_turn_in_place_commands_the_wheels_against_each_other():
     assert values['following error, right [rad/s]'] == pytest.approx(turned_radps - 5.0)
 
 
-def test_both_are_the_closed_forms():
+def test_the_usual_motion_noise_hides_a_fine_encoder():
     m_per_pulse = math.pi * 0.2 / 90
     assert encoder_lateral_std(OdometryParams(ppr=90)) == pytest.approx(20 * m_per_pulse / 0.4 / math.sqrt(6), rel=1e-4)
-    assert noise_lateral_std(2.7e-8, 0.4) == pytest.approx(0.03, rel=1e-3)
+    assert hidden_encoder(OdometryParams(ppr=40)) == ''  # 321 mm
+    assert 'it states 183 mm across for slip of 1e-06 m^2/m' in hidden_encoder(OdometryParams(ppr=90))
