@@ -23,12 +23,11 @@ from tabulate import tabulate
 from diff_encoder_sim.analysis.paper.paper_cells import TRIALS, PaperCell, load_paper_cells
 from diff_encoder_sim.analysis.quantities import Y
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
-from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial
 from diff_encoder_sim.trials.robot_params import load_robot_config, override
 
 # Its route is the paper's to the metre, and wheel errors make its y, not the stopping.
-TEST, SOURCE, PPR, QUANTITY = 'SL', PoseSource.ODOM, 4096, Y
+TEST, SOURCE, PPR, QUANTITY = 'SL', 'odom', 4096, Y
 CONFIG, ROBOT = ROOT / 'config', ROOT / 'urdf' / 'alto.urdf.xacro'
 
 # Log10 of the slip noise and the radius difference in units of 1e-4: where the search begins.

@@ -43,12 +43,11 @@ def write_analysis(results: Results, folder: Path, beside: Optional[Results] = N
     from diff_encoder_sim.analysis.figures import write_figures  # noqa: PLC0415
     from diff_encoder_sim.analysis.paper.report_section import paper_section  # noqa: PLC0415
     from diff_encoder_sim.analysis.report.page import write_report  # noqa: PLC0415
-    from diff_encoder_sim.analysis.table import write_tables as write_tables_of_paper  # noqa: PLC0415
 
     tables, compared = all_tables(results), compare_encoders(results)
-    paper = paper_section([dataset_of(each) for each in (results, beside) if each is not None])
-    write_tables([*tables, comparison_table(compared)], folder / 'tables')
-    write_tables_of_paper([] if paper is None else [paper.scores, *paper.cells, paper.all_cells], folder / 'tables')
+    paper = paper_section([each for each in (results, beside) if each is not None])
+    of_paper = [] if paper is None else [paper.scores, *paper.cells, paper.all_cells]
+    write_tables([*tables, comparison_table(compared), *of_paper], folder / 'tables')
     figures = write_figures(dataset_of(results), folder / 'figures')
     lead = write_report(results, tables, compared, figures, paper, folder / REPORT)
     is_concluded = paper is not None and (beside is not None or paper.has_enough_trials)

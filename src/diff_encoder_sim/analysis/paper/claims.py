@@ -7,21 +7,23 @@ It fails when one of them does; that this is not chance is kept at 95 % for all 
 from __future__ import annotations
 
 import enum
+import itertools
 import math
-from typing import Callable, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.analysis.dataset import STANDARD_TESTS, Dataset, TrialData, Varied
-from diff_encoder_sim.analysis.final_errors import (
-    count_within,
-    equal_trials,
-    final_error,
-    final_errors,
-    with_final_error,
-)
 from diff_encoder_sim.analysis.paper.paper_cells import PPRS, TRIALS
-from diff_encoder_sim.analysis.quantities import LEVEL, QUANTITIES, YAW, Quantity, X, Y
+from diff_encoder_sim.analysis.quantities import LEVEL, POSES, QUANTITIES, YAW, Quantity, X, Y
+from diff_encoder_sim.analysis.results_table import (
+    STANDARD_TESTS,
+    SUCCEEDED,
+    Results,
+    are_within,
+    equal_trials,
+    final_errors,
+    varied_texts,
+)
 from diff_encoder_sim.analysis.statistics import (
     SIGNIFICANCE,
     holm,
@@ -33,13 +35,12 @@ from diff_encoder_sim.analysis.statistics import (
     wilson,
 )
 from diff_encoder_sim.base.deferred import deferred
-from diff_encoder_sim.base.se2 import wrap_angle
-from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource
-from diff_encoder_sim.drives.trial_definition import Outcome
+from diff_encoder_sim.base.deferred import pandas as pd
+from diff_encoder_sim.base.se2 import wrap_angles
 
 stats = deferred('scipy.stats')
 
-ODOM, GLOBAL, WORLD, AMCL = PoseSource.ODOM, PoseSource.GLOBAL, PoseSource.WORLD, PoseSource.AMCL
+ODOM, GLOBAL, WORLD = 'odom', 'global', 'world'
 
 COARSE, FINE = PPRS[:2], PPRS[2:]
 COARSE_AND_FINE = [(coarse, fine) for coarse in COARSE for fine in FINE]
@@ -56,9 +57,6 @@ NEGLIGIBLE_FRACTION = 0.1
 
 # Smaller p-values are shown as smaller than this.
 SMALLEST_P = 1e-4
-
-# The trials of one set of parameters, by test and PPR.
-TrialsByCell = Dict[Tuple[str, str], List[TrialData]]
 
 
 class Conclusion(enum.Enum):
@@ -115,7 +113,7 @@ def fractions_within(limit: float, above: Sequence[Sample] = (), below: Sequence
     """Test that the fractions within tolerance are above, or below, `limit`, by the score test of Wilson's interval."""
 
     def measured(one: Sample) -> Tuple[str, float, float]:
-        within, trials = count_within(one.values, one.quantity), len(one.values)
+        within, trials = _count_within(one.values, one.quantity), len(one.values)
         low, high = wilson(within, trials, LEVEL)
         deviation = (within / trials - limit) / math.sqrt(limit * (1.0 - limit) / trials)
         text = f'{one.label}: {within} of {trials} within, 95 % interval {100.0 * low:.0f} to {100.0 * high:.0f} %'
@@ -202,7 +200,7 @@ def fractions_equal(pairs: Sequence[Pair]) -> List[HypothesisTest]:
             is_first, is_second = (np.abs(values) <= pair.quantity.tolerance for values in pair.values)
             result = mcnemar(is_first, is_second, LEVEL)
             is_equal = max(-result.interval.low, result.interval.high) < EQUAL_FRACTIONS_MARGIN
-            first, second = (count_within(values, pair.quantity) for values in pair.values)
+            first, second = (_count_within(values, pair.quantity) for values in pair.values)
             counts = f'within tolerance {first} ({pair.names[0]}) and {second} ({pair.names[1]}) of {result.pairs}'
             parts.append((f'{pair.label}: {counts}', is_equal, 1.0 if is_equal else result.p_value))
     return _concluded((pair.label for pair in pairs if not len(pair.values[0])), parts)
@@ -213,47 +211,40 @@ def fractions_equal(pairs: Sequence[Pair]) -> List[HypothesisTest]:
 # several cells have common noise, that p-value is too small or too large by a little; each cell's is not.
 
 
-def all_succeeded(trials: TrialsByCell) -> List[HypothesisTest]:
+def all_succeeded(trials: pd.DataFrame) -> List[HypothesisTest]:
     """Test that every trial reached its goal."""
-    return _every_trial(
-        'reached the goal',
-        {cell: [trial.outcome is Outcome.SUCCEEDED for trial in of_cell] for cell, of_cell in trials.items()},
-    )
+    is_true = {cell: of_cell['outcome'] == SUCCEEDED for cell, of_cell in trials.groupby(['test', 'ppr'], sort=False)}
+    return _every_trial('reached the goal', is_true)
 
 
-def all_within(
-    trials: TrialsByCell, source: PoseSource, tests: Sequence[str], pprs: Sequence[str]
-) -> List[HypothesisTest]:
+def all_within(trials: pd.DataFrame, pose: str, tests: Sequence[str], pprs: Sequence[str]) -> List[HypothesisTest]:
     """Test that every trial ends within tolerance in x and in y."""
-    is_true: Dict[Tuple[str, str], List[bool]] = {}
-    for cell in ((test, ppr) for test in tests for ppr in pprs):
-        of_cell = with_final_error(trials.get(cell, []), source)
-        within = [np.abs(final_errors(of_cell, source, quantity)) <= quantity.tolerance for quantity in (X, Y)]
-        is_true[cell] = np.all(within, axis=0).tolist()
-    return _every_trial('within', is_true)
+    cells = itertools.product(tests, pprs)
+    return _every_trial('within', {cell: are_within(_of_cell(trials, *cell), pose, (X, Y)) for cell in cells})
 
 
-def amcl_matches_global(trials: TrialsByCell) -> List[HypothesisTest]:
+def amcl_matches_global(trials: pd.DataFrame) -> List[HypothesisTest]:
     """Test that the final /amcl_pose and /global_pose agree to a tenth of the tolerance, in every trial."""
-    is_true: Dict[Tuple[str, str], List[bool]] = {cell: [] for cell in trials}
-    for cell, of_cell in trials.items():
-        for trial in of_cell:
-            amcl, estimate = final_error(trial, AMCL), final_error(trial, GLOBAL)
-            if amcl is not None and estimate is not None:
-                yaw_rad = wrap_angle(amcl.yaw_rad - estimate.yaw_rad)
-                difference = (amcl.x_m - estimate.x_m, amcl.y_m - estimate.y_m, yaw_rad)
-                negligible = (
-                    one.scale * abs(difference[one.component]) <= NEGLIGIBLE_FRACTION * one.tolerance
-                    for one in QUANTITIES
-                )
-                is_true[cell].append(all(negligible))
+    is_true = {}
+    for cell, of_cell in trials.groupby(['test', 'ppr'], sort=False):
+        known = of_cell.dropna(subset=['amcl_x_m', 'global_x_m'])
+        is_true[cell] = np.ones(len(known), dtype=bool)
+        for quantity in QUANTITIES:
+            difference = known[quantity.column('amcl')] - known[quantity.column('global')]
+            difference = wrap_angles(difference) if quantity is YAW else difference
+            is_true[cell] &= quantity.scale * np.abs(difference) <= NEGLIGIBLE_FRACTION * quantity.tolerance
     return _every_trial('agree', is_true)
 
 
-def _every_trial(what: str, is_true: Dict[Tuple[str, str], List[bool]]) -> List[HypothesisTest]:
-    """Compare each cell's count, and that of all, with as many of the paper's trials, all of them true."""
+def _every_trial(what: str, is_true: Dict[Any, Any]) -> List[HypothesisTest]:
+    """Compare each cell's count, and that of all, with as many of the paper's trials, all of them true.
+
+    Args:
+        what: is claimed.
+        is_true: of each trial, by test and PPR.
+    """
     labelled = {f'{test} at {ppr} PPR': of_cell for (test, ppr), of_cell in is_true.items()}
-    counts = [(label, sum(of_cell), len(of_cell), TRIALS) for label, of_cell in labelled.items() if of_cell]
+    counts = [(label, int(sum(each)), len(each), TRIALS) for label, each in labelled.items() if len(each)]
     if len(counts) > 1:
         _, true, ours, theirs = zip(*counts)
         counts.append(('all cells', sum(true), sum(ours), sum(theirs)))
@@ -262,53 +253,58 @@ def _every_trial(what: str, is_true: Dict[Tuple[str, str], List[bool]]) -> List[
         _, p_value = stats.fisher_exact(np.array([[true_ours, trials - true_ours], [theirs_true, 0]]))
         compared = f'{true_ours} of {trials} {what}, the paper {theirs_true} of {theirs_true}'
         parts.append((f'{label}: {compared}, p {p_value:.2g}', true_ours == trials, float(p_value)))
-    return _concluded((label for label, of_cell in labelled.items() if not of_cell), parts)
+    return _concluded((label for label, each in labelled.items() if not len(each)), parts)
 
 
 # The errors that a part of a claim is about.
 
 
+def _of_cell(trials: pd.DataFrame, test: str, ppr: str) -> pd.DataFrame:
+    return trials[(trials['test'] == test) & (trials['ppr'] == ppr)]
+
+
+def _count_within(values: np.ndarray, quantity: Quantity) -> int:
+    return int(np.sum(np.abs(values) <= quantity.tolerance))
+
+
 def samples(
-    trials: TrialsByCell, source: PoseSource, tests: Sequence[str], pprs: Sequence[str], quantities: Sequence[Quantity]
+    trials: pd.DataFrame, pose: str, tests: Sequence[str], pprs: Sequence[str], quantities: Sequence[Quantity]
 ) -> List[Sample]:
     """Return a sample for each cell and quantity; it is empty if there is no such cell."""
     return [
         Sample(
-            f'{TOPIC_OF_SOURCE[source]} in {test} at {ppr} PPR, {quantity.axis}',
-            final_errors(trials.get((test, ppr), []), source, quantity),
+            f'{POSES[pose]} in {test} at {ppr} PPR, {quantity.axis}',
+            final_errors(_of_cell(trials, test, ppr), pose, quantity),
             quantity,
         )
-        for test in tests
-        for ppr in pprs
-        for quantity in quantities
+        for test, ppr, quantity in itertools.product(tests, pprs, quantities)
     ]
 
 
 def pairs_of_pprs(
-    trials: TrialsByCell,
-    source: PoseSource,
+    trials: pd.DataFrame,
+    pose: str,
     tests: Sequence[str],
     pprs: Sequence[Tuple[str, str]],
     quantities: Sequence[Quantity],
 ) -> List[Pair]:
     """Pair equal trials with two encoders; a pair is empty if one of them is missing."""
     pairs = []
-    for test in tests:
-        for first, second in pprs:
-            one, other = equal_trials(trials.get((test, first), []), trials.get((test, second), []), source)
-            for quantity in quantities:
-                values = final_errors(one, source, quantity), final_errors(other, source, quantity)
-                label = f'{TOPIC_OF_SOURCE[source]} in {test}, {quantity.axis}'
-                pairs.append(Pair(label, (f'{first} PPR', f'{second} PPR'), values, quantity))
+    for test, (first, second) in itertools.product(tests, pprs):
+        one, other = equal_trials(_of_cell(trials, test, first), _of_cell(trials, test, second), pose)
+        for quantity in quantities:
+            values = final_errors(one, pose, quantity), final_errors(other, pose, quantity)
+            label = f'{POSES[pose]} in {test}, {quantity.axis}'
+            pairs.append(Pair(label, (f'{first} PPR', f'{second} PPR'), values, quantity))
     return pairs
 
 
-def pairs_of_y_and_x(trials: TrialsByCell, source: PoseSource, tests: Sequence[str], pprs: Sequence[str]) -> List[Pair]:
+def pairs_of_y_and_x(trials: pd.DataFrame, pose: str, tests: Sequence[str], pprs: Sequence[str]) -> List[Pair]:
     """Pair both errors of position of each trial."""
     pairs = []
-    for test, ppr in ((test, ppr) for test in tests for ppr in pprs):
-        cell, label = trials.get((test, ppr), []), f'{TOPIC_OF_SOURCE[source]} in {test} at {ppr} PPR'
-        pairs.append(Pair(label, ('y', 'x'), (final_errors(cell, source, Y), final_errors(cell, source, X)), X))
+    for test, ppr in itertools.product(tests, pprs):
+        values = [final_errors(_of_cell(trials, test, ppr), pose, axis) for axis in (Y, X)]
+        pairs.append(Pair(f'{POSES[pose]} in {test} at {ppr} PPR', ('y', 'x'), (values[0], values[1]), X))
     return pairs
 
 
@@ -317,19 +313,22 @@ class Claim(NamedTuple):
 
     text: str
     where: str  # in the paper
-    test: Callable[[TrialsByCell], List[HypothesisTest]]  # a hypothesis test for each part
+    test: Callable[[pd.DataFrame], List[HypothesisTest]]  # a hypothesis test for each part
 
 
-def _heading_by_resolution(trials: TrialsByCell) -> List[HypothesisTest]:
+def _heading_by_resolution(trials: pd.DataFrame) -> List[HypothesisTest]:
     """Test the heading over all tests, as the claim does, in all three tables: it does not name one."""
-
-    def pooled(source: PoseSource, ppr: str) -> Sample:
-        of_ppr = [trial for test in STANDARD_TESTS for trial in trials.get((test, ppr), [])]
-        label = f'{TOPIC_OF_SOURCE[source]} at {ppr} PPR, {YAW.axis}'
-        return Sample(label, final_errors(of_ppr, source, YAW), YAW)
-
+    of_tests = trials[trials['test'].isin(STANDARD_TESTS)]
     above, below = (
-        [pooled(source, ppr) for source in (ODOM, GLOBAL, WORLD) for ppr in pprs] for pprs in (FINE, COARSE)
+        [
+            Sample(
+                f'{POSES[pose]} at {ppr} PPR, {YAW.axis}',
+                final_errors(of_tests[of_tests['ppr'] == ppr], pose, YAW),
+                YAW,
+            )
+            for pose, ppr in itertools.product((ODOM, GLOBAL, WORLD), pprs)
+        ]
+        for pprs in (FINE, COARSE)
     )
     return fractions_within(0.9, above, below)
 
@@ -420,7 +419,6 @@ class ClaimResult(NamedTuple):
 
     text: str
     where: str  # in the paper
-    varied: Varied  # parameters that set these trials apart from others of the dataset
     conclusion: str
     tests: List[HypothesisTest]
 
@@ -437,17 +435,15 @@ class ClaimResult(NamedTuple):
         return ', '.join(f'{conclusion.value} {count}' for conclusion, count in counts.items() if count)
 
 
-def check_claims(dataset: Dataset) -> List[ClaimResult]:
-    """Test every claim, for each set of varied parameters."""
-    by_varied: Dict[Varied, TrialsByCell] = {}
-    for cell, trials in dataset.cells().items():
-        by_varied.setdefault(cell.varied, {})[cell.test, cell.ppr] = trials
-    results = []
-    for varied, cells in by_varied.items():
-        for claim in CLAIMS:
-            tests = claim.test(cells)
-            results.append(ClaimResult(claim.text, claim.where, varied, claim_conclusion(tests), tests))
-    return results
+def check_claims(results: Results, name: str = '') -> Dict[str, List[ClaimResult]]:
+    """Test every claim, for each set of varied parameters; by `name` with these, as `compare_with_paper` does."""
+    found = {}
+    parameters = [varied_texts(values, results.varied) for values in results.trials[results.varied].values.tolist()]
+    campaigns = [', '.join(filter(None, [name, *texts])) for texts in parameters]
+    for campaign, trials in results.trials.groupby(np.array(campaigns), sort=False):
+        tested = [(claim, claim.test(trials)) for claim in CLAIMS]
+        found[campaign] = [ClaimResult(one.text, one.where, claim_conclusion(tests), tests) for one, tests in tested]
+    return found
 
 
 def claim_conclusion(tests: Sequence[HypothesisTest]) -> str:

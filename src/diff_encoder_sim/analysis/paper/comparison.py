@@ -4,25 +4,16 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Callable, Dict, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.analysis.dataset import CellKey, Dataset, Varied
-from diff_encoder_sim.analysis.encoder_labels import ppr_values
-from diff_encoder_sim.analysis.final_errors import count_within, final_errors
-from diff_encoder_sim.analysis.paper.paper_cells import (
-    TRIALS,
-    ComparedResolution,
-    PaperCell,
-    compare_resolutions,
-    errata_of,
-    load_paper_cells,
-)
+from diff_encoder_sim.analysis.paper.paper_cells import TRIALS, errata_of, load_paper_cells
 from diff_encoder_sim.analysis.quantities import LEVEL, Quantity
+from diff_encoder_sim.analysis.results_table import Results, final_errors, varied_texts
 from diff_encoder_sim.analysis.statistics import SIGNIFICANCE, Interval, holm, spread, std_interval, wilson
 from diff_encoder_sim.base.deferred import deferred
-from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.base.deferred import pandas as pd
 
 optimize = deferred('scipy.optimize')
 stats = deferred('scipy.stats')
@@ -185,7 +176,7 @@ def compare_pct_within(values: np.ndarray, paper_pct: float, quantity: Quantity)
     """Compare by Fisher's exact test; None without a value."""
     if len(values) == 0:
         return None
-    ours, theirs = count_within(values, quantity), round(paper_pct / 100.0 * TRIALS)
+    ours, theirs = int(np.sum(np.abs(values) <= quantity.tolerance)), round(paper_pct / 100.0 * TRIALS)
     interval = Interval(*(100.0 * bound for bound in wilson(ours, len(values), LEVEL)))
     _, p_value = stats.fisher_exact(np.array([[ours, len(values) - ours], [theirs, TRIALS - theirs]]))
     return Agreement(100.0 * ours / len(values), interval, float(p_value))
@@ -222,90 +213,55 @@ COMPARISONS: Dict[str, Callable[[np.ndarray, float, Quantity], Optional[Agreemen
 CALIBRATED = (4, 'SL', '4096', 'y_m')
 
 
-class ComparedCell(NamedTuple):
-    """A number of the paper and ours."""
+def compare_with_paper(results: Results, name: str = '') -> pd.DataFrame:
+    """Compare each number of the paper with ours, if the results have its test and PPR.
 
-    paper: PaperCell
-    cell: CellKey  # ours; there are several of one test and PPR where parameters are varied
-    trials: int  # ours
-    agreement: Agreement
-    errata: List[str]  # keys of errata.ERRATA
-    p_adjusted: Optional[float]  # by Holm, over the cells of its family that are evidence; None where it is none
+    Args:
+        results: the trials.
+        name: of these results, among others.
 
-    @property
-    def is_calibrated(self) -> bool:
-        """Return whether config/campaigns/paper.yaml was fitted to it, so that it is no prediction."""
-        paper = self.paper
-        return (paper.table, paper.test, paper.ppr, paper.quantity.name) == CALIBRATED
-
-    @property
-    def is_evidence(self) -> bool:
-        """Return whether it speaks for or against: a sound number of the paper, not fitted to, that can be tested."""
-        return not self.errata and not self.is_calibrated and self.agreement.p_value is not None
-
-    @property
-    def is_contradicted(self) -> bool:
-        """Return whether chance does not explain the difference, corrected for the number of cells in its family."""
-        return self.p_adjusted is not None and self.p_adjusted < SIGNIFICANCE
-
-    @property
-    def family(self) -> Tuple[PoseSource, str, Varied]:
-        """Return what the cells that are judged together have in common."""
-        return self.paper.source, self.paper.test, self.cell.varied
-
-
-class PaperComparison(NamedTuple):
-    """All numbers that the paper and the dataset both have."""
-
-    rows: List[ComparedCell]
-    resolutions: List[ComparedResolution]  # table 3 for this robot, PPR ascending
-
-
-def compare_with_paper(dataset: Dataset) -> PaperComparison:
-    """Compare each number of the paper with ours, where the dataset has its test and PPR.
+    Returns:
+        a row for each number: `campaign`, the name with the varied parameters; `table`, `source`, `test`, `ppr`,
+        `quantity`, `statistic`; the `paper`'s number, `ours` with its interval `low` to `high`; `p`, NaN if nothing can
+        be concluded; `p_holm`, corrected over the numbers of equal campaign, source and test, of those that are
+        evidence; `left_out`: why it is no evidence; number of our `trials`.
 
     Raises:
         ConfigError: the file of the paper's numbers cannot be read.
     """
-    resolutions = compare_resolutions(ppr_values(dataset.encoders()), *dataset.robot)
-    return PaperComparison(_judged(list(_compared_cells(dataset, load_paper_cells()))), resolutions)
-
-
-def _judged(cells: List[ComparedCell]) -> List[ComparedCell]:
-    """Correct the p-values in each family for the number of its cells."""
-    families: Dict[Tuple[PoseSource, str, Varied], List[int]] = {}
-    for index, one in enumerate(cells):
-        if one.is_evidence:
-            families.setdefault(one.family, []).append(index)
-    for indices in families.values():
-        adjusted = holm([p_value for index in indices if (p_value := cells[index].agreement.p_value) is not None])
-        for index, p_value in zip(indices, adjusted):
-            cells[index] = cells[index]._replace(p_adjusted=p_value)
-    return cells
-
-
-def _compared_cells(dataset: Dataset, printed: List[PaperCell]) -> Iterator[ComparedCell]:
-    for cell, trials in dataset.cells().items():
+    printed, rows = load_paper_cells(), []
+    for _, of_cell in results.trials.groupby('cell', sort=False):
+        first = of_cell.iloc[0]
+        campaign = ', '.join(filter(None, [name, *varied_texts(first[results.varied], results.varied)]))
         for paper in printed:
-            if (paper.test, paper.ppr) == (cell.test, cell.ppr):
-                values = final_errors(trials, paper.source, paper.quantity)
-                agreement = COMPARISONS[paper.statistic](values, paper.value, paper.quantity)
-                if agreement is not None:
-                    yield ComparedCell(paper, cell, len(values), agreement, errata_of(paper), None)
+            if (paper.test, paper.ppr) == (first['test'], first['ppr']):
+                values = final_errors(of_cell, paper.source, paper.quantity)
+                found = COMPARISONS[paper.statistic](values, paper.value, paper.quantity)
+                if found is not None:
+                    is_fitted = (paper.table, paper.test, paper.ppr, paper.quantity.name) == CALIBRATED
+                    left_out = ' '.join([*errata_of(paper), *(['calibrated'] if is_fitted else [])])
+                    table, source, test, ppr, quantity, statistic, number = paper
+                    key = campaign, table, source, test, ppr, quantity.name, statistic, number
+                    rows.append((*key, found.ours, *found.interval, found.p_value, left_out, len(values)))
+    names = ['campaign', 'table', 'source', 'test', 'ppr', 'quantity', 'statistic', 'paper', 'ours', 'low', 'high', 'p']
+    compared = pd.DataFrame(rows, columns=[*names, 'left_out', 'trials']).astype({'p': float})
+    by_campaign = np.argsort(pd.factorize(compared['campaign'])[0], kind='stable')
+    compared = compared.iloc[by_campaign].reset_index(drop=True)
+    families = compared[is_evidence(compared)].groupby(['campaign', 'source', 'test'])['p']
+    return compared.assign(p_holm=families.transform(holm))
 
 
-# Compared cells of a campaign, or of one set of its varied parameters, by the name that tells them apart.
-Readings = Dict[str, List[ComparedCell]]
+def is_evidence(compared: pd.DataFrame) -> pd.Series:
+    """Return which numbers speak for or against: sound ones of the paper, not fitted to, that can be tested."""
+    return (compared['left_out'] == '') & compared['p'].notna()
 
 
-class Score(NamedTuple):
-    """How many cells agree, of those that are evidence."""
-
-    compared: int
-    agree: int  # not contradicted
+def is_contradicted(compared: pd.DataFrame) -> pd.Series:
+    """Return of which numbers chance does not explain the difference, corrected for their family."""
+    return compared['p_holm'] < SIGNIFICANCE
 
 
-def score(cells: Sequence[ComparedCell]) -> Score:
-    """Count the cells that agree."""
-    evidence = [one for one in cells if one.is_evidence]
-    return Score(len(evidence), sum(not one.is_contradicted for one in evidence))
+def score(compared: pd.DataFrame) -> Tuple[int, int]:
+    """Count the numbers that are evidence, and those of them that agree: that are not contradicted."""
+    evidence = is_evidence(compared)
+    return int(evidence.sum()), int((evidence & ~is_contradicted(compared)).sum())

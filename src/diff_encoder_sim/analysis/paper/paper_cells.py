@@ -5,17 +5,15 @@ from __future__ import annotations
 import csv
 import math
 from pathlib import Path
-from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, List, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 
-from diff_encoder_sim.analysis.dataset import Dataset, RobotGeometry
 from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
-from diff_encoder_sim.analysis.tables import PulseResolution, pulse_resolution
+from diff_encoder_sim.analysis.results_table import Results, RobotGeometry
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.drives.test_definition import load_test
-from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import Trial
 
 TRIALS = 30  # behind each cell
@@ -23,7 +21,7 @@ PPRS = ('40', '90', '1024', '4096')
 STATISTICS = ('min', 'max', 'std', 'pct_within')
 
 # The names in the file.
-_SOURCES = {'odom': PoseSource.ODOM, 'world_pose': PoseSource.WORLD, 'global_pose': PoseSource.GLOBAL}
+_POSES = {'odom': 'odom', 'world_pose': 'world', 'global_pose': 'global'}
 _QUANTITIES = {quantity.name: quantity for quantity in QUANTITIES}
 
 
@@ -31,7 +29,7 @@ class PaperCell(NamedTuple):
     """One number of the paper's tables."""
 
     table: int
-    source: PoseSource
+    source: str  # final pose, of quantities.POSES
     test: str
     ppr: str  # encoder label
     quantity: Quantity
@@ -48,23 +46,22 @@ def load_paper_cells(path: Optional[Union[str, Path]] = None) -> List[PaperCell]
     path = Path(path or package_folder() / 'config' / 'paper' / 'tables_4_5_6.csv')
     try:
         with path.open(newline='', encoding='utf-8') as file:
-            return [_cell(row) for row in csv.DictReader(file)]
+            return [
+                PaperCell(
+                    int(row['table']),
+                    _POSES[row['source']],
+                    row['test'],
+                    row['ppr'],
+                    _QUANTITIES[row['quantity']],
+                    row['statistic'],
+                    float(row['value']),
+                )
+                for row in csv.DictReader(file)
+            ]
     except OSError as error:
         raise ConfigError(f'{path}: cannot be read: {error.strerror}') from None
     except (KeyError, ValueError, TypeError) as error:
         raise ConfigError(f'{path}: {error}; allowed: lines as in {path.parent / "README.md"}') from None
-
-
-def _cell(row: Dict[str, str]) -> PaperCell:
-    return PaperCell(
-        int(row['table']),
-        _SOURCES[row['source']],
-        row['test'],
-        row['ppr'],
-        _QUANTITIES[row['quantity']],
-        row['statistic'],
-        float(row['value']),
-    )
 
 
 class Erratum(NamedTuple):
@@ -175,15 +172,15 @@ OUTLINE_M = (0.5, 0.6)
 RELATIVE = 0.01
 
 
-def of_paper(dataset: Dataset) -> Dataset:
-    """Return the dataset with the trials alone that the paper's numbers are about.
+def of_paper(results: Results) -> Results:
+    """Return only the trials that the paper's numbers are about.
 
-    A robot is the paper's by its wheels, and by its outline where a campaign tells it; a test by all of its definition
+    A robot is the paper's by its wheels, and by its outline if a campaign has it; a test by all of its definition
     and by being navigated.
     """
-    is_alto = _are_close(dataset.robot, WHEELS) and _are_close(_outline_m(dataset.manifest or {}), OUTLINE_M)
-    tests = {test for test, requested in dataset.requested.items() if is_alto and _is_of_paper(requested)}
-    return dataset._replace(trials=[trial for trial in dataset.trials if trial.test in tests])
+    is_alto = _are_close(results.robot, WHEELS) and _are_close(_outline_m(results.manifest), OUTLINE_M)
+    tests = {test for test, requested in results.requested.items() if is_alto and _is_of_paper(requested)}
+    return results._replace(trials=results.trials[results.trials['test'].isin(tests)])
 
 
 def _is_of_paper(requested: Trial) -> bool:
@@ -209,34 +206,11 @@ def _are_close(given: Optional[Tuple[float, float]], expected: Tuple[float, floa
     return given is None or all(math.isclose(*pair, rel_tol=RELATIVE) for pair in zip(given, expected))
 
 
-class PrintedResolution(NamedTuple):
-    """A row of the paper's table 3, as printed."""
-
-    ppr: int
-    linear_m: float
-    angle_rad: float  # one pulse of both wheels, in opposite directions
-
-
-class ComparedResolution(NamedTuple):
-    """The resolution computed for this robot, and the paper's for ALTO."""
-
-    computed: PulseResolution
-    printed: Optional[PrintedResolution]  # None for a PPR that the paper does not have
-
-
-# The 90 PPR row is wrong in print: see errata.
-PRINTED = tuple(
-    PrintedResolution(ppr, millimetres * 1e-3, math.radians(degrees))
-    for ppr, millimetres, degrees in ((40, 15.7, 4.5), (90, 7.98, 2.0), (1024, 0.61, 0.18), (4096, 0.15, 0.045))
-)
-
-
-def compare_resolutions(
-    pprs: Sequence[float], wheel_diameter_m: float, wheel_separation_m: float
-) -> List[ComparedResolution]:
-    """Compare each PPR with the paper's table 3, in the order given."""
-    printed: Dict[float, PrintedResolution] = {row.ppr: row for row in PRINTED}
-    return [
-        ComparedResolution(pulse_resolution(ppr, wheel_diameter_m, wheel_separation_m), printed.get(ppr))
-        for ppr in pprs
-    ]
+# Table 3 as printed: travel per pulse [mm], and rotation [deg] of one pulse of both wheels in opposite directions, by
+# PPR. The travel at 90 PPR is an erratum.
+PRINTED_RESOLUTIONS: Dict[float, Tuple[float, float]] = {
+    40: (15.7, 4.5),
+    90: (7.98, 2.0),
+    1024: (0.61, 0.18),
+    4096: (0.15, 0.045),
+}

@@ -3,26 +3,20 @@
 from __future__ import annotations
 
 import math
-from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence
 
-from diff_encoder_sim.analysis.dataset import STANDARD_TESTS, Dataset, Varied, distinct
+from diff_encoder_sim.analysis.encoder_labels import ppr_values
 from diff_encoder_sim.analysis.paper.claims import ClaimResult, check_claims
-from diff_encoder_sim.analysis.paper.comparison import (
-    ComparedCell,
-    PaperComparison,
-    Readings,
-    Score,
-    compare_with_paper,
-    score,
-)
-from diff_encoder_sim.analysis.paper.paper_cells import ERRATA, STATISTICS, TRIALS, PaperCell, errata_of, of_paper
-from diff_encoder_sim.analysis.quantities import Quantity
-from diff_encoder_sim.analysis.table import Column, Entry, Number, Table
-from diff_encoder_sim.analysis.table_keys import varied_keys, varied_texts
+from diff_encoder_sim.analysis.paper.comparison import compare_with_paper, score
+from diff_encoder_sim.analysis.paper.paper_cells import ERRATA, PRINTED_RESOLUTIONS, STATISTICS, TRIALS, of_paper
+from diff_encoder_sim.analysis.quantities import POSES
+from diff_encoder_sim.analysis.result_tables import LABELS, NOTHING, ResultTable
+from diff_encoder_sim.analysis.results_table import STANDARD_TESTS, Results, encoders
+from diff_encoder_sim.analysis.statistics import SIGNIFICANCE
+from diff_encoder_sim.analysis.tables import pulse_resolution
+from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource
 
-HEADS = {'min': 'min', 'max': 'max', 'std': 'std. dev.', 'pct_within': '% within'}
 PRINTED = 'printed'  # in the paper; a campaign may be called paper
 DIFFERS, ERRATUM, CALIBRATED = '≠', '†', '*'
 LEGEND = (
@@ -45,197 +39,150 @@ SCORE_NOTE = (
 )
 
 
-def cell_tables(readings: Readings) -> List[Table]:
-    """Build tables 4 to 6 with the paper's numbers beside ours, of one reading with its intervals."""
-    is_single = len(readings) == 1
-    labels = ['ours'] if is_single else list(readings)
-    columns = [Column('cell', 'cell'), Column('quantity', 'error')]
-    columns += [
-        Column(f'{statistic}_{whose}', whose, HEADS[statistic])
-        for statistic in STATISTICS
-        for whose in (PRINTED, *labels)
-    ]
-    notes = [INTERVAL_LEGEND, LEGEND] if is_single else [LEGEND]
+def cell_tables(compared: pd.DataFrame) -> List[ResultTable]:
+    """Build tables 4 to 6 with the paper's numbers next to ours, of one campaign with its intervals."""
+    campaigns = list(compared['campaign'].unique())
+    is_single = len(campaigns) == 1
+    labels = {campaign: 'ours' if is_single else campaign for campaign in campaigns}
     tables = []
-    for number in sorted({one.paper.table for cells in readings.values() for one in cells}):
-        by_reading = [{one.paper: one for one in cells if one.paper.table == number} for cells in readings.values()]
-        printed = distinct(paper for of_reading in by_reading for paper in of_reading)
-        title = f'Table {number} of the paper ({TOPIC_OF_SOURCE[printed[0].source]}) and ours'
-        tables.append(Table(f'paper_table{number}', title, columns, _cell_rows(printed, by_reading), notes))
+    for number, of_table in compared.groupby('table'):
+        printed = of_table.drop_duplicates(['test', 'ppr', 'quantity', 'statistic']).assign(whose=PRINTED)
+        texts = [_printed_text(row) for row in printed.to_dict('records')]
+        ours = of_table.assign(whose=of_table['campaign'].map(labels))
+        texts += [_our_text(row, is_single) for row in ours.to_dict('records')]
+        both = pd.concat([printed, ours])
+        both = both.assign(text=texts, cell=both['test'] + ', ' + both['ppr'] + ' PPR')
+        wide = both.pivot(index=['cell', 'quantity'], columns=['statistic', 'whose'], values='text')
+        names = {(one, whose): f'{one}_{whose}' for one in STATISTICS for whose in (PRINTED, *labels.values())}
+        rows = pd.MultiIndex.from_frame(both[['cell', 'quantity']].drop_duplicates())
+        exact = wide.reindex(index=rows, columns=list(names)).fillna(NOTHING).set_axis(names.values(), axis=1)
+        exact = exact.reset_index().replace({'quantity': LABELS})
+        heads = {name: (LABELS.get(one, one), whose) for (one, whose), name in names.items()}
+        title = f'Table {number} of the paper ({POSES[of_table["source"].iloc[0]]}) and ours'
+        notes = [INTERVAL_LEGEND, LEGEND] if is_single else [LEGEND]
+        heads['quantity'] = ('', 'error')
+        tables.append(ResultTable(f'paper_table{number}', title, exact, heads, {}, notes))
     return tables
 
 
-def all_cells_table(readings: Readings) -> Table:
-    """List every compared number of each reading, with its tests."""
-    names = ('campaign', 'table', 'source', 'test', 'ppr', 'quantity', 'statistic')
-    numbers = ('paper', 'ours', 'low', 'high', 'p', 'p_holm')
-    columns = [Column(name, name) for name in (*names, *numbers, 'left_out')]
-    rows = [_all_entries(label, one) for label, cells in readings.items() for one in cells]
-    return Table('paper_cells', 'Cells of the paper and ours', columns, rows, [])
+def _decimals(row: Dict[str, Any]) -> int:
+    return 1 if row['statistic'] == 'pct_within' else 3
 
 
-def resolution_table(comparison: PaperComparison) -> Table:
-    """Build table 3 for this robot, beside the paper's."""
-    linear, angle = 'travel per pulse [mm]', 'rotation, one pulse of both wheels [deg]'
-    columns = [
-        Column('ppr', 'PPR'),
-        Column('linear_paper', 'paper', linear),
-        Column('linear_ours', 'computed', linear),
-        Column('angle_paper', 'paper', angle),
-        Column('angle_ours', 'computed', angle),
-    ]
-    rows: List[List[Entry]] = [
-        [
-            f'{computed.ppr:g}',
-            Number(printed and 1e3 * printed.linear_m, 2),
-            Number(1e3 * computed.linear_m, 2),
-            Number(printed and math.degrees(printed.angle_rad), 3),
-            Number(math.degrees(computed.two_wheel_angle_rad), 3),
-        ]
-        for computed, printed in comparison.resolutions
-    ]
-    return Table('paper_table3', 'Table 3 of the paper, printed and computed', columns, rows, [])
+def _printed_text(row: Dict[str, Any]) -> str:
+    is_erratum = row['left_out'].replace('calibrated', '') != ''
+    return f'{row["paper"]:.{_decimals(row)}f}' + (f' {ERRATUM}' if is_erratum else '')
 
 
-def errata_table() -> Table:
-    """List the errors in the paper itself."""
-    columns = [Column(name, name) for name in ('where', 'printed', 'right', 'why')]
-    rows: List[List[Entry]] = [[one.where, one.printed, one.right, one.why] for one in ERRATA]
-    return Table('errata', 'Errata of the paper', columns, rows, [])
-
-
-def _cell_rows(printed: Sequence[PaperCell], by_reading: Sequence[Dict[PaperCell, ComparedCell]]) -> List[List[Entry]]:
-    by_row: Dict[Tuple[str, Quantity], Dict[str, PaperCell]] = {}
-    for paper in printed:
-        by_row.setdefault((f'{paper.test}, {paper.ppr} PPR', paper.quantity), {})[paper.statistic] = paper
-    rows: List[List[Entry]] = []
-    for (cell, quantity), of_row in by_row.items():
-        entries: List[Entry] = [cell, quantity.head]
-        for statistic in STATISTICS:
-            entries += _texts(of_row.get(statistic), by_reading)
-        rows.append(entries)
-    return rows
-
-
-def _texts(paper: Optional[PaperCell], by_reading: Sequence[Dict[PaperCell, ComparedCell]]) -> List[str]:
-    """Format the paper's number and that of each reading, with marks."""
-    if paper is None:
-        return ['–'] * (1 + len(by_reading))
-    decimals = 1 if paper.statistic == 'pct_within' else 3
-    found = [of_reading.get(paper) for of_reading in by_reading]
-    mark = f' {ERRATUM}' if errata_of(paper) else ''
-    return [f'{paper.value:.{decimals}f}{mark}', *(_our_text(one, decimals, len(found) == 1) for one in found)]
-
-
-def _our_text(one: Optional[ComparedCell], decimals: int, has_interval: bool) -> str:
-    if one is None:
-        return '–'
-    ours = f'{one.agreement.ours:.{decimals}f}'
+def _our_text(row: Dict[str, Any], has_interval: bool) -> str:
+    decimals = _decimals(row)
+    ours = f'{row["ours"]:.{decimals}f}'
     if has_interval:
-        low, high = one.agreement.interval
-        ours += f' ({low:.{decimals}f} to {high:.{decimals}f})'
-    marks = [DIFFERS] * one.is_contradicted + [CALIBRATED] * one.is_calibrated
+        ours += f' ({row["low"]:.{decimals}f} to {row["high"]:.{decimals}f})'
+    marks = [DIFFERS] * bool(row['p_holm'] < SIGNIFICANCE) + [CALIBRATED] * ('calibrated' in row['left_out'])
     return ' '.join([ours, *marks])
 
 
-def _all_entries(label: str, one: ComparedCell) -> List[Entry]:
-    """Return an entry for each column of `all_cells_table`."""
-    paper, found = one.paper, one.agreement
-    names = (f'{paper.table}', paper.source.value, paper.test, paper.ppr, paper.quantity.name, paper.statistic)
-    numbers = (paper.value, found.ours, *found.interval, found.p_value, one.p_adjusted)
-    left_out = [*one.errata, *(['calibrated'] if one.is_calibrated else [])]
-    return [label, *names, *(Number(value, 4) for value in numbers), ' '.join(left_out)]
+def all_cells_table(compared: pd.DataFrame) -> ResultTable:
+    """List every compared number of each campaign, with its tests."""
+    names = ['campaign', 'table', 'source', 'test', 'ppr', 'quantity', 'statistic', 'paper', 'ours', 'low', 'high']
+    return ResultTable('paper_cells', 'Cells of the paper and ours', compared[[*names, 'p', 'p_holm', 'left_out']])
 
 
-def score_table(readings: Readings) -> Table:
-    """Count the cells that agree by source and test, with a group of columns for each of several readings."""
-    columns = [Column('source', 'source'), Column('test', 'test')]
-    for label in readings:
-        group = label if len(readings) > 1 else ''
-        columns += [Column(f'{group}_{name}'.lstrip('_'), name, group) for name in Score._fields]
-    found = {(one.paper.source, one.paper.test) for cells in readings.values() for one in cells}
-    rows: List[List[Entry]] = []
-    for source, test in ((source, test) for source in PoseSource for test in STANDARD_TESTS if (source, test) in found):
-        entries: List[Entry] = [TOPIC_OF_SOURCE[source], test]
-        for cells in readings.values():
-            of_family = [one for one in cells if (one.paper.source, one.paper.test) == (source, test)]
-            entries += [Number(value if of_family else None, 0) for value in score(of_family)]
-        rows.append(entries)
-    rows.append(['all', '', *(Number(value, 0) for cells in readings.values() for value in score(cells))])
-    return Table('paper_scores', 'Cells of the paper that agree with ours', columns, rows, [SCORE_NOTE])
+def resolution_table(results: Results) -> ResultTable:
+    """Build table 3 for this robot, next to the paper's."""
+    linear, angle = 'travel per pulse [mm]', 'rotation, one pulse of both wheels [deg]'
+    heads = {
+        'ppr': ('', 'PPR'),
+        'linear_paper': (linear, 'paper'),
+        'linear_ours': (linear, 'computed'),
+        'angle_paper': (angle, 'paper'),
+        'angle_ours': (angle, 'computed'),
+    }
+    rows = []
+    for ppr in ppr_values(encoders(results.trials)):
+        linear_mm, angle_deg = PRINTED_RESOLUTIONS.get(ppr, (None, None))
+        ours = pulse_resolution(ppr, *results.robot)
+        rows.append([f'{ppr:g}', linear_mm, 1e3 * ours.linear_m, angle_deg, math.degrees(ours.two_wheel_angle_rad)])
+    decimals = {'linear_paper': 2, 'linear_ours': 2, 'angle_paper': 3, 'angle_ours': 3}
+    exact = pd.DataFrame(rows, columns=list(heads), dtype=object)
+    return ResultTable('paper_table3', 'Table 3 of the paper, printed and computed', exact, heads, decimals)
+
+
+def score_table(compared: pd.DataFrame) -> ResultTable:
+    """Count the cells that agree by source and test, with a group of columns for each of several campaigns."""
+    campaigns = list(compared['campaign'].unique())
+    groups = {campaign: campaign if len(campaigns) > 1 else '' for campaign in campaigns}
+    names = {(one, part): f'{groups[one]}_{part}'.lstrip('_') for one in campaigns for part in ('compared', 'agree')}
+    rows: List[List[Any]] = []
+    for source, test in (*((pose, test) for pose in POSES for test in STANDARD_TESTS), ('all', '')):
+        of_row = compared if source == 'all' else compared[(compared['source'] == source) & (compared['test'] == test)]
+        if len(of_row):
+            counts = [
+                value if (of_row['campaign'] == one).any() else None
+                for one in campaigns
+                for value in score(of_row[of_row['campaign'] == one])
+            ]
+            rows.append([POSES.get(source, source), test, *counts])
+    exact = pd.DataFrame(rows, columns=['source', 'test', *names.values()], dtype=object)
+    heads = {name: (groups[one], name if not groups[one] else part) for (one, part), name in names.items()}
+    decimals = dict.fromkeys(names.values(), 0)
+    return ResultTable('paper_scores', 'Cells of the paper that agree with ours', exact, heads, decimals, [SCORE_NOTE])
 
 
 class PaperSection(NamedTuple):
-    """What is shown of the paper, beside each reading of it: a dataset, or a set of its varied parameters."""
+    """What is shown of the paper, next to each campaign: results, or a set of their varied parameters."""
 
-    scores: Table
+    scores: ResultTable
     texts: List[str]  # the scores in sentences
-    claims: Dict[str, List[ClaimResult]]  # by reading
-    cells: List[Table]
-    all_cells: Table  # too long to show
-    errata: Table
+    claims: Dict[str, List[ClaimResult]]  # by campaign
+    cells: List[ResultTable]
+    all_cells: ResultTable  # too long to show
+    errata: ResultTable
     has_enough_trials: bool  # as many as the paper has: with few, nearly everything agrees
 
 
-def paper_section(datasets: Sequence[Dataset]) -> Optional[PaperSection]:
-    """Compare datasets with the paper; None where there is but one and it has no cell of the paper, or another robot.
+def paper_section(every: Sequence[Results]) -> Optional[PaperSection]:
+    """Compare results with the paper; None for one without a cell of the paper, or of another robot.
 
     Raises:
         ConfigError: the file of the paper's numbers cannot be read, or one of several has no cell of the paper.
     """
-    datasets = [of_paper(dataset) for dataset in datasets]
-    comparisons = [compare_with_paper(dataset) for dataset in datasets]
-    if len(datasets) == 1 and not comparisons[0].rows:
+    every = [of_paper(results) for results in every]
+    names = _names(every)
+    parts = [compare_with_paper(results, name) for results, name in zip(every, names)]
+    if len(every) == 1 and parts[0].empty:
         return None
-    for dataset, comparison in zip(datasets, comparisons):
-        if not comparison.rows:
+    for results, part in zip(every, parts):
+        if part.empty:
             raise ConfigError(
-                f'{dataset.folder or dataset.title}: has no cell of the paper; '
+                f'{results.folder or results.title}: has no cell of the paper; '
                 f"expected the paper's robot and tests (SL, SMT or DLD, navigated) with 40, 90, 1024 or 4096 PPR"
             )
-    names = _names(datasets)
-    readings = _readings(names, comparisons)
+    compared = pd.concat(parts, ignore_index=True)
+    found = {
+        label: tests for results, name in zip(every, names) for label, tests in check_claims(results, name).items()
+    }
+    scores = {campaign: score(of_campaign) for campaign, of_campaign in compared.groupby('campaign', sort=False)}
     return PaperSection(
-        score_table(readings),
+        score_table(compared),
         [
-            f'{label}: of {{0.compared}} cells of the paper {{0.agree}} agree with ours.'.format(score(cells))
-            for label, cells in readings.items()
+            f'{label}: of {count} cells of the paper {agree} agree with ours.'
+            for label, (count, agree) in scores.items()
         ],
-        _claims(names, datasets, readings),
-        [resolution_table(comparisons[0]), *cell_tables(readings)],
-        all_cells_table(readings),
-        errata_table(),
-        all(one.trials >= TRIALS for cells in readings.values() for one in cells),
+        {campaign: found[campaign] for campaign in scores},
+        [resolution_table(every[0]), *cell_tables(compared)],
+        all_cells_table(compared),
+        ResultTable('errata', 'Errata of the paper', pd.DataFrame(ERRATA)[['where', 'printed', 'right', 'why']]),
+        bool((compared['trials'] >= TRIALS).all()),
     )
 
 
-def _readings(names: Sequence[str], comparisons: Sequence[PaperComparison]) -> Readings:
-    """Return the compared cells of each reading."""
-    return {
-        _label(name, varied): [one for one in comparison.rows if one.cell.varied == varied]
-        for name, comparison in zip(names, comparisons)
-        for varied in distinct(one.cell.varied for one in comparison.rows)
-    }
-
-
-def _claims(names: Sequence[str], datasets: Sequence[Dataset], readings: Readings) -> Dict[str, List[ClaimResult]]:
-    """Return the results of all claims by reading."""
-    claims: Dict[str, List[ClaimResult]] = {label: [] for label in readings}
-    for name, dataset in zip(names, datasets):
-        for result in check_claims(dataset):
-            claims.setdefault(_label(name, result.varied), []).append(result)
-    return {label: claims[label] for label in readings}
-
-
-def _names(datasets: Sequence[Dataset]) -> List[str]:
-    """Return names that differ: the titles, or else the folders, or else numbers; none where parameters tell enough."""
-    if len(datasets) == 1 and varied_keys(datasets[0]):
+def _names(every: Sequence[Results]) -> List[str]:
+    """Return names that differ: the titles, or else the folders, or else numbers; none if parameters are enough."""
+    if len(every) == 1 and every[0].varied:
         return ['']
-    titles = [dataset.title for dataset in datasets]
-    folders = [str(dataset.folder) for dataset in datasets]
+    titles = [results.title for results in every]
+    folders = [str(results.folder) for results in every]
     numbers = [f'{title} ({number})' for number, title in enumerate(titles, start=1)]
     return next(names for names in (titles, folders, numbers) if len(set(names)) == len(names))
-
-
-def _label(name: str, varied: Varied) -> str:
-    return ', '.join(filter(None, [name, *varied_texts(varied)]))

@@ -22,7 +22,6 @@ from diff_encoder_sim.analysis.report.pictures import data_uri
 from diff_encoder_sim.analysis.report.trial_charts import trial_charts
 from diff_encoder_sim.analysis.result_tables import ResultTable, html_table
 from diff_encoder_sim.analysis.results_table import SUCCEEDED, Results, encoders, first_of_cells, sample_text
-from diff_encoder_sim.analysis.table import html_table as html_table_of_paper
 from diff_encoder_sim.analysis.tables import VARIANTS, first_variant
 from diff_encoder_sim.analysis.within_tolerance import (
     COMPARED_POSES,
@@ -133,11 +132,11 @@ def paper_content(section: PaperSection) -> Dict[str, Any]:
     """Collect the comparison with the paper; a row of claims has the result of each reading."""
     return {
         'texts': section.texts,
-        'scores': html_table_of_paper(section.scores),
+        'scores': html_table(section.scores),
         'readings': list(section.claims),
         'claims': list(zip(*section.claims.values())),
-        'cells': [html_table_of_paper(table) for table in section.cells],
-        'errata': html_table_of_paper(section.errata),
+        'cells': [html_table(table) for table in section.cells],
+        'errata': html_table(section.errata),
     }
 
 

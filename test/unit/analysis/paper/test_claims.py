@@ -21,10 +21,7 @@ from diff_encoder_sim.analysis.paper.claims import (
 )
 from diff_encoder_sim.analysis.paper.paper_cells import PPRS
 from diff_encoder_sim.analysis.quantities import YAW, X
-from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.topics import PoseSource
-from diff_encoder_sim.drives.trial_definition import Outcome
-from paper_datasets import IN, OUT, cell, dataset, trial
+from trial_tables import IN, OUT, cell, results_of, trial
 
 # The odometry's spread by PPR.
 FALLING = {'40': 0.4, '90': 0.2, '1024': 0.02, '4096': 0.005}
@@ -33,26 +30,23 @@ RISING = {'40': 0.005, '90': 0.02, '1024': 0.2, '4096': 0.4}
 
 
 def campaign(spread_of_odom, count=30, seed=0, pprs=PPRS, tests=('SL', 'SMT', 'DLD'), **odd):
-    """Every source of every cell, the odometry's spread by PPR; `odd` errors in every trial."""
-    rng, cells = np.random.default_rng(seed), []
+    """Rows with every pose in every cell, the odometry's spread by PPR; `odd` errors in every trial."""
+    rng, made = np.random.default_rng(seed), []
     for test in tests:
         for ppr in pprs:
             steady = rng.normal(0.0, 0.005, (count, 3)).tolist()
             of_odom = rng.normal(0.0, spread_of_odom[ppr], (count, 3)).tolist()
-            cells.append(
-                [
-                    trial(test, ppr, number, **{'odom': drifted, 'global': row, 'amcl': row, 'world': row, **odd})
-                    for number, (row, drifted) in enumerate(zip(steady, of_odom))
-                ]
-            )
-    return dataset(*cells)
+            made += [
+                trial(test, ppr, number, **{'odom': drifted, 'global': row, 'amcl': row, 'world': row, **odd})
+                for number, (row, drifted) in enumerate(zip(steady, of_odom))
+            ]
+    return made
 
 
 def conclusion_of(made, words):
     """What the trials show of the claim with these words."""
     (claim,) = [claim for claim in CLAIMS if words in claim.text]
-    trials = {(cell.test, cell.ppr): of_cell for cell, of_cell in made.cells().items()}
-    return claim_conclusion(claim.test(trials))
+    return claim_conclusion(claim.test(results_of(made).trials))
 
 
 @pytest.mark.parametrize(
@@ -78,10 +72,10 @@ def test_poor_odometry_in_the_long_drive(spreads_of_odom, expected):
 def test_amcl_within_tolerance_is_contradicted_by_many_trials_not_by_one():
     made = campaign(FALLING)
     assert conclusion_of(made, 'By AMCL') == 'reproduced'
-    made.trials[7].errors[PoseSource.GLOBAL] = Pose2D(0.06, 0.0, 0.0)
+    made[7]['global_x_m'] = 0.06
     assert conclusion_of(made, 'By AMCL') == 'not contradicted'
-    for one in made.trials[:12]:
-        one.errors[PoseSource.GLOBAL] = Pose2D(0.06, 0.0, 0.0)
+    for one in made[:12]:
+        one['global_x_m'] = 0.06
     assert conclusion_of(made, 'By AMCL') == 'contradicted'
 
 
@@ -89,8 +83,7 @@ def test_heading_within_three_degrees_by_resolution():
     turned = {'odom': (0.0, 0.0, 5.0), 'world': (0.0, 0.0, 5.0), 'global': (0.0, 0.0, 5.0)}
     coarse = campaign(FALLING, pprs=PPRS[:2], **turned)
     fine = campaign(FALLING, pprs=PPRS[2:])
-    as_claimed = fine._replace(trials=coarse.trials + fine.trials)
-    assert conclusion_of(as_claimed, 'The heading is within 3') == 'reproduced'
+    assert conclusion_of(coarse + fine, 'The heading is within 3') == 'reproduced'
     assert conclusion_of(campaign(FALLING), 'The heading is within 3') == 'contradicted'
 
 
@@ -103,14 +96,11 @@ def test_claims_hold_by_chance_in_few_of_many():
     assert decided <= 4
 
 
-HOLDS, FAILS, UNCLEAR = Conclusion.HOLDS, Conclusion.FAILS, Conclusion.UNCLEAR
-
-
 def test_what_is_missing_is_not_tested():
     few = campaign(FALLING, tests=('SL',), pprs=('40', '90'), count=5)
     assert conclusion_of(few, 'steadier odometry') == 'not tested: too few trials'
     assert conclusion_of(few, 'Odometry is poor') == 'not tested: too few trials'
-    (result,) = [one for one in check_claims(few) if 'Odometry is poor' in one.text]
+    (result,) = [one for one in check_claims(results_of(few), 'a')['a'] if 'Odometry is poor' in one.text]
     assert 'too few trials' in result.tests[0].text and result.p_text == ''
 
 
@@ -126,7 +116,7 @@ def test_amcl_and_global_pose_agree_or_not():
 def failing(made, numbers):
     """The campaign with these of its trials failed."""
     for number in numbers:
-        made.trials[number] = made.trials[number]._replace(outcome=Outcome.COLLISION)
+        made[number]['outcome'] = 'collision'
     return conclusion_of(made, 'completes every route')
 
 
@@ -137,13 +127,10 @@ def test_one_of_thirty_trials_is_no_evidence_and_eleven_of_one_cell_are():
 
 
 def test_the_test_is_fishers_with_the_papers_own_trials():
-    trials = {('SL', '40'): cell('SL', '40', 'global', [IN] * 25 + [OUT] * 5)}
-    [test] = all_within(trials, PoseSource.GLOBAL, ['SL'], ['40'])
+    trials = results_of(cell('SL', '40', 'global', [IN] * 25 + [OUT] * 5)).trials
+    [test] = all_within(trials, 'global', ['SL'], ['40'])
     assert test.p_against == pytest.approx(stats.fisher_exact([[25, 5], [30, 0]])[1])
     assert test.text.startswith('SL at 40 PPR: 25 of 30 within, the paper 30 of 30, p 0.05')
-
-
-HOLDS, FAILS, UNCLEAR = Conclusion.HOLDS, Conclusion.FAILS, Conclusion.UNCLEAR
 
 
 def conclusions(tests):
@@ -198,10 +185,8 @@ def test_equal_fractions():
 def test_pairs_are_of_equal_trials():
     first = cell('SL', '40', 'odom', [(1.0, 0.0, 0.0), (2.0, 0.0, 0.0), (3.0, 0.0, 0.0)])
     second = cell('SL', '4096', 'odom', [(0.1, 0.0, 0.0), (0.2, 0.0, 0.0)])
-    second[0] = second[0]._replace(outcome=Outcome.TORN)
-    (one,) = pairs_of_pprs(
-        {('SL', '40'): first, ('SL', '4096'): second}, PoseSource.ODOM, ['SL'], [('40', '4096')], [X]
-    )
+    second[0]['odom_x_m'] = np.nan
+    (one,) = pairs_of_pprs(results_of(first, second).trials, 'odom', ['SL'], [('40', '4096')], [X])
     assert [values.tolist() for values in one.values] == [[2.0], [0.2]]
 
 

@@ -11,14 +11,15 @@ from diff_encoder_sim.analysis.paper.comparison import (
     compare_pct_within,
     compare_std,
     compare_with_paper,
+    is_contradicted,
+    is_evidence,
     maximum_interval,
     maximum_p_value,
     spread_p_value,
 )
 from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.analysis.statistics import Interval, holm
-from diff_encoder_sim.drives.trial_definition import Outcome
-from paper_datasets import cell, dataset
+from trial_tables import cell, results_of
 
 
 def test_spreads_by_the_f_test():
@@ -130,83 +131,41 @@ def test_the_interval_is_what_is_not_rejected(ours):
     assert p_of(values, high - step) >= 0.05 > p_of(values, high + step)
 
 
-def test_only_cells_that_both_have_are_compared():
+def compared_with(*cells, varied=()):
+    return compare_with_paper(results_of(*cells, varied=varied))
+
+
+def test_only_cells_that_both_have_are_compared_whatever_the_outcome():
     rows = [(-0.03, 0.01, 1.0), (-0.02, -0.01, 2.0), (0.0, 0.04, 1.5)]
-    comparison = compare_with_paper(
-        dataset(cell('SL', '40', 'odom', rows), cell('SL', '128', 'odom', rows), cell('own', '40', 'odom', rows))
-    )
-    assert len(comparison.rows) == 12
-    by_key = {(row.paper.quantity.name, row.paper.statistic): row for row in comparison.rows}
-    assert by_key['x_m', 'min'].agreement.ours == -0.03
-    assert by_key['yaw_deg', 'max'].agreement.ours == pytest.approx(2.0)
-    assert by_key['yaw_deg', 'std'].agreement.ours == pytest.approx(0.5)
-    assert by_key['y_m', 'pct_within'].agreement.ours == 100.0
-    assert {row.trials for row in comparison.rows} == {3}
-    assert by_key['y_m', 'pct_within'].agreement.p_value < 0.05
+    cells = [cell(*name, 'odom', rows, outcome='lost') for name in (('SL', '40'), ('SL', '128'), ('own', '40'))]
+    compared = compared_with(*cells)
+    assert len(compared) == 12 and set(compared['trials']) == {3}
+    by_key = {(row['quantity'], row['statistic']): row for row in compared.to_dict('records')}
+    assert by_key['x_m', 'min']['ours'] == -0.03
+    assert by_key['yaw_deg', 'max']['ours'] == pytest.approx(2.0)
+    assert by_key['yaw_deg', 'std']['ours'] == pytest.approx(0.5)
+    assert by_key['y_m', 'pct_within']['ours'] == 100.0 and by_key['y_m', 'pct_within']['p'] < 0.05
 
 
-def test_torn_trials_do_not_count_and_failed_ones_do():
-    rows = [(0.0, 0.0, 0.0), (0.01, 0.0, 0.0)]
-    comparison = compare_with_paper(
-        dataset(
-            cell('SL', '40', 'odom', rows)
-            + cell('SL', '40', 'odom', [(9.0, 9.0, 9.0)], outcome=Outcome.TORN)
-            + cell('SL', '40', 'odom', [(0.5, 0.0, 0.0)], outcome=Outcome.LOST)
-        )
-    )
-    assert {row.trials for row in comparison.rows} == {3}
-    assert max(row.agreement.ours for row in comparison.rows if row.paper.statistic == 'max') == 0.5
-
-
-def test_a_family_is_corrected_for_its_own_cells_alone():
+def test_a_family_is_corrected_for_its_own_cells_only():
     rows = [(0.001 * number, 0.0, 0.1 * number) for number in range(30)]
-    noisy = (('simulator.lidar.noise', '0.1'),)
-    alone = compare_with_paper(dataset(cell('SL', '40', 'odom', rows))).rows
-    among = compare_with_paper(
-        dataset(
-            cell('SL', '40', 'odom', rows),
-            cell('SL', '40', 'odom', rows, varied=noisy),
-            cell('SMT', '40', 'odom', rows),
-        )
-    ).rows
-    assert [row.p_adjusted for row in among if row.paper.test == 'SL'] == 2 * [row.p_adjusted for row in alone]
-    [tested] = [row for row in alone if (row.paper.quantity.name, row.paper.statistic) == ('y_m', 'pct_within')]
-    assert tested.p_adjusted > tested.agreement.p_value
+    alone = compared_with(cell('SL', '40', 'odom', rows))
+    cells = [cell('SL', '40', 'odom', rows, noise=noise) for noise in ('0', '0.1')]
+    among = compared_with(*cells, cell('SMT', '40', 'odom', rows, noise='0'), varied=['noise'])
+    assert list(among['campaign']) == ['noise 0'] * 24 + ['noise 0.1'] * 12
+    for noise in ('noise 0', 'noise 0.1'):
+        of_sl = among[(among['test'] == 'SL') & (among['campaign'] == noise)]
+        assert of_sl['p_holm'].tolist() == pytest.approx(alone['p_holm'].tolist(), nan_ok=True)
+    [tested] = alone[(alone['quantity'] == 'y_m') & (alone['statistic'] == 'pct_within')].to_dict('records')
+    assert tested['p_holm'] > tested['p']
 
 
-def test_the_resolutions_are_those_of_the_datasets_encoders_and_robot():
-    comparison = compare_with_paper(
-        dataset(
-            cell('SL', '4096', 'odom', []),
-            cell('SMT', '128', 'odom', [(0.0, 0.0, 0.0)]),
-            cell('SL', '40', 'odom', [(0.0, 0.0, 0.0)]),
-            cell('SL', '90L1024R', 'odom', [(0.0, 0.0, 0.0)]),
-        )
-    )
-    assert [row.computed.ppr for row in comparison.resolutions] == [40.0, 128.0]
-    assert [row.printed is not None for row in comparison.resolutions] == [True, False]
-
-
-def test_varied_parameters_are_compared_each_for_itself():
+def test_cells_that_errata_affect_or_that_were_fitted_are_no_evidence():
+    compared = compared_with(cell('SMT', '1024', 'world', [(0.0, 0.0, 0.0)] * 30))
+    assert len(compared) == 12 and not is_evidence(compared).any() and not is_contradicted(compared).any()
     rows = [(0.0, 0.0, 0.0), (0.1, 0.0, 0.0)]
-    noisy = (('simulator.lidar.noise', '0.1'),)
-    comparison = compare_with_paper(
-        dataset(cell('SL', '40', 'odom', rows), cell('SL', '40', 'odom', rows, varied=noisy))
+    compared = compared_with(
+        cell('SL', '4096', 'odom', rows), cell('SL', '1024', 'odom', rows), cell('SL', '4096', 'world', rows)
     )
-    assert [row.cell.varied for row in comparison.rows] == [()] * 12 + [noisy] * 12
-
-
-def test_cells_that_errata_affect_are_no_evidence():
-    rows = [(0.0, 0.0, 0.0)] * 30
-    comparison = compare_with_paper(dataset(cell('SMT', '1024', 'world', rows)))
-    assert len(comparison.rows) == 12
-    assert not any(row.is_evidence or row.is_contradicted for row in comparison.rows)
-
-
-def test_calibrated_cells_are_told_apart():
-    rows = [(0.0, 0.0, 0.0), (0.1, 0.0, 0.0)]
-    comparison = compare_with_paper(
-        dataset(cell('SL', '4096', 'odom', rows), cell('SL', '1024', 'odom', rows), cell('SL', '4096', 'world', rows))
-    )
-    assert sum(row.is_calibrated for row in comparison.rows) == 4  # of y in SL
-    assert not any(row.is_evidence for row in comparison.rows if row.is_calibrated)
+    of_fit = compared['left_out'] == 'calibrated'
+    assert of_fit.sum() == 4 and not is_evidence(compared)[of_fit].any()  # of y in SL

@@ -9,7 +9,6 @@ from PIL import Image
 
 from campaign_manifest import manifest
 from diff_encoder_sim.analysis import results_table
-from diff_encoder_sim.analysis.dataset import dataset_of
 from diff_encoder_sim.analysis.encoder_comparison import compare_encoders
 from diff_encoder_sim.analysis.figures.style import Figure
 from diff_encoder_sim.analysis.paper.report_section import paper_section
@@ -52,9 +51,7 @@ def figure(tmp_path):
 
 def page_of(made, folder, figures=()):
     path = folder / 'report.html'
-    lead = write_report(
-        made, all_tables(made), compare_encoders(made), figures, paper_section([dataset_of(made)]), path
-    )
+    lead = write_report(made, all_tables(made), compare_encoders(made), figures, paper_section([made]), path)
     page = path.read_text(encoding='utf-8')
     for text in (lead.statement, *lead.by_pose, *lead.by_pose.values(), lead.failures):
         assert text in html.unescape(page)
