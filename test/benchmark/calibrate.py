@@ -180,7 +180,7 @@ def main() -> None:
     """Drive, fit, drive with the result, and print."""
     arguments = _arguments()
     print_header(
-        f'Wheel errors fitted to {QUANTITY.axis} of {SOURCE.value}, {TEST}, {PPR} PPR: {arguments.trials} trials'
+        f'Wheel errors fitted to {QUANTITY.axis} of {SOURCE}, {TEST}, {PPR} PPR: {arguments.trials} trials'
     )
     settings = paper_settings_with_ideal_wheels()
     ideal = run_trials(arguments.trials, arguments.workers, settings)
