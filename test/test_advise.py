@@ -44,7 +44,7 @@ def test_odometry_is_answered_first_and_then_what_trials_show(first):
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     assert lines[0] == 'alto: at least 80 % of the trials within 0.05 m in x and y and 3 degrees'
-    assert lines[1].startswith('  odometry at the true pose: from 3')
+    assert lines[1].startswith('  odometry at the true pose: at least 3')
     assert lines[2] == '  the same in closed form, for quantisation only: SL 347'
     assert 'advise: first answer after' in done.stderr
     found = answers(done)
@@ -105,7 +105,7 @@ def test_wheels_can_be_the_limit(tmp_path):
     done = advise(*CANDIDATES, '--no-trials', '--robot', 'worn.yaml', cwd=tmp_path)
     found = answers(done)['odometry at the true pose']
     assert found.startswith('the encoder is not the limit: wheel radius makes ')
-    assert 'across in SL; if wheel radius made 25 mm: from ' in found
+    assert 'across in SL; if wheel radius made 25 mm: at least ' in found
 
 
 def test_without_trials_no_laser_is_needed(tmp_path):

@@ -162,7 +162,7 @@ def test_the_trial_says_so(rated, tmp_path, monkeypatch, capsys):
     (tmp_path / 'config.yaml').write_text('rate: 1000\n')
     for odom, lines in (('encoder', 1), ('ideal', 0)):
         rated('--nav', 'scripted', '--unchecked', 'true', '--odom', odom, '--config', tmp_path / 'config.yaml')
-        said = 'trial.launch: rate: 1000 Hz of reports, but joint states come at 100 Hz: so do reports\n'
+        said = 'trial.launch: rate: 1000 Hz of reports, but joint states have 100 Hz, and so have reports\n'
         assert capsys.readouterr().err.count(said) == lines
 
 
@@ -264,10 +264,10 @@ def test_a_robots_own_resolution_is_in_the_plan_and_gives_way_to_an_argument(tmp
 
 
 def test_two_resolutions_are_one_line(tmp_path):
-    with pytest.raises(ConfigError, match='^encoder: given amt102 beside ppr 90; allowed: one of them'):
+    with pytest.raises(ConfigError, match='^encoder: given amt102 with ppr 90; allowed: one of them'):
         robot_plan('--test', 'SL', '--encoder', 'amt102', '--ppr', '90')
     config = yaml.safe_load((ROOT / 'config' / 'config.yaml').read_text())
     config['encoder']['lines'] = 500
     (tmp_path / 'mine.yaml').write_text(yaml.safe_dump(config))
-    with pytest.raises(ConfigError, match='mine.yaml: encoder: given 500 lines x 4 = .* beside ppr 90; allowed: one'):
+    with pytest.raises(ConfigError, match='mine.yaml: encoder: given 500 lines x 4 = .* with ppr 90; allowed: one'):
         robot_plan('--test', 'SL', '--config', str(tmp_path / 'mine.yaml'), '--ppr', '90')

@@ -62,7 +62,7 @@ def test_the_robots_own_encoder_is_taken_where_it_has_a_resolution():
         ({'ppr': ['90', '90.0']}, '--ppr: given 90 twice; allowed: each once'),
         ({'encoder': ['catalogue', 'amt102']}, '--encoder: given 8192 amt102 twice; allowed: each once'),
         ({'encoder': ['amt10']}, "encoder: given 'amt10'; allowed: "),
-        ({'ppr': ['90'], 'own': GEARMOTOR}, '--ppr: given 90 beside encoder: 12 lines x 4 x gear 34.014 = 1632.672'),
+        ({'ppr': ['90'], 'own': GEARMOTOR}, '--ppr: given 90 with encoder: 12 lines x 4 x gear 34.014 = 1632.672'),
     ],
 )
 def test_a_mistake_is_one_line(options, message):
