@@ -10,7 +10,7 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.cli.advise import main
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import Outcome
-from diff_encoder_sim.trials.results import TrialRow
+from diff_encoder_sim.trials.trials_csv import TrialRow
 
 
 def trials(setups, robot_file):

@@ -34,7 +34,7 @@ def trial(plan, robot_file):
     from diff_encoder_sim.base.se2 import Pose2D
     from diff_encoder_sim.drives.topics import PoseSource
     from diff_encoder_sim.drives.trial_definition import Outcome
-    from diff_encoder_sim.trials.results import TrialRow
+    from diff_encoder_sim.trials.trials_csv import TrialRow
 
     number = plan.trial.number
     folder = Path(os.environ[FOLDER])

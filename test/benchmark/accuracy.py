@@ -28,8 +28,8 @@ from diff_encoder_sim.drives.trial_definition import FinalErrors, TrialPlan
 from diff_encoder_sim.trials.campaign_cells import Campaign, RequestedTrial
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial
-from diff_encoder_sim.trials.results import PARTS
 from diff_encoder_sim.trials.trial_run import final_errors
+from diff_encoder_sim.trials.trials_csv import PARTS
 from diff_encoder_sim.wheels.encoder_params import ppr_label
 
 CAUSES = ['truth\noutside', 'by\nstopping', 'by local-\nization', 'only\ntogether', 'AMCL\nparticles']

@@ -27,8 +27,9 @@ from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.trial_definition import TrialPlan
 from diff_encoder_sim.trials.campaign_cells import Campaign
 from diff_encoder_sim.trials.campaign_loading import load_campaign
-from diff_encoder_sim.trials.results import ResultStore, TrialRow
+from diff_encoder_sim.trials.results import ResultStore
 from diff_encoder_sim.trials.trial_run import run_trial
+from diff_encoder_sim.trials.trials_csv import TrialRow
 from diff_encoder_sim.wheels.encoder_params import ppr_label
 
 ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'

@@ -179,9 +179,7 @@ def run_trials(trials: int, workers: int, overrides: Dict[str, Any]) -> List[Dri
 def main() -> None:
     """Drive, fit, drive with the result, and print."""
     arguments = _arguments()
-    print_header(
-        f'Wheel errors fitted to {QUANTITY.axis} of {SOURCE}, {TEST}, {PPR} PPR: {arguments.trials} trials'
-    )
+    print_header(f'Wheel errors fitted to {QUANTITY.axis} of {SOURCE}, {TEST}, {PPR} PPR: {arguments.trials} trials')
     settings = paper_settings_with_ideal_wheels()
     ideal = run_trials(arguments.trials, arguments.workers, settings)
     fit = Fit(ideal)

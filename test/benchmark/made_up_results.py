@@ -14,7 +14,8 @@ from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.trials.campaign_cells import Campaign
 from diff_encoder_sim.trials.campaign_loading import load_campaign
-from diff_encoder_sim.trials.results import TABLE, ResultStore, TrialRow, csv_line, fields_of, header
+from diff_encoder_sim.trials.results import ResultStore
+from diff_encoder_sim.trials.trials_csv import TABLE, TrialRow, csv_line, fields_of, header
 
 # How far the final errors are spread with the coarsest encoder: x [m], y [m], yaw [rad].
 SPREAD = np.array([0.02, 0.05, 0.02])

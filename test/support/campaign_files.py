@@ -10,7 +10,8 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.trials.campaign_loading import load_campaign
-from diff_encoder_sim.trials.results import ResultStore, TrialRow
+from diff_encoder_sim.trials.results import ResultStore
+from diff_encoder_sim.trials.trials_csv import TrialRow
 from places import ROOT
 
 SMALL = {'name': 'small', 'tests': ['SL', 'SMT'], 'ppr': [40, 90], 'trials': 2}

@@ -72,7 +72,7 @@ print(sum(name.split('.')[0] == 'diff_encoder_sim' and name.split('.')[1:2] != [
 MOST_MODULES = {
     'ros.odom_node': (40, 40),
     'ros.encoder_node': (40, 40),
-    'cli.analyze': (110, 90),
+    'cli.analyze': (90, 90),
     'cli.campaign': (202, 130),
 }
 

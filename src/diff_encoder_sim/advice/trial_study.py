@@ -35,8 +35,8 @@ from diff_encoder_sim.base.params import flat
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angles
 from diff_encoder_sim.simulation.simulator import WheelErrorParams
 from diff_encoder_sim.trials.campaign_cells import Campaign
-from diff_encoder_sim.trials.results import PARTS
 from diff_encoder_sim.trials.robot_params import RobotParams, parts_with
+from diff_encoder_sim.trials.trials_csv import PARTS
 from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, NO_FAULTS
 
 stats = deferred('scipy.stats')

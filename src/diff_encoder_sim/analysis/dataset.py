@@ -13,7 +13,7 @@ from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trajectory_error import PathError
 from diff_encoder_sim.drives.trial_definition import FinalErrors, Outcome, Trial
-from diff_encoder_sim.trials.results import TrialRow
+from diff_encoder_sim.trials.trials_csv import TrialRow
 
 __all__ = ['STANDARD_TESTS', 'CellKey', 'Dataset', 'RobotGeometry', 'Tracks', 'TrialData', 'distinct']
 Varied = Tuple[Tuple[str, str], ...]  # parameters and their values, as a table shows them

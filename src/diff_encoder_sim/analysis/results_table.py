@@ -47,8 +47,7 @@ from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource
 from diff_encoder_sim.drives.trajectory_error import RPE_DISTANCES_M, Alignment, RpePairs, path_error, rpe_name
 from diff_encoder_sim.drives.trial_definition import FinalErrors, Outcome, Trial
 from diff_encoder_sim.drives.trial_recording import POSE_TOPICS, TrialRecording, read_trial
-from diff_encoder_sim.trials.campaign_cells import BAGS, VARIANT
-from diff_encoder_sim.trials.results import MANIFEST, PARTS, TABLE, TrialRow, TrialsTable, header
+from diff_encoder_sim.trials.trials_csv import BAGS, MANIFEST, PARTS, TABLE, VARIANT, TrialRow, TrialsTable, header
 
 log = logging.getLogger(__name__)
 

@@ -7,7 +7,7 @@ from typing import List, Sequence
 from diff_encoder_sim.analysis.dataset import CellKey, Dataset, Varied, distinct
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.table import Column
-from diff_encoder_sim.trials.campaign_cells import VARIANT
+from diff_encoder_sim.trials.trials_csv import VARIANT
 
 
 def cell_text(cell: CellKey) -> str:

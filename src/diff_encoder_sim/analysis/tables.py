@@ -28,7 +28,7 @@ from diff_encoder_sim.analysis.statistics import (
     wilson,
 )
 from diff_encoder_sim.base.deferred import pandas as pd
-from diff_encoder_sim.trials.campaign_cells import VARIANT
+from diff_encoder_sim.trials.trials_csv import VARIANT
 
 Columns = Dict[str, Any]  # a row of a table by its columns
 

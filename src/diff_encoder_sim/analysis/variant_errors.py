@@ -11,7 +11,7 @@ from diff_encoder_sim.analysis.dataset import CellKey, Dataset, TrialData, Varie
 from diff_encoder_sim.analysis.statistics import PairedResult, wilcoxon
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.trial_definition import Outcome
-from diff_encoder_sim.trials.campaign_cells import VARIANT
+from diff_encoder_sim.trials.trials_csv import VARIANT
 
 # Of the figure, and of the table.
 VARIANTS = 'variants'

@@ -37,13 +37,14 @@ from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
-from diff_encoder_sim.trials.campaign_cells import VARIANT, Campaign, RequestedTrial
+from diff_encoder_sim.trials.campaign_cells import Campaign, RequestedTrial
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.engine import run_campaign as run_on_workers
 from diff_encoder_sim.trials.executors import Workers
 from diff_encoder_sim.trials.progress import Progress, time_left
 from diff_encoder_sim.trials.results import ResultStore, describe_run
 from diff_encoder_sim.trials.trial_run import run_trials
+from diff_encoder_sim.trials.trials_csv import VARIANT
 from diff_encoder_sim.trials.worker import RunTrials
 from diff_encoder_sim.wheels.encoder_params import ppr_label
 

@@ -27,6 +27,7 @@ from diff_encoder_sim.trials.robot_params import RobotParams
 from diff_encoder_sim.trials.route_driver import misfit
 from diff_encoder_sim.trials.trial_files import TrialFiles
 from diff_encoder_sim.trials.trial_setup import LockstepOptions
+from diff_encoder_sim.trials.trials_csv import BAGS, VARIANT
 from diff_encoder_sim.wheels.catalogue import ChosenEncoder
 from diff_encoder_sim.wheels.encoder_params import PerWheel, PulsesPerRevolution
 
@@ -34,8 +35,6 @@ from diff_encoder_sim.wheels.encoder_params import PerWheel, PulsesPerRevolution
 MOST_CELLS, MOST_TRIALS = 10_000, TRIALS.most
 
 Varied = Tuple[Tuple[str, Any], ...]  # dotted keys, or VARIANT, in alphabetical order, and values
-VARIANT = 'variant'  # in place of a key: the value is the name of one of the file's `variants`
-BAGS = 'bags'  # folder below the results folder
 
 ConfigFile = Literal['amcl', 'config', 'lockstep', 'navigation', 'simulator']  # stems of files of config/
 

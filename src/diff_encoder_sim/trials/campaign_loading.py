@@ -18,7 +18,6 @@ from diff_encoder_sim.simulation.simulator import DriveParams, Simulator
 from diff_encoder_sim.trials.campaign_cells import (
     MOST_CELLS,
     MOST_TRIALS,
-    VARIANT,
     Campaign,
     CampaignCell,
     CampaignParams,
@@ -36,6 +35,7 @@ from diff_encoder_sim.trials.robot_params import (
 )
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
 from diff_encoder_sim.trials.trial_files import TrialFiles, collect
+from diff_encoder_sim.trials.trials_csv import VARIANT
 from diff_encoder_sim.wheels.catalogue import RESOLUTION_KEYS, ChosenEncoder, chosen, load_encoders, resolution_text
 
 # A day, as of the time limit of a route: a mistyped number must not drive for ever.

@@ -14,7 +14,7 @@ from tqdm import tqdm
 from diff_encoder_sim.drives.test_definition import Point, PoseParams, TestDefinition
 from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.trials.campaign_cells import Campaign, RequestedTrial
-from diff_encoder_sim.trials.results import OUTCOMES, TrialRow
+from diff_encoder_sim.trials.trials_csv import OUTCOMES, TrialRow
 
 # The assumed speed of a worker, which counts as much as this many seconds of measured work: the first trials also wait
 # for machine code to be loaded. docs/campaigns.md has the measured speed.

@@ -14,9 +14,9 @@ from diff_encoder_sim.drives.trial_bag import TrialBag, TrialBags
 from diff_encoder_sim.drives.trial_definition import FinalErrors, Trial, TrialPlan
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial, Report
 from diff_encoder_sim.trials.publications import Publications
-from diff_encoder_sim.trials.results import TrialRow
 from diff_encoder_sim.trials.robot_params import RobotParams
 from diff_encoder_sim.trials.trial_setup import LockstepOptions, TrialSetup
+from diff_encoder_sim.trials.trials_csv import TrialRow
 
 
 def run_trial(plan: TrialPlan, robot_file: Union[str, Path], params: RobotParams, record: RecordMode) -> TrialRow:

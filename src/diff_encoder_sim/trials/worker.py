@@ -14,10 +14,10 @@ from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.errors import in_one_line
 from diff_encoder_sim.drives.trial_definition import TrialPlan
-from diff_encoder_sim.trials.campaign_cells import BAGS, RequestedTrial
-from diff_encoder_sim.trials.results import TrialRow
+from diff_encoder_sim.trials.campaign_cells import RequestedTrial
 from diff_encoder_sim.trials.trial_files import PlacedFiles, TrialFiles
 from diff_encoder_sim.trials.trial_setup import TrialSetup
+from diff_encoder_sim.trials.trials_csv import BAGS, TrialRow
 
 distributed = deferred('distributed')
 

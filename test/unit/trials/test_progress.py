@@ -16,7 +16,7 @@ from diff_encoder_sim.trials.progress import (
     shortest_drive_s,
     time_left,
 )
-from diff_encoder_sim.trials.results import TrialRow
+from diff_encoder_sim.trials.trials_csv import TrialRow
 from places import CONFIG, ROOT
 
 DRIVES_S = {'SL': 44.0, 'DLD': 220.0}

@@ -15,16 +15,8 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.trials import results as module
-from diff_encoder_sim.trials.results import (
-    ResultStore,
-    csv_fields,
-    csv_line,
-    describe_run,
-    differences,
-    fields_of,
-    header,
-    row_of,
-)
+from diff_encoder_sim.trials.results import ResultStore, describe_run, differences
+from diff_encoder_sim.trials.trials_csv import csv_fields, csv_line, fields_of, header, row_of
 
 # ---- rows
 

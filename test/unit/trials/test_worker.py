@@ -11,7 +11,7 @@ from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.trials import worker
 from diff_encoder_sim.trials.campaign_loading import load_campaign
-from diff_encoder_sim.trials.results import TrialRow
+from diff_encoder_sim.trials.trials_csv import TrialRow
 from diff_encoder_sim.trials.worker import HostFault, ResultsFolder, run_group
 
 POSE = Pose2D(0.1, 0.2, 0.3)

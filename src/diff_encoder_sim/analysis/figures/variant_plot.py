@@ -14,7 +14,7 @@ from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.figures import style
 from diff_encoder_sim.analysis.table_keys import setup_text
 from diff_encoder_sim.analysis.variant_errors import KINDS, VariantError, first_variant, variant_errors
-from diff_encoder_sim.trials.campaign_cells import VARIANT
+from diff_encoder_sim.trials.trials_csv import VARIANT
 
 ROOM = style.Room(left_in=1.75, between_in=0.2, above_in=0.22, below_in=0.25, legend_in=0.6)
 PANEL_IN = (style.WIDTH_IN - ROOM.left_in - style.RIGHT_IN - ROOM.between_in) / len(KINDS)

@@ -6,7 +6,7 @@ from typing import Dict, Iterable, List, NamedTuple
 
 from diff_encoder_sim.analysis.dataset import CellKey, Dataset, TrialData, Varied, distinct
 from diff_encoder_sim.analysis.table_keys import varied_texts
-from diff_encoder_sim.trials.campaign_cells import VARIANT
+from diff_encoder_sim.trials.trials_csv import VARIANT
 
 
 class Variant(NamedTuple):

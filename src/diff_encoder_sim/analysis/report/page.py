@@ -32,7 +32,7 @@ from diff_encoder_sim.analysis.within_tolerance import (
 )
 from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE
-from diff_encoder_sim.trials.campaign_cells import VARIANT
+from diff_encoder_sim.trials.trials_csv import VARIANT
 
 TEMPLATE = 'page.html'
 

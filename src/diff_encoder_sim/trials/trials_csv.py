@@ -1,0 +1,170 @@
+"""trials.csv: its columns, the row of a finished trial, and the file; names of other files of a results folder."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import io
+import os
+from pathlib import Path
+from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Sequence, Tuple
+
+from diff_encoder_sim.base.atomic_files import write_file
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.drives.trial_definition import FinalErrors, Outcome
+
+MANIFEST, TABLE, BAGS = 'manifest.json', 'trials.csv', 'bags'
+VARIANT = 'variant'  # in place of the key of a varied parameter: the value is the name of a set of values
+
+
+class TrialRow(NamedTuple):
+    """A finished trial. `COLUMNS` has the same in the order of trials.csv."""
+
+    test: str
+    ppr: str  # as encoder_params.ppr_label writes it
+    varied: Tuple[Tuple[str, str], ...]  # dotted keys of parameters, and their values as text
+    trial: int
+    seed: int
+    outcome: Outcome  # one of OUTCOMES
+    reason: str  # of any outcome except SUCCEEDED
+    duration_s: float  # simulated
+    errors: FinalErrors
+    distance_m: float  # length of the true path
+    wall_time_s: float = 0.0
+    bag: str = ''  # path below the results folder; '' for none
+
+    def identity(self) -> Tuple[object, ...]:
+        """Return the first fields, up to the seed, which identify the trial."""
+        return self[:5]
+
+
+# Parts of a final error, in the map's axes.
+PARTS = ('x_m', 'y_m', 'yaw_rad')
+# Types of columns by name, after `test`, `ppr` and the varied parameters, which are text; units are in the names.
+COLUMNS = {
+    'trial': int,
+    'seed': int,
+    'outcome': str,
+    'reason': str,
+    'duration_s': float,
+    **{f'{source.value}_{part}': float for source in PoseSource for part in PARTS},  # empty without a pose
+    'distance_m': float,
+    'wall_time_s': float,
+    'bag': str,
+}
+# A lockstep trial has no ROS graph that fails, and a trial without a result has no row.
+OUTCOMES = tuple(outcome for outcome in Outcome if outcome not in (Outcome.FAILED, Outcome.TORN))
+
+
+def header(varied_keys: Sequence[str]) -> List[str]:
+    """Return the names of the columns."""
+    return ['test', 'ppr', *varied_keys, *COLUMNS]
+
+
+def fields_of(row: TrialRow) -> List[str]:
+    """Return the row as texts; numbers read back as the same numbers, wall time to the millisecond."""
+    values: Dict[str, Any] = {**row._asdict(), 'outcome': row.outcome.value, 'wall_time_s': round(row.wall_time_s, 3)}
+    values['reason'] = ''.join(char if char.isprintable() else ' ' for char in row.reason)  # a row is one line
+    for source, error in row.errors.items():
+        values.update((f'{source.value}_{part}', value) for part, value in zip(PARTS, error or ()))
+    texts = [str(kind(values[name])) if name in values else '' for name, kind in COLUMNS.items()]
+    return [row.test, row.ppr, *(text for _, text in row.varied), *texts]
+
+
+def row_of(fields: Sequence[str], varied_keys: Sequence[str]) -> TrialRow:
+    """Return the row of the texts that `fields_of` returned.
+
+    Raises:
+        ValueError: these are not the fields of a row.
+    """
+    names = header(varied_keys)
+    if len(fields) != len(names):
+        raise ValueError(f'{len(fields)} fields; expected {len(names)}')
+    texts = dict(zip(names, fields))
+    errors: FinalErrors = {}
+    for source in PoseSource:
+        error = [texts.pop(f'{source.value}_{part}') for part in PARTS]
+        errors[source] = Pose2D(*map(float, error)) if any(error) else None
+    values: Dict[str, Any] = {name: COLUMNS.get(name, str)(text) for name, text in texts.items()}
+    varied = tuple((key, values.pop(key)) for key in varied_keys)
+    outcome = Outcome(values.pop('outcome'))
+    if outcome not in OUTCOMES:
+        raise ValueError(f'outcome {outcome.value}')
+    return TrialRow(**values, varied=varied, errors=errors, outcome=outcome)
+
+
+def csv_line(fields: Sequence[str]) -> bytes:
+    """Return one line of a CSV file, including its end."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator='\n').writerow(fields)
+    return text.getvalue().encode('utf-8')
+
+
+def csv_fields(line: bytes) -> List[str]:
+    """Return the fields of a line from `csv_line`, with or without its end.
+
+    Raises:
+        ValueError: this is no such line.
+    """
+    try:
+        return next(csv.reader([line.decode('utf-8')], strict=True))
+    except csv.Error as error:
+        raise ValueError(str(error)) from None
+
+
+class TrialsTable:
+    """A file with a header, and a line for each finished trial.
+
+    A line is written in one call and its end comes last: a line without end is incomplete, and ignored.
+    """
+
+    def __init__(self, path: Path, varied_keys: Sequence[str]) -> None:
+        self.path, self._varied_keys = path, varied_keys
+
+    def rows(self) -> Iterator[Tuple[int, TrialRow]]:
+        """Read the complete lines, with their numbers from 1; nothing if there is no file.
+
+        Raises:
+            ConfigError: a line is no row, or the first neither that nor the header.
+            OSError: the file cannot be read.
+        """
+        content = self.path.read_bytes() if self.path.is_file() else b''
+        head = csv_line(header(self._varied_keys)).rstrip()
+        for number, line in enumerate(content[: content.rfind(b'\n') + 1].splitlines(), start=1):
+            if number == 1 and line == head:
+                continue
+            try:
+                row = row_of(csv_fields(line), self._varied_keys)
+            except (ValueError, KeyError):
+                raise self.foreign_line(number) from None
+            yield number, row
+
+    def foreign_line(self, number: int) -> ConfigError:
+        """Return the error for a line that is not of this campaign."""
+        expected = 'expected the file as campaign wrote it, or without this line, whose trial is then run again'
+        return ConfigError(f'{self.path}: line {number} does not belong to this campaign; {expected}')
+
+    def write(self, rows: Iterable[TrialRow]) -> None:
+        """Replace the file, completely or not at all."""
+        lines = [header(self._varied_keys), *map(fields_of, rows)]
+        write_file(self.path, b''.join(map(csv_line, lines)))
+
+    def append(self, row: TrialRow) -> None:
+        """Add a line; it is on the disk when this returns. After an error the lines before are complete.
+
+        Raises:
+            OSError: the disk is full, or the like.
+        """
+        content = csv_line(fields_of(row))
+        with io.FileIO(str(self.path), 'ab') as file:
+            size = os.fstat(file.fileno()).st_size
+            try:
+                while content:
+                    content = content[file.write(content) :]
+                os.fsync(file.fileno())
+            except OSError:
+                with contextlib.suppress(OSError):
+                    file.truncate(size)
+                raise
