@@ -211,16 +211,6 @@ def test_the_fraction_is_missed_in_bursts(fraction, burst):
         assert lengths.mean() == pytest.approx(burst, rel=0.1)
 
 
-@pytest.mark.parametrize(
-    'faults', [{'missed': 0.1, 'missed_burst': 5.0}, {'extra': 0.1}, {'missed': 0.2, 'extra': 0.1}]
-)
-@given(st.lists(st.integers(0, 50), min_size=1, max_size=40))
-@settings(max_examples=20, deadline=None)
-def test_how_counts_are_split_does_not_matter(faults, parts):
-    split, whole = np.cumsum([0.5, *parts]), np.array([0.5, 0.5 + sum(parts)])
-    assert counts(COUNT_RAD * split, {'faults': faults})[-1, 0] == counts(COUNT_RAD * whole, {'faults': faults})[-1, 0]
-
-
 @pytest.mark.parametrize('burst', [1.0, 8.0])
 @pytest.mark.parametrize(('fault', 'sign'), [('missed', -1), ('extra', 1)])
 def test_counts_are_hit_as_often_as_asked_for_and_as_unevenly(fault, sign, burst):
