@@ -3,10 +3,8 @@
 Not a test: test_campaign.py and benchmark/campaign_overhead.py run it, and workers import it.
 """
 
-import json
 import os
 import signal
-import sys
 import time
 from pathlib import Path
 
@@ -15,7 +13,6 @@ from diff_encoder_sim.base.command_start import run_command
 TRIAL_S = 'CAMPAIGN_TRIALS_LAST_S'
 FOLDER = 'CAMPAIGN_TRIALS_FOLDER'  # of a log of attempts, and of what is to go wrong
 LOG = 'attempts'
-SEARCHED = 'searched'  # a log of sys.path of the workers
 GROUPS = 'groups'  # a log of what was begun at once: seeds with PPR
 
 
@@ -23,8 +20,6 @@ def trials(setups, robot_file):
     """Results and bags that depend on the plans alone."""
     with open(Path(os.environ[FOLDER]) / GROUPS, 'a') as log:
         log.write(' '.join(f'{plan.trial.number}_{plan.trial.ppr.left:g}' for plan, *_ in setups) + '\n')
-    with open(Path(os.environ[FOLDER]) / SEARCHED, 'a') as log:
-        log.write(json.dumps(sys.path) + '\n')
     return [trial(plan, robot_file) for plan, *_ in setups]
 
 

@@ -220,10 +220,7 @@ class Campaign(NamedTuple):
             **({'encoders': _changes_by_encoder(of_one_test, count)} if params.encoders else {}),
             'trials': params.trials,
             'seed': params.seed,
-            'nav': params.nav,
-            'record': params.record,
-            # Left out of bags of ROS 1, so that campaigns from before this choice can be completed.
-            **({} if params.bag_format == 'ros1' else {'bag_format': params.bag_format}),
+            **params.of_trials(),
             'robot': self.files.robot,
             'files': self.files.sha256(),
         }
