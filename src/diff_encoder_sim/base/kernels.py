@@ -13,6 +13,8 @@ import threading
 from pathlib import Path
 from typing import Any, Callable, List, Optional, TypeVar, overload
 
+import numpy as np
+
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.own_folder import own_folder
 
@@ -21,6 +23,7 @@ numba = deferred('numba')
 FOLDER_VARIABLE = 'NUMBA_CACHE_DIR'
 PACKAGE = Path(os.path.abspath(__file__)).parents[1]
 Function = TypeVar('Function', bound=Callable[..., Any])
+Array = np.ndarray  # of a kernel's arguments; shapes are in the docstrings
 
 log = logging.getLogger(__name__)
 _LOCK = threading.RLock()

@@ -56,6 +56,17 @@ class OccupancyGrid(NamedTuple):
         return 0 <= row < self.height and 0 <= column < self.width
 
 
+CELLS, RESOLUTION_M = 60, 0.1  # of the room below
+
+
+def square_room() -> OccupancyGrid:
+    """Return the map of an empty room of 6 x 6 m around the origin, in which kernels are warmed up."""
+    cells = np.full((CELLS, CELLS), OCCUPIED, np.int8)
+    cells[1:-1, 1:-1] = FREE
+    corner_m = -0.5 * CELLS * RESOLUTION_M
+    return OccupancyGrid(cells, RESOLUTION_M, Pose2D(corner_m, corner_m, 0.0))
+
+
 # A cell with less than this fraction of the hits of a cell beside it is no surface of its own:
 # noise carried some of that one's rays into it. Upstream draws it as occupied. Of two cells with a
 # wall on their border, both have about half of the hits, and both are occupied: so opposite walls are

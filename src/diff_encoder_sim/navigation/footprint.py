@@ -11,7 +11,6 @@ from pydantic import AfterValidator, BeforeValidator, Field
 from typing_extensions import Annotated
 
 from diff_encoder_sim.base.bounds import Offset_m
-from diff_encoder_sim.base.kernels import compiled
 
 # Footprint costs below zero mean that the robot cannot stand there, as in upstream's CostmapModel.
 IN_OBSTACLE, IN_UNKNOWN, OFF_MAP = -1.0, -2.0, -3.0
@@ -78,47 +77,3 @@ def _encloses_origin(vertices_m: np.ndarray) -> bool:
     angles = np.arctan2(vertices_m[:, 1], vertices_m[:, 0])
     turns = (np.diff(np.append(angles, angles[0])) + math.pi) % (2.0 * math.pi) - math.pi
     return bool(abs(turns.sum()) > math.pi)
-
-
-@compiled
-def fill_polygon(cells: np.ndarray, per_m: float, corners_m: np.ndarray, value: int) -> None:
-    """Set every cell whose centre lies inside a polygon (n, 2) given in the grid's own frame."""
-    rows, columns = cells.shape
-    low_x = high_x = corners_m[0, 0]
-    low_y = high_y = corners_m[0, 1]
-    for index in range(1, len(corners_m)):
-        low_x, high_x = min(low_x, corners_m[index, 0]), max(high_x, corners_m[index, 0])
-        low_y, high_y = min(low_y, corners_m[index, 1]), max(high_y, corners_m[index, 1])
-    first_row = max(0, math.floor(low_y * per_m))
-    last_row = min(rows - 1, math.floor(high_y * per_m))
-    first_column = max(0, math.floor(low_x * per_m))
-    last_column = min(columns - 1, math.floor(high_x * per_m))
-    crossed_m = np.empty(len(corners_m))
-    for row in range(first_row, last_row + 1):
-        count = _cross_sides((row + 0.5) / per_m, corners_m, crossed_m)
-        for column in range(first_column, last_column + 1):
-            if _is_inside((column + 0.5) / per_m, crossed_m, count):
-                cells[row, column] = value
-
-
-@compiled
-def _cross_sides(y_m: float, corners_m: np.ndarray, crossed_m: np.ndarray) -> int:
-    """Fill the x of the sides of a polygon (n, 2) at a y into an array (n,), and return how many there are."""
-    count, before = 0, len(corners_m) - 1
-    for index in range(len(corners_m)):
-        x, y, x_before, y_before = corners_m[index, 0], corners_m[index, 1], corners_m[before, 0], corners_m[before, 1]
-        if (y > y_m) != (y_before > y_m):
-            crossed_m[count] = (x_before - x) * (y_m - y) / (y_before - y) + x
-            count += 1
-        before = index
-    return count
-
-
-@compiled
-def _is_inside(x_m: float, crossed_m: np.ndarray, count: int) -> bool:
-    """Return whether a point is before an odd number of the crossed sides, the first `count` of (n,)."""
-    inside = False
-    for index in range(count):
-        if x_m < crossed_m[index]:
-            inside = not inside
-    return inside

@@ -6,16 +6,18 @@ from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.base.kernels import compiled
+from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, transform_points
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.dwa import DwaPlanner
 from diff_encoder_sim.navigation.dwa_params import DwaParams
-from diff_encoder_sim.navigation.goal_stopping import ClearanceCheck, LatchedStopRotate, Motion, PreciseStop, TurnToPath
+from diff_encoder_sim.navigation.goal_stopping import LatchedStopRotate, Motion, PreciseStop, TurnToPath
 from diff_encoder_sim.navigation.navigator_inputs import Command, OdometrySample
 
 # Points of the plan farther behind the robot are dropped (upstream's prunePlan).
 PRUNE_DISTANCE_M = 1.0
+
+NO_POSES = np.empty((0, 3))
 
 
 class LocalCommand(NamedTuple):
@@ -35,11 +37,11 @@ class LocalPlanner:
         stop = PreciseStop if params.stop == 'precise' else LatchedStopRotate
         self._stop_rotate: LatchedStopRotate = stop(params, sim_period_s)
         self._turn_to_path = TurnToPath(params, sim_period_s)
-        self._plan_in_map = self._whole_in_odom = np.empty((0, 3))
+        self._plan_in_map = self._whole_in_odom = NO_POSES
         self._goal_in_odom = IDENTITY
         self._odom_pose_in_map: Optional[Pose2D] = None  # by which these were transformed
         self.problem = ''  # why the last `compute` gave no command
-        self.plan_in_odom = np.empty((0, 3))  # the stretch that is followed, for displays
+        self.plan_in_odom = NO_POSES  # the stretch that is followed, for displays
 
     def set_plan(self, plan_in_map: np.ndarray, is_renewed: bool = False) -> None:
         """Follow a new plan (n, 3), n > 0; latched tolerances, turns and locked directions are reset.
@@ -52,65 +54,49 @@ class LocalPlanner:
         self._turn_to_path.reset()
         self.dwa.oscillation.reset()
 
-    def is_goal_reached(self, motion: Motion, odom_pose_in_map: Pose2D) -> bool:
+    def is_goal_reached(self, odometry: OdometrySample, odom_pose_in_map: Pose2D) -> bool:
         """Return whether the robot stands at the plan's end within the tolerances."""
         self._transform_plan(odom_pose_in_map)
-        return self._stop_rotate.is_goal_reached(motion, self._goal_in_odom)
+        return self._stop_rotate.is_goal_reached(Motion(*odometry[1:4]), self._goal_in_odom)
 
-    def compute(self, motion: Motion, odom_pose_in_map: Pose2D, costmap: Costmap) -> Optional[LocalCommand]:
+    def compute(
+        self, odometry: OdometrySample, command: Command, odom_pose_in_map: Pose2D, costmap: Costmap
+    ) -> Optional[LocalCommand]:
         """Return the command for the next control period; None if there is none (see `problem`).
 
         Args:
-            motion: the robot in the odom frame.
+            odometry: the robot in the odom frame.
+            command: the last one.
             odom_pose_in_map: from localization.
             costmap: the local costmap, in the odom frame.
         """
         self._transform_plan(odom_pose_in_map)
-        self.plan_in_odom = self._visible_plan(motion.base_pose, odom_pose_in_map, costmap)
-        if len(self.plan_in_odom) == 0:
+        motion = limited_motion(odometry, command, self.params.twist_sigmas)
+        self.plan_in_odom = plan = self._visible_plan(motion.base_pose, odom_pose_in_map, costmap)
+        if len(plan) == 0:
             self.problem = 'the plan is outside the local costmap'
             return None
+
+        def is_clear(linear_mps: float, angular_radps: float) -> bool:
+            return self.dwa.is_collision_free(motion.base_pose, linear_mps, angular_radps, costmap)
+
         if self._stop_rotate.is_position_reached(motion, self._goal_in_odom):
-            return self._stop_at_goal(motion, costmap)
-        turn = self._turn_to_path.command(motion, self.plan_in_odom, self._clearance_check(motion, costmap))
-        return self._follow_plan(motion, costmap) if turn is None else LocalCommand(*turn, np.empty((0, 3)))
-
-    def _stop_at_goal(self, motion: Motion, costmap: Costmap) -> Optional[LocalCommand]:
-        command = self._stop_rotate.command(motion, self._goal_in_odom, self._clearance_check(motion, costmap))
-        self.problem = 'turning at the goal would collide' if command is None else ''
-        return None if command is None else LocalCommand(*command, np.empty((0, 3)))
-
-    def _follow_plan(self, motion: Motion, costmap: Costmap) -> Optional[LocalCommand]:
-        best = self.dwa.find_best(motion.base_pose, motion.linear_mps, motion.angular_radps, costmap, self.plan_in_odom)
+            turn = self._stop_rotate.command(motion, self._goal_in_odom, is_clear)
+            self.problem = 'turning at the goal would collide' if turn is None else ''
+            return None if turn is None else LocalCommand(*turn, NO_POSES)
+        turn = self._turn_to_path.command(motion, plan, is_clear)
+        if turn is not None:
+            return LocalCommand(*turn, NO_POSES)
+        best = self.dwa.find_best(*motion, costmap, plan)
         self.problem = 'no velocity follows the plan without a collision' if best is None else ''
         return None if best is None else LocalCommand(best.linear_mps, best.angular_radps, best.poses)
 
-    def _clearance_check(self, motion: Motion, costmap: Costmap) -> ClearanceCheck:
-        return lambda linear_mps, angular_radps: self.dwa.is_collision_free(
-            motion.base_pose, linear_mps, angular_radps, costmap
-        )
-
-    def odometry_motion(self, odometry: OdometrySample, command: Command) -> Motion:
-        """Return odometry's pose and the last command's twist, limited to twist_sigmas around odometry's.
-
-        An encoder of 40 pulses at 20 Hz measures a wheel's speed to +-0.31 m/s. Taken at face value, a wheel that
-        ticks alone puts the dynamic window around a sharp turn that does not exist, and the next command is that turn
-        (docs/adr/0007-coarse-twist.md).
-        """
-        sigmas = self.params.twist_sigmas
-        return Motion(
-            odometry.base_pose_in_odom,
-            _within(command.linear_mps, odometry.linear_mps, sigmas * odometry.linear_std_mps),
-            _within(command.angular_radps, odometry.angular_radps, sigmas * odometry.angular_std_radps),
-        )
-
     def _transform_plan(self, odom_pose_in_map: Pose2D) -> None:
-        """Bring plan and goal into the odom frame if that has moved."""
+        """Bring plan and goal into the odom frame if that has moved; yaw is not wrapped."""
         if odom_pose_in_map != self._odom_pose_in_map:
-            self._odom_pose_in_map = odom_pose_in_map
-            self._whole_in_odom = _transform(self._plan_in_map, odom_pose_in_map.inverse())
-            goal_in_map = Pose2D(*self._plan_in_map[-1].tolist())
-            self._goal_in_odom = goal_in_map.relative_to(odom_pose_in_map)
+            self._odom_pose_in_map, plan, frame = odom_pose_in_map, self._plan_in_map, odom_pose_in_map.inverse()
+            self._whole_in_odom = np.column_stack([transform_points(frame, plan[:, :2]), plan[:, 2] + frame.yaw_rad])
+            self._goal_in_odom = Pose2D(*plan[-1].tolist()).relative_to(odom_pose_in_map)
 
     def _visible_plan(self, base_pose: Pose2D, odom_pose_in_map: Pose2D, costmap: Costmap) -> np.ndarray:
         """Return the first stretch (n, 3) of the plan that is about inside the local costmap, in odom."""
@@ -124,8 +110,24 @@ class LocalPlanner:
         return visible
 
 
+def limited_motion(odometry: OdometrySample, command: Command, sigmas: float) -> Motion:
+    """Return odometry's pose and the last command's twist, limited to `sigmas` standard deviations around odometry's.
+
+    An encoder of 40 pulses at 20 Hz measures a wheel's speed to +-0.31 m/s. Taken at face value, a wheel that ticks
+    alone puts the dynamic window around a sharp turn that does not exist, and the next command is that turn
+    (docs/adr/0007-coarse-twist.md).
+    """
+    linear_mps, linear_band = odometry.linear_mps, sigmas * odometry.linear_std_mps
+    angular_radps, angular_band = odometry.angular_radps, sigmas * odometry.angular_std_radps
+    return Motion(
+        odometry.base_pose_in_odom,
+        min(max(command.linear_mps, linear_mps - linear_band), linear_mps + linear_band),
+        min(max(command.angular_radps, angular_radps - angular_band), angular_radps + angular_band),
+    )
+
+
 @compiled
-def visible_stretch(plan: np.ndarray, x_m: float, y_m: float, sight_m: float, prune_m: float) -> Tuple[int, int]:
+def visible_stretch(plan: Array, x_m: float, y_m: float, sight_m: float, prune_m: float) -> Tuple[int, int]:
     """Return the first of a plan's points (n, 3) to follow from a place and the one behind the last; (0, 0) for none.
 
     From the first within `sight_m`, or the first after it within `prune_m`, to the first beyond `sight_m` again,
@@ -146,12 +148,3 @@ def visible_stretch(plan: np.ndarray, x_m: float, y_m: float, sight_m: float, pr
     while last < len(plan) and distance_m[last] <= sight_m:
         last += 1
     return first, min(last + 1, len(plan))
-
-
-def _within(value: float, centre: float, band: float) -> float:
-    return min(max(value, centre - band), centre + band)
-
-
-def _transform(plan: np.ndarray, frame: Pose2D) -> np.ndarray:
-    """Return the poses (n, 3) of a plan, given in `frame`, in the parent of that; yaw is not wrapped."""
-    return np.column_stack([transform_points(frame, plan[:, :2]), plan[:, 2] + frame.yaw_rad])

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import logging
 import math
-from typing import Optional, Tuple
+from typing import Optional
 
 import numpy as np
 
@@ -20,14 +20,14 @@ from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
-from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
+from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid, square_room
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import CostmapParams
 from diff_encoder_sim.navigation.dwa import cost_cloud, trajectory_cloud
 from diff_encoder_sim.navigation.dwa_kernels import ScoringTask
 from diff_encoder_sim.navigation.global_planner import GlobalPlanner
 from diff_encoder_sim.navigation.goal_run import GoalRun, NavigatorParts
-from diff_encoder_sim.navigation.local_planner import LocalPlanner
+from diff_encoder_sim.navigation.local_planner import NO_POSES, LocalPlanner
 from diff_encoder_sim.navigation.navigator_inputs import (
     STOP,
     Command,
@@ -35,11 +35,10 @@ from diff_encoder_sim.navigation.navigator_inputs import (
     MissingInput,
     NavigatorInputs,
     NavigatorOutput,
-    OdometrySample,
     Phase,
 )
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
-from diff_encoder_sim.navigation.recovery import TravelWatch, make_recoveries
+from diff_encoder_sim.navigation.recovery import recoveries_of
 
 log = logging.getLogger(__name__)
 
@@ -47,21 +46,36 @@ log = logging.getLogger(__name__)
 TIME_TOLERANCE_NS = 100_000_000
 
 
-class Navigator:
+class Navigator(NavigatorInputs):
     """Drives a robot over a map to goals."""
 
     def __init__(
         self, params: NavigatorParams, static_map: OccupancyGrid, laser_pose_in_base: Pose2D = IDENTITY
     ) -> None:
+        super().__init__(laser_pose_in_base)
         self.params = params
-        self.inputs = NavigatorInputs(laser_pose_in_base)
         self._timeline = Timeline(TIME_TOLERANCE_NS)
         self._run: Optional[GoalRun] = None
-        costmaps = Costmap(params.global_costmap, static_map), Costmap(params.local_costmap)
-        local_planner = LocalPlanner(params.DWAPlannerROS, params.control_period_s)
-        self._parts = _make_parts(params, self.inputs, costmaps, local_planner)
+        self._use_parts(
+            Costmap(params.global_costmap, static_map),
+            Costmap(params.local_costmap),
+            LocalPlanner(params.DWAPlannerROS, params.control_period_s),
+        )
         self._global_updated_ns: Optional[int] = None
         self._local_updated_ns: Optional[int] = None
+        self._forget_travel()
+
+    def _use_parts(self, global_costmap: Costmap, local_costmap: Costmap, local_planner: LocalPlanner) -> None:
+        """Use costmaps and planners of the parameters."""
+        self.global_costmap = global_costmap  # in the map frame
+        self.local_costmap = local_costmap  # in the odom frame
+        planner, recoveries = (
+            GlobalPlanner(self.params.NavfnROS, global_costmap),
+            recoveries_of(self.params, local_costmap),
+        )
+        self._parts = NavigatorParts(
+            self.params, self, global_costmap, local_costmap, planner, local_planner, recoveries
+        )
 
     # ---- goals and services
 
@@ -83,11 +97,9 @@ class Navigator:
             PlanError: there is no plan; the text gives the reason.
             InputFault: `start` is None and the robot's pose is not known yet.
         """
-        if start is None:
-            if not self.inputs.has_pose:
-                raise InputFault("the robot's pose is not known yet")
-            start = self.inputs.base_pose_in_map
-        return self._parts.global_planner.make_plan(start, goal, tolerance_m)
+        if start is None and not self.has_pose:
+            raise InputFault("the robot's pose is not known yet")
+        return self._parts.global_planner.make_plan(start or self.base_pose_in_map, goal, tolerance_m)
 
     def clear_costmaps(self) -> None:
         """Forget all obstacles that are not in the static map."""
@@ -95,16 +107,17 @@ class Navigator:
             costmap.clear_obstacles(IDENTITY)
 
     def reconfigure(self, params: NavigatorParams) -> None:
-        """Go on with other parameters: the goal and its plan stay, and obstacles where the cells are the same."""
+        """Continue with other parameters: the goal and its plan stay, and obstacles where the cells are the same."""
         old, before, self.params = self._parts, self.params, params
-        costmaps = (
-            _costmap_with(old.global_costmap, params.global_costmap),
-            _costmap_with(old.local_costmap, params.local_costmap),
-        )
         local_planner = old.local_planner
         if (params.DWAPlannerROS, params.control_period_s) != (before.DWAPlannerROS, before.control_period_s):
             local_planner = LocalPlanner(params.DWAPlannerROS, params.control_period_s)
-        self._parts = _make_parts(params, self.inputs, costmaps, local_planner)
+        self._use_parts(
+            _costmap_with(old.global_costmap, params.global_costmap),
+            _costmap_with(old.local_costmap, params.local_costmap),
+            local_planner,
+        )
+        self._forget_travel()
         if self._run:
             self._run.reconfigure(self._parts)
 
@@ -116,61 +129,24 @@ class Navigator:
         return self._run.status if self._run else GoalStatus.NONE
 
     @property
-    def global_costmap(self) -> Costmap:
-        """Return the global costmap, in the map frame."""
-        return self._parts.global_costmap
-
-    @property
-    def local_costmap(self) -> Costmap:
-        """Return the local costmap, in the odom frame."""
-        return self._parts.local_costmap
-
-    @property
     def global_plan_in_map(self) -> np.ndarray:
         """Return the whole plan (n, 3) that is followed."""
-        return self._run.global_plan_in_map if self._run else np.empty((0, 3))
+        return self._run.global_plan_in_map if self._run else NO_POSES
 
     @property
     def local_plan_in_odom(self) -> np.ndarray:
         """Return the trajectory (n, 3) of the last command; empty if the DWA did not choose it."""
-        return self._run.local_plan_in_odom if self._run else np.empty((0, 3))
+        return self._run.local_plan_in_odom if self._run else NO_POSES
 
     @property
     def visible_plan_in_odom(self) -> np.ndarray:
         """Return the part (n, 3) of the global plan in the local costmap; empty without a goal."""
-        is_active = self.status is GoalStatus.ACTIVE
-        return self._parts.local_planner.plan_in_odom if is_active else np.empty((0, 3))
+        return self._parts.local_planner.plan_in_odom if self.status is GoalStatus.ACTIVE else NO_POSES
 
     @property
     def scoring_task(self) -> Optional[ScoringTask]:
         """Return what the DWA has chosen its last command from, valid until the next step; None before the first."""
         return self._parts.local_planner.dwa.last_task
-
-    # ---- messages
-
-    def take_odometry(
-        self,
-        stamp_ns: int,
-        base_pose_in_odom: Pose2D,
-        linear_mps: float,
-        angular_radps: float,
-        linear_std_mps: float = 0.0,
-        angular_std_radps: float = 0.0,
-    ) -> None:
-        """Enter /odom with the standard deviations of its twist, 0 if unknown; raise InputFault for a bad number."""
-        twist = linear_mps, angular_radps, linear_std_mps, angular_std_radps
-        self.inputs.take_odometry(OdometrySample(stamp_ns, base_pose_in_odom, *twist))
-
-    def take_localization(self, stamp_ns: int, odom_pose_in_map: Pose2D) -> None:
-        """Enter map->odom with its stamp; raise InputFault for a bad number."""
-        self.inputs.take_localization(stamp_ns, odom_pose_in_map)
-
-    def take_scan(self, scan: Scan, laser_pose_in_base: Optional[Pose2D] = None) -> None:
-        """Enter /scan; raise InputFault for one without a valid range.
-
-        `laser_pose_in_base` is the mount of this scan's laser if it is not that of the constructor.
-        """
-        self.inputs.take_scan(scan, laser_pose_in_base)
 
     # ---- one control period
 
@@ -181,14 +157,15 @@ class Navigator:
         """
         if self._timeline.advance(now_ns) is Step.RESTART:
             self._restart(now_ns)
-        missing = self.inputs.missing(now_ns, self.params.input_timeout)
+        missing = self.missing(now_ns, self.params.input_timeout)
         if missing is not None:
             return self.wait(missing)
         self._update_costmaps(now_ns)
         run = self._run
         if run is None or run.status is not GoalStatus.ACTIVE:
             return self._output(STOP)
-        return self._output(run.act(now_ns))
+        self._watch_travel(run, now_ns)
+        return self._output(run.act(now_ns) if run.status is GoalStatus.ACTIVE else STOP)
 
     def wait(self, missing: MissingInput) -> NavigatorOutput:
         """Stop for this period; to be called instead of `step` if there is no odometry to step with."""
@@ -200,27 +177,43 @@ class Navigator:
         """Forget everything from before time jumped back."""
         log.warning('time went back to %.3f s: navigation restarted', now_ns / NANOSECONDS_PER_SECOND)
         self.cancel('time went back')
-        self.inputs.reset()
-        self._parts.travel_watch.reset()
+        self.forget_inputs()
+        self._forget_travel()
         self.clear_costmaps()
         self._global_updated_ns = self._local_updated_ns = None
 
     def _update_costmaps(self, now_ns: int) -> None:
         """Update each costmap at its own rate with the newest scan."""
-        inputs, params = self.inputs, self.params
-        if self._is_due(self._local_updated_ns, params.local_costmap.update_frequency, now_ns):
-            self.local_costmap.update(inputs.odometry.base_pose_in_odom, inputs.scan, inputs.laser_pose_in_odom())
+        params = self.params
+        if _is_due(self._local_updated_ns, params.local_costmap.update_frequency, now_ns):
+            self.local_costmap.update(self.odometry.base_pose_in_odom, self.scan, self.laser_pose_in_odom())
             self._local_updated_ns = now_ns
-        if self._is_due(self._global_updated_ns, params.global_costmap.update_frequency, now_ns):
-            laser_pose = inputs.odom_pose_in_map.compose(inputs.laser_pose_in_odom())
-            self.global_costmap.update(inputs.base_pose_in_map, inputs.scan, laser_pose)
+        if _is_due(self._global_updated_ns, params.global_costmap.update_frequency, now_ns):
+            laser_pose = self.odom_pose_in_map.compose(self.laser_pose_in_odom())
+            self.global_costmap.update(self.base_pose_in_map, self.scan, laser_pose)
             self._global_updated_ns = now_ns
 
-    @staticmethod
-    def _is_due(updated_ns: Optional[int], frequency_hz: float, now_ns: int) -> bool:
-        # A nanosecond's rounding must not make it a period later.
-        period_ns = NANOSECONDS_PER_SECOND / frequency_hz - 1
-        return updated_ns is None or now_ns - updated_ns >= period_ns
+    def _forget_travel(self) -> None:
+        self._unseen_m, self._seen_ns = 0.0, 0
+        self._seen_pose: Optional[Pose2D] = None
+
+    def _watch_travel(self, run: GoalRun, now_ns: int) -> None:
+        """Give up if odometry does not move although travel is commanded.
+
+        A turn in place counts as the travel of the nearest point of the robot's outline.
+        """
+        pose, limit_m = self.odometry.base_pose_in_odom, self.params.max_unseen_travel
+        if pose != self._seen_pose:
+            self._unseen_m, self._seen_pose = 0.0, pose
+        else:
+            linear_mps, angular_radps = run.command
+            speed_mps = abs(linear_mps) + abs(angular_radps) * self.local_costmap.footprint.inscribed_radius_m
+            self._unseen_m += speed_mps * max(0, now_ns - self._seen_ns) / NANOSECONDS_PER_SECOND
+        self._seen_ns = now_ns
+        if 0.0 < limit_m < self._unseen_m:
+            self._forget_travel()
+            unseen = f'{limit_m:.2f} m of commanded travel (max_unseen_travel)'
+            run.end(GoalStatus.ABORTED, f'odometry has not moved for {unseen}')
 
     def _output(self, command: Command, idle_text: str = '') -> NavigatorOutput:
         run = self._run
@@ -233,16 +226,11 @@ def _costmap_with(costmap: Costmap, params: CostmapParams) -> Costmap:
     return costmap if params == costmap.params else costmap.reconfigured(params)
 
 
-def _make_parts(
-    params: NavigatorParams, inputs: NavigatorInputs, costmaps: Tuple[Costmap, Costmap], local_planner: LocalPlanner
-) -> NavigatorParts:
-    global_planner = GlobalPlanner(params.NavfnROS, costmaps[0])
-    recoveries = make_recoveries(params, costmaps[1])
-    watch = TravelWatch(params.max_unseen_travel, costmaps[1].footprint.inscribed_radius_m)
-    return NavigatorParts(params, inputs, *costmaps, global_planner, local_planner, recoveries, watch)
+def _is_due(updated_ns: Optional[int], frequency_hz: float, now_ns: int) -> bool:
+    # A nanosecond's rounding must not make it a period later.
+    return updated_ns is None or now_ns - updated_ns >= NANOSECONDS_PER_SECOND / frequency_hz - 1
 
 
-CELLS, RESOLUTION_M = 60, 0.1
 PERIOD_NS = 50_000_000  # of the two control periods below
 
 
@@ -251,7 +239,7 @@ def warm_up() -> None:
 
     Takes milliseconds if numba's cache is filled, else some seconds.
     """
-    navigator = Navigator(NavigatorParams(), _room())
+    navigator = Navigator(NavigatorParams(), square_room())
     navigator.set_goal(Pose2D(1.0, 0.0, 0.0))
     # First the goal is ahead of the robot, then the robot is at the goal with another heading.
     for period, pose in enumerate((IDENTITY, Pose2D(1.0, 0.0, 1.0))):
@@ -264,11 +252,3 @@ def warm_up() -> None:
     assert task is not None
     trajectory_cloud(task, IDENTITY), cost_cloud(task, IDENTITY)
     navigator.local_costmap.footprint_cost(IDENTITY)
-
-
-def _room() -> OccupancyGrid:
-    """Return the map of a square room around the origin."""
-    cells = np.full((CELLS, CELLS), OCCUPIED, np.int8)
-    cells[1:-1, 1:-1] = FREE
-    corner_m = -0.5 * CELLS * RESOLUTION_M
-    return OccupancyGrid(cells, RESOLUTION_M, Pose2D(corner_m, corner_m, 0.0))

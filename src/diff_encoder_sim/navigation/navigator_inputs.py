@@ -5,11 +5,13 @@ from __future__ import annotations
 import enum
 import math
 from collections import deque
-from typing import Deque, NamedTuple, Optional
+from typing import Deque, NamedTuple, Optional, Tuple
+
+import numpy as np
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.laser_scan import Scan
-from diff_encoder_sim.base.se2 import Pose2D, interpolate
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, interpolate
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 
 
@@ -127,35 +129,45 @@ class MissingInput(NamedTuple):
 
 
 class NavigatorInputs:
-    """Newest odometry, localization and scan; the scan's usual mount is `laser_pose_in_base`."""
+    """Newest odometry, localization and scan; the scan's usual mount is `laser_pose_in_base`.
+
+    A message that is refused with an InputFault changes nothing.
+    """
 
     def __init__(self, laser_pose_in_base: Pose2D) -> None:
         self.laser_pose_in_base = laser_pose_in_base
-        self.reset()
+        self.forget_inputs()
 
-    def reset(self) -> None:
-        """Forget all inputs."""
+    def forget_inputs(self) -> None:
+        """Forget all messages."""
         self._odometry: Deque[OdometrySample] = deque()
         self._localized_ns: Optional[int] = None
         self._odom_pose_in_map: Optional[Pose2D] = None
         self.scan: Optional[Scan] = None
         self._scan_pose_in_base = self.laser_pose_in_base
 
-    # ---- messages; one that is refused with an InputFault changes nothing
-
-    def take_odometry(self, sample: OdometrySample) -> None:
-        """Enter /odom; a stamp that is not newer is ignored.
+    def take_odometry(
+        self,
+        stamp_ns: int,
+        base_pose_in_odom: Pose2D,
+        linear_mps: float,
+        angular_radps: float,
+        linear_std_mps: float = 0.0,
+        angular_std_radps: float = 0.0,
+    ) -> None:
+        """Enter /odom with the standard deviations of its twist, 0 if unknown; a stamp that is not newer is ignored.
 
         Raises:
             InputFault: a number is not finite or too large.
         """
-        _check_place('odometry', sample.base_pose_in_odom)
-        _check_finite('odometry', *sample[2:])
-        if self._odometry and sample.stamp_ns <= self._odometry[-1].stamp_ns:
+        twist = linear_mps, angular_radps, linear_std_mps, angular_std_radps
+        _check('odometry', base_pose_in_odom, twist)
+        samples = self._odometry
+        if samples and stamp_ns <= samples[-1].stamp_ns:
             return
-        self._odometry.append(sample)
-        while self._odometry[0].stamp_ns < sample.stamp_ns - HISTORY_NS:
-            self._odometry.popleft()
+        samples.append(OdometrySample(stamp_ns, base_pose_in_odom, *twist))
+        while samples[0].stamp_ns < stamp_ns - HISTORY_NS:
+            samples.popleft()
 
     def take_localization(self, stamp_ns: int, odom_pose_in_map: Pose2D) -> None:
         """Enter the transform map->odom; its stamp may lie ahead, as AMCL dates it.
@@ -163,7 +175,7 @@ class NavigatorInputs:
         Raises:
             InputFault: a number is not finite or too large.
         """
-        _check_place('the transform map->odom', odom_pose_in_map)
+        _check('the transform map->odom', odom_pose_in_map)
         self._localized_ns, self._odom_pose_in_map = stamp_ns, odom_pose_in_map
 
     def take_scan(self, scan: Scan, laser_pose_in_base: Optional[Pose2D] = None) -> None:
@@ -172,18 +184,15 @@ class NavigatorInputs:
         Raises:
             InputFault: no range is valid, or directions are not finite.
         """
-        if len(scan.ranges_m) == 0:
-            raise InputFault('the scan has no rays')
-        _check_finite('the scan', scan.angle_min_rad, scan.angle_increment_rad, scan.range_min_m, scan.range_max_m)
         low_m, high_m = scan.range_min_m, scan.range_max_m
+        _check('the scan', IDENTITY, (scan.angle_min_rad, scan.angle_increment_rad, low_m, high_m))
+        ranges_m = np.asarray(scan.ranges_m)
         # In open space all ranges are +inf; a covered laser sends no valid ones.
-        if not any(low_m <= range_m <= high_m or range_m == math.inf for range_m in scan.ranges_m):
+        if not (((low_m <= ranges_m) & (ranges_m <= high_m)) | (ranges_m == math.inf)).any():
             valid = f'from {low_m:g} to {high_m:g} m, or +inf for no return'
-            raise InputFault(f'none of {len(scan.ranges_m)} ranges is valid: {valid}')
+            raise InputFault(f'none of {len(ranges_m)} ranges is valid: {valid}')
         self.scan = scan
         self._scan_pose_in_base = self.laser_pose_in_base if laser_pose_in_base is None else laser_pose_in_base
-
-    # ---- newest values
 
     @property
     def odometry(self) -> OdometrySample:
@@ -204,21 +213,24 @@ class NavigatorInputs:
     @property
     def base_pose_in_map(self) -> Pose2D:
         """Return the localized pose; only when `has_pose`."""
-        return self.odom_pose_in_map.compose(self.odometry.base_pose_in_odom)
+        return self.odom_pose_in_map.compose(self._odometry[-1].base_pose_in_odom)
 
     def laser_pose_in_odom(self) -> Pose2D:
-        """Return the laser's pose when it took the newest scan: a turning robot has moved since."""
-        assert self.scan is not None
-        return self.base_pose_in_odom_at(self.scan.stamp_ns).compose(self._scan_pose_in_base)
+        """Return the laser's pose when it took the newest scan: a turning robot has moved since.
 
-    def base_pose_in_odom_at(self, stamp_ns: int) -> Pose2D:
-        """Return the robot's pose at a time, interpolated between odometry messages, else the nearest of them."""
-        after = None
-        for sample in reversed(self._odometry):
-            if sample.stamp_ns <= stamp_ns:
-                return sample.base_pose_in_odom if after is None else _between(sample, after, stamp_ns)
-            after = sample
-        return self._odometry[0].base_pose_in_odom
+        Between odometry messages the robot's pose is interpolated, outside it is that of the nearest.
+        """
+        assert self.scan is not None
+        stamp_ns, samples, index = self.scan.stamp_ns, self._odometry, len(self._odometry) - 1
+        while index > 0 and samples[index].stamp_ns > stamp_ns:
+            index -= 1
+        before = samples[index]
+        pose = before.base_pose_in_odom
+        if before.stamp_ns < stamp_ns and index + 1 < len(samples):
+            after = samples[index + 1]
+            fraction = (stamp_ns - before.stamp_ns) / (after.stamp_ns - before.stamp_ns)
+            pose = interpolate(pose, after.base_pose_in_odom, fraction)
+        return pose.compose(self._scan_pose_in_base)
 
     def missing(self, now_ns: int, timeout_s: float) -> Optional[MissingInput]:
         """Return the first input that has not been received or is too old; None if all are fresh."""
@@ -238,17 +250,8 @@ class NavigatorInputs:
         return None
 
 
-def _between(before: OdometrySample, after: OdometrySample, stamp_ns: int) -> Pose2D:
-    fraction = (stamp_ns - before.stamp_ns) / (after.stamp_ns - before.stamp_ns)
-    return interpolate(before.base_pose_in_odom, after.base_pose_in_odom, fraction)
-
-
-def _check_place(what: str, pose: Pose2D) -> None:
-    _check_finite(what, *pose)
+def _check(what: str, pose: Pose2D, values: Tuple[float, ...] = ()) -> None:
+    if not all(map(math.isfinite, (*pose, *values))):
+        raise InputFault(f'{what} has a number that is not finite: {(*pose, *values)}')
     if max(abs(pose.x_m), abs(pose.y_m)) > FARTHEST_M:
         raise InputFault(f'{what} is at ({pose.x_m:g}, {pose.y_m:g}) m; allowed: within {FARTHEST_M:g} m')
-
-
-def _check_finite(what: str, *values: float) -> None:
-    if not all(map(math.isfinite, values)):
-        raise InputFault(f'{what} has a number that is not finite: {values}')

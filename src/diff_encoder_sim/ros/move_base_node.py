@@ -185,8 +185,8 @@ class GoalServer:
         if not self._server.is_active():
             return
         self._server.current_goal.get_goal_status().text = output.text
-        if navigator.inputs.has_pose:
-            pose = pose_stamped_message(navigator.inputs.base_pose_in_map, now_ns, self._transforms.map_frame)
+        if navigator.has_pose:
+            pose = pose_stamped_message(navigator.base_pose_in_map, now_ns, self._transforms.map_frame)
             self._server.publish_feedback(MoveBaseFeedback(base_position=pose))
             if output.started_recovery is not None:
                 name, number, total = output.started_recovery

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Optional, Sequence
+from typing import Optional, Sequence, Tuple
 
 import numpy as np
 from geometry_msgs.msg import Point32, PolygonStamped
@@ -16,7 +16,6 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
-from diff_encoder_sim.navigation.costmap_layers import GridWindow, changed_window
 from diff_encoder_sim.navigation.dwa import COST_FIELDS, TRAJECTORY_FIELDS, cost_cloud, trajectory_cloud
 from diff_encoder_sim.navigation.dwa_kernels import ScoringTask
 from diff_encoder_sim.navigation.footprint import Footprint
@@ -50,8 +49,9 @@ class NavigationViews:
         for topic, frame, poses in plans:
             if topic.is_due(PLANS_PERIOD_NS, now_ns):
                 topic.publish(path_message(poses, now_ns, frame))
-        inputs = navigator.inputs
-        base_poses = (inputs.base_pose_in_map, inputs.odometry.base_pose_in_odom) if inputs.has_pose else (None, None)
+        base_poses: Tuple[Optional[Pose2D], Optional[Pose2D]] = (None, None)
+        if navigator.has_pose:
+            base_poses = navigator.base_pose_in_map, navigator.odometry.base_pose_in_odom
         self._global_costmap.show(navigator.global_costmap, base_poses[0], now_ns)
         self._local_costmap.show(navigator.local_costmap, base_poses[1], now_ns)
         self._dwa.show(navigator, now_ns)
@@ -106,10 +106,10 @@ class CostmapView:
         if has_newcomers or is_moved or is_whole:
             self._grids.publish(costmap_message(costmap, now_ns, self._frame))
         else:
-            window = changed_window(self._shown_costs, costmap.costs)
-            if window.is_empty:
+            differs = self._shown_costs != costmap.costs
+            if not differs.any():
                 return
-            self._updates.publish(update_message(costmap, window, now_ns, self._frame))
+            self._updates.publish(update_message(costmap, differs, now_ns, self._frame))
         self._shown_costs, self._shown_origin = costmap.costs.copy(), costmap.origin
 
 
@@ -119,13 +119,13 @@ def costmap_message(costmap: Costmap, stamp_ns: int, frame: str) -> OccupancyGri
     return map_message(grid, stamp_ns, frame)
 
 
-def update_message(costmap: Costmap, window: GridWindow, stamp_ns: int, frame: str) -> OccupancyGridUpdate:
-    """Convert a window of a costmap, which is not empty."""
-    cells = _OCCUPANCY_OF_COST[costmap.costs[window.cells]]
+def update_message(costmap: Costmap, differs: np.ndarray, stamp_ns: int, frame: str) -> OccupancyGridUpdate:
+    """Convert the smallest window of a costmap with all cells of a mask (rows, columns), which is not empty."""
+    rows, columns = np.flatnonzero(differs.any(axis=1)), np.flatnonzero(differs.any(axis=0))
+    top, left = int(rows[0]), int(columns[0])
+    cells = _OCCUPANCY_OF_COST[costmap.costs[top : rows[-1] + 1, left : columns[-1] + 1]]
     height, width = cells.shape
-    message = OccupancyGridUpdate(
-        x=window.first_column, y=window.first_row, width=width, height=height, data=cells.ravel().tolist()
-    )
+    message = OccupancyGridUpdate(x=left, y=top, width=width, height=height, data=cells.ravel().tolist())
     message.header.stamp, message.header.frame_id = stamp_from_ns(stamp_ns), frame
     return message
 

@@ -16,7 +16,7 @@ from places import SOURCE
 
 # Fixed by costmap_2d, by base_local_planner, and by the layout of a map's patches: numba would not notice a change.
 FIXED = {
-    *('FREE', 'INSCRIBED', 'LETHAL', 'NO_INFORMATION', 'IN_OBSTACLE', 'IN_UNKNOWN', 'FOOTPRINT_OFF_MAP'),
+    *('FREE', 'INSCRIBED', 'LETHAL', 'NO_INFORMATION', 'IN_OBSTACLE', 'IN_UNKNOWN', 'OFF_MAP'),
     *('SIDE', 'SHIFT', 'MASK', 'HITS', 'VISITS', 'MEAN_X', 'MEAN_Y', 'EMPTY'),
 }
 KERNEL = """
