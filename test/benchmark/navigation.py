@@ -22,6 +22,8 @@ from tabulate import tabulate
 
 sys.path.insert(0, str(ROOT / 'test' / 'support'))
 
+from dwa_scoring import score_all
+
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
@@ -30,7 +32,6 @@ from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defa
 from diff_encoder_sim.navigation.dwa import DwaPlanner
 from diff_encoder_sim.navigation.dwa_params import DwaParams
 from diff_encoder_sim.navigation.global_planner import GlobalPlanner, NavfnParams
-from dwa_scoring import score_all
 from navigation_simulation import LASER_IN_BASE, TABLE_2, ClosedLoop, Robot, navigator_params, rasterise, read_shapes
 
 PERIOD_S = 0.05

@@ -35,8 +35,7 @@ def local_costmap(marked=(), **params):
     """A window around (0, 0), with lethal cells at points (x, y) [m]."""
     costmap = Costmap(local_defaults(**params))
     for x, y in marked:
-        costmap._obstacles.cells[costmap.cell_at(x, y)] = 254
-    costmap._refresh(costmap._everything())
+        costmap._obstacles[costmap.cell_at(x, y)] = 254
     return costmap
 
 

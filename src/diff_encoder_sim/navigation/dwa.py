@@ -20,7 +20,7 @@ from diff_encoder_sim.navigation.dwa_kernels import (
     PATH,
     TO_END,
     TO_PLAN,
-    Limits,
+    DwaLimits,
     ScoringTask,
     find_cheapest,
     make_waves,
@@ -89,7 +89,7 @@ class DwaPlanner:
         self.oscillation = OscillationMemory(params)
         self.last_task: Optional[ScoringTask] = None  # of the last `find_best`, for displays
         horizon_s = sim_period_s if params.use_dwa else params.sim_time
-        self._limits = Limits(*(getattr(params, name) for name in Limits._fields[:-1]), horizon_s)
+        self._limits = DwaLimits._make([*(getattr(params, name) for name in DwaLimits._fields[:-1]), horizon_s])
         self._constant_velocity = self._limits._replace(use_dwa=True)
         self._waves_shape, self._waves = (0, 0), make_waves(0, 0)
 

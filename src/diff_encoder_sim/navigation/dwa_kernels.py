@@ -50,7 +50,7 @@ ROUNDING_CELLS = 1e-6
 Twist = Tuple[float, float]  # linear [m/s], angular [rad/s]
 
 
-class Limits(NamedTuple):
+class DwaLimits(NamedTuple):
     """Numbers of DwaParams under their names, and the time in which a sampled velocity must be reached."""
 
     min_vel_x: float
@@ -80,7 +80,7 @@ class ScoringTask(NamedTuple):
     that would block two more.
     """
 
-    limits: Limits
+    limits: DwaLimits
     costs: np.ndarray  # (rows, columns) uint8 costmap
     per_m: float  # cells in a metre
     vertices_m: np.ndarray  # (n, 2) footprint in base_link
@@ -275,7 +275,7 @@ def _line_cost(costs: Array, row: int, column: int, to_row: int, to_column: int)
 
 
 @compiled
-def stays_clear(limits: Limits, costs: Array, per_m: float, vertices_m: Array, pose: Pose2D, twist: Twist) -> bool:
+def stays_clear(limits: DwaLimits, costs: Array, per_m: float, vertices_m: Array, pose: Pose2D, twist: Twist) -> bool:
     """Return whether the robot can stand at every point of a trajectory of constant velocity from `pose` in the grid.
 
     Upstream also asks the critics of path and goal, with distances of an earlier cycle; for a turn in place at the goal
@@ -489,7 +489,7 @@ def score_all(task: ScoringTask) -> Tuple[np.ndarray, np.ndarray, np.ndarray, np
 
 
 @compiled
-def velocity_samples(limits: Limits, twist: Twist, goal_distance_m: float) -> np.ndarray:
+def velocity_samples(limits: DwaLimits, twist: Twist, goal_distance_m: float) -> np.ndarray:
     """Return samples (n, 2) linear [m/s], angular [rad/s] of the window around a twist, the angular ones innermost.
 
     The window is what the limits allow within the horizon; without use_dwa, no velocity passes the goal in that time. A
@@ -540,7 +540,7 @@ def _samples_between(low: float, high: float, count: int) -> np.ndarray:
 
 
 @compiled
-def _step_count(limits: Limits, sample: Twist) -> int:
+def _step_count(limits: DwaLimits, sample: Twist) -> int:
     """Return the number of points of a trajectory, so that none are farther apart than the granularities."""
     return math.ceil(
         max(
@@ -551,7 +551,7 @@ def _step_count(limits: Limits, sample: Twist) -> int:
 
 
 @compiled
-def _sample_step_count(limits: Limits, sample: Twist) -> int:
+def _sample_step_count(limits: DwaLimits, sample: Twist) -> int:
     """Return the number of points of a sample's trajectory, 0 if it is too slow or too fast to have one."""
     speed_mps = abs(sample[0])
     is_too_slow = speed_mps + 1e-4 < limits.min_vel_trans and abs(sample[1]) + 1e-4 < limits.min_vel_theta
@@ -569,7 +569,7 @@ def _approach(value: float, target: float, largest_step: float) -> float:
 
 
 @compiled
-def _roll_out(limits: Limits, pose: Pose2D, twist: Twist, sample: Twist, steps: int, points: Array) -> None:
+def _roll_out(limits: DwaLimits, pose: Pose2D, twist: Twist, sample: Twist, steps: int, points: Array) -> None:
     """Fill the first `steps` of `points` (n, 5) from a pose on: x, y, yaw, cos(yaw), sin(yaw).
 
     The end of the last step is left out. Without use_dwa the robot accelerates from its twist to the sample's.

@@ -14,9 +14,8 @@ from diff_encoder_sim.navigation.costmap_layers import (
     INSCRIBED,
     LETHAL,
     NO_INFORMATION,
-    ObstacleLayer,
     clear_and_mark,
-    clear_outline,
+    clear_polygon,
     squared_distances,
 )
 from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
@@ -119,17 +118,20 @@ def test_window_moves_with_the_robot_by_whole_cells_and_remembers():
     assert (costmap.costs == FREE).all()
 
 
-def test_a_global_update_by_windows_equals_one_from_scratch():
-    random = np.random.default_rng(1)
-    cells = random_walls()
-    origin = Pose2D(-1.0, -2.0, 0.3)
-    costmap = static_costmap(cells, origin)
-    for index in range(6):
-        pose = origin.compose(Pose2D(2.0 + index, 4.0, 0.7 * index))
-        costmap.update(pose, scan_of(dict(enumerate(random.uniform(0.3, 4.0, 360)))), pose)
-    windowed = costmap.costs.copy()
-    costmap._refresh(costmap._everything())
-    assert (costmap.costs == windowed).all()
+def test_costs_do_not_depend_on_when_they_are_asked_for():
+    """Updated by windows, they are those from scratch."""
+    random = np.random.default_rng(10)
+    grid = OccupancyGrid(random_walls().astype(np.int8), 0.05, Pose2D(1, 2, 0.3))
+    often, once = (Costmap(CostmapParams(), grid) for _ in range(2))
+    for step in range(8):
+        pose = grid.origin.compose(Pose2D(1.0 + step, 4.0, 0.7 * step))
+        scan = Scan(0, 0.0, RAY_STEP_RAD, 0.15, 6.0, random.uniform(0.3, 4.0, RAYS))
+        for costmap in (often, once):
+            costmap.update(pose, scan, pose)
+            if step == 4:
+                costmap.clear_obstacles(pose, 2.0)
+        assert often.costs.any()
+    assert (once.costs == often.costs).all()
 
 
 def test_scans_overrule_the_map_only_upwards():
@@ -159,21 +161,6 @@ def test_static_obstacles_are_distinguished_from_seen_ones():
     costmap.update(pose, scan_of({90: 1.0}), pose)
     assert costmap.is_static_obstacle(3.3, 2.5) and not costmap.is_static_obstacle(3.2, 2.5)
     assert not costmap.is_static_obstacle(2.5, 3.5)
-
-
-def test_costs_do_not_depend_on_when_they_are_asked_for():
-    random = np.random.default_rng(10)
-    grid = OccupancyGrid(np.where(random.random((160, 200)) < 0.01, 100, 0).astype(np.int8), 0.05, Pose2D(1, 2, 0.3))
-    often, once = (Costmap(CostmapParams(), grid) for _ in range(2))
-    for step in range(8):
-        pose = grid.origin.compose(Pose2D(1.0 + step, 4.0, 0.7 * step))
-        scan = Scan(0, 0.0, RAY_STEP_RAD, 0.15, 6.0, random.uniform(0.3, 4.0, RAYS))
-        for costmap in (often, once):
-            costmap.update(pose, scan, pose)
-            if step == 4:
-                costmap.clear_obstacles(pose, 2.0)
-        assert often.costs.any()
-    assert (once.costs == often.costs).all()
 
 
 def test_the_turned_costmap_equals_the_straight_one():
@@ -247,37 +234,31 @@ def test_inflation_enters_the_unknown_only_where_the_robot_would_touch():
     assert costs[20, 26] == NO_INFORMATION
 
 
-SHAPE = (20, 30)
-
-
-def layer_of(unseen=NO_INFORMATION, **params):
-    return ObstacleLayer(CostmapParams.from_mapping(params, ''), SHAPE, 20.0, unseen)
-
-
-@pytest.mark.parametrize(('down', 'right'), [(0, 3), (5, -7), (20, 0), (0, -30)])
-def test_a_shift_keeps_what_stays_in_sight(down, right):
-    layer = layer_of()
-    before = np.random.default_rng(1).choice([FREE, LETHAL], SHAPE).astype(np.uint8)
-    layer.cells = before
-    layer.shift(down, right)
-    for (row, column), cell in np.ndenumerate(layer.cells):
-        was = row + down, column + right
-        is_in_sight = 0 <= was[0] < SHAPE[0] and 0 <= was[1] < SHAPE[1]
-        assert cell == (before[was] if is_in_sight else NO_INFORMATION)
+@pytest.mark.parametrize(('x_m', 'y_m'), [(0.15, 0.0), (-0.35, 0.25), (0.0, 3.0), (-3.1, 0.0)])
+def test_the_window_keeps_what_stays_in_sight(x_m, y_m):
+    """By whole cells, for any shift."""
+    costmap = Costmap(local_defaults(inflation_radius=0.0, track_unknown_space=True, footprint_clearing_enabled=False))
+    before = np.random.default_rng(1).choice([FREE, LETHAL], costmap.shape).astype(np.uint8)
+    costmap._obstacles = before.copy()
+    costmap.update(Pose2D(x_m + 0.01, y_m + 0.01, 0.0))
+    down, right = round(y_m / 0.05), round(x_m / 0.05)
+    expected = np.full_like(before, NO_INFORMATION)
+    for (row, column), _ in np.ndenumerate(expected):
+        if 0 <= row + down < 60 and 0 <= column + right < 60:
+            expected[row, column] = before[row + down, column + right]
+    assert (costmap.costs == expected).all()
 
 
 def test_a_polygon_clears_its_inside_and_its_sides():
-    layer = layer_of()
-    layer.cells[:] = LETHAL
-    layer.clear_polygon(np.array([[0.51, 0.26], [0.51, 0.49], [0.29, 0.49], [0.29, 0.26]]))
-    assert np.argwhere(layer.cells == FREE).tolist() == [
-        [row, column] for row in range(5, 10) for column in range(5, 11)
-    ]
+    cells = np.full((20, 30), LETHAL, np.uint8)
+    clear_polygon(cells, 20.0, np.array([[0.51, 0.26], [0.51, 0.49], [0.29, 0.49], [0.29, 0.26]]))
+    assert np.argwhere(cells == FREE).tolist() == [[row, column] for row in range(5, 10) for column in range(5, 11)]
 
 
 def enter(cells, ranges_m, x_m, y_m, clears, marks, yaw_rad=0.3, step_rad=RAY_STEP_RAD):
     """Cells of 0.05 m; rays clear up to 2.0 m, mark up to 1.8 m."""
-    clear_and_mark(cells, 20.0, x_m, y_m, yaw_rad, 0.0, step_rad, ranges_m, 0.15, 6.0, 2.0, 1.8, True, clears, marks)
+    laser = Pose2D(x_m, y_m, yaw_rad)
+    clear_and_mark(cells, 20.0, laser, ranges_m, 0.0, step_rad, 0.15, 6.0, 2.0, 1.8, True, clears, marks)
 
 
 @pytest.mark.parametrize('place', [(1.5, 1.5), (2.9, 0.4), (-0.5, 1.0)])
@@ -317,7 +298,7 @@ def test_every_line_is_bresenhams_up_to_the_edge(place):
         for to_column in range(-25, 45, 2):
             cells = np.full((rows, columns), LETHAL, np.uint8)
             outline = np.array([place, (to_row, to_column)])[:, ::-1] + 0.5
-            clear_outline(cells, 1.0, outline[[1, 0]])
+            clear_polygon(cells, 1.0, outline[[1, 0]])
             line = [*bresenham(*place, to_row, to_column), (to_row, to_column)]
             back = [*bresenham(to_row, to_column, *place), place]
             is_inside = 0 <= to_row < rows and 0 <= to_column < columns

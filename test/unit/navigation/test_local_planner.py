@@ -6,12 +6,9 @@ import pytest
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import local_defaults
-from diff_encoder_sim.navigation.dwa_params import DwaParams
-from diff_encoder_sim.navigation.goal_stopping import Motion
-from diff_encoder_sim.navigation.local_planner import LocalPlanner, visible_stretch
-from diff_encoder_sim.navigation.navigator_inputs import Command, OdometrySample
+from diff_encoder_sim.navigation.local_planner import LocalPlanner, limited_motion, visible_stretch
+from diff_encoder_sim.navigation.navigator_inputs import STOP, Command, OdometrySample
 from navigation_scenes import PERIOD_S, dwa_params, straight_plan, winding_plan
-from navigation_simulation import TABLE_2
 
 
 @pytest.mark.parametrize('prune_m', [0.0, 1.0])
@@ -33,22 +30,22 @@ def test_the_visible_stretch_is_that_of_all_distances(prune_m):
 
 def test_the_plan_in_odom_follows_robot_and_localization():
     """Kept between control periods, it is what a planner makes that has just got the plan."""
-    params, costmap = DwaParams.from_mapping(TABLE_2, ''), Costmap(local_defaults())
+    params, costmap = dwa_params(), Costmap(local_defaults())
     planner, plan = LocalPlanner(params, PERIOD_S), winding_plan(np.random.default_rng(12), 200)
     planner.set_plan(plan + 1.0)
-    planner.is_goal_reached(Motion(IDENTITY, 0.0, 0.0), IDENTITY)
+    planner.is_goal_reached(OdometrySample(0, IDENTITY, 0.0, 0.0), IDENTITY)
     planner.set_plan(plan)
     seen = set()
     for period in range(120):
         odom_in_map = Pose2D(0.01 * (period // 10), -0.02 * (period // 10), 0.03 * (period // 25))
-        motion = Motion(Pose2D(*plan[period]).relative_to(odom_in_map), 0.3, 0.0)
+        odometry = OdometrySample(period, Pose2D(*plan[period]).relative_to(odom_in_map), 0.3, 0.0)
         fresh = LocalPlanner(params, PERIOD_S)
         fresh.set_plan(plan)
-        costmap.update(motion.base_pose)
+        costmap.update(odometry.base_pose_in_odom)
         for each in (planner, fresh):
-            each.compute(motion, odom_in_map, costmap)
+            each.compute(odometry, STOP, odom_in_map, costmap)
         assert planner.plan_in_odom.tolist() == fresh.plan_in_odom.tolist()
-        assert planner.is_goal_reached(motion, odom_in_map) == fresh.is_goal_reached(motion, odom_in_map)
+        assert planner.is_goal_reached(odometry, odom_in_map) == fresh.is_goal_reached(odometry, odom_in_map)
         seen.add(len(planner.plan_in_odom))
     assert len(seen) > 5
 
@@ -62,13 +59,12 @@ def test_the_plan_in_odom_follows_robot_and_localization():
     ],
 )
 def test_control_begins_with_the_last_command_as_far_as_odometry_allows(commanded, measured, used):
-    planner = LocalPlanner(dwa_params(twist_sigmas=2.0), PERIOD_S)
-    motion = planner.odometry_motion(OdometrySample(0, IDENTITY, *measured, 0.1, 0.4), Command(*commanded))
+    motion = limited_motion(OdometrySample(0, IDENTITY, *measured, 0.1, 0.4), Command(*commanded), 2.0)
     assert motion == (IDENTITY, pytest.approx(used[0]), pytest.approx(used[1]))
 
 
 def test_a_plan_outside_the_costmap_is_a_problem():
     planner = LocalPlanner(dwa_params(), PERIOD_S)
     planner.set_plan(straight_plan() + np.array([50.0, 0.0, 0.0]))
-    assert planner.compute(Motion(IDENTITY, 0.0, 0.0), IDENTITY, Costmap(local_defaults())) is None
+    assert planner.compute(OdometrySample(0, IDENTITY, 0.0, 0.0), STOP, IDENTITY, Costmap(local_defaults())) is None
     assert planner.problem == 'the plan is outside the local costmap'

@@ -26,8 +26,8 @@ class Watched:
         self.view._shown_costs, self.view._shown_origin = np.empty((0, 0), np.uint8), IDENTITY
 
     def mark(self, x_m, y_m):
-        self.costmap._obstacles.cells[self.costmap.cell_at(x_m, y_m)] = 254
-        self.costmap._note_change(self.costmap._everything())
+        self.costmap._obstacles[self.costmap.cell_at(x_m, y_m)] = 254
+        self.costmap._changed = self.costmap._everything
 
     def show(self, after_ns=PERIOD_NS):
         """Whole costmaps and changes."""
