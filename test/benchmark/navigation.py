@@ -22,14 +22,13 @@ from tabulate import tabulate
 
 sys.path.insert(0, str(ROOT / 'test' / 'support'))
 
-from dwa_scoring import score_all
-
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_layers import squared_distances
 from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
 from diff_encoder_sim.navigation.dwa import DwaPlanner
+from diff_encoder_sim.navigation.dwa_kernels import score_all
 from diff_encoder_sim.navigation.dwa_params import DwaParams
 from diff_encoder_sim.navigation.global_planner import GlobalPlanner, NavfnParams
 from navigation_simulation import LASER_IN_BASE, TABLE_2, ClosedLoop, Robot, navigator_params, rasterise, read_shapes
@@ -129,9 +128,8 @@ def _dwa_row(name: str, costmap: Costmap, change: Dict[str, Any]) -> List[Any]:
     distance = np.arange(0.0, 1.4, 0.025)
     plan = np.column_stack([POSE.x_m + distance, np.full_like(distance, POSE.y_m), np.zeros_like(distance)])
     milliseconds = best_ms(lambda: planner.find_best(POSE, 0.42, 0.0, costmap, plan))
-    scored = score_all(planner, POSE, 0.42, 0.0, costmap, plan)
-    assert scored is not None
-    return [name, len(scored.samples), milliseconds]
+    assert planner.last_task is not None
+    return [name, len(score_all(planner.last_task)[0]), milliseconds]
 
 
 def _costmap_rows() -> List[List[Any]]:
