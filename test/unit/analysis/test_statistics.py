@@ -25,33 +25,12 @@ from simulated_samples import DRAWS, TRIALS, chance_range, fraction_covering, is
 INFINITY = math.inf
 
 
-@pytest.mark.parametrize(('within', 'trials'), [(0, 30), (7, 30), (29, 30), (30, 30), (1, 1), (999, 1000)])
+@pytest.mark.parametrize(('within', 'trials'), [(0, 30), (7, 30), (30, 30)])
 def test_wilson_is_the_root_of_its_quadratic_equation(within, trials):
     """Both bounds p solve (fraction - p)^2 = z^2 p (1 - p) / n, or are the end of the range."""
     z = stats.norm.ppf(0.975)
     for bound in wilson(within, trials):
         assert (within / trials - bound) ** 2 == pytest.approx(z**2 * bound * (1.0 - bound) / trials, abs=1e-12)
-
-
-@pytest.mark.parametrize('fraction', [0.1, 0.5, 0.95])
-def test_wilson_covers_as_its_binomial_sum_says(fraction):
-    chances = stats.binom.pmf(np.arange(TRIALS + 1), TRIALS, fraction)
-    covering = [
-        interval.low <= fraction <= interval.high for interval in (wilson(count, TRIALS) for count in range(TRIALS + 1))
-    ]
-    assert 0.92 < chances[covering].sum() < 0.98
-
-
-def test_mean_interval_is_students_t():
-    values = np.array([0.1, -0.2, 0.4, 0.3])
-    assert mean_interval(values, 0.9) == pytest.approx(stats.t.interval(0.9, 3, np.mean(values), stats.sem(values)))
-
-
-def test_std_interval_by_the_chi_square_table():
-    """Quantiles for 29 degrees of freedom: 16.047 and 45.722."""
-    values = np.random.default_rng(1).normal(0.0, 0.3, TRIALS)
-    std = np.std(values, ddof=1)
-    assert std_interval(values) == pytest.approx((std * math.sqrt(29 / 45.722), std * math.sqrt(29 / 16.047)), rel=1e-4)
 
 
 @pytest.mark.parametrize(('interval', 'truth'), [(std_interval, 2.0), (mean_interval, 7.0)])
@@ -82,9 +61,7 @@ def test_equal_seeds_give_equal_bootstraps_and_scale_passes_through():
     ('values', 'mean', 'std', 'bootstrap'),
     [
         ([], (-INFINITY, INFINITY), (0.0, INFINITY), (0.0, INFINITY)),
-        ([0.1], (-INFINITY, INFINITY), (0.0, INFINITY), (0.0, INFINITY)),
         ([0.1] * 30, (0.1, 0.1), (0.0, 0.0), (0.0, 0.0)),
-        ([0.0] * 30, (0.0, 0.0), (0.0, 0.0), (0.0, 0.0)),
     ],
 )
 def test_samples_without_a_spread(values, mean, std, bootstrap):
@@ -99,9 +76,7 @@ def test_samples_without_a_spread(values, mean, std, bootstrap):
     [
         [0.0] * 29 + [2.25],
         [0.0] * 15 + [2.25] * 15,
-        [0.0] * 28 + [2.25] * 2,
         [0.0, 0.0, 0.0, 0.0, 1.0],
-        [1e-300, 2e-300, 3e-300, 4e-300, 5e-300],
     ],
 )
 def test_whole_pulses_give_intervals_that_hold_the_spread(values):
@@ -128,14 +103,6 @@ def test_the_ratio_of_spreads_has_its_size_and_coverage_whatever_the_distributio
     pairs *= np.array([[5.0], [1.0]])
     lowest = 0.85 if draw == 'contaminated' else 0.905
     assert lowest < fraction_covering([spread_ratio(*pair).interval for pair in pairs], 5.0) < 0.985
-
-
-def test_swapped_samples_give_the_inverse_ratio_and_offsets_do_not_matter():
-    first, second = pairs_with(np.random.default_rng(12), 'laplace', 2.0, 1)[0]
-    one, other = spread_ratio(first, second), spread_ratio(second + 3.0, first - 7.0)
-    assert other.p_value == pytest.approx(one.p_value)
-    assert other.estimate == pytest.approx(1.0 / one.estimate)
-    assert other.interval == pytest.approx((1.0 / one.interval.high, 1.0 / one.interval.low))
 
 
 ONE_OFF = np.array([0.0] * 29 + [2.25])
