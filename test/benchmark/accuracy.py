@@ -21,7 +21,7 @@ from counts import COUNT
 from tabulate import tabulate
 
 from diff_encoder_sim.analysis.quantities import QUANTITIES
-from diff_encoder_sim.analysis.results_table import load_results
+from diff_encoder_sim.analysis.results_loading import load_results
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import FinalErrors, TrialPlan

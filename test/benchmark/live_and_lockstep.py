@@ -26,7 +26,7 @@ from rosbags.highlevel import AnyReader
 from scipy.stats import ks_2samp
 from tabulate import tabulate
 
-from diff_encoder_sim.analysis.results_table import goal_errors
+from diff_encoder_sim.analysis.results_loading import goal_errors
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource

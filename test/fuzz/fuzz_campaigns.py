@@ -9,7 +9,7 @@ import numpy as np
 from analysed_campaigns import finish
 from campaign_files import RUN, small_campaign
 from diff_encoder_sim.analysis.outputs import output_folder, write_analysis
-from diff_encoder_sim.analysis.results_table import load_results
+from diff_encoder_sim.analysis.results_loading import load_results
 from diff_encoder_sim.analysis.terminal_summary import summary
 from diff_encoder_sim.trials.results import ResultStore
 from odd_values import ODD_VALUES, damaged, odd_mapping, pick

@@ -3,7 +3,7 @@
 import pytest
 
 from campaign_files import RUN, row_of_trial
-from diff_encoder_sim.analysis.results_table import load_results
+from diff_encoder_sim.analysis.results_loading import load_results
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.trials.results import ResultStore
 from trial_bags import write_bag

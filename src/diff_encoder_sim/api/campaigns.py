@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any, ContextManager, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Union
 
 from diff_encoder_sim.analysis.quantities import YAW, X
-from diff_encoder_sim.analysis.results_table import Results, load_results
+from diff_encoder_sim.analysis.results_loading import load_results
+from diff_encoder_sim.analysis.results_table import Results
 from diff_encoder_sim.api.notes import name_campaigns_encoders, name_stopping, with_checks
 from diff_encoder_sim.base.command_line import CONSOLE, Stopped, as_called
 from diff_encoder_sim.base.errors import CampaignFault, ConfigError

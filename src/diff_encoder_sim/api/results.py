@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Callable, Optional, Sequence, Tuple, Union
 
 from diff_encoder_sim.analysis.outputs import REPORT, output_folder, write_analysis
-from diff_encoder_sim.analysis.results_table import Results, load_results
+from diff_encoder_sim.analysis.results_loading import load_results
+from diff_encoder_sim.analysis.results_table import Results
 from diff_encoder_sim.analysis.terminal_summary import summary
 from diff_encoder_sim.drives.bag_source import is_bag_folder
 

@@ -8,7 +8,7 @@ import pytest
 
 from diff_encoder_sim.analysis.html_templates import load_template
 from diff_encoder_sim.analysis.outputs import CONTENTS, output_folder, write_analysis
-from diff_encoder_sim.analysis.results_table import load_results
+from diff_encoder_sim.analysis.results_loading import load_results
 from diff_encoder_sim.base.errors import ConfigError
 from trial_bags import trial, write_bag
 from trial_tables import IN, cell, paper_results

@@ -16,6 +16,7 @@ from analysed_campaigns import finish, refusal
 from campaign_files import NOISE, RUN, small_campaign
 from diff_encoder_sim.analysis import results_table
 from diff_encoder_sim.analysis.quantities import YAW, X
+from diff_encoder_sim.analysis.results_loading import goal_errors, load_results
 from diff_encoder_sim.analysis.results_table import (
     MOST_POINTS,
     PATH_COLUMNS,
@@ -24,8 +25,6 @@ from diff_encoder_sim.analysis.results_table import (
     equal_trials,
     final_errors,
     first_of_cells,
-    goal_errors,
-    load_results,
     sample_text,
 )
 from diff_encoder_sim.drives.test_definition import load_test
@@ -297,15 +296,15 @@ def test_errors_are_along_the_maps_axes_and_odometry_counts_from_the_start(tmp_p
 # One write a line: print makes two of it if Python's output is not buffered, and two processes write.
 INTERRUPTED = """
 import os, time
-from diff_encoder_sim.analysis import results_table
+from diff_encoder_sim.analysis import results_loading
 
 def read(path):
     os.write(1, b'reading\\n')
     time.sleep(0.3)
 
-results_table._trial_or_reason, results_table.usable_cores = read, lambda: 2
+results_loading._trial_or_reason, results_loading.usable_cores = read, lambda: 2
 try:
-    results_table.read_bag_trials(range(100))
+    results_loading.read_bag_trials(range(100))
 except KeyboardInterrupt:
     print('stopped')
 """

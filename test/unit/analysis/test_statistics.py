@@ -59,10 +59,7 @@ def test_equal_seeds_give_equal_bootstraps_and_scale_passes_through():
 
 @pytest.mark.parametrize(
     ('values', 'mean', 'std', 'bootstrap'),
-    [
-        ([], (-INFINITY, INFINITY), (0.0, INFINITY), (0.0, INFINITY)),
-        ([0.1] * 30, (0.1, 0.1), (0.0, 0.0), (0.0, 0.0)),
-    ],
+    [([], (-INFINITY, INFINITY), (0.0, INFINITY), (0.0, INFINITY)), ([0.1] * 30, (0.1, 0.1), (0.0, 0.0), (0.0, 0.0))],
 )
 def test_samples_without_a_spread(values, mean, std, bootstrap):
     values = np.array(values)
@@ -71,14 +68,7 @@ def test_samples_without_a_spread(values, mean, std, bootstrap):
     assert bootstrap_std_interval(values, 0.95, np.random.default_rng(0)) == bootstrap
 
 
-@pytest.mark.parametrize(
-    'values',
-    [
-        [0.0] * 29 + [2.25],
-        [0.0] * 15 + [2.25] * 15,
-        [0.0, 0.0, 0.0, 0.0, 1.0],
-    ],
-)
+@pytest.mark.parametrize('values', [[0.0] * 29 + [2.25], [0.0] * 15 + [2.25] * 15, [0.0, 0.0, 0.0, 0.0, 1.0]])
 def test_whole_pulses_give_intervals_that_hold_the_spread(values):
     interval = bootstrap_std_interval(np.array(values), 0.95, np.random.default_rng(0))
     assert 0.0 <= interval.low <= interval.high and not any(map(math.isnan, interval))

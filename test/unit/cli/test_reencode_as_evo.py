@@ -16,7 +16,7 @@ import pytest
 
 from campaign_files import small_campaign
 from diff_encoder_sim.analysis.result_tables import csv_text
-from diff_encoder_sim.analysis.results_table import load_results
+from diff_encoder_sim.analysis.results_loading import load_results
 from diff_encoder_sim.analysis.tables import path_error_table
 from diff_encoder_sim.cli import reencode
 from diff_encoder_sim.drives.trajectory_error import RPE_DISTANCES_M, RpePairs, rpe_name

@@ -1,0 +1,314 @@
+"""Reads the table of results from a campaign's folder, or from bags of trials."""
+
+from __future__ import annotations
+
+import json
+import logging
+import math
+import multiprocessing
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import Any, Dict, Iterable, List, NamedTuple, Sequence, Tuple, Union
+
+import numpy as np
+
+from diff_encoder_sim.analysis.encoder_labels import IDEAL
+from diff_encoder_sim.analysis.results_table import (
+    ALIGNMENTS,
+    MOST_POINTS,
+    OF_PATH,
+    PATH_COLUMNS,
+    RPES,
+    Results,
+    RobotGeometry,
+    error_columns,
+    record_of,
+    trials_table,
+)
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.processes import interrupts_blocked, usable_cores
+from diff_encoder_sim.base.se2 import Pose2D, PoseSeries, wrap_angle, wrap_angles
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.drives import topics
+from diff_encoder_sim.drives.bag_source import bags_in
+from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource
+from diff_encoder_sim.drives.trajectory_error import path_error
+from diff_encoder_sim.drives.trial_definition import FinalErrors, Outcome, Trial
+from diff_encoder_sim.drives.trial_recording import POSE_TOPICS, TrialRecording, read_trial
+from diff_encoder_sim.trials.trials_csv import BAGS, MANIFEST, TABLE, VARIANT, TrialRow, TrialsTable
+
+log = logging.getLogger(__name__)
+
+# Of a trial: metres, radians or seconds. Squares of larger numbers spoil every table.
+LARGEST_NUMBER = 1e9
+
+BAGS_PER_TASK = 4  # sent to a process at a time: enough to make the overhead negligible
+
+# Bags that differ in one of these are not pooled: it becomes a varied parameter.
+KEPT_APART = ('nav', VARIANT, 'wheel_diameter', 'wheel_separation')
+
+
+def load_results(paths: Sequence[Path]) -> Results:
+    """Read a campaign's folder, or bags of trials and folders of such bags.
+
+    Anything that cannot be analysed is left out, with a warning and a note.
+
+    Raises:
+        ConfigError: nothing can be analysed, or a campaign's folder is among other paths.
+    """
+    campaigns = [path for path in paths if path.is_dir() and (path / MANIFEST).is_file()]
+    if campaigns and len(paths) > 1:
+        raise ConfigError(f"{campaigns[0]}: a campaign's folder; expected it alone, or bags")
+    results = read_campaign(campaigns[0]) if campaigns else read_bags(paths)
+    for note in results.notes:
+        log.warning('%s', note)
+    return results
+
+
+def read_campaign(folder: Path) -> Results:
+    """Read a campaign's folder; some or all bags may be missing.
+
+    Raises:
+        ConfigError: no trial is finished, or a file is missing or not as the campaign wrote it.
+    """
+    manifest, requested, robots, varied, expected = _manifest(folder / MANIFEST)
+    rows, notes = _rows(folder / TABLE, varied, requested)
+    if len(rows) < expected:
+        text = f'has {len(rows)} of {expected} trials; the same campaign command runs the others'
+        notes.append(f'{folder / TABLE}: {text}')
+    if not rows:
+        raise ConfigError(f'{folder}: no trial is finished; expected at least one')
+    records: List[Dict[str, Any]] = [{**record_of(row), 'bag': ''} for row in rows]
+    bags = {index: folder / row.bag for index, row in enumerate(rows) if row.bag and (folder / row.bag).is_file()}
+    if len(bags) < len(rows):
+        text = f'has bags of {len(bags)} of {len(rows)} trials; the others have no errors along the path'
+        notes.append(f'{folder / BAGS}: {text}')
+    for index, bag in zip(bags, read_bag_trials(list(bags.values()))):
+        differing = [] if isinstance(bag, str) else _differing(bag, rows[index], requested[rows[index].test], robots)
+        if isinstance(bag, str):
+            notes.append(bag)
+        elif differing:
+            text = f'differs in {", ".join(differing)} from its line in trials.csv; expected the same trial'
+            notes.append(f'{bag.record["bag"]}: {text}')
+        else:
+            records[index].update({name: bag.record[name] for name in ('bag', *PATH_COLUMNS) if name in bag.record})
+    return Results(
+        trials_table(records, varied), varied, manifest['name'], notes, manifest, folder, robots[0], requested
+    )
+
+
+def _manifest(path: Path) -> Tuple[Dict[str, Any], Dict[str, Trial], List[RobotGeometry], List[str], int]:
+    """Return the manifest, a trial of each test, the robot of each set of parameters, varied keys, number of trials."""
+    try:
+        manifest = json.loads(path.read_text(encoding='utf-8'))
+        configuration = {'encoders': [], **manifest['configuration']}
+        tests = [{key: test[key] for key in test if key != 'files'} for test in configuration['tests']]
+        trials = [Trial.from_mapping({'nav': configuration['nav'], 'test': test}, str(path)) for test in tests]
+        wheels = [each['odometry'] for each in configuration['parameters']]
+        robots = [RobotGeometry(float(each['wheel_diameter']), float(each['wheel_separation'])) for each in wheels]
+        encoders = len(configuration['ppr']) + len(configuration['encoders'])
+        count = len(tests) * len(robots) * encoders * int(configuration['trials'])
+        varied = sorted(configuration['parameters'][0]['varied'])
+        return (
+            {**manifest, 'name': str(manifest['name'])},
+            {trial.test.name: trial for trial in trials},
+            robots,
+            varied,
+            count,
+        )
+    except (KeyError, IndexError, TypeError, AttributeError, json.JSONDecodeError, UnicodeDecodeError):
+        raise ConfigError(f'{path}: not the manifest of a campaign; expected it as campaign wrote it') from None
+    except OSError as error:
+        raise ConfigError(f'{path}: cannot be read: {error.strerror}') from None
+
+
+def _rows(path: Path, varied: Sequence[str], tests: Iterable[str]) -> Tuple[List[TrialRow], List[str]]:
+    """Return the lines of trials.csv, and a note if the last one is incomplete."""
+    table, rows = TrialsTable(path, varied), {}
+    try:
+        is_torn = not path.read_bytes().endswith(b'\n')
+        for number, row in table.rows():
+            errors = [value for error in row.errors.values() for value in error or ()]
+            is_plain = all(abs(value) <= LARGEST_NUMBER for value in (row.duration_s, row.distance_m, *errors))
+            if row.test not in tests or row.identity() in rows or not is_plain:
+                raise table.foreign_line(number)
+            rows[row.identity()] = row
+    except OSError as error:
+        text = f'cannot be read: {error.strerror}; expected a folder that campaign wrote, or bags'
+        raise ConfigError(f'{path}: {text}') from None
+    return list(rows.values()), [f'{path}: the last line is incomplete; its trial is left out'] if is_torn else []
+
+
+class TrialOfBag(NamedTuple):
+    """A trial from its bag."""
+
+    trial: Trial  # its definition
+    record: Dict[str, Any]  # its results, by the columns of the table
+
+
+def _differing(bag: TrialOfBag, row: TrialRow, requested: Trial, robots: Sequence[RobotGeometry]) -> List[str]:
+    """Return the keys in which a bag's trial differs from its line in trials.csv."""
+    recorded = bag.trial
+    is_equal = {
+        'test': recorded.test == requested.test,
+        'number': recorded.number == row.seed,
+        'nav': recorded.nav == requested.nav,
+        'ppr': recorded.encoder_label == row.ppr,
+        VARIANT: recorded.variant == dict(row.varied).get(VARIANT, ''),
+        'wheel_diameter, wheel_separation': robot_of(recorded) in robots,
+    }
+    return [key for key, is_same in is_equal.items() if not is_same]
+
+
+def read_bags(paths: Sequence[Path]) -> Results:
+    """Read bags, and folders of bags.
+
+    Raises:
+        ConfigError: there is none that can be analysed, or a folder contains a campaign.
+    """
+    read = read_bag_trials(_bags_in(paths))
+    notes = [bag for bag in read if isinstance(bag, str)]
+    found = _distinct([bag for bag in read if not isinstance(bag, str)], notes)
+    if not found:
+        for note in notes[:-1]:
+            log.warning('%s', note)
+        raise ConfigError(notes[-1])
+    varied = []
+    for key in KEPT_APART:
+        values = sorted({str(getattr(bag.trial, key)) for bag in found})
+        if len(values) > 1:
+            varied.append(key)
+            text = f'{key} is {" or ".join(values)}; trials with different values are not pooled'
+            notes.append(f'{found[0].record["bag"]} and others: {text}')
+    records = [{**bag.record, **{key: str(getattr(bag.trial, key)) for key in varied}} for bag in found]
+    title = paths[0].resolve().stem if len(paths) == 1 else f'{len(found)} trials'
+    requested = {bag.trial.test.name: bag.trial for bag in found[::-1]}
+    return Results(trials_table(records, varied), varied, title, notes, {}, None, robot_of(found[0].trial), requested)
+
+
+def _bags_in(paths: Sequence[Path]) -> List[Path]:
+    """Return the given bags, and those in the given folders.
+
+    Raises:
+        ConfigError: a folder contains no bag, or a campaign in a folder below it.
+    """
+    bags: List[Path] = []
+    for path in paths:
+        found = bags_in(path) if path.is_dir() else [path]
+        campaigns = sorted(file.parent for file in path.rglob(MANIFEST)) if path.is_dir() else []
+        if campaigns:
+            raise ConfigError(f'{path}: holds the results of a campaign in {campaigns[0]}; expected that folder')
+        if not found:
+            raise ConfigError(f"{path}: no bag in this folder, and no campaign's results")
+        bags += found
+    return bags
+
+
+def _distinct(bags: Sequence[TrialOfBag], notes: List[str]) -> List[TrialOfBag]:
+    """Keep each trial once, and one definition of each test; add a note on each bag that is left out."""
+    tests: Dict[str, TrialOfBag] = {}
+    trials: Dict[str, TrialOfBag] = {}
+    for bag in bags:
+        name = bag.trial.test.name
+        of_test = tests.setdefault(name, bag)
+        if bag.trial.test != of_test.trial.test:
+            text = f'defines {name} differently from {of_test.record["bag"]}; expected one definition of a test'
+            notes.append(f'{bag.record["bag"]}: {text}; left out')
+            continue
+        same = trials.setdefault(bag.trial.model_dump_json(), bag)
+        if same is not bag:
+            text = f'the same trial as {same.record["bag"]}; expected each once; left out'
+            notes.append(f'{bag.record["bag"]}: {text}')
+    return list(trials.values())
+
+
+def read_bag_trials(paths: Sequence[Path]) -> List[Union[TrialOfBag, str]]:
+    """Read each bag on all cores; return its trial, or a line with the reason why it cannot be analysed."""
+    workers = min(usable_cores(), len(paths))
+    if workers < 2:
+        return [_trial_or_reason(path) for path in paths]
+    # Forked: starts at once, and does not run the main script again.
+    with ProcessPoolExecutor(workers, multiprocessing.get_context('fork')) as pool:
+        with interrupts_blocked():  # in the forked processes: they end with this one
+            read = pool.map(_trial_or_reason, paths, chunksize=BAGS_PER_TASK)
+        return list(read)
+
+
+def _trial_or_reason(path: Path) -> Union[TrialOfBag, str]:
+    try:
+        return read_bag_trial(path)
+    except ConfigError as error:
+        return str(error)
+
+
+def read_bag_trial(path: Path) -> TrialOfBag:
+    """Read and analyse a bag.
+
+    Raises:
+        ConfigError: it is no readable bag of a trial, or lacks /odom or /world_pose.
+    """
+    recording = read_trial(path)
+    for topic in (topics.ODOM, topics.WORLD_POSE):
+        if topic not in recording.poses:
+            raise ConfigError(f'{path}: no message on {topic}; expected {POSE_TOPICS[topic]}')
+    trial, poses = recording.trial, poses_in_map(recording)
+    truth = poses[PoseSource.WORLD]
+    record: Dict[str, Any] = {
+        'test': trial.test.name,
+        'ppr': IDEAL if trial.odom == 'ideal' else trial.encoder_label,
+        'trial': trial.number,
+        'seed': trial.number,
+        'outcome': recording.outcome.value,
+        'reason': recording.reason,
+        'duration_s': float(truth.stamps_ns.max() - truth.stamps_ns.min()) / NANOSECONDS_PER_SECOND,
+        'distance_m': truth.path_length_m(),
+        'bag': str(recording.path),
+        'true_path': _thinned(truth),
+        'odom_path': _thinned(poses[PoseSource.ODOM]),
+        **(error_columns({} if recording.outcome is Outcome.TORN else goal_errors(recording))),
+    }
+    for source, alignment in ALIGNMENTS.items():
+        error = path_error(poses[source], truth, alignment) if source in poses else None
+        if error is not None:
+            record.update({f'{source.value}_{name}': getattr(error, name) for name in OF_PATH})
+            for name, pairs, distance_m in RPES:
+                of_segments = error.rpe[pairs][distance_m]._asdict()
+                record.update({f'{source.value}_{name}_{part}': value for part, value in of_segments.items()})
+    return TrialOfBag(trial, record)
+
+
+def robot_of(trial: Trial) -> RobotGeometry:
+    """Return the wheel geometry that the trial's odometry computes with."""
+    return RobotGeometry(trial.wheel_diameter, trial.wheel_separation)
+
+
+def goal_errors(recording: TrialRecording) -> FinalErrors:
+    """Return the last pose of each source minus the goal, as campaigns write it to trials.csv."""
+    errors: FinalErrors = dict.fromkeys(PoseSource)
+    goal = recording.trial.goal()
+    for source, series in poses_in_map(recording).items():
+        x_m, y_m, yaw_rad = series.x_y_yaw[-1].tolist()
+        errors[source] = Pose2D(x_m - goal.x_m, y_m - goal.y_m, wrap_angle(yaw_rad - goal.yaw_rad))
+    return errors
+
+
+def poses_in_map(recording: TrialRecording) -> Dict[PoseSource, PoseSeries]:
+    """Return the pose series in the map frame; odometry starts at the surveyed start pose of the test."""
+    poses = {source: recording.poses[topic] for source, topic in TOPIC_OF_SOURCE.items() if topic in recording.poses}
+    if PoseSource.ODOM in poses:
+        start, (x_m, y_m, yaw_rad) = recording.trial.test.start.pose(), poses[PoseSource.ODOM].x_y_yaw.T
+        cos_yaw, sin_yaw = math.cos(start.yaw_rad), math.sin(start.yaw_rad)
+        in_map = (
+            start.x_m + cos_yaw * x_m - sin_yaw * y_m,
+            start.y_m + sin_yaw * x_m + cos_yaw * y_m,
+            wrap_angles(start.yaw_rad + yaw_rad),
+        )
+        poses[PoseSource.ODOM] = PoseSeries(poses[PoseSource.ODOM].stamps_ns, np.column_stack(in_map))
+    return poses
+
+
+def _thinned(series: PoseSeries) -> np.ndarray:
+    """(n, 2) evenly chosen points [m], both ends among them."""
+    indices = np.linspace(0, len(series.x_y_yaw) - 1, MOST_POINTS).round().astype(int)
+    points: np.ndarray = series.x_y_yaw[np.unique(indices), :2]
+    return points
