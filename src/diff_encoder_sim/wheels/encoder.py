@@ -55,11 +55,13 @@ WHEEL = np.dtype(
         ('unused', 'f8'),  # of the count that the greatest rate allowed and did not get
         ('until_ns', 'i8'),
         ('rate_radps', 'f8'),
-        ('has_first', 'i8'),  # of the two edges that the speed is between: 2, unless it is the last one: 1
-        ('has_last', 'i8'),
-        ('edge_ns', 'f8', 2),  # first, last
-        ('edge', 'i8', 2),  # its number, or turning backward the one before: the count that it led to
-        ('edge_direction', 'i8', 2),
+        ('edge_ns', 'f8'),  # when the last counted edge was crossed
+        ('edge', 'i8'),  # its number, or turning backward the one before: the count that it led to
+        ('edge_direction', 'i8'),  # 0 before the first
+        ('is_new_edge', 'i8'),  # since the last report
+        ('reported_ns', 'f8'),  # the same of the last edge at the last report
+        ('reported_edge', 'i8'),
+        ('has_reported', 'i8'),
     ],
     align=True,
 )
@@ -322,55 +324,50 @@ def _counted(kind: Any, wheel: Any, stamp_ns: int, counts: int) -> int:
 
 
 @compiled
-def _keep_edge(kind: Any, wheel: Any, slot: int, edge: int, stamp_ns: int, place: float, direction: int) -> None:
-    """Keep an edge that was crossed since the stamp before, as the first or the last."""
+def _speed(kind: Any, first_ns: float, last_ns: float, counts: int) -> Any:
+    """Return the speed between two edges by the clock; of two in one tick, the fastest that it can show."""
+    ticks = math.floor(last_ns / kind.tick_ns) - math.floor(first_ns / kind.tick_ns)
+    return counts * kind.rad_per_count / (max(ticks, 1) * kind.tick_ns / 1e9)
+
+
+@compiled
+def _crossed_ns(kind: Any, wheel: Any, edge: int, stamp_ns: int, place: float) -> Any:
+    """Return when a counted edge was crossed, since the stamp before."""
     way = place - wheel.place
     # Noise changes the state of a wheel that stands: the time of that is not known.
     passed = (place_of_edge(kind, wheel.key, edge * kind.edges_per_count) - wheel.place) / way if way else 1.0
-    wheel.edge_ns[slot] = wheel.stamp_ns + min(max(passed, 0.0), 1.0) * (stamp_ns - wheel.stamp_ns)
-    wheel.edge[slot] = edge if direction > 0 else edge - 1
-    wheel.edge_direction[slot] = direction
+    return wheel.stamp_ns + min(max(passed, 0.0), 1.0) * (stamp_ns - wheel.stamp_ns)
 
 
 @compiled
 def _time_edges(kind: Any, wheel: Any, stamp_ns: int, place: float, state: int) -> None:
-    """Keep the last edge that was crossed and, to measure by T, the one before, as if no count was missed."""
+    """Keep the last edge that was crossed, as if no count was missed; by T, measure from the one before."""
     direction = 1 if state > wheel.state else -1
     # The counted edge at or before each place; turning backward, the one after it was crossed last.
     first, last = wheel.state // kind.edges_per_count, state // kind.edges_per_count
     crossed = last if direction > 0 else last + 1
-    before = crossed - direction
-    if kind.method == MT:
-        wheel.has_first = 2 if wheel.has_first else 0
-    elif before > first if direction > 0 else before <= first:
-        _keep_edge(kind, wheel, 0, before, stamp_ns, place, direction)
-        wheel.has_first = 2
-    elif wheel.has_last:
-        wheel.edge_ns[0], wheel.edge[0], wheel.edge_direction[0] = (
-            wheel.edge_ns[1],
-            wheel.edge[1],
-            wheel.edge_direction[1],
-        )
-        wheel.has_first = 2
-    _keep_edge(kind, wheel, 1, crossed, stamp_ns, place, direction)
-    wheel.has_last = 1
+    crossed_ns, before = _crossed_ns(kind, wheel, crossed, stamp_ns, place), crossed - direction
+    if kind.method == T and (before > first if direction > 0 else before <= first):
+        before_ns = _crossed_ns(kind, wheel, before, stamp_ns, place)
+        wheel.rate_radps = _speed(kind, before_ns, crossed_ns, direction)
+    elif kind.method == T and wheel.edge_direction:
+        # There and back it is the same edge.
+        counts = last - wheel.edge if direction == wheel.edge_direction else 0
+        wheel.rate_radps = _speed(kind, wheel.edge_ns, crossed_ns, counts)
+    wheel.edge_ns, wheel.edge, wheel.edge_direction, wheel.is_new_edge = crossed_ns, last, direction, 1
 
 
 @compiled
 def _rate_radps(kind: Any, wheel: Any, stamp_ns: int) -> float:
     """Return the speed at a report; while no edge comes, at most a count since the last one, then zero."""
-    if not wheel.has_last:
+    if not wheel.edge_direction:
         return 0.0
-    if wheel.has_first == 2:
-        ticks = math.floor(wheel.edge_ns[1] / kind.tick_ns) - math.floor(wheel.edge_ns[0] / kind.tick_ns)
-        # Two edges in one tick: the fastest that the clock can show.
-        interval_s = max(ticks, 1) * kind.tick_ns / 1e9
-        wheel.rate_radps = (wheel.edge[1] - wheel.edge[0]) * kind.rad_per_count / interval_s
-        if kind.method == T and wheel.edge_direction[0] != wheel.edge_direction[1]:
-            wheel.rate_radps = 0.0  # the same edge, there and back
     if kind.method == MT:
-        wheel.edge_ns[0], wheel.edge[0], wheel.has_first = wheel.edge_ns[1], wheel.edge[1], 1
-    since_s = (stamp_ns - wheel.edge_ns[1]) / 1e9
+        if wheel.has_reported and wheel.is_new_edge:
+            wheel.rate_radps = _speed(kind, wheel.reported_ns, wheel.edge_ns, wheel.edge - wheel.reported_edge)
+        wheel.reported_ns, wheel.reported_edge, wheel.has_reported = wheel.edge_ns, wheel.edge, 1
+        wheel.is_new_edge = 0
+    since_s = (stamp_ns - wheel.edge_ns) / 1e9
     if since_s > STANDSTILL_AFTER_S:
         return 0.0
     fastest_radps = kind.rad_per_count / since_s if since_s > 0.0 else math.inf
