@@ -18,7 +18,6 @@ from diff_encoder_sim.analysis import results_table
 from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.analysis.results_loading import goal_errors, load_results
 from diff_encoder_sim.analysis.results_table import (
-    MOST_POINTS,
     PATH_COLUMNS,
     are_within,
     encoders,
@@ -272,13 +271,6 @@ def test_a_bag_has_all_that_its_row_would(tmp_path):
     assert found['true_path'].tolist() == [[-10.0, 0.0], [0.0, 0.0], [10.0, 0.1]]
     assert found['odom_path'] == pytest.approx(np.array([[-10.0, 0.0], [0.0, 0.3], [9.9, 0.5]]))
     assert results.requested == {'SL': trial(number=7)}
-
-
-def test_paths_are_thinned_and_keep_their_ends(tmp_path):
-    odom = [(0.01 * index, 0.0, 0.0) for index in range(3 * MOST_POINTS)]
-    points = load_results([write_bag(tmp_path / 'a.bag', trial(), odom=odom)]).trials['odom_path'][0]
-    assert points.shape == (MOST_POINTS, 2)
-    assert points[[0, -1], 0] == pytest.approx([-10.0, -10.0 + odom[-1][0]])
 
 
 def test_errors_are_along_the_maps_axes_and_odometry_counts_from_the_start(tmp_path):

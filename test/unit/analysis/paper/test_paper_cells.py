@@ -1,7 +1,5 @@
 """The paper's numbers and errata, and which trials they are about."""
 
-import math
-
 import pytest
 
 from diff_encoder_sim.analysis.paper.paper_cells import STATISTICS, errata_of, load_paper_cells, of_paper
@@ -35,15 +33,6 @@ def test_the_repeated_column_is_marked_and_is_repeated(printed):
         assert (
             one.ppr == '1024' and one.value == printed[one.source, 'SMT', '90', one.quantity.name, one.statistic].value
         )
-
-
-def test_one_trial_makes_the_spread_at_40_ppr(printed):
-    for source in ('odom', 'world', 'global'):
-        most = printed[source, 'SMT', '40', 'yaw_deg', 'max'].value
-        spread = printed[source, 'SMT', '40', 'yaw_deg', 'std'].value
-        assert spread == pytest.approx(most / math.sqrt(30), rel=0.05)
-        assert errata_of(printed[source, 'SMT', '40', 'yaw_deg', 'std']) == ['smt_outlier_40']
-        assert errata_of(printed[source, 'SMT', '40', 'x_m', 'std']) == []
 
 
 SL = navigated('SL')
@@ -90,9 +79,3 @@ def test_another_robot_with_the_same_wheels_is_told_by_its_outline(made):
 )
 def test_another_test_of_the_same_name_is_none_of_the_papers(made, changed):
     assert left_of(made._replace(requested={**made.requested, 'SL': changed})) == {'SMT'}
-
-
-def test_a_test_that_the_package_does_not_have_is_none_of_the_papers(made):
-    own = navigated('SL').test.model_copy(update={'name': 'own'})
-    requested = {'SL': SL.model_copy(update={'test': own})}
-    assert left_of(made._replace(requested=requested)) == set()
