@@ -84,10 +84,9 @@ def read_campaign(folder: Path) -> Results:
         text = f'has bags of {len(bags)} of {len(rows)} trials; the others have no errors along the path'
         notes.append(f'{folder / BAGS}: {text}')
     for index, bag in zip(bags, read_bag_trials(list(bags.values()))):
-        differing = [] if isinstance(bag, str) else _differing(bag, rows[index], requested[rows[index].test], robots)
         if isinstance(bag, str):
             notes.append(bag)
-        elif differing:
+        elif differing := _differing(bag.trial, rows[index], requested[rows[index].test], robots):
             text = f'differs in {", ".join(differing)} from its line in trials.csv; expected the same trial'
             notes.append(f'{bag.record["bag"]}: {text}')
         else:
@@ -109,13 +108,8 @@ def _manifest(path: Path) -> Tuple[Dict[str, Any], Dict[str, Trial], List[RobotG
         encoders = len(configuration['ppr']) + len(configuration['encoders'])
         count = len(tests) * len(robots) * encoders * int(configuration['trials'])
         varied = sorted(configuration['parameters'][0]['varied'])
-        return (
-            {**manifest, 'name': str(manifest['name'])},
-            {trial.test.name: trial for trial in trials},
-            robots,
-            varied,
-            count,
-        )
+        manifest['name'] = str(manifest['name'])
+        return manifest, {trial.test.name: trial for trial in trials}, robots, varied, count
     except (KeyError, IndexError, TypeError, AttributeError, json.JSONDecodeError, UnicodeDecodeError):
         raise ConfigError(f'{path}: not the manifest of a campaign; expected it as campaign wrote it') from None
     except OSError as error:
@@ -146,9 +140,8 @@ class TrialOfBag(NamedTuple):
     record: Dict[str, Any]  # its results, by the columns of the table
 
 
-def _differing(bag: TrialOfBag, row: TrialRow, requested: Trial, robots: Sequence[RobotGeometry]) -> List[str]:
+def _differing(recorded: Trial, row: TrialRow, requested: Trial, robots: Sequence[RobotGeometry]) -> List[str]:
     """Return the keys in which a bag's trial differs from its line in trials.csv."""
-    recorded = bag.trial
     is_equal = {
         'test': recorded.test == requested.test,
         'number': recorded.number == row.seed,
@@ -235,22 +228,14 @@ def read_bag_trials(paths: Sequence[Path]) -> List[Union[TrialOfBag, str]]:
 
 
 def _trial_or_reason(path: Path) -> Union[TrialOfBag, str]:
+    """Read and analyse a bag; return a reason if it is no bag of a trial, or lacks /odom or /world_pose."""
     try:
-        return read_bag_trial(path)
+        recording = read_trial(path)
     except ConfigError as error:
         return str(error)
-
-
-def read_bag_trial(path: Path) -> TrialOfBag:
-    """Read and analyse a bag.
-
-    Raises:
-        ConfigError: it is no readable bag of a trial, or lacks /odom or /world_pose.
-    """
-    recording = read_trial(path)
     for topic in (topics.ODOM, topics.WORLD_POSE):
         if topic not in recording.poses:
-            raise ConfigError(f'{path}: no message on {topic}; expected {POSE_TOPICS[topic]}')
+            return f'{path}: no message on {topic}; expected {POSE_TOPICS[topic]}'
     trial, poses = recording.trial, poses_in_map(recording)
     truth = poses[PoseSource.WORLD]
     record: Dict[str, Any] = {
@@ -268,11 +253,11 @@ def read_bag_trial(path: Path) -> TrialOfBag:
         **(error_columns({} if recording.outcome is Outcome.TORN else goal_errors(recording))),
     }
     for source, alignment in ALIGNMENTS.items():
-        error = path_error(poses[source], truth, alignment) if source in poses else None
-        if error is not None:
-            record.update({f'{source.value}_{name}': getattr(error, name) for name in OF_PATH})
+        found = path_error(poses[source], truth, alignment) if source in poses else None
+        if found is not None:
+            record.update({f'{source.value}_{name}': getattr(found, name) for name in OF_PATH})
             for name, pairs, distance_m in RPES:
-                of_segments = error.rpe[pairs][distance_m]._asdict()
+                of_segments = found.rpe[pairs][distance_m]._asdict()
                 record.update({f'{source.value}_{name}_{part}': value for part, value in of_segments.items()})
     return TrialOfBag(trial, record)
 
