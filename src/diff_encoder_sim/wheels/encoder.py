@@ -48,10 +48,8 @@ WHEEL = np.dtype(
         ('count', 'i8'),
         ('commanded', 'i8'),  # direction
         ('was_restarted', 'i8'),
-        ('missed_left', 'i8'),  # counts to the end of the run
-        ('missed_run', 'i8'),  # odd: of counts that are not hit; even: that are
-        ('extra_left', 'i8'),
-        ('extra_run', 'i8'),
+        ('left', 'i8', 2),  # counts to the end of a run; of missed and of extra counts
+        ('run', 'i8', 2),  # its number; odd: of counts that are not hit; even: that are
         ('unused', 'f8'),  # of the count that the greatest rate allowed and did not get
         ('until_ns', 'i8'),
         ('rate_radps', 'f8'),
@@ -103,8 +101,7 @@ def kind_of(model: EncoderModel, ppr: float, method: str, clock_hz: float) -> np
         'dead_from_s': faults.dead_from,
         'dead_for_s': faults.dead_for or math.inf,
         'dead_every_s': faults.dead_every,
-        'missed': (faults.missed, faults.missed_burst),
-        'extra': (faults.extra, faults.extra_burst),
+        'hits': ((faults.missed, faults.missed_burst), (faults.extra, faults.extra_burst)),  # fraction, mean in a row
         'counts_per_ns': faults.max_count_rate / 1e9,  # at most; 0: no limit
         'restart_ns': faults.restart_at * 1e9,  # since the first angle; 0: never
         'method': METHODS.index(method),
@@ -130,7 +127,7 @@ def new_wheels(seed: int, side: str, draws: int) -> np.ndarray:
 
 
 # Purposes of sampled numbers.
-PHASE, PLAY, EDGE, HALL_SENSOR, NOISE, MISSED, EXTRA = range(7)
+MISSED, EXTRA, PHASE, PLAY, EDGE, HALL_SENSOR, NOISE = range(7)
 
 
 @compiled
@@ -277,44 +274,33 @@ MOST_HITS = 100_000
 
 
 @compiled
-def _hits(key: Any, purpose: int, share: Any, left: int, run: int, counts: int) -> Tuple[int, int, int]:
-    """Return how many of the next counts are hit, the counts left of the run that the last one is in, and its number.
+def _hits(kind: Any, wheel: Any, fault: int, counts: int) -> int:
+    """Return how many of the next counts are hit by MISSED or EXTRA.
 
     Runs of counts that are not hit and bursts of counts that are take turns; the lengths of both are geometric.
     """
-    fraction, burst = share[0], share[1]
+    fraction, burst, hits = kind.hits[fault, 0], kind.hits[fault, 1], 0
     if counts * fraction > MOST_HITS:
-        return int(counts * fraction), left, run
-    hits = 0
-    while counts > 0:
-        if left == 0:
-            run += 1
-            is_burst = run % 2 == 0
-            mean = burst - 1.0 if is_burst else burst * (1.0 - fraction) / fraction
-            longer = math.log(_uniform(key, purpose, run)) / math.log1p(-1.0 / (mean + 1.0)) if mean > 0.0 else 0.0
-            left = int(min(longer, 1e18)) + is_burst
-            continue
-        taken = min(counts, left)
-        counts, left = counts - taken, left - taken
-        if run % 2 == 0:
-            hits += taken
-    return hits, left, run
+        return int(counts * fraction)
+    while counts > 0 and fraction:
+        is_burst = wheel.run[fault] % 2 == 0
+        taken = min(counts, wheel.left[fault])
+        counts -= taken
+        hits += taken if is_burst else 0
+        wheel.left[fault] -= taken
+        if wheel.left[fault] == 0:
+            wheel.run[fault] += 1
+            mean = burst * (1.0 - fraction) / fraction if is_burst else burst - 1.0
+            sampled = math.log(_uniform(wheel.key, fault, wheel.run[fault]))
+            longer = sampled / math.log1p(-1.0 / (mean + 1.0)) if mean > 0.0 else 0.0
+            wheel.left[fault] = int(min(longer, 1e18)) + (not is_burst)
+    return hits
 
 
 @compiled
 def _counted(kind: Any, wheel: Any, stamp_ns: int, counts: int) -> int:
     """Return what the counter gets of the signed counts since the stamp before, by its faults."""
-    number = abs(counts)
-    if kind.missed[0]:
-        hits, wheel.missed_left, wheel.missed_run = _hits(
-            wheel.key, MISSED, kind.missed, wheel.missed_left, wheel.missed_run, number
-        )
-        number -= hits
-    if kind.extra[0]:
-        hits, wheel.extra_left, wheel.extra_run = _hits(
-            wheel.key, EXTRA, kind.extra, wheel.extra_left, wheel.extra_run, abs(counts)
-        )
-        number += hits
+    number = abs(counts) - _hits(kind, wheel, MISSED, abs(counts)) + _hits(kind, wheel, EXTRA, abs(counts))
     if kind.counts_per_ns:
         idle_ns, took_ns = wheel.stamp_ns - wheel.until_ns, stamp_ns - wheel.stamp_ns
         allowed = min(wheel.unused + idle_ns * kind.counts_per_ns, 1.0) + took_ns * kind.counts_per_ns

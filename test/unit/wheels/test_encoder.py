@@ -203,7 +203,7 @@ def evenly(number, per_tick=1):
 
 @pytest.mark.parametrize(('fraction', 'burst'), [(0.01, 1.0), (0.3, 1.0), (1.0, 1.0), (0.05, 20.0)])
 def test_the_fraction_is_missed_in_bursts(fraction, burst):
-    found = counts(evenly(200_000), {'faults': {'missed': fraction, 'missed_burst': burst}})[:, 0]
+    found = counts(evenly(1_000_000), {'faults': {'missed': fraction, 'missed_burst': burst}})[:, 0]
     missed = 1 - np.diff(found)
     assert missed.mean() == pytest.approx(fraction, rel=0.1)
     lengths = np.diff(np.flatnonzero(np.diff(np.r_[0, missed, 0])))[::2]
