@@ -14,7 +14,6 @@ from diff_encoder_sim.analysis.result_tables import write_tables
 from diff_encoder_sim.analysis.results_table import Results
 from diff_encoder_sim.analysis.tables import all_tables
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.own_folder import is_temporary, own_folder
 
 REPORT = 'report.html'
 
@@ -34,13 +33,8 @@ def write_analysis(results: Results, folder: Path, beside: Optional[Results] = N
         ConfigError: the file of the paper's numbers cannot be read, or `beside` has no cell of the paper.
         OSError: a file cannot be written.
     """
-    # If HOME cannot be written, matplotlib would warn and list the fonts of the system each time.
-    own = own_folder()
-    if own is not None and is_temporary(own):
-        os.environ.setdefault('MPLCONFIGDIR', str(own / 'matplotlib'))
-    # Matplotlib takes a second to import, which bad arguments need not wait for.
-    from diff_encoder_sim.analysis.dataset import dataset_of  # noqa: PLC0415
-    from diff_encoder_sim.analysis.figures import write_figures  # noqa: PLC0415
+    # Altair and vl-convert take a second to import, which bad arguments need not wait for.
+    from diff_encoder_sim.analysis.charts.figures import write_figures  # noqa: PLC0415
     from diff_encoder_sim.analysis.paper.report_section import paper_section  # noqa: PLC0415
     from diff_encoder_sim.analysis.report.page import write_report  # noqa: PLC0415
 
@@ -48,7 +42,7 @@ def write_analysis(results: Results, folder: Path, beside: Optional[Results] = N
     paper = paper_section([each for each in (results, beside) if each is not None])
     of_paper = [] if paper is None else [paper.scores, *paper.cells, paper.all_cells]
     write_tables([*tables, comparison_table(compared), *of_paper], folder / 'tables')
-    figures = write_figures(dataset_of(results), folder / 'figures')
+    figures = write_figures(results, folder / 'figures')
     lead = write_report(results, tables, compared, figures, paper, folder / REPORT)
     is_concluded = paper is not None and (beside is not None or paper.has_enough_trials)
     return '\n'.join([lead.text, *(paper.texts if paper and is_concluded else [])])

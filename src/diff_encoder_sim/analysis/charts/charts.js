@@ -6,24 +6,10 @@ addEventListener('DOMContentLoaded', () => {
   const {charts, data, choices} = JSON.parse(part.querySelector('script[type="application/json"]').textContent);
   const views = new Map();                // with the scales that can be zoomed
 
-  const FONT = getComputedStyle(document.body).fontFamily;
-  const CONFIG = {
-    font: FONT, background: null, view: {stroke: '#8a9099'},
-    axis: {labelFontSize: 12, titleFontSize: 12, titleFontWeight: 'normal', labelColor: '#333a42', gridColor: '#e6e9ed'},
-    legend: {labelFontSize: 12, titleFontSize: 12, titleFontWeight: 'normal', symbolStrokeWidth: 2},
-  };
-
   // Rows of the columns that the page has.
   function rowsOf(columns) {
     const names = Object.keys(columns);
     return (columns[names[0]] || []).map((_, row) => Object.fromEntries(names.map((name) => [name, columns[name][row]])));
-  }
-
-  // The rows that a chart names: its own, as a view adds to them.
-  function datasetsOf(spec) {
-    const text = JSON.stringify(spec);
-    const named = Object.entries(data).filter(([name]) => text.includes(`"name":"${name}"`));
-    return Object.fromEntries(named.map(([name, columns]) => [name, rowsOf(columns)]));
   }
 
   // The names and values of a mark beside the pointer.
@@ -112,17 +98,19 @@ addEventListener('DOMContentLoaded', () => {
 
   async function draw({name, spec}) {
     const figure = document.getElementById(`chart-${name}`);
-    const drawn = vegaLite.compile({...spec, datasets: datasetsOf(spec)}, {config: CONFIG}).spec;
-    const container = figure.querySelector('.drawing');
-    const view = new vega.View(vega.parse(drawn), {renderer: 'svg', container, hover: true, tooltip: showTip});
+    for (const source of spec.data.filter(({name}) => data[name])) {
+      source.values = rowsOf(data[source.name]);
+    }
+    const look = {mode: 'vega', renderer: 'svg', hover: true, tooltip: showTip, actions: false,
+      logLevel: 1};                       // errors only: a chart without rows warns
+    const {view} = await vegaEmbed(figure.querySelector('.drawing'), spec, look);
     view.addEventListener('click', (_event, item) => item && item.datum && chooseNamed(item.datum));
-    const scales = drawn.scales.filter((scale) => scale.domainRaw);
+    const scales = spec.scales.filter((scale) => scale.domainRaw);
     views.set(view, scales);
     figure.querySelector('.zoom').hidden = !scales.length;
     for (const button of figure.querySelectorAll('.zoom button')) {
       button.addEventListener('click', () => zoom(view, scales, Number(button.dataset.factor)));
     }
-    await view.runAsync();
   }
 
   async function drawAll() {

@@ -8,18 +8,17 @@ import urllib.parse
 from pathlib import Path
 from typing import Any, Dict, List, Optional, Sequence
 
+from diff_encoder_sim.analysis.charts.figures import Figure
+from diff_encoder_sim.analysis.charts.frames import with_paths
+from diff_encoder_sim.analysis.charts.trial_charts import trial_charts
 from diff_encoder_sim.analysis.closed_form import closed_form_table
-from diff_encoder_sim.analysis.dataset import dataset_of
 from diff_encoder_sim.analysis.encoder_comparison import difference_table, difference_texts
 from diff_encoder_sim.analysis.encoder_labels import encoders_text, enumeration, ppr_text
-from diff_encoder_sim.analysis.figures.style import Figure
 from diff_encoder_sim.analysis.html_templates import load_template
 from diff_encoder_sim.analysis.paper.report_section import PaperSection
 from diff_encoder_sim.analysis.quantities import POSES, REQUIRED_FRACTION
-from diff_encoder_sim.analysis.report.chart_paths import path_indices
 from diff_encoder_sim.analysis.report.origin import encoder_section, provenance, robot_section
 from diff_encoder_sim.analysis.report.pictures import data_uri
-from diff_encoder_sim.analysis.report.trial_charts import trial_charts
 from diff_encoder_sim.analysis.result_tables import ResultTable, html_table
 from diff_encoder_sim.analysis.results_table import SUCCEEDED, Results, encoders, first_of_cells, sample_text
 from diff_encoder_sim.analysis.tables import VARIANTS, first_variant
@@ -58,10 +57,9 @@ def write_report(
     Raises:
         OSError: a figure cannot be read, or the file not be written.
     """
-    fractions, shown = fractions_within(results), first_of_cells(results.trials)
+    fractions, shown = fractions_within(results), first_of_cells(results.trials).reset_index(drop=True)
     lead, closed_form = headline(fractions, results.trials), closed_form_table(results)
     of_differences, of_variants = difference_table(compared), [table for table in tables if table.name == VARIANTS]
-    dataset, of_shown = dataset_of(results), dataset_of(results._replace(trials=shown))
     embedded = {one.name: {'caption': one.caption, 'uri': data_uri(one.svg, one.png)} for one in figures}
     variants = [{'figure': embedded.pop(VARIANTS, None), 'table': html_table(table)} for table in of_variants]
     failed = results.trials[results.trials['outcome'] != SUCCEEDED]
@@ -89,8 +87,8 @@ def write_report(
         trials_shown=sample_text(shown, results.trials) or f'All {len(results.trials)} trials',
         trials=html_table(trial_table(results, shown)),
         bags=[bag_link(bag, path.parent) for bag in shown['bag']],
-        with_path=path_indices(of_shown),
-        charts=trial_charts(dataset, of_shown),
+        with_path=list(with_paths(shown).index),
+        charts=trial_charts(results, shown),
     )
     # Bytes: the same line ends on every system.
     path.write_bytes(page.encode('utf-8'))

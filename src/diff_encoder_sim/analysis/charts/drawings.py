@@ -1,0 +1,343 @@
+"""The charts of trials as Altair has them, each a function of a DataFrame: the same for the report and for files.
+
+What a page lets its reader choose, and a file has fixed, are arguments: expressions of Vega, such as `units[quantity]` or
+`'m'`, and `rows`, an `alt.Chart` of a DataFrame with nothing but the transforms that choose from it.
+"""
+
+from __future__ import annotations
+
+import base64
+import io
+from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
+
+import altair as alt
+import numpy as np
+from PIL import Image
+
+from diff_encoder_sim.analysis.quantities import X
+from diff_encoder_sim.base.deferred import pandas as pd
+from diff_encoder_sim.localization.occupancy_grid import OCCUPIED, OccupancyGrid
+
+Domain = Sequence[Union[float, Dict[str, str]]]  # of an axis: numbers, or expressions
+
+PLAIN = '.6~g'  # of numbers on axes: no trailing zeros, no powers of ten
+GREY, FAILED = '#737373', '#d55e00'
+WITHIN: Dict[str, Any] = {'color': '#000', 'opacity': 0.08, 'clip': True, 'aria': False}
+
+# Viridis from its end for fine encoders to that for coarse ones; its yellow is too pale for points on white.
+VIRIDIS = ('#440154', '#414487', '#2a788e', '#22a884', '#7ad151')
+
+# The errors that are drawn: label, colour (of Okabe and Ito's palette, for colour-blind readers), and shape.
+SERIES = (
+    ('/odom minus /world_pose', '#0072b2', 'circle'),
+    ('/odom minus goal', '#56b4e9', 'square'),
+    ('/world_pose minus goal', '#000000', 'diamond'),
+    ('/global_pose minus goal', '#d55e00', 'triangle-up'),
+    ('/amcl_pose minus goal', '#e69f00', 'triangle-down'),
+)
+LABELS, COLOURS, SHAPES = zip(*SERIES)
+BEYOND = 'beyond the axes'  # a series in place of that of a point that is drawn at their border
+
+# Points are spread by the golden ratio: evenly, and the same way each time; over this fraction of a series' room.
+JITTER, GOLDEN_RATIO = 0.5, 0.618034
+ROTATED_FROM = 40  # characters in all names of encoders
+
+AXIS_BEYOND = 1.5  # the axis of counts goes on by this factor on both sides
+
+
+def encoder_colours(encoders: Sequence[str]) -> Dict[str, str]:
+    """Return a colour for each encoder, from light to dark in the order given."""
+    anchors = np.array([[int(colour[first : first + 2], 16) for first in (1, 3, 5)] for colour in VIRIDIS])
+    places = np.linspace(1.0, 0.0, len(encoders)) if len(encoders) > 1 else np.zeros(len(encoders))
+    levels = [np.interp(places, np.linspace(0.0, 1.0, len(VIRIDIS)), channel) for channel in anchors.T]
+    return {label: '#%02x%02x%02x' % tuple(map(round, rgb)) for label, rgb in zip(encoders, np.transpose(levels))}
+
+
+def tips(titles: Dict[str, str], formats: str = '') -> List[alt.Tooltip]:
+    """Return the fields that a mark shows under the pointer, by name, with their titles; numbers in a format of D3."""
+    more: Dict[str, Any] = {'format': formats} if formats else {}
+    kind = 'Q' if formats else 'N'
+    return [alt.Tooltip(f'{field}:{kind}', title=title, **more) for field, title in titles.items()]
+
+
+_OF_TRIAL = {'number': 'trial', 'seed': 'seed', 'bag': 'bag', 'outcome': 'end'}
+_TRIAL_TIPS = [
+    *tips({'encoder': 'encoder', **_OF_TRIAL, 'series': 'pose'}),
+    *tips({'x': 'x [m]', 'y': 'y [m]'}, '.4f'),
+    *tips({'yaw': 'yaw [deg]'}, '.3f'),
+]
+
+
+def _encoder_colour(colours: Dict[str, str], channel: Any = alt.Color) -> Any:
+    return channel('encoder:N', legend=None).scale(domain=list(colours), range=list(colours.values()))
+
+
+def _series(channel: Any, looks: Sequence[str], beyond: str) -> Any:
+    return channel('series:N', legend=None).scale(domain=[*LABELS, BEYOND], range=[*looks, beyond])
+
+
+def _points(
+    rows: alt.Chart, trials: Optional[pd.DataFrame], colours: Dict[str, str], chosen: str, size_px2: float
+) -> alt.Chart:
+    """Return a point for each error; that of the chosen trial has a ring."""
+    points = rows.mark_point(filled=True, opacity=0.75, clip=True, cursor='pointer').encode(
+        color=_encoder_colour(colours),
+        shape=_series(alt.Shape, SHAPES, 'cross'),
+        size=alt.condition(chosen, alt.value(150), alt.value(size_px2)),
+        stroke=alt.condition(chosen, alt.value('#000'), alt.value(None)),
+    )
+    return points if trials is None else _with_trial(points, trials).encode(tooltip=_TRIAL_TIPS)
+
+
+def _with_trial(chart: alt.Chart, trials: pd.DataFrame) -> alt.Chart:
+    return chart.transform_lookup('trial', alt.LookupData(trials, 'trial', list(_OF_TRIAL)))
+
+
+def xy_errors(
+    rows: alt.Chart,
+    trials: Optional[pd.DataFrame],
+    colours: Dict[str, str],
+    domain: Optional[Domain] = None,
+    chosen: str = 'false',
+    size_px2: float = 45,
+) -> alt.LayerChart:
+    """Draw the final position errors about the goal.
+
+    Args:
+        rows: trial, encoder, series (of `LABELS`, or `BEYOND`), x and y [m], yaw [deg].
+        trials: trial, number, seed, bag, outcome, which a point shows under the pointer; None for a file.
+        colours: by encoder.
+        domain: of both axes; None for one that has all points.
+        chosen: whether a point is that of the chosen trial, an expression.
+        size_px2: of the other points.
+    """
+    square: Dict[str, Any] = {'x': 'low:Q', 'x2': 'high:Q', 'y': 'low:Q', 'y2': 'high:Q'}
+    reach = (
+        rows.mark_rect(opacity=0, aria=False)
+        .transform_calculate(reach=f'1.1 * max(abs(datum.x), abs(datum.y), {1.2 * X.tolerance})')
+        .transform_aggregate(high='max(reach)')
+        .transform_calculate(low='-datum.high')
+        .encode(**square)
+    )
+    within = pd.DataFrame({'low': [-X.tolerance], 'high': [X.tolerance]})
+    axes = {
+        channel: of_axis(f'{name}:Q', title=f'{name} error [m]')
+        .axis(format=PLAIN, tickCount=6 if domain is None else 4)
+        .scale(nice=False, **({} if domain is None else {'domain': domain}))
+        for channel, of_axis, name in (('x', alt.X, 'x'), ('y', alt.Y, 'y'))
+    }
+    points = _points(rows, trials, colours, chosen, size_px2).transform_filter('isValid(datum.x) && isValid(datum.y)')
+    return alt.layer(
+        *([reach] if domain is None else []), alt.Chart(within).mark_rect(**WITHIN).encode(**square), points.encode(**axes)
+    )
+
+
+def distributions(
+    rows: alt.Chart,
+    trials: Optional[pd.DataFrame],
+    names: Dict[str, str],
+    colours: Dict[str, str],
+    unit: str,
+    tolerance: str,
+    series: str = '1',
+    domain: Optional[Domain] = None,
+    chosen: str = 'false',
+    size_px2: float = 45,
+) -> alt.LayerChart:
+    """Draw an error of every trial by encoder, series beside each other, with medians and quartiles.
+
+    Args:
+        rows: as `xy_errors` has them, with `value` and `slot`, the place of the series among those shown.
+        trials: likewise.
+        names: of the encoders, as the axis has them.
+        colours: by encoder.
+        unit: of the values, an expression.
+        tolerance: of the values, an expression.
+        series: how many are shown, an expression.
+        domain: of the values; None for one that has all.
+        chosen: whether a point is that of the chosen trial, an expression.
+        size_px2: of the other points.
+    """
+    texts = alt.param(name='encoder_names', value=names)
+    x = alt.X('encoder:O', sort=list(names), title=None).scale(paddingOuter=0.2)
+    angle = 0 if len(''.join(names.values())) < ROTATED_FROM else -60
+    x = x.axis(labelExpr='encoder_names[datum.value]', labelAngle=angle, labelLimit=200)
+    place = alt.Scale(domain=[-0.5, {'expr': f'{series} - 0.5'}], nice=False, zero=False)
+    y_axis = alt.Axis(labelExpr=_with_unit(unit), tickCount=6)
+    y_scale = alt.Scale(nice=False, padding=8) if domain is None else alt.Scale(nice=False, domain=domain)
+
+    def y(field: str) -> alt.Y:
+        return alt.Y(f'{field}:Q', title='error', axis=y_axis, scale=y_scale)
+
+    border: Dict[str, Any] = {'type': 'quantitative', 'scale': y_scale, 'axis': y_axis, 'title': 'error'}
+    within = (
+        alt.Chart(pd.DataFrame({'all': [0]}))
+        .mark_rect(**WITHIN)
+        .encode(y=alt.YDatum({'expr': f'-{tolerance}'}, **border), y2=alt.Y2Datum({'expr': tolerance}))
+    )
+    points = _points(rows, trials, colours, chosen, size_px2)
+    points = points.transform_calculate(place=f'datum.slot + {JITTER} * ((datum.trial * {GOLDEN_RATIO}) % 1 - 0.5)')
+    quartiles = (
+        rows.transform_aggregate(
+            q1='q1(value)',
+            median='median(value)',
+            q3='q3(value)',
+            count='count()',
+            groupby=['encoder', 'slot', 'series'],
+        )
+        .encode(
+            x=x,
+            xOffset=alt.XOffset('slot:Q', scale=place),
+            tooltip=[
+                *tips({'encoder': 'encoder', 'series': 'pose', 'count': 'trials'}),
+                *tips({'q1': 'first quartile', 'median': 'median', 'q3': 'third quartile'}, '.4g'),
+            ],
+        )
+    )
+    boxes = quartiles.mark_bar(size=22, color='#fff', opacity=0.75, stroke='#444', clip=True).encode(y=y('q1'), y2='q3:Q')
+    medians = quartiles.mark_tick(size=24, thickness=2, color='#000', clip=True).encode(y=y('median'))
+    of_points = points.encode(x=x, xOffset=alt.XOffset('place:Q', scale=place), y=y('value'))
+    return alt.layer(within, boxes, of_points, medians).add_params(texts)
+
+
+def _with_unit(unit: str) -> str:
+    return f"format(datum.value, '{PLAIN}') + ' ' + {unit}"
+
+
+def spreads(rows: alt.Chart, closed_form: alt.Chart, pprs: Sequence[float], unit: str) -> alt.LayerChart:
+    """Draw standard deviations with their intervals against counts, on logarithmic axes, with the closed form.
+
+    Args:
+        rows: encoder, label, series, ppr, place (where it is drawn: series are beside each other), is_real, std, low, high,
+            trials.
+        closed_form: ppr, std.
+        pprs: of all encoders, ascending.
+        unit: of the standard deviations, an expression.
+    """
+    x_scale = alt.Scale(type='log', nice=False, domain=[pprs[0] / AXIS_BEYOND, pprs[-1] * AXIS_BEYOND])
+    y_scale = alt.Scale(type='log', nice=False, padding=12)
+    x_axis = alt.Axis(values=list(pprs), format=PLAIN, labelOverlap='greedy')
+    y_axis = alt.Axis(labelExpr=_with_unit(unit), labelOverlap='greedy')
+
+    def x(field: str) -> alt.X:
+        return alt.X(f'{field}:Q', title='pulses per revolution of the wheel', scale=x_scale, axis=x_axis)
+
+    def y(field: str) -> alt.Y:
+        return alt.Y(f'{field}:Q', title='standard deviation', scale=y_scale, axis=y_axis)
+
+    point = alt.OverlayMarkDef(opacity=0, size=60)  # so that the pointer need not be on the line
+    line = (
+        closed_form.transform_filter('datum.std > 0')
+        .mark_line(color=GREY, strokeDash=[6, 4], clip=True, point=point)
+        .encode(x=x('ppr'), y=y('std'), tooltip=[*tips({'ppr': 'PPR'}, '.0f'), *tips({'std': 'closed form'}, '.3g')])
+    )
+    shown = [
+        *tips({'label': 'encoder', 'series': 'pose', 'trials': 'trials'}),
+        *tips({'std': 'std. dev.', 'low': '95 % from', 'high': '95 % to'}, '.4g'),
+    ]
+    measured = rows.encode(x=x('place'), color=_series(alt.Color, COLOURS, GREY))
+    # Real encoders differ by more than their counts: they are hollow and have no line.
+    lines = measured.transform_filter('!datum.is_real').mark_line(strokeWidth=1.2, clip=True).encode(y=y('std'))
+    bars = measured.mark_rule(strokeWidth=1.5, clip=True).encode(y=y('low'), y2='high:Q', tooltip=shown)
+    fill = alt.condition('datum.is_real', alt.value('#fff'), _series(alt.Fill, COLOURS, GREY))
+    points = measured.mark_point(size=60, clip=True, strokeWidth=1.5).encode(
+        y=y('std'), fill=fill, shape=_series(alt.Shape, SHAPES, 'cross'), tooltip=shown
+    )
+    return alt.layer(line, lines, bars, points)
+
+
+def path_chart(
+    rows: alt.Chart,
+    marks: alt.Chart,
+    maps: alt.Chart,
+    trials: Optional[pd.DataFrame],
+    colours: Dict[str, str],
+    domains: Tuple[Domain, Domain],
+) -> alt.LayerChart:
+    """Draw true paths and those of /odom, over the map.
+
+    Args:
+        rows: one for each path: trial, encoder, path (`true path` or `/odom`), and lists of x and y [m].
+        marks: of tests: mark (start, goal or end of a failed trial), x, y [m].
+        maps: of tests: url of an image, and its borders [m].
+        trials: as `xy_errors` has them.
+        colours: by encoder.
+        domains: of x and y.
+    """
+    names = (('x', alt.X, domains[0]), ('y', alt.Y, domains[1]))
+
+    def axes(**fields: str) -> Dict[str, Any]:
+        return {
+            name: channel(f'{fields[name]}:Q', title=f'{name} [m]')
+            .axis(format=PLAIN, tickCount=6)
+            .scale(domain=domain, nice=False, zero=False)
+            for name, channel, domain in names
+        }
+
+    backdrop = (
+        maps.mark_image(aspect=False, smooth=False, clip=True, aria=False)
+        .encode(url='url:N', x2='right:Q', y2='top:Q', **axes(x='left', y='bottom'))
+    )
+    points = (
+        rows.transform_flatten(['x', 'y'])
+        .transform_window([alt.WindowFieldDef(op='row_number', **{'as': 'order'})])
+        .encode(order='order:Q', detail='trial:N', **axes(x='x', y='y'))
+    )
+    if trials is not None:
+        named = tips({'path': 'path', 'encoder': 'encoder', **_OF_TRIAL})
+        points = _with_trial(points, trials).encode(tooltip=[*named, *tips({'x': 'x [m]', 'y': 'y [m]'}, '.3f')])
+    true = points.transform_filter("datum.path === 'true path'")
+    odometry = points.transform_filter("datum.path === '/odom'").encode(color=_encoder_colour(colours))
+    shape = alt.Shape('mark:N', legend=None).scale(
+        domain=['start', 'goal', 'end of a failed trial'], range=['circle', 'cross', 'M-.7,-.7L.7,.7M-.7,.7L.7,-.7']
+    )
+    stroke = alt.condition("datum.mark === 'end of a failed trial'", alt.value(FAILED), alt.value('#000'))
+    of_marks = (
+        marks.mark_point(size=110, strokeWidth=1.6, clip=True)
+        .encode(shape=shape, color=stroke, tooltip=tips({'mark': 'mark'}), **axes(x='x', y='y'))
+    )
+    look: Dict[str, Any] = {'clip': True, 'strokeJoin': 'round'}
+    return alt.layer(
+        backdrop,
+        true.mark_line(color=GREY, strokeWidth=4, opacity=0.6, **look),
+        odometry.mark_line(strokeWidth=1.8, **look),
+        of_marks,
+    )
+
+
+def map_image(grid: OccupancyGrid) -> str:
+    """Return the occupied cells of a map in grey on nothing, as a data URI of a PNG."""
+    pixels = np.zeros((*grid.cells.shape, 2), np.uint8)
+    pixels[grid.cells[::-1] == OCCUPIED] = (153, 255)
+    file = io.BytesIO()
+    Image.fromarray(pixels, 'LA').save(file, 'PNG', optimize=True)
+    return 'data:image/png;base64,' + base64.b64encode(file.getvalue()).decode('ascii')
+
+
+def variant_errors_chart(
+    errors: pd.DataFrame, names: Sequence[str], colours: Dict[str, str], title: str
+) -> alt.LayerChart:
+    """Draw medians and quartiles of an error by variant; the first variant's median is a dotted line.
+
+    Args:
+        errors: variant, encoder, median, low, high, has_failed.
+        names: of all variants, the first first.
+        colours: by encoder.
+        title: of the axis of errors.
+    """
+    y = alt.Y('variant:O', sort=list(names), title=None).axis(labelLimit=220, grid=False)
+    offset = alt.YOffset('encoder:N', sort=list(colours))
+
+    def x(field: str) -> alt.X:
+        return alt.X(f'{field}:Q', title=title).scale(type='log', nice=False, padding=10).axis(format=PLAIN)
+
+    base = alt.Chart(errors).transform_filter('datum.median > 0').encode(
+        color=_encoder_colour(colours).legend(title='encoder', orient='bottom')
+    )
+    fill = alt.condition('datum.has_failed', alt.value('#fff'), _encoder_colour(colours, alt.Fill))
+    first = base.transform_filter(alt.FieldEqualPredicate(field='variant', equal=names[0]))
+    return alt.layer(
+        first.mark_rule(strokeDash=[2, 2]).encode(x=x('median')),
+        base.mark_rule(strokeWidth=1.2).encode(y=y, yOffset=offset, x=x('low'), x2='high:Q'),
+        base.mark_point(size=30, opacity=1.0).encode(y=y, yOffset=offset, x=x('median'), fill=fill),
+    )

@@ -1,0 +1,282 @@
+"""The figures of an analysis: the charts of its report as PNG and SVG files, the same bytes for the same data."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Any, Dict, Iterator, List, NamedTuple, Sequence, Tuple
+
+import altair as alt
+import numpy as np
+import vl_convert
+from altair.utils.schemapi import debug_mode
+
+from diff_encoder_sim.analysis.charts import drawings, frames
+from diff_encoder_sim.analysis.charts.page import VEGA_LITE, drawing_dict
+from diff_encoder_sim.analysis.encoder_labels import is_real, ppr_text, ppr_value
+from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, Quantity, X
+from diff_encoder_sim.analysis.results_table import SUCCEEDED, Results, encoders, varied_texts
+from diff_encoder_sim.analysis.tables import KINDS, VARIANTS, first_variant, variant_errors
+from diff_encoder_sim.base.deferred import pandas as pd
+from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource
+from diff_encoder_sim.trials.campaign_cells import VARIANT
+
+WIDTH_PX = 600  # of a figure, in the units of its SVG
+PNG_SCALE = 1.6
+POINT_PX2 = 16
+BETWEEN_PX, AXIS_PX = 12, 62  # room between panels, and for an axis with its title
+
+MOST_POINTS = 1000  # of a cell: those of more trials hide each other
+MEDIAN_TIMES = 6.0  # axes have all values up to so many times the median of any cell, and the others at their border
+MOST_ABREAST, MOST_TRIALS, MOST_OBLONG = 5, 10, 3.6
+
+VARIANTS_CAPTION = (
+    "The odometry's own final error, /odom minus /world_pose, in each variant: medians and quartiles, and the median "
+    'of the first variant as dotted lines; hollow: some trials failed. The other figures are of that variant.'
+)
+
+_TEXT = {'labelFontSize': 10, 'titleFontSize': 10, 'titleFontWeight': 'normal', 'labelColor': '#333'}
+CONFIG: Dict[str, Any] = {
+    'font': 'sans-serif',
+    'aria': False,
+    'view': {'stroke': '#8a9099'},
+    'axis': {**_TEXT, 'gridColor': '#e6e9ed', 'titlePadding': 3},
+    'axisY': {'minExtent': 42},
+    'title': {'fontSize': 10, 'fontWeight': 'normal', 'offset': 4},
+    'concat': {'spacing': BETWEEN_PX},
+}
+
+
+class Figure(NamedTuple):
+    """A figure that was written."""
+
+    name: str
+    caption: str
+    png: Path
+    svg: Path
+
+
+# A figure before it is written: its name, caption, and rows of panels.
+_Drawn = Tuple[str, str, List[List[alt.LayerChart]]]
+
+
+def write_figures(results: Results, folder: Path) -> List[Figure]:
+    """Write all figures that have data into `folder`, which is created.
+
+    If parameters are varied besides the encoder, each of their combinations has figures of its own; of named variants
+    only the first, and one figure has all.
+
+    Raises:
+        OSError: a file cannot be written.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    with debug_mode(False):  # Altair checks each part of each panel, which takes longer than the drawing
+        return _write_figures(results, folder)
+
+
+def _write_figures(results: Results, folder: Path) -> List[Figure]:
+    trials, colours = results.trials, drawings.encoder_colours(encoders(results.trials))
+    figures = [_save(drawn, folder) for drawn in _of_variants(results, colours)]
+    others = [key for key in results.varied if key != VARIANT]
+    if VARIANT in results.varied:
+        trials = trials[trials[VARIANT] == first_variant(trials)]
+    parts = [part for _, part in trials.groupby(others, sort=False)] if others else [trials] * (not trials.empty)
+    for number, part in enumerate(parts, start=1):
+        suffix = '' if len(parts) == 1 else f'_variant{number}'
+        texts = [', '.join(varied_texts(part[results.varied].iloc[0], results.varied))]
+        if part.groupby('cell').size().max() > MOST_POINTS:
+            texts.append(f'points: the first {MOST_POINTS} trials of each cell')
+        note = f' ({"; ".join(filter(None, texts))})' if any(texts) else ''
+        for name, caption, rows in _figures(results, part, colours):
+            figures.append(_save((name + suffix, f'{caption}{note}.', rows), folder))
+    return figures
+
+
+def _save(drawn: _Drawn, folder: Path) -> Figure:
+    name, caption, rows = drawn
+    drawing = alt.vconcat(*(alt.hconcat(*row) for row in rows))
+    spec = {**drawing_dict(drawing), 'config': CONFIG}
+    svg = vl_convert.vegalite_to_svg(spec, vl_version=VEGA_LITE)
+    # Vega numbers what it clips through all figures of a process.
+    numbers: Dict[str, str] = {}
+    svg = re.sub(r'\b(clip|gradient_)\d+\b', lambda found: numbers.setdefault(found[0], f'part{len(numbers)}'), svg)
+    figure = Figure(name, caption, folder / f'{name}.png', folder / f'{name}.svg')
+    figure.svg.write_bytes(svg.encode('utf-8'))
+    figure.png.write_bytes(vl_convert.svg_to_png(svg, scale=PNG_SCALE))
+    return figure
+
+
+def _figures(results: Results, trials: pd.DataFrame, colours: Dict[str, str]) -> Iterator[_Drawn]:
+    errors = frames.error_rows(trials.groupby('cell', sort=False).head(MOST_POINTS))
+    tests = list(trials['test'].unique())
+    for source, topic in TOPIC_OF_SOURCE.items():
+        caption = f'Final {topic} minus the goal; shaded: within {X.tolerance:g} m; crosses: beyond the axes'
+        panels = [row for test in tests for row in _xy_panels(errors, trials, test, source, colours)]
+        yield f'fig4_xy_errors_{source.value}', caption, panels
+    for source, topic in TOPIC_OF_SOURCE.items():
+        within = f'within {X.tolerance:g} m and {YAW.tolerance:g} degrees; crosses: beyond the axes'
+        caption = f'Final {topic} minus the goal by encoder, with median and quartiles; shaded: {within}'
+        panels = [
+            [_distribution(errors, trials, test, source, quantity, colours) for quantity in QUANTITIES]
+            for test in tests
+        ]
+        yield f'fig5_distributions_{source.value}', caption, panels
+    for test in tests:
+        shown = frames.with_paths(trials[trials['test'] == test], MOST_TRIALS * len(colours))
+        if test in results.requested and not shown.empty:
+            caption = f'{test}: true paths (grey) and /odom, of at most {MOST_TRIALS} trials of each encoder; circle: '
+            caption += 'start; plus: goal; cross: end of a failed trial'
+            yield f'trajectories_{test}', caption, _path_panels(results, shown, colours)
+    stds, closed_form = frames.spread_rows(trials), frames.closed_form_rows(results)
+    several = [test for test in tests if _has_spread(trials[trials['test'] == test])]
+    if several:
+        series = ', '.join(f'{symbol} {label}' for label, symbol in zip(drawings.LABELS, '●■◆▲▼'))
+        caption = (
+            f"Standard deviation against the encoder's resolution, with 95 % intervals: {series}; dashed: the closed form "
+            'of quantisation, for stops that differ by more than a pulse'
+        )
+        caption += '; hollow: real encoders' if any(map(is_real, encoders(trials))) else ''
+        panels = [
+            [_spread(stds, closed_form, trials[trials['test'] == test], quantity) for quantity in QUANTITIES]
+            for test in several
+        ]
+        yield 'spread_vs_ppr', caption, panels
+
+
+def shown_limit(cells: Sequence[np.ndarray], least: float) -> float:
+    """Return half the width of axes around zero that show most values of every cell.
+
+    Args:
+        cells: values of each; empty ones do not count.
+        least: is shown whatever the values.
+    """
+    magnitudes = [np.abs(values) for values in cells if len(values)]
+    largest = max((float(values.max()) for values in magnitudes), default=0.0)
+    median = max((float(np.median(values)) for values in magnitudes), default=0.0)
+    return 1.08 * max(least, min(largest, MEDIAN_TIMES * median))
+
+
+def _of_test(errors: pd.DataFrame, trials: pd.DataFrame, test: str, source: PoseSource) -> pd.DataFrame:
+    """Return the errors of a pose source in a test."""
+    [label] = [label for label, pose in frames.OF_LABEL.items() if pose == source.value]
+    setups = trials.loc[trials['test'] == test, 'setup'].unique()
+    return errors[errors['setup'].isin(setups) & (errors['series'] == label)]
+
+
+def _xy_panels(
+    errors: pd.DataFrame, trials: pd.DataFrame, test: str, source: PoseSource, colours: Dict[str, str]
+) -> List[List[alt.LayerChart]]:
+    """Return a row of panels for a test, or several for many encoders, in one scale: spreads can be compared by eye."""
+    labels, of_test = list(colours), _of_test(errors, trials, test, source)
+    values = [of_test.loc[of_test['encoder'] == label, axis].to_numpy() for label in labels for axis in 'xy']
+    limit_m = shown_limit(values, 1.2 * X.tolerance)
+    beyond = (of_test[['x', 'y']].abs() > limit_m).any(axis=1)
+    drawn = of_test.assign(
+        x=of_test['x'].clip(-limit_m, limit_m),
+        y=of_test['y'].clip(-limit_m, limit_m),
+        series=of_test['series'].where(~beyond, drawings.BEYOND),
+    )
+    columns = math.ceil(len(labels) / math.ceil(len(labels) / MOST_ABREAST))
+    size = (WIDTH_PX - AXIS_PX) // max(columns, 3) - BETWEEN_PX
+    panels = []
+    for place, label in enumerate(labels):
+        is_of, is_first = of_test['encoder'] == label, place % columns == 0
+        inside = (of_test.loc[is_of, ['x', 'y']].abs() <= X.tolerance).all(axis=1)
+        counts = f'{int(inside.sum())} of {int(is_of.sum())} within'
+        counts += f', {int(beyond[is_of].sum())} beyond' if beyond[is_of].any() else ''
+        panel = drawings.xy_errors(alt.Chart(drawn[is_of]), None, colours, [-limit_m, limit_m], size_px2=POINT_PX2)
+        if not is_first:
+            panel.layer[-1].encoding.y.axis = alt.Axis(labels=False, title=None, tickCount=4, minExtent=0)
+        name = f'{test}: {ppr_text(label)}' if is_first else ppr_text(label)
+        panels.append(panel.properties(width=size, height=size, title=[*name.replace(' (', '\n(').split('\n'), counts]))
+    return [panels[first : first + columns] for first in range(0, len(panels), columns)]
+
+
+def _distribution(
+    errors: pd.DataFrame,
+    trials: pd.DataFrame,
+    test: str,
+    source: PoseSource,
+    quantity: Quantity,
+    colours: Dict[str, str],
+) -> alt.LayerChart:
+    of_test = _of_test(errors, trials, test, source)
+    values = of_test[quantity.axis]
+    limit = shown_limit([of_cell.to_numpy() for _, of_cell in values.groupby(of_test['encoder'])], 1.3 * quantity.tolerance)
+    series = of_test['series'].where(values.abs() <= limit, drawings.BEYOND)
+    drawn = of_test.assign(value=values.clip(-limit, limit), slot=0, series=series)
+    names = {label: label for label in colours}
+    chart = alt.Chart(drawn)
+    domain = [-limit, limit]
+    panel = drawings.distributions(
+        chart, None, names, colours, f"'{quantity.unit}'", str(quantity.tolerance), domain=domain, size_px2=POINT_PX2
+    )
+    return panel.properties(width=_third(), height=_third(), title=f'{test}: {quantity.axis}')
+
+
+def _third() -> int:
+    return WIDTH_PX // 3 - AXIS_PX - BETWEEN_PX
+
+
+def _has_spread(trials: pd.DataFrame) -> bool:
+    """Return whether some encoder with the same counts at both wheels has several trials."""
+    sizes = trials.groupby('ppr').size()
+    return any(count > 1 and ppr_value(label) is not None for label, count in sizes.items())
+
+
+def _spread(
+    stds: pd.DataFrame, closed_form: pd.DataFrame, trials: pd.DataFrame, quantity: Quantity
+) -> alt.LayerChart:
+    [setup] = trials['setup'].unique()
+    pprs = sorted({ppr for ppr in map(ppr_value, trials['ppr'].unique()) if ppr is not None})
+    of_panel = [
+        alt.Chart(rows[(rows['setup'] == setup) & (rows['quantity'] == quantity.axis)]) for rows in (stds, closed_form)
+    ]
+    panel = drawings.spreads(*of_panel, pprs, f"'{quantity.unit}'")
+    return panel.properties(width=_third(), height=_third(), title=f'{trials["test"].iloc[0]}: {quantity.axis}')
+
+
+def _path_panels(
+    results: Results, shown: pd.DataFrame, colours: Dict[str, str]
+) -> List[List[alt.LayerChart]]:
+    floors = frames.floor_rows(shown, results)
+    [test], (left, bottom, right, top) = floors.index, floors.iloc[0]
+    width_m, height_m = max(right - left, (top - bottom) / MOST_OBLONG), max(top - bottom, (right - left) / MOST_OBLONG)
+    middle = np.array([[left + right], [bottom + top]]) / 2.0
+    domains = (middle + np.outer([width_m, height_m], [-0.5, 0.5])).tolist()
+    labels = [label for label in colours if (shown['ppr'] == label).any()]
+    columns = 1 if width_m > 2.0 * height_m and len(labels) <= 4 else min(len(labels), 2)
+    width = (WIDTH_PX - AXIS_PX) // max(columns, 2 if height_m > width_m else 1) - AXIS_PX
+    failed = shown[shown['outcome'] != SUCCEEDED]
+    ends = [[test, 'end of a failed trial', *path[-1], label] for label, path in zip(failed['ppr'], failed['true_path'])]
+    of_ends = pd.DataFrame(ends, columns=['test', 'mark', 'x', 'y', 'ppr'])
+    marks, maps, paths = frames.mark_rows(results, [test]), frames.map_rows(results, [test]), frames.path_rows(shown, floors)
+    panels = []
+    for label in labels:
+        of_label = pd.concat([marks, of_ends.loc[of_ends['ppr'] == label, marks.columns]])
+        drawn = [alt.Chart(part) for part in (paths[paths['encoder'] == label], of_label, maps)]
+        panel = drawings.path_chart(*drawn, None, colours, tuple(domains))
+        height = round(width * height_m / width_m)
+        panels.append(panel.properties(width=width, height=height, title=f'{test}: {ppr_text(label)}'))
+    return [panels[first : first + columns] for first in range(0, len(panels), columns)]
+
+
+def _of_variants(results: Results, colours: Dict[str, str]) -> Iterator[_Drawn]:
+    """Yield the figure of the variants, with a row for each test with its other parameters: position and heading."""
+    errors = variant_errors(results)
+    if errors.empty:
+        return
+    names, others = list(results.trials[VARIANT].unique()), [name for name in results.varied if name != VARIANT]
+    errors = errors.assign(variant=errors[VARIANT], encoder=errors['ppr'], has_failed=errors['failed'] > 0)
+    rows: List[List[alt.LayerChart]] = []
+    for key, of_test in errors.groupby(['test', *others], sort=False):
+        rows.append([])
+        title = ', '.join([key[0], *varied_texts(key[1:], others)])
+        for kind in KINDS:
+            drawn = of_test.loc[of_test['error'] == kind, ['variant', 'encoder', 'median', 'low', 'high', 'has_failed']]
+            text = kind.replace('_', ' [') + ']'
+            panel = drawings.variant_errors_chart(drawn, names, colours, text)
+            size = {'width': (WIDTH_PX - 180) // 2, 'height': len(names) * max(16, 8 * len(colours))}
+            rows[-1].append(panel.properties(**size, title=f'{title}: {text}'))
+    yield VARIANTS, VARIANTS_CAPTION, rows

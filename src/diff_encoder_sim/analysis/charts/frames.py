@@ -1,0 +1,180 @@
+"""The rows that charts draw, as DataFrames: errors of trials, their spread, the closed form, paths and maps.
+
+`trials` is that of `Results`, or a part of it.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import List, Optional, Sequence, Tuple
+
+import numpy as np
+
+from diff_encoder_sim.analysis.charts.drawings import LABELS, map_image
+from diff_encoder_sim.analysis.closed_form import closed_form_std
+from diff_encoder_sim.analysis.encoder_labels import is_real, ppr_text, ppr_value, ppr_values
+from diff_encoder_sim.analysis.quantities import MINUS_TRUTH, QUANTITIES
+from diff_encoder_sim.analysis.results_table import Results, encoders, final_errors
+from diff_encoder_sim.analysis.statistics import spread, std_interval
+from diff_encoder_sim.base.deferred import pandas as pd
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.package_files import package_folder
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.drives.test_definition import find_world
+from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.drives.trial_definition import Trial
+from diff_encoder_sim.localization.map_files import load_map
+from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
+
+OF_LABEL = dict(zip(LABELS, (MINUS_TRUTH, *(each.value for each in (PoseSource.ODOM, PoseSource.WORLD)))))
+OF_LABEL.update(zip(LABELS[3:], (PoseSource.GLOBAL.value, PoseSource.AMCL.value)))
+
+APART = 1.07  # series are beside each other in PPR by this factor
+CLOSED_FORM_POINTS = 40
+
+# Of trials with a bag, the first of each cell have a path, so many in all: the page stays below 3 MB.
+MOST_PATHS = 400
+STRAIGHT_WITHIN = 1.5e-3  # of the floor's sides: points nearer to the line between others are left out
+MARGIN, LEAST_SIDE_M = 0.05, 0.1
+
+
+def trial_rows(trials: pd.DataFrame) -> pd.DataFrame:
+    """Return a row for each trial, whose `trial` is its index: number, seed, bag, outcome, as texts."""
+    return pd.DataFrame(
+        {
+            'trial': trials.index,
+            'number': trials['trial'],
+            'seed': trials['seed'].astype(str),  # as a number, a browser would round it
+            'bag': [Path(bag).name or 'none' for bag in trials['bag']],
+            'outcome': trials['outcome'].str.replace('_', ' '),
+        }
+    )
+
+
+def error_rows(trials: pd.DataFrame) -> pd.DataFrame:
+    """Return a row for each trial (its index) and series of errors that it has: x and y [m], yaw [deg], rounded."""
+    keys = pd.DataFrame({'trial': trials.index, 'setup': trials['setup'], 'encoder': trials['ppr']})
+    of_series = []
+    for label, pose in OF_LABEL.items():
+        values = {each.axis: (each.scale * trials[each.column(pose)]).round(5) for each in QUANTITIES}
+        of_series.append(keys.assign(series=label, **values).dropna())
+    return pd.concat(of_series).sort_values('trial', kind='stable', ignore_index=True)
+
+
+def spread_rows(trials: pd.DataFrame) -> pd.DataFrame:
+    """Return a row for each cell with a PPR, series and quantity whose errors differ: their standard deviation."""
+    rows = []
+    for (setup, encoder), cell in trials.groupby(['setup', 'ppr'], sort=False):
+        ppr = ppr_value(encoder)
+        for series, (label, pose) in enumerate(OF_LABEL.items() if ppr is not None else ()):
+            for quantity in QUANTITIES:
+                values = final_errors(cell, pose, quantity)
+                std = spread(values)
+                if std:
+                    place = ppr * APART ** (series - (len(LABELS) - 1) / 2)
+                    stds = (float(f'{value:.4g}') for value in (place, std, *std_interval(values)))
+                    key = (setup, encoder, ppr_text(encoder), label, quantity.axis, ppr, is_real(encoder))
+                    rows.append((*key, len(values), *stds))
+    names = 'setup encoder label series quantity ppr is_real trials place std low high'
+    return pd.DataFrame(rows, columns=names.split())
+
+
+def closed_form_rows(results: Results) -> pd.DataFrame:
+    """Return points of the closed form of quantisation over the encoders' range, for each test that has one."""
+    pprs, rows = ppr_values(encoders(results.trials)), []
+    for test, setup in results.trials[['test', 'setup']].drop_duplicates().itertuples(index=False):
+        if test in results.requested and pprs:
+            for ppr in np.geomspace(pprs[0], pprs[-1], CLOSED_FORM_POINTS if len(pprs) > 1 else 1).tolist():
+                stds = closed_form_std(results.requested[test], results.robot, ppr)
+                for quantity in QUANTITIES:
+                    std = quantity.scale * float(stds[quantity.component])
+                    rows.append((setup, quantity.axis, float(f'{ppr:.4g}'), float(f'{std:.4g}')))
+    return pd.DataFrame(rows, columns=['setup', 'quantity', 'ppr', 'std'])
+
+
+def with_paths(trials: pd.DataFrame, most: int = MOST_PATHS) -> pd.DataFrame:
+    """Return the trials whose paths are shown: of each cell the first with a bag, at most `most` in all."""
+    of_each = max(1, most // max(1, trials['cell'].nunique()))
+    return trials[trials['true_path'].notna()].groupby('cell', sort=False).head(of_each)
+
+
+def path_rows(trials: pd.DataFrame, floors: pd.DataFrame) -> pd.DataFrame:
+    """Return two rows for each trial with its true path and that of /odom, of few points: lists of x and y [m]."""
+    rows = []
+    for trial, of_trial in trials.iterrows():
+        left, bottom, right, top = floors.loc[of_trial['test']]
+        sides_m = np.array([right - left, top - bottom])
+        for name, column in (('true path', 'true_path'), ('/odom', 'odom_path')):
+            points_m = np.round(sides_m * simplified(of_trial[column] / sides_m, STRAIGHT_WITHIN), 3)
+            rows.append((trial, of_trial['ppr'], name, *points_m.T.tolist()))
+    return pd.DataFrame(rows, columns=['trial', 'encoder', 'path', 'x', 'y'])
+
+
+def simplified(points: np.ndarray, within: float) -> np.ndarray:
+    """Return those points of a line, its ends among them, between which straight lines pass all others within a distance.
+
+    By Ramer, and Douglas and Peucker: the farthest point from the line between two is kept, and divides them.
+
+    Args:
+        points: (n, 2), n > 0.
+        within: greatest distance, in the points' unit.
+    """
+    kept = np.zeros(len(points), bool)
+    kept[[0, -1]] = True
+    parts = [(0, len(points) - 1)]
+    while parts:
+        first, last = parts.pop()
+        along, offsets = points[last] - points[first], points[first : last + 1] - points[first]
+        nearest = np.clip(offsets @ along / max(float(along @ along), 1e-300), 0.0, 1.0)
+        distances = np.hypot(*(offsets - nearest[:, np.newaxis] * along).T)
+        farthest = first + int(distances.argmax())
+        if distances.max() > within:
+            kept[farthest] = True
+            parts += [(first, farthest), (farthest, last)]
+    remaining: np.ndarray = points[kept]
+    return remaining
+
+
+def floor_rows(trials: pd.DataFrame, results: Results) -> pd.DataFrame:
+    """Return the part of the floor that the paths of trials take, with start and goal, by test: its borders [m]."""
+    rows = {}
+    for test, of_test in trials.groupby('test', sort=False):
+        ends = [pose[:2] for _, pose in _ends(results.requested.get(test))]
+        points = np.vstack([*of_test['true_path'], *of_test['odom_path'], *ends])
+        low, high = points.min(axis=0), points.max(axis=0)
+        half = np.maximum(high - low, LEAST_SIDE_M) * (0.5 + MARGIN)
+        rows[test] = [*(0.5 * (low + high) - half), *(0.5 * (low + high) + half)]
+    return pd.DataFrame.from_dict(rows, orient='index', columns=['left', 'bottom', 'right', 'top'])
+
+
+def mark_rows(results: Results, tests: Sequence[str]) -> pd.DataFrame:
+    """Return where each test starts and where its goal is [m]."""
+    ends = [(test, name, pose) for test in tests for name, pose in _ends(results.requested.get(test))]
+    rows = [(test, name, round(pose.x_m, 3), round(pose.y_m, 3)) for test, name, pose in ends]
+    return pd.DataFrame(rows, columns=['test', 'mark', 'x', 'y'])
+
+
+def _ends(requested: Optional[Trial]) -> List[Tuple[str, Pose2D]]:
+    return [] if requested is None else [('start', requested.test.start.pose()), ('goal', requested.goal())]
+
+
+def map_rows(results: Results, tests: Sequence[str]) -> pd.DataFrame:
+    """Return the map of each test's world as an image with its borders [m]; without those that lie askew."""
+    rows = []
+    for test in tests:
+        grid = _map_of(results.requested.get(test))
+        if grid is not None and math.isclose(grid.origin.yaw_rad, 0.0):
+            left, bottom = grid.origin.x_m, grid.origin.y_m
+            right, top = left + grid.width * grid.resolution_m, bottom + grid.height * grid.resolution_m
+            rows.append((test, map_image(grid), left, bottom, right, top))
+    return pd.DataFrame(rows, columns=['test', 'url', 'left', 'bottom', 'right', 'top'])
+
+
+def _map_of(requested: Optional[Trial]) -> Optional[OccupancyGrid]:
+    """Load the map of the test's world; None if this host has no such world, or no map."""
+    try:
+        world = requested and find_world(requested.test.world, package_folder() / 'worlds')
+        return load_map(world.with_suffix('.yaml')) if world else None
+    except ConfigError:
+        return None
