@@ -19,7 +19,7 @@ setup(
         package_dir={'': 'src'},
         package_data={
             'diff_encoder_sim.advice': ['*.html'],
-            'diff_encoder_sim.analysis.charts': ['*.html', '*.css', '*.js', 'library/*'],
+            'diff_encoder_sim.analysis.charts': ['*.html', '*.css', '*.js'],
             'diff_encoder_sim.analysis.report': ['*.html', '*.css', '*.js'],
             'diff_encoder_sim.drives': ['definitions/*/*.msg'],
         },

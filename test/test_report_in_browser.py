@@ -173,7 +173,7 @@ def test_encoders_and_poses_are_switched_on_and_off(page, report):
 
 def test_where_the_library_fails_the_figures_stay(page, report, tmp_path):
     broken = tmp_path / 'broken.html'
-    broken.write_text(report.read_text(encoding='utf-8').replace('vegaLite.compile', 'vegaLite.missing'), 'utf-8')
+    broken.write_text(report.read_text(encoding='utf-8').replace('await vegaEmbed(', 'await vegaMissing('), 'utf-8')
     page.open(broken, DESKTOP_PX)
     page.wait_for('document.querySelector(".charts.drawn") === null')
     assert page.evaluate('document.querySelector(".instead-of-charts").open')

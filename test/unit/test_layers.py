@@ -52,8 +52,11 @@ print(len(core))
 """
 
 # Libraries of seconds or many megabytes, and the modules that are not imported before what they wrap is needed.
-HEAVY = ('numba', 'pybullet', 'dask', 'distributed', 'matplotlib', 'scipy')
-WRAPPERS = ('analysis.figures', 'analysis.report')
+HEAVY = ('numba', 'pybullet', 'dask', 'distributed', 'altair', 'vl_convert', 'scipy')
+WRAPPERS = (
+    *(f'analysis.charts.{name}' for name in ('chart_page', 'drawings', 'figures', 'frames', 'trial_charts')),
+    *('analysis.report', 'advice.advice_charts', 'advice.advice_page'),
+)
 IMPORT_AND_NAME_THE_HEAVY = f"""
 import importlib, sys
 for name in sys.argv[1:]:

@@ -1,63 +1,59 @@
-"""The interactive charts of an advice: curves over the counts, and the budget as stacked bars."""
+"""The interactive charts of an advice: shares and errors against the counts, and the budget as stacked bars."""
 
 from __future__ import annotations
 
 from typing import Any, Dict, List
 
+import altair as alt
+import numpy as np
 from markupsafe import Markup
 
 from diff_encoder_sim.advice.advice import Advice
-from diff_encoder_sim.advice.advice_chart_data import chart_data
-from diff_encoder_sim.advice.advice_tables import TO_SHOWN
-from diff_encoder_sim.advice.answers import AXES, Criterion
+from diff_encoder_sim.advice.advice_tables import DECIMALS, TO_SHOWN
+from diff_encoder_sim.advice.answers import AXES, Budget, Criterion, along_goal
+from diff_encoder_sim.advice.encoder_search import fraction_interval
 from diff_encoder_sim.advice.odometry_curve import FEWEST_COUNTS, MOST_COUNTS
-from diff_encoder_sim.analysis.charts import Chart, Choice, Look, Option, charts_html
-from diff_encoder_sim.analysis.charts.chart import ZOOM
+from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Look, Option, charts_html, zoomed
+from diff_encoder_sim.analysis.charts.drawings import tips
+from diff_encoder_sim.base.deferred import pandas as pd
 
 # Of criteria, and of causes in their order: told apart by the colour-blind (Okabe and Ito, 2008).
 COLOURS = {Criterion.ODOMETRY: '#d55e00', Criterion.POSE_ESTIMATE: '#0072b2', Criterion.TRUTH: '#009e73'}
 GREY = '#565d66'
 CAUSES = ('#0072b2', '#e69f00', '#009e73', '#cc79a7', '#56b4e9', '#d55e00', '#f0e442', '#999999')
 
-Spec = Dict[str, Any]
+UNITS = ('mm', 'mm', 'degrees')
+SMALLEST_ERROR = 1e-4  # a logarithmic axis has no zero, and smaller bars cannot be seen [mm, degrees]
+SHARES = np.round(np.linspace(0.02, 0.99, 98), 2)  # of which the closed form is drawn
+TICKS = [10, 30, 100, 300, 1000, 3000, 10000, 30000]
 
-_COUNTS: Spec = {
-    'field': 'counts',
-    'type': 'quantitative',
-    'scale': {'type': 'log', 'domain': [FEWEST_COUNTS, MOST_COUNTS], 'nice': False},
-    'title': 'counts per revolution',
-    'axis': {'values': [10, 30, 100, 300, 1000, 3000, 10000, 30000], 'format': 'd', 'labelOverlap': True},
-}
-_BELOW = {'orient': 'bottom', 'columns': 1}
-_SHARE: Spec = {
-    'field': 'share',
-    'type': 'quantitative',
-    'scale': {'domain': [0.0, 1.0]},
-    'title': 'within the tolerance',
-    'axis': {'format': '%'},
-}
-_REQUIRED = {'type': 'rule', 'color': GREY}
-_OF_TEST = {'filter': 'datum.test === test'}
-_OF_CRITERION = {'filter': 'datum.criterion === criterion'}
+# Dots of equal counts are next to each other: on a logarithmic axis by a factor.
+BESIDE = {Criterion.ODOMETRY: 1 / 1.1, Criterion.POSE_ESTIMATE: 1.0, Criterion.TRUTH: 1.1}
+
+OF_TEST, OF_AXIS, OF_CRITERION = (f'datum.{name} === {name}' for name in ('test', 'axis', 'criterion'))
+_COUNTS = (
+    alt.X('counts:Q', title='counts per revolution')
+    .scale(type='log', domain=[FEWEST_COUNTS, MOST_COUNTS], nice=False)
+    .axis(values=TICKS, format='d', labelOverlap=True)
+)
+
+
+def _share(field: str = 'share') -> alt.Y:
+    return alt.Y(f'{field}:Q', title='within the tolerance').scale(domain=[0, 1]).axis(format='%')
 
 
 def advice_charts(advice: Advice) -> Markup:
     """Return the block of charts."""
-    charts = [_share_chart(advice), _error_chart(advice), _budget_chart(advice)]
-    return charts_html(charts, chart_data(advice), _choices(advice))
-
-
-def _choices(advice: Advice) -> List[Choice]:
-    tests = [curve.test for curve in advice.curves.curves]
-    tests += [tried.test for tried in advice.tried if tried.test not in tests]
+    tests = [*(curve.test for curve in advice.curves.curves), *(tried.test for tried in advice.tried)]
+    tests = list(dict.fromkeys(tests))
     choices = [
-        Choice('test', 'Test', [Option(test, test) for test in dict.fromkeys(tests)], tests[0], Look.BUTTONS),
+        Choice('test', 'Test', [Option(test, test) for test in tests], tests[0], Look.BUTTONS),
         Choice('axis', 'Error', [Option(axis, axis) for axis in AXES], AXES[1], Look.BUTTONS),
     ]
     if _has_truth(advice):
         criteria = [Option(criterion.value, criterion.text) for criterion in (Criterion.ODOMETRY, Criterion.TRUTH)]
         choices.append(Choice('criterion', 'Budget of', criteria, Criterion.ODOMETRY.value, Look.BUTTONS))
-    return choices
+    return charts_html([_share_chart(advice), _error_chart(advice), _budget_chart(advice)], choices)
 
 
 def _has_truth(advice: Advice) -> bool:
@@ -65,150 +61,162 @@ def _has_truth(advice: Advice) -> bool:
     return any(tried.truth for tried in advice.tried)
 
 
+def _chart(rows: List[Dict[str, Any]], *filters: str) -> alt.Chart:
+    chart = alt.Chart(pd.DataFrame(rows))
+    for one in filters:
+        chart = chart.transform_filter(one)
+    return chart
+
+
 def _share_chart(advice: Advice) -> Chart:
-    required = {'data': {'values': [{'share': advice.requirement.share}]}, 'mark': _REQUIRED, 'encoding': {'y': _SHARE}}
     # A legend has the whole domain of a scale, with or without marks.
     colours = {each.text: colour for each, colour in COLOURS.items() if each in advice.answers}
-    scale = {'domain': list(colours), 'range': list(colours.values())}
-    colour = {'field': 'criterion', 'type': 'nominal', 'title': None, 'scale': scale, 'legend': _BELOW}
-    dots = 'dots: closed-loop trials with the interval of their share; ' if advice.tried else ''
-    return Chart(
-        'share',
-        'How many trials are within the tolerance',
-        'Line: odometry, by draws of one drive; dotted: the same in closed form, of quantisation alone, where the axis '
-        f'that needs most counts decides; {dots}diamonds: odometry '
-        'with the encoders of the table, in the test where they are worst; grey: the share asked for.',
-        {
-            'layer': [
-                required,
-                _closed_form_line(),
-                _drawn_line(colour),
-                *_trial_dots(advice, colour),
-                _encoder_diamonds(),
-            ]
-        },
-    )
-
-
-def _drawn_line(colour: Spec) -> Spec:
-    return {
-        'data': {'name': 'curves'},
-        'transform': [_OF_TEST],
-        'params': [ZOOM],
-        'mark': {'type': 'line', 'clip': True},
-        'encoding': {'x': _COUNTS, 'y': _SHARE, 'color': colour},
-    }
-
-
-def _closed_form_line() -> Spec:
-    return {
-        'data': {'name': 'closed'},
-        'transform': [_OF_TEST],
-        'mark': {'type': 'line', 'strokeDash': [2, 3], 'color': COLOURS[Criterion.ODOMETRY], 'clip': True},
-        'encoding': {'x': _COUNTS, 'y': _SHARE},
-    }
-
-
-def _trial_dots(advice: Advice, colour: Spec) -> List[Spec]:
-    """Return the intervals and the dots on them; nothing without trials."""
-    if not advice.tried:
-        return []
-    of_test = {'data': {'name': 'trials'}, 'transform': [_OF_TEST]}
-    ends = {'x': _COUNTS, 'y': {**_SHARE, 'field': 'low'}, 'y2': {'field': 'high'}, 'color': colour}
-    tips = _tips(encoder='', criterion='', trials='trials within')
-    dots = {'x': _COUNTS, 'y': _SHARE, 'color': colour, 'tooltip': tips}
-    return [
-        {**of_test, 'mark': {'type': 'rule', 'clip': True}, 'encoding': ends},
-        {**of_test, 'mark': {'type': 'point', 'filled': True, 'size': 60, 'clip': True}, 'encoding': dots},
+    scale = alt.Scale(domain=list(colours), range=list(colours.values()))
+    colour = alt.Color('criterion:N', title=None, scale=scale, legend=alt.Legend(orient='bottom', columns=1))
+    curves = [
+        {'test': curve.test, 'criterion': Criterion.ODOMETRY.text, 'counts': counts, 'share': share}
+        for curve in advice.curves.curves
+        for counts, share in (
+            (counts, round(float(np.mean(advice.requirement.within(errors))), 4))
+            for counts, errors in sorted(curve.errors.items())
+        )
     ]
+    asked = [advice._replace(requirement=advice.requirement._replace(share=float(share))) for share in SHARES]
+    closed = [
+        {'test': test, 'counts': float(f'{counts:.4g}'), 'share': each.requirement.share}
+        for each in asked
+        for test, counts in each.closed_form.items()
+        if FEWEST_COUNTS <= counts <= MOST_COUNTS
+    ]
+    encoders = [
+        {
+            'encoder': one.name,
+            'counts': round(one.counts, 3),
+            'share': round(sum(one.share) / 2.0, 4),
+            'trials': one.share_text,
+        }
+        for one in advice.encoders
+    ]
+    of_odometry, named = COLOURS[Criterion.ODOMETRY], {'encoder': 'encoder', 'counts': 'counts'}
+    layers = [
+        _chart([{'share': advice.requirement.share}]).mark_rule(color=GREY).encode(y=_share()),
+        zoomed(_chart(curves, OF_TEST).mark_line(clip=True).encode(x=_COUNTS, y=_share(), color=colour)),
+    ]
+    if closed:
+        line = _chart(closed, OF_TEST).mark_line(strokeDash=[2, 3], color=of_odometry, clip=True)
+        layers.append(line.encode(x=_COUNTS, y=_share()))
+    if advice.tried:
+        tried = _chart(_tried_rows(advice), OF_TEST).encode(x=_COUNTS, color=colour)
+        dots = tips({'encoder': 'encoder', 'criterion': 'criterion', 'trials': 'trials within'})
+        layers.append(tried.mark_rule(clip=True).encode(y=_share('low'), y2='high:Q'))
+        layers.append(tried.mark_point(filled=True, size=60, clip=True).encode(y=_share(), tooltip=dots))
+    if encoders:
+        diamonds = _chart(encoders).mark_point(shape='diamond', size=60, color=of_odometry, clip=True)
+        layers.append(diamonds.encode(x=_COUNTS, y=_share(), tooltip=tips({**named, 'trials': 'draws within'})))
+    dots_text = 'dots: closed-loop trials with the interval of their share; ' if advice.tried else ''
+    description = (
+        'Line: odometry, by draws of one drive; dotted: the same in closed form, of quantisation alone, where the axis '
+        f'that needs most counts decides; {dots_text}diamonds: odometry '
+        'with the encoders of the table, in the test where they are worst; grey: the share asked for.'
+    )
+    return Chart('share', 'How many trials are within the tolerance', description, alt.layer(*layers))
 
 
-def _encoder_diamonds() -> Spec:
-    colour = COLOURS[Criterion.ODOMETRY]
-    return {
-        'data': {'name': 'encoders'},
-        'mark': {'type': 'point', 'shape': 'diamond', 'size': 60, 'color': colour, 'clip': True},
-        'encoding': {'x': _COUNTS, 'y': _SHARE, 'tooltip': _tips(encoder='', counts='', trials='draws within')},
-    }
+def _tried_rows(advice: Advice) -> List[Dict[str, Any]]:
+    rows = []
+    for tried in advice.tried:
+        for criterion, counts in tried.within.items():
+            low, high = fraction_interval(counts, advice.requirement.confidence)
+            key = {'test': tried.test, 'encoder': tried.label, 'criterion': criterion.text}
+            shares = {'share': round(counts.fraction, 4), 'low': round(low, 4), 'high': round(high, 4)}
+            trials = f'{counts.within} of {counts.trials}'
+            rows.append({**key, 'counts': tried.counts * BESIDE[criterion], **shares, 'trials': trials})
+    return rows
 
 
 def _error_chart(advice: Advice) -> Chart:
-    error = {'field': 'error', 'type': 'quantitative', 'scale': {'type': 'log'}, 'title': 'error [mm, degrees]'}
-    lines = {
-        'data': {'name': 'errors'},
-        'transform': [_OF_TEST, {'filter': 'datum.axis === axis'}],
-        'params': [ZOOM],
-        'mark': {'type': 'line', 'clip': True},
-        'encoding': {
-            'x': _COUNTS,
-            'y': error,
-            'strokeDash': {'field': 'line', 'type': 'nominal', 'title': None, 'legend': _BELOW},
-        },
-    }
+    share = advice.requirement.share
+    lines = {'half': 0.5, f'{100.0 * share:g} %': share, '95 %': 0.95}
+    rows = []
+    for curve in advice.curves.curves:
+        for counts, errors in sorted(curve.errors.items()):
+            shown = np.abs(along_goal(errors, curve.draws.drive.goal_in_map)) * TO_SHOWN
+            for line, level in lines.items():
+                for axis, error in zip(AXES, np.maximum(np.quantile(shown, level, axis=0), SMALLEST_ERROR)):
+                    key = {'test': curve.test, 'counts': counts, 'line': line, 'axis': axis}
+                    rows.append({**key, 'error': float(f'{error:.4g}')})
+    y = alt.Y('error:Q', title='error [mm, degrees]').scale(type='log')
+    # All lines, whatever is chosen: Vega cannot draw a legend without entries.
+    scale = alt.Scale(domain=list(lines), range=[[2, 1], [1, 0], [4, 2]][: len(lines)])
+    dash = alt.StrokeDash('line:N', title=None, scale=scale, legend=alt.Legend(orient='bottom', columns=1))
+    drawn = _chart(rows, OF_TEST, OF_AXIS).mark_line(clip=True).encode(x=_COUNTS, y=y, strokeDash=dash)
     return Chart(
         'error',
         "Odometry's error against the counts",
         'What half, the required share, and 95 % of the draws do not exceed; grey: the tolerance.',
-        {'layer': [_tolerance_rule(advice, error), lines]},
+        alt.layer(_tolerance_rule(advice, y), zoomed(drawn)),
     )
 
 
 def _budget_chart(advice: Advice) -> Chart:
-    rms = {'field': 'rms', 'type': 'quantitative', 'title': 'rms [mm, degrees]'}
-    of_criterion = [_OF_CRITERION] if _has_truth(advice) else []
-    bars = {
-        'data': {'name': 'budget'},
-        'transform': [_OF_TEST, {'filter': 'datum.axis === axis'}, *of_criterion],
-        'mark': 'bar',
-        'encoding': {
-            'x': {'field': 'encoder', 'type': 'ordinal', 'sort': {'field': 'counts'}, 'title': _COUNTS['title']},
-            'y': rms,
-            'color': {
-                'field': 'cause',
-                'type': 'nominal',
-                'title': None,
-                'scale': {'range': CAUSES},
-                'sort': None,  # as they come: the legend has those of the chosen criterion
-                'legend': {'orient': 'bottom', 'columns': 2},
-            },
-            'tooltip': _tips(encoder='', cause='', mean='', deviation='standard deviation'),
-        },
-    }
+    rows = []
+    for test, budgets in advice.budgets.items():
+        for counts, budget in budgets.items():
+            rows += _bars(test, Criterion.ODOMETRY, f'{counts:g}', counts, budget)
+    for tried in advice.tried:
+        if tried.truth:
+            rows += _bars(tried.test, Criterion.TRUTH, tried.label, tried.counts, tried.truth)
+    causes = list(dict.fromkeys(row['cause'] for row in rows))
+    of_criterion = [OF_CRITERION] if _has_truth(advice) else []
+    # Likewise all causes.
+    scale = alt.Scale(domain=causes, range=CAUSES[: len(causes)])
+    colour = alt.Color('cause:N', title=None, scale=scale, legend=alt.Legend(orient='bottom', columns=2))
+    x = alt.X('encoder:O', title='counts per revolution', sort=alt.EncodingSortField('counts'))
+    named = {'encoder': 'encoder', 'cause': 'cause', 'mean': 'mean', 'deviation': 'standard deviation'}
+    y = alt.Y('rms:Q', title='rms [mm, degrees]')
+    bars = _chart(rows, OF_TEST, OF_AXIS, *of_criterion).mark_bar()
+    bars = bars.encode(x=x, y=y, color=colour, tooltip=tips(named))
+    layers = [bars, _tolerance_rule(advice, alt.Y('error:Q', title='rms [mm, degrees]'))]
+    if _has_truth(advice):
+        without = {tried.test for tried in advice.tried} - {tried.test for tried in advice.tried if tried.truth}
+        missing = [{'test': test, 'criterion': Criterion.TRUTH.value} for test in sorted(without)]
+        if missing:
+            text = 'too few trials came to the goal'
+            layers.append(_chart(missing, OF_TEST, OF_CRITERION).mark_text(text=text, color=GREY))
     return Chart(
         'budget',
         'Error budget',
         'Height: root mean square error; each cause has its part of the mean square. Grey: the tolerance.',
-        {'layer': [bars, _tolerance_rule(advice, {**rms, 'field': 'error'}), *_without_budget(advice)]},
+        alt.layer(*layers),
     )
 
 
-def _without_budget(advice: Advice) -> List[Spec]:
-    """Return a text in place of bars for tests with too few trials at the goal; nothing without trials."""
-    if not _has_truth(advice):
-        return []
-    tests = {tried.test for tried in advice.tried} - {tried.test for tried in advice.tried if tried.truth}
+def _bars(test: str, criterion: Criterion, label: str, counts: float, budget: Budget) -> List[Dict[str, Any]]:
+    """Return the bars of one encoder: parts of the root mean square, in proportion to the mean squares."""
+    named = {**budget.parts, 'rest': budget.rest}
+    squares = {cause: np.maximum(part.bias**2 + part.variance, 0.0) for cause, part in named.items()}
+    total = np.maximum(sum(squares.values()), 1e-18)
+    heights = {cause: square / np.sqrt(total) * TO_SHOWN for cause, square in squares.items()}
     return [
         {
-            'data': {'values': [{'test': test, 'criterion': Criterion.TRUTH.value} for test in sorted(tests)]},
-            'transform': [_OF_TEST, _OF_CRITERION],
-            'mark': {'type': 'text', 'text': 'too few trials came to the goal', 'color': GREY},
+            'test': test,
+            'criterion': criterion.value,
+            'encoder': label,
+            'counts': counts,
+            'cause': cause,
+            'axis': axis,
+            'rms': float(f'{heights[cause][index]:.4g}'),
+            'mean': f'{part.bias[index] * TO_SHOWN[index]:.{DECIMALS[index]}f} {UNITS[index]}',
+            'deviation': f'{part.std[index] * TO_SHOWN[index]:.{DECIMALS[index]}f} {UNITS[index]}',
         }
+        for cause, part in named.items()
+        for index, axis in enumerate(AXES)
+        if heights[cause][index] >= SMALLEST_ERROR  # or only the legend would have it
     ]
 
 
-def _tolerance_rule(advice: Advice, error: Spec) -> Spec:
+def _tolerance_rule(advice: Advice, y: alt.Y) -> alt.Chart:
     """Return the tolerance of the chosen axis as a line across."""
-    tolerances = [
-        {'axis': axis, 'error': float(tolerance * scale)}
-        for axis, tolerance, scale in zip(AXES, advice.requirement.tolerances, TO_SHOWN)
-    ]
-    return {
-        'data': {'values': tolerances},
-        'transform': [{'filter': 'datum.axis === axis'}],
-        'mark': _REQUIRED,
-        'encoding': {'y': error},
-    }
-
-
-def _tips(**fields: str) -> List[Dict[str, str]]:
-    return [{'field': field, 'title': title or field} for field, title in fields.items()]
+    shown = [float(tolerance * scale) for tolerance, scale in zip(advice.requirement.tolerances, TO_SHOWN)]
+    rows = [{'axis': axis, 'error': error} for axis, error in zip(AXES, shown)]
+    return _chart(rows, OF_AXIS).mark_rule(color=GREY).encode(y=y)

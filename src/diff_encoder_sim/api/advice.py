@@ -13,7 +13,6 @@ from types import TracebackType
 from typing import Any, Dict, Mapping, Optional, Sequence, Tuple, Type
 
 from diff_encoder_sim.advice.advice import Advice
-from diff_encoder_sim.advice.advice_page import write_page
 from diff_encoder_sim.advice.advice_tables import (
     advice_json,
     answers_text,
@@ -111,6 +110,8 @@ def _finish(advice: Advice, campaign: Campaign, options: AdviceOptions) -> Advic
     print(f'\n{tables_text(advice)}\n{own_encoder_text(advice)}')
     page = options.out / PAGE
     page.parent.mkdir(parents=True, exist_ok=True)
+    from diff_encoder_sim.advice.advice_page import write_page  # noqa: PLC0415 - Altair takes a second to import
+
     write_page(advice, page)
     print(f'Page: {page}')
     if options.json:

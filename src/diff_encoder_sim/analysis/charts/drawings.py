@@ -1,7 +1,7 @@
 """The charts of trials as Altair has them, each a function of a DataFrame: the same for the report and for files.
 
-What a page lets its reader choose, and a file has fixed, are arguments: expressions of Vega, such as `units[quantity]` or
-`'m'`, and `rows`, an `alt.Chart` of a DataFrame with nothing but the transforms that choose from it.
+What a page lets its reader choose, and a file has fixed, are arguments: expressions of Vega, such as `units[quantity]`
+or `'m'`, and `rows`, an `alt.Chart` of a DataFrame with only the transforms that choose from it.
 """
 
 from __future__ import annotations
@@ -50,7 +50,8 @@ def encoder_colours(encoders: Sequence[str]) -> Dict[str, str]:
     anchors = np.array([[int(colour[first : first + 2], 16) for first in (1, 3, 5)] for colour in VIRIDIS])
     places = np.linspace(1.0, 0.0, len(encoders)) if len(encoders) > 1 else np.zeros(len(encoders))
     levels = [np.interp(places, np.linspace(0.0, 1.0, len(VIRIDIS)), channel) for channel in anchors.T]
-    return {label: '#%02x%02x%02x' % tuple(map(round, rgb)) for label, rgb in zip(encoders, np.transpose(levels))}
+    hexadecimal = [''.join(f'{round(level):02x}' for level in rgb) for rgb in np.transpose(levels)]
+    return {label: f'#{digits}' for label, digits in zip(encoders, hexadecimal)}
 
 
 def tips(titles: Dict[str, str], formats: str = '') -> List[alt.Tooltip]:
@@ -128,7 +129,9 @@ def xy_errors(
     }
     points = _points(rows, trials, colours, chosen, size_px2).transform_filter('isValid(datum.x) && isValid(datum.y)')
     return alt.layer(
-        *([reach] if domain is None else []), alt.Chart(within).mark_rect(**WITHIN).encode(**square), points.encode(**axes)
+        *([reach] if domain is None else []),
+        alt.Chart(within).mark_rect(**WITHIN).encode(**square),
+        points.encode(**axes),
     )
 
 
@@ -177,24 +180,19 @@ def distributions(
     )
     points = _points(rows, trials, colours, chosen, size_px2)
     points = points.transform_calculate(place=f'datum.slot + {JITTER} * ((datum.trial * {GOLDEN_RATIO}) % 1 - 0.5)')
-    quartiles = (
-        rows.transform_aggregate(
-            q1='q1(value)',
-            median='median(value)',
-            q3='q3(value)',
-            count='count()',
-            groupby=['encoder', 'slot', 'series'],
-        )
-        .encode(
-            x=x,
-            xOffset=alt.XOffset('slot:Q', scale=place),
-            tooltip=[
-                *tips({'encoder': 'encoder', 'series': 'pose', 'count': 'trials'}),
-                *tips({'q1': 'first quartile', 'median': 'median', 'q3': 'third quartile'}, '.4g'),
-            ],
-        )
+    quartiles = rows.transform_aggregate(
+        q1='q1(value)', median='median(value)', q3='q3(value)', count='count()', groupby=['encoder', 'slot', 'series']
+    ).encode(
+        x=x,
+        xOffset=alt.XOffset('slot:Q', scale=place),
+        tooltip=[
+            *tips({'encoder': 'encoder', 'series': 'pose', 'count': 'trials'}),
+            *tips({'q1': 'first quartile', 'median': 'median', 'q3': 'third quartile'}, '.4g'),
+        ],
     )
-    boxes = quartiles.mark_bar(size=22, color='#fff', opacity=0.75, stroke='#444', clip=True).encode(y=y('q1'), y2='q3:Q')
+    boxes = quartiles.mark_bar(size=22, color='#fff', opacity=0.75, stroke='#444', clip=True).encode(
+        y=y('q1'), y2='q3:Q'
+    )
     medians = quartiles.mark_tick(size=24, thickness=2, color='#000', clip=True).encode(y=y('median'))
     of_points = points.encode(x=x, xOffset=alt.XOffset('place:Q', scale=place), y=y('value'))
     return alt.layer(within, boxes, of_points, medians).add_params(texts)
@@ -208,8 +206,8 @@ def spreads(rows: alt.Chart, closed_form: alt.Chart, pprs: Sequence[float], unit
     """Draw standard deviations with their intervals against counts, on logarithmic axes, with the closed form.
 
     Args:
-        rows: encoder, label, series, ppr, place (where it is drawn: series are beside each other), is_real, std, low, high,
-            trials.
+        rows: encoder, label, series, ppr, place (PPR where it is drawn: series are next to each other), is_real, std,
+            low, high, trials.
         closed_form: ppr, std.
         pprs: of all encoders, ascending.
         unit: of the standard deviations, an expression.
@@ -274,13 +272,12 @@ def path_chart(
             for name, channel, domain in names
         }
 
-    backdrop = (
-        maps.mark_image(aspect=False, smooth=False, clip=True, aria=False)
-        .encode(url='url:N', x2='right:Q', y2='top:Q', **axes(x='left', y='bottom'))
+    backdrop = maps.mark_image(aspect=False, smooth=False, clip=True, aria=False).encode(
+        url='url:N', x2='right:Q', y2='top:Q', **axes(x='left', y='bottom')
     )
     points = (
         rows.transform_flatten(['x', 'y'])
-        .transform_window([alt.WindowFieldDef(op='row_number', **{'as': 'order'})])
+        .transform_window(order='row_number()')
         .encode(order='order:Q', detail='trial:N', **axes(x='x', y='y'))
     )
     if trials is not None:
@@ -292,9 +289,8 @@ def path_chart(
         domain=['start', 'goal', 'end of a failed trial'], range=['circle', 'cross', 'M-.7,-.7L.7,.7M-.7,.7L.7,-.7']
     )
     stroke = alt.condition("datum.mark === 'end of a failed trial'", alt.value(FAILED), alt.value('#000'))
-    of_marks = (
-        marks.mark_point(size=110, strokeWidth=1.6, clip=True)
-        .encode(shape=shape, color=stroke, tooltip=tips({'mark': 'mark'}), **axes(x='x', y='y'))
+    of_marks = marks.mark_point(size=110, strokeWidth=1.6, clip=True).encode(
+        shape=shape, color=stroke, tooltip=tips({'mark': 'mark'}), **axes(x='x', y='y')
     )
     look: Dict[str, Any] = {'clip': True, 'strokeJoin': 'round'}
     return alt.layer(
@@ -331,8 +327,10 @@ def variant_errors_chart(
     def x(field: str) -> alt.X:
         return alt.X(f'{field}:Q', title=title).scale(type='log', nice=False, padding=10).axis(format=PLAIN)
 
-    base = alt.Chart(errors).transform_filter('datum.median > 0').encode(
-        color=_encoder_colour(colours).legend(title='encoder', orient='bottom')
+    base = (
+        alt.Chart(errors)
+        .transform_filter('datum.median > 0')
+        .encode(color=_encoder_colour(colours).legend(title='encoder', orient='bottom'))
     )
     fill = alt.condition('datum.has_failed', alt.value('#fff'), _encoder_colour(colours, alt.Fill))
     first = base.transform_filter(alt.FieldEqualPredicate(field='variant', equal=names[0]))

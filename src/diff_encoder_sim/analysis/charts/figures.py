@@ -13,7 +13,7 @@ import vl_convert
 from altair.utils.schemapi import debug_mode
 
 from diff_encoder_sim.analysis.charts import drawings, frames
-from diff_encoder_sim.analysis.charts.page import VEGA_LITE, drawing_dict
+from diff_encoder_sim.analysis.charts.chart_page import VEGA_LITE, drawing_dict
 from diff_encoder_sim.analysis.encoder_labels import is_real, ppr_text, ppr_value
 from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, Quantity, X
 from diff_encoder_sim.analysis.results_table import SUCCEEDED, Results, encoders, varied_texts
@@ -133,8 +133,8 @@ def _figures(results: Results, trials: pd.DataFrame, colours: Dict[str, str]) ->
     if several:
         series = ', '.join(f'{symbol} {label}' for label, symbol in zip(drawings.LABELS, '●■◆▲▼'))
         caption = (
-            f"Standard deviation against the encoder's resolution, with 95 % intervals: {series}; dashed: the closed form "
-            'of quantisation, for stops that differ by more than a pulse'
+            f"Standard deviation against the encoder's resolution, with 95 % intervals: {series}; dashed: the closed "
+            'form of quantisation, for stops that differ by more than a pulse'
         )
         caption += '; hollow: real encoders' if any(map(is_real, encoders(trials))) else ''
         panels = [
@@ -203,7 +203,9 @@ def _distribution(
 ) -> alt.LayerChart:
     of_test = _of_test(errors, trials, test, source)
     values = of_test[quantity.axis]
-    limit = shown_limit([of_cell.to_numpy() for _, of_cell in values.groupby(of_test['encoder'])], 1.3 * quantity.tolerance)
+    limit = shown_limit(
+        [of_cell.to_numpy() for _, of_cell in values.groupby(of_test['encoder'])], 1.3 * quantity.tolerance
+    )
     series = of_test['series'].where(values.abs() <= limit, drawings.BEYOND)
     drawn = of_test.assign(value=values.clip(-limit, limit), slot=0, series=series)
     names = {label: label for label in colours}
@@ -225,21 +227,17 @@ def _has_spread(trials: pd.DataFrame) -> bool:
     return any(count > 1 and ppr_value(label) is not None for label, count in sizes.items())
 
 
-def _spread(
-    stds: pd.DataFrame, closed_form: pd.DataFrame, trials: pd.DataFrame, quantity: Quantity
-) -> alt.LayerChart:
+def _spread(stds: pd.DataFrame, closed_form: pd.DataFrame, trials: pd.DataFrame, quantity: Quantity) -> alt.LayerChart:
     [setup] = trials['setup'].unique()
     pprs = sorted({ppr for ppr in map(ppr_value, trials['ppr'].unique()) if ppr is not None})
-    of_panel = [
+    measured, expected = (
         alt.Chart(rows[(rows['setup'] == setup) & (rows['quantity'] == quantity.axis)]) for rows in (stds, closed_form)
-    ]
-    panel = drawings.spreads(*of_panel, pprs, f"'{quantity.unit}'")
+    )
+    panel = drawings.spreads(measured, expected, pprs, f"'{quantity.unit}'")
     return panel.properties(width=_third(), height=_third(), title=f'{trials["test"].iloc[0]}: {quantity.axis}')
 
 
-def _path_panels(
-    results: Results, shown: pd.DataFrame, colours: Dict[str, str]
-) -> List[List[alt.LayerChart]]:
+def _path_panels(results: Results, shown: pd.DataFrame, colours: Dict[str, str]) -> List[List[alt.LayerChart]]:
     floors = frames.floor_rows(shown, results)
     [test], (left, bottom, right, top) = floors.index, floors.iloc[0]
     width_m, height_m = max(right - left, (top - bottom) / MOST_OBLONG), max(top - bottom, (right - left) / MOST_OBLONG)
@@ -249,14 +247,20 @@ def _path_panels(
     columns = 1 if width_m > 2.0 * height_m and len(labels) <= 4 else min(len(labels), 2)
     width = (WIDTH_PX - AXIS_PX) // max(columns, 2 if height_m > width_m else 1) - AXIS_PX
     failed = shown[shown['outcome'] != SUCCEEDED]
-    ends = [[test, 'end of a failed trial', *path[-1], label] for label, path in zip(failed['ppr'], failed['true_path'])]
+    ends = [
+        [test, 'end of a failed trial', *path[-1], label] for label, path in zip(failed['ppr'], failed['true_path'])
+    ]
     of_ends = pd.DataFrame(ends, columns=['test', 'mark', 'x', 'y', 'ppr'])
-    marks, maps, paths = frames.mark_rows(results, [test]), frames.map_rows(results, [test]), frames.path_rows(shown, floors)
+    marks, maps, paths = (
+        frames.mark_rows(results, [test]),
+        frames.map_rows(results, [test]),
+        frames.path_rows(shown, floors),
+    )
     panels = []
     for label in labels:
         of_label = pd.concat([marks, of_ends.loc[of_ends['ppr'] == label, marks.columns]])
-        drawn = [alt.Chart(part) for part in (paths[paths['encoder'] == label], of_label, maps)]
-        panel = drawings.path_chart(*drawn, None, colours, tuple(domains))
+        drawn, marked = alt.Chart(paths[paths['encoder'] == label]), alt.Chart(of_label)
+        panel = drawings.path_chart(drawn, marked, alt.Chart(maps), None, colours, tuple(domains))
         height = round(width * height_m / width_m)
         panels.append(panel.properties(width=width, height=height, title=f'{test}: {ppr_text(label)}'))
     return [panels[first : first + columns] for first in range(0, len(panels), columns)]

@@ -112,7 +112,7 @@ def path_rows(trials: pd.DataFrame, floors: pd.DataFrame) -> pd.DataFrame:
 
 
 def simplified(points: np.ndarray, within: float) -> np.ndarray:
-    """Return those points of a line, its ends among them, between which straight lines pass all others within a distance.
+    """Return those points of a line, its ends among them, between which straight lines pass near all others.
 
     By Ramer, and Douglas and Peucker: the farthest point from the line between two is kept, and divides them.
 

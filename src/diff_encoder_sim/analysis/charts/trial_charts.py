@@ -8,7 +8,7 @@ import altair as alt
 from markupsafe import Markup
 
 from diff_encoder_sim.analysis.charts import drawings, frames
-from diff_encoder_sim.analysis.charts.page import HEIGHT_PX, Chart, Choice, Look, Option, charts_html, zoomed
+from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Look, Option, charts_html, zoomed
 from diff_encoder_sim.analysis.encoder_labels import ppr_text, ppr_values
 from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, X, Y
 from diff_encoder_sim.analysis.results_table import Results, encoders, sample_text
@@ -128,7 +128,9 @@ def _domains(floor: str) -> Tuple[Any, Any]:
 def _choices(trials: pd.DataFrame, colours: Dict[str, str], series: Sequence[str]) -> List[Choice]:
     setups = [Option(setup, setup) for setup in trials['setup'].unique()]
     of_encoder = [Option(label, ppr_text(label), colour) for label, colour in colours.items()]
-    poses = [Option(label, label, colour, SYMBOLS[shape]) for label, colour, shape in drawings.SERIES if label in series]
+    poses = [
+        Option(label, label, colour, SYMBOLS[shape]) for label, colour, shape in drawings.SERIES if label in series
+    ]
     first = [label for label in FIRST_SHOWN if label in series] or list(series[:1])
     axes = [Option(quantity.axis, quantity.axis) for quantity in QUANTITIES]
     is_few = len(setups) <= MOST_BUTTONS

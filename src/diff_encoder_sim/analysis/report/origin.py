@@ -17,7 +17,7 @@ from diff_encoder_sim.base.command_line import CONSOLE
 from diff_encoder_sim.base.deferred import pandas as pd
 
 # The analysis computes and draws with them; the campaign's own versions are in its manifest.
-LIBRARIES = ('numpy', 'pandas', 'scipy', 'matplotlib')
+LIBRARIES = ('numpy', 'pandas', 'scipy', 'altair', 'vl-convert-python')
 
 Facts = List[Tuple[str, str]]  # terms and their descriptions
 

@@ -9,8 +9,8 @@ from PIL import Image
 
 from campaign_manifest import manifest
 from diff_encoder_sim.analysis import results_table
+from diff_encoder_sim.analysis.charts.figures import Figure
 from diff_encoder_sim.analysis.encoder_comparison import compare_encoders
-from diff_encoder_sim.analysis.figures.style import Figure
 from diff_encoder_sim.analysis.paper.report_section import paper_section
 from diff_encoder_sim.analysis.report.page import bag_link, failure_table, write_report
 from diff_encoder_sim.analysis.tables import all_tables

@@ -86,9 +86,6 @@ def charts_html(charts: Sequence[Chart], choices: Sequence[Choice] = ()) -> Mark
     Args:
         charts: in the order of the page, two abreast if there is room.
         choices: what the reader may choose, above the charts.
-
-    Raises:
-        ValueError: a number is not finite.
     """
     drawn, data = [], {}
     for chart in charts:

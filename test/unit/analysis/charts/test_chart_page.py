@@ -1,0 +1,60 @@
+"""The block of HTML with a page's charts: what the browser is given."""
+
+import json
+import re
+
+import altair as alt
+import pandas as pd
+
+from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Look, Option, charts_html
+
+ENCODER = Choice('encoder', 'Encoder', [Option('40', '40 PPR', '#123456'), Option('90', '90 PPR')], ['90'], Look.BOXES)
+TEST = Choice('test', 'Test', [Option('SL', 'straight'), Option('SMT', 'turns')], 'SMT', Look.BUTTONS)
+OPTIONS = [Option(7, 'seventh', within='SL'), Option(8, 'eighth', within='SMT')]
+TRIAL = Choice('trial', 'Trial', OPTIONS, 8, Look.LIST, 'test', 'path')
+EVIL = '</script><b>&"'
+
+
+def chart(name='ends', description='Where trials end.', **columns):
+    rows = pd.DataFrame(columns or {'x': [1.5, 2.0], 'name': ['a', 'b']})
+    return Chart(name, 'Ends', description, alt.layer(alt.Chart(rows).mark_point().encode(x='x:Q')))
+
+
+def content(html):
+    [text] = re.findall(r'<script type="application/json">(.*?)</script>', html, re.DOTALL)
+    return json.loads(text)
+
+
+def test_charts_share_their_data_which_is_given_by_column():
+    given = content(charts_html([chart(), chart('again')]))
+    [(name, columns)] = given['data'].items()
+    assert columns == {'x': [1.5, 2.0], 'name': ['a', 'b']}
+    assert [[each['name'] for each in one['spec']['data']][:1] for one in given['charts']] == [[name]] * 2
+
+
+def test_choices_are_parameters_of_every_chart():
+    given = content(charts_html([chart(), chart('path')], [ENCODER, TEST]))
+    for each in given['charts']:
+        signals = {signal['name']: signal.get('value') for signal in each['spec']['signals']}
+        assert signals['encoder'] == ['90'] and signals['test'] == 'SMT'
+    assert given['choices'][0] == {'name': 'encoder', 'values': ['40', '90']}
+
+
+def test_each_choice_shows_what_is_chosen_at_first():
+    html = charts_html([chart()], [ENCODER, TEST, TRIAL])
+    inputs = re.findall(r'<input type="(\w+)" name="(\w+)" value="(\d)"( checked)?>', html)
+    assert inputs == [
+        ('checkbox', 'encoder', '0', ''),
+        ('checkbox', 'encoder', '1', ' checked'),
+        ('radio', 'test', '0', ''),
+        ('radio', 'test', '1', ' checked'),
+    ]
+    assert re.findall(r'<option value="(\d)"( selected)?>', html) == [('0', ''), ('1', ' selected')]
+    assert '<span style="color: #123456" aria-hidden="true">●</span>40 PPR' in html
+
+
+def test_no_text_ends_a_script_or_becomes_an_element():
+    html = charts_html([chart(description=EVIL, x=[1.0], bag=[EVIL])], [ENCODER._replace(label=EVIL)])
+    assert EVIL not in html and html.count('</script') == 3
+    [columns] = content(html)['data'].values()
+    assert columns['bag'] == [EVIL]

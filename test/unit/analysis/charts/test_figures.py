@@ -1,0 +1,156 @@
+"""Which figures are written, from any results, the same bytes each time; and which charts and choices a report has."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from diff_encoder_sim.analysis import results_table
+from diff_encoder_sim.analysis.charts import drawings, frames
+from diff_encoder_sim.analysis.charts.figures import shown_limit, write_figures
+from diff_encoder_sim.analysis.charts.trial_charts import trial_charts
+from diff_encoder_sim.drives.topics import PoseSource
+from trial_tables import IN, cell, navigated, results_of, synthetic_results, trial
+
+OF_EACH_SOURCE = [
+    f'{name}_{source.value}' for name in ('fig4_xy_errors', 'fig5_distributions') for source in PoseSource
+]
+VARIANTS = [{'variant': 'none'}, {'variant': 'missed 1 %'}]
+X_M = np.linspace(-10.0, 10.0, 50)
+
+
+def driven():
+    """Trials of two encoders, whose odometry starts right and leaves by a metre in twenty; the first fails."""
+    columns = {'true_path': np.column_stack((X_M, 0.0 * X_M)), 'odom_path': np.column_stack((X_M, 0.05 * (X_M + 10.0)))}
+    trials = [trial('SL', ppr, number, world=IN, **columns) for ppr in ('40', '90') for number in (1, 2, 3)]
+    trials[0]['outcome'] = 'collision'
+    return results_of(trials, requested={'SL': navigated('SL')})
+
+
+def texts(figure):
+    return re.findall(r'>([^<]+)<', figure.svg.read_text(encoding='utf-8'))
+
+
+def test_files_of_a_campaign_have_the_same_bytes_each_time(tmp_path):
+    made = driven()
+    figures, again = (write_figures(made, tmp_path / name / 'figures') for name in 'ab')
+    assert [figure.name for figure in figures] == [*OF_EACH_SOURCE, 'trajectories_SL', 'spread_vs_ppr']
+    for figure, other in zip(figures, again):
+        assert figure.caption.endswith('.') and figure.png.parent == figure.svg.parent == tmp_path / 'a' / 'figures'
+        assert figure.svg.read_bytes() == other.svg.read_bytes() and figure.png.read_bytes() == other.png.read_bytes()
+    with Image.open(figures[0].png) as image:
+        assert image.width > 600
+    assert '3 of 3 within' in texts(figures[3]) and 'SL: 40 PPR' in texts(figures[-2])
+
+
+@pytest.mark.filterwarnings('error::RuntimeWarning', 'error::UserWarning')
+@pytest.mark.parametrize(
+    ('made', 'count'),
+    [
+        (results_of([]), 0),
+        (results_of([trial('SL', '90', outcome='aborted')] * 2), 9),
+        (synthetic_results(tests=('SL',), pprs=('ideal', '90-1024'), trials=2), 8),
+    ],
+    ids=['none', 'no pose', 'no PPR'],
+)
+def test_little_data(tmp_path, made, count):
+    assert len(write_figures(made, tmp_path)) == count
+
+
+@pytest.mark.filterwarnings('error::RuntimeWarning', 'error::UserWarning')
+def test_of_named_variants_the_first_has_figures_and_one_figure_has_all(tmp_path):
+    trials = [
+        trial('SL', '40', number, odom=(0.01 * size, 0.0, 1.0), world=IN, **variant)
+        for size, variant in enumerate(VARIANTS, 1)
+        for number in (1, 2)
+    ]
+    figures = write_figures(results_of(trials, varied=['variant']), tmp_path)
+    assert [figure.name for figure in figures][:2] == ['variants', 'fig4_xy_errors_odom']
+    assert figures[1].caption.endswith('(none).') and {'none', 'missed 1 %'} <= set(texts(figures[0]))
+
+
+def test_parameters_have_figures_of_their_own(tmp_path):
+    figures = write_figures(synthetic_results(tests=('SL',), pprs=('40',), trials=2, noises=('0.01', '0.03')), tmp_path)
+    assert [figure.name for figure in figures] == [
+        f'{name}_variant{number}' for number in (1, 2) for name in (*OF_EACH_SOURCE, 'spread_vs_ppr')
+    ]
+    assert all('noise 0.03' in figure.caption for figure in figures[9:])
+
+
+def test_points_within_and_beyond_the_axes_are_counted(tmp_path):
+    errors = [(0.04, 0.04, 0.0), *[(0.01, 0.0, 0.0)] * 8, (7.0, 0.0, 0.0)]
+    figures = write_figures(results_of(cell('SL', '90', 'odom', errors)), tmp_path)
+    assert '9 of 10 within, 1 beyond' in texts(figures[0])
+
+
+def test_axes_hold_all_but_far_outliers():
+    usual = np.linspace(-1.0, 1.0, 29)
+    assert shown_limit([usual], least=0.1) == pytest.approx(1.08)
+    assert 1.0 < shown_limit([np.append(usual, 80.0)], least=0.1) < 10.0
+    assert shown_limit([usual, 5.0 * usual], least=0.1) == pytest.approx(5.4)
+    assert shown_limit([np.array([])], least=0.1) == pytest.approx(0.108)
+
+
+def test_every_chart_is_valid_vega_lite():
+    made = driven()
+    trials, colours = frames.trial_rows(made.trials), drawings.encoder_colours(['40', '90'])
+    rows = drawings.alt.Chart(frames.error_rows(made.trials))
+    floors = frames.floor_rows(made.trials, made)
+    paths, marks, maps = (
+        drawings.alt.Chart(each)
+        for each in (
+            frames.path_rows(made.trials, floors),
+            frames.mark_rows(made, ['SL']),
+            frames.map_rows(made, ['SL']),
+        )
+    )
+    stds = drawings.alt.Chart(frames.spread_rows(synthetic_results(trials=3).trials))
+    closed_form = drawings.alt.Chart(frames.closed_form_rows(made))
+    for drawing in (
+        drawings.xy_errors(rows, trials, colours),
+        drawings.distributions(rows, trials, {'40': '40 PPR'}, colours, "'m'", '0.05', domain=[-1.0, 1.0]),
+        drawings.spreads(stds, closed_form, [40.0, 90.0], "'m'"),
+        drawings.path_chart(paths, marks, maps, trials, colours, ([0.0, 1.0], [0.0, 1.0])),
+    ):
+        assert drawing.to_dict(validate=True)['layer']
+
+
+def charts_of(made):
+    return trial_charts(made, results_table.first_of_cells(made.trials))
+
+
+def names(html):
+    return re.findall(r'<figure id="chart-(\w+)">', html)
+
+
+def options(html, name):
+    legend = {'setup': 'Test', 'encoders': 'Encoder', 'sources': 'Pose'}[name]
+    field = str(html).partition(f'<legend>{legend}</legend>')[2].partition('</fieldset>')[0]
+    return re.findall(r'(?:</span>|">| checked>)([^<>]+)</label>', field)
+
+
+def test_a_report_with_bags_has_charts_in_the_colours_of_the_encoders():
+    html = charts_of(driven())
+    assert names(html) == ['scatter', 'distributions', 'path']
+    assert options(html, 'encoders') == ['40 PPR', '90 PPR'] and options(html, 'setup') == ['SL']
+    assert 'style="color: #7ad151"' in html and 'style="color: #440154"' in html
+
+
+def test_of_many_trials_the_first_of_each_cell_are_points_and_spreads_are_of_all(monkeypatch):
+    monkeypatch.setattr(results_table, 'MOST_SHOWN', 5)
+    html = charts_of(results_of(*(cell('SL', ppr, 'world', [IN, (0.02, 0.1, 0.0)] * 10) for ppr in ('40', '90'))))
+    [content] = re.findall(r'<script type="application/json">(.*?)</script>', html, re.DOTALL)
+    data = json.loads(content)['data'].values()
+    assert [rows['encoder'] for rows in data if 'series' in rows and 'x' in rows] == [['40', '40', '90', '90']]
+    assert [set(rows['trials']) for rows in data if 'std' in rows and 'trials' in rows] == [{20}]
+    assert 'The first 2 trials of each cell, of 40, with median and quartiles' in html
+
+
+def test_charts_without_data_are_left_out():
+    html = charts_of(results_of(cell('SL', '40', 'world', [IN, (0.02, 0.0, 0.0)])))
+    assert names(html) == ['scatter', 'distributions', 'curve']
+    assert options(html, 'sources') == ['/world_pose minus goal']
+    assert names(charts_of(results_of(cell('SL', 'ideal', 'world', [IN] * 2)))) == ['scatter', 'distributions']
+    assert charts_of(results_of([trial('SL', '40', 1, 'lost')])) is None
