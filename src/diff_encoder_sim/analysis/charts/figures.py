@@ -20,7 +20,7 @@ from diff_encoder_sim.analysis.results_table import SUCCEEDED, Results, encoders
 from diff_encoder_sim.analysis.tables import KINDS, VARIANTS, first_variant, variant_errors
 from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource
-from diff_encoder_sim.trials.campaign_cells import VARIANT
+from diff_encoder_sim.trials.trials_csv import VARIANT
 
 WIDTH_PX = 600  # of a figure, in the units of its SVG
 PNG_SCALE = 1.6
