@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from diff_encoder_sim.base.xml_values import rotation_from_rpy
-from diff_encoder_sim.robots.description import Inertial, Joint, Link, Mesh, RobotTree, Shape
+from diff_encoder_sim.robots.description import Joint, Link, MassProperties, Mesh, RobotTree, Shape
 
 # Corners of a cube of edge 2 around the origin, and its twelve triangles.
 CUBE_CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
@@ -48,13 +48,15 @@ def link(name, inertial=None, collisions=(), visuals=()):
 
 
 def inertial(mass_kg, inertia_kgm2, com_m=(0, 0, 0)):
-    return Inertial(mass_kg, np.array(com_m, float), np.asarray(inertia_kgm2, float) * np.ones((3, 3)) * np.eye(3))
+    return MassProperties(
+        mass_kg, np.array(com_m, float), np.asarray(inertia_kgm2, float) * np.ones((3, 3)) * np.eye(3)
+    )
 
 
 def joint(parent, child, child_in_parent=None, kind='fixed'):
     at = np.eye(4) if child_in_parent is None else child_in_parent
     axis = np.array([0.0, 1.0, 0.0])
-    return Joint(f'{parent}_to_{child}', kind, parent, child, at, axis, None, None, False)
+    return Joint(f'{parent}_to_{child}', kind, parent, child, at, axis, None, None, False, kind == 'continuous')
 
 
 def tree(links, joints=()):

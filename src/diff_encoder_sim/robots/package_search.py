@@ -2,7 +2,7 @@
 
 The search order: the package that the robot's file belongs to, by its package.xml; the folders that the user names;
 the folders above the robot's file and their neighbours; ROS_PACKAGE_PATH, AMENT_PREFIX_PATH and COLCON_PREFIX_PATH. A
-package has the name in its package.xml or its folder's; some are looked for by the other.
+package has the name in its package.xml or its folder's.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import functools
 import os
 import re
 from pathlib import Path
-from typing import Dict, Iterator, List, NamedTuple, Optional
+from typing import Dict, Iterator, List, Optional, Tuple
 from urllib.parse import unquote
 
 from diff_encoder_sim.base.errors import ConfigError
@@ -27,63 +27,44 @@ _IGNORED = ('CATKIN_IGNORE', 'COLCON_IGNORE', 'AMENT_IGNORE')
 
 
 def find_package(name: str, source: RobotSource) -> Optional[Path]:
-    """Return a package's folder; None where there is none."""
+    """Return a package's folder; None if there is none."""
     if not re.fullmatch(r'\w[\w.-]*', name):
         return None
-    found = (folder for folder in _candidates(name, source) if folder is not None)
-    return next(found, None)
+    return next((folder for folder in _candidates(name, source) if folder is not None), None)
 
 
 def missing_package(name: str, source: RobotSource) -> str:
     """Return the text of an error: where a package was looked for, and how to name its folder."""
+    folders = [*source.package_folders, *_folders_above(source.file)[:2], 'the folders above']
+    variables = [f'{each} ({os.environ.get(each) or "not set"})' for each in SEARCH_VARIABLES[:2]]
     return (
-        f'package {name!r} is not found; looked for in {", ".join(searched_folders(source))}; '
+        f'package {name!r} is not found; looked for in {", ".join(map(str, [*folders, *variables]))}; '
         'name a folder that has it under packages in the robot file, or as --packages'
     )
 
 
-def searched_folders(source: RobotSource) -> List[str]:
-    """Return the places where packages are looked for, for an error's text."""
-    above = [str(folder) for folder in _folders_above(source.file)[:2]]
-    named = [str(folder) for folder in source.package_folders]
-    variables = [
-        f'{variable} ({os.pathsep.join(map(str, _paths_of(variable))) or "not set"})'
-        for variable in SEARCH_VARIABLES[:2]
-    ]
-    return [*named, *above, 'the folders above', *variables]
-
-
 def find_mesh(uri: str, source: RobotSource) -> Path:
-    """Return the file that a mesh's name means; see `resolve_uri`.
+    """Return the file of a mesh's name: package://, model://, file://, or relative to the robot's file.
 
     Raises:
         ConfigError: the package or the file is missing.
     """
-    path = resolve_uri(uri, source)
-    if path is None:
-        raise ConfigError(_why_missing(uri.strip(), source))
-    return path
-
-
-def _why_missing(uri: str, source: RobotSource) -> str:
+    uri = uri.strip()
+    found = next((path for path in _meant_paths(uri, source) if path.is_file()), None)
+    if found is not None:
+        return found
     scheme, separator, rest = uri.partition('://')
     if scheme == 'file' and '://' in rest:
-        return _why_missing(rest, source)
+        uri = rest
+        scheme, separator, rest = uri.partition('://')
     if scheme not in ('package', 'model'):
         path = Path(rest) if separator else _absolute(source.file).parent / uri
-        return f"there is no file {path}; allowed: an .stl, .obj or .dae file, its path relative to the robot's file"
+        allowed = "an .stl, .obj or .dae file, its path relative to the robot's file"
+        raise ConfigError(f'there is no file {path}; allowed: {allowed}')
     name, _, inside = rest.partition('/')
     package = find_package(name, source)
-    return missing_package(name, source) if package is None else f'package {name!r} in {package} has no file {inside!r}'
-
-
-def resolve_uri(uri: str, source: RobotSource) -> Optional[Path]:
-    """Return the file that a mesh's name means: package://, model://, file://, or relative to the robot's file.
-
-    None where there is no such file.
-    """
-    files = (path for path in _meant_paths(uri.strip(), source) if path.is_file())
-    return next(files, None)
+    missing = f'package {name!r} in {package} has no file {inside!r}'
+    raise ConfigError(missing_package(name, source) if package is None else missing)
 
 
 def _meant_paths(uri: str, source: RobotSource) -> Iterator[Path]:
@@ -104,31 +85,21 @@ def _meant_paths(uri: str, source: RobotSource) -> Iterator[Path]:
 
 
 def _candidates(name: str, source: RobotSource) -> Iterator[Optional[Path]]:
-    yield next((folder for folder in _folders_above(source.file) if _declared_name(folder) == name), None)
+    above = _folders_above(source.file)
+    yield next((folder for folder in above if _declared_name(folder) == name), None)
     for folder in source.package_folders:
         yield _package_below(name, _absolute(folder), MOST_LEVELS_DOWN)
-    yield from _candidates_above(name, source.file)
-    for folder in _paths_of('ROS_PACKAGE_PATH'):
-        yield _package_below(name, folder, MOST_LEVELS_DOWN)
-    for variable in ('AMENT_PREFIX_PATH', 'COLCON_PREFIX_PATH'):
-        for prefix in _paths_of(variable):
-            yield _if_package(name, prefix / 'share' / name)
-            yield _if_package(name, prefix / name / 'share' / name)
-
-
-def _candidates_above(name: str, file: Path) -> Iterator[Optional[Path]]:
-    """Yield the folders above a file that are the package, then their neighbours."""
-    above = _folders_above(file)
-    for folder in above:
+    for folder in (*above, *(folder / name for folder in above)):
         yield _if_package(name, folder)
-    for folder in above:
-        yield _if_package(name, folder / name)
     own = next((folder for folder in above if (folder / 'package.xml').is_file()), None)
-    if own is None:
-        return
-    for folder in (own.parent, own.parent.parent):
+    for folder in (own.parent, own.parent.parent) if own is not None else ():
         if folder != Path(folder.anchor):
             yield _package_below(name, folder, 3)
+    for folder in _paths_of('ROS_PACKAGE_PATH'):
+        yield _package_below(name, folder, MOST_LEVELS_DOWN)
+    for prefix in (*_paths_of('AMENT_PREFIX_PATH'), *_paths_of('COLCON_PREFIX_PATH')):
+        yield _if_package(name, prefix / 'share' / name)
+        yield _if_package(name, prefix / name / 'share' / name)
 
 
 def _folders_above(file: Path) -> List[Path]:
@@ -150,7 +121,7 @@ def _if_package(name: str, folder: Path) -> Optional[Path]:
 
 
 def _declared_name(folder: Path) -> str:
-    """Return the name in a folder's package.xml; '' where there is none."""
+    """Return the name in a folder's package.xml; '' if there is none."""
     try:
         with (folder / 'package.xml').open('rb') as file:
             declared = _NAME.search(file.read(100_000))
@@ -159,43 +130,37 @@ def _declared_name(folder: Path) -> str:
     return declared[1].decode(errors='replace') if declared else ''
 
 
-class _Crawl(NamedTuple):
-    """What a search below a folder has found."""
-
-    packages: Dict[str, Path]  # by the name in their package.xml
-    folders: Dict[str, Path]  # all, by their own names
-
-
 def _package_below(name: str, folder: Path, levels: int) -> Optional[Path]:
     """Return a package that is a folder, or some levels below it."""
-    near = folder / name
-    if _declared_name(near) == name:
-        return near
+    if _declared_name(folder / name) == name:
+        return folder / name
     try:
-        changed_ns = folder.stat().st_mtime_ns
+        packages, folders = _crawl(folder, levels, folder.stat().st_mtime_ns)
     except OSError:
         return None
-    found = _crawl(folder, levels, changed_ns)
-    return found.packages.get(name) or found.folders.get(name)
+    return packages.get(name) or folders.get(name)
 
 
 @functools.lru_cache(maxsize=64)
-def _crawl(folder: Path, levels: int, _changed_ns: int) -> _Crawl:
-    """Look for packages, breadth first; below a package there is no other. Cached until the folder changes."""
-    found, level = _Crawl({}, {}), [folder]
-    count = 0
+def _crawl(folder: Path, levels: int, _changed_ns: int) -> Tuple[Dict[str, Path], Dict[str, Path]]:
+    """Return the packages by the names in their package.xml, and all folders by their own names.
+
+    Breadth first; below a package there is no other. Cached until the folder changes.
+    """
+    packages: Dict[str, Path] = {}
+    folders: Dict[str, Path] = {}
+    level = [folder]
     for _ in range(levels + 1):
         below: List[Path] = []
         for each in level:
-            count += 1
             name = _declared_name(each)
-            found.folders.setdefault(each.name, each)
+            folders.setdefault(each.name, each)
             if name:
-                found.packages.setdefault(name, each)
-            elif count < MOST_FOLDERS:
+                packages.setdefault(name, each)
+            elif len(folders) < MOST_FOLDERS:
                 below += _subfolders(each)
         level = below
-    return found
+    return packages, folders
 
 
 def _subfolders(folder: Path) -> List[Path]:

@@ -47,17 +47,17 @@ class RobotFileParams(Params):
 
 
 class RobotNotFound(ConfigError):
-    """There is no robot of that name or path: whoever gave it is wrong, not the robot's file."""
+    """There is no robot of that name or path."""
 
 
 class RobotFile(NamedTuple):
     """A robot's own files and numbers."""
 
     source: RobotSource
-    ppr: Optional[float]  # counts per wheel revolution; None where no robot file gives it
+    ppr: Optional[float]  # counts per wheel revolution; None if no robot file gives it
     overrides: Dict[str, Any]  # by dotted keys, as robot_params.override takes them
     label: str  # such as 'burger'
-    where: str  # the file that errors about these values name
+    where: str  # the file to name in errors about these values
 
 
 def robot_file_line(urdf: str, **content: Any) -> str:
@@ -84,14 +84,15 @@ def load_robot_file(
         RobotNotFound: there is no such robot.
         ConfigError: its YAML file has a bad key, or a folder of packages is missing.
     """
-    path = _path_of(given, folder, package_folder / 'config' / 'robots')
+    path = _path_of(given, folder, package_folder / 'config')
     if path.suffix not in ROBOT_FILE_SUFFIXES:
         source = RobotSource(path, _as_pairs(arguments), _checked(packages, 'packages'))
         return RobotFile(source, None, {}, path.name.partition('.')[0], str(path))
     params = load_params(RobotFileParams, path)
     own_packages = [path.parent / Path(each).expanduser() for each in params.packages]
+    urdf = path.parent / Path(params.urdf).expanduser()
     source = RobotSource(
-        _tidy(path.parent / Path(params.urdf).expanduser()),
+        urdf.resolve() if '..' in urdf.parts else urdf,  # as people read it: a/b for a/c/../b
         _as_pairs({**params.arguments, **arguments}),
         (*_checked(packages, 'packages'), *_checked(own_packages, f'{path}: packages')),
         None if params.laser is None else params.laser.added(),
@@ -101,27 +102,18 @@ def load_robot_file(
 
 def robot_names(config_folder: Path) -> List[str]:
     """Return the names of the robots in config/robots."""
-    return _names_in(config_folder / 'robots')
+    return sorted(path.stem for path in (config_folder / 'robots').glob('*.yaml'))
 
 
-def _names_in(robots_folder: Path) -> List[str]:
-    return sorted(path.stem for path in robots_folder.glob('*.yaml'))
-
-
-def _tidy(path: Path) -> Path:
-    """Return a path as people read it: a/b for a/c/../b."""
-    return path.resolve() if '..' in path.parts else path
-
-
-def _path_of(given: str, folder: Path, robots_folder: Path) -> Path:
-    """Return the file that a user means; a name is taken before a path."""
-    shipped = robots_folder / f'{given}.yaml'
+def _path_of(given: str, folder: Path, config_folder: Path) -> Path:
+    """Return the file that a user means; a name takes precedence over a path."""
+    shipped = config_folder / 'robots' / f'{given}.yaml'
     if Path(given).name == given and shipped.is_file():
         return shipped
     path = folder / Path(given).expanduser()
     if given and path.exists():
         return path
-    names = _names_in(robots_folder)
+    names = robot_names(config_folder)
     raise RobotNotFound(
         f'robot: given {given!r}, but there is no {path}; allowed: {", ".join(names)}, '
         f'or a .yaml, .xacro or .urdf file{did_you_mean(given, names)}'

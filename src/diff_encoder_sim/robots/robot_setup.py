@@ -1,7 +1,8 @@
-"""A robot as every command uses it: its file, what was found out about it, and the settings that follow."""
+"""A robot as every command uses it: its file, its description, and the settings that follow."""
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, Mapping, NamedTuple
@@ -29,91 +30,10 @@ _USUAL_LIMITS = {
 }
 _LASER_MAX_RANGE_M = 3.5
 _DIGITS = 6
+LASER_ABOVE_M = 0.05  # above the robot's highest point, where nothing of it is in the way
+MOST_LINKS = 12  # in an error
 
-
-def derived_settings(robot: RobotDescription) -> Dict[str, Any]:
-    """Return settings by dotted keys that begin with the stem of a file of config/.
-
-    A robot file's own values go before these.
-    """
-    return {
-        **_wheels(robot),
-        **_frames(robot),
-        **_laser(robot),
-        **{f'simulator.drive.{key}': _rounded(value) for key, value in robot.drive_limits.items()},
-        **_navigation(robot.drive_limits),
-        **_footprint(robot),
-    }
-
-
-def _wheels(robot: RobotDescription) -> Dict[str, Any]:
-    settings: Dict[str, Any] = {
-        'config.wheel_diameter': _rounded(robot.wheel_diameter_m),
-        'config.wheel_separation': _rounded(robot.wheel_separation_m),
-        'config.axle_x': _rounded(robot.axle_x_m),
-        'amcl.axle_x': _rounded(robot.axle_x_m),
-        # The simulated ones too: workers have the URDF alone, not the controller's file that may have them.
-        'simulator.wheel_diameter': _rounded(robot.wheel_diameter_m),
-        'simulator.wheel_separation': _rounded(robot.wheel_separation_m),
-    }
-    for side, wheel in (('left', robot.left), ('right', robot.right)):
-        settings[f'config.{side}_joint'] = wheel.joint
-        settings[f'config.{side}_reversed'] = not wheel.is_forward_positive
-        settings[f'simulator.{side}_joint'] = wheel.joint
-    return settings
-
-
-def _frames(robot: RobotDescription) -> Dict[str, Any]:
-    keys = (
-        'config.base_frame',
-        'amcl.base_frame_id',
-        *(f'navigation.{map_}_costmap.robot_base_frame' for map_ in ('global', 'local')),
-    )
-    return dict.fromkeys(keys, robot.tree.root)
-
-
-def _laser(robot: RobotDescription) -> Dict[str, Any]:
-    if robot.laser is None:
-        return {}
-    settings = {f'simulator.lidar.{key}': value for key, value in robot.laser.settings.items()}
-    range_max_m = robot.laser.settings.get('range_max')
-    if range_max_m is not None:
-        settings['amcl.laser_max_range'] = min(_LASER_MAX_RANGE_M, range_max_m)
-    return {'simulator.laser_link': robot.laser.link, **settings}
-
-
-def _navigation(limits: Mapping[str, float]) -> Dict[str, Any]:
-    """Return what the navigator may ask of the drive: not more than its limits."""
-    return {
-        key: _rounded(min(usual, limits[limit])) for key, (limit, usual) in _USUAL_LIMITS.items() if limit in limits
-    }
-
-
-def _footprint(robot: RobotDescription) -> Dict[str, Any]:
-    corners = [[_rounded(x_m), _rounded(y_m)] for x_m, y_m in robot.footprint]
-    return {f'navigation.{map_}_costmap.footprint': corners for map_ in ('global', 'local')}
-
-
-def _rounded(value: float) -> float:
-    """Return a number as a person would write it: 0.066 for 0.06600000000000002."""
-    return float(f'{round(value, 9):.{_DIGITS}g}') + 0.0
-
-
-ABOVE_M = 0.05  # above the robot's highest point, where nothing of it is in the way
-
-
-def proposed_laser(description: RobotDescription) -> AddedLaser:
-    """Return a scanner above the robot, on its root link."""
-    top_m = max(0.0, reach_m(description.hull, np.array([0.0, 0.0, 1.0])))
-    return AddedLaser(description.tree.root, (0.0, 0.0, round(top_m + ABOVE_M, 3)))
-
-
-def proposed_laser_line(description: RobotDescription) -> str:
-    """Return the robot file that adds it."""
-    return robot_file_line(description.tree.where, laser=proposed_laser(description).place())
-
-
-# Settings in which a robot file overrides what would be found out; of several the first that is given.
+# Settings with which a robot file overrides the description; of several the first that is given.
 _CHOICES = {
     'left_joint': ('simulator.left_joint', 'config.left_joint'),
     'right_joint': ('simulator.right_joint', 'config.right_joint'),
@@ -123,7 +43,97 @@ _CHOICES = {
 }
 _NUMBERS = ('wheel_diameter', 'wheel_separation')
 
-MOST_LINKS = 12  # in an error
+COMMENTS_FROM = 60  # column of a written robot file
+_GROUPS = {
+    'config': 'Encoder and odometry: the geometry that odometry assumes',
+    'simulator': 'The simulated robot',
+    'amcl': 'Localization',
+    'navigation': 'Navigation',
+    'lockstep': 'Computing times',
+}
+# Units of settings by the last part of their key, and their rows in the table of the description.
+_COMMENTS = {
+    'left_joint': ('', 'left wheel joint'),
+    'right_joint': ('', 'right wheel joint'),
+    'wheel_diameter': ('[m]', 'wheel diameter [m]'),
+    'wheel_separation': ('[m]', 'wheel separation [m]'),
+    'axle_x': ('[m]', 'axle'),
+    'base_frame': ('', 'base frame'),
+    'footprint': ('[m]', 'footprint'),
+    'laser_link': ('', 'laser link'),
+    'samples': ('', 'laser'),
+    'angle_min': ('[rad]', 'laser'),
+    'angle_span': ('[rad]', 'laser'),
+    'range_min': ('[m]', 'laser'),
+    'range_max': ('[m]', 'laser'),
+    'noise': ('[m]', 'laser'),
+    'rate': ('[Hz]', 'laser'),
+    'laser_max_range': ('[m]', ''),
+    'wheel_torque': ('[N m]', 'wheel torque [N m]'),
+    'max_linear_speed': ('[m/s]', 'highest speed [m/s]'),
+    'max_angular_speed': ('[rad/s]', 'highest turning rate [rad/s]'),
+    'max_linear_acceleration': ('[m/s^2]', 'highest acceleration [m/s^2]'),
+    'max_angular_acceleration': ('[rad/s^2]', 'highest angular acceleration [rad/s^2]'),
+    'max_vel_x': ('[m/s]', ''),
+    'max_vel_trans': ('[m/s]', ''),
+    'max_vel_theta': ('[rad/s]', ''),
+    'min_vel_theta': ('[rad/s]', ''),
+    'acc_lim_x': ('[m/s^2]', ''),
+    'acc_lim_theta': ('[rad/s^2]', ''),
+}
+
+
+def derived_settings(robot: RobotDescription) -> Dict[str, Any]:
+    """Return settings by dotted keys that begin with the stem of a file of config/.
+
+    A robot file's own values take precedence over these.
+    """
+    settings: Dict[str, Any] = {
+        'config.wheel_diameter': _rounded(robot.wheel_diameter_m),
+        'config.wheel_separation': _rounded(robot.wheel_separation_m),
+        'config.axle_x': _rounded(robot.axle_x_m),
+        'amcl.axle_x': _rounded(robot.axle_x_m),
+        # The simulated ones too: workers have only the URDF, not the controller's file that may have them.
+        'simulator.wheel_diameter': _rounded(robot.wheel_diameter_m),
+        'simulator.wheel_separation': _rounded(robot.wheel_separation_m),
+    }
+    for side, wheel in (('left', robot.left), ('right', robot.right)):
+        settings[f'config.{side}_joint'] = wheel.joint
+        settings[f'config.{side}_reversed'] = not wheel.is_forward_positive
+        settings[f'simulator.{side}_joint'] = wheel.joint
+    costmaps = [f'navigation.{name}_costmap' for name in ('global', 'local')]
+    frames = ('config.base_frame', 'amcl.base_frame_id', *(f'{costmap}.robot_base_frame' for costmap in costmaps))
+    settings.update(dict.fromkeys(frames, robot.tree.root))
+    if robot.laser is not None:
+        settings['simulator.laser_link'] = robot.laser.link
+        settings.update({f'simulator.lidar.{key}': value for key, value in robot.laser.settings.items()})
+        range_max_m = robot.laser.settings.get('range_max')
+        if range_max_m is not None:
+            settings['amcl.laser_max_range'] = min(_LASER_MAX_RANGE_M, range_max_m)
+    limits = robot.drive_limits
+    settings.update({f'simulator.drive.{key}': _rounded(value) for key, value in limits.items()})
+    for key, (limit, usual) in _USUAL_LIMITS.items():  # the navigator commands not more than the drive's limits
+        if limit in limits:
+            settings[key] = _rounded(min(usual, limits[limit]))
+    corners = [[_rounded(x_m), _rounded(y_m)] for x_m, y_m in robot.footprint]
+    settings.update({f'{costmap}.footprint': corners for costmap in costmaps})
+    return settings
+
+
+def _rounded(value: float) -> float:
+    """Return a number as a person would write it: 0.066 for 0.06600000000000002."""
+    return float(f'{round(value, 9):.{_DIGITS}g}') + 0.0
+
+
+def proposed_laser(description: RobotDescription) -> AddedLaser:
+    """Return a scanner above the robot, on its root link."""
+    top_m = max(0.0, reach_m(description.hull, np.array([0.0, 0.0, 1.0])))
+    return AddedLaser(description.tree.root, (0.0, 0.0, round(top_m + LASER_ABOVE_M, 3)))
+
+
+def proposed_laser_line(description: RobotDescription) -> str:
+    """Return the robot file that adds it."""
+    return robot_file_line(description.tree.where, laser=proposed_laser(description).place())
 
 
 class RobotSetup(NamedTuple):
@@ -131,7 +141,7 @@ class RobotSetup(NamedTuple):
 
     file: RobotFile
     description: RobotDescription
-    settings: Dict[str, Any]  # values of parameters by dotted keys: the URDF's, and before them the robot file's
+    settings: Dict[str, Any]  # values of parameters by dotted keys: the URDF's, overridden by the robot file's
 
     @property
     def name(self) -> str:
@@ -164,102 +174,34 @@ class RobotSetup(NamedTuple):
         source = self.file.source._replace(added_laser=proposed_laser(self.description))
         setup = set_up_robot(self.file._replace(source=source))
         warnings = (*setup.description.warnings, warning)
-        return setup._replace(description=setup.description._replace(warnings=warnings))
+        return setup._replace(description=dataclasses.replace(setup.description, warnings=warnings))
 
 
 def set_up_robot(file: RobotFile) -> RobotSetup:
-    """Find out about a robot; what its file sets goes before what is found.
+    """Describe a robot; the values in its file override those found in the URDF.
 
     Raises:
         ConfigError: its description cannot be read, or is no differential drive.
     """
-    _check_added_laser(file)
+    laser = file.source.added_laser
+    if laser is not None:  # checked here, where the error can name the robot file
+        links = parse_urdf(expand(file.source._replace(added_laser=None)), str(file.source.file)).links
+        if laser.parent not in links:
+            allowed = f'a link of {file.source.file.name}{did_you_mean(laser.parent, links)}'
+            raise ConfigError(f'{file.where}: laser: parent: given {laser.parent!r}; allowed: {allowed}')
     description = describe(file.source, _choices(file.overrides, file.where))
     return RobotSetup(file, description, {**derived_settings(description), **file.overrides})
 
 
-def _check_added_laser(file: RobotFile) -> None:
-    """Check the place of a laser here, where an error can name the robot file."""
-    laser = file.source.added_laser
-    if laser is None:
-        return
-    links = parse_urdf(expand(file.source._replace(added_laser=None)), str(file.source.file)).links
-    if laser.parent not in links:
-        raise ConfigError(
-            f'{file.where}: laser: parent: given {laser.parent!r}; allowed: a link of {file.source.file.name}'
-            f'{did_you_mean(laser.parent, links)}'
-        )
-
-
 def _choices(overrides: Mapping[str, Any], where: str) -> RobotChoices:
-    given = {
-        choice: next((overrides[key] for key in keys if key in overrides), None) for choice, keys in _CHOICES.items()
-    }
-    for choice, value in given.items():
+    choices: Dict[str, Any] = {}
+    for choice, keys in _CHOICES.items():
+        value = next((overrides[key] for key in keys if key in overrides), None)
         kind, allowed = ((int, float), 'a number') if choice in _NUMBERS else (str, 'a name')
         if value is not None and (isinstance(value, bool) or not isinstance(value, kind)):
-            raise ConfigError(f'{where}: {_CHOICES[choice][0]}: given {value!r}; allowed: {allowed}')
-    return RobotChoices(**{choice: value or None for choice, value in given.items()})
-
-
-COMMENTS_FROM = 60  # column
-
-# Rows of the table of what was found, by the settings that follow from them; where a row is missing, config/ decides.
-_QUANTITIES = {
-    'config.left_joint': 'left wheel joint',
-    'config.right_joint': 'right wheel joint',
-    'simulator.left_joint': 'left wheel joint',
-    'simulator.right_joint': 'right wheel joint',
-    'config.wheel_diameter': 'wheel diameter [m]',
-    'simulator.wheel_diameter': 'wheel diameter [m]',
-    'config.wheel_separation': 'wheel separation [m]',
-    'simulator.wheel_separation': 'wheel separation [m]',
-    'config.axle_x': 'axle',
-    'amcl.axle_x': 'axle',
-    'config.base_frame': 'base frame',
-    'simulator.laser_link': 'laser link',
-    'simulator.lidar': 'laser',
-    'simulator.drive.wheel_torque': 'wheel torque [N m]',
-    'simulator.drive.max_linear_acceleration': 'highest acceleration [m/s^2]',
-    'simulator.drive.max_angular_acceleration': 'highest angular acceleration [rad/s^2]',
-    'simulator.drive.max_linear_speed': 'highest speed [m/s]',
-    'simulator.drive.max_angular_speed': 'highest turning rate [rad/s]',
-    'navigation.global_costmap.footprint': 'footprint',
-    'navigation.local_costmap.footprint': 'footprint',
-}
-
-_UNITS = {
-    'wheel_diameter': '[m]',
-    'wheel_separation': '[m]',
-    'axle_x': '[m]',
-    'footprint': '[m]',
-    'range_min': '[m]',
-    'range_max': '[m]',
-    'noise': '[m]',
-    'laser_max_range': '[m]',
-    'angle_min': '[rad]',
-    'angle_span': '[rad]',
-    'rate': '[Hz]',
-    'wheel_torque': '[N m]',
-    'max_linear_speed': '[m/s]',
-    'max_vel_x': '[m/s]',
-    'max_vel_trans': '[m/s]',
-    'max_angular_speed': '[rad/s]',
-    'max_vel_theta': '[rad/s]',
-    'min_vel_theta': '[rad/s]',
-    'max_linear_acceleration': '[m/s^2]',
-    'acc_lim_x': '[m/s^2]',
-    'max_angular_acceleration': '[rad/s^2]',
-    'acc_lim_theta': '[rad/s^2]',
-}
-
-_GROUPS = {
-    'config': 'Encoder and odometry: the geometry that odometry assumes',
-    'simulator': 'The simulated robot',
-    'amcl': 'Localization',
-    'navigation': 'Navigation',
-    'lockstep': 'Computing times',
-}
+            raise ConfigError(f'{where}: {keys[0]}: given {value!r}; allowed: {allowed}')
+        choices[choice] = value or None
+    return RobotChoices(**choices)
 
 
 def robot_file_text(setup: RobotSetup, path: Path) -> str:
@@ -269,7 +211,7 @@ def robot_file_text(setup: RobotSetup, path: Path) -> str:
 
 def _head(setup: RobotSetup, folder: Path) -> Iterator[str]:
     source = setup.file.source
-    yield f'# {setup.name}, as check_robot found it. Change what you know better: this file goes before the URDF.'
+    yield f'# {setup.name}, as check_robot found it. Correct what is wrong: this file overrides the URDF.'
     yield '# Under `set`, any key of config.yaml, simulator.yaml, amcl.yaml, navigation.yaml and lockstep.yaml can'
     yield '# be set, as FILE.KEY.'
     yield _line('urdf', _relative(source.file, folder), '# xacro or URDF, relative to this file')
@@ -280,40 +222,26 @@ def _head(setup: RobotSetup, folder: Path) -> Iterator[str]:
     known = setup.file.ppr is not None
     ppr = _line('ppr', setup.file.ppr if known else 90, "# counts per wheel revolution of the robot's own encoder")
     yield ppr if known else f'# {ppr}'
-    yield from _laser_lines(setup)
-    yield 'set:'
-
-
-def _laser_lines(setup: RobotSetup) -> Iterator[str]:
-    """Yield the laser that the user added, or a proposal for a robot without one."""
-    added = setup.file.source.added_laser
-    if added is not None:
-        yield _line(
-            'laser', {'parent': added.parent, 'xyz': list(added.xyz_m)}, '# [m] a scanner in place of those of the URDF'
-        )
+    if source.added_laser is not None:
+        yield _line('laser', source.added_laser.place(), '# [m] a scanner in place of those of the URDF')
     elif setup.description.laser is None:
         place = proposed_laser(setup.description).place()
         yield '# ' + _line('laser', place, '# [m] no laser was found: this adds one above the robot')
+    yield 'set:'
 
 
 def _settings(setup: RobotSetup) -> Iterator[str]:
+    sources = {row.quantity: row.source for row in reversed(setup.description.found)}
     by_stem: Dict[str, List[str]] = {}
     for key in setup.settings:
         by_stem.setdefault(key.partition('.')[0], []).append(key)
     for stem, keys in by_stem.items():
         yield f'  # {_GROUPS.get(stem, stem)}'
         for key in keys:
-            unit = _UNITS.get(key.rpartition('.')[2], '')
-            comment = ' '.join(filter(None, [unit, _source(setup, key)]))
+            unit, quantity = _COMMENTS.get(key.rpartition('.')[2], ('', ''))
+            source = setup.file.where if key in setup.file.overrides else sources.get(quantity, '')
+            comment = ' '.join(filter(None, [unit, source]))
             yield '  ' + _line(key, setup.settings[key], comment and f'# {comment}')
-
-
-def _source(setup: RobotSetup, key: str) -> str:
-    """Return where a value is from; '' where it follows from others."""
-    if key in setup.file.overrides:
-        return setup.file.where
-    quantity = _QUANTITIES.get(key) or _QUANTITIES.get(key.rpartition('.')[0])
-    return next((row.source for row in setup.description.found if row.quantity == quantity), '')
 
 
 def _line(key: str, value: Any, comment: str) -> str:

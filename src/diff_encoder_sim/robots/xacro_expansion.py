@@ -1,32 +1,46 @@
-"""A robot's xacro or URDF file as URDF text."""
+"""A robot's xacro or URDF file as URDF text.
+
+xacro runs in a process with limits of time and memory: a xacro is a program, and may never end.
+"""
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import re
 import resource
 import shlex
-import signal
 import subprocess
 import sys
 from pathlib import Path
 from typing import Any, Collection, Dict, Iterable, NamedTuple, Optional, Sequence, Tuple
 from xml.etree import ElementTree
+from xml.sax.saxutils import quoteattr
 
 from diff_encoder_sim.base.errors import ConfigError, in_one_line
 from diff_encoder_sim.base.params import did_you_mean
 from diff_encoder_sim.base.processes import python_command
-from diff_encoder_sim.robots.description import RobotSource, added_link, with_laser
+from diff_encoder_sim.robots.description import AddedLaser, RobotSource
 from diff_encoder_sim.robots.package_search import SEARCH_VARIABLES, find_package, missing_package
 from diff_encoder_sim.robots.urdf_reading import MOST_BYTES, read_robot_text
+
+MOST_S = 60
+MOST_MEMORY_BYTES = 2**29  # of addresses: 10,000 links take a fifth
+ROOT_INERTIA = 'root_inertia'  # argument of a xacro that can put the root link's inertia on a separate link
+ADDED_LINK = 'laser'  # with a number, if the URDF has a link of this name
+
+_NEEDS_XACRO = re.compile(r'xacro:|\$[({]')
+_WARNING = re.compile(r'^warning: (.*)$', re.MULTILINE)
+_ASKED = re.compile(r'<xacro:arg\s[^>]*?name\s*=\s*["\']([^"\']+)|\$\(\s*arg\s+([^\s)]+)|xacro\.arg\(\s*["\'](\w+)')
+_MISSING_PACKAGE = re.compile(r'package://([\w.-]+)')
 
 
 def xacro_arguments(words: Sequence[str], where: str = '--robot-arg') -> Dict[str, str]:
     """Read arguments of a xacro.
 
     Raises:
-        ConfigError: one is not NAME:=VALUE, or a name comes twice.
+        ConfigError: one is not NAME:=VALUE, or a name is given twice.
     """
     arguments: Dict[str, str] = {}
     for word in words:
@@ -52,16 +66,6 @@ def xacro_arguments_of_text(text: str) -> Dict[str, str]:
     return xacro_arguments([word if ':=' in word else word.replace('=', ':=', 1) for word in words], 'robot_args')
 
 
-MOST_S = 120  # of waiting
-MOST_CPU_S = 10
-MOST_MEMORY_BYTES = 2**29  # of addresses: 10,000 links take a fifth
-
-_NEEDS_XACRO = re.compile(r'xacro:|\$[({]')
-_WARNING = re.compile(r'^warning: (.*)$', re.MULTILINE)
-_ASKED = re.compile(r'<xacro:arg\s[^>]*?name\s*=\s*["\']([^"\']+)|\$\(\s*arg\s+([^\s)]+)|xacro\.arg\(\s*["\'](\w+)')
-_MISSING_PACKAGE = re.compile(r'package://([\w.-]+)')
-
-
 class Expansion(NamedTuple):
     """URDF text made from a robot's file."""
 
@@ -79,7 +83,7 @@ def expand(source: RobotSource) -> str:
     """Return the URDF text of a robot.
 
     Raises:
-        ConfigError: the file cannot be read or expanded, or does not know an argument.
+        ConfigError: the file cannot be read or expanded, or does not have an argument.
     """
     return expansion(source).urdf
 
@@ -87,35 +91,29 @@ def expand(source: RobotSource) -> str:
 def expansion(source: RobotSource) -> Expansion:
     """Return the URDF text of a robot with notes on its expansion.
 
-    A campaign needs the same few robots in each of its trials: an expansion is kept until one of its files changes.
-
     Raises:
-        ConfigError: the file cannot be read or expanded, or does not know an argument.
+        ConfigError: the file cannot be read or expanded, or does not have an argument.
     """
     text = read_robot_text(source.file)
     needs_xacro = source.file.suffix == '.xacro' or _NEEDS_XACRO.search(text)
     result = _by_xacro(source) if needs_xacro else Expansion(text)
     for name, _ in source.arguments:
         if name not in result.declared:
-            raise ConfigError(
-                f'{source.file}: argument {name!r} is not known{did_you_mean(name, result.declared)}; '
-                f'allowed: {", ".join(result.declared) or "no argument"}'
-            )
+            allowed = ', '.join(result.declared) or 'no argument'
+            hint = did_you_mean(name, result.declared)
+            raise ConfigError(f'{source.file}: argument {name!r} is not known{hint}; allowed: {allowed}')
     if source.added_laser is None:
         return result
-    return result._replace(urdf=with_laser(result.urdf, source.added_laser), laser_link=added_link(result.urdf))
+    link = added_link(result.urdf)
+    return result._replace(urdf=with_laser(result.urdf, source.added_laser), laser_link=link)
 
 
 def _by_xacro(source: RobotSource) -> Expansion:
-    """Expand a xacro in a process with limits of time and memory: it is a program, and may never end."""
+    """Expand a xacro; the result is kept until one of its files changes, as each trial of a campaign needs it."""
     key = (source, tuple(map(os.environ.get, SEARCH_VARIABLES)))
     if key in _kept and _kept[key][1] == _versions(_kept[key][1]):
         return _kept[key][0]
-    request = {
-        'file': str(source.file),
-        'arguments': source.arguments,
-        'package_folders': list(map(str, source.package_folders)),
-    }
+    request = [str(source.file), source.arguments, list(map(str, source.package_folders))]
     try:
         process = subprocess.run(
             python_command('robots.xacro_expansion'),
@@ -124,8 +122,6 @@ def _by_xacro(source: RobotSource) -> Expansion:
         )  # fmt: skip
     except subprocess.TimeoutExpired:
         raise ConfigError(f'{source.file}: takes longer than {MOST_S} s to expand') from None
-    if process.returncode in (-signal.SIGXCPU, -signal.SIGKILL):
-        raise ConfigError(f'{source.file}: takes more than {MOST_CPU_S} s of processor time to expand')
     if process.returncode:
         last = process.stderr.strip().splitlines()[-1:] or [f'status {process.returncode}']
         raise ConfigError(f'{source.file}: cannot be expanded: {last[0]}')
@@ -146,15 +142,13 @@ def _versions(paths: Iterable[str]) -> _Versions:
 
 def main() -> None:
     """Expand the xacro that the request on stdin names; write its URDF or one line on its fault to stdout, as JSON."""
-    for kind, most in ((resource.RLIMIT_CPU, MOST_CPU_S), (resource.RLIMIT_AS, MOST_MEMORY_BYTES)):
-        # The limit of the job that starts this process may be lower.
-        lowest = min([most, *(each for each in resource.getrlimit(kind) if each != resource.RLIM_INFINITY)])
-        resource.setrlimit(kind, (lowest, lowest))
-    request = json.load(sys.stdin)
-    source = RobotSource(
-        Path(request['file']), tuple(map(tuple, request['arguments'])), tuple(map(Path, request['package_folders']))
-    )
-    answer_to, sys.stdout = sys.stdout, sys.stderr  # what xacro prints is no part of the answer
+    # The limit of the job that starts this process may be lower.
+    given = [each for each in resource.getrlimit(resource.RLIMIT_AS) if each != resource.RLIM_INFINITY]
+    most_bytes = min([MOST_MEMORY_BYTES, *given])
+    resource.setrlimit(resource.RLIMIT_AS, (most_bytes, most_bytes))
+    file, arguments, folders = json.load(sys.stdin)
+    source = RobotSource(Path(file), tuple(map(tuple, arguments)), tuple(map(Path, folders)))
+    answer_to, sys.stdout = sys.stdout, sys.stderr  # xacro's prints are no part of the answer
     json.dump(_expanded(source), answer_to)
 
 
@@ -190,10 +184,7 @@ def _expanded(source: RobotSource) -> Dict[str, Any]:
         # Not the whole document: xacro's banner has the file's path in it.
         answer['urdf'] = '<?xml version="1.0"?>\n' + document.documentElement.toprettyxml(indent='  ')
     except Exception as error:  # a xacro is a program: it may raise any exception
-        cause: BaseException = error
-        while getattr(cause, 'exc', None) is not None:  # xacro's own errors hold what they are about
-            cause = cause.exc  # type: ignore[attr-defined]
-        message = ' '.join(filter(None, [in_one_line(error)[:600], '' if str(cause) else type(cause).__name__]))
+        message = in_one_line(error)[:600]
         missing = _MISSING_PACKAGE.search(message)
         reading = str(xacro.filestack[-1]) if xacro.filestack else str(source.file)
         where = str(source.file) if reading == str(source.file) else f'{source.file}: {reading}'
@@ -203,12 +194,30 @@ def _expanded(source: RobotSource) -> Dict[str, Any]:
     return {**answer, 'notes': list(notes), 'declared': list(declared), 'opened': list(opened)}
 
 
-# Of a xacro that can hang the root link's inertia on a link of its own.
-ROOT_INERTIA = 'root_inertia'
+def added_link(urdf: str) -> str:
+    """Return the name of the scanner's link in a URDF that does not have it yet."""
+    taken = {match[2] for match in re.finditer(r'\sname\s*=\s*(["\'])(.*?)\1', urdf)}
+    names = itertools.chain([ADDED_LINK], (f'{ADDED_LINK}_{number}' for number in itertools.count(2)))
+    return next(name for name in names if not {name, f'added_{name}_joint'} & taken)
+
+
+def with_laser(urdf: str, laser: AddedLaser) -> str:
+    """Return the URDF with one more link, that of the scanner."""
+    link = added_link(urdf)
+    end = max(match.start() for match in re.finditer(r'</([\w.-]+:)?robot\s*>', urdf))
+    x_m, y_m, z_m = laser.xyz_m
+    added = (
+        f'<link name="{link}"/>'
+        f'<joint name="added_{link}_joint" type="fixed">'
+        f'<parent link={quoteattr(laser.parent)}/><child link="{link}"/>'
+        f'<origin xyz="{x_m} {y_m} {z_m}" rpy="0 0 0"/>'
+        '</joint>'
+    )
+    return urdf[:end] + added + urdf[end:]
 
 
 def without_root_inertia(source: RobotSource) -> RobotSource:
-    """Return the source with the xacro's own argument for it, where it has one."""
+    """Return the source with the xacro's argument for it, if it has one."""
     if ROOT_INERTIA not in expansion(source).declared or ROOT_INERTIA in dict(source.arguments):
         return source
     return source._replace(arguments=(*source.arguments, (ROOT_INERTIA, 'false')))
@@ -225,23 +234,17 @@ def display_urdf(source: RobotSource, moving: Collection[str]) -> str:
     """
     urdf = expansion(without_root_inertia(source)).urdf
     robot = ElementTree.fromstring(urdf.strip())
-    still = [
-        joint for joint in robot.findall('joint') if joint.get('type') != 'fixed' and joint.get('name') not in moving
-    ]
-    for joint in still:
-        joint.set('type', 'fixed')
-        for tag in ('mimic', 'limit'):
-            for element in joint.findall(tag):
+    is_changed = False
+    for joint in robot.findall('joint'):
+        if joint.get('type') != 'fixed' and joint.get('name') not in moving:
+            joint.set('type', 'fixed')
+            for element in (*joint.findall('mimic'), *joint.findall('limit')):
                 joint.remove(element)
-    is_changed = _remove_root_inertia(robot) or bool(still)
-    return ElementTree.tostring(robot, encoding='unicode') if is_changed else urdf
-
-
-def _remove_root_inertia(robot: ElementTree.Element) -> bool:
+            is_changed = True
     children = {child.get('link') for child in robot.findall('joint/child')}
     for link in robot.findall('link'):
         inertial = link.find('inertial')
         if link.get('name') not in children and inertial is not None:
             link.remove(inertial)
-            return True
-    return False
+            is_changed = True
+    return ElementTree.tostring(robot, encoding='unicode') if is_changed else urdf

@@ -4,7 +4,7 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.description import RobotSource
-from diff_encoder_sim.robots.package_search import SEARCH_VARIABLES, find_mesh, find_package, resolve_uri
+from diff_encoder_sim.robots.package_search import SEARCH_VARIABLES, find_mesh, find_package
 
 
 @pytest.fixture(autouse=True)
@@ -30,7 +30,7 @@ def test_a_robots_own_package_has_the_name_of_its_package_xml(tmp_path):
     own = package(tmp_path / 'foo_description-master', 'foo_description')
     assert find_package('foo_description', robot_in(own)) == own
     assert find_package('foo', robot_in(own)) is None
-    assert resolve_uri('package://foo_description/meshes/wheel.stl', robot_in(own)) == own / 'meshes' / 'wheel.stl'
+    assert find_mesh('package://foo_description/meshes/wheel.stl', robot_in(own)) == own / 'meshes' / 'wheel.stl'
 
 
 def test_neighbours_of_a_robots_package_are_found(tmp_path):
@@ -54,7 +54,7 @@ def test_a_robots_own_package_takes_precedence_over_named_folders(tmp_path):
     other = package(tmp_path / 'b' / 'foo_description'), package(tmp_path / 'b' / 'bar')
     source = robot_in(own, tmp_path / 'b')
     assert find_package('foo_description', source) == own
-    assert resolve_uri('package://foo_description/meshes/wheel.stl', source) == own / 'meshes' / 'wheel.stl'
+    assert find_mesh('package://foo_description/meshes/wheel.stl', source) == own / 'meshes' / 'wheel.stl'
     assert find_package('bar', source) == other[1] != beside
 
 
@@ -102,12 +102,12 @@ def test_meshes_are_named_in_many_ways(tmp_path, monkeypatch):
         '../meshes/a wheel.stl',
         str(mesh),
     ):
-        found = resolve_uri(uri, source)
-        assert found is not None and found.samefile(mesh), uri
+        assert find_mesh(uri, source).samefile(mesh), uri
     for uri in ('package://foo/none.stl', 'package://none/a.stl', 'https://x/a.stl', 'none.stl', '', 'package://foo'):
-        assert resolve_uri(uri, source) is None
+        with pytest.raises(ConfigError):
+            find_mesh(uri, source)
     monkeypatch.setenv('GAZEBO_MODEL_PATH', str(tmp_path))
-    assert resolve_uri('model://foo/meshes/a wheel.stl', RobotSource(tmp_path / 'x' / 'r.urdf')) == mesh
+    assert find_mesh('model://foo/meshes/a wheel.stl', RobotSource(tmp_path / 'x' / 'r.urdf')) == mesh
 
 
 def test_an_error_shows_whether_the_file_or_its_package_is_missing(tmp_path):
@@ -125,4 +125,4 @@ def test_an_error_shows_whether_the_file_or_its_package_is_missing(tmp_path):
 
 def test_a_description_that_was_copied_without_its_package_finds_its_meshes(tmp_path):
     copied = package(tmp_path / 'downloads', None)
-    assert resolve_uri('package://foo/meshes/wheel.stl', robot_in(copied)) == copied / 'meshes' / 'wheel.stl'
+    assert find_mesh('package://foo/meshes/wheel.stl', robot_in(copied)) == copied / 'meshes' / 'wheel.stl'

@@ -9,8 +9,8 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.describing import describe
-from diff_encoder_sim.robots.description import Cylinder, RobotChoices, RobotSource
-from diff_encoder_sim.robots.meshes import primitives_of, visual_primitives_of
+from diff_encoder_sim.robots.description import Cylinder, Findings, RobotChoices, RobotSource
+from diff_encoder_sim.robots.meshes import primitive_tree, visual_primitives_of
 from diff_encoder_sim.robots.simulated_robot import (
     FLOOR_ONLY_LINKS,
     NO_ERRORS,
@@ -23,7 +23,7 @@ from diff_encoder_sim.robots.simulated_robot import (
     self_contained_urdf,
     sound_wheels,
 )
-from diff_encoder_sim.robots.solids import link_mass, merged, placed
+from diff_encoder_sim.robots.solids import merged, moved, placed
 from diff_encoder_sim.robots.urdf_reading import parse_urdf
 from diff_encoder_sim.robots.xacro_expansion import expand
 from generated_robots import LEFT, RECIPES, RIGHT, Recipe, urdf_of
@@ -160,10 +160,11 @@ def test_it_needs_no_other_file_afterwards(find):
 def test_read_again_it_has_the_shapes_and_the_notes_that_the_files_give(find):
     before = parse_urdf(URDF, 'my.urdf')
     after = parse_urdf(self_contained_urdf(URDF, 'my.urdf', find), 'my.urdf')
-    for name, link in before.links.items():
-        right, found = primitives_of(link, 'my.urdf', find), primitives_of(after.links[name], 'my.urdf', no_file)
-        assert found.notes == right.notes
-        assert [str(shape) for shape in found.shapes] == [str(shape) for shape in right.shapes]
+    right, found = Findings(), Findings()
+    expected, read_again = primitive_tree(before, find, right), primitive_tree(after, no_file, found)
+    assert found.notes == right.notes and right.notes
+    for name, link in expected.links.items():
+        assert [str(shape) for shape in read_again.links[name].collisions] == [str(shape) for shape in link.collisions]
 
 
 def test_a_wheel_that_is_round_to_the_eye_only_keeps_its_visual_mesh(tmp_path, find):
@@ -229,8 +230,9 @@ def part_masses(tree):
     for name, link in tree.links.items():
         top = name
         while top not in tops:
-            top = tree.joint_above(top).parent
-        tops[top].append(link_mass(link.inertial, poses[name]))
+            top = tree.above[top].parent
+        if link.inertial is not None:
+            tops[top].append(moved(link.inertial, poses[name]))
     return {top: merged(masses) for top, masses in tops.items()}
 
 
@@ -256,7 +258,7 @@ def test_each_shape_keeps_its_place_and_its_friction(tree):
         ]
 
     left = shapes(joined(tree))
-    for friction, (geometry, pose) in shapes(tree):
+    for friction, (geometry, pose, *_) in shapes(tree):
         same = [
             index
             for index, found in enumerate(left)

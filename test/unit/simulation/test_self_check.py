@@ -1,5 +1,6 @@
 """What the self-check reports of robots that are right and wrong, and of what the scanner sees of the robot."""
 
+import dataclasses
 import re
 
 import pytest
@@ -84,7 +85,7 @@ def test_a_robot_that_rocks_leans_onto_its_other_support(load):
 
 def test_a_robot_without_a_laser_drives_and_gets_the_line_that_adds_one(load):
     robot = load(Recipe())
-    checks = checks_of(robot._replace(description=robot.description._replace(laser=None)))
+    checks = checks_of(robot._replace(description=dataclasses.replace(robot.description, laser=None)))
     assert all(check.is_ok for check in checks.values())
     assert 'laser: {parent: base, xyz: [0.0, 0.0, 0.' in checks['laser'].advice
 
