@@ -139,11 +139,10 @@ def test_a_line_has_one_two_or_four_counts(decoding, edges):
     assert decoded(FORWARD[::-1], decoding=decoding)[-1] == -12 // edges
 
 
-@pytest.mark.parametrize('decoding', ['x1', 'x2', 'x4'])
+@pytest.mark.parametrize(('decoding', 'edges'), [('x1', 4), ('x2', 2), ('x4', 1)])
 @pytest.mark.parametrize('wiring', ['swapped', 'inverted'])
-def test_wrong_wiring_counts_backward(decoding, wiring):
-    expected = -400 // {'x1': 4, 'x2': 2, 'x4': 1}[decoding]
-    assert decoded([0, 400], {'wiring': wiring}, decoding=decoding)[-1] == expected
+def test_wrong_wiring_counts_backward(decoding, edges, wiring):
+    assert decoded([0, 400], {'wiring': wiring}, decoding=decoding)[-1] == -400 // edges
 
 
 def test_a_dead_channel_leaves_edges_that_come_and_go():
