@@ -156,13 +156,13 @@ def sample_text(shown: pd.DataFrame, trials: pd.DataFrame) -> str:
 
 
 def equal_trials(first: pd.DataFrame, second: pd.DataFrame, pose: str) -> Tuple[pd.DataFrame, pd.DataFrame]:
-    """Return the trials of equal number of two cells that both have this final pose, in the same order."""
+    """Return number and final pose of the trials of equal number of two cells that both have it, in the same order."""
+    columns = ['trial', *(f'{pose}_{part}' for part in PARTS)]
     one, other = (
-        part.dropna(subset=[f'{pose}_x_m']).drop_duplicates('trial', keep='last').set_index('trial', drop=False)
+        part[columns].dropna().drop_duplicates('trial', keep='last').set_index('trial', drop=False)
         for part in (first, second)
     )
-    numbers = [number for number in one.index if number in other.index]
-    return one.loc[numbers], other.loc[numbers]
+    return one[one.index.isin(other.index)], other.reindex(one.index[one.index.isin(other.index)])
 
 
 def are_within(trials: pd.DataFrame, pose: str, quantities: Sequence[Quantity] = QUANTITIES) -> np.ndarray:
