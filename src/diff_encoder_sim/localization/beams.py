@@ -12,7 +12,7 @@ from typing import NamedTuple, Tuple
 import numpy as np
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.base.kernels import compiled
+from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
@@ -87,14 +87,14 @@ def _range_limits_m(scan: Scan, params: AmclParams) -> Tuple[float, float]:
 
 @compiled
 def _rays_in_base(
-    ranges_m: np.ndarray,
+    ranges_m: Array,
     range_min_m: float,
     range_max_m: float,
     hits_only: bool,
     first_rad: float,
     step_rad: float,
     laser_yaw_rad: float,
-) -> Tuple[np.ndarray, np.ndarray]:  # pragma: no cover (compiled)
+) -> Tuple[np.ndarray, np.ndarray]:
     """Return (k,) ranges and (k,) bearings in the base frame of the rays (n,) that are numbers."""
     kept_m, bearings_rad = np.empty(len(ranges_m)), np.empty(len(ranges_m))
     count = 0

@@ -16,7 +16,7 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.base.kernels import compiled
+from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.occupancy_grid import FreeCells
@@ -33,14 +33,14 @@ _YAW_BITS = 6
 
 @compiled
 def draw_until_enough(
-    particles: np.ndarray,
-    cumulative: np.ndarray,
-    limits: np.ndarray,
+    particles: Array,
+    cumulative: Array,
+    limits: Array,
     fraction_anywhere: float,
-    centres: np.ndarray,
-    places: np.ndarray,
-    anywhere: np.ndarray,
-) -> np.ndarray:  # pragma: no cover (compiled)
+    centres: Array,
+    places: Array,
+    anywhere: Array,
+) -> np.ndarray:
     """Draw (m, 3) particles one by one until there are enough for the bins that they fill.
 
     Args:
@@ -72,7 +72,7 @@ def draw_until_enough(
 
 
 @compiled
-def _chosen_index(cumulative: np.ndarray, place: float) -> int:  # pragma: no cover (compiled)
+def _chosen_index(cumulative: Array, place: float) -> int:
     """Return the particle whose part of [0, 1) holds `place`; never one of weight 0."""
     target = place * cumulative[-1]
     index = np.searchsorted(cumulative, target, side='right')
@@ -83,7 +83,7 @@ def _chosen_index(cumulative: np.ndarray, place: float) -> int:  # pragma: no co
 
 
 @compiled
-def cluster_labels(particles: np.ndarray) -> np.ndarray:  # pragma: no cover (compiled)
+def cluster_labels(particles: Array) -> np.ndarray:
     """Return (n,) int64 the cluster of each particle (n, 3), numbered from 0 as they are met."""
     count = len(particles)
     table = _new_table(count)
@@ -105,9 +105,7 @@ def cluster_labels(particles: np.ndarray) -> np.ndarray:  # pragma: no cover (co
 
 
 @compiled
-def _label_connected(
-    table: np.ndarray, slot: int, label: int, label_of_slot: np.ndarray, pending: np.ndarray
-) -> None:  # pragma: no cover (compiled)
+def _label_connected(table: Array, slot: int, label: int, label_of_slot: Array, pending: Array) -> None:
     """Give `label` to a bin and to all that are connected with it, across corners too."""
     label_of_slot[slot] = label
     pending[0] = slot
@@ -125,7 +123,7 @@ def _label_connected(
 
 
 @compiled
-def _new_table(largest_count: int) -> np.ndarray:  # pragma: no cover (compiled)
+def _new_table(largest_count: int) -> np.ndarray:
     """Return an empty table for up to `largest_count` bins, at most half full."""
     size = 16
     while size < 2 * largest_count:
@@ -134,7 +132,7 @@ def _new_table(largest_count: int) -> np.ndarray:  # pragma: no cover (compiled)
 
 
 @compiled
-def _key_of_pose(x_m: float, y_m: float, yaw_rad: float) -> int:  # pragma: no cover (compiled)
+def _key_of_pose(x_m: float, y_m: float, yaw_rad: float) -> int:
     """Return the key of the bin that holds a pose."""
     return _key_of_bin(
         int(math.floor(x_m / BIN_M)),
@@ -144,13 +142,13 @@ def _key_of_pose(x_m: float, y_m: float, yaw_rad: float) -> int:  # pragma: no c
 
 
 @compiled
-def _key_of_bin(bin_x: int, bin_y: int, bin_yaw: int) -> int:  # pragma: no cover (compiled)
+def _key_of_bin(bin_x: int, bin_y: int, bin_yaw: int) -> int:
     """Return the key of a bin by its indices; the heading's may be any whole number."""
     return (((bin_x + _OFFSET) & _MASK) << 28 | ((bin_y + _OFFSET) & _MASK)) << _YAW_BITS | bin_yaw % BINS_PER_TURN
 
 
 @compiled
-def _neighbour(key: int, step_x: int, step_y: int, step_yaw: int) -> int:  # pragma: no cover
+def _neighbour(key: int, step_x: int, step_y: int, step_yaw: int) -> int:
     """Return the key of the bin so many steps away."""
     return _key_of_bin(
         (key >> (28 + _YAW_BITS)) - _OFFSET + step_x,
@@ -160,7 +158,7 @@ def _neighbour(key: int, step_x: int, step_y: int, step_yaw: int) -> int:  # pra
 
 
 @compiled
-def _slot_of(table: np.ndarray, key: int) -> int:  # pragma: no cover (compiled)
+def _slot_of(table: Array, key: int) -> int:
     """Find `key` in the table, or the empty slot where it belongs."""
     mask = len(table) - 1
     # Fibonacci hashing: the high bits of the product depend on all bits of the key.
@@ -171,7 +169,7 @@ def _slot_of(table: np.ndarray, key: int) -> int:  # pragma: no cover (compiled)
 
 
 @compiled
-def _add(table: np.ndarray, key: int) -> bool:  # pragma: no cover (compiled)
+def _add(table: Array, key: int) -> bool:
     """Put `key` into the table; return whether it is new."""
     slot = _slot_of(table, key)
     if table[slot] == key:
@@ -202,7 +200,7 @@ def particle_statistics(particles: np.ndarray, weights: np.ndarray) -> ParticleS
 
 
 @compiled
-def _mean_unit_vector(particles: np.ndarray, weights: np.ndarray) -> Tuple[float, float]:
+def _mean_unit_vector(particles: Array, weights: Array) -> Tuple[float, float]:
     """Return the mean of (cos yaw, sin yaw) with weights of sum 1.
 
     One after another: numpy 1.24's cosine of a strided array differed in the last bit from one run

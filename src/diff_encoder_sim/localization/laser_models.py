@@ -7,7 +7,7 @@ from typing import Dict, Type
 
 import numpy as np
 
-from diff_encoder_sim.base.kernels import compiled
+from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.beams import Beams, Likelihoods, SensorModel
 from diff_encoder_sim.localization.likelihood_field import LikelihoodField, LikelihoodFieldProb
@@ -40,15 +40,15 @@ class BeamModel(SensorModel):
 
 @compiled
 def _weigh_by_casting(
-    poses: np.ndarray,
-    laser: np.ndarray,
-    directions: np.ndarray,
-    ranges_m: np.ndarray,
+    poses: Array,
+    laser: Array,
+    directions: Array,
+    ranges_m: Array,
     range_max_m: float,
-    blocked: np.ndarray,
+    blocked: Array,
     resolution_m: float,
-    mixture: np.ndarray,
-) -> np.ndarray:  # pragma: no cover (compiled)
+    mixture: Array,
+) -> np.ndarray:
     """Return (n,) one plus the sum over rays of their probability cubed.
 
     Args:
@@ -83,9 +83,7 @@ def _weigh_by_casting(
 
 
 @compiled
-def ray_probability(
-    range_m: float, expected_m: float, range_max_m: float, mixture: np.ndarray
-) -> float:  # pragma: no cover (compiled)
+def ray_probability(range_m: float, expected_m: float, range_max_m: float, mixture: Array) -> float:
     """Return how likely a range is where the map has `expected_m`: table 6.1 without its normalisers.
 
     `mixture` is z_hit, z_short, z_max, z_rand, sigma_hit [m], lambda_short [1/m].
@@ -103,9 +101,7 @@ def ray_probability(
 
 
 @compiled
-def cast_ray(
-    blocked: np.ndarray, column: float, row: float, end_column: float, end_row: float, reach: float
-) -> float:  # pragma: no cover (compiled)
+def cast_ray(blocked: Array, column: float, row: float, end_column: float, end_row: float, reach: float) -> float:
     """Return how many cells lie between a point and the first blocked cell on the line to another.
 
     Measured between cell centres along Bresenham's line; the cell it starts in does not block it.

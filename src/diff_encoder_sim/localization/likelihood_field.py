@@ -13,7 +13,7 @@ from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.base.kernels import compiled
+from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.beams import Beams, Likelihoods, SensorModel, beam_step_rounded_up
 from diff_encoder_sim.localization.occupancy_grid import OCCUPIED, OccupancyGrid
@@ -49,7 +49,7 @@ def distance_field(occupied: np.ndarray, resolution_m: float, max_distance_m: fl
 
 
 @compiled
-def _squared_distances(occupied: np.ndarray, most: int) -> np.ndarray:  # pragma: no cover (compiled)
+def _squared_distances(occupied: Array, most: int) -> np.ndarray:
     """Return (height, width) int32 squared distance in cells, at most `most`."""
     height, width = occupied.shape
     squared = np.empty((height, width), dtype=np.int32)
@@ -64,7 +64,7 @@ def _squared_distances(occupied: np.ndarray, most: int) -> np.ndarray:  # pragma
 
 
 @compiled
-def _along_columns(occupied: np.ndarray, distance: np.ndarray) -> None:  # pragma: no cover
+def _along_columns(occupied: Array, distance: Array) -> None:
     """Fill in the distance to the nearest occupied cell of the same column: once down, once up."""
     height, width = occupied.shape
     for column in range(width):
@@ -78,9 +78,7 @@ def _along_columns(occupied: np.ndarray, distance: np.ndarray) -> None:  # pragm
 
 
 @compiled
-def _along_row(
-    heights: np.ndarray, squared: np.ndarray, vertices: np.ndarray, starts: np.ndarray, most: int
-) -> None:  # pragma: no cover
+def _along_row(heights: Array, squared: Array, vertices: Array, starts: Array, most: int) -> None:
     """Fill in the lower envelope of the parabolas (x - v)^2 + heights[v]^2, in whole numbers, where it is below `most`.
 
     `vertices` and `starts` are scratch: the columns whose parabola is on the envelope, and the
@@ -162,9 +160,7 @@ def ray_probability(distance_m: np.ndarray, params: AmclParams, range_max_m: flo
 
 
 @compiled(fastmath={'reassoc', 'nsz'})
-def sum_over_endpoints(
-    poses: np.ndarray, ends: np.ndarray, table: np.ndarray
-) -> np.ndarray:  # pragma: no cover (compiled)
+def sum_over_endpoints(poses: Array, ends: Array, table: Array) -> np.ndarray:
     """Return (n,) sums of the table's entries where the rays end.
 
     Args:
@@ -189,9 +185,7 @@ def sum_over_endpoints(
 
 
 @compiled
-def count_at_endpoints(
-    poses: np.ndarray, ends: np.ndarray, table: np.ndarray
-) -> np.ndarray:  # pragma: no cover (compiled)
+def count_at_endpoints(poses: Array, ends: Array, table: Array) -> np.ndarray:
     """Return (k,) sums over poses of the table's entries where each ray ends; see above."""
     height, width = table.shape
     counts = np.zeros(ends.shape[1], dtype=np.int64)

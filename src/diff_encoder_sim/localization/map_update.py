@@ -8,7 +8,7 @@ from typing import NamedTuple, Tuple
 import numpy as np
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.base.kernels import compiled
+from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.beams import check_scan
@@ -101,17 +101,17 @@ def update_maps(maps: PatchMaps, particles: np.ndarray, rays: Rays) -> None:
 
 @compiled
 def _update_map(
-    table: np.ndarray,
-    cells: np.ndarray,
-    references: np.ndarray,
-    free: np.ndarray,
-    free_count: np.ndarray,
+    table: Array,
+    cells: Array,
+    references: Array,
+    free: Array,
+    free_count: Array,
     laser_x: float,
     laser_y: float,
-    cosines: np.ndarray,
-    sines: np.ndarray,
-    lengths: np.ndarray,
-    is_hit: np.ndarray,
+    cosines: Array,
+    sines: Array,
+    lengths: Array,
+    is_hit: Array,
 ) -> None:
     """Enter a scan into one particle's map; lengths in cells, from the map's corner."""
     patch_row, patch_column, patch = -1, -1, -1
@@ -151,7 +151,7 @@ def _first_border(start: float, slope: float) -> Tuple[int, float, float]:
 
 
 @compiled
-def _hit(cell: np.ndarray, x: float, y: float) -> None:
+def _hit(cell: Array, x: float, y: float) -> None:
     cell[HITS] += np.float32(1.0)
     cell[VISITS] += np.float32(1.0)
     cell[MEAN_X] += np.float32((x - cell[MEAN_X]) / cell[HITS])
@@ -160,13 +160,7 @@ def _hit(cell: np.ndarray, x: float, y: float) -> None:
 
 @compiled
 def _own_patch(
-    table: np.ndarray,
-    row: int,
-    column: int,
-    cells: np.ndarray,
-    references: np.ndarray,
-    free: np.ndarray,
-    free_count: np.ndarray,
+    table: Array, row: int, column: int, cells: Array, references: Array, free: Array, free_count: Array
 ) -> int:
     """Return the patch at a place of one particle's table, made its own; one must be free."""
     patch = int(table[row, column])

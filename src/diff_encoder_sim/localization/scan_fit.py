@@ -10,7 +10,7 @@ from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.base.kernels import compiled
+from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
@@ -81,8 +81,8 @@ class FitMap:
 
 @compiled
 def _sort_rays(
-    laser_x: float, laser_y: float, directions_rad: np.ndarray, ranges: np.ndarray, distance: float, kinds: np.ndarray
-) -> Tuple[int, int, int]:  # pragma: no cover
+    laser_x: float, laser_y: float, directions_rad: Array, ranges: Array, distance: float, kinds: Array
+) -> Tuple[int, int, int]:
     """Count rays as fitting, through, short; in the grid's frame, lengths in cells."""
     fitting = through = short = 0
     for j in range(len(ranges)):
@@ -109,7 +109,7 @@ def _sort_rays(
 @compiled
 def _distance_to_map(
     x: float, y: float, cos_direction: float, sin_direction: float, length: float, shape: Tuple[int, int]
-) -> float:  # pragma: no cover (compiled)
+) -> float:
     """Return how far along a ray the map begins: 0 for a laser on it, `length` if it never does."""
     enter, leave = 0.0, length
     for start, slope, size in ((x, cos_direction, float(shape[1])), (y, sin_direction, float(shape[0]))):
@@ -122,7 +122,7 @@ def _distance_to_map(
 
 
 @compiled
-def _kind_at(kinds: np.ndarray, x: float, y: float) -> int:  # pragma: no cover (compiled)
+def _kind_at(kinds: Array, x: float, y: float) -> int:
     """Return what the map has at a point given in cells."""
     column, row = int(math.floor(x)), int(math.floor(y))
     if column < 0 or row < 0 or column >= kinds.shape[1] or row >= kinds.shape[0]:

@@ -11,7 +11,7 @@ from typing import Tuple
 
 import numpy as np
 
-from diff_encoder_sim.base.kernels import compiled
+from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.localization.patches import HITS, MASK, MEAN_X, MEAN_Y, SHIFT, SIDE, VISITS
 
 # A cell counts as surface if more than this fraction of its visits are hits: upstream's.
@@ -36,12 +36,12 @@ MOVES = np.array(
 
 @compiled
 def propose_poses(
-    table: np.ndarray,
-    cells: np.ndarray,
-    expected: np.ndarray,
-    fallback: np.ndarray,
-    normals: np.ndarray,
-    ends: np.ndarray,
+    table: Array,
+    cells: Array,
+    expected: Array,
+    fallback: Array,
+    normals: Array,
+    ends: Array,
     kernel: int,
     score_scale: float,
     likelihood_scale: float,
@@ -49,8 +49,8 @@ def propose_poses(
     turn_rad: float,
     halvings: int,
     minimum_score: float,
-    sigmas: np.ndarray,
-    trend: np.ndarray,
+    sigmas: Array,
+    trend: Array,
 ) -> Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return, for all particles: drawn poses (n, 3), log-weight factors (n,), scores (n,), and trends (n, 3)."""
     drawn = fallback.copy()
@@ -74,10 +74,10 @@ def propose_poses(
 
 @compiled
 def climb(
-    table: np.ndarray,
-    cells: np.ndarray,
-    pose: np.ndarray,
-    ends: np.ndarray,
+    table: Array,
+    cells: Array,
+    pose: Array,
+    ends: Array,
     kernel: int,
     score_scale: float,
     step: float,
@@ -111,9 +111,7 @@ def climb(
 
 
 @compiled
-def _score(
-    table: np.ndarray, cells: np.ndarray, pose: np.ndarray, ends: np.ndarray, kernel: int, scale: float
-) -> float:
+def _score(table: Array, cells: Array, pose: Array, ends: Array, kernel: int, scale: float) -> float:
     """Sum exp(scale times squared distance) over the rays; 0 where nothing is near."""
     cos_yaw, sin_yaw = math.cos(pose[2]), math.sin(pose[2])
     total = 0.0
@@ -131,9 +129,7 @@ def _score(
 
 
 @compiled
-def log_likelihood(
-    table: np.ndarray, cells: np.ndarray, pose: np.ndarray, ends: np.ndarray, kernel: int, scale: float
-) -> float:
+def log_likelihood(table: Array, cells: Array, pose: Array, ends: Array, kernel: int, scale: float) -> float:
     """Sum scale times squared distance over the rays; beyond the kernel, its radius counts."""
     cos_yaw, sin_yaw = math.cos(pose[2]), math.sin(pose[2])
     # Upstream's is 90 times as much: rays into what was never seen before would decide.
@@ -153,15 +149,15 @@ def log_likelihood(
 
 @compiled
 def refine(
-    table: np.ndarray,
-    cells: np.ndarray,
-    match: np.ndarray,
-    expected: np.ndarray,
-    ends: np.ndarray,
+    table: Array,
+    cells: Array,
+    match: Array,
+    expected: Array,
+    ends: Array,
     kernel: int,
     score_scale: float,
     likelihood_scale: float,
-    sigmas: np.ndarray,
+    sigmas: Array,
 ) -> Tuple[np.ndarray, np.ndarray]:
     """Return (3,) the likeliest pose near `match` by scan and odometry, and (3, 3) the root of its information.
 
@@ -181,7 +177,7 @@ def refine(
 
 
 @compiled
-def scan_share(offset: np.ndarray, trend: np.ndarray) -> float:
+def scan_share(offset: Array, trend: Array) -> float:
     """Return how much of the way from odometry's pose to the scan's is taken: 0 to 1.
 
     The way (3,), and its running mean over the last steps (3,), are in standard deviations of the scan. The scan's own
@@ -195,12 +191,12 @@ def scan_share(offset: np.ndarray, trend: np.ndarray) -> float:
 
 @compiled
 def _add_scan(
-    information: np.ndarray,
-    pull: np.ndarray,
-    table: np.ndarray,
-    cells: np.ndarray,
-    pose: np.ndarray,
-    ends: np.ndarray,
+    information: Array,
+    pull: Array,
+    table: Array,
+    cells: Array,
+    pose: Array,
+    ends: Array,
     kernel: int,
     score_scale: float,
     likelihood_scale: float,
@@ -229,7 +225,7 @@ def _add_scan(
 
 
 @compiled
-def _squared_distance(table: np.ndarray, cells: np.ndarray, x: float, y: float, kernel: int) -> float:
+def _squared_distance(table: Array, cells: Array, x: float, y: float, kernel: int) -> float:
     """Return the squared distance from a point to the surface near it, infinite if there is none."""
     found, off_x, off_y, xx, xy, yy = _surface_near(table, cells, x, y, kernel)
     return float(xx * off_x * off_x + 2.0 * xy * off_x * off_y + yy * off_y * off_y) if found else math.inf
@@ -237,7 +233,7 @@ def _squared_distance(table: np.ndarray, cells: np.ndarray, x: float, y: float, 
 
 @compiled
 def _surface_near(
-    table: np.ndarray, cells: np.ndarray, x: float, y: float, kernel: int
+    table: Array, cells: Array, x: float, y: float, kernel: int
 ) -> Tuple[bool, float, float, float, float, float]:
     """Return whether a surface is near a point, how far off it the point is (x, y), and what counts of it.
 
@@ -299,7 +295,7 @@ def _across(xx: float, xy: float, yy: float) -> Tuple[float, float, float]:
 
 
 @compiled
-def _log_motion(pose: np.ndarray, expected: np.ndarray, sigmas: np.ndarray) -> float:
+def _log_motion(pose: Array, expected: Array, sigmas: Array) -> float:
     """Return the log of the motion model at a pose, up to a constant; sigmas ahead, across, turned."""
     # In the frame of the expected heading, not of the one before the move: the difference is
     # smaller than the uncertainty of the noise.
@@ -311,7 +307,7 @@ def _log_motion(pose: np.ndarray, expected: np.ndarray, sigmas: np.ndarray) -> f
 
 
 @compiled
-def _motion_information(pose: np.ndarray, expected: np.ndarray, sigmas: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+def _motion_information(pose: Array, expected: Array, sigmas: Array) -> Tuple[np.ndarray, np.ndarray]:
     """Return odometry's information (3, 3), lower triangle, and its product with expected minus pose, (3,)."""
     cos_yaw, sin_yaw = math.cos(expected[2]), math.sin(expected[2])
     ahead, across = sigmas[0] ** -2, sigmas[1] ** -2
@@ -329,7 +325,7 @@ def _motion_information(pose: np.ndarray, expected: np.ndarray, sigmas: np.ndarr
 
 
 @compiled
-def _root(matrix: np.ndarray) -> np.ndarray:
+def _root(matrix: Array) -> np.ndarray:
     """Return Cholesky's lower root of a positive definite matrix (3, 3), of which the lower triangle is read."""
     root = np.zeros((3, 3))
     for a in range(3):
@@ -342,7 +338,7 @@ def _root(matrix: np.ndarray) -> np.ndarray:
 
 
 @compiled
-def _in_deviations(root: np.ndarray, offset: np.ndarray) -> np.ndarray:
+def _in_deviations(root: Array, offset: Array) -> np.ndarray:
     """Return the transpose of a lower root of information times an offset (3,): independent parts of variance 1."""
     parts = np.zeros(3)
     for a in range(3):
@@ -352,7 +348,7 @@ def _in_deviations(root: np.ndarray, offset: np.ndarray) -> np.ndarray:
 
 
 @compiled
-def _divided(root: np.ndarray, vector: np.ndarray) -> np.ndarray:
+def _divided(root: Array, vector: Array) -> np.ndarray:
     """Solve root times x = vector for x (3,), with a lower root."""
     x = vector.copy()
     for a in range(3):
@@ -363,7 +359,7 @@ def _divided(root: np.ndarray, vector: np.ndarray) -> np.ndarray:
 
 
 @compiled
-def _divided_by_transpose(root: np.ndarray, vector: np.ndarray) -> np.ndarray:
+def _divided_by_transpose(root: Array, vector: Array) -> np.ndarray:
     """Solve the transpose of root times x = vector for x (3,), with a lower root."""
     x = vector.copy()
     for a in range(2, -1, -1):

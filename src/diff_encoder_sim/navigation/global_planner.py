@@ -11,7 +11,7 @@ from pydantic import Field
 from typing_extensions import Annotated
 
 from diff_encoder_sim.base.bounds import Between, Distance_m, Place_m, Weight
-from diff_encoder_sim.base.kernels import compiled
+from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.se2 import Pose2D, transform_points
 from diff_encoder_sim.navigation.costmap import Costmap
@@ -47,7 +47,7 @@ STEP_CELLS = 0.5  # along the descent, navfn's pathStep
 
 @compiled
 def propagate(
-    weights: np.ndarray,
+    weights: Array,
     start_row: int,
     start_column: int,
     goal_row: int,
@@ -100,7 +100,7 @@ def propagate(
 
 
 @compiled
-def _wave(potential: np.ndarray, weights: np.ndarray, row: int, column: int) -> float:
+def _wave(potential: Array, weights: Array, row: int, column: int) -> float:
     """Return the cost at a cell of a wave over its cheaper neighbour along each axis."""
     rows, columns = potential.shape
     weight = weights[row, column]
@@ -121,7 +121,7 @@ def _wave(potential: np.ndarray, weights: np.ndarray, row: int, column: int) -> 
 
 
 @compiled
-def _twice_as_long(keys: np.ndarray, cells: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+def _twice_as_long(keys: Array, cells: Array) -> Tuple[np.ndarray, np.ndarray]:
     """Return a heap with twice the space."""
     more_keys, more_cells = np.empty(2 * len(keys)), np.empty(2 * len(cells), np.int64)
     for place in range(len(keys)):
@@ -130,7 +130,7 @@ def _twice_as_long(keys: np.ndarray, cells: np.ndarray) -> Tuple[np.ndarray, np.
 
 
 @compiled
-def _push(keys: np.ndarray, cells: np.ndarray, size: int, key: float, cell: int) -> int:
+def _push(keys: Array, cells: Array, size: int, key: float, cell: int) -> int:
     """Add a cell to the heap; return its size."""
     place = size
     while place > 0:
@@ -144,7 +144,7 @@ def _push(keys: np.ndarray, cells: np.ndarray, size: int, key: float, cell: int)
 
 
 @compiled
-def _pop(keys: np.ndarray, cells: np.ndarray, size: int) -> int:
+def _pop(keys: Array, cells: Array, size: int) -> int:
     """Remove the cell with the least key from the heap; return its size."""
     size -= 1
     key, cell, place = keys[size], cells[size], 0
@@ -161,7 +161,7 @@ def _pop(keys: np.ndarray, cells: np.ndarray, size: int) -> int:
 
 
 @compiled
-def descend(potential: np.ndarray, row: int, column: int) -> np.ndarray:
+def descend(potential: Array, row: int, column: int) -> np.ndarray:
     """Return the path (n, 2) of columns and rows from a cell down to the start; cell centres are whole numbers.
 
     Along the gradient in steps of half a cell; where that does not descend (beside obstacles), to the lowest
@@ -189,7 +189,7 @@ def descend(potential: np.ndarray, row: int, column: int) -> np.ndarray:
 
 
 @compiled
-def _along_gradient(potential: np.ndarray, x: float, y: float) -> Tuple[float, float]:
+def _along_gradient(potential: Array, x: float, y: float) -> Tuple[float, float]:
     """Return the next point downhill, (x, y) itself if the four nodes around it give no direction."""
     row, column = int(math.floor(y)), int(math.floor(x))
     if not (0 <= row < potential.shape[0] - 1 and 0 <= column < potential.shape[1] - 1):
@@ -214,7 +214,7 @@ def _along_gradient(potential: np.ndarray, x: float, y: float) -> Tuple[float, f
 
 
 @compiled
-def _slope(potential: np.ndarray, row: int, column: int, down: int, right: int) -> float:
+def _slope(potential: Array, row: int, column: int, down: int, right: int) -> float:
     """Return the slope along an axis from the neighbours that have a potential."""
     slope = 0.0
     if row - down >= 0 and column - right >= 0 and potential[row - down, column - right] < np.inf:
@@ -229,7 +229,7 @@ def _slope(potential: np.ndarray, row: int, column: int, down: int, right: int) 
 
 
 @compiled
-def _interpolated(potential: np.ndarray, x: float, y: float) -> float:
+def _interpolated(potential: Array, x: float, y: float) -> float:
     """Return the potential between cell centres, inf beside blocked cells and outside the grid."""
     row, column = int(math.floor(y)), int(math.floor(x))
     if not (0 <= row < potential.shape[0] - 1 and 0 <= column < potential.shape[1] - 1):
@@ -244,7 +244,7 @@ def _interpolated(potential: np.ndarray, x: float, y: float) -> float:
 
 
 @compiled
-def _lowest_neighbour(potential: np.ndarray, row: int, column: int) -> Tuple[int, int]:
+def _lowest_neighbour(potential: Array, row: int, column: int) -> Tuple[int, int]:
     """Return the lowest of the eight neighbours or the cell itself, without cutting blocked corners."""
     rows, columns = potential.shape
     lowest_row, lowest_column = row, column

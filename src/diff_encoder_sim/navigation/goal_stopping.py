@@ -7,7 +7,7 @@ from typing import Callable, Dict, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.base.kernels import compiled
+from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.navigation.dwa_params import DwaParams
 
@@ -331,7 +331,7 @@ class TurnToPath:
 
 
 @compiled
-def bearing_ahead(plan: np.ndarray, x_m: float, y_m: float) -> float:
+def bearing_ahead(plan: Array, x_m: float, y_m: float) -> float:
     """Return the direction [rad] from a place to the point of the plan (n, 3) ahead, or to its end if that is near."""
     nearest, least_m = 0, math.inf
     for index in range(len(plan)):
