@@ -23,9 +23,9 @@ from tabulate import tabulate
 sys.path.insert(0, str(ROOT / 'test' / 'support'))
 
 from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.localization.distances import squared_distances
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
-from diff_encoder_sim.navigation.costmap_layers import squared_distances
 from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
 from diff_encoder_sim.navigation.dwa import DwaPlanner
 from diff_encoder_sim.navigation.dwa_kernels import score_all

@@ -1,11 +1,7 @@
-"""The rays of a scan that weigh the particles: a subset, in the base frame, within limits.
-
-Also the checks that a scan must pass before it is used.
-"""
+"""The rays of a scan that weigh the particles: a subset, in the base frame, within limits; and checks of scans."""
 
 from __future__ import annotations
 
-import abc
 import math
 from typing import NamedTuple, Tuple
 
@@ -16,7 +12,6 @@ from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 
 
 class Beams(NamedTuple):
@@ -38,16 +33,6 @@ class Beams(NamedTuple):
         )
 
 
-def beam_step(ray_count: int, max_beams: int) -> int:
-    """Return the step between rays that count, rounded down as upstream: 180 of 1000 are 200."""
-    return max(1, (ray_count - 1) // (max_beams - 1))
-
-
-def beam_step_rounded_up(ray_count: int, max_beams: int) -> int:
-    """Return the step as upstream's likelihood_field_prob: never more than `max_beams` rays."""
-    return math.ceil(ray_count / max_beams)
-
-
 def select_beams(scan: Scan, step: int, laser_pose_in_base: Pose2D, params: AmclParams, hits_only: bool) -> Beams:
     """Select each step-th ray that is a number, or of those only the rays that returned.
 
@@ -57,7 +42,14 @@ def select_beams(scan: Scan, step: int, laser_pose_in_base: Pose2D, params: Amcl
     Raises:
         InputFault: the scan has an invalid range limit.
     """
-    range_min_m, range_max_m = _range_limits_m(scan, params)
+    range_max_m, range_min_m = float(scan.range_max_m), float(scan.range_min_m)
+    if params.laser_max_range > 0.0:
+        range_max_m = min(range_max_m, params.laser_max_range)
+    if params.laser_min_range > 0.0:
+        range_min_m = max(range_min_m, params.laser_min_range)
+    check_range_max(range_max_m)
+    if not (0.0 <= range_min_m < math.inf):
+        raise InputFault(f'range_min {range_min_m} m; expected a finite number of at least 0')
     # A copy, whatever the scan's array is like: the kernel is compiled for one kind of array.
     ranges_m, bearings_rad = _rays_in_base(
         np.array(scan.ranges_m[::step], dtype=float),
@@ -69,20 +61,6 @@ def select_beams(scan: Scan, step: int, laser_pose_in_base: Pose2D, params: Amcl
         laser_pose_in_base.yaw_rad,
     )
     return Beams(ranges_m, bearings_rad, laser_pose_in_base.x_m, laser_pose_in_base.y_m, range_max_m)
-
-
-def _range_limits_m(scan: Scan, params: AmclParams) -> Tuple[float, float]:
-    """Return the least and the largest range that count [m], or raise InputFault."""
-    range_max_m, range_min_m = float(scan.range_max_m), float(scan.range_min_m)
-    if params.laser_max_range > 0.0:
-        range_max_m = min(range_max_m, params.laser_max_range)
-    if params.laser_min_range > 0.0:
-        range_min_m = max(range_min_m, params.laser_min_range)
-    if not (0.0 < range_max_m < math.inf):
-        raise InputFault(f'range_max {range_max_m} m; expected a finite number greater than 0')
-    if not (0.0 <= range_min_m < math.inf):
-        raise InputFault(f'range_min {range_min_m} m; expected a finite number of at least 0')
-    return range_min_m, range_max_m
 
 
 @compiled
@@ -110,89 +88,25 @@ def _rays_in_base(
     return kept_m[:count], bearings_rad[:count]
 
 
+def check_range_max(range_max_m: float) -> None:
+    """Refuse a scan without a limit of its ranges.
+
+    Raises:
+        InputFault: the limit is not a finite number greater than 0.
+    """
+    if not 0.0 < range_max_m < math.inf:
+        raise InputFault(f'range_max {range_max_m} m; expected a finite number greater than 0')
+
+
 def check_scan(scan: Scan) -> None:
     """Refuse a scan without rays or without a direction for each.
 
     Raises:
         InputFault: no rays, bearings that are not finite, or all rays in one direction.
     """
-    if np.ndim(scan.ranges_m) != 1 or len(scan.ranges_m) == 0:
-        raise InputFault(f'{np.size(scan.ranges_m)} ranges; expected at least one')
-    if not math.isfinite(scan.angle_min_rad + scan.angle_increment_rad * len(scan.ranges_m)):
+    count, first_rad, step_rad = len(scan.ranges_m), scan.angle_min_rad, scan.angle_increment_rad
+    if count == 0 or not math.isfinite(first_rad + step_rad * count) or (count > 1 and step_rad == 0.0):
         raise InputFault(
-            f'angle_min {scan.angle_min_rad}, angle_increment {scan.angle_increment_rad} rad; expected finite numbers'
+            f'{count} ranges from angle_min {first_rad} by angle_increment {step_rad} rad; expected at least one, '
+            'each in a direction of its own'
         )
-    if len(scan.ranges_m) > 1 and scan.angle_increment_rad == 0.0:
-        raise InputFault(
-            f'angle_increment 0 with {len(scan.ranges_m)} ranges; expected each ray in a direction of its own'
-        )
-
-
-def no_return_fault(scan: Scan, beams: Beams) -> InputFault:
-    """Return the error for a scan without a return in any of the rays used."""
-    return InputFault(
-        f'none of {len(scan.ranges_m)} rays, as far as they are used, has a return within {beams.range_max_m:g} m: '
-        'it cannot localize the robot'
-    )
-
-
-class Likelihoods(NamedTuple):
-    """The likelihood of a scan for each particle: factors[i] * exp(log_scale).
-
-    In two parts, because a product over 180 beams need not fit a double.
-    """
-
-    factors: np.ndarray  # (n,), 0 or more
-    log_scale: float
-
-
-class SensorModel(abc.ABC):
-    """A laser model on one map."""
-
-    # The likelihood fields ignore rays without a return.
-    _hits_only = True
-
-    def __init__(self, params: AmclParams, grid: OccupancyGrid) -> None:
-        self._params = params
-        self._grid = grid
-
-    def beams(self, scan: Scan, laser_pose_in_base: Pose2D) -> Beams:
-        """Select the rays of a scan that count.
-
-        Raises:
-            InputFault: none does, or the scan is invalid.
-        """
-        check_scan(scan)
-        beams = select_beams(scan, self._step(len(scan.ranges_m)), laser_pose_in_base, self._params, self._hits_only)
-        if len(beams.ranges_m) == 0:
-            raise no_return_fault(scan, beams)
-        return beams
-
-    def _step(self, ray_count: int) -> int:
-        """Return the step between the rays that count."""
-        return beam_step(ray_count, self._params.laser_max_beams)
-
-    @abc.abstractmethod
-    def likelihoods(self, particles: np.ndarray, beams: Beams, converged: bool) -> Likelihoods:
-        """Weigh particles (n, 3), base poses in the map, by a scan's beams.
-
-        Args:
-            particles: x [m], y [m], yaw [rad].
-            beams: from `beams`.
-            converged: whether the particles lie close together.
-        """
-
-    def _poses_in_cells(self, particles: np.ndarray) -> np.ndarray:
-        """Return (n, 4): particles as column, row (with fractions), cosine and sine in the grid's frame.
-
-        Cell (row, column) covers [column, column + 1) x [row, row + 1), as nav_msgs/OccupancyGrid
-        means it. Upstream rounds to the nearest cell instead, which puts its map half a cell off,
-        and leaves out the origin's yaw.
-        """
-        origin, cell_m = self._grid.origin, self._grid.resolution_m
-        cos_origin, sin_origin = np.cos(origin.yaw_rad), np.sin(origin.yaw_rad)
-        x_m, y_m = particles[:, 0] - origin.x_m, particles[:, 1] - origin.y_m
-        yaw_rad = particles[:, 2] - origin.yaw_rad
-        columns = (cos_origin * x_m + sin_origin * y_m) / cell_m
-        rows = (cos_origin * y_m - sin_origin * x_m) / cell_m
-        return np.column_stack([columns, rows, np.cos(yaw_rad), np.sin(yaw_rad)])

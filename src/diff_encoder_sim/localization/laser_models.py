@@ -1,17 +1,178 @@
-"""The laser models by the names of laser_model_type."""
+"""The laser models of amcl, by the names of laser_model_type: how likely a scan is at each particle.
+
+Likelihood field (Probabilistic Robotics, table 6.3): the closer a ray ends to an obstacle on the map, the likelier it
+is. Beam model (table 6.1): the closer its range is to that of the map. Upstream combines rays as one plus the sum of
+the cubes of their probabilities. That is no probability, but it tolerates obstacles that are not on the map.
+"""
 
 from __future__ import annotations
 
+import abc
+import logging
 import math
-from typing import Dict, Type
+from typing import Dict, NamedTuple, Tuple, Type
 
 import numpy as np
 
+from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.kernels import Array, compiled
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.beams import Beams, Likelihoods, SensorModel
-from diff_encoder_sim.localization.likelihood_field import LikelihoodField, LikelihoodFieldProb
-from diff_encoder_sim.localization.occupancy_grid import FREE, OccupancyGrid
+from diff_encoder_sim.localization.beams import Beams, check_scan, select_beams
+from diff_encoder_sim.localization.distances import distance_field
+from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
+
+log = logging.getLogger(__name__)
+
+# Table entries are multiples of this, so that a sum of some hundred of them is exact in double precision: in whatever
+# order the compiler's vectors add, the weights are equal.
+_QUANTUM = 2.0**-36
+
+# Replaces the logarithm of a probability of zero, which a sum of logarithms cannot hold.
+_LEAST_LOG = -700.0
+
+
+class Likelihoods(NamedTuple):
+    """The likelihood of a scan for each particle: factors[i] * exp(log_scale).
+
+    In two parts, because a product over 180 beams need not fit a double.
+    """
+
+    factors: np.ndarray  # (n,), 0 or more
+    log_scale: float
+
+
+class SensorModel(abc.ABC):
+    """A laser model on one map."""
+
+    # The likelihood fields ignore rays without a return.
+    _hits_only = True
+
+    def __init__(self, params: AmclParams, grid: OccupancyGrid) -> None:
+        self._params = params
+        self._grid = grid
+
+    def beams(self, scan: Scan, laser_pose_in_base: Pose2D) -> Beams:
+        """Select the rays of a scan that count.
+
+        Raises:
+            InputFault: none does, or the scan is invalid.
+        """
+        check_scan(scan)
+        step = self._step(len(scan.ranges_m), self._params.laser_max_beams)
+        beams = select_beams(scan, step, laser_pose_in_base, self._params, self._hits_only)
+        if len(beams.ranges_m) == 0:
+            raise InputFault(
+                f'none of {len(scan.ranges_m)} rays, as far as they are used, has a return within '
+                f'{beams.range_max_m:g} m: it cannot localize the robot'
+            )
+        return beams
+
+    def _step(self, ray_count: int, most: int) -> int:
+        """Return the step between rays that count, rounded down as upstream: 180 of 1000 are 200."""
+        return max(1, (ray_count - 1) // (most - 1))
+
+    @abc.abstractmethod
+    def likelihoods(self, particles: np.ndarray, beams: Beams, converged: bool) -> Likelihoods:
+        """Weigh particles (n, 3), base poses in the map, by a scan's beams.
+
+        Args:
+            particles: x [m], y [m], yaw [rad].
+            beams: from `beams`.
+            converged: whether the particles lie close together.
+        """
+
+    def _poses_in_cells(self, particles: np.ndarray) -> np.ndarray:
+        """Return (n, 4): particles as column, row (with fractions), cosine and sine in the grid's frame.
+
+        Cell (row, column) covers [column, column + 1) x [row, row + 1), as nav_msgs/OccupancyGrid
+        means it. Upstream rounds to the nearest cell instead, which puts its map half a cell off,
+        and leaves out the origin's yaw.
+        """
+        origin, cell_m = self._grid.origin, self._grid.resolution_m
+        cos_origin, sin_origin = np.cos(origin.yaw_rad), np.sin(origin.yaw_rad)
+        x_m, y_m = particles[:, 0] - origin.x_m, particles[:, 1] - origin.y_m
+        yaw_rad = particles[:, 2] - origin.yaw_rad
+        columns = (cos_origin * x_m + sin_origin * y_m) / cell_m
+        rows = (cos_origin * y_m - sin_origin * x_m) / cell_m
+        return np.column_stack([columns, rows, np.cos(yaw_rad), np.sin(yaw_rad)])
+
+
+class LikelihoodField(SensorModel):
+    """Upstream's `likelihood_field`."""
+
+    def __init__(self, params: AmclParams, grid: OccupancyGrid) -> None:
+        super().__init__(params, grid)
+        field = distance_field(grid.cells == OCCUPIED, grid.resolution_m, params.laser_likelihood_max_dist)
+        # One cell wider all around: off the map, every obstacle is as far away as can be. It has an entry of its own.
+        self._distances_m = np.append(field.distances_m, params.laser_likelihood_max_dist)
+        self._cells = np.pad(field.indices, 1, constant_values=len(field.distances_m))
+        self._table: Tuple[float, np.ndarray] = 0.0, np.empty((0, 0))  # of a range limit
+
+    def likelihoods(self, particles: np.ndarray, beams: Beams, converged: bool) -> Likelihoods:
+        """Weigh particles (n, 3) by how far from obstacles the beams end; see SensorModel."""
+        poses, ends = self._poses_in_cells(particles), self._ends_in_cells(beams)
+        return Likelihoods(1.0 + sum_over_endpoints(poses, ends, self._table_for(beams.range_max_m)), 0.0)
+
+    def _table_for(self, range_max_m: float) -> np.ndarray:
+        """Return (height + 2, width + 2) what a ray adds by the cell it ends in; computed once for a range limit."""
+        if self._table[0] != range_max_m:
+            params = self._params
+            # A hit, or anything (table 6.3, line 7).
+            hit = np.exp(-(self._distances_m**2) / (2.0 * params.laser_sigma_hit**2))
+            entries = self._entry(params.laser_z_hit * hit + params.laser_z_rand / range_max_m)
+            self._table = range_max_m, (np.round(entries / _QUANTUM) * _QUANTUM)[self._cells]
+        return self._table[1]
+
+    def _ends_in_cells(self, beams: Beams) -> np.ndarray:
+        """Return (2, k) the rays' ends in the base frame, in cells."""
+        return np.ascontiguousarray(beams.endpoints_in_base().T) / self._grid.resolution_m
+
+    def _entry(self, probability: np.ndarray) -> np.ndarray:
+        return probability**3
+
+
+class LikelihoodFieldProb(LikelihoodField):
+    """Upstream's `likelihood_field_prob`."""
+
+    def __init__(self, params: AmclParams, grid: OccupancyGrid) -> None:
+        super().__init__(params, grid)
+        is_near = self._distances_m < params.beam_skip_distance
+        is_near[-1] = False  # off the map no ray agrees, however large beam_skip_distance is
+        self._is_near = is_near[self._cells]
+
+    def likelihoods(self, particles: np.ndarray, beams: Beams, converged: bool) -> Likelihoods:
+        """Weigh particles (n, 3), the largest factor being 1; see SensorModel."""
+        poses, ends = self._poses_in_cells(particles), self._ends_in_cells(beams)
+        if self._params.do_beamskip and converged:
+            ends = np.ascontiguousarray(ends[:, self._agreed_beams(poses, ends)])
+        logs = sum_over_endpoints(poses, ends, self._table_for(beams.range_max_m))
+        # Upstream multiplies the probabilities themselves: 180 unlikely rays make that zero for all.
+        largest = float(logs.max())
+        return Likelihoods(np.exp(logs - largest), largest)
+
+    def _agreed_beams(self, poses: np.ndarray, ends: np.ndarray) -> np.ndarray:
+        """Return (k,) which rays for enough particles end near something on the map.
+
+        All rays, with a warning, if beam_skip_error_threshold or more would be left out.
+        """
+        agreeing = count_at_endpoints(poses, ends, self._is_near)
+        kept = agreeing > self._params.beam_skip_threshold * len(poses)
+        skipped = 1.0 - float(kept.mean())
+        if skipped < self._params.beam_skip_error_threshold:
+            return kept
+        log.warning('%.0f %% of the rays disagree with the map: the pose may be wrong; all are used', 100.0 * skipped)
+        return np.ones_like(kept)
+
+    def _step(self, ray_count: int, most: int) -> int:
+        """Return the step as upstream's likelihood_field_prob: never more than `most` rays."""
+        return math.ceil(ray_count / most)
+
+    def _entry(self, probability: np.ndarray) -> np.ndarray:
+        with np.errstate(divide='ignore'):
+            entries: np.ndarray = np.maximum(np.log(probability), _LEAST_LOG)
+        return entries
 
 
 class BeamModel(SensorModel):
@@ -38,6 +199,45 @@ class BeamModel(SensorModel):
         )
 
 
+@compiled(fastmath={'reassoc', 'nsz'})
+def sum_over_endpoints(poses: Array, ends: Array, table: Array) -> np.ndarray:
+    """Return (n,) sums of the table's entries where the rays end.
+
+    Args:
+        poses: (n, 4) column, row, cosine and sine of base in the grid's frame, in cells.
+        ends: (2, k) the rays' ends in the base frame, in cells.
+        table: (height + 2, width + 2) the map with a border of one cell around it.
+    """
+    height, width = table.shape
+    entries = table.ravel()
+    last_column, last_row = float(width - 1), float(height - 1)
+    sums = np.empty(len(poses))
+    for i in range(len(poses)):
+        column, row, cos_yaw, sin_yaw = poses[i]
+        total = 0.0
+        for j in range(ends.shape[1]):
+            # Clamped to the border, so that no test for rays off the map is needed.
+            x = min(max(column + cos_yaw * ends[0, j] - sin_yaw * ends[1, j] + 1.0, 0.0), last_column)
+            y = min(max(row + sin_yaw * ends[0, j] + cos_yaw * ends[1, j] + 1.0, 0.0), last_row)
+            total += entries[int(y) * width + int(x)]
+        sums[i] = total
+    return sums
+
+
+@compiled
+def count_at_endpoints(poses: Array, ends: Array, table: Array) -> np.ndarray:
+    """Return (k,) sums over poses of the table's entries where each ray ends; see above."""
+    height, width = table.shape
+    counts = np.zeros(ends.shape[1], dtype=np.int64)
+    for i in range(len(poses)):
+        column, row, cos_yaw, sin_yaw = poses[i]
+        for j in range(ends.shape[1]):
+            x = min(max(column + cos_yaw * ends[0, j] - sin_yaw * ends[1, j] + 1.0, 0.0), width - 1.0)
+            y = min(max(row + sin_yaw * ends[0, j] + cos_yaw * ends[1, j] + 1.0, 0.0), height - 1.0)
+            counts[j] += table[int(y), int(x)]
+    return counts
+
+
 @compiled
 def _weigh_by_casting(
     poses: Array,
@@ -59,7 +259,7 @@ def _weigh_by_casting(
         range_max_m: the range that stands for no return.
         blocked: (height, width) bool.
         resolution_m: side of a cell.
-        mixture: see `ray_probability`.
+        mixture: see `_ranged_probability`.
     """
     factors = np.empty(len(poses))
     reach = range_max_m / resolution_m
@@ -77,13 +277,13 @@ def _weigh_by_casting(
                 row + reach * (sin_yaw * directions[0, j] + cos_yaw * directions[1, j]),
                 reach,
             )
-            factor += ray_probability(ranges_m[j], expected_m, range_max_m, mixture) ** 3
+            factor += _ranged_probability(ranges_m[j], expected_m, range_max_m, mixture) ** 3
         factors[i] = factor
     return factors
 
 
 @compiled
-def ray_probability(range_m: float, expected_m: float, range_max_m: float, mixture: Array) -> float:
+def _ranged_probability(range_m: float, expected_m: float, range_max_m: float, mixture: Array) -> float:
     """Return how likely a range is where the map has `expected_m`: table 6.1 without its normalisers.
 
     `mixture` is z_hit, z_short, z_max, z_rand, sigma_hit [m], lambda_short [1/m].

@@ -7,11 +7,10 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.localization.beams import check_scan
+from diff_encoder_sim.localization.beams import check_range_max, check_scan
 from diff_encoder_sim.localization.patches import EMPTY, HITS, MASK, MEAN_X, MEAN_Y, SHIFT, SIDE, VISITS, PatchMaps
 from diff_encoder_sim.localization.slam_params import GridSlamParams
 
@@ -54,7 +53,8 @@ def usable_rays(scan: Scan, laser_pose_in_base: Pose2D, params: GridSlamParams) 
         InputFault: the scan has no rays, no directions or no range limit.
     """
     check_scan(scan)
-    range_max_m = _range_max_m(scan)
+    range_max_m = float(scan.range_max_m)
+    check_range_max(range_max_m)
     max_range_m = params.maxRange or range_max_m - RANGE_MARGIN_M
     usable_m = min(params.maxUrange or max_range_m, max_range_m)
     ranges_m = np.asarray(scan.ranges_m, dtype=float)
@@ -68,13 +68,6 @@ def usable_rays(scan: Scan, laser_pose_in_base: Pose2D, params: GridSlamParams) 
     lengths_m = np.minimum(ranges_m[is_used], usable_m)
     laser_m = laser_pose_in_base.x_m, laser_pose_in_base.y_m
     return Rays(bearings_rad, lengths_m, is_hit[is_used], is_matched[is_used], *laser_m)
-
-
-def _range_max_m(scan: Scan) -> float:
-    range_max_m = float(scan.range_max_m)
-    if not 0.0 < range_max_m < math.inf:
-        raise InputFault(f'range_max {range_max_m} m; expected a finite number greater than 0')
-    return range_max_m
 
 
 def update_maps(maps: PatchMaps, particles: np.ndarray, rays: Rays) -> None:

@@ -15,7 +15,6 @@ import numpy as np
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle, wrap_angles
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.beams import Likelihoods
 from diff_encoder_sim.localization.histogram import (
     GOLDEN_SECTION,
     LikelihoodAverages,
@@ -25,6 +24,7 @@ from diff_encoder_sim.localization.histogram import (
     particle_statistics,
     resample,
 )
+from diff_encoder_sim.localization.laser_models import Likelihoods
 from diff_encoder_sim.localization.occupancy_grid import FREE, FreeCells, OccupancyGrid
 
 # Below this distance [m] the direction between two poses is noise (a turn on the spot): upstream's.

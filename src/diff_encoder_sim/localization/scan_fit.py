@@ -15,7 +15,7 @@ from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.beams import select_beams
-from diff_encoder_sim.localization.likelihood_field import distance_field
+from diff_encoder_sim.localization.distances import distance_field
 from diff_encoder_sim.localization.occupancy_grid import OCCUPIED, OccupancyGrid
 
 # About so many rays of a scan are checked, evenly spread.

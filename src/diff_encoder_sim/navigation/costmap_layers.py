@@ -8,6 +8,7 @@ import numpy as np
 
 from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.localization.distances import squared_distances
 
 FREE = 0
 INSCRIBED = 253  # the robot touches an obstacle whatever its heading
@@ -27,8 +28,9 @@ def cost_table(limit: int, resolution_m: float, inscribed_radius_m: float, cost_
     return costs.astype(np.uint8)
 
 
-@compiled
-def inflate(base: Array, costs: Array, table: Array, limit: int, top: int, bottom: int, left: int, right: int) -> None:
+def inflate(
+    base: np.ndarray, costs: np.ndarray, table: np.ndarray, limit: int, top: int, bottom: int, left: int, right: int
+) -> None:
     """Write the inflated costs of `base` into a window of `costs`, both (rows, columns) uint8.
 
     The window is that of changes, rows from `top` to before `bottom` and columns from `left` to before `right`, widened
@@ -39,8 +41,25 @@ def inflate(base: Array, costs: Array, table: Array, limit: int, top: int, botto
     last_row, last_column = min(rows, bottom + limit), min(columns, right + limit)
     # Obstacles outside the window reach into it from up to a radius away.
     top, left = max(0, first_row - limit), max(0, first_column - limit)
-    bottom, right = min(rows, last_row + limit), min(columns, last_column + limit)
-    squared = squared_distances(base[top:bottom, left:right] == LETHAL, limit)
+    near = base[top : min(rows, last_row + limit), left : min(columns, last_column + limit)]
+    squared = squared_distances(near == LETHAL, limit)
+    _enter_inflation(base, costs, table, squared, top, left, first_row, last_row, first_column, last_column)
+
+
+@compiled
+def _enter_inflation(
+    base: Array,
+    costs: Array,
+    table: Array,
+    squared: Array,
+    top: int,
+    left: int,
+    first_row: int,
+    last_row: int,
+    first_column: int,
+    last_column: int,
+) -> None:
+    """Write costs into a window by squared distances, whose first cell is at `top`, `left` of the grids."""
     for row in range(first_row, last_row):
         for column in range(first_column, last_column):
             cost = base[row, column]
@@ -53,47 +72,6 @@ def inflate(base: Array, costs: Array, table: Array, limit: int, top: int, botto
                 elif inflated >= INSCRIBED:
                     cost = inflated
             costs[row, column] = cost
-
-
-@compiled
-def squared_distances(is_obstacle: Array, limit: int) -> np.ndarray:
-    """Return the squared distances to the nearest obstacle, (rows, columns) float32 in cells^2.
-
-    Exact up to `limit` cells, up to 4000; beyond, some number above limit^2. The first pass counts along columns, down
-    and up, the second searches the rows. Whole numbers as float32, of which a processor compares eight at once.
-    """
-    rows, columns = is_obstacle.shape
-    none, one, most = np.float32(0.0), np.float32(1.0), np.float32(limit + 1)
-    away = np.empty((rows, columns), np.float32)
-    for column in range(columns):
-        away[0, column] = none if is_obstacle[0, column] else most
-    for row in range(1, rows):
-        for column in range(columns):
-            away[row, column] = none if is_obstacle[row, column] else min(away[row - 1, column] + one, most)
-    for row in range(rows - 2, -1, -1):
-        for column in range(columns):
-            away[row, column] = min(away[row, column], away[row + 1, column] + one)
-    squared = np.empty((rows, columns), np.float32)
-    # Beyond both ends of a row there is nothing near.
-    fenced = np.full(columns + 2 * limit, (limit + 1) ** 2, np.float32)
-    for row in range(rows):
-        nearest = most
-        for column in range(columns):
-            nearest = min(nearest, away[row, column])
-            squared[row, column] = fenced[limit + column] = away[row, column] * away[row, column]
-        if nearest <= limit:
-            _search_row(fenced, limit, squared[row])
-    return squared
-
-
-@compiled
-def _search_row(fenced: Array, limit: int, squared: Array) -> None:
-    """Lower a row of squared distances (n,) by those along columns, `fenced` by `limit` cells before and after."""
-    for offset in range(1, limit + 1):
-        aside = np.float32(offset * offset)
-        left, right = fenced[limit - offset :], fenced[limit + offset :]
-        for column in range(len(squared)):
-            squared[column] = min(squared[column], min(left[column], right[column]) + aside)
 
 
 # Added before a number is cut off, rounds it, halves down: farther from a half no line of 10^8 cells comes.

@@ -7,7 +7,7 @@ import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.beams import Likelihoods
+from diff_encoder_sim.localization.laser_models import Likelihoods
 from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN, FreeCells, OccupancyGrid
 from diff_encoder_sim.localization.particles import (
     Move,

@@ -16,7 +16,6 @@ from diff_encoder_sim.navigation.costmap_layers import (
     NO_INFORMATION,
     clear_and_mark,
     clear_polygon,
-    squared_distances,
 )
 from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
 from diff_encoder_sim.navigation.footprint import IN_OBSTACLE, OFF_MAP
@@ -197,20 +196,6 @@ def test_a_window_of_another_size_begins_empty_around_the_robot():
 
 
 INSCRIBED_M = 0.26  # of 0.5 x 0.6 m and 0.01 m of padding
-
-
-@pytest.mark.parametrize('seed', range(2))
-def test_distance_transform_equals_brute_force_up_to_the_limit(seed):
-    random = np.random.default_rng(seed)
-    is_obstacle = random.random((40, 55)) < random.choice([0.002, 0.02, 0.3])
-    limit = int(random.integers(1, 25))
-    squared = squared_distances(is_obstacle, limit)
-    rows, columns = np.nonzero(is_obstacle)
-    row, column = np.indices(is_obstacle.shape)
-    exact = ((row[..., None] - rows) ** 2 + (column[..., None] - columns) ** 2).min(axis=-1, initial=10**6)
-    within = exact <= limit * limit
-    assert (squared[within] == exact[within]).all()
-    assert (squared[~within] > limit * limit).all()
 
 
 def test_inflation_follows_upstreams_formula():
