@@ -16,7 +16,7 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.beams import Beams
 from diff_encoder_sim.localization.laser_models import laser_model
-from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, FreeCells, OccupancyGrid
+from diff_encoder_sim.localization.occupancy_grid import FreeCells, OccupancyGrid, square_room
 from diff_encoder_sim.localization.particles import (
     ParticleSet,
     check_covariance,
@@ -49,15 +49,11 @@ class Amcl:
     """
 
     def __init__(self, params: AmclParams, grid: OccupancyGrid, rng: np.random.Generator) -> None:
-        """Start from the parameters' initial pose and covariance on `grid`.
-
-        Raises:
-            InputFault: the map is empty, has no free cell, or an invalid resolution or origin.
-        """
+        """Start from the parameters' initial pose and covariance; raise InputFault for an unusable map."""
         self.params = params
         self._rng = rng
         self.update_count = 0  # filter updates so far; /particlecloud is due after each
-        self._estimate: Optional[AmclEstimate] = None
+        self.last_estimate: Optional[AmclEstimate] = None  # on this map
         self._odom_pose: Optional[Pose2D] = None  # at the last update; None since a restart
         check_grid(grid)
         particles = self._particles_around(params.initial_pose(), params.initial_covariance())
@@ -133,18 +129,13 @@ class Amcl:
         return self._set.weights
 
     @property
-    def last_estimate(self) -> Optional[AmclEstimate]:
-        """The newest estimate on this map, None before the first."""
-        return self._estimate
-
-    @property
     def odom_pose_in_map(self) -> Optional[Pose2D]:
         """The transform map->odom to broadcast after every scan, None before the first estimate."""
-        return self._estimate.odom_pose_in_map if self._estimate else None
+        return self.last_estimate.odom_pose_in_map if self.last_estimate else None
 
     @property
     def is_lost(self) -> bool:
-        """True while scans contradict the estimated pose: then nobody should drive by it."""
+        """True while scans contradict the estimated pose: do not drive by it."""
         return self._lost.is_lost
 
     @property
@@ -174,8 +165,8 @@ class Amcl:
         check_pose(laser_pose_in_base, 'laser pose')
         beams = self._laser_model.beams(scan, laser_pose_in_base)
         estimate = self._update_filter(odom_pose, beams, scan.stamp_ns)
-        if self._estimate is not None:
-            base_pose = self._estimate.odom_pose_in_map.compose(odom_pose)
+        if self.last_estimate is not None:
+            base_pose = self.last_estimate.odom_pose_in_map.compose(odom_pose)
             may_be_found = self._set.has_settled or not self._is_anywhere
             self._lost.check(base_pose, scan, laser_pose_in_base, may_be_found)
         return estimate
@@ -183,24 +174,35 @@ class Amcl:
     def _update_filter(self, odom_pose: Pose2D, beams: Beams, stamp_ns: int) -> Optional[AmclEstimate]:
         if not self._is_update_due(odom_pose):
             return None
-        last, self._odom_pose = self._odom_pose, odom_pose
+        particles, last, self._odom_pose = self._set, self._odom_pose, odom_pose
         if last is not None:
             # A request made before the first scan, which updates anyway, waits for the second.
             self._force_update = False
-            self._set.move(last, odom_pose)
-        self._set.weigh(self._laser_model.likelihoods(self._set.particles, beams, self._set.has_converged))
+            particles.move(last, odom_pose)
+        particles.weigh(self._laser_model.likelihoods(particles.particles, beams, particles.has_converged))
         self.update_count += 1
         self._updates_since_restart += 1
         is_resampling_due = self._updates_since_restart % self.params.resample_interval == 0
         if is_resampling_due:
-            self._set.resample(self._free_cells)
-        if is_resampling_due or last is None:
-            self._estimate = self._new_estimate(stamp_ns, odom_pose)
-            return self._estimate
-        return None
+            particles.resample(self._free_cells)
+        if not is_resampling_due and last is not None:
+            return None
+        mean, covariance, cluster_weight, cluster_count = particles.statistics
+        odom_pose_in_map = mean.compose(odom_pose.inverse())
+        self.last_estimate = AmclEstimate(
+            stamp_ns,
+            mean,
+            covariance,
+            odom_pose_in_map,
+            cluster_weight,
+            cluster_count,
+            particles.particles,
+            particles.weights,
+        )
+        return self.last_estimate
 
     def _particles_around(self, pose: Pose2D, covariance: np.ndarray) -> np.ndarray:
-        """Draw the most particles from a Gaussian, or raise InputFault where it is none."""
+        """Draw the most particles from a Gaussian, or raise InputFault if it is none."""
         check_pose(pose, 'initial pose')
         check_covariance(covariance)
         return particles_around(pose, covariance, self.params.max_particles, self._rng)
@@ -210,7 +212,7 @@ class Amcl:
         self._free_cells = FreeCells(grid)
         self._laser_model = laser_model(self.params, grid)
         self._lost = LostDetector(self.params, grid)
-        self._estimate = None
+        self.last_estimate = None
 
     def _restart(self, particles: np.ndarray) -> None:
         """Take particles of equal weight; the next scan is the first."""
@@ -221,63 +223,37 @@ class Amcl:
         self._lost.restart_count()
 
     def _is_update_due(self, odom_pose: Pose2D) -> bool:
-        last = self._odom_pose
-        return last is None or self._force_update or self._is_settling_on_the_spot() or self._has_moved(last, odom_pose)
+        """Return whether there was no update yet, one is requested, or the robot has moved by update_min_*.
 
-    def _is_settling_on_the_spot(self) -> bool:
-        """Return whether a lost robot, which should stand still, is to update from where it is.
-
-        Only to settle around a pose that somebody gave: over a whole map, or after a kidnapping,
-        particles would settle at a wrong place that looks alike.
+        Along x or y, not as a distance. A lost robot, which should stand still, settles on the spot, but only around a
+        pose that was given: over a whole map, or after a kidnapping, particles would settle at a wrong place that looks
+        alike.
         """
-        return self.is_lost and not (self._set.has_settled or self._is_anywhere)
-
-    def _has_moved(self, last: Pose2D, odom_pose: Pose2D) -> bool:
-        """Compare the motion since the last update with update_min_*: along x or y, not as a distance."""
-        params = self.params
+        last, params = self._odom_pose, self.params
+        if last is None or self._force_update or (self.is_lost and not (self._set.has_settled or self._is_anywhere)):
+            return True
         return (
             abs(odom_pose.x_m - last.x_m) > params.update_min_d
             or abs(odom_pose.y_m - last.y_m) > params.update_min_d
             or abs(wrap_angle(odom_pose.yaw_rad - last.yaw_rad)) > params.update_min_a
         )
 
-    def _new_estimate(self, stamp_ns: int, odom_pose: Pose2D) -> AmclEstimate:
-        statistics = self._set.statistics
-        return AmclEstimate(
-            stamp_ns,
-            statistics.mean,
-            statistics.covariance,
-            statistics.mean.compose(odom_pose.inverse()),
-            statistics.cluster_weight,
-            statistics.cluster_count,
-            self._set.particles,
-            self._set.weights,
-        )
 
-
-CELLS, RESOLUTION_M, RAYS, PARTICLES = 60, 0.1, 20, 20
+RAYS, PARTICLES = 20, 20
 
 
 def warm_up(params: AmclParams) -> None:
     """Run each kernel that a filter with these parameters, and the check of its scans, need once, in a small room.
 
-    Takes milliseconds where numba's cache is filled, some seconds where it is not.
+    Takes milliseconds if numba's cache is filled, else some seconds.
     """
     counts = {'min_particles': PARTICLES, 'max_particles': PARTICLES}
     few = params.model_copy(update={**counts, 'resample_interval': 1, 'selective_resampling': False})
-    grid = _room()
+    grid = square_room()
     scan = Scan(0, -math.pi, 2.0 * math.pi / RAYS, 0.1, 10.0, np.full(RAYS, 2.9))
     amcl = Amcl(few, grid, np.random.default_rng(0))
     amcl.update(IDENTITY, scan, IDENTITY)
-    FitMap(grid, RESOLUTION_M).fit(IDENTITY, scan, IDENTITY)
+    FitMap(grid, grid.resolution_m).fit(IDENTITY, scan, IDENTITY)
     # Beam skipping waits for particles that have converged.
     model = laser_model(few, grid)
     model.likelihoods(amcl.particles, model.beams(scan, IDENTITY), True)
-
-
-def _room() -> OccupancyGrid:
-    """Return an empty room of 6 x 6 m about the map's origin."""
-    cells = np.full((CELLS, CELLS), OCCUPIED, np.int8)
-    cells[1:-1, 1:-1] = FREE
-    corner_m = -0.5 * CELLS * RESOLUTION_M
-    return OccupancyGrid(cells, RESOLUTION_M, Pose2D(corner_m, corner_m, 0.0))

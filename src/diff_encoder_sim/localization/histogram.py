@@ -195,7 +195,7 @@ def particle_statistics(particles: np.ndarray, weights: np.ndarray) -> ParticleS
     in_heaviest = labels == heaviest
     mean, covariance = mean_and_covariance(particles[in_heaviest], weights[in_heaviest])
     if len(cluster_weights) > 1:
-        covariance = mean_and_covariance(particles, weights).covariance
+        covariance = mean_and_covariance(particles, weights)[1]
     return ParticleStatistics(mean, covariance, float(cluster_weights[heaviest]), len(cluster_weights))
 
 
@@ -213,18 +213,11 @@ def _mean_unit_vector(particles: Array, weights: Array) -> Tuple[float, float]:
     return cos_sum, sin_sum
 
 
-class MeanAndCovariance(NamedTuple):
-    """First and second moments of weighted poses."""
-
-    mean: Pose2D
-    covariance: np.ndarray  # 3x3; as upstream publishes it, nothing between yaw and x or y
-
-
-def mean_and_covariance(particles: np.ndarray, weights: np.ndarray) -> MeanAndCovariance:
-    """Compute the moments of particles (n, 3) with weights (n,) of any sum above 0.
+def mean_and_covariance(particles: np.ndarray, weights: np.ndarray) -> Tuple[Pose2D, np.ndarray]:
+    """Return the mean and 3x3 covariance of particles (n, 3) with weights (n,) of any sum above 0.
 
     Yaw by circular statistics: the direction of the mean unit vector, and -2 ln of its length,
-    which is the variance of a wrapped normal distribution.
+    which is the variance of a wrapped normal distribution. As upstream publishes it, nothing between yaw and x or y.
     """
     weights = weights / weights.sum()
     x_m, y_m = float((weights * particles[:, 0]).sum()), float((weights * particles[:, 1]).sum())
@@ -238,40 +231,10 @@ def mean_and_covariance(particles: np.ndarray, weights: np.ndarray) -> MeanAndCo
     # could be published.
     length = min(max(math.hypot(cos_mean, sin_mean), 1e-12), 1.0)
     covariance[2, 2] = -2.0 * math.log(length)
-    return MeanAndCovariance(Pose2D(x_m, y_m, math.atan2(sin_mean, cos_mean)), covariance)
+    return Pose2D(x_m, y_m, math.atan2(sin_mean, cos_mean)), covariance
 
 
 GOLDEN_SECTION = (math.sqrt(5.0) - 1.0) / 2.0
-
-
-class LikelihoodAverages:
-    """Slow and fast averages of the likelihood: the fast one falls below when the pose is wrong.
-
-    Probabilistic Robotics, table 8.3, lines 10, 11 and 13.
-    """
-
-    def __init__(self, alpha_slow: float, alpha_fast: float) -> None:
-        self._alpha_slow, self._alpha_fast = alpha_slow, alpha_fast
-        self.reset()
-
-    def reset(self) -> None:
-        """Start anew with the next likelihood."""
-        self.slow = self.fast = 0.0
-
-    def add(self, likelihood: float) -> None:
-        """Add the mean likelihood of one update."""
-        self.slow = _averaged(self.slow, likelihood, self._alpha_slow)
-        self.fast = _averaged(self.fast, likelihood, self._alpha_fast)
-
-    def fraction_anywhere(self) -> float:
-        """Return the fraction of particles to draw anywhere on the map, 0 to 1."""
-        if self.slow == 0.0:
-            return 0.0
-        return max(0.0, 1.0 - self.fast / self.slow)
-
-
-def _averaged(average: float, value: float, alpha: float) -> float:
-    return value if average == 0.0 else average + alpha * (value - average)
 
 
 def effective_count(weights: np.ndarray) -> float:
@@ -280,29 +243,25 @@ def effective_count(weights: np.ndarray) -> float:
 
 
 def kld_limits(params: AmclParams) -> np.ndarray:
-    """Return (max_particles + 1,) particles needed where k bins are filled, by k."""
+    """Return (max_particles + 1,) particles needed when k bins are filled, by k."""
     return _kld_limits(params.kld_err, params.kld_z, params.min_particles, params.max_particles)
 
 
 @functools.lru_cache(maxsize=8)  # of the last trials
 def _kld_limits(kld_err: float, kld_z: float, min_particles: int, max_particles: int) -> np.ndarray:
-    limits = kld_err, kld_z, min_particles, max_particles
-    return np.array([kld_limit(bins, *limits) for bins in range(max_particles + 1)])
+    """Keep the divergence from the posterior below `kld_err` (table 8.4).
 
-
-def kld_limit(bin_count: int, kld_err: float, kld_z: float, min_particles: int, max_particles: int) -> int:
-    """Return how many particles keep the divergence from the posterior below `kld_err` (table 8.4).
-
-    The Wilson-Hilferty approximation of the chi-square quantile with bin_count - 1 degrees of
-    freedom. One bin gives no bound: the most particles, as upstream.
+    The Wilson-Hilferty approximation of the chi-square quantile with bins - 1 degrees of freedom. One bin gives no
+    bound: the most particles, as upstream.
     """
-    if bin_count <= 1:
-        return max_particles
-    freedom = bin_count - 1.0
-    variance = 2.0 / (9.0 * freedom)
-    root = 1.0 - variance + math.sqrt(variance) * kld_z
-    count = math.ceil(freedom / (2.0 * kld_err) * root**3)
-    return min(max(count, min_particles), max_particles)
+    limits = np.full(max_particles + 1, max_particles)
+    for bins in range(2, max_particles + 1):
+        freedom = bins - 1.0
+        variance = 2.0 / (9.0 * freedom)
+        root = 1.0 - variance + math.sqrt(variance) * kld_z
+        count = math.ceil(freedom / (2.0 * kld_err) * root**3)
+        limits[bins] = min(max(count, min_particles), max_particles)
+    return limits
 
 
 def resample(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from statistics import NormalDist
-from typing import Callable, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from diff_encoder_sim.base.se2 import Pose2D, wrap_angle, wrap_angles
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.histogram import (
     GOLDEN_SECTION,
-    LikelihoodAverages,
     ParticleStatistics,
     effective_count,
     kld_limits,
@@ -30,9 +29,6 @@ from diff_encoder_sim.localization.occupancy_grid import FREE, FreeCells, Occupa
 # Below this distance [m] the direction between two poses is noise (a turn on the spot): upstream's.
 SMALL_TRANSLATION_M = 0.01
 
-# (particles (n, 3), previous and current base pose in odom, generator) -> moved particles (n, 3)
-MotionModel = Callable[[np.ndarray, Pose2D, Pose2D, np.random.Generator], np.ndarray]
-
 
 class Move(NamedTuple):
     """The three parts of an odometry move, or their standard deviations."""
@@ -40,41 +36,6 @@ class Move(NamedTuple):
     rotation1_rad: float
     translation_m: float
     rotation2_rad: float
-
-
-def motion_model(params: AmclParams) -> MotionModel:
-    """Build the model that odom_model_type names, with the parameters' alphas."""
-    noise = diff_corrected_noise if params.odom_model_type == 'diff-corrected' else diff_noise
-
-    def sample(particles: np.ndarray, previous: Pose2D, current: Pose2D, rng: np.random.Generator) -> np.ndarray:
-        move = decompose(previous, current)
-        return sample_motion(particles, move, noise(move, params), rng)
-
-    return _about_the_axle(sample, params.axle_x) if params.axle_x else sample
-
-
-def _about_the_axle(sample: MotionModel, axle_x_m: float) -> MotionModel:
-    """Return a model of the base's motion from one of the axle's.
-
-    A robot whose base frame is off the axle moves it sideways when it turns on the spot. To table 5.6 that is a turn of
-    90 degrees, a drive, and a turn back, each with its noise, of which none happened.
-    """
-    axle_in_base = Pose2D(axle_x_m, 0.0, 0.0)
-
-    def sample_base(particles: np.ndarray, previous: Pose2D, current: Pose2D, rng: np.random.Generator) -> np.ndarray:
-        axles = _moved_ahead(particles, axle_x_m)
-        moved = sample(axles, previous.compose(axle_in_base), current.compose(axle_in_base), rng)
-        return _moved_ahead(moved, -axle_x_m)
-
-    return sample_base
-
-
-def _moved_ahead(poses: np.ndarray, by_m: float) -> np.ndarray:
-    """Return (n, 3) poses moved along their own x axes."""
-    moved = poses.copy()
-    moved[:, 0] += by_m * np.cos(poses[:, 2])
-    moved[:, 1] += by_m * np.sin(poses[:, 2])
-    return moved
 
 
 def decompose(previous: Pose2D, current: Pose2D) -> Move:
@@ -85,56 +46,66 @@ def decompose(previous: Pose2D, current: Pose2D) -> Move:
     return Move(rotation1_rad, translation_m, wrap_angle(current.yaw_rad - previous.yaw_rad - rotation1_rad))
 
 
-def diff_corrected_noise(move: Move, params: AmclParams) -> Move:
-    """Return a move's standard deviations [rad, m, rad]: the roots of table 5.6's variances."""
-    return Move(*map(math.sqrt, _variances(move, params)))
+def move_noise(move: Move, params: AmclParams) -> Move:
+    """Return a move's standard deviations [rad, m, rad] (table 5.6, lines 5 to 7).
 
-
-def diff_noise(move: Move, params: AmclParams) -> Move:
-    """Return a move's standard deviations [rad, m, rad] by upstream's older model `diff`, its default.
-
-    It passes the variance of table 5.6 to a sampler that takes a standard deviation. Users have
-    tuned their alphas on it, so upstream kept it and so does this; below 1 rad and 1 m, where
-    the square is less than the root, it trusts odometry more than its alphas mean.
+    Upstream's older model `diff`, its default, passes the variance to a sampler that takes a standard deviation. Users
+    have tuned their alphas on it, so upstream kept it and so does this; below 1 rad and 1 m, where the square is less
+    than the root, it trusts odometry more than its alphas mean.
     """
-    return _variances(move, params)
-
-
-def _variances(move: Move, params: AmclParams) -> Move:
-    """Return the variances of a move's parts (table 5.6, lines 5 to 7)."""
-    turn1 = _turn_from_straight(move.rotation1_rad) ** 2
-    turn2 = _turn_from_straight(move.rotation2_rad) ** 2
+    # To the nearer of ahead and astern: reversing is as noisy as driving ahead.
+    turn1, turn2 = (
+        min(abs(wrap_angle(turn_rad)), abs(wrap_angle(turn_rad - math.pi))) ** 2
+        for turn_rad in (move.rotation1_rad, move.rotation2_rad)
+    )
     drive = move.translation_m**2
-    return Move(
+    variances = Move(
         params.odom_alpha1 * turn1 + params.odom_alpha2 * drive,
         params.odom_alpha3 * drive + params.odom_alpha4 * (turn1 + turn2),
         params.odom_alpha1 * turn2 + params.odom_alpha2 * drive,
     )
+    return Move(*map(math.sqrt, variances)) if params.odom_model_type == 'diff-corrected' else variances
 
 
-def _turn_from_straight(rotation_rad: float) -> float:
-    """Return the angle to the nearer of ahead and astern: reversing is as noisy as driving ahead."""
-    return min(abs(wrap_angle(rotation_rad)), abs(wrap_angle(rotation_rad - math.pi)))
+def move_particles(
+    particles: np.ndarray, previous: Pose2D, current: Pose2D, params: AmclParams, rng: np.random.Generator
+) -> np.ndarray:
+    """Move each particle (n, 3) by its own noisy copy of odometry's move between two base poses in odom (table 5.6).
 
-
-def sample_motion(particles: np.ndarray, move: Move, sigmas: Move, rng: np.random.Generator) -> np.ndarray:
-    """Move each particle by its own noisy copy of a move (table 5.6, lines 5 to 11).
-
-    Args:
-        particles: (n, 3) base poses in the map.
-        move: odometry's measurement.
-        sigmas: standard deviations of its parts.
-        rng: drawn from 3 n times, whatever the move, so that equal seeds stay in step.
+    A robot whose base frame is off the axle moves it sideways when it turns on the spot. To table 5.6 that is a turn of
+    90 degrees, a drive, and a turn back, each with its noise, of which none happened. So the axle is moved. `rng` is
+    drawn from 3 n times, whatever the move, so that equal seeds stay in step.
     """
-    normals = rng.standard_normal(particles.shape)
-    rotation1 = move.rotation1_rad - sigmas.rotation1_rad * normals[:, 0]
-    translation = move.translation_m - sigmas.translation_m * normals[:, 1]
-    rotation2 = move.rotation2_rad - sigmas.rotation2_rad * normals[:, 2]
-    direction = particles[:, 2] + rotation1
+    if not params.axle_x:
+        return _sampled(particles, previous, current, params, rng)
+    axle_in_base = Pose2D(params.axle_x, 0.0, 0.0)
+    axles = _moved_ahead(particles, params.axle_x)
+    moved = _sampled(axles, previous.compose(axle_in_base), current.compose(axle_in_base), params, rng)
+    return _moved_ahead(moved, -params.axle_x)
+
+
+def _moved_ahead(poses: np.ndarray, by_m: float) -> np.ndarray:
+    """Return (n, 3) poses moved along their own x axes."""
+    moved = poses.copy()
+    moved[:, 0] += by_m * np.cos(poses[:, 2])
+    moved[:, 1] += by_m * np.sin(poses[:, 2])
+    return moved
+
+
+def _sampled(
+    particles: np.ndarray, previous: Pose2D, current: Pose2D, params: AmclParams, rng: np.random.Generator
+) -> np.ndarray:
+    """Return (n, 3) poses after noisy copies of a move (lines 5 to 11)."""
+    move = decompose(previous, current)
+    normals, sigmas = rng.standard_normal(particles.shape), move_noise(move, params)
+    rotation1_rad, translation_m, rotation2_rad = (
+        part - sigma * normals[:, column] for column, (part, sigma) in enumerate(zip(move, sigmas))
+    )
+    direction_rad = particles[:, 2] + rotation1_rad
     moved = np.empty_like(particles)
-    moved[:, 0] = particles[:, 0] + translation * np.cos(direction)
-    moved[:, 1] = particles[:, 1] + translation * np.sin(direction)
-    moved[:, 2] = wrap_angles(direction + rotation2)
+    moved[:, 0] = particles[:, 0] + translation_m * np.cos(direction_rad)
+    moved[:, 1] = particles[:, 1] + translation_m * np.sin(direction_rad)
+    moved[:, 2] = wrap_angles(direction_rad + rotation2_rad)
     return moved
 
 
@@ -190,30 +161,15 @@ def particles_everywhere(free_cells: FreeCells, count: int, rng: np.random.Gener
     return particles
 
 
-def has_converged(particles: np.ndarray) -> bool:
-    """Return whether all particles (n, 3) lie close to their unweighted mean."""
-    positions = particles[:, :2]
-    return bool((np.abs(positions - positions.mean(axis=0)) <= CONVERGED_WITHIN_M).all())
-
-
-def weight_near(particles: np.ndarray, weights: np.ndarray, pose: Pose2D, within_m: float) -> float:
-    """Return the weight, 0 to 1, of the particles (n, 3) this close to a pose along x and y."""
-    offsets_m = np.abs(particles[:, :2] - (pose.x_m, pose.y_m))
-    return float(weights[(offsets_m <= within_m).all(axis=1)].sum())
-
-
 def check_grid(grid: OccupancyGrid) -> None:
     """Refuse a map on which no robot can be located.
 
     Raises:
-        InputFault: no cells, no free cell, or an invalid resolution or origin.
+        InputFault: no free cell, or an invalid resolution or origin.
     """
-    resolution_m = grid.resolution_m
-    if grid.cells.ndim != 2 or grid.cells.size == 0:
-        raise InputFault(f'map: given {" x ".join(map(str, grid.cells.shape))} cells; allowed: at least 1 x 1')
-    if not SMALLEST_CELL_M <= resolution_m <= LARGEST_CELL_M:
+    if not SMALLEST_CELL_M <= grid.resolution_m <= LARGEST_CELL_M:
         allowed = f'{SMALLEST_CELL_M:g} to {LARGEST_CELL_M:g} m'
-        raise InputFault(f'map: given a resolution of {resolution_m} m; allowed: {allowed}')
+        raise InputFault(f'map: given a resolution of {grid.resolution_m} m; allowed: {allowed}')
     check_pose(grid.origin, 'map origin')
     if not (grid.cells == FREE).any():
         raise InputFault('map: no cell is free; expected free space around the robot')
@@ -223,25 +179,21 @@ def check_pose(pose: Pose2D, name: str) -> None:
     """Refuse an invalid pose; `name` names it in the error.
 
     Raises:
-        InputFault: a coordinate is not finite or absurdly large.
+        InputFault: a coordinate is not finite or too large.
     """
-    if not (
-        abs(pose.x_m) <= LARGEST_COORDINATE_M and abs(pose.y_m) <= LARGEST_COORDINATE_M and math.isfinite(pose.yaw_rad)
-    ):
+    if not (max(abs(pose.x_m), abs(pose.y_m)) <= LARGEST_COORDINATE_M and math.isfinite(sum(pose))):
         raise InputFault(
             f'{name}: given ({pose.x_m}, {pose.y_m}, {pose.yaw_rad}); expected finite x, y [m] and yaw [rad]'
         )
 
 
 def check_covariance(covariance: np.ndarray) -> None:
-    """Refuse an invalid covariance over (x, y, yaw).
+    """Refuse an invalid 3x3 covariance over (x, y, yaw).
 
     Raises:
-        InputFault: not 3x3, not finite, absurdly large, or a variance below zero.
+        InputFault: not finite, too large, or a variance below zero.
     """
     covariance = np.asarray(covariance, dtype=float)
-    if covariance.shape != (3, 3):
-        raise InputFault(f'initial covariance: given shape {covariance.shape}; expected (3, 3)')
     if not (np.abs(covariance) <= LARGEST_COORDINATE_M**2).all() or (np.diag(covariance) < 0.0).any():
         raise InputFault(
             f'initial covariance: given {covariance.tolist()}; expected finite numbers and no variance below 0'
@@ -263,6 +215,8 @@ class ParticleSet:
     weights: np.ndarray  # (n,), sum 1
     statistics: ParticleStatistics  # as of the last restart or resampling
     has_converged: bool  # all particles were close together at the last resampling: upstream's
+    slow_average: float  # of the scans' likelihoods (table 8.3, lines 10 and 11)
+    fast_average: float
     has_settled: bool  # most of the weight has been close together since the restart
 
     def __init__(self, params: AmclParams, particles: np.ndarray, rng: np.random.Generator) -> None:
@@ -273,9 +227,8 @@ class ParticleSet:
     def reconfigure(self, params: AmclParams) -> None:
         """Use other parameters; their number of particles from the next resampling on."""
         self._params = params
-        self._motion_model = motion_model(params)
         self._limits = kld_limits(params)
-        self.averages = LikelihoodAverages(params.recovery_alpha_slow, params.recovery_alpha_fast)
+        self._reset_averages()
 
     def restart(self, particles: np.ndarray) -> None:
         """Replace the particles by others (n, 3), of equal weight."""
@@ -283,11 +236,11 @@ class ParticleSet:
         self.has_settled = False
         self._take_statistics()
         self.has_converged = False
-        self.averages.reset()
+        self._reset_averages()
 
     def move(self, previous: Pose2D, current: Pose2D) -> None:
         """Move the particles as odometry moved the base, poses in odom (line 5)."""
-        self.particles = self._motion_model(self.particles, previous, current, self._rng)
+        self.particles = move_particles(self.particles, previous, current, self._params, self._rng)
 
     def weigh(self, likelihoods: Likelihoods) -> None:
         """Multiply the weights by a scan's likelihoods (lines 6 to 11)."""
@@ -298,20 +251,34 @@ class ParticleSet:
             # The weights summed to 1, so the total is the mean likelihood. Upstream divides it by
             # n once more: an n that KLD-sampling has made smaller then looks like a better fit,
             # and a kidnapping goes unnoticed.
-            self.averages.add(total * math.exp(min(likelihoods.log_scale, LARGEST_EXPONENT)))
+            likelihood = total * math.exp(min(likelihoods.log_scale, LARGEST_EXPONENT))
+            self.slow_average = _averaged(self.slow_average, likelihood, self._params.recovery_alpha_slow)
+            self.fast_average = _averaged(self.fast_average, likelihood, self._params.recovery_alpha_fast)
         else:
             self.weights = np.full(len(weights), 1.0 / len(weights))
 
     def resample(self, free_cells: FreeCells) -> None:
         """Draw new particles (lines 12 to 19), if selective_resampling finds it due; random ones on free cells."""
-        if not self._is_weight_spread():
-            anywhere = self.averages.fraction_anywhere()
+        # With selective_resampling not while over half of the particles still count.
+        if not (self._params.selective_resampling and effective_count(self.weights) > 0.5 * len(self.weights)):
+            anywhere = self.fraction_anywhere()
             self._replace(resample(self.particles, self.weights, self._limits, anywhere, free_cells, self._rng))
-            self.has_converged = has_converged(self.particles)
+            mean = self.particles[:, :2].mean(axis=0)
+            self.has_converged = bool(self._is_near(mean).all())
             if anywhere > 0.0:
                 # Upstream: or the filter would spiral off into complete randomness.
-                self.averages.reset()
+                self._reset_averages()
         self._take_statistics()
+
+    def fraction_anywhere(self) -> float:
+        """Return the fraction of particles to draw anywhere on the map, 0 to 1 (table 8.3, line 13).
+
+        The fast average of the likelihood falls below the slow one when the pose is wrong.
+        """
+        return max(0.0, 1.0 - self.fast_average / self.slow_average) if self.slow_average else 0.0
+
+    def _reset_averages(self) -> None:
+        self.slow_average = self.fast_average = 0.0
 
     def _replace(self, particles: np.ndarray) -> None:
         self.particles = particles
@@ -320,10 +287,14 @@ class ParticleSet:
     def _take_statistics(self) -> None:
         self.statistics = particle_statistics(self.particles, self.weights)
         # Once and for all: the noise of a long move spreads particles, but not to other places.
-        self.has_settled = self.has_settled or SETTLED_WEIGHT <= weight_near(
-            self.particles, self.weights, self.statistics.mean, CONVERGED_WITHIN_M
-        )
+        near = self._is_near(np.array(self.statistics.mean[:2]))
+        self.has_settled = self.has_settled or SETTLED_WEIGHT <= float(self.weights[near].sum())
 
-    def _is_weight_spread(self) -> bool:
-        """Return whether selective_resampling is on and over half of the particles still count."""
-        return self._params.selective_resampling and effective_count(self.weights) > 0.5 * len(self.weights)
+    def _is_near(self, position_m: np.ndarray) -> np.ndarray:
+        """Return (n,) which particles are close to a position, along x and y."""
+        near: np.ndarray = (np.abs(self.particles[:, :2] - position_m) <= CONVERGED_WITHIN_M).all(axis=1)
+        return near
+
+
+def _averaged(average: float, value: float, alpha: float) -> float:
+    return value if average == 0.0 else average + alpha * (value - average)
