@@ -22,7 +22,7 @@ from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.histogram import kld_limits, particle_statistics, resample
 from diff_encoder_sim.localization.laser_models import laser_model
 from diff_encoder_sim.localization.occupancy_grid import FreeCells, OccupancyGrid
-from diff_encoder_sim.localization.particles import motion_model
+from diff_encoder_sim.localization.particles import move_particles
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
 from diff_encoder_sim.simulation.rasterise import rasterise
 from diff_encoder_sim.simulation.world import load_world
@@ -129,11 +129,11 @@ def _by_part(calls: int) -> List[List[str]]:
     params, rng = _params(SL), np.random.default_rng(0)
     amcl = Amcl(params, grid, rng)
     particles, weights = amcl.particles, amcl.weights
-    move, limits, model = motion_model(params), kld_limits(params), laser_model(params, grid)
+    limits, model = kld_limits(params), laser_model(params, grid)
     scan, free_cells = _thinned(lidar.scan(0, SL.start), 180), FreeCells(grid)
     beams = model.beams(scan, IDENTITY)
     parts: List[Tuple[str, Callable[[], object]]] = [
-        ('move the particles', lambda: move(particles, IDENTITY, Pose2D(0.2, 0.0, 0.1), rng)),
+        ('move the particles', lambda: move_particles(particles, IDENTITY, Pose2D(0.2, 0.0, 0.1), params, rng)),
         ('prepare the scan', lambda: model.beams(scan, IDENTITY)),
         ('weigh the particles', lambda: model.likelihoods(particles, beams, False)),
         ('resample', lambda: resample(particles, weights, limits, 0.0, free_cells, rng)),

@@ -11,7 +11,7 @@ import numpy as np
 
 from diff_encoder_sim.base.se2 import IDENTITY
 from diff_encoder_sim.localization.laser_models import laser_model
-from diff_encoder_sim.localization.particles import decompose, diff_corrected_noise, diff_noise
+from diff_encoder_sim.localization.particles import decompose, move_noise
 
 
 class GridFilter:
@@ -22,7 +22,6 @@ class GridFilter:
     def __init__(self, params, grid):
         self.params = params
         self.model = laser_model(params, grid)
-        self.noise = diff_noise if params.odom_model_type == 'diff' else diff_corrected_noise
         self.yaws = np.arange(self.HEADINGS) * 2 * math.pi / self.HEADINGS
         self.centre = np.round([params.initial_pose_x / self.CELL_M, params.initial_pose_y / self.CELL_M])
         x, y, yaw = self._coordinates()
@@ -45,7 +44,7 @@ class GridFilter:
 
     def predict(self, previous, current):
         move = decompose(previous, current)
-        sigmas = self.noise(move, self.params)
+        sigmas = move_noise(move, self.params)
         self._turn(move.rotation1_rad, sigmas.rotation1_rad)
         self._drive(move.translation_m, sigmas.translation_m)
         self._turn(move.rotation2_rad, sigmas.rotation2_rad)

@@ -8,10 +8,7 @@ import pytest
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.histogram import (
-    LikelihoodAverages,
-    effective_count,
     even_places,
-    kld_limit,
     kld_limits,
     mean_and_covariance,
     particle_statistics,
@@ -34,7 +31,7 @@ def test_the_heaviest_cluster_is_the_estimate():
     assert statistics.mean == pytest.approx(heavy.mean(axis=0), abs=1e-3)
     assert statistics.cluster_weight == pytest.approx(0.6)
     assert statistics.cluster_count == 2
-    assert mean_and_covariance(heavy, weights[900:]).covariance[0, 0] == pytest.approx(heavy[:, 0].var(), rel=1e-9)
+    assert mean_and_covariance(heavy, weights[900:])[1][0, 0] == pytest.approx(heavy[:, 0].var(), rel=1e-9)
     assert statistics.covariance[0, 0] == pytest.approx(0.24 * 25.0, rel=0.02)
 
 
@@ -80,47 +77,27 @@ def test_clusters_are_those_of_a_plain_flood_fill():
 # A map of four free cells of 5 m.
 FREE_CELLS = FreeCells(OccupancyGrid(np.zeros((2, 2), np.int8), 5.0, Pose2D(-2.25, -2.25, 0.0)))
 
-
 CENTRES = np.array([[0.25, 0.25], [5.25, 0.25], [0.25, 5.25], [5.25, 5.25]])
-
-
-# Exact 99 % quantiles of the chi-square distribution by degrees of freedom (any table).
-CHI_SQUARE_99 = {10: 23.209, 50: 76.154, 100: 135.807}
-
-
-Z_99 = 2.3263479
 
 
 def fixed_count(count):
     return np.full(count + 1, count)
 
 
-@pytest.mark.parametrize('freedom', CHI_SQUARE_99)
-def test_kld_limit_is_the_chi_square_bound(freedom):
+# Exact 99 % quantiles of the chi-square distribution by degrees of freedom (any table).
+@pytest.mark.parametrize(('freedom', 'quantile'), [(10, 23.209), (50, 76.154), (100, 135.807)])
+def test_kld_limit_is_the_chi_square_bound(freedom, quantile):
     """n = chi-square / (2 error) with k - 1 degrees of freedom; Wilson-Hilferty is within 0.2 %."""
-    exact = CHI_SQUARE_99[freedom] / (2 * 0.01)
-    assert kld_limit(freedom + 1, 0.01, Z_99, 1, 10**6) == pytest.approx(exact, rel=2e-3)
-
-
-def test_kld_limit_keeps_the_divergence_within_bounds():
-    """99 % of sample sets of that size diverge less than kld_err from what they are drawn from."""
-    bins, kld_err = 30, 0.05
-    probabilities = np.random.default_rng(0).dirichlet(np.ones(bins))
-    count = kld_limit(bins, kld_err, Z_99, 1, 10**6)
-    drawn = np.random.default_rng(1).multinomial(count, probabilities, size=20_000) / count
-    terms = np.where(drawn > 0, drawn * np.log(np.where(drawn > 0, drawn, 1.0) / probabilities), 0.0)
-    assert (terms.sum(axis=1) <= kld_err).mean() == pytest.approx(0.99, abs=0.005)
+    params = AmclParams(kld_err=0.01, kld_z=2.3263479, min_particles=1, max_particles=10_000)
+    assert kld_limits(params)[freedom + 1] == pytest.approx(quantile / (2 * 0.01), rel=2e-3)
 
 
 def test_kld_limit_by_hand_and_at_its_ends():
+    limits = kld_limits(AmclParams(kld_err=0.02, kld_z=0.99, min_particles=100, max_particles=5000))
     # k = 31: 30 / 0.04 (1 - 2/270 + 0.99 sqrt(2/270))^3
-    assert (
-        kld_limit(31, 0.02, 0.99, 100, 5000) == math.ceil(750 * (1 - 2 / 270 + 0.99 * math.sqrt(2 / 270)) ** 3) == 940
-    )
-    assert kld_limit(2, 0.02, 0.99, 100, 5000) == 100
-    assert kld_limit(5000, 0.02, 0.99, 100, 5000) == 5000
-    assert kld_limit(1, 0.02, 0.99, 100, 5000) == 5000  # as upstream: one bin is no bound
-    assert kld_limit(0, 0.02, 0.99, 100, 5000) == 5000
+    assert limits[31] == math.ceil(750 * (1 - 2 / 270 + 0.99 * math.sqrt(2 / 270)) ** 3) == 940
+    # As upstream, one bin is no bound.
+    assert [limits[k] for k in (0, 1, 2, 5000)] == [5000, 5000, 100, 5000]
 
 
 def test_particles_stop_when_the_bins_they_fill_have_enough():
@@ -168,32 +145,3 @@ def test_the_recovery_fraction_is_drawn_anywhere():
     assert cells == pytest.approx([0.25] * 4, abs=0.02)
     headings = np.histogram(anywhere[:, 2], bins=8, range=(-math.pi, math.pi))[0] / len(anywhere)
     assert headings == pytest.approx([1 / 8] * 8, abs=0.02)
-
-
-def test_averages_of_the_likelihood_call_for_recovery():
-    averages = LikelihoodAverages(alpha_slow=0.001, alpha_fast=0.1)
-    assert averages.fraction_anywhere() == 0.0
-    averages.add(2.0)
-    assert averages.fraction_anywhere() == 0.0
-    averages.add(1.0)
-    assert (averages.slow, averages.fast) == pytest.approx((1.999, 1.9))
-    assert averages.fraction_anywhere() == pytest.approx(1 - 1.9 / 1.999)
-    averages.add(10.0)
-    assert averages.fraction_anywhere() == 0.0
-    averages.reset()
-    averages.add(0.5)
-    assert (averages.slow, averages.fast) == (0.5, 0.5)
-
-
-def test_effective_count():
-    assert effective_count(np.full(8, 1 / 8)) == pytest.approx(8)
-    assert effective_count(np.array([1.0, 0.0])) == pytest.approx(1)
-
-
-def test_draws_have_no_bias():
-    particles = np.column_stack([np.arange(3.0), np.zeros((3, 2))])
-    weights = np.array([0.24, 0.43, 0.33])
-    rng = np.random.default_rng(3)
-    drawn = [resample(particles, weights, fixed_count(10), 0.0, FREE_CELLS, rng)[:, 0] for _ in range(4000)]
-    # At most one more or less than n p, so the standard deviation of a count's mean is below 0.5 / sqrt(4000).
-    assert np.bincount(np.concatenate(drawn).astype(int)) / 4000 == pytest.approx(10 * weights, abs=0.03)
