@@ -79,12 +79,6 @@ def test_ranges_that_say_nothing_change_nothing(range_m):
     assert (costmap.costs == before).all()
 
 
-def test_rays_start_where_the_laser_was():
-    costmap = Costmap(local_defaults())
-    costmap.update(IDENTITY, scan_of({90: 0.5}), Pose2D(0.12, 0.0, math.pi / 2))
-    assert costmap.cost_at(0.12 - 0.5, 0.0) == LETHAL
-
-
 def test_the_robot_frees_where_it_stands():
     costmap = Costmap(local_defaults())
     costmap.update(Pose2D(-1.0, 0.0, 0.0), scan_of({0: 1.02}), Pose2D(-1.0, 0.0, 0.0))
@@ -101,20 +95,6 @@ def test_a_window_may_keep_apart_what_no_ray_has_seen():
     assert costmap.cost_at(0.5, 0.0) == NO_INFORMATION
     costmap.update(Pose2D(0.5, 0.0, 0.0))
     assert costmap.cost_at(1.9, 0.0) == NO_INFORMATION
-
-
-def test_window_moves_with_the_robot_by_whole_cells_and_remembers():
-    costmap = Costmap(local_defaults())
-    costmap.update(IDENTITY, scan_of({0: 1.02}), IDENTITY)
-    costmap.update(Pose2D(0.63, -0.31, 1.0))
-    assert costmap.cost_at(1.02, 0.0) == LETHAL
-    steps = np.array(costmap.origin[:2]) / 0.05
-    assert steps == pytest.approx(np.round(steps), abs=1e-9)
-    row, column = costmap.cell_at(0.63, -0.31)
-    assert (row, column) == (30, 30)
-    costmap.update(Pose2D(5.0, 0.0, 0.0))  # out of the window: forgotten
-    costmap.update(IDENTITY)
-    assert (costmap.costs == FREE).all()
 
 
 def test_costs_do_not_depend_on_when_they_are_asked_for():
@@ -160,19 +140,6 @@ def test_static_obstacles_are_distinguished_from_seen_ones():
     costmap.update(pose, scan_of({90: 1.0}), pose)
     assert costmap.is_static_obstacle(3.3, 2.5) and not costmap.is_static_obstacle(3.2, 2.5)
     assert not costmap.is_static_obstacle(2.5, 3.5)
-
-
-def test_the_turned_costmap_equals_the_straight_one():
-    """A map in a turned frame costs the same at the same places."""
-    random, origin = np.random.default_rng(11), Pose2D(-3.0, 2.0, 0.7)
-    straight, turned = static_costmap(random_walls()), static_costmap(random_walls(), origin)
-    scan = scan_of(dict(enumerate(random.uniform(0.3, 4.0, 360))))
-    pose = Pose2D(4.01, 3.02, 0.4)
-    straight.update(pose, scan, pose)
-    turned.update(origin.compose(pose), scan, origin.compose(pose))
-    assert (straight.costs == turned.costs).mean() > 0.999  # rounding moves few rays by a cell
-    for place in (Pose2D(4.01, 3.02, 0.4), Pose2D(2.03, 1.01, 0.0), Pose2D(6.51, 5.03, -1.0)):
-        assert turned.footprint_cost(origin.compose(place)) == straight.footprint_cost(place)
 
 
 def test_other_parameters_keep_the_obstacles_while_the_cells_are_the_same():

@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc, wrap_angle
-from diff_encoder_sim.navigation.dwa_params import DwaParams
 from diff_encoder_sim.navigation.goal_stopping import (
     LOOKAHEAD_M,
-    NEAR,
     SET_OUT,
     LatchedStopRotate,
     Motion,
@@ -17,7 +15,6 @@ from diff_encoder_sim.navigation.goal_stopping import (
     PreciseStop,
     TurnToPath,
     bearing_ahead,
-    stop_parts,
     stop_spread,
 )
 from navigation_scenes import PERIOD_S, dwa_params, straight_plan, winding_plan
@@ -35,9 +32,13 @@ def always(*_):
 
 def test_position_is_reached_within_tolerance_and_then_latched():
     latched, free = controller(), controller(latch_xy_goal_tolerance=False)
+    margin = controller(latch_margin=0.2)
     for at, expected in ((0.06, (False, False)), (0.05, (True, True)), (0.07, (True, False))):
         motion = Motion(Pose2D(at, 0.0, 0.0), 0.0, 0.0)
         assert (latched.is_position_reached(motion, GOAL), free.is_position_reached(motion, GOAL)) == expected
+    # Localization moves by millimetres while it turns: who stopped on the edge would be outside.
+    for at, expected in ((0.041, False), (0.039, True), (0.06, True)):
+        assert margin.is_position_reached(Motion(Pose2D(at, 0.0, 0.0), 0.0, 0.0), GOAL) is expected
     latched.reset()
     assert not latched.is_position_reached(Motion(Pose2D(0.07, 0.0, 0.0), 0.0, 0.0), GOAL)
 
@@ -82,25 +83,9 @@ def test_a_turn_that_would_collide_is_not_made():
     assert controller().command(Motion(IDENTITY, 0.0, 0.0), GOAL, lambda *_: False) is None
 
 
-def test_a_margin_lets_the_robot_come_closer_before_it_turns():
-    """Localization moves by millimetres while it turns: who stopped on the edge would be outside."""
-    motion = Motion(Pose2D(0.0, 0.0, 0.0), 0.0, 0.0)
-    for margin, distance_m, is_reached in ((0.0, 0.049, True), (0.2, 0.041, False), (0.2, 0.039, True)):
-        controller = LatchedStopRotate(
-            DwaParams.from_mapping(
-                {'xy_goal_tolerance': 0.05, 'latch_margin': margin, 'latch_xy_goal_tolerance': True}, ''
-            ),
-            0.05,
-        )
-        assert controller.is_position_reached(motion, Pose2D(distance_m, 0.0, 0.0)) is is_reached
-    assert controller.is_position_reached(motion, Pose2D(0.06, 0.0, 0.0))  # latched
-
-
 TOLERANCE_M, YAW_TOLERANCE_RAD = 0.05, 0.052
 
-
 TICK_S = 0.01
-
 
 SEPARATION_M = 0.4
 
@@ -159,23 +144,16 @@ def test_on_a_straight_line_it_ends_at_the_goal(rate_hz, latency_ticks, speed_mp
     assert robot.pose.y_m == 0.0
 
 
-def test_it_stops_beside_a_goal_to_the_side():
-    """It goes on to the nearest place on its line where the goal is not worth steering to."""
-    aside_m = 0.9 * NEAR * TOLERANCE_M
-    robot = Unicycle(Pose2D(-0.039, aside_m, 0.0), 0.04)
-    stop_at(IDENTITY, robot)
-    assert abs(robot.pose.x_m) < 0.003 and robot.pose.y_m == pytest.approx(aside_m)
-
-
-def test_a_robot_that_stands_close_enough_does_not_move():
+@pytest.mark.parametrize(
+    'start',
+    [
+        Pose2D(-0.9 * SET_OUT * TOLERANCE_M, 0.02, 0.9 * SET_OUT * YAW_TOLERANCE_RAD),
+        Pose2D(0.03, -0.02, 0.0),  # it never drives backwards
+    ],
+)
+def test_a_robot_that_stands_close_enough_does_not_move(start):
     """After turns in place an estimate is some millimetres off: that is no reason to drive."""
-    robot = Unicycle(Pose2D(-0.9 * SET_OUT * TOLERANCE_M, 0.02, 0.9 * SET_OUT * YAW_TOLERANCE_RAD))
-    assert set(stop_at(IDENTITY, robot)[1]) == {(0.0, 0.0)}
-
-
-def test_it_never_drives_backwards():
-    robot = Unicycle(Pose2D(0.03, -0.02, 0.0))
-    assert set(stop_at(IDENTITY, robot)[1]) == {(0.0, 0.0)}
+    assert set(stop_at(IDENTITY, Unicycle(start))[1]) == {(0.0, 0.0)}
 
 
 def test_it_stops_where_the_way_is_not_clear_and_leaves_a_turn_that_is_not_needed():
@@ -239,15 +217,6 @@ def test_arrival_is_latched_as_the_parameter_says():
         assert stop.is_position_reached(here, away) is is_latched
 
 
-def test_before_arrival_nothing_is_latched():
-    stop, goal = PreciseStop(dwa_params(latch_margin=0.2), 0.05), IDENTITY
-    for x_m, is_reached in ((-0.041, False), (-0.039, True), (-0.049, True), (-0.051, False), (-0.045, False)):
-        motion = Motion(Pose2D(x_m, 0.0, 0.0), 0.04, 0.0)
-        assert stop.is_position_reached(motion, goal) is is_reached
-        if is_reached:
-            assert stop.command(motion, goal, always)[0] > 0.0
-
-
 @pytest.mark.parametrize(
     ('changes', 'slowest', 'fastest'),
     [({'min_vel_trans': 0.08}, 0.08, 0.45), ({'min_vel_x': 0.1}, 0.1, 0.45), ({'max_vel_x': 0.03}, 0.03, 0.03)],
@@ -286,19 +255,6 @@ def test_a_coarse_encoder_adds_its_pulse_up_to_the_tolerance():
     assert fine.position_m + 0.01 < coarse.position_m < 0.02
     assert fine.yaw_rad < coarse.yaw_rad < 0.052
     assert stop_spread(dwa_params(stop='precise'), 0.05, 0.02, PoseStep(1.0, 1.0)) == pytest.approx((0.05, 0.052))
-
-
-@pytest.mark.parametrize('stop', ['latch', 'precise'])
-def test_the_parts_make_the_spread(stop):
-    params, step = dwa_params(stop=stop), PoseStep(0.002, 0.005)
-    parts, spread = stop_parts(params, 0.05, 0.03, step), stop_spread(params, 0.05, 0.03, step)
-    if stop == 'latch':
-        assert parts == {'latch circle': spread}
-    else:
-        ahead_m = sum(parts[cause].position_m for cause in ('coasting', 'latency', 'one pulse'))
-        assert spread.position_m == pytest.approx(math.hypot(ahead_m, parts['near enough'].position_m))
-        assert parts['one pulse'] == step
-        assert stop_parts(params, 0.05, 0.06, step)['latency'].position_m == 2.0 * parts['latency'].position_m
 
 
 def test_a_plan_behind_the_robot_is_turned_to():

@@ -48,39 +48,26 @@ def test_the_navigator_takes_every_parameter_of_upstream_at_its_default():
         assert not costmap.track_unknown_space  # the costmap's counts before a layer's
 
 
+TWO = 2 * [{'name': 'a', 'type': 'rotate_recovery/RotateRecovery'}]
+
+
 @pytest.mark.parametrize(
-    ('given', 'complaint'),
+    ('given', 'key'),
     [
-        (
-            {'base_local_planner': 'teb_local_planner/TebLocalPlannerROS'},
-            (
-                "base_local_planner: given 'teb_local_planner/TebLocalPlannerROS'; allowed: "
-                "'dwa_local_planner/DWAPlannerROS'"
-            ),
-        ),
-        ({'base_global_planner': 'global_planner/GlobalPlanner'}, "allowed: 'navfn/NavfnROS'"),
+        ({'base_local_planner': 'teb_local_planner/TebLocalPlannerROS'}, 'base_local_planner'),
+        ({'base_global_planner': 'global_planner/GlobalPlanner'}, 'base_global_planner'),
         # Upstream's default is map: the robot would take its odometry for where it is on the map.
-        ({'local_costmap': {'rolling_window': True}}, "local_costmap.global_frame that is /odom's"),
-        ({'local_costmap': {'rolling_window': True, 'global_frame': '/map'}}, 'and not global_costmap'),
+        ({'local_costmap': {'rolling_window': True}}, 'local_costmap'),
+        ({'local_costmap': {'rolling_window': True, 'global_frame': '/map'}}, 'local_costmap'),
+        ({'recovery_behaviors': [{'name': 'a', 'type': 'move_slow_and_clear/MoveSlowAndClear'}]}, 'recovery_behaviors'),
+        ({'recovery_behaviors': TWO}, 'recovery_behaviors'),
+        ({'DWAPlannerROS': {'min_vel_x': 0.6}}, 'min_vel_x'),
+        ({'DWAPlannerROS': {'min_vel_theta': 1.1}}, 'min_vel_theta'),
     ],
 )
-def test_what_the_navigator_cannot_do_is_named_in_one_line(given, complaint):
-    with pytest.raises(ConfigError) as caught:
+def test_an_unsupported_value_is_named(given, key):
+    with pytest.raises(ConfigError, match=key):
         NavigatorParams.from_mapping(given, '/move_base')
-    assert complaint in str(caught.value) and '\n' not in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ('listed', 'complaint'),
-    [
-        ([{'name': 'a', 'type': 'move_slow_and_clear/MoveSlowAndClear'}], 'MoveSlowAndClear'),
-        (2 * [{'name': 'a', 'type': 'rotate_recovery/RotateRecovery'}], 'a name of its own'),
-    ],
-)
-def test_recovery_behaviours_that_there_are_not(listed, complaint):
-    with pytest.raises(ConfigError, match='recovery_behaviors') as caught:
-        NavigatorParams.from_mapping(upstream_navigation(recovery_behaviors=listed), '')
-    assert complaint in str(caught.value)
 
 
 @pytest.mark.parametrize(
@@ -99,13 +86,10 @@ def test_the_latch_is_read_where_upstream_reads_it(given, latches):
 # Parameters that upstream does not have and ignores.
 OWN_MOVE_BASE = {'input_timeout', 'max_unseen_travel'}
 
-
 # Upstream reads them in the layers' namespaces alone; its defaults are the same.
 IN_LAYERS = {'combination_method', 'footprint_clearing_enabled', 'trinary_costmap', 'unknown_cost_value'}
 
-
 OWN_NAVFN = {'use_dijkstra', 'neutral_cost', 'cost_factor'}  # global_planner's
-
 
 OWN_DWA = {'twist_sigmas', 'latch_margin', 'stop', 'turn_to_path_angle'}
 
@@ -142,51 +126,29 @@ def test_what_our_file_leaves_out_is_the_same_in_both_stacks():
         assert different(SCAN_SOURCE, costmap.scan, ours[name]['scan']) <= {'obstacle_range', 'raytrace_range'}
 
 
-def test_our_file_means_the_same_to_the_embedded_stack():
-    params = NavigatorParams.from_mapping(read_config('navigation.yaml'), 'navigation.yaml')
-    assert params.DWAPlannerROS.latch_xy_goal_tolerance
-    assert params.global_costmap.observation_sources == 'scan'
-    assert params.local_costmap.scan.clearing
-
-
 @pytest.mark.parametrize(
-    'params', [{'rolling_window': True, 'static_map': True}, {'static_map': False}, {'observation_sources': 'sonar'}]
+    ('given', 'key'),
+    [
+        ({'rolling_window': True, 'static_map': True}, 'static_map'),
+        ({'static_map': False}, 'static_map'),
+        ({'observation_sources': 'sonar'}, 'scan.topic'),
+        ({'observation_sources': 'front rear'}, 'observation_sources'),
+        ({'plugins': [{'name': 'v', 'type': 'costmap_2d::VoxelLayer'}]}, 'plugins'),
+        ({'plugins': PLUGINS, 'static_layer': {'enabled': False}}, 'static_layer.enabled'),
+        ({'plugins': PLUGINS, 'inflation_layer': {'inflation_radios': 0.5}}, 'inflation_radios'),
+        ({'map_type': 'voxel'}, 'map_type'),
+        ({'scan': {'data_type': 'PointCloud2'}}, 'scan.data_type'),
+        ({'scan': {'topic': '/base_scan'}}, 'scan.topic'),
+        ({'plugins': PLUGINS[1:], 'rolling_window': True, 'resolution': 1e-3, 'width': 6.0, 'height': 6.0}, 'cells'),
+        ({'robot_radius': -0.2}, 'robot_radius'),
+        ({'footprint': [[0, 1], [1, 0]]}, 'footprint'),
+        ({'footprint': [[1, 1], [2, 1], [2, 2]]}, 'footprint'),
+        ({'footprint': 'round'}, 'footprint'),
+    ],
 )
-def test_params_that_make_no_costmap_are_refused(params):
-    with pytest.raises(ConfigError):
-        CostmapParams.from_mapping(params, 'costmap.yaml')
-
-
-REFUSED = {
-    'another layer': (
-        {'plugins': [{'name': 'v', 'type': 'costmap_2d::VoxelLayer'}]},
-        'costmap_2d::StaticLayer, costmap_2d::ObstacleLayer',
-    ),
-    'switched off': ({'plugins': PLUGINS, 'static_layer': {'enabled': False}}, 'static_layer.enabled: true; take'),
-    'misspelt in a layer': (
-        {'plugins': PLUGINS, 'inflation_layer': {'inflation_radios': 0.5}},
-        'inflation_radios: unknown key',
-    ),
-    'voxels': ({'map_type': 'voxel'}, "map_type: given 'voxel'; allowed: 'costmap'"),
-    'two lasers': ({'observation_sources': 'front rear'}, 'one laser, not 2'),
-    'points': ({'scan': {'data_type': 'PointCloud2'}}, "scan.data_type: given 'PointCloud2'"),
-    'another topic': ({'scan': {'topic': '/base_scan'}}, 'remap'),
-    'too fine': (
-        {'plugins': PLUGINS[1:], 'rolling_window': True, 'resolution': 1e-3, 'width': 6.0, 'height': 6.0},
-        '4000000 cells',
-    ),
-    'radius': ({'robot_radius': -0.2}, 'robot_radius: 0.001 to 100 [m], not -0.2'),
-}
-
-
-@pytest.mark.parametrize('name', list(REFUSED))
-def test_what_the_costmap_cannot_do_is_named_in_one_line(name):
-    given, complaint = REFUSED[name]
-    with pytest.raises(ConfigError) as caught:
+def test_what_makes_no_costmap_is_named(given, key):
+    with pytest.raises(ConfigError, match=f'^/move_base: global_costmap.*{key}'):
         NavigatorParams.from_mapping({'global_costmap': given}, '/move_base')
-    assert complaint in str(caught.value)
-    assert str(caught.value).startswith('/move_base: global_costmap')
-    assert '\n' not in str(caught.value)
 
 
 def test_the_flat_form_is_the_layered_one():
@@ -250,14 +212,6 @@ def test_footprint_is_read_from_text_as_upstream_does():
     assert params.footprint == [[0.2, 0.1], [-0.2, 0.1], [0.0, -0.3]]
 
 
-@pytest.mark.parametrize(
-    'footprint', [[[0, 1], [1, 0]], [[1, 1], [2, 1], [2, 2]], 'round', [[0.1, 0.1, 0.1], [-0.1, 0.1], [0, -0.1]]]
-)
-def test_a_footprint_must_be_a_polygon_around_the_robot(footprint):
-    with pytest.raises(ConfigError, match='footprint'):
-        CostmapParams.from_mapping({'footprint': footprint}, '')
-
-
 SLOW_START = {'acc_lim_x': 0.7, 'acc_lim_theta': 4.0, 'min_vel_trans': 0.1, 'min_vel_theta': 0.4}
 
 
@@ -273,15 +227,3 @@ SLOW_START = {'acc_lim_x': 0.7, 'acc_lim_theta': 4.0, 'min_vel_trans': 0.1, 'min
 )
 def test_a_standing_robot_starts_if_one_period_reaches_a_minimum(changes, can_start):
     assert DwaParams.from_mapping({**SLOW_START, **changes}, '').can_start(0.05) is can_start
-
-
-@pytest.mark.parametrize(
-    ('given', 'complaint'),
-    [
-        ({'min_vel_x': 0.6}, 'min_vel_x not above max_vel_x'),
-        ({'min_vel_theta': 1.1}, 'min_vel_theta not above max_vel_theta'),
-    ],
-)
-def test_a_minimum_above_its_maximum_is_refused(given, complaint):
-    with pytest.raises(ConfigError, match=complaint):
-        DwaParams.from_mapping(given, '')
