@@ -14,7 +14,7 @@ from checkout import print_header
 from counts import COUNT
 from tabulate import tabulate
 
-from diff_encoder_sim.analysis.paper.comparison import COMPARISONS
+from diff_encoder_sim.analysis.paper.comparison import agreement
 from diff_encoder_sim.analysis.paper.paper_cells import STATISTICS, TRIALS
 from diff_encoder_sim.analysis.quantities import YAW
 from diff_encoder_sim.analysis.statistics import SIGNIFICANCE, holm
@@ -59,7 +59,7 @@ def _family(draw: Callable[[np.random.Generator], np.ndarray], rng: np.random.Ge
             'std': theirs.std(ddof=1),
             'pct_within': 100.0 * np.mean(np.abs(theirs) <= QUANTITY.tolerance),
         }
-        found = [COMPARISONS[statistic](ours, float(printed[statistic]), QUANTITY) for statistic in STATISTICS]
+        found = [agreement(statistic, ours, float(printed[statistic]), QUANTITY) for statistic in STATISTICS]
         cells.append([1.0 if one is None or one.p_value is None else one.p_value for one in found])
     return cells
 

@@ -9,11 +9,11 @@ from __future__ import annotations
 import enum
 import itertools
 import math
-from typing import Any, Callable, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.analysis.paper.paper_cells import PPRS, TRIALS
+from diff_encoder_sim.analysis.paper.paper_cells import PPRS, TRIALS, load_claims
 from diff_encoder_sim.analysis.quantities import LEVEL, POSES, QUANTITIES, YAW, Quantity, X, Y
 from diff_encoder_sim.analysis.results_table import (
     STANDARD_TESTS,
@@ -40,23 +40,14 @@ from diff_encoder_sim.base.se2 import wrap_angles
 
 stats = deferred('scipy.stats')
 
-ODOM, GLOBAL, WORLD = 'odom', 'global', 'world'
-
 COARSE, FINE = PPRS[:2], PPRS[2:]
-COARSE_AND_FINE = [(coarse, fine) for coarse in COARSE for fine in FINE]
+COARSE_AND_FINE = list(itertools.product(COARSE, FINE))
 EXTREMES = [(PPRS[0], PPRS[-1])]
 
-# 30 of 30 trials in both cells bound the difference by 9 percentage points, no closer.
-EQUAL_FRACTIONS_MARGIN = 0.15
-
-# Fewer pairs have no test of their spreads.
-FEWEST_PAIRS = 3
-
-# A smaller difference is negligible, as a fraction of the tolerance.
-NEGLIGIBLE_FRACTION = 0.1
-
-# Smaller p-values are shown as smaller than this.
-SMALLEST_P = 1e-4
+EQUAL_FRACTIONS_MARGIN = 0.15  # 30 of 30 trials in both cells bound the difference by 9 percentage points, no closer
+FEWEST_PAIRS = 3  # fewer have no test of their spreads
+NEGLIGIBLE_FRACTION = 0.1  # of the tolerance: a smaller difference is negligible
+SMALLEST_P = 1e-4  # smaller p-values are shown as smaller than this
 
 
 class Conclusion(enum.Enum):
@@ -75,140 +66,115 @@ class HypothesisTest(NamedTuple):
     p_against: Optional[float] = None  # corrected for the number of parts; None without enough trials
 
 
-class Sample(NamedTuple):
-    """The errors of a pose source in one cell."""
+class Errors(NamedTuple):
+    """The errors that a part of a claim is about: of one sample, or of pairs of equal trials."""
 
     label: str  # as the report shows it
-    values: np.ndarray  # (n,) in the quantity's unit
     quantity: Quantity
+    values: Tuple[np.ndarray, ...]  # (n,) each, in the quantity's unit
+    names: Tuple[str, ...] = ()  # of the two samples of pairs
 
 
-class Pair(NamedTuple):
-    """Errors of equal trials, which are compared in pairs."""
-
-    label: str  # as the report shows it
-    names: Tuple[str, str]
-    values: Tuple[np.ndarray, np.ndarray]  # (n,) each, in the quantity's unit
-    quantity: Quantity
+# A part of a claim, tested alone: its text with the numbers, whether it is as claimed, whether this is sure with 95 %
+# confidence, and the p-value of the part being true if it is not as claimed.
+_Judged = Tuple[str, bool, bool, float]
 
 
-# A part of a claim, tested alone: its text with the numbers, whether it holds with 95 % confidence, and the p-value of
-# the part being true, which is 1 if our trials are on the claim's side.
-_Part = Tuple[str, bool, float]
+def _tested(parts: Sequence[Errors], fewest: int, judge: Callable[[Errors], _Judged]) -> List[HypothesisTest]:
+    """Test all parts of a claim that have enough values; first come the labels of the others."""
+    enough = [judge(part) for part in parts if len(part.values[0]) >= fewest]
+    return _concluded([part.label for part in parts if len(part.values[0]) < fewest], enough)
 
 
-def _concluded(too_few: Iterable[str], parts: Sequence[_Part]) -> List[HypothesisTest]:
-    """Conclude from all parts of a claim, corrected for their number; first come the labels of those without a test."""
+def _concluded(too_few: Sequence[str], parts: Sequence[_Judged]) -> List[HypothesisTest]:
     tests = [HypothesisTest(Conclusion.UNCLEAR, f'{label}: too few trials') for label in too_few]
-    for (text, holds, _), p_value in zip(parts, holm([p_against for _, _, p_against in parts])):
-        unless_fails = Conclusion.HOLDS if holds else Conclusion.UNCLEAR
+    adjusted = holm([1.0 if is_as_claimed else p_value for _, is_as_claimed, _, p_value in parts])
+    for (text, is_as_claimed, is_sure, _), p_value in zip(parts, adjusted):
+        unless_fails = Conclusion.HOLDS if is_as_claimed and is_sure else Conclusion.UNCLEAR
         tests.append(HypothesisTest(Conclusion.FAILS if p_value < SIGNIFICANCE else unless_fails, text, p_value))
     return tests
 
 
-# Samples against a limit, which is taken as printed: it is no sample.
+def fractions_within(limit: float, above: Sequence[Errors] = (), below: Sequence[Errors] = ()) -> List[HypothesisTest]:
+    """Test that the fractions within tolerance are above, or below, `limit`, by the score test of Wilson's interval.
 
+    The limit is taken as printed: it is no sample.
+    """
 
-def fractions_within(limit: float, above: Sequence[Sample] = (), below: Sequence[Sample] = ()) -> List[HypothesisTest]:
-    """Test that the fractions within tolerance are above, or below, `limit`, by the score test of Wilson's interval."""
-
-    def measured(one: Sample) -> Tuple[str, float, float]:
-        within, trials = _count_within(one.values, one.quantity), len(one.values)
+    def judge(one: Errors) -> _Judged:
+        within, trials = _count_within(one.values[0], one.quantity), len(one.values[0])
         low, high = wilson(within, trials, LEVEL)
         deviation = (within / trials - limit) / math.sqrt(limit * (1.0 - limit) / trials)
         text = f'{one.label}: {within} of {trials} within, 95 % interval {100.0 * low:.0f} to {100.0 * high:.0f} %'
-        return text, within / trials, 2.0 * float(stats.norm.sf(abs(deviation)))
+        p_value = 2.0 * float(stats.norm.sf(abs(deviation)))
+        is_as_claimed = within / trials > limit if _is_among(one, above) else within / trials < limit
+        return text, is_as_claimed, p_value < SIGNIFICANCE, p_value
 
-    return _against_limit(measured, limit, above, below, 1)
+    return _tested([*above, *below], 1, judge)
 
 
-def spreads(limit: float, above: Sequence[Sample] = (), below: Sequence[Sample] = ()) -> List[HypothesisTest]:
+def spreads(limit: float, above: Sequence[Errors] = (), below: Sequence[Errors] = ()) -> List[HypothesisTest]:
     """Test that the standard deviations are above, or below, `limit`, by chi-square."""
 
-    def measured(one: Sample) -> Tuple[str, float, float]:
-        std, freedom, (low, high) = spread(one.values) or 0.0, len(one.values) - 1, std_interval(one.values, LEVEL)
+    def judge(one: Errors) -> _Judged:
+        std, freedom, (low, high) = spread(one.values[0]) or 0.0, len(one.values[0]) - 1, std_interval(one.values[0])
         squares = freedom * (std / limit) ** 2
         p_value = 2.0 * float(min(stats.chi2.cdf(squares, freedom), stats.chi2.sf(squares, freedom)))
-        interval = f'95 % interval {low:.3g} to {high:.3g}'
-        return f'{one.label}: standard deviation {std:.3g} {one.quantity.unit}, {interval}', std, p_value
+        text = f'{one.label}: standard deviation {std:.3g} {one.quantity.unit}, 95 % interval {low:.3g} to {high:.3g}'
+        is_as_claimed = std > limit if _is_among(one, above) else std < limit
+        return text, is_as_claimed, p_value < SIGNIFICANCE, p_value
 
-    return _against_limit(measured, limit, above, below, 2)
-
-
-def _against_limit(
-    measured: Callable[[Sample], Tuple[str, float, float]],
-    limit: float,
-    above: Sequence[Sample],
-    below: Sequence[Sample],
-    fewest: int,
-) -> List[HypothesisTest]:
-    """Test each sample that has at least `fewest` values by its text, value and two-sided p-value of the limit."""
-    parts = []
-    for one, is_above in [*((one, True) for one in above), *((one, False) for one in below)]:
-        if len(one.values) >= fewest:
-            text, value, p_value = measured(one)
-            is_as_claimed = value > limit if is_above else value < limit
-            parts.append((text, is_as_claimed and p_value < SIGNIFICANCE, 1.0 if is_as_claimed else p_value))
-    return _concluded((one.label for one in [*above, *below] if len(one.values) < fewest), parts)
+    return _tested([*above, *below], 2, judge)
 
 
-# Pairs of errors of equal trials.
+def _is_among(one: Errors, others: Sequence[Errors]) -> bool:
+    return any(one is other for other in others)
 
 
-def first_spreads_more(pairs: Sequence[Pair]) -> List[HypothesisTest]:
+def first_spreads_more(pairs: Sequence[Errors]) -> List[HypothesisTest]:
     """Test that the first of each pair has the larger standard deviation, by the ratio's jackknife."""
-    return _first_is_larger(
-        pairs,
-        'standard deviation',
-        lambda values: spread(values) or 0.0,
-        lambda first, second: spread_ratio(first, second).p_value,
-    )
+
+    def judge(pair: Errors) -> _Judged:
+        first, second = pair.values
+        sizes = [spread(values) or 0.0 for values in (first, second)]
+        return _first_is_larger(pair, 'standard deviation', sizes, spread_ratio(first, second).p_value)
+
+    return _tested(pairs, FEWEST_PAIRS, judge)
 
 
-def first_errs_more(pairs: Sequence[Pair]) -> List[HypothesisTest]:
+def first_errs_more(pairs: Sequence[Errors]) -> List[HypothesisTest]:
     """Test that the first of each pair has the larger absolute errors, by Wilcoxon's signed-rank test."""
-    return _first_is_larger(
-        pairs,
-        'median absolute error',
-        lambda values: float(np.median(np.abs(values))),
-        lambda first, second: wilcoxon(np.abs(first), np.abs(second)).p_value,
-    )
+
+    def judge(pair: Errors) -> _Judged:
+        sizes = [np.abs(values) for values in pair.values]
+        medians = [float(np.median(each)) for each in sizes]
+        return _first_is_larger(pair, 'median absolute error', medians, wilcoxon(*sizes).p_value)
+
+    return _tested(pairs, FEWEST_PAIRS, judge)
 
 
-def _first_is_larger(
-    pairs: Sequence[Pair],
-    what: str,
-    size: Callable[[np.ndarray], float],
-    p_value_of: Callable[[np.ndarray, np.ndarray], float],
-) -> List[HypothesisTest]:
-    parts = []
-    for pair in pairs:
-        if len(pair.values[0]) >= FEWEST_PAIRS:
-            (first, second), p_value, unit = map(size, pair.values), p_value_of(*pair.values), pair.quantity.unit
-            both = f'{first:.3g} {unit} ({pair.names[0]}), {second:.3g} {unit} ({pair.names[1]})'
-            is_larger = first > second
-            text = f'{pair.label}: {what} {both}, p {p_value:.2g}'
-            parts.append((text, is_larger and p_value < SIGNIFICANCE, 1.0 if is_larger else p_value))
-    return _concluded((pair.label for pair in pairs if len(pair.values[0]) < FEWEST_PAIRS), parts)
+def _first_is_larger(pair: Errors, what: str, sizes: Sequence[float], p_value: float) -> _Judged:
+    both = ', '.join(f'{size:.3g} {pair.quantity.unit} ({name})' for size, name in zip(sizes, pair.names))
+    text = f'{pair.label}: {what} {both}, p {p_value:.2g}'
+    return text, sizes[0] > sizes[1], p_value < SIGNIFICANCE, p_value
 
 
-def fractions_equal(pairs: Sequence[Pair]) -> List[HypothesisTest]:
+def fractions_equal(pairs: Sequence[Errors]) -> List[HypothesisTest]:
     """Test that the fractions within tolerance differ by less than EQUAL_FRACTIONS_MARGIN, by McNemar's test."""
-    parts = []
-    for pair in pairs:
-        if len(pair.values[0]):
-            is_first, is_second = (np.abs(values) <= pair.quantity.tolerance for values in pair.values)
-            result = mcnemar(is_first, is_second, LEVEL)
-            is_equal = max(-result.interval.low, result.interval.high) < EQUAL_FRACTIONS_MARGIN
-            first, second = (_count_within(values, pair.quantity) for values in pair.values)
-            counts = f'within tolerance {first} ({pair.names[0]}) and {second} ({pair.names[1]}) of {result.pairs}'
-            parts.append((f'{pair.label}: {counts}', is_equal, 1.0 if is_equal else result.p_value))
-    return _concluded((pair.label for pair in pairs if not len(pair.values[0])), parts)
+
+    def judge(pair: Errors) -> _Judged:
+        is_first, is_second = (np.abs(values) <= pair.quantity.tolerance for values in pair.values)
+        result = mcnemar(is_first, is_second, LEVEL)
+        is_equal = max(-result.interval.low, result.interval.high) < EQUAL_FRACTIONS_MARGIN
+        first, second = (_count_within(values, pair.quantity) for values in pair.values)
+        counts = f'within tolerance {first} ({pair.names[0]}) and {second} ({pair.names[1]}) of {result.pairs}'
+        return f'{pair.label}: {counts}', is_equal, is_equal, result.p_value
+
+    return _tested(pairs, 1, judge)
 
 
-# Claims about every trial. The paper's 30 of 30 trials are a sample: 29 of 30 of ours are no evidence against it
-# (Fisher's exact test, p = 1). All cells together are tested too, since a few trials in each may be many. If trials of
-# several cells have common noise, that p-value is too small or too large by a little; each cell's is not.
+def _count_within(values: np.ndarray, quantity: Quantity) -> int:
+    return int(np.sum(np.abs(values) <= quantity.tolerance))
 
 
 def all_succeeded(trials: pd.DataFrame) -> List[HypothesisTest]:
@@ -239,6 +205,10 @@ def amcl_matches_global(trials: pd.DataFrame) -> List[HypothesisTest]:
 def _every_trial(what: str, is_true: Dict[Any, Any]) -> List[HypothesisTest]:
     """Compare each cell's count, and that of all, with as many of the paper's trials, all of them true.
 
+    The paper's 30 of 30 trials are a sample: 29 of 30 of ours are no evidence against it (Fisher's exact test, p = 1).
+    All cells together are tested too, since a few trials in each may be many. If trials of several cells have common
+    noise, that p-value is too small or too large by a little; each cell's is not.
+
     Args:
         what: is claimed.
         is_true: of each trial, by test and PPR.
@@ -252,30 +222,24 @@ def _every_trial(what: str, is_true: Dict[Any, Any]) -> List[HypothesisTest]:
     for label, true_ours, trials, theirs_true in counts:
         _, p_value = stats.fisher_exact(np.array([[true_ours, trials - true_ours], [theirs_true, 0]]))
         compared = f'{true_ours} of {trials} {what}, the paper {theirs_true} of {theirs_true}'
-        parts.append((f'{label}: {compared}, p {p_value:.2g}', true_ours == trials, float(p_value)))
-    return _concluded((label for label, each in labelled.items() if not len(each)), parts)
-
-
-# The errors that a part of a claim is about.
+        # If all are true, the p-value is 1.
+        parts.append((f'{label}: {compared}, p {p_value:.2g}', true_ours == trials, True, float(p_value)))
+    return _concluded([label for label, each in labelled.items() if not len(each)], parts)
 
 
 def _of_cell(trials: pd.DataFrame, test: str, ppr: str) -> pd.DataFrame:
     return trials[(trials['test'] == test) & (trials['ppr'] == ppr)]
 
 
-def _count_within(values: np.ndarray, quantity: Quantity) -> int:
-    return int(np.sum(np.abs(values) <= quantity.tolerance))
-
-
 def samples(
     trials: pd.DataFrame, pose: str, tests: Sequence[str], pprs: Sequence[str], quantities: Sequence[Quantity]
-) -> List[Sample]:
+) -> List[Errors]:
     """Return a sample for each cell and quantity; it is empty if there is no such cell."""
     return [
-        Sample(
+        Errors(
             f'{POSES[pose]} in {test} at {ppr} PPR, {quantity.axis}',
-            final_errors(_of_cell(trials, test, ppr), pose, quantity),
             quantity,
+            (final_errors(_of_cell(trials, test, ppr), pose, quantity),),
         )
         for test, ppr, quantity in itertools.product(tests, pprs, quantities)
     ]
@@ -287,131 +251,70 @@ def pairs_of_pprs(
     tests: Sequence[str],
     pprs: Sequence[Tuple[str, str]],
     quantities: Sequence[Quantity],
-) -> List[Pair]:
+) -> List[Errors]:
     """Pair equal trials with two encoders; a pair is empty if one of them is missing."""
     pairs = []
     for test, (first, second) in itertools.product(tests, pprs):
-        one, other = equal_trials(_of_cell(trials, test, first), _of_cell(trials, test, second), pose)
+        both = equal_trials(_of_cell(trials, test, first), _of_cell(trials, test, second), pose)
         for quantity in quantities:
-            values = final_errors(one, pose, quantity), final_errors(other, pose, quantity)
+            values = tuple(final_errors(one, pose, quantity) for one in both)
             label = f'{POSES[pose]} in {test}, {quantity.axis}'
-            pairs.append(Pair(label, (f'{first} PPR', f'{second} PPR'), values, quantity))
+            pairs.append(Errors(label, quantity, values, (f'{first} PPR', f'{second} PPR')))
     return pairs
 
 
-def pairs_of_y_and_x(trials: pd.DataFrame, pose: str, tests: Sequence[str], pprs: Sequence[str]) -> List[Pair]:
+def pairs_of_y_and_x(trials: pd.DataFrame, pose: str, tests: Sequence[str], pprs: Sequence[str]) -> List[Errors]:
     """Pair both errors of position of each trial."""
     pairs = []
     for test, ppr in itertools.product(tests, pprs):
-        values = [final_errors(_of_cell(trials, test, ppr), pose, axis) for axis in (Y, X)]
-        pairs.append(Pair(f'{POSES[pose]} in {test} at {ppr} PPR', ('y', 'x'), (values[0], values[1]), X))
+        values = tuple(final_errors(_of_cell(trials, test, ppr), pose, axis) for axis in (Y, X))
+        pairs.append(Errors(f'{POSES[pose]} in {test} at {ppr} PPR', X, values, ('y', 'x')))
     return pairs
 
 
-class Claim(NamedTuple):
-    """A statement of the paper about its results."""
-
-    text: str
-    where: str  # in the paper
-    test: Callable[[pd.DataFrame], List[HypothesisTest]]  # a hypothesis test for each part
-
-
-def _heading_by_resolution(trials: pd.DataFrame) -> List[HypothesisTest]:
+def heading_by_resolution(trials: pd.DataFrame) -> List[HypothesisTest]:
     """Test the heading over all tests, as the claim does, in all three tables: it does not name one."""
     of_tests = trials[trials['test'].isin(STANDARD_TESTS)]
     above, below = (
         [
-            Sample(
+            Errors(
                 f'{POSES[pose]} at {ppr} PPR, {YAW.axis}',
-                final_errors(of_tests[of_tests['ppr'] == ppr], pose, YAW),
                 YAW,
+                (final_errors(of_tests[of_tests['ppr'] == ppr], pose, YAW),),
             )
-            for pose, ppr in itertools.product((ODOM, GLOBAL, WORLD), pprs)
+            for pose, ppr in itertools.product(('odom', 'global', 'world'), pprs)
         ]
         for pprs in (FINE, COARSE)
     )
     return fractions_within(0.9, above, below)
 
 
-CLAIMS: Tuple[Claim, ...] = (
-    Claim('The robot completes every route.', 'sections III and IV', all_succeeded),
-    Claim(
-        'The heading of odometry after the straight line spreads by less than the tolerance of '
-        '3 degrees, with every encoder.',
-        'section III, table 4',
-        lambda trials: spreads(YAW.tolerance, below=samples(trials, ODOM, ['SL'], PPRS, [YAW])),
+# The test of each claim of config/paper/claims.csv: a hypothesis test for each of its parts.
+CLAIMS: Dict[str, Callable[[pd.DataFrame], List[HypothesisTest]]] = {
+    'routes': all_succeeded,
+    'straight_heading': lambda trials: spreads(YAW.tolerance, below=samples(trials, 'odom', ['SL'], PPRS, [YAW])),
+    'turns': lambda trials: first_spreads_more(pairs_of_pprs(trials, 'odom', ['SMT'], COARSE_AND_FINE, QUANTITIES)),
+    'steadier': lambda trials: first_spreads_more(
+        pairs_of_pprs(trials, 'odom', STANDARD_TESTS, COARSE_AND_FINE, QUANTITIES)
     ),
-    Claim(
-        'In turns in place, odometry with 1024 and 4096 PPR spreads less than with 40 and 90.',
-        'section III, table 4',
-        lambda trials: first_spreads_more(pairs_of_pprs(trials, ODOM, ['SMT'], COARSE_AND_FINE, QUANTITIES)),
+    'drift': lambda trials: first_errs_more(pairs_of_pprs(trials, 'odom', ['DLD'], EXTREMES, [X, Y])),
+    'true_position': lambda trials: first_spreads_more(
+        pairs_of_pprs(trials, 'world', STANDARD_TESTS, EXTREMES, [X, Y])
     ),
-    Claim(
-        'A higher resolution gives steadier odometry: 1024 and 4096 PPR spread less than 40 and 90 in every test.',
-        'sections III and IV, table 4',
-        lambda trials: first_spreads_more(pairs_of_pprs(trials, ODOM, STANDARD_TESTS, COARSE_AND_FINE, QUANTITIES)),
+    'across': lambda trials: first_spreads_more(
+        [pair for source in ('odom', 'world') for pair in pairs_of_y_and_x(trials, source, ['SL', 'DLD'], PPRS)]
     ),
-    Claim(
-        'A low resolution drifts: after the long drive the position error of odometry is larger '
-        'with 40 PPR than with 4096.',
-        'abstract, section IV',
-        lambda trials: first_errs_more(pairs_of_pprs(trials, ODOM, ['DLD'], EXTREMES, [X, Y])),
+    'long_drive_spread': lambda trials: spreads(0.05, above=samples(trials, 'odom', ['DLD'], PPRS, [X, Y])),
+    'long_drive_within': lambda trials: fractions_within(0.2, below=samples(trials, 'odom', ['DLD'], PPRS, [X, Y])),
+    'amcl_within': lambda trials: all_within(trials, 'global', STANDARD_TESTS, PPRS),
+    'true_within': lambda trials: fractions_within(0.85, above=samples(trials, 'world', STANDARD_TESTS, PPRS, [X, Y])),
+    'heading': heading_by_resolution,
+    'true_heading': lambda trials: first_spreads_more(pairs_of_pprs(trials, 'world', ['DLD'], EXTREMES, [YAW])),
+    'amcl_resolution': lambda trials: fractions_equal(
+        pairs_of_pprs(trials, 'global', STANDARD_TESTS, EXTREMES, [X, Y])
     ),
-    Claim(
-        'The true final position spreads more about the goal with 40 PPR than with 4096.',
-        'section III, figure 4, table 5',
-        lambda trials: first_spreads_more(pairs_of_pprs(trials, WORLD, STANDARD_TESTS, EXTREMES, [X, Y])),
-    ),
-    Claim(
-        'The error across the drive (y) varies more than that along it (x).',
-        'section III, figure 4',
-        lambda trials: first_spreads_more(
-            [pair for source in (ODOM, WORLD) for pair in pairs_of_y_and_x(trials, source, ['SL', 'DLD'], PPRS)]
-        ),
-    ),
-    Claim(
-        'Odometry is poor in the long drive: position spreads by more than 0.05 m with every encoder.',
-        'section III, table 4',
-        lambda trials: spreads(0.05, above=samples(trials, ODOM, ['DLD'], PPRS, [X, Y])),
-    ),
-    Claim(
-        'Odometry is within 0.05 m in at most 20 per cent of the long drives, with any encoder.',
-        'section III, table 4',
-        lambda trials: fractions_within(0.2, below=samples(trials, ODOM, ['DLD'], PPRS, [X, Y])),
-    ),
-    Claim(
-        'By AMCL (/global_pose) every trial ends within 0.05 m in x and in y, with every encoder.',
-        'section III, table 6',
-        lambda trials: all_within(trials, GLOBAL, STANDARD_TESTS, PPRS),
-    ),
-    Claim(
-        'The true position ends within 0.05 m in 85 to 100 per cent of the trials.',
-        'section III, table 5',
-        lambda trials: fractions_within(0.85, above=samples(trials, WORLD, STANDARD_TESTS, PPRS, [X, Y])),
-    ),
-    Claim(
-        'The heading is within 3 degrees in less than 90 per cent of the trials with 40 and 90 '
-        'PPR, in more than 90 per cent with 1024 and 4096.',
-        'section III',
-        _heading_by_resolution,
-    ),
-    Claim(
-        'The resolution matters for the heading in the long drive: the true heading spreads more with '
-        '40 PPR than with 4096.',
-        'section III, table 5',
-        lambda trials: first_spreads_more(pairs_of_pprs(trials, WORLD, ['DLD'], EXTREMES, [YAW])),
-    ),
-    Claim(
-        'The position by AMCL hardly depends on the resolution: within tolerance as often with 40 PPR as with 4096.',
-        'section IV, table 6',
-        lambda trials: fractions_equal(pairs_of_pprs(trials, GLOBAL, STANDARD_TESTS, EXTREMES, [X, Y])),
-    ),
-    Claim(
-        '/amcl_pose and /global_pose agree but for negligible differences.',
-        'section III, figure 4',
-        amcl_matches_global,
-    ),
-)
+    'amcl_global': amcl_matches_global,
+}
 
 
 class ClaimResult(NamedTuple):
@@ -441,8 +344,10 @@ def check_claims(results: Results, name: str = '') -> Dict[str, List[ClaimResult
     parameters = [varied_texts(values, results.varied) for values in results.trials[results.varied].values.tolist()]
     campaigns = [', '.join(filter(None, [name, *texts])) for texts in parameters]
     for campaign, trials in results.trials.groupby(np.array(campaigns), sort=False):
-        tested = [(claim, claim.test(trials)) for claim in CLAIMS]
-        found[campaign] = [ClaimResult(one.text, one.where, claim_conclusion(tests), tests) for one, tests in tested]
+        tested = [(claim, CLAIMS[claim['key']](trials)) for claim in load_claims()]
+        found[campaign] = [
+            ClaimResult(one['text'], one['where'], claim_conclusion(tests), tests) for one, tests in tested
+        ]
     return found
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import Callable, Dict, NamedTuple, Optional, Tuple
+from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.analysis.paper.paper_cells import TRIALS, errata_of, load_paper_cells
+from diff_encoder_sim.analysis.paper.paper_cells import TRIALS, load_paper_cells
 from diff_encoder_sim.analysis.quantities import LEVEL, Quantity
 from diff_encoder_sim.analysis.results_table import Results, final_errors, varied_texts
 from diff_encoder_sim.analysis.statistics import SIGNIFICANCE, Interval, holm, spread, std_interval, wilson
@@ -41,7 +41,10 @@ def spread_p_value(values: np.ndarray, reported: float, count: int) -> float:
     if min(ours, reported) == 0.0:
         return 0.0
     ratio = (ours / reported) ** 2
-    degrees = freedom / (1.0 + 0.5 * _excess_kurtosis(values))
+    excess = 0.0
+    if len(values) >= FEWEST_FOR_KURTOSIS and ours:
+        excess = max(0.0, float(stats.kurtosis(values, bias=False)))
+    degrees = freedom / (1.0 + 0.5 * excess)
     return min(1.0, 2.0 * float(min(stats.f.cdf(ratio, *degrees), stats.f.sf(ratio, *degrees))))
 
 
@@ -143,12 +146,6 @@ def _furthest(ours: int, theirs: int, chance: float) -> float:
     return float(optimize.brentq(lambda beyond: _chance_beyond(beyond, ours, theirs) - chance, 0.0, high))
 
 
-def _excess_kurtosis(values: np.ndarray) -> float:
-    if len(values) < FEWEST_FOR_KURTOSIS or not spread(values):
-        return 0.0
-    return max(0.0, float(stats.kurtosis(values, bias=False)))
-
-
 # Half of the last digit that the paper prints, of metres and of degrees alike.
 HALF_A_DIGIT = 0.0005
 
@@ -158,59 +155,36 @@ class Agreement(NamedTuple):
 
     ours: float
     interval: Interval  # 95 %: of the statistic; of min and max, where those of the paper's number of trials lie
-    p_value: Optional[float]  # two-sided; None where nothing can be concluded
+    p_value: Optional[float]  # two-sided; None if nothing can be concluded
 
 
-def compare_std(values: np.ndarray, paper_std: float, quantity: Quantity) -> Optional[Agreement]:
-    """Compare by the F-test, careful where our tails are heavy; None for fewer than two values."""
-    ours = spread(values)
-    if ours is None:
+def agreement(statistic: str, values: np.ndarray, printed: float, quantity: Quantity) -> Optional[Agreement]:
+    """Compare a statistic of ours with the paper's; None without enough values.
+
+    The standard deviation by the F-test, careful where our tails are heavy; per cent within tolerance by Fisher's exact
+    test; minimum and maximum with where those of as many trials as the paper's would lie. A printed number stands for
+    all numbers that round to it: the nearest counts.
+    """
+    if len(values) < (2 if statistic == 'std' else 1):
         return None
-    # A printed number stands for all numbers that round to it: the nearest counts.
-    theirs = float(np.clip(ours, max(0.0, paper_std - HALF_A_DIGIT), paper_std + HALF_A_DIGIT))
-    interval = std_interval(values, LEVEL)
-    return Agreement(ours, interval, spread_p_value(values, theirs, TRIALS))
-
-
-def compare_pct_within(values: np.ndarray, paper_pct: float, quantity: Quantity) -> Optional[Agreement]:
-    """Compare by Fisher's exact test; None without a value."""
-    if len(values) == 0:
-        return None
-    ours, theirs = int(np.sum(np.abs(values) <= quantity.tolerance)), round(paper_pct / 100.0 * TRIALS)
-    interval = Interval(*(100.0 * bound for bound in wilson(ours, len(values), LEVEL)))
-    _, p_value = stats.fisher_exact(np.array([[ours, len(values) - ours], [theirs, TRIALS - theirs]]))
-    return Agreement(100.0 * ours / len(values), interval, float(p_value))
-
-
-def compare_max(values: np.ndarray, paper_max: float, quantity: Quantity) -> Optional[Agreement]:
-    """Compare with where the largest of as many trials as the paper's would lie; None without a value."""
-    if len(values) == 0:
-        return None
-    printed = Interval(paper_max - HALF_A_DIGIT, paper_max + HALF_A_DIGIT)
-    interval = maximum_interval(values, TRIALS, LEVEL)
-    return Agreement(float(values.max()), interval, maximum_p_value(values, printed, TRIALS))
-
-
-def compare_min(values: np.ndarray, paper_min: float, quantity: Quantity) -> Optional[Agreement]:
-    """Compare as `compare_max` does, with the signs reversed."""
-    reversed_ = compare_max(-values, -paper_min, quantity)
-    if reversed_ is None:
-        return None
-    low, high = reversed_.interval
-    return reversed_._replace(ours=-reversed_.ours, interval=Interval(-high, -low))
-
-
-COMPARISONS: Dict[str, Callable[[np.ndarray, float, Quantity], Optional[Agreement]]] = {
-    'min': compare_min,
-    'max': compare_max,
-    'std': compare_std,
-    'pct_within': compare_pct_within,
-}
-
-
-# The only cells that parameters were fitted to: table, test, PPR and quantity
-# (docs/adr/0012-calibration.md).
-CALIBRATED = (4, 'SL', '4096', 'y_m')
+    if statistic == 'std':
+        ours = spread(values) or 0.0
+        theirs = float(np.clip(ours, max(0.0, printed - HALF_A_DIGIT), printed + HALF_A_DIGIT))
+        return Agreement(ours, std_interval(values, LEVEL), spread_p_value(values, theirs, TRIALS))
+    if statistic == 'pct_within':
+        within, trials, theirs_within = (
+            int(np.sum(np.abs(values) <= quantity.tolerance)),
+            len(values),
+            round(printed / 100.0 * TRIALS),
+        )
+        interval = Interval(*(100.0 * bound for bound in wilson(within, trials, LEVEL)))
+        counts = np.array([[within, trials - within], [theirs_within, TRIALS - theirs_within]])
+        return Agreement(100.0 * within / trials, interval, float(stats.fisher_exact(counts)[1]))
+    if statistic == 'min':  # with the signs reversed
+        ours, (low, high), p_value = agreement('max', -values, -printed, quantity) or (0.0, (0.0, 0.0), None)
+        return Agreement(-ours, Interval(-high, -low), p_value)
+    p_value = maximum_p_value(values, Interval(printed - HALF_A_DIGIT, printed + HALF_A_DIGIT), TRIALS)
+    return Agreement(float(values.max()), maximum_interval(values, TRIALS, LEVEL), p_value)
 
 
 def compare_with_paper(results: Results, name: str = '') -> pd.DataFrame:
@@ -225,9 +199,6 @@ def compare_with_paper(results: Results, name: str = '') -> pd.DataFrame:
         `quantity`, `statistic`; the `paper`'s number, `ours` with its interval `low` to `high`; `p`, NaN if nothing can
         be concluded; `p_holm`, corrected over the numbers of equal campaign, source and test, of those that are
         evidence; `left_out`: why it is no evidence; number of our `trials`.
-
-    Raises:
-        ConfigError: the file of the paper's numbers cannot be read.
     """
     printed, rows = load_paper_cells(), []
     for _, of_cell in results.trials.groupby('cell', sort=False):
@@ -236,13 +207,11 @@ def compare_with_paper(results: Results, name: str = '') -> pd.DataFrame:
         for paper in printed:
             if (paper.test, paper.ppr) == (first['test'], first['ppr']):
                 values = final_errors(of_cell, paper.source, paper.quantity)
-                found = COMPARISONS[paper.statistic](values, paper.value, paper.quantity)
+                found = agreement(paper.statistic, values, paper.value, paper.quantity)
                 if found is not None:
-                    is_fitted = (paper.table, paper.test, paper.ppr, paper.quantity.name) == CALIBRATED
-                    left_out = ' '.join([*errata_of(paper), *(['calibrated'] if is_fitted else [])])
-                    table, source, test, ppr, quantity, statistic, number = paper
-                    key = campaign, table, source, test, ppr, quantity.name, statistic, number
-                    rows.append((*key, found.ours, *found.interval, found.p_value, left_out, len(values)))
+                    key = campaign, *paper[:4], paper.quantity.name, *paper[5:7]
+                    numbers = found.ours, *found.interval, found.p_value
+                    rows.append((*key, *numbers, ' '.join(paper.left_out), len(values)))
     names = ['campaign', 'table', 'source', 'test', 'ppr', 'quantity', 'statistic', 'paper', 'ours', 'low', 'high', 'p']
     compared = pd.DataFrame(rows, columns=[*names, 'left_out', 'trials']).astype({'p': float})
     by_campaign = np.argsort(pd.factorize(compared['campaign'])[0], kind='stable')

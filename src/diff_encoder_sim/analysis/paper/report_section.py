@@ -8,7 +8,7 @@ from typing import Any, Dict, List, NamedTuple, Optional, Sequence
 from diff_encoder_sim.analysis.encoder_labels import ppr_values
 from diff_encoder_sim.analysis.paper.claims import ClaimResult, check_claims
 from diff_encoder_sim.analysis.paper.comparison import compare_with_paper, score
-from diff_encoder_sim.analysis.paper.paper_cells import ERRATA, PRINTED_RESOLUTIONS, STATISTICS, TRIALS, of_paper
+from diff_encoder_sim.analysis.paper.paper_cells import PRINTED_RESOLUTIONS, STATISTICS, TRIALS, load_errata, of_paper
 from diff_encoder_sim.analysis.quantities import POSES
 from diff_encoder_sim.analysis.result_tables import LABELS, NOTHING, ResultTable
 from diff_encoder_sim.analysis.results_table import STANDARD_TESTS, Results, encoders
@@ -146,7 +146,7 @@ def paper_section(every: Sequence[Results]) -> Optional[PaperSection]:
     """Compare results with the paper; None for one without a cell of the paper, or of another robot.
 
     Raises:
-        ConfigError: the file of the paper's numbers cannot be read, or one of several has no cell of the paper.
+        ConfigError: one of several has no cell of the paper.
     """
     every = [of_paper(results) for results in every]
     names = _names(every)
@@ -173,7 +173,7 @@ def paper_section(every: Sequence[Results]) -> Optional[PaperSection]:
         {campaign: found[campaign] for campaign in scores},
         [resolution_table(every[0]), *cell_tables(compared)],
         all_cells_table(compared),
-        ResultTable('errata', 'Errata of the paper', pd.DataFrame(ERRATA)[['where', 'printed', 'right', 'why']]),
+        ResultTable('errata', 'Errata of the paper', pd.DataFrame(load_errata())[['where', 'printed', 'right', 'why']]),
         bool((compared['trials'] >= TRIALS).all()),
     )
 

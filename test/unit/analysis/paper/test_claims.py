@@ -7,8 +7,7 @@ from scipy import stats
 from diff_encoder_sim.analysis.paper.claims import (
     CLAIMS,
     Conclusion,
-    Pair,
-    Sample,
+    Errors,
     all_within,
     check_claims,
     claim_conclusion,
@@ -17,7 +16,7 @@ from diff_encoder_sim.analysis.paper.claims import (
     pairs_of_pprs,
     spreads,
 )
-from diff_encoder_sim.analysis.paper.paper_cells import PPRS
+from diff_encoder_sim.analysis.paper.paper_cells import PPRS, load_claims
 from diff_encoder_sim.analysis.quantities import YAW, X
 from trial_tables import IN, OUT, cell, results_of, trial
 
@@ -43,8 +42,8 @@ def campaign(spread_of_odom, count=30, seed=0, pprs=PPRS, tests=('SL', 'SMT', 'D
 
 def conclusion_of(made, words):
     """What the trials show of the claim with these words."""
-    (claim,) = [claim for claim in CLAIMS if words in claim.text]
-    return claim_conclusion(claim.test(results_of(made).trials))
+    (claim,) = [claim for claim in load_claims() if words in claim['text']]
+    return claim_conclusion(CLAIMS[claim['key']](results_of(made).trials))
 
 
 @pytest.mark.parametrize(
@@ -121,13 +120,13 @@ def exact(count, spread):
 
 def test_spread_against_a_limit():
     # Thirty values: the 95 % interval of a spread of 1 is 0.796 to 1.344.
-    one = [Sample('', exact(30, 1.0), YAW)]
+    one = [Errors('', YAW, (exact(30, 1.0),))]
     assert conclusions(spreads(0.79, above=one)) == [HOLDS]
     assert conclusions(spreads(0.81, above=one)) == [UNCLEAR]
     assert conclusions(spreads(1.35, above=one)) == [FAILS]
     assert conclusions(spreads(1.35, below=one)) == [HOLDS]
     assert conclusions(spreads(0.79, below=one)) == [FAILS]
-    assert conclusions(spreads(1.0, below=[Sample('', np.array([0.5]), YAW)])) == [UNCLEAR]
+    assert conclusions(spreads(1.0, below=[Errors('', YAW, (np.array([0.5]),))])) == [UNCLEAR]
 
 
 HOLDS, FAILS, UNCLEAR = Conclusion.HOLDS, Conclusion.FAILS, Conclusion.UNCLEAR
@@ -138,7 +137,7 @@ def normal(count, spread=1.0, mean=0.0, seed=0):
 
 
 def pair(first, second, quantity=X):
-    return Pair('a pair', ('40 PPR', '4096 PPR'), (np.asarray(first), np.asarray(second)), quantity)
+    return Errors('a pair', quantity, (np.asarray(first), np.asarray(second)), ('40 PPR', '4096 PPR'))
 
 
 def test_equal_fractions():
@@ -158,7 +157,7 @@ def test_pairs_are_of_equal_trials():
 
 
 def test_failing_must_be_sure_for_all_parts_together():
-    samples = [Sample('', exact(30, 1.0), YAW)]
+    samples = [Errors('', YAW, (exact(30, 1.0),))]
     assert conclusions(spreads(1.36, above=samples)) == [FAILS]
     assert conclusions(spreads(1.36, above=20 * samples)) == 20 * [UNCLEAR]
 

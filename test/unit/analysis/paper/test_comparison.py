@@ -7,9 +7,7 @@ import pytest
 from scipy import stats
 
 from diff_encoder_sim.analysis.paper.comparison import (
-    COMPARISONS,
-    compare_pct_within,
-    compare_std,
+    agreement,
     compare_with_paper,
     is_contradicted,
     is_evidence,
@@ -25,24 +23,24 @@ def test_spreads_by_the_f_test():
     values = np.array([-1.0, 1.0] * 15) * math.sqrt(29.0 / 30.0)  # a spread of 1
     theirs = 1.5 - 0.0005  # the nearest that rounds so
     expected = 2.0 * stats.f(29, 29).cdf(1.0 / theirs**2)
-    agreement = compare_std(values, 1.5, YAW)
-    assert agreement.p_value == pytest.approx(expected)
+    found = agreement('std', values, 1.5, YAW)
+    assert found.p_value == pytest.approx(expected)
     assert 0.03 < expected < 0.04  # 0.80 to 1.34
 
 
 def test_per_cents_by_fishers_test():
     values = np.array([0.0] * 4 + [1.0] * 6)
-    agreement = compare_pct_within(values, 90.0, X)
-    assert agreement.ours == 40.0
-    assert agreement.p_value == pytest.approx(stats.fisher_exact([[4, 6], [27, 3]])[1])
-    assert agreement.interval.low < 40.0 < agreement.interval.high
-    assert compare_pct_within(np.array([]), 90.0, X) is None
+    found = agreement('pct_within', values, 90.0, X)
+    assert found.ours == 40.0
+    assert found.p_value == pytest.approx(stats.fisher_exact([[4, 6], [27, 3]])[1])
+    assert found.interval.low < 40.0 < found.interval.high
+    assert agreement('pct_within', np.array([]), 90.0, X) is None
 
 
 def test_a_minimum_is_a_maximum_of_the_opposite():
     values = np.random.default_rng(1).standard_normal(30)
     for printed in (-9.0, -2.0, 0.0):
-        low, high = COMPARISONS['min'](values, printed, YAW), COMPARISONS['max'](-values, -printed, YAW)
+        low, high = agreement('min', values, printed, YAW), agreement('max', -values, -printed, YAW)
         assert (low.ours, low.p_value) == (-high.ours, high.p_value)
         assert low.interval == (-high.interval.high, -high.interval.low)
 
@@ -56,7 +54,7 @@ def test_families_of_equal_robots_are_rarely_contradicted(draw):
     rng, quantity = np.random.default_rng(3), YAW._replace(tolerance=1.0)
     families = [
         [
-            COMPARISONS[statistic](ours, printed, quantity).p_value
+            agreement(statistic, ours, printed, quantity).p_value
             for ours, theirs in ((draw(rng), draw(rng)) for _ in range(12))
             for statistic, printed in (
                 ('min', theirs.min()),
