@@ -13,7 +13,7 @@ from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from diff_encoder_sim.base.se2 import IDENTITY, move_along_arc, quat_xyzw_from_yaw
-from diff_encoder_sim.drives.message_types import ENCODER_PULSE
+from diff_encoder_sim.drives.topics import ENCODER_PULSE_TYPE
 from diff_encoder_sim.drives.typestore import fields_text, noetic_store
 
 JOINTS = ('left_wheel_joint', 'right_wheel_joint')
@@ -23,7 +23,7 @@ COMPRESSIONS = (None, Writer1.CompressionFormat.BZ2, Writer1.CompressionFormat.L
 
 STORE2 = get_typestore(Stores.ROS2_HUMBLE)
 STORE2.register(
-    get_types_from_msg(fields_text(ENCODER_PULSE).replace('\nHeader ', '\nstd_msgs/Header '), ENCODER_PULSE)
+    get_types_from_msg(fields_text(ENCODER_PULSE_TYPE).replace('\nHeader ', '\nstd_msgs/Header '), ENCODER_PULSE_TYPE)
 )
 
 

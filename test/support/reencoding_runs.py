@@ -1,6 +1,7 @@
 """Runs of the reencode command, and what they wrote."""
 
 import csv
+import struct
 
 import pytest
 from rosbags.highlevel import AnyReader
@@ -32,13 +33,18 @@ def contents(path):
     return found
 
 
+def counts_of(path):
+    """Left and right counts of a bag's /encoder_pulse."""
+    return [list(struct.unpack('<qq', raw[-16:])) for raw in contents(path)['/encoder_pulse']]
+
+
 def rows_of(folder):
     with open(folder / 'reencode.csv', newline='') as file:
         return list(csv.DictReader(file))
 
 
 def samples_of(angles, ppr):
-    """What a live encoder says of a drive at 100 Hz."""
+    """Reports of a live encoder over a drive at 100 Hz."""
     encoder = ReportingEncoder(EncoderParams(ppr=ppr))
     updates = (encoder.update(START_NS + tick * TICK_NS, JOINTS, pair) for tick, pair in enumerate(angles.tolist()))
     return [sample for samples in updates for sample in samples]

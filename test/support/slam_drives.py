@@ -12,7 +12,7 @@ from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.drives.test_definition import TestDefinition
-from diff_encoder_sim.drives.trajectory_error import Alignment, RunningPathError
+from diff_encoder_sim.drives.trajectory_error import Alignment, pairs_error
 from diff_encoder_sim.localization.grid_slam import GridSlam
 from diff_encoder_sim.localization.slam_params import GridSlamParams
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
@@ -169,7 +169,6 @@ class Case:
         path = [step.base_pose_in_map for step in slam.trajectory]
         grid = slam.map()
         accuracy = map_accuracy(grid, true[0].compose(path[0].inverse()), self.surface, self.visible, grid.resolution_m)
-        error = RunningPathError(Alignment.ORIGIN)
-        error.add(np.hstack((path, true)))
+        error = pairs_error([np.hstack((path, true))], Alignment.ORIGIN)
         bias_m = np.subtract(path, true)[:, :2].mean(axis=0)  # both begin at the same pose
-        return accuracy, error.result(), slam, spent_s, bias_m
+        return accuracy, error, slam, spent_s, bias_m

@@ -6,7 +6,7 @@ import contextlib
 import logging
 import time
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Union
 
 import numpy as np
 
@@ -24,25 +24,32 @@ from diff_encoder_sim.api.wheel_options import (
     recorded_robot,
 )
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.se2 import Pose2D, PoseSeries
-from diff_encoder_sim.drives.bag_output import ReencodedBag
+from diff_encoder_sim.base.se2 import PoseSeries
 from diff_encoder_sim.drives.bag_source import open_source
 from diff_encoder_sim.drives.csv_wheels import CsvStream
-from diff_encoder_sim.drives.reencoder import DriveSummary, Reencoder, has_commands
+from diff_encoder_sim.drives.reencoding import (
+    EncodedDrive,
+    Encoder,
+    ReadDrive,
+    ReencodedBag,
+    copied_topics,
+    csv_table,
+    drive_errors,
+    encode_drive,
+    error_rows,
+    has_commands,
+    read_drive,
+    text_table,
+)
 from diff_encoder_sim.drives.reference import Reference, find_reference
-from diff_encoder_sim.drives.result_table import csv_table, text_table
-from diff_encoder_sim.drives.sensor_messages import JointValues
-from diff_encoder_sim.drives.topics import CMD_VEL
+from diff_encoder_sim.drives.topics import CMD_VEL, TRIAL
 from diff_encoder_sim.drives.trajectory_error import PathError
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.drives.trial_recording import trial_of_source
 from diff_encoder_sim.drives.wheel_source import DriveStream, WheelSource
-from diff_encoder_sim.drives.wheels_at_ppr import WheelsAtPpr
 from diff_encoder_sim.wheels.catalogue import ChosenEncoder
 from diff_encoder_sim.wheels.diagnostics import encoder_lateral_std, hidden_encoder
-from diff_encoder_sim.wheels.encoder_params import PerWheel, file_label, ppr_label
-from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
+from diff_encoder_sim.wheels.encoder_params import file_label, ppr_label
 
 log = logging.getLogger(__name__)
 
@@ -97,20 +104,36 @@ def reencoding(options: DriveOptions) -> Reencoding:
     """
     begin_s = time.perf_counter()
     given = given_encoders(options)
-    with opened_drive(options) as drive:
-        encoders = chosen_encoders(given, drive.robot.encoder)
-        files = output_files(options.out, drive.path, encoders)
-        notes = list(encoder_lines(encoders, drive.robot.odometry.wheel_diameter))
-        runs = [_run_with(encoder, drive.robot) for encoder in encoders]
-        try:
-            summary = run_drive(drive, runs, files)
-        except OSError as error:
-            raise ConfigError(f'{error.filename or options.out or drive.path}: {error.strerror}') from None
-        others = [*notes_on(drive, runs, summary), *(_hidden_encoder(encoders, drive.robot) if files else [])]
-        notes += [f'{drive.path}: {note}' for note in others]
-        text = _text(drive, runs, summary, time.perf_counter() - begin_s)
-    drives = [ReencodedDrive(run.label, _series(run.path), run.comparison.result()) for run in runs]
-    return Reencoding(drives, notes, text, list(files.values()))
+    with _opened_drive(options) as drive:
+        chosen = chosen_encoders(given, drive.robot.encoder)
+        files = output_files(options.out, drive.path, chosen)
+        encoders = [
+            Encoder(each.ppr, each.name, *parameters_with(each, drive.robot.encoder, drive.robot.odometry))
+            for each in chosen
+        ]
+        copied = [*copied_topics(drive.stream), *([TRIAL] if drive.trial else [])] if files else []
+        read = read_drive(drive.stream, drive.wheels, drive.reference, copied)
+        notes = [*read.notes, *_notes(drive, read, encoders, bool(files))]
+        encoded = _encoded(drive, read, encoders, files)
+    errors = drive_errors(read, encoded, drive.reference is not None)
+    if drive.reference and not any(errors):
+        notes.append(
+            f'no pose of {drive.reference.name} has the time of an odometry message: errors cannot be computed'
+        )
+    rows = error_rows(encoded, errors)
+    if files:
+        _write_text(files[CSV_NAME], csv_table(rows))
+    head = _head(drive, read, encoders, time.perf_counter() - begin_s)
+    drives = [
+        ReencodedDrive(one.encoder.label, PoseSeries(*(np.concatenate(parts) for parts in zip(*one.paths))), error)
+        for one, error in zip(encoded, errors)
+    ]
+    return Reencoding(
+        drives,
+        [*encoder_lines(chosen, drive.robot.odometry.wheel_diameter), *(f'{drive.path}: {note}' for note in notes)],
+        '\n'.join([*head, '', text_table(rows), '', LEGEND]),
+        list(files.values()),
+    )
 
 
 def read_path(bag: Union[str, Path], reference: str = '/odom') -> PoseSeries:
@@ -126,7 +149,7 @@ def read_path(bag: Union[str, Path], reference: str = '/odom') -> PoseSeries:
         found = [pose for message in source.messages(poses.topics) for pose in poses.poses(message)] if poses else []
     if not found:
         raise ConfigError(f'{path}: no poses of {reference}')
-    return _series([(pose.stamp_ns, pose.pose) for pose in found])
+    return PoseSeries(np.array([pose.stamp_ns for pose in found]), np.array([pose.pose for pose in found]))
 
 
 class RecordedDrive(NamedTuple):
@@ -138,44 +161,6 @@ class RecordedDrive(NamedTuple):
     wheels: WheelSource
     reference: Optional[Reference]
     robot: RecordedRobot
-
-
-class _WheelsWithPath(WheelsAtPpr):
-    """Keeps the whole path."""
-
-    def __init__(self, ppr: PerWheel, encoder: EncoderParams, odometry: OdometryParams, name: str = '') -> None:
-        super().__init__(ppr, encoder, odometry, name)
-        self.path: List[Tuple[int, Pose2D]] = []
-
-    def update(self, time_ns: int, joints: JointValues) -> bool:
-        """Take a joint message, as `WheelsAtPpr` does."""
-        has_moved = super().update(time_ns, joints)
-        if has_moved:
-            self.path.append(self.stamped_pose)
-        return has_moved
-
-
-def _run_with(encoder: ChosenEncoder, robot: RecordedRobot) -> _WheelsWithPath:
-    """Return the wheels of a recorded robot with another encoder.
-
-    Raises:
-        ConfigError: they do not go together.
-    """
-    params, odometry = parameters_with(encoder, robot.encoder, robot.odometry)
-    return _WheelsWithPath(encoder.ppr, params, odometry, encoder.name)
-
-
-def _hidden_encoder(encoders: Sequence[ChosenEncoder], robot: RecordedRobot) -> List[str]:
-    """Return a note on the finest encoder that the default motion noise hides in the covariance of the bags."""
-    if robot.odometry.motion_noise is not None:
-        return []
-    all_params = [parameters_with(encoder, robot.encoder, robot.odometry)[1] for encoder in encoders]
-    return [line for line in [hidden_encoder(min(all_params, key=encoder_lateral_std))] if line]
-
-
-def _series(path: Sequence[Tuple[int, Pose2D]]) -> PoseSeries:
-    stamps_ns = np.array([stamp_ns for stamp_ns, _ in path], dtype=np.int64)
-    return PoseSeries(stamps_ns, np.array([(pose.x_m, pose.y_m, pose.yaw_rad) for _, pose in path]).reshape(-1, 3))
 
 
 def output_files(folder: Optional[Path], bag: Path, encoders: Sequence[ChosenEncoder]) -> Dict[str, Path]:
@@ -196,7 +181,7 @@ def output_files(folder: Optional[Path], bag: Path, encoders: Sequence[ChosenEnc
 
 
 @contextlib.contextmanager
-def opened_drive(options: DriveOptions) -> Iterator[RecordedDrive]:
+def _opened_drive(options: DriveOptions) -> Iterator[RecordedDrive]:
     """Open the drive that the options name, for as long as the context lasts.
 
     Raises:
@@ -232,62 +217,67 @@ def _with_joints(options: DriveOptions, wheels: WheelSource, robot: RecordedRobo
     return robot._replace(encoder=encoder, sources=sources)
 
 
-def run_drive(drive: RecordedDrive, runs: Sequence[WheelsAtPpr], files: Mapping[str, Path]) -> DriveSummary:
-    """Read the drive for each encoder, and write `files`, which may be none.
+def _encoded(
+    drive: RecordedDrive, read: ReadDrive, encoders: Sequence[Encoder], files: Mapping[str, Path]
+) -> List[EncodedDrive]:
+    """Compute the drive with each encoder, and write its bag, if there are files.
 
     Raises:
-        ConfigError: there is no drive in it.
-        OSError: a file cannot be written.
+        ConfigError: there is no drive in it, or a file cannot be written.
     """
-    if not files:
-        return _run(drive, runs)
-    with contextlib.ExitStack() as stack:
-        for run in runs:
-            run.bag = ReencodedBag(files[run.label], drive.wheels.joints, drive.robot.odometry)
-            stack.enter_context(run.bag)
-        summary = _run(drive, runs)
-    with open(files[CSV_NAME], 'x', encoding='utf-8') as file:
-        file.write(csv_table(runs))
-    return summary
+    encoded = []
+    try:
+        with contextlib.ExitStack() as stack:  # if there is no drive, no bag stays
+            for encoder in encoders:
+                bag = None
+                if files:
+                    bag = ReencodedBag(files[encoder.label], encoder, drive.trial)
+                    stack.enter_context(bag)
+                encoded.append(encode_drive(read, encoder, bag))
+            if not any(one.reports > 1 for one in encoded):
+                why = '; '.join(read.notes[-1:]) or drive.stream.fault or 'too short'
+                raise ConfigError(
+                    f'{drive.path}: no drive in {read.messages} {drive.wheels.text}: {why}; '
+                    f'expected two reports of the encoder'
+                )
+    except OSError as error:
+        raise ConfigError(f'{error.filename or drive.path}: {error.strerror}') from None
+    return encoded
 
 
-def _run(drive: RecordedDrive, runs: Sequence[WheelsAtPpr]) -> DriveSummary:
-    summary = Reencoder(drive.wheels, drive.reference, runs).run(drive.stream, drive.trial)
-    if not any(run.reports > 1 for run in runs):
-        why = '; '.join(summary.faults) or drive.stream.fault or 'too short'
-        raise ConfigError(
-            f'{drive.path}: no drive in {summary.messages} {drive.wheels.text}: {why}; '
-            f'expected two reports of the encoder'
-        )
-    return summary
+def _write_text(path: Path, text: str) -> None:
+    try:
+        with open(path, 'x', encoding='utf-8') as file:
+            file.write(text)
+    except OSError as error:
+        raise ConfigError(f'{path}: {error.strerror}') from None
 
 
-def notes_on(drive: RecordedDrive, runs: Sequence[WheelsAtPpr], summary: DriveSummary) -> List[str]:
-    """List what could not be read or compared, one line each."""
-    notes = [*drive.wheels.notes(), *summary.faults]
+def _notes(drive: RecordedDrive, read: ReadDrive, encoders: Sequence[Encoder], has_bags: bool) -> List[str]:
+    """List what is assumed or missing, one line each."""
+    notes = []
     if drive.robot.is_guessed():
         notes.append('neither the bag nor --robot has wheel parameters; using config/config.yaml')
-    if any(run.counts_by_command for run in runs) and not has_commands(drive.stream):
+    if any(each.params.encoder.counts_by_command for each in encoders) and not has_commands(drive.stream):
         notes.append(f'no {CMD_VEL} (geometry_msgs/Twist), by which the encoder counts: all counts are forward')
     if drive.stream.fault:
         notes.append(f'{drive.stream.fault}; what can be read is used')
-    if drive.reference and not any(run.comparison.result() for run in runs):
-        notes.append(
-            f'no pose of {drive.reference.name} has the time of an odometry message: errors cannot be computed'
-        )
+    if has_bags and drive.robot.odometry.motion_noise is None:
+        hidden = hidden_encoder(min((each.odometry for each in encoders), key=encoder_lateral_std))
+        notes += [hidden] if hidden else []
     return notes
 
 
-def _text(drive: RecordedDrive, runs: Sequence[WheelsAtPpr], summary: DriveSummary, took_s: float) -> str:
-    """Return the drive, its wheels and the errors of each encoder as text for the terminal."""
+def _head(drive: RecordedDrive, read: ReadDrive, encoders: Sequence[Encoder], took_s: float) -> List[str]:
+    """Return the drive and its wheels as lines for the terminal."""
     reference = drive.reference.name if drive.reference else 'the odometry of the finest PPR'
-    read = f'{summary.messages} {drive.wheels.text} in {summary.duration_s:.1f} s, read in {took_s:.1f} s'
-    lines = [f'{drive.path}: {read}; compared with {reference}', drive.robot.text()]
+    text = f'{read.messages} {drive.wheels.text} in {read.duration_s:.1f} s, read in {took_s:.1f} s'
+    lines = [f'{drive.path}: {text}; compared with {reference}', drive.robot.text()]
     recorded = drive.wheels.ppr
     if recorded is not None:
-        finer = [run.label for run in runs if run.ppr.left > recorded.left or run.ppr.right > recorded.right]
+        finer = [each.label for each in encoders if each.ppr.left > recorded.left or each.ppr.right > recorded.right]
         if finer:
             lines.append(
                 f'recorded with {ppr_label(recorded)} PPR: {", ".join(finer)} limited by the recorded resolution'
             )
-    return '\n'.join([*lines, '', text_table(runs), '', LEGEND])
+    return lines

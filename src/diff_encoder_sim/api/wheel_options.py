@@ -13,16 +13,22 @@ from diff_encoder_sim.base.yaml_files import load_yaml, yaml_value
 from diff_encoder_sim.drives.bag_source import BagSource
 from diff_encoder_sim.drives.csv_wheels import CsvStream, CsvWheels
 from diff_encoder_sim.drives.field_wheels import FieldWheels, Wheel
-from diff_encoder_sim.drives.joint_wheels import JOINT_TYPES, JointWheels, WheelOptions, find_wheels, has_joints
-from diff_encoder_sim.drives.message_fields import find_field
+from diff_encoder_sim.drives.joint_wheels import JOINT_TYPES, JointWheels, WheelOptions, find_wheels, joint_topics
+from diff_encoder_sim.drives.message_fields import find_field, serving_options
 from diff_encoder_sim.drives.number_units import COUNTED, SPEEDS, TICKS, TIME_UNITS, UNITS
-from diff_encoder_sim.drives.odometry_wheels import DEFAULT_SEED, OdometryWheels, start_angles_note, start_angles_rad
+from diff_encoder_sim.drives.odometry_wheels import OdometryWheels
+from diff_encoder_sim.drives.pulse_wheels import PulseWheels
 from diff_encoder_sim.drives.reference import find_poses
-from diff_encoder_sim.drives.serving_topics import serving_options
 from diff_encoder_sim.drives.topics import TRIAL
 from diff_encoder_sim.drives.trial_definition import OF_ENCODER, OF_ODOMETRY, Trial
-from diff_encoder_sim.drives.wheel_source import WheelSource
-from diff_encoder_sim.drives.wheel_units import SPEEDS_NOTE, WheelUnit
+from diff_encoder_sim.drives.wheel_source import (
+    DEFAULT_SEED,
+    SPEEDS_NOTE,
+    WheelSource,
+    WheelUnit,
+    start_angles_note,
+    start_angles_rad,
+)
 from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
 from diff_encoder_sim.trials.robot_params import load_robot, uncertainty_of_robot
 from diff_encoder_sim.wheels.catalogue import RESOLUTION_KEYS, ChosenEncoder, chosen, load_encoders, own_encoder
@@ -286,7 +292,7 @@ def _option(name: str) -> str:
     return f'--{name.replace("_", "-")}'
 
 
-class WheelNumbers(NamedTuple):
+class WheelUnits(NamedTuple):
     """How the numbers of both wheels are to be understood."""
 
     left: WheelUnit
@@ -296,9 +302,7 @@ class WheelNumbers(NamedTuple):
     notes: Tuple[str, ...]  # what the angles cannot show
 
 
-def wheel_numbers(
-    options: DriveOptions, robot: RecordedRobot, bits: Tuple[Optional[int], Optional[int]]
-) -> WheelNumbers:
+def wheel_numbers(options: DriveOptions, robot: RecordedRobot, bits: Tuple[Optional[int], Optional[int]]) -> WheelUnits:
     """Collect what options and robot say of the numbers.
 
     Args:
@@ -318,7 +322,7 @@ def wheel_numbers(
         for side, of_side, modulus, start_rad in zip(('left', 'right'), pprs, moduli, start_angles_rad(seed))
     )
     notes = (SPEEDS_NOTE, start_angles_note(seed)) if unit in SPEEDS else ()
-    return WheelNumbers(left, right, ppr, _about(unit, ppr, moduli, options.reversed), notes)
+    return WheelUnits(left, right, ppr, _about(unit, ppr, moduli, options.reversed), notes)
 
 
 def _ticks_ppr(options: DriveOptions, unit: str, robot: RecordedRobot) -> Optional[PerWheel]:
@@ -396,8 +400,9 @@ def _field_wheels(options: DriveOptions, source: BagSource, robot: RecordedRobot
 
 def _joint_wheels(
     options: DriveOptions, source: BagSource, trial: Optional[Trial], robot: RecordedRobot
-) -> JointWheels:
-    if not (options.joint_states or options.pulses or has_joints(source)):
+) -> WheelSource:
+    has_joints = any(joint_topics(source, kind) for kind in JOINT_TYPES)
+    if not (options.joint_states or options.pulses or has_joints):
         listed = _serving(options, source) or f'nothing in its topics {", ".join(sorted(source.topics))}'
         raise ConfigError(f'{options.path}: no topic of {" or ".join(JOINT_TYPES)}; alternatives: {listed}')
     given_ppr = ppr_of_text('--pulses-ppr', options.pulses_ppr) if options.pulses_ppr else None
@@ -413,10 +418,10 @@ def _joint_wheels(
             f'--pulses-ppr: given, but {wheels.topic} has wheel angles; expected --pulses TOPIC with it, or neither'
         )
     if wheels.ppr is None:
-        return JointWheels(wheels, source.is_cdr, robot.odometry)
+        return JointWheels(wheels, source.is_cdr)
     counting = {'ppr': wheels.ppr, 'counter_modulus': robot.counts_modulus, 'encoder': IDEAL_ENCODER}
     odometry, notes = robot.odometry.model_copy(update=counting), [] if given_ppr else _notes_on_counts(trial, robot)
-    return JointWheels(wheels, source.is_cdr, odometry, robot.counter_text(), notes)
+    return PulseWheels(wheels.topic, wheels.joints, source.is_cdr, odometry, robot.counter_text(), notes)
 
 
 def _notes_on_counts(trial: Optional[Trial], robot: RecordedRobot) -> List[str]:

@@ -179,13 +179,13 @@ def _modulus(text: str) -> int:
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the command line."""
-    handler, once = logging.StreamHandler(), _OnceFilter()
+    handler, once = logging.StreamHandler(), OnceFilter()
     handler.addFilter(once)
     logging.basicConfig(format=f'{as_called("reencode")}: %(message)s', handlers=[handler])
     run_tool('reencode', lambda: _reencode(parse(arguments), once))
 
 
-def _reencode(options: argparse.Namespace, once: _OnceFilter) -> None:
+def _reencode(options: argparse.Namespace, once: OnceFilter) -> None:
     from diff_encoder_sim.api.recorded_drives import reencoding
     from diff_encoder_sim.api.wheel_options import DriveOptions
 
@@ -197,7 +197,7 @@ def _reencode(options: argparse.Namespace, once: _OnceFilter) -> None:
         print(file)
 
 
-class _OnceFilter(logging.Filter):
+class OnceFilter(logging.Filter):
     """Lets the first warning of a kind pass, and counts the others, which have other numbers or are of other PPRs."""
 
     def __init__(self) -> None:

@@ -7,10 +7,12 @@ from pathlib import Path
 from typing import Iterator, List, Union
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault, in_one_line
-from diff_encoder_sim.drives.ros1_stream import MAGIC, Ros1Stream
-from diff_encoder_sim.drives.ros2_stream import METADATA, FileStream, Ros2Folder, beginning, file_stream, open_folder
+from diff_encoder_sim.drives.ros1_stream import MAGIC, BagConnection, Message, Ros1Stream
+from diff_encoder_sim.drives.ros2_stream import METADATA, Ros2Stream, open_file, open_folder
 
-BagSource = Union[Ros1Stream, FileStream, Ros2Folder]
+__all__ = ['BagConnection', 'BagSource', 'Message', 'bags_in', 'is_bag_folder', 'open_source']
+
+BagSource = Union[Ros1Stream, Ros2Stream]
 
 _SUFFIXES = ('.bag', '.mcap', '.db3')
 
@@ -40,7 +42,7 @@ def open_source(path: Path) -> Iterator[BagSource]:
         raise ConfigError(f'{path}: no such bag')
     with contextlib.ExitStack() as opened:
         try:
-            source = opened.enter_context(open_folder(path)) if path.is_dir() else _file_source(path)
+            source = opened.enter_context(open_folder(path)) if path.is_dir() else _open_file(path)
         except (InputFault, OSError) as error:
             raise ConfigError(f'{path}: not a readable bag: {in_one_line(error)}') from None
         if not source.topics:
@@ -48,6 +50,7 @@ def open_source(path: Path) -> Iterator[BagSource]:
         yield source
 
 
-def _file_source(path: Path) -> BagSource:
-    begins = beginning(path)
-    return Ros1Stream(path) if begins.startswith(MAGIC) else file_stream(path, begins)
+def _open_file(path: Path) -> BagSource:
+    with open(path, 'rb') as file:
+        is_ros1 = file.read(len(MAGIC)) == MAGIC
+    return Ros1Stream(path) if is_ros1 else Ros2Stream([open_file(path)])

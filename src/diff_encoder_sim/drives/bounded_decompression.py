@@ -12,8 +12,8 @@ import lz4.frame
 
 from diff_encoder_sim.base.errors import InputFault, in_one_line
 
-# Of a chunk, or of a message that is compressed by itself [bytes]. Recorders close a chunk at 1 to 4 MiB; it is
-# larger only where one message is.
+# Of a chunk, or of a message that is compressed separately [bytes]. Recorders close a chunk at 1 to 4 MiB; it is
+# larger only if one message is.
 LARGEST_CHUNK = 1 << 27
 
 # Of all compressed chunks or messages of a file together [bytes]. Drives become two to twenty times as large, maps of
@@ -22,13 +22,8 @@ LARGEST_SUM = 1 << 28
 LARGEST_RATIO = 256
 
 
-def open_zstd(file: BinaryIO) -> BinaryIO:
-    """Return the decompressed content of a file, which is decompressed as it is read."""
-    return _ZSTD_READER(file)
-
-
 def _zstd_reader() -> Callable[[BinaryIO], BinaryIO]:
-    """Return what reads zstd: Python's own from 3.14 on, or the library that rosbags came with."""
+    """Return a reader of zstd: Python's own from 3.14, or that of the library which rosbags requires."""
     for name in ('compression.zstd', 'backports.zstd'):
         with contextlib.suppress(ImportError):
             return cast('Callable[[BinaryIO], BinaryIO]', importlib.import_module(name).ZstdFile)
@@ -36,31 +31,38 @@ def _zstd_reader() -> Callable[[BinaryIO], BinaryIO]:
     return cast('Callable[[BinaryIO], BinaryIO]', library.ZstdDecompressor().stream_reader)
 
 
-_ZSTD_READER = _zstd_reader()
+open_zstd = _zstd_reader()  # returns the decompressed content of a file, which is decompressed as it is read
+
+# Each returns no more than the first `size` bytes, and needs little more memory.
+_BEGINNINGS: Dict[str, Callable[[bytes, int], bytes]] = {
+    'bz2': lambda data, size: bz2.BZ2Decompressor().decompress(data, max_length=size),
+    'lz4': lambda data, size: bytes(lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size)),
+    'zstd': lambda data, size: open_zstd(io.BytesIO(data)).read(size),
+}
 
 
-def decompressed(compression: str, data: bytes, said: int = LARGEST_CHUNK) -> bytes:
-    """Decompress a chunk or a message, as far as it goes: bz2 and lz4 do not mind a missing end.
+def decompressed(compression: str, data: bytes, size: int = LARGEST_CHUNK) -> bytes:
+    """Decompress a chunk or a message as far as it goes: bz2 and lz4 accept a missing end.
 
     Args:
         compression: 'bz2', 'lz4', 'zstd', or 'none' or '' for data as they are.
         data: compressed.
-        said: how large it says that it becomes [bytes].
+        size: that its header gives [bytes].
 
     Raises:
-        InputFault: it says more than `LARGEST_CHUNK`, becomes larger than it says, or is damaged.
+        InputFault: the size is above `LARGEST_CHUNK`, it becomes larger than that, or is damaged.
     """
-    check_size(said)
+    check_size(size)
     if compression in ('', 'none'):
         return data
     if compression not in _BEGINNINGS:
         raise InputFault(f'compressed by {compression!r}; expected {", ".join(_BEGINNINGS)} or none')
     try:
-        content = _BEGINNINGS[compression](data, said + 1)
+        content = _BEGINNINGS[compression](data, size + 1)
     except Exception as error:  # each library has its own, down to RuntimeError
         raise InputFault(f'cannot be decompressed: {in_one_line(error)}') from None
-    if len(content) > said:
-        raise InputFault(f'becomes larger than the {said} bytes that it says')
+    if len(content) > size:
+        raise InputFault(f'becomes larger than the {size} bytes that it says')
     return content
 
 
@@ -72,7 +74,7 @@ class BoundedSum:
         self.bound = LARGEST_SUM + LARGEST_RATIO * file_bytes
         self._sum = 0
 
-    def decompressed(self, compression: str, data: bytes, said: int = LARGEST_CHUNK) -> bytes:
+    def decompressed(self, compression: str, data: bytes, size: int = LARGEST_CHUNK) -> bytes:
         """Decompress as the function `decompressed` does.
 
         Raises:
@@ -80,40 +82,20 @@ class BoundedSum:
         """
         if self._sum > self.bound:
             raise InputFault(f'is left out: all before it became {self._sum} bytes; allowed: at most {self.bound}')
-        size = said
+        became = size
         try:
-            content = decompressed(compression, data, said)
-            size = len(content) if content is not data else 0
+            content = decompressed(compression, data, size)
+            became = len(content) if content is not data else 0
         finally:
-            self._sum += size
+            self._sum += became
         return content
 
 
-def check_size(said: int) -> None:
-    """Check how large a chunk says that it is, before anything is read.
+def check_size(size: int) -> None:
+    """Check the size that a chunk's header gives, before anything is read.
 
     Raises:
         InputFault: larger than `LARGEST_CHUNK`.
     """
-    if said > LARGEST_CHUNK:
-        raise InputFault(f'says that it has {said} bytes; allowed: at most {LARGEST_CHUNK}')
-
-
-def _bz2_beginning(data: bytes, size: int) -> bytes:
-    return bz2.BZ2Decompressor().decompress(data, max_length=size)
-
-
-def _lz4_beginning(data: bytes, size: int) -> bytes:
-    return bytes(lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size))
-
-
-def _zstd_beginning(data: bytes, size: int) -> bytes:
-    return open_zstd(io.BytesIO(data)).read(size)
-
-
-# Each returns no more than the first `size` bytes, and holds little more in memory.
-_BEGINNINGS: Dict[str, Callable[[bytes, int], bytes]] = {
-    'bz2': _bz2_beginning,
-    'lz4': _lz4_beginning,
-    'zstd': _zstd_beginning,
-}
+    if size > LARGEST_CHUNK:
+        raise InputFault(f'says that it has {size} bytes; allowed: at most {LARGEST_CHUNK}')

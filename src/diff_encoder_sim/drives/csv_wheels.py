@@ -1,4 +1,4 @@
-"""A drive in a CSV file: how it is written, its rows as a stream of messages, and the wheel angles in them."""
+"""Wheel angles from a table in a text file: how it is written, and its rows."""
 
 from __future__ import annotations
 
@@ -9,26 +9,27 @@ import re
 import struct
 from decimal import Decimal
 from pathlib import Path
-from typing import Collection, Dict, Iterator, List, NamedTuple, Optional, Sequence, TextIO, Tuple
+from typing import Collection, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.stamps import LATEST_NS
-from diff_encoder_sim.drives.bag_messages import Message
+from diff_encoder_sim.drives.bag_source import Message
 from diff_encoder_sim.drives.number_units import TIME_UNITS
-from diff_encoder_sim.drives.sensor_messages import JointValues
-from diff_encoder_sim.drives.wheel_units import WheelAngle, WheelUnit
+from diff_encoder_sim.drives.wheel_source import TimedDrive, WheelNumbers, WheelUnit, paired_drives, wheel_angles
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 
 COMMENT = '#'
-# Time, left, right.
-COLUMNS = 3
+COLUMNS = 3  # time, left, right
 
 # The first that gives enough columns; None stands for any spaces. A comma may also be a decimal sign.
 _DELIMITERS: Tuple[Optional[str], ...] = (';', '\t', ',', '|', None)
-
-
 # Python's own also has 7_0, digits of any script, and words.
 _NUMBER = re.compile(r'[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?')
+
+_PAIR = struct.Struct('<2d')  # left and right in a message
+_LINES_INSPECTED = 50  # to find the format
+_LONGEST_LINE = 10_000  # the file may be gigabytes without a line
+_LINES_NAMED = 5
 
 
 class CsvFormat(NamedTuple):
@@ -45,14 +46,16 @@ class CsvFormat(NamedTuple):
         Raises:
             InputFault: a column is missing or no finite number, or the time cannot be a stamp.
         """
-        cells = split(row, self.delimiter)
+        cells = _split(row, self.delimiter)
         if len(cells) <= max(self.columns):
             raise InputFault(f'{len(cells)} columns; expected {max(self.columns) + 1} or more')
         texts = [cells[column] for column in self.columns]
         if self.delimiter != ',':
             texts = [text.replace(',', '.') for text in texts]
-        left, right = (_finite(text) for text in texts[1:])
-        return self._time_ns(texts[0]), left, right
+        for text in texts[1:]:
+            if not (_is_number(text) and math.isfinite(float(text))):
+                raise InputFault(f'{text!r}; expected a finite number')
+        return self._time_ns(texts[0]), float(texts[1]), float(texts[2])
 
     def _time_ns(self, text: str) -> int:
         if _is_number(text):
@@ -62,18 +65,6 @@ class CsvFormat(NamedTuple):
                 if 0 <= time_ns < LATEST_NS:
                     return int(time_ns)
         raise InputFault(f'time {text!r}; expected 0 to below 2^32 s, in the unit of --time-unit')
-
-
-def _finite(text: str) -> float:
-    number = float(text) if _is_number(text) else math.nan
-    if not math.isfinite(number):
-        raise InputFault(f'{text!r}; expected a finite number')
-    return number
-
-
-def split(line: str, delimiter: Optional[str]) -> List[str]:
-    """Split a line into cells without spaces or quotes around them."""
-    return [cell.strip().strip('"\'').strip() for cell in line.strip().lstrip(COMMENT).split(delimiter)]
 
 
 def find_format(lines: Sequence[str], columns: Sequence[str], time_unit: str) -> CsvFormat:
@@ -88,8 +79,12 @@ def find_format(lines: Sequence[str], columns: Sequence[str], time_unit: str) ->
         ConfigError: it is no table, or does not have the columns.
     """
     rows = [line for line in lines if not line.startswith(COMMENT)]
-    delimiter = _find_delimiter(rows)
-    first = split(rows[0], delimiter)
+    for delimiter in _DELIMITERS:
+        if 2 * sum(len(_split(row, delimiter)) >= COLUMNS for row in rows) > len(rows):
+            break
+    else:
+        raise ConfigError(f'no table; expected {COLUMNS} or more columns, separated by , ; | tabs or spaces')
+    first = _split(rows[0], delimiter)
     has_header = not any(_is_number(text.replace(',', '.')) for text in first)
     names = first if has_header else _names_in_comment(lines, delimiter, len(first))
     found = tuple(_find_column(names, len(first), column) for column in columns)
@@ -98,18 +93,15 @@ def find_format(lines: Sequence[str], columns: Sequence[str], time_unit: str) ->
     return CsvFormat(delimiter, found, has_header, TIME_UNITS[time_unit])
 
 
-def _find_delimiter(rows: Sequence[str]) -> Optional[str]:
-    """Return the first delimiter by which most of the rows have enough columns; None for spaces."""
-    for delimiter in _DELIMITERS:
-        if 2 * sum(len(split(row, delimiter)) >= COLUMNS for row in rows) > len(rows):
-            return delimiter
-    raise ConfigError(f'no table; expected {COLUMNS} or more columns, separated by , ; | tabs or spaces')
+def _split(line: str, delimiter: Optional[str]) -> List[str]:
+    """Split a line into cells without spaces or quotes around them."""
+    return [cell.strip().strip('"\'').strip() for cell in line.strip().lstrip(COMMENT).split(delimiter)]
 
 
 def _names_in_comment(lines: Sequence[str], delimiter: Optional[str], count: int) -> List[str]:
-    """Return the names in the last comment above the rows, where it has one for each column."""
+    """Return the names in the last comment above the rows, if it has one for each column."""
     comments = list(itertools.takewhile(lambda line: line.startswith(COMMENT), lines))
-    names = split(comments[-1], delimiter) if comments else []
+    names = _split(comments[-1], delimiter) if comments else []
     return names if len(names) == count else []
 
 
@@ -126,18 +118,8 @@ def _is_number(text: str) -> bool:
     return _NUMBER.fullmatch(text) is not None
 
 
-# Left and right in a message.
-PAIR = struct.Struct('<2d')
-
-# By so many lines the format is found.
-_LINES_LOOKED_AT = 50
-# No more is read at once: the file may be gigabytes of no text.
-_LONGEST_LINE = 10_000
-_LINES_NAMED = 5
-
-
 class CsvStream:
-    """The rows of a file, read as they are asked for. Bad ones are left out, and named in `fault`."""
+    """The rows of a file as messages. Bad ones are left out, and named in `fault`."""
 
     is_cdr = False
 
@@ -159,16 +141,16 @@ class CsvStream:
         if path.exists() and not path.is_file():
             raise ConfigError(f'{path}: given no regular file; allowed: one, as it is read twice')
         try:
-            lines = [line for _, line in itertools.islice(self._lines(), _LINES_LOOKED_AT)]
+            lines = [line for _, line in itertools.islice(self._lines(), _LINES_INSPECTED)]
             self._format = find_format(lines, columns, time_unit)
         except OSError as error:
             raise ConfigError(f'{path}: cannot be read: {error.strerror}') from None
         except ConfigError as error:
             raise ConfigError(f'{path}: {error}') from None
 
-    def messages(self, topics: Collection[str]) -> Iterator[Message]:
+    def messages(self, topics: Collection[str] = ()) -> Iterator[Message]:
         """Yield the rows in their order."""
-        faults, newest_ns = _BadRows(), 0
+        bad_lines, first_fault, newest_ns = [], '', 0  # type: List[int], str, int
         rows = ((number, line) for number, line in self._lines() if not line.startswith(COMMENT))
         for number, line in itertools.islice(rows, int(self._format.has_header), None):
             try:
@@ -176,38 +158,21 @@ class CsvStream:
                 if time_ns < newest_ns:
                     raise InputFault(f'{time_ns} ns after {newest_ns} ns; expected times that do not decrease')
             except InputFault as fault:
-                faults.add(number, fault)
-                self.fault = faults.text()
+                bad_lines.append(number)
+                first_fault = first_fault or str(fault)
             else:
                 newest_ns = time_ns
-                yield Message(self.topic, time_ns, PAIR.pack(left, right))
+                yield Message(self.topic, time_ns, _PAIR.pack(left, right))
+        if bad_lines:
+            listed = ', '.join([*map(str, bad_lines[:_LINES_NAMED]), *(['...'] if bad_lines[_LINES_NAMED:] else [])])
+            self.fault = f'{len(bad_lines)} bad rows, in lines {listed}; the first: {first_fault}'
 
     def _lines(self) -> Iterator[Tuple[int, str]]:
-        """Yield the lines that are not empty, each with its number."""
+        """Yield the lines that are not empty, each with its number; one that is too long is cut into several."""
         with open(self._path, encoding='utf-8-sig', errors='replace') as file:
-            for number, line in enumerate(_bounded_lines(file), start=1):
+            for number, line in enumerate(iter(lambda: file.readline(_LONGEST_LINE), ''), start=1):
                 if line.strip():
                     yield number, line
-
-
-class _BadRows:
-    def __init__(self) -> None:
-        self._count, self._lines, self._why = 0, '', ''
-
-    def add(self, line: int, fault: InputFault) -> None:
-        self._count += 1
-        self._why = self._why or str(fault)
-        if self._count <= _LINES_NAMED:
-            self._lines += f', {line}' if self._lines else str(line)
-
-    def text(self) -> str:
-        more = ', ...' if self._count > _LINES_NAMED else ''
-        return f'{self._count} bad rows, in lines {self._lines}{more}; the first: {self._why}'
-
-
-def _bounded_lines(file: TextIO) -> Iterator[str]:
-    """Yield lines; one that is too long to be a row is cut into several."""
-    return iter(lambda: file.readline(_LONGEST_LINE), '')
 
 
 class CsvWheels:
@@ -237,14 +202,18 @@ class CsvWheels:
         self.topics: Tuple[str, ...] = (topic,)
         self.joints, self.ppr = joints, ppr
         self.text = f'rows ({about})'
-        self._notes = notes
-        self._wheels = (WheelAngle(units[0]), WheelAngle(units[1]))
+        self._notes, self._units = notes, units
+        self._numbers = WheelNumbers(), WheelNumbers()
 
-    def angles(self, message: Message) -> Sequence[JointValues]:
-        """Return both wheels."""
-        values = zip(self._wheels, PAIR.unpack(message.raw))
-        angles_rad = [wheel.angle_rad(message.time_ns, value) for wheel, value in values]
-        return (JointValues(message.time_ns, self.joints, angles_rad),)
+    def add(self, message: Message) -> None:
+        """Add a row."""
+        for numbers, value in zip(self._numbers, _PAIR.unpack(message.raw)):
+            numbers.add(message.time_ns, message.time_ns, value)
+
+    def drives(self) -> List[TimedDrive]:
+        """Return the one drive of the table."""
+        left, right = (wheel_angles(numbers.series(), unit) for numbers, unit in zip(self._numbers, self._units))
+        return paired_drives(left, right)[0]
 
     def notes(self) -> Iterator[str]:
         """List what the angles cannot show; bad rows are the stream's."""

@@ -1,4 +1,4 @@
-"""Wheel angles from JointState, or from the counts of EncoderPulse: where they are in a bag, and how they are read."""
+"""Wheel angles from JointState: the topic and the joints of the wheels, and how they are read."""
 
 from __future__ import annotations
 
@@ -8,35 +8,33 @@ from pathlib import Path
 from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
-from diff_encoder_sim.drives.bag_messages import Message
-from diff_encoder_sim.drives.bag_source import BagSource
-from diff_encoder_sim.drives.message_types import ENCODER_PULSE, JOINT_STATE
-from diff_encoder_sim.drives.sensor_messages import JointDecoder, JointValues
-from diff_encoder_sim.drives.topics import ENCODER_VELOCITY
-from diff_encoder_sim.drives.wheel_units import CountedAngles
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.drives.bag_source import BagSource, Message
+from diff_encoder_sim.drives.sensor_messages import JointDecoder
+from diff_encoder_sim.drives.topics import ENCODER_PULSE_TYPE, ENCODER_VELOCITY, JOINT_STATE_TYPE
+from diff_encoder_sim.drives.wheel_source import LONGEST_GAP_NS, TimedDrive, WheelNumbers, paired_drives
 from diff_encoder_sim.wheels.encoder_params import PerWheel
-from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
+from diff_encoder_sim.wheels.wheel_encoder import LARGEST_ANGLE_RAD, EncoderParams
 
 # Joints may come in several messages in turn, so more than the first are read for their names.
 MESSAGES_WITH_NAMES = 500
 
-JOINT_TYPES = (JOINT_STATE, ENCODER_PULSE)
+JOINT_TYPES = (JOINT_STATE_TYPE, ENCODER_PULSE_TYPE)
 
 _SIDES = {'left': {'left', 'l'}, 'right': {'right', 'r'}}
 
 
 class WheelTopic(NamedTuple):
-    """Where the wheels' angles come from."""
+    """The topic of the wheels' angles or counts."""
 
     topic: str
-    message_type: str  # JOINT_STATE or ENCODER_PULSE
+    message_type: str  # one of JOINT_TYPES
     joints: Tuple[str, str]  # left, right
     ppr: Optional[PerWheel]  # of counts
 
 
 class WheelOptions(NamedTuple):
-    """What the user has chosen; empty where it follows from the bag."""
+    """What the user has chosen; empty if it follows from the bag."""
 
     joint_states: str = ''
     pulses: str = ''
@@ -45,9 +43,9 @@ class WheelOptions(NamedTuple):
     right_joint: str = ''
 
 
-def has_joints(source: BagSource) -> bool:
-    """Return whether a bag has a topic of the joints' angles or counts."""
-    return any(_topics_of(source, kind) for kind in JOINT_TYPES)
+def joint_topics(source: BagSource, kind: str) -> List[str]:
+    """List the topics of one of JOINT_TYPES, without the encoders' speeds, which are a JointState without angles."""
+    return sorted(topic for topic, other in source.topics.items() if other == kind and topic != ENCODER_VELOCITY)
 
 
 def find_wheels(path: Path, source: BagSource, options: WheelOptions, params: EncoderParams) -> WheelTopic:
@@ -57,55 +55,12 @@ def find_wheels(path: Path, source: BagSource, options: WheelOptions, params: En
         path: of the bag, for error messages.
         source: the bag.
         options: what is chosen already.
-        params: of the robot, whose joints are taken where the bag has them.
+        params: of the robot, whose joints are taken if the bag has them.
 
     Raises:
-        ConfigError: there is none, or a choice to make; it lists what there is.
+        ConfigError: there is none, or a choice to make; it lists the alternatives.
     """
     topic, kind = _topic(path, source, options)
-    joints = _joints(path, source, topic, kind, options, params)
-    if kind == JOINT_STATE:
-        return WheelTopic(topic, kind, joints, None)
-    if options.pulses_ppr is None:
-        missing = 'expected --pulses-ppr, the pulses per revolution of their encoder'
-        raise ConfigError(f'{path}: {topic} has counts; {missing}')
-    return WheelTopic(topic, kind, joints, options.pulses_ppr)
-
-
-def _topic(path: Path, source: BagSource, options: WheelOptions) -> Tuple[str, str]:
-    if options.joint_states and options.pulses:
-        raise ConfigError('--joint-states, --pulses: given both; allowed: one of them')
-    if options.pulses:
-        return _given_topic(path, source, options.pulses, ENCODER_PULSE, '--pulses'), ENCODER_PULSE
-    if options.joint_states:
-        return _given_topic(path, source, options.joint_states, JOINT_STATE, '--joint-states'), JOINT_STATE
-    for kind, option in ((JOINT_STATE, '--joint-states'), (ENCODER_PULSE, '--pulses')):
-        found = _topics_of(source, kind)
-        if len(found) > 1:
-            listed = ', '.join(found)
-            raise ConfigError(f'{path}: {len(found)} topics of {kind}: {listed}; expected one, or a choice by {option}')
-        if found:
-            return found[0], kind
-    listed = ', '.join(sorted(source.topics))
-    raise ConfigError(f'{path}: no topic of {JOINT_STATE}, nor of {ENCODER_PULSE}; it has {listed}')
-
-
-def _given_topic(path: Path, source: BagSource, topic: str, kind: str, option: str) -> str:
-    if source.topics.get(topic) == kind:
-        return topic
-    found = f'of {source.topics[topic]}' if topic in source.topics else 'not there'
-    listed = ', '.join(_topics_of(source, kind)) or 'it has none'
-    raise ConfigError(f'{path}: {option}: given {topic}, which is {found}; allowed: a topic of {kind}: {listed}')
-
-
-def _topics_of(source: BagSource, kind: str) -> List[str]:
-    # The encoders' speeds are a JointState without angles.
-    return sorted(topic for topic, other in source.topics.items() if other == kind and topic != ENCODER_VELOCITY)
-
-
-def _joints(
-    path: Path, source: BagSource, topic: str, kind: str, options: WheelOptions, params: EncoderParams
-) -> Tuple[str, str]:
     names = _names(source, topic, kind)
     if not names:
         raise ConfigError(f'{path}: no message on {topic}; expected {kind}')
@@ -113,7 +68,41 @@ def _joints(
     right = _joint(path, topic, names, 'right', options.right_joint, params.right_joint)
     if left == right:
         raise ConfigError(f'{path}: {topic}: given {left} for both wheels; allowed: two of {", ".join(names)}')
-    return left, right
+    if kind == JOINT_STATE_TYPE:
+        return WheelTopic(topic, kind, (left, right), None)
+    if options.pulses_ppr is None:
+        missing = 'expected --pulses-ppr, the pulses per revolution of their encoder'
+        raise ConfigError(f'{path}: {topic} has counts; {missing}')
+    return WheelTopic(topic, kind, (left, right), options.pulses_ppr)
+
+
+def _topic(path: Path, source: BagSource, options: WheelOptions) -> Tuple[str, str]:
+    if options.joint_states and options.pulses:
+        raise ConfigError('--joint-states, --pulses: given both; allowed: one of them')
+    choices = (
+        (JOINT_STATE_TYPE, '--joint-states', options.joint_states),
+        (ENCODER_PULSE_TYPE, '--pulses', options.pulses),
+    )
+    for kind, option, given in choices:
+        if given and source.topics.get(given) != kind:
+            found = f'of {source.topics[given]}' if given in source.topics else 'not there'
+            listed = ', '.join(joint_topics(source, kind)) or 'it has none'
+            raise ConfigError(
+                f'{path}: {option}: given {given}, which is {found}; allowed: a topic of {kind}: {listed}'
+            )
+        if given:
+            return given, kind
+    for kind, option, _ in choices:
+        topics = joint_topics(source, kind)
+        if len(topics) > 1:
+            listed = ', '.join(topics)
+            raise ConfigError(
+                f'{path}: {len(topics)} topics of {kind}: {listed}; expected one, or a choice by {option}'
+            )
+        if topics:
+            return topics[0], kind
+    listed = ', '.join(sorted(source.topics))
+    raise ConfigError(f'{path}: no topic of {JOINT_STATE_TYPE}, nor of {ENCODER_PULSE_TYPE}; it has {listed}')
 
 
 def _names(source: BagSource, topic: str, kind: str) -> List[str]:
@@ -142,42 +131,65 @@ def _joint(path: Path, topic: str, names: Sequence[str], side: str, given: str, 
 
 
 class JointWheels:
-    """Reads the topic that `find_wheels` has found."""
+    """Reads the angles of two joints, which may be in one message or in several in turn."""
 
-    def __init__(
-        self, wheels: WheelTopic, is_cdr: bool, odometry: OdometryParams, about: str = '', notes: Sequence[str] = ()
-    ) -> None:
-        """Prepare to read.
+    are_joint_angles = True
+    ppr: Optional[PerWheel] = None  # angles are not counted
 
-        Args:
-            wheels: where the angles or counts are.
-            is_cdr: of ROS 2.
-            odometry: which could be fed with recorded counts; ignored for angles.
-            about: how the counts are read, for the reader.
-            notes: what the counts cannot show.
-        """
+    def __init__(self, wheels: WheelTopic, is_cdr: bool) -> None:
+        """Prepare to read the topic that `find_wheels` has found."""
         self.topics: Tuple[str, ...] = (wheels.topic,)
-        self.joints, self.ppr = wheels.joints, wheels.ppr
-        self.text = f'messages of {wheels.topic} ({", ".join(wheels.joints)}{about and f"; {about}"})'
-        self.are_joint_angles = wheels.ppr is None
-        self._notes = notes
+        self.joints = wheels.joints
+        self.text = f'messages of {wheels.topic} ({", ".join(wheels.joints)})'
         self._decoder = JointDecoder(wheels.message_type, is_cdr)
-        self._counted = None if self.are_joint_angles else CountedAngles(wheels.joints, odometry)
+        self._sides = WheelNumbers(), WheelNumbers()
+        self._seen_ns: Dict[str, int] = {}  # by joint
+        self._names: Tuple[str, ...] = ()  # of the last message
+        self._indices: List[Tuple[int, int]] = []  # of the sides that it has, and of their joints in it
+        self._left_out = 0
 
-    def angles(self, message: Message) -> Sequence[JointValues]:
-        """Return the joints of one message.
+    def add(self, message: Message) -> None:
+        """Add the angles of one message.
 
         Raises:
-            InputFault: the message is torn, or has not the counts of both wheels.
+            InputFault: the message is torn, a wheel is named twice or without a finite angle, or has long been missing.
         """
-        joints = self._decoder.decode(message.raw)
-        return (joints if self._counted is None else self._counted.angles(joints),)
+        stamp_ns, names, values = self._decoder.decode(message.raw)
+        if names is not self._names:
+            twice = next((joint for joint in self.joints if names.count(joint) > 1), None)
+            if twice:
+                raise InputFault(f'joint {twice!r} is named {names.count(twice)} times in one message')
+            self._names = names
+            self._indices = [(side, names.index(joint)) for side, joint in enumerate(self.joints) if joint in names]
+        for side, index in self._indices:
+            if index >= len(values):
+                raise InputFault(
+                    f'joint {self.joints[side]!r} has no position: {len(names)} names, {len(values)} positions'
+                )
+            if not abs(values[index]) <= LARGEST_ANGLE_RAD:
+                raise InputFault(
+                    f'joint {self.joints[side]!r} has position {values[index]}; expected a finite angle [rad]'
+                )
+        for side, index in self._indices:
+            self._sides[side].add(stamp_ns, message.time_ns, values[index])
+        if len(self._indices) < 2:
+            self._check_nothing_missing(stamp_ns, names)
+
+    def _check_nothing_missing(self, stamp_ns: int, names: Sequence[str]) -> None:
+        for joint in self.joints:
+            missing_ns = stamp_ns - self._seen_ns.setdefault(joint, stamp_ns)
+            if joint in names or missing_ns < 0:
+                self._seen_ns[joint] = stamp_ns
+            elif missing_ns > LONGEST_GAP_NS:
+                missing_s = missing_ns / NANOSECONDS_PER_SECOND
+                raise InputFault(f'joint {joint!r} not seen for {missing_s:.1f} s; this message names {list(names)}')
+
+    def drives(self) -> List[TimedDrive]:
+        """Return both wheels at the stamps of the left one."""
+        drives, self._left_out = paired_drives(*(side.series() for side in self._sides))
+        return drives
 
     def notes(self) -> Iterator[str]:
-        """List what the counts cannot show, and how often their counters restarted."""
-        yield from self._notes
-        if self._counted and self._counted.restarts:
-            yield (
-                f'{self.topics[0]}: counter restarts: {self._counted.restarts}; what the wheels turned meanwhile is '
-                f'lost. Counters that wrap elsewhere than at their counter_modulus look like that, too'
-            )
+        """List what could not be paired."""
+        if self._left_out:
+            yield f'left out: {self._left_out} angles of {self.joints[0]} without one of {self.joints[1]} near them'

@@ -1,10 +1,11 @@
-"""The message types of a bag, those that it defines itself and ROS's own, and numbers in their messages."""
+"""Numbers in the messages of a bag, of types that it defines itself or ROS's own; and which could be wheel angles."""
 
 from __future__ import annotations
 
 import contextlib
 import math
 import re
+import shlex
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple, Union
 
@@ -13,19 +14,12 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.drives.bag_source import BagSource
+from diff_encoder_sim.drives.number_units import TICKS
+from diff_encoder_sim.drives.topics import ARROW, ODOMETRY_TYPE, TF, TRANSFORMS_TYPE
 from diff_encoder_sim.drives.wire import TORN
-
-# Of a definition: rosbags makes code for each element of an array of fixed size, and a text may define many types.
-LARGEST_TYPE = 5000  # fields and elements, over all levels; an array of numbers is one
-LONGEST_DEFINITION = 1 << 18  # characters
 
 # By type: constants, and fields as name and what it is, as rosbags has them.
 Fields = Dict[str, Tuple[Any, Any]]
-
-
-class _Extent(NamedTuple):
-    fields: float  # and elements of arrays, over all levels
-    takes_bytes: bool  # in a message
 
 
 class MessageType(NamedTuple):
@@ -58,61 +52,23 @@ def message_type(path: Path, source: BagSource, topic: str) -> MessageType:
     """Return the type of a topic.
 
     Raises:
-        ConfigError: neither the bag nor ROS defines it, or its definition is too large.
+        ConfigError: neither the bag nor ROS defines it.
     """
     name = source.topics[topic]
-    try:
-        found = MessageType(name, _store(name, source.definitions.get(name, ''), source.is_cdr), source.is_cdr)
-    except InputFault as fault:
-        raise ConfigError(f'{path}: {topic}: definition of {name}: {fault}') from None
+    found = MessageType(name, _store(name, source.definitions.get(name, ''), source.is_cdr), source.is_cdr)
     if name not in found.fields:
         raise ConfigError(f'{path}: {topic} is of {name}, which the bag does not define; expected a bag that does')
     return found
 
 
 def _store(name: str, definition: str, is_cdr: bool) -> Any:
-    if len(definition) > LONGEST_DEFINITION:
-        raise InputFault(f'given {len(definition)} characters; allowed: at most {LONGEST_DEFINITION}')
-    types: Fields = {}
-    with contextlib.suppress(Exception):  # of many types, if the text is damaged
-        types = get_types_from_msg(definition, name)
-    try:
-        count = _extent(types, name, {}).fields
-    except RecursionError:
-        count = math.inf
-    if count > LARGEST_TYPE:
-        raise InputFault(f'given more fields and elements of arrays than allowed: at most {LARGEST_TYPE}')
-    with contextlib.suppress(Exception):
+    """Return the types of a definition; those of ROS if it is damaged or missing."""
+    with contextlib.suppress(Exception):  # rosbags raises many types for a damaged text
         store = get_typestore(Stores.EMPTY)
-        store.register(types)
+        store.register(get_types_from_msg(definition, name))
         store.get_msgdef(name)  # fails if a type is missing that it is made of
         return store
     return get_typestore(Stores.ROS2_HUMBLE if is_cdr else Stores.ROS1_NOETIC)
-
-
-def _extent(types: Fields, name: str, known: Dict[str, _Extent]) -> _Extent:
-    """Measure a type; one that contains itself is infinite, one that is not defined here is ROS's own."""
-    if name not in known:
-        known[name] = _Extent(math.inf, True)
-        parts = [_field_extent(types, what, known) for _, what in (types[name][1] if name in types else ())]
-        takes_bytes = name not in types or any(part.takes_bytes for part in parts)
-        known[name] = _Extent(sum(part.fields for part in parts), takes_bytes)
-    return known[name]
-
-
-def _field_extent(types: Fields, what: Any, known: Dict[str, _Extent]) -> _Extent:
-    kind, about = what
-    if kind == Nodetype.BASE:
-        return _Extent(1, True)
-    if kind == Nodetype.NAME:
-        named = _extent(types, about, known)
-        return _Extent(1 + named.fields, named.takes_bytes)
-    (element_kind, element_about), length = about
-    element = _field_extent(types, about[0], known)
-    if kind == Nodetype.SEQUENCE:  # a message could have any number of elements that take no bytes
-        return _Extent(1 + element.fields if element.takes_bytes else math.inf, True)
-    is_of_numbers = element_kind == Nodetype.BASE and element_about[0] != 'string'
-    return _Extent(1 + element.fields * (1 if is_of_numbers else length), element.takes_bytes and length > 0)
 
 
 # Of std_msgs, and of others like them: the field that is meant where none is named.
@@ -233,3 +189,83 @@ def _number_at(fields: Fields, what: Any, steps: List[Union[str, int]]) -> Optio
 
 def _names(fields: Fields, message: str) -> List[str]:
     return [name for name, _ in fields[message][1]] if message in fields else []
+
+
+# What a bag without wheel angles has that could serve instead, as options to type.
+_LISTED_OPTIONS = 5
+
+# A name of the left wheel becomes the right one's by one of these.
+_MIRRORED = (
+    ('left', 'right'),
+    ('Left', 'Right'),
+    ('LEFT', 'RIGHT'),
+    ('lwheel', 'rwheel'),
+    ('l_', 'r_'),
+    ('_l', '_r'),
+    ('[0]', '[1]'),
+)
+# Elements of an array are both wheels only where its name is about wheels.
+_OF_WHEELS = re.compile('tick|enc|count|wheel|drive|motor')
+# By the first of these in a name, the unit that it is likely in; empty where it is about no turning of wheels.
+_UNITS_BY_WORD = (
+    (
+        'cmd|target|command|setpoint|desired|current|temp|pwm|duty|cliff|bump|drop|layout|time|covariance|imu|scan|resolution',
+        '',
+    ),
+    ('tick|encoder|count|enc_', TICKS),
+    ('rpm', 'rpm'),
+    ('travel|position|angle', 'rad'),
+    ('vel|speed', 'rad/s'),
+    ('dist|odo', 'm'),
+    ('wheel', TICKS),
+)
+
+
+class _Pair(NamedTuple):
+    left: str
+    right: str
+    unit: str
+
+    @property
+    def option(self) -> str:
+        about = '--ticks-per-revolution N' if self.unit == TICKS else f'--unit {self.unit}'
+        return f'--ticks {shlex.quote(self.left)} {shlex.quote(self.right)} {about}'
+
+
+def serving_options(path: Path, source: BagSource) -> List[str]:
+    """List options by which wheel angles can be had from a bag, the likeliest first."""
+    pairs = sorted(_pairs(path, source), key=lambda pair: ([TICKS, 'rad', 'm', 'rad/s', 'rpm'].index(pair.unit), pair))
+    poses = sorted(topic for topic, kind in source.topics.items() if kind == ODOMETRY_TYPE)
+    if not poses and source.topics.get(TF) == TRANSFORMS_TYPE:
+        poses = [shlex.quote(f'odom{ARROW}base_link')]
+    return [*(pair.option for pair in pairs[:_LISTED_OPTIONS]), *(f'--odom {each}' for each in poses[:_LISTED_OPTIONS])]
+
+
+def _pairs(path: Path, source: BagSource) -> Iterator[_Pair]:
+    names = dict.fromkeys(_numbers(path, source))
+    for left in names:
+        right = _mirrored(left, names)
+        unit = _unit(left)
+        if right and unit:
+            yield _Pair(left, right, unit)
+
+
+def _numbers(path: Path, source: BagSource) -> Iterator[str]:
+    """List all numbers in the messages of a bag, as users name them."""
+    for topic in source.topics:
+        with contextlib.suppress(ConfigError):  # of a type that nobody defines
+            found = message_type(path, source, topic)
+            for text in number_paths(found.fields, found.name):
+                yield topic if text == '.data' else topic + text
+
+
+def _mirrored(left: str, names: Dict[str, None]) -> str:
+    words_in_it = [
+        words for words in _MIRRORED if words[0] in left and (words[0] != '[0]' or _OF_WHEELS.search(left.lower()))
+    ]
+    candidates = (left.replace(*words) for words in words_in_it)
+    return next((right for right in candidates if right in names), '')
+
+
+def _unit(name: str) -> str:
+    return next((unit for words, unit in _UNITS_BY_WORD if re.search(words, name.lower())), '')

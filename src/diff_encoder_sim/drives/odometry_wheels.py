@@ -2,37 +2,18 @@
 
 from __future__ import annotations
 
-import math
-from typing import Iterator, Optional, Sequence, Tuple
+from array import array
+from typing import Iterator, List, Optional, Tuple
 
-from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.base.seeds import generator
-from diff_encoder_sim.drives.bag_messages import Message
-from diff_encoder_sim.drives.pose_messages import StampedPose
+import numpy as np
+
+from diff_encoder_sim.base.drive import Drive
+from diff_encoder_sim.base.se2 import wrap_angles
+from diff_encoder_sim.drives.bag_source import Message
 from diff_encoder_sim.drives.reference import Reference
-from diff_encoder_sim.drives.sensor_messages import JointValues
+from diff_encoder_sim.drives.wheel_source import TimedDrive, ascending_runs, start_angles_note, start_angles_rad
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-
-DEFAULT_SEED = 1
-
-
-def start_angles_rad(seed: int) -> Tuple[float, float]:
-    """Draw the angles of the left and the right wheel, each anywhere in a turn.
-
-    Were both 0, the encoders would step together: on a straight drive their errors would cancel.
-    """
-    left_rad, right_rad = generator(seed, 'wheel_phase').uniform(0.0, 2.0 * math.pi, 2).tolist()
-    return left_rad, right_rad
-
-
-def start_angles_note(seed: int) -> str:
-    """Say where the angles at the start are from."""
-    return (
-        f'where the wheels stood at the start is not known: drawn by --seed {seed}; with another seed, each encoder '
-        f'rounds elsewhere, and its path ends elsewhere'
-    )
-
 
 # What the wheels' axle cannot do; less is rounding.
 _SIDEWAYS_FRACTION = 0.01
@@ -41,7 +22,7 @@ _SIDEWAYS_FRACTION = 0.01
 class OdometryWheels:
     """Computes how the wheels of a robot that does not slip would have turned between one pose and the next."""
 
-    ppr: Optional[PerWheel] = None  # of an encoder that nobody knows
+    ppr: Optional[PerWheel] = None  # of an unknown encoder
     are_joint_angles = False
 
     def __init__(self, odometry: Reference, joints: Tuple[str, str], wheels: OdometryParams, seed: int) -> None:
@@ -56,20 +37,44 @@ class OdometryWheels:
         self.topics: Tuple[str, ...] = odometry.topics
         self.joints = joints
         self.text = f'messages of {odometry.name} (wheel angles by inverse kinematics)'
-        self._odometry = odometry
-        self._wheels, self._axle = wheels, Pose2D(wheels.axle_x, 0.0, 0.0)
-        self._last: Optional[Pose2D] = None
-        self._seed = seed
-        self._left_rad, self._right_rad = start_angles_rad(seed)
+        self._odometry, self._wheels, self._seed = odometry, wheels, seed
+        self._stamps_ns, self._times_ns, self._poses = array('q'), array('q'), array('d')
         self._along_m = self._sideways_m = 0.0
 
-    def angles(self, message: Message) -> Sequence[JointValues]:
-        """Return both wheels at every pose.
+    def add(self, message: Message) -> None:
+        """Add the poses of a message.
 
         Raises:
             InputFault: the message is torn, or its pose is not finite.
         """
-        return [self._at(stamped) for stamped in self._odometry.poses(message)]
+        for stamped in self._odometry.poses(message):
+            self._stamps_ns.append(stamped.stamp_ns)
+            self._times_ns.append(message.time_ns)
+            self._poses.extend(stamped.pose)
+
+    def drives(self) -> List[TimedDrive]:
+        """Return both wheels at every pose."""
+        stamps_ns, times_ns = np.array(self._stamps_ns), np.array(self._times_ns)
+        angles_rad = start_angles_rad(self._seed) + self._turned_rad(np.array(self._poses).reshape(-1, 3))
+        return [
+            TimedDrive(Drive(stamps_ns[rows], angles_rad[rows]), times_ns[rows]) for rows in ascending_runs(stamps_ns)
+        ]
+
+    def _turned_rad(self, base_poses: np.ndarray) -> np.ndarray:
+        """Return how far both wheels have turned at each of (n, 3) poses: (n, 2), by arcs between the poses."""
+        cos_yaw, sin_yaw = np.cos(base_poses[:, 2]), np.sin(base_poses[:, 2])
+        x_m, y_m = base_poses[:, 0] + self._wheels.axle_x * cos_yaw, base_poses[:, 1] + self._wheels.axle_x * sin_yaw
+        half_turns_rad = 0.5 * wrap_angles(np.diff(base_poses[:, 2]))
+        # A chord has the direction in the middle of its arc: the inverse of `move_along_arc`.
+        headings_rad = base_poses[:-1, 2] + half_turns_rad
+        cos_heading, sin_heading = np.cos(headings_rad), np.sin(headings_rad)
+        chords_m = cos_heading * np.diff(x_m) + sin_heading * np.diff(y_m)
+        arcs_m = chords_m / np.sinc(half_turns_rad / np.pi)
+        self._along_m = float(np.abs(arcs_m).sum())
+        self._sideways_m = float(np.abs(cos_heading * np.diff(y_m) - sin_heading * np.diff(x_m)).sum())
+        apart_m = half_turns_rad * self._wheels.wheel_separation
+        turns_rad = np.column_stack((arcs_m - apart_m, arcs_m + apart_m)) / (0.5 * self._wheels.wheel_diameter)
+        return np.concatenate((np.zeros((1, 2)), np.cumsum(turns_rad, axis=0)))[: len(base_poses)]
 
     def notes(self) -> Iterator[str]:
         """List what poses cannot show."""
@@ -83,23 +88,3 @@ class OdometryWheels:
                 f'{self._odometry.name} moves {self._sideways_m:.2f} m sideways on {self._along_m:.2f} m ahead, which '
                 f'two wheels on an axle cannot do: left out'
             )
-
-    def _at(self, stamped: StampedPose) -> JointValues:
-        axle = stamped.pose.compose(self._axle)
-        if self._last is not None:
-            self._move(axle.relative_to(self._last))
-        self._last = axle
-        return JointValues(stamped.stamp_ns, self.joints, (self._left_rad, self._right_rad))
-
-    def _move(self, motion: Pose2D) -> None:
-        """Turn the wheels by the arc whose chord is the motion: the inverse of `move_along_arc`."""
-        half_turn_rad = 0.5 * motion.yaw_rad
-        cos_half, sin_half = math.cos(half_turn_rad), math.sin(half_turn_rad)
-        chord_m = cos_half * motion.x_m + sin_half * motion.y_m
-        arc_m = chord_m * half_turn_rad / sin_half if sin_half else chord_m
-        self._along_m += abs(arc_m)
-        self._sideways_m += abs(cos_half * motion.y_m - sin_half * motion.x_m)
-        apart_m = half_turn_rad * self._wheels.wheel_separation
-        radius_m = 0.5 * self._wheels.wheel_diameter
-        self._left_rad += (arc_m - apart_m) / radius_m
-        self._right_rad += (arc_m + apart_m) / radius_m

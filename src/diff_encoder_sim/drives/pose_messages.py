@@ -10,7 +10,12 @@ import numpy as np
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw, yaw_from_quat_xyzw
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.drives.message_types import ODOMETRY, POSE_STAMPED, POSE_WITH_COVARIANCE, TRANSFORM_STAMPED
+from diff_encoder_sim.drives.topics import (
+    ODOMETRY_TYPE,
+    POSE_STAMPED_TYPE,
+    POSE_WITH_COVARIANCE_TYPE,
+    TRANSFORM_STAMPED_TYPE,
+)
 from diff_encoder_sim.drives.wire import (
     FRAME_AT,
     LENGTH,
@@ -39,9 +44,9 @@ if TYPE_CHECKING:  # nodes of an encoder import this module
     from diff_encoder_sim.simulation.state import BodyState
     from diff_encoder_sim.simulation.world import World
 
-POSE_TYPES = (ODOMETRY, POSE_STAMPED, POSE_WITH_COVARIANCE, TRANSFORM_STAMPED)
+POSE_TYPES = (ODOMETRY_TYPE, POSE_STAMPED_TYPE, POSE_WITH_COVARIANCE_TYPE, TRANSFORM_STAMPED_TYPE)
 # Those with child_frame_id between header and pose.
-_WITH_CHILD_FRAME = (ODOMETRY, TRANSFORM_STAMPED)
+_WITH_CHILD_FRAME = (ODOMETRY_TYPE, TRANSFORM_STAMPED_TYPE)
 # No robot comes so far; squares of more may not be finite.
 _FARTHEST_M = 1e9
 

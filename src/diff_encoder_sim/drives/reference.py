@@ -8,13 +8,9 @@ from typing import Dict, Iterator, List, Optional, Tuple, Union
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.drives.bag_messages import Message
-from diff_encoder_sim.drives.bag_source import BagSource
-from diff_encoder_sim.drives.message_types import TRANSFORMS
+from diff_encoder_sim.drives.bag_source import BagSource, Message
 from diff_encoder_sim.drives.pose_messages import POSE_TYPES, PoseDecoder, StampedPose, decode_tf
-from diff_encoder_sim.drives.topics import TF, TF_STATIC, WORLD_POSE
-
-ARROW = '->'
+from diff_encoder_sim.drives.topics import ARROW, TF, TF_STATIC, TRANSFORMS_TYPE, WORLD_POSE
 
 # A longer chain of frames goes in a circle.
 _LONGEST_CHAIN = 100
@@ -153,8 +149,8 @@ def _frame_pair(path: Path, source: BagSource, option: str, given: str) -> Frame
     frames: Tuple[str, str] = (parent_frame.strip(' /'), child_frame.strip(' /'))
     if not all(frames) or frames[0] == frames[1]:
         raise ConfigError(f'{option}: given {given!r}; allowed: two frames, as map{ARROW}base_link')
-    if source.topics.get(TF) != TRANSFORMS:
-        raise ConfigError(f'{path}: {option}: given {given}, but there is no {TF} of {TRANSFORMS}')
+    if source.topics.get(TF) != TRANSFORMS_TYPE:
+        raise ConfigError(f'{path}: {option}: given {given}, but there is no {TF} of {TRANSFORMS_TYPE}')
     tried = FramePair(*frames, source.is_cdr)
     if not _has_pose(source, tried):
         listed = ', '.join(tried.frames) or f'{TF} has none'
@@ -166,5 +162,5 @@ def _frame_pair(path: Path, source: BagSource, option: str, given: str) -> Frame
 def _allowed(source: BagSource) -> Iterator[str]:
     """List topics of poses, and frames where there are any."""
     yield from sorted(topic for topic, kind in source.topics.items() if kind in POSE_TYPES)
-    if source.topics.get(TF) == TRANSFORMS:
+    if source.topics.get(TF) == TRANSFORMS_TYPE:
         yield f'two frames of {TF} as map{ARROW}base_link'

@@ -1,6 +1,6 @@
 """Bags of ROS 2 as streams of messages: MCAP files, SQLite databases, and the folders of `ros2 bag record`.
 
-A file without index, as after a crash, is read from its beginning to where it is torn.
+rosbags reads neither a file without index, as after a crash, nor on Python 3.8 a file outside of a folder.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 from diff_encoder_sim.base.errors import ConfigError, InputFault, in_one_line
 from diff_encoder_sim.base.stamps import LATEST_NS
 from diff_encoder_sim.base.yaml_files import load_yaml
-from diff_encoder_sim.drives.bag_messages import BagConnection, Message
 from diff_encoder_sim.drives.bounded_decompression import BoundedSum, open_zstd
+from diff_encoder_sim.drives.ros1_stream import BagConnection, Message
 
 METADATA = 'metadata.yaml'
 MCAP_MAGIC = b'\x89MCAP0\r\n'
@@ -33,14 +33,11 @@ SQLITE_MAGIC = b'SQLite format 3\0'
 
 _CDR = 'cdr'
 _LARGEST_RECORD = 1 << 30  # [bytes]; a damaged length may be any number
-# What mcap raises where a file is damaged.
-_DAMAGED = (McapError, ValueError, struct.error)
+_DAMAGED = (McapError, ValueError, struct.error)  # raised by mcap for a damaged file
 
 
 class McapStream:
-    """The topics of an MCAP file, and its messages, as often as they are asked for."""
-
-    is_cdr = True
+    """The topics of an MCAP file, and its messages, which may be read several times."""
 
     def __init__(self, path: Path) -> None:
         """Read the topics; OSError if the file cannot be read."""
@@ -48,49 +45,32 @@ class McapStream:
         self._schemas: Dict[int, Schema] = {}
         self._topic_of: Dict[int, str] = {}  # by channel
         self.topics: Dict[str, str] = {}  # types by topic
-        self.definitions: Dict[str, str] = {}  # by type, as recorded; empty where they were not
+        self.definitions: Dict[str, str] = {}  # by type, as recorded; empty if they were not
         self.fault = ''  # why not all of it can be read
-        with open(path, 'rb') as file:
-            is_indexed = self._read_summary(file)
-        if not is_indexed:
+        with open(path, 'rb') as file, contextlib.suppress(Exception):  # mcap raises many types at the end of a file
+            summary = make_reader(file).get_summary()
+            if summary:
+                for record in (*summary.schemas.values(), *summary.channels.values()):
+                    self._describe(record)
+        if not self.topics:
             self.fault = 'no index, as after a crash'
             for _ in self.messages(()):
-                pass  # learns every channel on the way
-
-    @property
-    def connections(self) -> List[BagConnection]:
-        """Return the topics in the order of the file."""
-        return [BagConnection(*topic) for topic in self.topics.items()]
+                pass  # which adds every channel
 
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
         """Yield the messages of some topics as they were written; OSError if the file cannot be read."""
         with open(self._path, 'rb') as file:
             for record in self._records(file):
-                if isinstance(record, (Schema, Channel)):
-                    self._learn(record)
-                elif isinstance(record, McapMessage):
+                self._describe(record)
+                if isinstance(record, McapMessage):
                     topic = self._topic_of.get(record.channel_id)
                     if record.log_time >= LATEST_NS:
                         self.fault = f'damaged: a message on {topic} has no time before 2^32 s'
                     elif topic is not None and topic in topics:
                         yield Message(topic, record.log_time, record.data)
 
-    def _read_summary(self, file: BinaryIO) -> bool:
-        """Learn the channels if the file lists them, and return whether it does."""
-        try:
-            summary = make_reader(file).get_summary()
-        except Exception:  # mcap raises many types where it expects the end of a file
-            return False
-        if summary is None:
-            return False
-        for schema in summary.schemas.values():
-            self._learn(schema)
-        for channel in summary.channels.values():
-            self._learn(channel)
-        return bool(self.topics)
-
     def _records(self, file: BinaryIO) -> Iterator[McapRecord]:
-        """Yield the records of the file and of its chunks, up to where it is torn; damaged chunks are left out."""
+        """Yield the records of the file and of its chunks, up to a tear; damaged chunks are left out."""
         total = BoundedSum(self._path.stat().st_size)
         try:
             for record in StreamReader(file, emit_chunks=True, record_size_limit=_LARGEST_RECORD).records:
@@ -110,10 +90,12 @@ class McapStream:
         except _DAMAGED as error:
             self.fault = f'damaged at byte {file.tell()}: {in_one_line(error)}'
 
-    def _learn(self, record: Union[Schema, Channel]) -> None:
+    def _describe(self, record: McapRecord) -> None:
         if isinstance(record, Schema):
             self._schemas[record.id] = record
             self.definitions.setdefault(record.name, record.data.decode('utf-8', 'replace'))
+        elif not isinstance(record, Channel):
+            return
         elif record.message_encoding == _CDR and record.schema_id in self._schemas:
             self._topic_of[record.id] = record.topic
             self.topics.setdefault(record.topic, self._schemas[record.schema_id].name)
@@ -122,16 +104,14 @@ class McapStream:
 
 
 class Sqlite3Stream:
-    """The topics of a database, and its messages by their time of recording, as often as they are asked for."""
-
-    is_cdr = True
+    """The topics of a database, and its messages by their time of recording, which may be read several times."""
 
     def __init__(self, path: Path, compression: str = '') -> None:
         """Read the topics.
 
         Args:
             path: of a file that begins with `SQLITE_MAGIC`.
-            compression: of each message by itself, as for `decompressed`.
+            compression: of each message, as for `decompressed`.
 
         Raises:
             InputFault: it cannot be read, or has other tables.
@@ -153,11 +133,6 @@ class Sqlite3Stream:
                 self.definitions = dict(self._rows(query))
         except sqlite3.Error as error:
             raise InputFault(in_one_line(error)) from None
-
-    @property
-    def connections(self) -> List[BagConnection]:
-        """Return the topics in the order of the file."""
-        return [BagConnection(*topic) for topic in self.topics.items()]
 
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
         """Yield the messages of some topics by their time of recording, as far as they can be read."""
@@ -186,7 +161,7 @@ class Sqlite3Stream:
 FileStream = Union[McapStream, Sqlite3Stream]
 
 
-class Ros2Folder:
+class Ros2Stream:
     """The files of one bag, one after the other."""
 
     is_cdr = True
@@ -195,7 +170,11 @@ class Ros2Folder:
         self._files = files
         self.topics = {topic: kind for file in files for topic, kind in file.topics.items()}
         self.definitions = {kind: text for file in files for kind, text in file.definitions.items()}
-        self.fault = self._faults()  # why not all of it can be read
+
+    @property
+    def fault(self) -> str:
+        """Return why not all of it can be read."""
+        return '; '.join(file.fault for file in self._files if file.fault)
 
     @property
     def connections(self) -> List[BagConnection]:
@@ -206,36 +185,34 @@ class Ros2Folder:
         """Yield the messages of some topics in the order of the files."""
         for file in self._files:
             yield from file.messages(topics)
-        self.fault = self._faults()
-
-    def _faults(self) -> str:
-        return '; '.join(file.fault for file in self._files if file.fault)
 
 
-def file_stream(path: Path, beginning: bytes, compression: str = '') -> FileStream:
-    """Open a file of a ROS 2 bag by how it begins.
+def open_file(path: Path, compression: str = '') -> FileStream:
+    """Open a file of a ROS 2 bag by its first bytes.
 
     Raises:
-        InputFault: it cannot be read.
-        ConfigError: it is neither MCAP nor SQLite.
+        InputFault: it is neither MCAP nor SQLite, or cannot be read.
+        OSError: it cannot be read.
     """
-    if beginning.startswith(MCAP_MAGIC):
+    with open(path, 'rb') as file:
+        begins = file.read(len(SQLITE_MAGIC))
+    if begins.startswith(MCAP_MAGIC):
         return McapStream(path)
-    if beginning.startswith(SQLITE_MAGIC):
+    if begins.startswith(SQLITE_MAGIC):
         return Sqlite3Stream(path, compression)
-    raise ConfigError(
-        f'{path}: not a readable bag: neither of ROS 1 nor MCAP nor SQLite; '
-        'expected a file of ROS 1, or a folder, .db3 or .mcap of ROS 2'
+    raise InputFault(
+        'neither of ROS 1 nor MCAP nor SQLite; expected a file of ROS 1, or a folder, .db3 or .mcap of ROS 2'
     )
 
 
 @contextlib.contextmanager
-def open_folder(folder: Path) -> Iterator[Ros2Folder]:
+def open_folder(folder: Path) -> Iterator[Ros2Stream]:
     """Open the files that metadata.yaml names, only those next to it.
 
     Raises:
-        ConfigError: there is no metadata.yaml, or a file is missing or cannot be read.
+        ConfigError: there is no metadata.yaml, or it does not describe a bag.
         InputFault: a file cannot be read.
+        OSError: a file is missing or cannot be read.
     """
     path = folder / METADATA
     about = load_yaml(path).get('rosbag2_bagfile_information')
@@ -250,26 +227,13 @@ def open_folder(folder: Path) -> Iterator[Ros2Folder]:
     with contextlib.ExitStack() as opened:
         files = []
         for file in (folder / Path(str(name)).name for name in names):
-            whole = opened.enter_context(_decompressed(file)) if mode == 'file' else file
-            files.append(file_stream(whole, beginning(whole), compression if mode == 'message' else ''))
-        yield Ros2Folder(files)
-
-
-def beginning(path: Path) -> bytes:
-    """Return the first bytes of a file, by which its kind is known.
-
-    Raises:
-        ConfigError: it cannot be read.
-    """
-    try:
-        with open(path, 'rb') as file:
-            return file.read(64)
-    except OSError as error:
-        raise ConfigError(f'{path}: cannot be read: {error.strerror}') from None
+            whole = opened.enter_context(_decompressed_file(file)) if mode == 'file' else file
+            files.append(open_file(whole, compression if mode == 'message' else ''))
+        yield Ros2Stream(files)
 
 
 @contextlib.contextmanager
-def _decompressed(path: Path) -> Iterator[Path]:
+def _decompressed_file(path: Path) -> Iterator[Path]:
     """Decompress a file into a temporary folder for as long as the context lasts."""
     with tempfile.TemporaryDirectory(prefix='diff_encoder_sim_') as folder:
         whole = Path(folder) / path.stem

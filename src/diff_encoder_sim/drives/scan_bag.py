@@ -10,11 +10,10 @@ from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.drives import topics
-from diff_encoder_sim.drives.bag_messages import Message
-from diff_encoder_sim.drives.bag_source import BagSource
-from diff_encoder_sim.drives.message_types import LASER_SCAN, ODOMETRY, TRANSFORMS
+from diff_encoder_sim.drives.bag_source import BagSource, Message
 from diff_encoder_sim.drives.pose_messages import PoseDecoder, StampedPose, decode_tf
 from diff_encoder_sim.drives.sensor_messages import decode_scan
+from diff_encoder_sim.drives.topics import LASER_SCAN_TYPE, ODOMETRY_TYPE, TRANSFORMS_TYPE
 
 
 class ScanBag:
@@ -37,8 +36,8 @@ class ScanBag:
         """
         self._path, self._source = path, source
         self._scan_topic = scan_topic
-        self._check_type(scan_topic, LASER_SCAN)
-        self._check_type(odom_topic, ODOMETRY)
+        self._check_type(scan_topic, LASER_SCAN_TYPE)
+        self._check_type(odom_topic, ODOMETRY_TYPE)
         odometry, laser_frame, fixed = self._read_drive(odom_topic)
         self.odometry_ns = [stamped.stamp_ns for stamped in odometry]
         self.base_poses_in_odom = [stamped.pose for stamped in odometry]
@@ -66,11 +65,11 @@ class ScanBag:
 
     def _read_drive(self, odom_topic: str) -> Tuple[List[StampedPose], str, Dict[str, StampedPose]]:
         """Return odometry, the frame of the scans, and the newest transform of each fixed frame by that child frame."""
-        decoder = PoseDecoder(ODOMETRY, self._source.is_cdr)
+        decoder = PoseDecoder(ODOMETRY_TYPE, self._source.is_cdr)
         poses: List[StampedPose] = []
         laser_frame: Optional[str] = None
         fixed: Dict[str, StampedPose] = {}
-        static = [topics.TF_STATIC] if self._source.topics.get(topics.TF_STATIC) == TRANSFORMS else []
+        static = [topics.TF_STATIC] if self._source.topics.get(topics.TF_STATIC) == TRANSFORMS_TYPE else []
         for message in self._source.messages((self._scan_topic, odom_topic, *static)):
             with self._naming(message.topic):
                 if message.topic == odom_topic:
@@ -80,9 +79,9 @@ class ScanBag:
                 elif laser_frame is None:
                     laser_frame = self._decode_scan(message)[1]
         if laser_frame is None:
-            raise self._missing(self._scan_topic, LASER_SCAN)
+            raise self._missing(self._scan_topic, LASER_SCAN_TYPE)
         if not poses:
-            raise self._missing(odom_topic, ODOMETRY)
+            raise self._missing(odom_topic, ODOMETRY_TYPE)
         return poses, laser_frame, fixed
 
     def _decode_scan(self, message: Message) -> Tuple[Scan, str]:

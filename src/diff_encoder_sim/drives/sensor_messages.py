@@ -11,8 +11,8 @@ import numpy as np
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.drives.message_types import ENCODER_PULSE
 from diff_encoder_sim.drives.pose_messages import encode_planar_pose, encode_pose_stamped
+from diff_encoder_sim.drives.topics import ENCODER_PULSE_TYPE
 from diff_encoder_sim.drives.wire import (
     FRAME_AT,
     LENGTH,
@@ -163,7 +163,7 @@ class JointDecoder:
     """
 
     def __init__(self, message_type: str, is_cdr: bool = False) -> None:
-        self._kind = 'q' if message_type == ENCODER_PULSE else 'd'
+        self._kind = 'q' if message_type == ENCODER_PULSE_TYPE else 'd'
         self._is_cdr = is_cdr
         self._raw_names = b''  # from the frame to the length of the values
         self._names: Tuple[str, ...] = ()

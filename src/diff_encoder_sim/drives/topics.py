@@ -5,7 +5,20 @@ from __future__ import annotations
 import enum
 from typing import Dict, Literal, NamedTuple, Tuple
 
-from diff_encoder_sim.drives import message_types
+# Names of message types, as rosbags spells them.
+STRING_TYPE = 'std_msgs/msg/String'
+JOINT_STATE_TYPE = 'sensor_msgs/msg/JointState'
+LASER_SCAN_TYPE = 'sensor_msgs/msg/LaserScan'
+MODEL_STATES_TYPE = 'gazebo_msgs/msg/ModelStates'
+ENCODER_PULSE_TYPE = 'diff_encoder_sim/msg/EncoderPulse'
+ODOMETRY_TYPE = 'nav_msgs/msg/Odometry'
+TWIST_TYPE = 'geometry_msgs/msg/Twist'
+POSE_STAMPED_TYPE = 'geometry_msgs/msg/PoseStamped'
+POSE_WITH_COVARIANCE_TYPE = 'geometry_msgs/msg/PoseWithCovarianceStamped'
+TRANSFORM_STAMPED_TYPE = 'geometry_msgs/msg/TransformStamped'
+TRANSFORMS_TYPE = 'tf2_msgs/msg/TFMessage'
+
+ARROW = '->'  # between two frames of /tf, as users write them: map->base_link
 
 
 class PoseSource(enum.Enum):
@@ -84,40 +97,41 @@ class RecordedTopic(NamedTuple):
     is_bulk: bool = False  # not needed by analysis; left out of a minimal recording
 
 
-# Those of the last lines are published with navigation only, /initialpose by people, and /encoder_velocity where the
-# motor controller measures speeds.
+# One row for each topic of a trial's bag. trials/publications.py publishes its messages; their encoders are in
+# sensor_messages.py and pose_messages.py. Topics of the last lines are published with navigation only, /initialpose by
+# people, and /encoder_velocity if the motor controller measures speeds.
 TOPICS = (
-    RecordedTopic(TRIAL, message_types.STRING, _TRIAL_NODES, is_latched=True),
-    RecordedTopic(TRIAL_RESULT, message_types.STRING, _TRIAL_NODES, is_latched=True),
-    RecordedTopic(CLOCK, message_types.CLOCK, (SIMULATOR_NODE,), is_bulk=True),
-    RecordedTopic(JOINT_STATES, message_types.JOINT_STATE, (SIMULATOR_NODE,), is_bulk=True),
-    RecordedTopic(MODEL_STATES, message_types.MODEL_STATES, (SIMULATOR_NODE,), is_bulk=True),
-    RecordedTopic(CMD_VEL, message_types.TWIST_TYPE, (*_TRIAL_NODES, MOVE_BASE_NODE)),
-    RecordedTopic(ENCODER_PULSE, message_types.ENCODER_PULSE, (ENCODER_NODE,)),
-    RecordedTopic(ENCODER_VELOCITY, message_types.JOINT_STATE, (ENCODER_NODE,)),
-    RecordedTopic(ODOM, message_types.ODOMETRY, (ODOM_NODE, IDEAL_ODOM_NODE)),
-    RecordedTopic(GLOBAL_POSE, message_types.POSE_STAMPED, (GLOBAL_POSE_NODE,)),
-    RecordedTopic(WORLD_POSE, message_types.POSE_STAMPED, (WORLD_POSE_NODE,)),
+    RecordedTopic(TRIAL, STRING_TYPE, _TRIAL_NODES, is_latched=True),
+    RecordedTopic(TRIAL_RESULT, STRING_TYPE, _TRIAL_NODES, is_latched=True),
+    RecordedTopic(CLOCK, 'rosgraph_msgs/msg/Clock', (SIMULATOR_NODE,), is_bulk=True),
+    RecordedTopic(JOINT_STATES, JOINT_STATE_TYPE, (SIMULATOR_NODE,), is_bulk=True),
+    RecordedTopic(MODEL_STATES, MODEL_STATES_TYPE, (SIMULATOR_NODE,), is_bulk=True),
+    RecordedTopic(CMD_VEL, TWIST_TYPE, (*_TRIAL_NODES, MOVE_BASE_NODE)),
+    RecordedTopic(ENCODER_PULSE, ENCODER_PULSE_TYPE, (ENCODER_NODE,)),
+    RecordedTopic(ENCODER_VELOCITY, JOINT_STATE_TYPE, (ENCODER_NODE,)),
+    RecordedTopic(ODOM, ODOMETRY_TYPE, (ODOM_NODE, IDEAL_ODOM_NODE)),
+    RecordedTopic(GLOBAL_POSE, POSE_STAMPED_TYPE, (GLOBAL_POSE_NODE,)),
+    RecordedTopic(WORLD_POSE, POSE_STAMPED_TYPE, (WORLD_POSE_NODE,)),
+    RecordedTopic(TF, TRANSFORMS_TYPE, (STATE_PUBLISHER_NODE, ODOM_NODE, IDEAL_ODOM_NODE, AMCL_NODE), is_bulk=True),
     RecordedTopic(
-        TF, message_types.TRANSFORMS, (STATE_PUBLISHER_NODE, ODOM_NODE, IDEAL_ODOM_NODE, AMCL_NODE), is_bulk=True
+        TF_STATIC, TRANSFORMS_TYPE, (STATE_PUBLISHER_NODE, SCRIPTED_DRIVE_NODE), is_latched=True, is_bulk=True
     ),
-    RecordedTopic(
-        TF_STATIC, message_types.TRANSFORMS, (STATE_PUBLISHER_NODE, SCRIPTED_DRIVE_NODE), is_latched=True, is_bulk=True
-    ),
-    RecordedTopic(SCAN, message_types.LASER_SCAN, (SIMULATOR_NODE,), is_bulk=True),
-    RecordedTopic(AMCL_POSE, message_types.POSE_WITH_COVARIANCE, (AMCL_NODE,), is_latched=True),
-    RecordedTopic(INITIAL_POSE, message_types.POSE_WITH_COVARIANCE, ()),
-    RecordedTopic(MAP, message_types.OCCUPANCY_GRID, (MAP_NODE, SLAM_NODE), is_latched=True, is_bulk=True),
-    RecordedTopic(MAP_METADATA, message_types.MAP_METADATA, (MAP_NODE, SLAM_NODE), is_latched=True, is_bulk=True),
-    RecordedTopic(GOAL, message_types.MOVE_BASE_ACTION_GOAL, (NAVIGATION_TRIAL_NODE,)),
-    RecordedTopic(RESULT, message_types.MOVE_BASE_ACTION_RESULT, (MOVE_BASE_NODE,)),
+    RecordedTopic(SCAN, LASER_SCAN_TYPE, (SIMULATOR_NODE,), is_bulk=True),
+    RecordedTopic(AMCL_POSE, POSE_WITH_COVARIANCE_TYPE, (AMCL_NODE,), is_latched=True),
+    RecordedTopic(INITIAL_POSE, POSE_WITH_COVARIANCE_TYPE, ()),
+    RecordedTopic(MAP, 'nav_msgs/msg/OccupancyGrid', (MAP_NODE, SLAM_NODE), is_latched=True, is_bulk=True),
+    RecordedTopic(MAP_METADATA, 'nav_msgs/msg/MapMetaData', (MAP_NODE, SLAM_NODE), is_latched=True, is_bulk=True),
+    RecordedTopic(GOAL, 'move_base_msgs/msg/MoveBaseActionGoal', (NAVIGATION_TRIAL_NODE,)),
+    RecordedTopic(RESULT, 'move_base_msgs/msg/MoveBaseActionResult', (MOVE_BASE_NODE,)),
 )
 RECORDED = tuple(topic.name for topic in TOPICS)
 
 # Only live nodes publish diagnostics: what they contain also depends on the time at which commands arrive.
 LIVE_TOPICS = (
     *TOPICS,
-    RecordedTopic(DIAGNOSTICS, message_types.DIAGNOSTICS, (ENCODER_NODE, ODOM_NODE, AMCL_NODE), is_bulk=True),
+    RecordedTopic(
+        DIAGNOSTICS, 'diagnostic_msgs/msg/DiagnosticArray', (ENCODER_NODE, ODOM_NODE, AMCL_NODE), is_bulk=True
+    ),
 )
 RECORDED_LIVE = tuple(topic.name for topic in LIVE_TOPICS)
 

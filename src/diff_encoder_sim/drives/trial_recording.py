@@ -12,10 +12,16 @@ from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.se2 import PoseSeries
 from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.bag_source import BagSource, open_source
-from diff_encoder_sim.drives.message_types import ODOMETRY, POSE_STAMPED, POSE_WITH_COVARIANCE, STRING
 from diff_encoder_sim.drives.pose_messages import PoseDecoder, StampedPose
 from diff_encoder_sim.drives.sensor_messages import decode_string
-from diff_encoder_sim.drives.topics import TRIAL, TRIAL_RESULT
+from diff_encoder_sim.drives.topics import (
+    ODOMETRY_TYPE,
+    POSE_STAMPED_TYPE,
+    POSE_WITH_COVARIANCE_TYPE,
+    STRING_TYPE,
+    TRIAL,
+    TRIAL_RESULT,
+)
 from diff_encoder_sim.drives.trial_definition import Outcome, Trial
 from diff_encoder_sim.drives.typestore import definition
 
@@ -54,7 +60,7 @@ def trial_of_source(path: Path, source: BagSource) -> Optional[Trial]:
 
 
 def _texts(path: Path, source: BagSource, *topics: str) -> Iterator[Tuple[str, str]]:
-    strings = [topic for topic in topics if source.topics.get(topic) == STRING]
+    strings = [topic for topic in topics if source.topics.get(topic) == STRING_TYPE]
     for message in source.messages(strings) if strings else ():
         try:
             yield message.topic, decode_string(message.raw, source.is_cdr)
@@ -87,12 +93,12 @@ def _json(path: Path, topic: str, text: str) -> Dict[str, Any]:
 
 # The topics whose poses are read, and the type that each must be of.
 POSE_TOPICS = {
-    topics.ODOM: ODOMETRY,
-    topics.AMCL_POSE: POSE_WITH_COVARIANCE,
-    topics.GLOBAL_POSE: POSE_STAMPED,
-    topics.WORLD_POSE: POSE_STAMPED,
+    topics.ODOM: ODOMETRY_TYPE,
+    topics.AMCL_POSE: POSE_WITH_COVARIANCE_TYPE,
+    topics.GLOBAL_POSE: POSE_STAMPED_TYPE,
+    topics.WORLD_POSE: POSE_STAMPED_TYPE,
 }
-_TYPES = {topics.TRIAL: STRING, topics.TRIAL_RESULT: STRING, **POSE_TOPICS}
+_TYPES = {topics.TRIAL: STRING_TYPE, topics.TRIAL_RESULT: STRING_TYPE, **POSE_TOPICS}
 
 
 class TrialRecording(NamedTuple):
@@ -145,7 +151,7 @@ def _read_poses(path: Path, source: BagSource) -> Dict[str, PoseSeries]:
     decoders = {topic: PoseDecoder(kind, source.is_cdr) for topic, kind in POSE_TOPICS.items()}
     poses: Dict[str, List[StampedPose]] = {}
     nodes: Dict[str, Set[str]] = {}
-    other_odometry = {topic for topic, kind in source.topics.items() if kind == ODOMETRY and topic != topics.ODOM}
+    other_odometry = {topic for topic, kind in source.topics.items() if kind == ODOMETRY_TYPE and topic != topics.ODOM}
     for message in source.messages({*POSE_TOPICS, *other_odometry}):
         topic = message.topic
         nodes.setdefault(topic, set()).add(message.node)

@@ -12,8 +12,8 @@ from geometry_msgs.msg import PoseStamped
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import MOST_AHEAD_S, check_stamp
-from diff_encoder_sim.drives.message_types import POSE_STAMPED
 from diff_encoder_sim.drives.pose_messages import PoseDecoder
+from diff_encoder_sim.drives.topics import POSE_STAMPED_TYPE
 from diff_encoder_sim.drives.wire import encoded_stamp_ns, with_seq
 from diff_encoder_sim.ros.conversions import ns_from_stamp
 from diff_encoder_sim.ros.node import log, publisher, subscriber, wait_for_clock
@@ -124,7 +124,7 @@ def check_stamp_now(stamp_ns: int, most_ahead_s: float = MOST_AHEAD_S) -> None:
 
 def pose_subscriber(topic: str, callback: Callable[[int, Pose2D], None]) -> rospy.Subscriber:
     """Call back with (stamp_ns, pose in the message's frame); an invalid pose is dropped with a warning."""
-    decoder = PoseDecoder(POSE_STAMPED)
+    decoder = PoseDecoder(POSE_STAMPED_TYPE)
 
     def take(content: bytes) -> None:
         stamped = decoder.decode(content)

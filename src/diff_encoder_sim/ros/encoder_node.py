@@ -6,8 +6,8 @@ from geometry_msgs.msg import Twist
 from sensor_msgs.msg import JointState
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.drives.message_types import JOINT_STATE
 from diff_encoder_sim.drives.sensor_messages import JointDecoder, encode_encoder_pulse, encode_wheel_speeds
+from diff_encoder_sim.drives.topics import JOINT_STATE_TYPE
 from diff_encoder_sim.msg import EncoderPulse
 from diff_encoder_sim.ros.encoded_topics import EncodedPublisher, encoded_stamped_subscriber
 from diff_encoder_sim.ros.node import log, node_params, run_node, subscriber
@@ -34,7 +34,7 @@ class EncoderNode:
         if params.encoder.counts_by_command:
             self._separation_m = node_params(OdometryParams, EncoderParams, part='config').wheel_separation
             self._commands = subscriber('cmd_vel', Twist, self._on_command)
-        self._decoder = JointDecoder(JOINT_STATE)
+        self._decoder = JointDecoder(JOINT_STATE_TYPE)
         self._joint_states = encoded_stamped_subscriber('joint_states', JointState, self._on_joint_states)
 
     def _on_command(self, message: Twist) -> None:

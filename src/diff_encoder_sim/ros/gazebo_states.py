@@ -21,8 +21,8 @@ from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline, check_stamp
-from diff_encoder_sim.drives.message_types import MODEL_STATES
 from diff_encoder_sim.drives.pose_messages import ModelStateDecoder
+from diff_encoder_sim.drives.topics import MODEL_STATES_TYPE
 from diff_encoder_sim.drives.typestore import full_text
 from diff_encoder_sim.ros.conversions import ns_from_stamp, planar_pose
 from diff_encoder_sim.ros.encoded_topics import EncodedMessage, encoded_class
@@ -107,7 +107,7 @@ try:
     from gazebo_msgs.msg import ModelStates
 except ImportError:
     # The text that bags contain, from a live trial as in lockstep.
-    ModelStates = generate_dynamic('gazebo_msgs/ModelStates', full_text(MODEL_STATES))['gazebo_msgs/ModelStates']
+    ModelStates = generate_dynamic('gazebo_msgs/ModelStates', full_text(MODEL_STATES_TYPE))['gazebo_msgs/ModelStates']
 
 try:
     from gazebo_msgs.srv import GetModelState, SetModelState

@@ -12,8 +12,8 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.drives.message_types import ENCODER_PULSE
 from diff_encoder_sim.drives.sensor_messages import JointDecoder, JointValues, decode_wheel_speeds
+from diff_encoder_sim.drives.topics import ENCODER_PULSE_TYPE
 from diff_encoder_sim.msg import EncoderPulse
 from diff_encoder_sim.ros.encoded_topics import encoded_stamped_subscriber
 from diff_encoder_sim.ros.node import log, node_params, run_node, subscriber, trial_plan
@@ -48,7 +48,7 @@ class OdometryNode:
             self._speeds = encoded_stamped_subscriber('encoder_velocity', JointState, self._on_speeds)
         # Last, so that who sees /odom advertised finds it answering.
         self._output = OdometryOutput(params.odom_frame, params.base_frame, params.publish_tf)
-        self._decoder = JointDecoder(ENCODER_PULSE)
+        self._decoder = JointDecoder(ENCODER_PULSE_TYPE)
         self._pulses = encoded_stamped_subscriber('encoder_pulse', EncoderPulse, self._on_pulses)
 
     def _on_pulses(self, content: bytes) -> None:

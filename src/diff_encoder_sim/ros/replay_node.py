@@ -25,11 +25,11 @@ from diff_encoder_sim.base.package_files import users_path
 from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives import topics
-from diff_encoder_sim.drives.bag_output import COPIED, copied_topics
 from diff_encoder_sim.drives.bag_source import BagSource, open_source
 from diff_encoder_sim.drives.joint_wheels import WheelOptions, find_wheels
-from diff_encoder_sim.drives.message_types import JOINT_STATE
+from diff_encoder_sim.drives.reencoding import COPIED, copied_topics
 from diff_encoder_sim.drives.ros1_copy import write_ros1_copy
+from diff_encoder_sim.drives.topics import JOINT_STATE_TYPE
 from diff_encoder_sim.drives.trial_definition import OF_ODOMETRY, Trial, with_encoder
 from diff_encoder_sim.drives.trial_recording import trial_of_source
 from diff_encoder_sim.ros.launch_status import LaunchStatus
@@ -99,9 +99,9 @@ class ReplayNode:
             ),
             self._encoder,
         )
-        if wheels.message_type != JOINT_STATE:
+        if wheels.message_type != JOINT_STATE_TYPE:
             raise ConfigError(
-                f'{self._bag}: {wheels.topic} has counts; expected {JOINT_STATE}; the command reencode can use counts'
+                f'{self._bag}: {wheels.topic} has counts; expected {JOINT_STATE_TYPE}; reencode can use counts'
             )
         return wheels.topic
 

@@ -1,9 +1,11 @@
 """Drives in CSV files: delimiters, headers and numbers, and rows as messages."""
 
+import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
-from diff_encoder_sim.drives.csv_wheels import PAIR, CsvStream, find_format
+from diff_encoder_sim.drives.csv_wheels import CsvStream, CsvWheels, find_format
+from diff_encoder_sim.drives.wheel_source import WheelUnit
 
 ROWS = {
     'comma': ['0.5,10,-1.5', '1.5,11,-2.5'],
@@ -91,7 +93,12 @@ def stream_of(tmp_path, content, columns=('1', '2', '3'), time_unit='s'):
 
 
 def rows_of(stream):
-    return [(message.time_ns, *PAIR.unpack(message.raw)) for message in stream.messages(())]
+    wheels = CsvWheels(stream.topic, ('l', 'r'), (WheelUnit('rad', 0.1),) * 2, None, 'rad')
+    for message in stream.messages():
+        wheels.add(message)
+    [(drive, times_ns)] = wheels.drives()
+    assert np.array_equal(drive.stamps_ns, times_ns)
+    return [(stamp_ns, *pair) for stamp_ns, pair in zip(times_ns.tolist(), drive.wheel_angles_rad.tolist())]
 
 
 def test_rows_come_as_often_as_they_are_asked_for(tmp_path):

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc
-from diff_encoder_sim.drives.bag_messages import Message
-from diff_encoder_sim.drives.odometry_wheels import OdometryWheels, start_angles_rad
+from diff_encoder_sim.drives.bag_source import Message
+from diff_encoder_sim.drives.odometry_wheels import OdometryWheels
 from diff_encoder_sim.drives.reference import FramePair, PoseTopic
+from diff_encoder_sim.drives.wheel_source import start_angles_rad
 from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
@@ -29,9 +30,10 @@ def poses(axle_x_m=0.0):
 def read(maker, all_poses, seed=1, **params):
     odometry = PoseTopic('/odom', 'nav_msgs/msg/Odometry', maker.is_ros2)
     wheels = OdometryWheels(odometry, JOINTS, OdometryParams(**params), seed)
-    messages = [maker.pose('nav_msgs/msg/Odometry', tick * 10**7, pose) for tick, pose in enumerate(all_poses)]
-    found = [wheels.angles(Message('/odom', 0, maker.raw(message)))[0] for message in messages]
-    return np.array([joints.values for joints in found]), wheels
+    for tick, pose in enumerate(all_poses):
+        wheels.add(Message('/odom', 0, maker.raw(maker.pose('nav_msgs/msg/Odometry', tick * 10**7, pose))))
+    [(drive, _)] = wheels.drives()
+    return drive.wheel_angles_rad, wheels
 
 
 @MAKERS
@@ -45,12 +47,11 @@ def test_wheels_turn_as_they_did(maker, axle_x_m):
 
 def test_two_frames_are_odometry_too():
     wheels = OdometryWheels(FramePair('odom', 'base_link', is_cdr=False), JOINTS, OdometryParams(), seed=1)
-    found = []
     for tick, pose in enumerate(poses()):
-        transform = ROS1.tf(ROS1.transform(tick * 10**7, pose, 'odom', 'base_link'))
-        found += wheels.angles(Message('/tf', 0, ROS1.raw(transform)))
-        assert wheels.angles(Message('/tf', 0, ROS1.raw(ROS1.tf(ROS1.transform(1, pose, 'base_link', 'wheel'))))) == []
-    turned_rad = np.subtract(found[-1].values, found[0].values)
+        for now_ns, parent, child in ((tick * 10**7, 'odom', 'base_link'), (1, 'base_link', 'wheel')):
+            wheels.add(Message('/tf', 0, ROS1.raw(ROS1.tf(ROS1.transform(now_ns, pose, parent, child)))))
+    [(drive, _)] = wheels.drives()
+    turned_rad = drive.wheel_angles_rad[-1] - drive.wheel_angles_rad[0]
     assert turned_rad == pytest.approx(np.sum(STEPS_RAD, axis=0), abs=1e-9)
 
 

@@ -7,8 +7,8 @@ import pytest
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.bag_source import open_source
-from diff_encoder_sim.drives.message_types import ODOMETRY
 from diff_encoder_sim.drives.scan_bag import ScanBag
+from diff_encoder_sim.drives.topics import ODOMETRY_TYPE as ODOMETRY
 from reencoding_drives import MAKERS, ROS1, write_ros1, write_ros2
 
 

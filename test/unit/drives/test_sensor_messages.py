@@ -7,7 +7,6 @@ import pytest
 
 import message_values as values
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.drives.message_types import ENCODER_PULSE, JOINT_STATE
 from diff_encoder_sim.drives.sensor_messages import (
     JointDecoder,
     SentGoal,
@@ -27,6 +26,7 @@ from diff_encoder_sim.drives.sensor_messages import (
     encode_string,
     encode_wheel_speeds,
 )
+from diff_encoder_sim.drives.topics import ENCODER_PULSE_TYPE, JOINT_STATE_TYPE
 from diff_encoder_sim.navigation.navigator_inputs import GoalStatus
 from diff_encoder_sim.simulation.state import JointStates
 from message_checks import check_header, check_pose, read, stamp_ns, vector
@@ -96,7 +96,7 @@ def test_wheel_speeds(rng):
 
 @MAKERS
 def test_joint_states_that_rosbags_encodes(maker):
-    rng, decoder = np.random.default_rng(1), JointDecoder(JOINT_STATE, maker.is_ros2)
+    rng, decoder = np.random.default_rng(1), JointDecoder(JOINT_STATE_TYPE, maker.is_ros2)
     for _ in range(200):
         names, stamp_ns = NAMES[rng.integers(len(NAMES))], int(rng.integers(0, 2**31 * 10**9))
         message = maker.joint_state(stamp_ns, rng.normal(size=rng.integers(0, 6)), names)
@@ -108,14 +108,14 @@ def test_joint_states_that_rosbags_encodes(maker):
 
 @MAKERS
 def test_encoder_pulses_that_rosbags_encodes(maker):
-    decoder = JointDecoder(ENCODER_PULSE, maker.is_ros2)
+    decoder = JointDecoder(ENCODER_PULSE_TYPE, maker.is_ros2)
     for counts in ([2**63 - 1, -(2**63)], [0, -1], [5]):
         assert list(decoder.decode(maker.raw(maker.pulses(7, counts))).values) == counts
 
 
 @MAKERS
 def test_a_torn_message_leaves_the_next_ones_as_they_are(maker):
-    decoder = JointDecoder(JOINT_STATE, maker.is_ros2)
+    decoder = JointDecoder(JOINT_STATE_TYPE, maker.is_ros2)
     raw = maker.raw(maker.joint_state(7, (1.0, 2.0)))
     expected = decoder.decode(raw)
     other = maker.raw(maker.joint_state(7, (1.0, 2.0, 3.0), ('a', 'b', 'c')))

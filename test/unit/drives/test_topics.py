@@ -2,8 +2,7 @@
 
 import re
 
-from diff_encoder_sim.drives.message_types import ENCODER_PULSE
-from diff_encoder_sim.drives.topics import RECORDED, TOPIC_OF_SOURCE, TOPICS, PoseSource
+from diff_encoder_sim.drives.topics import ENCODER_PULSE_TYPE, RECORDED, TOPIC_OF_SOURCE, TOPICS, PoseSource
 from diff_encoder_sim.drives.typestore import definition, fields_text, full_text
 from places import ROOT
 
@@ -49,7 +48,7 @@ def test_every_recorded_type_is_upstreams():
 
 
 def test_the_encoders_definition_is_that_of_its_msg_file():
-    assert fields_text(ENCODER_PULSE) == (ROOT / 'msg' / 'EncoderPulse.msg').read_text()
+    assert fields_text(ENCODER_PULSE_TYPE) == (ROOT / 'msg' / 'EncoderPulse.msg').read_text()
 
 
 def test_a_type_is_followed_by_its_parts_each_once_in_the_order_of_the_fields():

@@ -1,5 +1,7 @@
-"""Re-encoded drives: joints, encoders, errors, tables, and the bags that hold them."""
+"""Re-encoded drives: encoders, errors, tables, and bags."""
 
+import csv
+import json
 import math
 
 import numpy as np
@@ -7,11 +9,24 @@ import pytest
 import yaml
 from rosbags.highlevel import AnyReader
 
-from diff_encoder_sim.drives.bag_output import COPIED
+from diff_encoder_sim.base.se2 import PoseSeries
 from diff_encoder_sim.drives.pose_messages import encode_odometry, encode_tf, encode_transform
+from diff_encoder_sim.drives.reencoding import (
+    COPIED,
+    EncodedDrive,
+    Encoder,
+    ReadDrive,
+    csv_table,
+    drive_errors,
+    error_rows,
+    text_table,
+)
 from diff_encoder_sim.drives.sensor_messages import encode_encoder_pulse
+from diff_encoder_sim.drives.trial_definition import Trial
+from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 from places import ROOT
 from reencoding_drives import (
     JOINTS,
@@ -67,13 +82,12 @@ def test_a_crashed_bag_is_read_as_far_as_it_goes(tmp_path, bag, capsys):
     assert 'torn.bag.active: ' in capsys.readouterr().err
 
 
-def test_time_that_goes_back_is_told_once(tmp_path, capsys, caplog):
+def test_time_that_goes_back_begins_again(tmp_path, capsys):
     rows = drive(count=301)
-    path = write_ros1(tmp_path / 'a.bag', rows + rows)
-    run(path, '--ppr', '90', '40', '--out', tmp_path / 'out')
-    assert any('joint stamps went back' in record.getMessage() for record in caplog.records)
-    assert all(int(row['reports']) == 122 for row in rows_of(tmp_path / 'out'))
-    assert all(float(row['ate_max_m']) < 0.05 for row in rows_of(tmp_path / 'out'))
+    run(write_ros1(tmp_path / 'a.bag', rows + rows), '--ppr', '90', '40', '--out', tmp_path / 'out')
+    assert capsys.readouterr().err.count('joint stamps went back 1 times, to 5.000 s') == 1
+    for row in rows_of(tmp_path / 'out'):
+        assert (row['reports'], row['common_stamps']) == ('122', '122') and float(row['ate_max_m']) < 0.05
 
 
 def test_bags_hold_what_the_nodes_would_have_published(tmp_path, bag):
@@ -99,7 +113,8 @@ def test_a_trial_keeps_its_ppr_truth_and_result_through_rosbags_convert(tmp_path
     """As --help promises: the PPR of --pulses is that of the recorded trial, also in a converted bag."""
     samples = [(stamp_ns, counts) for stamp_ns, *counts, _ in samples_of(angles_rad(501), 1024)]
     rows = drive() + [('/encoder_pulse', stamp_ns, ROS1.pulses(stamp_ns, counts)) for stamp_ns, counts in samples]
-    about = trial(ppr={'left': 1024, 'right': 1024}).model_dump_json()
+    recorded = trial(ppr={'left': 1024, 'right': 1024}, odom='ideal')
+    about = recorded.model_dump_json()
     texts = [('/trial', 1, ROS1.text(about)), ('/trial_result', 1, ROS1.text('{"outcome": "succeeded"}'))]
     bag = write_ros1(tmp_path / 'drive.bag', texts + sorted(rows, key=lambda row: row[1]))
     for path, out in ((bag, 'of_1'), (converted_to_ros2(bag, tmp_path / 'drive'), 'of_2')):
@@ -107,6 +122,8 @@ def test_a_trial_keeps_its_ppr_truth_and_result_through_rosbags_convert(tmp_path
     found = contents(tmp_path / 'of_2' / 'drive_64ppr.bag')
     assert found == contents(tmp_path / 'of_1' / 'drive_64ppr.bag')
     assert set(COPIED) < set(found)
+    written = Trial.from_mapping(json.loads(found['/trial'][0].decode()), '')
+    assert (written.ppr, written.odom, written.test) == (PerWheel(left=64, right=64), 'encoder', recorded.test)
 
 
 SPEED_RADPS = 4.0
@@ -182,32 +199,41 @@ def test_with_m_there_is_no_topic_of_speeds(tmp_path):
     assert messages(path, '/encoder_velocity') == []
 
 
-def test_names_of_joints_are_found_or_given(tmp_path):
-    names = ('arm', 'front_RIGHT_wheel', 'wheel_l')
-    rows = [
-        ('/js', START_NS + tick * TICK_NS, ROS1.joint_state(START_NS + tick * TICK_NS, (9.0, right, left), names))
-        for tick, (left, right) in enumerate(angles_rad(101))
-    ]
-    path = write_ros1(tmp_path / 'a.bag', rows)
-    run(path, '--ppr', '90', '--out', tmp_path / 'found')
-    run(path, '--ppr', '90', '--out', tmp_path / 'given', '--left', 'wheel_l', '--right', 'front_RIGHT_wheel')
-    found = contents(tmp_path / 'found' / 'a_90ppr.bag')
-    assert found == contents(tmp_path / 'given' / 'a_90ppr.bag')
-    assert found['/encoder_pulse'] == [
-        encode_encoder_pulse(sample, ('wheel_l', 'front_RIGHT_wheel'))[4:] for sample in samples_of(angles_rad(101), 90)
-    ]
+PERIOD_NS = 50_000_000
 
 
-def test_bad_messages_are_counted_and_the_rest_is_used(tmp_path, capsys):
-    rows = drive()
-    joints = [index for index, row in enumerate(rows) if row[0] == '/joint_states']
-    for index in joints[10:20]:
-        rows[index][2].position[0] = np.nan
-    rows[joints[30]][2].name[0] = JOINTS[1]
-    rows[joints[30]][2].position = np.zeros(2)
-    run(write_ros1(tmp_path / 'a.bag', rows), '--ppr', '90', '40')
-    lines = capsys.readouterr().err.splitlines()
-    assert [line for line in lines if 'dropped' in line] == [
-        "reencode: %s: /joint_states: 11 messages dropped; the first: joint 'left_wheel_joint' has "
-        'position nan; expected a finite angle [rad]' % (tmp_path / 'a.bag')
+@pytest.fixture(name='rows')
+def fixture_rows():
+    """7 m in steps of a quarter, 1 % too long and 0.01 rad askew from the second pose; and no common stamps."""
+    x_m, stamps_ns = 0.25 * np.arange(29), PERIOD_NS * np.arange(29)
+    bent = np.column_stack((1.01 * x_m, np.zeros(29), np.where(x_m > 0.0, 0.01, 0.0)))
+    reference = PoseSeries(stamps_ns, np.column_stack((x_m, np.zeros((29, 2)))))
+    paths = PoseSeries(stamps_ns, bent), PoseSeries(stamps_ns[:0], bent[:0])
+    encoded = [
+        EncodedDrive(Encoder(PerWheel(left=ppr, right=ppr), '', EncoderParams(), OdometryParams()), 29, [path])
+        for ppr, path in zip((90, 4096), paths)
     ]
+    read = ReadDrive([], [reference], [], [], 29, 1.4, [])
+    return error_rows(encoded, drive_errors(read, encoded, has_reference=True))
+
+
+def test_tables_for_the_terminal(rows):
+    lines = [line.split() for line in text_table(rows).splitlines()]
+    assert ['90', '29', '29', '0.0408', '0.0700', '0.563', '0.0700', '0.0000', '0.573'] in lines
+    assert ['4096', '29', *'-------'] in lines
+    five_m = [line for line in lines if line[1:3] == ['5', 'm']]
+    assert [[line[0], line[3], line[6]] for line in five_m] == [['90', '1', '11']]
+    assert ['90', '10', 'm', '0', '-', '-', '0', '-', '-'] in lines
+
+
+def test_csv_is_exact_and_empty_without_a_value(rows):
+    bent, empty = csv.DictReader(csv_table(rows).splitlines())
+    assert float(bent['ate_max_m']) == pytest.approx(0.07)
+    assert float(bent['reference_length_m']) == pytest.approx(7.0)
+    assert float(bent['rpe_5m_yaw_rmse_rad']) == pytest.approx(0.01)
+    assert int(bent['rpe_1m_segments']) == 7
+    assert (bent['rpe_10m_position_rmse_m'], bent['rpe_10m_segments']) == ('', '0')
+    assert float(bent['rpe_1m_position_rmse_m']) == pytest.approx(
+        math.sqrt((0.01**2 + 6 * (1.01 * math.cos(0.01) - 1.0) ** 2 + 6 * (1.01 * math.sin(0.01)) ** 2) / 7)
+    )
+    assert (empty['ppr'], empty['ate_rmse_m'], empty['rpe_1m_segments']) == ('4096', '', '')

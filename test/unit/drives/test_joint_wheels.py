@@ -1,0 +1,82 @@
+"""Angles of two joints, in one message or in several."""
+
+import numpy as np
+import pytest
+
+from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.drives.bag_source import Message
+from diff_encoder_sim.drives.joint_wheels import JointWheels, WheelTopic
+from diff_encoder_sim.drives.sensor_messages import encode_encoder_pulse
+from diff_encoder_sim.drives.topics import JOINT_STATE_TYPE
+from reencoding_drives import JOINTS, MAKERS, ROS1, START_NS, TICK_NS, angles_rad, drive, write_ros1
+from reencoding_runs import contents, run, samples_of
+
+WHEELS = WheelTopic('/js', JOINT_STATE_TYPE, JOINTS, None)
+
+
+def read(messages, maker=ROS1):
+    wheels = JointWheels(WHEELS, maker.is_ros2)
+    for tick, message in enumerate(messages):
+        wheels.add(Message('/js', 7 * tick, maker.raw(message)))
+    return wheels
+
+
+@MAKERS
+def test_both_joints_of_a_message_among_others(maker):
+    messages = [maker.joint_state(tick, (tick, 9.0, -tick), (JOINTS[1], 'arm', JOINTS[0])) for tick in range(1, 5)]
+    [(found, times_ns)] = read(messages, maker).drives()
+    assert found.stamps_ns.tolist() == [1, 2, 3, 4] and times_ns.tolist() == [0, 7, 14, 21]
+    assert found.wheel_angles_rad.tolist() == [[-1, 1], [-2, 2], [-3, 3], [-4, 4]]
+
+
+def test_joints_in_messages_of_their_own_are_paired_at_the_left_ones_stamps():
+    messages = [ROS1.joint_state(10**7 * tick, (float(tick),), (JOINTS[tick % 2],)) for tick in range(9)]
+    [(found, _)] = read(messages).drives()
+    assert found.stamps_ns.tolist() == [10**7 * tick for tick in (2, 4, 6)]
+    assert found.wheel_angles_rad.tolist() == [[2, 2], [4, 4], [6, 6]]
+
+
+@pytest.mark.parametrize(
+    ('names', 'angles', 'fault'),
+    [
+        (JOINTS, (np.nan, 0.0), "'left_wheel_joint' has position nan"),
+        (JOINTS, (0.0, 2e9), "'right_wheel_joint' has position 2000000000.0"),
+        (JOINTS, (0.0,), "'right_wheel_joint' has no position: 2 names, 1 positions"),
+        ((*JOINTS, JOINTS[0]), (0.0, 0.0, 0.0), "'left_wheel_joint' is named 2 times"),
+    ],
+)
+def test_a_message_without_one_angle_of_each_wheel_is_refused(names, angles, fault):
+    with pytest.raises(InputFault, match=fault):
+        read([ROS1.joint_state(1, angles, names)])
+
+
+def test_a_joint_that_never_comes_is_named():
+    with pytest.raises(InputFault, match=r"joint 'right_wheel_joint' not seen for 1\.1 s; this message names"):
+        read([ROS1.joint_state(10**8 * tick, (0.0,), JOINTS[:1]) for tick in range(20)])
+
+
+def test_names_of_joints_are_found_or_given(tmp_path):
+    names = ('arm', 'front_RIGHT_wheel', 'wheel_l')
+    rows = [
+        ('/js', START_NS + tick * TICK_NS, ROS1.joint_state(START_NS + tick * TICK_NS, (9.0, right, left), names))
+        for tick, (left, right) in enumerate(angles_rad(101))
+    ]
+    path = write_ros1(tmp_path / 'a.bag', rows)
+    run(path, '--ppr', '90', '--out', tmp_path / 'found')
+    run(path, '--ppr', '90', '--out', tmp_path / 'given', '--left', 'wheel_l', '--right', 'front_RIGHT_wheel')
+    found = contents(tmp_path / 'found' / 'a_90ppr.bag')
+    assert found == contents(tmp_path / 'given' / 'a_90ppr.bag')
+    assert found['/encoder_pulse'] == [
+        encode_encoder_pulse(sample, ('wheel_l', 'front_RIGHT_wheel'))[4:] for sample in samples_of(angles_rad(101), 90)
+    ]
+
+
+def test_bad_messages_are_counted_once_and_the_rest_is_used(tmp_path, capsys):
+    rows = drive()
+    joints = [index for index, row in enumerate(rows) if row[0] == '/joint_states']
+    for index in joints[10:20]:
+        rows[index][2].position[0] = np.nan
+    rows[joints[30]][2].name[0] = JOINTS[1]
+    run(write_ros1(tmp_path / 'a.bag', rows), '--ppr', '90', '40')
+    [line] = [line for line in capsys.readouterr().err.splitlines() if 'dropped' in line]
+    assert line.startswith(f'reencode: {tmp_path / "a.bag"}: /joint_states: 11 messages dropped; the first: joint')

@@ -1,0 +1,122 @@
+"""Numbers of wheels as angles, and both wheels at the same instants."""
+
+import math
+
+import numpy as np
+import pytest
+
+from diff_encoder_sim.drives.number_units import UNITS
+from diff_encoder_sim.drives.wheel_source import (
+    WheelSeries,
+    WheelUnit,
+    ascending_runs,
+    paired_drives,
+    receive_times_note,
+    wheel_angles,
+)
+from reencoding_drives import TICK_NS
+from reencoding_sources import ticks
+
+RADIUS_M = 0.1
+# Forward, back over the start, and forward again.
+ANGLES_RAD = np.cumsum(np.concatenate([np.full(400, 0.05), np.full(900, -0.07), np.full(500, 0.06)])) + 0.3
+
+
+def series(values, stamps_ns=None):
+    stamps_ns = TICK_NS * np.arange(len(values)) if stamps_ns is None else np.asarray(stamps_ns)
+    return WheelSeries(stamps_ns, stamps_ns, np.asarray(values, float))
+
+
+def angles_of(unit, values, stamps_ns=None):
+    return wheel_angles(series(values, stamps_ns), unit).values
+
+
+@pytest.mark.parametrize('ppr', [40, 508.8, 2578.33])
+@pytest.mark.parametrize('bits', [None, 8, 16, 32])
+def test_ticks_of_a_known_motion_are_its_angles_to_half_a_tick(ppr, bits):
+    counts = ticks(ANGLES_RAD, ppr, bits)
+    found = angles_of(WheelUnit('ticks', RADIUS_M, ppr, 2**bits if bits else 0), counts)
+    offset_rad = (counts[0] - ticks(ANGLES_RAD[0], ppr)) * 2.0 * math.pi / ppr  # of a counter that began elsewhere
+    assert np.abs(found - offset_rad - ANGLES_RAD).max() <= math.pi / ppr + 1e-9
+
+
+def test_ticks_of_each_message_add_up():
+    counts = ticks(ANGLES_RAD, 360)
+    found = angles_of(WheelUnit('ticks/message', RADIUS_M, 360.0), np.diff(counts, prepend=0))
+    assert np.abs(found - ANGLES_RAD).max() <= math.pi / 360 + 1e-9
+
+
+@pytest.mark.parametrize(
+    ('unit', 'per_rad'), [('rad', 1.0), ('deg', 180.0 / math.pi), ('rev', 0.5 / math.pi), ('m', RADIUS_M)]
+)
+def test_angles_and_path_are_exact(unit, per_rad):
+    assert angles_of(WheelUnit(unit, RADIUS_M), ANGLES_RAD * per_rad) == pytest.approx(ANGLES_RAD, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ('unit', 'per_radps'), [('rad/s', 1.0), ('deg/s', 180.0 / math.pi), ('rpm', 30.0 / math.pi), ('m/s', RADIUS_M)]
+)
+def test_a_speed_that_changes_evenly_is_integrated_exactly(unit, per_radps):
+    times_s = np.arange(500) * 0.01
+    speeds, angles_rad = 2.0 - 3.0 * times_s, 2.0 * times_s - 1.5 * times_s**2
+    found = angles_of(WheelUnit(unit, RADIUS_M, start_rad=0.7), speeds * per_radps)
+    assert found == pytest.approx(0.7 + angles_rad, abs=1e-9)
+
+
+def test_time_that_stands_or_goes_back_does_not_turn_a_wheel():
+    found = angles_of(WheelUnit('rad/s', RADIUS_M), [3.0] * 5, 10**9 * np.array([1, 2, 2, 1, 2]))
+    assert found == pytest.approx([0.0, 3.0, 3.0, 3.0, 6.0])
+
+
+@pytest.mark.parametrize('unit', UNITS)
+def test_a_reversed_wheel_turns_the_other_way(unit):
+    forward = WheelUnit(unit, RADIUS_M, 360.0 if unit.startswith('ticks') else None)
+    values = [1.0, 5.0, 4.0]
+    assert angles_of(forward._replace(is_reversed=True), values) == pytest.approx(-angles_of(forward, values))
+
+
+def at_rate(speed, rate_hz, late_s=0.0, duration_s=10.0):
+    times_s = np.arange(late_s, duration_s, 1.0 / rate_hz)
+    return series(speed * times_s, np.round(1e9 * times_s).astype(np.int64))
+
+
+@pytest.mark.parametrize(('rate_hz', 'late_s'), [(10.0, 0.05), (10.0, 0.0), (100.0, 0.003), (7.0, 0.02), (33.0, 0.0)])
+def test_a_wheel_that_turns_evenly_is_interpolated_exactly(rate_hz, late_s):
+    [(drive, times_ns)], left_out = paired_drives(at_rate(2.0, 10.0), at_rate(3.0, rate_hz, late_s))
+    assert left_out == 0 and len(drive) >= 98 and np.array_equal(times_ns, drive.stamps_ns)
+    expected = 1e-9 * np.outer(drive.stamps_ns, (2.0, 3.0))
+    assert drive.wheel_angles_rad == pytest.approx(expected, abs=1e-6)
+
+
+def test_nothing_is_made_up_across_a_gap():
+    right = at_rate(3.0, 10.0)
+    right = right.at((right.stamps_ns <= 2 * 10**9) | (right.stamps_ns >= 6 * 10**9))
+    [(drive, _)], left_out = paired_drives(at_rate(2.0, 10.0, 0.05), right)
+    assert not ((drive.stamps_ns > 2 * 10**9) & (drive.stamps_ns < 6 * 10**9)).any()
+    assert left_out == 40 and drive.stamps_ns[-1] > 9.8e9
+
+
+def test_repeated_and_overtaken_stamps_are_left_out():
+    left = series([1.0, 9.0, 9.0], [1_500_000_000, 1_500_000_000, 1_200_000_000])
+    [(drive, _)], _ = paired_drives(left, series([7.0, 8.0], [10**9, 2 * 10**9]))
+    assert (drive.stamps_ns.tolist(), drive.wheel_angles_rad.tolist()) == ([1_500_000_000], [[1.0, 7.5]])
+
+
+def test_time_that_is_set_back_begins_another_drive():
+    stamps_ns = 10**8 * np.array([100, 105, 20, 25])
+    for right_ns in (stamps_ns, stamps_ns + 1):
+        drives, _ = paired_drives(series(range(4), stamps_ns), series(range(4), right_ns))
+        assert [drive.stamps_ns[-1] for drive, _ in drives] == [10**8 * 105, 10**8 * 25] or right_ns is not stamps_ns
+        assert len(drives) == 2
+
+
+def test_runs_are_split_where_time_goes_back_by_more_than_the_tolerance():
+    assert [rows.tolist() for rows in ascending_runs(np.array([5, 7, 7, 6, 9, 1, 2]), 3)] == [[0, 1, 4], [5, 6]]
+    assert [rows.tolist() for rows in ascending_runs(np.array([], np.int64))] == [[]]
+
+
+def test_mean_and_deviation_of_receive_times_are_those_of_the_intervals():
+    intervals_ns = np.random.default_rng(3).normal(50e6, 4e6, 20_000).astype(np.int64)
+    text = receive_times_note({'/lwheel': 10**18 + np.cumsum(intervals_ns), '/once': [5]})
+    mean_ms, std_ms = 1e-6 * intervals_ns[1:].mean(), 1e-6 * intervals_ns[1:].std()
+    assert f'/lwheel every {mean_ms:.1f} ms +- {std_ms:.1f} ms and /once every 0.0 ms +- 0.0 ms (mean' in text
