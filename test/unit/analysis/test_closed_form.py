@@ -96,14 +96,3 @@ def test_the_heading_is_that_of_where_the_trials_stopped():
 def test_other_drives_only_have_the_average():
     trials = [trial('DLD', '40', number, odom=IN, world=HERE) for number in (1, 2)]
     assert entries(*trials, requested={'DLD': navigated('DLD')})['yaw [deg]'][:2] == ['–', '1.3']
-
-
-def test_wheels_of_other_drives_travel_each_its_own_way():
-    assert wheel_travel_m(navigated('DLD'), ALTO, np.array([[0.0, 0.0, 0.0]])) is None
-    assert wheel_travel_m(navigated('DLD').model_copy(update={'nav': 'scripted'}), ALTO, np.zeros((0, 3))) is None
-
-
-@pytest.mark.parametrize(('ppr', 'expected_deg'), [(40, 1.358), (90, 0.577), (1024, 0.031), (4096, 0.0138)])
-def test_the_heading_after_exactly_twenty_metres(ppr, expected_deg):
-    std_rad = heading_std_rad(np.array([20.0]), math.pi * 0.2 / ppr, 0.4)
-    assert math.degrees(std_rad) == pytest.approx(expected_deg, rel=0.01)

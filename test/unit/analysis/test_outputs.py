@@ -2,10 +2,8 @@
 
 import tempfile
 
-import jinja2
 import pytest
 
-from diff_encoder_sim.analysis.html_templates import load_template
 from diff_encoder_sim.analysis.outputs import CONTENTS, output_folder, write_analysis
 from diff_encoder_sim.analysis.results_loading import load_results
 from diff_encoder_sim.base.errors import ConfigError
@@ -85,14 +83,3 @@ def test_a_place_that_cannot_be_written_is_named(tmp_path):
             write(path, one='1')
         assert '\n' not in str(caught.value)
     assert names(tmp_path) == ['file']
-
-
-def test_data_is_escaped_files_of_all_folders_are_included_and_unknown_names_refused(tmp_path):
-    for folder in ('one', 'other'):
-        (tmp_path / folder).mkdir()
-    (tmp_path / 'one' / 'page.html').write_text("{% include 'part.css' %}{{ name }}")
-    (tmp_path / 'other' / 'part.css').write_text('p {} ')
-    template = load_template('page.html', tmp_path / 'one', tmp_path / 'other')
-    assert template.render(name='<b>') == 'p {} &lt;b&gt;'
-    with pytest.raises(jinja2.UndefinedError, match='name'):
-        template.render()

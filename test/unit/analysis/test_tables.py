@@ -68,18 +68,6 @@ def test_intervals_by_hand(by_hand):
     )
 
 
-def test_intervals_contain_their_value():
-    for row in intervals(synthetic_results(trials=30), 'world'):
-        for name in ('mean', 'std', 'pct_within'):
-            assert float(row[f'{name}_low']) <= float(row[name]) <= float(row[f'{name}_high'])
-        assert float(row['std_bootstrap_low']) < float(row['std']) < float(row['std_bootstrap_high'])
-
-
-def test_an_error_as_large_as_the_tolerance_is_within():
-    table = goal(results_of([trial('SL', '90', odom=(0.05, -0.05, 3.01))]))
-    assert [column(table, f'ppr90_{name}')['pct_within'] for name in ('x_m', 'y_m', 'yaw_deg')] == [100.0, 100.0, 0.0]
-
-
 def test_each_table_has_its_pose():
     poses = {name: (float(place), 0.0, 0.0) for place, name in enumerate(('odom', 'world', 'global', 'amcl'), start=1)}
     results = results_of([trial('SL', '90', **poses)])

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import base64
+import io
 import math
 import os
 import urllib.parse
 from pathlib import Path
 from typing import Any, Dict, List, Optional, Sequence
+
+from PIL import Image
 
 from diff_encoder_sim.analysis.charts.figures import Figure
 from diff_encoder_sim.analysis.charts.frames import with_paths
@@ -18,7 +22,6 @@ from diff_encoder_sim.analysis.html_templates import load_template
 from diff_encoder_sim.analysis.paper.report_section import PaperSection
 from diff_encoder_sim.analysis.quantities import POSES, REQUIRED_FRACTION
 from diff_encoder_sim.analysis.report.origin import encoder_section, provenance, robot_section
-from diff_encoder_sim.analysis.report.pictures import data_uri
 from diff_encoder_sim.analysis.result_tables import ResultTable, html_table
 from diff_encoder_sim.analysis.results_table import SUCCEEDED, Results, encoders, first_of_cells, sample_text
 from diff_encoder_sim.analysis.tables import VARIANTS, first_variant
@@ -176,3 +179,19 @@ def bag_link(bag: str, folder: Path) -> Optional[Dict[str, str]]:
         return None
     relative = os.path.relpath(str(Path(bag).resolve()), str(folder.resolve()))
     return {'name': Path(bag).name, 'href': urllib.parse.quote(relative, safe='/')}
+
+
+# Need no escape in a quoted attribute; SVG as text is smaller than base64.
+UNQUOTED = " !'()*+,-./:;=?@[]^_`{|}~\n"
+# Of a figure of few hues, and of their blends at edges; moves to the most frequent hues.
+COLOURS, MOVES = 64, 2
+
+
+def data_uri(svg: Path, png: Path) -> str:
+    """Encode the smaller of the two formats of a figure as a data URI; pixels with few colours."""
+    file = io.BytesIO()
+    with Image.open(png) as image:
+        image.convert('RGB').quantize(COLOURS, kmeans=MOVES).save(file, 'PNG', optimize=True)
+    pixels = 'data:image/png;base64,' + base64.b64encode(file.getvalue()).decode('ascii')
+    drawn = 'data:image/svg+xml,' + urllib.parse.quote(svg.read_text(encoding='utf-8'), safe=UNQUOTED)
+    return min(drawn, pixels, key=len)

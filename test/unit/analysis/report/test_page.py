@@ -1,9 +1,12 @@
 """The page: one file, well formed, with all data escaped."""
 
+import base64
 import html
 import html.parser
+import io
 import re
 
+import numpy as np
 import pytest
 from PIL import Image
 
@@ -12,7 +15,7 @@ from diff_encoder_sim.analysis import results_table
 from diff_encoder_sim.analysis.charts.figures import Figure
 from diff_encoder_sim.analysis.encoder_comparison import compare_encoders
 from diff_encoder_sim.analysis.paper.report_section import paper_section
-from diff_encoder_sim.analysis.report.page import bag_link, failure_table, write_report
+from diff_encoder_sim.analysis.report.page import COLOURS, bag_link, data_uri, failure_table, write_report
 from diff_encoder_sim.analysis.tables import all_tables
 from trial_tables import IN, OUT, both, cell, results_of, rows, trial
 
@@ -139,3 +142,14 @@ def test_of_many_failures_the_first_of_each_cell_are_listed(monkeypatch):
     table = failure_table(failed)
     assert list(table.exact['cell']) == ['SL, 40 PPR', 'SL, 90 PPR'] and set(table.exact['outcome']) == {'timed out'}
     assert table.notes == ['The first 1 trials of each cell, of 6.']
+
+
+def test_the_smaller_form_of_a_figure_is_taken_and_pixels_have_few_colours(tmp_path):
+    svg, png = tmp_path / 'a.svg', tmp_path / 'a.png'
+    svg.write_text('<svg xmlns="http://www.w3.org/2000/svg"/>')
+    Image.fromarray(np.random.default_rng(1).integers(0, 256, (90, 90, 3), np.uint8)).save(png)
+    assert data_uri(svg, png).startswith('data:image/svg+xml,%3Csvg xmlns')
+    svg.write_text(1000 * svg.read_text())
+    kind, _, pixels = data_uri(svg, png).partition(',')
+    with Image.open(io.BytesIO(base64.b64decode(pixels))) as image:
+        assert kind == 'data:image/png;base64' and image.size == (90, 90) and len(image.getcolors()) <= COLOURS
