@@ -46,6 +46,19 @@ from diff_encoder_sim.trials.robot_params import RobotParams
 from diff_encoder_sim.wheels.odometry import OdometryEstimate
 from diff_encoder_sim.wheels.report_link import EncoderSample
 
+
+class _NoBag:
+    """Records nothing."""
+
+    def wants(self, _: str) -> bool:
+        return False
+
+    def publish(self, *_: object) -> None:
+        pass
+
+
+_NO_BAG = _NoBag()
+
 # robot_state_publisher's publish_frequency, 50 Hz.
 FRAMES_PERIOD_NS = 20_000_000
 
@@ -53,7 +66,9 @@ FRAMES_PERIOD_NS = 20_000_000
 class StatePublisher:
     """Writes the wheels' frames to /tf at 50 Hz, and the fixed ones once to /tf_static."""
 
-    def __init__(self, robot_file: Union[str, Path], joints: Collection[str], bag: Union[TrialBag, TrialBags]) -> None:
+    def __init__(
+        self, robot_file: Union[str, Path], joints: Collection[str], bag: Union[TrialBag, TrialBags, _NoBag]
+    ) -> None:
         """Read the frames of a robot of which these joints move."""
         self._frames = LinkFrames(display_urdf(RobotSource(Path(robot_file)), joints))
         self._bag = bag
@@ -89,32 +104,34 @@ class Publications:
     The bag encodes only messages that it records.
     """
 
-    _bag: Union[TrialBag, TrialBags, None] = None  # of a subclass, too, that takes the publications itself
+    # Also of a subclass that takes the publications itself.
+    _bag: Union[TrialBag, TrialBags, _NoBag] = _NO_BAG
+    _trial_node = topics.NAVIGATION_TRIAL_NODE
+    _goal = SentGoal(_trial_node, 0, 0)  # before the first
+    _state_publisher: Optional[StatePublisher] = None  # if the bag records /tf
+    _models: Optional[ModelStatesEncoder] = None  # if it records /gazebo/model_states
+    _map_frame = _odom_frame = _base_frame = _laser = ''
+    _joints, _scan_s, _has_odom_tf = ('', ''), 0.0, False
 
     def __init__(
         self, bag: Union[TrialBag, TrialBags, None] = None, params: Optional[RobotParams] = None, nav: str = ''
     ) -> None:
         """Prepare; a bag needs the parameters of the robot and `nav` of the trial."""
+        if bag is None or params is None:
+            return
         self._bag = bag
         self._trial_node = topics.SCRIPTED_DRIVE_NODE if nav == 'scripted' else topics.NAVIGATION_TRIAL_NODE
-        self._goal = SentGoal(self._trial_node, 0, 0)  # before the first
-        self._state_publisher: Optional[StatePublisher] = None  # if the bag records /tf
-        self._models: Optional[ModelStatesEncoder] = None  # if it records /gazebo/model_states
-        if params is not None:
-            self._map_frame, self._odom_frame = params.amcl.global_frame_id, params.odometry.odom_frame
-            self._base_frame, self._has_odom_tf = params.odometry.base_frame, params.odometry.publish_tf
-            self._joints = params.encoder.left_joint, params.encoder.right_joint
-            self._laser, self._scan_s = params.simulator.laser_link, 1.0 / params.simulator.lidar.rate
+        self._map_frame, self._odom_frame = params.amcl.global_frame_id, params.odometry.odom_frame
+        self._base_frame, self._has_odom_tf = params.odometry.base_frame, params.odometry.publish_tf
+        self._joints = params.encoder.left_joint, params.encoder.right_joint
+        self._laser, self._scan_s = params.simulator.laser_link, 1.0 / params.simulator.lidar.rate
 
     def trial(self, trial: Trial) -> None:
         """Publish /trial, first of all."""
-        if self._bag is not None:
-            self._bag.publish(topics.TRIAL, self._trial_node, 0, encode_string, trial.model_dump_json())
+        self._bag.publish(topics.TRIAL, self._trial_node, 0, encode_string, trial.model_dump_json())
 
     def begin(self, trial: Trial, simulator: Simulator, robot_file: Union[str, Path]) -> None:
         """Publish the static transforms on /tf_static, before time runs."""
-        if self._bag is None:
-            return
         if trial.nav == 'scripted':
             start = trial.test.start.pose()  # without localization, odom is at the start of the robot
             self._transform(topics.TF_STATIC, self._trial_node, 0, start, 0, self._map_frame, self._odom_frame)
@@ -125,20 +142,16 @@ class Publications:
 
     def ending(self, now_ns: int, ending: Ending) -> None:
         """Publish /trial_result."""
-        if self._bag is not None:
-            text = json.dumps({'outcome': ending.outcome.value, 'reason': ending.reason})
-            self._bag.publish(topics.TRIAL_RESULT, self._trial_node, now_ns, encode_string, text)
+        text = json.dumps({'outcome': ending.outcome.value, 'reason': ending.reason})
+        self._bag.publish(topics.TRIAL_RESULT, self._trial_node, now_ns, encode_string, text)
 
     def map(self, grid: OccupancyGrid) -> None:
         """Publish /map and /map_metadata, before time runs."""
-        if self._bag is not None:
-            self._bag.publish(topics.MAP, topics.MAP_NODE, 0, encode_map, grid, 0, self._map_frame)
-            self._bag.publish(topics.MAP_METADATA, topics.MAP_NODE, 0, encode_map_metadata, grid, 0)
+        self._bag.publish(topics.MAP, topics.MAP_NODE, 0, encode_map, grid, 0, self._map_frame)
+        self._bag.publish(topics.MAP_METADATA, topics.MAP_NODE, 0, encode_map_metadata, grid, 0)
 
     def joint_states(self, joints: JointStates) -> None:
         """Publish /clock and /joint_states at each tick, and the wheels' frames on /tf."""
-        if self._bag is None:
-            return
         now_ns = joints.stamp_ns
         self._bag.publish(topics.CLOCK, topics.SIMULATOR_NODE, now_ns, encode_clock, now_ns)
         self._bag.publish(topics.JOINT_STATES, topics.SIMULATOR_NODE, now_ns, encode_joint_state, joints)
@@ -147,7 +160,7 @@ class Publications:
 
     def models(self, now_ns: int, simulator: Simulator) -> None:
         """Publish /gazebo/model_states."""
-        if self._bag is not None and self._models is not None:
+        if self._models is not None:
             self._bag.publish(topics.MODEL_STATES, topics.SIMULATOR_NODE, now_ns, self._models.encode, simulator.base())
 
     def world_pose(self, now_ns: int, base_pose_in_map: Pose2D) -> None:
@@ -157,18 +170,15 @@ class Publications:
     @property
     def takes_scans(self) -> bool:
         """Return whether `scan` does anything; if no other part does either, none are taken."""
-        return self._bag is not None and self._bag.wants(topics.SCAN)
+        return self._bag.wants(topics.SCAN)
 
     def scan(self, scan: Scan) -> None:
         """Publish /scan."""
-        if self._bag is not None:
-            message = scan, self._laser, self._scan_s
-            self._bag.publish(topics.SCAN, topics.SIMULATOR_NODE, scan.stamp_ns, encode_scan, *message)
+        message = scan, self._laser, self._scan_s
+        self._bag.publish(topics.SCAN, topics.SIMULATOR_NODE, scan.stamp_ns, encode_scan, *message)
 
     def encoder_pulse(self, now_ns: int, sample: EncoderSample) -> None:
         """Publish /encoder_pulse and, if speeds are measured, /encoder_velocity."""
-        if self._bag is None:
-            return
         speeds_radps = sample.wheel_rates_radps
         if speeds_radps is not None:
             speeds = sample.stamp_ns, speeds_radps, self._joints
@@ -177,8 +187,6 @@ class Publications:
 
     def odometry(self, now_ns: int, estimate: OdometryEstimate) -> None:
         """Publish /odom, and odom->base_link on /tf."""
-        if self._bag is None:
-            return
         frames = self._odom_frame, self._base_frame
         if self._has_odom_tf:
             pose, stamp_ns = estimate.base_pose_in_odom, estimate.stamp_ns
@@ -187,15 +195,13 @@ class Publications:
 
     def amcl_pose(self, now_ns: int, estimate: AmclEstimate) -> None:
         """Publish /amcl_pose."""
-        if self._bag is not None:
-            message = estimate.base_pose_in_map, estimate.covariance, estimate.stamp_ns, self._map_frame
-            self._bag.publish(topics.AMCL_POSE, topics.AMCL_NODE, now_ns, encode_pose_with_covariance, *message)
+        message = estimate.base_pose_in_map, estimate.covariance, estimate.stamp_ns, self._map_frame
+        self._bag.publish(topics.AMCL_POSE, topics.AMCL_NODE, now_ns, encode_pose_with_covariance, *message)
 
     def odom_in_map(self, now_ns: int, stamp_ns: int, odom_pose_in_map: Pose2D) -> None:
         """Publish map->odom on /tf, with its stamp."""
-        if self._bag is not None:
-            frames = self._map_frame, self._odom_frame
-            self._transform(topics.TF, topics.AMCL_NODE, now_ns, odom_pose_in_map, stamp_ns, *frames)
+        frames = self._map_frame, self._odom_frame
+        self._transform(topics.TF, topics.AMCL_NODE, now_ns, odom_pose_in_map, stamp_ns, *frames)
 
     def global_pose(self, now_ns: int, stamp_ns: int, base_pose_in_map: Pose2D) -> None:
         """Publish /global_pose, the pose estimate."""
@@ -203,28 +209,23 @@ class Publications:
 
     def command(self, now_ns: int, command: Command, is_navigators: bool) -> None:
         """Publish /cmd_vel, by the navigator or by the trial's own node."""
-        if self._bag is not None:
-            node = topics.MOVE_BASE_NODE if is_navigators else self._trial_node
-            self._bag.publish(topics.CMD_VEL, node, now_ns, encode_command, *command)
+        node = topics.MOVE_BASE_NODE if is_navigators else self._trial_node
+        self._bag.publish(topics.CMD_VEL, node, now_ns, encode_command, *command)
 
     def goal(self, now_ns: int, stamp_ns: int, goal_in_map: Pose2D) -> None:
         """Publish /move_base/goal; the stamp is that of the pose estimate at which it was sent."""
-        if self._bag is not None:
-            self._goal = SentGoal(self._trial_node, self._goal.number + 1, now_ns)
-            goal = self._goal, goal_in_map, stamp_ns, self._map_frame
-            self._bag.publish(topics.GOAL, self._trial_node, now_ns, encode_goal, *goal)
+        self._goal = SentGoal(self._trial_node, self._goal.number + 1, now_ns)
+        goal = self._goal, goal_in_map, stamp_ns, self._map_frame
+        self._bag.publish(topics.GOAL, self._trial_node, now_ns, encode_goal, *goal)
 
     def goal_result(self, now_ns: int, status: GoalStatus, text: str) -> None:
         """Publish /move_base/result of the goal sent last."""
-        if self._bag is not None:
-            result = self._goal, status, text, now_ns
-            self._bag.publish(topics.RESULT, topics.MOVE_BASE_NODE, now_ns, encode_result, *result)
+        result = self._goal, status, text, now_ns
+        self._bag.publish(topics.RESULT, topics.MOVE_BASE_NODE, now_ns, encode_result, *result)
 
     def _pose(self, topic: str, node: str, now_ns: int, stamp_ns: int, pose_in_map: Pose2D) -> None:
-        if self._bag is not None:
-            self._bag.publish(topic, node, now_ns, encode_pose_stamped, pose_in_map, stamp_ns, self._map_frame)
+        self._bag.publish(topic, node, now_ns, encode_pose_stamped, pose_in_map, stamp_ns, self._map_frame)
 
     def _transform(self, topic: str, node: str, now_ns: int, child: Pose2D, stamp_ns: int, *frames: str) -> None:
         """Publish a transform; `frames` are those of the parent and of the child."""
-        if self._bag is not None:
-            self._bag.publish(topic, node, now_ns, encode_planar_tf, child, stamp_ns, *frames)
+        self._bag.publish(topic, node, now_ns, encode_planar_tf, child, stamp_ns, *frames)

@@ -34,19 +34,11 @@ def require(needed: RequiredPackages) -> None:
     Raises:
         ConfigError: one is not; the line names all that are missing and how to install them.
     """
-    missing = [package for package in needed.packages if not _is_installed(package)]
-    if missing:
-        raise ConfigError(
-            f'{needed.argument}: given {needed.value}, but {", ".join(missing)} '
-            f'{"is" if len(missing) == 1 else "are"} not installed: {needed.install_hint}'
-        )
-
-
-def _is_installed(package: str) -> bool:
     import rospkg  # noqa: PLC0415  # missing where the core runs without ROS
 
-    try:
-        rospkg.RosPack().get_path(package)
-    except rospkg.ResourceNotFound:
-        return False
-    return True
+    installed = rospkg.RosPack().list()
+    missing = [package for package in needed.packages if package not in installed]
+    if missing:
+        are = 'is' if len(missing) == 1 else 'are'
+        given = f'{needed.argument}: given {needed.value}'
+        raise ConfigError(f'{given}, but {", ".join(missing)} {are} not installed: {needed.install_hint}')

@@ -1,16 +1,19 @@
 """Packages that a launch argument needs: named, with how to install them, before anything starts."""
 
+import sys
+from types import SimpleNamespace
+
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.trials import required_packages
 from diff_encoder_sim.trials.required_packages import GAZEBO, UPSTREAM_NAVIGATION, require
 
 
 @pytest.fixture
 def installed(monkeypatch):
     names = set()
-    monkeypatch.setattr(required_packages, '_is_installed', names.__contains__)
+    packages = SimpleNamespace(RosPack=lambda: SimpleNamespace(list=lambda: names))
+    monkeypatch.setitem(sys.modules, 'rospkg', packages)
     return names
 
 
