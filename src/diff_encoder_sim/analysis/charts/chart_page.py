@@ -100,7 +100,9 @@ def charts_html(charts: Sequence[Chart], choices: Sequence[Choice] = ()) -> Mark
             params=[*parameters, *spec.get('params', [])],
             config=CONFIG,
         )
-        drawn.append({'name': chart.name, 'spec': vl_convert.vegalite_to_vega(spec, vl_version=VEGA_LITE)})
+        vega = vl_convert.vegalite_to_vega(spec, vl_version=VEGA_LITE)
+        del vega['$schema']  # an older Vega's than the page has, if Altair is older than vl-convert: it would warn
+        drawn.append({'name': chart.name, 'spec': vega})
     content = {
         'charts': drawn,
         'data': {name: _columns(rows) for name, rows in data.items()},
