@@ -10,7 +10,7 @@ from __future__ import annotations
 import logging
 import math
 from bisect import bisect_left
-from typing import Iterable, List, NamedTuple, Optional, Sequence
+from typing import Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -38,29 +38,6 @@ class TrajectoryPose(NamedTuple):
 
     stamp_ns: int
     base_pose_in_map: Pose2D
-
-
-class History:
-    """Poses of all particles at each update, and each one's parent in the update before."""
-
-    def __init__(self) -> None:
-        self._stamps_ns: List[int] = []
-        self._poses: List[np.ndarray] = []
-        self._parents: List[np.ndarray] = []
-
-    def add(self, stamp_ns: int, particles: np.ndarray, parents: np.ndarray) -> None:
-        """Append an update: (n, 3) poses, and (n,) the index that each particle had before it."""
-        self._stamps_ns.append(stamp_ns)
-        self._poses.append(particles)
-        self._parents.append(parents)
-
-    def path(self, particle: int) -> List[TrajectoryPose]:
-        """Return the poses of a particle of the newest update, oldest first."""
-        path = []
-        for stamp_ns, poses, parents in zip(reversed(self._stamps_ns), reversed(self._poses), reversed(self._parents)):
-            path.append(TrajectoryPose(stamp_ns, Pose2D(*poses[particle].tolist())))
-            particle = int(parents[particle])
-        return path[::-1]
 
 
 # Room for scan matching to look around the expected pose, beyond what the rays reach.
@@ -99,7 +76,8 @@ class GridSlam:
         # Over the whole path; resampling makes the weights equal, but not these.
         self._log_path_weights = np.zeros(params.particles)
         self._trend = np.zeros(3)  # of the scans' offsets from odometry
-        self._history = History()
+        # Of each update: its stamp, all particles (n, 3), and each one's index in the update before (n,).
+        self._history: List[Tuple[int, np.ndarray, np.ndarray]] = []
         self._parents = np.arange(params.particles)
         self._estimate: Optional[SlamEstimate] = None
         self._odom_pose: Optional[Pose2D] = None  # at the last scan that was entered
@@ -129,14 +107,13 @@ class GridSlam:
         return self._estimate.odom_pose_in_map if self._estimate else None
 
     @property
-    def entropy(self) -> Optional[float]:
-        """Entropy of the particles' weights [nat], for ~entropy; None before the first scan."""
-        return self._estimate.entropy if self._estimate else None
-
-    @property
     def trajectory(self) -> List[TrajectoryPose]:
         """The best particle's pose at each scan that was entered, oldest first."""
-        return self._history.path(int(self._parents[self._best()]))
+        path, particle = [], int(self._parents[self._best()])
+        for stamp_ns, poses, parents in reversed(self._history):
+            path.append(TrajectoryPose(stamp_ns, Pose2D(*poses[particle].tolist())))
+            particle = int(parents[particle])
+        return path[::-1]
 
     def map(self) -> OccupancyGrid:
         """Return the best particle's map: 0, 100 or -1.
@@ -172,32 +149,30 @@ class GridSlam:
         check_pose(odom_pose, 'odometry pose')
         check_pose(laser_pose_in_base, 'laser pose')
         rays = usable_rays(scan, laser_pose_in_base, self.params)
-        self._check_time(scan.stamp_ns)
+        if self._newest_ns is not None and scan.stamp_ns < self._newest_ns:
+            now_s, newest_s = scan.stamp_ns / NANOSECONDS_PER_SECOND, self._newest_ns / NANOSECONDS_PER_SECOND
+            raise InputFault(
+                f'stamp of {now_s:.3f} s after one of {newest_s:.3f} s: time went back; the map so far is kept'
+            )
+        self._newest_ns = scan.stamp_ns
         if self._odom_pose is None:
             return self._begin(odom_pose, scan.stamp_ns, rays)
-        move = odom_pose.relative_to(self._odom_pose)
-        if not self._is_due(move, scan.stamp_ns):
+        params, move = self.params, odom_pose.relative_to(self._odom_pose)
+        waited_s = (scan.stamp_ns - self._entered_ns) / NANOSECONDS_PER_SECOND
+        if (
+            math.hypot(move.x_m, move.y_m) < params.linearUpdate
+            and abs(move.yaw_rad) < params.angularUpdate
+            and not 0.0 <= params.temporalUpdate < waited_s
+        ):
             return None
-        self._step(move, rays)
+        # Algorithm 1 up to the resampling, with its line numbers.
+        self._cover(apply_moves(self._particles, np.array(move)), rays)
+        proposed = propose(self.maps, self._particles, move, rays, params, self._rng, self._trend)
+        self._particles, self._trend = proposed.particles, proposed.trend  # 4 to 23
+        self._log_weights = self._log_weights + proposed.log_factors  # 24
+        self._log_path_weights = self._log_path_weights + proposed.log_factors
+        self._update_maps(rays)  # 26
         return self._finish(odom_pose, scan.stamp_ns, may_resample=True)
-
-    def _check_time(self, stamp_ns: int) -> None:
-        if self._newest_ns is not None and stamp_ns < self._newest_ns:
-            raise InputFault(
-                f'stamp of {stamp_ns / NANOSECONDS_PER_SECOND:.3f} s after one of '
-                f'{self._newest_ns / NANOSECONDS_PER_SECOND:.3f} s: time went back; '
-                'the map so far is kept'
-            )
-        self._newest_ns = stamp_ns
-
-    def _is_due(self, move: Pose2D, stamp_ns: int) -> bool:
-        params = self.params
-        waited_s = (stamp_ns - self._entered_ns) / NANOSECONDS_PER_SECOND
-        return (
-            math.hypot(move.x_m, move.y_m) >= params.linearUpdate
-            or abs(move.yaw_rad) >= params.angularUpdate
-            or 0.0 <= params.temporalUpdate < waited_s
-        )
 
     def _begin(self, odom_pose: Pose2D, stamp_ns: int, rays: Rays) -> SlamEstimate:
         start_pose = odom_pose if self._start_pose is None else self._start_pose
@@ -207,19 +182,10 @@ class GridSlam:
         self.maps.resample(np.zeros(self.params.particles, int))
         return self._finish(odom_pose, stamp_ns, may_resample=False)
 
-    def _step(self, move: Pose2D, rays: Rays) -> None:
-        """Run algorithm 1 up to the resampling, with its line numbers."""
-        self._cover(apply_moves(self._particles, np.array(move)), rays)
-        proposed = propose(self.maps, self._particles, move, rays, self.params, self._rng, self._trend)
-        self._particles, self._trend = proposed.particles, proposed.trend  # 4 to 23
-        self._log_weights = self._log_weights + proposed.log_factors  # 24
-        self._log_path_weights = self._log_path_weights + proposed.log_factors
-        self._update_maps(rays)  # 26
-
     def _finish(self, odom_pose: Pose2D, stamp_ns: int, may_resample: bool) -> SlamEstimate:
         """Record the step, and resample when few particles count (lines 29 to 32)."""
         self._odom_pose, self._entered_ns = odom_pose, stamp_ns
-        self._history.add(stamp_ns, self._particles, self._parents)
+        self._history.append((stamp_ns, self._particles, self._parents))
         weights = self.weights
         count = effective_count(weights)
         is_due = may_resample and count < self.params.resampleThreshold * len(weights)
@@ -230,17 +196,12 @@ class GridSlam:
         odom_pose_in_map = base_pose.compose(odom_pose.inverse())
         estimate = SlamEstimate(stamp_ns, base_pose, odom_pose_in_map, entropy_of(weights), count, is_due)
         self._estimate = estimate
-        self._parents = np.arange(len(weights))
+        self._parents = kept
         if is_due:
-            self._resample(kept)
+            self._particles, self._log_weights = self._particles[kept], np.zeros(len(kept))
+            self._log_path_weights = self._log_path_weights[kept]
+            self.maps.resample(kept)
         return estimate
-
-    def _resample(self, indices: np.ndarray) -> None:
-        self._particles = self._particles[indices]
-        self._log_weights = np.zeros(len(indices))
-        self._log_path_weights = self._log_path_weights[indices]
-        self._parents = indices
-        self.maps.resample(indices)
 
     def _update_maps(self, rays: Rays) -> None:
         self._cover(self._particles, rays)
@@ -279,22 +240,17 @@ def map_recording(slam: GridSlam, odometry: OdometryTrack, scans: Iterable[Scan]
         raise ConfigError('no odometry for the scans; allowed: a recording of both')
     given = entered = 0
     for given, scan in enumerate(scans, 1):
-        if (given - 1) % slam.params.throttle_scans == 0:
-            entered += _enter(slam, odometry, scan, laser_pose_in_base)
+        if (given - 1) % slam.params.throttle_scans:
+            continue
+        try:
+            entered += slam.update(odometry.at(scan.stamp_ns), scan, laser_pose_in_base) is not None
+        except InputFault as fault:
+            log.warning('scan at %.3f s dropped: %s', scan.stamp_ns / NANOSECONDS_PER_SECOND, fault)
     if not given:
         raise ConfigError('no scans for the odometry; allowed: a recording of both')
     if slam.last_estimate is None:
         raise ConfigError(f'none of {given} scans could be used: see the warnings')
     return entered
-
-
-def _enter(slam: GridSlam, odometry: OdometryTrack, scan: Scan, laser_pose_in_base: Pose2D) -> bool:
-    """Feed one scan; return whether it was entered into the map."""
-    try:
-        return slam.update(odometry.at(scan.stamp_ns), scan, laser_pose_in_base) is not None
-    except InputFault as fault:
-        log.warning('scan at %.3f s dropped: %s', scan.stamp_ns / NANOSECONDS_PER_SECOND, fault)
-        return False
 
 
 class OdometryTrack:

@@ -104,7 +104,10 @@ class PatchMaps:
         if not (left or right or below or above):
             return
         if particles * (below + rows + above) * (left + columns + right) > MOST_ENTRIES:
-            raise _too_large(extent)
+            raise InputFault(
+                f'the map would have to reach from {extent.xmin_m:.0f} to {extent.xmax_m:.0f} m along x and '
+                f'from {extent.ymin_m:.0f} to {extent.ymax_m:.0f} m along y: too large'
+            )
         self.table = np.pad(self.table, ((0, 0), (below, above), (left, right)))
         self.origin_x_m -= left * patch_m
         self.origin_y_m -= below * patch_m
@@ -144,13 +147,6 @@ def _patches_along(length_m: float, cell_m: float) -> int:
 def _patches_beyond(missing_m: float, patch_m: float) -> int:
     """Return by how many patches a map grows on one side; 0 where nothing is missing."""
     return math.ceil((missing_m + ENLARGE_M) / patch_m) if missing_m > 0.0 else 0
-
-
-def _too_large(extent: Extent) -> InputFault:
-    return InputFault(
-        f'the map would have to reach from {extent.xmin_m:.0f} to {extent.xmax_m:.0f} m along x and '
-        f'from {extent.ymin_m:.0f} to {extent.ymax_m:.0f} m along y: too large'
-    )
 
 
 def _free_patches(references: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:

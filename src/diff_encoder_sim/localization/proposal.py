@@ -6,7 +6,7 @@ Particle Filters", IEEE T-RO 2007, section III-B and algorithm 1.
 
 from __future__ import annotations
 
-from typing import NamedTuple, Tuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -60,22 +60,24 @@ def propose(
     corner = np.array([maps.origin_x_m, maps.origin_y_m, 0.0])
     expected = (apply_moves(particles, np.array(move)) - corner) * scale
     fallback = (apply_moves(particles, np.array(move) + sigmas * normals) - corner) * scale
-    search = *_scan_arguments(rays, params, maps.cell_m), *_search_arguments(params, maps.cell_m)
+    cell_m2 = maps.cell_m**2
     drawn, log_factors, scores, trends = propose_poses(
-        maps.table, maps.cells, expected, fallback, normals, *search, sigmas * scale, trend
+        maps.table,
+        maps.cells,
+        expected,
+        fallback,
+        normals,
+        rays.matched_ends_m() / maps.cell_m,
+        params.kernelSize,
+        -cell_m2 / params.sigma,
+        -cell_m2 / params.lsigma / params.ogain,
+        params.lstep / maps.cell_m,
+        params.astep,
+        params.iterations,
+        params.minimumScore,
+        sigmas * scale,
+        trend,
     )
     drawn = drawn / scale + corner
     drawn[:, 2] = wrap_angles(drawn[:, 2])
     return Proposal(drawn, log_factors, scores, trends.mean(axis=0))
-
-
-def _scan_arguments(rays: Rays, params: GridSlamParams, cell_m: float) -> Tuple[np.ndarray, int, float, float]:
-    """Return ends, kernel, score_scale and likelihood_scale of `propose_poses`."""
-    cell_m2 = cell_m**2
-    likelihood_scale = -cell_m2 / params.lsigma / params.ogain
-    return rays.matched_ends_m() / cell_m, params.kernelSize, -cell_m2 / params.sigma, likelihood_scale
-
-
-def _search_arguments(params: GridSlamParams, cell_m: float) -> Tuple[float, float, int, float]:
-    """Return step, turn_rad, halvings and minimum_score of `propose_poses`."""
-    return params.lstep / cell_m, params.astep, params.iterations, params.minimumScore

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Dict, List, Mapping, Set
+from typing import Any, Dict, Mapping
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 from typing_extensions import Annotated, Literal
 
 from diff_encoder_sim.base.bounds import (
@@ -21,17 +21,13 @@ from diff_encoder_sim.base.bounds import (
 from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.navigation.footprint import ALTO_FOOTPRINT, FootprintPolygon
 
-STATIC, OBSTACLE, INFLATION = (f'costmap_2d::{kind}Layer' for kind in ('Static', 'Obstacle', 'Inflation'))
-ORDER = (STATIC, OBSTACLE, INFLATION)
-# Names of the layers where no plugins are listed.
-USUAL_NAMES = {'static_layer': STATIC, 'obstacle_layer': OBSTACLE, 'inflation_layer': INFLATION}
+# The layers, in this order, and the names that they have if no plugins are listed.
+LAYERS = {f'costmap_2d::{kind}Layer': f'{kind.lower()}_layer' for kind in ('Static', 'Obstacle', 'Inflation')}
+STATIC, OBSTACLE, INFLATION = LAYERS
 
 # Parameters of a layer that mean something else, or nothing, for the whole costmap.
-NOT_MOVED = {
-    STATIC: ('enabled',),
-    INFLATION: ('enabled',),
-    OBSTACLE: ('enabled', 'track_unknown_space', 'transform_tolerance'),
-}
+NOT_MOVED = {STATIC: {'enabled'}, INFLATION: {'enabled'}}
+NOT_MOVED[OBSTACLE] = {'enabled', 'track_unknown_space', 'transform_tolerance'}
 # Ranges that a scan source may have; with one source they become the costmap's.
 RANGES = ('obstacle_range', 'raytrace_range')
 CIRCLE_CORNERS = 16
@@ -44,11 +40,16 @@ def flattened(given: Mapping[str, Any]) -> Dict[str, Any]:
         ValueError: layers or sources that this package's costmap does not have.
     """
     flat = dict(given)
-    off = _merge_listed_layers(flat) if 'plugins' in flat else _merge_usual_layers(flat)
+    layers = {name: kind for kind, name in LAYERS.items()}
+    if 'plugins' in flat:
+        layers = _listed_layers(flat.pop('plugins'))
+        flat.pop('map_type', None)
+        flat['static_map'] = STATIC in layers.values()
+    enabled = {kind for name, kind in layers.items() if _merge_layer(flat, name, kind)}
     _name_source_scan(flat)
-    if OBSTACLE in off:
+    if OBSTACLE not in enabled:
         flat['observation_sources'] = ''
-    if INFLATION in off:
+    if INFLATION not in enabled:
         flat['inflation_radius'] = 0.0
     _make_footprint_of_radius(flat)
     if flat.get('rolling_window') is True:
@@ -56,47 +57,28 @@ def flattened(given: Mapping[str, Any]) -> Dict[str, Any]:
     return flat
 
 
-def _merge_usual_layers(flat: Dict[str, Any]) -> Set[str]:
-    """Move up the layers where none are listed; return the kinds that are not enabled."""
-    return {kind for name, kind in USUAL_NAMES.items() if not _merge_layer(flat, name, kind)}
-
-
-def _merge_listed_layers(flat: Dict[str, Any]) -> Set[str]:
-    """Move up the layers that are listed as plugins; return the kinds that are not, or not enabled."""
-    plugins = _checked_plugins(flat.pop('plugins'))
-    kinds = [plugin['type'] for plugin in plugins]
-    flat.pop('map_type', None)
-    flat['static_map'] = STATIC in kinds
-    enabled = {plugin['type'] for plugin in plugins if _merge_layer(flat, plugin['name'], plugin['type'])}
-    return set(ORDER) - enabled
-
-
-def _checked_plugins(plugins: Any) -> List[Dict[str, str]]:
-    """Return a list of plugins that this costmap has, else raise ValueError."""
-    if not isinstance(plugins, list) or not all(
-        isinstance(plugin, dict) and isinstance(plugin.get('name'), str) and isinstance(plugin.get('type'), str)
-        for plugin in plugins
-    ):
-        raise ValueError('plugins: a list of {name: ..., type: ...}')
-    kinds = [plugin['type'] for plugin in plugins]
-    if kinds != [kind for kind in ORDER if kind in kinds]:
-        raise ValueError(f'plugins of the types {", ".join(ORDER)}, in this order, each once at most')
-    return plugins
+def _listed_layers(plugins: Any) -> Dict[str, str]:
+    """Return the kinds of a list of plugins by their names."""
+    try:
+        layers = {str(plugin['name']): plugin['type'] for plugin in plugins}
+    except (TypeError, KeyError):
+        raise ValueError('plugins: a list of {name: ..., type: ...}') from None
+    if list(layers.values()) != [kind for kind in LAYERS if kind in layers.values()]:
+        raise ValueError(f'plugins of the types {", ".join(LAYERS)}, in this order, each once at most')
+    return layers
 
 
 def _merge_layer(flat: Dict[str, Any], name: str, kind: str) -> bool:
     """Move up one layer's parameters, and return whether it is enabled.
 
-    Where the costmap has them too, its own count, as upstream.
+    If the costmap has them too, its own take precedence, as upstream.
     """
     layer = flat.pop(name, {})
     if not isinstance(layer, dict):
         raise ValueError(f'{name}: a mapping, the parameters of this layer')
     enabled = layer.get('enabled', True)
-    if not isinstance(enabled, bool):
-        raise ValueError(f'{name}.enabled: true or false')
-    if kind == STATIC and not enabled:
-        raise ValueError(f'{name}.enabled: true; take the layer out of plugins instead')
+    if not isinstance(enabled, bool) or (kind == STATIC and not enabled):
+        raise ValueError(f'{name}.enabled: true or false; a static layer is taken out of plugins instead')
     for key, value in layer.items():
         if key not in NOT_MOVED[kind]:
             flat.setdefault(key, value)
@@ -108,12 +90,12 @@ def _name_source_scan(flat: Dict[str, Any]) -> None:
     sources = str(flat.get('observation_sources', 'scan')).split()
     if len(sources) > 1:
         raise ValueError(f'observation_sources: one laser, not {len(sources)}')
+    source: Any = flat.get(sources[0] if sources else 'scan', {} if sources else None)
+    if sources and not isinstance(source, (dict, Params)):
+        raise ValueError(f'{sources[0]}: a mapping, the parameters of this source')
     if sources and sources != ['scan']:
-        source = flat.pop(sources[0], {})
-        if not isinstance(source, dict):
-            raise ValueError(f'{sources[0]}: a mapping, the parameters of this source')
-        flat['observation_sources'], flat['scan'] = 'scan', {'topic': sources[0], **source}
-    source = flat.get('scan')
+        flat.pop(sources[0], None)
+        flat['observation_sources'], source = 'scan', {'topic': sources[0], **source}
     if isinstance(source, dict):
         flat.update({key: source[key] for key in RANGES if key in source})
         flat['scan'] = {key: value for key, value in source.items() if key not in RANGES}
@@ -136,19 +118,13 @@ def _make_footprint_of_radius(flat: Dict[str, Any]) -> None:
 MOST_CELLS = 4_000_000
 
 
-def _is_scan(topic: str) -> str:
-    if topic.lstrip('/') != 'scan':
-        raise ValueError("'scan' (remap the node's scan for another)")
-    return topic
-
-
 WindowSide_m = Annotated[float, Between(0.01, 200.0, 'm')]
 
 
 class ScanSource(Params):
     """Entry of `observation_sources`: a laser that marks and clears."""
 
-    topic: Annotated[str, AfterValidator(_is_scan)] = Field('scan', description='remap the node for another topic')
+    topic: Literal['scan', '/scan'] = Field('scan', description='remap the node for another topic')
     data_type: Literal['LaserScan'] = Field('LaserScan', description='type of the message')
     sensor_frame: str = Field('', description="accepted, without effect: the scan's own frame is used")
     marking: bool = Field(True, description='hits mark obstacles')

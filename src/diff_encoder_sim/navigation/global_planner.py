@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 import math
-from typing import Tuple
+from typing import Optional, Tuple
 
 import numpy as np
 from pydantic import Field
@@ -94,7 +94,7 @@ def propagate(
                 if uses_heuristic:
                     cost += least_weight * math.hypot(to_row - goal_row, to_column - goal_column)
                 if size == len(keys):
-                    keys, cells = _twice_as_long(keys, cells)
+                    keys, cells = np.append(keys, np.empty(size)), np.append(cells, np.empty(size, np.int64))
                 size = _push(keys, cells, size, cost, to_row * columns + to_column)
     return potential
 
@@ -118,15 +118,6 @@ def _wave(potential: Array, weights: Array, row: int, column: int) -> float:
         return float(low + weight)
     apart = high - low
     return float(low + 0.5 * (apart + math.sqrt(2.0 * weight * weight - apart * apart)))
-
-
-@compiled
-def _twice_as_long(keys: Array, cells: Array) -> Tuple[np.ndarray, np.ndarray]:
-    """Return a heap with twice the space."""
-    more_keys, more_cells = np.empty(2 * len(keys)), np.empty(2 * len(cells), np.int64)
-    for place in range(len(keys)):
-        more_keys[place], more_cells[place] = keys[place], cells[place]
-    return more_keys, more_cells
 
 
 @compiled
@@ -298,30 +289,33 @@ class GlobalPlanner:
         Raises:
             PlanError: there is no plan; the text gives the reason.
         """
-        if not math.isfinite(tolerance_m):
-            raise PlanError(PlanProblem.NOT_FINITE, f'the tolerance {tolerance_m} is not finite')
         tolerance_m = max(tolerance_m, self.params.default_tolerance)
         start_cell, goal_cell = self._cell_of('the start', start), self._cell_of('the goal', goal)
-        potential = self._potential(start_cell, goal_cell, goal, tolerance_m)
-        end_cell = self._end_cell(potential, goal_cell, goal, tolerance_m)
-        path = descend(potential, *end_cell)[::-1]
-        if len(path) == 0:
-            raise self._unreachable(goal)
-        end = goal if end_cell == goal_cell else self._centre(end_cell)._replace(yaw_rad=goal.yaw_rad)
-        return self._plan_along(path, start, end)
-
-    def _potential(
-        self, start_cell: Tuple[int, int], goal_cell: Tuple[int, int], goal: Pose2D, tolerance_m: float
-    ) -> np.ndarray:
-        """Return the potential (rows, columns), settled at least at the goal if that is free."""
         weights = self._weights(start_cell)
         goal_is_free = weights[goal_cell] < math.inf
         if not goal_is_free and tolerance_m == 0.0:
             raise self._blocked(goal)
+        # The potential must be settled at the goal if that is free, else everywhere near it.
         uses_heuristic = not self.params.use_dijkstra and goal_is_free
         stops_at_goal = goal_is_free and tolerance_m == 0.0
         least_weight = self.params.neutral_cost
-        return propagate(weights, *start_cell, *goal_cell, least_weight, uses_heuristic, stops_at_goal)
+        potential = propagate(weights, *start_cell, *goal_cell, least_weight, uses_heuristic, stops_at_goal)
+        end_cell = (
+            goal_cell if potential[goal_cell] < math.inf else self._nearest_reached(potential, goal_cell, tolerance_m)
+        )
+        path = descend(potential, *end_cell)[::-1] if end_cell else np.empty((0, 2))
+        if end_cell is None or len(path) == 0:
+            text = f'there is no path to the goal ({goal.x_m:.2f}, {goal.y_m:.2f})'
+            raise PlanError(PlanProblem.UNREACHABLE, text)
+        origin, resolution_m = self.costmap.origin, self.costmap.resolution_m
+        end = goal
+        if end_cell != goal_cell:
+            end = origin.compose(Pose2D((end_cell[1] + 0.5) * resolution_m, (end_cell[0] + 0.5) * resolution_m, 0.0))
+        # The ends of the path are replaced by the exact poses.
+        middle_m = transform_points(origin, ((path + 0.5) * resolution_m)[1:-1])
+        positions_m = np.vstack([[start[:2]], middle_m, [end[:2]]])
+        steps_m = np.diff(positions_m, axis=0)
+        return np.column_stack([positions_m, np.append(np.arctan2(steps_m[:, 1], steps_m[:, 0]), goal.yaw_rad)])
 
     def _cell_of(self, what: str, pose: Pose2D) -> Tuple[int, int]:
         """Return the cell of a pose, which may not be in the outermost cells: as in navfn they are blocked."""
@@ -348,34 +342,19 @@ class GlobalPlanner:
         weights[start_cell] = self.params.neutral_cost
         return weights
 
-    def _end_cell(
-        self, potential: np.ndarray, goal_cell: Tuple[int, int], goal: Pose2D, tolerance_m: float
-    ) -> Tuple[int, int]:
-        """Return the goal's cell, or the nearest reachable one within the tolerance."""
-        if potential[goal_cell] < math.inf:
-            return goal_cell
+    def _nearest_reached(
+        self, potential: np.ndarray, goal_cell: Tuple[int, int], tolerance_m: float
+    ) -> Optional[Tuple[int, int]]:
+        """Return the cell nearest to the goal's that has a potential, within the tolerance."""
         reach = math.floor(tolerance_m * self.costmap.cells_per_m)
         top, left = max(0, goal_cell[0] - reach), max(0, goal_cell[1] - reach)
         near = potential[top : goal_cell[0] + reach + 1, left : goal_cell[1] + reach + 1]
         rows, columns = np.nonzero(near < math.inf)
         if len(rows) == 0:
-            raise self._unreachable(goal)
+            return None
         squared = (rows + top - goal_cell[0]) ** 2 + (columns + left - goal_cell[1]) ** 2
         nearest = int(np.argmin(squared))
         return int(rows[nearest]) + top, int(columns[nearest]) + left
-
-    def _centre(self, cell: Tuple[int, int]) -> Pose2D:
-        resolution_m = self.costmap.resolution_m
-        return self.costmap.origin.compose(Pose2D((cell[1] + 0.5) * resolution_m, (cell[0] + 0.5) * resolution_m, 0.0))
-
-    def _plan_along(self, path: np.ndarray, start: Pose2D, end: Pose2D) -> np.ndarray:
-        """Return the plan of a path in cells (n, 2), its ends replaced by the exact poses."""
-        local_m = (path + 0.5) * self.costmap.resolution_m
-        middle_m = transform_points(self.costmap.origin, local_m[1:-1])
-        positions_m = np.vstack([[start[:2]], middle_m, [end[:2]]])
-        steps_m = np.diff(positions_m, axis=0)
-        yaws_rad = np.append(np.arctan2(steps_m[:, 1], steps_m[:, 0]), end.yaw_rad)
-        return np.column_stack([positions_m, yaws_rad])
 
     def _blocked(self, goal: Pose2D) -> PlanError:
         where = f'the goal ({goal.x_m:.2f}, {goal.y_m:.2f})'
@@ -387,7 +366,3 @@ class GlobalPlanner:
         if cost == LETHAL:
             return PlanError(problem, f'{where} is in {what}')
         return PlanError(problem, f'{where} is so close to {what} that the robot would touch it')
-
-    @staticmethod
-    def _unreachable(goal: Pose2D) -> PlanError:
-        return PlanError(PlanProblem.UNREACHABLE, f'there is no path to the goal ({goal.x_m:.2f}, {goal.y_m:.2f})')
