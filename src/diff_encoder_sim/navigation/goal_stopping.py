@@ -41,64 +41,54 @@ class LatchedStopRotate:
         params = self.params
         distance_m = math.hypot(goal.x_m - motion.base_pose.x_m, goal.y_m - motion.base_pose.y_m)
         self._is_latched |= distance_m <= (1.0 - params.latch_margin) * params.xy_goal_tolerance
-        if params.latch_xy_goal_tolerance:
-            return self._is_latched
-        return distance_m <= params.xy_goal_tolerance
+        return self._is_latched if params.latch_xy_goal_tolerance else distance_m <= params.xy_goal_tolerance
 
     def is_goal_reached(self, motion: Motion, goal: Pose2D) -> bool:
         """Return whether the robot stands at the goal, position and heading within tolerance."""
-        return (
-            self.is_position_reached(motion, goal)
-            and abs(self._remaining_turn(motion, goal)) <= self.params.yaw_goal_tolerance
-            and self._is_stopped(motion)
-        )
+        if not self.is_position_reached(motion, goal):
+            return False
+        return abs(_turn_left(motion, goal)) <= self.params.yaw_goal_tolerance and self._is_stopped(motion)
 
     def command(self, motion: Motion, goal: Pose2D, is_clear: ClearanceCheck) -> Optional[Tuple[float, float]]:
         """Return (linear [m/s], angular [rad/s]) to stop and then turn; None if that would collide."""
-        turn_rad = self._remaining_turn(motion, goal)
+        turn_rad = _turn_left(motion, goal)
         if self._has_turned(turn_rad, motion.angular_radps):
             self._is_rotating = False
             return 0.0, 0.0
-        if not self._is_rotating and not self._is_stopped(motion):
-            command = self._slow_down(motion)
-        else:
+        if self._is_rotating or self._is_stopped(motion):
             self._is_rotating = True
             command = 0.0, self._turning_speed(turn_rad, motion.angular_radps)
+        else:  # one period of braking at the acceleration limits
+            limits = (motion.linear_mps, self.params.acc_lim_x), (motion.angular_radps, self.params.acc_lim_theta)
+            linear_mps, angular_radps = (
+                math.copysign(max(0.0, abs(velocity) - limit * self._sim_period_s), velocity)
+                for velocity, limit in limits
+            )
+            command = linear_mps, angular_radps
         return command if is_clear(*command) else None
 
     def _has_turned(self, turn_rad: float, _: float) -> bool:
         return abs(turn_rad) <= self.params.yaw_goal_tolerance
 
-    @staticmethod
-    def _remaining_turn(motion: Motion, goal: Pose2D) -> float:
-        return wrap_angle(goal.yaw_rad - motion.base_pose.yaw_rad)
-
     def _is_stopped(self, motion: Motion) -> bool:
+        params = self.params
         return (
-            abs(motion.linear_mps) <= self.params.trans_stopped_vel
-            and abs(motion.angular_radps) <= self.params.theta_stopped_vel
-        )
-
-    def _slow_down(self, motion: Motion) -> Tuple[float, float]:
-        """Return the command after one period of braking at the acceleration limits."""
-        linear_mps = abs(motion.linear_mps) - self.params.acc_lim_x * self._sim_period_s
-        angular_radps = abs(motion.angular_radps) - self.params.acc_lim_theta * self._sim_period_s
-        return (
-            math.copysign(max(0.0, linear_mps), motion.linear_mps),
-            math.copysign(max(0.0, angular_radps), motion.angular_radps),
+            abs(motion.linear_mps) <= params.trans_stopped_vel and abs(motion.angular_radps) <= params.theta_stopped_vel
         )
 
     def _turning_speed(self, turn_rad: float, angular_radps: float) -> float:
         """Return the speed [rad/s] that ends the turn in a second, as far as it can be reached and stopped in time."""
         params = self.params
-        change = params.acc_lim_theta * self._sim_period_s
-        speed = self._within_limits(abs(turn_rad))
+        change, lowest, highest = params.acc_lim_theta * self._sim_period_s, params.min_vel_theta, params.max_vel_theta
+        speed = min(highest, max(lowest, abs(turn_rad)))
         speed = min(max(speed, abs(angular_radps) - change), abs(angular_radps) + change)
         speed = min(speed, math.sqrt(2.0 * params.acc_lim_theta * abs(turn_rad)))
-        return math.copysign(self._within_limits(speed), turn_rad)
+        return math.copysign(min(highest, max(lowest, speed)), turn_rad)
 
-    def _within_limits(self, speed_radps: float) -> float:
-        return min(self.params.max_vel_theta, max(self.params.min_vel_theta, speed_radps))
+
+def _turn_left(motion: Motion, goal: Pose2D) -> float:
+    """Return the turn that is left to the goal's heading [rad]."""
+    return wrap_angle(goal.yaw_rad - motion.base_pose.yaw_rad)
 
 
 # The robot does not set out for less than this fraction of a tolerance. At 40 PPR a pulse of one wheel turns it by 2.25
@@ -159,7 +149,7 @@ class PreciseStop(LatchedStopRotate):
                 return approach
             self._has_arrived = True
         turn = super().command(motion, goal, is_clear)
-        if turn is None and abs(self._remaining_turn(motion, goal)) <= self.params.yaw_goal_tolerance:
+        if turn is None and abs(_turn_left(motion, goal)) <= self.params.yaw_goal_tolerance:
             self._is_aligned = True
             return 0.0, 0.0
         return turn
@@ -264,13 +254,11 @@ def stop_parts(params: DwaParams, period_s: float, command_latency_s: float, ste
         margin = params.latch_margin if params.latch_xy_goal_tolerance else 0.0
         return {LATCH: StopSpread((1.0 - margin) * tolerance_m, tolerance_rad)}
     speed_mps, rate_radps = approach_speed(params, period_s, NEAR * tolerance_m), params.min_vel_theta
+    coasting_m = stopping_rest(speed_mps, params.acc_lim_x, period_s)
     return {
-        COASTING: StopSpread(
-            stopping_rest(speed_mps, params.acc_lim_x, period_s),
-            stopping_rest(rate_radps, params.acc_lim_theta, period_s),
-        ),
+        COASTING: StopSpread(coasting_m, stopping_rest(rate_radps, params.acc_lim_theta, period_s)),
         LATENCY: StopSpread(speed_mps * command_latency_s, rate_radps * command_latency_s),
-        PULSE: StopSpread(step.position_m, step.yaw_rad),
+        PULSE: StopSpread(*step),
         NEAR_ENOUGH: StopSpread(NEAR * tolerance_m, SET_OUT * tolerance_rad),
     }
 
@@ -281,12 +269,10 @@ def stop_spread(params: DwaParams, period_s: float, command_latency_s: float, st
     Ahead, what coasts, is late and is counted adds up, across the robot is as near as it has to be; of the heading, the
     larger one of both.
     """
-    parts = stop_parts(params, period_s, command_latency_s, step)
-    if LATCH in parts:
-        return parts[LATCH]
-    ahead = [parts[COASTING], parts[LATENCY], parts[PULSE]]
+    *ahead, near = stop_parts(params, period_s, command_latency_s, step).values()
+    if not ahead:  # the latch
+        return near
     along_m, turn_rad = sum(part.position_m for part in ahead), sum(part.yaw_rad for part in ahead)
-    near = parts[NEAR_ENOUGH]
     return StopSpread(
         min(params.xy_goal_tolerance, math.hypot(along_m, near.position_m)),
         min(params.yaw_goal_tolerance, max(near.yaw_rad, turn_rad)),
