@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 from typing import Any, Dict, Iterable, Iterator, List, Mapping, Optional, Sequence, Tuple, Type, TypeVar, Union
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import PydanticCustomError
 from typing_extensions import Annotated, get_args
 
@@ -49,6 +49,11 @@ def merged(below: Mapping[str, Any], above: Mapping[str, Any]) -> Dict[str, Any]
         old = result.get(key)
         result[key] = merged(old, value) if isinstance(old, Mapping) and isinstance(value, Mapping) else value
     return result
+
+
+def param(default: Any, description: str) -> Any:
+    """Declare a parameter of a struct by its default and what it is, with its unit."""
+    return Field(default, description=description)
 
 
 P = TypeVar('P', bound='Params')

@@ -29,7 +29,7 @@ from diff_encoder_sim.base.bounds import (
     Variance_m2,
     Weight,
 )
-from diff_encoder_sim.base.params import Params
+from diff_encoder_sim.base.params import Params, param
 from diff_encoder_sim.base.se2 import Pose2D
 
 
@@ -47,113 +47,95 @@ class AmclParams(Params):
     """All of upstream's parameters, so that its YAML files load; those at the end are the node's."""
 
     # The filter. kld_z is the standard normal quantile itself, not a probability (0.99 is 84 %).
-    min_particles: Annotated[int, Between(1, 1_000_000)] = Field(100, description='fewest particles')
-    max_particles: Annotated[int, Between(1, 1_000_000)] = Field(5000, description='most particles')
-    kld_err: Annotated[float, Between(1e-6, 10.0)] = Field(
-        0.01, description='largest error of the estimated distribution, from which the number of particles follows'
+    min_particles: Annotated[int, Between(1, 1_000_000)] = param(100, 'fewest particles')
+    max_particles: Annotated[int, Between(1, 1_000_000)] = param(5000, 'most particles')
+    kld_err: Annotated[float, Between(1e-6, 10.0)] = param(
+        0.01, 'largest error of the estimated distribution, from which the number of particles follows'
     )
-    kld_z: Annotated[float, Between(0.0, 100.0)] = Field(
-        0.99, description='standard normal quantile of that error (not a probability: 0.99 is 84 %)'
+    kld_z: Annotated[float, Between(0.0, 100.0)] = param(
+        0.99, 'standard normal quantile of that error (not a probability: 0.99 is 84 %)'
     )
-    update_min_d: Distance_m = Field(0.2, description='displacement along x or y of odom before an update [m]')
-    update_min_a: Turn_rad = Field(math.pi / 6.0, description='turn before an update [rad]')
-    resample_interval: Count = Field(2, description='updates from one resampling to the next')
-    selective_resampling: bool = Field(
-        False, description='resample only when the effective number of particles is below half'
+    update_min_d: Distance_m = param(0.2, 'displacement along x or y of odom before an update [m]')
+    update_min_a: Turn_rad = param(math.pi / 6.0, 'turn before an update [rad]')
+    resample_interval: Count = param(2, 'updates from one resampling to the next')
+    selective_resampling: bool = param(False, 'resample only when the effective number of particles is below half')
+    recovery_alpha_slow: Fraction = param(
+        0.001, 'decay rate of the slow average of the scan likelihood; 0: no random particles'
     )
-    recovery_alpha_slow: Fraction = Field(
-        0.001, description='decay rate of the slow average of the scan likelihood; 0: no random particles'
+    recovery_alpha_fast: Fraction = param(
+        0.1, 'decay rate of the fast average of the scan likelihood; 0: no random particles'
     )
-    recovery_alpha_fast: Fraction = Field(
-        0.1, description='decay rate of the fast average of the scan likelihood; 0: no random particles'
-    )
-    force_update_after_initialpose: bool = Field(
-        False, description='update at the next scan after /initialpose, without motion'
-    )
-    force_update_after_set_map: bool = Field(
-        False, description='update at the next scan after a new map, without motion'
-    )
+    force_update_after_initialpose: bool = param(False, 'update at the next scan after /initialpose, without motion')
+    force_update_after_set_map: bool = param(False, 'update at the next scan after a new map, without motion')
 
-    initial_pose_x: Place_m = Field(0.0, description='mean of the initial pose [m]')
-    initial_pose_y: Place_m = Field(0.0, description='mean of the initial pose [m]')
-    initial_pose_a: Angle_rad = Field(0.0, description='mean of the initial yaw [rad]')
-    initial_cov_xx: Variance_m2 = Field(0.25, description='variance of the initial pose [m^2]')
-    initial_cov_yy: Variance_m2 = Field(0.25, description='variance of the initial pose [m^2]')
-    initial_cov_aa: Annotated[float, Between(0.0, 1e8, 'rad^2')] = Field(
-        (math.pi / 12.0) ** 2, description='variance of the initial yaw [rad^2]'
+    initial_pose_x: Place_m = param(0.0, 'mean of the initial pose [m]')
+    initial_pose_y: Place_m = param(0.0, 'mean of the initial pose [m]')
+    initial_pose_a: Angle_rad = param(0.0, 'mean of the initial yaw [rad]')
+    initial_cov_xx: Variance_m2 = param(0.25, 'variance of the initial pose [m^2]')
+    initial_cov_yy: Variance_m2 = param(0.25, 'variance of the initial pose [m^2]')
+    initial_cov_aa: Annotated[float, Between(0.0, 1e8, 'rad^2')] = param(
+        (math.pi / 12.0) ** 2, 'variance of the initial yaw [rad^2]'
     )
 
     # The laser. Ranges of 0 or less stand for the scan's own range_min and range_max.
-    laser_model_type: Literal['beam', 'likelihood_field', 'likelihood_field_prob'] = Field(
-        'likelihood_field', description='sensor model'
+    laser_model_type: Literal['beam', 'likelihood_field', 'likelihood_field_prob'] = param(
+        'likelihood_field', 'sensor model'
     )
-    laser_min_range: Place_m = Field(-1.0, description='shorter ranges are left out [m]; 0 or less: as in the scan')
-    laser_max_range: Place_m = Field(
-        -1.0, description='longer ranges count as no return [m]; 0 or less: as in the scan'
+    laser_min_range: Place_m = param(-1.0, 'shorter ranges are left out [m]; 0 or less: as in the scan')
+    laser_max_range: Place_m = param(-1.0, 'longer ranges count as no return [m]; 0 or less: as in the scan')
+    laser_max_beams: Annotated[int, Between(2, 100_000)] = param(30, 'rays of a scan that are used, evenly spaced')
+    laser_z_hit: Weight = param(0.95, 'weight of a hit in the mixture')
+    laser_z_short: Weight = param(0.1, 'weight of an unexpected obstacle (beam model)')
+    laser_z_max: Weight = param(0.05, 'weight of a ray without a return (beam model)')
+    laser_z_rand: Weight = param(0.05, 'weight of a random range')
+    laser_sigma_hit: Annotated[float, Between(1e-4, 1000.0, 'm')] = param(0.2, 'standard deviation of a hit [m]')
+    laser_lambda_short: Annotated[float, Between(0.0, 1e4, '1/m')] = param(
+        0.1, 'decay of unexpected obstacles (beam model) [1/m]'
     )
-    laser_max_beams: Annotated[int, Between(2, 100_000)] = Field(
-        30, description='rays of a scan that are used, evenly spaced'
+    laser_likelihood_max_dist: Annotated[float, Between(1e-3, 1000.0, 'm')] = param(
+        2.0, 'distances to obstacles are cut here (likelihood field) [m]'
     )
-    laser_z_hit: Weight = Field(0.95, description='weight of a hit in the mixture')
-    laser_z_short: Weight = Field(0.1, description='weight of an unexpected obstacle (beam model)')
-    laser_z_max: Weight = Field(0.05, description='weight of a ray without a return (beam model)')
-    laser_z_rand: Weight = Field(0.05, description='weight of a random range')
-    laser_sigma_hit: Annotated[float, Between(1e-4, 1000.0, 'm')] = Field(
-        0.2, description='standard deviation of a hit [m]'
-    )
-    laser_lambda_short: Annotated[float, Between(0.0, 1e4, '1/m')] = Field(
-        0.1, description='decay of unexpected obstacles (beam model) [1/m]'
-    )
-    laser_likelihood_max_dist: Annotated[float, Between(1e-3, 1000.0, 'm')] = Field(
-        2.0, description='distances to obstacles are cut here (likelihood field) [m]'
-    )
-    do_beamskip: bool = Field(
-        False, description='leave out rays that most particles do not explain (likelihood_field_prob)'
-    )
-    beam_skip_distance: Distance_m = Field(0.5, description='from the map, for a ray to be explained [m]')
-    beam_skip_threshold: Fraction = Field(0.3, description='fraction of particles that must explain a ray')
-    beam_skip_error_threshold: Fraction = Field(0.9, description='fraction of rays left out above which all are used')
+    do_beamskip: bool = param(False, 'leave out rays that most particles do not explain (likelihood_field_prob)')
+    beam_skip_distance: Distance_m = param(0.5, 'from the map, for a ray to be explained [m]')
+    beam_skip_threshold: Fraction = param(0.3, 'fraction of particles that must explain a ray')
+    beam_skip_error_threshold: Fraction = param(0.9, 'fraction of rays left out above which all are used')
     beam_skip_error_threshold_: Optional[Fraction] = Field(None, exclude=True, description='older name of the same')
 
     # The odometry. Alphas: rotation from rotation, rotation from translation, translation from
     # translation, translation from rotation; the fifth is of the omni models only.
-    odom_model_type: Annotated[Literal['diff', 'diff-corrected'], BeforeValidator(_no_omni)] = Field(
-        'diff', description='motion model; diff passes variances as upstream does, diff-corrected standard deviations'
+    odom_model_type: Annotated[Literal['diff', 'diff-corrected'], BeforeValidator(_no_omni)] = param(
+        'diff', 'motion model; diff passes variances as upstream does, diff-corrected standard deviations'
     )
-    odom_alpha1: Alpha = Field(0.2, description='noise of the rotation from rotation')
-    odom_alpha2: Alpha = Field(0.2, description='noise of the rotation from translation')
-    odom_alpha3: Alpha = Field(0.2, description='noise of the translation from translation')
-    odom_alpha4: Alpha = Field(0.2, description='noise of the translation from rotation')
-    odom_alpha5: Alpha = Field(0.2, description='accepted, without effect: of the omni models')
-    axle_x: Offset_m = Field(
-        0.0, description="not upstream's: place of the axle ahead of the origin of base_frame_id [m]"
-    )
+    odom_alpha1: Alpha = param(0.2, 'noise of the rotation from rotation')
+    odom_alpha2: Alpha = param(0.2, 'noise of the rotation from translation')
+    odom_alpha3: Alpha = param(0.2, 'noise of the translation from translation')
+    odom_alpha4: Alpha = param(0.2, 'noise of the translation from rotation')
+    odom_alpha5: Alpha = param(0.2, 'accepted, without effect: of the omni models')
+    axle_x: Offset_m = param(0.0, "not upstream's: place of the axle ahead of the origin of base_frame_id [m]")
 
     # When the robot counts as lost. Not upstream's parameters; 0 is upstream's behaviour: never.
-    lost_fraction: Fraction = Field(
-        0.0, description='fraction of the rays that fit the map, below which a scan is bad; 0: never lost'
+    lost_fraction: Fraction = param(
+        0.0, 'fraction of the rays that fit the map, below which a scan is bad; 0: never lost'
     )
-    lost_distance: PositiveDistance_m = Field(0.2, description='largest distance from the map for a ray to fit [m]')
-    lost_scans: Count = Field(
-        5, description='bad scans in a row after which the robot is lost, good ones after which it is found'
-    )
+    lost_distance: PositiveDistance_m = param(0.2, 'largest distance from the map for a ray to fit [m]')
+    lost_scans: Count = param(5, 'bad scans in a row after which the robot is lost, good ones after which it is found')
 
     # The node's.
-    odom_frame_id: FrameId = Field('odom', description='frame of the odometry')
-    base_frame_id: FrameId = Field('base_link', description='frame of the robot')
-    global_frame_id: FrameId = Field('map', description='frame of the map')
-    tf_broadcast: bool = Field(True, description='broadcast map -> odom on TF')
-    transform_tolerance: Duration_s = Field(0.1, description='time by which map -> odom is post-dated [s]')
-    save_pose_rate: SignedRate_Hz = Field(
-        0.5, description='how often the pose is stored on the parameter server [Hz]; 0 or less: never'
+    odom_frame_id: FrameId = param('odom', 'frame of the odometry')
+    base_frame_id: FrameId = param('base_link', 'frame of the robot')
+    global_frame_id: FrameId = param('map', 'frame of the map')
+    tf_broadcast: bool = param(True, 'broadcast map -> odom on TF')
+    transform_tolerance: Duration_s = param(0.1, 'time by which map -> odom is post-dated [s]')
+    save_pose_rate: SignedRate_Hz = param(
+        0.5, 'how often the pose is stored on the parameter server [Hz]; 0 or less: never'
     )
-    gui_publish_rate: SignedRate_Hz = Field(-1.0, description='accepted, without effect [Hz]')
-    use_map_topic: bool = Field(False, description='take the map from /map instead of the service static_map')
-    first_map_only: bool = Field(False, description='with use_map_topic: ignore later maps')
-    std_warn_level_x: Distance_m = Field(0.2, description='warn above this standard deviation of x [m]')
-    std_warn_level_y: Distance_m = Field(0.2, description='warn above this standard deviation of y [m]')
-    std_warn_level_yaw: Turn_rad = Field(0.1, description='warn above this standard deviation of yaw [rad]')
-    bag_scan_period: SignedDuration_s = Field(-1.0, description='accepted, without effect [s]')
+    gui_publish_rate: SignedRate_Hz = param(-1.0, 'accepted, without effect [Hz]')
+    use_map_topic: bool = param(False, 'take the map from /map instead of the service static_map')
+    first_map_only: bool = param(False, 'with use_map_topic: ignore later maps')
+    std_warn_level_x: Distance_m = param(0.2, 'warn above this standard deviation of x [m]')
+    std_warn_level_y: Distance_m = param(0.2, 'warn above this standard deviation of y [m]')
+    std_warn_level_yaw: Turn_rad = param(0.1, 'warn above this standard deviation of yaw [rad]')
+    bag_scan_period: SignedDuration_s = param(-1.0, 'accepted, without effect [s]')
     restore_defaults: bool = Field(False, exclude=True, description='accepted, without effect: of dynamic_reconfigure')
 
     def initial_pose(self) -> Pose2D:

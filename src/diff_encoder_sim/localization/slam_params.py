@@ -21,7 +21,7 @@ from diff_encoder_sim.base.bounds import (
     Turn_rad,
     Weight,
 )
-from diff_encoder_sim.base.params import Params
+from diff_encoder_sim.base.params import Params, param
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angles
 from diff_encoder_sim.localization.patches import MOST_ENTRIES, Extent, table_size
 
@@ -36,88 +36,68 @@ class GridSlamParams(Params):
     """
 
     # The laser. 0 stands for upstream's default: the scan's own range_max less 1 cm.
-    maxRange: Distance_m = Field(0.0, description='longer ranges are ignored [m]; 0: range_max of the scan less 1 cm')
-    maxUrange: Distance_m = Field(0.0, description='rays are cut here; what they pass is free [m]; 0: maxRange')
+    maxRange: Distance_m = param(0.0, 'longer ranges are ignored [m]; 0: range_max of the scan less 1 cm')
+    maxUrange: Distance_m = param(0.0, 'rays are cut here; what they pass is free [m]; 0: maxRange')
 
     # Scan matching.
-    sigma: Annotated[float, Between(1e-6, 1e6, 'm^2')] = Field(
-        0.05, description='divides a squared distance in the score of a scan match: twice a variance [m^2]'
+    sigma: Annotated[float, Between(1e-6, 1e6, 'm^2')] = param(
+        0.05, 'divides a squared distance in the score of a scan match: twice a variance [m^2]'
     )
-    kernelSize: Annotated[int, Between(0, 10)] = Field(
-        1, description='cells in each direction in which a match is searched'
+    kernelSize: Annotated[int, Between(0, 10)] = param(1, 'cells in each direction in which a match is searched')
+    lstep: Annotated[float, Between(1e-6, 100.0, 'm')] = param(0.05, 'first step of the match along x and y [m]')
+    astep: Annotated[float, Between(1e-6, 100.0, 'rad')] = param(0.05, 'first step of the match in yaw [rad]')
+    iterations: Annotated[int, Between(0, 30)] = param(5, 'how often the steps are halved')
+    lsigma: Annotated[float, Between(1e-6, 1e6, 'm^2')] = param(0.075, 'as sigma, in the likelihood of a ray [m^2]')
+    ogain: PositiveWeight = param(
+        3.0, 'divides the log-likelihood of a scan; upstream divides it by the number of particles too'
     )
-    lstep: Annotated[float, Between(1e-6, 100.0, 'm')] = Field(
-        0.05, description='first step of the match along x and y [m]'
-    )
-    astep: Annotated[float, Between(1e-6, 100.0, 'rad')] = Field(
-        0.05, description='first step of the match in yaw [rad]'
-    )
-    iterations: Annotated[int, Between(0, 30)] = Field(5, description='how often the steps are halved')
-    lsigma: Annotated[float, Between(1e-6, 1e6, 'm^2')] = Field(
-        0.075, description='as sigma, in the likelihood of a ray [m^2]'
-    )
-    ogain: PositiveWeight = Field(
-        3.0, description='divides the log-likelihood of a scan; upstream divides it by the number of particles too'
-    )
-    lskip: Annotated[int, Between(0, 1_000_000)] = Field(0, description='rays left out between two that are matched')
-    minimumScore: Weight = Field(
-        0.0, description='lowest score of a match that is used; below it odometry alone counts'
-    )
+    lskip: Annotated[int, Between(0, 1_000_000)] = param(0, 'rays left out between two that are matched')
+    minimumScore: Weight = param(0.0, 'lowest score of a match that is used; below it odometry alone counts')
 
     # Of slam_gmapping's files, and without effect: the proposal's Gaussian is in closed form here.
-    llsamplerange: Annotated[float, Between(0.0, 100.0, 'm')] = Field(
-        0.01, description='no effect; slam_gmapping reads it [m]'
-    )
-    llsamplestep: Annotated[float, Between(1e-6, 100.0, 'm')] = Field(0.01, description='no effect [m]')
-    lasamplerange: Annotated[float, Between(0.0, 100.0, 'rad')] = Field(0.005, description='no effect [rad]')
-    lasamplestep: Annotated[float, Between(1e-6, 100.0, 'rad')] = Field(0.005, description='no effect [rad]')
+    llsamplerange: Annotated[float, Between(0.0, 100.0, 'm')] = param(0.01, 'no effect; slam_gmapping reads it [m]')
+    llsamplestep: Annotated[float, Between(1e-6, 100.0, 'm')] = param(0.01, 'no effect [m]')
+    lasamplerange: Annotated[float, Between(0.0, 100.0, 'rad')] = param(0.005, 'no effect [rad]')
+    lasamplestep: Annotated[float, Between(1e-6, 100.0, 'rad')] = param(0.005, 'no effect [rad]')
 
     # Odometry's noise: standard deviation per metre driven or radian turned.
-    srr: Annotated[float, Between(0.0, 100.0, 'm/m')] = Field(
-        0.1, description='odometry noise, standard deviation: position per metre driven [m/m]'
+    srr: Annotated[float, Between(0.0, 100.0, 'm/m')] = param(
+        0.1, 'odometry noise, standard deviation: position per metre driven [m/m]'
     )
-    srt: Annotated[float, Between(0.0, 100.0, 'rad/m')] = Field(
-        0.2, description='odometry noise: yaw per metre driven [rad/m]'
-    )
+    srt: Annotated[float, Between(0.0, 100.0, 'rad/m')] = param(0.2, 'odometry noise: yaw per metre driven [rad/m]')
     str_: Annotated[float, Between(0.0, 100.0, 'm/rad')] = Field(
         0.1, alias='str', description='odometry noise: position per radian turned [m/rad]'
     )
-    stt: Annotated[float, Between(0.0, 100.0, 'rad/rad')] = Field(
-        0.2, description='odometry noise: yaw per radian turned [rad/rad]'
+    stt: Annotated[float, Between(0.0, 100.0, 'rad/rad')] = param(
+        0.2, 'odometry noise: yaw per radian turned [rad/rad]'
     )
 
     # When a scan counts: any of the three.
-    linearUpdate: Distance_m = Field(
-        1.0, description='displacement from the last scan taken after which the next is taken [m]'
-    )
-    angularUpdate: Turn_rad = Field(0.5, description='turn after which the next is taken [rad]')
-    temporalUpdate: SignedDuration_s = Field(-1.0, description='time after which the next is taken [s]; below 0: never')
+    linearUpdate: Distance_m = param(1.0, 'displacement from the last scan taken after which the next is taken [m]')
+    angularUpdate: Turn_rad = param(0.5, 'turn after which the next is taken [rad]')
+    temporalUpdate: SignedDuration_s = param(-1.0, 'time after which the next is taken [s]; below 0: never')
 
-    particles: Annotated[int, Between(1, 10_000)] = Field(30, description='number of particles, each with a map')
-    resampleThreshold: Fraction = Field(
-        0.5, description='fraction of effective particles below which they are resampled'
-    )
+    particles: Annotated[int, Between(1, 10_000)] = param(30, 'number of particles, each with a map')
+    resampleThreshold: Fraction = param(0.5, 'fraction of effective particles below which they are resampled')
 
     # The map; it grows when the robot sees beyond it.
-    xmin: Place_m = Field(-100.0, description='first extent of the map, which grows [m]')
-    ymin: Place_m = Field(-100.0, description='first extent of the map [m]')
-    xmax: Place_m = Field(100.0, description='first extent of the map [m]')
-    ymax: Place_m = Field(100.0, description='first extent of the map [m]')
-    delta: CellSide_m = Field(0.05, description='side of a cell [m]')
-    occ_thresh: Fraction = Field(
-        0.25, description='fraction of the rays into a cell that end there, above which it is occupied'
-    )
+    xmin: Place_m = param(-100.0, 'first extent of the map, which grows [m]')
+    ymin: Place_m = param(-100.0, 'first extent of the map [m]')
+    xmax: Place_m = param(100.0, 'first extent of the map [m]')
+    ymax: Place_m = param(100.0, 'first extent of the map [m]')
+    delta: CellSide_m = param(0.05, 'side of a cell [m]')
+    occ_thresh: Fraction = param(0.25, 'fraction of the rays into a cell that end there, above which it is occupied')
 
     # What only the node uses.
-    throttle_scans: Count = Field(1, description='take one scan of so many')
-    map_update_interval: Duration_s = Field(5.0, description='time between two published maps [s]')
-    transform_publish_period: Duration_s = Field(0.05, description='time between two transforms [s]; 0: no transform')
-    tf_delay: SignedDuration_s = Field(
-        -1.0, description='time by which map -> odom is post-dated [s]; below 0: transform_publish_period'
+    throttle_scans: Count = param(1, 'take one scan of so many')
+    map_update_interval: Duration_s = param(5.0, 'time between two published maps [s]')
+    transform_publish_period: Duration_s = param(0.05, 'time between two transforms [s]; 0: no transform')
+    tf_delay: SignedDuration_s = param(
+        -1.0, 'time by which map -> odom is post-dated [s]; below 0: transform_publish_period'
     )
-    base_frame: FrameId = Field('base_link', description='frame of the robot')
-    map_frame: FrameId = Field('map', description='frame of the map')
-    odom_frame: FrameId = Field('odom', description='frame of the odometry')
+    base_frame: FrameId = param('base_link', 'frame of the robot')
+    map_frame: FrameId = param('map', 'frame of the map')
+    odom_frame: FrameId = param('odom', 'frame of the odometry')
 
     @model_validator(mode='after')
     def _check_extent(self) -> GridSlamParams:

@@ -18,7 +18,7 @@ from diff_encoder_sim.base.bounds import (
     RateOrZero_Hz,
     is_number,
 )
-from diff_encoder_sim.base.params import Params
+from diff_encoder_sim.base.params import Params, param
 from diff_encoder_sim.navigation.footprint import ALTO_FOOTPRINT, FootprintPolygon
 
 # The layers, in this order, and the names that they have if no plugins are listed.
@@ -124,20 +124,16 @@ WindowSide_m = Annotated[float, Between(0.01, 200.0, 'm')]
 class ScanSource(Params):
     """Entry of `observation_sources`: a laser that marks and clears."""
 
-    topic: Literal['scan', '/scan'] = Field('scan', description='remap the node for another topic')
-    data_type: Literal['LaserScan'] = Field('LaserScan', description='type of the message')
-    sensor_frame: str = Field('', description="accepted, without effect: the scan's own frame is used")
-    marking: bool = Field(True, description='hits mark obstacles')
-    clearing: bool = Field(
-        True, description="rays clear what they pass; upstream's default is false: nothing is ever cleared"
-    )
-    inf_is_valid: bool = Field(True, description="+inf, no return (REP 117), clears; upstream's default is false")
-    expected_update_rate: Duration_s = Field(
-        0.0, description='accepted, without effect: input_timeout stops the robot instead [s]'
-    )
-    observation_persistence: Duration_s = Field(0.0, description='accepted, without effect: one scan at a time [s]')
-    min_obstacle_height: Place_m = Field(0.0, description='accepted, without effect: a scan has one height [m]')
-    max_obstacle_height: Place_m = Field(2.0, description='accepted, without effect: a scan has one height [m]')
+    topic: Literal['scan', '/scan'] = param('scan', 'remap the node for another topic')
+    data_type: Literal['LaserScan'] = param('LaserScan', 'type of the message')
+    sensor_frame: str = param('', "accepted, without effect: the scan's own frame is used")
+    marking: bool = param(True, 'hits mark obstacles')
+    clearing: bool = param(True, "rays clear what they pass; upstream's default is false: nothing is ever cleared")
+    inf_is_valid: bool = param(True, "+inf, no return (REP 117), clears; upstream's default is false")
+    expected_update_rate: Duration_s = param(0.0, 'accepted, without effect: input_timeout stops the robot instead [s]')
+    observation_persistence: Duration_s = param(0.0, 'accepted, without effect: one scan at a time [s]')
+    min_obstacle_height: Place_m = param(0.0, 'accepted, without effect: a scan has one height [m]')
+    max_obstacle_height: Place_m = param(2.0, 'accepted, without effect: a scan has one height [m]')
 
 
 class CostmapParams(Params):
@@ -149,55 +145,50 @@ class CostmapParams(Params):
 
     global_frame: str = Field('map', min_length=1, description='frame of the costmap')
     robot_base_frame: str = Field('base_link', min_length=1, description='frame of the robot')
-    map_type: Literal['costmap'] = Field('costmap', description='cells of one layer')
-    map_topic: Literal['map', '/map'] = Field('map', description='remap the node for another topic')
-    static_map: bool = Field(True, description='size and walls are those of the map')
-    rolling_window: bool = Field(False, description='a window that moves with the robot')
-    width: WindowSide_m = Field(3.0, description='of a rolling window [m]')
-    height: WindowSide_m = Field(3.0, description='of a rolling window [m]')
-    resolution: Annotated[float, Between(1e-3, 1.0, 'm')] = Field(
-        0.05, description='side of a cell of a rolling window [m]'
+    map_type: Literal['costmap'] = param('costmap', 'cells of one layer')
+    map_topic: Literal['map', '/map'] = param('map', 'remap the node for another topic')
+    static_map: bool = param(True, 'size and walls are those of the map')
+    rolling_window: bool = param(False, 'a window that moves with the robot')
+    width: WindowSide_m = param(3.0, 'of a rolling window [m]')
+    height: WindowSide_m = param(3.0, 'of a rolling window [m]')
+    resolution: Annotated[float, Between(1e-3, 1.0, 'm')] = param(0.05, 'side of a cell of a rolling window [m]')
+    update_frequency: Rate_Hz = param(5.0, 'how often scans are entered [Hz]')
+    publish_frequency: RateOrZero_Hz = param(0.0, 'how often it is published [Hz]; 0: to newcomers only')
+    always_send_full_costmap: bool = param(
+        False, 'publish all cells each time; false: those that have changed, on costmap_updates'
     )
-    update_frequency: Rate_Hz = Field(5.0, description='how often scans are entered [Hz]')
-    publish_frequency: RateOrZero_Hz = Field(0.0, description='how often it is published [Hz]; 0: to newcomers only')
-    always_send_full_costmap: bool = Field(
-        False, description='publish all cells each time; false: those that have changed, on costmap_updates'
-    )
-    origin_x: Place_m = Field(0.0, description='accepted, without effect: the map or the robot decides [m]')
-    origin_y: Place_m = Field(0.0, description='accepted, without effect: the map or the robot decides [m]')
-    transform_tolerance: Duration_s = Field(
-        0.3, description='accepted, without effect: input_timeout stops the robot instead [s]'
-    )
-    track_unknown_space: bool = Field(
+    origin_x: Place_m = param(0.0, 'accepted, without effect: the map or the robot decides [m]')
+    origin_y: Place_m = param(0.0, 'accepted, without effect: the map or the robot decides [m]')
+    transform_tolerance: Duration_s = param(0.3, 'accepted, without effect: input_timeout stops the robot instead [s]')
+    track_unknown_space: bool = param(
         True,
-        description='what neither map nor scan has seen is unknown; false: free, '
-        'the default of a rolling window and of upstream',
+        'what neither map nor scan has seen is unknown; false: free, the default of a rolling window and of upstream',
     )
-    lethal_cost_threshold: Annotated[int, Between(1, 100, '%')] = Field(
-        100, description='occupancy in the map from which a cell is a wall [%]'
+    lethal_cost_threshold: Annotated[int, Between(1, 100, '%')] = param(
+        100, 'occupancy in the map from which a cell is a wall [%]'
     )
-    trinary_costmap: bool = Field(True, description='occupancy below lethal_cost_threshold is free')
-    unknown_cost_value: Literal[-1] = Field(-1, description='occupancy that means unknown')
-    use_maximum: Literal[False] = Field(False, description='accepted: the only value')
-    first_map_only: bool = Field(False, description='accepted, without effect: only the first map is used')
-    subscribe_to_updates: Literal[False] = Field(False, description='accepted: the only value')
-    combination_method: Literal[1] = Field(1, description='the higher cost of map and obstacles counts')
-    max_obstacle_height: Place_m = Field(2.0, description='accepted, without effect: a scan has one height [m]')
-    observation_sources: str = Field('scan', description="scan, or empty for none, which is upstream's default")
-    scan: ScanSource = Field(ScanSource(), description='the laser')
-    obstacle_range: PositiveDistance_m = Field(2.5, description='farthest hit that is marked [m]')
-    raytrace_range: PositiveDistance_m = Field(3.0, description='how far rays clear [m]')
-    footprint_clearing_enabled: bool = Field(True, description='cells under the robot are free')
-    inflation_radius: Annotated[float, Between(0.0, 10.0, 'm')] = Field(
-        0.55, description='distance from obstacles within which cells cost [m]'
+    trinary_costmap: bool = param(True, 'occupancy below lethal_cost_threshold is free')
+    unknown_cost_value: Literal[-1] = param(-1, 'occupancy that means unknown')
+    use_maximum: Literal[False] = param(False, 'accepted: the only value')
+    first_map_only: bool = param(False, 'accepted, without effect: only the first map is used')
+    subscribe_to_updates: Literal[False] = param(False, 'accepted: the only value')
+    combination_method: Literal[1] = param(1, 'the higher cost of map and obstacles counts')
+    max_obstacle_height: Place_m = param(2.0, 'accepted, without effect: a scan has one height [m]')
+    observation_sources: str = param('scan', "scan, or empty for none, which is upstream's default")
+    scan: ScanSource = param(ScanSource(), 'the laser')
+    obstacle_range: PositiveDistance_m = param(2.5, 'farthest hit that is marked [m]')
+    raytrace_range: PositiveDistance_m = param(3.0, 'how far rays clear [m]')
+    footprint_clearing_enabled: bool = param(True, 'cells under the robot are free')
+    inflation_radius: Annotated[float, Between(0.0, 10.0, 'm')] = param(
+        0.55, 'distance from obstacles within which cells cost [m]'
     )
-    cost_scaling_factor: Annotated[float, Between(0.0, 1e4, '1/m')] = Field(
-        10.0, description='decay of the cost with that distance [1/m]'
+    cost_scaling_factor: Annotated[float, Between(0.0, 1e4, '1/m')] = param(
+        10.0, 'decay of the cost with that distance [1/m]'
     )
-    inflate_unknown: Literal[False] = Field(False, description='accepted: the only value')
+    inflate_unknown: Literal[False] = param(False, 'accepted: the only value')
     footprint: FootprintPolygon = ALTO_FOOTPRINT
-    footprint_padding: Annotated[float, Between(0.0, 100.0, 'm')] = Field(
-        0.01, description='added to the footprint on all sides [m]'
+    footprint_padding: Annotated[float, Between(0.0, 100.0, 'm')] = param(
+        0.01, 'added to the footprint on all sides [m]'
     )
 
     @model_validator(mode='before')

@@ -5,7 +5,7 @@ Exceptions are prune_plan and the weights of path and goal, which config/navigat
 
 from __future__ import annotations
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 from typing_extensions import Annotated, Literal
 
 from diff_encoder_sim.base.bounds import (
@@ -25,7 +25,7 @@ from diff_encoder_sim.base.bounds import (
     Velocity_mps,
     Weight,
 )
-from diff_encoder_sim.base.params import Params
+from diff_encoder_sim.base.params import Params, param
 
 # Of all trajectories of one control period: 240 MB.
 MOST_POINTS = 10_000_000
@@ -38,83 +38,74 @@ class DwaParams(Params):
     and have no effect.
     """
 
-    max_vel_trans: Speed_mps = Field(0.55, description='highest speed [m/s]')
-    min_vel_trans: Speed_mps = Field(0.1, description='a slower sample must at least turn with min_vel_theta [m/s]')
-    max_vel_x: Velocity_mps = Field(0.55, description='highest forward velocity [m/s]')
-    min_vel_x: Velocity_mps = Field(0.0, description='lowest forward velocity; negative: may drive backwards [m/s]')
-    max_vel_y: Velocity_mps = Field(0.0, description='accepted, without effect [m/s]')
-    min_vel_y: Velocity_mps = Field(0.0, description='accepted, without effect [m/s]')
-    max_vel_theta: PositiveTurnRate_radps = Field(1.0, description='highest turning rate [rad/s]')
-    min_vel_theta: TurnRate_radps = Field(
-        0.4, description='lowest turning rate of a turn in place, also at the goal [rad/s]'
-    )
-    acc_lim_x: PositiveAcceleration_mps2 = Field(2.5, description='highest acceleration [m/s^2]')
-    acc_lim_y: Acceleration_mps2 = Field(2.5, description='accepted, without effect [m/s^2]')
-    acc_lim_theta: PositiveTurnAcceleration_radps2 = Field(3.2, description='highest angular acceleration [rad/s^2]')
-    acc_lim_trans: Acceleration_mps2 = Field(0.1, description='accepted, without effect, as upstream [m/s^2]')
+    max_vel_trans: Speed_mps = param(0.55, 'highest speed [m/s]')
+    min_vel_trans: Speed_mps = param(0.1, 'a slower sample must at least turn with min_vel_theta [m/s]')
+    max_vel_x: Velocity_mps = param(0.55, 'highest forward velocity [m/s]')
+    min_vel_x: Velocity_mps = param(0.0, 'lowest forward velocity; negative: may drive backwards [m/s]')
+    max_vel_y: Velocity_mps = param(0.0, 'accepted, without effect [m/s]')
+    min_vel_y: Velocity_mps = param(0.0, 'accepted, without effect [m/s]')
+    max_vel_theta: PositiveTurnRate_radps = param(1.0, 'highest turning rate [rad/s]')
+    min_vel_theta: TurnRate_radps = param(0.4, 'lowest turning rate of a turn in place, also at the goal [rad/s]')
+    acc_lim_x: PositiveAcceleration_mps2 = param(2.5, 'highest acceleration [m/s^2]')
+    acc_lim_y: Acceleration_mps2 = param(2.5, 'accepted, without effect [m/s^2]')
+    acc_lim_theta: PositiveTurnAcceleration_radps2 = param(3.2, 'highest angular acceleration [rad/s^2]')
+    acc_lim_trans: Acceleration_mps2 = param(0.1, 'accepted, without effect, as upstream [m/s^2]')
 
-    xy_goal_tolerance: PositiveDistance_m = Field(0.1, description='distance from the goal that counts as reached [m]')
-    yaw_goal_tolerance: PositiveTurn_rad = Field(0.1, description='heading error that counts as reached [rad]')
-    latch_xy_goal_tolerance: bool = Field(False, description='once within xy_goal_tolerance, only turn')
-    trans_stopped_vel: Speed_mps = Field(0.1, description='slower counts as standing [m/s]')
-    theta_stopped_vel: TurnRate_radps = Field(0.1, description='slower counts as standing [rad/s]')
+    xy_goal_tolerance: PositiveDistance_m = param(0.1, 'distance from the goal that counts as reached [m]')
+    yaw_goal_tolerance: PositiveTurn_rad = param(0.1, 'heading error that counts as reached [rad]')
+    latch_xy_goal_tolerance: bool = param(False, 'once within xy_goal_tolerance, only turn')
+    trans_stopped_vel: Speed_mps = param(0.1, 'slower counts as standing [m/s]')
+    theta_stopped_vel: TurnRate_radps = param(0.1, 'slower counts as standing [rad/s]')
 
-    sim_time: Annotated[float, Between(0.01, 20.0, 's')] = Field(1.7, description='duration of a trajectory [s]')
-    sim_granularity: Annotated[float, Between(1e-3, 100.0, 'm')] = Field(
-        0.025, description='distance between its points [m]'
-    )
-    angular_sim_granularity: Annotated[float, Between(1e-3, 100.0, 'rad')] = Field(
-        0.1, description='turn between its points [rad]'
-    )
-    vx_samples: Annotated[int, Between(1, 1000)] = Field(3, description='forward velocities that are tried')
-    vy_samples: Annotated[int, Between(-1_000_000, 1_000_000)] = Field(10, description='accepted, without effect')
-    vth_samples: Annotated[int, Between(1, 1000)] = Field(20, description='turning rates that are tried')
-    use_dwa: bool = Field(
-        True, description='sample what is reachable in one control period; false: in sim_time, as base_local_planner'
+    sim_time: Annotated[float, Between(0.01, 20.0, 's')] = param(1.7, 'duration of a trajectory [s]')
+    sim_granularity: Annotated[float, Between(1e-3, 100.0, 'm')] = param(0.025, 'distance between its points [m]')
+    angular_sim_granularity: Annotated[float, Between(1e-3, 100.0, 'rad')] = param(0.1, 'turn between its points [rad]')
+    vx_samples: Annotated[int, Between(1, 1000)] = param(3, 'forward velocities that are tried')
+    vy_samples: Annotated[int, Between(-1_000_000, 1_000_000)] = param(10, 'accepted, without effect')
+    vth_samples: Annotated[int, Between(1, 1000)] = param(20, 'turning rates that are tried')
+    use_dwa: bool = param(
+        True, 'sample what is reachable in one control period; false: in sim_time, as base_local_planner'
     )
 
-    path_distance_bias: Weight = Field(32.0, description='weight of the distance from the path')
-    goal_distance_bias: Weight = Field(24.0, description='weight of the distance from the goal')
-    occdist_scale: Weight = Field(0.01, description='weight of the cost under the robot')
-    twirling_scale: Weight = Field(0.0, description='weight of turning')
-    forward_point_distance: Offset_m = Field(
-        0.325, description='from the centre of the robot to the point that is scored ahead of it [m]'
+    path_distance_bias: Weight = param(32.0, 'weight of the distance from the path')
+    goal_distance_bias: Weight = param(24.0, 'weight of the distance from the goal')
+    occdist_scale: Weight = param(0.01, 'weight of the cost under the robot')
+    twirling_scale: Weight = param(0.0, 'weight of turning')
+    forward_point_distance: Offset_m = param(
+        0.325, 'from the centre of the robot to the point that is scored ahead of it [m]'
     )
-    cheat_factor: Weight = Field(
-        1.0,
-        description='that point is scored only farther from the goal than forward_point_distance '
-        'times the square root of this',
+    cheat_factor: Weight = param(
+        1.0, 'that point is scored only farther from the goal than forward_point_distance times the square root of this'
     )
-    sum_scores: bool = Field(False, description='sum the cost under the robot along a trajectory; false: its maximum')
-    oscillation_reset_dist: Distance_m = Field(0.05, description='travel that allows the opposite direction again [m]')
-    oscillation_reset_angle: Turn_rad = Field(0.2, description='turn that allows the opposite direction again [rad]')
-    twist_sigmas: Weight = Field(
+    sum_scores: bool = param(False, 'sum the cost under the robot along a trajectory; false: its maximum')
+    oscillation_reset_dist: Distance_m = param(0.05, 'travel that allows the opposite direction again [m]')
+    oscillation_reset_angle: Turn_rad = param(0.2, 'turn that allows the opposite direction again [rad]')
+    twist_sigmas: Weight = param(
         0.0,
-        description="use the last command for the velocity if it is within so many standard deviations of odometry's "
+        "use the last command for the velocity if it is within so many standard deviations of odometry's "
         'twist; 0: never, as upstream',
     )
-    latch_margin: Annotated[float, Between(0.0, 0.9)] = Field(
-        0.0, description='fraction of xy_goal_tolerance to be inside of it before it is latched; 0: none, as upstream'
+    latch_margin: Annotated[float, Between(0.0, 0.9)] = param(
+        0.0, 'fraction of xy_goal_tolerance to be inside of it before it is latched; 0: none, as upstream'
     )
-    stop: Literal['latch', 'precise'] = Field(
+    stop: Literal['latch', 'precise'] = param(
         'latch',
-        description='latch: anywhere within the tolerances, as upstream; precise: within them, go on to the place '
+        'latch: anywhere within the tolerances, as upstream; precise: within them, go on to the place '
         'nearest to the goal and to the middle of yaw_goal_tolerance',
     )
-    turn_to_path_angle: Annotated[float, Between(0.0, 3.2, 'rad')] = Field(
-        2.0,
-        description='turn in place towards a plan that begins at a larger angle than this [rad]; 0: never, as upstream',
+    turn_to_path_angle: Annotated[float, Between(0.0, 3.2, 'rad')] = param(
+        2.0, 'turn in place towards a plan that begins at a larger angle than this [rad]; 0: never, as upstream'
     )
-    prune_plan: bool = Field(True, description='drop the part of the plan behind the robot')
+    prune_plan: bool = param(True, 'drop the part of the plan behind the robot')
 
-    stop_time_buffer: Duration_s = Field(0.2, description='accepted, without effect, as upstream [s]')
-    scaling_speed: Speed_mps = Field(0.25, description='accepted, without effect, as upstream [m/s]')
-    max_scaling_factor: Weight = Field(0.2, description='accepted, without effect, as upstream')
-    publish_traj_pc: bool = Field(False, description='publish trajectory_cloud to subscribers')
-    publish_cost_grid_pc: bool = Field(False, description='publish cost_cloud to subscribers')
-    global_frame_id: str = Field('odom', description='accepted, without effect')
-    odom_topic: Literal['odom', '/odom'] = Field('odom', description='remap the node for another topic')
-    restore_defaults: bool = Field(False, description='accepted, without effect: of dynamic_reconfigure')
+    stop_time_buffer: Duration_s = param(0.2, 'accepted, without effect, as upstream [s]')
+    scaling_speed: Speed_mps = param(0.25, 'accepted, without effect, as upstream [m/s]')
+    max_scaling_factor: Weight = param(0.2, 'accepted, without effect, as upstream')
+    publish_traj_pc: bool = param(False, 'publish trajectory_cloud to subscribers')
+    publish_cost_grid_pc: bool = param(False, 'publish cost_cloud to subscribers')
+    global_frame_id: str = param('odom', 'accepted, without effect')
+    odom_topic: Literal['odom', '/odom'] = param('odom', 'remap the node for another topic')
+    restore_defaults: bool = param(False, 'accepted, without effect: of dynamic_reconfigure')
 
     @model_validator(mode='after')
     def _check_ranges(self) -> DwaParams:

@@ -7,12 +7,11 @@ import math
 from typing import Optional, Tuple
 
 import numpy as np
-from pydantic import Field
 from typing_extensions import Annotated
 
 from diff_encoder_sim.base.bounds import Between, Distance_m, Place_m, Weight
 from diff_encoder_sim.base.kernels import Array, compiled
-from diff_encoder_sim.base.params import Params
+from diff_encoder_sim.base.params import Params, param
 from diff_encoder_sim.base.se2 import Pose2D, transform_points
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_layers import INSCRIBED, LETHAL, NO_INFORMATION
@@ -258,14 +257,14 @@ BLOCKED_WEIGHT = 254
 class NavfnParams(Params):
     """Parameters of the global planner, under navfn's and global_planner's names."""
 
-    allow_unknown: bool = Field(True, description='plan through unknown cells')
-    default_tolerance: Distance_m = Field(0.0, description='how far from a blocked goal a plan may end [m]')
-    use_dijkstra: bool = Field(True, description='false: A*')
-    neutral_cost: Annotated[float, Between(1.0, 253.0)] = Field(50.0, description='cost of a free cell')
-    cost_factor: Weight = Field(0.8, description="weight of the costmap's cost, added to it")
-    planner_window_x: Place_m = Field(0.0, description='accepted, without effect, as upstream [m]')
-    planner_window_y: Place_m = Field(0.0, description='accepted, without effect, as upstream [m]')
-    visualize_potential: bool = Field(False, description='accepted, without effect')
+    allow_unknown: bool = param(True, 'plan through unknown cells')
+    default_tolerance: Distance_m = param(0.0, 'how far from a blocked goal a plan may end [m]')
+    use_dijkstra: bool = param(True, 'false: A*')
+    neutral_cost: Annotated[float, Between(1.0, 253.0)] = param(50.0, 'cost of a free cell')
+    cost_factor: Weight = param(0.8, "weight of the costmap's cost, added to it")
+    planner_window_x: Place_m = param(0.0, 'accepted, without effect, as upstream [m]')
+    planner_window_y: Place_m = param(0.0, 'accepted, without effect, as upstream [m]')
+    visualize_potential: bool = param(False, 'accepted, without effect')
 
 
 class GlobalPlanner:

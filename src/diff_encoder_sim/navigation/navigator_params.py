@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 from typing_extensions import Annotated, Literal
 
 from diff_encoder_sim.base.bounds import Between, Distance_m, Duration_s, Place_m, PositiveDuration_s, RateOrZero_Hz
-from diff_encoder_sim.base.params import Params
+from diff_encoder_sim.base.params import Params, param
 from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
 from diff_encoder_sim.navigation.dwa_params import DwaParams
 from diff_encoder_sim.navigation.global_planner import NavfnParams
@@ -28,52 +28,46 @@ class BehaviourParams(Params):
 class NavigatorParams(Params):
     """Parameters below move_base's private namespace."""
 
-    controller_frequency: Annotated[float, Between(1e-3, 1000.0, 'Hz')] = Field(
-        20.0, description='rate of velocity commands [Hz]'
+    controller_frequency: Annotated[float, Between(1e-3, 1000.0, 'Hz')] = param(20.0, 'rate of velocity commands [Hz]')
+    planner_frequency: RateOrZero_Hz = param(0.0, 'rate of new plans while driving [Hz]; 0: only when one is needed')
+    planner_patience: Duration_s = param(5.0, 'time without a plan before recovery [s]')
+    controller_patience: Duration_s = param(15.0, 'time without a command before recovery [s]')
+    max_planning_retries: Annotated[int, Between(-1, 1_000_000)] = param(
+        -1, 'attempts to plan before recovery; -1: no limit'
     )
-    planner_frequency: RateOrZero_Hz = Field(
-        0.0, description='rate of new plans while driving [Hz]; 0: only when one is needed'
+    oscillation_timeout: Duration_s = param(0.0, 'time without progress before recovery [s]; 0: no limit')
+    oscillation_distance: Distance_m = param(0.5, 'travel that counts as progress [m]')
+    recovery_behavior_enabled: bool = param(True, 'try recovery behaviours before giving up')
+    clearing_rotation_allowed: bool = param(True, "turn in place among upstream's usual recoveries")
+    conservative_reset_dist: Distance_m = param(
+        3.0, 'side of the square around the robot outside which the first recovery clears [m]'
     )
-    planner_patience: Duration_s = Field(5.0, description='time without a plan before recovery [s]')
-    controller_patience: Duration_s = Field(15.0, description='time without a command before recovery [s]')
-    max_planning_retries: Annotated[int, Between(-1, 1_000_000)] = Field(
-        -1, description='attempts to plan before recovery; -1: no limit'
-    )
-    oscillation_timeout: Duration_s = Field(0.0, description='time without progress before recovery [s]; 0: no limit')
-    oscillation_distance: Distance_m = Field(0.5, description='travel that counts as progress [m]')
-    recovery_behavior_enabled: bool = Field(True, description='try recovery behaviours before giving up')
-    clearing_rotation_allowed: bool = Field(True, description="turn in place among upstream's usual recoveries")
-    conservative_reset_dist: Distance_m = Field(
-        3.0, description='side of the square around the robot outside which the first recovery clears [m]'
-    )
-    input_timeout: PositiveDuration_s = Field(
-        0.5, description='odometry, localization or scan older than this stop the robot [s]'
-    )
-    max_unseen_travel: Distance_m = Field(
+    input_timeout: PositiveDuration_s = param(0.5, 'odometry, localization or scan older than this stop the robot [s]')
+    max_unseen_travel: Distance_m = param(
         0.3,
-        description='commanded travel while the pose of the odometry stays the same, before the goal is given up [m]; '
+        'commanded travel while the pose of the odometry stays the same, before the goal is given up [m]; '
         '0: no limit, as upstream',
     )
-    base_global_planner: Literal['navfn/NavfnROS'] = Field('navfn/NavfnROS', description='the only value')
-    base_local_planner: Literal['dwa_local_planner/DWAPlannerROS'] = Field(
-        'dwa_local_planner/DWAPlannerROS', description='the only value'
+    base_global_planner: Literal['navfn/NavfnROS'] = param('navfn/NavfnROS', 'the only value')
+    base_local_planner: Literal['dwa_local_planner/DWAPlannerROS'] = param(
+        'dwa_local_planner/DWAPlannerROS', 'the only value'
     )
-    shutdown_costmaps: bool = Field(False, description='accepted, without effect: costmaps are always kept up')
-    recovery_behaviors: List[BehaviourParams] = Field(
-        [], description="in the order in which they are tried; empty: upstream's usual four"
+    shutdown_costmaps: bool = param(False, 'accepted, without effect: costmaps are always kept up')
+    recovery_behaviors: List[BehaviourParams] = param(
+        [], "in the order in which they are tried; empty: upstream's usual four"
     )
-    clearing_radius: Place_m = Field(0.46, description='accepted, without effect, as upstream [m]')
-    make_plan_clear_costmap: bool = Field(True, description='accepted, without effect: planning changes no costmap')
-    make_plan_add_unreachable_goal: bool = Field(
-        True, description='accepted, without effect: a plan ends where the robot can get to'
+    clearing_radius: Place_m = param(0.46, 'accepted, without effect, as upstream [m]')
+    make_plan_clear_costmap: bool = param(True, 'accepted, without effect: planning changes no costmap')
+    make_plan_add_unreachable_goal: bool = param(
+        True, 'accepted, without effect: a plan ends where the robot can get to'
     )
-    restore_defaults: bool = Field(False, description='accepted, without effect: of dynamic_reconfigure')
-    latch_xy_goal_tolerance: bool = Field(False, description='that of DWAPlannerROS, which upstream reads here')
+    restore_defaults: bool = param(False, 'accepted, without effect: of dynamic_reconfigure')
+    latch_xy_goal_tolerance: bool = param(False, 'that of DWAPlannerROS, which upstream reads here')
 
-    global_costmap: CostmapParams = Field(CostmapParams(), description='of the whole map')
-    local_costmap: CostmapParams = Field(local_defaults(), description='around the robot')
-    NavfnROS: NavfnParams = Field(NavfnParams(), description='global planner')
-    DWAPlannerROS: DwaParams = Field(DwaParams(), description='local planner')
+    global_costmap: CostmapParams = param(CostmapParams(), 'of the whole map')
+    local_costmap: CostmapParams = param(local_defaults(), 'around the robot')
+    NavfnROS: NavfnParams = param(NavfnParams(), 'global planner')
+    DWAPlannerROS: DwaParams = param(DwaParams(), 'local planner')
 
     @property
     def control_period_s(self) -> float:
