@@ -4,27 +4,27 @@ import json
 import subprocess
 import sys
 
-# Reads the cells, runs them in one namespace, and prints what each printed, and its figures as PNG in base64.
+# Reads the cells, runs them in one namespace; prints what each printed, and the chart it ends with as PNG in base64.
 RUN = """
-import base64, contextlib, io, json, sys
-import matplotlib
-matplotlib.use('agg')
-import matplotlib.pyplot as plt
+import ast, base64, contextlib, io, json, sys
+import altair
+import vl_convert
 
-def drawn():
-    for number in plt.get_fignums():
-        picture = io.BytesIO()
-        plt.figure(number).savefig(picture, format='png', dpi=72, bbox_inches='tight', metadata={'Software': None})
-        yield base64.b64encode(picture.getvalue()).decode()
-    plt.close('all')
+def run(source, namespace):
+    *body, last = ast.parse(source).body
+    exec(compile(ast.Module(body, []), 'cell', 'exec'), namespace)
+    if isinstance(last, ast.Expr):
+        return eval(compile(ast.Expression(last.value), 'cell', 'eval'), namespace)
+    exec(compile(ast.Module([last], []), 'cell', 'exec'), namespace)
 
-plt.show = lambda: None
 namespace, done = {'__name__': '__main__'}, []
+version = '.'.join(altair.SCHEMA_VERSION.lstrip('v').split('.')[:2])
 for source in json.load(sys.stdin):
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed):
-        exec(compile(source, 'cell', 'exec'), namespace)
-    done.append([printed.getvalue(), list(drawn())])
+        chart = run(source, namespace)
+    drawn = [vl_convert.vegalite_to_png(chart.to_dict(), vl_version=version)] if hasattr(chart, 'to_dict') else []
+    done.append([printed.getvalue(), [base64.b64encode(picture).decode() for picture in drawn]])
 print(json.dumps(done))
 """
 
@@ -56,5 +56,5 @@ def show(notebook, done):
         stream = {'name': 'stdout', 'output_type': 'stream', 'text': text.splitlines(keepends=True)}
         cell['outputs'] = [stream] if text else []
         for picture in pictures:
-            data = {'image/png': picture, 'text/plain': ['<Figure>']}
+            data = {'image/png': picture, 'text/plain': ['alt.Chart(...)']}
             cell['outputs'].append({'data': data, 'metadata': {}, 'output_type': 'display_data'})
