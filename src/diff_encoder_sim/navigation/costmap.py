@@ -52,12 +52,13 @@ class Costmap:
             self.resolution_m = params.resolution
             rows, columns = (max(1, round(size_m / params.resolution)) for size_m in (params.height, params.width))
             self.shape = rows, columns
-            self.origin = Pose2D(-0.5 * columns * self.resolution_m, -0.5 * rows * self.resolution_m, 0.0)
+            self._place(Pose2D(-0.5 * columns * self.resolution_m, -0.5 * rows * self.resolution_m, 0.0))
             self._unseen = NO_INFORMATION if params.track_unknown_space else FREE
         elif static_map.cells.size == 0:
             raise ConfigError('the map has no cells')
         else:
-            self.resolution_m, self.origin = static_map.resolution_m, static_map.origin
+            self.resolution_m = static_map.resolution_m
+            self._place(static_map.origin)
             self.shape = static_map.height, static_map.width
             self._static = static_costs(static_map.cells, params)
             self._unseen = NO_INFORMATION  # where no ray has been, the static map counts
@@ -89,11 +90,14 @@ class Costmap:
         self._base[cells] = np.where(is_higher, obstacles, walls)
         return self._base
 
+    def _place(self, origin: Pose2D) -> None:
+        self.origin, self._frame_in_grid = origin, origin.inverse()
+
     # ---- places
 
     def pose_in_grid(self, pose: Pose2D) -> Pose2D:
         """Return a pose in the grid's own frame: x along columns, y along rows [m]."""
-        return pose.relative_to(self.origin)
+        return self._frame_in_grid.compose(pose)
 
     def cell_at(self, x_m: float, y_m: float) -> Tuple[int, int]:
         """Return (row, column) of the cell at a point; it may be outside the grid."""
@@ -173,7 +177,8 @@ class Costmap:
         other = Costmap(params, self._map)
         is_alike = (other.shape, other.resolution_m) == (self.shape, self.resolution_m)
         if is_alike and params.observation_sources:
-            other.origin, other._obstacles = self.origin, self._obstacles
+            other._place(self.origin)
+            other._obstacles = self._obstacles
         return other
 
     def clear_obstacles(self, base_pose: Pose2D, reset_distance_m: float = 0.0) -> None:
@@ -197,7 +202,8 @@ class Costmap:
                 max(0, down) : rows - max(0, -down), max(0, right) : columns - max(0, -right)
             ]
         x_m, y_m = self.origin.x_m + right * self.resolution_m, self.origin.y_m + down * self.resolution_m
-        self._obstacles, self.origin = moved, Pose2D(x_m, y_m, 0.0)
+        self._obstacles = moved
+        self._place(Pose2D(x_m, y_m, 0.0))
 
     def _around(self, place: Pose2D, reach_m: float) -> Window:
         """Return the cells within `reach_m` of a place in the grid's own frame, along both axes; maybe none."""

@@ -7,8 +7,6 @@ import math
 from collections import deque
 from typing import Deque, NamedTuple, Optional, Tuple
 
-import numpy as np
-
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, interpolate
@@ -186,11 +184,10 @@ class NavigatorInputs:
         """
         low_m, high_m = scan.range_min_m, scan.range_max_m
         _check('the scan', IDENTITY, (scan.angle_min_rad, scan.angle_increment_rad, low_m, high_m))
-        ranges_m = np.asarray(scan.ranges_m)
         # In open space all ranges are +inf; a covered laser sends no valid ones.
-        if not (((low_m <= ranges_m) & (ranges_m <= high_m)) | (ranges_m == math.inf)).any():
+        if not any(low_m <= range_m <= high_m or range_m == math.inf for range_m in scan.ranges_m):
             valid = f'from {low_m:g} to {high_m:g} m, or +inf for no return'
-            raise InputFault(f'none of {len(ranges_m)} ranges is valid: {valid}')
+            raise InputFault(f'none of {len(scan.ranges_m)} ranges is valid: {valid}')
         self.scan = scan
         self._scan_pose_in_base = self.laser_pose_in_base if laser_pose_in_base is None else laser_pose_in_base
 
