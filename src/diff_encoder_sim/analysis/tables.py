@@ -259,7 +259,7 @@ def path_error_table(results: Results) -> Optional[ResultTable]:
 
 def _path_errors(trials: pd.DataFrame, source: str) -> Dict[str, Optional[float]]:
     """Return the columns of the table of path errors, over trials that all have a path."""
-    ate_m = trials[f'{source}_ate_rmse_m'].to_numpy(dtype=float)
+    means, ate_m = trials.mean(numeric_only=True), trials[f'{source}_ate_rmse_m'].to_numpy(dtype=float)
     low_m, high_m = mean_interval(ate_m)
     errors: Dict[str, Optional[float]] = {
         'trials': len(trials),
@@ -268,15 +268,12 @@ def _path_errors(trials: pd.DataFrame, source: str) -> Dict[str, Optional[float]
         'ate_rmse_high_m': high_m,
         'ate_rmse_std_m': spread(ate_m),
         'ate_max_m': float(trials[f'{source}_ate_max_m'].max()),
-        'yaw_rmse_mean_deg': float(np.mean(np.degrees(trials[f'{source}_yaw_rmse_rad'].to_numpy(dtype=float)))),
+        'yaw_rmse_mean_deg': math.degrees(means[f'{source}_yaw_rmse_rad']),
     }
-    for name, _, _ in RPES:
-        known = trials[trials[f'{source}_{name}_segments'] > 0]
-        translations_m = known[f'{source}_{name}_translation_rmse_m'].to_numpy(dtype=float)
-        rotations_deg = np.degrees(known[f'{source}_{name}_rotation_rmse_rad'].to_numpy(dtype=float))
-        errors[f'{name}_segments'] = int(known[f'{source}_{name}_segments'].sum())
-        errors[f'{name}_translation_rmse_mean_m'] = float(np.mean(translations_m)) if len(known) else None
-        errors[f'{name}_rotation_rmse_mean_deg'] = float(np.mean(rotations_deg)) if len(known) else None
+    for name, _, _ in RPES:  # errors without a segment are NaN, and not in the means
+        errors[f'{name}_segments'] = int(trials[f'{source}_{name}_segments'].sum())
+        errors[f'{name}_translation_rmse_mean_m'] = means[f'{source}_{name}_translation_rmse_m']
+        errors[f'{name}_rotation_rmse_mean_deg'] = math.degrees(means[f'{source}_{name}_rotation_rmse_rad'])
     return errors
 
 
