@@ -20,7 +20,7 @@ from scipy import stats
 from scipy.optimize import minimize
 from tabulate import tabulate
 
-from diff_encoder_sim.analysis.paper.paper_cells import TRIALS, PaperCell, load_paper_cells
+from diff_encoder_sim.analysis.paper.paper_cells import TRIALS, load_paper_cells
 from diff_encoder_sim.analysis.quantities import Y
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial
@@ -92,10 +92,11 @@ def sensitivities(truth: np.ndarray, separation_m: float) -> Tuple[np.ndarray, n
     return by_radius, noise
 
 
-def fitted_row() -> List[PaperCell]:
+def fitted_row() -> List[Any]:
     """The paper's numbers that are fitted to."""
-    of_row = (TEST, SOURCE, str(PPR), QUANTITY)
-    return [cell for cell in load_paper_cells() if (cell.test, cell.source, cell.ppr, cell.quantity) == of_row]
+    of_row = (TEST, SOURCE, str(PPR), QUANTITY.name)
+    cells = load_paper_cells().itertuples()
+    return [cell for cell in cells if (cell.test, cell.source, cell.ppr, cell.quantity) == of_row]
 
 
 class Fit:
@@ -124,7 +125,7 @@ class Fit:
         for cell in self._cells:
             values = statistic(y_m, cell)
             variance = values.var() + RESOLUTION[cell.statistic] ** 2 / 12.0
-            total += (cell.value - values.mean()) ** 2 / variance + math.log(variance)
+            total += (cell.paper - values.mean()) ** 2 / variance + math.log(variance)
         return total
 
     def search(self) -> np.ndarray:
@@ -151,10 +152,10 @@ def from_vector(vector: Sequence[float]) -> WheelErrors:
     return WheelErrors(float(10.0 ** vector[0]), float(vector[1] * 1e-4))
 
 
-def statistic(values: np.ndarray, cell: PaperCell) -> np.ndarray:
+def statistic(values: np.ndarray, cell: Any) -> np.ndarray:
     """The cell's statistic over the last axis of errors in the paper's unit."""
     if cell.statistic == 'pct_within':
-        return 100.0 * np.mean(np.abs(values) <= cell.quantity.tolerance, axis=-1)
+        return 100.0 * np.mean(np.abs(values) <= QUANTITY.tolerance, axis=-1)
     if cell.statistic == 'std':
         return values.std(axis=-1, ddof=1)
     return values.min(axis=-1) if cell.statistic == 'min' else values.max(axis=-1)
@@ -164,7 +165,7 @@ def row_table(campaigns: Dict[str, Sequence[Drive]]) -> str:
     """The paper's row beside that of each campaign."""
     errors_m = [np.array([one.error[QUANTITY.component] for one in drives]) for drives in campaigns.values()]
     rows = [
-        [cell.statistic, cell.value, *(f'{statistic(of_one, cell):.3f}' for of_one in errors_m)]
+        [cell.statistic, cell.paper, *(f'{statistic(of_one, cell):.3f}' for of_one in errors_m)]
         for cell in fitted_row()
     ]
     return tabulate(rows, [QUANTITY.head, 'paper', *campaigns], disable_numparse=True, stralign='right')

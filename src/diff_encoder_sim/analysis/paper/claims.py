@@ -6,9 +6,9 @@ It fails when one of them does; that this is not chance is kept at 95 % for all 
 
 from __future__ import annotations
 
-import enum
 import itertools
 import math
+from collections import Counter
 from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
@@ -50,18 +50,13 @@ NEGLIGIBLE_FRACTION = 0.1  # of the tolerance: a smaller difference is negligibl
 SMALLEST_P = 1e-4  # smaller p-values are shown as smaller than this
 
 
-class Conclusion(enum.Enum):
-    """What a hypothesis test shows."""
-
-    HOLDS = 'holds'
-    FAILS = 'fails'
-    UNCLEAR = 'unclear'
+HOLDS, FAILS, UNCLEAR = CONCLUSIONS = ('holds', 'fails', 'unclear')  # of a hypothesis test
 
 
 class HypothesisTest(NamedTuple):
     """The test of one part of a claim."""
 
-    conclusion: Conclusion
+    conclusion: str  # of CONCLUSIONS
     text: str  # with the numbers
     p_against: Optional[float] = None  # corrected for the number of parts; None without enough trials
 
@@ -87,11 +82,11 @@ def _tested(parts: Sequence[Errors], fewest: int, judge: Callable[[Errors], _Jud
 
 
 def _concluded(too_few: Sequence[str], parts: Sequence[_Judged]) -> List[HypothesisTest]:
-    tests = [HypothesisTest(Conclusion.UNCLEAR, f'{label}: too few trials') for label in too_few]
+    tests = [HypothesisTest(UNCLEAR, f'{label}: too few trials') for label in too_few]
     adjusted = holm([1.0 if is_as_claimed else p_value for _, is_as_claimed, _, p_value in parts])
     for (text, is_as_claimed, is_sure, _), p_value in zip(parts, adjusted):
-        unless_fails = Conclusion.HOLDS if is_as_claimed and is_sure else Conclusion.UNCLEAR
-        tests.append(HypothesisTest(Conclusion.FAILS if p_value < SIGNIFICANCE else unless_fails, text, p_value))
+        unless_fails = HOLDS if is_as_claimed and is_sure else UNCLEAR
+        tests.append(HypothesisTest(FAILS if p_value < SIGNIFICANCE else unless_fails, text, p_value))
     return tests
 
 
@@ -134,29 +129,32 @@ def _is_among(one: Errors, others: Sequence[Errors]) -> bool:
 def first_spreads_more(pairs: Sequence[Errors]) -> List[HypothesisTest]:
     """Test that the first of each pair has the larger standard deviation, by the ratio's jackknife."""
 
-    def judge(pair: Errors) -> _Judged:
-        first, second = pair.values
-        sizes = [spread(values) or 0.0 for values in (first, second)]
-        return _first_is_larger(pair, 'standard deviation', sizes, spread_ratio(first, second).p_value)
+    def measure(first: np.ndarray, second: np.ndarray) -> Tuple[List[float], float]:
+        return [spread(values) or 0.0 for values in (first, second)], spread_ratio(first, second).p_value
 
-    return _tested(pairs, FEWEST_PAIRS, judge)
+    return _first_is_larger(pairs, 'standard deviation', measure)
 
 
 def first_errs_more(pairs: Sequence[Errors]) -> List[HypothesisTest]:
     """Test that the first of each pair has the larger absolute errors, by Wilcoxon's signed-rank test."""
 
+    def measure(first: np.ndarray, second: np.ndarray) -> Tuple[List[float], float]:
+        sizes = np.abs(first), np.abs(second)
+        return [float(np.median(each)) for each in sizes], wilcoxon(*sizes).p_value
+
+    return _first_is_larger(pairs, 'median absolute error', measure)
+
+
+def _first_is_larger(
+    pairs: Sequence[Errors], what: str, measure: Callable[..., Tuple[List[float], float]]
+) -> List[HypothesisTest]:
     def judge(pair: Errors) -> _Judged:
-        sizes = [np.abs(values) for values in pair.values]
-        medians = [float(np.median(each)) for each in sizes]
-        return _first_is_larger(pair, 'median absolute error', medians, wilcoxon(*sizes).p_value)
+        sizes, p_value = measure(*pair.values)
+        both = ', '.join(f'{size:.3g} {pair.quantity.unit} ({name})' for size, name in zip(sizes, pair.names))
+        text = f'{pair.label}: {what} {both}, p {p_value:.2g}'
+        return text, sizes[0] > sizes[1], p_value < SIGNIFICANCE, p_value
 
     return _tested(pairs, FEWEST_PAIRS, judge)
-
-
-def _first_is_larger(pair: Errors, what: str, sizes: Sequence[float], p_value: float) -> _Judged:
-    both = ', '.join(f'{size:.3g} {pair.quantity.unit} ({name})' for size, name in zip(sizes, pair.names))
-    text = f'{pair.label}: {what} {both}, p {p_value:.2g}'
-    return text, sizes[0] > sizes[1], p_value < SIGNIFICANCE, p_value
 
 
 def fractions_equal(pairs: Sequence[Errors]) -> List[HypothesisTest]:
@@ -334,8 +332,8 @@ class ClaimResult(NamedTuple):
     @property
     def counts(self) -> str:
         """Count the parts of the claim by their conclusions."""
-        counts = {conclusion: sum(test.conclusion is conclusion for test in self.tests) for conclusion in Conclusion}
-        return ', '.join(f'{conclusion.value} {count}' for conclusion, count in counts.items() if count)
+        counts = Counter(test.conclusion for test in self.tests)
+        return ', '.join(f'{one} {counts[one]}' for one in CONCLUSIONS if counts[one])
 
 
 def check_claims(results: Results, name: str = '') -> Dict[str, List[ClaimResult]]:
@@ -354,8 +352,8 @@ def check_claims(results: Results, name: str = '') -> Dict[str, List[ClaimResult
 def claim_conclusion(tests: Sequence[HypothesisTest]) -> str:
     """Conclude from the parts: one that fails contradicts a claim, all must hold to reproduce it."""
     conclusions = [test.conclusion for test in tests]
-    if Conclusion.FAILS in conclusions:
+    if FAILS in conclusions:
         return 'contradicted'
-    if conclusions and all(one is Conclusion.HOLDS for one in conclusions):
+    if conclusions and all(one == HOLDS for one in conclusions):
         return 'reproduced'
     return 'not contradicted' if any(test.p_against is not None for test in tests) else 'not tested: too few trials'

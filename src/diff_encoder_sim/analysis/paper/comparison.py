@@ -9,7 +9,7 @@ from typing import NamedTuple, Optional, Tuple
 import numpy as np
 
 from diff_encoder_sim.analysis.paper.paper_cells import TRIALS, load_paper_cells
-from diff_encoder_sim.analysis.quantities import LEVEL, Quantity
+from diff_encoder_sim.analysis.quantities import LEVEL, QUANTITIES, Quantity
 from diff_encoder_sim.analysis.results_table import Results, final_errors, varied_texts
 from diff_encoder_sim.analysis.statistics import SIGNIFICANCE, Interval, holm, spread, std_interval, wilson
 from diff_encoder_sim.base.deferred import deferred
@@ -200,18 +200,19 @@ def compare_with_paper(results: Results, name: str = '') -> pd.DataFrame:
         be concluded; `p_holm`, corrected over the numbers of equal campaign, source and test, of those that are
         evidence; `left_out`: why it is no evidence; number of our `trials`.
     """
-    printed, rows = load_paper_cells(), []
+    quantities = {quantity.name: quantity for quantity in QUANTITIES}
+    printed, rows = load_paper_cells().to_dict('records'), []
     for _, of_cell in results.trials.groupby('cell', sort=False):
         first = of_cell.iloc[0]
         campaign = ', '.join(filter(None, [name, *varied_texts(first[results.varied], results.varied)]))
         for paper in printed:
-            if (paper.test, paper.ppr) == (first['test'], first['ppr']):
-                values = final_errors(of_cell, paper.source, paper.quantity)
-                found = agreement(paper.statistic, values, paper.value, paper.quantity)
+            if (paper['test'], paper['ppr']) == (first['test'], first['ppr']):
+                quantity = quantities[paper['quantity']]
+                values = final_errors(of_cell, paper['source'], quantity)
+                found = agreement(paper['statistic'], values, paper['paper'], quantity)
                 if found is not None:
-                    key = campaign, *paper[:4], paper.quantity.name, *paper[5:7]
-                    numbers = found.ours, *found.interval, found.p_value
-                    rows.append((*key, *numbers, ' '.join(paper.left_out), len(values)))
+                    ours = dict(zip(('ours', 'low', 'high', 'p'), (found.ours, *found.interval, found.p_value)))
+                    rows.append({'campaign': campaign, **paper, **ours, 'trials': len(values)})
     names = ['campaign', 'table', 'source', 'test', 'ppr', 'quantity', 'statistic', 'paper', 'ours', 'low', 'high', 'p']
     compared = pd.DataFrame(rows, columns=[*names, 'left_out', 'trials']).astype({'p': float})
     by_campaign = np.argsort(pd.factorize(compared['campaign'])[0], kind='stable')

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import csv
 import math
-from typing import Any, Dict, List, NamedTuple, Optional, Tuple
+from typing import Any, Dict, List, Optional, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
 from diff_encoder_sim.analysis.results_table import Results, RobotGeometry
+from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.drives.test_definition import load_test
@@ -37,32 +37,22 @@ OUTLINE_M = (0.5, 0.6)
 RELATIVE = 0.01  # numbers that differ less are the same robot, with calibrated wheels
 
 
-class PaperCell(NamedTuple):
-    """One number of the paper's tables."""
+def load_paper_cells() -> pd.DataFrame:
+    """Load the numbers of tables 4 to 6, in the file's order.
 
-    table: int
-    source: str  # final pose, of quantities.POSES
-    test: str
-    ppr: str  # encoder label
-    quantity: Quantity
-    statistic: str  # of STATISTICS
-    value: float  # [m], [deg] or per cent
-    left_out: Tuple[str, ...]  # why it is no evidence: keys of the errata that affect it, `calibrated` if fitted to
-
-
-def load_paper_cells() -> List[PaperCell]:
-    """Load the cells in the file's order."""
-    quantities, errata = {quantity.name: quantity for quantity in QUANTITIES}, load_errata()
-    cells = []
-    for row in _rows('tables_4_5_6.csv'):
-        left_out = [one['key'] for one in errata if _is_affected(row, one)]
-        if (row['table'], row['test'], row['ppr'], row['quantity']) == CALIBRATED:
-            left_out.append('calibrated')
-        numbers = quantities[row['quantity']], row['statistic'], float(row['value']), tuple(left_out)
-        cells.append(
-            PaperCell(int(row['table']), row['source'].replace('_pose', ''), row['test'], row['ppr'], *numbers)
-        )
-    return cells
+    Returns:
+        `table`, `source` (of quantities.POSES), `test`, `ppr` (encoder label), `quantity`, `statistic` (of STATISTICS),
+        `paper`: the number in m, deg or per cent; `left_out`: why it is no evidence, keys of the errata that affect it,
+        and `calibrated` if it was fitted to.
+    """
+    errata, cells = load_errata(), _rows('tables_4_5_6.csv')
+    left_out = [[one['key'] for one in errata if _is_affected(cell, one)] for cell in cells]
+    for cell, keys in zip(cells, left_out):
+        if (cell['table'], cell['test'], cell['ppr'], cell['quantity']) == CALIBRATED:
+            keys.append('calibrated')
+    printed = pd.DataFrame(cells).rename(columns={'value': 'paper'}).astype({'table': int, 'paper': float})
+    sources = printed['source'].str.replace('_pose', '')
+    return printed.assign(source=sources, left_out=[' '.join(keys) for keys in left_out])
 
 
 def _is_affected(cell: Dict[str, str], erratum: Dict[str, str]) -> bool:

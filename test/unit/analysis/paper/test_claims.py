@@ -6,7 +6,9 @@ from scipy import stats
 
 from diff_encoder_sim.analysis.paper.claims import (
     CLAIMS,
-    Conclusion,
+    FAILS,
+    HOLDS,
+    UNCLEAR,
     Errors,
     all_within,
     check_claims,
@@ -127,9 +129,6 @@ def test_spread_against_a_limit():
     assert conclusions(spreads(1.35, below=one)) == [HOLDS]
     assert conclusions(spreads(0.79, below=one)) == [FAILS]
     assert conclusions(spreads(1.0, below=[Errors('', YAW, (np.array([0.5]),))])) == [UNCLEAR]
-
-
-HOLDS, FAILS, UNCLEAR = Conclusion.HOLDS, Conclusion.FAILS, Conclusion.UNCLEAR
 
 
 def normal(count, spread=1.0, mean=0.0, seed=0):

@@ -3,36 +3,27 @@
 import pytest
 
 from diff_encoder_sim.analysis.paper.paper_cells import STATISTICS, load_errata, load_paper_cells, of_paper
-from diff_encoder_sim.analysis.quantities import QUANTITIES
 from diff_encoder_sim.analysis.results_table import RobotGeometry
 from trial_tables import IN, cell, navigated, paper_results
 
 
-@pytest.fixture(scope='module')
-def printed():
-    return {(one.source, one.test, one.ppr, one.quantity.name, one.statistic): one for one in load_paper_cells()}
+def test_every_cell_is_there_once_as_printed():
+    cells = load_paper_cells()
+    printed = cells.set_index(['source', 'test', 'ppr', 'quantity', 'statistic'])
+    assert len(cells) == 432 and printed.index.is_unique and set(cells['statistic']) == set(STATISTICS)
+    assert set(zip(cells['table'], cells['source'])) == {(4, 'odom'), (5, 'world'), (6, 'global')}
+    assert printed.loc[('odom', 'SL', '40', 'y_m', 'std'), 'paper'] == 0.214
+    assert printed.loc[('world', 'SMT', '40', 'yaw_deg', 'max'), 'paper'] == 80.341
+    assert printed.loc[('global', 'DLD', '40', 'yaw_deg', 'pct_within'), 'paper'] == 73.3
 
 
-def test_every_cell_is_there_once(printed):
-    assert len(load_paper_cells()) == len(printed) == 432
-    assert {one.quantity for one in printed.values()} == set(QUANTITIES)
-    assert {one.statistic for one in printed.values()} == set(STATISTICS)
-
-
-def test_cells_are_those_of_the_print(printed):
-    assert printed['odom', 'SL', '40', 'y_m', 'std'].value == 0.214
-    assert printed['world', 'SMT', '40', 'yaw_deg', 'max'].value == 80.341
-    assert printed['global', 'DLD', '40', 'yaw_deg', 'pct_within'].value == 73.3
-    assert {(one.table, one.source) for one in printed.values()} == {(4, 'odom'), (5, 'world'), (6, 'global')}
-
-
-def test_the_repeated_column_is_marked_and_is_repeated(printed):
-    affected = [one for one in printed.values() if 'smt_column_twice' in one.left_out]
-    assert len(affected) == 24 and 'smt_column_twice' in [one['key'] for one in load_errata()]
-    for one in affected:
-        assert (
-            one.ppr == '1024' and one.value == printed[one.source, 'SMT', '90', one.quantity.name, one.statistic].value
-        )
+def test_the_repeated_column_is_marked_and_is_repeated():
+    cells = load_paper_cells()
+    affected = cells[cells['left_out'] == 'smt_column_twice']
+    others = cells[(cells['test'] == 'SMT') & (cells['ppr'] == '90') & cells['table'].isin([5, 6])]
+    assert len(affected) == 24 and set(affected['ppr']) == {'1024'}
+    assert affected['paper'].tolist() == others['paper'].tolist()
+    assert 'smt_column_twice' in [one['key'] for one in load_errata()]
 
 
 SL = navigated('SL')
