@@ -45,11 +45,6 @@ def wait_until(condition, what, timeout_s=TIMEOUT_S):
         time.sleep(0.005)
 
 
-def impossible_stamps_ns():
-    """Beyond what a stamp holds for TF, and a minute ahead of the wall clock, which nodes go by without a /clock."""
-    return [2**32 * NS_PER_S - 1, 2**31 * NS_PER_S, time.time_ns() + 60 * NS_PER_S]
-
-
 def stamp_from_ns(stamp_ns):
     return rospy.Time(*divmod(stamp_ns, NS_PER_S))
 

@@ -158,16 +158,6 @@ def _planar_pose(x_m: float, y_m: float, z_m: float, qx: float, qy: float, qz: f
         raise InputFault(str(error)) from None
 
 
-class SpatialTransform(NamedTuple):
-    """A child frame's pose in its parent frame at one instant; names without a leading slash."""
-
-    stamp_ns: int
-    parent: str
-    child: str
-    translation_xyz_m: Vector
-    quat_xyzw: QuatXyzw
-
-
 def encode_transform(child_pose: Pose2D, stamp_ns: int, parent_frame: str, child_frame: str) -> bytes:
     """Encode geometry_msgs/TransformStamped of a frame's planar pose in its parent."""
     return encode_header(stamp_ns, parent_frame) + encode_name(child_frame) + encode_planar_pose(child_pose)
@@ -199,34 +189,6 @@ def decode_tf(raw: bytes, is_cdr: bool = False) -> Iterator[StampedPose]:
     fields = FieldReader(raw, is_cdr)
     for _ in range(fields.length()):
         yield read_stamped_pose(fields)
-
-
-def decode_spatial_tf(raw: bytes) -> Iterator[SpatialTransform]:
-    """Decode the transforms of a TFMessage of ROS 1.
-
-    Raises:
-        InputFault: the message is torn.
-    """
-    at = LENGTH.size
-    try:
-        for _ in range(LENGTH.unpack_from(raw)[0]):
-            seconds, nanoseconds = TIME.unpack_from(raw, at + STAMP_AT)
-            parent_at = at + FRAME_AT + LENGTH.size
-            parent_end = parent_at + LENGTH.unpack_from(raw, parent_at - LENGTH.size)[0]
-            child_at = parent_end + LENGTH.size
-            at = child_at + LENGTH.unpack_from(raw, parent_end)[0]
-            numbers = POSE.unpack_from(raw, at)
-            stamp_ns = seconds * NANOSECONDS_PER_SECOND + nanoseconds
-            yield SpatialTransform(
-                stamp_ns, _name(raw[parent_at:parent_end]), _name(raw[child_at:at]), numbers[:3], numbers[3:]
-            )
-            at += POSE.size
-    except struct.error:
-        raise InputFault(TORN) from None
-
-
-def _name(raw: bytes) -> str:
-    return raw.decode('utf-8', 'replace').lstrip('/')
 
 
 class ModelStatesEncoder:

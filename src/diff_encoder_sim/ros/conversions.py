@@ -7,16 +7,7 @@ from typing import TYPE_CHECKING, Sequence, Tuple
 
 import numpy as np
 import rospy
-from geometry_msgs.msg import (
-    Point,
-    Pose,
-    PoseStamped,
-    PoseWithCovarianceStamped,
-    Quaternion,
-    TransformStamped,
-    Twist,
-    Vector3,
-)
+from geometry_msgs.msg import Point, Pose, PoseStamped, PoseWithCovarianceStamped, Quaternion, TransformStamped, Vector3
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import ColorRGBA
@@ -28,7 +19,6 @@ from diff_encoder_sim.drives.wire import QuatXyzw
 
 if TYPE_CHECKING:
     from diff_encoder_sim.base.laser_scan import Scan
-    from diff_encoder_sim.simulation.state import BodyState
     from diff_encoder_sim.simulation.world import World
 
 # Rows of x, y and yaw in a message's 6x6 covariance.
@@ -137,14 +127,6 @@ def twist_std_from_message(message: Odometry) -> Tuple[float, float]:
     """
     variances = message.twist.covariance[0], message.twist.covariance[35]
     return math.sqrt(max(variances[0], 0.0)), math.sqrt(max(variances[1], 0.0))
-
-
-def body_messages(state: BodyState) -> Tuple[Pose, Twist]:
-    """Convert a body's pose and twist in the world frame, as Gazebo reports them."""
-    return (
-        Pose(Point(*state.position_xyz_m), Quaternion(*state.quat_xyzw)),
-        Twist(Vector3(*state.linear_xyz_mps), Vector3(*state.angular_xyz_radps)),
-    )
 
 
 def matrix_pose_message(pose: np.ndarray) -> Pose:

@@ -1,4 +1,4 @@
-"""Publishers and subscribers: messages encoded once, messages in the order of their stamps, display topics."""
+"""Publishers and subscribers: messages encoded once, messages with possible stamps, topics for displays."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from diff_encoder_sim.drives.pose_messages import PoseDecoder
 from diff_encoder_sim.drives.topics import POSE_STAMPED_TYPE
 from diff_encoder_sim.drives.wire import encoded_stamp_ns, with_seq
 from diff_encoder_sim.ros.conversions import ns_from_stamp
-from diff_encoder_sim.ros.node import log, publisher, subscriber, wait_for_clock
+from diff_encoder_sim.ros.node import log, publisher, subscriber
 
 
 class EncodedMessage(rospy.AnyMsg):  # type: ignore[misc]  # rospy has no types
@@ -65,72 +65,59 @@ class EncodedPublisher:
         self._publisher.publish(self._class(content))
 
 
-def encoded_subscriber(
-    topic: str, message_class: Type[genpy.Message], callback: Callable[[bytes], None]
-) -> rospy.Subscriber:
-    """Subscribe as `subscriber` does; the callback gets the bytes of each message."""
-    return subscriber(topic, encoded_class(message_class), lambda message: callback(message.content))
-
-
 def encoded_stamped_subscriber(
     topic: str, message_class: Type[genpy.Message], callback: Callable[[bytes], None]
 ) -> rospy.Subscriber:
-    """Subscribe as `stamped_subscriber` does.
-
-    A message whose stamp cannot be, or for which the callback raises an InputFault, is dropped with a warning.
-    """
-    resolved_name = rospy.resolve_name(topic)
-
-    def take(content: bytes) -> None:
-        try:
-            check_stamp_now(encoded_stamp_ns(content))
-        except InputFault as fault:
-            log.warning('%s: message dropped: %s', resolved_name, fault)
-            return
-        try:
-            callback(content)
-        except InputFault as fault:
-            log.warning('%s: %s; message dropped', resolved_name, fault)
-
-    return encoded_subscriber(topic, message_class, take)
+    """Subscribe as `stamped_subscriber` does; the callback gets the bytes of each message."""
+    return _checked_subscriber(
+        topic,
+        encoded_class(message_class),
+        lambda message: encoded_stamp_ns(message.content),
+        lambda message: callback(message.content),
+    )
 
 
 def stamped_subscriber(
     topic: str, message_class: Type[genpy.Message], callback: Callable[[Any], None], most_ahead_s: float = MOST_AHEAD_S
 ) -> rospy.Subscriber:
-    """Subscribe as `subscriber` does; a message whose stamp cannot be is dropped with a warning."""
+    """Subscribe as `subscriber` does.
+
+    A message is dropped with a warning if its stamp is more than `most_ahead_s` ahead of the clock, or if the callback
+    raises an InputFault.
+    """
+    return _checked_subscriber(
+        topic, message_class, lambda message: ns_from_stamp(message.header.stamp), callback, most_ahead_s
+    )
+
+
+def _checked_subscriber(
+    topic: str,
+    message_class: Type[genpy.Message],
+    stamp_of: Callable[[Any], int],
+    callback: Callable[[Any], None],
+    most_ahead_s: float = MOST_AHEAD_S,
+) -> rospy.Subscriber:
     resolved_name = rospy.resolve_name(topic)
 
     def on_message(message: Any) -> None:
         try:
-            check_stamp_now(ns_from_stamp(message.header.stamp), most_ahead_s)
+            check_stamp(stamp_of(message), ns_from_stamp(rospy.Time.now()), most_ahead_s)
+            callback(message)
         except InputFault as fault:
-            log.warning('%s: message dropped: %s', resolved_name, fault)
-            return
-        callback(message)
+            log.warning('%s: %s; message dropped', resolved_name, fault)
 
     return subscriber(topic, message_class, on_message)
-
-
-def check_stamp_now(stamp_ns: int, most_ahead_s: float = MOST_AHEAD_S) -> None:
-    """Check that a stamp can be at this time, as `check_stamp` does; raise InputFault."""
-    try:
-        check_stamp(stamp_ns, ns_from_stamp(rospy.Time.now()), most_ahead_s)
-    except InputFault:
-        # Far ahead of the newest tick that was read: at sixty times real time a pause is a second.
-        wait_for_clock()
-        check_stamp(stamp_ns, ns_from_stamp(rospy.Time.now()), most_ahead_s)
 
 
 def pose_subscriber(topic: str, callback: Callable[[int, Pose2D], None]) -> rospy.Subscriber:
     """Call back with (stamp_ns, pose in the message's frame); an invalid pose is dropped with a warning."""
     decoder = PoseDecoder(POSE_STAMPED_TYPE)
 
-    def take(content: bytes) -> None:
+    def on_pose(content: bytes) -> None:
         stamped = decoder.decode(content)
         callback(stamped.stamp_ns, stamped.pose)
 
-    return encoded_stamped_subscriber(topic, PoseStamped, take)
+    return encoded_stamped_subscriber(topic, PoseStamped, on_pose)
 
 
 class DisplayTopic:
@@ -147,6 +134,7 @@ class DisplayTopic:
         self._publisher = rospy.Publisher(
             topic, message_class, subscriber_listener=self._newcomers, queue_size=queue_size
         )
+        self.publish = self._publisher.publish
         self._due_ns: Optional[int] = None  # when it was last
 
     @property
@@ -167,16 +155,9 @@ class DisplayTopic:
         are_there, self._newcomers.are_there = self._newcomers.are_there, False
         return are_there
 
-    def publish(self, message: genpy.Message) -> None:
-        """Publish a message."""
-        self._publisher.publish(message)
-
 
 class _Newcomers(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no types
-    """Notes that somebody has subscribed."""
-
     are_there = False
 
     def peer_subscribe(self, *_: object) -> None:
-        """Note it; rospy calls this in a thread of its own."""
-        self.are_there = True
+        self.are_there = True  # rospy calls this in a thread of its own

@@ -11,7 +11,7 @@ from diff_encoder_sim.drives.topics import JOINT_STATE_TYPE
 from diff_encoder_sim.msg import EncoderPulse
 from diff_encoder_sim.ros.encoded_topics import EncodedPublisher, encoded_stamped_subscriber
 from diff_encoder_sim.ros.node import log, node_params, run_node, subscriber
-from diff_encoder_sim.ros.wheel_output import WheelDiagnostics
+from diff_encoder_sim.ros.wheel_output import Diagnostics
 from diff_encoder_sim.wheels.diagnostics import EncoderDiagnosis
 from diff_encoder_sim.wheels.odometry import wheel_speeds_mps
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
@@ -27,7 +27,7 @@ class EncoderNode:
         self._joints = (params.left_joint, params.right_joint)
         self._encoder = ReportingEncoder(params)
         self._diagnosis = EncoderDiagnosis(params.counter_modulus)
-        self._diagnostics = WheelDiagnostics('Counts')
+        self._diagnostics = Diagnostics('Counts')
         if params.velocity_method != 'M':
             self._speeds = EncodedPublisher('encoder_velocity', JointState)
         self._pulses = EncodedPublisher('encoder_pulse', EncoderPulse)

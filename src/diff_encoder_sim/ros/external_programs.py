@@ -42,37 +42,25 @@ def _become_upstream(words: List[str]) -> None:
         raise ConfigError(
             f'arguments: given {" ".join(words)!r}; allowed: map_server [MAP.yaml], amcl, move_base, or slam_gmapping'
         )
-    if words[0] == 'map_server':
-        arguments = words[1:] or [required_trial_plan().map]
-    else:
-        _set_private_parameters(words[0])
-        arguments = _initial_pose() if words[0] == 'amcl' else []
-    package, needed = NODES[words[0]]
-    become(package, words[0], arguments, needed.install_hint)
-
-
-def _set_private_parameters(node: str) -> None:
-    """Give upstream's node the robot's settings where it reads them, as the package's own nodes read them."""
-    for key, value in robot_settings(PARTS[node]).items():
-        old = rospy.get_param(f'{_name(node)}/{key}', None)
-        both_nested = isinstance(old, dict) and isinstance(value, dict)
-        rospy.set_param(f'{_name(node)}/{key}', merged(old, value) if both_nested else value)
-
-
-def _initial_pose() -> List[str]:
-    """Return the trial's start as private parameters, without those that the user has set."""
+    node, arguments = words[0], words[1:]
     plan = trial_plan()
-    if plan is None:
-        return []
-    start, given = plan.trial.test.start, rospy.get_param(_name('amcl'), {})
-    pose = {'initial_pose_x': start.x, 'initial_pose_y': start.y, 'initial_pose_a': start.yaw}
-    return [f'_{key}:={value!r}' for key, value in pose.items() if key not in given]
-
-
-def _name(node: str) -> str:
-    """Return the full name that roslaunch gives the node."""
+    # The full name that roslaunch gives the node.
     name = rosgraph.names.load_mappings(sys.argv).get('__name', node)
-    return str(rosgraph.names.ns_join(rosgraph.names.get_ros_namespace(), name))
+    full_name = str(rosgraph.names.ns_join(rosgraph.names.get_ros_namespace(), name))
+    if node == 'map_server':
+        arguments = arguments or [required_trial_plan().map]
+    else:
+        # The robot's settings among its private parameters, as the package's own nodes read them.
+        for key, value in robot_settings(PARTS[node]).items():
+            old = rospy.get_param(f'{full_name}/{key}', None)
+            both_nested = isinstance(old, dict) and isinstance(value, dict)
+            rospy.set_param(f'{full_name}/{key}', merged(old, value) if both_nested else value)
+    if node == 'amcl' and plan is not None:
+        start, given = plan.trial.test.start, rospy.get_param(full_name, {})
+        pose = {'initial_pose_x': start.x, 'initial_pose_y': start.y, 'initial_pose_a': start.yaw}
+        arguments = [f'_{key}:={value!r}' for key, value in pose.items() if key not in given]
+    package, needed = NODES[node]
+    become(package, node, arguments, needed.install_hint)
 
 
 def gazebo_trial() -> None:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-import re
 import threading
-from typing import Any, Callable, Dict, Mapping, Optional, Type
+from typing import Any, Callable, Dict, Optional, Type
 
 import genpy
 import rospy
@@ -20,7 +19,7 @@ from diff_encoder_sim.base.bounds import Duration_s, Rate_Hz
 from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline, check_stamp
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.drives.pose_messages import ModelStateDecoder
 from diff_encoder_sim.drives.topics import MODEL_STATES_TYPE
 from diff_encoder_sim.drives.typestore import full_text
@@ -39,81 +38,46 @@ from diff_encoder_sim.ros.node import (
 from diff_encoder_sim.simulation.state import STATES_RATE_HZ, PlanarVelocity
 from diff_encoder_sim.wheels.sampling import BoundarySampler
 
-__all__ = ['STATES_PERIOD_HEADER', 'GetModelState', 'ModelStates', 'SetModelState', 'built_message', 'built_service']
+__all__ = ['STATES_PERIOD_HEADER', 'GetModelState', 'ModelStates', 'SetModelState', 'built_service']
 
 # The field of a connection header in which simulator_node specifies the period of its /gazebo/model_states [ns].
 STATES_PERIOD_HEADER = 'states_period_ns'
 
-_SEPARATOR = '\n' + 80 * '=' + '\n'
-
-_MODEL_STATE = """\
-string model_name
-geometry_msgs/Pose pose
-geometry_msgs/Twist twist
-string reference_frame"""
-
-_SET_MODEL_STATE_REQUEST = 'gazebo_msgs/ModelState model_state'
-
-_SET_MODEL_STATE_RESPONSE = """\
-bool success
-string status_message"""
-
-_GET_MODEL_STATE_REQUEST = """\
-string model_name
-string relative_entity_name"""
-
-_GET_MODEL_STATE_RESPONSE = """\
-std_msgs/Header header
-geometry_msgs/Pose pose
-geometry_msgs/Twist twist
-bool success
-string status_message"""
-
-
-def built_message(name: str, definition: str) -> Type[genpy.Message]:
-    """Build the class of a message from the fields in its .msg file."""
-    return _built_messages(name, definition)[name]
+_MODEL_STATE = 'string model_name\ngeometry_msgs/Pose pose\ngeometry_msgs/Twist twist\nstring reference_frame'
+_STATUS = 'bool success\nstring status_message'
 
 
 def built_service(name: str, request: str, response: str) -> Type[Any]:
     """Build the class of a service from both halves of its .srv file."""
-    messages = _built_messages(f'{name}Request', request)
-    messages.update(_built_messages(f'{name}Response', response))
     context = MsgContext.create_default()
-    for message_name, message in messages.items():
-        context.register(message_name, message._spec)  # genpy's own name for what it parsed
-    request_class, response_class = messages[f'{name}Request'], messages[f'{name}Response']
-    spec = SrvSpec(request_class._spec, response_class._spec, f'{request}\n---\n{response}', name)
-    return type(
-        name.split('/')[1],
-        (),
-        {
-            '_type': name,
-            '_md5sum': compute_md5(context, spec),
-            '_request_class': request_class,
-            '_response_class': response_class,
-        },
-    )
-
-
-def _built_messages(name: str, definition: str) -> Dict[str, Type[genpy.Message]]:
-    """Build the class of a message, and those of its fields, by name."""
+    built: Dict[str, Type[genpy.Message]] = {}
     parts = [f'MSG: {part._type}\n{part._full_text}' for part in (Pose, Twist, Header)]
     parts.append(f'MSG: gazebo_msgs/ModelState\n{_MODEL_STATE}')
-    return dict(generate_dynamic(name, _SEPARATOR.join([definition, *parts])))
+    for kind, definition in (('Request', request), ('Response', response)):
+        built.update(generate_dynamic(name + kind, ('\n' + 80 * '=' + '\n').join([definition, *parts])))
+    for message_name, message in built.items():
+        context.register(message_name, message._spec)  # genpy's own name for what it parsed
+    classes = built[f'{name}Request'], built[f'{name}Response']
+    spec = SrvSpec(*(each._spec for each in classes), f'{request}\n---\n{response}', name)
+    fields = dict(
+        zip(('_type', '_md5sum', '_request_class', '_response_class'), (name, compute_md5(context, spec), *classes))
+    )
+    return type(name.split('/')[1], (), fields)
 
 
+# gazebo_msgs is not in Debian's ROS.
 try:
     from gazebo_msgs.msg import ModelStates
+    from gazebo_msgs.srv import GetModelState, SetModelState
 except ImportError:
     # The text that bags contain, from a live trial as in lockstep.
     ModelStates = generate_dynamic('gazebo_msgs/ModelStates', full_text(MODEL_STATES_TYPE))['gazebo_msgs/ModelStates']
-
-try:
-    from gazebo_msgs.srv import GetModelState, SetModelState
-except ImportError:
-    SetModelState = built_service('gazebo_msgs/SetModelState', _SET_MODEL_STATE_REQUEST, _SET_MODEL_STATE_RESPONSE)
-    GetModelState = built_service('gazebo_msgs/GetModelState', _GET_MODEL_STATE_REQUEST, _GET_MODEL_STATE_RESPONSE)
+    SetModelState = built_service('gazebo_msgs/SetModelState', 'gazebo_msgs/ModelState model_state', _STATUS)
+    GetModelState = built_service(
+        'gazebo_msgs/GetModelState',
+        'string model_name\nstring relative_entity_name',
+        f'std_msgs/Header header\ngeometry_msgs/Pose pose\ngeometry_msgs/Twist twist\n{_STATUS}',
+    )
 
 
 class ModelStatesParams(Params):
@@ -165,19 +129,10 @@ class ModelStateReader:
 
     def _on_clock(self, message: Clock) -> None:
         now_ns = ns_from_stamp(message.clock)
-        try:
-            check_stamp(now_ns)
-        except InputFault as fault:
-            log.warning('/clock: %s; message dropped', fault)
-            return
         with self._lock:
             if self._clock_ns is not None and now_ns < self._clock_ns:
-                log.warning(
-                    '/clock went back to %.3f s: %s restarts',
-                    now_ns / NANOSECONDS_PER_SECOND,
-                    rospy.get_name(),
-                    extra=EVENT,
-                )
+                now_s = now_ns / NANOSECONDS_PER_SECOND
+                log.warning('/clock went back to %.3f s: %s restarts', now_s, rospy.get_name(), extra=EVENT)
                 if self._period_ns == 0:
                     self._waiting = None  # of before the reset; else it is the first after it
                 self._restart()
@@ -187,7 +142,8 @@ class ModelStateReader:
     def _on_states(self, message: EncodedMessage) -> None:
         with self._lock:
             if self._params.states_period is None:
-                self._period_ns = _period_of_publisher(message._connection_header)  # rospy's own name
+                header = message._connection_header  # rospy's own name
+                self._period_ns = int(header.get(STATES_PERIOD_HEADER, 0))
             self._waiting = message.content
             if not is_clock_pausing() or self._is_tick_read():
                 self._date_waiting()
@@ -208,7 +164,7 @@ class ModelStateReader:
         if self._timeline.advance(stamp_ns) is Step.NEW:
             content, self._waiting = self._waiting, None
             if self._period_ns:
-                read_now_and_then()  # from here on it is known which multiple comes next
+                read_now_and_then()  # now the next multiple is known
             if self._sampler.period_index(stamp_ns) is not None:
                 self._report(stamp_ns, content)
 
@@ -223,9 +179,3 @@ class ModelStateReader:
             log.warning('%s: %s; message dropped', self._states.resolved_name, fault)
             return
         self._callback(stamp_ns, pose_in_world, velocity)
-
-
-def _period_of_publisher(connection_header: Mapping[str, str]) -> int:
-    """Return the period of which a publisher's states are whole multiples, in nanoseconds; 0: none."""
-    text = connection_header.get(STATES_PERIOD_HEADER, '')
-    return int(text) if re.fullmatch('[0-9]{1,18}', text) else 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import socket
 import sys
@@ -60,47 +61,35 @@ def wait_until_connected(topics: Iterable[str], if_published: Iterable[str], tim
         time.sleep(POLL_PERIOD_S)
 
 
-def node_api(node_uri: str, limit_s: float) -> ServerProxy:
-    """Return a node's own interface; its calls raise socket.timeout when it has not responded within `limit_s`."""
-    return ServerProxy(node_uri, transport=_LimitedTransport(limit_s))
-
-
-class _LimitedTransport(Transport):
-    def __init__(self, limit_s: float) -> None:
-        super().__init__()
-        self._limit_s = limit_s
-
-    def make_connection(self, host: Any) -> HTTPConnection:
-        connection = super().make_connection(host)
-        connection.timeout = self._limit_s
-        return connection
-
-
 def _links_of(node: str, node_uri: str) -> Set[Tuple[str, str]]:
+    """Return (topic, subscribing node) of each connection that a node's publishers have."""
     try:
-        return _outbound_links(node_uri)
+        # XML-RPC has no types: [code, text, list of connections].
+        response: Any = _node_api(node_uri, NODE_LIMIT_S).getBusInfo(rospy.get_name())
     except OSError as error:
         raise OSError(f'{node}: {error}') from None
-
-
-def _outbound_links(node_uri: str) -> Set[Tuple[str, str]]:
-    """Return (topic, subscribing node) of each connection that a node's publishers have."""
-    # XML-RPC has no types: [code, text, list of connections].
-    response: Any = node_api(node_uri, NODE_LIMIT_S).getBusInfo(rospy.get_name())
-    code, message, connections = response
-    if code != 1:
-        raise OSError(message)
     # id, destination, direction, transport, topic, connected, ...
-    return {(connection[4], connection[1]) for connection in connections if connection[2] == 'o' and connection[5]}
+    return {(connection[4], connection[1]) for connection in response[2] if connection[2] == 'o' and connection[5]}
 
 
-ROUNDS_PER_LIMIT = 10
+def _node_api(node_uri: str, limit_s: float) -> ServerProxy:
+    """Return a node's own interface; its calls raise socket.timeout when it has not responded within `limit_s`."""
+    transport = Transport()
+    make_connection = transport.make_connection
+
+    def make_limited_connection(host: Any) -> HTTPConnection:
+        connection = make_connection(host)
+        connection.timeout = limit_s
+        return connection
+
+    transport.make_connection = make_limited_connection  # type: ignore[method-assign]
+    return ServerProxy(node_uri, transport=transport)
 
 
 class NodeWatch:
-    """Asks nodes for their process id over and over; one that does not respond within a limit has failed.
+    """Requests the process id of nodes again and again; one that does not respond within a limit has failed.
 
-    A node that has died is not this one's concern: roslaunch notices that.
+    A node that has died is no failure: roslaunch notices that.
     """
 
     def __init__(self, limit_s: float) -> None:
@@ -110,32 +99,30 @@ class NodeWatch:
         self.failure: Optional[str] = None  # which node does not respond
 
     def start(self, topics: Iterable[str], other_nodes: Iterable[str] = ()) -> None:
-        """Watch the nodes that publish these topics now, and others where they run, from a thread."""
+        """Watch the nodes that publish these topics now, and others if they run, from a thread."""
         master = rosgraph.Master(rospy.get_name())
         publishers = dict(master.getSystemState()[0])
         nodes = {node for topic in topics for node in publishers.get(topic, [])} - {rospy.get_name()}
         for node in sorted(nodes.union(other_nodes)):
-            try:
+            with contextlib.suppress(rosgraph.MasterException):
                 self._uris[node] = master.lookupNode(node)
-            except rosgraph.MasterException:
-                continue  # it does not run
         threading.Thread(target=self._watch, daemon=True).start()
 
-    def check(self) -> Optional[str]:
-        """Ask every node once; returns which one does not respond, None if all do."""
+    def check(self) -> None:
+        """Request once from every node; sets `failure` if one does not respond."""
         for node, uri in self._uris.items():
             try:
-                node_api(uri, self._limit_s).getPid(rospy.get_name())
+                _node_api(uri, self._limit_s).getPid(rospy.get_name())
             except socket.timeout:
                 self.failure = f'no response from {node} for {self._limit_s:g} s'
-                break
+                return
             except (OSError, HTTPException, xmlrpc.client.Error):
                 continue  # it has died
-        return self.failure
 
     def _watch(self) -> None:
-        while not (rospy.is_shutdown() or self.check()):
-            time.sleep(self._limit_s / ROUNDS_PER_LIMIT)
+        while not rospy.is_shutdown() and self.failure is None:
+            self.check()
+            time.sleep(self._limit_s / 10)
 
 
 def become(package: str, executable: str, arguments: Sequence[str], install_hint: str) -> None:

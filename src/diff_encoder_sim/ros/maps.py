@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import math
 import os
 import sys
 import threading
 import time
 from pathlib import Path
-from typing import Callable, List, Optional, Union
+from typing import Callable, List, Optional
 
 import numpy as np
 import rospy
@@ -74,33 +75,29 @@ def grid_from_message(message: OccupancyGridMessage) -> OccupancyGrid:
     return OccupancyGrid(cells, resolution_m, pose_from_message(info.origin))
 
 
-WARN_AFTER_S = 5.0
-BETWEEN_REQUESTS_S = 1.0
-
-
 def fetch_map(use_map: Callable[[OccupancyGridMessage], None]) -> None:
     """Call `use_map` once with the map, from a thread, as soon as a node serves it."""
-    threading.Thread(target=_fetch, args=(use_map,), daemon=True).start()
 
+    def fetch() -> None:
+        while not rospy.is_shutdown():
+            try:
+                rospy.wait_for_service('static_map', timeout=5.0)
+                message = call_service('static_map', GetMap, limit_s=MAP_LIMIT_S).map
+            except (rospy.ROSException, rospy.ServiceException) as error:
+                if not rospy.is_shutdown():
+                    log.warning('no map yet: %s; waiting for it', error)
+                    time.sleep(1.0)  # a server that has no map responds at once
+            else:
+                use_map(message)
+                return
 
-def _fetch(use_map: Callable[[OccupancyGridMessage], None]) -> None:
-    while not rospy.is_shutdown():
-        try:
-            rospy.wait_for_service('static_map', timeout=WARN_AFTER_S)
-            message = call_service('static_map', GetMap, limit_s=MAP_LIMIT_S).map
-        except (rospy.ROSException, rospy.ServiceException) as error:
-            if not rospy.is_shutdown():
-                log.warning('no map yet: %s; waiting for it', error)
-                time.sleep(BETWEEN_REQUESTS_S)  # a server that has no map responds at once
-            continue
-        use_map(message)
-        return
+    threading.Thread(target=fetch, daemon=True).start()
 
 
 class MapKeeper:
     """Keeps the newest /map, and requests the current one from dynamic_map when it is saved."""
 
-    def __init__(self, stem: Union[str, Path]) -> None:
+    def __init__(self, stem: str) -> None:
         """Subscribe to the map; `stem` is the path of the map files without suffix."""
         self._stem = Path(stem)
         self._newest: Optional[OccupancyGridMessage] = None
@@ -115,32 +112,28 @@ class MapKeeper:
         """Whether a map has been received and none has been saved."""
         return self._newest is not None and not self._is_saved
 
-    def save(self) -> Path:
-        """Write the current map, or else the last one received; returns the YAML file's path.
+    def save(self) -> None:
+        """Write the current map, or else the last one received.
 
         Raises:
             ConfigError: there is no map, or the files cannot be written.
         """
-        message = self._current_map() or self._newest
+        message = self._newest
+        if not rospy.is_shutdown():  # else the SLAM node is shutting down, too
+            with contextlib.suppress(rospy.ServiceException):
+                message = call_service('dynamic_map', GetMap, limit_s=MAP_LIMIT_S).map
         if message is None:
             raise ConfigError(f'{self._stem}: no map to save: none was published on {self._maps.resolved_name}')
-        try:
-            grid = grid_from_message(message).cropped(SAVED_MARGIN_M)
-        except InputFault as fault:
-            raise ConfigError(f'{self._stem}: {fault}') from None
-        path = save_map(grid, self._stem)
+        path = save_map(_checked_grid(message, str(self._stem)).cropped(SAVED_MARGIN_M), self._stem)
         self._is_saved = True
         log.info('map saved: %s', path, extra=EVENT)
-        return path
 
-    @staticmethod
-    def _current_map() -> Optional[OccupancyGridMessage]:
-        if rospy.is_shutdown():
-            return None  # the SLAM node is shutting down, too
-        try:
-            return call_service('dynamic_map', GetMap, limit_s=MAP_LIMIT_S).map
-        except rospy.ServiceException:
-            return None
+
+def _checked_grid(message: OccupancyGridMessage, source: str) -> OccupancyGrid:
+    try:
+        return grid_from_message(message)
+    except InputFault as fault:
+        raise ConfigError(f'{source}: {fault}') from None
 
 
 class MapServerParams(Params):
@@ -175,7 +168,7 @@ class MapServerNode:
 
     def _on_change(self, request: LoadMapRequest) -> LoadMapResponse:
         """Respond as upstream does; if a map cannot be loaded, the previous one is kept."""
-        if not os.path.isfile(request.map_url):  # unlike Path's, also of a name that no file can have
+        if not os.path.isfile(request.map_url):
             log.error('change_map: %s: no such file; keeping the previous map', readable(request.map_url))
             return LoadMapResponse(result=LoadMapResponse.RESULT_MAP_DOES_NOT_EXIST)
         try:
@@ -196,17 +189,9 @@ def _map_file(arguments: List[str]) -> str:
     plan = trial_plan()
     if not arguments and plan is not None:
         return plan.map
-    if len(arguments) == 2:  # an image and its resolution: upstream's deprecated form
-        raise ConfigError(
-            f'arguments: given {" ".join(arguments)!r}; allowed: one map .yaml file, '
-            f'which names the image and its resolution'
-        )
     if len(arguments) != 1:
         raise ConfigError(f'arguments: given {" ".join(arguments)!r}; allowed: one map .yaml file')
     return arguments[0]
-
-
-NO_MAP_WARNING_S = 10.0
 
 
 MAP_SAVER = """\
@@ -224,29 +209,23 @@ def parse_map_saver() -> argparse.Namespace:
         metavar='STEM',
         help='write STEM.pgm and STEM.yaml (default: %(default)s)',
     )
-    parser.add_argument(
-        '--occ',
-        type=whole_number_within(PERCENT),
-        default=65,
-        metavar='PERCENT',
-        help='a cell of this occupancy or more is saved as occupied (default: %(default)s)',
-    )
-    parser.add_argument(
-        '--free',
-        type=whole_number_within(PERCENT),
-        default=25,
-        metavar='PERCENT',
-        help='a cell of this occupancy or less is saved as free (default: %(default)s)',
-    )
+    for name, default, meaning in (('occ', 65, 'more is saved as occupied'), ('free', 25, 'less is saved as free')):
+        parser.add_argument(
+            f'--{name}',
+            type=whole_number_within(PERCENT),
+            default=default,
+            metavar='PERCENT',
+            help=f'a cell of this occupancy or {meaning} (default: %(default)s)',
+        )
     return parser.parse_args(own_words())
 
 
 def map_saver() -> None:
     """map_saver: saves the map that is published on /map to an image and a YAML file."""
-    run_tool('map_saver', _run)
+    run_tool('map_saver', _run_saver)
 
 
-def _run() -> None:
+def _run_saver() -> None:
     options = parse_map_saver()
     params = MapSaverParams.from_mapping({'free': options.free, 'occ': options.occ}, 'arguments')
     run_node('map_saver', lambda: _save_next_map(options.stem, params), lambda path: None)
@@ -254,28 +233,17 @@ def _run() -> None:
 
 def _save_next_map(stem: Path, params: MapSaverParams) -> None:
     topic = rospy.resolve_name('map')
-    message = _next_map(topic)
-    try:
-        grid = grid_from_message(message)
-    except InputFault as fault:
-        raise ConfigError(f'{topic}: {fault}') from None
-    path = save_map(grid, stem, params)
-    log.info(
-        '%s: map of %d x %d cells of %g m saved: %s',
-        topic,
-        grid.width,
-        grid.height,
-        grid.resolution_m,
-        path.resolve(),
-        extra=EVENT,
-    )
+    grid = _checked_grid(_next_map(topic), topic)
+    path = save_map(grid, stem, params).resolve()
+    size = grid.width, grid.height, grid.resolution_m
+    log.info('%s: map of %d x %d cells of %g m saved: %s', topic, *size, path, extra=EVENT)
 
 
 def _next_map(topic: str) -> OccupancyGridMessage:
     """Wait as long as it takes, as upstream does, but with a warning now and then."""
     while True:
         try:
-            return rospy.wait_for_message(topic, OccupancyGridMessage, NO_MAP_WARNING_S)
+            return rospy.wait_for_message(topic, OccupancyGridMessage, timeout=10.0)
         except rospy.ROSInterruptException:
             raise
         except rospy.ROSException:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from typing import Callable, ContextManager, Optional, Tuple
+from typing import Optional, Tuple
 
 import actionlib
 import numpy as np
@@ -53,7 +53,7 @@ from diff_encoder_sim.ros.maps import fetch_map, grid_from_message
 from diff_encoder_sim.ros.navigation_views import NavigationViews, path_message
 from diff_encoder_sim.ros.node import compile_first, log, look_at_clock, node_params, publisher, run_node, subscriber
 from diff_encoder_sim.ros.reconfiguration import serve_navigation
-from diff_encoder_sim.ros.transforms import ScannerMount, TransformBuffer, scanner_mount
+from diff_encoder_sim.ros.transforms import TransformBuffer, scanner_mount
 
 # Largest tilt of a goal's z axis, as 1 - cos of its angle: upstream's.
 MOST_TILT = 1e-3
@@ -62,9 +62,11 @@ MOST_TILT = 1e-3
 class NavigationTransforms:
     """Looks up the newest transforms between the frames of navigation; frame ids may begin with '/'."""
 
-    def __init__(self, map_frame: str, odom_frame: str, base_frame: str) -> None:
-        self.map_frame, self.odom_frame = map_frame.lstrip('/'), odom_frame.lstrip('/')
-        self.base_frame = base_frame.lstrip('/')
+    def __init__(self, params: NavigatorParams) -> None:
+        local = params.local_costmap
+        self.map_frame = params.global_costmap.global_frame.lstrip('/')
+        self.odom_frame = local.global_frame.lstrip('/')
+        self.base_frame = local.robot_base_frame.lstrip('/')
         self._buffer = TransformBuffer()
 
     def odom_pose_in_map(self, now_ns: int) -> Optional[Tuple[int, Pose2D]]:
@@ -77,30 +79,12 @@ class NavigationTransforms:
             transform = self._buffer.lookup_transform(self.map_frame, self.odom_frame, rospy.Time(0))
         except tf2_ros.TransformException:
             return None
-        # A static transform has no stamp.
-        stamp_ns = ns_from_stamp(transform.header.stamp) or now_ns
+        stamp_ns = ns_from_stamp(transform.header.stamp) or now_ns  # a static transform has no stamp
         if stamp_ns - now_ns > MOST_AHEAD_S * NANOSECONDS_PER_SECOND:
             # From before time was reset: tf2 would keep it, and reject the new ones as too old.
             self._buffer.clear()
             return None
         return stamp_ns, pose_from_transform(transform)
-
-    def check_odometry(self, frame: str) -> None:
-        """Check that /odom is in the frame local_costmap/global_frame; a message without a frame is taken.
-
-        Raises:
-            InputFault: it is in another frame.
-        """
-        if frame.lstrip('/') not in ('', self.odom_frame):
-            raise InputFault(f'header.frame_id is {frame!r}; expected {self.odom_frame!r} (local_costmap/global_frame)')
-
-    def laser_mount(self, laser_frame: str) -> ScannerMount:
-        """Look up how the laser with a scan's frame is mounted on the robot.
-
-        Raises:
-            InputFault: there is no such transform, or it is no valid pose.
-        """
-        return scanner_mount(self._lookup(self.base_frame, laser_frame))
 
     def pose_in_map(self, message: PoseStamped) -> Pose2D:
         """Transform a goal or a start to the map frame, by the newest transform, whatever its stamp.
@@ -115,10 +99,14 @@ class NavigationTransforms:
             raise InputFault('the z axis of the pose is not upright')
         if message.header.frame_id.lstrip('/') == self.map_frame:
             return pose  # also while there is no transform to the map
-        frame_in_map = self._lookup(self.map_frame, message.header.frame_id)
-        return pose_from_transform(frame_in_map).compose(pose)
+        return pose_from_transform(self.lookup(self.map_frame, message.header.frame_id)).compose(pose)
 
-    def _lookup(self, parent: str, child: str) -> TransformStamped:
+    def lookup(self, parent: str, child: str) -> TransformStamped:
+        """Look up the newest transform from a frame to another one.
+
+        Raises:
+            InputFault: there is none.
+        """
         try:
             return self._buffer.lookup_transform(parent, child.lstrip('/'), rospy.Time(0))
         except tf2_ros.TransformException as error:
@@ -140,39 +128,35 @@ class GoalServer:
         self._recoveries = publisher('~recovery_status', RecoveryStatus)
         self._server = actionlib.SimpleActionServer(rospy.get_name(), MoveBaseAction, auto_start=False)
         self._server.start()
-        self._keep_status_up()
-        self._simple_goals = subscriber('move_base_simple/goal', PoseStamped, self._on_simple_goal)
-
-    def _keep_status_up(self) -> None:
-        """Replace actionlib's timer of `~status`, which ends with an exception when time goes back."""
+        # actionlib's timer of `~status` ends with an exception when time goes back.
         server = self._server.action_server
-        if server.status_frequency > 0.0:
-            server.status_timer.shutdown()
-            server.status_timer = rospy.Timer(
-                rospy.Duration(1.0 / server.status_frequency), server.publish_status_async, reset=True
-            )
+        server.status_timer.shutdown()
+        server.status_timer = rospy.Timer(
+            rospy.Duration(1.0 / server.status_frequency), server.publish_status_async, reset=True
+        )
+        self._simple_goals = subscriber('move_base_simple/goal', PoseStamped, self._on_simple_goal)
 
     @property
     def has_new_goal(self) -> bool:
-        """Whether a goal has come since the last `poll`."""
+        """Whether a goal was received since the last `poll`."""
         return bool(self._server.is_new_goal_available())
 
     def poll(self, navigator: Navigator, now_ns: int) -> None:
-        """Hand a goal that has come to the navigator, or cancel the navigator's goal if it was cancelled."""
-        # In this order: a new goal asks to preempt the old one as well, after it has come.
+        """Hand a new goal to the navigator, or cancel the navigator's goal if it was cancelled."""
+        # In this order: a new goal asks to preempt the old one as well, after it was received.
         is_preempted = self._server.is_active() and self._server.is_preempt_requested()
         if self.has_new_goal:
-            self._take_goal(navigator, now_ns)
+            self._accept_goal(navigator, now_ns)
             is_preempted = self._server.is_preempt_requested()
         if is_preempted:
             navigator.cancel()
 
-    def _take_goal(self, navigator: Navigator, now_ns: int) -> None:
+    def _accept_goal(self, navigator: Navigator, now_ns: int) -> None:
         goal: MoveBaseGoal = self._server.accept_new_goal()
         try:
             pose_in_map = self._transforms.pose_in_map(goal.target_pose)
         except InputFault as fault:
-            # The goal before it has ended all the same: the action server has one at a time.
+            # The previous goal has ended all the same: the action server has one at a time.
             navigator.cancel('replaced by a goal that was refused')
             log.warning('goal refused: %s', fault, extra=EVENT)
             self._server.set_aborted(MoveBaseResult(), str(fault))
@@ -208,67 +192,8 @@ class GoalServer:
         self._goals.publish(MoveBaseActionGoal(goal=MoveBaseGoal(target_pose=message)))
 
 
-class PlanServices:
-    """Serves `~make_plan`, `~NavfnROS/make_plan` and `~clear_costmaps`.
-
-    Args:
-        transforms: of poses to the map frame.
-        lock: held while the navigator is used.
-        navigator: returns it, None while there is no map.
-    """
-
-    def __init__(
-        self,
-        transforms: NavigationTransforms,
-        lock: ContextManager[object],
-        navigator: Callable[[], Optional[Navigator]],
-    ) -> None:
-        self._transforms, self._lock, self._navigator = transforms, lock, navigator
-        self._services = [
-            rospy.Service('~make_plan', GetPlan, self._on_make_plan),
-            rospy.Service('~NavfnROS/make_plan', GetPlan, self._on_make_plan),
-            rospy.Service('~clear_costmaps', Empty, self._on_clear_costmaps),
-        ]
-
-    def _on_make_plan(self, request: GetPlanRequest) -> GetPlanResponse:
-        with self._lock:
-            navigator = self._navigator()
-            if navigator is None:
-                raise rospy.ServiceException('there is no map yet')
-            try:
-                poses = self._plan(navigator, request)
-            except InputFault as fault:
-                raise rospy.ServiceException(str(fault)) from None
-            except PlanError as error:
-                # As upstream: a valid request for which there is no plan gets an empty one.
-                log.warning('make_plan: %s', str(error))
-                poses = np.empty((0, 3))
-        return GetPlanResponse(plan=path_message(poses, ns_from_stamp(rospy.Time.now()), self._transforms.map_frame))
-
-    def _plan(self, navigator: Navigator, request: GetPlanRequest) -> np.ndarray:
-        has_start = bool(request.start.header.frame_id)
-        start = self._pose_in_map('start', request.start) if has_start else None
-        return navigator.make_plan(start, self._pose_in_map('goal', request.goal), request.tolerance)
-
-    def _pose_in_map(self, what: str, message: PoseStamped) -> Pose2D:
-        try:
-            return self._transforms.pose_in_map(message)
-        except InputFault as fault:
-            raise InputFault(f'{what}: {fault}') from None
-
-    def _on_clear_costmaps(self, _: EmptyRequest) -> EmptyResponse:
-        with self._lock:
-            navigator = self._navigator()
-            if navigator is not None:
-                navigator.clear_costmaps()
-        return EmptyResponse()
-
-
-WATCHDOG_PERIOD_S = 0.1
-
-
 class MoveBaseNode:
-    """Steps the navigator with /odom at controller_frequency, and publishes what comes of it."""
+    """Steps the navigator with /odom at controller_frequency, and publishes its output."""
 
     def __init__(self) -> None:
         self._params = node_params(NavigatorParams, part='navigation')
@@ -279,13 +204,17 @@ class MoveBaseNode:
         self._odometry_ns, self._odometry_at_s = 0, time.monotonic()  # the newest good one: its stamp, its arrival
         self._control_rate = ControlRate(self._params.controller_frequency)
         self._commands = publisher('cmd_vel', Twist)
-        self._transforms = _transforms(self._params)
+        self._transforms = NavigationTransforms(self._params)
         self._views = NavigationViews(self._transforms.map_frame, self._transforms.odom_frame)
         self._goals = GoalServer(self._transforms)
-        self._services = PlanServices(self._transforms, self._lock, lambda: self._navigator)
+        self._services = [
+            rospy.Service('~make_plan', GetPlan, self._on_make_plan),
+            rospy.Service('~NavfnROS/make_plan', GetPlan, self._on_make_plan),
+            rospy.Service('~clear_costmaps', Empty, self._on_clear_costmaps),
+        ]
         self._scans = stamped_subscriber('scan', LaserScan, self._on_scan)
         self._odometry = stamped_subscriber('odom', Odometry, self._on_odometry)
-        self._watchdog = rospy.Timer(rospy.Duration(WATCHDOG_PERIOD_S), self._on_watchdog, reset=True)
+        self._watchdog = rospy.Timer(rospy.Duration(0.1), self._on_watchdog, reset=True)
         rospy.on_shutdown(self._on_shutdown)
         fetch_map(self._on_map)
         self._reconfiguration = serve_navigation(self._params, self._reconfigure)
@@ -298,7 +227,7 @@ class MoveBaseNode:
                 self._control_rate = ControlRate(params.controller_frequency)
             self._params = params
 
-    # ---- arrivals
+    # ---- inputs
 
     def _on_map(self, message: OccupancyGridMessage) -> None:
         with self._lock:
@@ -309,32 +238,37 @@ class MoveBaseNode:
 
     def _on_scan(self, message: LaserScan) -> None:
         with self._lock:
+            is_first, self._has_had_scan = not self._has_had_scan, self._navigator is not None
             if self._navigator is None:
                 return
             try:
-                mount = self._transforms.laser_mount(message.header.frame_id)
+                mount = scanner_mount(self._transforms.lookup(self._transforms.base_frame, message.header.frame_id))
                 self._navigator.take_scan(mount.level(scan_from_message(message)), mount.laser_pose_in_base)
             except InputFault as fault:
+                if not is_first:
+                    raise
                 # robot_state_publisher publishes the laser's transform only once simulated time runs.
-                if self._has_had_scan:
-                    log.warning('%s: %s; scan dropped', self._scans.resolved_name, fault)
-                else:
-                    log.info('%s: first scan not used: %s', self._scans.resolved_name, fault)
-            self._has_had_scan = True
+                log.info('%s: first scan not used: %s', self._scans.resolved_name, fault)
 
     def _on_odometry(self, message: Odometry) -> None:
         now_ns = ns_from_stamp(message.header.stamp)
-        look_at_clock()  # by which the age of the next one is told
+        look_at_clock()  # for the age of the next one
         with self._lock:
             navigator = self._navigator
             if navigator is None:
                 self._control_rate.is_due(now_ns)  # from the first message on, as simulator_node counts
                 return
-            try:
-                self._take_odometry(navigator, now_ns, message)
-            except InputFault as fault:
-                log.warning('%s: %s; message dropped', self._odometry.resolved_name, fault)
-                return
+            frame, expected = message.header.frame_id, self._transforms.odom_frame
+            if frame.lstrip('/') not in ('', expected):
+                raise InputFault(f'header.frame_id is {frame!r}; expected {expected!r} (local_costmap/global_frame)')
+            twist = message.twist.twist
+            navigator.take_odometry(
+                now_ns,
+                pose_from_message(message.pose.pose),
+                twist.linear.x,
+                twist.angular.z,
+                *twist_std_from_message(message),
+            )
             self._odometry_ns, self._odometry_at_s = now_ns, time.monotonic()
             if not self._control_rate.is_due(now_ns):
                 return
@@ -344,28 +278,15 @@ class MoveBaseNode:
                 self._command(STOP)  # rospy logs the exception and goes on: not with the last command
                 raise
 
-    def _take_odometry(self, navigator: Navigator, now_ns: int, message: Odometry) -> None:
-        self._transforms.check_odometry(message.header.frame_id)
-        navigator.take_odometry(
-            now_ns,
-            pose_from_message(message.pose.pose),
-            message.twist.twist.linear.x,
-            message.twist.twist.angular.z,
-            *twist_std_from_message(message),
-        )
+    # ---- one control period
 
-    def _take_localization(self, navigator: Navigator, now_ns: int) -> None:
+    def _control(self, navigator: Navigator, now_ns: int) -> None:
         try:
             found = self._transforms.odom_pose_in_map(now_ns)
             if found is not None:
                 navigator.take_localization(*found)
         except InputFault as fault:
             log.warning('/tf: transform map -> odom: %s; not used', fault)
-
-    # ---- one control period
-
-    def _control(self, navigator: Navigator, now_ns: int) -> None:
-        self._take_localization(navigator, now_ns)
         self._poll_goals(navigator, now_ns)
         age_s = self._odometry_age_s()
         if age_s > self._params.input_timeout:
@@ -400,7 +321,7 @@ class MoveBaseNode:
         return navigator.wait(MissingInput(self._odometry.resolved_name, f'{why} {limit}'))
 
     def _apply(self, navigator: Navigator, now_ns: int, output: NavigatorOutput) -> None:
-        """Publish the command, the goal's state and what displays show."""
+        """Publish the command, the goal's state and the topics for displays."""
         if output.status is GoalStatus.ACTIVE:
             self._command(output.command)
             self._goals.report(navigator, now_ns, output)
@@ -420,10 +341,29 @@ class MoveBaseNode:
                 self._goals.end(GoalStatus.ABORTED, 'move_base was shut down')
             self._navigator = None  # a message that is still on its way moves nothing
 
+    # ---- services
 
-def _transforms(params: NavigatorParams) -> NavigationTransforms:
-    local = params.local_costmap
-    return NavigationTransforms(params.global_costmap.global_frame, local.global_frame, local.robot_base_frame)
+    def _on_make_plan(self, request: GetPlanRequest) -> GetPlanResponse:
+        with self._lock:
+            if self._navigator is None:
+                raise rospy.ServiceException('there is no map yet')
+            try:
+                has_start = bool(request.start.header.frame_id)
+                start = self._transforms.pose_in_map(request.start) if has_start else None
+                poses = self._navigator.make_plan(start, self._transforms.pose_in_map(request.goal), request.tolerance)
+            except InputFault as fault:
+                raise rospy.ServiceException(str(fault)) from None
+            except PlanError as error:
+                # As upstream: a valid request for which there is no plan gets an empty one.
+                log.warning('make_plan: %s', str(error))
+                poses = np.empty((0, 3))
+        return GetPlanResponse(plan=path_message(poses, ns_from_stamp(rospy.Time.now()), self._transforms.map_frame))
+
+    def _on_clear_costmaps(self, _: EmptyRequest) -> EmptyResponse:
+        with self._lock:
+            if self._navigator is not None:
+                self._navigator.clear_costmaps()
+        return EmptyResponse()
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""What every node needs: start and end, parameters, log, and topics without delay."""
+"""What every node needs: start and end, parameters, log, the clock, services, and topics without delay."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import threading
 import time
 import traceback
 import warnings
-from typing import TYPE_CHECKING, Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple, Type
+from typing import TYPE_CHECKING, Any, Callable, Dict, List, Mapping, Optional, Tuple, Type
 
 import genpy
 import rospy
@@ -21,24 +21,19 @@ from rosgraph_msgs.msg import Clock
 
 from diff_encoder_sim.base.errors import ConfigError, readable
 from diff_encoder_sim.base.params import P, Params, keys_of, merged, shared_params
-from diff_encoder_sim.base.text_values import LARGEST_INT, for_xml_rpc, from_xml_rpc
+from diff_encoder_sim.base.text_values import for_xml_rpc, from_xml_rpc
 from diff_encoder_sim.base.yaml_files import yaml_value
 
 if TYPE_CHECKING:
     from diff_encoder_sim.drives.trial_definition import LivePlan
-
-# The parameter that launch files set by the command of the same name.
-ROBOT_SETTINGS = '/robot_settings'
-
-LOG_AGAIN_AFTER_S = 5.0
-LONG_COMPILATION_S = 1.0
 
 # rospy's own format has no node name, and a terminal shows the lines of a dozen nodes.
 CONSOLE_FORMAT = '[${severity}] [${time}] [${node}]: ${message}'
 
 log = logging.getLogger('diff_encoder_sim')
 
-_print_traceback = threading.excepthook  # Python's own
+
+# ---- start and end
 
 
 def run_node(name: str, build: Callable[[], Any], run: Callable[[Any], None] = lambda node: rospy.spin()) -> None:
@@ -51,11 +46,7 @@ def run_node(name: str, build: Callable[[], Any], run: Callable[[Any], None] = l
     threading.excepthook = lambda args: _end_with_thread(args, broken_threads)
     os.environ.setdefault('ROSCONSOLE_FORMAT', CONSOLE_FORMAT)
     try:
-        arguments = typed_arguments(sys.argv)
-    except ConfigError as error:
-        sys.exit(f'{name}: {error}')
-    try:
-        rospy.init_node(name, argv=arguments)
+        rospy.init_node(name)
         pause_between_ticks()
         log.setLevel(logging.INFO)
         log.addHandler(_RosLogHandler())
@@ -69,7 +60,7 @@ def run_node(name: str, build: Callable[[], Any], run: Callable[[Any], None] = l
     except OSError as error:
         if error.filename is None:
             raise
-        rospy.logfatal('%s', readable(f'{error.filename}: {error.strerror}'))  # such as a name that no file can have
+        rospy.logfatal('%s', readable(f'{error.filename}: {error.strerror}'))
         sys.exit(1)
     except (rospy.ROSInterruptException, rospy.exceptions.ROSInitException):
         log.info('stopped before it was running')  # by Ctrl-C or roslaunch
@@ -78,14 +69,13 @@ def run_node(name: str, build: Callable[[], Any], run: Callable[[Any], None] = l
 def _end_with_thread(args: threading.ExceptHookArgs, broken_threads: List[str]) -> None:
     if _is_ending():
         return
-    _print_traceback(args)
-    frames = traceback.walk_tb(args.exc_traceback)
-    is_ours = any(str(frame.f_globals.get('__name__', '')).startswith('diff_encoder_sim.') for frame, _ in frames)
-    if not is_ours:
-        return  # a thread of rospy's own, which may end so when another node dies
-    broken_threads.append(args.thread.name if args.thread else '')
-    rospy.logfatal('internal error: %s: %s; the node ends', args.exc_type.__name__, args.exc_value)
-    rospy.signal_shutdown('a thread has ended by an exception')
+    traceback.print_exception(args.exc_type, args.exc_value, args.exc_traceback)
+    frames = [frame.f_globals.get('__name__', '') for frame, _ in traceback.walk_tb(args.exc_traceback)]
+    # A thread of rospy's own may end so when another node dies.
+    if any(module.startswith('diff_encoder_sim.') for module in frames):
+        broken_threads.append(args.thread.name if args.thread else '')
+        rospy.logfatal('internal error: %s: %s; the node ends', args.exc_type.__name__, args.exc_value)
+        rospy.signal_shutdown('a thread has ended by an exception')
 
 
 def _is_ending() -> bool:
@@ -93,28 +83,25 @@ def _is_ending() -> bool:
     return bool(rospy.core.is_shutdown_requested())
 
 
-def typed_arguments(words: Sequence[str]) -> List[str]:
-    """Return a node's command line with parameters that rospy can send: no large numbers, no broken YAML.
-
-    Raises:
-        ConfigError: a parameter such as `_ppr:=0100` has a value that is not what it reads.
-    """
-    checked = []
-    for word in words:
-        name, separator, text = word.partition(':=')
-        if separator and name.startswith('_') and not name.startswith('__'):
-            value = yaml_value(text, name)
-            if isinstance(value, str) or (isinstance(value, int) and abs(value) > LARGEST_INT):
-                quoted = str(value).replace("'", "''")
-                checked.append(f"{name}:='{quoted}'")
-                continue
-        checked.append(word)
-    return checked
-
-
 def own_words() -> List[str]:
     """Return the words after the command, without the remappings that roslaunch adds."""
     return [word for word in sys.argv[1:] if ':=' not in word]
+
+
+def compile_first(warm_up: Callable[[], None]) -> None:
+    """Compile a node's numba kernels before it subscribes: messages received meanwhile would be lost."""
+    start_s = time.monotonic()
+    warm_up()
+    took_s = time.monotonic() - start_s
+    if took_s > 1.0:
+        log.info('numba has compiled this node in %.1f s; cached for the next start', took_s)
+
+
+# ---- parameters
+
+# The parameter that launch files set by the command of the same name.
+ROBOT_SETTINGS = '/robot_settings'
+RECORDS = '/diff_encoder_sim/parameters_at_start'
 
 
 def node_params(
@@ -135,8 +122,7 @@ def node_params(
     if not isinstance(private, dict):
         raise ConfigError(f'{rospy.get_name()}: given {private!r}; allowed: private parameters of the node')
     of_robot = robot_settings(part) if part else {}
-    # As `_ppr:=90`, on the node's own command line.
-    names = rospy.client.load_command_line_node_params(sys.argv)
+    names = rospy.client.load_command_line_node_params(sys.argv)  # as `_ppr:=90`
     typed = {key: value for key, value in private.items() if key in names}
     set_by_others = given_parameters(private)
     given = {**merged({**(defaults or {}), **set_by_others}, of_robot), **typed}
@@ -145,12 +131,26 @@ def node_params(
     params = shared_params(given, source, params_class, *also_known)
     own = keys_of(params_class)
     of_other_structs = {key: value for key, value in {**private, **given}.items() if key not in own}
-    write_parameters({**set_by_others, **typed}, {**of_other_structs, **params.values_in_use()})
+    values = for_xml_rpc({**of_other_structs, **params.values_in_use()})
+    rospy.set_param(RECORDS + rospy.get_name(), json.dumps([{**set_by_others, **typed}, values], default=str))
+    rospy.set_param('~', values)
     return params
 
 
+def given_parameters(private: Mapping[str, Any]) -> Dict[str, Any]:
+    """Return private parameters without the values that an earlier start of this node has written."""
+    try:
+        given, written = json.loads(rospy.get_param(RECORDS + rospy.get_name(), ''))
+    except ValueError:
+        return dict(private)  # the first start
+    if not written.keys() <= private.keys():
+        return dict(private)  # cleared by roslaunch's clear_params, or by `rosparam delete`
+    changed = {key: value for key, value in private.items() if value != written.get(key)}
+    return {**{key: value for key, value in given.items() if key in private}, **changed}
+
+
 def robot_settings(part: str) -> Dict[str, Any]:
-    """Return what launch files found out about the robot, for one part of it; nothing where they set no robot.
+    """Return one part of the robot's settings, which launch files set; nothing if they set no robot.
 
     Raises:
         ConfigError: the parameter is no mapping.
@@ -170,6 +170,38 @@ def _mapping_of(value: Any, source: str) -> Any:
     return from_xml_rpc(value)
 
 
+def trial_plan() -> Optional[LivePlan]:
+    """Return the plan of the running trial, None if there is no trial.
+
+    Raises:
+        ConfigError: the parameter /trial is set, but is no plan.
+    """
+    plan = rospy.get_param('/trial', None)
+    if plan is None:
+        return None
+    # Here, since it imports much that a node without a trial does not need.
+    from diff_encoder_sim.drives.trial_definition import LivePlan  # noqa: PLC0415
+
+    return LivePlan.from_mapping(from_xml_rpc(plan), '/trial')
+
+
+def required_trial_plan() -> LivePlan:
+    """Return the plan of the running trial.
+
+    Raises:
+        ConfigError: there is none, or it is no plan.
+    """
+    plan = trial_plan()
+    if plan is None:
+        raise ConfigError(
+            '/trial: missing; expected the parameter that trial.launch sets: start this node by trial.launch'
+        )
+    return plan
+
+
+# ---- topics and services
+
+
 def publisher(
     topic: str, message_class: Type[genpy.Message], latch: bool = False, headers: Optional[Mapping[str, str]] = None
 ) -> rospy.Publisher:
@@ -186,7 +218,7 @@ def publisher(
 
 
 class _Publisher(rospy.Publisher):  # type: ignore[misc]  # rospy has no types
-    """Publishes; what comes while the node ends is not published, without an exception in each callback's thread."""
+    """Publishes; while the node ends it drops messages, without an exception in each callback's thread."""
 
     def publish(self, *args: Any, **fields: Any) -> None:
         """Publish a message, or one of these fields."""
@@ -202,13 +234,35 @@ def subscriber(topic: str, message_class: Type[genpy.Message], callback: Callabl
     return rospy.Subscriber(topic, message_class, callback, tcp_nodelay=True)
 
 
-def compile_first(warm_up: Callable[[], None]) -> None:
-    """Compile a node's numba kernels before it subscribes: messages that came meanwhile would be lost."""
-    start_s = time.monotonic()
-    warm_up()
-    took_s = time.monotonic() - start_s
-    if took_s > LONG_COMPILATION_S:
-        log.info('numba has compiled this node in %.1f s; cached for the next start', took_s)
+MAP_LIMIT_S = 30.0  # of services that respond with a map
+
+
+def call_service(service: str, service_class: Any, *request: Any, limit_s: float = 5.0) -> Any:
+    """Call a service and return its response.
+
+    A suspended node takes a call and never responds: so the call is made in a thread, which is left behind.
+
+    Raises:
+        rospy.ServiceException: there is no such service, it failed, or did not respond within `limit_s` of wall time.
+    """
+    response: concurrent.futures.Future[Any] = concurrent.futures.Future()
+
+    def call() -> None:
+        try:
+            response.set_result(rospy.ServiceProxy(service, service_class)(*request))
+        except Exception as error:
+            response.set_exception(error)
+
+    threading.Thread(target=call, daemon=True).start()
+    try:
+        return response.result(limit_s)
+    except concurrent.futures.TimeoutError:
+        raise rospy.ServiceException(f'no response within {limit_s:g} s') from None
+
+
+# ---- log
+
+LOG_AGAIN_AFTER_S = 5.0
 
 
 class _RosLogHandler(logging.Handler):
@@ -238,122 +292,28 @@ class _RosLogHandler(logging.Handler):
         send('%s', record.getMessage())
 
 
-RECORDS = '/diff_encoder_sim/parameters_at_start'
+# ---- the clock
+#
+# rospy reads each tick of /clock in a thread of each node: at rtf:=0 that was a third of the graph's load. Between two
+# looks the ticks wait in the socket, and the newest of them is used: the clock is late by at most PAUSE_S of wall time.
 
-
-def given_parameters(private: Mapping[str, Any]) -> Dict[str, Any]:
-    """Return private parameters without the values that an earlier start of this node has written."""
-    try:
-        given, in_use = json.loads(rospy.get_param(RECORDS + rospy.get_name(), ''))
-        is_cleared = not in_use.keys() <= private.keys()  # by roslaunch's clear_params, or `rosparam delete`
-        return dict(private) if is_cleared else _unchanged_as_given(private, in_use, given)
-    except (TypeError, ValueError, AttributeError):
-        return dict(private)  # the first start, or not a record
-
-
-def write_parameters(given: Mapping[str, Any], in_use: Mapping[str, Any]) -> None:
-    """Write the values in use to the private parameters; `given` are those of `given_parameters`."""
-    values = for_xml_rpc(in_use)
-    rospy.set_param(RECORDS + rospy.get_name(), json.dumps([given, values], default=str))
-    rospy.set_param('~', values)
-
-
-def _unchanged_as_given(now: Mapping[str, Any], in_use: Mapping[str, Any], given: Mapping[str, Any]) -> Dict[str, Any]:
-    result = {}
-    for key, value in now.items():
-        before = given.get(key, {})
-        if key not in in_use:
-            result[key] = value
-        elif value == in_use[key]:
-            if key in given:
-                result[key] = given[key]
-        elif all(isinstance(each, dict) for each in (value, in_use[key], before)):
-            result[key] = _unchanged_as_given(value, in_use[key], before)
-        else:
-            result[key] = value
-    return result
-
-
-LIMIT_S = 5.0
-MAP_LIMIT_S = 30.0  # of services that respond with a map
-
-
-def call_service(service: str, service_class: Any, *request: Any, limit_s: float = LIMIT_S) -> Any:
-    """Call a service and return its response.
-
-    A suspended node takes a call and never responds: so the call is made in a thread, which is left behind.
-
-    Raises:
-        rospy.ServiceException: there is no such service, it failed, or did not respond within `limit_s` of wall time.
-    """
-    response: concurrent.futures.Future[Any] = concurrent.futures.Future()
-
-    def call() -> None:
-        try:
-            response.set_result(rospy.ServiceProxy(service, service_class)(*request))
-        except Exception as error:
-            response.set_exception(error)
-
-    threading.Thread(target=call, daemon=True).start()
-    try:
-        return response.result(limit_s)
-    except concurrent.futures.TimeoutError:
-        raise rospy.ServiceException(f'no response within {limit_s:g} s') from None
-
-
-PARAMETER = '/trial'
-
-
-def trial_plan() -> Optional[LivePlan]:
-    """Return the plan of the running trial, None where there is no trial.
-
-    Raises:
-        ConfigError: the parameter is set, but is no plan.
-    """
-    plan = rospy.get_param(PARAMETER, None)
-    if plan is None:
-        return None
-    # Here, since it imports much that a node without a trial does not need.
-    from diff_encoder_sim.drives.trial_definition import LivePlan  # noqa: PLC0415
-
-    return LivePlan.from_mapping(from_xml_rpc(plan), PARAMETER)
-
-
-def required_trial_plan() -> LivePlan:
-    """Return the plan of the running trial.
-
-    Raises:
-        ConfigError: there is none, or it is no plan.
-    """
-    plan = trial_plan()
-    if plan is None:
-        raise ConfigError(
-            f'{PARAMETER}: missing; expected the parameter that trial.launch sets: start this node by trial.launch'
-        )
-    return plan
-
-
-# rospy reads each tick of /clock as it comes, in a thread of each node: at rtf:=0 that was a third of what the graph
-# cost. Between two looks the ticks wait in the socket, and the newest of them is taken: the clock is late by at most
-# PAUSE_S of wall time. docs/adr/0033-live-graph.md
-PAUSE_S = 0.02  # of wall time
+PAUSE_S = 0.02
 
 _listeners: List[Callable[[Clock], None]] = []
 _is_wanted = threading.Event()
 _is_pausing = threading.Event()
 _every_tick = threading.Event()
-_has_looked = threading.Event()
 
 
 def pause_between_ticks() -> None:
-    """Begin, where time is simulated: rospy's own thread of /clock pauses after each look."""
+    """Let rospy's own thread of /clock pause after each look, if time is simulated."""
     if not rospy.rostime.is_wallclock():
         # Shares rospy's connection, and its queue of one.
-        rospy.Subscriber('/clock', Clock, _take, tcp_nodelay=True)
+        rospy.Subscriber('/clock', Clock, _on_clock, tcp_nodelay=True)
 
 
 def listen_to_clock(listener: Callable[[Clock], None]) -> None:
-    """Call back with what each look finds, before the pause."""
+    """Call back with the tick that each look finds, before the pause."""
     _listeners.append(listener)
 
 
@@ -378,19 +338,10 @@ def look_at_clock() -> None:
     _is_wanted.set()
 
 
-def wait_for_clock() -> None:
-    """Where time is simulated, have ticks that wait read first: for what seems to be too far ahead of the clock."""
-    if not rospy.rostime.is_wallclock():
-        _has_looked.clear()
-        look_at_clock()
-        _has_looked.wait(PAUSE_S)  # in vain where the clock stands
-
-
-def _take(message: Clock) -> None:
+def _on_clock(message: Clock) -> None:
     _is_wanted.clear()
     for listener in _listeners:
         listener(message)
-    _has_looked.set()
     if not _every_tick.is_set():
         _is_pausing.set()
         _is_wanted.wait(PAUSE_S)

@@ -17,7 +17,7 @@ from diff_encoder_sim.drives.topics import ENCODER_PULSE_TYPE
 from diff_encoder_sim.msg import EncoderPulse
 from diff_encoder_sim.ros.encoded_topics import encoded_stamped_subscriber
 from diff_encoder_sim.ros.node import log, node_params, run_node, subscriber, trial_plan
-from diff_encoder_sim.ros.wheel_output import OdometryOutput, WheelDiagnostics
+from diff_encoder_sim.ros.wheel_output import Diagnostics, OdometryOutput
 from diff_encoder_sim.wheels.diagnostics import OdometryDiagnosis, hidden_encoder
 from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
@@ -41,7 +41,7 @@ class OdometryNode:
         self._diagnosis = OdometryDiagnosis(self._odometry, rate_hz)
         self._pairing = SpeedPairing() if params.velocity_method != 'M' else None
         self._lock = threading.Lock()  # the service and each topic come in threads of their own
-        self._diagnostics = WheelDiagnostics('Odometry')
+        self._diagnostics = Diagnostics('Odometry')
         self._reset = rospy.Service('~reset', Empty, self._on_reset)
         self._commands = subscriber('cmd_vel', Twist, self._on_command)
         if self._pairing is not None:

@@ -49,7 +49,7 @@ class GlobalPoseNode:
 
     def __init__(self) -> None:
         self._params = node_params(GlobalPoseParams, part='global_pose', defaults=_trial_defaults())
-        self._lock = threading.Lock()  # each publisher of /tf comes in a thread of its own
+        self._lock = threading.Lock()  # each publisher of /tf comes in a separate thread
         self._restart()
         self._poses = EncodedPublisher('global_pose', PoseStamped)
         self._buffer = TransformBuffer()

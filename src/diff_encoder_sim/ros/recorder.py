@@ -21,14 +21,13 @@ from rosbags.rosbag1.writer import WriteChunk
 from rosgraph_msgs.msg import Clock
 
 from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
-from diff_encoder_sim.base.errors import ConfigError, InputFault
-from diff_encoder_sim.base.stamps import check_stamp
+from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.drives.ros1_writer import Ros1Writer, record_header
 from diff_encoder_sim.drives.sensor_messages import encode_clock
 from diff_encoder_sim.drives.topics import CLOCK, RECORDED_LIVE
 from diff_encoder_sim.drives.trial_bag import EARLIEST_NS
 from diff_encoder_sim.ros.conversions import ns_from_stamp
-from diff_encoder_sim.ros.node import log, read_every_tick, required_trial_plan, run_node
+from diff_encoder_sim.ros.node import read_every_tick, required_trial_plan, run_node
 
 
 class Recorder:
@@ -43,7 +42,6 @@ class Recorder:
         self._path = path
         self._unfinished = self._path.with_name(self._path.name + UNFINISHED_SUFFIX)
         self._lock = threading.Lock()  # each topic comes in a thread of its own
-        self._newest_ns = EARLIEST_NS
         self.last_message_s = time.monotonic()
         read_every_tick()
         try:
@@ -88,21 +86,11 @@ class Recorder:
         try:
             with self._lock:
                 if self._bag is not None:
-                    self._bag.record(topic, message._connection_header, self._now_ns(), content)
+                    time_ns = max(ns_from_stamp(rospy.Time.now()), EARLIEST_NS)
+                    self._bag.record(topic, message._connection_header, time_ns, content)
         except OSError as error:
             rospy.logfatal('recording ends: %s cannot be written: %s', self._unfinished, error.strerror)
             rospy.signal_shutdown('recording failed')
-
-    def _now_ns(self) -> int:
-        """Return the clock's time, or the last one before it where the clock shows a time that cannot be."""
-        now_ns = ns_from_stamp(rospy.Time.now())
-        try:
-            check_stamp(now_ns)
-        except InputFault as fault:
-            log.warning('/clock: %s; recorded with the time before', fault)
-        else:
-            self._newest_ns = max(now_ns, EARLIEST_NS)
-        return self._newest_ns
 
 
 def main() -> None:

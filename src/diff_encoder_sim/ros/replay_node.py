@@ -11,7 +11,6 @@ import subprocess
 import tempfile
 import time
 from pathlib import Path
-from typing import List, Optional
 
 import rosgraph
 import rospy
@@ -25,12 +24,11 @@ from diff_encoder_sim.base.package_files import users_path
 from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives import topics
-from diff_encoder_sim.drives.bag_source import BagSource, open_source
+from diff_encoder_sim.drives.bag_source import open_source
 from diff_encoder_sim.drives.joint_wheels import WheelOptions, find_wheels
 from diff_encoder_sim.drives.reencoding import COPIED, copied_topics
 from diff_encoder_sim.drives.ros1_copy import write_ros1_copy
-from diff_encoder_sim.drives.topics import JOINT_STATE_TYPE
-from diff_encoder_sim.drives.trial_definition import OF_ODOMETRY, Trial, with_encoder
+from diff_encoder_sim.drives.trial_definition import OF_ODOMETRY, with_encoder
 from diff_encoder_sim.drives.trial_recording import trial_of_source
 from diff_encoder_sim.ros.launch_status import LaunchStatus
 from diff_encoder_sim.ros.node import log, node_params, publisher, run_node
@@ -42,14 +40,13 @@ from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 RECORDED = (topics.ENCODER_PULSE, topics.ENCODER_VELOCITY, topics.ODOM, topics.TF, topics.TRIAL, *COPIED)
 
 POLL_PERIOD_S = 0.1
-# Wall time from the last message to one that says nothing new, with which rosbag play ends: what its queues then still
-# hold is lost.
+# Wall time from the last message to a repeated one, with which rosbag play ends: messages in its queues are then lost.
 FLUSH_S = 0.5
 QUIET_S = 1.0  # wall time without a message, after which the recording is complete
 
 
 class ReplayParams(Params):
-    """Parameters of replay_node, beside those of the encoder and the odometry."""
+    """Parameters of replay_node, next to those of the encoder and the odometry."""
 
     bag: str = Field(min_length=1, description='bag of ROS 1 or ROS 2 with wheel angles (JointState)')
     out: str = Field('', description='path of the new bag; empty: bags/BAG_PPRppr_replay.bag')
@@ -64,22 +61,40 @@ class ReplayNode:
     def __init__(self, status: LaunchStatus) -> None:
         self._status = status
         self._params = node_params(ReplayParams, EncoderParams, OdometryParams, part='config')
-        self._encoder = node_params(EncoderParams, OdometryParams, ReplayParams, part='config')
-        self._odometry = node_params(OdometryParams, EncoderParams, ReplayParams, part='config')
+        encoder = node_params(EncoderParams, OdometryParams, ReplayParams, part='config')
+        odometry = node_params(OdometryParams, EncoderParams, ReplayParams, part='config')
         self._bag = users_path(self._params.bag)
-        self._out = self._new_bag()
+        name = f'{self._bag.stem}_{ppr_label(encoder.counts_per_turn)}ppr_replay.bag'
+        self._out = users_path(self._params.out or str(Path('bags') / name))
+        if self._out.exists():
+            raise ConfigError(f'out: {self._out} exists; allowed: the path of a new file')
         with open_source(self._bag) as source:
-            self._topic = self._wheel_topic(source)
+            options = WheelOptions(
+                self._params.joint_states, left_joint=encoder.left_joint, right_joint=encoder.right_joint
+            )
+            wheels = find_wheels(self._bag, source, options, encoder)
             self._copied = copied_topics(source)
             trial = trial_of_source(self._bag, source)
+        if wheels.message_type != topics.JOINT_STATE_TYPE:
+            raise ConfigError(
+                f'{self._bag}: {wheels.topic} has counts; expected {topics.JOINT_STATE_TYPE}; reencode can use counts'
+            )
+        self._topic = wheels.topic
         self._recorder = Recorder(self._out, RECORDED)
-        self._publish_trial(trial)
+        if trial is not None:
+            for name in OF_ODOMETRY:
+                used, recorded = getattr(odometry, name), getattr(trial, name)
+                if used != recorded:
+                    log.warning("%s: %g is used, %g was used in the bag's trial: see robot:=", name, used, recorded)
+            self._trial = publisher(topics.TRIAL, String, latch=True)
+            self._trial.publish(String(with_encoder(trial, encoder, odometry).model_dump_json()))
 
     def run(self) -> None:
         """Play and record; returns at the end of the drive."""
         try:
             self._wait_for_subscribers()
-            self._play()
+            with tempfile.TemporaryDirectory(prefix='replay_') as folder:
+                self._play(Path(folder) / 'drive.bag')
         except ConfigError:
             self._recorder.discard()
             raise
@@ -89,40 +104,6 @@ class ReplayNode:
         if not rospy.is_shutdown():
             log.info('replay finished; bag: %s; shutting down', self._out)
             self._status.succeed()
-
-    def _wheel_topic(self, source: BagSource) -> str:
-        wheels = find_wheels(
-            self._bag,
-            source,
-            WheelOptions(
-                self._params.joint_states, left_joint=self._encoder.left_joint, right_joint=self._encoder.right_joint
-            ),
-            self._encoder,
-        )
-        if wheels.message_type != JOINT_STATE_TYPE:
-            raise ConfigError(
-                f'{self._bag}: {wheels.topic} has counts; expected {JOINT_STATE_TYPE}; reencode can use counts'
-            )
-        return wheels.topic
-
-    def _new_bag(self) -> Path:
-        name = f'{self._bag.stem}_{ppr_label(self._encoder.counts_per_turn)}ppr_replay.bag'
-        path = users_path(self._params.out or str(Path('bags') / name))
-        if path.exists():
-            raise ConfigError(f'out: {path} exists; allowed: the path of a new file')
-        return path
-
-    def _publish_trial(self, trial: Optional[Trial]) -> None:
-        if trial is not None:
-            self._warn_of_other_wheels(trial)
-            self._trial = publisher(topics.TRIAL, String, latch=True)
-            self._trial.publish(String(with_encoder(trial, self._encoder, self._odometry).model_dump_json()))
-
-    def _warn_of_other_wheels(self, trial: Trial) -> None:
-        for name in OF_ODOMETRY:
-            used, recorded = getattr(self._odometry, name), getattr(trial, name)
-            if used != recorded:
-                log.warning("%s: %g is used, %g was used in the bag's trial: see robot:=", name, used, recorded)
 
     def _wait_for_subscribers(self) -> None:
         """Wait until the encoder node and the odometry node have subscribed.
@@ -144,45 +125,35 @@ class ReplayNode:
                 )
             time.sleep(POLL_PERIOD_S)
 
-    def _play(self) -> None:
-        """Run rosbag play to its end.
+    def _play(self, played: Path) -> None:
+        """Copy the topics to a file, as far as the bag can be read, and run rosbag play on it.
 
         Raises:
-            ConfigError: rosbag play failed, or there is no place for what it plays.
+            ConfigError: rosbag play failed, or the file cannot be written.
         """
-        with tempfile.TemporaryDirectory(prefix='replay_') as folder:
-            played = Path(folder) / 'drive.bag'
-            self._copy_drive(played)
-            player = subprocess.Popen(
-                self._command(played),
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
-                text=True,
-            )
-            while player.poll() is None and not rospy.is_shutdown():
-                time.sleep(POLL_PERIOD_S)
-            player.terminate()
-            output, _ = player.communicate()
-        if player.returncode and not rospy.is_shutdown():
-            raise ConfigError(f'{self._bag}: rosbag play: {" ".join(output.split())}')
-
-    def _copy_drive(self, path: Path) -> None:
-        """Write what is to be played, as far as the bag can be read."""
         try:
             with open_source(self._bag) as source:
                 flush_ns = round(FLUSH_S * self._params.speed * NANOSECONDS_PER_SECOND)
-                write_ros1_copy(path, source, (self._topic, *self._copied), again_after_ns=flush_ns)
+                write_ros1_copy(played, source, (self._topic, *self._copied), again_after_ns=flush_ns)
                 if source.fault:
                     log.warning('%s: %s; all messages that can be read are played', self._bag, source.fault)
         except OSError as error:
-            raise ConfigError(f'{path}: cannot be written: {error.strerror}') from None
-
-    def _command(self, played: Path) -> List[str]:
-        # A queue without limit: what a busy subscriber has not taken yet is late, not lost.
+            raise ConfigError(f'{played}: cannot be written: {error.strerror}') from None
+        # A queue without limit: messages that a busy subscriber has not read yet are late, not lost.
         options = ['--quiet', '--clock', '--wait-for-subscribers', '--delay', '1', '--queue', '0']
-        options += ['--rate', str(self._params.speed)]
-        return ['rosbag', 'play', *options, str(played), f'{self._topic}:={topics.JOINT_STATES}']
+        player = subprocess.Popen(
+            ['rosbag', 'play', *options, f'--rate={self._params.speed}', str(played), f'{self._topic}:=/joint_states'],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        while player.poll() is None and not rospy.is_shutdown():
+            time.sleep(POLL_PERIOD_S)
+        player.terminate()
+        output, _ = player.communicate()
+        if player.returncode and not rospy.is_shutdown():
+            raise ConfigError(f'{self._bag}: rosbag play: {" ".join(output.split())}')
 
 
 def main(status: LaunchStatus) -> None:

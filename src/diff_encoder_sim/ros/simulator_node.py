@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 import threading
 import time
 from pathlib import Path
-from typing import Any, Dict, List, Optional, Tuple
+from typing import Any, Dict, List, Optional
 
 import rospy
-from geometry_msgs.msg import Pose, Quaternion, Twist
+from geometry_msgs.msg import Twist
 from pydantic import Field
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState, LaserScan
@@ -20,14 +19,13 @@ from diff_encoder_sim.base.bounds import Between, Duration_s, Rate_Hz, Seed
 from diff_encoder_sim.base.errors import EVENT, ConfigError, InputFault
 from diff_encoder_sim.base.package_files import package_folder, users_path
 from diff_encoder_sim.base.params import did_you_mean
-from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.pose_messages import ModelStatesEncoder
 from diff_encoder_sim.drives.sensor_messages import encode_clock, encode_joint_state, encode_scan
 from diff_encoder_sim.drives.test_definition import PoseParams
 from diff_encoder_sim.robots.robot_file import load_robot_file
 from diff_encoder_sim.robots.xacro_expansion import xacro_arguments_of_text
-from diff_encoder_sim.ros.conversions import body_messages, matrix_pose_message, pose_from_message, stamp_from_ns
+from diff_encoder_sim.ros.conversions import pose_from_message, stamp_from_ns
 from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
 from diff_encoder_sim.ros.gazebo_states import STATES_PERIOD_HEADER, GetModelState, ModelStates, SetModelState
 from diff_encoder_sim.ros.node import log, node_params, run_node, subscriber, trial_plan
@@ -35,7 +33,6 @@ from diff_encoder_sim.ros.pacing import (
     GRAPH_LEAD_NS,
     LONGEST_WAIT_S,
     AnsweredTimes,
-    Command,
     CommandGate,
     ExpectedStamps,
     GraphPacer,
@@ -46,6 +43,9 @@ from diff_encoder_sim.simulation.state import STATES_PERIOD_NS, TICK_NS, PlanarV
 from diff_encoder_sim.wheels.sampling import DEFAULT_RATE_HZ
 
 PAUSED_CLOCK_PERIOD_S = 0.05
+
+# Far beyond this the physics loses precision, and then yields NaN.
+LARGEST_NUMBER = 1e4
 
 # A command takes effect GRAPH_LEAD_NS after the report that it answers, and before the next one is answered.
 SHORTEST_COMMAND_PERIOD_S = (GRAPH_LEAD_NS + TICK_NS) / NANOSECONDS_PER_SECOND
@@ -90,7 +90,7 @@ class SimulatorNodeParams(SimulatorParams):
 
 
 class SimulatorNode:
-    """Runs the simulator in a thread and publishes its state."""
+    """Runs the simulator in a thread, publishes its state, and serves Gazebo's services."""
 
     def __init__(self) -> None:
         params = node_params(SimulatorNodeParams, part='simulator', defaults=_trial_defaults())
@@ -104,12 +104,19 @@ class SimulatorNode:
         self._clock = EncodedPublisher('/clock', Clock)
         self._joint_states = EncodedPublisher('joint_states', JointState)
         self._scans = EncodedPublisher('scan', LaserScan)
-        self._scan_frame = params.laser_link
-        self._scan_period_ns = params.lidar.period_ns
-        self._models = SimulatedModels(self._simulator, self._lock)
+        self._scan_frame, self._scan_period_ns = params.laser_link, params.lidar.period_ns
+        self._model_states = EncodedPublisher(
+            '/gazebo/model_states', ModelStates, headers={STATES_PERIOD_HEADER: str(STATES_PERIOD_NS)}
+        )
+        self._states_encoder = ModelStatesEncoder(self._simulator.world, self._simulator.robot_name)
         report_delay_ns = round(params.report_delay * NANOSECONDS_PER_SECOND)
         expected = ExpectedStamps(params.report_rate, self._scan_period_ns, report_delay_ns)
-        self._pacers = _graph_pacers(params, expected)
+        # Unless the graph starts in a pause, no topic can be expected before its first message.
+        self._pacers = (
+            GraphPacer(params.wait_for, expected.report_before, params.paused, params.wait_for_once_begun),
+            GraphPacer(params.wait_for_after_states, expected.state_before, params.paused),
+            GraphPacer(params.wait_for_after_scans, expected.scan_before, params.paused),
+        )
         self._wall_pacer = WallPacer(params.real_time_factor)
         self._commands = subscriber('cmd_vel', Twist, self._on_command)
         self._gate = CommandGate(
@@ -119,34 +126,31 @@ class SimulatorNode:
             lambda: self._commands.get_num_connections() > 0,
             params.command_at_start,
         )
-        self._services = self._advertise_services()
+        self._services = [
+            rospy.Service('/gazebo/pause_physics', Empty, self._on_pause),
+            rospy.Service('/gazebo/unpause_physics', Empty, self._on_unpause),
+            rospy.Service('/gazebo/reset_simulation', Empty, self._on_reset_simulation),
+            rospy.Service('/gazebo/reset_world', Empty, self._on_reset_world),
+            rospy.Service('/gazebo/set_model_state', SetModelState, self._on_set_model_state),
+            rospy.Service('/gazebo/get_model_state', GetModelState, self._on_get_model_state),
+        ]
         if not params.paused:
             self._on_unpause(EmptyRequest())
-        self._loop = threading.Thread(target=self._run, daemon=True)
-        self._loop.start()
-
-    def _advertise_services(self) -> List[rospy.Service]:
-        handlers = {
-            'pause_physics': self._on_pause,
-            'unpause_physics': self._on_unpause,
-            'reset_simulation': self._on_reset_simulation,
-            'reset_world': self._on_reset_world,
-        }
-        return [rospy.Service(f'/gazebo/{name}', Empty, handler) for name, handler in handlers.items()]
+        threading.Thread(target=self._run, daemon=True).start()
 
     def _run(self) -> None:
         while not rospy.is_shutdown():
             if self._running.is_set():
                 self._step()
             else:
-                self._publish_clock()
+                self._clock.publish(encode_clock(self._simulator.time_ns))
                 time.sleep(PAUSED_CLOCK_PERIOD_S)
 
     def _step(self) -> None:
         """Publish the state, wait until time may advance, and advance it by one tick."""
         with self._lock:
-            self._publish()
             now_ns = self._simulator.time_ns
+            self._publish(now_ns)
         for pacer in self._pacers:
             pacer.wait(now_ns + TICK_NS)
         self._wall_pacer.wait(now_ns + TICK_NS)
@@ -155,29 +159,25 @@ class SimulatorNode:
             if now_ns != self._simulator.time_ns:
                 return  # reset meanwhile
             if command is not None:
-                self._apply(command)
+                try:
+                    self._simulator.command(*command)
+                except InputFault as fault:
+                    log.warning('%s: %s; message dropped', self._commands.resolved_name, fault)
             self._simulator.tick()
 
-    def _apply(self, command: Command) -> None:
-        try:
-            self._simulator.command(*command)
-        except InputFault as fault:
-            log.warning('%s: %s; message dropped', self._commands.resolved_name, fault)
-
-    def _publish_clock(self) -> None:
-        self._clock.publish(encode_clock(self._simulator.time_ns))
-
-    def _publish(self) -> None:
-        self._publish_clock()
+    def _publish(self, now_ns: int) -> None:
+        self._clock.publish(encode_clock(now_ns))
         self._joint_states.publish(encode_joint_state(self._simulator.joint_states()))
-        if self._simulator.time_ns % STATES_PERIOD_NS == 0:
-            self._models.publish()
-        if self._simulator.time_ns % self._scan_period_ns == 0:
+        if now_ns % STATES_PERIOD_NS == 0:
+            self._model_states.publish(self._states_encoder.encode(self._simulator.base()))
+        if now_ns % self._scan_period_ns == 0:
             period_s = self._scan_period_ns / NANOSECONDS_PER_SECOND
             self._scans.publish(encode_scan(self._simulator.scan(), self._scan_frame, period_s))
 
     def _on_command(self, message: Twist) -> None:
         self._gate.put((message.linear.x, message.angular.z))
+
+    # ---- services
 
     def _on_pause(self, _: EmptyRequest) -> EmptyResponse:
         self._running.clear()
@@ -204,6 +204,53 @@ class SimulatorNode:
             self._simulator.reset_world()
         return EmptyResponse()
 
+    def _on_set_model_state(self, request: Any) -> Any:
+        state, response = request.model_state, SetModelState._response_class()
+        linear, angular, robot_name = state.twist.linear, state.twist.angular, self._simulator.robot_name
+        try:
+            self._check_names(state.model_name, state.reference_frame)
+            if state.model_name != robot_name:
+                raise InputFault(f'model {state.model_name!r} is fixed; only {robot_name!r} can be moved')
+            pose = pose_from_message(state.pose)
+            numbers = (pose.x_m, pose.y_m, linear.x, linear.y, angular.z)
+            if not all(abs(number) <= LARGEST_NUMBER for number in numbers):  # NaN is not
+                raise InputFault(
+                    f'position and twist {numbers}; expected numbers within +-{LARGEST_NUMBER:g} [m, m/s, rad/s]'
+                )
+        except InputFault as fault:
+            response.status_message = str(fault)
+            return response
+        with self._lock:
+            self._simulator.place(pose, PlanarVelocity(linear.x, linear.y, angular.z))
+        response.success = True
+        response.status_message = (
+            f'{robot_name} placed at ({pose.x_m:.3f}, {pose.y_m:.3f}) m, yaw {pose.yaw_rad:.3f} rad'
+        )
+        log.info('%s', response.status_message, extra=EVENT)
+        return response
+
+    def _on_get_model_state(self, request: Any) -> Any:
+        response = GetModelState._response_class()
+        response.header.frame_id = request.relative_entity_name
+        try:
+            self._check_names(request.model_name, request.relative_entity_name)
+        except InputFault as fault:
+            response.status_message = str(fault)
+            return response
+        with self._lock:
+            response.header.stamp = stamp_from_ns(self._simulator.time_ns)
+            states = ModelStates().deserialize(self._states_encoder.encode(self._simulator.base()))
+        index = states.name.index(request.model_name)
+        response.pose, response.twist, response.success = states.pose[index], states.twist[index], True
+        return response
+
+    def _check_names(self, model: str, frame: str) -> None:
+        names = [*(model.name for model in self._simulator.world.models), self._simulator.robot_name]
+        if model not in names:
+            raise InputFault(f'model {model!r} does not exist{did_you_mean(model, names)}')
+        if frame not in ('', 'world'):
+            raise InputFault(f"reference frame {frame!r}; expected '' or 'world'")
+
 
 def _trial_defaults() -> Dict[str, Any]:
     plan = trial_plan()
@@ -218,15 +265,6 @@ def _trial_defaults() -> Dict[str, Any]:
         'commands_answer': 'states' if plan.trial.nav == 'scripted' else 'reports',
         'command_period': plan.command_period and max(plan.command_period, SHORTEST_COMMAND_PERIOD_S),
     }
-
-
-def _graph_pacers(params: SimulatorNodeParams, expected: ExpectedStamps) -> Tuple[GraphPacer, ...]:
-    """Make pacers; without the pause in which a graph starts, no topic can be expected before its first message."""
-    return (
-        GraphPacer(params.wait_for, expected.report_before, params.paused, params.wait_for_once_begun),
-        GraphPacer(params.wait_for_after_states, expected.state_before, params.paused),
-        GraphPacer(params.wait_for_after_scans, expected.scan_before, params.paused),
-    )
 
 
 def _answered_times(params: SimulatorNodeParams, expected: ExpectedStamps) -> Optional[AnsweredTimes]:
@@ -244,118 +282,3 @@ def _answered_times(params: SimulatorNodeParams, expected: ExpectedStamps) -> Op
 def main() -> None:
     """Run the node."""
     run_node('simulator_node', SimulatorNode)
-
-
-WORLD_FRAMES = ('', 'world')
-
-# A robot at rest on its casters leans far less; a robot on its side far more.
-LARGEST_LEAN_RAD = 0.1
-
-# Far beyond this the physics loses precision, and then yields NaN.
-LARGEST_NUMBER = 1e4
-
-
-class SimulatedModels:
-    """Serves /gazebo/model_states, /gazebo/set_model_state and /gazebo/get_model_state."""
-
-    def __init__(self, simulator: Simulator, lock: threading.RLock) -> None:
-        """Advertise topic and services; `lock` is held whenever the simulator is used."""
-        self._simulator = simulator
-        self._lock = lock
-        self._fixed = {
-            model.name: (matrix_pose_message(model.pose_in_world), Twist()) for model in simulator.world.models
-        }
-        self._encoder = ModelStatesEncoder(simulator.world, simulator.robot_name)
-        self._states = EncodedPublisher(
-            '/gazebo/model_states', ModelStates, headers={STATES_PERIOD_HEADER: str(STATES_PERIOD_NS)}
-        )
-        self._services = [
-            rospy.Service('/gazebo/set_model_state', SetModelState, self._on_set),
-            rospy.Service('/gazebo/get_model_state', GetModelState, self._on_get),
-        ]
-
-    def publish(self) -> None:
-        """Publish the states of all models."""
-        self._states.publish(self._encoder.encode(self._simulator.base()))
-
-    def _all(self) -> Dict[str, Tuple[Pose, Twist]]:
-        return {**self._fixed, self._simulator.robot_name: body_messages(self._simulator.base())}
-
-    def _on_set(self, request: Any) -> Any:
-        state, response = request.model_state, SetModelState._response_class()
-        try:
-            self._check_names(state.model_name, state.reference_frame)
-            if state.model_name != self._simulator.robot_name:
-                raise InputFault(
-                    f'model {state.model_name!r} is fixed; only {self._simulator.robot_name!r} can be moved'
-                )
-            pose, velocity = _upright_pose(state.pose), _planar_velocity(state.twist)
-        except InputFault as fault:
-            response.status_message = str(fault)
-            return response
-        with self._lock:
-            self._simulator.place(pose, velocity)
-        response.success = True
-        response.status_message = (
-            f'{state.model_name} placed at ({pose.x_m:.3f}, {pose.y_m:.3f}) m, yaw {pose.yaw_rad:.3f} rad'
-        )
-        log.info('%s', response.status_message, extra=EVENT)
-        return response
-
-    def _on_get(self, request: Any) -> Any:
-        response = GetModelState._response_class()
-        response.header.frame_id = request.relative_entity_name
-        try:
-            self._check_names(request.model_name, request.relative_entity_name)
-        except InputFault as fault:
-            response.status_message = str(fault)
-            return response
-        with self._lock:
-            response.header.stamp = stamp_from_ns(self._simulator.time_ns)
-            response.pose, response.twist = self._all()[request.model_name]
-        response.success = True
-        return response
-
-    def _check_names(self, model: str, frame: str) -> None:
-        names = [*self._fixed, self._simulator.robot_name]
-        if model not in names:
-            raise InputFault(f'model {model!r} does not exist{did_you_mean(model, names)}')
-        if frame not in WORLD_FRAMES:
-            raise InputFault(f"reference frame {frame!r}; expected '' or 'world'")
-
-
-def _upright_pose(pose: Pose) -> Pose2D:
-    """Project a robot's pose to the floor: its height and a slight lean are dropped.
-
-    Raises:
-        InputFault: a number is too large, the quaternion is no rotation, or the robot would not stand upright.
-    """
-    _check_numbers('position [m]', pose.position.x, pose.position.y, pose.position.z)
-    planar = pose_from_message(pose)
-    if _lean_rad(pose.orientation) > LARGEST_LEAN_RAD:
-        raise InputFault(
-            f'orientation leans by {_lean_rad(pose.orientation):.2f} rad; expected an upright robot (roll and pitch 0)'
-        )
-    return planar
-
-
-def _lean_rad(quaternion: Quaternion) -> float:
-    """Return the angle between the vertical and the z axis of a body with this orientation."""
-    across = math.hypot(quaternion.x, quaternion.y)
-    return 2.0 * math.atan2(across, math.hypot(quaternion.z, quaternion.w))
-
-
-def _planar_velocity(twist: Twist) -> PlanarVelocity:
-    """Project a twist to the floor; what would lift or tip the robot is dropped.
-
-    Raises:
-        InputFault: a number is too large.
-    """
-    linear, angular = twist.linear, twist.angular
-    _check_numbers('twist [m/s, rad/s]', linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
-    return PlanarVelocity(linear.x, linear.y, angular.z)
-
-
-def _check_numbers(what: str, *numbers: float) -> None:
-    if not all(abs(number) <= LARGEST_NUMBER for number in numbers):  # NaN is not
-        raise InputFault(f'{what} {numbers}; expected numbers within +-{LARGEST_NUMBER:g}')

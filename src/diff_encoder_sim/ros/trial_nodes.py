@@ -112,13 +112,14 @@ class TrialRunner:
             also_connected: more topics that must be connected before time runs.
         """
         try:
-            self._start(also_connected)
+            self._start((*GRAPH, *also_connected))
             drive()
             _call('/gazebo/pause_physics')  # before the nodes are asked, which takes a while: the bag ends here
-            self._check_nodes()
+            self._nodes.check()
+            self._check_failure()
             self._check_goal()
         except TrialFailed as failure:
-            rospy.logerr('trial failed: %s; %s', failure, self._record)  # first: what follows takes a while
+            rospy.logerr('trial failed: %s; %s', failure, self._record)  # first: the rest takes a while
             if not rospy.is_shutdown():
                 _call('/gazebo/pause_physics')
             self._report(failure.outcome, str(failure))
@@ -138,25 +139,23 @@ class TrialRunner:
                 raise TrialFailed('stopped before its end')
             if time.monotonic() - self._last_pose_s > self._params.stall_timeout:
                 raise TrialFailed(f'no {topics.WORLD_POSE} for {self._params.stall_timeout:.0f} s')
-            if self._nodes.failure is not None:
-                raise TrialFailed(self._nodes.failure)
+            self._check_failure()
             time.sleep(POLL_PERIOD_S)
 
-    def _start(self, also_connected: Sequence[str]) -> None:
-        missing = wait_until_connected((*GRAPH, *also_connected), ALSO_RECORDED, self._params.start_timeout)
+    def _start(self, graph: Sequence[str]) -> None:
+        missing = wait_until_connected(graph, ALSO_RECORDED, self._params.start_timeout)
         if rospy.is_shutdown():
             raise TrialFailed('stopped before it began')
         if missing:
             raise TrialFailed(f'topics not connected within {self._params.start_timeout:.0f} s: {", ".join(missing)}')
-        self._nodes.start((*GRAPH, *also_connected), [RECORDER])
+        self._nodes.start(graph, [RECORDER])
         time.sleep(FIRST_MESSAGES_S)
         self._last_pose_s = time.monotonic()
         _call('/gazebo/unpause_physics')
 
-    def _check_nodes(self) -> None:
-        failure = self._nodes.check()
-        if failure is not None:
-            raise TrialFailed(failure)
+    def _check_failure(self) -> None:
+        if self._nodes.failure is not None:
+            raise TrialFailed(self._nodes.failure)
 
     def _check_goal(self) -> None:
         goal, true_pose = self.trial.goal(), self._true_pose
@@ -173,10 +172,9 @@ class TrialRunner:
         self._on_true_pose(stamp_ns, base_pose_in_map)
 
     def _report(self, outcome: Outcome, reason: str) -> None:
-        if rospy.is_shutdown():
-            return
-        self._result.publish(String(json.dumps({'outcome': outcome.value, 'reason': reason})))
-        time.sleep(LAST_MESSAGES_S)
+        if not rospy.is_shutdown():
+            self._result.publish(String(json.dumps({'outcome': outcome.value, 'reason': reason})))
+            time.sleep(LAST_MESSAGES_S)
 
 
 def distance_from_goal(pose: Pose2D, goal: Pose2D) -> str:
@@ -210,7 +208,7 @@ class NavigationTrialNode:
 
     def __init__(self, status: LaunchStatus) -> None:
         self._params = node_params(TrialParams)
-        self._runner = TrialRunner(status, self._params, self._watch)
+        self._runner = TrialRunner(status, self._params, self._on_true_pose)
         self._driver = RouteDriver(self._runner.trial.test)
         self._estimate: Optional[Pose2D] = None
         self._failure: Optional[RouteFailed] = None
@@ -218,7 +216,7 @@ class NavigationTrialNode:
         self._lock = threading.Lock()  # true and estimated poses come in threads
         self._may_drive, self._ended = threading.Event(), threading.Event()
         self._commands = publisher('cmd_vel', Twist)
-        # Not SimpleActionClient: it may receive a status of a goal before it knows the goal, and logs an error.
+        # Not SimpleActionClient: it logs an error for a status of a goal that it has not registered yet.
         self._action = actionlib.ActionClient(ACTION, MoveBaseAction)
         self._global_pose = pose_subscriber(topics.GLOBAL_POSE, self._on_global_pose)
 
@@ -227,14 +225,14 @@ class NavigationTrialNode:
         connected = ['/scan', '/amcl_pose', '/map']
         if self._runner.trial.nav != 'upstream':
             connected += [f'/{ACTION}/status', '/amcl/scan_taken']
-            self._may_drive.set()
+            self._may_drive.set()  # with the first pose
         self._runner.run(self._drive, connected)
 
     def _drive(self) -> None:
-        if not self._may_drive.is_set():
+        if self._runner.trial.nav == 'upstream':
             # Upstream's move_base offers its action only when time runs and AMCL localizes.
             self._runner.wait_for(self._is_served)
-            self._may_drive.set()
+        self._may_drive.set()
         self._runner.wait_for(self._ended.is_set)
         if self._failure is not None:
             self._action.cancel_all_goals()
@@ -250,22 +248,26 @@ class NavigationTrialNode:
         a_second = rospy.Duration(1.0)
         return rospy.Time.now() >= rospy.Time() + a_second and bool(self._action.wait_for_server(-a_second))
 
-    def _watch(self, stamp_ns: int, _: Pose2D) -> None:
+    def _on_true_pose(self, stamp_ns: int, _: Pose2D) -> None:
         """Let the driver check its time limits also while there is no pose estimate."""
         self._drive_on(stamp_ns, lambda: self._driver.watch(stamp_ns))
 
     def _on_global_pose(self, stamp_ns: int, base_pose_in_map: Pose2D) -> None:
-        if self._ended.is_set() or not self._may_drive.is_set():
-            return
-        self._estimate = base_pose_in_map
-        self._drive_on(stamp_ns, lambda: self._driver.step(stamp_ns, base_pose_in_map, *self._goal_status()))
+        if not self._ended.is_set() and self._may_drive.is_set():
+            self._estimate = base_pose_in_map
+            self._drive_on(stamp_ns, lambda: self._driver.step(stamp_ns, base_pose_in_map, *self._goal_status()))
 
     def _drive_on(self, stamp_ns: int, decide: Callable[[], DriverOutput]) -> None:
         with self._lock:
             if self._ended.is_set():
                 return
             try:
-                self._apply(stamp_ns, decide())
+                output = decide()
+                if output.turn_rate_radps is not None:
+                    self._commands.publish(Twist(Vector3(), Vector3(0, 0, output.turn_rate_radps)))
+                if output.goal_in_map is not None:
+                    target = pose_stamped_message(output.goal_in_map, stamp_ns, self._params.map_frame)
+                    self._goal = self._action.send_goal(MoveBaseGoal(target_pose=target))
             except RouteFailed as failure:
                 self._failure = failure
             if self._failure is not None or self._driver.is_over:
@@ -275,14 +277,6 @@ class NavigationTrialNode:
         if self._goal is None:
             return GoalStatus.NONE, ''
         return (_STATUS.get(self._goal.get_goal_status(), GoalStatus.ABORTED), self._goal.get_goal_status_text())
-
-    def _apply(self, stamp_ns: int, output: DriverOutput) -> None:
-        if output.turn_rate_radps is not None:
-            self._commands.publish(Twist(Vector3(), Vector3(0, 0, output.turn_rate_radps)))
-        if output.goal_in_map is not None:
-            self._goal = self._action.send_goal(
-                MoveBaseGoal(target_pose=pose_stamped_message(output.goal_in_map, stamp_ns, self._params.map_frame))
-            )
 
 
 def navigation_trial_node(status: LaunchStatus) -> None:
@@ -307,8 +301,10 @@ class ScriptedDriveNode:
         plan = required_trial_plan()
         # SLAM may have to compile first; the robot does not drive before it has subscribed.
         self._also_connected = TOPICS_OF_SLAM.get(plan.slam, ())
-        if plan.slam == 'none':
-            self._broadcast_start(params)
+        if plan.slam == 'none':  # odom is at the surveyed start
+            start = self._runner.trial.test.start.pose()
+            self._static_transforms = tf2_ros.StaticTransformBroadcaster()
+            self._static_transforms.sendTransform(transform_message(start, 0, params.map_frame, params.odom_frame))
         self._map_keeper = MapKeeper(plan.save_map) if plan.save_map else None
 
     def run(self) -> None:
@@ -334,13 +330,6 @@ class ScriptedDriveNode:
         self._commands.publish(encode_command(*self._drive.command_at(elapsed_s)))
         if self._drive.is_over(elapsed_s):
             self._finished.set()
-
-    def _broadcast_start(self, params: TrialParams) -> None:
-        """Publish map -> odom for a trial without localization: odom is at the surveyed start."""
-        self._static_transforms = tf2_ros.StaticTransformBroadcaster()
-        self._static_transforms.sendTransform(
-            transform_message(self._runner.trial.test.start.pose(), 0, params.map_frame, params.odom_frame)
-        )
 
 
 def scripted_drive_node(status: LaunchStatus) -> None:

@@ -1,8 +1,8 @@
-"""What encoders and odometry publish: /odom with its transform, and /diagnostics."""
+"""Outputs of encoders and odometry: /odom with its transform, and /diagnostics."""
 
 from __future__ import annotations
 
-from typing import Callable
+from typing import Callable, Mapping
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -33,31 +33,33 @@ class OdometryOutput:
         self._odom.publish(encode_odometry(estimate, *self._frames))
 
 
-PERIOD_NS = NANOSECONDS_PER_SECOND
+class Diagnostics:
+    """Publishes one status of a node on /diagnostics, once a period of stamps, to subscribers.
 
+    Args:
+        title: of the status, after the node's name.
+        period_s: between two messages.
+    """
 
-class WheelDiagnostics:
-    """Publishes a node's diagnosis once a second of stamps, to subscribers."""
-
-    def __init__(self, title: str) -> None:
-        """Advertise the topic; `title` goes after the node's name."""
-        self._title = title
-        self._diagnostics = DisplayTopic('/diagnostics', DiagnosticArray, queue_size=10)
+    def __init__(self, title: str, period_s: float = 1.0) -> None:
+        self._title, self._period_ns = title, period_s * NANOSECONDS_PER_SECOND
+        self._topic = DisplayTopic('/diagnostics', DiagnosticArray, queue_size=10)
 
     def publish_when_due(self, stamp_ns: int, diagnose: Callable[[], Diagnosis]) -> None:
-        """Publish what `diagnose` returns, if a second is over."""
-        if self._diagnostics.is_due(PERIOD_NS, stamp_ns):
-            message = DiagnosticArray(status=[wheel_status(self._title, diagnose())])
+        """Publish the diagnosis that `diagnose` returns, if a period is over."""
+        if self._topic.is_due(self._period_ns, stamp_ns):
+            diagnosis = diagnose()
+            message = DiagnosticArray(status=[status(self._title, diagnosis.warning, diagnosis.values)])
             message.header.stamp = stamp_from_ns(stamp_ns)
-            self._diagnostics.publish(message)
+            self._topic.publish(message)
 
 
-def wheel_status(title: str, diagnosis: Diagnosis) -> DiagnosticStatus:
-    """Convert a diagnosis."""
+def status(title: str, warning: str, values: Mapping[str, float]) -> DiagnosticStatus:
+    """Make a status of this node; no warning means that all is well."""
     return DiagnosticStatus(
-        level=DiagnosticStatus.WARN if diagnosis.warning else DiagnosticStatus.OK,
+        level=DiagnosticStatus.WARN if warning else DiagnosticStatus.OK,
         name=f'{rospy.get_name().lstrip("/")}: {title}',
-        message=diagnosis.warning or 'OK',
+        message=warning or 'OK',
         hardware_id='None',
-        values=[KeyValue(key, f'{value:.6g}') for key, value in diagnosis.values.items()],
+        values=[KeyValue(key, f'{value:.6g}') for key, value in values.items()],
     )

@@ -13,8 +13,6 @@ from diff_encoder_sim.drives.pose_messages import (
     ModelStateDecoder,
     ModelStatesEncoder,
     PoseDecoder,
-    SpatialTransform,
-    decode_spatial_tf,
     decode_tf,
     encode_odometry,
     encode_pose_stamped,
@@ -153,17 +151,6 @@ def test_a_transform_that_is_not_finite_is_a_fault():
     raw = encode_tf(encode_transform(Pose2D(np.nan, 0.0, 0.0), 5, 'map', 'odom'))
     with pytest.raises(InputFault, match='position .* expected finite numbers'):
         list(decode_tf(raw))
-
-
-def test_spatial_transforms_are_decoded_as_they_were_encoded(rng):
-    translation, rotation = tuple(values.floats(rng, 3)), tuple(values.quat_xyzw(rng))
-    frames = (('/map', 'ödom'), ('base_link', '/left_wheel'), ('', ''))
-    raw = encode_tf(*(encode_spatial_transform(translation, rotation, 5_000_000_007, *pair) for pair in frames))
-    assert list(decode_spatial_tf(raw)) == [
-        SpatialTransform(5_000_000_007, parent.lstrip('/'), child.lstrip('/'), translation, rotation)
-        for parent, child in frames
-    ]
-    assert list(decode_spatial_tf(encode_tf())) == []
 
 
 def test_model_states(rng):

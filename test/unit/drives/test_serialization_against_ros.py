@@ -13,7 +13,7 @@ pytest.importorskip('diff_encoder_sim.msg')
 import rospy
 from actionlib_msgs.msg import GoalID
 from actionlib_msgs.msg import GoalStatus as ActionStatus
-from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Twist, Vector3
+from geometry_msgs.msg import Point, Pose, Quaternion, Transform, TransformStamped, Twist, Vector3
 from move_base_msgs.msg import MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal, MoveBaseResult
 from tf2_msgs.msg import TFMessage
 
@@ -56,7 +56,10 @@ def test_model_states(rng):
     expected = ModelStates(name=[*(model.name for model in world.models), 'alto'])
     for pose, twist in (
         *((conversions.matrix_pose_message(model.pose_in_world), Twist()) for model in world.models),
-        conversions.body_messages(body),
+        (
+            Pose(Point(*body.position_xyz_m), Quaternion(*body.quat_xyzw)),
+            Twist(Vector3(*body.linear_xyz_mps), Vector3(*body.angular_xyz_radps)),
+        ),
     ):
         expected.pose.append(pose)
         expected.twist.append(twist)

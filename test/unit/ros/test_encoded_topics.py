@@ -1,16 +1,13 @@
-"""Encoded messages go through rospy as those of genpy do."""
+"""Encoded messages go through rospy as those of genpy do, and messages whose stamp cannot be reach no node."""
 
 import io
 
 import pytest
-
-pytest.importorskip('rospy')
-pytest.importorskip('diff_encoder_sim.msg')
-
 import rospy
 from rosgraph_msgs.msg import Clock
 from rospy.msg import args_kwds_to_message, deserialize_messages, serialize_message
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.drives.sensor_messages import encode_clock, encode_joint_state
@@ -32,10 +29,7 @@ def test_a_message_with_a_header_is_numbered_by_rospy_as_one_of_genpy_is():
     message, expected = JointState().deserialize(ENCODED), io.BytesIO()
     serialize_message(expected, 42, message)
     assert sent(JointState, ENCODED, 42) == expected.getvalue()
-
-
-def test_a_message_without_a_header_stays_as_it_is():
-    assert sent(Clock, encode_clock(7), 42)[4:] == encode_clock(7)
+    assert sent(Clock, encode_clock(7), 42)[4:] == encode_clock(7)  # has no header
 
 
 def test_the_class_is_described_to_other_nodes_as_that_of_the_type():
@@ -53,40 +47,51 @@ def test_received_bytes_come_as_they_are():
 
 @pytest.fixture(name='receive')
 def fixture_receive(monkeypatch):
-    """Sends contents at 100 s; returns those that reach the node, which refuses one that begins as `refused`."""
+    """Sends messages to a subscriber at a time [s] of the clock; returns those that its callback accepts."""
 
-    def receive(*contents, refused=None):
-        taken, callbacks = [], []
+    def receive(subscribe, messages, now_s=100, refused=None, **options):
+        accepted, callbacks = [], []
 
-        def take(content):
-            if content == refused:
+        def callback(message):
+            if message == refused:
                 raise InputFault('no robot')
-            taken.append(content)
+            accepted.append(message)
 
         monkeypatch.setattr(room, 'subscriber', lambda topic, message_class, callback: callbacks.append(callback))
-        monkeypatch.setattr(rospy.Time, 'now', lambda: rospy.Time(100))
-        room.encoded_stamped_subscriber('joint_states', JointState, take)
-        for content in contents:
-            callbacks[0](room.encoded_class(JointState)(content))
-        return taken
+        monkeypatch.setattr(rospy.Time, 'now', lambda: rospy.Time(now_s))
+        subscribe('joint_states', JointState, callback, **options)
+        for message in messages:
+            callbacks[0](message)
+        return accepted
 
     return receive
 
 
 def stamped(stamp_s):
+    return JointState(header=Header(stamp=rospy.Time(stamp_s)))
+
+
+def encoded(stamp_s):
     return encode_joint_state(JointStates(stamp_s * 10**9, (), (), ()))
 
 
-def test_only_messages_with_a_possible_stamp_come_through(receive, caplog):
-    possible = [stamped(stamp_s) for stamp_s in (1, 99, 110)]
-    assert receive(*possible, stamped(111), stamped(2**31)) == possible
-    assert [record.args[0] for record in caplog.records] == ['/joint_states'] * 2
-    assert 'stamp 111.000 s is 11.0 s ahead of the clock' in caplog.records[0].getMessage()
+@pytest.mark.parametrize(
+    ('now_s', 'possible_s', 'impossible_s', 'options'),
+    [
+        (100, [1, 99, 110], [111, 2**31, 2**32 - 1], {}),
+        (0, [5, 1_800_000_000], [2**31], {}),  # the clock is not known yet
+        (100, [101], [102], {'most_ahead_s': 1.0}),
+    ],
+)
+def test_only_messages_with_a_possible_stamp_come_through(receive, caplog, now_s, possible_s, impossible_s, options):
+    messages = [stamped(each) for each in (*possible_s, *impossible_s)]
+    accepted = receive(room.stamped_subscriber, messages, now_s, **options)
+    assert [message.header.stamp.secs for message in accepted] == possible_s
+    assert [record.args[0] for record in caplog.records] == ['/joint_states'] * len(impossible_s)
 
 
-def test_what_is_torn_or_refused_is_dropped_with_a_warning(receive, caplog):
-    assert receive(b'', stamped(1)[:11], stamped(2), stamped(3), refused=stamped(2)) == [stamped(3)]
-    dropped = '/joint_states: message dropped: a message is torn'
-    assert [record.getMessage() for record in caplog.records] == [dropped] * 2 + [
-        '/joint_states: no robot; message dropped'
-    ]
+def test_encoded_messages_that_are_torn_late_or_refused_are_dropped_with_a_warning(receive, caplog):
+    contents = [b'', encoded(1)[:11], encoded(2), encoded(3), encoded(111)]
+    messages = [room.encoded_class(JointState)(content) for content in contents]
+    assert receive(room.encoded_stamped_subscriber, messages, refused=encoded(2)) == [encoded(3)]
+    assert [record.args[0] for record in caplog.records] == ['/joint_states'] * 4

@@ -3,14 +3,9 @@
 import threading
 
 import pytest
-
-from diff_encoder_sim.navigation.navigator_inputs import STOP, ControlRate
-
-pytest.importorskip('rospy')
-pytest.importorskip('diff_encoder_sim.msg')
-
 from nav_msgs.msg import Odometry
 
+from diff_encoder_sim.navigation.navigator_inputs import STOP, ControlRate
 from diff_encoder_sim.ros.move_base_node import MoveBaseNode
 
 

@@ -1,21 +1,24 @@
-"""Parameters of a node, and how often its log repeats a message."""
+"""Parameters of a node, its log, its threads, its services, and pauses between two looks at /clock."""
 
 import contextlib
 import logging
 import threading
+import time
 
 import pytest
-
-pytest.importorskip('rospy')
-pytest.importorskip('diff_encoder_sim.msg')
-
 import rospy
+from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Header
+from std_srvs.srv import Empty
 
 from diff_encoder_sim.base.errors import EVENT, ConfigError
 from diff_encoder_sim.ros import node
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
+
+LONG_S = 20.0
+
+# ---- parameters
 
 
 @pytest.fixture(name='given')
@@ -41,30 +44,14 @@ def test_parameters_of_other_nodes_in_the_same_file_are_no_misspellings(given):
     given({'rate': 10.0, 'wheel_diameter': 0.3})
     assert node.node_params(EncoderParams, OdometryParams).rate == 10.0
     assert node.node_params(OdometryParams, EncoderParams).wheel_diameter == 0.3
-    with pytest.raises(ConfigError, match=r'^/node: wheel_diameter: unknown key'):
+    with pytest.raises(ConfigError, match=r'^/node: wheel_diameter: '):
         node.node_params(EncoderParams)
 
 
-def test_a_launch_argument_with_a_value_for_each_wheel_is_text(given):
-    given({'ppr': '{left: 90, right: 1024}'})
-    ppr = node.node_params(EncoderParams).ppr
-    assert (ppr.left, ppr.right) == (90, 1024)
-
-
-def test_a_robots_settings_go_before_yaml_files_and_what_is_typed_before_them(given):
+def test_a_robots_settings_override_yaml_files_and_what_is_typed_overrides_both(given):
     given({'rate': 10.0, 'ppr': 40}, {'rate': 30.0, 'ppr': 4096}, ['_ppr:=40', '__name:=node'])
     params = node.node_params(EncoderParams, part='config')
     assert (params.rate, params.ppr.left) == (30.0, 40)
-    assert node.node_params(EncoderParams).rate == 10.0  # a node that has no part of them
-
-
-def test_a_number_of_more_than_32_bits_comes_as_text(given):
-    given({}, {'counter_modulus': '4294967296', 'left_joint': '7'})
-    params = node.node_params(EncoderParams, part='config')
-    assert (params.counter_modulus, params.left_joint) == (2**32, '7')
-
-
-def test_a_bad_value_among_a_robots_settings_is_named_with_them(given):
     given({}, {'rate': -1.0})
     with pytest.raises(ConfigError, match=r'^/node with /robot_settings/config: rate: given -1.0'):
         node.node_params(EncoderParams, part='config')
@@ -75,14 +62,15 @@ def test_a_bad_value_among_a_robots_settings_is_named_with_them(given):
     [
         ({'ppr': 90}, {'ppr': 40}, 40),
         ({}, {}, 90),
-        ({'ppr': '{left: 90, right: 1024}'}, {}, {'left': 90, 'right': 1024}),
+        ({'ppr': '{left: 90, right: 1024}'}, {}, {'left': 90, 'right': 1024}),  # a launch argument
         ({'ppr': 90}, {'ppr': {'left': 508.8, 'right': 508.8}}, 508.8),
         ({'ppr': 90}, {'encoder': {'lines': 2048}}, 8192),
     ],
 )
 def test_the_values_in_use_are_written_to_the_private_parameters(given, private, of_robot, ppr):
     server = given({**private, 'velocity_window': 3}, {**of_robot, 'counter_modulus': '4294967296'})
-    node.node_params(EncoderParams, OdometryParams, part='config')
+    params = node.node_params(EncoderParams, OdometryParams, part='config')
+    assert params.counter_modulus == 2**32  # more than 32 bits come as text
     written = server['~']
     assert (written['ppr'], written['counter_modulus'], written['velocity_window']) == (ppr, '4294967296', 3)
     assert (written['rate'], written['encoder']['noise']) == (20.0, 0.0)  # the defaults
@@ -101,7 +89,6 @@ def test_values_that_a_node_has_written_are_not_given_ones_at_its_next_start(giv
     assert (params.ppr.left, params.seed, params.report.latency) == (90, 8, 0.03)
     given(server['~'])
     assert node.node_params(EncoderParams).report.latency == 0.0
-    assert server['~']['report']['latency'] == 0.0
 
 
 def test_values_that_a_user_sets_after_the_start_are_given_ones_at_the_next(given):
@@ -110,8 +97,6 @@ def test_values_that_a_user_sets_after_the_start_are_given_ones_at_the_next(give
     given({**server['~'], 'rate': 50.0, 'report': {**server['~']['report'], 'latency': 0.03}})
     params = node.node_params(EncoderParams, defaults={'rate': 10.0})
     assert (params.ppr.left, params.rate, params.report.latency) == (90, 50.0, 0.03)
-    given({**server['~'], 'ppr': 8}, {'ppr': 1024}, ['_ppr:=8'])
-    assert node.node_params(EncoderParams, part='config').ppr.left == 8
 
 
 def test_parameters_that_a_launch_file_has_cleared_and_set_again_are_given_ones(given):
@@ -119,79 +104,140 @@ def test_parameters_that_a_launch_file_has_cleared_and_set_again_are_given_ones(
     server = given({}, {'ppr': 40})
     node.node_params(EncoderParams, part='config')
     given({'ppr': 40, 'rate': server['~']['rate']})
-    assert node.node_params(EncoderParams, defaults={'rate': 10.0}).ppr.left == 40
-    assert server['~']['rate'] == 20.0
+    params = node.node_params(EncoderParams, defaults={'rate': 10.0})
+    assert (params.ppr.left, params.rate) == (40, 20.0)
+
+
+# ---- the log
 
 
 @pytest.fixture(name='sent')
 def fixture_sent(monkeypatch):
-    """What reaches /rosout, at a clock that the test sets: (lines, clock)."""
-    lines, clock = [], [0.0]
-    levels = ((logging.WARNING, lambda _, text: lines.append(text)), (logging.INFO, lambda _, text: lines.append(text)))
+    """A logger, the texts of it that reach /rosout, and a clock that the test sets."""
+    texts, clock = [], [0.0]
+    levels = ((logging.INFO, lambda _, text: texts.append(text)),)
     monkeypatch.setattr(node._RosLogHandler, '_LEVELS', levels)
     monkeypatch.setattr(node.time, 'monotonic', lambda: clock[0])
-    return lines, clock
+    log = logging.Logger('test_node', logging.INFO)  # noqa: LOG001
+    log.addHandler(node._RosLogHandler())
+    return log, texts, clock
 
 
-@pytest.fixture(name='log')
-def fixture_log(sent):
-    log, handler = logging.getLogger('test_node'), node._RosLogHandler()
-    log.setLevel(logging.INFO)
-    log.addHandler(handler)
-    yield log
-    log.removeHandler(handler)
-
-
-def test_a_message_is_repeated_only_after_a_while(sent, log):
-    lines, clock = sent
-    for at_s, age_s in ((0.0, 1), (1.0, 2), (4.9, 3), (5.0, 4)):
+def test_a_message_about_a_topic_is_repeated_only_after_a_while_and_events_always(sent):
+    log, texts, clock = sent
+    for at_s, topic, age_s in ((0, '/scan', 1), (1, '/scan', 2), (4.9, '/odom', 3), (5, '/scan', 4)):
         clock[0] = at_s
-        log.warning('%s: %d s old', '/scan', age_s)
-    assert lines == ['/scan: 1 s old', '/scan: 4 s old']
-
-
-def test_the_same_message_about_another_topic_is_another_one(sent, log):
-    for topic in ('/scan', '/odom', '/scan'):
-        log.warning('%s: dropped', topic)
-    assert sent[0] == ['/scan: dropped', '/odom: dropped']
-
-
-def test_events_are_always_sent(sent, log):
-    for _ in range(3):
+        log.warning('%s: %d s old', topic, age_s)
+    for _ in range(2):
         log.info('restarted', extra=EVENT)
-    assert sent[0] == ['restarted'] * 3
+    assert texts == ['/scan: 1 s old', '/odom: 3 s old', '/scan: 4 s old', 'restarted', 'restarted']
 
 
-@pytest.mark.parametrize('is_shut_down', [True, False])
-def test_a_message_that_comes_while_the_node_ends_is_no_traceback(monkeypatch, is_shut_down):
+# ---- threads, topics and services
+
+
+@pytest.mark.parametrize('is_ending', [True, False])
+def test_a_message_that_comes_while_the_node_ends_is_no_traceback(monkeypatch, is_ending):
     publisher = node.publisher('/nowhere', Header)
     publisher.unregister()
-    monkeypatch.setattr(rospy.core, 'is_shutdown_requested', lambda: is_shut_down)
-    with contextlib.nullcontext() if is_shut_down else pytest.raises(rospy.ROSException):
+    monkeypatch.setattr(rospy.core, 'is_shutdown_requested', lambda: is_ending)
+    with contextlib.nullcontext() if is_ending else pytest.raises(rospy.ROSException):
         publisher.publish(Header())
 
 
 @pytest.mark.parametrize('is_of_this_package', [True, False])
 def test_a_thread_that_ends_by_an_exception_ends_the_node(monkeypatch, is_of_this_package):
     """Only one of this package: rospy's own threads may end so when another node dies."""
-    reasons, ended = [], threading.Event()
+    reasons = []
 
-    def broken(*_):
-        ended.set()
+    def broken():
         raise RuntimeError('a map that nobody thought of')
 
     def build():
-        target = (lambda: node.compile_first(broken)) if is_of_this_package else broken
-        thread = threading.Thread(target=target)
+        thread = threading.Thread(target=(lambda: node.compile_first(broken)) if is_of_this_package else broken)
         thread.start()
         thread.join()
 
-    monkeypatch.setattr(rospy, 'init_node', lambda name, argv: None)
+    monkeypatch.setattr(rospy, 'init_node', lambda name: None)
     monkeypatch.setattr(rospy, 'signal_shutdown', reasons.append)
-    monkeypatch.setattr(node, 'log', logging.getLogger('test_node_ends'))  # which gets a handler
+    monkeypatch.setattr(node, 'log', logging.Logger('test_node_ends'))  # noqa: LOG001
     monkeypatch.setattr(threading, 'excepthook', threading.excepthook)
-    monkeypatch.setattr(node, '_print_traceback', lambda _: None)
     with pytest.raises(SystemExit) if is_of_this_package else contextlib.nullcontext():
         node.run_node('node', build, lambda _: None)
-    assert ended.is_set()
     assert len(reasons) == is_of_this_package
+
+
+def test_a_service_call_ends_whatever_the_service_does(monkeypatch):
+    released = threading.Event()
+
+    def fail():
+        raise rospy.ServiceException('service [/service] unavailable')
+
+    for handler, text in ((lambda: released.wait(30.0), 'no response'), (fail, 'unavailable')):
+        monkeypatch.setattr(rospy, 'ServiceProxy', lambda service, service_class: handler)
+        with pytest.raises(rospy.ServiceException, match=text):
+            node.call_service('service', Empty, limit_s=0.05)
+    released.set()
+    monkeypatch.setattr(rospy, 'ServiceProxy', lambda service, service_class: lambda request: f'response to {request}')
+    assert node.call_service('service', Empty, 'request') == 'response to request'
+
+
+# ---- the clock
+
+
+@pytest.fixture(name='tick')
+def fixture_tick(monkeypatch):
+    """Starts a thread of rospy's that has read a tick; pauses are ended by looks only."""
+    for name in ('_is_wanted', '_is_pausing', '_every_tick'):
+        monkeypatch.setattr(node, name, threading.Event())
+    monkeypatch.setattr(node, '_listeners', [])
+    monkeypatch.setattr(node, 'PAUSE_S', LONG_S)
+
+    def tick():
+        thread = threading.Thread(target=node._on_clock, args=(Clock(),), daemon=True)
+        thread.start()
+        return thread
+
+    return tick
+
+
+def wait_for_pause():
+    deadline_s = time.monotonic() + LONG_S
+    while not node.is_clock_pausing():
+        assert time.monotonic() < deadline_s
+        time.sleep(0.001)
+
+
+def has_ended(thread):
+    thread.join(LONG_S / 2)
+    return not thread.is_alive()
+
+
+def test_after_each_tick_the_thread_pauses_until_a_look_is_wanted(tick):
+    heard = []
+    node.listen_to_clock(heard.append)
+    for count in (1, 2):
+        thread = tick()
+        wait_for_pause()
+        assert len(heard) == count  # before the pause
+        node.look_at_clock()
+        assert has_ended(thread) and not node.is_clock_pausing()
+
+
+def test_a_pause_ends_by_itself_and_a_node_that_needs_every_tick_has_none(tick, monkeypatch):
+    first = tick()
+    wait_for_pause()
+    node.read_every_tick()
+    assert has_ended(first) and has_ended(tick())
+    node.read_now_and_then()
+    monkeypatch.setattr(node, 'PAUSE_S', 0.001)
+    assert has_ended(tick())
+
+
+@pytest.mark.parametrize('is_wallclock', [True, False])
+def test_only_if_time_is_simulated_the_clock_is_subscribed_to(monkeypatch, is_wallclock):
+    subscribed = []
+    monkeypatch.setattr(rospy.rostime, 'is_wallclock', lambda: is_wallclock)
+    monkeypatch.setattr(rospy, 'Subscriber', lambda topic, *_, **__: subscribed.append(topic))
+    node.pause_between_ticks()
+    assert subscribed == ([] if is_wallclock else ['/clock'])

@@ -1,22 +1,25 @@
-"""How long simulated time waits for topics: no longer than it must, and of what does not come with one warning."""
+"""How long simulated time waits for topics and commands, and when commands take effect."""
 
 import io
 import logging
 import threading
 
 import pytest
-
-pytest.importorskip('rospy')
-pytest.importorskip('diff_encoder_sim.msg')
-
 from std_msgs.msg import Header
 
+from diff_encoder_sim.navigation.navigator_inputs import ControlRate
 from diff_encoder_sim.ros import pacing
 from diff_encoder_sim.ros.conversions import stamp_from_ns
-from diff_encoder_sim.ros.pacing import GraphPacer, WallPacer
+from diff_encoder_sim.ros.pacing import STANDSTILL, AnsweredTimes, CommandGate, ExpectedStamps, GraphPacer, WallPacer
+from diff_encoder_sim.wheels.sampling import BoundarySampler, BoundaryTimes
 
 MS = 1_000_000
-LONG_S = 20.0
+TICK_NS, PERIOD_NS, DELAY_NS, SCAN_NS, END_NS = 10 * MS, 50 * MS, 20 * MS, 100 * MS, 3000 * MS
+RATES_HZ = [7.0, 10.0, 15.0, 20.0, 33.3, 50.0, 100.0, 200.0]
+LONG_S, SHORT_S = 20.0, 0.01
+SLOW, FAST = (0.1, 0.0), (0.2, 0.0)
+
+# ---- topics
 
 
 class Message:
@@ -37,45 +40,43 @@ def topics(monkeypatch):
         callbacks[topic] = lambda stamp_ns: callback(Message(stamp_ns), callback_args)
 
     monkeypatch.setattr(pacing.rospy, 'Subscriber', subscribe)
-    monkeypatch.setattr(pacing, 'LONGEST_WAIT_S', 0.01)
+    monkeypatch.setattr(pacing, 'LONGEST_WAIT_S', SHORT_S)
     return callbacks
 
 
 def every_50_ms(time_ns):
-    return time_ns // (50 * MS) * 50 * MS
+    return time_ns // PERIOD_NS * PERIOD_NS
 
 
-def test_time_runs_while_every_topic_has_come_to_what_is_expected(topics, caplog):
+def test_time_runs_while_every_topic_that_has_begun_has_come_to_what_is_expected(topics, caplog):
     pacer = GraphPacer(['/odom'], every_50_ms, topics_once_begun=['/global_pose'])
-    for stamp_ns in range(0, 500 * MS, 50 * MS):
+    for stamp_ns in range(0, 500 * MS, PERIOD_NS):
         topics['/odom'](stamp_ns)
         pacer.wait(stamp_ns + 49 * MS)
-    assert caplog.records == []  # /global_pose has not begun
+    assert caplog.records == []
 
 
 def test_a_topic_is_waited_for_until_it_comes(topics, monkeypatch):
     monkeypatch.setattr(pacing, 'LONGEST_WAIT_S', LONG_S)
     pacer = GraphPacer(['/odom'], every_50_ms)
     topics['/odom'](0)
-    waiting = threading.Thread(target=pacer.wait, args=(50 * MS,), daemon=True)
+    waiting = threading.Thread(target=pacer.wait, args=(PERIOD_NS,), daemon=True)
     waiting.start()
     waiting.join(0.05)
     assert waiting.is_alive()
-    topics['/odom'](50 * MS)
+    topics['/odom'](PERIOD_NS)
     waiting.join(LONG_S)
     assert not waiting.is_alive()
 
 
 def test_one_that_does_not_come_is_warned_of_once_and_waited_for_again_when_it_is_back(topics, caplog):
-    caplog.set_level(logging.WARNING)
     pacer = GraphPacer(['/odom'], every_50_ms, topics_once_begun=['/global_pose'])
-    topics['/odom'](0)
-    topics['/global_pose'](0)
-    for time_ns in (50 * MS, 100 * MS, 150 * MS):
+    for topic in ('/odom', '/global_pose'):
+        topics[topic](0)
+    for time_ns in (PERIOD_NS, 100 * MS, 150 * MS):
         topics['/odom'](time_ns)
         pacer.wait(time_ns)
-    assert [record.getMessage().split(':')[0] for record in caplog.records] == ['/global_pose']
-    assert '0.05 s' in caplog.records[0].getMessage()
+    assert [record.args[:2] for record in caplog.records] == [('/global_pose', 0.05)]
     topics['/global_pose'](150 * MS)
     topics['/odom'](200 * MS)
     pacer.wait(200 * MS)
@@ -90,38 +91,196 @@ def test_after_a_reset_stamps_of_before_do_not_count(topics, caplog):
     assert len(caplog.records) == 1
 
 
-def test_where_time_starts_before_the_graph_a_topic_is_waited_for_from_its_first_message(topics, caplog):
+def test_unless_the_graph_starts_in_a_pause_a_topic_is_waited_for_from_its_first_message(topics, caplog):
     pacer = GraphPacer(['/odom'], every_50_ms, is_from_start=False)
-    for time_ns in (0, 50 * MS):
+    for time_ns in (0, PERIOD_NS):
         pacer.wait(time_ns)
-    pacer.restart()
-    pacer.wait(0)
     assert caplog.records == []
     topics['/odom'](0)
-    pacer.wait(50 * MS)
+    pacer.wait(100 * MS)
     assert len(caplog.records) == 1
 
 
-@pytest.mark.parametrize(('factor', 'now_s', 'slept_s'), [(1.0, 1.2, 0.3), (2.0, 1.2, None), (0.0, 1.0, None)])
-def test_simulated_time_keeps_its_factor_of_wall_time(monkeypatch, factor, now_s, slept_s):
+@pytest.mark.parametrize(
+    ('factor', 'waits', 'slept_s'),
+    [
+        (1.0, [(1.2, 500)], [0.3]),
+        (2.0, [(1.2, 400)], []),
+        (0.0, [(1.0, 500)], []),
+        (1.0, [(6.0, 100), (6.0, 110)], [0.01]),  # lost time is not caught up with
+    ],
+)
+def test_simulated_time_keeps_its_factor_of_wall_time(monkeypatch, factor, waits, slept_s):
     slept, clock = [], [1.0]
     monkeypatch.setattr(pacing.time, 'monotonic', lambda: clock[0])
     monkeypatch.setattr(pacing.time, 'sleep', slept.append)
     pacer = WallPacer(factor)
     pacer.restart(0)
-    clock[0] = now_s
-    pacer.wait(500 * MS if factor != 2.0 else 400 * MS)
-    assert slept == ([] if slept_s is None else pytest.approx([slept_s]))
+    for now_s, time_ms in waits:
+        clock[0] = now_s
+        pacer.wait(time_ms * MS)
+    assert slept == pytest.approx(slept_s)
 
 
-def test_lost_time_is_given_up_and_not_caught_up_with(monkeypatch):
-    slept, clock = [], [1.0]
-    monkeypatch.setattr(pacing.time, 'monotonic', lambda: clock[0])
-    monkeypatch.setattr(pacing.time, 'sleep', slept.append)
-    pacer = WallPacer(1.0)
-    pacer.restart(0)
-    clock[0] = 6.0
-    pacer.wait(100 * MS)
-    assert slept == []
-    pacer.wait(110 * MS)
-    assert slept == pytest.approx([0.01])
+# ---- the stamps that are expected
+
+
+def reports(rate_hz):
+    sampler = BoundarySampler(rate_hz)
+    return [stamp_ns for stamp_ns in range(0, END_NS, TICK_NS) if sampler.period_index(stamp_ns) is not None]
+
+
+@pytest.mark.parametrize('rate_hz', RATES_HZ)
+def test_time_is_at_most_two_ticks_past_a_report_that_is_not_answered(rate_hz):
+    expected, stamps = ExpectedStamps(rate_hz, SCAN_NS), reports(rate_hz)
+    for time_ns in range(TICK_NS, END_NS, TICK_NS):
+        due = [stamp_ns for stamp_ns in stamps if stamp_ns <= time_ns - 2 * TICK_NS]
+        assert max(due, default=-1) == max(expected.report_before(time_ns), -1)
+
+
+@pytest.mark.parametrize('delay_ms', [10, 45, 130])
+def test_reports_are_waited_for_only_when_they_can_have_come(delay_ms):
+    prompt, late = ExpectedStamps(20.0, SCAN_NS), ExpectedStamps(20.0, SCAN_NS, delay_ms * MS)
+    for time_ns in range(1000 * MS, END_NS, TICK_NS):
+        assert late.report_before(time_ns) == prompt.report_before(time_ns - delay_ms * MS)
+        assert late.report_before(time_ns) + delay_ms * MS < time_ns
+        assert late.scan_before(time_ns) <= late.reports.newest_ns(time_ns - delay_ms * MS)
+        assert late.state_before(time_ns) == prompt.state_before(time_ns)
+
+
+@pytest.mark.parametrize('rate_hz', RATES_HZ)
+def test_a_scan_is_waited_for_when_it_has_its_odometry_and_before_there_is_newer(rate_hz):
+    expected, stamps = ExpectedStamps(rate_hz, SCAN_NS), reports(rate_hz)
+    assert expected.scan_before(40 * MS) < 0  # the laser's frame is not known yet
+    for time_ns in range(50 * MS, END_NS - 300 * MS, TICK_NS):
+        scan_ns = expected.scan_before(time_ns)
+        published = [stamp_ns for stamp_ns in stamps if stamp_ns < time_ns]  # time_ns itself is yet to come
+        if scan_ns >= 0:
+            assert scan_ns % SCAN_NS == 0 and any(stamp_ns >= scan_ns for stamp_ns in published)
+        for unanswered_ns in range(max(scan_ns, -SCAN_NS) + SCAN_NS, time_ns, SCAN_NS):
+            newer = [stamp_ns for stamp_ns in stamps if unanswered_ns <= stamp_ns <= time_ns]
+            assert len(newer) <= 1  # that which it is placed by
+
+
+@pytest.mark.parametrize(
+    ('report_hz', 'control_hz', 'expected_ms'),
+    [
+        (20.0, 20.0, [0, 50, 100, 150, 200, 250]),
+        (10.0, 20.0, [0, 100, 200]),
+        (50.0, 20.0, [0, 40, 80, 140, 180, 240, 280]),  # as ControlRate picks
+        (100.0, 10.0, [0, 50, 150, 250]),
+    ],
+)
+def test_a_controller_answers_the_reports_that_its_rate_picks(report_hz, control_hz, expected_ms):
+    times = AnsweredTimes(BoundaryTimes(report_hz, TICK_NS), 1.0 / control_hz)
+    for _ in range(2):
+        assert [at_ms for at_ms in range(0, 300, 10) if times.is_answered(at_ms * MS)] == expected_ms
+        times.restart()
+
+
+# ---- commands
+
+
+def gate(report_hz=20.0, control_hz=20.0, patience_s=SHORT_S, is_expected=True, is_from_start=True, is_periodic=True):
+    times = AnsweredTimes(BoundaryTimes(report_hz, TICK_NS), 1.0 / control_hz) if is_periodic else None
+    return CommandGate(times, DELAY_NS, patience_s, lambda: is_expected, is_from_start)
+
+
+def take_in_thread(some_gate, sim_time_ns):
+    """A take that may be waiting: (thread, list that its result goes to)."""
+    taken = []
+    thread = threading.Thread(target=lambda: taken.append(some_gate.take(sim_time_ns)), daemon=True)
+    thread.start()
+    return thread, taken
+
+
+def test_without_a_period_the_newest_command_is_taken_at_once_and_once():
+    free = gate(is_periodic=False)
+    assert free.take(0) is None
+    free.put(SLOW)
+    free.put(FAST)
+    assert free.take(10 * MS) == FAST
+    assert free.take(20 * MS) is None
+
+
+def test_a_controller_is_waited_for():
+    patient = gate(patience_s=LONG_S)
+    thread, taken = take_in_thread(patient, DELAY_NS)
+    thread.join(0.05)
+    assert thread.is_alive()  # nothing has come
+    patient.put(SLOW)
+    thread.join(LONG_S)
+    assert taken == [SLOW]
+
+
+# No controller; one that starts later; one that has nothing to do between two goals.
+@pytest.mark.parametrize(
+    ('options', 'before'),
+    [({'is_expected': False}, None), ({'is_from_start': False}, None), ({'is_from_start': False}, STANDSTILL)],
+)
+def test_a_robot_at_rest_does_not_stall_the_simulation(options, before, caplog):
+    resting = gate(patience_s=LONG_S, **options)
+    if before is not None:
+        resting.put(before)
+        assert resting.take(DELAY_NS) == before
+    thread, taken = take_in_thread(resting, DELAY_NS + (PERIOD_NS if before else 0))
+    thread.join(0.5 * LONG_S)
+    assert taken == [None]
+    assert caplog.records == []
+
+
+def test_patience_ends_with_one_warning_until_the_controller_is_back(caplog):
+    periodic = gate()
+    periodic.put(SLOW)
+    assert periodic.take(DELAY_NS) == SLOW
+    with caplog.at_level(logging.WARNING):
+        for period in range(1, 4):
+            assert periodic.take(DELAY_NS + period * PERIOD_NS) is None
+    assert [record.args[1] for record in caplog.records] == [0.07]  # only the first was waited for
+    periodic.put(FAST)
+    assert periodic.take(DELAY_NS + 4 * PERIOD_NS) == FAST
+    assert periodic.take(DELAY_NS + 5 * PERIOD_NS) is None
+    assert len(caplog.records) == 2  # it was waited for again
+
+
+@pytest.mark.parametrize('control_hz', [5.0, 20.0, 33.3, 100.0])
+@pytest.mark.parametrize('report_hz', RATES_HZ)
+@pytest.mark.parametrize('lag_ns', [0, DELAY_NS])
+def test_a_controller_at_any_rate_is_never_waited_for_in_vain(report_hz, control_hz, lag_ns, caplog):
+    """It answers each report that its own rate picks, at once, or two ticks later."""
+    times, control = BoundaryTimes(report_hz, TICK_NS), ControlRate(control_hz)
+    rated, answers = gate(report_hz, control_hz), []  # times at which the command is sent
+    for now_ns in range(0, 2000 * MS, TICK_NS):
+        if times.newest_ns(now_ns) == now_ns and control.is_due(now_ns):
+            answers.append(now_ns + lag_ns)
+        while answers and answers[0] <= now_ns:
+            answers.pop(0)
+            rated.put(FAST)
+        rated.take(now_ns)
+    assert caplog.records == []
+
+
+@pytest.mark.parametrize('report_hz', RATES_HZ)
+def test_a_command_takes_effect_two_ticks_after_the_report_that_it_answers(report_hz):
+    times, control = BoundaryTimes(report_hz, TICK_NS), ControlRate(20.0)
+    rated, sent_ns, taken_ns = gate(report_hz, patience_s=LONG_S), [], []
+    for now_ns in range(0, 2000 * MS, TICK_NS):
+        if times.newest_ns(now_ns) == now_ns and control.is_due(now_ns):
+            sent_ns.append(now_ns)
+            rated.put((float(now_ns), 0.0))
+        command = rated.take(now_ns)
+        if command is not None:
+            taken_ns.append(now_ns)
+            assert command[0] == now_ns - DELAY_NS
+    assert taken_ns == [stamp_ns + DELAY_NS for stamp_ns in sent_ns if stamp_ns + DELAY_NS < 2000 * MS]
+
+
+def test_after_a_reset_the_first_report_is_answered_again():
+    periodic = gate()
+    for now_ns in range(0, 130 * MS, TICK_NS):
+        periodic.put(SLOW)
+        periodic.take(now_ns)
+    periodic.clear()
+    periodic.put(FAST)
+    assert periodic.take(0) is None
+    assert periodic.take(DELAY_NS) == FAST

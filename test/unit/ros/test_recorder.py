@@ -1,10 +1,6 @@
 """The bag of a live trial: rosbag reads what came, in the order of its times."""
 
 import pytest
-
-pytest.importorskip('rosbag')
-pytest.importorskip('diff_encoder_sim.msg')
-
 import rosbag
 from std_msgs.msg import String
 

@@ -2,11 +2,6 @@
 
 import threading
 
-import pytest
-
-pytest.importorskip('rospy')
-pytest.importorskip('diff_encoder_sim.msg')
-
 import genpy
 from geometry_msgs.msg import TransformStamped
 
