@@ -42,9 +42,8 @@ from diff_encoder_sim.trials.engine import run_campaign as run_on_workers
 from diff_encoder_sim.trials.executors import Workers
 from diff_encoder_sim.trials.progress import Progress, time_left
 from diff_encoder_sim.trials.results import ResultStore, describe_run
-from diff_encoder_sim.trials.trial_run import run_trials
+from diff_encoder_sim.trials.trial_run import RunTrials, run_trials
 from diff_encoder_sim.trials.trials_csv import VARIANT
-from diff_encoder_sim.trials.worker import RunTrials
 from diff_encoder_sim.wheels.encoder_params import ppr_label
 
 PAGE = 'advice.html'

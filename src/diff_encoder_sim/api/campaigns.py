@@ -24,8 +24,7 @@ from diff_encoder_sim.trials.engine import run_campaign as run_on_workers
 from diff_encoder_sim.trials.executors import TlsFiles, Workers, connected_workers, local_workers
 from diff_encoder_sim.trials.progress import Progress, outcome_table, time_left
 from diff_encoder_sim.trials.results import ResultStore, describe_run
-from diff_encoder_sim.trials.trial_run import run_trials
-from diff_encoder_sim.trials.worker import RunTrials
+from diff_encoder_sim.trials.trial_run import RunTrials, run_trials
 
 UNRUN_SHOWN = 5
 

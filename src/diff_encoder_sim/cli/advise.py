@@ -17,7 +17,7 @@ from diff_encoder_sim.base.command_line import number_within, run_trials_tool, t
 from diff_encoder_sim.cli.arguments import add_amcl, add_encoders, add_robot_arguments, add_unchecked, add_workers
 
 if TYPE_CHECKING:
-    from diff_encoder_sim.trials.worker import RunTrials
+    from diff_encoder_sim.trials.trial_run import RunTrials
 
 DEFAULT_OUT = Path('results') / 'advice'
 

@@ -17,7 +17,7 @@ from diff_encoder_sim.cli.arguments import add_amcl, add_encoders, add_robot_arg
 from diff_encoder_sim.drives.topics import BAG_FORMATS
 
 if TYPE_CHECKING:
-    from diff_encoder_sim.trials.worker import RunTrials
+    from diff_encoder_sim.trials.trial_run import RunTrials
 
 
 API = 'api.campaigns'  # of this command: what it imports takes seconds

@@ -17,9 +17,8 @@ from diff_encoder_sim.trials.campaign_cells import Campaign, RequestedTrial
 from diff_encoder_sim.trials.executors import Workers, WorkersGone
 from diff_encoder_sim.trials.progress import Progress
 from diff_encoder_sim.trials.results import ResultStore
-from diff_encoder_sim.trials.trial_run import run_trials
+from diff_encoder_sim.trials.trial_run import FinishedTrial, HostFault, ResultsFolder, RunTrials, run_group, run_trials
 from diff_encoder_sim.trials.trial_setup import drive_params
-from diff_encoder_sim.trials.worker import FinishedTrial, HostFault, ResultsFolder, RunTrials, run_group
 
 # Each trial of a group has a bag open, and all are lost with their worker.
 MOST_TOGETHER = 16

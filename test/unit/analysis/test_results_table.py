@@ -31,8 +31,7 @@ from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.drives.trial_recording import read_trial
 from diff_encoder_sim.trials.results import ResultStore
-from diff_encoder_sim.trials.trial_run import run_trials
-from diff_encoder_sim.trials.worker import ResultsFolder, run_group
+from diff_encoder_sim.trials.trial_run import ResultsFolder, run_group, run_trials
 from places import ROOT, SOURCE
 from trial_bags import TRUTH, trial, write_bag
 from trial_tables import ALTO, IN, OUT, TURNED, cell, results_of

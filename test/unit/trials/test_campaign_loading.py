@@ -16,8 +16,7 @@ from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.simulation.simulator import DriveParams
 from diff_encoder_sim.trials.campaign_loading import at_pace_of, load_campaign
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
-from diff_encoder_sim.trials.trial_run import run_trials
-from diff_encoder_sim.trials.worker import ResultsFolder, run_group
+from diff_encoder_sim.trials.trial_run import ResultsFolder, run_group, run_trials
 from diff_encoder_sim.wheels.catalogue import encoder_names
 from urdf_texts import usual
 
