@@ -76,7 +76,7 @@ MOST_MODULES = {
     'ros.odom_node': (40, 40),
     'ros.encoder_node': (40, 40),
     'cli.analyze': (90, 90),
-    'cli.campaign': (202, 130),
+    'cli.campaign': (130, 130),
 }
 
 
