@@ -28,11 +28,7 @@ def wait_for_text(launch, text, limit_s):
 
 @pytest.mark.parametrize(
     ('node', 'arguments', 'reason'),
-    [
-        ('simulator_node', SCRIPTED, 'no /world_pose for 4 s'),
-        ('gz_diff_odom_node', SCRIPTED, 'no response from /gz_diff_odom_node for 4 s'),
-        ('amcl', NAVIGATED, 'no response from /amcl for 4 s'),
-    ],
+    [('simulator_node', SCRIPTED, 'no /world_pose for 4 s'), ('amcl', NAVIGATED, 'no response from /amcl for 4 s')],
 )
 def test_a_suspended_node_fails_the_trial_by_its_stall_time(tmp_path, node, arguments, reason):
     require_ros()

@@ -91,9 +91,7 @@ def test_a_killed_mapper_fails_the_launch_and_leaves_the_map_so_far(tmp_path):
 @pytest.mark.parametrize(
     ('arguments', 'texts'),
     [
-        (['world:=moon'], ['moon.yaml']),
         (['out:=/etc/hostname/map'], ['save_map', '/etc/hostname', 'cannot write in']),
-        (['slam:=cartographer'], ['slam', 'cartographer', 'embedded']),
         (['slam:=upstream'], ['slam: given upstream', 'gmapping', 'ros-noetic-gmapping']),
     ],
 )

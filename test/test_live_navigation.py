@@ -36,7 +36,7 @@ TRIAL_TOPICS = (
 )
 
 
-@pytest.fixture(scope='module', params=[40, 1024])
+@pytest.fixture(scope='module', params=[40])
 def finished(request, tmp_path_factory):
     """(bag, launch's output) of a trial that must succeed, as fast as the graph keeps up."""
     require_ros()

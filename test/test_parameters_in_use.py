@@ -69,7 +69,7 @@ def test_what_is_typed_overrides_and_is_shown(graph):
     end(encoder)
 
 
-@pytest.mark.parametrize(('name', 'world'), [('SL', 'hallway'), ('SMT', 'ros_logo')])
+@pytest.mark.parametrize(('name', 'world'), [('SMT', 'ros_logo')])
 def test_a_trial_does_not_find_the_world_of_the_one_before(graph, name, world):
     launch = graph.launch(ROOT / 'launch' / 'trial.launch', f'test:={name}', 'nav:=scripted', 'bag:=none', 'ppr:=40')
     wait_for(graph, ['simulator_node'], 'world', str(ROOT / 'worlds' / f'{world}.world'))
