@@ -5,12 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from diff_encoder_sim.base.kernels import compiled
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc
 from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
+from diff_encoder_sim.simulation.lidar import cast_rays
 from diff_encoder_sim.simulation.world import Box, Cylinder, load_world
 from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
@@ -118,28 +118,7 @@ def walled_room():
     return shapes, rasterise(shapes, (-3.5, -2.5), (3.5, 2.5))
 
 
-@compiled
-def cast(x, y, yaw, rays, segments, circles):
-    """(rays,) distance to the first solid around a laser, inf without one [m]."""
-    ranges = np.full(rays, np.inf)
-    for ray in range(rays):
-        bearing = yaw + 2.0 * math.pi * ray / rays
-        dx, dy = math.cos(bearing), math.sin(bearing)
-        for index in range(len(segments)):
-            x0, y0, x1, y1 = segments[index]
-            across = dx * (y1 - y0) - dy * (x1 - x0)
-            if abs(across) > 1e-12:
-                along = ((x0 - x) * (y1 - y0) - (y0 - y) * (x1 - x0)) / across
-                fraction = ((x0 - x) * dy - (y0 - y) * dx) / across
-                if along > 0.0 and 0.0 <= fraction <= 1.0:
-                    ranges[ray] = min(ranges[ray], along)
-        for index in range(len(circles)):
-            cx, cy, radius = circles[index]
-            closest = (cx - x) * dx + (cy - y) * dy
-            squared = radius * radius - ((cx - x) ** 2 + (cy - y) ** 2 - closest * closest)
-            if squared >= 0.0 and closest - math.sqrt(squared) > 0.0:
-                ranges[ray] = min(ranges[ray], closest - math.sqrt(squared))
-    return ranges
+BEARINGS_RAD = 2.0 * math.pi * np.arange(RAYS) / RAYS
 
 
 class Robot:
@@ -187,16 +166,11 @@ class Robot:
     def scan(self, sigma_m=0.03):
         """Scan of the laser, with noise."""
         laser = self.pose.compose(LASER_IN_BASE)
-        ranges = cast(*laser, RAYS, self.shapes.segments, self.shapes.circles)
+        bearings_rad = laser.yaw_rad + BEARINGS_RAD
+        ranges = cast_rays(laser.x_m, laser.y_m, bearings_rad, self.shapes.segments, self.shapes.circles)
         ranges[ranges > RANGE_MAX_M] = np.inf
-        return Scan(
-            self.now_ns,
-            0.0,
-            2.0 * math.pi / RAYS,
-            RANGE_MIN_M,
-            RANGE_MAX_M,
-            ranges + self._random.normal(0.0, sigma_m, RAYS),
-        )
+        ranges += self._random.normal(0.0, sigma_m, RAYS)
+        return Scan(self.now_ns, 0.0, 2.0 * math.pi / RAYS, RANGE_MIN_M, RANGE_MAX_M, ranges)
 
     def touches(self):
         """Whether the true outline is in a solid."""

@@ -1,8 +1,6 @@
 """The whole filter: that it converges, recovers, repeats itself, and refuses bad input."""
 
 import math
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -14,7 +12,7 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
 from diff_encoder_sim.localization.amcl import Amcl
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.occupancy_grid import UNKNOWN
-from places import SOURCE, SUPPORT
+from warm_kernels import check_nothing_is_left_to_compile
 
 STEPS = 26
 
@@ -297,48 +295,26 @@ def test_a_bad_map_or_pose_is_refused_and_the_old_one_stays(bad):
     assert filter_.particles is before and filter_.grid.cells.shape == (100, 120)
 
 
-NOTHING_IS_COMPILED_AFTER = """
-import importlib, pkgutil, sys
+@pytest.mark.parametrize('model', ['likelihood_field', 'likelihood_field_prob', 'beam'])
+def test_after_the_warm_up_nothing_is_left_to_compile(model):
+    warm_up = f"""
 import numpy as np
-from diff_encoder_sim import localization
-from diff_encoder_sim.localization.amcl import Amcl
+from diff_encoder_sim.localization.amcl import Amcl, warm_up
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.amcl import warm_up
+params = AmclParams(laser_model_type={model!r}, do_beamskip=True, lost_fraction=0.5, max_particles=500,
+                    resample_interval=1)
+warm_up(params)
+"""
+    work = """
 from amcl_world import pillar_room, simulated_scan
 from diff_encoder_sim.base.se2 import Pose2D
-
-modules = [importlib.import_module(localization.__name__ + '.' + found.name)
-           for found in pkgutil.iter_modules(localization.__path__)]
-
-def signatures():
-    return {(kernel.__module__, name): kernel.signatures for module in modules
-            for name, kernel in vars(module).items() if hasattr(kernel, 'signatures')}
-
-params = AmclParams(laser_model_type=sys.argv[1], do_beamskip=True, lost_fraction=0.5,
-                    max_particles=500, resample_interval=1)
-warm_up(params)
-before = {key: list(found) for key, found in signatures().items()}
-assert sum(map(len, before.values())) >= 6, before
 room = pillar_room()
 amcl = Amcl(params, room, np.random.default_rng(0))
 for step in range(6):
     pose = Pose2D(0.3 * step - 1.0, 0.0, 0.1)
     amcl.update(pose, simulated_scan(room, pose), Pose2D(0.1, 0.0, 0.2))
-after = signatures()
-assert before == after, {key: (before[key], after[key]) for key in after if before[key] != after[key]}
 """
-
-
-@pytest.mark.parametrize('model', ['likelihood_field', 'likelihood_field_prob', 'beam'])
-def test_after_the_warm_up_nothing_is_left_to_compile(model):
-    result = subprocess.run(
-        [sys.executable, '-c', NOTHING_IS_COMPILED_AFTER, model],
-        cwd=str(SOURCE),
-        env={'PYTHONPATH': f'{SOURCE}:{SUPPORT}', 'PATH': ''},
-        capture_output=True,
-        text=True,
-    )
-    assert result.returncode == 0, result.stderr[-2000:]
+    check_nothing_is_left_to_compile('localization', warm_up, work)
 
 
 # ---- a lost robot

@@ -2,8 +2,6 @@
 
 import logging
 import math
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -24,7 +22,7 @@ from diff_encoder_sim.navigation.navigator_inputs import (
     Phase,
 )
 from navigation_simulation import LASER_IN_BASE, ClosedLoop, navigator_params, rasterise, read_shapes, walled_room
-from places import SOURCE, SUPPORT
+from warm_kernels import check_nothing_is_left_to_compile
 
 MS = 1_000_000
 XY_TOLERANCE_M, YAW_TOLERANCE_RAD = 0.05, 0.052
@@ -452,36 +450,17 @@ def test_neither_new_goals_nor_a_recovery_turn_hide_frozen_odometry(room):
     assert output.status is GoalStatus.ABORTED and 'odometry has not moved' in output.text
 
 
-DRIVE_AFTER_WARM_UP = """
-import importlib, pkgutil
-import diff_encoder_sim.navigation as navigation
-from diff_encoder_sim.navigation.navigator import warm_up
-from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.base.kernels import Kernel
-import navigation_simulation as simulation
-
-def compiled():
-    return {f'{module.name}.{name}': len(value.signatures)
-            for module in pkgutil.iter_modules(navigation.__path__, navigation.__name__ + '.')
-            for name, value in vars(importlib.import_module(module.name)).items() if isinstance(value, Kernel)}
-
-warm_up()
-before = compiled()
-assert sum(before.values()) > 5, before
-shapes, grid = simulation.walled_room()
-loop = simulation.ClosedLoop(shapes.with_box(1.0, 0.0, 0.1, 4.0), grid, Pose2D(-1.0, 0.0, 0.0),
-                             params=simulation.navigator_params(planner_patience=0.5,
-                                                                NavfnROS={'use_dijkstra': False}))
-for goal in Pose2D(2.0, 0.0, 0.0), Pose2D(-2.0, 0.5, 2.0):      # the first is out of reach: recoveries
-    loop.navigator.set_goal(goal)
-    print(loop.run(60.0).status.name)
-assert compiled() == before, (before, compiled())
-"""
-
-
 def test_nothing_is_left_to_compile_after_the_warm_up():
-    environment = {'PYTHONPATH': f'{SOURCE}:{SUPPORT}', 'PATH': ''}
-    command = [sys.executable, '-c', DRIVE_AFTER_WARM_UP]
-    result = subprocess.run(command, cwd=str(SUPPORT), capture_output=True, text=True, env=environment)
-    assert result.returncode == 0, result.stderr
-    assert result.stdout.split() == ['ABORTED', 'SUCCEEDED']
+    """The first goal is out of reach: recoveries."""
+    work = """
+from diff_encoder_sim.base.se2 import Pose2D
+import navigation_simulation as simulation
+shapes, grid = simulation.walled_room()
+params = simulation.navigator_params(planner_patience=0.5, NavfnROS=dict(use_dijkstra=False))
+loop = simulation.ClosedLoop(shapes.with_box(1.0, 0.0, 0.1, 4.0), grid, Pose2D(-1.0, 0.0, 0.0), params=params)
+for goal, status in (Pose2D(2.0, 0.0, 0.0), 'ABORTED'), (Pose2D(-2.0, 0.5, 2.0), 'SUCCEEDED'):
+    loop.navigator.set_goal(goal)
+    assert loop.run(60.0).status.name == status
+"""
+    warm_up = 'from diff_encoder_sim.navigation.navigator import warm_up; warm_up()'
+    check_nothing_is_left_to_compile('navigation', warm_up, work)
