@@ -58,8 +58,8 @@ def propagate(
     """Return the potential (rows, columns) float64: the cost from the start, inf where not reached.
 
     Weights (rows, columns) float64 are the cost of crossing a cell, inf where it is blocked, none below
-    `least_weight`. `uses_heuristic` is A* instead of Dijkstra; `stops_at_goal` ends the search once the potential
-    around the goal is settled.
+    `least_weight`; the outermost cells are blocked, so that no neighbour is off the grid. `uses_heuristic` is A*
+    instead of Dijkstra; `stops_at_goal` ends the search once the potential around the goal is settled.
     """
     rows, columns = weights.shape
     potential = np.full((rows, columns), np.inf)
@@ -85,8 +85,6 @@ def propagate(
         for side in range(4):
             to_row = row + (side == 0) - (side == 1)
             to_column = column + (side == 2) - (side == 3)
-            if not (0 <= to_row < rows and 0 <= to_column < columns):
-                continue
             cost = _wave(potential, weights, to_row, to_column)
             if cost < potential[to_row, to_column] - least_gain:
                 potential[to_row, to_column] = cost
@@ -101,17 +99,11 @@ def propagate(
 @compiled
 def _wave(potential: Array, weights: Array, row: int, column: int) -> float:
     """Return the cost at a cell of a wave over its cheaper neighbour along each axis."""
-    rows, columns = potential.shape
     weight = weights[row, column]
     if weight == np.inf:
         return np.inf
-    along = min(
-        potential[row, column - 1] if column > 0 else np.inf,
-        potential[row, column + 1] if column + 1 < columns else np.inf,
-    )
-    across = min(
-        potential[row - 1, column] if row > 0 else np.inf, potential[row + 1, column] if row + 1 < rows else np.inf
-    )
+    along = min(potential[row, column - 1], potential[row, column + 1])
+    across = min(potential[row - 1, column], potential[row + 1, column])
     low, high = min(along, across), max(along, across)
     if high - low >= weight:
         return float(low + weight)
@@ -182,8 +174,6 @@ def descend(potential: Array, row: int, column: int) -> np.ndarray:
 def _along_gradient(potential: Array, x: float, y: float) -> Tuple[float, float]:
     """Return the next point downhill, (x, y) itself if the four nodes around it give no direction."""
     row, column = int(math.floor(y)), int(math.floor(x))
-    if not (0 <= row < potential.shape[0] - 1 and 0 <= column < potential.shape[1] - 1):
-        return x, y
     right, down = x - column, y - row
     x_sum, y_sum = 0.0, 0.0
     for corner in range(4):
@@ -206,24 +196,19 @@ def _along_gradient(potential: Array, x: float, y: float) -> Tuple[float, float]
 @compiled
 def _slope(potential: Array, row: int, column: int, down: int, right: int) -> float:
     """Return the slope along an axis from the neighbours that have a potential."""
-    slope = 0.0
-    if row - down >= 0 and column - right >= 0 and potential[row - down, column - right] < np.inf:
-        slope += potential[row, column] - potential[row - down, column - right]
-    if (
-        row + down < potential.shape[0]
-        and column + right < potential.shape[1]
-        and potential[row + down, column + right] < np.inf
-    ):
-        slope += potential[row + down, column + right] - potential[row, column]
+    slope, here = 0.0, potential[row, column]
+    before, after = potential[row - down, column - right], potential[row + down, column + right]
+    if before < np.inf:
+        slope += here - before
+    if after < np.inf:
+        slope += after - here
     return slope
 
 
 @compiled
 def _interpolated(potential: Array, x: float, y: float) -> float:
-    """Return the potential between cell centres, inf beside blocked cells and outside the grid."""
+    """Return the potential between cell centres, inf next to blocked cells."""
     row, column = int(math.floor(y)), int(math.floor(x))
-    if not (0 <= row < potential.shape[0] - 1 and 0 <= column < potential.shape[1] - 1):
-        return np.inf
     right, down = x - column, y - row
     height = 0.0
     for corner in range(4):
@@ -236,13 +221,10 @@ def _interpolated(potential: Array, x: float, y: float) -> float:
 @compiled
 def _lowest_neighbour(potential: Array, row: int, column: int) -> Tuple[int, int]:
     """Return the lowest of the eight neighbours or the cell itself, without cutting blocked corners."""
-    rows, columns = potential.shape
     lowest_row, lowest_column = row, column
     for down in range(-1, 2):
         for right in range(-1, 2):
             to_row, to_column = row + down, column + right
-            if not (0 <= to_row < rows and 0 <= to_column < columns):
-                continue
             if potential[to_row, column] == np.inf or potential[row, to_column] == np.inf:
                 continue
             if potential[to_row, to_column] < potential[lowest_row, lowest_column]:
