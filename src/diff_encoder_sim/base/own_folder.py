@@ -19,11 +19,6 @@ def own_folder() -> Optional[Path]:
     return next((folder for folder in _candidates() if _is_own(folder)), None)
 
 
-def is_temporary(folder: Path) -> bool:
-    """Return whether a folder is not in the user's cache."""
-    return folder.name != NAME
-
-
 def _candidates() -> Iterator[Path]:
     cache = os.environ.get('XDG_CACHE_HOME') or os.path.expanduser('~/.cache')
     if os.path.isabs(cache):  # not without HOME and account

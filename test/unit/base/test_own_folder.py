@@ -5,7 +5,7 @@ import tempfile
 
 import pytest
 
-from diff_encoder_sim.base.own_folder import is_temporary, own_folder
+from diff_encoder_sim.base.own_folder import own_folder
 
 
 @pytest.fixture
@@ -26,7 +26,6 @@ def in_tmp(places):
 def test_the_users_cache_comes_first(places, monkeypatch):
     monkeypatch.setenv('XDG_CACHE_HOME', str(places / 'cache'))
     assert own_folder() == places / 'cache' / 'diff_encoder_sim'
-    assert not is_temporary(own_folder())
 
 
 @pytest.mark.parametrize('home', ['as it is', 'none', 'relative'])
@@ -38,7 +37,6 @@ def test_without_a_home_it_is_in_tmp_and_for_this_user_alone(places, monkeypatch
         monkeypatch.setattr(os.path, 'expanduser', lambda path: path)  # as for a number without an account
     assert own_folder() == in_tmp(places)
     assert in_tmp(places).stat().st_mode & 0o777 == 0o700
-    assert is_temporary(own_folder())
 
 
 def test_a_folder_that_others_can_write_is_not_taken(places):
