@@ -13,7 +13,7 @@ import numpy as np
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angles
 from diff_encoder_sim.localization.map_update import Rays
 from diff_encoder_sim.localization.patches import PatchMaps
-from diff_encoder_sim.localization.slam_kernels import propose_poses
+from diff_encoder_sim.localization.slam_kernels import Search, propose_poses
 from diff_encoder_sim.localization.slam_params import GridSlamParams, apply_moves, move_sigmas
 
 
@@ -60,7 +60,6 @@ def propose(
     corner = np.array([maps.origin_x_m, maps.origin_y_m, 0.0])
     expected = (apply_moves(particles, np.array(move)) - corner) * scale
     fallback = (apply_moves(particles, np.array(move) + sigmas * normals) - corner) * scale
-    cell_m2 = maps.cell_m**2
     drawn, log_factors, scores, trends = propose_poses(
         maps.table,
         maps.cells,
@@ -68,16 +67,23 @@ def propose(
         fallback,
         normals,
         rays.matched_ends_m() / maps.cell_m,
-        params.kernelSize,
-        -cell_m2 / params.sigma,
-        -cell_m2 / params.lsigma / params.ogain,
-        params.lstep / maps.cell_m,
-        params.astep,
-        params.iterations,
-        params.minimumScore,
+        search_of(params, maps.cell_m),
         sigmas * scale,
         trend,
     )
     drawn = drawn / scale + corner
     drawn[:, 2] = wrap_angles(drawn[:, 2])
     return Proposal(drawn, log_factors, scores, trends.mean(axis=0))
+
+
+def search_of(params: GridSlamParams, cell_m: float) -> Search:
+    """Return how scans are matched on maps with cells of this side."""
+    return Search(
+        params.kernelSize,
+        -(cell_m**2) / params.sigma,
+        -(cell_m**2) / params.lsigma / params.ogain,
+        params.lstep / cell_m,
+        params.astep,
+        params.iterations,
+        params.minimumScore,
+    )

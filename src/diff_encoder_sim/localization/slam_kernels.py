@@ -7,7 +7,7 @@ frame, `table` is one particle's and `cells` all patches, as in patches.py.
 from __future__ import annotations
 
 import math
-from typing import Tuple
+from typing import NamedTuple, Tuple
 
 import numpy as np
 
@@ -29,6 +29,19 @@ TREND_STEPS = 10
 # in 20 (chi-squared with 3 degrees of freedom).
 CONTRADICTION = 7.81
 
+
+class Search(NamedTuple):
+    """How scans are matched: numbers of GridSlamParams in cells."""
+
+    kernel: int  # cells in each direction in which a match is searched
+    score_scale: float  # of a squared distance in the exponent of a score
+    likelihood_scale: float  # the same of a likelihood
+    step: float  # first step of the match
+    turn_rad: float
+    halvings: int  # of these steps
+    minimum_score: float  # of a match that is used
+
+
 MOVES = np.array(
     [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]
 )
@@ -42,13 +55,7 @@ def propose_poses(
     fallback: Array,
     normals: Array,
     ends: Array,
-    kernel: int,
-    score_scale: float,
-    likelihood_scale: float,
-    step: float,
-    turn_rad: float,
-    halvings: int,
-    minimum_score: float,
+    search: Search,
     sigmas: Array,
     trend: Array,
 ) -> Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -57,40 +64,31 @@ def propose_poses(
     log_factors, scores = np.empty(len(drawn)), np.empty(len(drawn))
     trends = np.zeros((len(drawn), 3))
     for i in range(len(drawn)):
-        match, scores[i] = climb(table[i], cells, expected[i], ends, kernel, score_scale, step, turn_rad, halvings)
-        if not scores[i] > minimum_score:
-            log_factors[i] = log_likelihood(table[i], cells, drawn[i], ends, kernel, likelihood_scale)
+        match, scores[i] = climb(table[i], cells, expected[i], ends, search)
+        if not scores[i] > search.minimum_score:
+            log_factors[i] = log_likelihood(table[i], cells, drawn[i], ends, search)
             continue
-        mode, root = refine(table[i], cells, match, expected[i], ends, kernel, score_scale, likelihood_scale, sigmas)
+        mode, root = refine(table[i], cells, match, expected[i], ends, search, sigmas)
         correction = mode - expected[i]
         offset = _in_deviations(root, correction)
         trends[i] = trend + (offset - trend) / TREND_STEPS
         way = correction + _divided_by_transpose(root, normals[i])
         drawn[i] = expected[i] + scan_share(offset, trends[i]) * way
-        log_factors[i] = log_likelihood(table[i], cells, mode, ends, kernel, likelihood_scale)
+        log_factors[i] = log_likelihood(table[i], cells, mode, ends, search)
         log_factors[i] += _log_motion(mode, expected[i], sigmas) - np.log(np.diag(root)).sum()
     return drawn, log_factors, scores, trends
 
 
 @compiled
-def climb(
-    table: Array,
-    cells: Array,
-    pose: Array,
-    ends: Array,
-    kernel: int,
-    score_scale: float,
-    step: float,
-    turn_rad: float,
-    halvings: int,
-) -> Tuple[np.ndarray, float]:
+def climb(table: Array, cells: Array, pose: Array, ends: Array, search: Search) -> Tuple[np.ndarray, float]:
     """Return (3,) the pose with the best score near `pose`, and that score.
 
     Six moves, along x, along y and turned, are tried; the best one is taken if it improves the
     score, else the steps are halved.
     """
+    step, turn_rad, halvings = search.step, search.turn_rad, search.halvings
     best = pose.copy()
-    score = _score(table, cells, best, ends, kernel, score_scale)
+    score = _score(table, cells, best, ends, search)
     trial = np.empty(3)
     while halvings >= 0:
         taken = -1
@@ -98,7 +96,7 @@ def climb(
             trial[0] = best[0] + step * MOVES[move, 0]
             trial[1] = best[1] + step * MOVES[move, 1]
             trial[2] = best[2] + turn_rad * MOVES[move, 2]
-            trial_score = _score(table, cells, trial, ends, kernel, score_scale)
+            trial_score = _score(table, cells, trial, ends, search)
             if trial_score > score:
                 score, taken = trial_score, move
         if taken >= 0:
@@ -111,53 +109,38 @@ def climb(
 
 
 @compiled
-def _score(table: Array, cells: Array, pose: Array, ends: Array, kernel: int, scale: float) -> float:
+def _score(table: Array, cells: Array, pose: Array, ends: Array, search: Search) -> float:
     """Sum exp(scale times squared distance) over the rays; 0 where nothing is near."""
     cos_yaw, sin_yaw = math.cos(pose[2]), math.sin(pose[2])
     total = 0.0
     for j in range(len(ends)):
-        squared = _squared_distance(
-            table,
-            cells,
-            pose[0] + cos_yaw * ends[j, 0] - sin_yaw * ends[j, 1],
-            pose[1] + sin_yaw * ends[j, 0] + cos_yaw * ends[j, 1],
-            kernel,
-        )
+        x = pose[0] + cos_yaw * ends[j, 0] - sin_yaw * ends[j, 1]
+        y = pose[1] + sin_yaw * ends[j, 0] + cos_yaw * ends[j, 1]
+        squared = _squared_distance(table, cells, x, y, search.kernel)
         if squared < math.inf:
-            total += math.exp(scale * squared)
+            total += math.exp(search.score_scale * squared)
     return total
 
 
 @compiled
-def log_likelihood(table: Array, cells: Array, pose: Array, ends: Array, kernel: int, scale: float) -> float:
+def log_likelihood(table: Array, cells: Array, pose: Array, ends: Array, search: Search) -> float:
     """Sum scale times squared distance over the rays; beyond the kernel, its radius counts."""
     cos_yaw, sin_yaw = math.cos(pose[2]), math.sin(pose[2])
     # Upstream's is 90 times as much: rays into what was never seen before would decide.
-    no_match = scale * (kernel + 0.5) ** 2
+    scale = search.likelihood_scale
+    no_match = scale * (search.kernel + 0.5) ** 2
     total = 0.0
     for j in range(len(ends)):
-        squared = _squared_distance(
-            table,
-            cells,
-            pose[0] + cos_yaw * ends[j, 0] - sin_yaw * ends[j, 1],
-            pose[1] + sin_yaw * ends[j, 0] + cos_yaw * ends[j, 1],
-            kernel,
-        )
+        x = pose[0] + cos_yaw * ends[j, 0] - sin_yaw * ends[j, 1]
+        y = pose[1] + sin_yaw * ends[j, 0] + cos_yaw * ends[j, 1]
+        squared = _squared_distance(table, cells, x, y, search.kernel)
         total += scale * squared if squared < math.inf else no_match
     return total
 
 
 @compiled
 def refine(
-    table: Array,
-    cells: Array,
-    match: Array,
-    expected: Array,
-    ends: Array,
-    kernel: int,
-    score_scale: float,
-    likelihood_scale: float,
-    sigmas: Array,
+    table: Array, cells: Array, match: Array, expected: Array, ends: Array, search: Search, sigmas: Array
 ) -> Tuple[np.ndarray, np.ndarray]:
     """Return (3,) the likeliest pose near `match` by scan and odometry, and (3, 3) the root of its information.
 
@@ -167,7 +150,7 @@ def refine(
     pose = match.copy()
     for _ in range(REFINEMENTS):
         information, pull = _motion_information(pose, expected, sigmas)
-        _add_scan(information, pull, table, cells, pose, ends, kernel, score_scale, likelihood_scale)
+        _add_scan(information, pull, table, cells, pose, ends, search)
         root = _root(information)
         change = _divided_by_transpose(root, _divided(root, pull))
         pose += change
@@ -191,26 +174,18 @@ def scan_share(offset: Array, trend: Array) -> float:
 
 @compiled
 def _add_scan(
-    information: Array,
-    pull: Array,
-    table: Array,
-    cells: Array,
-    pose: Array,
-    ends: Array,
-    kernel: int,
-    score_scale: float,
-    likelihood_scale: float,
+    information: Array, pull: Array, table: Array, cells: Array, pose: Array, ends: Array, search: Search
 ) -> None:
     """Add a scan's information (3, 3), and its product with the change of pose that fits it best, (3,)."""
     cos_yaw, sin_yaw = math.cos(pose[2]), math.sin(pose[2])
     for j in range(len(ends)):
         arm_x = cos_yaw * ends[j, 0] - sin_yaw * ends[j, 1]
         arm_y = sin_yaw * ends[j, 0] + cos_yaw * ends[j, 1]
-        found, x, y, xx, xy, yy = _surface_near(table, cells, pose[0] + arm_x, pose[1] + arm_y, kernel)
+        found, x, y, xx, xy, yy = _surface_near(table, cells, pose[0] + arm_x, pose[1] + arm_y, search.kernel)
         if not found:
             continue
         force_x, force_y = xx * x + xy * y, xy * x + yy * y
-        weight = -2.0 * likelihood_scale * math.exp(score_scale * (x * force_x + y * force_y))
+        weight = -2.0 * search.likelihood_scale * math.exp(search.score_scale * (x * force_x + y * force_y))
         # By the turn, an end moves along (-arm_y, arm_x).
         turn_x, turn_y = xy * arm_x - xx * arm_y, yy * arm_x - xy * arm_y
         information[0, 0] += weight * xx

@@ -6,9 +6,12 @@ import pytest
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.localization.map_update import update_maps, usable_rays
 from diff_encoder_sim.localization.patches import Extent, PatchMaps
-from diff_encoder_sim.localization.slam_kernels import climb, log_likelihood, refine, scan_share
+from diff_encoder_sim.localization.proposal import search_of
+from diff_encoder_sim.localization.slam_kernels import Search, climb, log_likelihood, refine, scan_share
 from slam_maps import CELL_M, room_map
 from slam_room import params, room_scan
+
+SEARCH = Search(1, -1e-6, -50.0, 1.0, 0.05, 5, 0.0)
 
 
 def match(maps, scan, guess, **changes):
@@ -16,17 +19,7 @@ def match(maps, scan, guess, **changes):
     given = params(**changes)
     ends = usable_rays(scan, IDENTITY, given).matched_ends_m() / CELL_M
     start = np.array([(guess.x_m + 4.0) / CELL_M, (guess.y_m + 4.0) / CELL_M, guess.yaw_rad])
-    pose, score = climb(
-        maps.table[0],
-        maps.cells,
-        start,
-        ends,
-        given.kernelSize,
-        -(CELL_M**2) / given.sigma,
-        given.lstep / CELL_M,
-        given.astep,
-        given.iterations,
-    )
+    pose, score = climb(maps.table[0], maps.cells, start, ends, search_of(given, CELL_M))
     return Pose2D(pose[0] * CELL_M - 4.0, pose[1] * CELL_M - 4.0, pose[2]), score / len(ends)
 
 
@@ -56,12 +49,8 @@ def test_along_a_straight_wall_nothing_pulls():
     inner = ends[20:40] / CELL_M
 
     def misfit(x_m, y_m):
-        return (
-            -log_likelihood(
-                maps.table[0], maps.cells, np.array([(x_m + 4.0) / CELL_M, (y_m + 4.0) / CELL_M, 0.0]), inner, 1, -1.0
-            )
-            / 20
-        )
+        pose = np.array([(x_m + 4.0) / CELL_M, (y_m + 4.0) / CELL_M, 0.0])
+        return -log_likelihood(maps.table[0], maps.cells, pose, inner, SEARCH._replace(likelihood_scale=-1.0)) / 20
 
     # In cells: a metre is 20.
     assert misfit(0.02, 0.0) == pytest.approx(0.4**2, rel=0.05)
@@ -78,7 +67,7 @@ def test_the_information_of_a_wall_is_across_it():
     update_maps(maps, np.zeros((1, 3)), usable_rays(scan, IDENTITY, params()))
     ends = np.column_stack([np.full(20, 1.0), np.linspace(-0.3, 0.3, 20)]) / CELL_M
     expected, sigmas = np.array([80.1, 80.2, 0.003]), np.array([1.0, 2.0, 0.01])
-    mode, root = refine(maps.table[0], maps.cells, expected, expected, ends, 1, -1e-6, -50.0, sigmas)
+    mode, root = refine(maps.table[0], maps.cells, expected, expected, ends, SEARCH, sigmas)
     information = root @ root.T
     assert information[0, 0] == pytest.approx(20 * 2 * 50.0 + 1.0, rel=0.01)
     assert information[1, 1] == pytest.approx(0.25, rel=0.05)
