@@ -1,6 +1,6 @@
 """The campaign command with trials that take no time, or as long as the environment says.
 
-Not a test: test_campaign.py and benchmark/campaign_overhead.py run it, and workers import it.
+Not a test: test_campaign.py runs it, and workers import it.
 """
 
 import os

@@ -11,7 +11,7 @@ from places import ROOT
 BENCHMARKS = ROOT / 'test' / 'benchmark'
 SMALL = {
     'core_costs.py': ['--calls', '20', '--repeats', '1'],
-    'lidar.py': ['--repeats', '1'],
+    'kernels.py': ['--repeats', '1'],
     'encoder_errors.py': ['--seeds', '3'],
     'advice_error_rates.py': ['--searches', '3'],
 }
@@ -36,12 +36,12 @@ def test_every_script_can_be_compiled(script):
 
 def test_all_reports_what_became_slower(tmp_path):
     written = tmp_path / 'now.json'
-    assert run('lidar.py', '--repeats', 1, '--json', written).returncode == 0
+    assert run('kernels.py', '--repeats', 1, '--json', written).returncode == 0
     before = json.loads(written.read_text())
-    for ratio in before['ratios']['lidar.py']:
+    for ratio in before['ratios']['kernels.py']:
         ratio['rounds'] = [0.01 * each for each in ratio['rounds']]
     written.write_text(json.dumps(before))
-    done = run('all.py', '--only', 'lidar.py', '--against', written)
+    done = run('all.py', '--only', 'kernels.py', '--against', written)
     assert done.returncode == 1 and 'slower' in done.stdout
 
 

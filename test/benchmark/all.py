@@ -19,17 +19,8 @@ from tabulate import tabulate
 from diff_encoder_sim.base.command_start import STOPPED
 from diff_encoder_sim.base.errors import ConfigError
 
-BENCHMARKS = (
-    'lockstep.py',
-    'start_up.py',
-    'growth.py',
-    'campaign.py',
-    'campaign_overhead.py',
-    'lidar.py',
-    'live_graph.py',
-    'wheel_nodes.py',
-)
-LIVE = ('live_graph.py', 'wheel_nodes.py')
+BENCHMARKS = ('lockstep.py', 'start_up.py', 'growth.py', 'campaign.py', 'kernels.py', 'live_graph.py')
+LIVE = ('live_graph.py',)
 
 
 def main() -> None:

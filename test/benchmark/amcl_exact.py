@@ -11,7 +11,6 @@ import sys
 from typing import Dict, List, NamedTuple, Tuple
 
 import numpy as np
-from amcl import SL, SMT, Place, _scanner_and_map
 from checkout import ROOT, print_header
 from counts import COUNT
 from tabulate import tabulate
@@ -22,6 +21,9 @@ from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.localization.amcl import Amcl
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
+from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
+from diff_encoder_sim.simulation.rasterise import rasterise
+from diff_encoder_sim.simulation.world import load_world
 
 sys.path.insert(0, str(ROOT / 'test' / 'support'))
 
@@ -31,7 +33,23 @@ from grid_filter import GridFilter
 NARROW_START = dict(initial_cov_xx=0.04, initial_cov_yy=0.04, initial_cov_aa=0.01)
 UNITS = np.array([1e3, 1e3, math.degrees(1.0)])  # mm, mm, degrees
 
+SCAN_HEIGHT_M, RESOLUTION_M = 1.12, 0.05
+
 Drive = List[Tuple[Pose2D, Scan]]
+
+
+class Place(NamedTuple):
+    """A world, and how the robot moves in it from one update to the next."""
+
+    world: str
+    start: Pose2D
+    forward_m: float
+    turn_rad: float
+    updates: int
+
+
+SL = Place('hallway', Pose2D(-10.0, 0.0, 0.0), 0.21, 0.0, 94)
+SMT = Place('ros_logo', Pose2D(-3.4, -0.85, 0.0), 0.0, 0.55, 57)
 
 
 class Stated(NamedTuple):
@@ -52,6 +70,12 @@ def main() -> None:
     headers += ['states\nx, y [mm]', 'yaw\n[deg]', 'NEES / 3']
     print(tabulate(rows, headers, disable_numparse=True, stralign='right'))
     print(f'\nRoot mean squares; AMCL with {arguments.particles} particles, {arguments.seeds} seeds.')
+
+
+def _scanner_and_map(place: Place, samples: int) -> Tuple[Lidar, OccupancyGrid]:
+    world = load_world(ROOT / 'worlds' / f'{place.world}.world')
+    lidar = Lidar(world, SCAN_HEIGHT_M, LidarParams(samples=samples), np.random.default_rng(1))
+    return lidar, rasterise(world, SCAN_HEIGHT_M, RESOLUTION_M, place.start.x_m, place.start.y_m)
 
 
 def _rows(name: str, place: Place, arguments: argparse.Namespace) -> List[List[str]]:
