@@ -19,13 +19,14 @@ from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, Quantity, X
 from diff_encoder_sim.analysis.results_table import SUCCEEDED, Results, encoders, varied_texts
 from diff_encoder_sim.analysis.tables import KINDS, VARIANTS, first_variant, variant_errors
 from diff_encoder_sim.base.deferred import pandas as pd
-from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource
+from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE
 from diff_encoder_sim.trials.trials_csv import VARIANT
 
 WIDTH_PX = 600  # of a figure, in the units of its SVG
 PNG_SCALE = 1.6
 POINT_PX2 = 16
 BETWEEN_PX, AXIS_PX = 12, 62  # room between panels, and for an axis with its title
+THIRD_PX = WIDTH_PX // 3 - AXIS_PX - BETWEEN_PX
 
 MOST_POINTS = 1000  # of a cell: those of more trials hide each other
 MEDIAN_TIMES = 6.0  # axes have all values up to so many times the median of any cell, and the others at their border
@@ -108,19 +109,24 @@ def _save(drawn: _Drawn, folder: Path) -> Figure:
 
 
 def _figures(results: Results, trials: pd.DataFrame, colours: Dict[str, str]) -> Iterator[_Drawn]:
+    """Yield the figures of trials with one setup of each test."""
     errors = frames.error_rows(trials.groupby('cell', sort=False).head(MOST_POINTS))
-    tests = list(trials['test'].unique())
+    tests = dict(trials[['test', 'setup']].drop_duplicates().itertuples(index=False))
+    label_of = {pose: label for label, pose in frames.OF_LABEL.items()}
+    of_source = {source: errors[errors['series'] == label_of[source.value]] for source in TOPIC_OF_SOURCE}
     for source, topic in TOPIC_OF_SOURCE.items():
         caption = f'Final {topic} minus the goal; shaded: within {X.tolerance:g} m; crosses: beyond the axes'
-        panels = [row for test in tests for row in _xy_panels(errors, trials, test, source, colours)]
+        panels = []
+        for test, setup in tests.items():
+            panels += _xy_panels(of_source[source][of_source[source]['setup'] == setup], test, colours)
         yield f'fig4_xy_errors_{source.value}', caption, panels
     for source, topic in TOPIC_OF_SOURCE.items():
         within = f'within {X.tolerance:g} m and {YAW.tolerance:g} degrees; crosses: beyond the axes'
         caption = f'Final {topic} minus the goal by encoder, with median and quartiles; shaded: {within}'
-        panels = [
-            [_distribution(errors, trials, test, source, quantity, colours) for quantity in QUANTITIES]
-            for test in tests
-        ]
+        panels = []
+        for test, setup in tests.items():
+            of_test = of_source[source][of_source[source]['setup'] == setup]
+            panels.append([_distribution(of_test, test, quantity, colours) for quantity in QUANTITIES])
         yield f'fig5_distributions_{source.value}', caption, panels
     for test in tests:
         shown = frames.with_paths(trials[trials['test'] == test], MOST_TRIALS * len(colours))
@@ -128,19 +134,22 @@ def _figures(results: Results, trials: pd.DataFrame, colours: Dict[str, str]) ->
             caption = f'{test}: true paths (grey) and /odom, of at most {MOST_TRIALS} trials of each encoder; circle: '
             caption += 'start; plus: goal; cross: end of a failed trial'
             yield f'trajectories_{test}', caption, _path_panels(results, shown, colours)
-    stds, closed_form = frames.spread_rows(trials), frames.closed_form_rows(results)
-    several = [test for test in tests if _has_spread(trials[trials['test'] == test])]
+    counted = trials.groupby(['test', 'ppr'], sort=False).size().reset_index(name='trials')
+    counted = counted.assign(counts=counted['ppr'].map(ppr_value)).dropna()
+    several = list(counted.loc[counted['trials'] > 1, 'test'].unique())
     if several:
+        stds, closed_form = frames.spread_rows(trials), frames.closed_form_rows(results)
         series = ', '.join(f'{symbol} {label}' for label, symbol in zip(drawings.LABELS, '●■◆▲▼'))
         caption = (
             f"Standard deviation against the encoder's resolution, with 95 % intervals: {series}; dashed: the closed "
             'form of quantisation, for stops that differ by more than a pulse'
         )
         caption += '; hollow: real encoders' if any(map(is_real, encoders(trials))) else ''
-        panels = [
-            [_spread(stds, closed_form, trials[trials['test'] == test], quantity) for quantity in QUANTITIES]
-            for test in several
-        ]
+        panels = []
+        for test in several:
+            pprs = sorted(counted.loc[counted['test'] == test, 'counts'].unique().tolist())
+            measured, expected = (each[each['setup'] == tests[test]] for each in (stds, closed_form))
+            panels.append([_spread(measured, expected, test, quantity, pprs) for quantity in QUANTITIES])
         yield 'spread_vs_ppr', caption, panels
 
 
@@ -157,18 +166,9 @@ def shown_limit(cells: Sequence[np.ndarray], least: float) -> float:
     return 1.08 * max(least, min(largest, MEDIAN_TIMES * median))
 
 
-def _of_test(errors: pd.DataFrame, trials: pd.DataFrame, test: str, source: PoseSource) -> pd.DataFrame:
-    """Return the errors of a pose source in a test."""
-    [label] = [label for label, pose in frames.OF_LABEL.items() if pose == source.value]
-    setups = trials.loc[trials['test'] == test, 'setup'].unique()
-    return errors[errors['setup'].isin(setups) & (errors['series'] == label)]
-
-
-def _xy_panels(
-    errors: pd.DataFrame, trials: pd.DataFrame, test: str, source: PoseSource, colours: Dict[str, str]
-) -> List[List[alt.LayerChart]]:
+def _xy_panels(of_test: pd.DataFrame, test: str, colours: Dict[str, str]) -> List[List[alt.LayerChart]]:
     """Return a row of panels for a test, or several for many encoders, in one scale: spreads can be compared by eye."""
-    labels, of_test = list(colours), _of_test(errors, trials, test, source)
+    labels = list(colours)
     values = [of_test.loc[of_test['encoder'] == label, axis].to_numpy() for label in labels for axis in 'xy']
     limit_m = shown_limit(values, 1.2 * X.tolerance)
     beyond = (of_test[['x', 'y']].abs() > limit_m).any(axis=1)
@@ -193,48 +193,24 @@ def _xy_panels(
     return [panels[first : first + columns] for first in range(0, len(panels), columns)]
 
 
-def _distribution(
-    errors: pd.DataFrame,
-    trials: pd.DataFrame,
-    test: str,
-    source: PoseSource,
-    quantity: Quantity,
-    colours: Dict[str, str],
-) -> alt.LayerChart:
-    of_test = _of_test(errors, trials, test, source)
+def _distribution(of_test: pd.DataFrame, test: str, quantity: Quantity, colours: Dict[str, str]) -> alt.LayerChart:
     values = of_test[quantity.axis]
-    limit = shown_limit(
-        [of_cell.to_numpy() for _, of_cell in values.groupby(of_test['encoder'])], 1.3 * quantity.tolerance
-    )
+    cells = [of_cell.to_numpy() for _, of_cell in values.groupby(of_test['encoder'])]
+    limit = shown_limit(cells, 1.3 * quantity.tolerance)
     series = of_test['series'].where(values.abs() <= limit, drawings.BEYOND)
     drawn = of_test.assign(value=values.clip(-limit, limit), slot=0, series=series)
-    names = {label: label for label in colours}
-    chart = alt.Chart(drawn)
-    domain = [-limit, limit]
-    panel = drawings.distributions(
-        chart, None, names, colours, f"'{quantity.unit}'", str(quantity.tolerance), domain=domain, size_px2=POINT_PX2
-    )
-    return panel.properties(width=_third(), height=_third(), title=f'{test}: {quantity.axis}')
+    looks: Dict[str, Any] = {'domain': [-limit, limit], 'size_px2': POINT_PX2}
+    names, unit = {label: label for label in colours}, f"'{quantity.unit}'"
+    panel = drawings.distributions(alt.Chart(drawn), None, names, colours, unit, str(quantity.tolerance), **looks)
+    return panel.properties(width=THIRD_PX, height=THIRD_PX, title=f'{test}: {quantity.axis}')
 
 
-def _third() -> int:
-    return WIDTH_PX // 3 - AXIS_PX - BETWEEN_PX
-
-
-def _has_spread(trials: pd.DataFrame) -> bool:
-    """Return whether some encoder with the same counts at both wheels has several trials."""
-    sizes = trials.groupby('ppr').size()
-    return any(count > 1 and ppr_value(label) is not None for label, count in sizes.items())
-
-
-def _spread(stds: pd.DataFrame, closed_form: pd.DataFrame, trials: pd.DataFrame, quantity: Quantity) -> alt.LayerChart:
-    [setup] = trials['setup'].unique()
-    pprs = sorted({ppr for ppr in map(ppr_value, trials['ppr'].unique()) if ppr is not None})
-    measured, expected = (
-        alt.Chart(rows[(rows['setup'] == setup) & (rows['quantity'] == quantity.axis)]) for rows in (stds, closed_form)
-    )
+def _spread(
+    stds: pd.DataFrame, closed_form: pd.DataFrame, test: str, quantity: Quantity, pprs: Sequence[float]
+) -> alt.LayerChart:
+    measured, expected = (alt.Chart(rows[rows['quantity'] == quantity.axis]) for rows in (stds, closed_form))
     panel = drawings.spreads(measured, expected, pprs, f"'{quantity.unit}'")
-    return panel.properties(width=_third(), height=_third(), title=f'{trials["test"].iloc[0]}: {quantity.axis}')
+    return panel.properties(width=THIRD_PX, height=THIRD_PX, title=f'{test}: {quantity.axis}')
 
 
 def _path_panels(results: Results, shown: pd.DataFrame, colours: Dict[str, str]) -> List[List[alt.LayerChart]]:
