@@ -154,7 +154,7 @@ def test_one_transparent_colour_is_no_alpha(tmp_path, mode, transparent):
 
 
 @pytest.mark.parametrize(
-    'content', [b'', b'P5\n10 10\n255\nxx', b'P5\n9500 9500\n255\n', b'GIF89a\x01\x00\x01\x00\x00\x00\x00;']
+    'content', [b'', b'P5\n10 10\n255\nxx', b'P5\n6000 6000\n255\n', b'GIF89a\x01\x00\x01\x00\x00\x00\x00;']
 )
 def test_an_image_that_is_no_map_is_named(tmp_path, content):
     """Empty, truncated, too large, of another format."""
