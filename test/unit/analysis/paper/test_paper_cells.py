@@ -38,25 +38,25 @@ def left_of(results):
     return set(of_paper(results).trials['test'])
 
 
-def manifest(footprint):
-    """Of a campaign, in which only the footprint counts."""
-    parameters = {'navigator': {'local_costmap': {'footprint': footprint}}}
-    return {'robot': {'name': 'alto'}, 'configuration': {'parameters': [parameters]}}
+@pytest.mark.parametrize(
+    ('wheels', 'is_papers'),
+    [
+        ((0.066, 0.16), False),
+        ((0.2, 0.3), False),
+        ((0.25, 0.4), False),
+        ((0.2003, 0.399), True),
+    ],  # the last: calibrated
+)
+def test_another_robot_is_recognized_by_its_wheels(made, wheels, is_papers):
+    assert left_of(made._replace(robot=RobotGeometry(*wheels))) == ({'SL', 'SMT'} if is_papers else set())
 
 
-@pytest.mark.parametrize('wheels', [(0.066, 0.16), (0.2, 0.3), (0.25, 0.4)])
-def test_another_robot_is_told_by_its_wheels(made, wheels):
-    assert left_of(made._replace(robot=RobotGeometry(*wheels))) == set()
-
-
-def test_calibrated_wheels_make_no_other_robot(made):
-    assert left_of(made._replace(robot=RobotGeometry(0.2003, 0.399))) == {'SL', 'SMT'}
-
-
-def test_another_robot_with_the_same_wheels_is_told_by_its_outline(made):
-    alto, square = ([[x, y], [x, -y], [-x, -y], [-x, y]] for x, y in ((0.25, 0.3), (0.25, 0.25)))
-    assert left_of(made._replace(manifest=manifest(alto))) == {'SL', 'SMT'}
-    assert left_of(made._replace(manifest=manifest(square))) == set()
+@pytest.mark.parametrize(('y_m', 'left'), [(0.3, {'SL', 'SMT'}), (0.25, set())])
+def test_another_robot_with_the_same_wheels_is_recognized_by_its_outline(made, y_m, left):
+    corners = [[x, y] for x in (0.25, -0.25) for y in (y_m, -y_m)]
+    parameters = {'navigator': {'local_costmap': {'footprint': corners}}}
+    manifest = {'robot': {'name': 'alto'}, 'configuration': {'parameters': [parameters]}}
+    assert left_of(made._replace(manifest=manifest)) == left
 
 
 @pytest.mark.parametrize(
