@@ -51,8 +51,8 @@ def _analyze(paths, out):
     summary(results)
     if out:
         # V8, which draws, cannot start in a sandbox.
-        without_figures = mock.patch.object(figures, 'write_figures', lambda *_: [])
-        without_charts = mock.patch.object(page, 'trial_charts', lambda *_: None)
+        without_figures = mock.patch.object(figures, 'write_figures', return_value=[])
+        without_charts = mock.patch.object(page, 'trial_charts', return_value=None)
         with without_figures, without_charts, output_folder(out) as folder:
             write_analysis(results, folder)
 

@@ -158,27 +158,22 @@ def error_statistics(errors: np.ndarray, quantity: Quantity) -> Dict[str, Option
 def goal_table(results: Results, pose: str, found: pd.DataFrame) -> ResultTable:
     """Build one of tables 4 to 6 from its `estimates`: rows test and statistic, columns PPR and x, y, yaw."""
     keys, labels = ['test', *results.varied], encoders(results.trials)
-    columns = {
-        (label, quantity): f'{label if label == IDEAL else f"ppr{label}".replace(" ", "_")}_{quantity.name}'
-        for label in labels
-        for quantity in QUANTITIES
-    }
-    long = found.assign(column=[f'{label} {name}' for label, name in zip(found['ppr'], found['quantity'])])
+    begin = {label: label if label == IDEAL else f'ppr{label}'.replace(' ', '_') for label in labels}
+    columns = {f'{begin[label]}_{quantity.name}': (label, quantity) for label in labels for quantity in QUANTITIES}
+    long = found.assign(column=[f'{begin[label]}_{name}' for label, name in zip(found['ppr'], found['quantity'])])
     long = long.melt([*keys, 'column'], STATISTICS, 'statistic').astype({'value': object})
     wide = long.pivot(index=[*keys, 'statistic'], columns='column', values='value')
-    rows = [
-        (*of_test, name) for of_test in found[keys].drop_duplicates().itertuples(index=False) for name in STATISTICS
-    ]
-    names = [f'{label} {quantity.name}' for label, quantity in columns]
-    exact = wide.reindex(index=pd.MultiIndex.from_tuples(rows, names=wide.index.names), columns=names)
-    exact = exact.set_axis(columns.values(), axis=1).reset_index()
-    of_count = exact['statistic'] == 'trials'
-    exact.loc[of_count, list(columns.values())] = exact.loc[of_count, list(columns.values())].fillna(0).astype(int)
-    heads = {name: (ppr_text(label), quantity.head) for (label, quantity), name in columns.items()}
+    tests = found[keys].drop_duplicates().itertuples(index=False)
+    rows = pd.MultiIndex.from_tuples([(*test, name) for test in tests for name in STATISTICS], names=wide.index.names)
+    wide = wide.reindex(index=rows, columns=list(columns))
+    of_count = wide.index.get_level_values('statistic') == 'trials'
+    wide[of_count] = wide[of_count].fillna(0).astype(int)
+    exact = wide.reset_index()
+    heads = {name: (ppr_text(label), quantity.head) for name, (label, quantity) in columns.items()}
     of_row = {'trials': 0, 'pct_within': PERCENT_DECIMALS}
     decimals = {
         name: [of_row.get(statistic, DECIMALS[quantity.unit]) for statistic in exact['statistic']]
-        for (_, quantity), name in columns.items()
+        for name, (_, quantity) in columns.items()
     }
     return ResultTable(*GOAL_TABLES[pose], exact, heads, decimals, _goal_notes(results.trials, pose))
 
