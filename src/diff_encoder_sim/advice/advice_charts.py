@@ -73,13 +73,11 @@ def _share_chart(advice: Advice) -> Chart:
     colours = {each.text: colour for each, colour in COLOURS.items() if each in advice.answers}
     scale = alt.Scale(domain=list(colours), range=list(colours.values()))
     colour = alt.Color('criterion:N', title=None, scale=scale, legend=alt.Legend(orient='bottom', columns=1))
+    within, odometry = advice.requirement.within, Criterion.ODOMETRY.text
     curves = [
-        {'test': curve.test, 'criterion': Criterion.ODOMETRY.text, 'counts': counts, 'share': share}
+        {'test': curve.test, 'criterion': odometry, 'counts': counts, 'share': round(float(np.mean(within(errors))), 4)}
         for curve in advice.curves.curves
-        for counts, share in (
-            (counts, round(float(np.mean(advice.requirement.within(errors))), 4))
-            for counts, errors in sorted(curve.errors.items())
-        )
+        for counts, errors in sorted(curve.errors.items())
     ]
     asked = [advice._replace(requirement=advice.requirement._replace(share=float(share))) for share in SHARES]
     closed = [
@@ -89,13 +87,8 @@ def _share_chart(advice: Advice) -> Chart:
         if FEWEST_COUNTS <= counts <= MOST_COUNTS
     ]
     encoders = [
-        {
-            'encoder': one.name,
-            'counts': round(one.counts, 3),
-            'share': round(sum(one.share) / 2.0, 4),
-            'trials': one.share_text,
-        }
-        for one in advice.encoders
+        {'encoder': one.name, 'counts': round(one.counts, 3), 'share': round(share, 4), 'trials': one.share_text}
+        for one, share in ((one, sum(one.share) / 2.0) for one in advice.encoders)
     ]
     of_odometry, named = COLOURS[Criterion.ODOMETRY], {'encoder': 'encoder', 'counts': 'counts'}
     layers = [
