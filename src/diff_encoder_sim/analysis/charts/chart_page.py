@@ -74,7 +74,8 @@ class Choice(NamedTuple):
 def zoomed(layer: Any, encodings: Sequence[str] = ('x', 'y')) -> Any:
     """Let the reader zoom the axes of a layer: drag, Ctrl with the wheel, and buttons."""
     wheel = 'wheel![event.ctrlKey || event.metaKey]'
-    return layer.add_params(alt.selection_interval(name='zoom', bind='scales', zoom=wheel, encodings=list(encodings)))
+    zoom = alt.selection_interval(name='zoom', bind='scales', zoom=wheel, encodings=list(encodings))
+    return layer.properties(name='zoomed').add_params(zoom)  # Altair 5 would number it through all charts of a process
 
 
 def charts_html(charts: Sequence[Chart], choices: Sequence[Choice] = ()) -> Markup:
