@@ -122,11 +122,6 @@ def check_all_is_there(config):
         assert Path(file).is_file(), file
 
 
-def paths_in(output):
-    """The lines that are names or files; a line that says what a default hides is none."""
-    return [line for line in output.splitlines() if line.startswith('/')]
-
-
 @pytest.mark.parametrize('choice', COMBINATIONS, ids=lambda choice: '-'.join(filter(None, choice.values())))
 def test_trial_starts_what_it_should(choice, load):
     config, commands = load(TRIAL, *words(choice))
@@ -254,25 +249,6 @@ def test_no_launch_file_is_forgotten():
 # --- by the commands that users type: no master, and nothing else, runs -------------------------------
 
 
-def test_roslaunch_lists_what_is_not_installed(tmp_path):
-    """To look at nodes and files needs no upstream package and no Gazebo."""
-    require_ros()
-    choice = dict(nav='upstream', sim='gazebo', odom='encoder', rviz='true', bag='none')
-    with Graph(tmp_path) as graph:
-        hide_other_packages(graph)
-        code, output = graph.run('roslaunch', '--nodes', TRIAL, *words(choice))
-        assert code == 0, output
-        assert {line.lstrip('/') for line in paths_in(output)} == set(trial_nodes(**choice))
-        code, output = graph.run('roslaunch', '--files', TRIAL, *words(choice))
-        assert code == 0, output
-        assert {Path(line).name for line in paths_in(output)} == {
-            'trial.launch',
-            'gazebo.launch',
-            'encoder_odometry.launch',
-            'navigation.launch',
-        }
-
-
 @pytest.mark.parametrize(
     ('argument', 'missing'),
     [
@@ -398,10 +374,6 @@ def test_map_server_gets_the_trials_map(stand_ins):
     ]
 
 
-def test_map_server_gets_the_map_that_is_given(stand_ins):
-    assert started_with(stand_ins, 'map_server', 'upstream_node', 'map_server', 'my.yaml') == ['my.yaml']
-
-
 def test_amcl_starts_where_the_robot_does(stand_ins):
     assert started_with(stand_ins, 'amcl', 'upstream_node', 'amcl', *REMAPPINGS) == [
         '_initial_pose_x:=-3.4',
@@ -419,10 +391,6 @@ def test_amcl_starts_where_the_users_file_says(stand_ins):
         '_initial_pose_a:=0.0',
         '__name:=my_amcl',
     ]
-
-
-def test_move_base_gets_what_roslaunch_gave(stand_ins):
-    assert started_with(stand_ins, 'move_base', 'upstream_node', 'move_base', *REMAPPINGS) == REMAPPINGS
 
 
 def test_upstreams_nodes_find_the_robots_settings_among_their_parameters(stand_ins):
@@ -463,37 +431,6 @@ def test_gazebo_gets_the_robot_at_the_trials_start(stand_ins):
         '-0.85',
         '-Y',
         '0.0',
-    ]
-
-
-@pytest.mark.parametrize(
-    ('command', 'complaint'),
-    [
-        (['upstream_node'], 'allowed: map_server [MAP.yaml], amcl, move_base, or slam_gmapping'),
-        (['gazebo_trial', 'client'], "given 'client'"),
-    ],
-)
-def test_other_arguments_are_refused_in_one_line(command, complaint, stand_ins):
-    graph, _ = stand_ins
-    code, output = graph.run(sys.executable, SCRIPTS / command[0], *command[1:])
-    assert code == 1
-    assert complaint in output
-    assert len(output.splitlines()) == 1
-
-
-def test_a_program_that_is_missing_is_named_in_one_line(stand_ins, tmp_path):
-    """The package is there, but was not built."""
-    graph, _ = stand_ins
-    make_packages(tmp_path, {'move_base': {}})
-    code, output = graph.run(
-        'env', f'ROS_PACKAGE_PATH={tmp_path}', sys.executable, SCRIPTS / 'upstream_node', 'move_base'
-    )
-    assert code == 1
-    assert output.splitlines() == [
-        (
-            'upstream_node: move_base move_base is not installed; apt install ros-noetic-navigation (not in '
-            "Debian's ROS), or nav:=embedded"
-        )
     ]
 
 
