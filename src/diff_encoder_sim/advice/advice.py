@@ -1,4 +1,4 @@
-"""All that is found about which encoder a robot needs."""
+"""Results of a search for the encoder that a robot needs."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ class TriedEncoder(NamedTuple):
     label: str
     counts: float  # per revolution of the wheel
     within: Dict[Criterion, TrialCounts]
-    truth: Optional[Budget]  # of those that came to their goal with all encoders; None where they are too few
-    budgeted: int  # how many these are
+    truth: Optional[Budget]  # of trials that reached the goal with all encoders; None if too few
+    budgeted: int  # number of these trials
 
 
 class Advice(NamedTuple):
-    """What is known; without trials, of odometry alone."""
+    """Results of an advice; without trials, only of odometry."""
 
     robot: str
     own_counts: Optional[float]  # of the robot's own encoder, per revolution of the wheel
@@ -32,13 +32,13 @@ class Advice(NamedTuple):
     curves: OdometryCurves
     geometry: RobotGeometry  # that odometry assumes
     answers: Dict[Criterion, Answer]
-    budgets: Dict[str, Dict[float, Budget]]  # of odometry, by test and counts
-    stopping: Dict[str, Dict[str, StopSpread]]  # by encoder and cause: at most, in closed form
+    budgets: Dict[str, Dict[float, Budget]]  # error budgets of odometry, by test and counts
+    stopping: Dict[str, Dict[str, StopSpread]]  # upper bounds in closed form, by encoder and cause
     tried: List[TriedEncoder]
     encoders: List[ListedEncoder]
 
     @property
     def closed_form(self) -> Dict[str, float]:
-        """Return, by test, from how many counts on odometry meets the requirement by quantisation alone."""
+        """Return, by test, the lowest counts at which quantisation errors meet the requirement."""
         drives = (curve.draws.drive for curve in self.curves.curves)
         return {drive.test: closed_form_counts(drive.requested, self.geometry, self.requirement) for drive in drives}

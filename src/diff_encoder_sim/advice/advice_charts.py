@@ -1,4 +1,4 @@
-"""The interactive charts of an advice: shares and errors against the counts, and the budget as stacked bars."""
+"""Interactive charts of an advice: success rates and errors over the counts, and the budget as stacked bars."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Look, Opt
 from diff_encoder_sim.analysis.charts.drawings import tips
 from diff_encoder_sim.base.deferred import pandas as pd
 
-# Of criteria, and of causes in their order: told apart by the colour-blind (Okabe and Ito, 2008).
+# Colours of criteria and causes, safe for colour-blind readers (Okabe and Ito, 2008).
 COLOURS = {Criterion.ODOMETRY: '#d55e00', Criterion.POSE_ESTIMATE: '#0072b2', Criterion.TRUTH: '#009e73'}
 GREY = '#565d66'
 CAUSES = ('#0072b2', '#e69f00', '#009e73', '#cc79a7', '#56b4e9', '#d55e00', '#f0e442', '#999999')
 
 UNITS = ('mm', 'mm', 'degrees')
-SMALLEST_ERROR = 1e-4  # a logarithmic axis has no zero, and smaller bars cannot be seen [mm, degrees]
-SHARES = np.round(np.linspace(0.02, 0.99, 98), 2)  # of which the closed form is drawn
+SMALLEST_ERROR = 1e-4  # lower limit of the logarithmic axis; smaller bars are invisible [mm, degrees]
+SHARES = np.round(np.linspace(0.02, 0.99, 98), 2)  # success rates of the closed-form line
 TICKS = [10, 30, 100, 300, 1000, 3000, 10000, 30000]
 
-# Dots of equal counts are next to each other: on a logarithmic axis by a factor.
+# Factors that separate dots of equal counts on the logarithmic axis.
 BESIDE = {Criterion.ODOMETRY: 1 / 1.1, Criterion.POSE_ESTIMATE: 1.0, Criterion.TRUTH: 1.1}
 
 OF_TEST, OF_AXIS, OF_CRITERION = (f'datum.{name} === {name}' for name in ('test', 'axis', 'criterion'))
@@ -69,7 +69,7 @@ def _chart(rows: List[Dict[str, Any]], *filters: str) -> alt.Chart:
 
 
 def _share_chart(advice: Advice) -> Chart:
-    # A legend has the whole domain of a scale, with or without marks.
+    # A legend shows the whole domain of its scale, with or without marks.
     colours = {each.text: colour for each, colour in COLOURS.items() if each in advice.answers}
     scale = alt.Scale(domain=list(colours), range=list(colours.values()))
     colour = alt.Color('criterion:N', title=None, scale=scale, legend=alt.Legend(orient='bottom', columns=1))
@@ -106,11 +106,11 @@ def _share_chart(advice: Advice) -> Chart:
     if encoders:
         diamonds = _chart(encoders).mark_point(shape='diamond', size=60, color=of_odometry, clip=True)
         layers.append(diamonds.encode(x=_COUNTS, y=_share(), tooltip=tips({**named, 'trials': 'draws within'})))
-    dots_text = 'dots: closed-loop trials with the interval of their share; ' if advice.tried else ''
+    dots_text = 'dots: closed-loop trials with the confidence interval; ' if advice.tried else ''
     description = (
-        'Line: odometry, by draws of one drive; dotted: the same in closed form, of quantisation alone, where the axis '
-        f'that needs most counts decides; {dots_text}diamonds: odometry '
-        'with the encoders of the table, in the test where they are worst; grey: the share asked for.'
+        'Line: odometry, sampled drives; dotted: odometry in closed form, quantisation only, for the axis '
+        f'that needs the most counts; {dots_text}diamonds: odometry '
+        'with the encoders of the table in their worst test; grey: the required fraction.'
     )
     return Chart('share', 'How many trials are within the tolerance', description, alt.layer(*layers))
 
@@ -139,14 +139,14 @@ def _error_chart(advice: Advice) -> Chart:
                     key = {'test': curve.test, 'counts': counts, 'line': line, 'axis': axis}
                     rows.append({**key, 'error': float(f'{error:.4g}')})
     y = alt.Y('error:Q', title='error [mm, degrees]').scale(type='log')
-    # All lines, whatever is chosen: Vega cannot draw a legend without entries.
+    # The domain has all lines because Vega cannot draw a legend without entries.
     scale = alt.Scale(domain=list(lines), range=[[2, 1], [1, 0], [4, 2]][: len(lines)])
     dash = alt.StrokeDash('line:N', title=None, scale=scale, legend=alt.Legend(orient='bottom', columns=1))
     drawn = _chart(rows, OF_TEST, OF_AXIS).mark_line(clip=True).encode(x=_COUNTS, y=y, strokeDash=dash)
     return Chart(
         'error',
         "Odometry's error against the counts",
-        'What half, the required share, and 95 % of the draws do not exceed; grey: the tolerance.',
+        'Quantiles of the sampled drives: half, the required fraction, and 95 %; grey: the tolerance.',
         alt.layer(_tolerance_rule(advice, y), zoomed(drawn)),
     )
 
@@ -161,7 +161,7 @@ def _budget_chart(advice: Advice) -> Chart:
             rows += _bars(tried.test, Criterion.TRUTH, tried.label, tried.counts, tried.truth)
     causes = list(dict.fromkeys(row['cause'] for row in rows))
     of_criterion = [OF_CRITERION] if _has_truth(advice) else []
-    # Likewise all causes.
+    # The domain has all causes for the same reason.
     scale = alt.Scale(domain=causes, range=CAUSES[: len(causes)])
     colour = alt.Color('cause:N', title=None, scale=scale, legend=alt.Legend(orient='bottom', columns=2))
     x = alt.X('encoder:O', title='counts per revolution', sort=alt.EncodingSortField('counts'))
@@ -179,7 +179,7 @@ def _budget_chart(advice: Advice) -> Chart:
     return Chart(
         'budget',
         'Error budget',
-        'Height: root mean square error; each cause has its part of the mean square. Grey: the tolerance.',
+        'Height: root mean square error, divided in proportion to mean squares. Grey: the tolerance.',
         alt.layer(*layers),
     )
 
@@ -204,12 +204,12 @@ def _bars(test: str, criterion: Criterion, label: str, counts: float, budget: Bu
         }
         for cause, part in named.items()
         for index, axis in enumerate(AXES)
-        if heights[cause][index] >= SMALLEST_ERROR  # or only the legend would have it
+        if heights[cause][index] >= SMALLEST_ERROR  # otherwise only the legend would show it
     ]
 
 
 def _tolerance_rule(advice: Advice, y: alt.Y) -> alt.Chart:
-    """Return the tolerance of the chosen axis as a line across."""
+    """Return the tolerance of the chosen axis as a horizontal line."""
     shown = [float(tolerance * scale) for tolerance, scale in zip(advice.requirement.tolerances, TO_SHOWN)]
     rows = [{'axis': axis, 'error': error} for axis, error in zip(AXES, shown)]
     return _chart(rows, OF_AXIS).mark_rule(color=GREY).encode(y=y)

@@ -1,4 +1,4 @@
-"""Advice as a page that any browser opens, offline."""
+"""Advice as an HTML page that works offline."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ TEMPLATE = 'advice.html'
 
 
 def write_page(advice: Advice, path: Path) -> None:
-    """Write the page, whole or not at all.
+    """Write the page atomically.
 
     Raises:
-        OSError: it cannot be written.
+        OSError: the file cannot be written.
     """
     template = load_template(TEMPLATE, Path(__file__).parent, STYLE)
     page = template.render(
@@ -32,12 +32,12 @@ def write_page(advice: Advice, path: Path) -> None:
 
 
 def _scope(advice: Advice) -> str:
-    """Say what the answers rest on."""
+    """Return the number of draws and trials behind the answers."""
     parts = []
     for curve in advice.curves.curves:
         draws = min(map(len, curve.errors.values()))
         parts.append(
-            f'{curve.test}: {draws} draws or more of one drive, of {curve.draws.drive.wheel_way_m:.3g} m of each wheel'
+            f'{curve.test}: at least {draws} samples of one drive with {curve.draws.drive.wheel_way_m:.3g} m per wheel'
         )
     trials = sum(counts.trials for tried in advice.tried for counts in list(tried.within.values())[:1])
     if trials:

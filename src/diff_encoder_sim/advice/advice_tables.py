@@ -1,4 +1,4 @@
-"""The tables of an advice, as texts: for the terminal and for the page."""
+"""Tables of an advice as text, for the terminal and the page."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ _MARKS = {True: 'yes', False: 'no', None: '?'}
 
 
 class AdviceTable(NamedTuple):
-    """Rows of texts."""
+    """Table of strings."""
 
     title: str
     heads: List[str]
     rows: List[List[str]]
-    keys: int  # columns of text; the others are aligned to the right
+    keys: int  # number of left-aligned columns
     note: str = ''
 
 
 def advice_tables(advice: Advice) -> Iterator[AdviceTable]:
-    """Yield the tables that there are."""
+    """Yield the tables that have rows."""
     if advice.tried:
         yield _trials_table(advice)
     if advice.budgets:
@@ -73,7 +73,7 @@ REST = 'rest: observed error minus the sum of the causes; negative if causes com
 
 
 def shown_counts(advice: Advice, counts: List[float]) -> float:
-    """Return of which counts to show the budget of odometry: those of the answer, or the most."""
+    """Return the counts whose odometry budget is shown: those of the answer, or the highest."""
     wanted = advice.answers[Criterion.ODOMETRY].budgeted_counts or max(counts)
     return min(counts, key=lambda each: abs(np.log(each / wanted)))
 
@@ -87,7 +87,7 @@ def _budget_rows(title: str, budget: Budget) -> List[List[str]]:
 
 def _part_texts(part: Part) -> List[str]:
     shown = zip(part.bias * TO_SHOWN, part.std * TO_SHOWN, DECIMALS)
-    # Adding zero removes the sign of what is rounded to zero.
+    # Adding zero removes the sign of a rounded zero.
     return [
         f'{round(bias, digits) + 0.0:+.{digits}f} ± {round(std, digits) + 0.0:.{digits}f}'
         for bias, std, digits in shown
@@ -132,22 +132,22 @@ def _encoder_row(encoder: ListedEncoder, criteria: Sequence[Criterion]) -> List[
 
 
 def answers_text(advice: Advice) -> str:
-    """Return a line for each criterion."""
+    """Return one line per criterion."""
     return '\n'.join(f'  {criterion.text}: {answer}' for criterion, answer in advice.answers.items())
 
 
 def closed_form_text(advice: Advice) -> str:
-    """Return what quantisation alone asks for."""
+    """Return the counts that quantisation requires, by test."""
     return ', '.join(f'{test} {counts:.0f}' for test, counts in advice.closed_form.items())
 
 
 def own_encoder_text(advice: Advice) -> str:
-    """Say how many counts the robot's own encoder has; nothing where nobody says it."""
+    """Return the resolution of the robot's own encoder; '' if unknown."""
     return f"The robot's own encoder has {advice.own_counts:g} PPR." if advice.own_counts else ''
 
 
 def tables_text(advice: Advice) -> str:
-    """Return the tables."""
+    """Return all tables as text."""
     return '\n\n'.join(map(_table_text, advice_tables(advice)))
 
 
@@ -162,7 +162,7 @@ QUANTILES = (0.5, 0.8, 0.95)
 
 
 def advice_json(advice: Advice) -> Dict[str, Any]:
-    """Return the content; lengths in metres, angles in radians."""
+    """Return the advice as JSON data; lengths in metres, angles in radians."""
     requirement = advice.requirement
     return {
         'version': VERSION,

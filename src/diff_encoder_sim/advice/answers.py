@@ -1,4 +1,4 @@
-"""The answers to "which encoder?", what is required of a robot, and the error budget behind them."""
+"""Requirement, error budget and answers of an advice."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from diff_encoder_sim.base.se2 import Pose2D
 
 
 class Requirement(NamedTuple):
-    """So many of all trials are to end so near."""
+    """Required fraction of trials within a tolerance."""
 
     share: float  # of trials, 0 to 1
     position_m: float  # in x and in y
@@ -26,7 +26,7 @@ class Requirement(NamedTuple):
         return np.array([self.position_m, self.position_m, self.yaw_rad])
 
     def within(self, errors: np.ndarray) -> np.ndarray:
-        """Return (n,) which of (n, 3) errors are allowed; NaN is not."""
+        """Return (n,) bool: which of (n, 3) errors are within the tolerances; NaN is not."""
         is_within: np.ndarray = (np.abs(errors) <= self.tolerances).all(axis=1)
         return is_within
 
@@ -38,7 +38,7 @@ class Requirement(NamedTuple):
 
 
 def along_goal(errors: np.ndarray, goal_in_map: Pose2D) -> np.ndarray:
-    """Turn (n, 3) errors from the map's axes to those along the heading at the goal and across it, to the left."""
+    """Rotate (n, 3) errors from the map's axes to AXES of the goal."""
     cos, sin = math.cos(goal_in_map.yaw_rad), math.sin(goal_in_map.yaw_rad)
     x_m, y_m, yaw_rad = errors.T
     return np.column_stack([cos * x_m + sin * y_m, cos * y_m - sin * x_m, yaw_rad])
@@ -49,27 +49,27 @@ AXES = ('along', 'across', 'heading')
 
 
 class Part(NamedTuple):
-    """(3,) mean and variance by AXES: [m], [m], [rad]; [m^2], [m^2], [rad^2]."""
+    """Mean and variance of an error, (3,) by AXES: [m], [m], [rad]; [m^2], [m^2], [rad^2]."""
 
     bias: np.ndarray
     variance: np.ndarray
 
     @property
     def std(self) -> np.ndarray:
-        """(3,) standard deviation; negative where a rest takes away from the others."""
+        """Return the (3,) standard deviation; negative for a rest with negative variance."""
         std: np.ndarray = np.sign(self.variance) * np.sqrt(np.abs(self.variance))
         return std
 
 
 class Budget(NamedTuple):
-    """Causes, which are independent of each other, and their sum."""
+    """Contributions of independent causes, and the observed error."""
 
     parts: Dict[str, Part]  # by cause
     found: Part
 
     @property
     def rest(self) -> Part:
-        """Return what was found less what the causes add up to."""
+        """Return the observed error minus the sum of the causes."""
         return Part(
             self.found.bias - sum(part.bias for part in self.parts.values()),
             self.found.variance - sum(part.variance for part in self.parts.values()),
@@ -82,12 +82,12 @@ def part_of(errors: np.ndarray) -> Part:
 
 
 def added(errors: np.ndarray, without: np.ndarray) -> Part:
-    """Return what a cause adds: (n, 3) errors with it, less paired ones without it."""
+    """Return the contribution of a cause from paired (n, 3) errors with and without it."""
     return Part(errors.mean(axis=0) - without.mean(axis=0), errors.var(axis=0, ddof=1) - without.var(axis=0, ddof=1))
 
 
 class Criterion(enum.Enum):
-    """What is to be within the tolerance; the value is its name in JSON."""
+    """Pose that must be within the tolerance; the value is the name in JSON."""
 
     ODOMETRY = 'odometry'
     POSE_ESTIMATE = 'pose_estimate'
@@ -95,17 +95,17 @@ class Criterion(enum.Enum):
 
     @property
     def head(self) -> str:
-        """Return what heads of tables call it."""
+        """Return the name in table heads."""
         return 'true pose' if self is Criterion.TRUTH else self.value.replace('_', ' ')
 
     @property
     def text(self) -> str:
-        """Return the same with what it is compared with."""
+        """Return the name with the reference pose."""
         return f'{self.head} at the {"true pose" if self is Criterion.ODOMETRY else "goal"}'
 
 
 class Kind(enum.Enum):
-    """The value is its name in JSON."""
+    """Kind of an answer; the value is the name in JSON."""
 
     FROM = 'from'
     NOT_THE_LIMIT = 'not_the_limit'
@@ -113,14 +113,14 @@ class Kind(enum.Enum):
 
 
 class Limit(NamedTuple):
-    """Something else than the encoder that takes too much of a tolerance by itself."""
+    """Cause other than the resolution that takes too much of a tolerance."""
 
     cause: str
     test: str
     axis: int  # of AXES
-    error: float  # which the required share of trials does not exceed by this cause alone: [m] or [rad]
+    error: float  # quantile of this cause's error at the required success rate [m or rad]
     tolerance: float
-    reduced_to: float  # the same error, if there were less of the cause
+    reduced_to: float  # error that would leave room for other causes
 
     def __str__(self) -> str:
         return f'{self.cause} makes {self.amount} {AXES[self.axis]} in {self.test}'
@@ -139,19 +139,22 @@ class Limit(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """An answer. Counts are per revolution of the wheel."""
+    """Answer for one criterion. Counts are per revolution of the wheel."""
 
     criterion: Criterion
     kind: Kind
-    counts: Optional[float] = None  # from which on the requirement is met; of the other kinds with the limits reduced
-    interval: Tuple[Optional[float], Optional[float]] = (None, None)  # not enough, or unknown; enough for certain
-    encoder: str = ''  # label of the candidate with these counts
+    counts: Optional[float] = None  # lowest sufficient counts; for NOT_THE_LIMIT with reduced limits
+    interval: Tuple[Optional[float], Optional[float]] = (
+        None,
+        None,
+    )  # highest insufficient counts (None: unknown), lowest certain ones
+    encoder: str = ''  # label of the sufficient candidate
     limits: Sequence[Limit] = ()
-    more_trials: Optional[int] = None  # of each test, that would decide: of `undecided`, or of the finest candidate
-    undecided: str = ''  # label of the candidate below `encoder` of which nobody knows
-    of_encoder: bool = False  # with these limits an encoder without errors of its own would be enough
+    more_trials: Optional[int] = None  # per test, to decide `undecided` or the finest candidate
+    undecided: str = ''  # label of the undecided candidate below `encoder`
+    of_encoder: bool = False  # an error-free encoder would suffice despite these limits
     errors_of: str = ''  # label of the candidate whose own errors are among the limits
-    given_up: str = ''  # which trials do not come to their goal, whatever the encoder
+    given_up: str = ''  # trials that fail to reach the goal with any encoder
     note: str = ''
 
     def __str__(self) -> str:
@@ -193,7 +196,7 @@ class Answer(NamedTuple):
 
     def _limits(self) -> str:
         if not self.limits:
-            return self.given_up or 'several causes together are, none by itself'
+            return self.given_up or 'several causes together are, no single cause'
         less = ' and '.join(limit.reduced for limit in self.limits)
         with_less = f'at least {_counts(self.counts)} counts' if self.counts else 'still not'
         return f'{" and ".join([*filter(None, [self.given_up]), *map(str, self.limits)])}; if {less}: {with_less}'
@@ -204,7 +207,7 @@ def _counts(counts: Optional[float]) -> str:
 
 
 def _rounded(value: float, digits: int) -> str:
-    """Return a number with so many significant digits, without an exponent below a million."""
+    """Format a number with `digits` significant digits, without an exponent below a million."""
     return f'{float(f"{value:.{digits}g}"):g}'
 
 
@@ -219,11 +222,11 @@ MOST_BY_ONE_CAUSE = 0.5
 
 
 def limits(alone: Mapping[str, Mapping[str, np.ndarray]], requirement: Requirement) -> List[Limit]:
-    """Return the causes that are limits, the worst first, each where it is worst.
+    """Return the causes that are limits, the worst first, each in its worst test and axis.
 
     Args:
-        alone: by cause and test, (n, 3) errors by the axes of budgets that the cause makes by itself.
-        requirement: whose share of the trials is looked at.
+        alone: (n, 3) errors by AXES that only this cause makes, by cause and test.
+        requirement: its success rate is the quantile of the errors.
     """
     worst = [limit for cause, of_tests in alone.items() for limit in _worst(cause, of_tests, requirement)]
     found = [limit for limit in worst if limit.error > limit.reduced_to]
@@ -231,14 +234,14 @@ def limits(alone: Mapping[str, Mapping[str, np.ndarray]], requirement: Requireme
 
 
 def worst_halved(alone: Mapping[str, Mapping[str, np.ndarray]], requirement: Requirement) -> List[Limit]:
-    """Return the worst cause, as `limits` does, however small it is, with half of it as what is left; or nothing."""
+    """Return at most one limit: the worst cause, even a small one, reduced to half of its error."""
     worst = [limit for cause, of_tests in alone.items() for limit in _worst(cause, of_tests, requirement)]
     worst.sort(key=lambda limit: -limit.error / limit.tolerance)
     return [limit._replace(reduced_to=0.5 * limit.error) for limit in worst[:1]]
 
 
 def _worst(cause: str, of_tests: Mapping[str, np.ndarray], requirement: Requirement) -> List[Limit]:
-    """Return where a cause takes most; nothing where there are no errors."""
+    """Return at most one limit: the worst test and axis of a cause."""
     every = [
         Limit(
             cause, test, axis, float(error), float(tolerance), min(float(error), MOST_BY_ONE_CAUSE * float(tolerance))

@@ -1,4 +1,4 @@
-"""What of a robot its odometry depends on: true wheels, slip, and the geometry that odometry assumes."""
+"""Robot properties that affect odometry: true wheels, slip, and the geometry that odometry assumes."""
 
 from __future__ import annotations
 
@@ -17,23 +17,22 @@ from diff_encoder_sim.wheels.odometry_params import OdometryParams
 
 
 class WheelCause(enum.Enum):
-    """What makes wheels turn otherwise than odometry takes them to."""
+    """Cause of a difference between the wheels and their model in odometry."""
 
     RADIUS = 'wheel radius'
     SEPARATION = 'wheel separation'
     SLIP = 'wheel slip'
-    CONTACT = 'simulated contact'  # what wheels without errors slip on the simulated floor: of no real robot
+    CONTACT = 'simulated contact'  # slip of error-free wheels on the simulated floor; not of a real robot
 
 
-# How much of each cause there is: 1 is all of it, 0, which may be left out, none.
+# Amount of each cause from 0 (none, the default) to 1 (all).
 Amounts = Mapping[WheelCause, float]
 ALL_CAUSES: Amounts = dict.fromkeys(WheelCause, 1.0)
-# Of a real robot.
 ROBOTS_CAUSES: Amounts = dict.fromkeys((WheelCause.RADIUS, WheelCause.SEPARATION, WheelCause.SLIP), 1.0)
 
 
 class DrawnWheels(NamedTuple):
-    """True wheels of many robots: (draws, 1) each."""
+    """True wheels of sampled robots, (draws, 1) each."""
 
     left_radius_m: np.ndarray
     right_radius_m: np.ndarray
@@ -41,16 +40,16 @@ class DrawnWheels(NamedTuple):
 
 
 class DrawnRobot(NamedTuple):
-    """A robot of which many are drawn, where its wheels differ from robot to robot."""
+    """Robot from which samples with different wheels are drawn."""
 
     sound: TrueWheels  # without errors
     errors: WheelErrorParams
     odometry: OdometryParams
-    axle_x_m: float  # true place of the axle ahead of the base
+    axle_x_m: float  # true position of the axle ahead of the base
     stop: StopSpread
 
     def wheels(self, amounts: Amounts, rng: np.random.Generator, draws: int) -> DrawnWheels:
-        """Draw true wheels; without a cause they are as odometry assumes them."""
+        """Sample true wheels; without a cause they equal those that odometry assumes."""
         errors, normals = self.errors, rng.standard_normal((3, draws, 1))
         radius, separation = amounts.get(WheelCause.RADIUS, 0.0), amounts.get(WheelCause.SEPARATION, 0.0)
         radius_m, separation_m = 0.5 * self.odometry.wheel_diameter, self.odometry.wheel_separation
@@ -63,7 +62,7 @@ class DrawnRobot(NamedTuple):
         )
 
     def has(self, cause: WheelCause) -> bool:
-        """Return whether a robot has an error."""
+        """Return whether the robot has this error."""
         errors, odometry, means = self.errors, self.odometry, self._mean_wheels()
         if cause is WheelCause.CONTACT:
             return True
@@ -84,10 +83,10 @@ class DrawnRobot(NamedTuple):
 
 
 def drawn_robot(source: RobotSource, params: RobotParams) -> DrawnRobot:
-    """Read a robot.
+    """Load a robot.
 
     Raises:
-        ConfigError: its description is bad.
+        ConfigError: the robot description is invalid.
     """
     robot = load_simulated_robot(source, params.simulator.choices())
     stop = spread_with(params, params.encoder.counts_per_turn)

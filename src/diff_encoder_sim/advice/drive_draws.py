@@ -1,8 +1,8 @@
-"""The odometry of one drive, drawn thousands of times: wheel phases, the encoder's errors, slip and geometry.
+"""Monte Carlo runs of the odometry of one drive over wheel phases, encoder errors, slip and geometry.
 
-The robot's true way is that of the drive, as navigation or a driver keeps it there, but for where it stops. What its
-wheels turn on that way follows from its true geometry and slip; what odometry makes of it, from the encoder and from
-the geometry that odometry assumes.
+The true path is that of the drive, as navigation or a driver keeps the robot on it; only the final pose varies. The
+wheel angles follow from the path, the true geometry and slip; odometry follows from the angles, the encoder and the
+geometry that odometry assumes.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ from diff_encoder_sim.wheels.chain import Chain
 from diff_encoder_sim.wheels.report_link import PROMPT
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
-# A drive ends in so many places within the spread of the robot's stop.
+# Number of final poses within the spread of the robot's stop.
 ENDS = 512
 
-# Odometry is told the counts so often on a drive: more reports change its end by a thousandth of its spread.
+# Maximum number of count reports per drive: more change the final error by a thousandth of its spread.
 MOST_SAMPLES = 500
 
-# Number of poses at a time: beyond, arrays leave the processor's cache.
+# Poses per portion; larger arrays do not fit the processor's cache.
 POSES_AT_A_TIME = 2**18
 
 
 class DriveDraws:
-    """Draws of one drive; the same draw has the same phases, geometry and slip with every encoder."""
+    """Monte Carlo runs of one drive; run i has the same phases, geometry and slip with every encoder."""
 
     def __init__(self, drive: ErrorFreeDrive, robot: DrawnRobot, seed: int) -> None:
         self.drive, self.robot, self._seed = drive, robot, seed
@@ -52,13 +52,13 @@ class DriveDraws:
         """Return the final errors of odometry with each encoder.
 
         Args:
-            encoders: None for one without steps.
-            draws: how many.
-            amounts: of what else there is.
+            encoders: encoders to compare; None is one without quantisation.
+            draws: number of runs.
+            amounts: amounts of the other causes.
 
         Returns:
-            Of each encoder (draws, 3): odometry minus true pose of the robot's base, x [m], y [m] and yaw [rad] in the
-            axes of the map.
+            (draws, 3) per encoder: odometry minus true pose of the base, x [m], y [m] and yaw [rad] in the axes of the
+            map.
         """
         with ThreadPoolExecutor(usable_cores()) as pool:
             firsts, counts = zip(*self._portions(draws))
@@ -81,7 +81,7 @@ class DriveDraws:
         return [self._error(encoder, turned, truth, contact, first) for encoder in encoders]
 
     def _turned(self, left_m: np.ndarray, right_m: np.ndarray, first: int, amounts: Amounts) -> np.ndarray:
-        """Return (draws, n, 2) the angles that wheels have turned since the start [rad]."""
+        """Return the (draws, n, 2) wheel angles since the start [rad]."""
         robot, draws = self.robot, len(left_m)
         wheels = robot.wheels(amounts, generator(self._seed, f'{self.drive.test}_wheels_{first}'), draws)
         half_m = 0.5 * (right_m - left_m) * (wheels.separation_m / self.drive.rolled.separation_m)
@@ -120,14 +120,14 @@ class DriveDraws:
         return _in_map(told - truth + contact, self.drive.start_in_map.yaw_rad)
 
     def _chain(self, encoder: EncoderParams, first: int, draws: int) -> Chain:
-        """Return an encoder and its odometry, whose reports all come at once."""
+        """Return an encoder and its odometry, without delays of reports."""
         seed = int(generator(self._seed, f'{self.drive.test}_encoders_{first}').integers(2**31))
         read_at_once = {'report': PROMPT, 'counter_modulus': 0, 'velocity_method': 'M', 'seed': seed}
         known = {'ppr': encoder.ppr, 'encoder': encoder.encoder, 'counter_modulus': 0}
         return Chain(encoder.model_copy(update=read_at_once), self.robot.odometry.model_copy(update=known), draws)
 
     def _contact_error(self) -> np.ndarray:
-        """Return (3,) how far wheels without errors are from the truth: what simulated contacts slip."""
+        """Return the (3,) error of error-free wheels, caused by slip at the simulated contacts."""
         rolled, axle_x_m = self.drive.rolled, self.robot.axle_x_m
         wheels = _ends(rolled.ways_m[np.newaxis], rolled.separation_m, axle_x_m)[0]
         axle = Pose2D(axle_x_m, 0.0, 0.0)
@@ -138,9 +138,9 @@ class DriveDraws:
 
 
 def _ways_to_ends(drive: ErrorFreeDrive, stop: StopSpread, rng: np.random.Generator) -> Tuple[np.ndarray, np.ndarray]:
-    """Return (ENDS, n) the ways of both wheels on drives that end within the spread of the stop.
+    """Return the (ENDS, n) distances of both wheels on drives that end within the spread of the stop.
 
-    The difference comes along the way, so that the robot still drives as it did.
+    The deviation grows in proportion to the distance.
     """
     left_m, right_m = drive.rolled.ways_m.T
     way_m = np.cumsum(np.abs(np.diff(drive.rolled.ways_m, axis=0, prepend=0.0)).sum(axis=1))
@@ -151,12 +151,12 @@ def _ways_to_ends(drive: ErrorFreeDrive, stop: StopSpread, rng: np.random.Genera
 
 
 def _samples(ticks: int) -> np.ndarray:
-    """Return the indices of the joint states that are taken for reports."""
+    """Return the indices of the joint states used for reports."""
     return np.unique(np.linspace(0, ticks - 1, min(ticks, MOST_SAMPLES)).round().astype(np.int64))
 
 
 def _ends(turned: np.ndarray, wheel_separation_m: float, axle_x_m: float, per_turned_m: float = 1.0) -> np.ndarray:
-    """Return (draws, 3) the pose of the base at the end, from its start, of wheels without encoders."""
+    """Return the (draws, 3) final pose of the base relative to its start, from exact wheel angles."""
     return poses_of_wheels(turned, per_turned_m, per_turned_m, wheel_separation_m, axle_x_m, True)[:, -1]
 
 

@@ -1,6 +1,6 @@
-"""The search for the lowest encoder that suffices, by the same number of trials with each encoder that it tests.
+"""Search for the lowest sufficient encoder, with the same number of trials per tested encoder.
 
-Encoders have ranks from 0, of ascending quality; an encoder of a higher rank is taken to be no worse. An encoder
+Encoders have ranks from 0, of ascending quality; a higher rank is assumed not to be worse. An encoder
 suffices if a one-sided binomial test of each test's trials shows more than the required fraction.
 """
 
@@ -23,7 +23,7 @@ VERDICTS = 5
 # More trials than this are not predicted.
 MOST_PREDICTED = 1000
 
-# By default, as many trials as show the fraction although this number of them fails.
+# Default number of trials: enough to show the fraction if this number of trials fails.
 FORGIVEN = 2
 
 
@@ -35,7 +35,7 @@ class TrialCounts(NamedTuple):
 
     @property
     def fraction(self) -> float:
-        """Divide; there must be trials."""
+        """Return the fraction within the tolerance; requires at least one trial."""
         return self.within / self.trials
 
 
@@ -73,7 +73,7 @@ def judged(tests: Sequence[TrialCounts], share: float, doubt: float) -> Sufficie
 def more_trials(tests: Sequence[TrialCounts], share: float, doubt: float) -> Optional[int]:
     """Return the number of further trials of each test that would decide; None if more than MOST_PREDICTED.
 
-    They are taken to go on as the trials so far, half a trial nearer to 1/2: 20 of 20 may not go on.
+    Assumes the current fraction, shrunk by half a trial towards 1/2: 20 of 20 may not continue.
     """
     within, trials = np.array(tests, dtype=float).T[:, :, np.newaxis]
     more = np.arange(MOST_PREDICTED + 1)
@@ -85,7 +85,7 @@ def monotone_fractions(ranks: Sequence[TrialCounts]) -> List[float]:
     """Fit fractions that do not fall from rank to rank, by pooling adjacent violators.
 
     Args:
-        ranks: of ascending quality, each with trials.
+        ranks: in ascending quality, each with trials.
     """
     pools: List[TrialCounts] = []
     sizes: List[int] = []
@@ -100,7 +100,7 @@ def monotone_fractions(ranks: Sequence[TrialCounts]) -> List[float]:
 
 
 def _judged(within: np.ndarray, trials: np.ndarray, share: float, doubt: float) -> List[Sufficiency]:
-    """Judge (tests, n) counts for each of n; tests share the doubt of a refusal."""
+    """Judge n columns of (tests, n) counts; the tests share the chance of error of a refusal."""
     is_enough = (_p_enough(within, trials, share) <= doubt).all(axis=0)
     is_too_few = (_p_enough(trials - within, trials, 1.0 - share) <= doubt / len(within)).any(axis=0)
     return [

@@ -1,4 +1,4 @@
-"""One drive of each test: what the wheels of a robot without errors roll, and where the robot truly ends."""
+"""One drive per test of a robot without errors: distances of the wheels and true final pose."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ FINEST = PerWheel(left=65536.0, right=65536.0)
 
 
 class ErrorFreeDrive(NamedTuple):
-    """A drive from a start to a goal."""
+    """Drive from a start to a goal."""
 
     requested: Trial
     rolled: RolledDrive
@@ -38,22 +38,22 @@ class ErrorFreeDrive(NamedTuple):
 
     @property
     def start_in_map(self) -> Pose2D:
-        """Return where the robot starts."""
+        """Return the start pose."""
         return self.requested.test.start.pose()
 
     @property
     def goal_in_map(self) -> Pose2D:
-        """Return where it is to end."""
+        """Return the goal pose."""
         return self.requested.goal()
 
     @property
     def wheel_way_m(self) -> float:
-        """Return the mean way that the wheels roll."""
+        """Return the mean distance that the wheels roll."""
         return float(np.abs(np.diff(self.rolled.ways_m, axis=0)).sum(axis=0).mean())
 
 
 def straight_test(distance_m: float, like: TestDefinition) -> TestDefinition:
-    """Return a test that is a straight line, at the speeds of another."""
+    """Return a test along a straight line with the speeds of another test."""
     return like.model_copy(
         update={'name': f'{distance_m:g} m straight', 'drive': [Segment(straight=distance_m)], 'route': []}
     )
@@ -63,7 +63,7 @@ def scripted(test: TestDefinition, robot: RobotSource, params: RobotParams) -> E
     """Drive a test's velocity profiles on a floor without walls.
 
     Raises:
-        ConfigError: the robot's description is bad.
+        ConfigError: the robot description is invalid.
     """
     script, simulator = ScriptedDrive(test), params.simulator
     floor = FlatFloor(load_simulated_robot(robot, simulator.choices()), simulator.drive, simulator.physics)
@@ -78,7 +78,7 @@ def navigated(plan: TrialPlan, robot: RobotSource, params: RobotParams) -> Error
     """Navigate a test's route with a fine encoder.
 
     Raises:
-        ConfigError: a file is bad, or the robot did not come to its goal.
+        ConfigError: a file is invalid, or the robot did not reach its goal.
     """
     sound = params.simulator.model_copy(update={'wheel_errors': WheelErrorParams()})
     fine = {'encoder': IDEAL_ENCODER, 'ppr': FINEST}
@@ -99,7 +99,7 @@ def navigated(plan: TrialPlan, robot: RobotSource, params: RobotParams) -> Error
 
 
 class _Wheels(Publications):
-    """Keeps the angles of the joints."""
+    """Records the joint angles."""
 
     def __init__(self) -> None:
         self._angles_rad: List[Sequence[float]] = []

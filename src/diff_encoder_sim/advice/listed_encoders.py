@@ -1,4 +1,4 @@
-"""Which encoders of the catalogue, of the shipped robots and of the user meet a requirement on this robot."""
+"""Encoders of the catalogue, the shipped robots and the user that meet a requirement on this robot."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from diff_encoder_sim.wheels.covariance import PULSE_VARIANCE
 from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, NO_FAULTS, PerWheel
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
-# As many as where the curve crosses what is asked for.
+# Same as FINE_DRAWS of the curve.
 DRAWS = 8000
-# So many show that most of the others are not enough.
+# Enough draws to refuse most insufficient encoders.
 FEW_DRAWS = 500
 
 
 class Candidate(NamedTuple):
-    """An encoder to choose."""
+    """Candidate encoder."""
 
     label: str
-    counts: float  # of an ideal encoder whose readings are as uncertain
+    counts: float  # of the equivalent ideal encoder
     params: EncoderParams
     name: str = ''  # of a real one, or `own of burger`
     price: str = ''  # class of its price
 
 
 def candidates_of(campaign: Campaign) -> List[Candidate]:
-    """Return the encoders of a campaign, from the coarsest to the finest."""
+    """Return the encoders of a campaign in ascending equivalent counts."""
     found = []
     for cell in campaign.cells[: len(campaign.encoders)]:
         params = cell.robot_params.encoder.model_copy(update={'ppr': cell.ppr})
@@ -49,7 +49,7 @@ def candidates_of(campaign: Campaign) -> List[Candidate]:
 
 
 def equivalent_counts(params: EncoderParams) -> float:
-    """Return how many counts an ideal encoder has whose readings have the mean variance of both wheels'."""
+    """Return the counts of the ideal encoder whose readings have the mean variance of both wheels."""
     left, right = (
         counts * math.sqrt(PULSE_VARIANCE / (PULSE_VARIANCE + params.encoder.pulse_variance(counts)))
         for counts in (params.counts_per_turn.left, params.counts_per_turn.right)
@@ -60,17 +60,17 @@ def equivalent_counts(params: EncoderParams) -> float:
 def recommended(
     candidates: Sequence[Candidate], answer: Answer, tests: Sequence[DriveDraws], requirement: Requirement
 ) -> Optional[Candidate]:
-    """Return the smallest candidate whose odometry is enough; None where none is, or where an answer names none."""
+    """Return the smallest candidate whose odometry suffices; None if no candidate suffices."""
     if answer.kind is not Kind.FROM:
         return None
     too_few = answer.interval[0] or 0.0
-    # Real encoders have errors of their own: those with fewer counts are tried, too.
+    # Real encoders have errors: their equivalent counts do not exclude them.
     possible = [each for each in candidates if each.counts > too_few or each.label != f'{each.counts:g}']
     return smallest_enough(possible, tests, requirement)
 
 
 def finest_real(candidates: Sequence[Candidate], answer: Answer) -> Optional[Candidate]:
-    """Return the best real encoder whose counts are enough; None if there is none.
+    """Return the finest real encoder whose counts suffice; None if there is none.
 
     If it is not recommended, its own errors are too large.
     """
@@ -82,11 +82,11 @@ def finest_real(candidates: Sequence[Candidate], answer: Answer) -> Optional[Can
 def smallest_enough(
     candidates: Sequence[Candidate], tests: Sequence[DriveDraws], requirement: Requirement
 ) -> Optional[Candidate]:
-    """Return the first candidate whose odometry meets a requirement for certain; None where none does.
+    """Return the first candidate whose odometry certainly meets a requirement; None if no candidate does.
 
     Args:
-        candidates: in the order in which they are tried.
-        tests: a drive of each.
+        candidates: in the order of testing.
+        tests: one drive per test.
         requirement: at the end of each drive.
     """
 
@@ -104,19 +104,19 @@ LISTED_DRAWS = 400
 
 
 class ListedEncoder(NamedTuple):
-    """An encoder on the wheels of this robot."""
+    """Encoder on the wheels of this robot."""
 
     name: str
     price: str  # class of its price; '' of a robot's own
     counts: float  # per revolution of the wheel
-    equivalent_counts: float  # of an ideal encoder whose readings are as uncertain
-    share: Interval  # of trials whose odometry is within the tolerance, in the test where it is smallest
-    meets: Dict[Criterion, Optional[bool]]  # None: not known
-    limits: Sequence[Limit] = ()  # its own errors that are too large for odometry
+    equivalent_counts: float  # of the equivalent ideal encoder
+    share: Interval  # success rate of odometry in the worst test
+    meets: Dict[Criterion, Optional[bool]]  # None: unknown
+    limits: Sequence[Limit] = ()  # encoder errors that are too large for odometry
 
     @property
     def share_text(self) -> str:
-        """Return the interval of the share as tables and charts show it."""
+        """Return the interval in per cent."""
         return f'{100.0 * self.share.low:.0f} to {100.0 * self.share.high:.0f} %'
 
 
@@ -129,8 +129,8 @@ def listed_encoders(
 ) -> List[ListedEncoder]:
     """Return the encoders of config/encoders and config/robots, and candidates with a name, by ascending counts.
 
-    Odometry is drawn with each encoder's own errors. At the goal, where localization corrects what grows with the way,
-    an encoder counts as the ideal one whose readings are as uncertain.
+    Odometry is sampled with the errors of each encoder. For the pose at the goal, where localization corrects drift, an
+    encoder counts as the ideal one with equal variance of a reading.
     """
     found = []
     known = {**_known(config_folder), **{each.name: (each.price, each.params) for each in candidates if each.name}}
@@ -146,19 +146,19 @@ def listed_encoders(
 
 
 def _loses_counts(params: EncoderParams) -> bool:
-    """Return whether an encoder has faults, of which the variance of a reading knows nothing."""
+    """Return whether an encoder has faults, which the variance of a reading does not contain."""
     return params.encoder.faults.model_copy(update={'max_count_rate': 0.0}) != NO_FAULTS
 
 
 def _own_limits(tests: Sequence[DriveDraws], params: EncoderParams, requirement: Requirement) -> List[Limit]:
-    """Return the errors of an encoder that keep it from being enough; none if its counts do."""
+    """Return the encoder errors that are too large; none if its counts are too low."""
     ideal = params.model_copy(update={'ppr': params.counts_per_turn, 'encoder': IDEAL_ENCODER})
     share = min(share_within(draws.errors([ideal], LISTED_DRAWS)[0], requirement) for draws in tests)
     return own_limits(tests, params, requirement, bool(_met(share, requirement)), LISTED_DRAWS)
 
 
 def _known(config_folder: Path) -> Dict[str, Tuple[str, EncoderParams]]:
-    """Return class of price and parameters by name."""
+    """Return price class and parameters by name."""
     catalogue = load_encoders([WHOLE_CATALOGUE], config_folder, Path())
     found = {encoder.stem: (encoder.price, encoder.params) for encoder in catalogue}
     for name in robot_names(config_folder):
@@ -175,7 +175,7 @@ def _met(share: Interval, requirement: Requirement) -> Optional[bool]:
 
 
 def _by_counts(counts: float, answer: Optional[Answer]) -> Optional[bool]:
-    """Return whether so many counts are enough; between those that are and those that are not, nobody knows."""
+    """Return whether the counts suffice; None inside the interval of the answer."""
     if answer is None or answer.kind is Kind.UNDECIDED:
         return None
     if answer.kind is Kind.NOT_THE_LIMIT:

@@ -1,4 +1,4 @@
-"""From how many counts on odometry by itself is right at the end of the tests."""
+"""Lowest counts at which odometry is within the tolerance at the end of the tests."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, NO_FAULTS
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 QUANTISATION, EDGES, MISSED = 'quantisation', 'edge errors', 'missed counts'
-ENCODER_CAUSES = (EDGES, MISSED)  # besides its steps
+ENCODER_CAUSES = (EDGES, MISSED)  # besides quantisation
 
-# The keys of an encoder that make EDGES, in proportion to their values; with those of uneven lines, all of them.
+# Encoder parameters that cause EDGES in proportion to their values; UNEVEN_LINES also cause EDGES.
 SENSOR_ERRORS = (
     *('edge_error', 'sensor_error', 'eccentricity', 'first_harmonic', 'second_harmonic'),
     *('noise', 'hysteresis', 'backlash'),
@@ -40,9 +40,9 @@ BUDGET_DRAWS = 1000
 
 
 def odometry_budgets(draws: DriveDraws, encoders: Sequence[EncoderParams]) -> List[Budget]:
-    """Return the budget with each encoder.
+    """Return the error budget with each encoder.
 
-    What simulated wheels slip on the simulated floor is a part of its own: it is the simulator's, not the robot's.
+    Slip on the simulated floor is a separate part because it belongs to the simulator, not to the robot.
     """
     count = len(encoders)
     of_encoders = [*map(_ideal, encoders), *map(_without_faults, encoders), *encoders]
@@ -57,18 +57,18 @@ def odometry_budgets(draws: DriveDraws, encoders: Sequence[EncoderParams]) -> Li
 
 
 def wheel_parts(draws: DriveDraws) -> Dict[str, Part]:
-    """Return what each error of the wheels adds, whatever the encoder."""
+    """Return the contribution of each wheel error, which does not depend on the encoder."""
     return {cause.value: part_of(errors) for cause, errors in wheel_errors(draws).items()}
 
 
 def wheel_errors(draws: DriveDraws) -> Dict[WheelCause, np.ndarray]:
-    """Return (draws, 3) the errors of odometry, by the axes of budgets, that each error of the wheels makes alone."""
+    """Return by wheel error the (draws, 3) odometry errors, by AXES, that only this error causes."""
     (bare,) = _errors(draws, [None], {})
     return {cause: _errors(draws, [None], {cause: 1.0})[0] - bare for cause in WheelCause if draws.robot.has(cause)}
 
 
 def encoder_errors(draws: DriveDraws, encoder: EncoderParams, count: int = BUDGET_DRAWS) -> Dict[str, np.ndarray]:
-    """Return (draws, 3) the same for each kind of error of an encoder, beside its steps."""
+    """Return the (draws, 3) odometry errors by kind of encoder error, except quantisation."""
     of_steps, sound, faulty = _errors(draws, [_ideal(encoder), _without_faults(encoder), encoder], {}, count)
     found = {EDGES: sound - of_steps, MISSED: faulty - sound}
     return {cause: errors for cause, errors in found.items() if errors.any()}
@@ -86,7 +86,7 @@ def _encoder_parts(
 ) -> Dict[str, Part]:
     parts = {QUANTISATION: part_of(ideal - bare)}
     if _without_faults(encoder).encoder != IDEAL_ENCODER:
-        # An edge in another place is counted sooner or later, which depends on the rounding: not as a draw by itself.
+        # Edge errors interact with quantisation, so their variance is a difference of variances.
         parts[EDGES] = added(sound, ideal)
     if encoder.encoder.faults != NO_FAULTS:
         parts[MISSED] = part_of(faulty - sound)
@@ -94,7 +94,7 @@ def _encoder_parts(
 
 
 def _ideal(encoder: EncoderParams) -> EncoderParams:
-    """Return an encoder of as many counts without errors."""
+    """Return an error-free encoder with the same counts."""
     return encoder.model_copy(update={'ppr': encoder.counts_per_turn, 'encoder': IDEAL_ENCODER})
 
 
@@ -103,19 +103,19 @@ def _without_faults(encoder: EncoderParams) -> EncoderParams:
 
 
 def odometry_answer(curves: OdometryCurves, requirement: Requirement) -> Answer:
-    """Return the answer by the curves."""
+    """Return the answer from the curves."""
     smallest = curves.smallest(requirement)
     if smallest is not None:
         return Answer(Criterion.ODOMETRY, Kind.FROM, smallest.counts, smallest.interval)
     finest = curves.encoder(curves.counts[-1])
     if curves.share(finest.counts_per_turn.left, requirement).high >= requirement.share:
-        note = f'at the edge of what {requirement.share:g} of the draws reach, up to {MOST_COUNTS:g} counts'
+        note = f'success rate near {requirement.share:g} at up to {MOST_COUNTS:g} counts'
         return Answer(Criterion.ODOMETRY, Kind.UNDECIDED, note=note)
     return limited_answer([curve.draws for curve in curves.curves], finest, requirement)
 
 
 def limited_answer(tests: Sequence[DriveDraws], params: EncoderParams, requirement: Requirement) -> Answer:
-    """Return the answer for an encoder that is not enough although its counts are."""
+    """Return the answer for an encoder whose counts suffice but whose errors are too large."""
     is_its_own = _is_ideal_enough(tests, requirement)
     found = _limits(tests, params, requirement, is_its_own)
     amounts = {limit.cause: limit.reduced_to / limit.error for limit in found}
@@ -127,7 +127,7 @@ def limited_answer(tests: Sequence[DriveDraws], params: EncoderParams, requireme
 
 
 def _is_ideal_enough(tests: Sequence[DriveDraws], requirement: Requirement) -> bool:
-    """Return whether an encoder without steps and errors meets the requirement, as the wheels are."""
+    """Return whether an encoder without quantisation and errors meets the requirement on these wheels."""
     shares = (share_within(draws.errors([None], DRAWS, ROBOTS_CAUSES)[0], requirement) for draws in tests)
     return all(share.low >= requirement.share for share in shares)
 
@@ -135,7 +135,7 @@ def _is_ideal_enough(tests: Sequence[DriveDraws], requirement: Requirement) -> b
 def _limits(
     tests: Sequence[DriveDraws], encoder: EncoderParams, requirement: Requirement, is_its_own: bool
 ) -> List[Limit]:
-    """Return the errors that are too large, of the wheels and of the encoder itself, whatever its counts."""
+    """Return the errors of wheels and encoder that are too large at any resolution."""
     of_wheels: Dict[str, Dict[str, np.ndarray]] = {}
     for draws in tests:
         for cause, errors in wheel_errors(draws).items():
@@ -152,7 +152,7 @@ def own_limits(
     is_too_much: bool,
     count: int = BUDGET_DRAWS,
 ) -> List[Limit]:
-    """Return the errors of an encoder that are too large; if they are too much together, at least the worst one."""
+    """Return the encoder errors that are too large; if only their sum is too large, the worst one."""
     alone: Dict[str, Dict[str, np.ndarray]] = {}
     for draws in tests:
         for cause, errors in encoder_errors(draws, encoder, count).items():
@@ -162,7 +162,7 @@ def own_limits(
 
 
 def _with_less(params: EncoderParams, amounts: Mapping[str, float]) -> EncoderParams:
-    """Return an encoder with less of its own errors."""
+    """Return the encoder with its errors reduced to these fractions."""
     model = params.encoder
     faults = {key: getattr(model.faults, key) * amounts.get(MISSED, 1.0) for key in ('missed', 'extra')}
     errors = {key: getattr(model, key) * amounts.get(EDGES, 1.0) for key in SENSOR_ERRORS}

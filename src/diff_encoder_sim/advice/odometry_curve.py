@@ -1,4 +1,4 @@
-"""Odometry's error at the goal over the whole range of encoders, and from how many counts on it is small enough."""
+"""Odometry error at the goal over the range of encoders, and the lowest sufficient counts."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ stats = deferred('scipy.stats')
 
 
 def closed_form_counts(requested: Trial, robot: RobotGeometry, requirement: Requirement) -> float:
-    """Return the counts per revolution from which on odometry at the goal is within the tolerance.
+    """Return the lowest counts per revolution at which odometry at the goal is within the tolerance.
 
     Across a straight line of length S the error is the difference of two phases that are uniform in a pulse d, times
-    S / L: the share within tol is 1 - (1 - c)^2 with c = tol L / (S d). What is not across a straight line is taken as
-    normal, with `closed_form_std`, and the axis that needs the most counts decides.
+    S / L: the fraction within tol is 1 - (1 - c)^2 with c = tol L / (S d). All other errors are assumed normal with
+    `closed_form_std`. The axis that needs the most counts decides.
     """
     per_count = closed_form_std(requested, robot, 1.0)
     return float(np.max(per_count * _reach(requested, requirement.share) / requirement.tolerances))
 
 
 def local_counts(robot: RobotGeometry, requirement: Requirement) -> float:
-    """Return the counts from which on the heading alone is within the tolerance, wherever the wheels stand.
+    """Return the lowest counts at which the heading is within the tolerance for random wheel phases.
 
-    That is what localization, which corrects all else, leaves of an encoder's steps: (d / L) sqrt(1/3), as normal.
+    Localization corrects all other errors; the rest is assumed normal with a standard deviation of (d / L) sqrt(1/3).
     """
     m_per_turn = math.pi * robot.wheel_diameter_m
     sd_of_one_count_rad = m_per_turn / robot.wheel_separation_m / math.sqrt(3.0)
@@ -44,7 +44,7 @@ def local_counts(robot: RobotGeometry, requirement: Requirement) -> float:
 
 
 def _reach(requested: Trial, share: float) -> np.ndarray:
-    """Return (3,) what the share of errors does not exceed, in standard deviations."""
+    """Return the (3,) quantiles of the absolute errors at this fraction, in standard deviations."""
     to_goal = requested.goal().relative_to(requested.test.start.pose())
     normal = _normal_reach(share)
     if max(abs(to_goal.y_m), abs(to_goal.yaw_rad)) > STRAIGHT_WITHIN or to_goal.x_m == 0.0:
@@ -62,12 +62,12 @@ def _normal_reach(share: float) -> float:
 FEWEST_COUNTS, MOST_COUNTS, PER_OCTAVE = 8.0, 65536.0, 4
 
 DRAWS = 1000
-# Where the curve crosses what is asked for, it is drawn more finely and more often.
+# Finer steps and more draws near the required success rate.
 FINE_POINTS, FINE_DRAWS = 10, 8000
 
 
 class Curve(NamedTuple):
-    """Of one test: final errors, (draws, 3) odometry minus truth in the axes of the map: [m], [m], [rad]."""
+    """Final errors of one test, (draws, 3) odometry minus truth in the axes of the map: [m], [m], [rad]."""
 
     draws: DriveDraws
     errors: Dict[float, np.ndarray]  # by counts per revolution
@@ -79,22 +79,22 @@ class Curve(NamedTuple):
 
 
 class SmallestCounts(NamedTuple):
-    """From how many counts per revolution on a requirement is met."""
+    """Lowest counts per revolution that meet a requirement."""
 
     counts: float
-    interval: Interval  # too few for certain, and enough for certain, as the number of draws leaves it
+    interval: Interval  # certainly too few, certainly enough
 
 
 class OdometryCurves:
-    """The curves of a robot's tests."""
+    """Curves of a robot's tests."""
 
     def __init__(self, tests: Sequence[DriveDraws], params: EncoderParams, amounts: Amounts = ROBOTS_CAUSES) -> None:
-        """Draw them.
+        """Sample the curves.
 
         Args:
-            tests: a drive of each.
-            params: of the robot's encoder, but for its counts.
-            amounts: of what else there is.
+            tests: one drive per test.
+            params: parameters of the robot's encoder; its counts are replaced.
+            amounts: amounts of the other causes.
         """
         self._params, self._amounts = params, amounts
         counts = self._between(FEWEST_COUNTS, MOST_COUNTS, round(PER_OCTAVE * math.log2(MOST_COUNTS / FEWEST_COUNTS)))
@@ -109,15 +109,15 @@ class OdometryCurves:
 
     @property
     def counts(self) -> List[float]:
-        """Return the counts per revolution that were drawn, ascending."""
+        """Return the sampled counts per revolution, ascending."""
         return sorted(self.curves[0].errors)
 
     def share(self, counts: float, requirement: Requirement) -> Interval:
-        """Return the interval of the share of trials within the tolerance, in the test where it is smallest."""
+        """Return the interval of the success rate in the worst test."""
         return min(share_within(curve.errors[counts], requirement) for curve in self.curves)
 
     def smallest(self, requirement: Requirement) -> Optional[SmallestCounts]:
-        """Return from how many counts on the requirement is met; None where not even the most meet it."""
+        """Return the lowest counts that meet the requirement; None if even the highest fail."""
         roughly = self._smallest(requirement)
         if roughly is None:
             return None
@@ -142,7 +142,7 @@ class OdometryCurves:
         return SmallestCounts(min(max(likely, too_few), certain), Interval(too_few, certain))
 
     def _crossing(self, curve: Curve, requirement: Requirement) -> float:
-        """Return where a curve that does not fall, fitted to the draws, reaches the share."""
+        """Return the counts at which a monotone fit of the curve reaches the required fraction."""
         within = [requirement.within(curve.errors[counts]) for counts in self.counts]
         fractions = monotone_fractions([TrialCounts(int(each.sum()), len(each)) for each in within])
         return self.whole([float(np.exp(np.interp(requirement.share, fractions, np.log(self.counts))))])[0]
@@ -151,27 +151,27 @@ class OdometryCurves:
         return self.whole(np.geomspace(low, high, steps + 1).tolist())
 
     def whole(self, counts: Sequence[float]) -> List[float]:
-        """Return the nearest counts that the encoder can have, ascending, each once."""
+        """Return the nearest counts that the encoder can have, ascending and unique."""
         model = self._params.encoder
         step = model.counts_that_repeat * model.shaft_turns_per_wheel_turn
         return sorted({step * max(1, round(each / step)) for each in counts})
 
 
 def counts_by_ppr(params: EncoderParams) -> EncoderParams:
-    """Return the encoder with counts by `ppr` in place of the resolution of its datasheet."""
+    """Return the encoder with its counts set by `ppr` instead of its datasheet."""
     free = params.encoder.model_copy(update={'lines': None, 'pole_pairs': None, 'bits': None})
     return params.model_copy(update={'encoder': free})
 
 
 def share_within(errors: np.ndarray, requirement: Requirement) -> Interval:
-    """Return the interval of the share of all trials that (draws, 3) errors are a sample of."""
+    """Return the confidence interval of the success rate from (draws, 3) errors."""
     return wilson(int(requirement.within(errors).sum()), len(errors), requirement.confidence)
 
 
 def _first_from_which_on(is_met: Callable[[float], bool], counts: Sequence[float]) -> Optional[float]:
-    """Return the smallest counts such that they and all larger ones meet it.
+    """Return the smallest counts such that they and all larger counts meet the condition.
 
-    Where a drive ends after whole pulses, fewer counts may be better by chance of the test's length.
+    If a drive ends after whole pulses, fewer counts may be better by chance.
     """
     first = None
     for each in reversed(counts):

@@ -1,4 +1,4 @@
-"""Odometry's part of an advice: a drive of each test, its curve, budget and answer."""
+"""Odometry part of an advice: one drive per test, its curve, budget and answer."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from diff_encoder_sim.trials.campaign_cells import Campaign, RequestedTrial
 from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
-# Of which encoders the budget is shown, in counts per revolution.
+# Resolutions with a budget, in counts per revolution.
 BUDGET_COUNTS = tuple(float(2**exponent) for exponent in range(6, 15))
 
 
 def study_odometry(campaign: Campaign, requirement: Requirement, distance_m: Optional[float]) -> Advice:
-    """Draw the odometry of a campaign's tests, or of a straight line.
+    """Sample the odometry of a campaign's tests, or of a straight line.
 
     Args:
-        campaign: of which the first encoder's parameters, but for its counts, are the robot's.
+        campaign: the parameters of its first encoder, except the counts, are those of the robot.
         requirement: at the end of each drive.
-        distance_m: length of a straight line in place of the tests.
+        distance_m: length of a straight line that replaces the tests.
 
     Raises:
-        ConfigError: a file is bad, or the robot does not come to a goal.
+        ConfigError: a file is invalid, or the robot does not reach a goal.
     """
     first = campaign.cells[0]
     params = ideal_counts(first.robot_params.encoder)
@@ -75,7 +75,7 @@ def geometry_of(campaign: Campaign) -> RobotGeometry:
 
 
 def with_budgets(advice: Advice) -> Advice:
-    """Return the advice with odometry's budget over the range of encoders, and for the answer's."""
+    """Return the advice with odometry budgets over the range of encoders and for the answer's encoder."""
     wanted = advice.answers[Criterion.ODOMETRY].budgeted_counts
     counts = advice.curves.whole([*BUDGET_COUNTS, *([wanted] if wanted else [])])
     encoders = [advice.curves.encoder(each) for each in counts]
@@ -84,14 +84,14 @@ def with_budgets(advice: Advice) -> Advice:
 
 
 def ideal_counts(params: EncoderParams) -> EncoderParams:
-    """Return the encoder with counts by ppr: an ideal one in place of one whose counts are its own."""
+    """Return the encoder, or an ideal one if the encoder has a fixed resolution, so that ppr sets the counts."""
     if params.encoder.counts_per_wheel_turn is None:
         return params
     return params.model_copy(update={'encoder': IDEAL_ENCODER})
 
 
 def _drives(campaign: Campaign, distance_m: Optional[float], folder: str) -> Iterator[ErrorFreeDrive]:
-    """Drive each test: by its script, where it has one, as that needs no navigation."""
+    """Drive each test: scripted if it has a script, which needs no navigation; otherwise navigated."""
     files = campaign.files.materialise(folder)
     robot = RobotSource(files.robot)
     for job in _first_jobs(campaign):

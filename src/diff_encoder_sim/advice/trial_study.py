@@ -1,4 +1,4 @@
-"""The closed-loop part of an advice: trials with a few of the candidates, the answers and the budget by them."""
+"""Closed-loop part of an advice: trials with some candidates, their answers and their budget."""
 
 from __future__ import annotations
 
@@ -63,12 +63,12 @@ _SOUND = {
 
 
 def switched_off(robots: Sequence[RobotParams]) -> Dict[str, Dict[str, Any]]:
-    """Return, by the name of a set of parameters, the values without each cause that one of the robots has.
+    """Return parameter sets by name, each without one cause that any of the robots has.
 
-    The first set is the robot as it is, the last one without all of these causes; {} where there is no cause.
+    The first set is the unchanged robot, the last one is without all causes; {} if there are no causes.
 
     Args:
-        robots: with each encoder.
+        robots: the robot with each encoder.
     """
     values = [_values(robot) for robot in robots]
     without: Dict[str, Dict[str, Any]] = {}
@@ -83,7 +83,7 @@ def switched_off(robots: Sequence[RobotParams]) -> Dict[str, Dict[str, Any]]:
 
 
 def cause_of(variant: str) -> str:
-    """Return the cause that a set of parameters is without."""
+    """Return the cause that a parameter set leaves out."""
     return variant[len(_WITHOUT) :]
 
 
@@ -97,35 +97,34 @@ def _values(robot: RobotParams) -> Dict[str, Any]:
 
 STOPPING, LOCALIZATION, ENCODER = 'stopping', 'localization', 'encoder'
 
-# A budget of fewer trials has variances that are too uncertain.
+# With fewer trials the variances of a budget are too uncertain.
 FEWEST_FOR_BUDGET = 8
 
 # Odometry of closed-loop trials is compared with this number of sampled drives; chance of a false alarm.
 DRAWS, FALSE_ALARM = 2000, 0.01
 
-# Runs the trials of each test with an encoder, by its label, and a set of parameters, by its name, and returns them as
-# the table of results.
+# Runs the trials of each test with an encoder (label) and a parameter set (name), and returns the results table.
 TrialsWith = Callable[[str, str], pd.DataFrame]
 
 
 class GoalTrials(NamedTuple):
     """Trials of one test with one encoder, ascending by number. Errors are (n, 3): x [m], y [m], yaw [rad].
 
-    They are poses minus the goal in the axes of the map; NaN if unknown.
+    Errors are poses minus the goal in the axes of the map; NaN if unknown.
     """
 
     goal_in_map: Pose2D
     numbers: np.ndarray  # (n,)
-    succeeded: np.ndarray  # (n,) bool: came to the goal
+    succeeded: np.ndarray  # (n,) bool: reached the goal
     estimate: np.ndarray
     truth: np.ndarray
     odometry: np.ndarray
-    failure: str = ''  # outcome and reason of the first that did not
+    failure: str = ''  # outcome and reason of the first failed trial
 
     def counts(self, criterion: Criterion, requirement: Requirement) -> TrialCounts:
         """Count the trials within the tolerance.
 
-        A trial that gave up is not at its goal, wherever it stands; its odometry may be right.
+        An aborted trial does not count as at its goal, but its odometry may count.
         """
         if criterion is Criterion.ODOMETRY:
             within = requirement.within(wrapped(self.odometry - self.truth))
@@ -135,9 +134,9 @@ class GoalTrials(NamedTuple):
         return TrialCounts(int(within.sum()), len(self.numbers))
 
     def causes(self, numbers: Optional[np.ndarray] = None) -> Dict[str, np.ndarray]:
-        """Return (m, 3) errors at the goal by cause and by AXES, of the trials that came to it.
+        """Return (m, 3) errors at the goal by cause and AXES, of the trials that reached it.
 
-        They are stopping, the pose estimate minus the goal, and localization, the true pose minus the pose estimate.
+        Causes: stopping (pose estimate minus goal) and localization (true pose minus pose estimate).
         """
         is_used = self._is_known if numbers is None else np.isin(self.numbers, numbers)
         parts = {STOPPING: self.estimate, LOCALIZATION: self.truth - self.estimate}
@@ -145,7 +144,7 @@ class GoalTrials(NamedTuple):
 
     @property
     def known_numbers(self) -> np.ndarray:
-        """Return the numbers of the trials that came to the goal with all poses."""
+        """Return the numbers of the trials that reached the goal and have all poses."""
         known: np.ndarray = self.numbers[self._is_known]
         return known
 
@@ -156,7 +155,7 @@ class GoalTrials(NamedTuple):
 
 
 def goal_trials(trials: pd.DataFrame, goal_in_map: Pose2D) -> GoalTrials:
-    """Convert the trials of one test."""
+    """Convert the results table of one test."""
     estimate, truth, odometry = (
         trials[[f'{pose}_{part}' for part in PARTS]].to_numpy(dtype=float) for pose in ('global', 'world', 'odom')
     )
@@ -170,11 +169,11 @@ def goal_trials(trials: pd.DataFrame, goal_in_map: Pose2D) -> GoalTrials:
 
 
 def study_trials(campaign: Campaign, advice: Advice, trials_with: TrialsWith) -> Advice:
-    """Run closed-loop trials, and return the advice with answers about the pose estimate and the true pose.
+    """Run closed-loop trials and add the answers about the pose estimate and the true pose.
 
     Args:
-        campaign: of the candidates.
-        advice: by the odometry of single drives.
+        campaign: campaign with the candidates as encoders.
+        advice: advice with the answer about odometry.
         trials_with: runs trials.
     """
     candidates, requirement = candidates_of(campaign), advice.requirement
@@ -207,7 +206,7 @@ AT_GOAL = (Criterion.POSE_ESTIMATE, Criterion.TRUTH)
 
 
 class _Runs:
-    """The trials by rank and set of parameters; they are run when first asked for."""
+    """Trials by rank and parameter set, run on first use."""
 
     def __init__(self, campaign: Campaign, candidates: Sequence[Candidate], trials_with: TrialsWith) -> None:
         self.candidates, self._trials_with = candidates, trials_with
@@ -224,7 +223,7 @@ class _Runs:
         return [candidate.label for candidate in self.candidates].index(label)
 
     def trials(self, rank: int, variant: Optional[str] = None) -> Dict[str, GoalTrials]:
-        """Return the trials of each test; without a variant those of the robot as it is."""
+        """Return the trials by test; by default of the unchanged robot."""
         key = rank, self.variants[0] if variant is None else variant
         if key not in self._trials:
             found = self._trials_with(self.candidates[rank].label, key[1])
@@ -253,7 +252,7 @@ def _answer(criterion: Criterion, found: RankAnswer, run: _Runs, requirement: Re
 
 
 def _limited(criterion: Criterion, run: _Runs, requirement: Requirement) -> Answer:
-    """Return which causes are too large even with the finest encoder, and which encoder suffices with less of them."""
+    """Return the causes that are too large with the finest encoder, and the encoder that suffices with less of them."""
     causes = (STOPPING,) if criterion is Criterion.POSE_ESTIMATE else (STOPPING, LOCALIZATION)
     finest = run.trials(run.ranks[-1])
     by_cause = {cause: {test: trials.causes()[cause] for test, trials in finest.items()} for cause in causes}
@@ -261,7 +260,7 @@ def _limited(criterion: Criterion, run: _Runs, requirement: Requirement) -> Answ
     amounts = {limit.cause: limit.reduced_to / limit.error for limit in found}
 
     def fraction_with_less(rank: int) -> float:
-        """Return the fraction of trials within the tolerance with less of each cause, in the worst test."""
+        """Return the smallest fraction of a test's trials within the tolerance with less of each cause."""
         fractions = []
         for trials in run.trials(rank).values():
             parts = trials.causes()
@@ -297,7 +296,7 @@ def _disagreement(run: _Runs, advice: Advice) -> str:
         candidate = run.candidates[rank]
         counts = run.trials(rank)[curve.test].counts(Criterion.ODOMETRY, advice.requirement)
         (errors,) = curve.draws.errors([candidate.params], DRAWS, ALL_CAUSES)
-        # A fraction of 1 of the samples does not make an exception impossible.
+        # Avoid a fraction of 1, which would exclude any failure.
         fraction = (int(advice.requirement.within(errors).sum()) + 0.5) / (DRAWS + 1.0)
         p_value = stats.binomtest(counts.within, counts.trials, fraction).pvalue if counts.trials else 1.0
         if p_value < FALSE_ALARM / len(cells):
@@ -309,10 +308,10 @@ def _disagreement(run: _Runs, advice: Advice) -> str:
 
 
 def _tried(run: _Runs, truth: Answer, requirement: Requirement) -> List[TriedEncoder]:
-    """Return the trials of each test with each encoder, with the budget of the true pose.
+    """Return the trials of each test with each encoder and the budget of the true pose.
 
-    The causes that the robot has are switched off one by one with the encoder of the answer, and all at once with the
-    finest one: stopping and localization are then those without them.
+    The robot's causes are switched off one by one with the encoder of the answer, and all together with the finest
+    encoder, which gives stopping and localization without them.
     """
     ranks = run.ranks
     finest, answered = ranks[-1], run.rank_of(truth.encoder) if truth.encoder else ranks[-1]
@@ -332,13 +331,13 @@ def _tried(run: _Runs, truth: Answer, requirement: Requirement) -> List[TriedEnc
 def truth_budget(
     trials: GoalTrials, finest: GoalTrials, sound: GoalTrials, without: Mapping[str, GoalTrials]
 ) -> Tuple[Optional[Budget], int]:
-    """Return the contributions to the true pose's error at the goal, and the number of trials that they are of.
+    """Return the budget of the true pose's error at the goal, and the number of trials it is based on.
 
     Args:
-        trials: with an encoder.
-        finest: with the finest encoder: the encoder's part is the difference to it.
-        sound: with the finest encoder and without the causes that are switched off.
-        without: with the encoder, without one cause each.
+        trials: trials with an encoder.
+        finest: trials with the finest encoder; the encoder's part is the difference to these.
+        sound: trials with the finest encoder, without all causes.
+        without: trials with the encoder, without one cause each.
     """
     every = [trials, finest, sound, *without.values()]
     numbers = functools.reduce(np.intersect1d, (each.known_numbers for each in every))

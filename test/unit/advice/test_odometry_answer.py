@@ -57,7 +57,7 @@ def test_at_the_edge_it_is_undecided():
     spread = REQUIRED.position_m * 2.0 * SEPARATION_M / (math.sqrt(2.0) * LENGTH_M**2 * reach)
     answer = answer_of(radius_spread=spread, required=REQUIRED._replace(yaw_rad=1.0))
     assert answer.kind is Kind.UNDECIDED
-    assert '0.8 of the draws' in answer.note
+    assert 'success rate near 0.8' in answer.note
 
 
 @pytest.mark.heavy
