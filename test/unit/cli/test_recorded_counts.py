@@ -1,12 +1,10 @@
 """Recorded counts of a trial: where they wrap and restart, and what the user is told of them."""
 
-import logging
 import struct
 
 import numpy as np
 import pytest
 
-from diff_encoder_sim.cli.reencode import OnceFilter
 from diff_encoder_sim.wheels.counter import wrap_count
 from reencoding_drives import ROS1, START_NS, angles_rad, write_ros1
 from reencoding_runs import contents, run, samples_of
@@ -91,24 +89,3 @@ def test_counts_have_the_errors_of_what_counted_them(tmp_path, capsys, changes, 
     run(counted(tmp_path / 'a.bag', about(**changes), wrapped(0)), '--ppr', '64')
     err = capsys.readouterr().err
     assert err.strip() == (note and f'reencode: {tmp_path / "a.bag"}: {note}')
-
-
-def test_a_counter_other_than_the_recorded_one_is_told(tmp_path, capsys):
-    bag = counted(tmp_path / 'a.bag', about(counter_modulus=512), wrapped(512))
-    config = tmp_path / 'config.yaml'
-    config.write_text('counter_modulus: 65536\n')
-    run(bag, '--ppr', '64', '--config', config)
-    assert f'counts wrap at 65536: {config}; they did at 512 in the recorded trial' in capsys.readouterr().err
-
-
-def test_repeated_warnings_are_counted():
-    """Both PPRs log a restart of the odometry; the first is shown, and the number of others."""
-    once = OnceFilter()
-    kinds = [('%d pulses: restart', 7), ('went back', None), ('%d pulses: restart', 8), ('%d pulses: restart', 9)]
-    records = [
-        logging.LogRecord('a', logging.WARNING, '', 0, kind, () if value is None else (value,), None)
-        for kind, value in kinds
-        for _ in range(2)
-    ]
-    assert [record.getMessage() for record in records if once.filter(record)] == ['7 pulses: restart', 'went back']
-    assert list(once.left_out()) == ['2 more such as "7 pulses: restart"']

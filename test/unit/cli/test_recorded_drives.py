@@ -10,8 +10,8 @@ from diff_encoder_sim.wheels.catalogue import ChosenEncoder, chosen, load_encode
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 from places import CONFIG
 from reencoding_drives import JOINTS, ROS1, START_NS, angles_rad, drive, write_ros1
-from reencoding_runs import complaint, contents, rows_of, run, samples_of
-from reencoding_sources import COUNT, instants, kobuki, odometry, ticks, two_topics
+from reencoding_runs import complaint, contents, run, samples_of
+from reencoding_sources import COUNT, instants, odometry, ticks, two_topics
 
 
 @pytest.fixture
@@ -192,22 +192,6 @@ def test_joints_that_are_no_wheels_are_told_what_else_could_serve(tmp_path, caps
     assert 'serve' not in complaint(capsys, path, '--ppr', '90', '--joint-states', '/joint_states')
 
 
-def test_speeds_of_joints_serve_where_they_have_no_angles(tmp_path, capsys):
-    rows = drive(reference=None)
-    for _, _, message in rows:
-        message.position, message.velocity = np.zeros(0), np.array([4.0, 4.4])
-    path = write_ros1(tmp_path / 'a.bag', rows)
-    assert 'has no position' in complaint(capsys, path, '--ppr', '90')
-    run(path, '--ticks', '/joint_states.velocity[0]', '/joint_states.velocity[1]', '--unit', 'rad/s', '--ppr', '90')
-    assert '501 messages of /joint_states.velocity[0]' in capsys.readouterr().out
-
-
-def test_a_table_has_no_poses(tmp_path, capsys):
-    (tmp_path / 'a.csv').write_text('1,2,3\n2,3,4\n')
-    text = complaint(capsys, '--csv', tmp_path / 'a.csv', *COLUMNS, '--unit', 'rad', '--reference', '/odom')
-    assert '--reference: given with --csv' in text
-
-
 def wheels_table(path, unit_ns, left_right, separator=',', header='time,left,right\n'):
     rows = (
         f'{stamp_ns / unit_ns:.9f}{separator}{left!r}{separator}{right!r}\n' for stamp_ns, left, right in left_right
@@ -254,13 +238,6 @@ def test_odometry_gives_the_wheels_that_made_it(tmp_path, capsys):
     assert 'wheel angles are computed from the poses of /odom' in capsys.readouterr().err
 
 
-def test_odometry_compared_with_itself_differs_by_the_new_rounding_alone(tmp_path):
-    path = odometry().write(tmp_path / 'a.bag')
-    run(path, '--odom', '/odom', '--reference', '/odom', '--ppr', '90', '100000', '--out', tmp_path / 'out')
-    coarse, fine = rows_of(tmp_path / 'out')
-    assert float(fine['ate_max_m']) < 1e-4 < float(coarse['ate_max_m']) < 0.05
-
-
 @pytest.mark.parametrize('source', [['--odom', '/odom'], [*LEFT_RIGHT, '--unit', 'm/s']])
 def test_another_seed_begins_with_other_angles(tmp_path, source):
     wheels_bag = odometry()
@@ -271,18 +248,3 @@ def test_another_seed_begins_with_other_angles(tmp_path, source):
         run(path, *source, *seed, '--ppr', '1000', '--out', tmp_path / name)
         first[name] = contents(tmp_path / name / 'a_1000ppr.bag')['/encoder_pulse'][0]
     assert first['default'] == first['1'] != first['2']
-
-
-def test_what_is_finer_than_the_recording_is_said_to_show_no_more(tmp_path, wheels_bag, capsys):
-    run(wheels_bag, *LEFT_RIGHT, '--ticks-per-revolution', '360', '--ppr', '90', '360', '1024', '4096')
-    assert 'recorded with 360 PPR: 1024, 4096 limited by the recorded resolution' in capsys.readouterr().out
-    run(wheels_bag, *LEFT_RIGHT, '--ticks-per-revolution', '360', '--ppr', '90', '360')
-    assert 'cannot show' not in capsys.readouterr().out
-
-
-def test_the_robot_says_how_many_ticks_a_revolution_has(tmp_path, capsys):
-    path = kobuki().write(tmp_path / 'a.bag')
-    sides = ['/mobile_base/sensors/core.left_encoder', '/mobile_base/sensors/core.right_encoder']
-    run(path, '--ticks', *sides, '--robot', 'kobuki', '--ppr', '90')
-    out = capsys.readouterr().out
-    assert '(ticks, 2578.33 a revolution, the counter wraps at 65536)' in out and 'separation 0.23 m' in out

@@ -42,18 +42,6 @@ def test_bags_of_ros_2(tmp_path, plugin):
         assert source.is_cdr and source.topics['/joint_states'] == 'sensor_msgs/msg/JointState'
 
 
-@pytest.mark.parametrize(('plugin', 'suffix'), [('sqlite3', 'db3'), ('mcap', 'mcap')])
-def test_wherever_a_bag_of_ros_2_is_torn_it_is_read_or_named(tmp_path, plugin, suffix):
-    whole = next(write_ros2(tmp_path / 'bag', drive(ROS2, count=101), plugin).glob(f'*.{suffix}')).read_bytes()
-    path = tmp_path / f'torn.{suffix}'
-    for size in range(0, len(whole), len(whole) // 40):
-        path.write_bytes(whole[:size])
-        try:
-            as_streamed(path)
-        except ConfigError as error:
-            assert str(error).startswith(f'{path}: ') and '\n' not in str(error)
-
-
 @pytest.mark.parametrize(
     ('name', 'content', 'text'),
     [
@@ -82,14 +70,6 @@ def test_bags_of_every_kind_are_found_in_a_folder_each_once(tmp_path):
         path.write_bytes(b'')
     assert bags_in(tmp_path) == sorted([*others, of_ros2])
     assert bags_in(of_ros2) == [of_ros2] and bags_in(tmp_path / 'none') == []
-
-
-def test_a_folder_without_metadata_is_no_bag(tmp_path):
-    with pytest.raises(ConfigError, match=r'metadata\.yaml: cannot be read'):
-        as_streamed(tmp_path)
-    (tmp_path / 'metadata.yaml').write_text('a: 1')
-    with pytest.raises(ConfigError, match=r'metadata\.yaml: not a readable bag: no relative_file_paths'):
-        as_streamed(tmp_path)
 
 
 @pytest.mark.parametrize('mode', ['FILE', 'MESSAGE'])

@@ -65,11 +65,6 @@ def test_a_bad_row_is_refused(row):
         find_format(['1,2,3'], '123', 's').numbers(row)
 
 
-@pytest.mark.parametrize(('text', 'value'), [('-0.5', -0.5), ('+.5', 0.5), ('5.', 5.0), ('1E-3', 0.001), ('007', 7.0)])
-def test_numbers_in_every_usual_form(text, value):
-    assert find_format(['1,2,3'], '123', 's').numbers(f'1,{text},{text}') == (10**9, value, value)
-
-
 @pytest.mark.parametrize(
     ('lines', 'columns', 'complaint'),
     [
@@ -120,8 +115,3 @@ def test_bad_rows_are_named_by_their_lines(tmp_path):
 def test_what_is_no_table_is_refused(tmp_path, content):
     with pytest.raises(ConfigError, match=r'^/.*a\.csv: no table'):
         stream_of(tmp_path, content)
-
-
-def test_what_cannot_be_read_is_named(tmp_path):
-    with pytest.raises(ConfigError, match=r'none\.csv: cannot be read: No such file'):
-        CsvStream(tmp_path / 'none.csv', ('1', '2', '3'), 's')

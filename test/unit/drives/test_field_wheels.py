@@ -103,12 +103,6 @@ def test_wheels_of_two_topics_are_those_of_the_same_instant(tmp_path, late_ns):
     assert np.abs(differences).max() <= 1
 
 
-def test_a_reversed_wheel_counts_as_it_drives(tmp_path):
-    bag = two_topics(1024, speeds_radps=(4.0, -4.4), phases_rad=(0.3, -1.1))
-    found = reencoded(tmp_path, bag, ['--ticks', '/lwheel', '/rwheel', *TICKS, 1024, '--reversed', 'right'])
-    assert found == [list(sample[1:3]) for sample in samples_of(angles_rad(COUNT), 64)]
-
-
 def test_stamps_are_those_of_the_headers_or_of_receipt(tmp_path, capsys):
     """Topics without a header, and one whose header is never set, are stamped by the recorder; it is said once."""
     late = turtlebot3()

@@ -7,7 +7,7 @@ from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.se2 import IDENTITY
 from diff_encoder_sim.drives.bag_source import open_source
 from diff_encoder_sim.drives.message_fields import find_field, message_type, serving_options
-from reencoding_drives import ROS1, drive, write_ros1
+from reencoding_drives import ROS1, write_ros1
 from reencoding_sources import Bag, arrays, create3, duckietown, jackal, kobuki, odometry, turtlebot3, two_topics
 
 
@@ -88,27 +88,6 @@ def test_a_type_that_nobody_defines_is_named(tmp_path):
     assert 'kobuki_msgs/msg/SensorState' in str(caught.value)
 
 
-def test_a_type_of_ros_needs_no_definition(tmp_path):
-    bag = Bag()
-    bag.add('/lwheel', 10**9, 'std_msgs/msg/Int16', data=-3)
-    path = without_definitions(bag.write(tmp_path / 'a.bag'))
-    with open_source(path) as source:
-        found = message_type(path, source, '/lwheel')
-        assert found.decode(next(iter(source.messages(('/lwheel',)))).raw).data == -3
-
-
-@pytest.mark.parametrize('is_ros2', [False, True])
-def test_a_torn_message_is_dropped(tmp_path, is_ros2):
-    path = kobuki(is_ros2).write(tmp_path / ('a' if is_ros2 else 'a.bag'))
-    with open_source(path) as source:
-        found = message_type(path, source, '/mobile_base/sensors/core')
-        raw = next(iter(source.messages(tuple(source.topics)))).raw
-    assert found.decode(raw).left_encoder > 0
-    for size in range(len(raw)):
-        with pytest.raises(InputFault, match='torn'):
-            found.decode(raw[:size])
-
-
 VELOCITY = "'/feedback.drivers[{}].measured_velocity'"
 N = '--ticks-per-revolution N'
 
@@ -163,10 +142,3 @@ def test_transforms_serve_where_there_is_no_odometry(tmp_path):
     transform = ROS1.tf(ROS1.transform(5, IDENTITY, 'odom', 'base_link'))
     path = write_ros1(tmp_path / 'a.bag', [('/tf', 5, transform)])
     assert options_of(path) == ["--odom 'odom->base_link'"]
-
-
-def test_poses_and_lasers_do_not_serve(tmp_path):
-    assert options_of(write_ros1(tmp_path / 'a.bag', drive()[1:2])) == []
-    bag = Bag()
-    bag.add('/text', 1, 'std_msgs/msg/String', data='left_encoder')
-    assert options_of(bag.write(tmp_path / 'b.bag')) == []

@@ -139,20 +139,6 @@ def test_transforms_that_rosbags_encodes(maker):
     assert found[1].pose == pytest.approx((-1.0, 0.0, -3.0))
 
 
-@MAKERS
-def test_a_torn_message_is_a_fault_wherever_it_is_torn(maker):
-    transforms = maker.raw(maker.tf(maker.transform(5, Pose2D(1.0, 2.0, 0.5), 'map', 'odom')))
-    for size in range(4 if maker.is_ros2 else 0, len(transforms)):
-        with pytest.raises(InputFault):
-            list(decode_tf(transforms[:size], maker.is_ros2))
-
-
-def test_a_transform_that_is_not_finite_is_a_fault():
-    raw = encode_tf(encode_transform(Pose2D(np.nan, 0.0, 0.0), 5, 'map', 'odom'))
-    with pytest.raises(InputFault, match='position .* expected finite numbers'):
-        list(decode_tf(raw))
-
-
 def test_model_states(rng):
     world, body = values.world(rng), values.body(rng)
     models = ModelStatesEncoder(world, 'alto')

@@ -64,20 +64,9 @@ def test_frames_without_a_pose_are_refused_with_those_that_there_are(tmp_path, c
     assert not list((tmp_path / 'out').glob('*'))
 
 
-def test_frames_with_a_pose_are_taken(tmp_path, capsys):
-    run(with_frames(tmp_path / 'a.bag'), '--ppr', '90', '--reference', 'map->odom')
-    assert 'compared with map->odom' in capsys.readouterr().out
-
-
 def without_pose(path, topic):
     pose = ROS1.pose('geometry_msgs/msg/PoseStamped', START_NS, Pose2D(math.nan, 0.0, 0.0))
     return write_ros1(path, [*drive(reference=None), (topic, START_NS, pose)])
-
-
-@pytest.mark.parametrize('option', ['--reference', '--odom'])
-def test_a_topic_without_a_pose_is_refused(tmp_path, capsys, option):
-    text = complaint(capsys, without_pose(tmp_path / 'a.bag', '/truth'), '--ppr', '90', option, '/truth')
-    assert option in text and '/truth' in text
 
 
 def test_a_truth_without_a_pose_that_no_option_names_is_not_compared_with(tmp_path, capsys):

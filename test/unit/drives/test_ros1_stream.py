@@ -2,7 +2,6 @@
 
 import random
 import re
-import sqlite3
 
 import pytest
 from rosbags.highlevel import AnyReader
@@ -49,27 +48,6 @@ def test_a_whole_bag(tmp_path, compression):
     assert sorted(messages) == sorted(as_rosbags_reads(path)) and len(messages) == 602
     assert fault == ''
     assert [time_ns for _, time_ns, _ in messages] == sorted(time_ns for _, time_ns, _ in messages)
-
-
-def test_one_topic_of_a_bag_again_and_again(plain):
-    source = Ros1Stream(plain)
-    assert source.topics == {
-        '/joint_states': 'sensor_msgs/msg/JointState',
-        '/world_pose': 'geometry_msgs/msg/PoseStamped',
-    }
-    for _ in range(2):
-        assert {message.topic for message in source.messages(['/world_pose'])} == {'/world_pose'}
-
-
-@pytest.mark.parametrize('compression', COMPRESSIONS)
-def test_a_bag_without_index(tmp_path, compression):
-    path = write_ros1(tmp_path / 'a.bag', drive(), compression)
-    whole, _ = as_streamed(path)
-    active = tmp_path / 'a.bag.active'
-    active.write_bytes(without_index(path.read_bytes()))
-    messages, fault = as_streamed(active)
-    assert messages == whole
-    assert fault == 'no index, as after a crash (rosbag reindex mends what can be mended)'
 
 
 def test_a_chunk_that_was_still_being_written(tmp_path, plain):
@@ -129,20 +107,6 @@ def test_the_last_message_of_the_wheels_can_be_there_again_after_all_others(tmp_
     assert sorted(others) == sorted(original())
     last = [(time_ns, content) for topic, time_ns, content in others if topic == '/joint_states'][-1]
     assert (topic, content) == ('/joint_states', last[1]) and time_ns == max(time_ns for _, time_ns, _ in others) + 5
-
-
-def test_other_topics_are_left_out(tmp_path):
-    found = copied(write_ros1(tmp_path / 'a.bag', drive()), TOPICS[:1])
-    assert {topic for topic, _, _ in found} == {'/joint_states'} and len(found) == 501
-
-
-def test_a_torn_message_is_left_out(tmp_path):
-    path = write_ros2(tmp_path / 'a', drive(ROS2))
-    with sqlite3.connect(str(next(path.glob('*.db3')))) as database:
-        database.execute('UPDATE messages SET data = substr(data, 1, 20) WHERE id IN (3, 5)')
-    database.close()
-    found = copied(path)
-    assert len(found) == len(original()) - 2 and set(found) < set(original())
 
 
 TYPES = ['std_msgs/msg/String', 'nav_msgs/msg/Odometry', 'rosgraph_msgs/msg/Clock']

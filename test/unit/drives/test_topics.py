@@ -3,7 +3,7 @@
 import re
 
 from diff_encoder_sim.drives.topics import ENCODER_PULSE_TYPE, RECORDED, TOPIC_OF_SOURCE, TOPICS, PoseSource
-from diff_encoder_sim.drives.typestore import definition, fields_text, full_text
+from diff_encoder_sim.drives.typestore import definition, fields_text
 from places import ROOT
 
 
@@ -17,10 +17,6 @@ def test_the_topics_nodes_are_those_of_the_launch_files():
     for path in (ROOT / 'launch').glob('*.launch'):
         launched.update(re.findall(r'<node name="(\w+)"', path.read_text()))
     assert {node.lstrip('/') for topic in TOPICS for node in topic.nodes} <= launched
-
-
-def test_names_and_order_are_those_of_trials_csv():
-    assert [source.value for source in PoseSource] == ['odom', 'amcl', 'global', 'world']
 
 
 # Of upstream's packages and of msg/EncoderPulse.msg, as `rosmsg md5` gives them.
@@ -49,19 +45,3 @@ def test_every_recorded_type_is_upstreams():
 
 def test_the_encoders_definition_is_that_of_its_msg_file():
     assert fields_text(ENCODER_PULSE_TYPE) == (ROOT / 'msg' / 'EncoderPulse.msg').read_text()
-
-
-def test_a_type_is_followed_by_its_parts_each_once_in_the_order_of_the_fields():
-    parts = [
-        line[len('MSG: ') :] for line in full_text('nav_msgs/msg/Odometry').splitlines() if line.startswith('MSG: ')
-    ]
-    assert parts == [
-        'std_msgs/Header',
-        'geometry_msgs/PoseWithCovariance',
-        'geometry_msgs/Pose',
-        'geometry_msgs/Point',
-        'geometry_msgs/Quaternion',
-        'geometry_msgs/TwistWithCovariance',
-        'geometry_msgs/Twist',
-        'geometry_msgs/Vector3',
-    ]

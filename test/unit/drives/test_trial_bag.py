@@ -93,16 +93,6 @@ def test_each_publisher_counts_its_headers_from_one(tmp_path):
     assert raw[topics.TF] == [ODOM_POSE] * 3
 
 
-def test_times_are_kept_and_nothing_is_at_zero(tmp_path):
-    path = tmp_path / 'a.bag'
-    with TrialBag(path, 'full') as bag:
-        for time_ns in (0, 1, 10_000_000, 3_000_000_001):
-            bag.write(topics.CLOCK, topics.SIMULATOR_NODE, encode_clock(time_ns), time_ns)
-    found, _ = written(path)
-    assert [time_ns for _, time_ns, _ in found] == [1, 1, 10_000_000, 3_000_000_001]
-    assert [message.clock.nanosec for _, _, message in found] == [0, 1, 10_000_000, 1]
-
-
 def test_a_minimal_recording_is_what_analysis_reads(tmp_path):
     path = tmp_path / 'a.bag'
     trial = Trial(test=load_test('SL', ROOT / 'config'), ppr=90, number=1)
@@ -119,27 +109,6 @@ def test_a_minimal_recording_is_what_analysis_reads(tmp_path):
     assert (recording.trial, recording.outcome) == (trial, Outcome.SUCCEEDED)
     assert recording.poses[topics.WORLD_POSE].stamps_ns.tolist() == [10_000_000 * index for index in range(20)]
     assert {connection.topic for connection in written(path)[1]} == {'/trial', '/world_pose', '/trial_result'}
-
-
-def test_what_each_mode_records():
-    everything = set(topics.RECORDED)
-    bulk = {'/clock', '/joint_states', '/gazebo/model_states', '/tf', '/tf_static', '/scan', '/map', '/map_metadata'}
-    for mode, recorded in (('full', everything), ('minimal', everything - bulk), ('none', set())):
-        bag = TrialBag('a.bag', mode)
-        assert {topic for topic in topics.RECORDED if bag.wants(topic)} == recorded
-    assert len(everything) == 20
-
-
-def test_the_mode_none_writes_no_file(tmp_path):
-    with TrialBag(tmp_path / 'bags' / 'a.bag', 'none') as bag:
-        write_some(bag)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_node_that_does_not_publish_a_topic_is_refused(tmp_path):
-    with pytest.raises(ValueError, match='/amcl does not publish /odom; expected one of .*/gz_diff_odom_node'):
-        with TrialBag(tmp_path / 'a.bag', 'full') as bag:
-            bag.write(topics.ODOM, topics.AMCL_NODE, pose(), 5)
 
 
 @pytest.mark.parametrize('error', [RuntimeError, KeyboardInterrupt])
@@ -177,18 +146,6 @@ def test_a_file_that_cannot_grow_is_named_and_removed(tmp_path, size, bag_format
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize('count', [1, 1000, 2500])
-def test_messages_that_wait_are_written_in_their_order_and_before_the_bag_is_closed(tmp_path, count):
-    with TrialBag(tmp_path / 'a.bag', 'full') as bag:
-        for time_ns in range(1, count):
-            bag.publish(topics.CLOCK, topics.SIMULATOR_NODE, time_ns, encode_clock, time_ns)
-        bag.write(topics.CLOCK, topics.SIMULATOR_NODE, encode_clock(count), count)
-        bag.publish(topics.CLOCK, topics.SIMULATOR_NODE, count + 1, encode_clock, count + 1)
-    with AnyReader([tmp_path / 'a.bag']) as reader:
-        messages = [(time_ns, bytes(raw)) for _, time_ns, raw in reader.messages()]
-    assert messages == [(time_ns, encode_clock(time_ns)) for time_ns in range(1, count + 2)]
-
-
 def test_ros_reads_it(tmp_path):
     rosbag = pytest.importorskip('rosbag')
     path = tmp_path / 'a.bag'
@@ -213,26 +170,6 @@ def test_ros_reads_it(tmp_path):
         assert times_ns == sorted(times_ns)
         assert len(times_ns) == 1000 * len(expected) == read.get_message_count()
         assert f'messages:    {len(times_ns)}' in str(read)  # what rosbag info prints
-
-
-def test_each_bag_is_as_if_it_were_written_alone(tmp_path):
-    encoded = []
-
-    def encode(stamp_ns):
-        encoded.append(stamp_ns)
-        return encode_clock(stamp_ns)
-
-    with TrialBag(tmp_path / 'a.bag', 'full') as first, TrialBag(tmp_path / 'b.bag', 'full') as second:
-        both = TrialBags([first, second])
-        for time_ns in (10, 20):
-            both.publish(topics.CLOCK, topics.SIMULATOR_NODE, time_ns, encode, time_ns)
-        assert both.wants(topics.CLOCK) and not both.wants('/clocks')
-    assert encoded == [10, 20]
-    with TrialBag(tmp_path / 'alone.bag', 'full') as alone:
-        for time_ns in (10, 20):
-            alone.write(topics.CLOCK, topics.SIMULATOR_NODE, encode_clock(time_ns), time_ns)
-    contents = {(tmp_path / name).read_bytes() for name in ('a.bag', 'b.bag', 'alone.bag')}
-    assert len(contents) == 1
 
 
 @pytest.mark.parametrize('own_each', [7])

@@ -2,7 +2,6 @@
 
 import pytest
 
-from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.bag_source import open_source
 from diff_encoder_sim.drives.test_definition import TestDefinition
@@ -10,9 +9,7 @@ from diff_encoder_sim.drives.trial_definition import (
     GOAL_DISTANCE_M,
     OF_ENCODER,
     OF_ODOMETRY,
-    LivePlan,
     Trial,
-    TrialPlan,
     goal_error,
     wheels_of,
 )
@@ -21,14 +18,11 @@ from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 from reencoding_drives import ROS2, drive, write_ros2
-from trial_bags import STAMPED, TRUTH, trial, write_bag
+from trial_bags import trial, write_bag
 
 TEST = TestDefinition.from_mapping(
     {'name': 'T', 'world': 'w', 'drive': [{'straight': 2.0}], 'route': [{'goal': {'x': 1.0, 'yaw': 0.5}}]}, ''
 )
-
-
-FILES = {'trial': Trial(test=TEST), 'world': 'w.world', 'map': 'w.yaml', 'bag': ''}
 
 
 def test_a_scripted_trial_ends_with_its_drive_and_any_other_at_the_goal_of_its_route():
@@ -44,25 +38,12 @@ def test_what_is_usual_is_left_out_of_a_bag():
     assert Trial.from_mapping(real.model_dump(), '') == real
 
 
-def test_a_plan_for_the_live_graph_names_its_rates():
-    assert TrialPlan.from_mapping(FILES, '').slam == 'none'
-    with pytest.raises(ConfigError, match='/trial: report_rate: missing'):
-        LivePlan.from_mapping({**FILES, 'command_period': 0.05}, '/trial')
-    with pytest.raises(ConfigError, match='report_rate: given 0'):
-        LivePlan.from_mapping({**FILES, 'report_rate': 0.0, 'command_period': 0.05}, '')
-
-
 GOAL = Pose2D(1.0, 2.0, 0.0)
 
 
 @pytest.mark.parametrize('yaw_rad', [0.0, 3.0])
 def test_a_robot_within_the_distance_is_at_its_goal_whatever_its_heading(yaw_rad):
     assert goal_error(Pose2D(1.0 + GOAL_DISTANCE_M, 2.0, yaw_rad), GOAL) is None
-
-
-def test_a_robot_farther_off_is_not_and_the_reason_has_both_distances():
-    reason = goal_error(Pose2D(1.3, 2.4, 0.0), GOAL, limit_m=0.49)
-    assert '0.50 m from the goal' in reason and '0.49 m' in reason
 
 
 WHEELED = TestDefinition.from_mapping({'name': 'T', 'world': 'w', 'drive': [{'straight': 1.0}]}, '')
@@ -97,10 +78,6 @@ def trial_of(path):
 def test_a_bag_of_no_trial_says_nothing_of_one(tmp_path):
     assert trial_of(write_bag(tmp_path / 'a.bag', None)) is None
     assert trial_of(write_bag(tmp_path / 'b.bag', trial())) == trial()
-
-
-def test_a_topic_of_another_type_is_no_trial(tmp_path):
-    assert trial_of(write_bag(tmp_path / 'a.bag', None, more=[('/trial', STAMPED, None, TRUTH)])) is None
 
 
 def test_a_bag_of_ros_2_has_a_trial(tmp_path):

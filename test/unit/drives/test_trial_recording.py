@@ -4,14 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from rosbags.rosbag1 import Writer
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.drives.sensor_messages import encode_string
 from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.drives.trial_recording import read_trial
-from diff_encoder_sim.drives.typestore import noetic_store
-from trial_bags import ODOM, ODOMETRY, STAMPED, TEXT, TRUTH, message, trial, write_bag
+from trial_bags import ODOM, ODOMETRY, STAMPED, TRUTH, trial, write_bag
 
 
 def refusal(path):
@@ -61,18 +58,6 @@ def test_what_is_asked_of_the_trial_must_be_there(tmp_path, about, complaint):
 def test_poses_are_finite(tmp_path, row):
     said = refusal(write_bag(tmp_path / 'a.bag', trial(), odom=[ODOM[0], row]))
     assert '/odom: message 2: ' in said and said.endswith('expected a finite pose')
-
-
-def test_a_message_that_is_too_short_is_named(tmp_path):
-    path = tmp_path / 'a.bag'
-    with Writer(path) as bag:
-        bag.write(
-            bag.add_connection('/trial', TEXT, typestore=noetic_store()), 1, encode_string(trial().model_dump_json())
-        )
-        odom = bag.add_connection('/odom', ODOMETRY, typestore=noetic_store())
-        bag.write(odom, 2, message(ODOMETRY, ODOM[0], 0))
-        bag.write(odom, 3, message(ODOMETRY, ODOM[1], 1)[:80])
-    assert refusal(path).endswith('/odom: message 2: a message is torn; expected a finite pose')
 
 
 def test_two_robots_are_not_taken_for_one(tmp_path):

@@ -6,14 +6,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.drives.number_units import UNITS
-from diff_encoder_sim.drives.wheel_source import (
-    WheelSeries,
-    WheelUnit,
-    ascending_runs,
-    paired_drives,
-    receive_times_note,
-    wheel_angles,
-)
+from diff_encoder_sim.drives.wheel_source import WheelSeries, WheelUnit, paired_drives, wheel_angles
 from reencoding_drives import TICK_NS
 from reencoding_sources import ticks
 
@@ -108,15 +101,3 @@ def test_time_that_is_set_back_begins_another_drive():
         drives, _ = paired_drives(series(range(4), stamps_ns), series(range(4), right_ns))
         assert [drive.stamps_ns[-1] for drive, _ in drives] == [10**8 * 105, 10**8 * 25] or right_ns is not stamps_ns
         assert len(drives) == 2
-
-
-def test_runs_are_split_where_time_goes_back_by_more_than_the_tolerance():
-    assert [rows.tolist() for rows in ascending_runs(np.array([5, 7, 7, 6, 9, 1, 2]), 3)] == [[0, 1, 4], [5, 6]]
-    assert [rows.tolist() for rows in ascending_runs(np.array([], np.int64))] == [[]]
-
-
-def test_mean_and_deviation_of_receive_times_are_those_of_the_intervals():
-    intervals_ns = np.random.default_rng(3).normal(50e6, 4e6, 20_000).astype(np.int64)
-    text = receive_times_note({'/lwheel': 10**18 + np.cumsum(intervals_ns), '/once': [5]})
-    mean_ms, std_ms = 1e-6 * intervals_ns[1:].mean(), 1e-6 * intervals_ns[1:].std()
-    assert f'/lwheel every {mean_ms:.1f} ms +- {std_ms:.1f} ms and /once every 0.0 ms +- 0.0 ms (mean' in text
