@@ -147,9 +147,7 @@ def _odd_words(rng, text):
     try:
         words[index] = str(odd_number(rng, float(words[index])))
     except ValueError:
-        words[index] = pick(
-            rng, ('', 'text', 'nan', '1e400', '-1', 'x' * 5000, 'ä€', 'package://nobody/a.stl', '/dev/zero')
-        )
+        words[index] = pick(rng, ODD_WORDS)
     if rng.random() < 0.1:
         words.append(words[index])
     return ' '.join(words)
