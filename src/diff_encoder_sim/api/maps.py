@@ -12,7 +12,7 @@ from diff_encoder_sim.base.params import load_params
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.bag_source import open_source
-from diff_encoder_sim.drives.scan_bag import ScanBag
+from diff_encoder_sim.drives.scan_bag import read_scan_drive, read_scans
 from diff_encoder_sim.drives.topics import ODOM, SCAN
 from diff_encoder_sim.drives.trial_recording import trial_of_source
 from diff_encoder_sim.localization.grid_slam import GridSlam, OdometryTrack, map_recording, warm_up
@@ -49,13 +49,13 @@ def map_of_bag(
     params = load_params(GridSlamParams, config or package_folder() / 'config' / 'slam.yaml')
     with open_source(bag) as source:
         trial = trial_of_source(bag, source)
-        drive = ScanBag(bag, source, scan, odom)
+        drive = read_scan_drive(bag, source, scan, odom)
         track = OdometryTrack(drive.odometry_ns, drive.base_poses_in_odom)
         start = trial.test.start.pose() if trial else None
         slam = GridSlam(params, generator(trial.number if trial else seed, 'slam'), start)
         warm_up(params)
         begin_s = time.perf_counter()
-        entered = map_recording(slam, track, drive.scans(), drive.laser_pose_in_base)
+        entered = map_recording(slam, track, read_scans(bag, source, scan), drive.laser_pose_in_base)
         fault = source.fault
     took_s = time.perf_counter() - begin_s
     path = save_map(slam.map().cropped(SAVED_MARGIN_M), stem or bag.with_suffix(''))

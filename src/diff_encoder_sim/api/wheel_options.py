@@ -12,12 +12,17 @@ from diff_encoder_sim.base.params import merged, nested, shared_params, with_cha
 from diff_encoder_sim.base.yaml_files import load_yaml, yaml_value
 from diff_encoder_sim.drives.bag_source import BagSource
 from diff_encoder_sim.drives.csv_wheels import CsvStream, CsvWheels
-from diff_encoder_sim.drives.field_wheels import FieldWheels, Wheel
-from diff_encoder_sim.drives.joint_wheels import JOINT_TYPES, JointWheels, WheelOptions, find_wheels, joint_topics
-from diff_encoder_sim.drives.message_fields import find_field, serving_options
+from diff_encoder_sim.drives.field_wheels import FieldWheels, Wheel, find_field, serving_options
+from diff_encoder_sim.drives.joint_wheels import (
+    JOINT_TYPES,
+    JointWheels,
+    PulseWheels,
+    WheelOptions,
+    find_wheels,
+    joint_topics,
+)
 from diff_encoder_sim.drives.number_units import COUNTED, SPEEDS, TICKS, TIME_UNITS, UNITS
 from diff_encoder_sim.drives.odometry_wheels import OdometryWheels
-from diff_encoder_sim.drives.pulse_wheels import PulseWheels
 from diff_encoder_sim.drives.reference import find_poses
 from diff_encoder_sim.drives.topics import TRIAL
 from diff_encoder_sim.drives.trial_definition import OF_ENCODER, OF_ODOMETRY, Trial

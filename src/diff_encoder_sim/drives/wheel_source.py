@@ -1,8 +1,7 @@
 """Interface of the sources of wheel angles, and what they share: units of recorded numbers, and pairs of both wheels.
 
 A source takes the messages of its topics one after the other, keeps two numbers and two times of each, and converts
-them to a `Drive` at the end. There is one file for each: joint_wheels, pulse_wheels, field_wheels, odometry_wheels,
-csv_wheels.
+them to a `Drive` at the end. They are in joint_wheels, field_wheels, odometry_wheels and csv_wheels.
 """
 
 from __future__ import annotations

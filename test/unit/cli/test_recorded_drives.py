@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from rosbags.rosbag1 import Writer
 
 from diff_encoder_sim.api.recorded_drives import output_files
 from diff_encoder_sim.cli.reencode import parse
@@ -98,39 +97,12 @@ def table(path, times):
     return ['--csv', path, *CSV]
 
 
-def test_a_table_with_decreasing_times_is_refused(tmp_path, capsys):
-    text = complaint(capsys, *table(tmp_path / 'a.csv', [10.0 - 0.01 * index for index in range(990)]))
-    assert 'a.csv' in text and '989 bad rows' in text and 'decrease' in text
-
-
 def test_rows_with_an_earlier_time_are_left_out_and_named(tmp_path, capsys):
     """Of a table that has two drives, the first is read."""
     run(*table(tmp_path / 'a.csv', [0.01 * (index % 500) for index in range(999)]))
     printed = capsys.readouterr()
     assert '500 rows' in printed.out and 'in 5.0 s' in printed.out
     assert '499 bad rows, in lines 501' in printed.err
-
-
-LINE = '\n' + 80 * '=' + '\n'
-
-TICKS = ['--ticks', '/core.left', '/core.right', '--ticks-per-revolution', '100', '--ppr', '90']
-
-
-def write_bag(path, definition, raw=bytes(1000)):
-    with Writer(path) as writer:
-        core = writer.add_connection('/core', 'p/msg/Core', msgdef=definition, md5sum='0' * 32)
-        for number in range(1, 4):
-            writer.write(core, number * 10**9, raw)
-    return path
-
-
-def test_large_arrays_of_numbers_are_read(tmp_path, capsys):
-    """An image, and 64 tracks of ten numbers."""
-    track = '\n'.join(f'float64 x{number}' for number in range(10))
-    text = LINE.join(['uint8[921600] image\np/Track[64] tracks\nuint8 left\nuint8 right', f'MSG: p/Track\n{track}'])
-    path = write_bag(tmp_path / 'a.bag', text, bytes(921600 + 64 * 80 + 2))
-    run(path, *TICKS)
-    assert '3 messages of /core.left, /core.right' in capsys.readouterr().out
 
 
 NINETY = ChosenEncoder(PerWheel(left=90, right=90))
@@ -152,8 +124,6 @@ def test_the_working_folder_as_a_bag_of_ros_2_gives_files_its_name(tmp_path, mon
 
 
 LEFT_RIGHT = ['--ticks', '/lwheel', '/rwheel']
-
-COLUMNS = ['--columns', '1', '2', '3']
 
 
 @pytest.fixture
@@ -217,17 +187,6 @@ def test_a_table_gives_the_same_as_a_bag(tmp_path, arguments, unit_ns, convert):
     expected = write_ros1(tmp_path / 'a.bag', drive(reference=None))
     run(expected, '--ppr', '64', '--out', tmp_path / 'of_bag')
     assert contents(tmp_path / 'of_table' / 'a_64ppr.bag') == contents(tmp_path / 'of_bag' / 'a_64ppr.bag')
-
-
-def test_bad_rows_of_a_table_are_named(tmp_path, capsys):
-    path = wheels_table(tmp_path / 'a.csv', 10**9, instants())
-    lines = path.read_text().splitlines()
-    lines[16] = 'oops'
-    path.write_text('\n'.join(lines))
-    run('--csv', path, *COLUMNS, '--unit', 'rad', '--ppr', '90')
-    captured = capsys.readouterr()
-    assert '1 bad rows, in lines 17; the first' in captured.err
-    assert 'a.csv: 500 rows (rad) in 5.0 s' in captured.out
 
 
 def test_odometry_gives_the_wheels_that_made_it(tmp_path, capsys):

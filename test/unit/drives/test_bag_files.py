@@ -102,14 +102,6 @@ def is_durable(connection: Connection):
     return profile.durability.name == 'TRANSIENT_LOCAL'
 
 
-def test_equal_calls_write_equal_bytes(paths, tmp_path):
-    with TrialBag(tmp_path / 'b.mcap', 'full', 'mcap') as bag:
-        for time_ns in TIMES_NS:
-            for topic, node, message in one_of_each():
-                bag.write(topic.name, node, message, time_ns)
-    assert (tmp_path / 'b.mcap').read_bytes() == paths[1].read_bytes()
-
-
 @pytest.fixture(scope='module')
 def whole(tmp_path_factory):
     """A file of two chunks and more."""

@@ -1,10 +1,14 @@
 """Bags of any kind as streams: read as far as they go, or named in one line."""
 
+import bz2
+
+import lz4.frame
 import pytest
 
-from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.drives import bounded_decompression
 from diff_encoder_sim.drives.bag_source import bags_in, open_source
+from diff_encoder_sim.drives.bounded_decompression import LARGEST_CHUNK, decompressed
 from reencoding_drives import COMPRESSIONS, ROS2, drive, without_index, write_ros1, write_ros2
 
 TOPICS = ('/joint_states', '/world_pose')
@@ -96,3 +100,28 @@ def test_the_sum_of_all_chunks_has_a_bound(tmp_path, monkeypatch, compression):
     monkeypatch.setattr(bounded_decompression, 'LARGEST_RATIO', 0)
     some, fault = as_streamed(path)
     assert some == messages[: len(some)] and 0 < len(some) < len(messages) and 'allowed: at most 50000' in fault
+
+
+CONTENT = bytes(range(256)) * 4000
+SOUND = {'bz2': bz2.compress(CONTENT), 'lz4': lz4.frame.compress(CONTENT), 'none': CONTENT, '': CONTENT}
+
+
+@pytest.mark.parametrize('compression', SOUND)
+def test_what_is_as_large_as_it_says_is_decompressed(compression):
+    for said in (len(CONTENT), LARGEST_CHUNK):
+        assert decompressed(compression, SOUND[compression], said) == CONTENT
+
+
+@pytest.mark.parametrize(
+    ('compression', 'content', 'said', 'complaint'),
+    [
+        ('bz2', SOUND['bz2'], 1000, 'larger than the 1000 bytes'),
+        ('lz4', SOUND['lz4'], 1000, 'larger than the 1000 bytes'),
+        ('bz2', b'', LARGEST_CHUNK + 1, f'allowed: at most {LARGEST_CHUNK}'),
+        ('zstd', b'no such thing', LARGEST_CHUNK, 'cannot be decompressed: .'),
+        ('xz', b'x', LARGEST_CHUNK, "compressed by 'xz'; expected bz2, lz4, zstd or none"),
+    ],
+)
+def test_what_cannot_be_decompressed_is_refused(compression, content, said, complaint):
+    with pytest.raises(InputFault, match=complaint):
+        decompressed(compression, content, said)

@@ -64,14 +64,6 @@ def test_travel_gives_the_counts_of_any_encoder(tmp_path, make):
     assert np.array_equal(found, [sample[1:3] for sample in samples_of(angles_rad(COUNT), 1000)])
 
 
-def test_speeds_give_the_travel(tmp_path, capsys):
-    sides = ['/feedback.drivers[0].measured_velocity', '/feedback.drivers[1].measured_velocity']
-    found = reencoded(tmp_path, jackal(), ['--ticks', *sides, '--unit', 'rad/s'], ppr=1000)
-    expected = np.floor(np.outer(np.arange(101) * 0.05, (4.0, 4.4)) * 1000 / (2.0 * np.pi))
-    assert np.abs(np.subtract(found, found[0]) - expected).max() <= 1
-    assert 'integrated speeds' in capsys.readouterr().err
-
-
 @pytest.mark.parametrize('is_ros2', [False, True])
 def test_a_counter_of_16_bits_is_unwrapped(tmp_path, is_ros2):
     sides = ['/mobile_base/sensors/core.left_encoder', '/mobile_base/sensors/core.right_encoder']

@@ -7,7 +7,7 @@ import pytest
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.bag_source import open_source
-from diff_encoder_sim.drives.scan_bag import ScanBag
+from diff_encoder_sim.drives.scan_bag import read_scan_drive, read_scans
 from diff_encoder_sim.drives.topics import ODOMETRY_TYPE as ODOMETRY
 from reencoding_drives import MAKERS, ROS1, write_ros1, write_ros2
 
@@ -25,8 +25,7 @@ def parts(maker):
 
 def read(path):
     with open_source(path) as source:
-        drive = ScanBag(path, source)
-        return drive, list(drive.scans())
+        return read_scan_drive(path, source), list(read_scans(path, source))
 
 
 @MAKERS

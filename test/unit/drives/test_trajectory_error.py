@@ -115,12 +115,6 @@ def test_the_stamps_of_the_sparser_path_count(estimate, reference, expected):
     assert stamps_ms(common_poses(estimate, reference)) == expected
 
 
-def test_yaw_is_interpolated_by_the_shorter_turn():
-    dense = PoseSeries(np.array([0, 50]) * MS, np.array([(0.0, 0.0, 3.1), (1.0, 2.0, -3.1)]))
-    [pair] = common_poses(PoseSeries(np.array([25]) * MS, np.zeros((1, 3))), dense)
-    assert (*pair[3:5], abs(pair[5])) == pytest.approx((0.5, 1.0, math.pi))
-
-
 def test_pairs_are_those_that_evo_interpolates():
     sync = pytest.importorskip('evo.core.sync', reason='evo is not installed: requirements-test.txt')
     if not hasattr(sync, 'SyncMethod'):
@@ -210,13 +204,3 @@ def test_the_last_segments_may_be_short_by_the_tolerance():
     found = relative_errors([straight_pairs(200, 0.05)])[RpePairs.ALL]  # 9.95 m
     assert (found[10.0].segments, found[5.0].segments) == (20, 110)  # those from 0 to 0.95 m
     assert relative_errors([straight_pairs(180, 0.05)])[RpePairs.ALL][10.0].segments == 0
-
-
-def test_a_jump_is_in_one_of_the_consecutive_segments_and_in_each_of_all_pairs_that_hold_it():
-    pairs = straight_pairs(81, 0.25)
-    pairs[41:, 1] = 0.4  # of the estimate, within the third of the segments of 5 m
-    found = relative_errors([pairs])
-    for convention, jumps in ((RpePairs.CONSECUTIVE, 1), (RpePairs.ALL, 20)):
-        error = found[convention][5.0]
-        assert error.translation_rmse_m == pytest.approx(0.4 * np.sqrt(jumps / error.segments))
-        assert error.rotation_rmse_rad == 0.0

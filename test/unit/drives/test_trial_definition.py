@@ -66,10 +66,6 @@ def test_all_that_odometry_needs_is_kept():
     assert again.counter_modulus == 4096
 
 
-def test_a_bag_of_a_usual_robot_is_as_before_robots_had_other_axles_and_joints():
-    assert Trial(test=WHEELED).model_dump_json().endswith('"wheel_diameter":0.2,"wheel_separation":0.4}')
-
-
 def trial_of(path):
     with open_source(path) as source:
         return trial_of_source(path, source)

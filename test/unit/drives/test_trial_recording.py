@@ -8,7 +8,7 @@ import pytest
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.drives.trial_recording import read_trial
-from trial_bags import ODOM, ODOMETRY, STAMPED, TRUTH, trial, write_bag
+from trial_bags import ODOM, ODOMETRY, TRUTH, trial, write_bag
 
 
 def refusal(path):
@@ -67,9 +67,3 @@ def test_two_robots_are_not_taken_for_one(tmp_path):
         tmp_path / 'b.bag', trial(), odom=(), more=[('/odom', ODOMETRY, name, ODOM) for name in ('/one', '/two')]
     )
     assert '/odom is published by /one and /two; expected one robot' in refusal(nodes)
-
-
-def test_a_topic_of_another_type_is_named(tmp_path):
-    path = write_bag(tmp_path / 'a.bag', trial(), more=[('/amcl_pose', STAMPED, None, TRUTH)])
-    assert '/amcl_pose is geometry_msgs/msg/PoseStamped' in refusal(path)
-    assert 'expected geometry_msgs/msg/PoseWithCovarianceStamped' in refusal(path)

@@ -6,7 +6,7 @@ import pytest
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.se2 import IDENTITY
 from diff_encoder_sim.drives.bag_source import open_source
-from diff_encoder_sim.drives.message_fields import find_field, message_type, serving_options
+from diff_encoder_sim.drives.field_wheels import find_field, message_type, serving_options
 from reencoding_drives import ROS1, write_ros1
 from reencoding_sources import Bag, arrays, create3, duckietown, jackal, kobuki, odometry, turtlebot3, two_topics
 

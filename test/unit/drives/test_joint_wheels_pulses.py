@@ -7,7 +7,7 @@ import pytest
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.drives.bag_source import Message
-from diff_encoder_sim.drives.pulse_wheels import PulseWheels
+from diff_encoder_sim.drives.joint_wheels import PulseWheels
 from diff_encoder_sim.wheels.counter import wrap_count
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
@@ -56,16 +56,6 @@ def test_a_restart_of_the_counters_is_no_motion(modulus):
     counted = [(50 * tick, 1000 + 4 * tick, 2000 + 4 * tick) for tick in range(20)]
     [found], restarts = read(*counted, (1000, 2, 2), ppr=100, counter_modulus=modulus)
     assert found[-1] - found[-2] == pytest.approx([4.0 * math.pi / 100.0] * 2) and restarts == 1
-
-
-def test_a_report_that_is_repeated_or_late_is_left_out():
-    [found], _ = read((0, 5, 5), (100, 9, 9), (100, 9, 9), (50, 7, 7), (150, 11, 11), ppr=100)
-    assert found[:, 0] == pytest.approx(np.array([5.5, 9.5, 11.5]) * math.pi / 50.0)
-
-
-def test_time_that_goes_back_is_another_drive_and_no_restart():
-    found, restarts = read((5000, 900, 900), (0, 3, 4), ppr=100)
-    assert found[1] == pytest.approx(np.array([[3.5, 4.5]]) * math.pi / 50.0) and restarts == 0
 
 
 @pytest.mark.parametrize('names', [JOINTS[:1], (*JOINTS, JOINTS[0]), ('arm', 'hand')])
