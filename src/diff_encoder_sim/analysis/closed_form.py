@@ -1,4 +1,4 @@
-"""The odometry's error at the goal: what quantisation alone explains (closed form), and what was measured."""
+"""Odometry error at the goal: closed form of quantisation, and measured values."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.wheels.covariance import quantisation_covariance, reading_variance, residual_std
 
-# A goal so near the line ahead [m], and so little turned [rad], is straight ahead.
+# Tolerance [m, rad] for a goal straight ahead.
 STRAIGHT_WITHIN = 1e-9
 
-# Of pulses: a travel that differs from whole pulses by less is whole but for rounding.
+# Decimals of a number of pulses; the rest is rounding.
 DECIMALS = 9
 
 
 def closed_form_std(requested: Trial, robot: RobotGeometry, ppr: float) -> np.ndarray:
-    """(3,) standard deviations at the goal due to quantisation alone, along the map's axes: [m], [m], [rad].
+    """Return the (3,) standard deviations at the goal due to quantisation, along the map's axes: [m], [m], [rad].
 
-    They are averaged over where the wheels stop within a pulse, as for drives whose ends differ by more than that.
-    The lateral one of a straight drive holds wherever it ends; of the heading, see `heading_std_rad`.
+    They are averaged over the final wheel positions within a pulse, for drives whose ends differ by more than a pulse.
+    The lateral value of a straight drive does not depend on its end; for the heading see `heading_std_rad`.
     """
     start, m_per_pulse = requested.test.start.pose(), math.pi * robot.wheel_diameter_m / ppr
     reading_m2 = reading_variance(m_per_pulse)
@@ -40,14 +40,14 @@ def closed_form_std(requested: Trial, robot: RobotGeometry, ppr: float) -> np.nd
 
 
 def heading_std_rad(wheel_travel_m: np.ndarray, m_per_pulse: float, wheel_separation_m: float) -> float:
-    """Compute the heading's standard deviation for drives in which both wheels travel equally far.
+    """Compute the standard deviation of the heading if both wheels travel the same distance.
 
-    A wheel that travels k + f pulses, 0 <= f < 1, from a uniform phase counts k + 1 with the chance f, or else k: a
-    variance of f (1 - f). So the heading's is 2 f (1 - f) (d/L)^2. Averaged over f, for drives that end anywhere
-    within a pulse, it is (d/L)^2 / 3; after whole pulses it is zero.
+    A wheel that travels k + f pulses, 0 <= f < 1, from a uniform phase counts k + 1 with probability f, otherwise k:
+    the variance is f (1 - f), and that of the heading 2 f (1 - f) (d/L)^2. The average over f is (d/L)^2 / 3; after
+    whole pulses the variance is zero.
 
     Args:
-        wheel_travel_m: (n,) of each wheel, in each of n drives that are equally likely; forward or backward.
+        wheel_travel_m: (n,) travel of each wheel in n equally likely drives, forward or backward.
         m_per_pulse: d.
         wheel_separation_m: L.
     """
@@ -56,11 +56,11 @@ def heading_std_rad(wheel_travel_m: np.ndarray, m_per_pulse: float, wheel_separa
 
 
 def wheel_travel_m(requested: Trial, robot: RobotGeometry, true_minus_goal: np.ndarray) -> Optional[np.ndarray]:
-    """(n,) travel of each wheel of drives that truly end there; None unless it is one straight line or turns in place.
+    """Return the (n,) travel of each wheel; None unless the drive is one straight line or turns in place.
 
     Args:
         requested: the drive.
-        robot: for the travel in turns.
+        robot: its wheel separation gives the travel in turns.
         true_minus_goal: (n, 3) final true poses minus the goal, along the map's axes [m, m, rad].
     """
     motion = _only_motion(requested)
@@ -75,7 +75,7 @@ def wheel_travel_m(requested: Trial, robot: RobotGeometry, true_minus_goal: np.n
 
 
 def _only_motion(requested: Trial) -> Optional[Tuple[float, float]]:
-    """Return the distance [m] or the turn [rad] of a drive that is nothing else."""
+    """Return (distance [m], turn [rad]) of a drive with only one of both; otherwise None."""
     test = requested.test
     if requested.nav == 'scripted':
         motions = [(segment.straight or 0.0, 2.0 * math.pi * (segment.turns or 0.0)) for segment in test.drive]
@@ -89,15 +89,15 @@ def _only_motion(requested: Trial) -> Optional[Tuple[float, float]]:
     return motions[0] if len(motions) == 1 else None
 
 
-# Standard deviations range over three decades: in millimetres they are easier to read.
+# Standard deviations are shown in millimetres, because they range over three decades.
 SCALED = {'m': ('mm', 1e3), 'deg': ('deg', 1.0)}
 DIGITS = 3
 
 _GROUP = 'standard deviation'
 _HEADS = {
     'quantity': ('', 'error'),
-    'at_goal': (_GROUP, 'quantisation alone, exactly at the goal'),
-    'expected': (_GROUP, 'quantisation alone, where trials stop'),
+    'at_goal': (_GROUP, 'quantisation, exactly at the goal'),
+    'expected': (_GROUP, 'quantisation, at the final poses'),
     'measured': (_GROUP, 'measured (95 % interval)'),
     'conclusion': (_GROUP, 'measured is'),
 }
@@ -107,16 +107,16 @@ _NOTES = [
         'true final pose.'
     ),
     (
-        'Heading after one straight line, or turns in place, by wheels that travel k + f pulses (d: travel per pulse, '
-        'L: separation): (d/L) sqrt(2 f (1 - f)), for f exactly at the goal, and averaged over where the trials truly '
-        'stopped. Where their stops differ by several pulses, and for all other numbers, the average over f: '
+        'Heading after one straight line or turns in place, if the wheels travel k + f pulses (d: travel per pulse, '
+        'L: separation): (d/L) sqrt(2 f (1 - f)), for f exactly at the goal, and averaged over the true final poses. '
+        'If the final poses differ by several pulses, and for all other numbers, the average over f: '
         '(d/L) sqrt(1/3) for the heading.'
     ),
 ]
 
 
 def closed_form_table(results: Results) -> Optional[ResultTable]:
-    """Build rows of cell and quantity; None if no cell has both numbers."""
+    """Build a table with a row per cell and quantity; None if no cell has both values."""
     rows = []
     for cell, of_cell in results.trials.groupby('cell', sort=False):
         test, ppr = of_cell['test'].iloc[0], ppr_value(of_cell['ppr'].iloc[0])
@@ -150,7 +150,7 @@ def closed_form_table(results: Results) -> Optional[ResultTable]:
 def _heading_stds(
     requested: Trial, robot: RobotGeometry, ppr: float, trials: pd.DataFrame
 ) -> Optional[Tuple[float, float]]:
-    """Return the closed form [rad] exactly at the goal, and where the trials stopped; None for a drive without one."""
+    """Return the closed form [rad] at the goal and at the final poses; None if the drive has none."""
     stops = trials[['world_x_m', 'world_y_m', 'world_yaw_rad']].to_numpy(dtype=float)
     m_per_pulse = math.pi * robot.wheel_diameter_m / ppr
     travels = [wheel_travel_m(requested, robot, ends) for ends in (np.zeros((1, 3)), stops)]

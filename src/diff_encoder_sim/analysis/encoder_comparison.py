@@ -1,4 +1,4 @@
-"""Compares the encoders: every two PPRs of a test over equal trials, which draw the same noise with each encoder."""
+"""Paired comparison of encoders over equal trials, which have the same noise with each encoder."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from diff_encoder_sim.analysis.tables import setup_columns
 from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.drives.topics import PoseSource
 
-# Equal pulse counts give equal errors but for rounding, which must not look like a spread.
+# Decimals of errors: rounding must not appear as a spread if pulse counts are equal.
 ROUNDED_TO = 9
 
-# In what two encoders may differ: what the worse of them does, and the estimate for equal ones.
+# Compared properties: text about the worse encoder, and the estimate for equal encoders.
 SPREAD, ERROR, WITHIN = 'spread', 'error', 'within'
 QUESTIONS = {
     SPREAD: ('spreads more', 1.0),  # standard deviation: the estimate is a ratio
@@ -32,16 +32,16 @@ _QUANTITIES = {quantity.name: quantity for quantity in QUANTITIES}
 
 
 def compare_encoders(results: Results) -> pd.DataFrame:
-    """Ask all of `QUESTIONS` of every two PPRs of equal test and parameters, for each source and quantity.
+    """Compare each pair of PPRs with equal test and parameters by all `QUESTIONS`, for each source and quantity.
 
     Trials without a final pose in one of the two are left out.
 
     Returns:
-        a row for each comparison: `test`, varied parameters, `source`, `question`, `error` (the quantity), `ppr_a` and
+        a row per comparison: `test`, varied parameters, `source`, `question`, `error` (the quantity), `ppr_a` and
         `ppr_b` (the coarser first), number of `pairs`; `estimate` of a against b: for `spread` the ratio of standard
         deviations, for `error` the difference of absolute errors in the unit of the error, for `within` the difference
-        of the fractions within tolerance; `low` and `high`, its 95 % interval for this comparison only; `p`; `p_holm`,
-        corrected for the number of comparisons of equal source and question; the `verdict`; and the `setup`.
+        of the fractions within tolerance; `low` and `high`, its uncorrected 95 % interval; `p`; `p_holm`, corrected
+        over the comparisons of equal source and question; the `verdict`; and the `setup`.
     """
     rows = [
         {
@@ -84,7 +84,7 @@ def _results(
 
 
 def conclusion(row: Dict[str, Any]) -> str:
-    """Return the result of a row of `compare_encoders` as a sentence without its full stop."""
+    """Return the result of a row of `compare_encoders` as a sentence without full stop."""
     first, second = ppr_text(row['ppr_a']), ppr_text(row['ppr_b'])
     question, estimate, low, high = row['question'], row['estimate'], row['low'], row['high']
     if row['p_holm'] >= SIGNIFICANCE:
@@ -112,13 +112,13 @@ def _inverse(value: float) -> float:
 
 
 def comparison_table(compared: pd.DataFrame) -> ResultTable:
-    """Build the table of all comparisons, for a file."""
+    """Build the table of all comparisons."""
     names = [name for name in compared.columns if name not in ('p', 'setup')]
     return ResultTable('comparisons', 'Encoders compared', compared[names])
 
 
 def differences(compared: pd.DataFrame) -> pd.DataFrame:
-    """Select the comparisons that show a difference, by test, source and quantity, with the texts of both."""
+    """Select the significant differences, sorted by test, source and quantity, and add a column `about`."""
     sources, quantities, setups = list(POSES), list(_QUANTITIES), list(compared['setup'].unique())
     different = compared[compared['p_holm'] < SIGNIFICANCE].to_dict('records')
     different.sort(
@@ -129,7 +129,7 @@ def differences(compared: pd.DataFrame) -> pd.DataFrame:
 
 
 def difference_table(compared: pd.DataFrame) -> Optional[ResultTable]:
-    """Build a row for each test, source and quantity in which encoders differ; None if there are none."""
+    """Build the table of differences by test, source and quantity; None if there are none."""
     different = differences(compared)
     if different.empty:
         return None
@@ -138,16 +138,16 @@ def difference_table(compared: pd.DataFrame) -> Optional[ResultTable]:
         for (setup, about), of_row in different.groupby(['setup', 'about'], sort=False)
     ]
     note = (
-        f'Read as: 40 PPR spreads more than 1024 and 4096 PPR. Listed where p is below {SIGNIFICANCE:g} after '
-        f"Holm's correction, over all comparisons of a source in a column; in all others of {len(compared)} the "
-        f'encoders are not distinguishable with these trials.'
+        f'Example: 40 PPR spreads more than 1024 and 4096 PPR. Listed if p is below {SIGNIFICANCE:g} after '
+        f"Holm's correction over all comparisons of a source in a column. In all other of the {len(compared)} "
+        f'comparisons the encoders are not distinguishable with these trials.'
     )
     heads = {'about': ('', 'error'), **{question: ('', head) for question, (head, _) in QUESTIONS.items()}}
     return ResultTable('encoders', 'Encoders that differ [PPR]', pd.DataFrame(rows), heads, {}, [note])
 
 
 def _worse(different: pd.DataFrame, question: str) -> str:
-    """Name which encoder does worse than which others."""
+    """Return the worse encoders with the better ones."""
     others: Dict[str, List[str]] = {}
     for row in different[different['question'] == question].to_dict('records'):
         excess = row['estimate'] - QUESTIONS[question][1]
@@ -158,7 +158,7 @@ def _worse(different: pd.DataFrame, question: str) -> str:
 
 
 def difference_texts(compared: pd.DataFrame) -> Dict[str, List[str]]:
-    """Return a sentence for each difference, by test."""
+    """Return a sentence per difference, by test."""
     return {
         setup: [f'{row["about"]}: {row["verdict"]}.' for row in of_setup.to_dict('records')]
         for setup, of_setup in differences(compared).groupby('setup', sort=False)

@@ -1,6 +1,6 @@
-"""Encoder labels as trials.csv and the tables have them (`encoders.pulses.encoder_label`), or `ideal`.
+"""Encoder labels of trials.csv and the tables (`encoders.pulses.encoder_label`), or `ideal`.
 
-`90` is an ideal encoder of 90 PPR, `40-90` one of 40 left and 90 right, `8192 amt102` a real one of 8192 counts.
+`90`: ideal encoder with 90 PPR; `40-90`: 40 PPR left, 90 PPR right; `8192 amt102`: real encoder with 8192 counts.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ IDEAL = 'ideal'  # odometry from the simulator, without an encoder
 
 
 def ppr_value(label: str) -> Optional[float]:
-    """Return the counts per wheel revolution of both wheels; None where they differ or there is no encoder."""
+    """Return the counts per wheel revolution; None if the wheels differ or there is no encoder."""
     try:
         return float(label.partition(' ')[0])
     except ValueError:
@@ -20,23 +20,23 @@ def ppr_value(label: str) -> Optional[float]:
 
 
 def ppr_values(labels: Sequence[str]) -> List[float]:
-    """Return the distinct counts per wheel revolution of the labels that have them, ascending."""
+    """Return the distinct counts per wheel revolution of the labels, ascending."""
     return sorted({value for value in map(ppr_value, labels) if value is not None})
 
 
 def is_real(label: str) -> bool:
-    """Return whether this is an encoder with a name, whose counts are not all that matters."""
+    """Return whether the label belongs to a named real encoder."""
     return ' ' in label
 
 
 def ppr_order(label: str) -> Tuple[float, str]:
-    """Return a sort key: counts ascending, ideal encoders first; then wheels that differ, then ideal odometry."""
+    """Return a sort key: ascending counts, ideal encoders first; then different wheels, then ideal odometry."""
     value = ppr_value(label)
     return (math.inf if value is None else value), label
 
 
 def ppr_text(label: str) -> str:
-    """Return an encoder as tables show it: `90 PPR`, or `amt102 (8192 counts)`."""
+    """Return the name of an encoder in tables: `90 PPR`, or `amt102 (8192 counts)`."""
     if is_real(label):
         counts, _, name = label.partition(' ')
         return f'{name} ({counts} counts)'
@@ -44,7 +44,7 @@ def ppr_text(label: str) -> str:
 
 
 def encoders_text(labels: Sequence[str]) -> str:
-    """Join one or more encoders, the unit once: `40, 90 and 1024 PPR`."""
+    """Join the names of encoders with one unit: `40, 90 and 1024 PPR`."""
     if IDEAL in labels or any(map(is_real, labels)):
         return enumeration([ppr_text(label) for label in labels])
     return f'{enumeration(labels)} PPR'

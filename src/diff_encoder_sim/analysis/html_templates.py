@@ -1,4 +1,4 @@
-"""Templates of pages: HTML files beside the modules that fill them."""
+"""HTML templates of pages, next to the modules that fill them."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ if TYPE_CHECKING:
 else:
     jinja2 = deferred('jinja2')
 
-STYLE = Path(__file__).parent / 'report'  # the folder of what all pages include
+STYLE = Path(__file__).parent / 'report'  # folder of the shared parts of all pages
 
 
 def load_template(name: str, *folders: Path) -> jinja2.Template:
-    """Load a template, which escapes all data and refuses unknown names; it may include files of the same folders."""
+    """Load a template that escapes data, rejects undefined names and may include files of these folders."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader([str(folder) for folder in folders]),
         autoescape=True,

@@ -1,4 +1,4 @@
-"""Writes the files of an analysis into a folder: all of them or none, and only over an earlier analysis."""
+"""Write the files of an analysis into a folder atomically; only an earlier analysis is replaced."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from diff_encoder_sim.base.errors import ConfigError
 
 REPORT = 'report.html'
 
-# Lists the files that analyze wrote, one a line; a folder with other files is not replaced.
+# Lists the files written by analyze, one per line; a folder with other files is not replaced.
 CONTENTS = '.analysis'
 
 
 def write_analysis(results: Results, folder: Path, beside: Optional[Results] = None) -> str:
-    """Write tables/, figures/ and the report into a folder; return the conclusions as lines for the terminal.
+    """Write tables/, figures/ and the report into a folder; return the conclusions for the terminal.
 
     Args:
         results: the trials.
-        folder: an existing one.
-        beside: other trials, only shown in the comparison with the paper.
+        folder: existing output folder.
+        beside: other trials, used only in the comparison with the paper.
 
     Raises:
-        ConfigError: the file of the paper's numbers cannot be read, or `beside` has no cell of the paper.
+        ConfigError: the paper's numbers cannot be read, or `beside` contains no cell of the paper.
         OSError: a file cannot be written.
     """
-    # Altair and vl-convert take a second to import, which bad arguments need not wait for.
+    # Importing Altair and vl-convert takes a second; check the arguments first.
     from diff_encoder_sim.analysis.charts.figures import write_figures  # noqa: PLC0415
     from diff_encoder_sim.analysis.paper.report_section import paper_section  # noqa: PLC0415
     from diff_encoder_sim.analysis.report.page import write_report  # noqa: PLC0415
@@ -50,13 +50,13 @@ def write_analysis(results: Results, folder: Path, beside: Optional[Results] = N
 
 @contextlib.contextmanager
 def output_folder(path: Path) -> Iterator[Path]:
-    """Yield a folder to write into, which replaces `path` when the context ends without an error.
+    """Yield a temporary folder that replaces `path` when the context ends without an error.
 
     Raises:
-        ConfigError: `path` contains something that analyze did not write, or cannot be written.
+        ConfigError: `path` contains a file not written by analyze, or cannot be written.
     """
     path = path.resolve()
-    # Next to it, so that relative links stay right and one rename puts it in place.
+    # Next to `path`: relative links stay valid, and one rename moves it.
     made = path.with_name(f'.{path.name}-{uuid.uuid4().hex[:8]}')
     missing = [parent for parent in made.parents if not parent.exists()]
     try:
@@ -73,23 +73,23 @@ def output_folder(path: Path) -> Iterator[Path]:
     except OSError as error:
         raise ConfigError(f'{path}: cannot be written: {error.strerror or error}') from None
     finally:
-        shutil.rmtree(str(made), ignore_errors=True)  # moved by now, unless there was an error
-        with contextlib.suppress(OSError):  # likewise: the first that is not empty stays
+        shutil.rmtree(str(made), ignore_errors=True)  # left only after an error
+        with contextlib.suppress(OSError):  # stops at the first folder that is not empty
             for parent in missing:
                 parent.rmdir()
 
 
 def _check_replaceable(path: Path) -> None:
     if path.exists() and not path.is_dir():
-        raise ConfigError(f'{path}: not a folder; expected a new or empty one')
+        raise ConfigError(f'{path}: not a folder; expected a new or empty folder')
     contents = path / CONTENTS
     known = {CONTENTS, *(contents.read_text(encoding='utf-8').split('\n') if contents.is_file() else [])}
-    # The first is enough: the path may be a whole home folder.
+    # Stop at the first: the path may be a home folder.
     other = next(
         (name for name in (str(file.relative_to(path)) for file in path.rglob('*')) if name not in known), None
     )
     if other is not None:
         raise ConfigError(
-            f'{path}: holds {other!r}, which analyze did not write; expected '
-            f'a new or empty folder, or an earlier analysis: --out names another'
+            f'{path}: contains {other!r}, which analyze did not write; expected '
+            f'a new or empty folder, or an earlier analysis (see --out)'
         )

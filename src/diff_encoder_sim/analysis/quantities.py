@@ -1,4 +1,4 @@
-"""The components of a final pose error: x, y and yaw; their units and tolerances, and how many trials keep to them."""
+"""Components of a final pose error (x, y and yaw), their units and tolerances, and the required success rate."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource
 
-# The final poses of a trial, by the beginning of their columns in the table of results, as texts. All but the last are
-# minus the goal.
+# Texts of the final poses of a trial, by prefix of their columns in the results table. All except the last are relative
+# to the goal.
 MINUS_TRUTH = 'odom_minus_world'
 POSES = {
     **{source.value: topic for source, topic in TOPIC_OF_SOURCE.items()},
@@ -17,12 +17,12 @@ POSES = {
 
 
 class Quantity(NamedTuple):
-    """A component of the final pose minus the goal, in the unit that tables and figures show."""
+    """Component of the final pose error, in the unit of tables and figures."""
 
     name: str  # with its unit
     component: int  # index in a pose
-    scale: float  # from SI to the shown unit
-    tolerance: float  # allowed absolute error, in the shown unit
+    scale: float  # from SI to the displayed unit
+    tolerance: float  # maximum absolute error in the displayed unit
 
     @property
     def axis(self) -> str:
@@ -35,7 +35,7 @@ class Quantity(NamedTuple):
         return self.name.rpartition('_')[2]
 
     def column(self, pose: str) -> str:
-        """Return the column of the table of results with this component of a pose of `POSES`, in SI units."""
+        """Return the column of the results table with this component of a pose of `POSES`, in SI units."""
         return f'{pose}_yaw_rad' if self.unit == 'deg' else f'{pose}_{self.name}'
 
     @property
@@ -44,7 +44,7 @@ class Quantity(NamedTuple):
         return f'{self.axis} [{self.unit}]'
 
 
-# The tolerances are the paper's.
+# Tolerances of the paper.
 QUANTITIES = (
     Quantity('x_m', 0, 1.0, 0.05),
     Quantity('y_m', 1, 1.0, 0.05),
@@ -52,7 +52,7 @@ QUANTITIES = (
 )
 X, Y, YAW = QUANTITIES
 
-# Of all trials, that must end within the tolerances. The paper's 30 can show no more than 88 %, if all of them do.
+# Minimum fraction of trials within tolerance. The 30 trials of the paper can show at most 88 %.
 REQUIRED_FRACTION = 0.8
 
 LEVEL = 0.95  # confidence of all intervals

@@ -1,4 +1,4 @@
-"""Tables as files and on pages: a DataFrame with all digits for CSV, and how its columns are shown to people."""
+"""Result tables: a DataFrame with all digits for CSV, and the formatting of its columns for pages."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from tabulate import tabulate
 from diff_encoder_sim.analysis.quantities import POSES, QUANTITIES
 from diff_encoder_sim.base.deferred import pandas as pd
 
-# This number of groups of columns fits the width of a page; others follow below, with the key columns again.
+# Column groups per page width; further groups follow in another block with the key columns repeated.
 GROUPS_ABREAST = 4
 
-# The paper's tables, ours and both next to each other, are also written as Markdown and LaTeX.
+# Tables of the paper, which are also written as Markdown and LaTeX.
 OF_PAPER = re.compile(r'(paper_)?table[3-6]')
 
 NOTHING = '–'
 
-# Texts of CSV files, as pages show them.
+# Labels on pages for values in CSV files.
 LABELS = {
     **POSES,
     **{quantity.name: quantity.head for quantity in QUANTITIES},
@@ -32,19 +32,19 @@ LABELS = {
 
 
 class ResultTable(NamedTuple):
-    """A table, and how it is shown."""
+    """Table and its formatting."""
 
-    name: str  # of its files, without suffix
+    name: str  # file name without suffix
     title: str
-    exact: pd.DataFrame  # as in CSV; columns have names with units
-    # By column: the group, a heading over neighbouring columns, and the heading with its unit. Columns without a group
-    # come first and are the keys of the rows; a column that is not listed has its name as heading and no group.
+    exact: pd.DataFrame  # content of the CSV file; column names contain units
+    # Group (a heading over neighbouring columns) and heading with unit, by column. Columns without a group come first
+    # and are the keys of the rows; by default a column has its name as heading and no group.
     heads: Mapping[str, Tuple[str, str]] = {}
-    decimals: Mapping[str, Union[int, Sequence[int]]] = {}  # of each column of numbers, or of each of its entries
-    notes: Sequence[str] = ()  # below it, a sentence or two each
+    decimals: Mapping[str, Union[int, Sequence[int]]] = {}  # per numeric column, or per entry of a column
+    notes: Sequence[str] = ()  # one or two sentences each, shown below the table
 
     def shown(self) -> pd.DataFrame:
-        """Return the texts that pages show: numbers rounded, `NOTHING` for a missing one."""
+        """Return the table as strings: rounded numbers, `NOTHING` for missing ones."""
         return pd.DataFrame(
             {
                 name: [_rounded(*pair) for pair in zip(self.exact[name], _each(self.decimals[name]))]
@@ -61,7 +61,7 @@ class ResultTable(NamedTuple):
         return self.heads.get(name, ('', name))
 
     def abreast(self) -> Iterator[List[str]]:
-        """Yield the columns of each block that fits the width of a page, the key columns in each."""
+        """Yield the columns of each block that fits the page width, including the key columns."""
         groups = list(dict.fromkeys(group for group, _ in map(self.head, self.exact.columns) if group))
         for first in range(0, max(len(groups), 1), GROUPS_ABREAST):
             shown = ['', *groups[first : first + GROUPS_ABREAST]]
@@ -73,7 +73,7 @@ def _each(decimals: Union[int, Sequence[int]]) -> Iterator[int]:
 
 
 def _rounded(value: Any, decimals: int) -> str:
-    # Adding zero removes the sign of a number that is rounded to zero.
+    # Adding zero removes the sign of a rounded zero.
     return NOTHING if pd.isna(value) else f'{round(float(value), decimals) + 0.0:.{decimals}f}'
 
 
@@ -89,17 +89,17 @@ def write_tables(tables: Sequence[ResultTable], folder: Path) -> None:
         if OF_PAPER.fullmatch(table.name):
             texts.update(md=markdown_text(table), tex=latex_text(table))
         for suffix, text in texts.items():
-            # Bytes: the same line ends on every system.
+            # Bytes keep line endings equal on every system.
             (folder / f'{table.name}.{suffix}').write_bytes(text.encode('utf-8'))
 
 
 def csv_text(table: ResultTable) -> str:
-    """Format a table as CSV: all digits, empty if there is no number, without title and notes."""
+    """Format a table as CSV with all digits; missing numbers are empty."""
     return str(table.exact.astype(object).to_csv(index=False, lineterminator='\n'))
 
 
 def markdown_text(table: ResultTable) -> str:
-    """Format a table as Markdown, as GitHub shows it."""
+    """Format a table as GitHub Markdown."""
 
     def escaped(text: str) -> str:
         return re.sub(r'([\\|_*<])', r'\\\1', text)
@@ -137,7 +137,7 @@ def _latex(text: str) -> str:
 
 
 def html_table(table: ResultTable) -> Dict[str, Any]:
-    """Return what the macros of tables.html show: title, notes and blocks of columns that fit the width of a page."""
+    """Return the data for the macros of tables.html: title, notes, and blocks of columns that fit the page width."""
     blocks, shown = [], table.shown()
     for names in table.abreast():
         groups = [(group, len(list(same))) for group, same in itertools.groupby(table.head(name)[0] for name in names)]
@@ -147,7 +147,7 @@ def html_table(table: ResultTable) -> Dict[str, Any]:
                 'groups': groups if any(group for group, _ in groups) else [],
                 'heads': [(table.head(name)[1], bool(table.head(name)[0]) or name in table.decimals) for name in names],
                 'keys': groups[0][1] if len(groups) > 1 else 1,
-                # With whether the first entry differs from that of the row above.
+                # Flag: the first entry differs from that of the row above.
                 'rows': [(row, place > 0 and row[0] != rows[place - 1][0]) for place, row in enumerate(rows)],
             }
         )

@@ -1,4 +1,4 @@
-"""Reads the table of results from a campaign's folder, or from bags of trials."""
+"""Read results from a campaign's folder or from bags of trials."""
 
 from __future__ import annotations
 
@@ -39,26 +39,26 @@ from diff_encoder_sim.trials.trials_csv import BAGS, MANIFEST, TABLE, VARIANT, T
 
 log = logging.getLogger(__name__)
 
-# Of a trial: metres, radians or seconds. Squares of larger numbers spoil every table.
+# Largest valid number of a trial [m, rad or s]; squares of larger numbers would overflow the statistics.
 LARGEST_NUMBER = 1e9
 
-BAGS_PER_TASK = 4  # sent to a process at a time: enough to make the overhead negligible
+BAGS_PER_TASK = 4  # chunk size per process that makes the overhead negligible
 
-# Bags that differ in one of these are not pooled: it becomes a varied parameter.
+# Bags that differ in one of these are not pooled: the key becomes a varied parameter.
 KEPT_APART = ('nav', VARIANT, 'wheel_diameter', 'wheel_separation')
 
 
 def load_results(paths: Sequence[Path]) -> Results:
     """Read a campaign's folder, or bags of trials and folders of such bags.
 
-    Anything that cannot be analysed is left out, with a warning and a note.
+    Invalid bags are left out with a warning and a note.
 
     Raises:
-        ConfigError: nothing can be analysed, or a campaign's folder is among other paths.
+        ConfigError: there is no valid trial, or a campaign's folder is given with other paths.
     """
     campaigns = [path for path in paths if path.is_dir() and (path / MANIFEST).is_file()]
     if campaigns and len(paths) > 1:
-        raise ConfigError(f"{campaigns[0]}: a campaign's folder; expected it alone, or bags")
+        raise ConfigError(f"{campaigns[0]}: a campaign's folder; expected only this folder, or bags")
     results = read_campaign(campaigns[0]) if campaigns else read_bags(paths)
     for note in results.notes:
         log.warning('%s', note)
@@ -69,7 +69,7 @@ def read_campaign(folder: Path) -> Results:
     """Read a campaign's folder; some or all bags may be missing.
 
     Raises:
-        ConfigError: no trial is finished, or a file is missing or not as the campaign wrote it.
+        ConfigError: no trial is finished, or a file is missing or invalid.
     """
     manifest, requested, robots, varied, expected = _manifest(folder / MANIFEST)
     rows, notes = _rows(folder / TABLE, varied, requested)
@@ -97,7 +97,7 @@ def read_campaign(folder: Path) -> Results:
 
 
 def _manifest(path: Path) -> Tuple[Dict[str, Any], Dict[str, Trial], List[RobotGeometry], List[str], int]:
-    """Return the manifest, a trial of each test, the robot of each set of parameters, varied keys, number of trials."""
+    """Return the manifest, one trial per test, the robot of each parameter set, varied keys and number of trials."""
     try:
         manifest = json.loads(path.read_text(encoding='utf-8'))
         configuration = {'encoders': [], **manifest['configuration']}
@@ -134,14 +134,14 @@ def _rows(path: Path, varied: Sequence[str], tests: Iterable[str]) -> Tuple[List
 
 
 class TrialOfBag(NamedTuple):
-    """A trial from its bag."""
+    """Trial read from its bag."""
 
-    trial: Trial  # its definition
-    record: Dict[str, Any]  # its results, by the columns of the table
+    trial: Trial
+    record: Dict[str, Any]  # results by column of the table
 
 
 def _differing(recorded: Trial, row: TrialRow, requested: Trial, robots: Sequence[RobotGeometry]) -> List[str]:
-    """Return the keys in which a bag's trial differs from its line in trials.csv."""
+    """Return the keys that differ between a bag's trial and its line in trials.csv."""
     is_equal = {
         'test': recorded.test == requested.test,
         'number': recorded.number == row.seed,
@@ -157,7 +157,7 @@ def read_bags(paths: Sequence[Path]) -> Results:
     """Read bags, and folders of bags.
 
     Raises:
-        ConfigError: there is none that can be analysed, or a folder contains a campaign.
+        ConfigError: there is no valid bag, or a folder contains a campaign.
     """
     read = read_bag_trials(_bags_in(paths))
     notes = [bag for bag in read if isinstance(bag, str)]
@@ -180,17 +180,17 @@ def read_bags(paths: Sequence[Path]) -> Results:
 
 
 def _bags_in(paths: Sequence[Path]) -> List[Path]:
-    """Return the given bags, and those in the given folders.
+    """Return the given bags and those in the given folders.
 
     Raises:
-        ConfigError: a folder contains no bag, or a campaign in a folder below it.
+        ConfigError: a folder contains no bag, or contains a campaign.
     """
     bags: List[Path] = []
     for path in paths:
         found = bags_in(path) if path.is_dir() else [path]
         campaigns = sorted(file.parent for file in path.rglob(MANIFEST)) if path.is_dir() else []
         if campaigns:
-            raise ConfigError(f'{path}: holds the results of a campaign in {campaigns[0]}; expected that folder')
+            raise ConfigError(f'{path}: contains the results of a campaign in {campaigns[0]}; expected that folder')
         if not found:
             raise ConfigError(f"{path}: no bag in this folder, and no campaign's results")
         bags += found
@@ -198,7 +198,7 @@ def _bags_in(paths: Sequence[Path]) -> List[Path]:
 
 
 def _distinct(bags: Sequence[TrialOfBag], notes: List[str]) -> List[TrialOfBag]:
-    """Keep each trial once, and one definition of each test; add a note on each bag that is left out."""
+    """Keep each trial once and one definition per test; add a note for each bag left out."""
     tests: Dict[str, TrialOfBag] = {}
     trials: Dict[str, TrialOfBag] = {}
     for bag in bags:
@@ -216,19 +216,19 @@ def _distinct(bags: Sequence[TrialOfBag], notes: List[str]) -> List[TrialOfBag]:
 
 
 def read_bag_trials(paths: Sequence[Path]) -> List[Union[TrialOfBag, str]]:
-    """Read each bag on all cores; return its trial, or a line with the reason why it cannot be analysed."""
+    """Read bags on all cores; return for each bag its trial or the reason why it is invalid."""
     workers = min(usable_cores(), len(paths))
     if workers < 2:
         return [_trial_or_reason(path) for path in paths]
-    # Forked: starts at once, and does not run the main script again.
+    # Forked processes start fast and do not run the main script again.
     with ProcessPoolExecutor(workers, multiprocessing.get_context('fork')) as pool:
-        with interrupts_blocked():  # in the forked processes: they end with this one
+        with interrupts_blocked():  # the forked processes end with this one
             read = pool.map(_trial_or_reason, paths, chunksize=BAGS_PER_TASK)
         return list(read)
 
 
 def _trial_or_reason(path: Path) -> Union[TrialOfBag, str]:
-    """Read and analyse a bag; return a reason if it is no bag of a trial, or lacks /odom or /world_pose."""
+    """Read and analyse a bag; return a reason if it contains no trial, no /odom or no /world_pose."""
     try:
         recording = read_trial(path)
     except ConfigError as error:
@@ -263,12 +263,12 @@ def _trial_or_reason(path: Path) -> Union[TrialOfBag, str]:
 
 
 def robot_of(trial: Trial) -> RobotGeometry:
-    """Return the wheel geometry that the trial's odometry computes with."""
+    """Return the wheel geometry of the trial's odometry."""
     return RobotGeometry(trial.wheel_diameter, trial.wheel_separation)
 
 
 def goal_errors(recording: TrialRecording) -> FinalErrors:
-    """Return the last pose of each source minus the goal, as campaigns write it to trials.csv."""
+    """Return the last pose of each source minus the goal, as in trials.csv."""
     errors: FinalErrors = dict.fromkeys(PoseSource)
     goal = recording.trial.goal()
     for source, series in poses_in_map(recording).items():
@@ -278,7 +278,7 @@ def goal_errors(recording: TrialRecording) -> FinalErrors:
 
 
 def poses_in_map(recording: TrialRecording) -> Dict[PoseSource, PoseSeries]:
-    """Return the pose series in the map frame; odometry starts at the surveyed start pose of the test."""
+    """Return the pose series in the map frame; odometry starts at the start pose of the test."""
     poses = {source: recording.poses[topic] for source, topic in TOPIC_OF_SOURCE.items() if topic in recording.poses}
     if PoseSource.ODOM in poses:
         start, (x_m, y_m, yaw_rad) = recording.trial.test.start.pose(), poses[PoseSource.ODOM].x_y_yaw.T
@@ -293,7 +293,7 @@ def poses_in_map(recording: TrialRecording) -> Dict[PoseSource, PoseSeries]:
 
 
 def _thinned(series: PoseSeries) -> np.ndarray:
-    """(n, 2) evenly chosen points [m], both ends among them."""
+    """Return (n, 2) evenly spaced points [m], including both ends."""
     indices = np.linspace(0, len(series.x_y_yaw) - 1, MOST_POINTS).round().astype(int)
     points: np.ndarray = series.x_y_yaw[np.unique(indices), :2]
     return points

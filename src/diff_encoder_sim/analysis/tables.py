@@ -1,4 +1,4 @@
-"""The tables of an analysis: tables 3 to 6 with their intervals, path errors, and the cost of variants."""
+"""Tables of an analysis: tables 3 to 6 with intervals, path errors, and errors of variants."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ from diff_encoder_sim.analysis.statistics import (
 from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.trials.trials_csv import VARIANT
 
-Columns = Dict[str, Any]  # a row of a table by its columns
+Columns = Dict[str, Any]  # row of a table, by column
 
 
 def all_tables(results: Results) -> List[ResultTable]:
-    """Build tables 3 to 6, the intervals of 4 to 6, and errors along the path and of variants if known."""
+    """Build tables 3 to 6, the intervals of 4 to 6, and the tables of path errors and variants if available."""
     tables = [pulse_resolution_table(ppr_values(encoders(results.trials)), *results.robot)]
     for pose in GOAL_TABLES:
         found = estimates(results, pose)
@@ -44,12 +44,12 @@ def all_tables(results: Results) -> List[ResultTable]:
 
 
 def setup_columns(results: Results, first: pd.Series) -> Columns:
-    """Return the key columns of a table, by one of the trials: its test, and each varied parameter."""
+    """Return the key columns of a trial: its test and each varied parameter."""
     return {name: first[name] for name in ('test', *results.varied)}
 
 
 class PulseResolution(NamedTuple):
-    """The motion of the robot per pulse."""
+    """Robot motion per pulse."""
 
     ppr: float
     linear_m: float  # of the wheel along the floor: d = pi D / PPR
@@ -58,14 +58,14 @@ class PulseResolution(NamedTuple):
 
 
 def pulse_resolution(ppr: float, wheel_diameter_m: float, wheel_separation_m: float) -> PulseResolution:
-    """Compute the motion per pulse; all arguments > 0."""
+    """Compute the motion per pulse; all arguments must be positive."""
     linear_m = math.pi * wheel_diameter_m / ppr
     angle_rad = linear_m / wheel_separation_m
     return PulseResolution(ppr, linear_m, 2.0 * angle_rad, angle_rad)
 
 
 def pulse_resolution_table(pprs: Sequence[float], wheel_diameter_m: float, wheel_separation_m: float) -> ResultTable:
-    """Build table 3: a row for each PPR, in the order given."""
+    """Build table 3: a row per PPR, in the given order."""
     heads = {
         'ppr': ('', 'PPR'),
         'linear_mm': ('', 'travel per pulse [mm]'),
@@ -87,7 +87,7 @@ def pulse_resolution_table(pprs: Sequence[float], wheel_diameter_m: float, wheel
     return ResultTable('table3', title, pd.DataFrame(rows, columns=list(heads)), heads, decimals, notes)
 
 
-# The paper's tables 4 to 6 and two in their shape, by pose: name of the files, and title.
+# Tables 4 to 6 of the paper and two of the same form, by pose: file name and title.
 GOAL_TABLES = {
     'odom': ('table4', 'Table 4. Final /odom minus the goal'),
     'world': ('table5', 'Table 5. Final /world_pose minus the goal'),
@@ -102,7 +102,7 @@ PERCENT_DECIMALS = 1
 # Rows of tables 4 to 6 for each test.
 STATISTICS = ('min', 'max', 'mean', 'std', 'pct_within', 'trials')
 
-# Columns of their intervals.
+# Columns of the interval tables.
 INTERVALS = {
     'trials': ('', 'trials'),
     'mean': ('mean', 'value'),
@@ -118,11 +118,11 @@ INTERVALS = {
     'pct_within_high': ('% within', 'to'),
 }
 
-BOOTSTRAP_SEED = 0  # equal data, equal intervals
+BOOTSTRAP_SEED = 0  # makes intervals reproducible
 
 
 def estimates(results: Results, pose: str) -> pd.DataFrame:
-    """Compute the statistics of the final errors: a row for each cell and quantity, in metres, degrees and per cent."""
+    """Compute the statistics of the final errors [m, deg, per cent]: a row per cell and quantity."""
     return pd.DataFrame(
         {
             **setup_columns(results, of_cell.iloc[0]),
@@ -136,7 +136,7 @@ def estimates(results: Results, pose: str) -> pd.DataFrame:
 
 
 def error_statistics(errors: np.ndarray, quantity: Quantity) -> Dict[str, Optional[float]]:
-    """Compute `STATISTICS` and `INTERVALS` of final errors; None if there is no such number."""
+    """Compute `STATISTICS` and `INTERVALS` of final errors; None if undefined."""
     within, trials, is_any = int(np.count_nonzero(np.abs(errors) <= quantity.tolerance)), len(errors), len(errors) > 0
     pairs = {
         'mean': mean_interval(errors),
@@ -179,9 +179,9 @@ def goal_table(results: Results, pose: str, found: pd.DataFrame) -> ResultTable:
 
 
 def _goal_notes(trials: pd.DataFrame, pose: str) -> List[str]:
-    """Explain the table, and list the cells with failed trials or without a final pose."""
+    """Return notes on the table and on cells with failed trials or without a final pose."""
     tolerances = f'{X.tolerance:g} m in x and in y, {YAW.tolerance:g} degrees in yaw'
-    counted = 'All trials that ended with a pose count, whatever their outcome.'
+    counted = 'All trials with a final pose count, with any outcome.'
     notes = [f"x and y along the map's axes. Within: {tolerances}. {counted}"]
     for cell, of_cell in trials.groupby('cell', sort=False):
         left_out, counts = of_cell[f'{pose}_x_m'].isna().sum(), of_cell['outcome'].value_counts().sort_index()
@@ -194,7 +194,7 @@ def _goal_notes(trials: pd.DataFrame, pose: str) -> List[str]:
 
 
 def interval_table(pose: str, found: pd.DataFrame) -> ResultTable:
-    """Build the intervals of one of tables 4 to 6 from its `estimates`: a row for each test, PPR and quantity."""
+    """Build the intervals of one of tables 4 to 6 from its `estimates`: a row per test, PPR and quantity."""
     keys = list(found.columns[: found.columns.get_loc('quantity') + 1])
     of_row = [DECIMALS[name.rpartition('_')[2]] for name in found['quantity']]
     decimals: Dict[str, Any] = {name: PERCENT_DECIMALS if 'pct' in name else of_row for name in INTERVALS}
@@ -209,19 +209,18 @@ def interval_table(pose: str, found: pd.DataFrame) -> ResultTable:
 
 
 _ATE_NOTE = (
-    "ATE: distance from the true pose, /odom's with its first pose aligned to the true one, the others' without "
+    'ATE: distance from the true pose, for /odom with its first pose aligned to the true one, for the others without '
     f"alignment; mean of the trials' RMSE with its {100 * LEVEL:g} % interval (t-distribution) and standard deviation, "
     'and the largest distance in any trial. inf: too few trials for a bound.'
 )
 _RPE_NOTE = (
-    'RPE: error of the motion over segments of the true path; mean of the RMSE of the trials whose path is so long, '
-    'and how many segments they have together. Consecutive segments lie end to end; of all pairs, one begins at each '
-    'pose.'
+    'RPE: error of the motion over segments of the true path; mean of the RMSE of the trials with segments, and total '
+    'number of segments. Consecutive: segments end to end; all pairs: a segment starts at each pose.'
 )
 
 
 def path_error_table(results: Results) -> Optional[ResultTable]:
-    """Build a row for each cell and source over its trials; None without paths."""
+    """Build the table of path errors, with a row per cell and source; None without paths."""
     rows = []
     for _, of_cell in results.trials.groupby('cell', sort=False):
         for source in (source.value for source in ALIGNMENTS):
@@ -253,7 +252,7 @@ def path_error_table(results: Results) -> Optional[ResultTable]:
 
 
 def _path_errors(trials: pd.DataFrame, source: str) -> Dict[str, Optional[float]]:
-    """Return the columns of the table of path errors, over trials that all have a path."""
+    """Return a row of the table of path errors; all trials must have a path."""
     means, ate_m = trials.mean(numeric_only=True), trials[f'{source}_ate_rmse_m'].to_numpy(dtype=float)
     low_m, high_m = mean_interval(ate_m)
     errors: Dict[str, Optional[float]] = {
@@ -265,39 +264,37 @@ def _path_errors(trials: pd.DataFrame, source: str) -> Dict[str, Optional[float]
         'ate_max_m': float(trials[f'{source}_ate_max_m'].max()),
         'yaw_rmse_mean_deg': math.degrees(means[f'{source}_yaw_rmse_rad']),
     }
-    for name, _, _ in RPES:  # errors without a segment are NaN, and not in the means
+    for name, _, _ in RPES:  # NaN without segments; ignored by the means
         errors[f'{name}_segments'] = int(trials[f'{source}_{name}_segments'].sum())
         errors[f'{name}_translation_rmse_mean_m'] = means[f'{source}_{name}_translation_rmse_m']
         errors[f'{name}_rotation_rmse_mean_deg'] = math.degrees(means[f'{source}_{name}_rotation_rmse_rad'])
     return errors
 
 
-# Of the figure, and of the table.
+# Name of the figure and the table.
 VARIANTS = 'variants'
 
-# Smaller errors are rounding, and have no ratio [m, rad].
+# Lower limit of errors in ratios [m, rad].
 LEAST_ERROR = 1e-7
 
-# Kinds of errors, with their units: from SI to the shown unit, and decimals.
+# Kinds of errors: scale from SI to the displayed unit, and decimals.
 KINDS = {'position_mm': (1e3, 2), 'heading_deg': (180.0 / math.pi, 3)}
 
 _OF_VARIANT = ('median', 'quartiles', 'ratio', '95 %', 'failed')
 
 
 def first_variant(trials: pd.DataFrame) -> str:
-    """Return the name of the variant with which others are compared; '' if there are none."""
+    """Return the name of the reference variant; '' if there are no variants."""
     return str(trials[VARIANT].iloc[0]) if VARIANT in trials.columns and len(trials) else ''
 
 
 def variant_errors(results: Results) -> pd.DataFrame:
-    """Compute the odometry's own final error in each variant; an empty table if there are no variants.
-
-    Trials count whatever their outcome, where they ended.
+    """Compute the final odometry error in each variant, over trials with any outcome; empty without variants.
 
     Returns:
-        a row for each cell with errors and each of `KINDS`: `test`, varied parameters, `ppr`, `setup`, `cell`, `error`
-        (the kind), `median`, `low` and `high` (quartiles) in the unit of the kind, `failed` and `trials`; `ratio` to
-        equal trials of the first variant with its interval `ratio_low` to `ratio_high`, NaN for the first itself.
+        a row per cell with errors and kind of `KINDS`: `test`, varied parameters, `ppr`, `setup`, `cell`, `error` (the
+        kind), `median`, `low` and `high` (quartiles) in the unit of the kind, `failed` and `trials`; `ratio` to equal
+        trials of the first variant with its interval `ratio_low` to `ratio_high`, NaN for the first itself.
     """
     if VARIANT not in results.varied:
         return pd.DataFrame()
@@ -321,7 +318,7 @@ def variant_errors(results: Results) -> pd.DataFrame:
 
 
 def error_sizes(trials: pd.DataFrame, kind: str) -> np.ndarray:
-    """(n,) sizes [m, rad] of the odometry's own final error, of one of `KINDS`."""
+    """Return the (n,) magnitudes [m, rad] of the final odometry error, of one of `KINDS`."""
     known = trials.dropna(subset=[f'{MINUS_TRUTH}_x_m'])
     x_m, y_m, yaw_rad = (known[f'{MINUS_TRUTH}_{part}'].to_numpy(dtype=float) for part in ('x_m', 'y_m', 'yaw_rad'))
     sizes: np.ndarray = np.abs(yaw_rad) if kind == 'heading_deg' else np.hypot(x_m, y_m)
@@ -329,7 +326,7 @@ def error_sizes(trials: pd.DataFrame, kind: str) -> np.ndarray:
 
 
 def _ratio(trials: pd.DataFrame, of_first: Optional[pd.DataFrame], kind: str) -> Dict[str, float]:
-    """Compare equal trials: the typical ratio of two errors with its interval, by their logarithms' signed ranks."""
+    """Return the typical ratio of errors of equal trials with its interval, by signed ranks of logarithms."""
     ratio = low = high = math.nan
     pairs = None if of_first is None else equal_trials(trials, of_first, MINUS_TRUTH)
     if pairs and len(pairs[0]):
@@ -339,7 +336,7 @@ def _ratio(trials: pd.DataFrame, of_first: Optional[pd.DataFrame], kind: str) ->
 
 
 def variant_table(results: Results) -> Optional[ResultTable]:
-    """Build rows of test, variant and kind of error, columns by encoder; None if there are no variants."""
+    """Build a table with rows of test, variant and kind of error, columns by encoder; None without variants."""
     errors = variant_errors(results)
     if errors.empty:
         return None
@@ -357,11 +354,11 @@ def variant_table(results: Results) -> Optional[ResultTable]:
     decimals: Dict[str, Any] = {name: of_head[head] for (head, _), name in names.items() if head in of_head}
     exact = exact.fillna({name: '' for name in names.values() if name not in decimals})
     heads = {name: (ppr_text(label), head) for (head, label), name in names.items()}
-    counted = 'All trials that ended with a pose count, where they ended; failed: how many did not succeed.'
-    first = f'Ratio: of the errors to those of equal trials of the variant {first_variant(results.trials)!r}'
+    counted = 'All trials with a final pose count; failed: number of failed trials.'
+    first = f'Ratio: errors relative to equal trials of the variant {first_variant(results.trials)!r}'
     notes = [
-        f'Distance in position, and angle of heading: median, and difference of the quartiles. {counted}',
-        f"{first}, by the signed ranks of its logarithm, with the comparison's own 95 % interval (from six trials on).",
+        f'Position and heading error: median and interquartile range. {counted}',
+        f'{first}, by signed ranks of logarithms, with an uncorrected 95 % interval (at least six trials).',
     ]
-    title = "Variants: the odometry's own final error, /odom minus /world_pose"
+    title = 'Variants: final odometry error, /odom minus /world_pose'
     return ResultTable(VARIANTS, title, exact, heads, decimals, notes)

@@ -1,4 +1,4 @@
-"""The summary of results for the terminal: one row per cell, or per trial if each cell has one."""
+"""Summary of results for the terminal: one row per cell, or per trial if each cell has one trial."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from diff_encoder_sim.base.deferred import pandas as pd
 
 SOURCES_LEGEND = (
     'odom: wheel odometry; amcl: last /amcl_pose; global: pose estimate (/global_pose); world: ground truth;\n'
-    "odom - world: odometry minus ground truth, the odometry's own error."
+    'odom - world: odometry minus ground truth, the odometry error.'
 )
 CELL_LEGEND = (
     f'Final pose minus goal by pose source. %: trials that end {TOLERANCE_TEXT};\n'
@@ -32,7 +32,7 @@ def summary(results: Results) -> str:
 
 
 def cell_table(results: Results) -> str:
-    """Return one row per cell: number of trials, how many succeeded, and the final errors of each pose."""
+    """Return one row per cell: trials, succeeded trials, and the final errors of each pose."""
     headers = ['test', 'PPR', 'trials', 'succeeded', *_pose_headers('%', 'std dev\n[m]')]
     rows = []
     for _, of_cell in results.trials.groupby('cell', sort=False):
@@ -48,7 +48,7 @@ def cell_table(results: Results) -> str:
 
 
 def trial_table(results: Results) -> str:
-    """Return one row per trial: how it ended, and the final error of each pose."""
+    """Return one row per trial: outcome and final error of each pose."""
     headers = ['test', 'PPR', 'trial', 'outcome', 'time\n[s]', 'path\n[m]', *_pose_headers('[m]', '[deg]')]
     rows = []
     for _, trial in results.trials.iterrows():

@@ -1,6 +1,6 @@
-"""With which encoders enough trials end within the tolerance: counts by cell, and the headline of an analysis.
+"""Sufficient encoders: success rates by cell, and the headline of an analysis.
 
-At least four trials in five must end within it with 95 % confidence: Wilson's interval of the fraction must lie on one
+An encoder is sufficient if the success rate is at least 80 % with 95 % confidence: Wilson's interval must lie on one
 side of 80 %.
 """
 
@@ -17,8 +17,7 @@ from diff_encoder_sim.base.deferred import pandas as pd
 
 TOLERANCE_TEXT = f'within {X.tolerance:g} m in x and y and {YAW.tolerance:g} degrees'
 
-# Final poses that are compared with the goal, or with the true pose. At the goal, a part of the odometry's error is
-# that the robot stops elsewhere.
+# Final poses and their references. At the goal, the error of odometry includes the stopping error.
 COMPARED_POSES = {
     'world': 'true pose at the goal',
     'global': 'pose estimate at the goal',
@@ -26,7 +25,7 @@ COMPARED_POSES = {
     MINUS_TRUTH: 'odometry at the true pose',
 }
 
-# More tests, counted with their sets of parameters, are not named but only counted.
+# Above this number, tests (with their parameter sets) are counted instead of named.
 MOST_NAMED = 3
 
 
@@ -39,7 +38,7 @@ class Sufficiency(enum.Enum):
 
 
 def fewest_trials() -> int:
-    """Return the number of trials that show the required fraction when all of them end within the tolerance."""
+    """Return the smallest number of trials that shows the required fraction if all succeed."""
     count = 1
     while wilson(count, count).low < REQUIRED_FRACTION:
         count += 1
@@ -47,13 +46,12 @@ def fewest_trials() -> int:
 
 
 def fractions_within(results: Results) -> pd.DataFrame:
-    """Count the trials within the tolerance, whatever their outcome.
+    """Count the trials within the tolerance, with any outcome.
 
     Returns:
-        a row for each cell and each of `COMPARED_POSES`: `setup`, its `name` in the headline, `ppr`, `pose`; number of
-        `trials` that ended with the pose, of those `within` in position and heading, in `position` (x and y) and in
-        `heading`; `low` and `high`, the interval of the fraction within / trials; `sufficiency`, a value of
-        `Sufficiency`.
+        a row per cell and pose of `COMPARED_POSES`: `setup`, its `name` in the headline, `ppr`, `pose`; number of
+        `trials` with this final pose, and of trials `within` tolerance, also only in `position` (x and y) and only in
+        `heading`; `low` and `high`, the interval of within / trials; `sufficiency`, a value of `Sufficiency`.
     """
     short, rows = [key.rpartition('.')[2] for key in results.varied], []
     for _, of_cell in results.trials.groupby('cell', sort=False):
@@ -73,9 +71,9 @@ def fractions_within(results: Results) -> pd.DataFrame:
 
 
 class Headline(NamedTuple):
-    """What the trials show about the encoders."""
+    """Conclusion about the encoders."""
 
-    statement: str  # what is listed by pose
+    statement: str  # introduces `by_pose`
     by_pose: Dict[str, str]  # by text of the final pose
     failures: str  # empty if all trials succeeded
 
@@ -88,7 +86,7 @@ class Headline(NamedTuple):
 
 
 def headline(fractions: pd.DataFrame, trials: pd.DataFrame) -> Headline:
-    """Summarize with which encoders enough trials end within the tolerance, by final pose, from `fractions_within`."""
+    """Summarize the sufficient encoders by final pose, from `fractions_within`."""
     known = fractions[fractions['trials'] > 0]
     if known.empty:
         return Headline('No trial ended with a pose: nothing can be concluded.', {}, '')
@@ -107,7 +105,7 @@ def headline(fractions: pd.DataFrame, trials: pd.DataFrame) -> Headline:
 
 
 def _by_pose(known: pd.DataFrame, is_few: bool) -> Dict[str, str]:
-    """Describe each test, tests with equal texts together, or all tests as a whole if there are many."""
+    """Describe each test, joining tests with equal texts; many tests are summed."""
     texts = {}
     for pose, text in COMPARED_POSES.items():
         of_pose = known[known['pose'] == pose]

@@ -63,7 +63,7 @@ def test_files_of_others_are_not_overwritten(tmp_path, earlier):
     (out / 'deep').mkdir(parents=True)
     (out / 'deep' / 'notes.txt').write_text('mine')
     before = names(tmp_path)
-    with pytest.raises(ConfigError, match=f"{out}: holds 'deep'"):
+    with pytest.raises(ConfigError, match=f"{out}: contains 'deep'"):
         write(out, one='2')
     assert names(tmp_path) == before and (out / 'deep' / 'notes.txt').read_text() == 'mine'
 

@@ -82,8 +82,8 @@ def test_of_many_each_cell_has_equally_many_and_one_at_least(monkeypatch):
 
 
 def test_nothing_finished_and_other_paths_with_a_campaign_are_refused(folder, tmp_path):
-    assert 'expected it alone' in refusal(folder, tmp_path)
-    assert refusal(folder.parent).startswith(f'{folder.parent}: holds the results of a campaign in {folder}')
+    assert 'expected only this folder' in refusal(folder, tmp_path)
+    assert refusal(folder.parent).startswith(f'{folder.parent}: contains the results of a campaign in {folder}')
     empty = finish(small_campaign(tmp_path), tmp_path / 'empty', 0)
     assert refusal(empty).startswith(f'{empty}: no trial is finished')
     (empty / 'trials.csv').unlink()

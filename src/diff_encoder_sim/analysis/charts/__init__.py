@@ -1,1 +1,1 @@
-"""Charts as functions of DataFrames, by Altair: interactive in pages that any browser opens offline, and as files."""
+"""Charts with Altair as functions of DataFrames: interactive on offline pages, and as files."""

@@ -1,7 +1,4 @@
-"""The part of a page that has its charts: what its reader may choose, charts, data and Vega, in one block of HTML.
-
-Charts are drawn by Vega, which vl-convert has with it, so that any browser opens the page offline.
-"""
+"""Block of HTML with controls, charts, their data and the Vega library of vl-convert, for offline pages."""
 
 from __future__ import annotations
 
@@ -16,9 +13,9 @@ from markupsafe import Markup
 
 from diff_encoder_sim.analysis.html_templates import load_template
 
-VEGA_LITE = '.'.join(alt.SCHEMA_VERSION.lstrip('v').split('.')[:2])  # that this Altair writes
+VEGA_LITE = '.'.join(alt.SCHEMA_VERSION.lstrip('v').split('.')[:2])  # version written by Altair
 HEIGHT_PX = 340
-FONT = "system-ui, 'Segoe UI', Roboto, 'Liberation Sans', sans-serif"  # that of the page
+FONT = "system-ui, 'Segoe UI', Roboto, 'Liberation Sans', sans-serif"  # font of the page
 _TEXT = {'labelFontSize': 12, 'titleFontSize': 12, 'titleFontWeight': 'normal'}
 CONFIG: Dict[str, Any] = {
     'font': FONT,
@@ -30,17 +27,17 @@ CONFIG: Dict[str, Any] = {
 
 
 class Chart(NamedTuple):
-    """One chart; it may use the page's choices as parameters: 'indexof(encoders, datum.encoder) >= 0'."""
+    """Chart, which may use the page's choices as parameters: 'indexof(encoders, datum.encoder) >= 0'."""
 
-    name: str  # unique in the page; of letters, digits and hyphens
+    name: str  # unique in the page; letters, digits and hyphens
     title: str
-    description: str  # what it shows and how it is read, for all readers and screen readers
+    description: str  # legend, also for screen readers
     drawing: alt.LayerChart  # without width and title
-    table: str = ''  # id of the page's element that has the numbers; '' if there is none
+    table: str = ''  # id of the page element with the numbers; '' if there is none
 
 
 class Look(enum.Enum):
-    """How a choice is shown."""
+    """Control of a choice."""
 
     BOXES = 'checkbox'  # any number of options
     BUTTONS = 'radio'  # one of a few
@@ -48,45 +45,45 @@ class Look(enum.Enum):
 
 
 class Option(NamedTuple):
-    """One value of a choice."""
+    """Value of a choice."""
 
     value: Union[str, int]
     label: str
-    colour: str = ''  # in which charts draw it, as CSS has it; '' if it has none
-    symbol: str = '●'  # that charts draw for it, if it has a colour
+    colour: str = ''  # CSS colour in charts; '' if it has none
+    symbol: str = '●'  # symbol in charts, if it has a colour
     within: Union[str, int, None] = None  # offered while the choice `Choice.within` has this value
 
 
 class Choice(NamedTuple):
-    """What the reader of a page may choose: a parameter of all its charts, by its name."""
+    """User's choice on a page: a parameter of all its charts, by name."""
 
     name: str
     label: str
     options: Sequence[Option]
-    chosen: Union[str, int, Sequence[Union[str, int]]]  # at first; several values for boxes
+    chosen: Union[str, int, Sequence[Union[str, int]]]  # initial value; several for boxes
     look: Look
-    within: str = ''  # of a list: the name of another choice, whose values its options are within
-    # Of a list: a click on a mark whose data has a field of its name chooses that value, and brings this chart into
-    # view. So does one on a hidden element of the page with `data-choose`, values by name as JSON.
+    within: str = ''  # for a list: name of the choice that filters its options
+    # For a list: chart scrolled into view by a click on a mark with a field of the choice's name, which selects its
+    # value. A page element with `data-choose` (values by name as JSON) acts in the same way.
     clicked_for: str = ''
 
 
 def zoomed(layer: Any, encodings: Sequence[str] = ('x', 'y')) -> Any:
-    """Let the reader zoom the axes of a layer: drag, Ctrl with the wheel, and buttons."""
+    """Make the axes of a layer zoomable by drag, Ctrl with the wheel, and buttons."""
     wheel = 'wheel![event.ctrlKey || event.metaKey]'
     zoom = alt.selection_interval(name='zoom', bind='scales', zoom=wheel, encodings=list(encodings))
     return layer.properties(name='zoomed').add_params(zoom)  # Altair 5 would number it through all charts of a process
 
 
 def charts_html(charts: Sequence[Chart], choices: Sequence[Choice] = ()) -> Markup:
-    """Return the block, once for a page; it is hidden if scripts do not run.
+    """Return the block for a page; it is hidden without JavaScript.
 
-    An element `<details class="instead-of-charts" open>` of the page, with pictures or tables of the same, is folded
-    once the charts are drawn, and is printed in their place.
+    An element `<details class="instead-of-charts" open>` of the page, with equivalent figures or tables, is folded when
+    the charts are drawn, and printed instead of them.
 
     Args:
-        charts: in the order of the page, two abreast if there is room.
-        choices: what the reader may choose, above the charts.
+        charts: in the order of the page, in two columns if there is space.
+        choices: controls above the charts.
     """
     drawn, data = [], {}
     for chart in charts:
@@ -102,7 +99,7 @@ def charts_html(charts: Sequence[Chart], choices: Sequence[Choice] = ()) -> Mark
             config=CONFIG,
         )
         vega = vl_convert.vegalite_to_vega(spec, vl_version=VEGA_LITE)
-        del vega['$schema']  # an older Vega's than the page has, if Altair is older than vl-convert: it would warn
+        del vega['$schema']  # Vega warns if Altair is older than vl-convert
         drawn.append({'name': chart.name, 'spec': vega})
     content = {
         'charts': drawn,
@@ -114,16 +111,16 @@ def charts_html(charts: Sequence[Chart], choices: Sequence[Choice] = ()) -> Mark
         load_template('charts.html', Path(__file__).parent).render(
             charts=charts,
             choices=choices,
-            content=Markup(text.replace('<', '\\u003c')),  # so that nothing in it ends the script
+            content=Markup(text.replace('<', '\\u003c')),  # data must not end the script
             library=Markup(vl_convert.javascript_bundle('window.vegaEmbed = vegaEmbed;', vl_version=VEGA_LITE)),
         )
     )
 
 
 def drawing_dict(drawing: Any) -> Dict[str, Any]:
-    """Return a chart as Vega-Lite, with any number of rows."""
+    """Return a chart as Vega-Lite, without a limit on rows."""
     with alt.data_transformers.enable('default', max_rows=None):
-        spec: Dict[str, Any] = drawing.to_dict(validate=False)  # a test validates; it takes longer than the drawing
+        spec: Dict[str, Any] = drawing.to_dict(validate=False)  # slow; a test validates
     return spec
 
 
@@ -134,5 +131,5 @@ def _choice(choice: Choice) -> Dict[str, Any]:
 
 
 def _columns(rows: Sequence[Dict[str, Any]]) -> Dict[str, List[Any]]:
-    """Return the values by key: a third of the size of rows."""
+    """Return the values by key, which takes a third of the size of rows."""
     return {key: [row[key] for row in rows] for key in rows[0]} if rows else {}

@@ -1,7 +1,7 @@
-"""The charts of trials as Altair has them, each a function of a DataFrame: the same for the report and for files.
+"""Altair charts of trials, shared by the report and the figure files.
 
-What a page lets its reader choose, and a file has fixed, are arguments: expressions of Vega, such as `units[quantity]`
-or `'m'`, and `rows`, an `alt.Chart` of a DataFrame with only the transforms that choose from it.
+Properties that are choices on a page and fixed in a file are arguments: Vega expressions, such as `units[quantity]` or
+`'m'`, and `rows`, an `alt.Chart` of a DataFrame with filter transforms only.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from diff_encoder_sim.analysis.quantities import X
 from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.localization.occupancy_grid import OCCUPIED, OccupancyGrid
 
-Domain = Sequence[Union[float, Dict[str, str]]]  # of an axis: numbers, or expressions
+Domain = Sequence[Union[float, Dict[str, str]]]  # of an axis: numbers or expressions
 
-PLAIN = '.6~g'  # of numbers on axes: no trailing zeros, no powers of ten
+PLAIN = '.6~g'  # number format of axes: no trailing zeros, no powers of ten
 GREY, FAILED = '#737373', '#d55e00'
 WITHIN: Dict[str, Any] = {'color': '#000', 'opacity': 0.08, 'clip': True, 'aria': False}
 
-# Viridis from its end for fine encoders to that for coarse ones; its yellow is too pale for points on white.
+# Viridis from fine to coarse encoders, without its yellow, which is too pale on white.
 VIRIDIS = ('#440154', '#414487', '#2a788e', '#22a884', '#7ad151')
 
-# The errors that are drawn: label, colour (of Okabe and Ito's palette, for colour-blind readers), and shape.
+# Series of errors: label, colour (Okabe and Ito's palette for colour-blind readers), and shape.
 SERIES = (
     ('/odom minus /world_pose', '#0072b2', 'circle'),
     ('/odom minus goal', '#56b4e9', 'square'),
@@ -36,17 +36,17 @@ SERIES = (
     ('/amcl_pose minus goal', '#e69f00', 'triangle-down'),
 )
 LABELS, COLOURS, SHAPES = zip(*SERIES)
-BEYOND = 'beyond the axes'  # a series in place of that of a point that is drawn at their border
+BEYOND = 'beyond the axes'  # series of points drawn at the border of the axes
 
-# Points are spread by the golden ratio: evenly, and the same way each time; over this fraction of a series' room.
+# Points are jittered by the golden ratio, evenly and reproducibly, over this fraction of a series' width.
 JITTER, GOLDEN_RATIO = 0.5, 0.618034
-ROTATED_FROM = 40  # characters in all names of encoders
+ROTATED_FROM = 40  # total characters of encoder names
 
-AXIS_BEYOND = 1.5  # the axis of counts goes on by this factor on both sides
+AXIS_BEYOND = 1.5  # the axis of counts extends by this factor on both sides
 
 
 def encoder_colours(encoders: Sequence[str]) -> Dict[str, str]:
-    """Return a colour for each encoder, from light to dark in the order given."""
+    """Return a colour per encoder, from light to dark in the given order."""
     anchors = np.array([[int(colour[first : first + 2], 16) for first in (1, 3, 5)] for colour in VIRIDIS])
     places = np.linspace(1.0, 0.0, len(encoders)) if len(encoders) > 1 else np.zeros(len(encoders))
     levels = [np.interp(places, np.linspace(0.0, 1.0, len(VIRIDIS)), channel) for channel in anchors.T]
@@ -55,7 +55,7 @@ def encoder_colours(encoders: Sequence[str]) -> Dict[str, str]:
 
 
 def tips(titles: Dict[str, str], formats: str = '') -> List[alt.Tooltip]:
-    """Return the fields that a mark shows under the pointer, by name, with their titles; numbers in a format of D3."""
+    """Return the tooltip fields of a mark from titles by field; `formats` is a D3 number format."""
     more: Dict[str, Any] = {'format': formats} if formats else {}
     kind = 'Q' if formats else 'N'
     return [alt.Tooltip(f'{field}:{kind}', title=title, **more) for field, title in titles.items()]
@@ -80,7 +80,7 @@ def _series(channel: Any, looks: Sequence[str], beyond: str) -> Any:
 def _points(
     rows: alt.Chart, trials: Optional[pd.DataFrame], colours: Dict[str, str], chosen: str, size_px2: float
 ) -> alt.Chart:
-    """Return a point for each error; that of the chosen trial has a ring."""
+    """Return a point per error; the chosen trial has a ring."""
     points = rows.mark_point(filled=True, opacity=0.75, clip=True, cursor='pointer').encode(
         color=_encoder_colour(colours),
         shape=_series(alt.Shape, SHAPES, 'cross'),
@@ -106,11 +106,11 @@ def xy_errors(
 
     Args:
         rows: trial, encoder, series (of `LABELS`, or `BEYOND`), x and y [m], yaw [deg].
-        trials: trial, number, seed, bag, outcome, which a point shows under the pointer; None for a file.
+        trials: trial, number, seed, bag, outcome for tooltips; None for a file.
         colours: by encoder.
-        domain: of both axes; None for one that has all points.
-        chosen: whether a point is that of the chosen trial, an expression.
-        size_px2: of the other points.
+        domain: of both axes; None to fit all points.
+        chosen: expression that is true for points of the chosen trial.
+        size_px2: size of the other points.
     """
     square: Dict[str, Any] = {'x': 'low:Q', 'x2': 'high:Q', 'y': 'low:Q', 'y2': 'high:Q'}
     reach = (
@@ -147,19 +147,19 @@ def distributions(
     chosen: str = 'false',
     size_px2: float = 45,
 ) -> alt.LayerChart:
-    """Draw an error of every trial by encoder, series beside each other, with medians and quartiles.
+    """Draw an error of every trial by encoder, series next to each other, with medians and quartiles.
 
     Args:
-        rows: as `xy_errors` has them, with `value` and `slot`, the place of the series among those shown.
-        trials: likewise.
-        names: of the encoders, as the axis has them.
+        rows: as for `xy_errors`, with `value` and `slot`, the index of the displayed series.
+        trials: as for `xy_errors`.
+        names: names of encoders on the axis.
         colours: by encoder.
-        unit: of the values, an expression.
-        tolerance: of the values, an expression.
-        series: how many are shown, an expression.
-        domain: of the values; None for one that has all.
-        chosen: whether a point is that of the chosen trial, an expression.
-        size_px2: of the other points.
+        unit: expression for the unit of the values.
+        tolerance: expression for the tolerance of the values.
+        series: expression for the number of displayed series.
+        domain: of the values; None to fit all values.
+        chosen: expression that is true for points of the chosen trial.
+        size_px2: size of the other points.
     """
     texts = alt.param(name='encoder_names', value=names)
     x = alt.X('encoder:O', sort=list(names), title=None).scale(paddingOuter=0.2)
@@ -203,14 +203,13 @@ def _with_unit(unit: str) -> str:
 
 
 def spreads(rows: alt.Chart, closed_form: alt.Chart, pprs: Sequence[float], unit: str) -> alt.LayerChart:
-    """Draw standard deviations with their intervals against counts, on logarithmic axes, with the closed form.
+    """Draw standard deviations with intervals and the closed form over counts, on logarithmic axes.
 
     Args:
-        rows: encoder, label, series, ppr, place (PPR where it is drawn: series are next to each other), is_real, std,
-            low, high, trials.
+        rows: encoder, label, series, ppr, place (x position, which separates series), is_real, std, low, high, trials.
         closed_form: ppr, std.
         pprs: of all encoders, ascending.
-        unit: of the standard deviations, an expression.
+        unit: expression for the unit of the standard deviations.
     """
     x_scale = alt.Scale(type='log', nice=False, domain=[pprs[0] / AXIS_BEYOND, pprs[-1] * AXIS_BEYOND])
     y_scale = alt.Scale(type='log', nice=False, padding=12)
@@ -223,7 +222,7 @@ def spreads(rows: alt.Chart, closed_form: alt.Chart, pprs: Sequence[float], unit
     def y(field: str) -> alt.Y:
         return alt.Y(f'{field}:Q', title='standard deviation', scale=y_scale, axis=y_axis)
 
-    point = alt.OverlayMarkDef(opacity=0, size=60)  # so that the pointer need not be on the line
+    point = alt.OverlayMarkDef(opacity=0, size=60)  # enlarges the hover area of the line
     line = (
         closed_form.transform_filter('datum.std > 0')
         .mark_line(color=GREY, strokeDash=[6, 4], clip=True, point=point)
@@ -234,7 +233,7 @@ def spreads(rows: alt.Chart, closed_form: alt.Chart, pprs: Sequence[float], unit
         *tips({'std': 'std. dev.', 'low': '95 % from', 'high': '95 % to'}, '.4g'),
     ]
     measured = rows.encode(x=x('place'), color=_series(alt.Color, COLOURS, GREY))
-    # Real encoders differ by more than their counts: they are hollow and have no line.
+    # Real encoders differ not only by counts: hollow points without a line.
     lines = measured.transform_filter('!datum.is_real').mark_line(strokeWidth=1.2, clip=True).encode(y=y('std'))
     bars = measured.mark_rule(strokeWidth=1.5, clip=True).encode(y=y('low'), y2='high:Q', tooltip=shown)
     fill = alt.condition('datum.is_real', alt.value('#fff'), _series(alt.Fill, COLOURS, GREY))
@@ -252,13 +251,13 @@ def path_chart(
     colours: Dict[str, str],
     domains: Tuple[Domain, Domain],
 ) -> alt.LayerChart:
-    """Draw true paths and those of /odom, over the map.
+    """Draw true paths and paths of /odom on the map.
 
     Args:
-        rows: one for each path: trial, encoder, path (`true path` or `/odom`), and lists of x and y [m].
-        marks: of tests: mark (start, goal or end of a failed trial), x, y [m].
-        maps: of tests: url of an image, and its borders [m].
-        trials: as `xy_errors` has them.
+        rows: one per path: trial, encoder, path (`true path` or `/odom`), and lists of x and y [m].
+        marks: mark (start, goal or end of a failed trial), x, y [m].
+        maps: url of an image and its borders [m].
+        trials: as for `xy_errors`.
         colours: by encoder.
         domains: of x and y.
     """
@@ -302,7 +301,7 @@ def path_chart(
 
 
 def map_image(grid: OccupancyGrid) -> str:
-    """Return the occupied cells of a map in grey on nothing, as a data URI of a PNG."""
+    """Return the occupied cells of a map in grey on transparent, as a data URI of a PNG."""
     pixels = np.zeros((*grid.cells.shape, 2), np.uint8)
     pixels[grid.cells[::-1] == OCCUPIED] = (153, 255)
     file = io.BytesIO()
@@ -317,9 +316,9 @@ def variant_errors_chart(
 
     Args:
         errors: variant, encoder, median, low, high, has_failed.
-        names: of all variants, the first first.
+        names: names of all variants, in order.
         colours: by encoder.
-        title: of the axis of errors.
+        title: title of the error axis.
     """
     y = alt.Y('variant:O', sort=list(names), title=None).axis(labelLimit=220, grid=False)
     offset = alt.YOffset('encoder:N', sort=list(colours))

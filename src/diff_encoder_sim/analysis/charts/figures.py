@@ -1,4 +1,4 @@
-"""The figures of an analysis: the charts of its report as PNG and SVG files, the same bytes for the same data."""
+"""Figures of an analysis: charts of the report as reproducible PNG and SVG files."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE
 from diff_encoder_sim.trials.trials_csv import VARIANT
 
-WIDTH_PX = 600  # of a figure, in the units of its SVG
+WIDTH_PX = 600  # width of a figure in SVG units
 PNG_SCALE = 1.6
 POINT_PX2 = 16
-BETWEEN_PX, AXIS_PX = 12, 62  # room between panels, and for an axis with its title
+BETWEEN_PX, AXIS_PX = 12, 62  # space between panels, and for an axis with its title
 THIRD_PX = WIDTH_PX // 3 - AXIS_PX - BETWEEN_PX
 
-MOST_POINTS = 1000  # of a cell: those of more trials hide each other
-MEDIAN_TIMES = 6.0  # axes have all values up to so many times the median of any cell, and the others at their border
+MOST_POINTS = 1000  # per cell; more points hide each other
+MEDIAN_TIMES = 6.0  # axes end at this multiple of the largest median of a cell; values beyond are drawn at the border
 MOST_ABREAST, MOST_TRIALS, MOST_OBLONG = 5, 10, 3.6
 
 VARIANTS_CAPTION = (
-    "The odometry's own final error, /odom minus /world_pose, in each variant: medians and quartiles, and the median "
-    'of the first variant as dotted lines; hollow: some trials failed. The other figures are of that variant.'
+    'Final odometry error, /odom minus /world_pose, by variant: medians and quartiles, and the median of the first '
+    'variant as dotted lines; hollow: some trials failed. The other figures show the first variant.'
 )
 
 _TEXT = {'labelFontSize': 10, 'titleFontSize': 10, 'titleFontWeight': 'normal', 'labelColor': '#333'}
@@ -50,7 +50,7 @@ CONFIG: Dict[str, Any] = {
 
 
 class Figure(NamedTuple):
-    """A figure that was written."""
+    """Written figure."""
 
     name: str
     caption: str
@@ -58,21 +58,21 @@ class Figure(NamedTuple):
     svg: Path
 
 
-# A figure before it is written: its name, caption, and rows of panels.
+# Figure to write: name, caption, and rows of panels.
 _Drawn = Tuple[str, str, List[List[alt.LayerChart]]]
 
 
 def write_figures(results: Results, folder: Path) -> List[Figure]:
     """Write all figures that have data into `folder`, which is created.
 
-    If parameters are varied besides the encoder, each of their combinations has figures of its own; of named variants
-    only the first, and one figure has all.
+    If parameters other than the encoder are varied, each combination has separate figures. For named variants these
+    show only the first, and one figure shows all.
 
     Raises:
         OSError: a file cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    with debug_mode(False):  # Altair checks each part of each panel, which takes longer than the drawing
+    with debug_mode(False):  # validation in Altair takes longer than the drawing
         return _write_figures(results, folder)
 
 
@@ -99,7 +99,7 @@ def _save(drawn: _Drawn, folder: Path) -> Figure:
     drawing = alt.vconcat(*(alt.hconcat(*row) for row in rows))
     spec = {**drawing_dict(drawing), 'config': CONFIG}
     svg = vl_convert.vegalite_to_svg(spec, vl_version=VEGA_LITE)
-    # Vega numbers what it clips through all figures of a process.
+    # Vega numbers clip paths across all figures of a process.
     numbers: Dict[str, str] = {}
     svg = re.sub(r'\b(clip|gradient_)\d+\b', lambda found: numbers.setdefault(found[0], f'part{len(numbers)}'), svg)
     figure = Figure(name, caption, folder / f'{name}.png', folder / f'{name}.svg')
@@ -109,7 +109,7 @@ def _save(drawn: _Drawn, folder: Path) -> Figure:
 
 
 def _figures(results: Results, trials: pd.DataFrame, colours: Dict[str, str]) -> Iterator[_Drawn]:
-    """Yield the figures of trials with one setup of each test."""
+    """Yield the figures of trials with one setup per test."""
     errors = frames.error_rows(trials.groupby('cell', sort=False).head(MOST_POINTS))
     tests = dict(trials[['test', 'setup']].drop_duplicates().itertuples(index=False))
     label_of = {pose: label for label, pose in frames.OF_LABEL.items()}
@@ -131,7 +131,7 @@ def _figures(results: Results, trials: pd.DataFrame, colours: Dict[str, str]) ->
     for test in tests:
         shown = frames.with_paths(trials[trials['test'] == test], MOST_TRIALS * len(colours))
         if test in results.requested and not shown.empty:
-            caption = f'{test}: true paths (grey) and /odom, of at most {MOST_TRIALS} trials of each encoder; circle: '
+            caption = f'{test}: true paths (grey) and /odom, at most {MOST_TRIALS} trials per encoder; circle: '
             caption += 'start; plus: goal; cross: end of a failed trial'
             yield f'trajectories_{test}', caption, _path_panels(results, shown, colours)
     counted = trials.groupby(['test', 'ppr'], sort=False).size().reset_index(name='trials')
@@ -141,8 +141,8 @@ def _figures(results: Results, trials: pd.DataFrame, colours: Dict[str, str]) ->
         stds, closed_form = frames.spread_rows(trials), frames.closed_form_rows(results)
         series = ', '.join(f'{symbol} {label}' for label, symbol in zip(drawings.LABELS, '●■◆▲▼'))
         caption = (
-            f"Standard deviation against the encoder's resolution, with 95 % intervals: {series}; dashed: the closed "
-            'form of quantisation, for stops that differ by more than a pulse'
+            f"Standard deviation against the encoder's resolution, with 95 % intervals: {series}; dashed: closed form "
+            'of quantisation, for final poses that differ by more than a pulse'
         )
         caption += '; hollow: real encoders' if any(map(is_real, encoders(trials))) else ''
         panels = []
@@ -157,8 +157,8 @@ def shown_limit(cells: Sequence[np.ndarray], least: float) -> float:
     """Return half the width of axes around zero that show most values of every cell.
 
     Args:
-        cells: values of each; empty ones do not count.
-        least: is shown whatever the values.
+        cells: values by cell; empty cells are ignored.
+        least: minimum.
     """
     magnitudes = [np.abs(values) for values in cells if len(values)]
     largest = max((float(values.max()) for values in magnitudes), default=0.0)
@@ -167,7 +167,7 @@ def shown_limit(cells: Sequence[np.ndarray], least: float) -> float:
 
 
 def _xy_panels(of_test: pd.DataFrame, test: str, colours: Dict[str, str]) -> List[List[alt.LayerChart]]:
-    """Return a row of panels for a test, or several for many encoders, in one scale: spreads can be compared by eye."""
+    """Return one or more rows of panels for a test, all with the same scale."""
     labels = list(colours)
     values = [of_test.loc[of_test['encoder'] == label, axis].to_numpy() for label in labels for axis in 'xy']
     limit_m = shown_limit(values, 1.2 * X.tolerance)
@@ -243,7 +243,7 @@ def _path_panels(results: Results, shown: pd.DataFrame, colours: Dict[str, str])
 
 
 def _of_variants(results: Results, colours: Dict[str, str]) -> Iterator[_Drawn]:
-    """Yield the figure of the variants, with a row for each test with its other parameters: position and heading."""
+    """Yield the figure of the variants: a row per test and other parameters, with position and heading."""
     errors = variant_errors(results)
     if errors.empty:
         return

@@ -1,6 +1,6 @@
-"""The rows that charts draw, as DataFrames: errors of trials, their spread, the closed form, paths and maps.
+"""Data of charts as DataFrames: errors of trials, spread, closed form, paths and maps.
 
-`trials` is that of `Results`, or a part of it.
+`trials` is `Results.trials` or a part of it.
 """
 
 from __future__ import annotations
@@ -30,22 +30,22 @@ from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 OF_LABEL = dict(zip(LABELS, (MINUS_TRUTH, *(each.value for each in (PoseSource.ODOM, PoseSource.WORLD)))))
 OF_LABEL.update(zip(LABELS[3:], (PoseSource.GLOBAL.value, PoseSource.AMCL.value)))
 
-APART = 1.07  # series are beside each other in PPR by this factor
+APART = 1.07  # factor in PPR between neighbouring series
 CLOSED_FORM_POINTS = 40
 
-# Of trials with a bag, the first of each cell have a path, so many in all: the page stays below 3 MB.
+# Maximum number of paths, which keeps the page below 3 MB.
 MOST_PATHS = 400
-STRAIGHT_WITHIN = 1.5e-3  # of the floor's sides: points nearer to the line between others are left out
+STRAIGHT_WITHIN = 1.5e-3  # tolerance of simplified paths as a fraction of the floor's sides
 MARGIN, LEAST_SIDE_M = 0.05, 0.1
 
 
 def trial_rows(trials: pd.DataFrame) -> pd.DataFrame:
-    """Return a row for each trial, whose `trial` is its index: number, seed, bag, outcome, as texts."""
+    """Return a row per trial (its index is `trial`): number, seed, bag and outcome as texts."""
     return pd.DataFrame(
         {
             'trial': trials.index,
             'number': trials['trial'],
-            'seed': trials['seed'].astype(str),  # as a number, a browser would round it
+            'seed': trials['seed'].astype(str),  # browsers round large numbers
             'bag': [Path(bag).name or 'none' for bag in trials['bag']],
             'outcome': trials['outcome'].str.replace('_', ' '),
         }
@@ -53,7 +53,7 @@ def trial_rows(trials: pd.DataFrame) -> pd.DataFrame:
 
 
 def error_rows(trials: pd.DataFrame) -> pd.DataFrame:
-    """Return a row for each trial (its index) and series of errors that it has: x and y [m], yaw [deg], rounded."""
+    """Return a row per trial (its index) and available series of errors: x and y [m], yaw [deg], rounded."""
     keys = pd.DataFrame({'trial': trials.index, 'setup': trials['setup'], 'encoder': trials['ppr']})
     of_series = []
     for label, pose in OF_LABEL.items():
@@ -63,7 +63,7 @@ def error_rows(trials: pd.DataFrame) -> pd.DataFrame:
 
 
 def spread_rows(trials: pd.DataFrame) -> pd.DataFrame:
-    """Return a row for each cell with a PPR, series and quantity whose errors differ: their standard deviation."""
+    """Return the standard deviations by cell with a PPR, series and quantity; without those of equal errors."""
     rows = []
     for (setup, encoder), cell in trials.groupby(['setup', 'ppr'], sort=False):
         ppr = ppr_value(encoder)
@@ -81,7 +81,7 @@ def spread_rows(trials: pd.DataFrame) -> pd.DataFrame:
 
 
 def closed_form_rows(results: Results) -> pd.DataFrame:
-    """Return points of the closed form of quantisation over the encoders' range, for each test that has one."""
+    """Return points of the closed form of quantisation over the range of encoders, by test."""
     pprs, rows = ppr_values(encoders(results.trials)), []
     for test, setup in results.trials[['test', 'setup']].drop_duplicates().itertuples(index=False):
         if test in results.requested and pprs:
@@ -94,13 +94,13 @@ def closed_form_rows(results: Results) -> pd.DataFrame:
 
 
 def with_paths(trials: pd.DataFrame, most: int = MOST_PATHS) -> pd.DataFrame:
-    """Return the trials whose paths are shown: of each cell the first with a bag, at most `most` in all."""
+    """Return the trials with displayed paths: the first with a bag of each cell, about `most` in total."""
     of_each = max(1, most // max(1, trials['cell'].nunique()))
     return trials[trials['true_path'].notna()].groupby('cell', sort=False).head(of_each)
 
 
 def path_rows(trials: pd.DataFrame, floors: pd.DataFrame) -> pd.DataFrame:
-    """Return two rows for each trial with its true path and that of /odom, of few points: lists of x and y [m]."""
+    """Return two rows per trial, with the simplified true path and that of /odom: lists of x and y [m]."""
     rows = []
     for trial, of_trial in trials.iterrows():
         left, bottom, right, top = floors.loc[of_trial['test']]
@@ -112,13 +112,11 @@ def path_rows(trials: pd.DataFrame, floors: pd.DataFrame) -> pd.DataFrame:
 
 
 def simplified(points: np.ndarray, within: float) -> np.ndarray:
-    """Return those points of a line, its ends among them, between which straight lines pass near all others.
-
-    By Ramer, and Douglas and Peucker: the farthest point from the line between two is kept, and divides them.
+    """Simplify a polyline by the Ramer-Douglas-Peucker algorithm.
 
     Args:
         points: (n, 2), n > 0.
-        within: greatest distance, in the points' unit.
+        within: maximum distance of removed points, in the points' unit.
     """
     kept = np.zeros(len(points), bool)
     kept[[0, -1]] = True
@@ -137,7 +135,7 @@ def simplified(points: np.ndarray, within: float) -> np.ndarray:
 
 
 def floor_rows(trials: pd.DataFrame, results: Results) -> pd.DataFrame:
-    """Return the part of the floor that the paths of trials take, with start and goal, by test: its borders [m]."""
+    """Return the bounding box [m] of the paths, start and goal of each test, with a margin."""
     rows = {}
     for test, of_test in trials.groupby('test', sort=False):
         ends = [pose[:2] for _, pose in _ends(results.requested.get(test))]
@@ -149,7 +147,7 @@ def floor_rows(trials: pd.DataFrame, results: Results) -> pd.DataFrame:
 
 
 def mark_rows(results: Results, tests: Sequence[str]) -> pd.DataFrame:
-    """Return where each test starts and where its goal is [m]."""
+    """Return the start and goal of each test [m]."""
     ends = [(test, name, pose) for test in tests for name, pose in _ends(results.requested.get(test))]
     rows = [(test, name, round(pose.x_m, 3), round(pose.y_m, 3)) for test, name, pose in ends]
     return pd.DataFrame(rows, columns=['test', 'mark', 'x', 'y'])
@@ -160,7 +158,7 @@ def _ends(requested: Optional[Trial]) -> List[Tuple[str, Pose2D]]:
 
 
 def map_rows(results: Results, tests: Sequence[str]) -> pd.DataFrame:
-    """Return the map of each test's world as an image with its borders [m]; without those that lie askew."""
+    """Return the map of each test's world as an image with its borders [m]; rotated maps are left out."""
     rows = []
     for test in tests:
         grid = _map_of(results.requested.get(test))
@@ -172,7 +170,7 @@ def map_rows(results: Results, tests: Sequence[str]) -> pd.DataFrame:
 
 
 def _map_of(requested: Optional[Trial]) -> Optional[OccupancyGrid]:
-    """Load the map of the test's world; None if this host has no such world, or no map."""
+    """Load the map of the test's world; None if the world or its map is missing."""
     try:
         world = requested and find_world(requested.test.world, package_folder() / 'worlds')
         return load_map(world.with_suffix('.yaml')) if world else None

@@ -1,4 +1,4 @@
-"""The report's interactive charts: every trial's final error, how they are spread, and the path of one trial."""
+"""Interactive charts of the report: final errors of trials, their distributions and spread, and the path of a trial."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from diff_encoder_sim.analysis.results_table import Results, encoders, sample_te
 from diff_encoder_sim.base.deferred import pandas as pd
 
 SYMBOLS = {'circle': '●', 'square': '■', 'diamond': '◆', 'triangle-up': '▲', 'triangle-down': '▼'}
-MOST_BUTTONS = 6  # tests with their parameters; more are a list
+MOST_BUTTONS = 6  # more setups become a list
 FIRST_SHOWN = (drawings.LABELS[0], drawings.LABELS[2])
 
 SHOWN = 'datum.setup === setup && indexof(encoders, datum.encoder) >= 0 && indexof(sources, datum.series) >= 0'
 UNIT = f'{ {quantity.axis: quantity.unit for quantity in QUANTITIES} }[quantity]'
-CLICK = 'A click on a point shows its path.'
+CLICK = 'Click a point to show its path.'
 
 
 def trial_charts(results: Results, shown: pd.DataFrame) -> Optional[Markup]:
-    """Return the charts with their data and choices; None if no trial ended with a pose.
+    """Return the charts with their data and choices; None if no trial has a final pose.
 
     Args:
-        results: all trials, whose spreads are drawn.
-        shown: those with points and paths: of many, some; its index is what `data-choose` of the page names.
+        results: all trials, for the spreads.
+        shown: trials with points and paths; `data-choose` of the page refers to its index.
     """
     errors = frames.error_rows(shown)
     if errors.empty:
@@ -84,7 +84,7 @@ def _curve_chart(results: Results, stds: pd.DataFrame) -> Chart:
     drawing = drawings.spreads(rows, closed_form, ppr_values(encoders(results.trials)), UNIT)
     drawing.layer[0] = zoomed(drawing.layer[0])
     description = (
-        'Standard deviation with its 95 % interval; dashed: the closed form of quantisation alone, for stops that '
+        'Standard deviation with its 95 % interval; dashed: closed form of quantisation, for final poses that '
         'differ by more than a pulse. Hollow: real encoders.'
     )
     return Chart('curve', 'Error against resolution', description, drawing, 'encoders')
@@ -113,8 +113,8 @@ def _path_chart(results: Results, trials: pd.DataFrame, paths: pd.DataFrame, col
 
 
 def _domains(floor: str) -> Tuple[Any, Any]:
-    """Return the domains of the floor's axes: from border to border, or more of it if both axes have one scale."""
-    # While the page is printed without charts, they have no width.
+    """Return the domains of the axes: the borders of the floor, extended if both axes have equal scale."""
+    # Charts have no width while the page is printed without them.
     per_px = f'max(({floor}.right - {floor}.left) / max(width, 1), ({floor}.top - {floor}.bottom) / height)'
 
     def domain(low: str, high: str, size: str) -> List[Dict[str, str]]:

@@ -1,1 +1,1 @@
-"""What is the source paper's alone: its cells, claims and errata, beside our results."""
+"""Comparison with the source paper: its cells, claims and errata."""

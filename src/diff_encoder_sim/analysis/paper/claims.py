@@ -1,7 +1,7 @@
-"""The paper's claims in our own words, and the hypothesis tests of their parts on our trials.
+"""Hypothesis tests of the paper's claims on our trials.
 
-A claim has many parts (tests, encoders, quantities) and holds when all of them do, for which 95 % in each are enough.
-It fails when one of them does; that this is not chance is kept at 95 % for all parts together, by Holm.
+A claim has several parts (tests, encoders, quantities). It holds if all parts hold, each with 95 % confidence. It fails
+if one part fails, with 95 % confidence over all parts (Holm).
 """
 
 from __future__ import annotations
@@ -44,17 +44,17 @@ COARSE, FINE = PPRS[:2], PPRS[2:]
 COARSE_AND_FINE = list(itertools.product(COARSE, FINE))
 EXTREMES = [(PPRS[0], PPRS[-1])]
 
-EQUAL_FRACTIONS_MARGIN = 0.15  # 30 of 30 trials in both cells bound the difference by 9 percentage points, no closer
-FEWEST_PAIRS = 3  # fewer have no test of their spreads
-NEGLIGIBLE_FRACTION = 0.1  # of the tolerance: a smaller difference is negligible
-SMALLEST_P = 1e-4  # smaller p-values are shown as smaller than this
+EQUAL_FRACTIONS_MARGIN = 0.15  # 30 of 30 trials in both cells only bound the difference to 9 percentage points
+FEWEST_PAIRS = 3  # minimum for a test of spreads
+NEGLIGIBLE_FRACTION = 0.1  # of the tolerance
+SMALLEST_P = 1e-4  # lower limit of displayed p-values
 
 
 HOLDS, FAILS, UNCLEAR = CONCLUSIONS = ('holds', 'fails', 'unclear')  # of a hypothesis test
 
 
 class HypothesisTest(NamedTuple):
-    """The test of one part of a claim."""
+    """Test of one part of a claim."""
 
     conclusion: str  # of CONCLUSIONS
     text: str  # with the numbers
@@ -62,21 +62,21 @@ class HypothesisTest(NamedTuple):
 
 
 class Errors(NamedTuple):
-    """The errors that a part of a claim is about: of one sample, or of pairs of equal trials."""
+    """Errors tested by a part of a claim: one sample, or pairs of equal trials."""
 
-    label: str  # as the report shows it
+    label: str  # in the report
     quantity: Quantity
     values: Tuple[np.ndarray, ...]  # (n,) each, in the quantity's unit
     names: Tuple[str, ...] = ()  # of the two samples of pairs
 
 
-# A part of a claim, tested alone: its text with the numbers, whether it is as claimed, whether this is sure with 95 %
-# confidence, and the p-value of the part being true if it is not as claimed.
+# Result of a part before correction: text with the numbers, whether it is as claimed, whether this is significant, and
+# the p-value against the part if it is not as claimed.
 _Judged = Tuple[str, bool, bool, float]
 
 
 def _tested(parts: Sequence[Errors], fewest: int, judge: Callable[[Errors], _Judged]) -> List[HypothesisTest]:
-    """Test all parts of a claim that have enough values; first come the labels of the others."""
+    """Test all parts of a claim that have enough values; the others come first."""
     enough = [judge(part) for part in parts if len(part.values[0]) >= fewest]
     return _concluded([part.label for part in parts if len(part.values[0]) < fewest], enough)
 
@@ -93,7 +93,7 @@ def _concluded(too_few: Sequence[str], parts: Sequence[_Judged]) -> List[Hypothe
 def fractions_within(limit: float, above: Sequence[Errors] = (), below: Sequence[Errors] = ()) -> List[HypothesisTest]:
     """Test that the fractions within tolerance are above, or below, `limit`, by the score test of Wilson's interval.
 
-    The limit is taken as printed: it is no sample.
+    The limit is the printed value, without sampling error.
     """
 
     def judge(one: Errors) -> _Judged:
@@ -188,7 +188,7 @@ def all_within(trials: pd.DataFrame, pose: str, tests: Sequence[str], pprs: Sequ
 
 
 def amcl_matches_global(trials: pd.DataFrame) -> List[HypothesisTest]:
-    """Test that the final /amcl_pose and /global_pose agree to a tenth of the tolerance, in every trial."""
+    """Test that the final /amcl_pose and /global_pose agree within a tenth of the tolerance in every trial."""
     is_true = {}
     for cell, of_cell in trials.groupby(['test', 'ppr'], sort=False):
         known = of_cell.dropna(subset=['amcl_x_m', 'global_x_m'])
@@ -201,15 +201,14 @@ def amcl_matches_global(trials: pd.DataFrame) -> List[HypothesisTest]:
 
 
 def _every_trial(what: str, is_true: Dict[Any, Any]) -> List[HypothesisTest]:
-    """Compare each cell's count, and that of all, with as many of the paper's trials, all of them true.
+    """Compare the counts per cell and in total with those of the paper, where all trials succeeded.
 
-    The paper's 30 of 30 trials are a sample: 29 of 30 of ours are no evidence against it (Fisher's exact test, p = 1).
-    All cells together are tested too, since a few trials in each may be many. If trials of several cells have common
-    noise, that p-value is too small or too large by a little; each cell's is not.
+    The paper's 30 of 30 trials are a sample: 29 of 30 of ours do not contradict it (Fisher's exact test, p = 1). The
+    total is also tested because a few failures per cell add up. If cells have common noise, its p-value is approximate.
 
     Args:
-        what: is claimed.
-        is_true: of each trial, by test and PPR.
+        what: the claimed property.
+        is_true: whether each trial has it, by test and PPR.
     """
     labelled = {f'{test} at {ppr} PPR': of_cell for (test, ppr), of_cell in is_true.items()}
     counts = [(label, int(sum(each)), len(each), TRIALS) for label, each in labelled.items() if len(each)]
@@ -232,7 +231,7 @@ def _of_cell(trials: pd.DataFrame, test: str, ppr: str) -> pd.DataFrame:
 def samples(
     trials: pd.DataFrame, pose: str, tests: Sequence[str], pprs: Sequence[str], quantities: Sequence[Quantity]
 ) -> List[Errors]:
-    """Return a sample for each cell and quantity; it is empty if there is no such cell."""
+    """Return a sample per cell and quantity; empty if there is no such cell."""
     return [
         Errors(
             f'{POSES[pose]} in {test} at {ppr} PPR, {quantity.axis}',
@@ -250,7 +249,7 @@ def pairs_of_pprs(
     pprs: Sequence[Tuple[str, str]],
     quantities: Sequence[Quantity],
 ) -> List[Errors]:
-    """Pair equal trials with two encoders; a pair is empty if one of them is missing."""
+    """Pair equal trials with two encoders; empty if an encoder is missing."""
     pairs = []
     for test, (first, second) in itertools.product(tests, pprs):
         both = equal_trials(_of_cell(trials, test, first), _of_cell(trials, test, second), pose)
@@ -262,7 +261,7 @@ def pairs_of_pprs(
 
 
 def pairs_of_y_and_x(trials: pd.DataFrame, pose: str, tests: Sequence[str], pprs: Sequence[str]) -> List[Errors]:
-    """Pair both errors of position of each trial."""
+    """Pair the y and x errors of each trial."""
     pairs = []
     for test, ppr in itertools.product(tests, pprs):
         values = tuple(final_errors(_of_cell(trials, test, ppr), pose, axis) for axis in (Y, X))
@@ -271,7 +270,7 @@ def pairs_of_y_and_x(trials: pd.DataFrame, pose: str, tests: Sequence[str], pprs
 
 
 def heading_by_resolution(trials: pd.DataFrame) -> List[HypothesisTest]:
-    """Test the heading over all tests, as the claim does, in all three tables: it does not name one."""
+    """Test the heading over all tests and in all three tables, because the claim does not name any."""
     of_tests = trials[trials['test'].isin(STANDARD_TESTS)]
     above, below = (
         [
@@ -287,7 +286,7 @@ def heading_by_resolution(trials: pd.DataFrame) -> List[HypothesisTest]:
     return fractions_within(0.9, above, below)
 
 
-# The test of each claim of config/paper/claims.csv: a hypothesis test for each of its parts.
+# Hypothesis tests of each claim of config/paper/claims.csv.
 CLAIMS: Dict[str, Callable[[pd.DataFrame], List[HypothesisTest]]] = {
     'routes': all_succeeded,
     'straight_heading': lambda trials: spreads(YAW.tolerance, below=samples(trials, 'odom', ['SL'], PPRS, [YAW])),
@@ -316,7 +315,7 @@ CLAIMS: Dict[str, Callable[[pd.DataFrame], List[HypothesisTest]]] = {
 
 
 class ClaimResult(NamedTuple):
-    """A claim and what our trials show."""
+    """Claim with the results of its tests."""
 
     text: str
     where: str  # in the paper
@@ -325,7 +324,7 @@ class ClaimResult(NamedTuple):
 
     @property
     def p_text(self) -> str:
-        """Return the p-value of the part that speaks most against the claim; empty if none was tested."""
+        """Return the smallest p-value of the parts; empty if none was tested."""
         p_value = min((test.p_against for test in self.tests if test.p_against is not None), default=None)
         return '' if p_value is None else f'p {p_value:.2g}' if p_value >= SMALLEST_P else f'p < {SMALLEST_P:g}'
 
@@ -337,7 +336,7 @@ class ClaimResult(NamedTuple):
 
 
 def check_claims(results: Results, name: str = '') -> Dict[str, List[ClaimResult]]:
-    """Test every claim, for each set of varied parameters; by `name` with these, as `compare_with_paper` does."""
+    """Test all claims for each set of varied parameters; the keys are those of `compare_with_paper`."""
     found = {}
     parameters = [varied_texts(values, results.varied) for values in results.trials[results.varied].values.tolist()]
     campaigns = [', '.join(filter(None, [name, *texts])) for texts in parameters]
@@ -350,7 +349,7 @@ def check_claims(results: Results, name: str = '') -> Dict[str, List[ClaimResult
 
 
 def claim_conclusion(tests: Sequence[HypothesisTest]) -> str:
-    """Conclude from the parts: one that fails contradicts a claim, all must hold to reproduce it."""
+    """Return the conclusion: one failed part contradicts a claim; all parts must hold to reproduce it."""
     conclusions = [test.conclusion for test in tests]
     if FAILS in conclusions:
         return 'contradicted'

@@ -1,4 +1,4 @@
-"""Compares each number of the paper with ours: can the difference be chance? And how many numbers agree."""
+"""Significance tests of the differences between the paper's numbers and ours."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ from diff_encoder_sim.base.deferred import pandas as pd
 optimize = deferred('scipy.optimize')
 stats = deferred('scipy.stats')
 
-# Values that differ by less are equal but for rounding.
+# Tolerance for equal values.
 ROUNDING = 1e-9
 
-# The excess of the kurtosis has an unbiased estimate from so many values on.
+# Minimum number of values for an unbiased estimate of the excess kurtosis.
 FEWEST_FOR_KURTOSIS = 4
 
-# How far the largest values reach is judged by the largest of ours.
+# Fraction of our values that estimates the tail.
 TAIL_FRACTION = 0.25
 
 
 def spread_p_value(values: np.ndarray, reported: float, count: int) -> float:
-    """Test a reported standard deviation of `count` values by the F-test, careful where our tails are heavy.
+    """Test a reported standard deviation of `count` values by the F-test, corrected for heavy tails.
 
-    Box (Biometrika 40, 1953): with the excess kurtosis g the logarithm of a variance is 1 + g / 2 times as
-    uncertain as a Gaussian's, so that both degrees of freedom are divided by it. Light tails are taken as
-    Gaussian. Of at least two values.
+    Box (Biometrika 40, 1953): with excess kurtosis g, the variance of the log variance is 1 + g / 2 times that of a
+    Gaussian, so both degrees of freedom are divided by this factor. Light tails are treated as Gaussian. Requires at
+    least two values.
     """
     ours, freedom = spread(values) or 0.0, np.array([len(values) - 1, count - 1])
     if ours == reported:
@@ -49,16 +49,15 @@ def spread_p_value(values: np.ndarray, reported: float, count: int) -> float:
 
 
 def maximum_p_value(values: np.ndarray, reported: Interval, count: int) -> Optional[float]:
-    """Test a reported maximum of `count` values, on both sides; None where nothing can be concluded.
+    """Test a reported maximum of `count` values, two-sided; None if inconclusive.
 
-    How many of ours lie above it has a known chance, whatever the distribution (`_chances_of_above`). Beyond all
-    of ours, that chance says no more: there the tail is taken as exponential (`_chance_beyond`), which Gaussian
-    and uniform tails do not reach, so that for them false alarms are rarer.
+    The number of our values above it has a distribution-free probability (`_chances_of_above`). Beyond our maximum the
+    tail is assumed exponential (`_chance_beyond`), which is conservative for Gaussian and uniform tails.
 
     Args:
-        values: ours; at least one.
-        reported: the numbers that round to the reported one; the nearest counts.
-        count: of the values behind it.
+        values: our values, at least one.
+        reported: interval of the numbers that round to the reported one; the nearest is tested.
+        count: number of values of the reported maximum.
     """
     fewest, most = (int(np.count_nonzero(values > bound)) for bound in (reported.high, reported.low))
     chances = _chances_of_above(len(values), count)
@@ -75,9 +74,9 @@ def maximum_p_value(values: np.ndarray, reported: Interval, count: int) -> Optio
 
 
 def maximum_interval(values: np.ndarray, count: int, level: float) -> Interval:
-    """Compute where the maximum of `count` fresh values lies: all that `maximum_p_value` does not reject.
+    """Compute the prediction interval of the maximum of `count` new values, the inverse of `maximum_p_value`.
 
-    An infinite bound is none: there are too few values for it, or they are all equal.
+    A bound is infinite if there are too few values, or if all are equal.
     """
     descending, tail = np.sort(values)[::-1], 0.5 - 0.5 * level
     chances = _chances_of_above(len(values), count)
@@ -94,20 +93,17 @@ def maximum_interval(values: np.ndarray, count: int, level: float) -> Interval:
 
 @functools.lru_cache(maxsize=8)
 def _chances_of_above(ours: int, theirs: int) -> np.ndarray:
-    """(ours + 2,) chances that at least 0, 1, 2, ... of ours exceed the maximum of theirs, all orders equally likely.
-
-    From 1 for none, to 0 for one more than there are.
-    """
+    """Return (ours + 2,) probabilities that at least 0, 1, 2, ... of ours exceed the maximum of theirs."""
     ranks = np.arange(ours + 1)
     chances = np.cumprod(np.concatenate([[1.0], (ours - ranks) / (ours + theirs - ranks)]))
-    chances.setflags(write=False)  # all callers have the same
+    chances.setflags(write=False)  # cached and shared
     return chances
 
 
 def _tail_scale(values: np.ndarray) -> Optional[float]:
-    """Estimate by how much the values of the tail exceed the next one in the mean; None where they are all equal.
+    """Estimate the mean excess of the tail over the next value; None if all are equal.
 
-    Whole pulses make values that are multiples of a step: no tail falls off within less than that.
+    The scale is at least the smallest step, because whole pulses make values multiples of a step.
     """
     descending, tail = np.sort(values)[::-1], _in_tail(len(values))
     if tail == 0 or descending[0] - descending[tail] < ROUNDING:
@@ -117,17 +113,17 @@ def _tail_scale(values: np.ndarray) -> Optional[float]:
 
 
 def _in_tail(count: int) -> int:
-    """Return how many of the largest of our values are the tail: a quarter of them."""
+    """Return the number of our values in the tail."""
     return min(math.ceil(TAIL_FRACTION * count), count - 1)
 
 
 @functools.lru_cache(maxsize=4096)
 def _chance_beyond(beyond: float, ours: int, theirs: int) -> float:
-    """Return the chance that the maximum of theirs exceeds ours by `beyond` estimated scales of the tail.
+    """Return the probability that the maximum of theirs exceeds ours by `beyond` estimated scales of the tail.
 
-    Of an exponential tail, the i-th spacing from the top is exponential with mean 1/i (Renyi), all are independent,
-    and the scale is the mean of i times the first `tail` of them. So the mean of exp(-j M), M the place of our
-    maximum plus `beyond` scales, is a product; the binomial sum over j is the chance that theirs lie below M.
+    In an exponential tail the i-th spacing from the top is exponential with mean 1/i (Renyi), all are independent, and
+    the scale is the mean of i times the first `tail` of them. The mean of exp(-j M), with M our maximum plus `beyond`
+    scales, is therefore a product; the binomial sum over j is the probability that theirs lie below M.
     """
     ranks, tail, total = np.arange(1, ours + 1), _in_tail(ours), 0.0
     in_tail = np.where(ranks <= tail, beyond / tail, 0.0)
@@ -139,31 +135,30 @@ def _chance_beyond(beyond: float, ours: int, theirs: int) -> float:
 
 @functools.lru_cache(maxsize=256)
 def _furthest(ours: int, theirs: int, chance: float) -> float:
-    """Return how many scales beyond ours the maximum of theirs lies with this chance."""
+    """Return the scales by which the maximum of theirs exceeds ours with this probability."""
     high = 1.0
     while _chance_beyond(high, ours, theirs) > chance:
         high *= 2.0
     return float(optimize.brentq(lambda beyond: _chance_beyond(beyond, ours, theirs) - chance, 0.0, high))
 
 
-# Half of the last digit that the paper prints, of metres and of degrees alike.
+# Half of the last digit printed in the paper, in metres and degrees.
 HALF_A_DIGIT = 0.0005
 
 
 class Agreement(NamedTuple):
-    """One statistic of ours, and how it agrees with the paper's."""
+    """One statistic of ours and its agreement with that of the paper."""
 
     ours: float
-    interval: Interval  # 95 %: of the statistic; of min and max, where those of the paper's number of trials lie
-    p_value: Optional[float]  # two-sided; None if nothing can be concluded
+    interval: Interval  # 95 %; for min and max the prediction interval for the paper's number of trials
+    p_value: Optional[float]  # two-sided; None if inconclusive
 
 
 def agreement(statistic: str, values: np.ndarray, printed: float, quantity: Quantity) -> Optional[Agreement]:
     """Compare a statistic of ours with the paper's; None without enough values.
 
-    The standard deviation by the F-test, careful where our tails are heavy; per cent within tolerance by Fisher's exact
-    test; minimum and maximum with where those of as many trials as the paper's would lie. A printed number stands for
-    all numbers that round to it: the nearest counts.
+    Tests: standard deviation by the F-test, corrected for heavy tails; per cent within tolerance by Fisher's exact
+    test; minimum and maximum by `maximum_p_value`. Of all numbers that round to the printed one, the nearest is tested.
     """
     if len(values) < (2 if statistic == 'std' else 1):
         return None
@@ -188,17 +183,17 @@ def agreement(statistic: str, values: np.ndarray, printed: float, quantity: Quan
 
 
 def compare_with_paper(results: Results, name: str = '') -> pd.DataFrame:
-    """Compare each number of the paper with ours, if the results have its test and PPR.
+    """Compare the numbers of the paper with ours, for the tests and PPRs in the results.
 
     Args:
         results: the trials.
-        name: of these results, among others.
+        name: name of these results.
 
     Returns:
-        a row for each number: `campaign`, the name with the varied parameters; `table`, `source`, `test`, `ppr`,
-        `quantity`, `statistic`; the `paper`'s number, `ours` with its interval `low` to `high`; `p`, NaN if nothing can
-        be concluded; `p_holm`, corrected over the numbers of equal campaign, source and test, of those that are
-        evidence; `left_out`: why it is no evidence; number of our `trials`.
+        a row per number: `campaign`, the name with the varied parameters; `table`, `source`, `test`, `ppr`, `quantity`,
+        `statistic`; the `paper`'s number, `ours` with its interval `low` to `high`; `p`, NaN if inconclusive; `p_holm`,
+        corrected over the evidence of equal campaign, source and test; `left_out`: reasons to exclude the number;
+        number of our `trials`.
     """
     quantities = {quantity.name: quantity for quantity in QUANTITIES}
     printed, rows = load_paper_cells().to_dict('records'), []
@@ -222,16 +217,16 @@ def compare_with_paper(results: Results, name: str = '') -> pd.DataFrame:
 
 
 def is_evidence(compared: pd.DataFrame) -> pd.Series:
-    """Return which numbers speak for or against: sound ones of the paper, not fitted to, that can be tested."""
+    """Return which numbers are evidence: without errata, not used for calibration, and testable."""
     return (compared['left_out'] == '') & compared['p'].notna()
 
 
 def is_contradicted(compared: pd.DataFrame) -> pd.Series:
-    """Return of which numbers chance does not explain the difference, corrected for their family."""
+    """Return which numbers differ significantly, after Holm's correction."""
     return compared['p_holm'] < SIGNIFICANCE
 
 
 def score(compared: pd.DataFrame) -> Tuple[int, int]:
-    """Count the numbers that are evidence, and those of them that agree: that are not contradicted."""
+    """Count the numbers that are evidence, and those that are not contradicted."""
     evidence = is_evidence(compared)
     return int(evidence.sum()), int((evidence & ~is_contradicted(compared)).sum())

@@ -1,4 +1,4 @@
-"""The paper's tables 3 to 6 its errata and claims, from config/paper, and which trials they are about."""
+"""Tables 3 to 6, errata and claims of the paper, from config/paper, and the trials that they refer to."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.drives.test_definition import load_test
 from diff_encoder_sim.drives.trial_definition import Trial
 
-TRIALS = 30  # behind each cell
+TRIALS = 30  # per cell
 PPRS = ('40', '90', '1024', '4096')
 STATISTICS = ('min', 'max', 'std', 'pct_within')
 
-# Table 3 as printed: travel per pulse [mm], and rotation [deg] of one pulse of both wheels in opposite directions, by
-# PPR. The travel at 90 PPR is an erratum.
+# Table 3 as printed, by PPR: travel per pulse [mm], and rotation per pulse of both wheels in opposite directions [deg].
+# The travel at 90 PPR is an erratum.
 PRINTED_RESOLUTIONS: Dict[float, Tuple[float, float]] = {
     40: (15.7, 4.5),
     90: (7.98, 2.0),
@@ -28,13 +28,13 @@ PRINTED_RESOLUTIONS: Dict[float, Tuple[float, float]] = {
     4096: (0.15, 0.045),
 }
 
-# The only cells that parameters were fitted to: table, test, PPR and quantity (docs/adr/0012-calibration.md).
+# Cells used for calibration: table, test, PPR and quantity (docs/adr/0012-calibration.md).
 CALIBRATED = ('4', 'SL', '4096', 'y_m')
 
-# ALTO, by section 3 of the paper: its wheels, and its length and width [m].
+# ALTO (section 3 of the paper): wheels, and length and width [m].
 WHEELS = RobotGeometry(0.2, 0.4)
 OUTLINE_M = (0.5, 0.6)
-RELATIVE = 0.01  # numbers that differ less are the same robot, with calibrated wheels
+RELATIVE = 0.01  # tolerance for calibrated wheels
 
 
 def load_paper_cells() -> pd.DataFrame:
@@ -42,8 +42,8 @@ def load_paper_cells() -> pd.DataFrame:
 
     Returns:
         `table`, `source` (of quantities.POSES), `test`, `ppr` (encoder label), `quantity`, `statistic` (of STATISTICS),
-        `paper`: the number in m, deg or per cent; `left_out`: why it is no evidence, keys of the errata that affect it,
-        and `calibrated` if it was fitted to.
+        `paper`: the number in m, deg or per cent; `left_out`: reasons to exclude it: keys of errata, and `calibrated`
+        if it was used for calibration.
     """
     errata, cells = load_errata(), _rows('tables_4_5_6.csv')
     left_out = [[one['key'] for one in errata if _is_affected(cell, one)] for cell in cells]
@@ -56,7 +56,7 @@ def load_paper_cells() -> pd.DataFrame:
 
 
 def _is_affected(cell: Dict[str, str], erratum: Dict[str, str]) -> bool:
-    """Return whether an erratum is about a cell; one without statistics or quantities is about all of them."""
+    """Return whether an erratum affects a cell; without statistics or quantities it affects all of them."""
     statistics, quantities = erratum['statistics'].split(), erratum['quantities'].split()
     return (
         cell['table'] in erratum['tables'].split()
@@ -67,12 +67,12 @@ def _is_affected(cell: Dict[str, str], erratum: Dict[str, str]) -> bool:
 
 
 def load_errata() -> List[Dict[str, str]]:
-    """Load the errors of the paper: `key`, `where`, `printed`, `right`, `why`, and the cells that they affect."""
+    """Load the errata of the paper: `key`, `where`, `printed`, `right`, `why`, and the affected cells."""
     return _rows('errata.csv')
 
 
 def load_claims() -> List[Dict[str, str]]:
-    """Load the paper's claims in our own words: `key`, `text`, and `where` in the paper."""
+    """Load the paraphrased claims of the paper: `key`, `text`, and `where` in the paper."""
     return _rows('claims.csv')
 
 
@@ -82,10 +82,9 @@ def _rows(name: str) -> List[Dict[str, str]]:
 
 
 def of_paper(results: Results) -> Results:
-    """Return only the trials that the paper's numbers are about.
+    """Return only the trials with the robot and the tests of the paper.
 
-    A robot is the paper's by its wheels, and by its outline if a campaign has it; a test by all of its definition
-    and by being navigated.
+    The robot is compared by its wheels, and by its outline if known; a test by its definition, navigated only.
     """
     is_alto = _are_close(results.robot, WHEELS) and _are_close(_outline_m(results.manifest), OUTLINE_M)
     tests = {test for test, requested in results.requested.items() if is_alto and _is_of_paper(requested)}
@@ -101,7 +100,7 @@ def _is_of_paper(requested: Trial) -> bool:
 
 
 def _outline_m(manifest: Dict[str, Any]) -> Optional[Tuple[float, float]]:
-    """Return length and width of the footprint that a campaign's robot was navigated with; None if it has none."""
+    """Return length and width of the footprint of a campaign's robot; None if unknown."""
     try:
         corners = manifest['configuration']['parameters'][0]['navigator']['local_costmap']['footprint']
         length_m, width_m = np.ptp(np.asarray(corners, float), axis=0)

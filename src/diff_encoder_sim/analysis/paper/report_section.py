@@ -1,4 +1,4 @@
-"""The paper's numbers beside those of one or two datasets: tables for files and the report, and a few sentences."""
+"""Comparison of the paper's numbers with one or two datasets: tables and sentences for files and the report."""
 
 from __future__ import annotations
 
@@ -17,30 +17,29 @@ from diff_encoder_sim.analysis.tables import pulse_resolution
 from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.base.errors import ConfigError
 
-PRINTED = 'printed'  # in the paper; a campaign may be called paper
+PRINTED = 'printed'  # label of the paper's numbers; a campaign may be called paper
 DIFFERS, ERRATUM, CALIBRATED = '≠', '†', '*'
 LEGEND = (
-    f'{DIFFERS} contradicted: chance alone does not explain the difference (p < 0.05 after Holm, over all cells of the '
+    f'{DIFFERS} contradicted: the difference is significant (p < 0.05 after Holm, over all cells of the '
     f"source and test). {ERRATUM} the paper's number is among its errata. {CALIBRATED} the slip of "
     f'config/campaigns/paper.yaml was fitted to this number. Neither is tested.'
 )
 INTERVAL_LEGEND = (
-    "In brackets our 95 % interval; of min and max, where those of the paper's number of trials lie (inf: too few of "
-    'ours for a bound).'
+    "In brackets our 95 % interval; for min and max, the prediction interval for the paper's number of trials (inf: "
+    'too few of our trials for a bound).'
 )
 
 SCORE_NOTE = (
-    "A cell agrees unless chance alone does not explain the difference, with the sampling error of the paper's 30 "
-    "trials and of ours (standard deviation: F-test, careful where our tails are heavy; % within: Fisher's exact "
-    'test; min and max: ranks, and beyond all of ours an exponential tail). The cells of a row are judged '
-    'together (p at least 0.05 after Holm): of equal robots, one row in twenty would have a cell that does not '
-    'agree. Not counted are cells that the errata affect, the numbers that config/campaigns/paper.yaml was fitted '
-    'to, and minima and maxima that nothing can be concluded from.'
+    "A cell agrees unless the difference is significant, given the sampling error of the paper's 30 trials and of "
+    "ours (standard deviation: F-test, corrected for heavy tails; % within: Fisher's exact test; min and max: ranks, "
+    'with an exponential tail beyond our extremes). The cells of a row are tested together (p at least 0.05 after '
+    'Holm): for equal robots, one row in twenty would contain a cell that does not agree. Cells affected by the '
+    'errata, the numbers used to fit config/campaigns/paper.yaml, and inconclusive minima and maxima are not counted.'
 )
 
 
 def cell_tables(compared: pd.DataFrame) -> List[ResultTable]:
-    """Build tables 4 to 6 with the paper's numbers next to ours, of one campaign with its intervals."""
+    """Build tables 4 to 6 with the paper's numbers next to ours; for one campaign with intervals."""
     campaigns = list(compared['campaign'].unique())
     is_single = len(campaigns) == 1
     labels = {campaign: 'ours' if is_single else campaign for campaign in campaigns}
@@ -84,13 +83,13 @@ def _our_text(row: Dict[str, Any], has_interval: bool) -> str:
 
 
 def all_cells_table(compared: pd.DataFrame) -> ResultTable:
-    """List every compared number of each campaign, with its tests."""
+    """Build the table of all compared numbers with their p-values."""
     names = ['campaign', 'table', 'source', 'test', 'ppr', 'quantity', 'statistic', 'paper', 'ours', 'low', 'high']
     return ResultTable('paper_cells', 'Cells of the paper and ours', compared[[*names, 'p', 'p_holm', 'left_out']])
 
 
 def resolution_table(results: Results) -> ResultTable:
-    """Build table 3 for this robot, next to the paper's."""
+    """Build table 3 for this robot next to that of the paper."""
     linear, angle = 'travel per pulse [mm]', 'rotation, one pulse of both wheels [deg]'
     heads = {
         'ppr': ('', 'PPR'),
@@ -110,7 +109,7 @@ def resolution_table(results: Results) -> ResultTable:
 
 
 def score_table(compared: pd.DataFrame) -> ResultTable:
-    """Count the cells that agree by source and test, with a group of columns for each of several campaigns."""
+    """Count the cells that agree by source and test, with a column group per campaign."""
     campaigns = list(compared['campaign'].unique())
     groups = {campaign: campaign if len(campaigns) > 1 else '' for campaign in campaigns}
     names = {(one, part): f'{groups[one]}_{part}'.lstrip('_') for one in campaigns for part in ('compared', 'agree')}
@@ -131,22 +130,22 @@ def score_table(compared: pd.DataFrame) -> ResultTable:
 
 
 class PaperSection(NamedTuple):
-    """What is shown of the paper, next to each campaign: results, or a set of their varied parameters."""
+    """Comparison of the paper with each campaign (results, or one set of their varied parameters)."""
 
     scores: ResultTable
-    texts: List[str]  # the scores in sentences
+    texts: List[str]  # scores in sentences
     claims: Dict[str, List[ClaimResult]]  # by campaign
     cells: List[ResultTable]
-    all_cells: ResultTable  # too long to show
+    all_cells: ResultTable  # only written to a file
     errata: ResultTable
-    has_enough_trials: bool  # as many as the paper has: with few, nearly everything agrees
+    has_enough_trials: bool  # as many as the paper; with few trials nearly everything agrees
 
 
 def paper_section(every: Sequence[Results]) -> Optional[PaperSection]:
-    """Compare results with the paper; None for one without a cell of the paper, or of another robot.
+    """Compare results with the paper; None for a single one without a cell of the paper.
 
     Raises:
-        ConfigError: one of several has no cell of the paper.
+        ConfigError: one of several results contains no cell of the paper.
     """
     every = [of_paper(results) for results in every]
     names = _names(every)
@@ -179,7 +178,7 @@ def paper_section(every: Sequence[Results]) -> Optional[PaperSection]:
 
 
 def _names(every: Sequence[Results]) -> List[str]:
-    """Return names that differ: the titles, or else the folders, or else numbers; none if parameters are enough."""
+    """Return unique names: titles, folders, or numbered titles; '' if varied parameters suffice."""
     if len(every) == 1 and every[0].varied:
         return ['']
     titles = [results.title for results in every]

@@ -1,1 +1,1 @@
-"""report.html: one file that any browser opens, offline, with the summary first."""
+"""report.html: a self-contained page that works offline."""

@@ -1,4 +1,4 @@
-"""The origin of the results: versions, commands and configuration; the real encoders and the robot of a campaign."""
+"""Origin of the results: versions, commands, configuration, real encoders and robot of a campaign."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from diff_encoder_sim.analysis.results_table import Results
 from diff_encoder_sim.base.command_line import CONSOLE
 from diff_encoder_sim.base.deferred import pandas as pd
 
-# The analysis computes and draws with them; the campaign's own versions are in its manifest.
+# Libraries of the analysis; the manifest contains the versions of the campaign.
 LIBRARIES = ('numpy', 'pandas', 'scipy', 'altair', 'vl-convert-python')
 
 Facts = List[Tuple[str, str]]  # terms and their descriptions
 
 
 def provenance(results: Results) -> Dict[str, Any]:
-    """Collect the commands that reproduce the results, facts, the runs of a campaign, and its configuration as YAML."""
+    """Return the commands that reproduce the results, facts, runs and the configuration as YAML."""
     manifest, runs = results.manifest, results.manifest.get('runs', [])
     own = {'python': platform.python_version(), **{name: importlib.metadata.version(name) for name in LIBRARIES}}
     facts: Facts = [('analysed with', _versions(own))]
@@ -68,11 +68,11 @@ def _versions(versions: Mapping[str, Optional[str]]) -> str:
 
 
 def encoder_section(results: Results) -> Optional[Dict[str, Any]]:
-    """Return the table of a campaign's real encoders; None if it has none, and of bags."""
+    """Return the table of a campaign's real encoders; None if there are none."""
     encoders = results.manifest.get('encoders')
     if not encoders:
         return None
-    heads = {'name': ('', 'as one buys it'), 'counts_per_metre': ('', 'counts per metre')}
+    heads = {'name': ('', 'product'), 'counts_per_metre': ('', 'counts per metre')}
     rows = [
         {
             'encoder': ppr_text(encoder['label']),
@@ -85,7 +85,7 @@ def encoder_section(results: Results) -> Optional[Dict[str, Any]]:
 
 
 def robot_section(results: Results) -> Optional[Dict[str, Any]]:
-    """Return the section of a campaign's robot; None of bags, and of campaigns before robots had one."""
+    """Return the section about a campaign's robot; None if the manifest contains no robot."""
     robot = results.manifest.get('robot')
     if not robot:
         return None
@@ -107,6 +107,6 @@ def robot_section(results: Results) -> Optional[Dict[str, Any]]:
 
 
 def _table(title: str, heads: Sequence[str], rows: Sequence[Sequence[Any]]) -> Optional[Dict[str, Any]]:
-    """Return a table of texts; None without rows."""
+    """Return a table of strings; None without rows."""
     texts = [list(map(str, row)) for row in rows]
     return html_table(ResultTable('', title, pd.DataFrame(texts, columns=list(heads)))) if rows else None

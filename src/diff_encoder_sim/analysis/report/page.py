@@ -1,4 +1,4 @@
-"""The report: its sections, and the page that the template makes of them."""
+"""Content of the report, and the page rendered from it."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def write_report(
     paper: Optional[PaperSection],
     path: Path,
 ) -> Headline:
-    """Write the page into an existing folder; return its headline.
+    """Write the report into an existing folder; return its headline.
 
     Args:
         results: the trials.
@@ -55,10 +55,10 @@ def write_report(
         compared: `compare_encoders` of the results.
         figures: `write_figures` of the results.
         paper: the comparison with the paper; None if there is nothing to compare.
-        path: of the page.
+        path: output file.
 
     Raises:
-        OSError: a figure cannot be read, or the file not be written.
+        OSError: a figure cannot be read, or the file cannot be written.
     """
     fractions, shown = fractions_within(results), first_of_cells(results.trials).reset_index(drop=True)
     lead, closed_form = headline(fractions, results.trials), closed_form_table(results)
@@ -93,13 +93,13 @@ def write_report(
         with_path=list(with_paths(shown).index),
         charts=trial_charts(results, shown),
     )
-    # Bytes: the same line ends on every system.
+    # Bytes keep line endings equal on every system.
     path.write_bytes(page.encode('utf-8'))
     return lead
 
 
 def scope_text(results: Results) -> str:
-    """Describe what was analysed."""
+    """Return the number of trials, the tests, the encoders and the wheel geometry."""
     trials, robot, counts = results.trials, results.robot, results.trials['cell'].value_counts()
     fewest, most = counts.min(), counts.max()
     per_cell = f'{most}' if fewest == most else f'{fewest} to {most}'
@@ -111,7 +111,7 @@ def scope_text(results: Results) -> str:
 
 
 def summary_content(results: Results, fractions: pd.DataFrame) -> Dict[str, Any]:
-    """Collect a table of encoders by final poses for each test and set of parameters, other variants apart."""
+    """Return a table of encoders by final pose per test and parameter set; further variants are separate."""
     first, trials = first_variant(results.trials), results.trials
     main = set(trials['setup'][trials[VARIANT] == first] if VARIANT in results.varied else trials['setup'])
     tables: Dict[bool, Dict[str, List[Dict[str, Any]]]] = {True: {}, False: {}}
@@ -130,7 +130,7 @@ def summary_content(results: Results, fractions: pd.DataFrame) -> Dict[str, Any]
 
 
 def paper_content(section: PaperSection) -> Dict[str, Any]:
-    """Collect the comparison with the paper; a row of claims has the result of each reading."""
+    """Return the comparison with the paper; a row of claims contains the result of each reading."""
     return {
         'texts': section.texts,
         'scores': html_table(section.scores),
@@ -148,7 +148,7 @@ _NOTE = (
 
 
 def trial_table(results: Results, trials: pd.DataFrame) -> ResultTable:
-    """Build the table of these trials: outcome, the final error of each source, and the odometry's ATE."""
+    """Build the table of trials: outcome, final error of each source, and ATE of odometry."""
     sources = {source.value: topic for source, topic in TOPIC_OF_SOURCE.items()}
     columns: Dict[str, Any] = {name: trials[name] for name in ('test', *results.varied, 'ppr', 'trial')}
     columns['outcome'] = [outcome.replace('_', ' ') for outcome in trials['outcome']]
@@ -166,7 +166,7 @@ def trial_table(results: Results, trials: pd.DataFrame) -> ResultTable:
 
 
 def failure_table(failed: pd.DataFrame) -> ResultTable:
-    """Build the table of the trials that did not succeed, with the reasons; of many, some."""
+    """Build the table of failed trials with their reasons; limited by `first_of_cells`."""
     shown = first_of_cells(failed)
     exact = shown[['cell', 'trial', 'outcome', 'reason']].replace({'outcome': {'timed_out': 'timed out'}})
     notes = [f'{text}.' for text in [sample_text(shown, failed)] if text]
@@ -181,14 +181,14 @@ def bag_link(bag: str, folder: Path) -> Optional[Dict[str, str]]:
     return {'name': Path(bag).name, 'href': urllib.parse.quote(relative, safe='/')}
 
 
-# Need no escape in a quoted attribute; SVG as text is smaller than base64.
+# Characters that need no escape in a quoted attribute; SVG as text is smaller than base64.
 UNQUOTED = " !'()*+,-./:;=?@[]^_`{|}~\n"
-# Of a figure of few hues, and of their blends at edges; moves to the most frequent hues.
+# Palette size of a figure, and k-means iterations.
 COLOURS, MOVES = 64, 2
 
 
 def data_uri(svg: Path, png: Path) -> str:
-    """Encode the smaller of the two formats of a figure as a data URI; pixels with few colours."""
+    """Return the smaller of SVG and palette PNG as a data URI."""
     file = io.BytesIO()
     with Image.open(png) as image:
         image.convert('RGB').quantize(COLOURS, kmeans=MOVES).save(file, 'PNG', optimize=True)
