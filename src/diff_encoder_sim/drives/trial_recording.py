@@ -26,28 +26,6 @@ from diff_encoder_sim.drives.trial_definition import Outcome, Trial
 from diff_encoder_sim.drives.typestore import definition
 
 
-class TrialMetadata(NamedTuple):
-    """The trial that a bag was recorded from, and how it ended."""
-
-    trial: Trial
-    outcome: Outcome  # torn where the bag has no result
-    reason: str  # of a failure
-
-
-def read_metadata(path: Path, source: BagSource) -> Optional[TrialMetadata]:
-    """Read the trial of a bag and its result; None where the bag has no /trial.
-
-    Raises:
-        ConfigError: one of the texts is not as expected.
-    """
-    texts = dict(_texts(path, source, TRIAL, TRIAL_RESULT))
-    if TRIAL not in texts:
-        return None
-    trial = _trial(path, texts[TRIAL])
-    result = _json(path, TRIAL_RESULT, texts.get(TRIAL_RESULT, '{}'))
-    return TrialMetadata(trial, _outcome(path, result), str(result.get('reason', '')))
-
-
 def trial_of_source(path: Path, source: BagSource) -> Optional[Trial]:
     """Read the trial that a bag was recorded from; None where the bag has no /trial.
 
@@ -70,15 +48,6 @@ def _texts(path: Path, source: BagSource, *topics: str) -> Iterator[Tuple[str, s
 
 def _trial(path: Path, text: str) -> Trial:
     return Trial.from_mapping(_json(path, TRIAL, text), f'{path}: {TRIAL}')
-
-
-def _outcome(path: Path, result: Dict[str, Any]) -> Outcome:
-    given = result.get('outcome', Outcome.TORN.value)
-    try:
-        return Outcome(given)
-    except ValueError:
-        allowed = ', '.join(outcome.value for outcome in Outcome)
-        raise ConfigError(f'{path}: {TRIAL_RESULT}: outcome: given {given!r}; allowed: {allowed}') from None
 
 
 def _json(path: Path, topic: str, text: str) -> Dict[str, Any]:
@@ -106,7 +75,7 @@ class TrialRecording(NamedTuple):
 
     path: Path
     trial: Trial
-    outcome: Outcome
+    outcome: Outcome  # torn if the bag has no result
     reason: str  # of a failure
     poses: Dict[str, PoseSeries]  # by topic; those without a message are left out
 
@@ -122,13 +91,17 @@ def read_trial(path: Union[str, Path]) -> TrialRecording:
     with open_source(path) as source:
         _check_whole(path, source)
         _check_types(path, source)
-        metadata = read_metadata(path, source)
-        if metadata is None:
-            missing = f'no {topics.TRIAL} message; expected a bag that trial.launch or a campaign recorded'
-            raise ConfigError(f'{path}: {missing}')
-        recording = TrialRecording(path, *metadata, _read_poses(path, source))
+        texts = dict(_texts(path, source, TRIAL, TRIAL_RESULT))
+        if TRIAL not in texts:
+            raise ConfigError(f'{path}: no {TRIAL} message; expected a bag that trial.launch or a campaign recorded')
+        trial = _trial(path, texts[TRIAL])
+        result = _json(path, TRIAL_RESULT, texts.get(TRIAL_RESULT, '{}'))
+        outcome, allowed = result.get('outcome', Outcome.TORN.value), [each.value for each in Outcome]
+        if outcome not in allowed:
+            raise ConfigError(f'{path}: {TRIAL_RESULT}: outcome: given {outcome!r}; allowed: {", ".join(allowed)}')
+        poses = _read_poses(path, source)
         _check_whole(path, source)
-        return recording
+        return TrialRecording(path, trial, Outcome(outcome), str(result.get('reason', '')), poses)
 
 
 def _check_whole(path: Path, source: BagSource) -> None:
@@ -164,13 +137,10 @@ def _read_poses(path: Path, source: BagSource) -> Dict[str, PoseSeries]:
             fault = f'message {len(of_topic) + 1}: {error}; expected a finite pose'
             raise ConfigError(f'{path}: {topic}: {fault}') from None
     _check_one_robot(path, nodes, other_odometry)
-    return {topic: _series(of_topic) for topic, of_topic in poses.items()}
-
-
-def _series(poses: List[StampedPose]) -> PoseSeries:
-    return PoseSeries(
-        np.array([stamped.stamp_ns for stamped in poses], dtype=np.int64), np.array([stamped.pose for stamped in poses])
-    )
+    return {
+        topic: PoseSeries(np.array([each.stamp_ns for each in of_topic]), np.array([each.pose for each in of_topic]))
+        for topic, of_topic in poses.items()
+    }
 
 
 def _check_one_robot(path: Path, nodes: Mapping[str, Set[str]], other_odometry: Set[str]) -> None:

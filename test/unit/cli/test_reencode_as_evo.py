@@ -23,7 +23,6 @@ from diff_encoder_sim.drives.trajectory_error import RPE_DISTANCES_M, RpePairs, 
 from diff_encoder_sim.drives.trial_definition import TrialPlan
 from diff_encoder_sim.trials.trial_run import run_trial
 from places import ROOT
-from reencoding_drives import drive, write_ros1
 
 pytest.importorskip('evo', reason='evo is not installed: requirements-test.txt')
 from evo.core import filters  # not before it is known to be there
@@ -89,11 +88,6 @@ def option(command, name):
     return words[words.index(name) + 1] if name in words else None
 
 
-def test_the_page_has_both_errors_and_both_conventions():
-    assert {shlex.split(command)[0] for command in COMMANDS} == {'evo_ape', 'evo_rpe'}
-    assert {'--all_pairs' in command for command in COMMANDS if command.startswith('evo_rpe')} == {True, False}
-
-
 @pytest.mark.heavy
 @pytest.mark.parametrize('command', COMMANDS)
 def test_the_commands_of_the_documentation_find_what_analyze_and_reencode_find(
@@ -145,13 +139,3 @@ def test_the_table_in_the_terminal_has_the_segments(trial_folder, reencoded, cap
             expected.append(f'{yaw_deg:.3f}')
         assert ['90', *expected] in words
     assert int(reencoded['rpe_10m_segments']) in (1, 2)
-
-
-@pytest.mark.parametrize('ppr', [40, 1024])
-def test_absolute_trajectory_error(tmp_path, ppr):
-    bag = write_ros1(tmp_path / 'drive.bag', drive())
-    reencode.main([str(bag), '--ppr', str(ppr), '--out', str(tmp_path / 'out')])
-    (row,) = csv.DictReader((tmp_path / 'out' / 'reencode.csv').read_text().splitlines())
-    statistics, _ = evo(tmp_path, f'evo_ape bag out/drive_{ppr}ppr.bag /world_pose /odom --align_origin')
-    assert float(row['ate_rmse_m']) == pytest.approx(statistics['rmse'], abs=1e-6)
-    assert float(row['ate_max_m']) == pytest.approx(statistics['max'], abs=1e-6)
