@@ -267,12 +267,10 @@ def error_rows(encoded: Sequence[EncodedDrive], errors: Sequence[Optional[PathEr
 def _error_row(one: EncodedDrive, error: Optional[PathError]) -> Dict[str, Value]:
     values: Dict[str, Value] = {'ppr': one.encoder.label, 'reports': one.reports}
     values['common_stamps'] = error and error.poses
-    values['ate_rmse_m'] = error and error.ate_rmse_m
-    values['ate_max_m'] = error and error.ate_max_m
-    values['yaw_rmse_rad'] = error and error.yaw_rmse_rad
-    values['end_x_m'] = error and error.end.x_m
-    values['end_y_m'] = error and error.end.y_m
-    values['end_yaw_rad'] = error and error.end.yaw_rad
+    for name in ('ate_rmse_m', 'ate_max_m', 'yaw_rmse_rad'):
+        values[name] = error and getattr(error, name)
+    for name in ('x_m', 'y_m', 'yaw_rad'):
+        values[f'end_{name}'] = error and getattr(error.end, name)
     values['reference_length_m'] = error and error.length_m
     for distance_m in RPE_DISTANCES_M:
         for pairs in RpePairs:

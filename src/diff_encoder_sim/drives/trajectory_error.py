@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import enum
 import math
-from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -183,17 +183,13 @@ def _segment_errors(pairs: np.ndarray, starts: np.ndarray, ends: np.ndarray) -> 
 
 def _consecutive(steps: np.ndarray, distance_m: float) -> Tuple[np.ndarray, np.ndarray]:
     """Find the poses between which segments lie end to end: each ends at the first pose that is as far along."""
-    poses = np.array([0, *_ends(steps.tolist(), distance_m)], int)
-    return poses[:-1], poses[1:]
-
-
-def _ends(steps: List[float], distance_m: float) -> Iterator[int]:
-    since_m = 0.0  # summed from the segment's start, as evo does, digit for digit
-    for index, step_m in enumerate(steps, 1):
+    poses, since_m = [0], 0.0  # summed from the segment's start, as evo does, digit for digit
+    for index, step_m in enumerate(steps.tolist(), 1):
         since_m += step_m
         if since_m >= distance_m:
-            yield index
+            poses.append(index)
             since_m = 0.0
+    return np.array(poses[:-1], int), np.array(poses[1:], int)
 
 
 def _from_every_pose(steps: np.ndarray, distance_m: float) -> Tuple[np.ndarray, np.ndarray]:

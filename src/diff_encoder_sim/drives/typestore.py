@@ -67,12 +67,18 @@ def _field_types(name: str) -> Iterator[str]:
 
 
 @lru_cache(maxsize=None)
-def noetic_store() -> Typestore:
-    """Return all message types of ROS 1 Noetic that rosbags has, and those of a trial's bag."""
-    store = get_typestore(Stores.ROS1_NOETIC)
+def _store(of_ros: Stores) -> Any:
+    """Return the message types that rosbags has of a version of ROS, and those of a trial's bag."""
+    store = get_typestore(of_ros)
     for name in defined_types():
         if name not in store.types:
             store.register(get_types_from_msg(fields_text(name), name))
+    return store
+
+
+def noetic_store() -> Typestore:
+    """Return all message types of ROS 1 Noetic that rosbags has, and those of a trial's bag."""
+    store: Typestore = _store(Stores.ROS1_NOETIC)
     return store
 
 
@@ -101,13 +107,13 @@ class Ros2Definition(NamedTuple):
 @lru_cache(maxsize=None)
 def ros2_definition(message_type: str) -> Ros2Definition:
     """Return the definition of a type by its name as rosbags, and ROS 2, spell it."""
-    store = _ros2_store()
+    store = _store(Stores.ROS2_HUMBLE)
     return Ros2Definition(store.generate_msgdef(message_type, ros_version=2)[0], store.hash_rihs01(message_type))
 
 
 def to_cdr(message: bytes, message_type: str) -> bytes:
     """Return a message that is encoded for ROS 1 in CDR; a header loses its seq, which ROS 2 has not."""
-    return bytes(_ros2_store().ros1_to_cdr(message, message_type))
+    return bytes(_store(Stores.ROS2_HUMBLE).ros1_to_cdr(message, message_type))
 
 
 def to_ros1(message: bytes, message_type: str) -> bytes:
@@ -117,15 +123,6 @@ def to_ros1(message: bytes, message_type: str) -> bytes:
         InputFault: the message is torn, or in a foreign byte order.
     """
     try:
-        return bytes(_ros2_store().cdr_to_ros1(message, message_type))
+        return bytes(_store(Stores.ROS2_HUMBLE).cdr_to_ros1(message, message_type))
     except Exception:  # rosbags raises many types for a torn message
         raise InputFault(TORN) from None
-
-
-@lru_cache(maxsize=None)
-def _ros2_store() -> Any:
-    store = get_typestore(Stores.ROS2_HUMBLE)
-    for name in defined_types():
-        if name not in store.types:
-            store.register(get_types_from_msg(fields_text(name), name))
-    return store
