@@ -1,4 +1,4 @@
-"""Adaptive Monte Carlo localization, as upstream's amcl runs it, without ROS and without a clock.
+"""Adaptive Monte Carlo localization as in upstream's amcl, without ROS and without a clock.
 
 Thrun, Burgard and Fox, Probabilistic Robotics, table 8.3 (augmented MCL) with Fox's KLD-sampling
 ("Adapting the sample size in particle filters through KLD-sampling", IJRR 2003).
@@ -42,10 +42,10 @@ class AmclEstimate(NamedTuple):
 
 
 class Amcl:
-    """The particle filter: feed it every scan with the odometry's pose at the scan's time.
+    """The particle filter; pass every scan with the odometry pose at its stamp.
 
     Every random draw comes from `rng`: equal seeds and inputs give equal results, bit for bit.
-    Arrays that it hands out are never changed afterwards.
+    Returned arrays are never modified.
     """
 
     def __init__(self, params: AmclParams, grid: OccupancyGrid, rng: np.random.Generator) -> None:
@@ -59,7 +59,7 @@ class Amcl:
         particles = self._particles_around(params.initial_pose(), params.initial_covariance())
         self._set = ParticleSet(params, particles, rng)
         self._use_map(grid)
-        self._is_anywhere = False  # no pose was given since the restart
+        self._is_anywhere = False  # without a given pose since the restart
         self._updates_since_restart = 0
         self._force_update = False
 
@@ -76,7 +76,7 @@ class Amcl:
             covariance: 3x3 over (x [m], y [m], yaw [rad]).
 
         Raises:
-            InputFault: the map, pose or covariance is bad. The old map and particles stay.
+            InputFault: the map, pose or covariance is bad. The old map and particles are kept.
         """
         check_grid(grid)
         particles = self._particles_around(
@@ -88,30 +88,30 @@ class Amcl:
         self._force_update = self.params.force_update_after_set_map
 
     def set_pose(self, pose: Pose2D, covariance: np.ndarray) -> None:
-        """Restart around a pose in the map, as /initialpose asks.
+        """Restart around a pose in the map, as for /initialpose.
 
         Args:
             pose: base in the map.
-            covariance: 3x3 over (x [m], y [m], yaw [rad]); as upstream, x, y and yaw-yaw entries count.
+            covariance: 3x3 over (x [m], y [m], yaw [rad]); as upstream, only x, y and yaw-yaw entries are used.
 
         Raises:
-            InputFault: not finite, or not a covariance. The particles stay.
+            InputFault: not finite, or not a covariance. The particles are kept.
         """
         self._restart(self._particles_around(pose, covariance))
         self._force_update |= self.params.force_update_after_initialpose
 
     def global_localization(self) -> None:
-        """Restart with the robot anywhere on the map's free cells, heading anywhere."""
+        """Restart with a uniform distribution over the free cells and all headings."""
         self._restart(particles_everywhere(self._free_cells, self.params.max_particles, self._rng))
         self._is_anywhere = True
         self._lost.declare_lost()
 
     def request_nomotion_update(self) -> None:
-        """Let the next scan update the filter though the robot has not moved."""
+        """Update the filter with the next scan even without motion."""
         self._force_update = True
 
     def reconfigure(self, params: AmclParams) -> None:
-        """Use other parameters from the next scan on; particles and estimate stay (upstream draws new particles)."""
+        """Set the parameters for the next scan; particles and estimate are kept (upstream samples new particles)."""
         self.params = params
         self._set.reconfigure(params)
         self._laser_model = laser_model(params, self.grid)
@@ -135,7 +135,7 @@ class Amcl:
 
     @property
     def is_lost(self) -> bool:
-        """True while scans contradict the estimated pose: do not drive by it."""
+        """True while scans contradict the estimated pose; do not drive with it."""
         return self._lost.is_lost
 
     @property
@@ -146,20 +146,20 @@ class Amcl:
     # The filter
 
     def update(self, odom_pose: Pose2D, scan: Scan, laser_pose_in_base: Pose2D) -> Optional[AmclEstimate]:
-        """Take one scan; return an estimate when one is due, else None.
+        """Process a scan; return an estimate when one is due, else None.
 
         The filter updates on the first scan after a restart, whenever the robot has moved by
-        update_min_d along x or y or turned by update_min_a, and on request. Estimates come on the
-        first update and on those that resample, each resample_interval-th. Every scan is checked
-        for whether the robot is lost.
+        update_min_d along x or y or turned by update_min_a, and on request. Estimates are returned on the
+        first update and on each resample_interval-th, which resamples. Every scan is used to check
+        whether the robot is lost.
 
         Args:
             odom_pose: base in odom at the scan's stamp.
             scan: ranges that are NaN, infinite or out of range are allowed, if not all are.
-            laser_pose_in_base: where the laser is mounted, upside-down excluded.
+            laser_pose_in_base: mounting pose of the laser, not upside-down.
 
         Raises:
-            InputFault: the scan, pose or mount cannot be used. The filter is as before.
+            InputFault: the scan, pose or mount cannot be used. The filter is unchanged.
         """
         check_pose(odom_pose, 'odometry pose')
         check_pose(laser_pose_in_base, 'laser pose')
@@ -176,7 +176,7 @@ class Amcl:
             return None
         particles, last, self._odom_pose = self._set, self._odom_pose, odom_pose
         if last is not None:
-            # A request made before the first scan, which updates anyway, waits for the second.
+            # The first scan updates anyway; a request before it applies to the second.
             self._force_update = False
             particles.move(last, odom_pose)
         particles.weigh(self._laser_model.likelihoods(particles.particles, beams, particles.has_converged))
@@ -202,7 +202,7 @@ class Amcl:
         return self.last_estimate
 
     def _particles_around(self, pose: Pose2D, covariance: np.ndarray) -> np.ndarray:
-        """Draw the most particles from a Gaussian, or raise InputFault if it is none."""
+        """Sample max_particles from a Gaussian; raise InputFault for an invalid covariance."""
         check_pose(pose, 'initial pose')
         check_covariance(covariance)
         return particles_around(pose, covariance, self.params.max_particles, self._rng)
@@ -215,7 +215,7 @@ class Amcl:
         self.last_estimate = None
 
     def _restart(self, particles: np.ndarray) -> None:
-        """Take particles of equal weight; the next scan is the first."""
+        """Set particles of equal weight; the next scan is the first."""
         self._set.restart(particles)
         self._is_anywhere = False
         self._odom_pose = None
@@ -225,9 +225,8 @@ class Amcl:
     def _is_update_due(self, odom_pose: Pose2D) -> bool:
         """Return whether there was no update yet, one is requested, or the robot has moved by update_min_*.
 
-        Along x or y, not as a distance. A lost robot, which should stand still, settles on the spot, but only around a
-        pose that was given: over a whole map, or after a kidnapping, particles would settle at a wrong place that looks
-        alike.
+        Along x or y, not as a distance. A lost robot, which should stand still, converges without motion, but only
+        around a given pose: over a whole map, or after a kidnapping, particles would converge to a similar wrong place.
         """
         last, params = self._odom_pose, self.params
         if last is None or self._force_update or (self.is_lost and not (self._set.has_settled or self._is_anywhere)):
@@ -243,9 +242,9 @@ RAYS, PARTICLES = 20, 20
 
 
 def warm_up(params: AmclParams) -> None:
-    """Run each kernel that a filter with these parameters, and the check of its scans, need once, in a small room.
+    """Run each kernel of a filter with these parameters and of its scan check once, in a small room.
 
-    Takes milliseconds if numba's cache is filled, else some seconds.
+    Takes milliseconds with numba's cache, else some seconds.
     """
     counts = {'min_particles': PARTICLES, 'max_particles': PARTICLES}
     few = params.model_copy(update={**counts, 'resample_interval': 1, 'selective_resampling': False})
@@ -254,6 +253,6 @@ def warm_up(params: AmclParams) -> None:
     amcl = Amcl(few, grid, np.random.default_rng(0))
     amcl.update(IDENTITY, scan, IDENTITY)
     FitMap(grid, grid.resolution_m).fit(IDENTITY, scan, IDENTITY)
-    # Beam skipping waits for particles that have converged.
+    # Beam skipping starts when particles have converged.
     model = laser_model(few, grid)
     model.likelihoods(amcl.particles, model.beams(scan, IDENTITY), True)

@@ -108,5 +108,5 @@ def check_scan(scan: Scan) -> None:
     if count == 0 or not math.isfinite(first_rad + step_rad * count) or (count > 1 and step_rad == 0.0):
         raise InputFault(
             f'{count} ranges from angle_min {first_rad} by angle_increment {step_rad} rad; expected at least one, '
-            'each in a direction of its own'
+            'each in a different direction'
         )

@@ -34,18 +34,18 @@ from diff_encoder_sim.localization.slam_params import (
 
 
 class TrajectoryPose(NamedTuple):
-    """The pose of the base when a scan was entered into the map."""
+    """The pose of the base when a scan was added to the map."""
 
     stamp_ns: int
     base_pose_in_map: Pose2D
 
 
-# Room for scan matching to look around the expected pose, beyond what the rays reach.
+# Margin beyond the range of the rays for the search of scan matching.
 MATCH_MARGIN_M = 1.0
 
 
 class SlamEstimate(NamedTuple):
-    """The best particle's pose after a scan was entered into the maps, and the filter's state."""
+    """The best particle's pose after a scan was added to the maps, and the filter's state."""
 
     stamp_ns: int  # the scan's
     base_pose_in_map: Pose2D
@@ -56,7 +56,7 @@ class SlamEstimate(NamedTuple):
 
 
 class GridSlam:
-    """The mapper: feed it every scan with the odometry's pose at the scan's time.
+    """The mapper; pass every scan with the odometry pose at its stamp.
 
     The map frame is odom's as it was on the first scan, unless a start is given. Every random draw
     comes from `rng`: equal seeds and inputs give equal results, bit for bit.
@@ -65,7 +65,7 @@ class GridSlam:
     def __init__(
         self, params: GridSlamParams, rng: np.random.Generator, start_pose_in_map: Optional[Pose2D] = None
     ) -> None:
-        """Start with empty maps; `start_pose_in_map` is the base's pose on the first scan, if known."""
+        """Start with empty maps; `start_pose_in_map` is the base's pose at the first scan, if known."""
         self.params = params
         self._start_pose = start_pose_in_map
         self._rng = rng
@@ -73,16 +73,16 @@ class GridSlam:
         self.maps = PatchMaps(extent, params.delta, params.particles)
         self._particles = np.empty((0, 3))
         self._log_weights = np.zeros(params.particles)
-        # Over the whole path; resampling makes the weights equal, but not these.
+        # Over the whole path; not reset by resampling, unlike the weights.
         self._log_path_weights = np.zeros(params.particles)
         self._trend = np.zeros(3)  # of the scans' offsets from odometry
         # Of each update: its stamp, all particles (n, 3), and each one's index in the update before (n,).
         self._history: List[Tuple[int, np.ndarray, np.ndarray]] = []
         self._parents = np.arange(params.particles)
         self._estimate: Optional[SlamEstimate] = None
-        self._odom_pose: Optional[Pose2D] = None  # at the last scan that was entered
+        self._odom_pose: Optional[Pose2D] = None  # at the last added scan
         self._entered_ns = 0  # stamp of that scan
-        self._newest_ns: Optional[int] = None  # stamp of the newest scan, entered or not
+        self._newest_ns: Optional[int] = None  # stamp of the newest scan, added or not
 
     # State
 
@@ -108,7 +108,7 @@ class GridSlam:
 
     @property
     def trajectory(self) -> List[TrajectoryPose]:
-        """The best particle's pose at each scan that was entered, oldest first."""
+        """The best particle's pose at each added scan, oldest first."""
         path, particle = [], int(self._parents[self._best()])
         for stamp_ns, poses, parents in reversed(self._history):
             path.append(TrajectoryPose(stamp_ns, Pose2D(*poses[particle].tolist())))
@@ -118,7 +118,7 @@ class GridSlam:
     def map(self) -> OccupancyGrid:
         """Return the best particle's map: 0, 100 or -1.
 
-        It covers xmin to xmax and ymin to ymax, in whole patches, and what was seen beyond.
+        It covers xmin to xmax and ymin to ymax, in whole patches, and observed cells beyond.
         """
         rows, columns = self.maps.table.shape[1:]
         cells = np.full((rows * SIDE, columns * SIDE), UNKNOWN, np.int8)
@@ -131,20 +131,20 @@ class GridSlam:
     # The filter
 
     def update(self, odom_pose: Pose2D, scan: Scan, laser_pose_in_base: Pose2D) -> Optional[SlamEstimate]:
-        """Take one scan; return an estimate if it was entered into the map, else None.
+        """Process a scan; return an estimate if it was added to the map, else None.
 
-        The first one is, and each that was taken linearUpdate, angularUpdate or temporalUpdate
-        from the last. Upstream sums up odometry's moves in between, which grows with the jitter of
-        a coarse encoder's heading; here the pose alone counts.
+        The first scan is added, and each scan after a motion of linearUpdate or angularUpdate or a time of
+        temporalUpdate. Upstream sums the odometry increments, which grow with the heading jitter of a
+        coarse encoder; here only the pose counts.
 
         Args:
             odom_pose: base in odom at the scan's stamp.
             scan: ranges that are NaN, infinite or out of range are allowed.
-            laser_pose_in_base: where the laser is mounted, upside-down excluded.
+            laser_pose_in_base: mounting pose of the laser, not upside-down.
 
         Raises:
-            InputFault: the scan, pose or mount cannot be used, or time went back. The map is as
-                before.
+            InputFault: the scan, pose or mount cannot be used, or time went back. The map is
+                unchanged.
         """
         check_pose(odom_pose, 'odometry pose')
         check_pose(laser_pose_in_base, 'laser pose')
@@ -190,7 +190,7 @@ class GridSlam:
         count = effective_count(weights)
         is_due = may_resample and count < self.params.resampleThreshold * len(weights)
         kept = systematic_indices(weights, self._rng) if is_due else np.arange(len(weights))
-        # Of those kept: the best path so far may just have become unlikely.
+        # Of the resampled particles: the previous best path may have become unlikely.
         best = kept[np.argmax(self._log_path_weights[kept])]
         base_pose = Pose2D(*self._particles[best].tolist())
         odom_pose_in_map = base_pose.compose(odom_pose.inverse())
@@ -208,7 +208,7 @@ class GridSlam:
         update_maps(self.maps, self._particles, rays)
 
     def _cover(self, particles: np.ndarray, rays: Rays) -> None:
-        """Enlarge the maps to hold all that the rays reach from the particles."""
+        """Enlarge the maps to the reach of all rays from the particles."""
         reach_m = rays.reach_m() + MATCH_MARGIN_M
         lowest, highest = particles[:, :2].min(axis=0), particles[:, :2].max(axis=0)
         self.maps.cover(Extent(*(lowest - reach_m).tolist(), *(highest + reach_m).tolist()))
@@ -222,19 +222,19 @@ log = logging.getLogger(__name__)
 
 
 def map_recording(slam: GridSlam, odometry: OdometryTrack, scans: Iterable[Scan], laser_pose_in_base: Pose2D) -> int:
-    """Feed a recording to a mapper; return how many scans were entered into the map.
+    """Process a recording; return the number of scans that were added to the map.
 
-    Each throttle_scans-th scan is taken. A scan outside of odometry's time span, older than the
-    one before, or unusable otherwise, is left out with a warning.
+    Each throttle_scans-th scan is used. Scans outside of odometry's time span, scans older than the
+    previous one, and invalid scans are dropped with a warning.
 
     Args:
         slam: new, or with a map to continue.
         odometry: of the whole drive.
         scans: in the order of their stamps.
-        laser_pose_in_base: where the laser is mounted.
+        laser_pose_in_base: mounting pose of the laser.
 
     Raises:
-        ConfigError: there is no odometry, no scan, or none that can be used.
+        ConfigError: no odometry, or no usable scan.
     """
     if not odometry.stamps_ns:
         raise ConfigError('no odometry for the scans; allowed: a recording of both')
@@ -254,10 +254,10 @@ def map_recording(slam: GridSlam, odometry: OdometryTrack, scans: Iterable[Scan]
 
 
 class OdometryTrack:
-    """Odometry's poses by time."""
+    """Odometry poses by time."""
 
     def __init__(self, stamps_ns: Sequence[int], base_poses_in_odom: Sequence[Pose2D]) -> None:
-        """Take poses in recorded order, up to where time goes back, with a warning if it does."""
+        """Store poses in recorded order, up to a jump back in time, which logs a warning."""
         backward = (index for index in range(1, len(stamps_ns)) if stamps_ns[index] < stamps_ns[index - 1])
         end = next(backward, len(stamps_ns))
         if end < len(stamps_ns):
@@ -287,7 +287,7 @@ RAYS, PARTICLES = 60, 2
 
 
 def warm_up(params: GridSlamParams) -> None:
-    """Map a small room: takes tenths of a second where numba's cache is filled, else seconds."""
+    """Map a small room: takes tenths of a second with numba's cache, else seconds."""
     few = params.model_copy(update={'particles': PARTICLES, 'linearUpdate': 0.0})
     slam = GridSlam(few, np.random.default_rng(0))
     scan = Scan(0, -math.pi, 2.0 * math.pi / RAYS, 0.1, 10.0, np.full(RAYS, 2.0))

@@ -149,7 +149,7 @@ def _key_of_bin(bin_x: int, bin_y: int, bin_yaw: int) -> int:
 
 @compiled
 def _neighbour(key: int, step_x: int, step_y: int, step_yaw: int) -> int:
-    """Return the key of the bin so many steps away."""
+    """Return the key of the bin at an offset in steps."""
     return _key_of_bin(
         (key >> (28 + _YAW_BITS)) - _OFFSET + step_x,
         ((key >> _YAW_BITS) & _MASK) - _OFFSET + step_y,
@@ -159,7 +159,7 @@ def _neighbour(key: int, step_x: int, step_y: int, step_yaw: int) -> int:
 
 @compiled
 def _slot_of(table: Array, key: int) -> int:
-    """Find `key` in the table, or the empty slot where it belongs."""
+    """Return the slot of `key` in the table, or the empty slot for it."""
     mask = len(table) - 1
     # Fibonacci hashing: the high bits of the product depend on all bits of the key.
     slot = ((key * 0x9E3779B97F4A7C1) >> 20) & mask
@@ -203,8 +203,8 @@ def particle_statistics(particles: np.ndarray, weights: np.ndarray) -> ParticleS
 def _mean_unit_vector(particles: Array, weights: Array) -> Tuple[float, float]:
     """Return the mean of (cos yaw, sin yaw) with weights of sum 1.
 
-    One after another: numpy 1.24's cosine of a strided array differed in the last bit from one run
-    to the next, by where the array lay in memory.
+    A scalar loop: numpy 1.24's cosine of a strided array differed in the last bit between runs,
+    depending on the memory address.
     """
     cos_sum, sin_sum = 0.0, 0.0
     for index in range(len(weights)):

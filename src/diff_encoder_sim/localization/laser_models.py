@@ -1,8 +1,8 @@
-"""The laser models of amcl, by the names of laser_model_type: how likely a scan is at each particle.
+"""The laser models of amcl, by the names of laser_model_type: the likelihood of a scan at each particle.
 
 Likelihood field (Probabilistic Robotics, table 6.3): the closer a ray ends to an obstacle on the map, the likelier it
 is. Beam model (table 6.1): the closer its range is to that of the map. Upstream combines rays as one plus the sum of
-the cubes of their probabilities. That is no probability, but it tolerates obstacles that are not on the map.
+the cubes of their probabilities. This is not a probability, but tolerates obstacles that are not on the map.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ class LikelihoodField(SensorModel):
     def __init__(self, params: AmclParams, grid: OccupancyGrid) -> None:
         super().__init__(params, grid)
         field = distance_field(grid.cells == OCCUPIED, grid.resolution_m, params.laser_likelihood_max_dist)
-        # One cell wider all around: off the map, every obstacle is as far away as can be. It has an entry of its own.
+        # Padded by one cell: off the map the distance is the maximum, a separate entry.
         self._distances_m = np.append(field.distances_m, params.laser_likelihood_max_dist)
         self._cells = np.pad(field.indices, 1, constant_values=len(field.distances_m))
         self._table: Tuple[float, np.ndarray] = 0.0, np.empty((0, 0))  # of a range limit
@@ -201,7 +201,7 @@ class BeamModel(SensorModel):
 
 @compiled(fastmath={'reassoc', 'nsz'})
 def sum_over_endpoints(poses: Array, ends: Array, table: Array) -> np.ndarray:
-    """Return (n,) sums of the table's entries where the rays end.
+    """Return (n,) sums of the table's entries at the ends of the rays.
 
     Args:
         poses: (n, 4) column, row, cosine and sine of base in the grid's frame, in cells.
@@ -284,7 +284,7 @@ def _weigh_by_casting(
 
 @compiled
 def _ranged_probability(range_m: float, expected_m: float, range_max_m: float, mixture: Array) -> float:
-    """Return how likely a range is where the map has `expected_m`: table 6.1 without its normalisers.
+    """Return the likelihood of a range if the map has `expected_m`: table 6.1 without its normalisers.
 
     `mixture` is z_hit, z_short, z_max, z_rand, sigma_hit [m], lambda_short [1/m].
     """

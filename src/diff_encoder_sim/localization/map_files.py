@@ -1,4 +1,4 @@
-"""Read and write map files as map_server and map_saver do: a YAML file beside an image."""
+"""Read and write map files as map_server and map_saver do: a YAML file next to an image."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from diff_encoder_sim.base.se2 import Pose2D
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 
-# Unknown space kept around the known part when a SLAM map is saved.
+# Margin of unknown space around the known part of a saved SLAM map.
 SAVED_MARGIN_M = 0.5
 
 
@@ -67,10 +67,10 @@ def square_room() -> OccupancyGrid:
     return OccupancyGrid(cells, RESOLUTION_M, Pose2D(corner_m, corner_m, 0.0))
 
 
-# A cell with less than this fraction of the hits of a cell beside it is no surface of its own:
-# noise carried some of that one's rays into it. Upstream draws it as occupied. Of two cells with a
-# wall on their border, both have about half of the hits, and both are occupied: so opposite walls are
-# marked alike, and localization on the map is not pulled to one side.
+# A cell with less than this fraction of the hits of a neighbour is not a surface but noise of the
+# neighbour's rays; upstream marks it as occupied. Two cells with a wall on their border have about half
+# of the hits each, and both are occupied: opposite walls are marked symmetrically, without a bias of
+# localization.
 STRAY_FRACTION = 0.3
 
 

@@ -50,10 +50,10 @@ def move_noise(move: Move, params: AmclParams) -> Move:
     """Return a move's standard deviations [rad, m, rad] (table 5.6, lines 5 to 7).
 
     Upstream's older model `diff`, its default, passes the variance to a sampler that takes a standard deviation. Users
-    have tuned their alphas on it, so upstream kept it and so does this; below 1 rad and 1 m, where the square is less
-    than the root, it trusts odometry more than its alphas mean.
+    have tuned their alphas on it, so it is kept as upstream; below 1 rad and 1 m it trusts odometry more than its
+    alphas specify.
     """
-    # To the nearer of ahead and astern: reversing is as noisy as driving ahead.
+    # Relative to forward or reverse, whichever is closer: both are equally noisy.
     turn1, turn2 = (
         min(abs(wrap_angle(turn_rad)), abs(wrap_angle(turn_rad - math.pi))) ** 2
         for turn_rad in (move.rotation1_rad, move.rotation2_rad)
@@ -144,10 +144,10 @@ def particles_around(pose: Pose2D, covariance: np.ndarray, count: int, rng: np.r
 
 
 def even_normals(count: int, rng: np.random.Generator) -> np.ndarray:
-    """Draw (count, 3) standard normal numbers, spread evenly: their mean is nearer to 0 than that of independent ones.
+    """Sample (count, 3) evenly spread standard normal numbers, with a mean closer to 0 than independent samples.
 
-    A Kronecker sequence (Niederreiter, 1992) from a random place, through the inverse of the normal distribution. Along
-    a hallway, where a scan says little, an error of the first particles' mean stays for tens of metres.
+    A Kronecker sequence (Niederreiter, 1992) with a random offset, through the inverse of the normal distribution.
+    Scans in a hallway contain little information: an error of the initial mean persists for tens of metres.
     """
     places = np.maximum((rng.random(3) + np.outer(np.arange(count), EVEN_STEPS)) % 1.0, LEAST_CHANCE)
     return np.array([*map(NormalDist().inv_cdf, places.ravel().tolist())]).reshape(count, 3)

@@ -37,9 +37,9 @@ def propose(
 ) -> Proposal:
     """Move the particles by odometry's `move` (in the base frame) and a scan.
 
-    Each starts where odometry puts it and climbs to the best match (algorithm 1, line 7). From there it goes to the
-    likeliest pose by likelihood times motion model, in closed form where the paper tries poses: the Gaussian about it
-    (lines 12 to 21) is drawn from, and the weight is its integral (lines 22 to 24). Other than in the paper, the
+    Each particle starts at its odometry pose and climbs to the best match (algorithm 1, line 7), then moves to the
+    maximum of likelihood times motion model. The Gaussian about it (lines 12 to 21), in closed form instead of sampled
+    poses, is sampled from, and the weight is its integral (lines 22 to 24). Other than in the paper, the
     particle takes of the way from odometry's pose to the one drawn only the share by which the scan contradicts
     odometry: see `scan_share`. Where the best match scores not more than minimumScore, it draws from the
     motion model and is weighted by the likelihood there (lines 8 to 10).

@@ -1,6 +1,6 @@
-"""How well a scan agrees with the map at one pose.
+"""Agreement of a scan with the map at a pose.
 
-Upstream's amcl publishes its pose however little the scans agree with it. Rays that end in unknown space do not count.
+Upstream's amcl publishes its pose even if the scans contradict it. Rays that end in unknown space do not count.
 """
 
 from __future__ import annotations
@@ -18,33 +18,33 @@ from diff_encoder_sim.localization.beams import select_beams
 from diff_encoder_sim.localization.distances import distance_field
 from diff_encoder_sim.localization.occupancy_grid import OCCUPIED, OccupancyGrid
 
-# About so many rays of a scan are checked, evenly spread.
+# Approximate number of evenly spaced rays that are checked per scan.
 RAYS = 200
 
-# People and moved things end rays short of what the map shows; a wrong pose does so too. So these
-# rays count, but less than those that would have passed through something on the map.
+# People, moved objects and wrong poses end rays before obstacles of the map. These rays count, but less than
+# rays that pass through obstacles of the map.
 SHORT_WEIGHT = 0.25
 
-# Where fewer rays than this have met the map or should have, nothing is decided.
+# Minimum number of rays at obstacles of the map for a decision.
 LEAST_RAYS = 10
 
-# Not laser_max_range: the farther rays distinguish places better, and make a half blocked view
-# matter less. These replace the limits of a scan that has none (below 0, +inf).
+# Not laser_max_range: longer rays distinguish places better, and reduce the effect of a partly blocked view.
+# These replace missing limits of a scan (below 0, +inf).
 _SCANS_OWN_LIMITS = AmclParams(laser_min_range=1e-9, laser_max_range=1e6)
 
 _OFF_MAP, _UNKNOWN, _CLEAR, _NEAR, _OCCUPIED = range(5)
 
 
 class ScanFit(NamedTuple):
-    """The number of rays of a scan by where, from some pose, they ended on the map."""
+    """Numbers of rays of a scan by their end on the map, from a pose."""
 
-    fitting: int  # close to something occupied
-    through: int  # beyond something occupied
-    short: int  # at nothing that the map shows
+    fitting: int  # close to an obstacle
+    through: int  # behind an obstacle
+    short: int  # before an obstacle
 
     @property
     def fraction(self) -> Optional[float]:
-        """Fraction of the rays that fit, 0 to 1; None where there are too few to decide by."""
+        """Fraction of the rays that fit, 0 to 1; None with too few rays."""
         if self.fitting + self.through + self.short < LEAST_RAYS:
             return None
         return self.fitting / (self.fitting + self.through + SHORT_WEIGHT * self.short)
@@ -54,7 +54,7 @@ class FitMap:
     """A map prepared for counting the rays that fit it."""
 
     def __init__(self, grid: OccupancyGrid, distance_m: float) -> None:
-        """Let a ray fit that ends within `distance_m` of the centre of an occupied cell."""
+        """Prepare a map; a ray fits if it ends within `distance_m` of the centre of an occupied cell."""
         is_occupied = grid.cells == OCCUPIED
         field = distance_field(is_occupied, grid.resolution_m, 2.0 * distance_m)
         self._kinds = np.full(grid.cells.shape, _UNKNOWN, np.int8)
@@ -64,7 +64,7 @@ class FitMap:
         self._grid, self._distance_m = grid, distance_m
 
     def fit(self, base_pose_in_map: Pose2D, scan: Scan, laser_pose_in_base: Pose2D) -> ScanFit:
-        """Sort a scan's rays that returned, within the scan's own limits of range.
+        """Classify a scan's valid rays, within the range limits of the scan.
 
         Raises:
             InputFault: the scan has an invalid range limit.
@@ -92,7 +92,7 @@ def _sort_rays(
             fitting += 1
             continue
         is_blocked = False
-        # Half a cell at a time: it steps over no more than a corner of a wall's cell.
+        # Steps of half a cell skip at most a corner of a cell.
         first = _distance_to_map(laser_x, laser_y, cos_direction, sin_direction, ranges[j], kinds.shape)
         for step in range(1 + int(2.0 * first), int(2.0 * (ranges[j] - distance))):
             kind = _kind_at(kinds, laser_x + 0.5 * step * cos_direction, laser_y + 0.5 * step * sin_direction)
@@ -110,7 +110,7 @@ def _sort_rays(
 def _distance_to_map(
     x: float, y: float, cos_direction: float, sin_direction: float, length: float, shape: Tuple[int, int]
 ) -> float:
-    """Return how far along a ray the map begins: 0 for a laser on it, `length` if it never does."""
+    """Return the distance along a ray to the map: 0 for a laser on it, `length` if never."""
     enter, leave = 0.0, length
     for start, slope, size in ((x, cos_direction, float(shape[1])), (y, sin_direction, float(shape[0]))):
         if slope != 0.0:
@@ -123,7 +123,7 @@ def _distance_to_map(
 
 @compiled
 def _kind_at(kinds: Array, x: float, y: float) -> int:
-    """Return what the map has at a point given in cells."""
+    """Return the map's value at a point in cells."""
     column, row = int(math.floor(x)), int(math.floor(y))
     if column < 0 or row < 0 or column >= kinds.shape[1] or row >= kinds.shape[0]:
         return _OFF_MAP
@@ -131,32 +131,32 @@ def _kind_at(kinds: Array, x: float, y: float) -> int:
 
 
 class LostDetector:
-    """Lost after lost_scans bad scans in a row, found after as many good ones.
+    """Lost after lost_scans consecutive bad scans, found after as many good ones.
 
-    A wrong place near by may fit half of a scan. So to be found takes more than not to be lost:
-    a fraction halfway from lost_fraction to 1.
+    A wrong pose near by may fit half of a scan. The threshold for found is therefore higher:
+    halfway from lost_fraction to 1.
     """
 
     def __init__(self, params: AmclParams, grid: OccupancyGrid) -> None:
         self._map = FitMap(grid, params.lost_distance) if params.lost_fraction > 0.0 else None
         self._lost_fraction, self._lost_scans = params.lost_fraction, params.lost_scans
         self.is_lost = False
-        self.fit_fraction: Optional[float] = None  # of the newest scan with enough rays to decide by
-        self._against = 0  # scans in a row that contradict is_lost
+        self.fit_fraction: Optional[float] = None  # of the newest scan with enough rays
+        self._against = 0  # consecutive scans that contradict is_lost
 
     @property
     def least_fraction(self) -> float:
-        """The least fit_fraction of a good scan: more while lost than otherwise."""
+        """The minimum fit_fraction of a good scan; higher while lost."""
         return 0.5 * (self._lost_fraction + 1.0) if self.is_lost else self._lost_fraction
 
     def check(self, base_pose_in_map: Pose2D, scan: Scan, laser_pose_in_base: Pose2D, may_be_found: bool) -> None:
-        """Compare one more scan with the map, and update is_lost.
+        """Compare a scan with the map, and update is_lost.
 
         Args:
-            base_pose_in_map: where the filter puts the robot at the scan's stamp.
-            scan: its rays without a return, and those that end off the map, do not count.
-            laser_pose_in_base: where the laser is mounted.
-            may_be_found: False while the filter cannot know where it is.
+            base_pose_in_map: estimate of the filter at the scan's stamp.
+            scan: rays without a return and rays that end off the map are ignored.
+            laser_pose_in_base: mounting pose of the laser.
+            may_be_found: False while the filter cannot determine the pose.
 
         Raises:
             InputFault: the scan has an invalid range limit.
@@ -173,9 +173,9 @@ class LostDetector:
             self.is_lost, self._against = not self.is_lost, 0
 
     def declare_lost(self) -> None:
-        """Count the robot as lost, until scans show otherwise."""
+        """Set the robot as lost until scans fit."""
         self.is_lost, self._against = self._map is not None, 0
 
     def restart_count(self) -> None:
-        """Forget the scans so far: they were compared with another estimate."""
+        """Drop the previous scans, which were compared with another estimate."""
         self._against = 0

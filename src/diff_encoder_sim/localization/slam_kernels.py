@@ -17,21 +17,21 @@ from diff_encoder_sim.localization.patches import HITS, MASK, MEAN_X, MEAN_Y, SH
 # A cell counts as surface if more than this fraction of its visits are hits: upstream's.
 SURFACE_FRACTION = 0.1
 
-# Below this spread no direction is defined: one cell alone.
+# Below this spread, a single cell, no direction is defined.
 LEAST_SPREAD = 1e-9
 
-# The refinement ends after so many steps, or with one that is smaller: 50 um in cells of 5 cm.
+# The refinement ends after this number of steps, or with a smaller step.
 REFINEMENTS, CLOSE_CELLS, CLOSE_RAD = 10, 5e-3, 5e-5
 
-# Steps over which the running mean of the scans' offsets from odometry reaches back.
+# Length of the running mean of the scans' offsets from odometry [steps].
 TREND_STEPS = 10
-# Squared way, in a scan's standard deviations, above which the scan contradicts odometry: its own noise exceeds it once
-# in 20 (chi-squared with 3 degrees of freedom).
+# Squared distance, in standard deviations of a scan, above which the scan contradicts odometry: the 95 % quantile of
+# chi-squared with 3 degrees of freedom.
 CONTRADICTION = 7.81
 
 
 class Search(NamedTuple):
-    """How scans are matched: numbers of GridSlamParams in cells."""
+    """Scan matching parameters: GridSlamParams in cells."""
 
     kernel: int  # cells in each direction in which a match is searched
     score_scale: float  # of a squared distance in the exponent of a score
@@ -254,9 +254,9 @@ def _surface_near(
 
 @compiled
 def _across(xx: float, xy: float, yy: float) -> Tuple[float, float, float]:
-    """Return the matrix that keeps what is across the longer axis of a covariance.
+    """Return the matrix that projects across the longer axis of a covariance.
 
-    The rounder the covariance is, the more of what is along that axis is kept too.
+    The component along that axis is kept in proportion to the roundness of the covariance.
     """
     half = math.sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy)
     longer, shorter = 0.5 * (xx + yy) + half, 0.5 * (xx + yy) - half

@@ -37,7 +37,7 @@ class GridSlamParams(Params):
 
     # The laser. 0 stands for upstream's default: the scan's own range_max less 1 cm.
     maxRange: Distance_m = param(0.0, 'longer ranges are ignored [m]; 0: range_max of the scan less 1 cm')
-    maxUrange: Distance_m = param(0.0, 'rays are cut here; what they pass is free [m]; 0: maxRange')
+    maxUrange: Distance_m = param(0.0, 'longer rays are cut at this range; cells up to it are free [m]; 0: maxRange')
 
     # Scan matching.
     sigma: Annotated[float, Between(1e-6, 1e6, 'm^2')] = param(
@@ -52,7 +52,7 @@ class GridSlamParams(Params):
         3.0, 'divides the log-likelihood of a scan; upstream divides it by the number of particles too'
     )
     lskip: Annotated[int, Between(0, 1_000_000)] = param(0, 'rays left out between two that are matched')
-    minimumScore: Weight = param(0.0, 'lowest score of a match that is used; below it odometry alone counts')
+    minimumScore: Weight = param(0.0, 'lowest score of a match that is used; below it only odometry counts')
 
     # Of slam_gmapping's files, and without effect: the proposal's Gaussian is in closed form here.
     llsamplerange: Annotated[float, Between(0.0, 100.0, 'm')] = param(0.01, 'no effect; slam_gmapping reads it [m]')
@@ -89,7 +89,7 @@ class GridSlamParams(Params):
     occ_thresh: Fraction = param(0.25, 'fraction of the rays into a cell that end there, above which it is occupied')
 
     # What only the node uses.
-    throttle_scans: Count = param(1, 'take one scan of so many')
+    throttle_scans: Count = param(1, 'process every n-th scan')
     map_update_interval: Duration_s = param(5.0, 'time between two published maps [s]')
     transform_publish_period: Duration_s = param(0.05, 'time between two transforms [s]; 0: no transform')
     tf_delay: SignedDuration_s = param(
@@ -112,7 +112,7 @@ class GridSlamParams(Params):
 # The noise across, as a fraction of the noise ahead: upstream's.
 ACROSS_FRACTION = 0.3
 
-# However little the robot moved, odometry is no more exact than this [m, m, rad].
+# Minimum standard deviations of odometry [m, m, rad].
 LEAST_SIGMAS = np.array([0.001, 0.001, 0.0005])
 
 

@@ -61,7 +61,7 @@ class Costmap:
             self._place(static_map.origin)
             self.shape = static_map.height, static_map.width
             self._static = static_costs(static_map.cells, params)
-            self._unseen = NO_INFORMATION  # where no ray has been, the static map counts
+            self._unseen = NO_INFORMATION  # cells without rays use the static map
         self.cells_per_m = 1.0 / self.resolution_m
         self._obstacles = np.full(self.shape, self._unseen, np.uint8)
         self._base, self._costs = np.empty(self.shape, np.uint8), np.empty(self.shape, np.uint8)
@@ -116,14 +116,14 @@ class Costmap:
     def footprint_cost(self, base_pose: Pose2D) -> float:
         """Return the highest cost under the robot's outline at a pose.
 
-        Below zero where it cannot stand: footprint.IN_OBSTACLE, IN_UNKNOWN or OFF_MAP.
+        Negative if it collides: footprint.IN_OBSTACLE, IN_UNKNOWN or OFF_MAP.
         """
         x_m, y_m, yaw_rad = self.pose_in_grid(base_pose)
         place = x_m, y_m, math.cos(yaw_rad), math.sin(yaw_rad)
         return float(footprint_cost(self.costs, self.cells_per_m, self.footprint.vertices_m, *place))
 
     def is_static_obstacle(self, x_m: float, y_m: float) -> bool:
-        """Return whether the static map alone keeps the robot's centre from a point."""
+        """Return whether the static map blocks the robot's centre at a point."""
         row, column = self.cell_at(x_m, y_m)
         if self._static is None or not self.contains(row, column):
             return False

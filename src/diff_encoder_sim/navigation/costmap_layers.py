@@ -66,7 +66,7 @@ def _enter_inflation(
             distance = np.uintp(squared[row - top, column - left])
             if distance < len(table):
                 inflated = table[distance]
-                # Inflation enters unknown space only where the robot would touch the obstacle.
+                # Inflation marks unknown cells only within the inscribed radius of the obstacle.
                 if cost != NO_INFORMATION:
                     cost = max(cost, inflated)
                 elif inflated >= INSCRIBED:
@@ -216,7 +216,7 @@ def _clear_ray(cells: Array, row: int, column: int, to_row: int, to_column: int,
 
 @compiled
 def _count_within(cells_left: int, across: int, along: int) -> int:
-    """Return how many cells of a line that goes `across` while it goes `along` are no more than `cells_left` across."""
+    """Return the number of cells of a line of slope `across`/`along` with at most `cells_left` across."""
     if across <= cells_left:
         return along + 1
     return (2 * cells_left + 1) * along // (2 * across) + 1

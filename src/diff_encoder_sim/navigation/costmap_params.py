@@ -140,7 +140,7 @@ class CostmapParams(Params):
     """Parameters of the global or the local costmap.
 
     All of upstream's forms are accepted: layers with namespaces of their own, a source of any name, robot_radius.
-    Parameters for what this costmap cannot do accept only the value for what it does.
+    Parameters of unsupported features accept only the supported value.
     """
 
     global_frame: str = Field('map', min_length=1, description='frame of the costmap')

@@ -32,7 +32,7 @@ from diff_encoder_sim.navigation.dwa_params import DwaParams
 
 
 class OscillationMemory:
-    """Directions that past commands rule out until the robot has moved away from where it reversed."""
+    """Directions that past commands exclude until the robot has moved away from its last reversal."""
 
     def __init__(self, params: DwaParams) -> None:
         self._params = params

@@ -44,7 +44,7 @@ REJECTED = -1.0
 # The waves: from the plan, from its end, from the nose's goal beyond it.
 TO_PLAN, TO_END, TO_FRONT = range(3)
 
-# A point that is off by rounding alone is in the same cell if it is farther from that cell's edges [cells].
+# Rounding does not change the cell of a point at this distance from its edges [cells].
 ROUNDING_CELLS = 1e-6
 
 Twist = Tuple[float, float]  # linear [m/s], angular [rad/s]
@@ -153,7 +153,7 @@ def _walk(
 ) -> Tuple[int, bool]:
     """Go along a line that follows a `place`, -1 for none yet; if it `marks`, the plan's wave begins at its cells.
 
-    Returns the last place on known cells, and whether the line has left them.
+    Returns the last position on known cells, and whether the line has left them.
     """
     rows, columns = costs.shape
     x_m, y_m, to_x_m, to_y_m = line
@@ -381,7 +381,7 @@ def _score(task: ScoringTask, turn_radps: float, points: Array, steps: int, most
 
 @compiled
 def _least_costs(task: ScoringTask, samples: Array) -> Tuple[np.ndarray, np.ndarray]:
-    """Return what samples (n, 2) cost at least (n,), inf if they are known to be rejected, and their steps (n,).
+    """Return lower bounds (n,) of the costs of samples (n, 2), inf if rejected, and their steps (n,).
 
     A last point may be off by rounding: if that decides on a cell, its sample costs at least 0.
     """
@@ -492,9 +492,9 @@ def score_all(task: ScoringTask) -> Tuple[np.ndarray, np.ndarray, np.ndarray, np
 def velocity_samples(limits: DwaLimits, twist: Twist, goal_distance_m: float) -> np.ndarray:
     """Return samples (n, 2) linear [m/s], angular [rad/s] of the window around a twist, the angular ones innermost.
 
-    The window is what the limits allow within the horizon; without use_dwa, no velocity passes the goal in that time. A
-    quantised twist can be above the limits (at 40 PPR the second step is 0.63 m/s): then the window is the limit alone,
-    where upstream would sample from the limit up to what it takes for reachable.
+    The window contains the velocities reachable within the horizon; without use_dwa, none passes the goal in that time.
+    A quantised twist can be above the limits (at 40 PPR the second step is 0.63 m/s): the window is then the limit;
+    upstream would sample above it.
     """
     lowest_mps, highest_mps, highest_radps = limits.min_vel_x, limits.max_vel_x, limits.max_vel_theta
     if not limits.use_dwa:
@@ -519,7 +519,7 @@ def velocity_samples(limits: DwaLimits, twist: Twist, goal_distance_m: float) ->
 
 @compiled
 def _samples_between(low: float, high: float, count: int) -> np.ndarray:
-    """Return evenly spaced samples with both ends, and 0 where it lies between two of them.
+    """Return evenly spaced samples with both ends, and 0 if it is between two of them.
 
     As upstream's VelocityIterator: at least two samples, unless the ends are equal.
     """

@@ -82,7 +82,7 @@ class DwaParams(Params):
     oscillation_reset_angle: Turn_rad = param(0.2, 'turn that allows the opposite direction again [rad]')
     twist_sigmas: Weight = param(
         0.0,
-        "use the last command for the velocity if it is within so many standard deviations of odometry's "
+        "use the last command for the velocity if it is within this number of standard deviations of odometry's "
         'twist; 0: never, as upstream',
     )
     latch_margin: Annotated[float, Between(0.0, 0.9)] = param(

@@ -57,7 +57,7 @@ def propagate(
 ) -> np.ndarray:
     """Return the potential (rows, columns) float64: the cost from the start, inf where not reached.
 
-    Weights (rows, columns) float64 are the cost of crossing a cell, inf where it is blocked, none below
+    Weights (rows, columns) float64 are the cost of crossing a cell, inf if blocked, none below
     `least_weight`; the outermost cells are blocked, so that no neighbour is off the grid. `uses_heuristic` is A*
     instead of Dijkstra; `stops_at_goal` ends the search once the potential around the goal is settled.
     """
@@ -146,7 +146,7 @@ def _pop(keys: Array, cells: Array, size: int) -> int:
 def descend(potential: Array, row: int, column: int) -> np.ndarray:
     """Return the path (n, 2) of columns and rows from a cell down to the start; cell centres are whole numbers.
 
-    Along the gradient in steps of half a cell; where that does not descend (beside obstacles), to the lowest
+    Along the gradient in steps of half a cell; if that does not descend (next to obstacles), to the lowest
     neighbour. Empty if no path descends to the start.
     """
     path = np.empty((4 * potential.size + 4, 2))
@@ -213,7 +213,7 @@ def _interpolated(potential: Array, x: float, y: float) -> float:
     height = 0.0
     for corner in range(4):
         fraction = (down if corner // 2 else 1.0 - down) * (right if corner % 2 else 1.0 - right)
-        if fraction > 0.0:  # 0 times infinity is no number
+        if fraction > 0.0:  # 0 times infinity is NaN
             height += fraction * potential[row + corner // 2, column + corner % 2]
     return height
 
@@ -268,7 +268,7 @@ class GlobalPlanner:
         and y.
 
         Raises:
-            PlanError: there is no plan; the text gives the reason.
+            PlanError: no plan was found; the text contains the reason.
         """
         tolerance_m = max(tolerance_m, self.params.default_tolerance)
         start_cell, goal_cell = self._cell_of('the start', start), self._cell_of('the goal', goal)

@@ -32,19 +32,19 @@ class LatchedStopRotate:
         self.reset()
 
     def reset(self) -> None:
-        """Begin a new plan: the position is not latched and the robot is not turning."""
+        """Reset for a new plan: position not latched, no turn."""
         self._is_latched = False
         self._is_rotating = False
 
     def is_position_reached(self, motion: Motion, goal: Pose2D) -> bool:
-        """Return whether the robot is within tolerance, or was once and that is latched."""
+        """Return whether the robot is within tolerance, or has latched the position."""
         params = self.params
         distance_m = math.hypot(goal.x_m - motion.base_pose.x_m, goal.y_m - motion.base_pose.y_m)
         self._is_latched |= distance_m <= (1.0 - params.latch_margin) * params.xy_goal_tolerance
         return self._is_latched if params.latch_xy_goal_tolerance else distance_m <= params.xy_goal_tolerance
 
     def is_goal_reached(self, motion: Motion, goal: Pose2D) -> bool:
-        """Return whether the robot stands at the goal, position and heading within tolerance."""
+        """Return whether the robot has stopped at the goal, with position and heading within tolerance."""
         if not self.is_position_reached(motion, goal):
             return False
         return abs(_turn_left(motion, goal)) <= self.params.yaw_goal_tolerance and self._is_stopped(motion)
@@ -77,7 +77,7 @@ class LatchedStopRotate:
         )
 
     def _turning_speed(self, turn_rad: float, angular_radps: float) -> float:
-        """Return the speed [rad/s] that ends the turn in a second, as far as it can be reached and stopped in time."""
+        """Return the speed [rad/s] that ends the turn in a second, within the acceleration limits."""
         params = self.params
         change, lowest, highest = params.acc_lim_theta * self._sim_period_s, params.min_vel_theta, params.max_vel_theta
         speed = min(highest, max(lowest, abs(turn_rad)))
@@ -87,44 +87,43 @@ class LatchedStopRotate:
 
 
 def _turn_left(motion: Motion, goal: Pose2D) -> float:
-    """Return the turn that is left to the goal's heading [rad]."""
+    """Return the remaining rotation to the goal's heading [rad]."""
     return wrap_angle(goal.yaw_rad - motion.base_pose.yaw_rad)
 
 
-# The robot does not set out for less than this fraction of a tolerance. At 40 PPR a pulse of one wheel turns it by 2.25
-# degrees: who turned by one for less than half of that would be farther off than before.
+# Errors below this fraction of a tolerance are not corrected. At 40 PPR a pulse of one wheel turns the robot by 2.25
+# degrees; correcting less than half of that would increase the error.
 SET_OUT = 1.0 / 3.0
 
-# A robot that has driven into the tolerance turns in place towards a goal that is farther to the side than this: the
-# robot came past it.
+# A robot within the tolerance turns in place towards a goal with a larger lateral offset: it has passed the goal.
 ASIDE_RAD = math.radians(45.0)
 
-# What is near, as a fraction of a tolerance: a goal that is less to the side is not steered to, and over such a rest of
-# its way the robot becomes no slower.
+# Fraction of a tolerance: a smaller lateral offset is not steered to, and the robot does not slow down further within
+# this remaining distance.
 NEAR = 0.1
 
-# Control periods from a pose to the end of the command that follows from it: one of its own, and one for the way of the
-# pose to the navigator and of the command to the wheels.
+# Control periods from a pose to the end of its command: one of the command, and one for the transport of pose and
+# command.
 LAG_PERIODS = 2.0
 
 
 class PreciseStop(LatchedStopRotate):
-    """Drives on from the edge of the tolerance to the place nearest to the goal, then turns to its heading.
+    """Drives from the edge of the tolerance to the position closest to the goal, then turns to its heading.
 
-    It never drives backwards, and where it has begun within the tolerance it does not turn to come nearer: what the
-    goal is off to the side stays, as far as steering on the way does not mend it. Place and heading are latched when
-    they are reached or passed for the first time: where odometry jumps by a pulse across the goal, no search begins.
+    It never drives backwards, and does not turn in place if it started within the tolerance: the remaining lateral
+    offset is corrected only by steering. Position and heading are latched when they are first reached or passed, so
+    that odometry jumps of a pulse do not start a search.
     """
 
     def reset(self) -> None:
-        """Begin a new plan: nothing is reached."""
+        """Reset for a new plan."""
         super().reset()
         self._is_within_tolerance = self._is_approaching = self._has_arrived = self._is_aligned = False
-        self._has_begun_here: Optional[bool] = None  # within the tolerance; None until that is known
-        self._turn_began_rad = 0.0  # what was left to turn where the turn began
+        self._has_begun_here: Optional[bool] = None  # within the tolerance; None before the first pose
+        self._turn_began_rad = 0.0  # remaining rotation at the start of the turn
 
     def is_position_reached(self, motion: Motion, goal: Pose2D) -> bool:
-        """Return whether the robot is within tolerance, or has arrived there and that is latched."""
+        """Return whether the robot is within tolerance, or has latched its arrival."""
         params = self.params
         if self._has_arrived and params.latch_xy_goal_tolerance:
             return True
@@ -138,11 +137,11 @@ class PreciseStop(LatchedStopRotate):
         return self._is_within_tolerance
 
     def is_goal_reached(self, motion: Motion, goal: Pose2D) -> bool:
-        """Return whether the robot stands where it comes no nearer, with the goal's heading."""
+        """Return whether the robot has stopped at its closest position, with the goal's heading."""
         return super().is_goal_reached(motion, goal) and self._has_arrived and self._is_aligned
 
     def command(self, motion: Motion, goal: Pose2D, is_clear: ClearanceCheck) -> Optional[Tuple[float, float]]:
-        """Return (linear [m/s], angular [rad/s]) to drive up, stop and turn; None if a turn that is due collides."""
+        """Return (linear [m/s], angular [rad/s]) to approach, stop and turn; None if the turn would collide."""
         if not self._has_arrived:
             approach = self._approach(motion, goal.relative_to(motion.base_pose), is_clear)
             if approach is not None:
@@ -157,7 +156,7 @@ class PreciseStop(LatchedStopRotate):
     def _approach(
         self, motion: Motion, goal_in_base: Pose2D, is_clear: ClearanceCheck
     ) -> Optional[Tuple[float, float]]:
-        """Return the command towards the place nearest to the goal; None if that is here, or the way is not clear."""
+        """Return the command to the position closest to the goal; None if reached or blocked."""
         params, (ahead_m, left_m, _) = self.params, goal_in_base
         turn_rad = math.atan2(left_m, ahead_m)
         if self._is_approaching:
@@ -178,7 +177,7 @@ class PreciseStop(LatchedStopRotate):
         return (linear_mps, rate_radps) if is_clear(0.0, rate_radps) else None
 
     def _arc(self, ahead_m: float, left_m: float, motion: Motion) -> Tuple[float, float]:
-        """Return the velocities, within the limits, on the arc that ends at the goal, as slow as that needs."""
+        """Return the velocities on the arc that ends at the goal, within the limits."""
         params, near_m = self.params, NEAR * self.params.xy_goal_tolerance
         curvature_1pm = 2.0 * left_m / (ahead_m**2 + left_m**2) if abs(left_m) > near_m else 0.0
         slowest_mps = approach_speed(params, self._sim_period_s, near_m)
@@ -190,7 +189,7 @@ class PreciseStop(LatchedStopRotate):
         return linear_mps, self._reachable(rate_radps, motion.angular_radps, params.acc_lim_theta)
 
     def _reachable(self, velocity: float, now: float, acceleration: float) -> float:
-        """Return the velocity, or what of it one period reaches."""
+        """Return the velocity, limited by the acceleration in one period."""
         change = acceleration * self._sim_period_s
         return min(max(velocity, now - change), now + change)
 
@@ -210,7 +209,7 @@ class PreciseStop(LatchedStopRotate):
 
 
 def approach_speed(params: DwaParams, period_s: float, way_m: float) -> float:
-    """Return the highest speed [m/s], within the limits, from which a robot still stops within `way_m`."""
+    """Return the highest speed [m/s] within the limits that allows a stop within `way_m`."""
     lag_s, deceleration_mps2 = LAG_PERIODS * period_s, params.acc_lim_x
     # v lag + v^2 / (2 a) = way
     speed_mps = deceleration_mps2 * (math.sqrt(lag_s**2 + 2.0 * way_m / deceleration_mps2) - lag_s)
@@ -218,7 +217,7 @@ def approach_speed(params: DwaParams, period_s: float, way_m: float) -> float:
 
 
 def stopping_rest(velocity: float, deceleration: float, period_s: float) -> float:
-    """Return the way left at which to stop: braking, and half of what one more period would move."""
+    """Return the remaining distance at which to stop: braking, and half of the motion in one more period."""
     return 0.5 * velocity**2 / deceleration + 0.5 * abs(velocity) * period_s
 
 
@@ -230,7 +229,7 @@ class StopSpread(NamedTuple):
 
 
 class PoseStep(NamedTuple):
-    """What a pose of odometry moves by at least: a pulse of both wheels ahead, of one around."""
+    """Resolution of odometry: a pulse of both wheels in translation, of one wheel in rotation."""
 
     position_m: float
     yaw_rad: float
@@ -241,12 +240,12 @@ LATCH, COASTING, LATENCY, PULSE, NEAR_ENOUGH = 'latch circle', 'coasting', 'late
 
 
 def stop_parts(params: DwaParams, period_s: float, command_latency_s: float, step: PoseStep) -> Dict[str, StopSpread]:
-    """Return what a robot that has driven up to its goal may be off by for each cause, as the control loop leaves it.
+    """Return the stopping error of the control loop at a goal by cause.
 
     Args:
         params: tolerances and limits.
         period_s: the control period [s].
-        command_latency_s: from a pose to the wheels [s].
+        command_latency_s: delay from a pose to the wheels [s].
         step: of the odometry.
     """
     tolerance_m, tolerance_rad = params.xy_goal_tolerance, params.yaw_goal_tolerance
@@ -264,10 +263,9 @@ def stop_parts(params: DwaParams, period_s: float, command_latency_s: float, ste
 
 
 def stop_spread(params: DwaParams, period_s: float, command_latency_s: float, step: PoseStep) -> StopSpread:
-    """Return the spread of a robot that has driven up to its goal; arguments as of `stop_parts`.
+    """Return the stopping error of a robot at its goal; arguments as of `stop_parts`.
 
-    Ahead, what coasts, is late and is counted adds up, across the robot is as near as it has to be; of the heading, the
-    larger one of both.
+    Longitudinal errors add up, the lateral error is the tolerance; the heading error is the larger of both.
     """
     *ahead, near = stop_parts(params, period_s, command_latency_s, step).values()
     if not ahead:  # the latch
@@ -279,15 +277,15 @@ def stop_spread(params: DwaParams, period_s: float, command_latency_s: float, st
     )
 
 
-# Distance along the plan to the point that gives the direction: about the robot's length.
+# Lookahead distance along the plan: about the robot's length.
 LOOKAHEAD_M = 0.5
 
-# A turn ends at this fraction of the angle that begins one, so that turns do not flicker.
+# A turn ends at this fraction of its start angle (hysteresis).
 END_FRACTION = 0.5
 
 
 class TurnToPath:
-    """Turns the robot towards a plan that begins behind it, then leaves it to the DWA."""
+    """Turns the robot towards a plan that starts behind it, before the DWA controls it."""
 
     def __init__(self, params: DwaParams, sim_period_s: float) -> None:
         self._angle_rad = params.turn_to_path_angle
@@ -295,12 +293,12 @@ class TurnToPath:
         self.reset()
 
     def reset(self) -> None:
-        """Begin a new plan."""
+        """Reset for a new plan."""
         self._is_turning = False
         self._turner.reset()
 
     def command(self, motion: Motion, plan: np.ndarray, is_clear: ClearanceCheck) -> Optional[Tuple[float, float]]:
-        """Return (linear [m/s], angular [rad/s]) of the turn; None if there is no need, or it would collide.
+        """Return (linear [m/s], angular [rad/s]) of the turn; None if it is not needed or would collide.
 
         The plan (n, 3), n > 0, is in the frame of the motion.
         """
@@ -318,7 +316,7 @@ class TurnToPath:
 
 @compiled
 def bearing_ahead(plan: Array, x_m: float, y_m: float) -> float:
-    """Return the direction [rad] from a place to the point of the plan (n, 3) ahead, or to its end if that is near."""
+    """Return the direction [rad] to the lookahead point of the plan (n, 3), or to its end if closer."""
     nearest, least_m = 0, math.inf
     for index in range(len(plan)):
         distance_m = math.hypot(plan[index, 0] - x_m, plan[index, 1] - y_m)

@@ -46,7 +46,7 @@ class LocalPlanner:
     def set_plan(self, plan_in_map: np.ndarray, is_renewed: bool = False) -> None:
         """Follow a new plan (n, 3), n > 0; latched tolerances, turns and locked directions are reset.
 
-        With `is_renewed`, while the robot drives to the same goal, a precise stop goes on. Upstream begins anew.
+        With `is_renewed`, for the same goal, a precise stop continues; upstream restarts.
         """
         self._plan_in_map, self._odom_pose_in_map = plan_in_map, None
         if not (is_renewed and self.params.stop == 'precise'):
@@ -113,8 +113,8 @@ class LocalPlanner:
 def limited_motion(odometry: OdometrySample, command: Command, sigmas: float) -> Motion:
     """Return odometry's pose and the last command's twist, limited to `sigmas` standard deviations around odometry's.
 
-    An encoder of 40 pulses at 20 Hz measures a wheel's speed to +-0.31 m/s. Taken at face value, a wheel that ticks
-    alone puts the dynamic window around a sharp turn that does not exist, and the next command is that turn
+    An encoder of 40 pulses at 20 Hz measures a wheel's speed to +-0.31 m/s. Without the limit, a pulse of only one
+    wheel centres the dynamic window on a sharp turn that does not exist, and the next command is that turn
     (docs/adr/0007-coarse-twist.md).
     """
     linear_mps, linear_band = odometry.linear_mps, sigmas * odometry.linear_std_mps

@@ -1,11 +1,11 @@
 """Navigator: velocity commands that drive to a goal, by plan, control and recovery (move_base).
 
 One control period:
-1. Enter new messages: `take_odometry`, `take_localization`, `take_scan`.
+1. Add new messages: `take_odometry`, `take_localization`, `take_scan`.
 2. `step(now_ns)`: stop if an input is stale; update the costmaps; plan, control or recover.
 
-All times are arguments; there is no clock, no thread and no randomness, so that equal inputs give equal commands. The
-global plan is in the map frame, the local one in odom.
+Times are arguments, without clock, threads or randomness, so that equal inputs give equal commands. The global plan
+is in the map frame, the local plan in odom.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ from diff_encoder_sim.navigation.recovery import recoveries_of
 
 log = logging.getLogger(__name__)
 
-# A step at the time of the one before, or a little earlier, is no jump back in time.
+# A step at the previous time, or slightly earlier, is not a jump back in time.
 TIME_TOLERANCE_NS = 100_000_000
 
 
@@ -66,7 +66,7 @@ class Navigator(NavigatorInputs):
         self._forget_travel()
 
     def _use_parts(self, global_costmap: Costmap, local_costmap: Costmap, local_planner: LocalPlanner) -> None:
-        """Use costmaps and planners of the parameters."""
+        """Create costmaps and planners from the parameters."""
         self.global_costmap = global_costmap  # in the map frame
         self.local_costmap = local_costmap  # in the odom frame
         planner, recoveries = (
@@ -86,28 +86,28 @@ class Navigator(NavigatorInputs):
         self._run = GoalRun(self._parts, goal, command)
 
     def cancel(self, text: str = 'cancelled') -> None:
-        """Give up the goal; the next step commands a stop."""
+        """Cancel the goal; the next step commands a stop."""
         if self._run and self._run.status is GoalStatus.ACTIVE:
             self._run.end(GoalStatus.PREEMPTED, text)
 
     def make_plan(self, start: Optional[Pose2D], goal: Pose2D, tolerance_m: float = 0.0) -> np.ndarray:
-        """Return a plan (n, 3) in the map frame without following it; `start` None is the robot's pose.
+        """Return a plan (n, 3) in the map frame without following it; `start` defaults to the robot's pose.
 
         Raises:
-            PlanError: there is no plan; the text gives the reason.
-            InputFault: `start` is None and the robot's pose is not known yet.
+            PlanError: no plan was found; the text contains the reason.
+            InputFault: `start` is None and the robot's pose is unknown.
         """
         if start is None and not self.has_pose:
             raise InputFault("the robot's pose is not known yet")
         return self._parts.global_planner.make_plan(start or self.base_pose_in_map, goal, tolerance_m)
 
     def clear_costmaps(self) -> None:
-        """Forget all obstacles that are not in the static map."""
+        """Clear all obstacles that are not in the static map."""
         for costmap in (self.global_costmap, self.local_costmap):
             costmap.clear_obstacles(IDENTITY)
 
     def reconfigure(self, params: NavigatorParams) -> None:
-        """Continue with other parameters: the goal and its plan stay, and obstacles where the cells are the same."""
+        """Replace the parameters; goal, plan and obstacles of equal grids are kept."""
         old, before, self.params = self._parts, self.params, params
         local_planner = old.local_planner
         if (params.DWAPlannerROS, params.control_period_s) != (before.DWAPlannerROS, before.control_period_s):
@@ -145,7 +145,7 @@ class Navigator(NavigatorInputs):
 
     @property
     def scoring_task(self) -> Optional[ScoringTask]:
-        """Return what the DWA has chosen its last command from, valid until the next step; None before the first."""
+        """Return the samples of the last DWA command, valid until the next step; None before the first."""
         return self._parts.local_planner.dwa.last_task
 
     # ---- one control period
@@ -168,13 +168,13 @@ class Navigator(NavigatorInputs):
         return self._output(run.act(now_ns) if run.status is GoalStatus.ACTIVE else STOP)
 
     def wait(self, missing: MissingInput) -> NavigatorOutput:
-        """Stop for this period; to be called instead of `step` if there is no odometry to step with."""
+        """Stop for this period; call it instead of `step` without odometry."""
         if self._run and self._run.status is GoalStatus.ACTIVE:
             self._run.wait(missing)
         return self._output(STOP, f'stopped: {missing}')
 
     def _restart(self, now_ns: int) -> None:
-        """Forget everything from before time jumped back."""
+        """Reset after time has jumped back."""
         log.warning('time went back to %.3f s: navigation restarted', now_ns / NANOSECONDS_PER_SECOND)
         self.cancel('time went back')
         self.forget_inputs()
@@ -198,7 +198,7 @@ class Navigator(NavigatorInputs):
         self._seen_pose: Optional[Pose2D] = None
 
     def _watch_travel(self, run: GoalRun, now_ns: int) -> None:
-        """Give up if odometry does not move although travel is commanded.
+        """Abort if odometry does not move although travel is commanded.
 
         A turn in place counts as the travel of the nearest point of the robot's outline.
         """
@@ -227,7 +227,7 @@ def _costmap_with(costmap: Costmap, params: CostmapParams) -> Costmap:
 
 
 def _is_due(updated_ns: Optional[int], frequency_hz: float, now_ns: int) -> bool:
-    # A nanosecond's rounding must not make it a period later.
+    # Rounding by a nanosecond must not delay it by a period.
     return updated_ns is None or now_ns - updated_ns >= NANOSECONDS_PER_SECOND / frequency_hz - 1
 
 
@@ -237,7 +237,7 @@ PERIOD_NS = 50_000_000  # of the two control periods below
 def warm_up() -> None:
     """Run every kernel of the navigation once: a goal in a small room, with a turn in place.
 
-    Takes milliseconds if numba's cache is filled, else some seconds.
+    Takes milliseconds with numba's cache, else some seconds.
     """
     navigator = Navigator(NavigatorParams(), square_room())
     navigator.set_goal(Pose2D(1.0, 0.0, 0.0))

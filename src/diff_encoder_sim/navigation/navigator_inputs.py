@@ -16,8 +16,8 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 class ControlRate:
     """Selects the odometry stamps to control at, as many per second as the rate.
 
-    A stamp may be half a period early or late, so that odometry at the rate itself is never skipped for its
-    jitter. Of slower odometry every stamp is selected.
+    A stamp may be half a period early or late, so that jitter does not skip odometry at this rate. Every
+    stamp of slower odometry is selected.
     """
 
     def __init__(self, frequency_hz: float) -> None:
@@ -46,7 +46,7 @@ class GoalStatus(enum.Enum):
 
     @property
     def is_over(self) -> bool:
-        """Return whether there was a goal and it is no longer pursued."""
+        """Return whether the goal has ended."""
         return self not in (GoalStatus.NONE, GoalStatus.ACTIVE)
 
 
@@ -77,7 +77,7 @@ STOP = Command(0.0, 0.0)
 
 
 class StartedRecovery(NamedTuple):
-    """A recovery behaviour that begins."""
+    """The start of a recovery behaviour."""
 
     name: str
     number: int  # among all behaviours, from 0
@@ -87,21 +87,20 @@ class StartedRecovery(NamedTuple):
 class NavigatorOutput(NamedTuple):
     """Result of one control period."""
 
-    command: Command  # zero without an active goal, and while the robot must stand
+    command: Command  # zero without an active goal or during a stop
     status: GoalStatus
     phase: Phase  # meaningful while the status is ACTIVE
-    text: str  # one line for people: what is being done, or why the goal is over
-    started_recovery: Optional[StartedRecovery] = None  # in the period in which a behaviour begins
+    text: str  # one line for users: current action, or why the goal ended
+    started_recovery: Optional[StartedRecovery] = None  # in the period in which a behaviour starts
 
 
-# Odometry that is kept: long enough for a scan that waits for transforms.
+# Length of the odometry buffer: covers scans that wait for transforms.
 HISTORY_NS = 2 * NANOSECONDS_PER_SECOND
 
-# AMCL dates its transform ahead by a second at most; a stamp farther ahead is of another clock and would count as
-# fresh forever.
+# AMCL post-dates its transform by at most a second; a later stamp is of another clock and would never expire.
 MOST_AHEAD_S = 2.0
 
-# Coordinates above this are refused [m]: counted in cells they would overflow.
+# Larger coordinates are rejected [m]: their cell indices would overflow.
 FARTHEST_M = 1e9
 
 
@@ -127,9 +126,9 @@ class MissingInput(NamedTuple):
 
 
 class NavigatorInputs:
-    """Newest odometry, localization and scan; the scan's usual mount is `laser_pose_in_base`.
+    """Newest odometry, localization and scan; `laser_pose_in_base` is the default laser pose.
 
-    A message that is refused with an InputFault changes nothing.
+    A message rejected with an InputFault has no effect.
     """
 
     def __init__(self, laser_pose_in_base: Pose2D) -> None:
@@ -137,7 +136,7 @@ class NavigatorInputs:
         self.forget_inputs()
 
     def forget_inputs(self) -> None:
-        """Forget all messages."""
+        """Clear all messages."""
         self._odometry: Deque[OdometrySample] = deque()
         self._localized_ns: Optional[int] = None
         self._odom_pose_in_map: Optional[Pose2D] = None
@@ -153,7 +152,7 @@ class NavigatorInputs:
         linear_std_mps: float = 0.0,
         angular_std_radps: float = 0.0,
     ) -> None:
-        """Enter /odom with the standard deviations of its twist, 0 if unknown; a stamp that is not newer is ignored.
+        """Add /odom with the standard deviations of its twist, 0 if unknown; old stamps are ignored.
 
         Raises:
             InputFault: a number is not finite or too large.
@@ -168,7 +167,7 @@ class NavigatorInputs:
             samples.popleft()
 
     def take_localization(self, stamp_ns: int, odom_pose_in_map: Pose2D) -> None:
-        """Enter the transform map->odom; its stamp may lie ahead, as AMCL dates it.
+        """Add the transform map->odom; its stamp may be in the future, as AMCL post-dates it.
 
         Raises:
             InputFault: a number is not finite or too large.
@@ -177,7 +176,7 @@ class NavigatorInputs:
         self._localized_ns, self._odom_pose_in_map = stamp_ns, odom_pose_in_map
 
     def take_scan(self, scan: Scan, laser_pose_in_base: Optional[Pose2D] = None) -> None:
-        """Enter /scan, taken at `laser_pose_in_base` or, without it, at the usual mount.
+        """Add /scan, taken at `laser_pose_in_base` or at the default laser pose.
 
         Raises:
             InputFault: no range is valid, or directions are not finite.
@@ -204,7 +203,7 @@ class NavigatorInputs:
 
     @property
     def has_pose(self) -> bool:
-        """Return whether there is a `base_pose_in_map`, however old."""
+        """Return whether a `base_pose_in_map` of any age exists."""
         return bool(self._odometry) and self._odom_pose_in_map is not None
 
     @property
@@ -213,9 +212,9 @@ class NavigatorInputs:
         return self.odom_pose_in_map.compose(self._odometry[-1].base_pose_in_odom)
 
     def laser_pose_in_odom(self) -> Pose2D:
-        """Return the laser's pose when it took the newest scan: a turning robot has moved since.
+        """Return the laser's pose at the stamp of the newest scan.
 
-        Between odometry messages the robot's pose is interpolated, outside it is that of the nearest.
+        The robot's pose is interpolated between odometry messages; outside, the closest one is used.
         """
         assert self.scan is not None
         stamp_ns, samples, index = self.scan.stamp_ns, self._odometry, len(self._odometry) - 1

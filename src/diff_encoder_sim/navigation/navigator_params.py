@@ -22,7 +22,7 @@ class BehaviourParams(Params):
     """Entry of recovery_behaviors."""
 
     name: str = Field(min_length=1, description='of the behaviour, each its own')
-    type: RecoveryType = Field(description='what it does')
+    type: RecoveryType = Field(description='type of the behaviour')
 
 
 class NavigatorParams(Params):
@@ -58,9 +58,7 @@ class NavigatorParams(Params):
     )
     clearing_radius: Place_m = param(0.46, 'accepted, without effect, as upstream [m]')
     make_plan_clear_costmap: bool = param(True, 'accepted, without effect: planning changes no costmap')
-    make_plan_add_unreachable_goal: bool = param(
-        True, 'accepted, without effect: a plan ends where the robot can get to'
-    )
+    make_plan_add_unreachable_goal: bool = param(True, 'accepted, without effect: a plan ends at a reachable pose')
     restore_defaults: bool = param(False, 'accepted, without effect: of dynamic_reconfigure')
     latch_xy_goal_tolerance: bool = param(False, 'that of DWAPlannerROS, which upstream reads here')
 
@@ -87,7 +85,7 @@ class NavigatorParams(Params):
     def _check_recoveries(self) -> NavigatorParams:
         names = [behaviour.name for behaviour in self.recovery_behaviors]
         if len(set(names)) < len(names):
-            raise ValueError('recovery_behaviors with a name of its own each')
+            raise ValueError('recovery_behaviors with unique names')
         return self
 
     @model_validator(mode='after')

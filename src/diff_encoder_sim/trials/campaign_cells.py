@@ -31,7 +31,7 @@ from diff_encoder_sim.trials.trials_csv import BAGS, VARIANT
 from diff_encoder_sim.wheels.catalogue import ChosenEncoder
 from diff_encoder_sim.wheels.encoder_params import PerWheel, PulsesPerRevolution
 
-# A mistyped list is refused at once and not after the memory is full.
+# Limits that reject a mistyped list before the memory is full.
 MOST_CELLS, MOST_TRIALS = 10_000, TRIALS.most
 
 Varied = Tuple[Tuple[str, Any], ...]  # dotted keys, or VARIANT, in alphabetical order, and values
@@ -82,7 +82,7 @@ class CampaignParams(LockstepOptions):
             yield tuple(zip(self.varied_keys, combination))
 
     def combination_count(self) -> int:
-        """Count them without creating them."""
+        """Return the number of combinations without creating them."""
         return math.prod([len(self.variants) or 1, *map(len, self.vary.values())])
 
     def values_of(self, varied: Varied) -> Dict[str, Any]:
@@ -98,12 +98,12 @@ class CampaignRobot(NamedTuple):
     name: str
     file: str
     source: RobotSource
-    ppr: Optional[float]  # of its own encoder; None if no robot file gives it
+    ppr: Optional[float]  # of the robot's encoder; None without a robot file
     found: Tuple[Found, ...]
     overrides: Dict[str, Any]  # of the robot file, by dotted keys
     warnings: Tuple[str, ...]
     notes: Tuple[str, ...]
-    checks: Tuple[Check, ...] = ()  # none before the self-check
+    checks: Tuple[Check, ...] = ()  # empty before the self-check
 
     @classmethod
     def of(cls, setup: RobotSetup) -> CampaignRobot:
@@ -128,7 +128,7 @@ class CampaignRobot(NamedTuple):
 
 
 class CampaignCell(NamedTuple):
-    """One test with one encoder and one set of parameters; its trials differ in their seed only."""
+    """One test with one encoder and one set of parameters; its trials differ only in their seed."""
 
     label: str  # in names of files; unique: SL_90_noise0.03
     test: TestDefinition
@@ -147,7 +147,7 @@ class CampaignCell(NamedTuple):
 
 
 class RequestedTrial(NamedTuple):
-    """One trial of a campaign: all that a worker needs to run it, except for files."""
+    """One trial of a campaign: the input of a worker, except for files."""
 
     position: int  # in the order of the results, from 0
     cell: CampaignCell
@@ -157,7 +157,7 @@ class RequestedTrial(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Return the name of its files, such as SL_90_007."""
+        """Return the stem of its file names, such as SL_90_007."""
         return f'{self.cell.label}_{self.trial:0{max(3, len(str(self.campaign.trials)))}d}'
 
     @property
@@ -185,7 +185,7 @@ class RequestedTrial(NamedTuple):
 
 
 class Campaign(NamedTuple):
-    """All that is needed to run the trials, on any host."""
+    """All input of the trials, for any host."""
 
     params: CampaignParams
     cells: List[CampaignCell]  # by test, then varied parameters, then encoder
@@ -199,7 +199,7 @@ class Campaign(NamedTuple):
         return [cell.encoder for cell in self.cells if (cell.test, cell.varied) == (first.test, first.varied)]
 
     def trials(self) -> List[RequestedTrial]:
-        """List every trial; equal trial numbers have equal seeds in all cells, and are compared in pairs."""
+        """List all trials; equal trial numbers have equal seeds in all cells, for paired comparison."""
         numbers = itertools.product(self.cells, range(1, self.params.trials + 1))
         return [
             RequestedTrial(position, cell, trial, self.params.seed + trial, self.params)
@@ -237,9 +237,9 @@ def text_of(value: Any) -> str:
 
 
 def _changes_by_encoder(cells: Sequence[CampaignCell], count: int) -> List[Dict[str, Any]]:
-    """Return for each real one of `count` encoders the parameters that differ from those of the first encoder.
+    """Return the parameters of each real one of `count` encoders that differ from the first encoder.
 
-    Its `parameters` are by dotted keys, for each combination of varied parameters.
+    `parameters` are by dotted keys, for each combination of varied parameters.
     """
     changes = []
     for encoder, column in zip((cell.encoder for cell in cells), range(count)):
@@ -268,7 +268,7 @@ def check_robot(source: RobotSource, params: SimulatorParams) -> List[Check]:
 
 
 def unfit_tests(campaign: Campaign, worlds_folder: Path) -> List[str]:
-    """Return why the robot cannot do tests, a line for each test; none for drives without feedback."""
+    """Return why the robot cannot run tests, one line per test; empty for drives without feedback."""
     if campaign.params.nav == 'scripted':
         return []
     found: Dict[str, str] = {}

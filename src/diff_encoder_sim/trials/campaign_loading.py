@@ -1,4 +1,4 @@
-"""Reads a campaign file, checks all of it, and resolves it into cells."""
+"""Reads a campaign file, checks it, and resolves it into cells."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ from diff_encoder_sim.trials.trial_files import TrialFiles, collect
 from diff_encoder_sim.trials.trials_csv import VARIANT
 from diff_encoder_sim.wheels.catalogue import RESOLUTION_KEYS, ChosenEncoder, chosen, load_encoders, resolution_text
 
-# A day, as of the time limit of a route: a mistyped number must not drive for ever.
+# A day, as for the time limit of a route; rejects mistyped numbers.
 LONGEST_DRIVE_S = 86_400.0
-# Leaves room for a trial's number and for the name of a file while it is unfinished.
+# Leaves room for the trial number and the suffix of unfinished files.
 LONGEST_LABEL = 150
 
 # Values of the varied parameters, and all parameters with each encoder.
@@ -61,11 +61,11 @@ def load_campaign(
         name: paths of tests and of the robot in a file are relative to that file; on the command
             line to the current folder.
         package_folder: contains config/, worlds/ and urdf/.
-        replace: values from the command line that override the file's; None is none. Of `files`, only those that
-            are given replace the file's; `ppr` or `encoders` replace both of the file's.
+        replace: values from the command line that override the file's; None: not given. `files` are merged with the
+            file's; `ppr` or `encoders` replace both of the file's.
         robot_arguments: of the robot's xacro.
         robot_packages: folders that are searched for the robot's packages.
-        has_trials: closed-loop trials, which need a laser, are run, unless the campaign's are scripted.
+        has_trials: whether closed-loop trials, which need a laser, are run, unless the campaign is scripted.
 
     Raises:
         ConfigError: a file is missing or bad, or a value is not allowed.
@@ -82,7 +82,7 @@ def load_campaign(
     try:
         folder = _folder(of_robot)
         robot = load_robot(params.robot, folder, package_folder, robot_arguments or {}, robot_packages)
-    except RobotNotFound as error:  # other errors are of its own file
+    except RobotNotFound as error:  # other errors name the robot file
         raise ConfigError(f'{path}: {error}' if of_robot else str(error)) from None
     if 'simulator.laser_link' not in params.overrides:
         if has_trials and params.nav != 'scripted':
@@ -104,7 +104,7 @@ def load_campaign(
 
 @contextlib.contextmanager
 def _named(source: Union[str, Path, None]) -> Iterator[None]:
-    """Begin errors with the campaign's file, if given."""
+    """Prefix errors with the campaign's file, if given."""
     try:
         yield
     except ConfigError as error:
@@ -135,7 +135,7 @@ def _load_params(path: Path, given: Mapping[str, Any]) -> CampaignParams:
 
 
 def _config_files(params: CampaignParams, path: Path, given: Mapping[str, str], config_folder: Path) -> Dict[str, Path]:
-    """Find the files that are read in place of those of config/; `given` are from the command line."""
+    """Return the files that replace those of config/; `given` are from the command line."""
     found: Dict[str, Path] = {}
     for stem, name in params.files.items():
         source = None if stem in given else path
@@ -193,7 +193,7 @@ def _resolve(
         of_encoders = [_parameters(config, of_robot, encoder, values) for encoder in encoders]
         _check_joints(of_encoders[0])
         resolved.append((varied, of_encoders))
-    # Not before: YAML has values, such as sets, that no parameter allows and no text can show.
+    # After the check of parameters, which rejects YAML values without a text, such as sets.
     for key, values_of_key in params.vary.items():
         _check_unique(key, [text_of(value) for value in values_of_key])
     return resolved
@@ -207,18 +207,18 @@ def _parameters(
     Raises:
         ConfigError: a value is not allowed, or sets counts other than the encoder's.
     """
-    # The robot's own encoder is replaced.
+    # The encoder of the robot file is replaced.
     values = {key: value for key, value in of_robot.items() if key not in RESOLUTION_KEYS}
     params = override(config, {**values, **encoder.overrides, **of_campaign})
     if params.encoder.encoder.counts_per_wheel_turn != (encoder.real and encoder.ppr.left):
         given = resolution_text(params.encoder.encoder) or 'no resolution'
         beside = f'encoders: {encoder.label}' if encoder.real else f'ppr: {encoder.label}'
-        raise ConfigError(f'config.encoder: given {given} beside {beside}; allowed: one of them')
+        raise ConfigError(f'config.encoder: given {given} and {beside}; allowed: one of them')
     return params
 
 
 def _check_joints(params: RobotParams) -> None:
-    """Check that encoders are on driven joints: on another, each trial would fail after its first second."""
+    """Check that encoders are on driven joints; on others, trials fail after one second."""
     turned = params.simulator.left_joint, params.simulator.right_joint
     for key in ('left_joint', 'right_joint'):
         joint = getattr(params.encoder, key)
@@ -238,7 +238,7 @@ def _collect(
     worlds = package_folder / 'worlds'
     files = collect(tests, worlds, robot, needs_maps=params.nav != 'scripted')
     simulators = [of_encoders[0].simulator for _, of_encoders in combinations]
-    # Parameters that name or change parts of the robot file must find them there.
+    # Parameters that name parts of the robot file are checked here.
     differing = {
         (simulator.left_joint, simulator.right_joint, simulator.laser_link, simulator.wheel_errors): simulator
         for simulator in simulators
@@ -251,7 +251,7 @@ def _collect(
 def at_pace_of(drive: DriveParams, test: TestDefinition) -> TestDefinition:
     """Return the test with limits that the robot's motors allow.
 
-    A drive without feedback that commands more would end short of its goal.
+    A drive without feedback above these limits would end short of its goal.
 
     Raises:
         ConfigError: the drive would take longer than LONGEST_DRIVE_S.
@@ -282,7 +282,7 @@ def _cells(
         for varied, of_encoders in combinations
         for encoder, robot_params in zip(encoders, of_encoders)
     ]
-    # To some file systems SL_a and sl_A are the same name.
+    # Some file systems ignore case.
     if len({cell.label.casefold() for cell in cells}) < len(cells):
         cells = [cell._replace(label=f'{cell.label}_c{index}') for index, cell in enumerate(cells)]
     return cells

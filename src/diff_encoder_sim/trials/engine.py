@@ -1,4 +1,4 @@
-"""Runs a campaign's trials on an Executor and keeps each result as soon as it is there."""
+"""Runs a campaign's trials on an Executor and stores each result immediately."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from diff_encoder_sim.trials.results import ResultStore
 from diff_encoder_sim.trials.trial_run import FinishedTrial, HostFault, ResultsFolder, RunTrials, run_group, run_trials
 from diff_encoder_sim.trials.trial_setup import drive_params
 
-# Each trial of a group has a bag open, and all are lost with their worker.
+# Limit of open bags per group; all are lost with their worker.
 MOST_TOGETHER = 16
-# Tasks under way per worker: one runs, the others wait there.
+# Submitted tasks per worker: one runs, the others are queued.
 TASKS_PER_WORKER = 2
 TICK_S = 1.0
 PROBE_PREFIX = '.probe-'
@@ -38,7 +38,7 @@ class UnrunTrial(NamedTuple):
 
 
 def trial_groups(trials: Sequence[RequestedTrial]) -> List[TrialGroup]:
-    """Put together the scripted trials that are one drive, as they differ only in encoder and odometry."""
+    """Group scripted trials of the same drive, which differ only in encoder and odometry."""
     drives: Dict[Tuple[object, ...], int] = {}  # numbers by test and parameters
     numbers: Dict[str, int] = {}  # of the drive, by the label of the cell
     groups: Dict[Tuple[int, int], List[RequestedTrial]] = {}
@@ -66,16 +66,16 @@ def run_campaign(
     trials: Sequence[RequestedTrial],
     run: RunTrials = run_trials,
 ) -> List[UnrunTrial]:
-    """Run trials that `store` has no result of yet, and return those that could not be run.
+    """Run the pending trials of `store`, and return those that could not be run.
 
     Raises:
-        CampaignFault: no worker can run trials or keep their results, or the scheduler is gone.
+        CampaignFault: no worker can run trials or store their results, or the scheduler is gone.
     """
     with _probe(store.folder) as results:
         engine = _Engine(workers, campaign, store, progress, results, run)
         try:
             unrun = engine.run(trial_groups(trials))
-            # One of them killed its worker, and the others were lost with it.
+            # One trial killed its worker; the others of its group were lost.
             suspects, engine.suspects = engine.suspects, []
             unrun += engine.run([(trial,) for group in suspects for trial in group], at_once=1)
             return unrun + [UnrunTrial(trial, 'each worker that began it died') for (trial,) in engine.suspects]
@@ -126,7 +126,7 @@ class _Engine:
                     self.suspects.append(group)
                 except (HostFault, ImportError, concurrent.futures.CancelledError):
                     raise
-                except Exception as error:  # of a trial: a fault of this program, not of the other trials
+                except Exception as error:  # a fault of one trial; the others continue
                     self._tick(now=True)  # raises if it is the scheduler's
                     if len(group) == 1:
                         unrun.append(UnrunTrial(group[0], f'{type(error).__name__}: {error}'))
@@ -147,7 +147,7 @@ class _Engine:
         self._progress.add(finished.row)
 
     def _tick(self, now: bool = False) -> None:
-        """Check once a second which workers there are."""
+        """Update the number of workers once per second."""
         if now or time.monotonic() >= self._next_tick_s:
             self._count = self._workers.count()
             self._progress.tick(self._count)

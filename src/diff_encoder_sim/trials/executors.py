@@ -1,4 +1,4 @@
-"""Where trials run: a pool of processes on this host, or the workers of a Dask cluster. Both are Executors."""
+"""Executors of trials: a pool of processes on this host, or the workers of a Dask cluster."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ log = logging.getLogger(__name__)
 
 
 class WorkersGone(Exception):
-    """Why no trial can run any more, in one line."""
+    """No more trials can run; the text is one line."""
 
 
 class Workers(Protocol):
-    """An Executor whose workers may be lost and replaced."""
+    """Interface of executors whose workers may be lost and replaced."""
 
     lost: Tuple[Type[BaseException], ...]  # raised by the future of a task whose worker died
 
@@ -53,25 +53,25 @@ class Workers(Protocol):
         """Return the number of tasks that can run at once. Raises WorkersGone."""
 
     def send(self, files: TrialFiles) -> Any:
-        """Return an argument of tasks that is, on the worker, the files or their paths there."""
+        """Return a task argument that resolves on the worker to the files or their local paths."""
 
 
 # ---- processes of this host
 
-# A trial uses one thread: BLAS must not take the cores of other workers. Freed memory is returned to the system.
+# A trial uses one thread, so BLAS must not use the cores of other workers. Freed memory is returned to the system.
 ENVIRONMENT = {
     'OMP_NUM_THREADS': '1',
     'MKL_NUM_THREADS': '1',
     'OPENBLAS_NUM_THREADS': '1',
     'MALLOC_TRIM_THRESHOLD_': '65536',
-    'PYTHONSAFEPATH': '1',  # from Python 3.11 on: no module of the current folder, which another user may own
+    'PYTHONSAFEPATH': '1',  # Python 3.11+: no imports from the current folder, which another user may own
 }
 FAILED_STARTS = 5
 PR_SET_PDEATHSIG = 1
 
 
 class LocalWorkers:
-    """A pool of processes, and its successor after one of them has died. To be used from the main thread."""
+    """A process pool that is replaced after a process died. Use from the main thread only."""
 
     lost: Tuple[Type[BaseException], ...] = (BrokenProcessPool,)
 
@@ -99,7 +99,7 @@ class LocalWorkers:
         return files.materialise(self._scratch)
 
     def close(self) -> None:
-        """End all processes at once: a process that is asked to end would finish its trial first."""
+        """Kill all processes; terminated ones would finish their trials first."""
         if self._pool is not None:
             for process in list((self._pool._processes or {}).values()):
                 process.kill()
@@ -107,9 +107,9 @@ class LocalWorkers:
             self._pool = None
 
     def _new_pool(self) -> Optional[ProcessPoolExecutor]:
-        """Start all processes and wait for the first; None if it died while it started."""
+        """Start all processes and wait for the first; None if it died during the start."""
         context = multiprocessing.get_context('spawn')
-        # Before it is waited for, so that `close` ends it.
+        # Set before waiting, so that `close` ends it.
         self._pool = ProcessPoolExecutor(self._count, context, _begin, (os.getpid(),))
         try:
             with _spawning():
@@ -134,16 +134,16 @@ def local_workers(count: int) -> Iterator[LocalWorkers]:
 
 @contextlib.contextmanager
 def _spawning() -> Iterator[None]:
-    """Prepare this process for those that it starts: environment, signals, and no script that runs again in each.
+    """Set the environment and signals for child processes, and prevent that they run this script again.
 
-    SIGINT of a terminal is for this process, not for the threads and processes that begin here.
+    Only this process handles SIGINT, not its threads and child processes.
     """
     before = {name: os.environ.get(name) for name in ENVIRONMENT}
     main = sys.modules['__main__']
     with interrupts_blocked():
         try:
             os.environ.update(ENVIRONMENT)
-            sys.modules['__main__'] = types.ModuleType('__main__')  # has no file that multiprocessing could import
+            sys.modules['__main__'] = types.ModuleType('__main__')  # multiprocessing cannot import it from a file
             yield
         finally:
             sys.modules['__main__'] = main
@@ -152,7 +152,7 @@ def _spawning() -> Iterator[None]:
 
 
 def _begin(parent: int) -> None:
-    """Let this process end with its parent (the thread that started it), and keep the physics' output to itself."""
+    """End this process with its parent thread, and suppress the output of the physics."""
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != parent:
         os._exit(1)
@@ -162,19 +162,19 @@ def _begin(parent: int) -> None:
 # ---- a Dask cluster
 
 CONNECT_TIMEOUT_S = 5
-# Longer than any trial keeps a worker's host from answering, shorter than a user waits.
+# Longer than a trial can block a worker's host, shorter than a user waits.
 DASK_CONFIG = {'distributed.comm.timeouts.tcp': '15s'}
-# Must be equal everywhere for tasks to be understood, and for trials to be repeatable.
+# Must be equal on all hosts for pickling of tasks and repeatable trials.
 PACKAGES = ['numpy', 'numba']
 COMPARED = ('python', 'dask', 'distributed', *PACKAGES)
 
 
 class TlsFiles(NamedTuple):
-    """Files in PEM format, by which the processes of a Dask cluster authenticate each other."""
+    """PEM files for mutual TLS authentication in a Dask cluster."""
 
     ca: Path
     cert: Path
-    key: Optional[Path]  # None: it is in the file of the certificate
+    key: Optional[Path]  # None: contained in the certificate file
 
     def security(self) -> Security:
         """Read the files.
@@ -213,7 +213,7 @@ class ClusterWorkers:
         return future
 
     def count(self) -> int:
-        """Return the number of threads of all workers; 0 while there is no worker."""
+        """Return the number of threads of all workers; 0 without workers."""
         # While a client reconnects, the scheduler has already dropped its tasks.
         with contextlib.suppress(OSError):
             if self._client.status == 'running':
@@ -221,7 +221,7 @@ class ClusterWorkers:
         raise WorkersGone('the scheduler does not answer any more')
 
     def send(self, files: TrialFiles) -> Any:
-        """Return the files as the result of a task: Dask makes it again when the worker that holds it dies."""
+        """Return the files as the result of a task, which Dask recomputes if its worker dies."""
         return self._client.submit(_identity, files, pure=False)
 
 
@@ -232,16 +232,16 @@ def connected_workers(address: str, tls: Optional[TlsFiles] = None) -> Iterator[
     Raises:
         ConfigError: no scheduler answers there, or its versions of Python or of libraries differ.
     """
-    importlib.import_module('distributed')  # later it would set the levels of its log again
+    importlib.import_module('distributed')  # a later import would reset its log levels
     for name in ('distributed', 'distributed.client', 'tornado', 'tornado.application', 'asyncio'):
         logging.getLogger(name).setLevel(logging.CRITICAL)  # a campaign reports problems in one line
     security = tls.security() if tls else distributed.Security()
     with dask.config.set(DASK_CONFIG), warnings.catch_warnings():
         warnings.simplefilter('ignore')  # about versions, which are checked here
-        # Before there is a Client: one that cannot connect ends late and with many lines.
+        # Before creating a Client, which fails late and with many lines.
         try:
             asyncio.run(asyncio.wait_for(_identify(address, security), CONNECT_TIMEOUT_S))
-        except Exception as error:  # many kinds, by address and by what answers there
+        except Exception as error:  # many types, depending on address and server
             reason = in_one_line(error) if str(error) else f'no answer within {CONNECT_TIMEOUT_S} s'
             raise ConfigError(
                 f'--scheduler: given {address!r}: {reason}; allowed: the address of a running Dask scheduler, such as '
@@ -267,7 +267,7 @@ async def _identify(address: str, security: Security) -> None:
 
 
 def check_versions(there: Dict[str, Any], here: Dict[str, Any], name: str) -> None:
-    """Check that a scheduler or worker has the versions of this process, as Dask reports both.
+    """Check that a scheduler or worker has the versions of this process, as reported by Dask.
 
     Raises:
         ConfigError: one differs.

@@ -1,4 +1,4 @@
-"""Compile ahead what a trial runs: neither a set-up's first trial nor two workers at a time should wait for numba."""
+"""Compile the kernels of trials in advance, so that trials and parallel workers do not wait for numba."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 
 def warm_up() -> None:
-    """Run each kernel once: a second where numba's cache is filled, else half a minute."""
+    """Run each kernel once; takes 1 s with numba's cache, else 30 s."""
     for part in PARTS:
         part()
 
@@ -43,7 +43,7 @@ def _warm_up_wheels() -> None:
     Chain(encoder, OdometryParams()).run(still).poses.sum()
 
 
-# Each has kernels of its own, which take long to compile.
+# Each has separate kernels, which take long to compile.
 PARTS: Sequence[Callable[[], None]] = (warm_up_navigation, _warm_up_amcl, _warm_up_lidar, _warm_up_wheels)
 
 

@@ -42,18 +42,18 @@ class Report(NamedTuple):
 
 
 class Delayed:
-    """Actions at later times; those of one time run in the order in which they were entered."""
+    """Scheduled actions; actions of the same time run in order of insertion."""
 
     def __init__(self) -> None:
         self._queue: List[Tuple[int, int, Callable[..., None], Tuple[Any, ...]]] = []
         self._numbers = itertools.count()
 
     def at(self, time_ns: int, action: Callable[..., None], *arguments: Any) -> None:
-        """Enter an action."""
+        """Add an action."""
         heapq.heappush(self._queue, (time_ns, next(self._numbers), action, arguments))
 
     def run_until(self, time_ns: int) -> None:
-        """Run all actions up to and including a time; they may enter more."""
+        """Run all actions up to and including a time; they may add more."""
         queue = self._queue
         while queue and queue[0][0] <= time_ns:
             _, _, action, arguments = heapq.heappop(queue)
@@ -65,13 +65,13 @@ class Delayed:
 
 
 class TrialWheels:
-    """The encoders and the odometry of one trial, on a drive that other trials may share."""
+    """Encoders and odometry of one trial; several trials may share a drive."""
 
     def __init__(self, setup: TrialSetup, joints: Tuple[str, ...], publications: Publications) -> None:
         trial, params = setup.plan.trial, setup.params
         encoder = params.encoder.model_copy(update={'ppr': trial.ppr, 'seed': trial.number})
         self.chain = Chain(encoder, params.odometry.model_copy(update={'ppr': trial.ppr}))
-        # An ideal encoder needs the angles at the boundaries of its rate only.
+        # An ideal encoder needs only the angles at the boundaries of its rate.
         self.boundaries = None if self.chain.needs_every_angle else BoundarySampler(encoder.rate)
         self.left, self.right = joints.index(encoder.left_joint), joints.index(encoder.right_joint)
         self.separation_m = params.odometry.wheel_separation
@@ -81,7 +81,7 @@ class TrialWheels:
 
 
 class LockstepTrial:
-    """A robot in its world with its driver, and the wheels of one trial, or of several scripted ones that share it."""
+    """A robot in its world with its driver and the wheels of one trial, or of several scripted trials."""
 
     def __init__(
         self,
@@ -97,7 +97,7 @@ class LockstepTrial:
             plan: of the drive.
             robot_file: of the robot.
             params: of the robot.
-            publications: of all that the encoder does not change; None: nothing is recorded.
+            publications: of topics independent of the encoder; None: no recording.
             sharing: scripted trials that differ from `plan` in encoder and odometry only, each with the publications
                 of these; by default only `plan`.
 
@@ -132,11 +132,11 @@ class LockstepTrial:
                 self.driver = NavigatingDriver(
                     plan, params, self._simulator.laser_pose_in_base, self._delayed.at, self._send, self._publications
                 )
-            has_scans = plan.trial.nav != 'scripted' or self._publications.takes_scans  # a script uses none
+            has_scans = plan.trial.nav != 'scripted' or self._publications.takes_scans  # not used by scripts
             self._scan_period_ns = params.simulator.lidar.period_ns if has_scans else 0
             joints = self._simulator.joint_states().names
             self.wheels = [TrialWheels(setup, joints, of_wheels) for setup, of_wheels in sharing]
-        except BaseException:  # a full disk, a bad map: the caller has no object to close the physics by
+        except BaseException:  # the caller has no object yet to close the physics
             self._simulator.close()
             raise
 
@@ -147,7 +147,7 @@ class LockstepTrial:
 
     @property
     def ending(self) -> Ending:
-        """Return how the trial ended, once it was run.
+        """Return the outcome of the finished trial.
 
         Raises:
             RuntimeError: it has not ended.
@@ -175,12 +175,12 @@ class LockstepTrial:
             self._publications.ending(self._simulator.time_ns, self._ending)
         finally:
             self._simulator.close()
-            # Maps and filters are freed now: the parts refer to each other in circles, which Python collects late.
+            # Free maps and filters now; reference cycles would delay it.
             self._delayed.clear()
             del self.driver
 
     def _tick(self) -> None:
-        """Advance by 10 ms: joints and encoders, true pose, scan, messages that arrive now; then the physics."""
+        """Advance by 10 ms: joints and encoders, true pose, scan, due messages; then the physics."""
         simulator = self._simulator
         now_ns = simulator.time_ns
         if self._is_recorded:
@@ -203,7 +203,7 @@ class LockstepTrial:
             simulator.tick()
 
     def _read(self, wheels: TrialWheels, joints: JointStates) -> None:
-        """Count, and integrate the counts that are reported."""
+        """Update the encoder, and integrate its reports."""
         now_ns, angles_rad = joints.stamp_ns, joints.angles_rad
         for sample, estimate in wheels.chain.step(now_ns, angles_rad[wheels.left], angles_rad[wheels.right]):
             wheels.publications.encoder_pulse(now_ns, sample)
@@ -246,7 +246,7 @@ class LockstepTrial:
     def _take_command(self, command: Command) -> None:
         self._simulator.command(*command)
         for wheels in self.wheels:
-            # An encoder that does not measure the direction uses the signs of these speeds.
+            # Encoders without direction use the signs of these speeds.
             wheels.chain.take_command(*wheel_speeds_mps(*command, wheels.separation_m))
 
 

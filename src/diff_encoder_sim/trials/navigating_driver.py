@@ -24,14 +24,14 @@ from diff_encoder_sim.wheels.odometry import OdometryEstimate
 log = logging.getLogger(__name__)
 
 NO_NAVIGATION = NavigatorOutput(STOP, GoalStatus.NONE, Phase.PLANNING, '')
-# Publishes a command at a time [ns]; True: it is the navigator's.
+# Publishes a command at a time [ns]; True: from the navigator.
 SendCommand = Callable[[int, Command, bool], None]
 # Runs an action, with arguments, at a time [ns].
 At = Callable[..., None]
 
 
 class Localizer:
-    """Localizes by each scan as soon as odometry has reached its stamp."""
+    """Processes each scan when odometry has reached its stamp."""
 
     def __init__(self, trial: Trial, params: RobotParams, grid: OccupancyGrid, laser_pose_in_base: Pose2D) -> None:
         start = trial.test.start
@@ -51,13 +51,13 @@ class Localizer:
         return self._odom_pose_in_map.compose(odometry.base_pose_in_odom)
 
     def take_scan(self, scan: Scan) -> None:
-        """Keep a scan until odometry has reached its stamp."""
+        """Queue a scan until odometry has reached its stamp."""
         self._scans.append(scan)
 
     def take_odometry(
         self, odometry: OdometryEstimate, publish: Callable[[int, Optional[AmclEstimate], Optional[Pose2D]], None]
     ) -> None:
-        """Localize by the scans that odometry has reached; `publish` takes the stamp and the result of each."""
+        """Process the scans that odometry has reached; call `publish` with stamp and result of each."""
         while self._scans and self._scans[0].stamp_ns <= odometry.stamp_ns:
             scan = self._scans.popleft()
             pose = self._odom_pose_at(scan.stamp_ns, odometry)
@@ -75,7 +75,7 @@ class Localizer:
         self._odometry = odometry
 
     def set_transform(self, stamp_ns: int, odom_pose_in_map: Pose2D) -> None:
-        """Use map->odom from a scan; stamped in the future, as by upstream, it holds until the next scan."""
+        """Set map->odom from a scan; post-dated as by upstream, so that it is valid until the next scan."""
         self._odom_pose_in_map, self.localized_until_ns = odom_pose_in_map, stamp_ns + self._tolerance_ns
 
     def _odom_pose_at(self, stamp_ns: int, newest: OdometryEstimate) -> Optional[Pose2D]:
@@ -129,12 +129,12 @@ class NavigatingDriver:
             raise self._explained(failure) from None
 
     def take_scan(self, scan: Scan) -> None:
-        """Hand a scan to the navigator and to localization."""
+        """Pass a scan to the navigator and to localization."""
         self._navigator.take_scan(scan)
         self._localizer.take_scan(scan)
 
     def take_odometry(self, now_ns: int, odometry: OdometryEstimate) -> None:
-        """Control first, then localize: a live AMCL is still computing while the robot is controlled."""
+        """Control first, then localize, as a live AMCL finishes after the control step."""
         stamp_ns, navigator = odometry.stamp_ns, self._navigator
         speeds = odometry.linear_velocity_mps, odometry.angular_velocity_radps
         navigator.take_odometry(stamp_ns, odometry.base_pose_in_odom, *speeds, *odometry.twist_std())
@@ -184,7 +184,7 @@ class NavigatingDriver:
             self._send(now_ns, Command(0.0, output.turn_rate_radps), False)
 
     def _explained(self, failure: RouteFailed) -> RouteFailed:
-        """Return the failure as one of localization if AMCL has found the robot to be lost."""
+        """Return the failure as a localization failure if AMCL has detected that the robot is lost."""
         if not self._localizer.amcl.is_lost:
             return failure
         return RouteFailed(Outcome.LOST, f'localization is lost; {failure}')

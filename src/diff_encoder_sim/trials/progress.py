@@ -1,4 +1,4 @@
-"""How far a campaign is, on stderr, and a table of its outcomes."""
+"""Progress of a campaign on stderr, and a table of its outcomes."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.trials.campaign_cells import Campaign, RequestedTrial
 from diff_encoder_sim.trials.trials_csv import OUTCOMES, TrialRow
 
-# The assumed speed of a worker, which counts as much as this many seconds of measured work: the first trials also wait
-# for machine code to be loaded. docs/campaigns.md has the measured speed.
+# Assumed speed of a worker, weighted like this number of seconds of measured work, as the first trials also load
+# machine code. The measured speed is in docs/campaigns.md.
 ASSUMED_SPEED, ASSUMED_FOR_S = 50.0, 5.0
 
 
 class TimeLeft:
-    """Adds up the time that the robot drives in each trial, at the speed of the finished trials."""
+    """Estimates the remaining time from the drive time of each trial and the speed of finished trials."""
 
     def __init__(self, drives_s: Dict[str, float], pending: Sequence[str], done: Sequence[TrialRow] = ()) -> None:
-        """Begin.
+        """Create the estimate.
 
         Args:
             drives_s: `shortest_drive_s` of each test by its name.
@@ -46,7 +46,7 @@ class TimeLeft:
         self._driven_s += self._drives_s[row.test]
 
     def seconds(self, workers: int) -> float:
-        """Return the time that `workers` need for the rest [s]."""
+        """Return the remaining time with `workers` [s]."""
         return max(self._left_s, 0.0) * self._work_s / self._driven_s / workers
 
 
@@ -77,9 +77,9 @@ LINE_EVERY_S = 30.0
 
 
 class Progress:
-    """Counts trials, and shows the state: as a bar on a terminal, else as lines. A context manager.
+    """Counts trials and shows the progress: a bar on a terminal, else lines. A context manager.
 
-    Lines follow at the first tick, when the first worker has started, and then every 10 % or 30 s.
+    Lines are printed at the first tick, when the first worker has started, and then every 10 % or 30 s.
     """
 
     def __init__(
@@ -169,7 +169,7 @@ class Progress:
 
 
 def outcome_table(rows: Sequence[TrialRow]) -> str:
-    """Count the outcomes of each cell's trials, as a table; outcomes that no trial has are left out."""
+    """Count the outcomes of each cell's trials, as a table; outcomes without trials are omitted."""
     cells: Dict[Tuple[str, ...], Counter[Outcome]] = {}
     for row in rows:
         cell = (row.test, *(text for _, text in row.varied), row.ppr)

@@ -1,4 +1,4 @@
-"""What the parts of a trial in lockstep publish, topic by topic."""
+"""Publications of a lockstep trial, by topic."""
 
 from __future__ import annotations
 
@@ -69,13 +69,13 @@ class StatePublisher:
     def __init__(
         self, robot_file: Union[str, Path], joints: Collection[str], bag: Union[TrialBag, TrialBags, _NoBag]
     ) -> None:
-        """Read the frames of a robot of which these joints move."""
+        """Read the frames of a robot with these moving joints."""
         self._frames = LinkFrames(display_urdf(RobotSource(Path(robot_file)), joints))
         self._bag = bag
         self._published_ns = 0
 
     def take(self, joints: JointStates) -> None:
-        """Publish at the time of these joint states, if the period is over."""
+        """Publish at the time of these joint states if the period is over."""
         now_ns, frames = joints.stamp_ns, self._frames
         if now_ns - self._published_ns < FRAMES_PERIOD_NS:
             return
@@ -99,12 +99,12 @@ def _encode(frames: List[LinkFrame], stamp_ns: int) -> bytes:
 
 
 class Publications:
-    """One method for each publication on the live graph, at `now_ns`, into a bag; without a bag they do nothing.
+    """One method for each topic of the live graph, written to a bag at `now_ns`; without a bag, no effect.
 
-    The bag encodes only messages that it records.
+    Only recorded messages are serialized.
     """
 
-    # Also of a subclass that takes the publications itself.
+    # Also for a subclass that handles the publications itself.
     _bag: Union[TrialBag, TrialBags, _NoBag] = _NO_BAG
     _trial_node = topics.NAVIGATION_TRIAL_NODE
     _goal = SentGoal(_trial_node, 0, 0)  # before the first
@@ -116,7 +116,7 @@ class Publications:
     def __init__(
         self, bag: Union[TrialBag, TrialBags, None] = None, params: Optional[RobotParams] = None, nav: str = ''
     ) -> None:
-        """Prepare; a bag needs the parameters of the robot and `nav` of the trial."""
+        """Create the publications; a bag needs the parameters of the robot and `nav` of the trial."""
         if bag is None or params is None:
             return
         self._bag = bag
@@ -169,7 +169,7 @@ class Publications:
 
     @property
     def takes_scans(self) -> bool:
-        """Return whether `scan` does anything; if no other part does either, none are taken."""
+        """Return whether `scan` has an effect; otherwise scans may be skipped."""
         return self._bag.wants(topics.SCAN)
 
     def scan(self, scan: Scan) -> None:
@@ -208,7 +208,7 @@ class Publications:
         self._pose(topics.GLOBAL_POSE, topics.GLOBAL_POSE_NODE, now_ns, stamp_ns, base_pose_in_map)
 
     def command(self, now_ns: int, command: Command, is_navigators: bool) -> None:
-        """Publish /cmd_vel, by the navigator or by the trial's own node."""
+        """Publish /cmd_vel, by the navigator or by the trial node."""
         node = topics.MOVE_BASE_NODE if is_navigators else self._trial_node
         self._bag.publish(topics.CMD_VEL, node, now_ns, encode_command, *command)
 

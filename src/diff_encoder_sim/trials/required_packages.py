@@ -1,4 +1,4 @@
-"""ROS packages that are needed only with certain launch arguments, and how to install them."""
+"""ROS packages required by certain launch arguments, with installation hints."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ GAZEBO = RequiredPackages('sim', 'gazebo', ('gazebo_ros',), 'apt install ros-noe
 
 
 def require(needed: RequiredPackages) -> None:
-    """Check that the packages are installed, before anything starts.
+    """Check that the packages are installed, before the launch.
 
     Raises:
-        ConfigError: one is not; the line names all that are missing and how to install them.
+        ConfigError: packages are missing; the text contains their names and how to install them.
     """
-    import rospkg  # noqa: PLC0415  # missing where the core runs without ROS
+    import rospkg  # noqa: PLC0415  # missing if the core runs without ROS
 
     installed = rospkg.RosPack().list()
     missing = [package for package in needed.packages if package not in installed]

@@ -26,7 +26,7 @@ log = logging.getLogger(__name__)
 LOCK = '.lock'
 
 
-# Those that a result can depend on, and those that run the trials.
+# Libraries that can affect results or run the trials.
 LIBRARIES = ('numpy', 'numba', 'pybullet', 'rosbags', 'pydantic', 'xacro', 'dask', 'distributed')
 ABSENT = '(absent)'
 DIFFERENCES_SHOWN = 3
@@ -96,7 +96,7 @@ def read_manifest(path: Path) -> Dict[str, Any]:
     """Read a manifest back.
 
     Raises:
-        ConfigError: it is not as it was written.
+        ConfigError: the file is not a valid manifest.
     """
     try:
         manifest = json.loads(path.read_text(encoding='utf-8'))
@@ -137,16 +137,16 @@ class ResultStore:
     def __init__(
         self, folder: Union[str, Path], campaign: Campaign, run: Dict[str, Any], must_resume: bool = False
     ) -> None:
-        """Begin a folder, or resume one.
+        """Create or resume a folder.
 
         Args:
-            folder: made if there is none.
-            campaign: whose results it contains; a folder with another campaign's is an error.
+            folder: created if missing.
+            campaign: of the results; a folder of another campaign is an error.
             run: from `describe_run`.
             must_resume: whether a folder without results is an error.
 
         Raises:
-            ConfigError: the folder has other things in it or cannot be used.
+            ConfigError: the folder contains other files or cannot be used.
         """
         self.folder, self._campaign = Path(folder), campaign
         self._trials = {trial.identity(): trial for trial in campaign.trials()}
@@ -172,14 +172,14 @@ class ResultStore:
         return [self._rows[position] for position in sorted(self._rows)]
 
     def pending(self) -> List[RequestedTrial]:
-        """Return the trials that are still to be run."""
+        """Return the pending trials."""
         return [trial for trial in self._trials.values() if trial.position not in self._rows]
 
     def append(self, row: TrialRow) -> None:
-        """Keep a finished trial; it is on the disk when this returns. A second row of the same trial is dropped.
+        """Store a finished trial on disk before returning. A second row of the same trial is dropped.
 
         Raises:
-            ConfigError: the disk is full, or the like; the rows before are complete.
+            ConfigError: the file cannot be written, for example on a full disk; earlier rows are complete.
         """
         position = self._trials[row.identity()].position
         if position not in self._rows:
@@ -191,7 +191,7 @@ class ResultStore:
         """Sort trials.csv in the order of trials, and return its path.
 
         Raises:
-            ConfigError: it cannot be written; the unsorted one is still there.
+            ConfigError: it cannot be written; the unsorted file is kept.
         """
         with _named_errors(self._table.path):
             self._table.write(self.rows)
@@ -229,7 +229,7 @@ class ResultStore:
             manifest = {**old, 'runs': [*old['runs'], run]}
             self._read_rows()
         self._remove_unfinished()
-        # First of all: a folder without it is taken for another program's.
+        # Written first: a folder without it is rejected as another program's.
         write_file(path, json.dumps(manifest, indent=1).encode('utf-8'))
         if self._campaign.params.record != 'none':
             (self.folder / BAGS).mkdir(exist_ok=True)
@@ -238,7 +238,7 @@ class ResultStore:
     def _check_same(self, old: Dict[str, Any], new: Dict[str, Any]) -> None:
         if old['fingerprint'] == new['fingerprint']:
             return
-        # Through JSON, as the old one: tuples are lists there.
+        # Via JSON, as the old one, which converts tuples to lists.
         found = differences(old['configuration'], json.loads(json.dumps(new['configuration'])))
         more = len(found) - DIFFERENCES_SHOWN
         listed = '; '.join([*found[:DIFFERENCES_SHOWN], *([f'and {more} more'] if more > 0 else [])])
@@ -246,7 +246,7 @@ class ResultStore:
         raise ConfigError(f'{self.folder}: has results of another configuration: {listed}; allowed: {allowed}')
 
     def _read_rows(self) -> None:
-        """Read the finished trials; those whose bag is gone are left out."""
+        """Read the finished trials, without those whose bag is missing."""
         for number, row in self._table.rows():
             trial = self._trials.get(row.identity())
             if trial is None or row.bag != trial.bag:
@@ -255,7 +255,7 @@ class ResultStore:
                 self._rows.setdefault(trial.position, row)
 
     def _remove_unfinished(self) -> None:
-        """Remove the files that a killed campaign, or a killed worker, had not finished writing."""
+        """Remove unfinished files of a killed campaign or worker."""
         for folder in (self.folder, self.folder / BAGS):
             for path in folder.glob(f'*{UNFINISHED_SUFFIX}'):
                 path.unlink(missing_ok=True)
@@ -266,7 +266,7 @@ def locked(folder: Path) -> io.FileIO:
 
     Raises:
         ConfigError: another process has locked it.
-        OSError: the lock's file cannot be made.
+        OSError: the lock file cannot be created.
     """
     file = io.FileIO(str(folder / LOCK), 'ab')
     try:

@@ -1,4 +1,4 @@
-"""The parameters of all parts of a robot, as the YAML files of config/ give them."""
+"""Parameters of all parts of a robot, from the YAML files of config/."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ Latency_s = Annotated[float, Between(0.0, 10.0, 's')]
 
 
 class LatencyParams(Params):
-    """Simulated time from a part's input to the moment when its output reaches the others."""
+    """Simulated latency from the input of a part to the arrival of its output."""
 
     odometry: Latency_s = Field(0.0, description='from wheel angles to /odom [s]')
     localization: Latency_s = Field(0.0, description='from /odom and /scan to map->odom [s]')
@@ -69,7 +69,7 @@ def wheel_uncertainty(errors: WheelErrorParams) -> Dict[str, float]:
 
 
 def with_uncertainty(odometry: OdometryParams, errors: WheelErrorParams) -> OdometryParams:
-    """Return odometry that is told of simulated wheels' errors and contact, where it is not told otherwise."""
+    """Fill in unset uncertainties of odometry from the simulated wheel errors and contact."""
     values = wheel_uncertainty(errors)
     values['distance_std'] = math.hypot(values['distance_std'], CONTACT_DISTANCE_STD)
     values['curve_noise'] = CONTACT_CURVE_NOISE
@@ -78,7 +78,7 @@ def with_uncertainty(odometry: OdometryParams, errors: WheelErrorParams) -> Odom
 
 
 def uncertainty_of_robot(settings: Mapping[str, Any]) -> Dict[str, float]:
-    """Return what a robot's own file says of its wheels' errors: no real wheel has none, so 0 says nothing.
+    """Return the wheel errors of a robot file; 0 counts as not specified.
 
     Args:
         settings: of a robot, by dotted keys.
@@ -88,7 +88,7 @@ def uncertainty_of_robot(settings: Mapping[str, Any]) -> Dict[str, float]:
     return {key: value for key, value in wheel_uncertainty(errors).items() if value}
 
 
-# The files by their stems, each with the fields of RobotParams that it sets.
+# Files by stem, with the fields of RobotParams that they set.
 CONFIG_FILES: Dict[str, Dict[str, Type[Params]]] = {
     'config': {'encoder': EncoderParams, 'odometry': OdometryParams},
     'simulator': {'simulator': SimulatorParams},
@@ -97,7 +97,7 @@ CONFIG_FILES: Dict[str, Dict[str, Type[Params]]] = {
     'lockstep': {'latency': LatencyParams},
 }
 
-# Keys that a trial sets itself, with what sets them: an override would have no effect.
+# Keys set by the trial, with their source; overrides would have no effect.
 SET_BY_TRIALS = {
     'config.ppr': "the campaign's ppr",
     'config.ppr.left': "the campaign's ppr",
@@ -112,7 +112,7 @@ RobotConfig = Dict[str, Dict[str, Any]]
 
 
 class RobotParams(NamedTuple):
-    """The parameters of each part, as its node reads them; odometry is told of the simulated wheels' errors."""
+    """Parameters of each part, as its node reads them; odometry includes the simulated wheel errors."""
 
     encoder: EncoderParams
     odometry: OdometryParams
@@ -136,7 +136,7 @@ def load_robot_config(config_folder: Union[str, Path], instead: Optional[Mapping
 
     Args:
         config_folder: of the files.
-        instead: files, by stem, that are read in place of the folder's.
+        instead: files by stem that replace those of the folder.
 
     Raises:
         ConfigError: a file is missing or bad.
@@ -184,10 +184,10 @@ def _robot_params(config: RobotConfig, paths: Mapping[str, Path]) -> RobotParams
 
 
 def check_key(key: str) -> None:
-    """Check that `override` knows a dotted key.
+    """Check that `override` accepts a dotted key.
 
     Raises:
-        ConfigError: there is no such parameter, or trials set it themselves.
+        ConfigError: the parameter does not exist, or trials set it.
     """
     if key in SET_BY_TRIALS:
         raise ConfigError(f'{key}: every trial sets it; allowed: {SET_BY_TRIALS[key]}')
@@ -203,7 +203,7 @@ def check_key(key: str) -> None:
 
 
 def _dotted_keys(params_class: Type[Params]) -> Iterator[str]:
-    """Yield the keys of single values: of costmaps their flat names alone, which have namespaces as aliases."""
+    """Yield the keys of scalar values; for costmaps only the flat names, without their namespace aliases."""
     for name, field in params_class.model_fields.items():
         if isinstance(field.annotation, type) and issubclass(field.annotation, Params):
             yield from (f'{name}.{below}' for below in _dotted_keys(field.annotation))
@@ -217,17 +217,17 @@ DEFAULT_ROBOT = 'alto'
 def load_robot(
     given: str, folder: Path, package_folder: Path, arguments: Mapping[str, str], packages: Sequence[Path] = ()
 ) -> RobotSetup:
-    """Load a robot by its name, its robot file, or its xacro or URDF alone, and find out about it.
+    """Load a robot by its name, its robot file, or only its xacro or URDF, and inspect it.
 
     Args:
-        given: what the user calls it; '' is the package's default robot.
-        folder: what a path is relative to.
-        package_folder: where config/ is.
+        given: name or path; '' for the default robot.
+        folder: base folder of a relative path.
+        package_folder: folder that contains config/.
         arguments: of the robot's xacro.
-        packages: folders in which packages are looked for.
+        packages: folders that are searched for packages.
 
     Raises:
-        ConfigError: the robot's files are missing or bad, or set what is not allowed.
+        ConfigError: the robot's files are missing or bad, or set a value that is not allowed.
     """
     file = load_robot_file(given or DEFAULT_ROBOT, folder, package_folder, arguments, packages)
     for key in file.overrides:
@@ -248,7 +248,7 @@ _ENDS = {'latch': 'ends anywhere within', 'precise': 'drives up to within about'
 
 
 def spread_with(params: RobotParams, ppr: PerWheel) -> StopSpread:
-    """Return how far from a goal the robot stops with an encoder, by the pose estimate."""
+    """Return the estimated distance from the goal at which the robot stops with an encoder."""
     return stop_spread(*_loop(params, ppr))
 
 
@@ -258,7 +258,7 @@ def parts_with(params: RobotParams, ppr: PerWheel) -> Dict[str, StopSpread]:
 
 
 def _loop(params: RobotParams, ppr: PerWheel) -> Tuple[DwaParams, float, float, PoseStep]:
-    """Return what the control loop makes of a stop."""
+    """Return the stopping error of the control loop."""
     odometry, navigator = params.odometry, params.navigator
     pulse_m = math.pi * odometry.wheel_diameter / min(ppr.left, ppr.right)
     step = PoseStep(pulse_m, pulse_m / odometry.wheel_separation)
@@ -266,7 +266,7 @@ def _loop(params: RobotParams, ppr: PerWheel) -> Tuple[DwaParams, float, float, 
 
 
 def stopping_line(params: RobotParams, pprs: Sequence[PerWheel]) -> str:
-    """Say how a robot stops with its encoders, and which tolerances are asked for."""
+    """Describe how a robot stops with its encoders, and the requested tolerances."""
     planner = params.navigator.DWAPlannerROS
     spreads = sorted((spread_with(params, ppr), ppr_label(ppr)) for ppr in pprs)
     (least, finest), (most, coarsest) = spreads[0], spreads[-1]
@@ -278,7 +278,7 @@ def stopping_line(params: RobotParams, pprs: Sequence[PerWheel]) -> str:
 
 
 def as_upstream(params: RobotParams) -> RobotParams:
-    """Return the parameters as upstream's move_base has them, which knows neither `stop` nor `latch_margin`."""
+    """Return the parameters for upstream's move_base, without `stop` and `latch_margin`."""
     planner = params.navigator.DWAPlannerROS.model_copy(update={'stop': 'latch', 'latch_margin': 0.0})
     return params._replace(navigator=params.navigator.model_copy(update={'DWAPlannerROS': planner}))
 

@@ -1,4 +1,4 @@
-"""Drives a robot along a test's route: sends the navigator its goals one by one, and turns in place itself."""
+"""Drives a robot along a test's route: sends goals to the navigator, and commands turns in place."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.simulation.simulator import DriveParams
 from diff_encoder_sim.trials.scripted_drive import SETTLING_S
 
-# The robot slows down with at most this fraction of the deceleration limit, and in the end in proportion to the angle
-# left: commands take a while to take effect, and it must not overshoot.
+# The robot slows down with at most this fraction of the deceleration limit, finally in proportion to the remaining
+# angle: commands are delayed, and it must not overshoot.
 BRAKING_FRACTION = 0.3
 APPROACH_PER_S = 1.5
 STOP_WITHIN_RAD = 0.02
 
-# A heading estimate that jumps across the end, as it does below 40 PPR, comes no nearer after so many crossings.
+# Below 40 PPR the heading estimate jumps across the end; it does not get closer after this number of crossings.
 MOST_CROSSINGS = 2
 
 
 class TurnInPlace:
-    """Speeds up, turns, and slows down towards a total angle that may be many turns."""
+    """Speeds up, turns, and slows down to a total angle of any number of turns."""
 
     def __init__(self, angle_rad: float, limits: SpeedLimits) -> None:
         self._angle_rad = angle_rad
@@ -49,8 +49,8 @@ class TurnInPlace:
     def rate(self, now_ns: int, yaw_rad: float) -> float:
         """Return the angular velocity to command [rad/s] at the heading estimated now.
 
-        While the heading is not finite, the robot slows down and stops; what it turns meanwhile, up to half a turn, is
-        counted afterwards.
+        While the heading is not finite, the robot slows down and stops; up to half a turn in this time is counted
+        afterwards.
         """
         last_ns = now_ns if self._last_ns is None else self._last_ns
         interval_s = max(0, now_ns - last_ns) / NANOSECONDS_PER_SECOND
@@ -63,11 +63,11 @@ class TurnInPlace:
         return self._rate_radps
 
     def halt(self) -> None:
-        """Speed up from rest at the next heading: the robot was stopped."""
+        """Restart from rest at the next heading, after a stop of the robot."""
         self._rate_radps, self._last_ns = 0.0, None
 
     def _target_rate(self, yaw_rad: float) -> float:
-        """Count what was turned, and return the rate to speed up or slow down to [rad/s]."""
+        """Add the turned angle, and return the target rate [rad/s]."""
         left_before_rad = self._angle_rad - self._turned_rad
         if self._last_yaw_rad is not None:
             self._turned_rad += wrap_angle(yaw_rad - self._last_yaw_rad)
@@ -89,7 +89,7 @@ class Destination(NamedTuple):
     """A pose to send to the navigator."""
 
     pose_in_map: Pose2D
-    is_stop: bool  # False: a waypoint, left for the next one as soon as it is near
+    is_stop: bool  # False: a waypoint, replaced by the next goal when it is near
 
 
 class Turn(NamedTuple):
@@ -101,19 +101,19 @@ class Turn(NamedTuple):
 class DriverOutput(NamedTuple):
     """A goal to send, or a command; neither if the robot is to continue."""
 
-    goal_in_map: Optional[Pose2D] = None  # for the navigator, in place of its present one
+    goal_in_map: Optional[Pose2D] = None  # for the navigator, replaces the current goal
     turn_rate_radps: Optional[float] = None  # for /cmd_vel; None: leave /cmd_vel to the navigator
 
 
 class RouteDriver:
-    """Drives the stages of a route one after another, by the pose estimate only, as a robot has no other.
+    """Drives the stages of a route in order, using only the pose estimate.
 
     Call `step` with each pose estimate until it `is_over`, and `watch` at a steady rate, with or without estimates.
     """
 
     def __init__(self, test: TestDefinition) -> None:
         self._test = test
-        self._stages = deque(stages_of(test))  # that have not begun
+        self._stages = deque(stages_of(test))  # not started
         self._stage: Union[Destination, TurnInPlace, None] = None
         self._ended_ns: Optional[int] = None
         self._started_ns: Optional[int] = None
@@ -128,7 +128,7 @@ class RouteDriver:
             A stop, while the robot turns and the pose estimate is older than POSE_TIMEOUT_S.
 
         Raises:
-            RouteFailed: the test's time limit, from the first call on, is over.
+            RouteFailed: the test's time limit, counted from the first call, is over.
         """
         if self._started_ns is None:
             self._started_ns = now_ns
@@ -144,7 +144,7 @@ class RouteDriver:
         return DriverOutput(turn_rate_radps=0.0)
 
     def step(self, now_ns: int, base_pose_in_map: Pose2D, status: GoalStatus, status_text: str) -> DriverOutput:
-        """Return the goal or command that follows from a pose estimate.
+        """Return the goal or command for a pose estimate.
 
         Args:
             now_ns: stamp of the pose estimate.
@@ -153,7 +153,7 @@ class RouteDriver:
             status_text: its reason, for messages.
 
         Raises:
-            RouteFailed: the navigator gave a goal up.
+            RouteFailed: the navigator aborted a goal.
         """
         self._estimate_ns = now_ns
         if self._is_halted:
@@ -191,7 +191,7 @@ class RouteDriver:
 
 
 def stages_of(test: TestDefinition) -> List[Union[Destination, Turn]]:
-    """Return the stages of a test's route, in their order."""
+    """Return the stages of a test's route in order."""
     stages: List[Union[Destination, Turn]] = []
     for leg in test.route:
         if leg.turns is not None:
@@ -207,12 +207,12 @@ def stages_of(test: TestDefinition) -> List[Union[Destination, Turn]]:
     return stages
 
 
-# Between two places at which the robot's outline is compared with the walls.
+# Spacing of the footprint checks along a leg.
 STEP_M, STEP_RAD = 0.1, math.radians(10.0)
 
 
 def misfit(test: TestDefinition, navigator: NavigatorParams, drive: DriveParams, grid: OccupancyGrid) -> Optional[str]:
-    """Return why a robot cannot navigate a test's route, in one line; None if nothing is against it.
+    """Return why a robot cannot navigate a test's route, in one line; None if it can.
 
     Args:
         test: to be driven in the map.
@@ -237,16 +237,16 @@ def misfit(test: TestDefinition, navigator: NavigatorParams, drive: DriveParams,
 
 
 def _plan_route(test: TestDefinition, navigator: NavigatorParams, costmap: Costmap) -> Tuple[float, float]:
-    """Plan each leg as the navigator will; return the length [m] and the angle that is turned in place [rad].
+    """Plan each leg as the navigator will; return the length [m] and the angle turned in place [rad].
 
     Raises:
-        PlanError: there is no path for the robot's outline.
+        PlanError: no path exists for the robot's footprint.
     """
     planner = GlobalPlanner(navigator.NavfnROS, costmap)
     pose, length_m, turned_rad = test.start.pose(), 0.0, 0.0
     for stage in stages_of(test):
         if isinstance(stage, Turn):
-            # From one full turn on, all headings have been seen.
+            # At least one full turn covers all headings.
             angle_rad = math.copysign(min(abs(stage.angle_rad), 2.0 * math.pi), stage.angle_rad)
             angles = np.linspace(0.0, angle_rad, 1 + math.ceil(abs(angle_rad) / STEP_RAD)).tolist()
             _check_poses(costmap, [pose._replace(yaw_rad=pose.yaw_rad + angle) for angle in angles])
@@ -261,10 +261,10 @@ def _plan_route(test: TestDefinition, navigator: NavigatorParams, costmap: Costm
 
 
 def _check_poses(costmap: Costmap, poses: Iterable[Pose2D]) -> None:
-    """Check that the robot's outline is free of walls at each pose.
+    """Check that the robot's footprint is free of walls at each pose.
 
     Raises:
-        PlanError: it is not.
+        PlanError: it touches a wall.
     """
     for pose in poses:
         if costmap.footprint_cost(pose) == IN_OBSTACLE:

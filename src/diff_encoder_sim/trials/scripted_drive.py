@@ -31,7 +31,7 @@ class Trapezoid(NamedTuple):
 
     @property
     def duration_s(self) -> float:
-        """Return the time from rest to rest: two ramps where the top speed is not reached."""
+        """Return the time from rest to rest: only two ramps if the top speed is not reached."""
         return self.ramp_s + max(self.ramp_s, abs(self.distance) / self.top_speed)
 
     def covered(self, time_s: float) -> float:
@@ -51,7 +51,7 @@ class Trapezoid(NamedTuple):
 
 
 class ScriptedDrive:
-    """A test's segments one after another, as velocity commands over time."""
+    """A test's consecutive segments, as velocity commands over time."""
 
     def __init__(self, test: TestDefinition) -> None:
         self._starts_s: List[float] = []
@@ -75,12 +75,11 @@ class ScriptedDrive:
     def command(self, from_s: float, to_s: float) -> Tuple[float, float]:
         """Return the mean linear [m/s] and angular [rad/s] velocity between two times since the start.
 
-        A command holds until the next one comes. The mean over that time, not the value at one instant, makes the
-        commands add up to the exact distance.
+        A command holds until the next one; its mean over that time makes the commands add up to the exact distance.
         """
         interval_s = to_s - from_s
         linear_m = angular_rad = 0.0
-        # Those under way: what is over or has not begun adds nothing, and long drives have thousands.
+        # Only the current segments: long drives have thousands.
         first = max(0, bisect.bisect(self._starts_s, from_s) - 1)
         for index in range(first, bisect.bisect(self._starts_s, to_s)):
             start_s, (linear, angular) = self._starts_s[index], self._legs[index]
@@ -97,7 +96,7 @@ def _profiles(segment: Segment, limits: SpeedLimits) -> Tuple[Trapezoid, Trapezo
 
 
 class ScriptedDriver:
-    """Drives by time alone."""
+    """Drives by time only."""
 
     def __init__(self, trial: Trial, send: Callable[[int, Command, bool], None]) -> None:
         self._drive, self._send = ScriptedDrive(trial.test), send

@@ -1,4 +1,4 @@
-"""The files that trials read, by content: for workers that do not see the client's folders."""
+"""Files of trials by content, for workers without access to the client's folders."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class TrialFiles(NamedTuple):
         return {name: _sha256(zlib.decompress(content)) for name, content in sorted(self.contents.items())}
 
     def materialise(self, folder: Union[str, Path]) -> PlacedFiles:
-        """Write the files below `folder`, unless they are there: they appear together, complete.
+        """Write the files below `folder` unless they exist; all appear at once.
 
         Raises:
             OSError: the folder cannot be written to.
@@ -75,11 +75,11 @@ class TrialFiles(NamedTuple):
 def collect(
     tests: Sequence[TestDefinition], worlds_folder: Union[str, Path], source: RobotSource, needs_maps: bool
 ) -> TrialFiles:
-    """Read the files that the tests need, and check that they can be used.
+    """Read the files of the tests, and check them.
 
     Args:
-        tests: with names that differ.
-        worlds_folder: worlds are found by name there; each has its map next to it.
+        tests: with unique names.
+        worlds_folder: contains the worlds by name, each with its map.
         source: the robot.
         needs_maps: whether a world without a map is an error.
 
@@ -89,7 +89,7 @@ def collect(
     contents: Dict[str, bytes] = {}
 
     def add(files: Dict[str, bytes]) -> str:
-        """Put files that belong together into a folder named by their contents; return the path of the first."""
+        """Put related files into a folder named by their hash; return the path of the first."""
         digest = _sha256(b''.join(files.values()))[:NAME_DIGITS]
         contents.update((f'{digest}/{name}', zlib.compress(content, 9)) for name, content in files.items())
         return f'{digest}/{next(iter(files))}'
@@ -100,7 +100,7 @@ def collect(
         load_world(world)
         map_files = _map_files(world.with_suffix('.yaml'), needs_maps)
         worlds[test.name] = WorldFiles(add({world.name: world.read_bytes()}), add(map_files) if map_files else '')
-    # A xacro that needs no other file stays as it is, as wheel errors may be its arguments.
+    # A xacro without includes is kept, as wheel errors may be its arguments.
     robot = {source.file.name: source.file.read_bytes()} if _is_complete(source) else _expanded(source)
     return TrialFiles(contents, add(robot), worlds)
 
@@ -108,12 +108,12 @@ def collect(
 def _map_files(path: Path, is_needed: bool) -> Dict[str, bytes]:
     if not path.is_file():
         if is_needed:
-            allowed = f'a map .yaml file beside its world, as made by {as_typed("rasterise_world")}'
+            allowed = f'a map .yaml file next to its world, as made by {as_typed("rasterise_world")}'
             raise ConfigError(f'map: {path} not found; allowed: {allowed}')
         return {}
     load_map(path)
     description = load_yaml(path)
-    # The image may be anywhere; there it is next to its YAML file.
+    # The image may be in any folder; copy it next to its YAML file.
     image = (path.parent / description['image']).read_bytes()
     description['image'] = f'{path.stem}.image'
     return {path.name: yaml.safe_dump(description, sort_keys=True).encode('utf-8'), description['image']: image}

@@ -1,4 +1,4 @@
-"""Trials in lockstep, from their plans to their bags and rows; in a worker process, into the results folder."""
+"""Runs lockstep trials from plans to bags and rows; in worker processes, into the results folder."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ distributed = deferred('distributed')
 
 
 def run_trial(plan: TrialPlan, robot_file: Union[str, Path], params: RobotParams, record: RecordMode) -> TrialRow:
-    """Run a trial and, unless `record` is none, write its bag to `plan.bag`: whole, or not at all.
+    """Run a trial and, unless `record` is none, write its bag to `plan.bag` atomically.
 
     Raises:
         ConfigError: a file is missing or bad.
@@ -81,12 +81,12 @@ def run_trials(trials: Sequence[TrialSetup], robot_file: Union[str, Path]) -> Li
 
 
 def final_errors(trial: Trial, true_pose_in_map: Pose2D, last: Optional[Report]) -> FinalErrors:
-    """Return how far a trial ended from its goal by each pose source, in the axes of the map.
+    """Return the final errors of a trial by pose source, in the axes of the map.
 
     Args:
-        trial: which has ended.
-        true_pose_in_map: there.
-        last: its last report, None if it ended before the first.
+        trial: finished trial.
+        true_pose_in_map: at the end.
+        last: last report; None if the trial ended before the first.
     """
     poses: Dict[PoseSource, Optional[Pose2D]] = dict.fromkeys(PoseSource)
     poses[PoseSource.WORLD] = true_pose_in_map
@@ -107,23 +107,23 @@ def final_errors(trial: Trial, true_pose_in_map: Pose2D, last: Optional[Report])
 # run_trials, or a substitute of tests.
 RunTrials = Callable[[Sequence[TrialSetup], Path], List[TrialRow]]
 
-# PyBullet is not made for threads: the threads of a worker take turns.
+# PyBullet is not thread-safe: one trial at a time per worker.
 _one_drive = threading.Lock()
 
 
 class HostFault(Exception):
-    """Why the worker's host cannot run trials (a full disk, no memory), in one line."""
+    """The worker's host cannot run trials (disk full, out of memory); the text is one line."""
 
 
 class ResultsFolder(NamedTuple):
-    """Where the client keeps the results, and how a worker recognises that it sees the same folder."""
+    """The client's results folder, with a marker file by which workers detect a shared folder."""
 
     path: str  # absolute, on the client's host
     probe: str  # name of a file in it
     nonce: str  # content of that file
 
     def is_shared(self) -> bool:
-        """Return whether this process sees the client's folder and can write there."""
+        """Return whether this process can access and write to the client's folder."""
         try:
             seen = Path(self.path, self.probe).read_text(encoding='utf-8')
         except (OSError, UnicodeDecodeError):
@@ -132,7 +132,7 @@ class ResultsFolder(NamedTuple):
 
 
 class FinishedTrial(NamedTuple):
-    """The row of a trial, and its bag on the way to the client."""
+    """The row of a trial, and its bag in transfer to the client."""
 
     row: TrialRow
     bag: Optional[bytes]  # None: not recorded, or already in the results folder
@@ -166,7 +166,7 @@ def _run_group(
     files: PlacedFiles, group: Sequence[RequestedTrial], results: ResultsFolder, run: RunTrials
 ) -> List[FinishedTrial]:
     is_shared = results.is_shared()
-    # Another name for each attempt: Dask may restart a trial whose worker is still running it.
+    # A unique name per attempt: Dask may restart a trial that is still running.
     folder = Path(results.path, BAGS) if is_shared else files.robot.parent
     names = [f'.{Path(trial.bag).name}.{uuid.uuid4().hex[:8]}{UNFINISHED_SUFFIX}' for trial in group]
     paths = [folder / name for name in names]

@@ -1,4 +1,4 @@
-"""What a trial in lockstep is made from, and which trials are one drive of the robot."""
+"""Set-up of a lockstep trial, and the key of trials that share a drive."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FIRST = ('nav', 'record')
 
 
 class LockstepOptions(Params):
-    """Keys of a campaign file that reach each of its trials."""
+    """Keys of a campaign file that apply to each trial."""
 
     nav: Literal['embedded', 'scripted'] = Field('embedded', description='navigated, or a drive without feedback')
     record: RecordMode = Field(
@@ -26,7 +26,7 @@ class LockstepOptions(Params):
     def of_trials(self) -> Dict[str, Any]:
         """Return the options that determine a campaign's results.
 
-        Defaults are left out, except those of the first options: campaigns from before an option can be completed.
+        Defaults are omitted, except for the first options, so that older campaigns can be completed.
         """
         fields = LockstepOptions.model_fields
         values = self.model_dump(mode='json', include=set(fields))
@@ -41,7 +41,7 @@ class TrialSetup(NamedTuple):
     options: LockstepOptions = LockstepOptions()
 
     def drive(self) -> Tuple[object, ...]:
-        """Return all that determines the robot's drive; scripted trials for which it is equal are one drive."""
+        """Return the key of the robot's drive; scripted trials with equal keys share a drive."""
         plan, trial = self.plan, self.plan.trial
         return trial.test, trial.number, trial.nav, plan.world, plan.slam, trial.odom, *drive_params(self.params)
 

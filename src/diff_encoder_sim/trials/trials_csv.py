@@ -20,7 +20,7 @@ VARIANT = 'variant'  # in place of the key of a varied parameter: the value is t
 
 
 class TrialRow(NamedTuple):
-    """A finished trial. `COLUMNS` has the same in the order of trials.csv."""
+    """A finished trial. `COLUMNS` lists the columns in the order of trials.csv."""
 
     test: str
     ppr: str  # as encoder_params.ppr_label writes it
@@ -54,7 +54,7 @@ COLUMNS = {
     'wall_time_s': float,
     'bag': str,
 }
-# A lockstep trial has no ROS graph that fails, and a trial without a result has no row.
+# Lockstep trials have no ROS graph that can fail; trials without a result have no row.
 OUTCOMES = tuple(outcome for outcome in Outcome if outcome not in (Outcome.FAILED, Outcome.TORN))
 
 
@@ -106,7 +106,7 @@ def csv_fields(line: bytes) -> List[str]:
     """Return the fields of a line from `csv_line`, with or without its end.
 
     Raises:
-        ValueError: this is no such line.
+        ValueError: the line is invalid.
     """
     try:
         return next(csv.reader([line.decode('utf-8')], strict=True))
@@ -124,10 +124,10 @@ class TrialsTable:
         self.path, self._varied_keys = path, varied_keys
 
     def rows(self) -> Iterator[Tuple[int, TrialRow]]:
-        """Read the complete lines, with their numbers from 1; nothing if there is no file.
+        """Read the complete lines, numbered from 1; nothing if the file is missing.
 
         Raises:
-            ConfigError: a line is no row, or the first neither that nor the header.
+            ConfigError: a line is not a valid row or header.
             OSError: the file cannot be read.
         """
         content = self.path.read_bytes() if self.path.is_file() else b''
@@ -147,15 +147,15 @@ class TrialsTable:
         return ConfigError(f'{self.path}: line {number} does not belong to this campaign; {expected}')
 
     def write(self, rows: Iterable[TrialRow]) -> None:
-        """Replace the file, completely or not at all."""
+        """Replace the file atomically."""
         lines = [header(self._varied_keys), *map(fields_of, rows)]
         write_file(self.path, b''.join(map(csv_line, lines)))
 
     def append(self, row: TrialRow) -> None:
-        """Add a line; it is on the disk when this returns. After an error the lines before are complete.
+        """Append a line and sync it to disk. After an error the earlier lines are complete.
 
         Raises:
-            OSError: the disk is full, or the like.
+            OSError: the file cannot be written, for example on a full disk.
         """
         content = csv_line(fields_of(row))
         with io.FileIO(str(self.path), 'ab') as file:

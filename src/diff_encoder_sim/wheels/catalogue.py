@@ -1,4 +1,4 @@
-"""Encoders that one can buy, and those chosen for a comparison."""
+"""Commercial encoders, and the encoders chosen for a comparison."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 WHOLE_CATALOGUE = 'catalogue'  # stands for every name
 
-# What else of config.yaml belongs to a device: its controller's.
+# Keys of config.yaml that describe a device's controller.
 OF_DEVICE = ('counter_modulus', 'rate', 'report', 'velocity_clock', 'velocity_method')
 
 
@@ -50,13 +50,13 @@ class EncoderFileParams(Params):
 
 
 class CatalogueEncoder(NamedTuple):
-    """An encoder that one can buy."""
+    """A commercial encoder."""
 
     stem: str  # of its file, such as amt102
-    name: str  # as one buys it
+    name: str  # product name
     source: Sequence[str]
     price: str
-    params: EncoderParams  # with its model, and what else its controller has
+    params: EncoderParams  # encoder model and controller parameters
 
     @property
     def counts_per_wheel_turn(self) -> float:
@@ -65,14 +65,14 @@ class CatalogueEncoder(NamedTuple):
 
     @property
     def label(self) -> str:
-        """Return what tables call it, such as `8192 amt102`."""
+        """Return the label for tables, such as `8192 amt102`."""
         return f'{self.counts_per_wheel_turn:g} {self.stem}'
 
     @property
     def overrides(self) -> Dict[str, Any]:
-        """Return its values for config.yaml by dotted keys, as `robot_params.override` takes them.
+        """Return the values for config.yaml by dotted keys, for `robot_params.override`.
 
-        They have every key of `encoder`, so that nothing is left of the one that it replaces.
+        Every key of `encoder` is included, so the previous encoder is replaced completely.
         """
         values = {**self.params.model_dump(exclude_unset=True), 'encoder': self.params.encoder.model_dump()}
         return {f'config.{key}': value for key, value in flat(values)}
@@ -88,14 +88,14 @@ def load_encoder(given: str, config_folder: Path, folder: Path) -> CatalogueEnco
 
     Args:
         given: the name of a file in config/encoders/, or the path of a .yaml file.
-        config_folder: where encoders/ is.
-        folder: what that path is relative to.
+        config_folder: folder that contains encoders/.
+        folder: base folder of a relative path.
 
     Raises:
-        ConfigError: there is no such encoder, or its file has a bad key.
+        ConfigError: the encoder does not exist, or its file has a bad key.
     """
     names, path = encoder_names(config_folder), folder / os.path.expanduser(given)
-    if given in names:  # a name is taken before a path
+    if given in names:  # names take precedence over paths
         path = config_folder / 'encoders' / f'{given}.yaml'
     elif path.suffix != '.yaml' or not path.is_file():
         is_path = '/' in given or path.suffix in ('.yaml', '.yml')
@@ -123,35 +123,35 @@ def load_encoders(given: Sequence[str], config_folder: Path, folder: Path) -> Li
     return [load_encoder(name, config_folder, folder) for name in names]
 
 
-# By which config.yaml or a robot file says how many counts there are, in place of ppr.
+# Keys of config.yaml and robot files that set the resolution instead of ppr.
 RESOLUTION_KEYS = ('config.encoder.lines', 'config.encoder.pole_pairs', 'config.encoder.bits')
 
 
 class ChosenEncoder(NamedTuple):
-    """One of the encoders that are compared."""
+    """An encoder of a comparison."""
 
     ppr: PerWheel  # counts per wheel revolution
-    resolution: str = ''  # how they follow from a datasheet; '' where they are given
-    real: Optional[CatalogueEncoder] = None  # None for an ideal one, and for the robot's own
+    resolution: str = ''  # derivation from the datasheet; '' if ppr is given
+    real: Optional[CatalogueEncoder] = None  # None for ideal encoders and for the robot's encoder
 
     @property
     def name(self) -> str:
-        """Return the name of a real one; '' for others."""
+        """Return the catalogue name; '' for other encoders."""
         return self.real.stem if self.real else ''
 
     @property
     def label(self) -> str:
-        """Return how tables and names of files call it: `90`, or `8192 amt102`."""
+        """Return the label for tables and file names: `90`, or `8192 amt102`."""
         return encoder_label(self.ppr, self.name)
 
     @property
     def overrides(self) -> Dict[str, Any]:
-        """Return what it sets, by dotted keys such as `config.encoder.lines`."""
+        """Return the overridden values by dotted keys such as `config.encoder.lines`."""
         ppr = {'config.ppr': self.ppr.model_dump()}
         return {**ppr, **self.real.overrides} if self.real else ppr
 
     def counts_per_metre(self, wheel_diameter_m: float) -> float:
-        """Return the counts of the left wheel on a metre."""
+        """Return the counts of the left wheel per metre."""
         return self.ppr.left / (math.pi * wheel_diameter_m)
 
 
@@ -161,14 +161,14 @@ def chosen(real: CatalogueEncoder) -> ChosenEncoder:
 
 
 def own_encoder(params: EncoderParams) -> ChosenEncoder:
-    """Choose the encoder that is in these parameters."""
+    """Choose the encoder of these parameters."""
     return ChosenEncoder(params.counts_per_turn, resolution_text(params.encoder))
 
 
 def resolution_text(model: EncoderModel) -> str:
-    """Return how the counts follow from the datasheet: `12 lines x 4 x gear 34.014 = 1632.672 counts per wheel ...`.
+    """Return how the counts are derived from the datasheet: `12 lines x 4 x gear 34.014 = 1632.672 counts ...`.
 
-    '' where the model leaves them to ppr.
+    '' if ppr sets the counts.
     """
     counts, of_shaft = model.counts_per_wheel_turn, model.counts_per_shaft_turn
     if counts is None or of_shaft is None:

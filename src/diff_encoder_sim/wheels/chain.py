@@ -1,7 +1,7 @@
 """The chain of a robot with wheel encoders: wheel angles, counts, reports, odometry with its covariance.
 
-`Chain.step` takes one sample at a time, for nodes and navigated trials; `Chain.run` takes a whole `Drive`, with a batch
-axis. Both give the same numbers, bit for bit.
+`Chain.step` processes one sample, for nodes and navigated trials; `Chain.run` processes a whole `Drive`, with a batch
+axis. Both return the same numbers, bit for bit.
 """
 
 from __future__ import annotations
@@ -30,23 +30,23 @@ from diff_encoder_sim.wheels.wheel_encoder import (
 
 
 class ChainReport(NamedTuple):
-    """A report that has arrived, and the odometry after it."""
+    """A received report and the odometry after it."""
 
     sample: EncoderSample
-    estimate: Optional[OdometryEstimate]  # None if odometry ignores the report as stale, or if there is no odometry
+    estimate: Optional[OdometryEstimate]  # None if the report is stale, or without odometry
 
 
 @dataclass(frozen=True)
 class ChainRun:
-    """All reports of a drive, in the order of their arrival.
+    """All reports of a drive, in order of arrival.
 
-    Draws of which fewer reports arrive repeat their last one, which odometry ignores.
+    Draws with fewer reports repeat their last report, which odometry ignores.
 
     Attributes:
         odometry: parameters of the odometry.
-        rows: (draws, m) the row of the drive at which a report arrives: the first with a stamp at or after that.
+        rows: (draws, m) first row of the drive with a stamp at or after the arrival of the report.
         stamps_ns: (draws, m) stamps of the reports.
-        counts: (draws, m, 2) int64, left and right, as the counters of finite width show them.
+        counts: (draws, m, 2) int64, left and right, wrapped at the counter modulus.
         wheel_rates_radps: (draws, m, 2), or None if the controller measures no speeds.
     """
 
@@ -66,7 +66,7 @@ class ChainRun:
         ]
 
     def estimates(self, draw: int = 0) -> List[Optional[OdometryEstimate]]:
-        """Return what odometry, with covariances and twists, makes of each report of a draw; None if it is stale."""
+        """Return the odometry estimate after each report of a draw; None if the report is stale."""
         odometry = WheelOdometry(self.odometry)
         return [odometry.update(*sample) for sample in self.samples(draw)]
 
@@ -77,12 +77,12 @@ class ChainRun:
 
     @property
     def final_poses(self) -> np.ndarray:
-        """Return (draws, 3) the last of `poses`."""
+        """Return (draws, 3) the last poses."""
         return self._poses(only_last=True)[:, -1]
 
     @property
     def covariances(self) -> np.ndarray:
-        """Return (draws, m, 3, 3) covariances of `poses`; they take 10 us each, unlike poses."""
+        """Return (draws, m, 3, 3) covariances of `poses`; each takes 10 us."""
         covariances = np.zeros((*self.rows.shape, 3, 3))
         for draw, of_draw in enumerate(covariances):
             for report, estimate in enumerate(self.estimates(draw)):
@@ -96,7 +96,7 @@ class ChainRun:
         return poses_of_wheels(totals, *params.m_per_pulse, params.wheel_separation, params.axle_x, only_last)
 
 
-# Counters of more states never wrap; integers of 64 bits hold the sums of two of these.
+# Larger counters never wrap; a 64-bit integer holds the sum of two of these.
 MOST_STATES = 2**61
 
 
@@ -104,32 +104,32 @@ class Chain:
     """Encoders of both wheels, the link to the host, and odometry."""
 
     def __init__(self, encoder: EncoderParams, odometry: Optional[OdometryParams] = None, draws: int = 1) -> None:
-        """Prepare.
+        """Create the chain.
 
         Args:
-            encoder: of both wheels, with the seed of their errors.
+            encoder: parameters of both wheels, with the seed of their errors.
             odometry: None for an encoder without odometry.
-            draws: number of encoders, each with errors of its own by its number; `step` is the first.
+            draws: number of encoders with independent errors; `step` uses the first.
         """
         self.encoder, self.odometry, self._draws = encoder, odometry, draws
         self.reset()
 
     def reset(self) -> None:
-        """Begin again: the next angle is each wheel's first, and the pose is zero at the next report."""
+        """Restart: the next angle is each wheel's first; the next report is at pose zero."""
         self._encoders = ReportingEncoder(self.encoder)
         self._odometry = None if self.odometry is None else WheelOdometry(self.odometry)
 
     @property
     def needs_every_angle(self) -> bool:
-        """Return whether angles between the boundaries of the rate change a report: not those of an ideal encoder."""
+        """Return whether angles between report boundaries affect reports; False for an ideal encoder."""
         return self._encoders.needs_every_angle
 
     def take_command(self, left: float, right: float) -> None:
-        """Take the commanded speeds of the wheels, whose signs an encoder without a direction counts by."""
+        """Set the commanded wheel speeds; encoders without direction count by their sign."""
         self._encoders.take_command(left, right)
 
     def step(self, stamp_ns: int, left_rad: float, right_rad: float) -> List[ChainReport]:
-        """Take the angles of both wheels, accumulated since some start [rad], and return the reports that arrive.
+        """Process the accumulated angles of both wheels [rad], and return the arriving reports.
 
         Raises:
             InputFault: the stamps do not advance.
@@ -145,12 +145,12 @@ class Chain:
         commands: Optional[np.ndarray] = None,
         rows: Optional[np.ndarray] = None,
     ) -> ChainRun:
-        """Return all reports of a drive, as `step` does from a start.
+        """Return all reports of a drive, as `step` does after a reset.
 
         Args:
-            drive: with the wheel angles of all draws, or of each.
-            phases_rad: (draws, 2) added to the angles of each draw: where the wheels stand at the start; None: 0.
-            commands: (n, 2) the commanded speeds of the wheels that are newest at each row; None: none have come.
+            drive: wheel angles common to all draws, or per draw.
+            phases_rad: (draws, 2) initial wheel angles, added to the angles of each draw; None: 0.
+            commands: (n, 2) newest commanded wheel speeds at each row; None: no commands.
             rows: (m,) rows of the drive at which the counters are read; None: at the boundaries of the report rate.
         """
         read = _readings(drive.stamps_ns, self.encoder) if rows is None else _Readings(drive.stamps_ns, rows, rows)
@@ -183,7 +183,7 @@ class Chain:
     def _delivered(
         self, stamps_ns: np.ndarray, read: _Readings, counts: np.ndarray, rates_radps: np.ndarray
     ) -> ChainRun:
-        """Return the readings as the reports that arrive, by the (n,) stamps of the drive."""
+        """Return the arriving reports, by the (n,) stamps of the drive."""
         params, odometry = self.encoder, self.odometry or OdometryParams()
         rates = None if params.velocity_method == 'M' else rates_radps
         read_ns = read.stamps_ns[read.rows]
@@ -201,7 +201,7 @@ class Chain:
 
 
 class _Readings(NamedTuple):
-    """When counters are read on a drive, at stamps of the drive or between them."""
+    """Reading times of the counters, at stamps of the drive or between them."""
 
     stamps_ns: np.ndarray  # (k,) of the drive, and between them
     rows: np.ndarray  # (m,) of these stamps, at which counters are read
@@ -209,7 +209,7 @@ class _Readings(NamedTuple):
     passed: Optional[np.ndarray] = None  # (m,) of the interval to `taken`, if readings are between stamps of the drive
 
     def angles(self, angles_rad: np.ndarray) -> np.ndarray:
-        """Return (..., k) angles of (..., n) of the drive; wheels turn evenly between its stamps."""
+        """Return (..., k) angles of (..., n) of the drive; linear between stamps."""
         if self.passed is None:
             return angles_rad
         last_rad, next_rad = angles_rad[:, self.taken - 1], angles_rad[:, self.taken]
@@ -227,7 +227,7 @@ class _Readings(NamedTuple):
 
 
 def _readings(stamps_ns: np.ndarray, params: EncoderParams) -> _Readings:
-    """Read at the boundaries of the report rate, or later by the jitter of samples."""
+    """Return the readings at the boundaries of the report rate, delayed by the jitter."""
     sampler, row = BoundarySampler(params.rate), 0
     found: List[Tuple[int, Optional[int]]] = []
     while row < len(stamps_ns):

@@ -14,9 +14,9 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 
 @callable_by_kernels
 def wrap_count(pulses: Any, modulus: int) -> Any:
-    """Return readings, one or an array, of a two's-complement counter of `modulus` states: [-modulus/2, modulus/2).
+    """Wrap counts, a scalar or an array, into [-modulus/2, modulus/2), as a two's-complement counter does.
 
-    A modulus of 0 stands for a counter that never wraps.
+    With a modulus of 0 the counter never wraps.
     """
     if modulus == 0:
         return pulses
@@ -28,8 +28,8 @@ def wrap_count(pulses: Any, modulus: int) -> Any:
 def count_difference(newer: int, older: int, modulus: int) -> Any:
     """Return the pulses between two readings of a wrapping counter, in the direction with fewer of them.
 
-    It is right in both directions while fewer than modulus/2 pulses pass between readings, and for
-    counters that show [0, modulus) just as for signed ones.
+    Correct for fewer than modulus/2 pulses between readings, for signed counters and for
+    counters in [0, modulus).
     """
     return wrap_count(newer - older, modulus)
 
@@ -43,43 +43,43 @@ class Reading(NamedTuple):
 
 
 class CounterStep(NamedTuple):
-    """What happened between two readings."""
+    """The pulses between two readings."""
 
     left_pulses: int
     right_pulses: int
-    restart: str = ''  # why the counters are taken to have restarted; '' if they went on
+    restart: str = ''  # cause of a detected counter restart; '' for none
 
 
 class CounterLimits(NamedTuple):
-    """What counters can show, and wheels can do."""
+    """Limits of counters and wheels."""
 
-    modulus: int  # states of a counter; 0: it never wraps
+    modulus: int  # counter states; 0: no wrap
     left_per_turn: float  # counts
     right_per_turn: float
-    left_jump: float  # by how much a reading may differ from the one before without motion [counts]
+    left_jump: float  # largest change of a reading without motion [counts]
     right_jump: float
     max_speed_radps: float
     max_acceleration_radps2: float
 
 
-# Whole pulses make a speed uncertain by one at either end of an interval, and of the one before.
+# Rounding to whole pulses adds one pulse at each end of an interval and of the previous one.
 ROUNDING_PULSES = 2.0
 
-# Stamps of arrival may be nearer to each other than their samples, by up to this: a jump is judged by what a wheel
-# turns in this time at least.
+# Arrival stamps may be closer together than their samples, by up to this: a jump is compared with the rotation in at
+# least this time.
 STAMPS_OFF_BY_S = 0.05
 
-# The speed before a jump is the mean over this time at least, or over one interval: likewise.
+# The speed before a jump is the mean over at least this time, or over one interval.
 SPEED_OVER_NS = 20_000_000
 
-# Why counters are taken to have restarted.
+# Causes of a detected counter restart.
 WENT_ON, NEAR_ZERO, TOO_FAST = range(3)
 CAUSES = ('', 'max_wheel_acceleration allows', 'max_wheel_speed')
 
 
 @callable_by_kernels
 def _near(left: float, right: float, left_most: float, right_most: float) -> bool:
-    """Return whether the pulses of neither wheel are more than its most and the rounding."""
+    """Return whether the pulses of both wheels are within their limits and the rounding."""
     return abs(left) <= left_most + ROUNDING_PULSES and abs(right) <= right_most + ROUNDING_PULSES
 
 
@@ -94,16 +94,16 @@ def counted_between(
 ) -> Tuple[int, int, int]:
     """Return the left and right pulses between two readings, and the cause if the counters restarted between them.
 
-    They restarted at zero if both are as near zero as the wheels can have turned, and going on needs too much of one.
-    One controller has both, so a jump of one counter is none. If both were near zero before, a restart loses no more
-    than a jerk that is taken for one. A step faster than the wheels can turn is a restart, too; its pulses are lost.
+    A restart at zero is detected if both counters are within the possible rotation of zero and continuing would exceed
+    the limits of a wheel. One controller has both counters, so a jump of a single counter is not a restart. A step
+    faster than the wheels can turn is a restart, too; its pulses are lost.
 
     Args:
         limits: of counters and wheels.
-        before: the left and right counter at the last reading.
-        now: the counters at this one.
-        interval_ns: between them.
-        span_ns: before the last reading, over which the speed is known; 0 if it is not.
+        before: left and right counters at the last reading.
+        now: left and right counters at this reading.
+        interval_ns: time between the readings.
+        span_ns: time before the last reading with measured speed; 0: unknown.
         went: left and right pulses in the span.
     """
     left = count_difference(now[0], before[0], limits.modulus)
@@ -113,7 +113,7 @@ def counted_between(
         left_now, right_now = wrap_count(now[0], limits.modulus), wrap_count(now[1], limits.modulus)
         span_s = span_ns / 1e9
         left_went, right_went = went[0] * (interval_s / span_s), went[1] * (interval_s / span_s)
-        # The change of speed is from the middle of the one interval to that of the other.
+        # Speeds refer to the middles of the two intervals.
         turns = limits.max_acceleration_radps2 * (0.5 * (span_s + interval_s)) * interval_s / (2.0 * math.pi)
         left_change = turns * limits.left_per_turn + limits.left_jump
         right_change = turns * limits.right_per_turn + limits.right_jump
@@ -126,7 +126,7 @@ def counted_between(
         ):
             return left_now, right_now, NEAR_ZERO
     turns = limits.max_speed_radps * max(interval_s, STAMPS_OFF_BY_S) / (2.0 * math.pi)
-    # A wheel that turns by less than a pulse may pass one.
+    # A rotation of less than one pulse can cross an edge.
     if abs(left) - 1.0 - limits.left_jump > turns * limits.left_per_turn:
         return 0, 0, TOO_FAST
     if abs(right) - 1.0 - limits.right_jump > turns * limits.right_per_turn:
@@ -135,7 +135,7 @@ def counted_between(
 
 
 class CounterSteps:
-    """Turns each reading into the pulses since the one before."""
+    """Converts readings to pulses since the previous reading."""
 
     def __init__(self, limits: CounterLimits) -> None:
         self._limits = limits
@@ -148,9 +148,9 @@ class CounterSteps:
         self.restarts = 0  # of counters
 
     def take(self, reading: Reading) -> Optional[CounterStep]:
-        """Return the pulses since the reading before, whose stamp is older; None if there is none.
+        """Return the pulses since the previous reading, which must be older; None for the first.
 
-        A step faster than the wheels can turn is taken for a restart of the counters.
+        A step faster than the wheels can turn is handled as a counter restart.
         """
         last, self._last, totals = self._last, reading, self._totals
         if last is None:
@@ -179,11 +179,11 @@ class CounterSteps:
 
 @compiled(nogil=True)
 def totals_of(limits: CounterLimits, stamps_ns: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """Return (draws, m, 2) the pulses since the first of some reports, as `CounterSteps` adds them up.
+    """Return (draws, m, 2) pulses since the first report, equal to the sums of `CounterSteps`.
 
     Args:
         limits: of counters and wheels.
-        stamps_ns: (draws, m); a report whose stamp is not above all before changes nothing.
+        stamps_ns: (draws, m); stale reports are ignored.
         counts: (draws, m, 2).
     """
     draws, reports = stamps_ns.shape

@@ -18,11 +18,11 @@ RESIDUAL_PULSES = 0.065
 
 
 def reading_variance(m_per_pulse: float, of_sensor: float = 0.0) -> float:
-    """Return the variance [m^2] of a wheel's travel as a reading has it.
+    """Return the variance [m^2] of a wheel's travel in one reading.
 
     Args:
         m_per_pulse: travel of the wheel per pulse.
-        of_sensor: what the places of edges add to the variance of whole pulses [pulses^2].
+        of_sensor: variance of the edge positions, added to that of rounding [pulses^2].
     """
     return (PULSE_VARIANCE + of_sensor) * m_per_pulse**2
 
@@ -43,7 +43,7 @@ class PlanarCovariance(NamedTuple):
     yaw_yaw: float = 0.0
 
     def plus(self, other: PlanarCovariance) -> PlanarCovariance:
-        """Return the covariance of the sum of two errors that are independent."""
+        """Return the covariance of the sum of two independent errors."""
         xx, xy, x_yaw, yy, y_yaw, yaw_yaw = other
         return PlanarCovariance(
             self.xx + xx, self.xy + xy, self.x_yaw + x_yaw, self.yy + yy, self.y_yaw + y_yaw, self.yaw_yaw + yaw_yaw
@@ -55,7 +55,7 @@ class PlanarCovariance(NamedTuple):
         return np.array([[xx, xy, x_yaw], [xy, yy, y_yaw], [x_yaw, y_yaw, yaw_yaw]])
 
     def carried_by_heading(self, x_per_yaw_m: float, y_per_yaw_m: float) -> PlanarCovariance:
-        """Return J C J' for a J that is the identity but for x and y by yaw."""
+        """Return J C J', with J the identity plus the derivatives of x and y by yaw."""
         xx, xy, x_yaw, yy, y_yaw, yaw_yaw = self
         new_x_yaw, new_y_yaw = x_yaw + x_per_yaw_m * yaw_yaw, y_yaw + y_per_yaw_m * yaw_yaw
         return PlanarCovariance(
@@ -81,8 +81,8 @@ def propagate_motion_noise(
 
     Siegwart and Nourbakhsh, Introduction to Autonomous Mobile Robots, section 5.2.4: each
     wheel's travel has a variance proportional to its length and independent of the other's.
-    The heading of a step is off by a rounding of its own, which moves the robot sideways and is gone with
-    the next reading (docs/adr/0002-odometry-covariance.md).
+    Rounding adds an independent heading error to each step, which shifts the robot sideways
+     (docs/adr/0002-odometry-covariance.md).
 
     Args:
         covariance: before the step.
@@ -101,7 +101,7 @@ def propagate_motion_noise(
     ax, ay, bx, by = 0.5 * cos_yaw, 0.5 * sin_yaw, -lever * sin_yaw, lever * cos_yaw
     left_m2, right_m2 = motion_noise * abs(left_m), motion_noise * abs(right_m)
     both_m2, more_m2 = left_m2 + right_m2, right_m2 - left_m2
-    # The product of both ways, because it does not take a pulse that one wheel alone counts for travel.
+    # The product of both distances: a pulse of only one wheel is not travel.
     sideways_m2 = heading_var_rad2 * max(left_m * right_m, 0.0)
     xx, xy, x_yaw, yy, y_yaw, yaw_yaw = covariance.carried_by_heading(-travel_m * sin_yaw, travel_m * cos_yaw)
     return PlanarCovariance(
@@ -115,12 +115,12 @@ def propagate_motion_noise(
 
 
 def behind_axle(covariance: PlanarCovariance, yaw_rad: float, axle_x_m: float) -> PlanarCovariance:
-    """Return the covariance of a point that the axle's middle, whose covariance is given, leads.
+    """Return the covariance of a point behind the axle's centre.
 
     Args:
-        covariance: of the axle's middle.
+        covariance: of the axle's centre.
         yaw_rad: heading.
-        axle_x_m: how far ahead of the point the axle is.
+        axle_x_m: distance of the axle ahead of the point.
     """
     return covariance.carried_by_heading(axle_x_m * math.sin(yaw_rad), -axle_x_m * math.cos(yaw_rad))
 
@@ -128,18 +128,18 @@ def behind_axle(covariance: PlanarCovariance, yaw_rad: float, axle_x_m: float) -
 def quantisation_covariance(
     base_pose_in_odom: Pose2D, left_var_m2: float, right_var_m2: float, residual_m: float, wheel_separation_m: float
 ) -> PlanarCovariance:
-    """Return the covariance that reading whole pulses causes: bounded, no random walk.
+    """Return the covariance of rounding to whole pulses: bounded, not a random walk.
 
-    Each wheel is anywhere within a pulse twice: at the start and now. What remained of its
-    pulse at the start turns and shifts the whole path about the start; what remains now turns
-    and shifts the robot where it stands. In between, the rounding is new in each reading
+    Each wheel has a uniform rounding error at the start and now. The error at the start rotates and
+    shifts the whole path about the start; the current error rotates and shifts the robot in place.
+    In between, the rounding errors of readings are independent
     (`propagate_motion_noise`). For a straight drive of length S this gives the lateral spread (S d/L)
     sqrt(1/6), and everywhere the heading spread (d/L) sqrt(1/3) (docs/adr/0002-odometry-covariance.md).
 
     Args:
         base_pose_in_odom: now.
-        left_var_m2: variance of the left wheel's travel in one reading, d^2 (1/12 + that of its edges' places).
-        right_var_m2: likewise.
+        left_var_m2: variance of the left wheel's travel in one reading, d^2 (1/12 + edge variance).
+        right_var_m2: likewise, of the right wheel.
         residual_m: standard deviation along x and y of the rounding while turning in place.
         wheel_separation_m: between the contact points.
     """
@@ -162,7 +162,7 @@ def quantisation_covariance(
 
 
 class GeometryStd(NamedTuple):
-    """Standard deviations of relative errors that the geometry which odometry assumes makes."""
+    """Standard deviations of the relative errors of the assumed geometry."""
 
     distance: float = 0.0
     turn: float = 0.0
@@ -171,8 +171,8 @@ class GeometryStd(NamedTuple):
 
 KNOWN_EXACTLY = GeometryStd()
 
-# What a relative error of 1, to first order, adds to x [m], y [m] and yaw [rad]: of the distance, the turn and the
-# diameters' difference.
+# First-order derivatives of x [m], y [m] and yaw [rad] by the relative errors of distance, turn and diameter
+# difference.
 Columns = Tuple[Tuple[float, float, float], ...]
 NO_ERRORS: Columns = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
@@ -180,11 +180,11 @@ NO_ERRORS: Columns = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 def carry_geometry_errors(
     errors: Columns, std: GeometryStd, yaw_rad: float, left_m: float, right_m: float, wheel_separation_m: float
 ) -> Columns:
-    """Return how the geometry's errors move the pose after one more step of both wheels.
+    """Return the effect of the geometry errors on the pose after one more step of both wheels.
 
     Args:
         errors: before the step.
-        std: of the errors; those of 0 are left as they are.
+        std: of the errors; columns with 0 are unchanged.
         yaw_rad: heading before the step.
         left_m: travel of the left wheel.
         right_m: travel of the right wheel.
@@ -193,7 +193,7 @@ def carry_geometry_errors(
     travel_m, turn_rad = 0.5 * (left_m + right_m), (right_m - left_m) / wheel_separation_m
     mid_yaw_rad = yaw_rad + 0.5 * turn_rad
     cos_yaw, sin_yaw = math.cos(mid_yaw_rad), math.sin(mid_yaw_rad)
-    # By how much each error makes the step longer [m] and turn further [rad].
+    # Change of the step by each error: distance [m] and rotation [rad].
     steps = ((travel_m, 0.0), (0.0, turn_rad), (0.25 * (right_m - left_m), travel_m / wheel_separation_m))
     carried = []
     for column, (along_m, by_rad), spread in zip(errors, steps, std):
@@ -209,7 +209,7 @@ def carry_geometry_errors(
 
 
 def geometry_covariance(errors: Columns, std: GeometryStd) -> PlanarCovariance:
-    """Return the covariance that errors of these standard deviations, which are independent, cause."""
+    """Return the covariance of independent geometry errors with these standard deviations."""
     covariance = PlanarCovariance()
     for (x, y, yaw), spread in zip(errors, std):
         if spread:
@@ -222,21 +222,21 @@ def geometry_covariance(errors: Columns, std: GeometryStd) -> PlanarCovariance:
     return covariance
 
 
-# A pulse is a jump of speed: over this time it counts little in a coarse encoder's straight line [s].
+# Low-pass time constant [s]: suppresses the speed jumps of single pulses of a coarse encoder.
 SMOOTHED_OVER_S = 0.2
 
 
 class LateralAcceleration:
-    """The acceleration towards the middle of the curve, by the low-passed speeds of both wheels."""
+    """Centripetal acceleration from the low-passed speeds of both wheels."""
 
     def __init__(self, wheel_separation_m: float) -> None:
         self._wheel_separation_m = wheel_separation_m
         self._left_mps = self._right_mps = 0.0
 
     def take(self, interval_s: float, left_m: float, right_m: float) -> float:
-        """Take what both wheels travelled in an interval, and return the acceleration [m/s^2], to the left.
+        """Add the travel of both wheels in an interval, and return the acceleration to the left [m/s^2].
 
-        It is v w, forward speed times turning speed: none straight ahead and in place.
+        It is v w, linear times angular velocity: 0 for straight motion and turns in place.
         """
         spread_over_s = SMOOTHED_OVER_S + interval_s
         self._left_mps += (left_m - self._left_mps * interval_s) / spread_over_s

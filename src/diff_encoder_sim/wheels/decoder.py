@@ -7,24 +7,24 @@ from typing import List, Optional, Sequence, Tuple
 
 from diff_encoder_sim.wheels.encoder_params import EncoderModel
 
-# The levels of the channels A, B (, C), 0 or 1, between one edge and the next, turning forward: A rises with the first
-# state, B with the second.
+# Levels of the channels A, B (, C) between consecutive edges, turning forward: A rises with the first state, B with
+# the second.
 Levels = Tuple[int, ...]
 QUADRATURE: Sequence[Levels] = ((1, 0), (1, 1), (0, 1), (0, 0))
 HALL: Sequence[Levels] = ((1, 0, 1), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 1, 1), (0, 0, 1))
 
 
 def counts_in_cycle(model: EncoderModel, is_dead: bool) -> List[int]:
-    """Return the decoder's count at each edge of the sensor's cycle, and after all of it.
+    """Return the decoder's count at each edge of the sensor's cycle and at its end.
 
     Args:
         model: sensor and decoding.
-        is_dead: whether the channel that faults name stands still.
+        is_dead: whether the `dead_channel` of the faults is stuck.
     """
     if model.sensor == 'absolute':
         return [0, -1 if model.faults.wiring == 'inverted' else 1]
     seen = [_wired(levels, model, is_dead) for levels in (HALL if model.sensor == 'hall' else QUADRATURE)]
-    # Levels that no sound sensor shows leave the decoder in its state, which the first time around finds.
+    # Invalid levels keep the decoder in its last valid state, which the first cycle determines.
     steps, known = [0] * len(seen), seen[-1]
     for _ in range(2):
         for edge, levels in enumerate(seen):
@@ -35,7 +35,7 @@ def counts_in_cycle(model: EncoderModel, is_dead: bool) -> List[int]:
 
 
 def _wired(levels: Levels, model: EncoderModel, is_dead: bool) -> Levels:
-    """Return the levels at the decoder, of a dead channel and of wrong wiring."""
+    """Return the levels at the decoder, with a dead channel and wrong wiring."""
     faults, at_decoder = model.faults, list(levels)
     if is_dead:
         at_decoder['ABC'.index(faults.dead_channel)] = int(faults.dead_level == 'high')
@@ -47,10 +47,10 @@ def _wired(levels: Levels, model: EncoderModel, is_dead: bool) -> Levels:
 
 
 def _step(model: EncoderModel, before: Levels, after: Levels) -> Optional[int]:
-    """Return what is counted from levels to the next ones; None if these are no state of the sensor."""
+    """Return the count of a transition; None if `after` is an invalid state."""
     is_hall = model.sensor == 'hall'
     if model.counts_by_command:
-        # Edges, whatever their order.
+        # Edges in any order.
         channels = 3 if is_hall else 2 if model.sensor == 'quadrature' and model.decoding == 'x4' else 1
         only_rising = model.decoding == 'x1' and not is_hall
         pairs = zip(before[:channels], after[:channels])
@@ -60,7 +60,7 @@ def _step(model: EncoderModel, before: Levels, after: Levels) -> Optional[int]:
         if before not in states or after not in states:
             return 0 if after in states else None
         return {1: 1, len(states) - 1: -1}.get((states.index(after) - states.index(before)) % len(states), 0)
-    # A's edges, by B's level; of x1 those with B low, so that the same edge counts both ways.
+    # A's edges, by B's level; x1 only with B low, so that the same edge counts in both directions.
     if before[0] == after[0] or (model.decoding == 'x1' and after[1]):
         return 0
     return 1 if after[0] != after[1] else -1

@@ -19,14 +19,14 @@ SIDES = ('left', 'right')
 
 
 class Diagnosis(NamedTuple):
-    """A state, and what is wrong with it since the diagnosis before."""
+    """A state, and a warning about events since the previous diagnosis."""
 
-    warning: str  # empty if nothing is
+    warning: str  # empty if OK
     values: Dict[str, float]
 
 
 class CountRate:
-    """Counts and reports in each second of stamps; zero before the first is over."""
+    """Counts and reports per second of stamps; zero during the first second."""
 
     def __init__(self, counter_modulus: int) -> None:
         self._modulus = counter_modulus
@@ -35,7 +35,7 @@ class CountRate:
         self.values = {'counts per second, left': 0.0, 'counts per second, right': 0.0, 'reports per second': 0.0}
 
     def take(self, stamp_ns: int, left_count: int, right_count: int) -> None:
-        """Take a report; after a stamp that goes back the second begins again."""
+        """Add a report; a stamp that goes back restarts the second."""
         newest, self._newest = self._newest, (stamp_ns, left_count, right_count)
         if newest is None or stamp_ns < newest[0]:
             self._begin(stamp_ns)
@@ -53,44 +53,44 @@ class CountRate:
 
 
 class EncoderDiagnosis:
-    """Watches the reports of an encoder, and the joint messages that it has dropped."""
+    """Monitors the reports of an encoder and its dropped joint messages."""
 
     def __init__(self, counter_modulus: int) -> None:
         self._rate = CountRate(counter_modulus)
         self._dropped = self._reported = 0
 
     def take_report(self, sample: EncoderSample) -> None:
-        """Take note of a report."""
+        """Add a report."""
         self._rate.take(*sample[:3])
 
     def take_fault(self) -> None:
-        """Take note of a joint message that was dropped."""
+        """Add a dropped joint message."""
         self._dropped += 1
 
     def diagnose(self) -> Diagnosis:
-        """Return the state; a warning is of what has happened since the last call."""
+        """Return the state; the warning covers the time since the last call."""
         dropped, self._reported = self._dropped - self._reported, self._dropped
         warning = f'dropped joint messages: {dropped}' if dropped else ''
         return Diagnosis(warning, {**self._rate.values, 'dropped joint messages': self._dropped})
 
 
-# Speeds are means over this time, so that counts of a coarse encoder make one.
+# Averaging time of speeds, long enough for a coarse encoder.
 MEAN_OVER_NS = NANOSECONDS_PER_SECOND // 4
 
 
 class FollowingError:
-    """The wheels' measured minus their commanded speeds, as drives compute it.
+    """Measured minus commanded wheel speeds, as motor drives compute it.
 
-    A command that has not been renewed for as long as an error may last is none: many robots stop then.
+    A command expires after `timeout_s`, when many robots stop.
     """
 
     def __init__(self, rad_per_count: PerSide, window_radps: float, timeout_s: float) -> None:
-        """Prepare to compare.
+        """Start without a command.
 
         Args:
-            rad_per_count: of each wheel; what a count more or less makes of a mean is no error.
-            window_radps: errors up to this are none.
-            timeout_s: how long one may last.
+            rad_per_count: of each wheel; an error of one count is tolerated.
+            window_radps: tolerated error.
+            timeout_s: tolerated duration of an error.
         """
         self._rad_per_count, self._window_radps = rad_per_count, window_radps
         self._timeout_ns = timeout_s * NANOSECONDS_PER_SECOND
@@ -100,20 +100,20 @@ class FollowingError:
         self.restart()
 
     def restart(self) -> None:
-        """Begin again, as counts do; the newest command stands."""
-        # Stamps, the angles that were commanded since some time, and those that were turned too far [rad].
+        """Restart when counts do; the newest command stays."""
+        # Stamps, accumulated commanded angles, and excess of the measured angles [rad].
         self._travels: Deque[Tuple[int, PerSide, PerSide]] = deque()
-        self._within_ns = [0, 0]  # when the error of each wheel was in the window last
+        self._within_ns = [0, 0]  # last time that the error of each wheel was in the window
         self._newest_ns = 0
         self.errors_radps: PerSide = (0.0, 0.0)
 
     def take_command(self, left_radps: float, right_radps: float) -> None:
-        """Take the commanded speeds of the wheels; such as are not finite are ignored."""
+        """Set the commanded wheel speeds; values that are not finite are ignored."""
         if math.isfinite(left_radps) and math.isfinite(right_radps):
             self._command, self._is_new = (left_radps, right_radps), True
 
     def take_report(self, stamp_ns: int, left_count: int, right_count: int) -> None:
-        """Take the counts since the start, left and right, of a report."""
+        """Add the left and right counts of a report, since the start."""
         if self._is_new:
             self._command_ns, self._is_new = stamp_ns, False
         if self._command_ns is None or not 0 <= stamp_ns - self._command_ns <= self._timeout_ns:
@@ -140,44 +140,44 @@ class FollowingError:
                 self._within_ns[side] = stamp_ns
 
     def lasts_s(self) -> PerSide:
-        """Return for how long each wheel's error has lasted up to now, if that is longer than it may; else 0."""
+        """Return the duration of each wheel's error if it exceeds the timeout; else 0."""
         lasts_ns = (self._newest_ns - within_ns for within_ns in self._within_ns)
         left, right = (each / NANOSECONDS_PER_SECOND if each > self._timeout_ns else 0.0 for each in lasts_ns)
         return left, right
 
 
-# How much of its lateness a report hands on to the next: jitter cancels, and a slow clock is not taken for loss.
+# Fraction of the lateness carried over to the next report: jitter cancels, and a slow clock is not counted as loss.
 LATENESS_KEPT = 0.98
 
 
 class LostReports:
-    """Compares stamps with the rate at which reports should come."""
+    """Compares stamps with the expected report rate."""
 
     def __init__(self, rate_hz: float) -> None:
         self._rate_hz = rate_hz
         self._newest_ns: Optional[int] = None
-        self._late = 0.0  # the newest report, in periods
+        self._late = 0.0  # of the newest report [periods]
         self._missing = 0
 
     @property
     def count(self) -> int:
-        """Return how many have not come so far."""
+        """Return the number of lost reports."""
         return max(self._missing, 0)
 
     def take(self, stamp_ns: int) -> None:
-        """Take the stamp of a report; one that goes back begins again, and keeps the count."""
+        """Add the stamp of a report; a stamp that goes back restarts and keeps the count."""
         newest_ns, self._newest_ns = self._newest_ns, stamp_ns
         if newest_ns is None or stamp_ns < newest_ns:
             self._late = 0.0
             return
         periods = (stamp_ns - newest_ns) * self._rate_hz / NANOSECONDS_PER_SECOND + LATENESS_KEPT * self._late
-        passed = round(periods)  # none for one that comes right after a late one
+        passed = round(periods)  # 0 for a report right after a late one
         self._late = periods - passed
         self._missing += passed - 1
 
 
 class OdometryDiagnosis:
-    """Watches an odometry, its reports and its robot's commands."""
+    """Monitors odometry, its reports and the robot's commands."""
 
     def __init__(self, odometry: WheelOdometry, rate_hz: float) -> None:
         """Prepare for reports at `rate_hz`."""
@@ -190,18 +190,18 @@ class OdometryDiagnosis:
         self.restart()
 
     def restart(self) -> None:
-        """Begin again when odometry was reset; what has happened so far stays counted."""
+        """Restart after a reset of odometry; event counts are kept."""
         self._rate = CountRate(0)
         self._following.restart()
         self._reported = self._lost.count, self._odometry.restarts
 
     def take_command(self, linear_mps: float, angular_radps: float) -> None:
-        """Take a commanded twist."""
+        """Set the commanded twist."""
         left_mps, right_mps = wheel_speeds_mps(linear_mps, angular_radps, self._separation_m)
         self._following.take_command(left_mps / self._radius_m, right_mps / self._radius_m)
 
     def take_report(self, stamp_ns: int, is_used: bool) -> None:
-        """Take note of a report, which odometry has used, or ignored because it is stale."""
+        """Add a report; `is_used` is False if odometry ignored it as stale."""
         if not is_used:
             self._ignored += 1
             return
@@ -211,7 +211,7 @@ class OdometryDiagnosis:
         self._following.take_report(stamp_ns, *counts)
 
     def diagnose(self) -> Diagnosis:
-        """Return the state at the newest report; warnings are of what has happened since the last call."""
+        """Return the state at the newest report; warnings cover the time since the last call."""
         before, self._reported = self._reported, (self._lost.count, self._odometry.restarts)
         lost, restarts = self._reported
         warnings = [f'lost reports: {lost - before[0]}'] if lost > before[0] else []
@@ -226,11 +226,11 @@ class OdometryDiagnosis:
         return Diagnosis('; '.join(warnings), {**self._rate.values, **events, **errors})
 
 
-STRAIGHT_M = 20.0  # the path by which the two are compared: the paper's straight test
+STRAIGHT_M = 20.0  # reference distance: the paper's straight test
 
 
 def hidden_encoder(params: OdometryParams) -> str:
-    """Return a line if the usual motion noise, which is not given, hides the encoder after a straight line; else ''."""
+    """Return a warning if the default motion noise exceeds the encoder's error on a straight line; else ''."""
     encoder_m = encoder_lateral_std(params)
     noise_m = math.sqrt(2.0 * USUAL_MOTION_NOISE * STRAIGHT_M**3 / 3.0) / params.wheel_separation
     if noise_m <= encoder_m:
@@ -243,6 +243,6 @@ def hidden_encoder(params: OdometryParams) -> str:
 
 
 def encoder_lateral_std(params: OdometryParams) -> float:
-    """Return the standard deviation across [m] that the encoder's counts cause after a straight line."""
+    """Return the lateral standard deviation [m] due to the encoder after a straight line."""
     end = Pose2D(STRAIGHT_M, 0.0, 0.0)
     return math.sqrt(quantisation_covariance(end, *params.reading_variances_m2, 0.0, params.wheel_separation).yy)

@@ -1,9 +1,9 @@
-"""One wheel's encoder, from the angle of the wheel to counts: equation (1), or gear, sensor, decoder and faults.
+"""Encoder of one wheel, from wheel angle to counts: equation (1), or gear, sensor, decoder and faults.
 
-An ideal encoder is the floor of equation (1). `turn` is an encoder with errors, and measures the wheel's speed.
+An ideal encoder is the floor of equation (1). `turn` simulates an encoder with errors and measures the wheel speed.
 
-Sampled errors come from a counter-based generator: a hash of the seed, the wheel, the draw, a purpose, and the number
-of an edge, of a run of counts, or the time. So neither the order of calls nor the rate of angles changes them.
+Errors are sampled by a counter-based generator: a hash of the seed, wheel, draw, purpose, and edge number, run number
+or time. They do not depend on the order of calls or the rate of angles.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from diff_encoder_sim.wheels.encoder_params import DEGREES_PER_HALL_EDGE, WAVES_
 
 
 def pulses_from_angle(angle_rad: Union[float, np.ndarray], ppr: float) -> Any:
-    """Return the whole pulses at a wheel angle, or at an array of them: equation (1); floor, so -0.1 pulse is -1."""
+    """Return the pulses at a wheel angle or an array of angles: the floor of equation (1), so -0.1 pulse is -1."""
     return np.floor(angle_rad * ppr / (2.0 * math.pi))
 
 
-# Methods of measuring speeds: counts of a period, which needs no more than the counts; time between edges; both (Ohmae
+# Methods of speed measurement: counts per period; time between edges; both (Ohmae
 # et al., A microprocessor-controlled high-accuracy wide-range speed regulator for motor drives, IEEE Transactions on
 # Industrial Electronics, 1982).
 METHODS = ('M', 'T', 'MT')
 T, MT = 1, 2
 
-# As if the timer of a motor controller overflows: no edge for this time is standstill [s]. The speed was at most one
-# count in this time, 0.3 rad/s at 40 PPR.
+# Without an edge for this time [s], the wheel is at standstill, as after a timer overflow of a motor controller. The
+# speed is then at most one count in this time, 0.3 rad/s at 40 PPR.
 STANDSTILL_AFTER_S = 0.5
 
 # The state of an encoder: one row for each draw of each wheel.
@@ -41,23 +41,23 @@ WHEEL = np.dtype(
         ('has_begun', 'i8'),
         ('first_ns', 'i8'),
         ('stamp_ns', 'i8'),
-        ('gear_rad', 'f8'),  # what follows the wheel through the play
-        ('shown', 'f8'),  # what follows the place through the hysteresis [edges]
+        ('gear_rad', 'f8'),  # gear angle behind the backlash
+        ('shown', 'f8'),  # position behind the hysteresis [edges]
         ('place', 'f8'),  # [edges]
-        ('state', 'i8'),  # the last edge at or before the place, turning forward
+        ('state', 'i8'),  # last edge at or before the position, turning forward
         ('count', 'i8'),
         ('commanded', 'i8'),  # direction
         ('was_restarted', 'i8'),
-        ('left', 'i8', 2),  # counts to the end of a run; of missed and of extra counts
-        ('run', 'i8', 2),  # its number; odd: of counts that are not hit; even: that are
-        ('unused', 'f8'),  # of the count that the greatest rate allowed and did not get
+        ('left', 'i8', 2),  # counts to the end of a run, of missed and of extra counts
+        ('run', 'i8', 2),  # run number; even: burst of affected counts; odd: gap
+        ('unused', 'f8'),  # remainder of the counts that the maximum rate allows
         ('until_ns', 'i8'),
         ('rate_radps', 'f8'),
         ('edge_ns', 'f8'),  # when the last counted edge was crossed
-        ('edge', 'i8'),  # its number, or turning backward the one before: the count that it led to
+        ('edge', 'i8'),  # its number; turning backward: the previous number
         ('edge_direction', 'i8'),  # 0 before the first
         ('is_new_edge', 'i8'),  # since the last report
-        ('reported_ns', 'f8'),  # the same of the last edge at the last report
+        ('reported_ns', 'f8'),  # `edge_ns` at the last report
         ('reported_edge', 'i8'),
         ('has_reported', 'i8'),
     ],
@@ -69,29 +69,29 @@ def kind_of(model: EncoderModel, ppr: float, method: str, clock_hz: float) -> np
     """Return the constants of an encoder, (1,) of a structured type.
 
     Args:
-        model: of gear, sensor, decoder and faults; those of this wheel.
+        model: gear, sensor, decoder and faults of this wheel.
         ppr: counts per revolution of the wheel.
-        method: of METHODS.
-        clock_hz: of the clock that times edges.
+        method: one of METHODS.
+        clock_hz: frequency of the edge timer.
     """
     faults, per_count, counts_per_turn = model.faults, model.edges_per_count, ppr / model.shaft_turns_per_wheel_turn
     cycles = [counts_in_cycle(model, is_dead) for is_dead in (False, faults.dead_channel != 'none')]
     constants: Dict[str, Any] = {
         'ratio': model.shaft_turns_per_wheel_turn,
         'backlash_rad': model.backlash,
-        'edges_per_turn': counts_per_turn * per_count,  # of the shaft, as is the next one
+        'edges_per_turn': counts_per_turn * per_count,  # per shaft turn, as the next one
         'counts_per_turn': round(counts_per_turn),  # whole if edges are uneven
         'edges_per_count': per_count,
         'waves_rad': model.waves_rad,
         'waves_per_turn': WAVES_PER_TURN,
-        'hysteresis': model.hysteresis * per_count,  # [edges], as are all places
+        'hysteresis': model.hysteresis * per_count,  # [edges], as all positions
         'noise': model.noise,
         'pattern': model.edge_pattern() or [0.0] * 4,  # places of a line's edges, minus 0 to 3
         'is_uneven': model.has_uneven_edges,
         'is_sampled': bool(model.edge_error or model.sensor_error),
         'edge_error': model.edge_error * per_count,
         'sensor_error': model.sensor_error / DEGREES_PER_HALL_EDGE,
-        # How many counts earlier an edge may be that is misplaced beyond another, within 6 standard deviations.
+        # Largest shift of an edge beyond others, within 6 standard deviations [counts].
         'reach': int(6.0 * math.sqrt(2.0 * model.edge_variance)),
         'edges_per_cycle': len(cycles[0]) - 1,
         'per_cycle': [cycle[-1] for cycle in cycles],  # counts; sound, with a dead channel
@@ -113,7 +113,7 @@ def kind_of(model: EncoderModel, ppr: float, method: str, clock_hz: float) -> np
 
 
 def new_wheels(seed: int, side: str, draws: int) -> np.ndarray:
-    """Return (draws,) of WHEEL, before the first angle; each draw has errors by its number.
+    """Return (draws,) WHEEL states before the first angle; errors depend on the draw number.
 
     Args:
         seed: of the encoders' errors.
@@ -140,7 +140,7 @@ def _mixed(key: Any) -> Any:
 
 @compiled
 def _uniform(key: Any, purpose: int, number: int) -> Any:
-    """Return a number between 0 and 1, both excluded: always the same one."""
+    """Return a reproducible number between 0 and 1, both excluded."""
     step = np.uint64(0x9E3779B97F4A7C15)
     mixed = _mixed(_mixed(key + np.uint64(purpose + 1) * step) + np.uint64(number) * step)
     return (np.float64(mixed >> np.uint64(12)) + 0.5) / 4503599627370496.0  # 2^52
@@ -154,7 +154,7 @@ D = (0.007784695709041, 0.32246712907004, 2.44513413714300, 3.75440866190742)
 
 @compiled
 def _normal(key: Any, purpose: int, number: int) -> Any:
-    """Return a number of the standard normal distribution: its quantile, to 1e-8 (Acklam, 2003)."""
+    """Return a standard normal sample: the quantile, to 1e-8 (Acklam, 2003)."""
     uniform = _uniform(key, purpose, number)
     tail = min(uniform, 1.0 - uniform)
     if tail < 0.02425:
@@ -170,16 +170,16 @@ def _normal(key: Any, purpose: int, number: int) -> Any:
 
 @compiled
 def _followed(place: float, moved_to: float, gap: float) -> float:
-    """Return where that is which follows once the gap is taken up: it lags by half of the gap."""
+    """Return the position of the driven part: it lags by half of the gap."""
     return min(max(place, moved_to - 0.5 * gap), moved_to + 0.5 * gap)
 
 
 @compiled
 def _place(kind: Any, wheel: Any, angle_rad: float) -> Any:
-    """Turn gear and sensor, and return where the shaft is shown to be, in edges since the angle 0.
+    """Turn gear and sensor, and return the measured shaft position in edges since the angle 0.
 
-    The motor drives the wheel, so it is ahead by half of the play in the direction of motion, and crosses all of it
-    while the wheel turns back by as much.
+    The motor drives the wheel: it leads by half of the backlash in the direction of motion, and crosses all of it when
+    the direction reverses.
     """
     shaft_rad = kind.ratio * angle_rad
     if kind.backlash_rad:
@@ -208,7 +208,7 @@ def _nominal_place(kind: Any, edge: int) -> Any:
 
 @compiled
 def _place_of_count(kind: Any, key: Any, count: int) -> Any:
-    """Return where an edge that is counted is: sampled, but not before an earlier one."""
+    """Return the sampled position of a counted edge, not before an earlier edge."""
     place = _nominal_place(kind, count * kind.edges_per_count)
     if not kind.is_sampled:
         return place
@@ -218,7 +218,7 @@ def _place_of_count(kind: Any, key: Any, count: int) -> Any:
         if kind.edge_error:
             place += kind.edge_error * _normal(key, EDGE, earlier % kind.counts_per_turn)
         if kind.sensor_error:
-            # The edges of a cycle are the three sensors' in turn, twice.
+            # In a cycle each of the three sensors has two edges.
             place += kind.sensor_error * _normal(key, HALL_SENSOR, earlier % 3)
         most = max(most, place)
     return most
@@ -226,7 +226,7 @@ def _place_of_count(kind: Any, key: Any, count: int) -> Any:
 
 @compiled
 def place_of_edge(kind: Any, key: Any, edge: int) -> Any:
-    """Return where an edge is, in edges; those between counted ones are moved in proportion."""
+    """Return the position of an edge [edges]; interpolated between counted edges."""
     if not kind.is_uneven:
         return float(edge)
     count = edge // kind.edges_per_count
@@ -241,7 +241,7 @@ def place_of_edge(kind: Any, key: Any, edge: int) -> Any:
 
 @compiled
 def _state(kind: Any, wheel: Any, stamp_ns: int, place: float) -> int:
-    """Return the last edge at or before a place, turning forward; noise is new each time."""
+    """Return the last edge at or before a position, turning forward; noise is independent in each call."""
     if kind.noise:
         place += kind.noise * _normal(wheel.key, NOISE, stamp_ns - wheel.first_ns)
     state = math.floor(place)
@@ -269,15 +269,15 @@ def _is_dead(kind: Any, since_ns: int) -> Any:
     return since_s < kind.dead_for_s
 
 
-# More in one call are no motion but a jump of the angle: their number is not sampled.
+# More edges in one call are a jump of the angle: faults are not sampled.
 MOST_HITS = 100_000
 
 
 @compiled
 def _hits(kind: Any, wheel: Any, fault: int, counts: int) -> int:
-    """Return how many of the next counts are hit by MISSED or EXTRA.
+    """Return the number of the next counts that are affected by MISSED or EXTRA.
 
-    Runs of counts that are not hit and bursts of counts that are take turns; the lengths of both are geometric.
+    Gaps and bursts alternate, with geometric lengths.
     """
     fraction, burst, hits = kind.hits[fault, 0], kind.hits[fault, 1], 0
     if counts * fraction > MOST_HITS:
@@ -299,7 +299,7 @@ def _hits(kind: Any, wheel: Any, fault: int, counts: int) -> int:
 
 @compiled
 def _counted(kind: Any, wheel: Any, stamp_ns: int, counts: int) -> int:
-    """Return what the counter gets of the signed counts since the stamp before, by its faults."""
+    """Return the signed counts since the previous stamp after faults."""
     number = abs(counts) - _hits(kind, wheel, MISSED, abs(counts)) + _hits(kind, wheel, EXTRA, abs(counts))
     if kind.counts_per_ns:
         idle_ns, took_ns = wheel.stamp_ns - wheel.until_ns, stamp_ns - wheel.stamp_ns
@@ -311,25 +311,25 @@ def _counted(kind: Any, wheel: Any, stamp_ns: int, counts: int) -> int:
 
 @compiled
 def _speed(kind: Any, first_ns: float, last_ns: float, counts: int) -> Any:
-    """Return the speed between two edges by the clock; of two in one tick, the fastest that it can show."""
+    """Return the speed between two edges, limited by the resolution of the clock."""
     ticks = math.floor(last_ns / kind.tick_ns) - math.floor(first_ns / kind.tick_ns)
     return counts * kind.rad_per_count / (max(ticks, 1) * kind.tick_ns / 1e9)
 
 
 @compiled
 def _crossed_ns(kind: Any, wheel: Any, edge: int, stamp_ns: int, place: float) -> Any:
-    """Return when a counted edge was crossed, since the stamp before."""
+    """Return the time of a counted edge since the previous stamp."""
     way = place - wheel.place
-    # Noise changes the state of a wheel that stands: the time of that is not known.
+    # Noise changed the state at standstill, at an unknown time.
     passed = (place_of_edge(kind, wheel.key, edge * kind.edges_per_count) - wheel.place) / way if way else 1.0
     return wheel.stamp_ns + min(max(passed, 0.0), 1.0) * (stamp_ns - wheel.stamp_ns)
 
 
 @compiled
 def _time_edges(kind: Any, wheel: Any, stamp_ns: int, place: float, state: int) -> None:
-    """Keep the last edge that was crossed, as if no count was missed; by T, measure from the one before."""
+    """Store the last crossed edge, ignoring missed counts; T measures from the previous edge."""
     direction = 1 if state > wheel.state else -1
-    # The counted edge at or before each place; turning backward, the one after it was crossed last.
+    # The counted edge at or before each position; turning backward, the next edge was crossed last.
     first, last = wheel.state // kind.edges_per_count, state // kind.edges_per_count
     crossed = last if direction > 0 else last + 1
     crossed_ns, before = _crossed_ns(kind, wheel, crossed, stamp_ns, place), crossed - direction
@@ -337,7 +337,7 @@ def _time_edges(kind: Any, wheel: Any, stamp_ns: int, place: float, state: int) 
         before_ns = _crossed_ns(kind, wheel, before, stamp_ns, place)
         wheel.rate_radps = _speed(kind, before_ns, crossed_ns, direction)
     elif kind.method == T and wheel.edge_direction:
-        # There and back it is the same edge.
+        # After a reversal it is the same edge.
         counts = last - wheel.edge if direction == wheel.edge_direction else 0
         wheel.rate_radps = _speed(kind, wheel.edge_ns, crossed_ns, counts)
     wheel.edge_ns, wheel.edge, wheel.edge_direction, wheel.is_new_edge = crossed_ns, last, direction, 1
@@ -345,7 +345,7 @@ def _time_edges(kind: Any, wheel: Any, stamp_ns: int, place: float, state: int) 
 
 @compiled
 def _rate_radps(kind: Any, wheel: Any, stamp_ns: int) -> float:
-    """Return the speed at a report; while no edge comes, at most a count since the last one, then zero."""
+    """Return the speed at a report; without a new edge at most one count since the last edge, then zero."""
     if not wheel.edge_direction:
         return 0.0
     if kind.method == MT:
@@ -385,7 +385,7 @@ def _turn(kind: Any, wheel: Any, stamp_ns: int, angle_rad: float) -> None:
 
 @compiled
 def turn(kind: np.ndarray, wheels: np.ndarray, stamp_ns: int, angle_rad: float) -> None:
-    """Turn the wheel of the first draw to an angle, at an even speed since the stamp before."""
+    """Turn the wheel of the first draw to an angle, at constant speed since the previous stamp."""
     _turn(kind[0], wheels[0], stamp_ns, angle_rad)
 
 
@@ -414,11 +414,11 @@ def turn_through(
         wheels: (draws,) of WHEEL.
         stamps_ns: (n,).
         angles_rad: (1 or draws, n).
-        commanded: (n,) newest commanded directions; 0 changes nothing.
+        commanded: (n,) newest commanded directions; 0: unchanged.
         rows: (m,) at which counters are read, ascending.
         side: 0 of the left wheel, 1 of the right one.
-        counts: (draws, m, 2), of which one side is filled with the counts.
-        rates_radps: (draws, m, 2), likewise with the speeds, if they are measured.
+        counts: (draws, m, 2) output for the counts of `side`.
+        rates_radps: (draws, m, 2) output for the speeds, if measured.
     """
     for draw in range(len(wheels)):
         wheel, angles = wheels[draw], angles_rad[draw % len(angles_rad)]

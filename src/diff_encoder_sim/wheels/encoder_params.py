@@ -28,7 +28,7 @@ class PerWheel(Params):
 
     @property
     def plain(self) -> Union[float, Dict[str, float]]:
-        """Return what users write: one number if both wheels have the same, a whole one without a point."""
+        """Return the value as users write it: one number if both wheels are equal, integers without a point."""
         left, right = (int(each) if each == int(each) else each for each in (self.left, self.right))
         return left if left == right else {'left': left, 'right': right}
 
@@ -48,7 +48,7 @@ DEFAULT_PPR = PerWheel(left=90, right=90)
 
 
 def ppr_label(ppr: PerWheel) -> str:
-    """Format as 90 where both wheels have 90, else as 40-90 for left and right."""
+    """Format as 90 if both wheels have 90, else as 40-90 for left and right."""
     left, right = f'{ppr.left:g}', f'{ppr.right:g}'
     return left if left == right else f'{left}-{right}'
 
@@ -81,26 +81,26 @@ Side = Literal['both', 'left', 'right']
 Wiring = Literal['straight', 'swapped', 'inverted']
 BurstLength = Annotated[float, Between(1.0, 1e6, 'counts')]
 
-# Counts that a decoding makes of one line, which has four edges.
+# Counts per line of each decoding; a line has four edges.
 COUNTS_PER_LINE = {'x1': 1, 'x2': 2, 'x4': 4}
 EDGES_PER_LINE = 4
 EDGES_PER_POLE_PAIR = 6
 DEGREES_PER_HALL_EDGE = 360.0 / EDGES_PER_POLE_PAIR
-# Beyond any encoder that is sold.
+# More than any commercial encoder.
 MOST_COUNTS_PER_TURN = 2**20
 
-# Between two edges of a line [edges].
+# Minimum distance of two edges of a line [edges].
 SHORTEST_STATE = 0.05
 
-# How steep waves may be: with 1 the shown angle could stand still while the shaft turns.
+# Maximum slope of periodic errors; at 1 the measured angle stops while the shaft turns.
 STEEPEST = 0.99
 
-# Standard deviations that a Gaussian error exceeds once in 500 million readings.
+# A Gaussian error exceeds this number of standard deviations once in 500 million readings.
 RARE_DEVIATIONS = 6.0
 
 
 class FaultParams(Params):
-    """What goes wrong between sensor and counter; left out, nothing does."""
+    """Faults between sensor and counter; none by default."""
 
     missed: Fraction = Field(0.0, description='fraction of the counts that are missed')
     missed_burst: BurstLength = Field(1.0, description='counts that are missed in a row, on average')
@@ -110,7 +110,7 @@ class FaultParams(Params):
         0.0, description='counts above this rate are lost [counts/s]; 0: no limit'
     )
     dead_channel: Literal['none', 'A', 'B', 'C'] = Field('none', description='a channel that stands still; C of hall')
-    dead_level: Literal['low', 'high'] = Field('low', description='where it stands still')
+    dead_level: Literal['low', 'high'] = Field('low', description='level of the dead channel')
     dead_from: Duration_s = Field(0.0, description='since the first sample [s]')
     dead_for: Duration_s = Field(0.0, description='how long [s]; 0: to the end')
     dead_every: Duration_s = Field(0.0, description='from one beginning to the next [s]; 0: once')
@@ -139,19 +139,19 @@ SENSORS_OF_KEYS = {
     'edge_error': ('quadrature', 'hall', 'single_channel'),
 }
 
-# How often in a turn of the sensor's shaft its errors repeat: eccentricity and both harmonics.
+# Periods per turn of the sensor's shaft: eccentricity and both harmonics.
 WAVES_PER_TURN = (1, 1, 2)
 
 
 class EncoderModel(Params):
     """Sensor, gear and decoder of a wheel encoder.
 
-    Errors of size zero are left out. What differs from wheel to wheel is drawn from the trial's seed: the places of
-    edges and sensors, the phases of what repeats once or twice a turn, and where in the play the gear is.
+    Errors of size zero are omitted. Values that differ between wheels are sampled by the trial's seed: positions of
+    edges and sensors, phases of periodic errors, and the initial gear position within the backlash.
     """
 
     sensor: Literal['quadrature', 'hall', 'single_channel', 'absolute'] = Field(
-        'quadrature', description='channels A and B; three of a motor; A alone; an angle'
+        'quadrature', description='channels A and B; three of a motor; only A; an angle'
     )
     lines: Optional[Annotated[int, Between(1, MOST_COUNTS_PER_TURN)]] = Field(
         None, description="periods of a channel in a turn of the sensor's shaft; none: by ppr"
@@ -211,45 +211,45 @@ class EncoderModel(Params):
 
     @property
     def shaft_turns_per_wheel_turn(self) -> float:
-        """Return 1 if the sensor is on the wheel's side of the gear."""
+        """Return the gear ratio; 1 if the sensor is on the wheel side."""
         return self.gear_ratio if self.side == 'motor' else 1.0
 
     @property
     def counts_per_wheel_turn(self) -> Optional[float]:
-        """Return the pulses per revolution of the wheel, which need not be whole; None if ppr specifies them."""
+        """Return the pulses per revolution of the wheel, not always an integer; None if ppr specifies them."""
         counts = self.counts_per_shaft_turn
         return None if counts is None else counts * self.shaft_turns_per_wheel_turn
 
     def of_wheel(self, side: str) -> EncoderModel:
-        """Return the encoder of the `left` or the `right` wheel, of which only one may have the faults."""
+        """Return the model of the `left` or `right` wheel; faults may affect only one."""
         if self.faults.wheel in ('both', side):
             return self
         return self.model_copy(update={'faults': NO_FAULTS})
 
     @property
     def edges_per_count(self) -> int:
-        """Return how many of the sensor's edges a count takes."""
+        """Return the number of sensor edges per count."""
         return 1 if self.sensor in ('hall', 'absolute') else EDGES_PER_LINE // COUNTS_PER_LINE[self.decoding]
 
     @property
     def counts_that_repeat(self) -> int:
-        """Return the counts after which the kinds of edges repeat: 1 if all are alike."""
+        """Return the period of the edge pattern in counts; 1 if all edges are equal."""
         if self.sensor_error:
             return EDGES_PER_POLE_PAIR // 2
         return COUNTS_PER_LINE[self.decoding] if self.edge_pattern() else 1
 
     @property
     def counts_by_command(self) -> bool:
-        """Return whether the direction of counts is that of the commanded speeds."""
+        """Return whether the counting direction follows the commanded speeds."""
         return self.direction == 'command' or self.sensor == 'single_channel'
 
     @property
     def has_uneven_edges(self) -> bool:
-        """Return whether edges are in places of their own, which repeat with the shaft's turns."""
+        """Return whether edges have uneven positions, which repeat with each turn of the shaft."""
         return bool(self.edge_error or self.sensor_error or self.edge_pattern())
 
     def edge_pattern(self) -> Optional[List[float]]:
-        """Return the places of a line's four edges, minus 0 to 3 [edges]; None if they are even."""
+        """Return the offsets of a line's four edges from even positions [edges]; None if even."""
         if self.sensor in ('hall', 'absolute') or (self.duty_cycle == 0.5 and self.phase_error == 0.0):
             return None
         longer, later = EDGES_PER_LINE * self.duty_cycle - 2.0, self.phase_error / 90.0
@@ -257,21 +257,21 @@ class EncoderModel(Params):
 
     @property
     def edge_variance(self) -> float:
-        """Return what the places of edges, and noise, add to the variance of a reading [pulses^2]; new in each one."""
-        pattern = (self.edge_pattern() or [0.0])[:: self.edges_per_count]  # of the edges that are counted
+        """Return the variance of a reading due to edge positions and noise [pulses^2]; independent in each reading."""
+        pattern = (self.edge_pattern() or [0.0])[:: self.edges_per_count]  # counted edges
         mean = sum(pattern) / len(pattern)
         of_pattern = sum(((place - mean) / self.edges_per_count) ** 2 for place in pattern) / len(pattern)
         return self.edge_error**2 + (self.sensor_error / DEGREES_PER_HALL_EDGE) ** 2 + self.noise**2 + of_pattern
 
     @property
     def waves_rad(self) -> Tuple[float, float, float]:
-        """Return the amplitudes of errors that repeat once, once and twice a turn of the sensor's shaft."""
+        """Return the amplitudes of errors with 1, 1 and 2 periods per turn of the sensor's shaft."""
         return self.eccentricity, math.radians(self.first_harmonic), math.radians(self.second_harmonic)
 
     def pulse_variance(self, counts_per_wheel_turn: float) -> float:
-        """Return what the sensor's errors add to the variance of a reading [pulses^2], next to the 1/12 of rounding.
+        """Return the variance of a reading due to sensor errors [pulses^2], without the 1/12 of rounding.
 
-        The mean over a turn, docs/encoders.md; noise and play, which are over when the wheel has turned back, too.
+        The mean over a turn (docs/encoders.md), including noise and backlash.
         """
         counts_per_rad = counts_per_wheel_turn / (2.0 * math.pi)
         of_shaft = counts_per_rad / self.shaft_turns_per_wheel_turn
@@ -280,24 +280,24 @@ class EncoderModel(Params):
         return variance + (self.backlash * counts_per_rad) ** 2 / 12.0
 
     def most_jump(self, counts_per_wheel_turn: float) -> float:
-        """Return by how much a reading may differ from the one before without motion, except in rare cases [pulses]."""
+        """Return the largest change of a reading without motion, except in rare cases [pulses]."""
         play = self.hysteresis + self.backlash * counts_per_wheel_turn / (2.0 * math.pi)
         return play + RARE_DEVIATIONS * math.sqrt(2.0 * self.edge_variance)
 
     @property
     def speed_variance(self) -> float:
-        """Return the variance of the shown speed as a fraction of the true one: how steep the waves are."""
+        """Return the relative variance of the measured speed due to periodic errors."""
         return sum((amplitude * turns) ** 2 / 2.0 for amplitude, turns in zip(self.waves_rad, WAVES_PER_TURN))
 
     @model_validator(mode='after')
     def _check_sensor(self) -> EncoderModel:
-        """Check that no key is of another sensor."""
+        """Check that all keys apply to the sensor."""
         for key, sensors in SENSORS_OF_KEYS.items():
             value = getattr(self, key)
             if self.sensor not in sensors and value != type(self).model_fields[key].default:
                 raise not_allowed(key, value, f'with sensor {_either(sensors)}, not {self.sensor}')
         if self.sensor == 'single_channel' and self.decoding == 'x4':
-            # The default of others; one channel has two edges.
+            # The default; a single channel has two edges per line.
             raise not_allowed('decoding', self.decoding, 'x1 or x2, with sensor single_channel')
         if self.sensor == 'absolute' and self.direction == 'command':
             raise not_allowed('direction', self.direction, 'phases, with sensor absolute')
@@ -305,9 +305,9 @@ class EncoderModel(Params):
 
     @model_validator(mode='after')
     def _check_shape(self) -> EncoderModel:
-        """Check that edges are in order, and that the shown angle rises with the true one."""
+        """Check that edges are in order and that the measured angle is monotonic."""
         later = self.phase_error / 90.0
-        # A falls after B has risen, and before B falls, which is before A rises again. Rounded, as they are shown.
+        # Order of edges: B rises, A falls, B falls, A rises. Rounded as in the message.
         least = round((1.0 + SHORTEST_STATE + later) / EDGES_PER_LINE, 3)
         most = round((3.0 - SHORTEST_STATE - later) / EDGES_PER_LINE, 3)
         if not least <= self.duty_cycle <= most:
@@ -350,6 +350,6 @@ IDEAL_ENCODER = EncoderModel()
 
 
 def counts_per_turn(ppr: PerWheel, model: EncoderModel) -> PerWheel:
-    """Return the counts per wheel revolution: the model's, where it says them, else `ppr`."""
+    """Return the counts per wheel revolution: the model's if specified, else `ppr`."""
     counts = model.counts_per_wheel_turn
     return ppr if counts is None else PerWheel(left=counts, right=counts)

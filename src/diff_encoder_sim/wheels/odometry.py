@@ -57,16 +57,16 @@ class WheelTwist(NamedTuple):
 
 
 class RimMotion(NamedTuple):
-    """What a wheel's rim did: way [m] and its variance [m^2], or speed [m/s] and its variance [m^2/s^2]."""
+    """Motion of a wheel's rim: distance [m] and variance [m^2], or speed [m/s] and variance [m^2/s^2]."""
 
     mean: float
     variance: float
 
 
 class TwistEstimator:
-    """Computes the twist: the mean one by counts, or that of measured speeds; with or without a low-pass.
+    """Computes the twist from counts or measured speeds, with an optional low-pass.
 
-    The covariance is that of the speeds that were measured: it does not know how late a low-pass is.
+    The covariance does not include the delay of the low-pass.
     """
 
     def __init__(self, params: OdometryParams) -> None:
@@ -77,16 +77,16 @@ class TwistEstimator:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the speeds before."""
+        """Clear the low-pass."""
         self._smooth: Optional[Sequence[RimMotion]] = None
         self._smooth_ns = 0
 
     def twist(self, totals: Sequence[Reading], measured_radps: Optional[WheelRates]) -> WheelTwist:
-        """Return the twist at the last of some readings; zero if there is only one, and no measured speed.
+        """Return the twist at the last reading; zero for a single reading without measured speeds.
 
         Args:
-            totals: pulses since the start; the mean by counts is between the first reading and the last.
-            measured_radps: speeds of the wheels, left and right, which take the place of that mean.
+            totals: pulses since the start; the twist is the mean between the first and the last reading.
+            measured_radps: left and right wheel speeds, used instead of that mean.
         """
         separation_m, (stamp_ns, *last) = self._params.wheel_separation, totals[-1]
         first_ns, *first = totals[0]
@@ -108,14 +108,14 @@ class TwistEstimator:
         return twist_of_rims(self._smoothed(stamp_ns, speeds), 1.0, separation_m)
 
     def _way(self, way_m: float, m_per_pulse: float) -> RimMotion:
-        """Return the way between two readings, whose rounding errors are independent."""
+        """Return the distance between two readings, with independent rounding errors."""
         variance = 2.0 * reading_variance(m_per_pulse, self._edge_variance) + self._params.travel_variance * abs(way_m)
         return RimMotion(way_m, variance + self._wave_variance * way_m**2)
 
     def _measured(self, mps: float, m_per_pulse: float, interval_s: float) -> RimMotion:
-        """Return a speed between two edges: wrong by their places, and by two readings of the clock."""
+        """Return a speed between two edges, with errors of their positions and of two clock readings."""
         if mps == 0.0:
-            # It may creep, by less than a count until that is noticed.
+            # It may creep by less than a count.
             return RimMotion(0.0, PULSE_VARIANCE * (m_per_pulse / STANDSTILL_AFTER_S) ** 2)
         least_s = interval_s if self._params.velocity_method == 'MT' else 0.0
         between_s = min(max(least_s, m_per_pulse / abs(mps)), STANDSTILL_AFTER_S)
@@ -124,7 +124,7 @@ class TwistEstimator:
         return RimMotion(mps, (way_m2 + mps**2 * time_s2) / between_s**2 + self._wave_variance * mps**2)
 
     def _smoothed(self, stamp_ns: int, speeds: Sequence[RimMotion]) -> Sequence[RimMotion]:
-        """Pass the speeds through the low-pass; errors of one and the next are taken as independent."""
+        """Apply the low-pass, assuming independent errors of successive speeds."""
         if self._smooth is not None and self._params.velocity_low_pass:
             passed_s = (stamp_ns - self._smooth_ns) / NANOSECONDS_PER_SECOND
             share = passed_s / (self._params.velocity_low_pass + passed_s)
@@ -140,11 +140,11 @@ class TwistEstimator:
 
 
 def twist_of_rims(rims: Sequence[RimMotion], interval_s: float, wheel_separation_m: float) -> WheelTwist:
-    """Return the twist that moves the rims of both wheels by their ways within an interval; zero over no time.
+    """Return the twist of both rims' motion in an interval; zero if the interval is 0.
 
     Args:
-        rims: ways of the left and the right wheel; or speeds, and an interval of 1 s.
-        interval_s: of the ways.
+        rims: left and right distances; or speeds, with an interval of 1 s.
+        interval_s: duration of the motion.
         wheel_separation_m: between the contact points.
     """
     if interval_s == 0.0:
@@ -157,13 +157,13 @@ def twist_of_rims(rims: Sequence[RimMotion], interval_s: float, wheel_separation
 
 
 def wheel_speeds_mps(linear_mps: float, angular_radps: float, wheel_separation_m: float) -> Tuple[float, float]:
-    """Return the speeds of the left and right rim in a twist of base_link, the axle's middle."""
+    """Return the left and right rim speeds of a twist at the axle's centre."""
     half_mps = 0.5 * wheel_separation_m * angular_radps
     return linear_mps - half_mps, linear_mps + half_mps
 
 
 class OdometryEstimate(NamedTuple):
-    """Pose and twist by the wheels at one instant."""
+    """Pose and twist of wheel odometry at a stamp."""
 
     stamp_ns: int
     base_pose_in_odom: Pose2D  # yaw in [-pi, pi)
@@ -171,7 +171,7 @@ class OdometryEstimate(NamedTuple):
     angular_velocity_radps: float  # counter-clockwise
     of_pose: PlanarCovariance = PlanarCovariance()  # in the odom frame
     of_twist: TwistCovariance = TwistCovariance()
-    lateral_velocity_mps: float = 0.0  # along base_link's y: if base_link is not on the axle, it swings in turns
+    lateral_velocity_mps: float = 0.0  # along base_link's y; not 0 in turns if base_link is off the axle
 
     @property
     def pose_covariance(self) -> np.ndarray:
@@ -189,7 +189,7 @@ class OdometryEstimate(NamedTuple):
 
 
 class WheelOdometry:
-    """Dead reckoning from pulse counters, starting from pose zero at the first report."""
+    """Dead reckoning from pulse counters; the first report is at pose zero."""
 
     def __init__(self, params: OdometryParams) -> None:
         self.params = params
@@ -203,18 +203,18 @@ class WheelOdometry:
         self.reset()
 
     def reset(self) -> None:
-        """Return to pose zero; the next report of a new stamp, whatever it counts, is the start."""
+        """Return to pose zero; the next report with a new stamp is the start."""
         self._steps.reset()
         self._twists.reset()
         self._pull = LateralAcceleration(self.params.wheel_separation)
         self._totals: Deque[Reading] = deque(maxlen=self.params.velocity_window + 1)
-        self._pose = IDENTITY  # of the axle's middle, where it began
+        self._pose = IDENTITY  # of the axle's centre, relative to its start
         self._motion_covariance = PlanarCovariance()
         self._geometry_errors = NO_ERRORS
 
     @property
     def restarts(self) -> int:
-        """Return how often the counters were restarted."""
+        """Return the number of counter restarts."""
         return self._steps.restarts
 
     @property
@@ -225,16 +225,16 @@ class WheelOdometry:
     def update(
         self, stamp_ns: int, left_count: int, right_count: int, wheel_rates_radps: Optional[WheelRates] = None
     ) -> Optional[OdometryEstimate]:
-        """Take one report of the counters, and return the estimate; None when its stamp is stale.
+        """Process a report of the counters, and return the estimate; None if its stamp is stale.
 
-        A stamp that jumps back restarts from pose zero. A count that jumps further than a wheel
-        can turn restarts the counting and keeps the pose. Either logs one warning.
+        A stamp that jumps back resets odometry to pose zero. A count that jumps further than a wheel
+        can turn restarts the counting and keeps the pose. Both log a warning.
 
         Args:
-            stamp_ns: when the counters were read [ns].
+            stamp_ns: time of the reading [ns].
             left_count: the left counter, wrapped at `counter_modulus` or not.
             right_count: the right counter likewise.
-            wheel_rates_radps: the wheels' speeds, left and right, as the controller measures them: of the twist.
+            wheel_rates_radps: left and right wheel speeds measured by the controller, for the twist.
         """
         step = self._timeline.advance(stamp_ns)
         if step is Step.STALE:
@@ -266,7 +266,7 @@ class WheelOdometry:
             return
         moved = move_along_arc(self._pose, 0.5 * (left_m + right_m), (right_m - left_m) / separation_m)
         motion = self._pose.yaw_rad, left_m, right_m, separation_m
-        # The heading comes from the totals: adding up rounded increments would let it drift.
+        # The heading is computed from the totals: summed rounded increments would drift.
         yaw_rad = (right_total * right_m_per_pulse - left_total * left_m_per_pulse) / separation_m
         self._pose = Pose2D(moved.x_m, moved.y_m, yaw_rad)
         noise = self.params.travel_variance + (self.params.curve_noise or 0.0) * pull_mps2**2

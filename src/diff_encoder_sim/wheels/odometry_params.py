@@ -1,4 +1,4 @@
-"""What a user tells odometry: the geometry that it assumes, the encoder, and how it estimates the twist."""
+"""Parameters of odometry: assumed geometry, encoder, and twist estimation."""
 
 from __future__ import annotations
 
@@ -25,25 +25,24 @@ from diff_encoder_sim.wheels.encoder_params import (
     counts_per_turn,
 )
 
-# Added to the variance of travel, per metre of it, by a lateral acceleration of 1 m/s^2; it grows with its square.
+# Travel variance per metre at a lateral acceleration of 1 m/s^2, proportional to its square.
 CurveVariance = Annotated[float, Between(0.0, 1.0, 'm^2/m per (m/s^2)^2')]
 
 RelativeStd = Annotated[float, Between(0.0, 2.0)]
 
-# Of a wheel of which nobody says how it slips [m^2/m]: 4.5 mm after 20 m.
+# Default slip variance [m^2/m]: 4.5 mm after 20 m.
 USUAL_MOTION_NOISE = 1e-6
 
 FOLLOWED = "by the robot's wheel errors"
 
-# What the covariance knows of the wheels.
+# Parameters of the wheel uncertainty.
 UNCERTAINTY_KEYS = ('motion_noise', 'curve_noise', 'distance_std', 'turn_std', 'diameter_difference_std')
 
 
 class OdometryParams(Params):
-    """Parameters of gz_diff_odom_node, under the names that users set.
+    """Parameters of gz_diff_odom_node.
 
-    `wheel_diameter` and `wheel_separation` are the geometry that odometry assumes; the true one
-    is the simulator's.
+    `wheel_diameter` and `wheel_separation` are the assumed geometry; the simulator has the true one.
     """
 
     ppr: PulsesPerRevolution = DEFAULT_PPR
@@ -99,7 +98,7 @@ class OdometryParams(Params):
         return counts_per_turn(self.ppr, self.encoder)
 
     def values_in_use(self) -> Dict[str, Any]:
-        """Return the values by key, with the encoder's own resolution and no open uncertainty."""
+        """Return the values by key, with the encoder's resolution and all uncertainties."""
         return {**super().values_in_use(), 'ppr': self.counts_per_turn.plain, **self.uncertainty}
 
     @property
@@ -114,12 +113,12 @@ class OdometryParams(Params):
 
     @property
     def uncertainty(self) -> Dict[str, float]:
-        """Return what the covariance knows of the wheels, by the names of the parameters, none left open."""
+        """Return the wheel uncertainty by parameter name, with defaults filled in."""
         return dict(zip(UNCERTAINTY_KEYS, (self.travel_variance, self.curve_noise or 0.0, *self.geometry_std)))
 
     @property
     def m_per_pulse(self) -> Tuple[float, float]:
-        """Return the distance of the left and of the right rim per pulse [m]."""
+        """Return the distance per pulse of the left and the right rim [m]."""
         circumference_m, ppr = math.pi * self.wheel_diameter, self.counts_per_turn
         return circumference_m / ppr.left, circumference_m / ppr.right
 
@@ -131,7 +130,7 @@ class OdometryParams(Params):
 
     @property
     def counter_limits(self) -> CounterLimits:
-        """Return what counters can show, and wheels can do."""
+        """Return the limits of counters and wheels."""
         ppr, jump = self.counts_per_turn, self.encoder.most_jump
         speeds = self.max_wheel_speed, self.max_wheel_acceleration
         return CounterLimits(self.counter_modulus, ppr.left, ppr.right, jump(ppr.left), jump(ppr.right), *speeds)

@@ -1,4 +1,4 @@
-"""The way of a report from the motor controller to the host: late, lost, twice, or out of order."""
+"""Link from the motor controller to the host, with delay, loss, duplication and reordering."""
 
 from __future__ import annotations
 
@@ -21,30 +21,30 @@ class EncoderSample(NamedTuple):
     stamp_ns: int
     left_pulses: int
     right_pulses: int
-    wheel_rates_radps: Optional[Tuple[float, float]] = None  # left, right, as the controller measures them
+    wheel_rates_radps: Optional[Tuple[float, float]] = None  # left, right, measured by the controller
 
 
 ShortDuration_s = Annotated[float, Between(0.0, 10.0, 's')]
 
-# Samples keep their order: none is as late as the next one's boundary.
+# Samples keep their order: jitter is less than a period.
 MOST_JITTER_PERIODS = 0.9
 
-# A report that comes after the next one comes half a period after it.
+# A reordered report arrives half a period after the next one.
 REORDERED_PERIODS = 1.5
 
-# Odometry ignores a report that others have overtaken; one that is further back than this belongs to a new run.
+# Odometry ignores late reports; a stamp further back than this starts a new run.
 LATE_REPORT_TOLERANCE_NS = 500_000_000
 
-# So many reports are lost in a row only once in a million, and hardly ever more than that many.
+# This number of reports is lost in a row only once in a million, and hardly ever more than that many.
 _RARE, _MOST_IN_A_ROW = 1e-6, 100
 
 
 class ReportParams(Params):
-    """How reports come; left out, at once, each one, with the time of the sample."""
+    """Report transmission; by default immediate and complete, stamped with the time of the sample."""
 
-    jitter: ShortDuration_s = Field(0.0, description='a sample is up to so much later than its boundary [s]')
+    jitter: ShortDuration_s = Field(0.0, description='maximum delay of a sample after its boundary [s]')
     latency: ShortDuration_s = Field(0.0, description='from sample to arrival, at least [s]')
-    latency_spread: ShortDuration_s = Field(0.0, description='and up to so much more, evenly [s]')
+    latency_spread: ShortDuration_s = Field(0.0, description='maximum additional latency, uniform [s]')
     stamps: Literal['sample', 'arrival'] = Field('sample', description='the time in the stamp')
     lost: Fraction = Field(0.0, description='fraction of the reports that never come')
     repeated: Fraction = Field(0.0, description='fraction that come twice, the second time with the next report')
@@ -52,15 +52,15 @@ class ReportParams(Params):
 
     @property
     def are_even(self) -> bool:
-        """Return whether a report comes in each period, and each one after the same time."""
+        """Return whether every period has a report with constant latency."""
         return not (self.jitter or self.latency_spread or self.lost or self.reordered)
 
     def jitter_within_s(self, period_s: float) -> float:
-        """Return by how much a sample may be late [s], for samples each `period_s`."""
+        """Return the maximum jitter of samples with this period [s]."""
         return min(self.jitter, MOST_JITTER_PERIODS * period_s)
 
     def longest_delay_s(self, period_s: float) -> float:
-        """Return by when a report or a later one has come, but for rare cases, from its boundary [s]."""
+        """Return the time from a boundary until its report or a later one has arrived, except in rare cases [s]."""
         periods = REORDERED_PERIODS if self.reordered else 0.0
         if self.lost:
             in_a_row = math.log(_RARE) / math.log(self.lost) if self.lost < 1.0 else math.inf
@@ -68,10 +68,9 @@ class ReportParams(Params):
         return self.jitter_within_s(period_s) + self.latency + self.latency_spread + periods * period_s
 
     def most_behind_s(self, period_s: float) -> Dict[str, float]:
-        """Return by how much at most a report's stamp is behind the newest that has come, as a sum by keys [s].
+        """Return the maximum lag of a report's stamp behind the newest received stamp, as a sum by keys [s].
 
-        What has come before a report was sampled before the report was, or within what its delay is above the least.
-        Stamps of arrivals are in order.
+        Arrival stamps are always in order.
         """
         if self.stamps == 'arrival':
             return {}
@@ -86,17 +85,17 @@ PROMPT = ReportParams()
 
 
 class ReportLink:
-    """Delivers samples when the stamps of the joints have reached the time of their arrival."""
+    """Delivers samples when the joint stamps reach their arrival time."""
 
     def __init__(self, params: ReportParams, period_s: float, rng: np.random.Generator) -> None:
-        """Prepare for samples each `period_s`."""
+        """Create a link for samples with period `period_s`."""
         self._params, self._rng = params, rng
         self._period_ns = period_s * NANOSECONDS_PER_SECOND
         self._coming: List[Tuple[int, int, EncoderSample]] = []  # by arrival, then in order
         self._sent = 0
 
     def arrivals_ns(self, stamp_ns: int) -> List[int]:
-        """Return when a sample arrives, which may be never, or twice. Each call is for the next sample."""
+        """Return the arrival times of the next sample: none, one or two."""
         params = self._params
         lost, repeated, reordered, late = self._rng.random(4).tolist()
         if lost < params.lost:
@@ -108,7 +107,7 @@ class ReportLink:
         return [stamp_ns + round(each_ns) for each_ns in delays_ns]
 
     def pass_on(self, now_ns: int, sample: Optional[EncoderSample]) -> List[EncoderSample]:
-        """Send a sample, and return those that arrive up to now.
+        """Send a sample, and return the samples that arrive up to now.
 
         Args:
             now_ns: the newest stamp of the joints.

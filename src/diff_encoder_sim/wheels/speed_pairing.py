@@ -1,4 +1,4 @@
-"""Pairs the counts and the measured speeds of each report, which come on two topics."""
+"""Pairs the counts and measured speeds of each report, received on two topics."""
 
 from __future__ import annotations
 
@@ -11,40 +11,40 @@ from diff_encoder_sim.wheels.report_link import EncoderSample
 
 log = logging.getLogger(__name__)
 
-# Counts wait for their speeds until more than this number wait, for this time at least: on a loaded host one topic
-# brings several messages before the other its next one. Then they go on without them.
+# Counts wait for their speeds until more than this number wait, for at least this time: on a loaded host one topic
+# delivers several messages before the other. Afterwards they are processed without speeds.
 MOST_WAITING = 5
 PATIENCE_S = 0.5
 
-# Number of speeds that wait for their counts; older ones are dropped.
+# Maximum number of speeds waiting for counts; older ones are dropped.
 MOST_SPEEDS = 100
 
-# Counts that are further back than this belong to a new run.
+# A stamp further back than this starts a new run.
 JUMP_NS = NANOSECONDS_PER_SECOND
 
 
 class SpeedPairing:
-    """Pairs by equal stamps. Each topic keeps its order; either message of a report may come first.
+    """Pairs messages with equal stamps, in either order of arrival.
 
-    If no speeds come any more, reports wait for them once, and then not until they come again.
+    If speeds stop, reports wait once and are then not delayed until speeds are received again.
     """
 
     def __init__(self) -> None:
-        self._counts: Deque[Tuple[EncoderSample, float]] = deque()  # without their speeds yet, and when they came
+        self._counts: Deque[Tuple[EncoderSample, float]] = deque()  # waiting for speeds, with arrival time
         self._speeds: Dict[int, Tuple[float, float]] = {}  # by stamp, in the order of arrival
         self._newest_ns: Optional[int] = None  # of the counts
         self._are_speeds_coming = True
 
     def take_counts(self, counts: EncoderSample, now_s: float) -> List[EncoderSample]:
-        """Take the counts of a report that comes now, and return the reports that wait no longer, in their order.
+        """Add the counts of a report, and return the completed reports in order.
 
         Args:
             counts: of the report.
-            now_s: by a clock that never goes back, and not by simulated time, which may pause.
+            now_s: monotonic time; not simulated time, which may pause.
         """
         if self._newest_ns is not None and counts.stamp_ns < self._newest_ns - JUMP_NS:
             self._counts.clear()
-            latest_ns = counts.stamp_ns + JUMP_NS  # speeds of after the jump may have come already
+            latest_ns = counts.stamp_ns + JUMP_NS  # speeds after the jump may be here already
             self._speeds = {stamp_ns: speeds for stamp_ns, speeds in self._speeds.items() if stamp_ns <= latest_ns}
         self._newest_ns = counts.stamp_ns
         self._counts.append((counts, now_s))
@@ -54,7 +54,7 @@ class SpeedPairing:
         return self._released()
 
     def take_speeds(self, stamp_ns: int, wheel_rates_radps: Tuple[float, float]) -> List[EncoderSample]:
-        """Take the wheels' speeds of a report, left and right; returns as `take_counts` does."""
+        """Add the left and right speeds of a report; return the completed reports, as `take_counts`."""
         self._speeds[stamp_ns] = wheel_rates_radps
         if len(self._speeds) > MOST_SPEEDS:
             del self._speeds[next(iter(self._speeds))]
@@ -67,8 +67,8 @@ class SpeedPairing:
             counts, _ = self._counts[0]
             speeds = self._speeds.get(counts.stamp_ns)
             if speeds is None and self._are_speeds_coming and all(each <= counts.stamp_ns for each in self._speeds):
-                break  # they may still come: those of later counts have not
-            while counts.stamp_ns in self._speeds:  # with those that came before them, whose counts are lost
+                break  # may still arrive: speeds of later counts have not
+            while counts.stamp_ns in self._speeds:  # and earlier speeds, whose counts are lost
                 del self._speeds[next(iter(self._speeds))]
             released.append(counts._replace(wheel_rates_radps=speeds))
             self._counts.popleft()

@@ -44,13 +44,13 @@ from diff_encoder_sim.wheels.sampling import DEFAULT_RATE_HZ, BoundarySampler
 
 log = logging.getLogger(__name__)
 
-# A wheel that no message has named for this long is missing, not merely interleaved.
+# A wheel not named for this time is missing, not interleaved.
 MISSING_AFTER_NS = NANOSECONDS_PER_SECOND
 
-# Far beyond any drive (100,000 km on a 0.2 m wheel), and its pulses still fit an int64.
+# Beyond any drive (100,000 km on a 0.2 m wheel); the pulses fit an int64.
 LARGEST_ANGLE_RAD = 1e9
 
-# After so many messages in a row without a newer stamp, the publisher does not set it.
+# After this number of messages without a newer stamp, the publisher does not set it.
 STAMPS_STAND_STILL_AFTER = 100
 
 # Number of sampled jitters, which are then repeated.
@@ -58,7 +58,7 @@ JITTERS = 1024
 
 
 class EncoderParams(Params):
-    """Parameters of gz_diff_encoder_node, under the names that users set."""
+    """Parameters of gz_diff_encoder_node."""
 
     ppr: PulsesPerRevolution = DEFAULT_PPR
     rate: Rate_Hz = Field(DEFAULT_RATE_HZ, description='reports per second of joint stamps [Hz]')
@@ -81,7 +81,7 @@ class EncoderParams(Params):
 
     @model_validator(mode='after')
     def _check_whole_turns(self) -> EncoderParams:
-        """Check that edges which are not even can repeat with the turns of the sensor's shaft."""
+        """Check that uneven edges repeat with each turn of the sensor's shaft."""
         model, ppr = self.encoder, self.counts_per_turn
         if not model.has_uneven_edges:
             return self
@@ -100,7 +100,7 @@ class EncoderParams(Params):
 
     @model_validator(mode='after')
     def _check_order_of_reports(self) -> EncoderParams:
-        """Check that no late report is so far behind that odometry takes it for the first of a new run."""
+        """Check that odometry does not take a late report for the first of a new run."""
         parts_s, most_s = self.report.most_behind_s(1.0 / self.rate), LATE_REPORT_TOLERANCE_NS / NANOSECONDS_PER_SECOND
         behind_s = sum(parts_s.values())
         if behind_s > most_s:
@@ -115,21 +115,21 @@ class EncoderParams(Params):
 
     @property
     def counts_per_turn(self) -> PerWheel:
-        """Return the counts per wheel revolution: the encoder's, where it says them, else `ppr`."""
+        """Return the counts per wheel revolution: the encoder's if specified, else `ppr`."""
         return counts_per_turn(self.ppr, self.encoder)
 
     def values_in_use(self) -> Dict[str, Any]:
-        """Return the values by key, with the encoder's own resolution."""
+        """Return the values by key, with the encoder's resolution."""
         return {**super().values_in_use(), 'ppr': self.counts_per_turn.plain}
 
 
 def is_ideal(params: EncoderParams, side: str) -> bool:
-    """Return whether a wheel follows equation (1), at each instant without those before."""
+    """Return whether a wheel follows equation (1), without state."""
     return params.encoder.of_wheel(side) == IDEAL_ENCODER and params.velocity_method == 'M'
 
 
 def jitters_ns(params: EncoderParams) -> Sequence[int]:
-    """Return how late samples are, by index modulo their number: of both wheels, which one controller reads; or ()."""
+    """Return the delays of samples, by index modulo their number, equal for both wheels; () without jitter."""
     jitter_s = params.report.jitter_within_s(1.0 / params.rate)
     if not jitter_s:
         return ()
@@ -144,16 +144,16 @@ def kind_of_wheel(params: EncoderParams, side: str) -> np.ndarray:
 
 
 def report_link(params: EncoderParams, draw: int = 0) -> ReportLink:
-    """Return the way of a draw's reports to the host."""
+    """Return the report link of a draw."""
     stream = f'encoder_reports_{draw}' if draw else 'encoder_reports'
     return ReportLink(params.report, 1.0 / params.rate, generator(params.seed, stream))
 
 
 class _Wheel:
-    """One wheel's stamps, its sampling, and its samples that are not yet reported."""
+    """Stamps, sampling and pending samples of one wheel."""
 
     def __init__(self, params: EncoderParams, side: str, jitters: Sequence[int]) -> None:
-        """Prepare to sample the `left` or the `right` wheel, each sample later than its boundary by its jitter."""
+        """Create the `left` or `right` wheel; each sample is delayed by its jitter."""
         self.joint: str = getattr(params, f'{side}_joint')
         self.sign = -1.0 if getattr(params, f'{side}_reversed') else 1.0
         self.is_ideal, self._ppr = is_ideal(params, side), getattr(params.counts_per_turn, side)
@@ -161,18 +161,18 @@ class _Wheel:
         if not self.is_ideal:
             self._kind = kind_of_wheel(params, side)
             self.state = new_wheels(params.seed, side, 1)
-            turn(self._kind, self.state.copy(), 0, 0.0)  # compiled now, and not while a robot drives
+            turn(self._kind, self.state.copy(), 0, 0.0)  # compile before the robot drives
         self._sampler = BoundarySampler(params.rate)
         self.timeline = Timeline(tolerance_ns=int(2 * NANOSECONDS_PER_SECOND / params.rate))
         self._jitters_ns = jitters
-        self._due: Deque[Tuple[int, int]] = deque()  # stamps and indices of samples that jitter has put off
+        self._due: Deque[Tuple[int, int]] = deque()  # stamps and indices of delayed samples
         self._last: Tuple[int, float] = (0, 0.0)  # stamp and angle
-        # By period, while the other wheel may be late: stamp, count before it wraps, speed if it is measured.
+        # By period, while waiting for the other wheel: stamp, unwrapped count, measured speed.
         self.samples: Dict[int, Tuple[int, int, Optional[float]]] = {}
         self._most_kept = math.ceil(MISSING_AFTER_NS * params.rate / NANOSECONDS_PER_SECOND) + 2
 
     def take(self, stamp_ns: int, angle_rad: float) -> Step:
-        """Take an angle; after RESTART the wheel must be replaced by a new one."""
+        """Process an angle; after RESTART, replace the wheel by a new one."""
         step = self.timeline.advance(stamp_ns)
         if step is not Step.NEW:
             return step
@@ -190,7 +190,7 @@ class _Wheel:
         return step
 
     def _turn(self, stamp_ns: int, angle_rad: float, index: Optional[int]) -> None:
-        """Turn to an angle, and sample if it is that of a period."""
+        """Turn to an angle; sample if `index` is given."""
         if not self.is_ideal:
             turn(self._kind, self.state, stamp_ns, angle_rad)
         if index is None:
@@ -205,9 +205,9 @@ class _Wheel:
 
 
 class ReportingEncoder:
-    """Both wheels' encoders behind one motor controller that reports at a fixed rate, over a link to the host.
+    """Encoders of both wheels on one motor controller that reports at a fixed rate over a link to the host.
 
-    The wheels may come in one message or in several, in any order, among any other joints.
+    Joint messages may contain one or both wheels, in any order, with any other joints.
     """
 
     def __init__(self, params: EncoderParams) -> None:
@@ -216,7 +216,7 @@ class ReportingEncoder:
         self.reset()
 
     def reset(self) -> None:
-        """Drop all samples; the next angle is each wheel's first, and its errors are sampled as at the start."""
+        """Drop all samples; the next angle is each wheel's first, with the errors of the start."""
         jitters = jitters_ns(self.params)
         self._wheels = tuple(_Wheel(self.params, side, jitters) for side in ('left', 'right'))
         self._first_stamp_ns: Optional[int] = None
@@ -224,17 +224,17 @@ class ReportingEncoder:
 
     @property
     def needs_every_angle(self) -> bool:
-        """Return whether angles between the boundaries of the rate change a report: not those of an ideal encoder."""
+        """Return whether angles between report boundaries affect reports; False for an ideal encoder."""
         return self._link is not None or not all(wheel.is_ideal for wheel in self._wheels)
 
     def take_command(self, left: float, right: float) -> None:
-        """Take the commanded speeds of the wheels, whose signs an encoder without a direction counts by."""
+        """Set the commanded wheel speeds; encoders without direction count by their sign."""
         for wheel, speed in zip(self._wheels, (left, right)):
             if speed and not wheel.is_ideal:
                 wheel.state['commanded'] = 1 if speed > 0.0 else -1
 
     def update(self, stamp_ns: int, names: Sequence[str], angles_rad: Sequence[float]) -> Sequence[EncoderSample]:
-        """Take one joint message, and return the reports that arrive by its stamp.
+        """Process a joint message, and return the reports that arrive by its stamp.
 
         Args:
             stamp_ns: the message's stamp [ns].
@@ -242,8 +242,8 @@ class ReportingEncoder:
             angles_rad: joint positions [rad], in the order of `names`.
 
         Raises:
-            InputFault: a wheel is named twice, has no finite angle, or has long been missing, or
-                the stamps do not advance. The state stays as before.
+            InputFault: a wheel is named twice, has no finite angle, or is missing for long, or
+                the stamps do not advance. The state is unchanged.
         """
         left, right = self._wheels
         left_rad, right_rad = _angle_of(left.joint, names, angles_rad), _angle_of(right.joint, names, angles_rad)
@@ -256,7 +256,7 @@ class ReportingEncoder:
         )
 
     def step(self, stamp_ns: int, left_rad: Optional[float], right_rad: Optional[float]) -> Sequence[EncoderSample]:
-        """Take the angles of the wheels [rad], None if one is not known, and return the reports that arrive by now.
+        """Process the wheel angles [rad], None if missing, and return the reports that arrive by now.
 
         Raises:
             InputFault: the stamps do not advance.
@@ -284,7 +284,7 @@ class ReportingEncoder:
         return () if sample is None else (sample,)
 
     def _sample(self) -> Optional[EncoderSample]:
-        """Return the oldest period that both wheels have a sample of, and drop it and those before."""
+        """Remove and return the oldest period that both wheels have sampled, with all earlier periods."""
         left, right = self._wheels
         index = next((index for index in left.samples if index in right.samples), None)
         if index is None:

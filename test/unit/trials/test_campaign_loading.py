@@ -277,7 +277,7 @@ def test_a_mistake_on_the_command_line_is_not_blamed_on_the_file(tmp_path, repla
         ({'vary': {key: [1] * 1000 for key in (NOISE, MODULUS, 'amcl.kld_err')}}, 'given 4000000000 cells'),
         ({'set': {'config.left_joint': 'wheel'}}, "config.left_joint: given 'wheel'; allowed: .* left_wheel_joint or"),
         ({'vary': {'simulator.laser_link': ['laser', 'nose']}}, "given 'nose' as laser link, which is missing"),
-        ({'set': {LINES: 2048}}, f'config.encoder: given {RESOLUTION} beside ppr: 40; allowed: one of them'),
+        ({'set': {LINES: 2048}}, f'config.encoder: given {RESOLUTION} and ppr: 40; allowed: one of them'),
         ({'ppr': [40, 90], 'set': {'config.encoder.phase_error': 10.0}}, 'ppr: given 90.0; allowed: multiples of 4'),
         ({'encoders': ['amt102', 'amt102']}, 'encoders: given 8192 amt102 2 times; allowed: once'),
         ({'encoders': ['amt10']}, "encoder: given 'amt10'; allowed: "),
