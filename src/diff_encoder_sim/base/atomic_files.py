@@ -1,4 +1,4 @@
-"""Files that are either complete or absent, whenever the process is killed."""
+"""Atomic file writes: files are complete or absent, even if the process is killed."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from typing import Union
 
 UNFINISHED_SUFFIX = '.active'
 
-# In bytes, with a suffix and the parts that the names of unfinished files have in addition.
+# In bytes; leaves room for the suffixes of unfinished files.
 LONGEST_NEW_NAME = 200
 
 
 def write_file(path: Union[str, Path], content: bytes) -> None:
-    """Write a file atomically, in place of one of that name.
+    """Write or replace a file atomically.
 
     Raises:
-        OSError: it cannot be written, and what was there before is unchanged; the error names `path`.
+        OSError: it cannot be written, and an existing file is unchanged; the error names `path`.
     """
     path = Path(path)
-    # A name of its own for each writer: two may write the same file at once, on two hosts.
+    # A unique name per writer: two hosts may write the same file at once.
     unfinished = path.with_name(f'.{path.name}.{uuid.uuid4().hex}{UNFINISHED_SUFFIX}')
     try:
         with open(unfinished, 'wb') as file:
@@ -32,5 +32,5 @@ def write_file(path: Union[str, Path], content: bytes) -> None:
     except OSError as error:
         raise OSError(error.errno, error.strerror, str(path)) from None
     finally:
-        with contextlib.suppress(OSError):  # renamed by now
+        with contextlib.suppress(OSError):  # already renamed
             unfinished.unlink()

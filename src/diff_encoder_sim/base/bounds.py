@@ -1,7 +1,7 @@
 """Types of numeric parameters, each with its unit and bounds.
 
-The bounds hold what somebody could want of a robot of 1 mm to 100 m, and nothing that overflows, never ends or fills
-the memory. `0`, and below 0 where a name says so, have a meaning of their own (upstream's) or turn something off.
+The bounds cover robots of 1 mm to 100 m, and exclude values that overflow, never end or fill the memory. `0`, and
+negative values if a name indicates it, have a special meaning (upstream's) or disable a feature.
 """
 
 from __future__ import annotations
@@ -38,17 +38,17 @@ class Between:
         return self.least <= number <= self.most or (self.or_zero and number == 0)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> pydantic_core.CoreSchema:
-        """Check before the type is: to pydantic, 10^400 is no number."""
+        """Check before the type: pydantic does not accept 10^400 as a number."""
         return pydantic_core.core_schema.no_info_before_validator_function(self._checked, handler(source))
 
     def _checked(self, value: Any) -> Any:
         if is_number(value) and not self.allows(value):
             raise pydantic_core.PydanticCustomError('out_of_bounds', '{allowed}', {'allowed': str(self)})
-        return abs(value) if is_number(value) and value == 0 else value  # -0.0 is no scale to numpy
+        return abs(value) if is_number(value) and value == 0 else value  # numpy rejects -0.0 as a scale
 
 
 def is_number(value: Any) -> bool:
-    """Return whether a value is a number; true and false are none."""
+    """Return whether a value is a number, not a bool."""
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
@@ -57,13 +57,13 @@ def _short(number: float) -> str:
     return str(number) if isinstance(number, int) else f'{number:.6g}'.replace('e+0', 'e').replace('e-0', 'e-')
 
 
-# Parts of a robot, and places on it.
+# Parts of a robot and positions on it.
 LENGTH = Between(1e-3, 100.0, 'm')
 Length_m = Annotated[float, LENGTH]
 LengthOrZero_m = Annotated[float, Between(1e-3, 100.0, 'm', or_zero=True)]
 Offset_m = Annotated[float, Between(-100.0, 100.0, 'm')]
 
-# The floor: places in a frame, ways, cells of maps.
+# The floor: positions, distances, cells of maps.
 PLACES = Between(-1e6, 1e6, 'm')
 Place_m = Annotated[float, PLACES]
 Distance_m = Annotated[float, Between(0.0, 1e6, 'm')]

@@ -1,4 +1,4 @@
-"""What all command-line tools share: the form of their help, and how they end on a user's mistake."""
+"""Common parts of command-line tools: format of the help, and exit on user errors."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ CONSOLE = 'diff-encoder-sim'
 
 
 def as_called(name: str) -> str:
-    """Return a command's name as it stands in messages: `map_bag`, or `diff-encoder-sim map-bag`."""
+    """Return a command's name for messages: `map_bag`, or `diff-encoder-sim map-bag`."""
     return f'{CONSOLE} {name.replace("_", "-")}' if _is_console() else name
 
 
 def as_typed(name: str) -> str:
-    """Return what the user types for a command before its arguments."""
+    """Return the command line of a command without arguments."""
     return as_called(name) if _is_console() else f'rosrun diff_encoder_sim {name}'
 
 
@@ -67,10 +67,10 @@ HELP_WIDTH = 80
 
 
 class ToolParser(argparse.ArgumentParser):
-    """argparse's, for arguments in UTF-8, with errors of a readable length."""
+    """argparse's parser, for UTF-8 arguments, with errors of limited length."""
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Parse arguments; file names of other bytes could be neither printed nor written into a bag."""
+        """Parse arguments; other file names cannot be printed or written to a bag."""
         given = sys.argv[1:] if args is None else list(args)
         for each in given:
             if re.search('[\ud800-\udfff]', each):
@@ -78,7 +78,7 @@ class ToolParser(argparse.ArgumentParser):
         return super().parse_known_args(given, namespace)
 
     def error(self, message: str) -> NoReturn:
-        """Print the usage and what is wrong, and exit with status 2."""
+        """Print the usage and the error, and exit with status 2."""
         super().error(readable(message))
 
 
@@ -104,23 +104,23 @@ def tool_parser(name: str, description: str, examples: Sequence[str], notes: str
 
 
 def add_version(parser: argparse.ArgumentParser) -> None:
-    """Add --version, which is the package's."""
+    """Add --version, the version of the package."""
     parser.add_argument('--version', action='version', version=f'%(prog)s (diff_encoder_sim) {package_version()}')
 
 
 def run_tool(name: str, tool: Callable[[], None]) -> None:
-    """Run a tool; a user's mistake prints one line and exits with status 1."""
+    """Run a tool; a user error prints one line and exits with status 1."""
     try:
         tool()
     except ConfigError as error:
         sys.exit(f'{as_called(name)}: {error}')
     except BrokenPipeError:
-        # The reader (head, less) has closed the pipe: nothing more can be printed, and it is no error.
+        # The reader (head, less) has closed the pipe, which is not an error.
         sys.exit(0)
     except MemoryError:
         sys.exit(f'{as_called(name)}: not enough memory')
     except OSError as error:
-        # A path that no file can have, a folder without permission, a full disk: wherever it shows first.
+        # An invalid path, a folder without permission, or a full disk.
         named = f'{error.filename}: ' if error.filename is not None else ''
         sys.exit(f'{as_called(name)}: {readable(named + (error.strerror or in_one_line(error)))}')
 
@@ -129,7 +129,7 @@ STOPPING_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class Stopped(BaseException):
-    """A signal stopped the tool. Not an Exception: nothing on its way up may take it for an error."""
+    """A signal stopped the tool. Not an Exception, so that no handler treats it as an error."""
 
     def __init__(self, number: int) -> None:
         super().__init__(number)
@@ -156,7 +156,7 @@ def signals_raise() -> Iterator[None]:
 
     def stop(number: int, _: object) -> None:
         for each in STOPPING_SIGNALS:
-            signal.signal(each, signal.SIG_DFL)  # a second one ends the process at once
+            signal.signal(each, signal.SIG_DFL)  # a second signal ends the process at once
         raise Stopped(number)
 
     before = {number: signal.signal(number, stop) for number in STOPPING_SIGNALS}

@@ -1,4 +1,4 @@
-"""How every command starts. It imports next to nothing: what comes before it cannot be stopped in one line."""
+"""Start of every command. Imports little, as Ctrl-C before it prints a traceback."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ STOPPED = 128 + signal.SIGINT  # the exit status that shells expect after Ctrl-C
 
 
 def ready_streams() -> None:
-    """Open the standard streams that are closed (`command >&-`), and write the rest of the output before the end.
+    """Open closed standard streams (`command >&-`), and flush the output at exit.
 
-    A file that is opened later would get the number of a closed stream, and with it what libraries print.
+    Otherwise a file opened later gets the descriptor of a closed stream, and receives the output of libraries.
     """
     for number, name in enumerate(('stdin', 'stdout', 'stderr')):
         try:
             os.fstat(number)
         except OSError:
-            os.open(os.devnull, os.O_RDWR)  # gets the lowest number that is free
+            os.open(os.devnull, os.O_RDWR)  # gets the lowest free descriptor
             os.set_inheritable(number, True)
             setattr(sys, name, os.fdopen(number, 'w' if number else 'r'))
     atexit.register(_write_rest)
@@ -33,7 +33,7 @@ def ready_streams() -> None:
 
 @contextlib.contextmanager
 def printing(name: str) -> Iterator[None]:
-    """End a command that can print no more, or has no memory: with status 0 if the reader of a pipe has ended."""
+    """End a command that cannot print or is out of memory; status 0 if the reader of a pipe has ended."""
     try:
         yield
     except BrokenPipeError:
@@ -45,11 +45,11 @@ def printing(name: str) -> Iterator[None]:
 
 
 def _write_rest() -> None:
-    """Flush stdout and stderr: an error there would be a traceback of Python's own end."""
+    """Flush stdout and stderr; an error at exit would print a traceback."""
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()
-        except ValueError:  # it was closed on purpose
+        except ValueError:  # closed deliberately
             continue
         except OSError as error:
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
@@ -64,7 +64,7 @@ def run_command(name: str, module: str, *arguments: object) -> None:
     Ctrl-C at any moment, also during the imports, prints one line and exits with status 130.
 
     Args:
-        name: of the command, for that line.
+        name: of the command, for the message.
         module: has `main`. That of a command has `parse`, which imports little, and may name the module `API` that
             `main` imports. Without `parse` it is a node, whose --help is the module's docstring. A function after a
             colon, `ros.maps:map_saver`, stands for `main` with its docstring, and `parse_map_saver` for `parse`.
@@ -74,7 +74,7 @@ def run_command(name: str, module: str, *arguments: object) -> None:
     line = f'{name}: stopped\n'.encode()
 
     def end_at_once(*_: object) -> None:
-        # There is nothing to tidy up, and an exception could be swallowed, or reported, by what is being imported.
+        # No cleanup is needed, and the imported module could catch or report an exception.
         os.write(STANDARD_ERROR, line)
         os._exit(STOPPED)
 
@@ -85,7 +85,7 @@ def run_command(name: str, module: str, *arguments: object) -> None:
         main = getattr(imported, function or 'main')
         parse = getattr(imported, f'parse_{function}' if function else 'parse', None)
         if parse is not None:
-            # `main` parses again, which costs nothing: here, --help and wrong arguments end before the long imports.
+            # Parsed before the long imports, for --help and wrong arguments; `main` parses again.
             parse(*arguments[:1])
         if hasattr(imported, 'API'):
             importlib.import_module(f'diff_encoder_sim.{imported.API}')

@@ -1,4 +1,4 @@
-"""Libraries that take long to import, and are imported when they are first used."""
+"""Deferred import of libraries that take long to import."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ __all__ = ['deferred', 'pandas']
 
 
 class _Deferred:
-    """Stands for a module, and imports it for the first of its names that is asked for."""
+    """Placeholder of a module, imported at the first access to an attribute."""
 
     def __init__(self, name: str, load: Callable[[str], Any]) -> None:
         self._name, self._load = name, load
 
     def __getattr__(self, attribute: str) -> Any:
         value = getattr(self._load(self._name), attribute)
-        setattr(self, attribute, value)  # from now on found without this method
+        setattr(self, attribute, value)  # found without this method from now on
         return value
 
 
 def deferred(name: str, load: Callable[[str], Any] = importlib.import_module) -> Any:
-    """Return what can be used in place of a module, by its full name; `load` imports it."""
+    """Return a placeholder of the module with this full name; `load` imports it."""
     return _Deferred(name, load)
 
 

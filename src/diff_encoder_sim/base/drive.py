@@ -1,4 +1,4 @@
-"""A drive: stamps, wheel angles and poses of a robot, the input of every question about encoders.
+"""A drive: stamps, wheel angles and poses of a robot, the input of encoder and odometry simulation.
 
 A simulated trial, a bag or a table produces one; `wheels.chain` turns it into counts and odometry.
 """
@@ -18,7 +18,7 @@ class Drive:
     Attributes:
         stamps_ns: (n,) int64, strictly increasing [ns].
         wheel_angles_rad: (n, 2), accumulated angles of the left and right wheel [rad], not wrapped; or (draws, n, 2)
-            for robots whose wheels turn differently on the same path.
+            for robots with different wheels on the same path.
         true_poses: (n, 3) x [m], y [m], yaw [rad] of the base in a fixed frame, or None if the drive has no reference.
     """
 

@@ -1,7 +1,7 @@
 """`compiled`, the decorator of all numba kernels: `njit(cache=True)`, with numba imported at a kernel's first call.
 
-numba's cache notices a change in the file of a kernel only. Hence kernels that call each other are in one file, with
-the numbers that they use (test/unit/base/test_kernels.py).
+numba's cache detects only changes in the file of a kernel. Kernels that call each other are therefore in one file,
+with their constants (test/unit/base/test_kernels.py).
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _LOCK = threading.RLock()
 
 
 class Kernel:
-    """A function that numba compiles when it is first called, from Python or by another kernel that is compiled."""
+    """A function that numba compiles at its first call, from Python or from another compiled kernel."""
 
     def __init__(self, function: Callable[..., Any], options: Any) -> None:
         functools.update_wrapper(self, function)
@@ -52,7 +52,7 @@ class Kernel:
         return self._dispatcher
 
     def __getattr__(self, name: str) -> Any:
-        # What numba asks a kernel that another one calls: its options, and the function.
+        # Interface that numba uses for called kernels: options and function.
         if name.startswith('__'):
             raise AttributeError(name)
         return getattr(self.dispatcher, name)
@@ -67,17 +67,17 @@ def compiled(**options: Any) -> Callable[[Function], Function]: ...
 
 
 def compiled(*kernel: Any, **options: Any) -> Any:
-    """Compile a kernel when it is first called, with `options` of numba.njit, and keep the machine code if possible."""
+    """Compile a kernel when it is first called, with `options` of numba.njit, and cache it if possible."""
     if kernel:
         return Kernel(kernel[0], options)
     return lambda function: Kernel(function, options)
 
 
-_CALLABLE: List[Callable[..., Any]] = []  # which numba has not been given yet
+_CALLABLE: List[Callable[..., Any]] = []  # not passed to numba yet
 
 
 def callable_by_kernels(function: Function) -> Function:
-    """Let kernels of its file call a function, which remains one of Python: a formula for one value and for arrays."""
+    """Make a Python function callable from kernels of its file, for scalars and arrays."""
     _CALLABLE.append(function)
     return function
 
@@ -100,7 +100,7 @@ def _is_writable(room: Path) -> bool:
 
 @functools.lru_cache(maxsize=None)
 def _prepare_numba() -> bool:
-    """Select the cache folder for this process and those that it starts; return whether machine code is kept."""
+    """Select the cache folder for this process and its children; return whether machine code is cached."""
     folder = cache_folder()
     if folder is None:
         log.warning('%s: no folder for compiled kernels can be written; each process compiles them (30 s)', PACKAGE)

@@ -15,7 +15,7 @@ class Scan(NamedTuple):
     angle_increment_rad: float  # between rays
     range_min_m: float
     range_max_m: float
-    ranges_m: np.ndarray  # (n,); +inf where no echo returned, out of range where not valid
+    ranges_m: np.ndarray  # (n,); +inf without return, out of range if invalid
 
     def bearings_rad(self) -> np.ndarray:
         """Return the (n,) bearing of each ray in the laser's frame."""

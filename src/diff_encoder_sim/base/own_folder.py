@@ -1,4 +1,4 @@
-"""A folder of the user's own for what is worth keeping: in the user's cache, or where there is none in /tmp."""
+"""A private cache folder: in the user's cache, or in /tmp if there is none."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ NAME = 'diff_encoder_sim'
 
 
 def own_folder() -> Optional[Path]:
-    """Return a folder that this user, and no other one, can write; None where there cannot be one.
+    """Return a folder that only this user can write; None if it cannot be created.
 
-    What is read back from it may be code. Anybody may make a folder in /tmp: one of somebody else's is not taken.
+    Its files may be code; a folder of another user in /tmp is therefore rejected.
     """
     return next((folder for folder in _candidates() if _is_own(folder)), None)
 
@@ -26,7 +26,7 @@ def _candidates() -> Iterator[Path]:
     try:
         yield Path(tempfile.gettempdir(), f'{NAME}-{os.geteuid()}')
     except OSError:
-        return  # no folder for temporary files: a container whose root is read-only
+        return  # no temporary folder, as in a container with a read-only root
 
 
 def _is_own(folder: Path) -> bool:

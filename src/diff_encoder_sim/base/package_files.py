@@ -1,4 +1,4 @@
-"""The package's own files and version, and the folder that a user's relative paths start from."""
+"""Files and version of the package, and the base folder of a user's relative paths."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ else:
 
 
 def package_folder() -> Path:
-    """Return the folder of package.xml, config/, worlds/ and urdf/: the checkout, or where catkin or pip install them.
+    """Return the folder of package.xml, config/, worlds/ and urdf/: the checkout, or the installation of catkin or pip.
 
     Raises:
-        ConfigError: neither is there.
+        ConfigError: not found.
     """
     here = Path(__file__).resolve()
-    # Up from src/diff_encoder_sim of a checkout; catkin has share/ beside lib/python3/, pip in the package.
+    # Up from src/diff_encoder_sim of a checkout; catkin has share/ next to lib/python3/, pip in the package.
     for folder in here.parents:
         for candidate in (folder, folder / 'share' / 'diff_encoder_sim', folder / 'share'):
             if (candidate / 'config' / 'config.yaml').is_file():
@@ -32,7 +32,7 @@ def package_folder() -> Path:
 
 
 def users_path(given: Union[str, Path]) -> Path:
-    """Resolve a path against the folder where the user typed roslaunch, which starts its processes in another one."""
+    """Resolve a path against the folder in which the user started roslaunch."""
     return (Path(os.environ.get('PWD', '.')) / given).resolve()
 
 
@@ -42,7 +42,7 @@ DISTRIBUTION = 'diff_encoder_sim'
 def package_version(folder: Optional[Path] = None) -> str:
     """Return the version in a folder's package.xml: that of `package_folder` unless another is given.
 
-    Where there is no package.xml, as after an installation by pip, the distribution's metadata has the version.
+    Without a package.xml, as after installation by pip, the version is read from the distribution's metadata.
     """
     try:
         text = ElementTree.parse(str((folder or package_folder()) / 'package.xml')).findtext('version')

@@ -34,7 +34,7 @@ def flat(mapping: Mapping[str, Any], prefix: str = '') -> Iterator[Tuple[str, An
 
 
 def nested(values: Mapping[str, Any]) -> Dict[str, Any]:
-    """Return mappings within mappings, of values by dotted keys; a later key replaces an earlier one."""
+    """Return nested mappings of values by dotted keys; later keys replace earlier ones."""
     result: Dict[str, Any] = {}
     for key, value in values.items():
         first, *below = key.split('.')
@@ -43,7 +43,7 @@ def nested(values: Mapping[str, Any]) -> Dict[str, Any]:
 
 
 def merged(below: Mapping[str, Any], above: Mapping[str, Any]) -> Dict[str, Any]:
-    """Return both in one; where both have a value, that of `above`."""
+    """Merge both; values of `above` take precedence."""
     result = dict(below)
     for key, value in above.items():
         old = result.get(key)
@@ -52,7 +52,7 @@ def merged(below: Mapping[str, Any], above: Mapping[str, Any]) -> Dict[str, Any]
 
 
 def param(default: Any, description: str) -> Any:
-    """Declare a parameter of a struct by its default and what it is, with its unit."""
+    """Declare a parameter of a struct by default and description with unit."""
     return Field(default, description=description)
 
 
@@ -69,7 +69,7 @@ class Params(BaseModel):
         """Validate `mapping`; `source` names the file or node in the error, '' for none.
 
         Raises:
-            ConfigError: one line with the key, what was given and what is allowed.
+            ConfigError: one line with the key, the given value and the allowed values.
         """
         prefix = f'{source}: ' if source else ''
         if not isinstance(mapping, Mapping):
@@ -82,22 +82,22 @@ class Params(BaseModel):
             raise ConfigError(prefix + _first_problem(cls, error)) from None
 
     def values_in_use(self) -> Dict[str, Any]:
-        """Return the values as YAML has them, by key; a subclass replaces those that others of its values override."""
+        """Return the values as in YAML, by key; subclasses replace overridden values."""
         return self.model_dump(mode='json', by_alias=True, exclude_none=True)
 
 
 def not_allowed(key: str, given: Any, allowed: str) -> PydanticCustomError:
-    """Return the error for a validator of several keys to raise, of the one at fault: dotted where it is below."""
+    """Return the error of a validator of several keys, with the (dotted) key at fault."""
     return PydanticCustomError('not_allowed', '{allowed}', {'key': key, 'given': given, 'allowed': allowed})
 
 
 def missing(key: str) -> PydanticCustomError:
-    """Return the error for a validator to raise of a key that is missing because of others."""
+    """Return the error of a validator for a key that other keys require."""
     return PydanticCustomError('missing', 'missing', {'key': key})
 
 
 def with_changes(params: P, changes: Mapping[str, Any], source: str) -> P:
-    """Return a struct with changes, validated as a whole; where both are structs, those of a nested one.
+    """Return a struct with changes, validated as a whole; nested structs are merged.
 
     Raises:
         ConfigError: a value is not allowed.
@@ -145,24 +145,24 @@ def split_params(mapping: Mapping[str, Any], source: str, *params_classes: Type[
 
 
 def did_you_mean(given: str, known: Iterable[str]) -> str:
-    """Return '; did you mean X?' when one of `known` is close to `given`, else nothing."""
+    """Return '; did you mean X?' if one of `known` is close to `given`, else nothing."""
     close = difflib.get_close_matches(given, list(known), n=1)
     return f'; did you mean {close[0]!r}?' if close else ''
 
 
 def keys_of(params_class: Type[Params]) -> List[str]:
-    """Return the keys that users write: a field's alias where its name would be Python's own (`str`)."""
+    """Return the keys that users write: a field's alias if its name is a Python name (`str`)."""
     return [field.alias or name for name, field in params_class.model_fields.items()]
 
 
 def _first_problem(params_class: Type[Params], error: ValidationError) -> str:
-    # A misspelt key before the missing one that it stands for.
+    # Report a misspelt key before the missing one.
     problem = next((each for each in error.errors() if each['type'] == 'extra_forbidden'), error.errors()[0])
     by_validator = problem.get('ctx', {})
     path = [str(part) for part in problem['loc']] + ([by_validator['key']] if 'key' in by_validator else [])
     key = '.'.join(path) or 'value'
     if not key.isprintable():
-        key = repr(key)  # the line stays one
+        key = repr(key)  # keep one line
     if problem['type'] == 'extra_forbidden':
         return f'{key}: unknown key{did_you_mean(path[-1], _keys_at(params_class, path[:-1]))}'
     if problem['type'] == 'missing':
@@ -185,14 +185,14 @@ def _keys_at(params_class: Type[Params], path: Sequence[str]) -> List[str]:
 
 
 def _struct_in(annotation: Any) -> Optional[Type[Params]]:
-    """Return the struct in a field's type; None where there is none."""
+    """Return the struct in a field's type; None if there is none."""
     if isinstance(annotation, type) and issubclass(annotation, Params):
         return annotation
     return next(filter(None, map(_struct_in, get_args(annotation))), None)
 
 
 def _is_power_of_ten(given: Any) -> bool:
-    """Return whether ROS's YAML takes for text what people take for a number."""
+    """Return whether ROS's YAML reads a number without a point or sign as text."""
     return isinstance(given, str) and re.fullmatch(r'[-+]?[0-9.]+[eE][-+]?[0-9]+', given) is not None
 
 
@@ -200,5 +200,5 @@ def _shown(given: Any) -> str:
     try:
         text = repr(given)
     except ValueError:
-        text = 'a number of more than 4300 digits'  # Python makes no text of it
+        text = 'a number of more than 4300 digits'  # Python cannot convert it to text
     return text if len(text) < 80 else text[:77] + '...'

@@ -15,7 +15,7 @@ from typing import Iterator, List, Optional
 
 @contextlib.contextmanager
 def interrupts_blocked() -> Iterator[None]:
-    """Block SIGINT: for good in the threads and processes that begin in this context, here until its end."""
+    """Block SIGINT: permanently in threads and processes started in this context, here until its end."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -25,7 +25,7 @@ def interrupts_blocked() -> Iterator[None]:
 
 @contextlib.contextmanager
 def without_collection() -> Iterator[None]:
-    """Have no such search within a with statement that leaves few circles behind; the next ones find these."""
+    """Pause the garbage collector in this context."""
     was_enabled = gc.isenabled()
     gc.disable()
     try:
@@ -38,29 +38,29 @@ def without_collection() -> Iterator[None]:
 def python_command(module: str) -> List[str]:
     """Return the command that runs `main` of a module below diff_encoder_sim with the sys.path of this process.
 
-    `python -m` is no alternative: it imports from the current folder, which another user may own, before the libraries.
+    `python -m` would import from the current folder, which another user may own, before the libraries.
     """
     code = f'import sys; sys.path[:] = {sys.path!r}; from diff_encoder_sim.{module} import main; main()'
     return [sys.executable, '-c', code]
 
 
-# Options of roslaunch that start nothing.
+# Options with which roslaunch does not start nodes.
 LISTING_OPTIONS = (b'--nodes', b'--files', b'--find-node', b'--args', b'--dump-params')
 
 
 def is_roslaunch(pid: int) -> bool:
-    """Return whether a process is a roslaunch; False where there is no such process."""
+    """Return whether a process is a roslaunch; False if it does not exist."""
     return any(b'roslaunch' in word for word in _command_line(pid))
 
 
 def parent_only_lists() -> bool:
-    """Return whether this process was started by a roslaunch that lists nodes or files, and starts nothing."""
+    """Return whether this process was started by a roslaunch that only lists nodes or files."""
     parent = os.getppid()
     return is_roslaunch(parent) and any(word.startswith(LISTING_OPTIONS) for word in _command_line(parent))
 
 
 def catches_signal(pid: int, number: int) -> bool:
-    """Return whether a process has a handler for a signal; True if there is no such process."""
+    """Return whether a process has a handler for a signal; True if it does not exist."""
     try:
         status = Path(f'/proc/{pid}/status').read_text()
     except OSError:
@@ -77,7 +77,7 @@ def _command_line(pid: int) -> List[bytes]:
 
 
 def cpu_model() -> str:
-    """Return the processor's name, or its architecture where Linux does not report one."""
+    """Return the processor's name, or its architecture if Linux does not report one."""
     try:
         lines = Path('/proc/cpuinfo').read_text(encoding='utf-8').splitlines()
     except OSError:
@@ -87,12 +87,12 @@ def cpu_model() -> str:
 
 
 def usable_cores() -> int:
-    """Return how many cores this process may use, which can be fewer than the host has."""
+    """Return the number of cores available to this process."""
     return len(os.sched_getaffinity(0))
 
 
 def git(folder: Path, *arguments: str) -> Optional[str]:
-    """Return the output of a git command in a folder; None where it fails or git is missing."""
+    """Return the output of a git command in a folder; None if it fails or git is missing."""
     try:
         completed = subprocess.run(
             ['git', '-C', str(folder), *arguments],

@@ -1,4 +1,4 @@
-"""Poses and angles in the plane: the one home for wrapping and composing.
+"""Poses and angles in the plane: wrapping and composition.
 
 Yaw is counter-clockwise from the x axis, in radians (REP-103).
 """
@@ -81,11 +81,11 @@ def move_along_arc(pose: Pose2D, distance_m: float, turn_rad: float) -> Pose2D:
 
 @callable_by_kernels
 def base_of_axle(axle: Pose2D, axle_x_m: float) -> Pose2D:
-    """Return the pose of a base, yaw in [-pi, pi), by that of its axle's middle, each from where it began.
+    """Return the pose of a base, yaw in [-pi, pi), by that of its axle's centre, each relative to its start.
 
     Args:
-        axle: its yaw not wrapped.
-        axle_x_m: how far ahead of the base the axle is.
+        axle: with unwrapped yaw.
+        axle_x_m: distance of the axle ahead of the base.
     """
     yaw_rad = wrap_angle(axle.yaw_rad)
     if axle_x_m == 0.0:
@@ -97,7 +97,7 @@ def base_of_axle(axle: Pose2D, axle_x_m: float) -> Pose2D:
 def poses_of_wheels(
     totals: np.ndarray, left_m: float, right_m: float, wheel_separation_m: float, axle_x_m: float, only_last: bool
 ) -> np.ndarray:
-    """Return (draws, m, 3) poses x [m], y [m] and yaw [rad] in [-pi, pi) of a base by what its wheels have turned.
+    """Return (draws, m, 3) poses x [m], y [m] and yaw [rad] in [-pi, pi) of a base from its wheel rotations.
 
     Args:
         totals: (draws, m, 2) left and right, since some start; the first pose is zero.
@@ -120,7 +120,7 @@ def poses_of_wheels(
                 if stepped_left_m or stepped_right_m:
                     turn_rad = (stepped_right_m - stepped_left_m) / wheel_separation_m
                     moved = move_along_arc(pose, 0.5 * (stepped_left_m + stepped_right_m), turn_rad)
-                    # The heading comes from the totals: adding up rounded increments would let it drift.
+                    # The heading is computed from the totals: summed rounded increments would drift.
                     pose = Pose2D(moved.x_m, moved.y_m, (right * right_m - left * left_m) / wheel_separation_m)
             if only_last and report < reports - 1:
                 continue
@@ -139,7 +139,7 @@ def interpolate(start: Pose2D, end: Pose2D, fraction: float) -> Pose2D:
 
 
 def transform_points(frame: Pose2D, points_m: np.ndarray) -> np.ndarray:
-    """Return points (n, 2), given in `frame`, in the parent of that."""
+    """Transform points (n, 2) from `frame` to its parent frame."""
     cos_yaw, sin_yaw = math.cos(frame.yaw_rad), math.sin(frame.yaw_rad)
     turned_m = points_m @ np.array([[cos_yaw, sin_yaw], [-sin_yaw, cos_yaw]])
     moved_m: np.ndarray = turned_m + np.array([frame.x_m, frame.y_m])
@@ -170,7 +170,7 @@ class PoseSeries(NamedTuple):
     x_y_yaw: np.ndarray  # (n, 3) [m, m, rad], finite, yaw in [-pi, pi)
 
     def by_time(self) -> PoseSeries:
-        """Sort by stamp; of poses with the same stamp the first stays."""
+        """Sort by stamp; of poses with the same stamp the first is kept."""
         if (np.diff(self.stamps_ns) > 0).all():
             return self
         stamps_ns, rows = np.unique(self.stamps_ns, return_index=True)

@@ -1,6 +1,6 @@
 """Random generators of a trial: one independent stream per purpose, all from the trial's seed.
 
-The encoder's resolution is not part of the seed, so equal trial numbers draw equal wheel phases
+The encoder's resolution is not part of the seed, so equal trial numbers sample equal wheel phases
 and noise at every PPR and can be compared in pairs.
 """
 
@@ -12,6 +12,6 @@ import numpy as np
 
 
 def generator(seed: int, stream: str) -> np.random.Generator:
-    """Return the generator of one purpose; adding a stream does not change what the others draw."""
-    # crc32 because Python's own hash of a string differs from process to process.
+    """Return the generator of one purpose; adding a stream does not change the others."""
+    # crc32, because Python's string hash differs between processes.
     return np.random.default_rng([seed, zlib.crc32(stream.encode('utf-8'))])

@@ -1,4 +1,4 @@
-"""Stamps of messages in integer nanoseconds: which can be, which are new, and when time jumps back."""
+"""Message stamps in integer nanoseconds: valid stamps, new stamps, and jumps back in time."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ NANOSECONDS_PER_SECOND = 1_000_000_000
 # A stamp of ROS has 32 bits of seconds, and bags of ROS 1 have such stamps.
 LATEST_NS = 2**32 * NANOSECONDS_PER_SECOND
 
-# tf2 adds and subtracts stamps in 32 bits, and aborts its whole process where a sum or difference does not fit. Between
-# stamps of less than 2^31 s (of January 2038) all do.
+# tf2 adds and subtracts stamps in 32 bits, and aborts the process at an overflow. Stamps below 2^31 s (January 2038)
+# do not overflow.
 STAMP_LIMIT_S = 2**31
 
-# A transform farther ahead pushes the true ones out of tf2's buffers, which keep 10 s.
+# A transform farther ahead removes the valid ones from tf2's buffer of 10 s.
 MOST_AHEAD_S = 10.0
 
 
 def check_stamp(stamp_ns: int, now_ns: int = 0, most_ahead_s: float = MOST_AHEAD_S) -> None:
-    """Check that a stamp can be: that TF can hold it, and that it is not far ahead of the clock.
+    """Check that a stamp is valid for TF and not far ahead of the clock.
 
     Args:
         stamp_ns: of a message.
-        now_ns: the clock; 0 while it is not known.
-        most_ahead_s: how far ahead of the clock a stamp may be [s].
+        now_ns: the clock; 0 if unknown.
+        most_ahead_s: maximum lead of a stamp over the clock [s].
 
     Raises:
-        InputFault: it cannot be.
+        InputFault: the stamp is invalid.
     """
     stamp_s, ahead_s = stamp_ns / NANOSECONDS_PER_SECOND, (stamp_ns - now_ns) / NANOSECONDS_PER_SECOND
     if stamp_ns >= STAMP_LIMIT_S * NANOSECONDS_PER_SECOND:
@@ -52,7 +52,7 @@ class Timeline:
     """Classifies stamps as new, stale or restart.
 
     A stamp that goes back by up to `tolerance_ns` is a message overtaken by another (several
-    publishers on one topic). Further back, time itself was reset: a bag loops, or the simulator
+    publishers on one topic). Further back, time was reset: a bag loops, or the simulator
     was reset.
     """
 
@@ -61,7 +61,7 @@ class Timeline:
         self.newest_ns: Optional[int] = None
 
     def advance(self, stamp_ns: int) -> Step:
-        """Classify `stamp_ns` and, unless it is stale, take it as the newest."""
+        """Classify `stamp_ns` and, unless it is stale, store it as the newest."""
         if self.newest_ns is None or stamp_ns > self.newest_ns:
             step = Step.NEW
         elif stamp_ns >= self.newest_ns - self._tolerance_ns:

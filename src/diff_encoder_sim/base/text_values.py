@@ -1,4 +1,4 @@
-"""Values for XML-RPC, whose whole numbers have 32 bits."""
+"""Values for XML-RPC, which has 32-bit integers."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ LARGEST_INT = 2**31 - 1
 
 
 def for_xml_rpc(value: Any) -> Any:
-    """Return a value with its large whole numbers as text, those in mappings and lists, too."""
+    """Return a value with large integers as text, also in mappings and lists."""
     if isinstance(value, Mapping):
         return {key: for_xml_rpc(each) for key, each in value.items()}
     if isinstance(value, list):
@@ -19,7 +19,7 @@ def for_xml_rpc(value: Any) -> Any:
 
 
 def from_xml_rpc(value: Any) -> Any:
-    """Return what `for_xml_rpc` was given."""
+    """Reverse `for_xml_rpc`."""
     if isinstance(value, Mapping):
         return {key: from_xml_rpc(each) for key, each in value.items()}
     if isinstance(value, list):

@@ -10,7 +10,7 @@ import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
 
-# In SI units: nothing about a robot that drives through rooms is bigger.
+# Maximum value in SI units.
 MOST = 1e6
 
 
@@ -40,7 +40,7 @@ def parse_numbers(text: Optional[str], count: int, where: str) -> List[float]:
 
 
 def bounded_numbers(text: Optional[str], count: int, where: str) -> List[float]:
-    """Read `count` numbers of a size that robots and the rooms that they drive through can have.
+    """Read `count` numbers of a plausible size for robots and rooms.
 
     Raises:
         ConfigError: the text is something else.
@@ -64,10 +64,10 @@ def parse_lengths(text: Optional[str], count: int, where: str) -> List[float]:
 
 
 def joint_origin(joint: ElementTree.Element, source: str = '') -> JointOrigin:
-    """Read a URDF joint's origin, zero where there is none; `source` begins the error.
+    """Read a URDF joint's origin, zero by default; `source` begins the error.
 
     Raises:
-        ConfigError: the origin is no two vectors.
+        ConfigError: the origin is not two vectors.
     """
     origin = joint.find('origin')
     attributes = origin.attrib if origin is not None else {}
@@ -78,7 +78,7 @@ def joint_origin(joint: ElementTree.Element, source: str = '') -> JointOrigin:
 
 
 def joint_link(joint: ElementTree.Element, end: str) -> str:
-    """Return the name of a URDF joint's `parent` or `child` link; '' where it has none."""
+    """Return the name of a URDF joint's `parent` or `child` link; '' if missing."""
     element = joint.find(end)
     return '' if element is None else element.get('link', '')
 
@@ -98,7 +98,7 @@ def rotation_from_rpy(roll_rad: float, pitch_rad: float, yaw_rad: float) -> np.n
 
 
 def rpy_from_rotation(rotation: np.ndarray) -> Vector:
-    """Return the (roll, pitch, yaw) [rad] of a 3x3 rotation; where x points up or down, roll alone takes the turn."""
+    """Return the (roll, pitch, yaw) [rad] of a 3x3 rotation; roll only if x points up or down."""
     cosine = math.hypot(rotation[0, 0], rotation[1, 0])
     pitch_rad = math.atan2(-rotation[2, 0], cosine)
     if cosine < 1e-9:

@@ -1,7 +1,7 @@
-"""YAML files and arguments: read as ROS reads them (YAML 1.1), without the values that 1.1 changes unseen.
+"""YAML files and arguments: read as in ROS (YAML 1.1), without its ambiguous values.
 
-`0100` is 64 to YAML 1.1, `1:30` is 90, `on` is true, and of two equal keys the last one counts. All of these are
-errors here that name the line.
+YAML 1.1 reads `0100` as 64, `1:30` as 90, `on` as true, and keeps the last of equal keys. These are errors here,
+with the line.
 """
 
 from __future__ import annotations
@@ -21,27 +21,27 @@ try:
 except ImportError:
     from yaml import SafeLoader  # type: ignore[assignment]
 
-# What means the same in YAML 1.1, in YAML 1.2 and to people.
+# Values with the same meaning in YAML 1.1 and 1.2.
 _PLAIN = {
     'int': re.compile(r'[-+]?(0|[1-9][0-9]*|0x[0-9a-fA-F]+)'),
     'float': re.compile(r'[-+]?([0-9]+\.[0-9]*|\.[0-9]+)([eE][-+][0-9]+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)'),
     'bool': re.compile(r'true|True|TRUE|false|False|FALSE'),
-    'timestamp': re.compile(r'(?!)'),  # no date is a parameter
+    'timestamp': re.compile(r'(?!)'),  # parameters are not dates
 }
 
 
 class RefusedYaml(yaml.constructor.ConstructorError):
-    """YAML that can be read, and would not mean what its author sees."""
+    """Valid but ambiguous YAML."""
 
     def __init__(self, problem: str, node: yaml.Node) -> None:
         super().__init__(None, None, problem, node.start_mark)
 
 
 class StrictLoader(SafeLoader):
-    """PyYAML's safe loader, which refuses what changes silently."""
+    """PyYAML's safe loader, which rejects ambiguous values."""
 
     def construct_mapping(self, node: MappingNode, deep: bool = False) -> Dict[Hashable, Any]:
-        """Construct a mapping of keys that are text, each given once."""
+        """Construct a mapping with unique text keys."""
         lines: Dict[str, int] = {}
         for key, _ in node.value:
             if key.tag not in ('tag:yaml.org,2002:str', 'tag:yaml.org,2002:merge'):
@@ -54,7 +54,7 @@ class StrictLoader(SafeLoader):
 
 
 def _constructor(kind: str) -> Callable[[StrictLoader, ScalarNode], Any]:
-    """Return the constructor of a kind of scalar, for values that are what they read."""
+    """Return the constructor of a kind of scalar that rejects ambiguous values."""
     construct = SafeConstructor.yaml_constructors[f'tag:yaml.org,2002:{kind}']
 
     def construct_plain(loader: StrictLoader, node: ScalarNode) -> Any:
@@ -79,7 +79,7 @@ def load_yaml(path: Union[str, Path]) -> Dict[str, Any]:
     """Read the mapping in a YAML file; an empty file is an empty mapping.
 
     Raises:
-        ConfigError: the file cannot be read, is not YAML, is not a mapping, or has a value that is not what it reads.
+        ConfigError: the file cannot be read, is not YAML, is not a mapping, or has an ambiguous value.
     """
     try:
         content = _parse(_read(path))
@@ -93,10 +93,10 @@ def load_yaml(path: Union[str, Path]) -> Dict[str, Any]:
 
 
 def yaml_value(text: str, source: str) -> Any:
-    """Read an argument as roslaunch itself would; what is no YAML is text.
+    """Read an argument as roslaunch does; invalid YAML is text.
 
     Raises:
-        ConfigError: `source`, which names the argument, has a value that is not what it reads.
+        ConfigError: the argument, named by `source`, has an ambiguous value.
     """
     try:
         return _parse(text)
@@ -109,7 +109,7 @@ def yaml_value(text: str, source: str) -> Any:
 def _read(path: Union[str, Path]) -> str:
     try:
         return Path(path).read_text(encoding='utf-8')
-    except (OSError, ValueError) as error:  # ValueError: bytes that are no UTF-8, a path with a null character
+    except (OSError, ValueError) as error:  # ValueError: invalid UTF-8, or a path with a null character
         reason = getattr(error, 'strerror', None) or 'not UTF-8 text'
         raise ConfigError(f'{path}: cannot be read: {reason}') from None
 
