@@ -104,8 +104,8 @@ def _prepare_numba() -> bool:
     folder = cache_folder()
     if folder is None:
         log.warning('%s: no folder for compiled kernels can be written; each process compiles them (30 s)', PACKAGE)
-    # Set before numba is imported, even if empty: numba would take a folder from a .numba_config.yaml in the current
-    # folder, and run machine code that another user planted there.
+    # Set before numba is imported, even if empty: otherwise a .numba_config.yaml in the current folder could select a
+    # folder with machine code of another user.
     os.environ[FOLDER_VARIABLE] = folder or ''
     numba.config.CACHE_DIR = folder or ''
 

@@ -125,7 +125,7 @@ def shared_params(mapping: Mapping[str, Any], source: str, params_class: Type[P]
     """Build one struct from a flat mapping that it shares with those of other classes.
 
     Raises:
-        ConfigError: a value is not allowed, or no class knows a key.
+        ConfigError: a value is not allowed, or a key is unknown.
     """
     own = set(keys_of(params_class))
     known = own.union(*map(keys_of, also_known))
@@ -139,7 +139,7 @@ def split_params(mapping: Mapping[str, Any], source: str, *params_classes: Type[
     """Build one struct of each class from a flat mapping that they share.
 
     Raises:
-        ConfigError: a value is not allowed, or no class knows a key.
+        ConfigError: a value is not allowed, or a key is unknown.
     """
     return [shared_params(mapping, source, each, *params_classes) for each in params_classes]
 

@@ -106,7 +106,7 @@ def begin_waves(task: ScoringTask, origin: Pose2D, plan: Array) -> bool:
     """Begin waves at the plan (n, 3), n > 0, at its end, and at the nose's goal beyond it.
 
     The plan is in the frame of the grid's origin. Waves from an end begin at the last point before the plan leaves the
-    grid. Returns False if no point is on known cells.
+    grid. Returns False if all points are on unknown cells.
     """
     costs, per_m, cells, queues, counts = task.costs, task.per_m, task.cells, task.queues, task.counts
     rows, columns = costs.shape
