@@ -152,7 +152,7 @@ class SlamTest(NodeTest):
         before = self.dynamic_map().map.data
         now_ns, type(self).now_ns = self.now_ns, self.now_ns - 5 * NS_PER_S
         self.send(with_odometry=False)
-        self.rosout.wait_for_warning(NODE, 'went back to', 'the map so far is kept')
+        self.rosout.wait_for_warning(NODE, 'went back to', 'keeping the map')
         self.assertEqual(self.dynamic_map().map.data, before)
         type(self).now_ns = now_ns
         entered = self.entered()

@@ -1,7 +1,7 @@
-"""What notebooks and programs import: campaigns and recorded drives, with their results as arrays.
+"""Python API for notebooks and programs: campaigns and recorded drives, with results as arrays.
 
-The functions take the options of the commands by their names: `run_campaign('results', 'quick', ppr=[40, 90])` is
-`campaign --out results --config quick --ppr 40 90`. A mistake raises `ConfigError`, whose text is one line.
+The functions take the command options as keyword arguments: `run_campaign('results', 'quick', ppr=[40, 90])` is
+`campaign --out results --config quick --ppr 40 90`. Invalid input raises `ConfigError` with a message of one line.
 """
 
 import importlib
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from diff_encoder_sim.drives.topics import PoseSource
     from diff_encoder_sim.drives.trajectory_error import PathError
 
-# Imported when they are first used: a command needs few of them.
+# Imported on first use.
 _HOMES = {
     'ConfigError': 'base.errors',
     'PathError': 'drives.trajectory_error',

@@ -1,4 +1,4 @@
-"""Advice: which wheel encoder a robot needs, and what limits its accuracy otherwise."""
+"""Advice: the wheel encoder that a robot needs, and other limits of its accuracy."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ PAGE = 'advice.html'
 
 @dataclass(frozen=True)
 class AdviceOptions(WorkerOptions):
-    """The options of the command advise, by their names."""
+    """Options of the command advise."""
 
     robot: Optional[str] = None
     robot_args: Sequence[str] = ()
@@ -66,7 +66,7 @@ class AdviceOptions(WorkerOptions):
     ppr: Optional[Sequence[float]] = None
     encoders: Optional[Sequence[str]] = None
     candidates: str = 'sweep'
-    trials: Optional[int] = None  # of each test with each tested candidate
+    trials: Optional[int] = None  # per test and tested candidate
     has_trials: bool = True
     out: Path = Path('results') / 'advice'
     json: Optional[Path] = None
@@ -74,10 +74,10 @@ class AdviceOptions(WorkerOptions):
 
 
 def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
-    """Find which encoder a robot needs: print the answers, write the page and, if requested, JSON.
+    """Find the encoder that a robot needs: print the answers, write the page and, if requested, JSON.
 
     Raises:
-        ConfigError: an option or a file is bad.
+        ConfigError: an option or a file is invalid.
         CampaignFault: trials cannot be run.
     """
     began_s = time.monotonic()
@@ -98,7 +98,7 @@ def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
 
 
 def _finish(advice: Advice, campaign: Campaign, options: AdviceOptions) -> Advice:
-    """Add what is not waited for, print all of it, and write the files."""
+    """Add budgets and listed encoders, print the advice, and write the files."""
     advice = with_budgets(advice)
     tests = [curve.draws for curve in advice.curves.curves]
     config, candidates = package_folder() / 'config', candidates_of(campaign)
@@ -120,10 +120,10 @@ def _finish(advice: Advice, campaign: Campaign, options: AdviceOptions) -> Advic
 
 
 def _check_outputs(options: AdviceOptions) -> None:
-    """Check, before minutes are spent, that the files can be written.
+    """Check the output paths before the computation starts.
 
     Raises:
-        ConfigError: a folder is missing, or a file in the way.
+        ConfigError: a folder is missing, or a file has its name.
     """
     if options.out.exists() and not options.out.is_dir():
         raise ConfigError(f'--out: given {str(options.out)!r}, a file; allowed: a folder, new or with results')
@@ -132,10 +132,10 @@ def _check_outputs(options: AdviceOptions) -> None:
 
 
 def _with_trials(options: AdviceOptions) -> AdviceOptions:
-    """Return the options with a number of trials.
+    """Return the options with the number of trials.
 
     Raises:
-        ConfigError: this number of trials cannot show the share.
+        ConfigError: the number of trials cannot show the required fraction.
     """
     asked = Asked(options.share, options.confidence)
     fewest = asked.fewest_trials()
@@ -145,16 +145,16 @@ def _with_trials(options: AdviceOptions) -> AdviceOptions:
         raise ConfigError(f'--distance: given {options.distance:g}, but trials drive the tests; allowed: --no-trials')
     if options.has_trials and options.trials is not None and options.trials < fewest:
         raise ConfigError(
-            f'--trials: given {options.trials}; allowed: from {fewest}, as fewer cannot show that '
+            f'--trials: given {options.trials}; allowed: at least {fewest}; fewer cannot show that '
             f'{100 * options.share:g} % of all trials are within the tolerance, even if none fails'
         )
     return options
 
 
 def _candidates(options: AdviceOptions) -> Campaign:
-    """Load the candidates, with sets of parameters that do without a cause of errors.
+    """Load the candidates, with parameter sets that each leave out one cause of errors.
 
-    The robot's own encoder is one of them, unless candidates are given.
+    The candidates include the robot's own encoder unless they are given.
     """
     given = {key: getattr(options, key) for key in ('tests', 'ppr', 'encoders', 'trials', 'robot')}
     given['files'] = None if options.amcl is None else {'amcl': options.amcl}
@@ -166,7 +166,9 @@ def _candidates(options: AdviceOptions) -> Campaign:
 
     campaign = load(given)
     if campaign.params.vary or campaign.params.variants:
-        raise ConfigError(f'--candidates: {options.candidates} varies parameters; allowed: one that varies none')
+        raise ConfigError(
+            f'--candidates: {options.candidates} varies parameters; allowed: a campaign without varied parameters'
+        )
     own, candidates = campaign.robot and campaign.robot.ppr, campaign.params.ppr
     more: Dict[str, Any] = {}
     if own and not (options.ppr or campaign.params.encoders or f'{own:g}' in map(ppr_label, candidates)):
@@ -178,23 +180,23 @@ def _candidates(options: AdviceOptions) -> Campaign:
 
 
 class CandidateTrials:
-    """Runs the trials of an encoder when they are asked for. A context."""
+    """Context manager that runs the trials of an encoder on demand."""
 
     def __init__(self, options: AdviceOptions, campaign: Campaign, run: RunTrials) -> None:
         """Open the results folder.
 
         Args:
-            options: of the command line.
-            campaign: with all candidates.
+            options: options of the command.
+            campaign: campaign with all candidates.
             run: runs trials on a worker.
 
         Raises:
-            ConfigError: the folder has other things in it or cannot be used.
+            ConfigError: the folder contains other files or cannot be used.
         """
         self._options = options
         self._campaign = campaign
         self._run_trial = run
-        self._workers: Optional[Workers] = None  # from the first trial on
+        self._workers: Optional[Workers] = None  # started with the first trial
         self._store = ResultStore(options.out, campaign, describe_run(package_folder(), sys.argv))
         self._opened = ExitStack()
         self._opened.enter_context(self._store)
@@ -210,11 +212,11 @@ class CandidateTrials:
         self._opened.__exit__(kind, error, trace)
 
     def with_encoder(self, label: str, variant: str) -> pd.DataFrame:
-        """Return the trials of each test with an encoder; those without a result are run first.
+        """Return the trials of each test with an encoder; run missing ones.
 
         Args:
-            label: of the encoder.
-            variant: name of the set of parameters; '' if the campaign has none.
+            label: label of the encoder.
+            variant: name of the parameter set; '' if the campaign has none.
         """
         jobs = [job for job in self._store.pending() if self._cell(job) == (label, variant)]
         if jobs:

@@ -1,4 +1,4 @@
-"""Campaigns: their trials on workers."""
+"""Run campaigns on workers."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ UNRUN_SHOWN = 5
 
 @dataclass(frozen=True)
 class WorkerOptions:
-    """Where trials run: processes of this host, or a Dask cluster."""
+    """Workers of trials: processes on this host, or a Dask cluster."""
 
-    workers: Optional[int] = None  # on this host; None: one for each core
+    workers: Optional[int] = None  # on this host; None: one per core
     scheduler: Optional[str] = None
     tls_ca: Optional[Path] = None
     tls_cert: Optional[Path] = None
@@ -42,7 +42,7 @@ class WorkerOptions:
 
 @dataclass(frozen=True)
 class CampaignOptions(WorkerOptions):
-    """The options of the command campaign, by their names."""
+    """Options of the command campaign."""
 
     out: Path = Path()
     config: str = 'quick'
@@ -55,23 +55,23 @@ class CampaignOptions(WorkerOptions):
 
     @classmethod
     def of(cls, options: Mapping[str, Any]) -> CampaignOptions:
-        """Return options by name; each that is not a field is a key of the campaign file, such as tests or ppr."""
+        """Return the options; names that are not fields are keys of the campaign file, such as tests or ppr."""
         own = {each.name for each in fields(cls)}
         keys = {name: value for name, value in options.items() if name not in own}
         return cls(**{name: value for name, value in options.items() if name in own}, keys=keys)
 
 
 def run_campaign(out: Union[str, Path], config: Union[str, Path] = 'quick', **options: Any) -> Results:
-    """Run the trials of a campaign that its results folder does not have yet; return all results.
+    """Run the missing trials of a campaign and return all results.
 
     Args:
-        out: the results folder.
-        config: a campaign by name, or a .yaml file.
-        options: of the command `campaign`, see `CampaignOptions`, and keys of the campaign file: tests, ppr, ...
+        out: results folder.
+        config: name of a campaign, or a .yaml file.
+        options: options of `campaign`, see `CampaignOptions`, and keys of the campaign file: tests, ppr, ...
 
     Raises:
-        ConfigError: an option, a file or the folder is bad.
-        CampaignFault: trials could not be run.
+        ConfigError: an option, a file or the folder is invalid.
+        CampaignFault: trials cannot be run.
     """
     given = CampaignOptions.of({'out': Path(out), 'config': str(config), **options})
     done = complete(given, [CONSOLE, 'campaign', *_words({'config': config, 'out': out, **options})])
@@ -81,7 +81,7 @@ def run_campaign(out: Union[str, Path], config: Union[str, Path] = 'quick', **op
 
 
 def _words(options: Mapping[str, Any]) -> List[str]:
-    """Return options as words of a command line, for the manifest; those that are None or False are left out."""
+    """Return options as command-line words for the manifest, without None and False."""
     words: List[str] = []
     for name, value in options.items():
         if value is not None and value is not False:
@@ -91,24 +91,24 @@ def _words(options: Mapping[str, Any]) -> List[str]:
 
 
 class CampaignRun(NamedTuple):
-    """What became of a campaign."""
+    """Outcome of a campaign."""
 
     table: Path
     summary: str
-    unrun: str  # which trials could not be run, and why; '' for none
+    unrun: str  # trials that could not be run, with reasons; '' if none
 
 
 def complete(options: CampaignOptions, command: Sequence[str], run: Optional[RunTrials] = None) -> CampaignRun:
     """Run the trials of a campaign that are missing in its results folder.
 
     Args:
-        options: of the command line.
-        command: what the manifest names as the command that repeats this.
-        run: runs trials on a worker, in place of the lockstep trials.
+        options: options of the command.
+        command: command line written to the manifest.
+        run: replaces the lockstep trials on a worker.
 
     Raises:
-        ConfigError: a file, an option or the results folder is bad.
-        CampaignFault: trials cannot go on.
+        ConfigError: a file, an option or the results folder is invalid.
+        CampaignFault: trials cannot continue.
     """
     given = {**options.keys, 'files': None if options.amcl is None else {'amcl': options.amcl}}
     arguments = xacro_arguments(options.robot_args)
@@ -144,15 +144,15 @@ def _run_jobs(
 def _summary(store: ResultStore, progress: Progress) -> str:
     duration = f'{progress.wall_time_s():.1f} s, {progress.real_time_factor():.1f} times real time'
     if not progress.done_now:
-        duration = 'all trials had been run before: nothing to do'
+        duration = 'all trials are already finished'
     return f'{outcome_table(store.rows)}\n{duration}'
 
 
 def workers(options: WorkerOptions, pending: int) -> ContextManager[Workers]:
-    """Return the workers that the options select, on this host no more than there are `pending` trials.
+    """Return the selected workers, on this host at most one per pending trial.
 
     Raises:
-        ConfigError: an option for TLS is given where it has no effect, or misses another.
+        ConfigError: the TLS options are incomplete or have no effect.
     """
     tls = _tls_files(options)
     if options.scheduler is not None:
@@ -172,7 +172,7 @@ def _tls_files(options: WorkerOptions) -> Optional[TlsFiles]:
 
 
 def unrun_text(name: str, unrun: Sequence[UnrunTrial]) -> str:
-    """Say which trials could not be run and why, for the terminal."""
+    """Return the trials that could not be run, with reasons, for the terminal."""
     by_reason: Dict[str, List[str]] = {}
     for trial in unrun:
         by_reason.setdefault(trial.reason, []).append(trial.trial.name)
@@ -186,7 +186,7 @@ def unrun_text(name: str, unrun: Sequence[UnrunTrial]) -> str:
 
 @contextlib.contextmanager
 def stop_reports(progress: Progress) -> Iterator[None]:
-    """Let the line that says that the tool was stopped say how many trials are done."""
+    """Add the number of finished trials to the message of a stopped command."""
     try:
         yield
     except Stopped as stopped:

@@ -1,4 +1,4 @@
-"""The plan of a live trial, from the arguments of trial.launch."""
+"""Plan of a live trial, from the arguments of trial.launch."""
 
 from __future__ import annotations
 
@@ -40,15 +40,15 @@ from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 
 def check_robot_of_trial(options: TrialOptions, trial: Trial, robot: LaunchedRobot, map_path: str) -> None:
-    """Check that the robot drives as it should and can do the test, unless --unchecked=true is given.
+    """Check the robot and its fit to the test, unless --unchecked=true is given.
 
     Raises:
-        ConfigError: it does not.
+        ConfigError: a check fails.
     """
     if options.unchecked == 'true':
         return
     problems = [*_failed_checks(options, robot)]
-    # A drive without feedback goes through worlds whose map may not be made yet; a collision ends it at once.
+    # Scripted drives need no map; a collision ends them at once.
     if options.nav != 'scripted':
         problem = misfit(trial.test, robot.params.navigator, robot.params.simulator.drive, load_map(map_path))
         problems += [problem] if problem else []
@@ -57,7 +57,7 @@ def check_robot_of_trial(options: TrialOptions, trial: Trial, robot: LaunchedRob
 
 
 def _failed_checks(options: TrialOptions, robot: LaunchedRobot) -> Iterator[str]:
-    """Drive the robot in PyBullet, unless Gazebo is to do so, and print the table where a check fails."""
+    """Run the self-check in PyBullet, unless the trial uses Gazebo, and print the table if a check fails."""
     if options.sim == 'gazebo':
         return
     robot.setup.check_laser()
@@ -73,7 +73,7 @@ SIMULATORS = (SIMULATED, 'gazebo')
 
 
 class TrialArguments(Params):
-    """Launch arguments, for errors that name them as the user does."""
+    """Launch arguments, validated by the names that the user gives."""
 
     trial: Seed = Field()
     ppr: PulsesPerRevolution = DEFAULT_PPR
@@ -81,7 +81,7 @@ class TrialArguments(Params):
 
 @dataclass(frozen=True)
 class TrialOptions(LaunchOptions):
-    """The arguments of trial.launch, as text; `plan` checks them."""
+    """Arguments of trial.launch as text; `plan` validates them."""
 
     test: str = ''
     ppr: str = ''
@@ -96,12 +96,12 @@ class TrialOptions(LaunchOptions):
 
 
 def plan_as_yaml(options: TrialOptions) -> str:
-    """Return the plan of a live trial in one line of YAML, for the parameter /trial.
+    """Return the plan of a live trial as one line of YAML for the parameter /trial.
 
     Raises:
-        ConfigError: as `plan`.
+        ConfigError: as in `plan`.
     """
-    # Not as JSON: of 1e-06 YAML reads a text.
+    # Not JSON, because YAML reads 1e-06 as a string.
     content = for_xml_rpc(plan(options).model_dump(mode='json', exclude_none=True))
     return yaml.safe_dump(content, default_flow_style=True, width=math.inf, sort_keys=False)
 
@@ -110,7 +110,7 @@ def plan(options: TrialOptions) -> LivePlan:
     """Return the plan for the options.
 
     Raises:
-        ConfigError: an option, or a file that it names, is bad.
+        ConfigError: an option or its file is invalid.
     """
     if options.sim not in SIMULATORS:
         raise ConfigError(f'sim: given {options.sim!r}; allowed: {", ".join(SIMULATORS)}')
@@ -181,9 +181,9 @@ def _report_delay_s(options: TrialOptions, encoder: EncoderParams, rate_hz: floa
 
 
 def _command_period_s(options: TrialOptions, robot: RobotParams) -> float:
-    """Return the period of the commands that the simulator waits for; 0 where they do not come in each period.
+    """Return the period of the commands that the simulator waits for; 0 if commands may be missing.
 
-    Upstream's move_base sends its when it can, and nothing answers a report that is lost.
+    The upstream move_base has no fixed period, and a lost report gets no command.
     """
     if options.nav == 'embedded' and robot.encoder.report.are_even:
         return robot.navigator.control_period_s
@@ -192,7 +192,7 @@ def _command_period_s(options: TrialOptions, robot: RobotParams) -> float:
 
 def _check_packages(options: TrialOptions) -> None:
     if parent_only_lists():
-        return  # roslaunch --nodes and the like need no package installed
+        return  # roslaunch --nodes needs no installed packages
     if options.nav == 'upstream':
         require(UPSTREAM_NAVIGATION)
     if options.slam == 'upstream':
@@ -211,7 +211,7 @@ def _map_path(options: TrialOptions, world: Path) -> str:
 
 
 def _check_start(test: TestDefinition, map_path: str) -> None:
-    """Refuse a start where AMCL could never localize: the robot would stand until the test's time limit."""
+    """Refuse a start at which AMCL cannot localize, which would last until the test's time limit."""
     grid, start = load_map(map_path), test.start
     cell = grid.cell_at(start.x, start.y)
     where: Optional[str] = 'outside'

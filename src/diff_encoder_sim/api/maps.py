@@ -1,4 +1,4 @@
-"""Maps: by grid SLAM from a bag, and of a world file."""
+"""Build maps by grid SLAM from a bag, or from a world file."""
 
 from __future__ import annotations
 
@@ -33,18 +33,18 @@ def map_of_bag(
     odom: str = ODOM,
     seed: int = 0,
 ) -> str:
-    """Build a map by grid SLAM from the scans and the odometry of a bag; return one line about it.
+    """Build a map by grid SLAM from the scans and the odometry of a bag; return a summary line.
 
     Args:
-        bag: of ROS 1 or ROS 2.
-        stem: STEM.pgm and STEM.yaml are written; next to the bag by default.
-        config: parameters, by slam_gmapping's names.
+        bag: ROS 1 or ROS 2 bag.
+        stem: path of STEM.pgm and STEM.yaml; next to the bag by default.
+        config: file with parameters of slam_gmapping.
         scan: topic of the scans.
         odom: topic of the odometry.
-        seed: of the particles; the bag of a trial uses the trial's number.
+        seed: seed of the particles; ignored for the bag of a trial, which uses the trial's number.
 
     Raises:
-        ConfigError: a file cannot be read or written, or has nothing to make a map of.
+        ConfigError: a file cannot be read or written, or contains no data for a map.
     """
     params = load_params(GridSlamParams, config or package_folder() / 'config' / 'slam.yaml')
     with open_source(bag) as source:
@@ -60,7 +60,7 @@ def map_of_bag(
     took_s = time.perf_counter() - begin_s
     path = save_map(slam.map().cropped(SAVED_MARGIN_M), stem or bag.with_suffix(''))
     if fault:
-        log.warning('%s: %s; all messages that can be read are used', bag, fault)
+        log.warning('%s: %s; using all readable messages', bag, fault)
     drive_s = (track.stamps_ns[-1] - track.stamps_ns[0]) / NANOSECONDS_PER_SECOND
     return (
         f'{path}: {entered} scans of a drive of {drive_s:.1f} s, in {took_s:.1f} s: '
@@ -71,14 +71,14 @@ def map_of_bag(
 def map_of_world(
     world: Path, free: Sequence[float], height: float, resolution: float, out: Optional[Path] = None
 ) -> Path:
-    """Make a map directly from a .world file; return the path of its YAML file.
+    """Build a map from a .world file; return the path of its YAML file.
 
     Args:
         world: SDF file of primitives.
-        free: x, y [m] of a point in free space; all that can be reached from it is free on the map.
-        height: of the scan plane above the floor [m].
+        free: x, y [m] of a point in free space; all space reachable from it is free in the map.
+        height: height of the scan plane above the floor [m].
         resolution: side of a cell [m].
-        out: stem of the files to write; next to the world by default.
+        out: stem of the output files; next to the world by default.
 
     Raises:
         ConfigError: the world cannot be read, or the point is not free.

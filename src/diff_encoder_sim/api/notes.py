@@ -1,4 +1,4 @@
-"""Notes before trials run: encoders, rates, how the robot stops, and its self-check."""
+"""Notes before trials run: encoders, rates, stopping, and self-check of the robot."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def name_encoders(command: str, encoders: Iterable[ChosenEncoder], wheel_diamete
 
 
 def encoder_lines(encoders: Iterable[ChosenEncoder], wheel_diameter_m: float) -> Iterator[str]:
-    """Yield how the counts of each encoder with a resolution follow from its datasheet, and how many are on a metre."""
+    """Yield the resolution by datasheet and the counts per metre of each encoder with a resolution."""
     for encoder in encoders:
         if encoder.resolution:
             name = f'{encoder.name} ({encoder.real.name})' if encoder.real else 'encoder'
@@ -31,29 +31,30 @@ def encoder_lines(encoders: Iterable[ChosenEncoder], wheel_diameter_m: float) ->
 
 
 def name_campaigns_encoders(command: str, campaign: Campaign) -> None:
-    """Print what follows from the encoders and rates of a campaign."""
+    """Print notes on the encoders and rates of a campaign."""
     name_encoders(command, campaign.encoders, campaign.cells[0].robot_params.odometry.wheel_diameter)
     name_rates(command, (cell.robot_params.encoder.rate for cell in campaign.cells))
 
 
 def name_rates(command: str, rates_hz: Iterable[float]) -> None:
-    """Print a line for each rate at which the simulator's encoders cannot report: they sample its joint states."""
+    """Print a line for each report rate above the rate of the simulator's joint states."""
     for rate_hz in dict.fromkeys(rates_hz):
         if rate_hz > JOINTS_RATE_HZ:
-            given = f'rate: {rate_hz:g} Hz of reports'
+            given = f'rate: {rate_hz:g} Hz'
             print(
-                f'{command}: {given}, but joint states have {JOINTS_RATE_HZ:g} Hz, and so have reports', file=sys.stderr
+                f'{command}: {given}, but reports are limited to the {JOINTS_RATE_HZ:g} Hz of joint states',
+                file=sys.stderr,
             )
 
 
 def name_stopping(name: str, campaign: Campaign, tolerance_m: float, tolerance_deg: float) -> None:
-    """Print how the robot of a campaign stops, and a warning where that alone is more than the tolerance.
+    """Print the stopping behaviour of a campaign's robot, and a warning if it exceeds the tolerance.
 
     Args:
-        name: of the command.
-        campaign: whose trials come.
-        tolerance_m: what results are judged by, in x and in y.
-        tolerance_deg: the same for the heading.
+        name: name of the command.
+        campaign: campaign to run.
+        tolerance_m: tolerance of the results, in x and in y.
+        tolerance_deg: tolerance of the heading.
     """
     if campaign.params.nav != 'embedded':
         return
@@ -74,7 +75,7 @@ def name_stopping(name: str, campaign: Campaign, tolerance_m: float, tolerance_d
 
 
 def name_stopping_of_trial(nav: str, params: RobotParams) -> None:
-    """Print how the robot of a live trial stops, if it is navigated."""
+    """Print the stopping behaviour of a navigated live trial."""
     if nav != 'scripted':
         used = as_upstream(params) if nav == 'upstream' else params
         print(f'trial.launch: {stopping_line(used, [params.encoder.counts_per_turn])}', file=sys.stderr)
@@ -84,7 +85,7 @@ def with_checks(name: str, campaign: Campaign, is_unchecked: bool) -> Campaign:
     """Return the campaign with the results of its robot's self-check.
 
     Raises:
-        ConfigError: the robot fails it, or cannot do a test, and `is_unchecked` is False.
+        ConfigError: the robot fails it or does not fit a test, and `is_unchecked` is False.
     """
     if campaign.robot is None:
         return campaign

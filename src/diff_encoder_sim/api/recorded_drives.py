@@ -1,4 +1,4 @@
-"""Recorded drives: what their odometry would have been with other encoders."""
+"""Re-encode recorded drives: odometry of the same drive with other encoders."""
 
 from __future__ import annotations
 
@@ -58,12 +58,12 @@ LEGEND = """\
 Odometry minus reference, aligned at the first common stamp, no fit. ATE, max:
 distance over the whole path, root mean square and largest. yaw: root mean square. end: along (x)
 and across (y) the start heading. RPE: error of the motion over segments of the reference's path,
-root mean square of so many segments: consecutive ones lie end to end, all pairs have one from each
-pose on. evo gives the same numbers: docs/recorded_drives.md."""
+root mean square over the given number of segments (consecutive: end to end; all pairs: one from
+each pose). evo gives the same numbers: docs/recorded_drives.md."""
 
 
 class ReencodedDrive(NamedTuple):
-    """A recorded drive as an encoder would have measured it."""
+    """Recorded drive with one encoder."""
 
     ppr: str  # label of the encoder
     odometry: PoseSeries  # base in odom
@@ -71,23 +71,23 @@ class ReencodedDrive(NamedTuple):
 
 
 class Reencoding(NamedTuple):
-    """A recorded drive with each encoder, and the same as text."""
+    """Recorded drive with each encoder, and a text report."""
 
     drives: List[ReencodedDrive]
-    notes: List[str]  # on what could not be read or compared, and on the encoders
+    notes: List[str]  # on unreadable or missing data and on encoders
     text: str
-    files: List[Path]  # that were written
+    files: List[Path]  # written files
 
 
 def reencode(bag: Union[str, Path, None] = None, **options: Any) -> List[ReencodedDrive]:
-    """Compute what the odometry of a recorded drive would have been with other encoders, one result for each.
+    """Compute the odometry of a recorded drive with other encoders; return one result per encoder.
 
     Args:
-        bag: of ROS 1 or ROS 2; None if the option csv names a table.
-        options: of the command `reencode`, see `DriveOptions`: ppr, encoder, out, robot, reference, ...
+        bag: ROS 1 or ROS 2 bag; None if the option csv is given.
+        options: options of the command `reencode`, see `DriveOptions`: ppr, encoder, out, robot, reference, ...
 
     Raises:
-        ConfigError: an option or a file is bad, a file cannot be written, or there is no drive in the bag.
+        ConfigError: an option or a file is invalid, a file cannot be written, or the bag contains no drive.
     """
     paths = {key: Path(options[key]) for key in ('csv', 'out', 'config') if options.get(key) is not None}
     done = reencoding(DriveOptions(**{**options, **paths, 'bag': None if bag is None else Path(bag)}))
@@ -100,7 +100,7 @@ def reencoding(options: DriveOptions) -> Reencoding:
     """Compute a recorded drive with each encoder.
 
     Raises:
-        ConfigError: as `reencode`.
+        ConfigError: as in `reencode`.
     """
     begin_s = time.perf_counter()
     given = given_encoders(options)
@@ -117,9 +117,7 @@ def reencoding(options: DriveOptions) -> Reencoding:
         encoded = _encoded(drive, read, encoders, files)
     errors = drive_errors(read, encoded, drive.reference is not None)
     if drive.reference and not any(errors):
-        notes.append(
-            f'no pose of {drive.reference.name} has the time of an odometry message: errors cannot be computed'
-        )
+        notes.append(f'no pose of {drive.reference.name} has the stamp of an odometry message: no errors computed')
     rows = error_rows(encoded, errors)
     if files:
         _write_text(files[CSV_NAME], csv_table(rows))
@@ -137,11 +135,11 @@ def reencoding(options: DriveOptions) -> Reencoding:
 
 
 def read_path(bag: Union[str, Path], reference: str = '/odom') -> PoseSeries:
-    """Read the poses of a topic, such as /odom or /world_pose, or of a frame in another, as 'map->base_link'.
+    """Read the poses of a topic, such as /odom or /world_pose, or of a transform, such as 'map->base_link'.
 
     Raises:
-        ConfigError: the bag cannot be read, or has no such poses.
-        InputFault: a message is torn.
+        ConfigError: the bag cannot be read, or contains no such poses.
+        InputFault: a message is truncated.
     """
     path = Path(bag)
     with open_source(path) as source:
@@ -153,7 +151,7 @@ def read_path(bag: Union[str, Path], reference: str = '/odom') -> PoseSeries:
 
 
 class RecordedDrive(NamedTuple):
-    """A bag or a table with its wheels and reference, and the parameters that it is read with."""
+    """Open bag or table with its wheels, reference and parameters."""
 
     path: Path
     stream: DriveStream
@@ -164,14 +162,14 @@ class RecordedDrive(NamedTuple):
 
 
 def output_files(folder: Optional[Path], bag: Path, encoders: Sequence[ChosenEncoder]) -> Dict[str, Path]:
-    """Return the path of each encoder's bag, by its label, and that of the CSV file; none without a folder.
+    """Return the paths of the bags by encoder label and of the CSV file; {} without a folder.
 
     Raises:
-        ConfigError: one of the files exists.
+        ConfigError: a file exists.
     """
     if folder is None:
         return {}
-    stem = bag.resolve().stem  # also where the bag is given as `.`
+    stem = bag.resolve().stem  # resolved: the bag may be given as `.`
     files = {each.label: folder / f'{stem}_{file_label(each.ppr, each.name)}.bag' for each in encoders}
     files[CSV_NAME] = folder / CSV_NAME
     for path in files.values():
@@ -182,15 +180,15 @@ def output_files(folder: Optional[Path], bag: Path, encoders: Sequence[ChosenEnc
 
 @contextlib.contextmanager
 def _opened_drive(options: DriveOptions) -> Iterator[RecordedDrive]:
-    """Open the drive that the options name, for as long as the context lasts.
+    """Open the drive given by the options.
 
     Raises:
-        ConfigError: a file or an option is bad.
+        ConfigError: a file or an option is invalid.
     """
     check_wheel_options(options)
     if options.csv:
         if options.reference:
-            raise ConfigError('--reference: given with --csv; allowed: with a bag, which may have poses')
+            raise ConfigError('--reference: given with --csv; allowed: with a bag')
         stream = CsvStream(options.csv, options.columns, options.time_unit or 's')
         robot = recorded_robot(options, None)
         check_seed(options, robot)
@@ -206,13 +204,13 @@ def _opened_drive(options: DriveOptions) -> Iterator[RecordedDrive]:
 
 
 def _with_joints(options: DriveOptions, wheels: WheelSource, robot: RecordedRobot) -> RecordedRobot:
-    """Take the names of the joints from where the wheels are read."""
+    """Set the names of the joints to those of the wheel source."""
     sources = dict(robot.sources)
     for side, joint in zip(('left', 'right'), wheels.joints):
         if joint != getattr(robot.encoder, f'{side}_joint'):
             sources[f'{side}_joint'] = f'--{side}' if getattr(options, side) else f"the bag's {wheels.topics[0]}"
     encoder = robot.encoder.model_copy(update={'left_joint': wheels.joints[0], 'right_joint': wheels.joints[1]})
-    if not wheels.are_joint_angles:  # whoever counted or computed them knew which way is forward
+    if not wheels.are_joint_angles:  # counts and computed angles are positive forward
         encoder = encoder.model_copy(update={'left_reversed': False, 'right_reversed': False})
     return robot._replace(encoder=encoder, sources=sources)
 
@@ -220,14 +218,14 @@ def _with_joints(options: DriveOptions, wheels: WheelSource, robot: RecordedRobo
 def _encoded(
     drive: RecordedDrive, read: ReadDrive, encoders: Sequence[Encoder], files: Mapping[str, Path]
 ) -> List[EncodedDrive]:
-    """Compute the drive with each encoder, and write its bag, if there are files.
+    """Compute the drive with each encoder, and write its bag if there are files.
 
     Raises:
-        ConfigError: there is no drive in it, or a file cannot be written.
+        ConfigError: there is no drive, or a file cannot be written.
     """
     encoded = []
     try:
-        with contextlib.ExitStack() as stack:  # if there is no drive, no bag stays
+        with contextlib.ExitStack() as stack:  # removes the bags after an error
             for encoder in encoders:
                 bag = None
                 if files:
@@ -254,14 +252,14 @@ def _write_text(path: Path, text: str) -> None:
 
 
 def _notes(drive: RecordedDrive, read: ReadDrive, encoders: Sequence[Encoder], has_bags: bool) -> List[str]:
-    """List what is assumed or missing, one line each."""
+    """Return notes on assumed or missing data."""
     notes = []
     if drive.robot.is_guessed():
-        notes.append('neither the bag nor --robot has wheel parameters; using config/config.yaml')
+        notes.append('neither the bag nor --robot contains wheel parameters; using config/config.yaml')
     if any(each.params.encoder.counts_by_command for each in encoders) and not has_commands(drive.stream):
-        notes.append(f'no {CMD_VEL} (geometry_msgs/Twist), by which the encoder counts: all counts are forward')
+        notes.append(f'no {CMD_VEL} (geometry_msgs/Twist) for the direction of counts: all counts are forward')
     if drive.stream.fault:
-        notes.append(f'{drive.stream.fault}; what can be read is used')
+        notes.append(f'{drive.stream.fault}; using all readable messages')
     if has_bags and drive.robot.odometry.motion_noise is None:
         hidden = hidden_encoder(min((each.odometry for each in encoders), key=encoder_lateral_std))
         notes += [hidden] if hidden else []
@@ -269,7 +267,7 @@ def _notes(drive: RecordedDrive, read: ReadDrive, encoders: Sequence[Encoder], h
 
 
 def _head(drive: RecordedDrive, read: ReadDrive, encoders: Sequence[Encoder], took_s: float) -> List[str]:
-    """Return the drive and its wheels as lines for the terminal."""
+    """Return lines about the drive and its wheels for the terminal."""
     reference = drive.reference.name if drive.reference else 'the odometry of the finest PPR'
     text = f'{read.messages} {drive.wheels.text} in {read.duration_s:.1f} s, read in {took_s:.1f} s'
     lines = [f'{drive.path}: {text}; compared with {reference}', drive.robot.text()]

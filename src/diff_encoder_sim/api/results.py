@@ -1,4 +1,4 @@
-"""Results of trials, and their analysis."""
+"""Read results of trials and write their analysis."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def read_results(*paths: Union[str, Path]) -> Results:
     """Read a campaign's results folder, or bags of trials and folders of such bags.
 
     Raises:
-        ConfigError: there is nothing to read.
+        ConfigError: there are no results.
     """
     return load_results([Path(path) for path in paths])
 
@@ -27,7 +27,7 @@ def write_report(results: Results, out: Union[str, Path]) -> Path:
     """Write tables, figures and the report into a folder, as `analyze` does; return the report's path.
 
     Raises:
-        ConfigError: the folder has other things in it, or cannot be written.
+        ConfigError: the folder contains other files, or cannot be written.
     """
     with output_folder(Path(out)) as folder:
         write_analysis(results, folder)
@@ -42,11 +42,11 @@ def analyze(
     Args:
         paths: one campaign's results folder, or bags of trials and folders of such bags.
         out: output folder; analysis/ in the given folder, or next to the first bag, by default.
-        beside: another campaign's results folder, for the comparison with the paper.
-        show: takes the summary as soon as the results are read.
+        beside: another campaign's results folder for the comparison with the paper.
+        show: called with the summary when the results are read.
 
     Raises:
-        ConfigError: there is nothing to read, or the folder has other things in it.
+        ConfigError: there are no results, or the folder contains other files.
     """
     first = paths[0]
     folder = out or (first if first.is_dir() and not is_bag_folder(first) else first.parent) / DEFAULT_ANALYSIS

@@ -1,4 +1,4 @@
-"""Robots: what is found in their files, how they drive, and the parameters of nodes that follow."""
+"""Robots: their files, self-checks, and the node parameters derived from them."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ from diff_encoder_sim.wheels.diagnostics import hidden_encoder
 from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, OdometryParams
 
 OWN_PPR, OWN_NOISE = 'config.ppr', 'config.motion_noise'
-SIMULATED = 'pybullet'  # the simulator whose wheels have the errors of the parameters
+SIMULATED = 'pybullet'  # simulator with the wheel errors of the parameters
 _ABSENT = object()
 
 
 @dataclass(frozen=True)
 class LaunchOptions:
-    """The launch arguments of a robot: its file, xacro arguments in one text, encoder and YAML files."""
+    """Launch arguments of a robot: its file, xacro arguments as one string, encoder and YAML files."""
 
     robot: str
     robot_args: str = ''
@@ -61,27 +61,27 @@ class LaunchOptions:
 
 
 class LaunchedRobot(NamedTuple):
-    """A robot and what its nodes run with."""
+    """Robot with the parameters of its nodes."""
 
     setup: RobotSetup
-    settings: Dict[str, Any]  # by dotted keys: what replaces the values of the YAML files
+    settings: Dict[str, Any]  # by dotted keys; override the YAML files
     params: RobotParams
-    encoder: ChosenEncoder  # of encoder:=, or as the parameters have it
-    notes: List[str]  # where a YAML file goes before the robot, or a default hides the encoder; a line each
+    encoder: ChosenEncoder  # given by encoder:= or by the parameters
+    notes: List[str]  # YAML values that override the robot, and defaults that hide the encoder
 
 
 def launched_robot(
     options: LaunchOptions, arguments: Mapping[str, Any], usual: Optional[Mapping[str, Any]] = None
 ) -> LaunchedRobot:
-    """Return the robot that a launch file's options name.
+    """Return the robot given by launch arguments.
 
     Args:
-        options: the robot, its encoder, YAML files, and which simulator has its wheels.
+        options: robot, encoder, YAML files and simulator.
         arguments: launch arguments by dotted keys.
-        usual: values by dotted keys that go before the package's files alone.
+        usual: values by dotted keys that override only the package's files.
 
     Raises:
-        ConfigError: a file is missing or bad, or a value is not allowed.
+        ConfigError: a file is missing or invalid, or a value is not allowed.
     """
     setup, encoder = _setup(options), _encoder(options, arguments)
     files = _files(options)
@@ -90,16 +90,16 @@ def launched_robot(
     if setup.file.ppr is not None:
         settings[OWN_PPR] = setup.file.ppr
     is_noise_given = any(OWN_NOISE in values for values in (settings, theirs, arguments))
-    if options.sim != SIMULATED:  # its wheels are told of when they are known
+    if options.sim != SIMULATED:  # other simulators have unknown wheel errors
         settings = {**_config(OdometryParams().uncertainty), **settings}
     replaced = {key for key in settings if any(_overlap(key, other) for other in theirs)}
     notes = [
-        f'{key}: as in {files[key.partition(".")[0]]}, not {settings[key]!r} as in {setup.file.where}'
+        f'{key}: using {files[key.partition(".")[0]]}, not {settings[key]!r} of {setup.file.where}'
         for key in sorted(replaced & {*setup.file.overrides, OWN_PPR})
     ]
     given = {**(_overrides(encoder) if encoder else {}), **arguments}
     if OWN_PPR in given:
-        replaced.update(RESOLUTION_KEYS)  # the robot's own encoder gives way
+        replaced.update(RESOLUTION_KEYS)  # overrides the robot's own encoder
     settings = {key: value for key, value in settings.items() if key not in replaced}
     settings = {**_missing_costmaps(files), **settings, **given}
     params = _checked(files, settings)
@@ -112,7 +112,7 @@ def launched_robot(
 
 
 def _files(options: LaunchOptions) -> Dict[str, str]:
-    """Return the paths of the YAML files by their stems: as given, else the package's."""
+    """Return the paths of the YAML files by stem: given or those of the package."""
     given = {
         'config': options.config,
         'simulator': options.simulator_config,
@@ -138,7 +138,7 @@ def _encoder(options: LaunchOptions, arguments: Mapping[str, Any]) -> Optional[C
 
 
 def _overrides(encoder: ChosenEncoder) -> Dict[str, Any]:
-    """Return what an encoder sets; the parameter server knows no None."""
+    """Return the parameters of an encoder, without None, which the parameter server does not support."""
     return {key: value for key, value in encoder.overrides.items() if value is not None}
 
 
@@ -153,12 +153,12 @@ def _setup(options: LaunchOptions) -> RobotSetup:
 
 
 def _users_folder() -> Path:
-    """Return the folder in which roslaunch was started: it starts its commands in one of its own."""
+    """Return the working directory of roslaunch, which runs its commands in a different one."""
     return Path(os.environ.get('PWD', '.'))
 
 
 def _users_values(files: Mapping[str, str]) -> Dict[str, Any]:
-    """Return what the user's files have otherwise than the package's, by dotted keys."""
+    """Return the values of the user's files that differ from those of the package, by dotted keys."""
     values: Dict[str, Any] = {}
     for stem, path in files.items():
         own = package_folder() / 'config' / f'{stem}.yaml'
@@ -170,21 +170,21 @@ def _users_values(files: Mapping[str, str]) -> Dict[str, Any]:
 
 
 def _missing_costmaps(files: Mapping[str, str]) -> Dict[str, Any]:
-    """Return the package's costmaps that the user's file leaves out: outline and frame alone make none."""
+    """Return the package's costmaps that are missing in the user's file."""
     usual, given = load_yaml(package_folder() / 'config' / 'navigation.yaml'), load_yaml(files['navigation'])
     missing = {name: usual[name] for name in ('global_costmap', 'local_costmap') if name not in given}
     return {f'navigation.{key}': value for key, value in flat(missing)}
 
 
 def _overlap(key: str, other: str) -> bool:
-    """Return whether two dotted keys name the same value, or one is a part of the other."""
+    """Return whether two dotted keys are equal, or one is a prefix of the other."""
     return f'{key}.'.startswith(f'{other}.') or f'{other}.'.startswith(f'{key}.')
 
 
 def _checked(files: Mapping[str, str], settings: Mapping[str, Any]) -> RobotParams:
     config = {stem: load_yaml(files.get(stem, package_folder() / 'config' / f'{stem}.yaml')) for stem in CONFIG_FILES}
     for stem, classes in CONFIG_FILES.items():
-        split_params(config[stem], str(files.get(stem, stem)), *classes.values())  # alone, so that an error is its own
+        split_params(config[stem], str(files.get(stem, stem)), *classes.values())  # separately, for errors of this file
     return override(config, settings)
 
 
@@ -192,8 +192,8 @@ def robot_urdf(options: LaunchOptions, arguments: Sequence[str], frames: bool, n
     """Return the URDF of a robot.
 
     Args:
-        options: with the robot and, in one text, arguments of its xacro.
-        arguments: more of them, NAME:=VALUE each.
+        options: robot and xacro arguments as one string.
+        arguments: further xacro arguments, NAME:=VALUE each.
         frames: for robot_state_publisher: joints other than the driven wheels are fixed, the root link has no inertia.
         no_root_inertia: root_inertia:=false, if the xacro has this argument.
 
@@ -208,32 +208,32 @@ def robot_urdf(options: LaunchOptions, arguments: Sequence[str], frames: bool, n
     return expand(without_root_inertia(file.source) if no_root_inertia else file.source)
 
 
-# Widths of the columns value and source, so that a table fits a usual terminal.
+# Widths of the columns value and source, for common terminals.
 WIDTHS = (52, 44)
 
 
 def find_robot(robot: str, robot_args: Sequence[str] = (), packages: Sequence[Path] = ()) -> RobotSetup:
-    """Read a robot by name or file, and find its wheels, laser, outline and limits.
+    """Load a robot by name or file, with its wheels, laser, outline and limits.
 
     Raises:
-        ConfigError: it cannot be read, or is no differential drive.
+        ConfigError: the robot cannot be read, or is not a differential drive.
     """
     return load_robot(robot, Path(), package_folder(), xacro_arguments(robot_args), packages)
 
 
 def check_found_robot(setup: RobotSetup) -> Sequence[Check]:
-    """Drive a robot on a flat floor, and return the results of its self-check."""
+    """Run the self-check of a robot on a flat floor."""
     params = override(load_robot_config(package_folder() / 'config'), setup.settings).simulator
     if setup.description.laser is None:
-        params = params.model_copy(update={'laser_link': ''})  # the default is a link that the robot does not have
+        params = params.model_copy(update={'laser_link': ''})  # the default link does not exist
     return check_robot(setup.file.source, params)
 
 
 def check_robot_path(path: Path) -> None:
-    """Check the path of a robot file before anything is computed for it.
+    """Check the path of a robot file before the computation.
 
     Raises:
-        ConfigError: the file exists, or its name is not that of a robot file.
+        ConfigError: the file exists, or its suffix is not allowed.
     """
     if path.exists():
         raise ConfigError(f'--write: {path} exists; allowed: the path of a new file')
@@ -242,10 +242,10 @@ def check_robot_path(path: Path) -> None:
 
 
 def write_robot_file(setup: RobotSetup, path: Path) -> None:
-    """Write what was found to a robot file.
+    """Write a robot file with the detected values.
 
     Raises:
-        ConfigError: its folder cannot be written to.
+        ConfigError: the file cannot be written.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -255,7 +255,7 @@ def write_robot_file(setup: RobotSetup, path: Path) -> None:
 
 
 def found_text(setup: RobotSetup) -> str:
-    """Return what was found, each value with its source, as text for the terminal."""
+    """Return the detected values with their sources as text for the terminal."""
     description = setup.description
     found = ['found', 'value', 'source']
     parts = [tabulate(description.found, found, disable_numparse=True, maxcolwidths=[None, *WIDTHS])]
@@ -268,27 +268,27 @@ def found_text(setup: RobotSetup) -> str:
     return '\n'.join(parts)
 
 
-# What campaigns set by themselves, and launch files by their arguments.
+# Keys set by campaigns and by launch arguments.
 SET_BY_ARGUMENTS = (OWN_PPR, 'config.seed')
 
 
 def node_settings(options: LaunchOptions, values: Sequence[str], bag: str) -> Tuple[Dict[str, Any], List[str]]:
-    """Return the parameters of all nodes that follow from a robot, for the parameter /robot_settings; and notes.
+    """Return the node parameters of a robot for the parameter /robot_settings, and notes.
 
     Args:
-        options: the robot, its encoder and YAML files.
-        values: FILE.KEY:=VALUE each, which take precedence over the robot's own.
-        bag: recorded drive, whose trial's number is the seed; '' for none.
+        options: robot, encoder and YAML files.
+        values: FILE.KEY:=VALUE each, which override those of the robot.
+        bag: recorded drive whose trial number is the seed; '' for none.
 
     Raises:
-        ConfigError: a file is missing or bad, or a value is not allowed.
+        ConfigError: a file is missing or invalid, or a value is not allowed.
     """
     robot = launched_robot(options, launch_arguments(values), _of_bag(bag) if bag else {})
     return {**for_xml_rpc(nested(robot.settings)), **_of_poses(robot)}, robot.notes
 
 
 def _of_poses(robot: LaunchedRobot) -> Dict[str, Any]:
-    """Return the parameters of the nodes that have no file in config/."""
+    """Return the parameters of nodes without a file in config/."""
     model, base_frame = robot.setup.name, robot.params.odometry.base_frame
     return {
         'slam': {'base_frame': base_frame},
@@ -299,23 +299,23 @@ def _of_poses(robot: LaunchedRobot) -> Dict[str, Any]:
 
 
 def _of_bag(given: str) -> Dict[str, Any]:
-    """Return the seed of a bag's trial, and what its covariance knew of the wheels, as `reencode` takes them."""
+    """Return the seed and the wheel uncertainty of a bag's trial, as in `reencode`."""
     path = users_path(given)
     try:
         with open_source(path) as source:
             trial = trial_of_source(path, source)
     except ConfigError:
-        return {}  # replay_node, which plays it, says what is wrong
+        return {}  # replay_node reports the error
     if trial is None:
         return {}
     return {'config.seed': trial.number, **{f'config.{key}': getattr(trial, key) for key in UNCERTAINTY_KEYS}}
 
 
 def launch_arguments(words: Sequence[str]) -> Dict[str, Any]:
-    """Read FILE.KEY:=VALUE, the value as YAML; one without a value is not given.
+    """Parse FILE.KEY:=VALUE with YAML values; empty values are ignored.
 
     Raises:
-        ConfigError: a word is none.
+        ConfigError: a word has a different form.
     """
     values = {}
     for word in words:

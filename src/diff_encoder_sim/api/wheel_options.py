@@ -1,4 +1,4 @@
-"""The robot, the encoders and the wheels of a recorded drive, as the options choose them."""
+"""Robot, encoders and wheels of a recorded drive, selected by options."""
 
 from __future__ import annotations
 
@@ -44,10 +44,10 @@ from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 
 def given_encoders(options: DriveOptions) -> List[ChosenEncoder]:
-    """Return the encoders of the command line in their order: none without options.
+    """Return the encoders of the command line in their order.
 
     Raises:
-        ConfigError: one is bad, or given twice.
+        ConfigError: an encoder is invalid, or given twice.
     """
     ideal = _ideal(options.ppr or ())
     real = [chosen(each) for each in load_encoders(options.encoder or (), package_folder() / 'config', Path())]
@@ -60,10 +60,10 @@ def given_encoders(options: DriveOptions) -> List[ChosenEncoder]:
 
 
 def chosen_encoders(given: Sequence[ChosenEncoder], own: EncoderParams) -> List[ChosenEncoder]:
-    """Return the given encoders; if there are none the robot's own, where it has a resolution, else the paper's.
+    """Return the given encoders; by default the robot's own if it has a resolution, otherwise those of the paper.
 
     Raises:
-        ConfigError: a PPR is given beside a resolution of the robot's own encoder.
+        ConfigError: a PPR is given, but the robot's own encoder has a resolution.
     """
     resolution = own_encoder(own).resolution
     if not given:
@@ -80,10 +80,10 @@ def _ideal(given: Union[float, Sequence[Any]]) -> List[ChosenEncoder]:
 
 
 def ppr_of_text(option: str, text: Any) -> PerWheel:
-    """Read one PPR: a number, or a YAML mapping with one for each wheel.
+    """Parse a PPR: a number, or a YAML mapping with a number per wheel.
 
     Raises:
-        ConfigError: it is neither.
+        ConfigError: the text has a different form.
     """
     return EncoderParams.from_mapping({'ppr': yaml_value(str(text), option)}, option).ppr
 
@@ -94,7 +94,7 @@ def parameters_with(
     """Return the parameters of a robot with another encoder.
 
     Raises:
-        ConfigError: they contradict each other.
+        ConfigError: the parameters contradict each other.
     """
     changes: Dict[str, Any] = {'ppr': encoder.ppr}
     if encoder.real:
@@ -111,11 +111,11 @@ PAPER_PPR = (40, 90, 1024, 4096)
 
 @dataclass(frozen=True)
 class DriveOptions:
-    """The options of the command reencode, by their names; only the bag or the table has to be given."""
+    """Options of the command reencode; only the bag or the table is required."""
 
     bag: Optional[Path] = None
-    csv: Optional[Path] = None  # a table in place of a bag
-    ppr: Union[float, Sequence[Any]] = ()  # ideal encoders: numbers, or mappings with one for each wheel
+    csv: Optional[Path] = None  # table that replaces the bag
+    ppr: Union[float, Sequence[Any]] = ()  # ideal encoders: numbers, or mappings by wheel
     encoder: Sequence[str] = ()  # real encoders
     out: Optional[Path] = None
     joint_states: str = ''
@@ -145,29 +145,29 @@ class DriveOptions:
 
 
 class RecordedRobot(NamedTuple):
-    """Parameters that a drive is read with."""
+    """Parameters of a recorded drive."""
 
     encoder: EncoderParams
     odometry: OdometryParams
-    counts_modulus: int  # of recorded counts; encoders that are computed have their own
-    sources: Dict[str, str]  # by the parameter's name; of ppr only where a file gives it
+    counts_modulus: int  # of recorded counts, not of computed encoders
+    sources: Dict[str, str]  # by parameter name; ppr only if a file sets it
 
     def is_guessed(self) -> bool:
-        """Return whether neither the user nor the bag says what the wheels are."""
+        """Return whether neither the user nor the bag specifies the wheels."""
         return all(self.sources[name] == USUAL for name in OF_ODOMETRY)
 
     @property
     def draws_errors(self) -> bool:
-        """Return whether the robot's own encoder has errors that are drawn from the seed."""
+        """Return whether the robot's own encoder has random errors."""
         return self.encoder.encoder != IDEAL_ENCODER or self.encoder.report != PROMPT
 
     def counter_text(self) -> str:
-        """Return where recorded counts wrap, with its source."""
+        """Return the modulus of recorded counts, with its source."""
         wraps = f'wrap at {self.counts_modulus}' if self.counts_modulus else 'do not wrap'
         return f'counts {wraps}: {self.sources["counter_modulus"]}'
 
     def text(self) -> str:
-        """Return the wheels with their sources, in one line."""
+        """Return the wheel parameters with their sources, in one line."""
         odometry = self.odometry
         values = {
             'wheel_diameter': f'diameter {odometry.wheel_diameter:g} m',
@@ -186,7 +186,7 @@ def recorded_robot(options: DriveOptions, trial: Optional[Trial]) -> RecordedRob
     """Collect the parameters of a recorded drive.
 
     Raises:
-        ConfigError: a file is missing or bad, or a value is not allowed.
+        ConfigError: a file is missing or invalid, or a value is not allowed.
     """
     usual = load_yaml(package_folder() / 'config' / 'config.yaml')
     values, sources = dict(usual), dict.fromkeys([*OF_ODOMETRY, *OF_ENCODER], USUAL)
@@ -221,9 +221,9 @@ def recorded_robot(options: DriveOptions, trial: Optional[Trial]) -> RecordedRob
 def _counts_modulus(
     encoder: EncoderParams, trial: Optional[Trial], config: Optional[Path], sources: Dict[str, str]
 ) -> int:
-    """Return where recorded counts wrap: as /trial has it before --robot, whose encoder need not be the recorded one.
+    """Return the modulus of recorded counts; /trial overrides --robot, whose encoder may differ from the recorded one.
 
-    It is not that of encoders to compute.
+    Encoders to compute have their own modulus.
     """
     given = sources.setdefault('counter_modulus', USUAL)
     if trial is None or given == str(config) or (given != USUAL and not trial.counter_modulus):
@@ -233,19 +233,19 @@ def _counts_modulus(
 
 
 def _encoder_and_odometry(of_robot: Mapping[str, Any], options: DriveOptions) -> Dict[str, Any]:
-    """Return what a robot sets of config.yaml, by dotted keys; its own resolution gives way to --ppr and --encoder."""
+    """Return the robot's values of config.yaml, by dotted keys; --ppr and --encoder override its resolution."""
     gives_way = RESOLUTION_KEYS if options.ppr or options.encoder else ()
     values = {key: value for key, value in of_robot.items() if key not in gives_way}
     of_config = {key.partition('.')[2]: value for key, value in values.items() if key.startswith('config.')}
     return {**uncertainty_of_robot(of_robot), **of_config}
 
 
-# Options by the sources that they belong to.
+# Wheel sources, and the options that belong to them.
 _SOURCES = ('joint_states', 'pulses', 'ticks', 'odom', 'csv')
 _BELONGS_TO = {
     'left': ('joint_states', 'pulses'),
     'right': ('joint_states', 'pulses'),
-    'pulses_ppr': ('pulses', 'joint_states'),  # which may be found to be counts
+    'pulses_ppr': ('pulses', 'joint_states'),  # joint states may contain counts
     'unit': ('ticks', 'csv'),
     'ticks_per_revolution': ('ticks', 'csv'),
     'ticks_modulus': ('ticks', 'csv'),
@@ -256,10 +256,10 @@ _BELONGS_TO = {
 
 
 def check_wheel_options(options: DriveOptions) -> None:
-    """Refuse options that contradict each other.
+    """Refuse contradictory options.
 
     Raises:
-        ConfigError: there is more than one source, or an option of another one.
+        ConfigError: there is more than one source, or an option of another source.
     """
     given = [name for name in _SOURCES if getattr(options, name)]
     if len(given) > 1:
@@ -280,15 +280,15 @@ def check_wheel_options(options: DriveOptions) -> None:
 
 
 def check_seed(options: DriveOptions, robot: RecordedRobot) -> None:
-    """Refuse a seed from which nothing is drawn: neither errors of an encoder, nor angles at the start.
+    """Refuse an unused seed.
 
     Raises:
-        ConfigError: as said.
+        ConfigError: neither encoder errors nor start angles are random.
     """
     is_used = options.encoder or robot.draws_errors or options.odom or options.unit in SPEEDS
     if options.seed is not None and not is_used:
         raise ConfigError(
-            f'--seed: given {options.seed}, but nothing is drawn from it; allowed: with --encoder, with errors of an '
+            f'--seed: given {options.seed}, but nothing is random; allowed: with --encoder, with errors of an '
             f'encoder in --config or --robot, with --odom, or with --unit {", ".join(SPEEDS)}'
         )
 
@@ -298,25 +298,25 @@ def _option(name: str) -> str:
 
 
 class WheelUnits(NamedTuple):
-    """How the numbers of both wheels are to be understood."""
+    """Interpretation of the numbers of both wheels."""
 
     left: WheelUnit
     right: WheelUnit
     ppr: Optional[PerWheel]  # of counts
-    about: str  # for the reader
-    notes: Tuple[str, ...]  # what the angles cannot show
+    about: str  # text for the user
+    notes: Tuple[str, ...]  # limits of the angles
 
 
 def wheel_numbers(options: DriveOptions, robot: RecordedRobot, bits: Tuple[Optional[int], Optional[int]]) -> WheelUnits:
-    """Collect what options and robot say of the numbers.
+    """Return the interpretation of wheel numbers from options and robot.
 
     Args:
-        options: of the command line.
-        robot: of which the ticks per revolution are taken where they are not given, and the wheels' diameter.
-        bits: width of the left and the right counter; None where it does not wrap.
+        options: options of the command.
+        robot: source of the wheel diameter, and of the ticks per revolution if not given.
+        bits: width of the left and the right counter; None if it does not wrap.
 
     Raises:
-        ConfigError: the unit needs a number of ticks per revolution, or has none.
+        ConfigError: the ticks per revolution are missing, or do not fit the unit.
     """
     unit, radius_m = options.unit or TICKS, 0.5 * robot.odometry.wheel_diameter
     ppr, moduli = _ticks_ppr(options, unit, robot), _moduli(options, unit, bits)
@@ -331,7 +331,7 @@ def wheel_numbers(options: DriveOptions, robot: RecordedRobot, bits: Tuple[Optio
 
 
 def _ticks_ppr(options: DriveOptions, unit: str, robot: RecordedRobot) -> Optional[PerWheel]:
-    """Return the ticks per revolution of counts: as given, else the robot's; None for other units."""
+    """Return the ticks per revolution: as given, otherwise of the robot; None for units other than counts."""
     given = options.ticks_per_revolution
     if unit not in COUNTED:
         if given:
@@ -342,12 +342,12 @@ def _ticks_ppr(options: DriveOptions, unit: str, robot: RecordedRobot) -> Option
     if given:
         return ppr_of_text('--ticks-per-revolution', given)
     if 'ppr' not in robot.sources:
-        raise ConfigError('--ticks-per-revolution: missing; expected the ticks of a whole turn of a wheel, or --robot')
+        raise ConfigError('--ticks-per-revolution: missing; expected the ticks per wheel revolution, or --robot')
     return robot.encoder.ppr
 
 
 def _moduli(options: DriveOptions, unit: str, bits: Sequence[Optional[int]]) -> Tuple[int, ...]:
-    """Return after how many counts each counter wraps: as given, else by the width of its field; 0 for never."""
+    """Return the modulus of each counter: as given, otherwise by the width of its field; 0 if it does not wrap."""
     given = options.ticks_modulus
     if unit != TICKS:
         if given is not None:
@@ -370,7 +370,7 @@ def bag_wheels(options: DriveOptions, source: BagSource, trial: Optional[Trial],
     """Return the wheels of a bag.
 
     Raises:
-        ConfigError: there are none; it lists what the bag has.
+        ConfigError: there are none; the message lists the alternatives.
     """
     if options.odom:
         poses = find_poses(options.path, source, '--odom', options.odom)
@@ -385,7 +385,7 @@ def csv_wheels(options: DriveOptions, stream: CsvStream, robot: RecordedRobot) -
     """Return the wheels of a CSV file.
 
     Raises:
-        ConfigError: the unit needs a number of ticks per revolution.
+        ConfigError: the ticks per revolution are missing.
     """
     numbers = wheel_numbers(options, robot, (None, None))
     return CsvWheels(
@@ -396,7 +396,7 @@ def csv_wheels(options: DriveOptions, stream: CsvStream, robot: RecordedRobot) -
 def _field_wheels(options: DriveOptions, source: BagSource, robot: RecordedRobot) -> FieldWheels:
     left, right = (find_field(options.path, source, '--ticks', given) for given in options.ticks)
     if left.name == right.name:
-        raise ConfigError(f'{options.path}: --ticks: given {left.name} for both wheels; allowed: two that differ')
+        raise ConfigError(f'{options.path}: --ticks: given {left.name} for both wheels; allowed: two different fields')
     numbers = wheel_numbers(options, robot, (left.bits, right.bits))
     joints = _joints(robot)
     wheels = Wheel(joints[0], left, numbers.left), Wheel(joints[1], right, numbers.right)
@@ -430,13 +430,13 @@ def _joint_wheels(
 
 
 def _notes_on_counts(trial: Optional[Trial], robot: RecordedRobot) -> List[str]:
-    """List what /trial says of the encoder that counted: its errors, and a counter other than the one assumed."""
+    """Return notes on the recorded encoder of /trial: its errors, and a different modulus of its counter."""
     notes = []
     if trial and (trial.encoder or trial.variant):
         variant = f', variant {trial.variant}' if trial.variant else ''
         notes.append(f'the angles are counts of {trial.encoder_label}{variant}, with its errors')
     if trial and trial.counter_modulus and robot.counts_modulus != trial.counter_modulus:
-        notes.append(f'{robot.counter_text()}; they did at {trial.counter_modulus} in the recorded trial')
+        notes.append(f'{robot.counter_text()}; the recorded trial has {trial.counter_modulus}')
     return notes
 
 

@@ -1,4 +1,4 @@
-"""advise: which wheel encoder a robot needs, and what limits its accuracy otherwise.
+"""advise: find the wheel encoder that a robot needs, and other limits of its accuracy.
 
 The odometry of one drive of each test is computed thousands of times at every resolution, which takes a few seconds.
 Closed-loop trials with a few candidates then find the lowest resolution at which the estimated and the true pose reach
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 DEFAULT_OUT = Path('results') / 'advice'
 
 
-API = 'api.advice'  # of this command: what it imports takes seconds
+API = 'api.advice'  # imported by the command on demand
 
 
 def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
@@ -95,14 +95,14 @@ def _add_candidates(parser: argparse.ArgumentParser) -> None:
         '--candidates',
         default='sweep',
         metavar='NAME|FILE',
-        help='campaign file with the tests and candidates, where these options do not give them (default: %(default)s)',
+        help='campaign file with the default tests and candidates (default: %(default)s)',
     )
     parser.add_argument(
         '--trials',
         type=whole_number_within(TRIALS),
         metavar='N',
-        help='closed-loop trials of each test with each tested candidate (default: the number that shows the share '
-        'although two of them fail, 39 for 80 %%)',
+        help='closed-loop trials per test and tested candidate (default: the number that shows the fraction even if '
+        'two fail, 39 for 80 %%)',
     )
     parser.add_argument(
         '--no-trials',
@@ -124,7 +124,7 @@ def _add_outputs(parser: argparse.ArgumentParser) -> None:
 
 
 def main(arguments: Optional[Sequence[str]] = None, run: Optional[RunTrials] = None) -> None:
-    """Run the command line; `run` runs trials on a worker, in place of the lockstep trials."""
+    """Run the command line; `run` replaces the lockstep trials on a worker."""
     options = parse(arguments)
     run_trials_tool('advise', lambda: _advise(options, run))
 

@@ -13,7 +13,7 @@ from typing import Optional, Sequence
 
 from diff_encoder_sim.base.command_line import as_called, run_tool, tool_parser
 
-API = 'api.results'  # of this command: what it imports takes seconds
+API = 'api.results'  # imported by the command on demand
 
 
 def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:

@@ -1,4 +1,4 @@
-"""Arguments that several commands share."""
+"""Arguments shared by commands."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ENCODERS_HELP = 'real encoders: amt102, pololu_25d, ... (files of config/encoder
 
 
 def add_encoders(parser: argparse._ActionsContainer, option: str = '--encoders') -> None:
-    """Add the option that names real encoders."""
+    """Add the option for real encoders."""
     parser.add_argument(option, nargs='+', metavar='NAME|FILE', help=ENCODERS_HELP)
 
 
@@ -30,7 +30,7 @@ ROBOT_HELP = 'robot: a name (config/robots/), a robot file (.yaml), or a xacro o
 
 
 def add_robot_arguments(parser: argparse._ActionsContainer, note: str = '') -> None:
-    """Add --robot, --robot-arg and --packages; `note` on the default ends the help of --robot."""
+    """Add --robot, --robot-arg and --packages; `note` is appended to the help of --robot."""
     parser.add_argument('--robot', metavar='NAME|FILE', help=ROBOT_HELP + note)
     add_description_arguments(parser)
 
@@ -56,7 +56,7 @@ def add_description_arguments(parser: argparse._ActionsContainer) -> None:
 
 
 def add_unchecked(parser: argparse.ArgumentParser) -> None:
-    """Add the option that lets trials begin in spite of the checks."""
+    """Add the option that skips the checks."""
     parser.add_argument(
         '--unchecked',
         action='store_true',
@@ -65,7 +65,7 @@ def add_unchecked(parser: argparse.ArgumentParser) -> None:
 
 
 def add_workers(parser: argparse.ArgumentParser) -> None:
-    """Add the options that select where trials run."""
+    """Add the options that select the workers."""
     where = parser.add_mutually_exclusive_group()
     where.add_argument(
         '--workers',
@@ -79,12 +79,12 @@ def add_workers(parser: argparse.ArgumentParser) -> None:
         help='run on a Dask cluster: its scheduler, such as tcp://host:8786 (docs/campaigns.md)',
     )
     tls = parser.add_argument_group('TLS options for --scheduler: PEM files')
-    tls.add_argument('--tls-ca', type=Path, metavar='FILE', help='certificate of who signed the certificates')
+    tls.add_argument('--tls-ca', type=Path, metavar='FILE', help='certificate of the certificate authority')
     tls.add_argument('--tls-cert', type=Path, metavar='FILE', help='certificate of this process')
-    tls.add_argument('--tls-key', type=Path, metavar='FILE', help='its key, unless that is in the file of --tls-cert')
+    tls.add_argument('--tls-key', type=Path, metavar='FILE', help='its key (default: in the file of --tls-cert)')
 
 
-# The launch arguments with YAML files, by the stems of the package's files.
+# Launch arguments for YAML files, by stem of the package's file.
 FILE_OPTIONS = {
     'config': '--config',
     'simulator': '--simulator-config',
@@ -95,7 +95,7 @@ FILE_OPTIONS = {
 
 
 def add_launched_robot(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `launched_robot` but the robot itself."""
+    """Add the options of `launched_robot`, except the robot."""
     parser.add_argument('--robot-args', default='', metavar='TEXT', help='xacro arguments: name=value name=value')
     parser.add_argument('--encoder', default='', metavar='NAME|FILE', help='real encoder, in place of ppr')
     for stem, option in FILE_OPTIONS.items():

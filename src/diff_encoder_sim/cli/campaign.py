@@ -1,7 +1,7 @@
 """campaign: run many simulated trials, of several tests and encoders, faster than real time, into one results folder.
 
-Trials run in lockstep in worker processes. Results are kept when the campaign is stopped or killed: the same command
-runs the trials that are missing.
+Trials run in lockstep in worker processes. Results are kept if the campaign is stopped or killed: the same command runs
+the missing trials.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from diff_encoder_sim.trials.trial_run import RunTrials
 
 
-API = 'api.campaigns'  # of this command: what it imports takes seconds
+API = 'api.campaigns'  # imported by the command on demand
 
 
 def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
@@ -82,7 +82,7 @@ def _add_overrides(parser: argparse.ArgumentParser) -> None:
 
 
 def main(arguments: Optional[Sequence[str]] = None, run: Optional[RunTrials] = None) -> None:
-    """Run the command line; `run` runs trials on a worker, in place of the lockstep trials."""
+    """Run the command line; `run` replaces the lockstep trials on a worker."""
     options = parse(arguments)
     run_trials_tool('campaign', lambda: _campaign(options, run))
 

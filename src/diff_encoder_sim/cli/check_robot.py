@@ -1,7 +1,7 @@
-"""check_robot: find out about a robot from its URDF or xacro, and check that it drives in the simulation as it should.
+"""check_robot: inspect a robot from its URDF or xacro, and check its simulated motion.
 
-Prints what was found, each value with its source, and the results of a drive on a flat floor: whether the robot moves
-as its wheels turn, stands on them, has the torque, and where its laser is.
+Prints the detected values with their sources, and the results of a drive on a flat floor: whether the motion agrees
+with the wheels, whether the robot stands on them and has enough torque, and the position of its laser.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from diff_encoder_sim.base.command_line import run_tool, tool_parser
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli.arguments import ROBOT_HELP, add_description_arguments
 
-API = 'api.robots'  # of this command: what it imports takes seconds
+API = 'api.robots'  # imported by the command on demand
 
 
 def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
@@ -24,7 +24,10 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
     parser.add_argument('robot', metavar='ROBOT', help=ROBOT_HELP)
     add_description_arguments(parser)
     parser.add_argument(
-        '--write', type=Path, metavar='FILE', help='write a robot file with what was found, for --robot and robot:='
+        '--write',
+        type=Path,
+        metavar='FILE',
+        help='write a robot file with the detected values, for --robot and robot:=',
     )
     return parser.parse_args(arguments)
 

@@ -1,4 +1,4 @@
-"""Compiles all kernels ahead, for setup.sh; numba keeps the machine code."""
+"""Compile all numba kernels ahead of time, for setup.sh; numba caches the machine code."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from diff_encoder_sim.trials.kernels_warm_up import PARTS
 
 
 def main() -> None:
-    """Compile what is not compiled yet, several parts at a time, which share no kernel."""
+    """Compile missing kernels, with one process per part; parts share no kernel."""
     with concurrent.futures.ProcessPoolExecutor() as processes:
         compiling = [processes.submit(part) for part in PARTS]
         compiling.append(processes.submit(warm_up_slam, GridSlamParams()))

@@ -1,4 +1,4 @@
-"""diff-encoder-sim: the commands that need no ROS, as one; pip installs it. It imports a command only to run it."""
+"""diff-encoder-sim: entry point of the commands without ROS, installed by pip."""
 
 from __future__ import annotations
 
@@ -49,5 +49,5 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _with_hyphens(name: str) -> str:
-    """Take the names that rosrun has, too."""
+    """Accept the names of rosrun, too."""
     return name.replace('_', '-')

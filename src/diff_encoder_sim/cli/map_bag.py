@@ -1,7 +1,7 @@
 """map_bag: build a map by grid SLAM from the scans and the odometry in a bag, faster than real time.
 
-The bag also needs /tf_static, for the laser's mounting. The map of a bag that trial.launch recorded is in the world's
-frame, because the test's start pose is surveyed; any other map has its origin where odometry is zero.
+The bag also needs /tf_static for the pose of the laser. The map of a bag from trial.launch is in the world frame,
+because the start pose of the test is known; the origin of other maps is that of odometry.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from diff_encoder_sim.base.bounds import SEEDS
 from diff_encoder_sim.base.command_line import as_called, run_tool, tool_parser, whole_number_within
 from diff_encoder_sim.drives import topics
 
-API = 'api.maps'  # of this command: what it imports takes seconds
+API = 'api.maps'  # imported by the command on demand
 
 
 def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:

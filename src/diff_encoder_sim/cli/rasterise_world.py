@@ -1,4 +1,4 @@
-"""rasterise_world: make a map, as map_server reads it, directly from a .world file, without driving or SLAM."""
+"""rasterise_world: make a map for map_server directly from a .world file, without driving or SLAM."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Optional, Sequence
 from diff_encoder_sim.base.bounds import PLACES, Between
 from diff_encoder_sim.base.command_line import number_within, run_tool, tool_parser
 
-API = 'api.maps'  # of this command: what it imports takes seconds
+API = 'api.maps'  # imported by the command on demand
 
 
 def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
@@ -22,7 +22,7 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
         nargs=2,
         default=[0.0, 0.0],
         metavar=('X', 'Y'),
-        help='a point in free space, in metres; all that can be reached from it is free on the map (default: 0 0)',
+        help='a point in free space, in metres; all space reachable from it is free in the map (default: 0 0)',
     )
     parser.add_argument(
         '--height',

@@ -1,4 +1,4 @@
-"""reencode: what a recorded drive's odometry would have been with other encoders."""
+"""reencode: compute the odometry of a recorded drive with other encoders."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from diff_encoder_sim.cli.arguments import add_encoders, add_robot_arguments
 from diff_encoder_sim.drives.number_units import TIME_UNITS, UNITS
 
 DESCRIPTION = """\
-reencode: compute what a recorded drive's odometry would have been with other encoders.
+reencode: compute the odometry of a recorded drive with other encoders.
 
-Reads wheel angles (sensor_msgs/JointState) or counts (diff_encoder_sim/EncoderPulse) from a bag; where it has neither,
-any numbers of its messages (--ticks), a table (--csv), or odometry (--odom). Computes /encoder_pulse, /odom and /tf for
-each PPR as the live nodes would have published them, and prints how far each odometry is from a reference."""
+Reads wheel angles (sensor_msgs/JointState) or counts (diff_encoder_sim/EncoderPulse) from a bag, or other numbers of
+its messages (--ticks), a table (--csv), or odometry (--odom). Computes /encoder_pulse, /odom and /tf for each PPR as
+the live nodes publish them, and prints the error of each odometry against a reference."""
 
 NOTES = """\
-From recorded counts the wheel angle is known to half a count. At a PPR that divides the recorded encoder's the
-result is exact; at another, in a fraction of PPR / (4 x recorded PPR) of the samples a count is one off. A finer PPR
-shows no more than the recorded counts do. Counts of --pulses wrap at the counter_modulus of --config, --robot or the
-bag's trial; those of --ticks wrap where the type of their field does (int16, uint16, int32, uint32).
+Recorded counts give the wheel angle to half a count. The result is exact at a PPR that divides the recorded one;
+otherwise a fraction PPR / (4 x recorded PPR) of the samples is off by one count. A finer PPR is limited by the recorded
+resolution. Counts of --pulses wrap at the counter_modulus of --config, --robot or the bag's trial; those of --ticks
+wrap by the type of their field (int16, uint16, int32, uint32).
 
-Messages without a header are stamped with the time of their receipt. Wheels that come in two topics are paired at the
-left one's stamps. Speeds are integrated by the trapezoidal rule."""
+Messages without a header are stamped with the time of receipt. Wheels in two topics are paired at the stamps of the
+left one. Speeds are integrated by the trapezoidal rule."""
 
 EXAMPLES = [
     'drive.bag --ppr 40 90 1024 4096 --out what_if/',
@@ -40,14 +40,14 @@ EXAMPLES = [
 ]
 
 
-API = 'api.recorded_drives'  # of this command: what it imports takes seconds
+API = 'api.recorded_drives'  # imported by the command on demand
 
 
 def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
     """Read the command line."""
     parser = tool_parser('reencode', DESCRIPTION, EXAMPLES, NOTES)
     parser.add_argument(
-        'bag', type=Path, nargs='?', metavar='BAG', help='bag of ROS 1 (complete, or torn by a crash) or ROS 2'
+        'bag', type=Path, nargs='?', metavar='BAG', help='bag of ROS 1 (complete or truncated) or ROS 2'
     )
     parser.add_argument(
         '--ppr',
@@ -89,8 +89,8 @@ def _add_wheel_options(parser: argparse.ArgumentParser) -> None:
         ('--joint-states', 'TOPIC', "topic of wheel angles (default: the bag's only one)"),
         ('--left', 'JOINT', "left joint (default: the robot's, or the bag's only left wheel)"),
         ('--right', 'JOINT', "right joint (default: the robot's, or the bag's only right wheel)"),
-        ('--pulses', 'TOPIC', 'topic of counts, to be used instead of wheel angles'),
-        ('--pulses-ppr', 'PPR', 'PPR of the encoder that counted them (default: that of the recorded trial)'),
+        ('--pulses', 'TOPIC', 'topic of counts, used instead of wheel angles'),
+        ('--pulses-ppr', 'PPR', 'PPR of these counts (default: that of the recorded trial)'),
     ):
         group.add_argument(option, default='', metavar=metavar, help=text)
 
@@ -105,7 +105,7 @@ def _add_source_options(parser: argparse.ArgumentParser) -> None:
         help='numbers in the messages of the bag: a topic of std_msgs (Int16 ... Float64), an element of an array as '
         'TOPIC[0], or a field of any message that the bag defines as TOPIC.field.field[0]',
     )
-    group.add_argument('--csv', type=Path, metavar='FILE', help='table in place of a bag; its delimiter is found')
+    group.add_argument('--csv', type=Path, metavar='FILE', help='table in place of a bag; its delimiter is detected')
     group.add_argument(
         '--columns',
         nargs=3,
@@ -118,14 +118,14 @@ def _add_source_options(parser: argparse.ArgumentParser) -> None:
         '--unit',
         choices=UNITS,
         default='',
-        help='what the numbers of --ticks or --csv are: counts (ticks; ticks/message where each message has what was '
-        'counted since the one before), angles, path of the wheel (m), or speeds (default: ticks)',
+        help='unit of the numbers of --ticks or --csv: counts (ticks; ticks/message: counts since the previous '
+        'message), angles, path of the wheel (m), or speeds (default: ticks)',
     )
     group.add_argument(
         '--ticks-per-revolution',
         default='',
         metavar='N',
-        help='ticks of a whole turn of the wheel, or "{left: N, right: N}" (default: the --robot\'s ppr)',
+        help='ticks per wheel revolution, or "{left: N, right: N}" (default: the --robot\'s ppr)',
     )
     group.add_argument(
         '--ticks-modulus',
@@ -145,15 +145,15 @@ def _add_source_options(parser: argparse.ArgumentParser) -> None:
         '--odom',
         default='',
         metavar='TOPIC|FRAMES',
-        help='last resort: compute how the wheels have turned from poses: a topic of odometry, or two frames of /tf as '
+        help='last resort: compute wheel angles from poses: a topic of odometry, or two frames of /tf as '
         '"odom->base_link"',
     )
     group.add_argument(
         '--seed',
         type=_seed,
         metavar='N',
-        help="of the encoders' errors (default: the number of the bag's trial, else 0); and of the wheels' angles "
-        'at the start, which --odom and speeds do not have (default: 1)',
+        help="seed of encoder errors (default: the number of the bag's trial, else 0), and of the start angles of the "
+        'wheels for --odom and speeds (default: 1)',
     )
 
 
@@ -163,7 +163,7 @@ def _seed(text: str) -> int:
     except ValueError:
         value = -1
     if value < 0:
-        raise argparse.ArgumentTypeError(f'given {text}; allowed: a whole number from 0')
+        raise argparse.ArgumentTypeError(f'given {text}; allowed: an integer of at least 0')
     return value
 
 
@@ -198,7 +198,7 @@ def _reencode(options: argparse.Namespace, once: OnceFilter) -> None:
 
 
 class OnceFilter(logging.Filter):
-    """Lets the first warning of a kind pass, and counts the others, which have other numbers or are of other PPRs."""
+    """Pass the first warning of each kind, and count the others."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -217,6 +217,6 @@ class OnceFilter(logging.Filter):
         return is_first
 
     def left_out(self) -> Iterator[str]:
-        """List how many of each kind did not pass; where each PPR logs the same when stamps go back, that is one."""
+        """Yield the number of suppressed warnings per kind; repeated equal warnings count once."""
         for kind, count in self._others.items():
             yield f'{count} more such as "{self._first[kind]}"'

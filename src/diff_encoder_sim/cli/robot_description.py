@@ -8,7 +8,7 @@ from typing import Optional, Sequence
 from diff_encoder_sim.base.command_line import run_tool, tool_parser
 from diff_encoder_sim.cli.arguments import ROBOT_HELP
 
-API = 'api.robots'  # of this command: what it imports takes seconds
+API = 'api.robots'  # imported by the command on demand
 
 
 def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
@@ -16,7 +16,7 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
     parser = tool_parser('robot_description', __doc__, ['burger', 'my_robot.urdf.xacro scale:=2 --frames'])
     parser.add_argument('robot', metavar='ROBOT', help=ROBOT_HELP)
     parser.add_argument('arguments', nargs='*', metavar='NAME:=VALUE', help="arguments of the robot's xacro")
-    parser.add_argument('--robot-args', default='', metavar='TEXT', help='more of them, in one text')
+    parser.add_argument('--robot-args', default='', metavar='TEXT', help='further xacro arguments, as one string')
     parser.add_argument(
         '--frames',
         action='store_true',

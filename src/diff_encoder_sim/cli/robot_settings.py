@@ -1,6 +1,6 @@
 """robot_settings: inspect a robot and print the resulting parameters of the nodes, as YAML.
 
-The launch files put them into the parameter /robot_settings, where the nodes read them.
+The launch files set the parameter /robot_settings with this output.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Optional, Sequence
 from diff_encoder_sim.base.command_line import run_tool, tool_parser
 from diff_encoder_sim.cli.arguments import ROBOT_HELP, add_launched_robot
 
-API = 'api.robots'  # of this command: what it imports takes seconds
+API = 'api.robots'  # imported by the command on demand
 
 
 def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:

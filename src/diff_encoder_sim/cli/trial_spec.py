@@ -11,7 +11,7 @@ from typing import Optional, Sequence
 from diff_encoder_sim.base.command_line import run_tool, tool_parser
 from diff_encoder_sim.cli.arguments import ROBOT_HELP, add_launched_robot
 
-API = 'api.live_trials'  # of this command: what it imports takes seconds
+API = 'api.live_trials'  # imported by the command on demand
 
 
 def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
@@ -23,12 +23,12 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
         ('--odom', 'encoder', 'encoder or ideal'),
         ('--nav', 'embedded', 'embedded, upstream or scripted'),
         ('--slam', 'none', 'none, embedded or upstream'),
-        ('--save-map', '', 'path without suffix for the map that SLAM makes (default: not saved)'),
+        ('--save-map', '', 'path without suffix for the map from SLAM (default: not saved)'),
         ('--sim', 'pybullet', 'pybullet or gazebo'),
         ('--map', '', 'map .yaml file (default: the one next to the world)'),
         ('--bag', '', 'path of the bag to record, or none (default: a new name in bags/)'),
         ('--robot', 'alto', ROBOT_HELP),
-        ('--unchecked', 'false', 'true: do not check whether the robot drives as it should and fits the test'),
+        ('--unchecked', 'false', 'true: skip the robot self-check and the fit to the test'),
     ):
         shown = f' (default: {default})' if default else ''
         parser.add_argument(option, default=default, metavar='VALUE', help=text + shown)
@@ -38,7 +38,7 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
-    """Run the command line; errors are named after trial.launch, whose user reads them."""
+    """Run the command line; errors start with trial.launch, which the user called."""
     run_tool('trial.launch', lambda: _print(parse(arguments)))
 
 

@@ -1,4 +1,4 @@
-"""amcl_node: localization on upstream amcl's topics, services, parameters and transform."""
+"""amcl_node: localization with the topics, services, parameters and transform of upstream amcl."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ PoseGuess = Tuple[Pose2D, np.ndarray]
 
 
 class AmclNodeParams(AmclParams):
-    """Parameters of amcl_node: those of the filter, and of the node."""
+    """Parameters of amcl_node and its filter."""
 
     seed: Seed = Field(0, description='of all random draws; default: the number of /trial')
     diagnostic_period: PositiveDuration_s = Field(1.0, description='between two messages on /diagnostics [s]')
@@ -62,15 +62,15 @@ class AmclNode:
         frames = ('odom_frame_id', 'base_frame_id', 'global_frame_id')
         self._params = params.model_copy(update={name: getattr(params, name).lstrip('/') for name in frames})
         compile_first(lambda: warm_up(self._params))
-        self._lock = threading.RLock()  # scans, transforms and services come in threads
+        self._lock = threading.RLock()  # scans, transforms and services use threads
         self._amcl: Optional[Amcl] = None
-        self._guess: Optional[PoseGuess] = None  # from before there was a map
+        self._guess: Optional[PoseGuess] = None  # received before the map
         self._rng = generator(self._params.seed, 'amcl')
         self._buffer = TransformBuffer(cache_s=30.0)
         self._transforms = publisher('/tf', TFMessage)
         self._poses = publisher('amcl_pose', PoseWithCovarianceStamped, latch=True)
         self._clouds = EncodedPublisher('particlecloud', PoseArray, latch=True)
-        # So that the simulator can wait for the answer to each scan; upstream publishes nothing for most of them.
+        # The simulator waits for this response to each scan; upstream publishes nothing for most scans.
         self._used_scans = publisher('~scan_taken', Header)
         self._diagnostics = Diagnostics('Standard deviation', self._params.diagnostic_period)
         self._to_save: Optional[PoseGuess] = None  # the newest that can be
@@ -99,13 +99,13 @@ class AmclNode:
         self._reconfiguration = serve_amcl(self._params, self._reconfigure)
 
     def _begin(self) -> None:
-        """Report like a node that has just localized: with warnings of its own."""
-        self._was_lost, self._was_uncertain = False, True  # at the start the particles are far apart
+        """Reset the state of warnings."""
+        self._was_lost, self._was_uncertain = False, True  # the initial particles are spread
         self._seen_updates = 0
         self._saved_ns: Optional[int] = None
 
     def _reconfigure(self, params: AmclNodeParams) -> None:
-        warm_up(params)  # another model may not be compiled yet; scans do not wait for that
+        warm_up(params)  # compile a new model before the next scan
         with self._lock:
             self._params = params
             if self._amcl is not None:
@@ -115,7 +115,7 @@ class AmclNode:
 
     def _on_first_map(self, message: OccupancyGridMessage) -> None:
         with self._lock:
-            if self._amcl is None:  # set_map may have been quicker
+            if self._amcl is None:  # unless set_map was called
                 self._try_map(message)
 
     def _on_map(self, message: OccupancyGridMessage) -> None:
@@ -130,7 +130,7 @@ class AmclNode:
             log.warning('map not used: %s', fault)
 
     def _use_map(self, message: OccupancyGridMessage, guess: Optional[PoseGuess]) -> None:
-        """Start localization on a map: at the guess, or without one at the initial_pose_* parameters."""
+        """Start localization on a map at the guess, or by default at the initial_pose_* parameters."""
         grid = grid_from_message(message)
         frame, expected = message.header.frame_id.lstrip('/'), self._params.global_frame_id
         if frame != expected:
@@ -157,7 +157,7 @@ class AmclNode:
     def _localize(self, scan: Scan, odom_pose: Pose2D, laser_pose: Pose2D) -> None:
         amcl, params, stamp_ns = self._amcl, self._params, scan.stamp_ns
         if amcl is None:
-            return  # the queue hands on no scan before there is a map
+            return  # the queue delivers no scan before the map
         estimate = amcl.update(odom_pose, scan, laser_pose)
         if amcl.update_count != self._seen_updates:
             self._seen_updates = amcl.update_count
@@ -185,7 +185,7 @@ class AmclNode:
         self._used_scans.publish(Header(stamp=stamp_from_ns(stamp_ns)))
 
     def _broadcast(self, odom_pose_in_map: Pose2D, stamp_ns: int) -> None:
-        """Broadcast map -> odom, dated ahead: so lookups at the time of newer odometry succeed until the next scan."""
+        """Broadcast map -> odom with a future stamp, so that lookups succeed until the next scan."""
         if self._params.tf_broadcast:
             ahead_ns = round(self._params.transform_tolerance * NANOSECONDS_PER_SECOND)
             frames = self._params.global_frame_id, self._params.odom_frame_id
@@ -215,7 +215,7 @@ class AmclNode:
             self._save()
 
     def _save(self) -> None:
-        """Write the pose into the initial_* parameters, from which a restarted node starts."""
+        """Write the pose to the initial_* parameters, the start of a restarted node."""
         if self._to_save is None or self._params.save_pose_rate <= 0.0:
             return
         pose, covariance = self._to_save
@@ -272,7 +272,7 @@ class AmclNode:
 
 
 def spread_diagnosis(estimate: AmclEstimate, params: AmclParams) -> Diagnosis:
-    """Compare standard deviations with std_warn_level_*: the status of upstream's amcl, with its text and keys."""
+    """Compare standard deviations with std_warn_level_*; text and keys are those of upstream amcl."""
     spread = np.sqrt(np.diag(estimate.covariance)).tolist()
     limits = (params.std_warn_level_x, params.std_warn_level_y, params.std_warn_level_yaw)
     axes = ('x', 'y', 'yaw')
@@ -284,10 +284,10 @@ def spread_diagnosis(estimate: AmclEstimate, params: AmclParams) -> Diagnosis:
 
 
 def read_initial_pose(message: PoseWithCovarianceStamped, params: AmclParams, buffer: tf2_ros.BufferCore) -> PoseGuess:
-    """Return the pose of a message, moved by odometry from the message's stamp to now.
+    """Return the pose of a message, moved by odometry from its stamp to now.
 
     Raises:
-        InputFault: it is no valid pose, or in another frame than the map's.
+        InputFault: the pose is invalid, or not in the map frame.
     """
     frame = message.header.frame_id.lstrip('/')
     if not frame:
@@ -306,7 +306,7 @@ def read_initial_pose(message: PoseWithCovarianceStamped, params: AmclParams, bu
             then = buffer.lookup_transform(*frames, stamp)
             moved = pose_from_transform(now).relative_to(pose_from_transform(then))
     except tf2_ros.TransformException as error:
-        if not stamp.is_zero():  # which means now
+        if not stamp.is_zero():  # zero means now
             log.warning('initial pose: not corrected for the motion since its stamp: %s', error)
     return pose.compose(moved), covariance
 

@@ -1,4 +1,4 @@
-"""Conversions between the core's types and ROS messages: the only module that knows both."""
+"""Conversions between types of the core and ROS messages."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def ns_from_stamp(stamp: rospy.Time) -> int:
 
 
 def stamp_from_ns(stamp_ns: int) -> rospy.Time:
-    """Convert a whole number of nanoseconds to ROS time."""
+    """Convert integer nanoseconds to ROS time."""
     return rospy.Time(*divmod(stamp_ns, 1_000_000_000))
 
 
@@ -48,7 +48,7 @@ def transform_message(child_pose: Pose2D, stamp_ns: int, parent_frame: str, chil
 
 
 def pose_stamped_message(pose: Pose2D, stamp_ns: int, frame: str) -> PoseStamped:
-    """Convert a planar pose in a frame at a time."""
+    """Convert a planar pose with stamp and frame."""
     message = PoseStamped(pose=pose_message(pose))
     message.header.stamp = stamp_from_ns(stamp_ns)
     message.header.frame_id = frame
@@ -64,7 +64,7 @@ def pose_from_message(pose: Pose) -> Pose2D:
     """Project a pose to the floor: height, roll and pitch are dropped.
 
     Raises:
-        InputFault: a number is not finite, or the quaternion is no rotation.
+        InputFault: a number is not finite, or the quaternion is invalid.
     """
     position, orientation = pose.position, pose.orientation
     return planar_pose(position.x, position.y, (orientation.x, orientation.y, orientation.z, orientation.w))
@@ -90,7 +90,7 @@ def pose_from_transform(transform: TransformStamped) -> Pose2D:
 def pose_with_covariance_message(
     pose: Pose2D, covariance: np.ndarray, stamp_ns: int, frame: str
 ) -> PoseWithCovarianceStamped:
-    """Convert a planar pose with its 3x3 covariance over (x, y, yaw); the other variances are 0, as amcl's are."""
+    """Convert a planar pose with its 3x3 covariance over (x, y, yaw); other entries are 0, as in amcl."""
     message = PoseWithCovarianceStamped()
     message.header.stamp = stamp_from_ns(stamp_ns)
     message.header.frame_id = frame
@@ -123,20 +123,20 @@ def scan_from_message(message: LaserScan) -> Scan:
 def twist_std_from_message(message: Odometry) -> Tuple[float, float]:
     """Return the standard deviations of odometry's twist, linear [m/s] and angular [rad/s].
 
-    A negative variance, which some drivers publish for an unknown one, counts as 0.
+    Negative variances, which some drivers publish for unknown values, become 0.
     """
     variances = message.twist.covariance[0], message.twist.covariance[35]
     return math.sqrt(max(variances[0], 0.0)), math.sqrt(max(variances[1], 0.0))
 
 
 def matrix_pose_message(pose: np.ndarray) -> Pose:
-    """Convert a 4x4 pose without roll and pitch, as models on a floor have."""
+    """Convert a 4x4 pose without roll and pitch."""
     yaw_rad = float(np.arctan2(pose[1, 0], pose[0, 0]))
     return Pose(Point(*pose[:3, 3].tolist()), Quaternion(*quat_xyzw_from_yaw(yaw_rad)))
 
 
 def world_markers(world: World, frame: str) -> MarkerArray:
-    """Make markers of the world's walls and pillars for RViz, whose grid shows the floor."""
+    """Build RViz markers of walls and pillars, without the floor."""
     # Here, since every node imports this module.
     from diff_encoder_sim.robots.description import Box, Cylinder, Sphere  # noqa: PLC0415
 

@@ -1,4 +1,4 @@
-"""Publishers and subscribers: messages encoded once, messages with possible stamps, topics for displays."""
+"""Publishers and subscribers for encoded messages, validated stamps, and displays."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from diff_encoder_sim.ros.node import log, publisher, subscriber
 
 
 class EncodedMessage(rospy.AnyMsg):  # type: ignore[misc]  # rospy has no types
-    """The bytes of a message of one type, in place of its fields; `encoded_class` makes the class of each type."""
+    """Serialized message of one type; `encoded_class` builds the class of a type."""
 
     _has_header = False
 
@@ -30,17 +30,17 @@ class EncodedMessage(rospy.AnyMsg):  # type: ignore[misc]  # rospy has no types
         self.header = SimpleNamespace(seq=0, frame_id='')  # rospy numbers the messages here
 
     def serialize(self, buff: Any) -> None:
-        """Write the message, with its number where it has a header."""
+        """Write the message, with its sequence number if it has a header."""
         buff.write(with_seq(self.content, self.header.seq) if self._has_header else self.content)
 
     def deserialize(self, content: bytes) -> EncodedMessage:
-        """Take the bytes as they are."""
+        """Store the bytes."""
         self.content = content
         return self
 
 
 def encoded_class(message_class: Type[genpy.Message]) -> Type[EncodedMessage]:
-    """Return the class of a type's encoded messages: rospy compares it with those of other nodes as it does any."""
+    """Return the class of encoded messages of a type, which rospy accepts as this type."""
     names = ('_type', '_md5sum', '_full_text', '_has_header')
     described = {name: getattr(message_class, name) for name in names}
     made: Type[EncodedMessage] = type(f'Encoded{message_class.__name__}', (EncodedMessage,), described)
@@ -48,7 +48,7 @@ def encoded_class(message_class: Type[genpy.Message]) -> Type[EncodedMessage]:
 
 
 class EncodedPublisher:
-    """Publishes encoded messages as `publisher` does."""
+    """Publishes encoded messages."""
 
     def __init__(
         self,
@@ -68,7 +68,7 @@ class EncodedPublisher:
 def encoded_stamped_subscriber(
     topic: str, message_class: Type[genpy.Message], callback: Callable[[bytes], None]
 ) -> rospy.Subscriber:
-    """Subscribe as `stamped_subscriber` does; the callback gets the bytes of each message."""
+    """Subscribe like `stamped_subscriber`; the callback receives the bytes of each message."""
     return _checked_subscriber(
         topic,
         encoded_class(message_class),
@@ -80,7 +80,7 @@ def encoded_stamped_subscriber(
 def stamped_subscriber(
     topic: str, message_class: Type[genpy.Message], callback: Callable[[Any], None], most_ahead_s: float = MOST_AHEAD_S
 ) -> rospy.Subscriber:
-    """Subscribe as `subscriber` does.
+    """Subscribe like `subscriber`.
 
     A message is dropped with a warning if its stamp is more than `most_ahead_s` ahead of the clock, or if the callback
     raises an InputFault.
@@ -121,12 +121,12 @@ def pose_subscriber(topic: str, callback: Callable[[int, Pose2D], None]) -> rosp
 
 
 class DisplayTopic:
-    """A topic that drops messages rather than wait for a slow display: the robot must not wait.
+    """Topic for displays, which drops messages instead of waiting.
 
     Args:
-        topic: its name.
-        message_class: its type.
-        queue_size: messages that may wait for a slow display; a newer one replaces the oldest.
+        topic: name of the topic.
+        message_class: type of the messages.
+        queue_size: messages that wait for a slow display; newer ones replace the oldest.
     """
 
     def __init__(self, topic: str, message_class: Type[genpy.Message], queue_size: int = 1) -> None:
@@ -135,15 +135,15 @@ class DisplayTopic:
             topic, message_class, subscriber_listener=self._newcomers, queue_size=queue_size
         )
         self.publish = self._publisher.publish
-        self._due_ns: Optional[int] = None  # when it was last
+        self._due_ns: Optional[int] = None  # last due time
 
     @property
     def has_subscribers(self) -> bool:
-        """Return whether anybody would see a message."""
+        """Return whether the topic has subscribers."""
         return bool(self._publisher.get_num_connections())
 
     def is_due(self, period_ns: float, now_ns: int) -> bool:
-        """Return whether there is a subscriber, and a period is over since it was last due, or time has jumped back."""
+        """Return whether there is a subscriber, and the period has elapsed or time jumped back."""
         is_over = self._due_ns is None or not 0 <= now_ns - self._due_ns < period_ns
         if not (is_over and self.has_subscribers):
             return False
@@ -151,7 +151,7 @@ class DisplayTopic:
         return True
 
     def take_newcomers(self) -> bool:
-        """Return whether somebody has subscribed since the last call."""
+        """Return whether a node has subscribed since the last call."""
         are_there, self._newcomers.are_there = self._newcomers.are_there, False
         return are_there
 
@@ -160,4 +160,4 @@ class _Newcomers(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no
     are_there = False
 
     def peer_subscribe(self, *_: object) -> None:
-        self.are_there = True  # rospy calls this in a thread of its own
+        self.are_there = True  # called in a separate thread

@@ -20,7 +20,7 @@ from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncode
 
 
 class EncoderNode:
-    """Samples the wheel angles at a steady rate and publishes the counters, and speeds where they are measured."""
+    """Samples the wheel angles at a fixed rate and publishes counters, and speeds if measured."""
 
     def __init__(self) -> None:
         params = node_params(EncoderParams, OdometryParams, part='config')

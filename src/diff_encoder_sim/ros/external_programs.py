@@ -1,4 +1,4 @@
-"""Tools for a trial on programs of others: upstream_node, gazebo_trial and place_robot."""
+"""Tools that run external programs for a trial: upstream_node, gazebo_trial and place_robot."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from diff_encoder_sim.ros.graph import become
 from diff_encoder_sim.ros.node import call_service, own_words, required_trial_plan, robot_settings, trial_plan
 from diff_encoder_sim.trials.required_packages import GAZEBO, UPSTREAM_NAVIGATION, UPSTREAM_SLAM
 
-# The package of each node, and how to install it.
+# Package of each node, and its installation.
 NODES = {
     'map_server': ('map_server', UPSTREAM_NAVIGATION),
     'amcl': ('amcl', UPSTREAM_NAVIGATION),
@@ -28,12 +28,12 @@ NODES = {
     'slam_gmapping': ('gmapping', UPSTREAM_SLAM),
 }
 
-# The parts of /robot_settings with their parameters.
+# Parts of /robot_settings with the parameters of each node.
 PARTS = {'amcl': 'amcl', 'move_base': 'navigation', 'slam_gmapping': 'slam'}
 
 
 def upstream_node() -> None:
-    """upstream_node: starts upstream's map_server, amcl, move_base or slam_gmapping for a trial, as this process."""
+    """upstream_node: run upstream's map_server, amcl, move_base or slam_gmapping for a trial in this process."""
     run_tool('upstream_node', lambda: _become_upstream(own_words()))
 
 
@@ -64,14 +64,14 @@ def _become_upstream(words: List[str]) -> None:
 
 
 def gazebo_trial() -> None:
-    """gazebo_trial: starts Gazebo's server with the trial's world, or spawns the robot in it, as this process."""
+    """gazebo_trial: run Gazebo's server with the trial's world, or spawn the robot, in this process."""
     run_tool('gazebo_trial', lambda: _become_gazebo(own_words()))
 
 
 def _become_gazebo(words: List[str]) -> None:
     plan = required_trial_plan()
     if words == ['server']:
-        # -u: paused, until the trial finds every node connected.
+        # -u: paused until all nodes are connected.
         become('gazebo_ros', 'gzserver', ['-u', '-e', 'ode', plan.world], GAZEBO.install_hint)
     elif len(words) in (1, 2) and words[0] == 'spawn':
         model = words[1] if words[1:] else launched_model()
@@ -89,7 +89,7 @@ SET_MODEL_STATE = '/gazebo/set_model_state'
 PLACE_ROBOT = """\
 place_robot: move the robot to another pose in the running simulation, at rest, by /gazebo/set_model_state.
 
-Odometry does not notice it: this is the kidnapped-robot problem for localization."""
+Odometry does not change: this is the kidnapped-robot problem for localization."""
 
 
 def parse_place_robot() -> argparse.Namespace:
@@ -105,7 +105,7 @@ def parse_place_robot() -> argparse.Namespace:
 
 
 def place_robot() -> None:
-    """place_robot: moves the robot to another pose in the running simulation."""
+    """place_robot: move the robot to another pose in the running simulation."""
     run_tool('place_robot', lambda: _place(parse_place_robot()))
 
 

@@ -1,4 +1,4 @@
-"""One model's state from /gazebo/model_states, and the message and service classes of gazebo_msgs."""
+"""State of a model from /gazebo/model_states, and message and service classes of gazebo_msgs."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ from diff_encoder_sim.wheels.sampling import BoundarySampler
 
 __all__ = ['STATES_PERIOD_HEADER', 'GetModelState', 'ModelStates', 'SetModelState', 'built_service']
 
-# The field of a connection header in which simulator_node specifies the period of its /gazebo/model_states [ns].
+# Connection header field with the period of /gazebo/model_states of simulator_node [ns].
 STATES_PERIOD_HEADER = 'states_period_ns'
 
 _MODEL_STATE = 'string model_name\ngeometry_msgs/Pose pose\ngeometry_msgs/Twist twist\nstring reference_frame'
@@ -48,7 +48,7 @@ _STATUS = 'bool success\nstring status_message'
 
 
 def built_service(name: str, request: str, response: str) -> Type[Any]:
-    """Build the class of a service from both halves of its .srv file."""
+    """Build a service class from both parts of its .srv file."""
     context = MsgContext.create_default()
     built: Dict[str, Type[genpy.Message]] = {}
     parts = [f'MSG: {part._type}\n{part._full_text}' for part in (Pose, Twist, Header)]
@@ -56,7 +56,7 @@ def built_service(name: str, request: str, response: str) -> Type[Any]:
     for kind, definition in (('Request', request), ('Response', response)):
         built.update(generate_dynamic(name + kind, ('\n' + 80 * '=' + '\n').join([definition, *parts])))
     for message_name, message in built.items():
-        context.register(message_name, message._spec)  # genpy's own name for what it parsed
+        context.register(message_name, message._spec)  # parsed by genpy
     classes = built[f'{name}Request'], built[f'{name}Response']
     spec = SrvSpec(*(each._spec for each in classes), f'{request}\n---\n{response}', name)
     fields = dict(
@@ -81,7 +81,7 @@ except ImportError:
 
 
 class ModelStatesParams(Params):
-    """Which model, how often, and how its states get their stamps."""
+    """Model, rate and stamps of the states."""
 
     model: str = Field('alto', min_length=1, description='name of the robot in /gazebo/model_states')
     rate: Rate_Hz = Field(STATES_RATE_HZ, description='reports per second of the clock [Hz]')
@@ -93,7 +93,7 @@ class ModelStatesParams(Params):
 
 
 def launched_model() -> str:
-    """Return the name of the robot that a launch file has started, else the usual one.
+    """Return the model name of the launched robot, or the default.
 
     Raises:
         rospy.ROSException: there is no master.
@@ -102,19 +102,19 @@ def launched_model() -> str:
 
 
 class ModelStateReader:
-    """Calls back with (stamp_ns, pose in the world, velocity in the world) of one model.
+    """Calls back with (stamp_ns, pose in the world, velocity in the world) of a model.
 
-    ModelStates has no stamp, and /clock comes on another connection, before or after the states of the same time. If a
-    simulator publishes states at whole multiples of a period and waits for the answer, as simulator_node does, the
-    multiple nearest to the clock is the exact time; states that are ahead of the clock wait for it. With any other
-    simulator the clock is the best guess.
+    ModelStates has no stamp, and /clock is received on another connection, before or after the states of equal time. If
+    a simulator publishes states at multiples of a period and waits for the response, as simulator_node does, the
+    multiple nearest to the clock is the exact time; states ahead of the clock wait for it. With other simulators the
+    time of the clock is used.
     """
 
     def __init__(self, params: ModelStatesParams, callback: Callable[[int, Pose2D, PlanarVelocity], None]) -> None:
         self._params = params
         self._callback = callback
         self._period_ns = round((params.states_period or 0.0) * NANOSECONDS_PER_SECOND)
-        self._lock = threading.Lock()  # clock and states come in different threads
+        self._lock = threading.Lock()  # clock and states use different threads
         self._clock_ns: Optional[int] = None
         self._waiting: Optional[bytes] = None
         self._restart()
@@ -142,7 +142,7 @@ class ModelStateReader:
     def _on_states(self, message: EncodedMessage) -> None:
         with self._lock:
             if self._params.states_period is None:
-                header = message._connection_header  # rospy's own name
+                header = message._connection_header  # set by rospy
                 self._period_ns = int(header.get(STATES_PERIOD_HEADER, 0))
             self._waiting = message.content
             if not is_clock_pausing() or self._is_tick_read():
@@ -151,7 +151,7 @@ class ModelStateReader:
                 look_at_clock()
 
     def _is_tick_read(self) -> bool:
-        """Return whether the clock has come to the next multiple; if not, its tick can be read: it was sent before."""
+        """Return whether the clock has reached the next multiple; otherwise its tick can be read."""
         newest_ns = self._timeline.newest_ns
         return newest_ns is not None and self._clock_ns is not None and self._clock_ns >= newest_ns + self._period_ns
 

@@ -1,4 +1,4 @@
-"""Which nodes are connected: a trial starts when every subscriber is connected to its publishers."""
+"""Connections and health of nodes: a trial starts when every subscriber is connected to its publishers."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ import rospy
 from diff_encoder_sim.base.errors import ConfigError
 
 POLL_PERIOD_S = 0.1
-NODE_LIMIT_S = 5.0  # of wall time, for a node to respond
+NODE_LIMIT_S = 5.0  # wall time for the response of a node
 
 
 def unconnected(topics: Iterable[str], if_published: Iterable[str] = ()) -> List[str]:
-    """Return the topics that have no publisher, or a subscriber that is not connected to a publisher yet.
+    """Return the topics without a publisher, or with an unconnected subscriber.
 
     Topics of `if_published` need no publisher.
     """
@@ -49,7 +49,7 @@ def unconnected(topics: Iterable[str], if_published: Iterable[str] = ()) -> List
 
 
 def wait_until_connected(topics: Iterable[str], if_published: Iterable[str], timeout_s: float) -> List[str]:
-    """Wait, by the wall clock, until no topic is `unconnected`; returns those that are at the timeout."""
+    """Wait until no topic is `unconnected`; return the unconnected topics at the timeout (wall time)."""
     deadline_s = time.monotonic() + timeout_s
     while True:
         try:
@@ -62,7 +62,7 @@ def wait_until_connected(topics: Iterable[str], if_published: Iterable[str], tim
 
 
 def _links_of(node: str, node_uri: str) -> Set[Tuple[str, str]]:
-    """Return (topic, subscribing node) of each connection that a node's publishers have."""
+    """Return (topic, subscribing node) of each connection of a node's publishers."""
     try:
         # XML-RPC has no types: [code, text, list of connections].
         response: Any = _node_api(node_uri, NODE_LIMIT_S).getBusInfo(rospy.get_name())
@@ -73,7 +73,7 @@ def _links_of(node: str, node_uri: str) -> Set[Tuple[str, str]]:
 
 
 def _node_api(node_uri: str, limit_s: float) -> ServerProxy:
-    """Return a node's own interface; its calls raise socket.timeout when it has not responded within `limit_s`."""
+    """Return the XML-RPC interface of a node; calls raise socket.timeout after `limit_s`."""
     transport = Transport()
     make_connection = transport.make_connection
 
@@ -87,16 +87,16 @@ def _node_api(node_uri: str, limit_s: float) -> ServerProxy:
 
 
 class NodeWatch:
-    """Requests the process id of nodes again and again; one that does not respond within a limit has failed.
+    """Polls the process id of nodes; a node fails if it does not respond within a limit.
 
-    A node that has died is no failure: roslaunch notices that.
+    A node that has died is not reported here, but by roslaunch.
     """
 
     def __init__(self, limit_s: float) -> None:
-        """Prepare; `limit_s` is of wall time."""
+        """Set the limit `limit_s` in wall time."""
         self._limit_s = limit_s
         self._uris: Dict[str, str] = {}
-        self.failure: Optional[str] = None  # which node does not respond
+        self.failure: Optional[str] = None  # the node that does not respond
 
     def start(self, topics: Iterable[str], other_nodes: Iterable[str] = ()) -> None:
         """Watch the nodes that publish these topics now, and others if they run, from a thread."""
@@ -129,7 +129,7 @@ def become(package: str, executable: str, arguments: Sequence[str], install_hint
     """Replace this process by another package's executable, so that signals reach it directly.
 
     Raises:
-        ConfigError: it is not installed; the text has `install_hint`.
+        ConfigError: it is not installed; the message contains `install_hint`.
     """
     try:
         found = roslib.packages.find_node(package, executable)

@@ -1,9 +1,8 @@
-"""Makes roslaunch exit with status 0 only when the trial succeeded.
+"""Make roslaunch exit with status 0 only if the trial succeeded.
 
-roslaunch exits with status 0 however a required node dies (ros_comm issue 919, never solved). So a watcher process,
-which roslaunch does not know, waits until the trial reports its success. If the trial ends without that, the watcher
-lets roslaunch stop all nodes and then ends roslaunch itself by SIGINT, which shells see as a failure without a word.
-docs/adr/0003-exit-status.md has the alternatives.
+roslaunch exits with status 0 whenever a required node dies (ros_comm issue 919, unresolved). A watcher process outside
+roslaunch waits for the report of the trial. If the trial did not succeed, the watcher lets roslaunch stop all nodes and
+then ends roslaunch by SIGINT, which shells treat as a failure. Alternatives: docs/adr/0003-exit-status.md.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ POLL_PERIOD_S = 0.002
 
 
 class LaunchStatus:
-    """The trial's side: roslaunch fails unless `succeed` is called."""
+    """Report of the trial: roslaunch fails unless `succeed` is called."""
 
     def __init__(self) -> None:
         """Start the watcher, if this process was started by roslaunch."""
@@ -34,19 +33,18 @@ class LaunchStatus:
             )
 
     def succeed(self) -> None:
-        """Let roslaunch end with status 0."""
+        """Make roslaunch exit with status 0."""
         if self._watcher is not None and self._watcher.stdin is not None:
             self._watcher.stdin.write(SUCCESS)
             self._watcher.stdin.close()
 
 
 def watch(roslaunch_pid: int) -> None:
-    """Wait for the trial's report; without its success, end roslaunch by SIGINT when it has ended its nodes.
+    """Wait for the report; without success, end roslaunch by SIGINT when it has stopped its nodes.
 
-    roslaunch catches this signal until it has ended all nodes; then Python restores the signal's default action and
-    spends some tenths of a second on freeing its objects.
+    roslaunch catches the signal until all nodes have stopped; the default action is then restored until Python exits.
     """
-    report = sys.stdin.buffer.read()  # returns when the trial has reported, or has died
+    report = sys.stdin.buffer.read()  # returns when the trial has reported or died
     if report == SUCCESS:
         return
     while is_roslaunch(roslaunch_pid):

@@ -1,4 +1,4 @@
-"""Maps: grids from and to messages, and the nodes map_server_node and map_saver."""
+"""Map messages, and the nodes map_server_node and map_saver."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def grid_from_message(message: OccupancyGridMessage) -> OccupancyGrid:
     """Convert a map message to a grid.
 
     Raises:
-        InputFault: its size, resolution or origin are not those of a map.
+        InputFault: the size, resolution or origin is invalid.
     """
     info = message.info
     if info.width * info.height == 0 or len(message.data) != info.width * info.height:
@@ -76,7 +76,7 @@ def grid_from_message(message: OccupancyGridMessage) -> OccupancyGrid:
 
 
 def fetch_map(use_map: Callable[[OccupancyGridMessage], None]) -> None:
-    """Call `use_map` once with the map, from a thread, as soon as a node serves it."""
+    """Call `use_map` once from a thread, when a node serves the map."""
 
     def fetch() -> None:
         while not rospy.is_shutdown():
@@ -86,7 +86,7 @@ def fetch_map(use_map: Callable[[OccupancyGridMessage], None]) -> None:
             except (rospy.ROSException, rospy.ServiceException) as error:
                 if not rospy.is_shutdown():
                     log.warning('no map yet: %s; waiting for it', error)
-                    time.sleep(1.0)  # a server that has no map responds at once
+                    time.sleep(1.0)  # a server without a map responds immediately
             else:
                 use_map(message)
                 return
@@ -95,7 +95,7 @@ def fetch_map(use_map: Callable[[OccupancyGridMessage], None]) -> None:
 
 
 class MapKeeper:
-    """Keeps the newest /map, and requests the current one from dynamic_map when it is saved."""
+    """Keeps the latest /map, and requests the current one from dynamic_map to save it."""
 
     def __init__(self, stem: str) -> None:
         """Subscribe to the map; `stem` is the path of the map files without suffix."""
@@ -113,13 +113,13 @@ class MapKeeper:
         return self._newest is not None and not self._is_saved
 
     def save(self) -> None:
-        """Write the current map, or else the last one received.
+        """Write the current map, or the last one received.
 
         Raises:
-            ConfigError: there is no map, or the files cannot be written.
+            ConfigError: there is no map, or a file cannot be written.
         """
         message = self._newest
-        if not rospy.is_shutdown():  # else the SLAM node is shutting down, too
+        if not rospy.is_shutdown():  # otherwise the SLAM node is shutting down, too
             with contextlib.suppress(rospy.ServiceException):
                 message = call_service('dynamic_map', GetMap, limit_s=MAP_LIMIT_S).map
         if message is None:
@@ -167,7 +167,7 @@ class MapServerNode:
         return GetMapResponse(map=self._message)
 
     def _on_change(self, request: LoadMapRequest) -> LoadMapResponse:
-        """Respond as upstream does; if a map cannot be loaded, the previous one is kept."""
+        """Respond as upstream; after an error the previous map is kept."""
         if not os.path.isfile(request.map_url):
             log.error('change_map: %s: no such file; keeping the previous map', readable(request.map_url))
             return LoadMapResponse(result=LoadMapResponse.RESULT_MAP_DOES_NOT_EXIST)
@@ -240,7 +240,7 @@ def _save_next_map(stem: Path, params: MapSaverParams) -> None:
 
 
 def _next_map(topic: str) -> OccupancyGridMessage:
-    """Wait as long as it takes, as upstream does, but with a warning now and then."""
+    """Wait without a timeout, as upstream, with repeated warnings."""
     while True:
         try:
             return rospy.wait_for_message(topic, OccupancyGridMessage, timeout=10.0)

@@ -1,4 +1,4 @@
-"""move_base_node: navigation on upstream move_base's action, topics, services and parameters."""
+"""move_base_node: navigation with the action, topics, services and parameters of upstream move_base."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ from diff_encoder_sim.ros.node import compile_first, log, look_at_clock, node_pa
 from diff_encoder_sim.ros.reconfiguration import serve_navigation
 from diff_encoder_sim.ros.transforms import TransformBuffer, scanner_mount
 
-# Largest tilt of a goal's z axis, as 1 - cos of its angle: upstream's.
+# Maximum tilt of a goal's z axis, as 1 - cos of its angle, as upstream.
 MOST_TILT = 1e-3
 
 
@@ -70,10 +70,10 @@ class NavigationTransforms:
         self._buffer = TransformBuffer()
 
     def odom_pose_in_map(self, now_ns: int) -> Optional[Tuple[int, Pose2D]]:
-        """Return (stamp_ns, pose of odom in the map), None while there is no such transform.
+        """Return (stamp_ns, pose of odom in the map), None without a transform.
 
         Raises:
-            InputFault: the transform is no valid pose.
+            InputFault: the transform is invalid.
         """
         try:
             transform = self._buffer.lookup_transform(self.map_frame, self.odom_frame, rospy.Time(0))
@@ -81,16 +81,16 @@ class NavigationTransforms:
             return None
         stamp_ns = ns_from_stamp(transform.header.stamp) or now_ns  # a static transform has no stamp
         if stamp_ns - now_ns > MOST_AHEAD_S * NANOSECONDS_PER_SECOND:
-            # From before time was reset: tf2 would keep it, and reject the new ones as too old.
+            # From before a reset of time: tf2 would keep it, and reject newer ones as too old.
             self._buffer.clear()
             return None
         return stamp_ns, pose_from_transform(transform)
 
     def pose_in_map(self, message: PoseStamped) -> Pose2D:
-        """Transform a goal or a start to the map frame, by the newest transform, whatever its stamp.
+        """Transform a goal or a start to the map frame by the latest transform.
 
         Raises:
-            InputFault: it is no upright pose, or there is no transform from its frame.
+            InputFault: the pose is not upright, or there is no transform from its frame.
         """
         pose = pose_from_message(message.pose)
         rotation = message.pose.orientation
@@ -98,14 +98,14 @@ class NavigationTransforms:
         if 2.0 * leaning > MOST_TILT * (leaning + rotation.z**2 + rotation.w**2):
             raise InputFault('the z axis of the pose is not upright')
         if message.header.frame_id.lstrip('/') == self.map_frame:
-            return pose  # also while there is no transform to the map
+            return pose  # also without a transform to the map
         return pose_from_transform(self.lookup(self.map_frame, message.header.frame_id)).compose(pose)
 
     def lookup(self, parent: str, child: str) -> TransformStamped:
-        """Look up the newest transform from a frame to another one.
+        """Look up the latest transform between two frames.
 
         Raises:
-            InputFault: there is none.
+            InputFault: there is no transform.
         """
         try:
             return self._buffer.lookup_transform(parent, child.lstrip('/'), rospy.Time(0))
@@ -115,10 +115,10 @@ class NavigationTransforms:
 
 
 class GoalServer:
-    """Hands goals to the navigator, and reports their feedback and results.
+    """Passes goals to the navigator, and reports feedback and results.
 
-    It is polled once a control period: the action server calls back with its own lock held, and a callback that waited
-    for the node's lock could wait for ever.
+    It is polled once per control period: callbacks of the action server hold its lock, so waiting for the node's lock
+    could cause a deadlock.
     """
 
     def __init__(self, transforms: NavigationTransforms) -> None:
@@ -128,7 +128,7 @@ class GoalServer:
         self._recoveries = publisher('~recovery_status', RecoveryStatus)
         self._server = actionlib.SimpleActionServer(rospy.get_name(), MoveBaseAction, auto_start=False)
         self._server.start()
-        # actionlib's timer of `~status` ends with an exception when time goes back.
+        # The `~status` timer of actionlib raises an exception if time goes back.
         server = self._server.action_server
         server.status_timer.shutdown()
         server.status_timer = rospy.Timer(
@@ -142,8 +142,8 @@ class GoalServer:
         return bool(self._server.is_new_goal_available())
 
     def poll(self, navigator: Navigator, now_ns: int) -> None:
-        """Hand a new goal to the navigator, or cancel the navigator's goal if it was cancelled."""
-        # In this order: a new goal asks to preempt the old one as well, after it was received.
+        """Pass a new goal to the navigator, or cancel its goal."""
+        # In this order, because a new goal also preempts the previous one.
         is_preempted = self._server.is_active() and self._server.is_preempt_requested()
         if self.has_new_goal:
             self._accept_goal(navigator, now_ns)
@@ -156,7 +156,7 @@ class GoalServer:
         try:
             pose_in_map = self._transforms.pose_in_map(goal.target_pose)
         except InputFault as fault:
-            # The previous goal has ended all the same: the action server has one at a time.
+            # The action server has already ended the previous goal.
             navigator.cancel('replaced by a goal that was refused')
             log.warning('goal refused: %s', fault, extra=EVENT)
             self._server.set_aborted(MoveBaseResult(), str(fault))
@@ -165,7 +165,7 @@ class GoalServer:
         self._current_goals.publish(pose_stamped_message(pose_in_map, now_ns, self._transforms.map_frame))
 
     def report(self, navigator: Navigator, now_ns: int, output: NavigatorOutput) -> None:
-        """Publish feedback and a recovery that begins, and set the text of the goal's status on `~status`."""
+        """Publish feedback and new recoveries, and set the text of the goal on `~status`."""
         if not self._server.is_active():
             return
         self._server.current_goal.get_goal_status().text = output.text
@@ -177,7 +177,7 @@ class GoalServer:
                 self._recoveries.publish(RecoveryStatus(pose, number, total, name))
 
     def end(self, status: GoalStatus, text: str) -> None:
-        """Publish the goal's result, unless it has one already."""
+        """Publish the result of the goal, unless it has one."""
         if not self._server.is_active():
             return
         if status is GoalStatus.SUCCEEDED:
@@ -198,10 +198,10 @@ class MoveBaseNode:
     def __init__(self) -> None:
         self._params = node_params(NavigatorParams, part='navigation')
         compile_first(warm_up)
-        self._lock = threading.RLock()  # topics, services and the map come in threads
+        self._lock = threading.RLock()  # topics, services and the map use threads
         self._navigator: Optional[Navigator] = None
         self._is_driving = self._has_had_scan = False
-        self._odometry_ns, self._odometry_at_s = 0, time.monotonic()  # the newest good one: its stamp, its arrival
+        self._odometry_ns, self._odometry_at_s = 0, time.monotonic()  # stamp and arrival of the latest valid message
         self._control_rate = ControlRate(self._params.controller_frequency)
         self._commands = publisher('cmd_vel', Twist)
         self._transforms = NavigationTransforms(self._params)
@@ -247,16 +247,16 @@ class MoveBaseNode:
             except InputFault as fault:
                 if not is_first:
                     raise
-                # robot_state_publisher publishes the laser's transform only once simulated time runs.
+                # robot_state_publisher publishes the laser's transform only when simulated time runs.
                 log.info('%s: first scan not used: %s', self._scans.resolved_name, fault)
 
     def _on_odometry(self, message: Odometry) -> None:
         now_ns = ns_from_stamp(message.header.stamp)
-        look_at_clock()  # for the age of the next one
+        look_at_clock()  # for the age of the next message
         with self._lock:
             navigator = self._navigator
             if navigator is None:
-                self._control_rate.is_due(now_ns)  # from the first message on, as simulator_node counts
+                self._control_rate.is_due(now_ns)  # starts at the first message, as in simulator_node
                 return
             frame, expected = message.header.frame_id, self._transforms.odom_frame
             if frame.lstrip('/') not in ('', expected):
@@ -275,7 +275,7 @@ class MoveBaseNode:
             try:
                 self._control(navigator, now_ns)
             except Exception:
-                self._command(STOP)  # rospy logs the exception and goes on: not with the last command
+                self._command(STOP)  # rospy logs the exception and continues
                 raise
 
     # ---- one control period
@@ -295,7 +295,7 @@ class MoveBaseNode:
             self._apply(navigator, now_ns, navigator.step(now_ns))
 
     def _on_watchdog(self, _: rospy.timer.TimerEvent) -> None:
-        """Stop the robot, and poll goals and cancels, while no /odom does."""
+        """Stop the robot, and poll goals and cancels, without /odom."""
         with self._lock:
             navigator = self._navigator
             if navigator is None:
@@ -303,7 +303,7 @@ class MoveBaseNode:
                     log.warning('goal received before the map (service static_map); waiting')
                 return
             silent_s = time.monotonic() - self._odometry_at_s
-            # By both clocks: a loaded host delays messages, and a paused simulation sends none.
+            # Check both clocks: a loaded host delays messages, and a paused simulation sends none.
             if min(silent_s, abs(self._odometry_age_s())) > self._params.input_timeout:
                 now_ns = ns_from_stamp(rospy.Time.now())
                 self._poll_goals(navigator, now_ns)
@@ -321,7 +321,7 @@ class MoveBaseNode:
         return navigator.wait(MissingInput(self._odometry.resolved_name, f'{why} {limit}'))
 
     def _apply(self, navigator: Navigator, now_ns: int, output: NavigatorOutput) -> None:
-        """Publish the command, the goal's state and the topics for displays."""
+        """Publish the command, the state of the goal and the topics for displays."""
         if output.status is GoalStatus.ACTIVE:
             self._command(output.command)
             self._goals.report(navigator, now_ns, output)
@@ -339,7 +339,7 @@ class MoveBaseNode:
             if self._is_driving:
                 self._command(STOP)
                 self._goals.end(GoalStatus.ABORTED, 'move_base was shut down')
-            self._navigator = None  # a message that is still on its way moves nothing
+            self._navigator = None  # ignore further messages
 
     # ---- services
 
@@ -354,7 +354,7 @@ class MoveBaseNode:
             except InputFault as fault:
                 raise rospy.ServiceException(str(fault)) from None
             except PlanError as error:
-                # As upstream: a valid request for which there is no plan gets an empty one.
+                # As upstream, return an empty plan if there is none.
                 log.warning('make_plan: %s', str(error))
                 poses = np.empty((0, 3))
         return GetPlanResponse(plan=path_message(poses, ns_from_stamp(rospy.Time.now()), self._transforms.map_frame))

@@ -1,4 +1,4 @@
-"""Topics of move_base for displays: plans, costmaps with footprints, and what the DWA has chosen from."""
+"""Topics of move_base for displays: plans, costmaps with footprints, and DWA samples."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class NavigationViews:
         self._dwa = DwaView(odom_frame)
 
     def show(self, navigator: Navigator, now_ns: int) -> None:
-        """Publish the topics whose period is over."""
+        """Publish the topics whose period has elapsed."""
         plans = (
             (self._global_plans, self._map_frame, navigator.global_plan_in_map),
             (self._plans_in_sight, self._odom_frame, navigator.visible_plan_in_odom),
@@ -67,7 +67,7 @@ def path_message(poses: np.ndarray, stamp_ns: int, frame: str) -> Path:
 
 FOOTPRINT_PERIOD_NS = 200_000_000
 
-# A change that is lost stays wrong in the display; they are small, and so many may wait.
+# Queue of updates: a lost update would leave the display wrong.
 WAITING_UPDATES = 20
 
 # Costs 0 to 255 as costmap_2d publishes them: 1 to 98 for inflation, 99 inscribed, 100 lethal.
@@ -75,13 +75,13 @@ _OCCUPANCY_OF_COST = np.concatenate([[0], np.linspace(1, 98, 252).astype(np.int6
 
 
 class CostmapView:
-    """Publishes a costmap as costmap_2d: whole to new subscribers and after its window has moved, else its changes.
+    """Publishes a costmap as costmap_2d: whole for new subscribers and after a move of its window, otherwise updates.
 
-    Where nobody subscribes to the changes, it is always published whole.
+    Without subscribers to the updates it is always published whole.
 
     Args:
-        name: of the costmap's namespace.
-        frame: of the costmap.
+        name: namespace of the costmap.
+        frame: frame of the costmap.
     """
 
     def __init__(self, name: str, frame: str) -> None:
@@ -92,7 +92,7 @@ class CostmapView:
         self._shown_costs, self._shown_origin = np.empty((0, 0), np.uint8), Pose2D(0.0, 0.0, 0.0)
 
     def show(self, costmap: Costmap, base_pose: Optional[Pose2D], now_ns: int) -> None:
-        """Publish what is due; `base_pose` is the robot in the costmap's frame, None while that is not known."""
+        """Publish due messages; `base_pose` is the robot in the costmap's frame, None if unknown."""
         has_newcomers, frequency_hz = self._grids.take_newcomers(), costmap.params.publish_frequency
         period_ns = NANOSECONDS_PER_SECOND / frequency_hz if frequency_hz > 0.0 else math.inf
         if has_newcomers or self._grids.is_due(period_ns, now_ns):
@@ -146,7 +146,7 @@ _FLOAT_BYTES = 4
 
 
 class DwaView:
-    """Publishes the clouds that publish_traj_pc and publish_cost_grid_pc switch on, after periods with a choice."""
+    """Publishes the clouds enabled by publish_traj_pc and publish_cost_grid_pc, after periods with samples."""
 
     def __init__(self, frame: str) -> None:
         self._frame = frame
@@ -155,7 +155,7 @@ class DwaView:
         self._shown: Optional[ScoringTask] = None
 
     def show(self, navigator: Navigator, now_ns: int) -> None:
-        """Publish what is due."""
+        """Publish due messages."""
         task, params = navigator.scoring_task, navigator.params.DWAPlannerROS
         if task is None or task is self._shown:
             return

@@ -1,4 +1,4 @@
-"""What every node needs: start and end, parameters, log, the clock, services, and topics without delay."""
+"""Common functions of nodes: start and end, parameters, log, clock, services, and topics without delay."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from diff_encoder_sim.base.yaml_files import yaml_value
 if TYPE_CHECKING:
     from diff_encoder_sim.drives.trial_definition import LivePlan
 
-# rospy's own format has no node name, and a terminal shows the lines of a dozen nodes.
+# The default format of rospy has no node name.
 CONSOLE_FORMAT = '[${severity}] [${time}] [${node}]: ${message}'
 
 log = logging.getLogger('diff_encoder_sim')
@@ -39,8 +39,8 @@ log = logging.getLogger('diff_encoder_sim')
 def run_node(name: str, build: Callable[[], Any], run: Callable[[Any], None] = lambda node: rospy.spin()) -> None:
     """Start a node, build its object, and let it `run`: by default until shutdown.
 
-    A user's mistake ends the node with one line and exit status 1. An exception of this package that ends one of its
-    threads ends the node as well: roslaunch would not notice half a node.
+    Invalid input ends the node with a message of one line and exit status 1. An exception in a thread of this package
+    also ends the node, because roslaunch cannot detect it.
     """
     broken_threads: List[str] = []
     threading.excepthook = lambda args: _end_with_thread(args, broken_threads)
@@ -71,7 +71,7 @@ def _end_with_thread(args: threading.ExceptHookArgs, broken_threads: List[str]) 
         return
     traceback.print_exception(args.exc_type, args.exc_value, args.exc_traceback)
     frames = [frame.f_globals.get('__name__', '') for frame, _ in traceback.walk_tb(args.exc_traceback)]
-    # A thread of rospy's own may end so when another node dies.
+    # Threads of rospy may end like this when another node dies.
     if any(module.startswith('diff_encoder_sim.') for module in frames):
         broken_threads.append(args.thread.name if args.thread else '')
         rospy.logfatal('internal error: %s: %s; the node ends', args.exc_type.__name__, args.exc_value)
@@ -84,12 +84,12 @@ def _is_ending() -> bool:
 
 
 def own_words() -> List[str]:
-    """Return the words after the command, without the remappings that roslaunch adds."""
+    """Return the command-line words, without the remappings of roslaunch."""
     return [word for word in sys.argv[1:] if ':=' not in word]
 
 
 def compile_first(warm_up: Callable[[], None]) -> None:
-    """Compile a node's numba kernels before it subscribes: messages received meanwhile would be lost."""
+    """Compile the numba kernels of a node before it subscribes, to avoid message loss."""
     start_s = time.monotonic()
     warm_up()
     took_s = time.monotonic() - start_s
@@ -99,7 +99,7 @@ def compile_first(warm_up: Callable[[], None]) -> None:
 
 # ---- parameters
 
-# The parameter that launch files set by the command of the same name.
+# Parameter set by launch files with the command of this name.
 ROBOT_SETTINGS = '/robot_settings'
 RECORDS = '/diff_encoder_sim/parameters_at_start'
 
@@ -110,8 +110,8 @@ def node_params(
     """Read the node's private parameters as `params_class`, and write the values in use to them.
 
     Args:
-        params_class: what this node uses.
-        also_known: structs of other nodes that share the same YAML file; their keys are no misspellings.
+        params_class: struct of the node's parameters.
+        also_known: structs of other nodes that share the same YAML file; their keys are also allowed.
         part: of /robot_settings, whose values replace those of YAML files and launch files; '' for none.
         defaults: values for parameters that are not set.
 
@@ -138,7 +138,7 @@ def node_params(
 
 
 def given_parameters(private: Mapping[str, Any]) -> Dict[str, Any]:
-    """Return private parameters without the values that an earlier start of this node has written."""
+    """Return private parameters without the values written by an earlier start of this node."""
     try:
         given, written = json.loads(rospy.get_param(RECORDS + rospy.get_name(), ''))
     except ValueError:
@@ -150,15 +150,15 @@ def given_parameters(private: Mapping[str, Any]) -> Dict[str, Any]:
 
 
 def robot_settings(part: str) -> Dict[str, Any]:
-    """Return one part of the robot's settings, which launch files set; nothing if they set no robot.
+    """Return a part of the robot's settings, which launch files set; {} without a robot.
 
     Raises:
-        ConfigError: the parameter is no mapping.
+        ConfigError: the parameter is not a mapping.
     """
     settings = rospy.get_param(f'{ROBOT_SETTINGS}/{part}', {})
     if not isinstance(settings, dict):
         raise ConfigError(
-            f'{ROBOT_SETTINGS}/{part}: given {settings!r}; allowed: what the command robot_settings prints'
+            f'{ROBOT_SETTINGS}/{part}: given {settings!r}; allowed: the output of the command robot_settings'
         )
     return settings
 
@@ -174,12 +174,12 @@ def trial_plan() -> Optional[LivePlan]:
     """Return the plan of the running trial, None if there is no trial.
 
     Raises:
-        ConfigError: the parameter /trial is set, but is no plan.
+        ConfigError: the parameter /trial is not a plan.
     """
     plan = rospy.get_param('/trial', None)
     if plan is None:
         return None
-    # Here, since it imports much that a node without a trial does not need.
+    # A slow import, not needed without a trial.
     from diff_encoder_sim.drives.trial_definition import LivePlan  # noqa: PLC0415
 
     return LivePlan.from_mapping(from_xml_rpc(plan), '/trial')
@@ -189,7 +189,7 @@ def required_trial_plan() -> LivePlan:
     """Return the plan of the running trial.
 
     Raises:
-        ConfigError: there is none, or it is no plan.
+        ConfigError: the parameter /trial is missing, or not a plan.
     """
     plan = trial_plan()
     if plan is None:
@@ -207,18 +207,18 @@ def publisher(
 ) -> rospy.Publisher:
     """Advertise a topic; `publish` returns when the message is in every subscriber's socket.
 
-    `headers` are more fields of the connection header, which each subscriber gets.
+    `headers` are further fields of the connection header.
 
-    So no message is dropped, a node never runs ahead of its subscribers, and publishing takes a third of the time:
-    rospy's queues hand each message to a thread of each connection.
+    No message is dropped, a node never runs ahead of its subscribers, and publishing takes a third of the time of
+    rospy's queues, which use a thread per connection.
     """
     with warnings.catch_warnings():
-        warnings.simplefilter('ignore', SyntaxWarning)  # about queue_size=None, which is wanted here
+        warnings.simplefilter('ignore', SyntaxWarning)  # about queue_size=None, which is intended
         return _Publisher(topic, message_class, queue_size=None, latch=latch, headers=headers, tcp_nodelay=True)
 
 
 class _Publisher(rospy.Publisher):  # type: ignore[misc]  # rospy has no types
-    """Publishes; while the node ends it drops messages, without an exception in each callback's thread."""
+    """Publisher that drops messages during shutdown instead of raising exceptions."""
 
     def publish(self, *args: Any, **fields: Any) -> None:
         """Publish a message, or one of these fields."""
@@ -234,16 +234,16 @@ def subscriber(topic: str, message_class: Type[genpy.Message], callback: Callabl
     return rospy.Subscriber(topic, message_class, callback, tcp_nodelay=True)
 
 
-MAP_LIMIT_S = 30.0  # of services that respond with a map
+MAP_LIMIT_S = 30.0  # for services that return a map
 
 
 def call_service(service: str, service_class: Any, *request: Any, limit_s: float = 5.0) -> Any:
     """Call a service and return its response.
 
-    A suspended node takes a call and never responds: so the call is made in a thread, which is left behind.
+    The call runs in a thread, because a suspended node never responds.
 
     Raises:
-        rospy.ServiceException: there is no such service, it failed, or did not respond within `limit_s` of wall time.
+        rospy.ServiceException: the service does not exist, failed, or did not respond within `limit_s` (wall time).
     """
     response: concurrent.futures.Future[Any] = concurrent.futures.Future()
 
@@ -266,9 +266,9 @@ LOG_AGAIN_AFTER_S = 5.0
 
 
 class _RosLogHandler(logging.Handler):
-    """Sends the core's log to /rosout; repeats of a message within LOG_AGAIN_AFTER_S are left out.
+    """Sends the log of the core to /rosout, without repeats of a message within LOG_AGAIN_AFTER_S of wall time.
 
-    Events are always sent. By wall time: a paused or reset clock must not silence a warning.
+    Events are always sent.
     """
 
     _LEVELS = ((logging.ERROR, rospy.logerr), (logging.WARNING, rospy.logwarn), (logging.INFO, rospy.loginfo))
@@ -278,10 +278,10 @@ class _RosLogHandler(logging.Handler):
         self._last_s: Dict[Tuple[str, str], float] = {}
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Send a record unless one like it was sent just now."""
-        # The same message about another topic is another one; about other numbers it is not.
+        """Send a record unless it is a repeat."""
+        # Messages that differ only in numbers are repeats; those about different topics are not.
         first = record.args[0] if isinstance(record.args, tuple) and record.args else None
-        # Not by file and line: under rospy's loggers these are the thread's, not the caller's.
+        # Not by file and line, which are those of the thread under rospy's loggers.
         key = (str(record.msg), first if isinstance(first, str) else '')
         now_s = time.monotonic()
         is_event = getattr(record, 'event', False)
@@ -294,8 +294,8 @@ class _RosLogHandler(logging.Handler):
 
 # ---- the clock
 #
-# rospy reads each tick of /clock in a thread of each node: at rtf:=0 that was a third of the graph's load. Between two
-# looks the ticks wait in the socket, and the newest of them is used: the clock is late by at most PAUSE_S of wall time.
+# rospy reads each tick of /clock in a thread of each node: a third of the graph's load at rtf:=0. With pauses the ticks
+# wait in the socket, and only the latest is used: the clock is late by at most PAUSE_S of wall time.
 
 PAUSE_S = 0.02
 
@@ -306,35 +306,35 @@ _every_tick = threading.Event()
 
 
 def pause_between_ticks() -> None:
-    """Let rospy's own thread of /clock pause after each look, if time is simulated."""
+    """Make rospy's thread of /clock pause after each reading, if time is simulated."""
     if not rospy.rostime.is_wallclock():
         # Shares rospy's connection, and its queue of one.
         rospy.Subscriber('/clock', Clock, _on_clock, tcp_nodelay=True)
 
 
 def listen_to_clock(listener: Callable[[Clock], None]) -> None:
-    """Call back with the tick that each look finds, before the pause."""
+    """Call back with each tick that is read, before the pause."""
     _listeners.append(listener)
 
 
 def read_every_tick() -> None:
-    """Make no pauses: the node needs the clock as it comes."""
+    """Disable pauses."""
     _every_tick.set()
     look_at_clock()
 
 
 def read_now_and_then() -> None:
-    """Make pauses again."""
+    """Enable pauses."""
     _every_tick.clear()
 
 
 def is_clock_pausing() -> bool:
-    """Return whether newer ticks may be waiting."""
+    """Return whether newer ticks may wait in the socket."""
     return _is_pausing.is_set()
 
 
 def look_at_clock() -> None:
-    """End the pause: the clock is needed as it is now."""
+    """End the current pause."""
     _is_wanted.set()
 
 

@@ -27,7 +27,7 @@ from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 
 class OdometryNode:
-    """Publishes odometry for each message of the counters, and resets it by service."""
+    """Publishes odometry for each message of counters, with a reset service."""
 
     def __init__(self) -> None:
         params = node_params(OdometryParams, EncoderParams, part='config')
@@ -40,13 +40,13 @@ class OdometryNode:
         self._odometry = WheelOdometry(params)
         self._diagnosis = OdometryDiagnosis(self._odometry, rate_hz)
         self._pairing = SpeedPairing() if params.velocity_method != 'M' else None
-        self._lock = threading.Lock()  # the service and each topic come in threads of their own
+        self._lock = threading.Lock()  # the service and each topic use separate threads
         self._diagnostics = Diagnostics('Odometry')
         self._reset = rospy.Service('~reset', Empty, self._on_reset)
         self._commands = subscriber('cmd_vel', Twist, self._on_command)
         if self._pairing is not None:
             self._speeds = encoded_stamped_subscriber('encoder_velocity', JointState, self._on_speeds)
-        # Last, so that who sees /odom advertised finds it answering.
+        # Subscribe last: subscribers of /odom may expect responses.
         self._output = OdometryOutput(params.odom_frame, params.base_frame, params.publish_tf)
         self._decoder = JointDecoder(ENCODER_PULSE_TYPE)
         self._pulses = encoded_stamped_subscriber('encoder_pulse', EncoderPulse, self._on_pulses)
@@ -63,7 +63,7 @@ class OdometryNode:
                 self._take(self._pairing.take_speeds(*speeds))
 
     def _take(self, samples: Iterable[EncoderSample]) -> None:
-        """Integrate and publish, under the lock, so that what is published keeps its order."""
+        """Integrate and publish in order, under the lock."""
         for sample in samples:
             estimate = self._odometry.update(*sample)
             self._diagnosis.take_report(sample.stamp_ns, estimate is not None)
@@ -84,10 +84,10 @@ class OdometryNode:
 
 
 def _encoder_sample(counters: JointValues) -> EncoderSample:
-    """Return a message's counters.
+    """Return the counters of a message.
 
     Raises:
-        InputFault: there are not exactly two.
+        InputFault: the message does not contain two counters.
     """
     if len(counters.values) != 2:
         raise InputFault(f'{len(counters.values)} counters; expected 2, left then right')

@@ -1,4 +1,4 @@
-"""How fast simulated time may run: by the wall clock, and by what the graph can follow."""
+"""Pace of simulated time: by the wall clock, and by the responses of the graph."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from diff_encoder_sim.wheels.sampling import BoundaryTimes
 
 log = logging.getLogger(__name__)
 
-# Simulated time that lags behind the wall clock by more is not caught up with.
+# Lag behind the wall clock above which simulated time does not catch up.
 LARGEST_LAG_S = 0.2
 
-# A topic that does not come within this wall time is not waited for until its next message.
+# Wall time after which a silent topic is ignored until its next message.
 LONGEST_WAIT_S = 2.0
 
 
@@ -34,12 +34,12 @@ class WallPacer:
         self._sim_start_ns = 0
 
     def restart(self, sim_time_ns: int) -> None:
-        """Count from here: after a pause or a reset."""
+        """Restart from this time, after a pause or a reset."""
         self._wall_start_s = time.monotonic()
         self._sim_start_ns = sim_time_ns
 
     def wait(self, sim_time_ns: int) -> None:
-        """Sleep until the wall clock has come to `sim_time_ns`."""
+        """Sleep until the wall clock has reached `sim_time_ns`."""
         if self._real_time_factor == 0:
             return
         sim_s = (sim_time_ns - self._sim_start_ns) / NANOSECONDS_PER_SECOND
@@ -51,7 +51,7 @@ class WallPacer:
 
 
 class GraphPacer:
-    """Holds simulated time back until stamped topics have come to it, so that it never runs ahead of the graph."""
+    """Delays simulated time until stamped topics have reached it."""
 
     def __init__(
         self,
@@ -65,8 +65,8 @@ class GraphPacer:
         Args:
             topics: topics to wait for.
             expected_ns: from a simulated time, the stamp that every topic must have reached before it; negative: none.
-            is_from_start: wait for `topics` from time 0; else from the first message of each.
-            topics_once_begun: more topics, waited for from their first message in any case.
+            is_from_start: wait for `topics` from time 0; otherwise from the first message of each.
+            topics_once_begun: further topics, always waited for from their first message.
         """
         self._expected_ns = expected_ns
         self._moved = threading.Condition()
@@ -74,20 +74,20 @@ class GraphPacer:
         self._waited_ns = -1  # the newest stamp that has been waited for; negative: none
         self._begin_with_time = frozenset(topics if is_from_start else ())
         self._absent = set(self._begin_with_time)
-        # AnyMsg and the header alone: any stamped message will do.
+        # AnyMsg with only the header parsed accepts any stamped message.
         self._subscribers = [
             rospy.Subscriber(topic, rospy.AnyMsg, self._on_message, callback_args=topic, tcp_nodelay=True)
             for topic in [*topics, *topics_once_begun]
         ]
 
     def restart(self) -> None:
-        """Forget the stamps of before a reset."""
+        """Clear the stamps after a reset."""
         with self._moved:
             self._newest_ns, self._absent = {}, set(self._begin_with_time)
             self._waited_ns = -1
 
     def wait(self, sim_time_ns: int) -> None:
-        """Block until every topic has come to what is expected before `sim_time_ns`."""
+        """Block until every topic has received the expected messages before `sim_time_ns`."""
         expected_ns = self._expected_ns(sim_time_ns)
         if expected_ns <= self._waited_ns:
             return  # for most ticks
@@ -96,8 +96,7 @@ class GraphPacer:
             if not self._moved.wait_for(lambda: not self._behind(expected_ns), LONGEST_WAIT_S):
                 for topic in self._behind(expected_ns):
                     log.warning(
-                        '%s: no message of simulated time %.2f s within %.0f s of wall time; '
-                        'time runs on without waiting for it',
+                        '%s: no message of simulated time %.2f s within %.0f s of wall time; continuing without it',
                         topic,
                         expected_ns / NANOSECONDS_PER_SECOND,
                         LONGEST_WAIT_S,
@@ -109,42 +108,42 @@ class GraphPacer:
         return [topic for topic, newest_ns in self._newest_ns.items() if newest_ns < expected_ns] + list(self._absent)
 
     def _on_message(self, message: rospy.AnyMsg, topic: str) -> None:
-        stamp_ns = encoded_stamp_ns(message._buff)  # rospy's own name for the bytes of an AnyMsg
+        stamp_ns = encoded_stamp_ns(message._buff)  # the bytes of an AnyMsg
         with self._moved:
             self._absent.discard(topic)
             self._newest_ns[topic] = stamp_ns
             self._moved.notify_all()
 
 
-# How far physics may run ahead of /odom and the true and estimated poses, so that it computes while the nodes do.
+# Lead of the physics over /odom and the true and estimated poses, which lets both compute in parallel.
 GRAPH_LEAD_NS = 20_000_000
 
-# robot_state_publisher publishes the laser's frame 20 ms after time has begun: before, no scan can be answered.
+# robot_state_publisher publishes the laser's frame 20 ms after the start of time; earlier scans get no response.
 FIRST_SCAN_LEAD_NS = 50_000_000
 
 
 class ExpectedStamps:
-    """The newest stamps that must have come before simulated time advances to some time; negative: none."""
+    """Latest stamps required before simulated time advances to a given time; negative: none."""
 
     def __init__(self, report_rate_hz: float, scan_period_ns: int, report_delay_ns: int = 0) -> None:
-        """Prepare for reports that come up to `report_delay_ns` after their boundary."""
+        """Set the rates; reports arrive up to `report_delay_ns` after their boundary."""
         self._report_delay_ns = report_delay_ns
         self.reports = BoundaryTimes(report_rate_hz, TICK_NS)
         self.states = BoundaryTimes(STATES_RATE_HZ, TICK_NS)
         self._scan_period_ns = scan_period_ns
 
     def report_before(self, sim_time_ns: int) -> int:
-        """Return the newest report of the encoder that odometry must have answered."""
+        """Return the stamp of the latest encoder report that odometry must have processed."""
         return self.reports.newest_ns(sim_time_ns - self._report_delay_ns - GRAPH_LEAD_NS)
 
     def state_before(self, sim_time_ns: int) -> int:
-        """Return the newest /gazebo/model_states that must have been answered."""
+        """Return the stamp of the latest /gazebo/model_states that must have been processed."""
         return self.states.newest_ns(sim_time_ns - GRAPH_LEAD_NS)
 
     def scan_before(self, sim_time_ns: int) -> int:
-        """Return the newest scan that must have been answered: one that odometry has come to, before newer odometry.
+        """Return the stamp of the latest scan that must be processed before newer odometry.
 
-        With newer odometry tf2 would interpolate, and round otherwise.
+        With newer odometry tf2 would interpolate with different rounding.
         """
         if sim_time_ns < FIRST_SCAN_LEAD_NS:
             return -1
@@ -154,9 +153,9 @@ class ExpectedStamps:
 
 
 class AnsweredTimes:
-    """The simulated times of the reports that a controller answers with a command.
+    """Simulated times of the reports to which a controller responds with a command.
 
-    It answers every report or, where they come faster than it controls, those that its own `ControlRate` picks.
+    It responds to every report or, if reports are faster than the control rate, to those selected by its `ControlRate`.
     """
 
     def __init__(self, reports: BoundaryTimes, control_period_s: float) -> None:
@@ -165,25 +164,25 @@ class AnsweredTimes:
         self.restart()
 
     def restart(self) -> None:
-        """Begin again at time 0."""
+        """Restart at time 0."""
         self._rate = ControlRate(self._control_hz)
 
     def is_answered(self, time_ns: int) -> bool:
-        """Return whether the report at a time is answered; to be asked of every tick, in order."""
+        """Return whether the report at a time gets a command; call it for every tick in order."""
         return self._reports.newest_ns(time_ns) == time_ns and self._rate.is_due(time_ns)
 
 
 Command = Tuple[float, float]  # linear [m/s], angular [rad/s]
 STANDSTILL: Command = (0.0, 0.0)
-IDLE_PATIENCE_S = 0.02  # of wall time
+IDLE_PATIENCE_S = 0.02  # wall time
 
 
 class CommandGate:
-    """Lets one command through for each report that a controller answers, at the same simulated time in every run.
+    """Applies one command per report of `answered_times`, at a reproducible simulated time.
 
-    Commands have no stamp, and how long one takes to arrive depends on the host and its load. A controller that answers
-    a report with one command is waited for, and its command takes effect `delay_ns` after the report: so a run can be
-    repeated exactly. Without `answered_times` commands take effect as they come.
+    Commands have no stamp, and their delay depends on the load of the host. The simulation waits for the command to a
+    report, which takes effect `delay_ns` after it, so runs are reproducible. Without `answered_times` commands take
+    effect on arrival.
     """
 
     def __init__(
@@ -197,11 +196,11 @@ class CommandGate:
         """Prepare to wait for a controller.
 
         Args:
-            answered_times: of the reports that it answers.
-            delay_ns: from a report to the moment when its answer takes effect.
-            patience_s: how long to wait for an answer, by the wall clock.
-            is_expected: whether a controller is connected at all.
-            is_from_start: whether it answers the first report already.
+            answered_times: times of the reports to which it responds.
+            delay_ns: delay between a report and the effect of its command.
+            patience_s: timeout of a command, by the wall clock.
+            is_expected: whether a controller is connected.
+            is_from_start: whether it responds to the first report.
         """
         self._answered_times = answered_times
         self._delay_ns = delay_ns
@@ -209,7 +208,7 @@ class CommandGate:
         self._is_expected = is_expected
         self._arrived = threading.Condition()
         self._commands: Deque[Command] = deque()
-        self._report_ns: Optional[int] = None  # the newest whose answer was taken
+        self._report_ns: Optional[int] = None  # latest report whose command was taken
         self._is_waited_for = True
         self._is_moving = False
         self._is_first = is_from_start
@@ -222,7 +221,7 @@ class CommandGate:
             self._arrived.notify_all()
 
     def clear(self) -> None:
-        """Forget what has not taken effect: after a reset."""
+        """Discard pending commands after a reset."""
         with self._arrived:
             self._commands.clear()
             self._report_ns = None
@@ -230,7 +229,7 @@ class CommandGate:
                 self._answered_times.restart()
 
     def take(self, sim_time_ns: int) -> Optional[Command]:
-        """Return the command that takes effect at `sim_time_ns`, if any; may block to wait for it."""
+        """Return the command that takes effect at `sim_time_ns`, if any; may block."""
         with self._arrived:
             if self._answered_times is not None:
                 if not self._is_open(self._answered_times, sim_time_ns - self._delay_ns):
@@ -246,7 +245,7 @@ class CommandGate:
     def _is_open(self, times: AnsweredTimes, report_ns: int) -> bool:
         if report_ns < 0 or not times.is_answered(report_ns):
             return False
-        # The answer to a report that came within the delay may have been taken, as the newest, with the one before.
+        # The command to a report within the delay may have been taken with the previous one.
         if self._report_ns is not None and report_ns - self._report_ns <= self._delay_ns:
             return False
         self._report_ns = report_ns
@@ -255,7 +254,7 @@ class CommandGate:
     def _wait(self, sim_time_ns: int) -> None:
         if self._commands or not (self._is_waited_for and self._is_expected()):
             return
-        # While the robot stands, between one goal and the next, there may be no controller to wait for.
+        # Between goals there may be no controller.
         patience_s = self._patience_s if self._is_moving or self._is_first else IDLE_PATIENCE_S
         self._is_first = False
         if not self._arrived.wait_for(lambda: bool(self._commands), patience_s):

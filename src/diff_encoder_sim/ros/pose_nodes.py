@@ -42,9 +42,9 @@ class GlobalPoseParams(Params):
 
 
 class GlobalPoseNode:
-    """Looks up map -> base_link whenever a transform arrives, and publishes it once in each period.
+    """Looks up map -> base_link after each transform, and publishes it once per period.
 
-    Only new transforms are published: while the chain is broken or has stopped, no old pose is repeated.
+    Only new transforms are published; old poses are not repeated.
     """
 
     def __init__(self) -> None:
@@ -87,7 +87,7 @@ def _trial_defaults() -> Dict[str, float]:
 
 
 def global_pose_node() -> None:
-    """global_pose_node: publishes the pose estimate on TF, map -> base_link, as /global_pose at a steady rate."""
+    """global_pose_node: publishes the transform map -> base_link as /global_pose at a fixed rate."""
     run_node('global_pose_node', GlobalPoseNode)
 
 
@@ -147,12 +147,12 @@ class IdealOdomNode:
 
 
 def ideal_odom_node() -> None:
-    """ideal_odom_node: odometry without error, from /gazebo/model_states, as plain simulators publish it."""
+    """ideal_odom_node: publishes error-free odometry from /gazebo/model_states."""
     run_node('ideal_odom_node', IdealOdomNode)
 
 
 MAP_FRAME = 'map'
-POSES_PER_PATH_MESSAGE = 10  # each message has the whole path: twice a second is enough for a display
+POSES_PER_PATH_MESSAGE = 10  # each message contains the whole path; 2 Hz suffices for display
 
 
 class PathTrail:
@@ -164,7 +164,7 @@ class PathTrail:
         self._paths = publisher(path_topic, Path, latch=True)
 
     def add(self, message: PoseStamped) -> None:
-        """Add a pose; time that jumps back starts a new path."""
+        """Add a pose; a jump back in time starts a new path."""
         step = self._timeline.advance(ns_from_stamp(message.header.stamp))
         if step is Step.RESTART:
             self._path.poses = []
@@ -192,11 +192,11 @@ class TrialViewNode:
         ]
 
     def _on_odom(self, message: Odometry) -> None:
-        """Add odometry's pose, from the surveyed start on: dead reckoning on the map."""
+        """Add the pose of odometry, relative to the known start."""
         pose = self._start.compose(pose_from_message(message.pose.pose))
         self._odom_trail.add(pose_stamped_message(pose, ns_from_stamp(message.header.stamp), MAP_FRAME))
 
 
 def trial_view_node() -> None:
-    """trial_view_node: publishes what RViz shows besides the trial's own topics: the world, and paths."""
+    """trial_view_node: publishes the world and paths for RViz."""
     run_node('trial_view_node', TrialViewNode)

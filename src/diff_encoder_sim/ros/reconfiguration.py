@@ -1,4 +1,4 @@
-"""Parameters that change while a node runs (rqt_reconfigure, dynparam), as the files of cfg/ name and limit them."""
+"""Dynamic reconfiguration of node parameters (rqt_reconfigure, dynparam), with the names and limits of cfg/."""
 
 from __future__ import annotations
 
@@ -27,24 +27,24 @@ from diff_encoder_sim.ros.node import log
 
 Values = Dict[str, Any]
 
-# Of amcl_node: the topics and frames that it has subscribed to at its start.
+# Topics and frames of amcl_node, which are fixed at its start.
 FIXED = ('odom_frame_id', 'base_frame_id', 'global_frame_id', 'use_map_topic')
 
-# Upstream's default of robot_radius, which is used if the footprint is [] [m].
+# Upstream's default of robot_radius, used if the footprint is [] [m].
 ROBOT_RADIUS_M = 0.46
 
 
 class ReconfigureServer(Server):  # type: ignore[misc]  # the library has no types
-    """The package's server of one namespace, which starts with the node's values.
+    """Server of one namespace, which starts with the node's values.
 
-    The package would clamp the values of the parameter server to the limits of the .cfg file at the start; a node has
-    validated its own values, and stores only changed ones, so that its next start begins with these.
+    The library would clamp parameters to the limits of the .cfg file at the start. A node validates its values, and
+    stores only changed ones for its next start.
 
     Args:
-        config_type: the module that was generated from the .cfg file.
-        namespace: relative to the node's name; '' for the node's own.
+        config_type: module generated from the .cfg file.
+        namespace: relative to the node's name; '' for that of the node.
         values: values in use, with every name of the .cfg file.
-        change: is called with all values when one has changed; raises ConfigError to refuse them.
+        change: called with all values after a change; raises ConfigError to refuse them.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class ReconfigureServer(Server):  # type: ignore[misc]  # the library has no typ
         super().__init__(config_type, self._on_change, namespace)
 
     def _on_change(self, config: Any, _level: int) -> Any:
-        """Take a client's values or keep those in use, and return the values in use."""
+        """Apply or refuse a client's values, and return the values in use."""
         wanted = {name: config[name] for name in self._values}
         if wanted.get('restore_defaults'):
             wanted = self._at_start
@@ -82,7 +82,7 @@ class ReconfigureServer(Server):  # type: ignore[misc]  # the library has no typ
 
 
 def serve_amcl(params: AmclParams, apply: Callable[[Any], None]) -> ReconfigureServer:
-    """Serve the parameters of amcl_node; `apply` receives all of them, validated, when one has changed."""
+    """Serve the parameters of amcl_node; `apply` receives the validated parameters after a change."""
 
     def change(values: Values) -> None:
         for name in FIXED:
@@ -95,8 +95,8 @@ def serve_amcl(params: AmclParams, apply: Callable[[Any], None]) -> ReconfigureS
 
 
 def serve_navigation(params: NavigatorParams, apply: Callable[[NavigatorParams], None]) -> List[ReconfigureServer]:
-    """Serve the parameters of move_base_node in upstream's namespaces; `apply` receives all of them, validated."""
-    lock = threading.Lock()  # each namespace is served in its own threads
+    """Serve the parameters of move_base_node in upstream's namespaces; `apply` receives the validated ones."""
+    lock = threading.Lock()  # each namespace uses separate threads
     in_use = params
 
     def change(part: str, values: Values) -> None:

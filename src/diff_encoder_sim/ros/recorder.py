@@ -1,7 +1,7 @@
-"""record_trial: records the running trial's topics without losing a message.
+"""record_trial: records the topics of the running trial without message loss.
 
-`rosbag record` holds 100 messages a topic in its queue and drops the oldest: at rtf:=0 that is 50 ms on a busy host.
-Here a slow disk or a loaded processor holds the publishers back instead.
+`rosbag record` drops the oldest messages of its queue (100 per topic, 50 ms at rtf:=0). Here a slow disk or a loaded
+processor delays the publishers instead.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from diff_encoder_sim.ros.node import read_every_tick, required_trial_plan, run_
 
 
 class Recorder:
-    """Writes each message as it comes; the bag gets its name when it is complete."""
+    """Writes each message immediately, and renames the complete bag."""
 
     def __init__(self, path: Path, topics: Sequence[str]) -> None:
         """Open the bag and subscribe to the topics.
@@ -41,7 +41,7 @@ class Recorder:
         """
         self._path = path
         self._unfinished = self._path.with_name(self._path.name + UNFINISHED_SUFFIX)
-        self._lock = threading.Lock()  # each topic comes in a thread of its own
+        self._lock = threading.Lock()  # each topic uses a separate thread
         self.last_message_s = time.monotonic()
         read_every_tick()
         try:
@@ -50,7 +50,7 @@ class Recorder:
         except OSError as error:
             raise ConfigError(f'bag: {self._path} cannot be created: {error.strerror}') from None
         self._subscribers: List[rospy.Subscriber] = [
-            # -1: no limit; rospy's own subscription to /clock, which shares the connection, has one.
+            # -1: no limit, because rospy's subscription to /clock shares the connection.
             rospy.Subscriber(
                 topic,
                 Clock if topic == CLOCK else rospy.AnyMsg,
@@ -64,7 +64,7 @@ class Recorder:
         rospy.on_shutdown(self.finish)
 
     def finish(self) -> None:
-        """Close the bag and give it its name; messages that come later are not recorded."""
+        """Close and rename the bag; later messages are not recorded."""
         with self._lock:
             bag, self._bag = self._bag, None
             if bag is not None:
@@ -81,7 +81,7 @@ class Recorder:
 
     def _write(self, message: genpy.Message, topic: str) -> None:
         self.last_message_s = time.monotonic()
-        # Names of rospy's: the bytes of an AnyMsg, and the publisher's header. /clock, which rospy reads, has fields.
+        # Attributes of rospy: bytes of an AnyMsg, and header of the publisher. /clock is deserialized by rospy.
         content = encode_clock(ns_from_stamp(message.clock)) if topic == CLOCK else message._buff
         try:
             with self._lock:
@@ -99,19 +99,19 @@ def main() -> None:
 
 
 class RecordedBag(Ros1Writer):
-    """A ROS 1 bag compressed by LZ4, as rosbag's library writes it in a fifth of the time; not thread-safe."""
+    """ROS 1 bag with LZ4 compression, five times as fast as the rosbag library; not thread-safe."""
 
     def __init__(self, path: Path) -> None:
-        """Open a file, which may be there from a recorder that was killed.
+        """Open a file, and overwrite one from a killed recorder.
 
         Raises:
-            OSError: it cannot be made.
+            OSError: the file cannot be created.
         """
         with contextlib.suppress(FileNotFoundError):
             path.unlink()
         super().__init__(path)
         self.set_compression(self.CompressionFormat.LZ4)
-        # rosbag reads only frames as it writes them itself.
+        # rosbag reads only frames of this form.
         self.compressor = partial(lz4.frame.compress, block_linked=False, store_size=False, content_checksum=True)
         self.open()
         self._publishers: Dict[Tuple[str, ...], Tuple[int, bytes]] = {}
@@ -140,13 +140,13 @@ class RecordedBag(Ros1Writer):
         return connection.id, record_header(connection.id)
 
     def write_chunk(self, chunk: WriteChunk) -> None:
-        """Write a chunk whose index is in the order of time, also where time was reset."""
+        """Write a chunk with an index sorted by time, also after a reset of time."""
         for places in chunk.connections.values():
             places.sort()
         super().write_chunk(chunk)
 
     def abandon(self) -> None:
-        """Close the file as it is."""
+        """Close the file without an index."""
         bio: Any = self.bio
         if bio is not None:
             bio.close()

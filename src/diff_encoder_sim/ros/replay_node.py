@@ -1,7 +1,7 @@
-"""replay_node: plays a recorded drive to the encoder and the odometry node, and records what they publish.
+"""replay_node: plays a recorded drive to the encoder and the odometry node, and records their topics.
 
-`rosbag play` publishes the wheel angles, and the true poses if the bag is of a trial; recorded odometry, transforms and
-counts are left out. It plays a copy of these topics, so that the bag may be of ROS 2, or torn. It starts when the live
+`rosbag play` publishes the wheel angles, and the true poses of a trial, without recorded odometry, transforms and
+counts. It plays a copy of these topics, which also supports ROS 2 bags and truncated bags. It starts when the live
 nodes have subscribed; the launch ends with it.
 """
 
@@ -40,9 +40,9 @@ from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 RECORDED = (topics.ENCODER_PULSE, topics.ENCODER_VELOCITY, topics.ODOM, topics.TF, topics.TRIAL, *COPIED)
 
 POLL_PERIOD_S = 0.1
-# Wall time from the last message to a repeated one, with which rosbag play ends: messages in its queues are then lost.
+# Wall time before a repeated last message, because rosbag play loses queued messages at its end.
 FLUSH_S = 0.5
-QUIET_S = 1.0  # wall time without a message, after which the recording is complete
+QUIET_S = 1.0  # wall time without a message that ends the recording
 
 
 class ReplayParams(Params):
@@ -109,7 +109,7 @@ class ReplayNode:
         """Wait until the encoder node and the odometry node have subscribed.
 
         Raises:
-            ConfigError: they have not within start_timeout.
+            ConfigError: a node has not subscribed within start_timeout.
         """
         master = rosgraph.Master(rospy.get_name())
         deadline_s = time.monotonic() + self._params.start_timeout
@@ -126,7 +126,7 @@ class ReplayNode:
             time.sleep(POLL_PERIOD_S)
 
     def _play(self, played: Path) -> None:
-        """Copy the topics to a file, as far as the bag can be read, and run rosbag play on it.
+        """Copy all readable messages of the topics to a file, and run rosbag play on it.
 
         Raises:
             ConfigError: rosbag play failed, or the file cannot be written.
@@ -139,7 +139,7 @@ class ReplayNode:
                     log.warning('%s: %s; all messages that can be read are played', self._bag, source.fault)
         except OSError as error:
             raise ConfigError(f'{played}: cannot be written: {error.strerror}') from None
-        # A queue without limit: messages that a busy subscriber has not read yet are late, not lost.
+        # An unlimited queue delays messages to a busy subscriber instead of dropping them.
         options = ['--quiet', '--clock', '--wait-for-subscribers', '--delay', '1', '--queue', '0']
         player = subprocess.Popen(
             ['rosbag', 'play', *options, f'--rate={self._params.speed}', str(played), f'{self._topic}:=/joint_states'],

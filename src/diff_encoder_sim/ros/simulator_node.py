@@ -1,4 +1,4 @@
-"""simulator_node: simulates robot, LiDAR and world with PyBullet, on Gazebo's topics and services."""
+"""simulator_node: simulates robot, LiDAR and world with PyBullet, with the topics and services of Gazebo."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ from diff_encoder_sim.wheels.sampling import DEFAULT_RATE_HZ
 
 PAUSED_CLOCK_PERIOD_S = 0.05
 
-# Far beyond this the physics loses precision, and then yields NaN.
+# Larger numbers reduce the precision of the physics, and finally yield NaN.
 LARGEST_NUMBER = 1e4
 
 # A command takes effect GRAPH_LEAD_NS after the report that it answers, and before the next one is answered.
@@ -52,7 +52,7 @@ SHORTEST_COMMAND_PERIOD_S = (GRAPH_LEAD_NS + TICK_NS) / NANOSECONDS_PER_SECOND
 
 
 class SimulatorNodeParams(SimulatorParams):
-    """Parameters of simulator_node. World, start and seed are the /trial's unless given."""
+    """Parameters of simulator_node; world, start and seed default to those of /trial."""
 
     robot: str = Field(
         min_length=1, description='name of a robot in config/robots/, a robot file, or a xacro or URDF file'
@@ -99,7 +99,7 @@ class SimulatorNode:
             params.robot, users_path('.'), package_folder(), xacro_arguments_of_text(params.robot_args)
         )
         self._simulator = Simulator(Path(params.world), robot.source, core_params, params.start.pose(), params.seed)
-        self._lock = threading.RLock()  # the loop and the callbacks share the simulator
+        self._lock = threading.RLock()  # shared by loop and callbacks
         self._running = threading.Event()
         self._clock = EncodedPublisher('/clock', Clock)
         self._joint_states = EncodedPublisher('joint_states', JointState)
@@ -111,7 +111,7 @@ class SimulatorNode:
         self._states_encoder = ModelStatesEncoder(self._simulator.world, self._simulator.robot_name)
         report_delay_ns = round(params.report_delay * NANOSECONDS_PER_SECOND)
         expected = ExpectedStamps(params.report_rate, self._scan_period_ns, report_delay_ns)
-        # Unless the graph starts in a pause, no topic can be expected before its first message.
+        # Unless started paused, topics are expected from their first message.
         self._pacers = (
             GraphPacer(params.wait_for, expected.report_before, params.paused, params.wait_for_once_begun),
             GraphPacer(params.wait_for_after_states, expected.state_before, params.paused),

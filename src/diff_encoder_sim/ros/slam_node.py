@@ -1,4 +1,4 @@
-"""slam_node: grid SLAM on slam_gmapping's topics, service, parameters and transform."""
+"""slam_node: grid SLAM with the topics, service, parameters and transform of slam_gmapping."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from diff_encoder_sim.ros.transforms import ScanInput, TransformBuffer
 
 
 class SlamNodeParams(GridSlamParams):
-    """Parameters of slam_node: slam_gmapping's, and the seed of all random draws."""
+    """Parameters of slam_node: those of slam_gmapping, and the seed."""
 
     seed: Seed = Field(0, description='of all random draws; default: the number of /trial')
 
@@ -41,10 +41,10 @@ class SlamNode:
         plan = trial_plan()
         self._params = node_params(SlamNodeParams, part='slam', defaults={'seed': plan.trial.number} if plan else {})
         compile_first(lambda: warm_up(self._params))
-        # In a trial the map's frame is the world's, because the start is surveyed.
+        # In a trial the map frame is the world frame, because the start pose is known.
         start = plan.trial.test.start.pose() if plan else None
         self._slam = GridSlam(self._params, generator(self._params.seed, 'slam'), start)
-        self._lock = threading.RLock()  # scans, transforms, timers and the service come in threads
+        self._lock = threading.RLock()  # scans, transforms, timers and the service use threads
         self._scan_count = 0
         self._mapped_ns: Optional[int] = None
         self._broadcast_ns: Optional[int] = None
@@ -64,8 +64,8 @@ class SlamNode:
 
     def _on_restart(self, stamp_ns: int) -> None:
         log.warning(
-            'scan stamps went back to %.3f s: the map so far is kept, and nothing is added to it until the stamps are '
-            'past where they were',
+            'scan stamps went back to %.3f s: keeping the map; scans are ignored until the stamps exceed the previous '
+            'maximum',
             stamp_ns / NANOSECONDS_PER_SECOND,
             extra=EVENT,
         )
@@ -77,7 +77,7 @@ class SlamNode:
             if estimate is not None:
                 self._entropies.publish(Float64(estimate.entropy))
                 self._publish_map_when_due(scan.stamp_ns)
-        # For every scan, so that the simulator can wait for it.
+        # For every scan, because the simulator waits for it.
         if self._slam.odom_pose_in_map is not None:
             pose = self._slam.odom_pose_in_map.compose(odom_pose)
             self._poses.publish(pose_stamped_message(pose, scan.stamp_ns, self._params.map_frame))
@@ -91,7 +91,7 @@ class SlamNode:
             self._metadata.publish(message.info)
 
     def _broadcast(self, _: rospy.timer.TimerEvent) -> None:
-        """Broadcast map->odom, dated ahead, so that lookups at the time of newer odometry succeed."""
+        """Broadcast map->odom with a future stamp, so that lookups succeed until the next scan."""
         with self._lock:
             odom_pose_in_map = self._slam.odom_pose_in_map
         delay_s = self._params.tf_delay
@@ -99,7 +99,7 @@ class SlamNode:
             delay_s = self._params.transform_publish_period
         stamp_ns = ns_from_stamp(rospy.Time.now()) + round(delay_s * NANOSECONDS_PER_SECOND)
         if odom_pose_in_map is None or stamp_ns == self._broadcast_ns:
-            return  # no map yet, or the clock has not moved: tf2 warns of repeated stamps
+            return  # no map yet, or equal time: tf2 warns of repeated stamps
         self._broadcast_ns = stamp_ns
         self._broadcaster.sendTransform(
             transform_message(odom_pose_in_map, stamp_ns, self._params.map_frame, self._params.odom_frame)

@@ -1,4 +1,4 @@
-"""A buffer of transforms, and scans that wait in it for the transforms at their stamps."""
+"""Transform buffer, and a queue of scans that wait for the transforms at their stamps."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from diff_encoder_sim.ros.node import log
 
 
 class TransformBuffer(tf2_ros.Buffer):  # type: ignore[misc]  # tf2 has no types
-    """Holds the transforms of /tf and /tf_static, and calls back when one was received."""
+    """Buffer of /tf and /tf_static with a callback for new transforms."""
 
     def __init__(self, cache_s: float = 10.0) -> None:
         """Subscribe to both topics; transforms are kept for `cache_s`."""
@@ -31,7 +31,7 @@ class TransformBuffer(tf2_ros.Buffer):  # type: ignore[misc]  # tf2 has no types
         self._listener = _Listener(self, tcp_nodelay=True)
 
     def listen(self, on_change: Callable[[], None]) -> None:
-        """Call back, in a thread of the topic's, after each message, and now for the earlier ones."""
+        """Call `on_change` after each message, in the topic's thread, and once now."""
         self.on_change = on_change
         on_change()
 
@@ -46,14 +46,14 @@ class _Listener(tf2_ros.TransformListener):  # type: ignore[misc]
         self.buffer.on_change()
 
 
-# A scan this much older than the newest one is dropped; and at most LONGEST_QUEUE scans wait.
+# Age relative to the newest scan at which a scan is dropped; at most LONGEST_QUEUE scans wait.
 PATIENCE_NS = 2 * NANOSECONDS_PER_SECOND
 LONGEST_QUEUE = 100
 
-# Clocks within a robot differ by less. After a scan from farther ahead the next would look like a restart.
+# Maximum clock difference within a robot: after a scan from further ahead the next would look like a restart.
 SCANS_MOST_AHEAD_S = 2.0
 
-# A laser that is tilted more is worth a warning: its ranges are used as if it were level.
+# Tilt of a laser above which a warning is logged: ranges are used as if it were level.
 LEVEL_WITHIN_RAD = math.radians(5.0)
 
 SILENCE_S = 15.0
@@ -62,21 +62,20 @@ UseScan = Callable[[Scan, Pose2D, Pose2D], None]
 
 
 class ScanQueue:
-    """Hands on scans in order, with the odometry at their stamps; not thread-safe.
+    """Delivers scans in order with the odometry at their stamps; not thread-safe.
 
-    A scan without transforms does not hold up the ones behind it, and is dropped with a warning when it has waited too
-    long.
+    A scan without transforms does not delay later scans, and is dropped with a warning after a timeout.
     """
 
     def __init__(self, topic: str, buffer: tf2_ros.Buffer, base_frame: str, odom_frame: str, use: UseScan) -> None:
-        """Prepare an empty queue; `use` is called with a scan, the base's pose in odom and the laser's in base."""
+        """Create an empty queue; `use` is called with a scan, the base's pose in odom and the laser's in base."""
         self._topic, self._buffer, self._use = topic, buffer, use
         self._base_frame, self._odom_frame = base_frame, odom_frame
         self._waiting: Deque[LaserScan] = deque(maxlen=LONGEST_QUEUE)
         self._tilted: Set[str] = set()
 
     def add(self, message: LaserScan) -> None:
-        """Append a scan, which is later than those before it."""
+        """Append a scan with a later stamp."""
         self._waiting.append(message)
 
     def clear(self) -> None:
@@ -84,7 +83,7 @@ class ScanQueue:
         self._waiting.clear()
 
     def process(self) -> None:
-        """Hand on the scans that have transforms, and drop those that have waited too long."""
+        """Deliver the scans that have transforms, and drop those that timed out."""
         newest_ns = ns_from_stamp(self._waiting[-1].header.stamp) if self._waiting else 0
         held: List[LaserScan] = []
         for message in self._waiting:
@@ -97,7 +96,7 @@ class ScanQueue:
                 else:
                     self._warn(fault)
                 continue
-            for older in held:  # its last chance: /tf comes in another thread, maybe a moment ago
+            for older in held:  # last attempt: /tf is received in another thread
                 try:
                     self._hand_on(older, *self._place(older))
                 except InputFault as fault:
@@ -113,14 +112,14 @@ class ScanQueue:
             self._warn(fault)
 
     def _warn(self, fault: InputFault) -> None:
-        # Two formats, as repeats of each are left out for a while.
+        # Two formats, because repeats of each are throttled.
         if isinstance(fault, _NoTransform):
             log.warning('%s: scan dropped: %s', self._topic, fault)
         else:
             log.warning('%s: %s; scan dropped', self._topic, fault)
 
     def _place(self, message: LaserScan) -> Tuple[Pose2D, ScannerMount]:
-        """Look up where the base was in odom, and how the laser is mounted."""
+        """Look up the base's pose in odom and the mounting of the laser."""
         laser_frame = message.header.frame_id.lstrip('/')
         try:
             mount = scanner_mount(self._buffer.lookup_transform(self._base_frame, laser_frame, rospy.Time(0)))
@@ -146,7 +145,7 @@ class ScanQueue:
         try:
             return pose_from_transform(self._buffer.lookup_transform(*frames, stamp))
         except tf2_ros.TransformException:
-            # tf2's own message may be about map->odom, which is dated ahead.
+            # The message of tf2 may be about map->odom, which has a future stamp.
             gap_s = (newest - stamp).to_sec()
             why = f'the newest is {-gap_s:.1f} s older' if gap_s < 0.0 else 'the buffer begins later'
             raise _NoTransform(*frames, why, is_too_late=gap_s > 0.0) from None
@@ -161,16 +160,16 @@ class _NoTransform(InputFault):
 
 
 class ScanInput:
-    """Subscribes to `scan`, and hands on each scan with the odometry at its stamp, through a `ScanQueue`.
+    """Subscribes to `scan`, and delivers each scan with the odometry at its stamp through a `ScanQueue`.
 
     Args:
-        buffer: holds the transforms.
-        lock: held while scans are handed on.
-        base_frame: of the robot.
-        odom_frame: of the odometry.
-        use: is called with a scan, the base's pose in odom and the laser's in base.
-        on_restart: is called with the stamp [ns] when time has jumped back, before that scan is queued.
-        is_ready: returns whether scans may be handed on; they wait until then.
+        buffer: transform buffer.
+        lock: held during delivery.
+        base_frame: frame of the robot.
+        odom_frame: frame of the odometry.
+        use: called with a scan, the base's pose in odom and the laser's in base.
+        on_restart: called with the stamp [ns] if time jumped back, before that scan is queued.
+        is_ready: returns whether scans are delivered; otherwise they wait.
     """
 
     def __init__(
@@ -188,7 +187,7 @@ class ScanInput:
         self._queue = ScanQueue(rospy.resolve_name('scan'), buffer, base_frame, odom_frame, use)
         self._has_had_scan = False
         self._scans = stamped_subscriber('scan', LaserScan, self._on_scan, SCANS_MOST_AHEAD_S)
-        buffer.listen(self._process)  # the laser's transform may come last, after the scan and its odometry
+        buffer.listen(self._process)  # the laser's transform may be received last
         self._silence = rospy.Timer(rospy.Duration(SILENCE_S), self._on_silence, reset=True)
 
     def clear(self) -> None:
@@ -218,24 +217,24 @@ class ScanInput:
 
 
 class ScannerMount(NamedTuple):
-    """A laser on the robot, projected to the floor."""
+    """Mounting of a laser, projected to the floor."""
 
     laser_pose_in_base: Pose2D
     is_upside_down: bool
     lean_rad: float  # angle between the scanned plane and the floor
 
     def level(self, scan: Scan) -> Scan:
-        """Return a scan with its rays counter-clockwise as seen from above."""
+        """Return a scan with rays counter-clockwise in top view."""
         if not self.is_upside_down:
             return scan
         return scan._replace(angle_min_rad=-scan.angle_min_rad, angle_increment_rad=-scan.angle_increment_rad)
 
 
 def scanner_mount(transform: TransformStamped) -> ScannerMount:
-    """Compute the mounting from the transform of the laser's frame to the base's.
+    """Compute the mounting from the transform between laser and base frame.
 
     Raises:
-        InputFault: the transform is no valid pose.
+        InputFault: the transform is invalid.
     """
     pose = pose_from_transform(transform)
     rotation = transform.transform.rotation

@@ -37,8 +37,8 @@ from diff_encoder_sim.ros.node import call_service, log, node_params, publisher,
 from diff_encoder_sim.trials.route_driver import DriverOutput, RouteDriver
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
 
-FIRST_MESSAGES_S = 0.2  # of wall time, for latched messages on connections just made
-LAST_MESSAGES_S = 0.5  # of wall time, for what is on its way into the bag
+FIRST_MESSAGES_S = 0.2  # wall time for latched messages on new connections
+LAST_MESSAGES_S = 0.5  # wall time for the last messages to reach the bag
 POLL_PERIOD_S = 0.02
 
 # Each must have a publisher that all its subscribers are connected to before time runs.
@@ -64,7 +64,7 @@ ALSO_RECORDED = tuple(topic for topic in topics.RECORDED_LIVE if topic not in GR
 
 
 class TrialParams(Params):
-    """Parameters of every node that runs a trial."""
+    """Parameters of nodes that run a trial."""
 
     odom_frame: str = Field('odom', min_length=1, description='frame of the odometry')
     map_frame: str = Field('map', min_length=1, description='frame of goals')
@@ -78,7 +78,7 @@ class TrialParams(Params):
 
 
 class TrialFailed(Exception):
-    """Why the trial did not end; unless another outcome is given, the ROS graph failed."""
+    """Reason for a failed trial; by default the ROS graph failed."""
 
     def __init__(self, reason: str, outcome: Outcome = Outcome.FAILED) -> None:
         super().__init__(reason)
@@ -86,7 +86,7 @@ class TrialFailed(Exception):
 
 
 class TrialRunner:
-    """Starts a trial, supervises it, and reports its outcome; its owner drives."""
+    """Starts a trial, supervises it, and reports its outcome; the caller drives."""
 
     def __init__(self, status: LaunchStatus, params: TrialParams, on_world_pose: Callable[[int, Pose2D], None]) -> None:
         """Publish /trial; `on_world_pose` is called with (stamp_ns, true pose in the map) for each /world_pose."""
@@ -105,21 +105,21 @@ class TrialRunner:
         self._world_pose = pose_subscriber(topics.WORLD_POSE, self._on_world_pose)
 
     def run(self, drive: Callable[[], None], also_connected: Sequence[str] = ()) -> None:
-        """Let time run, `drive`, and report the outcome; exits with status 1 when the trial failed.
+        """Start simulated time, `drive`, and report the outcome; exit with status 1 if the trial failed.
 
         Args:
             drive: returns at the end of the drive; raises TrialFailed.
-            also_connected: more topics that must be connected before time runs.
+            also_connected: further topics to be connected before time starts.
         """
         try:
             self._start((*GRAPH, *also_connected))
             drive()
-            _call('/gazebo/pause_physics')  # before the nodes are asked, which takes a while: the bag ends here
+            _call('/gazebo/pause_physics')  # ends the bag before the slow shutdown
             self._nodes.check()
             self._check_failure()
             self._check_goal()
         except TrialFailed as failure:
-            rospy.logerr('trial failed: %s; %s', failure, self._record)  # first: the rest takes a while
+            rospy.logerr('trial failed: %s; %s', failure, self._record)  # first, as the shutdown is slow
             if not rospy.is_shutdown():
                 _call('/gazebo/pause_physics')
             self._report(failure.outcome, str(failure))
@@ -132,7 +132,7 @@ class TrialRunner:
         """Block until `is_done`.
 
         Raises:
-            TrialFailed: the trial was stopped, simulated time stands still, or a node does not respond.
+            TrialFailed: the trial was stopped, simulated time does not advance, or a node does not respond.
         """
         while not is_done():
             if rospy.is_shutdown():
@@ -145,7 +145,7 @@ class TrialRunner:
     def _start(self, graph: Sequence[str]) -> None:
         missing = wait_until_connected(graph, ALSO_RECORDED, self._params.start_timeout)
         if rospy.is_shutdown():
-            raise TrialFailed('stopped before it began')
+            raise TrialFailed('stopped before its start')
         if missing:
             raise TrialFailed(f'topics not connected within {self._params.start_timeout:.0f} s: {", ".join(missing)}')
         self._nodes.start(graph, [RECORDER])
@@ -178,7 +178,7 @@ class TrialRunner:
 
 
 def distance_from_goal(pose: Pose2D, goal: Pose2D) -> str:
-    """Format how far a pose is from the goal: distance and angle, both without sign."""
+    """Format the absolute distance and angle between a pose and the goal."""
     distance_m = math.hypot(pose.x_m - goal.x_m, pose.y_m - goal.y_m)
     angle_deg = abs(math.degrees(wrap_angle(pose.yaw_rad - goal.yaw_rad)))
     return f'{distance_m:.3f} m and {angle_deg:.1f} degrees from the goal'
@@ -213,10 +213,10 @@ class NavigationTrialNode:
         self._estimate: Optional[Pose2D] = None
         self._failure: Optional[RouteFailed] = None
         self._goal: Optional[actionlib.ClientGoalHandle] = None
-        self._lock = threading.Lock()  # true and estimated poses come in threads
+        self._lock = threading.Lock()  # true and estimated poses use threads
         self._may_drive, self._ended = threading.Event(), threading.Event()
         self._commands = publisher('cmd_vel', Twist)
-        # Not SimpleActionClient: it logs an error for a status of a goal that it has not registered yet.
+        # SimpleActionClient would log an error for the status of an unregistered goal.
         self._action = actionlib.ActionClient(ACTION, MoveBaseAction)
         self._global_pose = pose_subscriber(topics.GLOBAL_POSE, self._on_global_pose)
 
@@ -230,13 +230,13 @@ class NavigationTrialNode:
 
     def _drive(self) -> None:
         if self._runner.trial.nav == 'upstream':
-            # Upstream's move_base offers its action only when time runs and AMCL localizes.
+            # The upstream move_base advertises its action only when time runs and AMCL localizes.
             self._runner.wait_for(self._is_served)
         self._may_drive.set()
         self._runner.wait_for(self._ended.is_set)
         if self._failure is not None:
             self._action.cancel_all_goals()
-            self._commands.publish(Twist())  # ends a turn in place, which is not move_base's
+            self._commands.publish(Twist())  # ends a turn in place
             outcome, reason = self._failure.ending
             raise TrialFailed(reason, outcome)
         if self._estimate is not None:
@@ -249,7 +249,7 @@ class NavigationTrialNode:
         return rospy.Time.now() >= rospy.Time() + a_second and bool(self._action.wait_for_server(-a_second))
 
     def _on_true_pose(self, stamp_ns: int, _: Pose2D) -> None:
-        """Let the driver check its time limits also while there is no pose estimate."""
+        """Check the time limits of the driver, also without a pose estimate."""
         self._drive_on(stamp_ns, lambda: self._driver.watch(stamp_ns))
 
     def _on_global_pose(self, stamp_ns: int, base_pose_in_map: Pose2D) -> None:
@@ -284,12 +284,12 @@ def navigation_trial_node(status: LaunchStatus) -> None:
     run_node('navigation_trial_node', lambda: NavigationTrialNode(status), NavigationTrialNode.run)
 
 
-# What must be connected before time runs, by `slam`: simulated time waits for the embedded one's pose.
+# Topics to connect before time starts, by `slam`: simulated time waits for the pose of the embedded one.
 TOPICS_OF_SLAM = {'embedded': ('/scan', '/map', '/slam_gmapping/pose'), 'upstream': ('/scan', '/map')}
 
 
 class ScriptedDriveNode:
-    """Drives without feedback: of /world_pose only the stamps are used."""
+    """Drives without feedback; uses only the stamps of /world_pose."""
 
     def __init__(self, status: LaunchStatus) -> None:
         params = node_params(TrialParams)
@@ -299,7 +299,7 @@ class ScriptedDriveNode:
         self._runner = TrialRunner(status, params, self._on_true_pose)
         self._drive = ScriptedDrive(self._runner.trial.test)
         plan = required_trial_plan()
-        # SLAM may have to compile first; the robot does not drive before it has subscribed.
+        # Wait until SLAM has compiled and subscribed.
         self._also_connected = TOPICS_OF_SLAM.get(plan.slam, ())
         if plan.slam == 'none':  # odom is at the surveyed start
             start = self._runner.trial.test.start.pose()
@@ -313,7 +313,7 @@ class ScriptedDriveNode:
             self._runner.run(self._drive_and_map, self._also_connected)
         finally:
             if self._map_keeper is not None and self._map_keeper.has_unsaved:
-                self._map_keeper.save()  # the map so far, of a trial that failed
+                self._map_keeper.save()  # also after a failed trial
 
     def _drive_and_map(self) -> None:
         self._runner.wait_for(self._finished.is_set)
@@ -324,7 +324,7 @@ class ScriptedDriveNode:
                 raise TrialFailed(str(error)) from None
 
     def _on_true_pose(self, stamp_ns: int, _: Pose2D) -> None:
-        if self._start_ns is None or stamp_ns < self._start_ns:  # time was reset: from the start
+        if self._start_ns is None or stamp_ns < self._start_ns:  # time was reset: restart
             self._start_ns = stamp_ns
         elapsed_s = (stamp_ns - self._start_ns) / NANOSECONDS_PER_SECOND
         self._commands.publish(encode_command(*self._drive.command_at(elapsed_s)))

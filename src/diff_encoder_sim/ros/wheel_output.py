@@ -26,7 +26,7 @@ class OdometryOutput:
         self._transforms = EncodedPublisher('/tf', TFMessage) if publish_tf else None
 
     def publish(self, estimate: OdometryEstimate) -> None:
-        """Publish one estimate, whose stamp the caller has not published before."""
+        """Publish an estimate with a new stamp."""
         if self._transforms is not None:
             transform = encode_transform(estimate.base_pose_in_odom, estimate.stamp_ns, *self._frames)
             self._transforms.publish(encode_tf(transform))
@@ -34,11 +34,11 @@ class OdometryOutput:
 
 
 class Diagnostics:
-    """Publishes one status of a node on /diagnostics, once a period of stamps, to subscribers.
+    """Publishes a status on /diagnostics, once per period of stamps, if there are subscribers.
 
     Args:
-        title: of the status, after the node's name.
-        period_s: between two messages.
+        title: title of the status, after the node's name.
+        period_s: period of messages.
     """
 
     def __init__(self, title: str, period_s: float = 1.0) -> None:
@@ -46,7 +46,7 @@ class Diagnostics:
         self._topic = DisplayTopic('/diagnostics', DiagnosticArray, queue_size=10)
 
     def publish_when_due(self, stamp_ns: int, diagnose: Callable[[], Diagnosis]) -> None:
-        """Publish the diagnosis that `diagnose` returns, if a period is over."""
+        """Publish the result of `diagnose` if a period has elapsed."""
         if self._topic.is_due(self._period_ns, stamp_ns):
             diagnosis = diagnose()
             message = DiagnosticArray(status=[status(self._title, diagnosis.warning, diagnosis.values)])
@@ -55,7 +55,7 @@ class Diagnostics:
 
 
 def status(title: str, warning: str, values: Mapping[str, float]) -> DiagnosticStatus:
-    """Make a status of this node; no warning means that all is well."""
+    """Build a status of this node; OK without a warning."""
     return DiagnosticStatus(
         level=DiagnosticStatus.WARN if warning else DiagnosticStatus.OK,
         name=f'{rospy.get_name().lstrip("/")}: {title}',

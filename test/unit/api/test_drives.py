@@ -27,7 +27,7 @@ def test_paths_and_errors_are_those_that_the_command_writes(tmp_path):
 def test_what_is_not_known_of_the_wheels_is_said(caplog, tmp_path):
     shutil.copy(str(DRIVE), str(tmp_path))
     api.reencode(tmp_path / 'drive.bag', ppr=40)
-    assert 'neither the bag nor --robot has wheel parameters' in caplog.text
+    assert 'neither the bag nor --robot contains wheel parameters' in caplog.text
 
 
 def test_a_path_is_of_a_topic_that_there_is():

@@ -143,7 +143,7 @@ def wheels_bag(tmp_path):
             ['--ticks-per-revolution: given with --unit rad'],
         ),
         ([*LEFT_RIGHT, '--ticks-modulus', '9', '--unit', 'rad'], ['--ticks-modulus: given with --unit rad']),
-        ([*LEFT_RIGHT, '--seed', '9', '--unit', 'rad'], ['--seed: given 9, but nothing is drawn']),
+        ([*LEFT_RIGHT, '--seed', '9', '--unit', 'rad'], ['--seed: given 9, but nothing is random']),
         (['--ticks', '/lwheel', '/wheel', '--unit', 'rad'], ['--ticks: given /wheel', '/lwheel, /rwheel']),
         (['--odom', '/lwheel'], ['--odom: given /lwheel, which is of std_msgs/msg/Int16; allowed: it has no poses']),
         (['--odom', '/odom'], ['--odom: given /odom, which is not there']),

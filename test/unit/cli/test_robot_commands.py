@@ -171,7 +171,7 @@ def test_what_a_users_yaml_file_changes_is_kept_and_said(tmp_path, capsys):
     burger = yaml.safe_load(out)['config']
     assert 'wheel_diameter' not in burger and 'ppr' not in burger  # the node's own, from the YAML file
     assert burger['left_joint'] == 'wheel_left_joint' and burger['wheel_separation'] == 0.16
-    assert 'config.ppr: as in ' in err and 'my_config.yaml, not 4096.0 as in ' in err
+    assert 'config.ppr: using ' in err and 'my_config.yaml, not 4096.0 of ' in err
 
 
 def test_a_ppr_for_each_wheel_in_a_users_file_is_kept(settings, tmp_path):

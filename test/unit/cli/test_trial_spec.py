@@ -162,7 +162,7 @@ def test_the_trial_says_so(rated, tmp_path, monkeypatch, capsys):
     (tmp_path / 'config.yaml').write_text('rate: 1000\n')
     for odom, lines in (('encoder', 1), ('ideal', 0)):
         rated('--nav', 'scripted', '--unchecked', 'true', '--odom', odom, '--config', tmp_path / 'config.yaml')
-        said = 'trial.launch: rate: 1000 Hz of reports, but joint states have 100 Hz, and so have reports\n'
+        said = 'trial.launch: rate: 1000 Hz, but reports are limited to the 100 Hz of joint states\n'
         assert capsys.readouterr().err.count(said) == lines
 
 

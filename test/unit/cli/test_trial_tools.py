@@ -166,7 +166,7 @@ def test_each_rate_that_joint_states_do_not_have_is_a_line(capsys):
     assert (out, err.splitlines()) == (
         '',
         [
-            'advise: rate: 1000 Hz of reports, but joint states have 100 Hz, and so have reports',
-            'advise: rate: 150 Hz of reports, but joint states have 100 Hz, and so have reports',
+            'advise: rate: 1000 Hz, but reports are limited to the 100 Hz of joint states',
+            'advise: rate: 150 Hz, but reports are limited to the 100 Hz of joint states',
         ],
     )

@@ -215,7 +215,7 @@ def check_seed_of(*arguments):
 def test_a_seed_of_nothing_is_refused(arguments):
     with pytest.raises(ConfigError) as caught:
         check_seed_of(*arguments)
-    assert str(caught.value).startswith('--seed: given 3, but nothing is drawn from it; allowed: with --encoder')
+    assert str(caught.value).startswith('--seed: given 3, but nothing is random; allowed: with --encoder')
 
 
 @pytest.mark.parametrize('config', ['encoder: {edge_error: 0.1}', 'report: {lost: 0.1}'])

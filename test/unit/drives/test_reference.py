@@ -45,7 +45,7 @@ def test_a_reference_of_another_time_is_told(tmp_path, capsys):
     rows = [row for row in drive() if row[0] == '/joint_states']
     rows.append(('/world_pose', START_NS, ROS1.pose('geometry_msgs/msg/PoseStamped', 1, Pose2D(0.0, 0.0, 0.0))))
     run(write_ros1(tmp_path / 'a.bag', rows), '--ppr', '90')
-    assert 'no pose of /world_pose has the time of an odometry message' in capsys.readouterr().err
+    assert 'no pose of /world_pose has the stamp of an odometry message' in capsys.readouterr().err
 
 
 def with_frames(path):
