@@ -14,7 +14,7 @@ SCRIPTS = ROOT / 'scripts'
 TRIAL = ROOT / 'launch' / 'trial.launch'
 WORLD = '_world:=%s' % (ROOT / 'worlds' / 'hallway.world')
 ROBOT = '_robot:=%s' % (ROOT / 'urdf' / 'alto.urdf.xacro')
-ENCODER, ODOM, SIMULATOR = 'gz_diff_encoder_node', 'gz_diff_odom_node', 'simulator_node'
+ENCODER, SIMULATOR = 'gz_diff_encoder_node', 'simulator_node'
 PPR_ALLOWED = '0.001 to 1e9 [per revolution]'
 AWAIT_MASTER = 'import rosgraph, time\nwhile not rosgraph.is_master_online(): time.sleep(0.05)'
 
@@ -38,7 +38,6 @@ FILES = {
 # test/unit/test_parameters.py.
 BAD_PARAMETERS = {
     'ppr zero': (ENCODER, ['_ppr:=0'], ['ppr', '0', PPR_ALLOWED]),
-    'octal of one wheel': (ODOM, ['_ppr:={left: 0100, right: 90, x: }'], ['ppr', '0100', 'YAML 1.1', '64']),
     'misspelt': (ENCODER, ['_counter_modulos:=65536'], ['counter_modulos', 'counter_modulus']),
     'model states rate': ('world_pose_node', ['_rate:=fast'], ['rate', 'fast', 'number']),
     'empty frame': ('global_pose_node', ["_map_frame:=''"], ['map_frame', "''"]),

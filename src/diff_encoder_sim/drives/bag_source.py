@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Iterator, List, Union
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault, in_one_line
-from diff_encoder_sim.drives.ros1_stream import MAGIC, BagConnection, Message, Ros1Stream
+from diff_encoder_sim.drives.ros1_stream import MAGIC, Ros1Stream
 from diff_encoder_sim.drives.ros2_stream import METADATA, Ros2Stream, open_file, open_folder
 
-__all__ = ['BagConnection', 'BagSource', 'Message', 'bags_in', 'is_bag_folder', 'open_source']
+__all__ = ['BagSource', 'bags_in', 'is_bag_folder', 'open_source']
 
 BagSource = Union[Ros1Stream, Ros2Stream]
 

@@ -13,8 +13,8 @@ from typing import Collection, Dict, Iterator, List, NamedTuple, Optional, Seque
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.stamps import LATEST_NS
-from diff_encoder_sim.drives.bag_source import Message
 from diff_encoder_sim.drives.number_units import TIME_UNITS
+from diff_encoder_sim.drives.ros1_stream import Message
 from diff_encoder_sim.drives.wheel_source import TimedDrive, WheelNumbers, WheelUnit, paired_drives, wheel_angles
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 

@@ -15,8 +15,9 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.drives.bag_source import BagSource, Message
+from diff_encoder_sim.drives.bag_source import BagSource
 from diff_encoder_sim.drives.number_units import TICKS
+from diff_encoder_sim.drives.ros1_stream import Message
 from diff_encoder_sim.drives.topics import ARROW, ODOMETRY_TYPE, TF, TRANSFORMS_TYPE
 from diff_encoder_sim.drives.wheel_source import (
     LONGEST_GAP_NS,

@@ -11,7 +11,8 @@ import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.drives.bag_source import BagSource, Message
+from diff_encoder_sim.drives.bag_source import BagSource
+from diff_encoder_sim.drives.ros1_stream import Message
 from diff_encoder_sim.drives.sensor_messages import JointDecoder
 from diff_encoder_sim.drives.topics import ENCODER_PULSE_TYPE, ENCODER_VELOCITY, JOINT_STATE_TYPE
 from diff_encoder_sim.drives.wheel_source import (

@@ -9,8 +9,8 @@ import numpy as np
 
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.se2 import wrap_angles
-from diff_encoder_sim.drives.bag_source import Message
 from diff_encoder_sim.drives.reference import Reference
+from diff_encoder_sim.drives.ros1_stream import Message
 from diff_encoder_sim.drives.wheel_source import TimedDrive, ascending_runs, start_angles_note, start_angles_rad
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.odometry_params import OdometryParams

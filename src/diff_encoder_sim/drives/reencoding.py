@@ -17,9 +17,9 @@ from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import PoseSeries
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives import topics
-from diff_encoder_sim.drives.bag_source import Message
 from diff_encoder_sim.drives.pose_messages import encode_odometry, encode_planar_tf
 from diff_encoder_sim.drives.reference import Reference
+from diff_encoder_sim.drives.ros1_stream import Message
 from diff_encoder_sim.drives.sensor_messages import (
     decode_command,
     encode_encoder_pulse,

@@ -8,8 +8,9 @@ from typing import Dict, Iterator, List, Optional, Tuple, Union
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.drives.bag_source import BagSource, Message
+from diff_encoder_sim.drives.bag_source import BagSource
 from diff_encoder_sim.drives.pose_messages import POSE_TYPES, PoseDecoder, StampedPose, decode_tf
+from diff_encoder_sim.drives.ros1_stream import Message
 from diff_encoder_sim.drives.topics import ARROW, TF, TF_STATIC, TRANSFORMS_TYPE, WORLD_POSE
 
 # A longer chain of frames goes in a circle.

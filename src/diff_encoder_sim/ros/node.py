@@ -145,8 +145,21 @@ def given_parameters(private: Mapping[str, Any]) -> Dict[str, Any]:
         return dict(private)  # the first start
     if not written.keys() <= private.keys():
         return dict(private)  # cleared by roslaunch's clear_params, or by `rosparam delete`
-    changed = {key: value for key, value in private.items() if value != written.get(key)}
-    return {**{key: value for key, value in given.items() if key in private}, **changed}
+    return _given_again(private, written, given)
+
+
+def _given_again(private: Mapping[str, Any], written: Mapping[str, Any], given: Mapping[str, Any]) -> Dict[str, Any]:
+    """Return what was given before and is unchanged, or has changed; in mappings such as `encoder`, key by key."""
+    result = {}
+    for key, value in private.items():
+        before = given.get(key, {})
+        if all(isinstance(each, dict) for each in (value, written.get(key), before)):
+            result[key] = _given_again(value, written[key], before)
+        elif value != written.get(key):
+            result[key] = value
+        elif key in given:
+            result[key] = before
+    return result
 
 
 def robot_settings(part: str) -> Dict[str, Any]:

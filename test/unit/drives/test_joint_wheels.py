@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.drives.bag_source import Message
 from diff_encoder_sim.drives.joint_wheels import JointWheels, WheelTopic
+from diff_encoder_sim.drives.ros1_stream import Message
 from diff_encoder_sim.drives.sensor_messages import encode_encoder_pulse
 from diff_encoder_sim.drives.topics import JOINT_STATE_TYPE
 from reencoding_drives import JOINTS, MAKERS, ROS1, START_NS, TICK_NS, angles_rad, drive, write_ros1

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.drives.bag_source import Message
 from diff_encoder_sim.drives.joint_wheels import PulseWheels
+from diff_encoder_sim.drives.ros1_stream import Message
 from diff_encoder_sim.wheels.counter import wrap_count
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
