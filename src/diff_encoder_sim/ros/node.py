@@ -153,12 +153,13 @@ def _given_again(private: Mapping[str, Any], written: Mapping[str, Any], given: 
     result = {}
     for key, value in private.items():
         before = given.get(key, {})
-        if all(isinstance(each, dict) for each in (value, written.get(key), before)):
+        if key in written and value == written[key]:
+            if key in given:
+                result[key] = before
+        elif all(isinstance(each, dict) for each in (value, written.get(key), before)):
             result[key] = _given_again(value, written[key], before)
-        elif value != written.get(key):
+        else:
             result[key] = value
-        elif key in given:
-            result[key] = before
     return result
 
 

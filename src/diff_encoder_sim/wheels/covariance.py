@@ -82,7 +82,7 @@ def propagate_motion_noise(
     Siegwart and Nourbakhsh, Introduction to Autonomous Mobile Robots, section 5.2.4: each
     wheel's travel has a variance proportional to its length and independent of the other's.
     Rounding adds an independent heading error to each step, which shifts the robot sideways
-     (docs/adr/0002-odometry-covariance.md).
+    (docs/adr/0002-odometry-covariance.md).
 
     Args:
         covariance: before the step.
