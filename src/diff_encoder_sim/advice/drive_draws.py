@@ -111,13 +111,13 @@ class DriveDraws:
         odometry = self.robot.odometry
         if encoder is None:
             radius_m = 0.5 * odometry.wheel_diameter
-            told = _ends(turned_rad, odometry.wheel_separation, odometry.axle_x, radius_m)
+            estimated = _ends(turned_rad, odometry.wheel_separation, odometry.axle_x, radius_m)
         else:
             drive, draws, rows = Drive(self._stamps_ns, turned_rad), len(turned_rad), np.arange(len(self._stamps_ns))
             phases = generator(self._seed, f'{self.drive.test}_phases_{first}')
             phases_rad = phases.uniform(0.0, 2.0 * math.pi, (draws, 2))
-            told = self._chain(encoder, first, draws).run(drive, phases_rad, self._commands, rows).final_poses
-        return _in_map(told - truth + contact, self.drive.start_in_map.yaw_rad)
+            estimated = self._chain(encoder, first, draws).run(drive, phases_rad, self._commands, rows).final_poses
+        return _in_map(estimated - truth + contact, self.drive.start_in_map.yaw_rad)
 
     def _chain(self, encoder: EncoderParams, first: int, draws: int) -> Chain:
         """Return an encoder and its odometry, without delays of reports."""

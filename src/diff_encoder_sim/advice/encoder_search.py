@@ -151,6 +151,7 @@ def search(ranks: int, run: RunRank[Q], guesses: Mapping[Q, int], asked: Asked) 
         return judged(counts[rank][question], asked.share, asked.doubt)
 
     def answer(question: Q, guess: int) -> RankAnswer:
+        """Search the lowest sufficient rank of a question: the finest, then around the guess, then by bisection."""
         top = kind(ranks - 1, question)
         if top is Sufficiency.NO:
             return RankAnswer(top, insufficient=ranks - 1)

@@ -63,9 +63,9 @@ def _constructor(kind: str) -> Callable[[StrictLoader, ScalarNode], Any]:
         except (ValueError, KeyError):
             raise RefusedYaml(f'given {_shown(node)}; allowed: a number, or text in quotes', node) from None
         if not _PLAIN[kind].fullmatch(node.value):
-            told = 'a date' if kind == 'timestamp' else str(value).lower()
-            allowed = 'text in quotes' if kind == 'timestamp' else f'{told}, or text in quotes'
-            raise RefusedYaml(f'given {_shown(node)}, which YAML 1.1 takes for {told}; allowed: {allowed}', node)
+            parsed = 'a date' if kind == 'timestamp' else str(value).lower()
+            allowed = 'text in quotes' if kind == 'timestamp' else f'{parsed}, or text in quotes'
+            raise RefusedYaml(f'given {_shown(node)}, which YAML 1.1 takes for {parsed}; allowed: {allowed}', node)
         return value
 
     return construct_plain

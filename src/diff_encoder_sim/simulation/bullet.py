@@ -109,7 +109,7 @@ def quat_xyzw(rotation: np.ndarray) -> QuatXyzw:
 
 
 # How far beyond the robot's reach solids are in the physics, and how far it may drive until they are looked at again:
-# what is left over is for what drives on while the wheels are told to stop.
+# what is left over is for a robot that still moves while its wheels are commanded to stop.
 AHEAD_M, LOOK_AGAIN_M = 1.0, 0.5
 
 

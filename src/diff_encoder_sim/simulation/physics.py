@@ -256,7 +256,7 @@ class BulletPhysics:
     def _look_around(self) -> None:
         """Have the solids in the physics that the robot can reach soon."""
         self._driven_m, self._ticks = 0.0, 0
-        # A robot that brakes moves on, whatever its wheels are told.
+        # A robot that brakes moves on, whatever its wheel commands are.
         linear_mps, _ = pybullet.getBaseVelocity(self._robot, physicsClientId=self._client)
         self._tick_m = max(math.hypot(*linear_mps) * TICK_S, self._commanded_tick_m())
         (x_m, y_m, _), _ = self.base_pose()
