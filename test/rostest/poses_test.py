@@ -100,26 +100,46 @@ class PosesTest(NodeTest):
             collector.clear()
 
     def settle(self):
-        """Time has made a leap. /clock comes over a connection of its own: go on until all answer with its time."""
+        """Time has made a leap. /clock comes over a connection of its own: go on until all answer with its time.
+
+        Each attempt sends another pose and twist, so that an answer to an earlier attempt does not count.
+        """
 
         def is_settled():
             self.now_ns += PERIOD_NS
+            mark = 0.01 * (self.now_ns // PERIOD_NS % 100)
+            twist = Twist()
+            twist.linear.x = mark
             self.publish_clock()
-            self.states.publish(states(pose_message(0, 0, 0)))
+            self.states.publish(states(pose_message(mark, 0, 0), twist))
             deadline = time.monotonic() + 0.3
-            while not self.have_answered() and time.monotonic() < deadline:
+            while not self.have_answered(mark) and time.monotonic() < deadline:
                 time.sleep(0.001)
-            return self.have_answered()
+            return self.have_answered(mark)
 
         wait_until(is_settled, 'poses at the new time')
         time.sleep(0.1)  # global_pose_node, which has answered nothing, looks at /clock every 20 ms
         self.now_ns += PERIOD_NS
         self.epoch_ns = self.now_ns
 
-    def have_answered(self):
-        answers = [collector.messages for collector in (self.world, self.mapped, self.odom)]
-        answers.append([one for message in self.ideal_tf.messages for one in message.transforms])
-        return all(any(stamp_ns_of(message) == self.now_ns for message in messages) for messages in answers)
+    def have_answered(self, mark):
+        """Whether the nodes have answered the states with this x (m, in the world) and this forward speed (m/s)."""
+
+        def answered_now(collector, has_mark):
+            return any(stamp_ns_of(message) == self.now_ns and has_mark(message) for message in collector.messages)
+
+        return (
+            answered_now(self.world, lambda message: message.pose.position.x == mark)
+            and answered_now(self.odom, lambda message: abs(message.twist.twist.linear.x - mark) < 1e-9)
+            and answered_now(
+                self.mapped,  # the map's origin stands at (1, 2)
+                lambda message: (
+                    abs(math.hypot(message.pose.position.x, message.pose.position.y) - math.hypot(mark - 1.0, 2.0))
+                    < 1e-9
+                ),
+            )
+            and any(stamp_ns_of(one) == self.now_ns for tf in self.ideal_tf.messages for one in tf.transforms)
+        )
 
     def leap_back(self, stamp_ns):
         """The clock is reset; returns when both kinds of nodes have noticed, as each warns of it."""
