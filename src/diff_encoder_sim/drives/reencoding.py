@@ -41,13 +41,16 @@ from diff_encoder_sim.drives.typestore import to_ros1
 from diff_encoder_sim.drives.wheel_source import DriveStream, TimedDrive, WheelSource, ascending_runs
 from diff_encoder_sim.wheels.chain import Chain
 from diff_encoder_sim.wheels.encoder_params import PerWheel, encoder_label
-from diff_encoder_sim.wheels.odometry import OdometryEstimate, WheelOdometry, wheel_speeds_mps
+from diff_encoder_sim.wheels.odometry import OdometryEstimate, wheel_speeds_mps
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.report_link import EncoderSample
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 # The truth, and how a trial ended: copied as they are, with the node that published them.
 COPIED = {topics.WORLD_POSE: topics.WORLD_POSE_NODE, topics.TRIAL_RESULT: topics.NAVIGATION_TRIAL_NODE}
+
+# Importing numba takes as long as the odometry of this many reports without it.
+FEW_REPORTS = 5000
 
 # A reference pose that is older than the newest by no more than this was overtaken by another message: it is dropped.
 OVERTAKEN_NS = NANOSECONDS_PER_SECOND
@@ -178,16 +181,21 @@ def encode_drive(read: ReadDrive, encoder: Encoder, bag: Optional[ReencodedBag] 
     copies = deque(read.copies if bag else ())
     for timed in read.drives:
         run = chain.run(timed.drive, commands=_newest_commands(timed.times_ns, read.commands, encoder))
-        stamps_ns, poses = run.stamps_ns[0], run.poses.reshape(-1, 3)
-        is_new = np.diff(np.maximum.accumulate(stamps_ns), prepend=-1) > 0  # odometry ignores the others
-        paths.append(PoseSeries(stamps_ns[is_new], poses[is_new]))
-        count += len(stamps_ns)
-        if bag:
-            odometry = WheelOdometry(encoder.odometry)
-            for time_ns, sample in zip(timed.times_ns[run.rows[0]].tolist(), run.samples()):
-                while copies and copies[0].time_ns < time_ns:
-                    bag.copy(copies.popleft())
-                bag.report(time_ns, sample, odometry.update(*sample))
+        count += len(run.rows[0])
+        if not bag and len(run.rows[0]) > FEW_REPORTS:
+            stamps_ns, poses = run.stamps_ns[0], run.poses[0]
+            is_new = np.diff(np.maximum.accumulate(stamps_ns), prepend=-1) > 0  # odometry ignores the others
+            paths.append(PoseSeries(stamps_ns[is_new], poses[is_new]))
+            continue
+        estimates = run.estimates()
+        used = [estimate for estimate in estimates if estimate is not None]
+        poses = np.array([each.base_pose_in_odom for each in used]).reshape(-1, 3)
+        paths.append(PoseSeries(np.array([each.stamp_ns for each in used], np.int64), poses))
+        for time_ns, sample, estimate in zip(timed.times_ns[run.rows[0]].tolist(), run.samples(), estimates):
+            while copies and copies[0].time_ns < time_ns:
+                bag.copy(copies.popleft())
+            if bag:
+                bag.report(time_ns, sample, estimate)
     for copy in copies:
         assert bag
         bag.copy(copy)
