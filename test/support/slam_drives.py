@@ -16,7 +16,6 @@ from diff_encoder_sim.drives.trajectory_error import Alignment, pairs_error
 from diff_encoder_sim.localization.grid_slam import GridSlam
 from diff_encoder_sim.localization.slam_params import GridSlamParams
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
-from diff_encoder_sim.simulation.rasterise import map_accuracy, true_surface, visible_points
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
 from diff_encoder_sim.simulation.state import TICK_S
 from diff_encoder_sim.simulation.world import World
@@ -24,6 +23,7 @@ from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
 from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
+from map_accuracy import map_accuracy, true_surface, visible_points
 from places import ROOT
 
 PPRS = (40, 90, 1024, 4096)
