@@ -191,10 +191,10 @@ def encode_drive(read: ReadDrive, encoder: Encoder, bag: Optional[ReencodedBag] 
         used = [estimate for estimate in estimates if estimate is not None]
         poses = np.array([each.base_pose_in_odom for each in used]).reshape(-1, 3)
         paths.append(PoseSeries(np.array([each.stamp_ns for each in used], np.int64), poses))
-        for time_ns, sample, estimate in zip(timed.times_ns[run.rows[0]].tolist(), run.samples(), estimates):
-            while copies and copies[0].time_ns < time_ns:
-                bag.copy(copies.popleft())
-            if bag:
+        if bag:
+            for time_ns, sample, estimate in zip(timed.times_ns[run.rows[0]].tolist(), run.samples(), estimates):
+                while copies and copies[0].time_ns < time_ns:
+                    bag.copy(copies.popleft())
                 bag.report(time_ns, sample, estimate)
     for copy in copies:
         assert bag

@@ -6,26 +6,24 @@ rosbags reads neither a file without index, as after a crash, nor on Python 3.8 
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import shutil
 import sqlite3
-import struct
 import tempfile
 import urllib.parse
 from pathlib import Path
-from typing import Any, BinaryIO, Collection, Dict, Iterator, List, Sequence, Union
+from typing import Any, Collection, Dict, Iterator, Sequence, Union
 
-from mcap.exceptions import EndOfFile, McapError
+import zstandard
+from mcap.exceptions import EndOfFile
 from mcap.reader import make_reader
-from mcap.records import Channel, Chunk, McapRecord, Schema
+from mcap.records import Channel, McapRecord, Schema
 from mcap.records import Message as McapMessage
-from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.stream_reader import StreamReader
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault, in_one_line
 from diff_encoder_sim.base.stamps import LATEST_NS
 from diff_encoder_sim.base.yaml_files import load_yaml
-from diff_encoder_sim.drives.bounded_decompression import BoundedSum, open_zstd
-from diff_encoder_sim.drives.ros1_stream import BagConnection, Message
+from diff_encoder_sim.drives.ros1_stream import Message
 
 METADATA = 'metadata.yaml'
 MCAP_MAGIC = b'\x89MCAP0\r\n'
@@ -33,7 +31,6 @@ SQLITE_MAGIC = b'SQLite format 3\0'
 
 _CDR = 'cdr'
 _LARGEST_RECORD = 1 << 30  # [bytes]; a damaged length may be any number
-_DAMAGED = (McapError, ValueError, struct.error)  # raised by mcap for a damaged file
 
 
 class McapStream:
@@ -45,7 +42,7 @@ class McapStream:
         self._schemas: Dict[int, Schema] = {}
         self._topic_of: Dict[int, str] = {}  # by channel
         self.topics: Dict[str, str] = {}  # types by topic
-        self.definitions: Dict[str, str] = {}  # by type, as recorded; empty if they were not
+        self.definitions: Dict[str, str] = {}  # by type
         self.fault = ''  # why not all of it can be read
         with open(path, 'rb') as file, contextlib.suppress(Exception):  # mcap raises many types at the end of a file
             summary = make_reader(file).get_summary()
@@ -55,12 +52,21 @@ class McapStream:
         if not self.topics:
             self.fault = 'no index, as after a crash'
             for _ in self.messages(()):
-                pass  # which adds every channel
+                pass  # adds every channel
 
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
-        """Yield the messages of some topics as they were written; OSError if the file cannot be read."""
+        """Yield the messages of some topics, up to a tear or damage; OSError if the file cannot be read."""
         with open(self._path, 'rb') as file:
-            for record in self._records(file):
+            records = StreamReader(file, record_size_limit=_LARGEST_RECORD, validate_crcs=True).records
+            while True:
+                try:
+                    record = next(records)
+                except StopIteration:
+                    return
+                except Exception as error:  # mcap raises many types for a damaged file
+                    what = 'torn' if isinstance(error, EndOfFile) else f'damaged: {in_one_line(error)}'
+                    self.fault = f'at byte {file.tell()} {what}'
+                    return
                 self._describe(record)
                 if isinstance(record, McapMessage):
                     topic = self._topic_of.get(record.channel_id)
@@ -68,27 +74,6 @@ class McapStream:
                         self.fault = f'damaged: a message on {topic} has no time before 2^32 s'
                     elif topic is not None and topic in topics:
                         yield Message(topic, record.log_time, record.data)
-
-    def _records(self, file: BinaryIO) -> Iterator[McapRecord]:
-        """Yield the records of the file and of its chunks, up to a tear; damaged chunks are left out."""
-        total = BoundedSum(self._path.stat().st_size)
-        try:
-            for record in StreamReader(file, emit_chunks=True, record_size_limit=_LARGEST_RECORD).records:
-                if not isinstance(record, Chunk):
-                    yield record
-                    continue
-                try:
-                    content = total.decompressed(record.compression, record.data, record.uncompressed_size)
-                    whole = dataclasses.replace(record, compression='', data=content)
-                    inner = breakup_chunk(whole, validate_crc=True)
-                except (InputFault, *_DAMAGED) as error:
-                    self.fault = f'damaged: the chunk before byte {file.tell()}: {in_one_line(error)}'
-                else:
-                    yield from inner
-        except EndOfFile:
-            self.fault = f'torn at byte {file.tell()}'
-        except _DAMAGED as error:
-            self.fault = f'damaged at byte {file.tell()}: {in_one_line(error)}'
 
     def _describe(self, record: McapRecord) -> None:
         if isinstance(record, Schema):
@@ -104,24 +89,19 @@ class McapStream:
 
 
 class Sqlite3Stream:
-    """The topics of a database, and its messages by their time of recording, which may be read several times."""
+    """The topics of a database, and its messages, which may be read several times."""
 
-    def __init__(self, path: Path, compression: str = '') -> None:
-        """Read the topics.
-
-        Args:
-            path: of a file that begins with `SQLITE_MAGIC`.
-            compression: of each message, as for `decompressed`.
+    def __init__(self, path: Path, is_compressed: bool = False) -> None:
+        """Read the topics; `is_compressed`: each message by zstd.
 
         Raises:
             InputFault: it cannot be read, or has other tables.
         """
-        self._size = path.stat().st_size
         self._uri = f'file:{urllib.parse.quote(str(path.resolve()))}?mode=ro&immutable=1'
-        self._compression = compression
-        self._topic_of: Dict[int, str] = {}  # by its number in the file
+        self._is_compressed = is_compressed
+        self._topic_of: Dict[int, str] = {}  # by number in the file
         self.topics: Dict[str, str] = {}  # types by topic
-        self.definitions: Dict[str, str] = {}  # by type, as recorded; older recorders leave them out
+        self.definitions: Dict[str, str] = {}  # by type; older recorders leave them out
         self.fault = ''  # why not all of it can be read
         try:
             query = 'SELECT id, name, type FROM topics WHERE serialization_format = ? ORDER BY id'
@@ -138,19 +118,14 @@ class Sqlite3Stream:
         """Yield the messages of some topics by their time of recording, as far as they can be read."""
         wanted = ', '.join(str(number) for number, topic in self._topic_of.items() if topic in topics)
         query = f'SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN ({wanted}) ORDER BY timestamp, id'
-        total = BoundedSum(self._size)
         try:
             for number, time_ns, data in self._rows(query):
-                topic = self._topic_of[number]
-                try:
-                    if not (isinstance(time_ns, int) and 0 <= time_ns < LATEST_NS and isinstance(data, bytes)):
-                        raise InputFault('has no time before 2^32 s, or no content')
-                    content = total.decompressed(self._compression, data)
-                except InputFault as fault:
-                    self.fault = f'damaged: a message on {topic} {fault}'
-                else:
-                    yield Message(topic, time_ns, content)
-        except sqlite3.Error as error:
+                if not (isinstance(time_ns, int) and 0 <= time_ns < LATEST_NS and isinstance(data, bytes)):
+                    self.fault = f'damaged: a message on {self._topic_of[number]} has no time before 2^32 s'
+                    continue
+                content = zstandard.ZstdDecompressor().decompress(data) if self._is_compressed else data
+                yield Message(self._topic_of[number], time_ns, content)
+        except (sqlite3.Error, zstandard.ZstdError) as error:
             self.fault = f'damaged: {in_one_line(error)}'
 
     def _rows(self, query: str, *values: str) -> Iterator[Any]:
@@ -176,19 +151,14 @@ class Ros2Stream:
         """Return why not all of it can be read."""
         return '; '.join(file.fault for file in self._files if file.fault)
 
-    @property
-    def connections(self) -> List[BagConnection]:
-        """Return the topics in the order of the files."""
-        return [BagConnection(*topic) for topic in self.topics.items()]
-
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
         """Yield the messages of some topics in the order of the files."""
         for file in self._files:
             yield from file.messages(topics)
 
 
-def open_file(path: Path, compression: str = '') -> FileStream:
-    """Open a file of a ROS 2 bag by its first bytes.
+def open_file(path: Path, is_compressed: bool = False) -> FileStream:
+    """Open a file of a ROS 2 bag by its first bytes; `is_compressed`: each message by zstd.
 
     Raises:
         InputFault: it is neither MCAP nor SQLite, or cannot be read.
@@ -199,7 +169,7 @@ def open_file(path: Path, compression: str = '') -> FileStream:
     if begins.startswith(MCAP_MAGIC):
         return McapStream(path)
     if begins.startswith(SQLITE_MAGIC):
-        return Sqlite3Stream(path, compression)
+        return Sqlite3Stream(path, is_compressed)
     raise InputFault(
         'neither of ROS 1 nor MCAP nor SQLite; expected a file of ROS 1, or a folder, .db3 or .mcap of ROS 2'
     )
@@ -207,7 +177,7 @@ def open_file(path: Path, compression: str = '') -> FileStream:
 
 @contextlib.contextmanager
 def open_folder(folder: Path) -> Iterator[Ros2Stream]:
-    """Open the files that metadata.yaml names, only those next to it.
+    """Open the files that metadata.yaml names, only those next to it; compressed ones in a temporary folder.
 
     Raises:
         ConfigError: there is no metadata.yaml, or it does not describe a bag.
@@ -220,26 +190,22 @@ def open_folder(folder: Path) -> Iterator[Ros2Stream]:
     if not isinstance(about, dict) or not isinstance(names, list) or not names:
         raise ConfigError(f'{path}: not a readable bag: no relative_file_paths; expected what ros2 bag record writes')
     mode, compression = (str(about.get(f'compression_{key}') or '').lower() for key in ('mode', 'format'))
-    if mode not in ('', 'none', 'file', 'message') or (mode in ('file', 'message') and compression != 'zstd'):
+    if mode not in ('', 'none') and (mode not in ('file', 'message') or compression != 'zstd'):
         raise ConfigError(
             f'{path}: not a readable bag: compression {mode} {compression}; allowed: zstd of file or message'
         )
-    with contextlib.ExitStack() as opened:
-        files = []
-        for file in (folder / Path(str(name)).name for name in names):
-            whole = opened.enter_context(_decompressed_file(file)) if mode == 'file' else file
-            files.append(open_file(whole, compression if mode == 'message' else ''))
-        yield Ros2Stream(files)
+    files = [folder / Path(str(name)).name for name in names]
+    with tempfile.TemporaryDirectory(prefix='diff_encoder_sim_') as temporary:
+        if mode == 'file':
+            files = [_decompressed_file(file, Path(temporary)) for file in files]
+        yield Ros2Stream([open_file(file, mode == 'message') for file in files])
 
 
-@contextlib.contextmanager
-def _decompressed_file(path: Path) -> Iterator[Path]:
-    """Decompress a file into a temporary folder for as long as the context lasts."""
-    with tempfile.TemporaryDirectory(prefix='diff_encoder_sim_') as folder:
-        whole = Path(folder) / path.stem
-        try:
-            with open(path, 'rb') as file, open(whole, 'wb') as out:
-                shutil.copyfileobj(open_zstd(file), out)
-        except Exception as error:  # zstd has its own, which differ by version
-            raise ConfigError(f'{path}: cannot be decompressed: {in_one_line(error)}') from None
-        yield whole
+def _decompressed_file(path: Path, folder: Path) -> Path:
+    whole = folder / path.stem
+    try:
+        with open(path, 'rb') as file, open(whole, 'wb') as out:
+            shutil.copyfileobj(zstandard.ZstdDecompressor().stream_reader(file), out)
+    except zstandard.ZstdError as error:
+        raise ConfigError(f'{path}: cannot be decompressed: {in_one_line(error)}') from None
+    return whole

@@ -1,10 +1,11 @@
-"""The message types of a trial's bag and their definitions; what is computed of them, rosbags computes."""
+"""The message types of a trial's bag and their definitions, with rosbags."""
 
 from __future__ import annotations
 
+import re
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Iterator, List, NamedTuple
+from typing import Any, NamedTuple
 
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
@@ -14,63 +15,26 @@ from diff_encoder_sim.drives.wire import TORN
 
 FOLDER = Path(__file__).parent / 'definitions'
 
-_SEPARATOR = 80 * '='
-_HEADER = 'std_msgs/Header'
-_PRIMITIVES = (
-    *('bool', 'byte', 'char', 'string', 'time', 'duration', 'float32', 'float64'),
-    *(f'{sign}int{bits}' for sign in ('', 'u') for bits in (8, 16, 32, 64)),
-)
-
-
-def defined_types() -> List[str]:
-    """List the types, as rosbags spells them."""
-    return sorted(f'{path.parent.name}/msg/{path.stem}' for path in FOLDER.glob('*/*.msg'))
-
 
 def fields_text(message_type: str) -> str:
     """Return the text of a type's own .msg file; `message_type` is as rosbags spells it."""
-    return _file_text(message_type.replace('/msg/', '/'))
+    return (FOLDER / f'{message_type.replace("/msg/", "/")}.msg').read_text(encoding='utf-8')
 
 
 @lru_cache(maxsize=None)
 def full_text(message_type: str) -> str:
     """Return the text of a type's .msg file and of those of all types it is made of, as `gendeps --cat` joins them."""
-    name = message_type.replace('/msg/', '/')
-    parts = dict.fromkeys(_parts(name))
-    texts = [_file_text(name), *(f'{_SEPARATOR}\nMSG: {part}\n{_file_text(part)}' for part in parts)]
-    return '\n'.join(texts)
-
-
-@lru_cache(maxsize=None)
-def _file_text(name: str) -> str:
-    return (FOLDER / f'{name}.msg').read_text(encoding='utf-8')
-
-
-def _parts(name: str) -> Iterator[str]:
-    """Find the types that a type is made of, in the order of the fields, each followed by its own parts."""
-    for part in dict.fromkeys(_field_types(name)):
-        yield part
-        yield from _parts(part)
-
-
-def _field_types(name: str) -> Iterator[str]:
-    """Find the types of a message's fields that are messages themselves."""
-    for line in _file_text(name).splitlines():
-        words = line.partition('#')[0].split()
-        kind = words[0].partition('[')[0] if words else ''
-        if not kind or '=' in line.partition('#')[0] or kind in _PRIMITIVES:
-            continue  # nothing, a constant, or a number or text
-        if kind == 'Header':
-            yield _HEADER
-        else:
-            yield kind if '/' in kind else f'{name.partition("/")[0]}/{kind}'
+    parts = re.findall(r'^MSG: (\S+)$', noetic_store().generate_msgdef(message_type)[0], re.MULTILINE)
+    sections = [f'{80 * "="}\nMSG: {part}\n{fields_text(part)}' for part in parts]
+    return '\n'.join([fields_text(message_type), *sections])
 
 
 @lru_cache(maxsize=None)
 def _store(of_ros: Stores) -> Any:
     """Return the message types that rosbags has of a version of ROS, and those of a trial's bag."""
     store = get_typestore(of_ros)
-    for name in defined_types():
+    for path in sorted(FOLDER.glob('*/*.msg')):
+        name = f'{path.parent.name}/msg/{path.stem}'
         if name not in store.types:
             store.register(get_types_from_msg(fields_text(name), name))
     return store
@@ -83,7 +47,7 @@ def noetic_store() -> Typestore:
 
 
 class Definition(NamedTuple):
-    """What a bag contains about a type."""
+    """A type as a ROS 1 bag contains it."""
 
     text: str  # its .msg file and those of the types it is made of
     md5sum: str
@@ -98,7 +62,7 @@ def definition(message_type: str) -> Definition:
 
 
 class Ros2Definition(NamedTuple):
-    """What a ROS 2 bag contains about a type."""
+    """A type as a ROS 2 bag contains it."""
 
     text: str  # its fields and those of the types it is made of
     type_hash: str  # RIHS01, of REP 2016
@@ -112,7 +76,7 @@ def ros2_definition(message_type: str) -> Ros2Definition:
 
 
 def to_cdr(message: bytes, message_type: str) -> bytes:
-    """Return a message that is encoded for ROS 1 in CDR; a header loses its seq, which ROS 2 has not."""
+    """Return a ROS 1 message in CDR; a header loses its seq, which ROS 2 does not have."""
     return bytes(_store(Stores.ROS2_HUMBLE).ros1_to_cdr(message, message_type))
 
 

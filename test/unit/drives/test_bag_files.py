@@ -1,15 +1,20 @@
-"""MCAP files: what the bag of ROS 1 has, as others read them, also torn and damaged."""
+"""MCAP files: what the bag of ROS 1 has, as others read them, also torn and damaged; bags of ROS 1."""
+
+import random
 
 import pytest
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import Connection
+from rosbags.rosbag1 import Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.bag_files import SUFFIXES
+from diff_encoder_sim.drives.ros1_writer import Ros1Writer, record_header
 from diff_encoder_sim.drives.ros2_stream import MCAP_MAGIC, McapStream
 from diff_encoder_sim.drives.topics import TOPICS
 from diff_encoder_sim.drives.trial_bag import TrialBag
+from diff_encoder_sim.drives.typestore import noetic_store
 from recorded_messages import one_of_each
 
 TIMES_NS = range(0, 10**9, 10**8)
@@ -129,10 +134,35 @@ def test_wherever_it_is_torn_its_beginning_is_read(whole, tmp_path):
     assert counts == sorted(counts) and counts[-1] == len(messages) > counts[len(counts) // 2] > 0
 
 
-def test_a_chunk_with_a_changed_byte_is_left_out(whole, tmp_path):
+def test_it_is_read_up_to_a_changed_byte(whole, tmp_path):
     content, (messages, _) = bytearray(whole.read_bytes()), read(whole)
-    content[content.index(b'base_link') + 2] ^= 1
+    content[content.rindex(b'base_link') + 2] ^= 1
     path = tmp_path / 'a.mcap'
     path.write_bytes(bytes(content))
     found, fault = read(path)
-    assert 0 < len(found) < len(messages) and 'damaged: the chunk' in fault
+    assert found == messages[: len(found)] and 0 < len(found) < len(messages) and 'damaged' in fault
+
+
+TYPES = ['std_msgs/msg/String', 'nav_msgs/msg/Odometry', 'rosgraph_msgs/msg/Clock']
+
+
+def test_a_bag_of_ros_1_is_that_of_rosbags_byte_for_byte_over_several_chunks(tmp_path):
+    rng = random.Random(1)
+    messages = [
+        (rng.randrange(3), 1 + 7_000_000 * (number // 2), bytes(rng.choices(range(256), k=rng.choice((0, 8, 700)))))
+        for number in range(4000)
+    ]
+    for name, kind in (('ours.bag', Ros1Writer), ('theirs.bag', Writer)):
+        with kind(tmp_path / name) as bag:
+            bag.chunk_threshold = 50_000
+            connections = [
+                bag.add_connection(f'/topic{number}', type_, typestore=noetic_store())
+                for number, type_ in enumerate(TYPES)
+            ]
+            for number, time_ns, message in messages:
+                if kind is Ros1Writer:
+                    bag.write_message(connections[number].id, record_header(connections[number].id), time_ns, message)
+                else:
+                    bag.write(connections[number], time_ns, message)
+    ours, theirs = ((tmp_path / name).read_bytes() for name in ('ours.bag', 'theirs.bag'))
+    assert ours == theirs and len(ours) > 800_000
