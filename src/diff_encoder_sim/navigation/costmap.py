@@ -19,6 +19,8 @@ from diff_encoder_sim.navigation.costmap_layers import (
     FREE,
     LETHAL,
     NO_INFORMATION,
+    RayRules,
+    Window,
     clear_and_mark,
     clear_polygon,
     cost_table,
@@ -27,8 +29,6 @@ from diff_encoder_sim.navigation.costmap_layers import (
 from diff_encoder_sim.navigation.costmap_params import CostmapParams
 from diff_encoder_sim.navigation.dwa_kernels import footprint_cost
 from diff_encoder_sim.navigation.footprint import make_footprint
-
-Window = Tuple[int, int, int, int]  # first row, row behind the last, first column, column behind the last
 
 
 class Costmap:
@@ -69,6 +69,8 @@ class Costmap:
         self._limit = max(0, math.ceil(params.inflation_radius / self.resolution_m - 1e-9))
         inscribed_m = self.footprint.inscribed_radius_m
         self._table = cost_table(self._limit, self.resolution_m, inscribed_m, params.cost_scaling_factor)
+        ranges, source = (params.raytrace_range, params.obstacle_range), params.scan
+        self._rules = RayRules(*ranges, source.inf_is_valid, source.clearing, source.marking)
         self._everything: Window = (0, self.shape[0], 0, self.shape[1])
         self._changed: Optional[Window] = self._everything  # not in `_costs` yet
 
@@ -77,18 +79,15 @@ class Costmap:
         """Return the costs, (rows, columns) uint8; the array is changed in place after an update."""
         # Inflation is most of an update's work, and the global costs are read by few control periods.
         if self._changed is not None:
-            base = self._obstacles if self._static is None else self._combined(self._static, self._changed)
-            inflate(base, self._costs, self._table, self._limit, *self._changed)
+            base = self._obstacles
+            if self._static is not None:  # the higher cost of map and obstacles where rays have been
+                cells = slice(*self._changed[:2]), slice(*self._changed[2:])
+                seen, walls, base = self._obstacles[cells], self._static[cells], self._base
+                is_higher = (seen != NO_INFORMATION) & ((walls == NO_INFORMATION) | (seen > walls))
+                base[cells] = np.where(is_higher, seen, walls)
+            inflate(base, self._costs, self._table, self._limit, self._changed)
             self._changed = None
         return self._costs
-
-    def _combined(self, static: np.ndarray, window: Window) -> np.ndarray:
-        """Return the higher cost of map and obstacles where rays have been, updated in a window."""
-        cells = slice(*window[:2]), slice(*window[2:])
-        obstacles, walls = self._obstacles[cells], static[cells]
-        is_higher = (obstacles != NO_INFORMATION) & ((walls == NO_INFORMATION) | (obstacles > walls))
-        self._base[cells] = np.where(is_higher, obstacles, walls)
-        return self._base
 
     def _place(self, origin: Pose2D) -> None:
         self.origin, self._frame_in_grid = origin, origin.inverse()
@@ -120,19 +119,16 @@ class Costmap:
         """
         x_m, y_m, yaw_rad = self.pose_in_grid(base_pose)
         place = x_m, y_m, math.cos(yaw_rad), math.sin(yaw_rad)
-        return float(footprint_cost(self.costs, self.cells_per_m, self.footprint.vertices_m, *place))
+        return float(footprint_cost(self.costs, self.cells_per_m, self.footprint.vertices_m, place))
 
     def is_static_obstacle(self, x_m: float, y_m: float) -> bool:
-        """Return whether the static map blocks the robot's centre at a point."""
-        row, column = self.cell_at(x_m, y_m)
-        if self._static is None or not self.contains(row, column):
+        """Return whether the static map blocks the robot's centre at a point of the grid."""
+        if self._static is None:
             return False
-        radius_m = self.footprint.inscribed_radius_m
-        reach = math.floor(radius_m * self.cells_per_m)
-        near = self._static[max(0, row - reach) : row + reach + 1, max(0, column - reach) : column + reach + 1]
-        rows, columns = np.nonzero(near == LETHAL)
-        squared = (rows - min(row, reach)) ** 2 + (columns - min(column, reach)) ** 2
-        return len(squared) > 0 and math.sqrt(squared.min()) * self.resolution_m <= radius_m
+        rows, columns = np.nonzero(self._static == LETHAL)
+        row, column = self.cell_at(x_m, y_m)
+        reach_m = np.hypot(rows - row, columns - column).min(initial=math.inf) * self.resolution_m
+        return bool(reach_m <= self.footprint.inscribed_radius_m)
 
     # ---- changes
 
@@ -144,32 +140,15 @@ class Costmap:
             scan: the newest scan; None enters none.
             laser_pose: the laser when it took the scan.
         """
-        params = self.params
         if self._static is None:
             self._roll_to(self.pose_in_grid(base_pose))
-            self._changed = self._everything
         base = self.pose_in_grid(base_pose)
-        self._note_change(self._around(base, self.footprint.circumscribed_radius_m))
-        if scan is not None and laser_pose is not None:
+        self._note_change(base, self.footprint.circumscribed_radius_m)
+        if scan is not None and laser_pose is not None and self.params.observation_sources:
             laser = self.pose_in_grid(laser_pose)
-            if params.observation_sources:
-                clear_and_mark(
-                    self._obstacles,
-                    self.cells_per_m,
-                    laser,
-                    np.asarray(scan.ranges_m, dtype=np.float64),
-                    scan.angle_min_rad,
-                    scan.angle_increment_rad,
-                    scan.range_min_m,
-                    scan.range_max_m,
-                    params.raytrace_range,
-                    params.obstacle_range,
-                    params.scan.inf_is_valid,
-                    params.scan.clearing,
-                    params.scan.marking,
-                )
-            self._note_change(self._around(laser, max(params.raytrace_range, params.obstacle_range)))
-        if params.footprint_clearing_enabled:
+            clear_and_mark(self._obstacles, self.cells_per_m, laser, scan, self._rules)
+            self._note_change(laser, max(self._rules[:2]))
+        if self.params.footprint_clearing_enabled:
             clear_polygon(self._obstacles, self.cells_per_m, transform_points(base, self.footprint.vertices_m))
 
     def reconfigured(self, params: CostmapParams) -> Costmap:
@@ -191,7 +170,7 @@ class Costmap:
 
     def _roll_to(self, base: Pose2D) -> None:
         """Centre the window on the robot by whole cells, keeping the cells in sight."""
-        rows, columns = self.shape
+        self._changed, (rows, columns) = self._everything, self.shape
         down = math.floor(base.y_m * self.cells_per_m) - rows // 2
         right = math.floor(base.x_m * self.cells_per_m) - columns // 2
         if not (down or right):
@@ -215,9 +194,11 @@ class Costmap:
             min(max(0, math.floor((place.x_m + reach_m) * per_m) + 1), columns),
         )
 
-    def _note_change(self, window: Window) -> None:
-        """Have a window refreshed before its costs are read."""
-        top, bottom, left, right = window
+    def _note_change(self, place: Pose2D, reach_m: float) -> None:
+        """Have the cells around a place refreshed before the costs are read."""
+        if self._changed == self._everything:
+            return
+        top, bottom, left, right = window = self._around(place, reach_m)
         if top < bottom and left < right:  # else all of it is off the map
             before = self._changed or window
             self._changed = (min(top, before[0]), max(bottom, before[1]), min(left, before[2]), max(right, before[3]))

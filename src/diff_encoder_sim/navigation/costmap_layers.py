@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple, Tuple
 
 import numpy as np
 
 from diff_encoder_sim.base.kernels import Array, compiled
+from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.distances import squared_distances
 
@@ -28,42 +30,38 @@ def cost_table(limit: int, resolution_m: float, inscribed_radius_m: float, cost_
     return costs.astype(np.uint8)
 
 
-def inflate(
-    base: np.ndarray, costs: np.ndarray, table: np.ndarray, limit: int, top: int, bottom: int, left: int, right: int
-) -> None:
+Window = Tuple[int, int, int, int]  # first row, row behind the last, first column, column behind the last
+
+
+def inflate(base: np.ndarray, costs: np.ndarray, table: np.ndarray, limit: int, window: Window) -> None:
     """Write the inflated costs of `base` into a window of `costs`, both (rows, columns) uint8.
 
-    The window is that of changes, rows from `top` to before `bottom` and columns from `left` to before `right`, widened
-    by the inflation radius of `limit` cells, to which `table` of `cost_table` reaches.
+    The window is that of changes, widened by the inflation radius of `limit` cells, to which `table` of `cost_table`
+    reaches.
     """
-    rows, columns = base.shape
-    first_row, first_column = max(0, top - limit), max(0, left - limit)
-    last_row, last_column = min(rows, bottom + limit), min(columns, right + limit)
+    top, bottom, left, right = _widened(window, limit, base.shape)
     # Obstacles outside the window reach into it from up to a radius away.
-    top, left = max(0, first_row - limit), max(0, first_column - limit)
-    near = base[top : min(rows, last_row + limit), left : min(columns, last_column + limit)]
+    first_row, end_row, first_column, end_column = _widened((top, bottom, left, right), limit, base.shape)
+    near = base[first_row:end_row, first_column:end_column]
     squared = squared_distances(near == LETHAL, limit)
-    _enter_inflation(base, costs, table, squared, top, left, first_row, last_row, first_column, last_column)
+    _enter_inflation(base, costs, table, squared, first_row, first_column, (top, bottom, left, right))
+
+
+def _widened(window: Window, by: int, shape: Tuple[int, ...]) -> Window:
+    top, bottom, left, right = window
+    return max(0, top - by), min(shape[0], bottom + by), max(0, left - by), min(shape[1], right + by)
 
 
 @compiled
 def _enter_inflation(
-    base: Array,
-    costs: Array,
-    table: Array,
-    squared: Array,
-    top: int,
-    left: int,
-    first_row: int,
-    last_row: int,
-    first_column: int,
-    last_column: int,
+    base: Array, costs: Array, table: Array, squared: Array, first_row: int, first_column: int, window: Window
 ) -> None:
-    """Write costs into a window by squared distances, whose first cell is at `top`, `left` of the grids."""
-    for row in range(first_row, last_row):
-        for column in range(first_column, last_column):
+    """Write costs into a window by squared distances, whose first cell is at a row and column of the grids."""
+    top, bottom, left, right = window
+    for row in range(top, bottom):
+        for column in range(left, right):
             cost = base[row, column]
-            distance = np.uintp(squared[row - top, column - left])
+            distance = np.uintp(squared[row - first_row, column - first_column])
             if distance < len(table):
                 inflated = table[distance]
                 # Inflation marks unknown cells only within the inscribed radius of the obstacle.
@@ -78,22 +76,18 @@ def _enter_inflation(
 ROUNDING = 0.5 - 1e-9
 
 
+class RayRules(NamedTuple):
+    """Which rays change an obstacle layer, and how far."""
+
+    raytrace_range_m: float
+    obstacle_range_m: float
+    inf_is_valid: bool
+    clears: bool
+    marks: bool
+
+
 @compiled
-def clear_and_mark(
-    cells: Array,
-    per_m: float,
-    laser: Pose2D,
-    ranges_m: Array,
-    angle_min_rad: float,
-    angle_increment_rad: float,
-    range_min_m: float,
-    range_max_m: float,
-    raytrace_range_m: float,
-    obstacle_range_m: float,
-    inf_is_valid: bool,
-    clears: bool,
-    marks: bool,
-) -> None:
+def clear_and_mark(cells: Array, per_m: float, laser: Pose2D, scan: Scan, rules: RayRules) -> None:
     """Enter one scan into an obstacle layer `cells`, (rows, columns) uint8 with `per_m` cells in a metre.
 
     All rays clear before any marks, so that a ray that grazes an obstacle does not erase another ray's hit. The laser
@@ -102,32 +96,32 @@ def clear_and_mark(
     """
     rows, columns = cells.shape
     x_m, y_m, yaw_rad = laser
+    ranges_m = scan.ranges_m
     row, column = math.floor(y_m * per_m), math.floor(x_m * per_m)
-    clears = clears and 0 <= row < rows and 0 <= column < columns
+    clears = rules.clears and 0 <= row < rows and 0 <= column < columns
     hits, hit_count = np.empty((len(ranges_m), 2), np.int64), 0
     last_row, last_column, last_is_longer = row, column, False
     for index in range(len(ranges_m)):
         range_m = ranges_m[index]
-        is_valid = inf_is_valid if range_m == math.inf else range_min_m <= range_m <= range_max_m
+        is_valid = rules.inf_is_valid if range_m == math.inf else scan.range_min_m <= range_m <= scan.range_max_m
         if not is_valid:
             continue
-        bearing_rad = yaw_rad + angle_min_rad + index * angle_increment_rad
+        bearing_rad = yaw_rad + scan.angle_min_rad + index * scan.angle_increment_rad
         sin_bearing, cos_bearing = math.sin(bearing_rad), math.cos(bearing_rad)
         if clears:
-            reach_m = min(range_m, raytrace_range_m)
+            reach_m = min(range_m, rules.raytrace_range_m)
             to_row = math.floor((y_m + reach_m * sin_bearing) * per_m)
             to_column = math.floor((x_m + reach_m * cos_bearing) * per_m)
-            is_longer = range_m > raytrace_range_m
+            is_longer = range_m > rules.raytrace_range_m
             # Neighbouring rays that end in the same cell pass the same cells.
             if to_row != last_row or to_column != last_column or is_longer != last_is_longer:
                 _clear_ray(cells, row, column, to_row, to_column, is_longer)
                 last_row, last_column, last_is_longer = to_row, to_column, is_longer
-        if range_m <= obstacle_range_m and range_m < math.inf:
+        if rules.marks and range_m <= rules.obstacle_range_m and range_m < math.inf:
             hits[hit_count, 0] = math.floor((y_m + range_m * sin_bearing) * per_m)
             hits[hit_count, 1] = math.floor((x_m + range_m * cos_bearing) * per_m)
             hit_count += 1
-    for index in range(hit_count if marks else 0):
-        row, column = hits[index]
+    for row, column in hits[:hit_count]:
         if 0 <= row < rows and 0 <= column < columns:
             cells[row, column] = LETHAL
 
@@ -139,50 +133,19 @@ def clear_polygon(cells: Array, per_m: float, corners_m: Array) -> None:
     The centres of the latter may lie outside, but they count in the cost of the robot's footprint.
     """
     rows, columns = cells.shape
-    low_x = high_x = corners_m[0, 0]
-    low_y = high_y = corners_m[0, 1]
-    for index in range(1, len(corners_m)):
-        low_x, high_x = min(low_x, corners_m[index, 0]), max(high_x, corners_m[index, 0])
-        low_y, high_y = min(low_y, corners_m[index, 1]), max(high_y, corners_m[index, 1])
-    first_row = max(0, math.floor(low_y * per_m))
-    last_row = min(rows - 1, math.floor(high_y * per_m))
-    first_column = max(0, math.floor(low_x * per_m))
-    last_column = min(columns - 1, math.floor(high_x * per_m))
-    crossed_m = np.empty(len(corners_m))
-    for row in range(first_row, last_row + 1):
-        count = _cross_sides((row + 0.5) / per_m, corners_m, crossed_m)
-        for column in range(first_column, last_column + 1):
-            if _is_inside((column + 0.5) / per_m, crossed_m, count):
+    xs, ys = corners_m[:, 0], corners_m[:, 1]
+    for row in range(max(0, math.floor(ys.min() * per_m)), min(rows, math.floor(ys.max() * per_m) + 1)):
+        for column in range(max(0, math.floor(xs.min() * per_m)), min(columns, math.floor(xs.max() * per_m) + 1)):
+            x_m, y_m, is_inside = (column + 0.5) / per_m, (row + 0.5) / per_m, False
+            for index in range(len(corners_m)):
+                x, y, x_before, y_before = xs[index], ys[index], xs[index - 1], ys[index - 1]
+                if (y > y_m) != (y_before > y_m) and x_m < (x_before - x) * (y_m - y) / (y_before - y) + x:
+                    is_inside = not is_inside
+            if is_inside:
                 cells[row, column] = FREE
-    row, column = math.floor(corners_m[-1, 1] * per_m), math.floor(corners_m[-1, 0] * per_m)
     for index in range(len(corners_m)):
-        to_row = math.floor(corners_m[index, 1] * per_m)
-        to_column = math.floor(corners_m[index, 0] * per_m)
-        _clear_ray(cells, row, column, to_row, to_column, True)
-        row, column = to_row, to_column
-
-
-@compiled
-def _cross_sides(y_m: float, corners_m: Array, crossed_m: Array) -> int:
-    """Fill the x of the sides of a polygon (n, 2) at a y into an array (n,), and return how many there are."""
-    count, before = 0, len(corners_m) - 1
-    for index in range(len(corners_m)):
-        x, y, x_before, y_before = corners_m[index, 0], corners_m[index, 1], corners_m[before, 0], corners_m[before, 1]
-        if (y > y_m) != (y_before > y_m):
-            crossed_m[count] = (x_before - x) * (y_m - y) / (y_before - y) + x
-            count += 1
-        before = index
-    return count
-
-
-@compiled
-def _is_inside(x_m: float, crossed_m: Array, count: int) -> bool:
-    """Return whether a point is before an odd number of the crossed sides, the first `count` of (n,)."""
-    inside = False
-    for index in range(count):
-        if x_m < crossed_m[index]:
-            inside = not inside
-    return inside
+        row, column = math.floor(ys[index - 1] * per_m), math.floor(xs[index - 1] * per_m)
+        _clear_ray(cells, row, column, math.floor(ys[index] * per_m), math.floor(xs[index] * per_m), True)
 
 
 @compiled

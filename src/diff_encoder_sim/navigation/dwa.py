@@ -123,25 +123,16 @@ class DwaPlanner:
         """Return what `find_best` chooses from, before the waves have begun at the plan."""
         if self._waves_shape != costmap.shape:
             self._waves_shape, self._waves = costmap.shape, make_waves(*costmap.shape)
-        params, (goal_x_m, goal_y_m, _) = self.params, plan[-1].tolist()
+        params, goal_x_m, goal_y_m = self.params, float(plan[-1, 0]), float(plan[-1, 1])
         goal_m = math.hypot(goal_x_m - base_pose.x_m, goal_y_m - base_pose.y_m)
         # Biases are per metre, distances in cells. Close to the goal the nose has nothing to align with.
         path = params.path_distance_bias * costmap.resolution_m
         goal = params.goal_distance_bias * costmap.resolution_m
         is_far = goal_m**2 > params.forward_point_distance**2 * params.cheat_factor
         scales = np.array([params.occdist_scale, goal, path if is_far else 0.0, path, goal, params.twirling_scale])
-        return ScoringTask(
-            self._limits,
-            costmap.costs,
-            costmap.cells_per_m,
-            costmap.footprint.vertices_m,
-            *self._waves,
-            scales,
-            costmap.pose_in_grid(base_pose),
-            (linear_mps, angular_radps),
-            goal_m,
-            self.oscillation.allowed(),
-        )
+        grid = costmap.costs, costmap.cells_per_m, costmap.footprint.vertices_m
+        motion = costmap.pose_in_grid(base_pose), (linear_mps, angular_radps)
+        return ScoringTask(self._limits, *grid, *self._waves, scales, *motion, goal_m, self.oscillation.allowed())
 
 
 TRAJECTORY_FIELDS = ('x', 'y', 'z', 'theta', 'cost')

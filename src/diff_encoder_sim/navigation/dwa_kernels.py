@@ -48,6 +48,7 @@ TO_PLAN, TO_END, TO_FRONT = range(3)
 ROUNDING_CELLS = 1e-6
 
 Twist = Tuple[float, float]  # linear [m/s], angular [rad/s]
+Place = Tuple[float, float, float, float]  # in the grid's own frame: x, y [m], cosine and sine of the yaw
 
 
 class DwaLimits(NamedTuple):
@@ -111,53 +112,49 @@ def begin_waves(task: ScoringTask, origin: Pose2D, plan: Array) -> bool:
     costs, per_m, cells, queues, counts = task.costs, task.per_m, task.cells, task.queues, task.counts
     rows, columns = costs.shape
     unreached = np.int32(rows * columns + 1)
+    counts[:] = 0
     for layer in range(len(cells)):
-        counts[layer, 0] = counts[layer, 1] = 0
         for row in range(rows):
             first = (row + 1) * (columns + 2) + 1
             for column in range(columns):
                 cells[layer, first + column] = unreached + np.int32(costs[row, column] >= INSCRIBED)
     cos_yaw, sin_yaw, nose_m = math.cos(origin.yaw_rad), math.sin(origin.yaw_rad), task.limits.forward_point_distance
-    x_before_m, y_before_m, place, front_place = 0.0, 0.0, -1, -1
+    from_x_m, from_y_m, place, front_place = 0.0, 0.0, -1, -1
     for index in range(len(plan)):
         x_m, y_m = plan[index, 0] - origin.x_m, plan[index, 1] - origin.y_m
         x_m, y_m = x_m * cos_yaw + y_m * sin_yaw, y_m * cos_yaw - x_m * sin_yaw
+        if index == 0:
+            from_x_m, from_y_m = x_m, y_m
         if index == len(plan) - 1:
             # The nose's goal is beyond the goal as seen from the robot, not along the goal's heading, which would
             # swing around when the robot must turn at the end.
             bearing_rad = math.atan2(y_m - task.pose_in_grid.y_m, x_m - task.pose_in_grid.x_m)
-            x_front_m, y_front_m = x_m + nose_m * math.cos(bearing_rad), y_m + nose_m * math.sin(bearing_rad)
-            if index == 0:
-                x_before_m, y_before_m = x_front_m, y_front_m
-            line = x_before_m, y_before_m, x_front_m, y_front_m
+            line = from_x_m, from_y_m, x_m + nose_m * math.cos(bearing_rad), y_m + nose_m * math.sin(bearing_rad)
             front_place, _ = _walk(costs, per_m, line, place, False, cells, queues, counts)
-        if index == 0:
-            x_before_m, y_before_m = x_m, y_m
-        place, has_left = _walk(costs, per_m, (x_before_m, y_before_m, x_m, y_m), place, True, cells, queues, counts)
+        line = from_x_m, from_y_m, x_m, y_m
+        place, has_left = _walk(costs, per_m, line, place, True, cells, queues, counts)
         if has_left:
-            if index < len(plan) - 1:
-                front_place = place
+            front_place = place if index < len(plan) - 1 else front_place
             break
-        x_before_m, y_before_m = x_m, y_m
+        from_x_m, from_y_m = x_m, y_m
+    if place < 0 or front_place < 0:
+        return False
     _begin_at(TO_END, place, cells, queues, counts)
     _begin_at(TO_FRONT, front_place, cells, queues, counts)
-    return place >= 0 and front_place >= 0
-
-
-Line = Tuple[float, float, float, float]  # x, y of its ends [m]
+    return True
 
 
 @compiled
 def _walk(
-    costs: Array, per_m: float, line: Line, place: int, marks: bool, cells: Array, queues: Array, counts: Array
+    costs: Array, per_m: float, line: Place, place: int, marks: bool, cells: Array, queues: Array, counts: Array
 ) -> Tuple[int, bool]:
-    """Go along a line that follows a `place`, -1 for none yet; if it `marks`, the plan's wave begins at its cells.
+    """Go along a line (x, y, to x, to y) that follows a `place`, -1 for none yet.
 
-    Returns the last position on known cells, and whether the line has left them.
+    If it `marks`, the plan's wave begins at its cells. Returns the last place on known cells, and whether the line has
+    left them.
     """
     rows, columns = costs.shape
-    x_m, y_m, to_x_m, to_y_m = line
-    x_step, y_step = to_x_m - x_m, to_y_m - y_m
+    x_m, y_m, x_step, y_step = line[0], line[1], line[2] - line[0], line[3] - line[1]
     # Points farther apart than a cell leave no gaps.
     steps = max(1, math.ceil(math.sqrt(x_step * x_step + y_step * y_step) * per_m))
     for step in range(1, steps + 1):
@@ -174,11 +171,10 @@ def _walk(
 
 @compiled
 def _begin_at(layer: int, place: int, cells: Array, queues: Array, counts: Array) -> None:
-    """Have a wave begin at a place, too; -1 is none."""
-    if place >= 0:
-        cells[layer, place] = 0
-        queues[layer, counts[layer, 1]] = place
-        counts[layer, 1] += 1
+    """Have a wave begin at a place, too."""
+    cells[layer, place] = 0
+    queues[layer, counts[layer, 1]] = place
+    counts[layer, 1] += 1
 
 
 @compiled
@@ -224,25 +220,22 @@ def whole_grid(task: ScoringTask, layer: int) -> np.ndarray:
 
 
 @compiled
-def footprint_cost(
-    costs: Array, per_m: float, vertices_m: Array, x_m: float, y_m: float, cos_yaw: float, sin_yaw: float
-) -> float:
+def footprint_cost(costs: Array, per_m: float, vertices_m: Array, place: Place) -> float:
     """Return the highest cost under the outline (n, 2) of a footprint, or a reason (< 0) why it cannot stand there.
 
-    x_m, y_m, cos_yaw, sin_yaw is base_link in the grid's own frame. Only the outline is looked at: an obstacle that
-    moves inside must cross it.
+    Only the outline is looked at: an obstacle that moves inside must cross it.
     """
-    highest = 0.0
-    last = len(vertices_m) - 1
-    row = math.floor((y_m + sin_yaw * vertices_m[last, 0] + cos_yaw * vertices_m[last, 1]) * per_m)
-    column = math.floor((x_m + cos_yaw * vertices_m[last, 0] - sin_yaw * vertices_m[last, 1]) * per_m)
-    for index in range(len(vertices_m)):
-        to_row = math.floor((y_m + sin_yaw * vertices_m[index, 0] + cos_yaw * vertices_m[index, 1]) * per_m)
-        to_column = math.floor((x_m + cos_yaw * vertices_m[index, 0] - sin_yaw * vertices_m[index, 1]) * per_m)
-        cost = _line_cost(costs, row, column, to_row, to_column)
-        if cost < 0.0:
-            return cost
-        highest = max(highest, cost)
+    x_m, y_m, cos_yaw, sin_yaw = place
+    highest, row, column = 0.0, 0, 0
+    for index in range(-1, len(vertices_m)):
+        ahead_m, left_m = vertices_m[index, 0], vertices_m[index, 1]
+        to_row = math.floor((y_m + sin_yaw * ahead_m + cos_yaw * left_m) * per_m)
+        to_column = math.floor((x_m + cos_yaw * ahead_m - sin_yaw * left_m) * per_m)
+        if index >= 0:
+            cost = _line_cost(costs, row, column, to_row, to_column)
+            if cost < 0.0:
+                return cost
+            highest = max(highest, cost)
         row, column = to_row, to_column
     return highest
 
@@ -281,53 +274,37 @@ def stays_clear(limits: DwaLimits, costs: Array, per_m: float, vertices_m: Array
     Upstream also asks the critics of path and goal, with distances of an earlier cycle; for a turn in place at the goal
     only the obstacle critic means anything.
     """
-    rows, columns = costs.shape
-    steps = _step_count(limits, twist)
-    points = np.empty((steps, 5))
-    if steps > 0:
-        _roll_out(limits, pose, twist, twist, steps, points)
-    for index in range(steps):
-        x_m, y_m, cos_yaw, sin_yaw = points[index, 0], points[index, 1], points[index, 3], points[index, 4]
-        if not (0 <= math.floor(y_m * per_m) < rows and 0 <= math.floor(x_m * per_m) < columns):
-            return False
-        if footprint_cost(costs, per_m, vertices_m, x_m, y_m, cos_yaw, sin_yaw) < 0.0:
+    points = np.empty((_step_count(limits, twist), 5))
+    _roll_out(limits, pose, twist, twist, points)
+    for point in points:
+        if footprint_cost(costs, per_m, vertices_m, (point[0], point[1], point[3], point[4])) < 0.0:
             return False
     return True
 
 
 @compiled
-def _standing_cost(
-    costs: Array, per_m: float, vertices_m: Array, scales: Array, x_m: float, y_m: float, cos_yaw: float, sin_yaw: float
-) -> float:
+def _standing_cost(costs: Array, per_m: float, vertices_m: Array, scales: Array, place: Place) -> float:
     """Return the highest cost under the outline and in the centre's cell, below zero if that rejects.
 
     Without a weight of the obstacle critic it is 0 everywhere on the grid.
     """
     rows, columns = costs.shape
-    row, column = math.floor(y_m * per_m), math.floor(x_m * per_m)
+    row, column = math.floor(place[1] * per_m), math.floor(place[0] * per_m)
     if not (0 <= row < rows and 0 <= column < columns):
         return REJECTED
     if scales[OBSTACLE] == 0.0:
         return 0.0
-    cost = footprint_cost(costs, per_m, vertices_m, x_m, y_m, cos_yaw, sin_yaw)
+    cost = footprint_cost(costs, per_m, vertices_m, place)
     return REJECTED if cost < 0.0 else max(cost, float(costs[row, column]))
 
 
 @compiled
 def _distance_costs(
-    costs: Array,
-    per_m: float,
-    cells: Array,
-    queues: Array,
-    counts: Array,
-    scales: Array,
-    x_m: float,
-    y_m: float,
-    x_nose_m: float,
-    y_nose_m: float,
+    costs: Array, per_m: float, cells: Array, queues: Array, counts: Array, scales: Array, place: Place, nose_m: float
 ) -> Tuple[float, float, float, float]:
     """Return the weighted costs of GOAL_FRONT to GOAL at a place on the grid; the first is REJECTED if that rejects."""
     rows, columns = costs.shape
+    x_m, y_m, cos_yaw, sin_yaw = place
     size, row, column = rows * columns, math.floor(y_m * per_m), math.floor(x_m * per_m)
     path = goal = front = alignment = 0.0
     if scales[PATH] != 0.0:
@@ -341,7 +318,7 @@ def _distance_costs(
             return REJECTED, 0.0, 0.0, 0.0
         goal = scales[GOAL] * distance
     # The nose may look into obstacles: that has a cost, but does not reject.
-    row, column = math.floor(y_nose_m * per_m), math.floor(x_nose_m * per_m)
+    row, column = math.floor((y_m + nose_m * sin_yaw) * per_m), math.floor((x_m + nose_m * cos_yaw) * per_m)
     if (scales[GOAL_FRONT] != 0.0 or scales[ALIGNMENT] != 0.0) and not (0 <= row < rows and 0 <= column < columns):
         return REJECTED, 0.0, 0.0, 0.0
     if scales[GOAL_FRONT] != 0.0:
@@ -352,26 +329,25 @@ def _distance_costs(
 
 
 @compiled
-def _score(task: ScoringTask, turn_radps: float, points: Array, steps: int, most: float) -> float:
+def _score(task: ScoringTask, turn_radps: float, points: Array, most: float) -> float:
     """Return the cost of a trajectory, below zero if it is rejected.
 
-    It is the first `steps` > 0 of `points` (n, 5) of `_roll_out` in the grid's own frame. They are scored from the end
-    backwards, as obstacles are ahead, and no further than to a cost above `most`.
+    Its `points` (n, 5) of `_roll_out`, n > 0, in the grid's own frame, are scored from the end backwards, as obstacles
+    are ahead, and no further than to a cost above `most`.
     """
     limits, costs, per_m, vertices_m, cells, queues, counts, scales, _, _, _, _ = task
     nose_m, twirling = limits.forward_point_distance, scales[TWIRLING] * abs(turn_radps)
     total = highest = front = alignment = path = goal = 0.0
-    for index in range(steps - 1, -1, -1):
-        x_m, y_m, cos_yaw, sin_yaw = points[index, 0], points[index, 1], points[index, 3], points[index, 4]
-        obstacle = _standing_cost(costs, per_m, vertices_m, scales, x_m, y_m, cos_yaw, sin_yaw)
+    for index in range(len(points) - 1, -1, -1):
+        place = (points[index, 0], points[index, 1], points[index, 3], points[index, 4])
+        obstacle = _standing_cost(costs, per_m, vertices_m, scales, place)
         if obstacle < 0.0:
             return REJECTED
         highest = highest + obstacle if limits.sum_scores else max(highest, obstacle)
-        x_nose_m, y_nose_m = x_m + nose_m * cos_yaw, y_m + nose_m * sin_yaw
-        here = _distance_costs(costs, per_m, cells, queues, counts, scales, x_m, y_m, x_nose_m, y_nose_m)
+        here = _distance_costs(costs, per_m, cells, queues, counts, scales, place, nose_m)
         if here[0] < 0.0:
             return REJECTED
-        if index == steps - 1:
+        if index == len(points) - 1:
             front, alignment, path, goal = here
         total = scales[OBSTACLE] * highest + front + alignment + path + goal + twirling
         if total > most:
@@ -389,32 +365,26 @@ def _least_costs(task: ScoringTask, samples: Array) -> Tuple[np.ndarray, np.ndar
     rows, columns = costs.shape
     nose_m = limits.forward_point_distance
     least, steps = np.full(len(samples), math.inf), np.zeros(len(samples), np.int64)
-    x_m, y_m, cos_yaw, sin_yaw = pose.x_m, pose.y_m, math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
-    obstacle = _standing_cost(costs, per_m, vertices_m, scales, x_m, y_m, cos_yaw, sin_yaw)
+    place = (pose.x_m, pose.y_m, math.cos(pose.yaw_rad), math.sin(pose.yaw_rad))
+    obstacle = _standing_cost(costs, per_m, vertices_m, scales, place)
     if obstacle < 0.0:
         return least, steps
     for index in range(len(samples)):
         sample = (samples[index, 0], samples[index, 1])
-        count = _sample_step_count(limits, sample)
-        if count == 0 or _is_locked(sample, allowed):
+        steps[index] = sample_steps(limits, sample, allowed)
+        if steps[index] == 0:
             continue
-        steps[index], least[index] = count, 0.0
-        if not limits.use_dwa:
-            continue
-        x_m, y_m, yaw_rad = last_point(limits.sim_time, pose, sample, count)
-        x_nose_m, y_nose_m = x_m + nose_m * math.cos(yaw_rad), y_m + nose_m * math.sin(yaw_rad)
-        is_sure = True
-        for along_m in (x_m, y_m, x_nose_m, y_nose_m):
+        x_m, y_m, yaw_rad = last_point(limits.sim_time, pose, sample, steps[index])
+        place = (x_m, y_m, math.cos(yaw_rad), math.sin(yaw_rad))
+        is_sure = limits.use_dwa
+        for along_m in (x_m, y_m, x_m + nose_m * place[2], y_m + nose_m * place[3]):
             is_sure &= abs(along_m * per_m - math.floor(along_m * per_m + 0.5)) >= ROUNDING_CELLS
         if not is_sure:
-            continue
-        least[index] = math.inf
-        if 0 <= math.floor(y_m * per_m) < rows and 0 <= math.floor(x_m * per_m) < columns:
-            front, alignment, path, goal = _distance_costs(
-                costs, per_m, cells, queues, counts, scales, x_m, y_m, x_nose_m, y_nose_m
-            )
-            if front >= 0.0:
-                total = scales[OBSTACLE] * obstacle + front + alignment + path + goal
+            least[index] = 0.0
+        elif 0 <= math.floor(y_m * per_m) < rows and 0 <= math.floor(x_m * per_m) < columns:
+            here = _distance_costs(costs, per_m, cells, queues, counts, scales, place, nose_m)
+            if here[0] >= 0.0:
+                total = scales[OBSTACLE] * obstacle + here[0] + here[1] + here[2] + here[3]
                 least[index] = total + scales[TWIRLING] * abs(sample[1])
     return least, steps
 
@@ -443,31 +413,18 @@ def find_cheapest(
         if least[index] == math.inf or least[index] > cost or (least[index] == cost and index > best):
             break
         least[index] = math.inf
-        sample = (samples[index, 0], samples[index, 1])
-        _roll_out(limits, task.pose_in_grid, twist, sample, steps[index], points)
-        total = _score(task, sample[1], points, steps[index], cost)
+        sample, trajectory = (samples[index, 0], samples[index, 1]), points[: steps[index]]
+        _roll_out(limits, task.pose_in_grid, twist, sample, trajectory)
+        total = _score(task, sample[1], trajectory, cost)
         if 0.0 <= total < cost or (total == cost and index < best):
             best, cost = index, total
     if best < 0:
         return 0.0, 0.0, math.inf, np.empty((0, 5))
     sample, points = (samples[best, 0], samples[best, 1]), np.empty((steps[best], 5))
-    _roll_out(limits, base_pose, twist, sample, steps[best], points)
-    if limits.use_dwa:
-        return sample[0], sample[1], cost, points
-    interval_s = limits.sim_time / steps[best]
-    linear_mps = _approach(twist[0], sample[0], limits.acc_lim_x * interval_s)
-    return linear_mps, _approach(twist[1], sample[1], limits.acc_lim_theta * interval_s), cost, points
-
-
-@compiled
-def _is_locked(sample: Twist, allowed: Tuple[bool, bool, bool, bool]) -> bool:
-    """Return whether a sample goes in a direction that is not allowed now."""
-    return (
-        (sample[0] > 0 and not allowed[0])
-        or (sample[0] < 0 and not allowed[1])
-        or (sample[1] > 0 and not allowed[2])
-        or (sample[1] < 0 and not allowed[3])
-    )
+    _roll_out(limits, base_pose, twist, sample, points)
+    if not limits.use_dwa:
+        sample = _accelerated(limits, twist, sample, limits.sim_time / steps[best])
+    return sample[0], sample[1], cost, points
 
 
 @compiled
@@ -478,13 +435,13 @@ def score_all(task: ScoringTask) -> Tuple[np.ndarray, np.ndarray, np.ndarray, np
         Samples (n, 2), their numbers of points (n,), these (n, most, 5), and costs (n,), below zero if rejected.
     """
     samples = velocity_samples(task.limits, task.twist, task.goal_distance_m)
-    steps = np.array([_sample_step_count(task.limits, (sample[0], sample[1])) for sample in samples])
+    steps = np.array([sample_steps(task.limits, (sample[0], sample[1]), task.allowed) for sample in samples])
     points, totals = np.empty((len(samples), steps.max(), 5)), np.full(len(samples), REJECTED)
     for index in range(len(samples)):
-        sample = (samples[index, 0], samples[index, 1])
-        if steps[index] > 0 and not _is_locked(sample, task.allowed):
-            _roll_out(task.limits, task.pose_in_grid, task.twist, sample, steps[index], points[index])
-            totals[index] = _score(task, sample[1], points[index], steps[index], math.inf)
+        sample, trajectory = (samples[index, 0], samples[index, 1]), points[index, : steps[index]]
+        if steps[index] > 0:
+            _roll_out(task.limits, task.pose_in_grid, task.twist, sample, trajectory)
+            totals[index] = _score(task, sample[1], trajectory, math.inf)
     return samples, steps, points, totals
 
 
@@ -499,17 +456,9 @@ def velocity_samples(limits: DwaLimits, twist: Twist, goal_distance_m: float) ->
     lowest_mps, highest_mps, highest_radps = limits.min_vel_x, limits.max_vel_x, limits.max_vel_theta
     if not limits.use_dwa:
         highest_mps = max(min(highest_mps, goal_distance_m / limits.horizon_s), lowest_mps)
-    linear_change, angular_change = limits.acc_lim_x * limits.horizon_s, limits.acc_lim_theta * limits.horizon_s
-    linear = _samples_between(
-        min(max(twist[0] - linear_change, lowest_mps), highest_mps),
-        min(max(twist[0] + linear_change, lowest_mps), highest_mps),
-        limits.vx_samples,
-    )
-    angular = _samples_between(
-        min(max(twist[1] - angular_change, -highest_radps), highest_radps),
-        min(max(twist[1] + angular_change, -highest_radps), highest_radps),
-        limits.vth_samples,
-    )
+    linear = _samples_around(twist[0], limits.acc_lim_x * limits.horizon_s, lowest_mps, highest_mps, limits.vx_samples)
+    angular_change = limits.acc_lim_theta * limits.horizon_s
+    angular = _samples_around(twist[1], angular_change, -highest_radps, highest_radps, limits.vth_samples)
     samples = np.empty((len(linear) * len(angular), 2))
     for index in range(len(samples)):
         samples[index, 0] = linear[index // len(angular)]
@@ -518,11 +467,12 @@ def velocity_samples(limits: DwaLimits, twist: Twist, goal_distance_m: float) ->
 
 
 @compiled
-def _samples_between(low: float, high: float, count: int) -> np.ndarray:
-    """Return evenly spaced samples with both ends, and 0 if it is between two of them.
+def _samples_around(now: float, change: float, lowest: float, highest: float, count: int) -> np.ndarray:
+    """Return evenly spaced samples of the limited window around a velocity, with both ends, and 0 if it is between.
 
     As upstream's VelocityIterator: at least two samples, unless the ends are equal.
     """
+    low, high = _clamped(now - change, lowest, highest), _clamped(now + change, lowest, highest)
     if low == high:
         return np.array([low])
     count = max(2, count)
@@ -540,53 +490,56 @@ def _samples_between(low: float, high: float, count: int) -> np.ndarray:
 
 
 @compiled
+def _clamped(value: float, lowest: float, highest: float) -> float:
+    """Return the nearest value within limits."""
+    return min(max(value, lowest), highest)
+
+
+@compiled
 def _step_count(limits: DwaLimits, sample: Twist) -> int:
     """Return the number of points of a trajectory, so that none are farther apart than the granularities."""
-    return math.ceil(
-        max(
-            abs(sample[0]) * limits.sim_time / limits.sim_granularity,
-            abs(sample[1]) * limits.sim_time / limits.angular_sim_granularity,
-        )
+    along = abs(sample[0]) * limits.sim_time / limits.sim_granularity
+    return math.ceil(max(along, abs(sample[1]) * limits.sim_time / limits.angular_sim_granularity))
+
+
+@compiled
+def sample_steps(limits: DwaLimits, sample: Twist, allowed: Tuple[bool, bool, bool, bool]) -> int:
+    """Return the number of points of a sample's trajectory, 0 if it is too slow, too fast or in a locked direction."""
+    speed_mps = abs(sample[0])
+    is_too_slow = speed_mps + 1e-4 < limits.min_vel_trans and abs(sample[1]) + 1e-4 < limits.min_vel_theta
+    is_locked = (sample[0] > 0 and not allowed[0]) or (sample[0] < 0 and not allowed[1])
+    is_locked |= (sample[1] > 0 and not allowed[2]) or (sample[1] < 0 and not allowed[3])
+    return 0 if is_too_slow or is_locked or speed_mps - 1e-4 > limits.max_vel_trans else _step_count(limits, sample)
+
+
+@compiled
+def _accelerated(limits: DwaLimits, twist: Twist, sample: Twist, interval_s: float) -> Twist:
+    """Return the twist after an interval of acceleration towards a sample."""
+    linear_change, angular_change = limits.acc_lim_x * interval_s, limits.acc_lim_theta * interval_s
+    return (
+        _clamped(sample[0], twist[0] - linear_change, twist[0] + linear_change),
+        _clamped(sample[1], twist[1] - angular_change, twist[1] + angular_change),
     )
 
 
 @compiled
-def _sample_step_count(limits: DwaLimits, sample: Twist) -> int:
-    """Return the number of points of a sample's trajectory, 0 if it is too slow or too fast to have one."""
-    speed_mps = abs(sample[0])
-    is_too_slow = speed_mps + 1e-4 < limits.min_vel_trans and abs(sample[1]) + 1e-4 < limits.min_vel_theta
-    if is_too_slow or speed_mps - 1e-4 > limits.max_vel_trans:
-        return 0
-    return _step_count(limits, sample)
-
-
-@compiled
-def _approach(value: float, target: float, largest_step: float) -> float:
-    """Move `value` towards `target` by no more than a step."""
-    if value < target:
-        return min(target, value + largest_step)
-    return max(target, value - largest_step)
-
-
-@compiled
-def _roll_out(limits: DwaLimits, pose: Pose2D, twist: Twist, sample: Twist, steps: int, points: Array) -> None:
-    """Fill the first `steps` of `points` (n, 5) from a pose on: x, y, yaw, cos(yaw), sin(yaw).
+def _roll_out(limits: DwaLimits, pose: Pose2D, twist: Twist, sample: Twist, points: Array) -> None:
+    """Fill a trajectory's `points` (n, 5) from a pose on: x, y, yaw, cos(yaw), sin(yaw).
 
     The end of the last step is left out. Without use_dwa the robot accelerates from its twist to the sample's.
     """
-    interval_s = limits.sim_time / steps
+    interval_s = limits.sim_time / max(1, len(points))
     x_m, y_m, yaw_rad = pose
-    linear_mps, angular_radps = sample if limits.use_dwa else twist
-    for step in range(steps):
+    velocity = sample if limits.use_dwa else twist
+    for step in range(len(points)):
         cos_yaw, sin_yaw = math.cos(yaw_rad), math.sin(yaw_rad)
         points[step, 0], points[step, 1], points[step, 2] = x_m, y_m, yaw_rad
         points[step, 3], points[step, 4] = cos_yaw, sin_yaw
         if not limits.use_dwa:
-            linear_mps = _approach(linear_mps, sample[0], limits.acc_lim_x * interval_s)
-            angular_radps = _approach(angular_radps, sample[1], limits.acc_lim_theta * interval_s)
-        x_m += linear_mps * cos_yaw * interval_s
-        y_m += linear_mps * sin_yaw * interval_s
-        yaw_rad += angular_radps * interval_s
+            velocity = _accelerated(limits, velocity, sample, interval_s)
+        x_m += velocity[0] * cos_yaw * interval_s
+        y_m += velocity[0] * sin_yaw * interval_s
+        yaw_rad += velocity[1] * interval_s
 
 
 @compiled

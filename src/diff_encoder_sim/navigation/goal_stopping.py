@@ -58,12 +58,9 @@ class LatchedStopRotate:
         if self._is_rotating or self._is_stopped(motion):
             self._is_rotating = True
             command = 0.0, self._turning_speed(turn_rad, motion.angular_radps)
-        else:  # one period of braking at the acceleration limits
+        else:  # brake
             limits = (motion.linear_mps, self.params.acc_lim_x), (motion.angular_radps, self.params.acc_lim_theta)
-            linear_mps, angular_radps = (
-                math.copysign(max(0.0, abs(velocity) - limit * self._sim_period_s), velocity)
-                for velocity, limit in limits
-            )
+            linear_mps, angular_radps = (math.copysign(self._reachable(0.0, abs(v), a), v) for v, a in limits)
             command = linear_mps, angular_radps
         return command if is_clear(*command) else None
 
@@ -71,19 +68,23 @@ class LatchedStopRotate:
         return abs(turn_rad) <= self.params.yaw_goal_tolerance
 
     def _is_stopped(self, motion: Motion) -> bool:
+        _, linear_mps, angular_radps = motion
         params = self.params
-        return (
-            abs(motion.linear_mps) <= params.trans_stopped_vel and abs(motion.angular_radps) <= params.theta_stopped_vel
-        )
+        return abs(linear_mps) <= params.trans_stopped_vel and abs(angular_radps) <= params.theta_stopped_vel
 
     def _turning_speed(self, turn_rad: float, angular_radps: float) -> float:
         """Return the speed [rad/s] that ends the turn in a second, within the acceleration limits."""
         params = self.params
-        change, lowest, highest = params.acc_lim_theta * self._sim_period_s, params.min_vel_theta, params.max_vel_theta
+        lowest, highest = params.min_vel_theta, params.max_vel_theta
         speed = min(highest, max(lowest, abs(turn_rad)))
-        speed = min(max(speed, abs(angular_radps) - change), abs(angular_radps) + change)
+        speed = self._reachable(speed, abs(angular_radps), params.acc_lim_theta)
         speed = min(speed, math.sqrt(2.0 * params.acc_lim_theta * abs(turn_rad)))
         return math.copysign(min(highest, max(lowest, speed)), turn_rad)
+
+    def _reachable(self, velocity: float, now: float, acceleration: float) -> float:
+        """Return the velocity, limited by the acceleration in one period."""
+        change = acceleration * self._sim_period_s
+        return min(max(velocity, now - change), now + change)
 
 
 def _turn_left(motion: Motion, goal: Pose2D) -> float:
@@ -164,21 +165,15 @@ class PreciseStop(LatchedStopRotate):
         else:
             is_here = math.hypot(ahead_m, left_m) <= SET_OUT * params.xy_goal_tolerance
             if not is_here and abs(turn_rad) > ASIDE_RAD:
-                return None if self._has_begun_here else self._face(turn_rad, motion, is_clear)
+                rate_radps = self._turning_speed(turn_rad, motion.angular_radps)
+                if self._has_begun_here or not is_clear(0.0, rate_radps):
+                    return None
+                return self._reachable(0.0, motion.linear_mps, params.acc_lim_x), rate_radps
         if is_here or not is_clear(ahead_m / params.sim_time, turn_rad / params.sim_time):
             return None
         self._is_approaching = True
-        return self._arc(ahead_m, left_m, motion)
-
-    def _face(self, turn_rad: float, motion: Motion, is_clear: ClearanceCheck) -> Optional[Tuple[float, float]]:
-        """Return the command that turns the robot in place towards the goal; None if that would collide."""
-        linear_mps = self._reachable(0.0, motion.linear_mps, self.params.acc_lim_x)
-        rate_radps = self._turning_speed(turn_rad, motion.angular_radps)
-        return (linear_mps, rate_radps) if is_clear(0.0, rate_radps) else None
-
-    def _arc(self, ahead_m: float, left_m: float, motion: Motion) -> Tuple[float, float]:
-        """Return the velocities on the arc that ends at the goal, within the limits."""
-        params, near_m = self.params, NEAR * self.params.xy_goal_tolerance
+        # The arc that ends at the goal, within the limits.
+        near_m = NEAR * params.xy_goal_tolerance
         curvature_1pm = 2.0 * left_m / (ahead_m**2 + left_m**2) if abs(left_m) > near_m else 0.0
         slowest_mps = approach_speed(params, self._sim_period_s, near_m)
         speed_mps = max(slowest_mps, approach_speed(params, self._sim_period_s, ahead_m))
@@ -187,11 +182,6 @@ class PreciseStop(LatchedStopRotate):
         linear_mps = self._reachable(speed_mps, motion.linear_mps, params.acc_lim_x)
         rate_radps = min(max(linear_mps * curvature_1pm, -params.max_vel_theta), params.max_vel_theta)
         return linear_mps, self._reachable(rate_radps, motion.angular_radps, params.acc_lim_theta)
-
-    def _reachable(self, velocity: float, now: float, acceleration: float) -> float:
-        """Return the velocity, limited by the acceleration in one period."""
-        change = acceleration * self._sim_period_s
-        return min(max(velocity, now - change), now + change)
 
     def _has_turned(self, turn_rad: float, angular_radps: float) -> bool:
         params, has_passed = self.params, turn_rad * self._turn_began_rad < 0.0
@@ -222,14 +212,7 @@ def stopping_rest(velocity: float, deceleration: float, period_s: float) -> floa
 
 
 class StopSpread(NamedTuple):
-    """Distance from the goal and difference of heading."""
-
-    position_m: float
-    yaw_rad: float
-
-
-class PoseStep(NamedTuple):
-    """Resolution of odometry: a pulse of both wheels in translation, of one wheel in rotation."""
+    """Distance from the goal and difference of heading; also the resolution of odometry."""
 
     position_m: float
     yaw_rad: float
@@ -239,14 +222,14 @@ class PoseStep(NamedTuple):
 LATCH, COASTING, LATENCY, PULSE, NEAR_ENOUGH = 'latch circle', 'coasting', 'latency', 'one pulse', 'near enough'
 
 
-def stop_parts(params: DwaParams, period_s: float, command_latency_s: float, step: PoseStep) -> Dict[str, StopSpread]:
+def stop_parts(params: DwaParams, period_s: float, command_latency_s: float, step: StopSpread) -> Dict[str, StopSpread]:
     """Return the stopping error of the control loop at a goal by cause.
 
     Args:
         params: tolerances and limits.
         period_s: the control period [s].
         command_latency_s: delay from a pose to the wheels [s].
-        step: of the odometry.
+        step: resolution of odometry: a pulse of both wheels in translation, of one wheel in rotation.
     """
     tolerance_m, tolerance_rad = params.xy_goal_tolerance, params.yaw_goal_tolerance
     if params.stop == 'latch':
@@ -257,12 +240,12 @@ def stop_parts(params: DwaParams, period_s: float, command_latency_s: float, ste
     return {
         COASTING: StopSpread(coasting_m, stopping_rest(rate_radps, params.acc_lim_theta, period_s)),
         LATENCY: StopSpread(speed_mps * command_latency_s, rate_radps * command_latency_s),
-        PULSE: StopSpread(*step),
+        PULSE: step,
         NEAR_ENOUGH: StopSpread(NEAR * tolerance_m, SET_OUT * tolerance_rad),
     }
 
 
-def stop_spread(params: DwaParams, period_s: float, command_latency_s: float, step: PoseStep) -> StopSpread:
+def stop_spread(params: DwaParams, period_s: float, command_latency_s: float, step: StopSpread) -> StopSpread:
     """Return the stopping error of a robot at its goal; arguments as of `stop_parts`.
 
     Longitudinal errors add up, the lateral error is the tolerance; the heading error is the larger of both.

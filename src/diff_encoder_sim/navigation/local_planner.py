@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, Optional, Tuple
+from typing import Optional, Tuple
 
 import numpy as np
 
 from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, transform_points
 from diff_encoder_sim.navigation.costmap import Costmap
-from diff_encoder_sim.navigation.dwa import DwaPlanner
+from diff_encoder_sim.navigation.dwa import DwaPlanner, Trajectory
 from diff_encoder_sim.navigation.dwa_params import DwaParams
 from diff_encoder_sim.navigation.goal_stopping import LatchedStopRotate, Motion, PreciseStop, TurnToPath
 from diff_encoder_sim.navigation.navigator_inputs import Command, OdometrySample
@@ -18,14 +18,6 @@ from diff_encoder_sim.navigation.navigator_inputs import Command, OdometrySample
 PRUNE_DISTANCE_M = 1.0
 
 NO_POSES = np.empty((0, 3))
-
-
-class LocalCommand(NamedTuple):
-    """A velocity that keeps clear of obstacles, and the trajectory it was chosen for."""
-
-    linear_mps: float
-    angular_radps: float
-    poses_in_odom: np.ndarray  # (n, 3); empty while stopping and turning at the goal
 
 
 class LocalPlanner:
@@ -40,7 +32,7 @@ class LocalPlanner:
         self._plan_in_map = self._whole_in_odom = NO_POSES
         self._goal_in_odom = IDENTITY
         self._odom_pose_in_map: Optional[Pose2D] = None  # by which these were transformed
-        self.problem = ''  # why the last `compute` gave no command
+        self.problem = ''  # why the last `compute` returned None
         self.plan_in_odom = NO_POSES  # the stretch that is followed, for displays
 
     def set_plan(self, plan_in_map: np.ndarray, is_renewed: bool = False) -> None:
@@ -61,8 +53,10 @@ class LocalPlanner:
 
     def compute(
         self, odometry: OdometrySample, command: Command, odom_pose_in_map: Pose2D, costmap: Costmap
-    ) -> Optional[LocalCommand]:
-        """Return the command for the next control period; None if there is none (see `problem`).
+    ) -> Optional[Trajectory]:
+        """Return the command for the next control period, with its trajectory; None if there is none (see `problem`).
+
+        The trajectory is empty during turns.
 
         Args:
             odometry: the robot in the odom frame.
@@ -82,14 +76,11 @@ class LocalPlanner:
 
         if self._stop_rotate.is_position_reached(motion, self._goal_in_odom):
             turn = self._stop_rotate.command(motion, self._goal_in_odom, is_clear)
-            self.problem = 'turning at the goal would collide' if turn is None else ''
-            return None if turn is None else LocalCommand(*turn, NO_POSES)
+            self.problem = 'turning at the goal would collide'
+            return turn and Trajectory(*turn, 0.0, NO_POSES)
         turn = self._turn_to_path.command(motion, plan, is_clear)
-        if turn is not None:
-            return LocalCommand(*turn, NO_POSES)
-        best = self.dwa.find_best(*motion, costmap, plan)
-        self.problem = 'no velocity follows the plan without a collision' if best is None else ''
-        return None if best is None else LocalCommand(best.linear_mps, best.angular_radps, best.poses)
+        self.problem = 'no velocity follows the plan without a collision'
+        return Trajectory(*turn, 0.0, NO_POSES) if turn else self.dwa.find_best(*motion, costmap, plan)
 
     def _transform_plan(self, odom_pose_in_map: Pose2D) -> None:
         """Bring plan and goal into the odom frame if that has moved; yaw is not wrapped."""

@@ -16,7 +16,7 @@ from typing import Optional
 
 import numpy as np
 
-from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
@@ -25,8 +25,7 @@ from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import CostmapParams
 from diff_encoder_sim.navigation.dwa import cost_cloud, trajectory_cloud
 from diff_encoder_sim.navigation.dwa_kernels import ScoringTask
-from diff_encoder_sim.navigation.global_planner import GlobalPlanner
-from diff_encoder_sim.navigation.goal_run import GoalRun, NavigatorParts
+from diff_encoder_sim.navigation.global_planner import GlobalPlanner, PlanError
 from diff_encoder_sim.navigation.local_planner import NO_POSES, LocalPlanner
 from diff_encoder_sim.navigation.navigator_inputs import (
     STOP,
@@ -36,14 +35,22 @@ from diff_encoder_sim.navigation.navigator_inputs import (
     NavigatorInputs,
     NavigatorOutput,
     Phase,
+    StartedRecovery,
+    Trigger,
 )
-from diff_encoder_sim.navigation.navigator_params import NavigatorParams
-from diff_encoder_sim.navigation.recovery import recoveries_of
+from diff_encoder_sim.navigation.navigator_params import ROTATE, NavigatorParams
+from diff_encoder_sim.navigation.recovery import Rotation, recoveries_of
 
 log = logging.getLogger(__name__)
 
 # A step at the previous time, or slightly earlier, is not a jump back in time.
 TIME_TOLERANCE_NS = 100_000_000
+
+# Without a planner_frequency a failed plan is retried as often as costmaps change. Upstream's thread retries without
+# a pause.
+PLAN_RETRY_S = 0.2
+
+DRIVING = 'driving to the goal'
 
 
 class Navigator(NavigatorInputs):
@@ -53,41 +60,30 @@ class Navigator(NavigatorInputs):
         self, params: NavigatorParams, static_map: OccupancyGrid, laser_pose_in_base: Pose2D = IDENTITY
     ) -> None:
         super().__init__(laser_pose_in_base)
-        self.params = params
         self._timeline = Timeline(TIME_TOLERANCE_NS)
-        self._run: Optional[GoalRun] = None
-        self._use_parts(
-            Costmap(params.global_costmap, static_map),
-            Costmap(params.local_costmap),
-            LocalPlanner(params.DWAPlannerROS, params.control_period_s),
-        )
+        self.global_costmap = Costmap(params.global_costmap, static_map)  # in the map frame
+        self.local_costmap = Costmap(params.local_costmap)  # in the odom frame
+        self.local_planner = LocalPlanner(params.DWAPlannerROS, params.control_period_s)
         self._global_updated_ns: Optional[int] = None
         self._local_updated_ns: Optional[int] = None
-        self._forget_travel()
+        self._use_params(params)
+        self._run = GoalRun(self, IDENTITY, STOP, GoalStatus.NONE)
 
-    def _use_parts(self, global_costmap: Costmap, local_costmap: Costmap, local_planner: LocalPlanner) -> None:
-        """Create costmaps and planners from the parameters."""
-        self.global_costmap = global_costmap  # in the map frame
-        self.local_costmap = local_costmap  # in the odom frame
-        planner, recoveries = (
-            GlobalPlanner(self.params.NavfnROS, global_costmap),
-            recoveries_of(self.params, local_costmap),
-        )
-        self._parts = NavigatorParts(
-            self.params, self, global_costmap, local_costmap, planner, local_planner, recoveries
-        )
+    def _use_params(self, params: NavigatorParams) -> None:
+        self.params = params
+        self.global_planner = GlobalPlanner(params.NavfnROS, self.global_costmap)
+        self.recoveries = recoveries_of(params, self.local_costmap)
+        self._forget_travel()
 
     # ---- goals and services
 
     def set_goal(self, goal: Pose2D) -> None:
         """Drive to a pose in the map frame; an earlier goal is dropped."""
-        last = self._run
-        command = last.command if last and last.status is GoalStatus.ACTIVE else STOP
-        self._run = GoalRun(self._parts, goal, command)
+        self._run = GoalRun(self, goal, self._run.command if self.status is GoalStatus.ACTIVE else STOP)
 
     def cancel(self, text: str = 'cancelled') -> None:
         """Cancel the goal; the next step commands a stop."""
-        if self._run and self._run.status is GoalStatus.ACTIVE:
+        if self.status is GoalStatus.ACTIVE:
             self._run.end(GoalStatus.PREEMPTED, text)
 
     def make_plan(self, start: Optional[Pose2D], goal: Pose2D, tolerance_m: float = 0.0) -> np.ndarray:
@@ -99,7 +95,7 @@ class Navigator(NavigatorInputs):
         """
         if start is None and not self.has_pose:
             raise InputFault("the robot's pose is not known yet")
-        return self._parts.global_planner.make_plan(start or self.base_pose_in_map, goal, tolerance_m)
+        return self.global_planner.make_plan(start or self.base_pose_in_map, goal, tolerance_m)
 
     def clear_costmaps(self) -> None:
         """Clear all obstacles that are not in the static map."""
@@ -107,46 +103,43 @@ class Navigator(NavigatorInputs):
             costmap.clear_obstacles(IDENTITY)
 
     def reconfigure(self, params: NavigatorParams) -> None:
-        """Replace the parameters; goal, plan and obstacles of equal grids are kept."""
-        old, before, self.params = self._parts, self.params, params
-        local_planner = old.local_planner
+        """Replace the parameters; goal, plan and obstacles of equal grids are kept, recovery behaviours start again."""
+        before = self.params
+        self.global_costmap = _costmap_with(self.global_costmap, params.global_costmap)
+        self.local_costmap = _costmap_with(self.local_costmap, params.local_costmap)
         if (params.DWAPlannerROS, params.control_period_s) != (before.DWAPlannerROS, before.control_period_s):
-            local_planner = LocalPlanner(params.DWAPlannerROS, params.control_period_s)
-        self._use_parts(
-            _costmap_with(old.global_costmap, params.global_costmap),
-            _costmap_with(old.local_costmap, params.local_costmap),
-            local_planner,
-        )
-        self._forget_travel()
-        if self._run:
-            self._run.reconfigure(self._parts)
+            self.local_planner = LocalPlanner(params.DWAPlannerROS, params.control_period_s)
+            if len(self.global_plan_in_map):
+                self.local_planner.set_plan(self.global_plan_in_map)
+        self._use_params(params)
+        self._run.restart_recoveries()
 
     # ---- for displays
 
     @property
     def status(self) -> GoalStatus:
         """Return the status of the newest goal."""
-        return self._run.status if self._run else GoalStatus.NONE
+        return self._run.status
 
     @property
     def global_plan_in_map(self) -> np.ndarray:
         """Return the whole plan (n, 3) that is followed."""
-        return self._run.global_plan_in_map if self._run else NO_POSES
+        return self._run.global_plan_in_map
 
     @property
     def local_plan_in_odom(self) -> np.ndarray:
         """Return the trajectory (n, 3) of the last command; empty if the DWA did not choose it."""
-        return self._run.local_plan_in_odom if self._run else NO_POSES
+        return self._run.local_plan_in_odom
 
     @property
     def visible_plan_in_odom(self) -> np.ndarray:
         """Return the part (n, 3) of the global plan in the local costmap; empty without a goal."""
-        return self._parts.local_planner.plan_in_odom if self.status is GoalStatus.ACTIVE else NO_POSES
+        return self.local_planner.plan_in_odom if self.status is GoalStatus.ACTIVE else NO_POSES
 
     @property
     def scoring_task(self) -> Optional[ScoringTask]:
         """Return the samples of the last DWA command, valid until the next step; None before the first."""
-        return self._parts.local_planner.dwa.last_task
+        return self.local_planner.dwa.last_task
 
     # ---- one control period
 
@@ -161,17 +154,15 @@ class Navigator(NavigatorInputs):
         if missing is not None:
             return self.wait(missing)
         self._update_costmaps(now_ns)
-        run = self._run
-        if run is None or run.status is not GoalStatus.ACTIVE:
-            return self._output(STOP)
-        self._watch_travel(run, now_ns)
-        return self._output(run.act(now_ns) if run.status is GoalStatus.ACTIVE else STOP)
+        if self.status is GoalStatus.ACTIVE:
+            self._watch_travel(now_ns)
+        return self._output(self._run.act(now_ns) if self.status is GoalStatus.ACTIVE else STOP)
 
     def wait(self, missing: MissingInput) -> NavigatorOutput:
         """Stop for this period; call it instead of `step` without odometry."""
-        if self._run and self._run.status is GoalStatus.ACTIVE:
+        if self.status is GoalStatus.ACTIVE:
             self._run.wait(missing)
-        return self._output(STOP, f'stopped: {missing}')
+        return self._output(STOP)
 
     def _restart(self, now_ns: int) -> None:
         """Reset after time has jumped back."""
@@ -184,11 +175,10 @@ class Navigator(NavigatorInputs):
 
     def _update_costmaps(self, now_ns: int) -> None:
         """Update each costmap at its own rate with the newest scan."""
-        params = self.params
-        if _is_due(self._local_updated_ns, params.local_costmap.update_frequency, now_ns):
+        if _is_due(self._local_updated_ns, self.params.local_costmap.update_frequency, now_ns):
             self.local_costmap.update(self.odometry.base_pose_in_odom, self.scan, self.laser_pose_in_odom())
             self._local_updated_ns = now_ns
-        if _is_due(self._global_updated_ns, params.global_costmap.update_frequency, now_ns):
+        if _is_due(self._global_updated_ns, self.params.global_costmap.update_frequency, now_ns):
             laser_pose = self.odom_pose_in_map.compose(self.laser_pose_in_odom())
             self.global_costmap.update(self.base_pose_in_map, self.scan, laser_pose)
             self._global_updated_ns = now_ns
@@ -197,7 +187,7 @@ class Navigator(NavigatorInputs):
         self._unseen_m, self._seen_ns = 0.0, 0
         self._seen_pose: Optional[Pose2D] = None
 
-    def _watch_travel(self, run: GoalRun, now_ns: int) -> None:
+    def _watch_travel(self, now_ns: int) -> None:
         """Abort if odometry does not move although travel is commanded.
 
         A turn in place counts as the travel of the nearest point of the robot's outline.
@@ -206,19 +196,17 @@ class Navigator(NavigatorInputs):
         if pose != self._seen_pose:
             self._unseen_m, self._seen_pose = 0.0, pose
         else:
-            linear_mps, angular_radps = run.command
+            linear_mps, angular_radps = self._run.command
             speed_mps = abs(linear_mps) + abs(angular_radps) * self.local_costmap.footprint.inscribed_radius_m
             self._unseen_m += speed_mps * max(0, now_ns - self._seen_ns) / NANOSECONDS_PER_SECOND
         self._seen_ns = now_ns
         if 0.0 < limit_m < self._unseen_m:
             self._forget_travel()
             unseen = f'{limit_m:.2f} m of commanded travel (max_unseen_travel)'
-            run.end(GoalStatus.ABORTED, f'odometry has not moved for {unseen}')
+            self._run.end(GoalStatus.ABORTED, f'odometry has not moved for {unseen}')
 
-    def _output(self, command: Command, idle_text: str = '') -> NavigatorOutput:
+    def _output(self, command: Command) -> NavigatorOutput:
         run = self._run
-        if run is None:
-            return NavigatorOutput(STOP, GoalStatus.NONE, Phase.PLANNING, idle_text)
         return NavigatorOutput(command, run.status, run.phase, run.text, run.started_recovery)
 
 
@@ -229,6 +217,184 @@ def _costmap_with(costmap: Costmap, params: CostmapParams) -> Costmap:
 def _is_due(updated_ns: Optional[int], frequency_hz: float, now_ns: int) -> bool:
     # Rounding by a nanosecond must not delay it by a period.
     return updated_ns is None or now_ns - updated_ns >= NANOSECONDS_PER_SECOND / frequency_hz - 1
+
+
+class GoalRun:
+    """One goal from plan to end: move_base's executeCycle, with its three states and its patience.
+
+    Args:
+        navigator: with the inputs, costmaps and planners of now.
+        goal: in the map frame.
+        command: the command in force, of the run before this one.
+        status: NONE for that before the first goal.
+    """
+
+    def __init__(
+        self, navigator: Navigator, goal: Pose2D, command: Command, status: GoalStatus = GoalStatus.ACTIVE
+    ) -> None:
+        self._navigator, self._goal, self.status = navigator, goal, status
+        self.phase, self.text = Phase.PLANNING, ''
+        self.global_plan_in_map = self.local_plan_in_odom = NO_POSES
+        self.command = command  # the last one returned
+        self.started_recovery: Optional[StartedRecovery] = None  # in this period
+        self._is_under_way = False  # False before the first step and while waiting
+        self._waits_for: Optional[MissingInput] = None
+        self._trigger, self._problem = Trigger.PLANNING, ''  # of the last recovery
+        self.restart_recoveries()
+        self._rotation: Optional[Rotation] = None
+        self._planning_retries = 0
+        self._progress_pose: Optional[Pose2D] = None
+        self._planned_ns: Optional[int] = None  # time of the last attempt, successful or not
+        self._last_plan_ns = self._last_control_ns = self._last_progress_ns = 0
+
+    def restart_recoveries(self) -> None:
+        """Begin with the first recovery behaviour."""
+        self._recovery_index, self._is_recovering = 0, False
+
+    def wait(self, missing: MissingInput) -> None:
+        """Stop because an input is missing; the next `act` continues with full patience and a new plan."""
+        if self._waits_for is None:
+            log.warning('%s; robot stopped', missing, extra=EVENT)
+        self.command, self._waits_for, self._is_under_way = STOP, missing, False
+        self.started_recovery = None
+        self.text = f'stopped: {missing}'
+
+    def end(self, status: GoalStatus, text: str) -> None:
+        """End the run with a status and its reason."""
+        self.status, self.text, self.started_recovery = status, text, None
+        self.local_plan_in_odom = NO_POSES
+
+    def act(self, now_ns: int) -> Command:
+        """Return the command for one control period of an active goal."""
+        if not self._is_under_way:
+            if self._waits_for is not None:
+                log.info('%s received again: driving on with a new plan', self._waits_for.what, extra=EVENT)
+            self._is_under_way, self._waits_for = True, None
+            self._last_control_ns = now_ns
+            self._go_to_planning(now_ns)
+        self.started_recovery = None
+        self._watch_progress(now_ns)
+        if self.phase is Phase.CONTROLLING and self._is_plan_due(now_ns, math.inf):
+            try:
+                self._make_plan(now_ns, is_renewed=True)
+            except PlanError as error:
+                log.debug('no new plan: %s', error)  # the old one is followed until control fails
+        if self.phase is Phase.PLANNING and self._is_plan_due(now_ns, PLAN_RETRY_S):
+            self._plan(now_ns)
+        if self.status is not GoalStatus.ACTIVE or self.phase is Phase.PLANNING:
+            self.command = STOP
+        else:
+            self.command = self._control(now_ns) if self.phase is Phase.CONTROLLING else self._recover(now_ns)
+        return self.command
+
+    # ---- planning
+
+    def _plan(self, now_ns: int) -> None:
+        """Make a plan; go on to control, or to recovery when patience is over."""
+        try:
+            self._make_plan(now_ns)
+            self._restart_recoveries_after(Trigger.PLANNING)
+            self.phase = Phase.CONTROLLING
+        except PlanError as error:
+            params, self.text = self._navigator.params, str(error)
+            self._planning_retries += 1
+            is_patience_over = _is_over(self._last_plan_ns, params.planner_patience, now_ns)
+            if error.problem.is_lasting:
+                self.end(GoalStatus.ABORTED, str(error))
+            elif is_patience_over or 0 <= params.max_planning_retries < self._planning_retries:
+                self._call_recovery(Trigger.PLANNING)
+
+    def _make_plan(self, now_ns: int, is_renewed: bool = False) -> None:
+        self._planned_ns = now_ns
+        self.global_plan_in_map = self._navigator.make_plan(None, self._goal)
+        self._navigator.local_planner.set_plan(self.global_plan_in_map, is_renewed)
+        self._last_plan_ns, self._planning_retries = now_ns, 0
+        self.text = DRIVING
+
+    def _is_plan_due(self, now_ns: int, default_period_s: float) -> bool:
+        frequency_hz = self._navigator.params.planner_frequency
+        period_s = 1.0 / frequency_hz if frequency_hz > 0.0 else default_period_s
+        return self._planned_ns is None or _is_over(self._planned_ns, period_s, now_ns)
+
+    def _go_to_planning(self, now_ns: int) -> None:
+        self.phase, self._planned_ns = Phase.PLANNING, None
+        self._last_plan_ns = self._last_progress_ns = now_ns
+        self._planning_retries = 0
+
+    # ---- control
+
+    def _control(self, now_ns: int) -> Command:
+        navigator, planner = self._navigator, self._navigator.local_planner
+        odometry, odom_pose_in_map = navigator.odometry, navigator.odom_pose_in_map
+        if planner.is_goal_reached(odometry, odom_pose_in_map):
+            self.end(GoalStatus.SUCCEEDED, GoalStatus.SUCCEEDED.value)
+            return STOP
+        best = planner.compute(odometry, self.command, odom_pose_in_map, navigator.local_costmap)
+        if best is not None:
+            self._last_control_ns = now_ns
+            self.local_plan_in_odom, self.text = best.poses, DRIVING
+            self._restart_recoveries_after(Trigger.CONTROLLING)
+            return Command(best.linear_mps, best.angular_radps)
+        self.text, self.local_plan_in_odom = planner.problem, NO_POSES
+        if _is_over(self._last_control_ns, navigator.params.controller_patience, now_ns):
+            self._call_recovery(Trigger.CONTROLLING)
+        else:  # plan again, but not sooner than is due
+            self.phase, self._last_plan_ns, self._planning_retries = Phase.PLANNING, now_ns, 0
+        return STOP
+
+    def _watch_progress(self, now_ns: int) -> None:
+        """Call recovery if the robot has not moved for oscillation_timeout: move_base's oscillation check."""
+        here, since, params = self._navigator.base_pose_in_map, self._progress_pose, self._navigator.params
+        if since is None or math.hypot(here.x_m - since.x_m, here.y_m - since.y_m) >= params.oscillation_distance:
+            self._progress_pose, self._last_progress_ns = here, now_ns
+            self._restart_recoveries_after(Trigger.OSCILLATION)
+        elif (
+            self.phase is Phase.CONTROLLING
+            and params.oscillation_timeout > 0.0
+            and _is_over(self._last_progress_ns, params.oscillation_timeout, now_ns)
+        ):
+            self.text = f'moved less than {params.oscillation_distance} m in {params.oscillation_timeout} s'
+            self._call_recovery(Trigger.OSCILLATION)
+
+    # ---- recovery
+
+    def _call_recovery(self, trigger: Trigger) -> None:
+        self.phase, self._trigger, self._problem, self._is_recovering = Phase.CLEARING, trigger, self.text, False
+
+    def _restart_recoveries_after(self, trigger: Trigger) -> None:
+        """Go back to the first behaviour if the last recovery had this reason, which is over."""
+        if self._trigger is trigger:
+            self._recovery_index = 0
+
+    def _recover(self, now_ns: int) -> Command:
+        """Run one period of the next behaviour; after each, planning is tried again."""
+        navigator, recoveries = self._navigator, self._navigator.recoveries
+        if self._recovery_index >= len(recoveries):
+            tried = f' after {len(recoveries)} recovery behaviours' if recoveries else ''
+            self.end(GoalStatus.ABORTED, f'{self._trigger.value}{tried}: {self._problem}')
+            return STOP
+        pose_in_odom, recovery = navigator.odometry.base_pose_in_odom, recoveries[self._recovery_index]
+        if not self._is_recovering:
+            self._is_recovering, self._rotation = True, None
+            self.started_recovery = StartedRecovery(recovery.name, self._recovery_index, len(recoveries))
+        if recovery.type == ROTATE:
+            self._rotation = self._rotation or Rotation(navigator.params.DWAPlannerROS, now_ns, pose_in_odom)
+            angular_radps, text = self._rotation.step(now_ns, pose_in_odom, navigator.local_costmap)
+        else:
+            navigator.global_costmap.clear_obstacles(navigator.base_pose_in_map, recovery.reset_distance_m)
+            navigator.local_costmap.clear_obstacles(pose_in_odom, recovery.reset_distance_m)
+            angular_radps, text = None, f'obstacles outside a square of {recovery.reset_distance_m:.2f} m forgotten'
+        self.text = f'{recovery.name}: {text}'
+        if angular_radps is not None:
+            return Command(0.0, angular_radps)
+        self._recovery_index += 1
+        log.info('%s', self.text)
+        self._go_to_planning(now_ns)
+        return STOP
+
+
+def _is_over(since_ns: int, patience_s: float, now_ns: int) -> bool:
+    return now_ns - since_ns > patience_s * NANOSECONDS_PER_SECOND
 
 
 PERIOD_NS = 50_000_000  # of the two control periods below

@@ -16,7 +16,7 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.navigation.dwa_params import DwaParams
-from diff_encoder_sim.navigation.goal_stopping import PoseStep, StopSpread, stop_parts, stop_spread
+from diff_encoder_sim.navigation.goal_stopping import StopSpread, stop_parts, stop_spread
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.robots.robot_file import load_robot_file
 from diff_encoder_sim.robots.robot_setup import RobotSetup, set_up_robot
@@ -257,11 +257,11 @@ def parts_with(params: RobotParams, ppr: PerWheel) -> Dict[str, StopSpread]:
     return stop_parts(*_loop(params, ppr))
 
 
-def _loop(params: RobotParams, ppr: PerWheel) -> Tuple[DwaParams, float, float, PoseStep]:
+def _loop(params: RobotParams, ppr: PerWheel) -> Tuple[DwaParams, float, float, StopSpread]:
     """Return the stopping error of the control loop."""
     odometry, navigator = params.odometry, params.navigator
     pulse_m = math.pi * odometry.wheel_diameter / min(ppr.left, ppr.right)
-    step = PoseStep(pulse_m, pulse_m / odometry.wheel_separation)
+    step = StopSpread(pulse_m, pulse_m / odometry.wheel_separation)
     return navigator.DWAPlannerROS, navigator.control_period_s, params.latency.command, step
 
 

@@ -14,6 +14,7 @@ from diff_encoder_sim.navigation.costmap_layers import (
     INSCRIBED,
     LETHAL,
     NO_INFORMATION,
+    RayRules,
     clear_and_mark,
     clear_polygon,
 )
@@ -207,10 +208,10 @@ def test_a_polygon_clears_its_inside_and_its_sides():
     assert np.argwhere(cells == FREE).tolist() == [[row, column] for row in range(5, 10) for column in range(5, 11)]
 
 
-def enter(cells, ranges_m, x_m, y_m, clears, marks, yaw_rad=0.3, step_rad=RAY_STEP_RAD):
+def enter(cells, ranges_m, x_m, y_m, clears, marks):
     """Cells of 0.05 m; rays clear up to 2.0 m, mark up to 1.8 m."""
-    laser = Pose2D(x_m, y_m, yaw_rad)
-    clear_and_mark(cells, 20.0, laser, ranges_m, 0.0, step_rad, 0.15, 6.0, 2.0, 1.8, True, clears, marks)
+    scan = Scan(0, 0.0, RAY_STEP_RAD, 0.15, 6.0, ranges_m)
+    clear_and_mark(cells, 20.0, Pose2D(x_m, y_m, 0.3), scan, RayRules(2.0, 1.8, True, clears, marks))
 
 
 @pytest.mark.parametrize('place', [(1.5, 1.5), (2.9, 0.4), (-0.5, 1.0)])

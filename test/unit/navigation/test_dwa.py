@@ -19,6 +19,8 @@ from diff_encoder_sim.navigation.dwa import (
 from diff_encoder_sim.navigation.dwa_kernels import TO_END, TO_FRONT, TO_PLAN, begin_waves, whole_grid
 from navigation_scenes import PERIOD_S, dwa_params, local_costmap, seen_costmap, straight_plan, winding_plan
 
+ALL = 4 * (True,)  # directions
+
 
 def planner_of(**changes):
     return DwaPlanner(dwa_params(**changes), PERIOD_S)
@@ -36,7 +38,7 @@ def task_of(costs, pose=IDENTITY, nose_m=0.0):
     """What waves need, with cells of 1 m."""
     limits = planner_of(forward_point_distance=nose_m)._limits
     waves, scales = kernels.make_waves(*costs.shape), np.zeros(6)
-    return kernels.ScoringTask(limits, costs, 1.0, np.zeros((3, 2)), *waves, scales, pose, (0.0, 0.0), 1.0, 4 * (True,))
+    return kernels.ScoringTask(limits, costs, 1.0, np.zeros((3, 2)), *waves, scales, pose, (0.0, 0.0), 1.0, ALL)
 
 
 def distances_from(points_m, costs, layer=TO_PLAN, nose_m=0.0):
@@ -47,9 +49,8 @@ def distances_from(points_m, costs, layer=TO_PLAN, nose_m=0.0):
 
 def rolled_out(planner, pose, *twist):
     """Points (n, 5) of a trajectory."""
-    limits, pose = planner._limits, Pose2D(*map(float, pose))
-    points = np.empty((kernels._step_count(limits, twist), 5))
-    kernels._roll_out(limits, pose, twist, twist, len(points), points)
+    points = np.empty((kernels.sample_steps(planner._limits, twist, ALL), 5))
+    kernels._roll_out(planner._limits, Pose2D(*map(float, pose)), twist, twist, points)
     return points
 
 
@@ -80,7 +81,7 @@ def test_the_window_is_reachable_and_within_the_limits(changes, twist, goal_m, l
     ],
 )
 def test_samples_hold_both_ends_and_zero(low, high, count, expected):
-    assert kernels._samples_between(low, high, count) == pytest.approx(expected)
+    assert kernels._samples_around(0.5 * (low + high), 0.5 * (high - low), -9.0, 9.0, count) == pytest.approx(expected)
 
 
 def test_the_trajectory_is_upstreams():
@@ -97,14 +98,14 @@ def test_the_trajectory_is_upstreams():
 def test_without_dwa_the_trajectory_accelerates():
     points = np.empty((17, 5))
     limits = planner_of(use_dwa=False, acc_lim_x=0.5)._limits
-    kernels._roll_out(limits, IDENTITY, (0.0, 0.0), (0.4, 0.0), 17, points)
+    kernels._roll_out(limits, IDENTITY, (0.0, 0.0), (0.4, 0.0), points)
     assert points[3, 0] == pytest.approx((0.05 + 0.1 + 0.15) * 0.1)
 
 
 def test_slow_and_fast_samples_have_no_trajectory():
     limits = planner_of(min_vel_trans=0.1, min_vel_theta=0.2)._limits
     samples = [(0.4, 0.5), (0.0, 0.0), (0.0, -0.3), (0.05, 0.1), (0.46, 0.0), (0.3, 0.0)]
-    assert [kernels._sample_step_count(limits, sample) for sample in samples] == [28, 0, 6, 0, 0, 21]
+    assert [kernels.sample_steps(limits, sample, ALL) for sample in samples] == [28, 0, 6, 0, 0, 21]
 
 
 @pytest.mark.parametrize('sample', [(0.4, 0.5), (0.0, -0.9), (-0.2, 1e-9)])

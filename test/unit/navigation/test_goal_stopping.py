@@ -11,8 +11,8 @@ from diff_encoder_sim.navigation.goal_stopping import (
     SET_OUT,
     LatchedStopRotate,
     Motion,
-    PoseStep,
     PreciseStop,
+    StopSpread,
     TurnToPath,
     bearing_ahead,
     stop_spread,
@@ -228,7 +228,7 @@ def test_speeds_keep_the_limits(changes, slowest, fastest):
     assert np.abs(np.diff(speeds)).max(initial=0.0) <= 0.7 * 0.05 + 1e-9
 
 
-FINE = PoseStep(0.0, 0.0)
+FINE = StopSpread(0.0, 0.0)
 
 
 @pytest.mark.parametrize(
@@ -237,7 +237,7 @@ FINE = PoseStep(0.0, 0.0)
 )
 def test_latch_ends_on_the_edge_of_what_it_latches(changes, expected_m):
     """Without a latch the margin has no effect."""
-    assert stop_spread(dwa_params(**changes), 0.05, 0.02, PoseStep(0.02, 0.04)) == pytest.approx((expected_m, 0.052))
+    assert stop_spread(dwa_params(**changes), 0.05, 0.02, StopSpread(0.02, 0.04)) == pytest.approx((expected_m, 0.052))
 
 
 def test_precise_is_what_the_control_loop_leaves():
@@ -251,10 +251,10 @@ def test_precise_is_what_the_control_loop_leaves():
 
 def test_a_coarse_encoder_adds_its_pulse_up_to_the_tolerance():
     fine = stop_spread(dwa_params(stop='precise'), 0.05, 0.02, FINE)
-    coarse = stop_spread(dwa_params(stop='precise'), 0.05, 0.02, PoseStep(0.0157, 0.03))
+    coarse = stop_spread(dwa_params(stop='precise'), 0.05, 0.02, StopSpread(0.0157, 0.03))
     assert fine.position_m + 0.01 < coarse.position_m < 0.02
     assert fine.yaw_rad < coarse.yaw_rad < 0.052
-    assert stop_spread(dwa_params(stop='precise'), 0.05, 0.02, PoseStep(1.0, 1.0)) == pytest.approx((0.05, 0.052))
+    assert stop_spread(dwa_params(stop='precise'), 0.05, 0.02, StopSpread(1.0, 1.0)) == pytest.approx((0.05, 0.052))
 
 
 def test_a_plan_behind_the_robot_is_turned_to():
