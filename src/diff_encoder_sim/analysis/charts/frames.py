@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import List, Optional, Sequence, Tuple
+from typing import List, Sequence, Tuple
 
 import numpy as np
 
@@ -22,19 +22,13 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.test_definition import find_world
-from diff_encoder_sim.drives.topics import PoseSource
-from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.localization.map_files import load_map
-from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 
-OF_LABEL = dict(zip(LABELS, (MINUS_TRUTH, *(each.value for each in (PoseSource.ODOM, PoseSource.WORLD)))))
-OF_LABEL.update(zip(LABELS[3:], (PoseSource.GLOBAL.value, PoseSource.AMCL.value)))
+OF_LABEL = dict(zip(LABELS, (MINUS_TRUTH, 'odom', 'world', 'global', 'amcl')))
 
 APART = 1.07  # factor in PPR between neighbouring series
 CLOSED_FORM_POINTS = 40
-
-# Maximum number of paths, which keeps the page below 3 MB.
-MOST_PATHS = 400
+MOST_PATHS = 400  # keeps the page below 3 MB
 STRAIGHT_WITHIN = 1.5e-3  # tolerance of simplified paths as a fraction of the floor's sides
 MARGIN, LEAST_SIDE_M = 0.05, 0.1
 
@@ -55,11 +49,12 @@ def trial_rows(trials: pd.DataFrame) -> pd.DataFrame:
 def error_rows(trials: pd.DataFrame) -> pd.DataFrame:
     """Return a row per trial (its index) and available series of errors: x and y [m], yaw [deg], rounded."""
     keys = pd.DataFrame({'trial': trials.index, 'setup': trials['setup'], 'encoder': trials['ppr']})
-    of_series = []
-    for label, pose in OF_LABEL.items():
-        values = {each.axis: (each.scale * trials[each.column(pose)]).round(5) for each in QUANTITIES}
-        of_series.append(keys.assign(series=label, **values).dropna())
-    return pd.concat(of_series).sort_values('trial', kind='stable', ignore_index=True)
+    values = {
+        label: {each.axis: (each.scale * trials[each.column(pose)]).round(5) for each in QUANTITIES}
+        for label, pose in OF_LABEL.items()
+    }
+    rows = pd.concat([keys.assign(series=label, **errors).dropna() for label, errors in values.items()])
+    return rows.sort_values('trial', kind='stable', ignore_index=True)
 
 
 def spread_rows(trials: pd.DataFrame) -> pd.DataFrame:
@@ -67,15 +62,15 @@ def spread_rows(trials: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for (setup, encoder), cell in trials.groupby(['setup', 'ppr'], sort=False):
         ppr = ppr_value(encoder)
-        for series, (label, pose) in enumerate(OF_LABEL.items() if ppr is not None else ()):
+        if ppr is None:
+            continue
+        for place, (label, pose) in enumerate(OF_LABEL.items(), -(len(LABELS) // 2)):
             for quantity in QUANTITIES:
                 values = final_errors(cell, pose, quantity)
-                std = spread(values)
-                if std:
-                    place = ppr * APART ** (series - (len(LABELS) - 1) / 2)
-                    stds = (float(f'{value:.4g}') for value in (place, std, *std_interval(values)))
-                    key = (setup, encoder, ppr_text(encoder), label, quantity.axis, ppr, is_real(encoder))
-                    rows.append((*key, len(values), *stds))
+                if std := spread(values):
+                    key = setup, encoder, ppr_text(encoder), label, quantity.axis, ppr, is_real(encoder), len(values)
+                    stds = ppr * APART**place, std, *std_interval(values)
+                    rows.append((*key, *(float(f'{value:.4g}') for value in stds)))
     names = 'setup encoder label series quantity ppr is_real trials place std low high'
     return pd.DataFrame(rows, columns=names.split())
 
@@ -83,13 +78,13 @@ def spread_rows(trials: pd.DataFrame) -> pd.DataFrame:
 def closed_form_rows(results: Results) -> pd.DataFrame:
     """Return points of the closed form of quantisation over the range of encoders, by test."""
     pprs, rows = ppr_values(encoders(results.trials)), []
+    points = np.geomspace(pprs[0], pprs[-1], CLOSED_FORM_POINTS if len(pprs) > 1 else 1).tolist() if pprs else []
     for test, setup in results.trials[['test', 'setup']].drop_duplicates().itertuples(index=False):
-        if test in results.requested and pprs:
-            for ppr in np.geomspace(pprs[0], pprs[-1], CLOSED_FORM_POINTS if len(pprs) > 1 else 1).tolist():
-                stds = closed_form_std(results.requested[test], results.robot, ppr)
-                for quantity in QUANTITIES:
-                    std = quantity.scale * float(stds[quantity.component])
-                    rows.append((setup, quantity.axis, float(f'{ppr:.4g}'), float(f'{std:.4g}')))
+        for ppr in points if test in results.requested else ():
+            stds = closed_form_std(results.requested[test], results.robot, ppr)
+            for quantity in QUANTITIES:
+                std = quantity.scale * float(stds[quantity.component])
+                rows.append((setup, quantity.axis, float(f'{ppr:.4g}'), float(f'{std:.4g}')))
     return pd.DataFrame(rows, columns=['setup', 'quantity', 'ppr', 'std'])
 
 
@@ -112,25 +107,23 @@ def path_rows(trials: pd.DataFrame, floors: pd.DataFrame) -> pd.DataFrame:
 
 
 def simplified(points: np.ndarray, within: float) -> np.ndarray:
-    """Simplify a polyline by the Ramer-Douglas-Peucker algorithm.
+    """Return the (n, 2) points of a polyline that the Ramer-Douglas-Peucker algorithm keeps.
 
     Args:
         points: (n, 2), n > 0.
         within: maximum distance of removed points, in the points' unit.
     """
-    kept = np.zeros(len(points), bool)
-    kept[[0, -1]] = True
-    parts = [(0, len(points) - 1)]
+    kept, parts = {0, len(points) - 1}, [(0, len(points) - 1)]
     while parts:
         first, last = parts.pop()
         along, offsets = points[last] - points[first], points[first : last + 1] - points[first]
         nearest = np.clip(offsets @ along / max(float(along @ along), 1e-300), 0.0, 1.0)
         distances = np.hypot(*(offsets - nearest[:, np.newaxis] * along).T)
-        farthest = first + int(distances.argmax())
         if distances.max() > within:
-            kept[farthest] = True
+            farthest = first + int(distances.argmax())
+            kept.add(farthest)
             parts += [(first, farthest), (farthest, last)]
-    remaining: np.ndarray = points[kept]
+    remaining: np.ndarray = points[sorted(kept)]
     return remaining
 
 
@@ -138,7 +131,7 @@ def floor_rows(trials: pd.DataFrame, results: Results) -> pd.DataFrame:
     """Return the bounding box [m] of the paths, start and goal of each test, with a margin."""
     rows = {}
     for test, of_test in trials.groupby('test', sort=False):
-        ends = [pose[:2] for _, pose in _ends(results.requested.get(test))]
+        ends = [pose[:2] for _, pose in _ends(results, test)]
         points = np.vstack([*of_test['true_path'], *of_test['odom_path'], *ends])
         low, high = points.min(axis=0), points.max(axis=0)
         half = np.maximum(high - low, LEAST_SIDE_M) * (0.5 + MARGIN)
@@ -148,31 +141,27 @@ def floor_rows(trials: pd.DataFrame, results: Results) -> pd.DataFrame:
 
 def mark_rows(results: Results, tests: Sequence[str]) -> pd.DataFrame:
     """Return the start and goal of each test [m]."""
-    ends = [(test, name, pose) for test in tests for name, pose in _ends(results.requested.get(test))]
+    ends = [(test, name, pose) for test in tests for name, pose in _ends(results, test)]
     rows = [(test, name, round(pose.x_m, 3), round(pose.y_m, 3)) for test, name, pose in ends]
     return pd.DataFrame(rows, columns=['test', 'mark', 'x', 'y'])
 
 
-def _ends(requested: Optional[Trial]) -> List[Tuple[str, Pose2D]]:
+def _ends(results: Results, test: str) -> List[Tuple[str, Pose2D]]:
+    requested = results.requested.get(test)
     return [] if requested is None else [('start', requested.test.start.pose()), ('goal', requested.goal())]
 
 
 def map_rows(results: Results, tests: Sequence[str]) -> pd.DataFrame:
-    """Return the map of each test's world as an image with its borders [m]; rotated maps are left out."""
+    """Return the map of each test's world as an image with its borders [m]; rotated and missing maps are left out."""
     rows = []
-    for test in tests:
-        grid = _map_of(results.requested.get(test))
-        if grid is not None and math.isclose(grid.origin.yaw_rad, 0.0):
+    for test in (test for test in tests if test in results.requested):
+        try:
+            world = find_world(results.requested[test].test.world, package_folder() / 'worlds')
+            grid = load_map(world.with_suffix('.yaml'))
+        except ConfigError:
+            continue
+        if math.isclose(grid.origin.yaw_rad, 0.0):
             left, bottom = grid.origin.x_m, grid.origin.y_m
             right, top = left + grid.width * grid.resolution_m, bottom + grid.height * grid.resolution_m
             rows.append((test, map_image(grid), left, bottom, right, top))
     return pd.DataFrame(rows, columns=['test', 'url', 'left', 'bottom', 'right', 'top'])
-
-
-def _map_of(requested: Optional[Trial]) -> Optional[OccupancyGrid]:
-    """Load the map of the test's world; None if the world or its map is missing."""
-    try:
-        world = requested and find_world(requested.test.world, package_folder() / 'worlds')
-        return load_map(world.with_suffix('.yaml')) if world else None
-    except ConfigError:
-        return None

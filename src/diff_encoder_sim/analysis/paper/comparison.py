@@ -18,14 +18,13 @@ from diff_encoder_sim.base.deferred import pandas as pd
 optimize = deferred('scipy.optimize')
 stats = deferred('scipy.stats')
 
-# Tolerance for equal values.
-ROUNDING = 1e-9
+ROUNDING = 1e-9  # tolerance for equal values
+FEWEST_FOR_KURTOSIS = 4  # for an unbiased estimate of the excess
+TAIL_FRACTION = 0.25  # of our values estimates the tail
+TAIL = 0.5 - 0.5 * LEVEL  # on each side of the 95 % prediction interval
+HALF_A_DIGIT = 0.0005  # of the last digit printed in the paper, in metres and degrees
 
-# Minimum number of values for an unbiased estimate of the excess kurtosis.
-FEWEST_FOR_KURTOSIS = 4
-
-# Fraction of our values that estimates the tail.
-TAIL_FRACTION = 0.25
+COLUMNS = ['campaign', 'table', 'source', 'test', 'ppr', 'quantity', 'statistic', 'paper', 'ours', 'low', 'high', 'p']
 
 
 def spread_p_value(values: np.ndarray, reported: float, count: int) -> float:
@@ -35,14 +34,11 @@ def spread_p_value(values: np.ndarray, reported: float, count: int) -> float:
     Gaussian, so both degrees of freedom are divided by this factor. Light tails are treated as Gaussian. Requires at
     least two values.
     """
-    ours, freedom = spread(values) or 0.0, np.array([len(values) - 1, count - 1])
-    if ours == reported:
-        return 1.0
-    if min(ours, reported) == 0.0:
-        return 0.0
+    ours, freedom, excess = spread(values) or 0.0, np.array([len(values) - 1, count - 1]), 0.0
+    if ours == reported or min(ours, reported) == 0.0:
+        return float(ours == reported)
     ratio = (ours / reported) ** 2
-    excess = 0.0
-    if len(values) >= FEWEST_FOR_KURTOSIS and ours:
+    if len(values) >= FEWEST_FOR_KURTOSIS:
         excess = max(0.0, float(stats.kurtosis(values, bias=False)))
     degrees = freedom / (1.0 + 0.5 * excess)
     return min(1.0, 2.0 * float(min(stats.f.cdf(ratio, *degrees), stats.f.sf(ratio, *degrees))))
@@ -61,7 +57,6 @@ def maximum_p_value(values: np.ndarray, reported: Interval, count: int) -> Optio
     """
     fewest, most = (int(np.count_nonzero(values > bound)) for bound in (reported.high, reported.low))
     chances = _chances_of_above(len(values), count)
-    too_low = float(chances[fewest])
     if most:
         too_high = 1.0 - float(chances[most + 1])
     else:
@@ -70,34 +65,29 @@ def maximum_p_value(values: np.ndarray, reported: Interval, count: int) -> Optio
             return None
         beyond = max(0.0, (reported.low - float(values.max())) / scale)
         too_high = _chance_beyond(beyond, len(values), count)
-    return min(1.0, 2.0 * min(too_low, too_high))
+    return min(1.0, 2.0 * min(float(chances[fewest]), too_high))
 
 
-def maximum_interval(values: np.ndarray, count: int, level: float) -> Interval:
-    """Compute the prediction interval of the maximum of `count` new values, the inverse of `maximum_p_value`.
+def maximum_interval(values: np.ndarray, count: int) -> Interval:
+    """Compute the 95 % prediction interval of the maximum of `count` new values, the inverse of `maximum_p_value`.
 
     A bound is infinite if there are too few values, or if all are equal.
     """
-    descending, tail = np.sort(values)[::-1], 0.5 - 0.5 * level
-    chances = _chances_of_above(len(values), count)
-    likely = int(np.count_nonzero(chances[:-1] >= tail))
+    descending, chances = np.sort(values)[::-1], _chances_of_above(len(values), count)
+    likely = int(np.count_nonzero(chances[:-1] >= TAIL))
     low = float(descending[likely - 1]) if likely <= len(values) else -math.inf
-    unlikely = int(np.count_nonzero(1.0 - chances[1 : likely + 1] < tail))
+    unlikely = int(np.count_nonzero(1.0 - chances[1 : likely + 1] < TAIL))
     if unlikely:
         return Interval(low, float(descending[unlikely - 1]))
     scale = _tail_scale(values)
-    if scale is None:
-        return Interval(low, math.inf)
-    return Interval(low, float(descending[0]) + scale * _furthest(len(values), count, tail))
+    high = math.inf if scale is None else float(descending[0]) + scale * _furthest(len(values), count)
+    return Interval(low, high)
 
 
-@functools.lru_cache(maxsize=8)
 def _chances_of_above(ours: int, theirs: int) -> np.ndarray:
     """Return (ours + 2,) probabilities that at least 0, 1, 2, ... of ours exceed the maximum of theirs."""
     ranks = np.arange(ours + 1)
-    chances = np.cumprod(np.concatenate([[1.0], (ours - ranks) / (ours + theirs - ranks)]))
-    chances.setflags(write=False)  # cached and shared
-    return chances
+    return np.cumprod(np.concatenate([[1.0], (ours - ranks) / (ours + theirs - ranks)]))
 
 
 def _tail_scale(values: np.ndarray) -> Optional[float]:
@@ -117,7 +107,6 @@ def _in_tail(count: int) -> int:
     return min(math.ceil(TAIL_FRACTION * count), count - 1)
 
 
-@functools.lru_cache(maxsize=4096)
 def _chance_beyond(beyond: float, ours: int, theirs: int) -> float:
     """Return the probability that the maximum of theirs exceeds ours by `beyond` estimated scales of the tail.
 
@@ -134,16 +123,12 @@ def _chance_beyond(beyond: float, ours: int, theirs: int) -> float:
 
 
 @functools.lru_cache(maxsize=256)
-def _furthest(ours: int, theirs: int, chance: float) -> float:
-    """Return the scales by which the maximum of theirs exceeds ours with this probability."""
+def _furthest(ours: int, theirs: int) -> float:
+    """Return the scales by which the maximum of theirs exceeds ours with probability TAIL."""
     high = 1.0
-    while _chance_beyond(high, ours, theirs) > chance:
+    while _chance_beyond(high, ours, theirs) > TAIL:
         high *= 2.0
-    return float(optimize.brentq(lambda beyond: _chance_beyond(beyond, ours, theirs) - chance, 0.0, high))
-
-
-# Half of the last digit printed in the paper, in metres and degrees.
-HALF_A_DIGIT = 0.0005
+    return float(optimize.brentq(lambda beyond: _chance_beyond(beyond, ours, theirs) - TAIL, 0.0, high))
 
 
 class Agreement(NamedTuple):
@@ -165,21 +150,18 @@ def agreement(statistic: str, values: np.ndarray, printed: float, quantity: Quan
     if statistic == 'std':
         ours = spread(values) or 0.0
         theirs = float(np.clip(ours, max(0.0, printed - HALF_A_DIGIT), printed + HALF_A_DIGIT))
-        return Agreement(ours, std_interval(values, LEVEL), spread_p_value(values, theirs, TRIALS))
+        return Agreement(ours, std_interval(values), spread_p_value(values, theirs, TRIALS))
     if statistic == 'pct_within':
-        within, trials, theirs_within = (
-            int(np.sum(np.abs(values) <= quantity.tolerance)),
-            len(values),
-            round(printed / 100.0 * TRIALS),
-        )
-        interval = Interval(*(100.0 * bound for bound in wilson(within, trials, LEVEL)))
+        within, trials = int(np.sum(np.abs(values) <= quantity.tolerance)), len(values)
+        theirs_within = round(printed / 100.0 * TRIALS)
         counts = np.array([[within, trials - within], [theirs_within, TRIALS - theirs_within]])
+        interval = Interval(*(100.0 * bound for bound in wilson(within, trials)))
         return Agreement(100.0 * within / trials, interval, float(stats.fisher_exact(counts)[1]))
-    if statistic == 'min':  # with the signs reversed
-        ours, (low, high), p_value = agreement('max', -values, -printed, quantity) or (0.0, (0.0, 0.0), None)
-        return Agreement(-ours, Interval(-high, -low), p_value)
+    sign = -1.0 if statistic == 'min' else 1.0  # the minimum is a maximum with the signs reversed
+    values, printed = sign * values, sign * printed
     p_value = maximum_p_value(values, Interval(printed - HALF_A_DIGIT, printed + HALF_A_DIGIT), TRIALS)
-    return Agreement(float(values.max()), maximum_interval(values, TRIALS, LEVEL), p_value)
+    low, high = sorted(sign * bound for bound in maximum_interval(values, TRIALS))
+    return Agreement(sign * float(values.max()), Interval(low, high), p_value)
 
 
 def compare_with_paper(results: Results, name: str = '') -> pd.DataFrame:
@@ -202,14 +184,12 @@ def compare_with_paper(results: Results, name: str = '') -> pd.DataFrame:
         campaign = ', '.join(filter(None, [name, *varied_texts(first[results.varied], results.varied)]))
         for paper in printed:
             if (paper['test'], paper['ppr']) == (first['test'], first['ppr']):
-                quantity = quantities[paper['quantity']]
-                values = final_errors(of_cell, paper['source'], quantity)
-                found = agreement(paper['statistic'], values, paper['paper'], quantity)
+                values = final_errors(of_cell, paper['source'], quantities[paper['quantity']])
+                found = agreement(paper['statistic'], values, paper['paper'], quantities[paper['quantity']])
                 if found is not None:
                     ours = dict(zip(('ours', 'low', 'high', 'p'), (found.ours, *found.interval, found.p_value)))
                     rows.append({'campaign': campaign, **paper, **ours, 'trials': len(values)})
-    names = ['campaign', 'table', 'source', 'test', 'ppr', 'quantity', 'statistic', 'paper', 'ours', 'low', 'high', 'p']
-    compared = pd.DataFrame(rows, columns=[*names, 'left_out', 'trials']).astype({'p': float})
+    compared = pd.DataFrame(rows, columns=[*COLUMNS, 'left_out', 'trials']).astype({'p': float})
     by_campaign = np.argsort(pd.factorize(compared['campaign'])[0], kind='stable')
     compared = compared.iloc[by_campaign].reset_index(drop=True)
     families = compared[is_evidence(compared)].groupby(['campaign', 'source', 'test'])['p']
@@ -221,12 +201,7 @@ def is_evidence(compared: pd.DataFrame) -> pd.Series:
     return (compared['left_out'] == '') & compared['p'].notna()
 
 
-def is_contradicted(compared: pd.DataFrame) -> pd.Series:
-    """Return which numbers differ significantly, after Holm's correction."""
-    return compared['p_holm'] < SIGNIFICANCE
-
-
 def score(compared: pd.DataFrame) -> Tuple[int, int]:
-    """Count the numbers that are evidence, and those that are not contradicted."""
+    """Count the numbers that are evidence, and those that are not contradicted: significant after Holm's correction."""
     evidence = is_evidence(compared)
-    return int(evidence.sum()), int((evidence & ~is_contradicted(compared)).sum())
+    return int(evidence.sum()), int((evidence & ~(compared['p_holm'] < SIGNIFICANCE)).sum())

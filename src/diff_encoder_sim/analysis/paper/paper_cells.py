@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from typing import Any, Dict, List, Optional, Tuple
 
@@ -29,7 +28,7 @@ PRINTED_RESOLUTIONS: Dict[float, Tuple[float, float]] = {
 }
 
 # Cells used for calibration: table, test, PPR and quantity (docs/adr/0012-calibration.md).
-CALIBRATED = ('4', 'SL', '4096', 'y_m')
+CALIBRATED = {'table': '4', 'test': 'SL', 'ppr': '4096', 'quantity': 'y_m'}
 
 # ALTO (section 3 of the paper): wheels, and length and width [m].
 WHEELS = RobotGeometry(0.2, 0.4)
@@ -45,40 +44,32 @@ def load_paper_cells() -> pd.DataFrame:
         `paper`: the number in m, deg or per cent; `left_out`: reasons to exclude it: keys of errata, and `calibrated`
         if it was used for calibration.
     """
-    errata, cells = load_errata(), _rows('tables_4_5_6.csv')
-    left_out = [[one['key'] for one in errata if _is_affected(cell, one)] for cell in cells]
-    for cell, keys in zip(cells, left_out):
-        if (cell['table'], cell['test'], cell['ppr'], cell['quantity']) == CALIBRATED:
-            keys.append('calibrated')
-    printed = pd.DataFrame(cells).rename(columns={'value': 'paper'}).astype({'table': int, 'paper': float})
-    sources = printed['source'].str.replace('_pose', '')
-    return printed.assign(source=sources, left_out=[' '.join(keys) for keys in left_out])
-
-
-def _is_affected(cell: Dict[str, str], erratum: Dict[str, str]) -> bool:
-    """Return whether an erratum affects a cell; without statistics or quantities it affects all of them."""
-    statistics, quantities = erratum['statistics'].split(), erratum['quantities'].split()
-    return (
-        cell['table'] in erratum['tables'].split()
-        and (cell['test'], cell['ppr']) == (erratum['test'], erratum['ppr'])
-        and (not statistics or cell['statistic'] in statistics)
-        and (not quantities or cell['quantity'] in quantities)
-    )
+    cells = _read('tables_4_5_6.csv').rename(columns={'value': 'paper'}).assign(left_out='')
+    # An erratum without statistics or quantities affects all of them.
+    columns = {'table': 'tables', 'test': 'test', 'ppr': 'ppr', 'statistic': 'statistics', 'quantity': 'quantities'}
+    rules = [{'key': one['key'], **{name: one[of] for name, of in columns.items()}} for one in load_errata()]
+    for rule in [*(rule for rule in rules if rule['table']), {'key': 'calibrated', **CALIBRATED}]:
+        names = [name for name in columns if rule.get(name)]
+        is_affected = np.all([cells[name].isin(rule[name].split()) for name in names], axis=0)
+        cells.loc[is_affected, 'left_out'] += f' {rule["key"]}'
+    cells['left_out'] = cells['left_out'].str.strip()
+    return cells.assign(source=cells['source'].str.replace('_pose', '')).astype({'table': int, 'paper': float})
 
 
 def load_errata() -> List[Dict[str, str]]:
     """Load the errata of the paper: `key`, `where`, `printed`, `right`, `why`, and the affected cells."""
-    return _rows('errata.csv')
+    errata: List[Dict[str, str]] = _read('errata.csv').to_dict('records')
+    return errata
 
 
 def load_claims() -> List[Dict[str, str]]:
     """Load the paraphrased claims of the paper: `key`, `text`, and `where` in the paper."""
-    return _rows('claims.csv')
+    claims: List[Dict[str, str]] = _read('claims.csv').to_dict('records')
+    return claims
 
 
-def _rows(name: str) -> List[Dict[str, str]]:
-    with (package_folder() / 'config' / 'paper' / name).open(newline='', encoding='utf-8') as file:
-        return list(csv.DictReader(file))
+def _read(name: str) -> pd.DataFrame:
+    return pd.read_csv(package_folder() / 'config' / 'paper' / name, dtype=str, keep_default_na=False)
 
 
 def of_paper(results: Results) -> Results:

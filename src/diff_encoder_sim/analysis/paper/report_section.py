@@ -7,7 +7,7 @@ from typing import Any, Dict, List, NamedTuple, Optional, Sequence
 
 from diff_encoder_sim.analysis.encoder_labels import ppr_values
 from diff_encoder_sim.analysis.paper.claims import ClaimResult, check_claims
-from diff_encoder_sim.analysis.paper.comparison import compare_with_paper, score
+from diff_encoder_sim.analysis.paper.comparison import COLUMNS, compare_with_paper, score
 from diff_encoder_sim.analysis.paper.paper_cells import PRINTED_RESOLUTIONS, STATISTICS, TRIALS, load_errata, of_paper
 from diff_encoder_sim.analysis.quantities import POSES
 from diff_encoder_sim.analysis.result_tables import LABELS, NOTHING, ResultTable
@@ -41,14 +41,13 @@ SCORE_NOTE = (
 def cell_tables(compared: pd.DataFrame) -> List[ResultTable]:
     """Build tables 4 to 6 with the paper's numbers next to ours; for one campaign with intervals."""
     campaigns = list(compared['campaign'].unique())
-    is_single = len(campaigns) == 1
+    is_single, tables = len(campaigns) == 1, []
     labels = {campaign: 'ours' if is_single else campaign for campaign in campaigns}
-    tables = []
     for number, of_table in compared.groupby('table'):
         printed = of_table.drop_duplicates(['test', 'ppr', 'quantity', 'statistic']).assign(whose=PRINTED)
-        texts = [_printed_text(row) for row in printed.to_dict('records')]
         ours = of_table.assign(whose=of_table['campaign'].map(labels))
-        texts += [_our_text(row, is_single) for row in ours.to_dict('records')]
+        texts = [_text(row, is_printed=True) for row in printed.to_dict('records')]
+        texts += [_text(row, has_interval=is_single) for row in ours.to_dict('records')]
         both = pd.concat([printed, ours])
         both = both.assign(text=texts, cell=both['test'] + ', ' + both['ppr'] + ' PPR')
         wide = both.pivot(index=['cell', 'quantity'], columns=['statistic', 'whose'], values='text')
@@ -59,74 +58,60 @@ def cell_tables(compared: pd.DataFrame) -> List[ResultTable]:
         heads = {name: (LABELS.get(one, one), whose) for (one, whose), name in names.items()}
         title = f'Table {number} of the paper ({POSES[of_table["source"].iloc[0]]}) and ours'
         notes = [INTERVAL_LEGEND, LEGEND] if is_single else [LEGEND]
-        heads['quantity'] = ('', 'error')
-        tables.append(ResultTable(f'paper_table{number}', title, exact, heads, {}, notes))
+        tables.append(
+            ResultTable(f'paper_table{number}', title, exact, {**heads, 'quantity': ('', 'error')}, {}, notes)
+        )
     return tables
 
 
-def _decimals(row: Dict[str, Any]) -> int:
-    return 1 if row['statistic'] == 'pct_within' else 3
-
-
-def _printed_text(row: Dict[str, Any]) -> str:
-    is_erratum = row['left_out'].replace('calibrated', '') != ''
-    return f'{row["paper"]:.{_decimals(row)}f}' + (f' {ERRATUM}' if is_erratum else '')
-
-
-def _our_text(row: Dict[str, Any], has_interval: bool) -> str:
-    decimals = _decimals(row)
-    ours = f'{row["ours"]:.{decimals}f}'
-    if has_interval:
-        ours += f' ({row["low"]:.{decimals}f} to {row["high"]:.{decimals}f})'
-    marks = [DIFFERS] * bool(row['p_holm'] < SIGNIFICANCE) + [CALIBRATED] * ('calibrated' in row['left_out'])
-    return ' '.join([ours, *marks])
-
-
-def all_cells_table(compared: pd.DataFrame) -> ResultTable:
-    """Build the table of all compared numbers with their p-values."""
-    names = ['campaign', 'table', 'source', 'test', 'ppr', 'quantity', 'statistic', 'paper', 'ours', 'low', 'high']
-    return ResultTable('paper_cells', 'Cells of the paper and ours', compared[[*names, 'p', 'p_holm', 'left_out']])
+def _text(row: Dict[str, Any], is_printed: bool = False, has_interval: bool = False) -> str:
+    """Return the paper's number or ours, with marks."""
+    decimals, is_calibrated = 1 if row['statistic'] == 'pct_within' else 3, 'calibrated' in row['left_out']
+    if is_printed:
+        marks = [ERRATUM] * (row['left_out'] not in ('', 'calibrated'))
+    else:
+        marks = [DIFFERS] * bool(row['p_holm'] < SIGNIFICANCE) + [CALIBRATED] * is_calibrated
+    text = f'{row["paper" if is_printed else "ours"]:.{decimals}f}'
+    text += f' ({row["low"]:.{decimals}f} to {row["high"]:.{decimals}f})' if has_interval else ''
+    return ' '.join([text, *marks])
 
 
 def resolution_table(results: Results) -> ResultTable:
     """Build table 3 for this robot next to that of the paper."""
-    linear, angle = 'travel per pulse [mm]', 'rotation, one pulse of both wheels [deg]'
-    heads = {
-        'ppr': ('', 'PPR'),
-        'linear_paper': (linear, 'paper'),
-        'linear_ours': (linear, 'computed'),
-        'angle_paper': (angle, 'paper'),
-        'angle_ours': (angle, 'computed'),
-    }
     rows = []
     for ppr in ppr_values(encoders(results.trials)):
         linear_mm, angle_deg = PRINTED_RESOLUTIONS.get(ppr, (None, None))
         ours = pulse_resolution(ppr, *results.robot)
         rows.append([f'{ppr:g}', linear_mm, 1e3 * ours.linear_m, angle_deg, math.degrees(ours.two_wheel_angle_rad)])
-    decimals = {'linear_paper': 2, 'linear_ours': 2, 'angle_paper': 3, 'angle_ours': 3}
-    exact = pd.DataFrame(rows, columns=list(heads), dtype=object)
-    return ResultTable('paper_table3', 'Table 3 of the paper, printed and computed', exact, heads, decimals)
+    parts = {'linear': ('travel per pulse [mm]', 2), 'angle': ('rotation, one pulse of both wheels [deg]', 3)}
+    whose = {'paper': 'paper', 'ours': 'computed'}
+    heads = {f'{part}_{one}': (group, text) for part, (group, _) in parts.items() for one, text in whose.items()}
+    decimals = {name: parts[name.partition('_')[0]][1] for name in heads}
+    exact = pd.DataFrame(rows, columns=['ppr', *heads], dtype=object)
+    title = 'Table 3 of the paper, printed and computed'
+    return ResultTable('paper_table3', title, exact, {'ppr': ('', 'PPR'), **heads}, decimals)
 
 
 def score_table(compared: pd.DataFrame) -> ResultTable:
     """Count the cells that agree by source and test, with a column group per campaign."""
-    campaigns = list(compared['campaign'].unique())
-    groups = {campaign: campaign if len(campaigns) > 1 else '' for campaign in campaigns}
-    names = {(one, part): f'{groups[one]}_{part}'.lstrip('_') for one in campaigns for part in ('compared', 'agree')}
-    rows: List[List[Any]] = []
+    by_campaign = dict(list(compared.groupby('campaign', sort=False)))
+    is_single, parts, rows = len(by_campaign) == 1, ('compared', 'agree'), []
     for source, test in (*((pose, test) for pose in POSES for test in STANDARD_TESTS), ('all', '')):
-        of_row = compared if source == 'all' else compared[(compared['source'] == source) & (compared['test'] == test)]
-        if len(of_row):
-            counts = [
-                value if (of_row['campaign'] == one).any() else None
-                for one in campaigns
-                for value in score(of_row[of_row['campaign'] == one])
-            ]
+        counts: List[Optional[int]] = []
+        for of_campaign in by_campaign.values():
+            is_row = (of_campaign['source'] == source) & (of_campaign['test'] == test)
+            of_row = of_campaign if source == 'all' else of_campaign[is_row]
+            counts += score(of_row) if len(of_row) else (None, None)
+        if any(count is not None for count in counts):
             rows.append([POSES.get(source, source), test, *counts])
-    exact = pd.DataFrame(rows, columns=['source', 'test', *names.values()], dtype=object)
-    heads = {name: (groups[one], name if not groups[one] else part) for (one, part), name in names.items()}
-    decimals = dict.fromkeys(names.values(), 0)
-    return ResultTable('paper_scores', 'Cells of the paper that agree with ours', exact, heads, decimals, [SCORE_NOTE])
+    heads = {
+        part if is_single else f'{one}_{part}': ('' if is_single else one, part)
+        for one in by_campaign
+        for part in parts
+    }
+    exact = pd.DataFrame(rows, columns=['source', 'test', *heads], dtype=object)
+    title = 'Cells of the paper that agree with ours'
+    return ResultTable('paper_scores', title, exact, heads, dict.fromkeys(heads, 0), [SCORE_NOTE])
 
 
 class PaperSection(NamedTuple):
@@ -158,20 +143,16 @@ def paper_section(every: Sequence[Results]) -> Optional[PaperSection]:
                 f'{results.folder or results.title}: has no cell of the paper; '
                 f"expected the paper's robot and tests (SL, SMT or DLD, navigated) with 40, 90, 1024 or 4096 PPR"
             )
-    compared = pd.concat(parts, ignore_index=True)
-    found = {
-        label: tests for results, name in zip(every, names) for label, tests in check_claims(results, name).items()
-    }
+    compared, found = pd.concat(parts, ignore_index=True), {}
+    for results, name in zip(every, names):
+        found.update(check_claims(results, name))
     scores = {campaign: score(of_campaign) for campaign, of_campaign in compared.groupby('campaign', sort=False)}
     return PaperSection(
         score_table(compared),
-        [
-            f'{label}: of {count} cells of the paper {agree} agree with ours.'
-            for label, (count, agree) in scores.items()
-        ],
+        [f'{one}: of {count} cells of the paper {agree} agree with ours.' for one, (count, agree) in scores.items()],
         {campaign: found[campaign] for campaign in scores},
         [resolution_table(every[0]), *cell_tables(compared)],
-        all_cells_table(compared),
+        ResultTable('paper_cells', 'Cells of the paper and ours', compared[[*COLUMNS, 'p_holm', 'left_out']]),
         ResultTable('errata', 'Errata of the paper', pd.DataFrame(load_errata())[['where', 'printed', 'right', 'why']]),
         bool((compared['trials'] >= TRIALS).all()),
     )
@@ -182,6 +163,6 @@ def _names(every: Sequence[Results]) -> List[str]:
     if len(every) == 1 and every[0].varied:
         return ['']
     titles = [results.title for results in every]
-    folders = [str(results.folder) for results in every]
     numbers = [f'{title} ({number})' for number, title in enumerate(titles, start=1)]
+    folders = [str(results.folder) for results in every]
     return next(names for names in (titles, folders, numbers) if len(set(names)) == len(names))

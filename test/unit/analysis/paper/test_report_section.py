@@ -6,13 +6,7 @@ import pandas as pd
 import pytest
 
 from diff_encoder_sim.analysis.paper.comparison import compare_with_paper
-from diff_encoder_sim.analysis.paper.report_section import (
-    all_cells_table,
-    cell_tables,
-    paper_section,
-    resolution_table,
-    score_table,
-)
+from diff_encoder_sim.analysis.paper.report_section import cell_tables, paper_section, resolution_table, score_table
 from diff_encoder_sim.base.errors import ConfigError
 from places import SOURCE
 from trial_tables import IN, OUT, cell, paper_results, results_of
@@ -84,15 +78,15 @@ ROWS = [(0.0, 0.2 * (-1) ** number, 1.0) for number in range(30)]
 
 
 def tables_of(*names):
-    """Tables 4 of cells (campaign, test, PPR), and all compared numbers."""
+    """Table 4 of cells (campaign, test, PPR)."""
     parts = [compare_with_paper(results_of(cell(test, ppr, 'odom', ROWS)), name) for name, test, ppr in names]
     compared = pd.concat(parts, ignore_index=True)
-    return cell_tables(compared)[0].exact, all_cells_table(compared).exact
+    return cell_tables(compared)[0].exact
 
 
 def test_differences_errata_and_calibrated_numbers_are_marked():
     of_sl, of_1024, of_smt = (
-        tables_of(('', test, ppr))[0].set_index('quantity')
+        tables_of(('', test, ppr)).set_index('quantity')
         for test, ppr in (('SL', '4096'), ('SL', '1024'), ('SMT', '40'))
     )
     assert of_sl.loc['y [m]', 'std_printed'] == '0.033'
@@ -102,7 +96,6 @@ def test_differences_errata_and_calibrated_numbers_are_marked():
 
 
 def test_campaigns_are_side_by_side_without_intervals():
-    table, every = tables_of(('paper', 'SL', '40'), ('b', 'SL', '90'))
+    table = tables_of(('paper', 'SL', '40'), ('b', 'SL', '90'))
     assert list(table['cell']) == 3 * ['SL, 40 PPR'] + 3 * ['SL, 90 PPR']
     assert tuple(table[['std_paper', 'std_b']].iloc[1]) == ('0.203', '–')
-    assert list(every['campaign']) == 12 * ['paper'] + 12 * ['b']
