@@ -17,10 +17,8 @@ import itertools
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
-from checkout import print_header
-from counts import COUNT
+from bench import COUNT, parser, print_header, print_table
 from scipy.stats import norm
-from tabulate import tabulate
 
 from diff_encoder_sim.advice.encoder_search import FORGIVEN, Asked, RankAnswer, TrialCounts, search
 from diff_encoder_sim.analysis.within_tolerance import Sufficiency
@@ -67,14 +65,13 @@ def curves(share: float) -> Dict[str, np.ndarray]:
 
 def main() -> None:
     """Print a row for each curve, in one or both tests, from each guess."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('--searches', type=COUNT, default=600, help='of each row (default: %(default)d)')
-    parser.add_argument('--correlations', type=float, nargs='+', default=[0.0, 0.5, 0.9], help='taken in turn')
-    parser.add_argument('--guesses', type=int, nargs='+', default=[0, -5], help='steps off the right rank')
-    parser.add_argument('--share', type=float, default=Asked().share)
-    parser.add_argument('--confidence', type=float, default=Asked().confidence)
-    parser.add_argument('--trials', type=COUNT, help="of each test with each encoder (default: advise's)")
-    options = parser.parse_args()
+    made = parser(__doc__, searches=600)
+    made.add_argument('--correlations', type=float, nargs='+', default=[0.0, 0.5, 0.9], help='taken in turn')
+    made.add_argument('--guesses', type=int, nargs='+', default=[0, -5], help='steps off the right rank')
+    made.add_argument('--share', type=float, default=Asked().share)
+    made.add_argument('--confidence', type=float, default=Asked().confidence)
+    made.add_argument('--trials', type=COUNT, help="of each test with each encoder (default: advise's)")
+    options = made.parse_args()
     asked = Asked(options.share, options.confidence)
     options.trials = options.trials or asked.fewest_trials(FORGIVEN)
     print_header(f'Answers of {options.searches} searches a row [%], {options.trials} trials of a test: {asked}')
@@ -85,7 +82,7 @@ def main() -> None:
         for off in options.guesses
     ]
     headers = ['chances', 'tests', 'guess', 'wrong', 'none', 'undecided', 'steps', 'within 1', 'trials']
-    print(tabulate(rows, headers, floatfmt='.1f', missingval='-'))
+    print_table([['-' if cell is None else cell for cell in row] for row in rows], headers, 2)
 
 
 def _rates(

@@ -7,7 +7,6 @@ requirement. Every fifth robot is driven by the simulator, the others roll on wh
 
 from __future__ import annotations
 
-import argparse
 import functools
 import math
 import sys
@@ -19,12 +18,8 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 import yaml
-from checkout import ROOT, print_header
-from counts import COUNT
+from bench import CONFIG, parser, print_header, print_table
 from scipy import stats
-from tabulate import tabulate
-
-sys.path.insert(0, str(ROOT / 'test' / 'support'))
 
 from diff_encoder_sim.advice import drive_draws
 from diff_encoder_sim.advice.answers import Answer, Kind
@@ -97,7 +92,7 @@ class Judged(NamedTuple):
 
 def main() -> None:
     """Print the tables."""
-    arguments = _arguments()
+    arguments = parser(__doc__, robots=200, first=1, workers=2).parse_args()
     print_header(f'Advice for {arguments.robots} synthetic robots against the truth')
     candidates = _candidate_counts()
     began_s = time.monotonic()
@@ -126,7 +121,7 @@ def _one_thread() -> None:
 
 
 def _candidate_counts() -> List[float]:
-    sweep = yaml.safe_load((ROOT / 'config' / 'campaigns' / 'sweep.yaml').read_text(encoding='utf-8'))
+    sweep = yaml.safe_load((CONFIG / 'campaigns' / 'sweep.yaml').read_text(encoding='utf-8'))
     return [float(ppr) for ppr in sweep['ppr']]
 
 
@@ -199,7 +194,7 @@ def _print_aims(judged: Sequence[Judged]) -> None:
                 f'{100.0 * fraction:.0f}',
             ]
         )
-    print(tabulate(rows, ['recommended candidate', 'robots', '% (95 % interval)', 'aim [%]'], disable_numparse=True))
+    print_table(rows, ['recommended candidate', 'robots', '% (95 % interval)', 'aim [%]'])
     missing = [100.0 * (each.share - each.truth[each.rank]) for each in advised if not each.meets]
     if missing:
         print(f'Those that do not meet it: by {np.median(missing):.2f} %, at most {max(missing):.2f} % of the trials.')
@@ -210,7 +205,7 @@ def _print_kinds(judged: Sequence[Judged]) -> None:
     for each in judged:
         kinds.setdefault(each.kind, []).append(each.is_right)
     rows = [[kind, len(right), len(right) - sum(right)] for kind, right in sorted(kinds.items())]
-    print(f'\n{tabulate(rows, ["answer", "robots", "wrong"])}')
+    print_table(rows, ['answer', 'robots', 'wrong'])
 
 
 def _print_worst(judged: Sequence[Judged], candidates: Sequence[float]) -> None:
@@ -229,18 +224,6 @@ def _line(each: Judged, candidates: Sequence[float]) -> str:
         f'robot {each.number}, {100.0 * each.share:g} % asked for: {each.kind}, {of(each.rank)}; smallest: '
         f'{of(each.smallest)}; endless: {100.0 * each.endless:.1f} %; {each.advice_s:.1f} s'
     )
-
-
-def _arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog='example: .venv/bin/python test/benchmark/advice_robots.py --robots 10',
-    )
-    parser.add_argument('--robots', type=COUNT, default=200)
-    parser.add_argument('--first', type=COUNT, default=1, help='number of the first, which is its seed')
-    parser.add_argument('--workers', type=COUNT, default=2)
-    return parser.parse_args()
 
 
 if __name__ == '__main__':

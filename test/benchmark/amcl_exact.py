@@ -7,13 +7,10 @@ from __future__ import annotations
 
 import argparse
 import math
-import sys
 from typing import Dict, List, NamedTuple, Tuple
 
 import numpy as np
-from checkout import ROOT, print_header
-from counts import COUNT
-from tabulate import tabulate
+from bench import ROOT, parser, print_header, print_table
 
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
@@ -24,9 +21,6 @@ from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
 from diff_encoder_sim.simulation.rasterise import rasterise
 from diff_encoder_sim.simulation.world import load_world
-
-sys.path.insert(0, str(ROOT / 'test' / 'support'))
-
 from grid_filter import GridFilter
 
 # Within the exact filter's window: what is measured does not depend on it.
@@ -61,14 +55,14 @@ class Stated(NamedTuple):
 
 def main() -> None:
     """Print the table."""
-    arguments = _arguments()
+    arguments = parser(__doc__, updates=45, seeds=20, particles=3000).parse_args()
     print_header(f'AMCL against the exact filter, {arguments.updates} updates, the first third left out')
     rows = []
     for name, place in (('SL', SL), ('SMT', SMT)):
         rows += _rows(name, place, arguments)
     headers = ['test', 'filter', 'from the exact\nx, y [mm]', 'yaw\n[deg]', 'from the truth\nx, y [mm]', 'yaw\n[deg]']
     headers += ['states\nx, y [mm]', 'yaw\n[deg]', 'NEES / 3']
-    print(tabulate(rows, headers, disable_numparse=True, stralign='right'))
+    print_table(rows, headers, 2)
     print(f'\nRoot mean squares; AMCL with {arguments.particles} particles, {arguments.seeds} seeds.')
 
 
@@ -146,14 +140,6 @@ def _errors(runs: List[List[Stated]], references: List[np.ndarray]) -> np.ndarra
 def _text(values: np.ndarray) -> Tuple[str, str]:
     x, y, yaw = np.sqrt(np.mean(values**2, axis=(0, 1))) * UNITS
     return f'{x:.1f}, {y:.1f}', f'{yaw:.2f}'
-
-
-def _arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--updates', type=COUNT, default=45)
-    parser.add_argument('--seeds', type=COUNT, default=20, help='of the particles')
-    parser.add_argument('--particles', type=COUNT, default=3000)
-    return parser.parse_args()
 
 
 if __name__ == '__main__':

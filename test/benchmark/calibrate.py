@@ -5,30 +5,24 @@ driven with the result, how well the row is met. About a minute of two cores."""
 
 from __future__ import annotations
 
-import argparse
 import math
-import multiprocessing
 import os
 from typing import Any, Dict, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
-from checkout import ROOT, print_header
-from counts import COUNT
-from end_levers import EndLevers
-from plans import paper_settings_with_ideal_wheels, plan_of
+from bench import ALTO, CONFIG, ROOT, in_processes, parser, plan_of, print_header, print_table
 from scipy import stats
 from scipy.optimize import minimize
-from tabulate import tabulate
 
 from diff_encoder_sim.analysis.paper.paper_cells import TRIALS, load_paper_cells
 from diff_encoder_sim.analysis.quantities import Y
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
+from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial
 from diff_encoder_sim.trials.robot_params import load_robot_config, override
 
 # Its route is the paper's to the metre, and wheel errors make its y, not the stopping.
 TEST, SOURCE, PPR, QUANTITY = 'SL', 'odom', 4096, Y
-CONFIG, ROBOT = ROOT / 'config', ROOT / 'urdf' / 'alto.urdf.xacro'
 
 # Log10 of the slip noise and the radius difference in units of 1e-4: where the search begins.
 SIMPLEX = np.array([[-8.0, 0.0], [-7.0, 0.0], [-7.5, 1.0]])
@@ -64,7 +58,7 @@ def drive(job: Tuple[int, Dict[str, Any]]) -> Drive:
     seed, overrides = job
     plan = plan_of(TEST, PPR, seed)
     trial, params = plan.trial, override(load_robot_config(CONFIG), overrides)
-    reports = list(LockstepTrial(plan, ROBOT, params).run())
+    reports = list(LockstepTrial(plan, ALTO, params).run())
     truth = np.array([report.true_pose_in_map for report in reports])
     end = trial.test.start.pose().compose(reports[-1].odometry.base_pose_in_odom)
     return Drive(_minus(end, trial.goal()), *sensitivities(truth, trial.wheel_separation))
@@ -83,9 +77,16 @@ def sensitivities(truth: np.ndarray, separation_m: float) -> Tuple[np.ndarray, n
     Returns:
         `by_radius` and `noise` of a Drive.
     """
-    levers = EndLevers(truth)
-    left_m, right_m = (levers.lengths_m + side * 0.5 * separation_m * levers.turns_rad for side in (-1.0, 1.0))
-    by_left, by_right = (0.5 * levers.by_length + side * levers.by_heading / separation_m for side in (-1.0, 1.0))
+    steps = np.diff(truth, axis=0)
+    turns_rad = (steps[:, 2] + math.pi) % (2.0 * math.pi) - math.pi
+    middle = truth[:-1] + 0.5 * np.column_stack((steps[:, :2], turns_rad))
+    cos_yaw, sin_yaw, ones = np.cos(middle[:, 2]), np.sin(middle[:, 2]), np.ones(len(steps))
+    lengths_m = steps[:, 0] * cos_yaw + steps[:, 1] * sin_yaw
+    # A metre more shifts the end; a radian more turns it about the robot's position at that time.
+    by_length = np.column_stack((cos_yaw, sin_yaw, 0.0 * ones))
+    by_heading = np.column_stack((middle[:, 1] - truth[-1, 1], truth[-1, 0] - middle[:, 0], ones))
+    left_m, right_m = (lengths_m + side * 0.5 * separation_m * turns_rad for side in (-1.0, 1.0))
+    by_left, by_right = (0.5 * by_length + side * by_heading / separation_m for side in (-1.0, 1.0))
     # A larger wheel turns less for the same way.
     by_radius = 0.5 * (left_m @ by_left - right_m @ by_right)
     noise = by_left.T @ (np.abs(left_m)[:, None] * by_left) + by_right.T @ (np.abs(right_m)[:, None] * by_right)
@@ -161,27 +162,27 @@ def statistic(values: np.ndarray, cell: Any) -> np.ndarray:
     return values.min(axis=-1) if cell.statistic == 'min' else values.max(axis=-1)
 
 
-def row_table(campaigns: Dict[str, Sequence[Drive]]) -> str:
-    """The paper's row beside that of each campaign."""
+def print_row(campaigns: Dict[str, Sequence[Drive]]) -> None:
+    """Print the paper's row next to that of each campaign."""
     errors_m = [np.array([one.error[QUANTITY.component] for one in drives]) for drives in campaigns.values()]
     rows = [
         [cell.statistic, cell.paper, *(f'{statistic(of_one, cell):.3f}' for of_one in errors_m)]
         for cell in fitted_row()
     ]
-    return tabulate(rows, [QUANTITY.head, 'paper', *campaigns], disable_numparse=True, stralign='right')
+    print_table(rows, [QUANTITY.head, 'paper', *campaigns])
 
 
 def run_trials(trials: int, workers: int, overrides: Dict[str, Any]) -> List[Drive]:
     """Run trials with some parameters changed."""
-    with multiprocessing.Pool(workers) as pool:
-        return pool.map(drive, [(seed, overrides) for seed in range(1, trials + 1)], chunksize=1)
+    return in_processes(drive, [(seed, overrides) for seed in range(1, trials + 1)], workers)
 
 
 def main() -> None:
     """Drive, fit, drive with the result, and print."""
-    arguments = _arguments()
+    arguments = parser(__doc__, trials=30, workers=os.cpu_count()).parse_args()
     print_header(f'Wheel errors fitted to {QUANTITY.axis} of {SOURCE}, {TEST}, {PPR} PPR: {arguments.trials} trials')
-    settings = paper_settings_with_ideal_wheels()
+    settings = load_campaign('paper', ROOT).params.overrides
+    settings = {key: value for key, value in settings.items() if not key.startswith('simulator.wheel_errors.')}
     ideal = run_trials(arguments.trials, arguments.workers, settings)
     fit = Fit(ideal)
     best = fit.search()
@@ -194,14 +195,7 @@ def main() -> None:
         flush=True,
     )
     driven = run_trials(arguments.trials, arguments.workers, {**settings, **errors.overrides()})
-    print(row_table({'ideal wheels': ideal, 'fitted': driven}))
-
-
-def _arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--trials', type=COUNT, default=30)
-    parser.add_argument('--workers', type=COUNT, default=os.cpu_count())
-    return parser.parse_args()
+    print_row({'ideal wheels': ideal, 'fitted': driven})
 
 
 if __name__ == '__main__':

@@ -1,178 +1,181 @@
 #!/usr/bin/env python3
-"""The paper's tests navigated in lockstep, by pulses per revolution: how many reach the goal, where
-the pose estimate is and where the robot stands, and whether AMCL's covariance says so (NEES)."""
+"""The paper's tests navigated in lockstep, by pulses per revolution: where the pose estimate and the robot end, how
+straight they drive, and the NEES of AMCL's covariance (divided by 3).
+
+--compare stops: both stops of the DWA. --compare speeds: methods of measuring speed, with the DWA as upstream's.
+"""
 
 from __future__ import annotations
 
-import argparse
 import math
-import multiprocessing
 import os
-import time
-from functools import partial
-from typing import List, NamedTuple, Optional, Tuple
+from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
-from checkout import ROOT, print_header
-from counts import COUNT
-from plans import plan_of
-from tabulate import tabulate
+from bench import ALTO, CONFIG, in_processes, parser, plan_of, print_header, print_table
 
-from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.base.yaml_files import load_yaml
-from diff_encoder_sim.localization.amcl_params import AmclParams
+from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
+from diff_encoder_sim.base.yaml_files import yaml_value
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial, Report
-from diff_encoder_sim.trials.robot_params import load_robot_params
+from diff_encoder_sim.trials.robot_params import load_robot_config, override
 
-ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'
-CONFIG = ROOT / 'config'
-XY_TOLERANCE_M, YAW_TOLERANCE_RAD = 0.05, 0.052
-# A fraction of the estimates is enough: neighbours along the way are alike.
-ESTIMATES_PER_TRIAL = 20
+XY_TOLERANCE_M, YAW_TOLERANCE_RAD = 0.05, math.radians(3.0)
+SHOWN = np.array([1e3, 1e3, math.degrees(1.0)])  # mm, mm, degrees
+ESTIMATES_PER_TRIAL = 20  # neighbours on the path are alike
+DWA = 'navigation.DWAPlannerROS'
+# Without the features that only this package's DWA has.
+AS_UPSTREAM = {f'{DWA}.{key}': 0.0 for key in ('twist_sigmas', 'latch_margin', 'turn_to_path_angle')}
+AS_UPSTREAM[f'{DWA}.stop'] = 'latch'
+SPEEDS = {
+    'M': {'velocity_method': 'M'},
+    'M, low-pass 0.1 s': {'velocity_method': 'M', 'velocity_low_pass': 0.1},
+    'M, low-pass 0.3 s': {'velocity_method': 'M', 'velocity_low_pass': 0.3},
+    'T': {'velocity_method': 'T'},
+    'MT': {'velocity_method': 'MT'},
+}
+VARIANTS: Dict[str, Dict[str, Dict[str, object]]] = {
+    'none': {'': {}},
+    'stops': {stop: {f'{DWA}.stop': stop} for stop in ('latch', 'precise')},
+    'speeds': {
+        name: {**AS_UPSTREAM, **{f'config.{key}': value for key, value in given.items()}}
+        for name, given in SPEEDS.items()
+    },
+}
 
 
-class Result(NamedTuple):
+class Job(NamedTuple):
     """One trial."""
 
-    failure: str  # '' when it reached its goal
+    test: str
+    ppr: float
+    variant: str
+    number: int
+    settings: Dict[str, object]
+
+
+class Drive(NamedTuple):
+    """Outcome of a trial."""
+
+    failure: str  # '' if it reached its goal
     duration_s: float
-    wall_s: float
-    estimated_error: Optional[Pose2D]  # /global_pose in the goal's frame
-    true_error: Optional[Pose2D]
-    nees: List[float]  # of AMCL's estimates against the truth, each of 3 degrees
+    distance_m: float
+    estimated: Optional[Pose2D]  # in the goal's frame
+    true: Pose2D
+    off_line_m: np.ndarray  # (n,) true y at each /odom; of SL the distance from its line
+    yaws_rad: np.ndarray  # (n,)
+    period_s: float
+    nees: List[float]  # of AMCL's estimates, divided by 3
 
 
-def run_trial(amcl: str, cell: Tuple[str, int, int]) -> Result:
-    """One trial of (test, PPR, number) with AMCL's parameters of a file of config/."""
-    name, ppr, number = cell
-    plan = plan_of(name, ppr, number)
-    amcl_file = CONFIG / f'{amcl}.yaml'
-    params = load_robot_params(CONFIG)._replace(amcl=AmclParams.from_mapping(load_yaml(amcl_file), str(amcl_file)))
-    loop = LockstepTrial(plan, ROBOT, params)
-    begin_s, reports = time.perf_counter(), list(loop.run())
-    last, goal = reports[-1], plan.trial.goal()
-    estimated = last.estimated_pose_in_map
-    return Result(
-        loop.ending.reason,
-        last.stamp_ns * 1e-9,
-        time.perf_counter() - begin_s,
+def main() -> None:
+    """Run the trials and print the tables."""
+    made = parser(__doc__, trials=30, first=1, workers=os.cpu_count())
+    made.add_argument('--tests', nargs='+', default=['SL', 'SMT', 'DLD'])
+    made.add_argument('--ppr', nargs='+', type=float, default=[40.0, 90.0, 1024.0, 4096.0])
+    made.add_argument('--compare', choices=list(VARIANTS), default='none')
+    made.add_argument('--set', nargs='+', default=[], metavar='KEY=VALUE', help='parameters, by dotted keys')
+    options = made.parse_args()
+    print_header(f'{options.trials} trials of each test and PPR in lockstep; set: {options.set}')
+    given = {key: yaml_value(text, key) for key, _, text in (each.partition('=') for each in options.set)}
+    jobs = [
+        Job(test, ppr, variant, options.first + index, {**given, **settings})
+        for test in options.tests
+        for ppr in options.ppr
+        for variant, settings in VARIANTS[options.compare].items()
+        for index in range(options.trials)
+    ]
+    cells: Dict[Tuple[str, float, str], List[Drive]] = {}
+    for job, drive in zip(jobs, in_processes(_run, jobs, options.workers)):
+        cells.setdefault(job[:3], []).append(drive)
+        if drive.failure:
+            print(*job[:4], drive.failure)
+    heads = ['reached', 'time [s]', 'most', 'along [mm]', 'across [mm]', 'yaw [deg]', 'farthest', 'estimated', 'true']
+    print('Pose estimate minus goal; trials within 0.05 m and 3 degrees by estimate and in truth; AMCL:')
+    print_table([[*cell, *_ends(found)] for cell, found in cells.items()], ['test', 'PPR', '', *heads, 'NEES'], 3)
+    heads = ['along [mm]', 'across [mm]', 'yaw [deg]', 'path [m]', 'off line, rms', 'most [m]', 'yaw, rms [deg]']
+    heads = ['test', 'PPR', '', *heads, 'rate, rms [deg/s]', 'turns per m']
+    print('True pose minus goal; the drive in truth (off line and yaw: of SL). Turns: the turning rate changes sign.')
+    print_table([[*cell, *_paths(found)] for cell, found in cells.items()], heads, 3)
+
+
+def _run(job: Job) -> Drive:
+    plan, params = plan_of(job.test, job.ppr, job.number), override(load_robot_config(CONFIG), job.settings)
+    trial = LockstepTrial(plan, ALTO, params)
+    reports, goal = list(trial.run()), plan.trial.goal()
+    last = reports[-1]
+    estimated, truth = last.estimated_pose_in_map, np.array([report.true_pose_in_map for report in reports])
+    return Drive(
+        trial.ending.reason,
+        trial.time_ns * 1e-9,
+        trial.distance_m,
         estimated and estimated.relative_to(goal),
         last.true_pose_in_map.relative_to(goal),
+        truth[:, 1],
+        truth[:, 2],
+        1.0 / params.encoder.rate,
         _nees(reports),
     )
 
 
 def _nees(reports: List[Report]) -> List[float]:
-    """Return the NEES of estimates as they came, each against the truth at its stamp."""
     truth = {report.stamp_ns: report.true_pose_in_map for report in reports}
     estimates = {report.estimate.stamp_ns: report.estimate for report in reports if report.estimate is not None}
-    chosen = list(estimates.values())[:: max(1, len(estimates) // ESTIMATES_PER_TRIAL)]
     values = []
-    for estimate in chosen:
-        # In the map's axes, as the covariance is.
-        here, true = estimate.base_pose_in_map, truth[estimate.stamp_ns]
-        error = np.array(
-            [here.x_m - true.x_m, here.y_m - true.y_m, math.remainder(here.yaw_rad - true.yaw_rad, 2.0 * math.pi)]
-        )
+    for estimate in list(estimates.values())[:: max(1, len(estimates) // ESTIMATES_PER_TRIAL)]:
+        error = np.subtract(estimate.base_pose_in_map, truth[estimate.stamp_ns])  # in the map's axes
+        error[2] = wrap_angle(error[2])
         values.append(float(error @ np.linalg.solve(estimate.covariance, error)) / 3.0)
     return values
 
 
-def main() -> None:
-    """Run the cells and print the table."""
-    arguments = _arguments()
-    print_header(f'{arguments.trials} trials of each test and PPR in lockstep, {arguments.amcl}.yaml')
-    cells = [
-        (test, ppr, arguments.first + number)
-        for test in arguments.tests
-        for ppr in arguments.ppr
-        for number in range(arguments.trials)
-    ]
-    with multiprocessing.Pool(arguments.workers) as pool:
-        results = dict(zip(cells, pool.imap(partial(run_trial, arguments.amcl), cells)))
-    rows = []
-    for test in arguments.tests:
-        for ppr in arguments.ppr:
-            cell = {key: result for key, result in results.items() if key[:2] == (test, ppr)}
-            rows.append([test, ppr, *_row(list(cell.values()))])
-            for key, result in cell.items():
-                if result.failure:
-                    print(f'{key[0]} {key[1]} PPR trial {key[2]}: {result.failure}')
-    print(
-        tabulate(
-            rows,
-            [
-                'test',
-                'PPR',
-                'reached',
-                'time [s]\nmedian',
-                'most',
-                'within,\nestimated',
-                'within,\ntrue',
-                'estimated\nxy [mm]',
-                'yaw [deg]',
-                'true\nxy [mm]',
-                'yaw [deg]',
-                'NEES\nmean',
-                'median',
-                'x real\ntime',
-            ],
-            disable_numparse=True,
-            stralign='right',
-        )
-    )
-    print(
-        f'\nWithin {XY_TOLERANCE_M} m and {math.degrees(YAW_TOLERANCE_RAD):.0f} degrees of the '
-        f'goal; errors are root mean squares. NEES is divided by 3: 1 for a covariance that is '
-        f'right, less for one that is too cautious.'
-    )
-
-
-def _row(results: List[Result]) -> List[str]:
-    good = [result for result in results if not result.failure]
-    durations = [result.duration_s for result in results]
-    nees = [value for result in results for value in result.nees]
-    estimated = [result.estimated_error for result in good]
-    true = [result.true_error for result in good]
+def _ends(drives: Sequence[Drive]) -> List[str]:
+    good = [drive for drive in drives if not drive.failure and drive.estimated]
+    estimated, times_s = np.array([drive.estimated for drive in good]).reshape(-1, 3), [d.duration_s for d in drives]
     return [
-        f'{len(good)}/{len(results)}',
-        f'{np.median(durations):.1f}',
-        f'{max(durations):.1f}',
+        f'{len(good)}/{len(drives)}',
+        f'{np.median(times_s):.1f}',
+        f'{max(times_s):.1f}',
+        *_spreads(estimated),
+        f'{1e3 * np.hypot(*estimated[:, :2].T).max(initial=0.0):.1f}',
         _within(estimated),
-        _within(true),
-        *_rms(estimated),
-        *_rms(true),
-        f'{np.mean(nees):.2f}',
-        f'{np.median(nees):.2f}',
-        f'{sum(durations) / sum(result.wall_s for result in results):.0f}',
+        _within(np.array([drive.true for drive in good]).reshape(-1, 3)),
+        f'{np.mean([value for drive in drives for value in drive.nees]):.2f}',
     ]
 
 
-def _within(errors: List[Pose2D]) -> str:
-    inside = sum(
-        math.hypot(error.x_m, error.y_m) <= XY_TOLERANCE_M and abs(error.yaw_rad) <= YAW_TOLERANCE_RAD
-        for error in errors
-    )
-    return f'{inside}/{len(errors)}'
+def _paths(drives: Sequence[Drive]) -> List[str]:
+    off_line_m, yaws_rad = (np.concatenate(parts) for parts in zip(*((d.off_line_m, d.yaws_rad) for d in drives)))
+    rates = [np.diff(np.unwrap(drive.yaws_rad)) / drive.period_s for drive in drives]
+    distance_m = sum(drive.distance_m for drive in drives)
+    clear = [rate[np.abs(rate) > math.radians(1.0)] for rate in rates]
+    turns = sum(np.count_nonzero(np.diff(np.sign(rate))) for rate in clear)
+    return [
+        *_spreads(np.array([drive.true for drive in drives if not drive.failure]).reshape(-1, 3)),
+        f'{distance_m / len(drives):.2f}',
+        f'{_rms(off_line_m):.3f}',
+        f'{np.abs(off_line_m).max():.3f}',
+        f'{math.degrees(_rms(yaws_rad)):.2f}',
+        f'{math.degrees(_rms(np.concatenate(rates))):.2f}',
+        f'{turns / distance_m:.2f}',
+    ]
 
 
-def _rms(errors: List[Pose2D]) -> Tuple[str, str]:
-    if not errors:
-        return '-', '-'
-    square_m2 = np.mean([error.x_m**2 + error.y_m**2 for error in errors])
-    square_rad2 = np.mean([error.yaw_rad**2 for error in errors])
-    return f'{1e3 * math.sqrt(square_m2):.1f}', f'{math.degrees(math.sqrt(square_rad2)):.2f}'
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
 
 
-def _arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--tests', nargs='+', default=['SL', 'SMT', 'DLD'])
-    parser.add_argument('--ppr', nargs='+', type=COUNT, default=[40, 90, 1024, 4096])
-    parser.add_argument('--amcl', default='amcl', help="AMCL's parameters: a file of config/, without .yaml")
-    parser.add_argument('--trials', type=COUNT, default=30)
-    parser.add_argument('--first', type=COUNT, default=1, help='number of the first trial')
-    parser.add_argument('--workers', type=COUNT, default=os.cpu_count())
-    return parser.parse_args()
+def _spreads(errors: np.ndarray) -> List[str]:
+    """Return mean and standard deviation of (n, 3) errors."""
+    shown = errors * SHOWN
+    return [
+        f'{mean:+.{digits}f} ± {deviation:.{digits}f}'
+        for mean, deviation, digits in zip(shown.mean(axis=0), shown.std(axis=0, ddof=1), (1, 1, 2))
+    ]
+
+
+def _within(errors: np.ndarray) -> str:
+    inside = (np.hypot(*errors[:, :2].T) <= XY_TOLERANCE_M) & (np.abs(errors[:, 2]) <= YAW_TOLERANCE_RAD)
+    return f'{inside.sum()}/{len(errors)}'
 
 
 if __name__ == '__main__':

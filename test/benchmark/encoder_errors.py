@@ -7,18 +7,12 @@ interval of what was measured. docs/encoders.md derives the closed forms.
 
 from __future__ import annotations
 
-import argparse
 import math
-import sys
 from typing import Dict, List, NamedTuple
 
 import numpy as np
-from checkout import ROOT, print_header
-from counts import COUNT
+from bench import parser, print_header, print_table
 from scipy import stats
-from tabulate import tabulate
-
-sys.path.insert(0, str(ROOT / 'test' / 'support'))
 
 from encoder_drives import RADIUS_M, SEPARATION_M, TICK_NS, drive, m_per_pulse, straight_drive
 
@@ -67,7 +61,7 @@ MEASURES = {'y': 'sd of y [mm]', 'yaw': 'sd of yaw [mrad]', 'short': 'short by, 
 
 def main() -> None:
     """Print the tables."""
-    arguments = _arguments()
+    arguments = parser(__doc__, seeds=400).parse_args()
     print_header(f'Errors of encoders, {LENGTH_M:g} m straight, {arguments.seeds} seeds')
     rows, inside = [], []
     for case in _cases():
@@ -84,8 +78,8 @@ def main() -> None:
             ]
         )
     headers = ['error', 'PPR', 'of odometry', 'closed form', 'measured', 'inside']
-    print(tabulate(rows, headers, disable_numparse=True, colalign=('left', 'right', 'left', 'right', 'right', 'left')))
-    print(f'\n{sum(inside)} of {len(inside)} closed forms are inside the 99 % interval.\n')
+    print_table(rows, headers, 3)
+    print(f'{sum(inside)} of {len(inside)} closed forms are inside the 99 % interval.\n')
     _print_backlash()
     _print_count_rates()
     _print_speed_quanta()
@@ -132,7 +126,7 @@ def _print_backlash() -> None:
         steps = ', '.join(f'{step:+.3f}' for step in np.diff(middles))
         rows.append([f'{backlash_rad:g}', f'{1e3 * RADIUS_M * backlash_rad / SEPARATION_M:.3f}', steps])
     headers = ['backlash [rad]', 'closed form r b / L [mrad]', 'heading after each reversal [mrad]']
-    print(tabulate(rows, headers, disable_numparse=True, stralign='right'))
+    print_table(rows, headers)
 
 
 def _print_count_rates() -> None:
@@ -145,7 +139,7 @@ def _print_count_rates() -> None:
         seems_mps = travelled_m / LENGTH_M * SPEED_MPS
         rows.append([f'{rate:g}', f'{min(limit_mps, SPEED_MPS):.4f}', f'{seems_mps:.4f}'])
     headers = ['counts/s', f'closed form min(v, f d) [m/s], v {SPEED_MPS}', 'measured']
-    print(f'\n{tabulate(rows, headers, disable_numparse=True, stralign="right")}')
+    print_table(rows, headers)
 
 
 def _print_speed_quanta() -> None:
@@ -170,13 +164,7 @@ def _print_speed_quanta() -> None:
         expected_mps = near_mps**2 / (d_m * given['velocity_clock']) if given else d_m * rate_hz
         rows.append([name, f'{1e3 * expected_mps:.2f}', f'{1e3 * between_mps:.2f}'])
     headers = ['speed', 'closed form: d/T, v^2/(d f) [mm/s]', 'between the speeds that are shown [mm/s]']
-    print(f'\n{tabulate(rows, headers, disable_numparse=True, colalign=("left", "right", "right"))}')
-
-
-def _arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--seeds', type=COUNT, default=400)
-    return parser.parse_args()
+    print_table(rows, headers)
 
 
 if __name__ == '__main__':

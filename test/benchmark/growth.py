@@ -6,10 +6,8 @@ A cost in proportion to the size has the exponent 1. Each size is measured in it
 
 from __future__ import annotations
 
-import argparse
 import math
 import multiprocessing
-import os
 import resource
 import subprocess
 import sys
@@ -18,28 +16,41 @@ from pathlib import Path
 from typing import Callable, Dict, List, NamedTuple, Sequence
 
 import numpy as np
-from checkout import ROOT, print_header
-from counts import COUNT
-from made_up_results import make_results
-from plans import plan_of
-from ratios import Ratio, add_json, print_ratios, write_ratios
-from tabulate import tabulate
+from bench import (
+    ALTO,
+    CONFIG,
+    ROOT,
+    Ratio,
+    package_environment,
+    parser,
+    plan_of,
+    print_header,
+    print_table,
+    report_ratios,
+)
 
+from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.test_definition import Segment, TestDefinition
+from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.localization.amcl import Amcl
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import CostmapParams
 from diff_encoder_sim.navigation.global_planner import GlobalPlanner, NavfnParams
+from diff_encoder_sim.trials.campaign_cells import Campaign
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.results import ResultStore
 from diff_encoder_sim.trials.robot_params import load_robot_params
 from diff_encoder_sim.trials.trial_run import run_trial
+from diff_encoder_sim.trials.trials_csv import TABLE, TrialRow, csv_line, fields_of, header
 
 Work = Callable[[], object]
 RESOLUTION_M, PILLARS_APART_M, PILLAR_M, STRETCH_M = 0.1, 5.0, 0.4, 10.0
+# Of final errors with the coarsest encoder: x [m], y [m], yaw [rad].
+SPREAD, TIMED_OUT_FRACTION = np.array([0.02, 0.05, 0.02]), 0.01
 LEAST_S, LEAST_MEMORY_BYTES = 5e-3, 4e6  # below these, most of a cost does not depend on the size
 MOST = 1.5  # growth of the cost per unit from the last size but one to the last
 
@@ -73,24 +84,38 @@ def scripted_trial(length_m: int, folder: Path) -> Work:
     """Run a scripted trial to and fro in the hallway, with its bag."""
     stretches = [Segment(straight=STRETCH_M * (-1) ** number) for number in range(round(length_m / STRETCH_M))]
     test = TestDefinition(name='to_and_fro', world='hallway', drive=stretches)
-    plan, params = plan_of('SL', 90, 1, 'scripted', str(folder / 'trial.bag')), load_robot_params(ROOT / 'config')
+    plan, params = plan_of('SL', 90, 1, 'scripted', str(folder / 'trial.bag')), load_robot_params(CONFIG)
     plan = plan.model_copy(update={'trial': plan.trial.model_copy(update={'test': test})})
-    return lambda: run_trial(plan, ROOT / 'urdf' / 'alto.urdf.xacro', params, 'minimal')
+    return lambda: run_trial(plan, ALTO, params, 'minimal')
 
 
 def resuming(trials: int, folder: Path) -> Work:
     """Open the results folder of a finished campaign."""
-    make_results(folder / 'results', math.ceil(trials / 12))
-    campaign = load_campaign('paper', ROOT, {'trials': math.ceil(trials / 12), 'record': 'none'})
+    campaign = _make_results(folder / 'results', math.ceil(trials / 12))
     return lambda: ResultStore(folder / 'results', campaign, {}).finish()
 
 
 def analyzing(trials: int, folder: Path) -> Work:
     """Run analyze on the results of the paper's cells."""
-    make_results(folder / 'results', math.ceil(trials / 12))
+    _make_results(folder / 'results', math.ceil(trials / 12))
     command = [sys.executable, str(ROOT / 'scripts' / 'analyze'), str(folder / 'results')]
-    environment = {**os.environ, 'PYTHONPATH': os.pathsep.join(filter(None, sys.path))}
-    return lambda: subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=environment)
+    return lambda: subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=package_environment())
+
+
+def _make_results(folder: Path, trials: int) -> Campaign:
+    """Write results of the paper's cells that are sampled, not simulated, with this number of trials each."""
+    campaign = load_campaign('paper', ROOT, {'trials': trials, 'record': 'none'})
+    ResultStore(folder, campaign, {}).finish()
+    rng, lines = np.random.default_rng(1), [csv_line(header(campaign.params.varied_keys))]
+    for job in campaign.trials():
+        cell = job.cell
+        spread = SPREAD * campaign.cells[0].ppr.left / cell.ppr.left
+        errors = {source: Pose2D(*rng.normal(0.0, spread).tolist()) for source in PoseSource}
+        outcome = Outcome.TIMED_OUT if rng.random() < TIMED_OUT_FRACTION else Outcome.SUCCEEDED
+        named = (cell.test.name, cell.encoder.label, cell.varied_texts(), job.trial, job.seed)
+        lines.append(csv_line(fields_of(TrialRow(*named, outcome, '', 60.0, errors, 20.0, 1.0, ''))))
+    write_file(folder / TABLE, b''.join(lines))
+    return campaign
 
 
 SIDES_M, TRIALS = (20, 50, 100, 200, 500), (12, 120, 1200, 12_000, 100_000)
@@ -106,16 +131,13 @@ GROWTHS: Dict[str, tuple] = {  # title: work, sizes, power of the size that the 
 
 def main() -> None:
     """Print a table for each kind of work."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--repeats', type=COUNT, default=2)
-    parser.add_argument('--only', choices=list(GROWTHS), help='one of the tables')
-    add_json(parser)
-    arguments = parser.parse_args()
+    made = parser(__doc__, has_ratios=True, repeats=2)
+    made.add_argument('--only', choices=list(GROWTHS), help='one of the tables')
+    arguments = made.parse_args()
     print_header('Growth of processor time and memory')
     titles = [arguments.only] if arguments.only else list(GROWTHS)
     ratios = [_measure(title, *GROWTHS[title], arguments.repeats) for title in titles]
-    print_ratios(ratios)
-    write_ratios(arguments.json, ratios)
+    report_ratios(arguments, ratios)
 
 
 def _measure(title: str, prepare: Callable[[int, Path], Work], sizes: Sequence[int], power: int, repeats: int) -> Ratio:
@@ -131,7 +153,7 @@ def _measure(title: str, prepare: Callable[[int, Path], Work], sizes: Sequence[i
         _exponents(units, memories_bytes, LEAST_MEMORY_BYTES),
     ]
     heads = [title, 'processor [s]', 'exponent', 'memory [MB]', 'exponent']
-    print(tabulate(list(zip(*columns)), heads, disable_numparse=True, stralign='right'), flush=True)
+    print_table(list(zip(*columns)), heads)
     by_round = [each[-1].user_s / each[-2].user_s * units[-2] / units[-1] for each in rounds]
     return Ratio(f'{title}: {sizes[-1]}', f'in proportion to {sizes[-2]}', by_round, MOST)
 

@@ -6,18 +6,11 @@ Each is the best of several rounds. Ratios are those to a scan of 1000 rays in t
 
 from __future__ import annotations
 
-import argparse
-import sys
 import time
 from typing import Callable, Dict, List
 
 import numpy as np
-from checkout import ROOT, print_header
-from counts import COUNT
-from ratios import Ratio, add_json, print_ratios, write_ratios
-from tabulate import tabulate
-
-sys.path.insert(0, str(ROOT / 'test' / 'support'))
+from bench import ROOT, Ratio, parser, print_header, print_table, report_ratios
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.localization.amcl import Amcl
@@ -38,18 +31,13 @@ NEAR_A_PILLAR, START, GOAL = Pose2D(-1.9, -0.935, 0.0), Pose2D(-10.0, 0.0, 0.0),
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--repeats', type=COUNT, default=30, help='rounds')
-    add_json(parser)
-    arguments = parser.parse_args()
+    arguments = parser(__doc__, has_ratios=True, repeats=30).parse_args()
     print_header(f'Hot loops: best of {arguments.repeats} rounds')
     rounds_ms = {name: _rounds_ms(work, arguments.repeats) for name, work in _works().items()}
-    rows = [[name, f'{min(each):.3f}'] for name, each in rounds_ms.items()]
-    print(tabulate(rows, ['', 'ms'], disable_numparse=True, colalign=('left', 'right')))
+    print_table([[name, f'{min(each):.3f}'] for name, each in rounds_ms.items()], ['', 'ms'])
     scan_ms = min(rounds_ms[SCAN])
     ratios = [Ratio(name, SCAN, [each / scan_ms for each in rounds]) for name, rounds in rounds_ms.items()]
-    print_ratios(ratios)
-    write_ratios(arguments.json, ratios)
+    report_ratios(arguments, ratios)
 
 
 def _works() -> Dict[str, Callable[[], object]]:

@@ -4,7 +4,6 @@ bare stepping of the same duration, measured in turn with it. One process, one t
 
 from __future__ import annotations
 
-import argparse
 import os
 import signal
 import statistics
@@ -14,12 +13,8 @@ from pathlib import Path
 from types import FrameType
 from typing import Dict, List, Optional, Sequence, Tuple
 
-from bare_stepping import BARE, ROBOT, bare_stepping_s
-from checkout import ROOT, print_header
-from counts import COUNT
-from plans import plan_of
-from ratios import Ratio, add_json, print_ratios, write_ratios
-from tabulate import tabulate
+from bare_stepping import BARE, bare_stepping_s
+from bench import ALTO, CONFIG, Ratio, parser, plan_of, print_header, print_table, report_ratios
 
 from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.trial_definition import TrialPlan
@@ -79,22 +74,23 @@ class Samples:
 
 def main() -> None:
     """Print the tables."""
-    arguments = _arguments()
+    made = parser(__doc__, has_ratios=True, ppr=90, trial=1, repeats=5)
+    made.add_argument('--test', default='DLD')
+    arguments = made.parse_args()
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     print_header(f'{arguments.test} {arguments.ppr} PPR in lockstep, on one core, in {arguments.repeats} rounds')
     with tempfile.TemporaryDirectory() as folder:
         plan = plan_of(arguments.test, arguments.ppr, arguments.trial, bag=str(Path(folder) / 'trial.bag'))
-        params = load_robot_params(ROOT / 'config')
-        duration_s = run_trial(plan, ROBOT, params, 'full').duration_s  # compiles, fills caches
+        params = load_robot_params(CONFIG)
+        duration_s = run_trial(plan, ALTO, params, 'full').duration_s  # compiles, fills caches
         rounds = [_round(plan, params, duration_s) for _ in range(arguments.repeats)]
         _print_costs(duration_s, rounds)
         ratios = [
             Ratio(f'{plan.trial.test.name}, record {mode}', BARE, [costs[mode] / costs[BARE] for costs in rounds], most)
             for mode, most in MODES.items()
         ]
-        print_ratios(ratios)
-        write_ratios(arguments.json, ratios)
         _print_parts(plan, params, duration_s, arguments.repeats)
+        report_ratios(arguments, ratios)
 
 
 def _round(plan: TrialPlan, params: RobotParams, duration_s: float) -> Dict[str, float]:
@@ -105,7 +101,7 @@ def _round(plan: TrialPlan, params: RobotParams, duration_s: float) -> Dict[str,
     bare_s, costs_s = [bare_stepping_s(plan, params, duration_s)], {}
     for mode in MODES:
         begin_s = time.process_time()
-        run_trial(plan, ROBOT, params, mode)
+        run_trial(plan, ALTO, params, mode)
         costs_s[mode] = time.process_time() - begin_s
         bare_s.append(bare_stepping_s(plan, params, duration_s))
     return {**costs_s, BARE: statistics.mean(bare_s)}
@@ -117,31 +113,21 @@ def _print_costs(duration_s: float, rounds: Sequence[Dict[str, float]]) -> None:
         cost_s = statistics.median(costs[name] for costs in rounds)
         rows.append([name, f'{cost_s:.2f}', f'{duration_s / cost_s:.0f}'])
     heads = [f'{duration_s:.1f} s simulated', 'processor [s]', 'times real time']
-    print(f'{tabulate(rows, heads, disable_numparse=True, colalign=("left", "right", "right"))}\n')
+    print_table(rows, heads)
 
 
 def _print_parts(plan: TrialPlan, params: RobotParams, duration_s: float, repeats: int) -> None:
     begin_s = time.process_time()
     with Samples() as samples:
         for _ in range(repeats):
-            run_trial(plan, ROBOT, params, 'full')
+            run_trial(plan, ALTO, params, 'full')
     whole_s, count = (time.process_time() - begin_s) / repeats, sum(samples.counts.values())
     rows = [
         [part, f'{100.0 * part_count / count:.1f}', f'{1e3 * whole_s * part_count / count / duration_s:.2f}']
         for part, part_count in sorted(samples.counts.items(), key=lambda item: -item[1])
     ]
     heads = [f'part (record full, {count} samples)', 'fraction [%]', 'ms per simulated s']
-    print(f'\n{tabulate(rows, heads, disable_numparse=True, colalign=("left", "right", "right"))}')
-
-
-def _arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--test', default='DLD')
-    parser.add_argument('--ppr', type=COUNT, default=90)
-    parser.add_argument('--trial', type=COUNT, default=1)
-    parser.add_argument('--repeats', type=COUNT, default=5, help='rounds of bare stepping and trials in turn')
-    add_json(parser)
-    return parser.parse_args()
+    print_table(rows, heads)
 
 
 if __name__ == '__main__':

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Callable, List, NamedTuple, Tuple
 
 import pybullet
-from checkout import ROOT
+from bench import ALTO, CONFIG, ROOT
 
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.drives.test_definition import TestDefinition, find_world, load_test
@@ -17,7 +17,6 @@ from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
 from diff_encoder_sim.simulation.state import TICK_S
 from diff_encoder_sim.trials.scripted_drive import SETTLING_S, ScriptedDrive
 
-ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'
 WHEEL_RADIUS_M = 0.1
 WHEEL_SEPARATION_M = 0.4
 
@@ -50,10 +49,10 @@ class Comparison(NamedTuple):
 
 def read_test(name: str) -> TestDefinition:
     """SL or SMT as the package defines it."""
-    return load_test(name, ROOT / 'config')
+    return load_test(name, CONFIG)
 
 
-def new_simulator(test: TestDefinition, physics: PhysicsParams, robot: Path = ROBOT) -> Simulator:
+def new_simulator(test: TestDefinition, physics: PhysicsParams, robot: Path = ALTO) -> Simulator:
     """The test's world with the robot at its start."""
     return Simulator(
         find_world(test.world, ROOT / 'worlds'), robot, SimulatorParams(physics=physics), test.start.pose(), seed=0
@@ -98,7 +97,7 @@ def cruise_costs_us(simulator: Simulator, test: TestDefinition) -> Tuple[float, 
     """
     straight = test.drive[0].straight is not None
     command = (test.limits.speed, 0.0) if straight else (0.0, test.limits.angular_speed)
-    client = bullet_client(simulator)
+    client = simulator._physics._client
     simulator.reset_world()
     for _ in range(2):
         simulator.command(*command)
@@ -114,11 +113,6 @@ def cruise_costs_us(simulator: Simulator, test: TestDefinition) -> Tuple[float, 
 def real_time_factor(us_per_tick: float) -> float:
     """Simulated per wall time at this cost of 10 ms."""
     return TICK_S / (us_per_tick * 1e-6)
-
-
-def bullet_client(simulator: Simulator) -> int:
-    """PyBullet's number of the simulator's world: benchmarks reach under the skin."""
-    return simulator._physics._client
 
 
 def _window_us(call: Callable[[], None]) -> float:

@@ -8,22 +8,17 @@ odometry_nees.py results/paper    what the bags of campaigns have at the end of 
 
 from __future__ import annotations
 
-import argparse
 import functools
 import math
-import multiprocessing
 import os
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
-from checkout import ROOT, print_header
-from counts import COUNT
+from bench import ALTO, ROOT, in_processes, parser, plan_of, print_header, print_table
 from measured_drive import TICKS_PER_REPORT, Row
-from plans import plan_of
 from quantisation import End, end_of_drive
 from rosbags.highlevel import AnyReader
-from tabulate import tabulate
 
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle, yaw_from_quat_xyzw
 from diff_encoder_sim.base.seeds import generator
@@ -36,7 +31,6 @@ from diff_encoder_sim.trials.lockstep_trial import LockstepTrial
 from diff_encoder_sim.trials.publications import Publications
 from diff_encoder_sim.trials.robot_params import RobotParams
 
-ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'
 ALLOWED = (0.8, 1.25)
 SEPARATOR = ' | '
 PLANE = (0, 1, 5)  # x, y and yaw of six
@@ -88,7 +82,12 @@ class DriveRecorder(Publications):
 
 def main() -> None:
     """Print the table."""
-    arguments = _arguments()
+    made = parser(__doc__, drives=6, seeds=25, workers=os.cpu_count())
+    made.add_argument('results', nargs='*', type=Path, help='results folders of campaigns, with bags')
+    made.add_argument('--campaign', default='paper')
+    made.add_argument('--tests', nargs='+', default=['SL', 'SMT', 'DLD'])
+    made.add_argument('--ppr', nargs='+', type=float, default=[40.0, 90.0, 1024.0, 4096.0])
+    arguments = made.parse_args()
     if arguments.results:
         print_header("NEES of /odom's covariance at the end of each trial")
         for folder in arguments.results:
@@ -102,8 +101,7 @@ def main() -> None:
             for drive in range(1, arguments.drives + 1)
         ]
         run = functools.partial(_ends_of_drive, arguments.campaign, arguments.seeds)
-        with multiprocessing.Pool(arguments.workers) as pool:
-            found = pool.map(run, cases, chunksize=1)
+        found = in_processes(run, cases, arguments.workers)
         columns = {
             f'{case.test}{SEPARATOR}{case.ppr:g}': [of for at, of in zip(cases, found) if at[:2] == case[:2]]
             for case in cases
@@ -137,7 +135,7 @@ def _navigated(case: Case, params: RobotParams) -> List[Row]:
     """Drive the test with ideal wheels: where the robot goes hardly depends on its odometry."""
     ideal = params._replace(simulator=params.simulator.model_copy(update={'wheel_errors': WheelErrorParams()}))
     recorder = DriveRecorder()
-    for _ in LockstepTrial(plan_of(case.test, case.ppr, case.drive), ROBOT, ideal, recorder).run():
+    for _ in LockstepTrial(plan_of(case.test, case.ppr, case.drive), ALTO, ideal, recorder).run():
         pass
     return recorder.rows
 
@@ -199,7 +197,7 @@ def _print_table(title: str, columns: Sequence[str], cells: Dict[str, List[Ends]
     rows = [[*label.split(SEPARATOR), *_row(columns, drives)] for label, drives in cells.items()]
     headers = ['test', 'PPR', *(f'NEES / 3\n{column}' for column in columns), 'goal: x\nalone', 'y', 'yaw', 'inside']
     print(f'\n{title}\n')
-    print(tabulate(rows, headers, disable_numparse=True, stralign='right'))
+    print_table(rows, headers, 2)
 
 
 def _row(columns: Sequence[str], drives: Sequence[Ends]) -> Iterator[str]:
@@ -217,18 +215,6 @@ def _row(columns: Sequence[str], drives: Sequence[Ends]) -> Iterator[str]:
 def _nees(ends: Sequence[End]) -> np.ndarray:
     """(n,) NEES / 3."""
     return np.array([end.error @ np.linalg.solve(end.covariance, end.error) for end in ends]) / 3.0
-
-
-def _arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('results', nargs='*', type=Path, help='results folders of campaigns, with bags')
-    parser.add_argument('--campaign', default='paper')
-    parser.add_argument('--tests', nargs='+', default=['SL', 'SMT', 'DLD'])
-    parser.add_argument('--ppr', nargs='+', type=float, default=[40.0, 90.0, 1024.0, 4096.0])
-    parser.add_argument('--drives', type=COUNT, default=6)
-    parser.add_argument('--seeds', type=COUNT, default=25)
-    parser.add_argument('--workers', type=COUNT, default=os.cpu_count())
-    return parser.parse_args()
 
 
 if __name__ == '__main__':

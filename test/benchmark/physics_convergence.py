@@ -9,17 +9,14 @@ stay below 0.1 %. Nothing is asserted; the table is for reading.
 
 from __future__ import annotations
 
-import argparse
 import math
 import tempfile
 from pathlib import Path
 from typing import Dict, List
 from xml.etree import ElementTree
 
-from checkout import print_header
-from counts import COUNT
+from bench import ALTO, COUNT, parser, print_header, print_table
 from measured_drive import (
-    ROBOT,
     WHEEL_RADIUS_M,
     WINDOWS,
     compare,
@@ -29,7 +26,6 @@ from measured_drive import (
     real_time_factor,
     record_drive,
 )
-from tabulate import tabulate
 
 from diff_encoder_sim.robots.description import RobotChoices, RobotSource
 from diff_encoder_sim.robots.simulated_robot import GeometryErrors, SimulatedRobot, joined_links, load_simulated_robot
@@ -60,18 +56,22 @@ HEADERS = [
 
 def main() -> None:
     """Print the study's table."""
-    arguments = _arguments()
+    made = parser(__doc__)
+    made.add_argument('--contacts', nargs='+', choices=('sphere', 'cylinder'), default=['sphere', 'cylinder'])
+    made.add_argument('--rates', nargs='+', type=COUNT, default=STEP_RATES_HZ, help='physics steps per second')
+    made.add_argument('--iterations', nargs='+', type=COUNT, default=ITERATIONS, help='of the contact solver')
+    arguments = made.parse_args()
     simulator_module.load_simulated_robot = _as_it_is
     print_header('Convergence of the physics: 20 m straight at 0.45 m/s, five turns at 1 rad/s')
     with tempfile.TemporaryDirectory() as folder:
-        robots = {'sphere': ROBOT, 'cylinder': _cylinder_robot(Path(folder))}
+        robots = {'sphere': ALTO, 'cylinder': _cylinder_robot(Path(folder))}
         rows = [
             _measure(contact, robots, rate_hz, iterations)
             for contact in arguments.contacts
             for rate_hz in arguments.rates
             for iterations in arguments.iterations
         ]
-    print(tabulate(rows, HEADERS, disable_numparse=True, stralign='right'))
+    print_table(rows, HEADERS)
     print(
         f'\ndiff.: |truth - wheel angles| over the distance and over the angle. us per step: '
         f"PyBullet's bare stepSimulation\non this robot in this world, the limit. Real-time "
@@ -118,7 +118,7 @@ def _as_it_is(source: RobotSource, choices: RobotChoices, errors: GeometryErrors
 
 def _cylinder_robot(folder: Path) -> Path:
     """Return the shipped robot with wheels that touch the floor along a line."""
-    root = ElementTree.fromstring(expand(RobotSource(ROBOT)))
+    root = ElementTree.fromstring(expand(RobotSource(ALTO)))
     for side in ('left', 'right'):
         collision = root.find(f"link[@name='{side}_wheel']/collision")
         collision.find('origin').set('rpy', f'{math.pi / 2} 0 0')  # URDF cylinders stand upright
@@ -128,25 +128,6 @@ def _cylinder_robot(folder: Path) -> Path:
     path = folder / 'cylinder_wheels.urdf'
     path.write_text(ElementTree.tostring(root, encoding='unicode'), encoding='utf-8')
     return path
-
-
-def _arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog='example: .venv/bin/python test/benchmark/physics_convergence.py --rates 200 --iterations 50 100',
-    )
-    parser.add_argument('--contacts', nargs='+', choices=('sphere', 'cylinder'), default=['sphere', 'cylinder'])
-    parser.add_argument(
-        '--rates',
-        nargs='+',
-        type=COUNT,
-        choices=(100, 200, 500, 1000, 2000),
-        default=STEP_RATES_HZ,
-        help='physics steps per second',
-    )
-    parser.add_argument('--iterations', nargs='+', type=COUNT, default=ITERATIONS, help='of the contact solver')
-    return parser.parse_args()
 
 
 if __name__ == '__main__':

@@ -10,7 +10,6 @@ closed form of its own, for the travel that the wheels end with. Errors are odom
 
 from __future__ import annotations
 
-import argparse
 import functools
 import math
 import os
@@ -18,10 +17,9 @@ from concurrent.futures import ProcessPoolExecutor
 from typing import Dict, List, NamedTuple, Tuple
 
 import numpy as np
-from checkout import print_header
-from counts import COUNT
+from bench import parser, print_header, print_table
 from measured_drive import WHEEL_RADIUS_M, WHEEL_SEPARATION_M, Row, compare, new_simulator, read_test, record_drive
-from tabulate import tabulate
+from scipy import stats
 
 from diff_encoder_sim.analysis.closed_form import heading_std_rad
 from diff_encoder_sim.base.se2 import wrap_angle
@@ -48,8 +46,7 @@ one axis.
 - Straight drive with much slip: at 1e-5 m^2/m the heading is off by 0.05 rad at the end, and
   the errors lie on an arc that no linear covariance describes. At 1e-6 they do not yet."""
 
-# Standard normal quantile: 99 % lie within +-Z_99.
-Z_99 = 2.5758293035489004
+Z_99 = stats.norm.ppf(0.995)
 
 
 class End(NamedTuple):
@@ -61,7 +58,7 @@ class End(NamedTuple):
 
 def main() -> None:
     """Record both drives once, then print one table for the spread and one for the covariance."""
-    arguments = _arguments()
+    arguments = parser(__doc__, seeds=200).parse_args()
     print_header(f'Odometry errors over {arguments.seeds} seeds against closed forms')
     drives = {name: _record(name) for name in ('SL', 'SMT')}
     seeds = range(1, arguments.seeds + 1)
@@ -151,35 +148,24 @@ def _print_spread(cells: Dict[Tuple[str, float], List[End]], straight_wheel_trav
             table.append(_spread_row('straight 20 m: heading [deg]', ppr, heading_deg, exactly_deg))
         else:
             table.append(_spread_row('turn in place: heading [deg]', ppr, heading_deg, turn_deg))
-    print()
-    print(
-        tabulate(
-            table,
-            [
-                'error',
-                'PPR',
-                'standard\ndeviation',
-                '99 % interval of it',
-                'closed\nform',
-                'inside',
-                'mean',
-                '99 %\n+-',
-                '0 is\ninside',
-            ],
-            disable_numparse=True,
-            stralign='right',
-        )
-    )
-    print(
-        "\nIntervals by chi-square (Wilson and Hilferty's approximation); errors of rounding "
-        'have shorter tails\nthan a normal distribution, so they are a little wide.'
-    )
+    heads = [
+        'PPR',
+        'standard\ndeviation',
+        '99 % interval of it',
+        'closed\nform',
+        'inside',
+        'mean',
+        '99 %\n+-',
+        '0 is\ninside',
+    ]
+    print_table(table, ['error', *heads])
+    print('Intervals by chi-square: errors of rounding have shorter tails than normal ones, so they are a little wide.')
 
 
 def _spread_row(label: str, ppr: float, values: np.ndarray, closed: float) -> List[object]:
     count = len(values)
     std = float(np.std(values, ddof=1))
-    low, high = (std * math.sqrt((count - 1) / chi_square_quantile(z, count - 1)) for z in (Z_99, -Z_99))
+    low, high = (std * math.sqrt((count - 1) / stats.chi2.ppf(p, count - 1)) for p in (0.995, 0.005))
     half_width = Z_99 * std / math.sqrt(count)
     mean = float(np.mean(values))
     return [
@@ -201,7 +187,7 @@ def _print_nees(cells: Dict[Tuple[str, float, float], List[End]]) -> None:
         nees = np.array([end.error @ np.linalg.solve(end.covariance, end.error) for end in ends])
         axes = np.array([end.error**2 / np.diag(end.covariance) for end in ends])
         count = len(ends)
-        low, high = (chi_square_quantile(z, 3 * count) / (3 * count) for z in (-Z_99, Z_99))
+        low, high = (stats.chi2.ppf(p, 3 * count) / (3 * count) for p in (0.005, 0.995))
         mean = float(np.mean(nees)) / 3.0
         table.append(
             [
@@ -214,35 +200,10 @@ def _print_nees(cells: Dict[Tuple[str, float, float], List[End]]) -> None:
                 *(f'{value:.2f}' for value in np.mean(axes, axis=0)),
             ]
         )
-    print(
-        "\nNEES of the odometry's pose covariance, both drives evaluated at a random moment "
-        'before they brake\n(of the last round, of the last metre)\n'
-    )
-    print(
-        tabulate(
-            table,
-            [
-                'drive',
-                'PPR',
-                'slip noise\n[m^2/m]',
-                'mean NEES\n/ 3',
-                '99 % interval',
-                'comparison',
-                'x alone',
-                'y alone',
-                'yaw alone',
-            ],
-            disable_numparse=True,
-            stralign='right',
-        )
-    )
+    print("\nNEES of the odometry's pose covariance, at a random moment of the last round or metre at full speed\n")
+    heads = ['slip noise\n[m^2/m]', 'mean NEES\n/ 3', '99 % interval', 'comparison', 'x alone', 'y alone', 'yaw alone']
+    print_table(table, ['drive', 'PPR', *heads])
     print(NEES_NOTES)
-
-
-def chi_square_quantile(z: float, degrees: int) -> float:
-    """Return the quantile of chi-square where the standard normal has its quantile z (Wilson, Hilferty)."""
-    spread = 2.0 / (9.0 * degrees)
-    return degrees * (1.0 - spread + z * math.sqrt(spread)) ** 3
 
 
 def _comparison(mean: float, low: float, high: float) -> str:
@@ -251,16 +212,6 @@ def _comparison(mean: float, low: float, high: float) -> str:
 
 def _yes(is_true: bool) -> str:
     return 'yes' if is_true else 'NO'
-
-
-def _arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog='example: .venv/bin/python test/benchmark/quantisation.py --seeds 200',
-    )
-    parser.add_argument('--seeds', type=COUNT, default=200)
-    return parser.parse_args()
 
 
 if __name__ == '__main__':

@@ -7,7 +7,6 @@ on a flat floor within its own limits. The table of docs/adr/0017-robots.md; not
 
 from __future__ import annotations
 
-import argparse
 import logging
 import math
 import sys
@@ -16,11 +15,7 @@ from pathlib import Path
 from typing import Iterator, List, NamedTuple, Tuple
 
 import numpy as np
-from checkout import ROOT, print_header
-from counts import COUNT
-from tabulate import tabulate
-
-sys.path.insert(0, str(ROOT / 'test' / 'support'))
+from bench import CONFIG, ROOT, parser, print_header, print_table
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle, yaw_from_quat_xyzw
 from diff_encoder_sim.robots.simulated_robot import SimulatedRobot, load_simulated_robot
@@ -63,7 +58,9 @@ class Motion(NamedTuple):
 
 def main() -> None:
     """Print the table."""
-    arguments = _arguments()
+    made = parser(__doc__, phases=100)
+    made.add_argument('--robots', nargs='+', default=[], metavar='NAME', help='only these (default: all)')
+    arguments = made.parse_args()
     print_header(f'Robots of all kinds: truth against wheels at {", ".join(map(str, SPEEDS_MPS))} m/s, or the limit')
     with tempfile.TemporaryDirectory() as folder:
         rows = []
@@ -71,7 +68,7 @@ def main() -> None:
             if not arguments.robots or name in arguments.robots:
                 print(f'{name} ...', file=sys.stderr)
                 rows.append(_row(name, robot, params, arguments.phases))
-    print(tabulate(rows, HEADERS, disable_numparse=True, stralign='right'))
+    print_table(rows, HEADERS)
     print(
         f'\nstraight, turns: worst difference over speeds, both ways. SL: 20 m at {SL_MPS} m/s (or the limit),\n'
         f'{PPR} PPR, {arguments.phases} phases of the encoders: odometry minus truth, across. SMT: five turns at '
@@ -81,8 +78,8 @@ def main() -> None:
 
 def _robots(folder: Path) -> Iterator[Tuple[str, SimulatedRobot, SimulatorParams]]:
     """The shipped robots, then the generated ones."""
-    config = load_robot_config(ROOT / 'config')
-    for path in sorted((ROOT / 'config' / 'robots').glob('*.yaml')):
+    config = load_robot_config(CONFIG)
+    for path in sorted((CONFIG / 'robots').glob('*.yaml')):
         yield (path.stem, *_loaded(str(path), config))
     for index, (name, recipe) in enumerate(RECIPES.items()):
         path = folder / f'robot_{index}.urdf'
@@ -174,17 +171,6 @@ def _errors(robot: SimulatedRobot, motion: Motion, phases: int) -> np.ndarray:
             (pose.x_m - motion.end.x_m, pose.y_m - motion.end.y_m, wrap_angle(pose.yaw_rad - motion.end.yaw_rad))
         )
     return np.array(rows)
-
-
-def _arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog='example: .venv/bin/python test/benchmark/robots.py --robots burger kobuki',
-    )
-    parser.add_argument('--robots', nargs='+', default=[], metavar='NAME', help='only these (default: all)')
-    parser.add_argument('--phases', type=COUNT, default=100, help='of the encoders, for SL and SMT')
-    return parser.parse_args()
 
 
 if __name__ == '__main__':

@@ -4,8 +4,6 @@ are still to be compiled (cold) and with those that this left (warm)."""
 
 from __future__ import annotations
 
-import argparse
-import os
 import subprocess
 import sys
 import tempfile
@@ -13,9 +11,7 @@ import time
 from pathlib import Path
 from typing import Dict, List
 
-from checkout import ROOT, print_header
-from counts import COUNT
-from ratios import Ratio, add_json, print_ratios, write_ratios
+from bench import ROOT, Ratio, package_environment, parser, print_header, report_ratios
 
 # Wall time that is asked for [s].
 MOST_OF_HELP = 0.3
@@ -26,11 +22,10 @@ LOOK_EVERY_S = 0.02
 
 def main() -> None:
     """Print the table."""
-    arguments = _arguments()
+    arguments = parser(__doc__, has_ratios=True, repeats=7, campaigns=3).parse_args()
     print_header('Start-up, wall time')
     ratios = _until_help(arguments.repeats) + _until_first_trial(arguments.campaigns)
-    print_ratios(ratios)
-    write_ratios(arguments.json, ratios)
+    report_ratios(arguments, ratios)
 
 
 def _until_help(repeats: int) -> List[Ratio]:
@@ -45,7 +40,7 @@ def _until_help(repeats: int) -> List[Ratio]:
 
 def _run_s(words: List[str]) -> float:
     began_s = time.perf_counter()
-    subprocess.run([sys.executable, *words], check=True, stdout=subprocess.DEVNULL, env=_environment())
+    subprocess.run([sys.executable, *words], check=True, stdout=subprocess.DEVNULL, env=package_environment())
     return time.perf_counter() - began_s
 
 
@@ -65,7 +60,7 @@ def _first_trial_s(kernels: Dict[str, str]) -> float:
     with tempfile.TemporaryDirectory() as folder, open(Path(folder) / 'said', 'wb') as said:
         words = [sys.executable, str(ROOT / 'scripts' / 'campaign'), *CAMPAIGN, '--out', f'{folder}/out']
         began_s = time.perf_counter()
-        process = subprocess.Popen(words, env={**_environment(), **kernels}, stdout=said, stderr=said)
+        process = subprocess.Popen(words, env={**package_environment(), **kernels}, stdout=said, stderr=said)
         while process.poll() is None and not _has_a_trial(Path(folder) / 'out' / 'trials.csv'):
             time.sleep(LOOK_EVERY_S)
         took_s = time.perf_counter() - began_s
@@ -77,22 +72,6 @@ def _first_trial_s(kernels: Dict[str, str]) -> float:
 def _has_a_trial(table: Path) -> bool:
     """Return whether there is a whole line below the table's head."""
     return table.is_file() and table.read_bytes().count(b'\n') > 1
-
-
-def _environment() -> Dict[str, str]:
-    return {**os.environ, 'PYTHONPATH': os.pathsep.join(filter(None, sys.path[1:]))}
-
-
-def _arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog='example: .venv/bin/python test/benchmark/start_up.py --campaigns 1',
-    )
-    parser.add_argument('--repeats', type=COUNT, default=7, metavar='N', help='of each --help')
-    parser.add_argument('--campaigns', type=COUNT, default=3, metavar='N', help='cold ones, and as many warm ones')
-    add_json(parser)
-    return parser.parse_args()
 
 
 if __name__ == '__main__':

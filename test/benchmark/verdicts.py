@@ -6,13 +6,10 @@ A family is 12 cells with the four statistics of the paper's tables, of 30 trial
 
 from __future__ import annotations
 
-import argparse
 from typing import Callable, Dict, List
 
 import numpy as np
-from checkout import print_header
-from counts import COUNT
-from tabulate import tabulate
+from bench import parser, print_header, print_table
 
 from diff_encoder_sim.analysis.paper.comparison import agreement
 from diff_encoder_sim.analysis.paper.paper_cells import STATISTICS, TRIALS
@@ -35,9 +32,7 @@ SHAPES: Dict[str, Callable[[np.random.Generator], np.ndarray]] = {
 
 def main() -> None:
     """Print a row for each shape."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('--families', type=COUNT, default=400)
-    families = parser.parse_args().families
+    families = parser(__doc__, families=400).parse_args().families
     print_header(f'False alarms of {families} families of {len(STATISTICS) * CELLS} cells of equal robots [%]')
     rows = []
     for name, draw in SHAPES.items():
@@ -45,7 +40,7 @@ def main() -> None:
         contradicted = np.mean([min(holm(family.ravel().tolist())) < SIGNIFICANCE for family in p_values])
         alone = np.mean(p_values < SIGNIFICANCE, axis=(0, 1))
         rows.append([name, *(f'{100.0 * rate:.1f}' for rate in (*alone, contradicted))])
-    print(tabulate(rows, ['errors', *(f'{name},\nalone' for name in STATISTICS), 'a cell of\nthe family']))
+    print_table(rows, ['errors', *(f'{name},\nalone' for name in STATISTICS), 'a cell of\nthe family'])
 
 
 def _family(draw: Callable[[np.random.Generator], np.ndarray], rng: np.random.Generator) -> List[List[float]]:
