@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from diff_encoder_sim.base.params import keys_of
-from diff_encoder_sim.base.text_values import for_xml_rpc, from_xml_rpc
+from diff_encoder_sim.base.params import for_xml_rpc, from_xml_rpc, keys_of
 from diff_encoder_sim.drives.topics import LIVE_TOPICS
 from launched_graph import DATA, ROOT, Graph, require_ros
 from reencoding_drives import drive, write_ros1

@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.text_values import for_xml_rpc, from_xml_rpc
+from diff_encoder_sim.base.params import for_xml_rpc, from_xml_rpc
 from params_classes import example, numbers_of, params_classes
 
 CLASSES = params_classes()

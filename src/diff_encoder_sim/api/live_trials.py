@@ -20,9 +20,8 @@ from diff_encoder_sim.base.bounds import Seed
 from diff_encoder_sim.base.command_line import as_typed
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder, users_path
-from diff_encoder_sim.base.params import Params
+from diff_encoder_sim.base.params import Params, for_xml_rpc
 from diff_encoder_sim.base.processes import parent_only_lists
-from diff_encoder_sim.base.text_values import for_xml_rpc
 from diff_encoder_sim.base.yaml_files import yaml_value
 from diff_encoder_sim.drives.test_definition import TestDefinition, find_world, load_test
 from diff_encoder_sim.drives.trial_definition import LivePlan, Trial, wheels_of

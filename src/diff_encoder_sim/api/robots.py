@@ -11,8 +11,7 @@ from tabulate import tabulate
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder, users_path
-from diff_encoder_sim.base.params import flat, nested, split_params
-from diff_encoder_sim.base.text_values import for_xml_rpc
+from diff_encoder_sim.base.params import flat, for_xml_rpc, nested, split_params
 from diff_encoder_sim.base.yaml_files import load_yaml, yaml_value
 from diff_encoder_sim.drives.bag_source import open_source
 from diff_encoder_sim.drives.trial_recording import trial_of_source

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import uuid
 from pathlib import Path
@@ -30,7 +29,6 @@ def write_file(path: Union[str, Path], content: bytes) -> None:
             os.fsync(file.fileno())
         os.replace(unfinished, path)
     except OSError as error:
-        raise OSError(error.errno, error.strerror, str(path)) from None
-    finally:
-        with contextlib.suppress(OSError):  # already renamed
+        if unfinished.exists():
             unfinished.unlink()
+        raise OSError(error.errno, error.strerror, str(path)) from None

@@ -39,12 +39,13 @@ class Between:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> pydantic_core.CoreSchema:
         """Check before the type: pydantic does not accept 10^400 as a number."""
-        return pydantic_core.core_schema.no_info_before_validator_function(self._checked, handler(source))
 
-    def _checked(self, value: Any) -> Any:
-        if is_number(value) and not self.allows(value):
-            raise pydantic_core.PydanticCustomError('out_of_bounds', '{allowed}', {'allowed': str(self)})
-        return abs(value) if is_number(value) and value == 0 else value  # numpy rejects -0.0 as a scale
+        def check(value: Any) -> Any:
+            if is_number(value) and not self.allows(value):
+                raise pydantic_core.PydanticCustomError('out_of_bounds', '{allowed}', {'allowed': str(self)})
+            return abs(value) if is_number(value) and value == 0 else value  # numpy rejects -0.0 as a scale
+
+        return pydantic_core.core_schema.no_info_before_validator_function(check, handler(source))
 
 
 def is_number(value: Any) -> bool:

@@ -5,18 +5,19 @@ from __future__ import annotations
 import argparse
 import contextlib
 import logging
+import math
 import os
-import re
 import signal
 import sys
 import textwrap
-from typing import Any, Callable, Iterator, NoReturn, Sequence
+from typing import Any, Callable, Iterator, Sequence
 
 from diff_encoder_sim.base.bounds import Between
 from diff_encoder_sim.base.errors import CampaignFault, ConfigError, in_one_line, readable
 from diff_encoder_sim.base.package_files import package_version
 
 CONSOLE = 'diff-encoder-sim'
+HELP_WIDTH = 80
 
 
 def as_called(name: str) -> str:
@@ -33,16 +34,18 @@ def _is_console() -> bool:
     return os.path.basename(sys.argv[0]) == CONSOLE
 
 
-def number_within(bounds: Between) -> Callable[[str], float]:
+def number_within(bounds: Between, kind: Callable[[str], Any] = float) -> Callable[[str], Any]:
     """Return the type of an argument that is a number within bounds."""
 
-    def parse(text: str) -> float:
+    def parse(text: str) -> Any:
         try:
-            value = float(text)
+            value = kind(text)
         except ValueError:
-            value = float('nan')
+            value = math.nan
         if not bounds.allows(value):
-            raise argparse.ArgumentTypeError(f'given {text!r}; allowed: {bounds}')
+            raise argparse.ArgumentTypeError(
+                f'given {text!r}; allowed: {"a whole number, " if kind is int else ""}{bounds}'
+            )
         return value
 
     return parse
@@ -50,36 +53,7 @@ def number_within(bounds: Between) -> Callable[[str], float]:
 
 def whole_number_within(bounds: Between) -> Callable[[str], int]:
     """Return the type of an argument that is a whole number within bounds."""
-
-    def parse(text: str) -> int:
-        try:
-            value = int(text)
-        except ValueError:
-            value = None
-        if value is None or not bounds.allows(value):
-            raise argparse.ArgumentTypeError(f'given {text!r}; allowed: a whole number, {bounds}')
-        return value
-
-    return parse
-
-
-HELP_WIDTH = 80
-
-
-class ToolParser(argparse.ArgumentParser):
-    """argparse's parser, for UTF-8 arguments, with errors of limited length."""
-
-    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Parse arguments; other file names cannot be printed or written to a bag."""
-        given = sys.argv[1:] if args is None else list(args)
-        for each in given:
-            if re.search('[\ud800-\udfff]', each):
-                self.error(f'given {each!r}; allowed: text in UTF-8')
-        return super().parse_known_args(given, namespace)
-
-    def error(self, message: str) -> NoReturn:
-        """Print the usage and the error, and exit with status 2."""
-        super().error(readable(message))
+    return number_within(bounds, int)
 
 
 def tool_parser(name: str, description: str, examples: Sequence[str], notes: str = '') -> argparse.ArgumentParser:
@@ -92,11 +66,10 @@ def tool_parser(name: str, description: str, examples: Sequence[str], notes: str
         notes: paragraphs between the options and the examples.
     """
     commands = '\n'.join(f'  {as_typed(name)} {arguments}'.rstrip() for arguments in examples)
-    epilog = [*([_filled(notes)] if notes else []), f'examples:\n{commands}']
-    parser = ToolParser(
+    parser = argparse.ArgumentParser(
         prog=as_called(name),
         description=_filled(description.replace(name, as_called(name), 1)),
-        epilog='\n\n'.join(epilog),
+        epilog=f'{_filled(notes)}\n\nexamples:\n{commands}'.strip(),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add_version(parser)
@@ -106,6 +79,11 @@ def tool_parser(name: str, description: str, examples: Sequence[str], notes: str
 def add_version(parser: argparse.ArgumentParser) -> None:
     """Add --version, the version of the package."""
     parser.add_argument('--version', action='version', version=f'%(prog)s (diff_encoder_sim) {package_version()}')
+
+
+def _filled(text: str) -> str:
+    paragraphs = (' '.join(paragraph.split()) for paragraph in text.strip().split('\n\n'))
+    return '\n\n'.join(textwrap.fill(paragraph, HELP_WIDTH) for paragraph in paragraphs)
 
 
 def run_tool(name: str, tool: Callable[[], None]) -> None:
@@ -125,48 +103,37 @@ def run_tool(name: str, tool: Callable[[], None]) -> None:
         sys.exit(f'{as_called(name)}: {readable(named + (error.strerror or in_one_line(error)))}')
 
 
-STOPPING_SIGNALS = (signal.SIGINT, signal.SIGTERM)
-
-
 class Stopped(BaseException):
-    """A signal stopped the tool. Not an Exception, so that no handler treats it as an error."""
+    """SIGINT or SIGTERM stopped the tool. Not an Exception, so that no handler treats it as an error."""
 
-    def __init__(self, number: int) -> None:
-        super().__init__(number)
-        self.number = number
-        self.when = 'before the first trial'
+    when = 'before the first trial'
 
 
 def run_trials_tool(name: str, tool: Callable[[], None]) -> None:
     """Run a tool that runs trials; a fault or a signal prints one line and sets the exit status."""
     logging.basicConfig(format=f'{as_called(name)}: %(message)s')
     try:
-        with signals_raise():
+        with _signals_raise():
             run_tool(name, tool)
     except CampaignFault as fault:
         sys.exit(f'{as_called(name)}: {fault}')
     except Stopped as stopped:
         print(f'{as_called(name)}: stopped {stopped.when}', file=sys.stderr)
-        sys.exit(128 + stopped.number)
+        sys.exit(128 + stopped.args[0])
 
 
 @contextlib.contextmanager
-def signals_raise() -> Iterator[None]:
-    """Let SIGINT and SIGTERM raise `Stopped`."""
+def _signals_raise() -> Iterator[None]:
+    """Let SIGINT and SIGTERM raise `Stopped`; a second signal ends the process at once."""
 
     def stop(number: int, _: object) -> None:
-        for each in STOPPING_SIGNALS:
-            signal.signal(each, signal.SIG_DFL)  # a second signal ends the process at once
+        for each in before:
+            signal.signal(each, signal.SIG_DFL)
         raise Stopped(number)
 
-    before = {number: signal.signal(number, stop) for number in STOPPING_SIGNALS}
+    before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-def _filled(text: str) -> str:
-    paragraphs = (' '.join(paragraph.split()) for paragraph in text.strip().split('\n\n'))
-    return '\n\n'.join(textwrap.fill(paragraph, HELP_WIDTH) for paragraph in paragraphs)

@@ -11,29 +11,14 @@ import sys
 from collections.abc import Iterator
 
 STANDARD_ERROR = 2
-HELP = frozenset(('-h', '--help'))
 OF_NODES = 'Launch files start it: topics and parameters are in docs/nodes.md.'
 STOPPED = 128 + signal.SIGINT  # the exit status that shells expect after Ctrl-C
-
-
-def ready_streams() -> None:
-    """Open closed standard streams (`command >&-`), and flush the output at exit.
-
-    Otherwise a file opened later gets the descriptor of a closed stream, and receives the output of libraries.
-    """
-    for number, name in enumerate(('stdin', 'stdout', 'stderr')):
-        try:
-            os.fstat(number)
-        except OSError:
-            os.open(os.devnull, os.O_RDWR)  # gets the lowest free descriptor
-            os.set_inheritable(number, True)
-            setattr(sys, name, os.fdopen(number, 'w' if number else 'r'))
-    atexit.register(_write_rest)
 
 
 @contextlib.contextmanager
 def printing(name: str) -> Iterator[None]:
     """End a command that cannot print or is out of memory; status 0 if the reader of a pipe has ended."""
+    atexit.register(_write_rest)
     try:
         yield
     except BrokenPipeError:
@@ -70,7 +55,6 @@ def run_command(name: str, module: str, *arguments: object) -> None:
             colon, `ros.maps:map_saver`, stands for `main` with its docstring, and `parse_map_saver` for `parse`.
         arguments: of `main`; the first is the command line, if it is not that of sys.argv.
     """
-    ready_streams()
     line = f'{name}: stopped\n'.encode()
 
     def end_at_once(*_: object) -> None:
@@ -87,12 +71,11 @@ def run_command(name: str, module: str, *arguments: object) -> None:
         if parse is not None:
             # Parsed before the long imports, for --help and wrong arguments; `main` parses again.
             parse(*arguments[:1])
+        elif {'-h', '--help'}.intersection(sys.argv[1:]):
+            print(f'{((main if function else imported).__doc__ or name).strip()}\n\n{OF_NODES}')
+            return
         if hasattr(imported, 'API'):
             importlib.import_module(f'diff_encoder_sim.{imported.API}')
-    if parse is None and HELP.intersection(sys.argv[1:]):
-        with printing(name):
-            print(f'{((main if function else imported).__doc__ or name).strip()}\n\n{OF_NODES}')
-        return
     try:
         try:
             signal.signal(signal.SIGINT, signal.default_int_handler)

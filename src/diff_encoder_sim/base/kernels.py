@@ -10,23 +10,20 @@ import functools
 import logging
 import os
 import threading
-from pathlib import Path
 from typing import Any, Callable, List, Optional, TypeVar, overload
 
 import numpy as np
 
 from diff_encoder_sim.base.deferred import deferred
-from diff_encoder_sim.base.own_folder import own_folder
 
 numba = deferred('numba')
 
-FOLDER_VARIABLE = 'NUMBA_CACHE_DIR'
-PACKAGE = Path(os.path.abspath(__file__)).parents[1]
 Function = TypeVar('Function', bound=Callable[..., Any])
 Array = np.ndarray  # of a kernel's arguments; shapes are in the docstrings
 
 log = logging.getLogger(__name__)
 _LOCK = threading.RLock()
+_CALLABLE: List[Callable[..., Any]] = []  # not passed to numba yet
 
 
 class Kernel:
@@ -42,13 +39,19 @@ class Kernel:
 
     @property
     def dispatcher(self) -> Any:
-        """Return numba's."""
+        """Return numba's, which keeps machine code next to the source, or in the user's cache."""
         with _LOCK:
             if self._dispatcher is None:
-                is_kept = _prepare_numba()
+                _prepare_numba()
                 while _CALLABLE:
                     numba.extending.register_jitable(_CALLABLE.pop())
-                self._dispatcher = numba.njit(self._function, cache=is_kept, **self._options)
+                try:
+                    self._dispatcher = numba.njit(self._function, cache=True, **self._options)
+                except RuntimeError:
+                    log.warning(
+                        'compiled kernels (30 s) cannot be kept for other processes; NUMBA_CACHE_DIR names a folder'
+                    )
+                    self._dispatcher = numba.njit(self._function, **self._options)
         return self._dispatcher
 
     def __getattr__(self, name: str) -> Any:
@@ -73,45 +76,21 @@ def compiled(*kernel: Any, **options: Any) -> Any:
     return lambda function: Kernel(function, options)
 
 
-_CALLABLE: List[Callable[..., Any]] = []  # not passed to numba yet
-
-
 def callable_by_kernels(function: Function) -> Function:
     """Make a Python function callable from kernels of its file, for scalars and arrays."""
     _CALLABLE.append(function)
     return function
 
 
-def cache_folder() -> Optional[str]:
-    """Return the folder for machine code: '' for __pycache__ next to the source, None if no folder can be written."""
-    given = os.environ.get(FOLDER_VARIABLE)
-    if given:
-        return given
-    if all(_is_writable(room.parent) for room in PACKAGE.glob('*/__init__.py')):
-        return ''
-    own = own_folder()
-    return None if own is None else str(own / 'kernels')
-
-
-def _is_writable(room: Path) -> bool:
-    cache = room / '__pycache__'
-    return os.access(str(cache if cache.exists() else room), os.W_OK | os.X_OK)
-
-
 @functools.lru_cache(maxsize=None)
-def _prepare_numba() -> bool:
-    """Select the cache folder for this process and its children; return whether machine code is cached."""
-    folder = cache_folder()
-    if folder is None:
-        log.warning('%s: no folder for compiled kernels can be written; each process compiles them (30 s)', PACKAGE)
+def _prepare_numba() -> None:
     # Set before numba is imported, even if empty: otherwise a .numba_config.yaml in the current folder could select a
     # folder with machine code of another user.
-    os.environ[FOLDER_VARIABLE] = folder or ''
-    numba.config.CACHE_DIR = folder or ''
+    os.environ.setdefault('NUMBA_CACHE_DIR', '')
+    numba.config.CACHE_DIR = os.environ['NUMBA_CACHE_DIR']
 
     def type_of_kernel(kernel: Kernel, context: Any) -> Any:
         del context
         return numba.typeof(kernel.dispatcher)
 
     numba.extending.typeof_impl.register(Kernel)(type_of_kernel)
-    return folder is not None

@@ -4,16 +4,10 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Optional, Union
+from typing import Optional, Union
 from xml.etree import ElementTree
 
-from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.errors import ConfigError
-
-if TYPE_CHECKING:
-    from importlib import metadata
-else:
-    metadata = deferred('importlib.metadata')
 
 
 def package_folder() -> Path:
@@ -36,23 +30,10 @@ def users_path(given: Union[str, Path]) -> Path:
     return (Path(os.environ.get('PWD', '.')) / given).resolve()
 
 
-DISTRIBUTION = 'diff_encoder_sim'
-
-
 def package_version(folder: Optional[Path] = None) -> str:
-    """Return the version in a folder's package.xml: that of `package_folder` unless another is given.
-
-    Without a package.xml, as after installation by pip, the version is read from the distribution's metadata.
-    """
+    """Return the version in the package.xml of a folder, by default of `package_folder`; `unknown` if there is none."""
     try:
         text = ElementTree.parse(str((folder or package_folder()) / 'package.xml')).findtext('version')
     except (ConfigError, OSError, ElementTree.ParseError):
-        return _distribution_version()
-    return text.strip() if text else _distribution_version()
-
-
-def _distribution_version() -> str:
-    try:
-        return metadata.version(DISTRIBUTION)
-    except metadata.PackageNotFoundError:
-        return 'unknown'
+        text = None
+    return text.strip() if text else 'unknown'

@@ -5,7 +5,21 @@ from __future__ import annotations
 import difflib
 import re
 from pathlib import Path
-from typing import Any, Dict, Iterable, Iterator, List, Mapping, Optional, Sequence, Tuple, Type, TypeVar, Union
+from typing import (
+    Any,
+    Callable,
+    Dict,
+    Iterable,
+    Iterator,
+    List,
+    Mapping,
+    Optional,
+    Sequence,
+    Tuple,
+    Type,
+    TypeVar,
+    Union,
+)
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import PydanticCustomError
@@ -102,14 +116,7 @@ def with_changes(params: P, changes: Mapping[str, Any], source: str) -> P:
     Raises:
         ConfigError: a value is not allowed.
     """
-    given = params.model_dump(exclude_unset=True)
-    for key, value in changes.items():
-        nested = getattr(params, key, None)
-        if isinstance(nested, Params) and isinstance(value, Mapping):
-            given[key] = {**nested.model_dump(exclude_unset=True), **value}
-        else:
-            given[key] = value
-    return type(params).from_mapping(given, source)
+    return type(params).from_mapping(merged(params.model_dump(exclude_unset=True), changes), source)
 
 
 def load_params(params_class: Type[P], path: Union[str, Path]) -> P:
@@ -158,21 +165,20 @@ def keys_of(params_class: Type[Params]) -> List[str]:
 def _first_problem(params_class: Type[Params], error: ValidationError) -> str:
     # Report a misspelt key before the missing one.
     problem = next((each for each in error.errors() if each['type'] == 'extra_forbidden'), error.errors()[0])
-    by_validator = problem.get('ctx', {})
+    kind, by_validator = problem['type'], problem.get('ctx', {})
     path = [str(part) for part in problem['loc']] + ([by_validator['key']] if 'key' in by_validator else [])
-    key = '.'.join(path) or 'value'
-    if not key.isprintable():
-        key = repr(key)  # keep one line
-    if problem['type'] == 'extra_forbidden':
+    key, given = '.'.join(path) or 'value', by_validator.get('given', problem['input'])
+    if kind == 'extra_forbidden':
         return f'{key}: unknown key{did_you_mean(path[-1], _keys_at(params_class, path[:-1]))}'
-    if problem['type'] == 'missing':
+    if kind == 'missing':
         return f'{key}: missing'
     allowed = problem['msg'].replace('Input should be ', '').replace('Value error, ', '')
-    if problem['type'] in ('model_type', 'dict_type'):
+    if kind in ('model_type', 'dict_type'):
         allowed = 'a mapping (key: value)'
-    if problem['type'] in ('float_type', 'int_type') and _is_power_of_ten(problem['input']):
+    # ROS's YAML reads a number without a point or sign as text.
+    if kind in ('float_type', 'int_type') and re.fullmatch(r'[-+]?[0-9.]+[eE][-+]?[0-9]+', str(given)):
         allowed += ', which YAML writes with point and sign: 1.0e-3'
-    return f'{key}: given {_shown(by_validator.get("given", problem["input"]))}; allowed: {allowed}'
+    return f'{key}: given {_shown(given)}; allowed: {allowed}'
 
 
 def _keys_at(params_class: Type[Params], path: Sequence[str]) -> List[str]:
@@ -191,14 +197,26 @@ def _struct_in(annotation: Any) -> Optional[Type[Params]]:
     return next(filter(None, map(_struct_in, get_args(annotation))), None)
 
 
-def _is_power_of_ten(given: Any) -> bool:
-    """Return whether ROS's YAML reads a number without a point or sign as text."""
-    return isinstance(given, str) and re.fullmatch(r'[-+]?[0-9.]+[eE][-+]?[0-9]+', given) is not None
-
-
 def _shown(given: Any) -> str:
-    try:
-        text = repr(given)
-    except ValueError:
-        text = 'a number of more than 4300 digits'  # Python cannot convert it to text
+    text = repr(given)
     return text if len(text) < 80 else text[:77] + '...'
+
+
+# Values for XML-RPC, which has 32-bit integers.
+LARGEST_INT = 2**31 - 1
+
+
+def for_xml_rpc(value: Any) -> Any:
+    """Return a value with large integers as text, also in mappings and lists."""
+    return _mapped(lambda each: str(each) if isinstance(each, int) and abs(each) > LARGEST_INT else each, value)
+
+
+def from_xml_rpc(value: Any) -> Any:
+    """Reverse `for_xml_rpc`."""
+    return _mapped(lambda each: int(each) if re.fullmatch('-?[1-9][0-9]{9,18}', str(each)) else each, value)
+
+
+def _mapped(function: Callable[[Any], Any], value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _mapped(function, each) for key, each in value.items()}
+    return [_mapped(function, each) for each in value] if isinstance(value, list) else function(value)

@@ -26,13 +26,11 @@ def interrupts_blocked() -> Iterator[None]:
 @contextlib.contextmanager
 def without_collection() -> Iterator[None]:
     """Pause the garbage collector in this context."""
-    was_enabled = gc.isenabled()
     gc.disable()
     try:
         yield
     finally:
-        if was_enabled:
-            gc.enable()
+        gc.enable()
 
 
 def python_command(module: str) -> List[str]:
@@ -65,8 +63,8 @@ def catches_signal(pid: int, number: int) -> bool:
         status = Path(f'/proc/{pid}/status').read_text()
     except OSError:
         return True
-    caught = next((line.split()[1] for line in status.splitlines() if line.startswith('SigCgt:')), '')
-    return bool(int(caught or 'f' * 16, 16) >> (number - 1) & 1)
+    caught = next(line.split()[1] for line in status.splitlines() if line.startswith('SigCgt:'))
+    return bool(int(caught, 16) >> (number - 1) & 1)
 
 
 def _command_line(pid: int) -> List[bytes]:
@@ -78,12 +76,9 @@ def _command_line(pid: int) -> List[bytes]:
 
 def cpu_model() -> str:
     """Return the processor's name, or its architecture if Linux does not report one."""
-    try:
-        lines = Path('/proc/cpuinfo').read_text(encoding='utf-8').splitlines()
-    except OSError:
-        lines = []
-    names = [line.split(':', 1)[1].strip() for line in lines if line.startswith('model name')]
-    return names[0] if names else platform.machine()
+    lines = Path('/proc/cpuinfo').read_text(encoding='utf-8').splitlines()
+    names = (line.split(':', 1)[1].strip() for line in lines if line.startswith('model name'))
+    return next(names, platform.machine())
 
 
 def usable_cores() -> int:
@@ -94,13 +89,7 @@ def usable_cores() -> int:
 def git(folder: Path, *arguments: str) -> Optional[str]:
     """Return the output of a git command in a folder; None if it fails or git is missing."""
     try:
-        completed = subprocess.run(
-            ['git', '-C', str(folder), *arguments],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            check=True,
-            timeout=10,
-        )
+        command = ['git', '-C', str(folder), *arguments]
+        return subprocess.check_output(command, stderr=subprocess.DEVNULL, encoding='utf-8', timeout=10).strip()
     except (OSError, subprocess.SubprocessError):
         return None
-    return completed.stdout.decode('utf-8', 'replace').strip()

@@ -21,16 +21,7 @@ MOST_AHEAD_S = 10.0
 
 
 def check_stamp(stamp_ns: int, now_ns: int = 0, most_ahead_s: float = MOST_AHEAD_S) -> None:
-    """Check that a stamp is valid for TF and not far ahead of the clock.
-
-    Args:
-        stamp_ns: of a message.
-        now_ns: the clock; 0 if unknown.
-        most_ahead_s: maximum lead of a stamp over the clock [s].
-
-    Raises:
-        InputFault: the stamp is invalid.
-    """
+    """Raise InputFault if a stamp is not valid for TF, or too far ahead of the clock (0 if unknown)."""
     stamp_s, ahead_s = stamp_ns / NANOSECONDS_PER_SECOND, (stamp_ns - now_ns) / NANOSECONDS_PER_SECOND
     if stamp_ns >= STAMP_LIMIT_S * NANOSECONDS_PER_SECOND:
         raise InputFault(f'stamp {stamp_s:.3f} s; allowed: below {STAMP_LIMIT_S} s, as TF can hold no more')
@@ -51,9 +42,8 @@ class Step(enum.Enum):
 class Timeline:
     """Classifies stamps as new, stale or restart.
 
-    A stamp that goes back by up to `tolerance_ns` is a message overtaken by another (several
-    publishers on one topic). Further back, time was reset: a bag loops, or the simulator
-    was reset.
+    A stamp that goes back by up to `tolerance_ns` is a message overtaken by another (several publishers on one topic).
+    Further back, time was reset: a bag loops, or the simulator was reset.
     """
 
     def __init__(self, tolerance_ns: int) -> None:
@@ -62,11 +52,8 @@ class Timeline:
 
     def advance(self, stamp_ns: int) -> Step:
         """Classify `stamp_ns` and, unless it is stale, store it as the newest."""
-        if self.newest_ns is None or stamp_ns > self.newest_ns:
-            step = Step.NEW
-        elif stamp_ns >= self.newest_ns - self._tolerance_ns:
+        newest_ns = self.newest_ns
+        if newest_ns is not None and newest_ns - self._tolerance_ns <= stamp_ns <= newest_ns:
             return Step.STALE
-        else:
-            step = Step.RESTART
         self.newest_ns = stamp_ns
-        return step
+        return Step.NEW if newest_ns is None or stamp_ns > newest_ns else Step.RESTART

@@ -34,17 +34,13 @@ def parse_numbers(text: Optional[str], count: int, where: str) -> List[float]:
         numbers = [float(word) for word in (text or '').split()]
     except ValueError:
         numbers = []
-    if len(numbers) != count or not all(math.isfinite(number) for number in numbers):
+    if len(numbers) != count or not all(map(math.isfinite, numbers)):
         raise ConfigError(f'{where}: given {text!r}; allowed: {count} finite number(s)')
     return numbers
 
 
 def bounded_numbers(text: Optional[str], count: int, where: str) -> List[float]:
-    """Read `count` numbers of a plausible size for robots and rooms.
-
-    Raises:
-        ConfigError: the text is something else.
-    """
+    """Read numbers as `parse_numbers`, of a plausible size for robots and rooms."""
     numbers = parse_numbers(text, count, where)
     if max(map(abs, numbers)) > MOST:
         raise ConfigError(f'{where}: given {text!r}; allowed: from {-MOST:g} to {MOST:g}')
@@ -52,11 +48,7 @@ def bounded_numbers(text: Optional[str], count: int, where: str) -> List[float]:
 
 
 def parse_lengths(text: Optional[str], count: int, where: str) -> List[float]:
-    """Read `count` lengths greater than 0 [m] from a file's text; `where` names them in the error.
-
-    Raises:
-        ConfigError: the text is something else.
-    """
+    """Read numbers as `bounded_numbers`, all greater than 0 [m]."""
     lengths_m = bounded_numbers(text, count, where)
     if min(lengths_m) <= 0:
         raise ConfigError(f'{where}: given {text!r}; allowed: lengths greater than 0 [m]')

@@ -62,11 +62,12 @@ def _constructor(kind: str) -> Callable[[StrictLoader, ScalarNode], Any]:
             value = construct(loader, node)
         except (ValueError, KeyError):
             raise RefusedYaml(f'given {_shown(node)}; allowed: a number, or text in quotes', node) from None
-        if not _PLAIN[kind].fullmatch(node.value):
-            parsed = 'a date' if kind == 'timestamp' else str(value).lower()
-            allowed = 'text in quotes' if kind == 'timestamp' else f'{parsed}, or text in quotes'
-            raise RefusedYaml(f'given {_shown(node)}, which YAML 1.1 takes for {parsed}; allowed: {allowed}', node)
-        return value
+        if _PLAIN[kind].fullmatch(node.value):
+            return value
+        parsed, allowed = str(value).lower(), f'{str(value).lower()}, or text in quotes'
+        if kind == 'timestamp':
+            parsed, allowed = 'a date', 'text in quotes'
+        raise RefusedYaml(f'given {_shown(node)}, which YAML 1.1 takes for {parsed}; allowed: {allowed}', node)
 
     return construct_plain
 
@@ -82,9 +83,15 @@ def load_yaml(path: Union[str, Path]) -> Dict[str, Any]:
         ConfigError: the file cannot be read, is not YAML, is not a mapping, or has an ambiguous value.
     """
     try:
-        content = _parse(_read(path))
+        content = yaml.load(Path(path).read_text(encoding='utf-8'), Loader=StrictLoader)
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else 'not UTF-8 text'
+        raise ConfigError(f'{path}: cannot be read: {reason}') from None
     except yaml.YAMLError as error:
-        raise ConfigError(_problem(str(path), error)) from None
+        mark = getattr(error, 'problem_mark', None)
+        where = f'{path}, line {mark.line + 1}' if mark else str(path)
+        text = getattr(error, 'problem', None) or getattr(error, 'reason', None) or 'cannot be parsed'
+        raise ConfigError(f'{where}: {text if isinstance(error, RefusedYaml) else f"not valid YAML: {text}"}') from None
     if content is None:
         return {}
     if not isinstance(content, dict):
@@ -99,34 +106,15 @@ def yaml_value(text: str, source: str) -> Any:
         ConfigError: the argument, named by `source`, has an ambiguous value.
     """
     try:
-        return _parse(text)
+        return yaml.load(text, Loader=StrictLoader)
     except RefusedYaml as error:
         raise ConfigError(f'{source}: {error.problem}') from None
     except yaml.YAMLError:
         return text
 
 
-def _read(path: Union[str, Path]) -> str:
-    try:
-        return Path(path).read_text(encoding='utf-8')
-    except (OSError, ValueError) as error:  # ValueError: invalid UTF-8, or a path with a null character
-        reason = getattr(error, 'strerror', None) or 'not UTF-8 text'
-        raise ConfigError(f'{path}: cannot be read: {reason}') from None
-
-
-def _parse(text: str) -> Any:
-    return yaml.load(text, Loader=StrictLoader)  # a safe loader
-
-
-def _problem(source: str, error: yaml.YAMLError) -> str:
-    mark = getattr(error, 'problem_mark', None)
-    where = f'{source}, line {mark.line + 1}' if mark else source
-    problem = getattr(error, 'problem', None) or getattr(error, 'reason', None) or 'cannot be parsed'
-    return f'{where}: {problem}' if isinstance(error, RefusedYaml) else f'{where}: not valid YAML: {problem}'
-
-
 def _shown(node: yaml.Node) -> str:
     if not isinstance(node, ScalarNode):
         return 'that is a list or a mapping'
     text = str(node.value)
-    return text if text.isprintable() and len(text) < 60 else f'{text[:57]!r}...'
+    return text if len(text) < 60 else f'{text[:57]!r}...'

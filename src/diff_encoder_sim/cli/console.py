@@ -7,7 +7,7 @@ import sys
 from typing import Optional, Sequence
 
 from diff_encoder_sim.base.command_line import CONSOLE, add_version, as_called
-from diff_encoder_sim.base.command_start import printing, ready_streams, run_command
+from diff_encoder_sim.base.command_start import printing, run_command
 
 DESCRIPTION = 'Which wheel encoder does a differential-drive robot need, and is its odometry right?'
 COMMANDS = {
@@ -23,7 +23,6 @@ COMMANDS = {
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the command line."""
-    ready_streams()
     given = list(sys.argv[1:] if arguments is None else arguments)
     with printing(CONSOLE):
         name = _parser().parse_args(given[:1]).command.replace('-', '_')

@@ -20,8 +20,7 @@ import rospy.client
 from rosgraph_msgs.msg import Clock
 
 from diff_encoder_sim.base.errors import ConfigError, readable
-from diff_encoder_sim.base.params import P, Params, keys_of, merged, shared_params
-from diff_encoder_sim.base.text_values import for_xml_rpc, from_xml_rpc
+from diff_encoder_sim.base.params import P, Params, for_xml_rpc, from_xml_rpc, keys_of, merged, shared_params
 from diff_encoder_sim.base.yaml_files import yaml_value
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ import yaml
 
 from diff_encoder_sim.api import live_trials as trial_spec
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.text_values import from_xml_rpc
+from diff_encoder_sim.base.params import from_xml_rpc
 from diff_encoder_sim.cli.trial_spec import main as trial_spec_main
 from diff_encoder_sim.cli.trial_spec import parse
 from diff_encoder_sim.drives.trial_definition import LivePlan
