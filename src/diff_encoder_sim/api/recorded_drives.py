@@ -26,7 +26,7 @@ from diff_encoder_sim.api.wheel_options import (
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import PoseSeries
 from diff_encoder_sim.drives.bag_source import open_source
-from diff_encoder_sim.drives.csv_wheels import CsvStream
+from diff_encoder_sim.drives.csv_wheels import CsvStream, DriveStream
 from diff_encoder_sim.drives.reencoding import (
     EncodedDrive,
     Encoder,
@@ -46,7 +46,7 @@ from diff_encoder_sim.drives.topics import CMD_VEL, TRIAL
 from diff_encoder_sim.drives.trajectory_error import PathError
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.drives.trial_recording import trial_of_source
-from diff_encoder_sim.drives.wheel_source import DriveStream, WheelSource
+from diff_encoder_sim.drives.wheel_source import WheelSource
 from diff_encoder_sim.wheels.catalogue import ChosenEncoder
 from diff_encoder_sim.wheels.diagnostics import encoder_lateral_std, hidden_encoder
 from diff_encoder_sim.wheels.encoder_params import file_label, ppr_label

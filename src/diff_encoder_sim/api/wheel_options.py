@@ -441,7 +441,7 @@ def _notes_on_counts(trial: Optional[Trial], robot: RecordedRobot) -> List[str]:
 
 
 def _serving(options: DriveOptions, source: BagSource) -> str:
-    return ' | '.join(serving_options(options.path, source))
+    return ' | '.join(serving_options(source))
 
 
 def _joints(robot: RecordedRobot) -> Tuple[str, str]:

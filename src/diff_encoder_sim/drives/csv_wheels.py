@@ -1,21 +1,21 @@
-"""Wheel angles from a table in a text file: how it is written, and its rows."""
+"""Wheel angles from a table in a text file: its format, and its rows."""
 
 from __future__ import annotations
 
-import contextlib
 import itertools
 import math
 import re
 import struct
 from decimal import Decimal
 from pathlib import Path
-from typing import Collection, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Collection, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.stamps import LATEST_NS
+from diff_encoder_sim.drives.bag_source import BagSource
 from diff_encoder_sim.drives.number_units import TIME_UNITS
 from diff_encoder_sim.drives.ros1_stream import Message
-from diff_encoder_sim.drives.wheel_source import TimedDrive, WheelNumbers, WheelUnit, paired_drives, wheel_angles
+from diff_encoder_sim.drives.wheel_source import WheelSource, WheelUnit
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 
 COMMENT = '#'
@@ -23,8 +23,8 @@ COLUMNS = 3  # time, left, right
 
 # The first that gives enough columns; None stands for any spaces. A comma may also be a decimal sign.
 _DELIMITERS: Tuple[Optional[str], ...] = (';', '\t', ',', '|', None)
-# Python's own also has 7_0, digits of any script, and words.
-_NUMBER = re.compile(r'[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?')
+# Python's own also has 7_0, digits of any script, words, and exponents of millions.
+_NUMBER = re.compile(r'[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,3})?')
 
 _PAIR = struct.Struct('<2d')  # left and right in a message
 _LINES_INSPECTED = 50  # to find the format
@@ -33,7 +33,7 @@ _LINES_NAMED = 5
 
 
 class CsvFormat(NamedTuple):
-    """How the lines of a file are read."""
+    """Format of the lines of a file."""
 
     delimiter: Optional[str]
     columns: Tuple[int, ...]  # of time, left and right, from 0
@@ -52,23 +52,18 @@ class CsvFormat(NamedTuple):
         texts = [cells[column] for column in self.columns]
         if self.delimiter != ',':
             texts = [text.replace(',', '.') for text in texts]
-        for text in texts[1:]:
-            if not (_is_number(text) and math.isfinite(float(text))):
+        for text in texts:
+            if not (_NUMBER.fullmatch(text) and math.isfinite(float(text))):
                 raise InputFault(f'{text!r}; expected a finite number')
-        return self._time_ns(texts[0]), float(texts[1]), float(texts[2])
-
-    def _time_ns(self, text: str) -> int:
-        if _is_number(text):
-            with contextlib.suppress(ArithmeticError):  # an exponent of millions
-                # Exact: seconds since 1970 with nanoseconds do not fit a float.
-                time_ns = Decimal(text) * self.unit_ns
-                if 0 <= time_ns < LATEST_NS:
-                    return int(time_ns)
-        raise InputFault(f'time {text!r}; expected 0 to below 2^32 s, in the unit of --time-unit')
+        # Exact: seconds since 1970 with nanoseconds do not fit a float.
+        time_ns = Decimal(texts[0]) * self.unit_ns
+        if not 0 <= time_ns < LATEST_NS:
+            raise InputFault(f'time {texts[0]!r}; expected 0 to below 2^32 s, in the unit of --time-unit')
+        return int(time_ns), float(texts[1]), float(texts[2])
 
 
 def find_format(lines: Sequence[str], columns: Sequence[str], time_unit: str) -> CsvFormat:
-    """Find out how a file is written from its first lines.
+    """Detect the format of a file from its first lines.
 
     Args:
         lines: without empty ones.
@@ -84,13 +79,22 @@ def find_format(lines: Sequence[str], columns: Sequence[str], time_unit: str) ->
             break
     else:
         raise ConfigError(f'no table; expected {COLUMNS} or more columns, separated by , ; | tabs or spaces')
-    first = _split(rows[0], delimiter)
-    has_header = not any(_is_number(text.replace(',', '.')) for text in first)
-    names = first if has_header else _names_in_comment(lines, delimiter, len(first))
-    found = tuple(_find_column(names, len(first), column) for column in columns)
+    names = _split(rows[0], delimiter)
+    numbers = [str(number) for number in range(1, len(names) + 1)]
+    has_header = not any(_NUMBER.fullmatch(text.replace(',', '.')) for text in names)
+    if not has_header:  # the names may be in the last comment above the rows
+        comments = list(itertools.takewhile(lambda line: line.startswith(COMMENT), lines))
+        names = _split(comments[-1], delimiter) if comments else []
+        names = names if len(names) == len(numbers) else []
+    found = []
+    for column in columns:
+        if column not in (*names, *numbers):
+            named = f' or a name: {", ".join(names)}' if names else '; the file has no header with names'
+            raise ConfigError(f'--columns: given {column}; allowed: a number from 1 to {len(numbers)}{named}')
+        found.append((names if column in names else numbers).index(column))
     if len(set(found)) < COLUMNS:
         raise ConfigError(f'--columns: given {" ".join(columns)}; allowed: three columns that differ')
-    return CsvFormat(delimiter, found, has_header, TIME_UNITS[time_unit])
+    return CsvFormat(delimiter, tuple(found), has_header, TIME_UNITS[time_unit])
 
 
 def _split(line: str, delimiter: Optional[str]) -> List[str]:
@@ -98,33 +102,13 @@ def _split(line: str, delimiter: Optional[str]) -> List[str]:
     return [cell.strip().strip('"\'').strip() for cell in line.strip().lstrip(COMMENT).split(delimiter)]
 
 
-def _names_in_comment(lines: Sequence[str], delimiter: Optional[str], count: int) -> List[str]:
-    """Return the names in the last comment above the rows, if it has one for each column."""
-    comments = list(itertools.takewhile(lambda line: line.startswith(COMMENT), lines))
-    names = _split(comments[-1], delimiter) if comments else []
-    return names if len(names) == count else []
-
-
-def _find_column(names: Sequence[str], count: int, given: str) -> int:
-    numbers = [str(number) for number in range(1, count + 1)]
-    for texts in (names, numbers):
-        if given in texts:
-            return texts.index(given)
-    named = f' or a name: {", ".join(names)}' if names else '; the file has no header with names'
-    raise ConfigError(f'--columns: given {given}; allowed: a number from 1 to {count}{named}')
-
-
-def _is_number(text: str) -> bool:
-    return _NUMBER.fullmatch(text) is not None
-
-
 class CsvStream:
-    """The rows of a file as messages. Bad ones are left out, and named in `fault`."""
+    """The rows of a file as messages. Invalid ones are left out, and listed in `fault`."""
 
     is_cdr = False
 
     def __init__(self, path: Path, columns: Sequence[str], time_unit: str) -> None:
-        """Find out how the file is written.
+        """Detect the format of the file.
 
         Args:
             path: of the file.
@@ -175,10 +159,11 @@ class CsvStream:
                     yield number, line
 
 
-class CsvWheels:
-    """Reads the messages of a `CsvStream`."""
+DriveStream = Union[BagSource, CsvStream]
 
-    are_joint_angles = False
+
+class CsvWheels(WheelSource):
+    """Reads the messages of a `CsvStream`."""
 
     def __init__(
         self,
@@ -196,25 +181,13 @@ class CsvWheels:
             joints: left, right: the names under which angles are given.
             units: of the numbers, left and right.
             ppr: of counts.
-            about: what the numbers are, for the reader.
-            notes: what the angles cannot show.
+            about: interpretation of the numbers, for the reader.
+            notes: limits of the angles.
         """
-        self.topics: Tuple[str, ...] = (topic,)
-        self.joints, self.ppr = joints, ppr
-        self.text = f'rows ({about})'
-        self._notes, self._units = notes, units
-        self._numbers = WheelNumbers(), WheelNumbers()
+        super().__init__([topic], joints, f'rows ({about})', units, notes)
+        self.ppr = ppr
 
     def add(self, message: Message) -> None:
         """Add a row."""
-        for numbers, value in zip(self._numbers, _PAIR.unpack(message.raw)):
-            numbers.add(message.time_ns, message.time_ns, value)
-
-    def drives(self) -> List[TimedDrive]:
-        """Return the one drive of the table."""
-        left, right = (wheel_angles(numbers.series(), unit) for numbers, unit in zip(self._numbers, self._units))
-        return paired_drives(left, right)[0]
-
-    def notes(self) -> Iterator[str]:
-        """List what the angles cannot show; bad rows are the stream's."""
-        return iter(self._notes)
+        for side, value in enumerate(_PAIR.unpack(message.raw)):
+            self._append(side, message.time_ns, message.time_ns, value)

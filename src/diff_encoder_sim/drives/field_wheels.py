@@ -1,4 +1,4 @@
-"""Wheel angles from any two numbers in the messages of a bag: which numbers it has, and reading them."""
+"""Wheel angles from any two numbers in the messages of a bag: listing these numbers, and reading them."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import contextlib
 import math
 import re
 import shlex
-from array import array
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
+import numpy as np
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -19,72 +19,14 @@ from diff_encoder_sim.drives.bag_source import BagSource
 from diff_encoder_sim.drives.number_units import TICKS
 from diff_encoder_sim.drives.ros1_stream import Message
 from diff_encoder_sim.drives.topics import ARROW, ODOMETRY_TYPE, TF, TRANSFORMS_TYPE
-from diff_encoder_sim.drives.wheel_source import (
-    LONGEST_GAP_NS,
-    TimedDrive,
-    WheelNumbers,
-    WheelUnit,
-    paired_drives,
-    receive_times_note,
-    wheel_angles,
-)
+from diff_encoder_sim.drives.wheel_source import WheelSeries, WheelSource, WheelUnit
 from diff_encoder_sim.drives.wire import TORN
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 
-# By type: constants, and fields as name and what it is, as rosbags has them.
+# By type: constants, and fields with their types, as rosbags has them.
 Fields = Dict[str, Tuple[Any, Any]]
 
-
-class MessageType(NamedTuple):
-    """A type of messages, decoded by rosbags."""
-
-    name: str
-    store: Any  # rosbags' Typestore
-    is_cdr: bool
-
-    @property
-    def fields(self) -> Fields:
-        """Fields of this type and of those that it is made of."""
-        fields: Fields = getattr(self.store, 'fielddefs', None) or self.store.FIELDDEFS  # of rosbags for Python 3.8
-        return fields
-
-    def decode(self, raw: bytes) -> Any:
-        """Decode a message.
-
-        Raises:
-            InputFault: it is torn, or of another type.
-        """
-        decode = self.store.deserialize_cdr if self.is_cdr else self.store.deserialize_ros1
-        try:
-            return decode(raw, self.name)
-        except Exception:  # rosbags raises many types for a torn message
-            raise InputFault(TORN) from None
-
-
-def message_type(path: Path, source: BagSource, topic: str) -> MessageType:
-    """Return the type of a topic.
-
-    Raises:
-        ConfigError: neither the bag nor ROS defines it.
-    """
-    name = source.topics[topic]
-    found = MessageType(name, _store(name, source.definitions.get(name, ''), source.is_cdr), source.is_cdr)
-    if name not in found.fields:
-        raise ConfigError(f'{path}: {topic} is of {name}, which the bag does not define; expected a bag that does')
-    return found
-
-
-def _store(name: str, definition: str, is_cdr: bool) -> Any:
-    """Return the types of a definition; those of ROS if it is damaged or missing."""
-    with contextlib.suppress(Exception):  # rosbags raises many types for a damaged text
-        store = get_typestore(Stores.EMPTY)
-        store.register(get_types_from_msg(definition, name))
-        store.get_msgdef(name)  # fails if a type is missing that it is made of
-        return store
-    return get_typestore(Stores.ROS2_HUMBLE if is_cdr else Stores.ROS1_NOETIC)
-
-
-# Of std_msgs, and of others like them: the field that is meant where none is named.
+# Of std_msgs, and of others like them: the field that is meant if none is named.
 USUAL_FIELD = 'data'
 HEADER = 'std_msgs/msg/Header'
 
@@ -92,19 +34,19 @@ _ADDRESS = re.compile(r'(?P<topic>[^.\[\]\s]+)(?P<path>(?:\.\w+|\[[0-9]{1,9}\])*
 _STEP = re.compile(r'\.(\w+)|\[([0-9]+)\]')
 _BITS = {'int8': 8, 'uint8': 8, 'byte': 8, 'char': 8, 'octet': 8, 'int16': 16, 'uint16': 16, 'int32': 32, 'uint32': 32}
 _NUMBERS = (*_BITS, 'int64', 'uint64', 'float32', 'float64')
-# How many elements of an array are listed, and how deep messages in messages.
+# Listed elements of an array, and depth of messages in messages.
 _LISTED_ELEMENTS, _LISTED_DEPTH = 4, 4
-
-Steps = Tuple[Union[str, int], ...]
 
 
 class MessageField(NamedTuple):
-    """Where a number is."""
+    """The place of a number."""
 
     topic: str
-    steps: Steps  # names of fields, and indices
+    message_type: str
+    steps: Tuple[Union[str, int], ...]  # names of fields, and indices
     number: str  # its type, as ROS spells it
-    message: MessageType
+    store: Any  # rosbags' Typestore
+    is_cdr: bool
 
     @property
     def name(self) -> str:
@@ -114,13 +56,25 @@ class MessageField(NamedTuple):
 
     @property
     def bits(self) -> Optional[int]:
-        """Width of a whole number after which its counter wraps; None where it does not."""
+        """Width of a whole number after which its counter wraps; None if it does not."""
         return _BITS.get(self.number)
 
     @property
     def has_header(self) -> bool:
         """Whether messages have a stamp."""
-        return ('header', HEADER) in [(name, what[1]) for name, what in self.message.fields[self.message.name][1]]
+        return ('header', HEADER) in [(name, what[1]) for name, what in _fields_of(self.store)[self.message_type][1]]
+
+    def decode(self, raw: bytes) -> Any:
+        """Decode a message.
+
+        Raises:
+            InputFault: it is torn, or of another type.
+        """
+        decode = self.store.deserialize_cdr if self.is_cdr else self.store.deserialize_ros1
+        try:
+            return decode(raw, self.message_type)
+        except Exception:  # rosbags raises many types for a torn message
+            raise InputFault(TORN) from None
 
     def value(self, decoded: Any) -> float:
         """Return the number of a decoded message.
@@ -137,15 +91,14 @@ class MessageField(NamedTuple):
                 raise InputFault(f'{self.name}: {len(decoded)} elements in the message')
         if not math.isfinite(decoded):
             raise InputFault(f'{self.name} is {decoded}; expected a finite number')
-        # A whole number of numpy's would wrap in what follows.
-        return float(decoded) if self.number.startswith('float') else int(decoded)
+        return float(decoded)
 
 
 def find_field(path: Path, source: BagSource, option: str, given: str) -> MessageField:
-    """Find what a user has named.
+    """Find the number that a user names.
 
     Raises:
-        ConfigError: there is no such topic, or no such number in its messages; it lists those that are there.
+        ConfigError: there is no such topic, or no such number in its messages; it lists the existing ones.
     """
     match = _ADDRESS.fullmatch(given)
     topic = match['topic'] if match else ''
@@ -153,15 +106,34 @@ def find_field(path: Path, source: BagSource, option: str, given: str) -> Messag
     if not match or topic not in source.topics:
         listed = ', '.join(sorted(source.topics))
         raise ConfigError(f'{path}: {option}: given {given}; allowed: TOPIC or TOPIC.field[0] of its topics {listed}')
-    message = message_type(path, source, topic)
-    steps = [int(index) if index else name for name, index in _STEP.findall(match['path'])]
-    if (not steps or isinstance(steps[0], int)) and USUAL_FIELD in _names(message.fields, message.name):
+    kind, store = source.topics[topic], _store(source, topic)
+    fields = _fields_of(store)
+    if kind not in fields:
+        raise ConfigError(f'{path}: {topic} is of {kind}, which the bag does not define; expected a bag that does')
+    steps: List[Union[str, int]] = [int(index) if index else name for name, index in _STEP.findall(match['path'])]
+    if (not steps or isinstance(steps[0], int)) and USUAL_FIELD in dict(fields[kind][1]):
         steps.insert(0, USUAL_FIELD)
-    number = _number_at(message.fields, (Nodetype.NAME, message.name), steps)
+    number = _number_at(fields, (Nodetype.NAME, kind), steps)
     if number is None:
-        listed = ', '.join(topic + text for text in number_paths(message.fields, message.name)) or 'it has no numbers'
-        raise ConfigError(f'{path}: {option}: given {given}, which is no number of {message.name}; allowed: {listed}')
-    return MessageField(topic, tuple(steps), number, message)
+        listed = ', '.join(topic + text for text in number_paths(fields, kind)) or 'it has no numbers'
+        raise ConfigError(f'{path}: {option}: given {given}, which is no number of {kind}; allowed: {listed}')
+    return MessageField(topic, kind, tuple(steps), number, store, source.is_cdr)
+
+
+def _store(source: BagSource, topic: str) -> Any:
+    """Return the types of a topic's definition; those of ROS if it is damaged or missing."""
+    name = source.topics[topic]
+    with contextlib.suppress(Exception):  # rosbags raises many types for a damaged text
+        store = get_typestore(Stores.EMPTY)
+        store.register(get_types_from_msg(source.definitions.get(name, ''), name))
+        store.get_msgdef(name)  # fails if a type is missing that it is made of
+        return store
+    return get_typestore(Stores.ROS2_HUMBLE if source.is_cdr else Stores.ROS1_NOETIC)
+
+
+def _fields_of(store: Any) -> Fields:
+    fields: Fields = getattr(store, 'fielddefs', None) or store.FIELDDEFS  # of rosbags for Python 3.8
+    return fields
 
 
 def number_paths(fields: Fields, message: str, depth: int = _LISTED_DEPTH) -> Iterator[str]:
@@ -180,31 +152,28 @@ def _paths_of(fields: Fields, what: Any, depth: int) -> Iterator[str]:
         yield from number_paths(fields, about, depth - 1)
     else:
         element, size = about
-        for index in range(min(size or 2, _LISTED_ELEMENTS)):  # of a sequence nobody knows how many it has
+        for index in range(min(size or 2, _LISTED_ELEMENTS)):  # the length of a sequence is not known
             yield from (f'[{index}]{text}' for text in _paths_of(fields, element, depth))
 
 
-def _number_at(fields: Fields, what: Any, steps: List[Union[str, int]]) -> Optional[str]:
-    """Return the type of the number at the end of the steps; None where there is none."""
+def _number_at(fields: Fields, what: Any, steps: Sequence[Union[str, int]]) -> Optional[str]:
+    """Return the type of the number at the end of the steps; None if there is none."""
     for step in steps:
         kind, about = what
         if isinstance(step, int):
             if kind not in (Nodetype.ARRAY, Nodetype.SEQUENCE) or (kind == Nodetype.ARRAY and step >= about[1]):
                 return None
             what = about[0]
-        elif kind == Nodetype.NAME and step in _names(fields, about):
-            what = dict(fields[about][1])[step]
         else:
-            return None
+            names = dict(fields[about][1]) if kind == Nodetype.NAME and about in fields else {}
+            if step not in names:
+                return None
+            what = names[step]
     kind, about = what
     return str(about[0]) if kind == Nodetype.BASE and about[0] in _NUMBERS else None
 
 
-def _names(fields: Fields, message: str) -> List[str]:
-    return [name for name, _ in fields[message][1]] if message in fields else []
-
-
-# What a bag without wheel angles has that could serve instead, as options to type.
+# Listed alternatives of a bag without wheel angles.
 _LISTED_OPTIONS = 5
 
 # A name of the left wheel becomes the right one's by one of these.
@@ -217,9 +186,9 @@ _MIRRORED = (
     ('_l', '_r'),
     ('[0]', '[1]'),
 )
-# Elements of an array are both wheels only where its name is about wheels.
+# Elements of an array are both wheels only if its name is about wheels.
 _OF_WHEELS = re.compile('tick|enc|count|wheel|drive|motor')
-# By the first of these in a name, the unit that it is likely in; empty where it is about no turning of wheels.
+# The likely unit by the first of these words in a name; empty if it is not about the rotation of wheels.
 _UNITS_BY_WORD = (
     (
         'cmd|target|command|setpoint|desired|current|temp|pwm|duty|cliff|bump|drop|layout|time|covariance|imu|scan|resolution',
@@ -232,70 +201,46 @@ _UNITS_BY_WORD = (
     ('dist|odo', 'm'),
     ('wheel', TICKS),
 )
+_UNITS_BY_LIKELIHOOD = (TICKS, 'rad', 'm', 'rad/s', 'rpm')
 
 
-class _Pair(NamedTuple):
-    left: str
-    right: str
-    unit: str
-
-    @property
-    def option(self) -> str:
-        about = '--ticks-per-revolution N' if self.unit == TICKS else f'--unit {self.unit}'
-        return f'--ticks {shlex.quote(self.left)} {shlex.quote(self.right)} {about}'
-
-
-def serving_options(path: Path, source: BagSource) -> List[str]:
-    """List options by which wheel angles can be had from a bag, the likeliest first."""
-    pairs = sorted(_pairs(path, source), key=lambda pair: ([TICKS, 'rad', 'm', 'rad/s', 'rpm'].index(pair.unit), pair))
+def serving_options(source: BagSource) -> List[str]:
+    """List options that give wheel angles of a bag, the likeliest first."""
+    names: List[str] = []  # all numbers, as users name them
+    for topic, kind in source.topics.items():
+        paths = number_paths(_fields_of(_store(source, topic)), kind)
+        names += [topic if text == f'.{USUAL_FIELD}' else topic + text for text in paths]
+    pairs = []
+    for left in dict.fromkeys(names):
+        right = next((right for right in _mirrored(left) if right in names), '')
+        unit = next((unit for words, unit in _UNITS_BY_WORD if re.search(words, left.lower())), '')
+        if right and unit:
+            about = '--ticks-per-revolution N' if unit == TICKS else f'--unit {unit}'
+            option = f'--ticks {shlex.quote(left)} {shlex.quote(right)} {about}'
+            pairs.append((_UNITS_BY_LIKELIHOOD.index(unit), left, option))
     poses = sorted(topic for topic, kind in source.topics.items() if kind == ODOMETRY_TYPE)
     if not poses and source.topics.get(TF) == TRANSFORMS_TYPE:
         poses = [shlex.quote(f'odom{ARROW}base_link')]
-    return [*(pair.option for pair in pairs[:_LISTED_OPTIONS]), *(f'--odom {each}' for each in poses[:_LISTED_OPTIONS])]
+    ticks = [option for _, _, option in sorted(pairs)[:_LISTED_OPTIONS]]
+    return [*ticks, *(f'--odom {each}' for each in poses[:_LISTED_OPTIONS])]
 
 
-def _pairs(path: Path, source: BagSource) -> Iterator[_Pair]:
-    names = dict.fromkeys(_numbers(path, source))
-    for left in names:
-        right = _mirrored(left, names)
-        unit = _unit(left)
-        if right and unit:
-            yield _Pair(left, right, unit)
-
-
-def _numbers(path: Path, source: BagSource) -> Iterator[str]:
-    """List all numbers in the messages of a bag, as users name them."""
-    for topic in source.topics:
-        with contextlib.suppress(ConfigError):  # of a type that nobody defines
-            found = message_type(path, source, topic)
-            for text in number_paths(found.fields, found.name):
-                yield topic if text == '.data' else topic + text
-
-
-def _mirrored(left: str, names: Dict[str, None]) -> str:
-    words_in_it = [
-        words for words in _MIRRORED if words[0] in left and (words[0] != '[0]' or _OF_WHEELS.search(left.lower()))
-    ]
-    candidates = (left.replace(*words) for words in words_in_it)
-    return next((right for right in candidates if right in names), '')
-
-
-def _unit(name: str) -> str:
-    return next((unit for words, unit in _UNITS_BY_WORD if re.search(words, name.lower())), '')
+def _mirrored(left: str) -> Iterator[str]:
+    for left_word, right_word in _MIRRORED:
+        if left_word in left and (left_word != '[0]' or _OF_WHEELS.search(left.lower())):
+            yield left.replace(left_word, right_word)
 
 
 class Wheel(NamedTuple):
     """One wheel in a bag."""
 
-    joint: str  # under which its angles are given
+    joint: str  # name under which its angles are given
     field: MessageField
     unit: WheelUnit
 
 
-class FieldWheels:
-    """Reads both wheels, from one topic or from two."""
-
-    are_joint_angles = False
+class FieldWheels(WheelSource):
+    """Reads both wheels, from one topic or from two, at the stamps of headers or else the times of receipt."""
 
     def __init__(
         self, left: Wheel, right: Wheel, ppr: Optional[PerWheel], about: str, notes: Sequence[str] = ()
@@ -306,18 +251,15 @@ class FieldWheels:
             left: the left wheel.
             right: the right wheel.
             ppr: of counts.
-            about: what the numbers are, for the reader.
-            notes: what the angles cannot show.
+            about: interpretation of the numbers, for the reader.
+            notes: limits of the angles.
         """
-        self.joints, self.ppr = (left.joint, right.joint), ppr
-        self.topics: Tuple[str, ...] = tuple(dict.fromkeys((left.field.topic, right.field.topic)))
-        self.text = f'messages of {left.field.name}, {right.field.name} ({about})'
-        self._notes = notes
-        self._wheels = left, right
-        self._numbers = WheelNumbers(), WheelNumbers()
-        self._received_ns: Dict[str, array[int]] = {topic: array('q') for topic in self.topics}
+        self._fields = left.field, right.field
+        text = f'messages of {left.field.name}, {right.field.name} ({about})'
+        topics = [field.topic for field in self._fields]
+        super().__init__(topics, (left.joint, right.joint), text, (left.unit, right.unit), notes)
+        self.ppr = ppr
         self._has_stamps = left.field.has_header and right.field.has_header
-        self._left_out = 0
 
     def add(self, message: Message) -> None:
         """Add the numbers of a message.
@@ -325,9 +267,9 @@ class FieldWheels:
         Raises:
             InputFault: it is torn, or a number is not finite.
         """
-        sides = [side for side, wheel in enumerate(self._wheels) if wheel.field.topic == message.topic]
-        decoded = self._wheels[sides[0]].field.message.decode(message.raw)
-        values = [self._wheels[side].field.value(decoded) for side in sides]
+        sides = [side for side, field in enumerate(self._fields) if field.topic == message.topic]
+        decoded = self._fields[sides[0]].decode(message.raw)
+        values = [self._fields[side].value(decoded) for side in sides]
         stamp_ns = message.time_ns
         if self._has_stamps:
             stamp = decoded.header.stamp
@@ -335,23 +277,22 @@ class FieldWheels:
             if not stamp_ns and message.time_ns >= NANOSECONDS_PER_SECOND:  # a simulation begins at 0
                 self._has_stamps, stamp_ns = False, message.time_ns
         for side, value in zip(sides, values):
-            self._numbers[side].add(stamp_ns, message.time_ns, value)
-        self._received_ns[message.topic].append(message.time_ns)
+            self._append(side, stamp_ns, message.time_ns, value)
 
-    def drives(self) -> List[TimedDrive]:
-        """Return both wheels at the stamps of the left one, or at times of receipt if a topic has no stamps."""
-        series = (numbers.series() for numbers in self._numbers)
-        stamped = [one if self._has_stamps else one._replace(stamps_ns=one.times_ns) for one in series]
-        left, right = (wheel_angles(one, wheel.unit) for one, wheel in zip(stamped, self._wheels))
-        drives, self._left_out = paired_drives(left, right)
-        return drives
+    def _series(self) -> List[WheelSeries]:
+        series = super()._series()
+        return series if self._has_stamps else [each._replace(stamps_ns=each.times_ns) for each in series]
 
     def notes(self) -> Iterator[str]:
-        """List stamps that are those of receipt, and what could not be paired."""
+        """List stamps that are those of receipt, and limits of the angles."""
         if not self._has_stamps:
-            yield receive_times_note(self._received_ns)
-        yield from self._notes
-        if self._left_out:
-            left, right = (wheel.field.name for wheel in self._wheels)
-            gap_s = LONGEST_GAP_NS / NANOSECONDS_PER_SECOND
-            yield f'left out: {self._left_out} values of {left} that have none of {right} within {gap_s:g} s'
+            times_ns = {field.topic: of_side.times_ns for field, of_side in zip(self._fields, super()._series())}
+            texts = []
+            for topic, of_topic in times_ns.items():
+                intervals_ms = 1e-6 * np.diff(of_topic) if len(of_topic) > 1 else np.zeros(1)
+                texts.append(f'{topic} every {intervals_ms.mean():.1f} ms +- {intervals_ms.std():.1f} ms')
+            yield (
+                f'no stamps: the times of receipt are used, of {" and ".join(texts)} (mean, standard '
+                f'deviation); this jitter is in speeds and comparisons, not in the counts'
+            )
+        yield from super().notes()

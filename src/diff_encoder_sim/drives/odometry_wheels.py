@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from array import array
-from typing import Iterator, List, Optional, Tuple
+from typing import Iterator, List, Tuple
 
 import numpy as np
 
@@ -11,19 +11,21 @@ from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.se2 import wrap_angles
 from diff_encoder_sim.drives.reference import Reference
 from diff_encoder_sim.drives.ros1_stream import Message
-from diff_encoder_sim.drives.wheel_source import TimedDrive, ascending_runs, start_angles_note, start_angles_rad
-from diff_encoder_sim.wheels.encoder_params import PerWheel
+from diff_encoder_sim.drives.wheel_source import (
+    TimedDrive,
+    WheelSource,
+    ascending_runs,
+    start_angles_note,
+    start_angles_rad,
+)
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 
-# What the wheels' axle cannot do; less is rounding.
+# Sideways motion per motion ahead that is more than rounding; the wheels' axle cannot do it.
 _SIDEWAYS_FRACTION = 0.01
 
 
-class OdometryWheels:
-    """Computes how the wheels of a robot that does not slip would have turned between one pose and the next."""
-
-    ppr: Optional[PerWheel] = None  # of an unknown encoder
-    are_joint_angles = False
+class OdometryWheels(WheelSource):
+    """Computes the rotation of the wheels of a robot without slip between one pose and the next."""
 
     def __init__(self, odometry: Reference, joints: Tuple[str, str], wheels: OdometryParams, seed: int) -> None:
         """Prepare to read.
@@ -34,11 +36,9 @@ class OdometryWheels:
             wheels: diameter, separation, and where the axle is in the frame of the poses.
             seed: of the wheels' angles at the start.
         """
-        self.topics: Tuple[str, ...] = odometry.topics
-        self.joints = joints
-        self.text = f'messages of {odometry.name} (wheel angles by inverse kinematics)'
+        super().__init__(odometry.topics, joints, f'messages of {odometry.name} (wheel angles by inverse kinematics)')
         self._odometry, self._wheels, self._seed = odometry, wheels, seed
-        self._stamps_ns, self._times_ns, self._poses = array('q'), array('q'), array('d')
+        self._times_ns, self._poses = array('q'), array('d')  # stamp, time of recording; x, y, yaw
         self._along_m = self._sideways_m = 0.0
 
     def add(self, message: Message) -> None:
@@ -48,20 +48,19 @@ class OdometryWheels:
             InputFault: the message is torn, or its pose is not finite.
         """
         for stamped in self._odometry.poses(message):
-            self._stamps_ns.append(stamped.stamp_ns)
-            self._times_ns.append(message.time_ns)
+            self._times_ns.extend((stamped.stamp_ns, message.time_ns))
             self._poses.extend(stamped.pose)
 
     def drives(self) -> List[TimedDrive]:
         """Return both wheels at every pose."""
-        stamps_ns, times_ns = np.array(self._stamps_ns), np.array(self._times_ns)
+        stamps_ns, times_ns = np.array(self._times_ns).reshape(-1, 2).T
         angles_rad = start_angles_rad(self._seed) + self._turned_rad(np.array(self._poses).reshape(-1, 3))
         return [
             TimedDrive(Drive(stamps_ns[rows], angles_rad[rows]), times_ns[rows]) for rows in ascending_runs(stamps_ns)
         ]
 
     def _turned_rad(self, base_poses: np.ndarray) -> np.ndarray:
-        """Return how far both wheels have turned at each of (n, 3) poses: (n, 2), by arcs between the poses."""
+        """Return the rotation of both wheels at each of (n, 3) poses: (n, 2), by arcs between the poses."""
         cos_yaw, sin_yaw = np.cos(base_poses[:, 2]), np.sin(base_poses[:, 2])
         x_m, y_m = base_poses[:, 0] + self._wheels.axle_x * cos_yaw, base_poses[:, 1] + self._wheels.axle_x * sin_yaw
         half_turns_rad = 0.5 * wrap_angles(np.diff(base_poses[:, 2]))
@@ -77,7 +76,7 @@ class OdometryWheels:
         return np.concatenate((np.zeros((1, 2)), np.cumsum(turns_rad, axis=0)))[: len(base_poses)]
 
     def notes(self) -> Iterator[str]:
-        """List what poses cannot show."""
+        """List the limits of poses."""
         yield (
             f'the wheel angles are computed from the poses of {self._odometry.name}, with the diameter and separation '
             f'below: slip, and what the recorded encoder rounded, are in them as motion; a PPR adds its own rounding'

@@ -17,6 +17,7 @@ from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import PoseSeries
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives import topics
+from diff_encoder_sim.drives.csv_wheels import DriveStream
 from diff_encoder_sim.drives.pose_messages import encode_odometry, encode_planar_tf
 from diff_encoder_sim.drives.reference import Reference
 from diff_encoder_sim.drives.ros1_stream import Message
@@ -38,7 +39,7 @@ from diff_encoder_sim.drives.trajectory_error import (
 from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.trial_definition import Trial, with_encoder
 from diff_encoder_sim.drives.typestore import to_ros1
-from diff_encoder_sim.drives.wheel_source import DriveStream, TimedDrive, WheelSource, ascending_runs
+from diff_encoder_sim.drives.wheel_source import TimedDrive, WheelSource, ascending_runs
 from diff_encoder_sim.wheels.chain import Chain
 from diff_encoder_sim.wheels.encoder_params import PerWheel, encoder_label
 from diff_encoder_sim.wheels.odometry import OdometryEstimate, wheel_speeds_mps

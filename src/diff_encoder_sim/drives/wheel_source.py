@@ -1,17 +1,16 @@
-"""Interface of the sources of wheel angles, and what they share: units of recorded numbers, and pairs of both wheels.
+"""The base class of the sources of wheel angles: units of recorded numbers, and pairs of both wheels.
 
-A source takes the messages of its topics one after the other, keeps two numbers and two times of each, and converts
-them to a `Drive` at the end. They are in joint_wheels, field_wheels, odometry_wheels and csv_wheels.
+A source collects a number and two times from each message, and converts them to a `Drive` at the end. The sources are
+in joint_wheels, field_wheels, odometry_wheels and csv_wheels.
 """
 
 from __future__ import annotations
 
 import math
 from array import array
-from typing import Collection, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
-from typing_extensions import Protocol
 
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.seeds import generator
@@ -23,22 +22,8 @@ from diff_encoder_sim.wheels.report_link import LATE_REPORT_TOLERANCE_NS
 
 DEFAULT_SEED = 1
 
-# Across a longer gap it is not known how a wheel has turned.
+# Across a longer gap, the rotation of a wheel is unknown.
 LONGEST_GAP_NS = NANOSECONDS_PER_SECOND
-
-
-class DriveStream(Protocol):
-    """A drive as it was recorded: a bag (`open_source`), or a CSV file."""
-
-    is_cdr: bool
-    topics: Dict[str, str]  # types by topic
-
-    @property
-    def fault(self) -> str:
-        """Return why not all of it can be read."""
-
-    def messages(self, topics: Collection[str]) -> Iterator[Message]:
-        """Yield the messages of some topics in the order of their recording; may be called several times."""
 
 
 class TimedDrive(NamedTuple):
@@ -46,46 +31,6 @@ class TimedDrive(NamedTuple):
 
     drive: Drive
     times_ns: np.ndarray
-
-
-class WheelSource(Protocol):
-    """Takes the messages of some topics, and converts them to wheel angles."""
-
-    topics: Tuple[str, ...]
-    joints: Tuple[str, str]  # left, right: the names under which angles are given
-    ppr: Optional[PerWheel]  # of the encoder that counted; None if it is not known
-    are_joint_angles: bool  # of joints, which may turn backward when the robot drives forward
-    text: str  # what it reads, after a number of messages
-
-    def add(self, message: Message) -> None:
-        """Add a message of `topics`.
-
-        Raises:
-            InputFault: the message cannot be used.
-        """
-
-    def drives(self) -> List[TimedDrive]:
-        """Return the drive up to now; several if the stamps go back, as after a reset of the simulator."""
-
-    def notes(self) -> Iterator[str]:
-        """List what must be known of the angles, one line each, after `drives`."""
-
-
-class WheelNumbers:
-    """The recorded numbers of one wheel, with their stamps and the times of their recording."""
-
-    def __init__(self) -> None:
-        self._stamps_ns, self._times_ns, self._values = array('q'), array('q'), array('d')
-
-    def add(self, stamp_ns: int, time_ns: int, value: float) -> None:
-        """Add the next number."""
-        self._stamps_ns.append(stamp_ns)
-        self._times_ns.append(time_ns)
-        self._values.append(value)
-
-    def series(self) -> WheelSeries:
-        """Return all numbers as arrays."""
-        return WheelSeries(*(np.array(column) for column in (self._stamps_ns, self._times_ns, self._values)))
 
 
 class WheelSeries(NamedTuple):
@@ -97,7 +42,80 @@ class WheelSeries(NamedTuple):
 
     def at(self, rows: np.ndarray) -> WheelSeries:
         """Return some rows."""
-        return WheelSeries(self.stamps_ns[rows], self.times_ns[rows], self.values[rows])
+        return WheelSeries(*(column[rows] for column in self))
+
+
+class WheelUnit(NamedTuple):
+    """Interpretation of the numbers of one wheel."""
+
+    unit: str  # one of UNITS
+    radius_m: float
+    ppr: Optional[float] = None  # of counts
+    counter_modulus: int = 0  # of counts; 0 if they do not wrap
+    is_reversed: bool = False  # they fall when the robot drives forward
+    start_rad: float = 0.0  # angle at the first speed
+
+
+class WheelSource:
+    """Collects the messages of some topics, and converts them to wheel angles; the base class of all sources."""
+
+    ppr: Optional[PerWheel] = None  # of the encoder that counted; None if unknown
+    are_joint_angles = False  # of joints, which may turn backward when the robot drives forward
+
+    def __init__(
+        self,
+        topics: Sequence[str],
+        joints: Tuple[str, str],
+        text: str,
+        units: Optional[Tuple[WheelUnit, WheelUnit]] = None,
+        notes: Sequence[str] = (),
+    ) -> None:
+        """Prepare to read.
+
+        Args:
+            topics: of the messages.
+            joints: left, right: the names under which angles are given.
+            text: the kind of messages, after their number.
+            units: of the numbers, left and right; None for angles.
+            notes: limits of the angles, for the reader.
+        """
+        self.topics, self.joints, self.text = tuple(dict.fromkeys(topics)), joints, text
+        self._units, self._notes, self._left_out = units, notes, 0
+        self._columns = [(array('q'), array('q'), array('d')) for _ in joints]
+
+    def add(self, message: Message) -> None:
+        """Add a message of `topics`.
+
+        Raises:
+            InputFault: the message cannot be used.
+        """
+        raise NotImplementedError
+
+    def _append(self, side: int, stamp_ns: int, time_ns: int, value: float) -> None:
+        """Add the next number of the left (0) or right (1) wheel."""
+        stamps_ns, times_ns, values = self._columns[side]
+        stamps_ns.append(stamp_ns)
+        times_ns.append(time_ns)
+        values.append(value)
+
+    def _series(self) -> List[WheelSeries]:
+        """Return the numbers of both wheels."""
+        return [WheelSeries(*map(np.array, columns)) for columns in self._columns]
+
+    def drives(self) -> List[TimedDrive]:
+        """Return the drive so far at the stamps of the left wheel; several if stamps go back, as after a reset."""
+        series = self._series()
+        if self._units:
+            series = [wheel_angles(numbers, unit) for numbers, unit in zip(series, self._units)]
+        drives, self._left_out = paired_drives(*series)
+        return drives
+
+    def notes(self) -> Iterator[str]:
+        """List limits of the angles, one line each, after `drives`."""
+        yield from self._notes
+        if self._left_out:
+            gap_s = LONGEST_GAP_NS / NANOSECONDS_PER_SECOND
+            yield f'left out: {self._left_out} values of a wheel without one of the other within {gap_s:g} s'
 
 
 def ascending_runs(stamps_ns: np.ndarray, tolerance_ns: int = LATE_REPORT_TOLERANCE_NS) -> List[np.ndarray]:
@@ -126,36 +144,30 @@ def paired_drives(left: WheelSeries, right: WheelSeries) -> Tuple[List[TimedDriv
         right: angles of the right wheel [rad].
 
     Returns:
-        the drives, and how many angles of the left wheel have none of the right one within `LONGEST_GAP_NS`, those
-        before the first pair not counted.
+        the drives, and the number of angles of a wheel that have none of the other within `LONGEST_GAP_NS`, except
+        those before the first pair.
     """
-    if np.array_equal(left.stamps_ns, right.stamps_ns):
-        runs = [(left.at(rows), right.values[rows]) for rows in ascending_runs(left.stamps_ns)]
-        return [_timed_drive(of_left, right_rad) for of_left, right_rad in runs], 0
     drives, left_out = [], 0
     lefts, rights = ([side.at(rows) for rows in ascending_runs(side.stamps_ns)] for side in (left, right))
     for of_left, of_right in zip(lefts, rights):
         if not (len(of_left.stamps_ns) and len(of_right.stamps_ns)):
             continue
-        after = np.searchsorted(of_right.stamps_ns, of_left.stamps_ns).clip(max=len(of_right.stamps_ns) - 1)
-        before = np.where(of_right.stamps_ns[after] == of_left.stamps_ns, after, (after - 1).clip(min=0))
-        before_ns, after_ns = of_right.stamps_ns[before], of_right.stamps_ns[after]
-        is_between = (before_ns <= of_left.stamps_ns) & (of_left.stamps_ns <= after_ns)
-        is_paired = is_between & (after_ns - before_ns <= LONGEST_GAP_NS)
-        right_rad = np.interp(of_left.stamps_ns, of_right.stamps_ns, of_right.values)
-        drives.append(_timed_drive(of_left.at(is_paired), right_rad[is_paired]))
-        # The last left angles wait for a right one only.
-        is_missed = (np.cumsum(is_paired) > 0) & ~is_paired
-        left_out += int(np.count_nonzero(is_missed & (of_left.stamps_ns < of_left.stamps_ns[-1] - LONGEST_GAP_NS)))
+        stamps_ns, other_ns = of_left.stamps_ns, of_right.stamps_ns
+        after = np.searchsorted(other_ns, stamps_ns).clip(max=len(other_ns) - 1)
+        before = np.where(other_ns[after] == stamps_ns, after, (after - 1).clip(min=0))
+        is_between = (other_ns[before] <= stamps_ns) & (stamps_ns <= other_ns[after])
+        is_paired = is_between & (other_ns[after] - other_ns[before] <= LONGEST_GAP_NS)
+        paired, right_rad = of_left.at(is_paired), np.interp(stamps_ns, other_ns, of_right.values)[is_paired]
+        drive = Drive(paired.stamps_ns, np.column_stack((paired.values, right_rad)))
+        drives.append(TimedDrive(drive, paired.times_ns))
+        # The last left angles are followed by no right one.
+        is_missed = (np.cumsum(is_paired) > 0) & ~is_paired & (stamps_ns < stamps_ns[-1] - LONGEST_GAP_NS)
+        left_out += int(is_missed.sum() + (other_ns > stamps_ns[-1] + LONGEST_GAP_NS).sum())
     return drives, left_out
 
 
-def _timed_drive(left: WheelSeries, right_rad: np.ndarray) -> TimedDrive:
-    return TimedDrive(Drive(left.stamps_ns, np.column_stack((left.values, right_rad))), left.times_ns)
-
-
 def start_angles_rad(seed: int) -> Tuple[float, float]:
-    """Draw the angles of the left and the right wheel at the start, each anywhere in a turn.
+    """Sample the initial angles of the left and the right wheel, uniform in a turn.
 
     If both were 0, the encoders would step together: on a straight drive their errors would cancel.
     """
@@ -164,7 +176,7 @@ def start_angles_rad(seed: int) -> Tuple[float, float]:
 
 
 def start_angles_note(seed: int) -> str:
-    """Describe the source of the angles at the start."""
+    """Describe the source of the initial angles."""
     return (
         f'where the wheels stood at the start is not known: drawn by --seed {seed}; with another seed, each encoder '
         f'rounds elsewhere, and its path ends elsewhere'
@@ -177,21 +189,10 @@ SPEEDS_NOTE = (
 )
 
 
-class WheelUnit(NamedTuple):
-    """How the numbers of one wheel are to be understood."""
-
-    unit: str  # one of UNITS
-    radius_m: float
-    ppr: Optional[float] = None  # of counts
-    counter_modulus: int = 0  # of counts; 0 if they do not wrap
-    is_reversed: bool = False  # they fall when the robot drives forward
-    start_rad: float = 0.0  # angle at the first speed
-
-
 def angles_of_counts_rad(counts: np.ndarray, ppr: float) -> np.ndarray:
-    """Return the middles of the pulses that a wheel is in.
+    """Return the middles of the pulses in which a wheel is.
 
-    At a PPR that divides this encoder's, equation (1) then gives the very counts. At another PPR,
+    At a PPR that divides this encoder's, equation (1) then gives the same counts. At another PPR,
     a count is one off in a quarter of PPR / this encoder's PPR of the samples.
     """
     return np.asarray((counts + 0.5) * (2.0 * math.pi / ppr))
@@ -218,15 +219,3 @@ def wheel_angles(numbers: WheelSeries, unit: WheelUnit) -> WheelSeries:
     else:
         angles_rad = RAD_OF_ANGLE[unit.unit](unit.radius_m) * values
     return numbers._replace(values=-angles_rad if unit.is_reversed else angles_rad)
-
-
-def receive_times_note(times_ns: Mapping[str, Sequence[int]]) -> str:
-    """Describe the stamps of topics whose messages have none, by the times at which they were received [ns]."""
-    texts = []
-    for topic, of_topic in times_ns.items():
-        intervals_ns = np.diff(np.asarray(of_topic)) if len(of_topic) > 1 else np.zeros(1)
-        texts.append(f'{topic} every {1e-6 * intervals_ns.mean():.1f} ms +- {1e-6 * intervals_ns.std():.1f} ms')
-    return (
-        f'no stamps: the times of receipt are used, of {" and ".join(texts)} (mean, standard '
-        f'deviation); this jitter is in speeds and comparisons, not in the counts'
-    )
