@@ -19,8 +19,8 @@ from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
 from diff_encoder_sim.navigation.dwa import DwaPlanner
-from diff_encoder_sim.navigation.dwa_params import DwaParams
 from diff_encoder_sim.navigation.global_planner import GlobalPlanner, NavfnParams
+from diff_encoder_sim.navigation.navigator_params import DwaParams
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
 from diff_encoder_sim.simulation.world import load_world
 from navigation_simulation import LASER_IN_BASE, TABLE_2, Robot, read_shapes

@@ -4,7 +4,7 @@ from diff_encoder_sim.base.se2 import IDENTITY
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import local_defaults
 from diff_encoder_sim.navigation.dwa import DwaPlanner
-from diff_encoder_sim.navigation.dwa_params import DwaParams
+from diff_encoder_sim.navigation.navigator_params import DwaParams
 
 along_m = np.arange(0.0, 1.4, 0.025)
 plan = np.column_stack([along_m, 0.0 * along_m, 0.0 * along_m])

@@ -9,7 +9,7 @@ from diff_encoder_sim.base.se2 import IDENTITY
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
-from diff_encoder_sim.navigation.dwa_params import DwaParams
+from diff_encoder_sim.navigation.navigator_params import DwaParams
 from navigation_simulation import TABLE_2
 
 PERIOD_S = 0.05

@@ -26,9 +26,8 @@ from diff_encoder_sim.navigation.costmap_layers import (
     cost_table,
     inflate,
 )
-from diff_encoder_sim.navigation.costmap_params import CostmapParams
+from diff_encoder_sim.navigation.costmap_params import CostmapParams, make_footprint
 from diff_encoder_sim.navigation.dwa_kernels import footprint_cost
-from diff_encoder_sim.navigation.footprint import make_footprint
 
 
 class Costmap:
@@ -115,7 +114,7 @@ class Costmap:
     def footprint_cost(self, base_pose: Pose2D) -> float:
         """Return the highest cost under the robot's outline at a pose.
 
-        Negative if it collides: footprint.IN_OBSTACLE, IN_UNKNOWN or OFF_MAP.
+        Negative if it collides: costmap_layers.IN_OBSTACLE, IN_UNKNOWN or OFF_MAP.
         """
         x_m, y_m, yaw_rad = self.pose_in_grid(base_pose)
         place = x_m, y_m, math.cos(yaw_rad), math.sin(yaw_rad)

@@ -17,6 +17,9 @@ INSCRIBED = 253  # the robot touches an obstacle whatever its heading
 LETHAL = 254  # an obstacle
 NO_INFORMATION = 255  # unknown space
 
+# Costs of a footprint that cannot stand there, as in upstream's CostmapModel.
+IN_OBSTACLE, IN_UNKNOWN, OFF_MAP = -1.0, -2.0, -3.0
+
 
 def cost_table(limit: int, resolution_m: float, inscribed_radius_m: float, cost_scaling_factor: float) -> np.ndarray:
     """Return the cost by squared distance to the nearest obstacle in cells^2, up to `limit` cells: (n,) uint8.

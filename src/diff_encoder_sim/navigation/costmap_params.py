@@ -1,25 +1,66 @@
-"""Parameters of a costmap, under costmap_2d's names: with a list of plugins, or flat, without."""
+"""Parameters of a costmap, under costmap_2d's names: with a list of plugins, or flat, without; the robot's outline."""
 
 from __future__ import annotations
 
+import json
 import math
-from typing import Any, Dict, Mapping
+from typing import Any, Dict, List, Mapping, NamedTuple, Sequence
 
-from pydantic import Field, model_validator
+import numpy as np
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from typing_extensions import Annotated, Literal
 
-from diff_encoder_sim.base.bounds import (
-    LENGTH,
-    Between,
-    Duration_s,
-    Place_m,
-    PositiveDistance_m,
-    Rate_Hz,
-    RateOrZero_Hz,
-    is_number,
-)
+from diff_encoder_sim.base import bounds
+from diff_encoder_sim.base.bounds import Between, Place_m
 from diff_encoder_sim.base.params import Params, param
-from diff_encoder_sim.navigation.footprint import ALTO_FOOTPRINT, FootprintPolygon
+
+
+class Footprint(NamedTuple):
+    """Polygon around base_link, with the radii of the circles about base_link inside and around it."""
+
+    vertices_m: np.ndarray  # (n, 2) x, y in base_link, padding included
+    inscribed_radius_m: float
+    circumscribed_radius_m: float
+
+
+def make_footprint(points: Sequence[Sequence[float]], padding_m: float = 0.0) -> Footprint:
+    """Make a footprint of corners [x, y] [m], each moved outwards by `padding_m` along both axes."""
+    vertices_m = np.array(points, dtype=float)
+    vertices_m = vertices_m + np.sign(vertices_m) * padding_m
+    edges = np.roll(vertices_m, -1, axis=0) - vertices_m
+    length_squared = np.maximum(np.einsum('ij,ij->i', edges, edges), 1e-12)
+    along = np.clip(-np.einsum('ij,ij->i', vertices_m, edges) / length_squared, 0.0, 1.0)
+    nearest = vertices_m + along[:, None] * edges
+    return Footprint(vertices_m, float(np.hypot(*nearest.T).min()), float(np.hypot(*vertices_m.T).max()))
+
+
+def _from_text(value: Any) -> Any:
+    # Upstream also accepts the polygon as text: "[[0.25, 0.3], ...]".
+    try:
+        return json.loads(value) if isinstance(value, str) else value
+    except (ValueError, RecursionError):
+        return value
+
+
+def _is_polygon(points: List[List[float]]) -> List[List[float]]:
+    if len(points) < 3 or any(len(point) != 2 for point in points):
+        raise ValueError('at least three corners [x, y] [m]')
+    angles = [math.atan2(y, x) for x, y in points]
+    turns = (np.diff([*angles, angles[0]]) + math.pi) % (2.0 * math.pi) - math.pi
+    if make_footprint(points).inscribed_radius_m <= 0.0 or abs(turns.sum()) < math.pi:
+        raise ValueError('a polygon around base_link')
+    return points
+
+
+FootprintPolygon = Annotated[
+    List[List[bounds.Offset_m]],
+    AfterValidator(_is_polygon),
+    BeforeValidator(_from_text),
+    Field(max_length=1000, description='corners [x, y] of the robot in base_link, in order around it [m]'),
+]
+
+# ALTO: 0.5 m long, 0.6 m wide, base_link in the middle.
+ALTO_FOOTPRINT = [[0.25, -0.3], [0.25, 0.3], [-0.25, 0.3], [-0.25, -0.3]]
 
 # The layers, in this order, and the names that they have if no plugins are listed.
 LAYERS = {f'costmap_2d::{kind}Layer': f'{kind.lower()}_layer' for kind in ('Static', 'Obstacle', 'Inflation')}
@@ -36,6 +77,8 @@ CIRCLE_CORNERS = 16
 def flattened(given: Mapping[str, Any]) -> Dict[str, Any]:
     """Return a costmap's parameters, as users write them, as the flat ones of CostmapParams.
 
+    A layer's parameters move up; if the costmap has them too, its own take precedence, as upstream.
+
     Raises:
         ValueError: layers or sources that this package's costmap does not have.
     """
@@ -45,7 +88,16 @@ def flattened(given: Mapping[str, Any]) -> Dict[str, Any]:
         layers = _listed_layers(flat.pop('plugins'))
         flat.pop('map_type', None)
         flat['static_map'] = STATIC in layers.values()
-    enabled = {kind for name, kind in layers.items() if _merge_layer(flat, name, kind)}
+    enabled = set()
+    for name, kind in layers.items():
+        layer = flat.pop(name, {})
+        if not isinstance(layer, dict):
+            raise ValueError(f'{name}: a mapping, the parameters of this layer')
+        is_enabled = layer.get('enabled', True)
+        if not isinstance(is_enabled, bool) or (kind == STATIC and not is_enabled):
+            raise ValueError(f'{name}.enabled: true or false; a static layer is taken out of plugins instead')
+        flat = {**{key: value for key, value in layer.items() if key not in NOT_MOVED[kind]}, **flat}
+        enabled |= {kind} if is_enabled else set()
     _name_source_scan(flat)
     if OBSTACLE not in enabled:
         flat['observation_sources'] = ''
@@ -68,35 +120,19 @@ def _listed_layers(plugins: Any) -> Dict[str, str]:
     return layers
 
 
-def _merge_layer(flat: Dict[str, Any], name: str, kind: str) -> bool:
-    """Move up one layer's parameters, and return whether it is enabled.
-
-    If the costmap has them too, its own take precedence, as upstream.
-    """
-    layer = flat.pop(name, {})
-    if not isinstance(layer, dict):
-        raise ValueError(f'{name}: a mapping, the parameters of this layer')
-    enabled = layer.get('enabled', True)
-    if not isinstance(enabled, bool) or (kind == STATIC and not enabled):
-        raise ValueError(f'{name}.enabled: true or false; a static layer is taken out of plugins instead')
-    for key, value in layer.items():
-        if key not in NOT_MOVED[kind]:
-            flat.setdefault(key, value)
-    return enabled
-
-
 def _name_source_scan(flat: Dict[str, Any]) -> None:
     """Rename the one scan source to `scan` and move up its ranges."""
     sources = str(flat.get('observation_sources', 'scan')).split()
     if len(sources) > 1:
         raise ValueError(f'observation_sources: one laser, not {len(sources)}')
-    source: Any = flat.get(sources[0] if sources else 'scan', {} if sources else None)
+    name = sources[0] if sources else 'scan'
+    source = flat.get(name, {})
     if sources and not isinstance(source, (dict, Params)):
-        raise ValueError(f'{sources[0]}: a mapping, the parameters of this source')
-    if sources and sources != ['scan']:
-        flat.pop(sources[0], None)
-        flat['observation_sources'], source = 'scan', {'topic': sources[0], **source}
-    if isinstance(source, dict):
+        raise ValueError(f'{name}: a mapping, the parameters of this source')
+    if name != 'scan':
+        flat.pop(name, None)
+        flat['observation_sources'], source = 'scan', {'topic': name, **source}
+    if isinstance(source, dict) and (sources or 'scan' in flat):
         flat.update({key: source[key] for key in RANGES if key in source})
         flat['scan'] = {key: value for key, value in source.items() if key not in RANGES}
 
@@ -108,15 +144,14 @@ def _make_footprint_of_radius(flat: Dict[str, Any]) -> None:
         del flat['footprint']  # none, as upstream's default
     if radius_m is None or 'footprint' in flat:
         return
-    if not (is_number(radius_m) and LENGTH.allows(radius_m)):
-        raise ValueError(f'robot_radius: {LENGTH}, not {repr(radius_m)[:50]}')
+    if not (bounds.is_number(radius_m) and bounds.LENGTH.allows(radius_m)):
+        raise ValueError(f'robot_radius: {bounds.LENGTH}, not {repr(radius_m)[:50]}')
     angles = [2.0 * math.pi * index / CIRCLE_CORNERS for index in range(CIRCLE_CORNERS)]
     flat['footprint'] = [[radius_m * math.cos(angle), radius_m * math.sin(angle)] for angle in angles]
 
 
 # In a rolling window: 100 m x 100 m in cells of 5 cm.
 MOST_CELLS = 4_000_000
-
 
 WindowSide_m = Annotated[float, Between(0.01, 200.0, 'm')]
 
@@ -130,8 +165,10 @@ class ScanSource(Params):
     marking: bool = param(True, 'hits mark obstacles')
     clearing: bool = param(True, "rays clear what they pass; upstream's default is false: nothing is ever cleared")
     inf_is_valid: bool = param(True, "+inf, no return (REP 117), clears; upstream's default is false")
-    expected_update_rate: Duration_s = param(0.0, 'accepted, without effect: input_timeout stops the robot instead [s]')
-    observation_persistence: Duration_s = param(0.0, 'accepted, without effect: one scan at a time [s]')
+    expected_update_rate: bounds.Duration_s = param(
+        0.0, 'accepted, without effect: input_timeout stops the robot instead [s]'
+    )
+    observation_persistence: bounds.Duration_s = param(0.0, 'accepted, without effect: one scan at a time [s]')
     min_obstacle_height: Place_m = param(0.0, 'accepted, without effect: a scan has one height [m]')
     max_obstacle_height: Place_m = param(2.0, 'accepted, without effect: a scan has one height [m]')
 
@@ -152,14 +189,16 @@ class CostmapParams(Params):
     width: WindowSide_m = param(3.0, 'of a rolling window [m]')
     height: WindowSide_m = param(3.0, 'of a rolling window [m]')
     resolution: Annotated[float, Between(1e-3, 1.0, 'm')] = param(0.05, 'side of a cell of a rolling window [m]')
-    update_frequency: Rate_Hz = param(5.0, 'how often scans are entered [Hz]')
-    publish_frequency: RateOrZero_Hz = param(0.0, 'how often it is published [Hz]; 0: to newcomers only')
+    update_frequency: bounds.Rate_Hz = param(5.0, 'how often scans are entered [Hz]')
+    publish_frequency: bounds.RateOrZero_Hz = param(0.0, 'how often it is published [Hz]; 0: to newcomers only')
     always_send_full_costmap: bool = param(
         False, 'publish all cells each time; false: those that have changed, on costmap_updates'
     )
     origin_x: Place_m = param(0.0, 'accepted, without effect: the map or the robot decides [m]')
     origin_y: Place_m = param(0.0, 'accepted, without effect: the map or the robot decides [m]')
-    transform_tolerance: Duration_s = param(0.3, 'accepted, without effect: input_timeout stops the robot instead [s]')
+    transform_tolerance: bounds.Duration_s = param(
+        0.3, 'accepted, without effect: input_timeout stops the robot instead [s]'
+    )
     track_unknown_space: bool = param(
         True,
         'what neither map nor scan has seen is unknown; false: free, the default of a rolling window and of upstream',
@@ -176,8 +215,8 @@ class CostmapParams(Params):
     max_obstacle_height: Place_m = param(2.0, 'accepted, without effect: a scan has one height [m]')
     observation_sources: str = param('scan', "scan, or empty for none, which is upstream's default")
     scan: ScanSource = param(ScanSource(), 'the laser')
-    obstacle_range: PositiveDistance_m = param(2.5, 'farthest hit that is marked [m]')
-    raytrace_range: PositiveDistance_m = param(3.0, 'how far rays clear [m]')
+    obstacle_range: bounds.PositiveDistance_m = param(2.5, 'farthest hit that is marked [m]')
+    raytrace_range: bounds.PositiveDistance_m = param(3.0, 'how far rays clear [m]')
     footprint_clearing_enabled: bool = param(True, 'cells under the robot are free')
     inflation_radius: Annotated[float, Between(0.0, 10.0, 'm')] = param(
         0.55, 'distance from obstacles within which cells cost [m]'

@@ -34,8 +34,14 @@ import numpy as np
 
 from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.navigation.costmap_layers import INSCRIBED, LETHAL, NO_INFORMATION
-from diff_encoder_sim.navigation.footprint import IN_OBSTACLE, IN_UNKNOWN, OFF_MAP
+from diff_encoder_sim.navigation.costmap_layers import (
+    IN_OBSTACLE,
+    IN_UNKNOWN,
+    INSCRIBED,
+    LETHAL,
+    NO_INFORMATION,
+    OFF_MAP,
+)
 
 # Critics with a weight, in the order in which their costs are added.
 OBSTACLE, GOAL_FRONT, ALIGNMENT, PATH, GOAL, TWIRLING = range(6)

@@ -7,15 +7,13 @@ import math
 from typing import Optional, Tuple
 
 import numpy as np
-from typing_extensions import Annotated
 
-from diff_encoder_sim.base.bounds import Between, Distance_m, Place_m, Weight
 from diff_encoder_sim.base.kernels import Array, compiled
-from diff_encoder_sim.base.params import Params, param
 from diff_encoder_sim.base.se2 import Pose2D, transform_points
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_layers import INSCRIBED, LETHAL, NO_INFORMATION
 from diff_encoder_sim.navigation.navigator_inputs import FARTHEST_M
+from diff_encoder_sim.navigation.navigator_params import NavfnParams
 
 
 class PlanProblem(enum.Enum):
@@ -234,19 +232,6 @@ def _lowest_neighbour(potential: Array, row: int, column: int) -> Tuple[int, int
 
 # navfn's COST_OBS: from here on a cell is blocked; unknown space has one less.
 BLOCKED_WEIGHT = 254
-
-
-class NavfnParams(Params):
-    """Parameters of the global planner, under navfn's and global_planner's names."""
-
-    allow_unknown: bool = param(True, 'plan through unknown cells')
-    default_tolerance: Distance_m = param(0.0, 'how far from a blocked goal a plan may end [m]')
-    use_dijkstra: bool = param(True, 'false: A*')
-    neutral_cost: Annotated[float, Between(1.0, 253.0)] = param(50.0, 'cost of a free cell')
-    cost_factor: Weight = param(0.8, "weight of the costmap's cost, added to it")
-    planner_window_x: Place_m = param(0.0, 'accepted, without effect, as upstream [m]')
-    planner_window_y: Place_m = param(0.0, 'accepted, without effect, as upstream [m]')
-    visualize_potential: bool = param(False, 'accepted, without effect')
 
 
 class GlobalPlanner:

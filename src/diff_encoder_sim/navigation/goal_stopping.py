@@ -9,7 +9,7 @@ import numpy as np
 
 from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
-from diff_encoder_sim.navigation.dwa_params import DwaParams
+from diff_encoder_sim.navigation.navigator_params import DwaParams
 
 # Returns whether a command (linear [m/s], angular [rad/s]) keeps clear of obstacles.
 ClearanceCheck = Callable[[float, float], bool]

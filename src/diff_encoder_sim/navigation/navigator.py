@@ -23,10 +23,9 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid, square_room
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import CostmapParams
-from diff_encoder_sim.navigation.dwa import cost_cloud, trajectory_cloud
+from diff_encoder_sim.navigation.dwa import NO_POSES, LocalPlanner, cost_cloud, trajectory_cloud
 from diff_encoder_sim.navigation.dwa_kernels import ScoringTask
 from diff_encoder_sim.navigation.global_planner import GlobalPlanner, PlanError
-from diff_encoder_sim.navigation.local_planner import NO_POSES, LocalPlanner
 from diff_encoder_sim.navigation.navigator_inputs import (
     STOP,
     Command,

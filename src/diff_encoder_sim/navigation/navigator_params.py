@@ -7,15 +7,141 @@ from typing import Any, List
 from pydantic import Field, model_validator
 from typing_extensions import Annotated, Literal
 
-from diff_encoder_sim.base.bounds import Between, Distance_m, Duration_s, Place_m, PositiveDuration_s, RateOrZero_Hz
+from diff_encoder_sim.base import bounds
+from diff_encoder_sim.base.bounds import Between, Distance_m, Weight
 from diff_encoder_sim.base.params import Params, param
 from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
-from diff_encoder_sim.navigation.dwa_params import DwaParams
-from diff_encoder_sim.navigation.global_planner import NavfnParams
+
+# Of all trajectories of one control period: 240 MB.
+MOST_POINTS = 10_000_000
+
+
+class DwaParams(Params):
+    """Limits of the robot, tolerances at the goal, simulation, sampling and weights.
+
+    A differential drive does not move sideways: the names for y are accepted, so that upstream's files can be read,
+    and have no effect.
+    """
+
+    max_vel_trans: bounds.Speed_mps = param(0.55, 'highest speed [m/s]')
+    min_vel_trans: bounds.Speed_mps = param(0.1, 'a slower sample must at least turn with min_vel_theta [m/s]')
+    max_vel_x: bounds.Velocity_mps = param(0.55, 'highest forward velocity [m/s]')
+    min_vel_x: bounds.Velocity_mps = param(0.0, 'lowest forward velocity; negative: may drive backwards [m/s]')
+    max_vel_y: bounds.Velocity_mps = param(0.0, 'accepted, without effect [m/s]')
+    min_vel_y: bounds.Velocity_mps = param(0.0, 'accepted, without effect [m/s]')
+    max_vel_theta: bounds.PositiveTurnRate_radps = param(1.0, 'highest turning rate [rad/s]')
+    min_vel_theta: bounds.TurnRate_radps = param(
+        0.4, 'lowest turning rate of a turn in place, also at the goal [rad/s]'
+    )
+    acc_lim_x: bounds.PositiveAcceleration_mps2 = param(2.5, 'highest acceleration [m/s^2]')
+    acc_lim_y: bounds.Acceleration_mps2 = param(2.5, 'accepted, without effect [m/s^2]')
+    acc_lim_theta: bounds.PositiveTurnAcceleration_radps2 = param(3.2, 'highest angular acceleration [rad/s^2]')
+    acc_lim_trans: bounds.Acceleration_mps2 = param(0.1, 'accepted, without effect, as upstream [m/s^2]')
+
+    xy_goal_tolerance: bounds.PositiveDistance_m = param(0.1, 'distance from the goal that counts as reached [m]')
+    yaw_goal_tolerance: bounds.PositiveTurn_rad = param(0.1, 'heading error that counts as reached [rad]')
+    latch_xy_goal_tolerance: bool = param(False, 'once within xy_goal_tolerance, only turn')
+    trans_stopped_vel: bounds.Speed_mps = param(0.1, 'slower counts as standing [m/s]')
+    theta_stopped_vel: bounds.TurnRate_radps = param(0.1, 'slower counts as standing [rad/s]')
+
+    sim_time: Annotated[float, Between(0.01, 20.0, 's')] = param(1.7, 'duration of a trajectory [s]')
+    sim_granularity: Annotated[float, Between(1e-3, 100.0, 'm')] = param(0.025, 'distance between its points [m]')
+    angular_sim_granularity: Annotated[float, Between(1e-3, 100.0, 'rad')] = param(0.1, 'turn between its points [rad]')
+    vx_samples: Annotated[int, Between(1, 1000)] = param(3, 'forward velocities that are tried')
+    vy_samples: Annotated[int, Between(-1_000_000, 1_000_000)] = param(10, 'accepted, without effect')
+    vth_samples: Annotated[int, Between(1, 1000)] = param(20, 'turning rates that are tried')
+    use_dwa: bool = param(
+        True, 'sample what is reachable in one control period; false: in sim_time, as base_local_planner'
+    )
+
+    path_distance_bias: Weight = param(32.0, 'weight of the distance from the path')
+    goal_distance_bias: Weight = param(24.0, 'weight of the distance from the goal')
+    occdist_scale: Weight = param(0.01, 'weight of the cost under the robot')
+    twirling_scale: Weight = param(0.0, 'weight of turning')
+    forward_point_distance: bounds.Offset_m = param(
+        0.325, 'from the centre of the robot to the point that is scored ahead of it [m]'
+    )
+    cheat_factor: Weight = param(
+        1.0, 'that point is scored only farther from the goal than forward_point_distance times the square root of this'
+    )
+    sum_scores: bool = param(False, 'sum the cost under the robot along a trajectory; false: its maximum')
+    oscillation_reset_dist: Distance_m = param(0.05, 'travel that allows the opposite direction again [m]')
+    oscillation_reset_angle: bounds.Turn_rad = param(0.2, 'turn that allows the opposite direction again [rad]')
+    twist_sigmas: Weight = param(
+        0.0,
+        "use the last command for the velocity if it is within this number of standard deviations of odometry's "
+        'twist; 0: never, as upstream',
+    )
+    latch_margin: Annotated[float, Between(0.0, 0.9)] = param(
+        0.0, 'fraction of xy_goal_tolerance to be inside of it before it is latched; 0: none, as upstream'
+    )
+    stop: Literal['latch', 'precise'] = param(
+        'latch',
+        'latch: anywhere within the tolerances, as upstream; precise: within them, go on to the place '
+        'nearest to the goal and to the middle of yaw_goal_tolerance',
+    )
+    turn_to_path_angle: Annotated[float, Between(0.0, 3.2, 'rad')] = param(
+        2.0, 'turn in place towards a plan that begins at a larger angle than this [rad]; 0: never, as upstream'
+    )
+    prune_plan: bool = param(True, 'drop the part of the plan behind the robot')
+
+    stop_time_buffer: bounds.Duration_s = param(0.2, 'accepted, without effect, as upstream [s]')
+    scaling_speed: bounds.Speed_mps = param(0.25, 'accepted, without effect, as upstream [m/s]')
+    max_scaling_factor: Weight = param(0.2, 'accepted, without effect, as upstream')
+    publish_traj_pc: bool = param(False, 'publish trajectory_cloud to subscribers')
+    publish_cost_grid_pc: bool = param(False, 'publish cost_cloud to subscribers')
+    global_frame_id: str = param('odom', 'accepted, without effect')
+    odom_topic: Literal['odom', '/odom'] = param('odom', 'remap the node for another topic')
+    restore_defaults: bool = param(False, 'accepted, without effect: of dynamic_reconfigure')
+
+    @model_validator(mode='after')
+    def _check_ranges(self) -> DwaParams:
+        if self.min_vel_x > self.max_vel_x:
+            raise ValueError('min_vel_x not above max_vel_x')
+        if self.min_vel_theta > self.max_vel_theta:
+            raise ValueError('min_vel_theta not above max_vel_theta')
+        if self._most_points() > MOST_POINTS:
+            raise ValueError(
+                f'vx_samples, vth_samples, sim_time and granularities of no more than {MOST_POINTS:,} points in all'
+            )
+        return self
+
+    def _most_points(self) -> float:
+        """Return how many points the trajectories of one control period have at most."""
+        speed_mps = min(self.max_vel_trans, max(abs(self.min_vel_x), abs(self.max_vel_x)))
+        steps = self.sim_time * max(speed_mps / self.sim_granularity, self.max_vel_theta / self.angular_sim_granularity)
+        return self.vx_samples * self.vth_samples * steps
+
+    def can_start(self, control_period_s: float) -> bool:
+        """Return whether a standing robot has any sample that passes min_vel_trans and min_vel_theta.
+
+        With use_dwa the window of one period must reach one of them, else upstream's planner rejects all samples
+        forever.
+        """
+        if not self.use_dwa:
+            return True
+        change_mps = self.acc_lim_x * control_period_s
+        fastest_mps = max(min(self.max_vel_x, change_mps), -max(self.min_vel_x, -change_mps))
+        fastest_radps = min(self.max_vel_theta, self.acc_lim_theta * control_period_s)
+        return fastest_mps >= self.min_vel_trans or fastest_radps >= self.min_vel_theta
+
 
 RecoveryType = Literal['clear_costmap_recovery/ClearCostmapRecovery', 'rotate_recovery/RotateRecovery']
 CLEAR_COSTMAP: RecoveryType = 'clear_costmap_recovery/ClearCostmapRecovery'
 ROTATE: RecoveryType = 'rotate_recovery/RotateRecovery'
+
+
+class NavfnParams(Params):
+    """Parameters of the global planner, under navfn's and global_planner's names."""
+
+    allow_unknown: bool = param(True, 'plan through unknown cells')
+    default_tolerance: Distance_m = param(0.0, 'how far from a blocked goal a plan may end [m]')
+    use_dijkstra: bool = param(True, 'false: A*')
+    neutral_cost: Annotated[float, Between(1.0, 253.0)] = param(50.0, 'cost of a free cell')
+    cost_factor: Weight = param(0.8, "weight of the costmap's cost, added to it")
+    planner_window_x: bounds.Place_m = param(0.0, 'accepted, without effect, as upstream [m]')
+    planner_window_y: bounds.Place_m = param(0.0, 'accepted, without effect, as upstream [m]')
+    visualize_potential: bool = param(False, 'accepted, without effect')
 
 
 class BehaviourParams(Params):
@@ -29,20 +155,24 @@ class NavigatorParams(Params):
     """Parameters below move_base's private namespace."""
 
     controller_frequency: Annotated[float, Between(1e-3, 1000.0, 'Hz')] = param(20.0, 'rate of velocity commands [Hz]')
-    planner_frequency: RateOrZero_Hz = param(0.0, 'rate of new plans while driving [Hz]; 0: only when one is needed')
-    planner_patience: Duration_s = param(5.0, 'time without a plan before recovery [s]')
-    controller_patience: Duration_s = param(15.0, 'time without a command before recovery [s]')
+    planner_frequency: bounds.RateOrZero_Hz = param(
+        0.0, 'rate of new plans while driving [Hz]; 0: only when one is needed'
+    )
+    planner_patience: bounds.Duration_s = param(5.0, 'time without a plan before recovery [s]')
+    controller_patience: bounds.Duration_s = param(15.0, 'time without a command before recovery [s]')
     max_planning_retries: Annotated[int, Between(-1, 1_000_000)] = param(
         -1, 'attempts to plan before recovery; -1: no limit'
     )
-    oscillation_timeout: Duration_s = param(0.0, 'time without progress before recovery [s]; 0: no limit')
+    oscillation_timeout: bounds.Duration_s = param(0.0, 'time without progress before recovery [s]; 0: no limit')
     oscillation_distance: Distance_m = param(0.5, 'travel that counts as progress [m]')
     recovery_behavior_enabled: bool = param(True, 'try recovery behaviours before giving up')
     clearing_rotation_allowed: bool = param(True, "turn in place among upstream's usual recoveries")
     conservative_reset_dist: Distance_m = param(
         3.0, 'side of the square around the robot outside which the first recovery clears [m]'
     )
-    input_timeout: PositiveDuration_s = param(0.5, 'odometry, localization or scan older than this stop the robot [s]')
+    input_timeout: bounds.PositiveDuration_s = param(
+        0.5, 'odometry, localization or scan older than this stop the robot [s]'
+    )
     max_unseen_travel: Distance_m = param(
         0.3,
         'commanded travel while the pose of the odometry stays the same, before the goal is given up [m]; '
@@ -56,7 +186,7 @@ class NavigatorParams(Params):
     recovery_behaviors: List[BehaviourParams] = param(
         [], "in the order in which they are tried; empty: upstream's usual four"
     )
-    clearing_radius: Place_m = param(0.46, 'accepted, without effect, as upstream [m]')
+    clearing_radius: bounds.Place_m = param(0.46, 'accepted, without effect, as upstream [m]')
     make_plan_clear_costmap: bool = param(True, 'accepted, without effect: planning changes no costmap')
     make_plan_add_unreachable_goal: bool = param(True, 'accepted, without effect: a plan ends at a reachable pose')
     restore_defaults: bool = param(False, 'accepted, without effect: of dynamic_reconfigure')

@@ -7,8 +7,7 @@ from typing import List, NamedTuple, Optional, Tuple
 
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.navigation.costmap import Costmap
-from diff_encoder_sim.navigation.dwa_params import DwaParams
-from diff_encoder_sim.navigation.navigator_params import CLEAR_COSTMAP, ROTATE, NavigatorParams, RecoveryType
+from diff_encoder_sim.navigation.navigator_params import CLEAR_COSTMAP, ROTATE, DwaParams, NavigatorParams, RecoveryType
 
 # move_base's default: clear far away, turn, clear close by, turn.
 USUAL: List[Tuple[str, RecoveryType]] = [

@@ -16,9 +16,9 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
+from diff_encoder_sim.navigation.costmap_params import Footprint
 from diff_encoder_sim.navigation.dwa import COST_FIELDS, TRAJECTORY_FIELDS, cost_cloud, trajectory_cloud
 from diff_encoder_sim.navigation.dwa_kernels import ScoringTask
-from diff_encoder_sim.navigation.footprint import Footprint
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.ros.conversions import pose_stamped_message, stamp_from_ns
 from diff_encoder_sim.ros.encoded_topics import DisplayTopic

@@ -15,9 +15,8 @@ from diff_encoder_sim.base.params import Params, did_you_mean, merged, nested, s
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.navigation.dwa_params import DwaParams
 from diff_encoder_sim.navigation.goal_stopping import StopSpread, stop_parts, stop_spread
-from diff_encoder_sim.navigation.navigator_params import NavigatorParams
+from diff_encoder_sim.navigation.navigator_params import DwaParams, NavigatorParams
 from diff_encoder_sim.robots.robot_file import load_robot_file
 from diff_encoder_sim.robots.robot_setup import RobotSetup, set_up_robot
 from diff_encoder_sim.simulation.simulator import (

@@ -11,15 +11,16 @@ from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_layers import (
     FREE,
+    IN_OBSTACLE,
     INSCRIBED,
     LETHAL,
     NO_INFORMATION,
+    OFF_MAP,
     RayRules,
     clear_and_mark,
     clear_polygon,
 )
 from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
-from diff_encoder_sim.navigation.footprint import IN_OBSTACLE, OFF_MAP
 from navigation_scenes import RAY_STEP_RAD, scan_of, static_costmap
 from navigation_simulation import RAYS
 

@@ -6,7 +6,7 @@ import pytest
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import local_defaults
-from diff_encoder_sim.navigation.local_planner import LocalPlanner, limited_motion, visible_stretch
+from diff_encoder_sim.navigation.dwa import LocalPlanner, limited_motion, visible_stretch
 from diff_encoder_sim.navigation.navigator_inputs import STOP, Command, OdometrySample
 from navigation_scenes import PERIOD_S, dwa_params, straight_plan, winding_plan
 

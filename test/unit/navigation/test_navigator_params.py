@@ -6,10 +6,8 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import split_params
-from diff_encoder_sim.navigation.costmap_params import CostmapParams
-from diff_encoder_sim.navigation.dwa_params import DwaParams
-from diff_encoder_sim.navigation.footprint import make_footprint
-from diff_encoder_sim.navigation.navigator_params import NavigatorParams
+from diff_encoder_sim.navigation.costmap_params import CostmapParams, make_footprint
+from diff_encoder_sim.navigation.navigator_params import DwaParams, NavigatorParams
 from navigation_simulation import TABLE_2
 from upstream_params import (
     COSTMAP,

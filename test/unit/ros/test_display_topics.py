@@ -10,7 +10,7 @@ from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import local_defaults
 from diff_encoder_sim.navigation.dwa import DwaPlanner
-from diff_encoder_sim.navigation.dwa_params import DwaParams
+from diff_encoder_sim.navigation.navigator_params import DwaParams
 from diff_encoder_sim.ros import navigation_views, wheel_output
 from diff_encoder_sim.ros.amcl_node import spread_diagnosis
 from diff_encoder_sim.ros.navigation_views import CostmapView, DwaView, cloud_message
