@@ -140,7 +140,7 @@ def wheel_speeds(linear, angular):
 
 def laser_mount():
     """The laser's place in base_link."""
-    return parse_urdf(expand(RobotSource(ROOT / 'urdf' / 'alto.urdf.xacro')), 'alto').link_poses()['laser'][:3, 3]
+    return parse_urdf(expand(RobotSource(ROOT / 'urdf' / 'alto.urdf.xacro')), 'alto').poses['laser'][:3, 3]
 
 
 def true_ranges(x, y, yaw):

@@ -6,7 +6,8 @@ from xml.etree import ElementTree
 import numpy as np
 
 from diff_encoder_sim.base.xml_values import rotation_from_rpy
-from diff_encoder_sim.robots.description import Joint, Link, MassProperties, Mesh, RobotTree, Shape
+from diff_encoder_sim.robots.description import Joint, Link, RobotTree
+from diff_encoder_sim.robots.solids import MassProperties, Mesh, Shape
 
 # Corners of a cube of edge 2 around the origin, and its twelve triangles.
 CUBE_CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])

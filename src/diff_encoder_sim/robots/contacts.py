@@ -16,11 +16,8 @@ from diff_encoder_sim.robots.description import (
     OutlineXy,
     RobotDescription,
     RobotTree,
-    Shape,
-    Sphere,
 )
-from diff_encoder_sim.robots.rolling_wheels import is_upright
-from diff_encoder_sim.robots.solids import farthest_m, placed, pose_at, reach_m, support_point_m
+from diff_encoder_sim.robots.solids import Shape, Sphere, farthest_m, placed, pose_at, reach_m, support_point_m
 
 _MOST_CORNERS = 16
 _BEARINGS = 64  # tested for corners; a round robot's sides, halved twice, are 16
@@ -30,6 +27,28 @@ _ROUNDING_M = 10**-_GRID_DECIMALS * math.sqrt(0.5)  # how far rounding to the gr
 _SLACK_M = 1e-4  # of an rpy of 1.57 for pi / 2
 _SAME = 1e-6  # m of a point, rad of a bearing
 _TURN_RAD = 2 * math.pi
+
+# How far above the floor a contact may end: a caster's clearance, rounded numbers. More if its name is a caster's.
+NEAR_M = 0.005
+NEAR_RADII = 0.1  # of the drive wheels
+NAMED_RADII = 0.5
+CASTER_NAMES = re.compile('caster|castor|ball|skid|wheel|support|roller|slider', re.IGNORECASE)
+
+TILT = 1e-3  # rad, by which the front and the rear edge of a flat face are distinguished
+SAME_HEIGHT_M = 1e-3
+LONG_RADII = 1.0  # of the drive wheels: a longer part stands on its outer edge
+SMALLEST_M = 2e-3  # a marker, not a body
+BALANCED_M = 1e-3  # a point or a centre of mass that is nearer to the axle: it carries nothing, does not tip
+LIFTED_M = 5e-4
+TIPPED_DEG = 1.0
+
+_SHORTEST_ARM = 0.1  # of the wheel's radius: a contact that is closer to the axle cannot keep a robot from tipping
+# How far the support on the light side hangs above the floor, of its distance from the axle: a robot that tips over
+# onto it leans by 0.06 degrees, whatever its size. With both down, they and not the wheels might carry it. With 0.01 a
+# robot balanced on its axle rocks by 0.6 degrees, by which its base frame 0.1 m above the axle is 0.1 % of a metre off.
+_CLEARANCE = 0.001
+_GAP_DECIMALS = 3  # of m: contacts within a millimetre are on the floor together
+_SUPPORT_RADIUS = 0.5  # of the wheel's; any ball touches a floor in one point
 
 
 def footprint_outline(shapes: Sequence[Shape], floor_z_m: float, where: str) -> OutlineXy:
@@ -52,7 +71,11 @@ def footprint_outline(shapes: Sequence[Shape], floor_z_m: float, where: str) -> 
     above = [shape for shape in shapes if support_point_m(shape, np.array([0.0, 0.0, 1.0]))[2] > floor_z_m]
     if not above:
         raise ConfigError(f'{where}: given no collision shape above the floor; allowed: a <collision> in a link')
-    bearings_rad = _side_bearings_rad(above)
+    directions = _directions((np.arange(_BEARINGS) + 0.5) * _TURN_RAD / _BEARINGS)
+    tips_m = [max((support_point_m(shape, out) for shape in above), key=out.dot)[:2] for out in directions]
+    _, normals_rad = _sides(np.array(tips_m))
+    bearings_rad = np.sort(np.append(normals_rad, [0.0, math.pi / 2, math.pi, -math.pi / 2]) % _TURN_RAD)
+    bearings_rad = bearings_rad[np.diff(bearings_rad, append=bearings_rad[0] + _TURN_RAD) > _SAME]
     reaches_m = _reaches_m(above, bearings_rad)
     while True:
         before, after = np.roll(bearings_rad, 1), np.roll(bearings_rad, -1)
@@ -65,35 +88,28 @@ def footprint_outline(shapes: Sequence[Shape], floor_z_m: float, where: str) -> 
             break
         bearings_rad, reaches_m = np.delete(bearings_rad, side), np.delete(reaches_m, side)
     outline_m = _rounded(bearings_rad, reaches_m)
-    sides_m = np.roll(outline_m, -1, axis=0) - outline_m
-    normals_rad = np.arctan2(-sides_m[:, 0], sides_m[:, 1])
-    outs_m = np.cos(normals_rad) * outline_m[:, 0] + np.sin(normals_rad) * outline_m[:, 1]
+    begins_m, normals_rad = _sides(outline_m)
+    outs_m = np.cos(normals_rad) * begins_m[:, 0] + np.sin(normals_rad) * begins_m[:, 1]
     if (_reaches_m(above, normals_rad) > outs_m + _SLACK_M).any():  # rounding has cut something off
         outline_m = _rounded(bearings_rad, reaches_m + _ROUNDING_M)
     return tuple((float(x_m), float(y_m)) for x_m, y_m in outline_m + 0.0)  # no -0
 
 
-def _side_bearings_rad(shapes: Sequence[Shape]) -> np.ndarray:
-    """Return the (n,) bearings, rising, of the normals of the outline's sides; those of the axes are among them."""
-    tips_m = []
-    for index in range(_BEARINGS):
-        direction = _direction((index + 0.5) * _TURN_RAD / _BEARINGS)
-        tips_m.append(max((support_point_m(shape, direction) for shape in shapes), key=direction.dot)[:2])
-    sides_m = np.roll(tips_m, -1, axis=0) - tips_m
-    sides_m = sides_m[np.hypot(sides_m[:, 0], sides_m[:, 1]) > _SAME]
-    normals_rad = np.append(np.arctan2(-sides_m[:, 0], sides_m[:, 1]), [0.0, math.pi / 2, math.pi, -math.pi / 2])
-    bearings_rad = np.sort(normals_rad % _TURN_RAD)
-    return np.asarray(bearings_rad[np.diff(bearings_rad, append=bearings_rad[0] + _TURN_RAD) > _SAME])
+def _sides(corners_m: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the begin (m, 2) of each side of an outline that has a length, and the bearing (m,) of its normal."""
+    sides_m = np.roll(corners_m, -1, axis=0) - corners_m
+    is_long = np.hypot(sides_m[:, 0], sides_m[:, 1]) > _SAME
+    return corners_m[is_long], np.arctan2(-sides_m[is_long, 0], sides_m[is_long, 1])
+
+
+def _directions(bearings_rad: np.ndarray) -> np.ndarray:
+    """Return the level (n, 3) unit vectors in (n,) bearings."""
+    return np.stack([np.cos(bearings_rad), np.sin(bearings_rad), np.zeros(len(bearings_rad))], axis=1)
 
 
 def _reaches_m(shapes: Sequence[Shape], bearings_rad: np.ndarray) -> np.ndarray:
     """Return how far the shapes reach in each of (n,) bearings."""
-    return np.array([reach_m(shapes, _direction(bearing_rad)) for bearing_rad in bearings_rad])
-
-
-def _direction(bearing_rad: float) -> np.ndarray:
-    """Return the level (3,) unit vector in a bearing."""
-    return np.array([math.cos(bearing_rad), math.sin(bearing_rad), 0.0])
+    return np.array([reach_m(shapes, direction) for direction in _directions(bearings_rad)])
 
 
 def _crossings_m(
@@ -122,31 +138,6 @@ def _rounded(bearings_rad: np.ndarray, reaches_m: np.ndarray) -> np.ndarray:
     return np.array(kept)
 
 
-# How far above the floor a contact may end: a caster's clearance, rounded numbers. More if its name is a caster's.
-NEAR_M = 0.005
-NEAR_RADII = 0.1  # of the drive wheels
-NAMED_RADII = 0.5
-CASTER_NAMES = re.compile('caster|castor|ball|skid|wheel|support|roller|slider', re.IGNORECASE)
-
-TILT = 1e-3  # rad, by which the front and the rear edge of a flat face are distinguished
-SAME_HEIGHT_M = 1e-3
-LONG_RADII = 1.0  # of the drive wheels: a longer part stands on its outer edge
-SMALLEST_M = 2e-3  # a marker, not a body
-BESIDE_AXLE_M = 1e-3  # a point that is nearer to the axle carries nothing
-
-BALANCED_M = 1e-3  # centre of mass this near the axle
-LIFTED_M = 5e-4
-TIPPED_DEG = 1.0
-
-_SHORTEST_ARM = 0.1  # of the wheel's radius: a contact that is closer to the axle cannot keep a robot from tipping
-# How far the support on the light side hangs above the floor, of its distance from the axle: a robot that tips over
-# onto it leans by 0.06 degrees, whatever its size. With both down, they and not the wheels might carry it. With 0.01 a
-# robot balanced on its axle rocks by 0.6 degrees, by which its base frame 0.1 m above the axle is 0.1 % of a metre off.
-_CLEARANCE = 0.001
-_GAP_DECIMALS = 3  # of m: contacts within a millimetre are on the floor together
-_SUPPORT_RADIUS = 0.5  # of the wheel's; any ball touches a floor in one point
-
-
 def ground_contacts(tree: RobotTree, drive: DriveTrain, driven_links: AbstractSet[str]) -> Tuple[GroundContact, ...]:
     """Return what is near the floor, front to back: of each link at most one before and one behind the axle.
 
@@ -155,49 +146,53 @@ def ground_contacts(tree: RobotTree, drive: DriveTrain, driven_links: AbstractSe
         drive: the driven wheels.
         driven_links: their links, with all links below them.
     """
-    contacts: List[GroundContact] = []
+    found: List[GroundContact] = []
     for name in tree.poses:
         if name not in driven_links:
-            contacts += _contacts_of(tree, name, drive)
+            found += _contacts_of(tree, name, drive)
     # On each side of the axle those that are nearly as low as its lowest: no forks above casters.
-    kept = []
+    kept: List[GroundContact] = []
     for side in (1, -1):
-        there = [each for each in contacts if side * (each.point_m[0] - drive.axle_x_m) > BESIDE_AXLE_M]
-        lowest_m = min((contact.point_m[2] for contact in there), default=0.0)
-        kept += [contact for contact in there if contact.point_m[2] <= lowest_m + NEAR_M]
+        there = [each for each in found if side * (each.point_m[0] - drive.axle_x_m) > BALANCED_M]
+        kept += [each for each in there if each.point_m[2] <= min(other.point_m[2] for other in there) + NEAR_M]
     return tuple(sorted(kept, key=lambda contact: -contact.point_m[0]))
 
 
 def _contacts_of(tree: RobotTree, name: str, drive: DriveTrain) -> List[GroundContact]:
     """Return a link's contacts, by its collision shapes, or by its visual ones if it has none."""
     pose, link = tree.poses[name], tree.links[name]
-    near_m = max(NEAR_M, (NAMED_RADII if CASTER_NAMES.search(name) else NEAR_RADII) * drive.radius_m)
+    near_radii = NAMED_RADII if CASTER_NAMES.search(name) else NEAR_RADII
+    most_z_m = drive.floor_z_m + max(NEAR_M, near_radii * drive.radius_m)
     found_m = [np.empty((0, 3))]
     for shape in link.collisions or link.visuals:
         in_root = placed(shape, pose)
         # The foremost and rearmost points of its lower side.
         points_m = np.array([support_point_m(in_root, np.array([tilt, 0.0, -1.0])) for tilt in (TILT, -TILT)])
-        is_high = points_m[:, 2].min() > drive.floor_z_m + near_m
-        if is_high or farthest_m([in_root], in_root.pose_in_link[:3, 3]) < SMALLEST_M:
+        if points_m[:, 2].min() > most_z_m or farthest_m([in_root], in_root.pose_in_link[:3, 3]) < SMALLEST_M:
             continue
         if shape.corners_m is not None:
             points_m = shape.corners_m @ pose[:3, :3].T + pose[:3, 3]
-        found_m.append(points_m[points_m[:, 2] <= drive.floor_z_m + near_m])
+        found_m.append(points_m[points_m[:, 2] <= most_z_m])
     low_m = np.vstack(found_m)
     # A caster trails behind its swivel forward and in front of it backward: its mean place is the swivel's, wherever
     # the file draws it.
-    swivel = next((joint for joint in tree.joints_above(name) if is_upright(tree, joint)), None)
+    swivel = tree.swivel_above(name)
     if swivel is not None and len(low_m):
         return [_contact(name, np.append(tree.poses[swivel.child][:2, 3], low_m[:, 2].min()))]
-    sides = [_carrying_point_m(low_m, drive, side) for side in (1, -1)]
-    is_one = any(point_m is None for point_m in sides)
-    named = zip((f'{name} (front)', f'{name} (rear)'), sides)
-    return [_contact(name if is_one else side_name, point_m) for side_name, point_m in named if point_m is not None]
+    front_m, rear_m = (_carrying_point_m(low_m, drive, side) for side in (1, -1))
+    if front_m is not None and rear_m is not None:
+        return [_contact(f'{name} (front)', front_m), _contact(f'{name} (rear)', rear_m)]
+    return [_contact(name, point_m) for point_m in (front_m, rear_m) if point_m is not None]
+
+
+def _contact(name: str, point_m: np.ndarray) -> GroundContact:
+    x_m, y_m, z_m = point_m.tolist()
+    return GroundContact(name, (x_m, y_m, z_m))
 
 
 def _carrying_point_m(points_m: np.ndarray, drive: DriveTrain, side: int) -> Optional[np.ndarray]:
     """Return where a link's (n, 3) points carry it on one side of the axle: in their middle, or at the outer edge."""
-    there_m = points_m[side * (points_m[:, 0] - drive.axle_x_m) > BESIDE_AXLE_M]
+    there_m = points_m[side * (points_m[:, 0] - drive.axle_x_m) > BALANCED_M]
     if len(there_m) == 0:
         return None
     low_m = there_m[there_m[:, 2] <= there_m[:, 2].min() + SAME_HEIGHT_M]
@@ -207,45 +202,31 @@ def _carrying_point_m(points_m: np.ndarray, drive: DriveTrain, side: int) -> Opt
     return np.append(middle_m[:2], low_m[:, 2].min())
 
 
-def _contact(name: str, point_m: np.ndarray) -> GroundContact:
-    x_m, y_m, z_m = point_m.tolist()
-    return GroundContact(name, (x_m, y_m, z_m))
-
-
 def support_balls(description: RobotDescription) -> Tuple[Shape, Shape]:
     """Return the balls on which the robot leans, in the root: before and behind the axle.
 
-    The one on the centre of mass's side touches the floor, so that the robot stands level and on three points.
+    The one on the centre of mass's side touches the floor, so that the robot stands level and on three points. Each is
+    at the lowest contact of its side, of several the outermost; without any, at the footprint's end. Contacts side by
+    side share the load so that its middle is below the centre of mass.
     """
-    is_ahead = bool(description.mass.com_m[0] >= description.axle_x_m)
-    return _support(description, 1.0, is_ahead), _support(description, -1.0, not is_ahead)
-
-
-def _support(description: RobotDescription, side: float, is_down: bool) -> Shape:
-    arm_m, y_m = _support_place(description, side)
-    radius_m = _SUPPORT_RADIUS * description.radius_m
-    z_m = description.floor_z_m + radius_m + (0.0 if is_down else _CLEARANCE * arm_m)
-    return Shape(Sphere(radius_m), pose_at((description.axle_x_m + side * arm_m, y_m, z_m)))
-
-
-def _support_place(description: RobotDescription, side: float) -> Tuple[float, float]:
-    """Return the support's distance from the axle [m] and its y [m].
-
-    It is at the lowest contact of this side, of several the outermost; without any, at the footprint's end. Contacts
-    side by side share the load so that its middle is below the centre of mass.
-    """
-    axle_x_m, com_y_m = description.axle_x_m, float(description.mass.com_m[1])
-    arms = [  # length, y, gap to the floor [m]
-        (side * (x_m - axle_x_m), y_m, round(z_m - description.floor_z_m, _GAP_DECIMALS))
-        for _, (x_m, y_m, z_m) in description.contacts
-    ]
-    arms = [arm for arm in arms if arm[0] > _SHORTEST_ARM * description.radius_m]
-    if not arms:
-        end_m = max(side * (x_m - axle_x_m) for x_m, _ in description.footprint)
-        return max(end_m, description.radius_m), com_y_m
-    lowest_m = min(gap_m for _, _, gap_m in arms)
-    lengths_m, across_m, _ = zip(*(arm for arm in arms if arm[2] == lowest_m))
-    return max(lengths_m), min(max(com_y_m, min(across_m)), max(across_m))
+    axle_x_m, radius_m, com_m = description.axle_x_m, _SUPPORT_RADIUS * description.radius_m, description.mass.com_m
+    balls = []
+    for side, is_down in ((1.0, com_m[0] >= axle_x_m), (-1.0, com_m[0] < axle_x_m)):
+        arms = [  # length, y, gap to the floor [m]
+            (side * (x_m - axle_x_m), y_m, round(z_m - description.floor_z_m, _GAP_DECIMALS))
+            for _, (x_m, y_m, z_m) in description.contacts
+            if side * (x_m - axle_x_m) > _SHORTEST_ARM * description.radius_m
+        ]
+        if arms:
+            lowest_m = min(gap_m for _, _, gap_m in arms)
+            lengths_m, across_m, _ = zip(*(arm for arm in arms if arm[2] == lowest_m))
+            arm_m, y_m = max(lengths_m), min(max(float(com_m[1]), min(across_m)), max(across_m))
+        else:
+            end_m = max(side * (x_m - axle_x_m) for x_m, _ in description.footprint)
+            arm_m, y_m = max(end_m, description.radius_m), float(com_m[1])
+        z_m = description.floor_z_m + radius_m + (0.0 if is_down else _CLEARANCE * arm_m)
+        balls.append(Shape(Sphere(radius_m), pose_at((axle_x_m + side * arm_m, y_m, z_m))))
+    return balls[0], balls[1]
 
 
 def judge_stance(contacts: Sequence[GroundContact], drive: DriveTrain, com_x_m: float, seen: Findings) -> None:
@@ -275,19 +256,16 @@ def judge_stance(contacts: Sequence[GroundContact], drive: DriveTrain, com_x_m: 
         if rear < -BALANCED_M
     ]
     lifted_m, carriers = max(lifts, default=(0.0, ''))
+    ahead_m = com_x_m - drive.axle_x_m
+    side = 1 if ahead_m > 0 else -1
+    arms = [(side * x_m, gap_m) for _, x_m, gap_m in places if side * x_m > BALANCED_M]
+    place = f'its centre of mass is {"ahead of" if side > 0 else "behind"} the axle'
     if lifted_m > LIFTED_M:
         mm = f'{1e3 * lifted_m:.1f} mm'
         seen.warn(f'{carriers} would lift the drive wheels by {mm}: simulated level, with the wheels on the floor')
-        return
-    ahead_m = com_x_m - drive.axle_x_m
-    side = 1 if ahead_m > 0 else -1
-    if abs(ahead_m) <= BALANCED_M:
-        return
-    arms = [(side * x_m, gap_m) for _, x_m, gap_m in places if side * x_m > BALANCED_M]
-    place = f'its centre of mass is {"ahead of" if side > 0 else "behind"} the axle'
-    if not arms:
+    elif abs(ahead_m) > BALANCED_M and not arms:
         seen.warn(f'{place}, where nothing touches the floor: it would tip over; simulated level')
-        return
-    arm_m, gap_m = max(arms, key=lambda arm: arm[0] / max(arm[1], 1e-9))
-    if math.degrees(math.atan2(abs(gap_m), arm_m)) > TIPPED_DEG:
-        seen.warn(f'{place}: it would tip until a contact {1e3 * gap_m:.0f} mm up carries it; simulated level')
+    elif abs(ahead_m) > BALANCED_M:
+        arm_m, gap_m = max(arms, key=lambda arm: arm[0] / max(arm[1], 1e-9))
+        if math.degrees(math.atan2(abs(gap_m), arm_m)) > TIPPED_DEG:
+            seen.warn(f'{place}: it would tip until a contact {1e3 * gap_m:.0f} mm up carries it; simulated level')

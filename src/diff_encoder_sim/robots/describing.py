@@ -9,20 +9,21 @@ import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.contacts import footprint_outline, ground_contacts, judge_stance
-from diff_encoder_sim.robots.description import (
-    Findings,
-    MassProperties,
-    RobotChoices,
-    RobotDescription,
-    RobotSource,
-    RobotTree,
-    Shape,
-)
+from diff_encoder_sim.robots.description import Findings, RobotChoices, RobotDescription, RobotSource, RobotTree
 from diff_encoder_sim.robots.drive_train import drive_limits, find_drive
 from diff_encoder_sim.robots.laser_search import find_laser
-from diff_encoder_sim.robots.meshes import MeshFinder, primitive_tree, visual_primitives_of, without_unread_meshes
+from diff_encoder_sim.robots.meshes import MeshFinder, primitive_tree, visual_primitives_of
 from diff_encoder_sim.robots.package_search import find_mesh
-from diff_encoder_sim.robots.solids import can_be_of_a_body, farthest_m, homogeneous, merged, moved, placed
+from diff_encoder_sim.robots.solids import (
+    MassProperties,
+    Shape,
+    can_be_of_a_body,
+    farthest_m,
+    homogeneous,
+    merged,
+    moved,
+    placed,
+)
 from diff_encoder_sim.robots.urdf_reading import parse_urdf
 from diff_encoder_sim.robots.xacro_expansion import expansion
 
@@ -61,7 +62,6 @@ def describe_tree(tree: RobotTree, find: MeshFinder, choices: RobotChoices, seen
         )
     seen.add('name', tree.name, '<robot name>')
     seen.add('base frame', tree.root, 'root link')
-    tree = without_unread_meshes(tree, find, seen)
     simple = primitive_tree(tree, find, seen)
     drive, pair, plugins = find_drive(simple, choices, seen)
     mass = robot_mass(simple, find, seen)
@@ -86,22 +86,11 @@ def describe_tree(tree: RobotTree, find: MeshFinder, choices: RobotChoices, seen
     if still:
         kinds = '; '.join(f'{_named(names, _MOST_JOINTS_NAMED)} ({kind})' for kind, names in still.items())
         seen.note(f'joints held still at zero: {kinds}')
-    return RobotDescription(
-        drive.left,
-        drive.right,
-        drive.wheel_diameter_m,
-        drive.wheel_separation_m,
-        tree,
-        mass,
-        contacts,
-        tuple(shape for name, shape in shapes if name not in driven_links),
-        footprint,
-        laser,
-        limits,
-        tuple(seen.found),
-        tuple(seen.warnings),
-        tuple(seen.notes),
-    )
+    hull = tuple(shape for name, shape in shapes if name not in driven_links)
+    found = tuple(seen.found), tuple(seen.warnings), tuple(seen.notes)
+    return RobotDescription(**vars(drive), tree=tree, mass=mass, contacts=contacts, hull=hull, footprint=footprint,
+                            laser=laser, drive_limits=limits, found=found[0], warnings=found[1],
+                            notes=found[2])  # fmt: skip
 
 
 def robot_mass(tree: RobotTree, find: MeshFinder, seen: Findings) -> MassProperties:
@@ -117,16 +106,17 @@ def robot_mass(tree: RobotTree, find: MeshFinder, seen: Findings) -> MassPropert
     """
     # The shapes of all links that are fixed to one another, by link; without any, those of the robot.
     around: Dict[str, List[Shape]] = {}
+    everything: List[Shape] = []
     for name, pose in tree.poses.items():
-        joint = tree.above.get(name)
+        joint, shapes = tree.above.get(name), [placed(shape, pose) for shape in tree.links[name].collisions]
         around[name] = around[joint.parent] if joint is not None and joint.kind == 'fixed' else []
-        around[name] += [placed(shape, pose) for shape in tree.links[name].collisions]
-    everything = [placed(shape, pose) for name, pose in tree.poses.items() for shape in tree.links[name].collisions]
+        around[name] += shapes
+        everything += shapes
     parts: List[MassProperties] = []
     faults: Dict[str, List[str]] = {}  # links by kind
     for name, link in tree.links.items():
         mass = link.inertial
-        if mass is None or mass.mass_kg <= 0:
+        if mass is None:
             continue
         com_m = moved(mass, tree.poses[name]).com_m
         fault = _fault(mass, farthest_m(around[name] or everything, com_m) or np.inf)
@@ -136,17 +126,14 @@ def robot_mass(tree: RobotTree, find: MeshFinder, seen: Findings) -> MassPropert
             solid = homogeneous(link.collisions or visual_primitives_of(link, find), mass.mass_kg)
             mass = mass._replace(inertia_kgm2=solid.inertia_kgm2)
         parts.append(moved(mass, tree.poses[name]))
-    if not parts:
-        raise ConfigError(
-            f'{tree.where}: given no link with a mass; allowed: <inertial> with a mass greater than 0 in a link, '
-            'such as that of the body'
-        )
     for kind, links in faults.items():
         seen.warn(f'{kind}, replaced by that of a homogeneous solid: {_named(links, _MOST_LINKS_NAMED)}')
     total = merged(parts)
     if total.mass_kg < LEAST_KG:
-        given = f'given {total.mass_kg:.3g} kg in all links'
-        raise ConfigError(f'{tree.where}: {given}; allowed: a robot of at least {LEAST_KG:g} kg')
+        raise ConfigError(
+            f'{tree.where}: given {total.mass_kg:.3g} kg in all links; allowed: <inertial> in a link, such as that of '
+            f'the body, with a mass of at least {LEAST_KG:g} kg'
+        )
     return total
 
 

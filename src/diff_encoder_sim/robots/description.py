@@ -5,12 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple, Union
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple
 from xml.etree import ElementTree
 
 import numpy as np
 
 from diff_encoder_sim.base.xml_values import Vector
+from diff_encoder_sim.robots.solids import MassProperties, Shape
+
+UPRIGHT = 0.9  # an axis' vertical part, above which a joint swivels
 
 
 class AddedLaser(NamedTuple):
@@ -41,51 +44,6 @@ class RobotChoices(NamedTuple):
     laser_link: Optional[str] = None
     wheel_diameter: Optional[float] = None  # [m]
     wheel_separation: Optional[float] = None  # [m]
-
-
-class Box(NamedTuple):
-    """A cuboid, centred on its pose."""
-
-    size_xyz_m: Vector
-
-
-class Cylinder(NamedTuple):
-    """A cylinder along z, centred on its pose; a URDF capsule is one, too."""
-
-    radius_m: float
-    length_m: float
-
-
-class Sphere(NamedTuple):
-    """A ball, centred on its pose."""
-
-    radius_m: float
-
-
-class Mesh(NamedTuple):
-    """A mesh in a file, as the URDF names it."""
-
-    uri: str  # package://, file://, or a path relative to the robot's file
-    scale_xyz: Vector
-
-
-Geometry = Union[Box, Cylinder, Sphere, Mesh]
-
-
-class Shape(NamedTuple):
-    """A visual or collision shape."""
-
-    geometry: Geometry
-    pose_in_link: np.ndarray  # (4, 4)
-    corners_m: Optional[np.ndarray] = None  # (n, 3) in the link: the convex hull of the collision mesh that it replaces
-
-
-class MassProperties(NamedTuple):
-    """Mass of a link in its own frame, or of a robot or its parts in the root's frame."""
-
-    mass_kg: float
-    com_m: np.ndarray  # (3,)
-    inertia_kgm2: np.ndarray  # (3, 3), about the centre of mass, along the frame's axes
 
 
 class Link(NamedTuple):
@@ -142,10 +100,6 @@ class RobotTree:
                 open_links.append(joint.child)
         return poses
 
-    def link_poses(self) -> Dict[str, np.ndarray]:
-        """Return each link's (4, 4) pose in the root link, joints at zero; parents before children."""
-        return self.poses
-
     def below(self, link: str) -> List[Joint]:
         """Return the joints to a link's children."""
         return self._below.get(link, [])
@@ -175,6 +129,11 @@ class RobotTree:
     def axis_in_root(self, joint: Joint) -> np.ndarray:
         """Return a joint's (3,) unit axis in the root."""
         return np.asarray(self.poses[joint.child][:3, :3] @ joint.axis)
+
+    def swivel_above(self, link: str) -> Optional[Joint]:
+        """Return the nearest joint from a link up to the root that turns about an upright axis."""
+        turning = (joint for joint in self.joints_above(link) if joint.kind in ('continuous', 'revolute'))
+        return next((joint for joint in turning if abs(self.axis_in_root(joint)[2]) > UPRIGHT), None)
 
 
 OutlineXy = Tuple[Tuple[float, float], ...]
@@ -247,7 +206,7 @@ class RobotLaser(NamedTuple):
     pose_in_root: np.ndarray  # (4, 4)
     settings: Dict[str, Any]  # keys of LidarParams: samples, angle_min, angle_span, range_min, range_max, noise, rate
     source: str
-    frame: str = ''  # of its scans; '' if it is not given
+    carrier: str = ''  # link of its sensor; the scans may have another frame at the same place
     notes: Tuple[str, ...] = ()
 
 

@@ -3,24 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import Dict, Iterator, List, Optional, Sequence, Tuple
+from typing import Dict, Optional, Sequence, Tuple
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.description import (
-    DrivenWheel,
-    DriveTrain,
-    Findings,
-    GroundContact,
-    MassProperties,
-    RobotChoices,
-    RobotTree,
-)
+from diff_encoder_sim.robots.description import DriveTrain, Findings, GroundContact, RobotChoices, RobotTree
 from diff_encoder_sim.robots.drive_tags import DriveTags, find_drive_tags
-from diff_encoder_sim.robots.driven_wheels import choose_wheels
-from diff_encoder_sim.robots.rolling_wheels import WheelPair, joints_of, rolling_wheels
+from diff_encoder_sim.robots.driven_wheels import WheelPair, choose_wheels, drivable_joints, joints_of, rolling_wheels
+from diff_encoder_sim.robots.solids import MassProperties
 
 AGREE = 0.005  # relative difference that is not worth a line
-# A controller's number that differs by more is a mistake in it, such as a radius for a diameter; by less it is a wheel
+# A plugin's number that differs by more is a mistake in it, such as a radius for a diameter; by less it is a wheel
 # measured while it rolls under load.
 MEASURED = 0.1
 LARGEST_M = 2.0  # of a wheel on a robot that drives indoors
@@ -59,7 +51,7 @@ def find_drive(
         ConfigError: the robot has no two driven wheels on one axle, or they have no size.
     """
     wheels = rolling_wheels(tree)
-    drives = find_drive_tags(tree, wheels)
+    drives = find_drive_tags(tree, wheels, drivable_joints(tree, wheels))
     pair = choose_wheels(tree, wheels, drives, choices, seen)
     ours = tuple(tags for tags in drives if set(joints_of(pair)) <= set(tags.left_joints + tags.right_joints))
     diameter_m = _diameter_m(tree.where, pair, ours, choices.wheel_diameter, seen)
@@ -67,7 +59,10 @@ def find_drive(
     # Moved along the axle to their places at the nominal separation.
     middle_m = 0.5 * (pair[0].centre_m[1] + pair[1].centre_m[1])
     left, right = (
-        _moved(wheel, middle_m + half_m, 0.5 * diameter_m)
+        wheel._replace(
+            centre_m=(wheel.centre_m[0], middle_m + half_m, wheel.centre_m[2]),
+            radius_m=wheel.radius_m or 0.5 * diameter_m,
+        )
         for wheel, half_m in zip(pair, (0.5 * separation_m, -0.5 * separation_m))
     )
     drive = DriveTrain(left, right, diameter_m, separation_m)
@@ -82,24 +77,19 @@ def find_drive(
     return drive, pair, ours
 
 
-def _moved(wheel: DrivenWheel, y_m: float, usual_radius_m: float) -> DrivenWheel:
-    x_m, _, z_m = wheel.centre_m
-    return wheel._replace(centre_m=(x_m, y_m, z_m), radius_m=wheel.radius_m or usual_radius_m)
-
-
 def _diameter_m(
     where: str, pair: WheelPair, drives: Sequence[DriveTags], chosen_m: Optional[float], seen: Findings
 ) -> float:
-    """Return the diameter: a controller's rather than the shape's, unless it is out of question."""
+    """Return the diameter: a plugin's rather than the shape's, unless it is out of question."""
     given = next(((tags.diameter_m, tags.source) for tags in drives if tags.diameter_m is not None), None)
-    shape, radii_m = None, [wheel.radius_m for wheel in pair if wheel.radius_m]
-    if radii_m:
-        shape = 2.0 * sum(radii_m) / len(radii_m), next(wheel.shape for wheel in pair if wheel.radius_m)
-        if _differ(radii_m[0], radii_m[-1]) > 1e-4:
-            seen.warn(
-                f'the wheels differ: diameters {2 * radii_m[0]:.5g} m (left) and {2 * radii_m[1]:.5g} m (right) by '
-                'their shapes; both are simulated with the nominal one'
-            )
+    round_ones = [wheel for wheel in pair if wheel.radius_m]
+    radii_m = [wheel.radius_m or 0.0 for wheel in round_ones]
+    shape = (2.0 * sum(radii_m) / len(radii_m), round_ones[0].shape) if round_ones else None
+    if shape is not None and _differ(radii_m[0], radii_m[-1]) > 1e-4:
+        seen.warn(
+            f'the wheels differ: diameters {2 * radii_m[0]:.5g} m (left) and {2 * radii_m[1]:.5g} m (right) by '
+            'their shapes; both are simulated with the nominal one'
+        )
     if chosen_m is None and shape is None and given is None:
         raise ConfigError(
             f'{where}: given wheels {pair[0].link!r} and {pair[1].link!r} without a round shape; '
@@ -151,9 +141,25 @@ def drive_limits(
     10 m/s^2, which a real motor does not have, and which only lets wheels slip. Without an acceleration in the file it
     is this package's usual one, or a smaller one which the motors' torque allows.
     """
-    limits: Dict[str, Tuple[float, str]] = {}
-    for key, value, source in (*_by_plugins(drives, drive), *_by_joints(tree, drive, seen)):
-        limits.setdefault(key, (value, source))
+    limits: Dict[str, Tuple[float, str]] = {}  # with their sources
+    per_rim = {'linear': 1.0, 'angular': 2.0 / drive.wheel_separation_m}
+    for tags in drives:
+        for key, value in tags.limits.items():
+            by_rim = {f'max_{kind}_acceleration': factor * value for kind, factor in per_rim.items()}
+            for name, limit in (by_rim if key == 'rim_acceleration' else {key: value}).items():
+                limits.setdefault(name, (limit, tags.source))
+    joints = [tree.joints[wheel.joint] for wheel in (drive.left, drive.right)]  # a limit of zero means none
+    efforts_nm = [joint.effort for joint in joints if joint.effort]
+    speed_radps = min((joint.speed for joint in joints if joint.speed), default=math.inf)
+    speed_mps = speed_radps * drive.radius_m
+    if efforts_nm:
+        limits.setdefault('wheel_torque', (min(efforts_nm), "the joints' effort limit"))
+    if speed_mps < SLOWEST_MPS:
+        slow = f'{speed_radps:.3g} rad/s, {speed_mps:.2g} m/s'
+        seen.warn(f"the joints' velocity limit of {slow}, is left out: too slow to drive")
+    elif speed_mps <= FASTEST_MPS:
+        for kind, factor in per_rim.items():
+            limits.setdefault(f'max_{kind}_speed', (factor * speed_mps, "the joints' velocity limit"))
 
     def cut(key: str, most: float, reason: str) -> None:
         value, source = limits.get(key, (USUAL_LIMITS[key], ''))
@@ -162,7 +168,7 @@ def drive_limits(
 
     cut('wheel_torque', mass.mass_kg * G_MPS2 * drive.radius_m, 'mass x g x wheel radius: more only slips')
     grip_mps2, grip_radps2 = grip_accelerations(mass, contacts, drive)
-    by_grip = grip_mps2, min(2.0 * grip_mps2 / drive.wheel_separation_m, grip_radps2)
+    by_grip = grip_mps2, min(per_rim['angular'] * grip_mps2, grip_radps2)
     by_torque = torque_accelerations(limits['wheel_torque'][0], mass, drive)
     for key, most, by_motors in zip(('max_linear_acceleration', 'max_angular_acceleration'), by_grip, by_torque):
         if key not in limits and by_motors < most:
@@ -173,33 +179,6 @@ def drive_limits(
         value, source = limits.get(key, (USUAL_LIMITS[key], "this package's default: the robot's file gives none"))
         seen.add(quantity, f'{value:.4g}', source)
     return {key: value for key, (value, _) in limits.items()}
-
-
-def _by_plugins(drives: Sequence[DriveTags], drive: DriveTrain) -> Iterator[Tuple[str, float, str]]:
-    for tags in drives:
-        for key, value in tags.limits.items():
-            if key == 'rim_acceleration':
-                yield 'max_linear_acceleration', value, tags.source
-                yield 'max_angular_acceleration', 2.0 * value / drive.wheel_separation_m, tags.source
-            else:
-                yield key, value, tags.source
-
-
-def _by_joints(tree: RobotTree, drive: DriveTrain, seen: Findings) -> List[Tuple[str, float, str]]:
-    """Return the limits of the joints; zero means none."""
-    joints = [tree.joints[wheel.joint] for wheel in (drive.left, drive.right)]
-    efforts_nm = [joint.effort for joint in joints if joint.effort]
-    speeds_radps = [joint.speed for joint in joints if joint.speed]
-    limits = [('wheel_torque', min(efforts_nm), "the joints' effort limit")] if efforts_nm else []
-    speed_mps = min(speeds_radps, default=math.inf) * drive.radius_m
-    if speed_mps < SLOWEST_MPS:
-        slow = f'{min(speeds_radps):.3g} rad/s, {speed_mps:.2g} m/s'
-        seen.warn(f"the joints' velocity limit of {slow}, is left out: too slow to drive")
-    elif speed_mps <= FASTEST_MPS:
-        source = "the joints' velocity limit"
-        limits.append(('max_linear_speed', speed_mps, source))
-        limits.append(('max_angular_speed', 2.0 * speed_mps / drive.wheel_separation_m, source))
-    return limits
 
 
 def grip_accelerations(
@@ -218,19 +197,18 @@ def grip_accelerations(
     arm_m = min((arm for arm in arms_m if arm > abs(ahead_m)), default=math.inf)
     share = max(LEAST_SHARE, 1.0 - abs(ahead_m) / arm_m)
     height_m = max(0.0, float(mass.com_m[2]) - drive.floor_z_m)
-    force_n = MARGIN * G_MPS2 * mass.mass_kg * share
-    turn_radps2 = force_n * 0.5 * drive.wheel_separation_m / _turning_inertia_kgm2(mass, drive)
+    turn_radps2 = _turn_radps2(MARGIN * G_MPS2 * mass.mass_kg * share, mass, drive)
     return MARGIN * G_MPS2 * share / (1.0 + height_m / arm_m), turn_radps2
 
 
 def torque_accelerations(torque_nm: float, mass: MassProperties, drive: DriveTrain) -> Tuple[float, float]:
     """Return half of the acceleration [m/s^2] and angular acceleration [rad/s^2] that two motors can give the body."""
     force_n = MARGIN * 2.0 * torque_nm / drive.radius_m
-    turn_radps2 = force_n * 0.5 * drive.wheel_separation_m / _turning_inertia_kgm2(mass, drive)
-    return force_n / mass.mass_kg, turn_radps2
+    return force_n / mass.mass_kg, _turn_radps2(force_n, mass, drive)
 
 
-def _turning_inertia_kgm2(mass: MassProperties, drive: DriveTrain) -> float:
-    """Return the moment of inertia about the upright axis through the axle's middle, which lies on y = 0."""
+def _turn_radps2(force_n: float, mass: MassProperties, drive: DriveTrain) -> float:
+    """Return the angular acceleration of a robot whose wheels push with a force together, about the axle's middle."""
     x_m, y_m = float(mass.com_m[0]) - drive.axle_x_m, float(mass.com_m[1])
-    return float(mass.inertia_kgm2[2, 2]) + mass.mass_kg * (x_m**2 + y_m**2)
+    inertia_kgm2 = float(mass.inertia_kgm2[2, 2]) + mass.mass_kg * (x_m**2 + y_m**2)
+    return force_n * 0.5 * drive.wheel_separation_m / inertia_kgm2

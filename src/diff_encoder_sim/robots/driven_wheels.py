@@ -1,13 +1,20 @@
-"""Which two wheels drive: by the user, by plugins and controllers, by transmissions, by geometry."""
+"""The wheels of a robot, and which two drive it: by the user, by plugins, by transmissions, by geometry.
+
+A wheel is a link that turns without end about a level axis and has a shape that rolls.
+"""
 
 from __future__ import annotations
 
 import re
-from typing import Iterable, Optional, Sequence, Tuple
+from itertools import combinations
+from typing import FrozenSet, Iterable, List, Optional, Sequence, Tuple
+
+import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import did_you_mean
-from diff_encoder_sim.robots.description import DrivenWheel, Findings, RobotChoices, RobotTree
+from diff_encoder_sim.base.xml_values import Vector
+from diff_encoder_sim.robots.description import DrivenWheel, Findings, Joint, RobotChoices, RobotTree
 from diff_encoder_sim.robots.drive_tags import (
     DIFFERENTIAL,
     OMNIDIRECTIONAL,
@@ -17,27 +24,129 @@ from diff_encoder_sim.robots.drive_tags import (
     commanded_joints,
 )
 from diff_encoder_sim.robots.robot_file import robot_file_line
-from diff_encoder_sim.robots.rolling_wheels import (
-    LIKE_RADIUS,
-    WheelPair,
-    are_coaxial,
-    are_parallel,
-    coaxial_pairs,
-    joints_of,
-    left_first,
-    mean_radius_m,
-    rolling_wheels,
-    wheel_of,
-    without_casters,
-)
+from diff_encoder_sim.robots.solids import Cylinder, Shape, placed, rolling_radius_m
 
+LEVEL = 0.17  # an axis' vertical part (10 degrees), below which a wheel can stand on it
+SAME_RADIUS = 0.01  # shapes of one wheel: twin tyres, a tyre and its rim
+PASSIVE = re.compile('caster|castor|idler|passive|support|roller|ball', re.IGNORECASE)
+NEAR_FLOOR = 0.35  # of its radius: how far above the lowest wheel a wheel may end
+
+PARALLEL = 0.995  # cosine
+OFF_LINE = 0.1  # of the radius: how far a wheel may be off the other's axis
+LIKE_RADIUS = 0.05
+LEAST_SEPARATION = 0.2  # of the radius
 LEAST_ACROSS = 0.985  # y part of an axle that lies across the robot (10 degrees)
+
 _MODELLED = 'modelled are two driven wheels on one axle'
 _UNLIKE = {
     SKID_STEER: 'a robot with two or more driven axles (skid-steer, or mecanum), whose wheels slip in each turn',
     STEERED: 'a robot with a steered wheel (tricycle or Ackermann)',
     OMNIDIRECTIONAL: 'an omnidirectional robot, whose wheels have rollers',
 }
+
+WheelPair = Tuple[DrivenWheel, DrivenWheel]  # left, right
+
+
+def rolling_wheels(tree: RobotTree) -> Tuple[DrivenWheel, ...]:
+    """Return the wheels near the floor, in the file's order: none of an arm, no spinning scanner."""
+    found = [wheel_of(tree, joint) for joint in tree.joints.values() if joint.spins]
+    level = [wheel for wheel in found if wheel.radius_m and abs(wheel.axis[2]) < LEVEL]
+    floor_m = min((wheel.bottom_m for wheel in level), default=0.0)
+    return tuple(wheel for wheel in level if wheel.bottom_m < floor_m + NEAR_FLOOR * (wheel.radius_m or 0.0))
+
+
+def wheel_of(tree: RobotTree, joint: Joint) -> DrivenWheel:
+    """Return the wheel that a joint turns, by the largest of its shapes that roll; collision shapes first."""
+
+    def width_m(shape: Shape) -> float:
+        return shape.geometry.length_m if isinstance(shape.geometry, Cylinder) else 0.0
+
+    pose = tree.poses[joint.child]
+    to_wheel = np.linalg.inv(pose)
+    parts = [(tree.links[name], to_wheel @ tree.poses[name]) for name in tree.subtree(joint.child, is_rigid=True)]
+    shapes = {
+        'collision': [placed(shape, at) for link, at in parts for shape in link.collisions],
+        'visual': [placed(shape, at) for link, at in parts for shape in link.visuals],
+    }
+    radius_m, centre_m, source = None, np.zeros(3), 'no rolling shape'
+    for kind in ('visual', 'collision'):
+        radii = [(rolling_radius_m(shape, joint.axis) or 0.0, shape) for shape in shapes[kind]]
+        largest_m = max((radius for radius, _ in radii), default=0.0)
+        if largest_m > 0.0:
+            largest = [shape for radius, shape in radii if radius > (1.0 - SAME_RADIUS) * largest_m]
+            # A mesh's tread is narrower than the wheel with its motor; twin tyres are equally wide.
+            most_m = (1.0 + SAME_RADIUS) * min(map(width_m, largest))
+            largest = [shape for shape in largest if width_m(shape) <= most_m]
+            radius_m, centre_m = largest_m, np.mean([shape.pose_in_link[:3, 3] for shape in largest], axis=0)
+            source = f'{kind} {type(largest[0].geometry).__name__.lower()}'
+    swivel = tree.swivel_above(joint.parent)
+    centre_in_root_m, axis = _vector(pose[:3, :3] @ centre_m + pose[:3, 3]), _vector(tree.axis_in_root(joint))
+    return DrivenWheel(joint.name, joint.child, centre_in_root_m, axis, radius_m, source, swivel and swivel.name)
+
+
+def _vector(array: np.ndarray) -> Vector:
+    x, y, z = array.tolist()
+    return x, y, z
+
+
+def drivable_joints(tree: RobotTree, wheels: Sequence[DrivenWheel]) -> FrozenSet[str]:
+    """Return the joints that can drive the robot: those of wheels that neither swivel nor are casters.
+
+    Without two of these (wheels may lack a round shape) all joints count that spin about a level axis.
+
+    Args:
+        tree: the robot.
+        wheels: from rolling_wheels.
+    """
+    fixed = frozenset(wheel.joint for wheel in _without_casters(wheels))
+    if len(fixed) > 1:
+        return fixed
+    spinning = (joint for joint in tree.joints.values() if joint.spins)
+    return frozenset(joint.name for joint in spinning if abs(tree.axis_in_root(joint)[2]) < LEVEL)
+
+
+def _without_casters(wheels: Sequence[DrivenWheel]) -> List[DrivenWheel]:
+    """Leave out wheels that swivel, and those that are casters by name if two others remain."""
+    fixed = [wheel for wheel in wheels if wheel.swivel is None]
+    driven = [wheel for wheel in fixed if not PASSIVE.search(f'{wheel.joint} {wheel.link}')]
+    return driven if len(driven) >= 2 else fixed
+
+
+def _coaxial_pairs(wheels: Iterable[DrivenWheel]) -> List[WheelPair]:
+    """Return all pairs of like wheels on one axle; of three on one axle, three pairs."""
+    return [_left_first(a, b) for a, b in combinations(wheels, 2) if _are_coaxial(a, b)]
+
+
+def _left_first(a: DrivenWheel, b: DrivenWheel) -> WheelPair:
+    return (a, b) if a.centre_m[1] >= b.centre_m[1] else (b, a)
+
+
+def joints_of(pair: WheelPair) -> Tuple[str, str]:
+    """Return the joints' names, left first."""
+    return pair[0].joint, pair[1].joint
+
+
+def _mean_radius_m(pair: WheelPair) -> float:
+    return 0.5 * ((pair[0].radius_m or 0.0) + (pair[1].radius_m or 0.0))
+
+
+def _are_parallel(a: DrivenWheel, b: DrivenWheel) -> bool:
+    return bool(abs(np.dot(a.axis, b.axis)) > PARALLEL)
+
+
+def _are_coaxial(a: DrivenWheel, b: DrivenWheel) -> bool:
+    """Return whether two wheels have one axis and one radius, side by side."""
+    apart_m, larger_m = np.subtract(b.centre_m, a.centre_m), max(a.radius_m or 0.0, b.radius_m or 0.0)
+    return bool(
+        _are_parallel(a, b)
+        and np.linalg.norm(np.cross(apart_m, a.axis)) < OFF_LINE * larger_m
+        and abs(apart_m @ a.axis) > LEAST_SEPARATION * larger_m
+        and abs((a.radius_m or 0.0) - (b.radius_m or 0.0)) <= LIKE_RADIUS * larger_m
+    )
+
+
+def _is_like(a_m: float, b_m: float) -> bool:
+    return abs(a_m - b_m) <= LIKE_RADIUS * b_m
 
 
 def choose_wheels(
@@ -63,12 +172,13 @@ def choose_wheels(
     _check_axle(tree, pair)
     for side, other, wheel in (('left', 'right', pair[0]), ('right', 'left', pair[1])):
         seen.add(f'{side} wheel joint', wheel.joint, source)
-        if re.search(other, wheel.joint, re.IGNORECASE) and not re.search(side, wheel.joint, re.IGNORECASE):
+        name = wheel.joint.lower()
+        if other in name and side not in name:
             place = f'is the {side} wheel (y = {wheel.centre_m[1]:+.3f} m)'
             seen.warn(f"joint {wheel.joint!r} {place}: is x forward in the robot's root link?")
     # As large ones on another axle may be driven, too, and they resist turns.
     others = [each for each in wheels if each.joint not in joints_of(pair) and each.swivel is None]
-    like = [each.joint for each in others if _is_like(each.radius_m or 0.0, mean_radius_m(pair))]
+    like = [each.joint for each in others if _is_like(each.radius_m or 0.0, _mean_radius_m(pair))]
     if like:
         seen.warn(f'the wheels of {_quoted(like)} slide without friction: what they do in turns is not modelled')
     return pair
@@ -76,11 +186,20 @@ def choose_wheels(
 
 def _chosen(tree: RobotTree, wheels: Sequence[DrivenWheel], choices: RobotChoices) -> Optional[Tuple[WheelPair, str]]:
     """Return the user's pair; if only one is given, with the wheel on its axle."""
-    given = [_users_wheel(tree, choices.left_joint, 'left'), _users_wheel(tree, choices.right_joint, 'right')]
+    given: List[Optional[DrivenWheel]] = []
+    for side, name in (('left', choices.left_joint), ('right', choices.right_joint)):
+        joint = tree.joints.get(name or '')
+        where = f'{tree.where}: given {name!r} as {side} wheel joint, which is'
+        if name and joint is None:
+            known = ', '.join(tree.joints) or 'none, the robot has no joint'
+            raise ConfigError(f'{where} missing; allowed: one of {known}{did_you_mean(name, tree.joints)}')
+        if joint is not None and joint.kind not in ('continuous', 'revolute'):
+            raise ConfigError(f'{where} {joint.kind}; allowed: continuous')
+        given.append(joint and wheel_of(tree, joint))
     one = given[0] or given[1]
     if one is None:
         return None
-    others = [wheel for wheel in wheels if wheel.joint != one.joint and are_coaxial(wheel, one)]
+    others = [wheel for wheel in wheels if wheel.joint != one.joint and _are_coaxial(wheel, one)]
     if None in given and len(others) != 1:
         raise ConfigError(f"{tree.where}: given joint {one.joint!r} alone; allowed: both of the driven wheels' joints")
     left, right = (each or others[0] for each in given)
@@ -90,19 +209,6 @@ def _chosen(tree: RobotTree, wheels: Sequence[DrivenWheel], choices: RobotChoice
             f'right wheel at {right.centre_m[1]:.3f} m; allowed: the left wheel left of the right one, x forward'
         )
     return (left, right), 'given'
-
-
-def _users_wheel(tree: RobotTree, name: Optional[str], side: str) -> Optional[DrivenWheel]:
-    if name is None:
-        return None
-    joint = tree.joints.get(name)
-    given = f'{tree.where}: given {name!r} as {side} wheel joint, which is'
-    if joint is None:
-        known = ', '.join(tree.joints) or 'none, the robot has no joint'
-        raise ConfigError(f'{given} missing; allowed: one of {known}{did_you_mean(name, tree.joints)}')
-    if joint.kind not in ('continuous', 'revolute'):
-        raise ConfigError(f'{given} {joint.kind}; allowed: continuous')
-    return wheel_of(tree, joint)
 
 
 def _by_plugin(
@@ -120,7 +226,7 @@ def _by_plugin(
             missing = tags.left_joints[0] if left is None else tags.right_joints[0]
             seen.warn(f'{tags.source} names joint {missing!r}, which the robot does not have')
         elif left.name != right.name and left.spins and right.spins:
-            pair = left_first(wheel_of(tree, left), wheel_of(tree, right))
+            pair = _left_first(wheel_of(tree, left), wheel_of(tree, right))
             _check_others_of_plugin(tree, pair, tags.is_named, wheels)
             if pair[0].joint != left.name:
                 seen.warn(f'{tags.source} names {left.name!r} as left joint, which is on the right: taken as right one')
@@ -137,9 +243,9 @@ def _check_others_of_plugin(tree: RobotTree, pair: WheelPair, is_named: bool, wh
     _check_steering(tree, wheels, is_named)
     commanded = commanded_joints(tree)
     driven = [wheel for wheel in wheels if wheel.swivel is None and (not is_named or wheel.joint in commanded)]
-    same = {pair[0].joint, *(wheel.joint for wheel in wheels if are_coaxial(wheel, pair[0]))}
-    others = [each for each in coaxial_pairs(driven) if each[0].joint not in same]
-    like = [each for each in others if _is_like(mean_radius_m(each), mean_radius_m(pair))]
+    same = {pair[0].joint, *(wheel.joint for wheel in wheels if _are_coaxial(wheel, pair[0]))}
+    others = [each for each in _coaxial_pairs(driven) if each[0].joint not in same]
+    like = [each for each in others if _is_like(_mean_radius_m(each), _mean_radius_m(pair))]
     if like:
         raise _unlike(tree, SKID_STEER, f'wheels of one size: {_quoted([*joints_of(pair), *joints_of(like[0])])}')
 
@@ -166,13 +272,11 @@ def _by_evidence(
             raise _unlike(tree, tags.kind, f'plugin {tags.source}' + (f' with {_quoted(joints)}' if joints else ''))
     _check_steering(tree, wheels)
     commanded = [wheel for wheel in wheels if wheel.joint in commanded_joints(tree) and not wheel.swivel]
-    if len(commanded) == 2 and are_coaxial(*commanded):
-        return left_first(*commanded), 'transmissions'
+    if len(commanded) == 2 and _are_coaxial(*commanded):
+        return _left_first(*commanded), 'transmissions'
     driven = commanded if len(commanded) > 2 else wheels
-    fixed = without_casters([wheel for wheel in driven if not wheel.swivel])
-    _check_number_and_places(tree, fixed)
-    pairs = coaxial_pairs(fixed)
-    pair = max(pairs, key=mean_radius_m)
+    pairs = _pairs_on_one_axle(tree, _without_casters(driven))
+    pair = max(pairs, key=_mean_radius_m)
     if len(pairs) > 1:
         others = _quoted(joint for other in pairs if other is not pair for joint in joints_of(other))
         largest = ' and '.join(map(repr, joints_of(pair)))
@@ -180,33 +284,32 @@ def _by_evidence(
     return pair, 'transmissions and geometry' if driven is commanded else 'geometry'
 
 
-def _check_number_and_places(tree: RobotTree, wheels: Sequence[DrivenWheel]) -> None:
-    """Refuse a robot without two wheels on one axle, or with others like them."""
-    names, pairs = _quoted(wheel.joint for wheel in wheels), coaxial_pairs(wheels)
+def _pairs_on_one_axle(tree: RobotTree, wheels: Sequence[DrivenWheel]) -> List[WheelPair]:
+    """Return the pairs of wheels on one axle; refuse a robot without one, or with several of the largest size."""
+    names, pairs = _quoted(wheel.joint for wheel in wheels), _coaxial_pairs(wheels)
     if not wheels:
         turning = [joint.name for joint in tree.joints.values() if joint.spins]
         reason = f'none of its {len(tree.joints)} joints is continuous'
         if turning:
-            shown = _quoted(turning[:4]) + (' ...' if len(turning) > 4 else '')
-            reason = f'of its joints that turn without end ({shown}) none has a level axis and a round shape near the '
-            reason += 'floor'
+            reason = f'of its joints that turn without end ({_quoted(turning)}) none has a level axis and a round shape'
+            reason += ' near the floor'
         raise _no_pair(tree, f'a robot without wheels: {reason}')
     if len(wheels) == 1:
         raise _no_pair(tree, f'one wheel, joint {names}')
-    if not pairs and any(not are_parallel(wheel, wheels[0]) for wheel in wheels):
+    if not pairs and any(not _are_parallel(wheel, wheels[0]) for wheel in wheels):
         raise _unlike(tree, OMNIDIRECTIONAL, f'the axles of {names} point in different directions')
     if not pairs:
         raise _no_pair(tree, f'wheels that are not on one axle or not of one size: {names}')
-    largest_m = max(map(mean_radius_m, pairs))
-    pairs = [pair for pair in pairs if mean_radius_m(pair) > (1.0 - LIKE_RADIUS) * largest_m]
-    joints = list(dict.fromkeys(joint for pair in pairs for joint in joints_of(pair)))
-    if len(pairs) == 1:
-        return
-    if len(joints) < 2 * len(pairs):
+    least_m = (1.0 - LIKE_RADIUS) * max(map(_mean_radius_m, pairs))
+    largest = [pair for pair in pairs if _mean_radius_m(pair) > least_m]
+    joints = list(dict.fromkeys(joint for pair in largest for joint in joints_of(pair)))
+    if len(largest) > 1 and len(joints) < 2 * len(largest):
         raise _no_pair(tree, f'three or more wheels on one axle: {_quoted(joints)}')
-    if any(not are_parallel(pair[0], pairs[0][0]) for pair in pairs):
+    if any(not _are_parallel(pair[0], largest[0][0]) for pair in largest):
         raise _unlike(tree, OMNIDIRECTIONAL, f'the axles of {_quoted(joints)} point in different directions')
-    raise _unlike(tree, SKID_STEER, f'wheels of one size: {_quoted(joints)}')
+    if len(largest) > 1:
+        raise _unlike(tree, SKID_STEER, f'wheels of one size: {_quoted(joints)}')
+    return pairs
 
 
 def _check_axle(tree: RobotTree, pair: WheelPair) -> None:
@@ -236,20 +339,15 @@ def _unlike(tree: RobotTree, kind: str, reason: str) -> ConfigError:
 
 def _no_pair(tree: RobotTree, given: str) -> ConfigError:
     """Return the error for a robot without two wheels that are known to drive."""
-    return ConfigError(
-        f'{tree.where}: given {given}; allowed: two driven wheels on one axle; to name them: {_chosen_wheels(tree)}'
-    )
+    allowed = f'two driven wheels on one axle; to name them: {_chosen_wheels(tree)}'
+    return ConfigError(f'{tree.where}: given {given}; allowed: {allowed}')
 
 
 def _chosen_wheels(tree: RobotTree) -> str:
     """Return the robot file that names two wheels, with those of a pair if there is one."""
-    pairs = coaxial_pairs(rolling_wheels(tree))
-    left, right = joints_of(max(pairs, key=mean_radius_m)) if pairs else ('LEFT_JOINT', 'RIGHT_JOINT')
+    pairs = _coaxial_pairs(rolling_wheels(tree))
+    left, right = joints_of(max(pairs, key=_mean_radius_m)) if pairs else ('LEFT_JOINT', 'RIGHT_JOINT')
     return robot_file_line(tree.where, set={'simulator.left_joint': left, 'simulator.right_joint': right})
-
-
-def _is_like(a_m: float, b_m: float) -> bool:
-    return abs(a_m - b_m) <= LIKE_RADIUS * b_m
 
 
 def _quoted(names: Iterable[str]) -> str:

@@ -8,33 +8,30 @@ import io
 import math
 import re
 from pathlib import Path, PurePosixPath
-from typing import Callable, Dict, Iterator, List, Optional, Set, Tuple
+from typing import Callable, Dict, Iterable, List, Optional, Set, Tuple
 
 import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError, in_one_line
 from diff_encoder_sim.base.xml_values import parse_numbers
 from diff_encoder_sim.robots.contacts import CASTER_NAMES
-from diff_encoder_sim.robots.description import (
+from diff_encoder_sim.robots.description import UPRIGHT, Findings, Joint, Link, RobotTree
+from diff_encoder_sim.robots.solids import (
     Box,
     Cylinder,
-    Findings,
     Geometry,
-    Joint,
-    Link,
     Mesh,
-    RobotTree,
     Shape,
     Sphere,
+    measures,
+    pose_at,
+    smallest_ball,
 )
-from diff_encoder_sim.robots.rolling_wheels import UPRIGHT
-from diff_encoder_sim.robots.solids import pose_at, smallest_ball, volume_m3
 
 # Finds a mesh's file by its URI, as package_search.find_mesh. It raises ConfigError, or returns None, if the file is
 # missing.
 MeshFinder = Callable[[str], Optional[Path]]
 
-_LARGEST_BYTES = 50_000_000
 _DIGITS = 7  # STL files hold 24 bits
 _FARTHEST = 1e9  # of a corner, in the file's unit
 _SUFFIXES = ('.stl', '.obj', '.dae')
@@ -69,29 +66,21 @@ def mesh_points_m(path: Path, where: str) -> np.ndarray:
         raise ConfigError(f'{where}: given {path}, which is no file; allowed: an .stl, .obj or .dae file')
     if path.suffix.lower() not in _SUFFIXES:
         raise ConfigError(f'{where}: given {path.suffix or "no suffix"!r}; allowed: {", ".join(_SUFFIXES)}')
-    status = path.stat()
-    if status.st_size > _LARGEST_BYTES:
-        given = f'given {status.st_size / 1e6:.0f} MB; allowed: up to {_LARGEST_BYTES / 1e6:.0f} MB'
-        raise ConfigError(f'{where}: {given} (a collision mesh needs few triangles, or is a box, cylinder or sphere)')
     try:
-        return _read_once(path, status.st_mtime_ns)
-    except ConfigError as error:
-        raise ConfigError(f'{where}: {error}') from None
+        return _hull_points_m(path, path.stat().st_mtime_ns)
+    except Exception as error:  # the readers let errors of many types through
+        raise ConfigError(
+            f'{where}: given no valid mesh ({in_one_line(error)[:200]}); allowed: a readable mesh'
+        ) from None
 
 
-@functools.lru_cache(maxsize=64)
-def _read_once(path: Path, _mtime_ns: int) -> np.ndarray:
-    """Read and check a mesh; both wheels show the same one, and a robot is described more than once."""
+@functools.lru_cache(maxsize=64)  # both wheels show the same mesh, and a robot is described more than once
+def _hull_points_m(path: Path, _mtime_ns: int) -> np.ndarray:
     from scipy.spatial import ConvexHull, QhullError  # noqa: PLC0415  a quarter of a second, for meshes only
 
-    try:
-        points_m = _points_m(path)
-    except Exception as error:  # the readers let errors of many types through
-        raise ConfigError(f'given no valid mesh ({in_one_line(error)[:200]}); allowed: a readable mesh') from None
-    if len(points_m) == 0:
-        raise ConfigError('given a mesh without triangles; allowed: at least one')
-    if not (np.abs(points_m) < _FARTHEST).all():
-        raise ConfigError(f'given corners that are no numbers or enormous; allowed: up to {_FARTHEST:g}')
+    points_m = _points_m(path)
+    if len(points_m) == 0 or not (np.abs(points_m) < _FARTHEST).all():
+        raise ValueError(f'no triangles, or corners farther than {_FARTHEST:g}')
     decimals = _DIGITS - math.ceil(math.log10(max(float(np.abs(points_m).max()), 1e-9)))
     points_m = np.round(points_m, decimals)
     try:
@@ -144,11 +133,11 @@ def file_corners_m(uri: str, where: str, find: MeshFinder) -> np.ndarray:
     """Return the (n, 3) corners of a mesh's convex hull [m], in the mesh's own axes, unscaled.
 
     Raises:
-        ConfigError: the mesh is missing, broken or too large; `where` begins the text.
+        ConfigError: the mesh is missing or broken; `where` begins the text.
     """
     if is_listed(uri):
         numbers = uri.split(':', 2)[-1]
-        return np.array(parse_numbers(numbers, max(3, len(numbers.split()) // 3 * 3), where)).reshape(-1, 3)
+        return np.array(parse_numbers(numbers, len(numbers.split()), where)).reshape(-1, 3)
     try:
         path = find(uri)
     except ConfigError as error:
@@ -162,7 +151,7 @@ def link_corners_m(shape: Shape, where: str, find: MeshFinder) -> np.ndarray:
     """Return the (n, 3) corners of a mesh's convex hull in its link [m].
 
     Raises:
-        ConfigError: the mesh is missing, broken or too large; `where` begins the text.
+        ConfigError: the mesh is missing or broken; `where` begins the text.
     """
     assert isinstance(shape.geometry, Mesh)
     corners_m = file_corners_m(shape.geometry.uri, where, find) * shape.geometry.scale_xyz
@@ -175,7 +164,7 @@ def mesh_hull(shape: Shape, where: str, find: MeshFinder) -> Shape:
     Boxes and cylinders are along the axes of the link or of the mesh.
 
     Raises:
-        ConfigError: the mesh is missing, broken or too large; `where` begins the text.
+        ConfigError: the mesh is missing or broken; `where` begins the text.
     """
     assert isinstance(shape.geometry, Mesh)
     uri, turn = shape.geometry.uri, shape.pose_in_link[:3, :3]
@@ -183,37 +172,27 @@ def mesh_hull(shape: Shape, where: str, find: MeshFinder) -> Shape:
     points_m = link_corners_m(shape, place, find)
     if np.sort(np.ptp(points_m @ turn, axis=0))[1] < 0.5 * 10**-_DECIMALS:
         raise ConfigError(f'{place}: given a mesh without extent; allowed: a mesh with a width and a length')
+
+    def length_m(length_m: float) -> float:  # with all digits that a mesh has, none of them noise
+        return max(round(float(length_m), _DECIMALS), _THINNEST_M)
+
+    def made(geometry: Geometry, axes: np.ndarray, centre_m: np.ndarray) -> Shape:
+        return Shape(geometry, pose_at(np.round(centre_m, _DECIMALS) + 0.0, axes))  # no -0
+
     candidates: List[Shape] = []
-    for axes in (np.eye(3), turn):
-        candidates.append(_box(points_m, axes))
-        candidates += [_cylinder(points_m, np.roll(axes, -1 - axis, axis=1)) for axis in range(3)]
+    for box_axes in (np.eye(3), turn):
+        low_m, high_m = np.min(points_m @ box_axes, axis=0), np.max(points_m @ box_axes, axis=0)
+        x_m, y_m, z_m = map(length_m, high_m - low_m)
+        candidates.append(made(Box((x_m, y_m, z_m)), box_axes, 0.5 * box_axes @ (low_m + high_m)))
+        for axes in (np.roll(box_axes, -1 - axis, axis=1) for axis in range(3)):  # a cylinder along the third
+            local_m = points_m @ axes
+            centre_m, radius_m = smallest_ball(local_m[:, :2])
+            bottom_m, top_m = local_m[:, 2].min(), local_m[:, 2].max()
+            cylinder = Cylinder(length_m(radius_m), length_m(top_m - bottom_m))
+            candidates.append(made(cylinder, axes, axes @ np.append(centre_m, 0.5 * (bottom_m + top_m))))
     centre_m, radius_m = smallest_ball(points_m)
-    candidates.append(Shape(Sphere(_length_m(radius_m)), _pose(np.eye(3), centre_m)))
-    return min(candidates, key=lambda candidate: volume_m3(candidate.geometry))._replace(corners_m=points_m)
-
-
-def _box(points_m: np.ndarray, axes: np.ndarray) -> Shape:
-    low_m, high_m = np.min(points_m @ axes, axis=0), np.max(points_m @ axes, axis=0)
-    x_m, y_m, z_m = (_length_m(side_m) for side_m in high_m - low_m)
-    return Shape(Box((x_m, y_m, z_m)), _pose(axes, 0.5 * axes @ (low_m + high_m)))
-
-
-def _cylinder(points_m: np.ndarray, axes: np.ndarray) -> Shape:
-    """Return the cylinder along the third of some axes."""
-    local_m = points_m @ axes
-    centre_m, radius_m = smallest_ball(local_m[:, :2])
-    low_m, high_m = local_m[:, 2].min(), local_m[:, 2].max()
-    pose = _pose(axes, axes @ np.append(centre_m, 0.5 * (low_m + high_m)))
-    return Shape(Cylinder(_length_m(radius_m), _length_m(high_m - low_m)), pose)
-
-
-def _length_m(length_m: float) -> float:
-    """Return a length with all digits that a mesh has, none of them noise."""
-    return max(round(float(length_m), _DECIMALS), _THINNEST_M)
-
-
-def _pose(axes: np.ndarray, centre_m: np.ndarray) -> np.ndarray:
-    return pose_at(np.round(centre_m, _DECIMALS) + 0.0, axes)  # no -0
+    candidates.append(made(Sphere(length_m(radius_m)), np.eye(3), centre_m))
+    return min(candidates, key=lambda candidate: measures(candidate.geometry).volume_m3)._replace(corners_m=points_m)
 
 
 def in_words(geometry: Geometry) -> str:
@@ -246,61 +225,32 @@ def tread_of(points_m: np.ndarray, centre_m: np.ndarray, axis: np.ndarray) -> Op
     return Shape(Cylinder(round(float(radii_m.max()), 6), max(high_m - low_m, NARROWEST_M)), pose)
 
 
-def _treads(tree: RobotTree, joint: Joint, link: str, shapes: Tuple[Shape, ...], find: MeshFinder) -> Iterator[Shape]:
-    """Yield the treads of a link's meshes, which a joint turns; those that cannot be read are left out."""
+def _treads(tree: RobotTree, joint: Joint, link: str, shapes: Iterable[Shape], find: MeshFinder) -> List[Shape]:
+    """Return the treads of a link's meshes, which a joint turns; those that cannot be read are left out."""
     to_link = np.linalg.inv(tree.poses[link]) @ tree.poses[joint.child]
+    treads: List[Optional[Shape]] = []
     for shape in shapes:
         if isinstance(shape.geometry, Mesh):
             try:
                 points_m = link_corners_m(shape, '', find)
             except ConfigError:  # of a visual mesh: collision meshes have been read before
                 continue
-            tread = tread_of(points_m, to_link[:3, 3], to_link[:3, :3] @ joint.axis)
-            if tread is not None:
-                yield tread
+            treads.append(tread_of(points_m, to_link[:3, 3], to_link[:3, :3] @ joint.axis))
+    return [tread for tread in treads if tread is not None]
 
 
-def without_unread_meshes(tree: RobotTree, find: MeshFinder, seen: Findings) -> RobotTree:
-    """Return the robot without the collision meshes of accessories that cannot be read, each with a warning.
-
-    They are removed from the tree's XML, too. Meshes of wheels, casters and the body stay: there they are errors.
-    """
-    masses_kg = {name: link.inertial.mass_kg for name, link in tree.links.items() if link.inertial is not None}
-    wheels = _wheel_links(tree)
-    needed = {tree.root, *wheels, *(joint.parent for name in wheels for joint in tree.joints_above(name))}
-    needed |= {name for name, mass_kg in masses_kg.items() if mass_kg > LARGEST_MASS * sum(masses_kg.values())}
-    unread: Dict[Tuple[str, str], str] = {}  # by link and URI
-    for name, link in tree.links.items():
-        if name not in needed and not _ON_THE_FLOOR.search(name):
-            for uri in filter(None, map(_uri, link.collisions)):
-                try:
-                    file_corners_m(uri, '', find)
-                except ConfigError as error:
-                    unread[name, uri] = str(error).lstrip(': ')
-    links = {
-        name: link._replace(collisions=tuple(each for each in link.collisions if (name, _uri(each)) not in unread))
-        for name, link in tree.links.items()
-    }
-    if not unread or not any(link.collisions for name, link in links.items() if name not in wheels):
-        return tree  # nothing else has a shape
-    for (name, uri), fault in unread.items():
-        seen.warn(f'collision mesh {uri!r} of link {name!r} is left out: {fault}')
-    for element in tree.xml.findall('link'):
-        for collision in element.findall('collision'):
-            mesh = collision.find('geometry/mesh')
-            if mesh is not None and (element.get('name'), mesh.get('filename', '').strip()) in unread:
-                element.remove(collision)
-    return dataclasses.replace(tree, links=links)
-
-
-def _uri(shape: Shape) -> str:
-    return shape.geometry.uri if isinstance(shape.geometry, Mesh) else ''
-
-
-def _wheel_links(tree: RobotTree) -> Set[str]:
-    """Return the links that are wheels or parts of them."""
+def _links_with_needed_meshes(tree: RobotTree) -> Set[str]:
+    """Return the links whose collision meshes must be there: the body, wheels, casters, and links that carry these."""
     turning = {each.name for each in tree.joints.values() if each.spins and abs(tree.axis_in_root(each)[2]) <= UPRIGHT}
-    return {name for name in tree.links if any(joint.name in turning for joint in tree.joints_above(name))}
+    above = {name: list(tree.joints_above(name)) for name in tree.links}
+    wheels = {name for name, joints in above.items() if any(joint.name in turning for joint in joints)}
+    masses_kg = {name: link.inertial.mass_kg for name, link in tree.links.items() if link.inertial is not None}
+    heavy = {name for name, mass_kg in masses_kg.items() if mass_kg > LARGEST_MASS * sum(masses_kg.values())}
+    needed = {tree.root, *wheels, *heavy, *filter(_ON_THE_FLOOR.search, tree.links)}
+    needed.update(joint.parent for name in wheels for joint in above[name])
+    others = [(name, shape) for name, link in tree.links.items() if name not in wheels for shape in link.collisions]
+    has_body = any(name in needed or not isinstance(shape.geometry, Mesh) for name, shape in others)
+    return needed if has_body else set(tree.links)
 
 
 def visual_primitives_of(link: Link, find: MeshFinder) -> Tuple[Shape, ...]:
@@ -318,23 +268,31 @@ def visual_primitives_of(link: Link, find: MeshFinder) -> Tuple[Shape, ...]:
 def primitive_tree(tree: RobotTree, find: MeshFinder, seen: Findings) -> RobotTree:
     """Return the robot with its collision meshes replaced, and visual shapes only if they are needed.
 
-    Visual meshes are large and less exact: they stand in for a wheel without a round collision shape, for a caster
-    without any, and for a robot without any.
+    Collision meshes of accessories that cannot be read are left out, each with a warning. Visual meshes are large and
+    less exact: they stand in for a wheel without a round collision shape, for a caster without any, and for a robot
+    without any.
 
     Raises:
-        ConfigError: a collision mesh is missing, broken or too large.
+        ConfigError: a collision mesh of the body, a wheel or a caster is missing or broken.
     """
     links: Dict[str, Link] = {}
+    needed = _links_with_needed_meshes(tree)
     for name, link in tree.links.items():
         shapes: List[Shape] = []
         for shape in link.collisions:
+            hull = shape
             if isinstance(shape.geometry, Mesh):
-                file_name = mesh_name(shape.geometry.uri)
-                hull = mesh_hull(shape, f'{tree.where}: link {name!r}', find)
-                seen.note(f'collision mesh {file_name} of link {name} is simulated as {in_words(hull.geometry)}')
-                shapes.append(hull)
-            else:
-                shapes.append(shape)
+                uri, where = shape.geometry.uri, f'{tree.where}: link {name!r}'
+                try:
+                    hull = mesh_hull(shape, where, find)
+                except ConfigError as error:
+                    if name in needed:
+                        raise
+                    fault = str(error).split(': ', 3)[-1]
+                    seen.warn(f'collision mesh {uri!r} of link {name!r} is left out: {fault}')
+                    continue
+                seen.note(f'collision mesh {mesh_name(uri)} of link {name} is simulated as {in_words(hull.geometry)}')
+            shapes.append(hull)
         links[name] = link._replace(collisions=tuple(shapes), visuals=())
     wheels: Set[str] = set()
     for joint in tree.joints.values():

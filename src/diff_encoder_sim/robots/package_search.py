@@ -11,7 +11,7 @@ import functools
 import os
 import re
 from pathlib import Path
-from typing import Dict, Iterator, List, Optional, Tuple
+from typing import Dict, Iterator, List, Optional
 from urllib.parse import unquote
 
 from diff_encoder_sim.base.errors import ConfigError
@@ -20,17 +20,15 @@ from diff_encoder_sim.robots.description import RobotSource
 SEARCH_VARIABLES = ('ROS_PACKAGE_PATH', 'AMENT_PREFIX_PATH', 'COLCON_PREFIX_PATH', 'GAZEBO_MODEL_PATH')
 MOST_LEVELS_DOWN = 5
 MOST_LEVELS_UP = 8
-MOST_FOLDERS = 10_000  # that one search looks into
+MOST_FOLDERS = 10_000  # that one search looks into: a user may name the home folder
 
 _NAME = re.compile(rb'<name>\s*([^<\s]+)\s*</name>')
-_IGNORED = ('CATKIN_IGNORE', 'COLCON_IGNORE', 'AMENT_IGNORE')
+_IGNORED = {'CATKIN_IGNORE', 'COLCON_IGNORE', 'AMENT_IGNORE'}
 
 
 def find_package(name: str, source: RobotSource) -> Optional[Path]:
     """Return a package's folder; None if there is none."""
-    if not re.fullmatch(r'\w[\w.-]*', name):
-        return None
-    return next((folder for folder in _candidates(name, source) if folder is not None), None)
+    return next((folder for folder in _candidates(name, source) if folder is not None), None) if name else None
 
 
 def missing_package(name: str, source: RobotSource) -> str:
@@ -50,38 +48,25 @@ def find_mesh(uri: str, source: RobotSource) -> Path:
         ConfigError: the package or the file is missing.
     """
     uri = uri.strip()
-    found = next((path for path in _meant_paths(uri, source) if path.is_file()), None)
-    if found is not None:
-        return found
     scheme, separator, rest = uri.partition('://')
-    if scheme == 'file' and '://' in rest:
-        uri = rest
-        scheme, separator, rest = uri.partition('://')
+    if scheme == 'file' and '://' in rest:  # a $(find) of a package that was not there has left its package://
+        return find_mesh(rest, source)
     if scheme not in ('package', 'model'):
-        path = Path(rest) if separator else _absolute(source.file).parent / uri
+        path = Path(unquote(rest)) if separator else _absolute(source.file).parent / uri
+        if path.is_file():
+            return path
         allowed = "an .stl, .obj or .dae file, its path relative to the robot's file"
         raise ConfigError(f'there is no file {path}; allowed: {allowed}')
     name, _, inside = rest.partition('/')
     package = find_package(name, source)
-    missing = f'package {name!r} in {package} has no file {inside!r}'
-    raise ConfigError(missing_package(name, source) if package is None else missing)
-
-
-def _meant_paths(uri: str, source: RobotSource) -> Iterator[Path]:
-    scheme, separator, rest = uri.partition('://')
-    if not separator:
-        yield _absolute(source.file).parent / uri
-    elif scheme == 'file':
-        # A $(find) of a package that was not there has left its package:// behind file://.
-        yield from _meant_paths(rest, source) if '://' in rest else (Path(rest), Path(unquote(rest)))
-    elif scheme in ('package', 'model'):
-        name, _, inside = rest.partition('/')
-        package = find_package(name, source)
-        if package is not None:
-            yield package / inside
-        yield from (folder / name / inside for folder in _paths_of('GAZEBO_MODEL_PATH'))
-        # Of a description that was copied without its package.xml.
-        yield from (folder / inside for folder in _folders_above(source.file))
+    models = [folder / name for folder in _paths_of('GAZEBO_MODEL_PATH')]
+    # The folders above are those of a description that was copied without its package.xml.
+    folders = [*([package] if package else []), *models, *_folders_above(source.file)]
+    found = next((folder / inside for folder in folders if (folder / inside).is_file()), None)
+    if found is None:
+        missing = f'package {name!r} in {package} has no file {inside!r}'
+        raise ConfigError(missing_package(name, source) if package is None else missing)
+    return found
 
 
 def _candidates(name: str, source: RobotSource) -> Iterator[Optional[Path]]:
@@ -123,8 +108,7 @@ def _if_package(name: str, folder: Path) -> Optional[Path]:
 def _declared_name(folder: Path) -> str:
     """Return the name in a folder's package.xml; '' if there is none."""
     try:
-        with (folder / 'package.xml').open('rb') as file:
-            declared = _NAME.search(file.read(100_000))
+        declared = _NAME.search((folder / 'package.xml').read_bytes())
     except OSError:
         return ''
     return declared[1].decode(errors='replace') if declared else ''
@@ -134,16 +118,12 @@ def _package_below(name: str, folder: Path, levels: int) -> Optional[Path]:
     """Return a package that is a folder, or some levels below it."""
     if _declared_name(folder / name) == name:
         return folder / name
-    try:
-        packages, folders = _crawl(folder, levels, folder.stat().st_mtime_ns)
-    except OSError:
-        return None
-    return packages.get(name) or folders.get(name)
+    return _packages_below(folder, levels, folder.stat().st_mtime_ns).get(name) if folder.is_dir() else None
 
 
 @functools.lru_cache(maxsize=64)
-def _crawl(folder: Path, levels: int, _changed_ns: int) -> Tuple[Dict[str, Path], Dict[str, Path]]:
-    """Return the packages by the names in their package.xml, and all folders by their own names.
+def _packages_below(folder: Path, levels: int, _changed_ns: int) -> Dict[str, Path]:
+    """Return the packages by the names in their package.xml, then all folders by their own names.
 
     Breadth first; below a package there is no other. Cached until the folder changes.
     """
@@ -157,16 +137,9 @@ def _crawl(folder: Path, levels: int, _changed_ns: int) -> Tuple[Dict[str, Path]
             folders.setdefault(each.name, each)
             if name:
                 packages.setdefault(name, each)
-            elif len(folders) < MOST_FOLDERS:
-                below += _subfolders(each)
+            elif len(folders) < MOST_FOLDERS and os.access(str(each), os.R_OK | os.X_OK):
+                entries = sorted(each.iterdir())
+                if not _IGNORED.intersection(entry.name for entry in entries):
+                    below += [entry for entry in entries if entry.is_dir() and not entry.name.startswith('.')]
         level = below
-    return packages, folders
-
-
-def _subfolders(folder: Path) -> List[Path]:
-    try:
-        entries = sorted(os.scandir(str(folder)), key=lambda entry: entry.name)
-        folders = [Path(entry.path) for entry in entries if not entry.name.startswith('.') and entry.is_dir()]
-    except OSError:
-        return []
-    return [] if any(entry.name in _IGNORED for entry in entries) else folders
+    return {**folders, **packages}

@@ -15,29 +15,22 @@ from diff_encoder_sim.base.xml_values import rpy_from_rotation
 from diff_encoder_sim.robots.contacts import support_balls
 from diff_encoder_sim.robots.describing import describe
 from diff_encoder_sim.robots.description import (
-    Box,
-    Cylinder,
     Findings,
     Joint,
     Link,
-    MassProperties,
-    Mesh,
     RobotChoices,
     RobotDescription,
     RobotSource,
     RobotTree,
+)
+from diff_encoder_sim.robots.meshes import MeshFinder, file_corners_m, is_listed, listed_mesh, primitive_tree
+from diff_encoder_sim.robots.solids import (
+    Box,
+    Cylinder,
+    MassProperties,
+    Mesh,
     Shape,
     Sphere,
-)
-from diff_encoder_sim.robots.meshes import (
-    MeshFinder,
-    file_corners_m,
-    is_listed,
-    listed_mesh,
-    primitive_tree,
-    without_unread_meshes,
-)
-from diff_encoder_sim.robots.solids import (
     can_be_of_a_body,
     homogeneous,
     merged,
@@ -386,17 +379,20 @@ def self_contained_urdf(urdf: str, where: str, find: MeshFinder) -> str:
         ConfigError: a collision mesh is missing, broken or too large.
     """
     tree = parse_urdf(urdf, where)
-    left_out = Findings()
-    simple = primitive_tree(without_unread_meshes(tree, find, left_out), find, Findings())
-    is_changed = bool(left_out.warnings)
+    simple = primitive_tree(tree, find, Findings())
+    is_changed = False
     for link in tree.xml.findall('link'):
         kinds = ('collision', 'visual') if simple.links[link.get('name', '')].visuals else ('collision',)
-        for mesh in (mesh for kind in kinds for mesh in link.findall(f'{kind}/geometry/mesh')):
-            uri = mesh.get('filename', '').strip()
-            if not is_listed(uri):
-                try:
-                    mesh.set('filename', listed_mesh(uri, file_corners_m(uri, where, find)))
+        for shape in (shape for kind in kinds for shape in link.findall(kind)):
+            mesh = shape.find('geometry/mesh')
+            uri = '' if mesh is None else mesh.get('filename', '').strip()
+            if mesh is None or is_listed(uri):
+                continue
+            try:
+                mesh.set('filename', listed_mesh(uri, file_corners_m(uri, where, find)))
+                is_changed = True
+            except ConfigError:  # of an accessory, or visual: it does not count here either
+                if shape.tag == 'collision':
+                    link.remove(shape)
                     is_changed = True
-                except ConfigError:  # of a visual mesh: it does not count here either
-                    continue
     return ElementTree.tostring(tree.xml, encoding='unicode') if is_changed else urdf

@@ -1,14 +1,14 @@
-"""Boxes, cylinders and balls in closed form: reach, volume, mass and inertia."""
+"""Shapes of robots and worlds; boxes, cylinders and balls in closed form: reach, volume, mass and inertia."""
 
 from __future__ import annotations
 
 import math
 from itertools import combinations
-from typing import Iterable, Optional, Sequence, Tuple, Union
+from typing import Iterable, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
-from diff_encoder_sim.robots.description import Box, Cylinder, Geometry, MassProperties, Mesh, Shape, Sphere
+from diff_encoder_sim.base.xml_values import Vector
 
 _SLACK = 1e-9  # of the extent: a point this far outside still counts as inside, as circumcentres are rounded
 # A wheel rolls as its shape does if axle and shape are this well aligned: published numbers are rounded.
@@ -18,6 +18,51 @@ _FACE_ON = 1e-9  # sine below which a face or a side lies flat: its middle stand
 _WATER_KGM3 = 1000.0
 
 Ball = Tuple[np.ndarray, float]  # centre (d,), radius
+
+
+class Box(NamedTuple):
+    """A cuboid, centred on its pose."""
+
+    size_xyz_m: Vector
+
+
+class Cylinder(NamedTuple):
+    """A cylinder along z, centred on its pose; a URDF capsule is one, too."""
+
+    radius_m: float
+    length_m: float
+
+
+class Sphere(NamedTuple):
+    """A ball, centred on its pose."""
+
+    radius_m: float
+
+
+class Mesh(NamedTuple):
+    """A mesh in a file, as the URDF names it."""
+
+    uri: str  # package://, file://, or a path relative to the robot's file
+    scale_xyz: Vector
+
+
+Geometry = Union[Box, Cylinder, Sphere, Mesh]
+
+
+class Shape(NamedTuple):
+    """A visual or collision shape."""
+
+    geometry: Geometry
+    pose_in_link: np.ndarray  # (4, 4)
+    corners_m: Optional[np.ndarray] = None  # (n, 3) in the link: the convex hull of the collision mesh that it replaces
+
+
+class MassProperties(NamedTuple):
+    """Mass of a link in its own frame, or of a robot or its parts in the root's frame."""
+
+    mass_kg: float
+    com_m: np.ndarray  # (3,)
+    inertia_kgm2: np.ndarray  # (3, 3), about the centre of mass, along the frame's axes
 
 
 def smallest_ball(points_m: np.ndarray) -> Ball:
@@ -73,13 +118,28 @@ def placed(shape: Shape, pose: np.ndarray) -> Shape:
     return Shape(shape.geometry, pose @ shape.pose_in_link)
 
 
-def volume_m3(geometry: Geometry) -> float:
-    """Return a primitive's volume."""
+class Measures(NamedTuple):
+    """Sizes of a primitive."""
+
+    volume_m3: float
+    circumradius_m: float  # about its centre
+    squared_gyration_radii_m2: np.ndarray  # (3,) about its own axes
+
+
+def measures(geometry: Geometry) -> Measures:
+    """Return the sizes of a primitive."""
     if isinstance(geometry, Box):
-        return float(np.prod(geometry.size_xyz_m))
+        squares_m2 = np.square(geometry.size_xyz_m)
+        circumradius_m = 0.5 * float(np.linalg.norm(geometry.size_xyz_m))
+        return Measures(float(np.prod(geometry.size_xyz_m)), circumradius_m, (squares_m2.sum() - squares_m2) / 12)
     if isinstance(geometry, Cylinder):
-        return math.pi * geometry.radius_m**2 * geometry.length_m
-    return 4 / 3 * math.pi * _ball(geometry).radius_m ** 3
+        radius_m, length_m = geometry
+        across_m2 = (3 * radius_m**2 + length_m**2) / 12
+        gyration_m2 = np.array([across_m2, across_m2, radius_m**2 / 2])
+        return Measures(math.pi * radius_m**2 * length_m, math.hypot(radius_m, 0.5 * length_m), gyration_m2)
+    assert isinstance(geometry, Sphere), geometry  # meshes.py replaces meshes first
+    (radius_m,) = geometry
+    return Measures(4 / 3 * math.pi * radius_m**3, radius_m, np.full(3, 0.4 * radius_m**2))
 
 
 def support_point_m(shape: Shape, direction: np.ndarray) -> np.ndarray:
@@ -87,10 +147,9 @@ def support_point_m(shape: Shape, direction: np.ndarray) -> np.ndarray:
 
     Of a face, an edge or a side that lies across the direction it is the middle.
     """
-    turn, centre_m = shape.pose_in_link[:3, :3], shape.pose_in_link[:3, 3]
+    turn, geometry = shape.pose_in_link[:3, :3], shape.geometry
     along = turn.T @ (direction / np.linalg.norm(direction))
     sides = np.sign(np.where(np.abs(along) < _FACE_ON, 0.0, along))
-    geometry = shape.geometry
     if isinstance(geometry, Box):
         farthest_m = 0.5 * sides * geometry.size_xyz_m
     elif isinstance(geometry, Cylinder):
@@ -99,8 +158,8 @@ def support_point_m(shape: Shape, direction: np.ndarray) -> np.ndarray:
         rim_m = geometry.radius_m * across / sine if sine > _FACE_ON else np.zeros(3)
         farthest_m = rim_m + [0.0, 0.0, 0.5 * sides[2] * geometry.length_m]
     else:
-        farthest_m = _ball(geometry).radius_m * along
-    return np.asarray(centre_m + turn @ farthest_m)
+        farthest_m = measures(geometry).circumradius_m * along
+    return np.asarray(shape.pose_in_link[:3, 3] + turn @ farthest_m)
 
 
 def reach_m(shapes: Iterable[Shape], direction: np.ndarray) -> float:
@@ -112,7 +171,7 @@ def reach_m(shapes: Iterable[Shape], direction: np.ndarray) -> float:
 def farthest_m(shapes: Iterable[Shape], point_m: np.ndarray) -> float:
     """Return a radius about a (3,) point that holds all shapes; 0 without a shape."""
     return max(
-        (float(np.linalg.norm(s.pose_in_link[:3, 3] - point_m)) + _circumradius_m(s.geometry) for s in shapes),
+        (float(np.linalg.norm(s.pose_in_link[:3, 3] - point_m)) + measures(s.geometry).circumradius_m for s in shapes),
         default=0.0,
     )
 
@@ -125,7 +184,7 @@ def holds_point(shape: Shape, point_m: np.ndarray) -> bool:
         return bool((np.abs(local_m) < 0.5 * np.array(geometry.size_xyz_m)).all())
     if isinstance(geometry, Cylinder):
         return bool(np.hypot(*local_m[:2]) < geometry.radius_m and abs(local_m[2]) < 0.5 * geometry.length_m)
-    return bool(np.linalg.norm(local_m) < _ball(geometry).radius_m)
+    return bool(np.linalg.norm(local_m) < measures(geometry).circumradius_m)
 
 
 def rolling_radius_m(shape: Shape, axis: np.ndarray) -> Optional[float]:
@@ -145,19 +204,6 @@ def rolling_radius_m(shape: Shape, axis: np.ndarray) -> Optional[float]:
     return None if is_off or (isinstance(shape.geometry, Cylinder) and is_tilted) else shape.geometry.radius_m
 
 
-def _ball(geometry: Geometry) -> Sphere:
-    assert not isinstance(geometry, (Box, Cylinder, Mesh)), geometry  # meshes.py replaces meshes first
-    return geometry
-
-
-def _circumradius_m(geometry: Geometry) -> float:
-    if isinstance(geometry, Box):
-        return 0.5 * float(np.linalg.norm(geometry.size_xyz_m))
-    if isinstance(geometry, Cylinder):
-        return math.hypot(geometry.radius_m, 0.5 * geometry.length_m)
-    return _ball(geometry).radius_m
-
-
 def moved(mass: MassProperties, pose: np.ndarray) -> MassProperties:
     """Return a link's mass in the frame in which `pose` (4, 4) is the link's pose."""
     turn = pose[:3, :3]
@@ -171,10 +217,9 @@ def merged(bodies: Iterable[MassProperties]) -> MassProperties:
     if mass_kg <= 0:
         return MassProperties(0.0, np.zeros(3), np.zeros((3, 3)))
     com_m = np.sum([part.mass_kg * part.com_m for part in parts], axis=0) / mass_kg
-    arms_m = [part.com_m - com_m for part in parts]
     inertias_kgm2 = [
         part.inertia_kgm2 + part.mass_kg * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-        for part, arm in zip(parts, arms_m)
+        for part, arm in ((part, part.com_m - com_m) for part in parts)
     ]
     return MassProperties(mass_kg, com_m, np.sum(inertias_kgm2, axis=0))
 
@@ -191,24 +236,12 @@ def homogeneous(shapes: Sequence[Shape], mass_kg: float) -> MassProperties:
     Without a shape it is a ball of water in the frame's origin: 17 mm for 20 g, 27 cm for 80 kg.
     """
     if not shapes:
-        radius_m = (3 * mass_kg / (4 * math.pi * _WATER_KGM3)) ** (1 / 3)
-        shapes = [Shape(Sphere(radius_m), np.eye(4))]
-    volumes_m3 = [volume_m3(shape.geometry) for shape in shapes]
-    density_kgm3 = mass_kg / math.fsum(volumes_m3)
+        shapes = [Shape(Sphere((3 * mass_kg / (4 * math.pi * _WATER_KGM3)) ** (1 / 3)), np.eye(4))]
+    sizes = [measures(shape.geometry) for shape in shapes]
+    density_kgm3 = mass_kg / math.fsum(size.volume_m3 for size in sizes)
     parts = []
-    for shape, volume in zip(shapes, volumes_m3):
-        part_kg = density_kgm3 * volume
-        inertia_kgm2 = part_kg * np.diag(_squared_gyration_radii_m2(shape.geometry))
+    for shape, size in zip(shapes, sizes):
+        part_kg = density_kgm3 * size.volume_m3
+        inertia_kgm2 = part_kg * np.diag(size.squared_gyration_radii_m2)
         parts.append(moved(MassProperties(part_kg, np.zeros(3), inertia_kgm2), shape.pose_in_link))
     return merged(parts)
-
-
-def _squared_gyration_radii_m2(geometry: Geometry) -> np.ndarray:
-    """Return a primitive's (3,) squared radii of gyration about its own axes."""
-    if isinstance(geometry, Box):
-        squares_m2 = np.square(geometry.size_xyz_m)
-        return np.asarray((squares_m2.sum() - squares_m2) / 12)
-    if isinstance(geometry, Cylinder):
-        across_m2 = (3 * geometry.radius_m**2 + geometry.length_m**2) / 12
-        return np.array([across_m2, across_m2, geometry.radius_m**2 / 2])
-    return np.full(3, 0.4 * _ball(geometry).radius_m ** 2)

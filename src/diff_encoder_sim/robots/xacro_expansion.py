@@ -23,7 +23,7 @@ from diff_encoder_sim.base.params import did_you_mean
 from diff_encoder_sim.base.processes import python_command
 from diff_encoder_sim.robots.description import AddedLaser, RobotSource
 from diff_encoder_sim.robots.package_search import SEARCH_VARIABLES, find_package, missing_package
-from diff_encoder_sim.robots.urdf_reading import MOST_BYTES, read_robot_text
+from diff_encoder_sim.robots.urdf_reading import read_robot_text
 
 MOST_S = 60
 MOST_MEMORY_BYTES = 2**29  # of addresses: 10,000 links take a fifth
@@ -102,10 +102,7 @@ def expansion(source: RobotSource) -> Expansion:
             allowed = ', '.join(result.declared) or 'no argument'
             hint = did_you_mean(name, result.declared)
             raise ConfigError(f'{source.file}: argument {name!r} is not known{hint}; allowed: {allowed}')
-    if source.added_laser is None:
-        return result
-    link = added_link(result.urdf)
-    return result._replace(urdf=with_laser(result.urdf, source.added_laser), laser_link=link)
+    return result if source.added_laser is None else _with_laser(result, source.added_laser)
 
 
 def _by_xacro(source: RobotSource) -> Expansion:
@@ -128,8 +125,6 @@ def _by_xacro(source: RobotSource) -> Expansion:
     answer: Dict[str, Any] = json.loads(process.stdout)
     if 'fault' in answer:
         raise ConfigError(answer['fault'])
-    if len(answer['urdf']) > MOST_BYTES:
-        raise ConfigError(f'{source.file}: expands to more than {MOST_BYTES // 10**6} MB')
     notes = (*answer['notes'], *dict.fromkeys(_WARNING.findall(process.stderr)))
     result = Expansion(answer['urdf'], tuple(answer['declared']), notes)
     _kept[key] = result, _versions(answer['opened'])
@@ -142,10 +137,9 @@ def _versions(paths: Iterable[str]) -> _Versions:
 
 def main() -> None:
     """Expand the xacro that the request on stdin names; write its URDF or one line on its fault to stdout, as JSON."""
-    # The limit of the job that starts this process may be lower.
-    given = [each for each in resource.getrlimit(resource.RLIMIT_AS) if each != resource.RLIM_INFINITY]
-    most_bytes = min([MOST_MEMORY_BYTES, *given])
-    resource.setrlimit(resource.RLIMIT_AS, (most_bytes, most_bytes))
+    _, hard_bytes = resource.getrlimit(resource.RLIMIT_AS)  # that of the job that starts this process may be lower
+    most_bytes = MOST_MEMORY_BYTES if hard_bytes == resource.RLIM_INFINITY else min(MOST_MEMORY_BYTES, hard_bytes)
+    resource.setrlimit(resource.RLIMIT_AS, (most_bytes, hard_bytes))
     file, arguments, folders = json.load(sys.stdin)
     source = RobotSource(Path(file), tuple(map(tuple, arguments)), tuple(map(Path, folders)))
     answer_to, sys.stdout = sys.stdout, sys.stderr  # xacro's prints are no part of the answer
@@ -194,26 +188,19 @@ def _expanded(source: RobotSource) -> Dict[str, Any]:
     return {**answer, 'notes': list(notes), 'declared': list(declared), 'opened': list(opened)}
 
 
-def added_link(urdf: str) -> str:
-    """Return the name of the scanner's link in a URDF that does not have it yet."""
-    taken = {match[2] for match in re.finditer(r'\sname\s*=\s*(["\'])(.*?)\1', urdf)}
+def _with_laser(given: Expansion, laser: AddedLaser) -> Expansion:
+    """Return the expansion with one more link, that of the scanner."""
+    taken = set(re.findall(r'\sname\s*=\s*["\'](.*?)["\']', given.urdf))
     names = itertools.chain([ADDED_LINK], (f'{ADDED_LINK}_{number}' for number in itertools.count(2)))
-    return next(name for name in names if not {name, f'added_{name}_joint'} & taken)
-
-
-def with_laser(urdf: str, laser: AddedLaser) -> str:
-    """Return the URDF with one more link, that of the scanner."""
-    link = added_link(urdf)
-    end = max(match.start() for match in re.finditer(r'</([\w.-]+:)?robot\s*>', urdf))
+    link = next(name for name in names if name not in taken)
     x_m, y_m, z_m = laser.xyz_m
     added = (
-        f'<link name="{link}"/>'
-        f'<joint name="added_{link}_joint" type="fixed">'
+        f'<link name="{link}"/><joint name="added_{link}_joint" type="fixed">'
         f'<parent link={quoteattr(laser.parent)}/><child link="{link}"/>'
-        f'<origin xyz="{x_m} {y_m} {z_m}" rpy="0 0 0"/>'
-        '</joint>'
+        f'<origin xyz="{x_m} {y_m} {z_m}" rpy="0 0 0"/></joint>'
     )
-    return urdf[:end] + added + urdf[end:]
+    before, end, after = given.urdf.rpartition('</')
+    return given._replace(urdf=before + added + end + after, laser_link=link)
 
 
 def without_root_inertia(source: RobotSource) -> RobotSource:
@@ -232,19 +219,16 @@ def display_urdf(source: RobotSource, moving: Collection[str]) -> str:
     Raises:
         ConfigError: the file cannot be read or expanded.
     """
-    urdf = expansion(without_root_inertia(source)).urdf
+    urdf = expand(without_root_inertia(source))
     robot = ElementTree.fromstring(urdf.strip())
-    is_changed = False
-    for joint in robot.findall('joint'):
-        if joint.get('type') != 'fixed' and joint.get('name') not in moving:
-            joint.set('type', 'fixed')
-            for element in (*joint.findall('mimic'), *joint.findall('limit')):
-                joint.remove(element)
-            is_changed = True
+    still = [each for each in robot.findall('joint') if each.get('type') != 'fixed' and each.get('name') not in moving]
+    for joint in still:
+        joint.set('type', 'fixed')
+        for element in (*joint.findall('mimic'), *joint.findall('limit')):
+            joint.remove(element)
     children = {child.get('link') for child in robot.findall('joint/child')}
-    for link in robot.findall('link'):
-        inertial = link.find('inertial')
-        if link.get('name') not in children and inertial is not None:
-            link.remove(inertial)
-            is_changed = True
-    return ElementTree.tostring(robot, encoding='unicode') if is_changed else urdf
+    roots = [link for link in robot.findall('link') if link.get('name') not in children]
+    heavy = [(link, inertial) for link in roots for inertial in link.findall('inertial')]
+    for link, inertial in heavy:
+        link.remove(inertial)
+    return ElementTree.tostring(robot, encoding='unicode') if still or heavy else urdf

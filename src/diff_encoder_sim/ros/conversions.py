@@ -138,7 +138,7 @@ def matrix_pose_message(pose: np.ndarray) -> Pose:
 def world_markers(world: World, frame: str) -> MarkerArray:
     """Build RViz markers of walls and pillars, without the floor."""
     # Here, since every node imports this module.
-    from diff_encoder_sim.robots.description import Box, Cylinder, Sphere  # noqa: PLC0415
+    from diff_encoder_sim.robots.solids import Box, Cylinder, Sphere  # noqa: PLC0415
 
     markers = []
     for index, solid in enumerate(world.solids):

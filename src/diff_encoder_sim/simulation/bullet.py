@@ -13,7 +13,7 @@ import numpy as np
 
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.description import Box, Cylinder, Sphere
+from diff_encoder_sim.robots.solids import Box, Cylinder, Sphere
 from diff_encoder_sim.simulation.world import Solid
 
 # PyBullet's version decides which of the two the line goes to.

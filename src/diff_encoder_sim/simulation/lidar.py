@@ -20,7 +20,7 @@ from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.robots.description import Box, Cylinder, Sphere
+from diff_encoder_sim.robots.solids import Box, Cylinder, Sphere
 from diff_encoder_sim.simulation.world import Solid, World
 
 # Below this a solid's axis counts as upright: world files are written with six decimals.

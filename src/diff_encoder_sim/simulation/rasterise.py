@@ -9,7 +9,7 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.map_files import LARGEST_IMAGE
 from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from diff_encoder_sim.robots.description import Box, Cylinder, Sphere
+from diff_encoder_sim.robots.solids import Box, Cylinder, Sphere
 from diff_encoder_sim.simulation.lidar import cut_world
 from diff_encoder_sim.simulation.world import Solid, World
 

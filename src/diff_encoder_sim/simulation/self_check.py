@@ -9,10 +9,10 @@ import numpy as np
 from tabulate import tabulate
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, yaw_from_quat_xyzw
-from diff_encoder_sim.robots.description import Mesh, RobotDescription
+from diff_encoder_sim.robots.description import RobotDescription
 from diff_encoder_sim.robots.robot_setup import proposed_laser_line
 from diff_encoder_sim.robots.simulated_robot import SimulatedRobot
-from diff_encoder_sim.robots.solids import holds_point, reach_m
+from diff_encoder_sim.robots.solids import Mesh, holds_point, reach_m
 from diff_encoder_sim.simulation.lidar import LidarParams
 from diff_encoder_sim.simulation.physics import GRAVITY_MPS2, BulletPhysics, PhysicsParams
 from diff_encoder_sim.simulation.simulator import DriveController, DriveParams, SimulatorParams

@@ -10,7 +10,7 @@ import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.xml_values import bounded_numbers, parse_lengths, rotation_from_rpy
-from diff_encoder_sim.robots.description import Box, Cylinder, Sphere
+from diff_encoder_sim.robots.solids import Box, Cylinder, Sphere
 
 ALLOWED_SHAPES = ('box', 'cylinder', 'sphere', 'plane')
 

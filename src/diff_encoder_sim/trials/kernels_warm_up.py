@@ -12,7 +12,7 @@ from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.localization.amcl import warm_up as warm_up_amcl
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.navigation.navigator import warm_up as warm_up_navigation
-from diff_encoder_sim.robots.description import Box
+from diff_encoder_sim.robots.solids import Box
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
 from diff_encoder_sim.simulation.world import Model, Solid, World
 from diff_encoder_sim.wheels.chain import Chain

@@ -1,20 +1,20 @@
-"""The drives that plugins, controllers' files and transmissions name, and robots of 60 kinds with 200 tags."""
+"""The drives that plugins and transmissions name, and robots of 60 kinds with 200 tags."""
 
 import pytest
-import yaml
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.drive_tags import commanded_joints, controllers_in, find_drive_tags
-from diff_encoder_sim.robots.rolling_wheels import rolling_wheels
+from diff_encoder_sim.robots.drive_tags import commanded_joints, find_drive_tags
+from diff_encoder_sim.robots.driven_wheels import drivable_joints, rolling_wheels
 from plugin_tags import variant
-from urdf_texts import described, found, pair, plugin, transmission, tree_of, usual
+from urdf_texts import described, pair, plugin, transmission, tree_of, usual
 
 LEFT, RIGHT = 'left_wheel_joint', 'right_wheel_joint'
 
 
 def drives(*parts):
     tree = tree_of(usual(*parts))
-    return find_drive_tags(tree, rolling_wheels(tree))
+    wheels = rolling_wheels(tree)
+    return find_drive_tags(tree, wheels, drivable_joints(tree, wheels))
 
 
 @pytest.mark.parametrize('number', range(60))
@@ -48,14 +48,6 @@ def test_gazebo_sim_gives_the_radius_and_limits_of_the_body():
     numbers = {'wheel_radius': 0.05, 'max_linear_velocity': 0.5, 'max_angular_acceleration': 2}
     (tags,) = drives(plugin('gz-sim-diff-drive-system', left_joint=LEFT, right_joint=RIGHT, **numbers))
     assert (tags.diameter_m, tags.limits) == (0.1, {'max_linear_speed': 0.5, 'max_angular_acceleration': 2.0})
-
-
-def test_a_controller_of_the_first_gazebo_gives_the_same():
-    (tags,) = drives(
-        f'<gazebo><controller:differential_position2d name="c"><leftJoint>{LEFT}</leftJoint>'
-        f'<rightJoint>{RIGHT}</rightJoint></controller:differential_position2d></gazebo>'
-    )
-    assert (tags.source, tags.left_joints) == ('differential_position2d', (LEFT,))
 
 
 @pytest.mark.parametrize('number', ['1e300', 'nan', '-1', '0', '1e-300', ''])
@@ -93,62 +85,3 @@ def test_transmissions_and_ros2_control_show_which_joints_are_commanded_and_how(
     )
     assert commanded_joints(tree_of(text)) == (LEFT, RIGHT)
     assert commanded_joints(tree_of(text), position=True) == ('ball_caster_joint',)
-
-
-ROS_1 = f"""
-mobile_base_controller:
-  type: diff_drive_controller/DiffDriveController
-  left_wheel: {LEFT}
-  right_wheel: {RIGHT}
-  wheel_separation: 0.3
-  wheel_separation_multiplier: 1.1
-  wheel_radius: 0.05
-  linear: {{x: {{has_velocity_limits: true, max_velocity: 0.8, has_acceleration_limits: false, max_acceleration: 2.0}}}}
-  angular: {{z: {{max_velocity: 1.5}}}}
-"""
-ROS_2 = f"""
-diff_drive_controller:
-  ros__parameters:
-    left_wheel_names: [{LEFT}]
-    right_wheel_names: [{RIGHT}]
-    wheel_separation: 0.3
-    wheel_radius: 0.05
-    linear.x.max_velocity: 0.8
-    linear.x.has_velocity_limits: true
-"""
-
-
-@pytest.mark.parametrize(
-    ('text', 'separation_m', 'limits'),
-    [
-        (ROS_1, 0.33, {'max_linear_speed': 0.8, 'max_angular_speed': 1.5}),
-        (ROS_2, 0.3, {'max_linear_speed': 0.8}),
-        (ROS_1.replace('0.3', '.nan').replace('0.8', '-1'), None, {'max_angular_speed': 1.5}),
-    ],
-)
-def test_a_controller_gives_sizes_and_the_limits_that_hold(text, separation_m, limits):
-    (tags,) = controllers_in(yaml.safe_load(text), 'control.yaml')
-    assert (tags.left_joints, tags.right_joints, tags.diameter_m) == ((LEFT,), (RIGHT,), 0.1)
-    assert (tags.separation_m and round(tags.separation_m, 9), tags.limits) == (separation_m, limits)
-
-
-def test_a_file_that_a_plugin_names_is_read_if_it_is_there(tmp_path):
-    path = tmp_path / 'control.yaml'
-    path.write_text(ROS_2)
-    for name in (str(path), f'file://{path}', f' {path} '):
-        (tags,) = drives(plugin('libgazebo_ros2_control.so', parameters=name))
-        assert tags.source == 'control.yaml'
-    description = described(usual(plugin('libgazebo_ros2_control.so', parameters=path)))
-    assert found(description, 'left wheel joint') == (LEFT, 'control.yaml')
-    assert description.drive_limits['max_linear_speed'] == 0.8
-    path.write_text('not: [closed')
-    assert drives(plugin('libgazebo_ros2_control.so', parameters=path)) == ()
-
-
-def test_only_joints_that_carry_wheels_count(tmp_path):
-    path = tmp_path / 'control.yaml'
-    path.write_text(ROS_2.replace(f'[{LEFT}]', f'[{LEFT}, a_joint, ball_caster_joint]'))
-    control = plugin('libgazebo_ros2_control.so', parameters=path)
-    for others, kind, lefts in ((), 'differential', (LEFT,)), ((pair(x_m=0.2, names=('a', 'b')),), 'skid-steer', None):
-        (tags,) = drives(control, *others)
-        assert (tags.kind, tags.left_joints) == (kind, lefts or (LEFT, 'a_joint'))

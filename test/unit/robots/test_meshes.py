@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.description import Box, Cylinder, Findings, Mesh, Shape, Sphere
+from diff_encoder_sim.robots.description import Findings
 from diff_encoder_sim.robots.meshes import (
     file_corners_m,
     in_words,
@@ -17,6 +17,7 @@ from diff_encoder_sim.robots.meshes import (
     tread_of,
 )
 from diff_encoder_sim.robots.simulated_robot import self_contained_urdf
+from diff_encoder_sim.robots.solids import Box, Cylinder, Mesh, Shape, Sphere
 from robot_parts import (
     CUBE_CORNERS,
     CUBE_TRIANGLES,

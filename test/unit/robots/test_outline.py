@@ -7,8 +7,7 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.contacts import footprint_outline
-from diff_encoder_sim.robots.description import Box, Cylinder, Shape, Sphere
-from diff_encoder_sim.robots.solids import reach_m
+from diff_encoder_sim.robots.solids import Box, Cylinder, Shape, Sphere, reach_m
 from robot_parts import random_pose, shape
 
 WHEEL = Cylinder(0.033, 0.02)

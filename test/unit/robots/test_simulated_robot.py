@@ -9,7 +9,7 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.describing import describe
-from diff_encoder_sim.robots.description import Cylinder, Findings, RobotChoices, RobotSource
+from diff_encoder_sim.robots.description import Findings, RobotChoices, RobotSource
 from diff_encoder_sim.robots.meshes import primitive_tree, visual_primitives_of
 from diff_encoder_sim.robots.simulated_robot import (
     FLOOR_ONLY_LINKS,
@@ -23,7 +23,7 @@ from diff_encoder_sim.robots.simulated_robot import (
     self_contained_urdf,
     sound_wheels,
 )
-from diff_encoder_sim.robots.solids import merged, moved, placed
+from diff_encoder_sim.robots.solids import Cylinder, merged, moved, placed
 from diff_encoder_sim.robots.urdf_reading import parse_urdf
 from diff_encoder_sim.robots.xacro_expansion import expand
 from generated_robots import LEFT, RECIPES, RIGHT, Recipe, urdf_of
@@ -225,7 +225,7 @@ def joined(tree):
 
 def part_masses(tree):
     """Mass, centre and inertia in the root of each part that moves as one: the body and both wheels."""
-    poses = tree.link_poses()
+    poses = tree.poses
     tops = {tree.root: [], **{tree.joints[joint].child: [] for joint in JOINTS}}
     for name, link in tree.links.items():
         top = name
@@ -250,7 +250,7 @@ def test_each_moving_part_keeps_its_mass_and_inertia(tree):
 
 def test_each_shape_keeps_its_place_and_its_friction(tree):
     def shapes(tree):
-        poses = tree.link_poses()
+        poses = tree.poses
         return [
             (friction_of(link), placed(shape, poses[name]))
             for name, link in tree.links.items()
@@ -277,7 +277,7 @@ def test_the_wheels_turn_as_before_and_are_as_sound(tree):
             expected.child, expected.kind, expected.effort, expected.speed,
         )  # fmt: skip
         assert joint.axis.tolist() == expected.axis.tolist()
-        assert robot.link_poses()[joint.child] == pytest.approx(tree.link_poses()[joint.child], abs=1e-12)
+        assert robot.poses[joint.child] == pytest.approx(tree.poses[joint.child], abs=1e-12)
 
 
 def test_a_link_is_left_for_each_friction_of_a_part_wheels_first(tree):

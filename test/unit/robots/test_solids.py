@@ -6,11 +6,15 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.robots.description import Box, Cylinder, MassProperties, Sphere
 from diff_encoder_sim.robots.solids import (
+    Box,
+    Cylinder,
+    MassProperties,
+    Sphere,
     farthest_m,
     holds_point,
     homogeneous,
+    measures,
     merged,
     moved,
     placed,
@@ -18,7 +22,6 @@ from diff_encoder_sim.robots.solids import (
     rolling_radius_m,
     smallest_ball,
     support_point_m,
-    volume_m3,
 )
 from robot_parts import pose, random_pose, shape
 
@@ -35,7 +38,7 @@ PRIMITIVES = [Box((0.3, 0.2, 0.1)), Cylinder(0.033, 0.018), Sphere(0.05)]
     ],
 )
 def test_solids_have_the_volume_and_the_inertia_of_the_textbook(geometry, volume, moments):
-    assert volume_m3(geometry) == pytest.approx(volume)
+    assert measures(geometry).volume_m3 == pytest.approx(volume)
     assert_same(homogeneous([shape(geometry)], 12.0), (12.0, [0, 0, 0], np.diag(moments)))
 
 
