@@ -9,6 +9,7 @@ from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc
 from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from diff_encoder_sim.navigation.navigator import Navigator
+from diff_encoder_sim.navigation.navigator_inputs import OdometrySample
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.simulation.lidar import cast_rays
 from diff_encoder_sim.simulation.world import Box, Cylinder, load_world
@@ -194,7 +195,7 @@ class ClosedLoop:
         robot, navigator = self.robot, self.navigator
         odometry = robot.odometry()
         if 'odometry' not in self.muted:
-            navigator.take_odometry(robot.now_ns, *odometry)
+            navigator.take_odometry(OdometrySample(robot.now_ns, *odometry))
         if self.period % 2 == 0:
             if 'localization' not in self.muted:
                 navigator.take_localization(robot.now_ns, robot.localization())

@@ -116,7 +116,12 @@ def with_changes(params: P, changes: Mapping[str, Any], source: str) -> P:
     Raises:
         ConfigError: a value is not allowed.
     """
-    return type(params).from_mapping(merged(params.model_dump(exclude_unset=True), changes), source)
+    given = params.model_dump(exclude_unset=True)
+    for key in changes:
+        nested = getattr(params, key, None)
+        if isinstance(nested, Params):  # which may be a default with changes of its own
+            given[key] = nested.model_dump(exclude_unset=True)
+    return type(params).from_mapping(merged(given, changes), source)
 
 
 def load_params(params_class: Type[P], path: Union[str, Path]) -> P:

@@ -266,9 +266,14 @@ class GlobalPlanner:
         stops_at_goal = goal_is_free and tolerance_m == 0.0
         least_weight = self.params.neutral_cost
         potential = propagate(weights, *start_cell, *goal_cell, least_weight, uses_heuristic, stops_at_goal)
-        end_cell = (
-            goal_cell if potential[goal_cell] < math.inf else self._nearest_reached(potential, goal_cell, tolerance_m)
-        )
+        end_cell: Optional[Tuple[int, int]] = goal_cell
+        if potential[goal_cell] == math.inf:  # the nearest one that is reached
+            cells = np.argwhere(potential < math.inf)
+            away = np.abs(cells - goal_cell)
+            is_near = away.max(axis=1) <= math.floor(tolerance_m * self.costmap.cells_per_m)
+            squared = np.where(is_near, (away**2).sum(axis=1), math.inf)
+            nearest = int(np.argmin(squared))
+            end_cell = (int(cells[nearest, 0]), int(cells[nearest, 1])) if is_near.any() else None
         path = descend(potential, *end_cell)[::-1] if end_cell else np.empty((0, 2))
         if end_cell is None or len(path) == 0:
             text = f'there is no path to the goal ({goal.x_m:.2f}, {goal.y_m:.2f})'
@@ -298,29 +303,13 @@ class GlobalPlanner:
         """Return the cost (rows, columns) of crossing each cell; the robot may always leave its own place."""
         costs = self.costmap.costs
         weights: np.ndarray = self._weight_of_cost[costs]
-        weights[[0, -1], :] = weights[:, [0, -1]] = math.inf
         if costs[start_cell] >= INSCRIBED:
             reach = math.ceil(self.costmap.footprint.inscribed_radius_m * self.costmap.cells_per_m)
-            rows, columns = (slice(max(1, cell - reach), cell + reach + 1) for cell in start_cell)
-            near = weights[rows, columns]
-            near[costs[rows, columns] == INSCRIBED] = BLOCKED_WEIGHT - 1
-            weights[[0, -1], :] = weights[:, [0, -1]] = math.inf
+            near = tuple(slice(max(0, cell - reach), cell + reach + 1) for cell in start_cell)
+            weights[near][costs[near] == INSCRIBED] = BLOCKED_WEIGHT - 1
+        weights[[0, -1], :] = weights[:, [0, -1]] = math.inf
         weights[start_cell] = self.params.neutral_cost
         return weights
-
-    def _nearest_reached(
-        self, potential: np.ndarray, goal_cell: Tuple[int, int], tolerance_m: float
-    ) -> Optional[Tuple[int, int]]:
-        """Return the cell nearest to the goal's that has a potential, within the tolerance."""
-        reach = math.floor(tolerance_m * self.costmap.cells_per_m)
-        top, left = max(0, goal_cell[0] - reach), max(0, goal_cell[1] - reach)
-        near = potential[top : goal_cell[0] + reach + 1, left : goal_cell[1] + reach + 1]
-        rows, columns = np.nonzero(near < math.inf)
-        if len(rows) == 0:
-            return None
-        squared = (rows + top - goal_cell[0]) ** 2 + (columns + left - goal_cell[1]) ** 2
-        nearest = int(np.argmin(squared))
-        return int(rows[nearest]) + top, int(columns[nearest]) + left
 
     def _blocked(self, goal: Pose2D) -> PlanError:
         where = f'the goal ({goal.x_m:.2f}, {goal.y_m:.2f})'

@@ -33,6 +33,7 @@ from diff_encoder_sim.navigation.navigator_inputs import (
     MissingInput,
     NavigatorInputs,
     NavigatorOutput,
+    OdometrySample,
     Phase,
     StartedRecovery,
     Trigger,
@@ -409,7 +410,7 @@ def warm_up() -> None:
     # First the goal is ahead of the robot, then the robot is at the goal with another heading.
     for period, pose in enumerate((IDENTITY, Pose2D(1.0, 0.0, 1.0))):
         now_ns = period * PERIOD_NS
-        navigator.take_odometry(now_ns, pose, 0.0, 0.0)
+        navigator.take_odometry(OdometrySample(now_ns, pose, 0.0, 0.0))
         navigator.take_localization(now_ns, IDENTITY)
         navigator.take_scan(Scan(now_ns, 0.0, 1.0, 0.1, 5.0, np.array([2.0, math.inf])))
         navigator.step(now_ns)

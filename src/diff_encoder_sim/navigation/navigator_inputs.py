@@ -143,28 +143,18 @@ class NavigatorInputs:
         self.scan: Optional[Scan] = None
         self._scan_pose_in_base = self.laser_pose_in_base
 
-    def take_odometry(
-        self,
-        stamp_ns: int,
-        base_pose_in_odom: Pose2D,
-        linear_mps: float,
-        angular_radps: float,
-        linear_std_mps: float = 0.0,
-        angular_std_radps: float = 0.0,
-    ) -> None:
-        """Add /odom with the standard deviations of its twist, 0 if unknown; old stamps are ignored.
+    def take_odometry(self, sample: OdometrySample) -> None:
+        """Add /odom; old stamps are ignored.
 
         Raises:
             InputFault: a number is not finite or too large.
         """
-        twist = linear_mps, angular_radps, linear_std_mps, angular_std_radps
-        _check('odometry', base_pose_in_odom, twist)
-        samples = self._odometry
-        if samples and stamp_ns <= samples[-1].stamp_ns:
-            return
-        samples.append(OdometrySample(stamp_ns, base_pose_in_odom, *twist))
-        while samples[0].stamp_ns < stamp_ns - HISTORY_NS:
-            samples.popleft()
+        _check('odometry', sample.base_pose_in_odom, sample[2:])
+        samples, stamp_ns = self._odometry, sample.stamp_ns
+        if not samples or stamp_ns > samples[-1].stamp_ns:
+            samples.append(sample)
+            while samples[0].stamp_ns < stamp_ns - HISTORY_NS:
+                samples.popleft()
 
     def take_localization(self, stamp_ns: int, odom_pose_in_map: Pose2D) -> None:
         """Add the transform map->odom; its stamp may be in the future, as AMCL post-dates it.
@@ -217,25 +207,25 @@ class NavigatorInputs:
         The robot's pose is interpolated between odometry messages; outside, the closest one is used.
         """
         assert self.scan is not None
-        stamp_ns, samples, index = self.scan.stamp_ns, self._odometry, len(self._odometry) - 1
-        while index > 0 and samples[index].stamp_ns > stamp_ns:
-            index -= 1
-        before = samples[index]
-        pose = before.base_pose_in_odom
-        if before.stamp_ns < stamp_ns and index + 1 < len(samples):
-            after = samples[index + 1]
-            fraction = (stamp_ns - before.stamp_ns) / (after.stamp_ns - before.stamp_ns)
+        stamp_ns, sample, after = self.scan.stamp_ns, self._odometry[-1], None
+        for sample in reversed(self._odometry):
+            if sample.stamp_ns <= stamp_ns:
+                break
+            after = sample
+        pose = sample.base_pose_in_odom
+        if after is not None and sample.stamp_ns < stamp_ns:
+            fraction = (stamp_ns - sample.stamp_ns) / (after.stamp_ns - sample.stamp_ns)
             pose = interpolate(pose, after.base_pose_in_odom, fraction)
         return pose.compose(self._scan_pose_in_base)
 
     def missing(self, now_ns: int, timeout_s: float) -> Optional[MissingInput]:
         """Return the first input that has not been received or is too old; None if all are fresh."""
-        stamps = (
-            ('odometry', self._odometry[-1].stamp_ns if self._odometry else None),
-            ('localization (map->odom)', self._localized_ns),
-            ('scan', self.scan.stamp_ns if self.scan else None),
-        )
-        for name, stamp_ns in stamps:
+        stamps = {
+            'odometry': self._odometry[-1].stamp_ns if self._odometry else None,
+            'localization (map->odom)': self._localized_ns,
+            'scan': self.scan.stamp_ns if self.scan else None,
+        }
+        for name, stamp_ns in stamps.items():
             if stamp_ns is None:
                 return MissingInput(name, 'has not been received yet')
             age_s = (now_ns - stamp_ns) / NANOSECONDS_PER_SECOND

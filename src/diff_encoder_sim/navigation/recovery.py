@@ -10,12 +10,7 @@ from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.navigator_params import CLEAR_COSTMAP, ROTATE, DwaParams, NavigatorParams, RecoveryType
 
 # move_base's default: clear far away, turn, clear close by, turn.
-USUAL: List[Tuple[str, RecoveryType]] = [
-    ('conservative_reset', CLEAR_COSTMAP),
-    ('rotate_recovery', ROTATE),
-    ('aggressive_reset', CLEAR_COSTMAP),
-    ('rotate_recovery', ROTATE),
-]
+USUAL = ('conservative_reset', 'rotate_recovery', 'aggressive_reset', 'rotate_recovery')
 
 # clear_costmap_recovery's default, for behaviours of other names.
 RESET_DISTANCE_M = 3.0
@@ -33,8 +28,9 @@ def recoveries_of(params: NavigatorParams, costmap: Costmap) -> List[Recovery]:
     """Return the behaviours that the parameters list, in the order in which they are tried."""
     if not params.recovery_behavior_enabled:
         return []
+    usual = [(name, ROTATE if name == 'rotate_recovery' else CLEAR_COSTMAP) for name in USUAL]
     wanted = [(one.name, one.type) for one in params.recovery_behaviors] or [
-        (name, kind) for name, kind in USUAL if params.clearing_rotation_allowed or kind != ROTATE
+        (name, kind) for name, kind in usual if params.clearing_rotation_allowed or kind != ROTATE
     ]
     reset_distances_m = {
         'conservative_reset': params.conservative_reset_dist,

@@ -38,6 +38,7 @@ from diff_encoder_sim.navigation.navigator_inputs import (
     GoalStatus,
     MissingInput,
     NavigatorOutput,
+    OdometrySample,
 )
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.ros.conversions import (
@@ -262,13 +263,8 @@ class MoveBaseNode:
             if frame.lstrip('/') not in ('', expected):
                 raise InputFault(f'header.frame_id is {frame!r}; expected {expected!r} (local_costmap/global_frame)')
             twist = message.twist.twist
-            navigator.take_odometry(
-                now_ns,
-                pose_from_message(message.pose.pose),
-                twist.linear.x,
-                twist.angular.z,
-                *twist_std_from_message(message),
-            )
+            motion = pose_from_message(message.pose.pose), twist.linear.x, twist.angular.z
+            navigator.take_odometry(OdometrySample(now_ns, *motion, *twist_std_from_message(message)))
             self._odometry_ns, self._odometry_at_s = now_ns, time.monotonic()
             if not self._control_rate.is_due(now_ns):
                 return

@@ -15,7 +15,15 @@ from diff_encoder_sim.localization.amcl import Amcl, AmclEstimate
 from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.navigator import Navigator
-from diff_encoder_sim.navigation.navigator_inputs import STOP, Command, ControlRate, GoalStatus, NavigatorOutput, Phase
+from diff_encoder_sim.navigation.navigator_inputs import (
+    STOP,
+    Command,
+    ControlRate,
+    GoalStatus,
+    NavigatorOutput,
+    OdometrySample,
+    Phase,
+)
 from diff_encoder_sim.trials.publications import Publications
 from diff_encoder_sim.trials.robot_params import RobotParams, latency_ns
 from diff_encoder_sim.trials.route_driver import DriverOutput, RouteDriver
@@ -137,7 +145,8 @@ class NavigatingDriver:
         """Control first, then localize, as a live AMCL finishes after the control step."""
         stamp_ns, navigator = odometry.stamp_ns, self._navigator
         speeds = odometry.linear_velocity_mps, odometry.angular_velocity_radps
-        navigator.take_odometry(stamp_ns, odometry.base_pose_in_odom, *speeds, *odometry.twist_std())
+        motion = odometry.base_pose_in_odom, *speeds
+        navigator.take_odometry(OdometrySample(stamp_ns, *motion, *odometry.twist_std()))
         if self._control_rate.is_due(stamp_ns):
             self._step_navigator(now_ns, stamp_ns)
         pose_in_map = self._localizer.pose_in_map(odometry)

@@ -19,6 +19,7 @@ from diff_encoder_sim.navigation.navigator_inputs import (
     GoalStatus,
     MissingInput,
     NavigatorInputs,
+    OdometrySample,
     Phase,
 )
 from navigation_simulation import LASER_IN_BASE, ClosedLoop, navigator_params, rasterise, read_shapes, walled_room
@@ -93,9 +94,9 @@ def scan_of(*ranges_m, stamp_ns=0):
         ('take_scan', (scan_of(math.nan, 0.14),)),
         ('take_scan', (scan_of(6.1, -math.inf),)),
         ('take_scan', (scan_of(),)),
-        ('take_odometry', (0, Pose2D(math.nan, 0.0, 0.0), 0.0, 0.0)),
-        ('take_odometry', (0, IDENTITY, 0.0, math.inf)),
-        ('take_odometry', (0, Pose2D(1e300, 0.0, 0.0), 0.0, 0.0)),
+        ('take_odometry', (OdometrySample(0, Pose2D(math.nan, 0.0, 0.0), 0.0, 0.0),)),
+        ('take_odometry', (OdometrySample(0, IDENTITY, 0.0, math.inf),)),
+        ('take_odometry', (OdometrySample(0, Pose2D(1e300, 0.0, 0.0), 0.0, 0.0),)),
         ('take_localization', (0, Pose2D(0.0, math.inf, 0.0))),
         ('take_localization', (0, Pose2D(0.0, -1e10, 0.0))),
     ],
@@ -111,8 +112,8 @@ def test_a_scan_counts_from_its_laser_where_it_was_taken():
     """A turning robot has moved since; a scan may have a mount of its own."""
     front, back = Pose2D(0.2, 0.0, 0.0), Pose2D(-0.2, 0.0, 3.0)
     inputs = NavigatorInputs(front)
-    inputs.take_odometry(0, IDENTITY, 0.0, 1.0)
-    inputs.take_odometry(100 * MS, Pose2D(0.2, 0.0, 0.1), 0.0, 1.0)
+    inputs.take_odometry(OdometrySample(0, IDENTITY, 0.0, 1.0))
+    inputs.take_odometry(OdometrySample(100 * MS, Pose2D(0.2, 0.0, 0.1), 0.0, 1.0))
     for stamp_ns, base in ((-1, IDENTITY), (50 * MS, Pose2D(0.1, 0.0, 0.05)), (200 * MS, Pose2D(0.2, 0.0, 0.1))):
         for given, mount in ((None, front), (back, back)):
             inputs.take_scan(scan_of(1.0, stamp_ns=stamp_ns), given)
@@ -122,7 +123,7 @@ def test_a_scan_counts_from_its_laser_where_it_was_taken():
 def test_an_input_dated_far_ahead_is_not_fresh():
     """A clock that is ahead must not make a dead sensor look alive."""
     inputs = NavigatorInputs(IDENTITY)
-    inputs.take_odometry(0, IDENTITY, 0.0, 0.0)
+    inputs.take_odometry(OdometrySample(0, IDENTITY, 0.0, 0.0))
     inputs.take_scan(scan_of(1.0))
     inputs.take_localization(round((MOST_AHEAD_S - 0.5) * 1e9), IDENTITY)
     assert inputs.missing(0, 0.5) is None
