@@ -39,12 +39,12 @@ def candidates_of(campaign: Campaign) -> List[Candidate]:
     found = []
     for cell in campaign.cells[: len(campaign.encoders)]:
         params = cell.robot_params.encoder.model_copy(update={'ppr': cell.ppr})
-        counts, real, robot = equivalent_counts(params), cell.encoder.real, campaign.robot
+        counts, real, ppr = equivalent_counts(params), cell.encoder.real, campaign.robot.file.ppr
         found.append(Candidate(cell.encoder.label, counts, params))
         if real:
             found[-1] = found[-1]._replace(name=real.stem, price=real.price)
-        elif robot and robot.ppr and params.ppr == PerWheel(left=robot.ppr, right=robot.ppr):
-            found[-1] = found[-1]._replace(name=f'own of {robot.name}')
+        elif ppr and params.ppr == PerWheel(left=ppr, right=ppr):
+            found[-1] = found[-1]._replace(name=f'own of {campaign.robot.name}')
     return sorted(found, key=lambda candidate: candidate.counts)
 
 

@@ -55,8 +55,8 @@ def study_odometry(campaign: Campaign, requirement: Requirement, distance_m: Opt
         elif answer.kind is Kind.FROM:
             answer = answer._replace(note='no candidate suffices')
     return Advice(
-        campaign.robot.name if campaign.robot else 'the robot',
-        campaign.robot and campaign.robot.ppr,
+        campaign.robot.name,
+        campaign.robot.file.ppr,
         requirement,
         curves,
         geometry_of(campaign),

@@ -169,7 +169,7 @@ def _candidates(options: AdviceOptions) -> Campaign:
         raise ConfigError(
             f'--candidates: {options.candidates} varies parameters; allowed: a campaign without varied parameters'
         )
-    own, candidates = campaign.robot and campaign.robot.ppr, campaign.params.ppr
+    own, candidates = campaign.robot.file.ppr, campaign.params.ppr
     more: Dict[str, Any] = {}
     if own and not (options.ppr or campaign.params.encoders or f'{own:g}' in map(ppr_label, candidates)):
         more['ppr'] = [*(ppr.model_dump() for ppr in candidates), own]

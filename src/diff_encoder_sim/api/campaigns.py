@@ -19,7 +19,6 @@ from diff_encoder_sim.base.processes import usable_cores
 from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
 from diff_encoder_sim.trials.campaign_cells import Campaign, RequestedTrial
 from diff_encoder_sim.trials.campaign_loading import load_campaign
-from diff_encoder_sim.trials.engine import UnrunTrial
 from diff_encoder_sim.trials.engine import run_campaign as run_on_workers
 from diff_encoder_sim.trials.executors import TlsFiles, Workers, connected_workers, local_workers
 from diff_encoder_sim.trials.progress import Progress, outcome_table, time_left
@@ -123,7 +122,7 @@ def complete(options: CampaignOptions, command: Sequence[str], run: Optional[Run
         left = time_left(campaign, jobs, store.rows)
         progress = Progress(sys.stderr, len(campaign.trials()), store.rows, left)
         with progress, stop_reports(progress):
-            unrun = _run_jobs(options, campaign, store, progress, jobs, run or run_trials) if jobs else []
+            unrun = _run_jobs(options, campaign, store, progress, jobs, run or run_trials) if jobs else {}
             table = store.finish()
         unrun_trials = unrun_text('campaign', unrun) if unrun else ''
         return CampaignRun(table, _summary(store, progress), unrun_trials)
@@ -136,7 +135,7 @@ def _run_jobs(
     progress: Progress,
     jobs: Sequence[RequestedTrial],
     run: RunTrials,
-) -> List[UnrunTrial]:
+) -> Dict[str, List[str]]:
     with workers(options, len(jobs)) as ready:
         return run_on_workers(ready, campaign, store, progress, jobs, run)
 
@@ -171,16 +170,14 @@ def _tls_files(options: WorkerOptions) -> Optional[TlsFiles]:
     return TlsFiles(options.tls_ca, options.tls_cert, options.tls_key)
 
 
-def unrun_text(name: str, unrun: Sequence[UnrunTrial]) -> str:
-    """Return the trials that could not be run, with reasons, for the terminal."""
-    by_reason: Dict[str, List[str]] = {}
-    for trial in unrun:
-        by_reason.setdefault(trial.reason, []).append(trial.trial.name)
+def unrun_text(name: str, unrun: Mapping[str, Sequence[str]]) -> str:
+    """Return the trials that could not be run, by reason, for the terminal."""
     lines = []
-    for reason, bags in by_reason.items():
-        count = '1 trial' if len(bags) == 1 else f'{len(bags)} trials'
-        more = ', ...' if len(bags) > UNRUN_SHOWN else ''
-        lines.append(f'{as_called(name)}: {count} could not be run ({reason}): {", ".join(bags[:UNRUN_SHOWN])}{more}')
+    for reason, trials in unrun.items():
+        count = '1 trial' if len(trials) == 1 else f'{len(trials)} trials'
+        more = ', ...' if len(trials) > UNRUN_SHOWN else ''
+        named = ', '.join(trials[:UNRUN_SHOWN])
+        lines.append(f'{as_called(name)}: {count} could not be run ({reason}): {named}{more}')
     return '\n'.join([*lines, f'{as_called(name)}: run the same command again to retry them'])
 
 

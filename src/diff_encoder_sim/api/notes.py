@@ -87,18 +87,17 @@ def with_checks(name: str, campaign: Campaign, is_unchecked: bool) -> Campaign:
     Raises:
         ConfigError: the robot fails it or does not fit a test, and `is_unchecked` is False.
     """
-    if campaign.robot is None:
-        return campaign
-    for warning in campaign.robot.warnings:
-        print(f'{as_called(name)}: {campaign.robot.file}: {warning}', file=sys.stderr)
-    checks = check_robot(campaign.robot.source, campaign.cells[0].robot_params.simulator)
+    file = campaign.robot.file
+    for warning in campaign.robot.description.warnings:
+        print(f'{as_called(name)}: {file.where}: {warning}', file=sys.stderr)
+    checks = check_robot(file.source, campaign.cells[0].robot_params.simulator)
     problems = unfit_tests(campaign, package_folder() / 'worlds')
     failed = [check.name for check in checks if not check.is_ok]
     if failed:
         print(checks_table(checks), file=sys.stderr)
-        problems.insert(0, f'{campaign.robot.file}: the robot fails its self-check: {", ".join(failed)}')
+        problems.insert(0, f'{file.where}: the robot fails its self-check: {", ".join(failed)}')
     if problems and not is_unchecked:
         raise ConfigError('; '.join([*problems, 'allowed: another robot or test, or --unchecked']))
     for problem in problems:
         print(f'{as_called(name)}: {problem}', file=sys.stderr)
-    return campaign._replace(robot=campaign.robot._replace(checks=tuple(checks)))
+    return campaign._replace(checks=checks)

@@ -7,7 +7,7 @@ import itertools
 import json
 import math
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, Literal, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterator, List, Literal, NamedTuple, Sequence, Tuple
 
 from pydantic import Field
 from typing_extensions import Annotated
@@ -18,7 +18,7 @@ from diff_encoder_sim.drives.bag_files import SUFFIXES
 from diff_encoder_sim.drives.test_definition import TestDefinition, find_world
 from diff_encoder_sim.drives.trial_definition import Trial, wheels_of
 from diff_encoder_sim.localization.map_files import load_map
-from diff_encoder_sim.robots.description import Found, RobotSource
+from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.robot_setup import RobotSetup
 from diff_encoder_sim.robots.simulated_robot import load_simulated_robot
 from diff_encoder_sim.simulation.self_check import Check, self_check
@@ -30,9 +30,6 @@ from diff_encoder_sim.trials.trial_setup import LockstepOptions
 from diff_encoder_sim.trials.trials_csv import BAGS, VARIANT
 from diff_encoder_sim.wheels.catalogue import ChosenEncoder
 from diff_encoder_sim.wheels.encoder_params import PerWheel, PulsesPerRevolution
-
-# Limits that reject a mistyped list before the memory is full.
-MOST_CELLS, MOST_TRIALS = 10_000, TRIALS.most
 
 Varied = Tuple[Tuple[str, Any], ...]  # dotted keys, or VARIANT, in alphabetical order, and values
 
@@ -92,41 +89,6 @@ class CampaignParams(LockstepOptions):
         return values if variant is None else {**values, **self.variants[variant]}
 
 
-class CampaignRobot(NamedTuple):
-    """The robot of a campaign, and the result of its self-check."""
-
-    name: str
-    file: str
-    source: RobotSource
-    ppr: Optional[float]  # of the robot's encoder; None without a robot file
-    found: Tuple[Found, ...]
-    overrides: Dict[str, Any]  # of the robot file, by dotted keys
-    warnings: Tuple[str, ...]
-    notes: Tuple[str, ...]
-    checks: Tuple[Check, ...] = ()  # empty before the self-check
-
-    @classmethod
-    def of(cls, setup: RobotSetup) -> CampaignRobot:
-        """Return a robot before its self-check."""
-        file, description = setup.file, setup.description
-        about = description.found, file.overrides, description.warnings, description.notes
-        return cls(setup.name, file.where, file.source, file.ppr, *about)
-
-    def as_json(self) -> Dict[str, Any]:
-        """Return mappings and lists for manifest.json."""
-        return {
-            'name': self.name,
-            'file': self.file,
-            'arguments': dict(self.source.arguments),
-            'ppr': self.ppr,
-            'found': [row._asdict() for row in self.found],
-            'set': self.overrides,
-            'warnings': list(self.warnings),
-            'notes': list(self.notes),
-            'checks': [check._asdict() for check in self.checks],
-        }
-
-
 class CampaignCell(NamedTuple):
     """One test with one encoder and one set of parameters; its trials differ only in their seed."""
 
@@ -144,6 +106,11 @@ class CampaignCell(NamedTuple):
     def varied_texts(self) -> Tuple[Tuple[str, str], ...]:
         """Return the varied parameters as a table shows them."""
         return tuple((key, text_of(value)) for key, value in self.varied)
+
+    def parameters(self) -> Dict[str, Any]:
+        """Return all parameters, for JSON."""
+        parts = {name: part.model_dump(mode='json') for name, part in self.robot_params._asdict().items()}
+        return {'varied': dict(self.varied), **parts}
 
 
 class RequestedTrial(NamedTuple):
@@ -190,7 +157,8 @@ class Campaign(NamedTuple):
     params: CampaignParams
     cells: List[CampaignCell]  # by test, then varied parameters, then encoder
     files: TrialFiles
-    robot: Optional[CampaignRobot] = None
+    robot: RobotSetup
+    checks: Sequence[Check] = ()  # results of the robot's self-check; empty before it
 
     @property
     def encoders(self) -> List[ChosenEncoder]:
@@ -208,20 +176,34 @@ class Campaign(NamedTuple):
 
     def resolved(self) -> Dict[str, Any]:
         """Collect everything that determines the results, for JSON: all parameters, files by sha256."""
-        params, count = self.params, len(self.encoders)
+        params, encoders = self.params, self.encoders
         of_one_test = self.cells[: len(self.cells) // len(params.tests)]
         tests = [cell.test for cell in self.cells[:: len(of_one_test)]]
+        first = [cell.parameters() for cell in of_one_test[:: len(encoders)]]
+        # Of real encoders, the parameters by dotted keys that differ from the first encoder, for each combination.
+        firsts = [dict(flat(parameters)) for parameters in first]
+        changes = [
+            {
+                'label': encoder.label,
+                'parameters': [
+                    {key: value for key, value in flat(cell.parameters()) if of_first.get(key) != value}
+                    for of_first, cell in zip(firsts, of_one_test[column :: len(encoders)])
+                ],
+            }
+            for column, encoder in enumerate(encoders)
+            if encoder.real
+        ]
         return {
             'tests': [
                 {**test.model_dump(mode='json'), 'files': self.files.worlds[test.name]._asdict()} for test in tests
             ],
-            'parameters': [_parameters(cell) for cell in of_one_test[::count]],
+            'parameters': first,
             'ppr': [ppr.model_dump(mode='json') for ppr in params.ppr],
-            **({'encoders': _changes_by_encoder(of_one_test, count)} if params.encoders else {}),
+            **({'encoders': changes} if params.encoders else {}),
             'trials': params.trials,
             'seed': params.seed,
             **params.of_trials(),
-            'robot': self.files.robot,
+            'robot': str(self.files.robot),
             'files': self.files.sha256(),
         }
 
@@ -230,32 +212,47 @@ class Campaign(NamedTuple):
         text = json.dumps(self.resolved(), sort_keys=True, allow_nan=False)
         return hashlib.sha256(text.encode('utf-8')).hexdigest()
 
+    def manifest(self) -> Dict[str, Any]:
+        """Return the content of manifest.json, except for the runs."""
+        params, file, description = self.params, self.robot.file, self.robot.description
+        robot = {
+            'name': self.robot.name,
+            'file': file.where,
+            'arguments': dict(file.source.arguments),
+            'ppr': file.ppr,
+            'found': [row._asdict() for row in description.found],
+            'set': file.overrides,
+            'warnings': list(description.warnings),
+            'notes': list(description.notes),
+            'checks': [check._asdict() for check in self.checks],
+        }
+        diameter_m = self.cells[0].robot_params.odometry.wheel_diameter
+        encoders = [
+            {
+                'label': encoder.label,
+                'name': encoder.real.name,
+                'source': list(encoder.real.source),
+                'price': encoder.real.price,
+                'resolution': encoder.resolution,
+                'counts_per_metre': encoder.counts_per_metre(diameter_m),
+            }
+            for encoder in self.encoders
+            if encoder.real
+        ]
+        return {
+            'name': params.name,
+            'fingerprint': self.fingerprint(),
+            'seeds': {'first': params.seed + 1, 'last': params.seed + params.trials},
+            'robot': robot,
+            **({'encoders': encoders} if params.encoders else {}),
+            **({'config_files': dict(params.files)} if params.files else {}),
+            'configuration': self.resolved(),
+        }
+
 
 def text_of(value: Any) -> str:
     """Return a parameter's value in one printable line."""
     return value if isinstance(value, str) and value.isprintable() else json.dumps(value)
-
-
-def _changes_by_encoder(cells: Sequence[CampaignCell], count: int) -> List[Dict[str, Any]]:
-    """Return the parameters of each real one of `count` encoders that differ from the first encoder.
-
-    `parameters` are by dotted keys, for each combination of varied parameters.
-    """
-    changes = []
-    for encoder, column in zip((cell.encoder for cell in cells), range(count)):
-        if encoder.real:
-            pairs = [
-                (dict(flat(_parameters(first))), flat(_parameters(cell)))
-                for first, cell in zip(cells[::count], cells[column::count])
-            ]
-            parameters = [{key: value for key, value in own if first.get(key) != value} for first, own in pairs]
-            changes.append({'label': encoder.label, 'parameters': parameters})
-    return changes
-
-
-def _parameters(cell: CampaignCell) -> Dict[str, Any]:
-    parts = {name: part.model_dump(mode='json') for name, part in cell.robot_params._asdict().items()}
-    return {'varied': dict(cell.varied), **parts}
 
 
 def check_robot(source: RobotSource, params: SimulatorParams) -> List[Check]:

@@ -8,23 +8,14 @@ import re
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
 
+from diff_encoder_sim.base.bounds import TRIALS
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import IDENTITY
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.drives.test_definition import TestDefinition, find_world, load_test
-from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.robot_file import RobotNotFound
 from diff_encoder_sim.simulation.simulator import DriveParams, Simulator
-from diff_encoder_sim.trials.campaign_cells import (
-    MOST_CELLS,
-    MOST_TRIALS,
-    Campaign,
-    CampaignCell,
-    CampaignParams,
-    CampaignRobot,
-    Varied,
-    text_of,
-)
+from diff_encoder_sim.trials.campaign_cells import Campaign, CampaignCell, CampaignParams, Varied, text_of
 from diff_encoder_sim.trials.robot_params import (
     RobotConfig,
     RobotParams,
@@ -34,10 +25,12 @@ from diff_encoder_sim.trials.robot_params import (
     override,
 )
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
-from diff_encoder_sim.trials.trial_files import TrialFiles, collect
+from diff_encoder_sim.trials.trial_files import collect
 from diff_encoder_sim.trials.trials_csv import VARIANT
 from diff_encoder_sim.wheels.catalogue import RESOLUTION_KEYS, ChosenEncoder, chosen, load_encoders, resolution_text
 
+# Limits that reject a mistyped list before the memory is full.
+MOST_CELLS, MOST_TRIALS = 10_000, TRIALS.most
 # A day, as for the time limit of a route; rejects mistyped numbers.
 LONGEST_DRIVE_S = 86_400.0
 # Leaves room for the trial number and the suffix of unfinished files.
@@ -71,48 +64,59 @@ def load_campaign(
         ConfigError: a file is missing or bad, or a value is not allowed.
     """
     package_folder = Path(package_folder)
-    config_folder = package_folder / 'config'
+    config_folder, worlds = package_folder / 'config', package_folder / 'worlds'
     path = _find(name, config_folder / 'campaigns')
     given = {key: value for key, value in (replace or {}).items() if value is not None}
-    # Errors begin with the campaign's file, and paths are relative to it, unless the command line gives the value.
-    of_encoders = None if 'ppr' in given or 'encoders' in given else path
-    of_tests, of_robot = (None if key in given else path for key in ('tests', 'robot'))
+
+    def origin(*keys: str) -> Optional[Path]:
+        """Return the file that errors name and to which paths are relative; None if the command line gives a key."""
+        return None if given.keys() & {*keys} else path
+
     params = _load_params(path, given)
-    config = load_robot_config(config_folder, _config_files(params, path, given.get('files', {}), config_folder))
+    files = {stem: None if stem in given.get('files', {}) else path for stem in params.files}
+    config = load_robot_config(config_folder, _config_files(params, files, config_folder))
     try:
-        folder = _folder(of_robot)
+        folder = _folder(origin('robot'))
         robot = load_robot(params.robot, folder, package_folder, robot_arguments or {}, robot_packages)
     except RobotNotFound as error:  # other errors name the robot file
-        raise ConfigError(f'{path}: {error}' if of_robot else str(error)) from None
+        raise _named_error(origin('robot'), error) from None
     if 'simulator.laser_link' not in params.overrides:
         if has_trials and params.nav != 'scripted':
             robot.check_laser()
         robot = robot.with_laser()
-    with _named(of_tests):
-        tests = _load_tests(params, of_tests, config_folder)
-    with _named(of_encoders):
-        encoders = _load_encoders(params, _folder(of_encoders), config_folder)
+    with _named(origin('tests')):
+        tests = _load_tests(params, _folder(origin('tests')), config_folder)
+    with _named(origin('ppr', 'encoders')):
+        encoders = _load_encoders(params, _folder(origin('ppr', 'encoders')), config_folder)
     with _named(path):
-        cells = len(tests) * len(encoders) * params.combination_count()
-        if cells > MOST_CELLS or cells * params.trials > MOST_TRIALS:
+        count = len(tests) * len(encoders) * params.combination_count()
+        if count > MOST_CELLS or count * params.trials > MOST_TRIALS:
             most = f'at most {MOST_CELLS} cells, {MOST_TRIALS} trials'
-            raise ConfigError(f'given {cells} cells of {params.trials} trials; allowed: {most}')
+            raise ConfigError(f'given {count} cells of {params.trials} trials; allowed: {most}')
         combinations = _resolve(params, config, robot.settings, encoders)
-        files = _collect(params, tests, combinations, robot.file.source, package_folder)
-    return Campaign(params, _cells(tests, encoders, combinations), files, CampaignRobot.of(robot))
+        trial_files = collect(tests, worlds, robot.file.source, needs_maps=params.nav != 'scripted')
+        # Parameters that name parts of the robot file are checked by a simulator.
+        simulators = [of_encoders[0].simulator for _, of_encoders in combinations]
+        for each in {(s.left_joint, s.right_joint, s.laser_link, s.wheel_errors): s for s in simulators}.values():
+            Simulator(find_world(tests[0].world, worlds), robot.file.source, each, IDENTITY, seed=0).close()
+    return Campaign(params, _cells(tests, encoders, combinations), trial_files, robot)
 
 
 @contextlib.contextmanager
-def _named(source: Union[str, Path, None]) -> Iterator[None]:
+def _named(source: Optional[Path]) -> Iterator[None]:
     """Prefix errors with the campaign's file, if given."""
     try:
         yield
     except ConfigError as error:
-        raise ConfigError(f'{source}: {error}' if source else str(error)) from None
+        raise _named_error(source, error) from None
 
 
-def _folder(path: Optional[Path]) -> Path:
-    return path.parent if path else Path()
+def _named_error(source: Union[str, Path, None], error: ConfigError) -> ConfigError:
+    return ConfigError(f'{source}: {error}' if source else str(error))
+
+
+def _folder(source: Optional[Path]) -> Path:
+    return source.parent if source else Path()
 
 
 def _find(name: str, folder: Path) -> Path:
@@ -134,22 +138,23 @@ def _load_params(path: Path, given: Mapping[str, Any]) -> CampaignParams:
     return CampaignParams.from_mapping({**content, **given, 'files': files}, '')
 
 
-def _config_files(params: CampaignParams, path: Path, given: Mapping[str, str], config_folder: Path) -> Dict[str, Path]:
-    """Return the files that replace those of config/; `given` are from the command line."""
+def _config_files(
+    params: CampaignParams, origins: Mapping[Any, Optional[Path]], config_folder: Path
+) -> Dict[str, Path]:
+    """Return the files that replace those of config/, by stem."""
     found: Dict[str, Path] = {}
     for stem, name in params.files.items():
-        source = None if stem in given else path
-        found[stem] = _folder(source) / name if name.endswith('.yaml') else config_folder / f'{name}.yaml'
+        found[stem] = _folder(origins[stem]) / name if name.endswith('.yaml') else config_folder / f'{name}.yaml'
         if not found[stem].is_file():
             known = ', '.join(sorted(file.stem for file in config_folder.glob(f'{stem}*.yaml')))
-            with _named(source):
-                raise ConfigError(f'files.{stem}: given {name!r}; allowed: {known}, or a .yaml file')
+            error = ConfigError(f'files.{stem}: given {name!r}; allowed: {known}, or a .yaml file')
+            raise _named_error(origins[stem], error)
     return found
 
 
-def _load_tests(params: CampaignParams, path: Optional[Path], config_folder: Path) -> List[TestDefinition]:
-    """Load the tests; files among them are relative to the campaign's file, or to the current folder without one."""
-    names = [str(_folder(path) / name) if name.endswith('.yaml') else name for name in params.tests]
+def _load_tests(params: CampaignParams, folder: Path, config_folder: Path) -> List[TestDefinition]:
+    """Load the tests; files among them are relative to `folder`."""
+    names = [str(folder / name) if name.endswith('.yaml') else name for name in params.tests]
     tests = [load_test(name, config_folder) for name in names]
     _check_unique('tests', [test.name for test in tests])
     for test in tests:
@@ -178,20 +183,28 @@ def _resolve(
     params: CampaignParams, config: RobotConfig, of_robot: Mapping[str, Any], encoders: Sequence[ChosenEncoder]
 ) -> List[Combination]:
     """Return each combination of varied parameters with all parameters; the campaign's override the robot's."""
-    sets = {'set': params.overrides, **{f'variants: {name}': values for name, values in params.variants.items()}}
     for key in params.vary:
         check_key(key)
-    for name, values in sets.items():
+    for name, values in (('', params.overrides), *params.variants.items()):
         for key in values:
-            with _named('' if name == 'set' else name):
+            try:
                 check_key(key)
                 if key in params.vary:
-                    raise ConfigError(f'{key}: given under {name.partition(":")[0]} and vary; allowed: one of them')
+                    given = f'given under {"variants" if name else "set"} and vary'
+                    raise ConfigError(f'{key}: {given}; allowed: one of them')
+            except ConfigError as error:
+                raise _named_error(name and f'variants: {name}', error) from None
     resolved = []
     for varied in params.combinations():
         values = params.values_of(varied)
         of_encoders = [_parameters(config, of_robot, encoder, values) for encoder in encoders]
-        _check_joints(of_encoders[0])
+        # Encoders on other joints would fail after one second.
+        turned = of_encoders[0].simulator.left_joint, of_encoders[0].simulator.right_joint
+        for key in ('left_joint', 'right_joint'):
+            joint = getattr(of_encoders[0].encoder, key)
+            if joint not in turned:
+                allowed = f'a joint of simulator.left_joint and simulator.right_joint: {" or ".join(turned)}'
+                raise ConfigError(f'config.{key}: given {joint!r}; allowed: {allowed}')
         resolved.append((varied, of_encoders))
     # After the check of parameters, which rejects YAML values without a text, such as sets.
     for key, values_of_key in params.vary.items():
@@ -202,11 +215,7 @@ def _resolve(
 def _parameters(
     config: RobotConfig, of_robot: Mapping[str, Any], encoder: ChosenEncoder, of_campaign: Mapping[str, Any]
 ) -> RobotParams:
-    """Return all parameters: the files of config/, then by dotted keys of the robot, the encoder and the campaign.
-
-    Raises:
-        ConfigError: a value is not allowed, or sets counts other than the encoder's.
-    """
+    """Return all parameters: the files of config/, then by dotted keys of the robot, the encoder and the campaign."""
     # The encoder of the robot file is replaced.
     values = {key: value for key, value in of_robot.items() if key not in RESOLUTION_KEYS}
     params = override(config, {**values, **encoder.overrides, **of_campaign})
@@ -215,37 +224,6 @@ def _parameters(
         beside = f'encoders: {encoder.label}' if encoder.real else f'ppr: {encoder.label}'
         raise ConfigError(f'config.encoder: given {given} and {beside}; allowed: one of them')
     return params
-
-
-def _check_joints(params: RobotParams) -> None:
-    """Check that encoders are on driven joints; on others, trials fail after one second."""
-    turned = params.simulator.left_joint, params.simulator.right_joint
-    for key in ('left_joint', 'right_joint'):
-        joint = getattr(params.encoder, key)
-        if joint not in turned:
-            allowed = f'a joint of simulator.left_joint and simulator.right_joint: {" or ".join(turned)}'
-            raise ConfigError(f'config.{key}: given {joint!r}; allowed: {allowed}')
-
-
-def _collect(
-    params: CampaignParams,
-    tests: Sequence[TestDefinition],
-    combinations: Sequence[Combination],
-    robot: RobotSource,
-    package_folder: Path,
-) -> TrialFiles:
-    """Read the files of the trials, and try each simulator once."""
-    worlds = package_folder / 'worlds'
-    files = collect(tests, worlds, robot, needs_maps=params.nav != 'scripted')
-    simulators = [of_encoders[0].simulator for _, of_encoders in combinations]
-    # Parameters that name parts of the robot file are checked here.
-    differing = {
-        (simulator.left_joint, simulator.right_joint, simulator.laser_link, simulator.wheel_errors): simulator
-        for simulator in simulators
-    }
-    for simulator in differing.values():
-        Simulator(find_world(tests[0].world, worlds), robot, simulator, IDENTITY, seed=0).close()
-    return files
 
 
 def at_pace_of(drive: DriveParams, test: TestDefinition) -> TestDefinition:

@@ -22,9 +22,9 @@ from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, NamedTuple, Opt
 from typing_extensions import Protocol
 
 from diff_encoder_sim.base.deferred import deferred
-from diff_encoder_sim.base.errors import ConfigError, in_one_line
+from diff_encoder_sim.base.errors import CampaignFault, ConfigError, in_one_line
 from diff_encoder_sim.base.processes import interrupts_blocked
-from diff_encoder_sim.trials.trial_files import PlacedFiles, TrialFiles
+from diff_encoder_sim.trials.trial_files import TrialFiles
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -37,23 +37,19 @@ T = TypeVar('T')
 log = logging.getLogger(__name__)
 
 
-class WorkersGone(Exception):
-    """No more trials can run; the text is one line."""
-
-
 class Workers(Protocol):
-    """Interface of executors whose workers may be lost and replaced."""
+    """Executor whose workers may be lost and replaced."""
 
     lost: Tuple[Type[BaseException], ...]  # raised by the future of a task whose worker died
 
     def submit(self, function: Callable[..., T], *arguments: Any) -> Future[T]:
-        """Run a function on a worker. Raises WorkersGone."""
+        """Run a function on a worker. Raises CampaignFault if no more tasks can run."""
 
     def count(self) -> int:
-        """Return the number of tasks that can run at once. Raises WorkersGone."""
+        """Return the number of tasks that can run at once. Raises CampaignFault if no more tasks can run."""
 
     def send(self, files: TrialFiles) -> Any:
-        """Return a task argument that resolves on the worker to the files or their local paths."""
+        """Return a task argument that resolves on the worker to the files, in a folder of its host or as contents."""
 
 
 # ---- processes of this host
@@ -83,18 +79,18 @@ class LocalWorkers:
     def submit(self, function: Callable[..., T], *arguments: Any) -> Future[T]:
         """Run a function in a process of the pool; a broken pool is replaced first."""
         for _ in range(FAILED_STARTS):
-            pool = self._pool or self._new_pool()
-            if pool is not None:
-                with contextlib.suppress(BrokenProcessPool), _spawning():
+            with contextlib.suppress(BrokenProcessPool):
+                pool = self._pool or self._started()
+                with _spawning():
                     return pool.submit(function, *arguments)
             self.close()
-        raise WorkersGone('no worker process starts on this host')
+        raise CampaignFault('no worker process starts on this host')
 
     def count(self) -> int:
         """Return the number of processes."""
         return self._count
 
-    def send(self, files: TrialFiles) -> PlacedFiles:
+    def send(self, files: TrialFiles) -> TrialFiles:
         """Write the files once for all processes."""
         return files.materialise(self._scratch)
 
@@ -106,30 +102,27 @@ class LocalWorkers:
             self._pool.shutdown()
             self._pool = None
 
-    def _new_pool(self) -> Optional[ProcessPoolExecutor]:
-        """Start all processes and wait for the first; None if it died during the start."""
-        context = multiprocessing.get_context('spawn')
+    def _started(self) -> ProcessPoolExecutor:
+        """Start all processes and wait for the first."""
         # Set before waiting, so that `close` ends it.
-        self._pool = ProcessPoolExecutor(self._count, context, _begin, (os.getpid(),))
+        self._pool = ProcessPoolExecutor(self._count, multiprocessing.get_context('spawn'), _begin, (os.getpid(),))
         try:
             with _spawning():
                 started = [self._pool.submit(os.getpid) for _ in range(self._count)]
             started[0].result()
         except BrokenProcessPool:
             log.warning('a worker process ended while it started: trying again')
-            return None
+            raise
         return self._pool
 
 
 @contextlib.contextmanager
 def local_workers(count: int) -> Iterator[LocalWorkers]:
     """Run tasks in `count` processes of this host, which end with the context and with this process, even if killed."""
-    with tempfile.TemporaryDirectory(prefix='campaign-') as scratch:
+    with tempfile.TemporaryDirectory(prefix='campaign-') as scratch, contextlib.ExitStack() as opened:
         workers = LocalWorkers(count, scratch)
-        try:
-            yield workers
-        finally:
-            workers.close()
+        opened.callback(workers.close)
+        yield workers
 
 
 @contextlib.contextmanager
@@ -182,21 +175,18 @@ class TlsFiles(NamedTuple):
         Raises:
             ConfigError: one is missing or bad.
         """
-        for option, path in (('ca', self.ca), ('cert', self.cert), ('key', self.key or self.cert)):
-            if not path.is_file():
+        for option, path in zip(self._fields, self):
+            if path and not path.is_file():
                 raise ConfigError(f'--tls-{option}: given {str(path)!r}: no such file; allowed: a file')
-        key = str(self.key) if self.key else None
-        security: Security = distributed.Security(
-            require_encryption=True, tls_ca_file=str(self.ca), tls_client_cert=str(self.cert), tls_client_key=key
-        )
+        paths = [str(path) for path in self if path]
+        names = 'tls_ca_file', 'tls_client_cert', 'tls_client_key'
+        security: Security = distributed.Security(require_encryption=True, **dict(zip(names, paths)))
         try:
             security.get_connection_args('client')
         except (OSError, ValueError) as error:  # ssl.SSLError is an OSError
-            given = ', '.join(str(path) for path in self if path)
+            given = f'given {", ".join(paths)}: {in_one_line(error)}'
             allowed = 'certificates, and the key of --tls-cert, in PEM format'
-            raise ConfigError(
-                f'--tls-ca, --tls-cert, --tls-key: given {given}: {in_one_line(error)}; allowed: {allowed}'
-            ) from None
+            raise ConfigError(f'--tls-ca, --tls-cert, --tls-key: {given}; allowed: {allowed}') from None
         return security
 
 
@@ -209,8 +199,7 @@ class ClusterWorkers:
 
     def submit(self, function: Callable[..., T], *arguments: Any) -> Future[T]:
         """Run a function on a worker."""
-        future: Future[T] = self._executor.submit(function, *arguments)
-        return future
+        return cast('Future[T]', self._executor.submit(function, *arguments))
 
     def count(self) -> int:
         """Return the number of threads of all workers; 0 without workers."""
@@ -218,7 +207,7 @@ class ClusterWorkers:
         with contextlib.suppress(OSError):
             if self._client.status == 'running':
                 return sum(self._client.nthreads().values())
-        raise WorkersGone('the scheduler does not answer any more')
+        raise CampaignFault('the scheduler does not answer any more')
 
     def send(self, files: TrialFiles) -> Any:
         """Return the files as the result of a task, which Dask recomputes if its worker dies."""

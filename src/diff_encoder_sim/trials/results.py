@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import fcntl
+import hashlib
 import importlib.metadata
 import io
 import json
@@ -12,7 +13,7 @@ import os
 import platform
 from datetime import datetime, timezone
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX, write_file
 from diff_encoder_sim.base.errors import ConfigError
@@ -24,40 +25,10 @@ from diff_encoder_sim.trials.trials_csv import BAGS, MANIFEST, TABLE, TrialRow, 
 log = logging.getLogger(__name__)
 
 LOCK = '.lock'
-
-
 # Libraries that can affect results or run the trials.
 LIBRARIES = ('numpy', 'numba', 'pybullet', 'rosbags', 'pydantic', 'xacro', 'dask', 'distributed')
 ABSENT = '(absent)'
 DIFFERENCES_SHOWN = 3
-
-
-def manifest_of(campaign: Campaign, run: Dict[str, Any]) -> Dict[str, Any]:
-    """Return the content of a new folder's manifest; `run` is from `describe_run`."""
-    seed, trials = campaign.params.seed, campaign.params.trials
-    diameter_m = campaign.cells[0].robot_params.odometry.wheel_diameter
-    encoders = [
-        {
-            'label': encoder.label,
-            'name': encoder.real.name,
-            'source': list(encoder.real.source),
-            'price': encoder.real.price,
-            'resolution': encoder.resolution,
-            'counts_per_metre': encoder.counts_per_metre(diameter_m),
-        }
-        for encoder in campaign.encoders
-        if encoder.real
-    ]
-    return {
-        'name': campaign.params.name,
-        'fingerprint': campaign.fingerprint(),
-        'seeds': {'first': seed + 1, 'last': seed + trials},
-        'runs': [run],
-        **({'robot': campaign.robot.as_json()} if campaign.robot else {}),
-        **({'encoders': encoders} if campaign.params.encoders else {}),
-        **({'config_files': dict(campaign.params.files)} if campaign.params.files else {}),
-        'configuration': campaign.resolved(),
-    }
 
 
 def describe_run(package_folder: Path, command: Sequence[str]) -> Dict[str, Any]:
@@ -92,21 +63,6 @@ def describe_run(package_folder: Path, command: Sequence[str]) -> Dict[str, Any]
     }
 
 
-def read_manifest(path: Path) -> Dict[str, Any]:
-    """Read a manifest back.
-
-    Raises:
-        ConfigError: the file is not a valid manifest.
-    """
-    try:
-        manifest = json.loads(path.read_text(encoding='utf-8'))
-        if isinstance(manifest['runs'][0], dict) and isinstance(manifest['configuration'], dict):
-            return {'fingerprint': '', **manifest}
-    except (ValueError, LookupError, TypeError):
-        pass
-    raise ConfigError(f'{path}: not the manifest of a campaign; expected it as campaign wrote it')
-
-
 def differences(old: Any, new: Any) -> List[str]:
     """List the dotted keys in which two values of JSON differ, each with both values."""
     there, here = dict(_flat(old, '')), dict(_flat(new, ''))
@@ -125,7 +81,17 @@ def _flat(value: Any, path: str) -> Iterator[Tuple[str, Any]]:
         yield from _flat(below, f'{path}.{key}' if path else str(key))
 
 
-# ---- the folder
+class ResultsFolder(NamedTuple):
+    """A results folder as workers of other hosts see it; one that reads the same manifest there shares it."""
+
+    path: str  # absolute, on the client's host
+    manifest_sha256: str
+
+    def is_shared(self) -> bool:
+        """Return whether this process can access and write to the client's folder."""
+        with contextlib.suppress(OSError):
+            return _sha256(Path(self.path, MANIFEST)) == self.manifest_sha256 and os.access(self.path, os.W_OK)
+        return False
 
 
 class ResultStore:
@@ -155,7 +121,7 @@ class ResultStore:
         with contextlib.ExitStack() as opened, _named_errors(self.folder):
             self._refuse_foreign(must_resume)
             self.folder.mkdir(parents=True, exist_ok=True)
-            opened.enter_context(locked(self.folder))
+            opened.enter_context(_locked(self.folder))
             self._refuse_foreign(must_resume)  # again, now that no other process writes here
             self._begin_or_resume(run)
             self._opened = opened.pop_all()
@@ -174,6 +140,10 @@ class ResultStore:
     def pending(self) -> List[RequestedTrial]:
         """Return the pending trials."""
         return [trial for trial in self._trials.values() if trial.position not in self._rows]
+
+    def shared_folder(self) -> ResultsFolder:
+        """Return the folder for workers, which may run on other hosts."""
+        return ResultsFolder(str(self.folder.resolve()), _sha256(self.folder / MANIFEST))
 
     def append(self, row: TrialRow) -> None:
         """Store a finished trial on disk before returning. A second row of the same trial is dropped.
@@ -216,13 +186,18 @@ class ResultStore:
 
     def _begin_or_resume(self, run: Dict[str, Any]) -> None:
         path = self.folder / MANIFEST
-        manifest = manifest_of(self._campaign, run)
+        manifest = {**self._campaign.manifest(), 'runs': [run]}
         if path.is_file():
-            old = read_manifest(path)
-            self._check_same(old, manifest)
-            changes = differences(
-                *({key: of.get(key) for key in ('versions', 'commit')} for of in (old['runs'][0], run))
-            )
+            old = _read_manifest(path)
+            if old.get('fingerprint') != manifest['fingerprint']:
+                # Via JSON, as the old one, which converts tuples to lists.
+                found = differences(old['configuration'], json.loads(json.dumps(manifest['configuration'])))
+                more = len(found) - DIFFERENCES_SHOWN
+                listed = '; '.join([*found[:DIFFERENCES_SHOWN], *([f'and {more} more'] if more > 0 else [])])
+                allowed = 'the same configuration, to continue, or another folder'
+                raise ConfigError(f'{self.folder}: has results of another configuration: {listed}; allowed: {allowed}')
+            first, this = ({key: of.get(key) for key in ('versions', 'commit')} for of in (old['runs'][0], run))
+            changes = differences(first, this)
             if changes:
                 text = '%s: the results so far are from another version of the code, and may differ from new ones: %s'
                 log.warning(text, self.folder, '; '.join(changes))
@@ -234,16 +209,6 @@ class ResultStore:
         if self._campaign.params.record != 'none':
             (self.folder / BAGS).mkdir(exist_ok=True)
         self._table.write(self.rows)
-
-    def _check_same(self, old: Dict[str, Any], new: Dict[str, Any]) -> None:
-        if old['fingerprint'] == new['fingerprint']:
-            return
-        # Via JSON, as the old one, which converts tuples to lists.
-        found = differences(old['configuration'], json.loads(json.dumps(new['configuration'])))
-        more = len(found) - DIFFERENCES_SHOWN
-        listed = '; '.join([*found[:DIFFERENCES_SHOWN], *([f'and {more} more'] if more > 0 else [])])
-        allowed = 'the same configuration, to continue, or another folder'
-        raise ConfigError(f'{self.folder}: has results of another configuration: {listed}; allowed: {allowed}')
 
     def _read_rows(self) -> None:
         """Read the finished trials, without those whose bag is missing."""
@@ -261,13 +226,20 @@ class ResultStore:
                 path.unlink(missing_ok=True)
 
 
-def locked(folder: Path) -> io.FileIO:
-    """Lock a folder until the returned file is closed, or this process ends for any reason.
+def _read_manifest(path: Path) -> Dict[str, Any]:
+    with contextlib.suppress(ValueError, LookupError, TypeError):
+        manifest: Dict[str, Any] = json.loads(path.read_text(encoding='utf-8'))
+        if isinstance(manifest['runs'][0], dict) and isinstance(manifest['configuration'], dict):
+            return manifest
+    raise ConfigError(f'{path}: not the manifest of a campaign; expected it as campaign wrote it')
 
-    Raises:
-        ConfigError: another process has locked it.
-        OSError: the lock file cannot be created.
-    """
+
+def _sha256(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def _locked(folder: Path) -> io.FileIO:
+    """Lock a folder until the returned file is closed, or this process ends for any reason."""
     file = io.FileIO(str(folder / LOCK), 'ab')
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

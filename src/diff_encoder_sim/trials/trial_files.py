@@ -33,26 +33,19 @@ class WorldFiles(NamedTuple):
     map: str
 
 
-class PlacedFiles(NamedTuple):
-    """Paths of the files on this host."""
-
-    robot: Path
-    worlds: Dict[str, WorldFiles]  # by the name of the test
-
-
 class TrialFiles(NamedTuple):
-    """Worlds, maps and the robot; small when pickled."""
+    """Worlds, maps and the robot: contents, small when pickled, or paths of this host."""
 
-    contents: Dict[str, bytes]  # compressed by zlib, by path below the folder
-    robot: str  # its path below the folder
+    contents: Dict[str, bytes]  # compressed by zlib, by path below the folder; empty when they are in a folder
+    robot: Path  # absolute, or below the folder
     worlds: Dict[str, WorldFiles]  # by the name of the test
 
     def sha256(self) -> Dict[str, str]:
         """Return the sha256 of each file's content, by path below the folder."""
         return {name: _sha256(zlib.decompress(content)) for name, content in sorted(self.contents.items())}
 
-    def materialise(self, folder: Union[str, Path]) -> PlacedFiles:
-        """Write the files below `folder` unless they exist; all appear at once.
+    def materialise(self, folder: Union[str, Path]) -> TrialFiles:
+        """Write the files below `folder` unless they exist, all at once; return their absolute paths.
 
         Raises:
             OSError: the folder cannot be written to.
@@ -66,10 +59,8 @@ class TrialFiles(NamedTuple):
                     path.parent.mkdir(parents=True, exist_ok=True)
                     path.write_bytes(zlib.decompress(content))
                 os.rename(os.path.join(unfinished, 'files'), placed)
-        return PlacedFiles(
-            placed / self.robot,
-            {test: WorldFiles(*(name and str(placed / name) for name in files)) for test, files in self.worlds.items()},
-        )
+        worlds = {name: WorldFiles(*(file and str(placed / file) for file in of)) for name, of in self.worlds.items()}
+        return TrialFiles({}, placed / self.robot, worlds)
 
 
 def collect(
@@ -102,7 +93,7 @@ def collect(
         worlds[test.name] = WorldFiles(add({world.name: world.read_bytes()}), add(map_files) if map_files else '')
     # A xacro without includes is kept, as wheel errors may be its arguments.
     robot = {source.file.name: source.file.read_bytes()} if _is_complete(source) else _expanded(source)
-    return TrialFiles(contents, add(robot), worlds)
+    return TrialFiles(contents, Path(add(robot)), worlds)
 
 
 def _map_files(path: Path, is_needed: bool) -> Dict[str, bytes]:

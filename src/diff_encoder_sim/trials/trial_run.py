@@ -9,11 +9,11 @@ import threading
 import time
 import uuid
 from pathlib import Path
-from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Union
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple, Union
 
 from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
 from diff_encoder_sim.base.deferred import deferred
-from diff_encoder_sim.base.errors import in_one_line
+from diff_encoder_sim.base.errors import CampaignFault, in_one_line
 from diff_encoder_sim.base.processes import without_collection
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
@@ -23,8 +23,9 @@ from diff_encoder_sim.drives.trial_definition import FinalErrors, Trial, TrialPl
 from diff_encoder_sim.trials.campaign_cells import RequestedTrial
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial, Report
 from diff_encoder_sim.trials.publications import Publications
+from diff_encoder_sim.trials.results import ResultsFolder
 from diff_encoder_sim.trials.robot_params import RobotParams
-from diff_encoder_sim.trials.trial_files import PlacedFiles, TrialFiles
+from diff_encoder_sim.trials.trial_files import TrialFiles
 from diff_encoder_sim.trials.trial_setup import LockstepOptions, TrialSetup
 from diff_encoder_sim.trials.trials_csv import BAGS, TrialRow
 
@@ -107,91 +108,64 @@ def final_errors(trial: Trial, true_pose_in_map: Pose2D, last: Optional[Report])
 # run_trials, or a substitute of tests.
 RunTrials = Callable[[Sequence[TrialSetup], Path], List[TrialRow]]
 
+# A row, and its bag in transfer to the client; None: not recorded, or already in the results folder.
+FinishedTrial = Tuple[TrialRow, Optional[bytes]]
+
 # PyBullet is not thread-safe: one trial at a time per worker.
 _one_drive = threading.Lock()
 
 
-class HostFault(Exception):
-    """The worker's host cannot run trials (disk full, out of memory); the text is one line."""
-
-
-class ResultsFolder(NamedTuple):
-    """The client's results folder, with a marker file by which workers detect a shared folder."""
-
-    path: str  # absolute, on the client's host
-    probe: str  # name of a file in it
-    nonce: str  # content of that file
-
-    def is_shared(self) -> bool:
-        """Return whether this process can access and write to the client's folder."""
-        try:
-            seen = Path(self.path, self.probe).read_text(encoding='utf-8')
-        except (OSError, UnicodeDecodeError):
-            return False
-        return seen == self.nonce and os.access(self.path, os.W_OK)
-
-
-class FinishedTrial(NamedTuple):
-    """The row of a trial, and its bag in transfer to the client."""
-
-    row: TrialRow
-    bag: Optional[bytes]  # None: not recorded, or already in the results folder
-
-
 def run_group(
-    files: Union[TrialFiles, PlacedFiles], group: Sequence[RequestedTrial], results: ResultsFolder, run: RunTrials
+    files: TrialFiles, group: Sequence[RequestedTrial], results: ResultsFolder, run: RunTrials
 ) -> List[FinishedTrial]:
     """Run trials that are one drive of the robot.
 
     Args:
-        files: of the campaign; paths of this host, or contents for the temporary folder of a Dask worker.
+        files: of the campaign; in a folder of this host, or contents for the temporary folder of a Dask worker.
         group: the trials.
         results: the client's folder, shared with this host or not.
         run: runs the trials.
 
     Raises:
-        HostFault: a file cannot be written, or the memory is full.
+        CampaignFault: a file cannot be written, or the memory is full.
     """
     with _one_drive:
         try:
-            if isinstance(files, TrialFiles):
+            if files.contents:
                 files = files.materialise(distributed.get_worker().local_directory)
             return _run_group(files, group, results, run)
         except (OSError, MemoryError) as error:
             named = f'{error.filename}: {error.strerror}' if isinstance(error, OSError) and error.filename else ''
-            raise HostFault(f'worker on {platform.node()}: {named or in_one_line(error)}') from None
+            raise CampaignFault(f'worker on {platform.node()}: {named or in_one_line(error)}') from None
 
 
 def _run_group(
-    files: PlacedFiles, group: Sequence[RequestedTrial], results: ResultsFolder, run: RunTrials
+    files: TrialFiles, group: Sequence[RequestedTrial], results: ResultsFolder, run: RunTrials
 ) -> List[FinishedTrial]:
     is_shared = results.is_shared()
-    # A unique name per attempt: Dask may restart a trial that is still running.
     folder = Path(results.path, BAGS) if is_shared else files.robot.parent
-    names = [f'.{Path(trial.bag).name}.{uuid.uuid4().hex[:8]}{UNFINISHED_SUFFIX}' for trial in group]
-    paths = [folder / name for name in names]
-    setups = [_setup(trial, path, files) for trial, path in zip(group, paths)]
+    setups = []
+    for trial in group:
+        # A unique name per attempt: Dask may restart a trial that is still running.
+        name = f'.{Path(trial.bag).name}.{uuid.uuid4().hex[:8]}{UNFINISHED_SUFFIX}'
+        plan = TrialPlan(
+            trial=trial.definition(),
+            bag=str(folder / name) if trial.bag else '',
+            bag_format=trial.campaign.bag_format,
+            **files.worlds[trial.cell.test.name]._asdict(),
+        )
+        setups.append(TrialSetup(plan, trial.cell.robot_params, trial.campaign))
     began_s = time.perf_counter()
     rows = run(setups, files.robot)
     wall_time_s = (time.perf_counter() - began_s) / len(group)  # the part of each trial
     finished = []
-    for trial, path, row in zip(group, paths, rows):
+    for trial, (plan, *_), row in zip(group, setups, rows):
         content = None
         if trial.bag and is_shared:
-            os.replace(str(path), os.path.join(results.path, trial.bag))
+            os.replace(plan.bag, os.path.join(results.path, trial.bag))
         elif trial.bag:
-            content = path.read_bytes()
-            path.unlink()
+            content = Path(plan.bag).read_bytes()
+            os.unlink(plan.bag)
         identity: Dict[str, Any] = dict(zip(TrialRow._fields, trial.identity()))
-        finished.append(FinishedTrial(row._replace(**identity, wall_time_s=wall_time_s, bag=trial.bag), content))
+        finished.append((row._replace(**identity, wall_time_s=wall_time_s, bag=trial.bag), content))
     return finished
-
-
-def _setup(trial: RequestedTrial, path: Path, files: PlacedFiles) -> TrialSetup:
-    plan = TrialPlan(
-        trial=trial.definition(),
-        bag=str(path) if trial.bag else '',
-        bag_format=trial.campaign.bag_format,
-        **files.worlds[trial.cell.test.name]._asdict(),
-    )
-    return TrialSetup(plan, trial.cell.robot_params, trial.campaign)

@@ -63,30 +63,34 @@ def header(varied_keys: Sequence[str]) -> List[str]:
     return ['test', 'ppr', *varied_keys, *COLUMNS]
 
 
-def fields_of(row: TrialRow) -> List[str]:
-    """Return the row as texts; numbers read back as the same numbers, wall time to the millisecond."""
+def line_of(row: TrialRow) -> bytes:
+    """Return the row as a line of the file; numbers read back as the same numbers, wall time to the millisecond."""
     values: Dict[str, Any] = {**row._asdict(), 'outcome': row.outcome.value, 'wall_time_s': round(row.wall_time_s, 3)}
     values['reason'] = ''.join(char if char.isprintable() else ' ' for char in row.reason)  # a row is one line
     for source, error in row.errors.items():
         values.update((f'{source.value}_{part}', value) for part, value in zip(PARTS, error or ()))
     texts = [str(kind(values[name])) if name in values else '' for name, kind in COLUMNS.items()]
-    return [row.test, row.ppr, *(text for _, text in row.varied), *texts]
+    return _csv_line([row.test, row.ppr, *(text for _, text in row.varied), *texts])
 
 
-def row_of(fields: Sequence[str], varied_keys: Sequence[str]) -> TrialRow:
-    """Return the row of the texts that `fields_of` returned.
+def row_of(line: bytes, varied_keys: Sequence[str]) -> TrialRow:
+    """Return the row of a line that `line_of` returned, with or without its end.
 
     Raises:
-        ValueError: these are not the fields of a row.
+        ValueError: the line is not that of a row.
     """
+    try:
+        fields = next(csv.reader([line.decode('utf-8')], strict=True))
+    except csv.Error as error:
+        raise ValueError(str(error)) from None
     names = header(varied_keys)
     if len(fields) != len(names):
         raise ValueError(f'{len(fields)} fields; expected {len(names)}')
     texts = dict(zip(names, fields))
     errors: FinalErrors = {}
     for source in PoseSource:
-        error = [texts.pop(f'{source.value}_{part}') for part in PARTS]
-        errors[source] = Pose2D(*map(float, error)) if any(error) else None
+        parts = [texts.pop(f'{source.value}_{part}') for part in PARTS]
+        errors[source] = Pose2D(*map(float, parts)) if any(parts) else None
     values: Dict[str, Any] = {name: COLUMNS.get(name, str)(text) for name, text in texts.items()}
     varied = tuple((key, values.pop(key)) for key in varied_keys)
     outcome = Outcome(values.pop('outcome'))
@@ -95,23 +99,10 @@ def row_of(fields: Sequence[str], varied_keys: Sequence[str]) -> TrialRow:
     return TrialRow(**values, varied=varied, errors=errors, outcome=outcome)
 
 
-def csv_line(fields: Sequence[str]) -> bytes:
-    """Return one line of a CSV file, including its end."""
+def _csv_line(fields: Sequence[str]) -> bytes:
     text = io.StringIO()
     csv.writer(text, lineterminator='\n').writerow(fields)
     return text.getvalue().encode('utf-8')
-
-
-def csv_fields(line: bytes) -> List[str]:
-    """Return the fields of a line from `csv_line`, with or without its end.
-
-    Raises:
-        ValueError: the line is invalid.
-    """
-    try:
-        return next(csv.reader([line.decode('utf-8')], strict=True))
-    except csv.Error as error:
-        raise ValueError(str(error)) from None
 
 
 class TrialsTable:
@@ -122,6 +113,7 @@ class TrialsTable:
 
     def __init__(self, path: Path, varied_keys: Sequence[str]) -> None:
         self.path, self._varied_keys = path, varied_keys
+        self._header = _csv_line(header(varied_keys))
 
     def rows(self) -> Iterator[Tuple[int, TrialRow]]:
         """Read the complete lines, numbered from 1; nothing if the file is missing.
@@ -131,15 +123,12 @@ class TrialsTable:
             OSError: the file cannot be read.
         """
         content = self.path.read_bytes() if self.path.is_file() else b''
-        head = csv_line(header(self._varied_keys)).rstrip()
-        for number, line in enumerate(content[: content.rfind(b'\n') + 1].splitlines(), start=1):
-            if number == 1 and line == head:
-                continue
-            try:
-                row = row_of(csv_fields(line), self._varied_keys)
-            except (ValueError, KeyError):
-                raise self.foreign_line(number) from None
-            yield number, row
+        for number, line in enumerate(content[: content.rfind(b'\n') + 1].splitlines(keepends=True), start=1):
+            if number > 1 or line != self._header:
+                try:
+                    yield number, row_of(line, self._varied_keys)
+                except ValueError:
+                    raise self.foreign_line(number) from None
 
     def foreign_line(self, number: int) -> ConfigError:
         """Return the error for a line that is not of this campaign."""
@@ -148,8 +137,7 @@ class TrialsTable:
 
     def write(self, rows: Iterable[TrialRow]) -> None:
         """Replace the file atomically."""
-        lines = [header(self._varied_keys), *map(fields_of, rows)]
-        write_file(self.path, b''.join(map(csv_line, lines)))
+        write_file(self.path, b''.join([self._header, *map(line_of, rows)]))
 
     def append(self, row: TrialRow) -> None:
         """Append a line and sync it to disk. After an error the earlier lines are complete.
@@ -157,7 +145,7 @@ class TrialsTable:
         Raises:
             OSError: the file cannot be written, for example on a full disk.
         """
-        content = csv_line(fields_of(row))
+        content = line_of(row)
         with io.FileIO(str(self.path), 'ab') as file:
             size = os.fstat(file.fileno()).st_size
             try:

@@ -31,7 +31,7 @@ from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.drives.trial_recording import read_trial
 from diff_encoder_sim.trials.results import ResultStore
-from diff_encoder_sim.trials.trial_run import ResultsFolder, run_group, run_trials
+from diff_encoder_sim.trials.trial_run import run_group, run_trials
 from places import ROOT, SOURCE
 from trial_bags import TRUTH, trial, write_bag
 from trial_tables import ALTO, IN, OUT, TURNED, cell, results_of
@@ -177,13 +177,11 @@ def test_bags_of_both_formats_lead_to_the_same_table(tmp_path):
         campaign = small_campaign(tmp_path, tests=[TOUR], ppr=[90], nav='scripted', bag_format=bag_format)
         out = tmp_path / bag_format / 'out'
         with ResultStore(out, campaign, RUN) as store:
-            (out / 'probe').write_text('nonce')
             files = campaign.files.materialise(tmp_path / bag_format / 'scratch')
             for requested in store.pending():
-                ((finished, _),) = run_group(files, [requested], ResultsFolder(str(out), 'probe', 'nonce'), run_trials)
+                ((finished, _),) = run_group(files, [requested], store.shared_folder(), run_trials)
                 store.append(finished)
             store.finish()
-        (out / 'probe').unlink()
         found += [load_results([out]), load_results([out / 'bags'])]
     names = [name for name in found[0].trials.columns if not name.endswith(('path', 'wall_time_s', 'bag'))]
     for results in found:

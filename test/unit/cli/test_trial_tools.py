@@ -15,8 +15,6 @@ from diff_encoder_sim.base.command_line import run_trials_tool
 from diff_encoder_sim.base.errors import CampaignFault, ConfigError
 from diff_encoder_sim.cli.arguments import add_workers
 from diff_encoder_sim.trials.campaign_loading import load_campaign
-from diff_encoder_sim.trials.engine import UnrunTrial
-from diff_encoder_sim.trials.results import manifest_of
 from diff_encoder_sim.trials.robot_params import load_robot_params
 from places import CONFIG, ROOT
 
@@ -30,7 +28,7 @@ def campaign(tmp_path, **overrides):
 
 def test_the_results_of_the_checks_go_into_the_manifest(tmp_path, capsys):
     checked = with_checks('campaign', campaign(tmp_path), False)
-    robot = json.loads(json.dumps(manifest_of(checked, {})))['robot']
+    robot = json.loads(json.dumps(checked.manifest()))['robot']
     assert robot['name'] == 'kobuki' and robot['file'].endswith('config/robots/kobuki.yaml')
     assert {row['quantity'] for row in robot['found']} >= {'mass [kg]', 'laser link'}
     assert len(robot['checks']) >= 6 and all(check['is_ok'] for check in robot['checks'])
@@ -46,7 +44,7 @@ def test_a_robot_that_fails_stops_it_with_the_table(tmp_path, capsys):
         with_checks('campaign', weak, False)
     assert 'NOT OK' in capsys.readouterr().err
     going_on = with_checks('campaign', weak, True)
-    assert not all(check.is_ok for check in going_on.robot.checks)
+    assert not all(check.is_ok for check in going_on.checks)
     assert 'campaign: ' in capsys.readouterr().err.splitlines()[-1]
 
 
@@ -99,9 +97,7 @@ def test_a_live_trial_says_it_for_the_stack_it_runs(capsys):
 
 
 def test_trials_that_could_not_be_run_are_named_by_reason():
-    reasons = ['out of memory'] * 7 + ['', '', 'worker lost']
-    trials = [SimpleNamespace(name=f'SL_90ppr_trial{number}') for number in range(10)]
-    unrun = [UnrunTrial(trial, reason) for trial, reason in zip(trials, reasons) if reason]
+    unrun = {'out of memory': [f'SL_90ppr_trial{k}' for k in range(7)], 'worker lost': ['SL_90ppr_trial9']}
     assert unrun_text('campaign', unrun).splitlines() == [
         'campaign: 7 trials could not be run (out of memory): '
         + ', '.join(f'SL_90ppr_trial{k}' for k in range(5))

@@ -15,8 +15,9 @@ from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.simulation.simulator import DriveParams
 from diff_encoder_sim.trials.campaign_loading import at_pace_of, load_campaign
+from diff_encoder_sim.trials.results import ResultsFolder
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
-from diff_encoder_sim.trials.trial_run import ResultsFolder, run_group, run_trials
+from diff_encoder_sim.trials.trial_run import run_group, run_trials
 from diff_encoder_sim.wheels.catalogue import encoder_names
 from urdf_texts import usual
 
@@ -56,7 +57,7 @@ def test_a_campaign_of_the_package_has_its_trials_and_one_comes_to_its_goal(name
     assert (campaign.params.name, campaign.params.record, campaign.params.nav) == (name, 'minimal', 'embedded')
     short = load_campaign(name, ROOT, {'tests': ['SMT'], 'ppr': [90.0], 'trials': 1, 'record': 'none'})
     files = short.files.materialise(tmp_path)
-    ((row, _),) = run_group(files, short.trials()[:1], ResultsFolder('', '', ''), run_trials)
+    ((row, _),) = run_group(files, short.trials()[:1], ResultsFolder('', ''), run_trials)
     assert (row.outcome, row.reason) == (Outcome.SUCCEEDED, '')
     assert 30.0 < row.duration_s < 90.0
 
@@ -384,7 +385,7 @@ def test_only_closed_loop_trials_need_a_laser(tmp_path):
         campaign_of(blind)
     without_trials = load_campaign('quick', ROOT, {'robot': str(blind)}, has_trials=False)
     for taken in (campaign_of(blind, tests=['SL'], nav='scripted'), without_trials):
-        (warning,) = [text for text in taken.robot.warnings if 'laser' in text]
+        (warning,) = [text for text in taken.robot.description.warnings if 'laser' in text]
         assert 'laser: {parent: base_link, xyz: ' in warning
 
 

@@ -1,18 +1,21 @@
 """Trials from their plans to their rows and bags; those of one drive have the same as if they ran separately."""
 
+import hashlib
 import math
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
+from diff_encoder_sim.base.errors import CampaignFault
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.trials import trial_run
 from diff_encoder_sim.trials.campaign_loading import load_campaign
-from diff_encoder_sim.trials.trial_run import HostFault, ResultsFolder, run_group, run_trial, run_trials
+from diff_encoder_sim.trials.results import ResultsFolder
+from diff_encoder_sim.trials.trial_run import run_group, run_trial, run_trials
 from diff_encoder_sim.trials.trial_setup import LockstepOptions, TrialSetup
 from diff_encoder_sim.trials.trials_csv import TrialRow
 from diff_encoder_sim.wheels.encoder_params import EncoderModel, FaultParams
@@ -133,8 +136,8 @@ CONTENTS = [b'bag of 1', b'bag of 2', b'bag of 3']
 def results(tmp_path):
     folder = tmp_path / 'results'
     (folder / 'bags').mkdir(parents=True)
-    (folder / '.probe-1').write_text('1')
-    return ResultsFolder(str(folder), '.probe-1', '1')
+    (folder / 'manifest.json').write_text('{}')
+    return ResultsFolder(str(folder), hashlib.sha256(b'{}').hexdigest())
 
 
 def stub_trials(setups, robot_file):
@@ -170,7 +173,7 @@ def test_a_shared_folder_gets_the_bags_and_each_row_has_its_part_of_the_time(res
     assert (rows[1].errors, rows[1].distance_m, rows[1].wall_time_s) == (ERRORS, 2.0, 2.0)
 
 
-@pytest.mark.parametrize('change', [{'nonce': 'of another run'}, {'probe': 'absent'}, {'path': '/nowhere'}])
+@pytest.mark.parametrize('change', [{'manifest_sha256': 'of another run'}, {'path': '/nowhere'}])
 def test_any_other_folder_gets_nothing_and_the_bags_are_returned(results, tmp_path, change):
     rows, bags = zip(*run(results._replace(**change), tmp_path))
     assert ([row.bag for row in rows], list(bags)) == (NAMES, CONTENTS)
@@ -178,13 +181,13 @@ def test_any_other_folder_gets_nothing_and_the_bags_are_returned(results, tmp_pa
     assert not list((tmp_path / 'scratch').rglob('*.bag*'))
 
 
-@pytest.mark.parametrize('nonce', ['1', 'of another run'])
-def test_without_recording_there_is_no_bag(results, tmp_path, nonce):
-    rows, bags = zip(*run(results._replace(nonce=nonce), tmp_path, record='none'))
+@pytest.mark.parametrize('change', [{}, {'manifest_sha256': 'of another run'}])
+def test_without_recording_there_is_no_bag(results, tmp_path, change):
+    rows, bags = zip(*run(results._replace(**change), tmp_path, record='none'))
     assert ({row.bag for row in rows}, set(bags)) == ({''}, {None})
     assert not list((Path(results.path) / 'bags').iterdir())
 
 
 def test_a_full_disk_names_the_bag(results, tmp_path):
-    with pytest.raises(HostFault, match='SL_40_001.bag.*No space left'):
+    with pytest.raises(CampaignFault, match='SL_40_001.bag.*No space left'):
         run(results, tmp_path, full_disk)
