@@ -29,7 +29,6 @@ from bench import (
     report_ratios,
 )
 
-from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.test_definition import Segment, TestDefinition
 from diff_encoder_sim.drives.topics import PoseSource
@@ -45,7 +44,7 @@ from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.results import ResultStore
 from diff_encoder_sim.trials.robot_params import load_robot_params
 from diff_encoder_sim.trials.trial_run import run_trial
-from diff_encoder_sim.trials.trials_csv import TABLE, TrialRow, csv_line, fields_of, header
+from diff_encoder_sim.trials.trials_csv import TABLE, TrialRow, TrialsTable
 
 Work = Callable[[], object]
 RESOLUTION_M, PILLARS_APART_M, PILLAR_M, STRETCH_M = 0.1, 5.0, 0.4, 10.0
@@ -106,15 +105,15 @@ def _make_results(folder: Path, trials: int) -> Campaign:
     """Write results of the paper's cells that are sampled, not simulated, with this number of trials each."""
     campaign = load_campaign('paper', ROOT, {'trials': trials, 'record': 'none'})
     ResultStore(folder, campaign, {}).finish()
-    rng, lines = np.random.default_rng(1), [csv_line(header(campaign.params.varied_keys))]
+    rng, rows = np.random.default_rng(1), []
     for job in campaign.trials():
         cell = job.cell
         spread = SPREAD * campaign.cells[0].ppr.left / cell.ppr.left
         errors = {source: Pose2D(*rng.normal(0.0, spread).tolist()) for source in PoseSource}
         outcome = Outcome.TIMED_OUT if rng.random() < TIMED_OUT_FRACTION else Outcome.SUCCEEDED
         named = (cell.test.name, cell.encoder.label, cell.varied_texts(), job.trial, job.seed)
-        lines.append(csv_line(fields_of(TrialRow(*named, outcome, '', 60.0, errors, 20.0, 1.0, ''))))
-    write_file(folder / TABLE, b''.join(lines))
+        rows.append(TrialRow(*named, outcome, '', 60.0, errors, 20.0, 1.0, ''))
+    TrialsTable(folder / TABLE, campaign.params.varied_keys).write(rows)
     return campaign
 
 
