@@ -15,11 +15,9 @@ from diff_encoder_sim.api.wheel_options import (
     DriveOptions,
     RecordedRobot,
     bag_wheels,
-    check_seed,
     check_wheel_options,
     chosen_encoders,
     csv_wheels,
-    given_encoders,
     parameters_with,
     recorded_robot,
 )
@@ -41,7 +39,7 @@ from diff_encoder_sim.drives.reencoding import (
     read_drive,
     text_table,
 )
-from diff_encoder_sim.drives.reference import Reference, find_reference
+from diff_encoder_sim.drives.reference import find_reference
 from diff_encoder_sim.drives.topics import CMD_VEL, TRIAL
 from diff_encoder_sim.drives.trajectory_error import PathError
 from diff_encoder_sim.drives.trial_definition import Trial
@@ -103,33 +101,54 @@ def reencoding(options: DriveOptions) -> Reencoding:
         ConfigError: as in `reencode`.
     """
     begin_s = time.perf_counter()
-    given = given_encoders(options)
-    with _opened_drive(options) as drive:
-        chosen = chosen_encoders(given, drive.robot.encoder)
-        files = output_files(options.out, drive.path, chosen)
+    check_wheel_options(options)
+    path, trial, reference = options.csv or options.bag or Path(), None, None
+    with contextlib.ExitStack() as opened:
+        if options.csv:
+            table = CsvStream(path, options.columns, options.time_unit or 's')
+            robot = recorded_robot(options, None)
+            stream, wheels = table, csv_wheels(options, table.topic, robot)  # type: DriveStream, WheelSource
+        else:
+            source = opened.enter_context(open_source(path))
+            trial = trial_of_source(path, source)
+            robot = recorded_robot(options, trial)
+            stream, wheels = source, bag_wheels(options, path, source, trial, robot)
+            reference = find_reference(path, source, options.reference)
+            robot = _with_joints(options, wheels, robot)
+        chosen = chosen_encoders(options, robot.encoder)
+        files = output_files(options.out, path, chosen)
         encoders = [
-            Encoder(each.ppr, each.name, *parameters_with(each, drive.robot.encoder, drive.robot.odometry))
-            for each in chosen
+            Encoder(each.ppr, each.name, *parameters_with(each, robot.encoder, robot.odometry)) for each in chosen
         ]
-        copied = [*copied_topics(drive.stream), *([TRIAL] if drive.trial else [])] if files else []
-        read = read_drive(drive.stream, drive.wheels, drive.reference, copied)
-        notes = [*read.notes, *_notes(drive, read, encoders, bool(files))]
-        encoded = _encoded(drive, read, encoders, files)
-    errors = drive_errors(read, encoded, drive.reference is not None)
-    if drive.reference and not any(errors):
-        notes.append(f'no pose of {drive.reference.name} has the stamp of an odometry message: no errors computed')
+        copied = [*copied_topics(stream), *([TRIAL] if trial else [])] if files else []
+        read = read_drive(stream, wheels, reference, copied)
+        why = '; '.join(read.notes[-1:]) or stream.fault or 'too short'
+        no_drive = f'no drive in {read.messages} {wheels.text}: {why}; expected two reports of the encoder'
+        encoded = _encoded(path, read, encoders, trial, files, f'{path}: {no_drive}')
+        notes = [*read.notes, *_notes(stream, robot, encoders, bool(files))]
+    errors = drive_errors(read, encoded, reference is not None)
+    if reference and not any(errors):
+        notes.append(f'no pose of {reference.name} has the stamp of an odometry message: no errors computed')
     rows = error_rows(encoded, errors)
     if files:
         _write_text(files[CSV_NAME], csv_table(rows))
-    head = _head(drive, read, encoders, time.perf_counter() - begin_s)
+    compared = reference.name if reference else 'the odometry of the finest PPR'
+    about = f'{read.messages} {wheels.text} in {read.duration_s:.1f} s, read in {time.perf_counter() - begin_s:.1f} s'
+    lines, recorded = [f'{path}: {about}; compared with {compared}', robot.text()], wheels.ppr
+    finer = [
+        each.label for each in chosen if recorded and (each.ppr.left > recorded.left or each.ppr.right > recorded.right)
+    ]
+    if recorded and finer:
+        limited = f'{", ".join(finer)} limited by the recorded resolution'
+        lines.append(f'recorded with {ppr_label(recorded)} PPR: {limited}')
     drives = [
         ReencodedDrive(one.encoder.label, PoseSeries(*(np.concatenate(parts) for parts in zip(*one.paths))), error)
         for one, error in zip(encoded, errors)
     ]
     return Reencoding(
         drives,
-        [*encoder_lines(chosen, drive.robot.odometry.wheel_diameter), *(f'{drive.path}: {note}' for note in notes)],
-        '\n'.join([*head, '', text_table(rows), '', LEGEND]),
+        [*encoder_lines(chosen, robot.odometry.wheel_diameter), *(f'{path}: {note}' for note in notes)],
+        '\n'.join([*lines, '', text_table(rows), '', LEGEND]),
         list(files.values()),
     )
 
@@ -150,17 +169,6 @@ def read_path(bag: Union[str, Path], reference: str = '/odom') -> PoseSeries:
     return PoseSeries(np.array([pose.stamp_ns for pose in found]), np.array([pose.pose for pose in found]))
 
 
-class RecordedDrive(NamedTuple):
-    """Open bag or table with its wheels, reference and parameters."""
-
-    path: Path
-    stream: DriveStream
-    trial: Optional[Trial]
-    wheels: WheelSource
-    reference: Optional[Reference]
-    robot: RecordedRobot
-
-
 def output_files(folder: Optional[Path], bag: Path, encoders: Sequence[ChosenEncoder]) -> Dict[str, Path]:
     """Return the paths of the bags by encoder label and of the CSV file; {} without a folder.
 
@@ -178,31 +186,6 @@ def output_files(folder: Optional[Path], bag: Path, encoders: Sequence[ChosenEnc
     return files
 
 
-@contextlib.contextmanager
-def _opened_drive(options: DriveOptions) -> Iterator[RecordedDrive]:
-    """Open the drive given by the options.
-
-    Raises:
-        ConfigError: a file or an option is invalid.
-    """
-    check_wheel_options(options)
-    if options.csv:
-        if options.reference:
-            raise ConfigError('--reference: given with --csv; allowed: with a bag')
-        stream = CsvStream(options.csv, options.columns, options.time_unit or 's')
-        robot = recorded_robot(options, None)
-        check_seed(options, robot)
-        yield RecordedDrive(options.csv, stream, None, csv_wheels(options, stream, robot), None, robot)
-        return
-    with open_source(options.path) as source:
-        trial = trial_of_source(options.path, source)
-        robot = recorded_robot(options, trial)
-        check_seed(options, robot)
-        wheels = bag_wheels(options, source, trial, robot)
-        reference = find_reference(options.path, source, options.reference)
-        yield RecordedDrive(options.path, source, trial, wheels, reference, _with_joints(options, wheels, robot))
-
-
 def _with_joints(options: DriveOptions, wheels: WheelSource, robot: RecordedRobot) -> RecordedRobot:
     """Set the names of the joints to those of the wheel source."""
     sources = dict(robot.sources)
@@ -216,30 +199,30 @@ def _with_joints(options: DriveOptions, wheels: WheelSource, robot: RecordedRobo
 
 
 def _encoded(
-    drive: RecordedDrive, read: ReadDrive, encoders: Sequence[Encoder], files: Mapping[str, Path]
+    path: Path,
+    read: ReadDrive,
+    encoders: Sequence[Encoder],
+    trial: Optional[Trial],
+    files: Mapping[str, Path],
+    no_drive: str,
 ) -> List[EncodedDrive]:
     """Compute the drive with each encoder, and write its bag if there are files.
 
     Raises:
-        ConfigError: there is no drive, or a file cannot be written.
+        ConfigError: a file cannot be written; or `no_drive`.
     """
     encoded = []
     try:
-        with contextlib.ExitStack() as stack:  # removes the bags after an error
+        with contextlib.ExitStack() as bags:  # removes the bags after an error
             for encoder in encoders:
-                bag = None
-                if files:
-                    bag = ReencodedBag(files[encoder.label], encoder, drive.trial)
-                    stack.enter_context(bag)
+                bag = ReencodedBag(files[encoder.label], encoder, trial) if files else None
+                if bag:
+                    bags.enter_context(bag)
                 encoded.append(encode_drive(read, encoder, bag))
             if not any(one.reports > 1 for one in encoded):
-                why = '; '.join(read.notes[-1:]) or drive.stream.fault or 'too short'
-                raise ConfigError(
-                    f'{drive.path}: no drive in {read.messages} {drive.wheels.text}: {why}; '
-                    f'expected two reports of the encoder'
-                )
+                raise ConfigError(no_drive)
     except OSError as error:
-        raise ConfigError(f'{error.filename or drive.path}: {error.strerror}') from None
+        raise ConfigError(f'{error.filename or path}: {error.strerror}') from None
     return encoded
 
 
@@ -251,31 +234,14 @@ def _write_text(path: Path, text: str) -> None:
         raise ConfigError(f'{path}: {error.strerror}') from None
 
 
-def _notes(drive: RecordedDrive, read: ReadDrive, encoders: Sequence[Encoder], has_bags: bool) -> List[str]:
-    """Return notes on assumed or missing data."""
-    notes = []
-    if drive.robot.is_guessed():
-        notes.append('neither the bag nor --robot contains wheel parameters; using config/config.yaml')
-    if any(each.params.encoder.counts_by_command for each in encoders) and not has_commands(drive.stream):
-        notes.append(f'no {CMD_VEL} (geometry_msgs/Twist) for the direction of counts: all counts are forward')
-    if drive.stream.fault:
-        notes.append(f'{drive.stream.fault}; using all readable messages')
-    if has_bags and drive.robot.odometry.motion_noise is None:
+def _notes(stream: DriveStream, robot: RecordedRobot, encoders: Sequence[Encoder], has_bags: bool) -> Iterator[str]:
+    """Yield notes on assumed or missing data."""
+    if robot.is_guessed():
+        yield 'neither the bag nor --robot contains wheel parameters; using config/config.yaml'
+    if any(each.params.encoder.counts_by_command for each in encoders) and not has_commands(stream):
+        yield f'no {CMD_VEL} (geometry_msgs/Twist) for the direction of counts: all counts are forward'
+    if stream.fault:
+        yield f'{stream.fault}; using all readable messages'
+    if has_bags and robot.odometry.motion_noise is None:
         hidden = hidden_encoder(min((each.odometry for each in encoders), key=encoder_lateral_std))
-        notes += [hidden] if hidden else []
-    return notes
-
-
-def _head(drive: RecordedDrive, read: ReadDrive, encoders: Sequence[Encoder], took_s: float) -> List[str]:
-    """Return lines about the drive and its wheels for the terminal."""
-    reference = drive.reference.name if drive.reference else 'the odometry of the finest PPR'
-    text = f'{read.messages} {drive.wheels.text} in {read.duration_s:.1f} s, read in {took_s:.1f} s'
-    lines = [f'{drive.path}: {text}; compared with {reference}', drive.robot.text()]
-    recorded = drive.wheels.ppr
-    if recorded is not None:
-        finer = [each.label for each in encoders if each.ppr.left > recorded.left or each.ppr.right > recorded.right]
-        if finer:
-            lines.append(
-                f'recorded with {ppr_label(recorded)} PPR: {", ".join(finer)} limited by the recorded resolution'
-            )
-    return lines
+        yield from [hidden] if hidden else []

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.base.params import merged, nested, shared_params, with_changes
 from diff_encoder_sim.base.yaml_files import load_yaml, yaml_value
 from diff_encoder_sim.drives.bag_source import BagSource
-from diff_encoder_sim.drives.csv_wheels import CsvStream, CsvWheels
+from diff_encoder_sim.drives.csv_wheels import CsvWheels
 from diff_encoder_sim.drives.field_wheels import FieldWheels, Wheel, find_field, serving_options
 from diff_encoder_sim.drives.joint_wheels import (
     JOINT_TYPES,
@@ -42,70 +42,7 @@ from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, OdometryPa
 from diff_encoder_sim.wheels.report_link import PROMPT
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
-
-def given_encoders(options: DriveOptions) -> List[ChosenEncoder]:
-    """Return the encoders of the command line in their order.
-
-    Raises:
-        ConfigError: an encoder is invalid, or given twice.
-    """
-    ideal = _ideal(options.ppr or ())
-    real = [chosen(each) for each in load_encoders(options.encoder or (), package_folder() / 'config', Path())]
-    for option, encoders in (('--ppr', ideal), ('--encoder', real)):
-        labels = [encoder.label for encoder in encoders]
-        twice = next((label for label in labels if labels.count(label) > 1), None)
-        if twice is not None:
-            raise ConfigError(f'{option}: given {twice} twice; allowed: each once')
-    return [*ideal, *real]
-
-
-def chosen_encoders(given: Sequence[ChosenEncoder], own: EncoderParams) -> List[ChosenEncoder]:
-    """Return the given encoders; by default the robot's own if it has a resolution, otherwise those of the paper.
-
-    Raises:
-        ConfigError: a PPR is given, but the robot's own encoder has a resolution.
-    """
-    resolution = own_encoder(own).resolution
-    if not given:
-        return [own_encoder(own)] if resolution else _ideal(PAPER_PPR)
-    ideal = [encoder.label for encoder in given if encoder.real is None]
-    if ideal and resolution:
-        raise ConfigError(f'--ppr: given {" ".join(ideal)} with encoder: {resolution}; allowed: one of them')
-    return list(given)
-
-
-def _ideal(given: Union[float, Sequence[Any]]) -> List[ChosenEncoder]:
-    texts = given if isinstance(given, (list, tuple)) else [given]
-    return [ChosenEncoder(ppr_of_text('--ppr', text)) for text in texts]
-
-
-def ppr_of_text(option: str, text: Any) -> PerWheel:
-    """Parse a PPR: a number, or a YAML mapping with a number per wheel.
-
-    Raises:
-        ConfigError: the text has a different form.
-    """
-    return EncoderParams.from_mapping({'ppr': yaml_value(str(text), option)}, option).ppr
-
-
-def parameters_with(
-    encoder: ChosenEncoder, of_robot: EncoderParams, odometry: OdometryParams
-) -> Tuple[EncoderParams, OdometryParams]:
-    """Return the parameters of a robot with another encoder.
-
-    Raises:
-        ConfigError: the parameters contradict each other.
-    """
-    changes: Dict[str, Any] = {'ppr': encoder.ppr}
-    if encoder.real:
-        params = encoder.real.params
-        changes.update({**params.model_dump(exclude_unset=True), 'encoder': params.encoder.model_dump()})
-    shared = {key: value for key, value in changes.items() if key in OdometryParams.model_fields}
-    source = f'encoder {encoder.label}'
-    return with_changes(of_robot, changes, source), with_changes(odometry, shared, source)
-
-
-USUAL = 'config/config.yaml'
+USUAL, OF_TRIAL = 'config/config.yaml', f"the bag's {TRIAL}"
 PAPER_PPR = (40, 90, 1024, 4096)
 
 
@@ -139,119 +76,18 @@ class DriveOptions:
     packages: Sequence[Path] = ()
 
     @property
-    def path(self) -> Path:
-        """Return the path of the bag or the table."""
-        return self.csv or self.bag or Path()
+    def start_seed(self) -> int:
+        """Return the seed of the wheels' angles at the start."""
+        return DEFAULT_SEED if self.seed is None else self.seed
 
 
-class RecordedRobot(NamedTuple):
-    """Parameters of a recorded drive."""
-
-    encoder: EncoderParams
-    odometry: OdometryParams
-    counts_modulus: int  # of recorded counts, not of computed encoders
-    sources: Dict[str, str]  # by parameter name; ppr only if a file sets it
-
-    def is_guessed(self) -> bool:
-        """Return whether neither the user nor the bag specifies the wheels."""
-        return all(self.sources[name] == USUAL for name in OF_ODOMETRY)
-
-    @property
-    def draws_errors(self) -> bool:
-        """Return whether the robot's own encoder has random errors."""
-        return self.encoder.encoder != IDEAL_ENCODER or self.encoder.report != PROMPT
-
-    def counter_text(self) -> str:
-        """Return the modulus of recorded counts, with its source."""
-        wraps = f'wrap at {self.counts_modulus}' if self.counts_modulus else 'do not wrap'
-        return f'counts {wraps}: {self.sources["counter_modulus"]}'
-
-    def text(self) -> str:
-        """Return the wheel parameters with their sources, in one line."""
-        odometry = self.odometry
-        values = {
-            'wheel_diameter': f'diameter {odometry.wheel_diameter:g} m',
-            'wheel_separation': f'separation {odometry.wheel_separation:g} m',
-            'axle_x': f'axle at x = {odometry.axle_x:g} m',
-            'left_joint': f'left joint {self.encoder.left_joint}',
-            'right_joint': f'right joint {self.encoder.right_joint}',
-        }
-        by_source: Dict[str, List[str]] = {}
-        for name, value in values.items():
-            by_source.setdefault(self.sources[name], []).append(value)
-        return 'wheels: ' + '; '.join(f'{", ".join(parts)} ({source})' for source, parts in by_source.items())
-
-
-def recorded_robot(options: DriveOptions, trial: Optional[Trial]) -> RecordedRobot:
-    """Collect the parameters of a recorded drive.
-
-    Raises:
-        ConfigError: a file is missing or invalid, or a value is not allowed.
-    """
-    usual = load_yaml(package_folder() / 'config' / 'config.yaml')
-    values, sources = dict(usual), dict.fromkeys([*OF_ODOMETRY, *OF_ENCODER], USUAL)
-
-    def add(layer: Dict[str, Any], source: str) -> None:
-        values.update(merged(values, layer))
-        sources.update(dict.fromkeys(layer, source))
-
-    if trial is not None:
-        of_trial = {name: getattr(trial, name) for name in (*OF_ODOMETRY, *UNCERTAINTY_KEYS, *OF_ENCODER)}
-        add({**of_trial, 'seed': trial.number}, f"the bag's {TRIAL}")
-    if options.robot:
-        arguments = xacro_arguments(options.robot_args)
-        robot = load_robot(options.robot, Path(), package_folder(), arguments, options.packages)
-        add(nested(_encoder_and_odometry(robot.settings, options)), robot.file.where)
-        if robot.file.ppr is not None:
-            add({'ppr': robot.file.ppr}, robot.file.where)
-    if options.config:
-        given = load_yaml(options.config)
-        add(
-            {key: value for key, value in given.items() if not options.robot or usual.get(key) != value},
-            str(options.config),
-        )
-    if options.seed is not None:
-        add({'seed': options.seed}, '--seed')
-    name = str(options.config or options.robot or USUAL)
-    encoder = shared_params(values, name, EncoderParams, OdometryParams)
-    odometry = shared_params(values, name, OdometryParams, EncoderParams)
-    return RecordedRobot(encoder, odometry, _counts_modulus(encoder, trial, options.config, sources), sources)
-
-
-def _counts_modulus(
-    encoder: EncoderParams, trial: Optional[Trial], config: Optional[Path], sources: Dict[str, str]
-) -> int:
-    """Return the modulus of recorded counts; /trial overrides --robot, whose encoder may differ from the recorded one.
-
-    Encoders to compute have their own modulus.
-    """
-    given = sources.setdefault('counter_modulus', USUAL)
-    if trial is None or given == str(config) or (given != USUAL and not trial.counter_modulus):
-        return encoder.counter_modulus
-    sources['counter_modulus'] = f"the bag's {TRIAL}"
-    return trial.counter_modulus
-
-
-def _encoder_and_odometry(of_robot: Mapping[str, Any], options: DriveOptions) -> Dict[str, Any]:
-    """Return the robot's values of config.yaml, by dotted keys; --ppr and --encoder override its resolution."""
-    gives_way = RESOLUTION_KEYS if options.ppr or options.encoder else ()
-    values = {key: value for key, value in of_robot.items() if key not in gives_way}
-    of_config = {key.partition('.')[2]: value for key, value in values.items() if key.startswith('config.')}
-    return {**uncertainty_of_robot(of_robot), **of_config}
-
-
-# Wheel sources, and the options that belong to them.
+# Wheel sources, and the options that belong to some of them.
 _SOURCES = ('joint_states', 'pulses', 'ticks', 'odom', 'csv')
 _BELONGS_TO = {
-    'left': ('joint_states', 'pulses'),
-    'right': ('joint_states', 'pulses'),
+    **dict.fromkeys(('left', 'right'), ('joint_states', 'pulses')),
     'pulses_ppr': ('pulses', 'joint_states'),  # joint states may contain counts
-    'unit': ('ticks', 'csv'),
-    'ticks_per_revolution': ('ticks', 'csv'),
-    'ticks_modulus': ('ticks', 'csv'),
-    'reversed': ('ticks', 'csv'),
-    'columns': ('csv',),
-    'time_unit': ('csv',),
+    **dict.fromkeys(('unit', 'ticks_per_revolution', 'ticks_modulus', 'reversed'), ('ticks', 'csv')),
+    **dict.fromkeys(('columns', 'time_unit'), ('csv',)),
 }
 
 
@@ -272,43 +108,163 @@ def check_wheel_options(options: DriveOptions) -> None:
             raise ConfigError(f'{_option(name)}: given {getattr(options, name)}; allowed: {", ".join(units)}')
     if options.csv and not options.columns:
         raise ConfigError('--csv: given without --columns; expected --columns TIME LEFT RIGHT, as names or numbers')
+    if options.csv and options.reference:
+        raise ConfigError('--reference: given with --csv; allowed: with a bag')
     for name, sources in _BELONGS_TO.items():
         if getattr(options, name) not in (None, '', ()) and (given or ['joint_states'])[0] not in sources:
             used = _option(given[0]) if given else 'wheel angles of joints'
-            allowed = ' or '.join(map(_option, sources))
-            raise ConfigError(f'{_option(name)}: given with {used}; allowed: with {allowed}')
-
-
-def check_seed(options: DriveOptions, robot: RecordedRobot) -> None:
-    """Refuse an unused seed.
-
-    Raises:
-        ConfigError: neither encoder errors nor start angles are random.
-    """
-    is_used = options.encoder or robot.draws_errors or options.odom or options.unit in SPEEDS
-    if options.seed is not None and not is_used:
-        raise ConfigError(
-            f'--seed: given {options.seed}, but nothing is random; allowed: with --encoder, with errors of an '
-            f'encoder in --config or --robot, with --odom, or with --unit {", ".join(SPEEDS)}'
-        )
+            raise ConfigError(f'{_option(name)}: given with {used}; allowed: with {" or ".join(map(_option, sources))}')
 
 
 def _option(name: str) -> str:
     return f'--{name.replace("_", "-")}'
 
 
-class WheelUnits(NamedTuple):
+def chosen_encoders(options: DriveOptions, own: EncoderParams) -> List[ChosenEncoder]:
+    """Return the given encoders; by default the robot's own if it has a resolution, otherwise those of the paper.
+
+    Raises:
+        ConfigError: an encoder is invalid or given twice, or a PPR is given, but the robot's encoder has a resolution.
+    """
+    pprs = options.ppr if isinstance(options.ppr, (list, tuple)) else [options.ppr]
+    ideal = [ChosenEncoder(ppr_of_text('--ppr', ppr)) for ppr in pprs]
+    real = [chosen(each) for each in load_encoders(options.encoder or (), package_folder() / 'config', Path())]
+    for option, encoders in (('--ppr', ideal), ('--encoder', real)):
+        labels = [encoder.label for encoder in encoders]
+        twice = next((label for label in labels if labels.count(label) > 1), None)
+        if twice is not None:
+            raise ConfigError(f'{option}: given {twice} twice; allowed: each once')
+    resolution = own_encoder(own).resolution
+    if ideal and resolution:
+        given = ' '.join(encoder.label for encoder in ideal)
+        raise ConfigError(f'--ppr: given {given} with encoder: {resolution}; allowed: one of them')
+    if ideal or real:
+        return [*ideal, *real]
+    return [own_encoder(own)] if resolution else [ChosenEncoder(ppr_of_text('', ppr)) for ppr in PAPER_PPR]
+
+
+def ppr_of_text(option: str, text: Any) -> PerWheel:
+    """Parse a PPR: a number, or a YAML mapping with a number per wheel.
+
+    Raises:
+        ConfigError: the text has a different form.
+    """
+    return EncoderParams.from_mapping({'ppr': yaml_value(str(text), option)}, option).ppr
+
+
+def parameters_with(
+    encoder: ChosenEncoder, of_robot: EncoderParams, odometry: OdometryParams
+) -> Tuple[EncoderParams, OdometryParams]:
+    """Return the parameters of a robot with another encoder.
+
+    Raises:
+        ConfigError: the parameters contradict each other.
+    """
+    changes: Dict[str, Any] = {'ppr': encoder.ppr}
+    if encoder.real:
+        params = encoder.real.params
+        changes.update({**params.model_dump(exclude_unset=True), 'encoder': params.encoder.model_dump()})
+    shared = {key: value for key, value in changes.items() if key in OdometryParams.model_fields}
+    source = f'encoder {encoder.label}'
+    return with_changes(of_robot, changes, source), with_changes(odometry, shared, source)
+
+
+class RecordedRobot(NamedTuple):
+    """Parameters of a recorded drive."""
+
+    encoder: EncoderParams
+    odometry: OdometryParams
+    counts_modulus: int  # of recorded counts, not of computed encoders
+    sources: Dict[str, str]  # by parameter name; ppr only if a file sets it
+
+    @property
+    def joints(self) -> Tuple[str, str]:
+        """Return the names of the left and the right joint."""
+        return self.encoder.left_joint, self.encoder.right_joint
+
+    def is_guessed(self) -> bool:
+        """Return whether neither the user nor the bag specifies the wheels."""
+        return all(self.sources[name] == USUAL for name in OF_ODOMETRY)
+
+    def counter_text(self) -> str:
+        """Return the modulus of recorded counts, with its source."""
+        wraps = f'wrap at {self.counts_modulus}' if self.counts_modulus else 'do not wrap'
+        return f'counts {wraps}: {self.sources["counter_modulus"]}'
+
+    def text(self) -> str:
+        """Return the wheel parameters with their sources, in one line."""
+        odometry = self.odometry
+        values = {
+            'wheel_diameter': f'diameter {odometry.wheel_diameter:g} m',
+            'wheel_separation': f'separation {odometry.wheel_separation:g} m',
+            'axle_x': f'axle at x = {odometry.axle_x:g} m',
+            'left_joint': f'left joint {self.joints[0]}',
+            'right_joint': f'right joint {self.joints[1]}',
+        }
+        by_source: Dict[str, List[str]] = {}
+        for name, value in values.items():
+            by_source.setdefault(self.sources[name], []).append(value)
+        return 'wheels: ' + '; '.join(f'{", ".join(parts)} ({source})' for source, parts in by_source.items())
+
+
+def recorded_robot(options: DriveOptions, trial: Optional[Trial]) -> RecordedRobot:
+    """Collect the parameters of a recorded drive: of config.yaml, the bag's trial, --robot, --config, in this order.
+
+    Raises:
+        ConfigError: a file is missing or invalid, a value is not allowed, or --seed has no effect.
+    """
+    usual = load_yaml(package_folder() / 'config' / 'config.yaml')
+    values, sources = dict(usual), dict.fromkeys([*OF_ODOMETRY, *OF_ENCODER, 'counter_modulus'], USUAL)
+
+    def add(layer: Dict[str, Any], source: str) -> None:
+        values.update(merged(values, layer))
+        sources.update(dict.fromkeys(layer, source))
+
+    if trial is not None:
+        of_trial = {name: getattr(trial, name) for name in (*OF_ODOMETRY, *UNCERTAINTY_KEYS, *OF_ENCODER)}
+        add({**of_trial, 'seed': trial.number}, OF_TRIAL)
+    if options.robot:
+        arguments = xacro_arguments(options.robot_args)
+        robot = load_robot(options.robot, Path(), package_folder(), arguments, options.packages)
+        gives_way = RESOLUTION_KEYS if options.ppr or options.encoder else ()
+        own = {key[7:]: value for key, value in robot.settings.items() if key[:7] == 'config.' and key not in gives_way}
+        add(nested({**uncertainty_of_robot(robot.settings), **own}), robot.file.where)
+        if robot.file.ppr is not None:
+            add({'ppr': robot.file.ppr}, robot.file.where)
+    if options.config:
+        given = load_yaml(options.config).items()
+        add({key: value for key, value in given if not options.robot or usual.get(key) != value}, str(options.config))
+    if options.seed is not None:
+        add({'seed': options.seed}, '--seed')
+    name = str(options.config or options.robot or USUAL)
+    encoder = shared_params(values, name, EncoderParams, OdometryParams)
+    odometry = shared_params(values, name, OdometryParams, EncoderParams)
+    draws_errors = options.encoder or encoder.encoder != IDEAL_ENCODER or encoder.report != PROMPT
+    if options.seed is not None and not (draws_errors or options.odom or options.unit in SPEEDS):
+        raise ConfigError(
+            f'--seed: given {options.seed}, but nothing is random; allowed: with --encoder, with errors of an '
+            f'encoder in --config or --robot, with --odom, or with --unit {", ".join(SPEEDS)}'
+        )
+    # The bag overrides --robot, whose encoder may differ from the recorded one.
+    modulus, source = encoder.counter_modulus, sources['counter_modulus']
+    if trial is not None and source != str(options.config) and (source == USUAL or trial.counter_modulus):
+        modulus, sources['counter_modulus'] = trial.counter_modulus, OF_TRIAL
+    return RecordedRobot(encoder, odometry, modulus, sources)
+
+
+class _Numbers(NamedTuple):
     """Interpretation of the numbers of both wheels."""
 
-    left: WheelUnit
-    right: WheelUnit
+    units: Tuple[WheelUnit, WheelUnit]
     ppr: Optional[PerWheel]  # of counts
-    about: str  # text for the user
+    text: str
     notes: Tuple[str, ...]  # limits of the angles
 
 
-def wheel_numbers(options: DriveOptions, robot: RecordedRobot, bits: Tuple[Optional[int], Optional[int]]) -> WheelUnits:
-    """Return the interpretation of wheel numbers from options and robot.
+def wheel_numbers(
+    options: DriveOptions, robot: RecordedRobot, bits: Sequence[Optional[int]] = (None, None)
+) -> _Numbers:
+    """Return the interpretation of wheel numbers.
 
     Args:
         options: options of the command.
@@ -318,131 +274,91 @@ def wheel_numbers(options: DriveOptions, robot: RecordedRobot, bits: Tuple[Optio
     Raises:
         ConfigError: the ticks per revolution are missing, or do not fit the unit.
     """
-    unit, radius_m = options.unit or TICKS, 0.5 * robot.odometry.wheel_diameter
-    ppr, moduli = _ticks_ppr(options, unit, robot), _moduli(options, unit, bits)
-    pprs = (ppr.left, ppr.right) if ppr else (None, None)
-    seed = DEFAULT_SEED if options.seed is None else options.seed
-    left, right = (
-        WheelUnit(unit, radius_m, of_side, modulus, side in options.reversed, start_rad)
-        for side, of_side, modulus, start_rad in zip(('left', 'right'), pprs, moduli, start_angles_rad(seed))
-    )
-    notes = (SPEEDS_NOTE, start_angles_note(seed)) if unit in SPEEDS else ()
-    return WheelUnits(left, right, ppr, _about(unit, ppr, moduli, options.reversed), notes)
-
-
-def _ticks_ppr(options: DriveOptions, unit: str, robot: RecordedRobot) -> Optional[PerWheel]:
-    """Return the ticks per revolution: as given, otherwise of the robot; None for units other than counts."""
-    given = options.ticks_per_revolution
-    if unit not in COUNTED:
-        if given:
-            raise ConfigError(
-                f'--ticks-per-revolution: given with --unit {unit}; allowed: with {" and ".join(COUNTED)}'
-            )
-        return None
-    if given:
-        return ppr_of_text('--ticks-per-revolution', given)
-    if 'ppr' not in robot.sources:
+    unit, given_ppr, given_modulus = options.unit or TICKS, options.ticks_per_revolution, options.ticks_modulus
+    if given_ppr and unit not in COUNTED:
+        allowed = ' and '.join(COUNTED)
+        raise ConfigError(f'--ticks-per-revolution: given with --unit {unit}; allowed: with {allowed}')
+    if unit in COUNTED and not given_ppr and 'ppr' not in robot.sources:
         raise ConfigError('--ticks-per-revolution: missing; expected the ticks per wheel revolution, or --robot')
-    return robot.encoder.ppr
-
-
-def _moduli(options: DriveOptions, unit: str, bits: Sequence[Optional[int]]) -> Tuple[int, ...]:
-    """Return the modulus of each counter: as given, otherwise by the width of its field; 0 if it does not wrap."""
-    given = options.ticks_modulus
-    if unit != TICKS:
-        if given is not None:
-            raise ConfigError(f'--ticks-modulus: given with --unit {unit}; allowed: with {TICKS}')
-        return (0, 0)
-    return tuple((2**width if width else 0) if given is None else given for width in bits)
-
-
-def _about(unit: str, ppr: Optional[PerWheel], moduli: Sequence[int], is_reversed: Sequence[str]) -> str:
-    parts = [unit]
-    if ppr is not None:
-        parts.append(f'{ppr_label(ppr)} a revolution')
+    if given_modulus is not None and unit != TICKS:
+        raise ConfigError(f'--ticks-modulus: given with --unit {unit}; allowed: with {TICKS}')
+    ppr, moduli, texts = None, [0, 0], [unit]
+    if unit in COUNTED:
+        ppr = ppr_of_text('--ticks-per-revolution', given_ppr) if given_ppr else robot.encoder.ppr
+        texts.append(f'{ppr_label(ppr)} a revolution')
+    if unit == TICKS:
+        moduli = [(2**width if width else 0) if given_modulus is None else given_modulus for width in bits]
     if any(moduli):
-        parts.append(f'the counter wraps at {" and ".join(str(modulus) for modulus in sorted(set(moduli)))}')
-    parts.extend(f'{side} reversed' for side in is_reversed)
-    return ', '.join(parts)
+        texts.append(f'the counter wraps at {" and ".join(map(str, sorted(set(moduli))))}')
+    texts += [f'{side} reversed' for side in options.reversed]
+    radius_m, starts_rad = 0.5 * robot.odometry.wheel_diameter, start_angles_rad(options.start_seed)
+    left, right = (
+        WheelUnit(
+            unit, radius_m, None if ppr is None else getattr(ppr, side), modulus, side in options.reversed, start_rad
+        )
+        for side, modulus, start_rad in zip(('left', 'right'), moduli, starts_rad)
+    )
+    notes = (SPEEDS_NOTE, start_angles_note(options.start_seed)) if unit in SPEEDS else ()
+    return _Numbers((left, right), ppr, ', '.join(texts), notes)
 
 
-def bag_wheels(options: DriveOptions, source: BagSource, trial: Optional[Trial], robot: RecordedRobot) -> WheelSource:
+def csv_wheels(options: DriveOptions, topic: str, robot: RecordedRobot) -> CsvWheels:
+    """Return the wheels of a CSV file.
+
+    Raises:
+        ConfigError: the ticks per revolution are missing.
+    """
+    return CsvWheels(topic, robot.joints, *wheel_numbers(options, robot))
+
+
+def bag_wheels(
+    options: DriveOptions, path: Path, source: BagSource, trial: Optional[Trial], robot: RecordedRobot
+) -> WheelSource:
     """Return the wheels of a bag.
 
     Raises:
         ConfigError: there are none; the message lists the alternatives.
     """
     if options.odom:
-        poses = find_poses(options.path, source, '--odom', options.odom)
-        seed = DEFAULT_SEED if options.seed is None else options.seed
-        return OdometryWheels(poses, _joints(robot), robot.odometry, seed)
-    if options.ticks:
-        return _field_wheels(options, source, robot)
-    return _joint_wheels(options, source, trial, robot)
-
-
-def csv_wheels(options: DriveOptions, stream: CsvStream, robot: RecordedRobot) -> CsvWheels:
-    """Return the wheels of a CSV file.
-
-    Raises:
-        ConfigError: the ticks per revolution are missing.
-    """
-    numbers = wheel_numbers(options, robot, (None, None))
-    return CsvWheels(
-        stream.topic, _joints(robot), (numbers.left, numbers.right), numbers.ppr, numbers.about, numbers.notes
-    )
-
-
-def _field_wheels(options: DriveOptions, source: BagSource, robot: RecordedRobot) -> FieldWheels:
-    left, right = (find_field(options.path, source, '--ticks', given) for given in options.ticks)
+        poses = find_poses(path, source, '--odom', options.odom)
+        return OdometryWheels(poses, robot.joints, robot.odometry, options.start_seed)
+    if not options.ticks:
+        return _joint_wheels(options, path, source, trial, robot)
+    left, right = (find_field(path, source, '--ticks', given) for given in options.ticks)
     if left.name == right.name:
-        raise ConfigError(f'{options.path}: --ticks: given {left.name} for both wheels; allowed: two different fields')
+        raise ConfigError(f'{path}: --ticks: given {left.name} for both wheels; allowed: two different fields')
     numbers = wheel_numbers(options, robot, (left.bits, right.bits))
-    joints = _joints(robot)
-    wheels = Wheel(joints[0], left, numbers.left), Wheel(joints[1], right, numbers.right)
-    return FieldWheels(*wheels, numbers.ppr, numbers.about, numbers.notes)
+    of_left, of_right = (
+        Wheel(joint, field, unit) for joint, field, unit in zip(robot.joints, (left, right), numbers.units)
+    )
+    return FieldWheels(of_left, of_right, numbers.ppr, numbers.text, numbers.notes)
 
 
 def _joint_wheels(
-    options: DriveOptions, source: BagSource, trial: Optional[Trial], robot: RecordedRobot
+    options: DriveOptions, path: Path, source: BagSource, trial: Optional[Trial], robot: RecordedRobot
 ) -> WheelSource:
-    has_joints = any(joint_topics(source, kind) for kind in JOINT_TYPES)
-    if not (options.joint_states or options.pulses or has_joints):
-        listed = _serving(options, source) or f'nothing in its topics {", ".join(sorted(source.topics))}'
-        raise ConfigError(f'{options.path}: no topic of {" or ".join(JOINT_TYPES)}; alternatives: {listed}')
-    given_ppr = ppr_of_text('--pulses-ppr', options.pulses_ppr) if options.pulses_ppr else None
-    trial_ppr = trial.ppr if trial else None
-    chosen = WheelOptions(options.joint_states, options.pulses, given_ppr or trial_ppr, options.left, options.right)
+    is_given = bool(options.joint_states or options.pulses)
+    if not (is_given or any(joint_topics(source, kind) for kind in JOINT_TYPES)):
+        listed = ' | '.join(serving_options(source)) or f'nothing in its topics {", ".join(sorted(source.topics))}'
+        raise ConfigError(f'{path}: no topic of {" or ".join(JOINT_TYPES)}; alternatives: {listed}')
+    ppr = ppr_of_text('--pulses-ppr', options.pulses_ppr) if options.pulses_ppr else None
+    pulses_ppr = ppr if ppr or trial is None else trial.ppr
+    selected = WheelOptions(options.joint_states, options.pulses, pulses_ppr, options.left, options.right)
     try:
-        wheels = find_wheels(options.path, source, chosen, robot.encoder)
+        wheels = find_wheels(path, source, selected, robot.encoder)
     except ConfigError as error:
-        other = '' if options.joint_states or options.pulses else _serving(options, source)
-        raise ConfigError(f'{error}; alternatives: {other}' if other else str(error)) from None
-    if given_ppr is not None and wheels.ppr is None:
-        raise ConfigError(
-            f'--pulses-ppr: given, but {wheels.topic} has wheel angles; expected --pulses TOPIC with it, or neither'
-        )
+        alternatives = '' if is_given else ' | '.join(serving_options(source))
+        raise ConfigError(f'{error}; alternatives: {alternatives}' if alternatives else str(error)) from None
     if wheels.ppr is None:
+        if ppr is not None:
+            expected = 'expected --pulses TOPIC with it, or neither'
+            raise ConfigError(f'--pulses-ppr: given, but {wheels.topic} has wheel angles; {expected}')
         return JointWheels(wheels, source.is_cdr)
     counting = {'ppr': wheels.ppr, 'counter_modulus': robot.counts_modulus, 'encoder': IDEAL_ENCODER}
-    odometry, notes = robot.odometry.model_copy(update=counting), [] if given_ppr else _notes_on_counts(trial, robot)
-    return PulseWheels(wheels.topic, wheels.joints, source.is_cdr, odometry, robot.counter_text(), notes)
-
-
-def _notes_on_counts(trial: Optional[Trial], robot: RecordedRobot) -> List[str]:
-    """Return notes on the recorded encoder of /trial: its errors, and a different modulus of its counter."""
-    notes = []
-    if trial and (trial.encoder or trial.variant):
+    odometry, notes = robot.odometry.model_copy(update=counting), []
+    if trial and ppr is None and (trial.encoder or trial.variant):
         variant = f', variant {trial.variant}' if trial.variant else ''
         notes.append(f'the angles are counts of {trial.encoder_label}{variant}, with its errors')
-    if trial and trial.counter_modulus and robot.counts_modulus != trial.counter_modulus:
+    if trial and ppr is None and trial.counter_modulus not in (0, robot.counts_modulus):
         notes.append(f'{robot.counter_text()}; the recorded trial has {trial.counter_modulus}')
-    return notes
-
-
-def _serving(options: DriveOptions, source: BagSource) -> str:
-    return ' | '.join(serving_options(source))
-
-
-def _joints(robot: RecordedRobot) -> Tuple[str, str]:
-    return robot.encoder.left_joint, robot.encoder.right_joint
+    return PulseWheels(wheels.topic, wheels.joints, source.is_cdr, odometry, robot.counter_text(), notes)

@@ -1,0 +1,187 @@
+"""Robot, encoders and wheels of recorded drives: sources of parameters, precedence, and contradictory options."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from diff_encoder_sim.api.wheel_options import (
+    PAPER_PPR,
+    DriveOptions,
+    check_wheel_options,
+    chosen_encoders,
+    parameters_with,
+    ppr_of_text,
+    recorded_robot,
+)
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.drives.test_definition import TestDefinition
+from diff_encoder_sim.drives.trial_definition import Trial
+from diff_encoder_sim.wheels.catalogue import encoder_names
+from diff_encoder_sim.wheels.encoder_params import EncoderModel
+from diff_encoder_sim.wheels.odometry_params import OdometryParams
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
+from places import CONFIG, ROOT
+
+GEARMOTOR = EncoderModel(lines=12, side='motor', gear_ratio=34.014)
+TEST = TestDefinition.from_mapping({'name': 'T', 'world': 'w', 'drive': [{'straight': 1.0}]}, '')
+TRIAL = Trial(test=TEST, wheel_diameter=0.15, wheel_separation=0.3, left_joint='l', right_joint='r')
+
+
+def encoders(own=None, **options):
+    return chosen_encoders(DriveOptions(**options), EncoderParams(encoder=own) if own else EncoderParams())
+
+
+def labels(**options):
+    return [encoder.label for encoder in encoders(**options)]
+
+
+def robot(trial=None, **options):
+    return recorded_robot(DriveOptions(**options), trial)
+
+
+def file(folder, text):
+    path = folder / 'mine.yaml'
+    path.write_text(text)
+    return path
+
+
+def test_ideal_encoders_come_first_in_their_order():
+    assert labels(ppr=['4096', '{left: 40, right: 90.5}']) == ['4096', '40-90.5']
+    assert labels(ppr=['90'], encoder=['xl430', 'amt102']) == ['90', '4096 xl430', '8192 amt102']
+    assert labels() == [f'{ppr}' for ppr in PAPER_PPR]
+    assert [encoder.name for encoder in encoders(encoder=['catalogue'])] == encoder_names(CONFIG)
+
+
+def test_the_robots_own_encoder_is_the_default_if_it_has_a_resolution():
+    [own] = encoders(own=GEARMOTOR)
+    assert own.label == '1632.67' and own.resolution.startswith('12 lines x 4 x gear 34.014 = 1632.672 counts')
+    assert labels(own=GEARMOTOR, encoder=['amt102']) == ['8192 amt102']
+
+
+@pytest.mark.parametrize(
+    ('options', 'message'),
+    [
+        ({'ppr': ['90', '90.0']}, '--ppr: given 90 twice'),
+        ({'encoder': ['catalogue', 'amt102']}, '--encoder: given 8192 amt102 twice'),
+        ({'encoder': ['amt10']}, "encoder: given 'amt10'; allowed: "),
+        ({'ppr': ['90'], 'own': GEARMOTOR}, '--ppr: given 90 with encoder: 12 lines'),
+    ],
+)
+def test_a_bad_choice_of_encoders_is_refused(options, message):
+    with pytest.raises(ConfigError, match=message):
+        encoders(**options)
+
+
+@pytest.mark.parametrize('text', ['0', 'many', '{left: 40', '[40]'])
+def test_a_bad_ppr_is_refused_by_its_option(text):
+    with pytest.raises(ConfigError, match='^--pulses-ppr: ppr'):
+        ppr_of_text('--pulses-ppr', text)
+
+
+def test_a_real_encoder_replaces_the_robots_and_keeps_its_other_parameters(tmp_path):
+    content = {'name': 'a', 'source': ['b'], 'price': 'hobby', 'encoder': {'sensor': 'absolute', 'bits': 10}}
+    path = file(tmp_path, yaml.safe_dump({**content, 'config': {'counter_modulus': 1024}}))
+    [real] = encoders(encoder=[str(path)])
+    of_robot = EncoderParams(left_joint='l', rate=50.0, seed=7, encoder=GEARMOTOR)
+    params, odometry = parameters_with(real, of_robot, OdometryParams(wheel_diameter=0.1, encoder=GEARMOTOR))
+    assert params.encoder == odometry.encoder == EncoderModel(sensor='absolute', bits=10)
+    assert (params.left_joint, params.rate, params.seed, params.counter_modulus) == ('l', 50.0, 7, 1024)
+    assert (odometry.counter_modulus, odometry.wheel_diameter) == (1024, 0.1)
+    assert params.counts_per_turn == odometry.counts_per_turn == real.ppr
+
+
+@pytest.mark.parametrize(
+    ('trial', 'name', 'expected', 'source'),
+    [
+        (None, None, (0.2, 0.4, 'left_wheel_joint'), 'config/config.yaml'),
+        (TRIAL, None, (0.15, 0.3, 'l'), "the bag's /trial"),
+        (TRIAL, 'burger', (0.066, 0.16, 'wheel_left_joint'), 'burger.yaml'),
+    ],
+)
+def test_a_robot_overrides_the_bag_and_the_bag_the_defaults(tmp_path, trial, name, expected, source):
+    found = robot(trial, robot=name)
+    assert (found.odometry.wheel_diameter, found.odometry.wheel_separation, found.joints[0]) == expected
+    assert source in found.text() and found.is_guessed() == (trial is None)
+    path = file(tmp_path, 'wheel_diameter: 0.1\nodom_frame: odom\n')
+    by_file = robot(trial, robot=name, config=path)
+    assert by_file.odometry.wheel_diameter == 0.1 and by_file.sources['wheel_diameter'] == str(path)
+    assert by_file.odometry.wheel_separation == expected[1]
+
+
+def test_the_seed_is_the_number_of_the_bags_trial_unless_given():
+    numbered = TRIAL.model_copy(update={'number': 7})
+    seeds = [robot().encoder.seed, robot(numbered).encoder.seed, robot(numbered, seed=9, odom='/odom').encoder.seed]
+    assert seeds == [0, 7, 9]
+
+
+def test_given_encoders_override_the_resolution_of_the_robots(tmp_path):
+    alto = ROOT / 'urdf' / 'alto.urdf.xacro'
+    path = file(tmp_path, f'urdf: {alto}\nset: {{config.encoder.lines: 500, config.encoder.edge_error: 0.1}}\n')
+    own, by_ppr = (robot(robot=str(path), ppr=ppr).encoder.encoder for ppr in ((), ['40']))
+    assert (own.lines, own.edge_error, by_ppr.lines, by_ppr.edge_error) == (500, 0.1, None, 0.1)
+
+
+def test_recorded_counts_wrap_as_in_the_file_the_bag_or_the_robot_and_computed_ones_do_not(tmp_path):
+    trial = TRIAL.model_copy(update={'counter_modulus': 4096})
+    found = robot(trial)
+    assert (found.counts_modulus, found.encoder.counter_modulus, found.odometry.counter_modulus) == (4096, 0, 0)
+    assert found.counter_text() == "counts wrap at 4096: the bag's /trial"
+    assert robot().counter_text() == 'counts do not wrap: config/config.yaml'
+    path = file(tmp_path, 'counter_modulus: 256\n')
+    by_file, by_robot = robot(trial, config=path, robot='kobuki'), robot(trial, robot='kobuki')
+    assert (by_file.counts_modulus, by_robot.counts_modulus, by_robot.encoder.counter_modulus) == (256, 4096, 65536)
+    assert by_file.counter_text() == f'counts wrap at 256: {path}'
+    assert robot(TRIAL, robot='kobuki').counts_modulus == 65536
+    assert robot(trial, config=file(tmp_path, 'wheel_diameter: 0.1\n')).counts_modulus == 4096
+
+
+BAG, CSV, TICKS = {'bag': Path('a.bag')}, {'csv': Path('a.csv')}, {'bag': Path('a.bag'), 'ticks': ('/l', '/r')}
+
+
+@pytest.mark.parametrize(
+    ('options', 'text'),
+    [
+        ({}, 'BAG, --csv: given neither'),
+        ({**BAG, **CSV}, 'BAG, --csv: given both'),
+        ({**BAG, 'odom': '/o', 'pulses': '/p'}, '--pulses, --odom: given both'),
+        ({**TICKS, **CSV, 'odom': '/o'}, '--ticks, --odom, --csv: given all'),
+        (CSV, '--csv: given without --columns'),
+        ({**CSV, 'columns': '123', 'reference': '/o'}, '--reference: given with --csv'),
+        ({**BAG, 'columns': '123'}, '--columns: given with wheel angles of joints; allowed: with --csv'),
+        ({**TICKS, 'time_unit': 's'}, '--time-unit: given with --ticks'),
+        ({**BAG, 'unit': 'rad'}, '--unit: given with wheel angles of joints; allowed: with --ticks or --csv'),
+        ({**BAG, 'odom': '/o', 'unit': 'rad'}, '--unit: given with --odom'),
+        ({**BAG, 'ticks_modulus': 0}, '--ticks-modulus: given with wheel angles'),
+        ({**BAG, 'reversed': ['left']}, '--reversed: given with wheel angles'),
+        ({**TICKS, 'left': 'l'}, '--left: given with --ticks; allowed: with --joint-states or --pulses'),
+        ({**TICKS, 'pulses_ppr': '9'}, '--pulses-ppr: given with --ticks'),
+        ({**TICKS, 'unit': 'foot'}, '--unit: given foot; allowed: '),
+    ],
+)
+def test_contradictory_options_are_refused(options, text):
+    with pytest.raises(ConfigError) as caught:
+        check_wheel_options(DriveOptions(**options))
+    assert str(caught.value).startswith(text)
+
+
+@pytest.mark.parametrize(
+    ('options', 'config', 'is_used'),
+    [
+        ({}, '', False),
+        ({'pulses': '/p'}, '', False),
+        ({**TICKS, 'unit': 'rad'}, '', False),
+        ({}, 'encoder: {edge_error: 0.1}', True),
+        ({}, 'report: {lost: 0.1}', True),
+        ({'encoder': ['amt102']}, '', True),
+        ({'odom': '/odom'}, '', True),
+        ({**TICKS, 'unit': 'm/s'}, '', True),
+    ],
+)
+def test_a_seed_without_effect_is_refused(tmp_path, options, config, is_used):
+    given = {**options, 'seed': 3, 'config': file(tmp_path, f'{config}\n') if config else None}
+    if is_used:
+        assert robot(**given).encoder.seed == 3
+    else:
+        with pytest.raises(ConfigError, match='^--seed: given 3, but nothing is random'):
+            robot(**given)
