@@ -1,7 +1,7 @@
 """Statistics of one sample and of pairs of equal trials.
 
 Spread is the standard deviation with n - 1. No result is NaN: for small samples intervals are as wide as the quantity
-allows and p-values are 1. All p-values are two-sided.
+allows and p-values are 1. All p-values are two-sided, and all intervals of 95 % unless a level is given.
 """
 
 from __future__ import annotations
@@ -17,27 +17,13 @@ from diff_encoder_sim.base.deferred import deferred
 stats = deferred('scipy.stats')
 
 SIGNIFICANCE = 0.05  # level of all tests
+LOWER, UPPER = 0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL  # quantiles of the intervals
 
-# Minimum for the bootstrap: resamples of fewer values often have no spread.
-FEWEST_TO_RESAMPLE = 5
-
-# Bounds above this multiple of the spread are replaced by infinity.
-WIDEST = 100.0
-
-# Values per part of the resamples, which fits a processor's cache.
-DRAWN_AT_ONCE = 250_000
-
-# Standard errors of the logarithm of a spread below this are rounding.
-SMALLEST_ERROR = 1e-6
-
-# Above, the normal approximation is used: at 100 pairs and p = 0.05 it differs by 0.0001.
-MOST_PAIRS_EXACT = 100
-
-# More pairwise means do not fit into memory; bisection finds the ranks instead.
-MOST_MEANS = 4_000_000
-
-# Relative tolerance for sums of squares that cancel to zero.
-ROUNDING = 1e-12
+FEWEST_TO_RESAMPLE = 5  # resamples of fewer values often have no spread
+WIDEST = 100.0  # bounds above this multiple of the spread are replaced by infinity
+SMALLEST_ERROR = 1e-6  # standard errors of the logarithm of a spread below this are rounding
+MOST_PAIRS_EXACT = 100  # above, the normal approximation is used: at p = 0.05 it differs by 0.0001
+ROUNDING = 1e-12  # relative tolerance for sums of squares that cancel to zero
 
 
 class Interval(NamedTuple):
@@ -62,16 +48,16 @@ def wilson(successes: int, n: int, level: float = LEVEL) -> Interval:
     return Interval(float(low), float(high))
 
 
-def mean_interval(values: np.ndarray, level: float = LEVEL) -> Interval:
+def mean_interval(values: np.ndarray) -> Interval:
     """Compute Student's t interval of the mean; unbounded for fewer than two values."""
     std = spread(values)
     if std is None:
         return Interval(-math.inf, math.inf)
-    margin = float(stats.t.ppf(0.5 + 0.5 * level, len(values) - 1)) * std / math.sqrt(len(values))
+    margin = float(stats.t.ppf(UPPER, len(values) - 1)) * std / math.sqrt(len(values))
     return Interval(float(np.mean(values)) - margin, float(np.mean(values)) + margin)
 
 
-def std_interval(values: np.ndarray, level: float = LEVEL) -> Interval:
+def std_interval(values: np.ndarray) -> Interval:
     """Compute the chi-square interval of the spread of normally distributed values.
 
     (0, infinity) for fewer than two values, (0, 0) if all are equal.
@@ -79,17 +65,15 @@ def std_interval(values: np.ndarray, level: float = LEVEL) -> Interval:
     std, freedom = spread(values), len(values) - 1
     if std is None:
         return Interval(0.0, math.inf)
-    low, high = stats.chi2.ppf(np.array([0.5 + 0.5 * level, 0.5 - 0.5 * level]), freedom)
+    low, high = stats.chi2.ppf(np.array([UPPER, LOWER]), freedom)
     return Interval(std * math.sqrt(freedom / low), std * math.sqrt(freedom / high))
 
 
-def bootstrap_std_interval(
-    values: np.ndarray, level: float, rng: np.random.Generator, resamples: int = 2000
-) -> Interval:
+def bootstrap_std_interval(values: np.ndarray, rng: np.random.Generator, resamples: int = 2000) -> Interval:
     """Compute an interval of the spread for values of any distribution: bootstrap-t of its logarithm.
 
-    Efron and Tibshirani, An Introduction to the Bootstrap, section 12.5. With 30 normal values the 95 % interval has
-    93 % coverage (percentile: 87 %, BCa: 88 %). (0, infinity) for fewer than five values and for two equally frequent
+    Efron and Tibshirani, An Introduction to the Bootstrap, section 12.5. With 30 normal values the interval has 93 %
+    coverage (percentile: 87 %, BCa: 88 %). (0, infinity) for fewer than five values and for two equally frequent
     values, (0, 0) if all are equal.
     """
     std = spread(values)
@@ -98,16 +82,12 @@ def bootstrap_std_interval(
     if std == 0.0:
         return Interval(0.0, 0.0)
     (log_std,), (error,) = _log_std(np.asarray(values)[np.newaxis])
-    most = max(1, DRAWN_AT_ONCE // len(values))
-    counts = [min(most, resamples - first) for first in range(0, resamples, most)]
-    parts = [_log_std(rng.choice(values, (count, len(values)))) for count in counts]
-    log_stds, errors = (np.concatenate(part) for part in zip(*parts))
+    log_stds, errors = _log_std(rng.choice(values, (resamples, len(values))))
     # Resamples of one value, or of two equally frequent values, have no standard error.
     has_error = errors > SMALLEST_ERROR
     if error <= SMALLEST_ERROR or not has_error.any():
         return Interval(0.0, math.inf)
-    deviations = (log_stds[has_error] - log_std) / errors[has_error]
-    quantiles = np.quantile(deviations, [0.5 + 0.5 * level, 0.5 - 0.5 * level])
+    quantiles = np.quantile((log_stds[has_error] - log_std) / errors[has_error], [UPPER, LOWER])
     with np.errstate(over='ignore'):
         low, high = np.exp(log_std - quantiles * error).tolist()
     return Interval(low, high if high < WIDEST * std else math.inf)
@@ -116,10 +96,8 @@ def bootstrap_std_interval(
 def _log_std(samples: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     """Compute the log spread of each row and its standard error from the fourth moment; 0 without a spread."""
     squares = np.square(samples - np.mean(samples, axis=1, keepdims=True))
-    variances = np.mean(squares, axis=1)
-    has_spread = np.ptp(samples, axis=1) > 0.0
-    variances[~has_spread] = 1.0
-    n = samples.shape[1]
+    has_spread, n = np.ptp(samples, axis=1) > 0.0, samples.shape[1]
+    variances = np.where(has_spread, np.mean(squares, axis=1), 1.0)
     excess = np.mean(np.square(squares), axis=1) / np.square(variances) - 1.0
     errors = np.sqrt(np.maximum(excess, 0.0) / (4.0 * n))
     return 0.5 * np.log(variances * n / (n - 1)), np.where(has_spread, errors, 0.0)
@@ -134,7 +112,7 @@ class PairedResult(NamedTuple):
     p_value: float  # of no difference, not corrected
 
 
-def spread_ratio(first: np.ndarray, second: np.ndarray, level: float = LEVEL) -> PairedResult:
+def spread_ratio(first: np.ndarray, second: np.ndarray) -> PairedResult:
     """Estimate the spread of the first over that of the second, for pairs of any distribution.
 
     The interval is the jackknife of the log ratio (Miller 1968). The p-value is the larger of the jackknife and the
@@ -142,23 +120,30 @@ def spread_ratio(first: np.ndarray, second: np.ndarray, level: float = LEVEL) ->
     sample is zero or caused by one value, the interval is (0, infinity) and only the ranks are used; the ratio of two
     samples without a spread is 1.
     """
-    pairs, ratio = len(first), _ratio(spread(first), spread(second))
+    pairs, (std, other_std) = len(first), (spread(first), spread(second))
+    if std == other_std or std is None or other_std is None:
+        ratio = 1.0
+    else:
+        ratio = std / other_std if other_std > 0.0 else math.inf
     if pairs < 3:
         return PairedResult(pairs, ratio, Interval(0.0, math.inf), 1.0)
     squares = [np.square(values - np.mean(values)) if spread(values) else np.zeros(pairs) for values in (first, second)]
     # Sums of squares about the mean, each without one pair.
     without = [np.sum(square) - square * pairs / (pairs - 1) for square in squares]
-    rank_p_value = signed_rank_p(squares[0] - squares[1])
+    p_value = signed_rank_p(squares[0] - squares[1])
     if any((left <= ROUNDING * np.sum(square)).any() for left, square in zip(without, squares)):
-        return PairedResult(pairs, ratio, Interval(0.0, math.inf), rank_p_value)
+        return PairedResult(pairs, ratio, Interval(0.0, math.inf), p_value)
     pseudo_values = pairs * math.log(ratio) - (pairs - 1) * 0.5 * np.log(without[0] / without[1])
-    low, high = mean_interval(pseudo_values, level)
-    return PairedResult(
-        pairs, ratio, Interval(math.exp(low), math.exp(high)), max(_t_test_p(pseudo_values), rank_p_value)
-    )
+    low, high = mean_interval(pseudo_values)
+    mean, error = float(np.mean(pseudo_values)), (spread(pseudo_values) or 0.0) / math.sqrt(pairs)
+    if mean == 0.0:
+        p_value = 1.0
+    elif error > 0.0:
+        p_value = max(p_value, float(2.0 * stats.t.sf(abs(mean) / error, pairs - 1)))
+    return PairedResult(pairs, ratio, Interval(math.exp(low), math.exp(high)), p_value)
 
 
-def wilcoxon(first: np.ndarray, second: np.ndarray, level: float = LEVEL) -> PairedResult:
+def wilcoxon(first: np.ndarray, second: np.ndarray) -> PairedResult:
     """Estimate the shift of the first against the second by the signed-rank test with ties.
 
     The estimate is that of Hodges and Lehmann (median of the pairwise means of differences), with the interval of the
@@ -168,10 +153,11 @@ def wilcoxon(first: np.ndarray, second: np.ndarray, level: float = LEVEL) -> Pai
     pairs = len(differences)
     if pairs == 0:
         return PairedResult(0, 0.0, Interval(-math.inf, math.inf), 1.0)
-    means, beyond = pairs * (pairs + 1) // 2, _means_beyond_interval(pairs, level)
-    below, above, low, high = means_of_ranks(
-        differences, [(means - 1) // 2, means // 2, max(beyond - 1, 0), min(means - beyond, means - 1)]
-    )
+    ascending = np.sort(differences)
+    means, beyond = 0.5 * (ascending[:, np.newaxis] + ascending)[np.triu_indices(pairs)], _means_beyond_interval(pairs)
+    last = len(means) - 1
+    ranks = [last // 2, len(means) // 2, max(beyond - 1, 0), min(len(means) - beyond, last)]
+    below, above, low, high = np.partition(means, ranks)[ranks].tolist()
     interval = Interval(low, high) if beyond else Interval(-math.inf, math.inf)
     return PairedResult(pairs, 0.5 * (below + above), interval, signed_rank_p(differences))
 
@@ -199,60 +185,29 @@ def _positive_sum_chances(ranks: np.ndarray) -> np.ndarray:
     return chances
 
 
-def _means_beyond_interval(pairs: int, level: float) -> int:
+def _means_beyond_interval(pairs: int) -> int:
     """Count the pairwise means outside each bound of the interval; 0 if it is unbounded."""
-    tail = 0.5 - 0.5 * level
     if pairs > MOST_PAIRS_EXACT:
         std = math.sqrt(pairs * (pairs + 1) * (2 * pairs + 1) / 24.0)
-        return int(0.25 * pairs * (pairs + 1) + stats.norm.ppf(tail) * std)
-    chances = np.cumsum(_positive_sum_chances(np.arange(1, pairs + 1)))
-    return int(np.count_nonzero(chances <= tail))
+        return int(0.25 * pairs * (pairs + 1) + stats.norm.ppf(LOWER) * std)
+    return int(np.count_nonzero(np.cumsum(_positive_sum_chances(np.arange(1, pairs + 1))) <= LOWER))
 
 
-def means_of_ranks(values: np.ndarray, ranks: Sequence[int]) -> List[float]:
-    """Return the pairwise means (including each value with itself) of these ranks.
-
-    Args:
-        values: (n,), n > 0.
-        ranks: from 0 (smallest) to n (n + 1) / 2 - 1.
-    """
-    ascending = np.sort(values)
-    if len(values) * (len(values) + 1) // 2 <= MOST_MEANS:
-        means = 0.5 * (ascending[:, np.newaxis] + ascending)[np.triu_indices(len(values))]
-        return list(map(float, np.partition(means, ranks)[list(ranks)]))
-    return [_mean_by_bisection(ascending, rank) for rank in ranks]
-
-
-def _mean_by_bisection(ascending: np.ndarray, rank: int) -> float:
-    """Return the pairwise mean of this rank by bisection, to machine precision."""
-    low, high = float(ascending[0]), float(ascending[-1])
-    while low < (middle := 0.5 * (low + high)) < high:
-        columns = np.searchsorted(ascending, 2.0 * middle - ascending, 'right')
-        is_above = np.sum(np.maximum(columns - np.arange(len(ascending)), 0)) > rank
-        low, high = (low, middle) if is_above else (middle, high)
-    return high
-
-
-def mcnemar(first: np.ndarray, second: np.ndarray, level: float = LEVEL) -> PairedResult:
+def mcnemar(first: np.ndarray, second: np.ndarray) -> PairedResult:
     """Estimate the difference of two paired fractions.
 
     McNemar's exact test; interval by Bonett and Price (2012).
     """
-    pairs = len(first)
-    only_first = int(np.count_nonzero(np.logical_and(first, np.logical_not(second))))
+    pairs, only_first = len(first), int(np.count_nonzero(np.logical_and(first, np.logical_not(second))))
     only_second = int(np.count_nonzero(np.logical_and(second, np.logical_not(first))))
     if pairs == 0:
         return PairedResult(0, 0.0, Interval(-1.0, 1.0), 1.0)
     fractions = [(only + 1.0) / (pairs + 2.0) for only in (only_first, only_second)]
     middle = fractions[0] - fractions[1]
-    margin = float(stats.norm.ppf(0.5 + 0.5 * level)) * math.sqrt((sum(fractions) - middle**2) / (pairs + 2.0))
-    changed = only_first + only_second
-    return PairedResult(
-        pairs,
-        (only_first - only_second) / pairs,
-        Interval(max(-1.0, middle - margin), min(1.0, middle + margin)),
-        float(stats.binomtest(only_first, changed).pvalue) if changed else 1.0,
-    )
+    margin = float(stats.norm.ppf(UPPER)) * math.sqrt((sum(fractions) - middle**2) / (pairs + 2.0))
+    interval, changed = Interval(max(-1.0, middle - margin), min(1.0, middle + margin)), only_first + only_second
+    p_value = float(stats.binomtest(only_first, changed).pvalue) if changed else 1.0
+    return PairedResult(pairs, (only_first - only_second) / pairs, interval, p_value)
 
 
 def holm(p_values: Sequence[float]) -> List[float]:
@@ -262,17 +217,3 @@ def holm(p_values: Sequence[float]) -> List[float]:
     adjusted = np.empty(len(order))
     adjusted[order] = np.minimum(1.0, np.maximum.accumulate(stepped))
     return adjusted.tolist()
-
-
-def _ratio(first: Optional[float], second: Optional[float]) -> float:
-    if first == second or first is None or second is None:
-        return 1.0
-    return first / second if second > 0.0 else math.inf
-
-
-def _t_test_p(values: np.ndarray) -> float:
-    """Compute the two-sided p-value of a mean of zero; requires at least two values."""
-    mean, error = float(np.mean(values)), (spread(values) or 0.0) / math.sqrt(len(values))
-    if mean == 0.0:
-        return 1.0
-    return float(2.0 * stats.t.sf(abs(mean) / error, len(values) - 1)) if error > 0.0 else 0.0

@@ -30,8 +30,6 @@ from diff_encoder_sim.analysis.statistics import (
 from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.trials.trials_csv import VARIANT
 
-Columns = Dict[str, Any]  # row of a table, by column
-
 
 def all_tables(results: Results) -> List[ResultTable]:
     """Build tables 3 to 6, the intervals of 4 to 6, and the tables of path errors and variants if available."""
@@ -39,11 +37,10 @@ def all_tables(results: Results) -> List[ResultTable]:
     for pose in GOAL_TABLES:
         found = estimates(results, pose)
         tables += [goal_table(results, pose, found), interval_table(pose, found)]
-    others = path_error_table(results), variant_table(results)
-    return [*tables, *(table for table in others if table is not None)]
+    return [*tables, *filter(None, [path_error_table(results), variant_table(results)])]
 
 
-def setup_columns(results: Results, first: pd.Series) -> Columns:
+def setup_columns(results: Results, first: pd.Series) -> Dict[str, Any]:
     """Return the key columns of a trial: its test and each varied parameter."""
     return {name: first[name] for name in ('test', *results.varied)}
 
@@ -51,7 +48,6 @@ def setup_columns(results: Results, first: pd.Series) -> Columns:
 class PulseResolution(NamedTuple):
     """Robot motion per pulse."""
 
-    ppr: float
     linear_m: float  # of the wheel along the floor: d = pi D / PPR
     two_wheel_angle_rad: float  # one pulse of each wheel, in opposite directions: 2 d / L
     one_wheel_angle_rad: float  # one pulse of one wheel only: d / L
@@ -60,8 +56,7 @@ class PulseResolution(NamedTuple):
 def pulse_resolution(ppr: float, wheel_diameter_m: float, wheel_separation_m: float) -> PulseResolution:
     """Compute the motion per pulse; all arguments must be positive."""
     linear_m = math.pi * wheel_diameter_m / ppr
-    angle_rad = linear_m / wheel_separation_m
-    return PulseResolution(ppr, linear_m, 2.0 * angle_rad, angle_rad)
+    return PulseResolution(linear_m, 2.0 * linear_m / wheel_separation_m, linear_m / wheel_separation_m)
 
 
 def pulse_resolution_table(pprs: Sequence[float], wheel_diameter_m: float, wheel_separation_m: float) -> ResultTable:
@@ -72,12 +67,10 @@ def pulse_resolution_table(pprs: Sequence[float], wheel_diameter_m: float, wheel
         'two_wheel_angle_deg': ('', 'rotation, one pulse of both wheels [deg]'),
         'one_wheel_angle_deg': ('', 'rotation, one pulse of one wheel [deg]'),
     }
-    rows = [
-        [f'{ppr:g}', 1e3 * linear_m, math.degrees(of_both_rad), math.degrees(of_one_rad)]
-        for ppr, linear_m, of_both_rad, of_one_rad in (
-            pulse_resolution(ppr, wheel_diameter_m, wheel_separation_m) for ppr in pprs
-        )
-    ]
+    rows = []
+    for ppr in pprs:
+        linear_m, *angles_rad = pulse_resolution(ppr, wheel_diameter_m, wheel_separation_m)
+        rows.append([f'{ppr:g}', 1e3 * linear_m, *map(math.degrees, angles_rad)])
     notes = [
         f'Wheel diameter {wheel_diameter_m:g} m, wheel separation {wheel_separation_m:g} m.',
         'Both wheels: one pulse each, in opposite directions, as in the paper.',
@@ -102,20 +95,19 @@ PERCENT_DECIMALS = 1
 # Rows of tables 4 to 6 for each test.
 STATISTICS = ('min', 'max', 'mean', 'std', 'pct_within', 'trials')
 
-# Columns of the interval tables.
+# Columns of the interval tables: groups, and their parts.
+INTERVAL_GROUPS = {
+    'mean': 'mean',
+    'std': 'std. dev.',
+    'std_bootstrap': 'std. dev., bootstrap',
+    'pct_within': '% within',
+}
+INTERVAL_PARTS = {'': 'value', '_low': 'from', '_high': 'to'}
 INTERVALS = {
-    'trials': ('', 'trials'),
-    'mean': ('mean', 'value'),
-    'mean_low': ('mean', 'from'),
-    'mean_high': ('mean', 'to'),
-    'std': ('std. dev.', 'value'),
-    'std_low': ('std. dev.', 'from'),
-    'std_high': ('std. dev.', 'to'),
-    'std_bootstrap_low': ('std. dev., bootstrap', 'from'),
-    'std_bootstrap_high': ('std. dev., bootstrap', 'to'),
-    'pct_within': ('% within', 'value'),
-    'pct_within_low': ('% within', 'from'),
-    'pct_within_high': ('% within', 'to'),
+    name + part: (group, head)
+    for name, group in INTERVAL_GROUPS.items()
+    for part, head in INTERVAL_PARTS.items()
+    if name + part != 'std_bootstrap'
 }
 
 BOOTSTRAP_SEED = 0  # makes intervals reproducible
@@ -137,43 +129,42 @@ def estimates(results: Results, pose: str) -> pd.DataFrame:
 
 def error_statistics(errors: np.ndarray, quantity: Quantity) -> Dict[str, Optional[float]]:
     """Compute `STATISTICS` and `INTERVALS` of final errors; None if undefined."""
-    within, trials, is_any = int(np.count_nonzero(np.abs(errors) <= quantity.tolerance)), len(errors), len(errors) > 0
+    within, trials = int(np.count_nonzero(np.abs(errors) <= quantity.tolerance)), len(errors)
     pairs = {
         'mean': mean_interval(errors),
         'std': std_interval(errors),
-        'std_bootstrap': bootstrap_std_interval(errors, LEVEL, np.random.default_rng(BOOTSTRAP_SEED)),
+        'std_bootstrap': bootstrap_std_interval(errors, np.random.default_rng(BOOTSTRAP_SEED)),
         'pct_within': [100.0 * bound for bound in wilson(within, trials)],
     }
+    measures = {name: float(getattr(errors, name)()) if trials else None for name in ('min', 'max', 'mean')}
     return {
         'trials': trials,
-        'min': float(errors.min()) if is_any else None,
-        'max': float(errors.max()) if is_any else None,
-        'mean': float(errors.mean()) if is_any else None,
+        **measures,
         'std': spread(errors),
-        'pct_within': 100.0 * within / trials if is_any else None,
+        'pct_within': 100.0 * within / trials if trials else None,
         **{f'{name}_{end}': bound for name, pair in pairs.items() for end, bound in zip(('low', 'high'), pair)},
     }
 
 
 def goal_table(results: Results, pose: str, found: pd.DataFrame) -> ResultTable:
     """Build one of tables 4 to 6 from its `estimates`: rows test and statistic, columns PPR and x, y, yaw."""
-    keys, labels = ['test', *results.varied], encoders(results.trials)
-    begin = {label: label if label == IDEAL else f'ppr{label}'.replace(' ', '_') for label in labels}
-    columns = {f'{begin[label]}_{quantity.name}': (label, quantity) for label in labels for quantity in QUANTITIES}
-    long = found.assign(column=[f'{begin[label]}_{name}' for label, name in zip(found['ppr'], found['quantity'])])
-    long = long.melt([*keys, 'column'], STATISTICS, 'statistic').astype({'value': object})
-    wide = long.pivot(index=[*keys, 'statistic'], columns='column', values='value')
+    keys, columns = ['test', *results.varied], {}
+    for label in encoders(results.trials):
+        begin = label if label == IDEAL else f'ppr{label}'.replace(' ', '_')
+        columns.update({(label, quantity.name): (f'{begin}_{quantity.name}', quantity) for quantity in QUANTITIES})
+    wide = found.melt([*keys, 'ppr', 'quantity'], STATISTICS, 'statistic').astype({'value': object})
+    wide = wide.pivot(index=[*keys, 'statistic'], columns=['ppr', 'quantity'], values='value')
     tests = found[keys].drop_duplicates().itertuples(index=False)
     rows = pd.MultiIndex.from_tuples([(*test, name) for test in tests for name in STATISTICS], names=wide.index.names)
-    wide = wide.reindex(index=rows, columns=list(columns))
+    wide = wide.reindex(index=rows, columns=list(columns)).set_axis([name for name, _ in columns.values()], axis=1)
     of_count = wide.index.get_level_values('statistic') == 'trials'
     wide[of_count] = wide[of_count].fillna(0).astype(int)
     exact = wide.reset_index()
-    heads = {name: (ppr_text(label), quantity.head) for name, (label, quantity) in columns.items()}
+    heads = {name: (ppr_text(label), quantity.head) for (label, _), (name, quantity) in columns.items()}
     of_row = {'trials': 0, 'pct_within': PERCENT_DECIMALS}
     decimals = {
         name: [of_row.get(statistic, DECIMALS[quantity.unit]) for statistic in exact['statistic']]
-        for name, (_, quantity) in columns.items()
+        for name, quantity in columns.values()
     }
     return ResultTable(*GOAL_TABLES[pose], exact, heads, decimals, _goal_notes(results.trials, pose))
 
@@ -195,7 +186,7 @@ def _goal_notes(trials: pd.DataFrame, pose: str) -> List[str]:
 
 def interval_table(pose: str, found: pd.DataFrame) -> ResultTable:
     """Build the intervals of one of tables 4 to 6 from its `estimates`: a row per test, PPR and quantity."""
-    keys = list(found.columns[: found.columns.get_loc('quantity') + 1])
+    keys = list(found.columns[: found.columns.get_loc('trials') + 1])
     of_row = [DECIMALS[name.rpartition('_')[2]] for name in found['quantity']]
     decimals: Dict[str, Any] = {name: PERCENT_DECIMALS if 'pct' in name else of_row for name in INTERVALS}
     heads = {'ppr': ('', 'PPR'), 'quantity': ('', 'error'), **INTERVALS}
@@ -240,13 +231,15 @@ def path_error_table(results: Results) -> Optional[ResultTable]:
         'yaw_rmse_mean_deg': 'yaw RMSE [deg]',
     }
     heads = {'ppr': ('', 'PPR'), **{name: ('whole path', head) for name, head in whole.items()}}
+    parts = {
+        'segments': 'segments',
+        'translation_rmse_mean_m': 'translation [m]',
+        'rotation_rmse_mean_deg': 'rotation [deg]',
+    }
     for name, pairs, distance_m in RPES:
         group = f'RPE over {distance_m:g} m, {pairs.text}'
-        heads[f'{name}_segments'] = group, 'segments'
-        heads[f'{name}_translation_rmse_mean_m'] = group, 'translation [m]'
-        heads[f'{name}_rotation_rmse_mean_deg'] = group, 'rotation [deg]'
-    units = {name: name.rpartition('_')[2] for name in ('trials', *heads) if name != 'ppr'}
-    decimals = {name: DECIMALS.get(unit, 0) for name, unit in units.items()}
+        heads.update({f'{name}_{part}': (group, head) for part, head in parts.items()})
+    decimals = {name: DECIMALS.get(name.rpartition('_')[2], 0) for name in ('trials', *heads) if name != 'ppr'}
     title = 'Errors over the whole path'
     return ResultTable('path_errors', title, pd.DataFrame(rows), heads, decimals, [_ATE_NOTE, _RPE_NOTE])
 
@@ -271,11 +264,8 @@ def _path_errors(trials: pd.DataFrame, source: str) -> Dict[str, Optional[float]
     return errors
 
 
-# Name of the figure and the table.
-VARIANTS = 'variants'
-
-# Lower limit of errors in ratios [m, rad].
-LEAST_ERROR = 1e-7
+VARIANTS = 'variants'  # name of the figure and the table
+LEAST_ERROR = 1e-7  # lower limit of errors in ratios [m, rad]
 
 # Kinds of errors: scale from SI to the displayed unit, and decimals.
 KINDS = {'position_mm': (1e3, 2), 'heading_deg': (180.0 / math.pi, 3)}
@@ -298,22 +288,27 @@ def variant_errors(results: Results) -> pd.DataFrame:
     """
     if VARIANT not in results.varied:
         return pd.DataFrame()
-    trials, first = results.trials, first_variant(results.trials)
+    trials, rows = results.trials, []
     apart = ['test', *(name for name in results.varied if name != VARIANT), 'ppr']
-    of_first = dict(list(trials[trials[VARIANT] == first].groupby(apart, sort=False)))
-    rows = []
+    of_first = dict(list(trials[trials[VARIANT] == first_variant(trials)].groupby(apart, sort=False)))
     for _, of_cell in trials.groupby('cell', sort=False):
         keys = of_cell.iloc[0]
-        base = None if keys[VARIANT] == first else of_first.get(tuple(keys[apart]))
+        base = of_first.get(tuple(keys[apart]))
+        is_compared = base is not None and keys[VARIANT] != first_variant(trials)
+        pairs = equal_trials(of_cell, base, MINUS_TRUTH) if is_compared else ()
         for kind, (scale, _) in KINDS.items():
-            sizes = error_sizes(of_cell, kind)
-            if len(sizes):
-                low, median, high = (scale * np.percentile(sizes, (25.0, 50.0, 75.0))).tolist()
-                ratio = _ratio(of_cell, base, kind)
-                failed = int((of_cell['outcome'] != SUCCEEDED).sum())
-                found = {'error': kind, 'median': median, 'low': low, 'high': high, 'failed': failed, **ratio}
-                shown = {name: keys[name] for name in ('ppr', 'setup', 'cell')}
-                rows.append({**setup_columns(results, keys), **shown, **found, 'trials': len(of_cell)})
+            sizes, ratios = error_sizes(of_cell, kind), [math.nan] * 3
+            if not len(sizes):
+                continue
+            if pairs and len(pairs[0]):  # typical ratio by signed ranks of logarithms
+                result = wilcoxon(*(np.log(np.maximum(error_sizes(part, kind), LEAST_ERROR)) for part in pairs))
+                ratios = [math.exp(value) for value in (result.estimate, *result.interval)]
+            low, median, high = (scale * np.percentile(sizes, (25.0, 50.0, 75.0))).tolist()
+            shown = {name: keys[name] for name in ('ppr', 'setup', 'cell')}
+            found = {'error': kind, 'median': median, 'low': low, 'high': high}
+            found.update(failed=int((of_cell['outcome'] != SUCCEEDED).sum()), trials=len(of_cell))
+            found.update(zip(('ratio', 'ratio_low', 'ratio_high'), ratios))
+            rows.append({**setup_columns(results, keys), **shown, **found})
     return pd.DataFrame(rows)
 
 
@@ -325,24 +320,14 @@ def error_sizes(trials: pd.DataFrame, kind: str) -> np.ndarray:
     return sizes
 
 
-def _ratio(trials: pd.DataFrame, of_first: Optional[pd.DataFrame], kind: str) -> Dict[str, float]:
-    """Return the typical ratio of errors of equal trials with its interval, by signed ranks of logarithms."""
-    ratio = low = high = math.nan
-    pairs = None if of_first is None else equal_trials(trials, of_first, MINUS_TRUTH)
-    if pairs and len(pairs[0]):
-        result = wilcoxon(*(np.log(np.maximum(error_sizes(part, kind), LEAST_ERROR)) for part in pairs))
-        ratio, low, high = map(math.exp, (result.estimate, *result.interval))
-    return {'ratio': ratio, 'ratio_low': low, 'ratio_high': high}
-
-
 def variant_table(results: Results) -> Optional[ResultTable]:
     """Build a table with rows of test, variant and kind of error, columns by encoder; None without variants."""
     errors = variant_errors(results)
     if errors.empty:
         return None
     keys, labels = ['test', *results.varied, 'error'], encoders(results.trials)
-    has_interval, bounds = np.isfinite(errors['ratio_high']), zip(errors['ratio_low'], errors['ratio_high'])
-    intervals = [f'{low:.3g} to {high:.3g}' if is_known else '' for is_known, (low, high) in zip(has_interval, bounds)]
+    bounds = errors[['ratio_low', 'ratio_high']].itertuples(index=False)
+    intervals = [f'{low:.3g} to {high:.3g}' if math.isfinite(high) else '' for low, high in bounds]
     errors = errors.assign(quartiles=errors['high'] - errors['low'], **{'95 %': intervals}).astype(object)
     wide = errors.pivot(index=keys, columns='ppr', values=list(_OF_VARIANT))
     setups = results.trials[keys[:-1]].drop_duplicates().itertuples(index=False)
