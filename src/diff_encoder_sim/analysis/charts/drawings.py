@@ -1,14 +1,15 @@
 """Altair charts of trials, shared by the report and the figure files.
 
 Properties that are choices on a page and fixed in a file are arguments: Vega expressions, such as `units[quantity]` or
-`'m'`, and `rows`, an `alt.Chart` of a DataFrame with filter transforms only.
+`'m'`, and `rows`, an `alt.Chart` of a DataFrame of frames.py with filter transforms only. `trials` are `trial_rows` for
+tooltips, or None for a file; `colours` are by encoder; `chosen` is true for points of the chosen trial.
 """
 
 from __future__ import annotations
 
 import base64
 import io
-from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import altair as alt
 import numpy as np
@@ -41,8 +42,26 @@ BEYOND = 'beyond the axes'  # series of points drawn at the border of the axes
 # Points are jittered by the golden ratio, evenly and reproducibly, over this fraction of a series' width.
 JITTER, GOLDEN_RATIO = 0.5, 0.618034
 ROTATED_FROM = 40  # total characters of encoder names
-
 AXIS_BEYOND = 1.5  # the axis of counts extends by this factor on both sides
+
+
+class Points(NamedTuple):
+    """Look of the points of trials."""
+
+    trials: Optional[pd.DataFrame]
+    colours: Dict[str, str]
+    chosen: str = 'false'
+    size_px2: float = 45
+
+    def draw(self, rows: alt.Chart) -> alt.Chart:
+        """Return a point per error; the chosen trial has a ring."""
+        points = rows.mark_point(filled=True, opacity=0.75, clip=True, cursor='pointer').encode(
+            color=_encoder_colour(self.colours),
+            shape=_series(alt.Shape, SHAPES, 'cross'),
+            size=alt.condition(self.chosen, alt.value(150), alt.value(self.size_px2)),
+            stroke=alt.condition(self.chosen, alt.value('#000'), alt.value(None)),
+        )
+        return points if self.trials is None else _with_trial(points, self.trials).encode(tooltip=_TRIAL_TIPS)
 
 
 def encoder_colours(encoders: Sequence[str]) -> Dict[str, str]:
@@ -50,8 +69,7 @@ def encoder_colours(encoders: Sequence[str]) -> Dict[str, str]:
     anchors = np.array([[int(colour[first : first + 2], 16) for first in (1, 3, 5)] for colour in VIRIDIS])
     places = np.linspace(1.0, 0.0, len(encoders)) if len(encoders) > 1 else np.zeros(len(encoders))
     levels = [np.interp(places, np.linspace(0.0, 1.0, len(VIRIDIS)), channel) for channel in anchors.T]
-    hexadecimal = [''.join(f'{round(level):02x}' for level in rgb) for rgb in np.transpose(levels)]
-    return {label: f'#{digits}' for label, digits in zip(encoders, hexadecimal)}
+    return {one: '#' + ''.join(f'{round(level):02x}' for level in rgb) for one, rgb in zip(encoders, zip(*levels))}
 
 
 def tips(titles: Dict[str, str], formats: str = '') -> List[alt.Tooltip]:
@@ -77,40 +95,21 @@ def _series(channel: Any, looks: Sequence[str], beyond: str) -> Any:
     return channel('series:N', legend=None).scale(domain=[*LABELS, BEYOND], range=[*looks, beyond])
 
 
-def _points(
-    rows: alt.Chart, trials: Optional[pd.DataFrame], colours: Dict[str, str], chosen: str, size_px2: float
-) -> alt.Chart:
-    """Return a point per error; the chosen trial has a ring."""
-    points = rows.mark_point(filled=True, opacity=0.75, clip=True, cursor='pointer').encode(
-        color=_encoder_colour(colours),
-        shape=_series(alt.Shape, SHAPES, 'cross'),
-        size=alt.condition(chosen, alt.value(150), alt.value(size_px2)),
-        stroke=alt.condition(chosen, alt.value('#000'), alt.value(None)),
-    )
-    return points if trials is None else _with_trial(points, trials).encode(tooltip=_TRIAL_TIPS)
-
-
 def _with_trial(chart: alt.Chart, trials: pd.DataFrame) -> alt.Chart:
     return chart.transform_lookup('trial', alt.LookupData(trials, 'trial', list(_OF_TRIAL)))
 
 
-def xy_errors(
-    rows: alt.Chart,
-    trials: Optional[pd.DataFrame],
-    colours: Dict[str, str],
-    domain: Optional[Domain] = None,
-    chosen: str = 'false',
-    size_px2: float = 45,
-) -> alt.LayerChart:
+def _with_unit(unit: str) -> str:
+    return f"format(datum.value, '{PLAIN}') + ' ' + {unit}"
+
+
+def xy_errors(rows: alt.Chart, points: Points, domain: Optional[Domain] = None) -> alt.LayerChart:
     """Draw the final position errors about the goal.
 
     Args:
         rows: trial, encoder, series (of `LABELS`, or `BEYOND`), x and y [m], yaw [deg].
-        trials: trial, number, seed, bag, outcome for tooltips; None for a file.
-        colours: by encoder.
+        points: their look.
         domain: of both axes; None to fit all points.
-        chosen: expression that is true for points of the chosen trial.
-        size_px2: size of the other points.
     """
     square: Dict[str, Any] = {'x': 'low:Q', 'x2': 'high:Q', 'y': 'low:Q', 'y2': 'high:Q'}
     reach = (
@@ -122,64 +121,52 @@ def xy_errors(
     )
     within = pd.DataFrame({'low': [-X.tolerance], 'high': [X.tolerance]})
     axes = {
-        channel: of_axis(f'{name}:Q', title=f'{name} error [m]')
+        channel: of_axis(f'{channel}:Q', title=f'{channel} error [m]')
         .axis(format=PLAIN, tickCount=6 if domain is None else 4)
         .scale(nice=False, **({} if domain is None else {'domain': domain}))
-        for channel, of_axis, name in (('x', alt.X, 'x'), ('y', alt.Y, 'y'))
+        for channel, of_axis in (('x', alt.X), ('y', alt.Y))
     }
-    points = _points(rows, trials, colours, chosen, size_px2).transform_filter('isValid(datum.x) && isValid(datum.y)')
+    drawn = points.draw(rows).transform_filter('isValid(datum.x) && isValid(datum.y)').encode(**axes)
     return alt.layer(
-        *([reach] if domain is None else []),
-        alt.Chart(within).mark_rect(**WITHIN).encode(**square),
-        points.encode(**axes),
+        *([reach] if domain is None else []), alt.Chart(within).mark_rect(**WITHIN).encode(**square), drawn
     )
 
 
 def distributions(
     rows: alt.Chart,
-    trials: Optional[pd.DataFrame],
+    points: Points,
     names: Dict[str, str],
-    colours: Dict[str, str],
     unit: str,
     tolerance: str,
     series: str = '1',
     domain: Optional[Domain] = None,
-    chosen: str = 'false',
-    size_px2: float = 45,
 ) -> alt.LayerChart:
     """Draw an error of every trial by encoder, series next to each other, with medians and quartiles.
 
     Args:
         rows: as for `xy_errors`, with `value` and `slot`, the index of the displayed series.
-        trials: as for `xy_errors`.
+        points: their look.
         names: names of encoders on the axis.
-        colours: by encoder.
         unit: expression for the unit of the values.
         tolerance: expression for the tolerance of the values.
         series: expression for the number of displayed series.
         domain: of the values; None to fit all values.
-        chosen: expression that is true for points of the chosen trial.
-        size_px2: size of the other points.
     """
-    texts = alt.param(name='encoder_names', value=names)
-    x = alt.X('encoder:O', sort=list(names), title=None).scale(paddingOuter=0.2)
     angle = 0 if len(''.join(names.values())) < ROTATED_FROM else -60
+    x = alt.X('encoder:O', sort=list(names), title=None).scale(paddingOuter=0.2)
     x = x.axis(labelExpr='encoder_names[datum.value]', labelAngle=angle, labelLimit=200)
     place = alt.Scale(domain=[-0.5, {'expr': f'{series} - 0.5'}], nice=False, zero=False)
-    y_axis = alt.Axis(labelExpr=_with_unit(unit), tickCount=6)
     y_scale = alt.Scale(nice=False, padding=8) if domain is None else alt.Scale(nice=False, domain=domain)
-
-    def y(field: str) -> alt.Y:
-        return alt.Y(f'{field}:Q', title='error', axis=y_axis, scale=y_scale)
-
-    border: Dict[str, Any] = {'type': 'quantitative', 'scale': y_scale, 'axis': y_axis, 'title': 'error'}
-    within = (
-        alt.Chart(pd.DataFrame({'all': [0]}))
-        .mark_rect(**WITHIN)
-        .encode(y=alt.YDatum({'expr': f'-{tolerance}'}, **border), y2=alt.Y2Datum({'expr': tolerance}))
+    y_axis: Dict[str, Any] = {
+        'title': 'error',
+        'axis': alt.Axis(labelExpr=_with_unit(unit), tickCount=6),
+        'scale': y_scale,
+    }
+    border = alt.YDatum({'expr': f'-{tolerance}'}, type='quantitative', **y_axis)
+    within = alt.Chart(pd.DataFrame({'all': [0]})).mark_rect(**WITHIN)
+    drawn = points.draw(rows).transform_calculate(
+        place=f'datum.slot + {JITTER} * ((datum.trial * {GOLDEN_RATIO}) % 1 - 0.5)'
     )
-    points = _points(rows, trials, colours, chosen, size_px2)
-    points = points.transform_calculate(place=f'datum.slot + {JITTER} * ((datum.trial * {GOLDEN_RATIO}) % 1 - 0.5)')
     quartiles = rows.transform_aggregate(
         q1='q1(value)', median='median(value)', q3='q3(value)', count='count()', groupby=['encoder', 'slot', 'series']
     ).encode(
@@ -190,57 +177,57 @@ def distributions(
             *tips({'q1': 'first quartile', 'median': 'median', 'q3': 'third quartile'}, '.4g'),
         ],
     )
-    boxes = quartiles.mark_bar(size=22, color='#fff', opacity=0.75, stroke='#444', clip=True).encode(
-        y=y('q1'), y2='q3:Q'
-    )
-    medians = quartiles.mark_tick(size=24, thickness=2, color='#000', clip=True).encode(y=y('median'))
-    of_points = points.encode(x=x, xOffset=alt.XOffset('place:Q', scale=place), y=y('value'))
-    return alt.layer(within, boxes, of_points, medians).add_params(texts)
-
-
-def _with_unit(unit: str) -> str:
-    return f"format(datum.value, '{PLAIN}') + ' ' + {unit}"
+    boxes = quartiles.mark_bar(size=22, color='#fff', opacity=0.75, stroke='#444', clip=True)
+    medians = quartiles.mark_tick(size=24, thickness=2, color='#000', clip=True)
+    return alt.layer(
+        within.encode(y=border, y2=alt.Y2Datum({'expr': tolerance})),
+        boxes.encode(y=alt.Y('q1:Q', **y_axis), y2='q3:Q'),
+        drawn.encode(x=x, xOffset=alt.XOffset('place:Q', scale=place), y=alt.Y('value:Q', **y_axis)),
+        medians.encode(y=alt.Y('median:Q', **y_axis)),
+    ).add_params(alt.param(name='encoder_names', value=names))
 
 
 def spreads(rows: alt.Chart, closed_form: alt.Chart, pprs: Sequence[float], unit: str) -> alt.LayerChart:
     """Draw standard deviations with intervals and the closed form over counts, on logarithmic axes.
 
     Args:
-        rows: encoder, label, series, ppr, place (x position, which separates series), is_real, std, low, high, trials.
-        closed_form: ppr, std.
+        rows: of `spread_rows`.
+        closed_form: of `closed_form_rows`.
         pprs: of all encoders, ascending.
         unit: expression for the unit of the standard deviations.
     """
-    x_scale = alt.Scale(type='log', nice=False, domain=[pprs[0] / AXIS_BEYOND, pprs[-1] * AXIS_BEYOND])
-    y_scale = alt.Scale(type='log', nice=False, padding=12)
-    x_axis = alt.Axis(values=list(pprs), format=PLAIN, labelOverlap='greedy')
-    y_axis = alt.Axis(labelExpr=_with_unit(unit), labelOverlap='greedy')
-
-    def x(field: str) -> alt.X:
-        return alt.X(f'{field}:Q', title='pulses per revolution of the wheel', scale=x_scale, axis=x_axis)
-
-    def y(field: str) -> alt.Y:
-        return alt.Y(f'{field}:Q', title='standard deviation', scale=y_scale, axis=y_axis)
-
+    x_axis: Dict[str, Any] = {
+        'title': 'pulses per revolution of the wheel',
+        'scale': alt.Scale(type='log', nice=False, domain=[pprs[0] / AXIS_BEYOND, pprs[-1] * AXIS_BEYOND]),
+        'axis': alt.Axis(values=list(pprs), format=PLAIN, labelOverlap='greedy'),
+    }
+    y_axis: Dict[str, Any] = {
+        'title': 'standard deviation',
+        'scale': alt.Scale(type='log', nice=False, padding=12),
+        'axis': alt.Axis(labelExpr=_with_unit(unit), labelOverlap='greedy'),
+    }
+    std = alt.Y('std:Q', **y_axis)
     point = alt.OverlayMarkDef(opacity=0, size=60)  # enlarges the hover area of the line
-    line = (
-        closed_form.transform_filter('datum.std > 0')
-        .mark_line(color=GREY, strokeDash=[6, 4], clip=True, point=point)
-        .encode(x=x('ppr'), y=y('std'), tooltip=[*tips({'ppr': 'PPR'}, '.0f'), *tips({'std': 'closed form'}, '.3g')])
+    line = closed_form.transform_filter('datum.std > 0').mark_line(
+        color=GREY, strokeDash=[6, 4], clip=True, point=point
     )
+    line_tips = [*tips({'ppr': 'PPR'}, '.0f'), *tips({'std': 'closed form'}, '.3g')]
     shown = [
         *tips({'label': 'encoder', 'series': 'pose', 'trials': 'trials'}),
         *tips({'std': 'std. dev.', 'low': '95 % from', 'high': '95 % to'}, '.4g'),
     ]
-    measured = rows.encode(x=x('place'), color=_series(alt.Color, COLOURS, GREY))
+    measured = rows.encode(x=alt.X('place:Q', **x_axis), color=_series(alt.Color, COLOURS, GREY))
     # Real encoders differ not only by counts: hollow points without a line.
-    lines = measured.transform_filter('!datum.is_real').mark_line(strokeWidth=1.2, clip=True).encode(y=y('std'))
-    bars = measured.mark_rule(strokeWidth=1.5, clip=True).encode(y=y('low'), y2='high:Q', tooltip=shown)
+    lines = measured.transform_filter('!datum.is_real').mark_line(strokeWidth=1.2, clip=True)
+    bars = measured.mark_rule(strokeWidth=1.5, clip=True)
     fill = alt.condition('datum.is_real', alt.value('#fff'), _series(alt.Fill, COLOURS, GREY))
-    points = measured.mark_point(size=60, clip=True, strokeWidth=1.5).encode(
-        y=y('std'), fill=fill, shape=_series(alt.Shape, SHAPES, 'cross'), tooltip=shown
+    points = measured.mark_point(size=60, clip=True, strokeWidth=1.5)
+    return alt.layer(
+        line.encode(x=alt.X('ppr:Q', **x_axis), y=std, tooltip=line_tips),
+        lines.encode(y=std),
+        bars.encode(y=alt.Y('low:Q', **y_axis), y2='high:Q', tooltip=shown),
+        points.encode(y=std, fill=fill, shape=_series(alt.Shape, SHAPES, 'cross'), tooltip=shown),
     )
-    return alt.layer(line, lines, bars, points)
 
 
 def path_chart(
@@ -254,31 +241,25 @@ def path_chart(
     """Draw true paths and paths of /odom on the map.
 
     Args:
-        rows: one per path: trial, encoder, path (`true path` or `/odom`), and lists of x and y [m].
+        rows: of `path_rows`.
         marks: mark (start, goal or end of a failed trial), x, y [m].
         maps: url of an image and its borders [m].
-        trials: as for `xy_errors`.
+        trials: for tooltips, or None.
         colours: by encoder.
         domains: of x and y.
     """
-    names = (('x', alt.X, domains[0]), ('y', alt.Y, domains[1]))
 
-    def axes(**fields: str) -> Dict[str, Any]:
+    def axes(x: str, y: str) -> Dict[str, Any]:
         return {
-            name: channel(f'{fields[name]}:Q', title=f'{name} [m]')
+            name: channel(f'{field}:Q', title=f'{name} [m]')
             .axis(format=PLAIN, tickCount=6)
             .scale(domain=domain, nice=False, zero=False)
-            for name, channel, domain in names
+            for name, channel, field, domain in (('x', alt.X, x, domains[0]), ('y', alt.Y, y, domains[1]))
         }
 
-    backdrop = maps.mark_image(aspect=False, smooth=False, clip=True, aria=False).encode(
-        url='url:N', x2='right:Q', y2='top:Q', **axes(x='left', y='bottom')
-    )
-    points = (
-        rows.transform_flatten(['x', 'y'])
-        .transform_window(order='row_number()')
-        .encode(order='order:Q', detail='trial:N', **axes(x='x', y='y'))
-    )
+    backdrop = maps.mark_image(aspect=False, smooth=False, clip=True, aria=False)
+    points = rows.transform_flatten(['x', 'y']).transform_window(order='row_number()')
+    points = points.encode(order='order:Q', detail='trial:N', **axes('x', 'y'))
     if trials is not None:
         named = tips({'path': 'path', 'encoder': 'encoder', **_OF_TRIAL})
         points = _with_trial(points, trials).encode(tooltip=[*named, *tips({'x': 'x [m]', 'y': 'y [m]'}, '.3f')])
@@ -288,15 +269,14 @@ def path_chart(
         domain=['start', 'goal', 'end of a failed trial'], range=['circle', 'cross', 'M-.7,-.7L.7,.7M-.7,.7L.7,-.7']
     )
     stroke = alt.condition("datum.mark === 'end of a failed trial'", alt.value(FAILED), alt.value('#000'))
-    of_marks = marks.mark_point(size=110, strokeWidth=1.6, clip=True).encode(
-        shape=shape, color=stroke, tooltip=tips({'mark': 'mark'}), **axes(x='x', y='y')
-    )
     look: Dict[str, Any] = {'clip': True, 'strokeJoin': 'round'}
     return alt.layer(
-        backdrop,
+        backdrop.encode(url='url:N', x2='right:Q', y2='top:Q', **axes('left', 'bottom')),
         true.mark_line(color=GREY, strokeWidth=4, opacity=0.6, **look),
         odometry.mark_line(strokeWidth=1.8, **look),
-        of_marks,
+        marks.mark_point(size=110, strokeWidth=1.6, clip=True).encode(
+            shape=shape, color=stroke, tooltip=tips({'mark': 'mark'}), **axes('x', 'y')
+        ),
     )
 
 
@@ -321,20 +301,17 @@ def variant_errors_chart(
         title: title of the error axis.
     """
     y = alt.Y('variant:O', sort=list(names), title=None).axis(labelLimit=220, grid=False)
-    offset = alt.YOffset('encoder:N', sort=list(colours))
-
-    def x(field: str) -> alt.X:
-        return alt.X(f'{field}:Q', title=title).scale(type='log', nice=False, padding=10).axis(format=PLAIN)
-
-    base = (
-        alt.Chart(errors)
-        .transform_filter('datum.median > 0')
-        .encode(color=_encoder_colour(colours).legend(title='encoder', orient='bottom'))
+    rows: Dict[str, Any] = {'y': y, 'yOffset': alt.YOffset('encoder:N', sort=list(colours))}
+    low, median = (
+        alt.X(f'{field}:Q', title=title).scale(type='log', nice=False, padding=10).axis(format=PLAIN)
+        for field in ('low', 'median')
     )
+    base = alt.Chart(errors).transform_filter('datum.median > 0')
+    base = base.encode(color=_encoder_colour(colours).legend(title='encoder', orient='bottom'))
     fill = alt.condition('datum.has_failed', alt.value('#fff'), _encoder_colour(colours, alt.Fill))
     first = base.transform_filter(alt.FieldEqualPredicate(field='variant', equal=names[0]))
     return alt.layer(
-        first.mark_rule(strokeDash=[2, 2]).encode(x=x('median')),
-        base.mark_rule(strokeWidth=1.2).encode(y=y, yOffset=offset, x=x('low'), x2='high:Q'),
-        base.mark_point(size=30, opacity=1.0).encode(y=y, yOffset=offset, x=x('median'), fill=fill),
+        first.mark_rule(strokeDash=[2, 2]).encode(x=median),
+        base.mark_rule(strokeWidth=1.2).encode(x=low, x2='high:Q', **rows),
+        base.mark_point(size=30, opacity=1.0).encode(x=median, fill=fill, **rows),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from pathlib import Path
@@ -15,7 +16,7 @@ from altair.utils.schemapi import debug_mode
 from diff_encoder_sim.analysis.charts import drawings, frames
 from diff_encoder_sim.analysis.charts.chart_page import VEGA_LITE, drawing_dict
 from diff_encoder_sim.analysis.encoder_labels import is_real, ppr_text, ppr_value
-from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, Quantity, X
+from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, X
 from diff_encoder_sim.analysis.results_table import SUCCEEDED, Results, encoders, varied_texts
 from diff_encoder_sim.analysis.tables import KINDS, VARIANTS, first_variant, variant_errors
 from diff_encoder_sim.base.deferred import pandas as pd
@@ -35,6 +36,20 @@ MOST_ABREAST, MOST_TRIALS, MOST_OBLONG = 5, 10, 3.6
 VARIANTS_CAPTION = (
     'Final odometry error, /odom minus /world_pose, by variant: medians and quartiles, and the median of the first '
     'variant as dotted lines; hollow: some trials failed. The other figures show the first variant.'
+)
+XY_CAPTION = f'Final {{}} minus the goal; shaded: within {X.tolerance:g} m; crosses: beyond the axes'
+DISTRIBUTION_CAPTION = (
+    f'Final {{}} minus the goal by encoder, with median and quartiles; shaded: within {X.tolerance:g} m and '
+    f'{YAW.tolerance:g} degrees; crosses: beyond the axes'
+)
+PATH_CAPTION = (
+    f'{{}}: true paths (grey) and /odom, at most {MOST_TRIALS} trials per encoder; circle: start; plus: goal; cross: '
+    'end of a failed trial'
+)
+SPREAD_CAPTION = (
+    f"Standard deviation against the encoder's resolution, with 95 % intervals: "
+    f'{", ".join(f"{symbol} {label}" for label, symbol in zip(drawings.LABELS, "●■◆▲▼"))}; dashed: closed form of '
+    'quantisation, for final poses that differ by more than a pulse'
 )
 
 _TEXT = {'labelFontSize': 10, 'titleFontSize': 10, 'titleFontWeight': 'normal', 'labelColor': '#333'}
@@ -59,7 +74,8 @@ class Figure(NamedTuple):
 
 
 # Figure to write: name, caption, and rows of panels.
-_Drawn = Tuple[str, str, List[List[alt.LayerChart]]]
+_Panels = List[List[alt.LayerChart]]
+_Drawn = Tuple[str, str, _Panels]
 
 
 def write_figures(results: Results, folder: Path) -> List[Figure]:
@@ -73,14 +89,14 @@ def write_figures(results: Results, folder: Path) -> List[Figure]:
     """
     folder.mkdir(parents=True, exist_ok=True)
     with debug_mode(False):  # validation in Altair takes longer than the drawing
-        return _write_figures(results, folder)
+        return [_save(*drawn, folder) for drawn in _all_figures(results)]
 
 
-def _write_figures(results: Results, folder: Path) -> List[Figure]:
+def _all_figures(results: Results) -> Iterator[_Drawn]:
     trials, colours = results.trials, drawings.encoder_colours(encoders(results.trials))
-    figures = [_save(drawn, folder) for drawn in _of_variants(results, colours)]
     others = [key for key in results.varied if key != VARIANT]
     if VARIANT in results.varied:
+        yield VARIANTS, VARIANTS_CAPTION, _variant_panels(results, colours, others)
         trials = trials[trials[VARIANT] == first_variant(trials)]
     parts = [part for _, part in trials.groupby(others, sort=False)] if others else [trials] * (not trials.empty)
     for number, part in enumerate(parts, start=1):
@@ -90,14 +106,11 @@ def _write_figures(results: Results, folder: Path) -> List[Figure]:
             texts.append(f'points: the first {MOST_POINTS} trials of each cell')
         note = f' ({"; ".join(filter(None, texts))})' if any(texts) else ''
         for name, caption, rows in _figures(results, part, colours):
-            figures.append(_save((name + suffix, f'{caption}{note}.', rows), folder))
-    return figures
+            yield name + suffix, f'{caption}{note}.', rows
 
 
-def _save(drawn: _Drawn, folder: Path) -> Figure:
-    name, caption, rows = drawn
-    drawing = alt.vconcat(*(alt.hconcat(*row) for row in rows))
-    spec = {**drawing_dict(drawing), 'config': CONFIG}
+def _save(name: str, caption: str, rows: _Panels, folder: Path) -> Figure:
+    spec = {**drawing_dict(alt.vconcat(*(alt.hconcat(*row) for row in rows))), 'config': CONFIG}
     svg = vl_convert.vegalite_to_svg(spec, vl_version=VEGA_LITE)
     # Vega numbers clip paths across all figures of a process.
     numbers: Dict[str, str] = {}
@@ -113,44 +126,36 @@ def _figures(results: Results, trials: pd.DataFrame, colours: Dict[str, str]) ->
     errors = frames.error_rows(trials.groupby('cell', sort=False).head(MOST_POINTS))
     tests = dict(trials[['test', 'setup']].drop_duplicates().itertuples(index=False))
     label_of = {pose: label for label, pose in frames.OF_LABEL.items()}
-    of_source = {source: errors[errors['series'] == label_of[source.value]] for source in TOPIC_OF_SOURCE}
-    for source, topic in TOPIC_OF_SOURCE.items():
-        caption = f'Final {topic} minus the goal; shaded: within {X.tolerance:g} m; crosses: beyond the axes'
-        panels = []
-        for test, setup in tests.items():
-            panels += _xy_panels(of_source[source][of_source[source]['setup'] == setup], test, colours)
-        yield f'fig4_xy_errors_{source.value}', caption, panels
-    for source, topic in TOPIC_OF_SOURCE.items():
-        within = f'within {X.tolerance:g} m and {YAW.tolerance:g} degrees; crosses: beyond the axes'
-        caption = f'Final {topic} minus the goal by encoder, with median and quartiles; shaded: {within}'
-        panels = []
-        for test, setup in tests.items():
-            of_test = of_source[source][of_source[source]['setup'] == setup]
-            panels.append([_distribution(of_test, test, quantity, colours) for quantity in QUANTITIES])
-        yield f'fig5_distributions_{source.value}', caption, panels
+    for kind, caption, panels in (
+        ('fig4_xy_errors', XY_CAPTION, _xy_panels),
+        ('fig5_distributions', DISTRIBUTION_CAPTION, _distribution_panels),
+    ):
+        for source, topic in TOPIC_OF_SOURCE.items():
+            of_source = errors[errors['series'] == label_of[source.value]]
+            of_tests = [panels(of_source[of_source['setup'] == setup], test, colours) for test, setup in tests.items()]
+            yield f'{kind}_{source.value}', caption.format(topic), list(itertools.chain.from_iterable(of_tests))
     for test in tests:
         shown = frames.with_paths(trials[trials['test'] == test], MOST_TRIALS * len(colours))
         if test in results.requested and not shown.empty:
-            caption = f'{test}: true paths (grey) and /odom, at most {MOST_TRIALS} trials per encoder; circle: '
-            caption += 'start; plus: goal; cross: end of a failed trial'
-            yield f'trajectories_{test}', caption, _path_panels(results, shown, colours)
+            yield f'trajectories_{test}', PATH_CAPTION.format(test), _path_panels(results, shown, colours)
     counted = trials.groupby(['test', 'ppr'], sort=False).size().reset_index(name='trials')
     counted = counted.assign(counts=counted['ppr'].map(ppr_value)).dropna()
     several = list(counted.loc[counted['trials'] > 1, 'test'].unique())
     if several:
         stds, closed_form = frames.spread_rows(trials), frames.closed_form_rows(results)
-        series = ', '.join(f'{symbol} {label}' for label, symbol in zip(drawings.LABELS, '●■◆▲▼'))
-        caption = (
-            f"Standard deviation against the encoder's resolution, with 95 % intervals: {series}; dashed: closed form "
-            'of quantisation, for final poses that differ by more than a pulse'
-        )
-        caption += '; hollow: real encoders' if any(map(is_real, encoders(trials))) else ''
-        panels = []
+        rows: _Panels = []
         for test in several:
             pprs = sorted(counted.loc[counted['test'] == test, 'counts'].unique().tolist())
-            measured, expected = (each[each['setup'] == tests[test]] for each in (stds, closed_form))
-            panels.append([_spread(measured, expected, test, quantity, pprs) for quantity in QUANTITIES])
-        yield 'spread_vs_ppr', caption, panels
+            rows.append([])
+            for quantity in QUANTITIES:
+                measured, expected = (
+                    alt.Chart(one[(one['setup'] == tests[test]) & (one['quantity'] == quantity.axis)])
+                    for one in (stds, closed_form)
+                )
+                panel = drawings.spreads(measured, expected, pprs, f"'{quantity.unit}'")
+                rows[-1].append(panel.properties(width=THIRD_PX, height=THIRD_PX, title=f'{test}: {quantity.axis}'))
+        has_real = any(map(is_real, encoders(trials)))
+        yield 'spread_vs_ppr', SPREAD_CAPTION + ('; hollow: real encoders' if has_real else ''), rows
 
 
 def shown_limit(cells: Sequence[np.ndarray], least: float) -> float:
@@ -166,54 +171,49 @@ def shown_limit(cells: Sequence[np.ndarray], least: float) -> float:
     return 1.08 * max(least, min(largest, MEDIAN_TIMES * median))
 
 
-def _xy_panels(of_test: pd.DataFrame, test: str, colours: Dict[str, str]) -> List[List[alt.LayerChart]]:
+def _xy_panels(of_test: pd.DataFrame, test: str, colours: Dict[str, str]) -> _Panels:
     """Return one or more rows of panels for a test, all with the same scale."""
-    labels = list(colours)
-    values = [of_test.loc[of_test['encoder'] == label, axis].to_numpy() for label in labels for axis in 'xy']
+    values = [of_test.loc[of_test['encoder'] == label, axis].to_numpy() for label in colours for axis in 'xy']
     limit_m = shown_limit(values, 1.2 * X.tolerance)
-    beyond = (of_test[['x', 'y']].abs() > limit_m).any(axis=1)
-    drawn = of_test.assign(
-        x=of_test['x'].clip(-limit_m, limit_m),
-        y=of_test['y'].clip(-limit_m, limit_m),
-        series=of_test['series'].where(~beyond, drawings.BEYOND),
-    )
-    columns = math.ceil(len(labels) / math.ceil(len(labels) / MOST_ABREAST))
+    places = of_test[['x', 'y']]
+    beyond, inside = (places.abs() > limit_m).any(axis=1), (places.abs() <= X.tolerance).all(axis=1)
+    drawn = of_test.assign(**places.clip(-limit_m, limit_m), series=of_test['series'].where(~beyond, drawings.BEYOND))
+    columns = math.ceil(len(colours) / math.ceil(len(colours) / MOST_ABREAST))
     size = (WIDTH_PX - AXIS_PX) // max(columns, 3) - BETWEEN_PX
-    panels = []
-    for place, label in enumerate(labels):
+    look, panels = drawings.Points(None, colours, size_px2=POINT_PX2), []
+    for place, label in enumerate(colours):
         is_of, is_first = of_test['encoder'] == label, place % columns == 0
-        inside = (of_test.loc[is_of, ['x', 'y']].abs() <= X.tolerance).all(axis=1)
-        counts = f'{int(inside.sum())} of {int(is_of.sum())} within'
-        counts += f', {int(beyond[is_of].sum())} beyond' if beyond[is_of].any() else ''
-        panel = drawings.xy_errors(alt.Chart(drawn[is_of]), None, colours, [-limit_m, limit_m], size_px2=POINT_PX2)
+        counts = f'{inside[is_of].sum()} of {is_of.sum()} within'
+        counts += f', {beyond[is_of].sum()} beyond' if beyond[is_of].any() else ''
+        panel = drawings.xy_errors(alt.Chart(drawn[is_of]), look, [-limit_m, limit_m])
         if not is_first:
             panel.layer[-1].encoding.y.axis = alt.Axis(labels=False, title=None, tickCount=4, minExtent=0)
         name = f'{test}: {ppr_text(label)}' if is_first else ppr_text(label)
         panels.append(panel.properties(width=size, height=size, title=[*name.replace(' (', '\n(').split('\n'), counts]))
+    return _in_rows(panels, columns)
+
+
+def _in_rows(panels: List[alt.LayerChart], columns: int) -> _Panels:
     return [panels[first : first + columns] for first in range(0, len(panels), columns)]
 
 
-def _distribution(of_test: pd.DataFrame, test: str, quantity: Quantity, colours: Dict[str, str]) -> alt.LayerChart:
-    values = of_test[quantity.axis]
-    cells = [of_cell.to_numpy() for _, of_cell in values.groupby(of_test['encoder'])]
-    limit = shown_limit(cells, 1.3 * quantity.tolerance)
-    series = of_test['series'].where(values.abs() <= limit, drawings.BEYOND)
-    drawn = of_test.assign(value=values.clip(-limit, limit), slot=0, series=series)
-    looks: Dict[str, Any] = {'domain': [-limit, limit], 'size_px2': POINT_PX2}
-    names, unit = {label: label for label in colours}, f"'{quantity.unit}'"
-    panel = drawings.distributions(alt.Chart(drawn), None, names, colours, unit, str(quantity.tolerance), **looks)
-    return panel.properties(width=THIRD_PX, height=THIRD_PX, title=f'{test}: {quantity.axis}')
+def _distribution_panels(of_test: pd.DataFrame, test: str, colours: Dict[str, str]) -> _Panels:
+    """Return a panel per quantity."""
+    look, panels = drawings.Points(None, colours, size_px2=POINT_PX2), []
+    for quantity in QUANTITIES:
+        values = of_test[quantity.axis]
+        cells = [of_cell.to_numpy() for _, of_cell in values.groupby(of_test['encoder'])]
+        limit = shown_limit(cells, 1.3 * quantity.tolerance)
+        series = of_test['series'].where(values.abs() <= limit, drawings.BEYOND)
+        drawn = alt.Chart(of_test.assign(value=values.clip(-limit, limit), slot=0, series=series))
+        names, unit = {label: label for label in colours}, f"'{quantity.unit}'"
+        panel = drawings.distributions(drawn, look, names, unit, str(quantity.tolerance), domain=[-limit, limit])
+        panels.append(panel.properties(width=THIRD_PX, height=THIRD_PX, title=f'{test}: {quantity.axis}'))
+    return [panels]
 
 
-def _spread(
-    stds: pd.DataFrame, closed_form: pd.DataFrame, test: str, quantity: Quantity, pprs: Sequence[float]
-) -> alt.LayerChart:
-    measured, expected = (alt.Chart(rows[rows['quantity'] == quantity.axis]) for rows in (stds, closed_form))
-    panel = drawings.spreads(measured, expected, pprs, f"'{quantity.unit}'")
-    return panel.properties(width=THIRD_PX, height=THIRD_PX, title=f'{test}: {quantity.axis}')
-
-
-def _path_panels(results: Results, shown: pd.DataFrame, colours: Dict[str, str]) -> List[List[alt.LayerChart]]:
+def _path_panels(results: Results, shown: pd.DataFrame, colours: Dict[str, str]) -> _Panels:
+    """Return a panel per encoder, all with the same scale; `shown` are trials of one test."""
     floors = frames.floor_rows(shown, results)
     [test], (left, bottom, right, top) = floors.index, floors.iloc[0]
     width_m, height_m = max(right - left, (top - bottom) / MOST_OBLONG), max(top - bottom, (right - left) / MOST_OBLONG)
@@ -222,34 +222,24 @@ def _path_panels(results: Results, shown: pd.DataFrame, colours: Dict[str, str])
     labels = [label for label in colours if (shown['ppr'] == label).any()]
     columns = 1 if width_m > 2.0 * height_m and len(labels) <= 4 else min(len(labels), 2)
     width = (WIDTH_PX - AXIS_PX) // max(columns, 2 if height_m > width_m else 1) - AXIS_PX
-    failed = shown[shown['outcome'] != SUCCEEDED]
-    ends = [
-        [test, 'end of a failed trial', *path[-1], label] for label, path in zip(failed['ppr'], failed['true_path'])
-    ]
-    of_ends = pd.DataFrame(ends, columns=['test', 'mark', 'x', 'y', 'ppr'])
-    marks, maps, paths = (
-        frames.mark_rows(results, [test]),
-        frames.map_rows(results, [test]),
-        frames.path_rows(shown, floors),
-    )
-    panels = []
+    marks, maps = frames.mark_rows(results, [test]), alt.Chart(frames.map_rows(results, [test]))
+    paths, panels = frames.path_rows(shown, floors), []
     for label in labels:
-        of_label = pd.concat([marks, of_ends.loc[of_ends['ppr'] == label, marks.columns]])
-        drawn, marked = alt.Chart(paths[paths['encoder'] == label]), alt.Chart(of_label)
-        panel = drawings.path_chart(drawn, marked, alt.Chart(maps), None, colours, tuple(domains))
+        ends = [path[-1] for path in shown['true_path'][(shown['ppr'] == label) & (shown['outcome'] != SUCCEEDED)]]
+        of_ends = [(test, 'end of a failed trial', *end) for end in ends]
+        marked = alt.Chart(pd.concat([marks, pd.DataFrame(of_ends, columns=marks.columns)]))
+        drawn = alt.Chart(paths[paths['encoder'] == label])
+        panel = drawings.path_chart(drawn, marked, maps, None, colours, tuple(domains))
         height = round(width * height_m / width_m)
         panels.append(panel.properties(width=width, height=height, title=f'{test}: {ppr_text(label)}'))
-    return [panels[first : first + columns] for first in range(0, len(panels), columns)]
+    return _in_rows(panels, columns)
 
 
-def _of_variants(results: Results, colours: Dict[str, str]) -> Iterator[_Drawn]:
-    """Yield the figure of the variants: a row per test and other parameters, with position and heading."""
-    errors = variant_errors(results)
-    if errors.empty:
-        return
-    names, others = list(results.trials[VARIANT].unique()), [name for name in results.varied if name != VARIANT]
+def _variant_panels(results: Results, colours: Dict[str, str], others: Sequence[str]) -> _Panels:
+    """Return a row per test and other parameters, with position and heading by variant."""
+    errors, names = variant_errors(results), list(results.trials[VARIANT].unique())
+    rows: _Panels = []
     errors = errors.assign(variant=errors[VARIANT], encoder=errors['ppr'], has_failed=errors['failed'] > 0)
-    rows: List[List[alt.LayerChart]] = []
     for key, of_test in errors.groupby(['test', *others], sort=False):
         rows.append([])
         title = ', '.join([key[0], *varied_texts(key[1:], others)])
@@ -259,4 +249,4 @@ def _of_variants(results: Results, colours: Dict[str, str]) -> Iterator[_Drawn]:
             panel = drawings.variant_errors_chart(drawn, names, colours, text)
             size = {'width': (WIDTH_PX - 180) // 2, 'height': len(names) * max(16, 8 * len(colours))}
             rows[-1].append(panel.properties(**size, title=f'{title}: {text}'))
-    yield VARIANTS, VARIANTS_CAPTION, rows
+    return rows

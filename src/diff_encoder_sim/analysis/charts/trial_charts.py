@@ -19,8 +19,14 @@ MOST_BUTTONS = 6  # more setups become a list
 FIRST_SHOWN = (drawings.LABELS[0], drawings.LABELS[2])
 
 SHOWN = 'datum.setup === setup && indexof(encoders, datum.encoder) >= 0 && indexof(sources, datum.series) >= 0'
+OF_TEST = 'datum.test === floor.test'
 UNIT = f'{ {quantity.axis: quantity.unit for quantity in QUANTITIES} }[quantity]'
+TOLERANCE = f'{{{", ".join(f"{quantity.axis}: {quantity.tolerance}" for quantity in QUANTITIES)}}}[quantity]'
 CLICK = 'Click a point to show its path.'
+CURVE_TEXT = (
+    'Standard deviation with its 95 % interval; dashed: closed form of quantisation, for final poses that differ by '
+    'more than a pulse. Hollow: real encoders.'
+)
 
 
 def trial_charts(results: Results, shown: pd.DataFrame) -> Optional[Markup]:
@@ -33,124 +39,88 @@ def trial_charts(results: Results, shown: pd.DataFrame) -> Optional[Markup]:
     errors = frames.error_rows(shown)
     if errors.empty:
         return None
-    trials, colours = frames.trial_rows(shown), drawings.encoder_colours(encoders(results.trials))
+    colours, sample = drawings.encoder_colours(encoders(results.trials)), sample_text(shown, results.trials)
     paths, stds = frames.with_paths(shown), frames.spread_rows(results.trials)
-    sample = sample_text(shown, results.trials)
-    charts = _error_charts(errors, trials, colours, sample, 'false' if paths.empty else 'datum.trial === trial')
-    if not stds.empty:
-        charts.append(_curve_chart(results, stds))
-    if not paths.empty:
-        charts.append(_path_chart(results, trials, paths, colours))
-    series = [label for label in drawings.LABELS if (errors.series == label).any()]
-    return charts_html(charts, [*_choices(results.trials, colours, series), *_choices_of_path(paths)])
-
-
-def _error_charts(
-    errors: pd.DataFrame, trials: pd.DataFrame, colours: Dict[str, str], sample: str, chosen: str
-) -> List[Chart]:
+    points = drawings.Points(frames.trial_rows(shown), colours, 'false' if paths.empty else 'datum.trial === trial')
     rows = alt.Chart(errors).transform_filter(SHOWN)
-    scatter = drawings.xy_errors(rows, trials, colours, chosen=chosen)
+    scatter = drawings.xy_errors(rows, points)
     scatter.layer[-1] = zoomed(scatter.layer[-1])
-    tolerances = ', '.join(f'{quantity.axis}: {quantity.tolerance}' for quantity in QUANTITIES)
-    distributions = drawings.distributions(
-        rows.transform_calculate(value='datum[quantity]', slot='indexof(sources, datum.series)').transform_filter(
-            'isValid(datum.value)'
-        ),
-        trials,
-        {label: ppr_text(label) for label in colours},
-        colours,
-        UNIT,
-        f'{{{tolerances}}}[quantity]',
-        'length(sources)',
-        chosen=chosen,
-    )
+    values = rows.transform_calculate(value='datum[quantity]', slot='indexof(sources, datum.series)')
+    values, names = values.transform_filter('isValid(datum.value)'), {label: ppr_text(label) for label in colours}
+    distributions = drawings.distributions(values, points, names, UNIT, TOLERANCE, 'length(sources)')
     distributions.layer[2] = zoomed(distributions.layer[2], ['y'])
     within_x = f'{sample + ": " if sample else ""}x and y along the map; shaded: within {X.tolerance:g} m. {CLICK}'
     within = (
         f'{sample or "Every trial"}, with median and quartiles; shaded: within {Y.tolerance:g} m or '
         f'{YAW.tolerance:g} degrees. {CLICK}'
     )
-    return [
+    charts = [
         Chart('scatter', 'Final position errors', within_x, scatter, 'trials'),
         Chart('distributions', 'Distributions', within, distributions, 'tables'),
     ]
+    if not stds.empty:
+        of_quantity = 'datum.quantity === quantity'
+        measured = alt.Chart(stds).transform_filter(f'{SHOWN} && {of_quantity}')
+        closed_form = alt.Chart(frames.closed_form_rows(results))
+        closed_form = closed_form.transform_filter(f'datum.setup === setup && {of_quantity}')
+        curve = drawings.spreads(measured, closed_form, ppr_values(encoders(results.trials)), UNIT)
+        curve.layer[0] = zoomed(curve.layer[0])
+        charts.append(Chart('curve', 'Error against resolution', CURVE_TEXT, curve, 'encoders'))
+    if not paths.empty:
+        charts.append(_path_chart(results, points, paths))
+    series = [one for one in drawings.SERIES if (errors.series == one[0]).any()]
+    return charts_html(charts, _choices(results.trials, colours, series, paths))
 
 
-def _curve_chart(results: Results, stds: pd.DataFrame) -> Chart:
-    rows = alt.Chart(stds).transform_filter(f'{SHOWN} && datum.quantity === quantity')
-    closed_form = alt.Chart(frames.closed_form_rows(results)).transform_filter(
-        'datum.setup === setup && datum.quantity === quantity'
-    )
-    drawing = drawings.spreads(rows, closed_form, ppr_values(encoders(results.trials)), UNIT)
-    drawing.layer[0] = zoomed(drawing.layer[0])
-    description = (
-        'Standard deviation with its 95 % interval; dashed: closed form of quantisation, for final poses that '
-        'differ by more than a pulse. Hollow: real encoders.'
-    )
-    return Chart('curve', 'Error against resolution', description, drawing, 'encoders')
-
-
-def _path_chart(results: Results, trials: pd.DataFrame, paths: pd.DataFrame, colours: Dict[str, str]) -> Chart:
+def _path_chart(results: Results, points: drawings.Points, paths: pd.DataFrame) -> Chart:
     floors = frames.floor_rows(paths, results)
     tests = list(floors.index)
     drawing = drawings.path_chart(
         alt.Chart(frames.path_rows(paths, floors)).transform_filter('datum.trial === trial'),
-        alt.Chart(frames.mark_rows(results, tests)).transform_filter('datum.test === floor.test'),
-        alt.Chart(frames.map_rows(results, tests)).transform_filter('datum.test === floor.test'),
-        trials,
-        colours,
-        _domains('floor'),
+        alt.Chart(frames.mark_rows(results, tests)).transform_filter(OF_TEST),
+        alt.Chart(frames.map_rows(results, tests)).transform_filter(OF_TEST),
+        points.trials,
+        points.colours,
+        (_domain('left', 'right', 'width'), _domain('bottom', 'top', 'height')),
     )
     drawing.layer[0] = zoomed(drawing.layer[0])
     floor_of = {str(trial): {'test': test, **floors.loc[test]} for trial, test in paths['test'].items()}
-    drawing = drawing.add_params(
-        alt.param(name='floor_of', value=floor_of), alt.param(name='floor', expr='floor_of[trial]')
-    )
+    floor = [alt.param(name='floor_of', value=floor_of), alt.param(name='floor', expr='floor_of[trial]')]
     description = 'Grey: the true path; in the colour of the encoder: /odom. Circle: start; cross: goal.'
     if len(paths) < len(results.trials):
         description += ' Of trials with a bag, the first of each cell.'
-    return Chart('path', 'Path of the trial', description, drawing, 'trials')
+    return Chart('path', 'Path of the trial', description, drawing.add_params(*floor), 'trials')
 
 
-def _domains(floor: str) -> Tuple[Any, Any]:
-    """Return the domains of the axes: the borders of the floor, extended if both axes have equal scale."""
+def _domain(low: str, high: str, size: str) -> List[Dict[str, str]]:
+    """Return the domain of an axis: the borders of the floor, extended if both axes have equal scale."""
     # Charts have no width while the page is printed without them.
-    per_px = f'max(({floor}.right - {floor}.left) / max(width, 1), ({floor}.top - {floor}.bottom) / height)'
-
-    def domain(low: str, high: str, size: str) -> List[Dict[str, str]]:
-        middle = f'0.5 * ({floor}.{high} + {floor}.{low})'
-        half = f"0.5 * (scale === 'equal' ? {size} * {per_px} : {floor}.{high} - {floor}.{low})"
-        return [{'expr': f'{middle} - {half}'}, {'expr': f'{middle} + {half}'}]
-
-    return domain('left', 'right', 'width'), domain('bottom', 'top', 'height')
+    per_px = 'max((floor.right - floor.left) / max(width, 1), (floor.top - floor.bottom) / height)'
+    middle = f'0.5 * (floor.{high} + floor.{low})'
+    half = f"0.5 * (scale === 'equal' ? {size} * {per_px} : floor.{high} - floor.{low})"
+    return [{'expr': f'{middle} - {half}'}, {'expr': f'{middle} + {half}'}]
 
 
-def _choices(trials: pd.DataFrame, colours: Dict[str, str], series: Sequence[str]) -> List[Choice]:
+def _choices(
+    trials: pd.DataFrame, colours: Dict[str, str], series: Sequence[Tuple[str, str, str]], paths: pd.DataFrame
+) -> List[Choice]:
     setups = [Option(setup, setup) for setup in trials['setup'].unique()]
     of_encoder = [Option(label, ppr_text(label), colour) for label, colour in colours.items()]
-    poses = [
-        Option(label, label, colour, SYMBOLS[shape]) for label, colour, shape in drawings.SERIES if label in series
-    ]
-    first = [label for label in FIRST_SHOWN if label in series] or list(series[:1])
+    poses = [Option(label, label, colour, SYMBOLS[shape]) for label, colour, shape in series]
+    first: List[Any] = [pose.value for pose in poses if pose.value in FIRST_SHOWN] or [poses[0].value]
     axes = [Option(quantity.axis, quantity.axis) for quantity in QUANTITIES]
-    is_few = len(setups) <= MOST_BUTTONS
-    return [
-        Choice('setup', 'Test', setups, setups[0].value, Look.BUTTONS if is_few else Look.LIST),
+    choices = [
+        Choice('setup', 'Test', setups, setups[0].value, Look.BUTTONS if len(setups) <= MOST_BUTTONS else Look.LIST),
         Choice('encoders', 'Encoder', of_encoder, list(colours), Look.BOXES),
         Choice('sources', 'Pose', poses, first, Look.BOXES),
         Choice('quantity', 'Distributions and curve of', axes, Y.axis, Look.BUTTONS),
     ]
-
-
-def _choices_of_path(paths: pd.DataFrame) -> List[Choice]:
-    if paths.empty:
-        return []
-    options = [
-        Option(index, f'{trial["cell"]}, trial {trial["trial"]}', within=trial['setup'])
-        for index, trial in paths.iterrows()
-    ]
-    scales = [Option('fit', 'stretched to fit'), Option('equal', 'true to scale')]
-    return [
-        Choice('trial', 'Path of', options, options[0].value, Look.LIST, 'setup', 'path'),
-        Choice('scale', 'Path chart', scales, 'fit', Look.BUTTONS),
-    ]
+    if not paths.empty:
+        options = [
+            Option(index, f'{trial["cell"]}, trial {trial["trial"]}', within=trial['setup'])
+            for index, trial in paths.iterrows()
+        ]
+        scales = [Option('fit', 'stretched to fit'), Option('equal', 'true to scale')]
+        choices.append(Choice('trial', 'Path of', options, options[0].value, Look.LIST, 'setup', 'path'))
+        choices.append(Choice('scale', 'Path chart', scales, 'fit', Look.BUTTONS))
+    return choices

@@ -95,7 +95,8 @@ def test_axes_hold_all_but_far_outliers():
 
 def test_every_chart_is_valid_vega_lite():
     made = driven()
-    trials, colours = frames.trial_rows(made.trials), drawings.encoder_colours(['40', '90'])
+    colours = drawings.encoder_colours(['40', '90'])
+    points = drawings.Points(frames.trial_rows(made.trials), colours)
     rows = drawings.alt.Chart(frames.error_rows(made.trials))
     floors = frames.floor_rows(made.trials, made)
     paths, marks, maps = (
@@ -109,10 +110,10 @@ def test_every_chart_is_valid_vega_lite():
     stds = drawings.alt.Chart(frames.spread_rows(synthetic_results(trials=3).trials))
     closed_form = drawings.alt.Chart(frames.closed_form_rows(made))
     for drawing in (
-        drawings.xy_errors(rows, trials, colours),
-        drawings.distributions(rows, trials, {'40': '40 PPR'}, colours, "'m'", '0.05', domain=[-1.0, 1.0]),
+        drawings.xy_errors(rows, points),
+        drawings.distributions(rows, points, {'40': '40 PPR'}, "'m'", '0.05', domain=[-1.0, 1.0]),
         drawings.spreads(stds, closed_form, [40.0, 90.0], "'m'"),
-        drawings.path_chart(paths, marks, maps, trials, colours, ([0.0, 1.0], [0.0, 1.0])),
+        drawings.path_chart(paths, marks, maps, points.trials, colours, ([0.0, 1.0], [0.0, 1.0])),
     ):
         assert drawing.to_dict(validate=True)['layer']
 
