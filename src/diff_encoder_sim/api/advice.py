@@ -40,7 +40,7 @@ from diff_encoder_sim.trials.campaign_cells import Campaign, RequestedTrial
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.engine import run_campaign as run_on_workers
 from diff_encoder_sim.trials.executors import Workers
-from diff_encoder_sim.trials.progress import Progress, time_left
+from diff_encoder_sim.trials.progress import Progress
 from diff_encoder_sim.trials.results import ResultStore, describe_run
 from diff_encoder_sim.trials.trial_run import RunTrials, run_trials
 from diff_encoder_sim.trials.trials_csv import VARIANT
@@ -229,7 +229,7 @@ class CandidateTrials:
         print(text, file=sys.stderr)
         if self._workers is None:
             self._workers = self._opened.enter_context(workers(self._options, len(jobs)))
-        progress = Progress(sys.stderr, len(jobs), [], time_left(self._campaign, jobs, self._store.rows))
+        progress = Progress(sys.stderr, self._campaign, jobs)
         with progress, stop_reports(progress):
             unrun = run_on_workers(self._workers, self._campaign, self._store, progress, jobs, self._run_trial)
         if unrun:

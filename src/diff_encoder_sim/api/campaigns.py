@@ -21,7 +21,7 @@ from diff_encoder_sim.trials.campaign_cells import Campaign, RequestedTrial
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.engine import run_campaign as run_on_workers
 from diff_encoder_sim.trials.executors import TlsFiles, Workers, connected_workers, local_workers
-from diff_encoder_sim.trials.progress import Progress, outcome_table, time_left
+from diff_encoder_sim.trials.progress import Progress, outcome_table
 from diff_encoder_sim.trials.results import ResultStore, describe_run
 from diff_encoder_sim.trials.trial_run import RunTrials, run_trials
 
@@ -119,8 +119,7 @@ def complete(options: CampaignOptions, command: Sequence[str], run: Optional[Run
         if jobs:
             name_campaigns_encoders(as_called('campaign'), campaign)
             name_stopping('campaign', campaign, X.tolerance, YAW.tolerance)
-        left = time_left(campaign, jobs, store.rows)
-        progress = Progress(sys.stderr, len(campaign.trials()), store.rows, left)
+        progress = Progress(sys.stderr, campaign, jobs, store.rows)
         with progress, stop_reports(progress):
             unrun = _run_jobs(options, campaign, store, progress, jobs, run or run_trials) if jobs else {}
             table = store.finish()

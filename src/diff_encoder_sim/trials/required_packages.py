@@ -10,22 +10,20 @@ from diff_encoder_sim.base.errors import ConfigError
 class RequiredPackages(NamedTuple):
     """The packages that one value of a launch argument needs."""
 
-    argument: str  # its name in trial.launch
-    value: str
+    given: str  # argument and value, as in errors
     packages: Tuple[str, ...]
     install_hint: str
 
 
+_NAVIGATION = 'map_server', 'amcl', 'move_base', 'dwa_local_planner'
+_BY_APT = "apt install ros-noetic-{} (not in Debian's ROS), or {}"
 UPSTREAM_NAVIGATION = RequiredPackages(
-    'nav',
-    'upstream',
-    ('map_server', 'amcl', 'move_base', 'dwa_local_planner'),
-    "apt install ros-noetic-navigation (not in Debian's ROS), or nav:=embedded",
+    'nav: given upstream', _NAVIGATION, _BY_APT.format('navigation', 'nav:=embedded')
 )
-UPSTREAM_SLAM = RequiredPackages(
-    'slam', 'upstream', ('gmapping',), "apt install ros-noetic-gmapping (not in Debian's ROS), or slam:=embedded"
+UPSTREAM_SLAM = RequiredPackages('slam: given upstream', ('gmapping',), _BY_APT.format('gmapping', 'slam:=embedded'))
+GAZEBO = RequiredPackages(
+    'sim: given gazebo', ('gazebo_ros',), 'apt install ros-noetic-gazebo-ros-pkgs, or sim:=pybullet'
 )
-GAZEBO = RequiredPackages('sim', 'gazebo', ('gazebo_ros',), 'apt install ros-noetic-gazebo-ros-pkgs, or sim:=pybullet')
 
 
 def require(needed: RequiredPackages) -> None:
@@ -40,5 +38,4 @@ def require(needed: RequiredPackages) -> None:
     missing = [package for package in needed.packages if package not in installed]
     if missing:
         are = 'is' if len(missing) == 1 else 'are'
-        given = f'{needed.argument}: given {needed.value}'
-        raise ConfigError(f'{given}, but {", ".join(missing)} {are} not installed: {needed.install_hint}')
+        raise ConfigError(f'{needed.given}, but {", ".join(missing)} {are} not installed: {needed.install_hint}')
