@@ -99,14 +99,15 @@ def _write_drive(path: Path, duration_s: int) -> None:
     with TrialBag(path, 'full') as bag:
         for tick in range(duration_s * 100):
             now_ns, angles_rad = tick * TICK_NS, (LEFT_RADPS * tick / 100, RIGHT_RADPS * tick / 100)
-            bag.write(topics.CLOCK, topics.SIMULATOR_NODE, encode_clock(now_ns), now_ns)
-            joints = encode_joint_state(JointStates(now_ns, JOINTS, angles_rad, (LEFT_RADPS, RIGHT_RADPS)))
-            bag.write(topics.JOINT_STATES, topics.SIMULATOR_NODE, joints, now_ns)
+            bag.publish(topics.CLOCK, topics.SIMULATOR_NODE, now_ns, encode_clock, now_ns)
+            joints = JointStates(now_ns, JOINTS, angles_rad, (LEFT_RADPS, RIGHT_RADPS))
+            bag.publish(topics.JOINT_STATES, topics.SIMULATOR_NODE, now_ns, encode_joint_state, joints)
             if tick % 2 == 0:
                 transform = encode_tf(encode_transform(pose, now_ns, 'base_link', 'left_wheel'))
-                bag.write(topics.TF, topics.STATE_PUBLISHER_NODE, transform, now_ns)
+                bag.publish(topics.TF, topics.STATE_PUBLISHER_NODE, now_ns, bytes, transform)
             if tick % 5 == 0:
-                bag.write(topics.WORLD_POSE, topics.WORLD_POSE_NODE, encode_pose_stamped(pose, now_ns, 'map'), now_ns)
+                about = pose, now_ns, 'map'
+                bag.publish(topics.WORLD_POSE, topics.WORLD_POSE_NODE, now_ns, encode_pose_stamped, *about)
                 pose = move_along_arc(pose, travel_m, turn_rad)
 
 

@@ -9,12 +9,12 @@ from rosbags.rosbag1 import Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from diff_encoder_sim.drives import topics
-from diff_encoder_sim.drives.bag_files import SUFFIXES
-from diff_encoder_sim.drives.ros1_writer import Ros1Writer, record_header
+from diff_encoder_sim.drives.bag_files import SUFFIXES, Ros1File
 from diff_encoder_sim.drives.ros2_stream import MCAP_MAGIC, McapStream
-from diff_encoder_sim.drives.topics import TOPICS
+from diff_encoder_sim.drives.topics import TOPICS, RecordedTopic
 from diff_encoder_sim.drives.trial_bag import TrialBag
-from diff_encoder_sim.drives.typestore import noetic_store
+from diff_encoder_sim.drives.typestore import definition
+from diff_encoder_sim.drives.wire import with_seq
 from recorded_messages import one_of_each
 
 TIMES_NS = range(0, 10**9, 10**8)
@@ -30,7 +30,7 @@ def paths(tmp_path_factory):
         with TrialBag(found[-1], 'full', bag_format) as bag:
             for time_ns in TIMES_NS:
                 for topic, node, message in messages:
-                    bag.write(topic.name, node, message, time_ns)
+                    bag.publish(topic.name, node, time_ns, bytes, message)
     return found
 
 
@@ -114,7 +114,7 @@ def whole(tmp_path_factory):
     with TrialBag(path, 'full', 'mcap') as bag:
         for time_ns in range(1, 200):
             for topic, node, message in one_of_each():
-                bag.write(topic.name, node, message, time_ns)
+                bag.publish(topic.name, node, time_ns, bytes, message)
     return path
 
 
@@ -149,20 +149,24 @@ TYPES = ['std_msgs/msg/String', 'nav_msgs/msg/Odometry', 'rosgraph_msgs/msg/Cloc
 def test_a_bag_of_ros_1_is_that_of_rosbags_byte_for_byte_over_several_chunks(tmp_path):
     rng = random.Random(1)
     messages = [
-        (rng.randrange(3), 1 + 7_000_000 * (number // 2), bytes(rng.choices(range(256), k=rng.choice((0, 8, 700)))))
+        (rng.randrange(3), 1 + 7_000_000 * (number // 2), bytes(rng.choices(range(256), k=rng.choice((4, 8, 700)))))
         for number in range(4000)
     ]
-    for name, kind in (('ours.bag', Ros1Writer), ('theirs.bag', Writer)):
-        with kind(tmp_path / name) as bag:
-            bag.chunk_threshold = 50_000
-            connections = [
-                bag.add_connection(f'/topic{number}', type_, typestore=noetic_store())
-                for number, type_ in enumerate(TYPES)
-            ]
-            for number, time_ns, message in messages:
-                if kind is Ros1Writer:
-                    bag.write_message(connections[number].id, record_header(connections[number].id), time_ns, message)
-                else:
-                    bag.write(connections[number], time_ns, message)
+    ours, theirs = Ros1File(tmp_path / 'ours.bag'), Writer(tmp_path / 'theirs.bag')
+    theirs.open()
+    connections = []
+    for number, kind in enumerate(TYPES):
+        ours.add_publisher(RecordedTopic(f'/topic{number}', kind, ()), '/node')
+        known = definition(kind)
+        about = dict(msgdef=known.text, md5sum=known.md5sum, callerid='/node', latching=0)
+        connections.append(theirs.add_connection(f'/topic{number}', kind, **about))
+    seqs = [0] * len(TYPES)
+    for number, time_ns, message in messages:
+        seqs[number] += 1
+        has_header = TYPES[number] == 'nav_msgs/msg/Odometry'
+        ours.write_prepared([ours.prepare(number, time_ns, message)])
+        theirs.write(connections[number], time_ns, with_seq(message, seqs[number]) if has_header else message)
+    for bag in (ours, theirs):
+        bag.close()
     ours, theirs = ((tmp_path / name).read_bytes() for name in ('ours.bag', 'theirs.bag'))
-    assert ours == theirs and len(ours) > 800_000
+    assert ours == theirs and len(ours) > 1_000_000

@@ -27,11 +27,11 @@ def write_some(bag, count=20):
     """Some of the topics, over and again."""
     for index in range(count):
         now_ns = index * 10_000_000
-        bag.write(topics.CLOCK, topics.SIMULATOR_NODE, encode_clock(now_ns), now_ns)
-        bag.write(topics.TF, topics.ODOM_NODE, ODOM_POSE, now_ns)
-        bag.write(topics.WORLD_POSE, topics.WORLD_POSE_NODE, pose(now_ns), now_ns)
-        bag.write(topics.SCAN, topics.SIMULATOR_NODE, encode_scan(SCAN, 'laser', 0.1), now_ns)
-        bag.write(topics.TF, topics.AMCL_NODE, MAP_POSE, now_ns)
+        bag.publish(topics.CLOCK, topics.SIMULATOR_NODE, now_ns, bytes, encode_clock(now_ns))
+        bag.publish(topics.TF, topics.ODOM_NODE, now_ns, bytes, ODOM_POSE)
+        bag.publish(topics.WORLD_POSE, topics.WORLD_POSE_NODE, now_ns, bytes, pose(now_ns))
+        bag.publish(topics.SCAN, topics.SIMULATOR_NODE, now_ns, bytes, encode_scan(SCAN, 'laser', 0.1))
+        bag.publish(topics.TF, topics.AMCL_NODE, now_ns, bytes, MAP_POSE)
 
 
 def written(path):
@@ -61,7 +61,7 @@ def test_each_publisher_has_its_connection_in_order_of_use(tmp_path):
     path = tmp_path / 'a.bag'
     with TrialBag(path, 'full') as bag:
         write_some(bag)
-        bag.write(topics.TRIAL_RESULT, topics.NAVIGATION_TRIAL_NODE, encode_string('{}'), 10**9)
+        bag.publish(topics.TRIAL_RESULT, topics.NAVIGATION_TRIAL_NODE, 10**9, bytes, encode_string('{}'))
     _, connections = written(path)
     assert [
         (connection.topic, connection.ext.callerid, connection.ext.latching, connection.msgcount)
@@ -80,9 +80,9 @@ def test_each_publisher_counts_its_headers_from_one(tmp_path):
     path = tmp_path / 'a.bag'
     with TrialBag(path, 'full') as bag:
         for _ in range(3):
-            bag.write(topics.ODOM, topics.ODOM_NODE, pose(), 5)  # any type that begins with a header
-            bag.write(topics.WORLD_POSE, topics.WORLD_POSE_NODE, pose(), 5)
-            bag.write(topics.TF, topics.ODOM_NODE, ODOM_POSE, 5)
+            bag.publish(topics.ODOM, topics.ODOM_NODE, 5, bytes, pose())  # any type that begins with a header
+            bag.publish(topics.WORLD_POSE, topics.WORLD_POSE_NODE, 5, bytes, pose())
+            bag.publish(topics.TF, topics.ODOM_NODE, 5, bytes, ODOM_POSE)
     with AnyReader([path]) as reader:
         raw = {
             topic: [bytes(raw) for connection, _, raw in reader.messages() if connection.topic == topic]
@@ -97,14 +97,9 @@ def test_a_minimal_recording_is_what_analysis_reads(tmp_path):
     path = tmp_path / 'a.bag'
     trial = Trial(test=load_test('SL', ROOT / 'config'), ppr=90, number=1)
     with TrialBag(path, 'minimal') as bag:
-        bag.write(topics.TRIAL, topics.NAVIGATION_TRIAL_NODE, encode_string(trial.model_dump_json()), 0)
+        bag.publish(topics.TRIAL, topics.NAVIGATION_TRIAL_NODE, 0, bytes, encode_string(trial.model_dump_json()))
         write_some(bag)
-        bag.write(
-            topics.TRIAL_RESULT,
-            topics.NAVIGATION_TRIAL_NODE,
-            encode_string('{"outcome": "succeeded", "reason": ""}'),
-            10**9,
-        )
+        bag.publish(topics.TRIAL_RESULT, topics.NAVIGATION_TRIAL_NODE, 10**9, encode_string, '{"outcome": "succeeded"}')
     recording = read_trial(path)
     assert (recording.trial, recording.outcome) == (trial, Outcome.SUCCEEDED)
     assert recording.poses[topics.WORLD_POSE].stamps_ns.tolist() == [10_000_000 * index for index in range(20)]
@@ -153,7 +148,7 @@ def test_ros_reads_it(tmp_path):
     with TrialBag(path, 'full') as bag:
         for time_ns in range(0, 10**10, 10**7):  # several chunks
             for topic, node, message in one_of_each():
-                bag.write(topic.name, node, message, time_ns)
+                bag.publish(topic.name, node, time_ns, bytes, message)
                 md5sum = definition(topic.message_type).md5sum
                 expected.setdefault(
                     (topic.name, node), (topic.message_type.replace('/msg/', '/'), md5sum, str(int(topic.is_latched)))
