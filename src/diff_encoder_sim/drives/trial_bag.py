@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple, Type, Union
 
 from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
-from diff_encoder_sim.drives.bag_files import OPENERS, BagFile
+from diff_encoder_sim.drives.bag_files import OPENERS, BagFile, Prepared
 from diff_encoder_sim.drives.topics import BagFormat, RecordMode, recorded_topics
 
 # The format has no message at time 0; a trial's first messages are recorded a nanosecond later.
@@ -64,8 +64,9 @@ class TrialBag:
 
     def _write_waiting(self) -> None:
         waiting, self._waiting = self._waiting, []
-        file, prepared = self._file, []  # type: Optional[BagFile], List[Prepared]
+        file = self._file
         assert file is not None  # in a with statement
+        prepared: List[Prepared] = []
         for topic, node, time_ns, encode, values in waiting:
             publisher = self._publishers.get((topic, node))
             if publisher is None:  # its description is between messages
