@@ -1,22 +1,13 @@
-"""A kinematic robot in a room, for move_base.test: what it publishes, and how it follows commands."""
+"""A kinematic robot in a room, for navigation.test: what it publishes, and how it follows commands."""
 
 import math
 import time
 
 import numpy as np
-import rospy
 from geometry_msgs.msg import PolygonStamped, Twist
 from move_base_msgs.msg import MoveBaseActionResult
 from nav_msgs.msg import OccupancyGrid, Odometry
-from ros_testing import (
-    PERIOD_NS,
-    TIMEOUT_S,
-    Collector,
-    connected_publisher,
-    stamp_from_ns,
-    stamp_ns_of,
-    wait_for_listeners,
-)
+from ros_testing import INF, PERIOD_NS, TIMEOUT_S, Collector, connected_publisher, stamp_from_ns, stamp_ns_of
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
@@ -25,9 +16,8 @@ from diff_encoder_sim.base.se2 import Pose2D, move_along_arc
 from diff_encoder_sim.ros.conversions import pose_message, transform_message
 
 NODE = '/move_base'
-NAN, INF = float('nan'), float('inf')
 ODOM_IN_MAP = Pose2D(0.5, -0.3, 0.4)
-LASER_IN_BASE, BACK_LASER_IN_BASE = Pose2D(0.12, 0.0, 0.0), Pose2D(-0.12, 0.0, -math.pi)
+LASER_IN_BASE = Pose2D(0.12, 0.0, 0.0)
 RAYS, RANGE_MIN, RANGE_MAX = 180, 0.15, 6.0
 
 # Solids of the room [m]: x from, x to, y from, y to. The walls, one across the room, and a closed cell in a corner.
@@ -76,28 +66,16 @@ class Robot:
         self.muted = set()  # of '/odom', '/scan', '/tf'
         self.is_frozen = False  # an encoder has come off: odometry stays what it was
         self.change_scan = self.change_odometry = unchanged
-        self.odometry_per_period = 1
         self._odometry_pose = self.pose_in_odom()
         self._periods, self._is_answered = 0, False
         self.commands = Collector('/cmd_vel', Twist)
         self.results = Collector(NODE + '/result', MoveBaseActionResult)
         self.sent = set()  # ids of all goals
         self._outlines = Collector(NODE + '/local_costmap/footprint', PolygonStamped)
-        self._publishers = {
-            topic: connected_publisher(topic, message)
-            for topic, message in (('/clock', Clock), ('/tf', TFMessage), ('/scan', LaserScan), ('/odom', Odometry))
-        }
-        self._static = rospy.Publisher('/tf_static', TFMessage, queue_size=1, latch=True)
-        self._static.publish(
-            TFMessage(
-                [
-                    transform_message(LASER_IN_BASE, start_ns, 'base_link', 'laser'),
-                    transform_message(BACK_LASER_IN_BASE, start_ns, 'base_link', 'back_laser'),
-                ]
-            )
-        )
-        for publisher in [*self._publishers.values(), self._static]:
-            wait_for_listeners(publisher, [NODE])
+        kinds = {'/clock': Clock, '/tf': TFMessage, '/scan': LaserScan, '/odom': Odometry, '/tf_static': TFMessage}
+        self._publishers = {topic: connected_publisher(topic, kind, [NODE]) for topic, kind in kinds.items()}
+        laser = transform_message(LASER_IN_BASE, start_ns, 'base_link', 'laser')
+        self._publishers['/tf_static'].publish(TFMessage([laser]))
 
     def pose_in_odom(self):
         return self.pose.relative_to(ODOM_IN_MAP)
@@ -134,9 +112,7 @@ class Robot:
         if '/scan' not in self.muted and self._periods % 2 == 0:
             self._publishers['/scan'].publish(self.change_scan(self._scan(stamp)))
         if '/odom' not in self.muted:
-            for number in reversed(range(self.odometry_per_period)):
-                sent_ns = self.now_ns - number * PERIOD_NS // self.odometry_per_period
-                self._publishers['/odom'].publish(self.change_odometry(self._odometry(stamp_from_ns(sent_ns))))
+            self._publishers['/odom'].publish(self.change_odometry(self._odometry(stamp)))
         self._periods += 1
         self._follow(heard)
 

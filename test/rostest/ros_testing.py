@@ -20,6 +20,7 @@ from diff_encoder_sim.drives.sensor_messages import encode_scan
 TIMEOUT_S = 20.0
 NS_PER_S = 1000000000
 PERIOD_NS = 50000000  # 20 Hz
+NAN, INF = float('nan'), float('inf')
 
 
 def start_test_node(name):
@@ -49,6 +50,10 @@ def stamp_from_ns(stamp_ns):
     return rospy.Time(*divmod(stamp_ns, NS_PER_S))
 
 
+def stamp_ns_of(message):
+    return message.header.stamp.to_nsec()
+
+
 def yaw_of(quaternion):
     """Return the yaw of a rotation about z, which is what the nodes send."""
     return 2.0 * math.atan2(quaternion.z, quaternion.w)
@@ -58,24 +63,19 @@ def angle_between(first, second):
     return abs((first - second + math.pi) % (2.0 * math.pi) - math.pi)
 
 
-def connected_publisher(topic, message_class):
-    """A publisher that at least one subscriber hears: nothing that it sends is lost."""
+def connected_publisher(topic, message_class, nodes=()):
+    """A publisher that at least one subscriber, and each of the nodes, hears: nothing that it sends is lost."""
     with warnings.catch_warnings():
         warnings.simplefilter('ignore', SyntaxWarning)
         # Without a queue `publish` returns when the message is in the socket: two publishers keep their order.
         publisher = rospy.Publisher(topic, message_class, queue_size=None, tcp_nodelay=True)
-    wait_until(lambda: publisher.get_num_connections() > 0, 'a subscriber of ' + topic)
-    return publisher
 
-
-def wait_for_listeners(publisher, nodes):
-    """Wait until each of the nodes hears the publisher."""
-
-    def are_listening():
+    def is_connected():
         listeners = dict(rosgraph.Master(rospy.get_name()).getSystemState()[1]).get(publisher.resolved_name, [])
-        return set(nodes) <= set(listeners) and publisher.get_num_connections() >= len(listeners)
+        return set(nodes) <= set(listeners) and publisher.get_num_connections() >= max(len(listeners), 1)
 
-    wait_until(are_listening, '{} at {}'.format(', '.join(nodes), publisher.resolved_name))
+    wait_until(is_connected, f'{nodes or "a subscriber"} at {topic}')
+    return publisher
 
 
 class Collector:
@@ -87,7 +87,10 @@ class Collector:
         self._changed = threading.Condition()
         self._subscriber = rospy.Subscriber(topic, message_class, self._on_message, tcp_nodelay=True)
         if wait_for_publisher:
-            wait_until(lambda: self._subscriber.get_num_connections() > 0, 'a publisher of ' + topic)
+            wait_until(lambda: self.connections() > 0, 'a publisher of ' + topic)
+
+    def connections(self):
+        return self._subscriber.get_num_connections()
 
     def _on_message(self, message):
         with self._changed:
@@ -111,10 +114,9 @@ class Collector:
         """All messages, as soon as `condition(messages)` is true."""
         with self._changed:
             if not self._changed.wait_for(lambda: condition(self._messages), timeout_s):
-                last = self._messages[-1] if self._messages else None
                 raise AssertionError(
                     f'{self.topic}: {len(self._messages)} messages, but not {what} in {timeout_s:.0f} s. '
-                    f'The last one:\n{last}'
+                    f'The last one:\n{self._messages[-1:]}'
                 )
             return list(self._messages)
 
@@ -130,40 +132,32 @@ class Collector:
         )
 
 
-def stamp_ns_of(message):
-    return message.header.stamp.to_nsec()
-
-
 class RosoutWatch:
     """The warnings (and worse) that nodes log."""
 
     def __init__(self):
         self._log = Collector('/rosout', Log)
-        # A node that we are not yet connected to could warn unheard.
-        wait_until(lambda: self._log._subscriber.get_num_connections() >= len(self._nodes()), "every node's /rosout")
 
-    @staticmethod
-    def _nodes():
-        publishers = dict(rosgraph.Master(rospy.get_name()).getSystemState()[0])
-        return publishers.get('/rosout', [])
+        def are_all_connected():  # a node that we are not yet connected to could warn unheard
+            publishers = dict(rosgraph.Master(rospy.get_name()).getSystemState()[0])
+            return self._log.connections() >= len(publishers.get('/rosout', []))
+
+        wait_until(are_all_connected, "every node's /rosout")
 
     def clear(self):
         self._log.clear()
 
+    def lines_of(self, node, level=Log.DEBUG):
+        return [entry.msg for entry in self._log.messages if entry.name == node and entry.level >= level]
+
     def warnings_of(self, node):
-        return [entry.msg for entry in self._log.messages if entry.name == node and entry.level >= Log.WARN]
+        return self.lines_of(node, Log.WARN)
 
     def wait_for_warning(self, node, *words):
         """The node's warnings, as soon as one of them has all the words."""
-
-        def has_come():
-            return any(all(word in text for word in words) for text in self.warnings_of(node))
-
         wait_until(
-            has_come,
-            lambda: 'a warning of {} with {}; it warned of {}'.format(
-                node, ', '.join(words), self.warnings_of(node) or 'nothing'
-            ),
+            lambda: any(all(word in text for word in words) for text in self.warnings_of(node)),
+            lambda: f'a warning of {node} with {words}; it warned of {self.warnings_of(node)}',
         )
         return self.warnings_of(node)
 
@@ -186,3 +180,7 @@ class NodeTest(unittest.TestCase):
             [stamp_ns_of(message) - self.epoch_ns for message in messages],
             [stamp_ns - self.epoch_ns for stamp_ns in expected_ns],
         )
+
+    def assert_warned_once(self, node, *words):
+        warned = self.rosout.wait_for_warning(node, *words)
+        self.assertEqual(len(warned), 1, warned)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The contract of slam_node: slam_gmapping's. Started by slam.test."""
+"""The contract of slam_node: slam_gmapping's. Started by localization.test."""
 
 import math
 import sys
@@ -7,7 +7,6 @@ from pathlib import Path
 
 import rospy
 import rostest
-import tf2_ros
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import MapMetaData, OccupancyGrid
 from nav_msgs.srv import GetMap
@@ -21,7 +20,6 @@ from ros_testing import (
     scan_message,
     stamp_from_ns,
     start_test_node,
-    wait_for_listeners,
 )
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float64
@@ -34,8 +32,8 @@ from diff_encoder_sim.ros.maps import grid_from_message
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'support'))
 from slam_room import SEGMENTS, room_scan
 
-NODE = '/slam_gmapping'
-LASER = Pose2D(0.1, 0.0, 0.2)
+NODE = '/mapping/slam_gmapping'
+LASER, START = Pose2D(0.1, 0.0, 0.2), Pose2D(0.0, -0.5, 0.0)
 STEP_NS = NS_PER_S // 10
 
 
@@ -43,69 +41,55 @@ class SlamTest(NodeTest):
     @classmethod
     def setUpClass(cls):
         start_test_node('slam_test')
-        cls.tf = connected_publisher('/tf', TFMessage)
-        cls.scans = connected_publisher('/scan', LaserScan)
-        wait_for_listeners(cls.tf, [NODE])
-        wait_for_listeners(cls.scans, [NODE])
-        cls.static = tf2_ros.StaticTransformBroadcaster()
-        cls.static.sendTransform(transform_message(LASER, 0, 'base_link', 'laser'))
-        cls.maps = Collector('/map', OccupancyGrid)
-        cls.metadata = Collector('/map_metadata', MapMetaData)
-        cls.entropies = Collector('/slam_gmapping/entropy', Float64)
-        cls.poses = Collector('/slam_gmapping/pose', PoseStamped)
-        cls.transforms = Collector('/tf', TFMessage)
-        cls.dynamic_map = rospy.ServiceProxy('dynamic_map', GetMap)
+        cls.tf = connected_publisher('/mapping/tf', TFMessage, [NODE])
+        cls.scans = connected_publisher('/mapping/scan', LaserScan, [NODE])
+        cls.static = connected_publisher('/mapping/tf_static', TFMessage, [NODE])
+        cls.static.publish(TFMessage([transform_message(LASER, 0, 'base_link', 'laser')]))
+        cls.maps = Collector('/mapping/map', OccupancyGrid)
+        cls.metadata = Collector('/mapping/map_metadata', MapMetaData)
+        cls.entropies = Collector(NODE + '/entropy', Float64)
+        cls.poses = Collector(NODE + '/pose', PoseStamped)
+        cls.transforms = Collector('/mapping/tf', TFMessage)
+        cls.dynamic_map = rospy.ServiceProxy('/mapping/dynamic_map', GetMap)
         cls.rosout = RosoutWatch()
         cls.now_ns = 1000 * NS_PER_S
-        cls.true_pose = Pose2D(0.0, -0.5, 0.0)  # odometry begins here at zero
-
-    def setUp(self):
-        super().setUp()
-        self.rosout.clear()
+        cls.true_pose = START  # odometry begins here at zero
 
     def send(self, message=None, with_odometry=True):
         """Two scans of now, of which every second one counts; and what odometry says."""
         for _ in range(2):
             type(self).now_ns += STEP_NS
             if with_odometry:
-                odom_pose = self.true_pose.relative_to(Pose2D(0.0, -0.5, 0.0))
+                odom_pose = self.true_pose.relative_to(START)
                 self.tf.publish(TFMessage([transform_message(odom_pose, self.now_ns, 'odom', 'base_link')]))
             scan = message or scan_message(room_scan(self.true_pose, laser_pose_in_base=LASER), 'laser', 0.1)
             scan.header.stamp = stamp_from_ns(self.now_ns)
             self.scans.publish(scan)
 
-    def drive(self, steps):
-        """Ahead, 40 cm at a time, so that each step's scan is entered."""
-        for _ in range(steps):
-            entered = self.entered()
-            type(self).true_pose = self.true_pose.compose(Pose2D(0.4, 0.0, 0.0))
-            self.send()
-            self.wait_for_entered(entered + 1)
+    def enter(self, move, message=None):
+        """Move far enough for the next scan to be entered, and wait until it is."""
+        entered = len(self.entropies.messages)
+        type(self).true_pose = self.true_pose.compose(move)
+        self.send(message)
+        self.entropies.wait_for_count(entered + 1)
+        self.poses.wait_for_stamp(self.now_ns)
 
-    def turn(self):
-        """Far enough for the next scan to be entered."""
-        type(self).true_pose = self.true_pose.compose(Pose2D(0.0, 0.0, 0.5))
-
-    def entered(self):
-        return len(self.entropies.messages)
-
-    def wait_for_entered(self, count):
-        self.entropies.wait_for_count(count)
+    def turn(self, message=None):
+        self.enter(Pose2D(0.0, 0.0, 0.5), message)
 
     def test_1_the_first_scan_makes_a_map(self):
-        self.send()
-        self.wait_for_entered(1)
+        self.enter(Pose2D(0.0, 0.0, 0.0))
         message = self.maps.wait_for_count(1)[0]
         self.assertEqual(message.header.frame_id, 'map')
         self.assertAlmostEqual(message.info.resolution, 0.05)
         self.assertEqual(self.metadata.wait_for_count(1)[0], message.info)
 
     def test_2_the_map_shows_the_room_and_the_transform_puts_the_robot_into_it(self):
-        self.drive(4)
+        for _ in range(4):
+            self.enter(Pose2D(0.4, 0.0, 0.0))
         grid = grid_from_message(self.dynamic_map().map)
         # The map's frame is odom's, which began at the robot; the room's wall is at x = 2.48.
-        wall_m = SEGMENTS[0][2]
-        row, column = grid.cell_at(wall_m, 0.5)
+        row, column = grid.cell_at(SEGMENTS[0][2], 0.5)
         wall = (grid.cells[row - 5 : row + 6, column - 1 : column + 2] == 100).any(axis=1)
         self.assertGreater(wall.mean(), 0.3)  # far off, rays lie more than a cell apart
         self.assertEqual(grid.cells[grid.cell_at(1.0, 0.5)], 0)
@@ -119,46 +103,31 @@ class SlamTest(NodeTest):
         self.assertLess(math.hypot(pose.x_m, pose.y_m), 0.03)
         self.assertLess(angle_between(pose.yaw_rad, 0.0), 0.02)
         self.assertEqual(newest.child_frame_id, 'odom')
-
-        def of_now(messages):
-            return [one for one in messages if one.header.stamp == stamp_from_ns(self.now_ns)]
-
-        (answer,) = of_now(self.poses.wait_for(of_now, 'the pose of the newest scan'))
+        answer = self.poses.wait_for_stamp(self.now_ns)[-1]
         self.assertEqual(answer.header.frame_id, 'map')
         self.assertAlmostEqual(pose_from_message(answer.pose).x_m, 4 * 0.4, delta=0.03)
 
-    def test_3_scans_without_odometry_are_named_and_the_map_is_kept(self):
+    def test_3_scans_without_odometry_or_ranges_are_named_and_the_map_is_kept(self):
         before = self.dynamic_map().map.data
-        self.turn()
         for _ in range(20):
             self.send(with_odometry=False)
         self.rosout.wait_for_warning(NODE, "no transform from 'base_link' to 'odom'")
         self.assertEqual(self.dynamic_map().map.data, before)
-        entered = self.entered()
-        self.send()
-        self.wait_for_entered(entered + 1)  # it goes on when odometry does
-
-    def test_4_bad_scans_are_named_and_good_ones_go_on(self):
+        self.turn()  # it goes on when odometry does
         nothing = scan_message(room_scan(self.true_pose), 'laser', 0.1)
         nothing.ranges = []
         self.send(nothing)
         self.rosout.wait_for_warning(NODE, 'scan dropped')
-        entered = self.entered()
-        self.turn()
-        self.send(scan_message(room_scan(self.true_pose, laser_pose_in_base=LASER, ray_count=200), 'laser', 0.1))
-        self.wait_for_entered(entered + 1)  # of another length
+        self.turn(scan_message(room_scan(self.true_pose, laser_pose_in_base=LASER, ray_count=200), 'laser', 0.1))
 
-    def test_5_time_that_goes_back_is_named_and_the_map_is_kept(self):
+    def test_4_time_that_goes_back_is_named_and_the_map_is_kept(self):
         before = self.dynamic_map().map.data
         now_ns, type(self).now_ns = self.now_ns, self.now_ns - 5 * NS_PER_S
         self.send(with_odometry=False)
         self.rosout.wait_for_warning(NODE, 'went back to', 'keeping the map')
         self.assertEqual(self.dynamic_map().map.data, before)
         type(self).now_ns = now_ns
-        entered = self.entered()
         self.turn()
-        self.send()
-        self.wait_for_entered(entered + 1)
 
 
 if __name__ == '__main__':

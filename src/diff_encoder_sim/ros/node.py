@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import concurrent.futures
-import json
 import logging
 import math
 import os
@@ -20,7 +19,7 @@ import rospy.client
 from rosgraph_msgs.msg import Clock
 
 from diff_encoder_sim.base.errors import ConfigError, readable
-from diff_encoder_sim.base.params import P, Params, for_xml_rpc, from_xml_rpc, keys_of, merged, shared_params
+from diff_encoder_sim.base.params import P, Params, for_xml_rpc, from_xml_rpc, merged, shared_params
 from diff_encoder_sim.base.yaml_files import yaml_value
 
 if TYPE_CHECKING:
@@ -100,13 +99,14 @@ def compile_first(warm_up: Callable[[], None]) -> None:
 
 # Parameter set by launch files with the command of this name.
 ROBOT_SETTINGS = '/robot_settings'
-RECORDS = '/diff_encoder_sim/parameters_at_start'
 
 
 def node_params(
     params_class: Type[P], *also_known: Type[Params], part: str = '', defaults: Optional[Mapping[str, Any]] = None
 ) -> P:
     """Read the node's private parameters as `params_class`, and write the values in use to them.
+
+    They would be given values at the next start, so launch files clear them (clear_params).
 
     Args:
         params_class: struct of the node's parameters.
@@ -123,43 +123,12 @@ def node_params(
     of_robot = robot_settings(part) if part else {}
     names = rospy.client.load_command_line_node_params(sys.argv)  # as `_ppr:=90`
     typed = {key: value for key, value in private.items() if key in names}
-    set_by_others = given_parameters(private)
-    given = {**merged({**(defaults or {}), **set_by_others}, of_robot), **typed}
+    given = {**merged({**(defaults or {}), **private}, of_robot), **typed}
     given = {key: _mapping_of(value, f'{rospy.get_name()}: {key}') for key, value in given.items()}
     source = f'{rospy.get_name()} with {ROBOT_SETTINGS}/{part}' if of_robot else rospy.get_name()
     params = shared_params(given, source, params_class, *also_known)
-    own = keys_of(params_class)
-    of_other_structs = {key: value for key, value in {**private, **given}.items() if key not in own}
-    values = for_xml_rpc({**of_other_structs, **params.values_in_use()})
-    rospy.set_param(RECORDS + rospy.get_name(), json.dumps([{**set_by_others, **typed}, values], default=str))
-    rospy.set_param('~', values)
+    rospy.set_param('~', for_xml_rpc({**private, **given, **params.values_in_use()}))
     return params
-
-
-def given_parameters(private: Mapping[str, Any]) -> Dict[str, Any]:
-    """Return private parameters without the values written by an earlier start of this node."""
-    try:
-        given, written = json.loads(rospy.get_param(RECORDS + rospy.get_name(), ''))
-    except ValueError:
-        return dict(private)  # the first start
-    if not written.keys() <= private.keys():
-        return dict(private)  # cleared by roslaunch's clear_params, or by `rosparam delete`
-    return _given_again(private, written, given)
-
-
-def _given_again(private: Mapping[str, Any], written: Mapping[str, Any], given: Mapping[str, Any]) -> Dict[str, Any]:
-    """Return what was given before and is unchanged, or has changed; in mappings such as `encoder`, key by key."""
-    result = {}
-    for key, value in private.items():
-        before = given.get(key, {})
-        if key in written and value == written[key]:
-            if key in given:
-                result[key] = before
-        elif all(isinstance(each, dict) for each in (value, written.get(key), before)):
-            result[key] = _given_again(value, written[key], before)
-        else:
-            result[key] = value
-    return result
 
 
 def robot_settings(part: str) -> Dict[str, Any]:

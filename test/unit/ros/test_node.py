@@ -80,34 +80,6 @@ def test_the_values_in_use_are_written_to_the_private_parameters(given, private,
     assert server['~']['motion_noise'] == 1e-6  # which follows from other values
 
 
-def test_values_that_a_node_has_written_are_not_given_ones_at_its_next_start(given):
-    server = given({'ppr': 90}, {'ppr': 40}, ['_rate:=20.0'])
-    node.node_params(EncoderParams, defaults={'seed': 7}, part='config')
-    assert (server['~']['ppr'], server['~']['seed']) == (40, 7)
-    given(server['~'], {'report': {'latency': 0.03}})
-    params = node.node_params(EncoderParams, defaults={'seed': 8}, part='config')
-    assert (params.ppr.left, params.seed, params.report.latency) == (90, 8, 0.03)
-    given(server['~'])
-    assert node.node_params(EncoderParams).report.latency == 0.0
-
-
-def test_values_that_a_user_sets_after_the_start_are_given_ones_at_the_next(given):
-    server = given({'ppr': 90}, {'ppr': 40})
-    node.node_params(EncoderParams, part='config')
-    given({**server['~'], 'rate': 50.0, 'report': {**server['~']['report'], 'latency': 0.03}})
-    params = node.node_params(EncoderParams, defaults={'rate': 10.0})
-    assert (params.ppr.left, params.rate, params.report.latency) == (90, 50.0, 0.03)
-
-
-def test_parameters_that_a_launch_file_has_cleared_and_set_again_are_given_ones(given):
-    """With the values that the node had written."""
-    server = given({}, {'ppr': 40})
-    node.node_params(EncoderParams, part='config')
-    given({'ppr': 40, 'rate': server['~']['rate']})
-    params = node.node_params(EncoderParams, defaults={'rate': 10.0})
-    assert (params.ppr.left, params.rate) == (40, 20.0)
-
-
 # ---- the log
 
 
