@@ -1,6 +1,6 @@
 """Directives that make tables from the code: `node NAME`, `parameters CLASS [config/FILE]`, and `recorded-topics`.
 
-Topics and services of nodes stand in docs/nodes.yaml, which test/support/node_interfaces.py compares with running nodes.
+Topics and services of nodes stand in docs/nodes.yaml, which live tests compare with running nodes.
 """
 
 from __future__ import annotations

@@ -23,7 +23,6 @@ from ros_testing import (
     stamp_from_ns,
     stamp_ns_of,
     start_test_node,
-    wait_for_listeners,
 )
 from sensor_msgs.msg import JointState
 
@@ -35,7 +34,7 @@ RATE_HZ, JOINTS, PPR = 1000, 50, 90
 WHEELS = ('left_wheel_joint', 'right_wheel_joint')
 PAIRS = ('usual', 'real')
 REAL = yaml.safe_load((Path(__file__).parent / 'data' / 'real_encoder.yaml').read_text())
-BURST = 10000
+BURST = 5000
 NODES = [f'/{pair}/gz_diff_{kind}_node' for pair in PAIRS for kind in ('encoder', 'odom')]
 MB = 2**20
 FLAT_MB = 2.0  # growth that is no leak: a leak of 100 bytes a message is 6 MB a minute
@@ -45,9 +44,8 @@ class JointRateTest(NodeTest):
     @classmethod
     def setUpClass(cls):
         start_test_node('joint_rate')
-        cls.seconds = rospy.get_param('~seconds', 4)
-        cls.joints = connected_publisher('/joint_states', JointState)
-        wait_for_listeners(cls.joints, NODES[::2])
+        cls.seconds = rospy.get_param('~seconds', 2)
+        cls.joints = connected_publisher('/joint_states', JointState, NODES[::2])
         cls.pulses = {pair: Collector(f'/{pair}/encoder_pulse', EncoderPulse) for pair in PAIRS}
         cls.odom = {pair: Collector(f'/{pair}/odom', Odometry) for pair in PAIRS}
         cls.real = ReportingEncoder(EncoderParams.from_mapping(REAL, 'real_encoder.yaml'))
@@ -147,31 +145,26 @@ class JointRateTest(NodeTest):
         latest_s = self.stream(quarter, count)
         took_s = time.monotonic() - start_s
         self.check_answers(count)
-        answered_s = time.monotonic() - start_s
-        growth = {node: size - after_start[node] for node, size in self.memory_mb().items()}
+        answered_s, memory_mb = time.monotonic() - start_s, self.memory_mb()
         print(
-            f'\n{count - quarter} messages of {JOINTS} joints in {took_s:.1f} s, at most {1e3 * latest_s:.0f} ms late'
+            f'\n{count - quarter} messages of {JOINTS} joints in {took_s:.1f} s, the latest {1e3 * latest_s:.0f} ms late'
         )
         print(f'all answered {answered_s - took_s:.2f} s after the last, at 20 Hz, at 1000 Hz, and of a real encoder')
-        for node, grown_mb in growth.items():
-            print(f'{node}: {self.memory_mb()[node]:.1f} MB, {grown_mb:+.2f} MB since a quarter of the time')
+        for node, size_mb in memory_mb.items():
+            grown_mb = size_mb - after_start[node]
+            print(f'{node}: {size_mb:.1f} MB, {grown_mb:+.2f} MB since a quarter of the time')
             self.assertLess(grown_mb, FLAT_MB, node)
         for node in NODES:
             self.assertEqual(self.rosout.warnings_of(node), [])
 
-    def test_a_burst_of_10000_is_answered_whole(self):
+    def test_a_burst_with_nan_in_it_is_answered_except_those_messages(self):
+        lost = set(range(7, BURST, 50))  # none of them on a boundary of 20 Hz
         for index in range(BURST):
-            self.send(index, self.angle(index))
-        self.check_answers(BURST)
-
-    def test_nan_among_them_costs_its_own_message_only(self):
-        count, lost = 2 * RATE_HZ, set(range(7, 2 * RATE_HZ, 50))  # none of them on a boundary of 20 Hz
-        for index in range(count):
             self.send(index, math.nan if index in lost else self.angle(index))
-        self.check_answers(count, lost)
+        self.check_answers(BURST, lost)
         for node in NODES[::2]:
             warned = self.rosout.wait_for_warning(node, '/joint_states', 'nan')
-            self.assertLessEqual(len(warned), 2, warned)  # one in 5 s
+            self.assertLessEqual(len(warned), 5, warned)  # one in 5 s
 
 
 if __name__ == '__main__':
