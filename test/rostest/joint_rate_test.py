@@ -147,7 +147,7 @@ class JointRateTest(NodeTest):
         self.check_answers(count)
         answered_s, memory_mb = time.monotonic() - start_s, self.memory_mb()
         print(
-            f'\n{count - quarter} messages of {JOINTS} joints in {took_s:.1f} s, the latest {1e3 * latest_s:.0f} ms late'
+            f'\n{count - quarter} messages of {JOINTS} joints in {took_s:.1f} s, at most {1e3 * latest_s:.0f} ms late'
         )
         print(f'all answered {answered_s - took_s:.2f} s after the last, at 20 Hz, at 1000 Hz, and of a real encoder')
         for node, size_mb in memory_mb.items():
