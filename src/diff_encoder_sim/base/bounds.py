@@ -82,7 +82,7 @@ Turns = Annotated[float, Between(-1000.0, 1000.0, 'turns')]
 
 PULSES_PER_TURN = Between(1e-3, 1e9, 'per revolution')
 PulsesPerTurn = Annotated[float, PULSES_PER_TURN]
-COUNTER_STATES = Between(2, 2**63, 'counts', or_zero=True)
+COUNTER_STATES = Between(2, 2**61, 'counts', or_zero=True)
 
 # Motion.
 Speed_mps = Annotated[float, Between(0.0, 100.0, 'm/s')]

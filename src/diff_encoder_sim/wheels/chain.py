@@ -66,7 +66,7 @@ class ChainRun:
         ]
 
     def estimates(self, draw: int = 0) -> List[Optional[OdometryEstimate]]:
-        """Return the odometry estimate after each report of a draw; None if the report is stale."""
+        """Return the odometry estimate, with its covariance, after each report of a draw; None if it is stale."""
         odometry = WheelOdometry(self.odometry)
         return [odometry.update(*sample) for sample in self.samples(draw)]
 
@@ -80,24 +80,10 @@ class ChainRun:
         """Return (draws, 3) the last poses."""
         return self._poses(only_last=True)[:, -1]
 
-    @property
-    def covariances(self) -> np.ndarray:
-        """Return (draws, m, 3, 3) covariances of `poses`; each takes 10 us."""
-        covariances = np.zeros((*self.rows.shape, 3, 3))
-        for draw, of_draw in enumerate(covariances):
-            for report, estimate in enumerate(self.estimates(draw)):
-                of_draw[report] = of_draw[report - 1] if estimate is None else estimate.pose_covariance
-        return covariances
-
     def _poses(self, only_last: bool) -> np.ndarray:
-        params, limits = self.odometry, self.odometry.counter_limits
-        limits = limits._replace(modulus=min(limits.modulus, MOST_STATES))
-        totals = totals_of(limits, self.stamps_ns, self.counts)
+        params = self.odometry
+        totals = totals_of(params.counter_limits, self.stamps_ns, self.counts)
         return poses_of_wheels(totals, *params.m_per_pulse, params.wheel_separation, params.axle_x, only_last)
-
-
-# Larger counters never wrap; a 64-bit integer holds the sum of two of these.
-MOST_STATES = 2**61
 
 
 class Chain:
@@ -112,12 +98,8 @@ class Chain:
             draws: number of encoders with independent errors; `step` uses the first.
         """
         self.encoder, self.odometry, self._draws = encoder, odometry, draws
-        self.reset()
-
-    def reset(self) -> None:
-        """Restart: the next angle is each wheel's first; the next report is at pose zero."""
-        self._encoders = ReportingEncoder(self.encoder)
-        self._odometry = None if self.odometry is None else WheelOdometry(self.odometry)
+        self._encoders = ReportingEncoder(encoder)
+        self._odometry = None if odometry is None else WheelOdometry(odometry)
 
     @property
     def needs_every_angle(self) -> bool:
@@ -145,7 +127,7 @@ class Chain:
         commands: Optional[np.ndarray] = None,
         rows: Optional[np.ndarray] = None,
     ) -> ChainRun:
-        """Return all reports of a drive, as `step` does after a reset.
+        """Return all reports of a drive, as `step` of a new chain does.
 
         Args:
             drive: wheel angles common to all draws, or per draw.
@@ -153,51 +135,43 @@ class Chain:
             commands: (n, 2) newest commanded wheel speeds at each row; None: no commands.
             rows: (m,) rows of the drive at which the counters are read; None: at the boundaries of the report rate.
         """
-        read = _readings(drive.stamps_ns, self.encoder) if rows is None else _Readings(drive.stamps_ns, rows, rows)
+        params = self.encoder
+        read = _readings(drive.stamps_ns, params) if rows is None else _Readings(drive.stamps_ns, rows, rows)
         counts = np.zeros((self._draws, len(read.rows), 2), np.int64)
-        rates_radps = np.zeros(counts.shape if self.encoder.velocity_method != 'M' else (1, 1, 1))
+        rates_radps = np.zeros(counts.shape) if params.velocity_method != 'M' else None
         for wheel, side in enumerate(('left', 'right')):
-            angles_rad = read.angles(np.atleast_2d(drive.wheel_angles_rad[..., wheel]))
+            angles_rad = read.between(np.atleast_2d(drive.wheel_angles_rad[..., wheel]))
             if phases_rad is not None:
                 angles_rad = angles_rad + phases_rad[:, wheel, np.newaxis]
-            ppr = getattr(self.encoder.counts_per_turn, side)
-            if is_ideal(self.encoder, side):
-                counts[:, :, wheel] = pulses_from_angle(read.at(angles_rad), ppr)
+            if is_ideal(params, side):
+                counts[:, :, wheel] = pulses_from_angle(angles_rad[:, read.rows], getattr(params.counts_per_turn, side))
                 continue
-            directions = np.zeros(len(drive)) if commands is None else np.sign(commands[:, wheel])
+            directions = np.zeros(len(read.stamps_ns), np.int64)
+            if commands is not None:
+                directions = np.sign(commands[read.sources, wheel]).astype(np.int64)
             turn_through(
-                kind_of_wheel(self.encoder, side),
-                new_wheels(self.encoder.seed, side, self._draws),
+                kind_of_wheel(params, side),
+                new_wheels(params.seed, side, self._draws),
                 read.stamps_ns,
                 np.ascontiguousarray(angles_rad),
-                read.directions(directions),
+                directions,
                 read.rows,
                 wheel,
                 counts,
-                rates_radps,
+                np.zeros((1, 1, 1)) if rates_radps is None else rates_radps,
             )
-        if self.encoder.counter_modulus:
-            counts = wrap_count(counts, min(self.encoder.counter_modulus, MOST_STATES))
-        return self._delivered(drive.stamps_ns, read, counts, rates_radps)
-
-    def _delivered(
-        self, stamps_ns: np.ndarray, read: _Readings, counts: np.ndarray, rates_radps: np.ndarray
-    ) -> ChainRun:
-        """Return the arriving reports, by the (n,) stamps of the drive."""
-        params, odometry = self.encoder, self.odometry or OdometryParams()
-        rates = None if params.velocity_method == 'M' else rates_radps
+        counts, odometry = wrap_count(counts, params.counter_modulus), self.odometry or OdometryParams()
         read_ns = read.stamps_ns[read.rows]
         if params.report == PROMPT:
-            rows, read_ns = (np.repeat(each[np.newaxis], self._draws, axis=0) for each in (read.taken, read_ns))
-            return ChainRun(odometry, rows, read_ns, counts, rates)
-        arrivals = [_arrivals(params, draw, read_ns, read.taken, stamps_ns) for draw in range(self._draws)]
-        most = max(len(of_draw) for of_draw in arrivals)
+            taken, read_ns = (np.repeat(each[np.newaxis], self._draws, axis=0) for each in (read.taken, read_ns))
+            return ChainRun(odometry, taken, read_ns, counts, rates_radps)
+        arrivals = [_arrivals(params, draw, read_ns, read.taken, drive.stamps_ns) for draw in range(self._draws)]
+        most = max(map(len, arrivals))
         padded = np.stack([np.pad(each, ((0, most - len(each)), (0, 0)), 'edge') for each in arrivals])
-        rows, arrival_ns, readings = np.moveaxis(padded, 2, 0)
-        draws = np.arange(self._draws)[:, np.newaxis]
-        return ChainRun(
-            odometry, rows, arrival_ns, counts[draws, readings], None if rates is None else rates[draws, readings]
-        )
+        taken, arrival_ns, readings = np.moveaxis(padded, 2, 0)
+        arrived = np.arange(self._draws)[:, np.newaxis], readings
+        rates_radps = None if rates_radps is None else rates_radps[arrived]
+        return ChainRun(odometry, taken, arrival_ns, counts[arrived], rates_radps)
 
 
 class _Readings(NamedTuple):
@@ -208,22 +182,18 @@ class _Readings(NamedTuple):
     taken: np.ndarray  # (m,) row of the drive whose message leads to the reading
     passed: Optional[np.ndarray] = None  # (m,) of the interval to `taken`, if readings are between stamps of the drive
 
-    def angles(self, angles_rad: np.ndarray) -> np.ndarray:
+    @property
+    def sources(self) -> np.ndarray:
+        """Return the (k,) rows of the drive whose messages lead to the stamps."""
+        rows = np.arange(len(self.stamps_ns) - (0 if self.passed is None else len(self.taken)))
+        return rows if self.passed is None else np.insert(rows, self.taken, self.taken)
+
+    def between(self, angles_rad: np.ndarray) -> np.ndarray:
         """Return (..., k) angles of (..., n) of the drive; linear between stamps."""
         if self.passed is None:
             return angles_rad
         last_rad, next_rad = angles_rad[:, self.taken - 1], angles_rad[:, self.taken]
         return np.insert(angles_rad, self.taken, last_rad + self.passed * (next_rad - last_rad), axis=1)
-
-    def at(self, angles_rad: np.ndarray) -> np.ndarray:
-        """Return (..., m) angles at the readings."""
-        return angles_rad if len(self.rows) == len(self.stamps_ns) else angles_rad[:, self.rows]
-
-    def directions(self, directions: np.ndarray) -> np.ndarray:
-        """Return (k,) commanded directions of (n,) of the drive."""
-        if self.passed is not None:
-            directions = np.insert(directions, self.taken, directions[self.taken])
-        return directions.astype(np.int64)
 
 
 def _readings(stamps_ns: np.ndarray, params: EncoderParams) -> _Readings:

@@ -28,8 +28,7 @@ def wrap_count(pulses: Any, modulus: int) -> Any:
 def count_difference(newer: int, older: int, modulus: int) -> Any:
     """Return the pulses between two readings of a wrapping counter, in the direction with fewer of them.
 
-    Correct for fewer than modulus/2 pulses between readings, for signed counters and for
-    counters in [0, modulus).
+    Correct for fewer than modulus/2 pulses between readings, for counters with sign or in [0, modulus).
     """
     return wrap_count(newer - older, modulus)
 
@@ -47,6 +46,7 @@ class CounterStep(NamedTuple):
 
     left_pulses: int
     right_pulses: int
+    interval_s: float
     restart: str = ''  # cause of a detected counter restart; '' for none
 
 
@@ -147,6 +147,11 @@ class CounterSteps:
         self._totals: Deque[Reading] = deque()  # those that the speed is between, since a start
         self.restarts = 0  # of counters
 
+    @property
+    def total(self) -> Reading:
+        """Return the pulses since the first reading, at the newest one."""
+        return self._totals[-1]
+
     def take(self, reading: Reading) -> Optional[CounterStep]:
         """Return the pulses since the previous reading, which must be older; None for the first.
 
@@ -157,24 +162,20 @@ class CounterSteps:
             totals.append(Reading(reading.stamp_ns, 0, 0))
             return None
         (first_ns, first_left, first_right), (total_ns, total_left, total_right) = totals[0], totals[-1]
+        interval_ns, went = reading.stamp_ns - last.stamp_ns, (total_left - first_left, total_right - first_right)
         left, right, cause = counted_between(
-            self._limits,
-            last[1:],
-            reading[1:],
-            reading.stamp_ns - last.stamp_ns,
-            total_ns - first_ns,
-            (total_left - first_left, total_right - first_right),
+            self._limits, last[1:], reading[1:], interval_ns, total_ns - first_ns, went
         )
         totals.append(Reading(reading.stamp_ns, total_left + left, total_right + right))
         while len(totals) > 2 and reading.stamp_ns - totals[1].stamp_ns >= SPEED_OVER_NS:
             totals.popleft()
+        interval_s = interval_ns / NANOSECONDS_PER_SECOND
         if cause == WENT_ON:
-            return CounterStep(left, right)
+            return CounterStep(left, right, interval_s)
         self.restarts += 1
         jumps = (count_difference(*counts, self._limits.modulus) for counts in zip(reading[1:], last[1:]))
-        interval_s = (reading.stamp_ns - last.stamp_ns) / NANOSECONDS_PER_SECOND
-        pulses = '{} left and {} right pulses'.format(*jumps)
-        return CounterStep(left, right, f'{pulses} in {interval_s:.3f} s are faster than {CAUSES[cause]}')
+        text = '{} left and {} right pulses in {:.3f} s are faster than {}'
+        return CounterStep(left, right, interval_s, text.format(*jumps, interval_s, CAUSES[cause]))
 
 
 @compiled(nogil=True)

@@ -114,17 +114,6 @@ def propagate_motion_noise(
     )
 
 
-def behind_axle(covariance: PlanarCovariance, yaw_rad: float, axle_x_m: float) -> PlanarCovariance:
-    """Return the covariance of a point behind the axle's centre.
-
-    Args:
-        covariance: of the axle's centre.
-        yaw_rad: heading.
-        axle_x_m: distance of the axle ahead of the point.
-    """
-    return covariance.carried_by_heading(axle_x_m * math.sin(yaw_rad), -axle_x_m * math.cos(yaw_rad))
-
-
 def quantisation_covariance(
     base_pose_in_odom: Pose2D, left_var_m2: float, right_var_m2: float, residual_m: float, wheel_separation_m: float
 ) -> PlanarCovariance:
@@ -213,11 +202,9 @@ def geometry_covariance(errors: Columns, std: GeometryStd) -> PlanarCovariance:
     covariance = PlanarCovariance()
     for (x, y, yaw), spread in zip(errors, std):
         if spread:
-            each = spread**2
+            x_each, y_each, yaw_each = spread**2 * x, spread**2 * y, spread**2 * yaw
             covariance = covariance.plus(
-                PlanarCovariance(
-                    each * x * x, each * x * y, each * x * yaw, each * y * y, each * y * yaw, each * yaw * yaw
-                )
+                PlanarCovariance(x_each * x, x_each * y, x_each * yaw, y_each * y, y_each * yaw, yaw_each * yaw)
             )
     return covariance
 

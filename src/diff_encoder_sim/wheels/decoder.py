@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from typing import List, Optional, Sequence, Tuple
 
-from diff_encoder_sim.wheels.encoder_params import EncoderModel
+from diff_encoder_sim.wheels.encoder_params import SENSORS, EncoderModel
 
 # Levels of the channels A, B (, C) between consecutive edges, turning forward: A rises with the first state, B with
 # the second.
@@ -21,7 +21,7 @@ def counts_in_cycle(model: EncoderModel, is_dead: bool) -> List[int]:
         model: sensor and decoding.
         is_dead: whether the `dead_channel` of the faults is stuck.
     """
-    if model.sensor == 'absolute':
+    if not SENSORS[model.sensor].channels:
         return [0, -1 if model.faults.wiring == 'inverted' else 1]
     seen = [_wired(levels, model, is_dead) for levels in (HALL if model.sensor == 'hall' else QUADRATURE)]
     # Invalid levels keep the decoder in its last valid state, which the first cycle determines.

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Dict, List, Literal, Optional, Sequence, Tuple, Union
+from operator import attrgetter
+from typing import Any, Dict, Iterator, List, Literal, NamedTuple, Optional, Sequence, Tuple, Union
 
 from pydantic import BeforeValidator, Field, model_validator
 from typing_extensions import Annotated
@@ -17,7 +18,7 @@ from diff_encoder_sim.base.bounds import (
     PulsesPerTurn,
     is_number,
 )
-from diff_encoder_sim.base.params import Params, not_allowed
+from diff_encoder_sim.base.params import Params, not_allowed, param
 
 
 class PerWheel(Params):
@@ -63,62 +64,29 @@ def file_label(ppr: PerWheel, name: str) -> str:
     return encoder_label(ppr, name).replace(' ', '_') if name else f'{ppr_label(ppr)}ppr'
 
 
-VelocityMethod = Annotated[
-    Literal['M', 'T', 'MT'],
-    Field(description='of the twist: counts per period (M), time between edges (T), or both (MT)'),
-]
-VelocityClock_Hz = Annotated[
-    float, Between(1.0, 1e9, 'Hz'), Field(description='of the clock that times edges for T and MT [Hz]')
-]
-DEFAULT_CLOCK_HZ = 1e6
-
-CounterModulus = Annotated[
-    int, COUNTER_STATES, Field(description='counts before the counter wraps: 65536 for int16, 0 for no wrap')
-]
-
-
-Side = Literal['both', 'left', 'right']
-Wiring = Literal['straight', 'swapped', 'inverted']
 BurstLength = Annotated[float, Between(1.0, 1e6, 'counts')]
-
-# Counts per line of each decoding; a line has four edges.
-COUNTS_PER_LINE = {'x1': 1, 'x2': 2, 'x4': 4}
-EDGES_PER_LINE = 4
-EDGES_PER_POLE_PAIR = 6
-DEGREES_PER_HALL_EDGE = 360.0 / EDGES_PER_POLE_PAIR
-# More than any commercial encoder.
-MOST_COUNTS_PER_TURN = 2**20
-
-# Minimum distance of two edges of a line [edges].
-SHORTEST_STATE = 0.05
-
-# Maximum slope of periodic errors; at 1 the measured angle stops while the shaft turns.
-STEEPEST = 0.99
-
-# A Gaussian error exceeds this number of standard deviations once in 500 million readings.
-RARE_DEVIATIONS = 6.0
 
 
 class FaultParams(Params):
     """Faults between sensor and counter; none by default."""
 
-    missed: Fraction = Field(0.0, description='fraction of the counts that are missed')
-    missed_burst: BurstLength = Field(1.0, description='counts that are missed in a row, on average')
-    extra: Fraction = Field(0.0, description='counts too many, as a fraction of all, in the direction of motion')
-    extra_burst: BurstLength = Field(1.0, description='counts too many in a row, on average')
-    max_count_rate: Annotated[float, Between(1e-3, 1e9, 'counts/s', or_zero=True)] = Field(
-        0.0, description='counts above this rate are lost [counts/s]; 0: no limit'
+    missed: Fraction = param(0.0, 'fraction of the counts that are missed')
+    missed_burst: BurstLength = param(1.0, 'counts that are missed in a row, on average')
+    extra: Fraction = param(0.0, 'counts too many, as a fraction of all, in the direction of motion')
+    extra_burst: BurstLength = param(1.0, 'counts too many in a row, on average')
+    max_count_rate: Annotated[float, Between(1e-3, 1e9, 'counts/s', or_zero=True)] = param(
+        0.0, 'counts above this rate are lost [counts/s]; 0: no limit'
     )
-    dead_channel: Literal['none', 'A', 'B', 'C'] = Field('none', description='a channel that stands still; C of hall')
-    dead_level: Literal['low', 'high'] = Field('low', description='level of the dead channel')
-    dead_from: Duration_s = Field(0.0, description='since the first sample [s]')
-    dead_for: Duration_s = Field(0.0, description='how long [s]; 0: to the end')
-    dead_every: Duration_s = Field(0.0, description='from one beginning to the next [s]; 0: once')
-    restart_at: Duration_s = Field(
-        0.0, description='the controller restarts with counters at zero, since the first sample [s]; 0: never'
+    dead_channel: Literal['none', 'A', 'B', 'C'] = param('none', 'a channel that stands still; C of hall')
+    dead_level: Literal['low', 'high'] = param('low', 'level of the dead channel')
+    dead_from: Duration_s = param(0.0, 'since the first sample [s]')
+    dead_for: Duration_s = param(0.0, 'how long [s]; 0: to the end')
+    dead_every: Duration_s = param(0.0, 'from one beginning to the next [s]; 0: once')
+    restart_at: Duration_s = param(
+        0.0, 'the controller restarts with counters at zero, since the first sample [s]; 0: never'
     )
-    wiring: Wiring = Field('straight', description='A and B swapped, or A inverted')
-    wheel: Side = Field('both', description='which has these faults')
+    wiring: Literal['straight', 'swapped', 'inverted'] = param('straight', 'A and B swapped, or A inverted')
+    wheel: Literal['both', 'left', 'right'] = param('both', 'which has these faults')
 
     @model_validator(mode='after')
     def _check_dead_times(self) -> FaultParams:
@@ -130,17 +98,42 @@ class FaultParams(Params):
 NO_FAULTS = FaultParams()
 
 
-_LINES, _ABSOLUTE = ('quadrature', 'single_channel'), ('absolute',)
-SENSORS_OF_KEYS = {
-    **dict.fromkeys(('lines', 'decoding', 'duty_cycle'), _LINES),
-    'phase_error': ('quadrature',),
-    **dict.fromkeys(('pole_pairs', 'sensor_error'), ('hall',)),
-    **dict.fromkeys(('bits', 'first_harmonic', 'second_harmonic', 'noise'), _ABSOLUTE),
-    'edge_error': ('quadrature', 'hall', 'single_channel'),
+class Sensor(NamedTuple):
+    """A kind of sensor."""
+
+    channels: str  # that can be dead; '' if it shows an angle and counts nothing
+    keys: Sequence[str]  # of EncoderModel that other kinds have not
+
+
+SENSORS = {
+    'quadrature': Sensor('AB', ('lines', 'decoding', 'duty_cycle', 'phase_error', 'edge_error')),
+    'hall': Sensor('ABC', ('pole_pairs', 'sensor_error', 'edge_error')),
+    'single_channel': Sensor('A', ('lines', 'decoding', 'duty_cycle', 'edge_error')),
+    'absolute': Sensor('', ('bits', 'first_harmonic', 'second_harmonic', 'noise')),
 }
+
+# Counts per line of each decoding; a line has four edges.
+COUNTS_PER_LINE = {'x1': 1, 'x2': 2, 'x4': 4}
+EDGES_PER_LINE = 4
+EDGES_PER_POLE_PAIR = 6
+DEGREES_PER_HALL_EDGE = 360.0 / EDGES_PER_POLE_PAIR
+# More than any commercial encoder.
+MOST_COUNTS_PER_TURN = 2**20
 
 # Periods per turn of the sensor's shaft: eccentricity and both harmonics.
 WAVES_PER_TURN = (1, 1, 2)
+
+# Minimum distance of two edges of a line [edges].
+SHORTEST_STATE = 0.05
+
+# Maximum slope of periodic errors; at 1 the measured angle stops while the shaft turns.
+STEEPEST = 0.99
+
+# A Gaussian error exceeds this number of standard deviations once in 500 million readings.
+RARE_DEVIATIONS = 6.0
+
+Counts = Annotated[float, Between(0.0, 1000.0, 'counts')]
+Degrees = Annotated[float, Between(0.0, 20.0, 'degrees')]
 
 
 class EncoderModel(Params):
@@ -150,63 +143,51 @@ class EncoderModel(Params):
     edges and sensors, phases of periodic errors, and the initial gear position within the backlash.
     """
 
-    sensor: Literal['quadrature', 'hall', 'single_channel', 'absolute'] = Field(
-        'quadrature', description='channels A and B; three of a motor; only A; an angle'
+    sensor: Literal['quadrature', 'hall', 'single_channel', 'absolute'] = param(
+        'quadrature', 'channels A and B; three of a motor; only A; an angle'
     )
-    lines: Optional[Annotated[int, Between(1, MOST_COUNTS_PER_TURN)]] = Field(
-        None, description="periods of a channel in a turn of the sensor's shaft; none: by ppr"
+    lines: Optional[Annotated[int, Between(1, MOST_COUNTS_PER_TURN)]] = param(
+        None, "periods of a channel in a turn of the sensor's shaft; none: by ppr"
     )
-    decoding: Literal['x1', 'x2', 'x4'] = Field('x4', description='counts per line: rising edges of A, all of A, all')
-    pole_pairs: Optional[Annotated[int, Between(1, 10_000)]] = Field(None, description='of hall: six counts each')
-    bits: Optional[Annotated[int, Between(1, 24, 'bits')]] = Field(
-        None, description='of absolute: 2^bits counts in a turn of its shaft'
+    decoding: Literal['x1', 'x2', 'x4'] = param('x4', 'counts per line: rising edges of A, all of A, all')
+    pole_pairs: Optional[Annotated[int, Between(1, 10_000)]] = param(None, 'of hall: six counts each')
+    bits: Optional[Annotated[int, Between(1, 24, 'bits')]] = param(
+        None, 'of absolute: 2^bits counts in a turn of its shaft'
     )
-    side: Literal['wheel', 'motor'] = Field('wheel', description='gear side of the sensor')
-    gear_ratio: Annotated[float, Between(1e-2, 1e4)] = Field(
-        1.0, description='turns of the motor per turn of the wheel'
+    side: Literal['wheel', 'motor'] = param('wheel', 'gear side of the sensor')
+    gear_ratio: Annotated[float, Between(1e-2, 1e4)] = param(1.0, 'turns of the motor per turn of the wheel')
+    backlash: Annotated[float, Between(0.0, 1.0, 'rad')] = param(
+        0.0, 'play between motor and wheel, at the wheel [rad]'
     )
-    backlash: Annotated[float, Between(0.0, 1.0, 'rad')] = Field(
-        0.0, description='play between motor and wheel, at the wheel [rad]'
+    direction: Literal['phases', 'command'] = param(
+        'phases', 'of counting: by the order of edges, or by the commanded speed (always of single_channel)'
     )
-    direction: Literal['phases', 'command'] = Field(
-        'phases', description='of counting: by the order of edges, or by the commanded speed (always of single_channel)'
+    duty_cycle: Annotated[float, Between(0.1, 0.9)] = param(0.5, 'fraction of a line that a channel is high')
+    phase_error: Annotated[float, Between(-80.0, 80.0, 'degrees')] = param(
+        0.0, 'B after A, minus 90 [electrical degrees]'
     )
-    duty_cycle: Annotated[float, Between(0.1, 0.9)] = Field(
-        0.5, description='fraction of a line that a channel is high'
+    edge_error: Annotated[float, Between(0.0, 0.3, 'counts')] = param(
+        0.0, "standard deviation of each edge's place [counts]"
     )
-    phase_error: Annotated[float, Between(-80.0, 80.0, 'degrees')] = Field(
-        0.0, description='B after A, minus 90 [electrical degrees]'
+    sensor_error: Degrees = param(0.0, "of hall: standard deviation of each sensor's place [electrical degrees]")
+    eccentricity: Annotated[float, Between(0.0, 0.5, 'rad')] = param(
+        0.0, "amplitude of an error once per turn of the sensor's shaft [rad of it]"
     )
-    edge_error: Annotated[float, Between(0.0, 0.3, 'counts')] = Field(
-        0.0, description="standard deviation of each edge's place [counts]"
+    first_harmonic: Degrees = param(
+        0.0, 'of absolute: amplitude of its non-linearity once per turn [degrees of its shaft]'
     )
-    sensor_error: Annotated[float, Between(0.0, 20.0, 'degrees')] = Field(
-        0.0, description="of hall: standard deviation of each sensor's place [electrical degrees]"
-    )
-    eccentricity: Annotated[float, Between(0.0, 0.5, 'rad')] = Field(
-        0.0, description="amplitude of an error once per turn of the sensor's shaft [rad of it]"
-    )
-    first_harmonic: Annotated[float, Between(0.0, 20.0, 'degrees')] = Field(
-        0.0, description='of absolute: amplitude of its non-linearity once per turn [degrees of its shaft]'
-    )
-    second_harmonic: Annotated[float, Between(0.0, 20.0, 'degrees')] = Field(
-        0.0, description='of absolute: twice per turn'
-    )
-    noise: Annotated[float, Between(0.0, 1000.0, 'counts')] = Field(
-        0.0, description='of absolute: standard deviation of a reading [counts]'
-    )
-    hysteresis: Annotated[float, Between(0.0, 1000.0, 'counts')] = Field(
-        0.0, description='how far the sensor turns back before it shows that [counts]'
-    )
+    second_harmonic: Degrees = param(0.0, 'of absolute: twice per turn')
+    noise: Counts = param(0.0, 'of absolute: standard deviation of a reading [counts]')
+    hysteresis: Counts = param(0.0, 'how far the sensor turns back before it shows that [counts]')
     faults: FaultParams = NO_FAULTS
 
     @property
     def counts_per_shaft_turn(self) -> Optional[int]:
         """Return the counts in a turn of the sensor's shaft; None if ppr specifies them."""
-        if self.sensor == 'hall':
-            return EDGES_PER_POLE_PAIR * self.pole_pairs if self.pole_pairs else None
-        if self.sensor == 'absolute':
-            return 2**self.bits if self.bits else None
+        if self.pole_pairs:
+            return EDGES_PER_POLE_PAIR * self.pole_pairs
+        if self.bits:
+            return 1 << self.bits
         return COUNTS_PER_LINE[self.decoding] * self.lines if self.lines else None
 
     @property
@@ -222,14 +203,12 @@ class EncoderModel(Params):
 
     def of_wheel(self, side: str) -> EncoderModel:
         """Return the model of the `left` or `right` wheel; faults may affect only one."""
-        if self.faults.wheel in ('both', side):
-            return self
-        return self.model_copy(update={'faults': NO_FAULTS})
+        return self if self.faults.wheel in ('both', side) else self.model_copy(update={'faults': NO_FAULTS})
 
     @property
     def edges_per_count(self) -> int:
         """Return the number of sensor edges per count."""
-        return 1 if self.sensor in ('hall', 'absolute') else EDGES_PER_LINE // COUNTS_PER_LINE[self.decoding]
+        return EDGES_PER_LINE // COUNTS_PER_LINE[self.decoding]
 
     @property
     def counts_that_repeat(self) -> int:
@@ -250,7 +229,7 @@ class EncoderModel(Params):
 
     def edge_pattern(self) -> Optional[List[float]]:
         """Return the offsets of a line's four edges from even positions [edges]; None if even."""
-        if self.sensor in ('hall', 'absolute') or (self.duty_cycle == 0.5 and self.phase_error == 0.0):
+        if self.duty_cycle == 0.5 and self.phase_error == 0.0:
             return None
         longer, later = EDGES_PER_LINE * self.duty_cycle - 2.0, self.phase_error / 90.0
         return [0.0, later, longer, later + longer]
@@ -290,54 +269,44 @@ class EncoderModel(Params):
         return sum((amplitude * turns) ** 2 / 2.0 for amplitude, turns in zip(self.waves_rad, WAVES_PER_TURN))
 
     @model_validator(mode='after')
-    def _check_sensor(self) -> EncoderModel:
-        """Check that all keys apply to the sensor."""
-        for key, sensors in SENSORS_OF_KEYS.items():
-            value = getattr(self, key)
-            if self.sensor not in sensors and value != type(self).model_fields[key].default:
-                raise not_allowed(key, value, f'with sensor {_either(sensors)}, not {self.sensor}')
-        if self.sensor == 'single_channel' and self.decoding == 'x4':
-            # The default; a single channel has two edges per line.
-            raise not_allowed('decoding', self.decoding, 'x1 or x2, with sensor single_channel')
-        if self.sensor == 'absolute' and self.direction == 'command':
-            raise not_allowed('direction', self.direction, 'phases, with sensor absolute')
+    def _check_rules(self) -> EncoderModel:
+        for key, is_allowed, allowed in self._rules():
+            if not is_allowed:
+                raise not_allowed(key, attrgetter(key)(self), allowed)
         return self
 
-    @model_validator(mode='after')
-    def _check_shape(self) -> EncoderModel:
-        """Check that edges are in order and that the measured angle is monotonic."""
-        later = self.phase_error / 90.0
+    def _rules(self) -> Iterator[Tuple[str, Any, str]]:
+        """Yield keys, whether their values are allowed, and what the other keys allow."""
+        with_sensor = f'with sensor {self.sensor}'
+        for key in dict.fromkeys(key for sensor in SENSORS.values() for key in sensor.keys):
+            kinds = [kind for kind, sensor in SENSORS.items() if key in sensor.keys]
+            is_default = getattr(self, key) == type(self).model_fields[key].default
+            yield key, self.sensor in kinds or is_default, f'with sensor {_either(kinds)}, not {self.sensor}'
+        yield 'decoding', (self.sensor, self.decoding) != ('single_channel', 'x4'), f'x1 or x2, {with_sensor}'
+        channels = SENSORS[self.sensor].channels
+        yield 'direction', channels or self.direction == 'phases', f'phases, {with_sensor}'
         # Order of edges: B rises, A falls, B falls, A rises. Rounded as in the message.
+        later = self.phase_error / 90.0
         least = round((1.0 + SHORTEST_STATE + later) / EDGES_PER_LINE, 3)
         most = round((3.0 - SHORTEST_STATE - later) / EDGES_PER_LINE, 3)
-        if not least <= self.duty_cycle <= most:
-            raise not_allowed('duty_cycle', self.duty_cycle, f'{least} to {most}, with phase_error {self.phase_error}')
+        in_order = least <= self.duty_cycle <= most
+        yield 'duty_cycle', in_order, f'{least} to {most}, with phase_error {self.phase_error}'
+        # The measured angle must be monotonic.
         most_deg = round(math.degrees(STEEPEST - self.eccentricity - math.radians(self.first_harmonic)) / 2.0, 3)
-        if self.second_harmonic > most_deg:
-            others = f'eccentricity {self.eccentricity} and first_harmonic {self.first_harmonic}'
-            raise not_allowed('second_harmonic', self.second_harmonic, f'up to {most_deg}, with {others}')
-        return self
-
-    @model_validator(mode='after')
-    def _check_gear_and_faults(self) -> EncoderModel:
+        others = f'eccentricity {self.eccentricity} and first_harmonic {self.first_harmonic}'
+        yield 'second_harmonic', self.second_harmonic <= most_deg, f'up to {most_deg}, with {others}'
         for key, without in (('gear_ratio', 1.0), ('backlash', 0.0)):
-            if self.side == 'wheel' and getattr(self, key) != without:
-                raise not_allowed(key, getattr(self, key), f'{without} with side wheel, or side motor')
+            is_without = getattr(self, key) == without
+            yield key, self.side == 'motor' or is_without, f'{without} with side wheel, or side motor'
         most_lines = MOST_COUNTS_PER_TURN // COUNTS_PER_LINE[self.decoding]
-        if self.lines is not None and self.lines > most_lines:
-            raise not_allowed('lines', self.lines, f'up to {most_lines}, with decoding {self.decoding}')
-        faults = self.faults
-        channels = {'quadrature': 'AB', 'single_channel': 'A', 'hall': 'ABC', 'absolute': ''}[self.sensor]
-        if faults.dead_channel not in ('none', *channels):
-            allowed = f'{_either(["none", *channels])}, with sensor {self.sensor}'
-            raise not_allowed('faults.dead_channel', faults.dead_channel, allowed)
-        for key in ('missed', 'extra', 'max_count_rate', 'restart_at') if self.sensor == 'absolute' else ():
-            if getattr(faults, key):
-                allowed = '0.0 with sensor absolute, which shows its angle and counts nothing'
-                raise not_allowed(f'faults.{key}', getattr(faults, key), allowed)
-        if self.sensor in ('single_channel', 'absolute') and faults.wiring == 'swapped':
-            raise not_allowed('faults.wiring', faults.wiring, f'straight or inverted, with sensor {self.sensor}')
-        return self
+        yield 'lines', (self.lines or 0) <= most_lines, f'up to {most_lines}, with decoding {self.decoding}'
+        dead = ['none', *channels]
+        yield 'faults.dead_channel', self.faults.dead_channel in dead, f'{_either(dead)}, {with_sensor}'
+        for key in ('missed', 'extra', 'max_count_rate', 'restart_at'):
+            allowed = f'0.0 {with_sensor}, which shows its angle and counts nothing'
+            yield f'faults.{key}', channels or not getattr(self.faults, key), allowed
+        is_wired = len(channels) > 1 or self.faults.wiring != 'swapped'
+        yield 'faults.wiring', is_wired, f'straight or inverted, {with_sensor}'
 
 
 def _either(words: Sequence[str]) -> str:
@@ -348,8 +317,30 @@ def _either(words: Sequence[str]) -> str:
 
 IDEAL_ENCODER = EncoderModel()
 
+CounterModulus = Annotated[
+    int, COUNTER_STATES, Field(description='counts before the counter wraps: 65536 for int16, 0 for no wrap')
+]
 
-def counts_per_turn(ppr: PerWheel, model: EncoderModel) -> PerWheel:
-    """Return the counts per wheel revolution: the model's if specified, else `ppr`."""
-    counts = model.counts_per_wheel_turn
-    return ppr if counts is None else PerWheel(left=counts, right=counts)
+
+class CountingParams(Params):
+    """Parameters that encoder and odometry share."""
+
+    ppr: PulsesPerRevolution = DEFAULT_PPR
+    counter_modulus: CounterModulus = 0
+    encoder: EncoderModel = IDEAL_ENCODER
+    velocity_method: Literal['M', 'T', 'MT'] = param(
+        'M', 'of the twist: counts per period (M), time between edges (T), or both (MT)'
+    )
+    velocity_clock: Annotated[float, Between(1.0, 1e9, 'Hz')] = param(
+        1e6, 'of the clock that times edges for T and MT [Hz]'
+    )
+
+    @property
+    def counts_per_turn(self) -> PerWheel:
+        """Return the counts per wheel revolution: the encoder's if it has them, else `ppr`."""
+        counts = self.encoder.counts_per_wheel_turn
+        return self.ppr if counts is None else PerWheel(left=counts, right=counts)
+
+    def values_in_use(self) -> Dict[str, Any]:
+        """Return the values by key, with the encoder's resolution."""
+        return {**super().values_in_use(), 'ppr': self.counts_per_turn.plain}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 from collections import deque
-from typing import Deque, NamedTuple, Optional, Sequence, Tuple
+from typing import Deque, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -19,7 +19,6 @@ from diff_encoder_sim.wheels.covariance import (
     PULSE_VARIANCE,
     LateralAcceleration,
     PlanarCovariance,
-    behind_axle,
     carry_geometry_errors,
     geometry_covariance,
     propagate_motion_noise,
@@ -34,6 +33,7 @@ from diff_encoder_sim.wheels.report_link import LATE_REPORT_TOLERANCE_NS
 log = logging.getLogger(__name__)
 
 WheelRates = Tuple[float, float]  # left, right [rad/s]
+RimMotion = Tuple[float, float]  # distance [m] and variance [m^2], or speed [m/s] and variance [m^2/s^2]
 
 
 class TwistCovariance(NamedTuple):
@@ -56,24 +56,12 @@ class WheelTwist(NamedTuple):
     covariance: TwistCovariance
 
 
-class RimMotion(NamedTuple):
-    """Motion of a wheel's rim: distance [m] and variance [m^2], or speed [m/s] and variance [m^2/s^2]."""
-
-    mean: float
-    variance: float
-
-
 class TwistEstimator:
-    """Computes the twist from counts or measured speeds, with an optional low-pass.
-
-    The covariance does not include the delay of the low-pass.
-    """
+    """Computes the twist from counts or measured speeds, with an optional low-pass, whose delay is no variance."""
 
     def __init__(self, params: OdometryParams) -> None:
-        self._params, self._radius_m = params, 0.5 * params.wheel_diameter
-        self._m_per_pulse = params.m_per_pulse
+        self._params, self._m_per_pulse = params, params.m_per_pulse
         self._edge_variance, self._wave_variance = params.encoder.edge_variance, params.encoder.speed_variance
-        self._tick_s = 1.0 / params.velocity_clock
         self.reset()
 
     def reset(self) -> None:
@@ -88,65 +76,56 @@ class TwistEstimator:
             totals: pulses since the start; the twist is the mean between the first and the last reading.
             measured_radps: left and right wheel speeds, used instead of that mean.
         """
-        separation_m, (stamp_ns, *last) = self._params.wheel_separation, totals[-1]
-        first_ns, *first = totals[0]
-        interval_s = (stamp_ns - first_ns) / NANOSECONDS_PER_SECOND
-        if measured_radps is not None:
+        (first_ns, *first), (stamp_ns, *last) = totals[0], totals[-1]
+        if measured_radps is None:
+            interval_s = (stamp_ns - first_ns) / NANOSECONDS_PER_SECOND
+            rims = [
+                self._way((new - old) * m_per_pulse, m_per_pulse)
+                for new, old, m_per_pulse in zip(last, first, self._m_per_pulse)
+            ]
+        else:
+            interval_s, radius_m = 1.0, 0.5 * self._params.wheel_diameter
             since_s = (stamp_ns - totals[-2].stamp_ns) / NANOSECONDS_PER_SECOND if len(totals) > 1 else 0.0
-            speeds = [
-                self._measured(radps * self._radius_m, m_per_pulse, since_s)
+            rims = [
+                self._speed(radps * radius_m, m_per_pulse, since_s)
                 for radps, m_per_pulse in zip(measured_radps, self._m_per_pulse)
             ]
-            return twist_of_rims(self._smoothed(stamp_ns, speeds), 1.0, separation_m)
-        ways = [
-            self._way((new - old) * m_per_pulse, m_per_pulse)
-            for new, old, m_per_pulse in zip(last, first, self._m_per_pulse)
-        ]
-        if not self._params.velocity_low_pass or interval_s == 0.0:
-            return twist_of_rims(ways, interval_s, separation_m)
-        speeds = [RimMotion(way / interval_s, variance / interval_s**2) for way, variance in ways]
-        return twist_of_rims(self._smoothed(stamp_ns, speeds), 1.0, separation_m)
+        if self._params.velocity_low_pass and interval_s:
+            speeds = [(way / interval_s, variance / interval_s**2) for way, variance in rims]
+            rims, interval_s = self._smoothed(stamp_ns, speeds), 1.0
+        return twist_of_rims(rims, interval_s, self._params.wheel_separation)
 
     def _way(self, way_m: float, m_per_pulse: float) -> RimMotion:
         """Return the distance between two readings, with independent rounding errors."""
         variance = 2.0 * reading_variance(m_per_pulse, self._edge_variance) + self._params.travel_variance * abs(way_m)
-        return RimMotion(way_m, variance + self._wave_variance * way_m**2)
+        return way_m, variance + self._wave_variance * way_m**2
 
-    def _measured(self, mps: float, m_per_pulse: float, interval_s: float) -> RimMotion:
+    def _speed(self, mps: float, m_per_pulse: float, interval_s: float) -> RimMotion:
         """Return a speed between two edges, with errors of their positions and of two clock readings."""
         if mps == 0.0:
             # It may creep by less than a count.
-            return RimMotion(0.0, PULSE_VARIANCE * (m_per_pulse / STANDSTILL_AFTER_S) ** 2)
+            return 0.0, PULSE_VARIANCE * (m_per_pulse / STANDSTILL_AFTER_S) ** 2
         least_s = interval_s if self._params.velocity_method == 'MT' else 0.0
         between_s = min(max(least_s, m_per_pulse / abs(mps)), STANDSTILL_AFTER_S)
         way_m2 = 2.0 * self._edge_variance * m_per_pulse**2 + self._params.travel_variance * abs(mps) * between_s
-        time_s2 = self._tick_s**2 / 6.0
-        return RimMotion(mps, (way_m2 + mps**2 * time_s2) / between_s**2 + self._wave_variance * mps**2)
+        time_s2 = (1.0 / self._params.velocity_clock) ** 2 / 6.0
+        return mps, (way_m2 + mps**2 * time_s2) / between_s**2 + self._wave_variance * mps**2
 
-    def _smoothed(self, stamp_ns: int, speeds: Sequence[RimMotion]) -> Sequence[RimMotion]:
+    def _smoothed(self, stamp_ns: int, speeds: List[RimMotion]) -> List[RimMotion]:
         """Apply the low-pass, assuming independent errors of successive speeds."""
-        if self._smooth is not None and self._params.velocity_low_pass:
+        if self._smooth is not None:
             passed_s = (stamp_ns - self._smooth_ns) / NANOSECONDS_PER_SECOND
             share = passed_s / (self._params.velocity_low_pass + passed_s)
             speeds = [
-                RimMotion(
-                    old.mean + share * (new.mean - old.mean),
-                    (1.0 - share) ** 2 * old.variance + share**2 * new.variance,
-                )
-                for old, new in zip(self._smooth, speeds)
+                (mean + share * (new - mean), (1.0 - share) ** 2 * variance + share**2 * of_new)
+                for (mean, variance), (new, of_new) in zip(self._smooth, speeds)
             ]
         self._smooth, self._smooth_ns = speeds, stamp_ns
         return speeds
 
 
 def twist_of_rims(rims: Sequence[RimMotion], interval_s: float, wheel_separation_m: float) -> WheelTwist:
-    """Return the twist of both rims' motion in an interval; zero if the interval is 0.
-
-    Args:
-        rims: left and right distances; or speeds, with an interval of 1 s.
-        interval_s: duration of the motion.
-        wheel_separation_m: between the contact points.
-    """
+    """Return the twist of both rims' distances in an interval, or of their speeds in 1 s; zero in an interval of 0."""
     if interval_s == 0.0:
         return WheelTwist(0.0, 0.0, TwistCovariance())
     (left, left_variance), (right, right_variance) = rims
@@ -193,11 +172,9 @@ class WheelOdometry:
 
     def __init__(self, params: OdometryParams) -> None:
         self.params = params
-        self._m_per_pulse = params.m_per_pulse
-        self._reading_vars_m2 = params.reading_variances_m2
+        self._m_per_pulse, self._geometry_std = params.m_per_pulse, params.geometry_std
+        self._reading_vars_m2, self._residual_m = params.reading_variances_m2, residual_std(*params.m_per_pulse)
         self._heading_var_rad2 = sum(self._reading_vars_m2) / params.wheel_separation**2
-        self._residual_m = residual_std(*self._m_per_pulse)
-        self._geometry_std = params.geometry_std
         self._timeline = Timeline(LATE_REPORT_TOLERANCE_NS)
         self._steps, self._twists = CounterSteps(params.counter_limits), TwistEstimator(params)
         self.reset()
@@ -240,33 +217,28 @@ class WheelOdometry:
         if step is Step.STALE:
             return None
         if step is Step.RESTART:
-            log.warning(
-                'encoder stamps went back to %.3f s: odometry restarted at pose zero',
-                stamp_ns / NANOSECONDS_PER_SECOND,
-                extra=EVENT,
-            )
+            stamp_s = stamp_ns / NANOSECONDS_PER_SECOND
+            log.warning('encoder stamps went back to %.3f s: odometry restarted at pose zero', stamp_s, extra=EVENT)
             self.reset()
         self._integrate(Reading(stamp_ns, left_count, right_count))
         return self._estimate(stamp_ns, wheel_rates_radps)
 
     def _integrate(self, reading: Reading) -> None:
         step = self._steps.take(reading)
+        self._totals.append(self._steps.total)
         if step is None:
-            self._totals.append(Reading(reading.stamp_ns, 0, 0))
             return
         if step.restart:
             log.warning('%s: taken as a counter restart, the pose is kept', step.restart, extra=EVENT)
-        last, separation_m = self._totals[-1], self.params.wheel_separation
-        left_total, right_total = last.left_pulses + step.left_pulses, last.right_pulses + step.right_pulses
-        self._totals.append(Reading(reading.stamp_ns, left_total, right_total))
-        left_m_per_pulse, right_m_per_pulse = self._m_per_pulse
+        (left_m_per_pulse, right_m_per_pulse), separation_m = self._m_per_pulse, self.params.wheel_separation
         left_m, right_m = step.left_pulses * left_m_per_pulse, step.right_pulses * right_m_per_pulse
-        pull_mps2 = self._pull.take((reading.stamp_ns - last.stamp_ns) / NANOSECONDS_PER_SECOND, left_m, right_m)
+        pull_mps2 = self._pull.take(step.interval_s, left_m, right_m)
         if not (step.left_pulses or step.right_pulses):
             return
         moved = move_along_arc(self._pose, 0.5 * (left_m + right_m), (right_m - left_m) / separation_m)
         motion = self._pose.yaw_rad, left_m, right_m, separation_m
         # The heading is computed from the totals: summed rounded increments would drift.
+        _, left_total, right_total = self._steps.total
         yaw_rad = (right_total * right_m_per_pulse - left_total * left_m_per_pulse) / separation_m
         self._pose = Pose2D(moved.x_m, moved.y_m, yaw_rad)
         noise = self.params.travel_variance + (self.params.curve_noise or 0.0) * pull_mps2**2
@@ -278,14 +250,14 @@ class WheelOdometry:
 
     def _estimate(self, stamp_ns: int, wheel_rates_radps: Optional[WheelRates]) -> OdometryEstimate:
         twist, axle_x_m = self._twists.twist(self._totals, wheel_rates_radps), self.params.axle_x
-        separation_m = self.params.wheel_separation
         covariance = self._motion_covariance.plus(
-            quantisation_covariance(self._pose, *self._reading_vars_m2, self._residual_m, separation_m)
+            quantisation_covariance(self._pose, *self._reading_vars_m2, self._residual_m, self.params.wheel_separation)
         )
         if self._geometry_std != KNOWN_EXACTLY:
             covariance = covariance.plus(geometry_covariance(self._geometry_errors, self._geometry_std))
         if axle_x_m:
-            covariance = behind_axle(covariance, self._pose.yaw_rad, axle_x_m)
+            sin_yaw, cos_yaw = math.sin(self._pose.yaw_rad), math.cos(self._pose.yaw_rad)
+            covariance = covariance.carried_by_heading(axle_x_m * sin_yaw, -axle_x_m * cos_yaw)
         return OdometryEstimate(
             stamp_ns,
             base_of_axle(self._pose, axle_x_m),

@@ -9,21 +9,10 @@ from pydantic import Field
 from typing_extensions import Annotated
 
 from diff_encoder_sim.base.bounds import Between, Length_m, Offset_m, TravelVariance_m
-from diff_encoder_sim.base.params import Params
+from diff_encoder_sim.base.params import param
 from diff_encoder_sim.wheels.counter import CounterLimits
 from diff_encoder_sim.wheels.covariance import GeometryStd, reading_variance
-from diff_encoder_sim.wheels.encoder_params import (
-    DEFAULT_CLOCK_HZ,
-    DEFAULT_PPR,
-    IDEAL_ENCODER,
-    CounterModulus,
-    EncoderModel,
-    PerWheel,
-    PulsesPerRevolution,
-    VelocityClock_Hz,
-    VelocityMethod,
-    counts_per_turn,
-)
+from diff_encoder_sim.wheels.encoder_params import CountingParams
 
 # Travel variance per metre at a lateral acceleration of 1 m/s^2, proportional to its square.
 CurveVariance = Annotated[float, Between(0.0, 1.0, 'm^2/m per (m/s^2)^2')]
@@ -33,73 +22,59 @@ RelativeStd = Annotated[float, Between(0.0, 2.0)]
 # Default slip variance [m^2/m]: 4.5 mm after 20 m.
 USUAL_MOTION_NOISE = 1e-6
 
-FOLLOWED = "by the robot's wheel errors"
+FOLLOWED = "none: by the robot's wheel errors, else"
 
 # Parameters of the wheel uncertainty.
 UNCERTAINTY_KEYS = ('motion_noise', 'curve_noise', 'distance_std', 'turn_std', 'diameter_difference_std')
 
 
-class OdometryParams(Params):
+class OdometryParams(CountingParams):
     """Parameters of gz_diff_odom_node.
 
     `wheel_diameter` and `wheel_separation` are the assumed geometry; the simulator has the true one.
     """
 
-    ppr: PulsesPerRevolution = DEFAULT_PPR
-    wheel_diameter: Length_m = Field(0.2, description='as the odometry assumes it [m]')
-    wheel_separation: Length_m = Field(0.4, description='between the contact points, as the odometry assumes it [m]')
-    axle_x: Offset_m = Field(0.0, description='place of the axle ahead of the origin of base_frame [m]')
-    counter_modulus: CounterModulus = 0
-    velocity_window: Annotated[int, Between(1, 10_000)] = Field(1, description='report intervals that the twist spans')
-    motion_noise: Optional[TravelVariance_m] = Field(
-        None, description=f"variance of a wheel's travel per metre of it [m^2/m]; none: {FOLLOWED}, else 1e-6"
+    wheel_diameter: Length_m = param(0.2, 'as the odometry assumes it [m]')
+    wheel_separation: Length_m = param(0.4, 'between the contact points, as the odometry assumes it [m]')
+    axle_x: Offset_m = param(0.0, 'place of the axle ahead of the origin of base_frame [m]')
+    velocity_window: Annotated[int, Between(1, 10_000)] = param(1, 'report intervals that the twist spans')
+    motion_noise: Optional[TravelVariance_m] = param(
+        None, f"variance of a wheel's travel per metre of it [m^2/m]; {FOLLOWED} 1e-6"
     )
-    curve_noise: Optional[CurveVariance] = Field(
+    curve_noise: Optional[CurveVariance] = param(
         None,
-        description='what a sideways acceleration of 1 m/s^2 adds to motion_noise, and its square in proportion '
-        f'[m^2/m per (m/s^2)^2]; none: {FOLLOWED}, else 0',
+        'what a sideways acceleration of 1 m/s^2 adds to motion_noise, and its square in proportion '
+        f'[m^2/m per (m/s^2)^2]; {FOLLOWED} 0',
     )
-    distance_std: Optional[RelativeStd] = Field(
-        None, description=f"standard deviation of a distance's relative error; none: {FOLLOWED}, else 0"
+    distance_std: Optional[RelativeStd] = param(
+        None, f"standard deviation of a distance's relative error; {FOLLOWED} 0"
     )
-    turn_std: Optional[RelativeStd] = Field(
-        None, description=f"standard deviation of a turn's relative error; none: {FOLLOWED}, else 0"
+    turn_std: Optional[RelativeStd] = param(None, f"standard deviation of a turn's relative error; {FOLLOWED} 0")
+    diameter_difference_std: Optional[RelativeStd] = param(
+        None, f'standard deviation of the right minus the left diameter, relative to their mean; {FOLLOWED} 0'
     )
-    diameter_difference_std: Optional[RelativeStd] = Field(
-        None,
-        description='standard deviation of the right minus the left diameter, relative to their mean; '
-        f'none: {FOLLOWED}, else 0',
+    max_wheel_speed: Annotated[float, Between(1e-3, 1e9, 'rad/s')] = param(
+        100.0, 'a faster wheel means that the counter was restarted [rad/s]'
     )
-    max_wheel_speed: Annotated[float, Between(1e-3, 1e9, 'rad/s')] = Field(
-        100.0, description='a faster wheel means that the counter was restarted [rad/s]'
+    max_wheel_acceleration: Annotated[float, Between(1e-1, 1e9, 'rad/s^2')] = param(
+        200.0, 'counters near zero that this cannot explain were restarted, too [rad/s^2]'
     )
-    max_wheel_acceleration: Annotated[float, Between(1e-1, 1e9, 'rad/s^2')] = Field(
-        200.0, description='counters near zero that this cannot explain were restarted, too [rad/s^2]'
+    velocity_low_pass: Annotated[float, Between(0.0, 100.0, 's')] = param(
+        0.0, "time constant of a low-pass on the wheels' speeds in the twist [s]; 0: none"
     )
-    encoder: EncoderModel = IDEAL_ENCODER
-    velocity_method: VelocityMethod = 'M'
-    velocity_clock: VelocityClock_Hz = DEFAULT_CLOCK_HZ
-    velocity_low_pass: Annotated[float, Between(0.0, 100.0, 's')] = Field(
-        0.0, description="time constant of a low-pass on the wheels' speeds in the twist [s]; 0: none"
+    following_error_window: Annotated[float, Between(1e-3, 1e9, 'rad/s')] = param(
+        1.0, 'on /diagnostics: how far a wheel may be from its commanded speed [rad/s]'
     )
-    following_error_window: Annotated[float, Between(1e-3, 1e9, 'rad/s')] = Field(
-        1.0, description='on /diagnostics: how far a wheel may be from its commanded speed [rad/s]'
-    )
-    following_error_timeout: Annotated[float, Between(1e-2, 1e6, 's')] = Field(
-        1.0, description='on /diagnostics: for how long it may be further from it [s]'
+    following_error_timeout: Annotated[float, Between(1e-2, 1e6, 's')] = param(
+        1.0, 'on /diagnostics: for how long it may be further from it [s]'
     )
     odom_frame: str = Field('odom', min_length=1, description='frame of the pose')
     base_frame: str = Field('base_link', min_length=1, description='frame of the robot')
-    publish_tf: bool = Field(True, description='broadcast odom_frame -> base_frame on TF')
-
-    @property
-    def counts_per_turn(self) -> PerWheel:
-        """Return the counts per wheel revolution: the encoder's, if it has them, else `ppr`."""
-        return counts_per_turn(self.ppr, self.encoder)
+    publish_tf: bool = param(True, 'broadcast odom_frame -> base_frame on TF')
 
     def values_in_use(self) -> Dict[str, Any]:
         """Return the values by key, with the encoder's resolution and all uncertainties."""
-        return {**super().values_in_use(), 'ppr': self.counts_per_turn.plain, **self.uncertainty}
+        return {**super().values_in_use(), **self.uncertainty}
 
     @property
     def travel_variance(self) -> float:

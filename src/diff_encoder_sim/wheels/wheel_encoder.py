@@ -8,31 +8,19 @@ from __future__ import annotations
 import logging
 import math
 from collections import deque
-from typing import Any, Deque, Dict, Optional, Sequence, Tuple
+from typing import Deque, Dict, Optional, Sequence, Tuple
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from diff_encoder_sim.base.bounds import Rate_Hz, Seed
 from diff_encoder_sim.base.errors import EVENT, InputFault
-from diff_encoder_sim.base.params import Params, did_you_mean, not_allowed
+from diff_encoder_sim.base.params import did_you_mean, not_allowed, param
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.wheels.counter import wrap_count
 from diff_encoder_sim.wheels.encoder import kind_of, new_wheels, pulses_from_angle, read, turn
-from diff_encoder_sim.wheels.encoder_params import (
-    DEFAULT_CLOCK_HZ,
-    DEFAULT_PPR,
-    IDEAL_ENCODER,
-    MOST_COUNTS_PER_TURN,
-    CounterModulus,
-    EncoderModel,
-    PerWheel,
-    PulsesPerRevolution,
-    VelocityClock_Hz,
-    VelocityMethod,
-    counts_per_turn,
-)
+from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, MOST_COUNTS_PER_TURN, CountingParams
 from diff_encoder_sim.wheels.report_link import (
     LATE_REPORT_TOLERANCE_NS,
     PROMPT,
@@ -57,21 +45,16 @@ STAMPS_STAND_STILL_AFTER = 100
 JITTERS = 1024
 
 
-class EncoderParams(Params):
+class EncoderParams(CountingParams):
     """Parameters of gz_diff_encoder_node."""
 
-    ppr: PulsesPerRevolution = DEFAULT_PPR
-    rate: Rate_Hz = Field(DEFAULT_RATE_HZ, description='reports per second of joint stamps [Hz]')
+    rate: Rate_Hz = param(DEFAULT_RATE_HZ, 'reports per second of joint stamps [Hz]')
     left_joint: str = Field('left_wheel_joint', min_length=1, description='name of the left wheel in /joint_states')
     right_joint: str = Field('right_wheel_joint', min_length=1, description='name of the right wheel in /joint_states')
-    left_reversed: bool = Field(False, description='the angle of the left joint falls when the robot drives forward')
-    right_reversed: bool = Field(False, description='the angle of the right joint falls when the robot drives forward')
-    counter_modulus: CounterModulus = 0
-    encoder: EncoderModel = IDEAL_ENCODER
+    left_reversed: bool = param(False, 'the angle of the left joint falls when the robot drives forward')
+    right_reversed: bool = param(False, 'the angle of the right joint falls when the robot drives forward')
     report: ReportParams = PROMPT
-    velocity_method: VelocityMethod = 'M'
-    velocity_clock: VelocityClock_Hz = DEFAULT_CLOCK_HZ
-    seed: Seed = Field(0, description="of the encoders' errors: the trial's number")
+    seed: Seed = param(0, "of the encoders' errors: the trial's number")
 
     @model_validator(mode='after')
     def _check_joints_differ(self) -> EncoderParams:
@@ -82,20 +65,13 @@ class EncoderParams(Params):
     @model_validator(mode='after')
     def _check_whole_turns(self) -> EncoderParams:
         """Check that uneven edges repeat with each turn of the sensor's shaft."""
-        model, ppr = self.encoder, self.counts_per_turn
-        if not model.has_uneven_edges:
-            return self
-        for wheel in (ppr.left, ppr.right):
-            counts = wheel / model.shaft_turns_per_wheel_turn
-            is_whole = abs(counts - round(counts)) <= 1e-6 * counts and round(counts) % model.counts_that_repeat == 0
+        repeat, turns = self.encoder.counts_that_repeat, self.encoder.shaft_turns_per_wheel_turn
+        for _, ppr in self.counts_per_turn if self.encoder.has_uneven_edges else ():
+            counts = ppr / turns
+            is_whole = abs(counts - round(counts)) <= 1e-6 * counts and round(counts) % repeat == 0
             if not is_whole or counts > MOST_COUNTS_PER_TURN:
-                turns = model.shaft_turns_per_wheel_turn
-                step, most = f'{model.counts_that_repeat * turns:.9g}', f'{MOST_COUNTS_PER_TURN * turns:.9g}'
-                raise not_allowed(
-                    'ppr',
-                    wheel,
-                    f'multiples of {step} up to {most}, as edges are not even; or lines or pole_pairs of encoder',
-                )
+                multiples = f'multiples of {repeat * turns:.9g} up to {MOST_COUNTS_PER_TURN * turns:.9g}'
+                raise not_allowed('ppr', ppr, f'{multiples}, as edges are not even; or lines or pole_pairs of encoder')
         return self
 
     @model_validator(mode='after')
@@ -105,22 +81,10 @@ class EncoderParams(Params):
         behind_s = sum(parts_s.values())
         if behind_s > most_s:
             key = max(parts_s, key=lambda key: parts_s[key])
-            raise not_allowed(
-                f'report.{key}',
-                getattr(self.report, key),
-                f'reports up to {most_s:g} s behind newer ones, not {behind_s:.4g} s as with this report and rate '
-                f'{self.rate:g}; or stamps: arrival',
-            )
+            behind = f'reports up to {most_s:g} s behind newer ones, not {behind_s:.4g} s as with this report and rate'
+            given = getattr(self.report, key)
+            raise not_allowed(f'report.{key}', given, f'{behind} {self.rate:g}; or stamps: arrival')
         return self
-
-    @property
-    def counts_per_turn(self) -> PerWheel:
-        """Return the counts per wheel revolution: the encoder's if specified, else `ppr`."""
-        return counts_per_turn(self.ppr, self.encoder)
-
-    def values_in_use(self) -> Dict[str, Any]:
-        """Return the values by key, with the encoder's resolution."""
-        return {**super().values_in_use(), 'ppr': self.counts_per_turn.plain}
 
 
 def is_ideal(params: EncoderParams, side: str) -> bool:
@@ -152,7 +116,7 @@ def report_link(params: EncoderParams, draw: int = 0) -> ReportLink:
 class _Wheel:
     """Stamps, sampling and pending samples of one wheel."""
 
-    def __init__(self, params: EncoderParams, side: str, jitters: Sequence[int]) -> None:
+    def __init__(self, params: EncoderParams, side: str, jitters_ns: Sequence[int]) -> None:
         """Create the `left` or `right` wheel; each sample is delayed by its jitter."""
         self.joint: str = getattr(params, f'{side}_joint')
         self.sign = -1.0 if getattr(params, f'{side}_reversed') else 1.0
@@ -164,29 +128,30 @@ class _Wheel:
             turn(self._kind, self.state.copy(), 0, 0.0)  # compile before the robot drives
         self._sampler = BoundarySampler(params.rate)
         self.timeline = Timeline(tolerance_ns=int(2 * NANOSECONDS_PER_SECOND / params.rate))
-        self._jitters_ns = jitters
+        self._jitters_ns = jitters_ns
         self._due: Deque[Tuple[int, int]] = deque()  # stamps and indices of delayed samples
         self._last: Tuple[int, float] = (0, 0.0)  # stamp and angle
         # By period, while waiting for the other wheel: stamp, unwrapped count, measured speed.
         self.samples: Dict[int, Tuple[int, int, Optional[float]]] = {}
-        self._most_kept = math.ceil(MISSING_AFTER_NS * params.rate / NANOSECONDS_PER_SECOND) + 2
 
     def take(self, stamp_ns: int, angle_rad: float) -> Step:
         """Process an angle; after RESTART, replace the wheel by a new one."""
         step = self.timeline.advance(stamp_ns)
         if step is not Step.NEW:
             return step
+        index = self._sampler.period_index(stamp_ns)
+        if not self._jitters_ns:
+            self._turn(stamp_ns, angle_rad, index)
+            return step
         while self._due and self._due[0][0] < stamp_ns:
             due_ns, due_index = self._due.popleft()
             last_ns, last_rad = self._last
             between_rad = last_rad + (due_ns - last_ns) / (stamp_ns - last_ns) * (angle_rad - last_rad)
             self._turn(due_ns, between_rad, due_index)
-        index = self._sampler.period_index(stamp_ns)
-        self._turn(stamp_ns, angle_rad, None if self._jitters_ns else index)
-        if self._jitters_ns:
-            self._last = stamp_ns, angle_rad
-            if index is not None:
-                self._due.append((stamp_ns + self._jitters_ns[index % len(self._jitters_ns)], index))
+        self._turn(stamp_ns, angle_rad, None)
+        self._last = stamp_ns, angle_rad
+        if index is not None:
+            self._due.append((stamp_ns + self._jitters_ns[index % len(self._jitters_ns)], index))
         return step
 
     def _turn(self, stamp_ns: int, angle_rad: float, index: Optional[int]) -> None:
@@ -200,8 +165,6 @@ class _Wheel:
         else:
             pulses, rate_radps = read(self._kind, self.state, stamp_ns)
             self.samples[index] = stamp_ns, pulses, rate_radps if self._measures else None
-        if len(self.samples) > self._most_kept:
-            del self.samples[next(iter(self.samples))]
 
 
 class ReportingEncoder:
@@ -218,7 +181,7 @@ class ReportingEncoder:
     def reset(self) -> None:
         """Drop all samples; the next angle is each wheel's first, with the errors of the start."""
         jitters = jitters_ns(self.params)
-        self._wheels = tuple(_Wheel(self.params, side, jitters) for side in ('left', 'right'))
+        self._wheels = _Wheel(self.params, 'left', jitters), _Wheel(self.params, 'right', jitters)
         self._first_stamp_ns: Optional[int] = None
         self._stale_in_a_row = 0
 
@@ -242,18 +205,14 @@ class ReportingEncoder:
             angles_rad: joint positions [rad], in the order of `names`.
 
         Raises:
-            InputFault: a wheel is named twice, has no finite angle, or is missing for long, or
-                the stamps do not advance. The state is unchanged.
+            InputFault: a wheel has no finite angle, or is missing for long, or the stamps do not advance. The state is
+                unchanged.
         """
         left, right = self._wheels
-        left_rad, right_rad = _angle_of(left.joint, names, angles_rad), _angle_of(right.joint, names, angles_rad)
+        left_rad, right_rad = _angle_of(left, names, angles_rad), _angle_of(right, names, angles_rad)
         if left_rad is None or right_rad is None:
             self._check_nothing_missing(stamp_ns, names)
-        return self.step(
-            stamp_ns,
-            None if left_rad is None else left.sign * left_rad,
-            None if right_rad is None else right.sign * right_rad,
-        )
+        return self.step(stamp_ns, left_rad, right_rad)
 
     def step(self, stamp_ns: int, left_rad: Optional[float], right_rad: Optional[float]) -> Sequence[EncoderSample]:
         """Process the wheel angles [rad], None if missing, and return the reports that arrive by now.
@@ -261,15 +220,11 @@ class ReportingEncoder:
         Raises:
             InputFault: the stamps do not advance.
         """
-        steps = [
-            wheel.take(stamp_ns, angle_rad)
-            for wheel, angle_rad in zip(self._wheels, (left_rad, right_rad))
-            if angle_rad is not None
-        ]
+        both = zip(self._wheels, (left_rad, right_rad))
+        steps = [wheel.take(stamp_ns, angle_rad) for wheel, angle_rad in both if angle_rad is not None]
         if Step.RESTART in steps:
-            log.warning(
-                'joint stamps went back to %.3f s: encoder restarted', stamp_ns / NANOSECONDS_PER_SECOND, extra=EVENT
-            )
+            stamp_s = stamp_ns / NANOSECONDS_PER_SECOND
+            log.warning('joint stamps went back to %.3f s: encoder restarted', stamp_s, extra=EVENT)
             self.reset()
             return self.step(stamp_ns, left_rad, right_rad)
         self._stale_in_a_row = 0 if Step.NEW in steps else self._stale_in_a_row + bool(steps)
@@ -290,8 +245,7 @@ class ReportingEncoder:
         if index is None:
             return None
         (left_ns, left_pulses, left_radps), (right_ns, right_pulses, right_radps) = (
-            left.samples[index],
-            right.samples[index],
+            wheel.samples[index] for wheel in self._wheels
         )
         for wheel in self._wheels:
             wheel.samples = {period: sample for period, sample in wheel.samples.items() if period > index}
@@ -313,16 +267,12 @@ class ReportingEncoder:
                 )
 
 
-def _angle_of(joint: str, names: Sequence[str], angles_rad: Sequence[float]) -> Optional[float]:
-    """Return the joint's angle [rad], or None if the message does not name it."""
-    times_named = names.count(joint)
-    if times_named == 0:
+def _angle_of(wheel: _Wheel, names: Sequence[str], angles_rad: Sequence[float]) -> Optional[float]:
+    """Return the angle, rising when the robot drives forward [rad]; None if the message does not name the joint."""
+    if wheel.joint not in names:
         return None
-    if times_named > 1:
-        raise InputFault(f'joint {joint!r} is named {times_named} times in one message')
-    index = names.index(joint)
-    if index >= len(angles_rad):
-        raise InputFault(f'joint {joint!r} has no position: {len(names)} names, {len(angles_rad)} positions')
-    if not abs(angles_rad[index]) <= LARGEST_ANGLE_RAD:
-        raise InputFault(f'joint {joint!r} has position {angles_rad[index]}; expected a finite angle [rad]')
-    return angles_rad[index]
+    index = names.index(wheel.joint)
+    angle_rad = angles_rad[index] if index < len(angles_rad) else math.nan
+    if not abs(angle_rad) <= LARGEST_ANGLE_RAD:
+        raise InputFault(f'joint {wheel.joint!r} has position {angle_rad}; expected a finite angle [rad]')
+    return wheel.sign * angle_rad

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.wheels.encoder_params import EncoderModel, PerWheel, counts_per_turn, ppr_label
+from diff_encoder_sim.wheels.encoder_params import EncoderModel, ppr_label
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 
@@ -32,7 +32,7 @@ def model(**keys):
 )
 def test_counts_per_wheel_turn_are_lines_times_decoding_times_gear(keys, expected):
     assert model(**keys).counts_per_wheel_turn == pytest.approx(expected)
-    assert counts_per_turn(PerWheel(left=7, right=7), model(**keys)).left == pytest.approx(expected)
+    assert EncoderParams(encoder=model(**keys)).counts_per_turn.left == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle, wrap_angles
 from diff_encoder_sim.wheels.chain import Chain
 from diff_encoder_sim.wheels.counter import Reading, wrap_count
-from diff_encoder_sim.wheels.odometry import RimMotion, TwistEstimator, WheelOdometry, twist_of_rims
+from diff_encoder_sim.wheels.odometry import TwistEstimator, WheelOdometry, twist_of_rims
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 from encoder_drives import RADIUS_M, SEPARATION_M, TICK_NS, drive, m_per_pulse
@@ -100,7 +100,8 @@ def test_straight_drive_spread_is_the_closed_form(ppr):
     assert (ratios > VARIANCE_RANGE_99[0]).all() and (ratios < VARIANCE_RANGE_99[1]).all(), ratios
     assert np.abs(errors[:, 2]).max() <= d / SEPARATION_M * 1.000001  # bounded: a pulse a wheel
     # Its own covariance says the same: NEES of 3 numbers averages 3.
-    nees = [error @ np.linalg.solve(of_draw[-1], error) for error, of_draw in zip(errors, run.covariances)]
+    covariances = [run.estimates(draw)[-1].pose_covariance for draw in range(SEEDS)]
+    nees = [error @ np.linalg.solve(covariance, error) for error, covariance in zip(errors, covariances)]
     assert 0.7 < np.mean(nees) / 3 < 1.3
 
 
@@ -290,12 +291,12 @@ def test_at_standstill_the_low_pass_decays_to_zero(measured):
     assert twists(driving + [(19, 19, *measured)] * 60, velocity_low_pass=0.1)[-1] == pytest.approx(0.0, abs=1e-6)
 
 
-RIMS = RimMotion(0.07, 4e-6), RimMotion(-0.015, 2e-8)
+RIMS = (0.07, 4e-6), (-0.015, 2e-8)
 
 
 def test_the_covariance_of_a_twist_is_that_of_the_two_ways():
     rng = np.random.default_rng(1)
-    left_m, right_m = rng.normal(0.0, [[math.sqrt(rim.variance)] for rim in RIMS], (2, 200_000))
+    left_m, right_m = rng.normal(0.0, [[math.sqrt(variance)] for _, variance in RIMS], (2, 200_000))
     sampled = np.cov((left_m + right_m) / 2 / PERIOD_S, (right_m - left_m) / SEPARATION_M / PERIOD_S)
     assert twist_of_rims(RIMS, PERIOD_S, SEPARATION_M).covariance.matrix() == pytest.approx(sampled, rel=0.02)
 
