@@ -12,13 +12,8 @@ from trial_bags import trial, write_bag
 
 def test_importing_pybullet_prints_nothing_and_later_prints_are_seen():
     script = 'from diff_encoder_sim.simulation.bullet import pybullet; print("after")'
-    result = subprocess.run(
-        [sys.executable, '-c', script],
-        env={'PYTHONPATH': str(SOURCE), 'PATH': ''},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    environment = {'PYTHONPATH': str(SOURCE), 'PATH': ''}
+    result = subprocess.run([sys.executable, '-c', script], env=environment, capture_output=True, text=True)
     assert (result.stdout, result.stderr) == ('after\n', '')
 
 
@@ -45,10 +40,8 @@ def run(folder, *arguments):
 )
 def test_a_command_that_simulates_says_in_one_line_what_to_install(arguments, tmp_path):
     done = run(tmp_path, *arguments.split())
-    assert done.returncode == 1
-    line = done.stderr.splitlines()[-1]
-    assert 'PyBullet' in line and 'pip install pybullet' in line and '[sim]' in line
-    assert len(done.stderr.splitlines()) == 1
+    (line,) = done.stderr.splitlines()
+    assert done.returncode == 1 and 'PyBullet' in line and 'pip install pybullet' in line and '[sim]' in line
     assert not (tmp_path / 'results').exists()
 
 

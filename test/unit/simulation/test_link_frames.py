@@ -22,25 +22,18 @@ def test_fixed_frames_have_their_origin():
     assert (mount.parent, mount.child, mount.translation_xyz_m) == ('arm', 'scanner', (1.0, 0.0, 0.0))
     # Rz(0.3) Ry(0.2) Rx(0.1), from its halved angles.
     (sr, cr), (sp, cp), (sy, cy) = ((math.sin(0.5 * angle), math.cos(0.5 * angle)) for angle in (0.1, 0.2, 0.3))
-    assert mount.quat_xyzw == pytest.approx(
-        (
-            sr * cp * cy - cr * sp * sy,
-            cr * sp * cy + sr * cp * sy,
-            cr * cp * sy - sr * sp * cy,
-            cr * cp * cy + sr * sp * sy,
-        )
-    )
+    x, y, z = sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy
+    assert mount.quat_xyzw == pytest.approx((x, y, z, cr * cp * cy + sr * sp * sy))
+    with pytest.raises(ConfigError, match="joint 'mount' origin xyz"):
+        LinkFrames(URDF.replace('xyz="1 0 0"', 'xyz="1 0"'))
 
 
-def test_joints_turn_about_their_axis_after_their_origin_in_the_order_of_their_names():
+def test_joints_of_known_angle_turn_about_their_axis_after_their_origin_in_the_order_of_their_names():
     arm, wheel = LinkFrames(URDF).turned({'z_wheel': 0.5, 'a_arm': math.pi / 2})
     assert wheel.translation_xyz_m == (0.1, 0.2, 0.3)
     assert wheel.quat_xyzw == pytest.approx((0.0, math.sin(0.25), 0.0, math.cos(0.25)))
     # A quarter turn about z, then one about the arm's own x, URDF's default axis.
     assert arm.quat_xyzw == pytest.approx((0.5, 0.5, 0.5, 0.5))
-
-
-def test_only_joints_whose_angle_is_known_are_returned():
     assert [frame.child for frame in LinkFrames(URDF).turned({'z_wheel': 0.0, 'other': 1.0})] == ['wheel']
 
 
@@ -60,8 +53,3 @@ def test_only_joints_whose_angle_is_known_are_returned():
 def test_of_the_two_quaternions_it_is_kdls(angle_rad, y, w):
     (wheel,) = LinkFrames(URDF).turned({'z_wheel': angle_rad})
     assert wheel.quat_xyzw == pytest.approx((0.0, y, 0.0, w), abs=1e-12)
-
-
-def test_a_bad_origin_is_named():
-    with pytest.raises(ConfigError, match="joint 'mount' origin xyz"):
-        LinkFrames(URDF.replace('xyz="1 0 0"', 'xyz="1 0"'))

@@ -22,29 +22,32 @@ WALL = """<sdf version="1.6"><world name="wall">
 
 
 @pytest.mark.parametrize('speed', [0.45, -0.45])
-def test_20_m_straight_agrees_with_wheel_kinematics_to_a_thousandth(make_simulator, speed):
+def test_20_m_straight_agree_with_wheel_kinematics_to_a_thousandth(make_simulator, speed):
     start_m = -math.copysign(10, speed)
     simulator = make_simulator(start=Pose2D(start_m, 0, 0))
     wheels, turned = drive(simulator, speed, 0.0, 20 / 0.45)
-    end = simulator.base_pose_in_world()
     rolled_m = RADIUS_M * wheels.mean()
     assert abs(rolled_m) > 19.5
-    assert end.x_m - start_m == pytest.approx(rolled_m, rel=1e-3)
-    wheel_yaw = RADIUS_M * (wheels[1] - wheels[0]) / SEPARATION_M
-    assert turned == pytest.approx(wheel_yaw, abs=1e-3)
+    assert simulator.base_pose_in_world().x_m - start_m == pytest.approx(rolled_m, rel=1e-3)
+    assert turned == pytest.approx(RADIUS_M * (wheels[1] - wheels[0]) / SEPARATION_M, abs=1e-3)
     assert abs(math.degrees(turned)) < 0.1  # and it is straight
     assert simulator.obstacle_hit() is None
 
 
-@pytest.mark.parametrize('rate', [-1.0])
-def test_five_turns_agree_with_wheel_kinematics_to_a_thousandth(make_simulator, rate):
+def test_five_turns_agree_with_wheel_kinematics_to_a_thousandth(make_simulator):
     simulator = make_simulator('ros_logo', Pose2D(-3.4, -0.85, 0.3))
-    wheels, turned = drive(simulator, 0.0, rate, 10 * math.pi)
-    wheel_yaw = RADIUS_M * (wheels[1] - wheels[0]) / SEPARATION_M
+    wheels, turned = drive(simulator, 0.0, -1.0, 10 * math.pi)
     assert abs(turned) > 9.5 * math.pi
-    assert turned == pytest.approx(wheel_yaw, rel=1e-3)
+    assert turned == pytest.approx(RADIUS_M * (wheels[1] - wheels[0]) / SEPARATION_M, rel=1e-3)
     end = simulator.base_pose_in_world()
     assert math.hypot(end.x_m + 3.4, end.y_m + 0.85) < 0.005
+
+
+def masses_kg(simulator):
+    """Of all links, as PyBullet has them."""
+    robot, client = simulator._physics._robot, simulator._physics._client
+    links = range(-1, pybullet.getNumJoints(robot, physicsClientId=client))
+    return [pybullet.getDynamicsInfo(robot, link, physicsClientId=client)[0] for link in links]
 
 
 def test_the_velocity_of_a_placed_robot_is_that_of_its_base(make_simulator):
@@ -59,21 +62,13 @@ def test_the_velocity_of_a_placed_robot_is_that_of_its_base(make_simulator):
 def test_pybullet_has_the_masses_of_the_robot_file(make_simulator):
     """The front caster's load shows where the centre of mass is: 0.05 m ahead."""
     simulator = make_simulator()
-    robot, client = simulator._physics._robot, simulator._physics._client
-    links = range(-1, pybullet.getNumJoints(robot, physicsClientId=client))
-    masses_kg = [pybullet.getDynamicsInfo(robot, link, physicsClientId=client)[0] for link in links]
-    assert sum(masses_kg) == pytest.approx(80.0)
+    assert sum(masses_kg(simulator)) == pytest.approx(80.0)
     for _ in range(20):
         simulator.tick()
-    caster_fraction = 0.05 / 0.19
-    assert simulator._physics.floor_loads() == pytest.approx(
-        {
-            'front_caster_joint': caster_fraction,
-            'left_wheel_joint': (1 - caster_fraction) / 2,
-            'right_wheel_joint': (1 - caster_fraction) / 2,
-        },
-        rel=0.01,
-    )
+    on_caster = 0.05 / 0.19
+    loads = {'front_caster': on_caster, 'left_wheel': (1 - on_caster) / 2, 'right_wheel': (1 - on_caster) / 2}
+    expected = {f'{name}_joint': load for name, load in loads.items()}
+    assert simulator._physics.floor_loads() == pytest.approx(expected, rel=0.01)
 
 
 def test_a_robot_of_many_parts_has_all_of_their_mass(make_simulator, tmp_path):
@@ -85,12 +80,8 @@ def test_a_robot_of_many_parts_has_all_of_their_mass(make_simulator, tmp_path):
     for count in (51, 120):
         robot = tmp_path / f'{count}.urdf'
         robot.write_text(ALTO.replace('</robot>', ''.join(map(part.format, range(count))) + '</robot>'))
-        physics = make_simulator(robot=robot)._physics
-        links = range(-1, pybullet.getNumJoints(physics._robot, physicsClientId=physics._client))
-        masses_kg = [
-            pybullet.getDynamicsInfo(physics._robot, link, physicsClientId=physics._client)[0] for link in links
-        ]
-        assert sum(masses_kg) == pytest.approx(80.0 + 0.123456789 * count, rel=1e-9)
+        total_kg = sum(masses_kg(make_simulator(robot=robot)))
+        assert total_kg == pytest.approx(80.0 + 0.123456789 * count, rel=1e-9)
 
 
 @pytest.mark.parametrize(('speed_mps', 'braking_mps2', 'wall_x_m'), [(4.0, 100.0, 9.2), (5.0, 20.0, 9.9)])

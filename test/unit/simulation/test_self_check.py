@@ -62,18 +62,17 @@ def test_cylinder_wheels_as_they_are_written_fail(load, tmp_path):
     assert 'turn, left' in failures(robot._replace(urdf=text, floor_only_links=()))
 
 
-def test_weak_motors_are_found(load):
-    weak = checks_of(load(Recipe()), wheel_torque=0.005)['torque']
-    assert not weak.is_ok
-    assert 'wheel_torque' in weak.advice
-
-
-def test_a_robot_that_stands_on_its_caster_is_found(load):
-    assert 'weight on the driven wheels' in failures(load(Recipe(com_m=(-0.078, 0.0, 0.04))))
-
-
-def test_a_robot_that_tips_over_is_found(load):
-    assert 'pitch' in failures(load(Recipe(com_m=(-0.13, 0.0, 0.04))))
+@pytest.mark.parametrize(
+    ('com_m', 'torque_nm', 'name', 'advice'),
+    [
+        ((-0.005, 0.0, 0.04), 0.005, 'torque', 'wheel_torque'),
+        ((-0.078, 0.0, 0.04), 5.0, 'weight on the driven wheels', 'nearer to the axle'),
+        ((-0.13, 0.0, 0.04), 5.0, 'pitch', 'tips over'),
+    ],
+)
+def test_a_robot_that_is_weak_stands_on_its_caster_or_tips_over_is_found(load, com_m, torque_nm, name, advice):
+    check = checks_of(load(Recipe(com_m=com_m)), wheel_torque=torque_nm)[name]
+    assert not check.is_ok and advice in check.advice
 
 
 def test_a_robot_that_rocks_leans_onto_its_other_support(load):
@@ -129,39 +128,26 @@ def check(tmp_path):
 
 
 def test_a_scanner_on_top_sees_nothing_of_the_robot(check):
-    assert check() == (
-        'laser', 'base_scan at x -0.030, y 0.000, 0.180 m above the floor, sees nothing of the robot', True, ''
-    )  # fmt: skip
+    value = 'base_scan at x -0.030, y 0.000, 0.180 m above the floor, sees nothing of the robot'
+    assert check() == ('laser', value, True, '')
 
 
-def test_a_case_that_is_wider_than_the_shortest_range_hides_nothing(check):
-    """As published: a case about the scan's frame as collision shape, and a range from inside of it."""
-    assert check(case_m=0.08).value.endswith('sees nothing of the robot')
-    assert re.search('sees the robot itself in [23] %', check(case_m=0.08, post_m=-0.18).value)
-
-
-def test_a_post_is_seen_from_where_it_is(check):
-    """0.02 m wide, 0.14 m behind: 8 degrees."""
-    seen = check(post_m=-0.18)
-    assert 'in 2 % of its rays, from -180 to' in seen.value
-    assert seen.is_ok and 'angle_span' in seen.advice
-
-
-def test_a_scanner_between_the_walls_of_its_own_body_is_not_ok(check):
-    """Ahead of the box, at half its height."""
-    seen = check(laser_m=(0.1, 0.0, 0.1))
-    assert not seen.is_ok
-    assert 'sees the robot itself in' in seen.value
-
-
-def test_a_scanner_inside_the_body_is_not_ok(check):
-    inside = check(laser_m=(-0.03, 0.0, 0.09))
-    assert not inside.is_ok
-    assert 'inside a collision shape' in inside.value
-
-
-def test_a_scanner_inside_the_hull_of_a_mesh_may_be_in_a_recess(check):
-    assert check(laser_m=(-0.03, 0.0, 0.09), wheel='mesh').is_ok
+@pytest.mark.parametrize(
+    ('robot', 'is_ok', 'value'),
+    [
+        # As published: a case about the scan's frame as collision shape, and a range from inside of it.
+        ({'case_m': 0.08}, True, 'sees nothing of the robot'),
+        ({'case_m': 0.08, 'post_m': -0.18}, True, 'sees the robot itself in [23] %'),
+        ({'post_m': -0.18}, True, 'in 2 % of its rays, from -180 to'),  # 0.02 m wide, 0.14 m behind: 8 degrees
+        ({'laser_m': (0.1, 0.0, 0.1)}, False, 'sees the robot itself in'),  # ahead of the box, at half its height
+        ({'laser_m': (-0.03, 0.0, 0.09)}, False, 'inside a collision shape'),
+        ({'laser_m': (-0.03, 0.0, 0.09), 'wheel': 'mesh'}, True, 'inside a collision shape'),  # maybe in a recess
+    ],
+)
+def test_what_a_scanner_sees_of_its_own_robot_is_judged(check, robot, is_ok, value):
+    seen = check(**robot)
+    assert seen.is_ok == is_ok and re.search(value, seen.value)
+    assert ('angle_span' in seen.advice) == ('itself' in seen.value)
 
 
 def test_the_table_says_what_is_not_ok_and_below_it_what_to_do():
