@@ -1,25 +1,22 @@
 """Particles' maps and how to read them, for the tests of SLAM."""
 
-import math
-
 import numpy as np
 
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.localization.map_update import update_maps, usable_rays
-from diff_encoder_sim.localization.patches import SIDE, Extent, PatchMaps
+from diff_encoder_sim.localization.patches import PatchMaps, usable_rays
+from diff_encoder_sim.localization.slam_params import SIDE
 from slam_room import params, room_scan
 
 CELL_M = 0.05
 
 
-def maps_of(count, extent=Extent(-4.0, -4.0, 4.0, 4.0)):
-    return PatchMaps(extent, CELL_M, count)
+def maps_of(count):
+    return PatchMaps((-4.0, -4.0), (4.0, 4.0), CELL_M, count)
 
 
 def rays_of(ranges, **changes):
-    ranges = np.atleast_1d(np.asarray(ranges, dtype=float))
-    scan = Scan(0, 0.0, 0.5 * math.pi, 0.1, 6.0, ranges)
+    scan = Scan(0, 0.0, 0.5 * np.pi, 0.1, 6.0, np.array(ranges, dtype=float))
     return usable_rays(scan, changes.pop('laser', IDENTITY), params(**changes))
 
 
@@ -31,10 +28,14 @@ def cells_of(maps, particle):
 
 def room_map(particles=1, scans=6, sigma_m=0.01, seed=1):
     """Maps of the room, made from true poses near the origin."""
-    rng = np.random.default_rng(seed)
-    maps = PatchMaps(Extent(-4.0, -4.0, 4.0, 4.0), CELL_M, particles)
+    rng, maps = np.random.default_rng(seed), maps_of(particles)
     for _ in range(scans):
         pose = Pose2D(*rng.uniform(-0.3, 0.3, 3).tolist())
         rays = usable_rays(room_scan(pose, rng, sigma_m), IDENTITY, params())
-        update_maps(maps, np.tile(np.array(pose), (particles, 1)), rays)
+        maps.update(np.tile(np.array(pose), (particles, 1)), rays)
     return maps
+
+
+def patch_counts(maps):
+    """Patches in use, each counted once, and those if every particle had its own grid of what it has seen."""
+    return len(maps.references) - 1 - int(maps.free_count[0]), int(np.count_nonzero(maps.table))

@@ -14,18 +14,35 @@ import numpy as np
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.beams import Beams
-from diff_encoder_sim.localization.laser_models import laser_model
+from diff_encoder_sim.localization.histogram import (
+    ParticleStatistics,
+    effective_count,
+    kld_limits,
+    particle_statistics,
+    resample,
+)
+from diff_encoder_sim.localization.laser_models import Beams, Likelihoods, laser_model
 from diff_encoder_sim.localization.occupancy_grid import FreeCells, OccupancyGrid, square_room
 from diff_encoder_sim.localization.particles import (
-    ParticleSet,
     check_covariance,
     check_grid,
     check_pose,
+    move_particles,
     particles_around,
     particles_everywhere,
 )
 from diff_encoder_sim.localization.scan_fit import FitMap, LostDetector
+
+# Upstream's pf_alloc: the filter has converged when no particle is farther than this from the
+# mean, along x or y [m].
+CONVERGED_WITHIN_M = 0.5
+
+# The particles have settled when this fraction of their weight lies as close together as in a
+# converged set: recovery may have drawn the rest anywhere.
+SETTLED_WEIGHT = 0.9
+
+# The exponential of a larger number overflows a double.
+LARGEST_EXPONENT = 700.0
 
 
 class AmclEstimate(NamedTuple):
@@ -45,22 +62,25 @@ class Amcl:
     """The particle filter; pass every scan with the odometry pose at its stamp.
 
     Every random draw comes from `rng`: equal seeds and inputs give equal results, bit for bit.
-    Returned arrays are never modified.
     """
+
+    particles: np.ndarray  # (n, 3) x [m], y [m], yaw [rad] in the map; arrays are replaced, never changed
+    weights: np.ndarray  # (n,) of the particles, sum 1; likewise
+    statistics: ParticleStatistics  # of the particles at the last restart or resampling
+    has_converged: bool  # all particles were close together at the last resampling: upstream's
+    has_settled: bool  # most of the weight has been close together since the restart
+    slow_average: float  # of the scans' likelihoods (table 8.3, lines 10 and 11); 0 for none
+    fast_average: float
+    last_estimate: Optional[AmclEstimate]  # on this map
+    _odom_pose: Optional[Pose2D]  # at the last update; None since a restart
+    _updates_since_restart: int
 
     def __init__(self, params: AmclParams, grid: OccupancyGrid, rng: np.random.Generator) -> None:
         """Start from the parameters' initial pose and covariance; raise InputFault for an unusable map."""
-        self.params = params
-        self._rng = rng
+        self.params, self._rng = params, rng
         self.update_count = 0  # filter updates so far; /particlecloud is due after each
-        self.last_estimate: Optional[AmclEstimate] = None  # on this map
-        self._odom_pose: Optional[Pose2D] = None  # at the last update; None since a restart
-        check_grid(grid)
-        particles = self._particles_around(params.initial_pose(), params.initial_covariance())
-        self._set = ParticleSet(params, particles, rng)
-        self._use_map(grid)
-        self._is_anywhere = False  # without a given pose since the restart
-        self._updates_since_restart = 0
+        self._force_update = False
+        self.set_map(grid)
         self._force_update = False
 
     # Commands
@@ -83,7 +103,11 @@ class Amcl:
             self.params.initial_pose() if pose is None else pose,
             self.params.initial_covariance() if covariance is None else covariance,
         )
-        self._use_map(grid)
+        self.grid = grid
+        self.last_estimate = None
+        self._free_cells = FreeCells(grid)
+        self._lost = LostDetector(self.params, grid)
+        self.reconfigure(self.params)
         self._restart(particles)
         self._force_update = self.params.force_update_after_set_map
 
@@ -113,20 +137,11 @@ class Amcl:
     def reconfigure(self, params: AmclParams) -> None:
         """Set the parameters for the next scan; particles and estimate are kept (upstream samples new particles)."""
         self.params = params
-        self._set.reconfigure(params)
+        self._limits = kld_limits(params)
+        self.slow_average = self.fast_average = 0.0
         self._laser_model = laser_model(params, self.grid)
 
     # State
-
-    @property
-    def particles(self) -> np.ndarray:
-        """(n, 3) x [m], y [m], yaw [rad] in the map."""
-        return self._set.particles
-
-    @property
-    def weights(self) -> np.ndarray:
-        """(n,) weights of the particles, sum 1."""
-        return self._set.weights
 
     @property
     def odom_pose_in_map(self) -> Optional[Pose2D]:
@@ -142,6 +157,14 @@ class Amcl:
     def fit_fraction(self) -> Optional[float]:
         """Fraction of the newest scan's rays that agree with the map, 0 to 1; None before one."""
         return self._lost.fit_fraction
+
+    @property
+    def fraction_anywhere(self) -> float:
+        """Fraction of particles to draw anywhere on the map, 0 to 1 (table 8.3, line 13).
+
+        The fast average of the likelihood falls below the slow one when the pose is wrong.
+        """
+        return max(0.0, 1.0 - self.fast_average / self.slow_average) if self.slow_average else 0.0
 
     # The filter
 
@@ -164,42 +187,76 @@ class Amcl:
         check_pose(odom_pose, 'odometry pose')
         check_pose(laser_pose_in_base, 'laser pose')
         beams = self._laser_model.beams(scan, laser_pose_in_base)
-        estimate = self._update_filter(odom_pose, beams, scan.stamp_ns)
+        estimate = self._update_filter(odom_pose, beams, scan.stamp_ns) if self._is_update_due(odom_pose) else None
         if self.last_estimate is not None:
             base_pose = self.last_estimate.odom_pose_in_map.compose(odom_pose)
-            may_be_found = self._set.has_settled or not self._is_anywhere
-            self._lost.check(base_pose, scan, laser_pose_in_base, may_be_found)
+            self._lost.check(base_pose, scan, laser_pose_in_base, self.has_settled or not self._is_anywhere)
         return estimate
 
     def _update_filter(self, odom_pose: Pose2D, beams: Beams, stamp_ns: int) -> Optional[AmclEstimate]:
-        if not self._is_update_due(odom_pose):
-            return None
-        particles, last, self._odom_pose = self._set, self._odom_pose, odom_pose
+        """Move, weigh and resample the particles (lines 5 to 19)."""
+        last, self._odom_pose = self._odom_pose, odom_pose
         if last is not None:
             # The first scan updates anyway; a request before it applies to the second.
             self._force_update = False
-            particles.move(last, odom_pose)
-        particles.weigh(self._laser_model.likelihoods(particles.particles, beams, particles.has_converged))
+            self.particles = move_particles(self.particles, last, odom_pose, self.params, self._rng)
+        self._weigh(self._laser_model.likelihoods(self.particles, beams, self.has_converged))
         self.update_count += 1
         self._updates_since_restart += 1
         is_resampling_due = self._updates_since_restart % self.params.resample_interval == 0
         if is_resampling_due:
-            particles.resample(self._free_cells)
-        if not is_resampling_due and last is not None:
+            self._resample()
+        elif last is not None:
             return None
-        mean, covariance, cluster_weight, cluster_count = particles.statistics
+        mean, covariance, cluster_weight, cluster_count = self.statistics
         odom_pose_in_map = mean.compose(odom_pose.inverse())
+        clusters = cluster_weight, cluster_count
         self.last_estimate = AmclEstimate(
-            stamp_ns,
-            mean,
-            covariance,
-            odom_pose_in_map,
-            cluster_weight,
-            cluster_count,
-            particles.particles,
-            particles.weights,
+            stamp_ns, mean, covariance, odom_pose_in_map, *clusters, self.particles, self.weights
         )
         return self.last_estimate
+
+    def _weigh(self, likelihoods: Likelihoods) -> None:
+        """Multiply the weights by a scan's likelihoods (lines 6 to 11)."""
+        weights, params = self.weights * likelihoods.factors, self.params
+        total = float(weights.sum())
+        if total > 0.0:
+            self.weights = weights / total
+            # The weights summed to 1, so the total is the mean likelihood. Upstream divides it by
+            # n once more: an n that KLD-sampling has made smaller then looks like a better fit,
+            # and a kidnapping goes unnoticed.
+            likelihood = total * math.exp(min(likelihoods.log_scale, LARGEST_EXPONENT))
+            self.slow_average = _averaged(self.slow_average, likelihood, params.recovery_alpha_slow)
+            self.fast_average = _averaged(self.fast_average, likelihood, params.recovery_alpha_fast)
+        else:
+            self.weights = np.full(len(weights), 1.0 / len(weights))
+
+    def _resample(self) -> None:
+        """Draw new particles (lines 12 to 19), if selective_resampling finds it due; random ones on free cells."""
+        # With selective_resampling not while over half of the particles still count.
+        if not (self.params.selective_resampling and effective_count(self.weights) > 0.5 * len(self.weights)):
+            anywhere = self.fraction_anywhere
+            self._replace(resample(self.particles, self.weights, self._limits, anywhere, self._free_cells, self._rng))
+            self.has_converged = bool(self._is_near(self.particles[:, :2].mean(axis=0)).all())
+            if anywhere > 0.0:
+                # Upstream: or the filter would spiral off into complete randomness.
+                self.slow_average = self.fast_average = 0.0
+        self._take_statistics()
+
+    def _replace(self, particles: np.ndarray) -> None:
+        self.particles = particles
+        self.weights = np.full(len(particles), 1.0 / len(particles))
+
+    def _take_statistics(self) -> None:
+        self.statistics = particle_statistics(self.particles, self.weights)
+        # Once and for all: the noise of a long move spreads particles, but not to other places.
+        near = self._is_near(np.array(self.statistics.mean[:2]))
+        self.has_settled = self.has_settled or SETTLED_WEIGHT <= float(self.weights[near].sum())
+
+    def _is_near(self, position_m: np.ndarray) -> np.ndarray:
+        """Return (n,) which particles are close to a position, along x and y."""
+        near: np.ndarray = (np.abs(self.particles[:, :2] - position_m) <= CONVERGED_WITHIN_M).all(axis=1)
+        return near
 
     def _particles_around(self, pose: Pose2D, covariance: np.ndarray) -> np.ndarray:
         """Sample max_particles from a Gaussian; raise InputFault for an invalid covariance."""
@@ -207,17 +264,12 @@ class Amcl:
         check_covariance(covariance)
         return particles_around(pose, covariance, self.params.max_particles, self._rng)
 
-    def _use_map(self, grid: OccupancyGrid) -> None:
-        self.grid = grid
-        self._free_cells = FreeCells(grid)
-        self._laser_model = laser_model(self.params, grid)
-        self._lost = LostDetector(self.params, grid)
-        self.last_estimate = None
-
     def _restart(self, particles: np.ndarray) -> None:
         """Set particles of equal weight; the next scan is the first."""
-        self._set.restart(particles)
-        self._is_anywhere = False
+        self._replace(particles)
+        self.has_settled = self.has_converged = self._is_anywhere = False  # anywhere: without a given pose
+        self._take_statistics()
+        self.slow_average = self.fast_average = 0.0
         self._odom_pose = None
         self._updates_since_restart = 0
         self._lost.restart_count()
@@ -229,13 +281,17 @@ class Amcl:
         around a given pose: over a whole map, or after a kidnapping, particles would converge to a similar wrong place.
         """
         last, params = self._odom_pose, self.params
-        if last is None or self._force_update or (self.is_lost and not (self._set.has_settled or self._is_anywhere)):
+        if last is None or self._force_update or (self.is_lost and not (self.has_settled or self._is_anywhere)):
             return True
         return (
             abs(odom_pose.x_m - last.x_m) > params.update_min_d
             or abs(odom_pose.y_m - last.y_m) > params.update_min_d
             or abs(wrap_angle(odom_pose.yaw_rad - last.yaw_rad)) > params.update_min_a
         )
+
+
+def _averaged(average: float, value: float, alpha: float) -> float:
+    return value if average == 0.0 else average + alpha * (value - average)
 
 
 RAYS, PARTICLES = 20, 20

@@ -13,22 +13,8 @@ import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 from typing_extensions import Annotated, Literal
 
-from diff_encoder_sim.base.bounds import (
-    Angle_rad,
-    Between,
-    Count,
-    Distance_m,
-    Duration_s,
-    Fraction,
-    Offset_m,
-    Place_m,
-    PositiveDistance_m,
-    SignedDuration_s,
-    SignedRate_Hz,
-    Turn_rad,
-    Variance_m2,
-    Weight,
-)
+from diff_encoder_sim.base import bounds
+from diff_encoder_sim.base.bounds import Between, Distance_m, Fraction, Weight
 from diff_encoder_sim.base.params import Params, param
 from diff_encoder_sim.base.se2 import Pose2D
 
@@ -56,8 +42,8 @@ class AmclParams(Params):
         0.99, 'standard normal quantile of that error (not a probability: 0.99 is 84 %)'
     )
     update_min_d: Distance_m = param(0.2, 'displacement along x or y of odom before an update [m]')
-    update_min_a: Turn_rad = param(math.pi / 6.0, 'turn before an update [rad]')
-    resample_interval: Count = param(2, 'updates from one resampling to the next')
+    update_min_a: bounds.Turn_rad = param(math.pi / 6.0, 'turn before an update [rad]')
+    resample_interval: bounds.Count = param(2, 'updates from one resampling to the next')
     selective_resampling: bool = param(False, 'resample only when the effective number of particles is below half')
     recovery_alpha_slow: Fraction = param(
         0.001, 'decay rate of the slow average of the scan likelihood; 0: no random particles'
@@ -68,11 +54,11 @@ class AmclParams(Params):
     force_update_after_initialpose: bool = param(False, 'update at the next scan after /initialpose, without motion')
     force_update_after_set_map: bool = param(False, 'update at the next scan after a new map, without motion')
 
-    initial_pose_x: Place_m = param(0.0, 'mean of the initial pose [m]')
-    initial_pose_y: Place_m = param(0.0, 'mean of the initial pose [m]')
-    initial_pose_a: Angle_rad = param(0.0, 'mean of the initial yaw [rad]')
-    initial_cov_xx: Variance_m2 = param(0.25, 'variance of the initial pose [m^2]')
-    initial_cov_yy: Variance_m2 = param(0.25, 'variance of the initial pose [m^2]')
+    initial_pose_x: bounds.Place_m = param(0.0, 'mean of the initial pose [m]')
+    initial_pose_y: bounds.Place_m = param(0.0, 'mean of the initial pose [m]')
+    initial_pose_a: bounds.Angle_rad = param(0.0, 'mean of the initial yaw [rad]')
+    initial_cov_xx: bounds.Variance_m2 = param(0.25, 'variance of the initial pose [m^2]')
+    initial_cov_yy: bounds.Variance_m2 = param(0.25, 'variance of the initial pose [m^2]')
     initial_cov_aa: Annotated[float, Between(0.0, 1e8, 'rad^2')] = param(
         (math.pi / 12.0) ** 2, 'variance of the initial yaw [rad^2]'
     )
@@ -81,8 +67,8 @@ class AmclParams(Params):
     laser_model_type: Literal['beam', 'likelihood_field', 'likelihood_field_prob'] = param(
         'likelihood_field', 'sensor model'
     )
-    laser_min_range: Place_m = param(-1.0, 'shorter ranges are left out [m]; 0 or less: as in the scan')
-    laser_max_range: Place_m = param(-1.0, 'longer ranges count as no return [m]; 0 or less: as in the scan')
+    laser_min_range: bounds.Place_m = param(-1.0, 'shorter ranges are left out [m]; 0 or less: as in the scan')
+    laser_max_range: bounds.Place_m = param(-1.0, 'longer ranges count as no return [m]; 0 or less: as in the scan')
     laser_max_beams: Annotated[int, Between(2, 100_000)] = param(30, 'rays of a scan that are used, evenly spaced')
     laser_z_hit: Weight = param(0.95, 'weight of a hit in the mixture')
     laser_z_short: Weight = param(0.1, 'weight of an unexpected obstacle (beam model)')
@@ -111,31 +97,33 @@ class AmclParams(Params):
     odom_alpha3: Alpha = param(0.2, 'noise of the translation from translation')
     odom_alpha4: Alpha = param(0.2, 'noise of the translation from rotation')
     odom_alpha5: Alpha = param(0.2, 'accepted, without effect: of the omni models')
-    axle_x: Offset_m = param(0.0, "not upstream's: place of the axle ahead of the origin of base_frame_id [m]")
+    axle_x: bounds.Offset_m = param(0.0, "not upstream's: place of the axle ahead of the origin of base_frame_id [m]")
 
     # When the robot counts as lost. Not upstream's parameters; 0 is upstream's behaviour: never.
     lost_fraction: Fraction = param(
         0.0, 'fraction of the rays that fit the map, below which a scan is bad; 0: never lost'
     )
-    lost_distance: PositiveDistance_m = param(0.2, 'largest distance from the map for a ray to fit [m]')
-    lost_scans: Count = param(5, 'bad scans in a row after which the robot is lost, good ones after which it is found')
+    lost_distance: bounds.PositiveDistance_m = param(0.2, 'largest distance from the map for a ray to fit [m]')
+    lost_scans: bounds.Count = param(
+        5, 'bad scans in a row after which the robot is lost, good ones after which it is found'
+    )
 
     # The node's.
     odom_frame_id: FrameId = param('odom', 'frame of the odometry')
     base_frame_id: FrameId = param('base_link', 'frame of the robot')
     global_frame_id: FrameId = param('map', 'frame of the map')
     tf_broadcast: bool = param(True, 'broadcast map -> odom on TF')
-    transform_tolerance: Duration_s = param(0.1, 'time by which map -> odom is post-dated [s]')
-    save_pose_rate: SignedRate_Hz = param(
+    transform_tolerance: bounds.Duration_s = param(0.1, 'time by which map -> odom is post-dated [s]')
+    save_pose_rate: bounds.SignedRate_Hz = param(
         0.5, 'how often the pose is stored on the parameter server [Hz]; 0 or less: never'
     )
-    gui_publish_rate: SignedRate_Hz = param(-1.0, 'accepted, without effect [Hz]')
+    gui_publish_rate: bounds.SignedRate_Hz = param(-1.0, 'accepted, without effect [Hz]')
     use_map_topic: bool = param(False, 'take the map from /map instead of the service static_map')
     first_map_only: bool = param(False, 'with use_map_topic: ignore later maps')
     std_warn_level_x: Distance_m = param(0.2, 'warn above this standard deviation of x [m]')
     std_warn_level_y: Distance_m = param(0.2, 'warn above this standard deviation of y [m]')
-    std_warn_level_yaw: Turn_rad = param(0.1, 'warn above this standard deviation of yaw [rad]')
-    bag_scan_period: SignedDuration_s = param(-1.0, 'accepted, without effect [s]')
+    std_warn_level_yaw: bounds.Turn_rad = param(0.1, 'warn above this standard deviation of yaw [rad]')
+    bag_scan_period: bounds.SignedDuration_s = param(-1.0, 'accepted, without effect [s]')
     restore_defaults: bool = Field(False, exclude=True, description='accepted, without effect: of dynamic_reconfigure')
 
     def initial_pose(self) -> Pose2D:

@@ -16,21 +16,24 @@ import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.laser_scan import Scan
-from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, interpolate
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, interpolate, wrap_angles
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.localization.histogram import effective_count
-from diff_encoder_sim.localization.map_update import Rays, update_maps, usable_rays
 from diff_encoder_sim.localization.occupancy_grid import UNKNOWN, OccupancyGrid, occupancy
 from diff_encoder_sim.localization.particles import check_pose
-from diff_encoder_sim.localization.patches import SIDE, Extent, PatchMaps
-from diff_encoder_sim.localization.proposal import propose
+from diff_encoder_sim.localization.patches import PatchMaps, Rays, usable_rays
+from diff_encoder_sim.localization.slam_kernels import Search, propose_poses
 from diff_encoder_sim.localization.slam_params import (
+    SIDE,
     GridSlamParams,
     apply_moves,
     entropy_of,
+    move_sigmas,
     normalised,
     systematic_indices,
 )
+
+log = logging.getLogger(__name__)
 
 
 class TrajectoryPose(NamedTuple):
@@ -69,9 +72,9 @@ class GridSlam:
         self.params = params
         self._start_pose = start_pose_in_map
         self._rng = rng
-        extent = Extent(params.xmin, params.ymin, params.xmax, params.ymax)
-        self.maps = PatchMaps(extent, params.delta, params.particles)
-        self._particles = np.empty((0, 3))
+        corners = (params.xmin, params.ymin), (params.xmax, params.ymax)
+        self.maps = PatchMaps(*corners, params.delta, params.particles)
+        self.particles = np.empty((0, 3))  # base poses in the map, x [m], y [m], yaw [rad]; empty before the first scan
         self._log_weights = np.zeros(params.particles)
         # Over the whole path; not reset by resampling, unlike the weights.
         self._log_path_weights = np.zeros(params.particles)
@@ -79,7 +82,7 @@ class GridSlam:
         # Of each update: its stamp, all particles (n, 3), and each one's index in the update before (n,).
         self._history: List[Tuple[int, np.ndarray, np.ndarray]] = []
         self._parents = np.arange(params.particles)
-        self._estimate: Optional[SlamEstimate] = None
+        self.last_estimate: Optional[SlamEstimate] = None  # the newest; None before the first scan
         self._odom_pose: Optional[Pose2D] = None  # at the last added scan
         self._entered_ns = 0  # stamp of that scan
         self._newest_ns: Optional[int] = None  # stamp of the newest scan, added or not
@@ -87,24 +90,14 @@ class GridSlam:
     # State
 
     @property
-    def particles(self) -> np.ndarray:
-        """(n, 3) base poses in the map, x [m], y [m], yaw [rad]; empty before the first scan."""
-        return self._particles
-
-    @property
     def weights(self) -> np.ndarray:
         """(n,) weights of the particles, sum 1."""
         return normalised(self._log_weights)
 
     @property
-    def last_estimate(self) -> Optional[SlamEstimate]:
-        """The newest estimate, None before the first scan."""
-        return self._estimate
-
-    @property
     def odom_pose_in_map(self) -> Optional[Pose2D]:
         """The transform map->odom to broadcast, None before the first scan."""
-        return self._estimate.odom_pose_in_map if self._estimate else None
+        return self.last_estimate.odom_pose_in_map if self.last_estimate else None
 
     @property
     def trajectory(self) -> List[TrajectoryPose]:
@@ -123,10 +116,10 @@ class GridSlam:
         rows, columns = self.maps.table.shape[1:]
         cells = np.full((rows * SIDE, columns * SIDE), UNKNOWN, np.int8)
         hits, visits, row, column = self.maps.counts(self._best())
-        cells[row : row + hits.shape[0], column : column + hits.shape[1]] = occupancy(
-            hits, visits, self.params.occ_thresh
-        )
-        return OccupancyGrid(cells, self.params.delta, Pose2D(self.maps.origin_x_m, self.maps.origin_y_m, 0.0))
+        seen = occupancy(hits, visits, self.params.occ_thresh)
+        cells[row : row + hits.shape[0], column : column + hits.shape[1]] = seen
+        x_m, y_m = self.maps.corner_m.tolist()
+        return OccupancyGrid(cells, self.params.delta, Pose2D(x_m, y_m, 0.0))
 
     # The filter
 
@@ -166,17 +159,17 @@ class GridSlam:
         ):
             return None
         # Algorithm 1 up to the resampling, with its line numbers.
-        self._cover(apply_moves(self._particles, np.array(move)), rays)
-        proposed = propose(self.maps, self._particles, move, rays, params, self._rng, self._trend)
-        self._particles, self._trend = proposed.particles, proposed.trend  # 4 to 23
-        self._log_weights = self._log_weights + proposed.log_factors  # 24
-        self._log_path_weights = self._log_path_weights + proposed.log_factors
+        self._cover(apply_moves(self.particles, np.array(move)), rays)
+        proposed = propose(self.maps, self.particles, move, rays, params, self._rng, self._trend)
+        self.particles, log_factors, _, self._trend = proposed  # 4 to 23
+        self._log_weights = self._log_weights + log_factors  # 24
+        self._log_path_weights = self._log_path_weights + log_factors
         self._update_maps(rays)  # 26
         return self._finish(odom_pose, scan.stamp_ns, may_resample=True)
 
     def _begin(self, odom_pose: Pose2D, stamp_ns: int, rays: Rays) -> SlamEstimate:
         start_pose = odom_pose if self._start_pose is None else self._start_pose
-        self._particles = np.tile(np.array(start_pose), (self.params.particles, 1))
+        self.particles = np.tile(np.array(start_pose), (self.params.particles, 1))
         self._update_maps(rays)
         # The maps are equal: one patch serves all.
         self.maps.resample(np.zeros(self.params.particles, int))
@@ -185,40 +178,94 @@ class GridSlam:
     def _finish(self, odom_pose: Pose2D, stamp_ns: int, may_resample: bool) -> SlamEstimate:
         """Record the step, and resample when few particles count (lines 29 to 32)."""
         self._odom_pose, self._entered_ns = odom_pose, stamp_ns
-        self._history.append((stamp_ns, self._particles, self._parents))
+        self._history.append((stamp_ns, self.particles, self._parents))
         weights = self.weights
         count = effective_count(weights)
         is_due = may_resample and count < self.params.resampleThreshold * len(weights)
         kept = systematic_indices(weights, self._rng) if is_due else np.arange(len(weights))
         # Of the resampled particles: the previous best path may have become unlikely.
         best = kept[np.argmax(self._log_path_weights[kept])]
-        base_pose = Pose2D(*self._particles[best].tolist())
+        base_pose = Pose2D(*self.particles[best].tolist())
         odom_pose_in_map = base_pose.compose(odom_pose.inverse())
         estimate = SlamEstimate(stamp_ns, base_pose, odom_pose_in_map, entropy_of(weights), count, is_due)
-        self._estimate = estimate
-        self._parents = kept
+        self.last_estimate, self._parents = estimate, kept
         if is_due:
-            self._particles, self._log_weights = self._particles[kept], np.zeros(len(kept))
+            self.particles, self._log_weights = self.particles[kept], np.zeros(len(kept))
             self._log_path_weights = self._log_path_weights[kept]
             self.maps.resample(kept)
         return estimate
 
     def _update_maps(self, rays: Rays) -> None:
-        self._cover(self._particles, rays)
-        update_maps(self.maps, self._particles, rays)
+        self._cover(self.particles, rays)
+        self.maps.update(self.particles, rays)
 
     def _cover(self, particles: np.ndarray, rays: Rays) -> None:
         """Enlarge the maps to the reach of all rays from the particles."""
         reach_m = rays.reach_m() + MATCH_MARGIN_M
-        lowest, highest = particles[:, :2].min(axis=0), particles[:, :2].max(axis=0)
-        self.maps.cover(Extent(*(lowest - reach_m).tolist(), *(highest + reach_m).tolist()))
+        self.maps.cover(particles[:, :2].min(axis=0) - reach_m, particles[:, :2].max(axis=0) + reach_m)
 
     def _best(self) -> int:
         """Return the particle with the likeliest path."""
         return int(np.argmax(self._log_path_weights))
 
 
-log = logging.getLogger(__name__)
+def propose(
+    maps: PatchMaps,
+    particles: np.ndarray,
+    move: Pose2D,
+    rays: Rays,
+    params: GridSlamParams,
+    rng: np.random.Generator,
+    trend: np.ndarray,
+) -> Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Move the particles by odometry's `move` (in the base frame) and a scan: the improved proposal, section III-B.
+
+    Each particle starts at its odometry pose and climbs to the best match (algorithm 1, line 7), then moves to the
+    maximum of likelihood times motion model. The Gaussian about it (lines 12 to 21), in closed form instead of sampled
+    poses, is sampled from, and the weight is its integral (lines 22 to 24). Other than in the paper, the
+    particle takes of the way from odometry's pose to the one drawn only the share by which the scan contradicts
+    odometry: see `scan_share`. Where the best match scores not more than minimumScore, it draws from the
+    motion model and is weighted by the likelihood there (lines 8 to 10).
+
+    Args:
+        maps: the particles' maps; they cover all that the rays reach.
+        particles: (n, 3) base poses in the map, before the move.
+        move: the base's pose after the move, in its frame before it.
+        rays: the scan after the move.
+        params: the noise of odometry and scan, and the search.
+        rng: drawn from 3 n times, whatever the move, so that equal seeds stay in step.
+        trend: (3,) running mean of how far the scans are from odometry, in standard deviations; zeros for the first.
+
+    Returns:
+        Drawn base poses (n, 3), what is added to each log-weight (n,), scores of the best matches (n,), 0 to the number
+        of matched rays, and the trend (3,) after this step.
+    """
+    sigmas, cell_m = move_sigmas(move, params), maps.cell_m
+    normals = rng.standard_normal(particles.shape)
+    # Into cells from the maps' corner, and back again.
+    scale = np.array([1.0 / cell_m, 1.0 / cell_m, 1.0])
+    corner = np.append(maps.corner_m, 0.0)
+    expected = (apply_moves(particles, np.array(move)) - corner) * scale
+    fallback = (apply_moves(particles, np.array(move) + sigmas * normals) - corner) * scale
+    ends, grids = rays.matched_ends_m() / cell_m, (maps.table, maps.cells)
+    poses = propose_poses(*grids, expected, fallback, normals, ends, search_of(params, cell_m), sigmas * scale, trend)
+    drawn, log_factors, scores, trends = poses
+    drawn = drawn / scale + corner
+    drawn[:, 2] = wrap_angles(drawn[:, 2])
+    return drawn, log_factors, scores, trends.mean(axis=0)
+
+
+def search_of(params: GridSlamParams, cell_m: float) -> Search:
+    """Return how scans are matched on maps with cells of this side."""
+    return Search(
+        params.kernelSize,
+        -(cell_m**2) / params.sigma,
+        -(cell_m**2) / params.lsigma / params.ogain,
+        params.lstep / cell_m,
+        params.astep,
+        params.iterations,
+        params.minimumScore,
+    )
 
 
 def map_recording(slam: GridSlam, odometry: OdometryTrack, scans: Iterable[Scan], laser_pose_in_base: Pose2D) -> int:

@@ -10,7 +10,6 @@ file, which one calls, has changed.
 
 from __future__ import annotations
 
-import functools
 import math
 from typing import NamedTuple, Tuple
 
@@ -54,32 +53,24 @@ def draw_until_enough(
     """
     drawn = np.empty((len(places), 3))
     table = _new_table(len(places))
-    bin_count = 0
-    count = 0
-    while count < len(places):
+    bin_count = count = 0
+    while count < len(places) and count <= limits[bin_count]:
         if fraction_anywhere > 0.0 and anywhere[count, 0] < fraction_anywhere:
-            drawn[count, 0] = centres[count, 0]
-            drawn[count, 1] = centres[count, 1]
+            drawn[count, 0], drawn[count, 1] = centres[count, 0], centres[count, 1]
             drawn[count, 2] = (2.0 * anywhere[count, 2] - 1.0) * math.pi
         else:
-            drawn[count] = particles[_chosen_index(cumulative, places[count])]
-        if _add(table, _key_of_pose(drawn[count, 0], drawn[count, 1], drawn[count, 2])):
-            bin_count += 1
+            target = places[count] * cumulative[-1]
+            chosen = np.searchsorted(cumulative, target, side='right')
+            # Rounding may put the target on the very end: the last particle that has any weight.
+            if chosen == len(cumulative):
+                chosen = np.searchsorted(cumulative, cumulative[-1], side='left')
+            drawn[count] = particles[chosen]
+        key = _key_of_pose(drawn[count])
+        slot = _slot_of(table, key)
+        bin_count += table[slot] != key
+        table[slot] = key
         count += 1
-        if count > limits[bin_count]:
-            break
     return drawn[:count].copy()
-
-
-@compiled
-def _chosen_index(cumulative: Array, place: float) -> int:
-    """Return the particle whose part of [0, 1) holds `place`; never one of weight 0."""
-    target = place * cumulative[-1]
-    index = np.searchsorted(cumulative, target, side='right')
-    # Rounding may put the target on the very end: the last particle that has any weight.
-    if index == len(cumulative):
-        index = np.searchsorted(cumulative, cumulative[-1], side='left')
-    return int(index)
 
 
 @compiled
@@ -87,39 +78,31 @@ def cluster_labels(particles: Array) -> np.ndarray:
     """Return (n,) int64 the cluster of each particle (n, 3), numbered from 0 as they are met."""
     count = len(particles)
     table = _new_table(count)
-    keys = np.empty(count, dtype=np.int64)
+    slots = np.empty(count, dtype=np.int64)
     for i in range(count):
-        keys[i] = _key_of_pose(particles[i, 0], particles[i, 1], particles[i, 2])
-        _add(table, keys[i])
+        key = _key_of_pose(particles[i])
+        slots[i] = _slot_of(table, key)
+        table[slots[i]] = key
     label_of_slot = np.full(len(table), -1, dtype=np.int64)
-    labels = np.empty(count, dtype=np.int64)
-    pending = np.empty(count, dtype=np.int64)
+    labels, pending = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
     cluster_count = 0
     for i in range(count):
-        slot = _slot_of(table, keys[i])
-        if label_of_slot[slot] < 0:
-            _label_connected(table, slot, cluster_count, label_of_slot, pending)
+        if label_of_slot[slots[i]] < 0:
+            # Bins are connected across corners, too.
+            label_of_slot[slots[i]], pending[0], pending_count = cluster_count, slots[i], 1
+            while pending_count > 0:
+                pending_count -= 1
+                key = table[pending[pending_count]]
+                x, y, yaw = key >> (28 + _YAW_BITS), (key >> _YAW_BITS) & _MASK, key & ((1 << _YAW_BITS) - 1)
+                for step in range(27):
+                    near_key = _key_of_bin(x + step // 9 - 1, y + step // 3 % 3 - 1, yaw + step % 3 - 1)
+                    near = _slot_of(table, near_key)
+                    if table[near] == near_key and label_of_slot[near] < 0:
+                        label_of_slot[near], pending[pending_count] = cluster_count, near
+                        pending_count += 1
             cluster_count += 1
-        labels[i] = label_of_slot[slot]
+        labels[i] = label_of_slot[slots[i]]
     return labels
-
-
-@compiled
-def _label_connected(table: Array, slot: int, label: int, label_of_slot: Array, pending: Array) -> None:
-    """Give `label` to a bin and to all that are connected with it, across corners too."""
-    label_of_slot[slot] = label
-    pending[0] = slot
-    pending_count = 1
-    while pending_count > 0:
-        pending_count -= 1
-        key = table[pending[pending_count]]
-        for step in range(27):
-            other_key = _neighbour(key, step // 9 - 1, step // 3 % 3 - 1, step % 3 - 1)
-            other = _slot_of(table, other_key)
-            if table[other] == other_key and label_of_slot[other] < 0:
-                label_of_slot[other] = label
-                pending[pending_count] = other
-                pending_count += 1
 
 
 @compiled
@@ -132,29 +115,19 @@ def _new_table(largest_count: int) -> np.ndarray:
 
 
 @compiled
-def _key_of_pose(x_m: float, y_m: float, yaw_rad: float) -> int:
-    """Return the key of the bin that holds a pose."""
+def _key_of_pose(pose: Array) -> int:
+    """Return the key of the bin that holds a pose (3,)."""
     return _key_of_bin(
-        int(math.floor(x_m / BIN_M)),
-        int(math.floor(y_m / BIN_M)),
-        int(math.floor(yaw_rad * (BINS_PER_TURN / (2.0 * math.pi)))),
+        int(math.floor(pose[0] / BIN_M)) + _OFFSET,
+        int(math.floor(pose[1] / BIN_M)) + _OFFSET,
+        int(math.floor(pose[2] * (BINS_PER_TURN / (2.0 * math.pi)))),
     )
 
 
 @compiled
 def _key_of_bin(bin_x: int, bin_y: int, bin_yaw: int) -> int:
-    """Return the key of a bin by its indices; the heading's may be any whole number."""
-    return (((bin_x + _OFFSET) & _MASK) << 28 | ((bin_y + _OFFSET) & _MASK)) << _YAW_BITS | bin_yaw % BINS_PER_TURN
-
-
-@compiled
-def _neighbour(key: int, step_x: int, step_y: int, step_yaw: int) -> int:
-    """Return the key of the bin at an offset in steps."""
-    return _key_of_bin(
-        (key >> (28 + _YAW_BITS)) - _OFFSET + step_x,
-        ((key >> _YAW_BITS) & _MASK) - _OFFSET + step_y,
-        (key & ((1 << _YAW_BITS) - 1)) + step_yaw,
-    )
+    """Return the key of a bin by its indices, x and y from 0; the heading's may be any whole number."""
+    return ((bin_x & _MASK) << 28 | (bin_y & _MASK)) << _YAW_BITS | bin_yaw % BINS_PER_TURN
 
 
 @compiled
@@ -166,16 +139,6 @@ def _slot_of(table: Array, key: int) -> int:
     while table[slot] != _EMPTY and table[slot] != key:
         slot = (slot + 1) & mask
     return slot
-
-
-@compiled
-def _add(table: Array, key: int) -> bool:
-    """Put `key` into the table; return whether it is new."""
-    slot = _slot_of(table, key)
-    if table[slot] == key:
-        return False
-    table[slot] = key
-    return True
 
 
 class ParticleStatistics(NamedTuple):
@@ -243,24 +206,17 @@ def effective_count(weights: np.ndarray) -> float:
 
 
 def kld_limits(params: AmclParams) -> np.ndarray:
-    """Return (max_particles + 1,) particles needed when k bins are filled, by k."""
-    return _kld_limits(params.kld_err, params.kld_z, params.min_particles, params.max_particles)
+    """Return (max_particles + 1,) particles needed when k bins are filled, by k.
 
-
-@functools.lru_cache(maxsize=8)  # of the last trials
-def _kld_limits(kld_err: float, kld_z: float, min_particles: int, max_particles: int) -> np.ndarray:
-    """Keep the divergence from the posterior below `kld_err` (table 8.4).
-
-    The Wilson-Hilferty approximation of the chi-square quantile with bins - 1 degrees of freedom. One bin gives no
-    bound: the most particles, as upstream.
+    They keep the divergence from the posterior below kld_err (table 8.4), by the Wilson-Hilferty approximation of the
+    chi-square quantile with bins - 1 degrees of freedom. One bin gives no bound: the most particles, as upstream.
     """
-    limits = np.full(max_particles + 1, max_particles)
-    for bins in range(2, max_particles + 1):
-        freedom = bins - 1.0
-        variance = 2.0 / (9.0 * freedom)
-        root = 1.0 - variance + math.sqrt(variance) * kld_z
-        count = math.ceil(freedom / (2.0 * kld_err) * root**3)
-        limits[bins] = min(max(count, min_particles), max_particles)
+    freedom = np.arange(1.0, params.max_particles)
+    variance = 2.0 / (9.0 * freedom)
+    roots = 1.0 - variance + np.sqrt(variance) * params.kld_z
+    counts = np.ceil(freedom / (2.0 * params.kld_err) * roots**3)
+    limits = np.full(params.max_particles + 1, params.max_particles)
+    limits[2:] = np.clip(counts, params.min_particles, params.max_particles)
     return limits
 
 

@@ -7,7 +7,6 @@ the cubes of their probabilities. This is not a probability, but tolerates obsta
 
 from __future__ import annotations
 
-import abc
 import logging
 import math
 from typing import Dict, NamedTuple, Tuple, Type
@@ -19,7 +18,6 @@ from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.beams import Beams, check_scan, select_beams
 from diff_encoder_sim.localization.distances import distance_field
 from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 
@@ -33,6 +31,32 @@ _QUANTUM = 2.0**-36
 _LEAST_LOG = -700.0
 
 
+class Beams(NamedTuple):
+    """The rays of a scan that weigh the particles, in the base frame; a range of `range_max_m` is no return."""
+
+    ranges_m: np.ndarray  # (k,), 0 to range_max_m
+    bearings_rad: np.ndarray  # (k,) in the base frame
+    laser_x_m: float  # where all rays start, in the base frame
+    laser_y_m: float
+    range_max_m: float
+
+
+def check_scan(scan: Scan, range_max_m: float) -> None:
+    """Refuse a scan without rays, without a direction for each, or without a limit of their ranges.
+
+    Raises:
+        InputFault: the scan is invalid.
+    """
+    count, first_rad, step_rad = len(scan.ranges_m), scan.angle_min_rad, scan.angle_increment_rad
+    if count == 0 or not math.isfinite(first_rad + step_rad * count) or (count > 1 and step_rad == 0.0):
+        raise InputFault(
+            f'{count} ranges from angle_min {first_rad} by angle_increment {step_rad} rad; expected at least one, '
+            'each in a different direction'
+        )
+    if not 0.0 < range_max_m < math.inf:
+        raise InputFault(f'range_max {range_max_m} m; expected a finite number greater than 0')
+
+
 class Likelihoods(NamedTuple):
     """The likelihood of a scan for each particle: factors[i] * exp(log_scale).
 
@@ -43,7 +67,7 @@ class Likelihoods(NamedTuple):
     log_scale: float
 
 
-class SensorModel(abc.ABC):
+class SensorModel:
     """A laser model on one map."""
 
     # The likelihood fields ignore rays without a return.
@@ -54,26 +78,41 @@ class SensorModel(abc.ABC):
         self._grid = grid
 
     def beams(self, scan: Scan, laser_pose_in_base: Pose2D) -> Beams:
-        """Select the rays of a scan that count.
+        """Select the rays of a scan that count: evenly spaced, numbers, and in likelihood fields with a return.
+
+        Readings at or below the least range become no return, as upstream treats them; so do those at or beyond the
+        largest, infinity included.
 
         Raises:
             InputFault: none does, or the scan is invalid.
         """
-        check_scan(scan)
-        step = self._step(len(scan.ranges_m), self._params.laser_max_beams)
-        beams = select_beams(scan, step, laser_pose_in_base, self._params, self._hits_only)
-        if len(beams.ranges_m) == 0:
+        params, range_max_m, range_min_m = self._params, float(scan.range_max_m), float(scan.range_min_m)
+        if params.laser_max_range > 0.0:
+            range_max_m = min(range_max_m, params.laser_max_range)
+        if params.laser_min_range > 0.0:
+            range_min_m = max(range_min_m, params.laser_min_range)
+        check_scan(scan, range_max_m)
+        if not (0.0 <= range_min_m < math.inf):
+            raise InputFault(f'range_min {range_min_m} m; expected a finite number of at least 0')
+        step = self._step(len(scan.ranges_m), params.laser_max_beams)
+        # A copy, whatever the scan's array is like: the kernel is compiled for one kind of array.
+        ranges_m, bearings_rad = _rays_in_base(
+            np.array(scan.ranges_m[::step], dtype=float),
+            (range_min_m, range_max_m),
+            self._hits_only,
+            (scan.angle_min_rad, scan.angle_increment_rad * step, laser_pose_in_base.yaw_rad),
+        )
+        if len(ranges_m) == 0:
             raise InputFault(
                 f'none of {len(scan.ranges_m)} rays, as far as they are used, has a return within '
-                f'{beams.range_max_m:g} m: it cannot localize the robot'
+                f'{range_max_m:g} m: it cannot localize the robot'
             )
-        return beams
+        return Beams(ranges_m, bearings_rad, laser_pose_in_base.x_m, laser_pose_in_base.y_m, range_max_m)
 
     def _step(self, ray_count: int, most: int) -> int:
         """Return the step between rays that count, rounded down as upstream: 180 of 1000 are 200."""
         return max(1, (ray_count - 1) // (most - 1))
 
-    @abc.abstractmethod
     def likelihoods(self, particles: np.ndarray, beams: Beams, converged: bool) -> Likelihoods:
         """Weigh particles (n, 3), base poses in the map, by a scan's beams.
 
@@ -82,6 +121,7 @@ class SensorModel(abc.ABC):
             beams: from `beams`.
             converged: whether the particles lie close together.
         """
+        raise NotImplementedError
 
     def _poses_in_cells(self, particles: np.ndarray) -> np.ndarray:
         """Return (n, 4): particles as column, row (with fractions), cosine and sine in the grid's frame.
@@ -127,7 +167,9 @@ class LikelihoodField(SensorModel):
 
     def _ends_in_cells(self, beams: Beams) -> np.ndarray:
         """Return (2, k) the rays' ends in the base frame, in cells."""
-        return np.ascontiguousarray(beams.endpoints_in_base().T) / self._grid.resolution_m
+        x_m = beams.laser_x_m + beams.ranges_m * np.cos(beams.bearings_rad)
+        y_m = beams.laser_y_m + beams.ranges_m * np.sin(beams.bearings_rad)
+        return np.stack([x_m, y_m]) / self._grid.resolution_m
 
     def _entry(self, probability: np.ndarray) -> np.ndarray:
         return probability**3
@@ -186,17 +228,35 @@ class BeamModel(SensorModel):
         # As upstream: a ray ends at a cell that is unknown, and at the border.
         self._blocked = np.ascontiguousarray(grid.cells != FREE)
         weights = (params.laser_z_hit, params.laser_z_short, params.laser_z_max, params.laser_z_rand)
-        self._mixture = np.array([*weights, params.laser_sigma_hit, params.laser_lambda_short])
+        self._mixture = (*weights, params.laser_sigma_hit, params.laser_lambda_short)
 
     def likelihoods(self, particles: np.ndarray, beams: Beams, converged: bool) -> Likelihoods:
         """Weigh particles (n, 3) by the ranges that the map has along the beams; see SensorModel."""
         poses, cell_m = self._poses_in_cells(particles), self._grid.resolution_m
-        laser = np.array([beams.laser_x_m, beams.laser_y_m]) / cell_m
-        directions = np.stack([np.cos(beams.bearings_rad), np.sin(beams.bearings_rad)])
-        measured = beams.ranges_m, beams.range_max_m
-        return Likelihoods(
-            _weigh_by_casting(poses, laser, directions, *measured, self._blocked, cell_m, self._mixture), 0.0
-        )
+        return Likelihoods(_weigh_by_casting(poses, beams, self._blocked, cell_m, self._mixture), 0.0)
+
+
+@compiled
+def _rays_in_base(
+    ranges_m: Array, limits_m: Tuple[float, float], hits_only: bool, directions_rad: Tuple[float, float, float]
+) -> Tuple[np.ndarray, np.ndarray]:
+    """Return (k,) ranges and (k,) bearings in the base frame of the rays (n,) that are numbers.
+
+    `directions_rad` are the first bearing, the step to the next one, and the yaw of the laser.
+    """
+    (range_min_m, range_max_m), (first_rad, step_rad, laser_yaw_rad) = limits_m, directions_rad
+    kept_m, bearings_rad = np.empty(len(ranges_m)), np.empty(len(ranges_m))
+    count = 0
+    for ray in range(len(ranges_m)):
+        range_m = ranges_m[ray]
+        if range_m <= range_min_m or range_m > range_max_m:
+            range_m = range_max_m
+        if math.isnan(range_m) or (hits_only and range_m >= range_max_m):
+            continue
+        kept_m[count] = range_m
+        bearings_rad[count] = laser_yaw_rad + (first_rad + step_rad * ray)
+        count += 1
+    return kept_m[:count], bearings_rad[:count]
 
 
 @compiled(fastmath={'reassoc', 'nsz'})
@@ -240,50 +300,39 @@ def count_at_endpoints(poses: Array, ends: Array, table: Array) -> np.ndarray:
 
 @compiled
 def _weigh_by_casting(
-    poses: Array,
-    laser: Array,
-    directions: Array,
-    ranges_m: Array,
-    range_max_m: float,
-    blocked: Array,
-    resolution_m: float,
-    mixture: Array,
+    poses: Array, beams: Beams, blocked: Array, cell_m: float, mixture: Tuple[float, float, float, float, float, float]
 ) -> np.ndarray:
     """Return (n,) one plus the sum over rays of their probability cubed.
 
     Args:
         poses: (n, 4) column, row, cosine and sine of base in the grid's frame, in cells.
-        laser: (2,) x, y of the laser in the base frame, in cells.
-        directions: (2, k) cosine and sine of each ray's bearing in the base frame.
-        ranges_m: (k,) measured ranges.
-        range_max_m: the range that stands for no return.
+        beams: in the base frame.
         blocked: (height, width) bool.
-        resolution_m: side of a cell.
+        cell_m: side of a cell.
         mixture: see `_ranged_probability`.
     """
+    ranges_m, range_max_m, reach = beams.ranges_m, beams.range_max_m, beams.range_max_m / cell_m
+    cosines, sines = np.cos(beams.bearings_rad), np.sin(beams.bearings_rad)
+    laser_x, laser_y = beams.laser_x_m / cell_m, beams.laser_y_m / cell_m
     factors = np.empty(len(poses))
-    reach = range_max_m / resolution_m
     for i in range(len(poses)):
         column, row, cos_yaw, sin_yaw = poses[i]
-        column += cos_yaw * laser[0] - sin_yaw * laser[1]
-        row += sin_yaw * laser[0] + cos_yaw * laser[1]
+        column += cos_yaw * laser_x - sin_yaw * laser_y
+        row += sin_yaw * laser_x + cos_yaw * laser_y
         factor = 1.0
         for j in range(len(ranges_m)):
-            expected_m = resolution_m * cast_ray(
-                blocked,
-                column,
-                row,
-                column + reach * (cos_yaw * directions[0, j] - sin_yaw * directions[1, j]),
-                row + reach * (sin_yaw * directions[0, j] + cos_yaw * directions[1, j]),
-                reach,
-            )
+            end_column = column + reach * (cos_yaw * cosines[j] - sin_yaw * sines[j])
+            end_row = row + reach * (sin_yaw * cosines[j] + cos_yaw * sines[j])
+            expected_m = cell_m * cast_ray(blocked, column, row, end_column, end_row, reach)
             factor += _ranged_probability(ranges_m[j], expected_m, range_max_m, mixture) ** 3
         factors[i] = factor
     return factors
 
 
 @compiled
-def _ranged_probability(range_m: float, expected_m: float, range_max_m: float, mixture: Array) -> float:
+def _ranged_probability(
+    range_m: float, expected_m: float, range_max_m: float, mixture: Tuple[float, float, float, float, float, float]
+) -> float:
     """Return the likelihood of a range if the map has `expected_m`: table 6.1 without its normalisers.
 
     `mixture` is z_hit, z_short, z_max, z_rand, sigma_hit [m], lambda_short [1/m].
@@ -293,11 +342,7 @@ def _ranged_probability(range_m: float, expected_m: float, range_max_m: float, m
     probability: float = z_hit * math.exp(-(excess_m**2) / (2.0 * sigma_hit_m**2))
     if excess_m < 0.0:
         probability += z_short * lambda_short * math.exp(-lambda_short * range_m)
-    if range_m >= range_max_m:
-        probability += z_max
-    else:
-        probability += z_rand / range_max_m
-    return probability
+    return probability + (z_max if range_m >= range_max_m else z_rand / range_max_m)
 
 
 @compiled

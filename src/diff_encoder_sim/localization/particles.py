@@ -15,15 +15,7 @@ import numpy as np
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle, wrap_angles
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.histogram import (
-    GOLDEN_SECTION,
-    ParticleStatistics,
-    effective_count,
-    kld_limits,
-    particle_statistics,
-    resample,
-)
-from diff_encoder_sim.localization.laser_models import Likelihoods
+from diff_encoder_sim.localization.histogram import GOLDEN_SECTION
 from diff_encoder_sim.localization.occupancy_grid import FREE, FreeCells, OccupancyGrid
 
 # Below this distance [m] the direction between two poses is noise (a turn on the spot): upstream's.
@@ -76,26 +68,13 @@ def move_particles(
     90 degrees, a drive, and a turn back, each with its noise, of which none happened. So the axle is moved. `rng` is
     drawn from 3 n times, whatever the move, so that equal seeds stay in step.
     """
-    if not params.axle_x:
-        return _sampled(particles, previous, current, params, rng)
-    axle_in_base = Pose2D(params.axle_x, 0.0, 0.0)
-    axles = _moved_ahead(particles, params.axle_x)
-    moved = _sampled(axles, previous.compose(axle_in_base), current.compose(axle_in_base), params, rng)
-    return _moved_ahead(moved, -params.axle_x)
-
-
-def _moved_ahead(poses: np.ndarray, by_m: float) -> np.ndarray:
-    """Return (n, 3) poses moved along their own x axes."""
-    moved = poses.copy()
-    moved[:, 0] += by_m * np.cos(poses[:, 2])
-    moved[:, 1] += by_m * np.sin(poses[:, 2])
-    return moved
-
-
-def _sampled(
-    particles: np.ndarray, previous: Pose2D, current: Pose2D, params: AmclParams, rng: np.random.Generator
-) -> np.ndarray:
-    """Return (n, 3) poses after noisy copies of a move (lines 5 to 11)."""
+    if params.axle_x:
+        axle_in_base, at_axle = Pose2D(params.axle_x, 0.0, 0.0), params.model_copy(update={'axle_x': 0.0})
+        axles, ends = (
+            _moved_ahead(particles, params.axle_x),
+            (previous.compose(axle_in_base), current.compose(axle_in_base)),
+        )
+        return _moved_ahead(move_particles(axles, *ends, at_axle, rng), -params.axle_x)
     move = decompose(previous, current)
     normals, sigmas = rng.standard_normal(particles.shape), move_noise(move, params)
     rotation1_rad, translation_m, rotation2_rad = (
@@ -109,9 +88,13 @@ def _sampled(
     return moved
 
 
-# Upstream's pf_alloc: the filter has converged when no particle is farther than this from the
-# mean, along x or y [m].
-CONVERGED_WITHIN_M = 0.5
+def _moved_ahead(poses: np.ndarray, by_m: float) -> np.ndarray:
+    """Return (n, 3) poses moved along their own x axes."""
+    moved = poses.copy()
+    moved[:, 0] += by_m * np.cos(poses[:, 2])
+    moved[:, 1] += by_m * np.sin(poses[:, 2])
+    return moved
+
 
 # A larger coordinate is on no map, and would not fit the histogram's keys [m].
 LARGEST_COORDINATE_M = 1e6
@@ -198,103 +181,3 @@ def check_covariance(covariance: np.ndarray) -> None:
         raise InputFault(
             f'initial covariance: given {covariance.tolist()}; expected finite numbers and no variance below 0'
         )
-
-
-# The exponential of a larger number overflows a double.
-LARGEST_EXPONENT = 700.0
-
-# The particles have settled when this fraction of their weight lies as close together as in a
-# converged set: recovery may have drawn the rest anywhere.
-SETTLED_WEIGHT = 0.9
-
-
-class ParticleSet:
-    """Particles and weights: arrays that are replaced, never changed."""
-
-    particles: np.ndarray  # (n, 3) base poses in the map, x [m], y [m], yaw [rad]
-    weights: np.ndarray  # (n,), sum 1
-    statistics: ParticleStatistics  # as of the last restart or resampling
-    has_converged: bool  # all particles were close together at the last resampling: upstream's
-    slow_average: float  # of the scans' likelihoods (table 8.3, lines 10 and 11)
-    fast_average: float
-    has_settled: bool  # most of the weight has been close together since the restart
-
-    def __init__(self, params: AmclParams, particles: np.ndarray, rng: np.random.Generator) -> None:
-        self._rng = rng
-        self.reconfigure(params)
-        self.restart(particles)
-
-    def reconfigure(self, params: AmclParams) -> None:
-        """Use other parameters; their number of particles from the next resampling on."""
-        self._params = params
-        self._limits = kld_limits(params)
-        self._reset_averages()
-
-    def restart(self, particles: np.ndarray) -> None:
-        """Replace the particles by others (n, 3), of equal weight."""
-        self._replace(particles)
-        self.has_settled = False
-        self._take_statistics()
-        self.has_converged = False
-        self._reset_averages()
-
-    def move(self, previous: Pose2D, current: Pose2D) -> None:
-        """Move the particles as odometry moved the base, poses in odom (line 5)."""
-        self.particles = move_particles(self.particles, previous, current, self._params, self._rng)
-
-    def weigh(self, likelihoods: Likelihoods) -> None:
-        """Multiply the weights by a scan's likelihoods (lines 6 to 11)."""
-        weights = self.weights * likelihoods.factors
-        total = float(weights.sum())
-        if total > 0.0:
-            self.weights = weights / total
-            # The weights summed to 1, so the total is the mean likelihood. Upstream divides it by
-            # n once more: an n that KLD-sampling has made smaller then looks like a better fit,
-            # and a kidnapping goes unnoticed.
-            likelihood = total * math.exp(min(likelihoods.log_scale, LARGEST_EXPONENT))
-            self.slow_average = _averaged(self.slow_average, likelihood, self._params.recovery_alpha_slow)
-            self.fast_average = _averaged(self.fast_average, likelihood, self._params.recovery_alpha_fast)
-        else:
-            self.weights = np.full(len(weights), 1.0 / len(weights))
-
-    def resample(self, free_cells: FreeCells) -> None:
-        """Draw new particles (lines 12 to 19), if selective_resampling finds it due; random ones on free cells."""
-        # With selective_resampling not while over half of the particles still count.
-        if not (self._params.selective_resampling and effective_count(self.weights) > 0.5 * len(self.weights)):
-            anywhere = self.fraction_anywhere()
-            self._replace(resample(self.particles, self.weights, self._limits, anywhere, free_cells, self._rng))
-            mean = self.particles[:, :2].mean(axis=0)
-            self.has_converged = bool(self._is_near(mean).all())
-            if anywhere > 0.0:
-                # Upstream: or the filter would spiral off into complete randomness.
-                self._reset_averages()
-        self._take_statistics()
-
-    def fraction_anywhere(self) -> float:
-        """Return the fraction of particles to draw anywhere on the map, 0 to 1 (table 8.3, line 13).
-
-        The fast average of the likelihood falls below the slow one when the pose is wrong.
-        """
-        return max(0.0, 1.0 - self.fast_average / self.slow_average) if self.slow_average else 0.0
-
-    def _reset_averages(self) -> None:
-        self.slow_average = self.fast_average = 0.0
-
-    def _replace(self, particles: np.ndarray) -> None:
-        self.particles = particles
-        self.weights = np.full(len(particles), 1.0 / len(particles))
-
-    def _take_statistics(self) -> None:
-        self.statistics = particle_statistics(self.particles, self.weights)
-        # Once and for all: the noise of a long move spreads particles, but not to other places.
-        near = self._is_near(np.array(self.statistics.mean[:2]))
-        self.has_settled = self.has_settled or SETTLED_WEIGHT <= float(self.weights[near].sum())
-
-    def _is_near(self, position_m: np.ndarray) -> np.ndarray:
-        """Return (n,) which particles are close to a position, along x and y."""
-        near: np.ndarray = (np.abs(self.particles[:, :2] - position_m) <= CONVERGED_WITHIN_M).all(axis=1)
-        return near
-
-
-def _averaged(average: float, value: float, alpha: float) -> float:
-    return value if average == 0.0 else average + alpha * (value - average)

@@ -7,13 +7,17 @@ changes it. So cells that particles have in common are in memory once.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Tuple
+from typing import NamedTuple, Sequence, Tuple
 
 import numpy as np
 
 from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.kernels import Array, compiled
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.localization.laser_models import check_scan
+from diff_encoder_sim.localization.slam_params import MOST_ENTRIES, SIDE, GridSlamParams, patches_along
 
-SIDE = 32  # cells along a patch; a power of two
 SHIFT, MASK = 5, SIDE - 1
 
 # The numbers of a cell.
@@ -24,20 +28,60 @@ EMPTY = 0
 
 FIRST_CAPACITY = 256  # patches
 
-# Entries of all particles' tables together: 100 MB, and 1.4 km either way for 30 particles.
-MOST_ENTRIES = 25_000_000
-
 # A map grows by this much more than needed [m]: upstream's.
 ENLARGE_M = 10.0
 
+# Upstream's margin below the scan's own limit, where maxRange is not given [m].
+RANGE_MARGIN_M = 0.01
 
-class Extent(NamedTuple):
-    """A rectangle of the map frame [m]."""
 
-    xmin_m: float
-    ymin_m: float
-    xmax_m: float
-    ymax_m: float
+class Rays(NamedTuple):
+    """The usable rays of one scan, in the base frame."""
+
+    bearings_rad: np.ndarray  # (n,)
+    lengths_m: np.ndarray  # (n,) to the end, or to where they are cut
+    is_hit: np.ndarray  # (n,) bool: an obstacle is at the end
+    is_matched: np.ndarray  # (n,) bool: hits that scan matching uses
+    laser_x_m: float  # where all rays start, in the base frame
+    laser_y_m: float
+
+    def matched_ends_m(self) -> np.ndarray:
+        """Return (k, 2) x, y [m] in the base frame of the ends to match."""
+        bearings_rad, lengths_m = self.bearings_rad[self.is_matched], self.lengths_m[self.is_matched]
+        x_m = self.laser_x_m + lengths_m * np.cos(bearings_rad)
+        y_m = self.laser_y_m + lengths_m * np.sin(bearings_rad)
+        return np.column_stack([x_m, y_m])
+
+    def reach_m(self) -> float:
+        """Return an upper bound [m] of the ends' distance from the base."""
+        return math.hypot(self.laser_x_m, self.laser_y_m) + float(self.lengths_m.max(initial=0.0))
+
+
+def usable_rays(scan: Scan, laser_pose_in_base: Pose2D, params: GridSlamParams) -> Rays:
+    """Sort a scan's rays as upstream does.
+
+    A ray beyond maxRange is ignored; one beyond maxUrange shows that all up to there is free. +inf
+    (nothing within range_max, REP-117) counts as a reading of range_max: so free space appears in
+    the open where maxUrange < range_max <= maxRange, as upstream's manual describes. Upstream
+    reads a range that is too close to measure as range_max; here it is ignored.
+
+    Raises:
+        InputFault: the scan has no rays, no directions or no range limit.
+    """
+    range_max_m = float(scan.range_max_m)
+    check_scan(scan, range_max_m)
+    max_range_m = params.maxRange or range_max_m - RANGE_MARGIN_M
+    usable_m = min(params.maxUrange or max_range_m, max_range_m)
+    ranges_m = np.asarray(scan.ranges_m, dtype=float)
+    ranges_m = np.where(ranges_m == math.inf, range_max_m, ranges_m)
+    # NaN compares as false.
+    with np.errstate(invalid='ignore'):
+        is_used = (ranges_m > 0.0) & (ranges_m >= scan.range_min_m) & (ranges_m <= max_range_m)
+        is_hit = is_used & (ranges_m < usable_m) & (ranges_m < range_max_m)
+    is_matched = is_hit & (np.arange(len(ranges_m)) % (params.lskip + 1) == 0)
+    bearings_rad = laser_pose_in_base.yaw_rad + scan.bearings_rad()[is_used]
+    lengths_m = np.minimum(ranges_m[is_used], usable_m)
+    return Rays(bearings_rad, lengths_m, is_hit[is_used], is_matched[is_used], *laser_pose_in_base[:2])
 
 
 class Counts(NamedTuple):
@@ -61,63 +105,62 @@ class PatchMaps:
         free: (capacity,) int32, patches in no table, the first `free_count[0]` of them.
     """
 
-    def __init__(self, extent: Extent, cell_m: float, particle_count: int) -> None:
-        """Start with empty maps that cover `extent`."""
+    def __init__(self, low_m: Sequence[float], high_m: Sequence[float], cell_m: float, particle_count: int) -> None:
+        """Start with empty maps between two corners x, y [m]."""
         self.cell_m = cell_m
-        self.origin_x_m, self.origin_y_m = extent.xmin_m, extent.ymin_m
-        rows = _patches_along(extent.ymax_m - extent.ymin_m, cell_m)
-        columns = _patches_along(extent.xmax_m - extent.xmin_m, cell_m)
+        self.corner_m = np.array(low_m, dtype=float)  # of the first cell
+        columns, rows = (patches_along(high - low, cell_m) for low, high in zip(low_m, high_m))
         self.table = np.zeros((particle_count, rows, columns), np.int32)
         self.cells = np.zeros((FIRST_CAPACITY, SIDE, SIDE, 4), np.float32)
         self.references = np.zeros(FIRST_CAPACITY, np.int32)
-        self.free, self.free_count = _free_patches(self.references)
+        self._find_free()
+
+    def _find_free(self) -> None:
+        """List the patches without references, low indices last."""
+        found = np.flatnonzero(self.references[1:] == 0)[::-1] + 1
+        self.free = np.zeros(len(self.references), np.int32)
+        self.free[: len(found)], self.free_count = found, np.array([len(found)], np.int64)
 
     def ensure_free(self, count: int) -> None:
         """Make sure that `count` patches are free; capacity doubles where they are not."""
-        capacity = len(self.references)
+        before = capacity = len(self.references)
         missing = count - int(self.free_count[0])
         if missing <= 0:
             return
-        while capacity < len(self.references) + missing:
+        while capacity < before + missing:
             capacity *= 2
         # Zeros that are never written take no memory.
-        cells = np.zeros((capacity, *self.cells.shape[1:]), np.float32)
-        references = np.zeros(capacity, np.int32)
-        in_use = self.references > 0
-        np.copyto(cells[: len(in_use)], self.cells, where=in_use[:, None, None, None])
-        references[: len(in_use)] = self.references
+        cells, references = np.zeros((capacity, *self.cells.shape[1:]), np.float32), np.zeros(capacity, np.int32)
+        np.copyto(cells[:before], self.cells, where=(self.references > 0)[:, None, None, None])
+        references[:before] = self.references
         self.cells, self.references = cells, references
-        self.free, self.free_count = _free_patches(references)
+        self._find_free()
 
-    def cover(self, extent: Extent) -> None:
-        """Grow where `extent` is not on the maps yet.
+    def cover(self, low_m: np.ndarray, high_m: np.ndarray) -> None:
+        """Grow where the rectangle between two corners (2,) x, y [m] is not on the maps yet.
 
         Raises:
             InputFault: the maps would be absurdly large. They stay as they are.
         """
-        patch_m = SIDE * self.cell_m
-        particles, rows, columns = self.table.shape
-        left = _patches_beyond(self.origin_x_m - extent.xmin_m, patch_m)
-        right = _patches_beyond(extent.xmax_m - self.origin_x_m - columns * patch_m, patch_m)
-        below = _patches_beyond(self.origin_y_m - extent.ymin_m, patch_m)
-        above = _patches_beyond(extent.ymax_m - self.origin_y_m - rows * patch_m, patch_m)
-        if not (left or right or below or above):
+        patch_m, size = SIDE * self.cell_m, np.array(self.table.shape[:0:-1])
+        missing_m = np.array([self.corner_m - low_m, high_m - self.corner_m - size * patch_m])
+        if not (missing_m > 0.0).any():
             return
-        if particles * (below + rows + above) * (left + columns + right) > MOST_ENTRIES:
+        before, after = np.where(missing_m > 0.0, np.ceil((missing_m + ENLARGE_M) / patch_m), 0.0).astype(int)
+        if len(self.table) * (before + size + after).prod() > MOST_ENTRIES:
             raise InputFault(
-                f'the map would have to reach from {extent.xmin_m:.0f} to {extent.xmax_m:.0f} m along x and '
-                f'from {extent.ymin_m:.0f} to {extent.ymax_m:.0f} m along y: too large'
+                f'the map would have to reach from {low_m[0]:.0f} to {high_m[0]:.0f} m along x and '
+                f'from {low_m[1]:.0f} to {high_m[1]:.0f} m along y: too large'
             )
-        self.table = np.pad(self.table, ((0, 0), (below, above), (left, right)))
-        self.origin_x_m -= left * patch_m
-        self.origin_y_m -= below * patch_m
+        self.table = np.pad(self.table, ((0, 0), (before[1], after[1]), (before[0], after[0])))
+        self.corner_m = self.corner_m - before * patch_m
 
     def resample(self, indices: np.ndarray) -> None:
         """Give particle i the map of particle `indices[i]`; nothing but tables is copied."""
         self.table = self.table[indices]
         self.references = np.bincount(self.table.ravel(), minlength=len(self.references)).astype(np.int32)
         self.references[EMPTY] = 0
-        self.free, self.free_count = _free_patches(self.references)
+        self._find_free()
 
     def counts(self, particle: int) -> Counts:
         """Return the counts of the smallest rectangle of patches that holds all a particle has seen."""
@@ -128,30 +171,97 @@ class PatchMaps:
         rows, columns = int(row.max()) + 1 - top, int(column.max()) + 1 - left
         counts = np.zeros((2, rows, SIDE, columns, SIDE), np.float32)
         patches = self.cells[self.table[particle, row, column]]
-        counts[0, row - top, :, column - left, :] = patches[..., HITS]
-        counts[1, row - top, :, column - left, :] = patches[..., VISITS]
+        for kind, number in enumerate((HITS, VISITS)):
+            counts[kind, row - top, :, column - left, :] = patches[..., number]
         hits, visits = counts.reshape(2, rows * SIDE, columns * SIDE)
         return Counts(hits, visits, top * SIDE, left * SIDE)
 
+    def update(self, particles: np.ndarray, rays: Rays) -> None:
+        """Enter a scan, taken at each particle's pose (n, 3), into its map; the maps cover all that the rays reach."""
+        # The most patches that one particle may have to make its own: all about the robot.
+        across = 2 * math.ceil(rays.reach_m() / (SIDE * self.cell_m)) + 2
+        lengths, (corner_x_m, corner_y_m) = rays.lengths_m / self.cell_m, self.corner_m.tolist()
+        for table, (x_m, y_m, yaw_rad) in zip(self.table, particles.tolist()):
+            self.ensure_free(min(across * across, table.size))
+            cos_yaw, sin_yaw = math.cos(yaw_rad), math.sin(yaw_rad)
+            laser_x = (x_m + cos_yaw * rays.laser_x_m - sin_yaw * rays.laser_y_m - corner_x_m) / self.cell_m
+            laser_y = (y_m + sin_yaw * rays.laser_x_m + cos_yaw * rays.laser_y_m - corner_y_m) / self.cell_m
+            directions_rad = yaw_rad + rays.bearings_rad
+            slopes = np.cos(directions_rad), np.sin(directions_rad)
+            patches = self.cells, self.references, self.free, self.free_count
+            _update_map(table, *patches, (laser_x, laser_y), *slopes, lengths, rays.is_hit)
 
-def table_size(extent: Extent, cell_m: float, particle_count: int) -> int:
-    """Return the entries of the tables of maps that cover `extent`; MOST_ENTRIES are allowed."""
-    rows = _patches_along(extent.ymax_m - extent.ymin_m, cell_m)
-    return particle_count * rows * _patches_along(extent.xmax_m - extent.xmin_m, cell_m)
+
+@compiled
+def _update_map(
+    table: Array,
+    cells: Array,
+    references: Array,
+    free: Array,
+    free_count: Array,
+    laser: Tuple[float, float],
+    cosines: Array,
+    sines: Array,
+    lengths: Array,
+    is_hit: Array,
+) -> None:
+    """Enter a scan into one particle's map; lengths in cells, from the map's corner."""
+    laser_x, laser_y = laser
+    patch_row, patch_column, patch = -1, -1, -1
+    for j in range(len(lengths)):
+        end_x = laser_x + lengths[j] * cosines[j]
+        end_y = laser_y + lengths[j] * sines[j]
+        column, row = int(math.floor(laser_x)), int(math.floor(laser_y))
+        last_column, last_row = int(math.floor(end_x)), int(math.floor(end_y))
+        step_x, next_x, period_x = _first_border(laser_x, cosines[j])
+        step_y, next_y, period_y = _first_border(laser_y, sines[j])
+        # As many steps as there are cell borders between, however the distances are rounded.
+        for _ in range(abs(last_column - column) + abs(last_row - row) + 1):
+            is_last = column == last_column and row == last_row
+            if (row >> SHIFT) != patch_row or (column >> SHIFT) != patch_column:
+                patch_row, patch_column = row >> SHIFT, column >> SHIFT
+                patch = _own_patch(table, patch_row, patch_column, cells, references, free, free_count)
+            if is_last and is_hit[j]:
+                cell = cells[patch, row & MASK, column & MASK]
+                cell[HITS] += np.float32(1.0)
+                cell[VISITS] += np.float32(1.0)
+                cell[MEAN_X] += np.float32((end_x - column - cell[MEAN_X]) / cell[HITS])
+                cell[MEAN_Y] += np.float32((end_y - row - cell[MEAN_Y]) / cell[HITS])
+            elif not is_last:
+                cells[patch, row & MASK, column & MASK, VISITS] += np.float32(1.0)
+            if (next_x < next_y and column != last_column) or row == last_row:
+                column += step_x
+                next_x += period_x
+            else:
+                row += step_y
+                next_y += period_y
 
 
-def _patches_along(length_m: float, cell_m: float) -> int:
-    return max(1, math.ceil(length_m / (cell_m * SIDE) - 1e-9))
+@compiled
+def _first_border(start: float, slope: float) -> Tuple[int, float, float]:
+    """Return, for one axis: step, distance along the ray to the first cell border, and between two."""
+    if slope > 0.0:
+        return 1, (math.floor(start) + 1.0 - start) / slope, 1.0 / slope
+    if slope < 0.0:
+        return -1, (math.floor(start) - start) / slope, -1.0 / slope
+    return 0, math.inf, math.inf
 
 
-def _patches_beyond(missing_m: float, patch_m: float) -> int:
-    """Return by how many patches a map grows on one side; 0 where nothing is missing."""
-    return math.ceil((missing_m + ENLARGE_M) / patch_m) if missing_m > 0.0 else 0
-
-
-def _free_patches(references: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-    """Return (capacity,) patches without references, low indices last, and (1,) how many."""
-    free = np.zeros(len(references), np.int32)
-    found = np.nonzero(references[1:] == 0)[0][::-1] + 1
-    free[: len(found)] = found
-    return free, np.array([len(found)], np.int64)
+@compiled
+def _own_patch(
+    table: Array, row: int, column: int, cells: Array, references: Array, free: Array, free_count: Array
+) -> int:
+    """Return the patch at a place of one particle's table, made its own; one must be free."""
+    patch = int(table[row, column])
+    if patch != EMPTY and references[patch] == 1:
+        return patch
+    free_count[0] -= 1
+    own = int(free[free_count[0]])
+    if patch == EMPTY:
+        cells[own] = 0.0
+    else:
+        cells[own] = cells[patch]
+        references[patch] -= 1
+    references[own] = 1
+    table[row, column] = own
+    return own

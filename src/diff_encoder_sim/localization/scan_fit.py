@@ -14,7 +14,6 @@ from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.beams import select_beams
 from diff_encoder_sim.localization.distances import distance_field
 from diff_encoder_sim.localization.occupancy_grid import OCCUPIED, OccupancyGrid
 
@@ -27,10 +26,6 @@ SHORT_WEIGHT = 0.25
 
 # Minimum number of rays at obstacles of the map for a decision.
 LEAST_RAYS = 10
-
-# Not laser_max_range: longer rays distinguish places better, and reduce the effect of a partly blocked view.
-# These replace missing limits of a scan (below 0, +inf).
-_SCANS_OWN_LIMITS = AmclParams(laser_min_range=1e-9, laser_max_range=1e6)
 
 _OFF_MAP, _UNKNOWN, _CLEAR, _NEAR, _OCCUPIED = range(5)
 
@@ -64,38 +59,50 @@ class FitMap:
         self._grid, self._distance_m = grid, distance_m
 
     def fit(self, base_pose_in_map: Pose2D, scan: Scan, laser_pose_in_base: Pose2D) -> ScanFit:
-        """Classify a scan's valid rays, within the range limits of the scan.
+        """Classify a scan's valid rays.
 
-        Raises:
-            InputFault: the scan has an invalid range limit.
+        They are those within the range limits of the scan, not to laser_max_range: longer rays distinguish places
+        better, and reduce the effect of a partly blocked view.
         """
-        step = max(1, len(scan.ranges_m) // RAYS)
-        beams = select_beams(scan, step, laser_pose_in_base, _SCANS_OWN_LIMITS, hits_only=True)
-        base = base_pose_in_map.relative_to(self._grid.origin)
-        laser = base.compose(Pose2D(beams.laser_x_m, beams.laser_y_m, 0.0))
-        cell_m = self._grid.resolution_m
+        base, cell_m = base_pose_in_map.relative_to(self._grid.origin), self._grid.resolution_m
+        laser = base.compose(laser_pose_in_base)
         start = laser.x_m / cell_m, laser.y_m / cell_m
-        directions_rad, ranges = base.yaw_rad + beams.bearings_rad, beams.ranges_m / cell_m
-        return ScanFit(*_sort_rays(*start, directions_rad, ranges, self._distance_m / cell_m, self._kinds))
+        yaws_rad = base.yaw_rad, laser_pose_in_base.yaw_rad
+        step = max(1, len(scan.ranges_m) // RAYS)
+        return ScanFit(*_sort_rays(scan, step, start, yaws_rad, cell_m, self._distance_m / cell_m, self._kinds))
 
 
 @compiled
 def _sort_rays(
-    laser_x: float, laser_y: float, directions_rad: Array, ranges: Array, distance: float, kinds: Array
+    scan: Scan,
+    every: int,
+    laser: Tuple[float, float],
+    yaws_rad: Tuple[float, float],
+    cell_m: float,
+    distance: float,
+    kinds: Array,
 ) -> Tuple[int, int, int]:
-    """Count rays as fitting, through, short; in the grid's frame, lengths in cells."""
+    """Count rays as fitting, through, short; in the grid's frame, lengths in cells.
+
+    The yaws are those of the base, and of the laser in the base.
+    """
+    (x, y), (base_yaw_rad, laser_yaw_rad), step_rad = laser, yaws_rad, scan.angle_increment_rad * every
     fitting = through = short = 0
-    for j in range(len(ranges)):
-        cos_direction, sin_direction = math.cos(directions_rad[j]), math.sin(directions_rad[j])
-        end = _kind_at(kinds, laser_x + ranges[j] * cos_direction, laser_y + ranges[j] * sin_direction)
+    for j in range((len(scan.ranges_m) + every - 1) // every):
+        range_m = scan.ranges_m[j * every]
+        if not max(scan.range_min_m, 0.0) < range_m < scan.range_max_m or range_m == math.inf:
+            continue
+        direction_rad = base_yaw_rad + (laser_yaw_rad + (scan.angle_min_rad + step_rad * j))
+        cos_direction, sin_direction, length = math.cos(direction_rad), math.sin(direction_rad), range_m / cell_m
+        end = _kind_at(kinds, x + length * cos_direction, y + length * sin_direction)
         if end >= _NEAR:
             fitting += 1
             continue
         is_blocked = False
         # Steps of half a cell skip at most a corner of a cell.
-        first = _distance_to_map(laser_x, laser_y, cos_direction, sin_direction, ranges[j], kinds.shape)
-        for step in range(1 + int(2.0 * first), int(2.0 * (ranges[j] - distance))):
-            kind = _kind_at(kinds, laser_x + 0.5 * step * cos_direction, laser_y + 0.5 * step * sin_direction)
+        first = _distance_to_map(x, y, cos_direction, sin_direction, length, kinds.shape)
+        for step in range(1 + int(2.0 * first), int(2.0 * (length - distance))):
+            kind = _kind_at(kinds, x + 0.5 * step * cos_direction, y + 0.5 * step * sin_direction)
             is_blocked = kind == _OCCUPIED
             if is_blocked or kind == _OFF_MAP:
                 break
@@ -157,13 +164,8 @@ class LostDetector:
             scan: rays without a return and rays that end off the map are ignored.
             laser_pose_in_base: mounting pose of the laser.
             may_be_found: False while the filter cannot determine the pose.
-
-        Raises:
-            InputFault: the scan has an invalid range limit.
         """
-        if self._map is None:
-            return
-        fraction = self._map.fit(base_pose_in_map, scan, laser_pose_in_base).fraction
+        fraction = self._map.fit(base_pose_in_map, scan, laser_pose_in_base).fraction if self._map else None
         if fraction is None:
             return
         self.fit_fraction = fraction

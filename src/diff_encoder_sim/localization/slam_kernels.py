@@ -12,7 +12,8 @@ from typing import NamedTuple, Tuple
 import numpy as np
 
 from diff_encoder_sim.base.kernels import Array, compiled
-from diff_encoder_sim.localization.patches import HITS, MASK, MEAN_X, MEAN_Y, SHIFT, SIDE, VISITS
+from diff_encoder_sim.localization.patches import HITS, MASK, MEAN_X, MEAN_Y, SHIFT, VISITS
+from diff_encoder_sim.localization.slam_params import SIDE
 
 # A cell counts as surface if more than this fraction of its visits are hits: upstream's.
 SURFACE_FRACTION = 0.1

@@ -8,22 +8,15 @@ import numpy as np
 from pydantic import Field, model_validator
 from typing_extensions import Annotated
 
-from diff_encoder_sim.base.bounds import (
-    Between,
-    CellSide_m,
-    Count,
-    Distance_m,
-    Duration_s,
-    Fraction,
-    Place_m,
-    PositiveWeight,
-    SignedDuration_s,
-    Turn_rad,
-    Weight,
-)
+from diff_encoder_sim.base import bounds
+from diff_encoder_sim.base.bounds import Between, Distance_m, Fraction, Place_m
 from diff_encoder_sim.base.params import Params, param
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angles
-from diff_encoder_sim.localization.patches import MOST_ENTRIES, Extent, table_size
+
+SIDE = 32  # cells along a patch of a map; a power of two
+
+# Patches of all particles' maps together: tables of 100 MB, and 1.4 km either way for 30 particles.
+MOST_ENTRIES = 25_000_000
 
 FrameId = Annotated[str, Field(min_length=1)]
 
@@ -48,11 +41,11 @@ class GridSlamParams(Params):
     astep: Annotated[float, Between(1e-6, 100.0, 'rad')] = param(0.05, 'first step of the match in yaw [rad]')
     iterations: Annotated[int, Between(0, 30)] = param(5, 'how often the steps are halved')
     lsigma: Annotated[float, Between(1e-6, 1e6, 'm^2')] = param(0.075, 'as sigma, in the likelihood of a ray [m^2]')
-    ogain: PositiveWeight = param(
+    ogain: bounds.PositiveWeight = param(
         3.0, 'divides the log-likelihood of a scan; upstream divides it by the number of particles too'
     )
     lskip: Annotated[int, Between(0, 1_000_000)] = param(0, 'rays left out between two that are matched')
-    minimumScore: Weight = param(0.0, 'lowest score of a match that is used; below it only odometry counts')
+    minimumScore: bounds.Weight = param(0.0, 'lowest score of a match that is used; below it only odometry counts')
 
     # Of slam_gmapping's files, and without effect: the proposal's Gaussian is in closed form here.
     llsamplerange: Annotated[float, Between(0.0, 100.0, 'm')] = param(0.01, 'no effect; slam_gmapping reads it [m]')
@@ -74,8 +67,8 @@ class GridSlamParams(Params):
 
     # When a scan counts: any of the three.
     linearUpdate: Distance_m = param(1.0, 'displacement from the last scan taken after which the next is taken [m]')
-    angularUpdate: Turn_rad = param(0.5, 'turn after which the next is taken [rad]')
-    temporalUpdate: SignedDuration_s = param(-1.0, 'time after which the next is taken [s]; below 0: never')
+    angularUpdate: bounds.Turn_rad = param(0.5, 'turn after which the next is taken [rad]')
+    temporalUpdate: bounds.SignedDuration_s = param(-1.0, 'time after which the next is taken [s]; below 0: never')
 
     particles: Annotated[int, Between(1, 10_000)] = param(30, 'number of particles, each with a map')
     resampleThreshold: Fraction = param(0.5, 'fraction of effective particles below which they are resampled')
@@ -85,14 +78,14 @@ class GridSlamParams(Params):
     ymin: Place_m = param(-100.0, 'first extent of the map [m]')
     xmax: Place_m = param(100.0, 'first extent of the map [m]')
     ymax: Place_m = param(100.0, 'first extent of the map [m]')
-    delta: CellSide_m = param(0.05, 'side of a cell [m]')
+    delta: bounds.CellSide_m = param(0.05, 'side of a cell [m]')
     occ_thresh: Fraction = param(0.25, 'fraction of the rays into a cell that end there, above which it is occupied')
 
     # What only the node uses.
-    throttle_scans: Count = param(1, 'process every n-th scan')
-    map_update_interval: Duration_s = param(5.0, 'time between two published maps [s]')
-    transform_publish_period: Duration_s = param(0.05, 'time between two transforms [s]; 0: no transform')
-    tf_delay: SignedDuration_s = param(
+    throttle_scans: bounds.Count = param(1, 'process every n-th scan')
+    map_update_interval: bounds.Duration_s = param(5.0, 'time between two published maps [s]')
+    transform_publish_period: bounds.Duration_s = param(0.05, 'time between two transforms [s]; 0: no transform')
+    tf_delay: bounds.SignedDuration_s = param(
         -1.0, 'time by which map -> odom is post-dated [s]; below 0: transform_publish_period'
     )
     base_frame: FrameId = param('base_link', 'frame of the robot')
@@ -103,10 +96,18 @@ class GridSlamParams(Params):
     def _check_extent(self) -> GridSlamParams:
         if self.xmin >= self.xmax or self.ymin >= self.ymax:
             raise ValueError('xmin below xmax and ymin below ymax')
-        extent = Extent(self.xmin, self.ymin, self.xmax, self.ymax)
-        if table_size(extent, self.delta, self.particles) > MOST_ENTRIES:
+        rows, columns = (
+            patches_along(self.ymax - self.ymin, self.delta),
+            patches_along(self.xmax - self.xmin, self.delta),
+        )
+        if self.particles * rows * columns > MOST_ENTRIES:
             raise ValueError('a smaller extent (xmin, ymin, xmax, ymax), larger cells (delta) or fewer particles')
         return self
+
+
+def patches_along(length_m: float, cell_m: float) -> int:
+    """Return the number of patches that cover a length."""
+    return max(1, math.ceil(length_m / (cell_m * SIDE) - 1e-9))
 
 
 # The noise across, as a fraction of the noise ahead: upstream's.

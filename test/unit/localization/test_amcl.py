@@ -11,6 +11,7 @@ from diff_encoder_sim.base.params import with_changes
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
 from diff_encoder_sim.localization.amcl import Amcl
 from diff_encoder_sim.localization.amcl_params import AmclParams
+from diff_encoder_sim.localization.laser_models import Likelihoods
 from diff_encoder_sim.localization.occupancy_grid import UNKNOWN
 from warm_kernels import check_nothing_is_left_to_compile
 
@@ -123,7 +124,7 @@ def test_fewer_particles_do_not_look_like_a_better_fit(drive):
     for count in (500, 5000):
         filter_ = amcl(max_particles=count, initial_cov_xx=1e-4, initial_cov_yy=1e-4, initial_cov_aa=1e-4)
         filter_.update(IDENTITY, scan, IDENTITY)
-        likelihoods.append(filter_._set.fast_average)
+        likelihoods.append(filter_.fast_average)
     assert likelihoods[0] == pytest.approx(likelihoods[1], rel=0.01)
 
 
@@ -315,6 +316,55 @@ for step in range(6):
     amcl.update(pose, simulated_scan(room, pose), Pose2D(0.1, 0.0, 0.2))
 """
     check_nothing_is_left_to_compile('localization', warm_up, work)
+
+
+# ---- weights, recovery, and particles that have settled
+
+TOGETHER = np.zeros((4, 3))
+APART = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [2.0, 2.0, 0.0]])
+
+
+def four(particles=APART, **changes):
+    filter_ = amcl(min_particles=4, max_particles=4, **changes)
+    filter_._restart(particles)
+    return filter_
+
+
+def test_weights_are_multiplied_by_the_likelihoods_unless_no_particle_explains_the_scan():
+    filter_ = four()
+    filter_._weigh(Likelihoods(np.array([1.0, 2.0, 3.0, 2.0]), -1000.0))
+    filter_._weigh(Likelihoods(np.array([1.0, 1.0, 0.0, 1.0]), 0.0))
+    assert filter_.weights == pytest.approx([0.2, 0.4, 0.0, 0.4])
+    before = filter_.slow_average
+    filter_._weigh(Likelihoods(np.zeros(4), 0.0))
+    assert filter_.weights == pytest.approx([0.25] * 4) and filter_.slow_average == before
+
+
+def test_averages_of_the_likelihood_call_for_recovery():
+    filter_ = four(recovery_alpha_slow=0.001, recovery_alpha_fast=0.1)
+    assert filter_.fraction_anywhere == 0.0
+    for likelihood, slow, fast in ((2.0, 2.0, 2.0), (1.0, 1.999, 1.9), (10.0, 2.007001, 2.71)):
+        filter_._weigh(Likelihoods(np.full(4, likelihood), 0.0))
+        assert (filter_.slow_average, filter_.fast_average) == pytest.approx((slow, fast))
+        assert filter_.fraction_anywhere == pytest.approx(max(0.0, 1.0 - fast / slow))
+    filter_._restart(APART)
+    filter_._weigh(Likelihoods(np.full(4, 0.5), 0.0))
+    assert (filter_.slow_average, filter_.fast_average) == (0.5, 0.5)
+
+
+def test_particles_that_have_settled_once_stay_settled_until_a_restart():
+    filter_ = four()
+    assert not filter_.has_settled
+    filter_._weigh(Likelihoods(np.array([1.0, 0.0, 0.0, 0.0]), 0.0))
+    filter_._resample()
+    assert filter_.has_settled and filter_.has_converged
+    filter_.particles = APART
+    filter_._resample()
+    assert filter_.has_settled and not filter_.has_converged
+    filter_._restart(APART)
+    assert not filter_.has_settled
+    filter_._restart(TOGETHER)
+    assert filter_.has_settled and not filter_.has_converged  # upstream: not before it has resampled
 
 
 # ---- a lost robot

@@ -9,8 +9,8 @@ from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
 from diff_encoder_sim.localization.grid_slam import GridSlam, OdometryTrack, map_recording
 from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN
-from patch_memory import patch_count, unshared_patch_count
 from slam_drives import HALLWAY, ROS_LOGO, Case
+from slam_maps import patch_counts
 from slam_room import around_the_room, params, room_scan
 
 START = Pose2D(0.4, -0.3, 0.5)  # in odom, of the first scan
@@ -155,7 +155,8 @@ def test_the_map_of_a_coarse_encoder(case):
     assert error.ate_rmse_m < 0.05
     # Of the ROS-logo world each scan sees most patches, so there its particles have little in common.
     most = {'hallway': 0.85, 'ros_logo': 0.95}[case.drive.world.name]
-    assert patch_count(slam.maps) < most * unshared_patch_count(slam.maps)
+    shared, unshared = patch_counts(slam.maps)
+    assert shared < most * unshared
 
 
 def recording():

@@ -10,7 +10,6 @@ from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.beams import select_beams
 from diff_encoder_sim.localization.distances import distance_field
 from diff_encoder_sim.localization.laser_models import cast_ray, laser_model
 from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED
@@ -77,18 +76,20 @@ def test_the_number_of_beams_is_upstreams(model, rays, most, expected):
     assert len(laser.beams(Scan(0, 0.0, 0.001, 0.15, 6.0, np.ones(rays)), IDENTITY).ranges_m) == expected
 
 
-@pytest.mark.parametrize('hits_only', [True, False])
+@pytest.mark.parametrize('model', ['likelihood_field', 'beam'])
 @pytest.mark.parametrize('dtype', [np.float32, np.float64])
-def test_the_rays_that_count_are_those_within_limits(hits_only, dtype):
+def test_the_rays_that_count_are_those_within_limits(model, dtype):
+    """A ray without a return counts in the beam model."""
     rng = np.random.default_rng(2)
     ranges_m = rng.uniform(-0.5, 7.0, 500).astype(dtype)
     ranges_m[rng.integers(0, 500, 60)] = rng.choice([np.nan, np.inf, -np.inf, 0.15, 3.5], 60)
     ranges_m.setflags(write=False)  # as of a message
-    beams = select_beams(Scan(0, -2.0, 0.01, 0.15, 6.0, ranges_m), 3, LASER_POSE, params(), hits_only)
+    laser = laser_model(params(laser_model_type=model, laser_max_beams=167), pillar_room())
+    beams = laser.beams(Scan(0, -2.0, 0.01, 0.15, 6.0, ranges_m), LASER_POSE)
     expected = [
         (range_m if 0.15 < range_m <= 3.5 else 3.5, 0.3 + (-2.0 + 0.03 * ray))
         for ray, range_m in enumerate(ranges_m[::3].astype(float).tolist())
-        if not math.isnan(range_m) and (0.15 < range_m < 3.5 or not hits_only)
+        if not math.isnan(range_m) and (0.15 < range_m < 3.5 or model == 'beam')
     ]
     assert np.column_stack(beams[:2]) == pytest.approx(np.array(expected), rel=1e-14)
     assert beams[2:] == (LASER_POSE.x_m, LASER_POSE.y_m, 3.5)

@@ -1,4 +1,4 @@
-"""Particle sets: how they are drawn, moved, weighed and measured."""
+"""Particles: how they are drawn and moved."""
 
 import math
 
@@ -7,10 +7,8 @@ import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.laser_models import Likelihoods
 from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN, FreeCells, OccupancyGrid
 from diff_encoder_sim.localization.particles import (
-    ParticleSet,
     decompose,
     even_normals,
     move_noise,
@@ -32,61 +30,6 @@ def test_particles_everywhere_are_on_the_free_cells_with_any_heading():
     particles = particles_everywhere(FreeCells(grid), 10_000, np.random.default_rng(0))
     assert {tuple(position) for position in particles[:, :2].tolist()} == {(1.0, 1.0), (3.0, 3.0)}
     assert particles[:, 2].std() == pytest.approx(2 * math.pi / math.sqrt(12), rel=0.03)
-
-
-FREE_CELLS = FreeCells(OccupancyGrid(np.zeros((1, 1), np.int8), 1.0, IDENTITY))
-
-TOGETHER = np.zeros((4, 3))
-
-APART = np.array([[0.0, 0.0, 0.0], [5.0, 0.0, 0.0], [0.0, 5.0, 0.0], [5.0, 5.0, 0.0]])
-
-
-def particle_set(particles, **changes):
-    params = AmclParams(min_particles=4, max_particles=4, **changes)
-    return ParticleSet(params, particles, np.random.default_rng(0))
-
-
-def test_weights_are_multiplied_by_the_likelihoods():
-    found = particle_set(APART)
-    found.weigh(Likelihoods(np.array([1.0, 2.0, 3.0, 2.0]), -1000.0))
-    found.weigh(Likelihoods(np.array([1.0, 1.0, 0.0, 1.0]), 0.0))
-    assert found.weights == pytest.approx([0.2, 0.4, 0.0, 0.4])
-
-
-def test_a_scan_that_no_particle_explains_makes_the_weights_equal():
-    found = particle_set(APART)
-    found.weigh(Likelihoods(np.array([1.0, 2.0, 3.0, 4.0]), 0.0))
-    before = found.slow_average
-    found.weigh(Likelihoods(np.zeros(4), 0.0))
-    assert found.weights == pytest.approx([0.25] * 4)
-    assert found.slow_average == before
-
-
-def test_averages_of_the_likelihood_call_for_recovery():
-    found = particle_set(APART, recovery_alpha_slow=0.001, recovery_alpha_fast=0.1)
-    assert found.fraction_anywhere() == 0.0
-    for likelihood, slow, fast in ((2.0, 2.0, 2.0), (1.0, 1.999, 1.9), (10.0, 2.007001, 2.71)):
-        found.weigh(Likelihoods(np.full(4, likelihood), 0.0))
-        assert (found.slow_average, found.fast_average) == pytest.approx((slow, fast))
-        assert found.fraction_anywhere() == pytest.approx(max(0.0, 1.0 - fast / slow))
-    found.restart(APART)
-    found.weigh(Likelihoods(np.full(4, 0.5), 0.0))
-    assert (found.slow_average, found.fast_average) == (0.5, 0.5)
-
-
-def test_particles_that_have_settled_once_stay_settled_until_a_restart():
-    found = particle_set(APART)
-    assert not found.has_settled
-    found.weigh(Likelihoods(np.array([1.0, 0.0, 0.0, 0.0]), 0.0))
-    found.resample(FREE_CELLS)
-    assert found.has_settled and found.has_converged
-    found.move(IDENTITY, Pose2D(50.0, 0.0, 0.0))
-    found.resample(FREE_CELLS)
-    assert found.has_settled
-    found.restart(APART)
-    assert not found.has_settled and not found.has_converged
-    found.restart(TOGETHER)
-    assert found.has_settled and not found.has_converged  # upstream: not before it has resampled
 
 
 DRAWS = 200_000

@@ -29,7 +29,7 @@ def wall_ahead(wall_x_m=2.0, behind=UNKNOWN, cells_x=100):
 
 def rays_ahead(range_m, count=20):
     """All within a tenth of a degree of straight ahead."""
-    return Scan(0, 0.0, math.radians(0.1) / count, 0.1, 1e13, np.full(count, range_m))
+    return Scan(0, 0.0, math.radians(0.1) / count, 0.1, 1e6, np.full(count, range_m))
 
 
 @pytest.mark.parametrize(
@@ -42,7 +42,6 @@ def rays_ahead(range_m, count=20):
         (2.30, ScanFit(0, 20, 0)),  # through it, into what is unknown
         (4.00, ScanFit(0, 20, 0)),  # through it, off the map
         (9e5, ScanFit(0, 20, 0)),
-        (1e12, ScanFit(0, 0, 0)),  # no range of any scanner
         (math.inf, ScanFit(0, 0, 0)),
         (math.nan, ScanFit(0, 0, 0)),
         (0.05, ScanFit(0, 0, 0)),
