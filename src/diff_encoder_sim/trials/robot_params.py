@@ -57,31 +57,17 @@ def wheel_uncertainty(errors: WheelErrorParams) -> Dict[str, float]:
     """Return the parameters of odometry, by their names, that describe the errors of wheels."""
     left, right = errors.travel_errors()
     distance, spread = 0.5 * (left + right), errors.radius_spread / math.sqrt(2.0)
+    separation = math.hypot(spread, errors.wheel_separation_spread)
     return {
         'motion_noise': errors.slip_noise,
         'distance_std': math.hypot(distance, spread),
-        'turn_std': math.hypot(
-            distance - errors.wheel_separation_error, math.hypot(spread, errors.wheel_separation_spread)
-        ),
+        'turn_std': math.hypot(distance - errors.wheel_separation_error, separation),
         'diameter_difference_std': math.hypot(right - left, 2.0 * spread),
     }
 
 
-def with_uncertainty(odometry: OdometryParams, errors: WheelErrorParams) -> OdometryParams:
-    """Fill in unset uncertainties of odometry from the simulated wheel errors and contact."""
-    values = wheel_uncertainty(errors)
-    values['distance_std'] = math.hypot(values['distance_std'], CONTACT_DISTANCE_STD)
-    values['curve_noise'] = CONTACT_CURVE_NOISE
-    untold = {key: value for key, value in values.items() if getattr(odometry, key) is None}
-    return with_changes(odometry, untold, 'simulator.wheel_errors') if untold else odometry
-
-
 def uncertainty_of_robot(settings: Mapping[str, Any]) -> Dict[str, float]:
-    """Return the wheel errors of a robot file; 0 counts as not specified.
-
-    Args:
-        settings: of a robot, by dotted keys.
-    """
+    """Return the wheel errors of a robot's settings, by dotted keys; 0 counts as not specified."""
     given = nested(settings).get('simulator', {}).get('wheel_errors', {})
     errors = WheelErrorParams.from_mapping(given, 'simulator.wheel_errors')
     return {key: value for key, value in wheel_uncertainty(errors).items() if value}
@@ -178,7 +164,14 @@ def _robot_params(config: RobotConfig, paths: Mapping[str, Path]) -> RobotParams
     parts: Dict[str, Any] = {}
     for stem, classes in CONFIG_FILES.items():
         parts.update(zip(classes, split_params(config[stem], str(paths.get(stem, stem)), *classes.values())))
-    parts['odometry'] = with_uncertainty(parts['odometry'], parts['simulator'].wheel_errors)
+    # Unset uncertainties of odometry are those of the simulated wheel errors and contact.
+    values = wheel_uncertainty(parts['simulator'].wheel_errors)
+    values.update(
+        distance_std=math.hypot(values['distance_std'], CONTACT_DISTANCE_STD), curve_noise=CONTACT_CURVE_NOISE
+    )
+    unset = {key: value for key, value in values.items() if getattr(parts['odometry'], key) is None}
+    if unset:
+        parts['odometry'] = with_changes(parts['odometry'], unset, 'simulator.wheel_errors')
     return RobotParams(**parts)
 
 
@@ -190,27 +183,20 @@ def check_key(key: str) -> None:
     """
     if key in SET_BY_TRIALS:
         raise ConfigError(f'{key}: every trial sets it; allowed: {SET_BY_TRIALS[key]}')
-    known = [
-        f'{stem}.{name}'
-        for stem, classes in CONFIG_FILES.items()
-        for params_class in classes.values()
-        for name in _dotted_keys(params_class)
-    ]
+    files = CONFIG_FILES.items()
+    known = [name for stem, classes in files for each in classes.values() for name in _dotted_keys(each, f'{stem}.')]
     if key not in known:
         hint = did_you_mean(key, known) or '; allowed: a parameter of a file of config/, such as simulator.lidar.noise'
         raise ConfigError(f'{key}: unknown key{hint}')
 
 
-def _dotted_keys(params_class: Type[Params]) -> Iterator[str]:
+def _dotted_keys(params_class: Type[Params], prefix: str) -> Iterator[str]:
     """Yield the keys of scalar values; for costmaps only the flat names, without their namespace aliases."""
     for name, field in params_class.model_fields.items():
         if isinstance(field.annotation, type) and issubclass(field.annotation, Params):
-            yield from (f'{name}.{below}' for below in _dotted_keys(field.annotation))
+            yield from _dotted_keys(field.annotation, f'{prefix}{name}.')
         else:
-            yield name
-
-
-DEFAULT_ROBOT = 'alto'
+            yield f'{prefix}{name}'
 
 
 def load_robot(
@@ -219,7 +205,7 @@ def load_robot(
     """Load a robot by its name, its robot file, or only its xacro or URDF, and inspect it.
 
     Args:
-        given: name or path; '' for the default robot.
+        given: name or path; '' for alto.
         folder: base folder of a relative path.
         package_folder: folder that contains config/.
         arguments: of the robot's xacro.
@@ -228,7 +214,7 @@ def load_robot(
     Raises:
         ConfigError: the robot's files are missing or bad, or set a value that is not allowed.
     """
-    file = load_robot_file(given or DEFAULT_ROBOT, folder, package_folder, arguments, packages)
+    file = load_robot_file(given or 'alto', folder, package_folder, arguments, packages)
     for key in file.overrides:
         try:
             check_key(key)
@@ -266,21 +252,21 @@ def _loop(params: RobotParams, ppr: PerWheel) -> Tuple[DwaParams, float, float, 
 
 def stopping_line(params: RobotParams, pprs: Sequence[PerWheel]) -> str:
     """Describe how a robot stops with its encoders, and the requested tolerances."""
+
+    def words(spread: StopSpread) -> str:
+        return f'{1e3 * spread.position_m:.0f} mm and {math.degrees(spread.yaw_rad):.1f} degrees'
+
     planner = params.navigator.DWAPlannerROS
     spreads = sorted((spread_with(params, ppr), ppr_label(ppr)) for ppr in pprs)
     (least, finest), (most, coarsest) = spreads[0], spreads[-1]
-    ends = f'{_words(least)} of the goal'
+    ends = f'{words(least)} of the goal'
     if least != most:
-        ends = f'{ends} with {finest} PPR, {_words(most)} with {coarsest} PPR'
+        ends = f'{ends} with {finest} PPR, {words(most)} with {coarsest} PPR'
     asked = StopSpread(planner.xy_goal_tolerance, planner.yaw_goal_tolerance)
-    return f'stopping: {planner.stop} {_ENDS[planner.stop]} {ends}; asked for: {_words(asked)}'
+    return f'stopping: {planner.stop} {_ENDS[planner.stop]} {ends}; asked for: {words(asked)}'
 
 
 def as_upstream(params: RobotParams) -> RobotParams:
     """Return the parameters for upstream's move_base, without `stop` and `latch_margin`."""
     planner = params.navigator.DWAPlannerROS.model_copy(update={'stop': 'latch', 'latch_margin': 0.0})
     return params._replace(navigator=params.navigator.model_copy(update={'DWAPlannerROS': planner}))
-
-
-def _words(spread: StopSpread) -> str:
-    return f'{1e3 * spread.position_m:.0f} mm and {math.degrees(spread.yaw_rad):.1f} degrees'

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 from collections import deque
-from typing import Iterable, List, NamedTuple, Optional, Tuple, Union
+from typing import List, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 
@@ -33,15 +33,32 @@ STOP_WITHIN_RAD = 0.02
 MOST_CROSSINGS = 2
 
 
+# A turn in place pauses while the newest pose estimate is older; the navigator's default input_timeout.
+POSE_TIMEOUT_S = 0.5
+
+log = logging.getLogger(__name__)
+
+
+class DriverOutput(NamedTuple):
+    """A goal to send, or a command; neither if the robot is to continue."""
+
+    goal_in_map: Optional[Pose2D] = None  # for the navigator, replaces the current goal
+    turn_rate_radps: Optional[float] = None  # for /cmd_vel; None: leave /cmd_vel to the navigator
+
+
+class Destination(NamedTuple):
+    """A stage of a route: a pose to send to the navigator."""
+
+    pose_in_map: Pose2D
+    is_stop: bool  # False: a waypoint, replaced by the next goal when it is near
+
+
 class TurnInPlace:
-    """Speeds up, turns, and slows down to a total angle of any number of turns."""
+    """A stage of a route: speeds up, turns, and slows down to a total angle of any number of turns."""
 
     def __init__(self, angle_rad: float, limits: SpeedLimits) -> None:
-        self._angle_rad = angle_rad
-        self._limits = limits
-        self._turned_rad = 0.0
-        self._crossings = 0
-        self._rate_radps = 0.0
+        self.angle_rad, self._limits = angle_rad, limits
+        self._turned_rad, self._crossings, self._rate_radps = 0.0, 0, 0.0
         self._last_yaw_rad: Optional[float] = None
         self._last_ns: Optional[int] = None
         self.is_over = False
@@ -52,8 +69,7 @@ class TurnInPlace:
         While the heading is not finite, the robot slows down and stops; up to half a turn in this time is counted
         afterwards.
         """
-        last_ns = now_ns if self._last_ns is None else self._last_ns
-        interval_s = max(0, now_ns - last_ns) / NANOSECONDS_PER_SECOND
+        interval_s = max(0, now_ns - (now_ns if self._last_ns is None else self._last_ns)) / NANOSECONDS_PER_SECOND
         self._last_ns = now_ns
         target_radps = self._target_rate(yaw_rad) if math.isfinite(yaw_rad) else 0.0
         if self.is_over:
@@ -68,41 +84,32 @@ class TurnInPlace:
 
     def _target_rate(self, yaw_rad: float) -> float:
         """Add the turned angle, and return the target rate [rad/s]."""
-        left_before_rad = self._angle_rad - self._turned_rad
+        left_before_rad = self.angle_rad - self._turned_rad
         if self._last_yaw_rad is not None:
             self._turned_rad += wrap_angle(yaw_rad - self._last_yaw_rad)
         self._last_yaw_rad = yaw_rad
-        left_rad = self._angle_rad - self._turned_rad
+        left_rad = self.angle_rad - self._turned_rad
         self._crossings += left_rad * left_before_rad < 0.0
         self.is_over = abs(left_rad) < STOP_WITHIN_RAD or self._crossings >= MOST_CROSSINGS
         braking_radps = math.sqrt(2.0 * BRAKING_FRACTION * self._limits.angular_acceleration * abs(left_rad))
         return math.copysign(min(self._limits.angular_speed, braking_radps, APPROACH_PER_S * abs(left_rad)), left_rad)
 
 
-# A turn in place pauses while the newest pose estimate is older; the navigator's default input_timeout.
-POSE_TIMEOUT_S = 0.5
-
-log = logging.getLogger(__name__)
-
-
-class Destination(NamedTuple):
-    """A pose to send to the navigator."""
-
-    pose_in_map: Pose2D
-    is_stop: bool  # False: a waypoint, replaced by the next goal when it is near
-
-
-class Turn(NamedTuple):
-    """A turn in place; an angle above 2 pi is several turns."""
-
-    angle_rad: float
-
-
-class DriverOutput(NamedTuple):
-    """A goal to send, or a command; neither if the robot is to continue."""
-
-    goal_in_map: Optional[Pose2D] = None  # for the navigator, replaces the current goal
-    turn_rate_radps: Optional[float] = None  # for /cmd_vel; None: leave /cmd_vel to the navigator
+def stages_of(test: TestDefinition) -> List[Union[Destination, TurnInPlace]]:
+    """Return the stages of a test's route in order."""
+    stages: List[Union[Destination, TurnInPlace]] = []
+    for leg in test.route:
+        if leg.turns is not None:
+            stages.append(TurnInPlace(2.0 * math.pi * leg.turns, test.limits))
+        elif leg.goal is not None:
+            stages.append(Destination(leg.goal.pose(), True))
+        else:
+            # Each waypoint heads towards the next, in case the navigator stops there; the last has heading 0.
+            points = [(point.x, point.y) for point in leg.through or []]
+            for (x_m, y_m), (next_x_m, next_y_m) in zip(points, [*points[1:], *points[-1:]]):
+                pose = Pose2D(x_m, y_m, math.atan2(next_y_m - y_m, next_x_m - x_m))
+                stages.append(Destination(pose, False))
+    return stages
 
 
 class RouteDriver:
@@ -163,21 +170,21 @@ class RouteDriver:
             self.is_over = now_ns - self._ended_ns >= SETTLING_S * NANOSECONDS_PER_SECOND
             return DriverOutput()
         rate_radps = None
-        if isinstance(self._stage, TurnInPlace):
-            rate_radps = self._stage.rate(now_ns, base_pose_in_map.yaw_rad)
-            if not self._stage.is_over:
-                return DriverOutput(turn_rate_radps=rate_radps)
-        elif self._stage is not None and not self._is_done(self._stage, base_pose_in_map, status, status_text):
+        if isinstance(self._stage, Destination) and not self._is_done(
+            self._stage, base_pose_in_map, status, status_text
+        ):
             return DriverOutput()
-        if not self._stages:
-            self._stage, self._ended_ns = None, now_ns
-            return DriverOutput(turn_rate_radps=rate_radps)
-        stage = self._stages.popleft()
-        if isinstance(stage, Destination):
-            self._stage = stage
-            return DriverOutput(stage.pose_in_map, rate_radps)
-        self._stage = TurnInPlace(stage.angle_rad, self._test.limits)
-        return self.step(now_ns, base_pose_in_map, status, status_text)
+        while True:
+            if isinstance(self._stage, TurnInPlace):
+                rate_radps = self._stage.rate(now_ns, base_pose_in_map.yaw_rad)
+                if not self._stage.is_over:
+                    return DriverOutput(turn_rate_radps=rate_radps)
+            if not self._stages:
+                self._stage, self._ended_ns = None, now_ns
+                return DriverOutput(turn_rate_radps=rate_radps)
+            self._stage = self._stages.popleft()
+            if isinstance(self._stage, Destination):
+                return DriverOutput(self._stage.pose_in_map, rate_radps)
 
     def _is_done(self, stage: Destination, base_pose_in_map: Pose2D, status: GoalStatus, status_text: str) -> bool:
         goal = stage.pose_in_map
@@ -188,23 +195,6 @@ class RouteDriver:
             name = 'the goal' if stage.is_stop else f'the waypoint ({goal.x_m:.2f}, {goal.y_m:.2f})'
             raise RouteFailed(Outcome.ABORTED, f'{name} was not reached: {status_text or status.value}')
         return status is GoalStatus.SUCCEEDED
-
-
-def stages_of(test: TestDefinition) -> List[Union[Destination, Turn]]:
-    """Return the stages of a test's route in order."""
-    stages: List[Union[Destination, Turn]] = []
-    for leg in test.route:
-        if leg.turns is not None:
-            stages.append(Turn(2.0 * math.pi * leg.turns))
-        elif leg.goal is not None:
-            stages.append(Destination(leg.goal.pose(), True))
-        else:
-            # Each waypoint heads towards the next, in case the navigator stops there; the last has heading 0.
-            points = [(point.x, point.y) for point in leg.through or []]
-            for (x_m, y_m), (next_x_m, next_y_m) in zip(points, [*points[1:], *points[-1:]]):
-                pose = Pose2D(x_m, y_m, math.atan2(next_y_m - y_m, next_x_m - x_m))
-                stages.append(Destination(pose, False))
-    return stages
 
 
 # Spacing of the footprint checks along a leg.
@@ -240,34 +230,26 @@ def _plan_route(test: TestDefinition, navigator: NavigatorParams, costmap: Costm
     """Plan each leg as the navigator will; return the length [m] and the angle turned in place [rad].
 
     Raises:
-        PlanError: no path exists for the robot's footprint.
+        PlanError: no path exists for the robot's footprint, or it touches a wall.
     """
     planner = GlobalPlanner(navigator.NavfnROS, costmap)
     pose, length_m, turned_rad = test.start.pose(), 0.0, 0.0
     for stage in stages_of(test):
-        if isinstance(stage, Turn):
+        if isinstance(stage, TurnInPlace):
             # At least one full turn covers all headings.
             angle_rad = math.copysign(min(abs(stage.angle_rad), 2.0 * math.pi), stage.angle_rad)
             angles = np.linspace(0.0, angle_rad, 1 + math.ceil(abs(angle_rad) / STEP_RAD)).tolist()
-            _check_poses(costmap, [pose._replace(yaw_rad=pose.yaw_rad + angle) for angle in angles])
+            poses = [pose._replace(yaw_rad=pose.yaw_rad + angle) for angle in angles]
             turned_rad += abs(stage.angle_rad)
         else:
             plan = planner.make_plan(pose, stage.pose_in_map)
             step = max(1, round(STEP_M * costmap.cells_per_m))
-            _check_poses(costmap, [Pose2D(*point) for point in plan[::step].tolist()])
+            poses = [Pose2D(*point) for point in plan[::step].tolist()]
             length_m += float(np.hypot(*np.diff(plan[:, :2], axis=0).T).sum())
             pose = stage.pose_in_map
+        for place in poses:
+            if costmap.footprint_cost(place) == IN_OBSTACLE:
+                size_m = np.ptp(costmap.footprint.vertices_m, axis=0).tolist()
+                size = f'its outline of {size_m[0]:.2f} x {size_m[1]:.2f} m'
+                raise PlanError(PlanProblem.BLOCKED, f'at ({place.x_m:.2f}, {place.y_m:.2f}) {size} touches a wall')
     return length_m, turned_rad
-
-
-def _check_poses(costmap: Costmap, poses: Iterable[Pose2D]) -> None:
-    """Check that the robot's footprint is free of walls at each pose.
-
-    Raises:
-        PlanError: it touches a wall.
-    """
-    for pose in poses:
-        if costmap.footprint_cost(pose) == IN_OBSTACLE:
-            length_m, width_m = np.ptp(costmap.footprint.vertices_m, axis=0).tolist()
-            size = f'its outline of {length_m:.2f} x {width_m:.2f} m'
-            raise PlanError(PlanProblem.BLOCKED, f'at ({pose.x_m:.2f}, {pose.y_m:.2f}) {size} touches a wall')

@@ -8,7 +8,7 @@ from typing import Callable, List, NamedTuple, Tuple
 
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.drives.test_definition import Segment, SpeedLimits, TestDefinition
+from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.navigation.navigator_inputs import Command
 from diff_encoder_sim.simulation.state import STATES_PERIOD_S
@@ -57,8 +57,11 @@ class ScriptedDrive:
         self._starts_s: List[float] = []
         self._legs: List[Tuple[Trapezoid, Trapezoid]] = []
         start_s = 0.0
+        limits = test.limits
         for segment in test.drive:
-            linear, angular = _profiles(segment, test.limits)
+            linear = Trapezoid(segment.straight or 0.0, limits.speed, limits.acceleration)
+            turn_rad = 2.0 * math.pi * (segment.turns or 0.0)
+            angular = Trapezoid(turn_rad, limits.angular_speed, limits.angular_acceleration)
             self._starts_s.append(start_s)
             self._legs.append((linear, angular))
             start_s += max(linear.duration_s, angular.duration_s) + PAUSE_BETWEEN_SEGMENTS_S
@@ -86,13 +89,6 @@ class ScriptedDrive:
             linear_m += linear.covered(to_s - start_s) - linear.covered(from_s - start_s)
             angular_rad += angular.covered(to_s - start_s) - angular.covered(from_s - start_s)
         return linear_m / interval_s, angular_rad / interval_s
-
-
-def _profiles(segment: Segment, limits: SpeedLimits) -> Tuple[Trapezoid, Trapezoid]:
-    return (
-        Trapezoid(segment.straight or 0.0, limits.speed, limits.acceleration),
-        Trapezoid(2.0 * math.pi * (segment.turns or 0.0), limits.angular_speed, limits.angular_acceleration),
-    )
 
 
 class ScriptedDriver:

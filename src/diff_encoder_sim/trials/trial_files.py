@@ -92,7 +92,11 @@ def collect(
         map_files = _map_files(world.with_suffix('.yaml'), needs_maps)
         worlds[test.name] = WorldFiles(add({world.name: world.read_bytes()}), add(map_files) if map_files else '')
     # A xacro without includes is kept, as wheel errors may be its arguments.
-    robot = {source.file.name: source.file.read_bytes()} if _is_complete(source) else _expanded(source)
+    if source.arguments or source.added_laser or needs_other_files(read_robot_text(source.file)):
+        urdf = self_contained_urdf(expand(source), str(source.file), lambda uri: find_mesh(uri, source))
+        robot = {f'{source.file.name.partition(".")[0]}.urdf': urdf.encode('utf-8')}
+    else:
+        robot = {source.file.name: source.file.read_bytes()}
     return TrialFiles(contents, Path(add(robot)), worlds)
 
 
@@ -108,15 +112,6 @@ def _map_files(path: Path, is_needed: bool) -> Dict[str, bytes]:
     image = (path.parent / description['image']).read_bytes()
     description['image'] = f'{path.stem}.image'
     return {path.name: yaml.safe_dump(description, sort_keys=True).encode('utf-8'), description['image']: image}
-
-
-def _is_complete(source: RobotSource) -> bool:
-    return not (source.arguments or source.added_laser or needs_other_files(read_robot_text(source.file)))
-
-
-def _expanded(source: RobotSource) -> Dict[str, bytes]:
-    urdf = self_contained_urdf(expand(source), str(source.file), lambda uri: find_mesh(uri, source))
-    return {f'{source.file.name.partition(".")[0]}.urdf': urdf.encode('utf-8')}
 
 
 def _sha256(content: bytes) -> str:
