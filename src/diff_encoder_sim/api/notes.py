@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
-from typing import Iterable, Iterator
+from typing import Iterable
 
 from diff_encoder_sim.base.command_line import as_called
 from diff_encoder_sim.base.errors import ConfigError
@@ -13,21 +13,13 @@ from diff_encoder_sim.simulation.self_check import checks_table
 from diff_encoder_sim.simulation.state import JOINTS_RATE_HZ
 from diff_encoder_sim.trials.campaign_cells import Campaign, check_robot, unfit_tests
 from diff_encoder_sim.trials.robot_params import RobotParams, as_upstream, spread_with, stopping_line
-from diff_encoder_sim.wheels.catalogue import ChosenEncoder
+from diff_encoder_sim.wheels.catalogue import ChosenEncoder, encoder_lines
 
 
 def name_encoders(command: str, encoders: Iterable[ChosenEncoder], wheel_diameter_m: float) -> None:
     """Print `encoder_lines` for a command."""
     for line in encoder_lines(encoders, wheel_diameter_m):
         print(f'{command}: {line}', file=sys.stderr)
-
-
-def encoder_lines(encoders: Iterable[ChosenEncoder], wheel_diameter_m: float) -> Iterator[str]:
-    """Yield the resolution by datasheet and the counts per metre of each encoder with a resolution."""
-    for encoder in encoders:
-        if encoder.resolution:
-            name = f'{encoder.name} ({encoder.real.name})' if encoder.real else 'encoder'
-            yield f'{name}: {encoder.resolution}, {encoder.counts_per_metre(wheel_diameter_m):.5g} per metre'
 
 
 def name_campaigns_encoders(command: str, campaign: Campaign) -> None:

@@ -10,7 +10,6 @@ from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Seq
 
 import numpy as np
 
-from diff_encoder_sim.api.notes import encoder_lines
 from diff_encoder_sim.api.wheel_options import (
     DriveOptions,
     RecordedRobot,
@@ -29,7 +28,6 @@ from diff_encoder_sim.drives.reencoding import (
     EncodedDrive,
     Encoder,
     ReadDrive,
-    ReencodedBag,
     copied_topics,
     csv_table,
     drive_errors,
@@ -42,10 +40,11 @@ from diff_encoder_sim.drives.reencoding import (
 from diff_encoder_sim.drives.reference import find_reference
 from diff_encoder_sim.drives.topics import CMD_VEL, TRIAL
 from diff_encoder_sim.drives.trajectory_error import PathError
+from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.drives.trial_recording import trial_of_source
 from diff_encoder_sim.drives.wheel_source import WheelSource
-from diff_encoder_sim.wheels.catalogue import ChosenEncoder
+from diff_encoder_sim.wheels.catalogue import ChosenEncoder, encoder_lines
 from diff_encoder_sim.wheels.diagnostics import encoder_lateral_std, hidden_encoder
 from diff_encoder_sim.wheels.encoder_params import file_label, ppr_label
 
@@ -215,10 +214,8 @@ def _encoded(
     try:
         with contextlib.ExitStack() as bags:  # removes the bags after an error
             for encoder in encoders:
-                bag = ReencodedBag(files[encoder.label], encoder, trial) if files else None
-                if bag:
-                    bags.enter_context(bag)
-                encoded.append(encode_drive(read, encoder, bag))
+                bag = bags.enter_context(TrialBag(files[encoder.label], 'full')) if files else None
+                encoded.append(encode_drive(read, encoder, trial, bag))
             if not any(one.reports > 1 for one in encoded):
                 raise ConfigError(no_drive)
     except OSError as error:

@@ -6,15 +6,14 @@ import csv
 import io
 import math
 from array import array
-from collections import Counter, deque
-from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Union
+from collections import deque
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from tabulate import tabulate
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.base.se2 import PoseSeries
+from diff_encoder_sim.base.se2 import Pose2D, PoseSeries
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.csv_wheels import DriveStream
@@ -64,47 +63,40 @@ def copied_topics(source: DriveStream) -> List[str]:
 
 
 def has_commands(source: DriveStream) -> bool:
-    """Return whether a drive has the commands that encoders may count by."""
+    """Return whether a drive has commands, by which encoders without direction count."""
     return source.topics.get(topics.CMD_VEL) == topics.TWIST_TYPE
 
 
-class RecordedCommand(NamedTuple):
-    """A commanded twist, by the recorder's clock."""
-
-    time_ns: int
-    linear_mps: float
-    angular_radps: float
-
-
 class ReadDrive(NamedTuple):
-    """What was read of a recorded drive."""
+    """Contents of a recorded drive."""
 
     drives: List[TimedDrive]  # several if the stamps go back
     references: List[PoseSeries]  # likewise
-    commands: List[RecordedCommand]
+    commands: List[Tuple[int, float, float]]  # time of recording [ns], linear [m/s], angular [rad/s]
     copies: List[Message]  # in ROS 1's encoding
     messages: int  # of the wheels
     duration_s: float  # between the first and the last of them, by the recorder's clock
-    notes: List[str]  # what could not be used, one line each
+    notes: List[str]  # unusable messages, one line each
 
 
 def read_drive(
     source: DriveStream, wheels: WheelSource, reference: Optional[Reference], copied: Sequence[str] = ()
 ) -> ReadDrive:
-    """Read a drive to its end: a bag is streamed, of the drive itself some numbers of each sample are kept.
+    """Read a drive to its end: a bag is streamed, and only some numbers of each sample are kept.
 
     Args:
         source: the drive.
         wheels: takes the messages of the wheels.
         reference: takes those of the poses to compare with; None if there are none.
-        copied: topics whose messages are kept, of types of ROS's own.
+        copied: topics whose messages are kept, of ROS's own types.
     """
     reference_topics = reference.topics if reference else ()
     commanded = (topics.CMD_VEL,) if has_commands(source) else ()
     pose_stamps_ns, poses = array('q'), array('d')
-    commands, copies = [], []  # type: List[RecordedCommand], List[Message]
+    commands: List[Tuple[int, float, float]] = []
+    copies: List[Message] = []
     count, first_ns, last_ns = 0, 0, 0
-    dropped, first_faults = Counter(), {}  # type: Counter[str], Dict[str, str]
+    faults: Dict[str, List[str]] = {}  # by topic
     for message in source.messages({*wheels.topics, *reference_topics, *commanded, *copied}):
         topic = message.topic
         try:
@@ -118,35 +110,26 @@ def read_drive(
                     pose_stamps_ns.append(stamped.stamp_ns)
                     poses.extend(stamped.pose)
             if topic in commanded:
-                commands.append(RecordedCommand(message.time_ns, *decode_command(message.raw, source.is_cdr)))
+                commands.append((message.time_ns, *decode_command(message.raw, source.is_cdr)))
             if topic in copied:
                 raw = to_ros1(message.raw, source.topics[topic]) if source.is_cdr else message.raw
                 copies.append(message._replace(raw=raw))
         except InputFault as fault:
-            dropped[topic] += 1
-            first_faults.setdefault(topic, str(fault))
+            faults.setdefault(topic, []).append(str(fault))
     drives = wheels.drives()
     stamps_ns, x_y_yaw = np.array(pose_stamps_ns), np.array(poses).reshape(-1, 3)
     references = [PoseSeries(stamps_ns[rows], x_y_yaw[rows]) for rows in ascending_runs(stamps_ns, OVERTAKEN_NS)]
-    notes = [
-        *wheels.notes(),
-        *(f'{topic}: {lost} messages dropped; the first: {first_faults[topic]}' for topic, lost in dropped.items()),
-        *_notes_on_stamps(drives, count - sum(dropped[topic] for topic in wheels.topics)),
-    ]
-    return ReadDrive(drives, references, commands, copies, count, (last_ns - first_ns) / NANOSECONDS_PER_SECOND, notes)
-
-
-def _notes_on_stamps(drives: Sequence[TimedDrive], messages: int) -> Iterator[str]:
-    samples = sum(len(each.drive) for each in drives)
-    if samples == 1 and messages > 1:
-        stamp_s = drives[0].drive.stamps_ns[0] / NANOSECONDS_PER_SECOND
-        yield (
-            f'stamps do not advance: {stamp_s:.3f} s in {messages} messages; expected header.stamp to be the time of '
-            f'each sample'
-        )
+    notes = [*wheels.notes()]
+    notes += [f'{topic}: {len(lost)} messages dropped; the first: {lost[0]}' for topic, lost in faults.items()]
+    starts_s = [f'{each.drive.stamps_ns[0] / NANOSECONDS_PER_SECOND:.3f} s' for each in drives if len(each.drive)]
+    used = count - sum(len(faults.get(topic, ())) for topic in wheels.topics)
+    if sum(len(each.drive) for each in drives) == 1 and used > 1:
+        expected = 'expected header.stamp to be the time of each sample'
+        notes.append(f'stamps do not advance: {starts_s[0]} in {used} messages; {expected}')
     if len(drives) > 1:
-        back_s = ', '.join(f'{each.drive.stamps_ns[0] / NANOSECONDS_PER_SECOND:.3f} s' for each in drives[1:4])
-        yield f'joint stamps went back {len(drives) - 1} times, to {back_s}: encoders and odometry restarted'
+        times = f'{len(drives) - 1} times, to {", ".join(starts_s[1:4])}'
+        notes.append(f'joint stamps went back {times}: encoders and odometry restarted')
+    return ReadDrive(drives, references, commands, copies, count, (last_ns - first_ns) / NANOSECONDS_PER_SECOND, notes)
 
 
 class Encoder(NamedTuple):
@@ -171,15 +154,23 @@ class EncodedDrive(NamedTuple):
     paths: List[PoseSeries]  # base in odom, for each drive
 
 
-def encode_drive(read: ReadDrive, encoder: Encoder, bag: Optional[ReencodedBag] = None) -> EncodedDrive:
-    """Compute what the nodes would have published with an encoder, and write it into a bag, if one is given.
+def encode_drive(
+    read: ReadDrive, encoder: Encoder, trial: Optional[Trial] = None, bag: Optional[TrialBag] = None
+) -> EncodedDrive:
+    """Compute the messages of the nodes with an encoder, and write them into a bag, if one is given.
+
+    Args:
+        read: the drive.
+        encoder: the encoder.
+        trial: the recorded one, which is written as if it had been driven with the encoder.
+        bag: gets each message at the time of the message that led to it.
 
     Raises:
         OSError: the bag cannot be written.
     """
     chain = Chain(encoder.params, encoder.odometry)
     paths, count = [], 0
-    copies = deque(read.copies if bag else ())
+    copies = deque(read.copies)
     for timed in read.drives:
         run = chain.run(timed.drive, commands=_newest_commands(timed.times_ns, read.commands, encoder))
         count += len(run.rows[0])
@@ -195,24 +186,52 @@ def encode_drive(read: ReadDrive, encoder: Encoder, bag: Optional[ReencodedBag] 
         if bag:
             for time_ns, sample, estimate in zip(timed.times_ns[run.rows[0]].tolist(), run.samples(), estimates):
                 while copies and copies[0].time_ns < time_ns:
-                    bag.copy(copies.popleft())
-                bag.report(time_ns, sample, estimate)
-    for copy in copies:
-        assert bag
-        bag.copy(copy)
+                    _copy(bag, copies.popleft(), encoder, trial)
+                _report(bag, time_ns, sample, estimate, encoder)
+    if bag:
+        for message in copies:
+            _copy(bag, message, encoder, trial)
     return EncodedDrive(encoder, count, paths)
 
 
 def _newest_commands(
-    times_ns: np.ndarray, commands: Sequence[RecordedCommand], encoder: Encoder
+    times_ns: np.ndarray, commands: Sequence[Tuple[int, float, float]], encoder: Encoder
 ) -> Optional[np.ndarray]:
     """Return the commanded speeds of both wheels at each sample (n, 2), 0 before the first; None if not needed."""
     if not commands or not encoder.params.encoder.counts_by_command:
         return None
     separation_m = encoder.odometry.wheel_separation
-    speeds_mps = [wheel_speeds_mps(each.linear_mps, each.angular_radps, separation_m) for each in commands]
-    newest = np.searchsorted([each.time_ns for each in commands], times_ns, 'right')
+    speeds_mps = [wheel_speeds_mps(linear, angular, separation_m) for _, linear, angular in commands]
+    newest = np.searchsorted([command_ns for command_ns, *_ in commands], times_ns, 'right')
     return np.array([(0.0, 0.0), *speeds_mps])[newest]
+
+
+def _report(
+    bag: TrialBag, time_ns: int, sample: EncoderSample, estimate: Optional[OdometryEstimate], encoder: Encoder
+) -> None:
+    """Write /encoder_pulse, /encoder_velocity if speeds are measured, /odom and /tf."""
+    joints, odometry = (encoder.params.left_joint, encoder.params.right_joint), encoder.odometry
+    if sample.wheel_rates_radps is not None:
+        speeds = sample.stamp_ns, sample.wheel_rates_radps, joints
+        bag.publish(topics.ENCODER_VELOCITY, topics.ENCODER_NODE, time_ns, encode_wheel_speeds, *speeds)
+    bag.publish(topics.ENCODER_PULSE, topics.ENCODER_NODE, time_ns, encode_encoder_pulse, sample, joints)
+    if estimate is not None:
+        frames = odometry.odom_frame, odometry.base_frame
+        if odometry.publish_tf:
+            transform = estimate.base_pose_in_odom, estimate.stamp_ns, *frames
+            bag.publish(topics.TF, topics.ODOM_NODE, time_ns, encode_planar_tf, *transform)
+        bag.publish(topics.ODOM, topics.ODOM_NODE, time_ns, encode_odometry, estimate, *frames)
+
+
+def _copy(bag: TrialBag, message: Message, encoder: Encoder, trial: Optional[Trial]) -> None:
+    """Write a message of `COPIED`, or the trial with the encoder."""
+    if message.topic != topics.TRIAL:
+        bag.publish(message.topic, COPIED[message.topic], message.time_ns, bytes, message.raw)
+    elif trial is not None:
+        driven = with_encoder(trial, encoder.params, encoder.odometry, encoder.name)
+        bag.publish(
+            topics.TRIAL, topics.NAVIGATION_TRIAL_NODE, message.time_ns, encode_string, driven.model_dump_json()
+        )
 
 
 def drive_errors(read: ReadDrive, encoded: Sequence[EncodedDrive], has_reference: bool) -> List[Optional[PathError]]:
@@ -223,72 +242,36 @@ def drive_errors(read: ReadDrive, encoded: Sequence[EncodedDrive], has_reference
         finest = max(encoded, key=lambda one: (not one.encoder.name, min(one.encoder.ppr.left, one.encoder.ppr.right)))
         references = finest.paths
     return [
-        None if one is finest else pairs_error([common_poses(*pair) for pair in zip(one.paths, references)], _ORIGIN)
+        None
+        if one is finest
+        else pairs_error([common_poses(*pair) for pair in zip(one.paths, references)], Alignment.ORIGIN)
         for one in encoded
     ]
-
-
-_ORIGIN = Alignment.ORIGIN
-
-
-class ReencodedBag(TrialBag):
-    """Writes what the nodes would have published, at the time of the message that led to it."""
-
-    def __init__(self, path: Path, encoder: Encoder, trial: Optional[Trial]) -> None:
-        """Prepare a bag; the `trial` that was recorded is written as if it had been driven with the encoder."""
-        super().__init__(path, 'full')
-        self._encoder, self._trial = encoder, trial
-        self._joints = encoder.params.left_joint, encoder.params.right_joint
-
-    def report(self, time_ns: int, sample: EncoderSample, estimate: Optional[OdometryEstimate]) -> None:
-        """Write /encoder_pulse, /encoder_velocity if speeds are measured, /odom and /tf."""
-        if sample.wheel_rates_radps is not None:
-            speeds = sample.stamp_ns, sample.wheel_rates_radps, self._joints
-            self.publish(topics.ENCODER_VELOCITY, topics.ENCODER_NODE, time_ns, encode_wheel_speeds, *speeds)
-        self.publish(topics.ENCODER_PULSE, topics.ENCODER_NODE, time_ns, encode_encoder_pulse, sample, self._joints)
-        if estimate is None:
-            return
-        frames = self._encoder.odometry.odom_frame, self._encoder.odometry.base_frame
-        if self._encoder.odometry.publish_tf:
-            transform = estimate.base_pose_in_odom, estimate.stamp_ns, *frames
-            self.publish(topics.TF, topics.ODOM_NODE, time_ns, encode_planar_tf, *transform)
-        self.publish(topics.ODOM, topics.ODOM_NODE, time_ns, encode_odometry, estimate, *frames)
-
-    def copy(self, message: Message) -> None:
-        """Write a message of `COPIED` as it is, or the trial."""
-        if message.topic != topics.TRIAL:
-            self.publish(message.topic, COPIED[message.topic], message.time_ns, bytes, message.raw)
-        elif self._trial is not None:
-            encoder = self._encoder
-            trial = with_encoder(self._trial, encoder.params, encoder.odometry, encoder.name)
-            text = trial.model_dump_json()
-            self.publish(topics.TRIAL, topics.NAVIGATION_TRIAL_NODE, message.time_ns, encode_string, text)
 
 
 Value = Union[str, int, float, None]
 
 
 def error_rows(encoded: Sequence[EncodedDrive], errors: Sequence[Optional[PathError]]) -> List[Dict[str, Value]]:
-    """Return the errors of each encoder by name with its unit, in SI units; None for a value that there is not."""
-    return [_error_row(one, error) for one, error in zip(encoded, errors)]
-
-
-def _error_row(one: EncodedDrive, error: Optional[PathError]) -> Dict[str, Value]:
-    values: Dict[str, Value] = {'ppr': one.encoder.label, 'reports': one.reports}
-    values['common_stamps'] = error and error.poses
-    for name in ('ate_rmse_m', 'ate_max_m', 'yaw_rmse_rad'):
-        values[name] = error and getattr(error, name)
-    for name in ('x_m', 'y_m', 'yaw_rad'):
-        values[f'end_{name}'] = error and getattr(error.end, name)
-    values['reference_length_m'] = error and error.length_m
-    for distance_m in RPE_DISTANCES_M:
-        for pairs in RpePairs:
-            name, relative = rpe_name(pairs, distance_m), error and error.rpe[pairs][distance_m]
-            known = relative if relative and relative.segments else None
-            values[f'{name}_position_rmse_m'] = known and known.translation_rmse_m
-            values[f'{name}_yaw_rmse_rad'] = known and known.rotation_rmse_rad
-            values[f'{name}_segments'] = relative and relative.segments
-    return values
+    """Return the errors of each encoder by name with its unit, in SI units; None for a missing value."""
+    rows = []
+    for one, error in zip(encoded, errors):
+        row: Dict[str, Value] = {'ppr': one.encoder.label, 'reports': one.reports}
+        row['common_stamps'] = error and error.poses
+        for name in ('ate_rmse_m', 'ate_max_m', 'yaw_rmse_rad'):
+            row[name] = error and getattr(error, name)
+        for name in Pose2D._fields:
+            row[f'end_{name}'] = error and getattr(error.end, name)
+        row['reference_length_m'] = error and error.length_m
+        for distance_m in RPE_DISTANCES_M:
+            for pairs in RpePairs:
+                name, relative = rpe_name(pairs, distance_m), error and error.rpe[pairs][distance_m]
+                known = relative if relative and relative.segments else None
+                row[f'{name}_position_rmse_m'] = known and known.translation_rmse_m
+                row[f'{name}_yaw_rmse_rad'] = known and known.rotation_rmse_rad
+                row[f'{name}_segments'] = relative and relative.segments
+        rows.append(row)
+    return rows
 
 
 def csv_table(rows: Sequence[Dict[str, Value]]) -> str:

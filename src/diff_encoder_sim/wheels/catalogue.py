@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from pathlib import Path
-from typing import Any, Dict, List, NamedTuple, Optional, Sequence
+from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence
 
 from pydantic import Field, field_validator
 from typing_extensions import Annotated
@@ -153,6 +153,14 @@ class ChosenEncoder(NamedTuple):
     def counts_per_metre(self, wheel_diameter_m: float) -> float:
         """Return the counts of the left wheel per metre."""
         return self.ppr.left / (math.pi * wheel_diameter_m)
+
+
+def encoder_lines(encoders: Iterable[ChosenEncoder], wheel_diameter_m: float) -> Iterator[str]:
+    """Yield the resolution by datasheet and the counts per metre of each encoder with a resolution."""
+    for encoder in encoders:
+        if encoder.resolution:
+            name = f'{encoder.name} ({encoder.real.name})' if encoder.real else 'encoder'
+            yield f'{name}: {encoder.resolution}, {encoder.counts_per_metre(wheel_diameter_m):.5g} per metre'
 
 
 def chosen(real: CatalogueEncoder) -> ChosenEncoder:
