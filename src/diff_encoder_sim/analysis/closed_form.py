@@ -16,11 +16,8 @@ from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.wheels.covariance import quantisation_covariance, reading_variance, residual_std
 
-# Tolerance [m, rad] for a goal straight ahead.
-STRAIGHT_WITHIN = 1e-9
-
-# Decimals of a number of pulses; the rest is rounding.
-DECIMALS = 9
+STRAIGHT_WITHIN = 1e-9  # tolerance [m, rad] for a goal straight ahead
+DECIMALS = 9  # of a number of pulses; the rest is rounding
 
 
 def closed_form_std(requested: Trial, robot: RobotGeometry, ppr: float) -> np.ndarray:
@@ -30,8 +27,7 @@ def closed_form_std(requested: Trial, robot: RobotGeometry, ppr: float) -> np.nd
     The lateral value of a straight drive does not depend on its end; for the heading see `heading_std_rad`.
     """
     start, m_per_pulse = requested.test.start.pose(), math.pi * robot.wheel_diameter_m / ppr
-    reading_m2 = reading_variance(m_per_pulse)
-    residual_m = residual_std(m_per_pulse, m_per_pulse)
+    reading_m2, residual_m = reading_variance(m_per_pulse), residual_std(m_per_pulse, m_per_pulse)
     goal = requested.goal().relative_to(start)
     covariance = quantisation_covariance(goal, reading_m2, reading_m2, residual_m, robot.wheel_separation_m)
     turn, cos_yaw, sin_yaw = np.eye(3), math.cos(start.yaw_rad), math.sin(start.yaw_rad)
@@ -66,8 +62,7 @@ def wheel_travel_m(requested: Trial, robot: RobotGeometry, true_minus_goal: np.n
     motion = _only_motion(requested)
     if motion is None:
         return None
-    straight_m, turn_rad = motion
-    x_m, y_m, yaw_rad = true_minus_goal.T
+    (straight_m, turn_rad), (x_m, y_m, yaw_rad) = motion, true_minus_goal.T
     start_yaw_rad = requested.test.start.yaw
     ahead_m = straight_m + math.cos(start_yaw_rad) * x_m + math.sin(start_yaw_rad) * y_m
     travel_m: np.ndarray = 0.5 * robot.wheel_separation_m * (turn_rad + yaw_rad) if turn_rad else ahead_m
@@ -117,27 +112,30 @@ _NOTES = [
 
 def closed_form_table(results: Results) -> Optional[ResultTable]:
     """Build a table with a row per cell and quantity; None if no cell has both values."""
-    rows = []
+    robot, rows = results.robot, []
     for cell, of_cell in results.trials.groupby('cell', sort=False):
-        test, ppr = of_cell['test'].iloc[0], ppr_value(of_cell['ppr'].iloc[0])
+        ppr, requested = ppr_value(of_cell['ppr'].iloc[0]), results.requested.get(of_cell['test'].iloc[0])
         known = of_cell.dropna(subset=[f'{MINUS_TRUTH}_x_m'])
-        if ppr is None or test not in results.requested or len(known) < 2:
+        if ppr is None or requested is None or len(known) < 2:
             continue
-        requested = results.requested[test]
-        averaged = closed_form_std(requested, results.robot, ppr)
+        expected_stds, at_goal = closed_form_std(requested, robot, ppr), NOTHING
+        stops = known[['world_x_m', 'world_y_m', 'world_yaw_rad']].to_numpy(dtype=float)
+        at_goal_m, stopped_m = (wheel_travel_m(requested, robot, ends) for ends in (np.zeros((1, 3)), stops))
+        if at_goal_m is not None and stopped_m is not None:
+            m_per_pulse = math.pi * robot.wheel_diameter_m / ppr
+            expected_stds[YAW.component] = heading_std_rad(stopped_m, m_per_pulse, robot.wheel_separation_m)
+            at_goal_rad = heading_std_rad(at_goal_m, m_per_pulse, robot.wheel_separation_m)
+            at_goal = f'{YAW.scale * at_goal_rad:.{DIGITS}g}'
         for quantity in QUANTITIES:
             unit, scale = SCALED[quantity.unit]
-            at_goal, expected = None, float(averaged[quantity.component])
-            if quantity is YAW:
-                at_goal, expected = _heading_stds(requested, results.robot, ppr, known) or (at_goal, expected)
-            expected *= scale * quantity.scale
             errors = scale * final_errors(known, MINUS_TRUTH, quantity)
+            expected = scale * quantity.scale * float(expected_stds[quantity.component])
             low, high = std_interval(errors)
             rows.append(
                 {
                     'cell': cell,
                     'quantity': f'{quantity.axis} [{unit}]',
-                    'at_goal': NOTHING if at_goal is None else f'{scale * quantity.scale * at_goal:.{DIGITS}g}',
+                    'at_goal': at_goal if quantity is YAW else NOTHING,
                     'expected': f'{expected:.{DIGITS}g}',
                     'measured': f'{spread(errors) or 0.0:.{DIGITS}g} ({low:.{DIGITS}g} to {high:.{DIGITS}g})',
                     'conclusion': 'above' if low > expected else 'below' if high < expected else 'as expected',
@@ -145,17 +143,3 @@ def closed_form_table(results: Results) -> Optional[ResultTable]:
             )
     title = 'Final /odom minus /world_pose: closed form and measured'
     return ResultTable('closed_form', title, pd.DataFrame(rows), _HEADS, {}, _NOTES) if rows else None
-
-
-def _heading_stds(
-    requested: Trial, robot: RobotGeometry, ppr: float, trials: pd.DataFrame
-) -> Optional[Tuple[float, float]]:
-    """Return the closed form [rad] at the goal and at the final poses; None if the drive has none."""
-    stops = trials[['world_x_m', 'world_y_m', 'world_yaw_rad']].to_numpy(dtype=float)
-    m_per_pulse = math.pi * robot.wheel_diameter_m / ppr
-    travels = [wheel_travel_m(requested, robot, ends) for ends in (np.zeros((1, 3)), stops)]
-    at_goal, stopped = (
-        travel if travel is None else heading_std_rad(travel, m_per_pulse, robot.wheel_separation_m)
-        for travel in travels
-    )
-    return None if at_goal is None or stopped is None else (at_goal, stopped)

@@ -29,6 +29,7 @@ QUESTIONS = {
 }
 
 _QUANTITIES = {quantity.name: quantity for quantity in QUANTITIES}
+_RESULTS = ['source', 'question', 'error', 'ppr_a', 'ppr_b', 'pairs', 'estimate', 'low', 'high', 'p']
 
 
 def compare_encoders(results: Results) -> pd.DataFrame:
@@ -43,29 +44,17 @@ def compare_encoders(results: Results) -> pd.DataFrame:
         of the fractions within tolerance; `low` and `high`, its uncorrected 95 % interval; `p`; `p_holm`, corrected
         over the comparisons of equal source and question; the `verdict`; and the `setup`.
     """
-    rows = [
-        {
-            **setup_columns(results, of_setup.iloc[0]),
-            'source': source,
-            'question': question,
-            'error': quantity.name,
-            'ppr_a': coarse,
-            'ppr_b': fine,
-            'pairs': result.pairs,
-            'estimate': result.estimate,
-            'low': result.interval.low,
-            'high': result.interval.high,
-            'p': result.p_value,
-            'setup': setup,
-        }
-        for setup, of_setup in results.trials.groupby('setup', sort=False)
-        for (coarse, first), (fine, second) in itertools.combinations(of_setup.groupby('ppr', sort=False), 2)
-        for source in (source.value for source in PoseSource)
-        for quantity in QUANTITIES
-        for question, result in _results(first, second, source, quantity)
-    ]
-    names = ['source', 'question', 'error', 'ppr_a', 'ppr_b', 'pairs', 'estimate', 'low', 'high', 'p', 'setup']
-    compared = pd.DataFrame(rows, columns=['test', *results.varied, *names])
+    rows = []
+    for setup, of_setup in results.trials.groupby('setup', sort=False):
+        keys = setup_columns(results, of_setup.iloc[0])
+        pairs = itertools.combinations(of_setup.groupby('ppr', sort=False), 2)
+        for ((coarse, first), (fine, second)), source in itertools.product(pairs, PoseSource):
+            for quantity in QUANTITIES:
+                for question, found in _results(first, second, source.value, quantity):
+                    named = (source.value, question, quantity.name, coarse, fine)
+                    values = (*named, found.pairs, found.estimate, *found.interval, found.p_value)
+                    rows.append({**keys, **dict(zip(_RESULTS, values)), 'setup': setup})
+    compared = pd.DataFrame(rows, columns=['test', *results.varied, *_RESULTS, 'setup'])
     compared['p_holm'] = compared.groupby(['source', 'question'])['p'].transform(holm)
     compared['verdict'] = [conclusion(row) for row in compared.to_dict('records')]
     return compared
@@ -89,13 +78,13 @@ def conclusion(row: Dict[str, Any]) -> str:
     question, estimate, low, high = row['question'], row['estimate'], row['low'], row['high']
     if row['p_holm'] >= SIGNIFICANCE:
         return f'{first} and {second} are not distinguishable with {row["pairs"]} trials'
-    if estimate < QUESTIONS[question][1]:  # the second against the first
+    quantity, equal = _QUANTITIES[row['error']], QUESTIONS[question][1]
+    if estimate < equal:  # the second against the first
         first, second = second, first
-        if question == SPREAD:
-            estimate, low, high = _inverse(estimate), _inverse(high), _inverse(low)
-        else:
-            estimate, low, high = -estimate, -high, -low
-    quantity = _QUANTITIES[row['error']]
+        estimate, high, low = (
+            (math.inf if value <= 0.0 else 1.0 / value) if question == SPREAD else -value
+            for value in (estimate, low, high)
+        )
     if question == SPREAD and math.isinf(estimate):
         return f'{first} spreads, {second} does not: all its {row["pairs"]} errors are equal'
     if question == SPREAD:
@@ -107,25 +96,21 @@ def conclusion(row: Dict[str, Any]) -> str:
     return f'{first} is within {quantity.tolerance:g} {quantity.unit} more often than {second} (by {points})'
 
 
-def _inverse(value: float) -> float:
-    return 1.0 / value if value > 0.0 else math.inf
-
-
 def comparison_table(compared: pd.DataFrame) -> ResultTable:
     """Build the table of all comparisons."""
-    names = [name for name in compared.columns if name not in ('p', 'setup')]
-    return ResultTable('comparisons', 'Encoders compared', compared[names])
+    return ResultTable('comparisons', 'Encoders compared', compared.drop(columns=['p', 'setup']))
 
 
 def differences(compared: pd.DataFrame) -> pd.DataFrame:
     """Select the significant differences, sorted by test, source and quantity, and add a column `about`."""
-    sources, quantities, setups = list(POSES), list(_QUANTITIES), list(compared['setup'].unique())
-    different = compared[compared['p_holm'] < SIGNIFICANCE].to_dict('records')
-    different.sort(
-        key=lambda row: (setups.index(row['setup']), sources.index(row['source']), quantities.index(row['error']))
-    )
-    about = [f'{POSES[row["source"]]}, {_QUANTITIES[row["error"]].axis}' for row in different]
-    return pd.DataFrame(different, columns=compared.columns).assign(about=about)
+    different, columns = compared[compared['p_holm'] < SIGNIFICANCE], ['setup', 'source', 'error']
+    ranks = (list(compared['setup'].unique()), list(POSES), list(_QUANTITIES))
+    rank = {name: {value: place for place, value in enumerate(values)} for name, values in zip(columns, ranks)}
+    different = different.sort_values(columns, key=lambda column: column.map(rank[column.name]), kind='stable')
+    about = [
+        f'{POSES[source]}, {_QUANTITIES[error].axis}' for source, error in zip(different['source'], different['error'])
+    ]
+    return different.assign(about=about)
 
 
 def difference_table(compared: pd.DataFrame) -> Optional[ResultTable]:
@@ -150,9 +135,9 @@ def _worse(different: pd.DataFrame, question: str) -> str:
     """Return the worse encoders with the better ones."""
     others: Dict[str, List[str]] = {}
     for row in different[different['question'] == question].to_dict('records'):
-        excess = row['estimate'] - QUESTIONS[question][1]
-        is_first_worse = excess < 0.0 if question == WITHIN else excess > 0.0
-        worse, better = (row['ppr_a'], row['ppr_b']) if is_first_worse else (row['ppr_b'], row['ppr_a'])
+        is_larger = row['estimate'] > QUESTIONS[question][1]
+        labels = row['ppr_a'], row['ppr_b']
+        worse, better = labels if is_larger != (question == WITHIN) else labels[::-1]
         others.setdefault(worse, []).append(better)
     return '; '.join(f'{worse} than {", ".join(better)}' for worse, better in others.items()) or NOTHING
 
@@ -160,6 +145,6 @@ def _worse(different: pd.DataFrame, question: str) -> str:
 def difference_texts(compared: pd.DataFrame) -> Dict[str, List[str]]:
     """Return a sentence per difference, by test."""
     return {
-        setup: [f'{row["about"]}: {row["verdict"]}.' for row in of_setup.to_dict('records')]
+        setup: [f'{about}: {verdict}.' for about, verdict in zip(of_setup['about'], of_setup['verdict'])]
         for setup, of_setup in differences(compared).groupby('setup', sort=False)
     }

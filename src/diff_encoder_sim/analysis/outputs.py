@@ -84,12 +84,9 @@ def _check_replaceable(path: Path) -> None:
         raise ConfigError(f'{path}: not a folder; expected a new or empty folder')
     contents = path / CONTENTS
     known = {CONTENTS, *(contents.read_text(encoding='utf-8').split('\n') if contents.is_file() else [])}
-    # Stop at the first: the path may be a home folder.
-    other = next(
-        (name for name in (str(file.relative_to(path)) for file in path.rglob('*')) if name not in known), None
-    )
-    if other is not None:
-        raise ConfigError(
-            f'{path}: contains {other!r}, which analyze did not write; expected '
-            f'a new or empty folder, or an earlier analysis (see --out)'
-        )
+    for file in path.rglob('*'):  # stops at the first: the path may be a home folder
+        if str(file.relative_to(path)) not in known:
+            raise ConfigError(
+                f'{path}: contains {str(file.relative_to(path))!r}, which analyze did not write; expected '
+                f'a new or empty folder, or an earlier analysis (see --out)'
+            )

@@ -45,16 +45,13 @@ class ResultTable(NamedTuple):
 
     def shown(self) -> pd.DataFrame:
         """Return the table as strings: rounded numbers, `NOTHING` for missing ones."""
-        return pd.DataFrame(
-            {
-                name: [_rounded(*pair) for pair in zip(self.exact[name], _each(self.decimals[name]))]
-                if name in self.decimals
-                else [LABELS.get(text, text) for text in self.exact[name]]
-                for name in self.exact.columns
-            },
-            columns=self.exact.columns,
-            dtype=object,
-        )
+        texts = {}
+        for name, values in self.exact.items():
+            decimals = self.decimals.get(name)
+            each = itertools.repeat(decimals) if isinstance(decimals, int) else decimals
+            pairs = zip(values, each) if each is not None else ()
+            texts[name] = [_rounded(*pair) for pair in pairs] or [LABELS.get(text, text) for text in values]
+        return pd.DataFrame(texts, columns=self.exact.columns, dtype=object)
 
     def head(self, name: str) -> Tuple[str, str]:
         """Return the group and the heading of a column."""
@@ -66,10 +63,6 @@ class ResultTable(NamedTuple):
         for first in range(0, max(len(groups), 1), GROUPS_ABREAST):
             shown = ['', *groups[first : first + GROUPS_ABREAST]]
             yield [name for name in self.exact.columns if self.head(name)[0] in shown]
-
-
-def _each(decimals: Union[int, Sequence[int]]) -> Iterator[int]:
-    return itertools.repeat(decimals) if isinstance(decimals, int) else iter(decimals)
 
 
 def _rounded(value: Any, decimals: int) -> str:

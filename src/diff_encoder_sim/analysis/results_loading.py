@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import logging
-import math
 import multiprocessing
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -27,7 +26,7 @@ from diff_encoder_sim.analysis.results_table import (
 )
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.processes import interrupts_blocked, usable_cores
-from diff_encoder_sim.base.se2 import Pose2D, PoseSeries, wrap_angle, wrap_angles
+from diff_encoder_sim.base.se2 import Pose2D, PoseSeries, transform_points, wrap_angle, wrap_angles
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.bag_source import bags_in
@@ -86,14 +85,24 @@ def read_campaign(folder: Path) -> Results:
     for index, bag in zip(bags, read_bag_trials(list(bags.values()))):
         if isinstance(bag, str):
             notes.append(bag)
-        elif differing := _differing(bag.trial, rows[index], requested[rows[index].test], robots):
-            text = f'differs in {", ".join(differing)} from its line in trials.csv; expected the same trial'
-            notes.append(f'{bag.record["bag"]}: {text}')
-        else:
+            continue
+        recorded, row = bag.trial, rows[index]
+        is_equal = {
+            'test': recorded.test == requested[row.test].test,
+            'number': recorded.number == row.seed,
+            'nav': recorded.nav == requested[row.test].nav,
+            'ppr': recorded.encoder_label == row.ppr,
+            VARIANT: recorded.variant == dict(row.varied).get(VARIANT, ''),
+            'wheel_diameter, wheel_separation': robot_of(recorded) in robots,
+        }
+        if all(is_equal.values()):
             records[index].update({name: bag.record[name] for name in ('bag', *PATH_COLUMNS) if name in bag.record})
-    return Results(
-        trials_table(records, varied), varied, manifest['name'], notes, manifest, folder, robots[0], requested
-    )
+        else:
+            differing = ', '.join(key for key, is_same in is_equal.items() if not is_same)
+            text = f'differs in {differing} from its line in trials.csv; expected the same trial'
+            notes.append(f'{bag.record["bag"]}: {text}')
+    trials = trials_table(records, varied)
+    return Results(trials, varied, manifest['name'], notes, manifest, folder, robots[0], requested)
 
 
 def _manifest(path: Path) -> Tuple[Dict[str, Any], Dict[str, Trial], List[RobotGeometry], List[str], int]:
@@ -140,33 +149,37 @@ class TrialOfBag(NamedTuple):
     record: Dict[str, Any]  # results by column of the table
 
 
-def _differing(recorded: Trial, row: TrialRow, requested: Trial, robots: Sequence[RobotGeometry]) -> List[str]:
-    """Return the keys that differ between a bag's trial and its line in trials.csv."""
-    is_equal = {
-        'test': recorded.test == requested.test,
-        'number': recorded.number == row.seed,
-        'nav': recorded.nav == requested.nav,
-        'ppr': recorded.encoder_label == row.ppr,
-        VARIANT: recorded.variant == dict(row.varied).get(VARIANT, ''),
-        'wheel_diameter, wheel_separation': robot_of(recorded) in robots,
-    }
-    return [key for key, is_same in is_equal.items() if not is_same]
-
-
 def read_bags(paths: Sequence[Path]) -> Results:
-    """Read bags, and folders of bags.
+    """Read bags, and folders of bags; each trial once, and one definition per test.
 
     Raises:
         ConfigError: there is no valid bag, or a folder contains a campaign.
     """
-    read = read_bag_trials(_bags_in(paths))
+    files: List[Path] = []
+    for path in paths:
+        campaigns = sorted(file.parent for file in path.rglob(MANIFEST)) if path.is_dir() else []
+        if campaigns:
+            raise ConfigError(f'{path}: contains the results of a campaign in {campaigns[0]}; expected that folder')
+        files += bags_in(path) if path.is_dir() else [path]
+        if path.is_dir() and not bags_in(path):
+            raise ConfigError(f"{path}: no bag in this folder, and no campaign's results")
+    read = read_bag_trials(files)
     notes = [bag for bag in read if isinstance(bag, str)]
-    found = _distinct([bag for bag in read if not isinstance(bag, str)], notes)
-    if not found:
+    tests: Dict[str, TrialOfBag] = {}
+    trials: Dict[str, TrialOfBag] = {}
+    for bag in (bag for bag in read if not isinstance(bag, str)):
+        name, file = bag.trial.test.name, bag.record['bag']
+        first = tests.setdefault(name, bag)
+        if bag.trial.test != first.trial.test:
+            text = f'defines {name} differently from {first.record["bag"]}; expected one definition of a test; left out'
+            notes.append(f'{file}: {text}')
+        elif (same := trials.setdefault(bag.trial.model_dump_json(), bag)) is not bag:
+            notes.append(f'{file}: the same trial as {same.record["bag"]}; expected each once; left out')
+    if not trials:
         for note in notes[:-1]:
             log.warning('%s', note)
         raise ConfigError(notes[-1])
-    varied = []
+    found, varied = list(trials.values()), []
     for key in KEPT_APART:
         values = sorted({str(getattr(bag.trial, key)) for bag in found})
         if len(values) > 1:
@@ -177,42 +190,6 @@ def read_bags(paths: Sequence[Path]) -> Results:
     title = paths[0].resolve().stem if len(paths) == 1 else f'{len(found)} trials'
     requested = {bag.trial.test.name: bag.trial for bag in found[::-1]}
     return Results(trials_table(records, varied), varied, title, notes, {}, None, robot_of(found[0].trial), requested)
-
-
-def _bags_in(paths: Sequence[Path]) -> List[Path]:
-    """Return the given bags and those in the given folders.
-
-    Raises:
-        ConfigError: a folder contains no bag, or contains a campaign.
-    """
-    bags: List[Path] = []
-    for path in paths:
-        found = bags_in(path) if path.is_dir() else [path]
-        campaigns = sorted(file.parent for file in path.rglob(MANIFEST)) if path.is_dir() else []
-        if campaigns:
-            raise ConfigError(f'{path}: contains the results of a campaign in {campaigns[0]}; expected that folder')
-        if not found:
-            raise ConfigError(f"{path}: no bag in this folder, and no campaign's results")
-        bags += found
-    return bags
-
-
-def _distinct(bags: Sequence[TrialOfBag], notes: List[str]) -> List[TrialOfBag]:
-    """Keep each trial once and one definition per test; add a note for each bag left out."""
-    tests: Dict[str, TrialOfBag] = {}
-    trials: Dict[str, TrialOfBag] = {}
-    for bag in bags:
-        name = bag.trial.test.name
-        of_test = tests.setdefault(name, bag)
-        if bag.trial.test != of_test.trial.test:
-            text = f'defines {name} differently from {of_test.record["bag"]}; expected one definition of a test'
-            notes.append(f'{bag.record["bag"]}: {text}; left out')
-            continue
-        same = trials.setdefault(bag.trial.model_dump_json(), bag)
-        if same is not bag:
-            text = f'the same trial as {same.record["bag"]}; expected each once; left out'
-            notes.append(f'{bag.record["bag"]}: {text}')
-    return list(trials.values())
 
 
 def read_bag_trials(paths: Sequence[Path]) -> List[Union[TrialOfBag, str]]:
@@ -250,7 +227,7 @@ def _trial_or_reason(path: Path) -> Union[TrialOfBag, str]:
         'bag': str(recording.path),
         'true_path': _thinned(truth),
         'odom_path': _thinned(poses[PoseSource.ODOM]),
-        **(error_columns({} if recording.outcome is Outcome.TORN else goal_errors(recording))),
+        **error_columns({} if recording.outcome is Outcome.TORN else goal_errors(poses, trial.goal())),
     }
     for source, alignment in ALIGNMENTS.items():
         found = path_error(poses[source], truth, alignment) if source in poses else None
@@ -267,11 +244,10 @@ def robot_of(trial: Trial) -> RobotGeometry:
     return RobotGeometry(trial.wheel_diameter, trial.wheel_separation)
 
 
-def goal_errors(recording: TrialRecording) -> FinalErrors:
+def goal_errors(poses: Dict[PoseSource, PoseSeries], goal: Pose2D) -> FinalErrors:
     """Return the last pose of each source minus the goal, as in trials.csv."""
     errors: FinalErrors = dict.fromkeys(PoseSource)
-    goal = recording.trial.goal()
-    for source, series in poses_in_map(recording).items():
+    for source, series in poses.items():
         x_m, y_m, yaw_rad = series.x_y_yaw[-1].tolist()
         errors[source] = Pose2D(x_m - goal.x_m, y_m - goal.y_m, wrap_angle(yaw_rad - goal.yaw_rad))
     return errors
@@ -281,14 +257,10 @@ def poses_in_map(recording: TrialRecording) -> Dict[PoseSource, PoseSeries]:
     """Return the pose series in the map frame; odometry starts at the start pose of the test."""
     poses = {source: recording.poses[topic] for source, topic in TOPIC_OF_SOURCE.items() if topic in recording.poses}
     if PoseSource.ODOM in poses:
-        start, (x_m, y_m, yaw_rad) = recording.trial.test.start.pose(), poses[PoseSource.ODOM].x_y_yaw.T
-        cos_yaw, sin_yaw = math.cos(start.yaw_rad), math.sin(start.yaw_rad)
-        in_map = (
-            start.x_m + cos_yaw * x_m - sin_yaw * y_m,
-            start.y_m + sin_yaw * x_m + cos_yaw * y_m,
-            wrap_angles(start.yaw_rad + yaw_rad),
-        )
-        poses[PoseSource.ODOM] = PoseSeries(poses[PoseSource.ODOM].stamps_ns, np.column_stack(in_map))
+        start, odom = recording.trial.test.start.pose(), poses[PoseSource.ODOM]
+        points_m = transform_points(start, odom.x_y_yaw[:, :2])
+        in_map = np.column_stack((points_m, wrap_angles(start.yaw_rad + odom.x_y_yaw[:, 2])))
+        poses[PoseSource.ODOM] = PoseSeries(odom.stamps_ns, in_map)
     return poses
 
 

@@ -98,34 +98,26 @@ def headline(fractions: pd.DataFrame, trials: pd.DataFrame) -> Headline:
             f'{most} {"trial" if most == 1 else "trials"} per cell: too few trials ({fewest} needed for {percent}); '
             f'run advise to choose an encoder. Trials that end {TOLERANCE_TEXT}:'
         )
-        return Headline(statement, _by_pose(known, is_few=True), failures)
-    confidence = f'{100 * LEVEL:.0f} % confidence'
-    statement = f'Encoders with which at least {percent} of trials end {TOLERANCE_TEXT} ({confidence}):'
-    return Headline(statement, _by_pose(known, is_few=False), failures)
-
-
-def _by_pose(known: pd.DataFrame, is_few: bool) -> Dict[str, str]:
-    """Describe each test, joining tests with equal texts; many tests are summed."""
+    else:
+        confidence = f'{100 * LEVEL:.0f} % confidence'
+        statement = f'Encoders with which at least {percent} of trials end {TOLERANCE_TEXT} ({confidence}):'
     texts = {}
-    for pose, text in COMPARED_POSES.items():
+    for pose, text in COMPARED_POSES.items():  # tests with equal texts are joined, many tests are summed
         of_pose = known[known['pose'] == pose]
+        names: Dict[str, List[str]] = {}
         if of_pose['setup'].nunique() > MOST_NAMED:
-            texts[text] = _counts(of_pose) if is_few else _sufficient_cells(of_pose)
+            sufficient = (of_pose['sufficiency'] == Sufficiency.YES.value).sum()
+            texts[text] = _counts(of_pose) if most < fewest else f'in {sufficient} of {len(of_pose)} cells'
         elif len(of_pose):
-            names: Dict[str, List[str]] = {}
             for _, of_setup in of_pose.groupby('setup', sort=False):
-                about = _counts(of_setup) if is_few else _encoders(of_setup)
+                about = _counts(of_setup) if most < fewest else _encoders(of_setup)
                 names.setdefault(about, []).append(of_setup['name'].iloc[0])
             texts[text] = '; '.join(f'{enumeration(tests)}: {about}' for about, tests in names.items())
-    return texts
+    return Headline(statement, texts, failures)
 
 
 def _counts(fractions: pd.DataFrame) -> str:
     return f'{fractions["within"].sum()} of {fractions["trials"].sum()}'
-
-
-def _sufficient_cells(fractions: pd.DataFrame) -> str:
-    return f'in {(fractions["sufficiency"] == Sufficiency.YES.value).sum()} of {len(fractions)} cells'
 
 
 def _encoders(of_setup: pd.DataFrame) -> str:

@@ -16,7 +16,7 @@ from analysed_campaigns import finish, refusal
 from campaign_files import RUN, small_campaign
 from diff_encoder_sim.analysis import results_table
 from diff_encoder_sim.analysis.quantities import YAW, X
-from diff_encoder_sim.analysis.results_loading import goal_errors, load_results
+from diff_encoder_sim.analysis.results_loading import goal_errors, load_results, poses_in_map
 from diff_encoder_sim.analysis.results_table import (
     PATH_COLUMNS,
     are_within,
@@ -270,7 +270,8 @@ def test_errors_are_along_the_maps_axes_and_odometry_counts_from_the_start(tmp_p
     test['route'] = [{'goal': {'x': 4.0, 'y': 5.0, 'yaw': math.pi}}]
     about = Trial.from_mapping({'test': test, 'nav': 'embedded'}, '')
     odom, truth = [(0, 0, 0), (3.0, 0.8, 1.6)], [(5.0, 2.0, math.pi / 2), (4.1, 5.3, -3.0)]
-    errors = goal_errors(read_trial(write_bag(tmp_path / 'a.bag', about, odom, truth)))
+    poses = poses_in_map(read_trial(write_bag(tmp_path / 'a.bag', about, odom, truth)))
+    errors = goal_errors(poses, about.goal())
     assert errors[PoseSource.AMCL] is None and errors[PoseSource.GLOBAL] is None
     assert errors[PoseSource.ODOM] == pytest.approx([0.2, 0.0, 1.6 - math.pi / 2])
     assert errors[PoseSource.WORLD] == pytest.approx([0.1, 0.3, math.pi - 3.0])

@@ -24,28 +24,24 @@ Facts = List[Tuple[str, str]]  # terms and their descriptions
 
 def provenance(results: Results) -> Dict[str, Any]:
     """Return the commands that reproduce the results, facts, runs and the configuration as YAML."""
-    manifest, runs = results.manifest, results.manifest.get('runs', [])
+    manifest, runs, commands = results.manifest, results.manifest.get('runs', []), []
     own = {'python': platform.python_version(), **{name: importlib.metadata.version(name) for name in LIBRARIES}}
     facts: Facts = [('analysed with', _versions(own))]
     if 'fingerprint' in manifest:
         facts.append(('fingerprint of the configuration', str(manifest['fingerprint'])))
     if 'seeds' in manifest:
         facts.append(('seeds', ' to '.join(map(str, manifest['seeds'].values()))))
+    if results.folder and runs:
+        program, *arguments = map(str, runs[0].get('command') or [''])
+        tool = [CONSOLE] if Path(program).name == CONSOLE else ['rosrun', 'diff_encoder_sim', 'campaign']
+        commands = [shlex.join([*tool, *arguments]), shlex.join([*tool[:2], 'analyze', str(results.folder)])]
     configuration = manifest.get('configuration')
     return {
-        'commands': _commands(results.folder, runs),
+        'commands': commands,
         'facts': facts,
         'runs': [{'started': run.get('started', ''), 'facts': _facts_of_run(run)} for run in runs],
         'configuration': configuration and yaml.safe_dump(configuration, sort_keys=False),
     }
-
-
-def _commands(folder: Optional[Path], runs: Sequence[Mapping[str, Any]]) -> List[str]:
-    if folder is None or not runs:
-        return []
-    program, *arguments = map(str, runs[0].get('command') or [''])
-    tool = [CONSOLE] if Path(program).name == CONSOLE else ['rosrun', 'diff_encoder_sim', 'campaign']
-    return [shlex.join([*tool, *arguments]), shlex.join([*tool[:2], 'analyze', str(folder)])]
 
 
 def _facts_of_run(run: Mapping[str, Any]) -> Facts:
@@ -69,19 +65,17 @@ def _versions(versions: Mapping[str, Optional[str]]) -> str:
 
 def encoder_section(results: Results) -> Optional[Dict[str, Any]]:
     """Return the table of a campaign's real encoders; None if there are none."""
-    encoders = results.manifest.get('encoders')
-    if not encoders:
-        return None
-    heads = {'name': ('', 'product'), 'counts_per_metre': ('', 'counts per metre')}
     rows = [
-        {
-            'encoder': ppr_text(encoder['label']),
-            **{name: encoder[name] for name in ('name', 'price', 'resolution', 'counts_per_metre')},
-            'source': '; '.join(map(str, encoder['source'])),
-        }
-        for encoder in encoders
+        [
+            ppr_text(one['label']),
+            *(one[name] for name in ('name', 'price', 'resolution')),
+            f'{one["counts_per_metre"]:.1f}',
+            '; '.join(map(str, one['source'])),
+        ]
+        for one in results.manifest.get('encoders') or ()
     ]
-    return html_table(ResultTable('', 'Real encoders', pd.DataFrame(rows), heads, {'counts_per_metre': 1}))
+    heads = ('encoder', 'product', 'price', 'resolution', 'counts per metre', 'source')
+    return _table('Real encoders', heads, rows)
 
 
 def robot_section(results: Results) -> Optional[Dict[str, Any]]:
@@ -91,15 +85,16 @@ def robot_section(results: Results) -> Optional[Dict[str, Any]]:
         return None
     checks = robot['checks']
     failed = [check['name'] for check in checks if not check['is_ok']]
-    conclusion = f'It passed all {len(checks)} checks of its self-check.'
+    conclusion = f'It passed all {len(checks)} checks of its self-check.' if checks else 'It was not checked.'
     if failed:
         conclusion = f'Its self-check failed ({", ".join(failed)}): these results are not those of the real robot.'
-    results_of = ['ok' if check['is_ok'] else f'NOT OK: {check["advice"]}' for check in checks]
-    checked = [(check['name'], check['value'], result) for check, result in zip(checks, results_of)]
+    checked = [
+        (check['name'], check['value'], 'ok' if check['is_ok'] else f'NOT OK: {check["advice"]}') for check in checks
+    ]
     found = [(each['quantity'], each['value'], each['source']) for each in robot['found']]
     return {
         **{key: robot[key] for key in ('name', 'file', 'warnings', 'notes')},
-        'conclusion': conclusion if checks else 'It was not checked.',
+        'conclusion': conclusion,
         'checks': _table('Self-check', ('check', 'value', 'result'), checked),
         'found': _table('Found', ('found', 'value', 'source'), found),
         'settings': _table('Set in its file', ('parameter', 'value'), list(robot['set'].items())),

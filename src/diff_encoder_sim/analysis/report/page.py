@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import base64
 import io
-import math
 import os
 import urllib.parse
 from pathlib import Path
 from typing import Any, Dict, List, Optional, Sequence
 
+import numpy as np
 from PIL import Image
 
 from diff_encoder_sim.analysis.charts.figures import Figure
@@ -35,8 +35,6 @@ from diff_encoder_sim.analysis.within_tolerance import (
 from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE
 from diff_encoder_sim.trials.trials_csv import VARIANT
-
-TEMPLATE = 'page.html'
 
 
 def write_report(
@@ -66,7 +64,7 @@ def write_report(
     embedded = {one.name: {'caption': one.caption, 'uri': data_uri(one.svg, one.png)} for one in figures}
     variants = [{'figure': embedded.pop(VARIANTS, None), 'table': html_table(table)} for table in of_variants]
     failed = results.trials[results.trials['outcome'] != SUCCEEDED]
-    page = load_template(TEMPLATE, Path(__file__).parent).render(
+    page = load_template('page.html', Path(__file__).parent).render(
         title=results.title,
         headline=lead,
         scope=scope_text(results),
@@ -149,20 +147,17 @@ _NOTE = (
 
 def trial_table(results: Results, trials: pd.DataFrame) -> ResultTable:
     """Build the table of trials: outcome, final error of each source, and ATE of odometry."""
-    sources = {source.value: topic for source, topic in TOPIC_OF_SOURCE.items()}
-    columns: Dict[str, Any] = {name: trials[name] for name in ('test', *results.varied, 'ppr', 'trial')}
-    columns['outcome'] = [outcome.replace('_', ' ') for outcome in trials['outcome']]
-    columns.update({name: trials[name] for name in ('duration_s', 'distance_m')})
+    exact = trials[['test', *results.varied, 'ppr', 'trial', 'outcome', 'duration_s', 'distance_m']]
+    exact = exact.assign(outcome=exact['outcome'].str.replace('_', ' '))
     heads = {'ppr': ('', 'PPR'), 'duration_s': ('', 'time [s]'), 'distance_m': ('', 'path [m]')}
     decimals = {'trial': 0, 'duration_s': 1, 'distance_m': 2}
-    for source, topic in sources.items():
-        columns[f'{source}_m'] = trials[[f'{source}_x_m', f'{source}_y_m']].apply(lambda xy: math.hypot(*xy), axis=1)
-        columns[f'{source}_deg'] = trials[f'{source}_yaw_rad'].map(math.degrees)
+    for source, topic in ((source.value, topic) for source, topic in TOPIC_OF_SOURCE.items()):
+        exact[f'{source}_m'] = np.hypot(trials[f'{source}_x_m'], trials[f'{source}_y_m'])
+        exact[f'{source}_deg'] = np.degrees(trials[f'{source}_yaw_rad'])
         heads.update({f'{source}_{part}': ('', f'{topic} [{part}]') for part in ('m', 'deg')})
         decimals.update({f'{source}_m': 4, f'{source}_deg': 2})
-    columns['odom_ate_m'] = trials['odom_ate_rmse_m']
-    heads['odom_ate_m'], decimals['odom_ate_m'] = ('', '/odom ATE [m]'), 4
-    return ResultTable('trials', 'All trials', pd.DataFrame(columns), heads, decimals, [_NOTE])
+    exact['odom_ate_m'], heads['odom_ate_m'] = trials['odom_ate_rmse_m'], ('', '/odom ATE [m]')
+    return ResultTable('trials', 'All trials', exact, heads, {**decimals, 'odom_ate_m': 4}, [_NOTE])
 
 
 def failure_table(failed: pd.DataFrame) -> ResultTable:
@@ -175,16 +170,12 @@ def failure_table(failed: pd.DataFrame) -> ResultTable:
 
 def bag_link(bag: str, folder: Path) -> Optional[Dict[str, str]]:
     """Return name and link of a bag for a page in `folder`; None without a bag."""
-    if not bag:
-        return None
     relative = os.path.relpath(str(Path(bag).resolve()), str(folder.resolve()))
-    return {'name': Path(bag).name, 'href': urllib.parse.quote(relative, safe='/')}
+    return {'name': Path(bag).name, 'href': urllib.parse.quote(relative, safe='/')} if bag else None
 
 
-# Characters that need no escape in a quoted attribute; SVG as text is smaller than base64.
-UNQUOTED = " !'()*+,-./:;=?@[]^_`{|}~\n"
-# Palette size of a figure, and k-means iterations.
-COLOURS, MOVES = 64, 2
+UNQUOTED = " !'()*+,-./:;=?@[]^_`{|}~\n"  # need no escape in a quoted attribute; SVG as text is smaller than base64
+COLOURS, MOVES = 64, 2  # palette size of a figure, and k-means iterations
 
 
 def data_uri(svg: Path, png: Path) -> str:
