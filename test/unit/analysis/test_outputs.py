@@ -21,8 +21,7 @@ def test_every_file_is_written_without_a_writable_home(tmp_path, monkeypatch):
     files = {str(path.relative_to(tmp_path / 'out')) for path in (tmp_path / 'out').rglob('*')}
     tables = {'tables/table4.tex', 'tables/path_errors.csv', 'tables/comparisons.csv'}
     assert {*tables, 'figures/trajectories_SL.svg', 'report.html'} <= files
-    # The bag's drive is none of the paper's.
-    assert not {'tables/comparisons.md', 'tables/paper_scores.md', 'tables/paper_cells.csv'} & files
+    assert not {'tables/comparisons.md', 'tables/paper_scores.csv', 'tables/paper_cells.csv'} & files  # not the paper's
 
 
 @pytest.mark.heavy
@@ -48,10 +47,13 @@ def names(folder):
     return sorted(path.name for path in folder.rglob('*'))
 
 
-def test_an_earlier_analysis_is_replaced(tmp_path):
+def test_an_earlier_analysis_is_replaced_unless_the_new_one_fails(tmp_path):
     out = tmp_path / 'out'
     write(out, one='1', two='2')
     write(out, one='3')
+    with pytest.raises(KeyboardInterrupt), output_folder(out) as made:
+        (made / 'one').write_text('4')
+        raise KeyboardInterrupt
     assert names(tmp_path) == [CONTENTS, 'one', 'out'] and (out / 'one').read_text() == '3'
 
 
@@ -68,18 +70,9 @@ def test_files_of_others_are_not_overwritten(tmp_path, earlier):
     assert names(tmp_path) == before and (out / 'deep' / 'notes.txt').read_text() == 'mine'
 
 
-def test_a_failed_analysis_leaves_the_earlier_one(tmp_path):
-    write(tmp_path / 'out', one='1')
-    with pytest.raises(KeyboardInterrupt), output_folder(tmp_path / 'out') as made:
-        (made / 'one').write_text('2')
-        raise KeyboardInterrupt
-    assert (tmp_path / 'out' / 'one').read_text() == '1' and names(tmp_path) == [CONTENTS, 'one', 'out']
-
-
 def test_a_place_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / 'file').write_text('')
     for path in (tmp_path / 'file', tmp_path / 'file' / 'out'):
-        with pytest.raises(ConfigError, match=str(path)) as caught:
+        with pytest.raises(ConfigError, match=str(path)):
             write(path, one='1')
-        assert '\n' not in str(caught.value)
     assert names(tmp_path) == ['file']

@@ -1,27 +1,29 @@
 """What the terminal shows of results."""
 
-from diff_encoder_sim.analysis.terminal_summary import cell_table, summary, trial_table
+import pytest
+
+from diff_encoder_sim.analysis.terminal_summary import CELL_LEGEND, TRIAL_LEGEND, summary
 from trial_tables import IN, OUT, cell, results_of, trial
 
-
-def last_row(table):
-    return table.splitlines()[-1].split()
-
-
-def test_a_cell_counts_its_trials_and_those_within():
-    trials = cell('SL', '40', 'world', [IN, OUT, None])
-    trials[2]['outcome'] = 'lost'
-    assert last_row(cell_table(results_of(trials))) == ['SL', '40', '3', '2', '50', '0.2263']  # 0.32 m / sqrt(2)
-    assert 'std dev: standard deviation' in summary(results_of(trials))
+ODOMETRY = [trial('SL', '40', number, odom=odom, world=OUT) for number, odom in enumerate((IN, OUT, OUT), start=1)]
+FAILED = cell('SL', '40', 'world', [IN, OUT]) + [trial('SL', '40', 3, 'lost')]
 
 
-def test_a_trial_shows_its_outcome_and_errors():
-    made = results_of([trial('SL', '40', 1, 'timed_out', world=(0.3, -0.4, 2.0))])
-    assert last_row(trial_table(made)) == ['SL', '40', '1', 'timed', 'out', '60.0', '20.00', '0.5000', '+2.00']
-    assert summary(made).startswith(trial_table(made))
-
-
-def test_odometry_is_compared_with_the_truth_too():
-    trials = [trial('SL', '40', number, odom=odom, world=OUT) for number, odom in enumerate((IN, OUT, OUT), start=1)]
-    assert last_row(cell_table(results_of(trials)))[-4:] == ['0', '0.0000', '67', '0.1848']  # 0.32 m / sqrt(3)
-    assert last_row(trial_table(results_of(trials[:1])))[-2:] == ['0.3200', '+0.00']
+@pytest.mark.parametrize(
+    ('trials', 'begin', 'end', 'legend'),
+    [
+        (FAILED, ['SL', '40', '3', '2'], ['50', '0.2263'], CELL_LEGEND),  # 0.32 m / sqrt(2)
+        (ODOMETRY, ['SL', '40', '3', '3'], ['0', '0.0000', '67', '0.1848'], CELL_LEGEND),  # 0.32 m / sqrt(3)
+        (ODOMETRY[:1], ['SL', '40', '1', 'succeeded', '60.0', '20.00'], ['0.3200', '+0.00'], TRIAL_LEGEND),
+        (
+            [trial('SL', '40', 1, 'timed_out', world=(0.3, -0.4, 2.0))],
+            ['SL', '40', '1'],
+            ['0.5000', '+2.00'],
+            TRIAL_LEGEND,
+        ),
+    ],
+)
+def test_a_row_per_cell_or_if_each_has_one_per_trial(trials, begin, end, legend):
+    table, _, rest = summary(results_of(trials)).partition('\n' + legend)
+    row = table.splitlines()[-1].split()
+    assert (row[: len(begin)], row[-len(end) :], rest) == (begin, end, '')
