@@ -40,7 +40,7 @@ LONG_RADII = 1.0  # of the drive wheels: a longer part stands on its outer edge
 SMALLEST_M = 2e-3  # a marker, not a body
 BALANCED_M = 1e-3  # a point or a centre of mass that is nearer to the axle: it carries nothing, does not tip
 LIFTED_M = 5e-4
-TIPPED_DEG = 1.0
+TIPPED = 0.0175  # rad
 
 _SHORTEST_ARM = 0.1  # of the wheel's radius: a contact that is closer to the axle cannot keep a robot from tipping
 # How far the support on the light side hangs above the floor, of its distance from the axle: a robot that tips over
@@ -52,27 +52,24 @@ _SUPPORT_RADIUS = 0.5  # of the wheel's; any ball touches a floor in one point
 
 
 def footprint_outline(shapes: Sequence[Shape], floor_z_m: float, where: str) -> OutlineXy:
-    """Return the outline of all shapes that rise above the floor.
+    """Return the outline of all shapes in the root, wheels and casters included, that rise above the floor.
 
     Each side is a bearing of its normal and its distance from the origin. Sides that matter least are dropped, one
     after another; their neighbours meet farther out.
-
-    Args:
-        shapes: collision shapes without meshes, wheels and casters included, in the root.
-        floor_z_m: the floor in the root.
-        where: begins the error: the robot's file.
 
     Returns:
         Up to 16 corners (x, y) [m] in the root, counter-clockwise, in whole mm: convex, around everything.
 
     Raises:
-        ConfigError: there is no such shape.
+        ConfigError: there is no such shape; `where`, the robot's file, begins the text.
     """
     above = [shape for shape in shapes if support_point_m(shape, np.array([0.0, 0.0, 1.0]))[2] > floor_z_m]
     if not above:
         raise ConfigError(f'{where}: given no collision shape above the floor; allowed: a <collision> in a link')
-    directions = _directions((np.arange(_BEARINGS) + 0.5) * _TURN_RAD / _BEARINGS)
-    tips_m = [max((support_point_m(shape, out) for shape in above), key=out.dot)[:2] for out in directions]
+    tips_m = []
+    for bearing_rad in (np.arange(_BEARINGS) + 0.5) * _TURN_RAD / _BEARINGS:
+        out = np.array([math.cos(bearing_rad), math.sin(bearing_rad), 0.0])
+        tips_m.append(max((support_point_m(shape, out) for shape in above), key=out.dot)[:2])
     _, normals_rad = _sides(np.array(tips_m))
     bearings_rad = np.sort(np.append(normals_rad, [0.0, math.pi / 2, math.pi, -math.pi / 2]) % _TURN_RAD)
     bearings_rad = bearings_rad[np.diff(bearings_rad, append=bearings_rad[0] + _TURN_RAD) > _SAME]
@@ -102,14 +99,9 @@ def _sides(corners_m: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     return corners_m[is_long], np.arctan2(-sides_m[is_long, 0], sides_m[is_long, 1])
 
 
-def _directions(bearings_rad: np.ndarray) -> np.ndarray:
-    """Return the level (n, 3) unit vectors in (n,) bearings."""
-    return np.stack([np.cos(bearings_rad), np.sin(bearings_rad), np.zeros(len(bearings_rad))], axis=1)
-
-
 def _reaches_m(shapes: Sequence[Shape], bearings_rad: np.ndarray) -> np.ndarray:
     """Return how far the shapes reach in each of (n,) bearings."""
-    return np.array([reach_m(shapes, direction) for direction in _directions(bearings_rad)])
+    return np.array([reach_m(shapes, np.array([math.cos(each), math.sin(each), 0.0])) for each in bearings_rad])
 
 
 def _crossings_m(
@@ -141,15 +133,10 @@ def _rounded(bearings_rad: np.ndarray, reaches_m: np.ndarray) -> np.ndarray:
 def ground_contacts(tree: RobotTree, drive: DriveTrain, driven_links: AbstractSet[str]) -> Tuple[GroundContact, ...]:
     """Return what is near the floor, front to back: of each link at most one before and one behind the axle.
 
-    Args:
-        tree: the robot, meshes replaced.
-        drive: the driven wheels.
-        driven_links: their links, with all links below them.
+    `driven_links` are those of the driven wheels, with all links below them. Meshes of the tree are replaced.
     """
-    found: List[GroundContact] = []
-    for name in tree.poses:
-        if name not in driven_links:
-            found += _contacts_of(tree, name, drive)
+    others = [name for name in tree.poses if name not in driven_links]
+    found = [contact for name in others for contact in _contacts_of(tree, name, drive)]
     # On each side of the axle those that are nearly as low as its lowest: no forks above casters.
     kept: List[GroundContact] = []
     for side in (1, -1):
@@ -230,14 +217,7 @@ def support_balls(description: RobotDescription) -> Tuple[Shape, Shape]:
 
 
 def judge_stance(contacts: Sequence[GroundContact], drive: DriveTrain, com_x_m: float, seen: Findings) -> None:
-    """Warn of a robot that would tip, or whose casters carry it.
-
-    Args:
-        contacts: from ground_contacts.
-        drive: the driven wheels.
-        com_x_m: the centre of mass in the root.
-        seen: takes the warnings.
-    """
+    """Warn of a robot that would tip, or whose casters carry it; `com_x_m` is the centre of mass in the root."""
     places = [(each.name, each.point_m[0] - drive.axle_x_m, each.point_m[2] - drive.floor_z_m) for each in contacts]
     for contact, (name, _, gap_m) in zip(contacts, places):
         seen.add('touches the floor', name, f'at x = {contact.point_m[0]:.4g} m, {1e3 * gap_m:+.1f} mm')
@@ -258,14 +238,10 @@ def judge_stance(contacts: Sequence[GroundContact], drive: DriveTrain, com_x_m: 
     lifted_m, carriers = max(lifts, default=(0.0, ''))
     ahead_m = com_x_m - drive.axle_x_m
     side = 1 if ahead_m > 0 else -1
-    arms = [(side * x_m, gap_m) for _, x_m, gap_m in places if side * x_m > BALANCED_M]
-    place = f'its centre of mass is {"ahead of" if side > 0 else "behind"} the axle'
+    carries = any(side * x_m > max(BALANCED_M, abs(gap_m) / TIPPED) for _, x_m, gap_m in places)
     if lifted_m > LIFTED_M:
         mm = f'{1e3 * lifted_m:.1f} mm'
         seen.warn(f'{carriers} would lift the drive wheels by {mm}: simulated level, with the wheels on the floor')
-    elif abs(ahead_m) > BALANCED_M and not arms:
-        seen.warn(f'{place}, where nothing touches the floor: it would tip over; simulated level')
-    elif abs(ahead_m) > BALANCED_M:
-        arm_m, gap_m = max(arms, key=lambda arm: arm[0] / max(arm[1], 1e-9))
-        if math.degrees(math.atan2(abs(gap_m), arm_m)) > TIPPED_DEG:
-            seen.warn(f'{place}: it would tip until a contact {1e3 * gap_m:.0f} mm up carries it; simulated level')
+    elif abs(ahead_m) > BALANCED_M and not carries:
+        place = 'ahead of' if side > 0 else 'behind'
+        seen.warn(f'its centre of mass is {place} the axle, where nothing carries it: it would tip; simulated level')

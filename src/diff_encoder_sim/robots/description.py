@@ -20,7 +20,7 @@ class AddedLaser(NamedTuple):
     """A level scanner on a link of the robot."""
 
     parent: str  # link
-    xyz_m: Vector  # in the parent
+    xyz_m: Tuple[float, ...]  # (x, y, z) in the parent
 
     def place(self) -> Dict[str, Any]:
         """Return the entry of a robot file."""
@@ -102,14 +102,7 @@ class RobotTree:
 
     def below(self, link: str) -> List[Joint]:
         """Return the joints to a link's children."""
-        return self._below.get(link, [])
-
-    @cached_property
-    def _below(self) -> Dict[str, List[Joint]]:
-        below: Dict[str, List[Joint]] = {}
-        for joint in self.joints.values():
-            below.setdefault(joint.parent, []).append(joint)
-        return below
+        return [joint for joint in self.joints.values() if joint.parent == link]
 
     def joints_above(self, link: str) -> Iterator[Joint]:
         """Yield the joints from a link up to the root."""
@@ -148,26 +141,17 @@ class Found(NamedTuple):
 
 
 class Findings:
-    """The table, the warnings and the notes of a robot, in the order in which they were found."""
+    """The table, the warnings and the notes of a robot, one line each, in the order in which they were found."""
 
     def __init__(self) -> None:
         self.found: List[Found] = []
-        self.warnings: List[str] = []
-        self.notes: List[str] = []
+        self.warnings: List[str] = []  # likely mistakes in the robot's file
+        self.notes: List[str] = []  # differences between the simulation and the robot's file
+        self.warn, self.note = self.warnings.append, self.notes.append
 
     def add(self, quantity: str, value: object, source: str) -> None:
         """Add a row to the table."""
         self.found.append(Found(quantity, str(value), source))
-
-    def warn(self, text: str) -> None:
-        """Add a likely mistake in the robot's file, one line."""
-        if text not in self.warnings:
-            self.warnings.append(text)
-
-    def note(self, text: str) -> None:
-        """Add a difference between the simulation and the robot's file, one line."""
-        if text not in self.notes:
-            self.notes.append(text)
 
 
 class DrivenWheel(NamedTuple):
@@ -180,11 +164,6 @@ class DrivenWheel(NamedTuple):
     radius_m: Optional[float]  # None: no shape of it rolls
     shape: str  # the source of the radius: 'collision cylinder'
     swivel: Optional[str]  # the upright joint above it, which steers it or lets it trail
-
-    @property
-    def bottom_m(self) -> float:
-        """Return the height in the root at which it touches the floor."""
-        return self.centre_m[2] - (self.radius_m or 0.0)
 
     @property
     def is_forward_positive(self) -> bool:

@@ -58,12 +58,8 @@ def find_drive_tags(
 ) -> Tuple[DriveTags, ...]:
     """Return the plugins that name wheel joints on the left and on the right, or a steering joint.
 
-    Plugins are included too if their file is a drive plugin of another kind than differential.
-
-    Args:
-        tree: the robot.
-        wheels: its wheels near the floor.
-        carriers: the joints that can drive it.
+    Plugins are included too if their file is a drive plugin of another kind than differential. `carriers` are the
+    joints that can drive the robot.
     """
     above = {joint.name for wheel in wheels for joint in tree.joints_above(tree.joints[wheel.joint].parent)}
     found = [_plugin(plugin, tree, carriers, above) for plugin in tree.xml.iter('plugin')]

@@ -24,7 +24,7 @@ from diff_encoder_sim.robots.drive_tags import (
     commanded_joints,
 )
 from diff_encoder_sim.robots.robot_file import robot_file_line
-from diff_encoder_sim.robots.solids import Cylinder, Shape, placed, rolling_radius_m
+from diff_encoder_sim.robots.solids import placed, rolling_radius_m
 
 LEVEL = 0.17  # an axis' vertical part (10 degrees), below which a wheel can stand on it
 SAME_RADIUS = 0.01  # shapes of one wheel: twin tyres, a tyre and its rim
@@ -37,7 +37,6 @@ LIKE_RADIUS = 0.05
 LEAST_SEPARATION = 0.2  # of the radius
 LEAST_ACROSS = 0.985  # y part of an axle that lies across the robot (10 degrees)
 
-_MODELLED = 'modelled are two driven wheels on one axle'
 _UNLIKE = {
     SKID_STEER: 'a robot with two or more driven axles (skid-steer, or mecanum), whose wheels slip in each turn',
     STEERED: 'a robot with a steered wheel (tricycle or Ackermann)',
@@ -51,16 +50,13 @@ def rolling_wheels(tree: RobotTree) -> Tuple[DrivenWheel, ...]:
     """Return the wheels near the floor, in the file's order: none of an arm, no spinning scanner."""
     found = [wheel_of(tree, joint) for joint in tree.joints.values() if joint.spins]
     level = [wheel for wheel in found if wheel.radius_m and abs(wheel.axis[2]) < LEVEL]
-    floor_m = min((wheel.bottom_m for wheel in level), default=0.0)
-    return tuple(wheel for wheel in level if wheel.bottom_m < floor_m + NEAR_FLOOR * (wheel.radius_m or 0.0))
+    bottoms_m = [wheel.centre_m[2] - (wheel.radius_m or 0.0) for wheel in level]
+    heights_m = [bottom_m - min(bottoms_m) for bottom_m in bottoms_m]
+    return tuple(wheel for wheel, up_m in zip(level, heights_m) if up_m < NEAR_FLOOR * (wheel.radius_m or 0.0))
 
 
 def wheel_of(tree: RobotTree, joint: Joint) -> DrivenWheel:
     """Return the wheel that a joint turns, by the largest of its shapes that roll; collision shapes first."""
-
-    def width_m(shape: Shape) -> float:
-        return shape.geometry.length_m if isinstance(shape.geometry, Cylinder) else 0.0
-
     pose = tree.poses[joint.child]
     to_wheel = np.linalg.inv(pose)
     parts = [(tree.links[name], to_wheel @ tree.poses[name]) for name in tree.subtree(joint.child, is_rigid=True)]
@@ -74,9 +70,6 @@ def wheel_of(tree: RobotTree, joint: Joint) -> DrivenWheel:
         largest_m = max((radius for radius, _ in radii), default=0.0)
         if largest_m > 0.0:
             largest = [shape for radius, shape in radii if radius > (1.0 - SAME_RADIUS) * largest_m]
-            # A mesh's tread is narrower than the wheel with its motor; twin tyres are equally wide.
-            most_m = (1.0 + SAME_RADIUS) * min(map(width_m, largest))
-            largest = [shape for shape in largest if width_m(shape) <= most_m]
             radius_m, centre_m = largest_m, np.mean([shape.pose_in_link[:3, 3] for shape in largest], axis=0)
             source = f'{kind} {type(largest[0].geometry).__name__.lower()}'
     swivel = tree.swivel_above(joint.parent)
@@ -93,10 +86,6 @@ def drivable_joints(tree: RobotTree, wheels: Sequence[DrivenWheel]) -> FrozenSet
     """Return the joints that can drive the robot: those of wheels that neither swivel nor are casters.
 
     Without two of these (wheels may lack a round shape) all joints count that spin about a level axis.
-
-    Args:
-        tree: the robot.
-        wheels: from rolling_wheels.
     """
     fixed = frozenset(wheel.joint for wheel in _without_casters(wheels))
     if len(fixed) > 1:
@@ -145,21 +134,14 @@ def _are_coaxial(a: DrivenWheel, b: DrivenWheel) -> bool:
     )
 
 
-def _is_like(a_m: float, b_m: float) -> bool:
-    return abs(a_m - b_m) <= LIKE_RADIUS * b_m
+def _are_alike(other: WheelPair, pair: WheelPair) -> bool:
+    return abs(_mean_radius_m(other) - _mean_radius_m(pair)) <= LIKE_RADIUS * _mean_radius_m(pair)
 
 
 def choose_wheels(
     tree: RobotTree, wheels: Sequence[DrivenWheel], drives: Sequence[DriveTags], choices: RobotChoices, seen: Findings
 ) -> WheelPair:
-    """Return the two driven wheels; the source is added to the table.
-
-    Args:
-        tree: the robot, meshes replaced.
-        wheels: from rolling_wheels.
-        drives: from find_drive_tags.
-        choices: the user's.
-        seen: takes the table's rows and the warnings.
+    """Return the two driven wheels of a robot whose meshes are replaced; the source is added to the table.
 
     Raises:
         ConfigError: the robot is no differential drive, or the choice is no pair of wheels.
@@ -178,7 +160,7 @@ def choose_wheels(
             seen.warn(f"joint {wheel.joint!r} {place}: is x forward in the robot's root link?")
     # As large ones on another axle may be driven, too, and they resist turns.
     others = [each for each in wheels if each.joint not in joints_of(pair) and each.swivel is None]
-    like = [each.joint for each in others if _is_like(each.radius_m or 0.0, _mean_radius_m(pair))]
+    like = [each.joint for each in others if _are_alike((each, each), pair)]
     if like:
         seen.warn(f'the wheels of {_quoted(like)} slide without friction: what they do in turns is not modelled')
     return pair
@@ -245,7 +227,7 @@ def _check_others_of_plugin(tree: RobotTree, pair: WheelPair, is_named: bool, wh
     driven = [wheel for wheel in wheels if wheel.swivel is None and (not is_named or wheel.joint in commanded)]
     same = {pair[0].joint, *(wheel.joint for wheel in wheels if _are_coaxial(wheel, pair[0]))}
     others = [each for each in _coaxial_pairs(driven) if each[0].joint not in same]
-    like = [each for each in others if _is_like(_mean_radius_m(each), _mean_radius_m(pair))]
+    like = [each for each in others if _are_alike(each, pair)]
     if like:
         raise _unlike(tree, SKID_STEER, f'wheels of one size: {_quoted([*joints_of(pair), *joints_of(like[0])])}')
 
@@ -314,40 +296,26 @@ def _pairs_on_one_axle(tree: RobotTree, wheels: Sequence[DrivenWheel]) -> List[W
 
 def _check_axle(tree: RobotTree, pair: WheelPair) -> None:
     """Refuse an axle that does not lie across the robot."""
-    x_m, y_m, z_m = (left - right for left, right in zip(pair[0].centre_m, pair[1].centre_m))
-    if y_m <= 0.0 or abs(y_m) < LEAST_ACROSS * (x_m**2 + y_m**2 + z_m**2) ** 0.5:
-        names = f'joints {pair[0].joint!r} and {pair[1].joint!r}'
-        drives = 'so it drives along y' if abs(x_m) > abs(y_m) else 'so they are not on one axle'
-        raise ConfigError(
-            f'{tree.where}: given {names} apart by ({x_m:.3f}, {y_m:.3f}, {z_m:.3f}) m, {drives}; '
-            f'allowed: wheels apart along y, x forward (REP 103) in root link {tree.root!r}'
-        )
-    for wheel in pair:
-        if abs(wheel.axis[1]) < LEAST_ACROSS:
-            axis = ', '.join(f'{part:.2f}' for part in wheel.axis)
-            raise ConfigError(
-                f'{tree.where}: given joint {wheel.joint!r} about the axis ({axis}) of root link {tree.root!r}; '
-                'allowed: a wheel that turns about y, so that it drives along x'
-            )
+    apart_m, y_m = np.subtract(pair[0].centre_m, pair[1].centre_m), pair[0].centre_m[1] - pair[1].centre_m[1]
+    turn_across = all(abs(wheel.axis[1]) >= LEAST_ACROSS for wheel in pair)
+    if y_m <= 0.0 or y_m < LEAST_ACROSS * np.linalg.norm(apart_m) or not turn_across:
+        apart = ', '.join(f'{part:.3f}' for part in apart_m)
+        given = f'given joints {pair[0].joint!r} and {pair[1].joint!r} apart by ({apart}) m'
+        allowed = 'wheels apart along y that turn about y, x forward (REP 103)'
+        raise ConfigError(f'{tree.where}: {given}; allowed: {allowed} in root link {tree.root!r}')
 
 
 def _unlike(tree: RobotTree, kind: str, reason: str) -> ConfigError:
     """Return the error for a robot whose drive is not modelled."""
-    override = f'to simulate two of its wheels as the drive: {_chosen_wheels(tree)}'
-    return ConfigError(f'{tree.where}: given {_UNLIKE[kind]} ({reason}); {_MODELLED}; {override}')
+    return _no_pair(tree, f'{_UNLIKE[kind]} ({reason})')
 
 
 def _no_pair(tree: RobotTree, given: str) -> ConfigError:
-    """Return the error for a robot without two wheels that are known to drive."""
-    allowed = f'two driven wheels on one axle; to name them: {_chosen_wheels(tree)}'
-    return ConfigError(f'{tree.where}: given {given}; allowed: {allowed}')
-
-
-def _chosen_wheels(tree: RobotTree) -> str:
-    """Return the robot file that names two wheels, with those of a pair if there is one."""
+    """Return the error for a robot without two known driven wheels; it names those of a pair if there is one."""
     pairs = _coaxial_pairs(rolling_wheels(tree))
     left, right = joints_of(max(pairs, key=_mean_radius_m)) if pairs else ('LEFT_JOINT', 'RIGHT_JOINT')
-    return robot_file_line(tree.where, set={'simulator.left_joint': left, 'simulator.right_joint': right})
+    mine = robot_file_line(tree.where, set={'simulator.left_joint': left, 'simulator.right_joint': right})
+    return ConfigError(f'{tree.where}: given {given}; allowed: two driven wheels on one axle; to name them: {mine}')
 
 
 def _quoted(names: Iterable[str]) -> str:

@@ -34,13 +34,8 @@ _OTHERS = re.compile(
 def find_laser(tree: RobotTree, chosen: Optional[str], seen: Findings) -> Optional[RobotLaser]:
     """Return the scanner, level and upright; None, with a warning, if the robot has none.
 
-    Args:
-        tree: the robot.
-        chosen: the user's link.
-        seen: takes what is found.
-
     Raises:
-        ConfigError: the user's link is missing, or leans.
+        ConfigError: the link that the user has chosen is missing, or leans.
     """
     scanners = sensors = gazebo_lasers(tree)
     if not sensors:  # first the links at the end of a chain, below the case: frames of scans

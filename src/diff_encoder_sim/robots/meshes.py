@@ -8,14 +8,14 @@ import io
 import math
 import re
 from pathlib import Path, PurePosixPath
-from typing import Callable, Dict, Iterable, List, Optional, Set, Tuple
+from typing import Callable, Dict, List, Optional, Set, Tuple
 
 import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError, in_one_line
 from diff_encoder_sim.base.xml_values import parse_numbers
 from diff_encoder_sim.robots.contacts import CASTER_NAMES
-from diff_encoder_sim.robots.description import UPRIGHT, Findings, Joint, Link, RobotTree
+from diff_encoder_sim.robots.description import UPRIGHT, Findings, Link, RobotTree
 from diff_encoder_sim.robots.solids import (
     Box,
     Cylinder,
@@ -23,9 +23,9 @@ from diff_encoder_sim.robots.solids import (
     Mesh,
     Shape,
     Sphere,
+    ball_about_middle,
     measures,
     pose_at,
-    smallest_ball,
 )
 
 # Finds a mesh's file by its URI, as package_search.find_mesh. It raises ConfigError, or returns None, if the file is
@@ -44,34 +44,8 @@ _LISTED = 'corners:'  # a mesh whose corners its URI lists: corners:NAME:x y z x
 _THINNEST_M = 1e-3  # a mesh that is a flat sheet becomes a plate
 _DECIMALS = 6  # of a length [m]
 
-RIM = 0.98  # of the radius: what is farther out rolls
-LARGEST_GAP_RAD = 1.2  # between points of the rim, seen from the axle: a hexagon is round, a box is not
-NARROWEST_M = 1e-3
-
 LARGEST_MASS = 0.2  # of the robot's mass: a heavier part is its body
 _ON_THE_FLOOR = re.compile('cast[eo]r|ball|skid|wheel|roller|slider|foot', re.IGNORECASE)
-
-
-def mesh_points_m(path: Path, where: str) -> np.ndarray:
-    """Return the (n, 3) corners of a mesh's convex hull [m], in the file's axes, unscaled.
-
-    Args:
-        path: an .stl (binary or text), .obj or .dae file.
-        where: begins the error: the robot's file, the link and the mesh.
-
-    Raises:
-        ConfigError: there is no such mesh, or none that can be used.
-    """
-    if not path.is_file():
-        raise ConfigError(f'{where}: given {path}, which is no file; allowed: an .stl, .obj or .dae file')
-    if path.suffix.lower() not in _SUFFIXES:
-        raise ConfigError(f'{where}: given {path.suffix or "no suffix"!r}; allowed: {", ".join(_SUFFIXES)}')
-    try:
-        return _hull_points_m(path, path.stat().st_mtime_ns)
-    except Exception as error:  # the readers let errors of many types through
-        raise ConfigError(
-            f'{where}: given no valid mesh ({in_one_line(error)[:200]}); allowed: a readable mesh'
-        ) from None
 
 
 @functools.lru_cache(maxsize=64)  # both wheels show the same mesh, and a robot is described more than once
@@ -142,20 +116,15 @@ def file_corners_m(uri: str, where: str, find: MeshFinder) -> np.ndarray:
         path = find(uri)
     except ConfigError as error:
         raise ConfigError(f'{where}: {error}') from None
-    if path is None:
-        raise ConfigError(f'{where}: given a file that is missing')
-    return mesh_points_m(path, where)
-
-
-def link_corners_m(shape: Shape, where: str, find: MeshFinder) -> np.ndarray:
-    """Return the (n, 3) corners of a mesh's convex hull in its link [m].
-
-    Raises:
-        ConfigError: the mesh is missing or broken; `where` begins the text.
-    """
-    assert isinstance(shape.geometry, Mesh)
-    corners_m = file_corners_m(shape.geometry.uri, where, find) * shape.geometry.scale_xyz
-    return np.asarray(corners_m @ shape.pose_in_link[:3, :3].T + shape.pose_in_link[:3, 3])
+    if path is None or not path.is_file():
+        raise ConfigError(f'{where}: given a file that is missing; allowed: an .stl, .obj or .dae file')
+    if path.suffix.lower() not in _SUFFIXES:
+        raise ConfigError(f'{where}: given {path.suffix or "no suffix"!r}; allowed: {", ".join(_SUFFIXES)}')
+    try:
+        return _hull_points_m(path, path.stat().st_mtime_ns)
+    except Exception as error:  # the readers let errors of many types through
+        given = f'given no valid mesh ({in_one_line(error)[:200]})'
+        raise ConfigError(f'{where}: {given}; allowed: a readable mesh') from None
 
 
 def mesh_hull(shape: Shape, where: str, find: MeshFinder) -> Shape:
@@ -169,7 +138,8 @@ def mesh_hull(shape: Shape, where: str, find: MeshFinder) -> Shape:
     assert isinstance(shape.geometry, Mesh)
     uri, turn = shape.geometry.uri, shape.pose_in_link[:3, :3]
     place = f'{where}: collision mesh {(mesh_name(uri) if is_listed(uri) else uri)!r}'
-    points_m = link_corners_m(shape, place, find)
+    corners_m = file_corners_m(uri, place, find) * shape.geometry.scale_xyz
+    points_m = corners_m @ turn.T + shape.pose_in_link[:3, 3]
     if np.sort(np.ptp(points_m @ turn, axis=0))[1] < 0.5 * 10**-_DECIMALS:
         raise ConfigError(f'{place}: given a mesh without extent; allowed: a mesh with a width and a length')
 
@@ -186,11 +156,11 @@ def mesh_hull(shape: Shape, where: str, find: MeshFinder) -> Shape:
         candidates.append(made(Box((x_m, y_m, z_m)), box_axes, 0.5 * box_axes @ (low_m + high_m)))
         for axes in (np.roll(box_axes, -1 - axis, axis=1) for axis in range(3)):  # a cylinder along the third
             local_m = points_m @ axes
-            centre_m, radius_m = smallest_ball(local_m[:, :2])
+            centre_m, radius_m = ball_about_middle(local_m[:, :2])
             bottom_m, top_m = local_m[:, 2].min(), local_m[:, 2].max()
             cylinder = Cylinder(length_m(radius_m), length_m(top_m - bottom_m))
             candidates.append(made(cylinder, axes, axes @ np.append(centre_m, 0.5 * (bottom_m + top_m))))
-    centre_m, radius_m = smallest_ball(points_m)
+    centre_m, radius_m = ball_about_middle(points_m)
     candidates.append(made(Sphere(length_m(radius_m)), np.eye(3), centre_m))
     return min(candidates, key=lambda candidate: measures(candidate.geometry).volume_m3)._replace(corners_m=points_m)
 
@@ -207,36 +177,6 @@ def in_words(geometry: Geometry) -> str:
         return f'a cylinder of radius {mm(geometry.radius_m)} mm, length {mm(geometry.length_m)} mm'
     assert isinstance(geometry, Sphere)
     return f'a sphere of radius {mm(geometry.radius_m)} mm'
-
-
-def tread_of(points_m: np.ndarray, centre_m: np.ndarray, axis: np.ndarray) -> Optional[Shape]:
-    """Return the cylinder on which (n, 3) points roll about an axis (3,) through a point (3,); None if not round."""
-    across = np.cross(np.eye(3)[np.abs(axis).argmin()], axis)
-    across /= np.linalg.norm(across)
-    axes = np.column_stack([across, np.cross(axis, across), axis])
-    x_m, y_m, along_m = ((points_m - centre_m) @ axes).T
-    radii_m = np.hypot(x_m, y_m)
-    rim = radii_m > RIM * radii_m.max()
-    bearings_rad = np.sort(np.arctan2(y_m[rim], x_m[rim]))
-    if np.diff(bearings_rad, append=bearings_rad[0] + 2.0 * np.pi).max() > LARGEST_GAP_RAD:
-        return None
-    low_m, high_m = float(along_m[rim].min()), float(along_m[rim].max())
-    pose = pose_at(centre_m + 0.5 * (low_m + high_m) * axis, axes)
-    return Shape(Cylinder(round(float(radii_m.max()), 6), max(high_m - low_m, NARROWEST_M)), pose)
-
-
-def _treads(tree: RobotTree, joint: Joint, link: str, shapes: Iterable[Shape], find: MeshFinder) -> List[Shape]:
-    """Return the treads of a link's meshes, which a joint turns; those that cannot be read are left out."""
-    to_link = np.linalg.inv(tree.poses[link]) @ tree.poses[joint.child]
-    treads: List[Optional[Shape]] = []
-    for shape in shapes:
-        if isinstance(shape.geometry, Mesh):
-            try:
-                points_m = link_corners_m(shape, '', find)
-            except ConfigError:  # of a visual mesh: collision meshes have been read before
-                continue
-            treads.append(tread_of(points_m, to_link[:3, 3], to_link[:3, :3] @ joint.axis))
-    return [tread for tread in treads if tread is not None]
 
 
 def _links_with_needed_meshes(tree: RobotTree) -> Set[str]:
@@ -294,16 +234,12 @@ def primitive_tree(tree: RobotTree, find: MeshFinder, seen: Findings) -> RobotTr
                 seen.note(f'collision mesh {mesh_name(uri)} of link {name} is simulated as {in_words(hull.geometry)}')
             shapes.append(hull)
         links[name] = link._replace(collisions=tuple(shapes), visuals=())
-    wheels: Set[str] = set()
-    for joint in tree.joints.values():
-        for name in tree.subtree(joint.child, is_rigid=True) if joint.spins else ():
-            given, link = tree.links[name], links[name]
-            collisions = (*link.collisions, *_treads(tree, joint, name, given.collisions, find))
-            visuals = link.visuals
-            if not any(isinstance(shape.geometry, (Cylinder, Sphere)) for shape in collisions):
-                visuals = (*visual_primitives_of(given, find), *_treads(tree, joint, name, given.visuals, find))
-            links[name] = link._replace(collisions=collisions, visuals=visuals)
-            wheels.add(name)
+    wheels = {
+        name for joint in tree.joints.values() if joint.spins for name in tree.subtree(joint.child, is_rigid=True)
+    }
+    for name in wheels:
+        if not any(isinstance(shape.geometry, (Cylinder, Sphere)) for shape in links[name].collisions):
+            links[name] = links[name]._replace(visuals=visual_primitives_of(tree.links[name], find))
     has_body = any(links[name].collisions for name in links if name not in wheels)
     if not has_body:
         seen.warn('no link but the wheels has a collision shape: visual shapes are taken')

@@ -1,8 +1,8 @@
 """Finds ROS packages and the files in them, with and without ROS.
 
 The search order: the package that the robot's file belongs to, by its package.xml; the folders that the user names;
-the folders above the robot's file and their neighbours; ROS_PACKAGE_PATH, AMENT_PREFIX_PATH and COLCON_PREFIX_PATH. A
-package has the name in its package.xml or its folder's.
+the folders above the robot's file and their neighbours; ROS_PACKAGE_PATH and AMENT_PREFIX_PATH. A package has the name
+in its package.xml or its folder's.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from urllib.parse import unquote
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.description import RobotSource
 
-SEARCH_VARIABLES = ('ROS_PACKAGE_PATH', 'AMENT_PREFIX_PATH', 'COLCON_PREFIX_PATH', 'GAZEBO_MODEL_PATH')
+SEARCH_VARIABLES = ('ROS_PACKAGE_PATH', 'AMENT_PREFIX_PATH')
 MOST_LEVELS_DOWN = 5
 MOST_LEVELS_UP = 8
 MOST_FOLDERS = 10_000  # that one search looks into: a user may name the home folder
@@ -34,7 +34,7 @@ def find_package(name: str, source: RobotSource) -> Optional[Path]:
 def missing_package(name: str, source: RobotSource) -> str:
     """Return the text of an error: where a package was looked for, and how to name its folder."""
     folders = [*source.package_folders, *_folders_above(source.file)[:2], 'the folders above']
-    variables = [f'{each} ({os.environ.get(each) or "not set"})' for each in SEARCH_VARIABLES[:2]]
+    variables = [f'{each} ({os.environ.get(each) or "not set"})' for each in SEARCH_VARIABLES]
     return (
         f'package {name!r} is not found; looked for in {", ".join(map(str, [*folders, *variables]))}; '
         'name a folder that has it under packages in the robot file, or as --packages'
@@ -59,9 +59,8 @@ def find_mesh(uri: str, source: RobotSource) -> Path:
         raise ConfigError(f'there is no file {path}; allowed: {allowed}')
     name, _, inside = rest.partition('/')
     package = find_package(name, source)
-    models = [folder / name for folder in _paths_of('GAZEBO_MODEL_PATH')]
     # The folders above are those of a description that was copied without its package.xml.
-    folders = [*([package] if package else []), *models, *_folders_above(source.file)]
+    folders = [*([package] if package else []), *_folders_above(source.file)]
     found = next((folder / inside for folder in folders if (folder / inside).is_file()), None)
     if found is None:
         missing = f'package {name!r} in {package} has no file {inside!r}'
@@ -82,9 +81,8 @@ def _candidates(name: str, source: RobotSource) -> Iterator[Optional[Path]]:
             yield _package_below(name, folder, 3)
     for folder in _paths_of('ROS_PACKAGE_PATH'):
         yield _package_below(name, folder, MOST_LEVELS_DOWN)
-    for prefix in (*_paths_of('AMENT_PREFIX_PATH'), *_paths_of('COLCON_PREFIX_PATH')):
+    for prefix in _paths_of('AMENT_PREFIX_PATH'):
         yield _if_package(name, prefix / 'share' / name)
-        yield _if_package(name, prefix / name / 'share' / name)
 
 
 def _folders_above(file: Path) -> List[Path]:

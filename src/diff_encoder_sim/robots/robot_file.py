@@ -23,11 +23,6 @@ class AddedLaserParams(Params):
     parent: str = Field(min_length=1, description='link that carries it')
     xyz: List[Offset_m] = Field(min_length=3, max_length=3, description='place in that link [m]')
 
-    def added(self) -> AddedLaser:
-        """Return the scanner."""
-        x_m, y_m, z_m = self.xyz
-        return AddedLaser(self.parent, (x_m, y_m, z_m))
-
 
 class RobotFileParams(Params):
     """The keys of a robot file; config/robots/ has patterns."""
@@ -74,8 +69,8 @@ def load_robot_file(
     """Load a robot by its name, its YAML file, or its xacro or URDF alone.
 
     Args:
-        given: the name of a file in config/robots/, or a path.
-        folder: what that path is relative to.
+        given: the name of a file in config/robots/ of `package_folder`, or a path relative to `folder`.
+        folder: of the user.
         package_folder: where config/ is.
         arguments: xacro arguments of the command line, which precede those of the file.
         packages: more folders in which packages are looked for, before those of the file.
@@ -91,12 +86,10 @@ def load_robot_file(
     params = load_params(RobotFileParams, path)
     own_packages = [path.parent / Path(each).expanduser() for each in params.packages]
     urdf = path.parent / Path(params.urdf).expanduser()
-    source = RobotSource(
-        urdf.resolve() if '..' in urdf.parts else urdf,  # as people read it: a/b for a/c/../b
-        _as_pairs({**params.arguments, **arguments}),
-        (*_checked(packages, 'packages'), *_checked(own_packages, f'{path}: packages')),
-        None if params.laser is None else params.laser.added(),
-    )
+    urdf = urdf.resolve() if '..' in urdf.parts else urdf  # as people read it: a/b for a/c/../b
+    folders = (*_checked(packages, 'packages'), *_checked(own_packages, f'{path}: packages'))
+    laser = None if params.laser is None else AddedLaser(params.laser.parent, tuple(params.laser.xyz))
+    source = RobotSource(urdf, _as_pairs({**params.arguments, **arguments}), folders, laser)
     return RobotFile(source, params.ppr, dict(params.overrides), path.stem, str(path))
 
 

@@ -5,33 +5,29 @@ from __future__ import annotations
 import dataclasses
 import os
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, Mapping, NamedTuple
+from typing import Any, Dict, Iterator, Mapping, NamedTuple
 
 import numpy as np
 import yaml
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.params import did_you_mean
-from diff_encoder_sim.robots.describing import describe
+from diff_encoder_sim.robots.describing import LIMITS, describe
 from diff_encoder_sim.robots.description import AddedLaser, RobotChoices, RobotDescription
 from diff_encoder_sim.robots.robot_file import RobotFile, robot_file_line
 from diff_encoder_sim.robots.solids import reach_m
-from diff_encoder_sim.robots.urdf_reading import parse_urdf
-from diff_encoder_sim.robots.xacro_expansion import expand
 
 # Values of config/navigation.yaml and config/amcl.yaml, which hold unless the robot is slower or sees less.
 _USUAL_LIMITS = {
-    'navigation.DWAPlannerROS.max_vel_x': ('max_linear_speed', 0.45),
-    'navigation.DWAPlannerROS.max_vel_trans': ('max_linear_speed', 0.45),
-    'navigation.DWAPlannerROS.max_vel_theta': ('max_angular_speed', 1.0),
-    'navigation.DWAPlannerROS.min_vel_theta': ('max_angular_speed', 0.2),
-    'navigation.DWAPlannerROS.acc_lim_x': ('max_linear_acceleration', 0.7),
-    'navigation.DWAPlannerROS.acc_lim_theta': ('max_angular_acceleration', 4.9),
+    'max_vel_x': ('max_linear_speed', 0.45),
+    'max_vel_trans': ('max_linear_speed', 0.45),
+    'max_vel_theta': ('max_angular_speed', 1.0),
+    'min_vel_theta': ('max_angular_speed', 0.2),
+    'acc_lim_x': ('max_linear_acceleration', 0.7),
+    'acc_lim_theta': ('max_angular_acceleration', 4.9),
 }
 _LASER_MAX_RANGE_M = 3.5
 _DIGITS = 6
 LASER_ABOVE_M = 0.05  # above the robot's highest point, where nothing of it is in the way
-MOST_LINKS = 12  # in an error
 
 # Settings with which a robot file overrides the description; of several the first that is given.
 _CHOICES = {
@@ -44,6 +40,9 @@ _CHOICES = {
 _NUMBERS = ('wheel_diameter', 'wheel_separation')
 
 COMMENTS_FROM = 60  # column of a written robot file
+_HEAD = """# {}, as check_robot found it. Correct what is wrong: this file overrides the URDF.
+# Under `set`, any key of config.yaml, simulator.yaml, amcl.yaml, navigation.yaml and lockstep.yaml can
+# be set, as FILE.KEY."""
 _GROUPS = {
     'config': 'Encoder and odometry: the geometry that odometry assumes',
     'simulator': 'The simulated robot',
@@ -51,36 +50,19 @@ _GROUPS = {
     'navigation': 'Navigation',
     'lockstep': 'Computing times',
 }
-# Units of settings by the last part of their key, and their rows in the table of the description.
-_COMMENTS = {
-    'left_joint': ('', 'left wheel joint'),
-    'right_joint': ('', 'right wheel joint'),
-    'wheel_diameter': ('[m]', 'wheel diameter [m]'),
-    'wheel_separation': ('[m]', 'wheel separation [m]'),
-    'axle_x': ('[m]', 'axle'),
-    'base_frame': ('', 'base frame'),
-    'footprint': ('[m]', 'footprint'),
-    'laser_link': ('', 'laser link'),
-    'samples': ('', 'laser'),
-    'angle_min': ('[rad]', 'laser'),
-    'angle_span': ('[rad]', 'laser'),
-    'range_min': ('[m]', 'laser'),
-    'range_max': ('[m]', 'laser'),
-    'noise': ('[m]', 'laser'),
-    'rate': ('[Hz]', 'laser'),
-    'laser_max_range': ('[m]', ''),
-    'wheel_torque': ('[N m]', 'wheel torque [N m]'),
-    'max_linear_speed': ('[m/s]', 'highest speed [m/s]'),
-    'max_angular_speed': ('[rad/s]', 'highest turning rate [rad/s]'),
-    'max_linear_acceleration': ('[m/s^2]', 'highest acceleration [m/s^2]'),
-    'max_angular_acceleration': ('[rad/s^2]', 'highest angular acceleration [rad/s^2]'),
-    'max_vel_x': ('[m/s]', ''),
-    'max_vel_trans': ('[m/s]', ''),
-    'max_vel_theta': ('[rad/s]', ''),
-    'min_vel_theta': ('[rad/s]', ''),
-    'acc_lim_x': ('[m/s^2]', ''),
-    'acc_lim_theta': ('[rad/s^2]', ''),
+_UNITS = {  # of settings by the last part of their key
+    '[m]': 'wheel_diameter wheel_separation axle_x footprint range_min range_max noise laser_max_range',
+    '[m/s]': 'max_linear_speed max_vel_x max_vel_trans',
+    '[m/s^2]': 'max_linear_acceleration acc_lim_x',
+    '[rad]': 'angle_min angle_span',
+    '[rad/s]': 'max_angular_speed max_vel_theta min_vel_theta',
+    '[rad/s^2]': 'max_angular_acceleration acc_lim_theta',
+    '[N m]': 'wheel_torque',
+    '[Hz]': 'rate',
 }
+# Rows of the description's table that have another name than the setting.
+_ROWS = {'left_joint': 'left wheel joint', 'right_joint': 'right wheel joint', 'axle_x': 'axle'}
+_ROWS.update({key: row for key, (row, _) in LIMITS.items()})
 
 
 def derived_settings(robot: RobotDescription) -> Dict[str, Any]:
@@ -93,7 +75,7 @@ def derived_settings(robot: RobotDescription) -> Dict[str, Any]:
         'config.wheel_separation': _rounded(robot.wheel_separation_m),
         'config.axle_x': _rounded(robot.axle_x_m),
         'amcl.axle_x': _rounded(robot.axle_x_m),
-        # The simulated ones too: workers have only the URDF, not the controller's file that may have them.
+        # The simulated ones too: workers have only the URDF, not the user's choices.
         'simulator.wheel_diameter': _rounded(robot.wheel_diameter_m),
         'simulator.wheel_separation': _rounded(robot.wheel_separation_m),
     }
@@ -107,14 +89,13 @@ def derived_settings(robot: RobotDescription) -> Dict[str, Any]:
     if robot.laser is not None:
         settings['simulator.laser_link'] = robot.laser.link
         settings.update({f'simulator.lidar.{key}': value for key, value in robot.laser.settings.items()})
-        range_max_m = robot.laser.settings.get('range_max')
-        if range_max_m is not None:
-            settings['amcl.laser_max_range'] = min(_LASER_MAX_RANGE_M, range_max_m)
+        if 'range_max' in robot.laser.settings:
+            settings['amcl.laser_max_range'] = min(_LASER_MAX_RANGE_M, robot.laser.settings['range_max'])
     limits = robot.drive_limits
     settings.update({f'simulator.drive.{key}': _rounded(value) for key, value in limits.items()})
     for key, (limit, usual) in _USUAL_LIMITS.items():  # the navigator commands not more than the drive's limits
         if limit in limits:
-            settings[key] = _rounded(min(usual, limits[limit]))
+            settings[f'navigation.DWAPlannerROS.{key}'] = _rounded(min(usual, limits[limit]))
     corners = [[_rounded(x_m), _rounded(y_m)] for x_m, y_m in robot.footprint]
     settings.update({f'{costmap}.footprint': corners for costmap in costmaps})
     return settings
@@ -125,15 +106,15 @@ def _rounded(value: float) -> float:
     return float(f'{round(value, 9):.{_DIGITS}g}') + 0.0
 
 
-def proposed_laser(description: RobotDescription) -> AddedLaser:
+def _proposed_laser(description: RobotDescription) -> AddedLaser:
     """Return a scanner above the robot, on its root link."""
     top_m = max(0.0, reach_m(description.hull, np.array([0.0, 0.0, 1.0])))
     return AddedLaser(description.tree.root, (0.0, 0.0, round(top_m + LASER_ABOVE_M, 3)))
 
 
 def proposed_laser_line(description: RobotDescription) -> str:
-    """Return the robot file that adds it."""
-    return robot_file_line(description.tree.where, laser=proposed_laser(description).place())
+    """Return the robot file that adds a scanner above the robot, for messages."""
+    return robot_file_line(description.tree.where, laser=_proposed_laser(description).place())
 
 
 class RobotSetup(NamedTuple):
@@ -155,11 +136,9 @@ class RobotSetup(NamedTuple):
             ConfigError: none was found.
         """
         if self.description.laser is None:
-            links = self.description.tree.links
-            shown = ', '.join(list(links)[:MOST_LINKS]) + (', ...' if len(links) > MOST_LINKS else '')
             raise ConfigError(
                 f'{self.file.where}: the robot has no laser, which closed-loop trials need; allowed: '
-                f'{proposed_laser_line(self.description)}, or simulator.laser_link, one of the links {shown}'
+                f'{proposed_laser_line(self.description)}, or simulator.laser_link, the name of a link'
             )
 
     def with_laser(self) -> RobotSetup:
@@ -171,7 +150,7 @@ class RobotSetup(NamedTuple):
         if self.description.laser is not None:
             return self
         warning = f'no laser is found: one above the robot is simulated, as by {proposed_laser_line(self.description)}'
-        source = self.file.source._replace(added_laser=proposed_laser(self.description))
+        source = self.file.source._replace(added_laser=_proposed_laser(self.description))
         setup = set_up_robot(self.file._replace(source=source))
         warnings = (*setup.description.warnings, warning)
         return setup._replace(description=dataclasses.replace(setup.description, warnings=warnings))
@@ -183,12 +162,6 @@ def set_up_robot(file: RobotFile) -> RobotSetup:
     Raises:
         ConfigError: its description cannot be read, or is no differential drive.
     """
-    laser = file.source.added_laser
-    if laser is not None:  # checked here, where the error can name the robot file
-        links = parse_urdf(expand(file.source._replace(added_laser=None)), str(file.source.file)).links
-        if laser.parent not in links:
-            allowed = f'a link of {file.source.file.name}{did_you_mean(laser.parent, links)}'
-            raise ConfigError(f'{file.where}: laser: parent: given {laser.parent!r}; allowed: {allowed}')
     description = describe(file.source, _choices(file.overrides, file.where))
     return RobotSetup(file, description, {**derived_settings(description), **file.overrides})
 
@@ -206,41 +179,35 @@ def _choices(overrides: Mapping[str, Any], where: str) -> RobotChoices:
 
 def robot_file_text(setup: RobotSetup, path: Path) -> str:
     """Return the robot file of a robot, to be written to `path`, from where its own paths start."""
-    return '\n'.join([*_head(setup, path.parent), *_settings(setup)]) + '\n'
+    return '\n'.join(_lines(setup, path.parent)) + '\n'
 
 
-def _head(setup: RobotSetup, folder: Path) -> Iterator[str]:
+def _lines(setup: RobotSetup, folder: Path) -> Iterator[str]:
     source = setup.file.source
-    yield f'# {setup.name}, as check_robot found it. Correct what is wrong: this file overrides the URDF.'
-    yield '# Under `set`, any key of config.yaml, simulator.yaml, amcl.yaml, navigation.yaml and lockstep.yaml can'
-    yield '# be set, as FILE.KEY.'
+    yield _HEAD.format(setup.name)
     yield _line('urdf', _relative(source.file, folder), '# xacro or URDF, relative to this file')
     if source.arguments:
         yield _line('arguments', dict(source.arguments), "# of the xacro's xacro:arg")
     if source.package_folders:
         yield _line('packages', [_relative(each, folder) for each in source.package_folders], '# folders of packages')
-    known = setup.file.ppr is not None
-    ppr = _line('ppr', setup.file.ppr if known else 90, "# counts per wheel revolution of the robot's own encoder")
-    yield ppr if known else f'# {ppr}'
+    mark, ppr = ('# ', 90) if setup.file.ppr is None else ('', setup.file.ppr)
+    yield mark + _line('ppr', ppr, "# counts per wheel revolution of the robot's own encoder")
     if source.added_laser is not None:
         yield _line('laser', source.added_laser.place(), '# [m] a scanner in place of those of the URDF')
     elif setup.description.laser is None:
-        place = proposed_laser(setup.description).place()
+        place = _proposed_laser(setup.description).place()
         yield '# ' + _line('laser', place, '# [m] no laser was found: this adds one above the robot')
     yield 'set:'
-
-
-def _settings(setup: RobotSetup) -> Iterator[str]:
-    sources = {row.quantity: row.source for row in reversed(setup.description.found)}
-    by_stem: Dict[str, List[str]] = {}
-    for key in setup.settings:
-        by_stem.setdefault(key.partition('.')[0], []).append(key)
-    for stem, keys in by_stem.items():
+    sources = {row.quantity.partition(' [')[0]: row.source for row in reversed(setup.description.found)}
+    units = {name: unit for unit, names in _UNITS.items() for name in names.split()}
+    stems = dict.fromkeys(key.partition('.')[0] for key in setup.settings)
+    for stem in stems:
         yield f'  # {_GROUPS.get(stem, stem)}'
-        for key in keys:
-            unit, quantity = _COMMENTS.get(key.rpartition('.')[2], ('', ''))
-            source = setup.file.where if key in setup.file.overrides else sources.get(quantity, '')
-            comment = ' '.join(filter(None, [unit, source]))
+        for key in (key for key in setup.settings if key.partition('.')[0] == stem):
+            last = key.rpartition('.')[2]
+            row = 'laser' if key.startswith('simulator.lidar.') else _ROWS.get(last, last.replace('_', ' '))
+            origin = setup.file.where if key in setup.file.overrides else sources.get(row.partition(' [')[0], '')
+            comment = ' '.join(filter(None, [units.get(last, ''), origin]))
             yield '  ' + _line(key, setup.settings[key], comment and f'# {comment}')
 
 

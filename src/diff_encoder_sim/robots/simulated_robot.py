@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import functools
 import re
-from typing import AbstractSet, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple
+from typing import Dict, Iterable, List, NamedTuple, Optional, Tuple
 from xml.etree import ElementTree
 
 import numpy as np
@@ -33,6 +33,7 @@ from diff_encoder_sim.robots.solids import (
     Sphere,
     can_be_of_a_body,
     homogeneous,
+    measures,
     merged,
     moved,
     placed,
@@ -59,12 +60,12 @@ _WHEEL_FRICTION = 2.0
 _THICKEST_WHEEL = 0.5  # of its radius, on its outer side: no URDF gives the thickness of a wheel of any shape
 _LYING = np.array([(1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0)])  # a cylinder's axes, its axis along y
 
+# Arguments of a xacro for the errors of its wheels, as ALTO's file has them.
+_ERROR_ARGUMENTS = ('wheel_radius_error_left', 'wheel_radius_error_right', 'wheel_separation_error')
+
 _SAME = 1e-6  # m, and of a unit vector: how exactly wheels stand side by side, and touch the floor
 _NEAR_FLOOR = 0.1  # of the wheel's radius: a shape that is closer to the floor is one to lean on
 _CLEAR_M = 1e-3  # a shape that hangs higher does not carry
-
-# Signs that a xacro or URDF depends on more than its own text and arguments: other files, the environment.
-_NEEDS_OTHERS = re.compile(r'include|load_yaml|<mesh|\$\((?!arg\b)')
 
 
 class TrueWheels(NamedTuple):
@@ -84,16 +85,8 @@ class GeometryErrors(NamedTuple):
 
     def applied_to(self, description: RobotDescription) -> TrueWheels:
         """Return the true wheels of a robot."""
-        return TrueWheels(
-            description.radius_m * (1.0 + self.left_radius),
-            description.radius_m * (1.0 + self.right_radius),
-            description.wheel_separation_m * (1.0 + self.separation),
-        )
-
-    def arguments(self) -> Dict[str, str]:
-        """Return the errors that are not 0 as xacro arguments, under the names that ALTO's file has for them."""
-        names = ('wheel_radius_error_left', 'wheel_radius_error_right', 'wheel_separation_error')
-        return {name: repr(error) for name, error in zip(names, self) if error}
+        left_m, right_m = (description.radius_m * (1.0 + error) for error in self[:2])
+        return TrueWheels(left_m, right_m, description.wheel_separation_m * (1.0 + self.separation))
 
 
 NO_ERRORS = GeometryErrors()
@@ -133,7 +126,7 @@ def load_simulated_robot(
     description = describe(source, choices)
     wheels = errors.applied_to(description)
     declared = expansion(source).declared
-    own_errors = {name: value for name, value in errors.arguments().items() if name in declared}
+    own_errors = {name: repr(value) for name, value in zip(_ERROR_ARGUMENTS, errors) if value and name in declared}
     urdf = expansion(source._replace(arguments=tuple({**dict(source.arguments), **own_errors}.items()))).urdf
     sound = _sound(urdf, str(source.file), description.left.joint, description.right.joint)
     if sound is not None and np.allclose(sound[1], wheels, rtol=1e-6, atol=0.0):
@@ -155,47 +148,35 @@ def physics_urdf(description: RobotDescription, wheels: TrueWheels) -> str:
     Positive speed of either wheel's joint, which has its own name, drives forward. Both wheels stand on the floor,
     whatever their radii.
     """
-    mass, sides = description.mass, (description.left, description.right)
-    half_m = 0.5 * wheels.separation_m
-    wheel_parts: List[MassProperties] = []
-    for radius_m, y_m in zip(wheels, (half_m, -half_m)):
+    total = description.mass
+    parts: List[MassProperties] = []  # both wheels, the supports
+    for radius_m, y_m in zip(wheels, (0.5 * wheels.separation_m, -0.5 * wheels.separation_m)):
         place_m = description.axle_x_m, description.middle_y_m + y_m, description.floor_z_m + radius_m
-        inertia_kgm2 = _WHEEL_INERTIA * mass.mass_kg * radius_m**2 * np.eye(3)
-        wheel_parts.append(MassProperties(_WHEEL_MASS * mass.mass_kg, np.array(place_m), inertia_kgm2))
+        inertia_kgm2 = _WHEEL_INERTIA * total.mass_kg * radius_m**2 * np.eye(3)
+        parts.append(MassProperties(_WHEEL_MASS * total.mass_kg, np.array(place_m), inertia_kgm2))
     supports = support_balls(description)
-    support_part = homogeneous(supports, _SUPPORTS_MASS * mass.mass_kg)
+    parts.append(homogeneous(supports, _SUPPORTS_MASS * total.mass_kg))
+    # The body, with the parts, has the robot's mass, centre of mass and inertia. If no body has what is left of the
+    # inertia it has its share of the robot's, by mass.
+    body = merged([total, *(MassProperties(-part.mass_kg, part.com_m, -part.inertia_kgm2) for part in parts)])
+    if not can_be_of_a_body(body.inertia_kgm2):
+        body = body._replace(inertia_kgm2=total.inertia_kgm2 * (body.mass_kg / total.mass_kg))
+    hull, edges_m = list(description.hull), [y_m for _, y_m in description.footprint]
+    # The wheels as obstacles meet them: cylinders, outward no farther than the footprint.
+    for wheel, edge_m in ((description.left, max(edges_m)), (description.right, min(edges_m))):
+        half_m = min(abs(edge_m - wheel.centre_m[1]), _THICKEST_WHEEL * description.radius_m)
+        if half_m > 0.0:
+            hull.append(Shape(Cylinder(description.radius_m, 2.0 * half_m), pose_at(wheel.centre_m, _LYING)))
     robot = ElementTree.Element('robot', name=description.tree.name)
-    shapes = (*description.hull, *_wheel_outlines(description))
-    _add_link(robot, BODY, _rest(mass, [*wheel_parts, support_part]), shapes)
-    for link, wheel, radius_m, part in zip((LEFT_WHEEL, RIGHT_WHEEL), sides, wheels, wheel_parts):
+    _add_link(robot, BODY, body, hull)
+    for link, wheel, radius_m, part in zip(FLOOR_ONLY_LINKS, (description.left, description.right), wheels, parts):
         ball = Shape(Sphere(radius_m), np.eye(4))
         _add_link(robot, link, part._replace(com_m=np.zeros(3)), [ball], _WHEEL_FRICTION)
         joint = _add_joint(robot, wheel.joint, 'continuous', BODY, link, part.com_m)
         ElementTree.SubElement(joint, 'axis', xyz='0 1 0')
-    _add_link(robot, SUPPORTS, support_part, supports, friction=0.0)
+    _add_link(robot, SUPPORTS, parts[2], supports, friction=0.0)
     _add_joint(robot, f'{SUPPORTS}_joint', 'fixed', BODY, SUPPORTS, np.zeros(3))
     return ElementTree.tostring(robot, encoding='unicode')
-
-
-def _wheel_outlines(description: RobotDescription) -> Iterator[Shape]:
-    """Yield the wheels as obstacles meet them: cylinders, outward no farther than the footprint."""
-    edges_m = [y_m for _, y_m in description.footprint]
-    for wheel, edge_m in ((description.left, max(edges_m)), (description.right, min(edges_m))):
-        half_m = min(abs(edge_m - wheel.centre_m[1]), _THICKEST_WHEEL * description.radius_m)
-        if half_m > 0.0:
-            yield Shape(Cylinder(description.radius_m, 2.0 * half_m), pose_at(wheel.centre_m, _LYING))
-
-
-def _rest(total: MassProperties, parts: Iterable[MassProperties]) -> MassProperties:
-    """Return the body that, with the parts, has the total's mass, centre of mass and inertia.
-
-    If no body has what is left of the inertia it has its share of the total's, by mass.
-    """
-    taken = [MassProperties(-part.mass_kg, part.com_m, -part.inertia_kgm2) for part in parts]
-    rest = merged([total, *taken])
-    if can_be_of_a_body(rest.inertia_kgm2):
-        return rest
-    return rest._replace(inertia_kgm2=total.inertia_kgm2 * (rest.mass_kg / total.mass_kg))
 
 
 def joined_links(tree: RobotTree) -> str:
@@ -207,11 +188,14 @@ def joined_links(tree: RobotTree) -> str:
     """
     robot = ElementTree.Element('robot', name=tree.name)
     moving = [joint for joint in tree.joints.values() if joint.kind != 'fixed']
-    parts = [_fixed_to(tree, top) for top in (tree.root, *(joint.child for joint in moving))]
+    parts = {top: [top] for top in (tree.root, *(joint.child for joint in moving))}
+    for names in parts.values():  # the links below that do not move against it, level by level
+        for name in names:
+            names += [joint.child for joint in tree.below(name) if joint.kind == 'fixed']
     # Contacts are solved in the order of the joints. With the wheels first truth and wheels of ALTO agree a hundred
     # times better, after as many iterations, than with casters first.
     for joint in moving:
-        parent = next(names[0] for names in parts if joint.parent in names)
+        parent = next(top for top, names in parts.items() if joint.parent in names)
         given = next(element for element in tree.xml.iterfind('joint') if element.get('name') == joint.name)
         element = copy.deepcopy(given)  # with all its other tags
         for replaced in (*element.findall('parent'), *element.findall('origin')):
@@ -220,32 +204,20 @@ def joined_links(tree: RobotTree) -> str:
         in_parent = np.linalg.inv(tree.poses[parent]) @ tree.poses[joint.child]
         ElementTree.SubElement(element, 'origin', _origin(in_parent))
         robot.append(element)
-    for names in parts:
-        _add_part(robot, tree, names)
+    for top, names in parts.items():  # one link with all of equal friction, and one more for each other friction
+        by_friction: Dict[float, List[str]] = {}
+        for name in names:
+            given_friction = tree.links[name].friction
+            by_friction.setdefault(DEFAULT_FRICTION if given_friction is None else given_friction, []).append(name)
+        to_part = np.linalg.inv(tree.poses[top])
+        for friction, equal in by_friction.items():
+            links = [(tree.links[name], to_part @ tree.poses[name]) for name in equal]
+            mass = merged(moved(link.inertial, pose) for link, pose in links if link.inertial is not None)
+            shapes = [placed(shape, pose) for link, pose in links for shape in link.collisions]
+            _add_link(robot, equal[0], mass, shapes, friction)
+            if equal[0] != top:
+                _add_joint(robot, tree.above[equal[0]].name, 'fixed', top, equal[0], np.zeros(3))
     return ElementTree.tostring(robot, encoding='unicode')
-
-
-def _fixed_to(tree: RobotTree, top: str) -> List[str]:
-    """Return the name of a link and of the links below it that do not move against it, level by level."""
-    names = [top]
-    for name in names:
-        names += [joint.child for joint in tree.below(name) if joint.kind == 'fixed']
-    return names
-
-
-def _add_part(robot: ElementTree.Element, tree: RobotTree, names: List[str]) -> None:
-    """Add a rigid part of links as its first one with all of equal friction, and one more for each other friction."""
-    by_friction: Dict[float, List[str]] = {}
-    for name in names:
-        given = tree.links[name].friction
-        by_friction.setdefault(DEFAULT_FRICTION if given is None else given, []).append(name)
-    to_part = np.linalg.inv(tree.poses[names[0]])
-    for friction, equal in by_friction.items():
-        links = [(tree.links[name], to_part @ tree.poses[name]) for name in equal]
-        mass = merged(moved(link.inertial, pose) for link, pose in links if link.inertial is not None)
-        _add_link(robot, equal[0], mass, [placed(s, pose) for link, pose in links for s in link.collisions], friction)
-        if equal[0] != names[0]:
-            _add_joint(robot, tree.above[equal[0]].name, 'fixed', names[0], equal[0], np.zeros(3))
 
 
 def _add_link(
@@ -259,9 +231,8 @@ def _add_link(
     inertial = ElementTree.SubElement(link, 'inertial')
     ElementTree.SubElement(inertial, 'origin', xyz=_text(mass.com_m))
     ElementTree.SubElement(inertial, 'mass', value=repr(float(mass.mass_kg)))
-    (xx, xy, xz), (_, yy, yz), (_, _, zz) = mass.inertia_kgm2.tolist()
-    values = {'ixx': xx, 'ixy': xy, 'ixz': xz, 'iyy': yy, 'iyz': yz, 'izz': zz}
-    ElementTree.SubElement(inertial, 'inertia', {key: repr(value) for key, value in values.items()})
+    upper = zip(('ixx', 'ixy', 'ixz', 'iyy', 'iyz', 'izz'), mass.inertia_kgm2[np.triu_indices(3)].tolist())
+    ElementTree.SubElement(inertial, 'inertia', {key: repr(value) for key, value in upper})
     contact = ElementTree.SubElement(link, 'contact')
     ElementTree.SubElement(contact, 'lateral_friction', value=repr(friction))
     for shape in shapes:
@@ -270,11 +241,9 @@ def _add_link(
         geometry = ElementTree.SubElement(collision, 'geometry')
         if isinstance(shape.geometry, Box):
             ElementTree.SubElement(geometry, 'box', size=_text(shape.geometry.size_xyz_m))
-        elif isinstance(shape.geometry, Cylinder):
-            size = {'radius': repr(shape.geometry.radius_m), 'length': repr(shape.geometry.length_m)}
-            ElementTree.SubElement(geometry, 'cylinder', size)
-        elif isinstance(shape.geometry, Sphere):
-            ElementTree.SubElement(geometry, 'sphere', radius=repr(shape.geometry.radius_m))
+        elif isinstance(shape.geometry, (Cylinder, Sphere)):
+            sizes = zip(('radius', 'length'), map(repr, shape.geometry))
+            ElementTree.SubElement(geometry, type(shape.geometry).__name__.lower(), dict(sizes))
 
 
 def _add_joint(
@@ -303,28 +272,25 @@ def sound_wheels(tree: RobotTree, left_joint: str, right_joint: str) -> Optional
     Each link has a mass and an inertia that a body can have; nothing moves but the wheels, which are balls about
     their joints; and the robot stands on them and on balls without friction that are all on its centre of mass's side.
     """
-    moving = {name for name, joint in tree.joints.items() if joint.kind != 'fixed'}
-    if moving != {left_joint, right_joint} or not all(map(_is_solid, tree.links.values())):
-        return None
+    links, moving = tree.links.values(), {name for name, joint in tree.joints.items() if joint.kind != 'fixed'}
+    is_rigid = all(link.inertial is not None and can_be_of_a_body(link.inertial.inertia_kgm2) for link in links)
+    has_mesh = any(isinstance(shape.geometry, Mesh) for link in links for shape in link.collisions)
     # A contact that resists rolling or spinning, or bounces, by PyBullet's tags.
-    tags = [tag for contact in tree.xml.iterfind('link/contact') for tag in contact if tag.tag != 'lateral_friction']
-    left, right = (_ball_wheel(tree, tree.joints[name]) for name in (left_joint, right_joint))
-    if left is None or right is None or any(tag.get('value') not in ('0', '0.0') for tag in tags):
+    tags = [tag for tag in tree.xml.iterfind('link/contact/*') if tag.tag != 'lateral_friction']
+    resists = any(tag.get('value') not in ('0', '0.0') for tag in tags)
+    if moving != {left_joint, right_joint} or not is_rigid or has_mesh or resists:
         return None
-    (left_m, left_radius_m), (right_m, right_radius_m) = left, right
+    joints = [tree.joints[name] for name in (left_joint, right_joint)]
+    wheels = [_ball_wheel(tree, joint) for joint in joints]
+    if wheels[0] is None or wheels[1] is None:
+        return None
+    (left_m, left_radius_m), (right_m, right_radius_m) = wheels[0], wheels[1]
     floor_z_m = left_m[2] - left_radius_m
     is_level = abs(right_m[0] - left_m[0]) < _SAME > abs(right_m[2] - right_radius_m - floor_z_m)
-    wheel_links = {tree.joints[left_joint].child, tree.joints[right_joint].child}
-    if not is_level or not _stands_on_three_points(tree, wheel_links, left_m[0], floor_z_m, left_radius_m):
+    others = [link for link in links if link.name not in [joint.child for joint in joints]]
+    if not is_level or not _leans_on_balls(tree, others, left_m[0], floor_z_m, left_radius_m):
         return None
     return TrueWheels(left_radius_m, right_radius_m, float(left_m[1] - right_m[1]))
-
-
-def _is_solid(link: Link) -> bool:
-    """Return whether a link has the mass of a body, and no mesh as collision shape."""
-    if link.inertial is None or any(isinstance(shape.geometry, Mesh) for shape in link.collisions):
-        return False
-    return link.inertial.mass_kg > 0 and can_be_of_a_body(link.inertial.inertia_kgm2)
 
 
 def _ball_wheel(tree: RobotTree, joint: Joint) -> Optional[Tuple[np.ndarray, float]]:
@@ -333,50 +299,41 @@ def _ball_wheel(tree: RobotTree, joint: Joint) -> Optional[Tuple[np.ndarray, flo
     if len(shapes) != 1 or np.abs(tree.axis_in_root(joint) - (0.0, 1.0, 0.0)).max() > _SAME:
         return None
     geometry, centre_m = shapes[0].geometry, shapes[0].pose_in_link[:3, 3]
-    if not isinstance(geometry, Sphere) or np.abs(centre_m).max() > _SAME:
-        return None
-    return tree.poses[joint.child][:3, 3], geometry.radius_m
+    is_ball = isinstance(geometry, Sphere) and np.abs(centre_m).max() <= _SAME
+    return (tree.poses[joint.child][:3, 3], measures(geometry).circumradius_m) if is_ball else None
 
 
-def _stands_on_three_points(
-    tree: RobotTree, wheel_links: AbstractSet[str], axle_x_m: float, floor_z_m: float, radius_m: float
+def _leans_on_balls(
+    tree: RobotTree, others: Iterable[Link], axle_x_m: float, floor_z_m: float, radius_m: float
 ) -> bool:
-    """Return whether the robot leans on the side of its centre of mass, and hangs clear on the other of the axle."""
+    """Return whether links that are no wheels lean on the centre of mass's side, and hang clear on the other."""
     masses = [moved(link.inertial, tree.poses[name]) for name, link in tree.links.items() if link.inertial is not None]
-    side = np.sign(float(merged(masses).com_m[0]) - axle_x_m)
-    is_down = False
-    for name, link in tree.links.items():
-        for shape in link.collisions if name not in wheel_links else ():
-            lowest_m = support_point_m(placed(shape, tree.poses[name]), np.array([0.0, 0.0, -1.0]))
-            gap_m = lowest_m[2] - floor_z_m
-            if gap_m < _NEAR_FLOOR * radius_m:
-                slides = isinstance(shape.geometry, Sphere) and link.friction == 0
-                carries = gap_m < _CLEAR_M
-                if not slides or gap_m <= -_SAME or (carries and side * (lowest_m[0] - axle_x_m) <= 0):
-                    return False
-                is_down |= carries
+    side, is_down = np.sign(float(merged(masses).com_m[0]) - axle_x_m), False
+    for link, shape in ((each, shape) for each in others for shape in each.collisions):
+        lowest_m = support_point_m(placed(shape, tree.poses[link.name]), np.array([0.0, 0.0, -1.0]))
+        gap_m = lowest_m[2] - floor_z_m
+        if gap_m < _NEAR_FLOOR * radius_m:
+            slides, carries = isinstance(shape.geometry, Sphere) and link.friction == 0, gap_m < _CLEAR_M
+            if not slides or gap_m <= -_SAME or (carries and side * (lowest_m[0] - axle_x_m) <= 0):
+                return False
+            is_down |= carries
     return is_down
 
 
 def needs_other_files(text: str) -> bool:
     """Return whether a xacro or URDF may mean something else, or nothing, on another machine."""
-    return _NEEDS_OTHERS.search(text) is not None
+    return re.search(r'include|load_yaml|<mesh|\$\((?!arg\b)', text) is not None
 
 
 def self_contained_urdf(urdf: str, where: str, find: MeshFinder) -> str:
-    """Return a URDF with the outer corners of its meshes in place of their files' names.
+    """Return a URDF (xacro expanded) with the outer corners of its meshes in place of their files' names.
 
     A robot has the same description with it as with the meshes. So all collision meshes are written out, and the
     visual meshes of links whose visual shapes count; other visual meshes keep their names. Without any such mesh it
     is the text as it is.
 
-    Args:
-        urdf: the XML, xacro expanded.
-        where: begins errors: the robot's file.
-        find: finds a mesh's file.
-
     Raises:
-        ConfigError: a collision mesh is missing, broken or too large.
+        ConfigError: a collision mesh is missing or broken; `where`, the robot's file, begins the text.
     """
     tree = parse_urdf(urdf, where)
     simple = primitive_tree(tree, find, Findings())

@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import math
-from itertools import combinations
 from typing import Iterable, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
 from diff_encoder_sim.base.xml_values import Vector
 
-_SLACK = 1e-9  # of the extent: a point this far outside still counts as inside, as circumcentres are rounded
 # A wheel rolls as its shape does if axle and shape are this well aligned: published numbers are rounded.
 _OFF_AXIS = 0.05  # of the radius
 _TILT = 0.02  # rad
 _FACE_ON = 1e-9  # sine below which a face or a side lies flat: its middle stands for all of it
 _WATER_KGM3 = 1000.0
-
-Ball = Tuple[np.ndarray, float]  # centre (d,), radius
 
 
 class Box(NamedTuple):
@@ -65,43 +61,10 @@ class MassProperties(NamedTuple):
     inertia_kgm2: np.ndarray  # (3, 3), about the centre of mass, along the frame's axes
 
 
-def smallest_ball(points_m: np.ndarray) -> Ball:
-    """Return centre (d,) and radius of the smallest ball around (n, d) points, d 2 or 3.
-
-    A few points on its rim decide it: they are found by adding the point that is farthest out, each time to those
-    that decided so far, until none is out. The radius grows with each, so this ends.
-
-    trimesh.nsphere.minimum_nsphere is no replacement: it returns radius 3.83 for the triangle (-1, 0), (1, 0),
-    (0.5, 0.1), which needs 1, and raises an error for flat sheets.
-    """
-    rim_m, centre_m, radius_m = points_m[:1], points_m[0], 0.0
-    slack_m = _SLACK * float(np.ptp(points_m, axis=0).max())
-    while True:
-        distances_m = np.linalg.norm(points_m - centre_m, axis=1)
-        farthest = int(distances_m.argmax())
-        if distances_m[farthest] <= radius_m + slack_m:
-            return centre_m, radius_m
-        (larger_centre_m, larger_m), rim_m = _ball_of_few(np.vstack([rim_m, points_m[farthest]]), slack_m)
-        if larger_m <= radius_m:  # all that rounding leaves to gain
-            return centre_m, float(distances_m[farthest])
-        centre_m, radius_m = larger_centre_m, larger_m
-
-
-def _ball_of_few(points_m: np.ndarray, slack_m: float) -> Tuple[Ball, np.ndarray]:
-    """Return the smallest ball around up to d + 2 points, and those of them that are on its rim."""
-    best: Ball = (points_m[0], math.inf)
-    best_rim_m = points_m
-    for count in range(2, points_m.shape[1] + 2):
-        for chosen in combinations(points_m, count):
-            rim_m = np.array(chosen)
-            # The smallest ball with all of them on its rim has its centre in their affine span.
-            sides_m = rim_m[1:] - rim_m[0]
-            arm_m = np.linalg.lstsq(2 * sides_m, np.sum(sides_m**2, axis=1), rcond=None)[0]
-            centre_m, radius_m = rim_m[0] + arm_m, float(np.linalg.norm(arm_m))
-            reaches_m = np.linalg.norm(points_m - centre_m, axis=1)
-            if reaches_m.max() <= radius_m + slack_m and radius_m < best[1]:
-                best, best_rim_m = (centre_m, radius_m), rim_m
-    return best, best_rim_m
+def ball_about_middle(points_m: np.ndarray) -> Tuple[np.ndarray, float]:
+    """Return centre (d,) and radius of the ball around (n, d) points about the middle of their bounding box."""
+    centre_m = 0.5 * (points_m.min(axis=0) + points_m.max(axis=0))
+    return centre_m, float(np.linalg.norm(points_m - centre_m, axis=1).max())
 
 
 def pose_at(centre_m: Union[np.ndarray, Sequence[float]], axes: Optional[np.ndarray] = None) -> np.ndarray:

@@ -63,14 +63,10 @@ def parse_robot_xml(text: str, where: str) -> ElementTree.Element:
 
 
 def parse_urdf(text: str, where: str) -> RobotTree:
-    """Return the tree of a robot.
-
-    Args:
-        text: URDF, xacro expanded.
-        where: the robot's file, which begins each error.
+    """Return the tree of a robot by its URDF, xacro expanded.
 
     Raises:
-        ConfigError: the text is not the URDF of one tree of links.
+        ConfigError: the text is not the URDF of one tree of links; `where`, the robot's file, begins the error's.
     """
     robot = parse_robot_xml(text, where)
     if robot.tag != 'robot':

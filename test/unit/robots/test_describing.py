@@ -62,7 +62,7 @@ def test_all_other_joints_are_held_still_and_named_in_one_line():
     pan = link_text('b') + joint_text('pan', 'b', '0 0 0.3', 'revolute', inside=limits)
     follower = link_text('c') + joint_text('follower', 'c', '0 0 0.3', 'continuous', inside='<mimic joint="pan"/>')
     (note,) = described(usual(lift, pan, follower)).notes
-    assert note == 'joints held still at zero: lift (prismatic); pan (revolute); follower (continuous, mimic)'
+    assert note == 'joints held still at zero: lift (prismatic), pan (revolute), follower (continuous, mimic)'
 
 
 def test_the_table_names_each_value_with_its_source():

@@ -1,20 +1,206 @@
-"""The drives that plugins and transmissions name, and robots of 60 kinds with 200 tags."""
+"""The drives that plugins and transmissions name, and robots of 60 kinds whose plugins have tags as published ones.
+
+The tags are those of gazebo_plugins (ROS 1 and ROS 2), gz-sim, gz_ros2_control, hector_gazebo, and of the plugins of
+Kobuki, Create, TurtleBot, Husky, Segway, Prius and others.
+"""
+
+import random
+import re
 
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.drive_tags import commanded_joints, find_drive_tags
 from diff_encoder_sim.robots.driven_wheels import drivable_joints, rolling_wheels
-from plugin_tags import variant
-from urdf_texts import described, pair, plugin, transmission, tree_of, usual
+from urdf_texts import (
+    RADIUS_M,
+    ball,
+    base,
+    cylinder,
+    described,
+    joint,
+    link,
+    pair,
+    plugin,
+    robot,
+    transmission,
+    tree_of,
+    usual,
+    wheel,
+)
 
-LEFT, RIGHT = 'left_wheel_joint', 'right_wheel_joint'
+
+def tags_in(text):
+    """The (tag, text) pairs of words TAG=TEXT."""
+    return [tuple(word.split('=', 1)) for word in text.split()]
 
 
-def drives(*parts):
-    tree = tree_of(usual(*parts))
-    wheels = rolling_wheels(tree)
-    return find_drive_tags(tree, wheels, drivable_joints(tree, wheels))
+def table(text):
+    """The tags of plugins by their files; the lines of a plugin after its first are indented."""
+    rows = (row.split(None, 1) for row in re.split(r'\n(?=\S)', text.strip()))
+    return {file: tags_in(tags) for file, tags in rows}
+
+
+# Plugins of two driven wheels: file, then their tags. {left} and {right} stand for wheel joints.
+TWO_WHEELS = table("""
+libgazebo_ros_diff_drive.so leftJoint={left} rightJoint={right} wheelSeparation=0.3 wheelDiameter=0.1 wheelTorque=5
+  wheelAcceleration=1.8 publishWheelTF=false publishWheelJointState=true legacyMode=false odometrySource=world
+libgazebo_ros2_diff_drive.so left_joint={left} right_joint={right} wheel_separation=0.3 wheel_diameter=0.1
+  max_wheel_torque=20 max_wheel_acceleration=1.0 num_wheel_pairs=1 publish_wheel_tf=true
+gz-sim-diff-drive-system left_joint={left} right_joint={right} wheel_separation=0.3 wheel_radius=0.05
+  max_linear_acceleration=1 min_linear_acceleration=-1 max_angular_acceleration=2 max_linear_velocity=0.5
+libignition-gazebo-diff-drive-system.so left_joint={left} right_joint={right} wheel_separation=0.3 wheel_radius=0.05
+libgazebo_ros_kobuki.so left_wheel_joint_name={left} right_wheel_joint_name={right} wheel_separation=.3
+  wheel_diameter=0.1 torque=1.0 cliff_sensor_left_name=cliff_sensor_left wheel_drop_left_sensor_name=wheel_drop_left
+libgazebo_ros_create.so left_wheel_joint={left} right_wheel_joint={right} wheel_separation=.26 wheel_diameter=0.066
+  front_castor_joint=front_castor_joint rear_castor_joint=rear_castor_joint
+libDiffDrivePlugin.so left_joint={left} right_joint={right} torque=5
+libsegway_rmp_plugin.so leftWheelJoint={left} rightWheelJoint={right} wheelTrack=0.3
+libmaker_base.so leftDriveJointName={left} rightDriveJointName={right} trackWidth=0.3 tread=0.3
+""")
+# Plugins of four wheels or more, and of steered ones; where two wheels are named they are the rear ones. {fl} to {rr}
+# stand for the joints of four wheels, {steer_left} and {steer_right} for the joints above steered wheels.
+SKID = table("""
+libgazebo_ros_skid_steer_drive.so leftFrontJoint={fl} rightFrontJoint={fr} leftRearJoint={rl} rightRearJoint={rr}
+libSkidSteerDrivePlugin.so left_front={fl} right_front={fr} left_rear={rl} right_rear={rr} MaxForce=5.0
+libhusky_gazebo_plugins.so backLeftJoint={rl} backRightJoint={rr} frontLeftJoint={fl} frontRightJoint={fr}
+gz-sim-diff-drive-system left_joint={fl} left_joint={rl} right_joint={fr} right_joint={rr} wheel_separation=0.3
+libgazebo_ros_control.so robotNamespace=/jackal robotSimType=gazebo_ros_control/DefaultRobotHWSim
+libgazebo_ros_planar_move.so commandTopic=cmd_vel odometryTopic=odom robotBaseFrame=base_link
+libmaker_base.so left_joint={rl} right_joint={rr} wheel_radius=0.05
+""")
+MECANUM = table("""
+gz-sim-mecanum-drive-system front_left_joint={fl} front_right_joint={fr} back_left_joint={rl} back_right_joint={rr}
+libgz-sim8-mecanum-drive-system front_left_joint={fl} front_right_joint={fr}
+libmecanum_plugin.so frontLeftWheelJoint={fl} frontRightWheelJoint={fr} rearLeftWheelJoint={rl}
+""")
+STEERED = table("""
+libgazebo_ros_ackermann_drive.so front_left_joint={fl} front_right_joint={fr} rear_left_joint={rl}
+  rear_right_joint={rr} left_steering_joint={steer_left} right_steering_joint={steer_right}
+gz-sim-ackermann-steering-system left_joint={fl} left_joint={rl} right_joint={fr} right_joint={rr}
+  left_steering_joint={steer_left} right_steering_joint={steer_right} steering_limit=0.5
+libgazebo_ros_tricycle_drive.so steeringJoint={steer_left} actuatedWheelJoint={fl} encoderWheelLeftJoint={rl}
+libPriusHybridPlugin.so front_left_wheel={fl} front_right_wheel={fr} back_left_wheel={rl} back_right_wheel={rr}
+  front_left_wheel_steering={steer_left} front_right_wheel_steering={steer_right}
+libgazebo_ros_diff_drive.so leftJoint={rl} rightJoint={rr} wheelSeparation=0.3
+libgazebo_ros_control.so robotNamespace=/ ackermann_prop=false
+""")
+# What stands next to them, in the same plugin or in another one: nothing of it drives a wheel.
+OTHERS = tags_in("""
+publishLeftWheelTF=true left_wheel_topic=left_wheel/cmd right_joint_state_topic=right/joint_states
+left_wheel_link={left_link} right_wheel_link={right_link} left_wheel_pid=10,0.1,0 right_wheel_radius=0.05
+left_joint_damping=0.1 leftWheelOffset=0.15 copyright_wheel=ACME left_encoder_ppr=1024 rightMotorId=2
+left_wheel_name=left right_wheel_name=right left_track=left_track is_left_inverted=false
+left_wheel_radius_multiplier=1.0 left_bumper_joint=left_bumper_joint right_bumper_joint=right_bumper_joint
+leftArmJoint=left_joint rightArmJoint=right_joint left_caster_joint=caster_left_joint
+right_caster_joint=caster_right_joint steering_mode=differential steer_topic=/steer power_steering=off
+skid_detection=true omni_camera=camera_link ackermann_msgs=false mecanum=false holonomic=false
+commandTopic=cmd_vel robotBaseFrame=base_footprint jointName={left},{right} joint_name={left}
+leftCameraName=left rightCameraName=right left_sonar_topic=/sonar/left mimicJoint=right_finger_joint
+left_finger_joint=left_finger_joint right_finger_joint=right_finger_joint wheel_drop_left_joint=drop_left_joint
+wheel_drop_right_joint=drop_right_joint cliff_front_left=cliff_front_left parameters=/nowhere/control.yaml
+""")
+# Files and names of plugins that drive nothing.
+DECOYS = (
+    ('libdisplay.so', 'power_steering_display'),
+    ('libpower_steering_display.so', 'display'),
+    ('libasteroid_steerless.so', 'controller'),
+    ('libomni_camera.so', 'omni'),
+    ('libskid_detector.so', 'skid_detector'),
+    ('libgazebo_ros_joint_state_publisher.so', 'joint_state_publisher'),
+    ('libgazebo_ros_planar_move.so', 'object_controller'),
+)
+# Names of the left wheel's link and joint: a robot's own, and those that are equal.
+NAMES = (
+    ('wheel_left_link', 'wheel_left_joint'),
+    ('left_wheel', 'left_wheel'),
+    ('left_wheel_link', 'base_to_left_wheel'),
+    ('LeftWheel', 'LeftWheelHinge'),
+    ('drivewhl_left', 'drivewhl_left_rev'),
+    ('left_wheel', 'left joint'),
+)
+SIDES = (('left', 0.15), ('right', -0.15))
+
+
+def named_wheel(name, joint_name, *at, **given):
+    return wheel(name, *at, **given).replace(f'name="{name}_joint"', f'name="{joint_name}"')
+
+
+def swivel(name, x_m, y_m):
+    fork = link(f'{name}_fork')
+    fork += joint(f'{name}_swivel', f'{name}_fork', f'{x_m} {y_m} 0.06', 'continuous', axis='0 0 1')
+    return fork + wheel(name, -0.01, 0.0, 0.02, parent=f'{name}_fork', z_m=-0.04)
+
+
+def both(name, at, kind, **given):
+    """A part on the left and on the right."""
+    return ''.join(
+        link(f'{side}_{name}', cylinder(0.03)) + joint(f'{side}_joint', f'{side}_{name}', f'{at[0]} {y} {at[1]}', kind)
+        for side, y in (('left', 0.1), ('right', -0.1))
+    ).replace('_joint"', given.get('suffix', '_joint"'))
+
+
+CASTERS = (
+    ball('front_ball', 0.1),
+    swivel('caster_left', 0.12, 0.08) + swivel('caster_right', 0.12, -0.08),
+    wheel('caster_left', 0.12, 0.08, 0.02) + wheel('caster_right', 0.12, -0.08, 0.02),
+    ball('front_ball', 0.1) + ball('rear_ball', -0.1),
+)
+EXTRAS = (
+    both('arm', (0.0, 0.5), 'continuous'),  # shoulders that turn without end about a level axis
+    both('finger', (0.1, 0.4), 'prismatic', suffix='_finger_joint"'),
+    link('rotor', cylinder(0.03)) + joint('rotor_joint', 'rotor', '0 0 0.3', 'continuous', axis='0 0 1'),
+)
+
+
+def plugin_of(draw, file, tags, texts, name='base_controller', others=12):
+    inside = ''.join(f'<{tag}>{text.format(**texts)}</{tag}>' for tag, text in [*tags, *draw.sample(OTHERS, others)])
+    return f'<gazebo><plugin name="{name}" filename="{file}">{inside}</plugin></gazebo>'
+
+
+def variant(number):
+    """A URDF with the driven joints; without any if it skids, steers or has mecanum wheels, as each second one."""
+    draw = random.Random(number)
+    kind = 'two' if number % 2 == 0 else ('skid', 'mecanum', 'steered')[number // 2 % 3]
+    tables = {'two': TWO_WHEELS, 'skid': SKID, 'mecanum': {**SKID, **MECANUM}, 'steered': STEERED}[kind]
+    drive, parts, driven = draw.choice([*tables, 'transmissions', *(['geometry'] if kind == 'two' else [])]), [], ()
+    if kind == 'two':
+        left_link, left = draw.choice(NAMES)
+        right_link, right = (name.replace('left', 'right').replace('Left', 'Right') for name in (left_link, left))
+        parts = [named_wheel(left_link, left, 0.0, 0.15), named_wheel(right_link, right, 0.0, -0.15)]
+        parts += [draw.choice(CASTERS), *draw.sample(EXTRAS, draw.randint(0, len(EXTRAS)))]
+        texts = {'left': left, 'right': right, 'left_link': left_link, 'right_link': right_link}
+        driven = commanded = (left, right)
+    else:
+        texts = {short: f'{name}_joint' for short, name in zip(('rl', 'rr'), ('rear_left', 'rear_right'))}
+        parts = [wheel(f'rear_{side}', -0.2, y_m) for side, y_m in SIDES]
+        texts.update(left='rear_left_joint', right='rear_right_joint', left_link='rear_left', right_link='rear_right')
+        texts.update(fl='front_left_joint', fr='front_right_joint', steer_left='knuckle_left')
+        commanded = ('rear_left_joint', 'rear_right_joint')
+    if kind == 'steered':
+        fronts = draw.choice([SIDES, (('left', 0.0),)])  # a car, a tricycle
+        texts['steer_right'] = f'knuckle_{fronts[-1][0]}'
+        limits = '<limit lower="-0.6" upper="0.6" effort="1" velocity="1"/>'
+        for side, y_m in fronts:
+            knuckle = f'knuckle_{side}'
+            parts.append(
+                link(knuckle) + joint(knuckle, knuckle, f'0.2 {y_m} 0.1', 'revolute', axis='0 0 1', inside=limits)
+            )
+            parts.append(wheel(f'front_{side}', parent=knuckle, z_m=RADIUS_M - 0.1))
+            # A differential drive of the rear wheels is one with casters, unless something commands the front ones.
+            if 'diff' in drive or drive == 'transmissions':
+                parts.append(transmission(knuckle, 'PositionJointInterface'))
+    elif kind != 'two':
+        parts += [wheel(f'front_{side}', 0.2, y_m) for side, y_m in SIDES]
+        commanded += ('front_left_joint', 'front_right_joint')
+    if drive == 'transmissions':
+        parts += map(transmission, commanded)
+    elif drive != 'geometry':
+        parts.append(plugin_of(draw, drive, tables[drive], texts))
+    for _ in range(draw.randint(0, 4)):
+        file, name = draw.choice(DECOYS)
+        parts.append(plugin_of(draw, file, [], texts, name, draw.randint(0, 10)))
+    return robot(base(), *parts), driven
 
 
 @pytest.mark.parametrize('number', range(60))
@@ -28,6 +214,15 @@ def test_a_robot_is_accepted_by_its_wheels_and_not_by_words_in_tags(number):
         described(text)
 
 
+LEFT, RIGHT = 'left_wheel_joint', 'right_wheel_joint'
+
+
+def drives(*parts):
+    tree = tree_of(usual(*parts))
+    wheels = rolling_wheels(tree)
+    return find_drive_tags(tree, wheels, drivable_joints(tree, wheels))
+
+
 @pytest.mark.parametrize(
     ('filename', 'names'),
     [
@@ -38,9 +233,7 @@ def test_a_robot_is_accepted_by_its_wheels_and_not_by_words_in_tags(number):
 )
 def test_a_drive_plugin_gives_joints_and_sizes_whatever_it_calls_them(filename, names):
     (tags,) = drives(plugin(filename, **dict(zip(names.split(), (f' {LEFT} ', RIGHT, 0.3, 0.1, 5)))))
-    assert (tags.source, tags.kind, tags.left_joints, tags.right_joints) == (
-        filename, 'differential', (LEFT,), (RIGHT,),
-    )  # fmt: skip
+    assert (tags.source, tags.kind, tags.left_joints + tags.right_joints) == (filename, 'differential', (LEFT, RIGHT))
     assert (tags.separation_m, tags.diameter_m, tags.limits) == (0.3, 0.1, {'wheel_torque': 5.0})
 
 
@@ -50,7 +243,7 @@ def test_gazebo_sim_gives_the_radius_and_limits_of_the_body():
     assert (tags.diameter_m, tags.limits) == (0.1, {'max_linear_speed': 0.5, 'max_angular_acceleration': 2.0})
 
 
-@pytest.mark.parametrize('number', ['1e300', 'nan', '-1', '0', '1e-300', ''])
+@pytest.mark.parametrize('number', ['1e300', 'nan', '-1', '0', ''])
 def test_a_number_that_no_robot_has_is_ignored(number):
     tags = dict.fromkeys(('wheelSeparation', 'wheelDiameter', 'wheelTorque', 'wheelAcceleration'), number)
     (found_tags,) = drives(plugin('libx_diff_drive.so', leftJoint=LEFT, rightJoint=RIGHT, **tags))
@@ -58,30 +251,18 @@ def test_a_number_that_no_robot_has_is_ignored(number):
 
 
 def test_several_wheels_on_a_side_are_a_skid_steer_drive():
-    rear = pair(x_m=-0.2, names=('rear_left', 'rear_right'))
     lefts, rights = (LEFT, 'rear_left_joint'), (RIGHT, 'rear_right_joint')
-    several = ''.join(f'<{side}_joint>{name}</{side}_joint>' for side, names in (('left', lefts), ('right', rights))
-                      for name in names)  # fmt: skip
     corners = dict(zip(('leftFrontJoint', 'leftRearJoint', 'rightFrontJoint', 'rightRearJoint'), (*lefts, *rights)))
-    for part in (
-        f'<gazebo><plugin filename="libgazebo_ros_diff_drive.so">{several}</plugin></gazebo>',
-        plugin('libmaker.so', **corners),
-    ):
-        (tags,) = drives(rear, part)
-        assert (tags.kind, tags.left_joints, tags.right_joints) == ('skid-steer', lefts, rights)
-
-
-def test_other_plugins_drive_nothing():
-    joints = plugin('libgazebo_ros_joint_state_publisher.so', jointName=f'{LEFT}, {RIGHT}')
-    assert drives(joints, plugin('libgazebo_ros_planar_move.so', robotBaseFrame='base_link')) == ()
+    rear = pair(x_m=-0.2, names=('rear_left', 'rear_right'))
+    (tags,) = drives(rear, plugin('libmaker.so', **corners))
+    assert (tags.kind, tags.left_joints, tags.right_joints) == ('skid-steer', lefts, rights)
 
 
 def test_transmissions_and_ros2_control_show_which_joints_are_commanded_and_how():
-    text = usual(
-        transmission(LEFT),
-        f'<ros2_control name="r" type="system"><joint name="{RIGHT}"><command_interface name="velocity"/>'
-        '<state_interface name="position"/></joint><joint name="ball_caster_joint"><command_interface name="position"/>'
-        '</joint><joint name="missing"><command_interface name="velocity"/></joint></ros2_control>',
+    control = ''.join(
+        f'<joint name="{name}"><command_interface name="{kind}"/><state_interface name="position"/></joint>'
+        for name, kind in ((RIGHT, 'velocity'), ('ball_caster_joint', 'position'), ('missing', 'velocity'))
     )
-    assert commanded_joints(tree_of(text)) == (LEFT, RIGHT)
-    assert commanded_joints(tree_of(text), position=True) == ('ball_caster_joint',)
+    tree = tree_of(usual(transmission(LEFT), f'<ros2_control name="r" type="system">{control}</ros2_control>'))
+    assert commanded_joints(tree) == (LEFT, RIGHT)
+    assert commanded_joints(tree, position=True) == ('ball_caster_joint',)

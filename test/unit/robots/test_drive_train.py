@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.robots.describing import G_MPS2, MARGIN, grip_accelerations, torque_accelerations
 from diff_encoder_sim.robots.description import DrivenWheel, DriveTrain, GroundContact
-from diff_encoder_sim.robots.drive_train import G_MPS2, MARGIN, grip_accelerations, torque_accelerations
 from diff_encoder_sim.robots.solids import MassProperties
 from urdf_texts import ball, base, box, described, found, joint, link, pair, plugin, robot, usual, wheel
 

@@ -142,7 +142,10 @@ ALONG_X = {'axis': '1 0 0', 'origin': 'rpy="0 1.5707963267948966 0"'}
         ((wheel('only'),), "given one wheel, joint 'only_joint'; allowed: two driven wheels on one axle"),
         ((pair(), wheel('middle')), 'given three or more wheels on one axle'),
         ((wheel('front'), wheel('rear', x_m=-0.3)), 'given wheels that are not on one axle or not of one size'),
-        ((wheel('a', x_m=0.15, **ALONG_X), wheel('b', x_m=-0.15, **ALONG_X)), 'so it drives along y; allowed: '),
+        (
+            (wheel('a', x_m=0.15, **ALONG_X), wheel('b', x_m=-0.15, **ALONG_X)),
+            'apart by (0.300, 0.000, 0.000) m; allowed: ',
+        ),
         ((pair(), FRONT_PAIR), 'two or more driven axles (skid-steer, or mecanum)'),
         ((pair(), STEERED, ROLL), "a steered wheel (tricycle or Ackermann) (joint 'swivel' turns wheel 'front'"),
         ((pair(), SWIVEL, ROLL, transmission('swivel', 'PositionJointInterface')), "joint 'swivel' turns wheel"),

@@ -1,21 +1,11 @@
-"""Meshes: their corners in each format, primitives in their place, treads of wheels, and meshes that are missing."""
+"""Meshes: their corners in each format, primitives in their place, and meshes that are missing."""
 
 import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.description import Findings
-from diff_encoder_sim.robots.meshes import (
-    file_corners_m,
-    in_words,
-    is_listed,
-    link_corners_m,
-    listed_mesh,
-    mesh_hull,
-    mesh_points_m,
-    primitive_tree,
-    tread_of,
-)
+from diff_encoder_sim.robots.meshes import file_corners_m, in_words, is_listed, listed_mesh, mesh_hull, primitive_tree
 from diff_encoder_sim.robots.simulated_robot import self_contained_urdf
 from diff_encoder_sim.robots.solids import Box, Cylinder, Mesh, Shape, Sphere
 from robot_parts import (
@@ -26,7 +16,6 @@ from robot_parts import (
     link,
     mesh_shape,
     pose,
-    random_pose,
     random_rotation,
     tree,
     write_binary_stl,
@@ -40,6 +29,10 @@ from urdf_texts import link as link_text
 WHERE = "my.urdf: link 'base': collision mesh 'a.stl'"
 
 
+def corners_of(folder, name):
+    return file_corners_m(f'package://p/{name}', WHERE, finder(folder))
+
+
 def extents_m(points_m):
     return np.array([points_m.min(axis=0), points_m.max(axis=0)])
 
@@ -47,7 +40,7 @@ def extents_m(points_m):
 @pytest.mark.parametrize('name', sorted(WRITERS))
 def test_every_format_gives_the_corners_and_a_cube_becomes_a_box(tmp_path, name):
     WRITERS[name](tmp_path / name, CUBE_CORNERS * [1, 2, 3] + [4, 5, 6], CUBE_TRIANGLES)
-    assert extents_m(mesh_points_m(tmp_path / name, WHERE)) == pytest.approx(np.array([[3, 3, 3], [5, 7, 9]]))
+    assert extents_m(corners_of(tmp_path, name)) == pytest.approx(np.array([[3, 3, 3], [5, 7, 9]]))
     part = link('base', collisions=[mesh_shape(f'package://p/meshes/{name}', 0.1, (1, 2, 3))])
     seen = Findings()
     (box,) = primitive_tree(tree([part]), finder(tmp_path), seen).links['base'].collisions
@@ -63,21 +56,22 @@ def test_names_in_a_mesh_may_be_in_any_encoding(tmp_path, name):
     content = (tmp_path / name).read_bytes()
     named = {'text.stl': content.replace(b'part', word), 'part.obj': b'# ' + word + b'\n' + content}
     (tmp_path / name).write_bytes(named.get(name, word + content[len(word) :]))
-    assert extents_m(mesh_points_m(tmp_path / name, WHERE)) == pytest.approx(extents_m(CUBE_CORNERS))
+    assert extents_m(corners_of(tmp_path, name)) == pytest.approx(extents_m(CUBE_CORNERS))
 
 
 def test_a_corner_that_no_triangle_has_does_not_count_and_an_edited_mesh_is_read_again(tmp_path):
     for name, write in (('a.obj', write_obj), ('a.dae', write_dae)):
         write(tmp_path / name, np.vstack([CUBE_CORNERS, [9, 9, 9]]), CUBE_TRIANGLES)
-        assert mesh_points_m(tmp_path / name, WHERE).max() == 1
+        assert corners_of(tmp_path, name).max() == 1
         write(tmp_path / name, 2 * CUBE_CORNERS, CUBE_TRIANGLES)
-        assert mesh_points_m(tmp_path / name, WHERE).max() == 2
+        assert corners_of(tmp_path, name).max() == 2
 
 
 MATERIAL = (
     'url="#part"><bind_material><technique_common><instance_material symbol="m" target="#m"/></technique_common>'
     '</bind_material></instance_geometry>'
 )
+TURNED = '<translate>10 0 0</translate><rotate>0 0 1 90</rotate><scale>2 1 1</scale>'
 
 
 @pytest.mark.parametrize(
@@ -85,20 +79,15 @@ MATERIAL = (
     [
         ({'unit_m': 0.0254}, None, 0.0254 * np.array([[-1, -2, -3], [1, 2, 3]])),
         ({'up_axis': 'Y_UP'}, None, [[-1, -2, -3], [1, 2, 3]]),  # left as it is, as in RViz and Gazebo
-        (
-            {'node': '<translate>10 0 0</translate><rotate>0 0 1 90</rotate><scale>2 1 1</scale>'},
-            None,
-            [[8, -2, -3], [12, 2, 3]],
-        ),
+        ({'node': TURNED}, None, [[8, -2, -3], [12, 2, 3]]),
         ({}, MATERIAL, [[-1, -2, -3], [1, 2, 3]]),  # the material is missing
     ],
 )
 def test_units_nodes_and_missing_materials_of_a_dae(tmp_path, given, material, expected_m):
     write_dae(tmp_path / 'a.dae', CUBE_CORNERS * [1, 2, 3], CUBE_TRIANGLES, **given)
-    if material:
-        text = (tmp_path / 'a.dae').read_text()
-        (tmp_path / 'a.dae').write_text(text.replace('url="#part"/>', material))
-    assert extents_m(mesh_points_m(tmp_path / 'a.dae', WHERE)) == pytest.approx(np.array(expected_m), abs=1e-5)
+    text = (tmp_path / 'a.dae').read_text()
+    (tmp_path / 'a.dae').write_text(text.replace('url="#part"/>', material) if material else text)
+    assert extents_m(corners_of(tmp_path, 'a.dae')) == pytest.approx(np.array(expected_m), abs=1e-5)
 
 
 BROKEN = {
@@ -117,7 +106,7 @@ def test_a_broken_or_missing_mesh_is_one_line_that_names_it(tmp_path, name, capf
     if BROKEN[name] is not None:
         (tmp_path / name).write_bytes(BROKEN[name])
     with pytest.raises(ConfigError, match=f'^{WHERE}: given [^\n]*; allowed: [^\n]*$'):
-        mesh_points_m(tmp_path / name, WHERE)
+        corners_of(tmp_path, name)
     assert capfd.readouterr() == ('', '')
 
 
@@ -127,13 +116,10 @@ def hull_of(folder, points_m, **placement):
     return mesh_hull(mesh_shape('package://p/a.obj', **placement), 'my.urdf', finder(folder))
 
 
-def ring(radius_m, z_m, count=24):
+def disc(*radii_and_heights_m, count=24):
     bearings_rad = 2 * np.pi * np.arange(count) / count
-    return np.column_stack([radius_m * np.cos(bearings_rad), radius_m * np.sin(bearings_rad), np.full(count, z_m)])
-
-
-def disc(*radii_and_heights_m):
-    return np.vstack([ring(radius_m, z_m) for radius_m, z_m in radii_and_heights_m])
+    rim = np.column_stack([np.cos(bearings_rad), np.sin(bearings_rad)])
+    return np.vstack([np.column_stack([r * rim, np.full(count, z)]) for r, z in radii_and_heights_m])
 
 
 @pytest.mark.parametrize('axis', [0, 1, 2])
@@ -191,39 +177,15 @@ def test_listed_corners_keep_all_digits_and_are_scaled_turned_and_moved():
     uri = listed_mesh('package://p/meshes/a.stl', corners_m)
     assert is_listed(uri)
     assert (file_corners_m(uri, 'my.urdf', None) == corners_m).all()
-    shape = mesh_shape(listed_mesh('a.stl', np.array([[1.0, 0, 0]])), 2.0, (0, 0, 3), (0, 0, np.pi / 2))
-    assert link_corners_m(shape, 'my.urdf', None) == pytest.approx(np.array([[0, 2, 3]]))
-
-
-ORIGIN, Z = np.zeros(3), np.array([0.0, 0.0, 1.0])
-WHEEL_WITH_MOTOR = disc((0.05, -0.01), (0.05, 0.01), (0.02, 0.01), (0.02, 0.08))
-
-
-def test_a_motor_behind_the_wheel_does_not_widen_its_tread():
-    tread = tread_of(WHEEL_WITH_MOTOR, ORIGIN, Z)
-    assert tread.geometry == pytest.approx((0.05, 0.02))
-    assert tread.pose_in_link[:3, 3] == pytest.approx([0.0, 0.0, 0.0])
-
-
-def test_the_axis_of_a_tread_may_have_any_direction_and_place():
-    placed = random_pose(np.random.default_rng(1))
-    points_m = disc((0.05, 0.03), (0.05, 0.05)) @ placed[:3, :3].T + placed[:3, 3]
-    tread = tread_of(points_m, placed[:3, 3], placed[:3, 2])
-    assert tread.geometry.radius_m == pytest.approx(0.05, abs=1e-6)
-    assert tread.pose_in_link[:3, 3] == pytest.approx(placed[:3, :3] @ [0, 0, 0.04] + placed[:3, 3])
-    assert tread.pose_in_link[:3, 2] == pytest.approx(placed[:3, 2])
-
-
-def test_a_hexagon_rolls_but_no_box_and_nothing_off_the_axis():
-    assert tread_of(np.vstack([ring(0.05, 0.0, 6), ring(0.05, 0.02, 6)]), ORIGIN, Z) is not None
-    assert tread_of(0.05 * CUBE_CORNERS, ORIGIN, Z) is None
-    assert tread_of(disc((0.05, 0.0), (0.05, 0.02)) + [0.03, 0.0, 0.0], ORIGIN, Z) is None
+    cube = mesh_shape(listed_mesh('a.stl', CUBE_CORNERS), 2.0, (0, 0, 3), (0, 0, np.pi / 2))
+    assert extents_m(mesh_hull(cube, 'my.urdf', None).corners_m) == pytest.approx(np.array([[-2, -2, 1], [2, 2, 5]]))
 
 
 @pytest.mark.parametrize('shape', ['collision', 'visual'])
-def test_a_robot_whose_wheels_are_meshes_has_their_radius_and_the_treads_separation(tmp_path, shape):
-    triangles = np.array([[index, index + 1, index + 2] for index in range(len(WHEEL_WITH_MOTOR) - 2)])
-    write_binary_stl(tmp_path / 'wheel.stl', WHEEL_WITH_MOTOR, triangles)
+def test_a_robot_whose_wheels_are_meshes_has_their_radius(tmp_path, shape):
+    corners_m = disc((0.05, -0.01), (0.05, 0.01))
+    triangles = np.array([[index, index + 1, index + 2] for index in range(len(corners_m) - 2)])
+    write_binary_stl(tmp_path / 'wheel.stl', corners_m, triangles)
     wheels = ''.join(
         link_text(f'{side}_wheel', '<mesh filename="package://any/wheel.stl"/>', f'rpy="{roll} 0 0"', 0.1, shape)
         + joint_text(f'{side}_wheel_joint', f'{side}_wheel', f'0 {y_m} 0.05', 'continuous')

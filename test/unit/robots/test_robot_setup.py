@@ -4,8 +4,8 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder
+from diff_encoder_sim.robots.describing import LIMITS
 from diff_encoder_sim.robots.description import RobotSource
-from diff_encoder_sim.robots.drive_train import USUAL_LIMITS
 from diff_encoder_sim.robots.robot_file import load_robot_file
 from diff_encoder_sim.robots.robot_setup import derived_settings, set_up_robot
 from diff_encoder_sim.trials.robot_params import check_key, load_robot_config, load_robot_params, override
@@ -120,7 +120,7 @@ def test_a_laser_is_added_and_named(tmp_path):
 
 def test_a_laser_on_a_link_that_is_missing(tmp_path):
     with pytest.raises(
-        ConfigError, match="mine.yaml: laser: parent: given 'base_lin'; .*mine.urdf; did you mean 'base_link'"
+        ConfigError, match="mine.urdf: joint 'added_laser_joint': .* 'base_lin'; did you mean 'base_link'"
     ):
         set_up(tmp_path, usual(), '{parent: base_lin, xyz: [0, 0, 0.3]}')
 
@@ -185,7 +185,7 @@ def test_amcl_looks_no_farther_than_the_scanner(range_max_m, used_m):
 
 def test_what_is_printed_as_default_is_the_default():
     drive = load_robot_params(package_folder() / 'config').simulator.drive
-    printed = {key: value for key, value in USUAL_LIMITS.items() if key != 'wheel_torque'}
+    printed = {key: value for key, (_, value) in LIMITS.items() if key != 'wheel_torque'}
     assert printed == {key: getattr(drive, key) for key in printed}
     value, source = found(described(usual()), 'highest speed [m/s]')
     assert (value, source) == ('1', "this package's default: the robot's file gives none")

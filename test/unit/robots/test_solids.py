@@ -1,6 +1,5 @@
 """Primitives and balls against the textbook, points, and random poses."""
 
-import itertools
 import math
 
 import numpy as np
@@ -20,7 +19,6 @@ from diff_encoder_sim.robots.solids import (
     placed,
     reach_m,
     rolling_radius_m,
-    smallest_ball,
     support_point_m,
 )
 from robot_parts import pose, random_pose, shape
@@ -140,21 +138,3 @@ def test_a_solid_cut_into_pieces_with_their_own_frames_is_the_solid():
         inertia = turn.T @ homogeneous([shape(Box((0.2, 0.1, 0.05)))], 1.0).inertia_kgm2 @ turn
         pieces.append(moved(MassProperties(1.0, turn.T @ (centre_m - frame[:3, 3]), inertia), frame))
     assert_same(merged(pieces), whole)
-
-
-@pytest.mark.parametrize('dimensions', [2, 3])
-def test_the_smallest_ball_around_a_cube_a_line_and_random_points(dimensions):
-    corners_m = np.array(list(itertools.product((1.0, 3.0), repeat=dimensions)))
-    centre_m, radius_m = smallest_ball(corners_m)
-    assert (*centre_m, radius_m) == pytest.approx((*[2.0] * dimensions, np.sqrt(dimensions)))
-    centre_m, radius_m = smallest_ball(np.outer(np.linspace(-1, 1, 7), [3.0, 0, 4][-dimensions:]))
-    assert radius_m == pytest.approx(np.linalg.norm([3.0, 0, 4][-dimensions:])) and not centre_m.any()
-    rng = np.random.default_rng(dimensions)
-    for _ in range(20):
-        points_m = rng.normal(size=(8, dimensions))
-        centre_m, radius_m = smallest_ball(points_m)
-        assert np.linalg.norm(points_m - centre_m, axis=1).max() <= radius_m * (1 + 1e-9)
-        # A smaller one would have its centre elsewhere: the radius about a point is convex in the point.
-        nearby_m = centre_m + rng.normal(scale=0.05, size=(200, dimensions))
-        reaches_m = np.linalg.norm(points_m[None] - nearby_m[:, None], axis=2).max(axis=1)
-        assert reaches_m.min() >= radius_m * (1 - 1e-9)
