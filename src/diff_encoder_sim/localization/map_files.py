@@ -15,7 +15,7 @@ from typing_extensions import Annotated
 from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.bounds import Between, CellSide_m, Fraction, Percent
 from diff_encoder_sim.base.errors import ConfigError, in_one_line
-from diff_encoder_sim.base.params import Params, load_params
+from diff_encoder_sim.base.params import Line, Params, load_params
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
@@ -37,29 +37,16 @@ def read_image(path: Path) -> np.ndarray:
     try:
         with Image.open(path, formats=FORMATS) as image:
             if image.width * image.height > LARGEST_IMAGE:
-                raise ConfigError(f'{path}: image too large; allowed: at most {LARGEST_IMAGE} pixels')
-            return _pixels(image)
-    except ConfigError:
-        raise
+                raise ValueError(f'more than {LARGEST_IMAGE} pixels')
+            if image.mode.startswith('I'):  # 16 bits: the upper 8, as SDL
+                return (np.asarray(image)[:, :, np.newaxis] >> 8).astype(np.uint8)
+            has_alpha = image.mode in ('LA', 'RGBA') or (image.mode == 'P' and 'transparency' in image.info)
+            is_grey = image.mode in ('1', 'L')
+            pixels = np.asarray(image.convert('RGBA' if has_alpha else 'L' if is_grey else 'RGB'))
+            return pixels.reshape(image.height, image.width, -1)
     except Exception as error:  # PIL raises many types for a damaged image
         reason = getattr(error, 'strerror', None) or in_one_line(error)
         raise ConfigError(f'{path}: cannot be read as a PGM or PNG image: {reason}') from None
-
-
-def _pixels(image: Image.Image) -> np.ndarray:
-    """Return an open image's pixels as `read_image` does."""
-    if image.mode.startswith('I'):  # 16 bits: the upper 8, as SDL
-        return (np.asarray(image)[:, :, np.newaxis] >> 8).astype(np.uint8)
-    if image.mode == 'LA' or (image.mode == 'P' and 'transparency' in image.info):
-        image = image.convert('RGBA')
-    elif image.mode == 'P':
-        image = image.convert('RGB')
-    elif image.mode == '1':
-        image = image.convert('L')
-    if image.mode not in ('L', 'RGB', 'RGBA'):
-        raise ValueError(f'pixels of type {image.mode}; allowed: grey or colour of 8 or 16 bits')
-    pixels = np.asarray(image)
-    return pixels.reshape(pixels.shape[0], pixels.shape[1], -1)
 
 
 # map_saver's pixel values.
@@ -71,7 +58,7 @@ ORIGIN_DIGITS = 9  # in a saved file: nanometres, so that a yaw sent as a quater
 class MapFileParams(Params):
     """Keys of map_server's YAML file."""
 
-    image: str = Field(min_length=1, description='PGM or PNG; relative to the YAML file')
+    image: Line = Field(min_length=1, description='PGM or PNG; relative to the YAML file')
     resolution: CellSide_m = Field(description='side of a pixel [m]')
     origin: List[Annotated[float, Between(-1e6, 1e6)]] = Field(
         min_length=3, max_length=3, description='pose of the lower left corner: x, y [m], yaw [rad]'
@@ -81,33 +68,22 @@ class MapFileParams(Params):
     free_thresh: Fraction = Field(0.196)
     mode: Literal['trinary', 'scale', 'raw'] = 'trinary'
 
-    @field_validator('image')
-    @classmethod
-    def _check_image(cls, image: str) -> str:
-        if not image.isprintable():
-            raise ValueError('a file name')
-        return image
-
     @field_validator('resolution', 'origin', 'occupied_thresh', 'free_thresh', mode='before')
     @classmethod
     def _read_numbers(cls, value: Any) -> Any:
         """Accept 5e-2 and "0.05", which are text to PyYAML and numbers to map_server's parser."""
         if isinstance(value, list):
-            return [_number(part) for part in value]
-        return _number(value)
+            return [cls._read_numbers(part) for part in value]
+        try:
+            return float(value) if isinstance(value, str) else value
+        except ValueError:
+            return value
 
     @model_validator(mode='after')
     def _check_thresholds(self) -> MapFileParams:
         if self.free_thresh >= self.occupied_thresh:
             raise ValueError('free_thresh below occupied_thresh')
         return self
-
-
-def _number(value: Any) -> Any:
-    try:
-        return float(value) if isinstance(value, str) else value
-    except ValueError:
-        return value
 
 
 class MapSaverParams(Params):
@@ -149,29 +125,23 @@ def save_map(grid: OccupancyGrid, stem: Union[str, Path], params: MapSaverParams
     stem = Path(stem)
     origin = [round(float(part), ORIGIN_DIGITS) for part in grid.origin]
     values = {'image': f'{stem.name}.pgm', 'resolution': grid.resolution_m, 'origin': origin}
-    description = MapFileParams.from_mapping(values, str(stem))
-    yaml_path = stem.parent / f'{stem.name}.yaml'
-    _write(stem.parent / description.image, _pgm(grid.cells[::-1], params))
-    _write(yaml_path, yaml.safe_dump(description.model_dump(), sort_keys=False).encode('utf-8'))
-    return yaml_path
-
-
-def _pgm(cells: np.ndarray, params: MapSaverParams) -> bytes:
-    """Return a PGM image of cells (rows, columns), the first row on top."""
-    pixels = np.full(cells.shape, UNKNOWN_GREY, dtype=np.uint8)
-    pixels[(cells >= 0) & (cells <= params.free)] = FREE_GREY
-    pixels[cells >= params.occ] = OCCUPIED_GREY
+    description = MapFileParams.from_mapping(values, str(stem)).model_dump()
+    pixels = np.full(grid.cells.shape, UNKNOWN_GREY, dtype=np.uint8)
+    pixels[(grid.cells >= 0) & (grid.cells <= params.free)] = FREE_GREY
+    pixels[grid.cells >= params.occ] = OCCUPIED_GREY
     image = io.BytesIO()
-    Image.fromarray(pixels).save(image, format='PPM')
-    return image.getvalue()
+    Image.fromarray(pixels[::-1]).save(image, format='PPM')
+    _write(stem.parent / f'{stem.name}.pgm', image.getvalue())
+    return _write(stem.parent / f'{stem.name}.yaml', yaml.safe_dump(description, sort_keys=False).encode('utf-8'))
 
 
-def _write(path: Path, content: bytes) -> None:
+def _write(path: Path, content: bytes) -> Path:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_file(path, content)
     except OSError as error:
         raise ConfigError(f'{path}: cannot be written: {error.strerror or error}') from None
+    return path
 
 
 def _cells(pixels: np.ndarray, params: MapFileParams) -> np.ndarray:
@@ -182,24 +152,20 @@ def _cells(pixels: np.ndarray, params: MapFileParams) -> np.ndarray:
     """
     has_alpha = pixels.shape[2] == 4
     colours = pixels[:, :, :-1] if has_alpha and params.mode != 'trinary' else pixels
+    # A table over all possible sums of channels avoids float arrays as large as the image.
+    sums: np.ndarray = colours.sum(axis=2, dtype=np.uint16)
     channels = colours.shape[2]
-    # A table over all possible sums avoids float arrays as large as the image.
-    sums = colours.sum(axis=2, dtype=np.uint16)
-    cells: np.ndarray = _cell_of_sum(params.mode, channels, params)[sums]
-    if has_alpha and params.mode == 'scale':
-        cells = np.where(pixels[:, :, -1] == 0, _cell_of_sum('trinary', channels, params)[sums], cells)
-    return cells
-
-
-def _cell_of_sum(mode: str, channels: int, params: MapFileParams) -> np.ndarray:
-    """Return the cell value for each possible sum over a pixel's channels, int8."""
     grey = np.arange(255 * channels + 1) / channels
-    if params.negate:
-        grey = 255.0 - grey
-    if mode == 'raw':  # occupancy as it is; anything above 100 is unknown
-        return np.where(np.floor(grey) <= OCCUPIED, grey, UNKNOWN).astype(np.int8)
+    grey = 255.0 - grey if params.negate else grey
     occupancy = (255.0 - grey) / 255.0
-    between = (occupancy - params.free_thresh) / (params.occupied_thresh - params.free_thresh)
-    cells = 1 + 98 * between if mode == 'scale' else np.full(grey.shape, float(UNKNOWN))
-    cells = np.where(occupancy < params.free_thresh, FREE, cells)
-    return np.where(occupancy > params.occupied_thresh, OCCUPIED, cells).astype(np.int8)
+    is_free, is_occupied = occupancy < params.free_thresh, occupancy > params.occupied_thresh
+    table = trinary = np.select([is_free, is_occupied], [FREE, OCCUPIED], UNKNOWN).astype(np.int8)
+    if params.mode == 'raw':  # occupancy as it is; anything above 100 is unknown
+        table = np.where(np.floor(grey) <= OCCUPIED, grey, UNKNOWN).astype(np.int8)
+    elif params.mode == 'scale':
+        between = (occupancy - params.free_thresh) / (params.occupied_thresh - params.free_thresh)
+        table = np.select([is_free, is_occupied], [FREE, OCCUPIED], 1 + 98 * between).astype(np.int8)
+    cells: np.ndarray = table[sums]
+    if has_alpha and params.mode == 'scale':
+        cells = np.where(pixels[:, :, -1] == 0, trinary[sums], cells)
+    return cells

@@ -82,17 +82,11 @@ def occupancy(hits: np.ndarray, visits: np.ndarray, occ_thresh: float) -> np.nda
         visits: (height, width) rays that ended in it or passed it; 0 is unknown.
         occ_thresh: a cell is occupied if more than this fraction of its visits are hits.
     """
-    is_occupied = hits > occ_thresh * visits
-    is_stray = is_occupied & (hits < STRAY_FRACTION * _largest_around(hits))
+    is_occupied, padded = hits > occ_thresh * visits, np.pad(hits, 1)
+    around = np.maximum(np.maximum(padded[:-2], padded[1:-1]), padded[2:])
+    largest_around = np.maximum(np.maximum(around[:, :-2], around[:, 1:-1]), around[:, 2:])
+    is_stray = is_occupied & (hits < STRAY_FRACTION * largest_around)
     return np.select([is_stray | (visits == 0.0), is_occupied], [UNKNOWN, OCCUPIED], FREE).astype(np.int8)
-
-
-def _largest_around(values: np.ndarray) -> np.ndarray:
-    """Return the largest value in the 3 x 3 cells about each."""
-    padded = np.pad(values, 1)
-    rows = np.maximum(np.maximum(padded[:-2], padded[1:-1]), padded[2:])
-    largest: np.ndarray = np.maximum(np.maximum(rows[:, :-2], rows[:, 1:-1]), rows[:, 2:])
-    return largest
 
 
 class FreeCells:
@@ -108,10 +102,7 @@ class FreeCells:
     def centres(self, numbers: np.ndarray) -> np.ndarray:
         """Return (n, 2) x, y [m] in the map of the centres of free cells, numbered (n,) from 0."""
         rows, columns = np.divmod(self._cells[numbers], self._grid.width)
-        origin = self._grid.origin
-        local_x = (columns + 0.5) * self._grid.resolution_m
-        local_y = (rows + 0.5) * self._grid.resolution_m
+        origin, resolution_m = self._grid.origin, self._grid.resolution_m
+        x_m, y_m = (columns + 0.5) * resolution_m, (rows + 0.5) * resolution_m
         cos_yaw, sin_yaw = np.cos(origin.yaw_rad), np.sin(origin.yaw_rad)
-        return np.column_stack(
-            [origin.x_m + cos_yaw * local_x - sin_yaw * local_y, origin.y_m + sin_yaw * local_x + cos_yaw * local_y]
-        )
+        return np.column_stack([origin.x_m + cos_yaw * x_m - sin_yaw * y_m, origin.y_m + sin_yaw * x_m + cos_yaw * y_m])

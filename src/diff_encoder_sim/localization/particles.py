@@ -70,11 +70,9 @@ def move_particles(
     """
     if params.axle_x:
         axle_in_base, at_axle = Pose2D(params.axle_x, 0.0, 0.0), params.model_copy(update={'axle_x': 0.0})
-        axles, ends = (
-            _moved_ahead(particles, params.axle_x),
-            (previous.compose(axle_in_base), current.compose(axle_in_base)),
-        )
-        return _moved_ahead(move_particles(axles, *ends, at_axle, rng), -params.axle_x)
+        ends = previous.compose(axle_in_base), current.compose(axle_in_base)
+        axles = move_particles(_moved_ahead(particles, params.axle_x), *ends, at_axle, rng)
+        return _moved_ahead(axles, -params.axle_x)
     move = decompose(previous, current)
     normals, sigmas = rng.standard_normal(particles.shape), move_noise(move, params)
     rotation1_rad, translation_m, rotation2_rad = (
