@@ -5,8 +5,8 @@ import pytest
 from all import AREAS, try_case, warm_up
 from sandbox import ACCEPTED, REFUSED
 
-CASES = {'lockstep': 5}  # of an area; they take longest there
-USUALLY = 20
+CASES = {'lockstep': 5, 'bags': 20, 'robots': 20}  # of an area: those of lockstep take longest
+USUALLY = 10
 SEED = 1
 
 
