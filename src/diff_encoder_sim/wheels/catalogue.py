@@ -87,7 +87,7 @@ def load_encoder(given: str, config_folder: Path, folder: Path) -> CatalogueEnco
     """Load an encoder by its name or its file.
 
     Args:
-        given: the name of a file in config/encoders/, or the path of a .yaml file.
+        given: the name of a file in config/encoders/, which takes precedence, or the path of a .yaml file.
         config_folder: folder that contains encoders/.
         folder: base folder of a relative path.
 
@@ -95,15 +95,12 @@ def load_encoder(given: str, config_folder: Path, folder: Path) -> CatalogueEnco
         ConfigError: the encoder does not exist, or its file has a bad key.
     """
     names, path = encoder_names(config_folder), folder / os.path.expanduser(given)
-    if given in names:  # names take precedence over paths
+    if given in names:
         path = config_folder / 'encoders' / f'{given}.yaml'
     elif path.suffix != '.yaml' or not path.is_file():
-        is_path = '/' in given or path.suffix in ('.yaml', '.yml')
-        wrong = ', a folder' if given and path.is_dir() else ', no such file' if is_path and not path.is_file() else ''
-        wrong = ', whose name does not end in .yaml' if path.is_file() else wrong
         raise ConfigError(
-            f'encoder: given {given!r}{wrong}; allowed: {", ".join(names)}, {WHOLE_CATALOGUE} (all of these), '
-            f'or a .yaml file{did_you_mean(given, names)}'
+            f'encoder: given {given!r}; allowed: {", ".join(names)}, {WHOLE_CATALOGUE} (all of these), '
+            f'or an existing .yaml file{did_you_mean(given, names)}'
         )
     file = load_params(EncoderFileParams, path)
     try:

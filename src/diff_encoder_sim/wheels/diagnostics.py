@@ -14,9 +14,6 @@ from diff_encoder_sim.wheels.odometry import WheelOdometry, wheel_speeds_mps
 from diff_encoder_sim.wheels.odometry_params import USUAL_MOTION_NOISE, OdometryParams
 from diff_encoder_sim.wheels.report_link import EncoderSample
 
-PerSide = Tuple[float, float]  # left, right
-SIDES = ('left', 'right')
-
 
 class Diagnosis(NamedTuple):
     """A state, and a warning about events since the previous diagnosis."""
@@ -79,71 +76,65 @@ MEAN_OVER_NS = NANOSECONDS_PER_SECOND // 4
 
 
 class FollowingError:
-    """Measured minus commanded wheel speeds, as motor drives compute it.
+    """Measured minus commanded speed of a wheel, as motor drives compute it.
 
     A command expires after `timeout_s`, when many robots stop.
     """
 
-    def __init__(self, rad_per_count: PerSide, window_radps: float, timeout_s: float) -> None:
+    def __init__(self, rad_per_count: float, window_radps: float, timeout_s: float) -> None:
         """Start without a command.
 
         Args:
-            rad_per_count: of each wheel; an error of one count is tolerated.
+            rad_per_count: of the wheel; an error of one count is tolerated.
             window_radps: tolerated error.
             timeout_s: tolerated duration of an error.
         """
         self._rad_per_count, self._window_radps = rad_per_count, window_radps
         self._timeout_ns = timeout_s * NANOSECONDS_PER_SECOND
-        self._command: PerSide = (0.0, 0.0)
-        self._is_new = False
+        self._command_radps, self._is_new = 0.0, False
         self._command_ns: Optional[int] = None
         self.restart()
 
     def restart(self) -> None:
         """Restart when counts do; the newest command stays."""
         # Stamps, accumulated commanded angles, and excess of the measured angles [rad].
-        self._travels: Deque[Tuple[int, PerSide, PerSide]] = deque()
-        self._within_ns = [0, 0]  # last time that the error of each wheel was in the window
-        self._newest_ns = 0
-        self.errors_radps: PerSide = (0.0, 0.0)
+        self._travels: Deque[Tuple[int, float, float]] = deque()
+        self._within_ns = self._newest_ns = 0  # last time that the error was in the window; of the newest report
+        self.error_radps = 0.0
 
-    def take_command(self, left_radps: float, right_radps: float) -> None:
-        """Set the commanded wheel speeds; values that are not finite are ignored."""
-        if math.isfinite(left_radps) and math.isfinite(right_radps):
-            self._command, self._is_new = (left_radps, right_radps), True
+    def take_command(self, radps: float) -> None:
+        """Set the commanded speed; values that are not finite are ignored."""
+        if math.isfinite(radps):
+            self._command_radps, self._is_new = radps, True
 
-    def take_report(self, stamp_ns: int, left_count: int, right_count: int) -> None:
-        """Add the left and right counts of a report, since the start."""
+    def take_report(self, stamp_ns: int, count: int) -> None:
+        """Add the count of a report, since the start."""
         if self._is_new:
             self._command_ns, self._is_new = stamp_ns, False
         if self._command_ns is None or not 0 <= stamp_ns - self._command_ns <= self._timeout_ns:
             self._command_ns = None
             self.restart()
             return
-        last_ns, (left_rad, right_rad), _ = self._travels[-1] if self._travels else (stamp_ns, (0.0, 0.0), None)
-        passed_s = (stamp_ns - last_ns) / NANOSECONDS_PER_SECOND
-        commanded = left_rad + self._command[0] * passed_s, right_rad + self._command[1] * passed_s
-        left_turn, right_turn = self._rad_per_count
-        too_far = left_count * left_turn - commanded[0], right_count * right_turn - commanded[1]
-        self._travels.append((stamp_ns, commanded, too_far))
+        last_ns, commanded_rad, _ = self._travels[-1] if self._travels else (stamp_ns, 0.0, 0.0)
+        commanded_rad += self._command_radps * ((stamp_ns - last_ns) / NANOSECONDS_PER_SECOND)
+        too_far_rad = count * self._rad_per_count - commanded_rad
+        self._travels.append((stamp_ns, commanded_rad, too_far_rad))
         while len(self._travels) > 2 and stamp_ns - self._travels[1][0] >= MEAN_OVER_NS:
             self._travels.popleft()
         self._newest_ns = stamp_ns
-        first_ns, _, before = self._travels[0]
-        if stamp_ns - first_ns < MEAN_OVER_NS:
-            self._within_ns = [stamp_ns, stamp_ns]
-            return
-        over_s = (stamp_ns - first_ns) / NANOSECONDS_PER_SECOND
-        self.errors_radps = (too_far[0] - before[0]) / over_s, (too_far[1] - before[1]) / over_s
-        for side, (error, rad) in enumerate(zip(self.errors_radps, self._rad_per_count)):
-            if abs(error) <= self._window_radps + rad / over_s:
-                self._within_ns[side] = stamp_ns
+        first_ns, _, before_rad = self._travels[0]
+        if stamp_ns - first_ns >= MEAN_OVER_NS:
+            over_s = (stamp_ns - first_ns) / NANOSECONDS_PER_SECOND
+            self.error_radps = (too_far_rad - before_rad) / over_s
+            if abs(self.error_radps) > self._window_radps + self._rad_per_count / over_s:
+                return
+        self._within_ns = stamp_ns
 
-    def lasts_s(self) -> PerSide:
-        """Return the duration of each wheel's error if it exceeds the timeout; else 0."""
-        lasts_ns = (self._newest_ns - within_ns for within_ns in self._within_ns)
-        left, right = (each / NANOSECONDS_PER_SECOND if each > self._timeout_ns else 0.0 for each in lasts_ns)
-        return left, right
+    @property
+    def lasts_s(self) -> float:
+        """Return the duration of the error if it exceeds the timeout; else 0."""
+        lasts_ns = self._newest_ns - self._within_ns
+        return lasts_ns / NANOSECONDS_PER_SECOND if lasts_ns > self._timeout_ns else 0.0
 
 
 # Fraction of the lateness carried over to the next report: jitter cancels, and a slow clock is not counted as loss.
@@ -182,23 +173,26 @@ class OdometryDiagnosis:
     def __init__(self, odometry: WheelOdometry, rate_hz: float) -> None:
         """Prepare for reports at `rate_hz`."""
         self._odometry, params = odometry, odometry.params
-        self._radius_m, self._separation_m = 0.5 * params.wheel_diameter, params.wheel_separation
-        counts = params.counts_per_turn
-        rad_per_count = 2.0 * math.pi / counts.left, 2.0 * math.pi / counts.right
-        self._following = FollowingError(rad_per_count, params.following_error_window, params.following_error_timeout)
+        watched = params.following_error_window, params.following_error_timeout
+        self._following = {
+            side: FollowingError(2.0 * math.pi / counts, *watched) for side, counts in params.counts_per_turn
+        }
         self._lost, self._ignored = LostReports(rate_hz), 0
         self.restart()
 
     def restart(self) -> None:
         """Restart after a reset of odometry; event counts are kept."""
         self._rate = CountRate(0)
-        self._following.restart()
+        for wheel in self._following.values():
+            wheel.restart()
         self._reported = self._lost.count, self._odometry.restarts
 
     def take_command(self, linear_mps: float, angular_radps: float) -> None:
         """Set the commanded twist."""
-        left_mps, right_mps = wheel_speeds_mps(linear_mps, angular_radps, self._separation_m)
-        self._following.take_command(left_mps / self._radius_m, right_mps / self._radius_m)
+        params = self._odometry.params
+        speeds_mps = wheel_speeds_mps(linear_mps, angular_radps, params.wheel_separation)
+        for wheel, mps in zip(self._following.values(), speeds_mps):
+            wheel.take_command(mps / (0.5 * params.wheel_diameter))
 
     def take_report(self, stamp_ns: int, is_used: bool) -> None:
         """Add a report; `is_used` is False if odometry ignored it as stale."""
@@ -208,7 +202,8 @@ class OdometryDiagnosis:
         counts = self._odometry.counts
         self._lost.take(stamp_ns)
         self._rate.take(stamp_ns, *counts)
-        self._following.take_report(stamp_ns, *counts)
+        for wheel, count in zip(self._following.values(), counts):
+            wheel.take_report(stamp_ns, count)
 
     def diagnose(self) -> Diagnosis:
         """Return the state at the newest report; warnings cover the time since the last call."""
@@ -217,12 +212,12 @@ class OdometryDiagnosis:
         warnings = [f'lost reports: {lost - before[0]}'] if lost > before[0] else []
         warnings += [f'counter restarts: {restarts - before[1]}'] if restarts > before[1] else []
         warnings += [
-            f'{side} wheel has not followed the command for {lasts_s:.1f} s'
-            for side, lasts_s in zip(SIDES, self._following.lasts_s())
-            if lasts_s
+            f'{side} wheel has not followed the command for {wheel.lasts_s:.1f} s'
+            for side, wheel in self._following.items()
+            if wheel.lasts_s
         ]
         events = {'lost reports': lost, 'late or repeated reports': self._ignored, 'counter restarts': restarts}
-        errors = {f'following error, {side} [rad/s]': error for side, error in zip(SIDES, self._following.errors_radps)}
+        errors = {f'following error, {side} [rad/s]': wheel.error_radps for side, wheel in self._following.items()}
         return Diagnosis('; '.join(warnings), {**self._rate.values, **events, **errors})
 
 

@@ -61,15 +61,10 @@ def own_file(folder, **keys):
 
 
 @pytest.mark.parametrize('name', NAMES)
-def test_a_shipped_encoder_has_the_counts_that_its_manual_states(name):
-    counts = shipped(name).counts_per_wheel_turn
-    decimals = len(PUBLISHED[name].partition('.')[2])
-    assert f'{counts:.{decimals}f}' == PUBLISHED[name]
-
-
-@pytest.mark.parametrize('name', NAMES)
-def test_a_shipped_encoder_counts_ten_turns_of_the_wheel(name):
+def test_a_shipped_encoder_counts_ten_turns_of_the_wheel_as_its_manual_states(name):
     encoder = shipped(name)
+    decimals = len(PUBLISHED[name].partition('.')[2])
+    assert f'{encoder.counts_per_wheel_turn:.{decimals}f}' == PUBLISHED[name]
     angles_rad = np.repeat(np.linspace(0.0, 20 * math.pi, 2001)[:, np.newaxis], 2, axis=1)
     found = Chain(encoder.params).run(Drive(10_000_000 * np.arange(2001), angles_rad))
     # The last report before the end of the drive.
@@ -82,15 +77,14 @@ def test_a_shipped_encoder_counts_ten_turns_of_the_wheel(name):
 
 @pytest.mark.parametrize('name', NAMES)
 def test_a_shipped_encoder_can_replace_any_other_of_a_robot(name):
-    encoder = shipped(name)
+    encoder, config = shipped(name), load_robot_config(CONFIG)
     for key in encoder.overrides:
         check_key(key)
     hall = {'sensor': 'hall', 'pole_pairs': 15, 'sensor_error': 2.0}
-    config = load_robot_config(CONFIG)
     config['config'] = {**config['config'], 'encoder': hall}
     params = override(config, encoder.overrides)
-    assert params.encoder.encoder == params.odometry.encoder == encoder.params.encoder
-    assert params.encoder.counter_modulus == params.odometry.counter_modulus == encoder.params.counter_modulus
+    for each in (params.encoder, params.odometry):
+        assert (each.encoder, each.counter_modulus) == (encoder.params.encoder, encoder.params.counter_modulus)
 
 
 @pytest.mark.parametrize('robot', IN_ROBOTS)
@@ -116,21 +110,13 @@ def test_a_file_of_ones_own_is_relative_to_the_folder_and_comes_after_a_name(tmp
     assert load_encoder('e4t', CONFIG, tmp_path).counts_per_wheel_turn == 1440
 
 
-@pytest.mark.parametrize(
-    ('given', 'wrong'),
-    [
-        ('amt10', ''),
-        ('amt102.yaml', ', no such file'),
-        ('folder.yaml', ', a folder'),
-        ('mine.yml', ', whose name does not end in .yaml'),
-    ],
-)
-def test_an_unknown_encoder_lists_the_known_ones_and_says_what_is_wrong_with_a_path(tmp_path, given, wrong):
+@pytest.mark.parametrize('given', ['amt10', 'amt102.yaml', 'folder.yaml', 'mine.yml'])
+def test_an_unknown_encoder_lists_the_known_ones(tmp_path, given):
     own_file(tmp_path).rename(tmp_path / 'mine.yml')
     (tmp_path / 'folder.yaml').mkdir()
     with pytest.raises(ConfigError) as caught:
         load_encoder(given, CONFIG, tmp_path)
-    assert f'encoder: given {given!r}{wrong}; allowed: amt102, as5047p' in str(caught.value)
+    assert str(caught.value).startswith(f'encoder: given {given!r}; allowed: amt102, as5047p')
     assert ("did you mean 'amt102'" in str(caught.value)) == ('amt10' in given)
 
 
@@ -152,27 +138,17 @@ def test_a_bad_file_gives_one_line(tmp_path, keys, text):
     assert '\n' not in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ('model', 'text'),
-    [
-        ({}, ''),
-        ({'lines': 2048}, '2048 lines x 4 = 8192 counts per wheel revolution'),
-        ({'lines': 1, 'decoding': 'x1'}, '1 line x 1 = 1 counts per wheel revolution'),
-        (
-            {'lines': 12, 'side': 'motor', 'gear_ratio': 34.014},
-            '12 lines x 4 x gear 34.014 = 1632.672 counts per wheel revolution',
-        ),
-        ({'sensor': 'hall', 'pole_pairs': 15}, '15 pole pairs x 6 = 90 counts per wheel revolution'),
-        ({'sensor': 'absolute', 'bits': 14}, '2^14 = 16384 counts per wheel revolution'),
-    ],
-)
-def test_the_counts_follow_from_the_datasheet(model, text):
-    assert resolution_text(EncoderModel(**model)) == text
-
-
-def test_a_real_encoder_is_called_by_counts_and_file():
+def test_a_real_encoder_is_called_by_counts_and_file_and_its_counts_follow_from_the_datasheet():
     real = chosen(load_encoder('amt102', CONFIG, CONFIG))
     assert (real.label, real.name, real.ppr) == ('8192 amt102', 'amt102', PerWheel(left=8192, right=8192))
-    assert real.resolution == '2048 lines x 4 = 8192 counts per wheel revolution'
     assert real.counts_per_metre(0.2) == pytest.approx(8192 / (0.2 * math.pi))
     assert real.overrides['config.encoder.lines'] == 2048 and real.overrides['config.ppr']['left'] == 8192
+    assert real.resolution == '2048 lines x 4 = 8192 counts per wheel revolution'
+    for model, text in (
+        ({}, ''),
+        ({'lines': 1, 'decoding': 'x1'}, '1 line x 1 = 1 counts per wheel revolution'),
+        ({'lines': 12, 'side': 'motor', 'gear_ratio': 34.014}, '12 lines x 4 x gear 34.014 = 1632.672 counts'),
+        ({'sensor': 'hall', 'pole_pairs': 15}, '15 pole pairs x 6 = 90 counts per wheel revolution'),
+        ({'sensor': 'absolute', 'bits': 14}, '2^14 = 16384 counts per wheel revolution'),
+    ):
+        assert resolution_text(EncoderModel(**model)).startswith(text) and bool(text) == bool(model)

@@ -14,7 +14,6 @@ from diff_encoder_sim.wheels.covariance import (
     LateralAcceleration,
     PlanarCovariance,
     carry_geometry_errors,
-    geometry_covariance,
     propagate_motion_noise,
     quantisation_covariance,
     reading_variance,
@@ -74,14 +73,6 @@ def test_motion_noise_is_carried_on_by_the_jacobians():
         assert_equal_covariances(
             propagate_motion_noise(given, yaw_rad, left_m, right_m, SEPARATION_M, 1e-3).matrix(), expected
         )
-
-
-def test_quantisation_covariance_is_the_closed_form_on_a_straight_line():
-    d = math.pi * 0.2 / 90
-    covariance = quantisation(Pose2D(20.0, 0.0, 0.0), d, d)
-    assert math.sqrt(covariance[1, 1]) == pytest.approx(20 * d / SEPARATION_M * math.sqrt(1 / 6), rel=1e-5)
-    assert math.sqrt(covariance[2, 2]) == pytest.approx(d / SEPARATION_M * math.sqrt(1 / 3))
-    assert math.sqrt(covariance[2, 2]) * 180 / math.pi == pytest.approx(0.577, abs=5e-4)
 
 
 def arc(pose, left_m, right_m):
@@ -164,15 +155,6 @@ def test_errors_are_those_of_drives_with_another_geometry():
     assert difference == pytest.approx(by_difference, rel=1e-3, abs=1e-4)
     assert distance + turn == pytest.approx(by_both, rel=1e-3, abs=1e-4)
     assert -turn == pytest.approx(by_separation, rel=1e-3, abs=1e-4)
-
-
-def test_a_difference_of_diameters_bends_a_straight_line_as_by_the_closed_form():
-    length_m, difference = 20.0, 5.2e-5
-    errors = carried([(0.02, 0.02)] * 1000)
-    covariance = geometry_covariance(errors, GeometryStd(diameter_difference=difference))
-    assert math.sqrt(covariance.yaw_yaw) == pytest.approx(length_m * difference / SEPARATION_M)
-    assert math.sqrt(covariance.yy) == pytest.approx(length_m**2 * difference / (2 * SEPARATION_M), rel=1e-3)
-    assert covariance.xx == pytest.approx(0.0, abs=1e-15)
 
 
 def after(seconds, left_mps, right_mps, interval_s=0.02):

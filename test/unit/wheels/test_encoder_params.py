@@ -5,13 +5,15 @@ import math
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.wheels.encoder_params import EncoderModel, ppr_label
+from diff_encoder_sim.wheels.encoder_params import EncoderModel, PerWheel, ppr_label
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 
-@pytest.mark.parametrize(('ppr', 'label'), [(90, '90'), ({'left': 40, 'right': 4096}, '40-4096'), (102.4, '102.4')])
-def test_ppr_label(ppr, label):
-    assert ppr_label(EncoderParams.from_mapping({'ppr': ppr}, '').ppr) == label
+def test_ppr_label():
+    assert (
+        ppr_label(PerWheel(left=40, right=4096)) == '40-4096'
+        and ppr_label(PerWheel(left=102.4, right=102.4)) == '102.4'
+    )
 
 
 def model(**keys):
@@ -62,19 +64,25 @@ def test_a_bad_value_is_one_line(keys, words):
     assert words in str(raised.value) and '\n' not in str(raised.value)
 
 
-def test_uneven_edges_need_a_whole_number_of_them():
-    uneven = {'encoder': {'edge_error': 0.1}}
-    EncoderParams.from_mapping({'ppr': 41, **uneven}, 'config')
-    with pytest.raises(ConfigError, match=r'^config: ppr: given 41\.0; allowed: multiples of 4 up to 1048576'):
-        EncoderParams.from_mapping({'ppr': 41, 'encoder': {'duty_cycle': 0.4}}, 'config')
-    with pytest.raises(ConfigError, match=r'ppr: given 1632\.67; allowed: multiples of 1 up to'):
-        EncoderParams.from_mapping({'ppr': 1632.67, **uneven}, 'config')
-    geared = {'duty_cycle': 0.4, 'gear_ratio': 34.014, 'side': 'motor'}
-    with pytest.raises(ConfigError, match=r'ppr: given 100\.0; allowed: multiples of 136\.056 up to'):
-        EncoderParams.from_mapping({'ppr': 100, 'encoder': geared}, 'config')
-    EncoderParams.from_mapping({'ppr': 2 * 136.056, 'encoder': geared}, 'config')
-    motor = {'lines': 12, 'gear_ratio': 34.014, 'side': 'motor', 'edge_error': 0.1}
-    EncoderParams.from_mapping({'encoder': motor}, 'config')
+GEARED = {'duty_cycle': 0.4, 'gear_ratio': 34.014, 'side': 'motor'}
+
+
+@pytest.mark.parametrize(
+    ('ppr', 'encoder', 'refusal'),
+    [
+        (41, {'edge_error': 0.1}, ''),
+        (41, {'duty_cycle': 0.4}, r'^config: ppr: given 41\.0; allowed: multiples of 4 up to 1048576'),
+        (1632.67, {'edge_error': 0.1}, r'ppr: given 1632\.67; allowed: multiples of 1 up to'),
+        (100, GEARED, r'ppr: given 100\.0; allowed: multiples of 136\.056 up to'),
+        (2 * 136.056, GEARED, ''),
+    ],
+)
+def test_uneven_edges_need_a_whole_number_of_them(ppr, encoder, refusal):
+    if not refusal:
+        EncoderParams.from_mapping({'ppr': ppr, 'encoder': encoder}, 'config')
+        return
+    with pytest.raises(ConfigError, match=refusal):
+        EncoderParams.from_mapping({'ppr': ppr, 'encoder': encoder}, 'config')
 
 
 def test_the_variance_of_a_reading_is_the_sum_of_its_errors():
@@ -93,16 +101,9 @@ def test_the_variance_of_a_reading_is_the_sum_of_its_errors():
 @pytest.mark.parametrize(
     ('key', 'value'),
     [
-        ('ppr', 0),
-        ('ppr', math.nan),
-        ('ppr', 'ninety'),
-        ('ppr', {'left': 90}),
-        ('ppr', {'left': 90, 'right': 0}),
-        ('rate', 0),
-        ('counter_modulus', 1),
-        ('counter_modulus', 2.5),
-        ('left_joint', ''),
-        ('left_joint', 'right_wheel_joint'),
+        *(('ppr', bad) for bad in (0, math.nan, 'ninety', {'left': 90}, {'left': 90, 'right': 0})),
+        *(('counter_modulus', bad) for bad in (1, 2.5)),
+        *(('left_joint', bad) for bad in ('', 'right_wheel_joint')),
     ],
 )
 def test_bad_encoder_values_are_refused_in_one_line(key, value):

@@ -25,15 +25,16 @@ def test_reports_come_at_20_hz_with_the_stamp_of_the_sample():
     ]
 
 
-def test_the_counter_has_the_width_that_was_asked_for():
-    encoder = ReportingEncoder(EncoderParams(ppr=100, counter_modulus=65536))
-    assert encoder.update(0, NAMES, [turn(32768, 100), turn(-32769, 100)]) == (EncoderSample(0, -32768, 32767),)
-
-
-def test_joints_may_come_in_any_order_among_others_and_under_any_name():
-    encoder = ReportingEncoder(EncoderParams(ppr=10, left_joint='l', right_joint='r'))
-    names = ['arm', 'r', 'caster', 'l']
-    assert encoder.update(0, names, [9.0, turn(7, 10), 9.0, turn(3, 10)]) == (EncoderSample(0, 3, 7),)
+@pytest.mark.parametrize(
+    ('params', 'names', 'pulses', 'counts'),
+    [
+        ({'counter_modulus': 65536}, NAMES, (32768, -32769), (-32768, 32767)),
+        ({'left_joint': 'l', 'right_joint': 'r'}, ['arm', 'r', 'caster', 'l'], (9, 7, 9, 3), (3, 7)),
+    ],
+)
+def test_counters_have_their_width_and_joints_any_name_and_order(params, names, pulses, counts):
+    encoder = ReportingEncoder(EncoderParams(ppr=10, **params))
+    assert encoder.update(0, names, [turn(each, 10) for each in pulses]) == (EncoderSample(0, *counts),)
 
 
 def test_a_joint_whose_angle_falls_counts_up_when_the_robot_drives_forward():
@@ -99,10 +100,9 @@ def test_a_misspelt_joint_is_named_once_it_is_overdue():
         encoder.update(1050 * MS, NAMES, [0.0, 0.0])
 
 
-def test_stamps_that_nobody_sets_are_reported():
+def test_stamps_that_no_node_sets_are_reported():
     encoder = ReportingEncoder(EncoderParams(ppr=10))
     for _ in range(100):
         encoder.update(0, NAMES, [0.0, 0.0])
     with pytest.raises(InputFault, match=r'stamps do not advance: 0\.000 s'):
         encoder.update(0, NAMES, [0.0, 0.0])
-    assert encoder.update(50 * MS, NAMES, [turn(2, 10)] * 2) == (EncoderSample(50 * MS, 2, 2),)
