@@ -16,7 +16,7 @@ from diff_encoder_sim.analysis.result_tables import (
 
 def small_table(groups=1, text='a_b', name='small'):
     heads = {f'{group}{axis}': (f'group {group}', axis) for group in range(groups) for axis in 'xy'}
-    frame = pd.DataFrame({'key': [f'100 % {text}', text], **dict.fromkeys(heads, [-0.0004, None])}, dtype=object)
+    frame = pd.DataFrame({'key': [f'100 % {text}', text], **{name: [-0.0004, None] for name in heads}}, dtype=object)
     return ResultTable(name, f'Of {text}', frame, heads, dict.fromkeys(heads, 3), [f'note on {text}'])
 
 

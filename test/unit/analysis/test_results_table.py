@@ -107,14 +107,6 @@ def test_a_campaign_is_its_table_and_the_paths_of_its_bags(finished):
     assert math.isnan(second['amcl_ate_rmse_m']) and second['outcome'] == 'succeeded'
 
 
-def test_real_encoders_and_variants_come_with_the_trials(tmp_path):
-    variants = {'a none': {}, 'missed 1 %': {'config.encoder.faults.missed': 0.01}}
-    campaign = small_campaign(tmp_path, tests=['SL'], ppr=[40], encoders=['amt102'], variants=variants, trials=1)
-    results = load_results([finish(campaign, tmp_path / 'out')])
-    assert results.notes == [] and results.trials['odom_ate_rmse_m'].notna().all()
-    assert columns(results, 'ppr', 'variant') == [(label, name) for name in variants for label in ('40', '8192 amt102')]
-
-
 def test_a_campaign_that_goes_on_is_analysed_as_far_as_it_is(tmp_path, caplog):
     folder = finish(small_campaign(tmp_path), tmp_path / 'out', 3)
     with open(folder / 'trials.csv', 'ab') as table:
@@ -137,7 +129,6 @@ def test_a_bad_manifest_is_named(folder, content):
         lambda lines: lines + lines[-1:],
         lambda lines: lines[:2] + ['SL,90'] + lines[3:],
         lambda lines: lines[:1] + [lines[1].replace('SL,', 'LS,')] + lines[2:],
-        lambda lines: lines[:1] + [lines[1].replace('49.05', 'nan')] + lines[2:],
         lambda lines: lines[:1] + [lines[1].replace('49.05', '1e300')] + lines[2:],
     ],
 )
@@ -174,8 +165,9 @@ def test_bags_of_both_formats_lead_to_the_same_table(tmp_path):
     found = []
     for bag_format in ('ros1', 'mcap'):
         (tmp_path / bag_format / 'scratch').mkdir(parents=True)
-        campaign = small_campaign(tmp_path, tests=[TOUR], ppr=[90], nav='scripted', bag_format=bag_format)
-        out = tmp_path / bag_format / 'out'
+        out, changes = tmp_path / bag_format / 'out', {'nav': 'scripted', 'bag_format': bag_format}
+        variants = {'none': {}, 'missed 1 %': {'config.encoder.faults.missed': 0.01}}
+        campaign = small_campaign(tmp_path, tests=[TOUR], ppr=[90], variants=variants, trials=1, **changes)
         with ResultStore(out, campaign, RUN) as store:
             files = campaign.files.materialise(tmp_path / bag_format / 'scratch')
             for requested in store.pending():
@@ -185,25 +177,31 @@ def test_bags_of_both_formats_lead_to_the_same_table(tmp_path):
         found += [load_results([out]), load_results([out / 'bags'])]
     names = [name for name in found[0].trials.columns if not name.endswith(('path', 'wall_time_s', 'bag'))]
     for results in found:
-        assert results.notes == [] and results.trials['odom_ate_rmse_m'].notna().all()
+        assert results.varied == ['variant'] and results.trials['odom_ate_rmse_m'].notna().all()
         pd.testing.assert_frame_equal(results.trials[names], found[0].trials[names], check_exact=False, rtol=1e-12)
+    assert found[0].notes == [] and columns(found[0], 'variant') == [('none',), ('missed 1 %',)]
     pd.testing.assert_frame_equal(found[2].trials[names], found[0].trials[names], check_exact=True)
 
 
 # Bags.
 
 
-def test_only_good_bags_are_analysed(tmp_path, caplog):
-    write_bag(tmp_path / 'good.bag', trial())
+def test_only_good_bags_are_analysed_and_each_trial_and_definition_once(tmp_path, caplog):
+    write_bag(tmp_path / 'a.bag', trial())
+    shutil.copy(tmp_path / 'a.bag', tmp_path / 'b.bag')
+    other = {**load_test('SL', ROOT / 'config').model_dump(), 'time_limit': 5.0}
+    write_bag(tmp_path / 'c.bag', trial().model_copy(update={'test': type(trial().test).from_mapping(other, '')}))
+    write_bag(tmp_path / 'nan.bag', trial(number=4), odom=[(math.nan, 0.0, 0.0)])
     write_bag(tmp_path / 'no_odom.bag', trial(number=2), odom=())
     write_bag(tmp_path / 'no_truth.bag', trial(number=3), truth=())
-    write_bag(tmp_path / 'nan.bag', trial(number=4), odom=[(math.nan, 0.0, 0.0)])
     write_bag(tmp_path / 'torn.bag', trial(number=5), result=None)
     results = load_results([tmp_path])
     assert list(results.trials['outcome']) == ['succeeded', 'torn']
     assert results.trials['odom_x_m'].isna().tolist() == [False, True]  # where a torn trial ended is unknown
     assert [record.message for record in caplog.records] == results.notes
-    assert [note.split(':')[0].split('/')[-1] for note in results.notes] == ['nan.bag', 'no_odom.bag', 'no_truth.bag']
+    names = ['nan.bag', 'no_odom.bag', 'no_truth.bag', 'b.bag', 'c.bag']
+    assert [note.split(':')[0].split('/')[-1] for note in results.notes] == names
+    assert 'the same trial as ' in results.notes[3] and 'defines SL differently from ' in results.notes[4]
 
 
 def test_nothing_to_analyse_is_refused(tmp_path):
@@ -212,35 +210,21 @@ def test_nothing_to_analyse_is_refused(tmp_path):
     assert refusal(tmp_path).startswith(f'{tmp_path}/a.bag: not a readable bag')
 
 
-def test_bags_are_sorted_into_cells(tmp_path):
-    for ppr in (4096, 90):
-        for number in (2, 1):
-            write_bag(tmp_path / f'{ppr}_{number}.bag', trial(ppr=ppr, number=number))
+def test_bags_are_sorted_into_cells_and_other_configurations_and_real_encoders_are_kept_apart(tmp_path):
+    for number in (2, 1):
+        write_bag(tmp_path / f'{number}.bag', trial(ppr=4096, number=number))
     write_bag(tmp_path / 'ideal.bag', trial(odom='ideal'))
-    results = load_results([tmp_path])
-    assert results.title == tmp_path.name and results.notes == []
-    assert columns(results, 'ppr', 'trial') == [('90', 1), ('90', 2), ('4096', 1), ('4096', 2), ('ideal', 1)]
-
-
-def test_other_configurations_real_encoders_and_variants_are_kept_apart(tmp_path):
     amt102 = trial(ppr=8192, encoder='amt102', resolution='2048 lines x 4 = 8192 counts per wheel revolution')
-    write_bag(tmp_path / 'a.bag', amt102)
-    write_bag(tmp_path / 'b.bag', trial(ppr=8192, nav='embedded', variant='missed 1 %'))
+    write_bag(tmp_path / 'amt102.bag', amt102)
     results = load_results([tmp_path])
-    assert encoders(results.trials) == ['8192', '8192 amt102']
-    assert results.varied == ['nav', 'variant']
-    assert columns(results, 'nav', 'variant') == [('scripted', ''), ('embedded', 'missed 1 %')]
-    assert results.notes[0].startswith(f'{tmp_path}/a.bag and others: nav is embedded or scripted')
-
-
-def test_a_trial_counts_once_and_a_test_has_one_definition(tmp_path):
-    write_bag(tmp_path / 'a.bag', trial())
-    shutil.copy(tmp_path / 'a.bag', tmp_path / 'b.bag')
-    other = {**load_test('SL', ROOT / 'config').model_dump(), 'time_limit': 5.0}
-    write_bag(tmp_path / 'c.bag', trial().model_copy(update={'test': type(trial().test).from_mapping(other, '')}))
+    assert results.title == tmp_path.name and results.notes == [] and results.varied == []
+    cells = [('4096', 1), ('4096', 2), ('8192 amt102', 1), ('ideal', 1)]
+    assert columns(results, 'ppr', 'trial') == cells
+    write_bag(tmp_path / 'z.bag', trial(ppr=8192, nav='embedded', variant='missed 1 %'))
     results = load_results([tmp_path])
-    assert list(results.trials['bag']) == [str(tmp_path / 'a.bag')]
-    assert 'b.bag: the same trial as ' in results.notes[0] and 'c.bag: defines SL differently from ' in results.notes[1]
+    assert results.varied == ['nav', 'variant'] and encoders(results.trials)[1:3] == ['8192', '8192 amt102']
+    assert set(columns(results, 'nav', 'variant')) == {('scripted', ''), ('embedded', 'missed 1 %')}
+    assert results.notes[0].startswith(f'{tmp_path}/1.bag and others: nav is embedded or scripted')
 
 
 def test_a_bag_has_all_that_its_row_would(tmp_path):
@@ -254,11 +238,10 @@ def test_a_bag_has_all_that_its_row_would(tmp_path):
     assert found['duration_s'] == pytest.approx(0.1)
     assert found['distance_m'] == pytest.approx(10 + math.hypot(10, 0.1))
     parts = ('x_m', 'y_m', 'yaw_rad')
-    assert np.isnan(found['amcl_x_m'])
     assert [found[f'odom_{part}'] for part in parts] == pytest.approx([-0.1, 0.5, 0.05])  # from the start at (-10, 0)
     assert [found[f'world_{part}'] for part in parts] == pytest.approx([0.0, 0.1, 0.02])
     assert found['odom_ate_max_m'] == pytest.approx(math.hypot(0.1, 0.4))
-    assert found['global_ate_max_m'] > 0.0 and np.isnan(found['amcl_ate_max_m'])
+    assert found['global_ate_max_m'] > 0.0 and np.isnan(found[['amcl_x_m', 'amcl_ate_max_m']].astype(float)).all()
     assert found['true_path'].tolist() == [[-10.0, 0.0], [0.0, 0.0], [10.0, 0.1]]
     assert found['odom_path'] == pytest.approx(np.array([[-10.0, 0.0], [0.0, 0.3], [9.9, 0.5]]))
     assert results.requested == {'SL': trial(number=7)}

@@ -7,6 +7,7 @@ from trial_tables import IN, OUT, cell, results_of, trial
 
 ODOMETRY = [trial('SL', '40', number, odom=odom, world=OUT) for number, odom in enumerate((IN, OUT, OUT), start=1)]
 FAILED = cell('SL', '40', 'world', [IN, OUT]) + [trial('SL', '40', 3, 'lost')]
+LATE = trial('SL', '40', 1, 'timed_out', world=(0.3, -0.4, 2.0))
 
 
 @pytest.mark.parametrize(

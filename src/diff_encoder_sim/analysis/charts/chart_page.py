@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 import json
 from pathlib import Path
-from typing import Any, Dict, List, NamedTuple, Sequence, Union
+from typing import Any, Dict, NamedTuple, Sequence, Union
 
 import altair as alt
 import vl_convert
@@ -14,6 +14,7 @@ from markupsafe import Markup
 from diff_encoder_sim.analysis.html_templates import load_template
 
 VEGA_LITE = '.'.join(alt.SCHEMA_VERSION.lstrip('v').split('.')[:2])  # version written by Altair
+VALIDATE = False  # slow; a test validates
 HEIGHT_PX = 340
 FONT = "system-ui, 'Segoe UI', Roboto, 'Liberation Sans', sans-serif"  # font of the page
 _TEXT = {'labelFontSize': 12, 'titleFontSize': 12, 'titleFontWeight': 'normal'}
@@ -85,27 +86,27 @@ def charts_html(charts: Sequence[Chart], choices: Sequence[Choice] = ()) -> Mark
         charts: in the order of the page, in two columns if there is space.
         choices: controls above the charts.
     """
-    drawn, data = [], {}
+    content: Dict[str, Any] = {'charts': [], 'data': {}, 'choices': []}
     for chart in charts:
         spec = drawing_dict(chart.drawing)
-        data.update(spec.pop('datasets', {}))
-        parameters = [{'name': choice.name, 'value': choice.chosen} for choice in choices]
+        for name, rows in spec.pop('datasets', {}).items():  # columns take a third of the size of rows
+            content['data'][name] = {key: [row[key] for row in rows] for key in rows[0]} if rows else {}
         spec.update(
             width='container',
             height=HEIGHT_PX,
             autosize={'type': 'fit-x', 'contains': 'padding'},
             description=f'{chart.title}. {chart.description}',
-            params=[*parameters, *spec.get('params', [])],
+            params=[*({'name': choice.name, 'value': choice.chosen} for choice in choices), *spec.get('params', [])],
             config=CONFIG,
         )
         vega = vl_convert.vegalite_to_vega(spec, vl_version=VEGA_LITE)
         del vega['$schema']  # Vega warns if Altair is older than vl-convert
-        drawn.append({'name': chart.name, 'spec': vega})
-    content = {
-        'charts': drawn,
-        'data': {name: _columns(rows) for name, rows in data.items()},
-        'choices': [_choice(choice) for choice in choices],
-    }
+        content['charts'].append({'name': chart.name, 'spec': vega})
+    for choice in choices:
+        content['choices'].append({'name': choice.name, 'values': [option.value for option in choice.options]})
+        if choice.look is Look.LIST:
+            parents = [option.within for option in choice.options]
+            content['choices'][-1].update(within=choice.within, parents=parents, clicked_for=choice.clicked_for)
     text = json.dumps(content, allow_nan=False, ensure_ascii=False, separators=(',', ':'))
     return Markup(
         load_template('charts.html', Path(__file__).parent).render(
@@ -120,16 +121,5 @@ def charts_html(charts: Sequence[Chart], choices: Sequence[Choice] = ()) -> Mark
 def drawing_dict(drawing: Any) -> Dict[str, Any]:
     """Return a chart as Vega-Lite, without a limit on rows."""
     with alt.data_transformers.enable('default', max_rows=None):
-        spec: Dict[str, Any] = drawing.to_dict(validate=False)  # slow; a test validates
+        spec: Dict[str, Any] = drawing.to_dict(validate=VALIDATE)
     return spec
-
-
-def _choice(choice: Choice) -> Dict[str, Any]:
-    values, parents = [option.value for option in choice.options], [option.within for option in choice.options]
-    of_list = {'within': choice.within, 'parents': parents, 'clicked_for': choice.clicked_for}
-    return {'name': choice.name, 'values': values, **(of_list if choice.look is Look.LIST else {})}
-
-
-def _columns(rows: Sequence[Dict[str, Any]]) -> Dict[str, List[Any]]:
-    """Return the values by key, which takes a third of the size of rows."""
-    return {key: [row[key] for row in rows] for key in rows[0]} if rows else {}

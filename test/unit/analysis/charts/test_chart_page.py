@@ -25,25 +25,17 @@ def content(html):
     return json.loads(text)
 
 
-def test_charts_share_their_data_which_is_given_by_column():
-    given = content(charts_html([chart(), chart('again')]))
+def test_charts_share_their_data_by_column_and_the_choices_as_parameters():
+    html = charts_html([chart(), chart('again')], [ENCODER, TEST, TRIAL])
+    given = content(html)
     [(name, columns)] = given['data'].items()
     assert columns == {'x': [1.5, 2.0], 'name': ['a', 'b']}
-    assert [[each['name'] for each in one['spec']['data']][:1] for one in given['charts']] == [[name]] * 2
-
-
-def test_choices_are_parameters_of_every_chart():
-    given = content(charts_html([chart(), chart('path')], [ENCODER, TEST]))
     for each in given['charts']:
+        assert each['spec']['data'][0]['name'] == name
         signals = {signal['name']: signal.get('value') for signal in each['spec']['signals']}
-        assert signals['encoder'] == ['90'] and signals['test'] == 'SMT'
+        assert (signals['encoder'], signals['test'], signals['trial']) == (['90'], 'SMT', 8)
     assert given['choices'][0] == {'name': 'encoder', 'values': ['40', '90']}
-
-
-def test_each_choice_shows_what_is_chosen_at_first():
-    html = charts_html([chart()], [ENCODER, TEST, TRIAL])
-    inputs = re.findall(r'<input type="(\w+)" name="(\w+)" value="(\d)"( checked)?>', html)
-    assert inputs == [
+    assert re.findall(r'<input type="(\w+)" name="(\w+)" value="(\d)"( checked)?>', html) == [
         ('checkbox', 'encoder', '0', ''),
         ('checkbox', 'encoder', '1', ' checked'),
         ('radio', 'test', '0', ''),

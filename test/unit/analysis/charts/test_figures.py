@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from diff_encoder_sim.analysis import results_table
-from diff_encoder_sim.analysis.charts import drawings, frames
+from diff_encoder_sim.analysis.charts import chart_page
 from diff_encoder_sim.analysis.charts.figures import shown_limit, write_figures
 from diff_encoder_sim.analysis.charts.trial_charts import trial_charts
 from diff_encoder_sim.drives.topics import PoseSource
@@ -17,14 +17,14 @@ from trial_tables import IN, cell, navigated, results_of, synthetic_results, tri
 OF_EACH_SOURCE = [
     f'{name}_{source.value}' for name in ('fig4_xy_errors', 'fig5_distributions') for source in PoseSource
 ]
-VARIANTS = [{'variant': 'none'}, {'variant': 'missed 1 %'}]
 X_M = np.linspace(-10.0, 10.0, 50)
 
 
 def driven():
     """Trials of two encoders, whose odometry starts right and leaves by a metre in twenty; the first fails."""
     columns = {'true_path': np.column_stack((X_M, 0.0 * X_M)), 'odom_path': np.column_stack((X_M, 0.05 * (X_M + 10.0)))}
-    trials = [trial('SL', ppr, number, world=IN, **columns) for ppr in ('40', '90') for number in (1, 2, 3)]
+    ends = {1: IN, 2: (0.02, 0.0, 0.5), 3: (7.0, 0.0, 0.0)}
+    trials = [trial('SL', ppr, number, world=end, **columns) for ppr in ('40', '90') for number, end in ends.items()]
     trials[0]['outcome'] = 'collision'
     return results_of(trials, requested={'SL': navigated('SL')})
 
@@ -42,7 +42,7 @@ def test_files_of_a_campaign_have_the_same_bytes_each_time(tmp_path):
         assert figure.svg.read_bytes() == other.svg.read_bytes() and figure.png.read_bytes() == other.png.read_bytes()
     with Image.open(figures[0].png) as image:
         assert image.width > 600
-    assert '3 of 3 within' in texts(figures[3]) and 'SL: 40 PPR' in texts(figures[-2])
+    assert '2 of 3 within, 1 beyond' in texts(figures[3]) and 'SL: 40 PPR' in texts(figures[-2])
 
 
 @pytest.mark.filterwarnings('error::RuntimeWarning', 'error::UserWarning')
@@ -59,30 +59,19 @@ def test_little_data(tmp_path, made, count):
     assert len(write_figures(made, tmp_path)) == count
 
 
-@pytest.mark.filterwarnings('error::RuntimeWarning', 'error::UserWarning')
-def test_of_named_variants_the_first_has_figures_and_one_figure_has_all(tmp_path):
+def test_of_named_variants_the_first_has_figures_and_other_parameters_have_their_own(tmp_path):
     trials = [
-        trial('SL', '40', number, odom=(0.01 * size, 0.0, 1.0), world=IN, **variant)
-        for size, variant in enumerate(VARIANTS, 1)
+        trial('SL', '40', number, odom=(0.01 * size, 0.0, 1.0), world=IN, variant=variant, noise=noise)
+        for size, variant in enumerate(('none', 'missed 1 %'), 1)
+        for noise in ('0.01', '0.03')
         for number in (1, 2)
     ]
-    figures = write_figures(results_of(trials, varied=['variant']), tmp_path)
-    assert [figure.name for figure in figures][:2] == ['variants', 'fig4_xy_errors_odom']
-    assert figures[1].caption.endswith('(none).') and {'none', 'missed 1 %'} <= set(texts(figures[0]))
-
-
-def test_parameters_have_figures_of_their_own(tmp_path):
-    figures = write_figures(synthetic_results(tests=('SL',), pprs=('40',), trials=2, noises=('0.01', '0.03')), tmp_path)
+    figures = write_figures(results_of(trials, varied=['variant', 'noise']), tmp_path)
     assert [figure.name for figure in figures] == [
-        f'{name}_variant{number}' for number in (1, 2) for name in (*OF_EACH_SOURCE, 'spread_vs_ppr')
+        'variants',
+        *(f'{name}_variant{number}' for number in (1, 2) for name in (*OF_EACH_SOURCE, 'spread_vs_ppr')),
     ]
-    assert all('noise 0.03' in figure.caption for figure in figures[9:])
-
-
-def test_points_within_and_beyond_the_axes_are_counted(tmp_path):
-    errors = [(0.04, 0.04, 0.0), *[(0.01, 0.0, 0.0)] * 8, (7.0, 0.0, 0.0)]
-    figures = write_figures(results_of(cell('SL', '90', 'odom', errors)), tmp_path)
-    assert '9 of 10 within, 1 beyond' in texts(figures[0])
+    assert figures[-1].caption.endswith('(none, noise 0.03).') and {'none', 'missed 1 %'} <= set(texts(figures[0]))
 
 
 def test_axes_hold_all_but_far_outliers():
@@ -91,31 +80,6 @@ def test_axes_hold_all_but_far_outliers():
     assert 1.0 < shown_limit([np.append(usual, 80.0)], least=0.1) < 10.0
     assert shown_limit([usual, 5.0 * usual], least=0.1) == pytest.approx(5.4)
     assert shown_limit([np.array([])], least=0.1) == pytest.approx(0.108)
-
-
-def test_every_chart_is_valid_vega_lite():
-    made = driven()
-    colours = drawings.encoder_colours(['40', '90'])
-    points = drawings.Points(frames.trial_rows(made.trials), colours)
-    rows = drawings.alt.Chart(frames.error_rows(made.trials))
-    floors = frames.floor_rows(made.trials, made)
-    paths, marks, maps = (
-        drawings.alt.Chart(each)
-        for each in (
-            frames.path_rows(made.trials, floors),
-            frames.mark_rows(made, ['SL']),
-            frames.map_rows(made, ['SL']),
-        )
-    )
-    stds = drawings.alt.Chart(frames.spread_rows(synthetic_results(trials=3).trials))
-    closed_form = drawings.alt.Chart(frames.closed_form_rows(made))
-    for drawing in (
-        drawings.xy_errors(rows, points),
-        drawings.distributions(rows, points, {'40': '40 PPR'}, "'m'", '0.05', domain=[-1.0, 1.0]),
-        drawings.spreads(stds, closed_form, [40.0, 90.0], "'m'"),
-        drawings.path_chart(paths, marks, maps, points.trials, colours, ([0.0, 1.0], [0.0, 1.0])),
-    ):
-        assert drawing.to_dict(validate=True)['layer']
 
 
 def charts_of(made):
@@ -132,9 +96,10 @@ def options(html, name):
     return re.findall(r'(?:</span>|">| checked>)([^<>]+)</label>', field)
 
 
-def test_a_report_with_bags_has_charts_in_the_colours_of_the_encoders():
+def test_a_report_with_bags_has_valid_charts_in_the_colours_of_the_encoders(monkeypatch):
+    monkeypatch.setattr(chart_page, 'VALIDATE', True)
     html = charts_of(driven())
-    assert names(html) == ['scatter', 'distributions', 'path']
+    assert names(html) == ['scatter', 'distributions', 'curve', 'path']
     assert options(html, 'encoders') == ['40 PPR', '90 PPR'] and options(html, 'setup') == ['SL']
     assert 'style="color: #7ad151"' in html and 'style="color: #440154"' in html
 
