@@ -55,7 +55,7 @@ print(len(core))
 HEAVY = ('numba', 'pybullet', 'dask', 'distributed', 'altair', 'vl_convert', 'scipy')
 WRAPPERS = (
     *(f'analysis.charts.{name}' for name in ('chart_page', 'drawings', 'figures', 'frames', 'trial_charts')),
-    *('analysis.report.page', 'advice.advice_charts', 'advice.advice_page'),
+    *('analysis.report.page', 'advice.advice_page'),
 )
 IMPORT_AND_NAME_THE_HEAVY = f"""
 import importlib, sys

@@ -1,16 +1,51 @@
-"""Advice as an HTML page that works offline."""
+"""Advice as an HTML page that works offline: answers, interactive charts and tables.
+
+The charts show success rates and errors over the counts, and the error budgets as stacked bars.
+"""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any, Dict, Iterator, List
+
+import altair as alt
+import numpy as np
+from markupsafe import Markup
 
 from diff_encoder_sim.advice.advice import Advice
-from diff_encoder_sim.advice.advice_charts import advice_charts
-from diff_encoder_sim.advice.advice_tables import advice_tables, closed_form_text, own_encoder_text
+from diff_encoder_sim.advice.advice_tables import DECIMALS, TO_SHOWN, advice_tables, closed_form_text, own_encoder_text
+from diff_encoder_sim.advice.answers import AXES, Budget, Criterion, along_goal
+from diff_encoder_sim.advice.encoder_search import fraction_interval
+from diff_encoder_sim.advice.odometry_curve import FEWEST_COUNTS, MOST_COUNTS
+from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Look, Option, charts_html, zoomed
+from diff_encoder_sim.analysis.charts.drawings import tips
 from diff_encoder_sim.analysis.html_templates import STYLE, load_template
 from diff_encoder_sim.base.atomic_files import write_file
+from diff_encoder_sim.base.deferred import pandas as pd
 
 TEMPLATE = 'advice.html'
+
+# Colours of criteria and causes, safe for colour-blind readers (Okabe and Ito, 2008).
+COLOURS = {Criterion.ODOMETRY: '#d55e00', Criterion.POSE_ESTIMATE: '#0072b2', Criterion.TRUTH: '#009e73'}
+GREY = '#565d66'
+CAUSES = ('#0072b2', '#e69f00', '#009e73', '#cc79a7', '#56b4e9', '#d55e00', '#f0e442', '#999999')
+
+UNITS = ('mm', 'mm', 'degrees')
+SMALLEST_ERROR = 1e-4  # lower limit of the logarithmic axis; smaller bars are invisible [mm, degrees]
+SHARES = np.round(np.linspace(0.02, 0.99, 98), 2)  # success rates of the closed-form line
+TICKS = [10, 30, 100, 300, 1000, 3000, 10000, 30000]
+
+# Factors that separate dots of equal counts on the logarithmic axis.
+BESIDE = {Criterion.ODOMETRY: 1 / 1.1, Criterion.POSE_ESTIMATE: 1.0, Criterion.TRUTH: 1.1}
+
+OF_TEST, OF_AXIS, OF_CRITERION = (f'datum.{name} === {name}' for name in ('test', 'axis', 'criterion'))
+_COUNTS = (
+    alt.X('counts:Q', title='counts per revolution')
+    .scale(type='log', domain=[FEWEST_COUNTS, MOST_COUNTS], nice=False)
+    .axis(values=TICKS, format='d', labelOverlap=True)
+)
+
+Rows = List[Dict[str, Any]]
 
 
 def write_page(advice: Advice, path: Path) -> None:
@@ -22,7 +57,7 @@ def write_page(advice: Advice, path: Path) -> None:
     template = load_template(TEMPLATE, Path(__file__).parent, STYLE)
     page = template.render(
         advice=advice,
-        scope=_scope(advice),
+        scope='; '.join(_scope(advice)) + '.',
         closed_form=closed_form_text(advice),
         own_encoder=own_encoder_text(advice),
         charts=advice_charts(advice),
@@ -31,15 +66,187 @@ def write_page(advice: Advice, path: Path) -> None:
     write_file(path, page.encode('utf-8'))
 
 
-def _scope(advice: Advice) -> str:
-    """Return the number of draws and trials behind the answers."""
-    parts = []
+def _scope(advice: Advice) -> Iterator[str]:
+    """Yield the number of draws and trials behind the answers."""
     for curve in advice.curves.curves:
-        draws = min(map(len, curve.errors.values()))
-        parts.append(
-            f'{curve.test}: at least {draws} samples of one drive with {curve.draws.drive.wheel_way_m:.3g} m per wheel'
-        )
-    trials = sum(counts.trials for tried in advice.tried for counts in list(tried.within.values())[:1])
+        draws, way_m = min(map(len, curve.errors.values())), curve.draws.drive.wheel_way_m
+        yield f'{curve.test}: at least {draws} samples of one drive with {way_m:.3g} m per wheel'
+    trials = sum(tried.within[Criterion.TRUTH].trials for tried in advice.tried)
     if trials:
-        parts.append(f'{trials} closed-loop trials')
-    return '; '.join(parts) + '.'
+        yield f'{trials} closed-loop trials'
+
+
+def advice_charts(advice: Advice) -> Markup:
+    """Return the block of charts."""
+    tests = dict.fromkeys([*(curve.test for curve in advice.curves.curves), *(tried.test for tried in advice.tried)])
+    choices = [
+        Choice('test', 'Test', [Option(test, test) for test in tests], next(iter(tests)), Look.BUTTONS),
+        Choice('axis', 'Error', [Option(axis, axis) for axis in AXES], AXES[1], Look.BUTTONS),
+    ]
+    if _has_truth(advice):
+        criteria = [Option(criterion.value, criterion.text) for criterion in (Criterion.ODOMETRY, Criterion.TRUTH)]
+        choices.append(Choice('criterion', 'Budget of', criteria, Criterion.ODOMETRY.value, Look.BUTTONS))
+    return charts_html([_share_chart(advice), _error_chart(advice), _budget_chart(advice)], choices)
+
+
+def _has_truth(advice: Advice) -> bool:
+    """Return whether there is a budget of the true pose at the goal."""
+    return any(tried.truth for tried in advice.tried)
+
+
+def _chart(rows: Rows, *filters: str) -> alt.Chart:
+    chart = alt.Chart(pd.DataFrame(rows))
+    for one in filters:
+        chart = chart.transform_filter(one)
+    return chart
+
+
+def _share(field: str = 'share') -> alt.Y:
+    return alt.Y(f'{field}:Q', title='within the tolerance').scale(domain=[0, 1]).axis(format='%')
+
+
+def _legend(channel: Any, field: str, values: Dict[str, Any], columns: int = 1) -> Any:
+    """Return a colour or a dash by field; a legend shows the whole domain of its scale, with or without marks."""
+    scale = alt.Scale(domain=list(values), range=list(values.values()))
+    return channel(field, title=None, scale=scale, legend=alt.Legend(orient='bottom', columns=columns))
+
+
+def _share_chart(advice: Advice) -> Chart:
+    requirement, of_odometry = advice.requirement, COLOURS[Criterion.ODOMETRY]
+    colours = {each.text: colour for each, colour in COLOURS.items() if each in advice.answers}
+    colour = _legend(alt.Color, 'criterion:N', colours)
+    curves = [
+        {
+            'test': curve.test,
+            'criterion': Criterion.ODOMETRY.text,
+            'counts': counts,
+            'share': round(float(np.mean(requirement.within(errors))), 4),
+        }
+        for curve in advice.curves.curves
+        for counts, errors in sorted(curve.errors.items())
+    ]
+    asked = [advice._replace(requirement=requirement._replace(share=float(share))) for share in SHARES]
+    closed = [
+        {'test': test, 'counts': float(f'{counts:.4g}'), 'share': each.requirement.share}
+        for each in asked
+        for test, counts in each.closed_form.items()
+        if FEWEST_COUNTS <= counts <= MOST_COUNTS
+    ]
+    encoders = [
+        {'encoder': one.name, 'counts': round(one.counts, 3), 'share': round(share, 4), 'trials': one.share_text}
+        for one, share in ((one, sum(one.share) / 2.0) for one in advice.encoders)
+    ]
+    layers = [
+        _chart([{'share': requirement.share}]).mark_rule(color=GREY).encode(y=_share()),
+        zoomed(_chart(curves, OF_TEST).mark_line(clip=True).encode(x=_COUNTS, y=_share(), color=colour)),
+    ]
+    if closed:
+        line = _chart(closed, OF_TEST).mark_line(strokeDash=[2, 3], color=of_odometry, clip=True)
+        layers.append(line.encode(x=_COUNTS, y=_share()))
+    if advice.tried:
+        tried = _chart(_tried_rows(advice), OF_TEST).encode(x=_COUNTS, color=colour)
+        dots = tips({'encoder': 'encoder', 'criterion': 'criterion', 'trials': 'trials within'})
+        layers.append(tried.mark_rule(clip=True).encode(y=_share('low'), y2='high:Q'))
+        layers.append(tried.mark_point(filled=True, size=60, clip=True).encode(y=_share(), tooltip=dots))
+    if encoders:
+        diamonds = _chart(encoders).mark_point(shape='diamond', size=60, color=of_odometry, clip=True)
+        named = tips({'encoder': 'encoder', 'counts': 'counts', 'trials': 'draws within'})
+        layers.append(diamonds.encode(x=_COUNTS, y=_share(), tooltip=named))
+    dots_text = 'dots: closed-loop trials with the confidence interval; ' if advice.tried else ''
+    description = (
+        'Line: odometry, sampled drives; dotted: odometry in closed form, quantisation only, for the axis '
+        f'that needs the most counts; {dots_text}diamonds: odometry '
+        'with the encoders of the table in their worst test; grey: the required fraction.'
+    )
+    return Chart('share', 'How many trials are within the tolerance', description, alt.layer(*layers))
+
+
+def _tried_rows(advice: Advice) -> Rows:
+    rows = []
+    for tried in advice.tried:
+        for criterion, counts in tried.within.items():
+            low, high = fraction_interval(counts, advice.requirement.confidence)
+            key = {'test': tried.test, 'encoder': tried.label, 'criterion': criterion.text}
+            shares = {'share': round(counts.fraction, 4), 'low': round(low, 4), 'high': round(high, 4)}
+            trials = f'{counts.within} of {counts.trials}'
+            rows.append({**key, 'counts': tried.counts * BESIDE[criterion], **shares, 'trials': trials})
+    return rows
+
+
+def _error_chart(advice: Advice) -> Chart:
+    share = advice.requirement.share
+    lines = {'half': 0.5, f'{100.0 * share:g} %': share, '95 %': 0.95}
+    rows = []
+    for curve in advice.curves.curves:
+        for counts, errors in sorted(curve.errors.items()):
+            shown = np.abs(along_goal(errors, curve.draws.drive.goal_in_map)) * TO_SHOWN
+            for line, level in lines.items():
+                for axis, error in zip(AXES, np.maximum(np.quantile(shown, level, axis=0), SMALLEST_ERROR)):
+                    key = {'test': curve.test, 'counts': counts, 'line': line, 'axis': axis}
+                    rows.append({**key, 'error': float(f'{error:.4g}')})
+    y = alt.Y('error:Q', title='error [mm, degrees]').scale(type='log')
+    dash = _legend(alt.StrokeDash, 'line:N', dict(zip(lines, ([2, 1], [1, 0], [4, 2]))))
+    drawn = _chart(rows, OF_TEST, OF_AXIS).mark_line(clip=True).encode(x=_COUNTS, y=y, strokeDash=dash)
+    return Chart(
+        'error',
+        "Odometry's error against the counts",
+        'Quantiles of the sampled drives: half, the required fraction, and 95 %; grey: the tolerance.',
+        alt.layer(_tolerance_rule(advice, y), zoomed(drawn)),
+    )
+
+
+def _budget_chart(advice: Advice) -> Chart:
+    rows: Rows = []
+    for test, budgets in advice.budgets.items():
+        for counts, budget in budgets.items():
+            rows += _bars(test, Criterion.ODOMETRY, f'{counts:g}', counts, budget)
+    for tried in advice.tried:
+        if tried.truth:
+            rows += _bars(tried.test, Criterion.TRUTH, tried.label, tried.counts, tried.truth)
+    colour = _legend(alt.Color, 'cause:N', dict(zip(dict.fromkeys(row['cause'] for row in rows), CAUSES)), 2)
+    x = alt.X('encoder:O', title='counts per revolution', sort=alt.EncodingSortField('counts'))
+    named = tips({'encoder': 'encoder', 'cause': 'cause', 'mean': 'mean', 'deviation': 'standard deviation'})
+    title = 'rms [mm, degrees]'
+    bars = _chart(rows, OF_TEST, OF_AXIS, *([OF_CRITERION] if _has_truth(advice) else [])).mark_bar()
+    bars = bars.encode(x=x, y=alt.Y('rms:Q', title=title), color=colour, tooltip=named)
+    layers = [bars, _tolerance_rule(advice, alt.Y('error:Q', title=title))]
+    without = {tried.test for tried in advice.tried} - {tried.test for tried in advice.tried if tried.truth}
+    if without and _has_truth(advice):
+        missing = [{'test': test, 'criterion': Criterion.TRUTH.value} for test in sorted(without)]
+        text = 'too few trials came to the goal'
+        layers.append(_chart(missing, OF_TEST, OF_CRITERION).mark_text(text=text, color=GREY))
+    return Chart(
+        'budget',
+        'Error budget',
+        'Height: root mean square error, divided in proportion to mean squares. Grey: the tolerance.',
+        alt.layer(*layers),
+    )
+
+
+def _bars(test: str, criterion: Criterion, label: str, counts: float, budget: Budget) -> Rows:
+    """Return the bars of one encoder: parts of the root mean square, in proportion to the mean squares."""
+    named = {**budget.parts, 'rest': budget.rest}
+    squares = {cause: np.maximum(part.bias**2 + part.variance, 0.0) for cause, part in named.items()}
+    total = np.maximum(sum(squares.values()), 1e-18)
+    heights = {cause: square / np.sqrt(total) * TO_SHOWN for cause, square in squares.items()}
+    key = {'test': test, 'criterion': criterion.value, 'encoder': label, 'counts': counts}
+    return [
+        {
+            **key,
+            'cause': cause,
+            'axis': axis,
+            'rms': float(f'{heights[cause][index]:.4g}'),
+            'mean': f'{part.bias[index] * TO_SHOWN[index]:.{DECIMALS[index]}f} {UNITS[index]}',
+            'deviation': f'{part.std[index] * TO_SHOWN[index]:.{DECIMALS[index]}f} {UNITS[index]}',
+        }
+        for cause, part in named.items()
+        for index, axis in enumerate(AXES)
+        if heights[cause][index] >= SMALLEST_ERROR  # otherwise only the legend would show it
+    ]
+
+
+def _tolerance_rule(advice: Advice, y: alt.Y) -> alt.Chart:
+    """Return the tolerance of the chosen axis as a horizontal line."""
+    shown = (advice.requirement.tolerances * TO_SHOWN).tolist()
+    rows = [{'axis': axis, 'error': error} for axis, error in zip(AXES, shown)]
+    return _chart(rows, OF_AXIS).mark_rule(color=GREY).encode(y=y)

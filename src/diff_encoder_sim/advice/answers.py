@@ -128,14 +128,8 @@ class Limit(NamedTuple):
     @property
     def amount(self) -> str:
         """Return the error and the tolerance: `47 of 50 mm`."""
-        if AXES[self.axis] == 'heading':
-            return f'{_rounded(math.degrees(self.error), 2)} of {math.degrees(self.tolerance):g} degrees'
-        return f'{_rounded(1e3 * self.error, 3)} of {1e3 * self.tolerance:g} mm'
-
-    @property
-    def reduced(self) -> str:
-        """Return the smaller error in words."""
-        return f'{self.cause} made {_in_words(self.reduced_to, self.axis)}'
+        number, _, _ = _in_words(self.error, self.axis, 2 if AXES[self.axis] == 'heading' else 3).partition(' ')
+        return f'{number} of {_in_words(self.tolerance, self.axis)}'
 
 
 class Answer(NamedTuple):
@@ -157,22 +151,28 @@ class Answer(NamedTuple):
     given_up: str = ''  # trials that fail to reach the goal with any encoder
     note: str = ''
 
-    def __str__(self) -> str:
-        if self.kind is Kind.FROM:
-            text = f'at least {_counts(self.counts)} counts per revolution'
-            text = f'{text}{self._interval()}{self._candidate()}{self._undecided()}'
-        elif self.kind is Kind.NOT_THE_LIMIT:
-            what = "the encoder's counts are" if self.of_encoder else 'the encoder is'
-            name = f'{ppr_text(self.errors_of)}: ' if self.errors_of else ''
-            text = f'{name}{what} not the limit: {self._limits()}'
-        else:
-            text = f'undecided{self._more_trials()}'
-        return f'{text}; {self.note}' if self.note else text
-
     @property
     def budgeted_counts(self) -> Optional[float]:
         """Return the counts whose budget explains this answer."""
         return ppr_value(self.errors_of) if self.errors_of else self.counts
+
+    def __str__(self) -> str:
+        more = (
+            f', about {self.more_trials} more trials of each test would decide' if self.more_trials is not None else ''
+        )
+        if self.kind is Kind.FROM:
+            text = f'at least {_counts(self.counts)} counts per revolution{self._interval()}'
+            if self.encoder not in ('', _counts(self.counts)):
+                text += f'; smallest tested: {ppr_text(self.encoder)}'
+            if self.undecided:
+                text += f'; {ppr_text(self.undecided)} undecided{more}'
+        elif self.kind is Kind.NOT_THE_LIMIT:
+            what = "the encoder's counts are" if self.of_encoder else 'the encoder is'
+            text = f'{ppr_text(self.errors_of)}: ' if self.errors_of else ''
+            text += f'{what} not the limit: {self._limits()}'
+        else:
+            text = f'undecided{more}'
+        return f'{text}; {self.note}' if self.note else text
 
     def _interval(self) -> str:
         low, high = self.interval
@@ -182,39 +182,24 @@ class Answer(NamedTuple):
             return f'; {_counts(low)} do not suffice'
         return f' (between {_counts(low)} and {_counts(high)})' if low != high else ''
 
-    def _candidate(self) -> str:
-        is_known = self.encoder in ('', _counts(self.counts))
-        return '' if is_known else f'; smallest tested: {ppr_text(self.encoder)}'
-
-    def _undecided(self) -> str:
-        return f'; {ppr_text(self.undecided)} undecided{self._more_trials()}' if self.undecided else ''
-
-    def _more_trials(self) -> str:
-        if self.more_trials is None:
-            return ''
-        return f', about {self.more_trials} more trials of each test would decide'
-
     def _limits(self) -> str:
         if not self.limits:
             return self.given_up or 'several causes together are, no single cause'
-        less = ' and '.join(limit.reduced for limit in self.limits)
+        less = ' and '.join(f'{limit.cause} made {_in_words(limit.reduced_to, limit.axis, 2)}' for limit in self.limits)
         with_less = f'at least {_counts(self.counts)} counts' if self.counts else 'still not'
-        return f'{" and ".join([*filter(None, [self.given_up]), *map(str, self.limits)])}; if {less}: {with_less}'
+        named = ' and '.join([*filter(None, [self.given_up]), *map(str, self.limits)])
+        return f'{named}; if {less}: {with_less}'
 
 
 def _counts(counts: Optional[float]) -> str:
     return '-' if counts is None else f'{counts:.6g}'
 
 
-def _rounded(value: float, digits: int) -> str:
-    """Format a number with `digits` significant digits, without an exponent below a million."""
-    return f'{float(f"{value:.{digits}g}"):g}'
-
-
-def _in_words(error: float, axis: int) -> str:
-    return (
-        f'{_rounded(math.degrees(error), 2)} degrees' if AXES[axis] == 'heading' else f'{_rounded(1e3 * error, 2)} mm'
-    )
+def _in_words(error: float, axis: int, digits: int = 6) -> str:
+    """Format an error with significant digits, without an exponent below a million."""
+    is_heading = AXES[axis] == 'heading'
+    shown = math.degrees(error) if is_heading else 1e3 * error
+    return f'{float(f"{shown:.{digits}g}"):g} {"degrees" if is_heading else "mm"}'
 
 
 # A cause that takes more of the tolerance than this leaves too little for the others.
@@ -228,28 +213,27 @@ def limits(alone: Mapping[str, Mapping[str, np.ndarray]], requirement: Requireme
         alone: (n, 3) errors by AXES that only this cause makes, by cause and test.
         requirement: its success rate is the quantile of the errors.
     """
-    worst = [limit for cause, of_tests in alone.items() for limit in _worst(cause, of_tests, requirement)]
-    found = [limit for limit in worst if limit.error > limit.reduced_to]
-    return sorted(found, key=lambda limit: -limit.error / limit.tolerance)
+    return [limit for limit in _worst(alone, requirement) if limit.error > limit.reduced_to]
 
 
 def worst_halved(alone: Mapping[str, Mapping[str, np.ndarray]], requirement: Requirement) -> List[Limit]:
     """Return at most one limit: the worst cause, even a small one, reduced to half of its error."""
-    worst = [limit for cause, of_tests in alone.items() for limit in _worst(cause, of_tests, requirement)]
-    worst.sort(key=lambda limit: -limit.error / limit.tolerance)
-    return [limit._replace(reduced_to=0.5 * limit.error) for limit in worst[:1]]
+    return [limit._replace(reduced_to=0.5 * limit.error) for limit in _worst(alone, requirement)[:1]]
 
 
-def _worst(cause: str, of_tests: Mapping[str, np.ndarray], requirement: Requirement) -> List[Limit]:
-    """Return at most one limit: the worst test and axis of a cause."""
-    every = [
-        Limit(
-            cause, test, axis, float(error), float(tolerance), min(float(error), MOST_BY_ONE_CAUSE * float(tolerance))
-        )
-        for test, errors in of_tests.items()
-        if len(errors)
-        for axis, (error, tolerance) in enumerate(
-            zip(np.quantile(np.abs(errors), requirement.share, axis=0), requirement.tolerances)
-        )
-    ]
-    return sorted(every, key=lambda limit: -limit.error / limit.tolerance)[:1]
+def _worst(alone: Mapping[str, Mapping[str, np.ndarray]], requirement: Requirement) -> List[Limit]:
+    """Return the worst test and axis of each cause, the worst cause first."""
+    tolerances, worst = requirement.tolerances.tolist(), []
+    for cause, of_tests in alone.items():
+        every = [
+            Limit(cause, test, axis, error, tolerances[axis], min(error, MOST_BY_ONE_CAUSE * tolerances[axis]))
+            for test, errors in of_tests.items()
+            if len(errors)
+            for axis, error in enumerate(np.quantile(np.abs(errors), requirement.share, axis=0).tolist())
+        ]
+        worst += sorted(every, key=_order)[:1]
+    return sorted(worst, key=_order)
+
+
+def _order(limit: Limit) -> float:
+    return -limit.error / limit.tolerance

@@ -64,10 +64,19 @@ def fraction_interval(counts: TrialCounts, confidence: float) -> Interval:
     return Interval(float(low), float(high))
 
 
-def judged(tests: Sequence[TrialCounts], share: float, doubt: float) -> Sufficiency:
-    """Return whether the fraction is shown to be more than `share` in each test, or less in at least one."""
-    within, trials = np.array(tests).T
-    return _judged(within[:, np.newaxis], trials[:, np.newaxis], share, doubt)[0]
+def judged(tests: Sequence[Sequence[float]], share: float, doubt: float) -> Sufficiency:
+    """Return whether the fraction is shown to be more than `share` in each test, or less in at least one.
+
+    Args:
+        tests: trials within the tolerance, and all trials, of each test; tests share the doubt of a refusal.
+        share: required fraction.
+        doubt: chance of error.
+    """
+    within, trials = np.array(tests, dtype=float).T
+    if (_p_enough(within, trials, share) <= doubt).all():
+        return Sufficiency.YES
+    is_too_few = _p_enough(trials - within, trials, 1.0 - share) <= doubt / len(tests)
+    return Sufficiency.NO if is_too_few.any() else Sufficiency.UNDECIDED
 
 
 def more_trials(tests: Sequence[TrialCounts], share: float, doubt: float) -> Optional[int]:
@@ -75,44 +84,31 @@ def more_trials(tests: Sequence[TrialCounts], share: float, doubt: float) -> Opt
 
     Assumes the current fraction, shrunk by half a trial towards 1/2: 20 of 20 may not continue.
     """
-    within, trials = np.array(tests, dtype=float).T[:, :, np.newaxis]
-    more = np.arange(MOST_PREDICTED + 1)
-    kinds = _judged(within + more * (within + 0.5) / (trials + 1.0), trials + more, share, doubt)
-    return next((int(count) for count, kind in zip(more, kinds) if kind is not Sufficiency.UNDECIDED), None)
-
-
-def monotone_fractions(ranks: Sequence[TrialCounts]) -> List[float]:
-    """Fit fractions that do not fall from rank to rank, by pooling adjacent violators.
-
-    Args:
-        ranks: in ascending quality, each with trials.
-    """
-    pools: List[TrialCounts] = []
-    sizes: List[int] = []
-    for counts in ranks:
-        pool, size = counts, 1
-        while pools and pools[-1].fraction >= pool.fraction:
-            lower = pools.pop()
-            pool, size = TrialCounts(lower.within + pool.within, lower.trials + pool.trials), size + sizes.pop()
-        pools.append(pool)
-        sizes.append(size)
-    return [pool.fraction for pool, size in zip(pools, sizes) for _ in range(size)]
-
-
-def _judged(within: np.ndarray, trials: np.ndarray, share: float, doubt: float) -> List[Sufficiency]:
-    """Judge n columns of (tests, n) counts; the tests share the chance of error of a refusal."""
-    is_enough = (_p_enough(within, trials, share) <= doubt).all(axis=0)
-    is_too_few = (_p_enough(trials - within, trials, 1.0 - share) <= doubt / len(within)).any(axis=0)
-    return [
-        Sufficiency.YES if enough else Sufficiency.NO if too_few else Sufficiency.UNDECIDED
-        for enough, too_few in zip(np.atleast_1d(is_enough), np.atleast_1d(is_too_few))
-    ]
+    for more in range(MOST_PREDICTED + 1):
+        grown = [(within + more * (within + 0.5) / (trials + 1.0), trials + more) for within, trials in tests]
+        if judged(grown, share, doubt) is not Sufficiency.UNDECIDED:
+            return more
+    return None
 
 
 def _p_enough(within: np.ndarray, trials: np.ndarray, share: float) -> np.ndarray:
     """Return the chance of at least `within` of `trials` if the true fraction is `share`; counts may be fractional."""
     p_value: np.ndarray = special.betainc(np.maximum(within, 1e-9), trials - within + 1, share)
     return p_value
+
+
+def monotone_fractions(ranks: Sequence[TrialCounts]) -> List[float]:
+    """Fit fractions that do not fall from rank to rank: the largest of all smallest means from a rank to its right.
+
+    Args:
+        ranks: in ascending quality, each with trials.
+    """
+    within, trials = np.cumsum([(0, 0), *ranks], axis=0).T
+    count = trials - trials[:, np.newaxis]  # from each rank up to each other one
+    means = np.where(count > 0, within - within[:, np.newaxis], np.inf) / np.maximum(count, 1)
+    smallest = np.minimum.accumulate(means[:-1, :0:-1], axis=1)[:, ::-1]
+    fitted: List[float] = np.where(np.tri(len(ranks), dtype=bool).T, smallest, -np.inf).max(axis=0, initial=-1).tolist()
+    return fitted
 
 
 Q = TypeVar('Q')  # questions, such as criteria of a trial
@@ -151,7 +147,6 @@ def search(ranks: int, run: RunRank[Q], guesses: Mapping[Q, int], asked: Asked) 
         return judged(counts[rank][question], asked.share, asked.doubt)
 
     def answer(question: Q, guess: int) -> RankAnswer:
-        """Search the lowest sufficient rank of a question: the finest, then around the guess, then by bisection."""
         top = kind(ranks - 1, question)
         if top is Sufficiency.NO:
             return RankAnswer(top, insufficient=ranks - 1)
@@ -162,10 +157,7 @@ def search(ranks: int, run: RunRank[Q], guesses: Mapping[Q, int], asked: Asked) 
         while high - low > 1:
             probes = (rank for rank in (guess, guess - 1, guess + 1) if low < rank < high)
             rank = next(probes, (low + high) // 2)
-            if kind(rank, question) is Sufficiency.YES:
-                high = rank
-            else:
-                low = rank
+            low, high = (low, rank) if kind(rank, question) is Sufficiency.YES else (rank, high)
         found = RankAnswer(top, high)
         refused = [each for each in counts if each < high and kind(each, question) is Sufficiency.NO]
         if low >= 0 and low not in refused:

@@ -11,7 +11,7 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.test_definition import Segment, TestDefinition
 from diff_encoder_sim.drives.trial_definition import Outcome, Trial, TrialPlan
 from diff_encoder_sim.robots.description import RobotSource
-from diff_encoder_sim.robots.simulated_robot import SimulatedRobot, load_simulated_robot
+from diff_encoder_sim.robots.simulated_robot import load_simulated_robot
 from diff_encoder_sim.simulation.self_check import FlatFloor, RolledDrive
 from diff_encoder_sim.simulation.simulator import WheelErrorParams
 from diff_encoder_sim.simulation.state import TICK_S, JointStates
@@ -54,9 +54,8 @@ class ErrorFreeDrive(NamedTuple):
 
 def straight_test(distance_m: float, like: TestDefinition) -> TestDefinition:
     """Return a test along a straight line with the speeds of another test."""
-    return like.model_copy(
-        update={'name': f'{distance_m:g} m straight', 'drive': [Segment(straight=distance_m)], 'route': []}
-    )
+    straight = {'name': f'{distance_m:g} m straight', 'drive': [Segment(straight=distance_m)], 'route': []}
+    return like.model_copy(update=straight)
 
 
 def scripted(test: TestDefinition, robot: RobotSource, params: RobotParams) -> ErrorFreeDrive:
@@ -74,7 +73,17 @@ def scripted(test: TestDefinition, robot: RobotSource, params: RobotParams) -> E
     return ErrorFreeDrive(Trial(test=test, nav='scripted'), rolled)
 
 
-def navigated(plan: TrialPlan, robot: RobotSource, params: RobotParams) -> ErrorFreeDrive:
+class _Wheels(Publications):
+    """Records the joint angles."""
+
+    def __init__(self) -> None:
+        self.angles_rad: List[Sequence[float]] = []
+
+    def joint_states(self, joints: JointStates) -> None:
+        self.angles_rad.append(joints.angles_rad)
+
+
+def navigated(plan: TrialPlan, source: RobotSource, params: RobotParams) -> ErrorFreeDrive:
     """Navigate a test's route with a fine encoder.
 
     Raises:
@@ -82,34 +91,20 @@ def navigated(plan: TrialPlan, robot: RobotSource, params: RobotParams) -> Error
     """
     sound = params.simulator.model_copy(update={'wheel_errors': WheelErrorParams()})
     fine = {'encoder': IDEAL_ENCODER, 'ppr': FINEST}
-    without_errors = params._replace(
-        simulator=sound,
-        encoder=params.encoder.model_copy(update=fine),
-        odometry=params.odometry.model_copy(update=fine),
-    )
+    encoder, odometry = params.encoder.model_copy(update=fine), params.odometry.model_copy(update=fine)
     recorder = _Wheels()
     unrecorded = plan.model_copy(update={'trial': plan.trial.model_copy(update={'ppr': FINEST}), 'bag': ''})
-    trial = LockstepTrial(unrecorded, robot.file, without_errors, recorder)
+    without_errors = params._replace(simulator=sound, encoder=encoder, odometry=odometry)
+    trial = LockstepTrial(unrecorded, source.file, without_errors, recorder)
     for _ in trial.run():
         pass
     if trial.ending.outcome is not Outcome.SUCCEEDED:
         raise ConfigError(f'{plan.trial.test.name}: the robot does not come to its goal: {trial.ending.reason}')
-    simulated, start = load_simulated_robot(robot, sound.choices()), plan.trial.test.start.pose()
-    return ErrorFreeDrive(plan.trial, recorder.rolled(simulated, start, trial.true_pose_in_map))
-
-
-class _Wheels(Publications):
-    """Records the joint angles."""
-
-    def __init__(self) -> None:
-        self._angles_rad: List[Sequence[float]] = []
-
-    def joint_states(self, joints: JointStates) -> None:
-        self._angles_rad.append(joints.angles_rad)
-
-    def rolled(self, robot: SimulatedRobot, start: Pose2D, end: Pose2D) -> RolledDrive:
-        angles_rad = np.array(self._angles_rad) * robot.forward_signs
-        ways_m = (angles_rad - angles_rad[0]) * robot.wheels[:2]
-        axle = Pose2D(robot.description.axle_x_m, 0.0, 0.0)
-        true_end = end.compose(axle).relative_to(start.compose(axle))
-        return RolledDrive(TICK_S * np.arange(len(ways_m)), ways_m, robot.wheels.separation_m, true_end)
+    robot, start = load_simulated_robot(source, sound.choices()), plan.trial.test.start.pose()
+    angles_rad = np.array(recorder.angles_rad) * robot.forward_signs
+    ways_m = (angles_rad - angles_rad[0]) * robot.wheels[:2]
+    axle = Pose2D(robot.description.axle_x_m, 0.0, 0.0)
+    end = trial.true_pose_in_map.compose(axle).relative_to(start.compose(axle))
+    return ErrorFreeDrive(
+        plan.trial, RolledDrive(TICK_S * np.arange(len(ways_m)), ways_m, robot.wheels.separation_m, end)
+    )

@@ -1,10 +1,10 @@
-"""Encoders of the catalogue, the shipped robots and the user that meet a requirement on this robot."""
+"""Candidates, and encoders of the catalogue, the shipped robots and the user that meet a requirement on this robot."""
 
 from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence
 
 from diff_encoder_sim.advice.answers import Answer, Criterion, Kind, Limit, Requirement
 from diff_encoder_sim.advice.drive_draws import DriveDraws
@@ -18,10 +18,9 @@ from diff_encoder_sim.wheels.covariance import PULSE_VARIANCE
 from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, NO_FAULTS, PerWheel
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
-# Same as FINE_DRAWS of the curve.
-DRAWS = 8000
-# Enough draws to refuse most insufficient encoders.
-FEW_DRAWS = 500
+# Same as FINE_DRAWS of the curve; few draws refuse most insufficient encoders.
+DRAWS, FEW_DRAWS = 8000, 500
+LISTED_DRAWS = 400
 
 
 class Candidate(NamedTuple):
@@ -36,15 +35,13 @@ class Candidate(NamedTuple):
 
 def candidates_of(campaign: Campaign) -> List[Candidate]:
     """Return the encoders of a campaign in ascending equivalent counts."""
-    found = []
+    found, robot = [], campaign.robot
+    own = None if robot.file.ppr is None else PerWheel(left=robot.file.ppr, right=robot.file.ppr)
     for cell in campaign.cells[: len(campaign.encoders)]:
-        params = cell.robot_params.encoder.model_copy(update={'ppr': cell.ppr})
-        counts, real, ppr = equivalent_counts(params), cell.encoder.real, campaign.robot.file.ppr
-        found.append(Candidate(cell.encoder.label, counts, params))
-        if real:
-            found[-1] = found[-1]._replace(name=real.stem, price=real.price)
-        elif ppr and params.ppr == PerWheel(left=ppr, right=ppr):
-            found[-1] = found[-1]._replace(name=f'own of {campaign.robot.name}')
+        params, real = cell.robot_params.encoder.model_copy(update={'ppr': cell.ppr}), cell.encoder.real
+        name = real.stem if real else f'own of {robot.name}' if params.ppr == own else ''
+        price = real.price if real else ''
+        found.append(Candidate(cell.encoder.label, equivalent_counts(params), params, name, price))
     return sorted(found, key=lambda candidate: candidate.counts)
 
 
@@ -60,13 +57,30 @@ def equivalent_counts(params: EncoderParams) -> float:
 def recommended(
     candidates: Sequence[Candidate], answer: Answer, tests: Sequence[DriveDraws], requirement: Requirement
 ) -> Optional[Candidate]:
-    """Return the smallest candidate whose odometry suffices; None if no candidate suffices."""
+    """Return the smallest candidate whose odometry certainly meets a requirement; None if no candidate does.
+
+    Args:
+        candidates: in ascending quality.
+        answer: for counts of the robot's encoder.
+        tests: one drive per test.
+        requirement: at the end of each drive.
+    """
     if answer.kind is not Kind.FROM:
         return None
     too_few = answer.interval[0] or 0.0
-    # Real encoders have errors: their equivalent counts do not exclude them.
-    possible = [each for each in candidates if each.counts > too_few or each.label != f'{each.counts:g}']
-    return smallest_enough(possible, tests, requirement)
+    for candidate in candidates:
+        # Real encoders have errors: their equivalent counts do not exclude them.
+        if candidate.counts <= too_few and candidate.label == f'{candidate.counts:g}':
+            continue
+        is_possible = _worst(tests, candidate.params, FEW_DRAWS, requirement).high >= requirement.share
+        if is_possible and _worst(tests, candidate.params, DRAWS, requirement).low >= requirement.share:
+            return candidate
+    return None
+
+
+def _worst(tests: Sequence[DriveDraws], params: EncoderParams, count: int, requirement: Requirement) -> Interval:
+    """Return the success rate of odometry in the worst test."""
+    return min(share_within(draws.errors([params], count)[0], requirement) for draws in tests)
 
 
 def finest_real(candidates: Sequence[Candidate], answer: Answer) -> Optional[Candidate]:
@@ -77,30 +91,6 @@ def finest_real(candidates: Sequence[Candidate], answer: Answer) -> Optional[Can
     enough = answer.interval[1] or 0.0
     real = (each for each in reversed(candidates) if each.params.encoder.counts_per_wheel_turn is not None)
     return next((each for each in real if each.params.counts_per_turn.left >= enough), None)
-
-
-def smallest_enough(
-    candidates: Sequence[Candidate], tests: Sequence[DriveDraws], requirement: Requirement
-) -> Optional[Candidate]:
-    """Return the first candidate whose odometry certainly meets a requirement; None if no candidate does.
-
-    Args:
-        candidates: in the order of testing.
-        tests: one drive per test.
-        requirement: at the end of each drive.
-    """
-
-    def shares(candidate: Candidate, count: int) -> Iterator[Interval]:
-        return (share_within(draws.errors([candidate.params], count)[0], requirement) for draws in tests)
-
-    for candidate in candidates:
-        is_possible = all(share.high >= requirement.share for share in shares(candidate, FEW_DRAWS))
-        if is_possible and all(share.low >= requirement.share for share in shares(candidate, DRAWS)):
-            return candidate
-    return None
-
-
-LISTED_DRAWS = 400
 
 
 class ListedEncoder(NamedTuple):
@@ -132,40 +122,28 @@ def listed_encoders(
     Odometry is sampled with the errors of each encoder. For the pose at the goal, where localization corrects drift, an
     encoder counts as the ideal one with equal variance of a reading.
     """
+    catalogue = load_encoders([WHOLE_CATALOGUE], config_folder, Path())
+    known = {encoder.stem: (encoder.price, encoder.params) for encoder in catalogue}
+    for robot in robot_names(config_folder):
+        ppr = load_robot_file(robot, Path(), config_folder.parent, {}).ppr
+        if ppr is not None:
+            known[f'own of {robot}'] = '', EncoderParams(ppr=PerWheel(left=ppr, right=ppr))
+    known.update({each.name: (each.price, each.params) for each in candidates if each.name})
     found = []
-    known = {**_known(config_folder), **{each.name: (each.price, each.params) for each in candidates if each.name}}
     for name, (price, params) in known.items():
-        share = min(share_within(draws.errors([params], LISTED_DRAWS)[0], requirement) for draws in tests)
-        like = equivalent_counts(params)
+        share, like = _worst(tests, params, LISTED_DRAWS, requirement), equivalent_counts(params)
         meets = {Criterion.ODOMETRY: _met(share, requirement)}
+        # The variance of a reading does not contain faults.
+        loses_counts = params.encoder.faults.model_copy(update={'max_count_rate': 0.0}) != NO_FAULTS
         for criterion in (Criterion.POSE_ESTIMATE, Criterion.TRUTH):
-            meets[criterion] = None if _loses_counts(params) else _by_counts(like, answers.get(criterion))
-        own = _own_limits(tests, params, requirement) if meets[Criterion.ODOMETRY] is False else []
+            meets[criterion] = None if loses_counts else _by_counts(like, answers.get(criterion))
+        own: List[Limit] = []
+        if meets[Criterion.ODOMETRY] is False:  # by its own errors if its counts suffice
+            ideal = params.model_copy(update={'ppr': params.counts_per_turn, 'encoder': IDEAL_ENCODER})
+            is_enough = bool(_met(_worst(tests, ideal, LISTED_DRAWS, requirement), requirement))
+            own = own_limits(tests, params, requirement, is_enough, LISTED_DRAWS)
         found.append(ListedEncoder(name, price, params.counts_per_turn.left, like, share, meets, own))
     return sorted(found, key=lambda encoder: (encoder.counts, encoder.name))
-
-
-def _loses_counts(params: EncoderParams) -> bool:
-    """Return whether an encoder has faults, which the variance of a reading does not contain."""
-    return params.encoder.faults.model_copy(update={'max_count_rate': 0.0}) != NO_FAULTS
-
-
-def _own_limits(tests: Sequence[DriveDraws], params: EncoderParams, requirement: Requirement) -> List[Limit]:
-    """Return the encoder errors that are too large; none if its counts are too low."""
-    ideal = params.model_copy(update={'ppr': params.counts_per_turn, 'encoder': IDEAL_ENCODER})
-    share = min(share_within(draws.errors([ideal], LISTED_DRAWS)[0], requirement) for draws in tests)
-    return own_limits(tests, params, requirement, bool(_met(share, requirement)), LISTED_DRAWS)
-
-
-def _known(config_folder: Path) -> Dict[str, Tuple[str, EncoderParams]]:
-    """Return price class and parameters by name."""
-    catalogue = load_encoders([WHOLE_CATALOGUE], config_folder, Path())
-    found = {encoder.stem: (encoder.price, encoder.params) for encoder in catalogue}
-    for name in robot_names(config_folder):
-        ppr = load_robot_file(name, Path(), config_folder.parent, {}).ppr
-        if ppr is not None:
-            found[f'own of {name}'] = '', EncoderParams(ppr=PerWheel(left=ppr, right=ppr))
-    return found
 
 
 def _met(share: Interval, requirement: Requirement) -> Optional[bool]:
@@ -178,9 +156,8 @@ def _by_counts(counts: float, answer: Optional[Answer]) -> Optional[bool]:
     """Return whether the counts suffice; None inside the interval of the answer."""
     if answer is None or answer.kind is Kind.UNDECIDED:
         return None
-    if answer.kind is Kind.NOT_THE_LIMIT:
-        return False
     not_enough, enough = answer.interval
-    if enough is not None and counts >= enough:
+    if answer.kind is Kind.FROM and enough is not None and counts >= enough:
         return True
-    return False if not_enough is not None and counts <= not_enough else None
+    is_too_few = not_enough is not None and counts <= not_enough
+    return False if is_too_few or answer.kind is Kind.NOT_THE_LIMIT else None

@@ -1,4 +1,4 @@
-"""Lowest counts at which odometry is within the tolerance at the end of the tests."""
+"""Lowest counts at which odometry is within the tolerance at the end of the tests, and its error budgets."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from diff_encoder_sim.advice.answers import (
     Criterion,
     Kind,
     Limit,
-    Part,
     Requirement,
     added,
     along_goal,
@@ -20,8 +19,7 @@ from diff_encoder_sim.advice.answers import (
     part_of,
     worst_halved,
 )
-from diff_encoder_sim.advice.drawn_robot import ALL_CAUSES, ROBOTS_CAUSES, Amounts, WheelCause
-from diff_encoder_sim.advice.drive_draws import DriveDraws
+from diff_encoder_sim.advice.drive_draws import ALL_CAUSES, ROBOTS_CAUSES, Amounts, DriveDraws, WheelCause
 from diff_encoder_sim.advice.odometry_curve import DRAWS, MOST_COUNTS, OdometryCurves, counts_by_ppr, share_within
 from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, NO_FAULTS
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
@@ -38,6 +36,9 @@ UNEVEN_LINES = ('duty_cycle', 'phase_error')
 
 BUDGET_DRAWS = 1000
 
+# (draws, 3) odometry errors by AXES, by cause.
+ByCause = Dict[str, np.ndarray]
+
 
 def odometry_budgets(draws: DriveDraws, encoders: Sequence[EncoderParams]) -> List[Budget]:
     """Return the error budget with each encoder.
@@ -47,50 +48,41 @@ def odometry_budgets(draws: DriveDraws, encoders: Sequence[EncoderParams]) -> Li
     count = len(encoders)
     of_encoders = [*map(_ideal, encoders), *map(_without_faults, encoders), *encoders]
     bare, *errors = _errors(draws, [None, *of_encoders], {})
-    ideal, sound, faulty = errors[:count], errors[count : 2 * count], errors[2 * count :]
     found = _errors(draws, encoders, ALL_CAUSES)
-    others = wheel_parts(draws)
-    return [
-        Budget({**_encoder_parts(encoder, bare, *of_encoder), **others}, part_of(total))
-        for encoder, *of_encoder, total in zip(encoders, ideal, sound, faulty, found)
-    ]
+    of_wheels = {cause: part_of(by_cause) for cause, by_cause in wheel_errors(draws).items()}
+    budgets = []
+    for index, (encoder, total) in enumerate(zip(encoders, found)):
+        ideal, sound, faulty = errors[index::count]
+        parts = {QUANTISATION: part_of(ideal - bare)}
+        if _without_faults(encoder).encoder != IDEAL_ENCODER:
+            # Edge errors interact with quantisation, so their variance is a difference of variances.
+            parts[EDGES] = added(sound, ideal)
+        if encoder.encoder.faults != NO_FAULTS:
+            parts[MISSED] = part_of(faulty - sound)
+        budgets.append(Budget({**parts, **of_wheels}, part_of(total)))
+    return budgets
 
 
-def wheel_parts(draws: DriveDraws) -> Dict[str, Part]:
-    """Return the contribution of each wheel error, which does not depend on the encoder."""
-    return {cause.value: part_of(errors) for cause, errors in wheel_errors(draws).items()}
-
-
-def wheel_errors(draws: DriveDraws) -> Dict[WheelCause, np.ndarray]:
-    """Return by wheel error the (draws, 3) odometry errors, by AXES, that only this error causes."""
+def wheel_errors(draws: DriveDraws) -> ByCause:
+    """Return the odometry errors that only one wheel error causes; they do not depend on the encoder."""
     (bare,) = _errors(draws, [None], {})
-    return {cause: _errors(draws, [None], {cause: 1.0})[0] - bare for cause in WheelCause if draws.robot.has(cause)}
+    return {
+        cause.value: _errors(draws, [None], {cause: 1.0})[0] - bare for cause in WheelCause if draws.robot.has(cause)
+    }
 
 
-def encoder_errors(draws: DriveDraws, encoder: EncoderParams, count: int = BUDGET_DRAWS) -> Dict[str, np.ndarray]:
-    """Return the (draws, 3) odometry errors by kind of encoder error, except quantisation."""
+def encoder_errors(draws: DriveDraws, encoder: EncoderParams, count: Optional[int] = None) -> ByCause:
+    """Return the odometry errors by kind of encoder error, except quantisation."""
     of_steps, sound, faulty = _errors(draws, [_ideal(encoder), _without_faults(encoder), encoder], {}, count)
     found = {EDGES: sound - of_steps, MISSED: faulty - sound}
     return {cause: errors for cause, errors in found.items() if errors.any()}
 
 
 def _errors(
-    draws: DriveDraws, encoders: Sequence[Optional[EncoderParams]], amounts: Amounts, count: int = BUDGET_DRAWS
+    draws: DriveDraws, encoders: Sequence[Optional[EncoderParams]], amounts: Amounts, count: Optional[int] = None
 ) -> List[np.ndarray]:
-    goal = draws.drive.goal_in_map
+    goal, count = draws.drive.goal_in_map, BUDGET_DRAWS if count is None else count
     return [along_goal(errors, goal) for errors in draws.errors(encoders, count, amounts)]
-
-
-def _encoder_parts(
-    encoder: EncoderParams, bare: np.ndarray, ideal: np.ndarray, sound: np.ndarray, faulty: np.ndarray
-) -> Dict[str, Part]:
-    parts = {QUANTISATION: part_of(ideal - bare)}
-    if _without_faults(encoder).encoder != IDEAL_ENCODER:
-        # Edge errors interact with quantisation, so their variance is a difference of variances.
-        parts[EDGES] = added(sound, ideal)
-    if encoder.encoder.faults != NO_FAULTS:
-        parts[MISSED] = part_of(faulty - sound)
-    return parts
 
 
 def _ideal(encoder: EncoderParams) -> EncoderParams:
@@ -116,33 +108,22 @@ def odometry_answer(curves: OdometryCurves, requirement: Requirement) -> Answer:
 
 def limited_answer(tests: Sequence[DriveDraws], params: EncoderParams, requirement: Requirement) -> Answer:
     """Return the answer for an encoder whose counts suffice but whose errors are too large."""
-    is_its_own = _is_ideal_enough(tests, requirement)
-    found = _limits(tests, params, requirement, is_its_own)
+    # Whether an encoder without quantisation and errors meets the requirement on these wheels.
+    shares = [share_within(draws.errors([None], DRAWS, ROBOTS_CAUSES)[0], requirement) for draws in tests]
+    is_its_own = all(share.low >= requirement.share for share in shares)
+    of_wheels: Dict[str, ByCause] = {}
+    for draws in tests:
+        for cause, errors in wheel_errors(draws).items():
+            if cause != WheelCause.CONTACT.value:
+                of_wheels.setdefault(cause, {})[draws.drive.test] = errors
+    found = limits(of_wheels, requirement) + own_limits(tests, params, requirement, is_its_own)
+    found.sort(key=lambda limit: -limit.error / limit.tolerance)
     amounts = {limit.cause: limit.reduced_to / limit.error for limit in found}
-    of_wheels = {cause: amounts.get(cause.value, amount) for cause, amount in ROBOTS_CAUSES.items()}
-    with_less = OdometryCurves(tests, _with_less(counts_by_ppr(params), amounts), of_wheels).smallest(requirement)
+    on_wheels = {cause: amounts.get(cause.value, amount) for cause, amount in ROBOTS_CAUSES.items()}
+    with_less = OdometryCurves(tests, _with_less(counts_by_ppr(params), amounts), on_wheels).smallest(requirement)
     return Answer(
         Criterion.ODOMETRY, Kind.NOT_THE_LIMIT, with_less and with_less.counts, limits=found, of_encoder=is_its_own
     )
-
-
-def _is_ideal_enough(tests: Sequence[DriveDraws], requirement: Requirement) -> bool:
-    """Return whether an encoder without quantisation and errors meets the requirement on these wheels."""
-    shares = (share_within(draws.errors([None], DRAWS, ROBOTS_CAUSES)[0], requirement) for draws in tests)
-    return all(share.low >= requirement.share for share in shares)
-
-
-def _limits(
-    tests: Sequence[DriveDraws], encoder: EncoderParams, requirement: Requirement, is_its_own: bool
-) -> List[Limit]:
-    """Return the errors of wheels and encoder that are too large at any resolution."""
-    of_wheels: Dict[str, Dict[str, np.ndarray]] = {}
-    for draws in tests:
-        for cause, errors in wheel_errors(draws).items():
-            if cause in ROBOTS_CAUSES:
-                of_wheels.setdefault(cause.value, {})[draws.drive.test] = errors
-    found = limits(of_wheels, requirement) + own_limits(tests, encoder, requirement, is_its_own)
-    return sorted(found, key=lambda limit: -limit.error / limit.tolerance)
 
 
 def own_limits(
@@ -150,10 +131,10 @@ def own_limits(
     encoder: EncoderParams,
     requirement: Requirement,
     is_too_much: bool,
-    count: int = BUDGET_DRAWS,
+    count: Optional[int] = None,
 ) -> List[Limit]:
     """Return the encoder errors that are too large; if only their sum is too large, the worst one."""
-    alone: Dict[str, Dict[str, np.ndarray]] = {}
+    alone: Dict[str, ByCause] = {}
     for draws in tests:
         for cause, errors in encoder_errors(draws, encoder, count).items():
             alone.setdefault(cause, {})[draws.drive.test] = errors

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Callable, Dict, List, NamedTuple, Optional, Sequence
+from typing import Dict, List, NamedTuple, Optional, Sequence
 
 import numpy as np
 
 from diff_encoder_sim.advice.answers import Requirement
-from diff_encoder_sim.advice.drawn_robot import ROBOTS_CAUSES, Amounts
-from diff_encoder_sim.advice.drive_draws import DriveDraws
+from diff_encoder_sim.advice.drive_draws import ROBOTS_CAUSES, Amounts, DriveDraws
 from diff_encoder_sim.advice.encoder_search import TrialCounts, monotone_fractions
 from diff_encoder_sim.analysis.closed_form import STRAIGHT_WITHIN, closed_form_std
 from diff_encoder_sim.analysis.results_table import RobotGeometry
@@ -29,8 +28,12 @@ def closed_form_counts(requested: Trial, robot: RobotGeometry, requirement: Requ
     S / L: the fraction within tol is 1 - (1 - c)^2 with c = tol L / (S d). All other errors are assumed normal with
     `closed_form_std`. The axis that needs the most counts decides.
     """
-    per_count = closed_form_std(requested, robot, 1.0)
-    return float(np.max(per_count * _reach(requested, requirement.share) / requirement.tolerances))
+    to_goal = requested.goal().relative_to(requested.test.start.pose())
+    reach = np.full(3, _normal_reach(requirement.share))
+    if max(abs(to_goal.y_m), abs(to_goal.yaw_rad)) <= STRAIGHT_WITHIN and to_goal.x_m != 0.0:
+        # A triangle from -w to w has the standard deviation w / sqrt(6).
+        reach[:2] = math.sqrt(6.0) * (1.0 - math.sqrt(1.0 - requirement.share))
+    return float(np.max(closed_form_std(requested, robot, 1.0) * reach / requirement.tolerances))
 
 
 def local_counts(robot: RobotGeometry, requirement: Requirement) -> float:
@@ -38,20 +41,8 @@ def local_counts(robot: RobotGeometry, requirement: Requirement) -> float:
 
     Localization corrects all other errors; the rest is assumed normal with a standard deviation of (d / L) sqrt(1/3).
     """
-    m_per_turn = math.pi * robot.wheel_diameter_m
-    sd_of_one_count_rad = m_per_turn / robot.wheel_separation_m / math.sqrt(3.0)
+    sd_of_one_count_rad = math.pi * robot.wheel_diameter_m / robot.wheel_separation_m / math.sqrt(3.0)
     return sd_of_one_count_rad * _normal_reach(requirement.share) / requirement.yaw_rad
-
-
-def _reach(requested: Trial, share: float) -> np.ndarray:
-    """Return the (3,) quantiles of the absolute errors at this fraction, in standard deviations."""
-    to_goal = requested.goal().relative_to(requested.test.start.pose())
-    normal = _normal_reach(share)
-    if max(abs(to_goal.y_m), abs(to_goal.yaw_rad)) > STRAIGHT_WITHIN or to_goal.x_m == 0.0:
-        return np.full(3, normal)
-    # A triangle from -w to w has the standard deviation w / sqrt(6).
-    triangular = math.sqrt(6.0) * (1.0 - math.sqrt(1.0 - share))
-    return np.array([triangular, triangular, normal])
 
 
 def _normal_reach(share: float) -> float:
@@ -99,9 +90,7 @@ class OdometryCurves:
         self._params, self._amounts = params, amounts
         counts = self._between(FEWEST_COUNTS, MOST_COUNTS, round(PER_OCTAVE * math.log2(MOST_COUNTS / FEWEST_COUNTS)))
         encoders = list(map(self.encoder, counts))
-        self.curves: List[Curve] = []
-        for draws in tests:
-            self.curves.append(Curve(draws, dict(zip(counts, draws.errors(encoders, DRAWS, amounts)))))
+        self.curves = [Curve(draws, dict(zip(counts, draws.errors(encoders, DRAWS, amounts)))) for draws in tests]
 
     def encoder(self, counts: float) -> EncoderParams:
         """Return the robot's encoder with other counts per revolution."""
@@ -123,29 +112,32 @@ class OdometryCurves:
             return None
         before = roughly.interval.low
         between = self._between(before, roughly.interval.high, FINE_POINTS)
+        encoders = list(map(self.encoder, between))
         for curve in self.curves:
             is_met = share_within(curve.errors[before], requirement).low >= requirement.share
-            errors = curve.draws.errors(
-                [self.encoder(each) for each in between], DRAWS if is_met else FINE_DRAWS, self._amounts
-            )
+            errors = curve.draws.errors(encoders, DRAWS if is_met else FINE_DRAWS, self._amounts)
             curve.errors.update(zip(between, errors))
         return self._smallest(requirement)
 
     def _smallest(self, requirement: Requirement) -> Optional[SmallestCounts]:
-        shares = {counts: self.share(counts, requirement) for counts in self.counts}
-        certain = _first_from_which_on(lambda counts: shares[counts].low >= requirement.share, self.counts)
-        possible = _first_from_which_on(lambda counts: shares[counts].high >= requirement.share, self.counts)
-        if certain is None or possible is None:
-            return None
-        too_few = self.counts[max(0, self.counts.index(possible) - 1)]
-        likely = max(self._crossing(curve, requirement) for curve in self.curves)
-        return SmallestCounts(min(max(likely, too_few), certain), Interval(too_few, certain))
+        """Return the smallest counts such that they and all larger counts meet the requirement.
 
-    def _crossing(self, curve: Curve, requirement: Requirement) -> float:
-        """Return the counts at which a monotone fit of the curve reaches the required fraction."""
-        within = [requirement.within(curve.errors[counts]) for counts in self.counts]
-        fractions = monotone_fractions([TrialCounts(int(each.sum()), len(each)) for each in within])
-        return self.whole([float(np.exp(np.interp(requirement.share, fractions, np.log(self.counts))))])[0]
+        If a drive ends after whole pulses, fewer counts may be better by chance.
+        """
+        counts = self.counts
+        shares = np.array([self.share(each, requirement) for each in counts])
+        certain, possible = (max(np.flatnonzero(~is_met), default=-1) + 1 for is_met in (shares >= requirement.share).T)
+        if certain == len(counts):
+            return None
+        too_few = counts[max(0, possible - 1)]
+        # A monotone fit of each curve reaches the required fraction here.
+        likely = 0.0
+        for curve in self.curves:
+            within = [requirement.within(curve.errors[each]) for each in counts]
+            fractions = monotone_fractions([TrialCounts(int(each.sum()), len(each)) for each in within])
+            crossing = float(np.exp(np.interp(requirement.share, fractions, np.log(counts))))
+            likely = max(likely, *self.whole([crossing]))
+        return SmallestCounts(min(max(likely, too_few), counts[certain]), Interval(too_few, counts[certain]))
 
     def _between(self, low: float, high: float, steps: int) -> List[float]:
         return self.whole(np.geomspace(low, high, steps + 1).tolist())
@@ -166,16 +158,3 @@ def counts_by_ppr(params: EncoderParams) -> EncoderParams:
 def share_within(errors: np.ndarray, requirement: Requirement) -> Interval:
     """Return the confidence interval of the success rate from (draws, 3) errors."""
     return wilson(int(requirement.within(errors).sum()), len(errors), requirement.confidence)
-
-
-def _first_from_which_on(is_met: Callable[[float], bool], counts: Sequence[float]) -> Optional[float]:
-    """Return the smallest counts such that they and all larger counts meet the condition.
-
-    If a drive ends after whole pulses, fewer counts may be better by chance.
-    """
-    first = None
-    for each in reversed(counts):
-        if not is_met(each):
-            break
-        first = each
-    return first

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import tempfile
-from typing import Dict, Iterator, List, Optional
+from typing import Dict, Iterator, Optional
 
 from diff_encoder_sim.advice.advice import Advice
 from diff_encoder_sim.advice.answers import Criterion, Kind, Requirement
-from diff_encoder_sim.advice.drawn_robot import drawn_robot
-from diff_encoder_sim.advice.drive_draws import DriveDraws
+from diff_encoder_sim.advice.drive_draws import DriveDraws, drawn_robot
 from diff_encoder_sim.advice.error_free_drives import ErrorFreeDrive, navigated, scripted, straight_test
 from diff_encoder_sim.advice.listed_encoders import candidates_of, finest_real, recommended
 from diff_encoder_sim.advice.odometry_answer import ENCODER_CAUSES, limited_answer, odometry_answer, odometry_budgets
@@ -18,7 +17,6 @@ from diff_encoder_sim.drives.trial_definition import TrialPlan
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.trials.campaign_cells import Campaign, RequestedTrial
 from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER
-from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 # Resolutions with a budget, in counts per revolution.
 BUDGET_COUNTS = tuple(float(2**exponent) for exponent in range(6, 15))
@@ -35,11 +33,13 @@ def study_odometry(campaign: Campaign, requirement: Requirement, distance_m: Opt
     Raises:
         ConfigError: a file is invalid, or the robot does not reach a goal.
     """
-    first = campaign.cells[0]
-    params = ideal_counts(first.robot_params.encoder)
+    first = campaign.cells[0].robot_params
+    params = first.encoder
+    if params.encoder.counts_per_wheel_turn is not None:  # so that ppr sets the counts
+        params = params.model_copy(update={'encoder': IDEAL_ENCODER})
     with tempfile.TemporaryDirectory() as folder:
         drives = list(_drives(campaign, distance_m, folder))
-        robot = drawn_robot(RobotSource(campaign.files.materialise(folder).robot), first.robot_params)
+        robot = drawn_robot(RobotSource(campaign.files.materialise(folder).robot), first)
     tests = [DriveDraws(drive, robot, campaign.params.seed) for drive in drives]
     curves = OdometryCurves(tests, params)
     answer, candidates = odometry_answer(curves, requirement), candidates_of(campaign)
@@ -54,24 +54,9 @@ def study_odometry(campaign: Campaign, requirement: Requirement, distance_m: Opt
             answer = limited._replace(errors_of=real.label)
         elif answer.kind is Kind.FROM:
             answer = answer._replace(note='no candidate suffices')
-    return Advice(
-        campaign.robot.name,
-        campaign.robot.file.ppr,
-        requirement,
-        curves,
-        geometry_of(campaign),
-        {Criterion.ODOMETRY: answer},
-        {},
-        {},
-        [],
-        [],
-    )
-
-
-def geometry_of(campaign: Campaign) -> RobotGeometry:
-    """Return the geometry that odometry assumes."""
-    odometry = campaign.cells[0].robot_params.odometry
-    return RobotGeometry(odometry.wheel_diameter, odometry.wheel_separation)
+    name, own = campaign.robot.name, campaign.robot.file.ppr
+    geometry = RobotGeometry(first.odometry.wheel_diameter, first.odometry.wheel_separation)
+    return Advice(name, own, requirement, curves, geometry, {Criterion.ODOMETRY: answer}, {}, {}, [], [])
 
 
 def with_budgets(advice: Advice) -> Advice:
@@ -83,18 +68,14 @@ def with_budgets(advice: Advice) -> Advice:
     return advice._replace(budgets=budgets)
 
 
-def ideal_counts(params: EncoderParams) -> EncoderParams:
-    """Return the encoder, or an ideal one if the encoder has a fixed resolution, so that ppr sets the counts."""
-    if params.encoder.counts_per_wheel_turn is None:
-        return params
-    return params.model_copy(update={'encoder': IDEAL_ENCODER})
-
-
 def _drives(campaign: Campaign, distance_m: Optional[float], folder: str) -> Iterator[ErrorFreeDrive]:
     """Drive each test: scripted if it has a script, which needs no navigation; otherwise navigated."""
     files = campaign.files.materialise(folder)
     robot = RobotSource(files.robot)
-    for job in _first_jobs(campaign):
+    first: Dict[str, RequestedTrial] = {}  # by test
+    for job in campaign.trials():
+        first.setdefault(job.cell.test.name, job)
+    for test, job in first.items():
         cell = job.cell
         if distance_m is not None:
             yield scripted(straight_test(distance_m, cell.test), robot, cell.robot_params)
@@ -102,13 +83,5 @@ def _drives(campaign: Campaign, distance_m: Optional[float], folder: str) -> Ite
         if cell.test.drive:
             yield scripted(cell.test, robot, cell.robot_params)
         else:
-            plan = TrialPlan(trial=job.definition(), bag='', **files.worlds[cell.test.name]._asdict())
+            plan = TrialPlan(trial=job.definition(), bag='', **files.worlds[test]._asdict())
             yield navigated(plan, robot, cell.robot_params)
-
-
-def _first_jobs(campaign: Campaign) -> List[RequestedTrial]:
-    """Return one trial of each test."""
-    first: Dict[str, RequestedTrial] = {}
-    for job in campaign.trials():
-        first.setdefault(job.cell.test.name, job)
-    return list(first.values())

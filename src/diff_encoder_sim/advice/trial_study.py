@@ -21,9 +21,9 @@ from diff_encoder_sim.advice.answers import (
     limits,
     part_of,
 )
-from diff_encoder_sim.advice.drawn_robot import ALL_CAUSES, WheelCause
+from diff_encoder_sim.advice.drive_draws import ALL_CAUSES, WheelCause
 from diff_encoder_sim.advice.encoder_search import Asked, RankAnswer, TrialCounts, search
-from diff_encoder_sim.advice.listed_encoders import Candidate, candidates_of
+from diff_encoder_sim.advice.listed_encoders import candidates_of
 from diff_encoder_sim.advice.odometry_answer import EDGES, MISSED, SENSOR_ERRORS, UNEVEN_LINES
 from diff_encoder_sim.advice.odometry_curve import local_counts
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
@@ -37,28 +37,32 @@ from diff_encoder_sim.simulation.simulator import WheelErrorParams
 from diff_encoder_sim.trials.campaign_cells import Campaign
 from diff_encoder_sim.trials.robot_params import RobotParams, parts_with
 from diff_encoder_sim.trials.trials_csv import PARTS
-from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, NO_FAULTS
+from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER
 
 stats = deferred('scipy.stats')
 
-AS_IT_IS, WITHOUT_ALL = 'as it is', 'without all of these'
-_WITHOUT = 'without '
+AS_IT_IS, WITHOUT, WITHOUT_ALL = 'as it is', 'without ', 'without all of these'
+STOPPING, LOCALIZATION, ENCODER = 'stopping', 'localization', 'encoder'
+AT_GOAL = (Criterion.POSE_ESTIMATE, Criterion.TRUTH)
+
+# With fewer trials the variances of a budget are too uncertain.
+FEWEST_FOR_BUDGET = 8
+
+# Odometry of closed-loop trials is compared with this number of sampled drives; chance of a false alarm.
+DRAWS, FALSE_ALARM = 2000, 0.01
 
 _WHEELS, _ENCODER, _FAULTS = 'simulator.wheel_errors', 'config.encoder', 'config.encoder.faults'
-
 # The keys of each cause.
-_CAUSES: Mapping[str, Mapping[str, Sequence[str]]] = {
-    WheelCause.RADIUS.value: {_WHEELS: ('left_radius_error', 'right_radius_error', 'radius_spread')},
-    WheelCause.SEPARATION.value: {_WHEELS: ('wheel_separation_error', 'wheel_separation_spread')},
-    WheelCause.SLIP.value: {_WHEELS: ('left_slip', 'right_slip', 'slip_noise')},
-    EDGES: {_ENCODER: (*SENSOR_ERRORS, *UNEVEN_LINES)},
-    MISSED: {_FAULTS: ('missed', 'extra', 'max_count_rate', 'dead_channel', 'restart_at', 'wiring')},
-}
-
-_SOUND = {
-    **{f'{_WHEELS}.{key}': value for key, value in flat(WheelErrorParams().model_dump())},
-    **{f'{_ENCODER}.{key}': value for key, value in flat(IDEAL_ENCODER.model_dump(exclude={'faults'}))},
-    **{f'{_FAULTS}.{key}': value for key, value in flat(NO_FAULTS.model_dump())},
+_CAUSES: Mapping[str, Sequence[str]] = {
+    WheelCause.RADIUS.value: [
+        f'{_WHEELS}.{key}' for key in ('left_radius_error', 'right_radius_error', 'radius_spread')
+    ],
+    WheelCause.SEPARATION.value: [f'{_WHEELS}.wheel_separation_{kind}' for kind in ('error', 'spread')],
+    WheelCause.SLIP.value: [f'{_WHEELS}.{key}' for key in ('left_slip', 'right_slip', 'slip_noise')],
+    EDGES: [f'{_ENCODER}.{key}' for key in (*SENSOR_ERRORS, *UNEVEN_LINES)],
+    MISSED: [
+        f'{_FAULTS}.{key}' for key in ('missed', 'extra', 'max_count_rate', 'dead_channel', 'restart_at', 'wiring')
+    ],
 }
 
 
@@ -70,38 +74,20 @@ def switched_off(robots: Sequence[RobotParams]) -> Dict[str, Dict[str, Any]]:
     Args:
         robots: the robot with each encoder.
     """
-    values = [_values(robot) for robot in robots]
-    without: Dict[str, Dict[str, Any]] = {}
-    for cause, by_part in _CAUSES.items():
-        keys = [f'{part}.{key}' for part, names in by_part.items() for key in names]
-        if any(of_robot[key] != _SOUND[key] for of_robot in values for key in keys):
-            without[f'{_WITHOUT}{cause}'] = {key: _SOUND[key] for key in keys}
-    if not without:
-        return {}
-    every = {key: value for each in without.values() for key, value in each.items()}
-    return {AS_IT_IS: {}, **without, WITHOUT_ALL: every}
-
-
-def cause_of(variant: str) -> str:
-    """Return the cause that a parameter set leaves out."""
-    return variant[len(_WITHOUT) :]
-
-
-def _values(robot: RobotParams) -> Dict[str, Any]:
-    wheels, encoder = robot.simulator.wheel_errors.model_dump(), robot.encoder.encoder.model_dump()
-    return {
-        **{f'{_WHEELS}.{key}': value for key, value in flat(wheels)},
-        **{f'{_ENCODER}.{key}': value for key, value in flat(encoder)},
+    sound = _values(WheelErrorParams(), IDEAL_ENCODER)
+    values = [_values(robot.simulator.wheel_errors, robot.encoder.encoder) for robot in robots]
+    without = {
+        f'{WITHOUT}{cause}': {key: sound[key] for key in keys}
+        for cause, keys in _CAUSES.items()
+        if any(of_robot[key] != sound[key] for of_robot in values for key in keys)
     }
+    every = {key: value for each in without.values() for key, value in each.items()}
+    return {AS_IT_IS: {}, **without, WITHOUT_ALL: every} if without else {}
 
 
-STOPPING, LOCALIZATION, ENCODER = 'stopping', 'localization', 'encoder'
+def _values(wheels: WheelErrorParams, encoder: Any) -> Dict[str, Any]:
+    return dict(flat({'simulator': {'wheel_errors': wheels.model_dump()}, 'config': {'encoder': encoder.model_dump()}}))
 
-# With fewer trials the variances of a budget are too uncertain.
-FEWEST_FOR_BUDGET = 8
-
-# Odometry of closed-loop trials is compared with this number of sampled drives; chance of a false alarm.
-DRAWS, FALSE_ALARM = 2000, 0.01
 
 # Runs the trials of each test with an encoder (label) and a parameter set (name), and returns the results table.
 TrialsWith = Callable[[str, str], pd.DataFrame]
@@ -138,20 +124,16 @@ class GoalTrials(NamedTuple):
 
         Causes: stopping (pose estimate minus goal) and localization (true pose minus pose estimate).
         """
-        is_used = self._is_known if numbers is None else np.isin(self.numbers, numbers)
+        is_used = np.isin(self.numbers, self.known_numbers if numbers is None else numbers)
         parts = {STOPPING: self.estimate, LOCALIZATION: self.truth - self.estimate}
         return {cause: along_goal(wrapped(part[is_used]), self.goal_in_map) for cause, part in parts.items()}
 
     @property
     def known_numbers(self) -> np.ndarray:
         """Return the numbers of the trials that reached the goal and have all poses."""
-        known: np.ndarray = self.numbers[self._is_known]
-        return known
-
-    @property
-    def _is_known(self) -> np.ndarray:
         poses = np.column_stack([self.estimate, self.truth, self.odometry])
-        return np.asarray(self.succeeded & np.isfinite(poses).all(axis=1))
+        known: np.ndarray = self.numbers[self.succeeded & np.isfinite(poses).all(axis=1)]
+        return known
 
 
 def goal_trials(trials: pd.DataFrame, goal_in_map: Pose2D) -> GoalTrials:
@@ -159,57 +141,19 @@ def goal_trials(trials: pd.DataFrame, goal_in_map: Pose2D) -> GoalTrials:
     estimate, truth, odometry = (
         trials[[f'{pose}_{part}' for part in PARTS]].to_numpy(dtype=float) for pose in ('global', 'world', 'odom')
     )
-    succeeded = (trials['outcome'] == SUCCEEDED).to_numpy()
-    failures = [
-        f'{outcome.replace("_", " ")}{reason and f": {reason}"}'
-        for outcome, reason in zip(trials['outcome'][~succeeded], trials['reason'][~succeeded])
-    ]
+    succeeded, failure = (trials['outcome'] == SUCCEEDED).to_numpy(), ''
+    if not succeeded.all():
+        outcome, reason = trials.loc[~succeeded, ['outcome', 'reason']].iloc[0]
+        failure = f'{outcome.replace("_", " ")}{reason and f": {reason}"}'
     numbers = trials['trial'].to_numpy(dtype=int)
-    return GoalTrials(goal_in_map, numbers, succeeded, estimate, truth, odometry, failures[0] if failures else '')
-
-
-def study_trials(campaign: Campaign, advice: Advice, trials_with: TrialsWith) -> Advice:
-    """Run closed-loop trials and add the answers about the pose estimate and the true pose.
-
-    Args:
-        campaign: campaign with the candidates as encoders.
-        advice: advice with the answer about odometry.
-        trials_with: runs trials.
-    """
-    candidates, requirement = candidates_of(campaign), advice.requirement
-    run = _Runs(campaign, candidates, trials_with)
-
-    def counts(rank: int) -> Dict[Criterion, List[TrialCounts]]:
-        tests = run.trials(rank).values()
-        return {criterion: [test.counts(criterion, requirement) for test in tests] for criterion in AT_GOAL}
-
-    wanted = local_counts(advice.geometry, requirement)
-    guess = next((rank for rank, each in enumerate(candidates) if each.counts >= wanted), len(candidates) - 1)
-    asked = Asked(requirement.share, requirement.confidence)
-    found = search(len(candidates), counts, dict.fromkeys(AT_GOAL, guess), asked)
-    answers = {criterion: _answer(criterion, found[criterion], run, requirement) for criterion in AT_GOAL}
-    odometry = advice.answers[Criterion.ODOMETRY]
-    if odometry.encoder:
-        run.trials(run.rank_of(odometry.encoder))
-        odometry = odometry._replace(note=_disagreement(run, advice))
-    answers = {Criterion.ODOMETRY: odometry, **answers}
-    labels = [answer.encoder for answer in answers.values() if answer.encoder] or [candidates[-1].label]
-    robot_params = campaign.cells[0].robot_params
-    stopping = {
-        label: parts_with(robot_params, candidates[run.rank_of(label)].params.counts_per_turn)
-        for label in dict.fromkeys(labels)
-    }
-    return advice._replace(answers=answers, stopping=stopping, tried=_tried(run, answers[Criterion.TRUTH], requirement))
-
-
-AT_GOAL = (Criterion.POSE_ESTIMATE, Criterion.TRUTH)
+    return GoalTrials(goal_in_map, numbers, succeeded, estimate, truth, odometry, failure)
 
 
 class _Runs:
     """Trials by rank and parameter set, run on first use."""
 
-    def __init__(self, campaign: Campaign, candidates: Sequence[Candidate], trials_with: TrialsWith) -> None:
-        self.candidates, self._trials_with = candidates, trials_with
+    def __init__(self, campaign: Campaign, trials_with: TrialsWith) -> None:
+        self.candidates, self._trials_with = candidates_of(campaign), trials_with
         self.variants = list(campaign.params.variants) or ['']
         self._goals = {cell.test.name: cell.test.goal() for cell in campaign.cells}
         self._trials: Dict[Tuple[int, str], Dict[str, GoalTrials]] = {}
@@ -227,19 +171,49 @@ class _Runs:
         key = rank, self.variants[0] if variant is None else variant
         if key not in self._trials:
             found = self._trials_with(self.candidates[rank].label, key[1])
-            self._trials[key] = {
-                test: goal_trials(found[found['test'] == test], goal) for test, goal in self._goals.items()
-            }
+            by_test = {test: goal_trials(found[found['test'] == test], goal) for test, goal in self._goals.items()}
+            self._trials[key] = by_test
         return self._trials[key]
 
 
-def _answer(criterion: Criterion, found: RankAnswer, run: _Runs, requirement: Requirement) -> Answer:
+def study_trials(campaign: Campaign, advice: Advice, trials_with: TrialsWith) -> Advice:
+    """Run closed-loop trials and add the answers about the pose estimate and the true pose.
+
+    Args:
+        campaign: campaign with the candidates as encoders.
+        advice: advice with the answer about odometry.
+        trials_with: runs trials.
+    """
+    requirement, run = advice.requirement, _Runs(campaign, trials_with)
     candidates = run.candidates
+
+    def counts(rank: int) -> Dict[Criterion, List[TrialCounts]]:
+        tests = run.trials(rank).values()
+        return {criterion: [test.counts(criterion, requirement) for test in tests] for criterion in AT_GOAL}
+
+    wanted = local_counts(advice.geometry, requirement)
+    guess = next((rank for rank, each in enumerate(candidates) if each.counts >= wanted), len(candidates) - 1)
+    asked = Asked(requirement.share, requirement.confidence)
+    found = search(len(candidates), counts, dict.fromkeys(AT_GOAL, guess), asked)
+    odometry = advice.answers[Criterion.ODOMETRY]
+    answers = {Criterion.ODOMETRY: odometry, **{each: _answer(each, found[each], run, requirement) for each in AT_GOAL}}
+    if odometry.encoder:
+        run.trials(run.rank_of(odometry.encoder))
+        answers[Criterion.ODOMETRY] = odometry._replace(note=_disagreement(run, advice))
+    labels = [answer.encoder for answer in answers.values() if answer.encoder] or [candidates[-1].label]
+    stopping = {
+        label: parts_with(campaign.cells[0].robot_params, candidates[run.rank_of(label)].params.counts_per_turn)
+        for label in dict.fromkeys(labels)
+    }
+    return advice._replace(answers=answers, stopping=stopping, tried=_tried(run, answers[Criterion.TRUTH], requirement))
+
+
+def _answer(criterion: Criterion, found: RankAnswer, run: _Runs, requirement: Requirement) -> Answer:
     if found.kind is Sufficiency.UNDECIDED:
         return Answer(criterion, Kind.UNDECIDED, more_trials=found.more_trials)
     if found.kind is Sufficiency.NO or found.rank is None:
         return _limited(criterion, run, requirement)
-    chosen = candidates[found.rank]
+    candidates, chosen = run.candidates, run.candidates[found.rank]
     return Answer(
         criterion,
         Kind.FROM,
@@ -259,20 +233,17 @@ def _limited(criterion: Criterion, run: _Runs, requirement: Requirement) -> Answ
     found = limits(by_cause, requirement)
     amounts = {limit.cause: limit.reduced_to / limit.error for limit in found}
 
-    def fraction_with_less(rank: int) -> float:
-        """Return the smallest fraction of a test's trials within the tolerance with less of each cause."""
+    def suffices_with_less(rank: int) -> bool:
+        """Return whether enough of each test's trials are within the tolerance with less of each cause."""
         fractions = []
         for trials in run.trials(rank).values():
             parts = trials.causes()
             errors = wrapped(np.sum([amounts.get(cause, 1.0) * parts[cause] for cause in causes], axis=0))
             fractions.append(requirement.within(errors).sum() / len(trials.numbers))
-        return float(min(fractions))
+        return bool(min(fractions) >= requirement.share)
 
-    enough = None
-    if found:
-        is_enough = (fraction_with_less(rank) >= requirement.share for rank in reversed(run.ranks))
-        sufficient = list(itertools.takewhile(lambda each: each[1], zip(reversed(run.ranks), is_enough)))
-        enough = run.candidates[sufficient[-1][0]] if sufficient else None
+    sufficient = list(itertools.takewhile(suffices_with_less, reversed(run.ranks))) if found else []
+    enough = run.candidates[sufficient[-1]] if sufficient else None
     texts = [
         f'{len(trials.succeeded) - trials.succeeded.sum()} of {len(trials.succeeded)} trials of {test} do not come to '
         f'the goal ({trials.failure})'
@@ -315,7 +286,7 @@ def _tried(run: _Runs, truth: Answer, requirement: Requirement) -> List[TriedEnc
     """
     ranks = run.ranks
     finest, answered = ranks[-1], run.rank_of(truth.encoder) if truth.encoder else ranks[-1]
-    switched = {cause_of(variant): run.trials(answered, variant) for variant in run.variants[1:-1]}
+    switched = {variant[len(WITHOUT) :]: run.trials(answered, variant) for variant in run.variants[1:-1]}
     sound = run.trials(finest, run.variants[-1])
     tried = []
     for rank in ranks:
@@ -343,16 +314,12 @@ def truth_budget(
     numbers = functools.reduce(np.intersect1d, (each.known_numbers for each in every))
     if len(numbers) < FEWEST_FOR_BUDGET:
         return None, len(numbers)
-
-    def truth(of: GoalTrials) -> np.ndarray:
-        return wrapped(np.sum(list(of.causes(numbers).values()), axis=0))
-
-    found = truth(trials)
-    parts = {
-        **{cause: part_of(errors) for cause, errors in sound.causes(numbers).items()},
-        ENCODER: added(found, truth(finest)),
-        **{cause: added(found, truth(each)) for cause, each in without.items()},
-    }
+    found, of_finest, *others = (
+        wrapped(np.sum(list(each.causes(numbers).values()), axis=0)) for each in (trials, finest, *without.values())
+    )
+    parts = {cause: part_of(errors) for cause, errors in sound.causes(numbers).items()}
+    parts[ENCODER] = added(found, of_finest)
+    parts.update({cause: added(found, other) for cause, other in zip(without, others)})
     return Budget(parts, part_of(found)), len(numbers)
 
 

@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.advice.drawn_robot import ALL_CAUSES, WheelCause, drawn_robot
-from diff_encoder_sim.advice.drive_draws import DriveDraws
+from diff_encoder_sim.advice.drive_draws import ALL_CAUSES, DriveDraws, WheelCause, drawn_robot
 from diff_encoder_sim.advice.error_free_drives import navigated, scripted
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D, poses_of_wheels
@@ -112,13 +111,6 @@ def test_a_robot_is_read_from_its_files():
     assert 0.0 < robot.stop.position_m <= params.navigator.DWAPlannerROS.xy_goal_tolerance
 
 
-def test_wheels_have_the_errors_of_every_robot():
-    wheels = wheels_of(left_radius_error=0.01, wheel_separation_error=-0.02)
-    assert wheels.left_radius_m == pytest.approx(np.full((ROBOTS, 1), 1.01 * RADIUS_M))
-    assert wheels.right_radius_m == pytest.approx(np.full((ROBOTS, 1), RADIUS_M))
-    assert wheels.separation_m == pytest.approx(np.full((ROBOTS, 1), 0.98 * SEPARATION_M))
-
-
 def test_wheels_differ_from_robot_to_robot_as_those_of_trials():
     errors = {'left_radius_error': 0.01, 'radius_spread': 0.002, 'wheel_separation_spread': 0.005}
     rng = np.random.default_rng(2)
@@ -149,20 +141,16 @@ def of_wheels(rolled_drive):
 
 @pytest.fixture(scope='module')
 def bent():
-    return scripted(TestDefinition.from_mapping(BENT, ''), SOURCE, load_robot_params(ROOT / 'config'))
+    """A scripted drive; errors of the robot's wheels are left to the draws."""
+    params = load_robot_params(ROOT / 'config')
+    simulator = params.simulator.model_copy(update={'wheel_errors': WRONG_WHEELS})
+    return scripted(TestDefinition.from_mapping(BENT, ''), SOURCE, params._replace(simulator=simulator))
 
 
 def test_a_script_is_driven_to_its_end(bent):
     assert tuple(bent.rolled.end) == pytest.approx((0.5, 0.0, 0.6 * math.pi), abs=2e-3)
     assert bent.wheel_way_m == pytest.approx(0.5 + 0.2 * 0.6 * math.pi, abs=2e-3)
     assert (bent.test, bent.start_in_map, bent.goal_in_map.x_m) == ('bent', (1.0, 0.0, 1.0), 1.0 + 0.5 * math.cos(1.0))
-
-
-def test_the_errors_of_wheels_are_left_to_the_draws():
-    params = load_robot_params(ROOT / 'config')
-    simulator = params.simulator.model_copy(update={'wheel_errors': WRONG_WHEELS})
-    drive = scripted(TestDefinition.from_mapping(BENT, ''), SOURCE, params._replace(simulator=simulator))
-    assert tuple(drive.rolled.end) == pytest.approx((0.5, 0.0, 0.6 * math.pi), abs=2e-3)
 
 
 def test_a_route_is_navigated_with_sound_wheels_and_a_fine_encoder():

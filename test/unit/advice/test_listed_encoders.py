@@ -8,13 +8,7 @@ from advised_robots import REQUIREMENT, alto, straight
 from diff_encoder_sim.advice import listed_encoders as module
 from diff_encoder_sim.advice.answers import Answer, Criterion, Kind
 from diff_encoder_sim.advice.drive_draws import DriveDraws
-from diff_encoder_sim.advice.listed_encoders import (
-    candidates_of,
-    equivalent_counts,
-    listed_encoders,
-    recommended,
-    smallest_enough,
-)
+from diff_encoder_sim.advice.listed_encoders import candidates_of, equivalent_counts, listed_encoders, recommended
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
@@ -35,17 +29,12 @@ def test_candidates_are_ordered_by_what_their_readings_are_worth():
     assert found[2].counts == pytest.approx(2578.33, abs=0.01) and found[0].counts < found[1].counts < 1000.0
 
 
-def test_the_smallest_that_is_enough_is_taken():
-    campaign = load_campaign('sweep', package_folder(), {'tests': ['SL'], 'ppr': [256.0, 360.0, 512.0]})
-    tests = [DriveDraws(straight(), alto(), 1)]
-    assert smallest_enough(candidates_of(campaign), tests, REQUIREMENT).label == '360'  # from 347 on, in closed form
-    assert smallest_enough(candidates_of(campaign)[:1], tests, REQUIREMENT) is None
-
-
 @pytest.mark.parametrize(
     ('answer', 'label'),
     [
-        (Answer(Criterion.ODOMETRY, Kind.FROM, 347.0, (340.0, 355.0)), '360'),
+        (Answer(Criterion.ODOMETRY, Kind.FROM, 347.0, (20.0, 355.0)), '360'),  # at least 347 in closed form
+        (Answer(Criterion.ODOMETRY, Kind.FROM, 347.0, (511.0, 600.0)), '512'),
+        (Answer(Criterion.ODOMETRY, Kind.FROM, 700.0, (512.0, 700.0)), None),
         (Answer(Criterion.ODOMETRY, Kind.FROM, 500.0, (400.0, 510.0)), '512'),  # too few are not tried
         (Answer(Criterion.ODOMETRY, Kind.NOT_THE_LIMIT), None),
     ],

@@ -14,7 +14,6 @@ from diff_encoder_sim.advice.trial_study import (
     LOCALIZATION,
     STOPPING,
     WITHOUT_ALL,
-    cause_of,
     goal_trials,
     study_trials,
     switched_off,
@@ -66,17 +65,15 @@ def study(campaign, trials):
 
 def test_the_smallest_sufficient_encoder_is_found_and_tried_with_the_one_below(campaign):
     trials = Trials(encoder_m=1.5)  # 37 mm at 40 PPR, 25 mm at 60
-    answer = study(campaign, trials).answers[Criterion.TRUTH]
+    answers = study(campaign, trials).answers
+    answer, odometry = answers[Criterion.TRUTH], answers[Criterion.ODOMETRY]
+    assert answers[Criterion.POSE_ESTIMATE].counts == 20.0  # the encoder spoils only the truth in these trials
+    assert odometry.encoder == '360' and odometry.note == '' and '360' in trials.run
     assert answer.kind is Kind.FROM and answer.encoder in ('60', '90')
     assert answer.interval[1] == answer.counts == float(answer.encoder)
     rank = PPR.index(answer.counts)
     assert {f'{ppr:g}' for ppr in PPR[rank - 1 : rank + 1]} <= set(trials.run)
     assert '4096' in trials.run  # whether any encoder does
-
-
-def test_the_pose_estimate_has_an_answer_of_its_own(campaign):
-    answers = study(campaign, Trials(encoder_m=1.5)).answers
-    assert answers[Criterion.POSE_ESTIMATE].counts == 20.0  # the encoder spoils the truth alone, in these trials
 
 
 def test_a_map_that_is_wrong_is_named_as_the_limit_with_what_would_do(campaign):
@@ -105,12 +102,6 @@ def test_too_few_trials_leave_it_undecided_and_say_how_many_more(campaign):
     answer = study(campaign, Trials(count=15)).answers[Criterion.TRUTH]
     assert answer.kind is Kind.UNDECIDED
     assert answer.more_trials > 5  # 21 without a failure decide
-
-
-def test_the_odometrys_encoder_is_tried(campaign):
-    trials = Trials()
-    answer = study(campaign, trials).answers[Criterion.ODOMETRY]
-    assert answer.encoder == '360' and answer.note == '' and '360' in trials.run
 
 
 def test_trials_that_disagree_with_the_draws_are_spoken_of(campaign):
@@ -194,7 +185,6 @@ def test_each_cause_that_there_is_is_switched_off_by_itself_and_all_at_once(robo
     assert found['without wheel slip']['simulator.wheel_errors.slip_noise'] == 0.0
     assert 'config.encoder.edge_error' not in found['without wheel slip']
     assert found[WITHOUT_ALL] == {**found['without wheel slip'], **found['without edge errors']}
-    assert cause_of('without edge errors') == 'edge errors'
 
 
 def test_what_is_switched_off_leaves_an_ideal_robot(robot):
