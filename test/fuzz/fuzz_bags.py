@@ -9,7 +9,6 @@ from odd_values import odd_float, pick
 from reencoding_drives import JOINTS, ROS1, ROS2, START_NS, TICK_NS, angles_rad, true_poses, write_ros1, write_ros2
 
 COUNT = 101
-ODD_NAMES = ([], [JOINTS[0]], [JOINTS[0]] * 2, ['a\nb', 'ä'], [*JOINTS, 'x'], [*JOINTS, *JOINTS], [''] * 500)
 LARGEST_STAMP_NS = (2**32 - 1) * 10**9  # of ROS 1
 LARGEST_STAMP2_NS = (2**31 - 1) * 10**9
 CLOCK_STEPS_NS = (0, -TICK_NS, 10**9, -(10**9), 10**12, -START_NS, 10**18, -(10**18))
@@ -48,11 +47,9 @@ def _odd_drive(rng, stamps_ns, angles):
         stamps_ns[at] = int(pick(rng, (0, 1, LARGEST_STAMP_NS, stamps_ns[at - 1])))
     elif action == 2:  # some angles are odd
         angles[at : at + int(rng.integers(1, 20)), int(rng.integers(2))] = odd_float(rng)
-    elif action == 3:  # a counter that starts again
+    else:  # a counter that starts again, or nothing moves
         with np.errstate(invalid='ignore'):
-            angles[at:] += odd_float(rng, 1000.0)
-    else:  # nothing moves, or everything is odd
-        angles[:] = odd_float(rng)
+            angles[at:] = odd_float(rng, 1000.0) + (angles[at:] if action == 3 else 0.0)
     return np.clip(stamps_ns, 0, LARGEST_STAMP_NS), angles
 
 
@@ -81,9 +78,7 @@ def odd_row(rng, row):
     if header is not None and header.stamp.sec >= 2**31:  # rosbags writes ROS 1's unsigned seconds as signed ones
         header.stamp.sec -= 2**32
     if topic == '/joint_states' and rng.random() < 0.02:
-        message.name = list(
-            pick(rng, ([], ['left_wheel_joint'], ['left_wheel_joint'] * 2, ['a\nb', 'ä'], [*JOINTS, 'x']))
-        )
+        message.name = list(pick(rng, ([], [JOINTS[0]], [JOINTS[0]] * 2, ['a\nb', 'ä'], [*JOINTS, 'x'])))
     elif topic == '/joint_states' and rng.random() < 0.02:
         message.position = np.array(pick(rng, ([], [1.0], [np.nan, np.inf], [1.0] * 50)))
     elif topic == '/scan' and rng.random() < 0.1:

@@ -63,38 +63,32 @@ def _change_table(rng, results):
         return
     lines = path.read_bytes().split(b'\n')
     row = int(rng.integers(len(lines)))
-    action = int(rng.integers(9))
-    if action == 0:  # torn
-        lines[row:] = [lines[row][: int(rng.integers(len(lines[row]) + 1))]]
-    elif action == 1:  # a column that nobody knows, in all rows or in one
-        lines = [line + b',extra' if index == row or rng.random() < 0.9 else line for index, line in enumerate(lines)]
-    elif action == 2:  # a column less
-        lines = [line.rpartition(b',')[0] for line in lines]
-    elif action == 3:
-        lines.insert(int(rng.integers(len(lines))), lines[row])
-    elif action == 4:
-        rng.shuffle(lines)
-    elif action == 5:
-        lines[row] = damaged(rng, lines[row])
-    elif action == 6:
-        fields = lines[row].split(b',')
-        fields[int(rng.integers(len(fields)))] = str(pick(rng, ODD_VALUES)).encode('utf-8', 'replace')
-        lines[row] = b','.join(fields)
-    elif action == 7:  # rows of a campaign that varied a parameter, below or instead of these
-        other = [line.replace(b',', b',noise,' if index == 0 else b',0.03,', 2) for index, line in enumerate(lines)]
-        lines = lines + other if rng.random() < 0.5 else other
-    else:
-        lines = pick(rng, ([], [b''], [b'\xff\xfe'], [lines[0]], lines[1:], [b'\xef\xbb\xbf' + lines[0], *lines[1:]]))
+    fields = lines[row].split(b',')
+    fields[int(rng.integers(len(fields)))] = str(pick(rng, ODD_VALUES)).encode('utf-8', 'replace')
+    varied = [line.replace(b',', b',noise,' if index == 0 else b',0.03,', 2) for index, line in enumerate(lines)]
+    lines = pick(
+        rng,
+        (
+            [*lines[:row], lines[row][: int(rng.integers(len(lines[row]) + 1))]],  # torn
+            [line + b',extra' if rng.random() < 0.9 else line for line in lines],
+            [line.rpartition(b',')[0] for line in lines],
+            [*lines, lines[row]],
+            [lines[index] for index in rng.permutation(len(lines))],
+            [*lines[:row], damaged(rng, lines[row]), *lines[row + 1 :]],
+            [*lines[:row], b','.join(fields), *lines[row + 1 :]],
+            varied,  # of a campaign that varied a parameter, instead of these or below
+            lines + varied,
+            *([], [b''], [b'\xff\xfe'], [lines[0]], lines[1:], [b'\xef\xbb\xbf' + lines[0], *lines[1:]]),
+        ),
+    )
     path.write_bytes(pick(rng, (b'\n', b'\n', b'\n', b'\r\n')).join(lines))
 
 
 def _change_manifest(rng, results):
     path = results / 'manifest.json'
-    if not path.is_file():
-        return
     action = rng.random()
-    if action < 0.1:
-        path.unlink()
+    if not path.is_file() or action < 0.1:
+        path.unlink(missing_ok=True)
     elif action < 0.3:
         path.write_bytes(damaged(rng, path.read_bytes()))
     else:
@@ -105,17 +99,14 @@ def _change_bags(rng, results):
     bags = sorted((results / 'bags').glob('*.bag'))
     if not bags:
         return
-    bag = pick(rng, bags)
-    action = int(rng.integers(6))
+    bag, action = pick(rng, bags), int(rng.integers(5))
     if action == 0:
         bag.unlink()
     elif action == 1:
         bag.write_bytes(damaged(rng, bag.read_bytes()))
     elif action == 2:
-        shutil.copy(pick(rng, bags), bag.with_name('twice.bag'))
+        shutil.copy(bag, bag.with_name('twice.bag'))
     elif action == 3:
-        bag.write_bytes(bag.read_bytes()[: int(rng.integers(bag.stat().st_size))])
-    elif action == 4:
         bag.rename(bag.with_name(pick(rng, ('ä.bag', 'SL_40_007.bag', 'x' * 200 + '.bag'))))
     else:
         shutil.rmtree(results / 'bags')

@@ -23,7 +23,7 @@ CAMPAIGN = {
     'name': 'odd', 'tests': ['test.yaml'], 'ppr': [90], 'trials': 1, 'seed': 0, 'nav': 'embedded', 'record': 'full',
 }  # fmt: skip
 PARAMS = [(stem, each) for stem, classes in CONFIG_FILES.items() for each in classes.values()]
-KNOWN = {f'{stem}.{key}' for stem, each in PARAMS for key in _dotted_keys(each)}
+KNOWN = {key for stem, each in PARAMS for key in _dotted_keys(each, f'{stem}.')}
 KEYS = sorted(KNOWN - set(SET_BY_TRIALS))
 RATES = (
     'config.rate', 'simulator.lidar.rate', 'navigation.controller_frequency', 'navigation.planner_frequency',

@@ -85,20 +85,11 @@ def damaged(rng, content):
     """Return bytes with a few of them changed, left out, doubled or cut off."""
     content = bytearray(content)
     for _ in range(int(rng.integers(1, 4))):
-        if not content:
-            break
-        at = int(rng.integers(len(content)))
-        length = min(len(content) - at, int(rng.integers(1, 20)))
-        action = int(rng.integers(5))
-        if action == 0:
-            content[at] = int(rng.integers(256))
-        elif action == 1:
-            del content[at : at + length]
-        elif action == 2:
-            content[at:at] = content[at : at + length]
-        elif action == 3:
-            content[at:at] = bytes(rng.integers(0, 256, length, dtype=np.uint8))
-        elif rng.random() < 0.3:
+        at = int(rng.integers(len(content) + 1))
+        part = slice(at, at + int(rng.integers(1, 20)))
+        noise = bytes(rng.integers(0, 256, int(rng.integers(1, 20)), dtype=np.uint8))
+        content[part] = pick(rng, (noise[:1], b'', content[part] * 2, noise + content[part]))
+        if rng.random() < 0.06:
             del content[at:]
     return bytes(content)
 
@@ -113,32 +104,23 @@ def odd_xml(rng, text, changes=3):
 
 
 def _change_element(rng, root):
-    parent, index = pick(
-        rng, [(parent, index) for parent in root.iter() for index in range(len(parent))] or [(root, 0)]
-    )
-    if len(parent) == 0:
+    parents = [(parent, element) for parent in root.iter() for element in parent]
+    if not parents:
         return
-    element = parent[index]
+    parent, element = pick(rng, parents)
     action = rng.random()
-    if action < 0.6:
-        _change_text(rng, element)
+    if action < 0.6:  # a word of an attribute or of the text
+        if element.attrib and (rng.random() < 0.7 or not (element.text or '').strip()):
+            key = pick(rng, sorted(element.attrib))
+            element.set(key, _odd_words(rng, element.get(key)))
+        else:
+            element.text = _odd_words(rng, element.text or '')
     elif action < 0.75:
         parent.remove(element)
-    elif action < 0.85:
-        parent.append(copy.deepcopy(element))
     elif action < 0.92:
-        pick(rng, list(root.iter())).append(copy.deepcopy(element))
+        pick(rng, (parent, *root.iter())).append(copy.deepcopy(element))
     else:
         element.tag = pick(rng, ('unknown', 'link', 'pose', 'size', 'origin', 'geometry', 'mesh', 'include'))
-
-
-def _change_text(rng, element):
-    """Change a word of an attribute or of the text."""
-    if element.attrib and (rng.random() < 0.7 or not (element.text or '').strip()):
-        key = pick(rng, sorted(element.attrib))
-        element.set(key, _odd_words(rng, element.get(key)))
-    else:
-        element.text = _odd_words(rng, element.text or '')
 
 
 def _odd_words(rng, text):

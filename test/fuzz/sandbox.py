@@ -50,15 +50,12 @@ def run_in_sandbox(run: Callable[[], None], folder: Path, cpu_s: int) -> Verdict
         finally:
             os._exit(0)
     _, status = os.waitpid(child, 0)
-    if os.WIFSIGNALED(status):
+    if os.WIFSIGNALED(status) or not (folder / VERDICT).exists():
         return Verdict(FALLEN, f'killed by signal {os.WTERMSIG(status)}; no end within {cpu_s} s, if it is one of time')
-    if not (folder / VERDICT).exists():
-        return Verdict(FALLEN, 'the sandbox itself')
     kind, reason = (folder / VERDICT).read_text(errors='replace').split('\n', 1)
-    for line in (folder / OUTPUT).read_text(errors='replace').splitlines() if kind != FALLEN else ():
-        if any(word in line for word in COMPLAINTS):
-            return Verdict(FALLEN, f'prints {line}')
-    return Verdict(kind, reason)
+    printed = (folder / OUTPUT).read_text(errors='replace').splitlines()
+    complaint = next((line for line in printed if any(word in line for word in COMPLAINTS)), None)
+    return Verdict(kind, reason) if kind == FALLEN or complaint is None else Verdict(FALLEN, f'prints {complaint}')
 
 
 def judge(run: Callable[[], None]) -> Verdict:
