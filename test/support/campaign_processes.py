@@ -21,30 +21,29 @@ PATIENCE_S = 100.0
 
 
 class Machine:
-    """Processes of one test, and the folder whose files make its trials go wrong."""
+    """Processes of one test, and the folder whose files make its trials go wrong; a context that ends the processes."""
 
     def __init__(self, folder):
-        self.folder = folder
-        self.out = folder / 'out'
-        self.log = folder / campaign_trials.LOG
-        self.processes = []
+        self.folder, self.out, self.processes = folder, folder / 'out', []
 
-    def start(self, *command, trial_s=0.0, **options):
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        for process in self.processes:
+            if process.poll() is None:
+                process.kill()
+            process.communicate()
+
+    def start(self, *command, trial_s=0.0):
         environment = {
             **os.environ,
             'PYTHONPATH': os.pathsep.join([str(HERE), *filter(None, sys.path)]),
             campaign_trials.FOLDER: str(self.folder),
             campaign_trials.TRIAL_S: str(trial_s),
         }
-        process = subprocess.Popen(
-            [sys.executable, *map(str, command)],
-            env=environment,
-            cwd=str(self.folder),
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            start_new_session=True,
-            **options,
-        )
+        pipes = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE, 'start_new_session': True}
+        process = subprocess.Popen([sys.executable, *map(str, command)], env=environment, cwd=self.folder, **pipes)
         self.processes.append(process)
         return process
 
@@ -69,17 +68,11 @@ class Machine:
 
     def attempts(self):
         """(process id, trial) of each trial that was begun."""
-        lines = self.log.read_text().splitlines() if self.log.exists() else []
-        return [tuple(map(int, line.split())) for line in lines]
+        log = self.folder / campaign_trials.LOG
+        return [tuple(map(int, line.split())) for line in log.read_text().splitlines()] if log.exists() else []
 
     def wait_for_attempts(self, count):
         wait_until(lambda: len(self.attempts()) >= count)
-
-    def close(self):
-        for process in self.processes:
-            if process.poll() is None:
-                process.kill()
-            process.communicate()
 
 
 def wait_until(condition):

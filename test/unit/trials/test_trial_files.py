@@ -3,7 +3,9 @@
 import pickle
 from pathlib import Path
 
+import numpy as np
 import pytest
+import trimesh
 import yaml
 
 from campaign_files import ROOT, package_copy
@@ -16,19 +18,9 @@ from diff_encoder_sim.trials.trial_files import collect
 
 ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'
 
-HORN = (
-    '<link name="horn"><collision><geometry><mesh filename="horn.stl"/></geometry></collision></link>'
-    '<joint name="horn_joint" type="fixed"><parent link="base_link"/><child link="horn"/>'
-    '<origin xyz="0.4 0 0.5"/></joint>'
-)
-
-CORNERS = ('0 0 0', '0.1 0 0', '0 0.1 0', '0 0 0.1')
-
-TETRAHEDRON = '\n'.join(
-    f'facet normal 0 0 0 outer loop {" ".join(f"vertex {corner}" for corner in CORNERS if corner != left_out)} '
-    'endloop endfacet'
-    for left_out in CORNERS
-)
+HORN = """<link name="horn"><collision><geometry><mesh filename="horn.stl"/></geometry></collision></link>
+<joint name="horn_joint" type="fixed"><parent link="base_link"/><child link="horn"/><origin xyz="0.4 0 0.5"/></joint>"""
+CORNERS = np.array([[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]])
 
 
 def collected(package=ROOT, robot=None, needs_maps=True):
@@ -47,21 +39,17 @@ def test_what_is_written_is_what_was_read(tmp_path):
     assert placed.worlds['SMT'] == placed.worlds['DLD']
 
 
-def test_half_a_folder_of_a_killed_writer_is_never_used(tmp_path, monkeypatch):
-    files = collected()
+def test_half_a_folder_of_a_killed_writer_is_never_used_and_other_content_goes_to_another(tmp_path, monkeypatch):
+    package = package_copy(tmp_path / 'package')
+    files = collected(package)
     with monkeypatch.context() as patched:
         patched.setattr(Path, 'write_bytes', lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
         with pytest.raises(KeyboardInterrupt):
-            files.materialise(tmp_path)
-    assert files.materialise(tmp_path).robot.read_bytes() == ROBOT.read_bytes()
-
-
-def test_other_content_goes_to_another_folder(tmp_path):
-    package = package_copy(tmp_path / 'package')
-    before = collected(package).materialise(tmp_path / 'out')
+            files.materialise(tmp_path / 'out')
+    before = files.materialise(tmp_path / 'out')
     (package / 'urdf' / 'alto.urdf.xacro').write_bytes(ROBOT.read_bytes() + b'\n')
     after = collected(package).materialise(tmp_path / 'out')
-    assert before.robot.read_bytes() + b'\n' == after.robot.read_bytes()
+    assert before.robot.read_bytes() + b'\n' == after.robot.read_bytes() == ROBOT.read_bytes() + b'\n'
 
 
 def test_a_maps_image_may_lie_elsewhere(tmp_path):
@@ -120,7 +108,7 @@ def test_a_robot_of_several_files_and_arguments_travels_as_one(tmp_path):
 def test_a_collision_mesh_travels_as_its_hull(tmp_path):
     robot = ROBOT.read_text().replace('</robot>', f'{HORN}</robot>')
     (tmp_path / 'robot.urdf.xacro').write_text(robot)
-    (tmp_path / 'horn.stl').write_text(f'solid horn\n{TETRAHEDRON}\nendsolid horn\n')
+    trimesh.Trimesh(CORNERS, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]).export(tmp_path / 'horn.stl')
     source = RobotSource(tmp_path / 'robot.urdf.xacro')
     placed, here = collected(robot=source).materialise(tmp_path / 'out'), describe(source)
     (tmp_path / 'horn.stl').unlink()
