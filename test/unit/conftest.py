@@ -26,7 +26,6 @@ def fixture_campaign(tmp_path_factory):
     """SL at two noises of the LiDAR, two PPR and two trials each."""
     from campaign_files import TWO_NOISES, small_campaign  # here: other tests do without its imports
 
-    """Enable the loggers that rospy disables if a node ran in this process before."""
     return small_campaign(tmp_path_factory.mktemp('campaign'), **TWO_NOISES)
 
 

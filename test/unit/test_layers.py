@@ -33,24 +33,6 @@ ROS_MODULES = (
     r'(rospy|roslib|rosgraph|roslaunch|genpy|tf2_ros|tf2_py|actionlib|dynamic_reconfigure)(\.|$)|.*_(msgs|srvs)(\.|$)'
 )
 
-IMPORT_ALL_WITHOUT_ROS = f"""
-import importlib, pkgutil, re, sys
-
-class NoRos:
-    def find_spec(self, name, path=None, target=None):
-        if re.match(r'{ROS_MODULES}|rospkg(\\.|$)', name):
-            raise ImportError('blocked: ' + name)
-
-sys.meta_path.insert(0, NoRos())
-import diff_encoder_sim
-names = [m.name for m in pkgutil.walk_packages(diff_encoder_sim.__path__, 'diff_encoder_sim.',
-                                               onerror=lambda name: None)]
-core = [n for n in names if not re.match(r'diff_encoder_sim\\.(ros|msg|cfg)(\\.|$)', n)]
-for name in core:
-    importlib.import_module(name)
-print(len(core))
-"""
-
 # Libraries of seconds or many megabytes, and the modules that are not imported before what they wrap is needed.
 HEAVY = ('numba', 'pybullet', 'dask', 'distributed', 'altair', 'vl_convert', 'scipy')
 WRAPPERS = (
@@ -71,13 +53,8 @@ if hasattr(module, 'API'):
     importlib.import_module(f'diff_encoder_sim.{module.API}')
 print(sum(name.split('.')[0] == 'diff_encoder_sim' and name.split('.')[1:2] != ['msg'] for name in sys.modules))
 """
-# The most modules of the package that a command may import, and the goal; generated messages are left out.
-MOST_MODULES = {
-    'ros.odom_node': (40, 40),
-    'ros.encoder_node': (40, 40),
-    'cli.analyze': (90, 90),
-    'cli.campaign': (130, 130),
-}
+# The most modules of the package that a command may import; generated messages are left out.
+MOST_MODULES = {'ros.odom_node': 40, 'ros.encoder_node': 40, 'cli.analyze': 90, 'cli.campaign': 130}
 
 
 def imported_modules(path):
@@ -91,79 +68,41 @@ def imported_modules(path):
             yield from (f'{node.module}.{alias.name}' for alias in node.names)
 
 
-def rooms():
-    return sorted(path.parent.name for path in PACKAGE.glob('*/__init__.py'))
-
-
-def rooms_imported_by(room):
-    """Other rooms of the package that a room imports, each with the file that does."""
-    found = {}
-    for path in sorted((PACKAGE / room).rglob('*.py')):
-        for name in imported_modules(path):
-            match = re.match(r'diff_encoder_sim\.(\w+)', name)
-            if match and match[1] not in (room, 'msg', 'cfg'):
-                found.setdefault(match[1], path.relative_to(PACKAGE))
-    return found
-
-
-def test_every_module_is_in_a_room_of_the_table():
-    assert sorted(MAY_IMPORT) == rooms()
+def test_every_module_is_in_a_room_of_the_table_which_goes_one_way():
+    assert sorted(MAY_IMPORT) == sorted(path.parent.name for path in PACKAGE.glob('*/__init__.py'))
     assert [path.name for path in PACKAGE.glob('*.py')] == ['__init__.py']
-
-
-def test_the_table_goes_one_way():
     above = set()
     for room, allowed in MAY_IMPORT.items():
         assert set(allowed.split()) <= above, room
         above.add(room)
 
 
-@pytest.mark.parametrize('room', rooms())
+@pytest.mark.parametrize('room', MAY_IMPORT)
 def test_a_room_imports_only_the_rooms_of_its_line(room):
-    found = rooms_imported_by(room)
-    others = {other: str(path) for other, path in found.items() if other not in MAY_IMPORT[room].split()}
+    found = {}
+    for path in (PACKAGE / room).rglob('*.py'):
+        for name in imported_modules(path):
+            match = re.match(r'diff_encoder_sim\.(\w+)', name)
+            if match and match[1] not in (room, 'msg', 'cfg'):
+                found.setdefault(match[1], str(path.relative_to(PACKAGE)))
+    others = {other: path for other, path in found.items() if other not in MAY_IMPORT[room].split()}
     assert others == {}
     assert set(MAY_IMPORT[room].split()) == set(found), 'the table allows what is not used'
 
 
-def test_every_core_module_imports_with_ros_blocked():
-    result = subprocess.run(
-        [sys.executable, '-c', IMPORT_ALL_WITHOUT_ROS],
-        cwd=str(SOURCE),
-        env={'PYTHONPATH': str(SOURCE), 'PATH': ''},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert result.returncode == 0, result.stderr
-    assert int(result.stdout.split()[-1]) >= 20
-
-
-def heavy_after(modules):
-    """The libraries of HEAVY that are there once these modules are imported, as Python writes a list."""
-    done = subprocess.run(
-        [sys.executable, '-c', IMPORT_AND_NAME_THE_HEAVY, *modules],
-        env={'PYTHONPATH': str(SOURCE), 'PATH': ''},
-        capture_output=True,
-        text=True,
-    )
+def output_of(code, *arguments, **environment):
+    done = subprocess.run([sys.executable, '-c', code, *arguments], env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return done.stdout.strip()
 
 
-def test_the_core_imports_no_heavy_library_before_it_is_needed():
+def test_the_core_imports_neither_ros_nor_a_heavy_library_before_it_is_needed():
     paths = [path for path in PACKAGE.rglob('*.py') if path.relative_to(PACKAGE).parts[0] not in ('ros', 'msg')]
     names = sorted('.'.join(path.relative_to(SOURCE).with_suffix('').parts) for path in paths)
     wrappers = tuple(f'diff_encoder_sim.{name}' for name in WRAPPERS)
     light = [name for name in names if not name.startswith(wrappers)]
     assert 100 < len(light) < len(names)
-    assert heavy_after(light) == '[]'
-
-
-@pytest.mark.heavy
-@pytest.mark.parametrize('name', WRAPPERS)
-def test_only_modules_that_wrap_a_heavy_library_are_excepted(name):
-    assert heavy_after([f'diff_encoder_sim.{name}']) != '[]'
+    assert output_of(IMPORT_AND_NAME_THE_HEAVY, *light, PYTHONPATH=str(SOURCE), PATH='') == '[]'
 
 
 def test_only_the_ros_folder_names_ros_modules():
@@ -178,21 +117,17 @@ def test_only_the_ros_folder_names_ros_modules():
     assert offenders == []
 
 
-def test_file_names_are_unique():
-    """A search for a file finds one."""
-    # The files of api/ and cli/ are named after commands and their subjects.
-    paths = [path for path in PACKAGE.rglob('*.py') if path.relative_to(PACKAGE).parts[0] not in ('api', 'cli')]
-    names = [path.name for path in paths if path.name != '__init__.py']
-    assert sorted(name for name in names if names.count(name) > 1) == []
-
-
-def test_class_names_are_unique():
-    homes = {}
+def test_names_of_files_and_classes_are_unique():
+    """A search finds one."""
+    files, classes = [], []
     for path in PACKAGE.rglob('*.py'):
-        for node in ast.parse(path.read_text()).body:
-            if isinstance(node, ast.ClassDef) and not node.name.startswith('_'):
-                homes.setdefault(node.name, []).append(str(path.relative_to(PACKAGE)))
-    assert {name: paths for name, paths in homes.items() if len(paths) > 1} == {}
+        # The files of api/ and cli/ are named after commands and their subjects.
+        if path.name != '__init__.py' and path.relative_to(PACKAGE).parts[0] not in ('api', 'cli'):
+            files.append(path.name)
+        top = ast.parse(path.read_text()).body
+        classes += [node.name for node in top if isinstance(node, ast.ClassDef) and not node.name.startswith('_')]
+    for names in (files, classes):
+        assert {name for name in names if names.count(name) > 1} == set()
 
 
 @pytest.mark.parametrize('name', MOST_MODULES)
@@ -202,13 +137,7 @@ def test_a_command_imports_few_modules(name):
         pytest.importorskip('rospy')
         pytest.importorskip('diff_encoder_sim.msg')
         path = os.environ['PYTHONPATH']
-    done = subprocess.run(
-        [sys.executable, '-c', COUNT_OURS, f'diff_encoder_sim.{name}'],
-        env={**os.environ, 'PYTHONPATH': path},
-        capture_output=True,
-        text=True,
+    assert (
+        int(output_of(COUNT_OURS, f'diff_encoder_sim.{name}', **{**os.environ, 'PYTHONPATH': path}))
+        <= MOST_MODULES[name]
     )
-    assert done.returncode == 0, done.stderr
-    limit, goal = MOST_MODULES[name]
-    assert goal <= limit
-    assert int(done.stdout) <= limit

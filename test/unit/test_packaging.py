@@ -5,17 +5,12 @@ import re
 from places import ROOT
 
 
-def test_cmake_installs_every_executable_of_scripts():
-    """catkin_lint must see them by name, so they are listed."""
+def test_cmake_installs_every_executable_of_scripts_and_rosrun_offers_no_other():
+    """catkin_lint must see them by name. rosrun offers each file that may be executed; others run as `bash ...`."""
     listed = re.search(r'set\(executables\n(.*?)\)', (ROOT / 'CMakeLists.txt').read_text(), re.DOTALL)[1].split()
-    folder = (ROOT / 'scripts').iterdir()
-    assert listed == sorted(f'scripts/{path.name}' for path in folder if path.is_file() and not path.suffix)
-
-
-def test_rosrun_offers_only_what_is_installed():
-    """It offers each file that may be executed; setup.sh and its like run as `bash scripts/setup.sh`."""
-    executable = [path.name for path in (ROOT / 'scripts').iterdir() if path.is_file() and path.stat().st_mode & 0o100]
-    assert [name for name in executable if '.' in name] == []
+    files = [path for path in (ROOT / 'scripts').iterdir() if path.is_file()]
+    assert listed == sorted(f'scripts/{path.name}' for path in files if not path.suffix)
+    assert [path.name for path in files if path.suffix and path.stat().st_mode & 0o100] == []
 
 
 def test_the_images_differ_in_their_base_alone():

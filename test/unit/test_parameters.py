@@ -24,20 +24,10 @@ def test_the_walk_finds_the_classes():
 
 
 @pytest.mark.parametrize('params_class', CLASSES, ids=lambda each: each.__name__)
-def test_the_example_is_accepted(params_class):
-    """Else what the next tests change would not be what is refused."""
-    assert params_class.from_mapping(example(params_class), 'f.yaml').model_dump() is not None
-
-
-@pytest.mark.parametrize('params_class', CLASSES, ids=lambda each: each.__name__)
 def test_every_number_has_bounds(params_class):
-    found = dict(numbers_of(params_class))
-    missing = {key for key, bounds in found.items() if bounds is None}
-    assert {(params_class.__name__, key) for key in missing} <= WITHOUT_BOUNDS
-    for key, bounds in found.items():
-        if key not in missing:
-            assert math.isfinite(bounds.least), key
-            assert math.isfinite(bounds.most), key
+    for key, bounds in numbers_of(params_class):
+        if (params_class.__name__, key) not in WITHOUT_BOUNDS:
+            assert math.isfinite(bounds.least) and math.isfinite(bounds.most), key
 
 
 def is_single(annotation):

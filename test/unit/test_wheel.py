@@ -83,8 +83,5 @@ def test_it_runs_without_the_checkout(installed, tmp_path):
     assert 'all checks are ok' in run(installed, tmp_path, 'check-robot', 'burger')
     world = installed / PACKAGE / 'share' / 'worlds' / 'hallway.world'
     assert run(installed, tmp_path, 'rasterise-world', world, '--out', 'map') == 'map.yaml\n'
-
-
-def test_its_notice_of_a_missing_robot_names_those_that_come_with_it(installed, tmp_path):
     with pytest.raises(AssertionError, match='diff-encoder-sim check-robot: .*burger'):
         run(installed, tmp_path, 'check-robot', 'no_such_robot')
