@@ -5,7 +5,6 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from diff_encoder_sim.cli.trial_spec import main as trial_spec_main
 from launched_graph import DATA, ROOT, Graph, require_ros
 
 pytestmark = [pytest.mark.rostest, pytest.mark.timeout(200)]
@@ -21,30 +20,16 @@ AWAIT_MASTER = 'import rosgraph, time\nwhile not rosgraph.is_master_online(): ti
 FILES = {
     'torn.yaml': 'image: torn.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n',
     'torn.pgm': 'P5 100 100 255\n',
-    'no_yaml.yaml': 'ppr: [90\nrate: 20\n',
-    'list.yaml': '- ppr\n- 90\n',
-    'misspelt.yaml': 'wheel_diametre: 0.2\n',
-    'twice.yaml': 'rate: 20.0\nrate: 10.0\n',
-    'minutes.yaml': 'map_update_interval: 1:30\n',
-    'negative.yaml': 'wheel_diameter: -0.2\n',
-    'no_such_world.yaml': 'name: t\nworld: moon\ndrive: [{straight: 1.0}]\n',
-    'two_motions.yaml': 'name: t\nworld: hallway\ndrive: [{straight: 1.0, turns: 1}]\n',
-    'no_route.yaml': 'name: t\nworld: hallway\ndrive: [{straight: 1.0}]\n',
-    'no_drive.yaml': 'name: t\nworld: hallway\ndrive: []\n',
     'exists.bag': 'a bag of somebody',
 }
 
-# What is wrong: node, its private parameters, words of its line ({} is the folder of FILES). Bounds of all parameters:
-# test/unit/test_parameters.py.
+# Node, its private parameters, words of its line; {} is the folder of FILES.
 BAD_PARAMETERS = {
     'ppr zero': (ENCODER, ['_ppr:=0'], ['ppr', '0', PPR_ALLOWED]),
     'misspelt': (ENCODER, ['_counter_modulos:=65536'], ['counter_modulos', 'counter_modulus']),
-    'model states rate': ('world_pose_node', ['_rate:=fast'], ['rate', 'fast', 'number']),
     'empty frame': ('global_pose_node', ["_map_frame:=''"], ['map_frame', "''"]),
-    'ideal misspelt': ('ideal_odom_node', ['_modle:=alto'], ['modle', 'model']),
     'no trial': ('scripted_drive_node', [], ['/trial', 'trial.launch']),
     'missing world': (SIMULATOR, [ROBOT, '_world:={}/nowhere.world'], ['nowhere.world', 'No such file']),
-    'missing robot': (SIMULATOR, [WORLD, '_robot:={}/nobody.urdf'], ['nobody.urdf', 'but there is no']),
     'misspelt joint': (
         SIMULATOR,
         [WORLD, ROBOT, '_left_joint:=left_weel_joint'],
@@ -55,38 +40,11 @@ BAD_PARAMETERS = {
     'no map': ('map_server_node', [], ['arguments', 'one map .yaml file']),
 }
 
-# What is wrong: arguments of trial.launch, words of one line
+# Arguments of trial.launch, words of one line; more: test/unit/api/test_live_trials.py.
 BAD_ARGUMENTS = {
     'test': (['test:=XX'], ['test', 'XX', 'SL', 'SMT']),
     'bag': (['bag:={}/exists.bag'], ['bag', 'exists.bag', 'exists', 'new file']),
     'robot': (['robot:={}/nobody.urdf', 'bag:=none'], ['nobody.urdf', 'but there is no']),
-}
-
-# The same by trial_spec alone, to which trial.launch hands its arguments: words of its line
-BAD_SPECS = {
-    'ppr zero': (['--ppr=0'], ['ppr', '0', PPR_ALLOWED]),
-    'ppr text': (['--ppr=many'], ['ppr', 'many', PPR_ALLOWED]),
-    'ppr negative for a wheel': (['--ppr={left: 40, right: -4}'], ['ppr.right', '-4', PPR_ALLOWED]),
-    'ppr is no YAML': (['--ppr={left: 40'], ['ppr', '{left: 40', PPR_ALLOWED]),
-    'ppr octal': (['--ppr=0100'], ['ppr', '0100', 'YAML 1.1', '64']),
-    'config with a key twice': (['--config={}/twice.yaml'], ['twice.yaml, line 2', 'rate', 'line 1']),
-    'slam with a sexagesimal': (['--slam-config={}/minutes.yaml'], ['minutes.yaml, line 1', '1:30', '90']),
-    'odom': (['--odom=foo'], ['odom', 'foo', 'encoder', 'ideal']),
-    'trial negative': (['--trial=-1'], ['trial: given', '-1', '0 to']),
-    'trial text': (['--trial=first'], ['trial: given', 'first', 'integer']),
-    'bag where nothing can be written': (['--bag=/proc/1/new.bag'], ['bag', '/proc/1']),
-    'config is a list': (['--config={}/list.yaml'], ['list.yaml', 'list']),
-    'config misspelt': (['--config={}/misspelt.yaml'], ['misspelt.yaml', 'wheel_diametre', 'wheel_diameter']),
-    'config value': (['--config={}/negative.yaml'], ['negative.yaml', 'wheel_diameter', '-0.2', '0.001 to 100 [m]']),
-    'sim': (['--sim=foo'], ['sim', 'foo', 'pybullet', 'gazebo']),
-    'missing config': (['--config={}/nowhere.yaml'], ['nowhere.yaml']),
-    'config is no YAML': (['--config={}/no_yaml.yaml'], ['no_yaml.yaml', 'YAML']),
-    'nav': (['--nav=foo'], ['nav', 'foo', 'embedded', 'upstream', 'scripted']),
-    'no route': (['--test={}/no_route.yaml'], ['nav', 'embedded', 't has no route', 'scripted']),
-    'map': (['--map={}/nowhere.yaml'], ['map', 'nowhere.yaml', 'rasterise_world']),
-    'test names no world': (['--test={}/no_such_world.yaml', '--nav=scripted'], ['world', 'moon', 'hallway']),
-    'test with two motions': (['--test={}/two_motions.yaml'], ['two_motions.yaml', 'straight', 'turns']),
-    'test without a drive': (['--test={}/no_drive.yaml'], ['no_drive.yaml', 'drive']),
 }
 
 
@@ -154,19 +112,6 @@ def test_trial_names_the_bad_argument_in_one_line(name, outcomes):
     naming = [line for line in lines if all(word in line for word in words)]
     assert naming, shown
     assert 'process[simulator_node' not in shown  # nothing was started
-
-
-@pytest.mark.parametrize('name', list(BAD_SPECS))
-def test_trial_spec_names_the_bad_argument_in_one_line(name, folder):
-    arguments, words = BAD_SPECS[name]
-    good = {'--test': 'SL', '--bag': 'none'}
-    good.update(argument.split('=', 1) for argument in in_folder(arguments, folder))
-    with pytest.raises(SystemExit) as stopped:
-        trial_spec_main(['{}={}'.format(*pair) for pair in good.items()])
-    text = stopped.value.code
-    assert '\n' not in text
-    for word in words:
-        assert word in text
 
 
 def test_trial_ends_when_a_node_refuses_its_parameters(tmp_path):
