@@ -21,43 +21,47 @@ from diff_encoder_sim.navigation.costmap_layers import (
     clear_polygon,
 )
 from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
-from navigation_scenes import RAY_STEP_RAD, scan_of, static_costmap
-from navigation_simulation import RAYS
+from navigation_scenes import RAY_STEP_RAD, RAYS, scan_of, static_costmap
 
 
-def random_walls():
-    return np.where(np.random.default_rng(1).random((160, 200)) < 0.01, 100, 0)
+def local(*scans, **params):
+    """A window around (0, 0) that has entered scans."""
+    costmap = Costmap(local_defaults(**params))
+    for ranges_by_degree in scans:
+        costmap.update(IDENTITY, scan_of(ranges_by_degree), IDENTITY)
+    return costmap
+
+
+def walled(*columns, shape=(100, 100), **params):
+    """A static costmap with walls in columns."""
+    cells = np.zeros(shape)
+    cells[:, columns] = 100
+    return static_costmap(cells, **params)
 
 
 def test_footprint_cost_depends_on_heading():
-    cells = np.zeros((100, 100))
-    cells[:, 57] = 100  # a wall at x = 2.85 to 2.90
-    costmap = static_costmap(cells, inflation_radius=0.3)
+    costmap = walled(57, inflation_radius=0.3)  # at x = 2.85 to 2.90
     assert costmap.footprint_cost(Pose2D(2.55, 2.5, 0.0)) >= 0.0  # 0.26 m ahead: clear
     assert costmap.footprint_cost(Pose2D(2.55, 2.5, math.pi / 2)) == IN_OBSTACLE  # 0.31 m
     assert costmap.footprint_cost(Pose2D(0.2, 2.5, 0.0)) == OFF_MAP
 
 
-def test_static_layer_reads_occupancy_as_upstream():
-    cells = np.array([[0, 50, 100], [-1, 99, 65]])
-    assert static_costmap(cells, inflation_radius=0.0).costs.tolist() == [[0, 0, 254], [255, 0, 0]]
-    assert static_costmap(
-        cells, inflation_radius=0.0, lethal_cost_threshold=65, track_unknown_space=False
-    ).costs.tolist() == [[0, 0, 254], [0, 254, 254]]
-    assert static_costmap(cells, inflation_radius=0.0, trinary_costmap=False).costs[0, 1] == 127
+@pytest.mark.parametrize(
+    ('params', 'expected'),
+    [
+        ({}, [[0, 0, 254], [255, 0, 0]]),
+        ({'lethal_cost_threshold': 65, 'track_unknown_space': False}, [[0, 0, 254], [0, 254, 254]]),
+        ({'trinary_costmap': False}, [[0, 127, 254], [255, 251, 165]]),
+    ],
+)
+def test_static_layer_reads_occupancy_as_upstream(params, expected):
+    assert static_costmap([[0, 50, 100], [-1, 99, 65]], inflation_radius=0.0, **params).costs.tolist() == expected
 
 
-def test_a_hit_is_marked_and_inflated_within_obstacle_range_only():
-    costmap = Costmap(local_defaults(width=6.0, height=6.0))
-    costmap.update(IDENTITY, scan_of({0: 1.02, 90: 2.6}), IDENTITY)
-    assert costmap.cost_at(1.02, 0.0) == LETHAL
-    assert costmap.cost_at(0.8, 0.0) == INSCRIBED
+def test_a_hit_is_marked_and_inflated_until_a_longer_range_clears_it():
+    costmap = local({0: 1.02, 90: 2.6}, width=6.0, height=6.0)
+    assert [costmap.cost_at(x, 0.0) for x in (1.02, 0.8)] == [LETHAL, INSCRIBED]
     assert costmap.cost_at(0.0, 2.6) == FREE  # farther than obstacle_range 2.5
-
-
-def test_a_longer_range_clears_what_stood_in_its_way():
-    costmap = Costmap(local_defaults())
-    costmap.update(IDENTITY, scan_of({0: 1.02}), IDENTITY)
     costmap.update(IDENTITY, scan_of({0: 0.72}), IDENTITY)
     assert costmap.cost_at(1.02, 0.0) == LETHAL  # behind the new hit: not seen, so kept
     costmap.update(IDENTITY, scan_of({0: 1.32}), IDENTITY)
@@ -66,32 +70,26 @@ def test_a_longer_range_clears_what_stood_in_its_way():
 
 @pytest.mark.parametrize('inf_is_valid', [True, False])
 def test_no_return_clears_only_if_it_is_valid(inf_is_valid):
-    costmap = Costmap(local_defaults(scan={'inf_is_valid': inf_is_valid}))
-    costmap.update(IDENTITY, scan_of({0: 1.02}), IDENTITY)
-    costmap.update(IDENTITY, scan_of({0: math.inf}), IDENTITY)
+    costmap = local({0: 1.02}, {0: math.inf}, scan={'inf_is_valid': inf_is_valid})
     assert (costmap.cost_at(1.02, 0.0) == FREE) is inf_is_valid
 
 
 @pytest.mark.parametrize('range_m', [math.nan, 0.1, 6.5])
 def test_ranges_that_say_nothing_change_nothing(range_m):
-    costmap = Costmap(local_defaults())
-    costmap.update(IDENTITY, scan_of({0: 1.02}), IDENTITY)
-    before = costmap.costs.copy()
-    costmap.update(IDENTITY, scan_of(dict.fromkeys(range(360), range_m)), IDENTITY)
-    assert (costmap.costs == before).all()
+    costmap = local({0: 1.02}, dict.fromkeys(range(360), range_m))
+    assert (costmap.costs == local({0: 1.02}).costs).all()
 
 
 def test_the_robot_frees_where_it_stands():
-    costmap = Costmap(local_defaults())
-    costmap.update(Pose2D(-1.0, 0.0, 0.0), scan_of({0: 1.02}), Pose2D(-1.0, 0.0, 0.0))
+    costmap, behind = Costmap(local_defaults()), Pose2D(-1.0, 0.0, 0.0)
+    costmap.update(behind, scan_of({0: 1.02}), behind)
     assert costmap.cost_at(0.02, 0.0) == LETHAL
     costmap.update(Pose2D(0.0, 0.0, 0.4))
     assert costmap.cost_at(0.02, 0.0) == FREE
 
 
 def test_a_window_may_keep_apart_what_no_ray_has_seen():
-    costmap = Costmap(local_defaults(track_unknown_space=True))
-    costmap.update(IDENTITY, scan_of({0: 1.02}), IDENTITY)
+    costmap = local({0: 1.02}, track_unknown_space=True)
     assert [costmap.cost_at(x, 0.0) for x in (0.0, 0.4, 1.02, 1.4)] == [FREE, FREE, LETHAL, NO_INFORMATION]
     costmap.clear_obstacles(IDENTITY)
     assert costmap.cost_at(0.5, 0.0) == NO_INFORMATION
@@ -102,7 +100,8 @@ def test_a_window_may_keep_apart_what_no_ray_has_seen():
 def test_costs_do_not_depend_on_when_they_are_asked_for():
     """Updated by windows, they are those from scratch."""
     random = np.random.default_rng(10)
-    grid = OccupancyGrid(random_walls().astype(np.int8), 0.05, Pose2D(1, 2, 0.3))
+    walls = np.where(np.random.default_rng(1).random((160, 200)) < 0.01, 100, 0)
+    grid = OccupancyGrid(walls.astype(np.int8), 0.05, Pose2D(1, 2, 0.3))
     often, once = (Costmap(CostmapParams(), grid) for _ in range(2))
     for step in range(8):
         pose = grid.origin.compose(Pose2D(1.0 + step, 4.0, 0.7 * step))
@@ -115,39 +114,26 @@ def test_costs_do_not_depend_on_when_they_are_asked_for():
     assert (once.costs == often.costs).all()
 
 
-def test_scans_overrule_the_map_only_upwards():
-    cells = np.zeros((100, 100))
-    cells[:, 70] = 100
-    costmap = static_costmap(cells)
-    pose = Pose2D(2.5, 2.5, 0.0)
+def test_scans_overrule_the_map_only_upwards_and_static_obstacles_are_distinguished():
+    costmap, pose = walled(70), Pose2D(2.5, 2.5, 0.0)
     costmap.update(pose, scan_of({0: 2.2, 90: 1.0}), pose)
     assert costmap.cost_at(3.52, 2.5) == LETHAL  # the wall stays although a ray went through
     assert costmap.cost_at(2.5, 3.5) == LETHAL  # what the map does not show is added
+    points = (3.3, 2.5), (3.2, 2.5), (2.5, 3.5)
+    assert [costmap.is_static_obstacle(*point) for point in points] == [True, False, False]
 
 
 def test_clearing_keeps_a_square_around_the_robot():
-    costmap = Costmap(local_defaults(width=6.0, height=6.0))
-    costmap.update(IDENTITY, scan_of({0: 1.02, 90: 2.02}), IDENTITY)
+    costmap = local({0: 1.02, 90: 2.02}, width=6.0, height=6.0)
     costmap.clear_obstacles(IDENTITY, 3.0)
     assert costmap.cost_at(1.02, 0.0) == LETHAL and costmap.cost_at(0.0, 2.02) == FREE
     costmap.clear_obstacles(IDENTITY)
     assert (costmap.costs == FREE).all()
 
 
-def test_static_obstacles_are_distinguished_from_seen_ones():
-    cells = np.zeros((100, 100))
-    cells[:, 70] = 100
-    costmap = static_costmap(cells)
-    pose = Pose2D(2.5, 2.5, 0.0)
-    costmap.update(pose, scan_of({90: 1.0}), pose)
-    assert costmap.is_static_obstacle(3.3, 2.5) and not costmap.is_static_obstacle(3.2, 2.5)
-    assert not costmap.is_static_obstacle(2.5, 3.5)
-
-
 def test_other_parameters_keep_the_obstacles_while_the_cells_are_the_same():
-    cells = np.zeros((60, 60))
-    costmap = static_costmap(cells, inflation_radius=0.5)
-    costmap.update(Pose2D(1.5, 1.5, 0.0), scan_of({0: 0.6}), Pose2D(1.5, 1.5, 0.0))
+    costmap, pose = walled(shape=(60, 60), inflation_radius=0.5), Pose2D(1.5, 1.5, 0.0)
+    costmap.update(pose, scan_of({0: 0.6}), pose)
     narrow = costmap.reconfigured(CostmapParams.from_mapping({'inflation_radius': 0.0}, ''))
     assert ((narrow.costs == LETHAL) == (costmap.costs == LETHAL)).all() and (costmap.costs == LETHAL).sum() == 1
     assert set(np.unique(narrow.costs)) == {FREE, LETHAL}
@@ -164,17 +150,14 @@ def test_a_window_of_another_size_begins_empty_around_the_robot():
     assert larger.shape == (60, 80) and (larger.costs == FREE).all() and larger.contains(*larger.cell_at(*here[:2]))
 
 
-INSCRIBED_M = 0.26  # of 0.5 x 0.6 m and 0.01 m of padding
-
-
 def test_inflation_follows_upstreams_formula():
     cells = np.zeros((81, 81))
     cells[40, 40] = 100
     costmap = static_costmap(cells, inflation_radius=0.8, cost_scaling_factor=4.0)
     row, column = np.indices(cells.shape)
-    distance_m = np.hypot(row - 40, column - 40) * 0.05
-    expected = np.floor(252.0 * np.exp(-4.0 * (distance_m - INSCRIBED_M)))
-    expected[distance_m <= INSCRIBED_M] = INSCRIBED
+    distance_m, inscribed_m = np.hypot(row - 40, column - 40) * 0.05, 0.26  # of 0.5 x 0.6 m and 0.01 m of padding
+    expected = np.floor(252.0 * np.exp(-4.0 * (distance_m - inscribed_m)))
+    expected[distance_m <= inscribed_m] = INSCRIBED
     expected[distance_m > 0.8 + 1e-9] = FREE
     expected[40, 40] = LETHAL
     assert (costmap.costs == expected).all()
@@ -183,24 +166,19 @@ def test_inflation_follows_upstreams_formula():
 def test_inflation_enters_the_unknown_only_where_the_robot_would_touch():
     cells = np.full((41, 41), -1)
     cells[20, 20] = 100
-    costs = static_costmap(cells).costs
-    assert costs[20, 20] == LETHAL and costs[20, 25] == INSCRIBED
-    assert costs[20, 26] == NO_INFORMATION
+    assert static_costmap(cells).costs[20, [20, 25, 26]].tolist() == [LETHAL, INSCRIBED, NO_INFORMATION]
 
 
 @pytest.mark.parametrize(('x_m', 'y_m'), [(0.15, 0.0), (-0.35, 0.25), (0.0, 3.0), (-3.1, 0.0)])
 def test_the_window_keeps_what_stays_in_sight(x_m, y_m):
     """By whole cells, for any shift."""
-    costmap = Costmap(local_defaults(inflation_radius=0.0, track_unknown_space=True, footprint_clearing_enabled=False))
+    costmap = local(inflation_radius=0.0, track_unknown_space=True, footprint_clearing_enabled=False)
     before = np.random.default_rng(1).choice([FREE, LETHAL], costmap.shape).astype(np.uint8)
     costmap._obstacles = before.copy()
     costmap.update(Pose2D(x_m + 0.01, y_m + 0.01, 0.0))
     down, right = round(y_m / 0.05), round(x_m / 0.05)
-    expected = np.full_like(before, NO_INFORMATION)
-    for (row, column), _ in np.ndenumerate(expected):
-        if 0 <= row + down < 60 and 0 <= column + right < 60:
-            expected[row, column] = before[row + down, column + right]
-    assert (costmap.costs == expected).all()
+    padded = np.pad(before, 100, constant_values=NO_INFORMATION)
+    assert (costmap.costs == padded[100 + down : 160 + down, 100 + right : 160 + right]).all()
 
 
 def test_a_polygon_clears_its_inside_and_its_sides():
@@ -224,18 +202,17 @@ def test_a_scan_is_entered_as_its_rays_one_by_one(place):
     enter(together, ranges_m, *place, True, True)
     for clears in (True, False):
         for index in range(RAYS):
-            alone = np.full(RAYS, math.nan)
-            alone[index] = ranges_m[index]
+            alone = np.where(np.arange(RAYS) == index, ranges_m, math.nan)
             enter(one_by_one, alone, *place, clears, not clears)
     assert (together == one_by_one).all()
 
 
 def bresenham(row, column, to_row, to_column):
-    """Yield the cells of a line without its end, step by step."""
-    down, right = abs(to_row - row), abs(to_column - column)
+    """The cells of a line, step by step."""
+    down, right, cells = abs(to_row - row), abs(to_column - column), []
     error = right - down
-    for _ in range(max(down, right)):
-        yield row, column
+    for _ in range(max(down, right) + 1):
+        cells.append((row, column))
         doubled = 2 * error
         if doubled > -down:
             error -= down
@@ -243,19 +220,18 @@ def bresenham(row, column, to_row, to_column):
         if doubled < right:
             error += right
             row += 1 if to_row > row else -1
+    return cells
 
 
 @pytest.mark.parametrize('place', [(0, 0), (5, 9)])
 def test_every_line_is_bresenhams_up_to_the_edge(place):
+    """A polygon of two corners is a line and back."""
     rows, columns = 15, 20
     for to_row in range(-25, 40, 3):
         for to_column in range(-25, 45, 2):
             cells = np.full((rows, columns), LETHAL, np.uint8)
-            outline = np.array([place, (to_row, to_column)])[:, ::-1] + 0.5
-            clear_polygon(cells, 1.0, outline[[1, 0]])
-            line = [*bresenham(*place, to_row, to_column), (to_row, to_column)]
-            back = [*bresenham(to_row, to_column, *place), place]
+            clear_polygon(cells, 1.0, np.array([(to_row, to_column), place])[:, ::-1] + 0.5)
             is_inside = 0 <= to_row < rows and 0 <= to_column < columns
-            freed = set(line) | set(back if is_inside else [])
+            freed = bresenham(*place, to_row, to_column) + (bresenham(to_row, to_column, *place) if is_inside else [])
             expected = {(r, c) for r, c in freed if 0 <= r < rows and 0 <= c < columns}
             assert {(int(r), int(c)) for r, c in np.argwhere(cells == FREE)} == expected

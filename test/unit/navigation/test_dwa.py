@@ -12,11 +12,15 @@ from diff_encoder_sim.navigation.dwa import (
     COST_FIELDS,
     TRAJECTORY_FIELDS,
     DwaPlanner,
+    LocalPlanner,
     OscillationMemory,
     cost_cloud,
+    limited_motion,
     trajectory_cloud,
+    visible_stretch,
 )
 from diff_encoder_sim.navigation.dwa_kernels import TO_END, TO_FRONT, TO_PLAN, begin_waves, whole_grid
+from diff_encoder_sim.navigation.navigator_inputs import STOP, Command, OdometrySample
 from navigation_scenes import PERIOD_S, dwa_params, local_costmap, seen_costmap, straight_plan, winding_plan
 
 ALL = 4 * (True,)  # directions
@@ -74,14 +78,14 @@ def test_the_window_is_reachable_and_within_the_limits(changes, twist, goal_m, l
     ('low', 'high', 'count', 'expected'),
     [
         (-0.245, 0.245, 4, [-0.245, -0.0816667, 0.0, 0.0816667, 0.245]),
-        (0.1, 0.3, 3, [0.1, 0.2, 0.3]),
         (0.1, 0.3, 1, [0.1, 0.3]),
         (0.2, 0.2, 20, [0.2]),
         (-0.2, 0.2, 3, [-0.2, 0.0, 0.2]),
     ],
 )
 def test_samples_hold_both_ends_and_zero(low, high, count, expected):
-    assert kernels._samples_around(0.5 * (low + high), 0.5 * (high - low), -9.0, 9.0, count) == pytest.approx(expected)
+    middle, change = 0.5 * (low + high), 0.5 * (high - low)
+    assert kernels._samples_around(middle, change, -9.0, 9.0, count) == pytest.approx(expected)
 
 
 def test_the_trajectory_is_upstreams():
@@ -89,9 +93,8 @@ def test_the_trajectory_is_upstreams():
     points = rolled_out(planner_of(), IDENTITY, 0.4, 0.5)
     assert len(points) == 28  # 0.68 m / 0.025 m
     assert points[0].tolist() == [0.0, 0.0, 0.0, 1.0, 0.0]
-    assert points[-1, 2] == pytest.approx(0.5 * 1.7 * 27 / 28)
-    end = 0.8 * math.sin(points[-1, 2]), 0.8 * (1 - math.cos(points[-1, 2]))
-    assert points[-1, :2] == pytest.approx(end, abs=0.02)
+    yaw = 0.5 * 1.7 * 27 / 28
+    assert points[-1, :3] == pytest.approx((0.8 * math.sin(yaw), 0.8 * (1 - math.cos(yaw)), yaw), abs=0.02)
     assert points[:, 3:] == pytest.approx(np.column_stack([np.cos(points[:, 2]), np.sin(points[:, 2])]))
 
 
@@ -115,19 +118,6 @@ def test_the_last_point_in_closed_form_is_that_of_the_rollout(sample):
     assert kernels.last_point(1.7, pose, sample, len(points)) == pytest.approx(points[-1, :3], abs=1e-13)
 
 
-def test_distances_go_around_obstacles():
-    costs = np.zeros((7, 7), np.uint8)
-    costs[0:6, 3] = INSCRIBED
-    costs[6, 6] = 255
-    plan = np.array([[0.5, 0.5], [1.5, 0.5]])
-    distance = distances_from(plan, costs)
-    assert distance[0, :3].tolist() == [0, 0, 1]
-    assert distance[0, 4] == 6 + 3 + 6  # down to row 6, past the wall, up again
-    assert distance[2, 3] == 49 and distance[6, 6] == 49  # blocked, unknown
-    costs[6, 3] = LETHAL
-    assert distances_from(plan, costs)[0, 4] == 50  # no way
-
-
 def test_local_goal_is_the_last_point_before_the_plan_leaves():
     costs = np.zeros((5, 5), np.uint8)
     plan = np.array([[-3.0, 2.5], [0.5, 2.5], [9.0, 2.5], [4.5, 4.5]])
@@ -148,16 +138,15 @@ def test_a_wave_that_is_asked_cell_by_cell_is_the_whole_wave():
     costs = random.choice([0, INSCRIBED, 255], (12, 15), p=[0.7, 0.25, 0.05]).astype(np.uint8)
     plan = np.column_stack([np.linspace(1.5, 12.5, 20), np.linspace(2.5, 9.5, 20), np.zeros(20)])
     for layer in (TO_PLAN, TO_END, TO_FRONT):
-        task = task_of(costs, nose_m=1.0)
+        task, cells = task_of(costs, nose_m=1.0), random.permutation(costs.size)
         assert begin_waves(task, IDENTITY, plan)
-        waves, cells = (task.cells, task.queues, task.counts), random.permutation(costs.size)
-        asked = [kernels._distance_to(*waves, layer, costs.size, 15, cell // 15, cell % 15) for cell in cells.tolist()]
+        waves = task.cells, task.queues, task.counts, layer, costs.size, 15
+        asked = [kernels._distance_to(*waves, cell // 15, cell % 15) for cell in cells.tolist()]
         assert asked == whole_grid(task, layer).ravel()[cells].tolist()
 
 
-@pytest.mark.parametrize('seed', range(2))
-def test_the_wave_equals_repeated_relaxation(seed):
-    random = np.random.default_rng(seed)
+def test_the_wave_equals_repeated_relaxation():
+    random = np.random.default_rng(0)
     costs = random.choice([0, 100, INSCRIBED, LETHAL, 255], (25, 31), p=[0.6, 0.1, 0.1, 0.15, 0.05]).astype(np.uint8)
     plan = np.column_stack([np.linspace(-2.0, 20.0, 40), np.linspace(3.0, 18.0, 40)])
     distance = distances_from(plan, costs)
@@ -188,21 +177,18 @@ def test_path_and_goal_critics_count_cells_from_the_last_point():
 
 
 def test_alignment_and_goal_front_look_at_the_nose():
-    plan, costmap = straight_plan(1.0), local_costmap()
-
-    def nose_cells(bias, nose_m):
-        """Costs by sample that the nose adds to those of the centre."""
+    def costs(bias, nose_m):
+        """Of driving straight ahead, and to the left."""
         planner = planner_of(**{**ONLY, bias: 20.0, 'vth_samples': 2, 'forward_point_distance': nose_m})
-        samples, totals = scored(planner, costmap, plan, twist=(0.0, 0.0))
-        straight = (samples[:, 0] > 0.0) & (samples[:, 1] == 0.0)
-        left = (samples[:, 0] > 0.0) & (samples[:, 1] > 0.0)
-        return totals[straight][0], totals[left][0]
+        samples, totals = scored(planner, local_costmap(), straight_plan(1.0), twist=(0.0, 0.0))
+        is_ahead = samples[:, 0] > 0.0
+        return [totals[is_ahead & (np.sign(samples[:, 1]) == side)][0] for side in (0, 1)]
 
-    aligned, turning = nose_cells('path_distance_bias', 0.325)
+    aligned, turning = costs('path_distance_bias', 0.325)
     # After 1.4 s of the turn the nose is 0.325 sin(0.39) = 0.12 m off the plan, the centre hardly.
     assert aligned == 0.0 and turning in (2.0, 3.0)
     # The nose's goal is 0.325 m behind the goal, the nose as far before the centre.
-    assert nose_cells('goal_distance_bias', 0.325)[0] == pytest.approx(nose_cells('goal_distance_bias', 0.0)[0], abs=1)
+    assert costs('goal_distance_bias', 0.325)[0] == pytest.approx(costs('goal_distance_bias', 0.0)[0], abs=1)
 
 
 def test_twirling_critic_punishes_turning():
@@ -219,14 +205,6 @@ def test_weights_sum_up_and_biases_are_per_metre():
     _, together = scored(planner_of(**weights), costmap, plan)
     is_accepted = together >= 0.0
     assert is_accepted.any() and together[is_accepted] == pytest.approx(sum(alone)[is_accepted])
-
-
-def test_path_critic_rejects_ways_through_inscribed_cells():
-    """The outline alone would pass: with a robot of a few centimetres it sees no lethal cell."""
-    tiny = [[0.01, 0.01], [-0.01, 0.01], [-0.01, -0.01], [0.01, -0.01]]
-    costmap = local_costmap(footprint=tiny, footprint_padding=0.0)
-    costmap.costs[20:40, 36] = INSCRIBED
-    assert set(scored(planner_of(), costmap, straight_plan())[1]) == {kernels.REJECTED}
 
 
 def test_a_locked_direction_is_rejected():
@@ -257,8 +235,8 @@ def test_scores_are_those_of_every_point_on_its_own():
     assert 50 < rejected < 700
 
 
-def test_turning_back_locks_until_the_robot_has_got_away():
-    memory = OscillationMemory(dwa_params())
+def test_turning_back_and_reversing_lock_until_the_robot_has_got_away():
+    memory = OscillationMemory(dwa_params(min_vel_x=-0.2))
     memory.update(IDENTITY, 0.0, 0.3)
     assert all(memory.allowed())
     memory.update(IDENTITY, 0.0, -0.3)  # turned back: only right from here
@@ -267,16 +245,12 @@ def test_turning_back_locks_until_the_robot_has_got_away():
     assert not all(memory.allowed())
     memory.update(Pose2D(0.04, 0.0, -0.25), 0.0, -0.3)
     assert all(memory.allowed())
-
-
-def test_forward_and_backward_lock_too_and_turns_only_on_the_spot():
-    memory = OscillationMemory(dwa_params(min_vel_x=-0.2))
     memory.update(IDENTITY, 0.1, 0.0)
     memory.update(IDENTITY, -0.1, 0.0)
     assert memory.allowed() == (False, True, True, True)
     memory.update(Pose2D(-0.06, 0.0, 0.0), -0.1, 0.0)
     assert all(memory.allowed())
-    for angular in (0.3, -0.3, 0.3, -0.3):
+    for angular in (0.3, -0.3, 0.3, -0.3):  # turns count only on the spot
         memory.update(IDENTITY, 0.2, angular)
     assert all(memory.allowed()[2:])
 
@@ -344,11 +318,68 @@ def test_clouds_show_what_the_command_was_chosen_from():
     assert cloud[:, 4] == pytest.approx(np.repeat(totals[accepted], steps))
     cheapest = cloud[cloud[:, 4] == cloud[:, 4].min()]
     assert cheapest[0, 4] == best.cost and cheapest[: len(best.poses), [0, 1, 3]] == pytest.approx(best.poses)
-
     cells = cost_cloud(planner.last_task, costmap.origin)
     assert cells.shape[1] == len(COST_FIELDS) and 0 < len(cells) < costmap.costs.size
-    costs = [costmap.cost_at(x, y) for x, y in cells[:, :2]]
-    assert cells[:, 5].tolist() == costs and max(costs) < INSCRIBED
+    assert cells[:, 5].tolist() == [costmap.cost_at(x, y) for x, y in cells[:, :2]] and cells[:, 5].max() < INSCRIBED
     assert cells[(np.abs(cells[:, 1]) < 0.05) & (cells[:, 0] > 0.0), 3].min() == 0.0, 'the plan is at its own distance'
     # Table 2 of the paper, in cells of 5 cm.
     assert cells[:, 6] == pytest.approx(1.0 * cells[:, 3] + 0.75 * cells[:, 4] + 0.01 * cells[:, 5])
+
+
+# ---- the local planner
+
+
+@pytest.mark.parametrize('prune_m', [0.0, 1.0])
+def test_the_visible_stretch_is_that_of_all_distances(prune_m):
+    random = np.random.default_rng(6)
+    for _ in range(200):
+        plan = np.column_stack([np.cumsum(random.normal(0.0, 0.3, (40, 2)), axis=0), np.zeros(40)])
+        place = random.normal(0.0, 2.0, 2)
+        distance_m = np.hypot(*(plan[:, :2] - place).T)
+        visible, expected = np.flatnonzero(distance_m <= 1.5), (0, 0)
+        if len(visible):
+            first = next((index for index in range(visible[0], 40) if distance_m[index] < prune_m), visible[0])
+            leaves = next((index for index in range(first, 40) if distance_m[index] > 1.5), 39)
+            expected = first, leaves + 1
+        assert visible_stretch(plan, *place, 1.5, prune_m) == expected
+
+
+def test_the_plan_in_odom_follows_robot_and_localization():
+    """Kept between control periods, it is what a planner makes that has just got the plan."""
+    params, costmap, seen = dwa_params(), local_costmap(), set()
+    planner, plan = LocalPlanner(params, PERIOD_S), winding_plan(np.random.default_rng(12), 200)
+    planner.set_plan(plan + 1.0)
+    planner.is_goal_reached(OdometrySample(0, IDENTITY, 0.0, 0.0), IDENTITY)
+    planner.set_plan(plan)
+    for period in range(120):
+        odom_in_map = Pose2D(0.01 * (period // 10), -0.02 * (period // 10), 0.03 * (period // 25))
+        odometry = OdometrySample(period, Pose2D(*plan[period]).relative_to(odom_in_map), 0.3, 0.0)
+        fresh = LocalPlanner(params, PERIOD_S)
+        fresh.set_plan(plan)
+        costmap.update(odometry.base_pose_in_odom)
+        for each in (planner, fresh):
+            each.compute(odometry, STOP, odom_in_map, costmap)
+        assert planner.plan_in_odom.tolist() == fresh.plan_in_odom.tolist()
+        assert planner.is_goal_reached(odometry, odom_in_map) == fresh.is_goal_reached(odometry, odom_in_map)
+        seen.add(len(planner.plan_in_odom))
+    assert len(seen) > 5
+
+
+@pytest.mark.parametrize(
+    ('commanded', 'measured', 'used'),
+    [
+        ((0.40, 0.0), (0.31, 0.3), (0.40, 0.0)),  # within 2 sigma: the command
+        ((0.40, 0.0), (0.16, 0.9), (0.36, 0.1)),  # farther off: the nearest within 2 sigma
+        ((0.00, -0.5), (0.30, 0.5), (0.10, -0.3)),
+    ],
+)
+def test_control_begins_with_the_last_command_as_far_as_odometry_allows(commanded, measured, used):
+    motion = limited_motion(OdometrySample(0, IDENTITY, *measured, 0.1, 0.4), Command(*commanded), 2.0)
+    assert motion == (IDENTITY, pytest.approx(used[0]), pytest.approx(used[1]))
+
+
+def test_a_plan_outside_the_costmap_is_a_problem():
+    planner = LocalPlanner(dwa_params(), PERIOD_S)
+    planner.set_plan(straight_plan() + np.array([50.0, 0.0, 0.0]))
+    assert planner.compute(OdometrySample(0, IDENTITY, 0.0, 0.0), STOP, IDENTITY, local_costmap()) is None
+    assert planner.problem == 'the plan is outside the local costmap'

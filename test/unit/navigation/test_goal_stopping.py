@@ -30,38 +30,50 @@ def always(*_):
     return True
 
 
-def test_position_is_reached_within_tolerance_and_then_latched():
-    latched, free = controller(), controller(latch_xy_goal_tolerance=False)
-    margin = controller(latch_margin=0.2)
-    for at, expected in ((0.06, (False, False)), (0.05, (True, True)), (0.07, (True, False))):
-        motion = Motion(Pose2D(at, 0.0, 0.0), 0.0, 0.0)
-        assert (latched.is_position_reached(motion, GOAL), free.is_position_reached(motion, GOAL)) == expected
-    # Localization moves by millimetres while it turns: who stopped on the edge would be outside.
-    for at, expected in ((0.041, False), (0.039, True), (0.06, True)):
-        assert margin.is_position_reached(Motion(Pose2D(at, 0.0, 0.0), 0.0, 0.0), GOAL) is expected
-    latched.reset()
-    assert not latched.is_position_reached(Motion(Pose2D(0.07, 0.0, 0.0), 0.0, 0.0), GOAL)
+def at(x_m, yaw_rad=0.0, linear_mps=0.0, angular_radps=0.0, y_m=0.0):
+    return Motion(Pose2D(x_m, y_m, yaw_rad), linear_mps, angular_radps)
 
 
-def test_goal_is_reached_only_when_it_stands_and_looks_there():
-    for yaw, linear, angular, expected in (
+@pytest.mark.parametrize(
+    ('changes', 'reached'),
+    [
+        ({}, [False, True, True]),
+        ({'latch_xy_goal_tolerance': False}, [False, True, False]),
+        # Localization moves by millimetres while it turns: who stopped on the edge would be outside.
+        ({'latch_margin': 0.2}, [False, False, False]),
+    ],
+)
+def test_position_is_reached_within_tolerance_and_then_latched(changes, reached):
+    stop = controller(**changes)
+    assert [stop.is_position_reached(at(x_m), GOAL) for x_m in (0.06, 0.05, 0.07)] == reached
+    if 'latch_margin' in changes:
+        assert stop.is_position_reached(at(0.039), GOAL) and stop.is_position_reached(at(0.06), GOAL)
+    stop.reset()
+    assert not stop.is_position_reached(at(0.07), GOAL)
+
+
+@pytest.mark.parametrize(
+    ('yaw', 'linear', 'angular', 'expected'),
+    [
         (1.05, 0.0, 0.0, True),
         (1.06, 0.0, 0.0, False),
         (1.0, 0.11, 0.0, False),
         (1.0, 0.0, 0.11, False),
         (1.0 - 2 * math.pi, 0.0, 0.0, True),
-    ):
-        motion = Motion(Pose2D(0.03, 0.0, yaw), linear, angular)
-        assert controller().is_goal_reached(motion, GOAL) is expected
+    ],
+)
+def test_goal_is_reached_only_when_it_stands_and_looks_there(yaw, linear, angular, expected):
+    assert controller().is_goal_reached(at(0.03, yaw, linear, angular), GOAL) is expected
 
 
 def test_it_brakes_then_turns_then_stops():
     stop = controller()
-    assert stop.command(Motion(IDENTITY, 0.3, -0.5), GOAL, always) == pytest.approx((0.265, -0.255))
-    assert stop.command(Motion(IDENTITY, 0.05, 0.0), GOAL, always) == pytest.approx((0.0, 0.245))
+    assert stop.command(at(0.0, 0.0, 0.3, -0.5), GOAL, always) == pytest.approx((0.265, -0.255))
+    assert stop.command(at(0.0, 0.0, 0.05), GOAL, always) == pytest.approx((0.0, 0.245))
     # Turning, it may be fast without that counting as not stopped.
-    assert stop.command(Motion(IDENTITY, 0.0, 0.7), GOAL, always) == pytest.approx((0.0, 0.945))
-    assert stop.command(Motion(Pose2D(0, 0, 0.97), 0.0, 0.3), GOAL, always) == (0.0, 0.0)
+    assert stop.command(at(0.0, 0.0, 0.0, 0.7), GOAL, always) == pytest.approx((0.0, 0.945))
+    assert stop.command(at(0.0, 0.97, 0.0, 0.3), GOAL, always) == (0.0, 0.0)
+    assert controller().command(at(0.0), GOAL, lambda *_: False) is None  # it would collide
 
 
 @pytest.mark.parametrize(
@@ -70,17 +82,13 @@ def test_it_brakes_then_turns_then_stops():
         (0.9, 0.0, 0.2),  # min_vel_theta, the rest of 0.1 rad would ask for less
         (-2.0, 0.9, 1.0),  # max_vel_theta
         (1.4, -0.5, -0.4),  # to the right, as fast as the rest in one second
-        (0.7, 0.9, 0.655),
+        (0.7, 0.9, 0.655),  # no more braking than the acceleration limit
     ],
-)  # no more braking than the acceleration limit
+)
 def test_turning_speed_keeps_all_limits(yaw, angular, expected):
     stop = controller()
-    stop.command(Motion(Pose2D(0, 0, yaw), 0.0, 0.0), GOAL, always)  # it stands, so it turns
-    assert stop.command(Motion(Pose2D(0, 0, yaw), 0.0, angular), GOAL, always)[1] == pytest.approx(expected)
-
-
-def test_a_turn_that_would_collide_is_not_made():
-    assert controller().command(Motion(IDENTITY, 0.0, 0.0), GOAL, lambda *_: False) is None
+    stop.command(at(0.0, yaw), GOAL, always)  # it stands, so it turns
+    assert stop.command(at(0.0, yaw, 0.0, angular), GOAL, always)[1] == pytest.approx(expected)
 
 
 TOLERANCE_M, YAW_TOLERANCE_RAD = 0.05, 0.052
@@ -134,14 +142,11 @@ def stop_at(goal, robot, period_s=0.05, limit_s=20.0, is_clear=always, **changes
         robot.drive(command, period_s)
 
 
-@pytest.mark.parametrize('rate_hz', [5.0, 20.0])
-@pytest.mark.parametrize('latency_ticks', [0, 5])
-@pytest.mark.parametrize('speed_mps', [0.0, 0.1])
+@pytest.mark.parametrize(('rate_hz', 'latency_ticks', 'speed_mps'), [(5.0, 0, 0.1), (5.0, 5, 0.0), (20.0, 5, 0.1)])
 def test_on_a_straight_line_it_ends_at_the_goal(rate_hz, latency_ticks, speed_mps):
     robot = Unicycle(Pose2D(-0.04, 0.0, 0.0), speed_mps, latency_ticks)
     stop_at(IDENTITY, robot, 1.0 / rate_hz)
-    assert abs(robot.pose.x_m) < 0.002
-    assert robot.pose.y_m == 0.0
+    assert abs(robot.pose.x_m) < 0.002 and robot.pose.y_m == 0.0
 
 
 @pytest.mark.parametrize(
@@ -159,20 +164,14 @@ def test_a_robot_that_stands_close_enough_does_not_move(start):
 def test_it_stops_where_the_way_is_not_clear_and_leaves_a_turn_that_is_not_needed():
     robot = Unicycle(Pose2D(-0.035, 0.0, 0.8 * YAW_TOLERANCE_RAD))
     assert set(stop_at(IDENTITY, robot, is_clear=lambda *_: False)[1]) == {(0.0, 0.0)}
-    stop = PreciseStop(dwa_params(), 0.05)
-    assert stop.command(Motion(IDENTITY, 0.0, 0.0), Pose2D(0.0, 0.0, 1.0), lambda *_: False) is None
+    assert PreciseStop(dwa_params(), 0.05).command(at(0.0), GOAL, lambda *_: False) is None
 
 
 def test_the_check_of_the_way_ends_at_the_goal():
     """A wall behind the goal is none of its business."""
-    params, asked = dwa_params(), []
-
-    def is_clear(linear_mps, angular_radps):
-        asked.append(linear_mps * params.sim_time)
-        return True
-
-    stop_at(IDENTITY, Unicycle(Pose2D(-0.04, 0.0, 0.0), 0.04), is_clear=is_clear)
-    assert max(asked) == pytest.approx(0.04)
+    asked_mps = []
+    stop_at(IDENTITY, Unicycle(Pose2D(-0.04, 0.0, 0.0), 0.04), is_clear=lambda linear, _: not asked_mps.append(linear))
+    assert max(asked_mps) * dwa_params().sim_time == pytest.approx(0.04)
 
 
 @pytest.mark.heavy
@@ -198,23 +197,21 @@ def test_all_starts_end_close_in_time_and_for_good(pulses):
 
 
 def test_a_heading_that_leaves_the_tolerance_is_turned_to_again():
-    stop = PreciseStop(dwa_params(), 0.05)
-    aligned = Motion(IDENTITY, 0.0, 0.0)
-    assert stop.command(aligned, IDENTITY, always) == (0.0, 0.0)
-    assert stop.is_position_reached(aligned, IDENTITY) and stop.is_goal_reached(aligned, IDENTITY)
+    stop, here = PreciseStop(dwa_params(), 0.05), at(0.0)
+    assert stop.command(here, IDENTITY, always) == (0.0, 0.0)
+    assert stop.is_position_reached(here, IDENTITY) and stop.is_goal_reached(here, IDENTITY)
     turned = Pose2D(0.0, 0.0, 0.1)  # localization's next update
-    assert not stop.is_goal_reached(aligned, turned)
-    assert stop.command(aligned, turned, always)[1] > 0.0
+    assert not stop.is_goal_reached(here, turned)
+    assert stop.command(here, turned, always)[1] > 0.0
 
 
-def test_arrival_is_latched_as_the_parameter_says():
-    """Localization's next update moves the goal away."""
-    here, away = Motion(IDENTITY, 0.0, 0.0), Pose2D(0.07, 0.0, 0.0)
-    for is_latched in (True, False):
-        stop = PreciseStop(dwa_params(latch_xy_goal_tolerance=is_latched), 0.05)
-        assert stop.is_position_reached(here, IDENTITY)
-        stop.command(here, IDENTITY, always)
-        assert stop.is_position_reached(here, away) is is_latched
+@pytest.mark.parametrize('is_latched', [True, False])
+def test_arrival_is_latched_as_the_parameter_says(is_latched):
+    stop = PreciseStop(dwa_params(latch_xy_goal_tolerance=is_latched), 0.05)
+    assert stop.is_position_reached(at(0.0), IDENTITY)
+    stop.command(at(0.0), IDENTITY, always)
+    # Localization's next update moves the goal away.
+    assert stop.is_position_reached(at(0.0), Pose2D(0.07, 0.0, 0.0)) is is_latched
 
 
 @pytest.mark.parametrize(
@@ -258,14 +255,11 @@ def test_a_coarse_encoder_adds_its_pulse_up_to_the_tolerance():
 
 
 def test_a_plan_behind_the_robot_is_turned_to():
-    plan = straight_plan(1.4, math.pi)
-    turn = TurnToPath(dwa_params(), PERIOD_S)
-    still = Motion(Pose2D(0.0, 0.0, 0.1), 0.0, 0.0)
-    assert turn.command(still, plan, lambda *_: True) == (0.0, pytest.approx(0.245))
+    plan, turn, still = straight_plan(1.4, math.pi), TurnToPath(dwa_params(), PERIOD_S), at(0.0, 0.1)
+    assert turn.command(still, plan, always) == (0.0, pytest.approx(0.245))
     assert turn.command(still, plan, lambda *_: False) is None
-    turned = Motion(Pose2D(0.0, 0.0, math.pi - 0.9), 0.0, 1.0)
-    assert turn.command(turned, plan, lambda *_: True) is None
-    assert TurnToPath(dwa_params(turn_to_path_angle=0.0), PERIOD_S).command(still, plan, lambda *_: True) is None
+    assert turn.command(at(0.0, math.pi - 0.9, 0.0, 1.0), plan, always) is None
+    assert TurnToPath(dwa_params(turn_to_path_angle=0.0), PERIOD_S).command(still, plan, always) is None
 
 
 def test_the_bearing_is_that_of_the_first_point_far_enough_from_the_nearest():
@@ -282,12 +276,9 @@ def test_the_bearing_is_that_of_the_first_point_far_enough_from_the_nearest():
 
 def test_a_robot_that_came_past_its_goal_turns_to_it():
     stop = PreciseStop(dwa_params(), 0.05)
-    for x_m in (-0.06, -0.02):  # it drives into the tolerance
-        beside = Motion(Pose2D(x_m, 0.035, 0.0), 0.04, 0.0)
-        is_reached = stop.is_position_reached(beside, IDENTITY)
-    assert is_reached
-    linear_mps, angular_radps = stop.command(beside, IDENTITY, always)
+    aside = [at(x_m, linear_mps=0.04, y_m=0.035) for x_m in (-0.06, -0.02)]  # it drives into the tolerance
+    assert [stop.is_position_reached(motion, IDENTITY) for motion in aside] == [False, True]
+    linear_mps, angular_radps = stop.command(aside[1], IDENTITY, always)
     assert linear_mps < 0.04 and angular_radps < 0.0
-    facing = Motion(Pose2D(-0.02, 0.035, -1.0), 0.0, -0.5)
-    linear_mps, angular_radps = stop.command(facing, IDENTITY, always)
+    linear_mps, angular_radps = stop.command(at(-0.02, -1.0, 0.0, -0.5, 0.035), IDENTITY, always)
     assert linear_mps > 0.0 and angular_radps < 0.0
