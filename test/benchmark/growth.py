@@ -38,7 +38,8 @@ from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import CostmapParams
-from diff_encoder_sim.navigation.global_planner import GlobalPlanner, NavfnParams
+from diff_encoder_sim.navigation.global_planner import GlobalPlanner
+from diff_encoder_sim.navigation.navigator_params import NavfnParams
 from diff_encoder_sim.trials.campaign_cells import Campaign
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.results import ResultStore

@@ -19,11 +19,11 @@ from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
 from diff_encoder_sim.navigation.dwa import DwaPlanner
-from diff_encoder_sim.navigation.global_planner import GlobalPlanner, NavfnParams
-from diff_encoder_sim.navigation.navigator_params import DwaParams
+from diff_encoder_sim.navigation.global_planner import GlobalPlanner
+from diff_encoder_sim.navigation.navigator_params import DwaParams, NavfnParams
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
 from diff_encoder_sim.simulation.world import load_world
-from navigation_simulation import LASER_IN_BASE, TABLE_2, Robot, read_shapes
+from navigation_simulation import LASER_IN_BASE, TABLE_2, Robot, shipped_world
 
 SCAN, SCAN_HEIGHT_M = 'scan of 1000 rays, hallway', 0.3
 NEAR_A_PILLAR, START, GOAL = Pose2D(-1.9, -0.935, 0.0), Pose2D(-10.0, 0.0, 0.0), Pose2D(10.0, 0.0, 0.0)
@@ -55,7 +55,7 @@ def _works() -> Dict[str, Callable[[], object]]:
         amcl.update(IDENTITY, scan, IDENTITY)
 
     local = Costmap(local_defaults(inflation_radius=1.0, cost_scaling_factor=3.0))
-    seen, laser = Robot(read_shapes('ros_logo'), NEAR_A_PILLAR).scan(), NEAR_A_PILLAR.compose(LASER_IN_BASE)
+    seen, laser = Robot(shipped_world('ros_logo')[0], NEAR_A_PILLAR).scan(), NEAR_A_PILLAR.compose(LASER_IN_BASE)
 
     def see() -> object:
         local.update(NEAR_A_PILLAR, seen, laser)

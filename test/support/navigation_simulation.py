@@ -7,12 +7,13 @@ import numpy as np
 
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc
+from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.navigation.navigator_inputs import OdometrySample
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
-from diff_encoder_sim.simulation.lidar import cast_rays
-from diff_encoder_sim.simulation.world import Box, Cylinder, load_world
+from diff_encoder_sim.simulation.lidar import cast_rays, cut_world
+from diff_encoder_sim.simulation.world import load_world
 from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from places import WORLDS
@@ -21,6 +22,8 @@ LASER_IN_BASE = Pose2D(0.12, 0.0, 0.0)
 TICK_S, TICK_NS = 0.01, 10_000_000
 RAYS, RANGE_MIN_M, RANGE_MAX_M = 360, 0.15, 6.0
 WHEEL_RADIUS_M, WHEEL_SEPARATION_M = 0.1, 0.4
+OUTLINE = [[0.25, 0.3], [-0.25, 0.3], [-0.25, -0.3], [0.25, -0.3]]
+SCAN_HEIGHT_M = 0.3
 
 # Table 2 of the paper. A standing robot must reach min_vel_trans in one period: 0.7 m/s^2 over 50 ms.
 TABLE_2 = {
@@ -47,76 +50,45 @@ def navigator_params(dwa=None, **changes):
 class Shapes(NamedTuple):
     """A world as seen from above."""
 
-    segments: np.ndarray  # (n, 4) x0, y0, x1, y1 of the boxes' sides [m]
+    segments: np.ndarray  # (n, 4) x0, y0, x1, y1 of walls [m]
     circles: np.ndarray  # (n, 3) x, y, radius [m]
-    boxes: np.ndarray  # (n, 5) x, y, yaw, half length, half width
 
-    def contain(self, points):
-        """(n,) whether points (n, 2) lie in a solid."""
-        inside = np.zeros(len(points), bool)
-        for x, y, yaw, half_length, half_width in self.boxes:
-            offset = points - (x, y)
-            along = offset @ (math.cos(yaw), math.sin(yaw))
-            across = offset @ (-math.sin(yaw), math.cos(yaw))
-            inside |= (np.abs(along) <= half_length) & (np.abs(across) <= half_width)
-        for x, y, radius in self.circles:
-            inside |= np.hypot(points[:, 0] - x, points[:, 1] - y) <= radius
-        return inside
-
-    def with_box(self, x, y, length, width, yaw=0.0):
+    def with_box(self, x, y, length, width):
         """The same and one box more."""
-        return shapes_of(np.vstack([self.boxes, [[x, y, yaw, length / 2, width / 2]]]), self.circles)
+        return Shapes(np.vstack([self.segments, _sides(x, y, length, width)]), self.circles)
+
+    def touch(self, pose):
+        """Whether walls or pillars cross the robot's outline."""
+        corners = pose.x_m + 1j * pose.y_m + np.exp(1j * pose.yaw_rad) * np.array(OUTLINE) @ (1, 1j)
+        outline = np.concatenate([np.linspace(*side, 31) for side in zip(corners, np.roll(corners, -1))])
+        starts, ends = (self.segments[:, [i, i + 1]] @ (1, 1j) for i in (0, 2))
+
+        def sides(points, a, b):
+            return np.sign(((points - a).conj() * (b - a)).imag)
+
+        a, b = corners[:, None], np.roll(corners, -1)[:, None]
+        crosses = (sides(starts, a, b) * sides(ends, a, b) < 0) & (sides(a, starts, ends) * sides(b, starts, ends) < 0)
+        apart_m = np.abs(outline[:, None] - self.circles[:, :2] @ (1, 1j))
+        return bool(crosses.any() or (apart_m < self.circles[:, 2]).any())
 
 
-def shapes_of(boxes, circles):
-    """Shapes of boxes (n, 5) and circles (n, 3)."""
-    segments = []
-    for x, y, yaw, half_length, half_width in boxes:
-        corners = [
-            Pose2D(x, y, yaw).compose(Pose2D(sx * half_length, sy * half_width, 0.0))[:2]
-            for sx, sy in ((1, 1), (-1, 1), (-1, -1), (1, -1))
-        ]
-        segments += [[*corners[i], *corners[(i + 1) % 4]] for i in range(4)]
-    return Shapes(
-        np.array(segments, float).reshape(-1, 4),
-        np.array(circles, float).reshape(-1, 3),
-        np.array(boxes, float).reshape(-1, 5),
-    )
+def _sides(x, y, length, width):
+    """Segments (4, 4) of a box."""
+    corners = np.array([x, y]) + np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * (length / 2, width / 2)
+    return np.hstack([corners, np.roll(corners, -1, axis=0)])
 
 
-def read_shapes(name):
-    """Shapes of a world file."""
-    boxes, circles = [], []
-    for solid in load_world(WORLDS / f'{name}.world').solids:
-        x, y = solid.pose_in_world[:2, 3]
-        if isinstance(solid.shape, Box):
-            yaw = math.atan2(solid.pose_in_world[1, 0], solid.pose_in_world[0, 0])
-            boxes.append([x, y, yaw, solid.shape.size_xyz_m[0] / 2, solid.shape.size_xyz_m[1] / 2])
-        elif isinstance(solid.shape, Cylinder):
-            circles.append([x, y, solid.shape.radius_m])
-    return shapes_of(boxes, circles)
-
-
-def rasterise(shapes, low, high, resolution_m=0.05):
-    """The map of a world between two corners (x, y): occupied where a solid touches a cell."""
-    columns, rows = (math.ceil((upper - lower) / resolution_m) for lower, upper in zip(low, high))
-    cells = np.full((rows, columns), FREE, np.int8)
-    for x_fraction, y_fraction in ((a, b) for a in (0.02, 0.5, 0.98) for b in (0.02, 0.5, 0.98)):
-        x, y = np.meshgrid(
-            low[0] + (np.arange(columns) + x_fraction) * resolution_m,
-            low[1] + (np.arange(rows) + y_fraction) * resolution_m,
-        )
-        inside = shapes.contain(np.column_stack([x.ravel(), y.ravel()]))
-        cells[inside.reshape(cells.shape)] = OCCUPIED
-    return OccupancyGrid(cells, resolution_m, Pose2D(*low, 0.0))
+def shipped_world(name):
+    """Shapes and map of a world file."""
+    shapes = cut_world(load_world(WORLDS / f'{name}.world'), SCAN_HEIGHT_M)
+    return Shapes(*shapes), load_map(WORLDS / f'{name}.yaml')
 
 
 def walled_room():
     """A room of 6 x 4 m inside around the origin, and its map."""
-    shapes = shapes_of(
-        [[0, 2.1, 0, 3.2, 0.1], [0, -2.1, 0, 3.2, 0.1], [3.1, 0, 0, 0.1, 2.2], [-3.1, 0, 0, 0.1, 2.2]], []
-    )
-    return shapes, rasterise(shapes, (-3.5, -2.5), (3.5, 2.5))
+    cells = np.full((100, 140), OCCUPIED, np.int8)
+    cells[10:-10, 10:-10] = FREE
+    return Shapes(_sides(0.0, 0.0, 6.0, 4.0), np.empty((0, 3))), OccupancyGrid(cells, 0.05, Pose2D(-3.5, -2.5, 0.0))
 
 
 BEARINGS_RAD = 2.0 * math.pi * np.arange(RAYS) / RAYS
@@ -134,11 +106,6 @@ class Robot:
         self._wheels = self._random.uniform(0.0, 2.0 * math.pi, 2)
         self._odometry = WheelOdometry(OdometryParams.from_mapping({'ppr': ppr or 1}, ''))
         self.base_in_odom = IDENTITY
-        xs, ys = np.linspace(-0.25, 0.25, 26), np.linspace(-0.3, 0.3, 31)
-        self._outline = np.vstack(
-            [np.column_stack([xs, np.full_like(xs, side)]) for side in (-0.3, 0.3)]
-            + [np.column_stack([np.full_like(ys, side), ys]) for side in (-0.25, 0.25)]
-        )
 
     def drive(self, command, ticks):
         """Follow a command for some ticks of 10 ms."""
@@ -173,12 +140,6 @@ class Robot:
         ranges += self._random.normal(0.0, sigma_m, RAYS)
         return Scan(self.now_ns, 0.0, 2.0 * math.pi / RAYS, RANGE_MIN_M, RANGE_MAX_M, ranges)
 
-    def touches(self):
-        """Whether the true outline is in a solid."""
-        cos_yaw, sin_yaw = math.cos(self.pose.yaw_rad), math.sin(self.pose.yaw_rad)
-        outline = self._outline @ np.array([[cos_yaw, sin_yaw], [-sin_yaw, cos_yaw]])
-        return bool(self.shapes.contain(outline + (self.pose.x_m, self.pose.y_m)).any())
-
 
 class ClosedLoop:
     """A robot and its navigator, period by period."""
@@ -203,7 +164,7 @@ class ClosedLoop:
                 navigator.take_scan(robot.scan())
         output = navigator.step(robot.now_ns)
         robot.drive(output.command, 5)
-        self.touched = self.touched or robot.touches()
+        self.touched = self.touched or robot.shapes.touch(robot.pose)
         self.outputs.append(output)
         self.trace.append(robot.pose)
         self.period += 1

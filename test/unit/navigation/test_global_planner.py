@@ -10,7 +10,8 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import CostmapParams
-from diff_encoder_sim.navigation.global_planner import GlobalPlanner, NavfnParams, PlanError, PlanProblem
+from diff_encoder_sim.navigation.global_planner import GlobalPlanner, PlanError, PlanProblem
+from diff_encoder_sim.navigation.navigator_params import NavfnParams
 
 RESOLUTION_M = 0.05
 

@@ -22,7 +22,7 @@ from diff_encoder_sim.navigation.navigator_inputs import (
     OdometrySample,
     Phase,
 )
-from navigation_simulation import LASER_IN_BASE, ClosedLoop, navigator_params, rasterise, read_shapes, walled_room
+from navigation_simulation import LASER_IN_BASE, ClosedLoop, navigator_params, shipped_world, walled_room
 from warm_kernels import check_nothing_is_left_to_compile
 
 MS = 1_000_000
@@ -43,14 +43,7 @@ def fixture_room():
 
 @pytest.fixture(scope='module')
 def hallway():
-    shapes = read_shapes('hallway')
-    return shapes, rasterise(shapes, (-17.0, -4.0), (17.0, 4.0))
-
-
-@pytest.fixture(scope='module')
-def ros_logo():
-    shapes = read_shapes('ros_logo')
-    return shapes, rasterise(shapes, (-6.5, -6.5), (7.0, 6.5))
+    return shipped_world('hallway')
 
 
 # ---- the rate of control
@@ -61,7 +54,7 @@ def controlled_ms(stamps_ms, frequency_hz=20.0):
     return [stamp for stamp in stamps_ms if rate.is_due(round(stamp * MS))]
 
 
-@pytest.mark.parametrize('odometry_hz', [25, 30, 200])
+@pytest.mark.parametrize('odometry_hz', [25, 200])
 def test_faster_odometry_is_controlled_at_the_rate(odometry_hz):
     due = controlled_ms(np.arange(0, 10_000, 1000 / odometry_hz))
     assert len(due) == pytest.approx(200, abs=1)
@@ -120,15 +113,14 @@ def test_a_scan_counts_from_its_laser_where_it_was_taken():
             assert inputs.laser_pose_in_odom() == pytest.approx(base.compose(mount))
 
 
-def test_an_input_dated_far_ahead_is_not_fresh():
+@pytest.mark.parametrize(('ahead_s', 'missing'), [(-0.5, None), (0.5, 'localization (map->odom)')])
+def test_an_input_dated_far_ahead_is_not_fresh(ahead_s, missing):
     """A clock that is ahead must not make a dead sensor look alive."""
     inputs = NavigatorInputs(IDENTITY)
     inputs.take_odometry(OdometrySample(0, IDENTITY, 0.0, 0.0))
     inputs.take_scan(scan_of(1.0))
-    inputs.take_localization(round((MOST_AHEAD_S - 0.5) * 1e9), IDENTITY)
-    assert inputs.missing(0, 0.5) is None
-    inputs.take_localization(round((MOST_AHEAD_S + 0.5) * 1e9), IDENTITY)
-    assert inputs.missing(0, 0.5).what == 'localization (map->odom)'
+    inputs.take_localization(round((MOST_AHEAD_S + ahead_s) * 1e9), IDENTITY)
+    assert getattr(inputs.missing(0, 0.5), 'what', None) == missing
 
 
 # ---- driving
@@ -185,10 +177,7 @@ def blocked(room, **patience):
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize(
-    ('ppr', 'dwa', 'within_m'),
-    [(None, {}, 0.07), (40, TWIST_SIGMAS, 0.07), (None, PRECISE, 0.007), (40, {**TWIST_SIGMAS, **PRECISE}, 0.02)],
-)
+@pytest.mark.parametrize(('ppr', 'dwa', 'within_m'), [(40, TWIST_SIGMAS, 0.07), (None, PRECISE, 0.007)])
 def test_twenty_metres_down_the_hallway(hallway, ppr, dwa, within_m):
     goal = Pose2D(10.0, 0.0, 0.0)
     loop = drive(hallway, Pose2D(-10.0, 0.0, 0.0), goal, 60.0, ppr, navigator_params(dwa))
@@ -197,10 +186,10 @@ def test_twenty_metres_down_the_hallway(hallway, ppr, dwa, within_m):
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize(('ppr', 'dwa'), [(90, {}), (40, TWIST_SIGMAS)])
-def test_an_s_course_around_pillars(ros_logo, ppr, dwa):
+def test_an_s_course_around_pillars():
     route = [Pose2D(-PASSAGE, PASSAGE, 0.0), Pose2D(PASSAGE, -PASSAGE, 0.0), Pose2D(3 * PASSAGE, PASSAGE, 1.57)]
-    loop = ClosedLoop(*ros_logo, Pose2D(-3 * PASSAGE, PASSAGE, 0.0), ppr, params=wide_params(dwa))
+    start, params = Pose2D(-3 * PASSAGE, PASSAGE, 0.0), wide_params(TWIST_SIGMAS)
+    loop = ClosedLoop(*shipped_world('ros_logo'), start, 40, params=params)
     for index, goal in enumerate(route):
         loop.navigator.set_goal(goal)
         while index < len(route) - 1 and distance_m(loop.robot.pose, goal) > 0.5:
@@ -215,15 +204,14 @@ def test_an_s_course_around_pillars(ros_logo, ppr, dwa):
 
 
 @pytest.mark.parametrize('distance', [0.06, 0.35])
-@pytest.mark.parametrize('bearing_deg', [0, 60, 150, 180, 270])
+@pytest.mark.parametrize('bearing_deg', [0, 150, 180, 270])
 def test_a_goal_close_by_in_any_direction(room, distance, bearing_deg):
     """Straight behind, the DWA alone would dither for ever."""
     bearing = math.radians(bearing_deg)
     drive(room, IDENTITY, Pose2D(distance * math.cos(bearing), distance * math.sin(bearing), 0.0), ppr=4096)
 
 
-@pytest.mark.parametrize('distance', [0.02, 0.15])
-@pytest.mark.parametrize('bearing_deg', [0, 135, 180, 270])
+@pytest.mark.parametrize(('distance', 'bearing_deg'), [(0.02, 135), (0.15, 0), (0.15, 135), (0.15, 270)])
 def test_a_precise_stop_at_a_goal_close_by_in_any_direction(room, distance, bearing_deg):
     """Who drives there comes within 2 cm of it, with 40 pulses; who stands within the tolerance may stay."""
     bearing = math.radians(bearing_deg)
@@ -310,12 +298,15 @@ def test_a_stale_input_stops_the_robot_until_it_returns(room, name, caplog):
     assert_at(loop, AHEAD)
 
 
-def test_the_caller_may_report_a_missing_input(room):
+def test_the_caller_may_report_a_missing_input_and_a_cancel_stops(room):
     loop = under_way(room)
     output = loop.navigator.wait(MissingInput('/odom', 'is silent'))
-    assert (output.command, output.status) == (STOP, GoalStatus.ACTIVE)
-    assert output.text == 'stopped: /odom is silent'
-    assert loop.run(30.0).status is GoalStatus.SUCCEEDED
+    assert output[:2] == (STOP, GoalStatus.ACTIVE) and output.text == 'stopped: /odom is silent'
+    loop.run(1.0)
+    assert loop.outputs[-1].command != STOP
+    loop.navigator.cancel()
+    assert loop.step()[:2] == (STOP, GoalStatus.PREEMPTED)
+    assert len(loop.navigator.local_plan_in_odom) == 0
 
 
 def test_time_that_jumps_back_ends_the_goal_and_starts_over(room):
@@ -327,14 +318,6 @@ def test_time_that_jumps_back_ends_the_goal_and_starts_over(room):
     loop.navigator.set_goal(goal)
     loop.run(30.0)
     assert_at(loop, goal)
-
-
-def test_cancel_stops(room):
-    loop = under_way(room)
-    loop.navigator.cancel()
-    output = loop.step()
-    assert output.status is GoalStatus.PREEMPTED and output.command == STOP
-    assert len(loop.navigator.local_plan_in_odom) == 0
 
 
 def test_a_new_goal_replaces_the_old_one_and_goes_on_from_the_command_in_force(room):
