@@ -5,20 +5,15 @@ import json
 import numpy as np
 import pytest
 
-from browser import chromium, opened_page
+from browser import NEEDS_BROWSER, opened_page
 from diff_encoder_sim.analysis.outputs import REPORT, write_analysis
 from trial_tables import paper_results, trial
 
-BROWSER = chromium()
-pytestmark = pytest.mark.skipif(BROWSER is None, reason='no Chromium on this machine')
+pytestmark = NEEDS_BROWSER
 
 DESKTOP_PX, PHONE_PX = 1280, 390
-WIDTHS_PX = [DESKTOP_PX, PHONE_PX]
-
-
 X_M = np.linspace(-10.0, 10.0, 80)
 
-DRAWN = 'document.querySelector(".charts.for-screen") !== null'
 POINTS = (
     '[...document.querySelectorAll("#chart-{} .mark-symbol path")].filter(path => path.ariaRoleDescription === "point")'
 )
@@ -28,57 +23,46 @@ TIP = (
 )
 CHOSEN = 'document.querySelector("[name=trial]").selectedOptions[0].textContent'
 PATH = '[...document.querySelectorAll("#chart-path .mark-line path")].map(line => line.getAttribute("d")).join()'
+OPEN_ALL = 'document.querySelectorAll("details").forEach(details => details.open = true)'
 
 
 @pytest.fixture(scope='module')
 def report(tmp_path_factory):
-    """The report of 36 trials with paths, one of them a failure."""
-    folder = tmp_path_factory.mktemp('analysis')
-    rng = np.random.default_rng(6)
-    trials = [
-        both_errors(test, ppr, rng.normal(0.0, [0.02, 0.02, 1.0], (6, 3)), folder)
-        for test in ('SL', 'SMT')
-        for ppr in ('40', '1024', '4096')
-    ]
-    trials[0][0].update(outcome='collision', reason='touched <pillar_3>')
-    write_analysis(paper_results(*trials), folder)
+    """The report of 36 trials with paths, one of them a failure; each odometry leaves straight on to its end."""
+    folder, rng, trials = tmp_path_factory.mktemp('analysis'), np.random.default_rng(6), []
+    for test in ('SL', 'SMT'):
+        for ppr in ('40', '1024', '4096'):
+            for number, error in enumerate(rng.normal(0.0, [0.02, 0.02, 1.0], (6, 3)), start=1):
+                tracks = [np.column_stack((X_M, slope * (X_M + 10.0))) for slope in (0.0, 0.01 * number)]
+                poses = {'world': error.tolist(), 'odom': (error + [0.01, 0.05, 0.5]).tolist()}
+                named = dict(zip(('true_path', 'odom_path'), tracks), bag=str(folder / f'{test}_{ppr}_{number}.bag'))
+                trials.append(trial(test, ppr, number, **poses, **named))
+    trials[0].update(outcome='collision', reason='touched <pillar_3>')
+    write_analysis(paper_results(trials), folder)
     return folder / REPORT
 
 
-def both_errors(test, ppr, errors, folder):
-    """Trials whose true pose and odometry end in different places; each odometry leaves straight on to its end."""
-    trials = []
-    for number, error in enumerate(errors, start=1):
-        one = trial(test, ppr, number, world=error.tolist(), odom=(error + [0.01, 0.05, 0.5]).tolist())
-        tracks = (np.column_stack((X_M, slope * (X_M + 10.0))) for slope in (0.0, 0.01 * number))
-        bag = str(folder / f'{test}_{ppr}_{number}.bag')
-        trials.append({**one, **dict(zip(('true_path', 'odom_path'), tracks)), 'bag': bag})
-    return trials
-
-
 @pytest.fixture(scope='module')
-def page(tmp_path_factory):
-    with opened_page(BROWSER, tmp_path_factory.mktemp('profile')) as page:
+def browser(tmp_path_factory):
+    with opened_page(tmp_path_factory.mktemp('profile')) as page:
         yield page
 
 
-def opened(page, report, width_px):
-    page.open(report, width_px)
-    page.wait_for(DRAWN)
-
-
-def count(page, chart):
-    return page.evaluate(f'{POINTS.format(chart)}.length')
+@pytest.fixture
+def page(browser, report, request):
+    browser.open(report, getattr(request, 'param', DESKTOP_PX))
+    browser.wait_for('document.querySelector(".charts.for-screen") !== null')
+    return browser
 
 
 def toggle(page, name, index):
     page.click(f'document.querySelectorAll("[name={name}]")[{index}]')
 
 
-@pytest.mark.parametrize('width_px', WIDTHS_PX)
-def test_it_fits_without_a_complaint_and_without_the_net(page, report, width_px):
-    opened(page, report, width_px)
-    page.evaluate('document.querySelectorAll("details").forEach(details => details.open = true)')
+@pytest.mark.parametrize('page', [DESKTOP_PX, PHONE_PX], indirect=True)
+def test_it_fits_without_a_complaint_and_without_the_net_and_wide_tables_scroll(page):
+    width_px = page.evaluate('innerWidth')
+    page.evaluate(OPEN_ALL)
     assert page.evaluate('document.documentElement.scrollWidth') <= width_px
     drawn = 'document.querySelectorAll(".drawing svg")'
     assert page.evaluate(f'{drawn}.length') == 4
@@ -88,28 +72,18 @@ def test_it_fits_without_a_complaint_and_without_the_net(page, report, width_px)
     assert page.complaints() == []
     asked = {request['request']['url'].partition(':')[0] for request in page.of_kind('Network.requestWillBeSent')}
     assert asked <= {'file', 'data'}
+    scrolls = '[...document.querySelectorAll("{} .wide")].some(box => box.scrollWidth > box.clientWidth)'
+    assert page.evaluate(scrolls.format('')) or width_px > PHONE_PX
+    assert not page.evaluate(scrolls.format('#summary'))  # what is read first fits
 
 
-def test_a_phone_scrolls_wide_tables(page, report):
-    opened(page, report, PHONE_PX)
-    page.evaluate('document.querySelectorAll("details").forEach(details => details.open = true)')
-    assert page.evaluate('[...document.querySelectorAll(".wide")].some(box => box.scrollWidth > box.clientWidth)')
-    # What is read first fits.
-    assert page.evaluate(
-        '[...document.querySelectorAll("#summary .wide")].every(box => box.scrollWidth <= box.clientWidth)'
-    )
-
-
-def test_it_prints_with_the_tables_unfolded_and_the_trials_left_out(page, report):
-    opened(page, report, DESKTOP_PX)
+def test_it_prints_with_the_tables_unfolded_and_the_trials_left_out(page):
     page.evaluate("""addEventListener('beforeprint', () => {
         window.unfolded = [...document.querySelectorAll('details')].map((details) => details.open);
     })""")
     assert page.pdf().startswith(b'%PDF')
-    is_screen = page.evaluate(
-        '[...document.querySelectorAll("details")].map(details => details.matches(".screen, .folded"))'
-    )
-    assert page.evaluate('window.unfolded') == [not for_screen for for_screen in is_screen]
+    is_screen = '[...document.querySelectorAll("details")].map(details => details.matches(".screen, .folded"))'
+    assert page.evaluate('window.unfolded') == [not for_screen for for_screen in page.evaluate(is_screen)]
     assert not page.evaluate('[...document.querySelectorAll("details")].some(details => details.open)')
     page.call('Emulation.setEmulatedMedia', media='print')
     shown = [f'getComputedStyle(document.querySelector("{part}")).display' for part in ('.charts', '.figures')]
@@ -119,23 +93,21 @@ def test_it_prints_with_the_tables_unfolded_and_the_trials_left_out(page, report
     assert page.complaints() == []
 
 
-@pytest.mark.parametrize('chart', ['scatter', 'distributions'])
-def test_a_point_under_the_mouse_names_its_trial(page, report, chart):
-    opened(page, report, DESKTOP_PX)
-    page.hover(f'{POINTS.format(chart)}[7]')
-    page.wait_for('document.querySelector(".tip.shown") !== null')
-    shown = page.evaluate(TIP)
-    assert shown['bag'] == f'SL_{shown["encoder"]}_{shown["trial"]}.bag' and shown['seed'] == shown['trial']
-    assert {'end', 'pose', 'x [m]', 'y [m]', 'yaw [deg]'} <= shown.keys()
-    page.hover('document.querySelector("h1")')
-    page.wait_for('document.querySelector(".tip.shown") === null')
+def test_a_point_under_the_mouse_names_its_trial(page):
+    for chart in ('scatter', 'distributions'):
+        page.hover(f'{POINTS.format(chart)}[7]')
+        page.wait_for('document.querySelector(".tip.shown") !== null')
+        shown = page.evaluate(TIP)
+        assert shown['bag'] == f'SL_{shown["encoder"]}_{shown["trial"]}.bag' and shown['seed'] == shown['trial']
+        assert {'end', 'pose', 'x [m]', 'y [m]', 'yaw [deg]'} <= shown.keys()
+        page.hover('document.querySelector("h1")')
+        page.wait_for('document.querySelector(".tip.shown") === null')
 
 
-@pytest.mark.parametrize('width_px', WIDTHS_PX)
-def test_a_point_shows_its_path(page, report, width_px):
-    opened(page, report, width_px)
+@pytest.mark.parametrize('page', [DESKTOP_PX, PHONE_PX], indirect=True)
+def test_a_point_shows_its_path(page):
     before, point = page.evaluate(PATH), f'{POINTS.format("scatter")}.slice(-1)[0]'
-    if width_px == PHONE_PX:
+    if page.evaluate('innerWidth') == PHONE_PX:
         page.call('Emulation.setTouchEmulationEnabled', enabled=True)
         page.tap(point)
         page.call('Emulation.setTouchEmulationEnabled', enabled=False)
@@ -146,8 +118,7 @@ def test_a_point_shows_its_path(page, report, width_px):
     page.wait_for('document.querySelector("#chart-path").getBoundingClientRect().top < innerHeight')
 
 
-def test_the_list_of_paths_follows_the_test_and_the_keyboard(page, report):
-    opened(page, report, DESKTOP_PX)
+def test_the_list_of_paths_follows_the_test_the_keyboard_and_the_table(page):
     toggle(page, 'setup', 1)
     assert page.evaluate(CHOSEN) == 'SMT, 40 PPR, trial 1'
     before = page.evaluate(PATH)
@@ -156,11 +127,14 @@ def test_the_list_of_paths_follows_the_test_and_the_keyboard(page, report):
         page.call('Input.dispatchKeyEvent', type=kind, key='ArrowDown', code='ArrowDown', windowsVirtualKeyCode=40)
     page.wait_for(f'{PATH} !== {json.dumps(before)}')
     assert page.evaluate(CHOSEN) == 'SMT, 40 PPR, trial 2'
+    page.evaluate('document.querySelector("#trials details").open = true')
+    page.click('document.querySelectorAll("#trials [data-choose]")[2]')
+    assert page.evaluate(CHOSEN) == 'SL, 40 PPR, trial 3'
+    assert page.evaluate('document.querySelectorAll("[name=setup]")[0].checked')
 
 
-def test_encoders_and_poses_are_switched_on_and_off(page, report):
-    opened(page, report, DESKTOP_PX)
-    assert [count(page, chart) for chart in ('scatter', 'distributions')] == [36, 36]
+def test_encoders_and_poses_are_switched_on_and_off(page):
+    assert [page.evaluate(f'{POINTS.format(chart)}.length') for chart in ('scatter', 'distributions')] == [36, 36]
     toggle(page, 'encoders', 0)
     page.wait_for(f'{POINTS.format("scatter")}.length === 24')
     toggle(page, 'sources', 1)  # /odom minus goal
@@ -171,48 +145,31 @@ def test_encoders_and_poses_are_switched_on_and_off(page, report):
     assert page.complaints() == []
 
 
-def test_where_the_library_fails_the_figures_stay(page, report, tmp_path):
+def test_without_the_library_or_scripts_the_figures_stay(browser, report, tmp_path):
     broken = tmp_path / 'broken.html'
     broken.write_text(report.read_text(encoding='utf-8').replace('await vegaEmbed(', 'await vegaMissing('), 'utf-8')
-    page.open(broken, DESKTOP_PX)
-    page.wait_for('document.querySelector(".charts.drawn") === null')
-    assert page.evaluate('document.querySelector(".instead-of-charts").open')
-    assert 'no interactive charts' in page.complaints()[0]
+    browser.open(broken, DESKTOP_PX)
+    browser.wait_for('document.querySelector(".charts.drawn") === null')
+    assert browser.evaluate('document.querySelector(".instead-of-charts").open')
+    assert 'no interactive charts' in browser.complaints()[0]
+    browser.call('Emulation.setScriptExecutionDisabled', value=True)
+    browser.open(report, DESKTOP_PX)
+    browser.call('Emulation.setScriptExecutionDisabled', value=False)
+    assert browser.evaluate('document.querySelector(".charts").clientHeight') == 0
+    assert browser.evaluate('document.images[0].clientWidth') > 300
 
 
-def test_without_scripts_the_figures_are_shown(page, report):
-    page.call('Emulation.setScriptExecutionDisabled', value=True)
-    page.open(report, DESKTOP_PX)
-    page.call('Emulation.setScriptExecutionDisabled', value=False)
-    assert page.evaluate('document.querySelector(".charts").clientHeight') == 0
-    assert page.evaluate('document.images[0].clientWidth') > 300
-
-
-TRIAL_NUMBERS = (
-    '[...document.querySelectorAll("#trials details tbody tr")].map(row => Number(row.cells[2].textContent))'
-)
-
-
-def test_a_press_on_a_head_sorts_the_trials_and_another_turns_them(page, report):
-    opened(page, report, DESKTOP_PX)
+def test_a_press_on_a_head_sorts_the_trials_and_another_turns_them(page):
     press = 'document.querySelectorAll("#trials th button")[2].click()'
+    numbers = '[...document.querySelectorAll("#trials details tbody tr")].map(row => Number(row.cells[2].textContent))'
     page.evaluate(press)
-    assert page.evaluate(TRIAL_NUMBERS) == [number for number in range(1, 7) for _ in range(6)]
+    assert page.evaluate(numbers) == [number for number in range(1, 7) for _ in range(6)]
     page.evaluate(press)
-    assert page.evaluate(TRIAL_NUMBERS)[:7] == [6] * 6 + [5]
+    assert page.evaluate(numbers)[:7] == [6] * 6 + [5]
     assert page.evaluate('document.querySelector("#trials [aria-sort]").ariaSort') == 'descending'
 
 
-def test_a_row_of_the_trials_shows_its_path_too(page, report):
-    opened(page, report, DESKTOP_PX)
-    page.evaluate('document.querySelector("#trials details").open = true')
-    page.click('document.querySelectorAll("#trials [data-choose]")[20]')
-    assert page.evaluate(CHOSEN) == 'SMT, 40 PPR, trial 3'
-    assert page.evaluate('document.querySelectorAll("[name=setup]")[1].checked')
-
-
-def test_buttons_and_the_wheel_with_ctrl_zoom_and_the_wheel_alone_does_not(page, report):
-    opened(page, report, DESKTOP_PX)
+def test_buttons_and_the_wheel_with_ctrl_zoom_and_the_wheel_alone_does_not(page):
     labels = 'document.querySelectorAll("#chart-scatter .role-axis-label text")'
     axes = f'[...{labels}].map(label => label.textContent).sort().join()'
     whole = page.evaluate(axes)

@@ -48,18 +48,9 @@ def test_closed_form_of_the_straight_line(ppr, lateral_m):
 
 def test_closed_form_is_along_the_maps_axes():
     requested = navigated('SL')
-    turned = requested.model_copy(
-        update={
-            'test': requested.test.model_copy(
-                update={
-                    'start': PoseParams(yaw=math.pi / 2),
-                    'route': [
-                        requested.test.route[-1].model_copy(update={'goal': PoseParams(y=20.0, yaw=math.pi / 2)})
-                    ],
-                }
-            )
-        }
-    )
+    goal = requested.test.route[-1].model_copy(update={'goal': PoseParams(y=20.0, yaw=math.pi / 2)})
+    test = requested.test.model_copy(update={'start': PoseParams(yaw=math.pi / 2), 'route': [goal]})
+    turned = requested.model_copy(update={'test': test})
     along_x, along_y = closed_form_std(requested, ALTO, 40), closed_form_std(turned, ALTO, 40)
     assert along_y == pytest.approx(along_x[[1, 0, 2]])
 

@@ -24,17 +24,20 @@ def test_only_the_report_and_the_writing_of_files_import_the_paper():
     assert importers == ['analysis/outputs.py', 'analysis/report/page.py']
 
 
-def test_a_dataset_that_has_no_cell_of_the_paper_has_no_tables():
-    assert paper_section([paper_results(cell('own', '40', 'odom', [(0.0, 0.0, 0.0)] * 3))]) is None
-
-
-def test_another_dataset_is_a_reading_beside_the_first(tmp_path):
-    first, second = (paper_results(cell('SL', '40', 'odom', rows * 30)) for rows in ([IN], [OUT]))
+def test_another_dataset_is_a_reading_beside_the_first_if_both_have_cells_of_the_paper(tmp_path):
+    first, second, own = (
+        paper_results(cell(test, '40', 'odom', rows * 30))
+        for test, rows in (('SL', [IN]), ('SL', [OUT]), ('own', [IN]))
+    )
     section = paper_section([first._replace(title='a'), second._replace(title='b')])
     assert list(section.claims) == ['a', 'b'] and section.has_enough_trials
     assert set(section.all_cells.exact['campaign']) == {'a', 'b'}
     same = paper_section([first._replace(folder=tmp_path / 'a'), second._replace(folder=tmp_path / 'b')])
     assert list(same.claims) == [f'{tmp_path}/a', f'{tmp_path}/b']
+    assert paper_section([own]) is None
+    for pair in ([first, own], [own, first]):
+        with pytest.raises(ConfigError, match='has no cell of the paper'):
+            paper_section(pair)
 
 
 def reading(name, tests, size=0.001):
@@ -63,15 +66,6 @@ def test_table_3_agrees_with_the_print_except_its_error():
         assert row['angle_ours'] == pytest.approx(row['angle_paper'], rel=0.025)
         assert (abs(row['linear_paper'] / row['linear_ours'] - 1.0) > 0.025) == (ppr == '90')
     assert rows.loc['128', 'linear_paper'] is None
-
-
-def test_another_dataset_must_have_cells_of_the_paper():
-    has, has_not = (paper_results(cell(test, '40', 'odom', [IN] * 3)) for test in ('SL', 'own'))
-    for pair in ([has, has_not], [has_not, has]):
-        with pytest.raises(
-            ConfigError, match=r"has no cell of the paper; expected the paper's robot and tests \(SL, SMT or DLD"
-        ):
-            paper_section(pair)
 
 
 ROWS = [(0.0, 0.2 * (-1) ** number, 1.0) for number in range(30)]
