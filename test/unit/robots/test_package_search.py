@@ -45,17 +45,7 @@ def test_neighbours_of_a_robots_package_are_found(tmp_path):
 def test_a_package_goes_by_its_folders_name_too(tmp_path, declared):
     own = package(tmp_path / 'foo_description', declared)
     assert find_package('foo_description', robot_in(own)) == own
-    assert find_package('foo_description', RobotSource(tmp_path / 'x' / 'r.urdf', (), (tmp_path,))) == own
-
-
-def test_a_robots_own_package_takes_precedence_over_named_folders(tmp_path):
-    own = package(tmp_path / 'a' / 'foo-2.0', 'foo_description')
-    beside = package(tmp_path / 'a' / 'bar', 'bar')
-    other = package(tmp_path / 'b' / 'foo_description'), package(tmp_path / 'b' / 'bar')
-    source = robot_in(own, tmp_path / 'b')
-    assert find_package('foo_description', source) == own
-    assert find_mesh('package://foo_description/meshes/wheel.stl', source) == own / 'meshes' / 'wheel.stl'
-    assert find_package('bar', source) == other[1] != beside
+    assert find_package('foo_description', robot_in(tmp_path / 'x', tmp_path)) == own
 
 
 def test_named_folders_are_packages_or_hold_some_levels_down(tmp_path):
@@ -64,10 +54,8 @@ def test_named_folders_are_packages_or_hold_some_levels_down(tmp_path):
     package(tmp_path / 'b' / '.git' / 'hidden')
     package(tmp_path / 'b' / 'ignored' / 'unused')
     (tmp_path / 'b' / 'ignored' / 'CATKIN_IGNORE').touch()
-    source = RobotSource(tmp_path / 'c' / 'r.urdf', (), (lone, tmp_path / 'b', tmp_path / 'none'))
-    assert find_package('lone', source) == lone
-    assert find_package('deep', source) == deep
-    assert find_package('hidden', source) is None and find_package('unused', source) is None
+    source = robot_in(tmp_path / 'c', lone, tmp_path / 'b', tmp_path / 'none')
+    assert [find_package(name, source) for name in ('lone', 'deep', 'hidden', 'unused')] == [lone, deep, None, None]
 
 
 @pytest.mark.parametrize(('variable', 'place'), [('ROS_PACKAGE_PATH', 'stack/foo'), ('AMENT_PREFIX_PATH', 'share/foo')])
@@ -77,13 +65,12 @@ def test_packages_of_ros_are_found(tmp_path, monkeypatch, variable, place):
     assert find_package('foo', RobotSource(tmp_path / 'r.urdf')) == installed
 
 
-def test_ros_comes_last(tmp_path, monkeypatch):
-    near, ros, named = (package(tmp_path / name / 'foo') for name in ('near', 'ros', 'named'))
+def test_the_robots_own_package_comes_first_then_named_folders_and_ros_last(tmp_path, monkeypatch):
+    own, ros, named = (package(tmp_path / name / 'foo') for name in ('near', 'ros', 'named'))
     monkeypatch.setenv('ROS_PACKAGE_PATH', str(tmp_path / 'ros'))
-    elsewhere = tmp_path / 'elsewhere'
-    assert find_package('foo', robot_in(elsewhere, tmp_path / 'named')) == named
-    assert find_package('foo', robot_in(near)) == near
-    assert find_package('foo', robot_in(elsewhere)) == ros
+    assert find_package('foo', robot_in(own, tmp_path / 'named')) == own
+    assert find_package('foo', robot_in(tmp_path / 'elsewhere', tmp_path / 'named')) == named
+    assert find_package('foo', robot_in(tmp_path / 'elsewhere')) == ros
 
 
 def test_meshes_are_named_in_many_ways(tmp_path):
@@ -100,22 +87,25 @@ def test_meshes_are_named_in_many_ways(tmp_path):
         str(mesh),
     ):
         assert find_mesh(uri, source).samefile(mesh), uri
-    for uri in ('package://foo/none.stl', 'package://none/a.stl', 'https://x/a.stl', 'none.stl', '', 'package://foo'):
-        with pytest.raises(ConfigError):
-            find_mesh(uri, source)
 
 
-def test_an_error_shows_whether_the_file_or_its_package_is_missing(tmp_path):
-    own = package(tmp_path / 'foo')
-    for uri, shown in (
-        ('package://foo/meshes/none.stl', f"package 'foo' in {own} has no file 'meshes/none.stl'"),
+@pytest.mark.parametrize(
+    ('uri', 'shown'),
+    [
+        ('package://foo/meshes/none.stl', "package 'foo' in {own} has no file 'meshes/none.stl'"),
+        ('package://foo', "package 'foo' in {own} has no file ''"),
         ('file://package://nowhere/a.stl', "package 'nowhere' is not found; looked for in "),
-        ('none.stl', f'there is no file {own / "urdf" / "none.stl"}; allowed: '),
+        ('none.stl', 'there is no file {own}/urdf/none.stl; allowed: '),
         ('file:///none.stl', 'there is no file /none.stl; allowed: '),
-    ):
-        with pytest.raises(ConfigError) as caught:
-            find_mesh(uri, robot_in(own))
-        assert str(caught.value).startswith(shown)
+        ('https://x/a.stl', 'there is no file '),
+        ('', 'there is no file '),
+    ],
+)
+def test_an_error_shows_whether_the_file_or_its_package_is_missing(tmp_path, uri, shown):
+    own = package(tmp_path / 'foo')
+    with pytest.raises(ConfigError) as caught:
+        find_mesh(uri, robot_in(own))
+    assert str(caught.value).startswith(shown.format(own=own))
 
 
 def test_a_description_that_was_copied_without_its_package_finds_its_meshes(tmp_path):

@@ -23,7 +23,7 @@ from diff_encoder_sim.robots.simulated_robot import (
     self_contained_urdf,
     sound_wheels,
 )
-from diff_encoder_sim.robots.solids import Cylinder, merged, moved, placed
+from diff_encoder_sim.robots.solids import Cylinder, MassProperties, merged, moved, placed
 from diff_encoder_sim.robots.urdf_reading import parse_urdf
 from diff_encoder_sim.robots.xacro_expansion import expand
 from generated_robots import LEFT, RECIPES, RIGHT, Recipe, urdf_of
@@ -31,6 +31,7 @@ from places import ROOT
 from robot_parts import CUBE_CORNERS, CUBE_TRIANGLES, finder, write_binary_stl
 
 ALTO = RobotSource(ROOT / 'urdf' / 'alto.urdf.xacro')
+JOINTS = 'left_wheel_joint', 'right_wheel_joint'
 
 
 def load(source=ALTO, errors=NO_ERRORS):
@@ -39,23 +40,19 @@ def load(source=ALTO, errors=NO_ERRORS):
 
 @pytest.fixture
 def generated(tmp_path):
-    def source_of(**recipe):
+    def source_of(given=None, **recipe):
         path = tmp_path / 'robot.urdf'
-        path.write_text(urdf_of(Recipe(**recipe), tmp_path))
+        path.write_text(urdf_of(given or Recipe(**recipe), tmp_path))
         return RobotSource(path)
 
     return source_of
 
 
-def test_alto_is_table_1_of_the_paper():
+def test_alto_is_table_1_of_the_paper_and_simulated_as_it_is():
     alto = load()
     assert alto.description.tree.name == 'alto'
     assert alto.wheels == pytest.approx((0.1, 0.1, 0.4))
     assert alto.description.mass.mass_kg == pytest.approx(80.0)
-
-
-def test_a_sound_file_is_simulated_as_it_is():
-    alto = load()
     assert (alto.urdf, alto.floor_only_links) == (joined_links(parse_urdf(expand(ALTO), '')), ())
 
 
@@ -68,9 +65,8 @@ def test_errors_are_arguments_of_a_file_that_has_them():
 
 def test_arguments_that_have_another_effect_are_not_taken_for_errors(tmp_path):
     path = tmp_path / 'robot.urdf.xacro'
-    path.write_text(
-        ALTO.file.read_text().replace('* (1 + $(arg wheel_separation_error))', '+ $(arg wheel_separation_error)')
-    )
+    error = '$(arg wheel_separation_error)'
+    path.write_text(ALTO.file.read_text().replace(f'* (1 + {error})', f'+ {error}'))
     robot = load(RobotSource(path), GeometryErrors(separation=0.05))
     assert robot.wheels == pytest.approx((0.1, 0.1, 0.42))
     assert robot.floor_only_links == FLOOR_ONLY_LINKS
@@ -79,24 +75,16 @@ def test_arguments_that_have_another_effect_are_not_taken_for_errors(tmp_path):
 def test_errors_of_any_other_robot_are_applied_to_its_wheels(generated):
     robot = load(generated(), GeometryErrors(0.01, -0.02, 0.05))
     assert robot.wheels == pytest.approx((0.033 * 1.01, 0.033 * 0.98, 0.16 * 1.05))
-    assert robot.joints == (LEFT, RIGHT)
-    assert robot.floor_only_links == FLOOR_ONLY_LINKS
+    assert robot.joints == (LEFT, RIGHT) and robot.floor_only_links == FLOOR_ONLY_LINKS
 
 
 def test_a_joint_whose_axis_points_to_the_right_turns_backward_when_the_robot_drives_forward(generated):
     assert load(generated(has_mirrored_axes=True)).forward_signs == (1.0, -1.0)
-    assert load(generated()).forward_signs == (1.0, 1.0)
-
-
-def test_a_file_that_was_edited_is_read_again(generated):
-    for radius_m in (0.05, 0.04, 0.05):
-        assert load(generated(radius_m=radius_m)).wheels.left_radius_m == pytest.approx(radius_m)
 
 
 def test_a_missing_joint_is_refused_with_the_file(generated):
-    source = generated()
     with pytest.raises(ConfigError, match="robot.urdf: .*'wheel_left'.*missing") as caught:
-        load_simulated_robot(source, RobotChoices('wheel_left', RIGHT))
+        load_simulated_robot(generated(), RobotChoices('wheel_left', RIGHT))
     assert '\n' not in str(caught.value)
 
 
@@ -115,8 +103,6 @@ URDF = """
   <gazebo><plugin filename="libgazebo_ros_diff_drive.so"><gz:x>1</gz:x></plugin></gazebo>
 </robot>
 """
-
-
 WHEEL = """
 <robot name="made">
   <link name="base"><collision><geometry><box size="1 1 1"/></geometry></collision></link>
@@ -141,27 +127,28 @@ def fixture_find(tmp_path):
     return finder(tmp_path)
 
 
-def test_the_corners_of_collision_meshes_stand_in_for_their_files(find):
-    hull, ball = ElementTree.fromstring(self_contained_urdf(URDF, 'my.urdf', find)).find('link').findall('collision')
+def test_the_corners_of_collision_meshes_stand_in_for_their_files_and_all_else_stays(find):
+    text = self_contained_urdf(URDF, 'my.urdf', find)
+    robot = ElementTree.fromstring(text)
+    hull, ball = robot.find('link').findall('collision')
     assert hull.get('name') == 'hull'
     kind, name, numbers = hull.find('geometry/mesh').get('filename').split(':')
     assert (kind, name) == ('corners', 'a.stl')
-    corners = np.array(numbers.split(), float).reshape(-1, 3)
-    assert sorted(corners.tolist()) == sorted(CUBE_CORNERS.tolist())
+    assert sorted(np.array(numbers.split(), float).reshape(-1, 3).tolist()) == sorted(CUBE_CORNERS.tolist())
     assert hull.find('geometry/mesh').get('scale') == '0.1 0.2 0.3'
     assert ball.find('geometry/sphere').get('radius') == '0.5'
-
-
-def test_it_needs_no_other_file_afterwards(find):
-    text = self_contained_urdf(URDF, 'my.urdf', find)
-    assert self_contained_urdf(text, 'my.urdf', no_file) == text
+    assert robot.find('link/visual/geometry/mesh').get('filename') == 'package://p/seen.dae'
+    assert robot.find('gazebo/plugin/x').text == '1'
+    assert self_contained_urdf(text, 'my.urdf', no_file) == text  # no other file is needed
 
 
 def test_read_again_it_has_the_shapes_and_the_notes_that_the_files_give(find):
-    before = parse_urdf(URDF, 'my.urdf')
-    after = parse_urdf(self_contained_urdf(URDF, 'my.urdf', find), 'my.urdf')
     right, found = Findings(), Findings()
-    expected, read_again = primitive_tree(before, find, right), primitive_tree(after, no_file, found)
+    after = parse_urdf(self_contained_urdf(URDF, 'my.urdf', find), 'my.urdf')
+    expected, read_again = (
+        primitive_tree(parse_urdf(URDF, 'my.urdf'), find, right),
+        primitive_tree(after, no_file, found),
+    )
     assert found.notes == right.notes and right.notes
     for name, link in expected.links.items():
         assert [str(shape) for shape in read_again.links[name].collisions] == [str(shape) for shape in link.collisions]
@@ -169,8 +156,7 @@ def test_read_again_it_has_the_shapes_and_the_notes_that_the_files_give(find):
 
 def test_a_wheel_that_is_round_to_the_eye_only_keeps_its_visual_mesh(tmp_path, find):
     bearings_rad = np.linspace(0, 2 * np.pi, 12, endpoint=False)
-    rim = np.stack([np.cos(bearings_rad), np.sin(bearings_rad)], axis=1)
-    drum = np.vstack([np.column_stack([rim[:, 0], np.full(12, y), rim[:, 1]]) for y in (-1, 1)])
+    drum = np.vstack([np.column_stack([np.cos(bearings_rad), np.full(12, y), np.sin(bearings_rad)]) for y in (-1, 1)])
     write_binary_stl(tmp_path / 'drum.stl', drum, np.arange(24).reshape(-1, 3))
     (tmp_path / 'torn.stl').write_bytes(b'')
     text = self_contained_urdf(WHEEL, 'my.urdf', find)
@@ -181,25 +167,21 @@ def test_a_wheel_that_is_round_to_the_eye_only_keeps_its_visual_mesh(tmp_path, f
 
 
 @pytest.mark.parametrize(
-    'text',
+    ('text', 'needs'),
     [
-        '<xacro:include filename="a.xacro"/>',
-        '<property value="$(find my_robot)"/>',
-        '<property value="$(env HOME)"/>',
-        '<x value="${xacro.load_yaml(file)}"/>',
-        '<mesh filename="a.stl"/>',
+        ('<xacro:include filename="a.xacro"/>', True),
+        ('<property value="$(find my_robot)"/>', True),
+        ('<property value="$(env HOME)"/>', True),
+        ('<x value="${xacro.load_yaml(file)}"/>', True),
+        ('<mesh filename="a.stl"/>', True),
+        ('<xacro:arg name="a" default="1"/><x y="$(arg a)"/>', False),
+        (ALTO.file.read_text(), False),
     ],
 )
-def test_includes_packages_environment_and_meshes_need_other_files(text):
-    assert needs_other_files(f'<robot>{text}</robot>')
+def test_includes_packages_environment_and_meshes_need_other_files(text, needs):
+    assert needs_other_files(f'<robot>{text}</robot>') == needs
 
 
-def test_a_robot_in_one_file_needs_no_other():
-    assert not needs_other_files((ROOT / 'urdf' / 'alto.urdf.xacro').read_text())
-    assert not needs_other_files('<robot><xacro:arg name="a" default="1"/><x y="$(arg a)"/></robot>')
-
-
-JOINTS = 'left_wheel_joint', 'right_wheel_joint'
 # A hub cap turns with its wheel, on a bent bracket; it grips as nothing else does.
 CAP = """<link name="cap">
     <inertial><origin xyz="0.01 0 0.02"/><mass value="0.1"/>
@@ -215,8 +197,7 @@ CAP = """<link name="cap">
 
 @pytest.fixture(params=['', CAP], ids=['alto', 'with a hub cap'])
 def tree(request):
-    urdf = expand(RobotSource(ROOT / 'urdf' / 'alto.urdf.xacro'))
-    return parse_urdf(urdf.replace('</robot>', f'{request.param}</robot>'), 'alto')
+    return parse_urdf(expand(ALTO).replace('</robot>', f'{request.param}</robot>'), 'alto')
 
 
 def joined(tree):
@@ -225,19 +206,14 @@ def joined(tree):
 
 def part_masses(tree):
     """Mass, centre and inertia in the root of each part that moves as one: the body and both wheels."""
-    poses = tree.poses
     tops = {tree.root: [], **{tree.joints[joint].child: [] for joint in JOINTS}}
     for name, link in tree.links.items():
         top = name
         while top not in tops:
             top = tree.above[top].parent
         if link.inertial is not None:
-            tops[top].append(moved(link.inertial, poses[name]))
+            tops[top].append(moved(link.inertial, tree.poses[name]))
     return {top: merged(masses) for top, masses in tops.items()}
-
-
-def friction_of(link):
-    return 0.5 if link.friction is None else link.friction  # PyBullet's default
 
 
 def test_each_moving_part_keeps_its_mass_and_inertia(tree):
@@ -249,21 +225,16 @@ def test_each_moving_part_keeps_its_mass_and_inertia(tree):
 
 
 def test_each_shape_keeps_its_place_and_its_friction(tree):
-    def shapes(tree):
-        poses = tree.poses
+    def shapes(tree):  # with PyBullet's friction if none is given
         return [
-            (friction_of(link), placed(shape, poses[name]))
+            (0.5 if link.friction is None else link.friction, *placed(shape, tree.poses[name])[:2])
             for name, link in tree.links.items()
             for shape in link.collisions
         ]
 
     left = shapes(joined(tree))
-    for friction, (geometry, pose, *_) in shapes(tree):
-        same = [
-            index
-            for index, found in enumerate(left)
-            if (found[0], found[1].geometry) == (friction, geometry) and np.allclose(found[1].pose_in_link, pose)
-        ]
+    for friction, geometry, pose in shapes(tree):
+        same = [n for n, found in enumerate(left) if found[:2] == (friction, geometry) and np.allclose(found[2], pose)]
         del left[same[0]]
     assert not left
 
@@ -271,86 +242,52 @@ def test_each_shape_keeps_its_place_and_its_friction(tree):
 def test_the_wheels_turn_as_before_and_are_as_sound(tree):
     robot = joined(tree)
     assert sound_wheels(robot, *JOINTS) == pytest.approx(sound_wheels(tree, *JOINTS))
-    for name in JOINTS:
-        joint, expected = robot.joints[name], tree.joints[name]
-        assert (joint.child, joint.kind, joint.effort, joint.speed) == (
-            expected.child, expected.kind, expected.effort, expected.speed,
-        )  # fmt: skip
+    for joint, expected in ((robot.joints[name], tree.joints[name]) for name in JOINTS):
+        assert (joint.child, joint.kind, joint.effort) == (expected.child, expected.kind, expected.effort)
         assert joint.axis.tolist() == expected.axis.tolist()
         assert robot.poses[joint.child] == pytest.approx(tree.poses[joint.child], abs=1e-12)
-
-
-def test_a_link_is_left_for_each_friction_of_a_part_wheels_first(tree):
-    robot = joined(tree)
+    # A link is left for each friction of a part, wheels first.
     cap = ['cap'] if 'cap' in tree.links else []
     assert sorted(robot.links) == sorted(['base_link', 'front_caster', 'left_wheel', 'right_wheel', *cap])
     assert [*robot.joints][:2] == [*JOINTS]
 
 
-@pytest.fixture
-def describe_recipe(tmp_path):
-    def describe_it(recipe):
-        path = tmp_path / 'robot.urdf'
-        path.write_text(urdf_of(recipe, tmp_path))
-        return describe(RobotSource(path))
-
-    return describe_it
-
-
-@pytest.fixture
-def load_in_pybullet(tmp_path):
-    """Loads a URDF; returns what PyBullet has of each link by its name: mass, centre and inertia in the root."""
+def masses_in_pybullet(path, urdf):
+    """What PyBullet has of each link, in the root."""
+    path.write_text(urdf)
     client = pybullet.connect(pybullet.DIRECT)
-
-    def load_it(urdf):
-        path = tmp_path / 'physics.urdf'
-        path.write_text(urdf)
-        robot = pybullet.loadURDF(str(path), flags=pybullet.URDF_USE_INERTIA_FROM_FILE, physicsClientId=client)
-        links = {}
-        for index in range(-1, pybullet.getNumJoints(robot, physicsClientId=client)):
-            dynamics = pybullet.getDynamicsInfo(robot, index, physicsClientId=client)
-            position, quat = _centre_of_mass(robot, index, client, dynamics)
-            turn = np.array(pybullet.getMatrixFromQuaternion(quat)).reshape(3, 3)
-            name = 'body' if index < 0 else pybullet.getJointInfo(robot, index, physicsClientId=client)[12].decode()
-            links[name] = dynamics[0], np.array(position), turn @ np.diag(dynamics[2]) @ turn.T
-        return links
-
-    yield load_it
+    robot = pybullet.loadURDF(str(path), flags=pybullet.URDF_USE_INERTIA_FROM_FILE, physicsClientId=client)
+    base = pybullet.getDynamicsInfo(robot, -1, physicsClientId=client)
+    in_world = pybullet.getBasePositionAndOrientation(robot, physicsClientId=client)
+    root = pybullet.multiplyTransforms(*in_world, *pybullet.invertTransform(*base[3:5]))
+    masses = []
+    for index in range(-1, pybullet.getNumJoints(robot, physicsClientId=client)):
+        dynamics, place = pybullet.getDynamicsInfo(robot, index, physicsClientId=client), base[3:5]
+        if index >= 0:
+            state = pybullet.getLinkState(robot, index, computeForwardKinematics=True, physicsClientId=client)
+            place = pybullet.multiplyTransforms(*pybullet.invertTransform(*root), *state[:2])
+        turn = np.array(pybullet.getMatrixFromQuaternion(place[1])).reshape(3, 3)
+        masses.append(MassProperties(dynamics[0], np.array(place[0]), turn @ np.diag(dynamics[2]) @ turn.T))
     pybullet.disconnect(client)
-
-
-def _centre_of_mass(robot, index, client, dynamics):
-    if index < 0:
-        return dynamics[3], dynamics[4]
-    state = pybullet.getLinkState(robot, index, computeForwardKinematics=True, physicsClientId=client)
-    base = pybullet.getBasePositionAndOrientation(robot, physicsClientId=client)
-    inertial = pybullet.getDynamicsInfo(robot, -1, physicsClientId=client)[3:5]
-    root = pybullet.multiplyTransforms(*base, *pybullet.invertTransform(*inertial))
-    return pybullet.multiplyTransforms(*pybullet.invertTransform(*root), *state[:2])
+    return masses
 
 
 def nominal(description):
-    radius_m = 0.5 * description.wheel_diameter_m
-    return TrueWheels(radius_m, radius_m, description.wheel_separation_m)
+    return TrueWheels(description.radius_m, description.radius_m, description.wheel_separation_m)
 
 
 @pytest.mark.parametrize('name', list(RECIPES))
-def test_pybullet_has_the_mass_and_the_inertia_of_the_description(name, describe_recipe, load_in_pybullet):
-    description = describe_recipe(RECIPES[name])
-    links = load_in_pybullet(physics_urdf(description, nominal(description)))
-    mass_kg = sum(mass for mass, _, _ in links.values())
-    com_m = sum(mass * place_m for mass, place_m, _ in links.values()) / mass_kg
-    inertia_kgm2 = sum(
-        inertia + mass * (np.dot(arm := place_m - com_m, arm) * np.eye(3) - np.outer(arm, arm))
-        for mass, place_m, inertia in links.values()
-    )
-    assert mass_kg == pytest.approx(description.mass.mass_kg)
-    assert com_m == pytest.approx(description.mass.com_m, abs=1e-6)
-    assert inertia_kgm2 == pytest.approx(description.mass.inertia_kgm2, rel=1e-4, abs=1e-6 * mass_kg)
+def test_pybullet_has_the_mass_and_the_inertia_of_the_description(name, generated, tmp_path):
+    description = describe(generated(RECIPES[name]))
+    whole = merged(masses_in_pybullet(tmp_path / 'physics.urdf', physics_urdf(description, nominal(description))))
+    expected = description.mass
+    assert whole.mass_kg == pytest.approx(expected.mass_kg)
+    assert whole.com_m == pytest.approx(expected.com_m, abs=1e-6)
+    assert whole.inertia_kgm2 == pytest.approx(expected.inertia_kgm2, rel=1e-4, abs=1e-6 * whole.mass_kg)
 
 
-def test_errors_of_the_wheels_change_the_wheels_and_keep_them_on_the_floor(describe_recipe):
-    description = describe_recipe(Recipe(root_height_m=0.033))
+def test_errors_of_the_wheels_change_the_wheels_and_keep_them_on_the_floor(generated):
+    description = describe(generated(root_height_m=0.033))
     robot = ElementTree.fromstring(physics_urdf(description, TrueWheels(0.034, 0.031, 0.17)))
     for link, joint, radius_m, y_m in (('left_wheel', LEFT, 0.034, 0.085), ('right_wheel', RIGHT, 0.031, -0.085)):
         assert float(robot.find(f"link[@name='{link}']//sphere").get('radius')) == radius_m
@@ -358,19 +295,17 @@ def test_errors_of_the_wheels_change_the_wheels_and_keep_them_on_the_floor(descr
         assert place_m == pytest.approx([0.0, y_m, radius_m - 0.033])
 
 
-def test_a_light_body_between_heavy_wheels_keeps_an_inertia_that_a_body_can_have(describe_recipe):
+def test_a_light_body_between_heavy_wheels_keeps_an_inertia_that_a_body_can_have(generated):
     """What is left of the robot's inertia without the simulated wheels' would be negative."""
-    recipe = Recipe(
-        body_m=(0.02, 0.02, 0.02), body_x_m=0.0, com_m=(0.0, 0.0, 0.02), separation_m=0.5, has_inertia=False
-    )
-    description = describe_recipe(recipe)
+    small = {'body_m': (0.02, 0.02, 0.02), 'body_x_m': 0.0, 'com_m': (0.0, 0.0, 0.02)}
+    description = describe(generated(separation_m=0.5, has_inertia=False, **small))
     inertia = ElementTree.fromstring(physics_urdf(description, nominal(description))).find('link/inertial/inertia')
     xx, yy, zz = sorted(float(inertia.get(key)) for key in ('ixx', 'iyy', 'izz'))
     assert 0 < xx and zz <= xx + yy
 
 
-def test_wheels_are_obstacles_as_wide_as_the_footprint(describe_recipe):
-    description = describe_recipe(Recipe(body_m=(0.14, 0.1, 0.14)))
+def test_wheels_are_obstacles_as_wide_as_the_footprint(generated):
+    description = describe(generated(body_m=(0.14, 0.1, 0.14)))
     robot = ElementTree.fromstring(physics_urdf(description, nominal(description)))
     cylinders = robot.findall("link[@name='body']/collision/geometry/cylinder/../..")
     assert len(cylinders) == 2
@@ -381,13 +316,7 @@ def test_wheels_are_obstacles_as_wide_as_the_footprint(describe_recipe):
         assert float(cylinder.find('origin').get('rpy').split()[0]) == pytest.approx(math.pi / 2)
 
 
-ALTO_URDF = expand(RobotSource(ROOT / 'urdf' / 'alto.urdf.xacro'))
-BARE_FRAME = """<link name="frame"/>
-  <joint name="frame" type="fixed"><parent link="hull"/><child link="frame"/></joint>"""
-
-
-def test_alto_is_sound():
-    assert sound_wheels(parse_urdf(ALTO_URDF, 'alto'), *JOINTS) == pytest.approx((0.1, 0.1, 0.4))
+BARE_FRAME = '<link name="frame"/><joint name="frame" type="fixed"><parent link="hull"/><child link="frame"/></joint>'
 
 
 @pytest.mark.parametrize(
@@ -405,19 +334,14 @@ def test_alto_is_sound():
         ('joint name="laser_joint" type="fixed"', 'joint name="laser_joint" type="continuous"'),
         ('<box size="0.5 0.6 0.99"/>', '<mesh filename="body.stl"/>'),
     ],
-)  # fmt: skip
+)
 def test_what_is_not_right_in_it_makes_a_urdf_unsound(old, new):
-    urdf = ALTO_URDF.replace('0.043000000000000003', '0.043')
+    urdf = expand(ALTO).replace('0.043000000000000003', '0.043')
     assert old in urdf
+    assert sound_wheels(parse_urdf(urdf, 'alto'), *JOINTS) == pytest.approx((0.1, 0.1, 0.4))
     assert sound_wheels(parse_urdf(urdf.replace(old, new), 'alto'), *JOINTS) is None
 
 
 @pytest.mark.parametrize('name', list(RECIPES))
 def test_robots_as_people_write_them_are_not_sound(name, tmp_path):
     assert sound_wheels(parse_urdf(urdf_of(RECIPES[name], tmp_path), 'robot'), LEFT, RIGHT) is None
-
-
-def test_all_else_stays(find):
-    robot = ElementTree.fromstring(self_contained_urdf(URDF, 'my.urdf', find))
-    assert robot.find('link/visual/geometry/mesh').get('filename') == 'package://p/seen.dae'
-    assert robot.find('gazebo/plugin/x').text == '1'
