@@ -7,7 +7,7 @@ import numpy as np
 
 from diff_encoder_sim.base.xml_values import rotation_from_rpy
 from diff_encoder_sim.robots.description import Joint, Link, RobotTree
-from diff_encoder_sim.robots.solids import MassProperties, Mesh, Shape
+from diff_encoder_sim.robots.solids import MassProperties, Mesh, Shape, pose_at
 
 # Corners of a cube of edge 2 around the origin, and its twelve triangles.
 CUBE_CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
@@ -18,10 +18,7 @@ CUBE_TRIANGLES = np.array(
 
 
 def pose(xyz_m=(0, 0, 0), rpy_rad=(0, 0, 0)):
-    matrix = np.eye(4)
-    matrix[:3, :3] = rotation_from_rpy(*rpy_rad)
-    matrix[:3, 3] = xyz_m
-    return matrix
+    return pose_at(xyz_m, rotation_from_rpy(*rpy_rad))
 
 
 def shape(geometry, xyz_m=(0, 0, 0), rpy_rad=(0, 0, 0)):
@@ -38,10 +35,7 @@ def random_rotation(rng):
 
 
 def random_pose(rng):
-    matrix = np.eye(4)
-    matrix[:3, :3] = random_rotation(rng)
-    matrix[:3, 3] = rng.normal(size=3)
-    return matrix
+    return pose_at(rng.normal(size=3), random_rotation(rng))
 
 
 def link(name, inertial=None, collisions=(), visuals=()):
@@ -49,9 +43,7 @@ def link(name, inertial=None, collisions=(), visuals=()):
 
 
 def inertial(mass_kg, inertia_kgm2, com_m=(0, 0, 0)):
-    return MassProperties(
-        mass_kg, np.array(com_m, float), np.asarray(inertia_kgm2, float) * np.ones((3, 3)) * np.eye(3)
-    )
+    return MassProperties(mass_kg, np.array(com_m, float), np.asarray(inertia_kgm2, float) * np.eye(3))
 
 
 def joint(parent, child, child_in_parent=None, kind='fixed'):
@@ -69,21 +61,14 @@ def tree(links, joints=()):
 
 def finder(folder):
     """Finds `package://any/NAME` in a folder, as package_search does."""
-
-    def find(uri):
-        path = Path(folder) / uri.rsplit('/', 1)[-1]
-        return path if path.exists() else None
-
-    return find
+    return lambda uri: Path(folder) / uri.rsplit('/', 1)[-1]
 
 
 def write_text_stl(path, corners, triangles):
-    lines = ['solid part']
-    for triangle in triangles:
-        lines += [' facet normal 0 0 0', '  outer loop']
-        lines += ['   vertex ' + ' '.join(repr(float(value)) for value in corners[index]) for index in triangle]
-        lines += ['  endloop', ' endfacet']
-    path.write_text('\n'.join([*lines, 'endsolid part', '']))
+    facet = ' facet normal 0 0 0\n  outer loop\n   vertex {}\n   vertex {}\n   vertex {}\n  endloop\n endfacet\n'
+    texts = [' '.join(map(repr, corner)) for corner in corners.tolist()]
+    facets = ''.join(facet.format(*(texts[index] for index in triangle)) for triangle in triangles)
+    path.write_text(f'solid part\n{facets}endsolid part\n')
 
 
 def write_binary_stl(path, corners, triangles, header=b'made by a test'):
@@ -93,16 +78,14 @@ def write_binary_stl(path, corners, triangles, header=b'made by a test'):
 
 
 def write_obj(path, corners, triangles):
-    lines = ['v ' + ' '.join(repr(float(value)) for value in corner) for corner in corners]
-    lines += ['f ' + ' '.join(str(index + 1) for index in triangle) for triangle in triangles]
+    lines = [f'v {x!r} {y!r} {z!r}' for x, y, z in corners.tolist()]
+    lines += [f'f {a + 1} {b + 1} {c + 1}' for a, b, c in triangles.tolist()]
     path.write_text('mtllib missing.mtl\nusemtl none\n' + '\n'.join(lines) + '\n')
 
 
-def write_dae(path, corners, triangles, unit_m=1.0, up_axis='Z_UP', node='', instances=1):
+def write_dae(path, corners, triangles, unit_m=1.0, up_axis='Z_UP', node=''):
     """A scene that shows one part, `node` in its <node>: <translate>, <matrix> and the like."""
-    numbers = ' '.join(repr(float(value)) for value in np.ravel(corners))
-    indices = ' '.join(str(index) for index in np.ravel(triangles))
-    shown = f'<node id="n">{node}<instance_geometry url="#part"/></node>' * instances
+    numbers, indices = (' '.join(map(repr, np.ravel(values).tolist())) for values in (corners, triangles))
     path.write_text(f"""<?xml version="1.0" encoding="utf-8"?>
 <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
   <asset><created>2024-01-01T00:00:00</created><modified>2024-01-01T00:00:00</modified>
@@ -116,7 +99,8 @@ def write_dae(path, corners, triangles, unit_m=1.0, up_axis='Z_UP', node='', ins
     <triangles count="{len(triangles)}"><input semantic="VERTEX" source="#corners" offset="0"/>
       <p>{indices}</p></triangles>
   </mesh></geometry></library_geometries>
-  <library_visual_scenes><visual_scene id="scene">{shown}</visual_scene></library_visual_scenes>
+  <library_visual_scenes><visual_scene id="scene">
+    <node id="n">{node}<instance_geometry url="#part"/></node></visual_scene></library_visual_scenes>
   <scene><instance_visual_scene url="#scene"/></scene>
 </COLLADA>
 """)

@@ -1,15 +1,18 @@
-"""What touches the floor next to the drive wheels, and the supports of the simulated robot."""
+"""What touches the floor next to the drive wheels, the supports of the simulated robot, and its outline."""
 
 import dataclasses
+import math
 
 import numpy as np
 import pytest
 
-from diff_encoder_sim.robots.contacts import support_balls
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.robots.contacts import footprint_outline, support_balls
 from diff_encoder_sim.robots.describing import describe
 from diff_encoder_sim.robots.description import GroundContact, RobotSource
+from diff_encoder_sim.robots.solids import Box, Cylinder, Shape, Sphere, reach_m
 from generated_robots import Recipe, urdf_of
-from robot_parts import finder, write_binary_stl
+from robot_parts import finder, random_pose, shape, write_binary_stl
 from urdf_texts import ball, base, box, described, joint, link, pair, robot, sphere, usual, wheel
 
 FLOOR_Z_M = -0.033
@@ -74,41 +77,28 @@ def description(tmp_path):
     return describe(RobotSource(path))
 
 
-def lean(description, com_x_m, contacts_m, com_y_m=0.0):
-    """The front and the rear ball's lowest points, above the floor."""
-    contacts = tuple(GroundContact('c', (x, y, z + FLOOR_Z_M)) for x, y, z in contacts_m)
-    mass = description.mass._replace(com_m=np.array([com_x_m, com_y_m, 0.0]))
-    balls = support_balls(dataclasses.replace(description, contacts=contacts, mass=mass))
-    return [ball.pose_in_link[:3, 3] - (0.0, 0.0, ball.geometry.radius_m + FLOOR_Z_M) for ball in balls]
-
-
-def test_the_side_of_the_centre_of_mass_touches_and_the_other_hangs_clear(description):
-    contacts_m = [(0.12, 0.01, 0.0), (-0.08, -0.01, 0.0)]
-    for com_x_m, expected_m in ((0.03, (0.0, 0.0001)), (0.01, (0.0001, 0.0))):
-        front, rear = lean(description, com_x_m, contacts_m)
-        assert front == pytest.approx([0.12, 0.01, expected_m[0]])
-        assert rear == pytest.approx([-0.08, -0.01, expected_m[1]])
-
-
 @pytest.mark.parametrize(
-    ('contacts_m', 'com_y_m', 'front_m'),
+    ('com_m', 'contacts_m', 'front_m', 'rear_m'),
     [
+        # The side of the centre of mass touches, the other hangs clear.
+        ((0.03, 0), [(0.12, 0.01, 0), (-0.08, -0.01, 0)], (0.12, 0.01, 0), (-0.08, -0.01, 0.0001)),
+        ((0.01, 0), [(0.12, 0.01, 0), (-0.08, -0.01, 0)], (0.12, 0.01, 0.0001), (-0.08, -0.01, 0)),
         # Of several contacts the lowest carries, and of those the outermost.
-        ([(0.1, 0.0, 0.0), (0.15, 0.0, 0.0), (0.3, 0.0, 0.004)], 0.0, (0.15, 0.0, 0.0)),
+        ((0.05, 0), [(0.1, 0, 0), (0.15, 0, 0), (0.3, 0, 0.004)], (0.15, 0, 0), None),
         # Casters side by side share the load below the centre of mass.
-        ([(0.1, 0.05, 0.0), (0.1, -0.05, 0.0)], 0.01, (0.1, 0.01, 0.0)),
-        ([(0.1, 0.05, 0.0), (0.1, -0.05, 0.0)], -0.2, (0.1, -0.05, 0.0)),
+        ((0.05, 0.01), [(0.1, 0.05, 0), (0.1, -0.05, 0)], (0.1, 0.01, 0), None),
+        ((0.05, -0.2), [(0.1, 0.05, 0), (0.1, -0.05, 0)], (0.1, -0.05, 0), None),
+        # A side without contacts leans on the end of the footprint.
+        ((0.01, 0), [], (0.053, 0, 0.000033), (-0.1, 0, 0)),
     ],
 )
-def test_of_several_contacts_the_load_decides(description, contacts_m, com_y_m, front_m):
-    assert lean(description, 0.05, contacts_m, com_y_m)[0] == pytest.approx(front_m)
-
-
-def test_a_side_without_contacts_leans_on_the_end_of_the_footprint(description):
-    front, rear = lean(description, 0.01, [])
-    x_m = [x for x, _ in description.footprint]
-    assert front[0] == pytest.approx(max(*x_m, 0.053)) and rear[0] == pytest.approx(min(x_m))
-    assert rear[2] == pytest.approx(0.0)
+def test_where_the_robot_leans(description, com_m, contacts_m, front_m, rear_m):
+    contacts = tuple(GroundContact('c', (x, y, z + FLOOR_Z_M)) for x, y, z in contacts_m)
+    mass = description.mass._replace(com_m=np.array([*com_m, 0.0]))
+    balls = support_balls(dataclasses.replace(description, contacts=contacts, mass=mass))
+    front, rear = (ball.pose_in_link[:3, 3] - (0.0, 0.0, ball.geometry.radius_m + FLOOR_Z_M) for ball in balls)
+    assert front == pytest.approx(front_m, abs=1e-6)
+    assert rear_m is None or rear == pytest.approx(rear_m, abs=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -131,3 +121,64 @@ def test_a_robot_that_does_not_stand_on_its_wheels_and_a_caster_is_a_warning(par
     *warnings, no_laser = described(robot(base(com_x_m=com_x_m), pair(), *parts)).warnings
     assert 'no laser' in no_laser and len(warnings) == (expected is not None)
     assert expected is None or expected in warnings[0]
+
+
+WHEEL = Cylinder(0.033, 0.02)
+BODY = shape(Box((0.3, 0.2, 0.1)), (0, 0, 0.1))
+ON_ITS_RIM = (math.pi / 2, 0, 0)
+WHEELS = [shape(WHEEL, (0, y_m, 0), ON_ITS_RIM) for y_m in (0.12, -0.12)]
+
+
+def outline_of(*shapes, floor_z_m=-10.0):
+    return footprint_outline(shapes, floor_z_m, 'my.urdf')
+
+
+def mirrored(*corners):
+    return sorted({(sign * x, side * y) for x, y in corners for sign in (1, -1) for side in (1, -1)})
+
+
+@pytest.mark.parametrize(
+    ('shapes', 'corners'),
+    [
+        ([shape(Box((0.3, 0.2, 0.1)), (0.05, 0, 0))], [(-0.1, -0.1), (-0.1, 0.1), (0.2, -0.1), (0.2, 0.1)]),
+        ([BODY, *WHEELS], mirrored((0.15, 0.1), (0.033, 0.13))),
+        ([shape(Box((0.3, 0.1, 0.2)), rpy_rad=(1.57, 0, 0))], mirrored((0.15, 0.1))),  # a rounded angle
+        ([BODY, shape(Box((9, 9, 0.1)), (0, 0, -10.06))], mirrored((0.15, 0.1))),  # below the floor
+    ],
+)
+def test_corners_of_boxes_and_wheels(shapes, corners):
+    assert sorted(outline_of(*shapes)) == corners
+
+
+def test_a_round_robot_has_16_corners_less_than_2_percent_farther_out():
+    outline = np.array(outline_of(shape(Cylinder(0.18, 0.1))))
+    assert len(outline) == 16
+    assert np.hypot(*outline.T).max() < 1.02 * 0.18 + 0.001
+    assert set(map(tuple, outline)) == {(x, -y) for x, y in outline} == {(-x, y) for x, y in outline}
+
+
+def test_a_robot_without_shapes_is_one_line():
+    with pytest.raises(ConfigError, match='^my.urdf: given no collision shape above the floor; allowed: [^\n]*$'):
+        outline_of(shape(Sphere(0.1)), floor_z_m=0.2)
+
+
+def test_random_robots_are_held_by_few_corners_close_to_them():
+    rng = np.random.default_rng(10)
+    for _ in range(30):
+        shapes = [
+            Shape(make(*rng.uniform(0.02, 0.4, 3)), random_pose(rng))
+            for make in (lambda *size: Box(size), lambda r, h, _: Cylinder(r, h), lambda r, _, __: Sphere(r))
+            for _ in range(rng.integers(0, 4))
+        ] or [shape(WHEEL)]
+        corners_m = np.array(outline_of(*shapes))
+        assert 3 <= len(corners_m) <= 16
+        sides_m = np.roll(corners_m, -1, axis=0) - corners_m
+        after_m = np.roll(sides_m, -1, axis=0)
+        assert (sides_m[:, 0] * after_m[:, 1] > sides_m[:, 1] * after_m[:, 0]).all()  # turns left
+        normals = np.stack([sides_m[:, 1], -sides_m[:, 0], np.zeros(len(sides_m))], axis=1)
+        normals /= np.linalg.norm(normals, axis=1)[:, None]
+        assert all(reach_m(shapes, out) - out[:2] @ corner <= 1.0001e-4 for out, corner in zip(normals, corners_m))
+        for bearing_rad in rng.uniform(0, 2 * math.pi, 20):
+            direction = np.array([math.cos(bearing_rad), math.sin(bearing_rad), 0])
+            reach = (corners_m @ direction[:2]).max()
+            assert reach < reach_m(shapes, direction) + 0.06 * np.ptp(corners_m, axis=0).max()

@@ -159,12 +159,7 @@ def test_a_sound_inertia_a_small_one_and_that_of_a_rounded_plate_stay(inertia):
         (0.0, 1.0, BODY, 'an inertia that is not positive, .*: base .principal moments '),
         (np.diag([0.01, 0.01, -0.01]), 1.0, BODY, 'an inertia that is not positive'),
         (np.diag([0.001, 0.001, 0.01]), 1.0, BODY, 'an inertia of no body'),
-        (
-            1.0,
-            0.02,
-            WHEEL,
-            'larger than its shapes, .*: base .1 kg m.2 of 0.02 kg: .* of 7071 mm, shapes within 408 mm',
-        ),
+        (1.0, 0.02, WHEEL, 'larger than its shapes, .*: base .1 kg m.2 of 0.02 kg: .* of 7071 mm, .* within 408 mm'),
     ],
 )
 def test_an_inertia_that_no_body_has_is_named_and_replaced(inertia, mass_kg, part, fault):

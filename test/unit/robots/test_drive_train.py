@@ -16,49 +16,47 @@ def drive(**sizes):
     return plugin('libdiff_drive.so', leftJoint='left_wheel_joint', rightJoint='right_wheel_joint', **sizes)
 
 
+OTHER_WHEELS = plugin('libdiff.so', leftJoint='a_joint', rightJoint='b_joint', wheelDiameter=0.11)
+GIVEN = {'wheel_diameter': 0.11, 'wheel_separation': 0.31}
+SHAPE, MIDDLES = ('0.1', 'collision cylinder'), ('0.3', 'middles of the wheels')
+
+
 @pytest.mark.parametrize(
     ('parts', 'choices', 'diameter', 'separation', 'warning'),
     [
-        ((), {}, ('0.1', 'collision cylinder'), ('0.3', 'middles of the wheels'), ''),
-        ((drive(wheelDiameter=0.098),), {}, ('0.098', 'libdiff_drive.so'), None, '0.098 m is used'),
-        ((drive(wheelDiameter=0.05),), {}, ('0.1', 'collision cylinder'), None, '0.1 m is used'),  # a radius
-        ((drive(wheelSeparation=0.33),), {}, None, ('0.3', 'middles of the wheels'), 'which is used'),
-        (
-            (drive(wheelDiameter=0.1),),
-            {'wheel_diameter': 0.11, 'wheel_separation': 0.31},
-            ('0.11', 'given'),
-            ('0.31', 'given'),
-            'would tip',
-        ),
-        (
-            (
-                pair(x_m=-0.2, names=('a', 'b')),
-                plugin('libdiff.so', leftJoint='a_joint', rightJoint='b_joint', wheelDiameter=0.11),
-            ),
-            CHOSEN,
-            ('0.1', 'collision cylinder'),  # the plugin is of other wheels
-            None,
-            'slide without friction',
-        ),
+        ((), {}, SHAPE, MIDDLES, ''),
+        ((drive(wheelDiameter=0.098),), {}, ('0.098', 'libdiff_drive.so'), MIDDLES, '0.098 m is used'),
+        ((drive(wheelDiameter=0.05),), {}, SHAPE, MIDDLES, '0.1 m is used'),  # a radius
+        ((drive(wheelSeparation=0.33),), {}, SHAPE, MIDDLES, 'which is used'),
+        ((drive(wheelDiameter=0.1),), GIVEN, ('0.11', 'given'), ('0.31', 'given'), 'would tip'),
+        ((pair(x_m=-0.2, names=('a', 'b')), OTHER_WHEELS), CHOSEN, SHAPE, MIDDLES, 'slide without friction'),
     ],
 )
 def test_sizes_their_sources_and_disagreements(parts, choices, diameter, separation, warning):
     description = described(usual(*parts), **choices)
-    assert diameter in (None, found(description, 'wheel diameter [m]'))
-    assert separation in (None, found(description, 'wheel separation [m]'))
+    assert diameter == found(description, 'wheel diameter [m]')
+    assert separation == found(description, 'wheel separation [m]')
     apart_m = description.left.centre_m[1] - description.right.centre_m[1]
     assert description.wheel_separation_m == pytest.approx(apart_m)
     assert warning in ' '.join(description.warnings[:-1]) and bool(description.warnings[:-1]) == bool(warning)
 
 
-def test_wheels_of_two_sizes_get_the_mean_and_a_warning():
-    left, right = (
-        wheel(name, y_m=y_m, radius_m=radius_m, z_m=0.0352)
-        for name, y_m, radius_m in (('left', 0.15, 0.0352), ('right', -0.15, 0.035))
-    )
-    description = described(robot(base(), left, right, ball('caster', 0.1)))
-    assert description.wheel_diameter_m == pytest.approx(0.0702)
-    assert 'diameters 0.0704 m (left) and 0.07 m (right)' in description.warnings[0]
+TWO_SIZES = wheel('left', y_m=0.15, radius_m=0.0352, z_m=0.0352) + wheel('right', y_m=-0.15, radius_m=0.035, z_m=0.0352)
+ASIDE = wheel('left_wheel', y_m=0.16) + wheel('right_wheel', y_m=-0.14)
+
+
+@pytest.mark.parametrize(
+    ('text', 'diameter_m', 'expected'),
+    [
+        (robot(base(), TWO_SIZES, ball('ball', 0.1)), 0.0702, 'diameters 0.0704 m (left) and 0.07 m (right)'),
+        (robot(base(body=box(300, 200, 100)), pair(50.0, 300.0)), 100.0, 'wheels of 100 m: a URDF is'),
+        (robot(base(), ASIDE, ball('ball', 0.1)), 0.1, "the wheels' middle is 10.0 mm to the left of the base frame's"),
+    ],
+)
+def test_wheels_of_two_sizes_in_millimetres_or_aside_are_warnings(text, diameter_m, expected):
+    description = described(text)
+    assert description.wheel_diameter_m == pytest.approx(diameter_m)
+    assert any(expected in warning for warning in description.warnings)
 
 
 def test_the_separation_is_that_of_the_tyres_and_not_of_the_joints():
@@ -90,20 +88,6 @@ def test_wheels_without_a_round_shape_need_a_diameter():
     assert described(robot(*parts), wheel_diameter=0.1, **CHOSEN).wheel_diameter_m == 0.1
     with pytest.raises(ConfigError, match="wheels 'left_wheel' and 'right_wheel' without a round shape; allowed: "):
         described(robot(*parts), **CHOSEN)
-
-
-@pytest.mark.parametrize(
-    ('text', 'expected'),
-    [
-        (robot(base(body=box(300, 200, 100)), pair(radius_m=50.0, separation_m=300.0)), 'wheels of 100 m: a URDF is'),
-        (
-            robot(base(), wheel('left_wheel', y_m=0.16), wheel('right_wheel', y_m=-0.14), ball('ball', 0.1)),
-            "the wheels' middle is 10.0 mm to the left of the base frame's x axis",
-        ),
-    ],
-)
-def test_millimetres_and_wheels_beside_the_base_frames_axis_are_warnings(text, expected):
-    assert any(expected in warning for warning in described(text).warnings)
 
 
 WEIGHT_N = (2.0 + 0.2) * 9.81
