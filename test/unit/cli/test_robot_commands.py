@@ -14,31 +14,16 @@ from diff_encoder_sim.trials.robot_params import load_robot
 from places import ROOT
 from trial_bags import trial, write_bag
 
-KOBUKI = ROOT / 'urdf' / 'kobuki.urdf.xacro'
+ALTO, KOBUKI = (ROOT / 'urdf' / f'{name}.urdf.xacro' for name in ('alto', 'kobuki'))
 
 
-def test_what_is_found_and_checked_is_printed_with_a_verdict(capsys):
-    check([str(KOBUKI)])
+def test_a_robot_is_checked_and_the_written_file_means_the_same_robot(tmp_path, capsys):
+    path = tmp_path / 'robots' / 'mine.yaml'
+    check([str(KOBUKI), '--write', str(path)])
     out = capsys.readouterr().out
     assert 'wheel diameter [m]' in out and 'libgazebo_ros_diff_drive.so' in out
     assert 'straight, forward' in out and 'NOT OK' not in out
-    assert out.splitlines()[-1] == 'kobuki: all checks are ok.'
-
-
-def test_a_robot_that_fails_ends_with_status_1_and_what_to_do(tmp_path, capsys):
-    weak = tmp_path / 'weak.yaml'
-    weak.write_text(yaml.safe_dump({'urdf': str(KOBUKI), 'set': {'simulator.drive.wheel_torque': 0.001}}))
-    with pytest.raises(SystemExit) as ended:
-        check([str(weak)])
-    assert 'weak.yaml: the robot fails its self-check: ' in str(ended.value.code)
-    out = capsys.readouterr().out
-    assert 'NOT OK' in out and 'a higher simulator.drive.wheel_torque' in out
-
-
-def test_the_written_file_means_the_same_robot(tmp_path, capsys):
-    path = tmp_path / 'robots' / 'mine.yaml'
-    check([str(KOBUKI), '--write', str(path)])
-    assert f'Written: {path}' in capsys.readouterr().out
+    assert 'kobuki: all checks are ok.' in out and f'Written: {path}' in out
     written, found = (load_robot(str(each), tmp_path, ROOT, {}) for each in (path, KOBUKI))
     assert written.settings == found.settings
     assert written.description.left == found.description.left and written.description.right == found.description.right
@@ -48,13 +33,24 @@ def test_the_written_file_means_the_same_robot(tmp_path, capsys):
     assert re.search(r'amcl.laser_max_range: 3.5 +# \[m\]\n', text)
     assert '# ppr: 90 ' in text and '# [m] libgazebo_ros_diff_drive.so' in text
     assert not any(line != line.rstrip() for line in text.splitlines())
+    with pytest.raises(SystemExit, match='--write: .*mine.yaml exists; allowed: the path of a new file'):
+        check([str(KOBUKI), '--write', str(path)])
+    assert path.read_text() == text
+
+
+def test_a_robot_that_fails_ends_with_status_1_and_what_to_do(tmp_path, capsys):
+    weak = tmp_path / 'weak.yaml'
+    weak.write_text(yaml.safe_dump({'urdf': str(KOBUKI), 'set': {'simulator.drive.wheel_torque': 0.001}}))
+    with pytest.raises(SystemExit, match='weak.yaml: the robot fails its self-check: '):
+        check([str(weak)])
+    out = capsys.readouterr().out
+    assert 'NOT OK' in out and 'a higher simulator.drive.wheel_torque' in out
 
 
 def test_a_robot_without_a_laser_gets_one_from_its_robot_file(tmp_path, capsys):
     blind, path = tmp_path / 'blind.urdf', tmp_path / 'blind.yaml'
-    urdf = expand(RobotSource(KOBUKI))
-    blind.write_text(urdf.replace('"laser"', '"box"'))
-    blind.write_text(re.sub(r'<sensor.*?</sensor>', '', blind.read_text(), flags=re.DOTALL))
+    urdf = expand(RobotSource(KOBUKI)).replace('"laser"', '"box"')
+    blind.write_text(re.sub(r'<sensor.*?</sensor>', '', urdf, flags=re.DOTALL))
     check([str(blind), '--write', str(path)])
     out = capsys.readouterr().out
     assert 'straight, forward' in out and 'all checks are ok' in out
@@ -67,37 +63,12 @@ def test_a_robot_without_a_laser_gets_one_from_its_robot_file(tmp_path, capsys):
     assert 'all checks are ok' in capsys.readouterr().out
 
 
-def test_a_file_that_exists_is_not_overwritten(tmp_path):
-    path = tmp_path / 'mine.yaml'
-    path.write_text('mine')
-    with pytest.raises(SystemExit, match='--write: .*mine.yaml exists; allowed: the path of a new file'):
-        check([str(KOBUKI), '--write', str(path)])
-    assert path.read_text() == 'mine'
-
-
 def test_a_robot_file_keeps_what_its_user_knows(tmp_path):
     path = tmp_path / 'copy.yaml'
     check(['kobuki', '--write', str(path)])
     content = yaml.safe_load(path.read_text())
     assert content['ppr'] == pytest.approx(2578.333, abs=1e-3)
     assert content['set']['config.counter_modulus'] == 65536
-
-
-@pytest.mark.parametrize(
-    ('arguments', 'expected'),
-    [
-        (['nobody'], "given 'nobody', but there is no"),
-        ([str(KOBUKI), '--robot-arg', 'size'], "--robot-arg: given 'size'; allowed: name:=value"),
-        ([str(KOBUKI), '--packages', '/nowhere'], "packages: given '/nowhere'"),
-    ],
-)
-def test_mistakes_are_one_line(arguments, expected):
-    with pytest.raises(SystemExit) as ended:
-        check(arguments)
-    assert expected in str(ended.value.code) and '\n' not in str(ended.value.code)
-
-
-ALTO = ROOT / 'urdf' / 'alto.urdf.xacro'
 
 
 @pytest.fixture(name='settings')
@@ -109,74 +80,50 @@ def fixture_settings(capsys):
     return settings
 
 
-@pytest.fixture(name='failure')
-def fixture_failure():
-    def failure(*arguments):
-        with pytest.raises(SystemExit) as ended:
-            main([str(argument) for argument in arguments])
-        assert '\n' not in str(ended.value.code)
-        return str(ended.value.code)
-
-    return failure
-
-
 def robot_file(folder, **overrides):
     path = folder / 'mine.yaml'
-    content = {
-        'urdf': str(ALTO),
-        'ppr': 360,
-        'set': {key.replace('__', '.'): value for key, value in overrides.items()},
-    }
+    content = {'urdf': str(ALTO), 'ppr': 360, 'set': {k.replace('__', '.'): value for k, value in overrides.items()}}
     path.write_text(yaml.safe_dump(content))
     return path
 
 
-def config_with(folder, name='config', **changes):
-    """A copy of a file of config/ with other values."""
-    path = folder / f'my_{name}.yaml'
-    content = yaml.safe_load((ROOT / 'config' / f'{name}.yaml').read_text())
+def config_with(folder, **changes):
+    """A copy of config/config.yaml with other values."""
+    path = folder / 'my_config.yaml'
+    content = yaml.safe_load((ROOT / 'config' / 'config.yaml').read_text())
     path.write_text(yaml.safe_dump({**content, **changes}))
     return path
 
 
 def test_a_robot_by_name_has_its_own_wheels_frames_and_model(settings):
     burger = settings('burger')
-    assert burger['config']['left_joint'] == burger['simulator']['left_joint'] == 'wheel_left_joint'
-    assert burger['config']['wheel_diameter'] == 0.066 and burger['config']['ppr'] == 4096
-    base = burger['config']['base_frame']
-    assert (
-        base == burger['amcl']['base_frame_id'] == burger['slam']['base_frame'] == burger['global_pose']['base_frame']
-    )
+    config, navigation = burger['config'], burger['navigation']
+    assert config['left_joint'] == burger['simulator']['left_joint'] == 'wheel_left_joint'
+    assert (config['wheel_diameter'], config['ppr']) == (0.066, 4096)
+    frames = [burger['amcl']['base_frame_id'], burger['slam']['base_frame'], burger['global_pose']['base_frame']]
+    assert frames == 3 * [config['base_frame']]
     assert burger['world_pose']['model'] == burger['ideal_odom']['model'] == 'burger'
-    assert burger['navigation']['local_costmap']['footprint'] == burger['navigation']['global_costmap']['footprint']
+    assert navigation['local_costmap']['footprint'] == navigation['global_costmap']['footprint']
 
 
-def test_a_robot_file_goes_before_its_urdf(settings, tmp_path):
-    mine = settings(robot_file(tmp_path, config__wheel_diameter=0.21))
-    assert (mine['config']['wheel_diameter'], mine['config']['wheel_separation']) == (0.21, 0.4)
-
-
-def test_a_launch_argument_goes_before_everything(settings, tmp_path):
+def test_a_launch_argument_goes_before_a_robot_file_and_that_before_its_urdf(settings, tmp_path):
+    mine = robot_file(tmp_path, simulator__lidar__noise=0.02, config__wheel_diameter=0.21)
     arguments = ['config.ppr:=40', 'simulator.lidar.noise:=0.07', 'config.left_joint:=']
-    given = ['--config', config_with(tmp_path, ppr=1024)]
-    mine = settings(robot_file(tmp_path, simulator__lidar__noise=0.02), *arguments, *given)
-    assert mine['config']['ppr'] == 40 and mine['simulator']['lidar']['noise'] == 0.07
-    assert mine['config']['left_joint'] == 'left_wheel_joint'
+    found = settings(mine, *arguments, '--config', config_with(tmp_path, ppr=1024))
+    assert found['config']['ppr'] == 40 and found['simulator']['lidar']['noise'] == 0.07
+    assert found['config']['left_joint'] == 'left_wheel_joint'
+    found = settings(mine)
+    assert (found['config']['wheel_diameter'], found['config']['wheel_separation']) == (0.21, 0.4)
 
 
 def test_what_a_users_yaml_file_changes_is_kept_and_said(tmp_path, capsys):
     """And what it only repeats from the package's file is the robot's: a whole copy makes nothing ALTO's."""
-    main(['burger', '--config', str(config_with(tmp_path, wheel_diameter=0.21, ppr=1024))])
+    main(['burger', '--config', str(config_with(tmp_path, wheel_diameter=0.21, ppr={'left': 40, 'right': 90}))])
     out, err = capsys.readouterr()
     burger = yaml.safe_load(out)['config']
     assert 'wheel_diameter' not in burger and 'ppr' not in burger  # the node's own, from the YAML file
     assert burger['left_joint'] == 'wheel_left_joint' and burger['wheel_separation'] == 0.16
     assert 'config.ppr: using ' in err and 'my_config.yaml, not 4096.0 of ' in err
-
-
-def test_a_ppr_for_each_wheel_in_a_users_file_is_kept(settings, tmp_path):
-    burger = settings('burger', '--config', config_with(tmp_path, ppr={'left': 40, 'right': 90}))
-    assert 'ppr' not in burger['config']
 
 
 def test_a_users_file_without_costmaps_gets_whole_ones(settings, tmp_path):
@@ -186,39 +133,36 @@ def test_a_users_file_without_costmaps_gets_whole_ones(settings, tmp_path):
     assert local['rolling_window'] is True and local['robot_base_frame'] != 'base_link'
 
 
-def test_numbers_above_32_bits_are_text(settings, tmp_path):
-    """XML-RPC has no larger ones."""
-    mine = settings(robot_file(tmp_path, config__counter_modulus=2**32))
-    assert mine['config']['counter_modulus'] == '4294967296'
-
-
 @pytest.mark.parametrize(
-    ('arguments', 'expected'),
+    ('command', 'arguments', 'expected'),
     [
-        (['burgr'], "given 'burgr', but there is no"),
-        (['alto', 'ppr'], "given 'ppr'; allowed: FILE.KEY:=VALUE"),
-        (['alto', 'config.ppr:=0'], 'ppr: given 0'),
-        (['alto', '--robot-args', 'speed'], "robot_args: given 'speed'; allowed: name:=value"),
-        (['alto', '--robot-args', 'lidar_nose:=1'], "argument 'lidar_nose' is not known"),
-        (['alto', '--config', '/nowhere.yaml'], '/nowhere.yaml: cannot be read'),
+        (check, ['nobody'], "given 'nobody', but there is no"),
+        (check, [str(KOBUKI), '--robot-arg', 'size'], "--robot-arg: given 'size'; allowed: name:=value"),
+        (check, [str(KOBUKI), '--packages', '/nowhere'], "packages: given '/nowhere'"),
+        (main, ['burgr'], "given 'burgr', but there is no"),
+        (main, ['alto', 'ppr'], "given 'ppr'; allowed: FILE.KEY:=VALUE"),
+        (main, ['alto', 'config.ppr:=0'], 'ppr: given 0'),
+        (main, ['alto', '--robot-args', 'speed'], "robot_args: given 'speed'; allowed: name:=value"),
+        (main, ['alto', '--robot-args', 'lidar_nose:=1'], "argument 'lidar_nose' is not known"),
+        (main, ['alto', '--config', '/nowhere.yaml'], '/nowhere.yaml: cannot be read'),
+        (main, {'config__wheel_diameter': -1.0}, 'wheel_diameter: given -1.0'),
+        (main, {'config__wheel_diametre': 0.2}, "unknown key; did you mean 'config.wheel_diameter'"),
     ],
 )
-def test_mistakes_in_settings_are_one_line(failure, arguments, expected):
-    assert expected in failure(*arguments)
-
-
-def test_a_bad_value_of_a_robot_file_is_named_with_it(failure, tmp_path):
-    text = failure(robot_file(tmp_path, config__wheel_diameter=-1.0))
-    assert 'mine.yaml: ' in text and 'wheel_diameter: given -1.0' in text
-    text = failure(robot_file(tmp_path, config__wheel_diametre=0.2))
-    assert "mine.yaml: set: config.wheel_diametre: unknown key; did you mean 'config.wheel_diameter'" in text
+def test_mistakes_are_one_line(tmp_path, command, arguments, expected):
+    """Those of a robot file are named with it."""
+    file = robot_file(tmp_path, **arguments) if isinstance(arguments, dict) else ''
+    with pytest.raises(SystemExit) as ended:
+        command([str(file)] if file else arguments)
+    text = str(ended.value.code)
+    assert expected in text and '\n' not in text and str(file) in text
 
 
 def test_arguments_of_the_xacro_reach_the_robot(settings):
     assert settings(ALTO, '--robot-args', 'lidar_noise:=0.25')['simulator']['lidar']['noise'] == 0.25
 
 
-@pytest.mark.parametrize(('given', 'seed'), [('3', 3), ('9000000000', '9000000000')])
+@pytest.mark.parametrize(('given', 'seed'), [('3', 3), ('9000000000', '9000000000')])  # XML-RPC has 32 bits
 def test_the_trials_number_is_the_seed_of_the_encoders_errors(settings, given, seed):
     assert settings('alto', f'config.seed:={given}')['config']['seed'] == seed
     assert 'seed' not in settings('alto', 'config.seed:=')['config']
@@ -242,35 +186,28 @@ def test_a_real_encoder_sets_all_that_the_parameter_server_can_hold(settings):
     assert None not in config['encoder'].values()
 
 
-def test_simulated_wheels_tell_the_covariance(settings, tmp_path):
+def test_the_covariance_is_that_of_simulated_wheels_of_a_real_robots_slip_or_of_the_users_file(settings, tmp_path):
     path = robot_file(tmp_path, simulator__wheel_errors__slip_noise=2.7e-8)
     config = settings(path, '--sim', 'pybullet')['config']
     assert (config['motion_noise'], config['curve_noise']) == (2.7e-8, CONTACT_CURVE_NOISE)
     assert settings('alto', '--sim', 'pybullet')['config']['motion_noise'] == 0.0
-
-
-def test_a_real_robot_has_the_slip_of_its_file_and_no_simulated_contact(settings, tmp_path):
-    path = robot_file(tmp_path, simulator__wheel_errors__slip_noise=2.7e-8)
     config = settings(path)['config']
     assert (config['motion_noise'], config['curve_noise'], config['distance_std']) == (2.7e-8, 0.0, 0.0)
-
-
-def test_a_default_that_hides_the_encoder_is_warned_of_once(capsys, tmp_path):
-    hidden = ["/odom's covariance hides the encoder"]
-    for arguments, expected in (
-        (['burger'], hidden),
-        (['alto', 'config.ppr:=40'], []),
-        (['burger', '--sim', 'pybullet'], []),
-        (['burger', 'config.motion_noise:=1.0e-6'], []),
-        ([str(robot_file(tmp_path, simulator__wheel_errors__slip_noise=2.7e-8))], []),
-    ):
-        main(arguments)
-        lines = capsys.readouterr().err.splitlines()
-        assert [line.split(': ')[1] for line in lines if 'hides' in line] == expected
-
-
-def test_a_users_file_goes_before_the_robots_slip(settings, tmp_path):
-    path = robot_file(tmp_path, simulator__wheel_errors__slip_noise=2.7e-8)
     mine = tmp_path / 'config.yaml'
     mine.write_text((ROOT / 'config' / 'config.yaml').read_text() + '\nmotion_noise: 3.0e-7\n')
     assert settings(path, '--config', mine)['config']['motion_noise'] == 3e-7
+
+
+def test_a_default_that_hides_the_encoder_is_warned_of_once(capsys, tmp_path):
+    for arguments, is_warned in (
+        (['burger'], True),
+        (['alto', 'config.ppr:=40'], False),
+        (['burger', '--sim', 'pybullet'], False),
+        (['burger', 'config.motion_noise:=1.0e-6'], False),
+        ([str(robot_file(tmp_path, simulator__wheel_errors__slip_noise=2.7e-8))], False),
+    ):
+        main(arguments)
+        hiding = [
+            line for line in capsys.readouterr().err.splitlines() if "/odom's covariance hides the encoder" in line
+        ]
+        assert len(hiding) == is_warned
