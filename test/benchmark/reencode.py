@@ -17,8 +17,13 @@ from bench import ROOT, package_environment, parser, print_header, print_table
 
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc
 from diff_encoder_sim.drives import topics
-from diff_encoder_sim.drives.pose_messages import encode_pose_stamped, encode_tf, encode_transform
-from diff_encoder_sim.drives.sensor_messages import encode_clock, encode_joint_state
+from diff_encoder_sim.drives.message_encoders import (
+    encode_clock,
+    encode_joint_state,
+    encode_pose_stamped,
+    encode_tf,
+    encode_transform,
+)
 from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.simulation.state import JointStates
 

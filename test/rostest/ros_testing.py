@@ -15,7 +15,7 @@ import rospy
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import LaserScan
 
-from diff_encoder_sim.drives.sensor_messages import encode_scan
+from diff_encoder_sim.drives.message_encoders import encode_scan
 
 TIMEOUT_S = 20.0
 NS_PER_S = 1000000000

@@ -6,15 +6,8 @@ import message_values as values
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives import topics
-from diff_encoder_sim.drives.pose_messages import (
+from diff_encoder_sim.drives.message_encoders import (
     ModelStatesEncoder,
-    encode_odometry,
-    encode_pose_stamped,
-    encode_pose_with_covariance,
-    encode_tf,
-    encode_transform,
-)
-from diff_encoder_sim.drives.sensor_messages import (
     SentGoal,
     encode_clock,
     encode_command,
@@ -23,9 +16,14 @@ from diff_encoder_sim.drives.sensor_messages import (
     encode_joint_state,
     encode_map,
     encode_map_metadata,
+    encode_odometry,
+    encode_pose_stamped,
+    encode_pose_with_covariance,
     encode_result,
     encode_scan,
     encode_string,
+    encode_tf,
+    encode_transform,
     encode_wheel_speeds,
 )
 from diff_encoder_sim.navigation.navigator_inputs import GoalStatus

@@ -19,9 +19,9 @@ from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag1.writer import WriteChunk
 
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.drives.message_encoders import LENGTH, with_seq
 from diff_encoder_sim.drives.topics import BagFormat, RecordedTopic
 from diff_encoder_sim.drives.typestore import definition, ros2_definition, to_cdr
-from diff_encoder_sim.drives.wire import LENGTH, with_seq
 
 SUFFIXES: Dict[BagFormat, str] = {'ros1': '.bag', 'mcap': '.mcap'}
 

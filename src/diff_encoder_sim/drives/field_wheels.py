@@ -16,11 +16,11 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.bag_source import BagSource
+from diff_encoder_sim.drives.message_decoders import TORN
 from diff_encoder_sim.drives.number_units import TICKS
 from diff_encoder_sim.drives.ros1_stream import Message
 from diff_encoder_sim.drives.topics import ARROW, ODOMETRY_TYPE, TF, TRANSFORMS_TYPE
 from diff_encoder_sim.drives.wheel_source import WheelSeries, WheelSource, WheelUnit
-from diff_encoder_sim.drives.wire import TORN
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 
 # By type: constants, and fields with their types, as rosbags has them.

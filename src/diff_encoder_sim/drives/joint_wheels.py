@@ -12,8 +12,8 @@ import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.drives.bag_source import BagSource
+from diff_encoder_sim.drives.message_decoders import JointDecoder
 from diff_encoder_sim.drives.ros1_stream import Message
-from diff_encoder_sim.drives.sensor_messages import JointDecoder
 from diff_encoder_sim.drives.topics import ENCODER_PULSE_TYPE, ENCODER_VELOCITY, JOINT_STATE_TYPE
 from diff_encoder_sim.drives.wheel_source import WheelSeries, WheelSource, angles_of_counts_rad, ascending_runs
 from diff_encoder_sim.wheels.counter import CounterSteps, Reading

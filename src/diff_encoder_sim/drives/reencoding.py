@@ -17,15 +17,16 @@ from diff_encoder_sim.base.se2 import Pose2D, PoseSeries
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.csv_wheels import DriveStream
-from diff_encoder_sim.drives.pose_messages import encode_odometry, encode_planar_tf
-from diff_encoder_sim.drives.reference import Reference
-from diff_encoder_sim.drives.ros1_stream import Message
-from diff_encoder_sim.drives.sensor_messages import (
-    decode_command,
+from diff_encoder_sim.drives.message_decoders import decode_command
+from diff_encoder_sim.drives.message_encoders import (
     encode_encoder_pulse,
+    encode_odometry,
+    encode_planar_tf,
     encode_string,
     encode_wheel_speeds,
 )
+from diff_encoder_sim.drives.reference import Reference
+from diff_encoder_sim.drives.ros1_stream import Message
 from diff_encoder_sim.drives.trajectory_error import (
     RPE_DISTANCES_M,
     Alignment,

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import contextlib
 from pathlib import Path
-from typing import Dict, Iterator, List, Optional, Tuple, Union
+from typing import Dict, Iterator, List, Optional, Union
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
-from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
+from diff_encoder_sim.base.se2 import IDENTITY
 from diff_encoder_sim.drives.bag_source import BagSource
-from diff_encoder_sim.drives.pose_messages import POSE_TYPES, PoseDecoder, StampedPose, decode_tf
+from diff_encoder_sim.drives.message_decoders import POSE_TYPES, PoseDecoder, StampedPose, decode_tf
 from diff_encoder_sim.drives.ros1_stream import Message
 from diff_encoder_sim.drives.topics import ARROW, TF, TF_STATIC, TRANSFORMS_TYPE, WORLD_POSE
 
-# A longer chain of frames goes in a circle.
+# A longer chain of frames is a circle.
 _LONGEST_CHAIN = 100
 
 
@@ -50,7 +50,7 @@ class FramePair:
         self._moving: Dict[str, StampedPose] = {}
 
     def poses(self, message: Message) -> Iterator[StampedPose]:
-        """Add a message of transforms to the ones before, and yield the poses that it leads to.
+        """Add the transforms of a message, and yield the poses that follow.
 
         Raises:
             InputFault: the message is torn, or a pose in it is not finite.
@@ -58,43 +58,31 @@ class FramePair:
         frames = self._fixed if message.topic == TF_STATIC else self._moving
         for transform in decode_tf(message.raw, self._is_cdr):
             frames[transform.child_frame] = transform
-            if frames is self._moving and transform.child_frame == self._lowest_moving():
-                pose = self._pose()
-                if pose is not None:
-                    yield StampedPose(transform.stamp_ns, pose, self._parent, self._child)
+            chain = [self._child]  # up to the parent
+            while chain[-1] != self._parent and len(chain) < _LONGEST_CHAIN:
+                above = self._fixed.get(chain[-1]) or self._moving.get(chain[-1])
+                if above is None:
+                    break
+                chain.append(above.parent_frame)
+            lowest_moving = next((frame for frame in chain if frame not in self._fixed), None)
+            if frames is self._moving and transform.child_frame == lowest_moving and chain[-1] == self._parent:
+                pose = IDENTITY
+                for frame in chain[:-1]:
+                    pose = (self._fixed.get(frame) or self._moving[frame]).pose.compose(pose)
+                yield StampedPose(transform.stamp_ns, pose, self._parent, self._child)
 
     @property
     def frames(self) -> List[str]:
-        """Return all frames of the transforms up to now."""
+        """Return all frames of the transforms so far."""
         transforms = [*self._fixed.values(), *self._moving.values()]
         return sorted({frame for each in transforms for frame in (each.parent_frame, each.child_frame)})
-
-    def _lowest_moving(self) -> str:
-        frame = self._child
-        for _ in range(_LONGEST_CHAIN):
-            if frame not in self._fixed:
-                break
-            frame = self._fixed[frame].parent_frame
-        return frame
-
-    def _pose(self) -> Optional[Pose2D]:
-        """Walk up the chain; None while it does not reach the parent."""
-        frame, pose = self._child, IDENTITY
-        for _ in range(_LONGEST_CHAIN):
-            if frame == self._parent:
-                return pose
-            transform = self._fixed.get(frame) or self._moving.get(frame)
-            if transform is None:
-                break
-            frame, pose = transform.parent_frame, transform.pose.compose(pose)
-        return None
 
 
 Reference = Union[PoseTopic, FramePair]
 
 
 def find_reference(path: Path, source: BagSource, given: str) -> Optional[Reference]:
-    """Choose the reference: as given, else /world_pose where the bag has it, else None.
+    """Choose the reference: as given, else /world_pose if the bag has it, else None.
 
     Args:
         path: of the bag, for error messages.
@@ -102,13 +90,12 @@ def find_reference(path: Path, source: BagSource, given: str) -> Optional[Refere
         given: a topic, or frames as 'map->base_link'; empty for the default.
 
     Raises:
-        ConfigError: what is given is not there, of another type, or has no pose.
+        ConfigError: the given topic or frame does not exist, is of another type, or has no pose.
     """
     if given:
         return find_poses(path, source, '--reference', given)
-    kind = source.topics.get(WORLD_POSE)
-    if kind in POSE_TYPES and _has_pose(source, PoseTopic(WORLD_POSE, kind, source.is_cdr)):
-        return PoseTopic(WORLD_POSE, kind, source.is_cdr)
+    with contextlib.suppress(ConfigError):
+        return find_poses(path, source, '--reference', WORLD_POSE)
     return None
 
 
@@ -122,7 +109,7 @@ def find_poses(path: Path, source: BagSource, option: str, given: str) -> Refere
         given: a topic, or frames as 'map->base_link'.
 
     Raises:
-        ConfigError: what is given is not there, of another type, or has no pose.
+        ConfigError: the given topic or frame does not exist, is of another type, or has no pose.
     """
     if ARROW in given:
         return _frame_pair(path, source, option, given)
@@ -132,36 +119,31 @@ def find_poses(path: Path, source: BagSource, option: str, given: str) -> Refere
         if _has_pose(source, PoseTopic(given, kind, source.is_cdr)):
             return PoseTopic(given, kind, source.is_cdr)
         found = 'without a pose that can be read'
-    allowed = ', '.join(_allowed(source)) or 'it has no poses'
-    raise ConfigError(f'{path}: {option}: given {given}, which is {found}; allowed: {allowed}')
+    allowed = sorted(topic for topic, kind in source.topics.items() if kind in POSE_TYPES)
+    if source.topics.get(TF) == TRANSFORMS_TYPE:
+        allowed.append(f'two frames of {TF} as map{ARROW}base_link')
+    listed = ', '.join(allowed) or 'it has no poses'
+    raise ConfigError(f'{path}: {option}: given {given}, which is {found}; allowed: {listed}')
+
+
+def _frame_pair(path: Path, source: BagSource, option: str, given: str) -> FramePair:
+    parent_frame, child_frame = (frame.strip(' /') for frame in given.split(ARROW, 1))
+    if not (parent_frame and child_frame) or parent_frame == child_frame:
+        raise ConfigError(f'{option}: given {given!r}; allowed: two frames, as map{ARROW}base_link')
+    if source.topics.get(TF) != TRANSFORMS_TYPE:
+        raise ConfigError(f'{path}: {option}: given {given}, but there is no {TF} of {TRANSFORMS_TYPE}')
+    tried = FramePair(parent_frame, child_frame, source.is_cdr)
+    if not _has_pose(source, tried):
+        listed = ', '.join(tried.frames) or f'{TF} has none'
+        allowed = f'two that moving transforms connect, the parent first, of {listed}'
+        raise ConfigError(f'{path}: {option}: given {given}, which leads to no pose; allowed: {allowed}')
+    return FramePair(parent_frame, child_frame, source.is_cdr)
 
 
 def _has_pose(source: BagSource, reference: Reference) -> bool:
-    """Return whether a reference leads to a pose; `reference` has learned the transforms up to it."""
+    """Return whether a reference leads to a pose; `reference` then has the transforms up to it."""
     for message in source.messages(reference.topics):
         with contextlib.suppress(InputFault):
             if any(True for _ in reference.poses(message)):
                 return True
     return False
-
-
-def _frame_pair(path: Path, source: BagSource, option: str, given: str) -> FramePair:
-    parent_frame, _, child_frame = given.partition(ARROW)
-    frames: Tuple[str, str] = (parent_frame.strip(' /'), child_frame.strip(' /'))
-    if not all(frames) or frames[0] == frames[1]:
-        raise ConfigError(f'{option}: given {given!r}; allowed: two frames, as map{ARROW}base_link')
-    if source.topics.get(TF) != TRANSFORMS_TYPE:
-        raise ConfigError(f'{path}: {option}: given {given}, but there is no {TF} of {TRANSFORMS_TYPE}')
-    tried = FramePair(*frames, source.is_cdr)
-    if not _has_pose(source, tried):
-        listed = ', '.join(tried.frames) or f'{TF} has none'
-        allowed = f'two that moving transforms connect, the parent first, of {listed}'
-        raise ConfigError(f'{path}: {option}: given {given}, which leads to no pose; allowed: {allowed}')
-    return FramePair(*frames, source.is_cdr)
-
-
-def _allowed(source: BagSource) -> Iterator[str]:
-    """List topics of poses, and frames where there are any."""
-    yield from sorted(topic for topic, kind in source.topics.items() if kind in POSE_TYPES)
-    if source.topics.get(TF) == TRANSFORMS_TYPE:
-        yield f'two frames of {TF} as map{ARROW}base_link'

@@ -9,8 +9,7 @@ from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.drives.bag_source import BagSource
-from diff_encoder_sim.drives.pose_messages import PoseDecoder, StampedPose, decode_tf
-from diff_encoder_sim.drives.sensor_messages import decode_scan
+from diff_encoder_sim.drives.message_decoders import PoseDecoder, StampedPose, decode_scan, decode_tf
 from diff_encoder_sim.drives.topics import LASER_SCAN_TYPE, ODOM, ODOMETRY_TYPE, SCAN, TF_STATIC, TRANSFORMS_TYPE
 
 

@@ -98,7 +98,7 @@ class RecordedTopic(NamedTuple):
 
 
 # One row for each topic of a trial's bag. trials/publications.py publishes its messages; their encoders are in
-# sensor_messages.py and pose_messages.py. Topics of the last lines are published with navigation only, /initialpose by
+# message_encoders.py. Topics of the last lines are published with navigation only, /initialpose by
 # people, and /encoder_velocity if the motor controller measures speeds.
 TOPICS = (
     RecordedTopic(TRIAL, STRING_TYPE, _TRIAL_NODES, is_latched=True),

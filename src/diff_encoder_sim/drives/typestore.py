@@ -11,7 +11,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.drives.wire import TORN
+from diff_encoder_sim.drives.message_decoders import TORN
 
 FOLDER = Path(__file__).parent / 'definitions'
 

@@ -22,7 +22,7 @@ from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.drives.pose_messages import encode_pose_array
+from diff_encoder_sim.drives.message_encoders import encode_pose_array
 from diff_encoder_sim.localization.amcl import Amcl, AmclEstimate, warm_up
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.particles import check_covariance, check_pose

@@ -15,7 +15,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw, yaw_from_quat_xyzw
-from diff_encoder_sim.drives.wire import QuatXyzw
+from diff_encoder_sim.drives.message_encoders import QuatXyzw
 
 if TYPE_CHECKING:
     from diff_encoder_sim.base.laser_scan import Scan

@@ -12,9 +12,9 @@ from geometry_msgs.msg import PoseStamped
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import MOST_AHEAD_S, check_stamp
-from diff_encoder_sim.drives.pose_messages import PoseDecoder
+from diff_encoder_sim.drives.message_decoders import PoseDecoder, encoded_stamp_ns
+from diff_encoder_sim.drives.message_encoders import with_seq
 from diff_encoder_sim.drives.topics import POSE_STAMPED_TYPE
-from diff_encoder_sim.drives.wire import encoded_stamp_ns, with_seq
 from diff_encoder_sim.ros.conversions import ns_from_stamp
 from diff_encoder_sim.ros.node import log, publisher, subscriber
 

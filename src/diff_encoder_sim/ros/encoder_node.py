@@ -6,7 +6,8 @@ from geometry_msgs.msg import Twist
 from sensor_msgs.msg import JointState
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.drives.sensor_messages import JointDecoder, encode_encoder_pulse, encode_wheel_speeds
+from diff_encoder_sim.drives.message_decoders import JointDecoder
+from diff_encoder_sim.drives.message_encoders import encode_encoder_pulse, encode_wheel_speeds
 from diff_encoder_sim.drives.topics import JOINT_STATE_TYPE
 from diff_encoder_sim.msg import EncoderPulse
 from diff_encoder_sim.ros.encoded_topics import EncodedPublisher, encoded_stamped_subscriber

@@ -20,7 +20,7 @@ from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
-from diff_encoder_sim.drives.pose_messages import ModelStateDecoder
+from diff_encoder_sim.drives.message_decoders import decode_model_state
 from diff_encoder_sim.drives.topics import MODEL_STATES_TYPE
 from diff_encoder_sim.drives.typestore import full_text
 from diff_encoder_sim.ros.conversions import ns_from_stamp, planar_pose
@@ -118,7 +118,6 @@ class ModelStateReader:
         self._clock_ns: Optional[int] = None
         self._waiting: Optional[bytes] = None
         self._restart()
-        self._decoder = ModelStateDecoder(params.model)
         listen_to_clock(self._on_clock)
         self._states = subscriber('/gazebo/model_states', encoded_class(ModelStates), self._on_states)
 
@@ -170,7 +169,7 @@ class ModelStateReader:
 
     def _report(self, stamp_ns: int, content: bytes) -> None:
         try:
-            state = self._decoder.decode(content)
+            state = decode_model_state(content, self._params.model)
             pose_in_world = planar_pose(*state.position_xyz_m[:2], state.quat_xyzw)
             velocity = PlanarVelocity(*state.linear_xyz_mps[:2], state.angular_xyz_radps[2])
             if not all(map(math.isfinite, velocity)):

@@ -12,7 +12,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.drives.sensor_messages import JointDecoder, JointValues, decode_wheel_speeds
+from diff_encoder_sim.drives.message_decoders import JointDecoder, JointValues, decode_wheel_speeds
 from diff_encoder_sim.drives.topics import ENCODER_PULSE_TYPE
 from diff_encoder_sim.msg import EncoderPulse
 from diff_encoder_sim.ros.encoded_topics import encoded_stamped_subscriber

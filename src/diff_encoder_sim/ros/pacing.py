@@ -11,7 +11,7 @@ from typing import Callable, Deque, Dict, List, Optional, Sequence, Tuple
 import rospy
 
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.drives.wire import encoded_stamp_ns
+from diff_encoder_sim.drives.message_decoders import encoded_stamp_ns
 from diff_encoder_sim.navigation.navigator_inputs import ControlRate
 from diff_encoder_sim.simulation.state import STATES_RATE_HZ, TICK_NS
 from diff_encoder_sim.wheels.sampling import BoundaryTimes

@@ -18,9 +18,8 @@ from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import Step, Timeline
 from diff_encoder_sim.drives import topics
-from diff_encoder_sim.drives.pose_messages import encode_pose_stamped
+from diff_encoder_sim.drives.message_encoders import encode_header, encode_pose, encode_pose_stamped
 from diff_encoder_sim.drives.test_definition import PoseParams
-from diff_encoder_sim.drives.wire import encode_header, encode_pose
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, pose_stamped_message, world_markers
 from diff_encoder_sim.ros.encoded_topics import EncodedPublisher, stamped_subscriber
 from diff_encoder_sim.ros.gazebo_states import ModelStateReader, ModelStatesParams

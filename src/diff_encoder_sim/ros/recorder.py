@@ -21,7 +21,7 @@ from rosgraph_msgs.msg import Clock
 from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.drives.bag_files import Ros1File, encode_record, record_header
-from diff_encoder_sim.drives.sensor_messages import encode_clock
+from diff_encoder_sim.drives.message_encoders import encode_clock
 from diff_encoder_sim.drives.topics import CLOCK, RECORDED_LIVE
 from diff_encoder_sim.drives.trial_bag import EARLIEST_NS
 from diff_encoder_sim.ros.conversions import ns_from_stamp

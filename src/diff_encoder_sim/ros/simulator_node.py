@@ -20,8 +20,7 @@ from diff_encoder_sim.base.errors import EVENT, ConfigError, InputFault
 from diff_encoder_sim.base.package_files import package_folder, users_path
 from diff_encoder_sim.base.params import did_you_mean
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.drives.pose_messages import ModelStatesEncoder
-from diff_encoder_sim.drives.sensor_messages import encode_clock, encode_joint_state, encode_scan
+from diff_encoder_sim.drives.message_encoders import ModelStatesEncoder, encode_clock, encode_joint_state, encode_scan
 from diff_encoder_sim.drives.test_definition import PoseParams
 from diff_encoder_sim.robots.robot_file import load_robot_file
 from diff_encoder_sim.robots.xacro_expansion import xacro_arguments_of_text

@@ -25,7 +25,7 @@ from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives import topics
-from diff_encoder_sim.drives.sensor_messages import encode_command
+from diff_encoder_sim.drives.message_encoders import encode_command
 from diff_encoder_sim.drives.trial_definition import GOAL_DISTANCE_M, Outcome, RouteFailed, goal_error
 from diff_encoder_sim.navigation.navigator_inputs import GoalStatus
 from diff_encoder_sim.ros.conversions import pose_stamped_message, transform_message

@@ -10,7 +10,7 @@ from nav_msgs.msg import Odometry
 from tf2_msgs.msg import TFMessage
 
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.drives.pose_messages import encode_odometry, encode_tf, encode_transform
+from diff_encoder_sim.drives.message_encoders import encode_odometry, encode_tf, encode_transform
 from diff_encoder_sim.ros.conversions import stamp_from_ns
 from diff_encoder_sim.ros.encoded_topics import DisplayTopic, EncodedPublisher
 from diff_encoder_sim.wheels.diagnostics import Diagnosis

@@ -9,16 +9,8 @@ from typing import Collection, List, Optional, Union
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives import topics
-from diff_encoder_sim.drives.pose_messages import (
+from diff_encoder_sim.drives.message_encoders import (
     ModelStatesEncoder,
-    encode_odometry,
-    encode_planar_tf,
-    encode_pose_stamped,
-    encode_pose_with_covariance,
-    encode_spatial_transform,
-    encode_tf,
-)
-from diff_encoder_sim.drives.sensor_messages import (
     SentGoal,
     encode_clock,
     encode_command,
@@ -27,9 +19,15 @@ from diff_encoder_sim.drives.sensor_messages import (
     encode_joint_state,
     encode_map,
     encode_map_metadata,
+    encode_odometry,
+    encode_planar_tf,
+    encode_pose_stamped,
+    encode_pose_with_covariance,
     encode_result,
     encode_scan,
+    encode_spatial_transform,
     encode_string,
+    encode_tf,
     encode_wheel_speeds,
 )
 from diff_encoder_sim.drives.trial_bag import TrialBag, TrialBags

@@ -10,11 +10,11 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.bag_files import SUFFIXES, Ros1File
+from diff_encoder_sim.drives.message_encoders import with_seq
 from diff_encoder_sim.drives.ros2_stream import MCAP_MAGIC, McapStream
 from diff_encoder_sim.drives.topics import TOPICS, RecordedTopic
 from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.typestore import definition
-from diff_encoder_sim.drives.wire import with_seq
 from recorded_messages import one_of_each
 
 TIMES_NS = range(0, 10**9, 10**8)

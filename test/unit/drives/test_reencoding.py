@@ -10,7 +10,7 @@ import yaml
 from rosbags.highlevel import AnyReader
 
 from diff_encoder_sim.base.se2 import PoseSeries
-from diff_encoder_sim.drives.pose_messages import encode_odometry, encode_tf, encode_transform
+from diff_encoder_sim.drives.message_encoders import encode_encoder_pulse, encode_odometry, encode_tf, encode_transform
 from diff_encoder_sim.drives.reencoding import (
     COPIED,
     EncodedDrive,
@@ -20,7 +20,6 @@ from diff_encoder_sim.drives.reencoding import (
     drive_errors,
     error_rows,
 )
-from diff_encoder_sim.drives.sensor_messages import encode_encoder_pulse
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.odometry import WheelOdometry

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.drives.pose_messages import POSE_TYPES
+from diff_encoder_sim.drives.message_decoders import POSE_TYPES
 from reencoding_drives import ROS1, ROS2, START_NS, TICK_NS, angles_rad, drive, true_poses, write_ros1, write_ros2
 from reencoding_runs import complaint, rows_of, run
 

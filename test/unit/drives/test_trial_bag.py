@@ -10,8 +10,7 @@ from rosbags.highlevel import AnyReader
 
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives import topics
-from diff_encoder_sim.drives.pose_messages import encode_pose_stamped
-from diff_encoder_sim.drives.sensor_messages import encode_clock, encode_scan, encode_string
+from diff_encoder_sim.drives.message_encoders import encode_clock, encode_pose_stamped, encode_scan, encode_string
 from diff_encoder_sim.drives.test_definition import load_test
 from diff_encoder_sim.drives.trial_bag import TrialBag, TrialBags
 from diff_encoder_sim.drives.trial_definition import Outcome, Trial

@@ -10,7 +10,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.drives.sensor_messages import encode_clock, encode_joint_state
+from diff_encoder_sim.drives.message_encoders import encode_clock, encode_joint_state
 from diff_encoder_sim.ros import encoded_topics as room
 from diff_encoder_sim.simulation.state import JointStates
 

@@ -3,7 +3,7 @@
 import pytest
 from rosgraph_msgs.msg import Clock
 
-from diff_encoder_sim.drives.wire import encode_names, encode_pose, encode_sequence, encode_twist
+from diff_encoder_sim.drives.message_encoders import encode_names, encode_pose, encode_sequence, encode_twist
 from diff_encoder_sim.ros import gazebo_states as room
 from diff_encoder_sim.ros.conversions import stamp_from_ns
 from diff_encoder_sim.ros.encoded_topics import encoded_class

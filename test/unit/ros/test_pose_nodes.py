@@ -5,7 +5,7 @@ import threading
 import genpy
 from geometry_msgs.msg import TransformStamped
 
-from diff_encoder_sim.drives.wire import encoded_stamp_ns
+from diff_encoder_sim.drives.message_decoders import encoded_stamp_ns
 from diff_encoder_sim.ros.pose_nodes import GlobalPoseNode, GlobalPoseParams
 
 PERIOD_NS = 50_000_000

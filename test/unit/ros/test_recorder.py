@@ -4,7 +4,7 @@ import pytest
 import rosbag
 from std_msgs.msg import String
 
-from diff_encoder_sim.drives.sensor_messages import encode_string
+from diff_encoder_sim.drives.message_encoders import encode_string
 from diff_encoder_sim.ros.recorder import RecordedBag
 
 

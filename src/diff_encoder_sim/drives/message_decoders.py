@@ -1,0 +1,309 @@
+"""Decodes messages of ROS 1 and ROS 2: their fields, joints, poses, scans, commands, and texts."""
+
+from __future__ import annotations
+
+import math
+import struct
+from typing import TYPE_CHECKING, Any, Iterator, List, NamedTuple, Sequence, Tuple
+
+import numpy as np
+
+from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.se2 import Pose2D, yaw_from_quat_xyzw
+from diff_encoder_sim.base.stamps import LATEST_NS, NANOSECONDS_PER_SECOND
+from diff_encoder_sim.drives.message_encoders import FLOAT32, LENGTH, POSE, SCAN_LIMITS, TIME, TWIST, UINT32
+from diff_encoder_sim.drives.topics import (
+    ENCODER_PULSE_TYPE,
+    ODOMETRY_TYPE,
+    POSE_STAMPED_TYPE,
+    POSE_WITH_COVARIANCE_TYPE,
+    TRANSFORM_STAMPED_TYPE,
+)
+
+if TYPE_CHECKING:  # nodes of an encoder import this module
+    from diff_encoder_sim.base.laser_scan import Scan
+    from diff_encoder_sim.simulation.state import BodyState
+
+POSE_TYPES = (ODOMETRY_TYPE, POSE_STAMPED_TYPE, POSE_WITH_COVARIANCE_TYPE, TRANSFORM_STAMPED_TYPE)
+# Those with child_frame_id between header and pose.
+_WITH_CHILD_FRAME = (ODOMETRY_TYPE, TRANSFORM_STAMPED_TYPE)
+# No robot drives so far; squares of more may not be finite.
+_FARTHEST_M = 1e9
+
+TORN = 'a message is torn'
+
+NUMBER_SIZE = 8  # of float64 and int64, which CDR aligns to it
+# A header begins with its stamp and its frame, after four bytes: ROS 1's seq or CDR's representation.
+STAMP_AT, FRAME_AT = 4, 12
+
+_CDR_BEGIN = 4
+_LITTLE_ENDIAN_CDR = b'\1'
+
+
+def encoded_stamp_ns(content: bytes) -> int:
+    """Return the stamp of a message that begins with a header.
+
+    Raises:
+        InputFault: the message is torn.
+    """
+    if len(content) < STAMP_AT + TIME.size:
+        raise InputFault(TORN)
+    seconds, nanoseconds = TIME.unpack_from(content, STAMP_AT)
+    return int(seconds * NANOSECONDS_PER_SECOND + nanoseconds)
+
+
+class FieldReader:
+    """The fields of a message, each read once and in their order; InputFault if the message is torn.
+
+    ROS 1 and ROS 2 (CDR) differ in the first bytes, in the end of texts, and in alignment.
+    """
+
+    def __init__(self, raw: bytes, is_cdr: bool) -> None:
+        if is_cdr and raw[1:2] != _LITTLE_ENDIAN_CDR:
+            raise InputFault('a message is not little-endian CDR')
+        self._raw, self._is_cdr = raw, is_cdr
+        self._at = _CDR_BEGIN if is_cdr else 0
+
+    def align(self, size: int) -> int:
+        """Return the place of the next field, which is made of numbers of `size` bytes."""
+        if self._is_cdr:
+            self._at += -(self._at - _CDR_BEGIN) % size  # counted from after its four bytes
+        return self._at
+
+    def unpack(self, fields: struct.Struct, number_size: int) -> Tuple[Any, ...]:
+        """Read numbers of `number_size` bytes each."""
+        begin = self.align(number_size)
+        try:
+            numbers = fields.unpack_from(self._raw, begin)
+        except struct.error:
+            raise InputFault(TORN) from None
+        self._at = begin + fields.size
+        return numbers
+
+    def length(self) -> int:
+        """Read the length of the text or sequence that follows."""
+        length: int = self.unpack(LENGTH, LENGTH.size)[0]
+        return length
+
+    def content(self, size: int) -> bytes:
+        """Read bytes."""
+        begin, self._at = self._at, self._at + size
+        if self._at > len(self._raw):
+            raise InputFault(TORN)
+        return self._raw[begin : self._at]
+
+    def text(self, errors: str = 'replace') -> str:
+        """Read a string; `errors` as in `bytes.decode`, for bytes that are not UTF-8."""
+        content = self.content(self.length())
+        return content[: len(content) - self._is_cdr].decode('utf-8', errors)  # less CDR's NUL
+
+    def header(self) -> Tuple[int, str]:
+        """Read stamp [ns] and frame; InputFault if the stamp is beyond the latest."""
+        if not self._is_cdr:
+            self.unpack(UINT32, UINT32.size)  # seq
+        seconds, nanoseconds = self.unpack(TIME, UINT32.size)
+        stamp_ns = seconds * NANOSECONDS_PER_SECOND + nanoseconds
+        if stamp_ns >= LATEST_NS:
+            raise InputFault('a stamp is not before 2^32 s')
+        return stamp_ns, self.text()
+
+
+class StampedPose(NamedTuple):
+    """A child frame's pose in its parent frame at one instant, seen from above."""
+
+    stamp_ns: int
+    pose: Pose2D
+    parent_frame: str
+    child_frame: str  # empty if the message does not name it
+
+
+class PoseDecoder:
+    """Decodes the messages of one topic, of one of `POSE_TYPES`.
+
+    From message to message the frames stay the same, so they are compared and not decoded.
+    """
+
+    def __init__(self, message_type: str, is_cdr: bool = False) -> None:
+        self._has_child = message_type in _WITH_CHILD_FRAME
+        self._is_cdr = is_cdr
+        self._raw_frames = b''  # from the parent frame to the pose
+        self._frames = ('', '')
+        self._pose_at = 0
+
+    def decode(self, raw: bytes) -> StampedPose:
+        """Decode a message.
+
+        Raises:
+            InputFault: the message is torn, or its pose is not finite.
+        """
+        if not self._raw_frames or not raw.startswith(self._raw_frames, FRAME_AT):
+            fields = FieldReader(raw, self._is_cdr)
+            self._frames = _read_frames(fields, self._has_child)[1:]
+            self._pose_at = fields.align(NUMBER_SIZE)
+            self._raw_frames = raw[FRAME_AT : self._pose_at]
+        try:
+            seconds, nanoseconds = TIME.unpack_from(raw, STAMP_AT)
+            numbers = POSE.unpack_from(raw, self._pose_at)
+        except struct.error:
+            raise InputFault(TORN) from None
+        return StampedPose(seconds * NANOSECONDS_PER_SECOND + nanoseconds, _planar_pose(*numbers), *self._frames)
+
+
+def decode_tf(raw: bytes, is_cdr: bool = False) -> Iterator[StampedPose]:
+    """Decode the poses of a TFMessage, seen from above.
+
+    Raises:
+        InputFault: the message is torn, or a pose is not finite.
+    """
+    fields = FieldReader(raw, is_cdr)
+    for _ in range(fields.length()):
+        stamp_ns, parent_frame, child_frame = _read_frames(fields, has_child=True)
+        yield StampedPose(stamp_ns, _planar_pose(*fields.unpack(POSE, NUMBER_SIZE)), parent_frame, child_frame)
+
+
+def _read_frames(fields: FieldReader, has_child: bool) -> Tuple[int, str, str]:
+    stamp_ns, parent_frame = fields.header()
+    child_frame = fields.text() if has_child else ''
+    return stamp_ns, parent_frame.lstrip('/'), child_frame.lstrip('/')
+
+
+def _planar_pose(x_m: float, y_m: float, z_m: float, qx: float, qy: float, qz: float, qw: float) -> Pose2D:
+    if not abs(x_m) + abs(y_m) + abs(z_m) <= _FARTHEST_M:
+        raise InputFault(f'position ({x_m}, {y_m}, {z_m}); expected finite numbers [m]')
+    try:
+        return Pose2D(x_m, y_m, yaw_from_quat_xyzw(qx, qy, qz, qw))
+    except ValueError as error:
+        raise InputFault(str(error)) from None
+
+
+class JointValues(NamedTuple):
+    """Joints at one instant."""
+
+    stamp_ns: int
+    names: Tuple[str, ...]
+    values: Sequence[float]  # [rad] of a JointState, pulses of an EncoderPulse
+
+
+class JointDecoder:
+    """Decodes the messages of one topic, JointState or EncoderPulse: header, names, and a number for each.
+
+    From message to message names and frame stay the same, so they are compared and not decoded.
+    """
+
+    def __init__(self, message_type: str, is_cdr: bool = False) -> None:
+        self._kind = 'q' if message_type == ENCODER_PULSE_TYPE else 'd'
+        self._is_cdr = is_cdr
+        self._raw_names = b''  # from the frame to the length of the values
+        self._names: Tuple[str, ...] = ()
+        self._length_at = self._values_at = 0
+
+    def decode(self, raw: bytes) -> JointValues:
+        """Decode a message.
+
+        Raises:
+            InputFault: the message is torn, or in a foreign byte order.
+        """
+        if not self._raw_names or not raw.startswith(self._raw_names, FRAME_AT):
+            self._learn_names(raw)
+        try:
+            seconds, nanoseconds = TIME.unpack_from(raw, STAMP_AT)
+            count = LENGTH.unpack_from(raw, self._length_at)[0]
+            # struct keeps the compiled format.
+            values = struct.unpack_from(f'<{count}{self._kind}', raw, self._values_at)
+        except struct.error:
+            raise InputFault(TORN) from None
+        return JointValues(seconds * NANOSECONDS_PER_SECOND + nanoseconds, self._names, values)
+
+    def _learn_names(self, raw: bytes) -> None:
+        fields = FieldReader(raw, self._is_cdr)
+        fields.header()
+        names = tuple(fields.text() for _ in range(fields.length()))
+        length_at = fields.align(LENGTH.size)
+        fields.length()
+        # All at once, so that no part of a torn message is used for the next one.
+        self._names, self._raw_names = names, raw[FRAME_AT:length_at]
+        self._length_at, self._values_at = length_at, fields.align(NUMBER_SIZE)
+
+
+def decode_wheel_speeds(raw: bytes) -> Tuple[int, Tuple[float, float]]:
+    """Decode the stamp [ns] and speeds [rad/s] of a JointState of two wheels, left then right.
+
+    Raises:
+        InputFault: the message is torn, or has not exactly two speeds, or one that is not finite.
+    """
+    fields = FieldReader(raw, is_cdr=False)
+    stamp_ns, _ = fields.header()
+    for _ in range(fields.length()):
+        fields.text()  # a name
+    fields.content(NUMBER_SIZE * fields.length())  # positions
+    count = fields.length()
+    speeds = struct.unpack(f'<{count}d', fields.content(NUMBER_SIZE * count))
+    if len(speeds) != 2 or not all(map(math.isfinite, speeds)):
+        raise InputFault(f'velocities {list(speeds)}; expected 2 finite numbers, left then right [rad/s]')
+    return stamp_ns, (speeds[0], speeds[1])
+
+
+def decode_command(raw: bytes, is_cdr: bool = False) -> Tuple[float, float]:
+    """Decode a geometry_msgs/Twist: linear [m/s] and angular [rad/s] of a robot on the floor.
+
+    Raises:
+        InputFault: the message is torn.
+    """
+    linear_mps, _, _, _, _, angular_radps = FieldReader(raw, is_cdr).unpack(TWIST, NUMBER_SIZE)
+    return linear_mps, angular_radps
+
+
+def decode_string(raw: bytes, is_cdr: bool = False) -> str:
+    """Decode a std_msgs/String.
+
+    Raises:
+        InputFault: the message is torn, or not UTF-8.
+    """
+    try:
+        return FieldReader(raw, is_cdr).text('strict')
+    except UnicodeDecodeError:
+        raise InputFault('a text is not UTF-8') from None
+
+
+def decode_scan(raw: bytes, is_cdr: bool = False) -> Tuple[Scan, str]:
+    """Decode a LaserScan into the scan and its frame without a leading slash.
+
+    Raises:
+        InputFault: the message is torn.
+    """
+    from diff_encoder_sim.base.laser_scan import Scan  # noqa: PLC0415  # nodes of an encoder import this module
+
+    fields = FieldReader(raw, is_cdr)
+    stamp_ns, frame = fields.header()
+    angle_min_rad, _, increment_rad, _, _, range_min_m, range_max_m = fields.unpack(SCAN_LIMITS, FLOAT32.itemsize)
+    ranges = fields.content(fields.length() * FLOAT32.itemsize)
+    ranges_m = np.frombuffer(ranges, FLOAT32).astype(float)
+    return Scan(stamp_ns, angle_min_rad, increment_rad, range_min_m, range_max_m, ranges_m), frame.lstrip('/')
+
+
+def decode_model_state(raw: bytes, model: str) -> BodyState:
+    """Decode one model's state of a gazebo_msgs/ModelStates of ROS 1, of any simulator.
+
+    Raises:
+        InputFault: the message is torn, or has no state of the model.
+    """
+    from diff_encoder_sim.simulation.state import BodyState  # noqa: PLC0415  # nodes of an encoder import this module
+
+    try:
+        names: List[bytes] = []
+        begin = LENGTH.size
+        for _ in range(LENGTH.unpack_from(raw)[0]):
+            end = begin + LENGTH.size + LENGTH.unpack_from(raw, begin)[0]
+            names.append(raw[begin + LENGTH.size : end])
+            begin = end
+        if model.encode() not in names:
+            raise InputFault(
+                f'no model {model!r}; expected it among {[name.decode("utf-8", "replace") for name in names]}'
+            )
+        index, poses_at = names.index(model.encode()), begin + LENGTH.size
+        twists_at = poses_at + LENGTH.unpack_from(raw, begin)[0] * POSE.size + LENGTH.size
+        pose = POSE.unpack_from(raw, poses_at + index * POSE.size)
+        twist = TWIST.unpack_from(raw, twists_at + index * TWIST.size)
+    except struct.error:
+        raise InputFault(TORN) from None
+    return BodyState(pose[:3], pose[3:], twist[:3], twist[3:])
