@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import sys
 import time
-from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Dict, Mapping, Optional, Sequence, Tuple, Type
+from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence
 
 from diff_encoder_sim.advice.advice import Advice
 from diff_encoder_sim.advice.advice_tables import (
@@ -24,7 +23,7 @@ from diff_encoder_sim.advice.answers import Requirement
 from diff_encoder_sim.advice.encoder_search import FORGIVEN, Asked
 from diff_encoder_sim.advice.listed_encoders import candidates_of, listed_encoders
 from diff_encoder_sim.advice.odometry_study import study_odometry, with_budgets
-from diff_encoder_sim.advice.trial_study import study_trials, switched_off
+from diff_encoder_sim.advice.trial_study import TrialsWith, study_trials, switched_off
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.quantities import LEVEL, REQUIRED_FRACTION, YAW, X
 from diff_encoder_sim.analysis.results_table import record_of, trials_table
@@ -36,7 +35,7 @@ from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
-from diff_encoder_sim.trials.campaign_cells import Campaign, RequestedTrial
+from diff_encoder_sim.trials.campaign_cells import Campaign
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.engine import run_campaign as run_on_workers
 from diff_encoder_sim.trials.executors import Workers
@@ -81,8 +80,7 @@ def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
         CampaignFault: trials cannot be run.
     """
     began_s = time.monotonic()
-    options = _with_trials(options)
-    _check_outputs(options)
+    options = _checked(options)
     requirement = Requirement(options.share, options.tolerance, math.radians(options.yaw_tolerance), options.confidence)
     campaign = with_checks('advise', _candidates(options), options.unchecked)
     name_campaigns_encoders(as_called('advise'), campaign)
@@ -92,18 +90,13 @@ def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
     print(f'{as_called("advise")}: first answer after {time.monotonic() - began_s:.1f} s', file=sys.stderr)
     if options.has_trials:
         name_stopping('advise', campaign, requirement.position_m, options.yaw_tolerance)
-        with CandidateTrials(options, campaign, run or run_trials) as trials:
-            advice = study_trials(campaign, advice, trials.with_encoder)
-    return _finish(advice, campaign, options)
-
-
-def _finish(advice: Advice, campaign: Campaign, options: AdviceOptions) -> Advice:
-    """Add budgets and listed encoders, print the advice, and write the files."""
+        with _candidate_trials(options, campaign, run or run_trials) as trials_with:
+            advice = study_trials(campaign, advice, trials_with)
     advice = with_budgets(advice)
     tests = [curve.draws for curve in advice.curves.curves]
     config, candidates = package_folder() / 'config', candidates_of(campaign)
-    known = listed_encoders(tests, config, advice.requirement, advice.answers, candidates)
-    advice = advice._replace(encoders=known)
+    encoders = listed_encoders(tests, config, requirement, advice.answers, candidates)
+    advice = advice._replace(encoders=encoders)
     if options.has_trials:
         print(answers_text(advice))
     print(f'\n{tables_text(advice)}\n{own_encoder_text(advice)}')
@@ -119,23 +112,11 @@ def _finish(advice: Advice, campaign: Campaign, options: AdviceOptions) -> Advic
     return advice
 
 
-def _check_outputs(options: AdviceOptions) -> None:
-    """Check the output paths before the computation starts.
+def _checked(options: AdviceOptions) -> AdviceOptions:
+    """Check options before the computation starts, and set the number of trials.
 
     Raises:
-        ConfigError: a folder is missing, or a file has its name.
-    """
-    if options.out.exists() and not options.out.is_dir():
-        raise ConfigError(f'--out: given {str(options.out)!r}, a file; allowed: a folder, new or with results')
-    if options.json and (options.json.is_dir() or not options.json.parent.is_dir()):
-        raise ConfigError(f'--json: given {str(options.json)!r}; allowed: a file in a folder that exists')
-
-
-def _with_trials(options: AdviceOptions) -> AdviceOptions:
-    """Return the options with the number of trials.
-
-    Raises:
-        ConfigError: the number of trials cannot show the required fraction.
+        ConfigError: an output is no path for it, or the number of trials cannot show the required fraction.
     """
     asked = Asked(options.share, options.confidence)
     fewest = asked.fewest_trials()
@@ -148,6 +129,10 @@ def _with_trials(options: AdviceOptions) -> AdviceOptions:
             f'--trials: given {options.trials}; allowed: at least {fewest}; fewer cannot show that '
             f'{100 * options.share:g} % of all trials are within the tolerance, even if none fails'
         )
+    if options.out.exists() and not options.out.is_dir():
+        raise ConfigError(f'--out: given {str(options.out)!r}, a file; allowed: a folder, new or with results')
+    if options.json and (options.json.is_dir() or not options.json.parent.is_dir()):
+        raise ConfigError(f'--json: given {str(options.json)!r}; allowed: a file in a folder that exists')
     return options
 
 
@@ -179,62 +164,33 @@ def _candidates(options: AdviceOptions) -> Campaign:
     return load({**given, **more}) if more else campaign
 
 
-class CandidateTrials:
-    """Context manager that runs the trials of an encoder on demand."""
+@contextlib.contextmanager
+def _candidate_trials(options: AdviceOptions, campaign: Campaign, run: RunTrials) -> Iterator[TrialsWith]:
+    """Open the results folder, and yield a function that returns trials with an encoder and runs missing ones.
 
-    def __init__(self, options: AdviceOptions, campaign: Campaign, run: RunTrials) -> None:
-        """Open the results folder.
+    Raises:
+        ConfigError: the folder contains other files or cannot be used.
+    """
+    store = ResultStore(options.out, campaign, describe_run(package_folder(), sys.argv))
+    with store, contextlib.ExitStack() as opened:
+        ready: List[Workers] = []  # started with the first trial
 
-        Args:
-            options: options of the command.
-            campaign: campaign with all candidates.
-            run: runs trials on a worker.
+        def with_encoder(label: str, variant: str) -> pd.DataFrame:
+            jobs = [
+                job
+                for job in store.pending()
+                if (job.cell.encoder.label, dict(job.cell.varied).get(VARIANT, '')) == (label, variant)
+            ]
+            if jobs:
+                print(f'{ppr_text(label)}{variant and f", {variant}"}', file=sys.stderr)
+                ready[:] = ready or [opened.enter_context(workers(options, len(jobs)))]
+                progress = Progress(sys.stderr, campaign, jobs)
+                with progress, stop_reports(progress):
+                    unrun = run_on_workers(ready[0], campaign, store, progress, jobs, run)
+                if unrun:
+                    sys.exit(unrun_text('advise', unrun))
+            rows = [row for row in store.rows if row.ppr == label and row.trial <= (options.trials or 0)]
+            return trials_table(record_of(row) for row in rows if dict(row.varied).get(VARIANT, '') == variant)
 
-        Raises:
-            ConfigError: the folder contains other files or cannot be used.
-        """
-        self._options = options
-        self._campaign = campaign
-        self._run_trial = run
-        self._workers: Optional[Workers] = None  # started with the first trial
-        self._store = ResultStore(options.out, campaign, describe_run(package_folder(), sys.argv))
-        self._opened = ExitStack()
-        self._opened.enter_context(self._store)
-
-    def __enter__(self) -> CandidateTrials:
-        return self
-
-    def __exit__(
-        self, kind: Optional[Type[BaseException]], error: Optional[BaseException], trace: Optional[TracebackType]
-    ) -> None:
-        if kind is None:
-            self._store.finish()
-        self._opened.__exit__(kind, error, trace)
-
-    def with_encoder(self, label: str, variant: str) -> pd.DataFrame:
-        """Return the trials of each test with an encoder; run missing ones.
-
-        Args:
-            label: label of the encoder.
-            variant: name of the parameter set; '' if the campaign has none.
-        """
-        jobs = [job for job in self._store.pending() if self._cell(job) == (label, variant)]
-        if jobs:
-            self._run(f'{ppr_text(label)}{variant and f", {variant}"}', jobs)
-        most = self._options.trials or 0
-        rows = [row for row in self._store.rows if row.ppr == label and row.trial <= most]
-        return trials_table(record_of(row) for row in rows if dict(row.varied).get(VARIANT, '') == variant)
-
-    def _run(self, text: str, jobs: Sequence[RequestedTrial]) -> None:
-        print(text, file=sys.stderr)
-        if self._workers is None:
-            self._workers = self._opened.enter_context(workers(self._options, len(jobs)))
-        progress = Progress(sys.stderr, self._campaign, jobs)
-        with progress, stop_reports(progress):
-            unrun = run_on_workers(self._workers, self._campaign, self._store, progress, jobs, self._run_trial)
-        if unrun:
-            sys.exit(unrun_text('advise', unrun))
-
-    def _cell(self, job: RequestedTrial) -> Tuple[str, str]:
-        cell = job.cell
-        return cell.encoder.label, dict(cell.varied).get(VARIANT, '')
+        yield with_encoder
+        store.finish()

@@ -17,7 +17,6 @@ from diff_encoder_sim.base.errors import CampaignFault, ConfigError
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.base.processes import usable_cores
 from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
-from diff_encoder_sim.trials.campaign_cells import Campaign, RequestedTrial
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.engine import run_campaign as run_on_workers
 from diff_encoder_sim.trials.executors import TlsFiles, Workers, connected_workers, local_workers
@@ -120,30 +119,16 @@ def complete(options: CampaignOptions, command: Sequence[str], run: Optional[Run
             name_campaigns_encoders(as_called('campaign'), campaign)
             name_stopping('campaign', campaign, X.tolerance, YAW.tolerance)
         progress = Progress(sys.stderr, campaign, jobs, store.rows)
-        with progress, stop_reports(progress):
-            unrun = _run_jobs(options, campaign, store, progress, jobs, run or run_trials) if jobs else {}
+        unrun: Dict[str, List[str]] = {}
+        with progress, stop_reports(progress), contextlib.ExitStack() as opened:
+            if jobs:
+                ready = opened.enter_context(workers(options, len(jobs)))
+                unrun = run_on_workers(ready, campaign, store, progress, jobs, run or run_trials)
             table = store.finish()
-        unrun_trials = unrun_text('campaign', unrun) if unrun else ''
-        return CampaignRun(table, _summary(store, progress), unrun_trials)
-
-
-def _run_jobs(
-    options: CampaignOptions,
-    campaign: Campaign,
-    store: ResultStore,
-    progress: Progress,
-    jobs: Sequence[RequestedTrial],
-    run: RunTrials,
-) -> Dict[str, List[str]]:
-    with workers(options, len(jobs)) as ready:
-        return run_on_workers(ready, campaign, store, progress, jobs, run)
-
-
-def _summary(store: ResultStore, progress: Progress) -> str:
-    duration = f'{progress.wall_time_s():.1f} s, {progress.real_time_factor():.1f} times real time'
-    if not progress.done_now:
-        duration = 'all trials are already finished'
-    return f'{outcome_table(store.rows)}\n{duration}'
+        duration = f'{progress.wall_time_s():.1f} s, {progress.real_time_factor():.1f} times real time'
+        duration = duration if progress.done_now else 'all trials are already finished'
+        summary = f'{outcome_table(store.rows)}\n{duration}'
+        return CampaignRun(table, summary, unrun_text('campaign', unrun) if unrun else '')
 
 
 def workers(options: WorkerOptions, pending: int) -> ContextManager[Workers]:
@@ -152,21 +137,15 @@ def workers(options: WorkerOptions, pending: int) -> ContextManager[Workers]:
     Raises:
         ConfigError: the TLS options are incomplete or have no effect.
     """
-    tls = _tls_files(options)
+    given, tls = [f'--tls-{name}' for name in TlsFiles._fields if getattr(options, f'tls_{name}') is not None], None
+    if given:
+        if options.tls_ca is None or options.tls_cert is None or not (options.scheduler or '').startswith('tls://'):
+            allowed = '--tls-ca and --tls-cert, with --scheduler tls://HOST:PORT'
+            raise ConfigError(f'given {", ".join(given)}; allowed: {allowed}')
+        tls = TlsFiles(options.tls_ca, options.tls_cert, options.tls_key)
     if options.scheduler is not None:
         return connected_workers(options.scheduler, tls)
     return local_workers(min(options.workers or usable_cores(), pending))
-
-
-def _tls_files(options: WorkerOptions) -> Optional[TlsFiles]:
-    given = [f'--tls-{name}' for name in TlsFiles._fields if getattr(options, f'tls_{name}') is not None]
-    if not given:
-        return None
-    if options.tls_ca is None or options.tls_cert is None or not (options.scheduler or '').startswith('tls://'):
-        raise ConfigError(
-            f'given {", ".join(given)}; allowed: --tls-ca and --tls-cert, with --scheduler tls://HOST:PORT'
-        )
-    return TlsFiles(options.tls_ca, options.tls_cert, options.tls_key)
 
 
 def unrun_text(name: str, unrun: Mapping[str, Sequence[str]]) -> str:

@@ -8,7 +8,7 @@ import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Iterator, Optional, Union
+from typing import Optional, Union
 
 import yaml
 from pydantic import Field
@@ -32,40 +32,8 @@ from diff_encoder_sim.simulation.state import JOINTS_RATE_HZ, STATES_PERIOD_S, S
 from diff_encoder_sim.trials.campaign_cells import check_robot
 from diff_encoder_sim.trials.campaign_loading import at_pace_of
 from diff_encoder_sim.trials.required_packages import GAZEBO, UPSTREAM_NAVIGATION, UPSTREAM_SLAM, require
-from diff_encoder_sim.trials.robot_params import RobotParams
 from diff_encoder_sim.trials.route_driver import misfit
 from diff_encoder_sim.wheels.encoder_params import DEFAULT_PPR, PulsesPerRevolution, file_label
-from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
-
-
-def check_robot_of_trial(options: TrialOptions, trial: Trial, robot: LaunchedRobot, map_path: str) -> None:
-    """Check the robot and its fit to the test, unless --unchecked=true is given.
-
-    Raises:
-        ConfigError: a check fails.
-    """
-    if options.unchecked == 'true':
-        return
-    problems = [*_failed_checks(options, robot)]
-    # Scripted drives need no map; a collision ends them at once.
-    if options.nav != 'scripted':
-        problem = misfit(trial.test, robot.params.navigator, robot.params.simulator.drive, load_map(map_path))
-        problems += [problem] if problem else []
-    if problems:
-        raise ConfigError('; '.join([*problems, 'allowed: another robot or test, or unchecked:=true']))
-
-
-def _failed_checks(options: TrialOptions, robot: LaunchedRobot) -> Iterator[str]:
-    """Run the self-check in PyBullet, unless the trial uses Gazebo, and print the table if a check fails."""
-    if options.sim == 'gazebo':
-        return
-    robot.setup.check_laser()
-    checks = check_robot(robot.setup.file.source, robot.params.simulator)
-    failed = [check.name for check in checks if not check.is_ok]
-    if failed:
-        print(checks_table(checks), file=sys.stderr)
-        yield f'{robot.setup.file.where}: the robot fails its self-check: {", ".join(failed)}'
-
 
 NO_BAG = 'none'
 SIMULATORS = (SIMULATED, 'gazebo')
@@ -113,100 +81,91 @@ def plan(options: TrialOptions) -> LivePlan:
     """
     if options.sim not in SIMULATORS:
         raise ConfigError(f'sim: given {options.sim!r}; allowed: {", ".join(SIMULATORS)}')
-    folder = package_folder()
+    folder, is_scripted = package_folder(), options.nav == 'scripted'
     test = load_test(options.test, folder / 'config')
     ppr = {'ppr': yaml_value(options.ppr, 'ppr')} if options.ppr else {}
     number = TrialArguments.from_mapping({'trial': yaml_value(options.trial, 'trial'), **ppr}, '').trial
-    robot = launched_robot(options, {OWN_PPR: ppr['ppr']} if ppr else {})
-    trial = _trial(options, test, number, robot)
-    trial.test.check_drivable(options.nav)
-    if options.slam != 'none' and options.nav != 'scripted':
-        raise ConfigError(f'slam: given {options.slam} with nav {options.nav}; allowed: nav:=scripted, or slam:=none')
-    _check_packages(options)
-    world = find_world(trial.test.world, folder / 'worlds')
-    map_path = _map_path(options, world)
-    if options.nav != 'scripted':
-        _check_start(trial.test, map_path)
-    if not parent_only_lists():
-        check_robot_of_trial(options, trial, robot, map_path)
-        name_encoders('trial.launch', [robot.encoder], trial.wheel_diameter)
-        name_rates('trial.launch', [robot.params.encoder.rate] if _samples_ticks(options) else [])
-        name_stopping_of_trial(options.nav, robot.params)
-    files = {
-        'world': str(world),
-        'map': map_path,
-        'bag': _bag_path(options.bag, trial),
-        'save_map': str(_new_file('save_map', options.save_map)) if options.save_map else '',
-    }
-    report_rate_hz = _report_rate_hz(options, robot.params.encoder)
-    rates = {
-        'report_rate': report_rate_hz,
-        'report_delay': _report_delay_s(options, robot.params.encoder, report_rate_hz),
-        'command_period': _command_period_s(options, robot.params),
-    }
-    return LivePlan.from_mapping({'trial': trial, 'slam': options.slam, **files, **rates}, '')
-
-
-def _trial(options: TrialOptions, test: TestDefinition, number: int, launched: LaunchedRobot) -> Trial:
-    robot = launched.params
-    return Trial.from_mapping(
+    launched = launched_robot(options, {OWN_PPR: ppr['ppr']} if ppr else {})
+    robot, encoder = launched.params, launched.encoder
+    trial = Trial.from_mapping(
         {
             'test': at_pace_of(robot.simulator.drive, test),
-            'ppr': launched.encoder.ppr,
+            'ppr': encoder.ppr,
             'number': number,
             'odom': options.odom,
             'nav': options.nav,
-            'encoder': launched.encoder.name,
-            'resolution': launched.encoder.resolution,
+            'encoder': encoder.name,
+            'resolution': encoder.resolution,
             **wheels_of(robot.odometry, robot.encoder),
+        },
+        '',
+    )
+    trial.test.check_drivable(options.nav)
+    if options.slam != 'none' and not is_scripted:
+        raise ConfigError(f'slam: given {options.slam} with nav {options.nav}; allowed: nav:=scripted, or slam:=none')
+    if not parent_only_lists():  # roslaunch --nodes needs no installed packages
+        needed = {UPSTREAM_NAVIGATION: options.nav == 'upstream', UPSTREAM_SLAM: options.slam == 'upstream'}
+        for package, is_needed in {**needed, GAZEBO: options.sim == 'gazebo'}.items():
+            if is_needed:
+                require(package)
+    world = find_world(trial.test.world, folder / 'worlds')
+    map_path = users_path(options.map) if options.map else world.with_suffix('.yaml')
+    if not is_scripted:
+        if not map_path.is_file():
+            made_by = f'{as_typed("rasterise_world")} {world}'
+            raise ConfigError(f'map: {map_path} not found; allowed: a map .yaml file, as made by {made_by}')
+        _check_start(trial.test, str(map_path))
+    # Encoders sample the joint states of this package's simulator; Gazebo's rate is in the URDF.
+    has_encoder, samples_ticks = options.odom == 'encoder', (options.odom, options.sim) == ('encoder', SIMULATED)
+    if not parent_only_lists():
+        if options.unchecked != 'true':
+            _check_robot(options, trial, launched, str(map_path))
+        name_encoders('trial.launch', [encoder], trial.wheel_diameter)
+        name_rates('trial.launch', [robot.encoder.rate] if samples_ticks else [])
+        name_stopping_of_trial(options.nav, robot)
+    rate_hz = robot.encoder.rate if has_encoder else STATES_RATE_HZ
+    rate_hz = min(rate_hz, JOINTS_RATE_HZ) if samples_ticks else rate_hz
+    # The simulator waits for commands. The upstream move_base has no fixed period, and a lost report gets no command.
+    command_period_s = STATES_PERIOD_S if is_scripted else 0.0
+    if options.nav == 'embedded' and robot.encoder.report.are_even:
+        command_period_s = robot.navigator.control_period_s
+    return LivePlan.from_mapping(
+        {
+            'trial': trial,
+            'slam': options.slam,
+            'world': str(world),
+            'map': str(map_path),
+            'bag': _bag_path(options.bag, trial),
+            'save_map': str(_new_file('save_map', options.save_map)) if options.save_map else '',
+            'report_rate': rate_hz,
+            'report_delay': robot.encoder.report.longest_delay_s(1.0 / rate_hz) if has_encoder else 0.0,
+            'command_period': command_period_s,
         },
         '',
     )
 
 
-def _samples_ticks(options: TrialOptions) -> bool:
-    """Return whether encoders sample the joint states of this package's simulator; Gazebo's rate is in the URDF."""
-    return (options.odom, options.sim) == ('encoder', 'pybullet')
+def _check_robot(options: TrialOptions, trial: Trial, robot: LaunchedRobot, map_path: str) -> None:
+    """Check the robot in PyBullet, unless the trial uses Gazebo, and its fit to the test.
 
-
-def _report_rate_hz(options: TrialOptions, encoder: EncoderParams) -> float:
-    if options.odom != 'encoder':
-        return STATES_RATE_HZ
-    return min(encoder.rate, JOINTS_RATE_HZ) if _samples_ticks(options) else encoder.rate
-
-
-def _report_delay_s(options: TrialOptions, encoder: EncoderParams, rate_hz: float) -> float:
-    return encoder.report.longest_delay_s(1.0 / rate_hz) if options.odom == 'encoder' else 0.0
-
-
-def _command_period_s(options: TrialOptions, robot: RobotParams) -> float:
-    """Return the period of the commands that the simulator waits for; 0 if commands may be missing.
-
-    The upstream move_base has no fixed period, and a lost report gets no command.
+    Raises:
+        ConfigError: a check fails.
     """
-    if options.nav == 'embedded' and robot.encoder.report.are_even:
-        return robot.navigator.control_period_s
-    return STATES_PERIOD_S if options.nav == 'scripted' else 0.0
-
-
-def _check_packages(options: TrialOptions) -> None:
-    if parent_only_lists():
-        return  # roslaunch --nodes needs no installed packages
-    if options.nav == 'upstream':
-        require(UPSTREAM_NAVIGATION)
-    if options.slam == 'upstream':
-        require(UPSTREAM_SLAM)
-    if options.sim == 'gazebo':
-        require(GAZEBO)
-
-
-def _map_path(options: TrialOptions, world: Path) -> str:
-    path = users_path(options.map) if options.map else world.with_suffix('.yaml')
-    if options.nav != 'scripted' and not path.is_file():
-        raise ConfigError(
-            f'map: {path} not found; allowed: a map .yaml file, as made by {as_typed("rasterise_world")} {world}'
+    problems = []
+    if options.sim == SIMULATED:
+        robot.setup.check_laser()
+        checks = check_robot(robot.setup.file.source, robot.params.simulator)
+        failed = [check.name for check in checks if not check.is_ok]
+        if failed:
+            print(checks_table(checks), file=sys.stderr)
+            problems.append(f'{robot.setup.file.where}: the robot fails its self-check: {", ".join(failed)}')
+    # Scripted drives need no map; a collision ends them at once.
+    if options.nav != 'scripted':
+        problems += filter(
+            None, [misfit(trial.test, robot.params.navigator, robot.params.simulator.drive, load_map(map_path))]
         )
-    return str(path)
+    if problems:
+        raise ConfigError('; '.join([*problems, 'allowed: another robot or test, or unchecked:=true']))
 
 
 def _check_start(test: TestDefinition, map_path: str) -> None:
@@ -226,7 +185,9 @@ def _check_start(test: TestDefinition, map_path: str) -> None:
 def _bag_path(given: str, trial: Trial) -> str:
     if given == NO_BAG:
         return ''
-    path = users_path(given or Path('bags') / _bag_name(trial))
+    moment = time.strftime('%Y%m%dT%H%M%SZ', time.gmtime())
+    name = f'{trial.test.name}_{file_label(trial.ppr, trial.encoder)}_trial{trial.number}_{moment}.bag'
+    path = users_path(given or Path('bags') / name)
     if path.exists():
         raise ConfigError(f'bag: {path} exists; allowed: the path of a new file, or {NO_BAG}')
     return str(_new_file('bag', path))
@@ -240,8 +201,3 @@ def _new_file(argument: str, given: Union[str, Path]) -> Path:
     if not (folder.is_dir() and os.access(folder, os.W_OK)):
         raise ConfigError(f'{argument}: cannot write in {folder}; allowed: a path in a folder with write permission')
     return path
-
-
-def _bag_name(trial: Trial) -> str:
-    moment = time.strftime('%Y%m%dT%H%M%SZ', time.gmtime())
-    return f'{trial.test.name}_{file_label(trial.ppr, trial.encoder)}_trial{trial.number}_{moment}.bag'

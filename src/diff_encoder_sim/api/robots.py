@@ -42,6 +42,8 @@ from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, OdometryPa
 OWN_PPR, OWN_NOISE = 'config.ppr', 'config.motion_noise'
 SIMULATED = 'pybullet'  # simulator with the wheel errors of the parameters
 _ABSENT = object()
+FILES = ('config', 'simulator', 'amcl', 'navigation', 'slam')
+COSTMAPS = ('global_costmap', 'local_costmap')
 
 
 @dataclass(frozen=True)
@@ -82,9 +84,16 @@ def launched_robot(
     Raises:
         ConfigError: a file is missing or invalid, or a value is not allowed.
     """
-    setup, encoder = _setup(options), _encoder(options, arguments)
-    files = _files(options)
+    config, users_folder = package_folder() / 'config', _users_folder()
+    given_files = {stem: getattr(options, 'config' if stem == 'config' else f'{stem}_config') for stem in FILES}
+    files = {stem: given_files[stem] or str(config / f'{stem}.yaml') for stem in FILES}
     theirs = _users_values(files)
+    xacro_values = xacro_arguments_of_text(options.robot_args)
+    setup, encoder = load_robot(options.robot, users_folder, package_folder(), xacro_values), None
+    if options.encoder:
+        if OWN_PPR in arguments:
+            raise ConfigError(f'encoder: given {options.encoder} with ppr {arguments[OWN_PPR]}; allowed: one of them')
+        encoder = chosen(load_encoder(options.encoder, config, users_folder))
     settings = {**(usual or {}), **_config(uncertainty_of_robot(setup.settings)), **setup.settings}
     if setup.file.ppr is not None:
         settings[OWN_PPR] = setup.file.ppr
@@ -96,59 +105,31 @@ def launched_robot(
         f'{key}: using {files[key.partition(".")[0]]}, not {settings[key]!r} of {setup.file.where}'
         for key in sorted(replaced & {*setup.file.overrides, OWN_PPR})
     ]
-    given = {**(_overrides(encoder) if encoder else {}), **arguments}
+    # The parameter server does not support None.
+    of_encoder = {key: value for key, value in encoder.overrides.items() if value is not None} if encoder else {}
+    given = {**of_encoder, **arguments}
     if OWN_PPR in given:
         replaced.update(RESOLUTION_KEYS)  # overrides the robot's own encoder
     settings = {key: value for key, value in settings.items() if key not in replaced}
-    settings = {**_missing_costmaps(files), **settings, **given}
+    # The package's costmaps that are missing in the user's file.
+    costmaps, navigation = load_yaml(config / 'navigation.yaml'), load_yaml(files['navigation'])
+    missing = {name: costmaps[name] for name in COSTMAPS if name not in navigation}
+    settings = {**dict(flat({'navigation': missing})), **settings, **given}
     params = _checked(files, settings)
-    if OWN_PPR in given and encoder is None:
-        _check_no_resolution(files['config'], params, given[OWN_PPR])
+    resolution = own_encoder(params.encoder).resolution
+    if OWN_PPR in given and encoder is None and resolution:
+        raise ConfigError(
+            f'{files["config"]}: encoder: given {resolution} with ppr {given[OWN_PPR]}; allowed: one of them'
+        )
     settings.update(_config(params.odometry.uncertainty))
     if options.sim != SIMULATED and not is_noise_given:
         notes += filter(None, [hidden_encoder(params.odometry)])
     return LaunchedRobot(setup, settings, params, encoder or own_encoder(params.encoder), notes)
 
 
-def _files(options: LaunchOptions) -> Dict[str, str]:
-    """Return the paths of the YAML files by stem: given or those of the package."""
-    given = {
-        'config': options.config,
-        'simulator': options.simulator_config,
-        'amcl': options.amcl_config,
-        'navigation': options.navigation_config,
-        'slam': options.slam_config,
-    }
-    folder = package_folder() / 'config'
-    return {stem: str(folder / f'{stem}.yaml') if path is None else path for stem, path in given.items()}
-
-
 def _config(values: Mapping[str, Any]) -> Dict[str, Any]:
     """Return values of config.yaml by dotted keys."""
     return {f'config.{key}': value for key, value in values.items()}
-
-
-def _encoder(options: LaunchOptions, arguments: Mapping[str, Any]) -> Optional[ChosenEncoder]:
-    if not options.encoder:
-        return None
-    if OWN_PPR in arguments:
-        raise ConfigError(f'encoder: given {options.encoder} with ppr {arguments[OWN_PPR]}; allowed: one of them')
-    return chosen(load_encoder(options.encoder, package_folder() / 'config', _users_folder()))
-
-
-def _overrides(encoder: ChosenEncoder) -> Dict[str, Any]:
-    """Return the parameters of an encoder, without None, which the parameter server does not support."""
-    return {key: value for key, value in encoder.overrides.items() if value is not None}
-
-
-def _check_no_resolution(file: str, params: RobotParams, ppr: Any) -> None:
-    resolution = own_encoder(params.encoder).resolution
-    if resolution:
-        raise ConfigError(f'{file}: encoder: given {resolution} with ppr {ppr}; allowed: one of them')
-
-
-def _setup(options: LaunchOptions) -> RobotSetup:
-    return load_robot(options.robot, _users_folder(), package_folder(), xacro_arguments_of_text(options.robot_args))
 
 
 def _users_folder() -> Path:
@@ -166,13 +147,6 @@ def _users_values(files: Mapping[str, str]) -> Dict[str, Any]:
             given = flat(load_yaml(path))
             values.update({f'{stem}.{key}': value for key, value in given if usual.get(key, _ABSENT) != value})
     return values
-
-
-def _missing_costmaps(files: Mapping[str, str]) -> Dict[str, Any]:
-    """Return the package's costmaps that are missing in the user's file."""
-    usual, given = load_yaml(package_folder() / 'config' / 'navigation.yaml'), load_yaml(files['navigation'])
-    missing = {name: usual[name] for name in ('global_costmap', 'local_costmap') if name not in given}
-    return {f'navigation.{key}': value for key, value in flat(missing)}
 
 
 def _overlap(key: str, other: str) -> bool:
@@ -283,18 +257,10 @@ def node_settings(options: LaunchOptions, values: Sequence[str], bag: str) -> Tu
         ConfigError: a file is missing or invalid, or a value is not allowed.
     """
     robot = launched_robot(options, launch_arguments(values), _of_bag(bag) if bag else {})
-    return {**for_xml_rpc(nested(robot.settings)), **_of_poses(robot)}, robot.notes
-
-
-def _of_poses(robot: LaunchedRobot) -> Dict[str, Any]:
-    """Return the parameters of nodes without a file in config/."""
-    model, base_frame = robot.setup.name, robot.params.odometry.base_frame
-    return {
-        'slam': {'base_frame': base_frame},
-        'world_pose': {'model': model},
-        'ideal_odom': {'model': model, 'base_frame': base_frame},
-        'global_pose': {'base_frame': base_frame},
-    }
+    model, base_frame = {'model': robot.setup.name}, {'base_frame': robot.params.odometry.base_frame}
+    # Nodes without a file in config/.
+    others = {'slam': base_frame, 'world_pose': model, 'ideal_odom': {**model, **base_frame}, 'global_pose': base_frame}
+    return {**for_xml_rpc(nested(robot.settings)), **others}, robot.notes
 
 
 def _of_bag(given: str) -> Dict[str, Any]:

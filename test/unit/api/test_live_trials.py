@@ -97,10 +97,7 @@ FILES = {
         ('--config={}/twice.yaml', ['twice.yaml, line 2', 'rate', 'line 1']),
         ('--config={}/misspelt.yaml', ['wheel_diametre: unknown key', 'wheel_diameter']),
         ('--config={}/negative.yaml', ['negative.yaml', 'wheel_diameter', '-0.2', '0.001 to 100 [m]']),
-        (
-            '--config={}/lines.yaml --ppr=90',
-            ['lines.yaml: encoder: given 500 lines x 4', 'with ppr 90'],
-        ),
+        ('--config={}/lines.yaml --ppr=90', ['lines.yaml: encoder: given 500 lines x 4', 'with ppr 90']),
         ('--slam-config={}/minutes.yaml', ['minutes.yaml, line 1', '1:30', '90']),
         ('--test=DLD --nav=scripted', ['DLD has no drive']),
         ('--test={}/no_route.yaml', ['nav', 'embedded', 't has no route', 'scripted']),
