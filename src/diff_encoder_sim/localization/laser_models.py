@@ -199,7 +199,11 @@ class LikelihoodFieldProb(LikelihoodField):
 
         All rays, with a warning, if beam_skip_error_threshold or more would be left out.
         """
-        agreeing = count_at_endpoints(poses, ends, self._is_near)
+        column, row, cos_yaw, sin_yaw = poses.T[:, :, np.newaxis]
+        last_row, last_column = np.subtract(self._is_near.shape, 1)
+        columns = np.clip(column + cos_yaw * ends[0] - sin_yaw * ends[1] + 1.0, 0, last_column).astype(int)
+        rows = np.clip(row + sin_yaw * ends[0] + cos_yaw * ends[1] + 1.0, 0, last_row).astype(int)
+        agreeing = self._is_near[rows, columns].sum(axis=0)
         kept = agreeing > self._params.beam_skip_threshold * len(poses)
         skipped = 1.0 - float(kept.mean())
         if skipped < self._params.beam_skip_error_threshold:
@@ -282,20 +286,6 @@ def sum_over_endpoints(poses: Array, ends: Array, table: Array) -> np.ndarray:
             total += entries[int(y) * width + int(x)]
         sums[i] = total
     return sums
-
-
-@compiled
-def count_at_endpoints(poses: Array, ends: Array, table: Array) -> np.ndarray:
-    """Return (k,) sums over poses of the table's entries where each ray ends; see above."""
-    height, width = table.shape
-    counts = np.zeros(ends.shape[1], dtype=np.int64)
-    for i in range(len(poses)):
-        column, row, cos_yaw, sin_yaw = poses[i]
-        for j in range(ends.shape[1]):
-            x = min(max(column + cos_yaw * ends[0, j] - sin_yaw * ends[1, j] + 1.0, 0.0), width - 1.0)
-            y = min(max(row + sin_yaw * ends[0, j] + cos_yaw * ends[1, j] + 1.0, 0.0), height - 1.0)
-            counts[j] += table[int(y), int(x)]
-    return counts
 
 
 @compiled

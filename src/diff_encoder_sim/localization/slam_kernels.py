@@ -67,7 +67,7 @@ def propose_poses(
     for i in range(len(drawn)):
         match, scores[i] = climb(table[i], cells, expected[i], ends, search)
         if not scores[i] > search.minimum_score:
-            log_factors[i] = log_likelihood(table[i], cells, drawn[i], ends, search)
+            log_factors[i] = fit(table[i], cells, drawn[i], ends, search)[1]
             continue
         mode, root = refine(table[i], cells, match, expected[i], ends, search, sigmas)
         correction = mode - expected[i]
@@ -75,7 +75,7 @@ def propose_poses(
         trends[i] = trend + (offset - trend) / TREND_STEPS
         way = correction + _divided_by_transpose(root, normals[i])
         drawn[i] = expected[i] + scan_share(offset, trends[i]) * way
-        log_factors[i] = log_likelihood(table[i], cells, mode, ends, search)
+        log_factors[i] = fit(table[i], cells, mode, ends, search)[1]
         log_factors[i] += _log_motion(mode, expected[i], sigmas) - np.log(np.diag(root)).sum()
     return drawn, log_factors, scores, trends
 
@@ -89,7 +89,7 @@ def climb(table: Array, cells: Array, pose: Array, ends: Array, search: Search) 
     """
     step, turn_rad, halvings = search.step, search.turn_rad, search.halvings
     best = pose.copy()
-    score = _score(table, cells, best, ends, search)
+    score = fit(table, cells, best, ends, search)[0]
     trial = np.empty(3)
     while halvings >= 0:
         taken = -1
@@ -97,7 +97,7 @@ def climb(table: Array, cells: Array, pose: Array, ends: Array, search: Search) 
             trial[0] = best[0] + step * MOVES[move, 0]
             trial[1] = best[1] + step * MOVES[move, 1]
             trial[2] = best[2] + turn_rad * MOVES[move, 2]
-            trial_score = _score(table, cells, trial, ends, search)
+            trial_score = fit(table, cells, trial, ends, search)[0]
             if trial_score > score:
                 score, taken = trial_score, move
         if taken >= 0:
@@ -110,33 +110,26 @@ def climb(table: Array, cells: Array, pose: Array, ends: Array, search: Search) 
 
 
 @compiled
-def _score(table: Array, cells: Array, pose: Array, ends: Array, search: Search) -> float:
-    """Sum exp(scale times squared distance) over the rays; 0 where nothing is near."""
+def fit(table: Array, cells: Array, pose: Array, ends: Array, search: Search) -> Tuple[float, float]:
+    """Return the score and the log-likelihood of a scan at a pose.
+
+    Sums over the rays of exp(scale times squared distance), 0 where nothing is near, and of scale times squared
+    distance; beyond the kernel, its radius counts. Upstream's likelihood is 90 times as much: rays into what was never
+    seen before would decide.
+    """
     cos_yaw, sin_yaw = math.cos(pose[2]), math.sin(pose[2])
-    total = 0.0
+    score = log_likelihood = 0.0
     for j in range(len(ends)):
         x = pose[0] + cos_yaw * ends[j, 0] - sin_yaw * ends[j, 1]
         y = pose[1] + sin_yaw * ends[j, 0] + cos_yaw * ends[j, 1]
-        squared = _squared_distance(table, cells, x, y, search.kernel)
-        if squared < math.inf:
-            total += math.exp(search.score_scale * squared)
-    return total
-
-
-@compiled
-def log_likelihood(table: Array, cells: Array, pose: Array, ends: Array, search: Search) -> float:
-    """Sum scale times squared distance over the rays; beyond the kernel, its radius counts."""
-    cos_yaw, sin_yaw = math.cos(pose[2]), math.sin(pose[2])
-    # Upstream's is 90 times as much: rays into what was never seen before would decide.
-    scale = search.likelihood_scale
-    no_match = scale * (search.kernel + 0.5) ** 2
-    total = 0.0
-    for j in range(len(ends)):
-        x = pose[0] + cos_yaw * ends[j, 0] - sin_yaw * ends[j, 1]
-        y = pose[1] + sin_yaw * ends[j, 0] + cos_yaw * ends[j, 1]
-        squared = _squared_distance(table, cells, x, y, search.kernel)
-        total += scale * squared if squared < math.inf else no_match
-    return total
+        found, off_x, off_y, xx, xy, yy = _surface_near(table, cells, x, y, search.kernel)
+        if found:
+            squared = xx * off_x * off_x + 2.0 * xy * off_x * off_y + yy * off_y * off_y
+            score += math.exp(search.score_scale * squared)
+            log_likelihood += search.likelihood_scale * squared
+        else:
+            log_likelihood += search.likelihood_scale * (search.kernel + 0.5) ** 2
+    return score, log_likelihood
 
 
 @compiled
@@ -198,13 +191,6 @@ def _add_scan(
         pull[0] -= weight * force_x
         pull[1] -= weight * force_y
         pull[2] -= weight * (force_y * arm_x - force_x * arm_y)
-
-
-@compiled
-def _squared_distance(table: Array, cells: Array, x: float, y: float, kernel: int) -> float:
-    """Return the squared distance from a point to the surface near it, infinite if there is none."""
-    found, off_x, off_y, xx, xy, yy = _surface_near(table, cells, x, y, kernel)
-    return float(xx * off_x * off_x + 2.0 * xy * off_x * off_y + yy * off_y * off_y) if found else math.inf
 
 
 @compiled

@@ -6,7 +6,7 @@ import pytest
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.localization.grid_slam import propose, search_of
 from diff_encoder_sim.localization.patches import usable_rays
-from diff_encoder_sim.localization.slam_kernels import Search, climb, log_likelihood, refine, scan_share
+from diff_encoder_sim.localization.slam_kernels import Search, climb, fit, refine, scan_share
 from slam_maps import CELL_M, maps_of, room_map
 from slam_room import params, room_scan
 
@@ -47,7 +47,7 @@ def test_along_a_straight_wall_nothing_pulls():
 
     def misfit(x_m, y_m):
         pose = np.array([(x_m + 4.0) / CELL_M, (y_m + 4.0) / CELL_M, 0.0])
-        return -log_likelihood(maps.table[0], maps.cells, pose, inner, SEARCH._replace(likelihood_scale=-1.0)) / 20
+        return -fit(maps.table[0], maps.cells, pose, inner, SEARCH._replace(likelihood_scale=-1.0))[1] / 20
 
     # In cells: a metre is 20.
     assert misfit(0.02, 0.0) == pytest.approx(0.4**2, rel=0.05)
