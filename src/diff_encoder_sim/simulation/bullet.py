@@ -55,27 +55,19 @@ def _import_quietly(name: str) -> Any:
 
 pybullet = deferred('pybullet', _import_quietly)
 
-__all__ = ['STDERR', 'STDOUT', 'pybullet', 'silence']
-
-
 QuatXyzw = Tuple[float, float, float, float]
-
-
-def shape_arguments(solid: Solid) -> Dict[str, Any]:
-    """Return PyBullet's arguments for a solid's collision shape."""
-    shape = solid.shape
-    if isinstance(shape, Box):
-        return {'shapeType': pybullet.GEOM_BOX, 'halfExtents': [0.5 * length_m for length_m in shape.size_xyz_m]}
-    if isinstance(shape, Cylinder):
-        return {'shapeType': pybullet.GEOM_CYLINDER, 'radius': shape.radius_m, 'height': shape.length_m}
-    if isinstance(shape, Sphere):
-        return {'shapeType': pybullet.GEOM_SPHERE, 'radius': shape.radius_m}
-    return {'shapeType': pybullet.GEOM_PLANE}
 
 
 def add_shape(client: int, solid: Solid) -> int:
     """Make a solid's collision shape in one of PyBullet's worlds, and return its number."""
-    return int(pybullet.createCollisionShape(physicsClientId=client, **shape_arguments(solid)))
+    shape, arguments = solid.shape, {'shapeType': pybullet.GEOM_PLANE}
+    if isinstance(shape, Box):
+        arguments = {'shapeType': pybullet.GEOM_BOX, 'halfExtents': [0.5 * length_m for length_m in shape.size_xyz_m]}
+    elif isinstance(shape, Cylinder):
+        arguments = {'shapeType': pybullet.GEOM_CYLINDER, 'radius': shape.radius_m, 'height': shape.length_m}
+    elif isinstance(shape, Sphere):
+        arguments = {'shapeType': pybullet.GEOM_SPHERE, 'radius': shape.radius_m}
+    return int(pybullet.createCollisionShape(physicsClientId=client, **arguments))
 
 
 def add_body(client: int, shape: int, solid: Solid) -> int:
@@ -92,11 +84,6 @@ def add_body(client: int, shape: int, solid: Solid) -> int:
             physicsClientId=client,
         )
     )
-
-
-def remove_body(client: int, body: int) -> None:
-    """Take a body out of one of PyBullet's worlds."""
-    pybullet.removeBody(body, physicsClientId=client)
 
 
 def quat_xyzw(rotation: np.ndarray) -> QuatXyzw:
@@ -139,7 +126,7 @@ class NearSolids:
         for index in sorted(self._bodies.keys() - near):
             body = self._bodies.pop(index)
             del self.names[body]
-            remove_body(self._client, body)
+            pybullet.removeBody(body, physicsClientId=self._client)
         for index in sorted(near - self._bodies.keys()):
             body = self._bodies[index] = add_body(self._client, self._shapes[index], self._solids[index])
             self.names[body] = self._solids[index].name

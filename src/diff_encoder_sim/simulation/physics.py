@@ -73,22 +73,36 @@ class BulletPhysics:
         self._wheel_torque_nm = wheel_torque_nm
         self._client = pybullet.connect(pybullet.DIRECT)
         try:
-            self._configure(params)
+            pybullet.setGravity(0, 0, -GRAVITY_MPS2, physicsClientId=self._client)
+            pybullet.setPhysicsEngineParameter(
+                fixedTimeStep=TICK_S,
+                numSubSteps=params.steps_per_tick,
+                numSolverIterations=params.solver_iterations,
+                solverResidualThreshold=SOLVER_RESIDUAL_THRESHOLD,
+                deterministicOverlappingPairs=1,
+                contactBreakingThreshold=CONTACT_BREAKING,
+                physicsClientId=self._client,
+            )
             floors = [solid for solid in world.solids if isinstance(solid.shape, Plane)]
             obstacles = [solid for solid in world.solids if not isinstance(solid.shape, Plane)]
             self._floors = [add_body(self._client, add_shape(self._client, floor), floor) for floor in floors]
             self._robot = self._load(robot)
-            self._ignore_what_does_not_touch()
+            for link in self._links():
+                pybullet.changeDynamics(
+                    self._robot, link, contactProcessingThreshold=TOUCHING_M, physicsClientId=self._client
+                )
             left_joint, right_joint = robot.joints
             joints = self._link_indices(by_joint=True)
             self._wheel_joints = joints[left_joint], joints[right_joint]
             self._floor_only = self._keep_to_floors(robot.floor_only_links)
-            self._near = NearSolids(self._client, obstacles, self._keep_off)
+            self._near = NearSolids(self._client, obstacles, lambda solid: self._filter(solid, self._floor_only))
             self._wheel_radius_m = max(robot.wheels[:2])
             self._driven_m, self._ticks = 0.0, 0  # since the near solids were looked at
             self._tick_m = 0.0  # that the robot may move in a tick: the most of it since then
             self._set_motors(0.0, 0.0)
-            self._base_in_inertial = self._inverse_inertial_offset()
+            dynamics = pybullet.getDynamicsInfo(self._robot, ROOT_LINK, physicsClientId=self._client)
+            # base_link's pose in the frame of the root's centre of mass.
+            self._base_in_inertial: PoseXyzQuat = pybullet.invertTransform(dynamics[3], dynamics[4])
             self._settle(start_pose, robot.description.floor_z_m)
         except BaseException:
             self.close()
@@ -193,18 +207,6 @@ class BulletPhysics:
         pose: PoseXyzQuat = pybullet.getBasePositionAndOrientation(self._robot, physicsClientId=self._client)
         return pose
 
-    def _configure(self, params: PhysicsParams) -> None:
-        pybullet.setGravity(0, 0, -GRAVITY_MPS2, physicsClientId=self._client)
-        pybullet.setPhysicsEngineParameter(
-            fixedTimeStep=TICK_S,
-            numSubSteps=params.steps_per_tick,
-            numSolverIterations=params.solver_iterations,
-            solverResidualThreshold=SOLVER_RESIDUAL_THRESHOLD,
-            deterministicOverlappingPairs=1,
-            contactBreakingThreshold=CONTACT_BREAKING,
-            physicsClientId=self._client,
-        )
-
     def _load(self, robot: SimulatedRobot) -> int:
         # Not URDF_MERGE_FIXED_LINKS: it misplaces the centre of mass, and the casters get friction.
         flags = pybullet.URDF_USE_INERTIA_FROM_FILE
@@ -218,16 +220,13 @@ class BulletPhysics:
             except pybullet.error:
                 raise ConfigError(f'{robot.description.tree.where}: PyBullet cannot load its URDF') from None
 
-    def _ignore_what_does_not_touch(self) -> None:
-        for link in range(ROOT_LINK, pybullet.getNumJoints(self._robot, physicsClientId=self._client)):
-            pybullet.changeDynamics(
-                self._robot, link, contactProcessingThreshold=TOUCHING_M, physicsClientId=self._client
-            )
+    def _links(self) -> range:
+        """Return PyBullet's numbers of the robot's links, the root's first."""
+        return range(ROOT_LINK, pybullet.getNumJoints(self._robot, physicsClientId=self._client))
 
     def _link_indices(self, by_joint: bool) -> Dict[str, int]:
         """Return PyBullet's numbers of the robot's links but the root, by their own names or their joints'."""
-        count = pybullet.getNumJoints(self._robot, physicsClientId=self._client)
-        infos = [pybullet.getJointInfo(self._robot, index, physicsClientId=self._client) for index in range(count)]
+        infos = [pybullet.getJointInfo(self._robot, link, physicsClientId=self._client) for link in self._links()[1:]]
         return {info[1 if by_joint else 12].decode(): info[0] for info in infos}
 
     def _keep_to_floors(self, floor_only_links: Sequence[str]) -> Tuple[int, ...]:
@@ -242,11 +241,8 @@ class BulletPhysics:
             self._filter(floor, others)
         return floor_only
 
-    def _keep_off(self, solid: int) -> None:
-        """Keep the links that touch floors alone off a solid."""
-        self._filter(solid, self._floor_only)
-
     def _filter(self, body: int, links: Iterable[int]) -> None:
+        """Keep links off a body."""
         # Pairs, because PyBullet's groups and masks change nothing between bodies that overlap already.
         for link in sorted(links):
             pybullet.setCollisionFilterPair(
@@ -265,17 +261,10 @@ class BulletPhysics:
     def _reach_of_robot_m(self) -> float:
         """Return how far from base_link the robot extends, by the boxes around its links."""
         (x_m, y_m, _), _ = self.base_pose()
-        links = range(ROOT_LINK, pybullet.getNumJoints(self._robot, physicsClientId=self._client))
-        corners_m = [pybullet.getAABB(self._robot, link, physicsClientId=self._client) for link in links]
+        corners_m = [pybullet.getAABB(self._robot, link, physicsClientId=self._client) for link in self._links()]
         return max(
             math.hypot(x - x_m, y - y_m) for (low, high) in corners_m for x, y in product(*zip(low[:2], high[:2]))
         )
-
-    def _inverse_inertial_offset(self) -> PoseXyzQuat:
-        """Return base_link's pose in the frame of the root's centre of mass."""
-        dynamics = pybullet.getDynamicsInfo(self._robot, ROOT_LINK, physicsClientId=self._client)
-        pose: PoseXyzQuat = pybullet.invertTransform(dynamics[3], dynamics[4])
-        return pose
 
     def _settle(self, start_pose: Pose2D, floor_z_m: float) -> None:
         """Let the robot, the floor at a height in its own frame, settle onto its casters; then put it at the start."""

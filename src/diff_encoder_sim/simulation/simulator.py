@@ -27,7 +27,7 @@ from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.se2 import Pose2D, yaw_from_quat_xyzw
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.robots.description import RobotChoices, RobotDescription, RobotSource
+from diff_encoder_sim.robots.description import RobotChoices, RobotSource
 from diff_encoder_sim.robots.robot_setup import proposed_laser_line
 from diff_encoder_sim.robots.simulated_robot import GeometryErrors, load_simulated_robot
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
@@ -252,13 +252,15 @@ class Simulator:
         self._robot = load_simulated_robot(source, params.choices(), geometry)
         self._joints, self._forward_signs = self._robot.joints, self._robot.forward_signs
         description = self._robot.description
-        laser_pose = _laser_pose_in_root(description)
-        self.laser_pose_in_base = _in_plane(laser_pose)
-        self._laser_above_base_m = float(laser_pose[2, 3])
+        if description.laser is None:
+            allowed = f'simulator.laser_link, a link of the file, or {proposed_laser_line(description)}'
+            raise ConfigError(f'{description.tree.where}: no laser is found; allowed: {allowed}')
+        laser_pose = description.laser.pose_in_root  # upright
+        x_m, y_m, self._laser_above_base_m = laser_pose[:3, 3].tolist()
+        self.laser_pose_in_base = Pose2D(x_m, y_m, math.atan2(laser_pose[1, 0], laser_pose[0, 0]))
         self._start_pose, self._seed = start_pose, seed
         radius_m = 0.5 * description.wheel_diameter_m
         self._controller = DriveController(params.drive, radius_m, description.wheel_separation_m)
-        self._physics = self._new_physics()
         self._begin()
 
     @property
@@ -274,26 +276,21 @@ class Simulator:
         """Restore the state of the beginning, time and wheel angles included."""
         self.close()
         self._controller.reset()
-        self._physics = self._new_physics()
         self._begin()
-
-    def _new_physics(self) -> BulletPhysics:
-        params = self.params
-        return BulletPhysics(self.world, self._robot, self._start_pose, params.drive.wheel_torque, params.physics)
 
     def _begin(self) -> None:
         """Set time to 0, and draw what differs from trial to trial from the seed."""
-        self.time_ns = 0
+        params, self.time_ns = self.params, 0
+        self._physics = BulletPhysics(
+            self.world, self._robot, self._start_pose, params.drive.wheel_torque, params.physics
+        )
         phases_rad = generator(self._seed, 'wheel_phase').uniform(0.0, 2.0 * math.pi, 2)
         self._phases_rad: List[float] = phases_rad.tolist()
         # base_link may be at the floor, where ALTO's is, or at the axle.
         self._scan_height_m = self._physics.base_pose()[0][2] + self._laser_above_base_m
-        self._lidar = Lidar(self.world, self._scan_height_m, self.params.lidar, generator(self._seed, 'lidar_noise'))
-        self._wheels = SlippingWheels(
-            self.params.wheel_errors,
-            (self._robot.wheels.left_radius_m, self._robot.wheels.right_radius_m),
-            generator(self._seed, 'wheel_slip'),
-        )
+        self._lidar = Lidar(self.world, self._scan_height_m, params.lidar, generator(self._seed, 'lidar_noise'))
+        radius_m = self._robot.wheels.left_radius_m, self._robot.wheels.right_radius_m
+        self._wheels = SlippingWheels(params.wheel_errors, radius_m, generator(self._seed, 'wheel_slip'))
         self._read_wheels()
 
     def reset_world(self) -> None:
@@ -353,22 +350,3 @@ class Simulator:
         turned_rad = self._wheels.turned(rolled.angles_rad)
         self._angles_rad = self._phases_rad[0] + turned_rad[0], self._phases_rad[1] + turned_rad[1]
         self._speeds_radps = self._wheels.turning_speeds(*rolled.speeds_radps)
-
-
-def _laser_pose_in_root(description: RobotDescription) -> np.ndarray:
-    """Return the scanner's (4, 4) pose, which is upright.
-
-    Raises:
-        ConfigError: the robot has none.
-    """
-    if description.laser is None:
-        raise ConfigError(
-            f'{description.tree.where}: no laser is found; allowed: simulator.laser_link, a link of the file, or '
-            f'{proposed_laser_line(description)}'
-        )
-    return description.laser.pose_in_root
-
-
-def _in_plane(pose: np.ndarray) -> Pose2D:
-    x_m, y_m = pose[:2, 3].tolist()
-    return Pose2D(x_m, y_m, math.atan2(pose[1, 0], pose[0, 0]))

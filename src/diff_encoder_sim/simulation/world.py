@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Iterator, List, NamedTuple, Union
+from typing import List, NamedTuple, Union
 from xml.etree import ElementTree
 
 import numpy as np
@@ -56,7 +56,15 @@ def load_world(path: Union[str, Path]) -> World:
     Raises:
         ConfigError: the file cannot be read, or the simulator cannot simulate what it holds.
     """
-    element = _world_element(path)
+    try:
+        root = ElementTree.parse(str(path)).getroot()
+    except OSError as error:
+        raise ConfigError(f'{path}: cannot be read: {error.strerror}') from None
+    except (ElementTree.ParseError, LookupError, ValueError) as error:  # also of an encoding that is none of text
+        raise ConfigError(f'{path}: not valid XML: {error}') from None
+    element = root.find('world')
+    if root.tag != 'sdf' or element is None:
+        raise ConfigError(f'{path}: given <{root.tag}>; allowed: <sdf> with a <world>')
     if element.find('include') is not None:
         raise ConfigError(f'{path}: <include> is given; allowed: models of primitives in the file')
     world = World(element.get('name', Path(path).stem), [_model_of(model, path) for model in element.findall('model')])
@@ -65,35 +73,17 @@ def load_world(path: Union[str, Path]) -> World:
     return world
 
 
-def _world_element(path: Union[str, Path]) -> ElementTree.Element:
-    try:
-        root = ElementTree.parse(str(path)).getroot()
-    except OSError as error:
-        raise ConfigError(f'{path}: cannot be read: {error.strerror}') from None
-    except (ElementTree.ParseError, LookupError, ValueError) as error:  # also of an encoding that is none of text
-        raise ConfigError(f'{path}: not valid XML: {error}') from None
-    world = root.find('world')
-    if root.tag != 'sdf' or world is None:
-        raise ConfigError(f'{path}: given <{root.tag}>; allowed: <sdf> with a <world>')
-    return world
-
-
 def _model_of(element: ElementTree.Element, path: Union[str, Path]) -> Model:
-    name = element.get('name', 'model')
+    model = Model(element.get('name', 'model'), _pose_of(element, path), [])
     if element.findtext('static', 'false').strip() not in ('true', '1'):
-        raise ConfigError(f'{path}: model {name!r} moves; allowed: <static>true</static>')
-    pose = _pose_of(element, path)
-    return Model(name, pose, list(_solids_of(element, name, pose, path)))
-
-
-def _solids_of(
-    model: ElementTree.Element, model_name: str, model_pose: np.ndarray, path: Union[str, Path]
-) -> Iterator[Solid]:
-    for link in model.findall('link'):
-        link_pose = model_pose @ _pose_of(link, path)
+        raise ConfigError(f'{path}: model {model.name!r} moves; allowed: <static>true</static>')
+    for link in element.findall('link'):
+        link_pose = model.pose_in_world @ _pose_of(link, path)
         for collision in link.findall('collision'):
-            name = f'{model_name}/{link.get("name")}/{collision.get("name")}'
-            yield Solid(name, _shape_of(collision, name, path), link_pose @ _pose_of(collision, path))
+            name = f'{model.name}/{link.get("name")}/{collision.get("name")}'
+            pose = link_pose @ _pose_of(collision, path)
+            model.solids.append(Solid(name, _shape_of(collision, name, path), pose))
+    return model
 
 
 def _shape_of(collision: ElementTree.Element, name: str, path: Union[str, Path]) -> Shape:
