@@ -15,7 +15,6 @@ from diff_encoder_sim.trials.executors import Workers
 from diff_encoder_sim.trials.progress import Progress
 from diff_encoder_sim.trials.results import ResultStore
 from diff_encoder_sim.trials.trial_run import FinishedTrial, RunTrials, run_group, run_trials
-from diff_encoder_sim.trials.trial_setup import drive_params
 
 # Limit of open bags per group; all are lost with their worker.
 MOST_TOGETHER = 16
@@ -37,7 +36,10 @@ def trial_groups(trials: Sequence[RequestedTrial]) -> List[TrialGroup]:
             groups[trial.position, 0] = [trial]
             continue
         if cell.label not in numbers:
-            drive = cell.test.name, *drive_params(cell.robot_params)
+            # What changes the drive, or its messages except those of encoder and odometry.
+            params = cell.robot_params
+            frames = params.amcl.global_frame_id, params.odometry.odom_frame
+            drive = cell.test.name, params.simulator, params.latency.command, *frames
             numbers[cell.label] = drives.setdefault(drive, len(drives))
         groups.setdefault((numbers[cell.label], trial.seed), []).append(trial)
     return [

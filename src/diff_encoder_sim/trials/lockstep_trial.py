@@ -103,36 +103,35 @@ class LockstepTrial:
 
         Raises:
             ConfigError: a file is missing or bad, or the trial needs the live graph.
-            ValueError: the trials are different drives.
         """
-        _check_supported(plan)
-        own = TrialSetup(plan, params)
-        if any(setup.plan.trial.nav != 'scripted' or setup.drive() != own.drive() for setup, _ in sharing[1:]):
-            raise ValueError('given trials that are different drives; expected scripted ones that differ in encoders')
-        start = plan.trial.test.start.pose()
-        self._goal = plan.trial.goal()
+        trial = plan.trial
+        if trial.odom != 'encoder' or trial.nav == 'upstream' or plan.slam != 'none':
+            given = f'odom {trial.odom}, nav {trial.nav}, slam {plan.slam}'
+            raise ConfigError(f'lockstep: given {given}; allowed: encoder; embedded or scripted; none')
+        start = trial.test.start.pose()
+        self._goal = trial.goal()
         self._is_recorded, self._publications = publications is not None, publications or Publications()
-        sharing = sharing or [(own, self._publications)]
+        sharing = sharing or [(TrialSetup(plan, params), self._publications)]
         for setup, of_wheels in sharing:
             of_wheels.trial(setup.plan.trial)
-        self._simulator = Simulator(plan.world, robot_file, params.simulator, start, plan.trial.number)
+        self._simulator = Simulator(plan.world, robot_file, params.simulator, start, trial.number)
         self._command_latency_ns = latency_ns(params.latency.command)
         self._delayed = Delayed()
         self._reports: List[Report] = []  # of the first trial, at this tick
-        self._ending: Optional[Ending] = None
+        self.ending = Ending(Outcome.TORN)  # until the trial has ended
         self._start_pose = start
         self.true_pose_in_map = start  # the newest /world_pose
         self.distance_m = 0.0  # path length of base_link
         try:
-            self._publications.begin(plan.trial, self._simulator, robot_file)
+            self._publications.begin(trial, self._simulator, robot_file)
             self.driver: Union[ScriptedDriver, NavigatingDriver]
-            if plan.trial.nav == 'scripted':
-                self.driver = ScriptedDriver(plan.trial, self._send)
+            if trial.nav == 'scripted':
+                self.driver = ScriptedDriver(trial, self._send)
             else:
                 self.driver = NavigatingDriver(
                     plan, params, self._simulator.laser_pose_in_base, self._delayed.at, self._send, self._publications
                 )
-            has_scans = plan.trial.nav != 'scripted' or self._publications.takes_scans  # not used by scripts
+            has_scans = trial.nav != 'scripted' or self._publications.takes_scans  # not used by scripts
             self._scan_period_ns = params.simulator.lidar.period_ns if has_scans else 0
             joints = self._simulator.joint_states().names
             self.wheels = [TrialWheels(setup, joints, of_wheels) for setup, of_wheels in sharing]
@@ -145,34 +144,18 @@ class LockstepTrial:
         """Return the simulated time."""
         return self._simulator.time_ns
 
-    @property
-    def ending(self) -> Ending:
-        """Return the outcome of the finished trial.
-
-        Raises:
-            RuntimeError: it has not ended.
-        """
-        if self._ending is None:
-            raise RuntimeError('the trial has not ended')
-        return self._ending
-
-    @property
-    def last_report(self) -> Optional[Report]:
-        """Return the report of the newest /odom of the first trial, None before the first."""
-        return self.wheels[0].last_report
-
     def run(self) -> Iterator[Report]:
         """Run the drive to its `ending`, and yield a report at each /odom of the first trial."""
         try:
-            while self._ending is None:
+            while self.ending.outcome is Outcome.TORN:
                 try:
                     self._tick()
                 except RouteFailed as failure:
-                    self._ending = failure.ending
+                    self.ending = failure.ending
                 if self._reports:
                     yield from self._reports
                     self._reports.clear()
-            self._publications.ending(self._simulator.time_ns, self._ending)
+            self._publications.ending(self._simulator.time_ns, self.ending)
         finally:
             self._simulator.close()
             # Free maps and filters now; reference cycles would delay it.
@@ -198,7 +181,7 @@ class LockstepTrial:
         self._delayed.run_until(now_ns)
         if self.driver.is_over:
             reason = goal_error(self.true_pose_in_map, self._goal)
-            self._ending = Ending(Outcome.LOST, reason) if reason else Ending(Outcome.SUCCEEDED)
+            self.ending = Ending(Outcome.LOST, reason) if reason else Ending(Outcome.SUCCEEDED)
         else:
             simulator.tick()
 
@@ -248,12 +231,3 @@ class LockstepTrial:
         for wheels in self.wheels:
             # Encoders without direction use the signs of these speeds.
             wheels.chain.take_command(*wheel_speeds_mps(*command, wheels.separation_m))
-
-
-def _check_supported(plan: TrialPlan) -> None:
-    trial = plan.trial
-    if trial.odom != 'encoder' or trial.nav == 'upstream' or plan.slam != 'none':
-        raise ConfigError(
-            f'lockstep: given odom {trial.odom}, nav {trial.nav}, slam {plan.slam}; '
-            f'allowed: encoder; embedded or scripted; none'
-        )

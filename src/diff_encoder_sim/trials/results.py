@@ -170,10 +170,7 @@ class ResultStore:
         return self._table.path
 
     def _refuse_foreign(self, must_resume: bool) -> None:
-        bags, has_manifest = self.folder / BAGS, (self.folder / MANIFEST).is_file()
-        if bags.is_symlink():
-            allowed = 'a folder, as nothing is written or removed outside of the results folder'
-            raise ConfigError(f'{bags}: given a link to {str(bags.resolve())!r}; allowed: {allowed}')
+        has_manifest = (self.folder / MANIFEST).is_file()
         if must_resume and not has_manifest:
             allowed = 'a folder with results, or no --resume'
             raise ConfigError(f'{self.folder}: nothing to resume: no {MANIFEST}; allowed: {allowed}')

@@ -43,12 +43,11 @@ def run_trial(plan: TrialPlan, robot_file: Union[str, Path], params: RobotParams
 
 
 def run_trials(trials: Sequence[TrialSetup], robot_file: Union[str, Path]) -> List[TrialRow]:
-    """Run trials of equal `drive` at once; each has the same row and bag as if it ran separately.
+    """Run trials of one drive at once; each has the same row and bag as if it ran separately.
 
     Raises:
         ConfigError: a file is missing or bad.
         OSError: a bag cannot be written.
-        ValueError: the trials are not one drive.
     """
     plan, params, options = trials[0]
     nav = plan.trial.nav

@@ -1,8 +1,8 @@
-"""Set-up of a lockstep trial, and the key of trials that share a drive."""
+"""Set-up of a lockstep trial, and its options."""
 
 from __future__ import annotations
 
-from typing import Any, Dict, Literal, NamedTuple, Tuple
+from typing import Any, Dict, Literal, NamedTuple
 
 from pydantic import Field
 
@@ -39,14 +39,3 @@ class TrialSetup(NamedTuple):
     plan: TrialPlan
     params: RobotParams
     options: LockstepOptions = LockstepOptions()
-
-    def drive(self) -> Tuple[object, ...]:
-        """Return the key of the robot's drive; scripted trials with equal keys share a drive."""
-        plan, trial = self.plan, self.plan.trial
-        return trial.test, trial.number, trial.nav, plan.world, plan.slam, trial.odom, *drive_params(self.params)
-
-
-def drive_params(params: RobotParams) -> Tuple[object, ...]:
-    """Return the parameters that change a scripted drive, or its messages except those of encoder and odometry."""
-    frames = params.amcl.global_frame_id, params.odometry.odom_frame
-    return params.simulator, params.latency.command, *frames

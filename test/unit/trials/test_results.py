@@ -114,11 +114,6 @@ def test_a_folder_of_other_things_is_not_touched(campaign, tmp_path):
     (tmp_path / 'thesis.tex').write_text('precious')
     assert "holds 'thesis.tex' and no manifest.json" in refusal(tmp_path, campaign)
     assert [path.name for path in tmp_path.iterdir()] == ['thesis.tex']
-    folder = tmp_path / 'out'
-    kill(folder, campaign, 0)
-    (folder / 'bags').rmdir()
-    (folder / 'bags').symlink_to(tmp_path)
-    assert 'bags: given a link' in refusal(folder, campaign)
 
 
 def test_resume_needs_results_and_makes_no_folder(campaign, tmp_path):

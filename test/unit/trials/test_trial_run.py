@@ -66,17 +66,6 @@ def test_each_has_the_result_and_the_bag_that_it_has_alone(tmp_path, drive, bag_
     assert len(set(bags[0].values())) == (0 if record == 'none' else len(alone))
 
 
-@pytest.mark.parametrize(
-    'other', [{**LINE, 'number': 2}, TURN, {'nav': 'embedded'}], ids=['seed', 'drive', 'navigated']
-)
-def test_trials_that_are_other_drives_are_refused(tmp_path, other):
-    second = other if other['nav'] == 'embedded' else LINE
-    given = [setup(tmp_path / '1', 40, other), setup(tmp_path / '2', 90, second)]
-    with pytest.raises(ValueError, match='different drives'):
-        run_trials(given, ALTO)
-    assert not list(tmp_path.iterdir())
-
-
 def test_a_trial_that_cannot_be_run_or_written_leaves_no_bag(tmp_path):
     with pytest.raises(ConfigError, match='nav upstream'):
         run_trial(plan_of(HALL, nav='upstream', bag=tmp_path / 'refused.bag'), ALTO, params_of(), 'minimal')
