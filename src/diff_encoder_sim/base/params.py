@@ -5,21 +5,7 @@ from __future__ import annotations
 import difflib
 import re
 from pathlib import Path
-from typing import (
-    Any,
-    Callable,
-    Dict,
-    Iterable,
-    Iterator,
-    List,
-    Mapping,
-    Optional,
-    Sequence,
-    Tuple,
-    Type,
-    TypeVar,
-    Union,
-)
+from typing import Any, Callable, Dict, Iterable, Iterator, List, Mapping, Optional, Tuple, Type, TypeVar, Union
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import PydanticCustomError
@@ -186,7 +172,7 @@ def _first_problem(params_class: Type[Params], error: ValidationError) -> str:
     return f'{key}: given {_shown(given)}; allowed: {allowed}'
 
 
-def _keys_at(params_class: Type[Params], path: Sequence[str]) -> List[str]:
+def _keys_at(params_class: Type[Params], path: List[str]) -> List[str]:
     """Return the keys of the struct that a path of keys leads to."""
     for part in path:
         fields = params_class.model_fields.items()

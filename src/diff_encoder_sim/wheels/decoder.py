@@ -21,9 +21,17 @@ def counts_in_cycle(model: EncoderModel, is_dead: bool) -> List[int]:
         model: sensor and decoding.
         is_dead: whether the `dead_channel` of the faults is stuck.
     """
+    faults = model.faults
     if not SENSORS[model.sensor].channels:
-        return [0, -1 if model.faults.wiring == 'inverted' else 1]
-    seen = [_wired(levels, model, is_dead) for levels in (HALL if model.sensor == 'hall' else QUADRATURE)]
+        return [0, -1 if faults.wiring == 'inverted' else 1]
+    seen: List[Levels] = []
+    for levels in HALL if model.sensor == 'hall' else QUADRATURE:
+        a, b, *c = (
+            int(faults.dead_level == 'high') if is_dead and channel == faults.dead_channel else level
+            for channel, level in zip('ABC', levels)
+        )
+        wired = {'straight': (a, b), 'swapped': (b, a), 'inverted': (1 - a, b)}
+        seen.append((*wired[faults.wiring], *c))
     # Invalid levels keep the decoder in its last valid state, which the first cycle determines.
     steps, known = [0] * len(seen), seen[-1]
     for _ in range(2):
@@ -32,18 +40,6 @@ def counts_in_cycle(model: EncoderModel, is_dead: bool) -> List[int]:
             steps[edge] = step or 0
             known = known if step is None else levels
     return list(itertools.accumulate([0, *steps[1:], steps[0]]))
-
-
-def _wired(levels: Levels, model: EncoderModel, is_dead: bool) -> Levels:
-    """Return the levels at the decoder, with a dead channel and wrong wiring."""
-    faults, at_decoder = model.faults, list(levels)
-    if is_dead:
-        at_decoder['ABC'.index(faults.dead_channel)] = int(faults.dead_level == 'high')
-    if faults.wiring == 'swapped':
-        at_decoder[:2] = at_decoder[1], at_decoder[0]
-    if faults.wiring == 'inverted':
-        at_decoder[0] = 1 - at_decoder[0]
-    return tuple(at_decoder)
 
 
 def _step(model: EncoderModel, before: Levels, after: Levels) -> Optional[int]:

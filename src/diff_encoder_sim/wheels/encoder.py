@@ -139,33 +139,25 @@ def _mixed(key: Any) -> Any:
 
 
 @compiled
+def _hash(key: Any, purpose: int, number: int) -> Any:
+    """Return 64 reproducible bits."""
+    step = np.uint64(0x9E3779B97F4A7C15)
+    return _mixed(_mixed(key + np.uint64(purpose + 1) * step) + np.uint64(number) * step)
+
+
+@compiled
 def _uniform(key: Any, purpose: int, number: int) -> Any:
     """Return a reproducible number between 0 and 1, both excluded."""
-    step = np.uint64(0x9E3779B97F4A7C15)
-    mixed = _mixed(_mixed(key + np.uint64(purpose + 1) * step) + np.uint64(number) * step)
-    return (np.float64(mixed >> np.uint64(12)) + 0.5) / 4503599627370496.0  # 2^52
-
-
-A = (-39.6968302866538, 220.946098424521, -275.928510446969, 138.357751867269, -30.6647980661472, 2.50662827745924)
-B = (-54.4760987982241, 161.585836858041, -155.698979859887, 66.8013118877197, -13.2806815528857)
-C = (-0.00778489400243, -0.322396458041136, -2.40075827716184, -2.54973253934373, 4.37466414146497, 2.93816398269878)
-D = (0.007784695709041, 0.32246712907004, 2.44513413714300, 3.75440866190742)
+    return (np.float64(_hash(key, purpose, number) >> np.uint64(12)) + 0.5) / 4503599627370496.0  # 2^52
 
 
 @compiled
 def _normal(key: Any, purpose: int, number: int) -> Any:
-    """Return a standard normal sample: the quantile, to 1e-8 (Acklam, 2003)."""
-    uniform = _uniform(key, purpose, number)
-    tail = min(uniform, 1.0 - uniform)
-    if tail < 0.02425:
-        q = math.sqrt(-2.0 * math.log(tail))
-        above = ((((C[0] * q + C[1]) * q + C[2]) * q + C[3]) * q + C[4]) * q + C[5]
-        z = above / ((((D[0] * q + D[1]) * q + D[2]) * q + D[3]) * q + 1.0)
-        return z if uniform < 0.5 else -z
-    q = uniform - 0.5
-    r = q * q
-    above = (((((A[0] * r + A[1]) * r + A[2]) * r + A[3]) * r + A[4]) * r + A[5]) * q
-    return above / (((((B[0] * r + B[1]) * r + B[2]) * r + B[3]) * r + B[4]) * r + 1.0)
+    """Return a standard normal sample, of two uniform ones with 32 bits each (Box and Muller, 1958)."""
+    bits = _hash(key, purpose, number)
+    radius_share = (np.float64(bits >> np.uint64(32)) + 0.5) / 4294967296.0  # 2^32
+    turn_share = np.float64(bits & np.uint64(0xFFFFFFFF)) / 4294967296.0
+    return math.sqrt(-2.0 * math.log(radius_share)) * math.cos(2.0 * math.pi * turn_share)
 
 
 @compiled

@@ -60,8 +60,9 @@ class TwistEstimator:
     """Computes the twist from counts or measured speeds, with an optional low-pass, whose delay is no variance."""
 
     def __init__(self, params: OdometryParams) -> None:
-        self._params, self._m_per_pulse = params, params.m_per_pulse
+        self._params, self._m_per_pulse, self._travel_variance = params, params.m_per_pulse, params.travel_variance
         self._edge_variance, self._wave_variance = params.encoder.edge_variance, params.encoder.speed_variance
+        self._low_pass_s, self._separation_m = params.velocity_low_pass, params.wheel_separation
         self.reset()
 
     def reset(self) -> None:
@@ -90,14 +91,14 @@ class TwistEstimator:
                 self._speed(radps * radius_m, m_per_pulse, since_s)
                 for radps, m_per_pulse in zip(measured_radps, self._m_per_pulse)
             ]
-        if self._params.velocity_low_pass and interval_s:
+        if self._low_pass_s and interval_s:
             speeds = [(way / interval_s, variance / interval_s**2) for way, variance in rims]
             rims, interval_s = self._smoothed(stamp_ns, speeds), 1.0
-        return twist_of_rims(rims, interval_s, self._params.wheel_separation)
+        return twist_of_rims(rims, interval_s, self._separation_m)
 
     def _way(self, way_m: float, m_per_pulse: float) -> RimMotion:
         """Return the distance between two readings, with independent rounding errors."""
-        variance = 2.0 * reading_variance(m_per_pulse, self._edge_variance) + self._params.travel_variance * abs(way_m)
+        variance = 2.0 * reading_variance(m_per_pulse, self._edge_variance) + self._travel_variance * abs(way_m)
         return way_m, variance + self._wave_variance * way_m**2
 
     def _speed(self, mps: float, m_per_pulse: float, interval_s: float) -> RimMotion:
@@ -107,7 +108,7 @@ class TwistEstimator:
             return 0.0, PULSE_VARIANCE * (m_per_pulse / STANDSTILL_AFTER_S) ** 2
         least_s = interval_s if self._params.velocity_method == 'MT' else 0.0
         between_s = min(max(least_s, m_per_pulse / abs(mps)), STANDSTILL_AFTER_S)
-        way_m2 = 2.0 * self._edge_variance * m_per_pulse**2 + self._params.travel_variance * abs(mps) * between_s
+        way_m2 = 2.0 * self._edge_variance * m_per_pulse**2 + self._travel_variance * abs(mps) * between_s
         time_s2 = (1.0 / self._params.velocity_clock) ** 2 / 6.0
         return mps, (way_m2 + mps**2 * time_s2) / between_s**2 + self._wave_variance * mps**2
 
@@ -115,7 +116,7 @@ class TwistEstimator:
         """Apply the low-pass, assuming independent errors of successive speeds."""
         if self._smooth is not None:
             passed_s = (stamp_ns - self._smooth_ns) / NANOSECONDS_PER_SECOND
-            share = passed_s / (self._params.velocity_low_pass + passed_s)
+            share = passed_s / (self._low_pass_s + passed_s)
             speeds = [
                 (mean + share * (new - mean), (1.0 - share) ** 2 * variance + share**2 * of_new)
                 for (mean, variance), (new, of_new) in zip(self._smooth, speeds)
@@ -173,6 +174,7 @@ class WheelOdometry:
     def __init__(self, params: OdometryParams) -> None:
         self.params = params
         self._m_per_pulse, self._geometry_std = params.m_per_pulse, params.geometry_std
+        self._noise, self._curve_noise = params.travel_variance, params.curve_noise or 0.0
         self._reading_vars_m2, self._residual_m = params.reading_variances_m2, residual_std(*params.m_per_pulse)
         self._heading_var_rad2 = sum(self._reading_vars_m2) / params.wheel_separation**2
         self._timeline = Timeline(LATE_REPORT_TOLERANCE_NS)
@@ -241,7 +243,7 @@ class WheelOdometry:
         _, left_total, right_total = self._steps.total
         yaw_rad = (right_total * right_m_per_pulse - left_total * left_m_per_pulse) / separation_m
         self._pose = Pose2D(moved.x_m, moved.y_m, yaw_rad)
-        noise = self.params.travel_variance + (self.params.curve_noise or 0.0) * pull_mps2**2
+        noise = self._noise + self._curve_noise * pull_mps2**2
         self._motion_covariance = propagate_motion_noise(
             self._motion_covariance, *motion, noise, self._heading_var_rad2
         )

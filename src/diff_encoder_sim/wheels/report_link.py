@@ -68,17 +68,13 @@ class ReportParams(Params):
         return self.jitter_within_s(period_s) + self.latency + self.latency_spread + periods * period_s
 
     def most_behind_s(self, period_s: float) -> Dict[str, float]:
-        """Return the maximum lag of a report's stamp behind the newest received stamp, as a sum by keys [s].
-
-        Arrival stamps are always in order.
-        """
-        if self.stamps == 'arrival':
-            return {}
-        return {
+        """Return the maximum lag of a report's stamp behind the newest received stamp, as a sum by keys [s]."""
+        parts_s = {
             'latency_spread': self.latency_spread,
             'reordered': REORDERED_PERIODS * period_s if self.reordered else 0.0,
             'repeated': period_s if self.repeated else 0.0,
         }
+        return parts_s if self.stamps == 'sample' else {}  # arrival stamps are always in order
 
 
 PROMPT = ReportParams()
