@@ -129,8 +129,8 @@ def _latex(text: str) -> str:
     return ''.join(escapes.get(char, char) for char in text)
 
 
-def html_table(table: ResultTable) -> Dict[str, Any]:
-    """Return the data for the macros of tables.html: title, notes, and blocks of columns that fit the page width."""
+def html_table(table: ResultTable) -> List[Dict[str, Any]]:
+    """Return blocks of columns that fit the page width, for the macros of tables.html."""
     blocks, shown = [], table.shown()
     for names in table.abreast():
         groups = [(group, len(list(same))) for group, same in itertools.groupby(table.head(name)[0] for name in names)]
@@ -144,4 +144,4 @@ def html_table(table: ResultTable) -> Dict[str, Any]:
                 'rows': [(row, place > 0 and row[0] != rows[place - 1][0]) for place, row in enumerate(rows)],
             }
         )
-    return {'title': table.title, 'blocks': blocks, 'notes': table.notes}
+    return blocks

@@ -112,6 +112,12 @@ def varied_texts(values: Sequence[str], varied: Sequence[str]) -> List[str]:
     return [value if key == VARIANT else f'{key} {value}' for key, value in zip(varied, values)]
 
 
+def campaign_names(results: Results, name: str) -> List[str]:
+    """Return for each trial the name of its campaign in comparisons: a name with the varied parameters."""
+    values = results.trials[results.varied].values.tolist()
+    return [', '.join(filter(None, [name, *varied_texts(each, results.varied)])) for each in values]
+
+
 def final_errors(trials: pd.DataFrame, pose: str, quantity: Quantity) -> np.ndarray:
     """Return the (n,) errors of trials with this final pose (a key of `POSES`), in the quantity's unit."""
     errors: np.ndarray = quantity.scale * trials[quantity.column(pose)].dropna().to_numpy(dtype=float)

@@ -7,6 +7,7 @@ from typing import Any, Dict, List, NamedTuple, Optional, Sequence
 
 import numpy as np
 
+from diff_encoder_sim.analysis import statistics
 from diff_encoder_sim.analysis.encoder_labels import IDEAL, ppr_text, ppr_values
 from diff_encoder_sim.analysis.quantities import LEVEL, MINUS_TRUTH, QUANTITIES, YAW, Quantity, X
 from diff_encoder_sim.analysis.result_tables import ResultTable
@@ -18,14 +19,6 @@ from diff_encoder_sim.analysis.results_table import (
     encoders,
     equal_trials,
     final_errors,
-)
-from diff_encoder_sim.analysis.statistics import (
-    bootstrap_std_interval,
-    mean_interval,
-    spread,
-    std_interval,
-    wilcoxon,
-    wilson,
 )
 from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.trials.trials_csv import VARIANT
@@ -131,16 +124,16 @@ def error_statistics(errors: np.ndarray, quantity: Quantity) -> Dict[str, Option
     """Compute `STATISTICS` and `INTERVALS` of final errors; None if undefined."""
     within, trials = int(np.count_nonzero(np.abs(errors) <= quantity.tolerance)), len(errors)
     pairs = {
-        'mean': mean_interval(errors),
-        'std': std_interval(errors),
-        'std_bootstrap': bootstrap_std_interval(errors, np.random.default_rng(BOOTSTRAP_SEED)),
-        'pct_within': [100.0 * bound for bound in wilson(within, trials)],
+        'mean': statistics.mean_interval(errors),
+        'std': statistics.std_interval(errors),
+        'std_bootstrap': statistics.bootstrap_std_interval(errors, np.random.default_rng(BOOTSTRAP_SEED)),
+        'pct_within': [100.0 * bound for bound in statistics.wilson(within, trials)],
     }
     measures = {name: float(getattr(errors, name)()) if trials else None for name in ('min', 'max', 'mean')}
     return {
         'trials': trials,
         **measures,
-        'std': spread(errors),
+        'std': statistics.spread(errors),
         'pct_within': 100.0 * within / trials if trials else None,
         **{f'{name}_{end}': bound for name, pair in pairs.items() for end, bound in zip(('low', 'high'), pair)},
     }
@@ -247,13 +240,13 @@ def path_error_table(results: Results) -> Optional[ResultTable]:
 def _path_errors(trials: pd.DataFrame, source: str) -> Dict[str, Optional[float]]:
     """Return a row of the table of path errors; all trials must have a path."""
     means, ate_m = trials.mean(numeric_only=True), trials[f'{source}_ate_rmse_m'].to_numpy(dtype=float)
-    low_m, high_m = mean_interval(ate_m)
+    low_m, high_m = statistics.mean_interval(ate_m)
     errors: Dict[str, Optional[float]] = {
         'trials': len(trials),
         'ate_rmse_mean_m': float(np.mean(ate_m)),
         'ate_rmse_low_m': low_m,
         'ate_rmse_high_m': high_m,
-        'ate_rmse_std_m': spread(ate_m),
+        'ate_rmse_std_m': statistics.spread(ate_m),
         'ate_max_m': float(trials[f'{source}_ate_max_m'].max()),
         'yaw_rmse_mean_deg': math.degrees(means[f'{source}_yaw_rmse_rad']),
     }
@@ -301,7 +294,9 @@ def variant_errors(results: Results) -> pd.DataFrame:
             if not len(sizes):
                 continue
             if pairs and len(pairs[0]):  # typical ratio by signed ranks of logarithms
-                result = wilcoxon(*(np.log(np.maximum(error_sizes(part, kind), LEAST_ERROR)) for part in pairs))
+                result = statistics.wilcoxon(
+                    *(np.log(np.maximum(error_sizes(part, kind), LEAST_ERROR)) for part in pairs)
+                )
                 ratios = [math.exp(value) for value in (result.estimate, *result.interval)]
             low, median, high = (scale * np.percentile(sizes, (25.0, 50.0, 75.0))).tolist()
             shown = {name: keys[name] for name in ('ppr', 'setup', 'cell')}

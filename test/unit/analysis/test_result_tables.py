@@ -38,7 +38,7 @@ def test_a_wide_table_continues_below():
     text = markdown_text(small_table(groups=9))
     assert text.count('| key ') == 3 and text.count('group 8 x') == 1
     assert latex_text(small_table(groups=9)).count(r'\begin{tabular}') == 3
-    assert len(html_table(small_table(groups=9))['blocks']) == 3
+    assert len(html_table(small_table(groups=9))) == 3
 
 
 @pytest.mark.parametrize('text', ['a_b', '50 %', '$x$', 'a & b', '#1', '{x}', 'a\\b', '~', '^'])
@@ -57,7 +57,7 @@ def test_the_tables_of_the_paper_are_written_in_each_format_and_others_as_csv(tm
 def test_on_a_page_numbers_are_rounded_missing_ones_are_dashes_and_labels_are_texts():
     exact = pd.DataFrame([['SL', 'x_m', 0.12345, None]], columns=['test', 'quantity', 'x_m', 'y_m'], dtype=object)
     heads = {'x_m': ('40 PPR', 'x [m]'), 'y_m': ('40 PPR', 'y [m]')}
-    [block] = html_table(ResultTable('t', 'A table', exact, heads, {'x_m': [3], 'y_m': 3}))['blocks']
+    [block] = html_table(ResultTable('t', 'A table', exact, heads, {'x_m': [3], 'y_m': 3}))
     assert block['rows'] == [(['SL', 'x [m]', '0.123', '–'], False)]
     assert block['heads'] == [('test', False), ('quantity', False), ('x [m]', True), ('y [m]', True)]
     assert block['groups'] == [('', 2), ('40 PPR', 2)] and block['keys'] == 2

@@ -13,6 +13,7 @@ from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tu
 
 import numpy as np
 
+from diff_encoder_sim.analysis import statistics
 from diff_encoder_sim.analysis.paper.paper_cells import PPRS, TRIALS, load_claims
 from diff_encoder_sim.analysis.quantities import POSES, QUANTITIES, YAW, Quantity, X, Y
 from diff_encoder_sim.analysis.results_table import (
@@ -20,19 +21,9 @@ from diff_encoder_sim.analysis.results_table import (
     SUCCEEDED,
     Results,
     are_within,
+    campaign_names,
     equal_trials,
     final_errors,
-    varied_texts,
-)
-from diff_encoder_sim.analysis.statistics import (
-    SIGNIFICANCE,
-    holm,
-    mcnemar,
-    spread,
-    spread_ratio,
-    std_interval,
-    wilcoxon,
-    wilson,
 )
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.deferred import pandas as pd
@@ -43,6 +34,7 @@ stats = deferred('scipy.stats')
 COARSE, FINE = PPRS[:2], PPRS[2:]
 COARSE_AND_FINE = list(itertools.product(COARSE, FINE))
 EXTREMES = [(PPRS[0], PPRS[-1])]
+_TABLES = ('odom', 'global', 'world')
 
 EQUAL_FRACTIONS_MARGIN = 0.15  # 30 of 30 trials in both cells only bound the difference to 9 percentage points
 FEWEST_PAIRS = 3  # minimum for a test of spreads
@@ -87,10 +79,10 @@ def judged_parts(parts: Sequence[Errors], judge: Callable[[Errors], _Judged], fe
 
 def _concluded(too_few: Sequence[str], parts: Sequence[_Judged]) -> List[HypothesisTest]:
     tests = [HypothesisTest(UNCLEAR, f'{label}: too few trials') for label in too_few]
-    adjusted = holm([1.0 if is_as_claimed else p_value for _, is_as_claimed, _, p_value in parts])
+    adjusted = statistics.holm([1.0 if is_as_claimed else p_value for _, is_as_claimed, _, p_value in parts])
     for (text, is_as_claimed, is_sure, _), p_value in zip(parts, adjusted):
         unless_fails = HOLDS if is_as_claimed and is_sure else UNCLEAR
-        tests.append(HypothesisTest(FAILS if p_value < SIGNIFICANCE else unless_fails, text, p_value))
+        tests.append(HypothesisTest(FAILS if p_value < statistics.SIGNIFICANCE else unless_fails, text, p_value))
     return tests
 
 
@@ -99,11 +91,11 @@ def fractions_within(limit: float, parts: Sequence[Errors]) -> List[HypothesisTe
 
     def judge(one: Errors) -> _Judged:
         [within], trials = one.count_within(), len(one.values[0])
-        low, high = wilson(within, trials)
+        low, high = statistics.wilson(within, trials)
         deviation = (within / trials - limit) / math.sqrt(limit * (1.0 - limit) / trials)
         text = f'{one.label}: {within} of {trials} within, 95 % interval {100.0 * low:.0f} to {100.0 * high:.0f} %'
         p_value = 2.0 * float(stats.norm.sf(abs(deviation)))
-        return text, one.sign * (within / trials - limit) > 0.0, p_value < SIGNIFICANCE, p_value
+        return text, one.sign * (within / trials - limit) > 0.0, p_value < statistics.SIGNIFICANCE, p_value
 
     return judged_parts(parts, judge)
 
@@ -112,24 +104,25 @@ def spreads(limit: float, parts: Sequence[Errors]) -> List[HypothesisTest]:
     """Test the standard deviations against a limit, by chi-square."""
 
     def judge(one: Errors) -> _Judged:
-        std, freedom, (low, high) = spread(one.values[0]) or 0.0, len(one.values[0]) - 1, std_interval(one.values[0])
+        std, freedom = statistics.spread(one.values[0]) or 0.0, len(one.values[0]) - 1
+        low, high = statistics.std_interval(one.values[0])
         squares = freedom * (std / limit) ** 2
         p_value = 2.0 * float(min(stats.chi2.cdf(squares, freedom), stats.chi2.sf(squares, freedom)))
         text = f'{one.label}: standard deviation {std:.3g} {one.quantity.unit}, 95 % interval {low:.3g} to {high:.3g}'
-        return text, one.sign * (std - limit) > 0.0, p_value < SIGNIFICANCE, p_value
+        return text, one.sign * (std - limit) > 0.0, p_value < statistics.SIGNIFICANCE, p_value
 
     return judged_parts(parts, judge, 2)
 
 
 def first_spreads_more(pairs: Sequence[Errors]) -> List[HypothesisTest]:
     """Test that the first of each pair has the larger standard deviation, by the ratio's jackknife."""
-    return _larger_first(pairs, 'standard deviation', spread, spread_ratio)
+    return _larger_first(pairs, 'standard deviation', statistics.spread, statistics.spread_ratio)
 
 
 def first_errs_more(pairs: Sequence[Errors]) -> List[HypothesisTest]:
     """Test that the first of each pair has the larger absolute errors, by Wilcoxon's signed-rank test."""
     sizes = [pair._replace(values=tuple(map(np.abs, pair.values))) for pair in pairs]
-    return _larger_first(sizes, 'median absolute error', np.median, wilcoxon)
+    return _larger_first(sizes, 'median absolute error', np.median, statistics.wilcoxon)
 
 
 def _larger_first(
@@ -139,7 +132,12 @@ def _larger_first(
         first, second = sizes = [float(measure(values) or 0.0) for values in pair.values]
         p_value = compare(*pair.values).p_value
         both = ', '.join(f'{size:.3g} {pair.quantity.unit} ({name})' for size, name in zip(sizes, pair.names))
-        return f'{pair.label}: {what} {both}, p {p_value:.2g}', first > second, p_value < SIGNIFICANCE, p_value
+        return (
+            f'{pair.label}: {what} {both}, p {p_value:.2g}',
+            first > second,
+            p_value < statistics.SIGNIFICANCE,
+            p_value,
+        )
 
     return judged_parts(pairs, judge, FEWEST_PAIRS)
 
@@ -148,7 +146,7 @@ def fractions_equal(pairs: Sequence[Errors]) -> List[HypothesisTest]:
     """Test that the fractions within tolerance differ by less than EQUAL_FRACTIONS_MARGIN, by McNemar's test."""
 
     def judge(pair: Errors) -> _Judged:
-        result = mcnemar(*(np.abs(values) <= pair.quantity.tolerance for values in pair.values))
+        result = statistics.mcnemar(*(np.abs(values) <= pair.quantity.tolerance for values in pair.values))
         is_equal = max(-result.interval.low, result.interval.high) < EQUAL_FRACTIONS_MARGIN
         counts = ' and '.join(f'{count} ({name})' for count, name in zip(pair.count_within(), pair.names))
         return f'{pair.label}: within tolerance {counts} of {result.pairs}', is_equal, is_equal, result.p_value
@@ -247,10 +245,9 @@ def pairs_of_y_and_x(trials: pd.DataFrame, poses: Sequence[str], tests: Sequence
 def headings(trials: pd.DataFrame) -> List[Errors]:
     """Return the headings over all tests and in all three tables, because the claim does not name any."""
     of_tests, parts = trials[trials['test'].isin(STANDARD_TESTS)], []
-    for pprs, sign in ((FINE, 1), (COARSE, -1)):
-        for pose, ppr in itertools.product(('odom', 'global', 'world'), pprs):
-            values = final_errors(of_tests[of_tests['ppr'] == ppr], pose, YAW)
-            parts.append(Errors(f'{POSES[pose]} at {ppr} PPR, {YAW.axis}', YAW, (values,), sign=sign))
+    for pose, ppr in [*itertools.product(_TABLES, FINE), *itertools.product(_TABLES, COARSE)]:
+        values, sign = (final_errors(of_tests[of_tests['ppr'] == ppr], pose, YAW),), 1 if ppr in FINE else -1
+        parts.append(Errors(f'{POSES[pose]} at {ppr} PPR, {YAW.axis}', YAW, values, sign=sign))
     return parts
 
 
@@ -308,9 +305,8 @@ class ClaimResult(NamedTuple):
 
 def check_claims(results: Results, name: str = '') -> Dict[str, List[ClaimResult]]:
     """Test all claims for each set of varied parameters; the keys are those of `compare_with_paper`."""
-    parameters = [varied_texts(values, results.varied) for values in results.trials[results.varied].values.tolist()]
-    campaigns = [', '.join(filter(None, [name, *texts])) for texts in parameters]
+    campaigns = results.trials.groupby(np.array(campaign_names(results, name)), sort=False)
     return {
         campaign: [ClaimResult(one['text'], one['where'], CLAIMS[one['key']](trials)) for one in load_claims()]
-        for campaign, trials in results.trials.groupby(np.array(campaigns), sort=False)
+        for campaign, trials in campaigns
     }

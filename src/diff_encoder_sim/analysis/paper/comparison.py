@@ -10,7 +10,7 @@ import numpy as np
 
 from diff_encoder_sim.analysis.paper.paper_cells import TRIALS, load_paper_cells
 from diff_encoder_sim.analysis.quantities import LEVEL, QUANTITIES, Quantity
-from diff_encoder_sim.analysis.results_table import Results, final_errors, varied_texts
+from diff_encoder_sim.analysis.results_table import Results, campaign_names, final_errors
 from diff_encoder_sim.analysis.statistics import SIGNIFICANCE, Interval, holm, spread, std_interval, wilson
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.deferred import pandas as pd
@@ -179,11 +179,10 @@ def compare_with_paper(results: Results, name: str = '') -> pd.DataFrame:
     """
     quantities = {quantity.name: quantity for quantity in QUANTITIES}
     printed, rows = load_paper_cells().to_dict('records'), []
-    for _, of_cell in results.trials.groupby('cell', sort=False):
-        first = of_cell.iloc[0]
-        campaign = ', '.join(filter(None, [name, *varied_texts(first[results.varied], results.varied)]))
+    trials = results.trials.assign(campaign=campaign_names(results, name))
+    for (campaign, test, ppr, _), of_cell in trials.groupby(['campaign', 'test', 'ppr', 'cell'], sort=False):
         for paper in printed:
-            if (paper['test'], paper['ppr']) == (first['test'], first['ppr']):
+            if (paper['test'], paper['ppr']) == (test, ppr):
                 values = final_errors(of_cell, paper['source'], quantities[paper['quantity']])
                 found = agreement(paper['statistic'], values, paper['paper'], quantities[paper['quantity']])
                 if found is not None:

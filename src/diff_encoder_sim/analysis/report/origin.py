@@ -11,7 +11,7 @@ from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
 import yaml
 
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
-from diff_encoder_sim.analysis.result_tables import ResultTable, html_table
+from diff_encoder_sim.analysis.result_tables import ResultTable
 from diff_encoder_sim.analysis.results_table import Results
 from diff_encoder_sim.base.command_line import CONSOLE
 from diff_encoder_sim.base.deferred import pandas as pd
@@ -63,7 +63,7 @@ def _versions(versions: Mapping[str, Optional[str]]) -> str:
     return ', '.join(f'{name} {version}' for name, version in versions.items() if version)
 
 
-def encoder_section(results: Results) -> Optional[Dict[str, Any]]:
+def encoder_section(results: Results) -> Optional[ResultTable]:
     """Return the table of a campaign's real encoders; None if there are none."""
     rows = [
         [
@@ -101,7 +101,7 @@ def robot_section(results: Results) -> Optional[Dict[str, Any]]:
     }
 
 
-def _table(title: str, heads: Sequence[str], rows: Sequence[Sequence[Any]]) -> Optional[Dict[str, Any]]:
+def _table(title: str, heads: Sequence[str], rows: Sequence[Sequence[Any]]) -> Optional[ResultTable]:
     """Return a table of strings; None without rows."""
     texts = [list(map(str, row)) for row in rows]
-    return html_table(ResultTable('', title, pd.DataFrame(texts, columns=list(heads)))) if rows else None
+    return ResultTable('', title, pd.DataFrame(texts, columns=list(heads))) if rows else None

@@ -62,7 +62,7 @@ def write_report(
     lead, closed_form = headline(fractions, results.trials), closed_form_table(results)
     of_differences, of_variants = difference_table(compared), [table for table in tables if table.name == VARIANTS]
     embedded = {one.name: {'caption': one.caption, 'uri': data_uri(one.svg, one.png)} for one in figures}
-    variants = [{'figure': embedded.pop(VARIANTS, None), 'table': html_table(table)} for table in of_variants]
+    variants = [{'figure': embedded.pop(VARIANTS, None), 'table': table} for table in of_variants]
     failed = results.trials[results.trials['outcome'] != SUCCEEDED]
     page = load_template('page.html', Path(__file__).parent).render(
         title=results.title,
@@ -73,20 +73,18 @@ def write_report(
         real_encoders=encoder_section(results),
         origin=provenance(results),
         summary=summary_content(results, fractions),
-        paper=paper and paper_content(paper),
+        paper=paper,
+        paper_claims=list(zip(*paper.claims.values())) if paper else [],  # results of each campaign
+        html_table=html_table,
         variants=variants[0] if variants else None,
         figures=list(embedded.values()),
-        goal_tables=[html_table(table) for table in tables if not table.name.endswith(('_intervals', VARIANTS))],
-        interval_tables=[html_table(table) for table in tables if table.name.endswith('_intervals')],
-        encoders={
-            'comparisons': len(compared),
-            'table': of_differences and html_table(of_differences),
-            'conclusions': difference_texts(compared),
-        },
-        closed_form=closed_form and html_table(closed_form),
-        failures=html_table(failure_table(failed)) if len(failed) else None,
+        goal_tables=[table for table in tables if not table.name.endswith(('_intervals', VARIANTS))],
+        interval_tables=[table for table in tables if table.name.endswith('_intervals')],
+        encoders={'comparisons': len(compared), 'table': of_differences, 'conclusions': difference_texts(compared)},
+        closed_form=closed_form,
+        failures=failure_table(failed) if len(failed) else None,
         trials_shown=sample_text(shown, results.trials) or f'All {len(results.trials)} trials',
-        trials=html_table(trial_table(results, shown)),
+        trials=trial_table(results, shown),
         bags=[bag_link(bag, path.parent) for bag in shown['bag']],
         with_path=list(with_paths(shown).index),
         charts=trial_charts(results, shown),
@@ -124,18 +122,6 @@ def summary_content(results: Results, fractions: pd.DataFrame) -> Dict[str, Any]
         'heads': [{'text': text, 'topic': POSES[pose]} for pose, text in COMPARED_POSES.items()],
         'tables': tables[True],
         'of_variants': tables[False],
-    }
-
-
-def paper_content(section: PaperSection) -> Dict[str, Any]:
-    """Return the comparison with the paper; a row of claims contains the result of each reading."""
-    return {
-        'texts': section.texts,
-        'scores': html_table(section.scores),
-        'readings': list(section.claims),
-        'claims': list(zip(*section.claims.values())),
-        'cells': [html_table(table) for table in section.cells],
-        'errata': html_table(section.errata),
     }
 
 

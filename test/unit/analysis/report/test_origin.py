@@ -45,7 +45,7 @@ FAILED = {**CHECK, 'is_ok': False, 'advice': 'a stronger motor'}
 
 
 def rows(table):
-    return [row for row, _ in table['blocks'][0]['rows']]
+    return table.exact.values.tolist()
 
 
 @pytest.mark.parametrize(
@@ -59,7 +59,7 @@ def rows(table):
 def test_the_robot_has_its_checks_and_the_sources_of_its_values(checks, conclusion, checked):
     section = robot_section(MADE._replace(manifest={'robot': {**ROBOT, 'checks': checks}}))
     assert section['conclusion'].startswith(conclusion) and section['warnings'] == ['one wheel is flat']
-    assert (section['checks'] and rows(section['checks'])) == checked
+    assert (section['checks'] if checked is None else rows(section['checks'])) == checked
     assert rows(section['found']) == [['mass [kg]', '32', '<inertial>']]
     assert rows(section['settings']) == [['config.wheel_diameter', '0.1']]
 
