@@ -90,7 +90,6 @@ DIGITS = 3
 
 _GROUP = 'standard deviation'
 _HEADS = {
-    'quantity': ('', 'error'),
     'at_goal': (_GROUP, 'quantisation, exactly at the goal'),
     'expected': (_GROUP, 'quantisation, at the final poses'),
     'measured': (_GROUP, 'measured (95 % interval)'),

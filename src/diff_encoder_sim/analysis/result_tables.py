@@ -31,6 +31,9 @@ LABELS = {
 }
 
 
+HEADS = {'ppr': 'PPR', 'quantity': 'error'}  # default headings of columns
+
+
 class ResultTable(NamedTuple):
     """Table and its formatting."""
 
@@ -38,7 +41,7 @@ class ResultTable(NamedTuple):
     title: str
     exact: pd.DataFrame  # content of the CSV file; column names contain units
     # Group (a heading over neighbouring columns) and heading with unit, by column. Columns without a group come first
-    # and are the keys of the rows; by default a column has its name as heading and no group.
+    # and are the keys of the rows; by default a column has its name (or that in `HEADS`) as heading and no group.
     heads: Mapping[str, Tuple[str, str]] = {}
     decimals: Mapping[str, Union[int, Sequence[int]]] = {}  # per numeric column, or per entry of a column
     notes: Sequence[str] = ()  # one or two sentences each, shown below the table
@@ -55,7 +58,7 @@ class ResultTable(NamedTuple):
 
     def head(self, name: str) -> Tuple[str, str]:
         """Return the group and the heading of a column."""
-        return self.heads.get(name, ('', name))
+        return self.heads.get(name, ('', HEADS.get(name, name)))
 
     def abreast(self) -> Iterator[List[str]]:
         """Yield the columns of each block that fits the page width, including the key columns."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Dict, List, NamedTuple, Optional, Sequence
+from typing import Any, Dict, List, Optional, Sequence
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from diff_encoder_sim.analysis.results_table import (
     RPES,
     SUCCEEDED,
     Results,
+    RobotGeometry,
     encoders,
     equal_trials,
     final_errors,
@@ -26,7 +27,7 @@ from diff_encoder_sim.trials.trials_csv import VARIANT
 
 def all_tables(results: Results) -> List[ResultTable]:
     """Build tables 3 to 6, the intervals of 4 to 6, and the tables of path errors and variants if available."""
-    tables = [pulse_resolution_table(ppr_values(encoders(results.trials)), *results.robot)]
+    tables = [pulse_resolution_table(ppr_values(encoders(results.trials)), results.robot)]
     for pose in GOAL_TABLES:
         found = estimates(results, pose)
         tables += [goal_table(results, pose, found), interval_table(pose, found)]
@@ -38,39 +39,34 @@ def setup_columns(results: Results, first: pd.Series) -> Dict[str, Any]:
     return {name: first[name] for name in ('test', *results.varied)}
 
 
-class PulseResolution(NamedTuple):
-    """Robot motion per pulse."""
+def pulse_resolution(pprs: Sequence[float], robot: RobotGeometry) -> pd.DataFrame:
+    """Compute the robot's motion per pulse: a row per PPR, in the given order.
 
-    linear_m: float  # of the wheel along the floor: d = pi D / PPR
-    two_wheel_angle_rad: float  # one pulse of each wheel, in opposite directions: 2 d / L
-    one_wheel_angle_rad: float  # one pulse of one wheel only: d / L
+    Returns:
+        `ppr` as text; `linear_mm`, of the wheel along the floor: d = pi D / PPR; `two_wheel_angle_deg`, one pulse of
+        each wheel, in opposite directions: 2 d / L; `one_wheel_angle_deg`, one pulse of one wheel only: d / L.
+    """
+    linear_m = math.pi * robot.wheel_diameter_m / np.array(pprs)
+    columns = {'ppr': [f'{ppr:g}' for ppr in pprs], 'linear_mm': 1e3 * linear_m}
+    for wheels, factor in (('two', 2.0), ('one', 1.0)):
+        columns[f'{wheels}_wheel_angle_deg'] = np.degrees(factor * linear_m / robot.wheel_separation_m)
+    return pd.DataFrame(columns)
 
 
-def pulse_resolution(ppr: float, wheel_diameter_m: float, wheel_separation_m: float) -> PulseResolution:
-    """Compute the motion per pulse; all arguments must be positive."""
-    linear_m = math.pi * wheel_diameter_m / ppr
-    return PulseResolution(linear_m, 2.0 * linear_m / wheel_separation_m, linear_m / wheel_separation_m)
-
-
-def pulse_resolution_table(pprs: Sequence[float], wheel_diameter_m: float, wheel_separation_m: float) -> ResultTable:
-    """Build table 3: a row per PPR, in the given order."""
-    heads = {
-        'ppr': ('', 'PPR'),
-        'linear_mm': ('', 'travel per pulse [mm]'),
-        'two_wheel_angle_deg': ('', 'rotation, one pulse of both wheels [deg]'),
-        'one_wheel_angle_deg': ('', 'rotation, one pulse of one wheel [deg]'),
+def pulse_resolution_table(pprs: Sequence[float], robot: RobotGeometry) -> ResultTable:
+    """Build table 3."""
+    columns = {
+        'linear_mm': ('travel per pulse [mm]', 3),
+        'two_wheel_angle_deg': ('rotation, one pulse of both wheels [deg]', 4),
+        'one_wheel_angle_deg': ('rotation, one pulse of one wheel [deg]', 4),
     }
-    rows = []
-    for ppr in pprs:
-        linear_m, *angles_rad = pulse_resolution(ppr, wheel_diameter_m, wheel_separation_m)
-        rows.append([f'{ppr:g}', 1e3 * linear_m, *map(math.degrees, angles_rad)])
     notes = [
-        f'Wheel diameter {wheel_diameter_m:g} m, wheel separation {wheel_separation_m:g} m.',
+        f'Wheel diameter {robot.wheel_diameter_m:g} m, wheel separation {robot.wheel_separation_m:g} m.',
         'Both wheels: one pulse each, in opposite directions, as in the paper.',
     ]
     title = 'Table 3. Resolution of the encoder: robot motion per pulse'
-    decimals = {'linear_mm': 3, 'two_wheel_angle_deg': 4, 'one_wheel_angle_deg': 4}
-    return ResultTable('table3', title, pd.DataFrame(rows, columns=list(heads)), heads, decimals, notes)
+    heads, decimals = {name: ('', head) for name, (head, _) in columns.items()}, {n: d for n, (_, d) in columns.items()}
+    return ResultTable('table3', title, pulse_resolution(pprs, robot), heads, decimals, notes)
 
 
 # Tables 4 to 6 of the paper and two of the same form, by pose: file name and title.
@@ -182,14 +178,13 @@ def interval_table(pose: str, found: pd.DataFrame) -> ResultTable:
     keys = list(found.columns[: found.columns.get_loc('trials') + 1])
     of_row = [DECIMALS[name.rpartition('_')[2]] for name in found['quantity']]
     decimals: Dict[str, Any] = {name: PERCENT_DECIMALS if 'pct' in name else of_row for name in INTERVALS}
-    heads = {'ppr': ('', 'PPR'), 'quantity': ('', 'error'), **INTERVALS}
     note = (
         'Mean: by the t-distribution. Standard deviation: by chi-square, which assumes Gaussian errors, and '
         'by the bootstrap, which does not. % within: Wilson. inf: too few trials for a bound.'
     )
     name, title = GOAL_TABLES[pose]
     title, exact = f'{title}: {100 * LEVEL:g} % intervals', found[[*keys, *INTERVALS]]
-    return ResultTable(f'{name}_intervals', title, exact, heads, {**decimals, 'trials': 0}, [note])
+    return ResultTable(f'{name}_intervals', title, exact, INTERVALS, {**decimals, 'trials': 0}, [note])
 
 
 _ATE_NOTE = (
@@ -223,7 +218,7 @@ def path_error_table(results: Results) -> Optional[ResultTable]:
         'ate_max_m': 'ATE max [m]',
         'yaw_rmse_mean_deg': 'yaw RMSE [deg]',
     }
-    heads = {'ppr': ('', 'PPR'), **{name: ('whole path', head) for name, head in whole.items()}}
+    heads = {name: ('whole path', head) for name, head in whole.items()}
     parts = {
         'segments': 'segments',
         'translation_rmse_mean_m': 'translation [m]',
@@ -232,7 +227,7 @@ def path_error_table(results: Results) -> Optional[ResultTable]:
     for name, pairs, distance_m in RPES:
         group = f'RPE over {distance_m:g} m, {pairs.text}'
         heads.update({f'{name}_{part}': (group, head) for part, head in parts.items()})
-    decimals = {name: DECIMALS.get(name.rpartition('_')[2], 0) for name in ('trials', *heads) if name != 'ppr'}
+    decimals = {name: DECIMALS.get(name.rpartition('_')[2], 0) for name in ('trials', *heads)}
     title = 'Errors over the whole path'
     return ResultTable('path_errors', title, pd.DataFrame(rows), heads, decimals, [_ATE_NOTE, _RPE_NOTE])
 

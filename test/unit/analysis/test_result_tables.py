@@ -59,5 +59,5 @@ def test_on_a_page_numbers_are_rounded_missing_ones_are_dashes_and_labels_are_te
     heads = {'x_m': ('40 PPR', 'x [m]'), 'y_m': ('40 PPR', 'y [m]')}
     [block] = html_table(ResultTable('t', 'A table', exact, heads, {'x_m': [3], 'y_m': 3}))
     assert block['rows'] == [(['SL', 'x [m]', '0.123', '–'], False)]
-    assert block['heads'] == [('test', False), ('quantity', False), ('x [m]', True), ('y [m]', True)]
+    assert block['heads'] == [('test', False), ('error', False), ('x [m]', True), ('y [m]', True)]
     assert block['groups'] == [('', 2), ('40 PPR', 2)] and block['keys'] == 2

@@ -19,7 +19,7 @@ from diff_encoder_sim.analysis.tables import (
     variant_errors,
     variant_table,
 )
-from trial_tables import HAND_ERRORS, cell, column, records, results_of, synthetic_results, trial
+from trial_tables import ALTO, HAND_ERRORS, cell, column, records, results_of, synthetic_results, trial
 
 
 def goal(results, pose='odom'):
@@ -36,7 +36,7 @@ def fixture_by_hand():
 
 
 def test_table_3_of_alto():
-    rows = records(pulse_resolution_table([40.0, 90.0, 1024.0, 4096.0], 0.2, 0.4))
+    rows = records(pulse_resolution_table([40.0, 90.0, 1024.0, 4096.0], ALTO))
     assert [round(float(row['linear_mm']), 2) for row in rows] == [15.71, 6.98, 0.61, 0.15]
     assert [float(row['two_wheel_angle_deg']) for row in rows] == pytest.approx([4.5, 2.0, 0.17578125, 0.0439453125])
     assert [float(row['one_wheel_angle_deg']) for row in rows] == pytest.approx([2.25, 1.0, 0.087890625, 0.02197265625])

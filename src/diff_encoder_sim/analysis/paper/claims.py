@@ -81,8 +81,8 @@ def _concluded(too_few: Sequence[str], parts: Sequence[_Judged]) -> List[Hypothe
     tests = [HypothesisTest(UNCLEAR, f'{label}: too few trials') for label in too_few]
     adjusted = statistics.holm([1.0 if is_as_claimed else p_value for _, is_as_claimed, _, p_value in parts])
     for (text, is_as_claimed, is_sure, _), p_value in zip(parts, adjusted):
-        unless_fails = HOLDS if is_as_claimed and is_sure else UNCLEAR
-        tests.append(HypothesisTest(FAILS if p_value < statistics.SIGNIFICANCE else unless_fails, text, p_value))
+        conclusion = HOLDS if is_as_claimed and is_sure else UNCLEAR
+        tests.append(HypothesisTest(FAILS if p_value < statistics.SIGNIFICANCE else conclusion, text, p_value))
     return tests
 
 

@@ -95,16 +95,11 @@ def _tail_scale(values: np.ndarray) -> Optional[float]:
 
     The scale is at least the smallest step, because whole pulses make values multiples of a step.
     """
-    descending, tail = np.sort(values)[::-1], _in_tail(len(values))
+    descending, tail = np.sort(values)[::-1], min(math.ceil(TAIL_FRACTION * len(values)), len(values) - 1)
     if tail == 0 or descending[0] - descending[tail] < ROUNDING:
         return None
     steps = -np.diff(descending)
     return float(max(np.mean(descending[:tail]) - descending[tail], np.min(steps[steps > ROUNDING])))
-
-
-def _in_tail(count: int) -> int:
-    """Return the number of our values in the tail."""
-    return min(math.ceil(TAIL_FRACTION * count), count - 1)
 
 
 def _chance_beyond(beyond: float, ours: int, theirs: int) -> float:
@@ -114,7 +109,7 @@ def _chance_beyond(beyond: float, ours: int, theirs: int) -> float:
     the scale is the mean of i times the first `tail` of them. The mean of exp(-j M), with M our maximum plus `beyond`
     scales, is therefore a product; the binomial sum over j is the probability that theirs lie below M.
     """
-    ranks, tail, total = np.arange(1, ours + 1), _in_tail(ours), 0.0
+    ranks, tail, total = np.arange(1, ours + 1), min(math.ceil(TAIL_FRACTION * ours), ours - 1), 0.0
     in_tail = np.where(ranks <= tail, beyond / tail, 0.0)
     for j in range(1, theirs + 1):
         means = 1.0 / (1.0 + j / ranks + j * in_tail)

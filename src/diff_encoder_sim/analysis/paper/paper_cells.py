@@ -18,13 +18,11 @@ TRIALS = 30  # per cell
 PPRS = ('40', '90', '1024', '4096')
 STATISTICS = ('min', 'max', 'std', 'pct_within')
 
-# Table 3 as printed, by PPR: travel per pulse [mm], and rotation per pulse of both wheels in opposite directions [deg].
-# The travel at 90 PPR is an erratum.
-PRINTED_RESOLUTIONS: Dict[float, Tuple[float, float]] = {
-    40: (15.7, 4.5),
-    90: (7.98, 2.0),
-    1024: (0.61, 0.18),
-    4096: (0.15, 0.045),
+# Table 3 as printed, by PPR: travel per pulse (that at 90 PPR is an erratum), and rotation per pulse of both wheels in
+# opposite directions.
+PRINTED_RESOLUTIONS: Dict[str, Dict[float, float]] = {
+    'linear_mm': {40: 15.7, 90: 7.98, 1024: 0.61, 4096: 0.15},
+    'two_wheel_angle_deg': {40: 4.5, 90: 2.0, 1024: 0.18, 4096: 0.045},
 }
 
 # Cells used for calibration: table, test, PPR and quantity (docs/adr/0012-calibration.md).

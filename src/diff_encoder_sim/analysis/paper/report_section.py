@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, Dict, List, NamedTuple, Optional, Sequence
 
 from diff_encoder_sim.analysis.encoder_labels import ppr_values
@@ -58,9 +57,7 @@ def cell_tables(compared: pd.DataFrame) -> List[ResultTable]:
         heads = {name: (LABELS.get(one, one), whose) for (one, whose), name in names.items()}
         title = f'Table {number} of the paper ({POSES[of_table["source"].iloc[0]]}) and ours'
         notes = [INTERVAL_LEGEND, LEGEND] if is_single else [LEGEND]
-        tables.append(
-            ResultTable(f'paper_table{number}', title, exact, {**heads, 'quantity': ('', 'error')}, {}, notes)
-        )
+        tables.append(ResultTable(f'paper_table{number}', title, exact, heads, {}, notes))
     return tables
 
 
@@ -78,18 +75,15 @@ def _text(row: Dict[str, Any], is_printed: bool = False, has_interval: bool = Fa
 
 def resolution_table(results: Results) -> ResultTable:
     """Build table 3 for this robot next to that of the paper."""
-    rows = []
-    for ppr in ppr_values(encoders(results.trials)):
-        linear_mm, angle_deg = PRINTED_RESOLUTIONS.get(ppr, (None, None))
-        ours = pulse_resolution(ppr, *results.robot)
-        rows.append([f'{ppr:g}', linear_mm, 1e3 * ours.linear_m, angle_deg, math.degrees(ours.two_wheel_angle_rad)])
-    parts = {'linear': ('travel per pulse [mm]', 2), 'angle': ('rotation, one pulse of both wheels [deg]', 3)}
-    whose = {'paper': 'paper', 'ours': 'computed'}
-    heads = {f'{part}_{one}': (group, text) for part, (group, _) in parts.items() for one, text in whose.items()}
-    decimals = {name: parts[name.partition('_')[0]][1] for name in heads}
-    exact = pd.DataFrame(rows, columns=['ppr', *heads], dtype=object)
-    title = 'Table 3 of the paper, printed and computed'
-    return ResultTable('paper_table3', title, exact, {'ppr': ('', 'PPR'), **heads}, decimals)
+    pprs = ppr_values(encoders(results.trials))
+    ours = pulse_resolution(pprs, results.robot)
+    groups = {'linear': 'travel per pulse [mm]', 'angle': 'rotation, one pulse of both wheels [deg]'}
+    exact, heads, decimals = ours[['ppr']], {}, {}
+    for (part, group), (column, printed), digits in zip(groups.items(), PRINTED_RESOLUTIONS.items(), (2, 3)):
+        exact = exact.assign(**{f'{part}_paper': [printed.get(ppr) for ppr in pprs], f'{part}_ours': ours[column]})
+        heads.update({f'{part}_paper': (group, 'paper'), f'{part}_ours': (group, 'computed')})
+        decimals.update({f'{part}_paper': digits, f'{part}_ours': digits})
+    return ResultTable('paper_table3', 'Table 3 of the paper, printed and computed', exact, heads, decimals)
 
 
 def score_table(compared: pd.DataFrame) -> ResultTable:

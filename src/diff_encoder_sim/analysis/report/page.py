@@ -135,7 +135,7 @@ def trial_table(results: Results, trials: pd.DataFrame) -> ResultTable:
     """Build the table of trials: outcome, final error of each source, and ATE of odometry."""
     exact = trials[['test', *results.varied, 'ppr', 'trial', 'outcome', 'duration_s', 'distance_m']]
     exact = exact.assign(outcome=exact['outcome'].str.replace('_', ' '))
-    heads = {'ppr': ('', 'PPR'), 'duration_s': ('', 'time [s]'), 'distance_m': ('', 'path [m]')}
+    heads = {'duration_s': ('', 'time [s]'), 'distance_m': ('', 'path [m]')}
     decimals = {'trial': 0, 'duration_s': 1, 'distance_m': 2}
     for source, topic in ((source.value, topic) for source, topic in TOPIC_OF_SOURCE.items()):
         exact[f'{source}_m'] = np.hypot(trials[f'{source}_x_m'], trials[f'{source}_y_m'])
