@@ -14,25 +14,36 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from diff_encoder_sim.base.se2 import IDENTITY, move_along_arc, quat_xyzw_from_yaw
 from diff_encoder_sim.drives.topics import ENCODER_PULSE_TYPE
-from diff_encoder_sim.drives.typestore import fields_text, noetic_store
+from diff_encoder_sim.drives.typestore import fields_text
 
 JOINTS = ('left_wheel_joint', 'right_wheel_joint')
 WHEEL_DIAMETER_M, WHEEL_SEPARATION_M = 0.2, 0.4
 TICK_NS, START_NS = 10_000_000, 5_000_000_000
 COMPRESSIONS = (None, Writer1.CompressionFormat.BZ2, Writer1.CompressionFormat.LZ4)
 
-STORE2 = get_typestore(Stores.ROS2_HUMBLE)
-STORE2.register(
-    get_types_from_msg(fields_text(ENCODER_PULSE_TYPE).replace('\nHeader ', '\nstd_msgs/Header '), ENCODER_PULSE_TYPE)
-)
+# Next to those of ROS, types of robots in public bags.
+DEFINITIONS = {
+    ENCODER_PULSE_TYPE: fields_text(ENCODER_PULSE_TYPE),
+    'kobuki_msgs/msg/SensorState': 'Header header\nuint16 time_stamp\nuint16 left_encoder\nuint16 right_encoder',
+    'turtlebot3_msgs/msg/SensorState': 'Header header\nuint8 bumper\nint32 left_encoder\nint32 right_encoder',
+    'jackal_msgs/msg/DriveFeedback': 'float32 current\nfloat32 measured_velocity\nfloat32 measured_travel',
+    'jackal_msgs/msg/Feedback': 'Header header\njackal_msgs/DriveFeedback[2] drivers\nfloat32 pcb_temperature',
+    'duckietown_msgs/msg/WheelEncoderStamped': 'Header header\nint32 data\nuint16 resolution',
+    'irobot_create_msgs/msg/WheelTicks': 'Header header\nint32 ticks_left\nint32 ticks_right',
+    'tf2_msgs/msg/TFMessage': 'geometry_msgs/TransformStamped[] transforms',
+}
 
 
 class Maker:
     """Messages of ROS 1 or ROS 2."""
 
-    def __init__(self, store):
-        self.store = store
-        self.is_ros2 = store is STORE2
+    def __init__(self, is_ros2):
+        self.is_ros2 = is_ros2
+        self.store = get_typestore(Stores.ROS2_HUMBLE if is_ros2 else Stores.ROS1_NOETIC)
+        for kind, text in DEFINITIONS.items():
+            if kind not in self.store.types:
+                spelled = re.sub('^Header ', 'std_msgs/Header ' if is_ros2 else 'Header ', text, flags=re.MULTILINE)
+                self.store.register(get_types_from_msg(spelled, kind))
 
     def make(self, kind, **fields):
         return self.store.types[kind](**fields)
@@ -43,95 +54,62 @@ class Maker:
         return self.make('std_msgs/msg/Header', stamp=time, frame_id=frame, **seq)
 
     def joint_state(self, stamp_ns, angles_rad, names=JOINTS):
-        return self.make(
-            'sensor_msgs/msg/JointState',
-            header=self.header(stamp_ns),
-            name=list(names),
-            position=np.array(angles_rad, float),
-            velocity=np.zeros(len(angles_rad)),
-            effort=np.zeros(0),
-        )
+        position, zeros, none = np.array(angles_rad, float), np.zeros(len(angles_rad)), np.zeros(0)
+        fields = dict(name=list(names), position=position, velocity=zeros, effort=none)
+        return self.make('sensor_msgs/msg/JointState', header=self.header(stamp_ns), **fields)
 
     def scan(self, stamp_ns, ranges_m, frame):
         numbers = dict(angle_min=-1.5, angle_max=1.5, angle_increment=0.5, time_increment=0.0, scan_time=0.125)
-        return self.make(
-            'sensor_msgs/msg/LaserScan',
-            header=self.header(stamp_ns, frame),
-            **numbers,
-            range_min=0.25,
-            range_max=6.0,
-            ranges=np.array(ranges_m, np.float32),
-            intensities=np.zeros(0, np.float32),
-        )
+        arrays = dict(ranges=np.array(ranges_m, np.float32), intensities=np.zeros(0, np.float32))
+        about = dict(header=self.header(stamp_ns, frame), range_min=0.25, range_max=6.0)
+        return self.make('sensor_msgs/msg/LaserScan', **numbers, **arrays, **about)
 
     def pulses(self, stamp_ns, counts, names=JOINTS):
-        return self.make(
-            'diff_encoder_sim/msg/EncoderPulse',
-            header=self.header(stamp_ns),
-            name=list(names),
-            pulses=np.array(counts, np.int64),
-        )
+        fields = dict(name=list(names), pulses=np.array(counts, np.int64))
+        return self.make(ENCODER_PULSE_TYPE, header=self.header(stamp_ns), **fields)
 
-    def _xyz(self, kind, pose):
-        return self.make('geometry_msgs/msg/' + kind, x=pose.x_m, y=pose.y_m, z=0.0)
+    def _xyz(self, kind, x=0.0, y=0.0, z=0.0):
+        return self.make('geometry_msgs/msg/' + kind, x=x, y=y, z=z)
 
     def _quat(self, pose):
         return self.make('geometry_msgs/msg/Quaternion', **dict(zip('xyzw', quat_xyzw_from_yaw(pose.yaw_rad))))
 
-    def _pose(self, pose):
-        return self.make('geometry_msgs/msg/Pose', position=self._xyz('Point', pose), orientation=self._quat(pose))
-
-    def _with_covariance(self, pose):
-        return self.make('geometry_msgs/msg/PoseWithCovariance', pose=self._pose(pose), covariance=np.zeros(36))
-
     def transform(self, stamp_ns, pose, parent, child):
-        return self.make(
-            'geometry_msgs/msg/TransformStamped',
-            header=self.header(stamp_ns, parent),
-            child_frame_id=child,
-            transform=self.make(
-                'geometry_msgs/msg/Transform', translation=self._xyz('Vector3', pose), rotation=self._quat(pose)
-            ),
-        )
+        moved = dict(translation=self._xyz('Vector3', pose.x_m, pose.y_m), rotation=self._quat(pose))
+        fields = dict(child_frame_id=child, transform=self.make('geometry_msgs/msg/Transform', **moved))
+        return self.make('geometry_msgs/msg/TransformStamped', header=self.header(stamp_ns, parent), **fields)
 
     def tf(self, *transforms):
         return self.make('tf2_msgs/msg/TFMessage', transforms=list(transforms))
 
     def pose(self, kind, stamp_ns, pose):
         """Return a message of one of the types with a pose."""
-        header = self.header(stamp_ns, 'map')
         if kind.endswith('TransformStamped'):
             return self.transform(stamp_ns, pose, 'map', 'robot')
-        if kind.endswith('PoseStamped'):
-            return self.make(kind, header=header, pose=self._pose(pose))
-        if kind.endswith('PoseWithCovarianceStamped'):
-            return self.make(kind, header=header, pose=self._with_covariance(pose))
-        zero = self.make('geometry_msgs/msg/Vector3', x=0.0, y=0.0, z=0.0)
-        twist = self.make('geometry_msgs/msg/Twist', linear=zero, angular=zero)
-        return self.make(
-            kind,
-            header=header,
-            child_frame_id='base_link',
-            pose=self._with_covariance(pose),
-            twist=self.make('geometry_msgs/msg/TwistWithCovariance', twist=twist, covariance=np.zeros(36)),
-        )
+        fields, covariance = {'header': self.header(stamp_ns, 'map')}, np.zeros(36)
+        place = dict(position=self._xyz('Point', pose.x_m, pose.y_m), orientation=self._quat(pose))
+        fields['pose'] = self.make('geometry_msgs/msg/Pose', **place)
+        if not kind.endswith('PoseStamped'):
+            with_covariance = dict(pose=fields['pose'], covariance=covariance)
+            fields['pose'] = self.make('geometry_msgs/msg/PoseWithCovariance', **with_covariance)
+        if kind.endswith('Odometry'):
+            twist = dict(twist=self.command(0.0, 0.0), covariance=covariance)
+            fields.update(child_frame_id='base_link', twist=self.make('geometry_msgs/msg/TwistWithCovariance', **twist))
+        return self.make(kind, **fields)
 
     def command(self, linear_mps, angular_radps):
-        vectors = [dict(x=linear_mps, y=0.0, z=0.0), dict(x=0.0, y=0.0, z=angular_radps)]
-        linear, angular = (self.make('geometry_msgs/msg/Vector3', **vector) for vector in vectors)
-        return self.make('geometry_msgs/msg/Twist', linear=linear, angular=angular)
+        vectors = dict(linear=self._xyz('Vector3', x=linear_mps), angular=self._xyz('Vector3', z=angular_radps))
+        return self.make('geometry_msgs/msg/Twist', **vectors)
 
     def text(self, text):
         return self.make('std_msgs/msg/String', data=text)
 
     def raw(self, message):
-        kind = message.__msgtype__
-        return bytes(
-            self.store.serialize_cdr(message, kind) if self.is_ros2 else self.store.serialize_ros1(message, kind)
-        )
+        serialize = self.store.serialize_cdr if self.is_ros2 else self.store.serialize_ros1
+        return bytes(serialize(message, message.__msgtype__))
 
 
-ROS1, ROS2 = Maker(noetic_store()), Maker(STORE2)
+ROS1, ROS2 = Maker(False), Maker(True)
 MAKERS = pytest.mark.parametrize('maker', [ROS1, ROS2], ids=['ROS 1', 'ROS 2'])
 
 
@@ -167,13 +145,18 @@ def drive(
     return rows
 
 
+def write(path, rows):
+    """Write messages of ROS 1 or ROS 2 into a bag."""
+    kind, message = rows[0][2].__msgtype__, rows[0][2]
+    return write_ros1(path, rows) if isinstance(message, ROS1.store.types[kind]) else write_ros2(path, rows)
+
+
 def write_ros1(path, rows, compression=None, chunk_bytes=20_000):
     writer = Writer1(path)
     writer.chunk_threshold = chunk_bytes
     if compression:
         writer.set_compression(compression)
-    _write(writer, rows, noetic_store(), noetic_store().serialize_ros1)
-    return path
+    return _write(writer, path, rows, ROS1)
 
 
 def write_ros2(path, rows, plugin='sqlite3', compression='NONE'):
@@ -181,14 +164,23 @@ def write_ros2(path, rows, plugin='sqlite3', compression='NONE'):
         from rosbags.rosbag2 import StoragePlugin
 
         options = {'version': 8, 'storage_plugin': StoragePlugin[plugin.upper()]}
-    except ImportError:  # rosbags for Python 3.8 reads both, and writes sqlite3 only
+    except ImportError:  # rosbags for Python 3.8 reads both, and writes only sqlite3
         if plugin != 'sqlite3':
             pytest.skip('this rosbags cannot write ' + plugin)
         options = {}
     writer = Writer2(path, **options)
     names = Writer2 if hasattr(Writer2, 'CompressionMode') else rosbag2  # of the class in rosbags for Python 3.8
     writer.set_compression(names.CompressionMode[compression], names.CompressionFormat.ZSTD)
-    _write(writer, rows, STORE2, STORE2.serialize_cdr)
+    return _write(writer, path, rows, ROS2)
+
+
+def _write(writer, path, rows, maker):
+    with writer:
+        connections = {}
+        for topic, time_ns, message in rows:
+            if topic not in connections:
+                connections[topic] = writer.add_connection(topic, message.__msgtype__, typestore=maker.store)
+            writer.write(connections[topic], time_ns, maker.raw(message))
     return path
 
 
@@ -201,28 +193,8 @@ def converted_to_ros2(path, to):
     return to
 
 
-def _write(writer, rows, store, serialize):
-    with writer:
-        connections = {}
-        for topic, time_ns, message in rows:
-            kind = message.__msgtype__
-            if topic not in connections:
-                connections[topic] = writer.add_connection(topic, kind, typestore=store)
-            writer.write(connections[topic], time_ns, serialize(message, kind))
-
-
 def without_index(content):
     """As a recorder leaves a bag when it is killed: index_pos is 0, and the index is missing."""
     begin = content.index(b'index_pos=') + len(b'index_pos=')
     index_at = int.from_bytes(content[begin : begin + 8], 'little')
     return content[:begin] + bytes(8) + content[begin + 8 : index_at]
-
-
-def with_fields_in_order(content, order):
-    """An uncompressed bag whose messages have their record's fields in another order."""
-
-    def swap(match):
-        fields = {'op': match[1], 'conn': match[2], 'time': match[3]}
-        return b''.join(fields[name] for name in order)
-
-    return re.sub(rb'(\x04\0\0\0op=\x02)(\x09\0\0\0conn=.{4})(\x0d\0\0\0time=.{8})', swap, content, flags=re.DOTALL)

@@ -3,9 +3,10 @@
 import random
 
 import pytest
+from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
-from rosbags.interfaces import Connection
 from rosbags.rosbag1 import Writer
+from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from diff_encoder_sim.drives import topics
@@ -46,8 +47,6 @@ def without_seq(message):
 
 def by_mcap(path):
     """(topic, type, definition, time, message) as the library of the format's authors reads them."""
-    from mcap.reader import make_reader
-
     with open(path, 'rb') as file:
         reader = make_reader(file, validate_crcs=True)
         assert reader.get_header().profile == 'ros2'
@@ -59,52 +58,45 @@ def by_mcap(path):
 
 
 def decoded(rows):
-    """By topic: (time, message), decoded by what the file itself says of the types."""
+    """(time, message) by topic, decoded by the definitions in the file itself; nodes may share a topic at one time."""
     found, store = {}, get_typestore(Stores.EMPTY)
     for topic, kind, text, time_ns, raw in rows:
         if kind not in store.types:
             types = get_types_from_msg(text, kind)
             store.register({name: fields for name, fields in types.items() if name not in store.types})
         found.setdefault(topic, []).append((time_ns, without_seq(store.deserialize_cdr(raw, kind))))
-    return found
+    return {topic: sorted(rows, key=repr) for topic, rows in found.items()}
 
 
-def of_ros1(path):
+@pytest.fixture(scope='module')
+def expected(paths):
     found = {}
-    with AnyReader([path]) as reader:
+    with AnyReader([paths[0]]) as reader:
         for connection, time_ns, raw in reader.messages():
             message = reader.deserialize(raw, connection.msgtype)
             found.setdefault(connection.topic, []).append((time_ns, without_seq(message)))
-    return found
+    return {topic: sorted(rows, key=repr) for topic, rows in found.items()}
 
 
-def test_the_mcap_library_reads_what_the_bag_of_ros_1_has(paths):
-    assert in_order(decoded(by_mcap(paths[1]))) == in_order(of_ros1(paths[0]))
+def test_the_mcap_library_reads_what_the_bag_of_ros_1_has(paths, expected):
+    assert decoded(by_mcap(paths[1])) == expected
 
 
-def in_order(messages):
-    """Nodes that share a topic, at one time, come in any order."""
-    return {topic: sorted(rows, key=repr) for topic, rows in messages.items()}
-
-
-def test_rosbags_reads_it(paths):
-    from rosbags.rosbag2 import Reader
-
+def test_rosbags_reads_it(paths, expected):
     if not hasattr(Reader, 'STORAGE_PLUGINS') or '.mcap' not in Reader.STORAGE_PLUGINS:
-        pytest.skip('this rosbags reads folders alone')
+        pytest.skip('this rosbags reads only folders')
     with Reader(paths[1]) as reader:
         assert {connection.topic: connection.msgtype for connection in reader.connections} == {
             topic.name: topic.message_type for topic in TOPICS if topic.nodes
         }
-        durable = {connection.topic for connection in reader.connections if is_durable(connection)}
+        durable = {
+            each.topic
+            for each in reader.connections
+            if each.ext.offered_qos_profiles[0].durability.name == 'TRANSIENT_LOCAL'
+        }
         assert durable == {topic.name for topic in TOPICS if topic.is_latched and topic.nodes}
         rows = [(each.topic, each.msgtype, each.msgdef.data, time_ns, raw) for each, time_ns, raw in reader.messages()]
-    assert in_order(decoded(rows)) == in_order(of_ros1(paths[0]))
-
-
-def is_durable(connection: Connection):
-    (profile,) = connection.ext.offered_qos_profiles
-    return profile.durability.name == 'TRANSIENT_LOCAL'
+    assert decoded(rows) == expected
 
 
 @pytest.fixture(scope='module')

@@ -13,7 +13,7 @@ from diff_encoder_sim.drives.topics import JOINT_STATE_TYPE
 from diff_encoder_sim.wheels.counter import wrap_count
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from reencoding_drives import JOINTS, MAKERS, ROS1, START_NS, TICK_NS, angles_rad, drive, write_ros1, write_ros2
+from reencoding_drives import JOINTS, MAKERS, ROS1, START_NS, TICK_NS, angles_rad, drive, write
 from reencoding_runs import contents, counts_of, run, samples_of
 
 WHEELS = WheelTopic('/js', JOINT_STATE_TYPE, JOINTS, None)
@@ -61,7 +61,7 @@ def test_names_of_joints_are_found_or_given(tmp_path):
         ('/js', START_NS + tick * TICK_NS, ROS1.joint_state(START_NS + tick * TICK_NS, (9.0, right, left), names))
         for tick, (left, right) in enumerate(angles_rad(101))
     ]
-    path = write_ros1(tmp_path / 'a.bag', rows)
+    path = write(tmp_path / 'a.bag', rows)
     run(path, '--ppr', '90', '--out', tmp_path / 'found')
     run(path, '--ppr', '90', '--out', tmp_path / 'given', '--left', 'wheel_l', '--right', 'front_RIGHT_wheel')
     found = contents(tmp_path / 'found' / 'a_90ppr.bag')
@@ -77,7 +77,7 @@ def test_bad_messages_are_counted_once_and_the_rest_is_used(tmp_path, capsys):
     for index in joints[10:20]:
         rows[index][2].position[0] = np.nan
     rows[joints[30]][2].name[0] = JOINTS[1]
-    run(write_ros1(tmp_path / 'a.bag', rows), '--ppr', '90', '40')
+    run(write(tmp_path / 'a.bag', rows), '--ppr', '90', '40')
     [line] = [line for line in capsys.readouterr().err.splitlines() if 'dropped' in line]
     assert line.startswith(f'reencode: {tmp_path / "a.bag"}: /joint_states: 11 messages dropped; the first: joint')
 
@@ -92,7 +92,7 @@ def test_counts_of_a_finer_encoder_give_the_counts_of_its_divisors(tmp_path, mak
     ]
     config = tmp_path / 'config.yaml'
     config.write_text(f'counter_modulus: {modulus}\n')
-    path = write_ros2(tmp_path / 'a', rows) if maker.is_ros2 else write_ros1(tmp_path / 'a.bag', rows)
+    path = write(tmp_path / 'a', rows)
     run(path, '--pulses-ppr', 1024, '--ppr', 64, 100, '--out', tmp_path / 'out', '--config', config)
     for ppr, most_off in ((64, 0), (100, 1)):
         found = counts_of(tmp_path / 'out' / f'a_{ppr}ppr.bag')

@@ -10,16 +10,9 @@ import yaml
 from rosbags.highlevel import AnyReader
 
 from diff_encoder_sim.base.se2 import PoseSeries
-from diff_encoder_sim.drives.message_encoders import encode_encoder_pulse, encode_odometry, encode_tf, encode_transform
-from diff_encoder_sim.drives.reencoding import (
-    COPIED,
-    EncodedDrive,
-    Encoder,
-    ReadDrive,
-    csv_table,
-    drive_errors,
-    error_rows,
-)
+from diff_encoder_sim.drives import reencoding
+from diff_encoder_sim.drives.message_encoders import encode_encoder_pulse, encode_odometry, encode_planar_tf
+from diff_encoder_sim.drives.reencoding import COPIED, EncodedDrive, Encoder, csv_table, drive_errors, error_rows
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.odometry import WheelOdometry
@@ -36,8 +29,7 @@ from reencoding_drives import (
     converted_to_ros2,
     drive,
     true_poses,
-    write_ros1,
-    write_ros2,
+    write,
 )
 from reencoding_runs import contents, rows_of, run, samples_of
 from trial_bags import trial
@@ -47,24 +39,40 @@ PPRS = (40, 90, 1024)
 
 @pytest.fixture
 def bag(tmp_path):
-    return write_ros1(tmp_path / 'drive.bag', drive())
+    return write(tmp_path / 'drive.bag', drive())
 
 
-def test_errors_are_those_of_the_odometry(tmp_path, bag, capsys):
+def test_errors_and_bags_are_those_of_the_live_nodes(tmp_path, bag, capsys):
     run(bag, '--ppr', *PPRS, '--out', tmp_path / 'out')
-    truth = true_poses(angles_rad(501))[::5]
+    truth, shown = true_poses(angles_rad(501))[::5], capsys.readouterr().out
     for ppr, row in zip(PPRS, rows_of(tmp_path / 'out')):
-        odometry = WheelOdometry(OdometryParams(ppr=ppr))
-        poses = [odometry.update(*sample).base_pose_in_odom for sample in samples_of(angles_rad(501), ppr)]
+        odometry, samples = WheelOdometry(OdometryParams(ppr=ppr)), samples_of(angles_rad(501), ppr)
+        estimates = [odometry.update(*sample) for sample in samples]
+        poses = [estimate.base_pose_in_odom for estimate in estimates]
         offsets = np.array([(pose.x_m - true.x_m, pose.y_m - true.y_m) for pose, true in zip(poses, truth)])
         assert (row['ppr'], row['common_stamps'], row['reports']) == (str(ppr), '101', '101')
         assert float(row['ate_rmse_m']) == pytest.approx(math.sqrt((offsets**2).sum(axis=1).mean()), abs=1e-12)
         assert [float(row['end_x_m']), float(row['end_y_m'])] == pytest.approx(offsets[-1].tolist(), abs=1e-12)
-        assert '{:.4f}'.format(float(row['ate_rmse_m'])) in capsys.readouterr().out or ppr != PPRS[0]
+        assert f'{float(row["ate_rmse_m"]):.4f}' in shown
+        assert contents(tmp_path / 'out' / f'drive_{ppr}ppr.bag') == {
+            '/world_pose': contents(bag)['/world_pose'],
+            '/encoder_pulse': [encode_encoder_pulse(sample, JOINTS)[4:] for sample in samples],
+            '/odom': [encode_odometry(estimate, 'odom', 'base_link')[4:] for estimate in estimates],
+            '/tf': [encode_planar_tf(each[1], each[0], 'odom', 'base_link')[4:] for each in estimates],
+        }
+
+
+def test_long_drives_have_the_same_errors_by_compiled_odometry(bag, capsys, monkeypatch):
+    tables = []
+    for few in (10**6, 0):
+        monkeypatch.setattr(reencoding, 'FEW_REPORTS', few)
+        run(bag, '--ppr', 40, 508.8)
+        tables.append(capsys.readouterr().out.partition('PPR')[2])
+    assert tables[0] == tables[1]
 
 
 def test_without_a_reference_the_finest_is_one(tmp_path, capsys):
-    run(write_ros1(tmp_path / 'a.bag', drive(reference=None)), '--ppr', '4096', '40', '--out', tmp_path / 'out')
+    run(write(tmp_path / 'a.bag', drive(reference=None)), '--ppr', '4096', '40', '--out', tmp_path / 'out')
     finest, coarse = rows_of(tmp_path / 'out')
     assert finest['ate_rmse_m'] == '' and 0.0 < float(coarse['ate_rmse_m']) < 0.05
     assert 'compared with the odometry of the finest PPR' in capsys.readouterr().out
@@ -72,49 +80,36 @@ def test_without_a_reference_the_finest_is_one(tmp_path, capsys):
 
 def test_time_that_goes_back_begins_again(tmp_path, capsys):
     rows = drive(count=301)
-    run(write_ros1(tmp_path / 'a.bag', rows + rows), '--ppr', '90', '40', '--out', tmp_path / 'out')
+    run(write(tmp_path / 'a.bag', rows + rows), '--ppr', '90', '40', '--out', tmp_path / 'out')
     assert capsys.readouterr().err.count('joint stamps went back 1 times, to 5.000 s') == 1
     for row in rows_of(tmp_path / 'out'):
         assert (row['reports'], row['common_stamps']) == ('122', '122') and float(row['ate_max_m']) < 0.05
 
 
-def test_bags_hold_what_the_nodes_would_have_published(tmp_path, bag):
-    run(bag, '--ppr', *PPRS, '--out', tmp_path / 'out')
-    for ppr in PPRS:
-        odometry = WheelOdometry(OdometryParams(ppr=ppr))
-        samples = samples_of(angles_rad(501), ppr)
-        estimates = [odometry.update(*sample) for sample in samples]
-        found = contents(tmp_path / 'out' / (f'drive_{ppr}ppr.bag'))
-        assert found == {
-            '/world_pose': contents(bag)['/world_pose'],
-            '/encoder_pulse': [encode_encoder_pulse(sample, JOINTS)[4:] for sample in samples],
-            '/odom': [encode_odometry(estimate, 'odom', 'base_link')[4:] for estimate in estimates],
-            '/tf': [
-                encode_tf(encode_transform(estimate.base_pose_in_odom, estimate.stamp_ns, 'odom', 'base_link'))[4:]
-                for estimate in estimates
-            ],
-        }
-        assert len(samples) == 101
+def test_warnings_of_several_encoders_are_printed_once(tmp_path, capsys):
+    rows = drive()
+    rows[10][2].position[0] = np.nan
+    run(write(tmp_path / 'a.bag', rows + rows), '--ppr', *PPRS, '--out', tmp_path / 'out')
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == len(set(lines)) >= 3
+    for words in ('2 messages dropped', 'stamps went back', 'using config/config.yaml'):
+        assert sum(words in line for line in lines) == 1
 
 
 def test_a_trial_keeps_its_ppr_truth_and_result_through_rosbags_convert(tmp_path):
-    """As --help promises: the PPR of --pulses is that of the recorded trial, also in a converted bag."""
+    """The PPR of --pulses is that of the recorded trial, also in a converted bag."""
     samples = [(stamp_ns, counts) for stamp_ns, *counts, _ in samples_of(angles_rad(501), 1024)]
     rows = drive() + [('/encoder_pulse', stamp_ns, ROS1.pulses(stamp_ns, counts)) for stamp_ns, counts in samples]
     recorded = trial(ppr={'left': 1024, 'right': 1024}, odom='ideal')
-    about = recorded.model_dump_json()
-    texts = [('/trial', 1, ROS1.text(about)), ('/trial_result', 1, ROS1.text('{"outcome": "succeeded"}'))]
-    bag = write_ros1(tmp_path / 'drive.bag', texts + sorted(rows, key=lambda row: row[1]))
+    texts = {'/trial': recorded.model_dump_json(), '/trial_result': '{"outcome": "succeeded"}'}
+    rows = [(topic, 1, ROS1.text(text)) for topic, text in texts.items()] + sorted(rows, key=lambda row: row[1])
+    bag = write(tmp_path / 'drive.bag', rows)
     for path, out in ((bag, 'of_1'), (converted_to_ros2(bag, tmp_path / 'drive'), 'of_2')):
         run(path, '--pulses', '/encoder_pulse', '--ppr', '64', '--out', tmp_path / out)
     found = contents(tmp_path / 'of_2' / 'drive_64ppr.bag')
-    assert found == contents(tmp_path / 'of_1' / 'drive_64ppr.bag')
-    assert set(COPIED) < set(found)
+    assert found == contents(tmp_path / 'of_1' / 'drive_64ppr.bag') and set(COPIED) < set(found)
     written = Trial.from_mapping(json.loads(found['/trial'][0].decode()), '')
     assert (written.ppr, written.odom, written.test) == (PerWheel(left=64, right=64), 'encoder', recorded.test)
-
-
-SPEED_RADPS = 4.0
 
 
 def config(folder, **changes):
@@ -122,18 +117,6 @@ def config(folder, **changes):
     usual = yaml.safe_load((ROOT / 'config' / 'config.yaml').read_text())
     path.write_text(yaml.safe_dump({**usual, **changes}))
     return path
-
-
-def there_and_back(maker, is_commanded=True):
-    """A straight drive forward for 2 s, then backward, with a command before each."""
-    rows = []
-    for tick in range(401):
-        now_ns = START_NS + tick * TICK_NS
-        if is_commanded and tick in (0, 200):
-            rows.append(('/cmd_vel', now_ns, maker.command(0.4 if tick == 0 else -0.4, 0.0)))
-        angle_rad = 0.1 + 0.01 * SPEED_RADPS * (200 - abs(200 - tick))
-        rows.append(('/joint_states', now_ns, maker.joint_state(now_ns, (angle_rad, angle_rad))))
-    return rows
 
 
 def messages(path, topic):
@@ -144,14 +127,19 @@ def messages(path, topic):
 @MAKERS
 @pytest.mark.parametrize('is_commanded', [True, False])
 def test_a_single_channel_counts_by_the_recorded_commands(tmp_path, capsys, maker, is_commanded):
-    write = write_ros2 if maker.is_ros2 else write_ros1
-    bag = write(tmp_path / 'drive.bag', there_and_back(maker, is_commanded))
+    """A straight drive forward for 2 s, then backward, with a command before each."""
+    rows = []
+    for tick in range(401):
+        now_ns = START_NS + tick * TICK_NS
+        if is_commanded and tick in (0, 200):
+            rows.append(('/cmd_vel', now_ns, maker.command(0.4 if tick == 0 else -0.4, 0.0)))
+        angle_rad = 0.1 + 0.04 * (200 - abs(200 - tick))
+        rows.append(('/joint_states', now_ns, maker.joint_state(now_ns, (angle_rad, angle_rad))))
     given = config(tmp_path, encoder={'sensor': 'single_channel', 'decoding': 'x2'})
-    run(bag, '--ppr', '90', '--config', given, '--out', tmp_path / 'out')
+    run(write(tmp_path / 'drive', rows), '--ppr', '90', '--config', given, '--out', tmp_path / 'out')
     (path,) = (tmp_path / 'out').glob('*.bag')
     pulses = [message.pulses.tolist() for message in messages(path, '/encoder_pulse')]
-    note = capsys.readouterr().err
-    turned = SPEED_RADPS * 2.0 * 90 / (2 * np.pi)
+    note, turned = capsys.readouterr().err, 8.0 * 90 / (2 * np.pi)
     if is_commanded:
         assert pulses[-1] == pytest.approx([1, 1], abs=3) and '/cmd_vel' not in note
     else:
@@ -160,46 +148,35 @@ def test_a_single_channel_counts_by_the_recorded_commands(tmp_path, capsys, make
     assert max(left for left, _ in pulses) >= turned - 1
 
 
-def test_measured_speeds_are_written_and_not_taken_for_angles(tmp_path):
-    bag = write_ros1(tmp_path / 'drive.bag', drive())
-    given = config(tmp_path, velocity_method='T')
-    run(bag, '--ppr', '90', '--config', given, '--out', tmp_path / 'out')
+def test_measured_speeds_are_written_and_not_taken_for_angles(tmp_path, bag):
+    run(bag, '--ppr', '90', '--config', config(tmp_path, velocity_method='T'), '--out', tmp_path / 'out')
     (path,) = (tmp_path / 'out').glob('*.bag')
     speeds, pulses = messages(path, '/encoder_velocity'), messages(path, '/encoder_pulse')
     assert [message.header.stamp for message in speeds] == [message.header.stamp for message in pulses]
     assert speeds[-1].name == list(JOINTS) and len(speeds[-1].position) == 0
     turned_radps = (angles_rad(501)[-1] - angles_rad(501)[0]) / 5.0
     assert speeds[-1].velocity == pytest.approx(turned_radps, rel=1e-3)
-    twist = messages(path, '/odom')[-1].twist.twist
-    assert twist.linear.x == pytest.approx(0.1 * turned_radps.mean(), rel=1e-3)
+    assert messages(path, '/odom')[-1].twist.twist.linear.x == pytest.approx(0.1 * turned_radps.mean(), rel=1e-3)
     run(path, '--pulses-ppr', '90', '--ppr', '40')  # finds the counts
 
 
-PERIOD_NS = 50_000_000
-
-
-@pytest.fixture(name='rows')
-def fixture_rows():
+def test_csv_is_exact_and_empty_without_a_value():
     """7 m in steps of a quarter, 1 % too long and 0.01 rad askew from the second pose; and no common stamps."""
-    x_m, stamps_ns = 0.25 * np.arange(29), PERIOD_NS * np.arange(29)
+    x_m, stamps_ns = 0.25 * np.arange(29), 50_000_000 * np.arange(29)
     bent = np.column_stack((1.01 * x_m, np.zeros(29), np.where(x_m > 0.0, 0.01, 0.0)))
     reference = PoseSeries(stamps_ns, np.column_stack((x_m, np.zeros((29, 2)))))
-    paths = PoseSeries(stamps_ns, bent), PoseSeries(stamps_ns[:0], bent[:0])
     encoded = [
         EncodedDrive(Encoder(PerWheel(left=ppr, right=ppr), '', EncoderParams(), OdometryParams()), 29, [path])
-        for ppr, path in zip((90, 4096), paths)
+        for ppr, path in ((90, PoseSeries(stamps_ns, bent)), (4096, PoseSeries(stamps_ns[:0], bent[:0])))
     ]
-    read = ReadDrive([], [reference], [], [], 29, 1.4, [])
-    return error_rows(encoded, drive_errors(read, encoded, has_reference=True))
-
-
-def test_csv_is_exact_and_empty_without_a_value(rows):
+    read = reencoding.ReadDrive([], [reference], [], [], 29, 1.4, [])
+    rows = error_rows(encoded, drive_errors(read, encoded, has_reference=True))
     bent, empty = csv.DictReader(csv_table(rows).splitlines())
-    assert float(bent['ate_max_m']) == pytest.approx(0.07)
-    assert float(bent['reference_length_m']) == pytest.approx(7.0)
-    assert float(bent['rpe_5m_yaw_rmse_rad']) == pytest.approx(0.01)
-    assert int(bent['rpe_1m_segments']) == 7
-    assert (bent['rpe_10m_position_rmse_m'], bent['rpe_10m_segments']) == ('', '0')
+    assert [float(bent[key]) for key in ('ate_max_m', 'reference_length_m', 'rpe_5m_yaw_rmse_rad')] == pytest.approx(
+        [0.07, 7.0, 0.01]
+    )
+    counts = bent['rpe_1m_segments'], bent['rpe_10m_position_rmse_m'], bent['rpe_10m_segments']
+    assert counts == ('7', '', '0')
     assert float(bent['rpe_1m_position_rmse_m']) == pytest.approx(
         math.sqrt((0.01**2 + 6 * (1.01 * math.cos(0.01) - 1.0) ** 2 + 6 * (1.01 * math.sin(0.01)) ** 2) / 7)
     )

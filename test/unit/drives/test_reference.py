@@ -6,7 +6,7 @@ import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.drives.message_decoders import POSE_TYPES
-from reencoding_drives import ROS1, ROS2, START_NS, TICK_NS, angles_rad, drive, true_poses, write_ros1, write_ros2
+from reencoding_drives import ROS1, ROS2, START_NS, TICK_NS, angles_rad, drive, true_poses, write, write_ros2
 from reencoding_runs import complaint, rows_of, run
 
 
@@ -14,7 +14,7 @@ from reencoding_runs import complaint, rows_of, run
 @pytest.mark.parametrize('plugin', [None, 'sqlite3', 'mcap'])
 def test_references_of_every_type_in_every_bag(tmp_path, kind, plugin):
     rows = drive(ROS2 if plugin else ROS1, reference='/truth', kind=kind)
-    path = write_ros2(tmp_path / 'a', rows, plugin) if plugin else write_ros1(tmp_path / 'a.bag', rows)
+    path = write_ros2(tmp_path / 'a', rows, plugin) if plugin else write(tmp_path / 'a.bag', rows)
     run(path, '--ppr', '100000', '--reference', '/truth', '--out', tmp_path / 'out')
     (row,) = rows_of(tmp_path / 'out')
     assert row['common_stamps'] == '101' and float(row['ate_max_m']) < 1e-4
@@ -35,8 +35,7 @@ def test_two_frames_as_reference(tmp_path, maker):
             base_in_odom = pose.compose(link_in_base.inverse())
             rows.append(('/tf', now_ns, maker.tf(maker.transform(now_ns, base_in_odom, 'odom', 'base'))))
     rows.sort(key=lambda row: row[1])
-    write, name = (write_ros2, 'a') if maker is ROS2 else (write_ros1, 'a.bag')
-    run(write(tmp_path / name, rows), '--ppr', '100000', '--reference', 'map->base_link', '--out', tmp_path / 'out')
+    run(write(tmp_path / 'a', rows), '--ppr', '100000', '--reference', 'map->base_link', '--out', tmp_path / 'out')
     (row,) = rows_of(tmp_path / 'out')
     assert row['common_stamps'] == '101' and float(row['ate_max_m']) < 1e-4
 
@@ -44,7 +43,7 @@ def test_two_frames_as_reference(tmp_path, maker):
 def test_a_reference_of_another_time_is_told(tmp_path, capsys):
     rows = [row for row in drive() if row[0] == '/joint_states']
     rows.append(('/world_pose', START_NS, ROS1.pose('geometry_msgs/msg/PoseStamped', 1, Pose2D(0.0, 0.0, 0.0))))
-    run(write_ros1(tmp_path / 'a.bag', rows), '--ppr', '90')
+    run(write(tmp_path / 'a.bag', rows), '--ppr', '90')
     assert 'no pose of /world_pose has the stamp of an odometry message' in capsys.readouterr().err
 
 
@@ -52,7 +51,7 @@ def with_frames(path):
     """map -> odom moves, base -> laser is fixed, and nothing connects both."""
     rows = [('/tf_static', START_NS, ROS1.tf(ROS1.transform(0, IDENTITY, 'base', 'laser')))]
     rows += [('/tf', START_NS, ROS1.tf(ROS1.transform(START_NS, IDENTITY, 'map', 'odom')))]
-    return write_ros1(path, [*drive(reference=None), *rows])
+    return write(path, [*drive(reference=None), *rows])
 
 
 @pytest.mark.parametrize('option', ['--reference', '--odom'])
@@ -66,7 +65,7 @@ def test_frames_without_a_pose_are_refused_with_those_that_there_are(tmp_path, c
 
 def without_pose(path, topic):
     pose = ROS1.pose('geometry_msgs/msg/PoseStamped', START_NS, Pose2D(math.nan, 0.0, 0.0))
-    return write_ros1(path, [*drive(reference=None), (topic, START_NS, pose)])
+    return write(path, [*drive(reference=None), (topic, START_NS, pose)])
 
 
 def test_a_truth_without_a_pose_that_no_option_names_is_not_compared_with(tmp_path, capsys):

@@ -9,7 +9,7 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.bag_source import open_source
 from diff_encoder_sim.drives.scan_bag import read_scan_drive, read_scans
 from diff_encoder_sim.drives.topics import ODOMETRY_TYPE as ODOMETRY
-from reencoding_drives import MAKERS, ROS1, write_ros1, write_ros2
+from reencoding_drives import MAKERS, ROS1, write
 
 
 def parts(maker):
@@ -31,7 +31,7 @@ def read(path):
 @MAKERS
 def test_scans_odometry_and_mount(tmp_path, maker):
     rows = list(parts(maker).values())
-    drive, (found,) = read(write_ros2(tmp_path / 'a', rows) if maker.is_ros2 else write_ros1(tmp_path / 'a.bag', rows))
+    drive, (found,) = read(write(tmp_path / 'a', rows))
     assert found.stamp_ns == 100
     assert found.ranges_m == pytest.approx([1.0, math.inf, math.nan], nan_ok=True)
     assert drive.odometry_ns == [50]
@@ -54,7 +54,7 @@ def test_scans_odometry_and_mount(tmp_path, maker):
 )
 def test_what_is_missing_is_named_in_one_line(tmp_path, name, row, complaint):
     rows = {**parts(ROS1), name: row}
-    path = write_ros1(tmp_path / 'a.bag', [row for row in rows.values() if row])
+    path = write(tmp_path / 'a.bag', [row for row in rows.values() if row])
     with pytest.raises(ConfigError) as caught:
         read(path)
     assert str(caught.value).startswith(f'{path}: ') and '\n' not in str(caught.value)

@@ -20,11 +20,11 @@ from diff_encoder_sim.drives.trajectory_error import (
 
 PERIOD_NS = 50_000_000
 MS = 1_000_000
+EVO = 'evo is not installed: requirements-test.txt'
 
 
 def series(rows):
-    rows = np.array(rows, dtype=float)
-    return PoseSeries(PERIOD_NS * np.arange(len(rows)), rows)
+    return PoseSeries(PERIOD_NS * np.arange(len(rows)), np.array(rows, dtype=float))
 
 
 def line(length_m, count=401, yaw_rad=0.0):
@@ -34,10 +34,6 @@ def line(length_m, count=401, yaw_rad=0.0):
 
 def in_the_map(estimate, truth):
     return path_error(estimate, truth, Alignment.NONE)
-
-
-def consecutive(estimated, true):
-    return relative_errors([np.hstack((estimated, true))])[RpePairs.CONSECUTIVE]
 
 
 @pytest.mark.parametrize('angle_rad', [0.01, -0.3])
@@ -52,8 +48,7 @@ def test_a_wrong_heading_at_the_start_leads_away_in_proportion(angle_rad):
 
 
 def test_yaw_errors_do_not_jump_at_half_a_turn_and_a_turn_in_place_has_no_segments():
-    yaws_rad = np.linspace(0.0, 10 * math.pi, 200)
-    truth = wrapped(np.column_stack((np.full((200, 2), 3.0), yaws_rad)))
+    truth = wrapped(np.column_stack((np.full((200, 2), 3.0), np.linspace(0.0, 10 * math.pi, 200))))
     errors = in_the_map(series(wrapped(truth + (0.0, 0.0, 0.02))), series(truth))
     assert errors.yaw_rmse_rad == pytest.approx(0.02)
     assert all(one.segments == 0 for by_length in errors.rpe.values() for one in by_length.values())
@@ -92,11 +87,6 @@ def path(period_ms, count, first_ms=0):
     return PoseSeries(stamps_ns, np.column_stack((stamps_ns * 1e-9, np.zeros((count, 2)))))
 
 
-def stamps_ms(pairs):
-    assert pairs[:, 0] == pytest.approx(pairs[:, 3], abs=1e-12)
-    return np.round(1e3 * pairs[:, 0]).astype(int).tolist()
-
-
 @pytest.mark.parametrize(
     ('estimate', 'reference', 'expected'),
     [
@@ -112,16 +102,16 @@ def stamps_ms(pairs):
     ids=['estimate sparser', 'reference sparser', 'equal', 'equal, later', 'gap', 'too long', 'apart', 'empty'],
 )
 def test_the_stamps_of_the_sparser_path_count(estimate, reference, expected):
-    assert stamps_ms(common_poses(estimate, reference)) == expected
+    pairs = common_poses(estimate, reference)
+    assert pairs[:, 0] == pytest.approx(pairs[:, 3], abs=1e-12)
+    assert np.round(1e3 * pairs[:, 0]).astype(int).tolist() == expected
 
 
 def test_pairs_are_those_that_evo_interpolates():
-    sync = pytest.importorskip('evo.core.sync', reason='evo is not installed: requirements-test.txt')
+    sync, trajectory = (pytest.importorskip(f'evo.core.{name}', reason=EVO) for name in ('sync', 'trajectory'))
     if not hasattr(sync, 'SyncMethod'):
         pytest.skip('this evo does not interpolate')
-    trajectory = pytest.importorskip('evo.core.trajectory')
-    rng = np.random.default_rng(5)
-    paths = []
+    rng, paths = np.random.default_rng(5), []
     for period_ms in (100, 30):
         stamps_ns = MS * (period_ms * np.arange(3000 // period_ms) + 1)
         paths.append(PoseSeries(stamps_ns, rng.normal(size=(len(stamps_ns), 3))))
@@ -139,9 +129,7 @@ def test_pairs_are_those_that_evo_interpolates():
 
 def straight_pairs(count, step_m):
     """(count, 6) of a straight path, the same twice."""
-    poses = np.zeros((count, 3))
-    poses[:, 0] = step_m * np.arange(count)
-    return np.hstack((poses, poses))
+    return np.tile(np.outer(np.arange(count), (step_m, 0.0, 0.0)), 2)
 
 
 def drive(rng, count):
@@ -169,35 +157,25 @@ def matrices(poses):
     return found
 
 
-def evo_error(pairs, distance_m, convention):
-    """Segments, translation [m] and rotation [rad] of evo."""
-    metrics = pytest.importorskip('evo.core.metrics', reason='evo is not installed: requirements-test.txt')
-    trajectory = pytest.importorskip('evo.core.trajectory')
-    paths = tuple(trajectory.PosePath3D(poses_se3=list(matrices(part))) for part in (pairs[:, 3:], pairs[:, :3]))
-    found = []
-    for relation in (metrics.PoseRelation.translation_part, metrics.PoseRelation.rotation_angle_rad):
-        options = dict(all_pairs=convention is RpePairs.ALL, pairs_from_reference=True)
-        rpe = metrics.RPE(relation, distance_m, metrics.Unit.meters, LENGTH_TOLERANCE, **options)
-        rpe.process_data(paths)
-        found.append(rpe.get_statistic(metrics.StatisticsType.rmse))
-    return len(rpe.error), *found
-
-
-def begins_at_the_first_pose():
-    """Whether this evo's first consecutive segment does: those before 1.32 leave it out."""
-    filters = pytest.importorskip('evo.core.filters', reason='evo is not installed: requirements-test.txt')
-    return filters.filter_pairs_by_path(matrices(straight_pairs(30, 0.1)[:, :3]), 1.0)[0][0] == 0
-
-
 @pytest.mark.heavy
 @pytest.mark.parametrize('convention', RpePairs)
 def test_relative_errors_are_those_of_evo(convention):
-    if convention is RpePairs.CONSECUTIVE and not begins_at_the_first_pose():
-        pytest.skip('this evo leaves out the first of the consecutive segments')
+    names = ('filters', 'metrics', 'trajectory')
+    filters, metrics, trajectory = (pytest.importorskip(f'evo.core.{name}', reason=EVO) for name in names)
+    first = filters.filter_pairs_by_path(matrices(straight_pairs(30, 0.1)[:, :3]), 1.0)[0][0]
+    if convention is RpePairs.CONSECUTIVE and first:
+        pytest.skip('this evo, before 1.32, leaves out the first of the consecutive segments')
     pairs = drive(np.random.default_rng(0), 1500)
     found = relative_errors([pairs])[convention]
+    paths = tuple(trajectory.PosePath3D(poses_se3=list(matrices(part))) for part in (pairs[:, 3:], pairs[:, :3]))
     for distance_m in RPE_DISTANCES_M:
-        assert found[distance_m] == pytest.approx(evo_error(pairs, distance_m, convention), abs=1e-9)
+        expected = []
+        for relation in (metrics.PoseRelation.translation_part, metrics.PoseRelation.rotation_angle_rad):
+            options = dict(all_pairs=convention is RpePairs.ALL, pairs_from_reference=True)
+            rpe = metrics.RPE(relation, distance_m, metrics.Unit.meters, LENGTH_TOLERANCE, **options)
+            rpe.process_data(paths)
+            expected.append(rpe.get_statistic(metrics.StatisticsType.rmse))
+        assert found[distance_m] == pytest.approx((len(rpe.error), *expected), abs=1e-9)
 
 
 def test_the_last_segments_may_be_short_by_the_tolerance():

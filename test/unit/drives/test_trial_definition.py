@@ -17,7 +17,7 @@ from diff_encoder_sim.drives.trial_recording import trial_of_source
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
-from reencoding_drives import ROS2, drive, write_ros2
+from reencoding_drives import ROS2, drive, write
 from trial_bags import trial, write_bag
 
 TEST = TestDefinition.from_mapping(
@@ -77,6 +77,6 @@ def test_a_bag_of_no_trial_says_nothing_of_one(tmp_path):
 
 
 def test_a_bag_of_ros_2_has_a_trial(tmp_path):
-    assert trial_of(write_ros2(tmp_path / 'none', drive(ROS2))) is None
-    path = write_ros2(tmp_path / 'bag', [('/trial', 1, ROS2.text(trial().model_dump_json()))])
+    assert trial_of(write(tmp_path / 'none', drive(ROS2))) is None
+    path = write(tmp_path / 'bag', [('/trial', 1, ROS2.text(trial().model_dump_json()))])
     assert trial_of(path) == trial()
