@@ -25,24 +25,16 @@ MS = 1_000_000
 
 
 class Recorder(Publications):
-    """Times [ns] and values of some publications."""
+    """Arguments of some publications."""
 
     takes_scans = True
 
     def __init__(self):
         self.commands, self.scans, self.odometry_ns, self.transforms_ns = [], [], [], []
-
-    def command(self, now_ns, command, is_navigators):
-        self.commands.append((now_ns * 1e-9, command, is_navigators))
-
-    def scan(self, scan):
-        self.scans.append(scan.stamp_ns)
-
-    def odometry(self, now_ns, estimate):
-        self.odometry_ns.append((now_ns, estimate.stamp_ns))
-
-    def odom_in_map(self, now_ns, stamp_ns, odom_pose_in_map):
-        self.transforms_ns.append((now_ns, stamp_ns))
+        self.command = lambda now_ns, *sent: self.commands.append((now_ns * 1e-9, *sent))
+        self.scan = lambda scan: self.scans.append(scan.stamp_ns)
+        self.odometry = lambda now_ns, estimate: self.odometry_ns.append((now_ns, estimate.stamp_ns))
+        self.odom_in_map = lambda now_ns, stamp_ns, _: self.transforms_ns.append((now_ns, stamp_ns))
 
 
 def blind_between(trial, begin_s, end_s):

@@ -15,7 +15,6 @@ from diff_encoder_sim.simulation.simulator import CONTACT_CURVE_NOISE, CONTACT_D
 from diff_encoder_sim.trials.robot_params import (
     CONFIG_FILES,
     LatencyParams,
-    RobotParams,
     as_upstream,
     latency_ns,
     load_robot,
@@ -47,11 +46,13 @@ def overridden(**values):
     return override(load_robot_config(CONFIG), {key.replace('__', '.'): value for key, value in values.items()})
 
 
-def test_every_part_has_the_parameters_of_its_own_class():
-    params = load_robot_params(CONFIG)
+def test_every_part_has_the_parameters_of_its_own_class_and_overrides_change_nothing_else():
+    default = load_robot_params(CONFIG)
     classes = {field: of_file[field] for of_file in CONFIG_FILES.values() for field in of_file}
-    assert {field: type(part) for field, part in params._asdict().items()} == classes
-    assert set(classes) == set(RobotParams._fields)
+    assert {field: type(part) for field, part in default._asdict().items()} == classes
+    params = overridden(config__rate=50, simulator__lidar__noise=0.0)
+    assert (params.encoder.rate, params.simulator.lidar.noise) == (50.0, 0.0)
+    assert params.odometry == default.odometry and params.simulator.drive == default.simulator.drive
 
 
 def test_a_file_that_is_missing_or_bad_is_named(tmp_path):
@@ -63,12 +64,6 @@ def test_a_file_that_is_missing_or_bad_is_named(tmp_path):
     (folder / 'amcl.yaml').unlink()
     with pytest.raises(ConfigError, match='amcl.yaml: cannot be read'):
         load_robot_params(folder)
-
-
-def test_overrides_change_their_keys_and_nothing_else():
-    params, default = overridden(config__rate=50, simulator__lidar__noise=0.0), load_robot_params(CONFIG)
-    assert (params.encoder.rate, params.simulator.lidar.noise) == (50.0, 0.0)
-    assert params.odometry == default.odometry and params.simulator.drive == default.simulator.drive
 
 
 @pytest.mark.parametrize('value', [0.005, -0.01, 11.0, float('nan')])

@@ -18,20 +18,12 @@ def definition(*segments, **limits):
     )
 
 
-def test_a_long_profile_by_hand():
-    profile = Trapezoid(distance=20.0, top_speed=0.5, acceleration=1.0)
-    assert profile.ramp_s == 0.5
-    assert profile.duration_s == pytest.approx(40.5)
-    assert profile.covered(0.5) == pytest.approx(0.125)
-    assert profile.covered(20.25) == pytest.approx(10.0)
-    assert profile.covered(40.5) == profile.covered(99) == 20.0
-
-
-def test_a_short_profile_never_reaches_its_top_speed():
-    profile = Trapezoid(distance=-0.04, top_speed=0.5, acceleration=1.0)
-    assert profile.ramp_s == pytest.approx(0.2)
-    assert profile.duration_s == pytest.approx(0.4)
-    assert profile.covered(0.2) == pytest.approx(-0.02)
+def test_profiles_by_hand():
+    long = Trapezoid(distance=20.0, top_speed=0.5, acceleration=1.0)
+    assert long.ramp_s == 0.5 and long.duration_s == pytest.approx(40.5)
+    assert [long.covered(time_s) for time_s in (0.5, 20.25, 40.5, 99)] == pytest.approx([0.125, 10.0, 20.0, 20.0])
+    short = Trapezoid(distance=-0.04, top_speed=0.5, acceleration=1.0)  # never reaches its top speed
+    assert (short.ramp_s, short.duration_s, short.covered(0.2)) == pytest.approx((0.2, 0.4, -0.02))
 
 
 @given(profiles, st.lists(st.floats(0, 1), min_size=2, max_size=20))
