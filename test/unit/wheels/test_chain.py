@@ -1,10 +1,5 @@
 """The chain of encoder, report link and odometry: a whole drive is what its samples are one by one."""
 
-import os
-import shutil
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 
@@ -13,7 +8,6 @@ from diff_encoder_sim.wheels.chain import Chain
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 from encoder_drives import TICK_NS
-from places import SOURCE
 
 DRAWS, SAMPLES = 3, 1200
 
@@ -104,42 +98,3 @@ def test_a_drive_at_once_is_what_its_samples_are_one_by_one(name, method):
     poses = [estimates[index].base_pose_in_odom for index in used]
     np.testing.assert_array_equal(run.poses[0, used], np.array(poses))
     np.testing.assert_array_equal(run.final_poses, run.poses[:, -1])
-
-
-# What CONTRIBUTING.md says of a new fault: the counter stands still at a count.
-EFFECT = """    if kind.stops_at:
-        wheel.count = min(wheel.count, int(kind.stops_at))
-"""
-NEW_FAULT = {
-    'wheels/encoder_params.py': [('    wiring: ', "    stops_at: Duration_s = param(0.0, 'count')\n    wiring: ")],
-    'wheels/encoder.py': [
-        ("        'restart_ns': ", "        'stops_at': faults.stops_at,\n        'restart_ns': "),
-        ('    wheel.stamp_ns, wheel.place,', f'{EFFECT}    wheel.stamp_ns, wheel.place,'),
-    ],
-}
-USE = """
-import numpy as np
-from diff_encoder_sim.wheels.chain import Chain, Drive, EncoderParams
-
-chain = Chain(EncoderParams.from_mapping({'encoder': {'faults': {'stops_at': 7}}}, ''))
-angles_rad = np.linspace(0.0, 2.0, 101)
-run = chain.run(Drive(10_000_000 * np.arange(101), np.column_stack([angles_rad] * 2)))
-steps = [chain.step(10_000_000 * index, angle, angle) for index, angle in enumerate(angles_rad.tolist())]
-print(run.counts[0, -1].tolist(), [report.sample for reports in steps for report in reports] == run.samples())
-"""
-
-
-def test_a_new_fault_takes_two_files(tmp_path):
-    for room in ('base', 'wheels'):
-        shutil.copytree(SOURCE / 'diff_encoder_sim' / room, tmp_path / 'diff_encoder_sim' / room)
-    (tmp_path / 'diff_encoder_sim' / '__init__.py').touch()
-    for name, edits in NEW_FAULT.items():
-        path = tmp_path / 'diff_encoder_sim' / name
-        text = path.read_text()
-        for old, new in edits:
-            assert text.count(old) == 1
-            text = text.replace(old, new)
-        path.write_text(text)
-    environment = {**os.environ, 'PYTHONPATH': str(tmp_path), 'NUMBA_CACHE_DIR': str(tmp_path)}
-    done = subprocess.run([sys.executable, '-c', USE], env=environment, capture_output=True, text=True)
-    assert (done.stdout, done.stderr) == ('[7, 7] True\n', '')

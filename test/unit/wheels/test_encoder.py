@@ -311,15 +311,6 @@ def test_errors_of_the_sensor_move_the_end_as_their_closed_forms_and_the_stated_
     assert math.sqrt(found.estimates()[-1].pose_covariance[1, 1]) == pytest.approx(expected_m, rel=0.03)
 
 
-def test_missed_counts_turn_the_robot():
-    missed = 0.02
-    along_m, across, yaw_rad = straight(1024, {'faults': {'missed': missed}}).final_poses.T
-    heading_rad = math.sqrt(2 * LENGTH_M * m_per_pulse(1024) * missed * (1 - missed)) / SEPARATION_M
-    assert_std(yaw_rad, heading_rad)
-    assert_std(across, heading_rad * LENGTH_M / math.sqrt(3))
-    assert along_m.mean() == pytest.approx(LENGTH_M * (1 - missed), abs=0.01)
-
-
 PPR = 40
 RAD_PER_COUNT = TURN / PPR
 METHODS = ['T', 'MT']
