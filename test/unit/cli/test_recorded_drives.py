@@ -1,4 +1,4 @@
-"""The reencode command: what it reads and writes, and mistakes in one line."""
+"""The reencode command: inputs and outputs, recorded counts, and mistakes in one line."""
 
 import numpy as np
 import pytest
@@ -6,168 +6,104 @@ import pytest
 from diff_encoder_sim.api.recorded_drives import output_files
 from diff_encoder_sim.cli.reencode import parse
 from diff_encoder_sim.wheels.catalogue import ChosenEncoder, chosen, load_encoder
+from diff_encoder_sim.wheels.counter import wrap_count
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 from places import CONFIG
-from reencoding_drives import JOINTS, ROS1, START_NS, angles_rad, drive, write_ros1
-from reencoding_runs import complaint, contents, run, samples_of
+from reencoding_drives import JOINTS, ROS1, START_NS, angles_rad, drive, write
+from reencoding_runs import complaint, contents, counts_of, run, samples_of
 from reencoding_sources import COUNT, instants, odometry, ticks, two_topics
+from trial_bags import trial
 
 
 @pytest.fixture
 def bag(tmp_path):
-    return write_ros1(tmp_path / 'drive.bag', drive())
+    return write(tmp_path / 'drive.bag', drive())
 
 
-def two_robots(path):
-    return write_ros1(path, drive() + drive(joint_topic='/robot2/joint_states', reference=None))
+def no_time():
+    return [('/joint_states', START_NS + tick, ROS1.joint_state(0, (0.1, 0.2))) for tick in range(300)]
 
 
-def counts_only(path):
-    return write_ros1(path, [('/fine', START_NS, ROS1.pulses(START_NS, [1, 2]))])
+def two_robots():
+    return drive() + drive(joint_topic='/robot2/joint_states', reference=None)
 
 
-def one_message(path):
-    return write_ros1(path, drive()[:1])
-
-
-def whole(path):
-    return write_ros1(path, drive())
-
-
-def no_time(path):
-    return write_ros1(
-        path, [('/joint_states', START_NS + tick, ROS1.joint_state(0, (0.1, 0.2))) for tick in range(300)]
-    )
+LEFT_RIGHT = ['--ticks', '/lwheel', '/rwheel']
 
 
 @pytest.mark.parametrize(
     ('make', 'arguments', 'texts'),
     [
-        (None, [], ['no such bag']),
+        (list, [], ['no such bag']),
         (two_robots, [], ['/joint_states, /robot2/joint_states', '--joint-states']),
-        (counts_only, [], ['/fine', '--pulses-ppr']),
+        (lambda: [('/fine', START_NS, ROS1.pulses(START_NS, [1, 2]))], [], ['/fine', '--pulses-ppr']),
         (no_time, [], ['/joint_states', 'stamps do not advance']),
-        (one_message, [], ['/joint_states', 'no drive', 'too short']),
-        (lambda path: write_ros1(path, drive(names=('a', 'b'))), [], ['/joint_states', '--left', 'a, b']),
+        (lambda: drive()[:1], [], ['/joint_states', 'no drive', 'too short']),
+        (lambda: drive(names=('a', 'b')), [], ['/joint_states', '--left', 'a, b']),
+        (lambda: drive(names=('wheel_1', 'wheel_2')), [], ['left_wheel_joint', 'wheel_1, wheel_2']),
+        (lambda: drive()[1:2], [], ['no topic of sensor_msgs/msg/JointState', '/world_pose']),
+        (drive, ['--joint-states', '/world_pose'], ['PoseStamped', '/joint_states']),
+        (drive, ['--pulses-ppr', '1024'], ['--pulses-ppr', '/joint_states has wheel angles', '--pulses TOPIC']),
+        (drive, ['--joint-states', '/a', '--pulses', '/b'], ['given both']),
+        (drive, ['--left', 'arm'], ["'arm'", ', '.join(JOINTS)]),
+        (drive, ['--left', JOINTS[1]], ['both wheels']),
+        (drive, ['--reference', '/odom'], ['/odom', 'not there', '/world_pose']),
+        (drive, ['--reference', '/joint_states'], ['JointState', '/world_pose']),
+        (drive, ['--reference', 'map->base_link'], ['map->base_link', '/tf']),
+        (drive, ['--reference', 'map->'], ["'map->'", 'two frames']),
+        (drive, ['--ppr', '0'], ['--ppr', '0', '0.001 to 1e9']),
+        (drive, ['--ppr', '90', '90.0'], ['90 twice']),
+        (drive, ['--config', 'no.yaml'], ['no.yaml', 'cannot be read']),
+        (drive, ['--out', '/proc/out'], ['/proc/out']),
         (
-            lambda path: write_ros1(path, drive(names=('wheel_1', 'wheel_2'))),
+            two_topics,
             [],
-            ['left_wheel_joint', 'wheel_1, wheel_2'],
+            ['no topic of sensor_msgs/msg/JointState', '--ticks /lwheel /rwheel --ticks-per-revolution N'],
         ),
-        (lambda path: write_ros1(path, drive()[1:2]), [], ['no topic of sensor_msgs/msg/JointState', '/world_pose']),
-        (whole, ['--joint-states', '/world_pose'], ['PoseStamped', '/joint_states']),
-        (whole, ['--pulses-ppr', '1024'], ['--pulses-ppr', '/joint_states has wheel angles', '--pulses TOPIC']),
-        (whole, ['--joint-states', '/a', '--pulses', '/b'], ['given both']),
-        (whole, ['--left', 'arm'], ["'arm'", ', '.join(JOINTS)]),
-        (whole, ['--left', JOINTS[1]], ['both wheels']),
-        (whole, ['--reference', '/odom'], ['/odom', 'not there', '/world_pose']),
-        (whole, ['--reference', '/joint_states'], ['JointState', '/world_pose']),
-        (whole, ['--reference', 'map->base_link'], ['map->base_link', '/tf']),
-        (whole, ['--reference', 'map->'], ["'map->'", 'two frames']),
-        (whole, ['--ppr', '0'], ['--ppr', '0', '0.001 to 1e9']),
-        (whole, ['--ppr', 'many'], ['--ppr', 'many']),
-        (whole, ['--ppr', '90', '90.0'], ['90 twice']),
-        (whole, ['--config', 'no.yaml'], ['no.yaml', 'cannot be read']),
-        (whole, ['--out', '/proc/out'], ['/proc/out']),
+        (two_topics, ['--ticks', '/lwheel', '/lwheel'], ['--ticks: given /lwheel for both wheels']),
+        (two_topics, LEFT_RIGHT, ['--ticks-per-revolution: missing', '--robot']),
+        (two_topics, [*LEFT_RIGHT, '--ticks-per-revolution', '0'], ['--ticks-per-revolution: ppr: given 0']),
+        (two_topics, ['--ticks', '/lwheel', '/wheel', '--unit', 'rad'], ['--ticks: given /wheel', '/lwheel, /rwheel']),
+        (two_topics, ['--odom', '/lwheel'], ['--odom: given /lwheel', 'std_msgs/msg/Int16; allowed: it has no poses']),
+        (two_topics, ['--odom', '/odom'], ['--odom: given /odom, which is not there']),
     ],
 )
 def test_mistakes_are_named_in_one_line(tmp_path, capsys, make, arguments, texts):
-    if make is not None:
-        make(tmp_path / 'a.bag')
+    rows = make(360).rows if make is two_topics else make()
+    if rows:
+        write(tmp_path / 'a.bag', rows)
     ppr = [] if '--ppr' in arguments else ['--ppr', '90']
     text = complaint(capsys, tmp_path / 'a.bag', *ppr, *arguments)
     for part in texts:
         assert part in text
 
 
-def test_nothing_is_overwritten_and_nothing_half_done_is_left(tmp_path, bag, capsys):
+def test_other_joints_are_refused_with_alternatives(tmp_path, capsys):
+    path = write(tmp_path / 'a.bag', drive(names=('arm', 'hand')) + odometry().rows)
+    text = complaint(capsys, path, '--ppr', '90')
+    assert "no joint 'left_wheel_joint'; expected --left, one of arm, hand; alternatives: --odom /odom" in text
+    assert 'alternatives' not in complaint(capsys, path, '--ppr', '90', '--joint-states', '/joint_states')
+
+
+def test_nothing_is_overwritten_and_nothing_unfinished_is_left(tmp_path, bag, capsys):
     run(bag, '--ppr', '90', '--out', tmp_path / 'out')
     before = {path: path.read_bytes() for path in (tmp_path / 'out').iterdir()}
     assert 'drive_90ppr.bag exists' in complaint(capsys, bag, '--ppr', '40', '90', '--out', tmp_path / 'out')
     assert {path: path.read_bytes() for path in (tmp_path / 'out').iterdir()} == before
-    complaint(capsys, no_time(tmp_path / 'a.bag'), '--ppr', '90', '--out', tmp_path / 'none')
+    complaint(capsys, write(tmp_path / 'a.bag', no_time()), '--ppr', '90', '--out', tmp_path / 'none')
     assert list((tmp_path / 'none').iterdir()) == []
 
 
-CSV = ['--columns', '1', '2', '3', '--unit', 'rad', '--ppr', '90']
-
-
-def table(path, times):
-    path.write_text('\n'.join(f'{time},{0.04 * index},{0.05 * index}' for index, time in enumerate(times)))
-    return ['--csv', path, *CSV]
-
-
-def test_rows_with_an_earlier_time_are_left_out_and_named(tmp_path, capsys):
-    """Of a table that has two drives, the first is read."""
-    run(*table(tmp_path / 'a.csv', [0.01 * (index % 500) for index in range(999)]))
-    printed = capsys.readouterr()
-    assert '500 rows' in printed.out and 'in 5.0 s' in printed.out
-    assert '499 bad rows, in lines 501' in printed.err
-
-
-NINETY = ChosenEncoder(PerWheel(left=90, right=90))
-
-
-def test_files_are_named_by_bag_and_encoder(tmp_path):
-    real = chosen(load_encoder('amt102', CONFIG, tmp_path))
-    encoders = [NINETY, ChosenEncoder(PerWheel(left=40, right=1024)), real]
+def test_files_are_named_by_bag_and_encoder(tmp_path, monkeypatch):
+    ninety, real = ChosenEncoder(PerWheel(left=90, right=90)), chosen(load_encoder('amt102', CONFIG, tmp_path))
+    encoders = [ninety, ChosenEncoder(PerWheel(left=40, right=1024)), real]
     files = output_files(tmp_path, tmp_path / 'drive.bag', encoders)
     names = ['drive_90ppr.bag', 'drive_40-1024ppr.bag', 'drive_8192_amt102.bag', 'reencode.csv']
     assert [path.name for path in files.values()] == names
-    assert output_files(None, tmp_path / 'drive.bag', [NINETY]) == {}
-
-
-def test_the_working_folder_as_a_bag_of_ros_2_gives_files_its_name(tmp_path, monkeypatch):
+    assert output_files(None, tmp_path / 'drive.bag', [ninety]) == {}
     (tmp_path / 'drive').mkdir()
     monkeypatch.chdir(tmp_path / 'drive')
-    assert output_files(tmp_path, parse(['.']).bag, [NINETY])['90'].name == 'drive_90ppr.bag'
-
-
-LEFT_RIGHT = ['--ticks', '/lwheel', '/rwheel']
-
-
-@pytest.fixture
-def wheels_bag(tmp_path):
-    return two_topics(360).write(tmp_path / 'a.bag')
-
-
-@pytest.mark.parametrize(
-    ('arguments', 'texts'),
-    [
-        ([], ['no topic of sensor_msgs/msg/JointState', '--ticks /lwheel /rwheel --ticks-per-revolution N']),
-        (['--ticks', '/lwheel', '/lwheel'], ['--ticks: given /lwheel for both wheels']),
-        (LEFT_RIGHT, ['--ticks-per-revolution: missing', '--robot']),
-        ([*LEFT_RIGHT, '--ticks-per-revolution', '0'], ['--ticks-per-revolution: ppr: given 0']),
-        (
-            [*LEFT_RIGHT, '--ticks-per-revolution', '9', '--unit', 'rad'],
-            ['--ticks-per-revolution: given with --unit rad'],
-        ),
-        ([*LEFT_RIGHT, '--ticks-modulus', '9', '--unit', 'rad'], ['--ticks-modulus: given with --unit rad']),
-        ([*LEFT_RIGHT, '--seed', '9', '--unit', 'rad'], ['--seed: given 9, but nothing is random']),
-        (['--ticks', '/lwheel', '/wheel', '--unit', 'rad'], ['--ticks: given /wheel', '/lwheel, /rwheel']),
-        (['--odom', '/lwheel'], ['--odom: given /lwheel, which is of std_msgs/msg/Int16; allowed: it has no poses']),
-        (['--odom', '/odom'], ['--odom: given /odom, which is not there']),
-    ],
-)
-def test_mistakes_about_wheels_are_named_in_one_line(wheels_bag, capsys, arguments, texts):
-    text = complaint(capsys, wheels_bag, *arguments, '--ppr', '90')
-    for part in texts:
-        assert part in text
-
-
-def test_joints_that_are_no_wheels_are_told_what_else_could_serve(tmp_path, capsys):
-    path = write_ros1(tmp_path / 'a.bag', drive(names=('arm', 'hand')) + odometry().rows)
-    text = complaint(capsys, path, '--ppr', '90')
-    assert "no joint 'left_wheel_joint'; expected --left, one of arm, hand; alternatives: --odom /odom" in text
-    assert 'serve' not in complaint(capsys, path, '--ppr', '90', '--joint-states', '/joint_states')
-
-
-def wheels_table(path, unit_ns, left_right, separator=',', header='time,left,right\n'):
-    rows = (
-        f'{stamp_ns / unit_ns:.9f}{separator}{left!r}{separator}{right!r}\n' for stamp_ns, left, right in left_right
-    )
-    path.write_text(header + ''.join(rows))
-    return path
+    assert output_files(tmp_path, parse(['.']).bag, [ninety])['90'].name == 'drive_90ppr.bag'
 
 
 @pytest.mark.parametrize(
@@ -180,30 +116,105 @@ def wheels_table(path, unit_ns, left_right, separator=',', header='time,left,rig
         (['--ticks-per-revolution', '1024', '--ticks-modulus', '65536'], 10**9, lambda angle: ticks(angle, 1024, 16)),
     ],
 )
-def test_a_table_gives_the_same_as_a_bag(tmp_path, arguments, unit_ns, convert):
-    rows = [(stamp_ns, float(convert(left)), float(convert(right))) for stamp_ns, left, right in instants()]
-    path = wheels_table(tmp_path / 'a.csv', unit_ns, rows)
+def test_a_table_gives_the_same_as_a_bag(tmp_path, bag, arguments, unit_ns, convert):
+    rows = ['time,left,right']
+    rows += [f'{stamp_ns / unit_ns:.9f},{convert(left)!s},{convert(right)!s}' for stamp_ns, left, right in instants()]
+    path = tmp_path / 'drive.csv'
+    path.write_text('\n'.join(rows))
     run('--csv', path, '--columns', 'time', 'left', '3', *arguments, '--ppr', '64', '--out', tmp_path / 'of_table')
-    expected = write_ros1(tmp_path / 'a.bag', drive(reference=None))
-    run(expected, '--ppr', '64', '--out', tmp_path / 'of_bag')
-    assert contents(tmp_path / 'of_table' / 'a_64ppr.bag') == contents(tmp_path / 'of_bag' / 'a_64ppr.bag')
+    run(bag, '--ppr', '64', '--out', tmp_path / 'of_bag')
+    found, expected = (contents(tmp_path / out / 'drive_64ppr.bag') for out in ('of_table', 'of_bag'))
+    assert found == {topic: messages for topic, messages in expected.items() if topic != '/world_pose'}
 
 
-def test_odometry_gives_the_wheels_that_made_it(tmp_path, capsys):
+def test_rows_with_an_earlier_time_are_left_out_and_named(tmp_path, capsys):
+    """Of a table with two drives, the first is read."""
+    path = tmp_path / 'a.csv'
+    rows = (f'{0.01 * (index % 500)},{0.04 * index},{0.05 * index}' for index in range(999))
+    path.write_text('\n'.join(rows))
+    run('--csv', path, '--columns', '1', '2', '3', '--unit', 'rad', '--ppr', '90')
+    printed = capsys.readouterr()
+    assert '500 rows' in printed.out and 'in 5.0 s' in printed.out
+    assert '499 bad rows, in lines 501' in printed.err
+
+
+def test_odometry_gives_its_wheels(tmp_path, capsys):
     run(odometry().write(tmp_path / 'a.bag'), '--odom', '/odom', '--ppr', '1000', '--out', tmp_path / 'out')
-    found = contents(tmp_path / 'out' / 'a_1000ppr.bag')['/encoder_pulse']
     travel = angles_rad(COUNT) - angles_rad(COUNT)[0]
-    assert len(found) == len(samples_of(travel, 1000))
+    assert len(counts_of(tmp_path / 'out' / 'a_1000ppr.bag')) == len(samples_of(travel, 1000))
     assert 'wheel angles are computed from the poses of /odom' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize('source', [['--odom', '/odom'], [*LEFT_RIGHT, '--unit', 'm/s']])
 def test_another_seed_begins_with_other_angles(tmp_path, source):
-    wheels_bag = odometry()
-    wheels_bag.rows += two_topics(360).rows
-    path = wheels_bag.write(tmp_path / 'a.bag')
+    path = write(tmp_path / 'a.bag', odometry().rows + two_topics(360).rows)
     first = {}
     for name, seed in (('default', []), ('1', ['--seed', '1']), ('2', ['--seed', '2'])):
         run(path, *source, *seed, '--ppr', '1000', '--out', tmp_path / name)
-        first[name] = contents(tmp_path / name / 'a_1000ppr.bag')['/encoder_pulse'][0]
+        first[name] = counts_of(tmp_path / name / 'a_1000ppr.bag')[0]
     assert first['default'] == first['1'] != first['2']
+
+
+PPR = 1024
+ANGLES_RAD = angles_rad(2001)
+SAMPLES = samples_of(ANGLES_RAD, PPR)
+TURNED = (ANGLES_RAD[-1] - ANGLES_RAD[0]) / (2.0 * np.pi)  # left, right
+
+
+def counted(path, counts=None, modulus=0, **changes):
+    """A bag of a trial with counts at 1024 PPR."""
+    joints = {'left_joint': 'left_wheel_joint', 'right_joint': 'right_wheel_joint'}
+    about = trial(**joints, **{'ppr': PPR, 'counter_modulus': modulus, **changes})
+    counts = counts or [[wrap_count(count, modulus) for count in sample[1:3]] for sample in SAMPLES]
+    rows = [('/trial', START_NS, ROS1.text(about.model_dump_json()))]
+    rows += [('/encoder_pulse', sample[0], ROS1.pulses(sample[0], pair)) for sample, pair in zip(SAMPLES, counts)]
+    return write(path, rows)
+
+
+def turned(folder, label):
+    """Revolutions of both wheels in the written bag, in pulses."""
+    first, *_, last = counts_of(next(folder.glob(f'*_{label}ppr.bag')))
+    return np.subtract(last, first)
+
+
+def test_counts_wrap_as_in_the_bags_trial_and_computed_ones_do_not(tmp_path, capsys):
+    run(counted(tmp_path / 'narrow.bag', modulus=512), '--ppr', '64', '65536', '--out', tmp_path / 'out')
+    printed = capsys.readouterr()
+    assert "counts wrap at 512: the bag's /trial" in printed.out and printed.err == ''
+    assert f'recorded with {PPR} PPR: 65536 limited by the recorded resolution' in printed.out
+    for ppr in (64, 65536):
+        assert turned(tmp_path / 'out', ppr) == pytest.approx(TURNED * ppr, abs=1 + ppr / PPR)
+
+
+def test_a_reencoded_bag_contains_the_modulus_of_its_counts(tmp_path, capsys):
+    config = tmp_path / 'config.yaml'
+    config.write_text('counter_modulus: 512\n')
+    run(counted(tmp_path / 'a.bag'), '--ppr', '1024', '--config', config, '--out', tmp_path / 'narrow')
+    run(next((tmp_path / 'narrow').glob('*.bag')), '--ppr', '1024', '--out', tmp_path / 'again')
+    printed = capsys.readouterr()
+    assert f'counts wrap at 512: {config}' in printed.out and "counts wrap at 512: the bag's /trial" in printed.out
+    assert 'restart' not in printed.err and 'limited' not in printed.out
+    assert turned(tmp_path / 'again', 1024) == pytest.approx(TURNED * PPR, abs=1)
+
+
+def test_restarts_are_no_motion_and_reported_once(tmp_path, capsys):
+    middle = len(SAMPLES) // 2
+    counts = [sample[1:3] for sample in SAMPLES[:middle]]
+    counts += [np.subtract(sample[1:3], SAMPLES[middle][1:3]).tolist() for sample in SAMPLES[middle:]]
+    run(counted(tmp_path / 'a.bag', counts), '--ppr', '64', '128', '--out', tmp_path / 'out')
+    [line] = capsys.readouterr().err.splitlines()
+    assert '/encoder_pulse: counter restarts: 1;' in line
+    assert turned(tmp_path / 'out', 128) == pytest.approx(128 * TURNED * (1 - 1 / len(SAMPLES)), abs=2)
+
+
+@pytest.mark.parametrize(
+    ('changes', 'note'),
+    [
+        ({'encoder': 'hoverboard_hub'}, 'the angles are counts of 1024 hoverboard_hub, with its errors'),
+        ({'variant': 'missed'}, 'the angles are counts of 1024, variant missed, with its errors'),
+        ({}, ''),
+    ],
+)
+def test_counts_have_the_errors_of_their_encoder(tmp_path, capsys, changes, note):
+    run(counted(tmp_path / 'a.bag', **changes), '--ppr', '64')
+    assert capsys.readouterr().err.strip() == (note and f'reencode: {tmp_path / "a.bag"}: {note}')
