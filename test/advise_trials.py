@@ -29,9 +29,9 @@ def trial(plan):
 
 
 if __name__ == '__main__':
-    # A tenth of the draws, of which there are tests of their own.
-    odometry_curve.DRAWS, odometry_curve.FINE_DRAWS = 100, 3000
-    odometry_answer.BUDGET_DRAWS, listed_encoders.LISTED_DRAWS = 100, 40
+    # Few draws, which have their own tests.
+    odometry_curve.DRAWS, odometry_curve.FINE_DRAWS, odometry_answer.DRAWS = 100, 3000, 300
+    odometry_answer.BUDGET_DRAWS, listed_encoders.LISTED_DRAWS, listed_encoders.DRAWS = 100, 40, 3000
     # Workers know it by its module's name, not as part of the script that was started.
     from advise_trials import trials as importable_trials
 

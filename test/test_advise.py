@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from diff_encoder_sim.cli.advise import main
 from urdf_texts import ball, base, pair, robot
 
 HERE = Path(__file__).resolve().parent
@@ -88,17 +89,6 @@ def test_without_trials_there_is_odometry_alone(tmp_path):
     assert [path.name for path in (tmp_path / 'results' / 'advice').iterdir()] == ['advice.html']
 
 
-def test_wheels_can_be_the_limit(tmp_path):
-    text = (HERE.parent / 'config' / 'robots' / 'alto.yaml').read_text()
-    urdf = HERE.parent / 'urdf' / 'alto.urdf.xacro'
-    text = text.replace('../../urdf/alto.urdf.xacro', str(urdf))
-    (tmp_path / 'worn.yaml').write_text(f'{text}  simulator.wheel_errors.left_radius_error: 0.005\n')
-    done = advise(*CANDIDATES, '--no-trials', '--robot', 'worn.yaml', cwd=tmp_path)
-    found = answers(done)['odometry at the true pose']
-    assert found.startswith('the encoder is not the limit: wheel radius makes ')
-    assert 'across in SL; if wheel radius made 25 mm: at least ' in found
-
-
 def test_without_trials_no_laser_is_needed(tmp_path):
     """A drive that can only be navigated takes a laser that a warning proposes; trials need one of the user."""
     (tmp_path / 'blind.urdf').write_text(robot(base(), pair(), ball('caster', 0.12)))
@@ -114,52 +104,47 @@ def test_without_trials_no_laser_is_needed(tmp_path):
 
 
 def encoder_file(path, lines, **errors):
-    """An encoder of four times as many counts, with errors of its own."""
+    """An encoder of four times as many counts, with its own errors."""
     model = {'lines': lines, 'decoding': 'x4', **errors}
     path.write_text(json.dumps({'name': path.stem, 'source': ['a test'], 'price': 'hobby', 'encoder': model}))
     return path.name
 
 
-@pytest.mark.parametrize(('errors', 'cause'), [({'faults': {'missed': 0.02}}, 'missed counts')])
-def test_errors_of_a_given_encoder_are_named(errors, cause, tmp_path):
-    files = [encoder_file(tmp_path / 'poor.yaml', 512, **errors), encoder_file(tmp_path / 'few.yaml', 20)]
-    done = advise('--no-trials', '--tests', 'SL', '--encoders', *files, '--json', 'advice.json', cwd=tmp_path)
+def test_errors_of_a_given_encoder_are_named(tmp_path):
+    poor = encoder_file(tmp_path / 'poor.yaml', 512, faults={'missed': 0.02})
+    files = ['--encoders', poor, encoder_file(tmp_path / 'few.yaml', 20)]
+    done = advise('--no-trials', '--tests', 'SL', *files, '--json', 'advice.json', cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     content = json.loads((tmp_path / 'advice.json').read_text())
     answer = content['answers']['odometry']
     assert (answer['kind'], answer['errors_of'], answer['encoder']) == ('not_the_limit', '2048 poor', None)
-    assert [limit['cause'] for limit in answer['limit']] == [cause]
-    assert 'poor (2048 counts)' in answers(done)['odometry at the true pose']
+    assert [limit['cause'] for limit in answer['limit']] == ['missed counts']
     (budget,) = [each for each in content['budgets']['SL'] if each['ppr'] == 2048.0]
-    assert cause in budget['parts']
-    assert re.search(rf'2048 PPR.*\n.* {cause} ', done.stdout)
+    assert 'missed counts' in budget['parts']
     listed = {each['name']: each for each in content['encoders']}
-    assert [limit['cause'] for limit in listed['poor']['limit']] == [cause]
-    assert listed['poor']['meets']['odometry'] is False
-    assert listed['few']['limit'] == []
-    assert re.search(rf'^poor .*{cause} ', done.stdout, re.MULTILINE)
+    assert [limit['cause'] for limit in listed['poor']['limit']] == ['missed counts']
+    assert listed['poor']['meets']['odometry'] is False and listed['few']['limit'] == []
 
 
 @pytest.mark.parametrize(
     ('arguments', 'message'),
     [
-        (['--trials', '0'], "given '0'; allowed: a whole number, 1 to 1000000"),
-        (['--distance', '10'], '--distance: given 10, but trials drive the tests; allowed: --no-trials'),
-        (
-            ['--json', 'missing/advice.json'],
-            "--json: given 'missing/advice.json'; allowed: a file in a folder that exists",
-        ),
-        (
-            ['--candidates', 'nothing'],
-            "given 'nothing'; allowed: accurate, faults, paper, paper_tb3, quick, sweep, or a .yaml file",
-        ),
-        (['--robot', 'nothing.yaml'], 'nothing.yaml'),
+        ('--trials 0', "given '0'; allowed: a whole number, 1 to 1000000"),
+        ('--trials 20', '--trials: given 20; allowed: at least 21'),
+        ('--distance 10', '--distance: given 10, but trials drive the tests; allowed: --no-trials'),
+        ('--json missing/a.json', "--json: given 'missing/a.json'; allowed: a file in a folder that exists"),
+        ('--candidates nothing', "given 'nothing'; allowed: accurate, faults, paper, paper_tb3, quick, sweep, or"),
+        ('--robot nothing.yaml', 'nothing.yaml'),
+        ('--config burger', 'unrecognized arguments: --config'),
     ],
 )
-def test_a_mistake_is_one_line_and_leaves_nothing(arguments, message, tmp_path):
-    done = advise(*CANDIDATES, *arguments, cwd=tmp_path)
-    assert done.returncode != 0 and done.stdout == ''
-    assert message in done.stderr.splitlines()[-1]
+def test_a_bad_argument_is_one_line_and_leaves_nothing(arguments, message, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as ended:
+        main([*CANDIDATES, *arguments.split()])
+    printed = capsys.readouterr()
+    assert printed.out == '' and ended.value.code not in (0, None)
+    assert message in (printed.err.splitlines()[-1] if ended.value.code == 2 else ended.value.code)
     assert list(tmp_path.iterdir()) == []
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Optional, Sequence
+from typing import TYPE_CHECKING, Any, Optional, Sequence
 
 from diff_encoder_sim.analysis.quantities import LEVEL, REQUIRED_FRACTION, YAW, X
 from diff_encoder_sim.base.bounds import PULSES_PER_TURN, TRIALS, Between
@@ -18,9 +18,6 @@ from diff_encoder_sim.cli.arguments import add_amcl, add_encoders, add_robot_arg
 
 if TYPE_CHECKING:
     from diff_encoder_sim.trials.trial_run import RunTrials
-
-DEFAULT_OUT = Path('results') / 'advice'
-
 
 API = 'api.advice'  # imported by the command on demand
 
@@ -34,62 +31,29 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
         '--encoders catalogue --out results/advice_catalogue',
     ]
     parser = tool_parser('advise', __doc__, examples)
+
+    def number(option: str, bounds: Between, metavar: str, text: str, **more: Any) -> None:
+        shown = f'{text} (default: %(default)g)' if 'default' in more else text
+        parser.add_argument(option, type=number_within(bounds), metavar=metavar, help=shown, **more)
+
     add_robot_arguments(parser, note=' (default: alto)')
     add_amcl(parser)
-    _add_requirement(parser)
-    _add_candidates(parser)
-    _add_outputs(parser)
-    add_workers(parser)
-    add_unchecked(parser)
-    return parser.parse_args(arguments)
-
-
-def _add_requirement(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
+    number(
         '--tolerance',
-        type=number_within(Between(1e-6, 1000.0, 'm')),
+        Between(1e-6, 1000.0, 'm'),
+        'M',
+        'allowed error in x and in y at the goal, in metres',
         default=X.tolerance,
-        metavar='M',
-        help='allowed error in x and in y at the goal, in metres (default: %(default)g)',
     )
-    parser.add_argument(
-        '--yaw-tolerance',
-        type=number_within(Between(1e-6, 360.0, 'degrees')),
-        default=YAW.tolerance,
-        metavar='DEG',
-        help='allowed error of the heading at the goal, in degrees (default: %(default)g)',
-    )
-    parser.add_argument(
-        '--share',
-        type=number_within(Between(0.01, 0.999)),
-        default=REQUIRED_FRACTION,
-        metavar='FRACTION',
-        help='minimum fraction of trials within tolerance (default: %(default)g)',
-    )
-    parser.add_argument(
-        '--confidence',
-        type=number_within(Between(0.5, 0.9999)),
-        default=LEVEL,
-        metavar='FRACTION',
-        help='of the answers (default: %(default)g)',
-    )
-    parser.add_argument(
-        '--distance',
-        type=number_within(Between(0.1, 1000.0, 'm')),
-        metavar='M',
-        help='evaluate odometry over this straight distance, in place of the tests',
-    )
-
-
-def _add_candidates(parser: argparse.ArgumentParser) -> None:
+    heading = 'allowed error of the heading at the goal, in degrees'
+    number('--yaw-tolerance', Between(1e-6, 360.0, 'degrees'), 'DEG', heading, default=YAW.tolerance)
+    fraction = 'minimum fraction of trials within tolerance'
+    number('--share', Between(0.01, 0.999), 'FRACTION', fraction, default=REQUIRED_FRACTION)
+    number('--confidence', Between(0.5, 0.9999), 'FRACTION', 'of the answers', default=LEVEL)
+    straight = 'evaluate odometry over this straight distance, in place of the tests'
+    number('--distance', Between(0.1, 1000.0, 'm'), 'M', straight)
     parser.add_argument('--tests', nargs='+', metavar='TEST', help='tests: SL, SMT, DLD, or .yaml files')
-    parser.add_argument(
-        '--ppr',
-        nargs='+',
-        type=number_within(PULSES_PER_TURN),
-        metavar='N',
-        help='candidates, ideal encoders in pulses per wheel revolution',
-    )
+    number('--ppr', PULSES_PER_TURN, 'N', 'candidates, ideal encoders in pulses per wheel revolution', nargs='+')
     add_encoders(parser)
     parser.add_argument(
         '--candidates',
@@ -110,17 +74,17 @@ def _add_candidates(parser: argparse.ArgumentParser) -> None:
         action='store_false',
         help='answer only for odometry, without closed-loop trials',
     )
-
-
-def _add_outputs(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--out',
         type=Path,
-        default=DEFAULT_OUT,
+        default=Path('results') / 'advice',
         metavar='DIR',
         help='results folder: new, or with results of the same robot, tests and candidates (default: %(default)s)',
     )
     parser.add_argument('--json', type=Path, metavar='FILE', help='write all results as JSON (docs/file_formats.md)')
+    add_workers(parser)
+    add_unchecked(parser)
+    return parser.parse_args(arguments)
 
 
 def main(arguments: Optional[Sequence[str]] = None, run: Optional[RunTrials] = None) -> None:

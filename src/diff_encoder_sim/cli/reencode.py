@@ -7,10 +7,10 @@ import collections
 import logging
 import sys
 from pathlib import Path
-from typing import Counter, Dict, Iterator, Optional, Sequence
+from typing import Counter, Dict, Iterator, List, Optional, Sequence
 
-from diff_encoder_sim.base.bounds import COUNTER_STATES
-from diff_encoder_sim.base.command_line import as_called, run_tool, tool_parser
+from diff_encoder_sim.base.bounds import COUNTER_STATES, SEEDS
+from diff_encoder_sim.base.command_line import as_called, run_tool, tool_parser, whole_number_within
 from diff_encoder_sim.cli.arguments import add_encoders, add_robot_arguments
 from diff_encoder_sim.drives.number_units import TIME_UNITS, UNITS
 
@@ -129,7 +129,7 @@ def _add_source_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         '--ticks-modulus',
-        type=_modulus,
+        type=whole_number_within(COUNTER_STATES),
         metavar='N',
         help='counts before the recorded counter wraps, 0 for never (default: by the type of the field, 65536 for 16 '
         'bits; of a table: 0)',
@@ -150,31 +150,11 @@ def _add_source_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         '--seed',
-        type=_seed,
+        type=whole_number_within(SEEDS),
         metavar='N',
         help="seed of encoder errors (default: the number of the bag's trial, else 0), and of the start angles of the "
         'wheels for --odom and speeds (default: 1)',
     )
-
-
-def _seed(text: str) -> int:
-    try:
-        value = int(text)
-    except ValueError:
-        value = -1
-    if value < 0:
-        raise argparse.ArgumentTypeError(f'given {text}; allowed: an integer of at least 0')
-    return value
-
-
-def _modulus(text: str) -> int:
-    try:
-        value = int(text)
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
-    if not COUNTER_STATES.allows(value):
-        raise argparse.ArgumentTypeError(f'counter_modulus: given {value}; allowed: {COUNTER_STATES}')
-    return value
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
@@ -202,21 +182,20 @@ class OnceFilter(logging.Filter):
 
     def __init__(self) -> None:
         super().__init__()
-        self._first: Dict[str, str] = {}  # by kind
-        self._last: Dict[str, str] = {}
+        self._texts: Dict[str, List[str]] = {}  # first and last text, by kind
         self._others: Counter[str] = collections.Counter()
 
     def filter(self, record: logging.LogRecord) -> bool:
         """Return whether the record is the first of its kind."""
         kind, text = record.msg, record.getMessage()
-        is_first = kind not in self._first
-        self._first.setdefault(kind, text)
-        if not is_first and self._last[kind] != text:
-            self._others[kind] += 1
-        self._last[kind] = text
+        is_first = kind not in self._texts
+        first, last = self._texts.get(kind, (text, text))
+        self._others[kind] += last != text
+        self._texts[kind] = [first, text]
         return is_first
 
     def left_out(self) -> Iterator[str]:
         """Yield the number of suppressed warnings per kind; repeated equal warnings count once."""
         for kind, count in self._others.items():
-            yield f'{count} more such as "{self._first[kind]}"'
+            if count:
+                yield f'{count} more such as "{self._texts[kind][0]}"'

@@ -116,10 +116,3 @@ def test_help_and_wrong_options_wait_for_no_library(name, option, expected, pyth
     status, out, err = python(RUN, str(ROOT / 'scripts' / name), option)
     assert (status, out.splitlines()[-1]) == (expected, '[]')
     assert bool(err) == (expected == 2)
-
-
-def test_config_is_a_campaigns_file_and_no_robot(capsys):
-    parse = importlib.import_module('diff_encoder_sim.cli.advise').parse
-    with pytest.raises(SystemExit) as ended:
-        parse(['--config', 'burger'])
-    assert ended.value.code == 2 and '--config' in capsys.readouterr().err
