@@ -29,7 +29,7 @@ from sandbox import ACCEPTED, FALLEN, REFUSED, judge, run_in_sandbox
 
 # Each makes an odd input from a generator in a folder, and uses it (`run`), and loads what every case needs before
 # cases are forked (`warm_up`).
-AREAS = ('encoders', 'lockstep', 'worlds', 'robots', 'maps', 'bags', 'campaigns')
+AREAS = ('encoders', 'lockstep', 'worlds', 'robots', 'maps', 'bags')
 CPU_S = {'lockstep': 60, 'bags': 60}  # allowed for a case
 USUAL_CPU_S = 20
 

@@ -98,10 +98,8 @@ def _redirect(path: Path) -> None:
 
 
 def _of_line(given: object) -> Verdict:
-    if given == USAGE:
-        return Verdict(REFUSED, '')
-    if not isinstance(given, str):
-        return Verdict(FALLEN, f'ends with {given!r}, without a line')
-    if len(given.splitlines()) != 1 or len(given) > LONGEST_LINE or not given.isprintable():
-        return Verdict(FALLEN, f'the error is not one printable line of at most {LONGEST_LINE} characters: {given!r}')
-    return Verdict(REFUSED, given)
+    """Judge the one line that a refusal is; argparse prints its own."""
+    is_line = isinstance(given, str) and given.isprintable() and len(given) <= LONGEST_LINE
+    if given == USAGE or is_line:
+        return Verdict(REFUSED, '' if given == USAGE else str(given))
+    return Verdict(FALLEN, f'ends with {given!r}, not one printable line of at most {LONGEST_LINE} characters')

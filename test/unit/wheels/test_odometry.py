@@ -54,6 +54,15 @@ def test_time_that_jumps_back_restarts_at_zero_with_one_warning(caplog):
     assert [record.levelname for record in caplog.records] == ['WARNING']
 
 
+def test_reset_takes_the_next_report_as_the_start_and_forgets_speeds():
+    odometry = WheelOdometry(OdometryParams(velocity_low_pass=1.0))
+    odometry.update(0, 0, 0, (5.0, 5.0))
+    odometry.reset()
+    assert odometry.update(0, 9, 9) is None  # its stamp has been published already
+    again = odometry.update(PERIOD_NS, 18, 18, (1.0, 1.0))
+    assert again.base_pose_in_odom == (0, 0, 0) and again.linear_velocity_mps == pytest.approx(0.1)
+
+
 SEEDS = 200
 # 99 % of sample variances over 200 seeds lie in this range around the true one (chi-square
 # quantiles for 199 degrees of freedom, divided by 199; errors here are bounded, so less spread).
