@@ -171,7 +171,7 @@ def every_trial(
         is_true: returns whether each trial of a cell has the property.
         cells: test and PPR; those of the trials by default.
     """
-    cells = cells or list(trials.groupby(['test', 'ppr'], sort=False).groups)
+    cells = cells or list(trials[['test', 'ppr']].drop_duplicates().itertuples(index=False, name=None))
     labelled = {f'{test} at {ppr} PPR': is_true(_of_cell(trials, test, ppr)) for test, ppr in cells}
     counts = [(label, int(sum(each)), len(each), TRIALS) for label, each in labelled.items() if len(each)]
     if len(counts) > 1:
