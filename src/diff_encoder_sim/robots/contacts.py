@@ -17,7 +17,7 @@ from diff_encoder_sim.robots.description import (
     RobotDescription,
     RobotTree,
 )
-from diff_encoder_sim.robots.solids import Shape, Sphere, farthest_m, placed, pose_at, reach_m, support_point_m
+from diff_encoder_sim.robots.solids import Shape, Sphere, farthest_m, placed, pose_at, reach_m, support_point_m, vector
 
 _MOST_CORNERS = 16
 _BEARINGS = 64  # tested for corners; a round robot's sides, halved twice, are 16
@@ -165,16 +165,11 @@ def _contacts_of(tree: RobotTree, name: str, drive: DriveTrain) -> List[GroundCo
     # the file draws it.
     swivel = tree.swivel_above(name)
     if swivel is not None and len(low_m):
-        return [_contact(name, np.append(tree.poses[swivel.child][:2, 3], low_m[:, 2].min()))]
+        return [GroundContact(name, vector(np.append(tree.poses[swivel.child][:2, 3], low_m[:, 2].min())))]
     front_m, rear_m = (_carrying_point_m(low_m, drive, side) for side in (1, -1))
     if front_m is not None and rear_m is not None:
-        return [_contact(f'{name} (front)', front_m), _contact(f'{name} (rear)', rear_m)]
-    return [_contact(name, point_m) for point_m in (front_m, rear_m) if point_m is not None]
-
-
-def _contact(name: str, point_m: np.ndarray) -> GroundContact:
-    x_m, y_m, z_m = point_m.tolist()
-    return GroundContact(name, (x_m, y_m, z_m))
+        return [GroundContact(f'{name} (front)', vector(front_m)), GroundContact(f'{name} (rear)', vector(rear_m))]
+    return [GroundContact(name, vector(point_m)) for point_m in (front_m, rear_m) if point_m is not None]
 
 
 def _carrying_point_m(points_m: np.ndarray, drive: DriveTrain, side: int) -> Optional[np.ndarray]:

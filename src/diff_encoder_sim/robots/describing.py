@@ -22,7 +22,7 @@ from diff_encoder_sim.robots.description import (
 from diff_encoder_sim.robots.drive_tags import DriveTags, find_drive_tags
 from diff_encoder_sim.robots.driven_wheels import WheelPair, choose_wheels, drivable_joints, joints_of, rolling_wheels
 from diff_encoder_sim.robots.laser_search import find_laser
-from diff_encoder_sim.robots.meshes import MeshFinder, primitive_tree, visual_primitives_of
+from diff_encoder_sim.robots.meshes import MeshFinder, primitive_tree
 from diff_encoder_sim.robots.package_search import find_mesh
 from diff_encoder_sim.robots.solids import (
     MassProperties,
@@ -96,7 +96,7 @@ def describe_tree(tree: RobotTree, find: MeshFinder, choices: RobotChoices, seen
     seen.add('base frame', tree.root, 'root link')
     simple = primitive_tree(tree, find, seen)
     drive, pair, plugins = _find_drive(simple, choices, seen)
-    mass = robot_mass(simple, find, seen)
+    mass = robot_mass(simple, seen)
     com = ', '.join(f'{round(part, 6) + 0.0:.4g}' for part in mass.com_m.tolist())
     seen.add('mass [kg]', f'{mass.mass_kg:.4g}', '<inertial> of the links')
     seen.add('centre of mass', f'({com}) m', '<inertial> of the links')
@@ -122,10 +122,10 @@ def describe_tree(tree: RobotTree, find: MeshFinder, choices: RobotChoices, seen
                             notes=tuple(dict.fromkeys(seen.notes)))  # fmt: skip
 
 
-def robot_mass(tree: RobotTree, find: MeshFinder, seen: Findings) -> MassProperties:
+def robot_mass(tree: RobotTree, seen: Findings) -> MassProperties:
     """Return the mass of all links, absurd inertias replaced by those of homogeneous solids, with a warning each kind.
 
-    Collision meshes of the tree are replaced; visual shapes stand in for a link without collision shape.
+    Meshes of the tree are replaced.
 
     Raises:
         ConfigError: the robot has no mass, or one that no robot has.
@@ -149,7 +149,7 @@ def robot_mass(tree: RobotTree, find: MeshFinder, seen: Findings) -> MassPropert
         if fault is not None:
             kind, detail = fault
             faults.setdefault(kind, []).append(f'{name} ({detail})')
-            solid = homogeneous(link.collisions or visual_primitives_of(link, find), mass.mass_kg)
+            solid = homogeneous(link.collisions or link.visuals, mass.mass_kg)
             mass = mass._replace(inertia_kgm2=solid.inertia_kgm2)
         parts.append(moved(mass, tree.poses[name]))
     for kind, links in faults.items():
@@ -280,7 +280,7 @@ def _drive_limits(
             by_rim = {f'max_{kind}_acceleration': factor * value for kind, factor in per_rim.items()}
             for name, limit in (by_rim if key == 'rim_acceleration' else {key: value}).items():
                 limits.setdefault(name, (limit, tags.source))
-    joints = [tree.joints[wheel.joint] for wheel in (drive.left, drive.right)]  # a limit of zero means none
+    joints = [tree.joints[wheel.joint] for wheel in (drive.left, drive.right)]
     efforts_nm = [joint.effort for joint in joints if joint.effort]
     speed_radps = min((joint.speed for joint in joints if joint.speed), default=math.inf)
     speed_mps = speed_radps * drive.radius_m

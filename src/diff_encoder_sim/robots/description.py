@@ -65,7 +65,7 @@ class Joint(NamedTuple):
     child: str
     child_in_parent: np.ndarray  # (4, 4), at zero
     axis: np.ndarray  # (3,) unit vector in the child's frame
-    effort: Optional[float]  # limit [N m], None if it is not given
+    effort: Optional[float]  # limit [N m], None if there is none
     speed: Optional[float]  # limit [rad/s]
     is_mimic: bool
     spins: bool  # turns without end: continuous, or revolute with limits of a turn or more

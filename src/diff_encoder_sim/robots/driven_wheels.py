@@ -13,7 +13,6 @@ import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import did_you_mean
-from diff_encoder_sim.base.xml_values import Vector
 from diff_encoder_sim.robots.description import DrivenWheel, Findings, Joint, RobotChoices, RobotTree
 from diff_encoder_sim.robots.drive_tags import (
     DIFFERENTIAL,
@@ -24,7 +23,7 @@ from diff_encoder_sim.robots.drive_tags import (
     commanded_joints,
 )
 from diff_encoder_sim.robots.robot_file import robot_file_line
-from diff_encoder_sim.robots.solids import placed, rolling_radius_m
+from diff_encoder_sim.robots.solids import placed, rolling_radius_m, vector
 
 LEVEL = 0.17  # an axis' vertical part (10 degrees), below which a wheel can stand on it
 SAME_RADIUS = 0.01  # shapes of one wheel: twin tyres, a tyre and its rim
@@ -73,13 +72,8 @@ def wheel_of(tree: RobotTree, joint: Joint) -> DrivenWheel:
             radius_m, centre_m = largest_m, np.mean([shape.pose_in_link[:3, 3] for shape in largest], axis=0)
             source = f'{kind} {type(largest[0].geometry).__name__.lower()}'
     swivel = tree.swivel_above(joint.parent)
-    centre_in_root_m, axis = _vector(pose[:3, :3] @ centre_m + pose[:3, 3]), _vector(tree.axis_in_root(joint))
+    centre_in_root_m, axis = vector(pose[:3, :3] @ centre_m + pose[:3, 3]), vector(tree.axis_in_root(joint))
     return DrivenWheel(joint.name, joint.child, centre_in_root_m, axis, radius_m, source, swivel and swivel.name)
-
-
-def _vector(array: np.ndarray) -> Vector:
-    x, y, z = array.tolist()
-    return x, y, z
 
 
 def drivable_joints(tree: RobotTree, wheels: Sequence[DrivenWheel]) -> FrozenSet[str]:
@@ -171,12 +165,11 @@ def _chosen(tree: RobotTree, wheels: Sequence[DrivenWheel], choices: RobotChoice
     given: List[Optional[DrivenWheel]] = []
     for side, name in (('left', choices.left_joint), ('right', choices.right_joint)):
         joint = tree.joints.get(name or '')
-        where = f'{tree.where}: given {name!r} as {side} wheel joint, which is'
-        if name and joint is None:
-            known = ', '.join(tree.joints) or 'none, the robot has no joint'
-            raise ConfigError(f'{where} missing; allowed: one of {known}{did_you_mean(name, tree.joints)}')
-        if joint is not None and joint.kind not in ('continuous', 'revolute'):
-            raise ConfigError(f'{where} {joint.kind}; allowed: continuous')
+        if name and (joint is None or joint.kind not in ('continuous', 'revolute')):
+            fault = f'{name!r} as {side} wheel joint, which is {joint.kind if joint else "missing"}'
+            known = ', '.join(each.name for each in tree.joints.values() if each.spins)
+            hint = '' if joint else did_you_mean(name, tree.joints)
+            raise ConfigError(f'{tree.where}: given {fault}; allowed: one that turns without end: {known}{hint}')
         given.append(joint and wheel_of(tree, joint))
     one = given[0] or given[1]
     if one is None:
@@ -268,29 +261,22 @@ def _by_evidence(
 
 def _pairs_on_one_axle(tree: RobotTree, wheels: Sequence[DrivenWheel]) -> List[WheelPair]:
     """Return the pairs of wheels on one axle; refuse a robot without one, or with several of the largest size."""
-    names, pairs = _quoted(wheel.joint for wheel in wheels), _coaxial_pairs(wheels)
-    if not wheels:
-        turning = [joint.name for joint in tree.joints.values() if joint.spins]
-        reason = f'none of its {len(tree.joints)} joints is continuous'
-        if turning:
-            reason = f'of its joints that turn without end ({_quoted(turning)}) none has a level axis and a round shape'
-            reason += ' near the floor'
-        raise _no_pair(tree, f'a robot without wheels: {reason}')
-    if len(wheels) == 1:
-        raise _no_pair(tree, f'one wheel, joint {names}')
-    if not pairs and any(not _are_parallel(wheel, wheels[0]) for wheel in wheels):
+    pairs = _coaxial_pairs(wheels)
+    if len(wheels) > 1 and not pairs and any(not _are_parallel(wheel, wheels[0]) for wheel in wheels):
+        names = _quoted(wheel.joint for wheel in wheels)
         raise _unlike(tree, OMNIDIRECTIONAL, f'the axles of {names} point in different directions')
     if not pairs:
-        raise _no_pair(tree, f'wheels that are not on one axle or not of one size: {names}')
+        given = f'the wheels {_quoted(wheel.joint for wheel in wheels)}' if wheels else 'a robot without wheels'
+        turning = _quoted(joint.name for joint in tree.joints.values() if joint.spins) or 'none'
+        wanted = 'a level axis, a round shape near the floor, and one axle and size with another'
+        raise _no_pair(tree, f'{given} (joints that turn without end: {turning}; a wheel has {wanted})')
     least_m = (1.0 - LIKE_RADIUS) * max(map(_mean_radius_m, pairs))
     largest = [pair for pair in pairs if _mean_radius_m(pair) > least_m]
-    joints = list(dict.fromkeys(joint for pair in largest for joint in joints_of(pair)))
-    if len(largest) > 1 and len(joints) < 2 * len(largest):
-        raise _no_pair(tree, f'three or more wheels on one axle: {_quoted(joints)}')
+    joints = _quoted(dict.fromkeys(joint for pair in largest for joint in joints_of(pair)))
     if any(not _are_parallel(pair[0], largest[0][0]) for pair in largest):
-        raise _unlike(tree, OMNIDIRECTIONAL, f'the axles of {_quoted(joints)} point in different directions')
+        raise _unlike(tree, OMNIDIRECTIONAL, f'the axles of {joints} point in different directions')
     if len(largest) > 1:
-        raise _unlike(tree, SKID_STEER, f'wheels of one size: {_quoted(joints)}')
+        raise _unlike(tree, SKID_STEER, f'wheels of one size: {joints}')
     return pairs
 
 

@@ -60,7 +60,13 @@ def find_laser(tree: RobotTree, chosen: Optional[str], seen: Findings) -> Option
     x_m, y_m, z_m = laser.pose_in_root[:3, 3].tolist()
     if laser.pose_in_root[2, 2] < 0.0:
         seen.warn(f'laser {laser.link!r} is upside down: simulated upright')
-        laser = _turned_over(laser)
+        # x axis as before, rays in reverse order: the last is the first.
+        pose, settings = laser.pose_in_root, dict(laser.settings)
+        if 'angle_min' in settings:
+            step_rad = settings['angle_span'] / settings['samples']
+            settings['angle_min'] = -(settings['angle_min'] + settings['angle_span'] - step_rad)
+        upright = rotation_from_rpy(0.0, 0.0, math.atan2(pose[1, 0], pose[0, 0]))
+        laser = laser._replace(pose_in_root=pose_at(pose[:3, 3], upright), settings=settings)
     for note in laser.notes:
         seen.note(note)
     seen.add('laser link', f'{laser.link} at ({x_m:.3f}, {y_m:.3f}, {z_m:.3f}) m', laser.source)
@@ -76,10 +82,8 @@ def _chosen(tree: RobotTree, link: str, sensors: List[RobotLaser]) -> RobotLaser
         raise ConfigError(f'{tree.where}: given {link!r} as laser link, which is missing; allowed: one of {known}')
     pose = tree.poses[link]
     if not _is_level(pose):
-        raise ConfigError(
-            f'{tree.where}: given {link!r} as laser link, which leans by {_lean_deg(pose):.0f} degrees; '
-            f'allowed: a scanner upright within {LEVEL_DEG:.0f} degrees'
-        )
+        allowed = f'a scanner upright within {LEVEL_DEG:.0f} degrees'
+        raise ConfigError(f'{tree.where}: given {link!r} as laser link, which leans; allowed: {allowed}')
     sensor = next((each for each in sensors if link in (each.link, each.carrier)), None)
     return RobotLaser(link, pose, sensor.settings if sensor else {}, 'given', notes=sensor.notes if sensor else ())
 
@@ -88,24 +92,9 @@ def _are_together(pose: np.ndarray, other: np.ndarray) -> bool:
     return bool(np.allclose(pose, other, atol=1e-3))
 
 
-def _lean_deg(pose: np.ndarray) -> float:
-    """Return the angle between the vertical and the z axis of a (4, 4) pose."""
-    return math.degrees(math.acos(min(1.0, max(-1.0, float(pose[2, 2])))))
-
-
 def _is_level(pose: np.ndarray) -> bool:
     """Return whether a scanner is level, upright or upside down."""
-    return not LEVEL_DEG < _lean_deg(pose) < 180.0 - LEVEL_DEG
-
-
-def _turned_over(laser: RobotLaser) -> RobotLaser:
-    """Return a scanner that is upside down upright, x axis as before, rays in reverse order: the last is the first."""
-    pose, settings = laser.pose_in_root, laser.settings
-    if 'angle_min' in settings:
-        step_rad = settings['angle_span'] / settings['samples']
-        settings = {**settings, 'angle_min': -(settings['angle_min'] + settings['angle_span'] - step_rad)}
-    upright = rotation_from_rpy(0.0, 0.0, math.atan2(pose[1, 0], pose[0, 0]))
-    return laser._replace(pose_in_root=pose_at(pose[:3, 3], upright), settings=settings)
+    return bool(abs(pose[2, 2]) >= math.cos(math.radians(LEVEL_DEG)))
 
 
 def gazebo_lasers(tree: RobotTree) -> List[RobotLaser]:

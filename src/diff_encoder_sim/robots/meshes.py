@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import hashlib
 import io
 import math
 import re
 from pathlib import Path, PurePosixPath
 from typing import Callable, Dict, List, Optional, Set, Tuple
+from xml.etree import ElementTree
 
 import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError, in_one_line
-from diff_encoder_sim.base.xml_values import parse_numbers
 from diff_encoder_sim.robots.contacts import CASTER_NAMES
 from diff_encoder_sim.robots.description import UPRIGHT, Findings, Link, RobotTree
 from diff_encoder_sim.robots.solids import (
@@ -27,6 +28,7 @@ from diff_encoder_sim.robots.solids import (
     measures,
     pose_at,
 )
+from diff_encoder_sim.robots.urdf_reading import parse_urdf
 
 # Finds a mesh's file by its URI, as package_search.find_mesh. It raises ConfigError, or returns None, if the file is
 # missing.
@@ -34,12 +36,10 @@ MeshFinder = Callable[[str], Optional[Path]]
 
 _DIGITS = 7  # STL files hold 24 bits
 _FARTHEST = 1e9  # of a corner, in the file's unit
-_SUFFIXES = ('.stl', '.obj', '.dae')
 # A part whose material is missing, often for want of a texture, is a part all the same.
 _MATERIALS = re.compile(rb'<(\w+:)?bind_material\b.*?</(\w+:)?bind_material>', re.DOTALL)
 # In a text STL or OBJ: names may be in any encoding, numbers are ASCII.
 _AS_ASCII = bytes(range(128)) + 128 * b'?'
-_LISTED = 'corners:'  # a mesh whose corners its URI lists: corners:NAME:x y z x y z ...
 
 _THINNEST_M = 1e-3  # a mesh that is a flat sheet becomes a plate
 _DECIMALS = 6  # of a length [m]
@@ -50,9 +50,29 @@ _ON_THE_FLOOR = re.compile('cast[eo]r|ball|skid|wheel|roller|slider|foot', re.IG
 
 @functools.lru_cache(maxsize=64)  # both wheels show the same mesh, and a robot is described more than once
 def _hull_points_m(path: Path, _mtime_ns: int) -> np.ndarray:
+    """Read the corners of a mesh's hull; of a DAE all that its scene shows, by its unit."""
     from scipy.spatial import ConvexHull, QhullError  # noqa: PLC0415  a quarter of a second, for meshes only
 
-    points_m = _points_m(path)
+    content, kind = path.read_bytes(), path.suffix.lower()
+    if kind == '.dae':
+        import collada  # noqa: PLC0415  likewise
+
+        document = collada.Collada(io.BytesIO(_MATERIALS.sub(b'', content)), ignore=[collada.common.DaeError])
+        parts = [np.empty((0, 3))]
+        for geometry in document.scene.objects('geometry'):
+            for primitive in geometry.primitives():
+                if primitive.vertex is not None and not isinstance(primitive, collada.lineset.BoundLineSet):
+                    parts.append(primitive.vertex[np.unique(primitive.vertex_index)])
+        points_m = np.vstack(parts).astype(float) * (document.assetInfo.unitmeter or 1.0)
+    else:
+        import trimesh  # noqa: PLC0415  half a second, likewise
+
+        # A binary STL has a header of 80 bytes, the number of triangles, and 50 bytes for each.
+        is_binary = len(content) >= 84 and len(content) == 84 + 50 * int.from_bytes(content[80:84], 'little')
+        if kind == '.obj' or not is_binary:
+            content = content.translate(_AS_ASCII)
+        mesh = trimesh.load_mesh(io.BytesIO(content), file_type=kind[1:], process=False, skip_materials=True)
+        points_m = np.asarray(mesh.triangles, float).reshape(-1, 3)
     if len(points_m) == 0 or not (np.abs(points_m) < _FARTHEST).all():
         raise ValueError(f'no triangles, or corners farther than {_FARTHEST:g}')
     decimals = _DIGITS - math.ceil(math.log10(max(float(np.abs(points_m).max()), 1e-9)))
@@ -65,61 +85,18 @@ def _hull_points_m(path: Path, _mtime_ns: int) -> np.ndarray:
     return outer_m
 
 
-def _points_m(path: Path) -> np.ndarray:
-    """Read the corners of a mesh; of a DAE all that its scene shows, by its unit."""
-    content = path.read_bytes()
-    if path.suffix.lower() == '.dae':
-        import collada  # noqa: PLC0415  for robots with meshes only
-
-        document = collada.Collada(io.BytesIO(_MATERIALS.sub(b'', content)), ignore=[collada.common.DaeError])
-        parts: List[np.ndarray] = [np.empty((0, 3))]
-        for geometry in document.scene.objects('geometry'):
-            for primitive in geometry.primitives():
-                if primitive.vertex is not None and not isinstance(primitive, collada.lineset.BoundLineSet):
-                    parts.append(primitive.vertex[np.unique(primitive.vertex_index)])
-        return np.vstack(parts).astype(float) * (document.assetInfo.unitmeter or 1.0)
-    import trimesh  # noqa: PLC0415  half a second, likewise
-
-    # A binary STL has a header of 80 bytes, the number of triangles, and 50 bytes for each.
-    is_binary = len(content) >= 84 and len(content) == 84 + 50 * int.from_bytes(content[80:84], 'little')
-    if path.suffix.lower() == '.obj' or not is_binary:
-        content = content.translate(_AS_ASCII)
-    mesh = trimesh.load_mesh(io.BytesIO(content), file_type=path.suffix[1:].lower(), process=False, skip_materials=True)
-    return np.asarray(mesh.triangles, float).reshape(-1, 3)
-
-
-def listed_mesh(uri: str, corners_m: np.ndarray) -> str:
-    """Return the URI of a mesh that lists its (n, 3) corners, all digits, under the name of its file."""
-    return f'{_LISTED}{mesh_name(uri).replace(":", "_")}:' + ' '.join(map(repr, corners_m.ravel().tolist()))
-
-
-def is_listed(uri: str) -> bool:
-    """Return whether a URI lists the mesh's corners."""
-    return uri.startswith(_LISTED)
-
-
-def mesh_name(uri: str) -> str:
-    """Return the name of a mesh's file, without folders."""
-    return uri.split(':', 2)[1] if is_listed(uri) else PurePosixPath(uri).name
-
-
 def file_corners_m(uri: str, where: str, find: MeshFinder) -> np.ndarray:
     """Return the (n, 3) corners of a mesh's convex hull [m], in the mesh's own axes, unscaled.
 
     Raises:
         ConfigError: the mesh is missing or broken; `where` begins the text.
     """
-    if is_listed(uri):
-        numbers = uri.split(':', 2)[-1]
-        return np.array(parse_numbers(numbers, len(numbers.split()), where)).reshape(-1, 3)
     try:
         path = find(uri)
     except ConfigError as error:
         raise ConfigError(f'{where}: {error}') from None
     if path is None or not path.is_file():
         raise ConfigError(f'{where}: given a file that is missing; allowed: an .stl, .obj or .dae file')
-    if path.suffix.lower() not in _SUFFIXES:
-        raise ConfigError(f'{where}: given {path.suffix or "no suffix"!r}; allowed: {", ".join(_SUFFIXES)}')
     try:
         return _hull_points_m(path, path.stat().st_mtime_ns)
     except Exception as error:  # the readers let errors of many types through
@@ -137,7 +114,7 @@ def mesh_hull(shape: Shape, where: str, find: MeshFinder) -> Shape:
     """
     assert isinstance(shape.geometry, Mesh)
     uri, turn = shape.geometry.uri, shape.pose_in_link[:3, :3]
-    place = f'{where}: collision mesh {(mesh_name(uri) if is_listed(uri) else uri)!r}'
+    place = f'{where}: collision mesh {uri!r}'
     corners_m = file_corners_m(uri, place, find) * shape.geometry.scale_xyz
     points_m = corners_m @ turn.T + shape.pose_in_link[:3, 3]
     if np.sort(np.ptp(points_m @ turn, axis=0))[1] < 0.5 * 10**-_DECIMALS:
@@ -162,21 +139,7 @@ def mesh_hull(shape: Shape, where: str, find: MeshFinder) -> Shape:
             candidates.append(made(cylinder, axes, axes @ np.append(centre_m, 0.5 * (bottom_m + top_m))))
     centre_m, radius_m = ball_about_middle(points_m)
     candidates.append(made(Sphere(length_m(radius_m)), np.eye(3), centre_m))
-    return min(candidates, key=lambda candidate: measures(candidate.geometry).volume_m3)._replace(corners_m=points_m)
-
-
-def in_words(geometry: Geometry) -> str:
-    """Return a primitive as users read it."""
-
-    def mm(length_m: float) -> str:
-        return f'{round(1e3 * length_m, 1):.7g}'
-
-    if isinstance(geometry, Box):
-        return 'a box of ' + ' x '.join(map(mm, geometry.size_xyz_m)) + ' mm'
-    if isinstance(geometry, Cylinder):
-        return f'a cylinder of radius {mm(geometry.radius_m)} mm, length {mm(geometry.length_m)} mm'
-    assert isinstance(geometry, Sphere)
-    return f'a sphere of radius {mm(geometry.radius_m)} mm'
+    return min(candidates, key=lambda candidate: measures(candidate.geometry)[0])._replace(corners_m=points_m)
 
 
 def _links_with_needed_meshes(tree: RobotTree) -> Set[str]:
@@ -231,7 +194,7 @@ def primitive_tree(tree: RobotTree, find: MeshFinder, seen: Findings) -> RobotTr
                     fault = str(error).split(': ', 3)[-1]
                     seen.warn(f'collision mesh {uri!r} of link {name!r} is left out: {fault}')
                     continue
-                seen.note(f'collision mesh {mesh_name(uri)} of link {name} is simulated as {in_words(hull.geometry)}')
+                seen.note(f'collision mesh {PurePosixPath(uri).name} of link {name} is simulated as {hull.geometry}')
             shapes.append(hull)
         links[name] = link._replace(collisions=tuple(shapes), visuals=())
     wheels = {
@@ -247,3 +210,29 @@ def primitive_tree(tree: RobotTree, find: MeshFinder, seen: Findings) -> RobotTr
         if not link.visuals and (not has_body or (CASTER_NAMES.search(name) and not link.collisions)):
             links[name] = link._replace(visuals=visual_primitives_of(tree.links[name], find))
     return dataclasses.replace(tree, links=links)
+
+
+def self_contained_urdf(urdf: str, where: str, find: MeshFinder) -> Tuple[str, Dict[str, bytes]]:
+    """Return a URDF (xacro expanded) that needs only mesh files next to it, and their contents by path.
+
+    These are collision meshes, and visual meshes of links whose visual shapes count. Other meshes keep their names.
+
+    Raises:
+        ConfigError: as `primitive_tree`; `where`, the robot's file, begins the text.
+    """
+    tree = parse_urdf(urdf, where)
+    simple = primitive_tree(tree, find, Findings())
+    files: Dict[str, bytes] = {}
+    for link in tree.xml.findall('link'):
+        kinds = ('collision', 'visual') if simple.links[link.get('name', '')].visuals else ('collision',)
+        for mesh in (mesh for kind in kinds for mesh in link.iterfind(f'{kind}/geometry/mesh')):
+            try:
+                path = find(mesh.get('filename', '').strip())
+            except ConfigError:  # of an accessory, or visual: it is left out here, too
+                continue
+            if path is not None and path.is_file():
+                content = path.read_bytes()
+                name = f'{hashlib.sha256(content).hexdigest()[:8]}/{path.name}'
+                files[name] = content
+                mesh.set('filename', name)
+    return (ElementTree.tostring(tree.xml, encoding='unicode') if files else urdf), files

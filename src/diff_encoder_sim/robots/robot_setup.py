@@ -43,13 +43,6 @@ COMMENTS_FROM = 60  # column of a written robot file
 _HEAD = """# {}, as check_robot found it. Correct what is wrong: this file overrides the URDF.
 # Under `set`, any key of config.yaml, simulator.yaml, amcl.yaml, navigation.yaml and lockstep.yaml can
 # be set, as FILE.KEY."""
-_GROUPS = {
-    'config': 'Encoder and odometry: the geometry that odometry assumes',
-    'simulator': 'The simulated robot',
-    'amcl': 'Localization',
-    'navigation': 'Navigation',
-    'lockstep': 'Computing times',
-}
 _UNITS = {  # of settings by the last part of their key
     '[m]': 'wheel_diameter wheel_separation axle_x footprint range_min range_max noise laser_max_range',
     '[m/s]': 'max_linear_speed max_vel_x max_vel_trans',
@@ -200,15 +193,12 @@ def _lines(setup: RobotSetup, folder: Path) -> Iterator[str]:
     yield 'set:'
     sources = {row.quantity.partition(' [')[0]: row.source for row in reversed(setup.description.found)}
     units = {name: unit for unit, names in _UNITS.items() for name in names.split()}
-    stems = dict.fromkeys(key.partition('.')[0] for key in setup.settings)
-    for stem in stems:
-        yield f'  # {_GROUPS.get(stem, stem)}'
-        for key in (key for key in setup.settings if key.partition('.')[0] == stem):
-            last = key.rpartition('.')[2]
-            row = 'laser' if key.startswith('simulator.lidar.') else _ROWS.get(last, last.replace('_', ' '))
-            origin = setup.file.where if key in setup.file.overrides else sources.get(row.partition(' [')[0], '')
-            comment = ' '.join(filter(None, [units.get(last, ''), origin]))
-            yield '  ' + _line(key, setup.settings[key], comment and f'# {comment}')
+    for key, value in setup.settings.items():
+        last = key.rpartition('.')[2]
+        row = 'laser' if key.startswith('simulator.lidar.') else _ROWS.get(last, last.replace('_', ' '))
+        origin = setup.file.where if key in setup.file.overrides else sources.get(row.partition(' [')[0], '')
+        comment = ' '.join(filter(None, [units.get(last, ''), origin]))
+        yield '  ' + _line(key, value, comment and f'# {comment}')
 
 
 def _line(key: str, value: Any, comment: str) -> str:

@@ -4,26 +4,15 @@ from __future__ import annotations
 
 import copy
 import functools
-import re
 from typing import Dict, Iterable, List, NamedTuple, Optional, Tuple
 from xml.etree import ElementTree
 
 import numpy as np
 
-from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.xml_values import rpy_from_rotation
 from diff_encoder_sim.robots.contacts import support_balls
 from diff_encoder_sim.robots.describing import describe
-from diff_encoder_sim.robots.description import (
-    Findings,
-    Joint,
-    Link,
-    RobotChoices,
-    RobotDescription,
-    RobotSource,
-    RobotTree,
-)
-from diff_encoder_sim.robots.meshes import MeshFinder, file_corners_m, is_listed, listed_mesh, primitive_tree
+from diff_encoder_sim.robots.description import Joint, Link, RobotChoices, RobotDescription, RobotSource, RobotTree
 from diff_encoder_sim.robots.solids import (
     Box,
     Cylinder,
@@ -300,7 +289,7 @@ def _ball_wheel(tree: RobotTree, joint: Joint) -> Optional[Tuple[np.ndarray, flo
         return None
     geometry, centre_m = shapes[0].geometry, shapes[0].pose_in_link[:3, 3]
     is_ball = isinstance(geometry, Sphere) and np.abs(centre_m).max() <= _SAME
-    return (tree.poses[joint.child][:3, 3], measures(geometry).circumradius_m) if is_ball else None
+    return (tree.poses[joint.child][:3, 3], measures(geometry)[1]) if is_ball else None
 
 
 def _leans_on_balls(
@@ -318,38 +307,3 @@ def _leans_on_balls(
                 return False
             is_down |= carries
     return is_down
-
-
-def needs_other_files(text: str) -> bool:
-    """Return whether a xacro or URDF may mean something else, or nothing, on another machine."""
-    return re.search(r'include|load_yaml|<mesh|\$\((?!arg\b)', text) is not None
-
-
-def self_contained_urdf(urdf: str, where: str, find: MeshFinder) -> str:
-    """Return a URDF (xacro expanded) with the outer corners of its meshes in place of their files' names.
-
-    A robot has the same description with it as with the meshes. So all collision meshes are written out, and the
-    visual meshes of links whose visual shapes count; other visual meshes keep their names. Without any such mesh it
-    is the text as it is.
-
-    Raises:
-        ConfigError: a collision mesh is missing or broken; `where`, the robot's file, begins the text.
-    """
-    tree = parse_urdf(urdf, where)
-    simple = primitive_tree(tree, find, Findings())
-    is_changed = False
-    for link in tree.xml.findall('link'):
-        kinds = ('collision', 'visual') if simple.links[link.get('name', '')].visuals else ('collision',)
-        for shape in (shape for kind in kinds for shape in link.findall(kind)):
-            mesh = shape.find('geometry/mesh')
-            uri = '' if mesh is None else mesh.get('filename', '').strip()
-            if mesh is None or is_listed(uri):
-                continue
-            try:
-                mesh.set('filename', listed_mesh(uri, file_corners_m(uri, where, find)))
-                is_changed = True
-            except ConfigError:  # of an accessory, or visual: it does not count here either
-                if shape.tag == 'collision':
-                    link.remove(shape)
-                    is_changed = True
-    return ElementTree.tostring(tree.xml, encoding='unicode') if is_changed else urdf

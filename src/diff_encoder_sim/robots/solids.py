@@ -67,6 +67,12 @@ def ball_about_middle(points_m: np.ndarray) -> Tuple[np.ndarray, float]:
     return centre_m, float(np.linalg.norm(points_m - centre_m, axis=1).max())
 
 
+def vector(array: np.ndarray) -> Vector:
+    """Return a (3,) array as a tuple."""
+    x, y, z = array.tolist()
+    return x, y, z
+
+
 def pose_at(centre_m: Union[np.ndarray, Sequence[float]], axes: Optional[np.ndarray] = None) -> np.ndarray:
     """Return the (4, 4) pose of a frame with a (3,) origin and (3, 3) axes, those of the parent by default."""
     pose = np.eye(4)
@@ -81,28 +87,20 @@ def placed(shape: Shape, pose: np.ndarray) -> Shape:
     return Shape(shape.geometry, pose @ shape.pose_in_link)
 
 
-class Measures(NamedTuple):
-    """Sizes of a primitive."""
-
-    volume_m3: float
-    circumradius_m: float  # about its centre
-    squared_gyration_radii_m2: np.ndarray  # (3,) about its own axes
-
-
-def measures(geometry: Geometry) -> Measures:
-    """Return the sizes of a primitive."""
+def measures(geometry: Geometry) -> Tuple[float, float, np.ndarray]:
+    """Return volume [m^3], circumradius [m] and (3,) squared radii of gyration [m^2] of a primitive, about its axes."""
     if isinstance(geometry, Box):
         squares_m2 = np.square(geometry.size_xyz_m)
         circumradius_m = 0.5 * float(np.linalg.norm(geometry.size_xyz_m))
-        return Measures(float(np.prod(geometry.size_xyz_m)), circumradius_m, (squares_m2.sum() - squares_m2) / 12)
+        return float(np.prod(geometry.size_xyz_m)), circumradius_m, (squares_m2.sum() - squares_m2) / 12
     if isinstance(geometry, Cylinder):
         radius_m, length_m = geometry
         across_m2 = (3 * radius_m**2 + length_m**2) / 12
         gyration_m2 = np.array([across_m2, across_m2, radius_m**2 / 2])
-        return Measures(math.pi * radius_m**2 * length_m, math.hypot(radius_m, 0.5 * length_m), gyration_m2)
+        return math.pi * radius_m**2 * length_m, math.hypot(radius_m, 0.5 * length_m), gyration_m2
     assert isinstance(geometry, Sphere), geometry  # meshes.py replaces meshes first
     (radius_m,) = geometry
-    return Measures(4 / 3 * math.pi * radius_m**3, radius_m, np.full(3, 0.4 * radius_m**2))
+    return 4 / 3 * math.pi * radius_m**3, radius_m, np.full(3, 0.4 * radius_m**2)
 
 
 def support_point_m(shape: Shape, direction: np.ndarray) -> np.ndarray:
@@ -121,7 +119,7 @@ def support_point_m(shape: Shape, direction: np.ndarray) -> np.ndarray:
         rim_m = geometry.radius_m * across / sine if sine > _FACE_ON else np.zeros(3)
         farthest_m = rim_m + [0.0, 0.0, 0.5 * sides[2] * geometry.length_m]
     else:
-        farthest_m = measures(geometry).circumradius_m * along
+        farthest_m = measures(geometry)[1] * along
     return np.asarray(shape.pose_in_link[:3, 3] + turn @ farthest_m)
 
 
@@ -134,8 +132,7 @@ def reach_m(shapes: Iterable[Shape], direction: np.ndarray) -> float:
 def farthest_m(shapes: Iterable[Shape], point_m: np.ndarray) -> float:
     """Return a radius about a (3,) point that holds all shapes; 0 without a shape."""
     return max(
-        (float(np.linalg.norm(s.pose_in_link[:3, 3] - point_m)) + measures(s.geometry).circumradius_m for s in shapes),
-        default=0.0,
+        (float(np.linalg.norm(s.pose_in_link[:3, 3] - point_m)) + measures(s.geometry)[1] for s in shapes), default=0.0
     )
 
 
@@ -147,7 +144,7 @@ def holds_point(shape: Shape, point_m: np.ndarray) -> bool:
         return bool((np.abs(local_m) < 0.5 * np.array(geometry.size_xyz_m)).all())
     if isinstance(geometry, Cylinder):
         return bool(np.hypot(*local_m[:2]) < geometry.radius_m and abs(local_m[2]) < 0.5 * geometry.length_m)
-    return bool(np.linalg.norm(local_m) < measures(geometry).circumradius_m)
+    return bool(np.linalg.norm(local_m) < measures(geometry)[1])
 
 
 def rolling_radius_m(shape: Shape, axis: np.ndarray) -> Optional[float]:
@@ -201,10 +198,10 @@ def homogeneous(shapes: Sequence[Shape], mass_kg: float) -> MassProperties:
     if not shapes:
         shapes = [Shape(Sphere((3 * mass_kg / (4 * math.pi * _WATER_KGM3)) ** (1 / 3)), np.eye(4))]
     sizes = [measures(shape.geometry) for shape in shapes]
-    density_kgm3 = mass_kg / math.fsum(size.volume_m3 for size in sizes)
+    density_kgm3 = mass_kg / math.fsum(volume_m3 for volume_m3, _, _ in sizes)
     parts = []
-    for shape, size in zip(shapes, sizes):
-        part_kg = density_kgm3 * size.volume_m3
-        inertia_kgm2 = part_kg * np.diag(size.squared_gyration_radii_m2)
+    for shape, (volume_m3, _, squared_radii_m2) in zip(shapes, sizes):
+        part_kg = density_kgm3 * volume_m3
+        inertia_kgm2 = part_kg * np.diag(squared_radii_m2)
         parts.append(moved(MassProperties(part_kg, np.zeros(3), inertia_kgm2), shape.pose_in_link))
     return merged(parts)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-import re
 from collections import Counter
 from pathlib import Path
-from typing import Dict, Iterable, List, Mapping, Optional, Union
+from typing import Dict, List, Mapping, Optional, Union
 from xml.etree import ElementTree
 from xml.parsers import expat
 
@@ -21,13 +20,9 @@ from diff_encoder_sim.robots.solids import Box, Cylinder, Geometry, MassProperti
 LEAST_M = 1e-9  # of a shape; a smaller one is of size zero
 JOINT_KINDS = ('fixed', 'continuous', 'revolute', 'prismatic', 'floating', 'planar')
 
-_DECLARATION = re.compile(r'<\?xml\s.*?\?>', re.DOTALL)
-
 
 def read_robot_text(path: Union[str, Path]) -> str:
-    """Return the text of an XML file without its declaration, lines at their numbers.
-
-    Blank lines or comments before the declaration do no harm then. What is not UTF-8 is taken as ISO-8859-1.
+    """Return the text of an XML file, without blank lines at its begin; what is not UTF-8 is taken as ISO-8859-1.
 
     Raises:
         ConfigError: the file cannot be read.
@@ -37,10 +32,9 @@ def read_robot_text(path: Union[str, Path]) -> str:
     except OSError as error:
         raise ConfigError(f'{path}: cannot be read: {error.strerror}; allowed: a .xacro or .urdf file') from None
     try:
-        text = content.decode('utf-8-sig')
+        return content.decode('utf-8-sig').lstrip()
     except UnicodeDecodeError:
-        text = content.decode('iso-8859-1')
-    return _DECLARATION.sub(lambda match: '\n' * match.group().count('\n'), text, count=1)
+        return content.decode('iso-8859-1').lstrip()
 
 
 def parse_robot_xml(text: str, where: str) -> ElementTree.Element:
@@ -49,7 +43,7 @@ def parse_robot_xml(text: str, where: str) -> ElementTree.Element:
     Raises:
         ConfigError: the text is not XML.
     """
-    builder, parser = ElementTree.TreeBuilder(), expat.ParserCreate()
+    builder, parser = ElementTree.TreeBuilder(), expat.ParserCreate('utf-8')
     parser.buffer_text = True
     parser.StartElementHandler = lambda tag, attributes: builder.start(tag.rpartition(':')[2], attributes)
     parser.EndElementHandler = lambda tag: builder.end(tag.rpartition(':')[2])
@@ -93,19 +87,14 @@ def parse_urdf(text: str, where: str) -> RobotTree:
         above[joint.child] = joint
     roots = [name for name in by_name if name not in above]
     if len(roots) > 1:
-        given = f'{len(roots)} links hang on no joint: {_listed(roots)}'
+        given = f'{len(roots)} links hang on no joint: {", ".join(map(repr, roots))}'
         raise ConfigError(f'{where}: {given}; allowed: one, the root of all others')
     name, root = robot.get('name', '').strip() or 'robot', roots[0] if roots else links[0].name
     tree = RobotTree(name, root, by_name, {joint.name: joint for joint in joints}, robot, where, tuple(notes))
     loop = list(by_name) if not roots else [name for name in by_name if name not in tree.poses]
     if loop:
-        raise ConfigError(f'{where}: the links {_listed(loop)} form a loop; allowed: a tree')
+        raise ConfigError(f'{where}: the links {", ".join(map(repr, loop))} form a loop; allowed: a tree')
     return tree
-
-
-def _listed(names: Iterable[str]) -> str:
-    shown = [repr(name) for name in names]
-    return ', '.join(shown[:10]) + (f' and {len(shown) - 10} more' if len(shown) > 10 else '')
 
 
 def _name(element: ElementTree.Element, where: str) -> str:
@@ -142,27 +131,19 @@ def _joint(element: ElementTree.Element, where: str) -> Joint:
         axis = vector / float(np.linalg.norm(vector))
     limit = element.find('limit')
     given: Mapping[str, str] = {} if limit is None else limit.attrib
-    range_rad = _float(given.get('upper', 'inf')) - _float(given.get('lower', '-inf'))
-    spins = kind == 'continuous' or (kind == 'revolute' and not range_rad < 2.0 * math.pi)
-    effort, speed = _limit(given, 'effort', place), _limit(given, 'velocity', place)
+    range_rad = _limit(given, 'upper', 'inf', place) - _limit(given, 'lower', '-inf', place)
+    spins = kind == 'continuous' or (kind == 'revolute' and range_rad >= 2.0 * math.pi)
+    limits = [_limit(given, key, 'inf', place) for key in ('effort', 'velocity')]
+    effort, speed = (value if 0.0 < value < math.inf else None for value in limits)
     is_mimic = element.find('mimic') is not None
     return Joint(name, kind, parent, child, _pose(element, place), axis, effort, speed, is_mimic, spins)
 
 
-def _float(text: str) -> float:
-    """Return a number, or NaN of another text."""
+def _limit(given: Mapping[str, str], key: str, default: str, place: str) -> float:
     try:
-        return float(text)
+        return float(given.get(key, default))
     except ValueError:
-        return math.nan
-
-
-def _limit(given: Mapping[str, str], key: str, place: str) -> Optional[float]:
-    """Return a limit; None if there is none, or it is infinite."""
-    value = _float(given.get(key, 'inf'))
-    if not value >= 0:
-        raise ConfigError(f'{place}: limit {key}: given {given[key]!r}; allowed: a number, not negative')
-    return value if math.isfinite(value) else None
+        raise ConfigError(f'{place}: limit {key}: given {given[key]!r}; allowed: a number') from None
 
 
 def _link(element: ElementTree.Element, where: str, notes: List[str]) -> Link:
@@ -213,30 +194,22 @@ def _shape(element: ElementTree.Element, place: str) -> Optional[Shape]:
 
 
 def _geometry(element: ElementTree.Element, where: str) -> Optional[Geometry]:
-    def lengths_m(key: str, count: int = 1) -> List[float]:
-        sizes_m = bounded_numbers(element.get(key), count, f'{where} {key}')
-        if min(sizes_m) < 0:
-            raise ConfigError(f'{where} {key}: given {element.get(key)!r}; allowed: lengths greater than 0 [m]')
-        return sizes_m
+    def numbers(key: str, count: int = 1, default: Optional[str] = None) -> List[float]:
+        return bounded_numbers(element.get(key, default), count, f'{where} {key}')
 
-    if element.tag == 'mesh':
+    kind = element.tag
+    if kind == 'mesh':
         uri = element.get('filename', '').strip()
         if not uri:
             raise ConfigError(f'{where}: filename: missing')
-        x, y, z = bounded_numbers(element.get('scale', '1 1 1'), 3, f'{where} scale')
-        if 0 in (x, y, z):
-            raise ConfigError(f'{where} scale: given {element.get("scale")!r}; allowed: not zero')
+        x, y, z = numbers('scale', 3, '1 1 1')
         return Mesh(uri, (x, y, z))
-    made: Union[Box, Sphere, Cylinder]
-    if element.tag == 'box':
-        x_m, y_m, z_m = lengths_m('size', 3)
-        made = Box((x_m, y_m, z_m))
-        return made if min(made.size_xyz_m) > LEAST_M else None
-    if element.tag == 'sphere':
-        made = Sphere(*lengths_m('radius'))
-    elif element.tag in ('cylinder', 'capsule'):
-        (radius_m,), (length_m,) = lengths_m('radius'), lengths_m('length')
-        made = Cylinder(radius_m, length_m + 2 * radius_m if element.tag == 'capsule' else length_m)
-    else:
+    if kind == 'box':
+        x_m, y_m, z_m = numbers('size', 3)
+        return Box((x_m, y_m, z_m)) if min(x_m, y_m, z_m) > LEAST_M else None
+    if kind not in ('sphere', 'cylinder', 'capsule'):
         return None
-    return made if min(made) > LEAST_M else None
+    (radius_m,), (length_m,) = numbers('radius'), numbers('length') if kind != 'sphere' else [1.0]
+    if min(radius_m, length_m) <= LEAST_M:
+        return None
+    return Sphere(radius_m) if kind == 'sphere' else Cylinder(radius_m, length_m + 2 * radius_m * (kind == 'capsule'))

@@ -203,6 +203,11 @@ def _with_laser(given: Expansion, laser: AddedLaser) -> Expansion:
     return given._replace(urdf=before + added + end + after, laser_link=link)
 
 
+def needs_other_files(text: str) -> bool:
+    """Return whether a xacro or URDF may mean something else, or nothing, on another machine."""
+    return re.search(r'include|load_yaml|<mesh|\$\((?!arg\b)', text) is not None
+
+
 def without_root_inertia(source: RobotSource) -> RobotSource:
     """Return the source with the xacro's argument for it, if it has one."""
     if ROOT_INERTIA not in expansion(source).declared or ROOT_INERTIA in dict(source.arguments):

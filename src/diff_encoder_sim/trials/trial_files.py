@@ -17,10 +17,10 @@ from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.drives.test_definition import TestDefinition, find_world
 from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.robots.description import RobotSource
+from diff_encoder_sim.robots.meshes import self_contained_urdf
 from diff_encoder_sim.robots.package_search import find_mesh
-from diff_encoder_sim.robots.simulated_robot import needs_other_files, self_contained_urdf
 from diff_encoder_sim.robots.urdf_reading import read_robot_text
-from diff_encoder_sim.robots.xacro_expansion import expand
+from diff_encoder_sim.robots.xacro_expansion import expand, needs_other_files
 from diff_encoder_sim.simulation.world import load_world
 
 NAME_DIGITS = 16  # of a sha256 in the name of a folder
@@ -93,8 +93,8 @@ def collect(
         worlds[test.name] = WorldFiles(add({world.name: world.read_bytes()}), add(map_files) if map_files else '')
     # A xacro without includes is kept, as wheel errors may be its arguments.
     if source.arguments or source.added_laser or needs_other_files(read_robot_text(source.file)):
-        urdf = self_contained_urdf(expand(source), str(source.file), lambda uri: find_mesh(uri, source))
-        robot = {f'{source.file.name.partition(".")[0]}.urdf': urdf.encode('utf-8')}
+        urdf, meshes = self_contained_urdf(expand(source), str(source.file), lambda uri: find_mesh(uri, source))
+        robot = {f'{source.file.name.partition(".")[0]}.urdf': urdf.encode('utf-8'), **meshes}
     else:
         robot = {source.file.name: source.file.read_bytes()}
     return TrialFiles(contents, Path(add(robot)), worlds)

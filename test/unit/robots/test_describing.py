@@ -10,11 +10,11 @@ import pytest
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.describing import describe, robot_mass
 from diff_encoder_sim.robots.description import Findings, RobotChoices, RobotSource
+from diff_encoder_sim.robots.meshes import primitive_tree
 from diff_encoder_sim.robots.robot_file import load_robot_file
 from diff_encoder_sim.robots.robot_setup import derived_settings
-from diff_encoder_sim.robots.simulated_robot import needs_other_files
 from diff_encoder_sim.robots.solids import Box, Cylinder, Sphere, homogeneous
-from diff_encoder_sim.robots.xacro_expansion import expand
+from diff_encoder_sim.robots.xacro_expansion import expand, needs_other_files
 from diff_encoder_sim.trials.robot_params import load_robot_config, override
 from places import ROOT
 from robot_parts import (
@@ -139,7 +139,7 @@ WHEEL = shape(Cylinder(0.033, 0.018))
 def mass_of(robot, folder='.'):
     """The mass of a robot, and the warnings."""
     seen = Findings()
-    return robot_mass(robot, finder(folder), seen), seen.warnings
+    return robot_mass(primitive_tree(robot, finder(folder), Findings()), seen), seen.warnings
 
 
 def one_link(inertia, mass_kg=1.0, **shapes):

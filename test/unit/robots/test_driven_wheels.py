@@ -137,11 +137,11 @@ ALONG_X = {'axis': '1 0 0', 'origin': 'rpy="0 1.5707963267948966 0"'}
 @pytest.mark.parametrize(
     ('parts', 'expected'),
     [
-        ((ball('foot', 0.1),), 'given a robot without wheels: none of its 1 joints is continuous'),
-        ((ROTORS,), "('rotor_0_joint', 'rotor_1_joint') none has a level axis"),
-        ((wheel('only'),), "given one wheel, joint 'only_joint'; allowed: two driven wheels on one axle"),
-        ((pair(), wheel('middle')), 'given three or more wheels on one axle'),
-        ((wheel('front'), wheel('rear', x_m=-0.3)), 'given wheels that are not on one axle or not of one size'),
+        ((ball('foot', 0.1),), 'given a robot without wheels (joints that turn without end: none; '),
+        ((ROTORS,), "(joints that turn without end: 'rotor_0_joint', 'rotor_1_joint'; a wheel has a level axis"),
+        ((wheel('only'),), "given the wheels 'only_joint' ("),
+        ((pair(), wheel('middle')), 'two or more driven axles'),
+        ((wheel('front'), wheel('rear', x_m=-0.3)), "given the wheels 'front_joint', 'rear_joint' ("),
         (
             (wheel('a', x_m=0.15, **ALONG_X), wheel('b', x_m=-0.15, **ALONG_X)),
             'apart by (0.300, 0.000, 0.000) m; allowed: ',

@@ -9,8 +9,7 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.describing import describe
-from diff_encoder_sim.robots.description import Findings, RobotChoices, RobotSource
-from diff_encoder_sim.robots.meshes import primitive_tree, visual_primitives_of
+from diff_encoder_sim.robots.description import RobotChoices, RobotSource
 from diff_encoder_sim.robots.simulated_robot import (
     FLOOR_ONLY_LINKS,
     NO_ERRORS,
@@ -18,17 +17,14 @@ from diff_encoder_sim.robots.simulated_robot import (
     TrueWheels,
     joined_links,
     load_simulated_robot,
-    needs_other_files,
     physics_urdf,
-    self_contained_urdf,
     sound_wheels,
 )
-from diff_encoder_sim.robots.solids import Cylinder, MassProperties, merged, moved, placed
+from diff_encoder_sim.robots.solids import MassProperties, merged, moved, placed
 from diff_encoder_sim.robots.urdf_reading import parse_urdf
 from diff_encoder_sim.robots.xacro_expansion import expand
 from generated_robots import LEFT, RECIPES, RIGHT, Recipe, urdf_of
 from places import ROOT
-from robot_parts import CUBE_CORNERS, CUBE_TRIANGLES, finder, write_binary_stl
 
 ALTO = RobotSource(ROOT / 'urdf' / 'alto.urdf.xacro')
 JOINTS = 'left_wheel_joint', 'right_wheel_joint'
@@ -86,100 +82,6 @@ def test_a_missing_joint_is_refused_with_the_file(generated):
     with pytest.raises(ConfigError, match="robot.urdf: .*'wheel_left'.*missing") as caught:
         load_simulated_robot(generated(), RobotChoices('wheel_left', RIGHT))
     assert '\n' not in str(caught.value)
-
-
-URDF = """
-<robot name="made" xmlns:gz="http://gazebosim.org">
-  <link name="base">
-    <visual><geometry><mesh filename="package://p/seen.dae"/></geometry></visual>
-    <collision name="hull">
-      <origin xyz="1 2 3" rpy="0.1 0.2 0.3"/>
-      <geometry><mesh filename="package://p/a.stl" scale="0.1 0.2 0.3"/></geometry>
-    </collision>
-    <collision><geometry><sphere radius="0.5"/></geometry></collision>
-  </link>
-  <joint name="j" type="fixed"><parent link="base"/><child link="top"/></joint>
-  <link name="top"><collision><geometry><mesh filename="package://p/a.stl"/></geometry></collision></link>
-  <gazebo><plugin filename="libgazebo_ros_diff_drive.so"><gz:x>1</gz:x></plugin></gazebo>
-</robot>
-"""
-WHEEL = """
-<robot name="made">
-  <link name="base"><collision><geometry><box size="1 1 1"/></geometry></collision></link>
-  <joint name="j" type="continuous"><parent link="base"/><child link="wheel"/><axis xyz="0 1 0"/></joint>
-  <link name="wheel">
-    <collision><geometry><mesh filename="package://p/a.stl"/></geometry></collision>
-    <visual><geometry><mesh filename="package://p/drum.stl"/></geometry></visual>
-    <visual><geometry><mesh filename="package://p/torn.stl"/></geometry></visual>
-    <visual><geometry><mesh filename="package://p/missing.stl"/></geometry></visual>
-  </link>
-</robot>
-"""
-
-
-def no_file(_uri):
-    return None
-
-
-@pytest.fixture(name='find')
-def fixture_find(tmp_path):
-    write_binary_stl(tmp_path / 'a.stl', CUBE_CORNERS, CUBE_TRIANGLES)
-    return finder(tmp_path)
-
-
-def test_the_corners_of_collision_meshes_stand_in_for_their_files_and_all_else_stays(find):
-    text = self_contained_urdf(URDF, 'my.urdf', find)
-    robot = ElementTree.fromstring(text)
-    hull, ball = robot.find('link').findall('collision')
-    assert hull.get('name') == 'hull'
-    kind, name, numbers = hull.find('geometry/mesh').get('filename').split(':')
-    assert (kind, name) == ('corners', 'a.stl')
-    assert sorted(np.array(numbers.split(), float).reshape(-1, 3).tolist()) == sorted(CUBE_CORNERS.tolist())
-    assert hull.find('geometry/mesh').get('scale') == '0.1 0.2 0.3'
-    assert ball.find('geometry/sphere').get('radius') == '0.5'
-    assert robot.find('link/visual/geometry/mesh').get('filename') == 'package://p/seen.dae'
-    assert robot.find('gazebo/plugin/x').text == '1'
-    assert self_contained_urdf(text, 'my.urdf', no_file) == text  # no other file is needed
-
-
-def test_read_again_it_has_the_shapes_and_the_notes_that_the_files_give(find):
-    right, found = Findings(), Findings()
-    after = parse_urdf(self_contained_urdf(URDF, 'my.urdf', find), 'my.urdf')
-    expected, read_again = (
-        primitive_tree(parse_urdf(URDF, 'my.urdf'), find, right),
-        primitive_tree(after, no_file, found),
-    )
-    assert found.notes == right.notes and right.notes
-    for name, link in expected.links.items():
-        assert [str(shape) for shape in read_again.links[name].collisions] == [str(shape) for shape in link.collisions]
-
-
-def test_a_wheel_that_is_round_to_the_eye_only_keeps_its_visual_mesh(tmp_path, find):
-    bearings_rad = np.linspace(0, 2 * np.pi, 12, endpoint=False)
-    drum = np.vstack([np.column_stack([np.cos(bearings_rad), np.full(12, y), np.sin(bearings_rad)]) for y in (-1, 1)])
-    write_binary_stl(tmp_path / 'drum.stl', drum, np.arange(24).reshape(-1, 3))
-    (tmp_path / 'torn.stl').write_bytes(b'')
-    text = self_contained_urdf(WHEEL, 'my.urdf', find)
-    meshes = [mesh.get('filename') for mesh in ElementTree.fromstring(text).iter('mesh')]
-    assert [name.split(':')[0] for name in meshes] == ['corners', 'corners', 'package', 'package']
-    (round_one,) = visual_primitives_of(parse_urdf(text, 'my.urdf').links['wheel'], no_file)
-    assert isinstance(round_one.geometry, Cylinder)
-
-
-@pytest.mark.parametrize(
-    ('text', 'needs'),
-    [
-        ('<xacro:include filename="a.xacro"/>', True),
-        ('<property value="$(find my_robot)"/>', True),
-        ('<property value="$(env HOME)"/>', True),
-        ('<x value="${xacro.load_yaml(file)}"/>', True),
-        ('<mesh filename="a.stl"/>', True),
-        ('<xacro:arg name="a" default="1"/><x y="$(arg a)"/>', False),
-        (ALTO.file.read_text(), False),
-    ],
-)
-def test_includes_packages_environment_and_meshes_need_other_files(text, needs):
-    assert needs_other_files(f'<robot>{text}</robot>') == needs
 
 
 # A hub cap turns with its wheel, on a bent bracket; it grips as nothing else does.

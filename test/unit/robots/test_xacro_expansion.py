@@ -16,6 +16,7 @@ from diff_encoder_sim.robots.xacro_expansion import (
     display_urdf,
     expand,
     expansion,
+    needs_other_files,
     xacro_arguments,
     xacro_arguments_of_text,
 )
@@ -54,7 +55,7 @@ def test_arguments_change_the_robot_and_are_listed():
 def test_a_plain_urdf_is_taken_as_it_is(tmp_path):
     path = tmp_path / 'r.urdf'
     path.write_text('\n<?xml version="1.0"?>\n<robot name="r"><link name="a"/></robot>')
-    assert expansion(RobotSource(path)) == Expansion('\n\n<robot name="r"><link name="a"/></robot>')
+    assert expansion(RobotSource(path)) == Expansion('<?xml version="1.0"?>\n<robot name="r"><link name="a"/></robot>')
 
 
 def test_packages_are_found_without_ros_and_the_text_does_not_depend_on_the_folder(tmp_path):
@@ -208,3 +209,19 @@ def test_for_display_joints_without_a_state_are_fixed_and_the_root_link_has_no_i
 
 def test_a_robot_with_an_argument_for_it_stays_as_its_author_wrote_it():
     assert display_urdf(ALTO, WHEELS) == expand(ALTO._replace(arguments=(('root_inertia', 'false'),)))
+
+
+@pytest.mark.parametrize(
+    ('text', 'needs'),
+    [
+        ('<xacro:include filename="a.xacro"/>', True),
+        ('<property value="$(find my_robot)"/>', True),
+        ('<property value="$(env HOME)"/>', True),
+        ('<x value="${xacro.load_yaml(file)}"/>', True),
+        ('<mesh filename="a.stl"/>', True),
+        ('<xacro:arg name="a" default="1"/><x y="$(arg a)"/>', False),
+        (ALTO.file.read_text(), False),
+    ],
+)
+def test_includes_packages_environment_and_meshes_need_other_files(text, needs):
+    assert needs_other_files(f'<robot>{text}</robot>') == needs

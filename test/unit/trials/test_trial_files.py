@@ -105,7 +105,7 @@ def test_a_robot_of_several_files_and_arguments_travels_as_one(tmp_path):
     assert '0.25' in collected(robot=with_argument).materialise(tmp_path).robot.read_text()
 
 
-def test_a_collision_mesh_travels_as_its_hull(tmp_path):
+def test_a_collision_mesh_travels_with_the_robot(tmp_path):
     robot = ROBOT.read_text().replace('</robot>', f'{HORN}</robot>')
     (tmp_path / 'robot.urdf.xacro').write_text(robot)
     trimesh.Trimesh(CORNERS, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]).export(tmp_path / 'horn.stl')
