@@ -7,14 +7,14 @@ import ctypes
 import importlib
 import os
 import sys
-from typing import Any, Callable, Dict, Iterator, List, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterator, Sequence, Tuple
 
 import numpy as np
 
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.solids import Box, Cylinder, Sphere
-from diff_encoder_sim.simulation.world import Solid
+from diff_encoder_sim.robots.solids import Box, Cylinder, Shape, Sphere, reach_m
+from diff_encoder_sim.simulation.world import Plane, Solid
 
 # PyBullet's version decides which of the two the line goes to.
 STDOUT, STDERR = 1, 2
@@ -113,8 +113,11 @@ class NearSolids:
         """
         self._client, self._solids, self._on_added = client, solids, on_added
         self._shapes = [add_shape(client, solid) for solid in solids]
-        boxes_m = np.array([_box_m(solid) for solid in solids]).reshape(-1, 2, 2)
-        self._low_m, self._high_m = boxes_m[:, 0], boxes_m[:, 1]
+        shapes = [Shape(each.shape, each.pose_in_world) for each in solids if not isinstance(each.shape, Plane)]
+        ways = -np.eye(3)[:2], np.eye(3)[:2]
+        reaches_m = [[[reach_m([shape], way) for way in two] for two in ways] for shape in shapes]
+        ends_m = np.array(reaches_m).reshape(-1, 2, 2) * [[[-1.0], [1.0]]]  # lowest and highest x and y
+        self._low_m, self._high_m = ends_m[:, 0], ends_m[:, 1]
         self._bodies: Dict[int, int] = {}  # by index of the solid
         self.names: Dict[int, str] = {}  # of the solids in the physics, by body
 
@@ -131,18 +134,3 @@ class NearSolids:
             body = self._bodies[index] = add_body(self._client, self._shapes[index], self._solids[index])
             self.names[body] = self._solids[index].name
             self._on_added(body)
-
-
-def _box_m(solid: Solid) -> List[np.ndarray]:
-    """Return the lowest and highest x and y [m] of a solid's bounding box in the world."""
-    shape = solid.shape
-    if isinstance(shape, Box):
-        half_m = 0.5 * np.array(shape.size_xyz_m)
-    elif isinstance(shape, Cylinder):
-        half_m = np.array([shape.radius_m, shape.radius_m, 0.5 * shape.length_m])
-    else:
-        assert isinstance(shape, Sphere)
-        half_m = np.full(3, shape.radius_m)
-    centre_m = solid.pose_in_world[:3, 3]
-    reach_m = np.abs(solid.pose_in_world[:3, :3]) @ half_m
-    return [(centre_m - reach_m)[:2], (centre_m + reach_m)[:2]]

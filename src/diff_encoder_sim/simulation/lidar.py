@@ -7,7 +7,7 @@ then a line against those, in closed form, so there is no grid and no step lengt
 from __future__ import annotations
 
 import math
-from typing import List, Tuple
+from typing import Tuple
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -21,7 +21,7 @@ from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.robots.solids import Box, Cylinder, Sphere
-from diff_encoder_sim.simulation.world import Solid, World
+from diff_encoder_sim.simulation.world import World
 
 # Below this a solid's axis counts as upright: world files are written with six decimals.
 UPRIGHT_TOLERANCE = 1e-5
@@ -92,33 +92,25 @@ def cut_world(world: World, height_m: float) -> Tuple[np.ndarray, np.ndarray]:
     Returns:
         (n, 4) segments x0, y0, x1, y1 [m] and (m, 3) circles x, y, radius [m].
     """
-    segments: List[List[float]] = []
-    circles: List[List[float]] = []
+    segments, circles = [np.empty((0, 4))], [np.empty((0, 3))]
     for solid in world.solids:
-        above_m = height_m - float(solid.pose_in_world[2, 3])
-        shape = solid.shape
-        x_m, y_m = solid.pose_in_world[:2, 3].tolist()
-        if isinstance(shape, Sphere) and abs(above_m) < shape.radius_m:
-            circles.append([x_m, y_m, math.sqrt(shape.radius_m**2 - above_m**2)])
-        elif isinstance(shape, Cylinder) and _is_cut(solid, above_m, shape.length_m):
-            circles.append([x_m, y_m, shape.radius_m])
-        elif isinstance(shape, Box) and _is_cut(solid, above_m, shape.size_xyz_m[2]):
-            segments += _sides(solid, shape)
-    return (np.array(segments, dtype=float).reshape(-1, 4), np.array(circles, dtype=float).reshape(-1, 3))
-
-
-def _is_cut(solid: Solid, above_m: float, tall_m: float) -> bool:
-    if abs(solid.pose_in_world[2, 2]) < 1.0 - UPRIGHT_TOLERANCE:
-        raise ConfigError(f'{solid.name}: leans; allowed: upright boxes and cylinders')
-    return abs(above_m) < 0.5 * tall_m
-
-
-def _sides(solid: Solid, box: Box) -> List[List[float]]:
-    half_x_m, half_y_m = 0.5 * box.size_xyz_m[0], 0.5 * box.size_xyz_m[1]
-    corners = np.array([[half_x_m, half_y_m], [-half_x_m, half_y_m], [-half_x_m, -half_y_m], [half_x_m, -half_y_m]])
-    corners = corners @ solid.pose_in_world[:2, :2].T + solid.pose_in_world[:2, 3]
-    sides: List[List[float]] = np.hstack([corners, np.roll(corners, -1, axis=0)]).tolist()
-    return sides
+        shape, pose = solid.shape, solid.pose_in_world
+        above_m, (x_m, y_m) = height_m - float(pose[2, 3]), pose[:2, 3].tolist()
+        if isinstance(shape, Sphere):
+            if abs(above_m) < shape.radius_m:
+                circles.append(np.array([[x_m, y_m, math.sqrt(shape.radius_m**2 - above_m**2)]]))
+        elif isinstance(shape, (Box, Cylinder)):
+            if abs(pose[2, 2]) < 1.0 - UPRIGHT_TOLERANCE:
+                raise ConfigError(f'{solid.name}: leans; allowed: upright boxes and cylinders')
+            if abs(above_m) >= 0.5 * (shape.length_m if isinstance(shape, Cylinder) else shape.size_xyz_m[2]):
+                continue
+            if isinstance(shape, Cylinder):
+                circles.append(np.array([[x_m, y_m, shape.radius_m]]))
+            else:
+                signs = np.array([[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]])
+                corners = (0.5 * signs * shape.size_xyz_m[:2]) @ pose[:2, :2].T + pose[:2, 3]
+                segments.append(np.hstack([corners, np.roll(corners, -1, axis=0)]))
+    return np.concatenate(segments), np.concatenate(circles)
 
 
 @compiled

@@ -9,9 +9,9 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.map_files import LARGEST_IMAGE
 from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from diff_encoder_sim.robots.solids import Box, Cylinder, Sphere
+from diff_encoder_sim.robots.solids import Shape, holds_point
 from diff_encoder_sim.simulation.lidar import cut_world
-from diff_encoder_sim.simulation.world import Solid, World
+from diff_encoder_sim.simulation.world import Plane, World
 
 ndimage = deferred('scipy.ndimage')
 
@@ -54,7 +54,8 @@ def rasterise(world: World, height_m: float, resolution_m: float, free_x_m: floa
     cells = np.full((height, width), UNKNOWN, dtype=np.int8)
     grid = OccupancyGrid(cells, resolution_m, Pose2D(float(corner_m[0]), float(corner_m[1]), 0.0))
     seed, point = grid.cell_at(free_x_m, free_y_m), f'free point ({free_x_m}, {free_y_m})'
-    if any(_is_inside(solid, free_x_m, free_y_m, height_m) for solid in world.solids):
+    shapes = [Shape(each.shape, each.pose_in_world) for each in world.solids if not isinstance(each.shape, Plane)]
+    if any(holds_point(shape, np.array([free_x_m, free_y_m, height_m])) for shape in shapes):
         raise ConfigError(f'{point}: in a wall; allowed: a point in free space')
     if not grid.contains(*seed) or is_surface[seed]:
         raise ConfigError(f'{point}: outside of the map or on a surface; allowed: a point in free space')
@@ -88,13 +89,3 @@ def surface_points(world: World, height_m: float, spacing_m: float) -> np.ndarra
         angles_rad = np.linspace(0.0, 2.0 * np.pi, int(np.ceil(2.0 * np.pi * radius_m / spacing_m)) + 1)
         lines.append(np.column_stack([x + radius_m * np.cos(angles_rad), y + radius_m * np.sin(angles_rad)]))
     return np.concatenate(lines) if lines else np.empty((0, 2))
-
-
-def _is_inside(solid: Solid, x_m: float, y_m: float, z_m: float) -> bool:
-    local = (np.linalg.inv(solid.pose_in_world) @ (x_m, y_m, z_m, 1.0))[:3]
-    shape = solid.shape
-    if isinstance(shape, Box):
-        return bool((np.abs(local) <= 0.5 * np.array(shape.size_xyz_m)).all())
-    if isinstance(shape, Cylinder):
-        return bool(np.hypot(*local[:2]) <= shape.radius_m and abs(local[2]) <= shape.length_m / 2)
-    return isinstance(shape, Sphere) and bool(np.linalg.norm(local) <= shape.radius_m)
