@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from tabulate import tabulate
 
@@ -24,7 +24,7 @@ from diff_encoder_sim.robots.xacro_expansion import (
     xacro_arguments,
     xacro_arguments_of_text,
 )
-from diff_encoder_sim.simulation.self_check import Check
+from diff_encoder_sim.simulation.self_check import checks_table
 from diff_encoder_sim.trials.campaign_cells import check_robot
 from diff_encoder_sim.trials.robot_params import (
     CONFIG_FILES,
@@ -185,60 +185,51 @@ def robot_urdf(options: LaunchOptions, arguments: Sequence[str], frames: bool, n
 WIDTHS = (52, 44)
 
 
-def find_robot(robot: str, robot_args: Sequence[str] = (), packages: Sequence[Path] = ()) -> RobotSetup:
-    """Load a robot by name or file, with its wheels, laser, outline and limits.
+def inspect_robot(
+    robot: str, robot_args: Sequence[str], packages: Sequence[Path], write: Optional[Path], show: Callable[[str], None]
+) -> None:
+    """Inspect a robot, show the detected values with their sources, and run its self-check on a flat floor.
+
+    Args:
+        robot: name or file.
+        robot_args: arguments of its xacro.
+        packages: folders that are searched for packages.
+        write: path of a robot file to write with the detected values; None for none.
+        show: called with each part of the result.
 
     Raises:
-        ConfigError: the robot cannot be read, or is not a differential drive.
+        ConfigError: the robot cannot be read, is not a differential drive, or fails a check; or the file cannot be
+            written.
     """
-    return load_robot(robot, Path(), package_folder(), xacro_arguments(robot_args), packages)
-
-
-def check_found_robot(setup: RobotSetup) -> Sequence[Check]:
-    """Run the self-check of a robot on a flat floor."""
-    params = override(load_robot_config(package_folder() / 'config'), setup.settings).simulator
-    if setup.description.laser is None:
-        params = params.model_copy(update={'laser_link': ''})  # the default link does not exist
-    return check_robot(setup.file.source, params)
-
-
-def check_robot_path(path: Path) -> None:
-    """Check the path of a robot file before the computation.
-
-    Raises:
-        ConfigError: the file exists, or its suffix is not allowed.
-    """
-    if path.exists():
-        raise ConfigError(f'--write: {path} exists; allowed: the path of a new file')
-    if path.suffix not in ROBOT_FILE_SUFFIXES:
-        raise ConfigError(f'--write: given {path}; allowed: a name that ends in {" or ".join(ROBOT_FILE_SUFFIXES)}')
-
-
-def write_robot_file(setup: RobotSetup, path: Path) -> None:
-    """Write a robot file with the detected values.
-
-    Raises:
-        ConfigError: the file cannot be written.
-    """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(robot_file_text(setup, path), encoding='utf-8')
-    except OSError as error:
-        raise ConfigError(f'--write: {path} cannot be written: {error.strerror}') from None
-
-
-def found_text(setup: RobotSetup) -> str:
-    """Return the detected values with their sources as text for the terminal."""
-    description = setup.description
-    found = ['found', 'value', 'source']
-    parts = [tabulate(description.found, found, disable_numparse=True, maxcolwidths=[None, *WIDTHS])]
+    if write and write.exists():
+        raise ConfigError(f'--write: {write} exists; allowed: the path of a new file')
+    if write and write.suffix not in ROBOT_FILE_SUFFIXES:
+        raise ConfigError(f'--write: given {write}; allowed: a name that ends in {" or ".join(ROBOT_FILE_SUFFIXES)}')
+    setup = load_robot(robot, Path(), package_folder(), xacro_arguments(robot_args), packages)
+    description, where = setup.description, setup.file.where
+    show(tabulate(description.found, ['found', 'value', 'source'], disable_numparse=True, maxcolwidths=[None, *WIDTHS]))
     if setup.file.overrides:
         own = list(setup.file.overrides.items())
-        parts.append(f'\n{tabulate(own, [f"set in {setup.file.where}", "value"], disable_numparse=True)}')
+        show(f'\n{tabulate(own, [f"set in {where}", "value"], disable_numparse=True)}')
     for title, lines in (('Warnings', description.warnings), ('Notes', description.notes)):
         if lines:
-            parts += [f'\n{title}:', *(f'- {line}' for line in lines)]
-    return '\n'.join(parts)
+            show('\n'.join([f'\n{title}:', *(f'- {line}' for line in lines)]))
+    if write:
+        try:
+            write.parent.mkdir(parents=True, exist_ok=True)
+            write.write_text(robot_file_text(setup, write), encoding='utf-8')
+        except OSError as error:
+            raise ConfigError(f'--write: {write} cannot be written: {error.strerror}') from None
+        show(f'\nWritten: {write}')
+    params = override(load_robot_config(package_folder() / 'config'), setup.settings).simulator
+    if description.laser is None:
+        params = params.model_copy(update={'laser_link': ''})  # the default link does not exist
+    checks = check_robot(setup.file.source, params)
+    show(f'\n{checks_table(checks)}\n')
+    failed = [check.name for check in checks if not check.is_ok]
+    if failed:
+        raise ConfigError(f'{where}: the robot fails its self-check: {", ".join(failed)}')
+    show(f'{setup.name}: all checks are ok.')
 
 
 # Keys set by campaigns and by launch arguments.

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Optional, Sequence
 
 from diff_encoder_sim.base.command_line import run_tool, tool_parser
-from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli.arguments import ROBOT_HELP, add_description_arguments
 
 API = 'api.robots'  # imported by the command on demand
@@ -38,19 +37,6 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
 
 
 def _check(options: argparse.Namespace) -> None:
-    from diff_encoder_sim.api import robots
-    from diff_encoder_sim.simulation.self_check import checks_table
+    from diff_encoder_sim.api.robots import inspect_robot
 
-    if options.write:
-        robots.check_robot_path(options.write)
-    setup = robots.find_robot(options.robot, options.robot_args, options.packages)
-    print(robots.found_text(setup), flush=True)
-    if options.write:
-        robots.write_robot_file(setup, options.write)
-        print(f'\nWritten: {options.write}', flush=True)
-    checks = robots.check_found_robot(setup)
-    print(f'\n{checks_table(checks)}\n', flush=True)
-    failed = [check.name for check in checks if not check.is_ok]
-    if failed:
-        raise ConfigError(f'{setup.file.where}: the robot fails its self-check: {", ".join(failed)}')
-    print(f'{setup.name}: all checks are ok.')
+    inspect_robot(**vars(options), show=lambda text: print(text, flush=True))
