@@ -17,7 +17,7 @@ def ros2_store():
     """The types as MCAP files define them."""
     store = get_typestore(Stores.EMPTY)
     for kind in set(KINDS.values()):
-        types = get_types_from_msg(ros2_definition(kind).text, kind)
+        types = get_types_from_msg(ros2_definition(kind)[0], kind)
         store.register({name: fields for name, fields in types.items() if name not in store.types})
     return store
 

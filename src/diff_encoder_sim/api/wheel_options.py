@@ -12,7 +12,7 @@ from diff_encoder_sim.base.params import merged, nested, shared_params, with_cha
 from diff_encoder_sim.base.yaml_files import load_yaml, yaml_value
 from diff_encoder_sim.drives.bag_source import BagSource
 from diff_encoder_sim.drives.csv_wheels import CsvWheels
-from diff_encoder_sim.drives.field_wheels import FieldWheels, Wheel, find_field, serving_options
+from diff_encoder_sim.drives.field_wheels import FieldWheels, find_field, serving_options
 from diff_encoder_sim.drives.joint_wheels import (
     JOINT_TYPES,
     JointWheels,
@@ -327,11 +327,7 @@ def bag_wheels(
     left, right = (find_field(path, source, '--ticks', given) for given in options.ticks)
     if left.name == right.name:
         raise ConfigError(f'{path}: --ticks: given {left.name} for both wheels; allowed: two different fields')
-    numbers = wheel_numbers(options, robot, (left.bits, right.bits))
-    of_left, of_right = (
-        Wheel(joint, field, unit) for joint, field, unit in zip(robot.joints, (left, right), numbers.units)
-    )
-    return FieldWheels(of_left, of_right, numbers.ppr, numbers.text, numbers.notes)
+    return FieldWheels((left, right), robot.joints, *wheel_numbers(options, robot, (left.bits, right.bits)))
 
 
 def _joint_wheels(

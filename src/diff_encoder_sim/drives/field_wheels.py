@@ -26,33 +26,28 @@ from diff_encoder_sim.wheels.encoder_params import PerWheel
 # By type: constants, and fields with their types, as rosbags has them.
 Fields = Dict[str, Tuple[Any, Any]]
 
-# Of std_msgs, and of others like them: the field that is meant if none is named.
-USUAL_FIELD = 'data'
 HEADER = 'std_msgs/msg/Header'
 
 _ADDRESS = re.compile(r'(?P<topic>[^.\[\]\s]+)(?P<path>(?:\.\w+|\[[0-9]{1,9}\])*)')
 _STEP = re.compile(r'\.(\w+)|\[([0-9]+)\]')
+# `data` of std_msgs and of others like them, which users need not name.
+_USUAL = re.compile(r'^\.data(?=\[|$)')
 _BITS = {'int8': 8, 'uint8': 8, 'byte': 8, 'char': 8, 'octet': 8, 'int16': 16, 'uint16': 16, 'int32': 32, 'uint32': 32}
 _NUMBERS = (*_BITS, 'int64', 'uint64', 'float32', 'float64')
 # Listed elements of an array, and depth of messages in messages.
-_LISTED_ELEMENTS, _LISTED_DEPTH = 4, 4
+_LISTED_ELEMENTS, _DEPTH = 4, 5
 
 
 class MessageField(NamedTuple):
     """The place of a number."""
 
     topic: str
+    name: str  # as users write it
     message_type: str
-    steps: Tuple[Union[str, int], ...]  # names of fields, and indices
+    steps: List[Union[str, int]]  # names of fields, and indices
     number: str  # its type, as ROS spells it
     store: Any  # rosbags' Typestore
     is_cdr: bool
-
-    @property
-    def name(self) -> str:
-        """As users write it."""
-        steps = self.steps[1:] if self.steps[0] == USUAL_FIELD else self.steps
-        return self.topic + ''.join(f'[{step}]' if isinstance(step, int) else f'.{step}' for step in steps)
 
     @property
     def bits(self) -> Optional[int]:
@@ -107,17 +102,17 @@ def find_field(path: Path, source: BagSource, option: str, given: str) -> Messag
         listed = ', '.join(sorted(source.topics))
         raise ConfigError(f'{path}: {option}: given {given}; allowed: TOPIC or TOPIC.field[0] of its topics {listed}')
     kind, store = source.topics[topic], _store(source, topic)
-    fields = _fields_of(store)
-    if kind not in fields:
+    if kind not in _fields_of(store):
         raise ConfigError(f'{path}: {topic} is of {kind}, which the bag does not define; expected a bag that does')
-    steps: List[Union[str, int]] = [int(index) if index else name for name, index in _STEP.findall(match['path'])]
-    if (not steps or isinstance(steps[0], int)) and USUAL_FIELD in dict(fields[kind][1]):
-        steps.insert(0, USUAL_FIELD)
-    number = _number_at(fields, (Nodetype.NAME, kind), steps)
+    numbers = dict(numbers_of(_fields_of(store), kind))
+    place = _USUAL.sub('', match['path'])
+    place = place if place.startswith('.') else f'.data{place}'
+    number = numbers.get(re.sub(r'\[[0-9]+\]', '[0]', place))
     if number is None:
-        listed = ', '.join(topic + text for text in number_paths(fields, kind)) or 'it has no numbers'
+        listed = ', '.join(topic + _USUAL.sub('', each) for each in numbers) or 'it has no numbers'
         raise ConfigError(f'{path}: {option}: given {given}, which is no number of {kind}; allowed: {listed}')
-    return MessageField(topic, kind, tuple(steps), number, store, source.is_cdr)
+    steps: List[Union[str, int]] = [int(index) if index else name for name, index in _STEP.findall(place)]
+    return MessageField(topic, topic + _USUAL.sub('', place), kind, steps, number, store, source.is_cdr)
 
 
 def _store(source: BagSource, topic: str) -> Any:
@@ -136,41 +131,18 @@ def _fields_of(store: Any) -> Fields:
     return fields
 
 
-def number_paths(fields: Fields, message: str, depth: int = _LISTED_DEPTH) -> Iterator[str]:
-    """List the numbers of a message as users name them after its topic, without those of headers."""
-    for name, what in fields[message][1] if depth and message in fields else ():
-        if what[1] != HEADER:
-            for text in _paths_of(fields, what, depth):
-                yield text if (name, text[:1]) == (USUAL_FIELD, '[') else f'.{name}{text}'
-
-
-def _paths_of(fields: Fields, what: Any, depth: int) -> Iterator[str]:
-    kind, about = what
-    if kind == Nodetype.BASE:
-        yield from [''] if about[0] in _NUMBERS else []
-    elif kind == Nodetype.NAME:
-        yield from number_paths(fields, about, depth - 1)
-    else:
-        element, size = about
-        for index in range(min(size or 2, _LISTED_ELEMENTS)):  # the length of a sequence is not known
-            yield from (f'[{index}]{text}' for text in _paths_of(fields, element, depth))
-
-
-def _number_at(fields: Fields, what: Any, steps: Sequence[Union[str, int]]) -> Optional[str]:
-    """Return the type of the number at the end of the steps; None if there is none."""
-    for step in steps:
-        kind, about = what
-        if isinstance(step, int):
-            if kind not in (Nodetype.ARRAY, Nodetype.SEQUENCE) or (kind == Nodetype.ARRAY and step >= about[1]):
-                return None
-            what = about[0]
+def numbers_of(fields: Fields, message: str, depth: int = _DEPTH) -> Iterator[Tuple[str, str]]:
+    """Yield place and type of the numbers of a message, except those of headers; of an array some elements."""
+    for name, (kind, about) in fields[message][1] if depth and message in fields else ():
+        element, indices = (kind, about), ['']
+        if kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):
+            element, size = about
+            indices = [f'[{index}]' for index in range(min(size or 2, _LISTED_ELEMENTS))]
+        if element[0] == Nodetype.BASE:
+            inner = [('', element[1][0])] if element[1][0] in _NUMBERS else []
         else:
-            names = dict(fields[about][1]) if kind == Nodetype.NAME and about in fields else {}
-            if step not in names:
-                return None
-            what = names[step]
-    kind, about = what
-    return str(about[0]) if kind == Nodetype.BASE and about[0] in _NUMBERS else None
+            inner = [] if element[1] == HEADER else list(numbers_of(fields, element[1], depth - 1))
+        yield from ((f'.{name}{index}{place}', number) for index in indices for place, number in inner)
 
 
 # Listed alternatives of a bag without wheel angles.
@@ -208,8 +180,7 @@ def serving_options(source: BagSource) -> List[str]:
     """List options that give wheel angles of a bag, the likeliest first."""
     names: List[str] = []  # all numbers, as users name them
     for topic, kind in source.topics.items():
-        paths = number_paths(_fields_of(_store(source, topic)), kind)
-        names += [topic if text == f'.{USUAL_FIELD}' else topic + text for text in paths]
+        names += [topic + _USUAL.sub('', place) for place, _ in numbers_of(_fields_of(_store(source, topic)), kind)]
     pairs = []
     for left in dict.fromkeys(names):
         right = next((right for right in _mirrored(left) if right in names), '')
@@ -231,35 +202,32 @@ def _mirrored(left: str) -> Iterator[str]:
             yield left.replace(left_word, right_word)
 
 
-class Wheel(NamedTuple):
-    """One wheel in a bag."""
-
-    joint: str  # name under which its angles are given
-    field: MessageField
-    unit: WheelUnit
-
-
 class FieldWheels(WheelSource):
     """Reads both wheels, from one topic or from two, at the stamps of headers or else the times of receipt."""
 
     def __init__(
-        self, left: Wheel, right: Wheel, ppr: Optional[PerWheel], about: str, notes: Sequence[str] = ()
+        self,
+        fields: Tuple[MessageField, MessageField],
+        joints: Tuple[str, str],
+        units: Tuple[WheelUnit, WheelUnit],
+        ppr: Optional[PerWheel],
+        about: str,
+        notes: Sequence[str] = (),
     ) -> None:
         """Prepare to read.
 
         Args:
-            left: the left wheel.
-            right: the right wheel.
+            fields: left, right.
+            joints: left, right: the names under which angles are given.
+            units: of the numbers, left and right.
             ppr: of counts.
             about: interpretation of the numbers, for the reader.
             notes: limits of the angles.
         """
-        self._fields = left.field, right.field
-        text = f'messages of {left.field.name}, {right.field.name} ({about})'
-        topics = [field.topic for field in self._fields]
-        super().__init__(topics, (left.joint, right.joint), text, (left.unit, right.unit), notes)
-        self.ppr = ppr
-        self._has_stamps = left.field.has_header and right.field.has_header
+        text = f'messages of {fields[0].name}, {fields[1].name} ({about})'
+        super().__init__([field.topic for field in fields], joints, text, units, notes)
+        self.ppr, self._fields = ppr, fields
+        self._has_stamps = all(field.has_header for field in fields)
 
     def add(self, message: Message) -> None:
         """Add the numbers of a message.

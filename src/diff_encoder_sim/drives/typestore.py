@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Tuple
 
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
@@ -61,18 +61,11 @@ def definition(message_type: str) -> Definition:
     return Definition(full_text(message_type), md5sum, fields.startswith('std_msgs/Header header\n'))
 
 
-class Ros2Definition(NamedTuple):
-    """A type as a ROS 2 bag contains it."""
-
-    text: str  # its fields and those of the types it is made of
-    type_hash: str  # RIHS01, of REP 2016
-
-
 @lru_cache(maxsize=None)
-def ros2_definition(message_type: str) -> Ros2Definition:
-    """Return the definition of a type by its name as rosbags, and ROS 2, spell it."""
+def ros2_definition(message_type: str) -> Tuple[str, str]:
+    """Return the text of a type and of those it is made of in ROS 2, and its hash RIHS01 of REP 2016."""
     store = _store(Stores.ROS2_HUMBLE)
-    return Ros2Definition(store.generate_msgdef(message_type, ros_version=2)[0], store.hash_rihs01(message_type))
+    return store.generate_msgdef(message_type, ros_version=2)[0], store.hash_rihs01(message_type)
 
 
 def to_cdr(message: bytes, message_type: str) -> bytes:

@@ -159,7 +159,7 @@ def test_a_number_is_found(source, given, name, value, bits):
         ('/count.x', 'no number of std_msgs/msg/Int64; allowed: /count'),
         ('/text', 'no number of std_msgs/msg/String; allowed: it has no numbers'),
         ('/pair', r'allowed: .*/pair\[0\], /pair\[1\]'),
-        ('/feedback.drivers[2].measured_travel', r'allowed: .*/feedback.drivers\[1\].measured_travel'),
+        ('/feedback.drivers[2]', r'allowed: .*/feedback.drivers\[1\].measured_travel'),
         ('/feedback.drivers.measured_travel', r'allowed: /feedback.drivers\[0\].current'),
     ],
 )
