@@ -16,7 +16,14 @@ def test_bags_are_read_and_reported(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ('options', 'named'), [({'config': 'none'}, 'none'), ({'trials': 0}, 'trials'), ({'tests': ['XX']}, 'XX')]
+    ('options', 'named'),
+    [
+        ({'config': 'none'}, 'none'),
+        ({'trials': 0}, 'trials'),
+        ({'tests': ['XX']}, 'XX'),
+        ({'amcl': 'nothing'}, "files.amcl: given 'nothing'; allowed: amcl"),
+        ({'amcl': 'navigation'}, 'navigation.yaml: base_global_planner: unknown key'),
+    ],
 )
 def test_a_mistake_is_an_error_of_one_line_and_leaves_nothing(options, named, tmp_path):
     with pytest.raises(api.ConfigError) as error:
