@@ -5,10 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from campaign_manifest import STRAIGHT_20_M
 from diff_encoder_sim.analysis.closed_form import closed_form_std, closed_form_table, heading_std_rad, wheel_travel_m
 from diff_encoder_sim.drives.test_definition import PoseParams
-from diff_encoder_sim.drives.trial_definition import Trial
 from trial_tables import ALTO, IN, cell, navigated, results_of, trial
 
 
@@ -55,7 +53,7 @@ def test_closed_form_is_along_the_maps_axes():
     assert along_y == pytest.approx(along_x[[1, 0, 2]])
 
 
-STRAIGHT = {'SL': Trial.from_mapping({'test': STRAIGHT_20_M, 'nav': 'embedded'}, '')}
+STRAIGHT = {'SL': navigated('SL')}
 HERE = (0.0, 0.0, 0.0)
 
 

@@ -12,8 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysed_campaigns import finish, refusal
-from campaign_files import RUN, small_campaign
+from campaign_files import RUN, row_of_trial, small_campaign
 from diff_encoder_sim.analysis import results_table
 from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.analysis.results_loading import goal_errors, load_results, poses_in_map
@@ -26,6 +25,7 @@ from diff_encoder_sim.analysis.results_table import (
     first_of_cells,
     sample_text,
 )
+from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.drives.test_definition import load_test
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import Trial
@@ -79,6 +79,35 @@ def test_of_many_each_cell_has_equally_many_and_one_at_least(monkeypatch):
 
 
 # Campaigns.
+
+
+def finish(campaign, folder, count=None):
+    """Run a campaign's trials: rows that are made up, and bags that are of the trials."""
+    with ResultStore(folder, campaign, RUN) as store:
+        for job in store.pending()[:count]:
+            write_bag(folder / job.bag, job.definition())
+            store.append(row_of_trial(job, job.bag))
+        store.finish()
+    return folder
+
+
+@pytest.fixture(name='finished', scope='module')
+def fixture_finished(tmp_path_factory):
+    folder = tmp_path_factory.mktemp('campaign')
+    return finish(small_campaign(folder), folder / 'out')
+
+
+@pytest.fixture(name='folder')
+def fixture_folder(finished, tmp_path):
+    return shutil.copytree(finished, tmp_path / 'out')
+
+
+def refusal(*paths):
+    """The one line with which these paths are refused."""
+    with pytest.raises(ConfigError) as caught:
+        load_results(paths)
+    assert '\n' not in str(caught.value)
+    return str(caught.value)
 
 
 def test_nothing_finished_and_other_paths_with_a_campaign_are_refused(folder, tmp_path):
@@ -166,7 +195,7 @@ def test_bags_of_both_formats_lead_to_the_same_table(tmp_path):
     for bag_format in ('ros1', 'mcap'):
         (tmp_path / bag_format / 'scratch').mkdir(parents=True)
         out, changes = tmp_path / bag_format / 'out', {'nav': 'scripted', 'bag_format': bag_format}
-        variants = {'none': {}, 'missed 1 %': {'config.encoder.faults.missed': 0.01}}
+        variants = {'a none': {}, 'missed 1 %': {'config.encoder.faults.missed': 0.01}}
         campaign = small_campaign(tmp_path, tests=[TOUR], ppr=[90], variants=variants, trials=1, **changes)
         with ResultStore(out, campaign, RUN) as store:
             files = campaign.files.materialise(tmp_path / bag_format / 'scratch')
@@ -179,7 +208,7 @@ def test_bags_of_both_formats_lead_to_the_same_table(tmp_path):
     for results in found:
         assert results.varied == ['variant'] and results.trials['odom_ate_rmse_m'].notna().all()
         pd.testing.assert_frame_equal(results.trials[names], found[0].trials[names], check_exact=False, rtol=1e-12)
-    assert found[0].notes == [] and columns(found[0], 'variant') == [('none',), ('missed 1 %',)]
+    assert found[0].notes == [] and columns(found[0], 'variant') == [('a none',), ('missed 1 %',)]
     pd.testing.assert_frame_equal(found[2].trials[names], found[0].trials[names], check_exact=True)
 
 

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from campaign_manifest import manifest
 from diff_encoder_sim.analysis import results_table
 from diff_encoder_sim.analysis.charts.figures import Figure
 from diff_encoder_sim.analysis.encoder_comparison import compare_encoders
@@ -27,6 +26,18 @@ from diff_encoder_sim.analysis.report.page import (
 )
 from diff_encoder_sim.analysis.tables import all_tables
 from trial_tables import IN, both, cell, results_of, rows, trial
+
+MANIFEST = {
+    'runs': [
+        {
+            'command': ['/ws/scripts/campaign', '--config', 'my file.yaml', '--out', 'results'],
+            'versions': {'numpy': '2.0', 'dask': None},
+            'commit': {'id': 'abc', 'is_dirty': True},
+            'machine': {'cpu': 'a chip', 'cores': 4, 'usable_cores': 2, 'memory_bytes': 8 * 2**30, 'os': 'Linux'},
+        }
+    ],
+    'configuration': {'nav': 'embedded', 'tests': [{'world': 'hallway'}]},
+}
 
 # HTML elements that have no end.
 VOID = {'meta', 'link', 'img', 'input'}
@@ -95,7 +106,7 @@ def test_all_that_comes_from_data_is_escaped(tmp_path):
     trials = cell(evil, '40', 'world', rows(10, 10), **{evil: evil})
     trials[0].update(outcome='lost', reason=evil)
     configuration = {'tests': [], 'evil': evil, 'nav': evil}
-    named = {'title': evil, 'notes': [evil], 'manifest': {**manifest(), 'configuration': configuration}}
+    named = {'title': evil, 'notes': [evil], 'manifest': {**MANIFEST, 'configuration': configuration}}
     made = results_of(trials, varied=[evil], folder=tmp_path, **named)
     harmless = page_of(results_of(cell('SL', '40', 'world', rows(10, 10))), tmp_path)
     assert Elements(page_of(made, tmp_path)).of('script') == Elements(harmless).of('script')
@@ -146,7 +157,7 @@ MADE = results_of([trial('SL', '40')])
 
 
 def test_the_origin_names_the_commands_and_the_host(tmp_path):
-    origin = provenance(MADE._replace(manifest=manifest(), folder=tmp_path / 'results'))
+    origin = provenance(MADE._replace(manifest=MANIFEST, folder=tmp_path / 'results'))
     assert origin['commands'] == [
         "rosrun diff_encoder_sim campaign --config 'my file.yaml' --out results",
         f'rosrun diff_encoder_sim analyze {tmp_path}/results',
@@ -155,7 +166,7 @@ def test_the_origin_names_the_commands_and_the_host(tmp_path):
     assert run['commit'] == 'abc with changes' and run['versions'] == 'numpy 2.0'
     assert run['host'] == 'a chip, 2 of 4 cores, 8 GiB, Linux'
     assert 'world: hallway' in origin['configuration']
-    console = {**manifest()['runs'][0], 'command': ['/venv/bin/diff-encoder-sim', 'campaign', '--out', 'results']}
+    console = {**MANIFEST['runs'][0], 'command': ['/venv/bin/diff-encoder-sim', 'campaign', '--out', 'results']}
     origin = provenance(MADE._replace(manifest={'runs': [console]}, folder=tmp_path))
     assert origin['commands'] == ['diff-encoder-sim campaign --out results', f'diff-encoder-sim analyze {tmp_path}']
 
