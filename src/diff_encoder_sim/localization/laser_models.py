@@ -204,7 +204,7 @@ class LikelihoodFieldProb(LikelihoodField):
         columns = np.clip(column + cos_yaw * ends[0] - sin_yaw * ends[1] + 1.0, 0, last_column).astype(int)
         rows = np.clip(row + sin_yaw * ends[0] + cos_yaw * ends[1] + 1.0, 0, last_row).astype(int)
         agreeing = self._is_near[rows, columns].sum(axis=0)
-        kept = agreeing > self._params.beam_skip_threshold * len(poses)
+        kept: np.ndarray = agreeing > self._params.beam_skip_threshold * len(poses)
         skipped = 1.0 - float(kept.mean())
         if skipped < self._params.beam_skip_error_threshold:
             return kept

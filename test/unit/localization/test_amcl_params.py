@@ -30,26 +30,16 @@ FILES = pytest.mark.parametrize('file', ['amcl.yaml', 'amcl_accurate.yaml'])
 
 
 @FILES
-def test_upstream_knows_every_parameter_of_our_files(file):
-    assert set(read_config(file)) - set(AMCL) <= OWN_AMCL
+def test_our_files_fit_upstream(file):
+    """Upstream knows every parameter and its type; a default that differs must stand in the file."""
+    ours = read_config(file)
+    assert set(ours) - set(AMCL) <= OWN_AMCL
+    assert wrong_types(ours, (AMCL,)) == []
+    assert different(AMCL, AmclParams(), ours) == set()
 
 
-@FILES
-def test_values_have_the_type_that_upstream_reads(file):
-    assert wrong_types(read_config(file), (AMCL,)) == []
-
-
-@FILES
-def test_what_our_files_leave_out_is_the_same_in_both_stacks(file):
-    """A default that differs must stand in the file."""
-    assert different(AMCL, AmclParams(), read_config(file)) == set()
-
-
-def test_both_files_have_the_same_keys():
+def test_both_files_have_the_same_keys_and_amcl_takes_upstreams():
     assert set(read_config('amcl_accurate.yaml')) == set(read_config('amcl.yaml'))
-
-
-def test_amcl_takes_every_parameter_of_upstream_at_its_default():
     assert AmclParams.from_mapping(AMCL, 'amcl') == AmclParams()
 
 

@@ -42,14 +42,9 @@ def scan_with_gaps(grid, pose):
 
 
 def brute_force_distances(occupied, resolution_m, max_distance_m):
-    rows, columns = np.nonzero(occupied)
-    distances = np.full(occupied.shape, max_distance_m)
-    for row in range(occupied.shape[0]):
-        for column in range(occupied.shape[1]):
-            if len(rows):
-                nearest = np.hypot(rows - row, columns - column).min() * resolution_m
-                distances[row, column] = min(nearest, max_distance_m)
-    return distances
+    cells, centres = np.argwhere(occupied), np.moveaxis(np.indices(occupied.shape), 0, -1)
+    apart = np.hypot(*np.moveaxis(centres[..., np.newaxis, :] - cells, -1, 0)) * resolution_m
+    return apart.min(axis=-1, initial=max_distance_m)
 
 
 def reference_rays(grid, scan, particle, step):
@@ -95,12 +90,10 @@ def test_the_rays_that_count_are_those_within_limits(model, dtype):
     assert beams[2:] == (LASER_POSE.x_m, LASER_POSE.y_m, 3.5)
 
 
-def test_no_return_counts_in_the_beam_model_and_nan_does_not():
+def test_a_scan_without_numbers_is_refused():
     laser = laser_model(params(laser_model_type='beam'), pillar_room())
-    scan = Scan(0, 0.0, 0.1, 0.15, 6.0, np.full(36, np.inf))
-    assert (laser.beams(scan, Pose2D(0, 0, 0)).ranges_m == RANGE_LIMIT_M).all()
     with pytest.raises(InputFault, match='none of 36 rays'):
-        laser.beams(scan._replace(ranges_m=np.full(36, np.nan)), Pose2D(0, 0, 0))
+        laser.beams(Scan(0, 0.0, 0.1, 0.15, 6.0, np.full(36, np.nan)), IDENTITY)
 
 
 @pytest.mark.parametrize(
@@ -148,11 +141,10 @@ def test_field_weights_are_the_formula(model):
     particles = particles_in_room(60, np.random.default_rng(3))
     laser = laser_model(settings, grid)
     likelihoods = laser.likelihoods(particles, laser.beams(scan, LASER_POSE), False)
-    step = {'likelihood_field': 4, 'likelihood_field_prob': 4}[model]
     for particle, factor in zip(particles, likelihoods.factors):
         probabilities = [
             0.95 * math.exp(-((2.0 if d is None else d) ** 2) / (2 * 0.2**2)) + 0.05 / RANGE_LIMIT_M
-            for d in reference_field(grid, distances, scan, particle, step)
+            for d in reference_field(grid, distances, scan, particle, 4)
         ]
         assert len(probabilities) < 10
         if model == 'likelihood_field':
@@ -177,26 +169,19 @@ def test_beam_skipping_leaves_out_what_is_not_on_the_map():
     """With a third of the rays cut short, the weights are those of the other rays alone."""
     grid, pose = pillar_room(), Pose2D(0.2, -0.5, 0.0)
     settings = dict(laser_model_type='likelihood_field_prob', laser_max_beams=36, beam_skip_distance=0.2)
-    skipping = laser_model(params(do_beamskip=True, **settings), grid)
-    plain = laser_model(params(**settings), grid)
+    skipping, plain = (laser_model(params(do_beamskip=skips, **settings), grid) for skips in (True, False))
     scan = simulated_scan(grid, pose, ray_count=36)
     scan.ranges_m[:12] = 0.9  # a person
-    seen = scan.ranges_m.copy()
-    seen[:12] = np.nan
-    rng = np.random.default_rng(4)
-    particles = np.array(pose) + rng.normal(0, 0.02, (200, 3))
-    no_laser_offset = Pose2D(0, 0, 0)
-    beams = skipping.beams(scan, no_laser_offset)
-    skipped = skipping.likelihoods(particles, beams, True)
-    others = plain.likelihoods(particles, plain.beams(scan._replace(ranges_m=seen), no_laser_offset), True)
-    assert skipped.factors == pytest.approx(others.factors)
-    # Not before the filter has converged, and not when nearly all rays disagree.
-    everything = plain.likelihoods(particles, beams, True)
-    assert skipping.likelihoods(particles, beams, False).factors == pytest.approx(everything.factors)
-    elsewhere = particles + [50.0, 0.0, 0.0]
-    assert skipping.likelihoods(elsewhere, beams, True).factors == pytest.approx(
-        plain.likelihoods(elsewhere, beams, True).factors
-    )
+    beams = skipping.beams(scan, IDENTITY)
+    others = plain.beams(scan._replace(ranges_m=np.append(np.full(12, np.nan), scan.ranges_m[12:])), IDENTITY)
+    particles = np.array(pose) + np.random.default_rng(4).normal(0, 0.02, (200, 3))
+    for where, has_converged, counted in (
+        (particles, True, others),
+        (particles, False, beams),  # not before the filter has converged
+        (particles + [50.0, 0.0, 0.0], True, beams),  # nor when nearly all rays disagree
+    ):
+        expected = plain.likelihoods(where, counted, True).factors
+        assert skipping.likelihoods(where, beams, has_converged).factors == pytest.approx(expected)
 
 
 def test_beam_weights_are_the_formula():

@@ -64,14 +64,14 @@ def test_modes_and_thresholds(tmp_path, keys, cells):
     assert load_map(path).cells.tolist() == [cells]
 
 
-def test_alpha_is_one_more_channel_in_trinary_mode_and_none_in_raw_mode(tmp_path):
+@pytest.mark.parametrize(
+    ('keys', 'cells'), [('occupied_thresh: 0.4\n', [-1, 100, 100, 100, 100]), ('mode: raw\n', [-1, -1, 90, 91, 100])]
+)
+def test_alpha_is_one_more_channel_in_trinary_mode_and_none_in_raw_mode(tmp_path, keys, cells):
     """(150 + 150 + 150 + 255) / 4 = 176: occupancy 0.309 instead of 0.412."""
     pixels = [[[150, 150, 150, 255], [150, 150, 150, 0], [90, 90, 90, 0], [90, 91, 92, 255], [100, 100, 101, 9]]]
-    text = YAML.replace('m.pgm', 'm.png') + 'occupied_thresh: 0.4\n'
-    assert load_map(write_map(tmp_path, pixels, text, 'm.png')).cells.tolist() == [[-1, 100, 100, 100, 100]]
-    assert load_map(write_map(tmp_path, pixels, text + 'mode: raw\n', 'm.png')).cells.tolist() == [
-        [-1, -1, 90, 91, 100]
-    ]
+    path = write_map(tmp_path, pixels, YAML.replace('m.pgm', 'm.png') + keys, 'm.png')
+    assert load_map(path).cells.tolist() == [cells]
 
 
 def test_what_is_saved_is_read_back(tmp_path):
@@ -135,21 +135,13 @@ def test_a_bad_map_file_is_named(tmp_path, text, where):
         png(Image.fromarray(np.array(GREYS, dtype=np.uint8)).convert('RGB')),
         png(palette_image()),
         png(palette_image(), transparency=0),
+        png(Image.fromarray(np.array(GREYS, dtype=np.uint8)), transparency=205),  # one transparent grey is no alpha
     ],
 )
 def test_every_kind_of_pixel_is_read_alike(tmp_path, content):
     # Averaged with alpha, as trinary mode does, 205 is 217.5: an occupancy just above 0.147.
     path = write_map(tmp_path, GREYS, YAML.replace('m.pgm', 'm') + 'free_thresh: 0.147\n')
     (tmp_path / 'm').write_bytes(content)
-    assert load_map(path).cells.tolist() == [[OCCUPIED, UNKNOWN, FREE]]
-
-
-@pytest.mark.parametrize(('mode', 'transparent'), [('L', 205), ('L', 7), ('RGB', (205, 205, 205))])
-def test_one_transparent_colour_is_no_alpha(tmp_path, mode, transparent):
-    """Averaged with an alpha of 255, 205 would be free."""
-    path = write_map(tmp_path, GREYS, YAML.replace('m.pgm', 'm'))
-    image = Image.fromarray(np.array(GREYS, dtype=np.uint8)).convert(mode)
-    (tmp_path / 'm').write_bytes(png(image, transparency=transparent))
     assert load_map(path).cells.tolist() == [[OCCUPIED, UNKNOWN, FREE]]
 
 

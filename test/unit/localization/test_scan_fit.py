@@ -69,10 +69,11 @@ def test_rays_from_off_the_map_are_followed_onto_it(laser_x_m, range_m, expected
     assert FitMap(wall_ahead(), DISTANCE_M).fit(here, straight, IDENTITY) == expected
 
 
-def test_the_fraction_of_rays_that_fit():
-    assert ScanFit(30, 10, 40).fraction == pytest.approx(30 / (30 + 10 + 10))
-    assert ScanFit(0, 0, 100).fraction == 0.0
-    assert ScanFit(9, 0, 0).fraction is None and ScanFit(10, 0, 0).fraction == 1.0
+@pytest.mark.parametrize(
+    ('fit', 'fraction'), [((30, 10, 40), 30 / (30 + 10 + 10)), ((0, 0, 100), 0.0), ((9, 0, 0), None), ((10, 0, 0), 1.0)]
+)
+def test_the_fraction_of_rays_that_fit(fit, fraction):
+    assert ScanFit(*fit).fraction == fraction
 
 
 def test_the_laser_may_be_anywhere_on_the_robot_and_the_map_anywhere_in_its_frame():
