@@ -151,11 +151,6 @@ class LostDetector:
         self.fit_fraction: Optional[float] = None  # of the newest scan with enough rays
         self._against = 0  # consecutive scans that contradict is_lost
 
-    @property
-    def least_fraction(self) -> float:
-        """The minimum fit_fraction of a good scan; higher while lost."""
-        return 0.5 * (self._lost_fraction + 1.0) if self.is_lost else self._lost_fraction
-
     def check(self, base_pose_in_map: Pose2D, scan: Scan, laser_pose_in_base: Pose2D, may_be_found: bool) -> None:
         """Compare a scan with the map, and update is_lost.
 
@@ -169,7 +164,8 @@ class LostDetector:
         if fraction is None:
             return
         self.fit_fraction = fraction
-        is_good = fraction >= self.least_fraction and (may_be_found or not self.is_lost)
+        least_fraction = 0.5 * (self._lost_fraction + 1.0) if self.is_lost else self._lost_fraction
+        is_good = fraction >= least_fraction and (may_be_found or not self.is_lost)
         self._against = self._against + 1 if is_good == self.is_lost else 0
         if self._against >= self._lost_scans:
             self.is_lost, self._against = not self.is_lost, 0

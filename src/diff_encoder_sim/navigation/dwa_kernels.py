@@ -21,8 +21,8 @@ The search is best first, in one call of a kernel in a control period. A traject
 does by its distances from the plan, and its first one, which is that of all, by its obstacles. A closed form gives the
 cells of last points: all except a few samples need no trajectory.
 
-Inner kernels take arrays one by one: to take an array out of a tuple counts a reference to it, which costs as much as
-to score a point. They are in one file, because numba's cache does not notice changes in another one.
+Inner kernels take arrays one by one, and the innermost are inlined: to take an array out of a tuple counts a reference
+to it, which costs as much as to score a point. They are in one file, because numba's cache does not notice changes in another one.
 """
 
 from __future__ import annotations
@@ -183,7 +183,7 @@ def _begin_at(layer: int, place: int, cells: Array, queues: Array, counts: Array
     counts[layer, 1] += 1
 
 
-@compiled
+@compiled(inline='always')
 def _distance_to(
     cells: Array, queues: Array, counts: Array, layer: int, size: int, columns: int, row: int, column: int
 ) -> int:
@@ -288,7 +288,7 @@ def stays_clear(limits: DwaLimits, costs: Array, per_m: float, vertices_m: Array
     return True
 
 
-@compiled
+@compiled(inline='always')
 def _standing_cost(costs: Array, per_m: float, vertices_m: Array, scales: Array, place: Place) -> float:
     """Return the highest cost under the outline and in the centre's cell, below zero if that rejects.
 
@@ -304,7 +304,7 @@ def _standing_cost(costs: Array, per_m: float, vertices_m: Array, scales: Array,
     return REJECTED if cost < 0.0 else max(cost, float(costs[row, column]))
 
 
-@compiled
+@compiled(inline='always')
 def _distance_costs(
     costs: Array, per_m: float, cells: Array, queues: Array, counts: Array, scales: Array, place: Place, nose_m: float
 ) -> Tuple[float, float, float, float]:

@@ -67,7 +67,7 @@ class Navigator(NavigatorInputs):
         self._global_updated_ns: Optional[int] = None
         self._local_updated_ns: Optional[int] = None
         self._use_params(params)
-        self._run = GoalRun(self, IDENTITY, STOP, GoalStatus.NONE)
+        self.run = GoalRun(self, IDENTITY, STOP, GoalStatus.NONE)  # of the newest goal, with its plans
 
     def _use_params(self, params: NavigatorParams) -> None:
         self.params = params
@@ -79,12 +79,12 @@ class Navigator(NavigatorInputs):
 
     def set_goal(self, goal: Pose2D) -> None:
         """Drive to a pose in the map frame; an earlier goal is dropped."""
-        self._run = GoalRun(self, goal, self._run.command if self.status is GoalStatus.ACTIVE else STOP)
+        self.run = GoalRun(self, goal, self.run.command if self.status is GoalStatus.ACTIVE else STOP)
 
     def cancel(self, text: str = 'cancelled') -> None:
         """Cancel the goal; the next step commands a stop."""
         if self.status is GoalStatus.ACTIVE:
-            self._run.end(GoalStatus.PREEMPTED, text)
+            self.run.end(GoalStatus.PREEMPTED, text)
 
     def make_plan(self, start: Optional[Pose2D], goal: Pose2D, tolerance_m: float = 0.0) -> np.ndarray:
         """Return a plan (n, 3) in the map frame without following it; `start` defaults to the robot's pose.
@@ -109,27 +109,17 @@ class Navigator(NavigatorInputs):
         self.local_costmap = _costmap_with(self.local_costmap, params.local_costmap)
         if (params.DWAPlannerROS, params.control_period_s) != (before.DWAPlannerROS, before.control_period_s):
             self.local_planner = LocalPlanner(params.DWAPlannerROS, params.control_period_s)
-            if len(self.global_plan_in_map):
-                self.local_planner.set_plan(self.global_plan_in_map)
+            if len(self.run.global_plan_in_map):
+                self.local_planner.set_plan(self.run.global_plan_in_map)
         self._use_params(params)
-        self._run.restart_recoveries()
+        self.run.restart_recoveries()
 
     # ---- for displays
 
     @property
     def status(self) -> GoalStatus:
         """Return the status of the newest goal."""
-        return self._run.status
-
-    @property
-    def global_plan_in_map(self) -> np.ndarray:
-        """Return the whole plan (n, 3) that is followed."""
-        return self._run.global_plan_in_map
-
-    @property
-    def local_plan_in_odom(self) -> np.ndarray:
-        """Return the trajectory (n, 3) of the last command; empty if the DWA did not choose it."""
-        return self._run.local_plan_in_odom
+        return self.run.status
 
     @property
     def visible_plan_in_odom(self) -> np.ndarray:
@@ -156,12 +146,12 @@ class Navigator(NavigatorInputs):
         self._update_costmaps(now_ns)
         if self.status is GoalStatus.ACTIVE:
             self._watch_travel(now_ns)
-        return self._output(self._run.act(now_ns) if self.status is GoalStatus.ACTIVE else STOP)
+        return self._output(self.run.act(now_ns) if self.status is GoalStatus.ACTIVE else STOP)
 
     def wait(self, missing: MissingInput) -> NavigatorOutput:
         """Stop for this period; call it instead of `step` without odometry."""
         if self.status is GoalStatus.ACTIVE:
-            self._run.wait(missing)
+            self.run.wait(missing)
         return self._output(STOP)
 
     def _restart(self, now_ns: int) -> None:
@@ -196,17 +186,17 @@ class Navigator(NavigatorInputs):
         if pose != self._seen_pose:
             self._unseen_m, self._seen_pose = 0.0, pose
         else:
-            linear_mps, angular_radps = self._run.command
+            linear_mps, angular_radps = self.run.command
             speed_mps = abs(linear_mps) + abs(angular_radps) * self.local_costmap.footprint.inscribed_radius_m
             self._unseen_m += speed_mps * max(0, now_ns - self._seen_ns) / NANOSECONDS_PER_SECOND
         self._seen_ns = now_ns
         if 0.0 < limit_m < self._unseen_m:
             self._forget_travel()
             unseen = f'{limit_m:.2f} m of commanded travel (max_unseen_travel)'
-            self._run.end(GoalStatus.ABORTED, f'odometry has not moved for {unseen}')
+            self.run.end(GoalStatus.ABORTED, f'odometry has not moved for {unseen}')
 
     def _output(self, command: Command) -> NavigatorOutput:
-        run = self._run
+        run = self.run
         return NavigatorOutput(command, run.status, run.phase, run.text, run.started_recovery)
 
 
@@ -234,7 +224,8 @@ class GoalRun:
     ) -> None:
         self._navigator, self._goal, self.status = navigator, goal, status
         self.phase, self.text = Phase.PLANNING, ''
-        self.global_plan_in_map = self.local_plan_in_odom = NO_POSES
+        self.global_plan_in_map = NO_POSES  # (n, 3), the whole plan that is followed
+        self.local_plan_in_odom = NO_POSES  # (n, 3) of the last command; empty if the DWA did not choose it
         self.command = command  # the last one returned
         self.started_recovery: Optional[StartedRecovery] = None  # in this period
         self._is_under_way = False  # False before the first step and while waiting

@@ -42,9 +42,9 @@ class NavigationViews:
     def show(self, navigator: Navigator, now_ns: int) -> None:
         """Publish the topics whose period has elapsed."""
         plans = (
-            (self._global_plans, self._map_frame, navigator.global_plan_in_map),
+            (self._global_plans, self._map_frame, navigator.run.global_plan_in_map),
             (self._plans_in_sight, self._odom_frame, navigator.visible_plan_in_odom),
-            (self._local_plans, self._odom_frame, navigator.local_plan_in_odom),
+            (self._local_plans, self._odom_frame, navigator.run.local_plan_in_odom),
         )
         for topic, frame, poses in plans:
             if topic.is_due(PLANS_PERIOD_NS, now_ns):

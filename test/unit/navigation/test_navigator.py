@@ -251,7 +251,7 @@ def test_an_obstacle_that_is_not_on_the_map_is_driven_around(room):
 def test_parameters_that_change_on_the_way_count_from_then_on(hallway):
     """The goal and the plan stay, and another local planner follows it; what did not change is kept."""
     loop = under_way(hallway, 1.5, params=navigator_params())
-    navigator, plan = loop.navigator, loop.navigator.global_plan_in_map
+    navigator, plan = loop.navigator, loop.navigator.run.global_plan_in_map
     assert loop.outputs[-1].command.linear_mps > 0.3
     navigator.reconfigure(navigator_params({'max_vel_x': 0.2, 'max_vel_trans': 0.2}))
     loop.run(1.0)
@@ -260,7 +260,7 @@ def test_parameters_that_change_on_the_way_count_from_then_on(hallway):
     navigator.reconfigure(with_changes(navigator.params, {'local_costmap': {'publish_frequency': 7.0}}, ''))
     assert navigator.global_costmap is costmaps[0] and navigator.local_costmap is not costmaps[1]
     assert navigator.local_costmap.params.publish_frequency == 7.0
-    assert navigator.global_plan_in_map is plan
+    assert navigator.run.global_plan_in_map is plan
     loop.run(40.0)
     assert_at(loop, AHEAD)
 
@@ -306,7 +306,7 @@ def test_the_caller_may_report_a_missing_input_and_a_cancel_stops(room):
     assert loop.outputs[-1].command != STOP
     loop.navigator.cancel()
     assert loop.step()[:2] == (STOP, GoalStatus.PREEMPTED)
-    assert len(loop.navigator.local_plan_in_odom) == 0
+    assert len(loop.navigator.run.local_plan_in_odom) == 0
 
 
 def test_time_that_jumps_back_ends_the_goal_and_starts_over(room):
