@@ -152,6 +152,9 @@ class LockstepTrial:
                     self._tick()
                 except RouteFailed as failure:
                     self.ending = failure.ending
+                    is_lost = isinstance(self.driver, NavigatingDriver) and self.driver.is_lost
+                    if is_lost and self.ending.outcome is not Outcome.COLLISION:
+                        self.ending = Ending(Outcome.LOST, f'localization is lost; {failure}')
                 if self._reports:
                     yield from self._reports
                     self._reports.clear()

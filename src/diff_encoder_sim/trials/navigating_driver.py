@@ -10,7 +10,7 @@ from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, interpolate
 from diff_encoder_sim.base.seeds import generator
-from diff_encoder_sim.drives.trial_definition import Outcome, RouteFailed, Trial, TrialPlan
+from diff_encoder_sim.drives.trial_definition import Trial, TrialPlan
 from diff_encoder_sim.localization.amcl import Amcl, AmclEstimate
 from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
@@ -125,16 +125,18 @@ class NavigatingDriver:
         return self._driver.is_over
 
     @property
+    def is_lost(self) -> bool:
+        """Return whether AMCL has detected that the robot is lost."""
+        return self._localizer.amcl.is_lost
+
+    @property
     def estimate(self) -> Optional[AmclEstimate]:
         """Return AMCL's newest estimate, None before the first."""
         return self._localizer.amcl.last_estimate
 
     def take_time(self, now_ns: int) -> None:
         """Check the test's time limit and the age of the pose estimate."""
-        try:
-            self._apply(now_ns, now_ns, self._driver.watch(now_ns))
-        except RouteFailed as failure:
-            raise self._explained(failure) from None
+        self._apply(now_ns, now_ns, self._driver.watch(now_ns))
 
     def take_scan(self, scan: Scan) -> None:
         """Pass a scan to the navigator and to localization."""
@@ -154,10 +156,7 @@ class NavigatingDriver:
             self.estimated_pose_in_map = pose_in_map
             self._publications.global_pose(now_ns, stamp_ns, pose_in_map)
             # The status is also that of a goal set since the navigator's last step.
-            try:
-                output = self._driver.step(stamp_ns, pose_in_map, navigator.status, self.navigation.text)
-            except RouteFailed as failure:
-                raise self._explained(failure) from None
+            output = self._driver.step(stamp_ns, pose_in_map, navigator.status, self.navigation.text)
             self._apply(now_ns, stamp_ns, output)
         published_ns = now_ns + self._localization_latency_ns
         self._localizer.take_odometry(
@@ -191,9 +190,3 @@ class NavigatingDriver:
             self._publications.goal(now_ns, stamp_ns, output.goal_in_map)
         if output.turn_rate_radps is not None:
             self._send(now_ns, Command(0.0, output.turn_rate_radps), False)
-
-    def _explained(self, failure: RouteFailed) -> RouteFailed:
-        """Return the failure as a localization failure if AMCL has detected that the robot is lost."""
-        if not self._localizer.amcl.is_lost:
-            return failure
-        return RouteFailed(Outcome.LOST, f'localization is lost; {failure}')

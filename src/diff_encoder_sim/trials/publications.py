@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Collection, List, Optional, Union
+from typing import List, Optional, Union
 
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
@@ -61,33 +61,11 @@ _NO_BAG = _NoBag()
 FRAMES_PERIOD_NS = 20_000_000
 
 
-class StatePublisher:
-    """Writes the wheels' frames to /tf at 50 Hz, and the fixed ones once to /tf_static."""
-
-    def __init__(
-        self, robot_file: Union[str, Path], joints: Collection[str], bag: Union[TrialBag, TrialBags, _NoBag]
-    ) -> None:
-        """Read the frames of a robot with these moving joints."""
-        self._frames = LinkFrames(display_urdf(RobotSource(Path(robot_file)), joints))
-        self._bag = bag
-        self._published_ns = 0
-
-    def take(self, joints: JointStates) -> None:
-        """Publish at the time of these joint states if the period is over."""
-        now_ns, frames = joints.stamp_ns, self._frames
-        if now_ns - self._published_ns < FRAMES_PERIOD_NS:
-            return
-        if self._published_ns == 0:
-            self._bag.publish(topics.TF_STATIC, topics.STATE_PUBLISHER_NODE, now_ns, _encode, frames.fixed, now_ns)
-        self._published_ns = now_ns
-        self._bag.publish(topics.TF, topics.STATE_PUBLISHER_NODE, now_ns, _encode_turned, frames, joints)
-
-
 def _encode_turned(frames: LinkFrames, joints: JointStates) -> bytes:
-    return _encode(frames.turned(dict(zip(joints.names, joints.angles_rad))), joints.stamp_ns)
+    return _encode_frames(frames.turned(dict(zip(joints.names, joints.angles_rad))), joints.stamp_ns)
 
 
-def _encode(frames: List[LinkFrame], stamp_ns: int) -> bytes:
+def _encode_frames(frames: List[LinkFrame], stamp_ns: int) -> bytes:
     return encode_tf(
         *(
             encode_spatial_transform(frame.translation_xyz_m, frame.quat_xyzw, stamp_ns, frame.parent, frame.child)
@@ -106,7 +84,8 @@ class Publications:
     _bag: Union[TrialBag, TrialBags, _NoBag] = _NO_BAG
     _trial_node = topics.NAVIGATION_TRIAL_NODE
     _goal = SentGoal(_trial_node, 0, 0)  # before the first
-    _state_publisher: Optional[StatePublisher] = None  # if the bag records /tf
+    _frames: Optional[LinkFrames] = None  # if the bag records /tf
+    _frames_ns = 0  # when they were published last
     _models: Optional[ModelStatesEncoder] = None  # if it records /gazebo/model_states
     _map_frame = _odom_frame = _base_frame = _laser = ''
     _joints, _scan_s, _has_odom_tf = ('', ''), 0.0, False
@@ -136,7 +115,7 @@ class Publications:
         if self._bag.wants(topics.MODEL_STATES):
             self._models = ModelStatesEncoder(simulator.world, simulator.robot_name)
         if self._bag.wants(topics.TF):
-            self._state_publisher = StatePublisher(robot_file, simulator.joint_states().names, self._bag)
+            self._frames = LinkFrames(display_urdf(RobotSource(Path(robot_file)), simulator.joint_states().names))
 
     def ending(self, now_ns: int, ending: Ending) -> None:
         """Publish /trial_result."""
@@ -149,12 +128,16 @@ class Publications:
         self._bag.publish(topics.MAP_METADATA, topics.MAP_NODE, 0, encode_map_metadata, grid, 0)
 
     def joint_states(self, joints: JointStates) -> None:
-        """Publish /clock and /joint_states at each tick, and the wheels' frames on /tf."""
+        """Publish /clock and /joint_states at each tick, and frames on /tf, the fixed ones once on /tf_static."""
         now_ns = joints.stamp_ns
         self._bag.publish(topics.CLOCK, topics.SIMULATOR_NODE, now_ns, encode_clock, now_ns)
         self._bag.publish(topics.JOINT_STATES, topics.SIMULATOR_NODE, now_ns, encode_joint_state, joints)
-        if self._state_publisher is not None:
-            self._state_publisher.take(joints)
+        if self._frames is not None and now_ns - self._frames_ns >= FRAMES_PERIOD_NS:
+            node, fixed = topics.STATE_PUBLISHER_NODE, self._frames.fixed
+            if self._frames_ns == 0:
+                self._bag.publish(topics.TF_STATIC, node, now_ns, _encode_frames, fixed, now_ns)
+            self._frames_ns = now_ns
+            self._bag.publish(topics.TF, node, now_ns, _encode_turned, self._frames, joints)
 
     def models(self, now_ns: int, simulator: Simulator) -> None:
         """Publish /gazebo/model_states."""

@@ -2,6 +2,7 @@
 
 import logging
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,9 +16,9 @@ from diff_encoder_sim.simulation.rasterise import rasterise
 from diff_encoder_sim.simulation.state import JointStates
 from diff_encoder_sim.simulation.world import load_world
 from diff_encoder_sim.trials.lockstep_trial import Delayed
-from diff_encoder_sim.trials.publications import Publications, StatePublisher
+from diff_encoder_sim.trials.publications import Publications
 from diff_encoder_sim.trials.robot_params import LatencyParams
-from lockstep_trials import ALTO, BEND, HALL, blind, distance_and_turn, ended, goal_of, lockstep, params_of
+from lockstep_trials import ALTO, BEND, HALL, blind, distance_and_turn, ended, goal_of, lockstep, params_of, plan_of
 from places import ROOT
 
 SCAN_HEIGHT_M = 0.3
@@ -194,6 +195,9 @@ class Bag:
     def __init__(self):
         self.written = []
 
+    def wants(self, topic):
+        return topic == '/tf'
+
     def publish(self, topic, node, time_ns, encode, *values):
         self.written.append((topic, node, encode(*values), time_ns))
 
@@ -214,11 +218,12 @@ def test_commands_have_the_node_that_sent_them_and_results_the_newest_goal():
 
 
 def test_the_wheels_are_published_at_50_hz_from_20_ms_on_and_the_fixed_frames_once():
-    bag, joints = Bag(), ('left_wheel_joint', 'right_wheel_joint')
-    publisher = StatePublisher(ALTO, joints, bag)
+    bag, names = Bag(), ('left_wheel_joint', 'right_wheel_joint')
+    recorded, plan = Publications(bag, params_of(), 'embedded'), plan_of(HALL)
+    recorded.begin(plan.trial, SimpleNamespace(joint_states=lambda: SimpleNamespace(names=names)), ALTO)
     for now_ns in range(0, 110 * MS, 10 * MS):
-        publisher.take(JointStates(now_ns, joints, (0.1, 0.2), (0.0, 0.0)))
-    fixed, *wheels = bag.written
+        recorded.joint_states(JointStates(now_ns, names, (0.1, 0.2), (0.0, 0.0)))
+    fixed, *wheels = [each for each in bag.written if each[0].startswith('/tf')]
     assert fixed[::3] == ('/tf_static', 20 * MS)
     assert [each[::3] for each in wheels] == [('/tf', time_ms * MS) for time_ms in (20, 40, 60, 80, 100)]
     assert b'laser' in fixed[2] and b'left_wheel' not in fixed[2]
