@@ -308,7 +308,7 @@ def csv_wheels(options: DriveOptions, topic: str, robot: RecordedRobot) -> CsvWh
     Raises:
         ConfigError: the ticks per revolution are missing.
     """
-    return CsvWheels(topic, robot.joints, *wheel_numbers(options, robot))
+    return CsvWheels([topic], robot.joints, *wheel_numbers(options, robot))
 
 
 def bag_wheels(

@@ -15,8 +15,7 @@ from diff_encoder_sim.base.stamps import LATEST_NS
 from diff_encoder_sim.drives.bag_source import BagSource
 from diff_encoder_sim.drives.number_units import TIME_UNITS
 from diff_encoder_sim.drives.ros1_stream import Message
-from diff_encoder_sim.drives.wheel_source import WheelSource, WheelUnit
-from diff_encoder_sim.wheels.encoder_params import PerWheel
+from diff_encoder_sim.drives.wheel_source import WheelSource
 
 COMMENT = '#'
 COLUMNS = 3  # time, left, right
@@ -164,28 +163,6 @@ DriveStream = Union[BagSource, CsvStream]
 
 class CsvWheels(WheelSource):
     """Reads the messages of a `CsvStream`."""
-
-    def __init__(
-        self,
-        topic: str,
-        joints: Tuple[str, str],
-        units: Tuple[WheelUnit, WheelUnit],
-        ppr: Optional[PerWheel],
-        about: str,
-        notes: Sequence[str] = (),
-    ) -> None:
-        """Prepare to read.
-
-        Args:
-            topic: of the stream.
-            joints: left, right: the names under which angles are given.
-            units: of the numbers, left and right.
-            ppr: of counts.
-            about: interpretation of the numbers, for the reader.
-            notes: limits of the angles.
-        """
-        super().__init__([topic], joints, f'rows ({about})', units, notes)
-        self.ppr = ppr
 
     def add(self, message: Message) -> None:
         """Add a row."""

@@ -224,9 +224,9 @@ class FieldWheels(WheelSource):
             about: interpretation of the numbers, for the reader.
             notes: limits of the angles.
         """
-        text = f'messages of {fields[0].name}, {fields[1].name} ({about})'
-        super().__init__([field.topic for field in fields], joints, text, units, notes)
-        self.ppr, self._fields = ppr, fields
+        kind = f'messages of {fields[0].name}, {fields[1].name}'
+        super().__init__([field.topic for field in fields], joints, units, ppr, about, notes, kind)
+        self._fields = fields
         self._has_stamps = all(field.has_header for field in fields)
 
     def add(self, message: Message) -> None:

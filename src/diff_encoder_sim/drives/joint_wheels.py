@@ -130,7 +130,8 @@ class JointWheels(WheelSource):
 
     def __init__(self, wheels: WheelTopic, is_cdr: bool) -> None:
         """Prepare to read the topic that `find_wheels` has found."""
-        super().__init__([wheels.topic], wheels.joints, f'messages of {wheels.topic} ({", ".join(wheels.joints)})')
+        about, kind = ', '.join(wheels.joints), f'messages of {wheels.topic}'
+        super().__init__([wheels.topic], wheels.joints, about=about, kind=kind)
         self._decoder = JointDecoder(wheels.message_type, is_cdr)
         self._names: Tuple[str, ...] = ()  # of the last message
         self._indices: List[Tuple[int, int]] = []  # sides in it, and indices of their joints
@@ -174,8 +175,8 @@ class PulseWheels(WheelSource):
             about: interpretation of the counts, for the reader.
             notes: limits of the counts.
         """
-        super().__init__([topic], joints, f'messages of {topic} ({", ".join(joints)}; {about})', notes=notes)
-        self.ppr = odometry.counts_per_turn
+        described = f'{", ".join(joints)}; {about}'
+        super().__init__([topic], joints, None, odometry.counts_per_turn, described, notes, f'messages of {topic}')
         self.restarts = 0  # of the counters
         self._odometry = odometry
         self._decoder = JointDecoder(ENCODER_PULSE_TYPE, is_cdr)

@@ -7,7 +7,7 @@ import io
 import math
 from array import array
 from collections import deque
-from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from tabulate import tabulate
@@ -284,50 +284,45 @@ def csv_table(rows: Sequence[Dict[str, Value]]) -> str:
     return text.getvalue()
 
 
-# Heads of the tables for the terminal, with the column of `error_rows` and how it is shown.
-_SHOWN: Dict[str, Callable[[Any], str]] = {
-    '[m]': lambda value: f'{value:.4f}',
-    '[deg]': lambda value: f'{math.degrees(value):.3f}',
-    '': str,
-}
-_PATH_COLUMNS = {
-    'PPR': 'ppr',
+# Columns of `error_rows` in the tables for the terminal, with their heads.
+_PATH_HEADS = {
+    'ppr': 'PPR',
     'reports': 'reports',
-    'common\nstamps': 'common_stamps',
-    'ATE\n[m]': 'ate_rmse_m',
-    'max\n[m]': 'ate_max_m',
-    'yaw\n[deg]': 'yaw_rmse_rad',
-    'end x\n[m]': 'end_x_m',
-    'end y\n[m]': 'end_y_m',
-    'end yaw\n[deg]': 'end_yaw_rad',
+    'common_stamps': 'common\nstamps',
+    'ate_rmse_m': 'ATE\n[m]',
+    'ate_max_m': 'max\n[m]',
+    'yaw_rmse_rad': 'yaw\n[deg]',
+    'end_x_m': 'end x\n[m]',
+    'end_y_m': 'end y\n[m]',
+    'end_yaw_rad': 'end yaw\n[deg]',
 }
-_RPE_COLUMNS = {'segments': 'segments', 'RPE\n[m]': 'position_rmse_m', 'RPE\n[deg]': 'yaw_rmse_rad'}
+_RPE_HEADS = {'segments': '{}\nsegments', 'position_rmse_m': 'RPE\n[m]', 'yaw_rmse_rad': 'RPE\n[deg]'}
 
 
 def text_table(rows: Sequence[Dict[str, Value]]) -> str:
     """Format `error_rows`: one line for each encoder, and one for each encoder and length of RPE's segments."""
-    paths = [[_cell(head, row[column]) for head, column in _PATH_COLUMNS.items()] for row in rows]
-    rpe_heads = ['PPR', 'segment\nlength']
-    for pairs in RpePairs:
-        rpe_heads += [f'{pairs.text}\n{head}' if head == 'segments' else head for head in _RPE_COLUMNS]
-    relative = [
-        [str(row['ppr']), f'{distance_m:g} m']
-        + [
-            _cell(head, row[f'{rpe_name(pairs, distance_m)}_{column}'])
-            for pairs in RpePairs
-            for head, column in _RPE_COLUMNS.items()
-        ]
-        for row in rows
-        if row['common_stamps']
-        for distance_m in RPE_DISTANCES_M
+    paths = [[_cell(column, row[column]) for column in _PATH_HEADS] for row in rows]
+    rpe_heads = [
+        'PPR',
+        'segment\nlength',
+        *(head.format(pairs.text) for pairs in RpePairs for head in _RPE_HEADS.values()),
     ]
-    tables = ((paths, list(_PATH_COLUMNS)), (relative, rpe_heads))
+    relative = []
+    for row in rows:
+        for distance_m in RPE_DISTANCES_M if row['common_stamps'] else ():
+            columns = [f'{rpe_name(pairs, distance_m)}_{column}' for pairs in RpePairs for column in _RPE_HEADS]
+            cells = [_cell(column, row[column]) for column in columns]
+            relative.append([str(row['ppr']), f'{distance_m:g} m', *cells])
     return '\n\n'.join(
         tabulate(cells, heads, disable_numparse=True, colalign=['right'] * len(heads))
-        for cells, heads in tables
+        for cells, heads in ((paths, list(_PATH_HEADS.values())), (relative, rpe_heads))
         if cells
     )
 
 
-def _cell(head: str, value: Value) -> str:
-    return '-' if value is None else _SHOWN[head.partition('\n')[2] if '[' in head else ''](value)
+def _cell(column: str, value: Value) -> str:
+    if value is None or isinstance(value, str):
+        return value or '-'
+    if column.endswith('_rad'):
+        return f'{math.degrees(value):.3f}'
+    return f'{value:.4f}' if column.endswith('_m') else str(value)

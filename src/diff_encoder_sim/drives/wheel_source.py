@@ -59,27 +59,31 @@ class WheelUnit(NamedTuple):
 class WheelSource:
     """Collects the messages of some topics, and converts them to wheel angles; the base class of all sources."""
 
-    ppr: Optional[PerWheel] = None  # of the encoder that counted; None if unknown
     are_joint_angles = False  # of joints, which may turn backward when the robot drives forward
 
     def __init__(
         self,
         topics: Sequence[str],
         joints: Tuple[str, str],
-        text: str,
         units: Optional[Tuple[WheelUnit, WheelUnit]] = None,
+        ppr: Optional[PerWheel] = None,
+        about: str = '',
         notes: Sequence[str] = (),
+        kind: str = 'rows',
     ) -> None:
         """Prepare to read.
 
         Args:
             topics: of the messages.
             joints: left, right: the names under which angles are given.
-            text: the kind of messages, after their number.
             units: of the numbers, left and right; None for angles.
+            ppr: of the encoder that counted; None if unknown.
+            about: interpretation of the numbers, for the reader.
             notes: limits of the angles, for the reader.
+            kind: of the messages, after their number.
         """
-        self.topics, self.joints, self.text = tuple(dict.fromkeys(topics)), joints, text
+        self.topics, self.joints, self.ppr = tuple(dict.fromkeys(topics)), joints, ppr
+        self.text = f'{kind} ({about})'
         self._units, self._notes, self._left_out = units, notes, 0
         self._columns = [(array('q'), array('q'), array('d')) for _ in joints]
 

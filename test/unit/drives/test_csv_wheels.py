@@ -88,7 +88,7 @@ def stream_of(tmp_path, content, columns=('1', '2', '3'), time_unit='s'):
 
 
 def rows_of(stream):
-    wheels = CsvWheels(stream.topic, ('l', 'r'), (WheelUnit('rad', 0.1),) * 2, None, 'rad')
+    wheels = CsvWheels([stream.topic], ('l', 'r'), (WheelUnit('rad', 0.1),) * 2, None, 'rad')
     for message in stream.messages():
         wheels.add(message)
     [(drive, times_ns)] = wheels.drives()
