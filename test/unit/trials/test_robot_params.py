@@ -31,7 +31,7 @@ from places import CONFIG, ROOT
 
 ALTO = ROOT / 'urdf' / 'alto.urdf.xacro'
 FILES = {**{stem: tuple(classes.values()) for stem, classes in CONFIG_FILES.items()}, 'slam': (GridSlamParams,)}
-SLIP, STOP = 'simulator.wheel_errors.slip_noise', 'navigation.DWAPlannerROS.stop'
+ERRORS, STOP = 'simulator.wheel_errors', 'navigation.DWAPlannerROS.stop'
 # An older spelling; the size of a rolling window, which the global costmap is not; move_base's key of the same name.
 ELSEWHERE = {
     'amcl.beam_skip_error_threshold_',
@@ -42,15 +42,15 @@ ELSEWHERE = {
 }
 
 
-def overridden(**values):
-    return override(load_robot_config(CONFIG), {key.replace('__', '.'): value for key, value in values.items()})
+def overridden(values=()):
+    return override(load_robot_config(CONFIG), dict(values))
 
 
 def test_every_part_has_the_parameters_of_its_own_class_and_overrides_change_nothing_else():
     default = load_robot_params(CONFIG)
     classes = {field: of_file[field] for of_file in CONFIG_FILES.values() for field in of_file}
     assert {field: type(part) for field, part in default._asdict().items()} == classes
-    params = overridden(config__rate=50, simulator__lidar__noise=0.0)
+    params = overridden({'config.rate': 50, 'simulator.lidar.noise': 0.0})
     assert (params.encoder.rate, params.simulator.lidar.noise) == (50.0, 0.0)
     assert params.odometry == default.odometry and params.simulator.drive == default.simulator.drive
 
@@ -87,67 +87,53 @@ def parameters(params_class, instance=None, prefix=''):
             yield key, default, field.description or ''
 
 
-def lines_of(stem):
-    """Dotted keys of a file with their lines, including those that are commented out."""
-    path, found = [], {}
-    for line in (CONFIG / f'{stem}.yaml').read_text().splitlines():
+@pytest.mark.parametrize('stem', FILES)
+def test_a_file_has_every_parameter_with_its_default_and_unit(stem):
+    text, path, lines = (CONFIG / f'{stem}.yaml').read_text(), [], {}
+    for line in text.splitlines():  # by dotted key, those that are commented out, too
         match = re.match(r'( *)(?:# )?(\w+):(?: |$)', line)
         if match:
             path = [*path[: len(match[1]) // 2], match[2]]
-            found.setdefault('.'.join(path), line)
-    return found
-
-
-@pytest.mark.parametrize('stem', FILES)
-def test_a_file_has_every_parameter_with_its_default_and_unit(stem):
-    lines = lines_of(stem)
-    set_here = dict(flat(yaml.safe_load((CONFIG / f'{stem}.yaml').read_text())))
-    order = list(lines)
-    for params_class in FILES[stem]:
-        for key, default, description in parameters(params_class):
-            in_file = re.sub(r'\.scan\..*', '.scan', key)
-            assert in_file in lines or f'{stem}.{in_file}' in ELSEWHERE, key
-            if key in lines and lines[key].lstrip().startswith('#') and key not in set_here:
-                assert yaml.safe_load(lines[key].lstrip('# ')) == {key.split('.')[-1]: default}, key
-            unit = re.search(r'\[[^]]+\]$', description)
-            if unit and key in lines:  # there, or at the one before it of the same unit
-                near = order[max(0, order.index(key) - 3) : order.index(key) + 1]
-                assert unit[0] in ' '.join(lines[each] for each in near), f'{stem}.{key}: {unit[0]}'
+            lines.setdefault('.'.join(path), line)
+    set_here, order = dict(flat(yaml.safe_load(text))), list(lines)
+    for key, default, description in (each for params_class in FILES[stem] for each in parameters(params_class)):
+        in_file = re.sub(r'\.scan\..*', '.scan', key)
+        assert in_file in lines or f'{stem}.{in_file}' in ELSEWHERE, key
+        if key in lines and lines[key].lstrip().startswith('#') and key not in set_here:
+            assert yaml.safe_load(lines[key].lstrip('# ')) == {key.split('.')[-1]: default}, key
+        unit = re.search(r'\[[^]]+\]$', description)
+        if unit and key in lines:  # there, or at the one before it of the same unit
+            near = order[max(0, order.index(key) - 3) : order.index(key) + 1]
+            assert unit[0] in ' '.join(lines[each] for each in near), f'{stem}.{key}: {unit[0]}'
 
 
 # ---- robots
 
 
-def loaded(given, folder=ROOT, **arguments):
-    return load_robot(str(given), folder, ROOT, arguments)
-
-
-@pytest.mark.parametrize('name', sorted(path.stem for path in (CONFIG / 'robots').glob('*.yaml')))
+@pytest.mark.parametrize('name', ['', *sorted(path.stem for path in (CONFIG / 'robots').glob('*.yaml'))])
 def test_every_robot_of_the_package_is_loaded_by_name(name):
-    robot = loaded(name)
-    params = override(load_robot_config(CONFIG), robot.settings)
+    robot = load_robot(name, ROOT, ROOT, {})
+    params = overridden(robot.settings)
     assert params.encoder.left_joint == params.simulator.left_joint == robot.description.left.joint
     assert params.odometry.base_frame == params.amcl.base_frame_id == robot.description.tree.root
     assert params.navigator.global_costmap.footprint == params.navigator.local_costmap.footprint
     assert params.navigator.DWAPlannerROS.max_vel_x <= params.simulator.drive.max_linear_speed
+    if not name:  # alto, with the parameters of config/
+        nominal = {'wheel_diameter': 0.0, 'wheel_separation': 0.0}  # as in the URDF, or the same numbers
+        params = params._replace(simulator=params.simulator.model_copy(update=nominal))
+        assert (robot.name, params) == ('alto', load_robot_params(CONFIG))
 
 
-def test_without_a_robot_it_is_alto_with_the_parameters_of_config():
-    robot = loaded('')
-    assert robot.name == 'alto'
-    nominal = {'wheel_diameter': 0.0, 'wheel_separation': 0.0}  # as in the URDF, or the same numbers
-    params = override(load_robot_config(CONFIG), robot.settings)
-    params = params._replace(simulator=params.simulator.model_copy(update=nominal))
-    assert params == load_robot_params(CONFIG)
+def robot_file(folder, **settings):
+    (folder / 'robot.yaml').write_text(yaml.safe_dump({'urdf': str(ALTO), 'set': settings}))
+    return load_robot(str(folder / 'robot.yaml'), ROOT, ROOT, {})
 
 
 @pytest.mark.parametrize(
     ('key', 'simulated_m'), [('simulator.wheel_separation', 0.5), ('config.wheel_separation', 0.4)]
 )
 def test_a_robot_file_sets_the_wheels_for_simulation_and_odometry_or_for_odometry_only(tmp_path, key, simulated_m):
-    path = tmp_path / 'robot.yaml'
-    path.write_text(yaml.safe_dump({'urdf': str(ALTO), 'set': {key: 0.5}}))
-    robot = loaded(path)
+    robot = robot_file(tmp_path, **{key: 0.5})
     assert robot.description.wheel_separation_m == pytest.approx(simulated_m)
     assert robot.settings['config.wheel_separation'] == 0.5
 
@@ -163,10 +149,8 @@ def test_a_robot_file_sets_the_wheels_for_simulation_and_odometry_or_for_odometr
     ],
 )
 def test_a_mistake_is_named_with_the_robots_file(tmp_path, settings, expected):
-    path = tmp_path / 'robot.yaml'
-    path.write_text(yaml.safe_dump({'urdf': str(ALTO), 'set': settings}))
     with pytest.raises(ConfigError) as error:
-        loaded(path)
+        robot_file(tmp_path, **settings)
     assert expected in str(error.value) and '\n' not in str(error.value)
 
 
@@ -174,37 +158,33 @@ def test_a_mistake_is_named_with_the_robots_file(tmp_path, settings, expected):
 
 
 def test_odometry_has_the_uncertainty_of_simulated_wheels_unless_a_user_gives_another():
-    odometry = overridden().odometry
+    slip = {f'{ERRORS}.slip_noise': 2.7e-8}
     expected = 0.0, CONTACT_CURVE_NOISE, CONTACT_DISTANCE_STD, 0.0, 0.0
-    assert odometry.uncertainty == dict(zip(UNCERTAINTY_KEYS, expected))
-    assert overridden(**{SLIP: 2.7e-8}).odometry.motion_noise == 2.7e-8
-    given = {SLIP: 2.7e-8, 'config.motion_noise': 1e-5, 'config.curve_noise': 0.0, 'config.distance_std': 0.01}
-    odometry = overridden(**given).odometry
+    assert overridden().odometry.uncertainty == dict(zip(UNCERTAINTY_KEYS, expected))
+    assert overridden(slip).odometry.motion_noise == 2.7e-8
+    given = {'config.motion_noise': 1e-5, 'config.curve_noise': 0.0, 'config.distance_std': 0.01}
+    odometry = overridden({**slip, **given}).odometry
     assert (odometry.motion_noise, odometry.curve_noise, odometry.distance_std) == (1e-5, 0.0, 0.01)
-    errors = {f'simulator.wheel_errors.{side}_radius_error': 1e-4 for side in ('left', 'right')}
-    assert overridden(**errors).odometry.distance_std == pytest.approx(math.hypot(1e-4, CONTACT_DISTANCE_STD))
-
-
-def test_a_robot_file_specifies_nothing_by_zero_and_an_unknown_robot_has_the_usual_noise():
-    assert uncertainty_of_robot({SLIP: 0.0, 'config.wheel_diameter': 0.2}) == {}
-    assert uncertainty_of_robot({SLIP: 1e-7}) == {'motion_noise': 1e-7}
+    radius = {f'{ERRORS}.{side}_radius_error': 1e-4 for side in ('left', 'right')}
+    assert overridden(radius).odometry.distance_std == pytest.approx(math.hypot(1e-4, CONTACT_DISTANCE_STD))
+    # A robot file specifies nothing by zero, and an unknown robot has the usual noise.
+    assert uncertainty_of_robot({f'{ERRORS}.slip_noise': 0.0, 'config.wheel_diameter': 0.2}) == {}
+    assert uncertainty_of_robot(slip) == {'motion_noise': 2.7e-8}
     assert OdometryParams().uncertainty == dict(zip(UNCERTAINTY_KEYS, (USUAL_MOTION_NOISE, 0.0, 0.0, 0.0, 0.0)))
 
 
 def test_radius_separation_slip_and_their_spread_are_separate():
-    uncertainty = wheel_uncertainty(WheelErrorParams(left_radius_error=0.01, right_radius_error=0.03))
-    assert uncertainty['distance_std'] == uncertainty['turn_std'] == pytest.approx(0.02)
-    assert uncertainty['diameter_difference_std'] == pytest.approx(0.02)
-    uncertainty = wheel_uncertainty(WheelErrorParams(wheel_separation_error=0.01))
-    assert (uncertainty['distance_std'], uncertainty['turn_std']) == (0.0, 0.01)
-    assert wheel_uncertainty(WheelErrorParams(left_slip=0.1))['diameter_difference_std'] == pytest.approx(0.1)
-    uncertainty = wheel_uncertainty(WheelErrorParams(radius_spread=0.01, wheel_separation_spread=0.02))
+    def of(**errors):
+        stds = wheel_uncertainty(WheelErrorParams(**errors))
+        return [stds[f'{key}_std'] for key in ('distance', 'turn', 'diameter_difference')]
+
+    assert of(left_radius_error=0.01, right_radius_error=0.03) == pytest.approx([0.02, 0.02, 0.02])
+    assert of(wheel_separation_error=0.01) == pytest.approx([0.0, 0.01, 0.0])
+    assert of(left_slip=0.1)[2] == pytest.approx(0.1)
     left, right = 0.01 * np.random.default_rng(1).standard_normal((2, 4000))
-    separation = 0.02 * np.random.default_rng(2).standard_normal(4000)
-    mean = 0.5 * (left + right)
-    assert uncertainty['distance_std'] == pytest.approx(mean.std(), rel=0.05)
-    assert uncertainty['turn_std'] == pytest.approx((mean - separation).std(), rel=0.05)
-    assert uncertainty['diameter_difference_std'] == pytest.approx((right - left).std(), rel=0.05)
+    separation, mean = 0.02 * np.random.default_rng(2).standard_normal(4000), 0.5 * (left + right)
+    drawn = [mean.std(), (mean - separation).std(), (right - left).std()]
+    assert of(radius_spread=0.01, wheel_separation_spread=0.02) == pytest.approx(drawn, rel=0.05)
 
 
 # ---- how the robot stops
@@ -212,7 +192,7 @@ def test_radius_separation_slip_and_their_spread_are_separate():
 
 def test_a_stop_depends_on_the_encoder_unless_it_latches():
     def line(*pprs, **changes):
-        return stopping_line(overridden(**{STOP: 'precise', **changes}), pprs)
+        return stopping_line(overridden({STOP: 'precise', **changes}), pprs)
 
     coarse, middle, fine = (PerWheel(left=counts, right=counts) for counts in (40, 90, 4096))
     assert line(middle, fine, coarse) == (
@@ -221,7 +201,7 @@ def test_a_stop_depends_on_the_encoder_unless_it_latches():
     )
     assert ' PPR' not in line(middle)
     assert line(PerWheel(left=40, right=4096)) == line(coarse)  # the coarser wheel counts
-    assert 'within about 11 mm' in line(fine, lockstep__command=0.2)
+    assert 'within about 11 mm' in line(fine, **{'lockstep.command': 0.2})
     latch = 'stopping: latch ends anywhere within {} mm and 3.0 degrees of the goal; asked for: 50 mm and 3.0 degrees'
     assert line(coarse, fine, **{STOP: 'latch'}) == latch.format(40)
-    assert stopping_line(as_upstream(overridden(**{STOP: 'precise'})), [coarse]) == latch.format(50)
+    assert stopping_line(as_upstream(overridden({STOP: 'precise'})), [coarse]) == latch.format(50)
