@@ -13,7 +13,6 @@ from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from nav_msgs.srv import SetMap, SetMapRequest, SetMapResponse
 from pydantic import Field
 from std_msgs.msg import Header
-from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 from tf2_msgs.msg import TFMessage
 
 from diff_encoder_sim.base.bounds import PositiveDuration_s, Seed
@@ -26,17 +25,19 @@ from diff_encoder_sim.drives.message_encoders import encode_pose_array
 from diff_encoder_sim.localization.amcl import Amcl, AmclEstimate, warm_up
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.particles import check_covariance, check_pose
-from diff_encoder_sim.ros.conversions import (
-    pose_covariance_from_message,
-    pose_from_message,
-    pose_from_transform,
-    pose_with_covariance_message,
-    stamp_from_ns,
-    transform_message,
-)
+from diff_encoder_sim.ros import conversions
 from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
 from diff_encoder_sim.ros.maps import fetch_map, grid_from_message
-from diff_encoder_sim.ros.node import compile_first, log, node_params, publisher, run_node, subscriber, trial_plan
+from diff_encoder_sim.ros.node import (
+    compile_first,
+    empty_service,
+    log,
+    node_params,
+    publisher,
+    run_node,
+    subscriber,
+    trial_plan,
+)
 from diff_encoder_sim.ros.reconfiguration import serve_amcl
 from diff_encoder_sim.ros.transforms import ScanInput, TransformBuffer
 from diff_encoder_sim.ros.wheel_output import Diagnostics
@@ -65,6 +66,8 @@ class AmclNode:
         self._lock = threading.RLock()  # scans, transforms and services use threads
         self._amcl: Optional[Amcl] = None
         self._guess: Optional[PoseGuess] = None  # received before the map
+        self._to_save: Optional[PoseGuess] = None  # the newest that can be
+        self._saved: Optional[PoseGuess] = None
         self._rng = generator(self._params.seed, 'amcl')
         self._buffer = TransformBuffer(cache_s=30.0)
         self._transforms = publisher('/tf', TFMessage)
@@ -73,12 +76,10 @@ class AmclNode:
         # The simulator waits for this response to each scan; upstream publishes nothing for most scans.
         self._used_scans = publisher('~scan_taken', Header)
         self._diagnostics = Diagnostics('Standard deviation', self._params.diagnostic_period)
-        self._to_save: Optional[PoseGuess] = None  # the newest that can be
-        self._saved: Optional[PoseGuess] = None
         self._begin()
         self._services = [
-            rospy.Service('global_localization', Empty, self._on_global_localization),
-            rospy.Service('request_nomotion_update', Empty, self._on_nomotion_update),
+            empty_service('global_localization', self._on_global_localization),
+            empty_service('request_nomotion_update', self._on_nomotion_update),
             rospy.Service('set_map', SetMap, self._on_set_map),
         ]
         self._initial_poses = subscriber('initialpose', PoseWithCovarianceStamped, self._on_initial_pose)
@@ -94,7 +95,7 @@ class AmclNode:
         if self._params.use_map_topic:
             self._maps = subscriber('map', OccupancyGridMessage, self._on_map)
         else:
-            fetch_map(self._on_first_map)
+            fetch_map(lambda message: self._on_map(message, is_first=True))
         rospy.on_shutdown(self._save)
         self._reconfiguration = serve_amcl(self._params, self._reconfigure)
 
@@ -113,21 +114,14 @@ class AmclNode:
 
     # ---- maps
 
-    def _on_first_map(self, message: OccupancyGridMessage) -> None:
+    def _on_map(self, message: OccupancyGridMessage, is_first: bool = False) -> None:
+        """Use a map of the topic, or the first of the service unless set_map was called before."""
         with self._lock:
-            if self._amcl is None:  # unless set_map was called
-                self._try_map(message)
-
-    def _on_map(self, message: OccupancyGridMessage) -> None:
-        with self._lock:
-            if self._amcl is None or not self._params.first_map_only:
-                self._try_map(message)
-
-    def _try_map(self, message: OccupancyGridMessage) -> None:
-        try:
-            self._use_map(message, self._guess or self._saved)
-        except InputFault as fault:
-            log.warning('map not used: %s', fault)
+            if self._amcl is None or not (is_first or self._params.first_map_only):
+                try:
+                    self._use_map(message, self._guess or self._saved)
+                except InputFault as fault:
+                    log.warning('map not used: %s', fault)
 
     def _use_map(self, message: OccupancyGridMessage, guess: Optional[PoseGuess]) -> None:
         """Start localization on a map at the guess, or by default at the initial_pose_* parameters."""
@@ -137,10 +131,8 @@ class AmclNode:
             log.warning('map: header.frame_id is %r; used as if it were %r (global_frame_id)', frame, expected)
         with self._lock:
             amcl = self._amcl or Amcl(self._params, grid, self._rng)
-            if guess is not None:
-                amcl.set_map(grid, *guess)
-            elif self._amcl is not None:
-                amcl.set_map(grid)
+            if guess is not None or self._amcl is not None:
+                amcl.set_map(grid, *(guess or ()))
             self._amcl, self._guess = amcl, None
             self._begin()
 
@@ -155,41 +147,34 @@ class AmclNode:
             self._begin()
 
     def _localize(self, scan: Scan, odom_pose: Pose2D, laser_pose: Pose2D) -> None:
-        amcl, params, stamp_ns = self._amcl, self._params, scan.stamp_ns
+        amcl, params, stamp_ns, frame = self._amcl, self._params, scan.stamp_ns, self._params.global_frame_id
         if amcl is None:
             return  # the queue delivers no scan before the map
         estimate = amcl.update(odom_pose, scan, laser_pose)
         if amcl.update_count != self._seen_updates:
             self._seen_updates = amcl.update_count
-            self._clouds.publish(encode_pose_array(amcl.particles, stamp_ns, params.global_frame_id))
+            self._clouds.publish(encode_pose_array(amcl.particles, stamp_ns, frame))
         if estimate is not None:
-            self._poses.publish(
-                pose_with_covariance_message(
-                    estimate.base_pose_in_map, estimate.covariance, stamp_ns, params.global_frame_id
-                )
-            )
+            pose = estimate.base_pose_in_map, estimate.covariance
+            self._poses.publish(conversions.pose_with_covariance_message(*pose, stamp_ns, frame))
             diagnosis = spread_diagnosis(estimate, params)
             if diagnosis.warning and not self._was_uncertain:
-                log.warning(
-                    'uncertain pose: %s', ', '.join(f'{key} {value:g}' for key, value in diagnosis.values.items())
-                )
+                values = ', '.join(f'{key} {value:g}' for key, value in diagnosis.values.items())
+                log.warning('uncertain pose: %s', values)
             self._was_uncertain = bool(diagnosis.warning)
         self._warn_of_loss(amcl)
         newest = amcl.last_estimate
         if newest is not None:
             self._diagnostics.publish_when_due(stamp_ns, lambda: spread_diagnosis(newest, params))
             if not amcl.is_lost:
-                self._broadcast(newest.odom_pose_in_map, stamp_ns)
+                if params.tf_broadcast:
+                    # With a future stamp, so that lookups succeed until the next scan.
+                    until_ns = stamp_ns + round(params.transform_tolerance * NANOSECONDS_PER_SECOND)
+                    transform = newest.odom_pose_in_map, until_ns, frame, params.odom_frame_id
+                    self._transforms.publish(TFMessage([conversions.transform_message(*transform)]))
                 self._to_save = newest.odom_pose_in_map.compose(odom_pose), newest.covariance
                 self._save_when_due(stamp_ns)
-        self._used_scans.publish(Header(stamp=stamp_from_ns(stamp_ns)))
-
-    def _broadcast(self, odom_pose_in_map: Pose2D, stamp_ns: int) -> None:
-        """Broadcast map -> odom with a future stamp, so that lookups succeed until the next scan."""
-        if self._params.tf_broadcast:
-            ahead_ns = round(self._params.transform_tolerance * NANOSECONDS_PER_SECOND)
-            frames = self._params.global_frame_id, self._params.odom_frame_id
-            self._transforms.publish(TFMessage([transform_message(odom_pose_in_map, stamp_ns + ahead_ns, *frames)]))
+        self._used_scans.publish(Header(stamp=conversions.stamp_from_ns(stamp_ns)))
 
     def _warn_of_loss(self, amcl: Amcl) -> None:
         fit_percent = 100.0 * (amcl.fit_fraction or 0.0)
@@ -218,19 +203,15 @@ class AmclNode:
         """Write the pose to the initial_* parameters, the start of a restarted node."""
         if self._to_save is None or self._params.save_pose_rate <= 0.0:
             return
-        pose, covariance = self._to_save
-        variances = np.diag(covariance)
-        values = {
-            **dict(zip(('pose_x', 'pose_y', 'pose_a'), pose)),
-            **dict(zip(('cov_xx', 'cov_yy', 'cov_aa'), variances)),
-        }
+        pose, variances = self._to_save[0], np.diag(self._to_save[1])
+        names = ('pose_x', 'pose_y', 'pose_a', 'cov_xx', 'cov_yy', 'cov_aa')
         try:
-            for name, value in values.items():
+            for name, value in zip(names, (*pose, *variances)):
                 rospy.set_param(f'~initial_{name}', float(value))
         except (rospy.ROSException, OSError) as error:
             log.warning('the pose could not be saved in the initial_* parameters: %s', error)
-            return
-        self._saved = pose, np.diag(variances)
+        else:
+            self._saved = pose, np.diag(variances)
 
     # ---- requests
 
@@ -253,34 +234,28 @@ class AmclNode:
         except InputFault as fault:
             log.warning('%s refused: %s', self._initial_poses.resolved_name, fault, extra=EVENT)
 
-    def _on_global_localization(self, _: EmptyRequest) -> EmptyResponse:
+    def _on_global_localization(self) -> None:
         with self._lock:
             if self._amcl is not None:
                 self._amcl.global_localization()
+                self._was_lost = self._amcl.is_lost  # requested: no warning
                 log.info(
                     'global_localization: particles all over the map; drive the robot by hand until localized',
                     extra=EVENT,
                 )
-                self._was_lost = self._amcl.is_lost  # requested: no warning
-        return EmptyResponse()
 
-    def _on_nomotion_update(self, _: EmptyRequest) -> EmptyResponse:
+    def _on_nomotion_update(self) -> None:
         with self._lock:
             if self._amcl is not None:
                 self._amcl.request_nomotion_update()
-        return EmptyResponse()
 
 
 def spread_diagnosis(estimate: AmclEstimate, params: AmclParams) -> Diagnosis:
     """Compare standard deviations with std_warn_level_*; text and keys are those of upstream amcl."""
-    spread = np.sqrt(np.diag(estimate.covariance)).tolist()
-    limits = (params.std_warn_level_x, params.std_warn_level_y, params.std_warn_level_yaw)
-    axes = ('x', 'y', 'yaw')
-    values = {
-        **{f'std_{axis}': value for axis, value in zip(axes, spread)},
-        **{f'std_warn_level_{axis}': value for axis, value in zip(axes, limits)},
-    }
-    return Diagnosis('Too large' if any(map(float.__gt__, spread, limits)) else '', values)
+    spread = dict(zip(('std_x', 'std_y', 'std_yaw'), np.sqrt(np.diag(estimate.covariance)).tolist()))
+    limits = {name: getattr(params, name) for name in ('std_warn_level_x', 'std_warn_level_y', 'std_warn_level_yaw')}
+    is_uncertain = any(map(float.__gt__, spread.values(), limits.values()))
+    return Diagnosis('Too large' if is_uncertain else '', {**spread, **limits})
 
 
 def read_initial_pose(message: PoseWithCovarianceStamped, params: AmclParams, buffer: tf2_ros.BufferCore) -> PoseGuess:
@@ -294,8 +269,8 @@ def read_initial_pose(message: PoseWithCovarianceStamped, params: AmclParams, bu
         log.warning('initial pose: header.frame_id is empty; used as if it were %r', params.global_frame_id)
     elif frame != params.global_frame_id:
         raise InputFault(f'header.frame_id is {frame!r}; expected {params.global_frame_id!r}')
-    pose = pose_from_message(message.pose.pose)
-    covariance = pose_covariance_from_message(message.pose.covariance)
+    pose = conversions.pose_from_message(message.pose.pose)
+    covariance = conversions.pose_covariance_from_message(message.pose.covariance)
     check_pose(pose, 'initial pose')
     check_covariance(covariance)
     stamp, frames = message.header.stamp, (params.odom_frame_id, params.base_frame_id)
@@ -303,8 +278,8 @@ def read_initial_pose(message: PoseWithCovarianceStamped, params: AmclParams, bu
     try:
         now = buffer.lookup_transform(*frames, rospy.Time(0))
         if not stamp.is_zero() and stamp < now.header.stamp:
-            then = buffer.lookup_transform(*frames, stamp)
-            moved = pose_from_transform(now).relative_to(pose_from_transform(then))
+            then = conversions.pose_from_transform(buffer.lookup_transform(*frames, stamp))
+            moved = conversions.pose_from_transform(now).relative_to(then)
     except tf2_ros.TransformException as error:
         if not stamp.is_zero():  # zero means now
             log.warning('initial pose: not corrected for the motion since its stamp: %s', error)
@@ -316,12 +291,8 @@ def _trial_defaults() -> Dict[str, Any]:
     if plan is None:
         return {}
     start = plan.trial.test.start
-    return {
-        'initial_pose_x': start.x,
-        'initial_pose_y': start.y,
-        'initial_pose_a': start.yaw,
-        'seed': plan.trial.number,
-    }
+    pose = {'initial_pose_x': start.x, 'initial_pose_y': start.y, 'initial_pose_a': start.yaw}
+    return {**pose, 'seed': plan.trial.number}
 
 
 def main() -> None:

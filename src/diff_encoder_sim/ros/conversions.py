@@ -142,18 +142,16 @@ def world_markers(world: World, frame: str) -> MarkerArray:
 
     markers = []
     for index, solid in enumerate(world.solids):
-        marker = Marker(ns='world', id=index, action=Marker.ADD, color=WALL_COLOUR)
-        marker.header.frame_id = frame
-        shape = solid.shape
+        shape, kind = solid.shape, None
         if isinstance(shape, Box):
-            marker.type, marker.scale = Marker.CUBE, Vector3(*shape.size_xyz_m)
+            kind, scale = Marker.CUBE, shape.size_xyz_m
         elif isinstance(shape, Cylinder):
-            diameter_m = 2.0 * shape.radius_m
-            marker.type, marker.scale = Marker.CYLINDER, Vector3(diameter_m, diameter_m, shape.length_m)
+            kind, scale = Marker.CYLINDER, (2.0 * shape.radius_m, 2.0 * shape.radius_m, shape.length_m)
         elif isinstance(shape, Sphere):
-            marker.type, marker.scale = Marker.SPHERE, Vector3(*[2.0 * shape.radius_m] * 3)
-        else:  # the floor
-            continue
-        marker.pose = matrix_pose_message(solid.pose_in_world)
-        markers.append(marker)
+            kind, scale = Marker.SPHERE, (2.0 * shape.radius_m,) * 3
+        if kind is not None:  # else the floor
+            pose, size = matrix_pose_message(solid.pose_in_world), Vector3(*scale)
+            marker = Marker(ns='world', id=index, type=kind, pose=pose, scale=size, color=WALL_COLOUR)
+            marker.header.frame_id = frame
+            markers.append(marker)
     return MarkerArray(markers)

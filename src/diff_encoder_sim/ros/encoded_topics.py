@@ -48,7 +48,7 @@ def encoded_class(message_class: Type[genpy.Message]) -> Type[EncodedMessage]:
 
 
 class EncodedPublisher:
-    """Publishes encoded messages."""
+    """Publishes encoded messages; arguments as of `publisher`."""
 
     def __init__(
         self,
@@ -65,18 +65,6 @@ class EncodedPublisher:
         self._publisher.publish(self._class(content))
 
 
-def encoded_stamped_subscriber(
-    topic: str, message_class: Type[genpy.Message], callback: Callable[[bytes], None]
-) -> rospy.Subscriber:
-    """Subscribe like `stamped_subscriber`; the callback receives the bytes of each message."""
-    return _checked_subscriber(
-        topic,
-        encoded_class(message_class),
-        lambda message: encoded_stamp_ns(message.content),
-        lambda message: callback(message.content),
-    )
-
-
 def stamped_subscriber(
     topic: str, message_class: Type[genpy.Message], callback: Callable[[Any], None], most_ahead_s: float = MOST_AHEAD_S
 ) -> rospy.Subscriber:
@@ -85,23 +73,13 @@ def stamped_subscriber(
     A message is dropped with a warning if its stamp is more than `most_ahead_s` ahead of the clock, or if the callback
     raises an InputFault.
     """
-    return _checked_subscriber(
-        topic, message_class, lambda message: ns_from_stamp(message.header.stamp), callback, most_ahead_s
-    )
-
-
-def _checked_subscriber(
-    topic: str,
-    message_class: Type[genpy.Message],
-    stamp_of: Callable[[Any], int],
-    callback: Callable[[Any], None],
-    most_ahead_s: float = MOST_AHEAD_S,
-) -> rospy.Subscriber:
     resolved_name = rospy.resolve_name(topic)
 
     def on_message(message: Any) -> None:
         try:
-            check_stamp(stamp_of(message), ns_from_stamp(rospy.Time.now()), most_ahead_s)
+            is_encoded = isinstance(message, EncodedMessage)
+            stamp_ns = encoded_stamp_ns(message.content) if is_encoded else ns_from_stamp(message.header.stamp)
+            check_stamp(stamp_ns, ns_from_stamp(rospy.Time.now()), most_ahead_s)
             callback(message)
         except InputFault as fault:
             log.warning('%s: %s; message dropped', resolved_name, fault)
@@ -109,33 +87,30 @@ def _checked_subscriber(
     return subscriber(topic, message_class, on_message)
 
 
+def encoded_stamped_subscriber(
+    topic: str, message_class: Type[genpy.Message], callback: Callable[[bytes], None]
+) -> rospy.Subscriber:
+    """Subscribe like `stamped_subscriber`; the callback receives the bytes of each message."""
+    return stamped_subscriber(topic, encoded_class(message_class), lambda message: callback(message.content))
+
+
 def pose_subscriber(topic: str, callback: Callable[[int, Pose2D], None]) -> rospy.Subscriber:
     """Call back with (stamp_ns, pose in the message's frame); an invalid pose is dropped with a warning."""
     decoder = PoseDecoder(POSE_STAMPED_TYPE)
-
-    def on_pose(content: bytes) -> None:
-        stamped = decoder.decode(content)
-        callback(stamped.stamp_ns, stamped.pose)
-
-    return encoded_stamped_subscriber(topic, PoseStamped, on_pose)
+    return encoded_stamped_subscriber(topic, PoseStamped, lambda content: callback(*decoder.decode(content)[:2]))
 
 
 class DisplayTopic:
     """Topic for displays, which drops messages instead of waiting.
 
-    Args:
-        topic: name of the topic.
-        message_class: type of the messages.
-        queue_size: messages that wait for a slow display; newer ones replace the oldest.
+    `queue_size` messages wait for a slow display; newer ones replace the oldest.
     """
 
     def __init__(self, topic: str, message_class: Type[genpy.Message], queue_size: int = 1) -> None:
-        self._newcomers = _Newcomers()
-        self._publisher = rospy.Publisher(
-            topic, message_class, subscriber_listener=self._newcomers, queue_size=queue_size
-        )
+        self._publisher = rospy.Publisher(topic, message_class, queue_size=queue_size)
         self.publish = self._publisher.publish
         self._due_ns: Optional[int] = None  # last due time
+        self._known = 0  # subscribers at the last `has_newcomers`
 
     @property
     def has_subscribers(self) -> bool:
@@ -150,14 +125,7 @@ class DisplayTopic:
         self._due_ns = now_ns
         return True
 
-    def take_newcomers(self) -> bool:
-        """Return whether a node has subscribed since the last call."""
-        are_there, self._newcomers.are_there = self._newcomers.are_there, False
-        return are_there
-
-
-class _Newcomers(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no types
-    are_there = False
-
-    def peer_subscribe(self, *_: object) -> None:
-        self.are_there = True  # called in a separate thread
+    def has_newcomers(self) -> bool:
+        """Return whether there are more subscribers than at the last call."""
+        before, self._known = self._known, self._publisher.get_num_connections()
+        return self._known > before

@@ -11,12 +11,11 @@ from diff_encoder_sim.drives.message_encoders import encode_encoder_pulse, encod
 from diff_encoder_sim.drives.topics import JOINT_STATE_TYPE
 from diff_encoder_sim.msg import EncoderPulse
 from diff_encoder_sim.ros.encoded_topics import EncodedPublisher, encoded_stamped_subscriber
-from diff_encoder_sim.ros.node import log, node_params, run_node, subscriber
+from diff_encoder_sim.ros.node import node_params, run_node, subscriber
 from diff_encoder_sim.ros.wheel_output import Diagnostics
 from diff_encoder_sim.wheels.diagnostics import EncoderDiagnosis
 from diff_encoder_sim.wheels.odometry import wheel_speeds_mps
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.report_link import EncoderSample
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
 
 
@@ -44,19 +43,15 @@ class EncoderNode:
     def _on_joint_states(self, content: bytes) -> None:
         try:
             samples = self._encoder.update(*self._decoder.decode(content))
-        except InputFault as fault:
+        except InputFault:
             self._diagnosis.take_fault()
-            log.warning('%s: %s; message dropped', self._joint_states.resolved_name, fault)
-            return
+            raise
         for sample in samples:
-            self._publish(sample)
-
-    def _publish(self, sample: EncoderSample) -> None:
-        if sample.wheel_rates_radps is not None:
-            self._speeds.publish(encode_wheel_speeds(sample.stamp_ns, sample.wheel_rates_radps, self._joints))
-        self._pulses.publish(encode_encoder_pulse(sample, self._joints))
-        self._diagnosis.take_report(sample)
-        self._diagnostics.publish_when_due(sample.stamp_ns, self._diagnosis.diagnose)
+            if sample.wheel_rates_radps is not None:
+                self._speeds.publish(encode_wheel_speeds(sample.stamp_ns, sample.wheel_rates_radps, self._joints))
+            self._pulses.publish(encode_encoder_pulse(sample, self._joints))
+            self._diagnosis.take_report(sample)
+            self._diagnostics.publish_when_due(sample.stamp_ns, self._diagnosis.diagnose)
 
 
 def main() -> None:

@@ -85,7 +85,6 @@ def _become_gazebo(words: List[str]) -> None:
 
 SET_MODEL_STATE = '/gazebo/set_model_state'
 
-
 PLACE_ROBOT = """\
 place_robot: move the robot to another pose in the running simulation, at rest, by /gazebo/set_model_state.
 
@@ -95,8 +94,8 @@ Odometry does not change: this is the kidnapped-robot problem for localization."
 def parse_place_robot() -> argparse.Namespace:
     """Read the command line."""
     parser = tool_parser('place_robot', PLACE_ROBOT, ['-5.0 0.5 1.57'])
-    parser.add_argument('x', type=number_within(PLACES), help='position of base_link in the world, in metres')
-    parser.add_argument('y', type=number_within(PLACES), help='position of base_link in the world, in metres')
+    for name in ('x', 'y'):
+        parser.add_argument(name, type=number_within(PLACES), help='position of base_link in the world, in metres')
     parser.add_argument(
         'yaw', type=number_within(ANGLES), help='heading, counter-clockwise from the x axis, in radians'
     )

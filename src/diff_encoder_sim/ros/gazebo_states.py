@@ -38,7 +38,7 @@ from diff_encoder_sim.ros.node import (
 from diff_encoder_sim.simulation.state import STATES_RATE_HZ, PlanarVelocity
 from diff_encoder_sim.wheels.sampling import BoundarySampler
 
-__all__ = ['STATES_PERIOD_HEADER', 'GetModelState', 'ModelStates', 'SetModelState', 'built_service']
+__all__ = ['STATES_PERIOD_HEADER', 'GetModelState', 'ModelStates', 'SetModelState']
 
 # Connection header field with the period of /gazebo/model_states of simulator_node [ns].
 STATES_PERIOD_HEADER = 'states_period_ns'

@@ -1,17 +1,11 @@
-"""Connections and health of nodes: a trial starts when every subscriber is connected to its publishers."""
+"""Connections of nodes: a trial starts when every subscriber is connected to its publishers."""
 
 from __future__ import annotations
 
-import contextlib
 import os
-import socket
 import sys
-import threading
 import time
-import xmlrpc.client
-from http.client import HTTPConnection, HTTPException
-from typing import Any, Dict, Iterable, List, Optional, Sequence, Set, Tuple
-from xmlrpc.client import ServerProxy, Transport
+from typing import Dict, Iterable, List, Sequence, Set, Tuple
 
 import rosgraph
 import roslib.packages
@@ -21,7 +15,6 @@ import rospy
 from diff_encoder_sim.base.errors import ConfigError
 
 POLL_PERIOD_S = 0.1
-NODE_LIMIT_S = 5.0  # wall time for the response of a node
 
 
 def unconnected(topics: Iterable[str], if_published: Iterable[str] = ()) -> List[str]:
@@ -30,22 +23,25 @@ def unconnected(topics: Iterable[str], if_published: Iterable[str] = ()) -> List
     Topics of `if_published` need no publisher.
     """
     master = rosgraph.Master(rospy.get_name())
-    publishers, subscribers, _ = master.getSystemState()
-    publishers_of, subscribers_of = dict(publishers), dict(subscribers)
+    publishers, subscribers = map(dict, master.getSystemState()[:2])
     links: Dict[str, Set[Tuple[str, str]]] = {}
     missing = []
-    for topic in (*topics, *(topic for topic in if_published if topic in publishers_of)):
-        for node in publishers_of.get(topic, []):
+    for topic in (*topics, *(topic for topic in if_published if topic in publishers)):
+        nodes = publishers.get(topic, [])
+        for node in nodes:
             if node not in links:
-                links[node] = _links_of(node, master.lookupNode(node))
-        subscribed = set(subscribers_of.get(topic, []))
-        connected = [
-            {subscriber for link_topic, subscriber in links[node] if link_topic == topic}
-            for node in publishers_of.get(topic, [])
-        ]
-        if not connected or any(subscribed - nodes for nodes in connected):
+                links[node] = _links_of(master.lookupNode(node))
+        wanted = {(topic, subscriber) for subscriber in subscribers.get(topic, [])}
+        if not nodes or any(wanted - links[node] for node in nodes):
             missing.append(topic)
     return missing
+
+
+def _links_of(node_uri: str) -> Set[Tuple[str, str]]:
+    """Return (topic, subscribing node) of each connection of a node's publishers."""
+    # [code, text, connections of id, destination, direction, transport, topic, connected, ...]
+    connections = rospy.core.xmlrpcapi(node_uri).getBusInfo(rospy.get_name())[2]
+    return {(connection[4], connection[1]) for connection in connections if connection[2] == 'o' and connection[5]}
 
 
 def wait_until_connected(topics: Iterable[str], if_published: Iterable[str], timeout_s: float) -> List[str]:
@@ -59,70 +55,6 @@ def wait_until_connected(topics: Iterable[str], if_published: Iterable[str], tim
         if not missing or time.monotonic() > deadline_s or rospy.is_shutdown():
             return missing
         time.sleep(POLL_PERIOD_S)
-
-
-def _links_of(node: str, node_uri: str) -> Set[Tuple[str, str]]:
-    """Return (topic, subscribing node) of each connection of a node's publishers."""
-    try:
-        # XML-RPC has no types: [code, text, list of connections].
-        response: Any = _node_api(node_uri, NODE_LIMIT_S).getBusInfo(rospy.get_name())
-    except OSError as error:
-        raise OSError(f'{node}: {error}') from None
-    # id, destination, direction, transport, topic, connected, ...
-    return {(connection[4], connection[1]) for connection in response[2] if connection[2] == 'o' and connection[5]}
-
-
-def _node_api(node_uri: str, limit_s: float) -> ServerProxy:
-    """Return the XML-RPC interface of a node; calls raise socket.timeout after `limit_s`."""
-    transport = Transport()
-    make_connection = transport.make_connection
-
-    def make_limited_connection(host: Any) -> HTTPConnection:
-        connection = make_connection(host)
-        connection.timeout = limit_s
-        return connection
-
-    transport.make_connection = make_limited_connection  # type: ignore[method-assign]
-    return ServerProxy(node_uri, transport=transport)
-
-
-class NodeWatch:
-    """Polls the process id of nodes; a node fails if it does not respond within a limit.
-
-    A node that has died is not reported here, but by roslaunch.
-    """
-
-    def __init__(self, limit_s: float) -> None:
-        """Set the limit `limit_s` in wall time."""
-        self._limit_s = limit_s
-        self._uris: Dict[str, str] = {}
-        self.failure: Optional[str] = None  # the node that does not respond
-
-    def start(self, topics: Iterable[str], other_nodes: Iterable[str] = ()) -> None:
-        """Watch the nodes that publish these topics now, and others if they run, from a thread."""
-        master = rosgraph.Master(rospy.get_name())
-        publishers = dict(master.getSystemState()[0])
-        nodes = {node for topic in topics for node in publishers.get(topic, [])} - {rospy.get_name()}
-        for node in sorted(nodes.union(other_nodes)):
-            with contextlib.suppress(rosgraph.MasterException):
-                self._uris[node] = master.lookupNode(node)
-        threading.Thread(target=self._watch, daemon=True).start()
-
-    def check(self) -> None:
-        """Request once from every node; sets `failure` if one does not respond."""
-        for node, uri in self._uris.items():
-            try:
-                _node_api(uri, self._limit_s).getPid(rospy.get_name())
-            except socket.timeout:
-                self.failure = f'no response from {node} for {self._limit_s:g} s'
-                return
-            except (OSError, HTTPException, xmlrpc.client.Error):
-                continue  # it has died
-
-    def _watch(self) -> None:
-        while not rospy.is_shutdown() and self.failure is None:
-            self.check()
-            time.sleep(self._limit_s / 10)
 
 
 def become(package: str, executable: str, arguments: Sequence[str], install_hint: str) -> None:

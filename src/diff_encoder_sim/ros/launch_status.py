@@ -24,7 +24,7 @@ class LaunchStatus:
     """Report of the trial: roslaunch fails unless `succeed` is called."""
 
     def __init__(self) -> None:
-        """Start the watcher, if this process was started by roslaunch."""
+        """Start the watcher, if roslaunch started this process."""
         self._watcher: Optional[subprocess.Popen[bytes]] = None
         roslaunch_pid = os.getppid()
         if is_roslaunch(roslaunch_pid):

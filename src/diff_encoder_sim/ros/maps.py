@@ -16,7 +16,7 @@ import numpy as np
 import rospy
 from nav_msgs.msg import MapMetaData
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
-from nav_msgs.srv import GetMap, GetMapRequest, GetMapResponse, LoadMap, LoadMapRequest, LoadMapResponse
+from nav_msgs.srv import GetMap, GetMapResponse, LoadMap, LoadMapRequest, LoadMapResponse
 from pydantic import Field
 
 from diff_encoder_sim.base.bounds import PERCENT
@@ -94,11 +94,20 @@ def fetch_map(use_map: Callable[[OccupancyGridMessage], None]) -> None:
     threading.Thread(target=fetch, daemon=True).start()
 
 
+def _checked_grid(message: OccupancyGridMessage, source: str) -> OccupancyGrid:
+    try:
+        return grid_from_message(message)
+    except InputFault as fault:
+        raise ConfigError(f'{source}: {fault}') from None
+
+
 class MapKeeper:
-    """Keeps the latest /map, and requests the current one from dynamic_map to save it."""
+    """Keeps the latest /map, and requests the current one from dynamic_map to save it.
+
+    `stem` is the path of the map files without suffix.
+    """
 
     def __init__(self, stem: str) -> None:
-        """Subscribe to the map; `stem` is the path of the map files without suffix."""
         self._stem = Path(stem)
         self._newest: Optional[OccupancyGridMessage] = None
         self._is_saved = False
@@ -129,13 +138,6 @@ class MapKeeper:
         log.info('map saved: %s', path, extra=EVENT)
 
 
-def _checked_grid(message: OccupancyGridMessage, source: str) -> OccupancyGrid:
-    try:
-        return grid_from_message(message)
-    except InputFault as fault:
-        raise ConfigError(f'{source}: {fault}') from None
-
-
 class MapServerParams(Params):
     """Parameters of map_server_node."""
 
@@ -151,7 +153,7 @@ class MapServerNode:
         self._maps = publisher('map', OccupancyGridMessage, latch=True)
         self._metadata = publisher('map_metadata', MapMetaData, latch=True)
         self._services = [
-            rospy.Service('static_map', GetMap, self._on_get),
+            rospy.Service('static_map', GetMap, lambda _: GetMapResponse(map=self._message)),
             rospy.Service('change_map', LoadMap, self._on_change),
         ]
         self._publish()
@@ -162,9 +164,6 @@ class MapServerNode:
     def _publish(self) -> None:
         self._maps.publish(self._message)
         self._metadata.publish(self._message.info)
-
-    def _on_get(self, _: GetMapRequest) -> GetMapResponse:
-        return GetMapResponse(map=self._message)
 
     def _on_change(self, request: LoadMapRequest) -> LoadMapResponse:
         """Respond as upstream; after an error the previous map is kept."""
@@ -232,19 +231,16 @@ def _run_saver() -> None:
 
 
 def _save_next_map(stem: Path, params: MapSaverParams) -> None:
-    topic = rospy.resolve_name('map')
-    grid = _checked_grid(_next_map(topic), topic)
-    path = save_map(grid, stem, params).resolve()
-    size = grid.width, grid.height, grid.resolution_m
-    log.info('%s: map of %d x %d cells of %g m saved: %s', topic, *size, path, extra=EVENT)
-
-
-def _next_map(topic: str) -> OccupancyGridMessage:
-    """Wait without a timeout, as upstream, with repeated warnings."""
-    while True:
+    """Wait without a timeout, as upstream, with repeated warnings, and save the map."""
+    topic, message = rospy.resolve_name('map'), None
+    while message is None:
         try:
-            return rospy.wait_for_message(topic, OccupancyGridMessage, timeout=10.0)
+            message = rospy.wait_for_message(topic, OccupancyGridMessage, timeout=5.0)
         except rospy.ROSInterruptException:
             raise
         except rospy.ROSException:
             log.warning('%s: no map has been published yet: waiting for one', topic)
+    grid = _checked_grid(message, topic)
+    path = save_map(grid, stem, params).resolve()
+    size = grid.width, grid.height, grid.resolution_m
+    log.info('%s: map of %d x %d cells of %g m saved: %s', topic, *size, path, extra=EVENT)

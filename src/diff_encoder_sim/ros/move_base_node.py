@@ -7,23 +7,15 @@ import time
 from typing import Optional, Tuple
 
 import actionlib
+import move_base_msgs.msg as action
 import numpy as np
 import rospy
 import tf2_ros
 from geometry_msgs.msg import PoseStamped, TransformStamped, Twist, Vector3
-from move_base_msgs.msg import (
-    MoveBaseAction,
-    MoveBaseActionGoal,
-    MoveBaseFeedback,
-    MoveBaseGoal,
-    MoveBaseResult,
-    RecoveryStatus,
-)
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from nav_msgs.msg import Odometry
 from nav_msgs.srv import GetPlan, GetPlanRequest, GetPlanResponse
 from sensor_msgs.msg import LaserScan
-from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 
 from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.base.se2 import Pose2D
@@ -41,18 +33,21 @@ from diff_encoder_sim.navigation.navigator_inputs import (
     OdometrySample,
 )
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
-from diff_encoder_sim.ros.conversions import (
-    ns_from_stamp,
-    pose_from_message,
-    pose_from_transform,
-    pose_stamped_message,
-    scan_from_message,
-    twist_std_from_message,
-)
+from diff_encoder_sim.ros import conversions
+from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, pose_stamped_message
 from diff_encoder_sim.ros.encoded_topics import stamped_subscriber
 from diff_encoder_sim.ros.maps import fetch_map, grid_from_message
 from diff_encoder_sim.ros.navigation_views import NavigationViews, path_message
-from diff_encoder_sim.ros.node import compile_first, log, look_at_clock, node_params, publisher, run_node, subscriber
+from diff_encoder_sim.ros.node import (
+    compile_first,
+    empty_service,
+    log,
+    look_at_clock,
+    node_params,
+    publisher,
+    run_node,
+    subscriber,
+)
 from diff_encoder_sim.ros.reconfiguration import serve_navigation
 from diff_encoder_sim.ros.transforms import TransformBuffer, scanner_mount
 
@@ -85,7 +80,7 @@ class NavigationTransforms:
             # From before a reset of time: tf2 would keep it, and reject newer ones as too old.
             self._buffer.clear()
             return None
-        return stamp_ns, pose_from_transform(transform)
+        return stamp_ns, conversions.pose_from_transform(transform)
 
     def pose_in_map(self, message: PoseStamped) -> Pose2D:
         """Transform a goal or a start to the map frame by the latest transform.
@@ -93,14 +88,14 @@ class NavigationTransforms:
         Raises:
             InputFault: the pose is not upright, or there is no transform from its frame.
         """
-        pose = pose_from_message(message.pose)
-        rotation = message.pose.orientation
+        pose, rotation = pose_from_message(message.pose), message.pose.orientation
         leaning = rotation.x**2 + rotation.y**2
         if 2.0 * leaning > MOST_TILT * (leaning + rotation.z**2 + rotation.w**2):
             raise InputFault('the z axis of the pose is not upright')
         if message.header.frame_id.lstrip('/') == self.map_frame:
             return pose  # also without a transform to the map
-        return pose_from_transform(self.lookup(self.map_frame, message.header.frame_id)).compose(pose)
+        transform = self.lookup(self.map_frame, message.header.frame_id)
+        return conversions.pose_from_transform(transform).compose(pose)
 
     def lookup(self, parent: str, child: str) -> TransformStamped:
         """Look up the latest transform between two frames.
@@ -125,16 +120,15 @@ class GoalServer:
     def __init__(self, transforms: NavigationTransforms) -> None:
         self._transforms = transforms
         self._current_goals = publisher('~current_goal', PoseStamped)
-        self._goals = publisher('~goal', MoveBaseActionGoal)
-        self._recoveries = publisher('~recovery_status', RecoveryStatus)
-        self._server = actionlib.SimpleActionServer(rospy.get_name(), MoveBaseAction, auto_start=False)
+        self._goals = publisher('~goal', action.MoveBaseActionGoal)
+        self._recoveries = publisher('~recovery_status', action.RecoveryStatus)
+        self._server = actionlib.SimpleActionServer(rospy.get_name(), action.MoveBaseAction, auto_start=False)
         self._server.start()
         # The `~status` timer of actionlib raises an exception if time goes back.
         server = self._server.action_server
         server.status_timer.shutdown()
-        server.status_timer = rospy.Timer(
-            rospy.Duration(1.0 / server.status_frequency), server.publish_status_async, reset=True
-        )
+        period = rospy.Duration(1.0 / server.status_frequency)
+        server.status_timer = rospy.Timer(period, server.publish_status_async, reset=True)
         self._simple_goals = subscriber('move_base_simple/goal', PoseStamped, self._on_simple_goal)
 
     @property
@@ -153,14 +147,14 @@ class GoalServer:
             navigator.cancel()
 
     def _accept_goal(self, navigator: Navigator, now_ns: int) -> None:
-        goal: MoveBaseGoal = self._server.accept_new_goal()
+        goal: action.MoveBaseGoal = self._server.accept_new_goal()
         try:
             pose_in_map = self._transforms.pose_in_map(goal.target_pose)
         except InputFault as fault:
             # The action server has already ended the previous goal.
             navigator.cancel('replaced by a goal that was refused')
             log.warning('goal refused: %s', fault, extra=EVENT)
-            self._server.set_aborted(MoveBaseResult(), str(fault))
+            self._server.set_aborted(text=str(fault))
             return
         navigator.set_goal(pose_in_map)
         self._current_goals.publish(pose_stamped_message(pose_in_map, now_ns, self._transforms.map_frame))
@@ -172,25 +166,25 @@ class GoalServer:
         self._server.current_goal.get_goal_status().text = output.text
         if navigator.has_pose:
             pose = pose_stamped_message(navigator.base_pose_in_map, now_ns, self._transforms.map_frame)
-            self._server.publish_feedback(MoveBaseFeedback(base_position=pose))
+            self._server.publish_feedback(action.MoveBaseFeedback(base_position=pose))
             if output.started_recovery is not None:
                 name, number, total = output.started_recovery
-                self._recoveries.publish(RecoveryStatus(pose, number, total, name))
+                self._recoveries.publish(action.RecoveryStatus(pose, number, total, name))
 
     def end(self, status: GoalStatus, text: str) -> None:
         """Publish the result of the goal, unless it has one."""
         if not self._server.is_active():
             return
         if status is GoalStatus.SUCCEEDED:
-            self._server.set_succeeded(MoveBaseResult(), text)
+            self._server.set_succeeded(text=text)
         elif status is GoalStatus.PREEMPTED:
-            self._server.set_preempted(MoveBaseResult(), text)
+            self._server.set_preempted(text=text)
         else:
             log.warning('goal aborted: %s', text, extra=EVENT)
-            self._server.set_aborted(MoveBaseResult(), text)
+            self._server.set_aborted(text=text)
 
     def _on_simple_goal(self, message: PoseStamped) -> None:
-        self._goals.publish(MoveBaseActionGoal(goal=MoveBaseGoal(target_pose=message)))
+        self._goals.publish(action.MoveBaseActionGoal(goal=action.MoveBaseGoal(target_pose=message)))
 
 
 class MoveBaseNode:
@@ -211,7 +205,7 @@ class MoveBaseNode:
         self._services = [
             rospy.Service('~make_plan', GetPlan, self._on_make_plan),
             rospy.Service('~NavfnROS/make_plan', GetPlan, self._on_make_plan),
-            rospy.Service('~clear_costmaps', Empty, self._on_clear_costmaps),
+            empty_service('~clear_costmaps', self._on_clear_costmaps),
         ]
         self._scans = stamped_subscriber('scan', LaserScan, self._on_scan)
         self._odometry = stamped_subscriber('odom', Odometry, self._on_odometry)
@@ -244,7 +238,8 @@ class MoveBaseNode:
                 return
             try:
                 mount = scanner_mount(self._transforms.lookup(self._transforms.base_frame, message.header.frame_id))
-                self._navigator.take_scan(mount.level(scan_from_message(message)), mount.laser_pose_in_base)
+                scan = mount.level(conversions.scan_from_message(message))
+                self._navigator.take_scan(scan, mount.laser_pose_in_base)
             except InputFault as fault:
                 if not is_first:
                     raise
@@ -264,7 +259,7 @@ class MoveBaseNode:
                 raise InputFault(f'header.frame_id is {frame!r}; expected {expected!r} (local_costmap/global_frame)')
             twist = message.twist.twist
             motion = pose_from_message(message.pose.pose), twist.linear.x, twist.angular.z
-            navigator.take_odometry(OdometrySample(now_ns, *motion, *twist_std_from_message(message)))
+            navigator.take_odometry(OdometrySample(now_ns, *motion, *conversions.twist_std_from_message(message)))
             self._odometry_ns, self._odometry_at_s = now_ns, time.monotonic()
             if not self._control_rate.is_due(now_ns):
                 return
@@ -285,10 +280,9 @@ class MoveBaseNode:
             log.warning('/tf: transform map -> odom: %s; not used', fault)
         self._poll_goals(navigator, now_ns)
         age_s = self._odometry_age_s()
-        if age_s > self._params.input_timeout:
-            self._apply(navigator, now_ns, self._wait(navigator, f'arrived {age_s:.1f} s late'))
-        else:
-            self._apply(navigator, now_ns, navigator.step(now_ns))
+        is_late = age_s > self._params.input_timeout
+        output = self._wait(navigator, f'arrived {age_s:.1f} s late') if is_late else navigator.step(now_ns)
+        self._apply(navigator, now_ns, output)
 
     def _on_watchdog(self, _: rospy.timer.TimerEvent) -> None:
         """Stop the robot, and poll goals and cancels, without /odom."""
@@ -355,11 +349,10 @@ class MoveBaseNode:
                 poses = np.empty((0, 3))
         return GetPlanResponse(plan=path_message(poses, ns_from_stamp(rospy.Time.now()), self._transforms.map_frame))
 
-    def _on_clear_costmaps(self, _: EmptyRequest) -> EmptyResponse:
+    def _on_clear_costmaps(self) -> None:
         with self._lock:
             if self._navigator is not None:
                 self._navigator.clear_costmaps()
-        return EmptyResponse()
 
 
 def main() -> None:

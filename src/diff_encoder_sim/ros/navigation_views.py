@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Optional, Sequence, Tuple
+from typing import Any, Optional, Sequence
 
 import numpy as np
 from geometry_msgs.msg import Point32, PolygonStamped
@@ -16,7 +16,6 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
-from diff_encoder_sim.navigation.costmap_params import Footprint
 from diff_encoder_sim.navigation.dwa import COST_FIELDS, TRAJECTORY_FIELDS, cost_cloud, trajectory_cloud
 from diff_encoder_sim.navigation.dwa_kernels import ScoringTask
 from diff_encoder_sim.navigation.navigator import Navigator
@@ -24,7 +23,13 @@ from diff_encoder_sim.ros.conversions import pose_stamped_message, stamp_from_ns
 from diff_encoder_sim.ros.encoded_topics import DisplayTopic
 from diff_encoder_sim.ros.maps import map_message
 
-PLANS_PERIOD_NS = 200_000_000
+PERIOD_NS = 200_000_000  # of plans, footprints and clouds
+
+# Queue of updates of a costmap: a lost update would leave the display wrong.
+WAITING_UPDATES = 20
+
+# Costs 0 to 255 as costmap_2d publishes them: 1 to 98 for inflation, 99 inscribed, 100 lethal.
+_OCCUPANCY_OF_COST = np.concatenate([[0], np.linspace(1, 98, 252).astype(np.int64), [99, 100, -1]]).astype(np.int8)
 
 
 class NavigationViews:
@@ -41,47 +46,35 @@ class NavigationViews:
 
     def show(self, navigator: Navigator, now_ns: int) -> None:
         """Publish the topics whose period has elapsed."""
-        plans = (
+        for topic, frame, poses in (
             (self._global_plans, self._map_frame, navigator.run.global_plan_in_map),
             (self._plans_in_sight, self._odom_frame, navigator.visible_plan_in_odom),
             (self._local_plans, self._odom_frame, navigator.run.local_plan_in_odom),
-        )
-        for topic, frame, poses in plans:
-            if topic.is_due(PLANS_PERIOD_NS, now_ns):
+        ):
+            if topic.is_due(PERIOD_NS, now_ns):
                 topic.publish(path_message(poses, now_ns, frame))
-        base_poses: Tuple[Optional[Pose2D], Optional[Pose2D]] = (None, None)
-        if navigator.has_pose:
-            base_poses = navigator.base_pose_in_map, navigator.odometry.base_pose_in_odom
-        self._global_costmap.show(navigator.global_costmap, base_poses[0], now_ns)
-        self._local_costmap.show(navigator.local_costmap, base_poses[1], now_ns)
+        has_pose = navigator.has_pose
+        self._global_costmap.show(navigator.global_costmap, navigator.base_pose_in_map if has_pose else None, now_ns)
+        base_pose_in_odom = navigator.odometry.base_pose_in_odom if has_pose else None
+        self._local_costmap.show(navigator.local_costmap, base_pose_in_odom, now_ns)
         self._dwa.show(navigator, now_ns)
+
+
+def _with_header(message: Any, stamp_ns: int, frame: str) -> Any:
+    message.header.stamp, message.header.frame_id = stamp_from_ns(stamp_ns), frame
+    return message
 
 
 def path_message(poses: np.ndarray, stamp_ns: int, frame: str) -> Path:
     """Convert (n, 3) poses to a path."""
-    message = Path(poses=[pose_stamped_message(Pose2D(*row), stamp_ns, frame) for row in poses.tolist()])
-    message.header.stamp = stamp_from_ns(stamp_ns)
-    message.header.frame_id = frame
-    return message
-
-
-FOOTPRINT_PERIOD_NS = 200_000_000
-
-# Queue of updates: a lost update would leave the display wrong.
-WAITING_UPDATES = 20
-
-# Costs 0 to 255 as costmap_2d publishes them: 1 to 98 for inflation, 99 inscribed, 100 lethal.
-_OCCUPANCY_OF_COST = np.concatenate([[0], np.linspace(1, 98, 252).astype(np.int64), [99, 100, -1]]).astype(np.int8)
+    path = Path(poses=[pose_stamped_message(Pose2D(*row), stamp_ns, frame) for row in poses.tolist()])
+    return _with_header(path, stamp_ns, frame)
 
 
 class CostmapView:
     """Publishes a costmap as costmap_2d: whole for new subscribers and after a move of its window, otherwise updates.
 
-    Without subscribers to the updates it is always published whole.
-
-    Args:
-        name: namespace of the costmap.
-        frame: frame of the costmap.
+    Without subscribers to the updates it is always published whole. `name` is the namespace of the costmap.
     """
 
     def __init__(self, name: str, frame: str) -> None:
@@ -93,56 +86,35 @@ class CostmapView:
 
     def show(self, costmap: Costmap, base_pose: Optional[Pose2D], now_ns: int) -> None:
         """Publish due messages; `base_pose` is the robot in the costmap's frame, None if unknown."""
-        has_newcomers, frequency_hz = self._grids.take_newcomers(), costmap.params.publish_frequency
+        has_newcomers, frequency_hz = self._grids.has_newcomers(), costmap.params.publish_frequency
         period_ns = NANOSECONDS_PER_SECOND / frequency_hz if frequency_hz > 0.0 else math.inf
         if has_newcomers or self._grids.is_due(period_ns, now_ns):
             self._show_costs(costmap, has_newcomers, now_ns)
-        if base_pose is not None and self._footprints.is_due(FOOTPRINT_PERIOD_NS, now_ns):
-            self._footprints.publish(footprint_message(costmap.footprint, base_pose, now_ns, self._frame))
+        if base_pose is not None and self._footprints.is_due(PERIOD_NS, now_ns):
+            corners = [base_pose.compose(Pose2D(x_m, y_m, 0.0)) for x_m, y_m in costmap.footprint.vertices_m.tolist()]
+            outline = PolygonStamped()
+            outline.polygon.points = [Point32(corner.x_m, corner.y_m, 0.0) for corner in corners]
+            self._footprints.publish(_with_header(outline, now_ns, self._frame))
 
     def _show_costs(self, costmap: Costmap, has_newcomers: bool, now_ns: int) -> None:
         is_moved = costmap.shape != self._shown_costs.shape or costmap.origin != self._shown_origin
         is_whole = costmap.params.always_send_full_costmap or not self._updates.has_subscribers
         if has_newcomers or is_moved or is_whole:
-            self._grids.publish(costmap_message(costmap, now_ns, self._frame))
+            # The occupancy values that RViz colours as costs.
+            grid = OccupancyGrid(_OCCUPANCY_OF_COST[costmap.costs], costmap.resolution_m, costmap.origin)
+            self._grids.publish(map_message(grid, now_ns, self._frame))
         else:
             differs = self._shown_costs != costmap.costs
             if not differs.any():
                 return
-            self._updates.publish(update_message(costmap, differs, now_ns, self._frame))
+            # The smallest window with all changed cells.
+            rows, columns = np.flatnonzero(differs.any(axis=1)), np.flatnonzero(differs.any(axis=0))
+            top, left = int(rows[0]), int(columns[0])
+            cells = _OCCUPANCY_OF_COST[costmap.costs[top : rows[-1] + 1, left : columns[-1] + 1]]
+            height, width = cells.shape
+            update = OccupancyGridUpdate(x=left, y=top, width=width, height=height, data=cells.ravel().tolist())
+            self._updates.publish(_with_header(update, now_ns, self._frame))
         self._shown_costs, self._shown_origin = costmap.costs.copy(), costmap.origin
-
-
-def costmap_message(costmap: Costmap, stamp_ns: int, frame: str) -> OccupancyGridMessage:
-    """Convert a costmap to the occupancy values that RViz colours as costs."""
-    grid = OccupancyGrid(_OCCUPANCY_OF_COST[costmap.costs], costmap.resolution_m, costmap.origin)
-    return map_message(grid, stamp_ns, frame)
-
-
-def update_message(costmap: Costmap, differs: np.ndarray, stamp_ns: int, frame: str) -> OccupancyGridUpdate:
-    """Convert the smallest window of a costmap with all cells of a mask (rows, columns), which is not empty."""
-    rows, columns = np.flatnonzero(differs.any(axis=1)), np.flatnonzero(differs.any(axis=0))
-    top, left = int(rows[0]), int(columns[0])
-    cells = _OCCUPANCY_OF_COST[costmap.costs[top : rows[-1] + 1, left : columns[-1] + 1]]
-    height, width = cells.shape
-    message = OccupancyGridUpdate(x=left, y=top, width=width, height=height, data=cells.ravel().tolist())
-    message.header.stamp, message.header.frame_id = stamp_from_ns(stamp_ns), frame
-    return message
-
-
-def footprint_message(footprint: Footprint, base_pose: Pose2D, stamp_ns: int, frame: str) -> PolygonStamped:
-    """Convert the robot's footprint at its pose."""
-    message = PolygonStamped()
-    for x_m, y_m in footprint.vertices_m.tolist():
-        corner = base_pose.compose(Pose2D(x_m, y_m, 0.0))
-        message.polygon.points.append(Point32(corner.x_m, corner.y_m, 0.0))
-    message.header.stamp = stamp_from_ns(stamp_ns)
-    message.header.frame_id = frame
-    return message
-
-
-PERIOD_NS = 200_000_000
-_FLOAT_BYTES = 4
 
 
 class DwaView:
@@ -170,11 +142,10 @@ class DwaView:
 
 def cloud_message(points: np.ndarray, names: Sequence[str], stamp_ns: int, frame: str) -> PointCloud2:
     """Convert points (n, columns) to a cloud of one row, with a float32 field for each column."""
-    fields = [PointField(name, _FLOAT_BYTES * index, PointField.FLOAT32, 1) for index, name in enumerate(names)]
-    step, count = _FLOAT_BYTES * len(names), len(points)
+    fields = [PointField(name, 4 * index, PointField.FLOAT32, 1) for index, name in enumerate(names)]
+    step, count = 4 * len(names), len(points)
     message = PointCloud2(
         height=1, width=count, fields=fields, is_bigendian=False, point_step=step, row_step=step * count, is_dense=True
     )
     message.data = points.astype('<f4').tobytes()
-    message.header.stamp, message.header.frame_id = stamp_from_ns(stamp_ns), frame
-    return message
+    return _with_header(message, stamp_ns, frame)

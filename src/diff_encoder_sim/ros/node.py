@@ -17,6 +17,7 @@ import genpy
 import rospy
 import rospy.client
 from rosgraph_msgs.msg import Clock
+from std_srvs.srv import Empty, EmptyResponse
 
 from diff_encoder_sim.base.errors import ConfigError, readable
 from diff_encoder_sim.base.params import P, Params, for_xml_rpc, from_xml_rpc, merged, shared_params
@@ -117,15 +118,18 @@ def node_params(
     Raises:
         ConfigError: a value is not allowed, or no struct has a parameter of that name.
     """
-    private = rospy.get_param('~', {})
+    name, private = rospy.get_name(), rospy.get_param('~', {})
     if not isinstance(private, dict):
-        raise ConfigError(f'{rospy.get_name()}: given {private!r}; allowed: private parameters of the node')
+        raise ConfigError(f'{name}: given {private!r}; allowed: private parameters of the node')
     of_robot = robot_settings(part) if part else {}
-    names = rospy.client.load_command_line_node_params(sys.argv)  # as `_ppr:=90`
-    typed = {key: value for key, value in private.items() if key in names}
-    given = {**merged({**(defaults or {}), **private}, of_robot), **typed}
-    given = {key: _mapping_of(value, f'{rospy.get_name()}: {key}') for key, value in given.items()}
-    source = f'{rospy.get_name()} with {ROBOT_SETTINGS}/{part}' if of_robot else rospy.get_name()
+    typed = rospy.client.load_command_line_node_params(sys.argv)  # as `_ppr:=90`
+    given = merged({**(defaults or {}), **private}, of_robot)
+    given.update((key, private[key]) for key in typed if key in private)
+    for key, value in given.items():
+        # A launch argument such as `{left: 90, right: 1024}`, and numbers of more than 32 bits, are text.
+        is_mapping = isinstance(value, str) and value.startswith('{')
+        given[key] = yaml_value(value, f'{name}: {key}') if is_mapping else from_xml_rpc(value)
+    source = f'{name} with {ROBOT_SETTINGS}/{part}' if of_robot else name
     params = shared_params(given, source, params_class, *also_known)
     rospy.set_param('~', for_xml_rpc({**private, **given, **params.values_in_use()}))
     return params
@@ -143,13 +147,6 @@ def robot_settings(part: str) -> Dict[str, Any]:
             f'{ROBOT_SETTINGS}/{part}: given {settings!r}; allowed: the output of the command robot_settings'
         )
     return settings
-
-
-def _mapping_of(value: Any, source: str) -> Any:
-    """Parse a launch argument such as `{left: 90, right: 1024}`, and numbers of more than 32 bits: both are text."""
-    if isinstance(value, str) and value.startswith('{'):
-        return yaml_value(value, source)
-    return from_xml_rpc(value)
 
 
 def trial_plan() -> Optional[LivePlan]:
@@ -216,6 +213,16 @@ def subscriber(topic: str, message_class: Type[genpy.Message], callback: Callabl
     return rospy.Subscriber(topic, message_class, callback, tcp_nodelay=True)
 
 
+def empty_service(name: str, act: Callable[[], None]) -> rospy.Service:
+    """Serve a request without arguments (std_srvs/Empty)."""
+
+    def respond(_: Any) -> EmptyResponse:
+        act()
+        return EmptyResponse()
+
+    return rospy.Service(name, Empty, respond)
+
+
 MAP_LIMIT_S = 30.0  # for services that return a map
 
 
@@ -248,10 +255,7 @@ LOG_AGAIN_AFTER_S = 5.0
 
 
 class _RosLogHandler(logging.Handler):
-    """Sends the log of the core to /rosout, without repeats of a message within LOG_AGAIN_AFTER_S of wall time.
-
-    Events are always sent.
-    """
+    """Sends the log of the core to /rosout, without repeats within LOG_AGAIN_AFTER_S of wall time, except of events."""
 
     _LEVELS = ((logging.ERROR, rospy.logerr), (logging.WARNING, rospy.logwarn), (logging.INFO, rospy.loginfo))
 
@@ -263,11 +267,9 @@ class _RosLogHandler(logging.Handler):
         """Send a record unless it is a repeat."""
         # Messages that differ only in numbers are repeats; those about different topics are not.
         first = record.args[0] if isinstance(record.args, tuple) and record.args else None
-        # Not by file and line, which are those of the thread under rospy's loggers.
         key = (str(record.msg), first if isinstance(first, str) else '')
         now_s = time.monotonic()
-        is_event = getattr(record, 'event', False)
-        if not is_event and now_s - self._last_s.get(key, -math.inf) < LOG_AGAIN_AFTER_S:
+        if not getattr(record, 'event', False) and now_s - self._last_s.get(key, -math.inf) < LOG_AGAIN_AFTER_S:
             return
         self._last_s[key] = now_s
         send = next(send for level, send in self._LEVELS if record.levelno >= level)
@@ -282,9 +284,7 @@ class _RosLogHandler(logging.Handler):
 PAUSE_S = 0.02
 
 _listeners: List[Callable[[Clock], None]] = []
-_is_wanted = threading.Event()
-_is_pausing = threading.Event()
-_every_tick = threading.Event()
+_is_wanted, _is_pausing, _every_tick = threading.Event(), threading.Event(), threading.Event()
 
 
 def pause_between_ticks() -> None:

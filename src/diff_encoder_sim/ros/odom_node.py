@@ -6,17 +6,15 @@ import threading
 import time
 from typing import Iterable
 
-import rospy
 from geometry_msgs.msg import Twist
 from sensor_msgs.msg import JointState
-from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.drives.message_decoders import JointDecoder, JointValues, decode_wheel_speeds
+from diff_encoder_sim.drives.message_decoders import JointDecoder, decode_wheel_speeds
 from diff_encoder_sim.drives.topics import ENCODER_PULSE_TYPE
 from diff_encoder_sim.msg import EncoderPulse
 from diff_encoder_sim.ros.encoded_topics import encoded_stamped_subscriber
-from diff_encoder_sim.ros.node import log, node_params, run_node, subscriber, trial_plan
+from diff_encoder_sim.ros.node import empty_service, log, node_params, run_node, subscriber, trial_plan
 from diff_encoder_sim.ros.wheel_output import Diagnostics, OdometryOutput
 from diff_encoder_sim.wheels.diagnostics import OdometryDiagnosis, hidden_encoder
 from diff_encoder_sim.wheels.odometry import WheelOdometry
@@ -42,7 +40,7 @@ class OdometryNode:
         self._pairing = SpeedPairing() if params.velocity_method != 'M' else None
         self._lock = threading.Lock()  # the service and each topic use separate threads
         self._diagnostics = Diagnostics('Odometry')
-        self._reset = rospy.Service('~reset', Empty, self._on_reset)
+        self._reset = empty_service('~reset', self._on_reset)
         self._commands = subscriber('cmd_vel', Twist, self._on_command)
         if self._pairing is not None:
             self._speeds = encoded_stamped_subscriber('encoder_velocity', JointState, self._on_speeds)
@@ -52,9 +50,13 @@ class OdometryNode:
         self._pulses = encoded_stamped_subscriber('encoder_pulse', EncoderPulse, self._on_pulses)
 
     def _on_pulses(self, content: bytes) -> None:
-        sample = _encoder_sample(self._decoder.decode(content))
+        counters = self._decoder.decode(content)
+        if len(counters.values) != 2:
+            raise InputFault(f'{len(counters.values)} counters; expected 2, left then right')
+        left, right = counters.values
+        sample = EncoderSample(counters.stamp_ns, int(left), int(right))
         with self._lock:
-            self._take(self._pairing.take_counts(sample, time.monotonic()) if self._pairing is not None else (sample,))
+            self._take([sample] if self._pairing is None else self._pairing.take_counts(sample, time.monotonic()))
 
     def _on_speeds(self, content: bytes) -> None:
         speeds = decode_wheel_speeds(content)
@@ -75,24 +77,11 @@ class OdometryNode:
         with self._lock:
             self._diagnosis.take_command(message.linear.x, message.angular.z)
 
-    def _on_reset(self, _: EmptyRequest) -> EmptyResponse:
+    def _on_reset(self) -> None:
         with self._lock:
             self._odometry.reset()
             self._diagnosis.restart()
         log.info('reset: odometry starts at pose zero with the next /encoder_pulse')
-        return EmptyResponse()
-
-
-def _encoder_sample(counters: JointValues) -> EncoderSample:
-    """Return the counters of a message.
-
-    Raises:
-        InputFault: the message does not contain two counters.
-    """
-    if len(counters.values) != 2:
-        raise InputFault(f'{len(counters.values)} counters; expected 2, left then right')
-    left, right = counters.values
-    return EncoderSample(counters.stamp_ns, int(left), int(right))
 
 
 def main() -> None:

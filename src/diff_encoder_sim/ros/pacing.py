@@ -5,8 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections import deque
-from typing import Callable, Deque, Dict, List, Optional, Sequence, Tuple
+from typing import Callable, Dict, List, Optional, Sequence, Tuple
 
 import rospy
 
@@ -30,13 +29,11 @@ class WallPacer:
 
     def __init__(self, real_time_factor: float) -> None:
         self._real_time_factor = real_time_factor
-        self._wall_start_s = 0.0
-        self._sim_start_ns = 0
+        self.restart(0)
 
     def restart(self, sim_time_ns: int) -> None:
         """Restart from this time, after a pause or a reset."""
-        self._wall_start_s = time.monotonic()
-        self._sim_start_ns = sim_time_ns
+        self._wall_start_s, self._sim_start_ns = time.monotonic(), sim_time_ns
 
     def wait(self, sim_time_ns: int) -> None:
         """Sleep until the wall clock has reached `sim_time_ns`."""
@@ -69,11 +66,9 @@ class GraphPacer:
             topics_once_begun: further topics, always waited for from their first message.
         """
         self._expected_ns = expected_ns
+        self._from_start = topics if is_from_start else ()
         self._moved = threading.Condition()
-        self._newest_ns: Dict[str, int] = {}
-        self._waited_ns = -1  # the newest stamp that has been waited for; negative: none
-        self._begin_with_time = frozenset(topics if is_from_start else ())
-        self._absent = set(self._begin_with_time)
+        self.restart()
         # AnyMsg with only the header parsed accepts any stamped message.
         self._subscribers = [
             rospy.Subscriber(topic, rospy.AnyMsg, self._on_message, callback_args=topic, tcp_nodelay=True)
@@ -83,34 +78,33 @@ class GraphPacer:
     def restart(self) -> None:
         """Clear the stamps after a reset."""
         with self._moved:
-            self._newest_ns, self._absent = {}, set(self._begin_with_time)
-            self._waited_ns = -1
+            self._newest_ns: Dict[str, float] = dict.fromkeys(self._from_start, float('-inf'))
+            self._waited_ns = -1  # the newest stamp that has been waited for; negative: none
 
     def wait(self, sim_time_ns: int) -> None:
         """Block until every topic has received the expected messages before `sim_time_ns`."""
         expected_ns = self._expected_ns(sim_time_ns)
         if expected_ns <= self._waited_ns:
             return  # for most ticks
+
+        def behind() -> List[str]:
+            return [topic for topic, newest_ns in self._newest_ns.items() if newest_ns < expected_ns]
+
         with self._moved:
             self._waited_ns = expected_ns
-            if not self._moved.wait_for(lambda: not self._behind(expected_ns), LONGEST_WAIT_S):
-                for topic in self._behind(expected_ns):
+            if not self._moved.wait_for(lambda: not behind(), LONGEST_WAIT_S):
+                for topic in behind():
                     log.warning(
                         '%s: no message of simulated time %.2f s within %.0f s of wall time; continuing without it',
                         topic,
                         expected_ns / NANOSECONDS_PER_SECOND,
                         LONGEST_WAIT_S,
                     )
-                    self._newest_ns.pop(topic, None)
-                    self._absent.discard(topic)
-
-    def _behind(self, expected_ns: int) -> List[str]:
-        return [topic for topic, newest_ns in self._newest_ns.items() if newest_ns < expected_ns] + list(self._absent)
+                    del self._newest_ns[topic]
 
     def _on_message(self, message: rospy.AnyMsg, topic: str) -> None:
         stamp_ns = encoded_stamp_ns(message._buff)  # the bytes of an AnyMsg
         with self._moved:
-            self._absent.discard(topic)
             self._newest_ns[topic] = stamp_ns
             self._moved.notify_all()
 
@@ -183,6 +177,13 @@ class CommandGate:
     Commands have no stamp, and their delay depends on the load of the host. The simulation waits for the command to a
     report, which takes effect `delay_ns` after it, so runs are reproducible. Without `answered_times` commands take
     effect on arrival.
+
+    Args:
+        answered_times: times of the reports to which a controller responds.
+        delay_ns: delay between a report and the effect of its command.
+        patience_s: timeout of a command, by the wall clock.
+        is_expected: whether a controller is connected.
+        is_from_start: whether it responds to the first report.
     """
 
     def __init__(
@@ -193,38 +194,23 @@ class CommandGate:
         is_expected: Callable[[], bool],
         is_from_start: bool,
     ) -> None:
-        """Prepare to wait for a controller.
-
-        Args:
-            answered_times: times of the reports to which it responds.
-            delay_ns: delay between a report and the effect of its command.
-            patience_s: timeout of a command, by the wall clock.
-            is_expected: whether a controller is connected.
-            is_from_start: whether it responds to the first report.
-        """
-        self._answered_times = answered_times
-        self._delay_ns = delay_ns
-        self._patience_s = patience_s
-        self._is_expected = is_expected
+        self._answered_times, self._delay_ns = answered_times, delay_ns
+        self._patience_s, self._is_expected = patience_s, is_expected
         self._arrived = threading.Condition()
-        self._commands: Deque[Command] = deque()
+        self._newest: Optional[Command] = None
         self._report_ns: Optional[int] = None  # latest report whose command was taken
-        self._is_waited_for = True
-        self._is_moving = False
-        self._is_first = is_from_start
+        self._is_waited_for, self._is_moving, self._is_first = True, False, is_from_start
 
     def put(self, command: Command) -> None:
-        """Take a command from the controller."""
+        """Accept a command of the controller."""
         with self._arrived:
-            self._commands.append(command)
-            self._is_waited_for = True
+            self._newest, self._is_waited_for = command, True
             self._arrived.notify_all()
 
     def clear(self) -> None:
-        """Discard pending commands after a reset."""
+        """Discard a pending command after a reset."""
         with self._arrived:
-            self._commands.clear()
-            self._report_ns = None
+            self._newest = self._report_ns = None
             if self._answered_times is not None:
                 self._answered_times.restart()
 
@@ -232,32 +218,26 @@ class CommandGate:
         """Return the command that takes effect at `sim_time_ns`, if any; may block."""
         with self._arrived:
             if self._answered_times is not None:
-                if not self._is_open(self._answered_times, sim_time_ns - self._delay_ns):
+                report_ns = sim_time_ns - self._delay_ns
+                if report_ns < 0 or not self._answered_times.is_answered(report_ns):
                     return None
+                # The command to a report within the delay may have been taken with the previous one.
+                if self._report_ns is not None and report_ns - self._report_ns <= self._delay_ns:
+                    return None
+                self._report_ns = report_ns
                 self._wait(sim_time_ns)
-            if not self._commands:
-                return None
-            newest = self._commands.pop()
-            self._commands.clear()
-            self._is_moving = newest != STANDSTILL
+            newest, self._newest = self._newest, None
+            if newest is not None:
+                self._is_moving = newest != STANDSTILL
             return newest
 
-    def _is_open(self, times: AnsweredTimes, report_ns: int) -> bool:
-        if report_ns < 0 or not times.is_answered(report_ns):
-            return False
-        # The command to a report within the delay may have been taken with the previous one.
-        if self._report_ns is not None and report_ns - self._report_ns <= self._delay_ns:
-            return False
-        self._report_ns = report_ns
-        return True
-
     def _wait(self, sim_time_ns: int) -> None:
-        if self._commands or not (self._is_waited_for and self._is_expected()):
+        if self._newest is not None or not (self._is_waited_for and self._is_expected()):
             return
         # Between goals there may be no controller.
         patience_s = self._patience_s if self._is_moving or self._is_first else IDLE_PATIENCE_S
         self._is_first = False
-        if not self._arrived.wait_for(lambda: bool(self._commands), patience_s):
+        if not self._arrived.wait_for(lambda: self._newest is not None, patience_s):
             self._is_waited_for = False
             if self._is_moving:
                 log.warning(

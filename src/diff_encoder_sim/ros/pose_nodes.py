@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
-from typing import Dict, Optional
+from typing import Optional
 
 import rospy
 import tf2_ros
@@ -47,7 +47,9 @@ class GlobalPoseNode:
     """
 
     def __init__(self) -> None:
-        self._params = node_params(GlobalPoseParams, part='global_pose', defaults=_trial_defaults())
+        plan = trial_plan()
+        defaults = {'rate': plan.report_rate} if plan else {}
+        self._params = node_params(GlobalPoseParams, part='global_pose', defaults=defaults)
         self._lock = threading.Lock()  # each publisher of /tf comes in a separate thread
         self._restart()
         self._poses = EncodedPublisher('global_pose', PoseStamped)
@@ -60,29 +62,21 @@ class GlobalPoseNode:
 
     def _publish(self) -> None:
         with self._lock:
-            self._publish_newest()
-
-    def _publish_newest(self) -> None:
-        try:
-            transform = self._buffer.lookup_transform(self._params.map_frame, self._params.base_frame, rospy.Time(0))
-        except tf2_ros.TransformException as error:
             frames = self._params.map_frame, self._params.base_frame
-            log.info('no pose estimate: no transform %s -> %s (%s)', *frames, str(error).rstrip('. '))
-            return
-        stamp_ns = ns_from_stamp(transform.header.stamp)
-        step = self._timeline.advance(stamp_ns)
-        if step is Step.RESTART:
-            self._restart()
-        if step is Step.STALE or self._sampler.period_index(stamp_ns) is None:
-            return
-        position, rotation = transform.transform.translation, transform.transform.rotation
-        pose = encode_pose((position.x, position.y, position.z), (rotation.x, rotation.y, rotation.z, rotation.w))
-        self._poses.publish(encode_header(stamp_ns, transform.header.frame_id) + pose)
-
-
-def _trial_defaults() -> Dict[str, float]:
-    plan = trial_plan()
-    return {} if plan is None else {'rate': plan.report_rate}
+            try:
+                transform = self._buffer.lookup_transform(*frames, rospy.Time(0))
+            except tf2_ros.TransformException as error:
+                log.info('no pose estimate: no transform %s -> %s (%s)', *frames, str(error).rstrip('. '))
+                return
+            stamp_ns = ns_from_stamp(transform.header.stamp)
+            step = self._timeline.advance(stamp_ns)
+            if step is Step.RESTART:
+                self._restart()
+            if step is Step.STALE or self._sampler.period_index(stamp_ns) is None:
+                return
+            position, rotation = transform.transform.translation, transform.transform.rotation
+            pose = encode_pose((position.x, position.y, position.z), (rotation.x, rotation.y, rotation.z, rotation.w))
+            self._poses.publish(encode_header(stamp_ns, transform.header.frame_id) + pose)
 
 
 def global_pose_node() -> None:

@@ -86,9 +86,9 @@ def serve_amcl(params: AmclParams, apply: Callable[[Any], None]) -> ReconfigureS
 
     def change(values: Values) -> None:
         for name in FIXED:
-            started_with = getattr(params, name)
-            if values[name] != started_with:
-                raise ConfigError(f'{name}: given {values[name]!r}; allowed: {started_with!r} until the node restarts')
+            if values[name] != getattr(params, name):
+                allowed = f'{getattr(params, name)!r} until the node restarts'
+                raise ConfigError(f'{name}: given {values[name]!r}; allowed: {allowed}')
         apply(with_changes(params, values, ''))
 
     return ReconfigureServer(AMCLConfig, '', dict(params), change)
@@ -107,11 +107,10 @@ def serve_navigation(params: NavigatorParams, apply: Callable[[NavigatorParams],
                 apply(changed)
                 in_use = changed
 
+    planner, dwa = 'DWAPlannerROS', dict(params.DWAPlannerROS)
     servers = [
         ReconfigureServer(MoveBaseConfig, '', dict(params), partial(change, '')),
-        ReconfigureServer(
-            DWAPlannerConfig, 'DWAPlannerROS', dict(params.DWAPlannerROS), partial(change, 'DWAPlannerROS')
-        ),
+        ReconfigureServer(DWAPlannerConfig, planner, dwa, partial(change, planner)),
     ]
     for name in ('global_costmap', 'local_costmap'):
         servers += _costmap_servers(name, getattr(params, name), partial(change, name))
@@ -121,13 +120,15 @@ def serve_navigation(params: NavigatorParams, apply: Callable[[NavigatorParams],
 def _costmap_servers(name: str, params: CostmapParams, change: Callable[[Values], None]) -> List[ReconfigureServer]:
     sources = params.observation_sources
 
+    def change_layer(fields: Values, **if_disabled: Any) -> None:
+        is_enabled = fields.pop('enabled')
+        change({**fields, **({} if is_enabled else if_disabled)})
+
     def change_obstacles(values: Values) -> None:
-        fields = {**values, 'observation_sources': (sources or 'scan') if values['enabled'] else ''}
-        change({key: value for key, value in fields.items() if key != 'enabled'})
+        change_layer({**values, 'observation_sources': sources or 'scan'}, observation_sources='')
 
     def change_inflation(values: Values) -> None:
-        fields = values if values['enabled'] else {**values, 'inflation_radius': 0.0}
-        change({key: value for key, value in fields.items() if key != 'enabled'})
+        change_layer(dict(values), inflation_radius=0.0)
 
     values = {**dict(params), 'footprint': str(params.footprint), 'robot_radius': ROBOT_RADIUS_M}
     return [

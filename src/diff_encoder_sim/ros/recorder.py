@@ -117,22 +117,18 @@ class RecordedBag(Ros1File):
             OSError: the file cannot be written.
         """
         key = (topic, publisher['md5sum'], publisher.get('callerid', ''), publisher.get('latching', '0'))
-        known = self._known.get(key)
-        if known is None:
-            known = self._known[key] = self._advertise(topic, publisher)
-        connection_id, header = known
+        if key not in self._known:
+            connection = self.add_connection(
+                topic,
+                publisher['type'].replace('/', '/msg/'),  # as rosbags spells it
+                msgdef=publisher['message_definition'],
+                md5sum=publisher['md5sum'],
+                callerid=publisher.get('callerid'),
+                latching=int(publisher.get('latching', '0')),
+            )
+            self._known[key] = connection.id, record_header(connection.id)
+        connection_id, header = self._known[key]
         self.write_prepared([(connection_id, time_ns, encode_record(header, time_ns, content))])
-
-    def _advertise(self, topic: str, publisher: Mapping[str, str]) -> Tuple[int, bytes]:
-        connection = self.add_connection(
-            topic,
-            publisher['type'].replace('/', '/msg/'),  # as rosbags spells it
-            msgdef=publisher['message_definition'],
-            md5sum=publisher['md5sum'],
-            callerid=publisher.get('callerid'),
-            latching=int(publisher.get('latching', '0')),
-        )
-        return connection.id, record_header(connection.id)
 
     def write_chunk(self, chunk: WriteChunk) -> None:
         """Write a chunk with an index sorted by time, also after a reset of time."""

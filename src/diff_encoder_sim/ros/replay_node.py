@@ -1,25 +1,26 @@
 """replay_node: plays a recorded drive to the encoder and the odometry node, and records their topics.
 
-`rosbag play` publishes the wheel angles, and the true poses of a trial, without recorded odometry, transforms and
-counts. It plays a copy of these topics, which also supports ROS 2 bags and truncated bags. It starts when the live
-nodes have subscribed; the launch ends with it.
+It publishes the wheel angles, and the true poses of a trial, without recorded odometry, transforms and counts. It
+starts when the live nodes are connected; the launch ends with it.
 """
 
 from __future__ import annotations
 
-import subprocess
-import tempfile
+import contextlib
 import time
 from pathlib import Path
 
 import rosgraph
 import rospy
+from geometry_msgs.msg import PoseStamped
 from pydantic import Field
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from typing_extensions import Annotated
 
 from diff_encoder_sim.base.bounds import Between, PositiveDuration_s
-from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.package_files import users_path
 from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
@@ -27,9 +28,13 @@ from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.bag_source import open_source
 from diff_encoder_sim.drives.joint_wheels import WheelOptions, find_wheels
 from diff_encoder_sim.drives.reencoding import COPIED, copied_topics
-from diff_encoder_sim.drives.ros1_copy import write_ros1_copy
+from diff_encoder_sim.drives.sensor_messages import encode_clock
+from diff_encoder_sim.drives.trial_bag import EARLIEST_NS
 from diff_encoder_sim.drives.trial_definition import OF_ODOMETRY, with_encoder
 from diff_encoder_sim.drives.trial_recording import trial_of_source
+from diff_encoder_sim.drives.typestore import to_ros1
+from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
+from diff_encoder_sim.ros.graph import wait_until_connected
 from diff_encoder_sim.ros.launch_status import LaunchStatus
 from diff_encoder_sim.ros.node import log, node_params, publisher, run_node
 from diff_encoder_sim.ros.recorder import Recorder
@@ -38,10 +43,9 @@ from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 RECORDED = (topics.ENCODER_PULSE, topics.ENCODER_VELOCITY, topics.ODOM, topics.TF, topics.TRIAL, *COPIED)
+COPIED_CLASSES = {topics.WORLD_POSE: PoseStamped, topics.TRIAL_RESULT: String}
 
 POLL_PERIOD_S = 0.1
-# Wall time before a repeated last message, because rosbag play loses queued messages at its end.
-FLUSH_S = 0.5
 QUIET_S = 1.0  # wall time without a message that ends the recording
 
 
@@ -69,18 +73,19 @@ class ReplayNode:
         if self._out.exists():
             raise ConfigError(f'out: {self._out} exists; allowed: the path of a new file')
         with open_source(self._bag) as source:
-            options = WheelOptions(
-                self._params.joint_states, left_joint=encoder.left_joint, right_joint=encoder.right_joint
-            )
+            joints = encoder.left_joint, encoder.right_joint
+            options = WheelOptions(self._params.joint_states, left_joint=joints[0], right_joint=joints[1])
             wheels = find_wheels(self._bag, source, options, encoder)
-            self._copied = copied_topics(source)
+            copied = copied_topics(source)
             trial = trial_of_source(self._bag, source)
         if wheels.message_type != topics.JOINT_STATE_TYPE:
             raise ConfigError(
                 f'{self._bag}: {wheels.topic} has counts; expected {topics.JOINT_STATE_TYPE}; reencode can use counts'
             )
-        self._topic = wheels.topic
         self._recorder = Recorder(self._out, RECORDED)
+        self._clock = EncodedPublisher('/clock', Clock)
+        self._played = {topic: EncodedPublisher(topic, COPIED_CLASSES[topic]) for topic in copied}
+        self._played[wheels.topic] = EncodedPublisher(topics.JOINT_STATES, JointState)
         if trial is not None:
             for name in OF_ODOMETRY:
                 used, recorded = getattr(odometry, name), getattr(trial, name)
@@ -92,12 +97,11 @@ class ReplayNode:
     def run(self) -> None:
         """Play and record; returns at the end of the drive."""
         try:
-            self._wait_for_subscribers()
-            with tempfile.TemporaryDirectory(prefix='replay_') as folder:
-                self._play(Path(folder) / 'drive.bag')
+            self._wait_for_nodes()
         except ConfigError:
             self._recorder.discard()
             raise
+        self._play()
         while time.monotonic() - self._recorder.last_message_s < QUIET_S:
             time.sleep(POLL_PERIOD_S)
         self._recorder.finish()
@@ -105,55 +109,47 @@ class ReplayNode:
             log.info('replay finished; bag: %s; shutting down', self._out)
             self._status.succeed()
 
-    def _wait_for_subscribers(self) -> None:
-        """Wait until the encoder node and the odometry node have subscribed.
+    def _wait_for_nodes(self) -> None:
+        """Wait until the encoder node and the odometry node have subscribed, and all subscribers are connected.
 
         Raises:
-            ConfigError: a node has not subscribed within start_timeout.
+            ConfigError: a node is not connected within start_timeout.
         """
         master = rosgraph.Master(rospy.get_name())
-        deadline_s = time.monotonic() + self._params.start_timeout
-        while not rospy.is_shutdown():
+        timeout_s = self._params.start_timeout
+        deadline_s = time.monotonic() + timeout_s
+        missing = [topics.JOINT_STATES]
+        while missing and not rospy.is_shutdown() and time.monotonic() < deadline_s:
             subscribers = {topic: set(nodes) - {rospy.get_name()} for topic, nodes in master.getSystemState()[1]}
             missing = [topic for topic in (topics.JOINT_STATES, topics.ENCODER_PULSE) if not subscribers.get(topic)]
-            if not missing:
-                return
-            if time.monotonic() > deadline_s:
-                raise ConfigError(
-                    f'no node has subscribed to {", ".join(missing)} within {self._params.start_timeout:.0f} s; '
-                    'expected the nodes that replay.launch starts'
-                )
-            time.sleep(POLL_PERIOD_S)
+            time.sleep(POLL_PERIOD_S if missing else 0.0)
+        graph = ('/clock', topics.JOINT_STATES, topics.ENCODER_PULSE, topics.ODOM)
+        missing = missing or wait_until_connected(graph, RECORDED, deadline_s - time.monotonic())
+        if missing:
+            raise ConfigError(
+                f'no node has subscribed to {", ".join(missing)} within {timeout_s:.0f} s; '
+                'expected the nodes that replay.launch starts'
+            )
 
-    def _play(self, played: Path) -> None:
-        """Copy all readable messages of the topics to a file, and run rosbag play on it.
-
-        Raises:
-            ConfigError: rosbag play failed, or the file cannot be written.
-        """
-        try:
-            with open_source(self._bag) as source:
-                flush_ns = round(FLUSH_S * self._params.speed * NANOSECONDS_PER_SECOND)
-                write_ros1_copy(played, source, (self._topic, *self._copied), again_after_ns=flush_ns)
-                if source.fault:
-                    log.warning('%s: %s; all messages that can be read are played', self._bag, source.fault)
-        except OSError as error:
-            raise ConfigError(f'{played}: cannot be written: {error.strerror}') from None
-        # An unlimited queue delays messages to a busy subscriber instead of dropping them.
-        options = ['--quiet', '--clock', '--wait-for-subscribers', '--delay', '1', '--queue', '0']
-        player = subprocess.Popen(
-            ['rosbag', 'play', *options, f'--rate={self._params.speed}', str(played), f'{self._topic}:=/joint_states'],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-        )
-        while player.poll() is None and not rospy.is_shutdown():
-            time.sleep(POLL_PERIOD_S)
-        player.terminate()
-        output, _ = player.communicate()
-        if player.returncode and not rospy.is_shutdown():
-            raise ConfigError(f'{self._bag}: rosbag play: {" ".join(output.split())}')
+    def _play(self) -> None:
+        """Publish all readable messages of the topics in the order of the file, each with its time on /clock."""
+        start_s, start_ns, now_ns = time.monotonic(), -1, EARLIEST_NS
+        with open_source(self._bag) as source:
+            for message in source.messages(tuple(self._played)):
+                with contextlib.suppress(InputFault):  # a torn message, which no node could read
+                    kind = source.topics[message.topic]
+                    content = to_ros1(message.raw, kind) if source.is_cdr else message.raw
+                    now_ns = max(message.time_ns, now_ns)
+                    start_ns = now_ns if start_ns < 0 else start_ns
+                    due_s = start_s + (now_ns - start_ns) / NANOSECONDS_PER_SECOND / self._params.speed
+                    while time.monotonic() < due_s and not rospy.is_shutdown():
+                        time.sleep(min(max(due_s - time.monotonic(), 0.0), POLL_PERIOD_S))
+                    if rospy.is_shutdown():
+                        return
+                    self._clock.publish(encode_clock(now_ns))
+                    self._played[message.topic].publish(content)
+            if source.fault:
+                log.warning('%s: %s; all messages that can be read are played', self._bag, source.fault)
 
 
 def main(status: LaunchStatus) -> None:

@@ -12,7 +12,6 @@ from geometry_msgs.msg import Twist
 from pydantic import Field
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState, LaserScan
-from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 from typing_extensions import Annotated, Literal
 
 from diff_encoder_sim.base.bounds import Between, Duration_s, Rate_Hz, Seed
@@ -27,7 +26,7 @@ from diff_encoder_sim.robots.xacro_expansion import xacro_arguments_of_text
 from diff_encoder_sim.ros.conversions import pose_from_message, stamp_from_ns
 from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
 from diff_encoder_sim.ros.gazebo_states import STATES_PERIOD_HEADER, GetModelState, ModelStates, SetModelState
-from diff_encoder_sim.ros.node import log, node_params, run_node, subscriber, trial_plan
+from diff_encoder_sim.ros.node import empty_service, log, node_params, run_node, subscriber, trial_plan
 from diff_encoder_sim.ros.pacing import (
     GRAPH_LEAD_NS,
     LONGEST_WAIT_S,
@@ -126,15 +125,15 @@ class SimulatorNode:
             params.command_at_start,
         )
         self._services = [
-            rospy.Service('/gazebo/pause_physics', Empty, self._on_pause),
-            rospy.Service('/gazebo/unpause_physics', Empty, self._on_unpause),
-            rospy.Service('/gazebo/reset_simulation', Empty, self._on_reset_simulation),
-            rospy.Service('/gazebo/reset_world', Empty, self._on_reset_world),
+            empty_service('/gazebo/pause_physics', self._running.clear),
+            empty_service('/gazebo/unpause_physics', self._unpause),
+            empty_service('/gazebo/reset_simulation', self._reset_simulation),
+            empty_service('/gazebo/reset_world', self._reset_world),
             rospy.Service('/gazebo/set_model_state', SetModelState, self._on_set_model_state),
             rospy.Service('/gazebo/get_model_state', GetModelState, self._on_get_model_state),
         ]
         if not params.paused:
-            self._on_unpause(EmptyRequest())
+            self._unpause()
         threading.Thread(target=self._run, daemon=True).start()
 
     def _run(self) -> None:
@@ -178,30 +177,23 @@ class SimulatorNode:
 
     # ---- services
 
-    def _on_pause(self, _: EmptyRequest) -> EmptyResponse:
-        self._running.clear()
-        return EmptyResponse()
-
-    def _on_unpause(self, _: EmptyRequest) -> EmptyResponse:
+    def _unpause(self) -> None:
         with self._lock:
             if not self._running.is_set():
                 self._wall_pacer.restart(self._simulator.time_ns)
                 self._running.set()
-        return EmptyResponse()
 
-    def _on_reset_simulation(self, _: EmptyRequest) -> EmptyResponse:
+    def _reset_simulation(self) -> None:
         with self._lock:
             self._simulator.reset()
             for pacer in self._pacers:
                 pacer.restart()
             self._gate.clear()
             self._wall_pacer.restart(0)
-        return EmptyResponse()
 
-    def _on_reset_world(self, _: EmptyRequest) -> EmptyResponse:
+    def _reset_world(self) -> None:
         with self._lock:
             self._simulator.reset_world()
-        return EmptyResponse()
 
     def _on_set_model_state(self, request: Any) -> Any:
         state, response = request.model_state, SetModelState._response_class()

@@ -54,10 +54,8 @@ class SlamNode:
         self._entropies = publisher('~entropy', Float64)
         self._poses = publisher('~pose', PoseStamped)
         self._service = rospy.Service('dynamic_map', GetMap, self._on_dynamic_map)
-        buffer = TransformBuffer(cache_s=30.0)
-        self._scans = ScanInput(
-            buffer, self._lock, self._params.base_frame, self._params.odom_frame, self._use_scan, self._on_restart
-        )
+        frames = self._params.base_frame, self._params.odom_frame
+        self._scans = ScanInput(TransformBuffer(30.0), self._lock, *frames, self._use_scan, self._on_restart)
         period_s = self._params.transform_publish_period
         if period_s > 0.0:
             self._timer = rospy.Timer(rospy.Duration(period_s), self._broadcast, reset=True)
@@ -93,17 +91,14 @@ class SlamNode:
     def _broadcast(self, _: rospy.timer.TimerEvent) -> None:
         """Broadcast map->odom with a future stamp, so that lookups succeed until the next scan."""
         with self._lock:
-            odom_pose_in_map = self._slam.odom_pose_in_map
-        delay_s = self._params.tf_delay
-        if delay_s < 0.0:
-            delay_s = self._params.transform_publish_period
+            pose, params = self._slam.odom_pose_in_map, self._params
+        delay_s = params.tf_delay if params.tf_delay >= 0.0 else params.transform_publish_period
         stamp_ns = ns_from_stamp(rospy.Time.now()) + round(delay_s * NANOSECONDS_PER_SECOND)
-        if odom_pose_in_map is None or stamp_ns == self._broadcast_ns:
-            return  # no map yet, or equal time: tf2 warns of repeated stamps
-        self._broadcast_ns = stamp_ns
-        self._broadcaster.sendTransform(
-            transform_message(odom_pose_in_map, stamp_ns, self._params.map_frame, self._params.odom_frame)
-        )
+        # Not without a map, nor at an equal time: tf2 warns of repeated stamps.
+        if pose is not None and stamp_ns != self._broadcast_ns:
+            self._broadcast_ns = stamp_ns
+            transform = transform_message(pose, stamp_ns, params.map_frame, params.odom_frame)
+            self._broadcaster.sendTransform(transform)
 
     def _on_dynamic_map(self, _: GetMapRequest) -> GetMapResponse:
         """Respond with the current map."""

@@ -22,10 +22,9 @@ from diff_encoder_sim.ros.node import log
 
 
 class TransformBuffer(tf2_ros.Buffer):  # type: ignore[misc]  # tf2 has no types
-    """Buffer of /tf and /tf_static with a callback for new transforms."""
+    """Buffer of /tf and /tf_static for `cache_s`, with a callback for new transforms."""
 
     def __init__(self, cache_s: float = 10.0) -> None:
-        """Subscribe to both topics; transforms are kept for `cache_s`."""
         super().__init__(rospy.Duration(cache_s))
         self.on_change: Callable[[], None] = lambda: None
         self._listener = _Listener(self, tcp_nodelay=True)
@@ -46,19 +45,49 @@ class _Listener(tf2_ros.TransformListener):  # type: ignore[misc]
         self.buffer.on_change()
 
 
+class ScannerMount(NamedTuple):
+    """Mounting of a laser, projected to the floor."""
+
+    laser_pose_in_base: Pose2D
+    is_upside_down: bool
+    lean_rad: float  # angle between the scanned plane and the floor
+
+    def level(self, scan: Scan) -> Scan:
+        """Return a scan with rays counter-clockwise in top view."""
+        if not self.is_upside_down:
+            return scan
+        return scan._replace(angle_min_rad=-scan.angle_min_rad, angle_increment_rad=-scan.angle_increment_rad)
+
+
+def scanner_mount(transform: TransformStamped) -> ScannerMount:
+    """Compute the mounting from the transform between laser and base frame.
+
+    Raises:
+        InputFault: the transform is invalid.
+    """
+    pose = pose_from_transform(transform)
+    rotation = transform.transform.rotation
+    aside, upright = rotation.x**2 + rotation.y**2, rotation.z**2 + rotation.w**2
+    up = (upright - aside) / (upright + aside)  # component of the laser's z axis along the base's
+    return ScannerMount(pose, up < 0.0, math.acos(min(abs(up), 1.0)))
+
+
 # Age relative to the newest scan at which a scan is dropped; at most LONGEST_QUEUE scans wait.
 PATIENCE_NS = 2 * NANOSECONDS_PER_SECOND
 LONGEST_QUEUE = 100
 
-# Maximum clock difference within a robot: after a scan from further ahead the next would look like a restart.
-SCANS_MOST_AHEAD_S = 2.0
-
 # Tilt of a laser above which a warning is logged: ranges are used as if it were level.
 LEVEL_WITHIN_RAD = math.radians(5.0)
 
-SILENCE_S = 15.0
-
 UseScan = Callable[[Scan, Pose2D, Pose2D], None]
+
+
+class _NoTransform(InputFault):
+    """A transform is missing at a scan's stamp; if `is_too_late`, waiting will not help."""
+
+    def __init__(self, parent: str, child: str, why: str, is_too_late: bool = False) -> None:
+        super().__init__(f'no transform from {child!r} to {parent!r} at its stamp ({why})')
+        self.is_too_late = is_too_late
 
 
 class ScanQueue:
@@ -73,20 +102,17 @@ class ScanQueue:
         self._base_frame, self._odom_frame = base_frame, odom_frame
         self._waiting: Deque[LaserScan] = deque(maxlen=LONGEST_QUEUE)
         self._tilted: Set[str] = set()
+        self.clear = self._waiting.clear
 
     def add(self, message: LaserScan) -> None:
         """Append a scan with a later stamp."""
         self._waiting.append(message)
 
-    def clear(self) -> None:
-        """Forget the waiting scans."""
-        self._waiting.clear()
-
     def process(self) -> None:
         """Deliver the scans that have transforms, and drop those that timed out."""
         newest_ns = ns_from_stamp(self._waiting[-1].header.stamp) if self._waiting else 0
         held: List[LaserScan] = []
-        for message in self._waiting:
+        for message in list(self._waiting):
             try:
                 place = self._place(message)
             except InputFault as fault:
@@ -98,14 +124,15 @@ class ScanQueue:
                 continue
             for older in held:  # last attempt: /tf is received in another thread
                 try:
-                    self._hand_on(older, *self._place(older))
+                    self._deliver(older, *self._place(older))
                 except InputFault as fault:
                     self._warn(fault)
             held.clear()
-            self._hand_on(message, *place)
-        self._waiting = deque(held, maxlen=LONGEST_QUEUE)
+            self._deliver(message, *place)
+        self._waiting.clear()
+        self._waiting.extend(held)
 
-    def _hand_on(self, message: LaserScan, odom_pose: Pose2D, mount: ScannerMount) -> None:
+    def _deliver(self, message: LaserScan, odom_pose: Pose2D, mount: ScannerMount) -> None:
         try:
             self._use(mount.level(scan_from_message(message)), odom_pose, mount.laser_pose_in_base)
         except InputFault as fault:
@@ -120,7 +147,7 @@ class ScanQueue:
 
     def _place(self, message: LaserScan) -> Tuple[Pose2D, ScannerMount]:
         """Look up the base's pose in odom and the mounting of the laser."""
-        laser_frame = message.header.frame_id.lstrip('/')
+        laser_frame, frames = message.header.frame_id.lstrip('/'), (self._odom_frame, self._base_frame)
         try:
             mount = scanner_mount(self._buffer.lookup_transform(self._base_frame, laser_frame, rospy.Time(0)))
         except tf2_ros.TransformException as error:
@@ -134,29 +161,22 @@ class ScanQueue:
                 math.degrees(mount.lean_rad),
                 extra=EVENT,
             )
-        return self._odom_pose(message.header.stamp), mount
-
-    def _odom_pose(self, stamp: rospy.Time) -> Pose2D:
-        frames = self._odom_frame, self._base_frame
         try:
             newest = self._buffer.get_latest_common_time(*frames)
         except tf2_ros.TransformException as error:
             raise _NoTransform(*frames, str(error)) from None
         try:
-            return pose_from_transform(self._buffer.lookup_transform(*frames, stamp))
+            return pose_from_transform(self._buffer.lookup_transform(*frames, message.header.stamp)), mount
         except tf2_ros.TransformException:
             # The message of tf2 may be about map->odom, which has a future stamp.
-            gap_s = (newest - stamp).to_sec()
+            gap_s = (newest - message.header.stamp).to_sec()
             why = f'the newest is {-gap_s:.1f} s older' if gap_s < 0.0 else 'the buffer begins later'
             raise _NoTransform(*frames, why, is_too_late=gap_s > 0.0) from None
 
 
-class _NoTransform(InputFault):
-    """A transform is missing at a scan's stamp; if `is_too_late`, waiting will not help."""
-
-    def __init__(self, parent: str, child: str, why: str, is_too_late: bool = False) -> None:
-        super().__init__(f'no transform from {child!r} to {parent!r} at its stamp ({why})')
-        self.is_too_late = is_too_late
+# Maximum clock difference within a robot: after a scan from further ahead the next would look like a restart.
+SCANS_MOST_AHEAD_S = 2.0
+SILENCE_S = 15.0
 
 
 class ScanInput:
@@ -185,14 +205,11 @@ class ScanInput:
         self._lock, self._on_restart, self._is_ready = lock, on_restart, is_ready
         self._timeline = Timeline(tolerance_ns=NANOSECONDS_PER_SECOND // 10)
         self._queue = ScanQueue(rospy.resolve_name('scan'), buffer, base_frame, odom_frame, use)
+        self.clear = self._queue.clear  # forgets the waiting scans
         self._has_had_scan = False
         self._scans = stamped_subscriber('scan', LaserScan, self._on_scan, SCANS_MOST_AHEAD_S)
         buffer.listen(self._process)  # the laser's transform may be received last
         self._silence = rospy.Timer(rospy.Duration(SILENCE_S), self._on_silence, reset=True)
-
-    def clear(self) -> None:
-        """Forget the waiting scans."""
-        self._queue.clear()
 
     def _on_scan(self, message: LaserScan) -> None:
         self._has_had_scan = True
@@ -214,32 +231,3 @@ class ScanInput:
         if not self._has_had_scan:
             log.warning('%s: no scan for %.0f s', self._scans.resolved_name, SILENCE_S, extra=EVENT)
         self._has_had_scan = False
-
-
-class ScannerMount(NamedTuple):
-    """Mounting of a laser, projected to the floor."""
-
-    laser_pose_in_base: Pose2D
-    is_upside_down: bool
-    lean_rad: float  # angle between the scanned plane and the floor
-
-    def level(self, scan: Scan) -> Scan:
-        """Return a scan with rays counter-clockwise in top view."""
-        if not self.is_upside_down:
-            return scan
-        return scan._replace(angle_min_rad=-scan.angle_min_rad, angle_increment_rad=-scan.angle_increment_rad)
-
-
-def scanner_mount(transform: TransformStamped) -> ScannerMount:
-    """Compute the mounting from the transform between laser and base frame.
-
-    Raises:
-        InputFault: the transform is invalid.
-    """
-    pose = pose_from_transform(transform)
-    rotation = transform.transform.rotation
-    aside = rotation.x**2 + rotation.y**2
-    upright = rotation.z**2 + rotation.w**2
-    # Component of the laser's z axis along the base's.
-    up = (upright - aside) / (upright + aside)
-    return ScannerMount(pose, up < 0.0, math.acos(min(abs(up), 1.0)))

@@ -30,7 +30,7 @@ from diff_encoder_sim.drives.trial_definition import GOAL_DISTANCE_M, Outcome, R
 from diff_encoder_sim.navigation.navigator_inputs import GoalStatus
 from diff_encoder_sim.ros.conversions import pose_stamped_message, transform_message
 from diff_encoder_sim.ros.encoded_topics import EncodedPublisher, pose_subscriber
-from diff_encoder_sim.ros.graph import NodeWatch, wait_until_connected
+from diff_encoder_sim.ros.graph import wait_until_connected
 from diff_encoder_sim.ros.launch_status import LaunchStatus
 from diff_encoder_sim.ros.maps import MapKeeper
 from diff_encoder_sim.ros.node import call_service, log, node_params, publisher, required_trial_plan, run_node
@@ -43,21 +43,9 @@ POLL_PERIOD_S = 0.02
 
 # Each must have a publisher that all its subscribers are connected to before time runs.
 GRAPH = (
-    '/clock',
-    '/joint_states',
-    '/gazebo/model_states',
-    topics.TRIAL,
-    topics.TRIAL_RESULT,
-    topics.ODOM,
-    topics.WORLD_POSE,
-    topics.GLOBAL_POSE,
-    '/cmd_vel',
-    '/tf',
-    '/tf_static',
+    *('/clock', '/joint_states', '/gazebo/model_states', topics.TRIAL, topics.TRIAL_RESULT, topics.ODOM),
+    *(topics.WORLD_POSE, topics.GLOBAL_POSE, '/cmd_vel', '/tf', '/tf_static'),
 )
-
-# As trial.launch calls the node that writes the bag; without a bag it does not run.
-RECORDER = '/record_trial'
 
 # Other recorded topics, which not every trial has: where they are published, the recorder must be connected as well.
 ALSO_RECORDED = tuple(topic for topic in topics.RECORDED_LIVE if topic not in GRAPH)
@@ -70,7 +58,7 @@ class TrialParams(Params):
     map_frame: str = Field('map', min_length=1, description='frame of goals')
     start_timeout: PositiveDuration_s = Field(60.0, description='wall time for the graph to start [s]')
     stall_timeout: PositiveDuration_s = Field(
-        20.0, description='wall time without a true pose or a response of a node, before the trial fails [s]'
+        20.0, description='wall time without a true pose, before the trial fails [s]'
     )
     goal_distance: PositiveDistance_m = Field(
         GOAL_DISTANCE_M, description='a true pose farther from the goal fails the trial [m]'
@@ -86,19 +74,18 @@ class TrialFailed(Exception):
 
 
 class TrialRunner:
-    """Starts a trial, supervises it, and reports its outcome; the caller drives."""
+    """Starts a trial, supervises it, and reports its outcome; the caller drives.
+
+    `on_world_pose` is called with (stamp_ns, true pose in the map) for each /world_pose.
+    """
 
     def __init__(self, status: LaunchStatus, params: TrialParams, on_world_pose: Callable[[int, Pose2D], None]) -> None:
-        """Publish /trial; `on_world_pose` is called with (stamp_ns, true pose in the map) for each /world_pose."""
-        self._status = status
-        self._params = params
-        self._on_true_pose = on_world_pose
+        self._status, self._params, self._on_true_pose = status, params, on_world_pose
         plan = required_trial_plan()
         self.trial = plan.trial
         self._record = f'bag: {plan.bag}' if plan.bag else 'no bag'
         self._true_pose: Optional[Pose2D] = None
         self._last_pose_s = time.monotonic()
-        self._nodes = NodeWatch(params.stall_timeout)
         self._info = publisher(topics.TRIAL, String, latch=True)
         self._result = publisher(topics.TRIAL_RESULT, String, latch=True)
         self._info.publish(String(self.trial.model_dump_json()))
@@ -115,8 +102,6 @@ class TrialRunner:
             self._start((*GRAPH, *also_connected))
             drive()
             _call('/gazebo/pause_physics')  # ends the bag before the slow shutdown
-            self._nodes.check()
-            self._check_failure()
             self._check_goal()
         except TrialFailed as failure:
             rospy.logerr('trial failed: %s; %s', failure, self._record)  # first, as the shutdown is slow
@@ -132,14 +117,13 @@ class TrialRunner:
         """Block until `is_done`.
 
         Raises:
-            TrialFailed: the trial was stopped, simulated time does not advance, or a node does not respond.
+            TrialFailed: the trial was stopped, or simulated time does not advance.
         """
         while not is_done():
             if rospy.is_shutdown():
                 raise TrialFailed('stopped before its end')
             if time.monotonic() - self._last_pose_s > self._params.stall_timeout:
                 raise TrialFailed(f'no {topics.WORLD_POSE} for {self._params.stall_timeout:.0f} s')
-            self._check_failure()
             time.sleep(POLL_PERIOD_S)
 
     def _start(self, graph: Sequence[str]) -> None:
@@ -148,14 +132,9 @@ class TrialRunner:
             raise TrialFailed('stopped before its start')
         if missing:
             raise TrialFailed(f'topics not connected within {self._params.start_timeout:.0f} s: {", ".join(missing)}')
-        self._nodes.start(graph, [RECORDER])
         time.sleep(FIRST_MESSAGES_S)
         self._last_pose_s = time.monotonic()
         _call('/gazebo/unpause_physics')
-
-    def _check_failure(self) -> None:
-        if self._nodes.failure is not None:
-            raise TrialFailed(self._nodes.failure)
 
     def _check_goal(self) -> None:
         goal, true_pose = self.trial.goal(), self._true_pose
@@ -194,10 +173,9 @@ def _call(service: str) -> None:
 ACTION = 'move_base'
 
 _STATUS = {
-    ActionStatus.PENDING: GoalStatus.ACTIVE,
-    ActionStatus.ACTIVE: GoalStatus.ACTIVE,
-    ActionStatus.PREEMPTING: GoalStatus.ACTIVE,
-    ActionStatus.RECALLING: GoalStatus.ACTIVE,
+    **dict.fromkeys(
+        (ActionStatus.PENDING, ActionStatus.ACTIVE, ActionStatus.PREEMPTING, ActionStatus.RECALLING), GoalStatus.ACTIVE
+    ),
     ActionStatus.SUCCEEDED: GoalStatus.SUCCEEDED,
     ActionStatus.PREEMPTED: GoalStatus.PREEMPTED,
 }
@@ -276,7 +254,7 @@ class NavigationTrialNode:
     def _goal_status(self) -> Tuple[GoalStatus, str]:
         if self._goal is None:
             return GoalStatus.NONE, ''
-        return (_STATUS.get(self._goal.get_goal_status(), GoalStatus.ABORTED), self._goal.get_goal_status_text())
+        return _STATUS.get(self._goal.get_goal_status(), GoalStatus.ABORTED), self._goal.get_goal_status_text()
 
 
 def navigation_trial_node(status: LaunchStatus) -> None:

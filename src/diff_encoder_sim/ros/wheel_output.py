@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Callable, Mapping
+from typing import Callable
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -34,32 +34,24 @@ class OdometryOutput:
 
 
 class Diagnostics:
-    """Publishes a status on /diagnostics, once per period of stamps, if there are subscribers.
-
-    Args:
-        title: title of the status, after the node's name.
-        period_s: period of messages.
-    """
+    """Publishes a status `NODE: TITLE` on /diagnostics, once per period of stamps, if there are subscribers."""
 
     def __init__(self, title: str, period_s: float = 1.0) -> None:
         self._title, self._period_ns = title, period_s * NANOSECONDS_PER_SECOND
         self._topic = DisplayTopic('/diagnostics', DiagnosticArray, queue_size=10)
 
     def publish_when_due(self, stamp_ns: int, diagnose: Callable[[], Diagnosis]) -> None:
-        """Publish the result of `diagnose` if a period has elapsed."""
-        if self._topic.is_due(self._period_ns, stamp_ns):
-            diagnosis = diagnose()
-            message = DiagnosticArray(status=[status(self._title, diagnosis.warning, diagnosis.values)])
-            message.header.stamp = stamp_from_ns(stamp_ns)
-            self._topic.publish(message)
-
-
-def status(title: str, warning: str, values: Mapping[str, float]) -> DiagnosticStatus:
-    """Build a status of this node; OK without a warning."""
-    return DiagnosticStatus(
-        level=DiagnosticStatus.WARN if warning else DiagnosticStatus.OK,
-        name=f'{rospy.get_name().lstrip("/")}: {title}',
-        message=warning or 'OK',
-        hardware_id='None',
-        values=[KeyValue(key, f'{value:.6g}') for key, value in values.items()],
-    )
+        """Publish the result of `diagnose` if a period has elapsed: OK without a warning."""
+        if not self._topic.is_due(self._period_ns, stamp_ns):
+            return
+        diagnosis = diagnose()
+        status = DiagnosticStatus(
+            level=DiagnosticStatus.WARN if diagnosis.warning else DiagnosticStatus.OK,
+            name=f'{rospy.get_name().lstrip("/")}: {self._title}',
+            message=diagnosis.warning or 'OK',
+            hardware_id='None',
+            values=[KeyValue(key, f'{value:.6g}') for key, value in diagnosis.values.items()],
+        )
+        message = DiagnosticArray(status=[status])
+        message.header.stamp = stamp_from_ns(stamp_ns)
+        self._topic.publish(message)

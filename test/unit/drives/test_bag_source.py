@@ -1,15 +1,13 @@
-"""Bags of any kind as streams: read as far as they go, or named in one line; and their copies in ROS 1."""
+"""Bags of any kind as streams: read as far as they go, or named in one line."""
 
 import re
 
 import pytest
-from rosbags.highlevel import AnyReader
 from rosbags.rosbag1 import Reader
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.drives.bag_source import bags_in, open_source
-from diff_encoder_sim.drives.ros1_copy import write_ros1_copy
-from reencoding_drives import COMPRESSIONS, ROS1, ROS2, drive, without_index, write, write_ros1, write_ros2
+from reencoding_drives import COMPRESSIONS, ROS2, drive, without_index, write_ros1, write_ros2
 
 TOPICS = ('/joint_states', '/world_pose')
 
@@ -157,22 +155,3 @@ def test_bags_of_every_kind_are_found_in_a_folder_each_once(tmp_path):
         path.write_bytes(b'')
     assert bags_in(tmp_path) == sorted([*others, of_ros2])
     assert bags_in(of_ros2) == [of_ros2] and bags_in(tmp_path / 'none') == []
-
-
-def copied(path, **options):
-    """[(topic, time, message without the seq of its header)]"""
-    copy = path.parent / f'copy{len(options)}.bag'
-    with open_source(path) as source:
-        write_ros1_copy(copy, source, TOPICS, **options)
-    with AnyReader([copy]) as reader:
-        return [(connection.topic, time_ns, bytes(raw)[4:]) for connection, time_ns, raw in reader.messages()]
-
-
-@pytest.mark.parametrize('of_ros2', [False, True])
-def test_every_message_is_in_a_copy_and_the_last_of_the_wheels_again(tmp_path, of_ros2):
-    path = write(tmp_path / 'a', drive(ROS2 if of_ros2 else ROS1))
-    *others, (topic, again_ns, content) = copied(path, again_after_ns=5)
-    assert sorted(others) == sorted((topic, time_ns, ROS1.raw(message)[4:]) for topic, time_ns, message in drive())
-    assert sorted(copied(path)) == sorted(others)
-    assert content == [content for topic, _, content in others if topic == '/joint_states'][-1]
-    assert topic == '/joint_states' and again_ns == max(time_ns for _, time_ns, _ in others) + 5

@@ -35,7 +35,7 @@ class RecordedTopic:
         self._due_ns = now_ns
         return True
 
-    def take_newcomers(self):
+    def has_newcomers(self):
         newcomers, self.newcomers = self.newcomers, False
         return newcomers
 
