@@ -14,6 +14,7 @@ from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped, Quaternion
 from nav_msgs.msg import OccupancyGrid
 from nav_msgs.srv import GetMap, GetMapResponse, SetMap
 from ros_testing import (
+    INF,
     NAN,
     NS_PER_S,
     Collector,
@@ -99,16 +100,15 @@ class AmclTest(NodeTest):
     def guess(self, pose, covariance=SURE, stamp_ns=0, frame='map'):
         return pose_with_covariance_message(pose, covariance, stamp_ns, frame)
 
-    def scan(self, frame='laser', true_pose=None):
+    def scan(self, true_pose=None):
         scan = simulated_scan(self.room, true_pose or self.true_pose, ray_count=180, laser_pose_in_base=LASER)
-        return scan_message(scan._replace(stamp_ns=0), frame, 0.1)
+        return scan_message(scan._replace(stamp_ns=0), 'laser', 0.1)
 
-    def send_scan(self, message=None, with_odometry=True):
+    def send_scan(self, message=None):
         """A scan of now, by default a good one; a tenth of a second passes. Returns its stamp."""
         message, stamp_ns = message or self.scan(), self.now_ns
         self.now_ns += SCAN_PERIOD_NS
-        if with_odometry:
-            self.tf.publish(TFMessage([transform_message(self.odom_pose, stamp_ns, 'odom', 'base_link')]))
+        self.tf.publish(TFMessage([transform_message(self.odom_pose, stamp_ns, 'odom', 'base_link')]))
         message.header.stamp = stamp_from_ns(stamp_ns)
         self.scans.publish(message)
         return stamp_ns
@@ -165,14 +165,6 @@ class AmclTest(NodeTest):
         self.answered(again)
         self.assertEqual(self.answers()[again].transform, transform.transform)
         self.assertEqual([stamp_ns_of(message) for message in self.poses.messages], [self.epoch_ns])
-
-    def test_it_converges_from_a_guess_that_is_off(self):
-        self.begin(START, Pose2D(START.x_m + 0.2, START.y_m - 0.2, START.yaw_rad + 0.1), UNSURE)
-        for _ in range(14):
-            pose = self.localized()
-            pose_at_update = self.true_pose
-            self.move(0.3, 0.42)
-        self.assert_near(pose, pose_at_update, 0.12)
 
     def test_a_cloud_after_each_update_and_a_pose_after_each_second(self):
         stamps = []
@@ -263,14 +255,14 @@ class AmclTest(NodeTest):
         self.assertEqual(len(self.rosout.warnings_of(NODE)), len(bad))
         self.assert_near(self.localized(), before, 1e-9, 1e-6)  # neither begun again nor shaken
 
-    def test_bad_scans_are_dropped_and_do_not_hold_up_good_ones(self):
+    def test_bad_scans_are_dropped(self):
         self.localized()
         for fields in (
-            *(dict(ranges=ranges) for ranges in ([math.inf] * 180, [NAN] * 180, [100.0] * 180, [0.0] * 180, [])),
+            dict(ranges=[NAN] * 180),
+            dict(ranges=[100.0] * 180),
+            dict(ranges=[]),
             dict(angle_increment=0.0),
-            dict(angle_increment=NAN),
-            dict(angle_min=math.inf),
-            dict(range_max=0.0),
+            dict(angle_min=INF),
             dict(range_max=NAN),
         ):
             message = self.scan()
@@ -281,28 +273,6 @@ class AmclTest(NodeTest):
             self.assert_near(self.localized(), self.true_pose, 0.15)
             self.assertNotIn(stamp_ns, self.answers(), fields)
         self.rosout.wait_for_warning(NODE, '/scan: ')
-        unknown = []
-
-        def is_warned():  # once in some seconds
-            unknown.append(self.send_scan(self.scan(frame='nowhere')))
-            self.localized()
-            return any("'nowhere'" in text and 'dropped' in text for text in self.rosout.warnings_of(NODE))
-
-        wait_until(is_warned, 'a warning that names the frame')
-        self.assertFalse(set(unknown) & set(self.answers()))
-
-    def test_without_odometry_it_says_so_and_goes_on_when_it_is_back(self):
-        self.localized()
-        gap, scan = [], self.scan()
-
-        def is_warned():  # once in some seconds
-            gap.append(self.send_scan(scan, with_odometry=False))
-            return any("'base_link' to 'odom'" in text for text in self.rosout.warnings_of(NODE))
-
-        wait_until(is_warned, 'a warning that names the frames')
-        self.assertFalse(set(gap) & set(self.answers()))
-        self.now_ns += 10 * NS_PER_S
-        self.assert_near(self.localized(), START, 0.05)
 
     # --- lost
 

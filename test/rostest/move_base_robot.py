@@ -64,9 +64,7 @@ class Robot:
     def __init__(self, start_ns):
         self.now_ns, self.pose, self.twist = start_ns, Pose2D(-2.0, -1.0, 0.0), (0.0, 0.0)
         self.muted = set()  # of '/odom', '/scan', '/tf'
-        self.is_frozen = False  # an encoder has come off: odometry stays what it was
         self.change_scan = self.change_odometry = unchanged
-        self._odometry_pose = self.pose_in_odom()
         self._periods, self._is_answered = 0, False
         self.commands = Collector('/cmd_vel', Twist)
         self.results = Collector(NODE + '/result', MoveBaseActionResult)
@@ -159,10 +157,8 @@ class Robot:
     def _odometry(self, stamp):
         message = Odometry(child_frame_id='base_link')
         message.header.stamp, message.header.frame_id = stamp, 'odom'
-        if not self.is_frozen:
-            self._odometry_pose = self.pose_in_odom()
-            message.twist.twist.linear.x, message.twist.twist.angular.z = self.twist
-        message.pose.pose = pose_message(self._odometry_pose)
+        message.twist.twist.linear.x, message.twist.twist.angular.z = self.twist
+        message.pose.pose = pose_message(self.pose_in_odom())
         return message
 
 

@@ -48,6 +48,7 @@ FAR = Pose2D(-1.0, 1.2, 1.5)
 AHEAD = Pose2D(-0.2, -1.0, 0.0)  # in docs/live_trials.md
 CLOSED_CELL = Pose2D(2.4, 1.4, 0.0)
 STOP = (0.0, 0.0)
+FILLED = {Path: 'poses', PolygonStamped: 'points', PointCloud2: 'data'}
 
 
 def subscriber_that_never_reads(topic, message_type):
@@ -66,12 +67,6 @@ def cells(message):
     """(height, width) of a map or of a change of one."""
     info = message.info if isinstance(message, OccupancyGrid) else message
     return np.array(message.data, np.int8).reshape(info.height, info.width)
-
-
-def table(cloud):
-    """{field: values} of a cloud."""
-    names = [field.name for field in cloud.fields]
-    return dict(zip(names, np.frombuffer(cloud.data, '<f4').reshape(cloud.width, len(names)).T))
 
 
 def distance(first, second):
@@ -105,7 +100,7 @@ class MoveBaseTest(NodeTest):
 
     def tearDown(self):
         robot = self.robot
-        robot.muted, robot.is_frozen = set(), False
+        robot.muted = set()
         robot.change_scan = robot.change_odometry = unchanged
         if robot.pending():
             self.cancels.publish(GoalID())
@@ -179,6 +174,7 @@ class MoveBaseTest(NodeTest):
     def test_a_goal_is_reached_and_shown(self):
         kinds = {'NavfnROS/plan': Path, 'DWAPlannerROS/global_plan': Path, 'DWAPlannerROS/local_plan': Path}
         kinds.update(dict.fromkeys(('global_costmap/footprint', 'local_costmap/footprint'), PolygonStamped))
+        kinds.update(dict.fromkeys(('DWAPlannerROS/trajectory_cloud', 'DWAPlannerROS/cost_cloud'), PointCloud2))
         views = [Collector(f'{NODE}/{topic}', message) for topic, message in kinds.items()]
         result = self.assert_ends(self.send(NEAR), GoalStatus.SUCCEEDED, 'goal reached')
         self.assert_at(NEAR)
@@ -188,10 +184,12 @@ class MoveBaseTest(NodeTest):
         feedback = self.feedback.wait_for_count(10)[-1]
         self.assertEqual(feedback.status.goal_id, result.status.goal_id)
         self.assertLess(distance(pose_from_message(feedback.feedback.base_position.pose), NEAR), 0.2)
-        for collector, frame in zip(views, ('map', 'odom', 'odom', 'map', 'odom')):
-            messages = collector.wait_for(
-                lambda got: any(each.poses if isinstance(each, Path) else each.polygon.points for each in got), 'a line'
-            )
+        for collector, frame in zip(views, ('map', 'odom', 'odom', 'map', 'odom', 'odom', 'odom')):
+
+            def is_shown(messages):
+                return any(len(getattr(getattr(each, 'polygon', each), FILLED[type(each)])) > 2 for each in messages)
+
+            messages = collector.wait_for(is_shown, 'a line or a cloud')
             self.assertEqual({message.header.frame_id for message in messages}, {frame})
 
     def test_a_cancelled_goal_stops_within_a_period(self):
@@ -303,21 +301,12 @@ class MoveBaseTest(NodeTest):
         self.cancels.publish(GoalID())
         self.assert_ends(goal_id, GoalStatus.PREEMPTED)
 
-    def test_the_scan_falls_silent(self):
-        delay_s = self.assert_stops_and_resumes(
-            lambda: self.robot.muted.add('/scan'), 'scan', 'old', 'input_timeout 0.5 s'
-        )
-        self.assertLessEqual(delay_s, 0.7)
-
-    def test_localization_stops(self):
-        delay_s = self.assert_stops_and_resumes(lambda: self.robot.muted.add('/tf'), 'map->odom', 'old')
-        self.assertLessEqual(delay_s, 0.7)
-
-    def test_a_laser_without_a_valid_range(self):
-        def blind():
-            self.robot.change_scan = with_ranges(NAN)
-
-        self.assert_stops_and_resumes(blind, 'scan', 'old', dropped=('/scan', 'none of 180 ranges is valid'))
+    def test_the_scan_or_localization_stops(self):
+        for topic, words in (('/scan', ('scan', 'old', 'input_timeout 0.5 s')), ('/tf', ('map->odom', 'old'))):
+            delay_s = self.assert_stops_and_resumes(lambda topic=topic: self.robot.muted.add(topic), *words)
+            self.assertLessEqual(delay_s, 0.7)
+            self.tearDown()
+            self.setUp()
 
     def test_odometry_that_is_not_a_number(self):
         def change(odometry):
@@ -345,14 +334,6 @@ class MoveBaseTest(NodeTest):
             self.robot.place(START)
             self.assert_ends(self.send(NEAR))
         hung.close()
-
-    def test_frozen_odometry_ends_the_goal_and_the_next_one_works(self):
-        goal_id = self.drive()
-        self.robot.is_frozen, frozen_at = True, self.robot.pose
-        self.assert_ends(goal_id, GoalStatus.ABORTED, 'odometry has not moved for 0.30 m of commanded travel')
-        self.assertLess(distance(self.robot.pose, frozen_at), 0.35)
-        self.robot.is_frozen = False
-        self.assert_ends(self.send(NEAR))
 
     def test_time_that_goes_back_restarts(self):
         goal_id = self.drive()
@@ -414,26 +395,6 @@ class MoveBaseTest(NodeTest):
         grids.stop()
         updates.stop()
         self.assertTrue((cells(self.whole_costmap()) == shown).all())
-
-    def test_the_clouds_of_the_dwa(self):
-        trajectories = Collector(NODE + '/DWAPlannerROS/trajectory_cloud', PointCloud2)
-        costs = Collector(NODE + '/DWAPlannerROS/cost_cloud', PointCloud2)
-        self.assert_ends(self.send(NEAR))
-        counts = [len(collector.wait_for_count(3)) for collector in (trajectories, costs)]
-        first, grid = trajectories.messages[0], costs.messages[0]
-        self.assertEqual([first.header.frame_id, grid.header.frame_id], ['odom', 'odom'])
-        points, around = table(first), table(grid)
-        self.assertEqual(list(points), ['x', 'y', 'z', 'theta', 'cost'])
-        self.assertEqual(list(around), ['x', 'y', 'z', 'path_cost', 'goal_cost', 'occ_cost', 'total_cost'])
-        here = self.robot.pose_in_odom()
-        for values in (points, around):
-            distances = np.hypot(values['x'] - here.x_m, values['y'] - here.y_m)
-            self.assertLess(distances.max(), 3.5)
-            self.assertGreater(len(distances), 30)
-        self.assertGreaterEqual(points['cost'].min(), 0.0)
-        self.assertLess(around['occ_cost'].max(), 253)
-        self.robot.live(10)  # nothing is chosen any more
-        self.assertEqual([len(collector.messages) for collector in (trajectories, costs)], counts)
 
     # ---- dynamic_reconfigure
 

@@ -60,8 +60,8 @@ class AmclNode:
     def __init__(self) -> None:
         params = node_params(AmclNodeParams, part='amcl', defaults=_trial_defaults())
         # Frame ids may begin with '/', as they did before tf2.
-        frames = ('odom_frame_id', 'base_frame_id', 'global_frame_id')
-        self._params = params.model_copy(update={name: getattr(params, name).lstrip('/') for name in frames})
+        names = ('odom_frame_id', 'base_frame_id', 'global_frame_id')
+        self._params = params.model_copy(update={name: getattr(params, name).lstrip('/') for name in names})
         compile_first(lambda: warm_up(self._params))
         self._lock = threading.RLock()  # scans, transforms and services use threads
         self._amcl: Optional[Amcl] = None
@@ -83,15 +83,9 @@ class AmclNode:
             rospy.Service('set_map', SetMap, self._on_set_map),
         ]
         self._initial_poses = subscriber('initialpose', PoseWithCovarianceStamped, self._on_initial_pose)
-        self._scans = ScanInput(
-            self._buffer,
-            self._lock,
-            self._params.base_frame_id,
-            self._params.odom_frame_id,
-            self._localize,
-            self._on_restart,
-            lambda: self._amcl is not None,
-        )
+        frames = self._params.base_frame_id, self._params.odom_frame_id
+        use, restart = self._localize, self._on_restart
+        self._scans = ScanInput(self._buffer, self._lock, *frames, use, restart, lambda: self._amcl is not None)
         if self._params.use_map_topic:
             self._maps = subscriber('map', OccupancyGridMessage, self._on_map)
         else:

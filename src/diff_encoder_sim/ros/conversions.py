@@ -129,12 +129,6 @@ def twist_std_from_message(message: Odometry) -> Tuple[float, float]:
     return math.sqrt(max(variances[0], 0.0)), math.sqrt(max(variances[1], 0.0))
 
 
-def matrix_pose_message(pose: np.ndarray) -> Pose:
-    """Convert a 4x4 pose without roll and pitch."""
-    yaw_rad = float(np.arctan2(pose[1, 0], pose[0, 0]))
-    return Pose(Point(*pose[:3, 3].tolist()), Quaternion(*quat_xyzw_from_yaw(yaw_rad)))
-
-
 def world_markers(world: World, frame: str) -> MarkerArray:
     """Build RViz markers of walls and pillars, without the floor."""
     # Here, since every node imports this module.
@@ -150,8 +144,9 @@ def world_markers(world: World, frame: str) -> MarkerArray:
         elif isinstance(shape, Sphere):
             kind, scale = Marker.SPHERE, (2.0 * shape.radius_m,) * 3
         if kind is not None:  # else the floor
-            pose, size = matrix_pose_message(solid.pose_in_world), Vector3(*scale)
-            marker = Marker(ns='world', id=index, type=kind, pose=pose, scale=size, color=WALL_COLOUR)
+            place, yaw_rad = solid.pose_in_world, math.atan2(*solid.pose_in_world[1::-1, 0])
+            pose = Pose(Point(*place[:3, 3].tolist()), Quaternion(*quat_xyzw_from_yaw(yaw_rad)))
+            marker = Marker(ns='world', id=index, type=kind, pose=pose, scale=Vector3(*scale), color=WALL_COLOUR)
             marker.header.frame_id = frame
             markers.append(marker)
     return MarkerArray(markers)

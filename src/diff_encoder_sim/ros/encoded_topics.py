@@ -107,10 +107,12 @@ class DisplayTopic:
     """
 
     def __init__(self, topic: str, message_class: Type[genpy.Message], queue_size: int = 1) -> None:
-        self._publisher = rospy.Publisher(topic, message_class, queue_size=queue_size)
+        self._newcomers = _Newcomers()
+        self._publisher = rospy.Publisher(
+            topic, message_class, subscriber_listener=self._newcomers, queue_size=queue_size
+        )
         self.publish = self._publisher.publish
         self._due_ns: Optional[int] = None  # last due time
-        self._known = 0  # subscribers at the last `has_newcomers`
 
     @property
     def has_subscribers(self) -> bool:
@@ -126,6 +128,13 @@ class DisplayTopic:
         return True
 
     def has_newcomers(self) -> bool:
-        """Return whether there are more subscribers than at the last call."""
-        before, self._known = self._known, self._publisher.get_num_connections()
-        return self._known > before
+        """Return whether a node has subscribed since the last call."""
+        are_there, self._newcomers.are_there = self._newcomers.are_there, False
+        return are_there
+
+
+class _Newcomers(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no types
+    are_there = False
+
+    def peer_subscribe(self, *_: object) -> None:
+        self.are_there = True  # called in a separate thread

@@ -213,10 +213,8 @@ class SimulatorNode:
             return response
         with self._lock:
             self._simulator.place(pose, PlanarVelocity(linear.x, linear.y, angular.z))
-        response.success = True
-        response.status_message = (
-            f'{robot_name} placed at ({pose.x_m:.3f}, {pose.y_m:.3f}) m, yaw {pose.yaw_rad:.3f} rad'
-        )
+        place = f'({pose.x_m:.3f}, {pose.y_m:.3f}) m, yaw {pose.yaw_rad:.3f} rad'
+        response.success, response.status_message = True, f'{robot_name} placed at {place}'
         log.info('%s', response.status_message, extra=EVENT)
         return response
 

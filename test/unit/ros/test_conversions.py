@@ -18,12 +18,9 @@ POSE = Pose2D(1.5, -2.0, 2.5)
 GRID = OccupancyGrid(np.array([[0, 100, -1], [0, 0, 50]], np.int8), 0.05, Pose2D(-1.0, 2.0, 0.5))
 
 
-@pytest.mark.parametrize('stamp_ns', [0, 999_999_999, 1_000_000_000, 1_795_318_047_650_452_001])
-def test_stamps_are_whole_nanoseconds_both_ways(stamp_ns):
-    assert conversions.ns_from_stamp(conversions.stamp_from_ns(stamp_ns)) == stamp_ns
-
-
-def test_poses_come_back():
+def test_stamps_and_poses_come_back():
+    for stamp_ns in (0, 999_999_999, 1_795_318_047_650_452_001):
+        assert conversions.ns_from_stamp(conversions.stamp_from_ns(stamp_ns)) == stamp_ns
     assert conversions.pose_from_message(conversions.pose_message(POSE)) == pytest.approx(POSE)
     transform = conversions.transform_message(POSE, 5, 'odom', 'base_link')
     assert conversions.pose_from_transform(transform) == pytest.approx(POSE)

@@ -32,17 +32,12 @@ def test_a_message_with_a_header_is_numbered_by_rospy_as_one_of_genpy_is():
     assert sent(Clock, encode_clock(7), 42)[4:] == encode_clock(7)  # has no header
 
 
-def test_the_class_is_described_to_other_nodes_as_that_of_the_type():
-    ours = room.encoded_class(JointState)
-    assert (ours._type, ours._md5sum, ours._full_text) == (JointState._type, JointState._md5sum, JointState._full_text)
-
-
-def test_received_bytes_come_as_they_are():
-    buffer, messages = io.BytesIO(), []
+def test_received_bytes_come_as_they_are_and_the_class_is_described_as_that_of_the_type():
+    buffer, messages, ours = io.BytesIO(), [], room.encoded_class(JointState)
     buffer.write(sent(JointState, ENCODED, 1) + sent(JointState, ENCODED, 2))
-    deserialize_messages(buffer, messages, room.encoded_class(JointState))
-    assert [message.content[4:] for message in messages] == [ENCODED[4:]] * 2
-    assert [message.content[0] for message in messages] == [1, 2]
+    deserialize_messages(buffer, messages, ours)
+    assert [(message.content[0], message.content[4:]) for message in messages] == [(1, ENCODED[4:]), (2, ENCODED[4:])]
+    assert (ours._type, ours._md5sum, ours._full_text) == (JointState._type, JointState._md5sum, JointState._full_text)
 
 
 @pytest.fixture(name='receive')

@@ -23,10 +23,7 @@ LONG_S = 20.0
 
 @pytest.fixture(name='given')
 def fixture_given(monkeypatch):
-    """Sets the private parameters of a node called /node, a robot's settings, and what is typed on its command line.
-
-    Returns the parameter server; a test may change the private parameters that a node has written.
-    """
+    """Sets the private parameters of /node, a robot's settings, and its command line; returns the parameter server."""
     parameters = {}
 
     def given(private, of_robot=None, typed=()):
@@ -44,14 +41,15 @@ def test_parameters_of_other_nodes_in_the_same_file_are_no_misspellings(given):
     given({'rate': 10.0, 'wheel_diameter': 0.3})
     assert node.node_params(EncoderParams, OdometryParams).rate == 10.0
     assert node.node_params(OdometryParams, EncoderParams).wheel_diameter == 0.3
+    given({'wheel_diameter': 0.3})
     with pytest.raises(ConfigError, match=r'^/node: wheel_diameter: '):
         node.node_params(EncoderParams)
 
 
 def test_a_robots_settings_override_yaml_files_and_what_is_typed_overrides_both(given):
     given({'rate': 10.0, 'ppr': 40}, {'rate': 30.0, 'ppr': 4096}, ['_ppr:=40', '__name:=node'])
-    params = node.node_params(EncoderParams, part='config')
-    assert (params.rate, params.ppr.left) == (30.0, 40)
+    params = node.node_params(EncoderParams, part='config', defaults={'rate': 5.0, 'seed': 7})
+    assert (params.rate, params.ppr.left, params.seed) == (30.0, 40, 7)
     given({}, {'rate': -1.0})
     with pytest.raises(ConfigError, match=r'^/node with /robot_settings/config: rate: given -1.0'):
         node.node_params(EncoderParams, part='config')
@@ -80,32 +78,20 @@ def test_the_values_in_use_are_written_to_the_private_parameters(given, private,
     assert server['~']['motion_noise'] == 1e-6  # which follows from other values
 
 
-# ---- the log
+# ---- the log, threads, topics and services
 
 
-@pytest.fixture(name='sent')
-def fixture_sent(monkeypatch):
-    """A logger, the texts of it that reach /rosout, and a clock that the test sets."""
-    texts, clock = [], [0.0]
-    levels = ((logging.INFO, lambda _, text: texts.append(text)),)
-    monkeypatch.setattr(node._RosLogHandler, '_LEVELS', levels)
+def test_a_message_about_a_topic_is_repeated_only_after_a_while_and_events_always(monkeypatch):
+    texts, clock, log = [], [0.0], logging.Logger('test_node', logging.INFO)  # noqa: LOG001
+    monkeypatch.setattr(node._RosLogHandler, '_LEVELS', ((logging.INFO, lambda _, text: texts.append(text)),))
     monkeypatch.setattr(node.time, 'monotonic', lambda: clock[0])
-    log = logging.Logger('test_node', logging.INFO)  # noqa: LOG001
     log.addHandler(node._RosLogHandler())
-    return log, texts, clock
-
-
-def test_a_message_about_a_topic_is_repeated_only_after_a_while_and_events_always(sent):
-    log, texts, clock = sent
     for at_s, topic, age_s in ((0, '/scan', 1), (1, '/scan', 2), (4.9, '/odom', 3), (5, '/scan', 4)):
         clock[0] = at_s
         log.warning('%s: %d s old', topic, age_s)
     for _ in range(2):
         log.info('restarted', extra=EVENT)
     assert texts == ['/scan: 1 s old', '/odom: 3 s old', '/scan: 4 s old', 'restarted', 'restarted']
-
-
-# ---- threads, topics and services
 
 
 @pytest.mark.parametrize('is_ending', [True, False])
@@ -185,31 +171,13 @@ def has_ended(thread):
     return not thread.is_alive()
 
 
-def test_after_each_tick_the_thread_pauses_until_a_look_is_wanted(tick):
+def test_after_each_tick_the_thread_pauses_until_a_look_is_wanted_or_every_tick_is(tick):
     heard = []
     node.listen_to_clock(heard.append)
-    for count in (1, 2):
+    for count, end_pause in ((1, node.look_at_clock), (2, node.read_every_tick)):
         thread = tick()
         wait_for_pause()
         assert len(heard) == count  # before the pause
-        node.look_at_clock()
+        end_pause()
         assert has_ended(thread) and not node.is_clock_pausing()
-
-
-def test_a_pause_ends_by_itself_and_a_node_that_needs_every_tick_has_none(tick, monkeypatch):
-    first = tick()
-    wait_for_pause()
-    node.read_every_tick()
-    assert has_ended(first) and has_ended(tick())
-    node.read_now_and_then()
-    monkeypatch.setattr(node, 'PAUSE_S', 0.001)
     assert has_ended(tick())
-
-
-@pytest.mark.parametrize('is_wallclock', [True, False])
-def test_only_if_time_is_simulated_the_clock_is_subscribed_to(monkeypatch, is_wallclock):
-    subscribed = []
-    monkeypatch.setattr(rospy.rostime, 'is_wallclock', lambda: is_wallclock)
-    monkeypatch.setattr(rospy, 'Subscriber', lambda topic, *_, **__: subscribed.append(topic))
-    node.pause_between_ticks()
-    assert subscribed == ([] if is_wallclock else ['/clock'])

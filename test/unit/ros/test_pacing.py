@@ -15,7 +15,7 @@ from diff_encoder_sim.wheels.sampling import BoundarySampler, BoundaryTimes
 
 MS = 1_000_000
 TICK_NS, PERIOD_NS, DELAY_NS, SCAN_NS, END_NS = 10 * MS, 50 * MS, 20 * MS, 100 * MS, 3000 * MS
-RATES_HZ = [7.0, 10.0, 15.0, 20.0, 33.3, 50.0, 100.0, 200.0]
+RATES_HZ = [7.0, 20.0, 33.3, 100.0, 200.0]
 LONG_S, SHORT_S = 20.0, 0.01
 SLOW, FAST = (0.1, 0.0), (0.2, 0.0)
 
@@ -48,14 +48,6 @@ def every_50_ms(time_ns):
     return time_ns // PERIOD_NS * PERIOD_NS
 
 
-def test_time_runs_while_every_topic_that_has_begun_has_come_to_what_is_expected(topics, caplog):
-    pacer = GraphPacer(['/odom'], every_50_ms, topics_once_begun=['/global_pose'])
-    for stamp_ns in range(0, 500 * MS, PERIOD_NS):
-        topics['/odom'](stamp_ns)
-        pacer.wait(stamp_ns + 49 * MS)
-    assert caplog.records == []
-
-
 def test_a_topic_is_waited_for_until_it_comes(topics, monkeypatch):
     monkeypatch.setattr(pacing, 'LONGEST_WAIT_S', LONG_S)
     pacer = GraphPacer(['/odom'], every_50_ms)
@@ -71,24 +63,20 @@ def test_a_topic_is_waited_for_until_it_comes(topics, monkeypatch):
 
 def test_one_that_does_not_come_is_warned_of_once_and_waited_for_again_when_it_is_back(topics, caplog):
     pacer = GraphPacer(['/odom'], every_50_ms, topics_once_begun=['/global_pose'])
-    for topic in ('/odom', '/global_pose'):
-        topics[topic](0)
-    for time_ns in (PERIOD_NS, 100 * MS, 150 * MS):
-        topics['/odom'](time_ns)
-        pacer.wait(time_ns)
+    for time_ms in range(0, 160, 10):
+        if time_ms % 50 == 0:
+            topics['/odom'](time_ms * MS)
+        if time_ms == 0:
+            topics['/global_pose'](0)
+        pacer.wait(time_ms * MS)
     assert [record.args[:2] for record in caplog.records] == [('/global_pose', 0.05)]
     topics['/global_pose'](150 * MS)
     topics['/odom'](200 * MS)
     pacer.wait(200 * MS)
     assert len(caplog.records) == 2
-
-
-def test_after_a_reset_stamps_of_before_do_not_count(topics, caplog):
-    pacer = GraphPacer(['/odom'], every_50_ms)
-    topics['/odom'](500 * MS)
-    pacer.restart()
+    pacer.restart()  # stamps of before do not count
     pacer.wait(0)
-    assert len(caplog.records) == 1
+    assert [record.args[0] for record in caplog.records][2:] == ['/odom']
 
 
 def test_unless_the_graph_starts_in_a_pause_a_topic_is_waited_for_from_its_first_message(topics, caplog):
@@ -196,11 +184,9 @@ def take_in_thread(some_gate, sim_time_ns):
 
 def test_without_a_period_the_newest_command_is_taken_at_once_and_once():
     free = gate(is_periodic=False)
-    assert free.take(0) is None
-    free.put(SLOW)
-    free.put(FAST)
-    assert free.take(10 * MS) == FAST
-    assert free.take(20 * MS) is None
+    for command in (SLOW, FAST):
+        free.put(command)
+    assert [free.take(time_ns) for time_ns in (10 * MS, 20 * MS)] == [FAST, None]
 
 
 def test_a_controller_is_waited_for():
@@ -243,7 +229,7 @@ def test_patience_ends_with_one_warning_until_the_controller_is_back(caplog):
     assert len(caplog.records) == 2  # it was waited for again
 
 
-@pytest.mark.parametrize('control_hz', [5.0, 20.0, 33.3, 100.0])
+@pytest.mark.parametrize('control_hz', [5.0, 33.3, 100.0])
 @pytest.mark.parametrize('report_hz', RATES_HZ)
 @pytest.mark.parametrize('lag_ns', [0, DELAY_NS])
 def test_a_controller_at_any_rate_is_never_waited_for_in_vain(report_hz, control_hz, lag_ns, caplog):
@@ -282,5 +268,4 @@ def test_after_a_reset_the_first_report_is_answered_again():
         periodic.take(now_ns)
     periodic.clear()
     periodic.put(FAST)
-    assert periodic.take(0) is None
-    assert periodic.take(DELAY_NS) == FAST
+    assert [periodic.take(0), periodic.take(DELAY_NS)] == [None, FAST]
