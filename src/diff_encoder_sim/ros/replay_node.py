@@ -27,8 +27,8 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.bag_source import open_source
 from diff_encoder_sim.drives.joint_wheels import WheelOptions, find_wheels
+from diff_encoder_sim.drives.message_encoders import encode_clock
 from diff_encoder_sim.drives.reencoding import COPIED, copied_topics
-from diff_encoder_sim.drives.sensor_messages import encode_clock
 from diff_encoder_sim.drives.trial_bag import EARLIEST_NS
 from diff_encoder_sim.drives.trial_definition import OF_ODOMETRY, with_encoder
 from diff_encoder_sim.drives.trial_recording import trial_of_source
