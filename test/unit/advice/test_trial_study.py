@@ -111,98 +111,66 @@ def test_trials_that_disagree_with_the_draws_are_spoken_of(campaign):
 
 REQUIREMENT = Requirement(0.8, 0.05, math.radians(3.0), 0.95)
 
-AHEAD = Pose2D(10.0, 0.0, 0.0)
-
-
-def trial(estimate, truth, odometry=(0.0, 0.0, 0.0), number=1, outcome='succeeded'):
-    return row('SL', '90', number, outcome, odom=odometry, world=truth, **{'global': estimate})
-
 
 def goal_trials_of(rows):
-    return goal_trials(results_of(rows).trials, AHEAD)
+    return goal_trials(results_of(rows).trials, Pose2D(10.0, 0.0, 0.0))
 
 
-def trials(count, seed=1, encoder_m=0.0):
+def trials(count, encoder_m=0.0):
     """Trials whose stop spreads by 3 mm along, and localization by 2 mm and `encoder_m` across."""
-    rng = np.random.default_rng(seed)
-    stop, fix, encoder = rng.normal(0.0, 0.003, count), rng.normal(0.001, 0.002, count), rng.normal(0.0, 1.0, count)
+    stop, fix, encoder = np.random.default_rng(1).normal(size=(3, count)) * [[0.003], [0.002], [encoder_m]]
     return [
-        trial((each, 0.0, 0.0), (each, side + encoder_m * step, 0.0), number=number)
-        for number, (each, side, step) in enumerate(zip(stop, fix, encoder), 1)
+        row('SL', '90', number, **{'global': (x_m, 0.0, 0.0)}, world=(x_m, y_m, 0.0), odom=(0.0, 0.0, 0.0))
+        for number, x_m, y_m in zip(range(1, count + 1), stop, 0.001 + fix + encoder)
     ]
 
 
-def test_each_criterion_has_its_error():
-    one = goal_trials_of([trial((0.01, 0.0, 0.0), (0.06, 0.0, 0.0), (0.1, 0.0, 0.0))])
-    within = {criterion: one.counts(criterion, REQUIREMENT).within for criterion in Criterion}
-    assert within == {Criterion.ODOMETRY: 1, Criterion.POSE_ESTIMATE: 1, Criterion.TRUTH: 0}
+def test_each_criterion_has_its_error_and_an_aborted_trial_only_that_of_odometry():
+    poses = {'global': (0.01, 0.0, 0.0), 'world': (0.06, 0.0, 0.0), 'odom': (0.1, 0.0, 0.0)}
+    ends = goal_trials_of(
+        [row('SL', '90', 1, **poses), row('SL', '90', 2, 'lost', **poses), row('SL', '90', 3, 'lost')]
+    )
+    within = {criterion: ends.counts(criterion, REQUIREMENT).within for criterion in Criterion}
+    assert within == {Criterion.ODOMETRY: 2, Criterion.POSE_ESTIMATE: 1, Criterion.TRUTH: 0}
+    assert ends.known_numbers.tolist() == [1]
 
 
-def test_a_trial_that_gave_up_is_not_within_but_its_odometry_may_be():
-    lost = trial((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), outcome='lost')
-    one = goal_trials_of([lost, row('SL', '90', 2, 'lost')])
-    within = {criterion: one.counts(criterion, REQUIREMENT).within for criterion in Criterion}
-    assert within == {Criterion.ODOMETRY: 1, Criterion.POSE_ESTIMATE: 0, Criterion.TRUTH: 0}
-    assert len(one.known_numbers) == 0
-
-
-def test_the_encoders_part_is_the_difference_to_the_finest_one():
-    finest = goal_trials_of(trials(2000))
-    budget, count = truth_budget(goal_trials_of(trials(2000, encoder_m=0.01)), finest, finest, {})
+def test_a_budget_has_the_encoders_part_and_that_of_each_cause_and_adds_up():
+    ends, finest = goal_trials_of(trials(2000, encoder_m=0.01)), goal_trials_of(trials(2000))
+    budget, count = truth_budget(ends, finest, finest, {'wheel slip': finest})
     assert count == 2000
     assert budget.parts[STOPPING].std[0] == pytest.approx(0.003, rel=0.1)
     assert budget.parts[LOCALIZATION].bias[1] == pytest.approx(0.001, abs=2e-4)
-    assert budget.parts[ENCODER].std[1] == pytest.approx(0.01, rel=0.1)
+    assert budget.parts[ENCODER].std[1] == budget.parts['wheel slip'].std[1] == pytest.approx(0.01, rel=0.1)
     total = sum(part.variance for part in budget.parts.values()) + budget.rest.variance
     np.testing.assert_allclose(total, budget.found.variance)
 
 
-def test_a_cause_that_is_switched_off_has_its_own_part():
-    ends, finest = goal_trials_of(trials(2000, encoder_m=0.01)), goal_trials_of(trials(2000))
-    budget, _ = truth_budget(ends, ends, finest, {'wheel slip': finest})
-    assert budget.parts['wheel slip'].std[1] == pytest.approx(0.01, rel=0.1)
-    assert budget.parts[ENCODER].std[1] == 0.0
-    np.testing.assert_allclose(budget.rest.variance, 0.0, atol=3e-6)
-
-
 def test_a_budget_pairs_trials_and_needs_some():
     ends = goal_trials_of(trials(20))
-    late = goal_trials_of(trials(40)[13:])
-    assert truth_budget(ends, ends, late, {}) == (None, 7)
+    assert truth_budget(ends, ends, goal_trials_of(trials(40)[13:]), {}) == (None, 7)
 
 
-@pytest.fixture(name='robot')
-def robot_fixture():
-    config = load_robot_config(ROOT / 'config')
-    return lambda **values: override(config, {key.replace('__', '.'): value for key, value in values.items()})
-
-
-def test_each_cause_that_there_is_is_switched_off_by_itself_and_all_at_once(robot):
-    slip, edges = {'simulator__wheel_errors__slip_noise': 1e-6}, {'config__encoder__edge_error': 0.1}
-    found = switched_off([robot(**slip, **edges)])
-    assert list(found) == [AS_IT_IS, 'without wheel slip', 'without edge errors', WITHOUT_ALL]
-    assert found[AS_IT_IS] == {}
-    assert found['without wheel slip']['simulator.wheel_errors.slip_noise'] == 0.0
-    assert 'config.encoder.edge_error' not in found['without wheel slip']
-    assert found[WITHOUT_ALL] == {**found['without wheel slip'], **found['without edge errors']}
-
-
-def test_what_is_switched_off_leaves_an_ideal_robot(robot):
+def test_each_cause_is_switched_off_by_itself_and_all_at_once():
     given = {
-        'simulator__wheel_errors__left_slip': 0.01,
-        'simulator__wheel_errors__radius_spread': 0.01,
-        'simulator__wheel_errors__wheel_separation_error': 0.02,
-        'config__encoder__hysteresis': 1.0,
-        'config__encoder__faults__max_count_rate': 1000.0,
+        'simulator.wheel_errors.left_slip': 0.01,
+        'simulator.wheel_errors.radius_spread': 0.01,
+        'simulator.wheel_errors.wheel_separation_error': 0.02,
+        'config.encoder.hysteresis': 1.0,
+        'config.encoder.faults.max_count_rate': 1000.0,
     }
-    without = switched_off([robot(**given)])[WITHOUT_ALL]
-    values = {key.replace('__', '.'): value for key, value in given.items()}
     config = load_robot_config(ROOT / 'config')
-    assert override(config, {**values, **without}) == override(config, {})
+    found = switched_off([override(config, given)])
+    causes = ['wheel radius', 'wheel separation', 'wheel slip', 'edge errors', 'missed counts']
+    assert list(found) == [AS_IT_IS, *(f'without {cause}' for cause in causes), WITHOUT_ALL]
+    assert found[AS_IT_IS] == {} == switched_off([override(config, {})])
+    assert found['without wheel slip']['simulator.wheel_errors.left_slip'] == 0.0
+    assert 'config.encoder.hysteresis' not in found['without wheel slip']
+    assert override(config, {**given, **found[WITHOUT_ALL]}) == override(config, {})
 
 
 def test_all_errors_of_an_encoder_belong_to_a_cause():
-    """What is left says which encoder it is."""
+    """The other fields select the encoder."""
     known = {*SENSOR_ERRORS, *UNEVEN_LINES, 'faults'}
     kinds = {'sensor', 'lines', 'decoding', 'pole_pairs', 'bits', 'side', 'gear_ratio', 'direction'}
     assert set(EncoderModel.model_fields) == known | kinds
