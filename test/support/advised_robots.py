@@ -6,14 +6,13 @@ import math
 import numpy as np
 
 from diff_encoder_sim.advice import odometry_curve
-from diff_encoder_sim.advice.advice import Advice, TriedEncoder
 from diff_encoder_sim.advice.answers import Answer, Criterion, Kind, Requirement
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.encoder_search import TrialCounts
 from diff_encoder_sim.advice.listed_encoders import ListedEncoder
 from diff_encoder_sim.advice.odometry_answer import odometry_answer
 from diff_encoder_sim.advice.odometry_curve import OdometryCurves
-from diff_encoder_sim.advice.odometry_study import with_budgets
+from diff_encoder_sim.advice.odometry_study import Advice, TriedEncoder, with_budgets
 from diff_encoder_sim.advice.trial_study import GoalTrials, truth_budget
 from diff_encoder_sim.analysis.statistics import Interval
 from diff_encoder_sim.base.se2 import Pose2D

@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 
-from diff_encoder_sim.advice.drive_draws import DrawnRobot
-from diff_encoder_sim.advice.error_free_drives import ErrorFreeDrive
+from diff_encoder_sim.advice.drive_draws import DrawnRobot, ErrorFreeDrive
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc, wrap_angle
 from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.drives.trial_definition import Trial

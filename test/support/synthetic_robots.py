@@ -6,8 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from diff_encoder_sim.advice.answers import Requirement
-from diff_encoder_sim.advice.drive_draws import DrawnRobot, DriveDraws, drawn_robot
-from diff_encoder_sim.advice.error_free_drives import ErrorFreeDrive, scripted
+from diff_encoder_sim.advice.drive_draws import DrawnRobot, DriveDraws, ErrorFreeDrive, drawn_robot, scripted
 from diff_encoder_sim.navigation.goal_stopping import StopSpread
 from diff_encoder_sim.trials.robot_params import load_robot, load_robot_config, override
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams

@@ -12,11 +12,11 @@ import altair as alt
 import numpy as np
 from markupsafe import Markup
 
-from diff_encoder_sim.advice.advice import Advice
 from diff_encoder_sim.advice.advice_tables import DECIMALS, TO_SHOWN, advice_tables, closed_form_text, own_encoder_text
 from diff_encoder_sim.advice.answers import AXES, Budget, Criterion, along_goal
 from diff_encoder_sim.advice.encoder_search import fraction_interval
 from diff_encoder_sim.advice.odometry_curve import FEWEST_COUNTS, MOST_COUNTS
+from diff_encoder_sim.advice.odometry_study import Advice
 from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Look, Option, charts_html, zoomed
 from diff_encoder_sim.analysis.charts.drawings import tips
 from diff_encoder_sim.analysis.html_templates import STYLE, load_template

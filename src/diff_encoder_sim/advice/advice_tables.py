@@ -7,9 +7,9 @@ from typing import Any, Dict, Iterator, List, NamedTuple
 import numpy as np
 from tabulate import tabulate
 
-from diff_encoder_sim.advice.advice import Advice
 from diff_encoder_sim.advice.answers import AXES, Budget, Criterion, Limit, Part
 from diff_encoder_sim.advice.odometry_curve import share_within
+from diff_encoder_sim.advice.odometry_study import Advice
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 
 TO_SHOWN = np.array([1e3, 1e3, np.degrees(1.0)])

@@ -1,22 +1,62 @@
-"""Odometry part of an advice: one drive per test, its curve, budget and answer."""
+"""Results of an advice, and its odometry part: one drive per test, its curve, budget and answer."""
 
 from __future__ import annotations
 
 import tempfile
-from typing import Dict, Iterator, Optional
+from typing import Dict, Iterator, List, NamedTuple, Optional
 
-from diff_encoder_sim.advice.advice import Advice
-from diff_encoder_sim.advice.answers import Criterion, Kind, Requirement
-from diff_encoder_sim.advice.drive_draws import DriveDraws, drawn_robot
-from diff_encoder_sim.advice.error_free_drives import ErrorFreeDrive, navigated, scripted, straight_test
-from diff_encoder_sim.advice.listed_encoders import candidates_of, finest_real, recommended
+from diff_encoder_sim.advice.answers import Answer, Budget, Criterion, Kind, Requirement
+from diff_encoder_sim.advice.drive_draws import (
+    DriveDraws,
+    ErrorFreeDrive,
+    drawn_robot,
+    navigated,
+    scripted,
+    straight_test,
+)
+from diff_encoder_sim.advice.encoder_search import TrialCounts
+from diff_encoder_sim.advice.listed_encoders import ListedEncoder, candidates_of, finest_real, recommended
 from diff_encoder_sim.advice.odometry_answer import ENCODER_CAUSES, limited_answer, odometry_answer, odometry_budgets
-from diff_encoder_sim.advice.odometry_curve import OdometryCurves, counts_by_ppr
+from diff_encoder_sim.advice.odometry_curve import OdometryCurves, closed_form_counts, counts_by_ppr
 from diff_encoder_sim.analysis.results_table import RobotGeometry
 from diff_encoder_sim.drives.trial_definition import TrialPlan
+from diff_encoder_sim.navigation.goal_stopping import StopSpread
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.trials.campaign_cells import Campaign, RequestedTrial
 from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER
+
+
+class TriedEncoder(NamedTuple):
+    """Closed-loop trials of one test with one encoder."""
+
+    test: str
+    label: str
+    counts: float  # per revolution of the wheel
+    within: Dict[Criterion, TrialCounts]
+    truth: Optional[Budget]  # of trials that reached the goal with all encoders; None if too few
+    budgeted: int  # number of these trials
+
+
+class Advice(NamedTuple):
+    """Results of an advice; without trials, only of odometry."""
+
+    robot: str
+    own_counts: Optional[float]  # of the robot's own encoder, per revolution of the wheel
+    requirement: Requirement
+    curves: OdometryCurves
+    geometry: RobotGeometry  # that odometry assumes
+    answers: Dict[Criterion, Answer]
+    budgets: Dict[str, Dict[float, Budget]]  # error budgets of odometry, by test and counts
+    stopping: Dict[str, Dict[str, StopSpread]]  # upper bounds in closed form, by encoder and cause
+    tried: List[TriedEncoder]
+    encoders: List[ListedEncoder]
+
+    @property
+    def closed_form(self) -> Dict[str, float]:
+        """Return, by test, the lowest counts at which quantisation errors meet the requirement."""
+        drives = (curve.draws.drive for curve in self.curves.curves)
+        return {drive.test: closed_form_counts(drive.requested, self.geometry, self.requirement) for drive in drives}
+
 
 # Resolutions with a budget, in counts per revolution.
 BUDGET_COUNTS = tuple(float(2**exponent) for exponent in range(6, 15))

@@ -8,7 +8,6 @@ from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Seq
 
 import numpy as np
 
-from diff_encoder_sim.advice.advice import Advice, TriedEncoder
 from diff_encoder_sim.advice.answers import (
     MOST_BY_ONE_CAUSE,
     Answer,
@@ -26,6 +25,7 @@ from diff_encoder_sim.advice.encoder_search import Asked, RankAnswer, TrialCount
 from diff_encoder_sim.advice.listed_encoders import candidates_of
 from diff_encoder_sim.advice.odometry_answer import EDGES, MISSED, SENSOR_ERRORS, UNEVEN_LINES
 from diff_encoder_sim.advice.odometry_curve import local_counts
+from diff_encoder_sim.advice.odometry_study import Advice, TriedEncoder
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.results_table import SUCCEEDED
 from diff_encoder_sim.analysis.within_tolerance import Sufficiency

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence
 
-from diff_encoder_sim.advice.advice import Advice
 from diff_encoder_sim.advice.advice_tables import (
     advice_json,
     answers_text,
@@ -22,7 +21,7 @@ from diff_encoder_sim.advice.advice_tables import (
 from diff_encoder_sim.advice.answers import Requirement
 from diff_encoder_sim.advice.encoder_search import FORGIVEN, Asked
 from diff_encoder_sim.advice.listed_encoders import candidates_of, listed_encoders
-from diff_encoder_sim.advice.odometry_study import study_odometry, with_budgets
+from diff_encoder_sim.advice.odometry_study import Advice, study_odometry, with_budgets
 from diff_encoder_sim.advice.trial_study import TrialsWith, study_trials, switched_off
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.quantities import LEVEL, REQUIRED_FRACTION, YAW, X

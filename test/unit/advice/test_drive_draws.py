@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.advice.drive_draws import ALL_CAUSES, DriveDraws, WheelCause, drawn_robot
-from diff_encoder_sim.advice.error_free_drives import navigated, scripted
+from diff_encoder_sim.advice.drive_draws import ALL_CAUSES, DriveDraws, WheelCause, drawn_robot, navigated, scripted
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D, poses_of_wheels
 from diff_encoder_sim.drives.test_definition import TestDefinition
