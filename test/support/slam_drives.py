@@ -61,25 +61,9 @@ class Drive(NamedTuple):
 
 
 HALLWAY = Tour('hallway', Pose2D(-10.0, 0.0, 0.0), [(14.0, 0.0), (-14.0, 0.0), (-10.0, 0.0)])
-ROS_LOGO = Tour(
-    'ros_logo',
-    Pose2D(-3.4, -0.85, 0.0),
-    [
-        (-1.9, -0.935),
-        (0.0, -0.935),
-        (2.7, -0.935),
-        (2.8, 0.935),
-        (2.3, 2.7),
-        (-2.3, 2.7),
-        (-2.8, 0.935),
-        (0.0, 0.935),
-        (0.935, 0.0),
-        (0.935, -2.7),
-        (-2.3, -2.7),
-        (-3.0, -1.4),
-        (-1.9, -0.935),
-    ],
-)
+X_M = [-1.9, 0.0, 2.7, 2.8, 2.3, -2.3, -2.8, 0.0, 0.935, 0.935, -2.3, -3.0, -1.9]
+Y_M = [-0.935, -0.935, -0.935, 0.935, 2.7, 2.7, 0.935, 0.935, 0.0, -2.7, -2.7, -1.4, -0.935]
+ROS_LOGO = Tour('ros_logo', Pose2D(-3.4, -0.85, 0.0), list(zip(X_M, Y_M)))
 
 
 def shipped_tour(world: str) -> Tour:
@@ -101,14 +85,8 @@ def record(tour: Tour, pprs: Sequence[int] = PPRS, seed: int = 1) -> Drive:
         name: Lidar(simulator.world, height_m, LidarParams(noise=noise_m), generator(seed, f'{name} scans'))
         for name, noise_m in (('fine', 0.01), ('coarse', 0.03))
     }
-    drive = Drive(
-        simulator.world,
-        height_m,
-        simulator.laser_pose_in_base,
-        [],
-        {name: [] for name in ('ideal', *wheels)},
-        {name: [] for name in lidars},
-    )
+    recorded = [], {name: [] for name in ('ideal', *wheels)}, {name: [] for name in lidars}
+    drive = Drive(simulator.world, height_m, simulator.laser_pose_in_base, *recorded)
     points, tick, is_over = list(tour.points), 0, False
     while not is_over:
         pose = simulator.base_pose_in_world()

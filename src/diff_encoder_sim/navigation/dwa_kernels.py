@@ -22,7 +22,8 @@ does by its distances from the plan, and its first one, which is that of all, by
 cells of last points: all except a few samples need no trajectory.
 
 Inner kernels take arrays one by one, and the innermost are inlined: to take an array out of a tuple counts a reference
-to it, which costs as much as to score a point. They are in one file, because numba's cache does not notice changes in another one.
+to it, which costs as much as to score a point. They are in one file, because numba's cache does not notice changes in
+another one.
 """
 
 from __future__ import annotations

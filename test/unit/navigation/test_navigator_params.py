@@ -47,6 +47,7 @@ def test_the_navigator_takes_every_parameter_of_upstream_at_its_default():
 
 
 TWO = 2 * [{'name': 'a', 'type': 'rotate_recovery/RotateRecovery'}]
+UNKNOWN = [{'name': 'a', 'type': 'move_slow_and_clear/MoveSlowAndClear'}]
 
 
 @pytest.mark.parametrize(
@@ -57,7 +58,7 @@ TWO = 2 * [{'name': 'a', 'type': 'rotate_recovery/RotateRecovery'}]
         # Upstream's default is map: the robot would take its odometry for where it is on the map.
         ({'local_costmap': {'rolling_window': True}}, 'local_costmap'),
         ({'local_costmap': {'rolling_window': True, 'global_frame': '/map'}}, 'local_costmap'),
-        ({'recovery_behaviors': [{'name': 'a', 'type': 'move_slow_and_clear/MoveSlowAndClear'}]}, 'recovery_behaviors'),
+        ({'recovery_behaviors': UNKNOWN}, 'recovery_behaviors'),
         ({'recovery_behaviors': TWO}, 'recovery_behaviors'),
         ({'DWAPlannerROS': {'min_vel_x': 0.6}}, 'min_vel_x'),
         ({'DWAPlannerROS': {'min_vel_theta': 1.1}}, 'min_vel_theta'),
@@ -92,7 +93,7 @@ OWN_NAVFN = {'use_dijkstra', 'neutral_cost', 'cost_factor'}  # global_planner's
 OWN_DWA = {'twist_sigmas', 'latch_margin', 'stop', 'turn_to_path_angle'}
 
 
-def test_upstream_knows_every_parameter_of_our_navigation_yaml():
+def test_upstream_knows_every_parameter_of_our_navigation_yaml_and_its_type():
     ours = read_config('navigation.yaml')
     parts = {'global_costmap', 'local_costmap', 'NavfnROS', 'DWAPlannerROS'}
     assert set(ours) - MOVE_BASE_NAMES - parts <= OWN_MOVE_BASE
@@ -101,10 +102,7 @@ def test_upstream_knows_every_parameter_of_our_navigation_yaml():
     for costmap in (ours['global_costmap'], ours['local_costmap']):
         assert set(costmap) <= set(COSTMAP) | FLAT_NAMES | IN_LAYERS
         assert set(costmap['scan']) <= set(SCAN_SOURCE)
-
-
-def test_values_have_the_type_that_upstream_reads():
-    assert wrong_types(read_config('navigation.yaml'), (MOVE_BASE, DWA, COSTMAP, SCAN_SOURCE, FLAT)) == []
+    assert wrong_types(ours, (MOVE_BASE, DWA, COSTMAP, SCAN_SOURCE, FLAT)) == []
 
 
 def test_what_our_file_leaves_out_is_the_same_in_both_stacks():
@@ -149,16 +147,12 @@ def test_what_makes_no_costmap_is_named(given, key):
         NavigatorParams.from_mapping({'global_costmap': given}, '/move_base')
 
 
-def test_the_flat_form_is_the_layered_one():
+def test_the_flat_form_is_the_layered_one_and_goes_before_it():
     source = {**SCAN_SOURCE, 'data_type': 'LaserScan'}
     flat = {**COSTMAP, **FLAT, 'static_map': True, 'map_type': 'costmap', 'scan': source}
     layered = upstream_navigation()['global_costmap']
     assert CostmapParams.from_mapping(flat, '') == CostmapParams.from_mapping(layered, '')
-
-
-def test_what_the_costmap_says_goes_before_what_the_layer_says():
-    layered = {**upstream_navigation()['global_costmap'], 'inflation_radius': 0.8}
-    assert CostmapParams.from_mapping(layered, '').inflation_radius == 0.8
+    assert CostmapParams.from_mapping({**layered, 'inflation_radius': 0.8}, '').inflation_radius == 0.8
 
 
 def test_layers_that_are_not_listed_are_not_there():
@@ -176,38 +170,27 @@ def test_layers_that_are_not_enabled_have_no_effect(form):
 
 
 def test_the_laser_may_have_any_name():
-    params = CostmapParams.from_mapping(
-        {
-            'observation_sources': 'front_laser',
-            'front_laser': {'topic': '/scan', 'data_type': 'LaserScan', 'clearing': False, 'obstacle_range': 1.5},
-        },
-        '',
-    )
+    laser = {'topic': '/scan', 'data_type': 'LaserScan', 'clearing': False, 'obstacle_range': 1.5}
+    params = CostmapParams.from_mapping({'observation_sources': 'front_laser', 'front_laser': laser}, '')
     assert (params.observation_sources, params.scan.clearing, params.obstacle_range) == ('scan', False, 1.5)
 
 
-def test_a_round_robot_is_a_polygon_of_16_corners():
-    """costmap_2d/src/footprint.cpp, makeFootprintFromRadius; a footprint counts before the radius."""
+SQUARE = [[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]]
+
+
+def test_the_robots_outline_is_read_as_upstream_does():
+    """A round robot is a polygon of 16 corners, a footprint counts before the radius, and may be text."""
     params = CostmapParams.from_mapping({'robot_radius': 0.2}, '')
     assert len(params.footprint) == 16
     assert all(math.hypot(*corner) == pytest.approx(0.2) for corner in params.footprint)
-    square = [[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]]
-    both = CostmapParams.from_mapping({'robot_radius': 0.2, 'footprint': square}, '')
-    assert both.footprint == square
-
-
-INSCRIBED_M = 0.26  # of 0.5 x 0.6 m and 0.01 m of padding
+    assert CostmapParams.from_mapping({'robot_radius': 0.2, 'footprint': SQUARE}, '').footprint == SQUARE
+    text = CostmapParams.from_mapping({'footprint': '[[0.2, 0.1], [-0.2, 0.1], [0, -0.3]]'}, '')
+    assert text.footprint == [[0.2, 0.1], [-0.2, 0.1], [0.0, -0.3]]
 
 
 def test_radii_of_the_padded_rectangle():
-    footprint = make_footprint([[0.25, 0.3], [-0.25, 0.3], [-0.25, -0.3], [0.25, -0.3]], 0.01)
-    assert footprint.inscribed_radius_m == pytest.approx(INSCRIBED_M)
-    assert footprint.circumscribed_radius_m == pytest.approx(math.hypot(0.26, 0.31))
-
-
-def test_footprint_is_read_from_text_as_upstream_does():
-    params = CostmapParams.from_mapping({'footprint': '[[0.2, 0.1], [-0.2, 0.1], [0, -0.3]]'}, '')
-    assert params.footprint == [[0.2, 0.1], [-0.2, 0.1], [0.0, -0.3]]
+    _, *radii_m = make_footprint([[0.25, 0.3], [-0.25, 0.3], [-0.25, -0.3], [0.25, -0.3]], 0.01)
+    assert radii_m == pytest.approx([0.26, math.hypot(0.26, 0.31)])
 
 
 SLOW_START = {'acc_lim_x': 0.7, 'acc_lim_theta': 4.0, 'min_vel_trans': 0.1, 'min_vel_theta': 0.4}
