@@ -10,7 +10,7 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc
 from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from diff_encoder_sim.navigation.navigator import Navigator
-from diff_encoder_sim.navigation.navigator_inputs import OdometrySample
+from diff_encoder_sim.navigation.navigator_inputs import Command, OdometrySample
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.simulation.lidar import cast_rays, cut_world
 from diff_encoder_sim.simulation.world import load_world
@@ -95,12 +95,13 @@ BEARINGS_RAD = 2.0 * math.pi * np.arange(RAYS) / RAYS
 
 
 class Robot:
-    """Unicycle with acceleration limits, encoders of `ppr` pulses (None: ideal) and a laser."""
+    """Unicycle with acceleration limits, encoders of `ppr` pulses (None: ideal) and a laser; commands may be late."""
 
-    def __init__(self, shapes, start, ppr=None, seed=0):
+    def __init__(self, shapes, start, ppr=None, seed=0, speed_mps=0.0, latency_ticks=0):
         self.shapes, self.pose = shapes, start
         self.now_ns = 0
-        self.linear, self.angular = 0.0, 0.0
+        self.linear, self.angular = speed_mps, 0.0
+        self._late = [Command(speed_mps, 0.0)] * latency_ticks
         self._start, self._ppr = start, ppr
         self._random = np.random.default_rng(seed)
         self._wheels = self._random.uniform(0.0, 2.0 * math.pi, 2)
@@ -110,8 +111,10 @@ class Robot:
     def drive(self, command, ticks):
         """Follow a command for some ticks of 10 ms."""
         for _ in range(ticks):
-            self.linear += np.clip(command.linear_mps - self.linear, -1.5 * TICK_S, 1.5 * TICK_S)
-            self.angular += np.clip(command.angular_radps - self.angular, -6 * TICK_S, 6 * TICK_S)
+            self._late.append(command)
+            command_now = self._late.pop(0)
+            self.linear += np.clip(command_now.linear_mps - self.linear, -1.5 * TICK_S, 1.5 * TICK_S)
+            self.angular += np.clip(command_now.angular_radps - self.angular, -6 * TICK_S, 6 * TICK_S)
             self.pose = move_along_arc(self.pose, self.linear * TICK_S, self.angular * TICK_S)
             half = 0.5 * WHEEL_SEPARATION_M * self.angular
             self._wheels += np.array([self.linear - half, self.linear + half]) * TICK_S / WHEEL_RADIUS_M

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc, wrap_angle
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
 from diff_encoder_sim.navigation.goal_stopping import (
     LOOKAHEAD_M,
     SET_OUT,
@@ -17,7 +17,9 @@ from diff_encoder_sim.navigation.goal_stopping import (
     bearing_ahead,
     stop_spread,
 )
+from diff_encoder_sim.navigation.navigator_inputs import STOP, Command
 from navigation_scenes import PERIOD_S, dwa_params, straight_plan, winding_plan
+from navigation_simulation import Robot
 
 GOAL = Pose2D(0.0, 0.0, 1.0)
 
@@ -93,58 +95,31 @@ def test_turning_speed_keeps_all_limits(yaw, angular, expected):
 
 TOLERANCE_M, YAW_TOLERANCE_RAD = 0.05, 0.052
 
-TICK_S = 0.01
-
 SEPARATION_M = 0.4
 
 
-class Unicycle:
-    """A robot with the acceleration limits of ALTO's motors; `pulse_m` is what its odometry counts in."""
-
-    def __init__(self, pose, speed_mps=0.0, latency_ticks=2, pulse_m=0.0, phases=(0.0, 0.0)):
-        self.pose, self.speeds = pose, np.array([speed_mps, 0.0])
-        self._late = [(speed_mps, 0.0)] * latency_ticks
-        self._pulse_m, self._phases_m = pulse_m, np.array(phases) * pulse_m
-        self._travel_m = np.zeros(2)
-        self._counted_m = self._counts_m()
-        self.odometry = pose
-
-    def _counts_m(self):
-        if self._pulse_m == 0.0:
-            return self._travel_m.copy()
-        return np.floor((self._travel_m + self._phases_m) / self._pulse_m) * self._pulse_m
-
-    def drive(self, command, period_s):
-        for _ in range(round(period_s / TICK_S)):
-            self._late.append(command)
-            wanted = np.array(self._late.pop(0))
-            self.speeds += np.clip(wanted - self.speeds, [-0.015, -0.06], [0.015, 0.06])
-            linear, angular = self.speeds * TICK_S
-            self.pose = move_along_arc(self.pose, linear, angular)
-            self._travel_m += [linear - 0.5 * SEPARATION_M * angular, linear + 0.5 * SEPARATION_M * angular]
-        before_m, self._counted_m = self._counted_m, self._counts_m()
-        left_m, right_m = self._counted_m - before_m
-        self.odometry = move_along_arc(self.odometry, 0.5 * (left_m + right_m), (right_m - left_m) / SEPARATION_M)
+def robot_at(pose, speed_mps=0.0, latency_ticks=2, ppr=None, seed=0):
+    return Robot(None, pose, ppr, seed, speed_mps, latency_ticks)
 
 
 def stop_at(goal, robot, period_s=0.05, limit_s=20.0, is_clear=always, **changes):
-    """Drive until the goal is reached; returns the time that took, and the commands."""
-    stop, command, commands = PreciseStop(dwa_params(**changes), period_s), (robot.speeds[0], 0.0), []
+    """Drive until the goal is reached; returns the commands, and the pose by odometry."""
+    stop, command, commands, start = PreciseStop(dwa_params(**changes), period_s), (robot.linear, 0.0), [], robot.pose
     while True:
-        motion = Motion(robot.odometry, *command)
-        assert stop.is_position_reached(motion, goal), f'left the tolerance at {robot.odometry}'
+        motion = Motion(start.compose(robot.odometry()[0]), *command)
+        assert stop.is_position_reached(motion, goal), f'left the tolerance at {motion.base_pose}'
         if stop.is_goal_reached(motion, goal):
-            robot.drive((0.0, 0.0), 0.5)
-            return len(commands) * period_s, commands
+            robot.drive(STOP, 50)
+            return commands, start.compose(robot.odometry()[0])
         command = stop.command(motion, goal, is_clear)
         commands.append(command)
         assert len(commands) * period_s < limit_s
-        robot.drive(command, period_s)
+        robot.drive(Command(*command), round(period_s * 100))
 
 
 @pytest.mark.parametrize(('rate_hz', 'latency_ticks', 'speed_mps'), [(5.0, 0, 0.1), (5.0, 5, 0.0), (20.0, 5, 0.1)])
 def test_on_a_straight_line_it_ends_at_the_goal(rate_hz, latency_ticks, speed_mps):
-    robot = Unicycle(Pose2D(-0.04, 0.0, 0.0), speed_mps, latency_ticks)
+    robot = robot_at(Pose2D(-0.04, 0.0, 0.0), speed_mps, latency_ticks)
     stop_at(IDENTITY, robot, 1.0 / rate_hz)
     assert abs(robot.pose.x_m) < 0.002 and robot.pose.y_m == 0.0
 
@@ -158,19 +133,19 @@ def test_on_a_straight_line_it_ends_at_the_goal(rate_hz, latency_ticks, speed_mp
 )
 def test_a_robot_that_stands_close_enough_does_not_move(start):
     """After turns in place an estimate is some millimetres off: that is no reason to drive."""
-    assert set(stop_at(IDENTITY, Unicycle(start))[1]) == {(0.0, 0.0)}
+    assert set(stop_at(IDENTITY, robot_at(start))[0]) == {(0.0, 0.0)}
 
 
 def test_it_stops_where_the_way_is_not_clear_and_leaves_a_turn_that_is_not_needed():
-    robot = Unicycle(Pose2D(-0.035, 0.0, 0.8 * YAW_TOLERANCE_RAD))
-    assert set(stop_at(IDENTITY, robot, is_clear=lambda *_: False)[1]) == {(0.0, 0.0)}
+    robot = robot_at(Pose2D(-0.035, 0.0, 0.8 * YAW_TOLERANCE_RAD))
+    assert set(stop_at(IDENTITY, robot, is_clear=lambda *_: False)[0]) == {(0.0, 0.0)}
     assert PreciseStop(dwa_params(), 0.05).command(at(0.0), GOAL, lambda *_: False) is None
 
 
 def test_the_check_of_the_way_ends_at_the_goal():
     """A wall behind the goal is none of its business."""
     asked_mps = []
-    stop_at(IDENTITY, Unicycle(Pose2D(-0.04, 0.0, 0.0), 0.04), is_clear=lambda linear, _: not asked_mps.append(linear))
+    stop_at(IDENTITY, robot_at(Pose2D(-0.04, 0.0, 0.0), 0.04), is_clear=lambda linear, _: not asked_mps.append(linear))
     assert max(asked_mps) * dwa_params().sim_time == pytest.approx(0.04)
 
 
@@ -178,20 +153,20 @@ def test_the_check_of_the_way_ends_at_the_goal():
 @pytest.mark.parametrize('pulses', [40, 4096])
 def test_all_starts_end_close_in_time_and_for_good(pulses):
     """With poses that jump by pulses, at 5 to 20 Hz, and all limits: by the pose, in one turn and without a search."""
-    random, pulse_m = np.random.default_rng(pulses), math.pi * 0.2 / pulses
-    for _ in range(60):
+    random, pulse_rad = np.random.default_rng(pulses), math.pi * 0.2 / pulses / SEPARATION_M
+    for seed in range(60):
         bearing, distance_m = random.uniform(-0.5, 0.5), random.uniform(0.005, 0.04)
         start = Pose2D(-distance_m * math.cos(bearing), -distance_m * math.sin(bearing), random.uniform(-0.2, 0.2))
-        robot = Unicycle(start, random.uniform(0.0, 0.05), random.integers(0, 6), pulse_m, random.random(2))
+        robot = robot_at(start, random.uniform(0.0, 0.05), random.integers(0, 6), pulses, seed)
         goal, period_s = Pose2D(0.0, 0.0, random.uniform(-3.0, 3.0)), random.choice([0.05, 0.1, 0.2])
         limits = {
             'acc_lim_x': random.uniform(0.3, 2.5),
             'acc_lim_theta': random.uniform(1.0, 6.0),
             'min_vel_theta': random.choice([0.0, 0.1, 0.2]),
         }
-        _, commands = stop_at(goal, robot, period_s, 16.0, **limits)
-        assert math.hypot(*robot.odometry[:2]) <= TOLERANCE_M / 2
-        assert abs(wrap_angle(goal.yaw_rad - robot.odometry.yaw_rad)) <= YAW_TOLERANCE_RAD + pulse_m / SEPARATION_M
+        commands, pose = stop_at(goal, robot, period_s, 16.0, **limits)
+        assert math.hypot(*pose[:2]) <= TOLERANCE_M / 2
+        assert abs(wrap_angle(goal.yaw_rad - pose.yaw_rad)) <= YAW_TOLERANCE_RAD + pulse_rad
         turns = [math.copysign(1.0, angular) for linear, angular in commands if linear == 0.0 and angular != 0.0]
         assert np.count_nonzero(np.diff(turns)) <= 1  # slowing down from steering, then in one direction
 
@@ -219,7 +194,7 @@ def test_arrival_is_latched_as_the_parameter_says(is_latched):
     [({'min_vel_trans': 0.08}, 0.08, 0.45), ({'min_vel_x': 0.1}, 0.1, 0.45), ({'max_vel_x': 0.03}, 0.03, 0.03)],
 )
 def test_speeds_keep_the_limits(changes, slowest, fastest):
-    _, commands = stop_at(IDENTITY, Unicycle(Pose2D(-0.04, 0.0, 0.0), slowest), **changes)
+    commands, _ = stop_at(IDENTITY, robot_at(Pose2D(-0.04, 0.0, 0.0), slowest), **changes)
     speeds = [linear for linear, _ in commands if linear > 0.0]
     assert min(speeds) == pytest.approx(slowest) and max(speeds) <= fastest + 1e-9
     assert np.abs(np.diff(speeds)).max(initial=0.0) <= 0.7 * 0.05 + 1e-9
