@@ -20,19 +20,11 @@ class Quantity(NamedTuple):
     """Component of the final pose error, in the unit of tables and figures."""
 
     name: str  # with its unit
+    axis: str  # without it
+    unit: str
     component: int  # index in a pose
     scale: float  # from SI to the displayed unit
     tolerance: float  # maximum absolute error in the displayed unit
-
-    @property
-    def axis(self) -> str:
-        """Return the name without the unit: x, y or yaw."""
-        return self.name.rpartition('_')[0]
-
-    @property
-    def unit(self) -> str:
-        """Return the unit of scaled errors: m or deg."""
-        return self.name.rpartition('_')[2]
 
     def column(self, pose: str) -> str:
         """Return the column of the results table with this component of a pose of `POSES`, in SI units."""
@@ -46,9 +38,9 @@ class Quantity(NamedTuple):
 
 # Tolerances of the paper.
 QUANTITIES = (
-    Quantity('x_m', 0, 1.0, 0.05),
-    Quantity('y_m', 1, 1.0, 0.05),
-    Quantity('yaw_deg', 2, 180.0 / math.pi, 3.0),
+    Quantity('x_m', 'x', 'm', 0, 1.0, 0.05),
+    Quantity('y_m', 'y', 'm', 1, 1.0, 0.05),
+    Quantity('yaw_deg', 'yaw', 'deg', 2, 180.0 / math.pi, 3.0),
 )
 X, Y, YAW = QUANTITIES
 

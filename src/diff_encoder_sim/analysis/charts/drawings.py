@@ -231,12 +231,7 @@ def spreads(rows: alt.Chart, closed_form: alt.Chart, pprs: Sequence[float], unit
 
 
 def path_chart(
-    rows: alt.Chart,
-    marks: alt.Chart,
-    maps: alt.Chart,
-    trials: Optional[pd.DataFrame],
-    colours: Dict[str, str],
-    domains: Tuple[Domain, Domain],
+    rows: alt.Chart, marks: alt.Chart, maps: alt.Chart, look: Points, domains: Tuple[Domain, Domain]
 ) -> alt.LayerChart:
     """Draw true paths and paths of /odom on the map.
 
@@ -244,8 +239,7 @@ def path_chart(
         rows: of `path_rows`.
         marks: mark (start, goal or end of a failed trial), x, y [m].
         maps: url of an image and its borders [m].
-        trials: for tooltips, or None.
-        colours: by encoder.
+        look: the trials for tooltips, and colours by encoder.
         domains: of x and y.
     """
 
@@ -260,20 +254,20 @@ def path_chart(
     backdrop = maps.mark_image(aspect=False, smooth=False, clip=True, aria=False)
     points = rows.transform_flatten(['x', 'y']).transform_window(order='row_number()')
     points = points.encode(order='order:Q', detail='trial:N', **axes('x', 'y'))
-    if trials is not None:
+    if look.trials is not None:
         named = tips({'path': 'path', 'encoder': 'encoder', **_OF_TRIAL})
-        points = _with_trial(points, trials).encode(tooltip=[*named, *tips({'x': 'x [m]', 'y': 'y [m]'}, '.3f')])
+        points = _with_trial(points, look.trials).encode(tooltip=[*named, *tips({'x': 'x [m]', 'y': 'y [m]'}, '.3f')])
     true = points.transform_filter("datum.path === 'true path'")
-    odometry = points.transform_filter("datum.path === '/odom'").encode(color=_encoder_colour(colours))
+    odometry = points.transform_filter("datum.path === '/odom'").encode(color=_encoder_colour(look.colours))
     shape = alt.Shape('mark:N', legend=None).scale(
         domain=['start', 'goal', 'end of a failed trial'], range=['circle', 'cross', 'M-.7,-.7L.7,.7M-.7,.7L.7,-.7']
     )
     stroke = alt.condition("datum.mark === 'end of a failed trial'", alt.value(FAILED), alt.value('#000'))
-    look: Dict[str, Any] = {'clip': True, 'strokeJoin': 'round'}
+    line: Dict[str, Any] = {'clip': True, 'strokeJoin': 'round'}
     return alt.layer(
         backdrop.encode(url='url:N', x2='right:Q', y2='top:Q', **axes('left', 'bottom')),
-        true.mark_line(color=GREY, strokeWidth=4, opacity=0.6, **look),
-        odometry.mark_line(strokeWidth=1.8, **look),
+        true.mark_line(color=GREY, strokeWidth=4, opacity=0.6, **line),
+        odometry.mark_line(strokeWidth=1.8, **line),
         marks.mark_point(size=110, strokeWidth=1.6, clip=True).encode(
             shape=shape, color=stroke, tooltip=tips({'mark': 'mark'}), **axes('x', 'y')
         ),

@@ -229,7 +229,7 @@ def _path_panels(results: Results, shown: pd.DataFrame, colours: Dict[str, str])
         of_ends = [(test, 'end of a failed trial', *end) for end in ends]
         marked = alt.Chart(pd.concat([marks, pd.DataFrame(of_ends, columns=marks.columns)]))
         drawn = alt.Chart(paths[paths['encoder'] == label])
-        panel = drawings.path_chart(drawn, marked, maps, None, colours, tuple(domains))
+        panel = drawings.path_chart(drawn, marked, maps, drawings.Points(None, colours), tuple(domains))
         height = round(width * height_m / width_m)
         panels.append(panel.properties(width=width, height=height, title=f'{test}: {ppr_text(label)}'))
     return _in_rows(panels, columns)

@@ -79,8 +79,7 @@ def _path_chart(results: Results, points: drawings.Points, paths: pd.DataFrame) 
         alt.Chart(frames.path_rows(paths, floors)).transform_filter('datum.trial === trial'),
         alt.Chart(frames.mark_rows(results, tests)).transform_filter(OF_TEST),
         alt.Chart(frames.map_rows(results, tests)).transform_filter(OF_TEST),
-        points.trials,
-        points.colours,
+        points,
         (_domain('left', 'right', 'width'), _domain('bottom', 'top', 'height')),
     )
     drawing.layer[0] = zoomed(drawing.layer[0])
