@@ -1,10 +1,11 @@
 """URDFs as people write them: cylinder wheels, swivel casters, links without inertia, meshes, mirrored axes."""
 
 import math
-import struct
 from typing import NamedTuple, Tuple
 
 import numpy as np
+
+from robot_parts import write_binary_stl
 
 Vector = Tuple[float, float, float]
 LEFT, RIGHT, LASER = 'wheel_left_joint', 'wheel_right_joint', 'base_scan'
@@ -19,7 +20,7 @@ class Recipe(NamedTuple):
     body_x_m: float = -0.03
     radius_m: float = 0.033
     separation_m: float = 0.16
-    wheel: str = 'cylinder'  # 'sphere', 'mesh', 'cylinders' (tyre and hub)
+    wheel: str = 'cylinder'  # 'mesh', 'cylinders' (tyre and hub)
     wheel_mass_kg: float = 0.03
     casters_m: Tuple[Tuple[float, float], ...] = ((-0.08, 0.0),)  # places
     caster: str = 'ball'  # 'swivel', 'box'
@@ -59,29 +60,18 @@ def _wheel(recipe: Recipe, joint: str, side: float, folder) -> str:
     """A wheel whose link's z axis is its axle, as the TurtleBot3's."""
     link, radius_m, mass_kg = joint.replace('joint', 'link'), recipe.radius_m, recipe.wheel_mass_kg
     inertia = [0.25 * mass_kg * radius_m**2] * 2 + [0.5 * mass_kg * radius_m**2]
-    inertial = _inertial(mass_kg, inertia) if recipe.has_inertia else ''
-    is_mirrored = recipe.has_mirrored_axes and side < 0
-    place_m = recipe.axle_x_m, 0.5 * side * recipe.separation_m, radius_m - recipe.root_height_m
-    return f"""<link name="{link}">{inertial}{_wheel_collision(recipe, folder)}</link>
-      <joint name="{joint}" type="continuous"><parent link="base"/><child link="{link}"/>
-      <origin xyz="{' '.join(map(str, place_m))}" rpy="{math.copysign(math.pi / 2, 1 if is_mirrored else -1)} 0 0"/>
-      <axis xyz="0 0 1"/></joint>"""
-
-
-def _wheel_collision(recipe: Recipe, folder) -> str:
-    radius_m = recipe.radius_m
-    shapes = {
-        'cylinder': [f'<cylinder radius="{radius_m}" length="0.018"/>'],
-        'sphere': [f'<sphere radius="{radius_m}"/>'],
-        'cylinders': [
-            f'<cylinder radius="{radius_m}" length="0.018"/>',
-            f'<cylinder radius="{0.4 * radius_m}" length="0.03"/>',
-        ],
-        'mesh': ['<mesh filename="wheel.stl" scale="0.001 0.001 0.001"/>'],
-    }[recipe.wheel]
+    shapes = [f'<cylinder radius="{radius_m}" length="0.018"/>']
+    if recipe.wheel == 'cylinders':
+        shapes.append(f'<cylinder radius="{0.4 * radius_m}" length="0.03"/>')
     if recipe.wheel == 'mesh':
+        shapes = ['<mesh filename="wheel.stl" scale="0.001 0.001 0.001"/>']
         write_cylinder_stl(folder / 'wheel.stl', 1000 * radius_m, 18.0)
-    return ''.join(f'<collision><geometry>{shape}</geometry></collision>' for shape in shapes)
+    collisions = ''.join(f'<collision><geometry>{shape}</geometry></collision>' for shape in shapes)
+    place_m = recipe.axle_x_m, 0.5 * side * recipe.separation_m, radius_m - recipe.root_height_m
+    roll_rad = math.copysign(math.pi / 2, 1 if recipe.has_mirrored_axes and side < 0 else -1)
+    return f"""<link name="{link}">{_inertial(mass_kg, inertia) if recipe.has_inertia else ''}{collisions}</link>
+      <joint name="{joint}" type="continuous"><parent link="base"/><child link="{link}"/>
+      <origin xyz="{' '.join(map(str, place_m))}" rpy="{roll_rad} 0 0"/><axis xyz="0 0 1"/></joint>"""
 
 
 def _caster(recipe: Recipe, index: int, place_m: Tuple[float, float]) -> str:
@@ -96,9 +86,8 @@ def _caster(recipe: Recipe, index: int, place_m: Tuple[float, float]) -> str:
           <cylinder radius="{wheel_m}" length="0.01"/></geometry></collision></link>
           {_joint(f'caster_{index}', f'fork_{index}', (-0.01, 0, -wheel_m), 'continuous', '0 1 0')}"""
     size_m = 0.2 * recipe.radius_m
-    shape = (
-        f'<sphere radius="{size_m}"/>' if recipe.caster == 'ball' else f'<box size="{size_m} {size_m} {2 * size_m}"/>'
-    )
+    box = f'<box size="{size_m} {size_m} {2 * size_m}"/>'
+    shape = f'<sphere radius="{size_m}"/>' if recipe.caster == 'ball' else box
     return f"""<link name="caster_{index}">{inertial}<collision><geometry>{shape}</geometry></collision></link>
       {_joint(f'caster_{index}', 'base', (x_m, y_m, size_m + down_m))}"""
 
@@ -115,19 +104,13 @@ def _inertial(mass_kg: float, moments: list, com_m: Vector = (0.0, 0.0, 0.0)) ->
 
 
 def write_cylinder_stl(path, radius_mm: float, length_mm: float, sides: int = 64) -> None:
-    """Write a binary STL of a cylinder along z."""
-    angles = np.linspace(0.0, 2 * math.pi, sides + 1)
+    """Write a binary STL of a cylinder along z, without its faces."""
+    angles = np.linspace(0.0, 2 * math.pi, sides, endpoint=False)
     rim = np.stack([radius_mm * np.cos(angles), radius_mm * np.sin(angles)], axis=1)
-    half, triangles = 0.5 * length_mm, []
-    for (x1, y1), (x2, y2) in zip(rim[:-1], rim[1:]):
-        triangles += [
-            [(x1, y1, -half), (x2, y2, -half), (x2, y2, half)],
-            [(x1, y1, -half), (x2, y2, half), (x1, y1, half)],
-            [(0, 0, half), (x1, y1, half), (x2, y2, half)],
-            [(0, 0, -half), (x2, y2, -half), (x1, y1, -half)],
-        ]
-    data = b''.join(struct.pack('<12fH', 0, 0, 0, *np.ravel(triangle), 0) for triangle in triangles)
-    path.write_bytes(bytes(80) + struct.pack('<I', len(triangles)) + data)
+    corners = np.vstack([np.column_stack([rim, np.full(sides, z)]) for z in (-0.5 * length_mm, 0.5 * length_mm)])
+    here, after = np.arange(sides), np.roll(np.arange(sides), -1)
+    triangles = np.vstack([np.stack([here, after, here + sides], 1), np.stack([after, after + sides, here + sides], 1)])
+    write_binary_stl(path, corners, triangles)
 
 
 RECIPES = {

@@ -25,23 +25,21 @@ def laser_of(*parts, **choices):
 
 @pytest.mark.parametrize('kind', ['ray', 'gpu_ray', 'lidar', 'gpu_lidar'])
 def test_a_gazebo_sensor_gives_link_place_and_settings(kind):
-    description = described(usual(mounted('eye'), laser_sensor('eye', kind=kind)))
+    description = described(usual(mounted('eye'), laser_sensor('eye', kind=kind, pose='0.02 0 0.03 0 0 1.5')))
     laser = description.laser
     assert laser.link == 'eye'
-    assert laser.pose_in_root[:3, 3] == pytest.approx([0.1, 0.0, 0.2])
+    assert laser.pose_in_root[:3, 3] == pytest.approx([0.12, 0.0, 0.23])
+    assert math.atan2(laser.pose_in_root[1, 0], laser.pose_in_root[0, 0]) == pytest.approx(1.5)
     assert found(description, 'laser link')[1] == f'<sensor type="{kind}"> of link \'eye\''
     assert laser.settings['samples'] == 360 and isinstance(laser.settings['samples'], int)
     assert (laser.settings['range_min'], laser.settings['range_max'], laser.settings['noise']) == (0.12, 3.5, 0.01)
 
 
-def test_the_last_ray_is_at_max_angle_and_a_scan_covers_at_most_a_turn():
+def test_the_last_ray_is_at_max_angle_a_scan_covers_at_most_a_turn_and_resolution_multiplies_rays():
     settings = only_laser(samples=181, angles=(-math.pi / 2, math.pi / 2)).settings
     step_rad = settings['angle_span'] / settings['samples']
     assert settings['angle_min'] + 180 * step_rad == pytest.approx(math.pi / 2)
     assert only_laser(angles=(0.0, 6.28319)).settings['angle_span'] == 2 * math.pi
-
-
-def test_the_resolution_multiplies_the_rays():
     text = usual(mounted('eye'), laser_sensor('eye')).replace('<resolution>1<', '<resolution>0.5<')
     assert gazebo_lasers(tree_of(text))[0].settings['samples'] == 180
 
@@ -58,52 +56,50 @@ def test_a_rate_is_the_nearest_whose_period_is_whole_10_ms(rate_hz, simulated_hz
 @pytest.mark.parametrize(
     ('given', 'missing'),
     [
-        ({'rate': 0}, ['rate']),
-        ({'rate': 'fast'}, ['rate']),
-        ({'ranges': (0.1, 'inf')}, ['range_max']),
-        ({'ranges': (2.0, 1.0)}, ['range_min', 'range_max']),
-        ({'angles': (1.0, 1.0)}, ['angle_min', 'angle_span']),
-        ({'angles': ('', 1.0)}, ['angle_min', 'angle_span']),
+        ({'rate': 0}, {'rate'}),
+        ({'rate': 'fast'}, {'rate'}),
+        ({'ranges': (0.1, 'inf')}, {'range_max'}),
+        ({'ranges': (2.0, 1.0)}, {'range_min', 'range_max'}),
+        ({'angles': (1.0, 1.0)}, {'angle_min', 'angle_span'}),
+        ({'angles': ('', 1.0)}, {'angle_min', 'angle_span'}),
     ],
 )
 def test_impossible_settings_are_left_to_the_defaults(given, missing):
-    assert {'angle_min', 'angle_span', 'range_min', 'range_max', 'rate'} - set(only_laser(**given).settings) == {
-        *missing
-    }
+    settings = {'angle_min', 'angle_span', 'range_min', 'range_max', 'rate'}
+    assert settings - set(only_laser(**given).settings) == missing
 
 
-def test_a_sensors_pose_in_its_link_counts():
-    laser = laser_of(mounted('eye'), laser_sensor('eye', pose='0.02 0 0.03 0 0 1.5'))
-    assert laser.pose_in_root[:3, 3] == pytest.approx([0.12, 0.0, 0.23])
-    assert math.atan2(laser.pose_in_root[1, 0], laser.pose_in_root[0, 0]) == pytest.approx(1.5)
+@pytest.mark.parametrize(
+    ('parts', 'choices', 'expected'),
+    [
+        # The frame of the scans is taken if it is at the sensor's place.
+        ([('eye', {}), ('frame', {'at': '0 0 0.03', 'parent': 'eye'}), '0 0 0.03 0 0 0'], {}, 'frame'),
+        ([('eye', {}), ('frame', {'at': '0 0 0.03', 'parent': 'eye'}), ''], {}, 'eye'),
+        # Without a sensor names decide, and the end of a chain is the frame.
+        ([('laser_mount', {}), ('laser', {'parent': 'laser_mount'}), ('scan', {'parent': 'laser'})], {}, 'scan'),
+        ([('base_scan', {})], {}, 'base_scan'),
+        ([('scan_button_plate', {})], {}, None),
+        # The user precedes the sensor.
+        ([('eye', {}), ('other', {}), ''], {'laser_link': 'other'}, 'other'),
+    ],
+)  # fmt: skip
+def test_the_link_of_the_scans(parts, choices, expected):
+    texts = [laser_sensor('eye', frame='frame', pose=part) if isinstance(part, str) else mounted(part[0], **part[1])
+             for part in parts]  # fmt: skip
+    laser = laser_of(*texts, **choices)
+    assert (laser and laser.link) == expected
 
 
-def test_the_frame_of_the_scans_is_taken_if_it_is_at_the_sensors_place():
-    frame = mounted('scan_frame', '0 0 0.03', parent='eye')
-    there = laser_of(mounted('eye'), frame, laser_sensor('eye', frame='scan_frame', pose='0 0 0.03 0 0 0'))
-    elsewhere = laser_of(mounted('eye'), frame, laser_sensor('eye', frame='scan_frame'))
-    assert (there.link, elsewhere.link) == ('scan_frame', 'eye')
-
-
-def test_without_a_sensor_names_decide_and_the_end_of_a_chain_is_the_frame():
-    parts = mounted('laser_mount'), mounted('laser', parent='laser_mount'), mounted('laser_frame', parent='laser')
-    assert laser_of(*parts).link == 'laser_frame'
-    assert found(described(usual(*parts)), 'laser link')[1] == "its link's name"
-    assert laser_of(mounted('base_scan')).link == 'base_scan'
-    assert laser_of(mounted('scan_button_plate')) is None
-
-
-def test_the_user_precedes_the_sensor_and_gets_its_settings_if_they_are_its_own():
-    parts = mounted('eye'), mounted('other'), laser_sensor('eye')
+def test_the_users_link_gets_the_settings_of_its_own_sensor_only():
+    parts = mounted('eye'), mounted('other', at='0 0 0.3'), laser_sensor('eye')
     assert laser_of(*parts, laser_link='other').settings == {}
     assert laser_of(*parts, laser_link='eye').settings['samples'] == 360
 
 
-def test_a_link_that_is_missing_or_leans_is_refused():
-    with pytest.raises(ConfigError, match="given 'ey' as laser link, which is missing; .*did you mean 'eye'"):
-        laser_of(mounted('eye'), laser_link='ey')
-    with pytest.raises(ConfigError, match='which leans; allowed: '):
-        laser_of(mounted('eye', rpy='0 0.5 0'), laser_link='eye')
+@pytest.mark.parametrize(('link_name', 'expected'), [('ey', "missing; .*did you mean 'eye'"), ('eye', 'leans')])
+def test_a_link_that_is_missing_or_leans_is_refused(link_name, expected):
+    with pytest.raises(ConfigError, match=f'given {link_name!r} as laser link, which .*{expected}'):
+        laser_of(mounted('eye', rpy='0 0.5 0'), laser_link=link_name)
 
 
 def test_a_range_finder_or_a_leaning_or_spatial_scanner_is_not_taken():
@@ -127,8 +123,7 @@ def test_the_first_level_scanner_is_simulated_and_the_others_noted():
 
 def test_a_scanner_upside_down_is_turned_up_and_its_rays_go_the_other_way():
     """It sees the same: a ray at +a about an axis that points down is one at -a about one that points up."""
-    angles = (-0.5, 1.0)
-    parts = mounted('eye', rpy=f'{math.pi} 0 0.7'), laser_sensor('eye', samples=151, angles=angles)
+    parts = mounted('eye', rpy=f'{math.pi} 0 0.7'), laser_sensor('eye', samples=151, angles=(-0.5, 1.0))
     description = described(usual(*parts))
     laser = description.laser
     assert "laser 'eye' is upside down: simulated upright" in description.warnings
@@ -136,4 +131,4 @@ def test_a_scanner_upside_down_is_turned_up_and_its_rays_go_the_other_way():
     assert math.atan2(laser.pose_in_root[1, 0], laser.pose_in_root[0, 0]) == pytest.approx(0.7)
     step_rad = laser.settings['angle_span'] / laser.settings['samples']
     bearings_rad = laser.settings['angle_min'] + step_rad * np.arange(laser.settings['samples'])
-    assert (bearings_rad[0], bearings_rad[-1]) == pytest.approx((-angles[1], -angles[0]))
+    assert bearings_rad[[0, -1]] == pytest.approx([-1.0, 0.5])

@@ -8,7 +8,7 @@ import pytest
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.description import Findings
 from diff_encoder_sim.robots.meshes import file_corners_m, mesh_hull, primitive_tree, self_contained_urdf
-from diff_encoder_sim.robots.solids import Box, Cylinder, Mesh, Shape, Sphere
+from diff_encoder_sim.robots.solids import Box, Cylinder, Mesh, Shape, Sphere, reach_m
 from diff_encoder_sim.robots.urdf_reading import parse_urdf
 from robot_parts import (
     CUBE_CORNERS,
@@ -158,18 +158,9 @@ def test_hulls_of_random_meshes_hold_every_corner(tmp_path):
     rng = np.random.default_rng(5)
     for _ in range(20):
         points_m = rng.normal(size=(12, 3)) * rng.uniform(0.01, 1, 3) @ random_rotation(rng).T
-        placement = dict(xyz_m=rng.normal(size=3), rpy_rad=rng.normal(size=3))
-        hull = hull_of(tmp_path, points_m, **placement)
-        in_link_m = points_m @ pose(**placement)[:3, :3].T + placement['xyz_m']
-        local_m = (in_link_m - hull.pose_in_link[:3, 3]) @ hull.pose_in_link[:3, :3]
-        if isinstance(hull.geometry, Box):
-            excess_m = (np.abs(local_m) - np.array(hull.geometry.size_xyz_m) / 2).max()
-        elif isinstance(hull.geometry, Sphere):
-            excess_m = (np.linalg.norm(local_m, axis=1) - hull.geometry.radius_m).max()
-        else:
-            radial_m = np.hypot(local_m[:, 0], local_m[:, 1]) - hull.geometry.radius_m
-            excess_m = max(radial_m.max(), (np.abs(local_m[:, 2]) - hull.geometry.length_m / 2).max())
-        assert excess_m < 2e-6
+        hull = hull_of(tmp_path, points_m, xyz_m=rng.normal(size=3), rpy_rad=rng.normal(size=3))
+        for direction in np.vstack([hull.pose_in_link[:3, :3].T, rng.normal(size=(20, 3))]):
+            assert (hull.corners_m @ direction).max() < reach_m([hull], direction) * np.linalg.norm(direction) + 1e-5
         (tmp_path / 'a.obj').unlink()
 
 
