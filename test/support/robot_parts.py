@@ -60,7 +60,7 @@ def tree(links, joints=()):
 
 
 def finder(folder):
-    """Finds `package://any/NAME` in a folder, as package_search does."""
+    """Finds `package://any/NAME` in a folder, as find_mesh does."""
     return lambda uri: Path(folder) / uri.rsplit('/', 1)[-1]
 
 

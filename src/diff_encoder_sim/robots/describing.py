@@ -23,7 +23,6 @@ from diff_encoder_sim.robots.drive_tags import DriveTags, find_drive_tags
 from diff_encoder_sim.robots.driven_wheels import WheelPair, choose_wheels, drivable_joints, joints_of, rolling_wheels
 from diff_encoder_sim.robots.laser_search import find_laser
 from diff_encoder_sim.robots.meshes import MeshFinder, primitive_tree
-from diff_encoder_sim.robots.package_search import find_mesh
 from diff_encoder_sim.robots.solids import (
     MassProperties,
     Shape,
@@ -35,7 +34,7 @@ from diff_encoder_sim.robots.solids import (
     placed,
 )
 from diff_encoder_sim.robots.urdf_reading import parse_urdf
-from diff_encoder_sim.robots.xacro_expansion import expansion
+from diff_encoder_sim.robots.xacro_expansion import expansion, find_mesh
 
 AGREE = 0.005  # relative difference that is not worth a line
 # A plugin's number that differs by more is a mistake in it, such as a radius for a diameter; by less it is a wheel

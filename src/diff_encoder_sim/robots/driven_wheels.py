@@ -145,7 +145,13 @@ def choose_wheels(
         or _by_plugin(tree, wheels, drives, seen)
         or _by_evidence(tree, wheels, drives, seen)
     )
-    _check_axle(tree, pair)
+    apart_m, y_m = np.subtract(pair[0].centre_m, pair[1].centre_m), pair[0].centre_m[1] - pair[1].centre_m[1]
+    turn_across = all(abs(wheel.axis[1]) >= LEAST_ACROSS for wheel in pair)
+    if y_m <= 0.0 or y_m < LEAST_ACROSS * np.linalg.norm(apart_m) or not turn_across:
+        apart = ', '.join(f'{part:.3f}' for part in apart_m)
+        given = f'given joints {pair[0].joint!r} and {pair[1].joint!r} apart by ({apart}) m'
+        allowed = 'wheels apart along y that turn about y, x forward (REP 103)'
+        raise ConfigError(f'{tree.where}: {given}; allowed: {allowed} in root link {tree.root!r}')
     for side, other, wheel in (('left', 'right', pair[0]), ('right', 'left', pair[1])):
         seen.add(f'{side} wheel joint', wheel.joint, source)
         name = wheel.joint.lower()
@@ -194,7 +200,7 @@ def _by_plugin(
     named = {frozenset(tags.left_joints + tags.right_joints) for tags in ours if tags.is_named}
     pairs = [pair for pair in named if pair <= set(tree.joints)]
     if len(pairs) > 1:
-        raise _unlike(tree, SKID_STEER, f'plugins with {_quoted(sorted(joint for pair in pairs for joint in pair))}')
+        raise _refused(tree, SKID_STEER, f'plugins with {_quoted(sorted(joint for pair in pairs for joint in pair))}')
     for tags in sorted(ours, key=lambda tags: not tags.is_named):
         left, right = tree.joints.get(tags.left_joints[0]), tree.joints.get(tags.right_joints[0])
         if left is None or right is None:
@@ -222,7 +228,7 @@ def _check_others_of_plugin(tree: RobotTree, pair: WheelPair, is_named: bool, wh
     others = [each for each in _coaxial_pairs(driven) if each[0].joint not in same]
     like = [each for each in others if _are_alike(each, pair)]
     if like:
-        raise _unlike(tree, SKID_STEER, f'wheels of one size: {_quoted([*joints_of(pair), *joints_of(like[0])])}')
+        raise _refused(tree, SKID_STEER, f'wheels of one size: {_quoted([*joints_of(pair), *joints_of(like[0])])}')
 
 
 def _check_steering(tree: RobotTree, wheels: Iterable[DrivenWheel], is_differential: bool = False) -> None:
@@ -234,7 +240,7 @@ def _check_steering(tree: RobotTree, wheels: Iterable[DrivenWheel], is_different
     for wheel in wheels:
         is_limited = wheel.swivel and not tree.joints[wheel.swivel].spins
         if wheel.swivel in commanded or (is_limited and not commanded and not is_differential):
-            raise _unlike(tree, STEERED, f'joint {wheel.swivel!r} turns wheel {wheel.link!r} about an upright axis')
+            raise _refused(tree, STEERED, f'joint {wheel.swivel!r} turns wheel {wheel.link!r} about an upright axis')
 
 
 def _by_evidence(
@@ -244,7 +250,7 @@ def _by_evidence(
     for tags in drives:
         if tags.kind in _UNLIKE:
             joints = tags.left_joints + tags.right_joints
-            raise _unlike(tree, tags.kind, f'plugin {tags.source}' + (f' with {_quoted(joints)}' if joints else ''))
+            raise _refused(tree, tags.kind, f'plugin {tags.source}' + (f' with {_quoted(joints)}' if joints else ''))
     _check_steering(tree, wheels)
     commanded = [wheel for wheel in wheels if wheel.joint in commanded_joints(tree) and not wheel.swivel]
     if len(commanded) == 2 and _are_coaxial(*commanded):
@@ -264,44 +270,30 @@ def _pairs_on_one_axle(tree: RobotTree, wheels: Sequence[DrivenWheel]) -> List[W
     pairs = _coaxial_pairs(wheels)
     if len(wheels) > 1 and not pairs and any(not _are_parallel(wheel, wheels[0]) for wheel in wheels):
         names = _quoted(wheel.joint for wheel in wheels)
-        raise _unlike(tree, OMNIDIRECTIONAL, f'the axles of {names} point in different directions')
+        raise _refused(tree, OMNIDIRECTIONAL, f'the axles of {names} point in different directions')
     if not pairs:
         given = f'the wheels {_quoted(wheel.joint for wheel in wheels)}' if wheels else 'a robot without wheels'
         turning = _quoted(joint.name for joint in tree.joints.values() if joint.spins) or 'none'
         wanted = 'a level axis, a round shape near the floor, and one axle and size with another'
-        raise _no_pair(tree, f'{given} (joints that turn without end: {turning}; a wheel has {wanted})')
+        reason = f'joints that turn without end: {turning}; a wheel has {wanted}'
+        raise _refused(tree, given, reason)
     least_m = (1.0 - LIKE_RADIUS) * max(map(_mean_radius_m, pairs))
     largest = [pair for pair in pairs if _mean_radius_m(pair) > least_m]
     joints = _quoted(dict.fromkeys(joint for pair in largest for joint in joints_of(pair)))
     if any(not _are_parallel(pair[0], largest[0][0]) for pair in largest):
-        raise _unlike(tree, OMNIDIRECTIONAL, f'the axles of {joints} point in different directions')
+        raise _refused(tree, OMNIDIRECTIONAL, f'the axles of {joints} point in different directions')
     if len(largest) > 1:
-        raise _unlike(tree, SKID_STEER, f'wheels of one size: {joints}')
+        raise _refused(tree, SKID_STEER, f'wheels of one size: {joints}')
     return pairs
 
 
-def _check_axle(tree: RobotTree, pair: WheelPair) -> None:
-    """Refuse an axle that does not lie across the robot."""
-    apart_m, y_m = np.subtract(pair[0].centre_m, pair[1].centre_m), pair[0].centre_m[1] - pair[1].centre_m[1]
-    turn_across = all(abs(wheel.axis[1]) >= LEAST_ACROSS for wheel in pair)
-    if y_m <= 0.0 or y_m < LEAST_ACROSS * np.linalg.norm(apart_m) or not turn_across:
-        apart = ', '.join(f'{part:.3f}' for part in apart_m)
-        given = f'given joints {pair[0].joint!r} and {pair[1].joint!r} apart by ({apart}) m'
-        allowed = 'wheels apart along y that turn about y, x forward (REP 103)'
-        raise ConfigError(f'{tree.where}: {given}; allowed: {allowed} in root link {tree.root!r}')
-
-
-def _unlike(tree: RobotTree, kind: str, reason: str) -> ConfigError:
-    """Return the error for a robot whose drive is not modelled."""
-    return _no_pair(tree, f'{_UNLIKE[kind]} ({reason})')
-
-
-def _no_pair(tree: RobotTree, given: str) -> ConfigError:
+def _refused(tree: RobotTree, kind: str, reason: str) -> ConfigError:
     """Return the error for a robot without two known driven wheels; it names those of a pair if there is one."""
     pairs = _coaxial_pairs(rolling_wheels(tree))
     left, right = joints_of(max(pairs, key=_mean_radius_m)) if pairs else ('LEFT_JOINT', 'RIGHT_JOINT')
     mine = robot_file_line(tree.where, set={'simulator.left_joint': left, 'simulator.right_joint': right})
-    return ConfigError(f'{tree.where}: given {given}; allowed: two driven wheels on one axle; to name them: {mine}')
+    allowed = f'two driven wheels on one axle; to name them: {mine}'
+    return ConfigError(f'{tree.where}: given {_UNLIKE.get(kind, kind)} ({reason}); allowed: {allowed}')
 
 
 def _quoted(names: Iterable[str]) -> str:

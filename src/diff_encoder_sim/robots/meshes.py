@@ -30,7 +30,7 @@ from diff_encoder_sim.robots.solids import (
 )
 from diff_encoder_sim.robots.urdf_reading import parse_urdf
 
-# Finds a mesh's file by its URI, as package_search.find_mesh. It raises ConfigError, or returns None, if the file is
+# Finds a mesh's file by its URI, as xacro_expansion.find_mesh. It raises ConfigError, or returns None, if the file is
 # missing.
 MeshFinder = Callable[[str], Optional[Path]]
 

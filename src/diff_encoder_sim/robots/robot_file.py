@@ -79,7 +79,13 @@ def load_robot_file(
         RobotNotFound: there is no such robot.
         ConfigError: its YAML file has a bad key, or a folder of packages is missing.
     """
-    path = _path_of(given, folder, package_folder / 'config')
+    shipped, path = package_folder / 'config' / 'robots' / f'{given}.yaml', folder / Path(given).expanduser()
+    if Path(given).name == given and shipped.is_file():  # a name takes precedence over a path
+        path = shipped
+    elif not given or not path.exists():
+        names = robot_names(package_folder / 'config')
+        allowed = f'{", ".join(names)}, or a .yaml, .xacro or .urdf file{did_you_mean(given, names)}'
+        raise RobotNotFound(f'robot: given {given!r}, but there is no {path}; allowed: {allowed}')
     if path.suffix not in ROBOT_FILE_SUFFIXES:
         source = RobotSource(path, _as_pairs(arguments), _checked(packages, 'packages'))
         return RobotFile(source, None, {}, path.name.partition('.')[0], str(path))
@@ -96,21 +102,6 @@ def load_robot_file(
 def robot_names(config_folder: Path) -> List[str]:
     """Return the names of the robots in config/robots."""
     return sorted(path.stem for path in (config_folder / 'robots').glob('*.yaml'))
-
-
-def _path_of(given: str, folder: Path, config_folder: Path) -> Path:
-    """Return the file that a user means; a name takes precedence over a path."""
-    shipped = config_folder / 'robots' / f'{given}.yaml'
-    if Path(given).name == given and shipped.is_file():
-        return shipped
-    path = folder / Path(given).expanduser()
-    if given and path.exists():
-        return path
-    names = robot_names(config_folder)
-    raise RobotNotFound(
-        f'robot: given {given!r}, but there is no {path}; allowed: {", ".join(names)}, '
-        f'or a .yaml, .xacro or .urdf file{did_you_mean(given, names)}'
-    )
 
 
 def _checked(folders: Sequence[Path], where: str) -> Tuple[Path, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import os
 from pathlib import Path
-from typing import Any, Dict, Iterator, Mapping, NamedTuple
+from typing import Any, Dict, Iterator, NamedTuple
 
 import numpy as np
 import yaml
@@ -155,19 +155,15 @@ def set_up_robot(file: RobotFile) -> RobotSetup:
     Raises:
         ConfigError: its description cannot be read, or is no differential drive.
     """
-    description = describe(file.source, _choices(file.overrides, file.where))
-    return RobotSetup(file, description, {**derived_settings(description), **file.overrides})
-
-
-def _choices(overrides: Mapping[str, Any], where: str) -> RobotChoices:
     choices: Dict[str, Any] = {}
     for choice, keys in _CHOICES.items():
-        value = next((overrides[key] for key in keys if key in overrides), None)
+        value = next((file.overrides[key] for key in keys if key in file.overrides), None)
         kind, allowed = ((int, float), 'a number') if choice in _NUMBERS else (str, 'a name')
         if value is not None and (isinstance(value, bool) or not isinstance(value, kind)):
-            raise ConfigError(f'{where}: {keys[0]}: given {value!r}; allowed: {allowed}')
+            raise ConfigError(f'{file.where}: {keys[0]}: given {value!r}; allowed: {allowed}')
         choices[choice] = value or None
-    return RobotChoices(**choices)
+    description = describe(file.source, RobotChoices(**choices))
+    return RobotSetup(file, description, {**derived_settings(description), **file.overrides})
 
 
 def robot_file_text(setup: RobotSetup, path: Path) -> str:

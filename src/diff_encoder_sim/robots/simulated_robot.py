@@ -78,9 +78,6 @@ class GeometryErrors(NamedTuple):
         return TrueWheels(left_m, right_m, description.wheel_separation_m * (1.0 + self.separation))
 
 
-NO_ERRORS = GeometryErrors()
-
-
 class SimulatedRobot(NamedTuple):
     """A robot with its true wheels."""
 
@@ -102,7 +99,9 @@ class SimulatedRobot(NamedTuple):
 
 
 def load_simulated_robot(
-    source: RobotSource, choices: RobotChoices, errors: GeometryErrors = NO_ERRORS
+    source: RobotSource,
+    choices: RobotChoices,
+    errors: GeometryErrors = GeometryErrors(),  # noqa: B008
 ) -> SimulatedRobot:
     """Read a robot and make its physics right.
 

@@ -120,9 +120,6 @@ def _joint(element: ElementTree.Element, where: str) -> Joint:
     if kind not in JOINT_KINDS:
         hint = did_you_mean(kind, JOINT_KINDS)
         raise ConfigError(f'{place}: type: given {kind!r}; allowed: {", ".join(JOINT_KINDS)}{hint}')
-    for end, link in (('parent', parent), ('child', child)):
-        if not link:
-            raise ConfigError(f'{place}: {end}: missing; allowed: <{end} link="..."/>')
     axis_element, axis = element.find('axis'), np.array([1.0, 0.0, 0.0])
     if axis_element is not None and kind not in ('fixed', 'floating'):
         vector = np.array(bounded_numbers(axis_element.get('xyz', '1 0 0'), 3, f'{place}: axis xyz'))

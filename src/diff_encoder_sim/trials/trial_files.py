@@ -18,9 +18,8 @@ from diff_encoder_sim.drives.test_definition import TestDefinition, find_world
 from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.meshes import self_contained_urdf
-from diff_encoder_sim.robots.package_search import find_mesh
 from diff_encoder_sim.robots.urdf_reading import read_robot_text
-from diff_encoder_sim.robots.xacro_expansion import expand, needs_other_files
+from diff_encoder_sim.robots.xacro_expansion import expand, find_mesh, needs_other_files
 from diff_encoder_sim.simulation.world import load_world
 
 NAME_DIGITS = 16  # of a sha256 in the name of a folder

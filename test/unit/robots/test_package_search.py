@@ -4,7 +4,7 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.description import RobotSource
-from diff_encoder_sim.robots.package_search import SEARCH_VARIABLES, find_mesh, find_package
+from diff_encoder_sim.robots.xacro_expansion import SEARCH_VARIABLES, find_mesh, find_package
 
 
 @pytest.fixture(autouse=True)

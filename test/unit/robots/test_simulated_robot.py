@@ -12,7 +12,6 @@ from diff_encoder_sim.robots.describing import describe
 from diff_encoder_sim.robots.description import RobotChoices, RobotSource
 from diff_encoder_sim.robots.simulated_robot import (
     FLOOR_ONLY_LINKS,
-    NO_ERRORS,
     GeometryErrors,
     TrueWheels,
     joined_links,
@@ -30,7 +29,7 @@ ALTO = RobotSource(ROOT / 'urdf' / 'alto.urdf.xacro')
 JOINTS = 'left_wheel_joint', 'right_wheel_joint'
 
 
-def load(source=ALTO, errors=NO_ERRORS):
+def load(source=ALTO, errors=GeometryErrors()):
     return load_simulated_robot(source, RobotChoices(), errors)
 
 

@@ -180,7 +180,7 @@ def test_what_is_not_given_is_as_urdf_says():
     ('body', 'kind', 'complaint'),
     [
         (ENDS, 'Fixed', "joint 'j': type: given 'Fixed'; allowed: fixed, continuous, revolute"),
-        ('<child link="b"/>', 'fixed', "joint 'j': parent: missing"),
+        ('<child link="b"/>', 'fixed', "joint 'j': parent: no link is named ''"),
         (f'{ENDS}<axis xyz="0 0 0"/>', 'continuous', "axis xyz: given '0 0 0'"),
         (f'{ENDS}<axis xyz="0 1"/>', 'continuous', "axis xyz: given '0 1'"),
         (f'{ENDS}<origin xyz="0 0 inf"/>', 'fixed', "origin xyz: given '0 0 inf'"),

@@ -10,8 +10,8 @@ import pytest
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots import xacro_expansion
 from diff_encoder_sim.robots.description import RobotSource
-from diff_encoder_sim.robots.package_search import SEARCH_VARIABLES
 from diff_encoder_sim.robots.xacro_expansion import (
+    SEARCH_VARIABLES,
     Expansion,
     display_urdf,
     expand,
@@ -177,12 +177,7 @@ def test_words_and_texts_give_the_same():
 
 @pytest.mark.parametrize(
     ('text', 'expected'),
-    [
-        ('scale', "robot_args: given 'scale'"),
-        (':=2', "given ':=2'"),
-        ('a:=1 a:=2', "given 'a' twice"),
-        ("a:='1", 'No closing quotation'),
-    ],
+    [('scale', "robot_args: given 'scale'"), (':=2', "given ':=2'"), ("a:='1", 'No closing quotation')],
 )
 def test_mistakes_are_named(text, expected):
     with pytest.raises(ConfigError, match=expected):
