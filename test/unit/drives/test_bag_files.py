@@ -16,6 +16,7 @@ from diff_encoder_sim.drives.ros2_stream import MCAP_MAGIC, McapStream
 from diff_encoder_sim.drives.topics import TOPICS, RecordedTopic
 from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.typestore import definition
+from message_checks import as_dict
 from recorded_messages import one_of_each
 
 TIMES_NS = range(0, 10**9, 10**8)
@@ -36,13 +37,7 @@ def paths(tmp_path_factory):
 
 
 def without_seq(message):
-    """A message of either ROS as nested dicts: headers of ROS 1 have a seq, and ROS 2 has no message without fields."""
-    if isinstance(message, list):
-        return [without_seq(each) for each in message]
-    if not hasattr(message, '__dataclass_fields__'):
-        return message.tolist() if hasattr(message, 'tolist') else message
-    fields = {name: without_seq(getattr(message, name)) for name in message.__dataclass_fields__ if name.islower()}
-    return {name: value for name, value in fields.items() if name not in ('seq', 'structure_needs_at_least_one_member')}
+    return as_dict(message, ('__msgtype__', 'structure_needs_at_least_one_member', 'seq'))
 
 
 def by_mcap(path):

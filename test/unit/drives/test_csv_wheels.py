@@ -7,19 +7,21 @@ from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.drives.csv_wheels import CsvStream, CsvWheels, find_format
 from diff_encoder_sim.drives.wheel_source import WheelUnit
 
-ROWS = {
-    'comma': ['0.5,10,-1.5', '1.5,11,-2.5'],
-    'semicolon': ['0.5;10;-1.5', '1.5;11;-2.5'],
-    'decimal commas': ['0,5;10;-1,5', '1,5;11;-2,5'],
-    'tab': ['0.5\t10\t-1.5', '1.5\t11\t-2.5'],
-    'bar': ['0.5|10|-1.5', '1.5|11|-2.5'],
-    'spaces': ['  0.5  10 -1.5', '1.5 11   -2.5'],
-    'quotes': ['"0.5", "10" ,"-1.5"', "'1.5','11','-2.5'"],
-}
 
-
-@pytest.mark.parametrize('rows', ROWS.values(), ids=ROWS)
-@pytest.mark.parametrize('header', [[], ['# two lines', '# that say little']], ids=['plain', 'comment'])
+@pytest.mark.parametrize(
+    'rows',
+    [
+        ['0.5,10,-1.5', '1.5,11,-2.5'],
+        ['0.5;10;-1.5', '1.5;11;-2.5'],
+        ['0,5;10;-1,5', '1,5;11;-2,5'],
+        ['0.5\t10\t-1.5', '1.5\t11\t-2.5'],
+        ['0.5|10|-1.5', '1.5|11|-2.5'],
+        ['  0.5  10 -1.5', '1.5 11   -2.5'],
+        ['"0.5", "10" ,"-1.5"', "'1.5','11','-2.5'"],
+    ],
+    ids=['comma', 'semicolon', 'decimal commas', 'tab', 'bar', 'spaces', 'quotes'],
+)
+@pytest.mark.parametrize('header', [[], ['# two lines', '# of a remark']], ids=['plain', 'comment'])
 def test_the_delimiter_is_found(rows, header):
     found = find_format(header + rows, ('1', '3', '2'), 's')
     assert not found.has_header
@@ -30,11 +32,7 @@ def test_the_delimiter_is_found(rows, header):
     ('lines', 'columns', 'has_header'),
     [
         (['time,left,right', '1,2,3'], ('time', 'left', 'right'), True),
-        (
-            ['# a drive', '#timestamp [ns],left ticks,right ticks', '1,2,3'],
-            ('timestamp [ns]', 'left ticks', '3'),
-            False,
-        ),
+        (['# a drive', '#t [ns],left ticks,right ticks', '1,2,3'], ('t [ns]', 'left ticks', '3'), False),
         (['"t";"l";"r"', '1;2;3'], ('t', 'l', 'r'), True),
     ],
 )
@@ -58,7 +56,7 @@ def test_times_are_exact(text, unit, time_ns):
 
 
 @pytest.mark.parametrize(
-    'row', ['', '1,2', 'x,2,3', '1,2,nan', '1,2,1e999', '-1,2,3', '1e99,2,3', '7_0,2,3', '1,0x7,3', '1,infinity,3']
+    'row', ['', '1,2', 'x,2,3', '1,2,nan', '1,2,1e999', '-1,2,3', '1e99,2,3', '1e9999999,2,3', '7_0,2,3', '1,0x7,3']
 )
 def test_a_bad_row_is_refused(row):
     with pytest.raises(InputFault, match='expected'):
@@ -68,23 +66,22 @@ def test_a_bad_row_is_refused(row):
 @pytest.mark.parametrize(
     ('lines', 'columns', 'complaint'),
     [
-        (['a,b,c', '1,2,3'], ('a', 'b', 'd'), 'given d; allowed: a number from 1 to 3 or a name: a, b, c'),
-        (['1,2,3'], ('a', '2', '3'), 'given a; allowed: a number from 1 to 3; the file has no header'),
-        (['1,2,3'], ('0', '1', '2'), 'given 0; allowed: a number from 1 to 3'),
-        (['a,b,c', '1,2,3'], ('a', 'b', '2'), 'given a b 2; allowed: three columns that differ'),
-        (['1,2', '3,4'], ('1', '2', '3'), 'no table; expected 3 or more columns'),
-        ([], ('1', '2', '3'), 'no table'),
+        (['a,b,c', '1,2,3'], 'abd', 'given d; allowed: a number from 1 to 3 or a name: a, b, c'),
+        (['1,2,3'], 'a23', 'given a; allowed: a number from 1 to 3; the file has no header'),
+        (['1,2,3'], '012', 'given 0; allowed: a number from 1 to 3'),
+        (['a,b,c', '1,2,3'], 'ab2', 'given a b 2; allowed: three columns that differ'),
+        (['1,2', '3,4'], '123', 'no table; expected 3 or more columns'),
+        ([], '123', 'no table'),
     ],
 )
-def test_what_is_not_there_is_named(lines, columns, complaint):
+def test_missing_columns_are_named(lines, columns, complaint):
     with pytest.raises(ConfigError, match=complaint):
         find_format(lines, columns, 's')
 
 
-def stream_of(tmp_path, content, columns=('1', '2', '3'), time_unit='s'):
-    path = tmp_path / 'a.csv'
-    path.write_bytes(content)
-    return CsvStream(path, columns, time_unit)
+def stream_of(tmp_path, content, columns='123'):
+    (tmp_path / 'a.csv').write_bytes(content)
+    return CsvStream(tmp_path / 'a.csv', columns, 's')
 
 
 def rows_of(stream):
@@ -96,8 +93,8 @@ def rows_of(stream):
     return [(stamp_ns, *pair) for stamp_ns, pair in zip(times_ns.tolist(), drive.wheel_angles_rad.tolist())]
 
 
-def test_rows_come_as_often_as_they_are_asked_for(tmp_path):
-    stream = stream_of(tmp_path, b'\xef\xbb\xbft,l,r\r\n1,2,3\r\n\r\n# a remark\r\n2,3,4\r\n', ('t', 'l', 'r'))
+def test_rows_can_be_read_several_times(tmp_path):
+    stream = stream_of(tmp_path, b'\xef\xbb\xbft,l,r\r\n1,2,3\r\n\r\n# a remark\r\n2,3,4\r\n', 'tlr')
     assert rows_of(stream) == rows_of(stream) == [(10**9, 2.0, 3.0), (2 * 10**9, 3.0, 4.0)]
     assert stream.fault == '' and list(stream.topics) == ['a.csv']
 
@@ -112,6 +109,6 @@ def test_bad_rows_are_named_by_their_lines(tmp_path):
 
 
 @pytest.mark.parametrize('content', [b'', b'\0\xff\n' * 20, b'prose'])
-def test_what_is_no_table_is_refused(tmp_path, content):
+def test_other_files_are_refused(tmp_path, content):
     with pytest.raises(ConfigError, match=r'^/.*a\.csv: no table'):
         stream_of(tmp_path, content)

@@ -9,32 +9,16 @@ from diff_encoder_sim.drives.test_definition import find_world, load_test
 from places import ROOT
 
 
-def test_the_straight_line_is_the_papers():
-    test = load_test('SL', ROOT / 'config')
-    goal, start = test.goal(), test.start.pose()
-    assert goal.relative_to(start) == pytest.approx((20.0, 0.0, 0.0))
-    assert (test.limits.speed, test.limits.acceleration) == (0.45, 0.7)
-
-
-def test_the_multi_turn_is_the_papers():
-    test = load_test('SMT', ROOT / 'config')
-    assert [segment.turns for segment in test.drive] == [5]
-    assert test.goal() == pytest.approx(test.start.pose())
-
-
-@pytest.mark.parametrize('name', ['SL', 'SMT', 'DLD'])
-def test_the_worlds_of_the_tests_are_there(name):
-    world = find_world(load_test(name, ROOT / 'config').world, ROOT / 'worlds')
-    assert world.is_absolute() and world.suffix == '.world'
-
-
-def test_the_long_distance_is_the_papers():
-    test = load_test('DLD', ROOT / 'config')
-    points = (
-        [test.start.pose()[:2]]
-        + [(point.x, point.y) for leg in test.route for point in leg.through or []]
-        + [test.goal()[:2]]
-    )
+def test_the_tests_are_the_papers():
+    line, turns, long = (load_test(name, ROOT / 'config') for name in ('SL', 'SMT', 'DLD'))
+    for test in (line, turns, long):
+        world = find_world(test.world, ROOT / 'worlds')
+        assert world.is_absolute() and world.suffix == '.world'
+    assert line.goal().relative_to(line.start.pose()) == pytest.approx((20.0, 0.0, 0.0))
+    assert (line.limits.speed, line.limits.acceleration) == (0.45, 0.7)
+    assert [segment.turns for segment in turns.drive] == [5] and turns.goal() == pytest.approx(turns.start.pose())
+    through = [(point.x, point.y) for leg in long.route for point in leg.through or []]
+    points = [long.start.pose()[:2], *through, long.goal()[:2]]
     assert sum(math.dist(a, b) for a, b in zip(points, points[1:])) == pytest.approx(95, abs=2)
 
 

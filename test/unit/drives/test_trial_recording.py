@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.drives.bag_source import open_source
 from diff_encoder_sim.drives.trial_definition import Outcome
-from diff_encoder_sim.drives.trial_recording import read_trial
+from diff_encoder_sim.drives.trial_recording import read_trial, trial_of_source
+from reencoding_drives import ROS2, drive, write
 from trial_bags import ODOM, ODOMETRY, TRUTH, trial, write_bag
 
 
@@ -29,6 +31,17 @@ def test_every_series_is_read(tmp_path):
     }
     assert recording.poses['/odom'].x_y_yaw == pytest.approx(np.array(ODOM))
     assert recording.poses['/odom'].stamps_ns.tolist() == [50_000_000, 100_000_000, 150_000_000]
+
+
+def test_a_bag_of_any_kind_has_a_trial_or_none(tmp_path):
+    others = drive(ROS2), [('/trial', 1, ROS2.text(trial().model_dump_json()))]
+    paths = [write(tmp_path / f'{index}', rows) for index, rows in enumerate(others)]
+    paths += [write_bag(tmp_path / f'{index}.bag', about) for index, about in enumerate((None, trial()))]
+    found = []
+    for path in paths:
+        with open_source(path) as source:
+            found.append(trial_of_source(path, source))
+    assert found == [None, trial()] * 2
 
 
 def test_a_bag_without_a_result_is_torn_and_silent_topics_are_left_out(tmp_path):
