@@ -17,9 +17,7 @@ import warnings
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, NamedTuple, Optional, Tuple, Type, TypeVar, cast
-
-from typing_extensions import Protocol
+from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, NamedTuple, Optional, Tuple, Type, TypeVar, Union, cast
 
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.errors import CampaignFault, ConfigError, in_one_line
@@ -35,21 +33,6 @@ distributed = deferred('distributed')
 
 T = TypeVar('T')
 log = logging.getLogger(__name__)
-
-
-class Workers(Protocol):
-    """Executor whose workers may be lost and replaced."""
-
-    lost: Tuple[Type[BaseException], ...]  # raised by the future of a task whose worker died
-
-    def submit(self, function: Callable[..., T], *arguments: Any) -> Future[T]:
-        """Run a function on a worker. Raises CampaignFault if no more tasks can run."""
-
-    def count(self) -> int:
-        """Return the number of tasks that can run at once. Raises CampaignFault if no more tasks can run."""
-
-    def send(self, files: TrialFiles) -> Any:
-        """Return a task argument that resolves on the worker to the files, in a folder of its host or as contents."""
 
 
 # ---- processes of this host
@@ -77,7 +60,11 @@ class LocalWorkers:
         self._pool: Optional[ProcessPoolExecutor] = None
 
     def submit(self, function: Callable[..., T], *arguments: Any) -> Future[T]:
-        """Run a function in a process of the pool; a broken pool is replaced first."""
+        """Run a function in a process of the pool; a broken pool is replaced first.
+
+        Raises:
+            CampaignFault: no process starts.
+        """
         for _ in range(FAILED_STARTS):
             with contextlib.suppress(BrokenProcessPool):
                 pool = self._pool or self._started()
@@ -202,7 +189,11 @@ class ClusterWorkers:
         return cast('Future[T]', self._executor.submit(function, *arguments))
 
     def count(self) -> int:
-        """Return the number of threads of all workers; 0 without workers."""
+        """Return the number of threads of all workers; 0 without workers.
+
+        Raises:
+            CampaignFault: the scheduler is gone.
+        """
         # While a client reconnects, the scheduler has already dropped its tasks.
         with contextlib.suppress(OSError):
             if self._client.status == 'running':
@@ -212,6 +203,11 @@ class ClusterWorkers:
     def send(self, files: TrialFiles) -> Any:
         """Return the files as the result of a task, which Dask recomputes if its worker dies."""
         return self._client.submit(_identity, files, pure=False)
+
+
+# Both have `lost`, which the future of a task raises if its worker died, and send the files of trials as an argument of
+# tasks that becomes TrialFiles on the worker.
+Workers = Union[LocalWorkers, ClusterWorkers]
 
 
 @contextlib.contextmanager

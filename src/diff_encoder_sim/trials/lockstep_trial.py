@@ -41,29 +41,6 @@ class Report(NamedTuple):
     navigation: NavigatorOutput
 
 
-class Delayed:
-    """Scheduled actions; actions of the same time run in order of insertion."""
-
-    def __init__(self) -> None:
-        self._queue: List[Tuple[int, int, Callable[..., None], Tuple[Any, ...]]] = []
-        self._numbers = itertools.count()
-
-    def at(self, time_ns: int, action: Callable[..., None], *arguments: Any) -> None:
-        """Add an action."""
-        heapq.heappush(self._queue, (time_ns, next(self._numbers), action, arguments))
-
-    def run_until(self, time_ns: int) -> None:
-        """Run all actions up to and including a time; they may add more."""
-        queue = self._queue
-        while queue and queue[0][0] <= time_ns:
-            _, _, action, arguments = heapq.heappop(queue)
-            action(*arguments)
-
-    def clear(self) -> None:
-        """Remove all actions."""
-        self._queue.clear()
-
-
 class TrialWheels:
     """Encoders and odometry of one trial; several trials may share a drive."""
 
@@ -116,7 +93,9 @@ class LockstepTrial:
             of_wheels.trial(setup.plan.trial)
         self._simulator = Simulator(plan.world, robot_file, params.simulator, start, trial.number)
         self._command_latency_ns = latency_ns(params.latency.command)
-        self._delayed = Delayed()
+        # Actions by time, number and arguments; those of the same time run in order of insertion.
+        self._delayed: List[Tuple[int, int, Callable[..., None], Tuple[Any, ...]]] = []
+        self._numbers = itertools.count()
         self._reports: List[Report] = []  # of the first trial, at this tick
         self.ending = Ending(Outcome.TORN)  # until the trial has ended
         self._start_pose = start
@@ -129,7 +108,7 @@ class LockstepTrial:
                 self.driver = ScriptedDriver(trial, self._send)
             else:
                 self.driver = NavigatingDriver(
-                    plan, params, self._simulator.laser_pose_in_base, self._delayed.at, self._send, self._publications
+                    plan, params, self._simulator.laser_pose_in_base, self._at, self._send, self._publications
                 )
             has_scans = trial.nav != 'scripted' or self._publications.takes_scans  # not used by scripts
             self._scan_period_ns = params.simulator.lidar.period_ns if has_scans else 0
@@ -181,7 +160,10 @@ class LockstepTrial:
             scan = simulator.scan()
             self._publications.scan(scan)
             self.driver.take_scan(scan)
-        self._delayed.run_until(now_ns)
+        delayed = self._delayed
+        while delayed and delayed[0][0] <= now_ns:  # actions may add more
+            _, _, action, arguments = heapq.heappop(delayed)
+            action(*arguments)
         if self.driver.is_over:
             reason = goal_error(self.true_pose_in_map, self._goal)
             self.ending = Ending(Outcome.LOST, reason) if reason else Ending(Outcome.SUCCEEDED)
@@ -195,7 +177,7 @@ class LockstepTrial:
             wheels.publications.encoder_pulse(now_ns, sample)
             if estimate is not None:
                 due_ns = now_ns + wheels.latency_ns
-                self._delayed.at(due_ns, self._take_odometry, wheels, due_ns, estimate)
+                self._at(due_ns, self._take_odometry, wheels, due_ns, estimate)
 
     def _take_odometry(self, wheels: TrialWheels, now_ns: int, estimate: OdometryEstimate) -> None:
         wheels.publications.odometry(now_ns, estimate)
@@ -227,7 +209,11 @@ class LockstepTrial:
 
     def _send(self, now_ns: int, command: Command, is_navigators: bool) -> None:
         self._publications.command(now_ns, command, is_navigators)
-        self._delayed.at(now_ns + self._command_latency_ns, self._take_command, command)
+        self._at(now_ns + self._command_latency_ns, self._take_command, command)
+
+    def _at(self, time_ns: int, action: Callable[..., None], *arguments: Any) -> None:
+        """Run an action at a time."""
+        heapq.heappush(self._delayed, (time_ns, next(self._numbers), action, arguments))
 
     def _take_command(self, command: Command) -> None:
         self._simulator.command(*command)

@@ -15,7 +15,6 @@ from diff_encoder_sim.navigation.navigator_inputs import STOP, Command, GoalStat
 from diff_encoder_sim.simulation.rasterise import rasterise
 from diff_encoder_sim.simulation.state import JointStates
 from diff_encoder_sim.simulation.world import load_world
-from diff_encoder_sim.trials.lockstep_trial import Delayed
 from diff_encoder_sim.trials.publications import Publications
 from diff_encoder_sim.trials.robot_params import LatencyParams
 from lockstep_trials import ALTO, BEND, HALL, blind, distance_and_turn, ended, goal_of, lockstep, params_of, plan_of
@@ -47,14 +46,12 @@ def blind_between(trial, begin_s, end_s):
 
 
 def test_actions_of_one_time_run_in_the_order_entered_also_when_entered_by_one():
-    delayed, done = Delayed(), []
-    delayed.at(20, done.append, 'first')
-    delayed.at(10, lambda: delayed.at(10, done.append, 'answer'))
-    delayed.at(20, done.append, 'second')
-    delayed.run_until(10)
-    assert done == ['answer']
-    delayed.run_until(25)
-    assert done == ['answer', 'first', 'second']
+    trial, done = lockstep(HALL), []
+    trial._at(0, lambda: trial._at(0, done.append, 'answer'))
+    for name in ('first', 'second'):
+        trial._at(0, done.append, name)
+    next(trial.run())
+    assert done == ['first', 'second', 'answer']
 
 
 @pytest.mark.parametrize('test', [HALL, BEND], ids=['hall', 'bend'])
