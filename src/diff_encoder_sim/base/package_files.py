@@ -31,9 +31,5 @@ def users_path(given: Union[str, Path]) -> Path:
 
 
 def package_version(folder: Optional[Path] = None) -> str:
-    """Return the version in the package.xml of a folder, by default of `package_folder`; `unknown` if there is none."""
-    try:
-        text = ElementTree.parse(str((folder or package_folder()) / 'package.xml')).findtext('version')
-    except (ConfigError, OSError, ElementTree.ParseError):
-        text = None
-    return text.strip() if text else 'unknown'
+    """Return the version in the package.xml of a folder, by default of `package_folder`."""
+    return ElementTree.parse(str((folder or package_folder()) / 'package.xml')).findtext('version', '').strip()
