@@ -36,7 +36,7 @@ from diff_encoder_sim.ros.node import (
     subscriber,
 )
 from diff_encoder_sim.simulation.state import STATES_RATE_HZ, PlanarVelocity
-from diff_encoder_sim.wheels.sampling import BoundarySampler
+from diff_encoder_sim.wheels.report_link import BoundarySampler
 
 __all__ = ['STATES_PERIOD_HEADER', 'GetModelState', 'ModelStates', 'SetModelState']
 

@@ -19,8 +19,7 @@ from diff_encoder_sim.ros.wheel_output import Diagnostics, OdometryOutput
 from diff_encoder_sim.wheels.diagnostics import OdometryDiagnosis, hidden_encoder
 from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.report_link import EncoderSample
-from diff_encoder_sim.wheels.speed_pairing import SpeedPairing
+from diff_encoder_sim.wheels.report_link import EncoderSample, SpeedPairing
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 

@@ -13,7 +13,7 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.message_decoders import encoded_stamp_ns
 from diff_encoder_sim.navigation.navigator_inputs import ControlRate
 from diff_encoder_sim.simulation.state import STATES_RATE_HZ, TICK_NS
-from diff_encoder_sim.wheels.sampling import BoundaryTimes
+from diff_encoder_sim.wheels.report_link import BoundaryTimes
 
 log = logging.getLogger(__name__)
 

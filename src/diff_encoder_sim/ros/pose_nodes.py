@@ -29,7 +29,7 @@ from diff_encoder_sim.ros.wheel_output import OdometryOutput
 from diff_encoder_sim.simulation.state import PlanarVelocity
 from diff_encoder_sim.simulation.world import load_world
 from diff_encoder_sim.wheels.odometry import OdometryEstimate
-from diff_encoder_sim.wheels.sampling import DEFAULT_RATE_HZ, BoundarySampler
+from diff_encoder_sim.wheels.report_link import DEFAULT_RATE_HZ, BoundarySampler
 
 
 class GlobalPoseParams(Params):

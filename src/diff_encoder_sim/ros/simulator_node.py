@@ -38,7 +38,7 @@ from diff_encoder_sim.ros.pacing import (
 )
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
 from diff_encoder_sim.simulation.state import STATES_PERIOD_NS, TICK_NS, PlanarVelocity
-from diff_encoder_sim.wheels.sampling import DEFAULT_RATE_HZ
+from diff_encoder_sim.wheels.report_link import DEFAULT_RATE_HZ
 
 PAUSED_CLOCK_PERIOD_S = 0.05
 

@@ -25,7 +25,7 @@ from diff_encoder_sim.trials.scripted_drive import ScriptedDriver
 from diff_encoder_sim.trials.trial_setup import TrialSetup
 from diff_encoder_sim.wheels.chain import Chain
 from diff_encoder_sim.wheels.odometry import OdometryEstimate, wheel_speeds_mps
-from diff_encoder_sim.wheels.sampling import BoundarySampler
+from diff_encoder_sim.wheels.report_link import BoundarySampler
 
 WORLD_POSE_IN_MAP = IDENTITY
 

@@ -17,8 +17,7 @@ from diff_encoder_sim.wheels.counter import totals_of, wrap_count
 from diff_encoder_sim.wheels.encoder import new_wheels, pulses_from_angle, turn_through
 from diff_encoder_sim.wheels.odometry import OdometryEstimate, WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.report_link import PROMPT, EncoderSample
-from diff_encoder_sim.wheels.sampling import BoundarySampler
+from diff_encoder_sim.wheels.report_link import PROMPT, BoundarySampler, EncoderSample
 from diff_encoder_sim.wheels.wheel_encoder import (
     EncoderParams,
     ReportingEncoder,

@@ -1,10 +1,13 @@
-"""Link from the motor controller to the host, with delay, loss, duplication and reordering."""
+"""Reports of a controller: sampled at a fixed rate, sent over a link to the host, paired with measured speeds."""
 
 from __future__ import annotations
 
+import fractions
 import heapq
+import logging
 import math
-from typing import Dict, List, Literal, NamedTuple, Optional, Tuple
+from collections import deque
+from typing import Deque, Dict, List, Literal, NamedTuple, Optional, Tuple
 
 import numpy as np
 from pydantic import Field
@@ -13,6 +16,48 @@ from typing_extensions import Annotated
 from diff_encoder_sim.base.bounds import Between, Fraction
 from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+
+# Default report rate of encoders and rate of nodes that process reports.
+DEFAULT_RATE_HZ = 20.0
+
+
+class BoundarySampler:
+    """Finds the first stamp at or after each boundary of a fixed rate."""
+
+    def __init__(self, rate_hz: float) -> None:
+        self._periods, self._in_ns = _periods_in_ns(rate_hz)
+        self._newest_index: Optional[int] = None
+        self.next_ns = 0  # earlier stamps do not reach a boundary
+
+    def period_index(self, stamp_ns: int) -> Optional[int]:
+        """Return the index of the boundary if `stamp_ns` is the first to reach it, else None."""
+        index, remainder = divmod(stamp_ns * self._periods, self._in_ns)
+        if self._newest_index is not None and index <= self._newest_index:
+            return None
+        # The first stamp only opens a period, unless it is on the boundary.
+        opens_quietly = self._newest_index is None and remainder != 0
+        self._newest_index, self.next_ns = index, -(-(index + 1) * self._in_ns // self._periods)
+        return None if opens_quietly else index
+
+
+class BoundaryTimes:
+    """The stamps that a `BoundarySampler` picks from samples at 0 and at every multiple of `tick_ns`."""
+
+    def __init__(self, rate_hz: float, tick_ns: int) -> None:
+        self._periods, self._in_ns = _periods_in_ns(rate_hz)
+        self._tick_ns = tick_ns
+
+    def newest_ns(self, time_ns: int) -> int:
+        """Return the newest stamp at or before `time_ns`, a multiple of the tick; negative before 0."""
+        index = time_ns * self._periods // self._in_ns
+        boundary_ns = -(-index * self._in_ns // self._periods)
+        return -(-boundary_ns // self._tick_ns) * self._tick_ns
+
+
+def _periods_in_ns(rate_hz: float) -> Tuple[int, int]:
+    """Return a rate as whole periods in whole nanoseconds: exact, so that boundaries do not drift."""
+    rate_per_ns = fractions.Fraction(rate_hz).limit_denominator(10**6) / NANOSECONDS_PER_SECOND
+    return rate_per_ns.numerator, rate_per_ns.denominator
 
 
 class EncoderSample(NamedTuple):
@@ -118,3 +163,69 @@ class ReportLink:
         while self._coming and self._coming[0][0] <= now_ns:
             arrived.append(heapq.heappop(self._coming)[2])
         return arrived
+
+
+log = logging.getLogger(__name__)
+
+# Counts wait for their speeds until more than this number wait, for at least this time: on a loaded host one topic
+# delivers several messages before the other. Afterwards they are processed without speeds.
+MOST_WAITING = 5
+PATIENCE_S = 0.5
+
+# Maximum number of speeds waiting for counts; older ones are dropped.
+MOST_SPEEDS = 100
+
+# A stamp further back than this starts a new run.
+JUMP_NS = NANOSECONDS_PER_SECOND
+
+
+class SpeedPairing:
+    """Pairs messages with equal stamps, in either order of arrival.
+
+    If speeds stop, reports wait once and are then not delayed until speeds are received again.
+    """
+
+    def __init__(self) -> None:
+        self._counts: Deque[Tuple[EncoderSample, float]] = deque()  # waiting for speeds, with arrival time
+        self._speeds: Dict[int, Tuple[float, float]] = {}  # by stamp, in the order of arrival
+        self._newest_ns: Optional[int] = None  # of the counts
+        self._are_speeds_coming = True
+
+    def take_counts(self, counts: EncoderSample, now_s: float) -> List[EncoderSample]:
+        """Add the counts of a report, and return the completed reports in order.
+
+        Args:
+            counts: of the report.
+            now_s: monotonic time; not simulated time, which may pause.
+        """
+        if self._newest_ns is not None and counts.stamp_ns < self._newest_ns - JUMP_NS:
+            self._counts.clear()
+            latest_ns = counts.stamp_ns + JUMP_NS  # speeds after the jump may be here already
+            self._speeds = {stamp_ns: speeds for stamp_ns, speeds in self._speeds.items() if stamp_ns <= latest_ns}
+        self._newest_ns = counts.stamp_ns
+        self._counts.append((counts, now_s))
+        if self._are_speeds_coming and len(self._counts) > MOST_WAITING and now_s - self._counts[0][1] > PATIENCE_S:
+            self._are_speeds_coming = False
+            log.warning('no measured speeds for %.1f s: the twist is by counts until they come', PATIENCE_S)
+        return self._released()
+
+    def take_speeds(self, stamp_ns: int, wheel_rates_radps: Tuple[float, float]) -> List[EncoderSample]:
+        """Add the left and right speeds of a report; return the completed reports, as `take_counts`."""
+        self._speeds[stamp_ns] = wheel_rates_radps
+        if len(self._speeds) > MOST_SPEEDS:
+            del self._speeds[next(iter(self._speeds))]
+        self._are_speeds_coming = True
+        return self._released()
+
+    def _released(self) -> List[EncoderSample]:
+        released = []
+        while self._counts:
+            counts, _ = self._counts[0]
+            speeds = self._speeds.get(counts.stamp_ns)
+            if speeds is None and self._are_speeds_coming and all(each <= counts.stamp_ns for each in self._speeds):
+                break  # may still arrive: speeds of later counts have not
+            while counts.stamp_ns in self._speeds:  # and earlier speeds, whose counts are lost
+                del self._speeds[next(iter(self._speeds))]
+            released.append(counts._replace(wheel_rates_radps=speeds))
+            self._counts.popleft()
+        return released

@@ -22,13 +22,14 @@ from diff_encoder_sim.wheels.counter import wrap_count
 from diff_encoder_sim.wheels.encoder import kind_of, new_wheels, pulses_from_angle, read, turn
 from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, MOST_COUNTS_PER_TURN, CountingParams
 from diff_encoder_sim.wheels.report_link import (
+    DEFAULT_RATE_HZ,
     LATE_REPORT_TOLERANCE_NS,
     PROMPT,
+    BoundarySampler,
     EncoderSample,
     ReportLink,
     ReportParams,
 )
-from diff_encoder_sim.wheels.sampling import DEFAULT_RATE_HZ, BoundarySampler
 
 log = logging.getLogger(__name__)
 

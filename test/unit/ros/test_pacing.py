@@ -11,7 +11,7 @@ from diff_encoder_sim.navigation.navigator_inputs import ControlRate
 from diff_encoder_sim.ros import pacing
 from diff_encoder_sim.ros.conversions import stamp_from_ns
 from diff_encoder_sim.ros.pacing import STANDSTILL, AnsweredTimes, CommandGate, ExpectedStamps, GraphPacer, WallPacer
-from diff_encoder_sim.wheels.sampling import BoundarySampler, BoundaryTimes
+from diff_encoder_sim.wheels.report_link import BoundarySampler, BoundaryTimes
 
 MS = 1_000_000
 TICK_NS, PERIOD_NS, DELAY_NS, SCAN_NS, END_NS = 10 * MS, 50 * MS, 20 * MS, 100 * MS, 3000 * MS
