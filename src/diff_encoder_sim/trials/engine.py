@@ -27,21 +27,15 @@ TrialGroup = Tuple[RequestedTrial, ...]
 
 def trial_groups(trials: Sequence[RequestedTrial]) -> List[TrialGroup]:
     """Group scripted trials of the same drive, which differ only in encoder and odometry."""
-    drives: Dict[Tuple[object, ...], int] = {}  # numbers by test and parameters
-    numbers: Dict[str, int] = {}  # of the drive, by the label of the cell
-    groups: Dict[Tuple[int, int], List[RequestedTrial]] = {}
+    groups: Dict[Tuple[object, ...], List[RequestedTrial]] = {}
     for trial in trials:
-        cell = trial.cell
-        if trial.campaign.nav != 'scripted':
-            groups[trial.position, 0] = [trial]
-            continue
-        if cell.label not in numbers:
+        params = trial.cell.robot_params
+        drive: Tuple[object, ...] = (trial.position,)
+        if trial.campaign.nav == 'scripted':
             # What changes the drive, or its messages except those of encoder and odometry.
-            params = cell.robot_params
             frames = params.amcl.global_frame_id, params.odometry.odom_frame
-            drive = cell.test.name, params.simulator, params.latency.command, *frames
-            numbers[cell.label] = drives.setdefault(drive, len(drives))
-        groups.setdefault((numbers[cell.label], trial.seed), []).append(trial)
+            drive = trial.cell.test.name, trial.seed, params.simulator, params.latency.command, *frames
+        groups.setdefault(drive, []).append(trial)
     return [
         tuple(group[begin : begin + MOST_TOGETHER])
         for group in groups.values()
