@@ -36,21 +36,15 @@ class AmclParams(Params):
     min_particles: Annotated[int, Between(1, 1_000_000)] = param(100, 'fewest particles')
     max_particles: Annotated[int, Between(1, 1_000_000)] = param(5000, 'most particles')
     kld_err: Annotated[float, Between(1e-6, 10.0)] = param(
-        0.01, 'largest error of the estimated distribution, from which the number of particles follows'
+        0.01, 'error of the distribution, by which particles are counted'
     )
-    kld_z: Annotated[float, Between(0.0, 100.0)] = param(
-        0.99, 'standard normal quantile of that error (not a probability: 0.99 is 84 %)'
-    )
+    kld_z: Annotated[float, Between(0.0, 100.0)] = param(0.99, 'normal quantile of that error (0.99 is 84 %)')
     update_min_d: Distance_m = param(0.2, 'displacement along x or y of odom before an update [m]')
     update_min_a: bounds.Turn_rad = param(math.pi / 6.0, 'turn before an update [rad]')
     resample_interval: bounds.Count = param(2, 'updates from one resampling to the next')
     selective_resampling: bool = param(False, 'resample only when the effective number of particles is below half')
-    recovery_alpha_slow: Fraction = param(
-        0.001, 'decay rate of the slow average of the scan likelihood; 0: no random particles'
-    )
-    recovery_alpha_fast: Fraction = param(
-        0.1, 'decay rate of the fast average of the scan likelihood; 0: no random particles'
-    )
+    recovery_alpha_slow: Fraction = param(0.001, 'decay of the slow average likelihood; 0: no random particles')
+    recovery_alpha_fast: Fraction = param(0.1, 'decay of the fast average likelihood; 0: no random particles')
     force_update_after_initialpose: bool = param(False, 'update at the next scan after /initialpose, without motion')
     force_update_after_set_map: bool = param(False, 'update at the next scan after a new map, without motion')
 
@@ -75,12 +69,8 @@ class AmclParams(Params):
     laser_z_max: Weight = param(0.05, 'weight of a ray without a return (beam model)')
     laser_z_rand: Weight = param(0.05, 'weight of a random range')
     laser_sigma_hit: Annotated[float, Between(1e-4, 1000.0, 'm')] = param(0.2, 'standard deviation of a hit [m]')
-    laser_lambda_short: Annotated[float, Between(0.0, 1e4, '1/m')] = param(
-        0.1, 'decay of unexpected obstacles (beam model) [1/m]'
-    )
-    laser_likelihood_max_dist: Annotated[float, Between(1e-3, 1000.0, 'm')] = param(
-        2.0, 'distances to obstacles are cut here (likelihood field) [m]'
-    )
+    laser_lambda_short: Annotated[float, Between(0.0, 1e4, '1/m')] = param(0.1, 'of unexpected obstacles [1/m]')
+    laser_likelihood_max_dist: Annotated[float, Between(1e-3, 1000.0, 'm')] = param(2.0, 'distances are cut here [m]')
     do_beamskip: bool = param(False, 'leave out rays that most particles do not explain (likelihood_field_prob)')
     beam_skip_distance: Distance_m = param(0.5, 'from the map, for a ray to be explained [m]')
     beam_skip_threshold: Fraction = param(0.3, 'fraction of particles that must explain a ray')
@@ -100,13 +90,9 @@ class AmclParams(Params):
     axle_x: bounds.Offset_m = param(0.0, "not upstream's: place of the axle ahead of the origin of base_frame_id [m]")
 
     # When the robot counts as lost. Not upstream's parameters; 0 is upstream's behaviour: never.
-    lost_fraction: Fraction = param(
-        0.0, 'fraction of the rays that fit the map, below which a scan is bad; 0: never lost'
-    )
+    lost_fraction: Fraction = param(0.0, 'fraction of fitting rays of a bad scan; 0: never lost')
     lost_distance: bounds.PositiveDistance_m = param(0.2, 'largest distance from the map for a ray to fit [m]')
-    lost_scans: bounds.Count = param(
-        5, 'bad scans in a row after which the robot is lost, good ones after which it is found'
-    )
+    lost_scans: bounds.Count = param(5, 'bad scans in a row until it is lost, good ones until found')
 
     # The node's.
     odom_frame_id: FrameId = param('odom', 'frame of the odometry')
@@ -114,9 +100,7 @@ class AmclParams(Params):
     global_frame_id: FrameId = param('map', 'frame of the map')
     tf_broadcast: bool = param(True, 'broadcast map -> odom on TF')
     transform_tolerance: bounds.Duration_s = param(0.1, 'time by which map -> odom is post-dated [s]')
-    save_pose_rate: bounds.SignedRate_Hz = param(
-        0.5, 'how often the pose is stored on the parameter server [Hz]; 0 or less: never'
-    )
+    save_pose_rate: bounds.SignedRate_Hz = param(0.5, 'rate at which the pose is stored [Hz]; 0 or less: never')
     gui_publish_rate: bounds.SignedRate_Hz = param(-1.0, 'accepted, without effect [Hz]')
     use_map_topic: bool = param(False, 'take the map from /map instead of the service static_map')
     first_map_only: bool = param(False, 'with use_map_topic: ignore later maps')

@@ -33,17 +33,13 @@ class GridSlamParams(Params):
     maxUrange: Distance_m = param(0.0, 'longer rays are cut at this range; cells up to it are free [m]; 0: maxRange')
 
     # Scan matching.
-    sigma: Annotated[float, Between(1e-6, 1e6, 'm^2')] = param(
-        0.05, 'divides a squared distance in the score of a scan match: twice a variance [m^2]'
-    )
+    sigma: Annotated[float, Between(1e-6, 1e6, 'm^2')] = param(0.05, 'twice a variance, of a match [m^2]')
     kernelSize: Annotated[int, Between(0, 10)] = param(1, 'cells in each direction in which a match is searched')
     lstep: Annotated[float, Between(1e-6, 100.0, 'm')] = param(0.05, 'first step of the match along x and y [m]')
     astep: Annotated[float, Between(1e-6, 100.0, 'rad')] = param(0.05, 'first step of the match in yaw [rad]')
     iterations: Annotated[int, Between(0, 30)] = param(5, 'how often the steps are halved')
     lsigma: Annotated[float, Between(1e-6, 1e6, 'm^2')] = param(0.075, 'as sigma, in the likelihood of a ray [m^2]')
-    ogain: bounds.PositiveWeight = param(
-        3.0, 'divides the log-likelihood of a scan; upstream divides it by the number of particles too'
-    )
+    ogain: bounds.PositiveWeight = param(3.0, 'divides the log-likelihood of a scan')
     lskip: Annotated[int, Between(0, 1_000_000)] = param(0, 'rays left out between two that are matched')
     minimumScore: bounds.Weight = param(0.0, 'lowest score of a match that is used; below it only odometry counts')
 
@@ -54,16 +50,12 @@ class GridSlamParams(Params):
     lasamplestep: Annotated[float, Between(1e-6, 100.0, 'rad')] = param(0.005, 'no effect [rad]')
 
     # Odometry's noise: standard deviation per metre driven or radian turned.
-    srr: Annotated[float, Between(0.0, 100.0, 'm/m')] = param(
-        0.1, 'odometry noise, standard deviation: position per metre driven [m/m]'
-    )
+    srr: Annotated[float, Between(0.0, 100.0, 'm/m')] = param(0.1, 'odometry noise: position per metre driven [m/m]')
     srt: Annotated[float, Between(0.0, 100.0, 'rad/m')] = param(0.2, 'odometry noise: yaw per metre driven [rad/m]')
     str_: Annotated[float, Between(0.0, 100.0, 'm/rad')] = Field(
         0.1, alias='str', description='odometry noise: position per radian turned [m/rad]'
     )
-    stt: Annotated[float, Between(0.0, 100.0, 'rad/rad')] = param(
-        0.2, 'odometry noise: yaw per radian turned [rad/rad]'
-    )
+    stt: Annotated[float, Between(0.0, 100.0, 'rad/rad')] = param(0.2, 'odometry noise: yaw per turn [rad/rad]')
 
     # When a scan counts: any of the three.
     linearUpdate: Distance_m = param(1.0, 'displacement from the last scan taken after which the next is taken [m]')
@@ -85,9 +77,7 @@ class GridSlamParams(Params):
     throttle_scans: bounds.Count = param(1, 'process every n-th scan')
     map_update_interval: bounds.Duration_s = param(5.0, 'time between two published maps [s]')
     transform_publish_period: bounds.Duration_s = param(0.05, 'time between two transforms [s]; 0: no transform')
-    tf_delay: bounds.SignedDuration_s = param(
-        -1.0, 'time by which map -> odom is post-dated [s]; below 0: transform_publish_period'
-    )
+    tf_delay: bounds.SignedDuration_s = param(-1.0, 'post-dates map -> odom [s]; below 0: as transform_publish_period')
     base_frame: FrameId = param('base_link', 'frame of the robot')
     map_frame: FrameId = param('map', 'frame of the map')
     odom_frame: FrameId = param('odom', 'frame of the odometry')

@@ -165,9 +165,7 @@ class ScanSource(Params):
     marking: bool = param(True, 'hits mark obstacles')
     clearing: bool = param(True, "rays clear what they pass; upstream's default is false: nothing is ever cleared")
     inf_is_valid: bool = param(True, "+inf, no return (REP 117), clears; upstream's default is false")
-    expected_update_rate: bounds.Duration_s = param(
-        0.0, 'accepted, without effect: input_timeout stops the robot instead [s]'
-    )
+    expected_update_rate: bounds.Duration_s = param(0.0, 'accepted, without effect: see input_timeout [s]')
     observation_persistence: bounds.Duration_s = param(0.0, 'accepted, without effect: one scan at a time [s]')
     min_obstacle_height: Place_m = param(0.0, 'accepted, without effect: a scan has one height [m]')
     max_obstacle_height: Place_m = param(2.0, 'accepted, without effect: a scan has one height [m]')
@@ -191,21 +189,15 @@ class CostmapParams(Params):
     resolution: Annotated[float, Between(1e-3, 1.0, 'm')] = param(0.05, 'side of a cell of a rolling window [m]')
     update_frequency: bounds.Rate_Hz = param(5.0, 'how often scans are entered [Hz]')
     publish_frequency: bounds.RateOrZero_Hz = param(0.0, 'how often it is published [Hz]; 0: to newcomers only')
-    always_send_full_costmap: bool = param(
-        False, 'publish all cells each time; false: those that have changed, on costmap_updates'
-    )
+    always_send_full_costmap: bool = param(False, 'publish all cells; false: the changed, on costmap_updates')
     origin_x: Place_m = param(0.0, 'accepted, without effect: the map or the robot decides [m]')
     origin_y: Place_m = param(0.0, 'accepted, without effect: the map or the robot decides [m]')
-    transform_tolerance: bounds.Duration_s = param(
-        0.3, 'accepted, without effect: input_timeout stops the robot instead [s]'
-    )
+    transform_tolerance: bounds.Duration_s = param(0.3, 'accepted, without effect: see input_timeout [s]')
     track_unknown_space: bool = param(
         True,
         'what neither map nor scan has seen is unknown; false: free, the default of a rolling window and of upstream',
     )
-    lethal_cost_threshold: Annotated[int, Between(1, 100, '%')] = param(
-        100, 'occupancy in the map from which a cell is a wall [%]'
-    )
+    lethal_cost_threshold: Annotated[int, Between(1, 100, '%')] = param(100, 'least occupancy of a wall [%]')
     trinary_costmap: bool = param(True, 'occupancy below lethal_cost_threshold is free')
     unknown_cost_value: Literal[-1] = param(-1, 'occupancy that means unknown')
     use_maximum: Literal[False] = param(False, 'accepted: the only value')
@@ -218,17 +210,11 @@ class CostmapParams(Params):
     obstacle_range: bounds.PositiveDistance_m = param(2.5, 'farthest hit that is marked [m]')
     raytrace_range: bounds.PositiveDistance_m = param(3.0, 'how far rays clear [m]')
     footprint_clearing_enabled: bool = param(True, 'cells under the robot are free')
-    inflation_radius: Annotated[float, Between(0.0, 10.0, 'm')] = param(
-        0.55, 'distance from obstacles within which cells cost [m]'
-    )
-    cost_scaling_factor: Annotated[float, Between(0.0, 1e4, '1/m')] = param(
-        10.0, 'decay of the cost with that distance [1/m]'
-    )
+    inflation_radius: Annotated[float, Between(0.0, 10.0, 'm')] = param(0.55, 'reach of the cost of obstacles [m]')
+    cost_scaling_factor: Annotated[float, Between(0.0, 1e4, '1/m')] = param(10.0, 'its decay [1/m]')
     inflate_unknown: Literal[False] = param(False, 'accepted: the only value')
     footprint: FootprintPolygon = ALTO_FOOTPRINT
-    footprint_padding: Annotated[float, Between(0.0, 100.0, 'm')] = param(
-        0.01, 'added to the footprint on all sides [m]'
-    )
+    footprint_padding: Annotated[float, Between(0.0, 100.0, 'm')] = param(0.01, 'added on all sides [m]')
 
     @model_validator(mode='before')
     @classmethod

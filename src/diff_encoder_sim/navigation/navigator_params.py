@@ -30,9 +30,7 @@ class DwaParams(Params):
     max_vel_y: bounds.Velocity_mps = param(0.0, 'accepted, without effect [m/s]')
     min_vel_y: bounds.Velocity_mps = param(0.0, 'accepted, without effect [m/s]')
     max_vel_theta: bounds.PositiveTurnRate_radps = param(1.0, 'highest turning rate [rad/s]')
-    min_vel_theta: bounds.TurnRate_radps = param(
-        0.4, 'lowest turning rate of a turn in place, also at the goal [rad/s]'
-    )
+    min_vel_theta: bounds.TurnRate_radps = param(0.4, 'lowest turning rate of a turn in place [rad/s]')
     acc_lim_x: bounds.PositiveAcceleration_mps2 = param(2.5, 'highest acceleration [m/s^2]')
     acc_lim_y: bounds.Acceleration_mps2 = param(2.5, 'accepted, without effect [m/s^2]')
     acc_lim_theta: bounds.PositiveTurnAcceleration_radps2 = param(3.2, 'highest angular acceleration [rad/s^2]')
@@ -50,19 +48,15 @@ class DwaParams(Params):
     vx_samples: Annotated[int, Between(1, 1000)] = param(3, 'forward velocities that are tried')
     vy_samples: Annotated[int, Between(-1_000_000, 1_000_000)] = param(10, 'accepted, without effect')
     vth_samples: Annotated[int, Between(1, 1000)] = param(20, 'turning rates that are tried')
-    use_dwa: bool = param(
-        True, 'sample what is reachable in one control period; false: in sim_time, as base_local_planner'
-    )
+    use_dwa: bool = param(True, 'sample what one control period reaches; false: sim_time, as base_local_planner')
 
     path_distance_bias: Weight = param(32.0, 'weight of the distance from the path')
     goal_distance_bias: Weight = param(24.0, 'weight of the distance from the goal')
     occdist_scale: Weight = param(0.01, 'weight of the cost under the robot')
     twirling_scale: Weight = param(0.0, 'weight of turning')
-    forward_point_distance: bounds.Offset_m = param(
-        0.325, 'from the centre of the robot to the point that is scored ahead of it [m]'
-    )
+    forward_point_distance: bounds.Offset_m = param(0.325, 'of the point ahead of the robot that is scored [m]')
     cheat_factor: Weight = param(
-        1.0, 'that point is scored only farther from the goal than forward_point_distance times the square root of this'
+        1.0, 'it is scored only farther from the goal than its distance times the root of this'
     )
     sum_scores: bool = param(False, 'sum the cost under the robot along a trajectory; false: its maximum')
     oscillation_reset_dist: Distance_m = param(0.05, 'travel that allows the opposite direction again [m]')
@@ -73,7 +67,7 @@ class DwaParams(Params):
         'twist; 0: never, as upstream',
     )
     latch_margin: Annotated[float, Between(0.0, 0.9)] = param(
-        0.0, 'fraction of xy_goal_tolerance to be inside of it before it is latched; 0: none, as upstream'
+        0.0, 'fraction of xy_goal_tolerance to be inside before a latch'
     )
     stop: Literal['latch', 'precise'] = param(
         'latch',
@@ -155,24 +149,18 @@ class NavigatorParams(Params):
     """Parameters below move_base's private namespace."""
 
     controller_frequency: Annotated[float, Between(1e-3, 1000.0, 'Hz')] = param(20.0, 'rate of velocity commands [Hz]')
-    planner_frequency: bounds.RateOrZero_Hz = param(
-        0.0, 'rate of new plans while driving [Hz]; 0: only when one is needed'
-    )
+    planner_frequency: bounds.RateOrZero_Hz = param(0.0, 'rate of new plans [Hz]; 0: when one is needed')
     planner_patience: bounds.Duration_s = param(5.0, 'time without a plan before recovery [s]')
     controller_patience: bounds.Duration_s = param(15.0, 'time without a command before recovery [s]')
     max_planning_retries: Annotated[int, Between(-1, 1_000_000)] = param(
-        -1, 'attempts to plan before recovery; -1: no limit'
+        -1, 'plans tried before recovery; -1: no limit'
     )
     oscillation_timeout: bounds.Duration_s = param(0.0, 'time without progress before recovery [s]; 0: no limit')
     oscillation_distance: Distance_m = param(0.5, 'travel that counts as progress [m]')
     recovery_behavior_enabled: bool = param(True, 'try recovery behaviours before giving up')
     clearing_rotation_allowed: bool = param(True, "turn in place among upstream's usual recoveries")
-    conservative_reset_dist: Distance_m = param(
-        3.0, 'side of the square around the robot outside which the first recovery clears [m]'
-    )
-    input_timeout: bounds.PositiveDuration_s = param(
-        0.5, 'odometry, localization or scan older than this stop the robot [s]'
-    )
+    conservative_reset_dist: Distance_m = param(3.0, 'side of the square outside which the first recovery clears [m]')
+    input_timeout: bounds.PositiveDuration_s = param(0.5, 'age of an input that stops the robot [s]')
     max_unseen_travel: Distance_m = param(
         0.3,
         'commanded travel while the pose of the odometry stays the same, before the goal is given up [m]; '
@@ -183,9 +171,7 @@ class NavigatorParams(Params):
         'dwa_local_planner/DWAPlannerROS', 'the only value'
     )
     shutdown_costmaps: bool = param(False, 'accepted, without effect: costmaps are always kept up')
-    recovery_behaviors: List[BehaviourParams] = param(
-        [], "in the order in which they are tried; empty: upstream's usual four"
-    )
+    recovery_behaviors: List[BehaviourParams] = param([], "as they are tried; empty: upstream's usual four")
     clearing_radius: bounds.Place_m = param(0.46, 'accepted, without effect, as upstream [m]')
     make_plan_clear_costmap: bool = param(True, 'accepted, without effect: planning changes no costmap')
     make_plan_add_unreachable_goal: bool = param(True, 'accepted, without effect: a plan ends at a reachable pose')
