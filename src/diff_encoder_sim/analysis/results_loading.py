@@ -38,9 +38,6 @@ from diff_encoder_sim.trials.trials_csv import BAGS, MANIFEST, TABLE, VARIANT, T
 
 log = logging.getLogger(__name__)
 
-# Largest valid number of a trial [m, rad or s]; squares of larger numbers would overflow the statistics.
-LARGEST_NUMBER = 1e9
-
 BAGS_PER_TASK = 4  # chunk size per process that makes the overhead negligible
 
 # Bags that differ in one of these are not pooled: the key becomes a varied parameter.
@@ -70,10 +67,10 @@ def read_campaign(folder: Path) -> Results:
     Raises:
         ConfigError: no trial is finished, or a file is missing or invalid.
     """
-    manifest, requested, robots, varied, expected = _manifest(folder / MANIFEST)
+    manifest, requested, robots, varied, count = _manifest(folder / MANIFEST)
     rows, notes = _rows(folder / TABLE, varied, requested)
-    if len(rows) < expected:
-        text = f'has {len(rows)} of {expected} trials; the same campaign command runs the others'
+    if len(rows) < count:
+        text = f'has {len(rows)} of {count} trials; the same campaign command runs the others'
         notes.append(f'{folder / TABLE}: {text}')
     if not rows:
         raise ConfigError(f'{folder}: no trial is finished; expected at least one')
@@ -86,20 +83,13 @@ def read_campaign(folder: Path) -> Results:
         if isinstance(bag, str):
             notes.append(bag)
             continue
-        recorded, row = bag.trial, rows[index]
-        is_equal = {
-            'test': recorded.test == requested[row.test].test,
-            'number': recorded.number == row.seed,
-            'nav': recorded.nav == requested[row.test].nav,
-            'ppr': recorded.encoder_label == row.ppr,
-            VARIANT: recorded.variant == dict(row.varied).get(VARIANT, ''),
-            'wheel_diameter, wheel_separation': robot_of(recorded) in robots,
-        }
-        if all(is_equal.values()):
+        recorded, row, expected = bag.trial, rows[index], requested[rows[index].test]
+        of_row = (expected.test, expected.nav, row.seed, row.ppr, dict(row.varied).get(VARIANT, ''))
+        of_bag = (recorded.test, recorded.nav, recorded.number, recorded.encoder_label, recorded.variant)
+        if of_bag == of_row and robot_of(recorded) in robots:
             records[index].update({name: bag.record[name] for name in ('bag', *PATH_COLUMNS) if name in bag.record})
         else:
-            differing = ', '.join(key for key, is_same in is_equal.items() if not is_same)
-            text = f'differs in {differing} from its line in trials.csv; expected the same trial'
+            text = 'differs from its line in trials.csv; expected the same trial'
             notes.append(f'{bag.record["bag"]}: {text}')
     trials = trials_table(records, varied)
     return Results(trials, varied, manifest['name'], notes, manifest, folder, robots[0], requested)
@@ -131,9 +121,7 @@ def _rows(path: Path, varied: Sequence[str], tests: Iterable[str]) -> Tuple[List
     try:
         is_torn = not path.read_bytes().endswith(b'\n')
         for number, row in table.rows():
-            errors = [value for error in row.errors.values() for value in error or ()]
-            is_plain = all(abs(value) <= LARGEST_NUMBER for value in (row.duration_s, row.distance_m, *errors))
-            if row.test not in tests or row.identity() in rows or not is_plain:
+            if row.test not in tests or row.identity() in rows:
                 raise table.foreign_line(number)
             rows[row.identity()] = row
     except OSError as error:

@@ -117,6 +117,10 @@ def test_nothing_finished_and_other_paths_with_a_campaign_are_refused(folder, tm
     assert refusal(empty).startswith(f'{empty}: no trial is finished')
     (empty / 'trials.csv').unlink()
     assert refusal(empty).startswith(f'{empty}/trials.csv: cannot be read: No such file')
+    (tmp_path / 'bags').mkdir()
+    assert refusal(tmp_path / 'bags').startswith(f'{tmp_path}/bags: no bag in this folder')
+    (tmp_path / 'bags' / 'a.bag').write_bytes(b'')
+    assert refusal(tmp_path / 'bags').startswith(f'{tmp_path}/bags/a.bag: not a readable bag')
 
 
 def test_a_campaign_is_its_table_and_the_paths_of_its_bags(finished):
@@ -158,7 +162,6 @@ def test_a_bad_manifest_is_named(folder, content):
         lambda lines: lines + lines[-1:],
         lambda lines: lines[:2] + ['SL,90'] + lines[3:],
         lambda lines: lines[:1] + [lines[1].replace('SL,', 'LS,')] + lines[2:],
-        lambda lines: lines[:1] + [lines[1].replace('49.05', '1e300')] + lines[2:],
     ],
 )
 def test_lines_that_are_no_rows_are_named(folder, change):
@@ -176,8 +179,9 @@ def test_bags_that_do_not_fit_are_named_and_their_rows_stay(folder):
     results = load_results([folder])
     assert (results.trials['bag'] == '').tolist() == 3 * [True] + 5 * [False]
     assert f'{bags}/SL_40_001.bag: not a readable bag' in results.notes[0]
-    assert f'{bags}/SL_40_002.bag: differs in test, number, ppr ' in results.notes[1]
-    assert f'{bags}/SL_90_001.bag: differs in wheel_diameter, wheel_separation ' in results.notes[2]
+    assert [note.split(' ')[:2] for note in results.notes[1:]] == [
+        [f'{bags}/SL_{name}.bag:', 'differs'] for name in ('40_002', '90_001')
+    ]
 
 
 def test_without_bags_only_the_table_is_analysed(folder):
@@ -231,12 +235,6 @@ def test_only_good_bags_are_analysed_and_each_trial_and_definition_once(tmp_path
     names = ['nan.bag', 'no_odom.bag', 'no_truth.bag', 'b.bag', 'c.bag']
     assert [note.split(':')[0].split('/')[-1] for note in results.notes] == names
     assert 'the same trial as ' in results.notes[3] and 'defines SL differently from ' in results.notes[4]
-
-
-def test_nothing_to_analyse_is_refused(tmp_path):
-    assert refusal(tmp_path).startswith(f'{tmp_path}: no bag in this folder')
-    (tmp_path / 'a.bag').write_bytes(b'')
-    assert refusal(tmp_path).startswith(f'{tmp_path}/a.bag: not a readable bag')
 
 
 def test_bags_are_sorted_into_cells_and_other_configurations_and_real_encoders_are_kept_apart(tmp_path):

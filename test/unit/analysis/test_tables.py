@@ -26,15 +26,6 @@ def goal(results, pose='odom'):
     return goal_table(results, pose, estimates(results, pose))
 
 
-def intervals(results, pose='odom'):
-    return records(interval_table(pose, estimates(results, pose)))
-
-
-@pytest.fixture(name='by_hand')
-def fixture_by_hand():
-    return results_of(cell('SL', '90', 'odom', HAND_ERRORS))
-
-
 def test_table_3_of_alto():
     rows = records(pulse_resolution_table([40.0, 90.0, 1024.0, 4096.0], ALTO))
     assert [round(float(row['linear_mm']), 2) for row in rows] == [15.71, 6.98, 0.61, 0.15]
@@ -43,29 +34,24 @@ def test_table_3_of_alto():
     assert ppr_values(['90', 'ideal', '90-1024']) == [90.0]
 
 
-def test_table_4_by_hand(by_hand):
-    table = goal(by_hand)
+def test_table_4_and_its_intervals_by_hand():
+    results = results_of(cell('SL', '90', 'odom', HAND_ERRORS))
+    table = goal(results)
     assert list(table.exact.columns) == ['test', 'statistic', 'ppr90_x_m', 'ppr90_y_m', 'ppr90_yaw_deg']
-    numbers = {
+    for name, expected in {
         'ppr90_x_m': (-0.06, 0.03, -0.01, math.sqrt(0.0021), 200 / 3, 3),
         'ppr90_y_m': (-0.1, 0.1, 0.0, 0.1, 100 / 3, 3),
         'ppr90_yaw_deg': (-2.0, 4.0, 1.0, 3.0, 200 / 3, 3),
-    }
-    for name, expected in numbers.items():
+    }.items():
         found = column(table, name)
         assert list(found) == ['min', 'max', 'mean', 'std', 'pct_within', 'trials']
         assert list(found.values()) == pytest.approx(expected)
     assert records(table)[-1]['ppr90_x_m'] == '3'  # a whole number
-
-
-def test_intervals_by_hand(by_hand):
-    row = intervals(by_hand)[0]
     # t of 2 degrees of freedom: 4.3027; chi-square of 2 at 2.5 and 97.5 %: 0.050636 and 7.377759.
-    half = 4.302653 * math.sqrt(0.0021 / 3)
-    assert [float(row[name]) for name in ('mean_low', 'mean_high')] == pytest.approx([-0.01 - half, -0.01 + half])
-    assert [float(row[name]) for name in ('std_low', 'std_high')] == pytest.approx(
-        [math.sqrt(0.0042 / 7.377759), math.sqrt(0.0042 / 0.0506356)], rel=1e-5
-    )
+    row, half = records(interval_table('odom', estimates(results, 'odom')))[0], 4.302653 * math.sqrt(0.0021 / 3)
+    bounds = [float(row[name]) for name in ('mean_low', 'mean_high', 'std_low', 'std_high')]
+    stds = [math.sqrt(0.0042 / quantile) for quantile in (7.377759, 0.0506356)]
+    assert bounds == pytest.approx([-0.01 - half, -0.01 + half, *stds], rel=1e-5)
 
 
 def test_each_table_has_its_pose_and_its_order():
@@ -195,20 +181,15 @@ def errors_of(*cells):
     return {(row['variant'], row['error']): row for row in found.to_dict('records')}
 
 
-def test_the_error_of_a_variant_is_the_odometrys_own_with_its_quartiles():
-    found = errors_of(in_variant('none', [0.1, 0.2, 0.3, 0.4, 0.5]))
-    position, heading = found['none', 'position_mm'], found['none', 'heading_deg']
-    assert [position[name] for name in ('median', 'low', 'high')] == pytest.approx([300.0, 200.0, 400.0])
-    assert heading['median'] == pytest.approx(0.3) and math.isnan(position['ratio'])
-    assert (position['failed'], position['trials']) == (0, 5)
-
-
-def test_the_ratio_is_of_equal_trials_and_those_that_failed_are_counted():
+def test_the_error_of_a_variant_is_the_odometrys_own_and_its_ratio_that_of_equal_trials():
     sizes = [0.1, 0.02, 0.3, 0.04, 0.5, 0.06, 0.7, 0.08]
     missed = in_variant('missed 1 %', [3.0 * size for size in sizes], outcome='lost')[1:]
-    found = errors_of(in_variant('none', sizes), missed)['missed 1 %', 'position_mm']
+    every = errors_of(in_variant('none', sizes), missed)
+    found, first = every['missed 1 %', 'position_mm'], every['none', 'position_mm']
+    assert [first[name] for name in ('median', 'low', 'high')] == pytest.approx([90.0, 55.0, 350.0])
+    assert every['none', 'heading_deg']['median'] == pytest.approx(0.09) and math.isnan(first['ratio'])
     assert [found[name] for name in ('ratio', 'ratio_low', 'ratio_high')] == pytest.approx([3.0, 3.0, 3.0])
-    assert (found['failed'], found['trials']) == (7, 7)
+    assert (first['failed'], first['trials'], found['failed'], found['trials']) == (0, 8, 7, 7)
     few = errors_of(in_variant('none', [0.1, 0.1]), in_variant('some', [0.2, 0.8]))['some', 'position_mm']
     assert few['ratio'] == pytest.approx(4.0) and (few['ratio_low'], few['ratio_high']) == (0.0, math.inf)
 
