@@ -148,17 +148,12 @@ class Chain:
             directions = np.zeros(len(read.stamps_ns), np.int64)
             if commands is not None:
                 directions = np.sign(commands[read.sources, wheel]).astype(np.int64)
-            turn_through(
-                kind_of_wheel(params, side),
-                new_wheels(params.seed, side, self._draws),
-                read.stamps_ns,
-                np.ascontiguousarray(angles_rad),
-                directions,
-                read.rows,
-                wheel,
-                counts,
-                np.zeros((1, 1, 1)) if rates_radps is None else rates_radps,
+            wheels, angles_rad = new_wheels(params.seed, side, self._draws), np.ascontiguousarray(angles_rad)
+            counts[:, :, wheel], rates = turn_through(
+                kind_of_wheel(params, side), wheels, read.stamps_ns, angles_rad, directions, read.rows
             )
+            if rates_radps is not None:
+                rates_radps[:, :, wheel] = rates
         counts, odometry = wrap_count(counts, params.counter_modulus), self.odometry or OdometryParams()
         read_ns = read.stamps_ns[read.rows]
         if params.report == PROMPT:

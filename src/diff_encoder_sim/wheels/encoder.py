@@ -395,11 +395,8 @@ def turn_through(
     angles_rad: np.ndarray,
     commanded: np.ndarray,
     rows: np.ndarray,
-    side: int,
-    counts: np.ndarray,
-    rates_radps: np.ndarray,
-) -> None:
-    """Turn the wheel of each draw through a drive, and read it.
+) -> Tuple[np.ndarray, np.ndarray]:
+    """Turn the wheel of each draw through a drive; return (draws, m) counts and (draws, m or 0) measured speeds.
 
     Args:
         kind: (1,) of `kind_of`.
@@ -408,10 +405,9 @@ def turn_through(
         angles_rad: (1 or draws, n).
         commanded: (n,) newest commanded directions; 0: unchanged.
         rows: (m,) at which counters are read, ascending.
-        side: 0 of the left wheel, 1 of the right one.
-        counts: (draws, m, 2) output for the counts of `side`.
-        rates_radps: (draws, m, 2) output for the speeds, if measured.
     """
+    counts = np.zeros((len(wheels), len(rows)), np.int64)
+    rates_radps = np.zeros((len(wheels), len(rows) if kind[0].method else 0))
     for draw in range(len(wheels)):
         wheel, angles = wheels[draw], angles_rad[draw % len(angles_rad)]
         row = 0
@@ -421,6 +417,7 @@ def turn_through(
                     wheel.commanded = commanded[row]
                 _turn(kind[0], wheel, stamps_ns[row], angles[row])
                 row += 1
-            counts[draw, reading, side] = wheel.count
+            counts[draw, reading] = wheel.count
             if kind[0].method:
-                rates_radps[draw, reading, side] = _rate_radps(kind[0], wheel, stamps_ns[rows[reading]])
+                rates_radps[draw, reading] = _rate_radps(kind[0], wheel, stamps_ns[rows[reading]])
+    return counts, rates_radps
