@@ -25,19 +25,10 @@ from diff_encoder_sim.drives.message_encoders import encode_pose_array
 from diff_encoder_sim.localization.amcl import Amcl, AmclEstimate, warm_up
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.particles import check_covariance, check_pose
-from diff_encoder_sim.ros import conversions
+from diff_encoder_sim.ros import conversions, node
 from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
 from diff_encoder_sim.ros.maps import fetch_map, grid_from_message
-from diff_encoder_sim.ros.node import (
-    compile_first,
-    empty_service,
-    log,
-    node_params,
-    publisher,
-    run_node,
-    subscriber,
-    trial_plan,
-)
+from diff_encoder_sim.ros.node import log
 from diff_encoder_sim.ros.reconfiguration import serve_amcl
 from diff_encoder_sim.ros.transforms import ScanInput, TransformBuffer
 from diff_encoder_sim.ros.wheel_output import Diagnostics
@@ -58,11 +49,11 @@ class AmclNode:
     """Waits for a map, then updates the filter with each scan and the odometry at the scan's time."""
 
     def __init__(self) -> None:
-        params = node_params(AmclNodeParams, part='amcl', defaults=_trial_defaults())
+        params = node.node_params(AmclNodeParams, part='amcl', defaults=_trial_defaults())
         # Frame ids may begin with '/', as they did before tf2.
         names = ('odom_frame_id', 'base_frame_id', 'global_frame_id')
         self._params = params.model_copy(update={name: getattr(params, name).lstrip('/') for name in names})
-        compile_first(lambda: warm_up(self._params))
+        node.compile_first(lambda: warm_up(self._params))
         self._lock = threading.RLock()  # scans, transforms and services use threads
         self._amcl: Optional[Amcl] = None
         self._guess: Optional[PoseGuess] = None  # received before the map
@@ -70,24 +61,24 @@ class AmclNode:
         self._saved: Optional[PoseGuess] = None
         self._rng = generator(self._params.seed, 'amcl')
         self._buffer = TransformBuffer(cache_s=30.0)
-        self._transforms = publisher('/tf', TFMessage)
-        self._poses = publisher('amcl_pose', PoseWithCovarianceStamped, latch=True)
+        self._transforms = node.publisher('/tf', TFMessage)
+        self._poses = node.publisher('amcl_pose', PoseWithCovarianceStamped, latch=True)
         self._clouds = EncodedPublisher('particlecloud', PoseArray, latch=True)
         # The simulator waits for this response to each scan; upstream publishes nothing for most scans.
-        self._used_scans = publisher('~scan_taken', Header)
+        self._used_scans = node.publisher('~scan_taken', Header)
         self._diagnostics = Diagnostics('Standard deviation', self._params.diagnostic_period)
         self._begin()
         self._services = [
-            empty_service('global_localization', self._on_global_localization),
-            empty_service('request_nomotion_update', self._on_nomotion_update),
+            node.empty_service('global_localization', self._on_global_localization),
+            node.empty_service('request_nomotion_update', self._on_nomotion_update),
             rospy.Service('set_map', SetMap, self._on_set_map),
         ]
-        self._initial_poses = subscriber('initialpose', PoseWithCovarianceStamped, self._on_initial_pose)
+        self._initial_poses = node.subscriber('initialpose', PoseWithCovarianceStamped, self._on_initial_pose)
         frames = self._params.base_frame_id, self._params.odom_frame_id
         use, restart = self._localize, self._on_restart
         self._scans = ScanInput(self._buffer, self._lock, *frames, use, restart, lambda: self._amcl is not None)
         if self._params.use_map_topic:
-            self._maps = subscriber('map', OccupancyGridMessage, self._on_map)
+            self._maps = node.subscriber('map', OccupancyGridMessage, self._on_map)
         else:
             fetch_map(lambda message: self._on_map(message, is_first=True))
         rospy.on_shutdown(self._save)
@@ -281,7 +272,7 @@ def read_initial_pose(message: PoseWithCovarianceStamped, params: AmclParams, bu
 
 
 def _trial_defaults() -> Dict[str, Any]:
-    plan = trial_plan()
+    plan = node.trial_plan()
     if plan is None:
         return {}
     start = plan.trial.test.start
@@ -291,4 +282,4 @@ def _trial_defaults() -> Dict[str, Any]:
 
 def main() -> None:
     """Run the node."""
-    run_node('amcl', AmclNode)
+    node.run_node('amcl', AmclNode)

@@ -23,18 +23,10 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.drives.message_decoders import decode_model_state
 from diff_encoder_sim.drives.topics import MODEL_STATES_TYPE
 from diff_encoder_sim.drives.typestore import full_text
+from diff_encoder_sim.ros import node
 from diff_encoder_sim.ros.conversions import ns_from_stamp, planar_pose
 from diff_encoder_sim.ros.encoded_topics import EncodedMessage, encoded_class
-from diff_encoder_sim.ros.node import (
-    is_clock_pausing,
-    listen_to_clock,
-    log,
-    look_at_clock,
-    read_every_tick,
-    read_now_and_then,
-    robot_settings,
-    subscriber,
-)
+from diff_encoder_sim.ros.node import log
 from diff_encoder_sim.simulation.state import STATES_RATE_HZ, PlanarVelocity
 from diff_encoder_sim.wheels.report_link import BoundarySampler
 
@@ -98,7 +90,7 @@ def launched_model() -> str:
     Raises:
         rospy.ROSException: there is no master.
     """
-    return str(robot_settings('world_pose').get('model', ModelStatesParams().model))
+    return str(node.robot_settings('world_pose').get('model', ModelStatesParams().model))
 
 
 class ModelStateReader:
@@ -118,13 +110,13 @@ class ModelStateReader:
         self._clock_ns: Optional[int] = None
         self._waiting: Optional[bytes] = None
         self._restart()
-        listen_to_clock(self._on_clock)
-        self._states = subscriber('/gazebo/model_states', encoded_class(ModelStates), self._on_states)
+        node.listen_to_clock(self._on_clock)
+        self._states = node.subscriber('/gazebo/model_states', encoded_class(ModelStates), self._on_states)
 
     def _restart(self) -> None:
         self._sampler = BoundarySampler(self._params.rate)
         self._timeline = Timeline(tolerance_ns=0)
-        read_every_tick()
+        node.read_every_tick()
 
     def _on_clock(self, message: Clock) -> None:
         now_ns = ns_from_stamp(message.clock)
@@ -144,10 +136,10 @@ class ModelStateReader:
                 header = message._connection_header  # set by rospy
                 self._period_ns = int(header.get(STATES_PERIOD_HEADER, 0))
             self._waiting = message.content
-            if not is_clock_pausing() or self._is_tick_read():
+            if not node.is_clock_pausing() or self._is_tick_read():
                 self._date_waiting()
             if self._waiting is not None:
-                look_at_clock()
+                node.look_at_clock()
 
     def _is_tick_read(self) -> bool:
         """Return whether the clock has reached the next multiple; otherwise its tick can be read."""
@@ -163,7 +155,7 @@ class ModelStateReader:
         if self._timeline.advance(stamp_ns) is Step.NEW:
             content, self._waiting = self._waiting, None
             if self._period_ns:
-                read_now_and_then()  # now the next multiple is known
+                node.read_every_tick(False)  # now the next multiple is known
             if self._sampler.period_index(stamp_ns) is not None:
                 self._report(stamp_ns, content)
 

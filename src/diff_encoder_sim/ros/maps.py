@@ -25,18 +25,9 @@ from diff_encoder_sim.base.errors import EVENT, ConfigError, InputFault, readabl
 from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.localization.map_files import MapSaverParams, load_map, save_map
 from diff_encoder_sim.localization.occupancy_grid import SAVED_MARGIN_M, OccupancyGrid
+from diff_encoder_sim.ros import node
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, pose_message, stamp_from_ns
-from diff_encoder_sim.ros.node import (
-    MAP_LIMIT_S,
-    call_service,
-    log,
-    node_params,
-    own_words,
-    publisher,
-    run_node,
-    subscriber,
-    trial_plan,
-)
+from diff_encoder_sim.ros.node import log
 
 
 def map_message(grid: OccupancyGrid, stamp_ns: int, frame: str) -> OccupancyGridMessage:
@@ -82,7 +73,7 @@ def fetch_map(use_map: Callable[[OccupancyGridMessage], None]) -> None:
         while not rospy.is_shutdown():
             try:
                 rospy.wait_for_service('static_map', timeout=5.0)
-                message = call_service('static_map', GetMap, limit_s=MAP_LIMIT_S).map
+                message = node.call_service('static_map', GetMap, limit_s=node.MAP_LIMIT_S).map
             except (rospy.ROSException, rospy.ServiceException) as error:
                 if not rospy.is_shutdown():
                     log.warning('no map yet: %s; waiting for it', error)
@@ -111,7 +102,7 @@ class MapKeeper:
         self._stem = Path(stem)
         self._newest: Optional[OccupancyGridMessage] = None
         self._is_saved = False
-        self._maps = subscriber('map', OccupancyGridMessage, self._on_map)
+        self._maps = node.subscriber('map', OccupancyGridMessage, self._on_map)
 
     def _on_map(self, message: OccupancyGridMessage) -> None:
         self._newest = message
@@ -130,7 +121,7 @@ class MapKeeper:
         message = self._newest
         if not rospy.is_shutdown():  # otherwise the SLAM node is shutting down, too
             with contextlib.suppress(rospy.ServiceException):
-                message = call_service('dynamic_map', GetMap, limit_s=MAP_LIMIT_S).map
+                message = node.call_service('dynamic_map', GetMap, limit_s=node.MAP_LIMIT_S).map
         if message is None:
             raise ConfigError(f'{self._stem}: no map to save: none was published on {self._maps.resolved_name}')
         path = save_map(_checked_grid(message, str(self._stem)).cropped(SAVED_MARGIN_M), self._stem)
@@ -148,10 +139,10 @@ class MapServerNode:
     """Serves one map at a time."""
 
     def __init__(self, map_file: str) -> None:
-        self._params = node_params(MapServerParams)
+        self._params = node.node_params(MapServerParams)
         self._message = self._load(map_file)
-        self._maps = publisher('map', OccupancyGridMessage, latch=True)
-        self._metadata = publisher('map_metadata', MapMetaData, latch=True)
+        self._maps = node.publisher('map', OccupancyGridMessage, latch=True)
+        self._metadata = node.publisher('map_metadata', MapMetaData, latch=True)
         self._services = [
             rospy.Service('static_map', GetMap, lambda _: GetMapResponse(map=self._message)),
             rospy.Service('change_map', LoadMap, self._on_change),
@@ -181,11 +172,11 @@ class MapServerNode:
 
 def map_server_node() -> None:
     """map_server_node: serves a map file on /map, /map_metadata and static_map; change_map replaces it."""
-    run_node('map_server', lambda: MapServerNode(_map_file(rospy.myargv(sys.argv)[1:])))
+    node.run_node('map_server', lambda: MapServerNode(_map_file(rospy.myargv(sys.argv)[1:])))
 
 
 def _map_file(arguments: List[str]) -> str:
-    plan = trial_plan()
+    plan = node.trial_plan()
     if not arguments and plan is not None:
         return plan.map
     if len(arguments) != 1:
@@ -216,7 +207,7 @@ def parse_map_saver() -> argparse.Namespace:
             metavar='PERCENT',
             help=f'a cell of this occupancy or {meaning} (default: %(default)s)',
         )
-    return parser.parse_args(own_words())
+    return parser.parse_args(node.own_words())
 
 
 def map_saver() -> None:
@@ -227,7 +218,7 @@ def map_saver() -> None:
 def _run_saver() -> None:
     options = parse_map_saver()
     params = MapSaverParams.from_mapping({'free': options.free, 'occ': options.occ}, 'arguments')
-    run_node('map_saver', lambda: _save_next_map(options.stem, params), lambda path: None)
+    node.run_node('map_saver', lambda: _save_next_map(options.stem, params), lambda path: None)
 
 
 def _save_next_map(stem: Path, params: MapSaverParams) -> None:

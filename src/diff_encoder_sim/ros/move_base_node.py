@@ -20,34 +20,17 @@ from sensor_msgs.msg import LaserScan
 from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.navigation import navigator_inputs as inputs
 from diff_encoder_sim.navigation.global_planner import PlanError
 from diff_encoder_sim.navigation.navigator import Navigator, warm_up
-from diff_encoder_sim.navigation.navigator_inputs import (
-    MOST_AHEAD_S,
-    STOP,
-    Command,
-    ControlRate,
-    GoalStatus,
-    MissingInput,
-    NavigatorOutput,
-    OdometrySample,
-)
+from diff_encoder_sim.navigation.navigator_inputs import STOP, ControlRate, GoalStatus, NavigatorOutput
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
-from diff_encoder_sim.ros import conversions
+from diff_encoder_sim.ros import conversions, node
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, pose_stamped_message
 from diff_encoder_sim.ros.encoded_topics import stamped_subscriber
 from diff_encoder_sim.ros.maps import fetch_map, grid_from_message
 from diff_encoder_sim.ros.navigation_views import NavigationViews, path_message
-from diff_encoder_sim.ros.node import (
-    compile_first,
-    empty_service,
-    log,
-    look_at_clock,
-    node_params,
-    publisher,
-    run_node,
-    subscriber,
-)
+from diff_encoder_sim.ros.node import log
 from diff_encoder_sim.ros.reconfiguration import serve_navigation
 from diff_encoder_sim.ros.transforms import TransformBuffer, scanner_mount
 
@@ -76,7 +59,7 @@ class NavigationTransforms:
         except tf2_ros.TransformException:
             return None
         stamp_ns = ns_from_stamp(transform.header.stamp) or now_ns  # a static transform has no stamp
-        if stamp_ns - now_ns > MOST_AHEAD_S * NANOSECONDS_PER_SECOND:
+        if stamp_ns - now_ns > inputs.MOST_AHEAD_S * NANOSECONDS_PER_SECOND:
             # From before a reset of time: tf2 would keep it, and reject newer ones as too old.
             self._buffer.clear()
             return None
@@ -119,9 +102,9 @@ class GoalServer:
 
     def __init__(self, transforms: NavigationTransforms) -> None:
         self._transforms = transforms
-        self._current_goals = publisher('~current_goal', PoseStamped)
-        self._goals = publisher('~goal', action.MoveBaseActionGoal)
-        self._recoveries = publisher('~recovery_status', action.RecoveryStatus)
+        self._current_goals = node.publisher('~current_goal', PoseStamped)
+        self._goals = node.publisher('~goal', action.MoveBaseActionGoal)
+        self._recoveries = node.publisher('~recovery_status', action.RecoveryStatus)
         self._server = actionlib.SimpleActionServer(rospy.get_name(), action.MoveBaseAction, auto_start=False)
         self._server.start()
         # The `~status` timer of actionlib raises an exception if time goes back.
@@ -129,7 +112,7 @@ class GoalServer:
         server.status_timer.shutdown()
         period = rospy.Duration(1.0 / server.status_frequency)
         server.status_timer = rospy.Timer(period, server.publish_status_async, reset=True)
-        self._simple_goals = subscriber('move_base_simple/goal', PoseStamped, self._on_simple_goal)
+        self._simple_goals = node.subscriber('move_base_simple/goal', PoseStamped, self._on_simple_goal)
 
     @property
     def has_new_goal(self) -> bool:
@@ -191,21 +174,21 @@ class MoveBaseNode:
     """Steps the navigator with /odom at controller_frequency, and publishes its output."""
 
     def __init__(self) -> None:
-        self._params = node_params(NavigatorParams, part='navigation')
-        compile_first(warm_up)
+        self._params = node.node_params(NavigatorParams, part='navigation')
+        node.compile_first(warm_up)
         self._lock = threading.RLock()  # topics, services and the map use threads
         self._navigator: Optional[Navigator] = None
         self._is_driving = self._has_had_scan = False
         self._odometry_ns, self._odometry_at_s = 0, time.monotonic()  # stamp and arrival of the latest valid message
         self._control_rate = ControlRate(self._params.controller_frequency)
-        self._commands = publisher('cmd_vel', Twist)
+        self._commands = node.publisher('cmd_vel', Twist)
         self._transforms = NavigationTransforms(self._params)
         self._views = NavigationViews(self._transforms.map_frame, self._transforms.odom_frame)
         self._goals = GoalServer(self._transforms)
         self._services = [
             rospy.Service('~make_plan', GetPlan, self._on_make_plan),
             rospy.Service('~NavfnROS/make_plan', GetPlan, self._on_make_plan),
-            empty_service('~clear_costmaps', self._on_clear_costmaps),
+            node.empty_service('~clear_costmaps', self._on_clear_costmaps),
         ]
         self._scans = stamped_subscriber('scan', LaserScan, self._on_scan)
         self._odometry = stamped_subscriber('odom', Odometry, self._on_odometry)
@@ -248,7 +231,7 @@ class MoveBaseNode:
 
     def _on_odometry(self, message: Odometry) -> None:
         now_ns = ns_from_stamp(message.header.stamp)
-        look_at_clock()  # for the age of the next message
+        node.look_at_clock()  # for the age of the next message
         with self._lock:
             navigator = self._navigator
             if navigator is None:
@@ -259,7 +242,9 @@ class MoveBaseNode:
                 raise InputFault(f'header.frame_id is {frame!r}; expected {expected!r} (local_costmap/global_frame)')
             twist = message.twist.twist
             motion = pose_from_message(message.pose.pose), twist.linear.x, twist.angular.z
-            navigator.take_odometry(OdometrySample(now_ns, *motion, *conversions.twist_std_from_message(message)))
+            navigator.take_odometry(
+                inputs.OdometrySample(now_ns, *motion, *conversions.twist_std_from_message(message))
+            )
             self._odometry_ns, self._odometry_at_s = now_ns, time.monotonic()
             if not self._control_rate.is_due(now_ns):
                 return
@@ -308,7 +293,7 @@ class MoveBaseNode:
 
     def _wait(self, navigator: Navigator, why: str) -> NavigatorOutput:
         limit = f'(input_timeout {self._params.input_timeout:g} s)'
-        return navigator.wait(MissingInput(self._odometry.resolved_name, f'{why} {limit}'))
+        return navigator.wait(inputs.MissingInput(self._odometry.resolved_name, f'{why} {limit}'))
 
     def _apply(self, navigator: Navigator, now_ns: int, output: NavigatorOutput) -> None:
         """Publish the command, the state of the goal and the topics for displays."""
@@ -321,7 +306,7 @@ class MoveBaseNode:
             self._goals.end(output.status, output.text)
         self._views.show(navigator, now_ns)
 
-    def _command(self, command: Command) -> None:
+    def _command(self, command: inputs.Command) -> None:
         self._commands.publish(Twist(Vector3(command.linear_mps, 0, 0), Vector3(0, 0, command.angular_radps)))
 
     def _on_shutdown(self) -> None:
@@ -357,4 +342,4 @@ class MoveBaseNode:
 
 def main() -> None:
     """Run the node."""
-    run_node('move_base', MoveBaseNode)
+    node.run_node('move_base', MoveBaseNode)

@@ -136,11 +136,7 @@ def node_params(
 
 
 def robot_settings(part: str) -> Dict[str, Any]:
-    """Return a part of the robot's settings, which launch files set; {} without a robot.
-
-    Raises:
-        ConfigError: the parameter is not a mapping.
-    """
+    """Return a part of the robot's settings, which launch files set; {} without a robot, ConfigError if no mapping."""
     settings = rospy.get_param(f'{ROBOT_SETTINGS}/{part}', {})
     if not isinstance(settings, dict):
         raise ConfigError(
@@ -165,11 +161,7 @@ def trial_plan() -> Optional[LivePlan]:
 
 
 def required_trial_plan() -> LivePlan:
-    """Return the plan of the running trial.
-
-    Raises:
-        ConfigError: the parameter /trial is missing, or not a plan.
-    """
+    """Return `trial_plan`; ConfigError if there is none."""
     plan = trial_plan()
     if plan is None:
         raise ConfigError(
@@ -299,15 +291,13 @@ def listen_to_clock(listener: Callable[[Clock], None]) -> None:
     _listeners.append(listener)
 
 
-def read_every_tick() -> None:
-    """Disable pauses."""
-    _every_tick.set()
-    look_at_clock()
-
-
-def read_now_and_then() -> None:
-    """Enable pauses."""
-    _every_tick.clear()
+def read_every_tick(is_enabled: bool = True) -> None:
+    """Disable pauses, or enable them again."""
+    if is_enabled:
+        _every_tick.set()
+        look_at_clock()
+    else:
+        _every_tick.clear()
 
 
 def is_clock_pausing() -> bool:

@@ -48,7 +48,14 @@ class WallPacer:
 
 
 class GraphPacer:
-    """Delays simulated time until stamped topics have reached it."""
+    """Delays simulated time until stamped topics have reached it.
+
+    Args:
+        topics: topics to wait for.
+        expected_ns: from a simulated time, the stamp that every topic must have reached before it; negative: none.
+        is_from_start: wait for `topics` from time 0; otherwise from the first message of each.
+        topics_once_begun: further topics, always waited for from their first message.
+    """
 
     def __init__(
         self,
@@ -57,14 +64,6 @@ class GraphPacer:
         is_from_start: bool = True,
         topics_once_begun: Sequence[str] = (),
     ) -> None:
-        """Subscribe to the topics.
-
-        Args:
-            topics: topics to wait for.
-            expected_ns: from a simulated time, the stamp that every topic must have reached before it; negative: none.
-            is_from_start: wait for `topics` from time 0; otherwise from the first message of each.
-            topics_once_begun: further topics, always waited for from their first message.
-        """
         self._expected_ns = expected_ns
         self._from_start = topics if is_from_start else ()
         self._moved = threading.Condition()

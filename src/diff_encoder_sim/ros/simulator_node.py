@@ -23,19 +23,11 @@ from diff_encoder_sim.drives.message_encoders import ModelStatesEncoder, encode_
 from diff_encoder_sim.drives.test_definition import PoseParams
 from diff_encoder_sim.robots.robot_file import load_robot_file
 from diff_encoder_sim.robots.xacro_expansion import xacro_arguments_of_text
+from diff_encoder_sim.ros import pacing
 from diff_encoder_sim.ros.conversions import pose_from_message, stamp_from_ns
 from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
 from diff_encoder_sim.ros.gazebo_states import STATES_PERIOD_HEADER, GetModelState, ModelStates, SetModelState
 from diff_encoder_sim.ros.node import empty_service, log, node_params, run_node, subscriber, trial_plan
-from diff_encoder_sim.ros.pacing import (
-    GRAPH_LEAD_NS,
-    LONGEST_WAIT_S,
-    AnsweredTimes,
-    CommandGate,
-    ExpectedStamps,
-    GraphPacer,
-    WallPacer,
-)
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
 from diff_encoder_sim.simulation.state import STATES_PERIOD_NS, TICK_NS, PlanarVelocity
 from diff_encoder_sim.wheels.report_link import DEFAULT_RATE_HZ
@@ -45,8 +37,8 @@ PAUSED_CLOCK_PERIOD_S = 0.05
 # Larger numbers reduce the precision of the physics, and finally yield NaN.
 LARGEST_NUMBER = 1e4
 
-# A command takes effect GRAPH_LEAD_NS after the report that it answers, and before the next one is answered.
-SHORTEST_COMMAND_PERIOD_S = (GRAPH_LEAD_NS + TICK_NS) / NANOSECONDS_PER_SECOND
+# A command takes effect pacing.GRAPH_LEAD_NS after the report that it answers, and before the next one is answered.
+SHORTEST_COMMAND_PERIOD_S = (pacing.GRAPH_LEAD_NS + TICK_NS) / NANOSECONDS_PER_SECOND
 
 
 class SimulatorNodeParams(SimulatorParams):
@@ -108,19 +100,19 @@ class SimulatorNode:
         )
         self._states_encoder = ModelStatesEncoder(self._simulator.world, self._simulator.robot_name)
         report_delay_ns = round(params.report_delay * NANOSECONDS_PER_SECOND)
-        expected = ExpectedStamps(params.report_rate, self._scan_period_ns, report_delay_ns)
+        expected = pacing.ExpectedStamps(params.report_rate, self._scan_period_ns, report_delay_ns)
         # Unless started paused, topics are expected from their first message.
         self._pacers = (
-            GraphPacer(params.wait_for, expected.report_before, params.paused, params.wait_for_once_begun),
-            GraphPacer(params.wait_for_after_states, expected.state_before, params.paused),
-            GraphPacer(params.wait_for_after_scans, expected.scan_before, params.paused),
+            pacing.GraphPacer(params.wait_for, expected.report_before, params.paused, params.wait_for_once_begun),
+            pacing.GraphPacer(params.wait_for_after_states, expected.state_before, params.paused),
+            pacing.GraphPacer(params.wait_for_after_scans, expected.scan_before, params.paused),
         )
-        self._wall_pacer = WallPacer(params.real_time_factor)
+        self._wall_pacer = pacing.WallPacer(params.real_time_factor)
         self._commands = subscriber('cmd_vel', Twist, self._on_command)
-        self._gate = CommandGate(
+        self._gate = pacing.CommandGate(
             _answered_times(params, expected),
-            GRAPH_LEAD_NS,
-            LONGEST_WAIT_S,
+            pacing.GRAPH_LEAD_NS,
+            pacing.LONGEST_WAIT_S,
             lambda: self._commands.get_num_connections() > 0,
             params.command_at_start,
         )
@@ -256,16 +248,16 @@ def _trial_defaults() -> Dict[str, Any]:
     }
 
 
-def _answered_times(params: SimulatorNodeParams, expected: ExpectedStamps) -> Optional[AnsweredTimes]:
+def _answered_times(params: SimulatorNodeParams, expected: pacing.ExpectedStamps) -> Optional[pacing.AnsweredTimes]:
     if params.command_period == 0.0:
         return None
     if params.command_period < SHORTEST_COMMAND_PERIOD_S:
         raise ConfigError(
             f'{rospy.get_name()}: command_period: given {params.command_period:g} s; allowed: 0, '
-            f'or above {GRAPH_LEAD_NS // 1_000_000} ms'
+            f'or above {pacing.GRAPH_LEAD_NS // 1_000_000} ms'
         )
     reports = expected.states if params.commands_answer == 'states' else expected.reports
-    return AnsweredTimes(reports, params.command_period)
+    return pacing.AnsweredTimes(reports, params.command_period)
 
 
 def main() -> None:

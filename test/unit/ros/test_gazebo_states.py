@@ -26,10 +26,9 @@ class Graph:
             'listen_to_clock': lambda _: None,
             'is_clock_pausing': lambda: self.is_pausing,
             'look_at_clock': lambda: setattr(self, 'has_looked', True),
-            'read_every_tick': lambda: setattr(self, 'may_pause', False),
-            'read_now_and_then': lambda: setattr(self, 'may_pause', True),
+            'read_every_tick': lambda is_enabled=True: setattr(self, 'may_pause', not is_enabled),
         }.items():
-            monkeypatch.setattr(room, name, value)
+            monkeypatch.setattr(room.node, name, value)
         self.reader = room.ModelStateReader(room.ModelStatesParams(states_period=period_s), self._on_state)
 
     def _on_state(self, stamp_ns, pose, velocity):
