@@ -119,8 +119,6 @@ def node_params(
         ConfigError: a value is not allowed, or no struct has a parameter of that name.
     """
     name, private = rospy.get_name(), rospy.get_param('~', {})
-    if not isinstance(private, dict):
-        raise ConfigError(f'{name}: given {private!r}; allowed: private parameters of the node')
     of_robot = robot_settings(part) if part else {}
     typed = rospy.client.load_command_line_node_params(sys.argv)  # as `_ppr:=90`
     given = merged({**(defaults or {}), **private}, of_robot)
@@ -136,13 +134,8 @@ def node_params(
 
 
 def robot_settings(part: str) -> Dict[str, Any]:
-    """Return a part of the robot's settings, which launch files set; {} without a robot, ConfigError if no mapping."""
-    settings = rospy.get_param(f'{ROBOT_SETTINGS}/{part}', {})
-    if not isinstance(settings, dict):
-        raise ConfigError(
-            f'{ROBOT_SETTINGS}/{part}: given {settings!r}; allowed: the output of the command robot_settings'
-        )
-    return settings
+    """Return a part of the robot's settings, which launch files set; {} without a robot."""
+    return dict(rospy.get_param(f'{ROBOT_SETTINGS}/{part}', {}))
 
 
 def trial_plan() -> Optional[LivePlan]:

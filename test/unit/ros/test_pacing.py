@@ -174,14 +174,6 @@ def gate(report_hz=20.0, control_hz=20.0, patience_s=SHORT_S, is_expected=True, 
     return CommandGate(times, DELAY_NS, patience_s, lambda: is_expected, is_from_start)
 
 
-def take_in_thread(some_gate, sim_time_ns):
-    """A take that may be waiting: (thread, list that its result goes to)."""
-    taken = []
-    thread = threading.Thread(target=lambda: taken.append(some_gate.take(sim_time_ns)), daemon=True)
-    thread.start()
-    return thread, taken
-
-
 def test_without_a_period_the_newest_command_is_taken_at_once_and_once():
     free = gate(is_periodic=False)
     for command in (SLOW, FAST):
@@ -189,10 +181,18 @@ def test_without_a_period_the_newest_command_is_taken_at_once_and_once():
     assert [free.take(time_ns) for time_ns in (10 * MS, 20 * MS)] == [FAST, None]
 
 
+def take_in_thread(some_gate, sim_time_ns, within_s):
+    """The result of a take that may be waiting, None if it still is; and the thread."""
+    taken = []
+    thread = threading.Thread(target=lambda: taken.append(some_gate.take(sim_time_ns)), daemon=True)
+    thread.start()
+    thread.join(within_s)
+    return thread, taken
+
+
 def test_a_controller_is_waited_for():
     patient = gate(patience_s=LONG_S)
-    thread, taken = take_in_thread(patient, DELAY_NS)
-    thread.join(0.05)
+    thread, taken = take_in_thread(patient, DELAY_NS, 0.05)
     assert thread.is_alive()  # nothing has come
     patient.put(SLOW)
     thread.join(LONG_S)
@@ -209,10 +209,8 @@ def test_a_robot_at_rest_does_not_stall_the_simulation(options, before, caplog):
     if before is not None:
         resting.put(before)
         assert resting.take(DELAY_NS) == before
-    thread, taken = take_in_thread(resting, DELAY_NS + (PERIOD_NS if before else 0))
-    thread.join(0.5 * LONG_S)
-    assert taken == [None]
-    assert caplog.records == []
+    _, taken = take_in_thread(resting, DELAY_NS + (PERIOD_NS if before else 0), 0.5 * LONG_S)
+    assert taken == [None] and caplog.records == []
 
 
 def test_patience_ends_with_one_warning_until_the_controller_is_back(caplog):
@@ -256,9 +254,9 @@ def test_a_command_takes_effect_two_ticks_after_the_report_that_it_answers(repor
             rated.put((float(now_ns), 0.0))
         command = rated.take(now_ns)
         if command is not None:
-            taken_ns.append(now_ns)
-            assert command[0] == now_ns - DELAY_NS
-    assert taken_ns == [stamp_ns + DELAY_NS for stamp_ns in sent_ns if stamp_ns + DELAY_NS < 2000 * MS]
+            taken_ns.append((command[0] + DELAY_NS, now_ns))
+    expected = [stamp_ns + DELAY_NS for stamp_ns in sent_ns if stamp_ns + DELAY_NS < 2000 * MS]
+    assert taken_ns == [(at_ns, at_ns) for at_ns in expected]
 
 
 def test_after_a_reset_the_first_report_is_answered_again():
