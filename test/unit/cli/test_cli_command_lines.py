@@ -29,19 +29,8 @@ START = r"^run_command\('(\w+)', '([\w.:]+)'(?:, LaunchStatus\(\))?\)$"
 
 # Each takes a part of a second to import.
 SLOW = (
-    'numpy',
-    'pydantic',
-    'yaml',
-    'numba',
-    'scipy',
-    'dask',
-    'distributed',
-    'pybullet',
-    'altair',
-    'vl_convert',
-    'rosbags',
-    'PIL',
-    'rospy',
+    *('numpy', 'pydantic', 'yaml', 'numba', 'scipy', 'dask', 'distributed', 'pybullet', 'altair', 'vl_convert'),
+    *('rosbags', 'PIL', 'rospy'),
 )
 
 REPORT = f'import atexit, sys; atexit.register(lambda: print([name for name in {SLOW} if name in sys.modules]))'
@@ -98,21 +87,11 @@ def test_help_describes_every_option_and_has_an_example(name, printed, monkeypat
         assert len(re.sub(r'[A-Z|_]+', '', option[1]).split()) >= 2, option
 
 
-@pytest.fixture(name='python')
-def fixture_python():
-    """Runs Python in a process of its own: status, stdout and stderr."""
-
-    def python(*words):
-        environment = {**os.environ, 'PYTHONPATH': str(SOURCE)}
-        done = subprocess.run([sys.executable, '-c', *words], env=environment, capture_output=True, text=True)
-        return done.returncode, done.stdout, done.stderr
-
-    return python
-
-
 @pytest.mark.parametrize('name', COMMANDS)
-@pytest.mark.parametrize(('option', 'expected'), [('--help', 0), ('--version', 0), ('--no-such-option', 2)])
-def test_help_and_wrong_options_wait_for_no_library(name, option, expected, python):
-    status, out, err = python(RUN, str(ROOT / 'scripts' / name), option)
-    assert (status, out.splitlines()[-1]) == (expected, '[]')
-    assert bool(err) == (expected == 2)
+@pytest.mark.parametrize(('option', 'expected'), [('--help', 0), ('--no-such-option', 2)])
+def test_help_and_wrong_options_wait_for_no_library(name, option, expected):
+    command = [sys.executable, '-c', RUN, str(ROOT / 'scripts' / name), option]
+    environment = {**os.environ, 'PYTHONPATH': str(SOURCE)}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True)
+    assert (done.returncode, done.stdout.splitlines()[-1]) == (expected, '[]')
+    assert bool(done.stderr) == (expected == 2)
