@@ -31,7 +31,7 @@ def printing(name: str) -> Iterator[None]:
 
 def _write_rest() -> None:
     """Flush stdout and stderr; an error at exit would print a traceback."""
-    for stream in (sys.stdout, sys.stderr):
+    for stream in filter(None, (sys.stdout, sys.stderr)):  # None after `command >&-`
         try:
             stream.flush()
         except ValueError:  # closed deliberately
