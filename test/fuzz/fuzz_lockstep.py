@@ -71,9 +71,8 @@ def _use(folder):
     for job in campaign.trials():
         cell = job.cell
         files = campaign.files.materialise(folder)
-        world = files.worlds[cell.test.name]
         bag = str(folder / f'{job.position}.bag')
-        plan = TrialPlan(trial=job.definition(), world=world.world, map=world.map, bag=bag)
+        plan = TrialPlan(trial=job.definition(), bag=bag, **files.worlds[cell.test.name])
         result = run_trial(plan, files.robot, cell.robot_params, campaign.params.record)
         if len(result.reason.splitlines()) > 1:
             raise Fault(f'the reason is not one line: {result.reason!r}')

@@ -123,5 +123,5 @@ def _drives(campaign: Campaign, distance_m: Optional[float], folder: str) -> Ite
         if cell.test.drive:
             yield scripted(cell.test, robot, cell.robot_params)
         else:
-            plan = TrialPlan(trial=job.definition(), bag='', **files.worlds[test]._asdict())
+            plan = TrialPlan(trial=job.definition(), bag='', **files.worlds[test])
             yield navigated(plan, robot, cell.robot_params)

@@ -194,9 +194,7 @@ class Campaign(NamedTuple):
             if encoder.real
         ]
         return {
-            'tests': [
-                {**test.model_dump(mode='json'), 'files': self.files.worlds[test.name]._asdict()} for test in tests
-            ],
+            'tests': [{**test.model_dump(mode='json'), 'files': self.files.worlds[test.name]} for test in tests],
             'parameters': first,
             'ppr': [ppr.model_dump(mode='json') for ppr in params.ppr],
             **({'encoders': changes} if params.encoders else {}),

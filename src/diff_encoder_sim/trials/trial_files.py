@@ -7,7 +7,7 @@ import os
 import tempfile
 import zlib
 from pathlib import Path
-from typing import Dict, NamedTuple, Sequence, Union
+from typing import Any, Dict, NamedTuple, Sequence, Union
 
 import yaml
 
@@ -25,19 +25,12 @@ from diff_encoder_sim.simulation.world import load_world
 NAME_DIGITS = 16  # of a sha256 in the name of a folder
 
 
-class WorldFiles(NamedTuple):
-    """World and map of a test: paths, absolute or below the folder; '' for no map."""
-
-    world: str
-    map: str
-
-
 class TrialFiles(NamedTuple):
     """Worlds, maps and the robot: contents, small when pickled, or paths of this host."""
 
     contents: Dict[str, bytes]  # compressed by zlib, by path below the folder; empty when they are in a folder
     robot: Path  # absolute, or below the folder
-    worlds: Dict[str, WorldFiles]  # by the name of the test
+    worlds: Dict[str, Dict[str, Any]]  # by the name of the test: paths of its `world` and `map`, '' for no map
 
     def sha256(self) -> Dict[str, str]:
         """Return the sha256 of each file's content, by path below the folder."""
@@ -58,7 +51,10 @@ class TrialFiles(NamedTuple):
                     path.parent.mkdir(parents=True, exist_ok=True)
                     path.write_bytes(zlib.decompress(content))
                 os.rename(os.path.join(unfinished, 'files'), placed)
-        worlds = {name: WorldFiles(*(file and str(placed / file) for file in of)) for name, of in self.worlds.items()}
+        worlds = {
+            test: {name: path and str(placed / path) for name, path in files.items()}
+            for test, files in self.worlds.items()
+        }
         return TrialFiles({}, placed / self.robot, worlds)
 
 
@@ -89,7 +85,8 @@ def collect(
         world = find_world(test.world, worlds_folder)
         load_world(world)
         map_files = _map_files(world.with_suffix('.yaml'), needs_maps)
-        worlds[test.name] = WorldFiles(add({world.name: world.read_bytes()}), add(map_files) if map_files else '')
+        path = add({world.name: world.read_bytes()})
+        worlds[test.name] = {'world': path, 'map': add(map_files) if map_files else ''}
     # A xacro without includes is kept, as wheel errors may be its arguments.
     if source.arguments or source.added_laser or needs_other_files(read_robot_text(source.file)):
         urdf, meshes = self_contained_urdf(expand(source), str(source.file), lambda uri: find_mesh(uri, source))

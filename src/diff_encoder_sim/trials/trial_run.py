@@ -151,7 +151,7 @@ def _run_group(
             trial=trial.definition(),
             bag=str(folder / name) if trial.bag else '',
             bag_format=trial.campaign.bag_format,
-            **files.worlds[trial.cell.test.name]._asdict(),
+            **files.worlds[trial.cell.test.name],
         )
         setups.append(TrialSetup(plan, trial.cell.robot_params, trial.campaign))
     began_s = time.perf_counter()

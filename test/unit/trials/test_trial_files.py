@@ -33,8 +33,8 @@ def test_what_is_written_is_what_was_read(tmp_path):
     assert placed.robot.read_bytes() == ROBOT.read_bytes()
     for test, stem in (('SL', 'hallway'), ('SMT', 'ros_logo'), ('DLD', 'ros_logo')):
         files = placed.worlds[test]
-        assert Path(files.world).read_bytes() == (ROOT / 'worlds' / f'{stem}.world').read_bytes()
-        there, here = load_map(files.map), load_map(ROOT / 'worlds' / f'{stem}.yaml')
+        assert Path(files['world']).read_bytes() == (ROOT / 'worlds' / f'{stem}.world').read_bytes()
+        there, here = load_map(files['map']), load_map(ROOT / 'worlds' / f'{stem}.yaml')
         assert (there.cells == here.cells).all() and there.origin == here.origin
     assert placed.worlds['SMT'] == placed.worlds['DLD']
 
@@ -61,7 +61,7 @@ def test_a_maps_image_may_lie_elsewhere(tmp_path):
     path.write_text(yaml.safe_dump({**yaml.safe_load(path.read_text()), 'image': str(image)}))
     placed = collected(package).materialise(tmp_path / 'out')
     image.unlink()
-    assert (load_map(placed.worlds['SL'].map).cells == load_map(ROOT / 'worlds' / 'hallway.yaml').cells).all()
+    assert (load_map(placed.worlds['SL']['map']).cells == load_map(ROOT / 'worlds' / 'hallway.yaml').cells).all()
 
 
 def test_a_map_is_only_needed_to_navigate(tmp_path):
@@ -70,7 +70,7 @@ def test_a_map_is_only_needed_to_navigate(tmp_path):
     with pytest.raises(ConfigError, match='map: .*hallway.yaml not found; allowed: .*rasterise_world'):
         collected(package)
     placed = collected(package, needs_maps=False).materialise(tmp_path / 'out')
-    assert placed.worlds['SL'].map == '' and placed.worlds['SMT'].map != ''
+    assert placed.worlds['SL']['map'] == '' and placed.worlds['SMT']['map'] != ''
 
 
 @pytest.mark.parametrize(
