@@ -11,19 +11,9 @@ from typing import Any, Dict, Iterable, List, NamedTuple, Sequence, Tuple, Union
 
 import numpy as np
 
+from diff_encoder_sim.analysis import results_table
 from diff_encoder_sim.analysis.encoder_labels import IDEAL
-from diff_encoder_sim.analysis.results_table import (
-    ALIGNMENTS,
-    MOST_POINTS,
-    OF_PATH,
-    PATH_COLUMNS,
-    RPES,
-    Results,
-    RobotGeometry,
-    error_columns,
-    record_of,
-    trials_table,
-)
+from diff_encoder_sim.analysis.results_table import Results, RobotGeometry
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.processes import interrupts_blocked, usable_cores
 from diff_encoder_sim.base.se2 import Pose2D, PoseSeries, transform_points, wrap_angle, wrap_angles
@@ -74,7 +64,7 @@ def read_campaign(folder: Path) -> Results:
         notes.append(f'{folder / TABLE}: {text}')
     if not rows:
         raise ConfigError(f'{folder}: no trial is finished; expected at least one')
-    records: List[Dict[str, Any]] = [{**record_of(row), 'bag': ''} for row in rows]
+    records: List[Dict[str, Any]] = [{**results_table.record_of(row), 'bag': ''} for row in rows]
     bags = {index: folder / row.bag for index, row in enumerate(rows) if row.bag and (folder / row.bag).is_file()}
     if len(bags) < len(rows):
         text = f'has bags of {len(bags)} of {len(rows)} trials; the others have no errors along the path'
@@ -87,11 +77,13 @@ def read_campaign(folder: Path) -> Results:
         of_row = (expected.test, expected.nav, row.seed, row.ppr, dict(row.varied).get(VARIANT, ''))
         of_bag = (recorded.test, recorded.nav, recorded.number, recorded.encoder_label, recorded.variant)
         if of_bag == of_row and robot_of(recorded) in robots:
-            records[index].update({name: bag.record[name] for name in ('bag', *PATH_COLUMNS) if name in bag.record})
+            records[index].update(
+                {name: bag.record[name] for name in ('bag', *results_table.PATH_COLUMNS) if name in bag.record}
+            )
         else:
             text = 'differs from its line in trials.csv; expected the same trial'
             notes.append(f'{bag.record["bag"]}: {text}')
-    trials = trials_table(records, varied)
+    trials = results_table.trials_table(records, varied)
     return Results(trials, varied, manifest['name'], notes, manifest, folder, robots[0], requested)
 
 
@@ -177,7 +169,9 @@ def read_bags(paths: Sequence[Path]) -> Results:
     records = [{**bag.record, **{key: str(getattr(bag.trial, key)) for key in varied}} for bag in found]
     title = paths[0].resolve().stem if len(paths) == 1 else f'{len(found)} trials'
     requested = {bag.trial.test.name: bag.trial for bag in found[::-1]}
-    return Results(trials_table(records, varied), varied, title, notes, {}, None, robot_of(found[0].trial), requested)
+    return Results(
+        results_table.trials_table(records, varied), varied, title, notes, {}, None, robot_of(found[0].trial), requested
+    )
 
 
 def read_bag_trials(paths: Sequence[Path]) -> List[Union[TrialOfBag, str]]:
@@ -215,13 +209,13 @@ def _trial_or_reason(path: Path) -> Union[TrialOfBag, str]:
         'bag': str(recording.path),
         'true_path': _thinned(truth),
         'odom_path': _thinned(poses[PoseSource.ODOM]),
-        **error_columns({} if recording.outcome is Outcome.TORN else goal_errors(poses, trial.goal())),
+        **results_table.error_columns({} if recording.outcome is Outcome.TORN else goal_errors(poses, trial.goal())),
     }
-    for source, alignment in ALIGNMENTS.items():
+    for source, alignment in results_table.ALIGNMENTS.items():
         found = path_error(poses[source], truth, alignment) if source in poses else None
         if found is not None:
-            record.update({f'{source.value}_{name}': getattr(found, name) for name in OF_PATH})
-            for name, pairs, distance_m in RPES:
+            record.update({f'{source.value}_{name}': getattr(found, name) for name in results_table.OF_PATH})
+            for name, pairs, distance_m in results_table.RPES:
                 of_segments = found.rpe[pairs][distance_m]._asdict()
                 record.update({f'{source.value}_{name}_{part}': value for part, value in of_segments.items()})
     return TrialOfBag(trial, record)
@@ -254,6 +248,6 @@ def poses_in_map(recording: TrialRecording) -> Dict[PoseSource, PoseSeries]:
 
 def _thinned(series: PoseSeries) -> np.ndarray:
     """Return (n, 2) evenly spaced points [m], including both ends."""
-    indices = np.linspace(0, len(series.x_y_yaw) - 1, MOST_POINTS).round().astype(int)
+    indices = np.linspace(0, len(series.x_y_yaw) - 1, results_table.MOST_POINTS).round().astype(int)
     points: np.ndarray = series.x_y_yaw[np.unique(indices), :2]
     return points

@@ -13,18 +13,10 @@ from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tu
 
 import numpy as np
 
-from diff_encoder_sim.analysis import statistics
+from diff_encoder_sim.analysis import results_table, statistics
 from diff_encoder_sim.analysis.paper.paper_cells import PPRS, TRIALS, load_claims
 from diff_encoder_sim.analysis.quantities import POSES, QUANTITIES, YAW, Quantity, X, Y
-from diff_encoder_sim.analysis.results_table import (
-    STANDARD_TESTS,
-    SUCCEEDED,
-    Results,
-    are_within,
-    campaign_names,
-    equal_trials,
-    final_errors,
-)
+from diff_encoder_sim.analysis.results_table import STANDARD_TESTS, SUCCEEDED, Results, final_errors
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.base.se2 import wrap_angles
@@ -225,7 +217,7 @@ def pairs_of_pprs(
     """Pair equal trials with two encoders; empty if an encoder is missing."""
     pairs = []
     for test, (first, second) in itertools.product(tests, pprs):
-        both = equal_trials(_of_cell(trials, test, first), _of_cell(trials, test, second), pose)
+        both = results_table.equal_trials(_of_cell(trials, test, first), _of_cell(trials, test, second), pose)
         for quantity in quantities:
             values = tuple(final_errors(one, pose, quantity) for one in both)
             label = f'{POSES[pose]} in {test}, {quantity.axis}'
@@ -265,7 +257,10 @@ CLAIMS: Dict[str, Callable[[pd.DataFrame], List[HypothesisTest]]] = {
     'long_drive_spread': lambda trials: spreads(0.05, samples(trials, 'odom', ['DLD'])),
     'long_drive_within': lambda trials: fractions_within(0.2, samples(trials, 'odom', ['DLD'], sign=-1)),
     'amcl_within': lambda trials: every_trial(
-        'within', trials, lambda part: are_within(part, 'global', (X, Y)), list(itertools.product(STANDARD_TESTS, PPRS))
+        'within',
+        trials,
+        lambda part: results_table.are_within(part, 'global', (X, Y)),
+        list(itertools.product(STANDARD_TESTS, PPRS)),
     ),
     'true_within': lambda trials: fractions_within(0.85, samples(trials, 'world', STANDARD_TESTS)),
     'heading': lambda trials: fractions_within(0.9, headings(trials)),
@@ -305,7 +300,7 @@ class ClaimResult(NamedTuple):
 
 def check_claims(results: Results, name: str = '') -> Dict[str, List[ClaimResult]]:
     """Test all claims for each set of varied parameters; the keys are those of `compare_with_paper`."""
-    campaigns = results.trials.groupby(np.array(campaign_names(results, name)), sort=False)
+    campaigns = results.trials.groupby(np.array(results_table.campaign_names(results, name)), sort=False)
     return {
         campaign: [ClaimResult(one['text'], one['where'], CLAIMS[one['key']](trials)) for one in load_claims()]
         for campaign, trials in campaigns

@@ -16,6 +16,7 @@ import numpy as np
 import yaml
 from PIL import Image
 
+from diff_encoder_sim.analysis import within_tolerance
 from diff_encoder_sim.analysis.charts.figures import Figure
 from diff_encoder_sim.analysis.charts.frames import with_paths
 from diff_encoder_sim.analysis.charts.trial_charts import trial_charts
@@ -28,13 +29,7 @@ from diff_encoder_sim.analysis.quantities import POSES, REQUIRED_FRACTION
 from diff_encoder_sim.analysis.result_tables import ResultTable, html_table
 from diff_encoder_sim.analysis.results_table import SUCCEEDED, Results, encoders, first_of_cells, sample_text
 from diff_encoder_sim.analysis.tables import VARIANTS, first_variant
-from diff_encoder_sim.analysis.within_tolerance import (
-    COMPARED_POSES,
-    TOLERANCE_TEXT,
-    Headline,
-    fractions_within,
-    headline,
-)
+from diff_encoder_sim.analysis.within_tolerance import COMPARED_POSES, TOLERANCE_TEXT
 from diff_encoder_sim.base.command_line import CONSOLE
 from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE
@@ -53,7 +48,7 @@ def write_report(
     figures: Sequence[Figure],
     paper: Optional[PaperSection],
     path: Path,
-) -> Headline:
+) -> within_tolerance.Headline:
     """Write the report into an existing folder; return its headline.
 
     Args:
@@ -67,8 +62,8 @@ def write_report(
     Raises:
         OSError: a figure cannot be read, or the file cannot be written.
     """
-    fractions, shown = fractions_within(results), first_of_cells(results.trials).reset_index(drop=True)
-    lead, closed_form = headline(fractions, results.trials), closed_form_table(results)
+    fractions, shown = within_tolerance.fractions_within(results), first_of_cells(results.trials).reset_index(drop=True)
+    lead, closed_form = within_tolerance.headline(fractions, results.trials), closed_form_table(results)
     of_differences, of_variants = difference_table(compared), [table for table in tables if table.name == VARIANTS]
     embedded = {one.name: {'caption': one.caption, 'uri': data_uri(one.svg, one.png)} for one in figures}
     variants = [{'figure': embedded.pop(VARIANTS, None), 'table': table} for table in of_variants]
