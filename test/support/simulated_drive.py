@@ -1,4 +1,4 @@
-"""A drive with ramps, and the geometry of ALTO, for the tests of the simulator."""
+"""A drive with ramps, the geometry of ALTO, and worlds of boxes, for the tests of the simulator."""
 
 import math
 
@@ -21,3 +21,15 @@ def drive(simulator, linear, angular, seconds):
         turned += (now - yaw + math.pi) % (2 * math.pi) - math.pi
         yaw = now
     return np.array(simulator.joint_states().angles_rad) - before, turned
+
+
+def box_world(path, *boxes):
+    """A floor, and boxes given by their poses and sizes."""
+    shapes = {'0 0 0': '<plane/>', **{pose: f'<box><size>{size}</size></box>' for pose, size in boxes}}
+    models = ''.join(
+        f'<model name="at {pose}"><static>1</static><pose>{pose} 0 0 0</pose><link name="l"><collision name="c">'
+        f'<geometry>{shape}</geometry></collision></link></model>'
+        for pose, shape in shapes.items()
+    )
+    path.write_text(f'<sdf version="1.6"><world name="w">{models}</world></sdf>')
+    return path
