@@ -12,8 +12,7 @@ from diff_encoder_sim.drives.topics import DIAGNOSTICS
 from diff_encoder_sim.drives.trial_definition import Trial, TrialPlan
 from diff_encoder_sim.drives.trial_recording import read_trial
 from diff_encoder_sim.robots.description import RobotSource
-from diff_encoder_sim.robots.xacro_expansion import display_urdf
-from diff_encoder_sim.simulation.link_frames import LinkFrames
+from diff_encoder_sim.simulation.link_frames import LinkFrames, display_urdf
 from diff_encoder_sim.trials.robot_params import load_robot_config, override
 from diff_encoder_sim.trials.trial_run import run_trial
 from launched_graph import DATA, ROOT, Graph, complaints, require_ros

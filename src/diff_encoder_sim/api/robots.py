@@ -17,13 +17,8 @@ from diff_encoder_sim.drives.bag_source import open_source
 from diff_encoder_sim.drives.trial_recording import trial_of_source
 from diff_encoder_sim.robots.robot_file import ROBOT_FILE_SUFFIXES, load_robot_file
 from diff_encoder_sim.robots.robot_setup import RobotSetup, robot_file_text, set_up_robot
-from diff_encoder_sim.robots.xacro_expansion import (
-    display_urdf,
-    expand,
-    without_root_inertia,
-    xacro_arguments,
-    xacro_arguments_of_text,
-)
+from diff_encoder_sim.robots.xacro_expansion import expand, xacro_arguments, xacro_arguments_of_text
+from diff_encoder_sim.simulation.link_frames import display_urdf, without_root_inertia
 from diff_encoder_sim.simulation.self_check import checks_table
 from diff_encoder_sim.trials.campaign_cells import check_robot
 from diff_encoder_sim.trials.robot_params import (

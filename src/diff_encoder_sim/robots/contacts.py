@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from typing import AbstractSet, List, Optional, Sequence, Tuple
+from typing import AbstractSet, Dict, List, Sequence, Tuple
 
 import numpy as np
 
@@ -166,22 +166,18 @@ def _contacts_of(tree: RobotTree, name: str, drive: DriveTrain) -> List[GroundCo
     swivel = tree.swivel_above(name)
     if swivel is not None and len(low_m):
         return [GroundContact(name, vector(np.append(tree.poses[swivel.child][:2, 3], low_m[:, 2].min())))]
-    front_m, rear_m = (_carrying_point_m(low_m, drive, side) for side in (1, -1))
-    if front_m is not None and rear_m is not None:
-        return [GroundContact(f'{name} (front)', vector(front_m)), GroundContact(f'{name} (rear)', vector(rear_m))]
-    return [GroundContact(name, vector(point_m)) for point_m in (front_m, rear_m) if point_m is not None]
-
-
-def _carrying_point_m(points_m: np.ndarray, drive: DriveTrain, side: int) -> Optional[np.ndarray]:
-    """Return where a link's (n, 3) points carry it on one side of the axle: in their middle, or at the outer edge."""
-    there_m = points_m[side * (points_m[:, 0] - drive.axle_x_m) > BALANCED_M]
-    if len(there_m) == 0:
-        return None
-    low_m = there_m[there_m[:, 2] <= there_m[:, 2].min() + SAME_HEIGHT_M]
-    middle_m = 0.5 * (low_m.min(axis=0) + low_m.max(axis=0))
-    if np.ptp(low_m[:, 0]) > LONG_RADII * drive.radius_m:
-        middle_m[0] = side * (side * low_m[:, 0]).max()
-    return np.append(middle_m[:2], low_m[:, 2].min())
+    # On each side of the axle the link stands in the middle of its low points, or at the outer edge.
+    found: Dict[str, np.ndarray] = {}
+    for word, side in (('front', 1), ('rear', -1)):
+        there_m = low_m[side * (low_m[:, 0] - drive.axle_x_m) > BALANCED_M]
+        if len(there_m):
+            lowest_m = there_m[there_m[:, 2] <= there_m[:, 2].min() + SAME_HEIGHT_M]
+            found[word] = 0.5 * (lowest_m.min(axis=0) + lowest_m.max(axis=0))
+            found[word][2] = lowest_m[:, 2].min()
+            if np.ptp(lowest_m[:, 0]) > LONG_RADII * drive.radius_m:
+                found[word][0] = side * (side * lowest_m[:, 0]).max()
+    is_one = len(found) == 1
+    return [GroundContact(name if is_one else f'{name} ({word})', vector(found[word])) for word in found]
 
 
 def support_balls(description: RobotDescription) -> Tuple[Shape, Shape]:

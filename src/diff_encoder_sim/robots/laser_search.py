@@ -45,7 +45,10 @@ def find_laser(tree: RobotTree, chosen: Optional[str], seen: Findings) -> Option
     if chosen is not None:
         own = _chosen(tree, chosen, sensors)
         # The chosen link may be the frame of a sensor's scans.
-        scanners = [own, *(each for each in scanners if not _are_together(each.pose_in_root, own.pose_in_root))]
+        scanners = [
+            own,
+            *(each for each in scanners if not np.allclose(each.pose_in_root, own.pose_in_root, atol=1e-3)),
+        ]
     level = [scanner for scanner in scanners if _is_level(scanner.pose_in_root)]
     leaning = [repr(scanner.link) for scanner in scanners if not _is_level(scanner.pose_in_root)]
     if leaning:
@@ -88,10 +91,6 @@ def _chosen(tree: RobotTree, link: str, sensors: List[RobotLaser]) -> RobotLaser
     return RobotLaser(link, pose, sensor.settings if sensor else {}, 'given', notes=sensor.notes if sensor else ())
 
 
-def _are_together(pose: np.ndarray, other: np.ndarray) -> bool:
-    return bool(np.allclose(pose, other, atol=1e-3))
-
-
 def _is_level(pose: np.ndarray) -> bool:
     """Return whether a scanner is level, upright or upside down."""
     return bool(abs(pose[2, 2]) >= math.cos(math.radians(LEVEL_DEG)))
@@ -115,7 +114,7 @@ def gazebo_lasers(tree: RobotTree) -> List[RobotLaser]:
                 pose = pose @ pose_at(numbers[:3], rotation_from_rpy(*numbers[3:]))
             frames = (each.text for each in sensor.iter() if tag_letters(each) in FRAME_TAGS)
             link = next((text.strip().lstrip('/') for text in frames if text), '')
-            if link not in tree.poses or not _are_together(tree.poses[link], pose):
+            if link not in tree.poses or not np.allclose(tree.poses[link], pose, atol=1e-3):
                 link = carrier
             else:
                 pose = tree.poses[link]

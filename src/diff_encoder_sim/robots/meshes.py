@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import hashlib
 import io
 import math
 import re
 from pathlib import Path, PurePosixPath
 from typing import Callable, Dict, List, Optional, Set, Tuple
-from xml.etree import ElementTree
 
 import numpy as np
 
@@ -28,7 +26,6 @@ from diff_encoder_sim.robots.solids import (
     measures,
     pose_at,
 )
-from diff_encoder_sim.robots.urdf_reading import parse_urdf
 
 # Finds a mesh's file by its URI, as xacro_expansion.find_mesh. It raises ConfigError, or returns None, if the file is
 # missing.
@@ -210,29 +207,3 @@ def primitive_tree(tree: RobotTree, find: MeshFinder, seen: Findings) -> RobotTr
         if not link.visuals and (not has_body or (CASTER_NAMES.search(name) and not link.collisions)):
             links[name] = link._replace(visuals=visual_primitives_of(tree.links[name], find))
     return dataclasses.replace(tree, links=links)
-
-
-def self_contained_urdf(urdf: str, where: str, find: MeshFinder) -> Tuple[str, Dict[str, bytes]]:
-    """Return a URDF (xacro expanded) that needs only mesh files next to it, and their contents by path.
-
-    These are collision meshes, and visual meshes of links whose visual shapes count. Other meshes keep their names.
-
-    Raises:
-        ConfigError: as `primitive_tree`; `where`, the robot's file, begins the text.
-    """
-    tree = parse_urdf(urdf, where)
-    simple = primitive_tree(tree, find, Findings())
-    files: Dict[str, bytes] = {}
-    for link in tree.xml.findall('link'):
-        kinds = ('collision', 'visual') if simple.links[link.get('name', '')].visuals else ('collision',)
-        for mesh in (mesh for kind in kinds for mesh in link.iterfind(f'{kind}/geometry/mesh')):
-            try:
-                path = find(mesh.get('filename', '').strip())
-            except ConfigError:  # of an accessory, or visual: it is left out here, too
-                continue
-            if path is not None and path.is_file():
-                content = path.read_bytes()
-                name = f'{hashlib.sha256(content).hexdigest()[:8]}/{path.name}'
-                files[name] = content
-                mesh.set('filename', name)
-    return (ElementTree.tostring(tree.xml, encoding='unicode') if files else urdf), files

@@ -68,12 +68,8 @@ def load_robot_file(
 ) -> RobotFile:
     """Load a robot by its name, its YAML file, or its xacro or URDF alone.
 
-    Args:
-        given: the name of a file in config/robots/ of `package_folder`, or a path relative to `folder`.
-        folder: of the user.
-        package_folder: where config/ is.
-        arguments: xacro arguments of the command line, which precede those of the file.
-        packages: more folders in which packages are looked for, before those of the file.
+    A path is relative to `folder`; names are those of config/robots/ in `package_folder`. Arguments and packages of
+    the command line precede those of the file.
 
     Raises:
         RobotNotFound: there is no such robot.

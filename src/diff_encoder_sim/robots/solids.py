@@ -148,14 +148,9 @@ def holds_point(shape: Shape, point_m: np.ndarray) -> bool:
 
 
 def rolling_radius_m(shape: Shape, axis: np.ndarray) -> Optional[float]:
-    """Return the radius on which a shape rolls about an axis through its link's origin.
+    """Return the radius on which a shape rolls about an axis (3,) through the origin of the link that a joint turns.
 
-    Args:
-        shape: a primitive, its pose in the link that the joint turns.
-        axis: (3,) unit vector in that link.
-
-    Returns:
-        The radius; None for a box, and for a body that is not centred on the axis or stands across it.
+    None for a box, and for a body that is not centred on the axis or stands across it.
     """
     if not isinstance(shape.geometry, (Cylinder, Sphere)):
         return None

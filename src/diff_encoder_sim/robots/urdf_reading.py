@@ -152,12 +152,7 @@ def _link(element: ElementTree.Element, where: str, notes: List[str]) -> Link:
     inertial = _inertial(element, place)
     if inertial is None and element.find('inertial') is not None:
         notes.append(f'link {name!r}: an <inertial> without mass is ignored')
-    visuals: List[Optional[Shape]] = []
-    for visual in element.findall('visual'):
-        try:
-            visuals.append(_shape(visual, ''))
-        except ConfigError:  # nothing depends on it
-            continue
+    visuals = [_shape(each, f'{place}: visual') for each in element.findall('visual')]
     contact, friction = element.find('contact/lateral_friction'), None
     if contact is not None:
         (friction,) = bounded_numbers(contact.get('value'), 1, f'{place}: lateral_friction value')
@@ -185,8 +180,8 @@ def _inertial(link: ElementTree.Element, place: str) -> Optional[MassProperties]
 
 def _shape(element: ElementTree.Element, place: str) -> Optional[Shape]:
     """Return a shape; None if it is missing, of an unknown kind, or of size zero."""
-    geometry = element.find('geometry')
-    made = None if geometry is None or len(geometry) == 0 else _geometry(geometry[0], f'{place}: {geometry[0].tag}')
+    given = element.find('geometry/*')
+    made = None if given is None else _geometry(given, f'{place}: {given.tag}')
     return None if made is None else Shape(made, _pose(element, place))
 
 

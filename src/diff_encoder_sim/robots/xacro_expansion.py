@@ -19,20 +19,18 @@ import shlex
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any, Collection, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 from urllib.parse import unquote
-from xml.etree import ElementTree
 from xml.sax.saxutils import quoteattr
 
 from diff_encoder_sim.base.errors import ConfigError, in_one_line
 from diff_encoder_sim.base.params import did_you_mean
 from diff_encoder_sim.base.processes import python_command
-from diff_encoder_sim.robots.description import AddedLaser, RobotSource
+from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.urdf_reading import read_robot_text
 
 MOST_S = 60
 MOST_MEMORY_BYTES = 2**29  # of addresses: 10,000 links take a fifth
-ROOT_INERTIA = 'root_inertia'  # argument of a xacro that can put the root link's inertia on a separate link
 ADDED_LINK = 'laser'  # with a number, if the URDF has a link of this name
 
 _NEEDS_XACRO = re.compile(r'xacro:|\$[({]')
@@ -109,7 +107,17 @@ def expansion(source: RobotSource) -> Expansion:
             allowed = ', '.join(result.declared) or 'no argument'
             hint = did_you_mean(name, result.declared)
             raise ConfigError(f'{source.file}: argument {name!r} is not known{hint}; allowed: {allowed}')
-    return result if source.added_laser is None else _with_laser(result, source.added_laser)
+    if source.added_laser is None:
+        return result
+    taken = set(re.findall(r'\sname\s*=\s*["\'](.*?)["\']', result.urdf))
+    names = itertools.chain([ADDED_LINK], (f'{ADDED_LINK}_{number}' for number in itertools.count(2)))
+    link, xyz = next(name for name in names if name not in taken), ' '.join(map(str, source.added_laser.xyz_m))
+    added = (
+        f'<link name="{link}"/><joint name="added_{link}_joint" type="fixed"><origin xyz="{xyz}" rpy="0 0 0"/>'
+        f'<parent link={quoteattr(source.added_laser.parent)}/><child link="{link}"/></joint>'
+    )
+    before, end, after = result.urdf.rpartition('</')
+    return result._replace(urdf=before + added + end + after, laser_link=link)
 
 
 def _by_xacro(source: RobotSource) -> Expansion:
@@ -195,62 +203,6 @@ def _expanded(source: RobotSource) -> Dict[str, Any]:
     return {**answer, 'notes': list(notes), 'declared': list(declared), 'opened': list(opened)}
 
 
-def _with_laser(given: Expansion, laser: AddedLaser) -> Expansion:
-    """Return the expansion with one more link, that of the scanner."""
-    taken = set(re.findall(r'\sname\s*=\s*["\'](.*?)["\']', given.urdf))
-    names = itertools.chain([ADDED_LINK], (f'{ADDED_LINK}_{number}' for number in itertools.count(2)))
-    link = next(name for name in names if name not in taken)
-    x_m, y_m, z_m = laser.xyz_m
-    added = (
-        f'<link name="{link}"/><joint name="added_{link}_joint" type="fixed">'
-        f'<parent link={quoteattr(laser.parent)}/><child link="{link}"/>'
-        f'<origin xyz="{x_m} {y_m} {z_m}" rpy="0 0 0"/></joint>'
-    )
-    before, end, after = given.urdf.rpartition('</')
-    return given._replace(urdf=before + added + end + after, laser_link=link)
-
-
-def needs_other_files(text: str) -> bool:
-    """Return whether a xacro or URDF may mean something else, or nothing, on another machine."""
-    return re.search(r'include|load_yaml|<mesh|\$\((?!arg\b)', text) is not None
-
-
-def without_root_inertia(source: RobotSource) -> RobotSource:
-    """Return the source with the xacro's argument for it, if it has one."""
-    if ROOT_INERTIA not in expansion(source).declared or ROOT_INERTIA in dict(source.arguments):
-        return source
-    return source._replace(arguments=(*source.arguments, (ROOT_INERTIA, 'false')))
-
-
-def display_urdf(source: RobotSource, moving: Collection[str]) -> str:
-    """Return the URDF with all joints fixed but those that are published on /joint_states, named by `moving`.
-
-    A link below a joint without a state has no frame: a caster's, a laser's on a mast that can be lifted. The root link
-    has no inertia, of which robot_state_publisher warns.
-
-    Raises:
-        ConfigError: the file cannot be read or expanded.
-    """
-    urdf = expand(without_root_inertia(source))
-    robot = ElementTree.fromstring(urdf.strip())
-    still = [each for each in robot.findall('joint') if each.get('type') != 'fixed' and each.get('name') not in moving]
-    for joint in still:
-        joint.set('type', 'fixed')
-        for element in (*joint.findall('mimic'), *joint.findall('limit')):
-            joint.remove(element)
-    children = {child.get('link') for child in robot.findall('joint/child')}
-    roots = [link for link in robot.findall('link') if link.get('name') not in children]
-    heavy = [(link, inertial) for link in roots for inertial in link.findall('inertial')]
-    for link, inertial in heavy:
-        link.remove(inertial)
-    return ElementTree.tostring(robot, encoding='unicode') if still or heavy else urdf
-
-
-def find_package(name: str, source: RobotSource) -> Optional[Path]:
-    """Return a package's folder; None if there is none."""
-    return next((folder for folder in _candidates(name, source) if folder is not None), None) if name else None
-
-
 def missing_package(name: str, source: RobotSource) -> str:
     """Return the text of an error: where a package was looked for, and how to name its folder."""
     folders = [*source.package_folders, *_folders_above(source.file)[:2], 'the folders above']
@@ -288,21 +240,26 @@ def find_mesh(uri: str, source: RobotSource) -> Path:
     return found
 
 
-def _candidates(name: str, source: RobotSource) -> Iterator[Optional[Path]]:
-    above = _folders_above(source.file)
-    yield next((folder for folder in above if _declared_name(folder) == name), None)
-    for folder in source.package_folders:
-        yield _package_below(name, _absolute(folder), MOST_LEVELS_DOWN)
-    for folder in (*above, *(folder / name for folder in above)):
-        yield _if_package(name, folder)
-    own = next((folder for folder in above if (folder / 'package.xml').is_file()), None)
-    for folder in (own.parent, own.parent.parent) if own is not None else ():
-        if folder != Path(folder.anchor):
-            yield _package_below(name, folder, 3)
-    for folder in _paths_of('ROS_PACKAGE_PATH'):
-        yield _package_below(name, folder, MOST_LEVELS_DOWN)
-    for prefix in _paths_of('AMENT_PREFIX_PATH'):
-        yield _if_package(name, prefix / 'share' / name)
+def find_package(name: str, source: RobotSource) -> Optional[Path]:
+    """Return a package's folder; None if there is none."""
+
+    def candidates() -> Iterator[Optional[Path]]:
+        above = _folders_above(source.file)
+        yield next((folder for folder in above if _declared_name(folder) == name), None)
+        for folder in source.package_folders:
+            yield _package_below(name, _absolute(folder), MOST_LEVELS_DOWN)
+        for folder in (*above, *(folder / name for folder in above)):
+            yield _if_package(name, folder)
+        own = next((folder for folder in above if (folder / 'package.xml').is_file()), None)
+        for folder in (own.parent, own.parent.parent) if own is not None else ():
+            if folder != Path(folder.anchor):
+                yield _package_below(name, folder, 3)
+        for folder in _paths_of('ROS_PACKAGE_PATH'):
+            yield _package_below(name, folder, MOST_LEVELS_DOWN)
+        for prefix in _paths_of('AMENT_PREFIX_PATH'):
+            yield _if_package(name, prefix / 'share' / name)
+
+    return next((folder for folder in candidates() if folder is not None), None) if name else None
 
 
 def _folders_above(file: Path) -> List[Path]:

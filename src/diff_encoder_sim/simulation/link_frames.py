@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import List, Mapping, NamedTuple, Tuple
+from typing import Collection, List, Mapping, NamedTuple, Tuple
 from xml.etree import ElementTree
 
 from diff_encoder_sim.base.xml_values import Vector, joint_link, joint_origin, parse_numbers
+from diff_encoder_sim.robots.description import RobotSource
+from diff_encoder_sim.robots.xacro_expansion import expand, expansion
+
+ROOT_INERTIA = 'root_inertia'  # argument of a xacro that can put the root link's inertia on a separate link
 
 QuatXyzw = Tuple[float, float, float, float]
 
@@ -91,3 +95,34 @@ def _as_kdl(quat: QuatXyzw) -> QuatXyzw:
     x, y, z, w = quat
     leading = w if 4.0 * w * w > 1.0 else max((x, y, z), key=abs)
     return quat if leading >= 0.0 else (-x, -y, -z, -w)
+
+
+def without_root_inertia(source: RobotSource) -> RobotSource:
+    """Return the source with the xacro's argument for it, if it has one."""
+    if ROOT_INERTIA not in expansion(source).declared or ROOT_INERTIA in dict(source.arguments):
+        return source
+    return source._replace(arguments=(*source.arguments, (ROOT_INERTIA, 'false')))
+
+
+def display_urdf(source: RobotSource, moving: Collection[str]) -> str:
+    """Return the URDF with all joints fixed but those that are published on /joint_states, named by `moving`.
+
+    A link below a joint without a state has no frame: a caster's, a laser's on a mast that can be lifted. The root link
+    has no inertia, of which robot_state_publisher warns.
+
+    Raises:
+        ConfigError: the file cannot be read or expanded.
+    """
+    urdf = expand(without_root_inertia(source))
+    robot = ElementTree.fromstring(urdf.strip())
+    still = [each for each in robot.findall('joint') if each.get('type') != 'fixed' and each.get('name') not in moving]
+    for joint in still:
+        joint.set('type', 'fixed')
+        for element in (*joint.findall('mimic'), *joint.findall('limit')):
+            joint.remove(element)
+    children = {child.get('link') for child in robot.findall('joint/child')}
+    roots = [link for link in robot.findall('link') if link.get('name') not in children]
+    heavy = [(link, inertial) for link in roots for inertial in link.findall('inertial')]
+    for link, inertial in heavy:
+        link.remove(inertial)
+    return ElementTree.tostring(robot, encoding='unicode') if still or heavy else urdf

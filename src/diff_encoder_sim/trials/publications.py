@@ -36,8 +36,7 @@ from diff_encoder_sim.localization.amcl import AmclEstimate
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.navigator_inputs import Command, GoalStatus
 from diff_encoder_sim.robots.description import RobotSource
-from diff_encoder_sim.robots.xacro_expansion import display_urdf
-from diff_encoder_sim.simulation.link_frames import LinkFrame, LinkFrames
+from diff_encoder_sim.simulation.link_frames import LinkFrame, LinkFrames, display_urdf
 from diff_encoder_sim.simulation.simulator import Simulator
 from diff_encoder_sim.simulation.state import JointStates
 from diff_encoder_sim.trials.robot_params import RobotParams

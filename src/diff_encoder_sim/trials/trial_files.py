@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import tempfile
 import zlib
 from pathlib import Path
-from typing import Any, Dict, NamedTuple, Sequence, Union
+from typing import Any, Dict, NamedTuple, Sequence, Tuple, Union
+from xml.etree import ElementTree
 
 import yaml
 
@@ -16,10 +18,10 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.drives.test_definition import TestDefinition, find_world
 from diff_encoder_sim.localization.map_files import load_map
-from diff_encoder_sim.robots.description import RobotSource
-from diff_encoder_sim.robots.meshes import self_contained_urdf
-from diff_encoder_sim.robots.urdf_reading import read_robot_text
-from diff_encoder_sim.robots.xacro_expansion import expand, find_mesh, needs_other_files
+from diff_encoder_sim.robots.description import Findings, RobotSource
+from diff_encoder_sim.robots.meshes import MeshFinder, primitive_tree
+from diff_encoder_sim.robots.urdf_reading import parse_urdf, read_robot_text
+from diff_encoder_sim.robots.xacro_expansion import expand, find_mesh
 from diff_encoder_sim.simulation.world import load_world
 
 NAME_DIGITS = 16  # of a sha256 in the name of a folder
@@ -94,6 +96,37 @@ def collect(
     else:
         robot = {source.file.name: source.file.read_bytes()}
     return TrialFiles(contents, Path(add(robot)), worlds)
+
+
+def needs_other_files(text: str) -> bool:
+    """Return whether a xacro or URDF may mean something else, or nothing, on another machine."""
+    return re.search(r'include|load_yaml|<mesh|\$\((?!arg\b)', text) is not None
+
+
+def self_contained_urdf(urdf: str, where: str, find: MeshFinder) -> Tuple[str, Dict[str, bytes]]:
+    """Return a URDF (xacro expanded) that needs only mesh files next to it, and their contents by path.
+
+    These are collision meshes, and visual meshes of links whose visual shapes count. Other meshes keep their names.
+
+    Raises:
+        ConfigError: as `primitive_tree`; `where`, the robot's file, begins the text.
+    """
+    tree = parse_urdf(urdf, where)
+    simple = primitive_tree(tree, find, Findings())
+    files: Dict[str, bytes] = {}
+    for link in tree.xml.findall('link'):
+        kinds = ('collision', 'visual') if simple.links[link.get('name', '')].visuals else ('collision',)
+        for mesh in (mesh for kind in kinds for mesh in link.iterfind(f'{kind}/geometry/mesh')):
+            try:
+                path = find(mesh.get('filename', '').strip())
+            except ConfigError:  # of an accessory, or visual: it is left out here, too
+                continue
+            if path is not None and path.is_file():
+                content = path.read_bytes()
+                name = f'{hashlib.sha256(content).hexdigest()[:8]}/{path.name}'
+                files[name] = content
+                mesh.set('filename', name)
+    return (ElementTree.tostring(tree.xml, encoding='unicode') if files else urdf), files
 
 
 def _map_files(path: Path, is_needed: bool) -> Dict[str, bytes]:

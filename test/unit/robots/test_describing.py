@@ -14,8 +14,9 @@ from diff_encoder_sim.robots.meshes import primitive_tree
 from diff_encoder_sim.robots.robot_file import load_robot_file
 from diff_encoder_sim.robots.robot_setup import derived_settings
 from diff_encoder_sim.robots.solids import Box, Cylinder, Sphere, homogeneous
-from diff_encoder_sim.robots.xacro_expansion import expand, needs_other_files
+from diff_encoder_sim.robots.xacro_expansion import expand
 from diff_encoder_sim.trials.robot_params import load_robot_config, override
+from diff_encoder_sim.trials.trial_files import needs_other_files
 from places import ROOT
 from robot_parts import (
     CUBE_CORNERS,

@@ -7,9 +7,10 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.description import Findings
-from diff_encoder_sim.robots.meshes import file_corners_m, mesh_hull, primitive_tree, self_contained_urdf
+from diff_encoder_sim.robots.meshes import file_corners_m, mesh_hull, primitive_tree
 from diff_encoder_sim.robots.solids import Box, Cylinder, Mesh, Shape, Sphere, reach_m
 from diff_encoder_sim.robots.urdf_reading import parse_urdf
+from diff_encoder_sim.trials.trial_files import self_contained_urdf
 from robot_parts import (
     CUBE_CORNERS,
     CUBE_TRIANGLES,

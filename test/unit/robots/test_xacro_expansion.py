@@ -13,13 +13,13 @@ from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.xacro_expansion import (
     SEARCH_VARIABLES,
     Expansion,
-    display_urdf,
     expand,
     expansion,
-    needs_other_files,
     xacro_arguments,
     xacro_arguments_of_text,
 )
+from diff_encoder_sim.simulation.link_frames import display_urdf
+from diff_encoder_sim.trials.trial_files import needs_other_files
 from places import ROOT
 
 ALTO = RobotSource(ROOT / 'urdf' / 'alto.urdf.xacro')
