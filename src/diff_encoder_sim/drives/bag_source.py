@@ -1,20 +1,165 @@
-"""Opens bags of every kind as streams of messages, and finds them in folders."""
+"""Opens bags of every kind as streams of messages, and finds them in folders.
+
+Of ROS 2: MCAP files, SQLite databases, and the folders of `ros2 bag record`. rosbags reads neither a file without
+index, as after a crash, nor on Python 3.8 a file outside of a folder.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import shutil
+import sqlite3
+import tempfile
+import urllib.parse
 from pathlib import Path
-from typing import Iterator, List, Union
+from typing import Any, Collection, Dict, Iterator, List, Sequence, Union
+
+import zstandard
+from mcap.exceptions import EndOfFile
+from mcap.reader import make_reader
+from mcap.records import Channel, McapRecord, Schema
+from mcap.records import Message as McapMessage
+from mcap.stream_reader import StreamReader
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault, in_one_line
-from diff_encoder_sim.drives.ros1_stream import MAGIC, Ros1Stream
-from diff_encoder_sim.drives.ros2_stream import METADATA, Ros2Stream, open_file, open_folder
+from diff_encoder_sim.base.stamps import LATEST_NS
+from diff_encoder_sim.base.yaml_files import load_yaml
+from diff_encoder_sim.drives.ros1_stream import MAGIC, Message, Ros1Stream
 
-__all__ = ['BagSource', 'bags_in', 'is_bag_folder', 'open_source']
-
-BagSource = Union[Ros1Stream, Ros2Stream]
+METADATA = 'metadata.yaml'
+MCAP_MAGIC = b'\x89MCAP0\r\n'
+SQLITE_MAGIC = b'SQLite format 3\0'
 
 _SUFFIXES = ('.bag', '.mcap', '.db3')
+_CDR = 'cdr'
+_LARGEST_RECORD = 1 << 30  # [bytes]; a damaged length may be any number
+
+
+class McapStream:
+    """The topics of an MCAP file, and its messages, which may be read several times."""
+
+    def __init__(self, path: Path) -> None:
+        """Read the topics; OSError if the file cannot be read."""
+        self._path = path
+        self._schemas: Dict[int, Schema] = {}
+        self._topic_of: Dict[int, str] = {}  # by channel
+        self.topics: Dict[str, str] = {}  # types by topic
+        self.definitions: Dict[str, str] = {}  # by type
+        self.fault = ''  # why not all of it can be read
+        with open(path, 'rb') as file, contextlib.suppress(Exception):  # mcap raises many types at the end of a file
+            summary = make_reader(file).get_summary()
+            if summary:
+                for record in (*summary.schemas.values(), *summary.channels.values()):
+                    self._describe(record)
+        if not self.topics:
+            self.fault = 'no index, as after a crash'
+            for _ in self.messages(()):
+                pass  # adds every channel
+
+    def messages(self, topics: Collection[str]) -> Iterator[Message]:
+        """Yield the messages of some topics, up to a tear or damage; OSError if the file cannot be read."""
+        with open(self._path, 'rb') as file:
+            records = StreamReader(file, record_size_limit=_LARGEST_RECORD, validate_crcs=True).records
+            while True:
+                try:
+                    record = next(records)
+                except StopIteration:
+                    return
+                except Exception as error:  # mcap raises many types for a damaged file
+                    what = 'torn' if isinstance(error, EndOfFile) else f'damaged: {in_one_line(error)}'
+                    self.fault = f'at byte {file.tell()} {what}'
+                    return
+                self._describe(record)
+                if isinstance(record, McapMessage):
+                    topic = self._topic_of.get(record.channel_id)
+                    if record.log_time >= LATEST_NS:
+                        self.fault = f'damaged: a message on {topic} has no time before 2^32 s'
+                    elif topic is not None and topic in topics:
+                        yield Message(topic, record.log_time, record.data)
+
+    def _describe(self, record: McapRecord) -> None:
+        if isinstance(record, Schema):
+            self._schemas[record.id] = record
+            self.definitions.setdefault(record.name, record.data.decode('utf-8', 'replace'))
+        elif not isinstance(record, Channel):
+            return
+        elif record.message_encoding == _CDR and record.schema_id in self._schemas:
+            self._topic_of[record.id] = record.topic
+            self.topics.setdefault(record.topic, self._schemas[record.schema_id].name)
+        else:
+            self.fault = f'{record.topic} is left out: encoded as {record.message_encoding!r}; expected {_CDR!r}'
+
+
+class Sqlite3Stream:
+    """The topics of a database, and its messages, which may be read several times."""
+
+    def __init__(self, path: Path, is_compressed: bool = False) -> None:
+        """Read the topics; `is_compressed`: each message by zstd.
+
+        Raises:
+            InputFault: it cannot be read, or has other tables.
+        """
+        self._uri = f'file:{urllib.parse.quote(str(path.resolve()))}?mode=ro&immutable=1'
+        self._is_compressed = is_compressed
+        self._topic_of: Dict[int, str] = {}  # by number in the file
+        self.topics: Dict[str, str] = {}  # types by topic
+        self.definitions: Dict[str, str] = {}  # by type; older recorders leave them out
+        self.fault = ''  # why not all of it can be read
+        try:
+            query = 'SELECT id, name, type FROM topics WHERE serialization_format = ? ORDER BY id'
+            for number, topic, kind in self._rows(query, _CDR):
+                self._topic_of[number] = topic
+                self.topics.setdefault(topic, kind)
+            if list(self._rows("SELECT 1 FROM sqlite_master WHERE name = 'message_definitions'")):
+                query = 'SELECT topic_type, encoded_message_definition FROM message_definitions'
+                self.definitions = dict(self._rows(query))
+        except sqlite3.Error as error:
+            raise InputFault(in_one_line(error)) from None
+
+    def messages(self, topics: Collection[str]) -> Iterator[Message]:
+        """Yield the messages of some topics by their time of recording, as far as they can be read."""
+        wanted = ', '.join(str(number) for number, topic in self._topic_of.items() if topic in topics)
+        query = f'SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN ({wanted}) ORDER BY timestamp, id'
+        try:
+            for number, time_ns, data in self._rows(query):
+                if not (isinstance(time_ns, int) and 0 <= time_ns < LATEST_NS and isinstance(data, bytes)):
+                    self.fault = f'damaged: a message on {self._topic_of[number]} has no time before 2^32 s'
+                    continue
+                content = zstandard.ZstdDecompressor().decompress(data) if self._is_compressed else data
+                yield Message(self._topic_of[number], time_ns, content)
+        except (sqlite3.Error, zstandard.ZstdError) as error:
+            self.fault = f'damaged: {in_one_line(error)}'
+
+    def _rows(self, query: str, *values: str) -> Iterator[Any]:
+        with contextlib.closing(sqlite3.connect(self._uri, uri=True)) as database:
+            yield from database.execute(query, values)
+
+
+FileStream = Union[McapStream, Sqlite3Stream]
+
+
+class Ros2Stream:
+    """The files of one bag, one after the other."""
+
+    is_cdr = True
+
+    def __init__(self, files: Sequence[FileStream]) -> None:
+        self._files = files
+        self.topics = {topic: kind for file in files for topic, kind in file.topics.items()}
+        self.definitions = {kind: text for file in files for kind, text in file.definitions.items()}
+
+    @property
+    def fault(self) -> str:
+        """Return why not all of it can be read."""
+        return '; '.join(file.fault for file in self._files if file.fault)
+
+    def messages(self, topics: Collection[str]) -> Iterator[Message]:
+        """Yield the messages of some topics in the order of the files."""
+        for file in self._files:
+            yield from file.messages(topics)
+
+
+BagSource = Union[Ros1Stream, Ros2Stream]
 
 
 def is_bag_folder(path: Path) -> bool:
@@ -41,8 +186,14 @@ def open_source(path: Path) -> Iterator[BagSource]:
     if not path.exists():
         raise ConfigError(f'{path}: no such bag')
     with contextlib.ExitStack() as opened:
+        source: BagSource
         try:
-            source = opened.enter_context(open_folder(path)) if path.is_dir() else _open_file(path)
+            if path.is_dir():
+                source = opened.enter_context(_open_folder(path))
+            elif _begins(path).startswith(MAGIC):
+                source = Ros1Stream(path)
+            else:
+                source = Ros2Stream([_open_file(path)])
         except (InputFault, OSError) as error:
             raise ConfigError(f'{path}: not a readable bag: {in_one_line(error)}') from None
         if not source.topics:
@@ -50,7 +201,54 @@ def open_source(path: Path) -> Iterator[BagSource]:
         yield source
 
 
-def _open_file(path: Path) -> BagSource:
+def _begins(path: Path) -> bytes:
     with open(path, 'rb') as file:
-        is_ros1 = file.read(len(MAGIC)) == MAGIC
-    return Ros1Stream(path) if is_ros1 else Ros2Stream([open_file(path)])
+        return file.read(max(map(len, (MAGIC, MCAP_MAGIC, SQLITE_MAGIC))))
+
+
+def _open_file(path: Path, is_compressed: bool = False) -> FileStream:
+    """Open a file of a ROS 2 bag by its first bytes."""
+    begins = _begins(path)
+    if begins.startswith(MCAP_MAGIC):
+        return McapStream(path)
+    if begins.startswith(SQLITE_MAGIC):
+        return Sqlite3Stream(path, is_compressed)
+    raise InputFault(
+        'neither of ROS 1 nor MCAP nor SQLite; expected a file of ROS 1, or a folder, .db3 or .mcap of ROS 2'
+    )
+
+
+@contextlib.contextmanager
+def _open_folder(folder: Path) -> Iterator[Ros2Stream]:
+    """Open the files that metadata.yaml names, only those next to it; compressed ones in a temporary folder.
+
+    Raises:
+        ConfigError: there is no metadata.yaml, or it does not describe a bag.
+        InputFault: a file cannot be read.
+        OSError: a file is missing or cannot be read.
+    """
+    path = folder / METADATA
+    about = load_yaml(path).get('rosbag2_bagfile_information')
+    names = about.get('relative_file_paths') if isinstance(about, dict) else None
+    if not isinstance(about, dict) or not isinstance(names, list) or not names:
+        raise ConfigError(f'{path}: not a readable bag: no relative_file_paths; expected what ros2 bag record writes')
+    mode, compression = (str(about.get(f'compression_{key}') or '').lower() for key in ('mode', 'format'))
+    if mode not in ('', 'none') and (mode not in ('file', 'message') or compression != 'zstd'):
+        raise ConfigError(
+            f'{path}: not a readable bag: compression {mode} {compression}; allowed: zstd of file or message'
+        )
+    files = [folder / Path(str(name)).name for name in names]
+    with tempfile.TemporaryDirectory(prefix='diff_encoder_sim_') as temporary:
+        if mode == 'file':
+            files = [_decompressed_file(file, Path(temporary)) for file in files]
+        yield Ros2Stream([_open_file(file, mode == 'message') for file in files])
+
+
+def _decompressed_file(path: Path, folder: Path) -> Path:
+    whole = folder / path.stem
+    try:
+        with open(path, 'rb') as file, open(whole, 'wb') as out:
+            shutil.copyfileobj(zstandard.ZstdDecompressor().stream_reader(file), out)
+    except zstandard.ZstdError as error:
+        raise ConfigError(f'{path}: cannot be decompressed: {in_one_line(error)}') from None
+    return whole

@@ -11,8 +11,8 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.bag_files import SUFFIXES, Ros1File
+from diff_encoder_sim.drives.bag_source import MCAP_MAGIC, McapStream
 from diff_encoder_sim.drives.message_encoders import with_seq
-from diff_encoder_sim.drives.ros2_stream import MCAP_MAGIC, McapStream
 from diff_encoder_sim.drives.topics import TOPICS, RecordedTopic
 from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.typestore import definition
