@@ -5,7 +5,6 @@ What is asserted of motion is asserted on the stamps; only the real-time factor 
 """
 
 import math
-import subprocess
 import time
 from pathlib import Path
 
@@ -63,9 +62,8 @@ class Simulator:
         for service in ('pause_physics', 'unpause_physics', 'reset_simulation', 'reset_world'):
             rospy.wait_for_service(f'/{name}/{service}', TIMEOUT_S)
             setattr(self, service, rospy.ServiceProxy(f'/{name}/{service}', Empty))
-        models = '/gazebo' if name == 'first' else '/' + name
-        self.set_model_state = rospy.ServiceProxy(models + '/set_model_state', SetModelState)
-        self.get_model_state = rospy.ServiceProxy(models + '/get_model_state', GetModelState)
+        self.set_model_state = rospy.ServiceProxy(f'/{name}/set_model_state', SetModelState)
+        self.get_model_state = rospy.ServiceProxy(f'/{name}/get_model_state', GetModelState)
         self._commands = connected_publisher(self.command_topic, Twist, [self.node])
 
     def clear(self):
@@ -239,7 +237,7 @@ class SimulatorTest(NodeTest):
             (GetModelState, '4c515e936d3319c9610c559c60bfc3d4'),
         ):
             self.assertEqual(service._md5sum, md5sum)
-        name = '/gazebo/set_model_state'
+        name = '/first/set_model_state'
         self.assertEqual(rosservice.get_service_type(name), 'gazebo_msgs/SetModelState')
         headers = rosservice.get_service_headers(name, rosservice.get_service_uri(name))
         self.assertEqual(headers['md5sum'], SetModelState._md5sum)
@@ -263,14 +261,6 @@ class SimulatorTest(NodeTest):
         seen = np.isfinite(expected) & np.isfinite(scan.ranges)
         self.assertGreater(seen.sum(), 300)
         self.assertLess(np.median(np.abs(np.array(scan.ranges) - expected)[seen]), 2.0 * NOISE)
-
-    def test_command_place_robot(self):
-        for words, code in ((['-3.5', '0.25', '-1.5'], 0), (['nan', '0', '0'], 2)):
-            command = ['rosrun', 'diff_encoder_sim', 'place_robot', *words]
-            done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=2.0 * TIMEOUT_S)
-            self.assertEqual(done.returncode, code, done.stdout)
-            self.assert_pose(self.first.true_pose(), (-3.5, 0.25, -1.5))
-        self.assertIn(b"x: given 'nan'; allowed: -1e6 to 1e6 [m]", done.stdout.splitlines()[-1])
 
     def test_what_cannot_be_is_refused_and_nothing_moves(self):
         for arguments, word in (
