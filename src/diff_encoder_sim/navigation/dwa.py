@@ -222,7 +222,12 @@ class LocalPlanner:
         """
         self._transform_plan(odom_pose_in_map)
         motion = limited_motion(odometry, command, self.params.twist_sigmas)
-        self.plan_in_odom = plan = self._visible_plan(motion.base_pose, odom_pose_in_map, costmap)
+        base, sight_m = odom_pose_in_map.compose(motion.base_pose), 0.5 * max(costmap.shape) * costmap.resolution_m
+        prune_m = PRUNE_DISTANCE_M if self.params.prune_plan else 0.0
+        first, end = visible_stretch(self._plan_in_map, base.x_m, base.y_m, sight_m, prune_m)
+        self.plan_in_odom = plan = self._whole_in_odom[first:end]
+        if self.params.prune_plan:  # (0, 0) if no point is visible
+            self._plan_in_map, self._whole_in_odom = self._plan_in_map[first:], self._whole_in_odom[first:]
         if len(plan) == 0:
             self.problem = 'the plan is outside the local costmap'
             return None
@@ -244,17 +249,6 @@ class LocalPlanner:
             self._odom_pose_in_map, plan, frame = odom_pose_in_map, self._plan_in_map, odom_pose_in_map.inverse()
             self._whole_in_odom = np.column_stack([transform_points(frame, plan[:, :2]), plan[:, 2] + frame.yaw_rad])
             self._goal_in_odom = Pose2D(*plan[-1].tolist()).relative_to(odom_pose_in_map)
-
-    def _visible_plan(self, base_pose: Pose2D, odom_pose_in_map: Pose2D, costmap: Costmap) -> np.ndarray:
-        """Return the first stretch (n, 3) of the plan that is about inside the local costmap, in odom."""
-        base, sight_m = odom_pose_in_map.compose(base_pose), 0.5 * max(costmap.shape) * costmap.resolution_m
-        prune_m = PRUNE_DISTANCE_M if self.params.prune_plan else 0.0
-        first, last = visible_stretch(self._plan_in_map, base.x_m, base.y_m, sight_m, prune_m)
-        visible = self._whole_in_odom[first:last]
-        if self.params.prune_plan and len(visible) > 0:
-            self._plan_in_map = self._plan_in_map[first:]
-            self._whole_in_odom = self._whole_in_odom[first:]
-        return visible
 
 
 def limited_motion(odometry: OdometrySample, command: Command, sigmas: float) -> Motion:
