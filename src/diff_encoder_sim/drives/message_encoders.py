@@ -21,7 +21,7 @@ if TYPE_CHECKING:  # nodes of an encoder import this module
     from diff_encoder_sim.simulation.state import BodyState, JointStates
     from diff_encoder_sim.simulation.world import World
 
-UINT16, UINT32, UINT64 = struct.Struct('<H'), struct.Struct('<I'), struct.Struct('<Q')
+UINT32 = struct.Struct('<I')
 LENGTH = UINT32  # of a text or a sequence
 TIME = struct.Struct('<2I')  # seconds, nanoseconds
 POSE = struct.Struct('<7d')  # position or translation x, y, z; quaternion x, y, z, w

@@ -16,29 +16,24 @@ from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from reencoding_drives import JOINTS, MAKERS, ROS1, START_NS, TICK_NS, angles_rad, drive, write
 from reencoding_runs import contents, counts_of, run, samples_of
 
-WHEELS = WheelTopic('/js', JOINT_STATE_TYPE, JOINTS, None)
-
 
 def read(messages, maker=ROS1):
-    wheels = JointWheels(WHEELS, maker.is_ros2)
+    wheels = JointWheels(WheelTopic('/js', JOINT_STATE_TYPE, JOINTS, None), maker.is_ros2)
     for tick, message in enumerate(messages):
         wheels.add(Message('/js', 7 * tick, maker.raw(message)))
-    return wheels
+    [(found, times_ns)] = wheels.drives()
+    return found.stamps_ns.tolist(), times_ns.tolist(), found.wheel_angles_rad.tolist()
 
 
 @MAKERS
 def test_both_joints_of_a_message_among_others(maker):
     messages = [maker.joint_state(tick, (tick, 9.0, -tick), (JOINTS[1], 'arm', JOINTS[0])) for tick in range(1, 5)]
-    [(found, times_ns)] = read(messages, maker).drives()
-    assert found.stamps_ns.tolist() == [1, 2, 3, 4] and times_ns.tolist() == [0, 7, 14, 21]
-    assert found.wheel_angles_rad.tolist() == [[-1, 1], [-2, 2], [-3, 3], [-4, 4]]
+    assert read(messages, maker) == ([1, 2, 3, 4], [0, 7, 14, 21], [[-1, 1], [-2, 2], [-3, 3], [-4, 4]])
 
 
-def test_joints_in_messages_of_their_own_are_paired_at_the_left_ones_stamps():
+def test_joints_in_separate_messages_are_paired_at_the_left_ones_stamps():
     messages = [ROS1.joint_state(10**7 * tick, (float(tick),), (JOINTS[tick % 2],)) for tick in range(9)]
-    [(found, _)] = read(messages).drives()
-    assert found.stamps_ns.tolist() == [10**7 * tick for tick in (2, 4, 6)]
-    assert found.wheel_angles_rad.tolist() == [[2, 2], [4, 4], [6, 6]]
+    assert read(messages)[::2] == ([10**7 * tick for tick in (2, 4, 6)], [[2, 2], [4, 4], [6, 6]])
 
 
 @pytest.mark.parametrize(
@@ -62,21 +57,18 @@ def test_names_of_joints_are_found_or_given(tmp_path):
         for tick, (left, right) in enumerate(angles_rad(101))
     ]
     path = write(tmp_path / 'a.bag', rows)
-    run(path, '--ppr', '90', '--out', tmp_path / 'found')
-    run(path, '--ppr', '90', '--out', tmp_path / 'given', '--left', 'wheel_l', '--right', 'front_RIGHT_wheel')
-    found = contents(tmp_path / 'found' / 'a_90ppr.bag')
-    assert found == contents(tmp_path / 'given' / 'a_90ppr.bag')
-    assert found['/encoder_pulse'] == [
-        encode_encoder_pulse(sample, ('wheel_l', 'front_RIGHT_wheel'))[4:] for sample in samples_of(angles_rad(101), 90)
-    ]
+    samples, joints = samples_of(angles_rad(101), 90), ('wheel_l', 'front_RIGHT_wheel')
+    for out, given in (('found', []), ('given', ['--left', 'wheel_l', '--right', 'front_RIGHT_wheel'])):
+        run(path, '--ppr', '90', '--out', tmp_path / out, *given)
+        found = contents(tmp_path / out / 'a_90ppr.bag')['/encoder_pulse']
+        assert found == [encode_encoder_pulse(sample, joints)[4:] for sample in samples]
 
 
 def test_bad_messages_are_counted_once_and_the_rest_is_used(tmp_path, capsys):
-    rows = drive()
-    joints = [index for index, row in enumerate(rows) if row[0] == '/joint_states']
-    for index in joints[10:20]:
-        rows[index][2].position[0] = np.nan
-    rows[joints[30]][2].name[0] = JOINTS[1]
+    rows = drive(reference=None)
+    for _, _, message in rows[10:20]:
+        message.position[0] = np.nan
+    rows[30][2].name[0] = JOINTS[1]
     run(write(tmp_path / 'a.bag', rows), '--ppr', '90', '40')
     [line] = [line for line in capsys.readouterr().err.splitlines() if 'dropped' in line]
     assert line.startswith(f'reencode: {tmp_path / "a.bag"}: /joint_states: 11 messages dropped; the first: joint')
@@ -90,25 +82,24 @@ def test_counts_of_a_finer_encoder_give_the_counts_of_its_divisors(tmp_path, mak
         ('/fine', stamp_ns, maker.pulses(stamp_ns, [wrap_count(count, modulus) for count in counts]))
         for stamp_ns, *counts, _ in samples_of(angles, 1024)
     ]
-    config = tmp_path / 'config.yaml'
-    config.write_text(f'counter_modulus: {modulus}\n')
-    path = write(tmp_path / 'a', rows)
-    run(path, '--pulses-ppr', 1024, '--ppr', 64, 100, '--out', tmp_path / 'out', '--config', config)
+    (tmp_path / 'config.yaml').write_text(f'counter_modulus: {modulus}\n')
+    options = ['--pulses-ppr', 1024, '--ppr', 64, 100, '--config', tmp_path / 'config.yaml']
+    run(write(tmp_path / 'a', rows), *options, '--out', tmp_path / 'out')
     for ppr, most_off in ((64, 0), (100, 1)):
         found = counts_of(tmp_path / 'out' / f'a_{ppr}ppr.bag')
         expected = [sample[1:3] for sample in samples_of(angles, ppr)]
-        if modulus:  # a wrapped count shows travel only: its steps are those of the drive, up to an unknown start
+        if modulus:  # wrapped counts have the steps of the drive, up to an unknown start
             found, expected = (np.diff(counts, axis=0) for counts in (found, expected))
         differences = wrap_count(np.subtract(found, expected), modulus)
         assert np.abs(differences).max() <= most_off
         assert np.count_nonzero(differences) <= (1 + (modulus > 0)) * 1.5 * 0.25 * ppr / 1024 * differences.size
 
 
-def read_counts(*reports, **params):
+def read_counts(*reports, names=JOINTS, **params):
     """Angles (n, 2) and restarts of reports: stamp [ms], left, right."""
     wheels = PulseWheels('/p', JOINTS, False, OdometryParams(**params), 'about', [])
     for stamp_ms, *counts in reports:
-        wheels.add(Message('/p', 0, ROS1.raw(ROS1.pulses(stamp_ms * 1_000_000, counts))))
+        wheels.add(Message('/p', 0, ROS1.raw(ROS1.pulses(stamp_ms * 1_000_000, counts, names))))
     return [drive.wheel_angles_rad for drive, _ in wheels.drives()], wheels.restarts
 
 
@@ -127,6 +118,5 @@ def test_a_restart_of_the_counters_is_no_motion(modulus):
 
 @pytest.mark.parametrize('names', [JOINTS[:1], (*JOINTS, JOINTS[0]), ('arm', 'hand')])
 def test_counts_without_one_of_each_wheel_are_refused(names):
-    wheels = PulseWheels('/p', JOINTS, False, OdometryParams(ppr=100), 'about', [])
     with pytest.raises(InputFault, match='expected left_wheel_joint and right_wheel_joint, each once'):
-        wheels.add(Message('/p', 0, ROS1.raw(ROS1.pulses(0, range(len(names)), names))))
+        read_counts((0, *range(len(names))), names=names)
