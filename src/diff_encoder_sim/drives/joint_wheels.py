@@ -91,21 +91,17 @@ def _topic(path: Path, source: BagSource, options: WheelOptions) -> Tuple[str, s
         (JOINT_STATE_TYPE, '--joint-states', options.joint_states),
         (ENCODER_PULSE_TYPE, '--pulses', options.pulses),
     )
-    for kind, option, given in choices:
+    for kind, option, given in sorted(choices, key=lambda choice: not choice[2]):  # the given one first
+        topics = joint_topics(source, kind)
         if given and source.topics.get(given) != kind:
             found = f'of {source.topics[given]}' if given in source.topics else 'not there'
-            listed = ', '.join(joint_topics(source, kind)) or 'it has none'
-            allowed = f'a topic of {kind}: {listed}'
+            allowed = f'a topic of {kind}: {", ".join(topics) or "it has none"}'
             raise ConfigError(f'{path}: {option}: given {given}, which is {found}; allowed: {allowed}')
-        if given:
-            return given, kind
-    for kind, option, _ in choices:
-        topics = joint_topics(source, kind)
-        if len(topics) > 1:
+        if not given and len(topics) > 1:
             found = f'{len(topics)} topics of {kind}: {", ".join(topics)}'
             raise ConfigError(f'{path}: {found}; expected one, or a choice by {option}')
-        if topics:
-            return topics[0], kind
+        if given or topics:
+            return given or topics[0], kind
     listed = ', '.join(sorted(source.topics))
     raise ConfigError(f'{path}: no topic of {JOINT_STATE_TYPE}, nor of {ENCODER_PULSE_TYPE}; it has {listed}')
 
