@@ -131,7 +131,7 @@ class LockstepTrial:
                     self._tick()
                 except RouteFailed as failure:
                     self.ending = failure.ending
-                    is_lost = isinstance(self.driver, NavigatingDriver) and self.driver.is_lost
+                    is_lost = isinstance(self.driver, NavigatingDriver) and self.driver.amcl.is_lost
                     if is_lost and self.ending.outcome is not Outcome.COLLISION:
                         self.ending = Ending(Outcome.LOST, f'localization is lost; {failure}')
                 if self._reports:
@@ -184,7 +184,7 @@ class LockstepTrial:
         driver, stamp_ns = self.driver, estimate.stamp_ns
         if isinstance(driver, NavigatingDriver):
             driver.take_odometry(now_ns, estimate)
-            estimated = driver.estimated_pose_in_map, driver.estimate, driver.navigation
+            estimated = driver.estimated_pose_in_map, driver.amcl.last_estimate, driver.navigation
         else:
             # Odometry begins at the surveyed start pose, as by scripted_drive_node's transform.
             pose = self._start_pose.compose(estimate.base_pose_in_odom)

@@ -10,10 +10,9 @@ from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, interpolate
 from diff_encoder_sim.base.seeds import generator
-from diff_encoder_sim.drives.trial_definition import Trial, TrialPlan
+from diff_encoder_sim.drives.trial_definition import TrialPlan
 from diff_encoder_sim.localization.amcl import Amcl, AmclEstimate
 from diff_encoder_sim.localization.map_files import load_map
-from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.navigation.navigator_inputs import (
     STOP,
@@ -38,34 +37,69 @@ SendCommand = Callable[[int, Command, bool], None]
 At = Callable[..., None]
 
 
-class Localizer:
-    """Processes each scan when odometry has reached its stamp."""
+class NavigatingDriver:
+    """AMCL, the navigator and the driver of the test's route."""
 
-    def __init__(self, trial: Trial, params: RobotParams, grid: OccupancyGrid, laser_pose_in_base: Pose2D) -> None:
-        start = trial.test.start
+    def __init__(
+        self,
+        plan: TrialPlan,
+        params: RobotParams,
+        laser_pose_in_base: Pose2D,
+        at: At,
+        send: SendCommand,
+        publications: Publications,
+    ) -> None:
+        grid, start = load_map(plan.map), plan.trial.test.start
+        self._navigator = Navigator(params.navigator, grid, laser_pose_in_base)
+        self._control_rate = ControlRate(params.navigator.controller_frequency)
         at_start = {'initial_pose_x': start.x, 'initial_pose_y': start.y, 'initial_pose_a': start.yaw}
-        self.amcl = Amcl(params.amcl.model_copy(update=at_start), grid, generator(trial.number, 'amcl'))
-        self._tolerance_ns = latency_ns(params.amcl.transform_tolerance)
+        self.amcl = Amcl(params.amcl.model_copy(update=at_start), grid, generator(plan.trial.number, 'amcl'))
         self._laser_pose_in_base = laser_pose_in_base
+        self._tolerance_ns = latency_ns(params.amcl.transform_tolerance)
+        self._localization_latency_ns = latency_ns(params.latency.localization)
+        self._driver = RouteDriver(plan.trial.test)
+        self._at, self._send, self._publications = at, send, publications
         self._scans: Deque[Scan] = deque()  # newer than the newest odometry
         self._is_scan_bad = False
         self._odometry: Optional[OdometryEstimate] = None
-        self._odom_pose_in_map, self.localized_until_ns = IDENTITY, -1  # as on /tf
+        self._odom_pose_in_map, self._localized_until_ns = IDENTITY, -1  # as on /tf
+        self.estimated_pose_in_map: Optional[Pose2D] = None
+        self.navigation = NO_NAVIGATION
+        publications.map(grid)
 
-    def pose_in_map(self, odometry: OdometryEstimate) -> Optional[Pose2D]:
-        """Return the base's pose in the map by the newest map->odom, None if that is too old."""
-        if odometry.stamp_ns > self.localized_until_ns:
-            return None
-        return self._odom_pose_in_map.compose(odometry.base_pose_in_odom)
+    @property
+    def is_over(self) -> bool:
+        """Return whether the robot rests at the end of its route."""
+        return self._driver.is_over
+
+    def take_time(self, now_ns: int) -> None:
+        """Check the test's time limit and the age of the pose estimate."""
+        self._apply(now_ns, now_ns, self._driver.watch(now_ns))
 
     def take_scan(self, scan: Scan) -> None:
-        """Queue a scan until odometry has reached its stamp."""
+        """Pass a scan to the navigator, and to localization when odometry has reached its stamp."""
+        self._navigator.take_scan(scan)
         self._scans.append(scan)
 
-    def take_odometry(
-        self, odometry: OdometryEstimate, publish: Callable[[int, Optional[AmclEstimate], Optional[Pose2D]], None]
-    ) -> None:
-        """Process the scans that odometry has reached; call `publish` with stamp and result of each."""
+    def take_odometry(self, now_ns: int, odometry: OdometryEstimate) -> None:
+        """Control first, then localize, as a live AMCL finishes after the control step."""
+        stamp_ns, navigator = odometry.stamp_ns, self._navigator
+        speeds = odometry.linear_velocity_mps, odometry.angular_velocity_radps
+        motion = odometry.base_pose_in_odom, *speeds
+        navigator.take_odometry(OdometrySample(stamp_ns, *motion, *odometry.twist_std()))
+        if self._control_rate.is_due(stamp_ns):
+            self._step_navigator(now_ns, stamp_ns)
+        if stamp_ns <= self._localized_until_ns:
+            pose_in_map = self._odom_pose_in_map.compose(odometry.base_pose_in_odom)
+            self.estimated_pose_in_map = pose_in_map
+            self._publications.global_pose(now_ns, stamp_ns, pose_in_map)
+            # The status is also that of a goal set since the navigator's last step.
+            output = self._driver.step(stamp_ns, pose_in_map, navigator.status, self.navigation.text)
+            self._apply(now_ns, stamp_ns, output)
+        self._localize(now_ns + self._localization_latency_ns, odometry)
+
+    def _localize(self, published_ns: int, odometry: OdometryEstimate) -> None:
+        """Process the scans that odometry has reached."""
         while self._scans and self._scans[0].stamp_ns <= odometry.stamp_ns:
             scan = self._scans.popleft()
             pose = self._odom_pose_at(scan.stamp_ns, odometry)
@@ -79,12 +113,9 @@ class Localizer:
                 self._is_scan_bad = True
                 continue
             self._is_scan_bad = False
-            publish(scan.stamp_ns, estimate, None if self.amcl.is_lost else self.amcl.odom_pose_in_map)
+            odom_pose_in_map = None if self.amcl.is_lost else self.amcl.odom_pose_in_map
+            self._at(published_ns, self._publish, published_ns, scan.stamp_ns, estimate, odom_pose_in_map)
         self._odometry = odometry
-
-    def set_transform(self, stamp_ns: int, odom_pose_in_map: Pose2D) -> None:
-        """Set map->odom from a scan; post-dated as by upstream, so that it is valid until the next scan."""
-        self._odom_pose_in_map, self.localized_until_ns = odom_pose_in_map, stamp_ns + self._tolerance_ns
 
     def _odom_pose_at(self, stamp_ns: int, newest: OdometryEstimate) -> Optional[Pose2D]:
         """Interpolate between the newest two estimates, as tf2 does; None before the first."""
@@ -94,74 +125,6 @@ class Localizer:
             return None
         fraction = (stamp_ns - self._odometry.stamp_ns) / (newest.stamp_ns - self._odometry.stamp_ns)
         return interpolate(self._odometry.base_pose_in_odom, newest.base_pose_in_odom, fraction)
-
-
-class NavigatingDriver:
-    """AMCL, the navigator and the driver of the test's route."""
-
-    def __init__(
-        self,
-        plan: TrialPlan,
-        params: RobotParams,
-        laser_pose_in_base: Pose2D,
-        at: At,
-        send: SendCommand,
-        publications: Publications,
-    ) -> None:
-        grid = load_map(plan.map)
-        self._navigator = Navigator(params.navigator, grid, laser_pose_in_base)
-        self._control_rate = ControlRate(params.navigator.controller_frequency)
-        self._localizer = Localizer(plan.trial, params, grid, laser_pose_in_base)
-        self._localization_latency_ns = latency_ns(params.latency.localization)
-        self._driver = RouteDriver(plan.trial.test)
-        self._at, self._send, self._publications = at, send, publications
-        self.estimated_pose_in_map: Optional[Pose2D] = None
-        self.navigation = NO_NAVIGATION
-        publications.map(grid)
-
-    @property
-    def is_over(self) -> bool:
-        """Return whether the robot rests at the end of its route."""
-        return self._driver.is_over
-
-    @property
-    def is_lost(self) -> bool:
-        """Return whether AMCL has detected that the robot is lost."""
-        return self._localizer.amcl.is_lost
-
-    @property
-    def estimate(self) -> Optional[AmclEstimate]:
-        """Return AMCL's newest estimate, None before the first."""
-        return self._localizer.amcl.last_estimate
-
-    def take_time(self, now_ns: int) -> None:
-        """Check the test's time limit and the age of the pose estimate."""
-        self._apply(now_ns, now_ns, self._driver.watch(now_ns))
-
-    def take_scan(self, scan: Scan) -> None:
-        """Pass a scan to the navigator and to localization."""
-        self._navigator.take_scan(scan)
-        self._localizer.take_scan(scan)
-
-    def take_odometry(self, now_ns: int, odometry: OdometryEstimate) -> None:
-        """Control first, then localize, as a live AMCL finishes after the control step."""
-        stamp_ns, navigator = odometry.stamp_ns, self._navigator
-        speeds = odometry.linear_velocity_mps, odometry.angular_velocity_radps
-        motion = odometry.base_pose_in_odom, *speeds
-        navigator.take_odometry(OdometrySample(stamp_ns, *motion, *odometry.twist_std()))
-        if self._control_rate.is_due(stamp_ns):
-            self._step_navigator(now_ns, stamp_ns)
-        pose_in_map = self._localizer.pose_in_map(odometry)
-        if pose_in_map is not None:
-            self.estimated_pose_in_map = pose_in_map
-            self._publications.global_pose(now_ns, stamp_ns, pose_in_map)
-            # The status is also that of a goal set since the navigator's last step.
-            output = self._driver.step(stamp_ns, pose_in_map, navigator.status, self.navigation.text)
-            self._apply(now_ns, stamp_ns, output)
-        published_ns = now_ns + self._localization_latency_ns
-        self._localizer.take_odometry(
-            odometry, lambda *localized: self._at(published_ns, self._publish, published_ns, *localized)
-        )
 
     def _step_navigator(self, now_ns: int, stamp_ns: int) -> None:
         was_active = self._navigator.status is GoalStatus.ACTIVE
@@ -177,8 +140,9 @@ class NavigatingDriver:
         if estimate is not None:
             self._publications.amcl_pose(now_ns, estimate)
         if odom_pose_in_map is not None:
-            self._localizer.set_transform(stamp_ns, odom_pose_in_map)
-            until_ns = self._localizer.localized_until_ns
+            # Post-dated as by upstream, so that it is valid until the next scan.
+            self._odom_pose_in_map, until_ns = odom_pose_in_map, stamp_ns + self._tolerance_ns
+            self._localized_until_ns = until_ns
             self._publications.odom_in_map(now_ns, until_ns, odom_pose_in_map)
             self._navigator.take_localization(until_ns, odom_pose_in_map)
 
