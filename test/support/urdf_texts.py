@@ -40,22 +40,11 @@ def box(x_m, y_m, z_m):
     return f'<box size="{x_m} {y_m} {z_m}"/>'
 
 
-def wheel(
-    name,
-    x_m=0.0,
-    y_m=0.0,
-    radius_m=RADIUS_M,
-    axis='0 1 0',
-    parent='base_link',
-    z_m=None,
-    inside='',
-    kind='continuous',
-    origin=LEVEL,
-):
+def wheel(name, x_m=0.0, y_m=0.0, radius_m=RADIUS_M, axis='0 1 0', parent='base_link', z_m=None, origin=LEVEL, **given):
     """A cylinder wheel on the floor, below a base_link on the floor; its joint is NAME_joint."""
     at = f'{x_m} {y_m} {radius_m if z_m is None else z_m}'
     body = link(name, cylinder(radius_m), origin, 0.1)
-    return body + joint(f'{name}_joint', name, at, kind, parent, axis, inside)
+    return body + joint(f'{name}_joint', name, at, **{'kind': 'continuous', **given}, parent=parent, axis=axis)
 
 
 def pair(radius_m=RADIUS_M, separation_m=SEPARATION_M, x_m=0.0, names=('left_wheel', 'right_wheel'), **given):
@@ -103,23 +92,18 @@ def plugin(filename, **tags):
 
 
 def transmission(joint_name, interface='VelocityJointInterface'):
-    return (
-        f'<transmission><joint name="{joint_name}"><hardwareInterface>hardware_interface/{interface}'
-        '</hardwareInterface></joint></transmission>'
-    )
+    interface = f'<hardwareInterface>hardware_interface/{interface}</hardwareInterface>'
+    return f'<transmission><joint name="{joint_name}">{interface}</joint></transmission>'
 
 
 def laser_sensor(
     link_name, frame='', kind='ray', samples=360, rate=10, ranges=(0.12, 3.5), angles=(0.0, 6.28), pose=''
 ):
-    scan = ''.join(
-        f'<{tag}>{value}</{tag}>'
-        for tag, value in (('samples', samples), ('resolution', 1), ('min_angle', angles[0]), ('max_angle', angles[1]))
-    )
-    limits = f'<range><min>{ranges[0]}</min><max>{ranges[1]}</max></range>'
-    noise = '<noise><type>gaussian</type><mean>0</mean><stddev>0.01</stddev></noise>'
+    scan = f'<samples>{samples}</samples><resolution>1</resolution>'
+    scan += f'<min_angle>{angles[0]}</min_angle><max_angle>{angles[1]}</max_angle>'
+    limits = f'<range><min>{ranges[0]}</min><max>{ranges[1]}</max></range><noise><stddev>0.01</stddev></noise>'
     return (
         f'<gazebo reference="{link_name}"><sensor type="{kind}" name="any"><pose>{pose}</pose>'
-        f'<update_rate>{rate}</update_rate><ray><scan><horizontal>{scan}</horizontal></scan>{limits}{noise}</ray>'
+        f'<update_rate>{rate}</update_rate><ray><scan><horizontal>{scan}</horizontal></scan>{limits}</ray>'
         f'<plugin name="scan" filename="liblaser.so"><frameName>{frame}</frameName></plugin></sensor></gazebo>'
     )

@@ -87,27 +87,21 @@ libgazebo_ros_control.so robotNamespace=/ ackermann_prop=false
 """)
 # What stands next to them, in the same plugin or in another one: nothing of it drives a wheel.
 OTHERS = tags_in("""
-publishLeftWheelTF=true left_wheel_topic=left_wheel/cmd right_joint_state_topic=right/joint_states
+publishLeftWheelTF=true left_wheel_topic=left/cmd right_joint_state_topic=right/states left_joint_damping=0.1
 left_wheel_link={left_link} right_wheel_link={right_link} left_wheel_pid=10,0.1,0 right_wheel_radius=0.05
-left_joint_damping=0.1 leftWheelOffset=0.15 copyright_wheel=ACME left_encoder_ppr=1024 rightMotorId=2
-left_wheel_name=left right_wheel_name=right left_track=left_track is_left_inverted=false
-left_wheel_radius_multiplier=1.0 left_bumper_joint=left_bumper_joint right_bumper_joint=right_bumper_joint
-leftArmJoint=left_joint rightArmJoint=right_joint left_caster_joint=caster_left_joint
-right_caster_joint=caster_right_joint steering_mode=differential steer_topic=/steer power_steering=off
-skid_detection=true omni_camera=camera_link ackermann_msgs=false mecanum=false holonomic=false
-commandTopic=cmd_vel robotBaseFrame=base_footprint jointName={left},{right} joint_name={left}
-leftCameraName=left rightCameraName=right left_sonar_topic=/sonar/left mimicJoint=right_finger_joint
+leftWheelOffset=0.15 copyright_wheel=ACME left_encoder_ppr=1024 left_wheel_name=left right_wheel_name=right
+left_bumper_joint=left_bumper_joint right_bumper_joint=right_bumper_joint leftArmJoint=left_joint
+rightArmJoint=right_joint left_caster_joint=caster_left_joint right_caster_joint=caster_right_joint
+steering_mode=differential steer_topic=/steer power_steering=off skid_detection=true omni_camera=camera_link
+ackermann_msgs=false mecanum=false jointName={left},{right} leftCameraName=left left_sonar_topic=/sonar/left
 left_finger_joint=left_finger_joint right_finger_joint=right_finger_joint wheel_drop_left_joint=drop_left_joint
-wheel_drop_right_joint=drop_right_joint cliff_front_left=cliff_front_left parameters=/nowhere/control.yaml
 """)
 # Files and names of plugins that drive nothing.
 DECOYS = (
     ('libdisplay.so', 'power_steering_display'),
-    ('libpower_steering_display.so', 'display'),
     ('libasteroid_steerless.so', 'controller'),
     ('libomni_camera.so', 'omni'),
     ('libskid_detector.so', 'skid_detector'),
-    ('libgazebo_ros_joint_state_publisher.so', 'joint_state_publisher'),
     ('libgazebo_ros_planar_move.so', 'object_controller'),
 )
 # Names of the left wheel's link and joint: a robot's own, and those that are equal.
@@ -132,12 +126,13 @@ def swivel(name, x_m, y_m):
     return fork + wheel(name, -0.01, 0.0, 0.02, parent=f'{name}_fork', z_m=-0.04)
 
 
-def both(name, at, kind, **given):
-    """A part on the left and on the right."""
+def arms(kind, suffix=''):
+    """Parts on the left and on the right that turn or move: no wheels."""
+    arm = 'arm' + suffix
     return ''.join(
-        link(f'{side}_{name}', cylinder(0.03)) + joint(f'{side}_joint', f'{side}_{name}', f'{at[0]} {y} {at[1]}', kind)
+        link(f'{side}_{arm}', cylinder(0.03)) + joint(f'{side}{suffix}_joint', f'{side}_{arm}', f'0 {y} 0.5', kind)
         for side, y in (('left', 0.1), ('right', -0.1))
-    ).replace('_joint"', given.get('suffix', '_joint"'))
+    )
 
 
 CASTERS = (
@@ -147,8 +142,8 @@ CASTERS = (
     ball('front_ball', 0.1) + ball('rear_ball', -0.1),
 )
 EXTRAS = (
-    both('arm', (0.0, 0.5), 'continuous'),  # shoulders that turn without end about a level axis
-    both('finger', (0.1, 0.4), 'prismatic', suffix='_finger_joint"'),
+    arms('continuous'),
+    arms('prismatic', '_finger'),
     link('rotor', cylinder(0.03)) + joint('rotor_joint', 'rotor', '0 0 0.3', 'continuous', axis='0 0 1'),
 )
 
