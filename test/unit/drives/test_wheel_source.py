@@ -34,26 +34,24 @@ def test_ticks_of_a_known_motion_are_its_angles_to_half_a_tick(ppr, bits):
 
 
 def test_ticks_of_each_message_add_up():
-    counts = ticks(ANGLES_RAD, 360)
-    found = angles_of(WheelUnit('ticks/message', RADIUS_M, 360.0), np.diff(counts, prepend=0))
+    found = angles_of(WheelUnit('ticks/message', RADIUS_M, 360.0), np.diff(ticks(ANGLES_RAD, 360), prepend=0))
     assert np.abs(found - ANGLES_RAD).max() <= math.pi / 360 + 1e-9
 
 
 @pytest.mark.parametrize(
-    ('unit', 'per_rad'), [('rad', 1.0), ('deg', 180.0 / math.pi), ('rev', 0.5 / math.pi), ('m', RADIUS_M)]
+    ('unit', 'per_rad', 'speed_unit', 'per_radps'),
+    [
+        ('rad', 1.0, 'rad/s', 1.0),
+        ('deg', 180.0 / math.pi, 'deg/s', 180.0 / math.pi),
+        ('rev', 0.5 / math.pi, 'rpm', 30.0 / math.pi),
+        ('m', RADIUS_M, 'm/s', RADIUS_M),
+    ],
 )
-def test_angles_and_path_are_exact(unit, per_rad):
+def test_angles_and_evenly_changing_speeds_are_exact(unit, per_rad, speed_unit, per_radps):
     assert angles_of(WheelUnit(unit, RADIUS_M), ANGLES_RAD * per_rad) == pytest.approx(ANGLES_RAD, abs=1e-12)
-
-
-@pytest.mark.parametrize(
-    ('unit', 'per_radps'), [('rad/s', 1.0), ('deg/s', 180.0 / math.pi), ('rpm', 30.0 / math.pi), ('m/s', RADIUS_M)]
-)
-def test_a_speed_that_changes_evenly_is_integrated_exactly(unit, per_radps):
     times_s = np.arange(500) * 0.01
-    speeds, angles_rad = 2.0 - 3.0 * times_s, 2.0 * times_s - 1.5 * times_s**2
-    found = angles_of(WheelUnit(unit, RADIUS_M, start_rad=0.7), speeds * per_radps)
-    assert found == pytest.approx(0.7 + angles_rad, abs=1e-9)
+    found = angles_of(WheelUnit(speed_unit, RADIUS_M, start_rad=0.7), (2.0 - 3.0 * times_s) * per_radps)
+    assert found == pytest.approx(0.7 + 2.0 * times_s - 1.5 * times_s**2, abs=1e-9)
 
 
 def test_time_that_stands_or_goes_back_does_not_turn_a_wheel():
@@ -64,8 +62,8 @@ def test_time_that_stands_or_goes_back_does_not_turn_a_wheel():
 @pytest.mark.parametrize('unit', UNITS)
 def test_a_reversed_wheel_turns_the_other_way(unit):
     forward = WheelUnit(unit, RADIUS_M, 360.0 if unit.startswith('ticks') else None)
-    values = [1.0, 5.0, 4.0]
-    assert angles_of(forward._replace(is_reversed=True), values) == pytest.approx(-angles_of(forward, values))
+    reversed_rad = angles_of(forward._replace(is_reversed=True), [1.0, 5.0, 4.0])
+    assert reversed_rad == pytest.approx(-angles_of(forward, [1.0, 5.0, 4.0]))
 
 
 def at_rate(speed, rate_hz, late_s=0.0, duration_s=10.0):
@@ -81,12 +79,15 @@ def test_a_wheel_that_turns_evenly_is_interpolated_exactly(rate_hz, late_s):
     assert drive.wheel_angles_rad == pytest.approx(expected, abs=1e-6)
 
 
-def test_nothing_is_made_up_across_a_gap():
+def test_nothing_is_made_up_across_a_gap_or_after_a_wheel_is_lost():
     right = at_rate(3.0, 10.0)
     right = right.at((right.stamps_ns <= 2 * 10**9) | (right.stamps_ns >= 6 * 10**9))
     [(drive, _)], left_out = paired_drives(at_rate(2.0, 10.0, 0.05), right)
     assert not ((drive.stamps_ns > 2 * 10**9) & (drive.stamps_ns < 6 * 10**9)).any()
     assert left_out == 40 and drive.stamps_ns[-1] > 9.8e9
+    for durations_s in ((4.0, 10.0), (10.0, 4.0)):
+        [(drive, _)], left_out = paired_drives(*(at_rate(2.0, 10.0, duration_s=each) for each in durations_s))
+        assert drive.stamps_ns[-1] == 3.9e9 and left_out in (49, 50)
 
 
 def test_repeated_and_overtaken_stamps_are_left_out():
