@@ -154,15 +154,29 @@ def cast_rays(
         left_rad = math.atan2(ay, ax) + min(seen_rad, 0.0) - bearings_rad[0]
         for lap in range(2):
             first, last = _rays_within(left_rad, abs(seen_rad), lap, step_rad, len(ranges_m))
-            _meet_segment(ax, ay, bx, by, cosines, sines, first, last, ranges_m)
+            for ray in range(first, last + 1):
+                across = cosines[ray] * (by - ay) - sines[ray] * (bx - ax)
+                if across == 0.0:
+                    continue  # along the wall, whose ends belong to its neighbours too
+                distance_m = (ax * (by - ay) - ay * (bx - ax)) / across
+                fraction = (ax * sines[ray] - ay * cosines[ray]) / across
+                # Corners where two walls meet must not let a ray through.
+                if -CORNER <= fraction <= 1.0 + CORNER and 0.0 <= distance_m < ranges_m[ray]:
+                    ranges_m[ray] = distance_m
     for k in range(len(circles)):
         cx, cy, radius_m = circles[k, 0] - x_m, circles[k, 1] - y_m, circles[k, 2]
-        away_m = math.hypot(cx, cy)
+        away_m, outside = math.hypot(cx, cy), cx * cx + cy * cy - radius_m * radius_m
         half_rad = math.asin(radius_m / away_m) if away_m > radius_m else math.pi
         left_rad = math.atan2(cy, cx) - half_rad - bearings_rad[0]
         for lap in range(2):
             first, last = _rays_within(left_rad, 2.0 * half_rad, lap, step_rad, len(ranges_m))
-            _meet_circle(cx, cy, radius_m, cosines, sines, first, last, ranges_m)
+            for ray in range(first, last + 1):
+                along = cx * cosines[ray] + cy * sines[ray]
+                root = along * along - outside
+                if root >= 0.0:
+                    distance_m = along - math.sqrt(root) if outside > 0.0 else along + math.sqrt(root)
+                    if 0.0 <= distance_m < ranges_m[ray]:
+                        ranges_m[ray] = distance_m
     return ranges_m
 
 
@@ -190,51 +204,3 @@ def _rays_within(left_rad: float, width_rad: float, lap: int, step_rad: float, c
     first = max(0, int(math.floor(begin_rad / step_rad)))
     last = min(count - 1, int(math.ceil((begin_rad + width_rad) / step_rad)))
     return first, last
-
-
-@compiled
-def _meet_segment(
-    ax: float,
-    ay: float,
-    bx: float,
-    by: float,
-    cosines: np.ndarray,
-    sines: np.ndarray,
-    first: int,
-    last: int,
-    ranges_m: np.ndarray,
-) -> None:
-    """Shorten the rays first to last to the segment from a to b, where they meet it."""
-    ex, ey = bx - ax, by - ay
-    for ray in range(first, last + 1):
-        across = cosines[ray] * ey - sines[ray] * ex
-        if across == 0.0:
-            continue  # along the wall, whose ends belong to its neighbours too
-        distance_m = (ax * ey - ay * ex) / across
-        fraction = (ax * sines[ray] - ay * cosines[ray]) / across
-        # Corners where two walls meet must not let a ray through.
-        if -CORNER <= fraction <= 1.0 + CORNER and 0.0 <= distance_m < ranges_m[ray]:
-            ranges_m[ray] = distance_m
-
-
-@compiled
-def _meet_circle(
-    cx: float,
-    cy: float,
-    radius_m: float,
-    cosines: np.ndarray,
-    sines: np.ndarray,
-    first: int,
-    last: int,
-    ranges_m: np.ndarray,
-) -> None:
-    """Shorten the rays first to last to the circle about c, where they meet it."""
-    outside = cx * cx + cy * cy - radius_m * radius_m
-    for ray in range(first, last + 1):
-        along = cx * cosines[ray] + cy * sines[ray]
-        root = along * along - outside
-        if root < 0.0:
-            continue
-        distance_m = along - math.sqrt(root) if outside > 0.0 else along + math.sqrt(root)
-        if 0.0 <= distance_m < ranges_m[ray]:
-            ranges_m[ray] = distance_m
