@@ -9,7 +9,10 @@ from __future__ import annotations
 import functools
 import logging
 import os
+import stat
+import tempfile
 import threading
+from pathlib import Path
 from typing import Any, Callable, List, Optional, TypeVar, overload
 
 import numpy as np
@@ -39,7 +42,7 @@ class Kernel:
 
     @property
     def dispatcher(self) -> Any:
-        """Return numba's, which keeps machine code next to the source, or in the user's cache."""
+        """Return numba's, which keeps machine code next to the source, in the user's cache, or in `_private_folder`."""
         with _LOCK:
             if self._dispatcher is None:
                 _prepare_numba()
@@ -47,11 +50,14 @@ class Kernel:
                     numba.extending.register_jitable(_CALLABLE.pop())
                 try:
                     self._dispatcher = numba.njit(self._function, cache=True, **self._options)
-                except RuntimeError:
-                    log.warning(
-                        'compiled kernels (30 s) cannot be kept for other processes; NUMBA_CACHE_DIR names a folder'
-                    )
-                    self._dispatcher = numba.njit(self._function, **self._options)
+                except RuntimeError:  # neither the package nor the user's cache can be written
+                    folder = _private_folder()
+                    _set_cache_folder(folder or '')
+                    if folder is None:
+                        log.warning(
+                            'compiled kernels (30 s) cannot be kept for other processes; NUMBA_CACHE_DIR names a folder'
+                        )
+                    self._dispatcher = numba.njit(self._function, cache=folder is not None, **self._options)
         return self._dispatcher
 
     def __getattr__(self, name: str) -> Any:
@@ -86,11 +92,30 @@ def callable_by_kernels(function: Function) -> Function:
 def _prepare_numba() -> None:
     # Set before numba is imported, even if empty: otherwise a .numba_config.yaml in the current folder could select a
     # folder with machine code of another user.
-    os.environ.setdefault('NUMBA_CACHE_DIR', '')
-    numba.config.CACHE_DIR = os.environ['NUMBA_CACHE_DIR']
+    _set_cache_folder(os.environ.get('NUMBA_CACHE_DIR', ''))
 
     def type_of_kernel(kernel: Kernel, context: Any) -> Any:
         del context
         return numba.typeof(kernel.dispatcher)
 
     numba.extending.typeof_impl.register(Kernel)(type_of_kernel)
+
+
+def _set_cache_folder(folder: str) -> None:
+    """Have numba use a folder for machine code, in this process and its children."""
+    os.environ['NUMBA_CACHE_DIR'] = numba.config.CACHE_DIR = folder
+
+
+def _private_folder() -> Optional[str]:
+    """Return a folder in TMPDIR that only this user can use, as machine code is executed; None if there is none.
+
+    For a container with --user, whose home and package cannot be written.
+    """
+    try:
+        folder = Path(tempfile.gettempdir(), f'diff_encoder_sim-{os.geteuid()}')
+        folder.mkdir(mode=0o700, exist_ok=True)
+        status = folder.lstat()
+    except OSError:
+        return None
+    is_private = stat.S_ISDIR(status.st_mode) and status.st_uid == os.geteuid() and not status.st_mode & 0o077
+    return str(folder) if is_private else None

@@ -5,8 +5,12 @@ import importlib
 import os
 import subprocess
 import sys
+import tempfile
 from types import CodeType, FunctionType
 
+import pytest
+
+from diff_encoder_sim.base import kernels
 from diff_encoder_sim.base.kernels import Kernel
 from places import SOURCE
 
@@ -48,13 +52,46 @@ def test_processes_that_compile_at_the_same_time_get_the_same_result_and_later_o
     assert output(start(tmp_path)) == ['12', '1']
 
 
-def test_where_no_code_can_be_kept_a_warning_is_logged(tmp_path, monkeypatch, caplog):
-    (tmp_path / 'unkept.py').write_text(KERNEL)
-    monkeypatch.syspath_prepend(tmp_path)
-    unkept = importlib.import_module('unkept')
-    (tmp_path / 'unkept.py').unlink()  # numba finds no folder for a function without a file
-    assert unkept.twice(4) == 8
+@pytest.fixture(name='tmp')
+def fixture_tmp(tmp_path, monkeypatch):
+    """TMPDIR, in a process that can write neither to its home nor to the numba cache."""
+    monkeypatch.setattr(tempfile, 'tempdir', str(tmp_path))
+    monkeypatch.setenv('HOME', '/dev/null')
+    monkeypatch.delenv('XDG_CACHE_HOME', raising=False)
+    monkeypatch.setenv('NUMBA_CACHE_DIR', '')
+    monkeypatch.setattr(kernels.numba.config, 'CACHE_DIR', '')
+    return tmp_path
+
+
+def twice_four():
+    """The result of a kernel next to which nothing can be written."""
+    module = {'__name__': 'unkept'}
+    exec(compile(KERNEL, '/proc/version', 'exec'), module)
+    return module['twice'](4)
+
+
+def own_folder(tmp):
+    return tmp / f'diff_encoder_sim-{os.geteuid()}'
+
+
+def test_without_a_writable_package_or_home_code_is_kept_in_a_private_folder(tmp):
+    assert twice_four() == 8
+    assert own_folder(tmp).stat().st_mode & 0o777 == 0o700
+    assert list(own_folder(tmp).rglob('*.nbi'))
+
+
+@pytest.mark.parametrize('attack', ['writable by others', 'a link'])
+def test_a_folder_of_another_user_is_not_used(tmp, caplog, attack):
+    elsewhere = tmp / 'elsewhere'
+    elsewhere.mkdir(mode=0o700)
+    if attack == 'a link':
+        own_folder(tmp).symlink_to(elsewhere)
+    else:
+        own_folder(tmp).mkdir()
+        own_folder(tmp).chmod(0o777)
+    assert twice_four() == 8
     assert 'NUMBA_CACHE_DIR' in caplog.text
+    assert list(tmp.rglob('*.nbi')) == []
 
 
 def _names(code):
