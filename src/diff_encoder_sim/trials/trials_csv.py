@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import csv
 import io
+import math
 import os
 from pathlib import Path
 from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Sequence, Tuple
@@ -92,6 +93,9 @@ def row_of(line: bytes, varied_keys: Sequence[str]) -> TrialRow:
         parts = [texts.pop(f'{source.value}_{part}') for part in PARTS]
         errors[source] = Pose2D(*map(float, parts)) if any(parts) else None
     values: Dict[str, Any] = {name: COLUMNS.get(name, str)(text) for name, text in texts.items()}
+    numbers = [value for value in values.values() if isinstance(value, float)]
+    if not all(map(math.isfinite, numbers + [part for error in errors.values() for part in error or ()])):
+        raise ValueError('a number is not finite')  # it would make the statistics of its cell NaN
     varied = tuple((key, values.pop(key)) for key in varied_keys)
     outcome = Outcome(values.pop('outcome'))
     if outcome not in OUTCOMES:

@@ -4,6 +4,7 @@ import csv
 import errno
 import json
 import logging
+import re
 import resource
 import subprocess
 import sys
@@ -54,6 +55,7 @@ def test_whatever_the_reason_the_row_stays_a_line(campaign, reason):
         lambda lines: [*lines, lines[1].replace(b'bags/', b'/etc/')],
         lambda lines: [*lines, lines[1].replace(b',1,1,', b',1,2,')],
         lambda lines: [lines[0].replace(b'_rad', b'_deg'), *lines[1:]],
+        lambda lines: [*lines[:2], re.sub(rb',-?\d+\.\d+,', b',nan,', lines[2], count=1), *lines[3:]],
     ],
 )
 def test_a_damaged_table_is_named_with_its_line_and_not_changed(campaign, tmp_path, damage):
