@@ -423,7 +423,8 @@ def test_parameters_show_the_values_in_use_of_each_launch(graph, arguments, ppr,
 
 def test_typed_values_override_and_are_shown(graph):
     encoder = graph.start(sys.executable, SCRIPTS / 'gz_diff_encoder_node', '_ppr:=7', '_rate:=50.0')
-    wait_for_parameters(graph, encoder, WHEEL_NODES[:1], ppr=7, rate=50.0)
+    # rospy sets typed values before it can be stopped, the node the others
+    wait_for_parameters(graph, encoder, WHEEL_NODES[:1], **{'ppr': 7, 'rate': 50.0, 'encoder/noise': 0.0})
     encoder.end()
 
 
