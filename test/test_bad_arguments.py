@@ -40,7 +40,7 @@ BAD_PARAMETERS = {
     'no map': ('map_server_node', [], ['arguments', 'one map .yaml file']),
 }
 
-# Arguments of trial.launch, words of one line; more: test/unit/api/test_live_trials.py.
+# Arguments of trial.launch, words of one line; more: test/unit/api/test_api_live_trials.py.
 BAD_ARGUMENTS = {
     'test': (['test:=XX'], ['test', 'XX', 'SL', 'SMT']),
     'bag': (['bag:={}/exists.bag'], ['bag', 'exists.bag', 'exists', 'new file']),
