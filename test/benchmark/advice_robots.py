@@ -20,6 +20,7 @@ import numpy as np
 import yaml
 from bench import CONFIG, parser, print_header, print_table
 from scipy import stats
+from synthetic_robots import SyntheticRobot, synthetic_robot
 
 from diff_encoder_sim.advice import drive_draws
 from diff_encoder_sim.advice.answers import Answer, Kind
@@ -29,7 +30,6 @@ from diff_encoder_sim.advice.odometry_answer import odometry_answer
 from diff_encoder_sim.advice.odometry_curve import OdometryCurves
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
-from synthetic_robots import SyntheticRobot, synthetic_robot
 
 # Of the truth: for all candidates, and for those whose share is as near as this to the required one.
 FEW, MANY, NEAR = 1000, 20_000, 0.04

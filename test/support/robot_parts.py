@@ -1,13 +1,11 @@
-"""Robots made by hand from links and joints, poses, and mesh files, for the tests of robots/."""
+"""Poses, shapes and mesh files, for the tests of robots/."""
 
 from pathlib import Path
-from xml.etree import ElementTree
 
 import numpy as np
 
 from diff_encoder_sim.base.xml_values import rotation_from_rpy
-from diff_encoder_sim.robots.description import Joint, Link, RobotTree
-from diff_encoder_sim.robots.solids import MassProperties, Mesh, Shape, pose_at
+from diff_encoder_sim.robots.solids import Shape, pose_at
 
 # Corners of a cube of edge 2 around the origin, and its twelve triangles.
 CUBE_CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
@@ -25,10 +23,6 @@ def shape(geometry, xyz_m=(0, 0, 0), rpy_rad=(0, 0, 0)):
     return Shape(geometry, pose(xyz_m, rpy_rad))
 
 
-def mesh_shape(uri, scale=1.0, xyz_m=(0, 0, 0), rpy_rad=(0, 0, 0)):
-    return shape(Mesh(uri, (scale, scale, scale)), xyz_m, rpy_rad)
-
-
 def random_rotation(rng):
     rotation, _ = np.linalg.qr(rng.normal(size=(3, 3)))
     return rotation * np.linalg.det(rotation)
@@ -36,27 +30,6 @@ def random_rotation(rng):
 
 def random_pose(rng):
     return pose_at(rng.normal(size=3), random_rotation(rng))
-
-
-def link(name, inertial=None, collisions=(), visuals=()):
-    return Link(name, inertial, tuple(collisions), tuple(visuals), None)
-
-
-def inertial(mass_kg, inertia_kgm2, com_m=(0, 0, 0)):
-    return MassProperties(mass_kg, np.array(com_m, float), np.asarray(inertia_kgm2, float) * np.eye(3))
-
-
-def joint(parent, child, child_in_parent=None, kind='fixed'):
-    at = np.eye(4) if child_in_parent is None else child_in_parent
-    axis = np.array([0.0, 1.0, 0.0])
-    return Joint(f'{parent}_to_{child}', kind, parent, child, at, axis, None, None, False, kind == 'continuous')
-
-
-def tree(links, joints=()):
-    """A robot whose root is the first link."""
-    by_name = {each.name: each for each in links}
-    xml = ElementTree.Element('robot', name='made')
-    return RobotTree('made', links[0].name, by_name, {each.name: each for each in joints}, xml, 'made.urdf')
 
 
 def finder(folder):

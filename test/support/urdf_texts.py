@@ -1,5 +1,7 @@
 """URDF texts of small robots, put together from parts, and what is found out about them."""
 
+import numpy as np
+
 from diff_encoder_sim.robots.describing import describe_tree
 from diff_encoder_sim.robots.description import Findings, RobotChoices
 from diff_encoder_sim.robots.urdf_reading import parse_urdf
@@ -10,15 +12,16 @@ SEPARATION_M = 0.3
 LEVEL = 'xyz="0 0 0" rpy="1.5707963267948966 0 0"'  # a cylinder's axis along y
 
 
-def link(name, geometry='', origin='xyz="0 0 0"', mass_kg=None, shape='collision'):
+def link(name, geometry='', origin='xyz="0 0 0"', mass_kg=None, shape='collision', inside=''):
     body = f'<{shape}><origin {origin}/><geometry>{geometry}</geometry></{shape}>' if geometry else ''
-    return f'<link name="{name}">{"" if mass_kg is None else inertial(mass_kg, 0.001 * mass_kg)}{body}</link>'
+    return f'<link name="{name}">{"" if mass_kg is None else inertial(mass_kg, 0.001 * mass_kg)}{inside}{body}</link>'
 
 
-def inertial(mass_kg, inertia_kgm2, at='0 0 0'):
-    moments = ' '.join(f'{axis}="{inertia_kgm2}"' for axis in ('ixx', 'iyy', 'izz'))
-    inertia = f'<inertia {moments} ixy="0" ixz="0" iyz="0"/>'
-    return f'<inertial><origin xyz="{at}"/><mass value="{mass_kg}"/>{inertia}</inertial>'
+def inertial(mass_kg, moments_kgm2, at='0 0 0'):
+    """An inertia by its three principal moments or the same one three times."""
+    moments = zip(('ixx', 'iyy', 'izz'), np.broadcast_to(moments_kgm2, 3))
+    inertia = ' '.join(f'{axis}="{moment}"' for axis, moment in moments) + ' ixy="0" ixz="0" iyz="0"'
+    return f'<inertial><origin xyz="{at}"/><mass value="{mass_kg}"/><inertia {inertia}/></inertial>'
 
 
 def joint(name, child, at, kind='fixed', parent='base_link', axis='0 1 0', inside='', rpy='0 0 0'):

@@ -13,7 +13,7 @@ from diff_encoder_sim.robots.description import GroundContact, RobotSource
 from diff_encoder_sim.robots.solids import Box, Cylinder, Shape, Sphere, reach_m
 from generated_robots import Recipe, urdf_of
 from robot_parts import finder, random_pose, shape, write_binary_stl
-from urdf_texts import ball, base, box, described, joint, link, pair, robot, sphere, usual, wheel
+from urdf_texts import ball, base, box, described, joint, link, pair, robot, sphere, wheel
 
 FLOOR_Z_M = -0.033
 
@@ -64,19 +64,6 @@ def test_a_mesh_touches_at_its_lowest_points(tmp_path):
     assert contact.point_m == pytest.approx((0.11, 0.0, 0.001))
 
 
-def test_passive_wheels_of_a_driven_pair_are_contacts_and_the_driven_are_not():
-    chosen = {'left_joint': 'left_wheel_joint', 'right_joint': 'right_wheel_joint'}
-    description = described(usual(pair(x_m=-0.2, names=('a', 'b'))), **chosen)
-    assert [contact.name for contact in description.contacts] == ['ball_caster', 'a', 'b']
-
-
-@pytest.fixture
-def description(tmp_path):
-    path = tmp_path / 'robot.urdf'
-    path.write_text(urdf_of(Recipe(root_height_m=-FLOOR_Z_M, axle_x_m=0.02), tmp_path))
-    return describe(RobotSource(path))
-
-
 @pytest.mark.parametrize(
     ('com_m', 'contacts_m', 'front_m', 'rear_m'),
     [
@@ -92,7 +79,9 @@ def description(tmp_path):
         ((0.01, 0), [], (0.053, 0, 0.000033), (-0.1, 0, 0)),
     ],
 )
-def test_where_the_robot_leans(description, com_m, contacts_m, front_m, rear_m):
+def test_where_the_robot_leans(tmp_path, com_m, contacts_m, front_m, rear_m):
+    (tmp_path / 'robot.urdf').write_text(urdf_of(Recipe(root_height_m=-FLOOR_Z_M, axle_x_m=0.02), tmp_path))
+    description = describe(RobotSource(tmp_path / 'robot.urdf'))
     contacts = tuple(GroundContact('c', (x, y, z + FLOOR_Z_M)) for x, y, z in contacts_m)
     mass = description.mass._replace(com_m=np.array([*com_m, 0.0]))
     balls = support_balls(dataclasses.replace(description, contacts=contacts, mass=mass))
@@ -123,10 +112,9 @@ def test_a_robot_that_does_not_stand_on_its_wheels_and_a_caster_is_a_warning(par
     assert expected is None or expected in warnings[0]
 
 
-WHEEL = Cylinder(0.033, 0.02)
 BODY = shape(Box((0.3, 0.2, 0.1)), (0, 0, 0.1))
-ON_ITS_RIM = (math.pi / 2, 0, 0)
-WHEELS = [shape(WHEEL, (0, y_m, 0), ON_ITS_RIM) for y_m in (0.12, -0.12)]
+WHEEL = Cylinder(0.033, 0.02)
+WHEELS = [shape(WHEEL, (0, y_m, 0), (math.pi / 2, 0, 0)) for y_m in (0.12, -0.12)]
 
 
 def outline_of(*shapes, floor_z_m=-10.0):
@@ -150,14 +138,11 @@ def test_corners_of_boxes_and_wheels(shapes, corners):
     assert sorted(outline_of(*shapes)) == corners
 
 
-def test_a_round_robot_has_16_corners_less_than_2_percent_farther_out():
+def test_a_round_robot_has_16_corners_less_than_2_percent_farther_out_and_one_without_shapes_is_refused():
     outline = np.array(outline_of(shape(Cylinder(0.18, 0.1))))
     assert len(outline) == 16
     assert np.hypot(*outline.T).max() < 1.02 * 0.18 + 0.001
     assert set(map(tuple, outline)) == {(x, -y) for x, y in outline} == {(-x, y) for x, y in outline}
-
-
-def test_a_robot_without_shapes_is_one_line():
     with pytest.raises(ConfigError, match='^my.urdf: given no collision shape above the floor; allowed: [^\n]*$'):
         outline_of(shape(Sphere(0.1)), floor_z_m=0.2)
 

@@ -16,18 +16,14 @@ from robot_parts import (
     CUBE_TRIANGLES,
     WRITERS,
     finder,
-    link,
-    mesh_shape,
     pose,
     random_rotation,
-    tree,
+    shape,
     write_binary_stl,
     write_dae,
     write_obj,
 )
-from urdf_texts import ball, base, described, found, pair, robot, usual, wheel
-from urdf_texts import joint as joint_text
-from urdf_texts import link as link_text
+from urdf_texts import ball, base, described, found, joint, link, pair, robot, tree_of, usual
 
 WHERE = "my.urdf: link 'base': collision mesh 'a.stl'"
 
@@ -44,21 +40,22 @@ def extents_m(points_m):
 def test_every_format_gives_the_corners_and_a_cube_becomes_a_box(tmp_path, name):
     WRITERS[name](tmp_path / name, CUBE_CORNERS * [1, 2, 3] + [4, 5, 6], CUBE_TRIANGLES)
     assert extents_m(corners_of(tmp_path, name)) == pytest.approx(np.array([[3, 3, 3], [5, 7, 9]]))
-    part = link('base', collisions=[mesh_shape(f'package://p/meshes/{name}', 0.1, (1, 2, 3))])
+    mesh = f'<mesh filename="package://p/meshes/{name}" scale="0.1 0.1 0.1"/>'
     seen = Findings()
-    (box,) = primitive_tree(tree([part]), finder(tmp_path), seen).links['base'].collisions
+    tree = primitive_tree(tree_of(robot(link('base', mesh, 'xyz="1 2 3"'))), finder(tmp_path), seen)
+    (box,) = tree.links['base'].collisions
     assert box.geometry == Box((0.2, 0.4, 0.6))
     assert box.pose_in_link == pytest.approx(pose((1.4, 2.5, 3.6)))
     assert seen.notes == [f'collision mesh {name} of link base is simulated as {box.geometry}']
 
 
-@pytest.mark.parametrize('name', ['text.stl', 'part.obj', 'binary.stl'])
+@pytest.mark.parametrize('name', ['text.stl', 'part.obj'])
 def test_names_in_a_mesh_may_be_in_any_encoding(tmp_path, name):
     word = 'Gehäuse'.encode('latin-1')
     WRITERS[name](tmp_path / name, CUBE_CORNERS, CUBE_TRIANGLES)
     content = (tmp_path / name).read_bytes()
     named = {'text.stl': content.replace(b'part', word), 'part.obj': b'# ' + word + b'\n' + content}
-    (tmp_path / name).write_bytes(named.get(name, word + content[len(word) :]))
+    (tmp_path / name).write_bytes(named[name])
     assert extents_m(corners_of(tmp_path, name)) == pytest.approx(extents_m(CUBE_CORNERS))
 
 
@@ -78,18 +75,17 @@ TURNED = '<translate>10 0 0</translate><rotate>0 0 1 90</rotate><scale>2 1 1</sc
 
 
 @pytest.mark.parametrize(
-    ('given', 'material', 'expected_m'),
+    ('given', 'part', 'expected_m'),
     [
-        ({'unit_m': 0.0254}, None, 0.0254 * np.array([[-1, -2, -3], [1, 2, 3]])),
-        ({'up_axis': 'Y_UP'}, None, [[-1, -2, -3], [1, 2, 3]]),  # left as it is, as in RViz and Gazebo
-        ({'node': TURNED}, None, [[8, -2, -3], [12, 2, 3]]),
+        ({'unit_m': 0.1}, 'url="#part"/>', [[-0.1, -0.2, -0.3], [0.1, 0.2, 0.3]]),
+        ({'up_axis': 'Y_UP'}, 'url="#part"/>', [[-1, -2, -3], [1, 2, 3]]),  # left as it is, as in RViz and Gazebo
+        ({'node': TURNED}, 'url="#part"/>', [[8, -2, -3], [12, 2, 3]]),
         ({}, MATERIAL, [[-1, -2, -3], [1, 2, 3]]),  # the material is missing
     ],
 )
-def test_units_nodes_and_missing_materials_of_a_dae(tmp_path, given, material, expected_m):
+def test_units_nodes_and_missing_materials_of_a_dae(tmp_path, given, part, expected_m):
     write_dae(tmp_path / 'a.dae', CUBE_CORNERS * [1, 2, 3], CUBE_TRIANGLES, **given)
-    text = (tmp_path / 'a.dae').read_text()
-    (tmp_path / 'a.dae').write_text(text.replace('url="#part"/>', material) if material else text)
+    (tmp_path / 'a.dae').write_text((tmp_path / 'a.dae').read_text().replace('url="#part"/>', part))
     assert extents_m(corners_of(tmp_path, 'a.dae')) == pytest.approx(np.array(expected_m), abs=1e-5)
 
 
@@ -113,10 +109,10 @@ def test_a_broken_or_missing_mesh_is_one_line_that_names_it(tmp_path, name, capf
     assert capfd.readouterr() == ('', '')
 
 
-def hull_of(folder, points_m, **placement):
+def hull_of(folder, points_m, scale=1.0, **placement):
     first = np.arange(len(points_m))
     write_obj(folder / 'a.obj', points_m, np.stack([first, np.roll(first, 1), np.roll(first, 2)], axis=1))
-    return mesh_hull(mesh_shape('package://p/a.obj', **placement), 'my.urdf', finder(folder))
+    return mesh_hull(shape(Mesh('package://p/a.obj', (scale,) * 3), **placement), 'my.urdf', finder(folder))
 
 
 def disc(*radii_and_heights_m, count=24):
@@ -165,36 +161,34 @@ def test_hulls_of_random_meshes_hold_every_corner(tmp_path):
         (tmp_path / 'a.obj').unlink()
 
 
-@pytest.mark.parametrize('shape', ['collision', 'visual'])
-def test_a_robot_whose_wheels_are_meshes_has_their_radius(tmp_path, shape):
+@pytest.mark.parametrize('kind', ['collision', 'visual'])
+def test_a_robot_whose_wheels_are_meshes_has_their_radius(tmp_path, kind):
     corners_m = disc((0.05, -0.01), (0.05, 0.01))
     triangles = np.array([[index, index + 1, index + 2] for index in range(len(corners_m) - 2)])
     write_binary_stl(tmp_path / 'wheel.stl', corners_m, triangles)
     wheels = ''.join(
-        link_text(f'{side}_wheel', '<mesh filename="package://any/wheel.stl"/>', f'rpy="{roll} 0 0"', 0.1, shape)
-        + joint_text(f'{side}_wheel_joint', f'{side}_wheel', f'0 {y_m} 0.05', 'continuous')
+        link(f'{side}_wheel', '<mesh filename="package://any/wheel.stl"/>', f'rpy="{roll} 0 0"', 0.1, kind)
+        + joint(f'{side}_wheel_joint', f'{side}_wheel', f'0 {y_m} 0.05', 'continuous')
         for side, y_m, roll in (('left', 0.15, 1.5707963267948966), ('right', -0.15, -1.5707963267948966))
     )
     description = described(robot(base(), wheels, ball('ball', 0.1)), find=finder(tmp_path))
-    assert found(description, 'wheel diameter [m]') == ('0.1', f'{shape} cylinder')
+    assert found(description, 'wheel diameter [m]') == ('0.1', f'{kind} cylinder')
     assert description.wheel_separation_m == pytest.approx(0.3)
 
 
 def housing(name, parent='base_link', mass_kg=0.1):
-    mesh = link_text(name, '<mesh filename="package://sensors/housing.stl"/>', mass_kg=mass_kg)
-    return mesh + joint_text(f'{name}_joint', name, '0 0 0.3', parent=parent)
+    mesh = link(name, '<mesh filename="package://sensors/housing.stl"/>', mass_kg=mass_kg)
+    return mesh + joint(f'{name}_joint', name, '0 0 0.3', parent=parent)
 
 
-def test_a_missing_housing_of_a_sensor_is_left_out_with_a_warning_also_for_workers():
+def test_a_missing_or_broken_housing_of_a_sensor_is_left_out_with_a_warning_also_for_workers(tmp_path):
     text = usual(housing("lidar's housing"))
     description = described(text)
     (warning,) = [text for text in description.warnings if 'package://sensors/housing.stl' in text]
     assert "lidar's housing" in warning and 'missing' in warning
     assert description.footprint == described(usual()).footprint
     assert self_contained_urdf(text, 'made.urdf', lambda uri: None) == (text, {})
-
-
-def test_so_is_a_broken_one_and_other_shapes_of_its_link_stay(tmp_path):
+    # Other shapes of its link stay.
     (tmp_path / 'housing.stl').write_text('solid')
     sphere = '<collision><geometry><sphere radius="0.6"/></geometry></collision></link>'
     description = described(usual(housing('case').replace('</link>', sphere)), find=finder(tmp_path))
@@ -207,7 +201,7 @@ def test_so_is_a_broken_one_and_other_shapes_of_its_link_stay(tmp_path):
     [
         (base(), pair(), housing('chassis', mass_kg=5.0)),
         (base(), pair(), housing('front_caster')),
-        (base(), wheel('left', y_m=0.1), wheel('right', y_m=-0.1), housing('tyre', parent='left')),
+        (base(), pair(), housing('tyre', parent='left_wheel')),
         (base(), pair(parent='deck'), housing('deck')),
         (base(body='').replace('<geometry></geometry>', ''), pair(), housing('case')),  # its only shape
     ],

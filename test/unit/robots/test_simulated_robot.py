@@ -7,7 +7,6 @@ import numpy as np
 import pybullet
 import pytest
 
-from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.describing import describe
 from diff_encoder_sim.robots.description import RobotChoices, RobotSource
 from diff_encoder_sim.robots.simulated_robot import (
@@ -45,42 +44,31 @@ def generated(tmp_path):
 
 def test_alto_is_table_1_of_the_paper_and_simulated_as_it_is():
     alto = load()
-    assert alto.description.tree.name == 'alto'
+    description = alto.description
+    assert (description.tree.name, description.laser.link) == ('alto', 'laser')
     assert alto.wheels == pytest.approx((0.1, 0.1, 0.4))
-    assert alto.description.mass.mass_kg == pytest.approx(80.0)
+    assert (description.mass.mass_kg, *description.mass.com_m[:2]) == pytest.approx((80.0, 0.05, 0.0))
+    assert [contact.name for contact in description.contacts] == ['front_caster', 'rear_caster']
     assert (alto.urdf, alto.floor_only_links) == (joined_links(parse_urdf(expand(ALTO), '')), ())
 
 
-def test_errors_are_arguments_of_a_file_that_has_them():
+def test_errors_are_arguments_of_a_file_that_has_them_unless_they_have_another_effect(tmp_path):
     alto = load(errors=GeometryErrors(0.01, -0.02, 0.05))
     assert alto.wheels == pytest.approx((0.101, 0.098, 0.42))
     assert alto.floor_only_links == ()
     assert alto.description.wheel_diameter_m == 0.2  # nominal
-
-
-def test_arguments_that_have_another_effect_are_not_taken_for_errors(tmp_path):
-    path = tmp_path / 'robot.urdf.xacro'
-    error = '$(arg wheel_separation_error)'
+    path, error = tmp_path / 'robot.urdf.xacro', '$(arg wheel_separation_error)'
     path.write_text(ALTO.file.read_text().replace(f'* (1 + {error})', f'+ {error}'))
-    robot = load(RobotSource(path), GeometryErrors(separation=0.05))
-    assert robot.wheels == pytest.approx((0.1, 0.1, 0.42))
-    assert robot.floor_only_links == FLOOR_ONLY_LINKS
+    other = load(RobotSource(path), GeometryErrors(separation=0.05))
+    assert other.wheels == pytest.approx((0.1, 0.1, 0.42))
+    assert other.floor_only_links == FLOOR_ONLY_LINKS
 
 
-def test_errors_of_any_other_robot_are_applied_to_its_wheels(generated):
-    robot = load(generated(), GeometryErrors(0.01, -0.02, 0.05))
+def test_errors_of_any_other_robot_are_applied_to_its_wheels_which_may_turn_backward(generated):
+    robot = load(generated(has_mirrored_axes=True), GeometryErrors(0.01, -0.02, 0.05))
     assert robot.wheels == pytest.approx((0.033 * 1.01, 0.033 * 0.98, 0.16 * 1.05))
     assert robot.joints == (LEFT, RIGHT) and robot.floor_only_links == FLOOR_ONLY_LINKS
-
-
-def test_a_joint_whose_axis_points_to_the_right_turns_backward_when_the_robot_drives_forward(generated):
-    assert load(generated(has_mirrored_axes=True)).forward_signs == (1.0, -1.0)
-
-
-def test_a_missing_joint_is_refused_with_the_file(generated):
-    with pytest.raises(ConfigError, match="robot.urdf: .*'wheel_left'.*missing") as caught:
-        load_simulated_robot(generated(), RobotChoices('wheel_left', RIGHT))
-    assert '\n' not in str(caught.value)
+    assert robot.forward_signs == (1.0, -1.0)
 
 
 # A hub cap turns with its wheel, on a bent bracket; it grips as nothing else does.
@@ -101,6 +89,7 @@ def tree(request):
     return parse_urdf(expand(ALTO).replace('</robot>', f'{request.param}</robot>'), 'alto')
 
 
+@pytest.fixture
 def joined(tree):
     return parse_urdf(joined_links(tree), 'joined')
 
@@ -117,15 +106,15 @@ def part_masses(tree):
     return {top: merged(masses) for top, masses in tops.items()}
 
 
-def test_each_moving_part_keeps_its_mass_and_inertia(tree):
-    found, expected = part_masses(joined(tree)), part_masses(tree)
+def test_each_moving_part_keeps_its_mass_and_inertia(tree, joined):
+    found, expected = part_masses(joined), part_masses(tree)
     assert found.keys() == expected.keys()
     for top, right in expected.items():
         for number, of_all in zip(found[top], right):
             assert number == pytest.approx(of_all, rel=1e-9, abs=1e-12)
 
 
-def test_each_shape_keeps_its_place_and_its_friction(tree):
+def test_each_shape_keeps_its_place_and_its_friction(tree, joined):
     def shapes(tree):  # with PyBullet's friction if none is given
         return [
             (0.5 if link.friction is None else link.friction, *placed(shape, tree.poses[name])[:2])
@@ -133,24 +122,23 @@ def test_each_shape_keeps_its_place_and_its_friction(tree):
             for shape in link.collisions
         ]
 
-    left = shapes(joined(tree))
+    left = shapes(joined)
     for friction, geometry, pose in shapes(tree):
         same = [n for n, found in enumerate(left) if found[:2] == (friction, geometry) and np.allclose(found[2], pose)]
         del left[same[0]]
     assert not left
 
 
-def test_the_wheels_turn_as_before_and_are_as_sound(tree):
-    robot = joined(tree)
-    assert sound_wheels(robot, *JOINTS) == pytest.approx(sound_wheels(tree, *JOINTS))
-    for joint, expected in ((robot.joints[name], tree.joints[name]) for name in JOINTS):
-        assert (joint.child, joint.kind, joint.effort) == (expected.child, expected.kind, expected.effort)
-        assert joint.axis.tolist() == expected.axis.tolist()
-        assert robot.poses[joint.child] == pytest.approx(tree.poses[joint.child], abs=1e-12)
+def test_the_wheels_turn_as_before_and_are_as_sound(tree, joined):
+    assert sound_wheels(joined, *JOINTS) == pytest.approx(sound_wheels(tree, *JOINTS))
+    for found, expected in ((joined.joints[name], tree.joints[name]) for name in JOINTS):
+        assert (found.child, found.kind, found.effort) == (expected.child, expected.kind, expected.effort)
+        assert found.axis.tolist() == expected.axis.tolist()
+        assert joined.poses[found.child] == pytest.approx(tree.poses[found.child], abs=1e-12)
     # A link is left for each friction of a part, wheels first.
     cap = ['cap'] if 'cap' in tree.links else []
-    assert sorted(robot.links) == sorted(['base_link', 'front_caster', 'left_wheel', 'right_wheel', *cap])
-    assert [*robot.joints][:2] == [*JOINTS]
+    assert sorted(joined.links) == sorted(['base_link', 'front_caster', 'left_wheel', 'right_wheel', *cap])
+    assert [*joined.joints][:2] == [*JOINTS]
 
 
 def masses_in_pybullet(path, urdf):
@@ -241,8 +229,3 @@ def test_what_is_not_right_in_it_makes_a_urdf_unsound(old, new):
     assert old in urdf
     assert sound_wheels(parse_urdf(urdf, 'alto'), *JOINTS) == pytest.approx((0.1, 0.1, 0.4))
     assert sound_wheels(parse_urdf(urdf.replace(old, new), 'alto'), *JOINTS) is None
-
-
-@pytest.mark.parametrize('name', list(RECIPES))
-def test_robots_as_people_write_them_are_not_sound(name, tmp_path):
-    assert sound_wheels(parse_urdf(urdf_of(RECIPES[name], tmp_path), 'robot'), LEFT, RIGHT) is None
