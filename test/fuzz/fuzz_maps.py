@@ -5,7 +5,7 @@ import io
 import numpy as np
 from PIL import Image
 
-from diff_encoder_sim.base.command_line import run_tool
+from diff_encoder_sim.base.command_line import user_errors
 from diff_encoder_sim.localization.amcl import Amcl
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.map_files import load_map, save_map
@@ -25,7 +25,8 @@ def warm_up(folder):
 
 def run(rng, folder):
     path = write_map(rng, folder, odd_mapping(rng, GOOD, 1) if rng.random() < 0.5 else GOOD, is_odd=True)
-    run_tool('fuzz', lambda: _use(path))  # as every command does
+    with user_errors('fuzz'):  # as every command does
+        _use(path)
 
 
 def write_map(rng, folder, description, is_odd=False):

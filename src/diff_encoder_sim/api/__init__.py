@@ -34,20 +34,8 @@ _HOMES = {
     'write_report': 'api.results',
 }
 
-__all__ = [
-    'ConfigError',
-    'PathError',
-    'PoseSeries',
-    'PoseSource',
-    'ReencodedDrive',
-    'Results',
-    'read_path',
-    'read_results',
-    'reencode',
-    'run_campaign',
-    'summary',
-    'write_report',
-]
+__all__ = ['ConfigError', 'PathError', 'PoseSeries', 'PoseSource', 'ReencodedDrive', 'Results', 'read_path']
+__all__ += ['read_results', 'reencode', 'run_campaign', 'summary', 'write_report']
 
 
 def __getattr__(name: str) -> Any:

@@ -11,13 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence
 
-from diff_encoder_sim.advice.advice_tables import (
-    advice_json,
-    answers_text,
-    closed_form_text,
-    own_encoder_text,
-    tables_text,
-)
+from diff_encoder_sim.advice import advice_tables as tables
 from diff_encoder_sim.advice.answers import Requirement
 from diff_encoder_sim.advice.encoder_search import FORGIVEN, Asked
 from diff_encoder_sim.advice.listed_encoders import candidates_of, listed_encoders
@@ -84,21 +78,20 @@ def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
     campaign = with_checks('advise', _candidates(options), options.unchecked)
     name_campaigns_encoders(as_called('advise'), campaign)
     advice = study_odometry(campaign, requirement, options.distance)
-    print(f'{advice.robot}: {requirement}\n{answers_text(advice)}')
-    print(f'  the same in closed form, for quantisation only: {closed_form_text(advice)}', flush=True)
+    print(f'{advice.robot}: {requirement}\n{tables.answers_text(advice)}')
+    print(f'  the same in closed form, for quantisation only: {tables.closed_form_text(advice)}', flush=True)
     print(f'{as_called("advise")}: first answer after {time.monotonic() - began_s:.1f} s', file=sys.stderr)
     if options.has_trials:
         name_stopping('advise', campaign, requirement.position_m, options.yaw_tolerance)
         with _candidate_trials(options, campaign, run or run_trials) as trials_with:
             advice = study_trials(campaign, advice, trials_with)
     advice = with_budgets(advice)
-    tests = [curve.draws for curve in advice.curves.curves]
-    config, candidates = package_folder() / 'config', candidates_of(campaign)
-    encoders = listed_encoders(tests, config, requirement, advice.answers, candidates)
+    tests, config = [curve.draws for curve in advice.curves.curves], package_folder() / 'config'
+    encoders = listed_encoders(tests, config, requirement, advice.answers, candidates_of(campaign))
     advice = advice._replace(encoders=encoders)
     if options.has_trials:
-        print(answers_text(advice))
-    print(f'\n{tables_text(advice)}\n{own_encoder_text(advice)}')
+        print(tables.answers_text(advice))
+    print(f'\n{tables.tables_text(advice)}\n{tables.own_encoder_text(advice)}')
     page = options.out / PAGE
     page.parent.mkdir(parents=True, exist_ok=True)
     from diff_encoder_sim.advice.advice_page import write_page  # noqa: PLC0415 - Altair takes a second to import
@@ -106,7 +99,8 @@ def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
     write_page(advice, page)
     print(f'Page: {page}')
     if options.json:
-        write_file(options.json, json.dumps(advice_json(advice), indent=1, allow_nan=False).encode('utf-8'))
+        text = json.dumps(tables.advice_json(advice), indent=1, allow_nan=False)
+        write_file(options.json, text.encode('utf-8'))
         print(f'JSON: {options.json}')
     return advice
 
@@ -119,8 +113,7 @@ def _checked(options: AdviceOptions) -> AdviceOptions:
     """
     asked = Asked(options.share, options.confidence)
     fewest = asked.fewest_trials()
-    if options.trials is None:
-        options = replace(options, trials=asked.fewest_trials(FORGIVEN))
+    options = replace(options, trials=asked.fewest_trials(FORGIVEN) if options.trials is None else options.trials)
     if options.has_trials and options.distance is not None:
         raise ConfigError(f'--distance: given {options.distance:g}, but trials drive the tests; allowed: --no-trials')
     if options.has_trials and options.trials is not None and options.trials < fewest:
@@ -144,9 +137,8 @@ def _candidates(options: AdviceOptions) -> Campaign:
     given['files'] = None if options.amcl is None else {'amcl': options.amcl}
 
     def load(values: Mapping[str, Any]) -> Campaign:
-        arguments = xacro_arguments(options.robot_args)
-        folder, packages = package_folder(), options.packages
-        return load_campaign(options.candidates, folder, values, arguments, packages, options.has_trials)
+        robot = xacro_arguments(options.robot_args), options.packages
+        return load_campaign(options.candidates, package_folder(), values, *robot, options.has_trials)
 
     campaign = load(given)
     if campaign.params.vary or campaign.params.variants:

@@ -6,7 +6,7 @@ import contextlib
 import sys
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any, ContextManager, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Union
+from typing import Any, ContextManager, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
 
 from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.analysis.results_loading import load_results
@@ -72,9 +72,9 @@ def run_campaign(out: Union[str, Path], config: Union[str, Path] = 'quick', **op
         CampaignFault: trials cannot be run.
     """
     given = CampaignOptions.of({'out': Path(out), 'config': str(config), **options})
-    done = complete(given, [CONSOLE, 'campaign', *_words({'config': config, 'out': out, **options})])
-    if done.unrun:
-        raise CampaignFault(done.unrun)
+    *_, unrun = complete(given, [CONSOLE, 'campaign', *_words({'config': config, 'out': out, **options})])
+    if unrun:
+        raise CampaignFault(unrun)
     return load_results([given.out])
 
 
@@ -88,16 +88,12 @@ def _words(options: Mapping[str, Any]) -> List[str]:
     return words
 
 
-class CampaignRun(NamedTuple):
-    """Outcome of a campaign."""
-
-    table: Path
-    summary: str
-    unrun: str  # trials that could not be run, with reasons; '' if none
-
-
-def complete(options: CampaignOptions, command: Sequence[str], run: Optional[RunTrials] = None) -> CampaignRun:
+def complete(
+    options: CampaignOptions, command: Sequence[str], run: Optional[RunTrials] = None
+) -> Tuple[Path, str, str]:
     """Run the trials of a campaign that are missing in its results folder.
+
+    Returns the path of the table, a summary, and the trials that could not be run, with reasons ('': none).
 
     Args:
         options: options of the command.
@@ -128,7 +124,7 @@ def complete(options: CampaignOptions, command: Sequence[str], run: Optional[Run
         duration = f'{progress.wall_time_s():.1f} s, {progress.real_time_factor():.1f} times real time'
         duration = duration if progress.done_now else 'all trials are already finished'
         summary = f'{outcome_table(store.rows)}\n{duration}'
-        return CampaignRun(table, summary, unrun_text('campaign', unrun) if unrun else '')
+        return table, summary, unrun_text('campaign', unrun) if unrun else ''
 
 
 def workers(options: WorkerOptions, pending: int) -> ContextManager[Workers]:

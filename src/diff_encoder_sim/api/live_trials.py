@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import math
 import os
-import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Optional, Union
+from typing import List, Union
 
 import yaml
 from pydantic import Field
 
-from diff_encoder_sim.api.notes import name_encoders, name_rates, name_stopping_of_trial
+from diff_encoder_sim.api.notes import name_encoders, name_rates, name_stopping_of_trial, self_checked
 from diff_encoder_sim.api.robots import OWN_PPR, SIMULATED, LaunchedRobot, LaunchOptions, launched_robot
 from diff_encoder_sim.base.atomic_files import LONGEST_NEW_NAME
 from diff_encoder_sim.base.bounds import Seed
@@ -27,9 +26,7 @@ from diff_encoder_sim.drives.test_definition import TestDefinition, find_world, 
 from diff_encoder_sim.drives.trial_definition import LivePlan, Trial, wheels_of
 from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.localization.occupancy_grid import OCCUPIED, UNKNOWN
-from diff_encoder_sim.simulation.self_check import checks_table
 from diff_encoder_sim.simulation.state import JOINTS_RATE_HZ, STATES_PERIOD_S, STATES_RATE_HZ
-from diff_encoder_sim.trials.campaign_cells import check_robot
 from diff_encoder_sim.trials.campaign_loading import at_pace_of
 from diff_encoder_sim.trials.required_packages import GAZEBO, UPSTREAM_NAVIGATION, UPSTREAM_SLAM, require
 from diff_encoder_sim.trials.route_driver import misfit
@@ -151,19 +148,14 @@ def _check_robot(options: TrialOptions, trial: Trial, robot: LaunchedRobot, map_
     Raises:
         ConfigError: a check fails.
     """
-    problems = []
+    params, file = robot.params, robot.setup.file
+    problems: List[str] = []
     if options.sim == SIMULATED:
         robot.setup.check_laser()
-        checks = check_robot(robot.setup.file.source, robot.params.simulator)
-        failed = [check.name for check in checks if not check.is_ok]
-        if failed:
-            print(checks_table(checks), file=sys.stderr)
-            problems.append(f'{robot.setup.file.where}: the robot fails its self-check: {", ".join(failed)}')
+        _, problems = self_checked(file.source, file.where, params.simulator)
     # Scripted drives need no map; a collision ends them at once.
     if options.nav != 'scripted':
-        problems += filter(
-            None, [misfit(trial.test, robot.params.navigator, robot.params.simulator.drive, load_map(map_path))]
-        )
+        problems += filter(None, [misfit(trial.test, params.navigator, params.simulator.drive, load_map(map_path))])
     if problems:
         raise ConfigError('; '.join([*problems, 'allowed: another robot or test, or unchecked:=true']))
 
@@ -172,9 +164,8 @@ def _check_start(test: TestDefinition, map_path: str) -> None:
     """Refuse a start at which AMCL cannot localize, which would last until the test's time limit."""
     grid, start = load_map(map_path), test.start
     cell = grid.cell_at(start.x, start.y)
-    where: Optional[str] = 'outside'
-    if grid.contains(*cell):
-        where = {OCCUPIED: 'in a wall of', UNKNOWN: 'in unknown space of'}.get(int(grid.cells[cell]))
+    found = int(grid.cells[cell]) if grid.contains(*cell) else None
+    where = {None: 'outside', OCCUPIED: 'in a wall of', UNKNOWN: 'in unknown space of'}.get(found)
     if where is not None:
         raise ConfigError(
             f'test {test.name}: start: given ({start.x:.2f}, {start.y:.2f}), {where} '

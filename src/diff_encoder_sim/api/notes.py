@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 import sys
-from typing import Iterable
+from typing import Iterable, List, Tuple
 
 from diff_encoder_sim.base.command_line import as_called
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder
-from diff_encoder_sim.simulation.self_check import checks_table
+from diff_encoder_sim.robots.description import RobotSource
+from diff_encoder_sim.simulation.self_check import Check, checks_table
+from diff_encoder_sim.simulation.simulator import SimulatorParams
 from diff_encoder_sim.simulation.state import JOINTS_RATE_HZ
 from diff_encoder_sim.trials.campaign_cells import Campaign, check_robot, unfit_tests
 from diff_encoder_sim.trials.robot_params import RobotParams, as_upstream, spread_with, stopping_line
@@ -32,21 +34,14 @@ def name_rates(command: str, rates_hz: Iterable[float]) -> None:
     """Print a line for each report rate above the rate of the simulator's joint states."""
     for rate_hz in dict.fromkeys(rates_hz):
         if rate_hz > JOINTS_RATE_HZ:
-            given = f'rate: {rate_hz:g} Hz'
-            print(
-                f'{command}: {given}, but reports are limited to the {JOINTS_RATE_HZ:g} Hz of joint states',
-                file=sys.stderr,
-            )
+            limit = f'but reports are limited to the {JOINTS_RATE_HZ:g} Hz of joint states'
+            print(f'{command}: rate: {rate_hz:g} Hz, {limit}', file=sys.stderr)
 
 
 def name_stopping(name: str, campaign: Campaign, tolerance_m: float, tolerance_deg: float) -> None:
-    """Print the stopping behaviour of a campaign's robot, and a warning if it exceeds the tolerance.
+    """Print the stopping behaviour of a campaign's robot, and a warning if it exceeds the tolerance of the results.
 
-    Args:
-        name: name of the command.
-        campaign: campaign to run.
-        tolerance_m: tolerance of the results, in x and in y.
-        tolerance_deg: tolerance of the heading.
+    `tolerance_m` is in x and in y, `tolerance_deg` that of the heading; `name` is the command.
     """
     if campaign.params.nav != 'embedded':
         return
@@ -73,6 +68,15 @@ def name_stopping_of_trial(nav: str, params: RobotParams) -> None:
         print(f'trial.launch: {stopping_line(used, [params.encoder.counts_per_turn])}', file=sys.stderr)
 
 
+def self_checked(source: RobotSource, where: str, params: SimulatorParams) -> Tuple[List[Check], List[str]]:
+    """Return the self-check of a robot, and a problem if it fails; its results are then printed."""
+    checks = check_robot(source, params)
+    failed = [check.name for check in checks if not check.is_ok]
+    if failed:
+        print(checks_table(checks), file=sys.stderr)
+    return checks, [f'{where}: the robot fails its self-check: {", ".join(failed)}'] if failed else []
+
+
 def with_checks(name: str, campaign: Campaign, is_unchecked: bool) -> Campaign:
     """Return the campaign with the results of its robot's self-check.
 
@@ -82,12 +86,8 @@ def with_checks(name: str, campaign: Campaign, is_unchecked: bool) -> Campaign:
     file = campaign.robot.file
     for warning in campaign.robot.description.warnings:
         print(f'{as_called(name)}: {file.where}: {warning}', file=sys.stderr)
-    checks = check_robot(file.source, campaign.cells[0].robot_params.simulator)
-    problems = unfit_tests(campaign, package_folder() / 'worlds')
-    failed = [check.name for check in checks if not check.is_ok]
-    if failed:
-        print(checks_table(checks), file=sys.stderr)
-        problems.insert(0, f'{file.where}: the robot fails its self-check: {", ".join(failed)}')
+    checks, problems = self_checked(file.source, file.where, campaign.cells[0].robot_params.simulator)
+    problems += unfit_tests(campaign, package_folder() / 'worlds')
     if problems and not is_unchecked:
         raise ConfigError('; '.join([*problems, 'allowed: another robot or test, or --unchecked']))
     for problem in problems:

@@ -10,33 +10,14 @@ from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Seq
 
 import numpy as np
 
-from diff_encoder_sim.api.wheel_options import (
-    DriveOptions,
-    RecordedRobot,
-    bag_wheels,
-    check_wheel_options,
-    chosen_encoders,
-    csv_wheels,
-    parameters_with,
-    recorded_robot,
-)
+from diff_encoder_sim.api import wheel_options
+from diff_encoder_sim.api.wheel_options import DriveOptions, RecordedRobot, parameters_with
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import PoseSeries
+from diff_encoder_sim.drives import reencoding as encoding
 from diff_encoder_sim.drives.bag_source import open_source
 from diff_encoder_sim.drives.csv_wheels import CsvStream, DriveStream
-from diff_encoder_sim.drives.reencoding import (
-    EncodedDrive,
-    Encoder,
-    ReadDrive,
-    copied_topics,
-    csv_table,
-    drive_errors,
-    encode_drive,
-    error_rows,
-    has_commands,
-    read_drive,
-    text_table,
-)
+from diff_encoder_sim.drives.reencoding import EncodedDrive, Encoder, ReadDrive
 from diff_encoder_sim.drives.reference import find_reference
 from diff_encoder_sim.drives.topics import CMD_VEL, TRIAL
 from diff_encoder_sim.drives.trajectory_error import PathError
@@ -100,37 +81,42 @@ def reencoding(options: DriveOptions) -> Reencoding:
         ConfigError: as in `reencode`.
     """
     begin_s = time.perf_counter()
-    check_wheel_options(options)
+    wheel_options.check_wheel_options(options)
     path, trial, reference = options.csv or options.bag or Path(), None, None
     with contextlib.ExitStack() as opened:
         if options.csv:
             table = CsvStream(path, options.columns, options.time_unit or 's')
-            robot = recorded_robot(options, None)
-            stream, wheels = table, csv_wheels(options, table.topic, robot)  # type: DriveStream, WheelSource
+            robot = wheel_options.recorded_robot(options, None)
+            wheels: WheelSource = wheel_options.csv_wheels(options, table.topic, robot)
+            stream: DriveStream = table
         else:
             source = opened.enter_context(open_source(path))
             trial = trial_of_source(path, source)
-            robot = recorded_robot(options, trial)
-            stream, wheels = source, bag_wheels(options, path, source, trial, robot)
+            robot = wheel_options.recorded_robot(options, trial)
+            stream, wheels = source, wheel_options.bag_wheels(options, path, source, trial, robot)
             reference = find_reference(path, source, options.reference)
             robot = _with_joints(options, wheels, robot)
-        chosen = chosen_encoders(options, robot.encoder)
+        chosen = wheel_options.chosen_encoders(options, robot.encoder)
         files = output_files(options.out, path, chosen)
         encoders = [
             Encoder(each.ppr, each.name, *parameters_with(each, robot.encoder, robot.odometry)) for each in chosen
         ]
-        copied = [*copied_topics(stream), *([TRIAL] if trial else [])] if files else []
-        read = read_drive(stream, wheels, reference, copied)
+        copied = [*encoding.copied_topics(stream), *([TRIAL] if trial else [])] if files else []
+        read = encoding.read_drive(stream, wheels, reference, copied)
         why = '; '.join(read.notes[-1:]) or stream.fault or 'too short'
         no_drive = f'no drive in {read.messages} {wheels.text}: {why}; expected two reports of the encoder'
         encoded = _encoded(path, read, encoders, trial, files, f'{path}: {no_drive}')
         notes = [*read.notes, *_notes(stream, robot, encoders, bool(files))]
-    errors = drive_errors(read, encoded, reference is not None)
+    errors = encoding.drive_errors(read, encoded, reference is not None)
     if reference and not any(errors):
         notes.append(f'no pose of {reference.name} has the stamp of an odometry message: no errors computed')
-    rows = error_rows(encoded, errors)
+    rows = encoding.error_rows(encoded, errors)
     if files:
-        _write_text(files[CSV_NAME], csv_table(rows))
+        try:
+            with open(files[CSV_NAME], 'x', encoding='utf-8') as file:
+                file.write(encoding.csv_table(rows))
+        except OSError as error:
+            raise ConfigError(f'{files[CSV_NAME]}: {error.strerror}') from None
     compared = reference.name if reference else 'the odometry of the finest PPR'
     about = f'{read.messages} {wheels.text} in {read.duration_s:.1f} s, read in {time.perf_counter() - begin_s:.1f} s'
     lines, recorded = [f'{path}: {about}; compared with {compared}', robot.text()], wheels.ppr
@@ -147,7 +133,7 @@ def reencoding(options: DriveOptions) -> Reencoding:
     return Reencoding(
         drives,
         [*encoder_lines(chosen, robot.odometry.wheel_diameter), *(f'{path}: {note}' for note in notes)],
-        '\n'.join([*lines, '', text_table(rows), '', LEGEND]),
+        '\n'.join([*lines, '', encoding.text_table(rows), '', LEGEND]),
         list(files.values()),
     )
 
@@ -215,7 +201,7 @@ def _encoded(
         with contextlib.ExitStack() as bags:  # removes the bags after an error
             for encoder in encoders:
                 bag = bags.enter_context(TrialBag(files[encoder.label], 'full')) if files else None
-                encoded.append(encode_drive(read, encoder, trial, bag))
+                encoded.append(encoding.encode_drive(read, encoder, trial, bag))
             if not any(one.reports > 1 for one in encoded):
                 raise ConfigError(no_drive)
     except OSError as error:
@@ -223,19 +209,11 @@ def _encoded(
     return encoded
 
 
-def _write_text(path: Path, text: str) -> None:
-    try:
-        with open(path, 'x', encoding='utf-8') as file:
-            file.write(text)
-    except OSError as error:
-        raise ConfigError(f'{path}: {error.strerror}') from None
-
-
 def _notes(stream: DriveStream, robot: RecordedRobot, encoders: Sequence[Encoder], has_bags: bool) -> Iterator[str]:
     """Yield notes on assumed or missing data."""
     if robot.is_guessed():
         yield 'neither the bag nor --robot contains wheel parameters; using config/config.yaml'
-    if any(each.params.encoder.counts_by_command for each in encoders) and not has_commands(stream):
+    if any(each.params.encoder.counts_by_command for each in encoders) and not encoding.has_commands(stream):
         yield f'no {CMD_VEL} (geometry_msgs/Twist) for the direction of counts: all counts are forward'
     if stream.fault:
         yield f'{stream.fault}; using all readable messages'

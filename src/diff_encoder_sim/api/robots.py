@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,16 +21,9 @@ from diff_encoder_sim.robots.robot_setup import RobotSetup, robot_file_text, set
 from diff_encoder_sim.robots.xacro_expansion import expand, xacro_arguments, xacro_arguments_of_text
 from diff_encoder_sim.simulation.link_frames import display_urdf, without_root_inertia
 from diff_encoder_sim.simulation.self_check import checks_table
+from diff_encoder_sim.trials import robot_params
 from diff_encoder_sim.trials.campaign_cells import check_robot
-from diff_encoder_sim.trials.robot_params import (
-    CONFIG_FILES,
-    RobotParams,
-    check_key,
-    load_robot,
-    load_robot_config,
-    override,
-    uncertainty_of_robot,
-)
+from diff_encoder_sim.trials.robot_params import CONFIG_FILES, RobotParams, load_robot
 from diff_encoder_sim.wheels.catalogue import RESOLUTION_KEYS, ChosenEncoder, chosen, load_encoder, own_encoder
 from diff_encoder_sim.wheels.diagnostics import hidden_encoder
 from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, OdometryParams
@@ -89,7 +83,7 @@ def launched_robot(
         if OWN_PPR in arguments:
             raise ConfigError(f'encoder: given {options.encoder} with ppr {arguments[OWN_PPR]}; allowed: one of them')
         encoder = chosen(load_encoder(options.encoder, config, users_folder))
-    settings = {**(usual or {}), **_config(uncertainty_of_robot(setup.settings)), **setup.settings}
+    settings = {**(usual or {}), **_config(robot_params.uncertainty_of_robot(setup.settings)), **setup.settings}
     if setup.file.ppr is not None:
         settings[OWN_PPR] = setup.file.ppr
     is_noise_given = any(OWN_NOISE in values for values in (settings, theirs, arguments))
@@ -110,7 +104,10 @@ def launched_robot(
     costmaps, navigation = load_yaml(config / 'navigation.yaml'), load_yaml(files['navigation'])
     missing = {name: costmaps[name] for name in COSTMAPS if name not in navigation}
     settings = {**dict(flat({'navigation': missing})), **settings, **given}
-    params = _checked(files, settings)
+    values = {stem: load_yaml(files.get(stem, config / f'{stem}.yaml')) for stem in CONFIG_FILES}
+    for stem, classes in CONFIG_FILES.items():
+        split_params(values[stem], files.get(stem, stem), *classes.values())  # separately, for errors of this file
+    params = robot_params.override(values, settings)
     resolution = own_encoder(params.encoder).resolution
     if OWN_PPR in given and encoder is None and resolution:
         raise ConfigError(
@@ -147,13 +144,6 @@ def _users_values(files: Mapping[str, str]) -> Dict[str, Any]:
 def _overlap(key: str, other: str) -> bool:
     """Return whether two dotted keys are equal, or one is a prefix of the other."""
     return f'{key}.'.startswith(f'{other}.') or f'{other}.'.startswith(f'{key}.')
-
-
-def _checked(files: Mapping[str, str], settings: Mapping[str, Any]) -> RobotParams:
-    config = {stem: load_yaml(files.get(stem, package_folder() / 'config' / f'{stem}.yaml')) for stem in CONFIG_FILES}
-    for stem, classes in CONFIG_FILES.items():
-        split_params(config[stem], str(files.get(stem, stem)), *classes.values())  # separately, for errors of this file
-    return override(config, settings)
 
 
 def robot_urdf(options: LaunchOptions, arguments: Sequence[str], frames: bool, no_root_inertia: bool) -> str:
@@ -216,7 +206,8 @@ def inspect_robot(
         except OSError as error:
             raise ConfigError(f'--write: {write} cannot be written: {error.strerror}') from None
         show(f'\nWritten: {write}')
-    params = override(load_robot_config(package_folder() / 'config'), setup.settings).simulator
+    usual = robot_params.load_robot_config(package_folder() / 'config')
+    params = robot_params.override(usual, setup.settings).simulator
     if description.laser is None:
         params = params.model_copy(update={'laser_link': ''})  # the default link does not exist
     checks = check_robot(setup.file.source, params)
@@ -252,11 +243,9 @@ def node_settings(options: LaunchOptions, values: Sequence[str], bag: str) -> Tu
 def _of_bag(given: str) -> Dict[str, Any]:
     """Return the seed and the wheel uncertainty of a bag's trial, as in `reencode`."""
     path = users_path(given)
-    try:
-        with open_source(path) as source:
-            trial = trial_of_source(path, source)
-    except ConfigError:
-        return {}  # replay_node reports the error
+    trial = None
+    with contextlib.suppress(ConfigError), open_source(path) as source:  # replay_node reports the error
+        trial = trial_of_source(path, source)
     if trial is None:
         return {}
     return {'config.seed': trial.number, **{f'config.{key}': getattr(trial, key) for key in UNCERTAINTY_KEYS}}
@@ -274,7 +263,7 @@ def launch_arguments(words: Sequence[str]) -> Dict[str, Any]:
         if not (key and separator):
             raise ConfigError(f'arguments: given {word!r}; allowed: FILE.KEY:=VALUE')
         if key not in SET_BY_ARGUMENTS:
-            check_key(key)
+            robot_params.check_key(key)
         if text:
             values[key] = yaml_value(text, key)
     return values

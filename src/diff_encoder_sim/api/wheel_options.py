@@ -10,30 +10,16 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.base.params import merged, nested, shared_params, with_changes
 from diff_encoder_sim.base.yaml_files import load_yaml, yaml_value
+from diff_encoder_sim.drives import joint_wheels, wheel_source
 from diff_encoder_sim.drives.bag_source import BagSource
 from diff_encoder_sim.drives.csv_wheels import CsvWheels
 from diff_encoder_sim.drives.field_wheels import FieldWheels, find_field, serving_options
-from diff_encoder_sim.drives.joint_wheels import (
-    JOINT_TYPES,
-    JointWheels,
-    PulseWheels,
-    WheelOptions,
-    find_wheels,
-    joint_topics,
-)
 from diff_encoder_sim.drives.number_units import COUNTED, SPEEDS, TICKS, TIME_UNITS, UNITS
 from diff_encoder_sim.drives.odometry_wheels import OdometryWheels
 from diff_encoder_sim.drives.reference import find_poses
 from diff_encoder_sim.drives.topics import TRIAL
 from diff_encoder_sim.drives.trial_definition import OF_ENCODER, OF_ODOMETRY, Trial
-from diff_encoder_sim.drives.wheel_source import (
-    DEFAULT_SEED,
-    SPEEDS_NOTE,
-    WheelSource,
-    WheelUnit,
-    start_angles_note,
-    start_angles_rad,
-)
+from diff_encoder_sim.drives.wheel_source import WheelSource, WheelUnit
 from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
 from diff_encoder_sim.trials.robot_params import load_robot, uncertainty_of_robot
 from diff_encoder_sim.wheels.catalogue import RESOLUTION_KEYS, ChosenEncoder, chosen, load_encoders, own_encoder
@@ -78,7 +64,7 @@ class DriveOptions:
     @property
     def start_seed(self) -> int:
         """Return the seed of the wheels' angles at the start."""
-        return DEFAULT_SEED if self.seed is None else self.seed
+        return wheel_source.DEFAULT_SEED if self.seed is None else self.seed
 
 
 # Wheel sources, and the options that belong to some of them.
@@ -99,8 +85,8 @@ def check_wheel_options(options: DriveOptions) -> None:
     """
     given = [name for name in _SOURCES if getattr(options, name)]
     if len(given) > 1:
-        all_of_them = 'both' if len(given) == 2 else 'all'
-        raise ConfigError(f'{", ".join(map(_option, given))}: given {all_of_them}; allowed: one of them')
+        count = 'both' if len(given) == 2 else 'all'
+        raise ConfigError(f'{", ".join(map(_option, given))}: given {count}; allowed: one of them')
     if bool(options.bag) == bool(options.csv):
         raise ConfigError(f'BAG, --csv: given {"both" if options.csv else "neither"}; allowed: one of them')
     for name, units in (('unit', UNITS), ('time_unit', TIME_UNITS)):
@@ -252,18 +238,13 @@ def recorded_robot(options: DriveOptions, trial: Optional[Trial]) -> RecordedRob
     return RecordedRobot(encoder, odometry, modulus, sources)
 
 
-class _Numbers(NamedTuple):
-    """Interpretation of the numbers of both wheels."""
-
-    units: Tuple[WheelUnit, WheelUnit]
-    ppr: Optional[PerWheel]  # of counts
-    text: str
-    notes: Tuple[str, ...]  # limits of the angles
+# Units of both wheels, PPR of counts, text, and notes on the limits of the angles.
+WheelNumbers = Tuple[Tuple[WheelUnit, WheelUnit], Optional[PerWheel], str, Tuple[str, ...]]
 
 
 def wheel_numbers(
     options: DriveOptions, robot: RecordedRobot, bits: Sequence[Optional[int]] = (None, None)
-) -> _Numbers:
+) -> WheelNumbers:
     """Return the interpretation of wheel numbers.
 
     Args:
@@ -291,15 +272,13 @@ def wheel_numbers(
     if any(moduli):
         texts.append(f'the counter wraps at {" and ".join(map(str, sorted(set(moduli))))}')
     texts += [f'{side} reversed' for side in options.reversed]
-    radius_m, starts_rad = 0.5 * robot.odometry.wheel_diameter, start_angles_rad(options.start_seed)
+    radius_m, starts_rad = 0.5 * robot.odometry.wheel_diameter, wheel_source.start_angles_rad(options.start_seed)
     left, right = (
-        WheelUnit(
-            unit, radius_m, None if ppr is None else getattr(ppr, side), modulus, side in options.reversed, start_rad
-        )
+        WheelUnit(unit, radius_m, getattr(ppr, side, None), modulus, side in options.reversed, start_rad)
         for side, modulus, start_rad in zip(('left', 'right'), moduli, starts_rad)
     )
-    notes = (SPEEDS_NOTE, start_angles_note(options.start_seed)) if unit in SPEEDS else ()
-    return _Numbers((left, right), ppr, ', '.join(texts), notes)
+    notes = (wheel_source.SPEEDS_NOTE, wheel_source.start_angles_note(options.start_seed)) if unit in SPEEDS else ()
+    return (left, right), ppr, ', '.join(texts), notes
 
 
 def csv_wheels(options: DriveOptions, topic: str, robot: RecordedRobot) -> CsvWheels:
@@ -334,14 +313,14 @@ def _joint_wheels(
     options: DriveOptions, path: Path, source: BagSource, trial: Optional[Trial], robot: RecordedRobot
 ) -> WheelSource:
     is_given = bool(options.joint_states or options.pulses)
-    if not (is_given or any(joint_topics(source, kind) for kind in JOINT_TYPES)):
+    if not (is_given or any(joint_wheels.joint_topics(source, kind) for kind in joint_wheels.JOINT_TYPES)):
         listed = ' | '.join(serving_options(source)) or f'nothing in its topics {", ".join(sorted(source.topics))}'
-        raise ConfigError(f'{path}: no topic of {" or ".join(JOINT_TYPES)}; alternatives: {listed}')
+        raise ConfigError(f'{path}: no topic of {" or ".join(joint_wheels.JOINT_TYPES)}; alternatives: {listed}')
     ppr = ppr_of_text('--pulses-ppr', options.pulses_ppr) if options.pulses_ppr else None
     pulses_ppr = ppr if ppr or trial is None else trial.ppr
-    selected = WheelOptions(options.joint_states, options.pulses, pulses_ppr, options.left, options.right)
+    selected = joint_wheels.WheelOptions(options.joint_states, options.pulses, pulses_ppr, options.left, options.right)
     try:
-        wheels = find_wheels(path, source, selected, robot.encoder)
+        wheels = joint_wheels.find_wheels(path, source, selected, robot.encoder)
     except ConfigError as error:
         alternatives = '' if is_given else ' | '.join(serving_options(source))
         raise ConfigError(f'{error}; alternatives: {alternatives}' if alternatives else str(error)) from None
@@ -349,7 +328,7 @@ def _joint_wheels(
         if ppr is not None:
             expected = 'expected --pulses TOPIC with it, or neither'
             raise ConfigError(f'--pulses-ppr: given, but {wheels.topic} has wheel angles; {expected}')
-        return JointWheels(wheels, source.is_cdr)
+        return joint_wheels.JointWheels(wheels, source.is_cdr)
     counting = {'ppr': wheels.ppr, 'counter_modulus': robot.counts_modulus, 'encoder': IDEAL_ENCODER}
     odometry, notes = robot.odometry.model_copy(update=counting), []
     if trial and ppr is None and (trial.encoder or trial.variant):
@@ -357,4 +336,4 @@ def _joint_wheels(
         notes.append(f'the angles are counts of {trial.encoder_label}{variant}, with its errors')
     if trial and ppr is None and trial.counter_modulus not in (0, robot.counts_modulus):
         notes.append(f'{robot.counter_text()}; the recorded trial has {trial.counter_modulus}')
-    return PulseWheels(wheels.topic, wheels.joints, source.is_cdr, odometry, robot.counter_text(), notes)
+    return joint_wheels.PulseWheels(wheels.topic, wheels.joints, source.is_cdr, odometry, robot.counter_text(), notes)

@@ -86,10 +86,11 @@ def _filled(text: str) -> str:
     return '\n\n'.join(textwrap.fill(paragraph, HELP_WIDTH) for paragraph in paragraphs)
 
 
-def run_tool(name: str, tool: Callable[[], None]) -> None:
-    """Run a tool; a user error prints one line and exits with status 1."""
+@contextlib.contextmanager
+def user_errors(name: str) -> Iterator[None]:
+    """Exit with status 1 and one line if the body or the decorated function of a tool has a user error."""
     try:
-        tool()
+        yield
     except ConfigError as error:
         sys.exit(f'{as_called(name)}: {error}')
     except BrokenPipeError:
@@ -109,12 +110,13 @@ class Stopped(BaseException):
     when = 'before the first trial'
 
 
-def run_trials_tool(name: str, tool: Callable[[], None]) -> None:
-    """Run a tool that runs trials; a fault or a signal prints one line and sets the exit status."""
+@contextlib.contextmanager
+def faults_of_trials(name: str) -> Iterator[None]:
+    """As `user_errors` for a tool that runs trials; a fault or a signal prints one line and sets the exit status."""
     logging.basicConfig(format=f'{as_called(name)}: %(message)s')
     try:
-        with _signals_raise():
-            run_tool(name, tool)
+        with _signals_raise(), user_errors(name):
+            yield
     except CampaignFault as fault:
         sys.exit(f'{as_called(name)}: {fault}')
     except Stopped as stopped:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Optional, Sequence
 
 from diff_encoder_sim.analysis.quantities import LEVEL, REQUIRED_FRACTION, YAW, X
 from diff_encoder_sim.base.bounds import PULSES_PER_TURN, TRIALS, Between
-from diff_encoder_sim.base.command_line import number_within, run_trials_tool, tool_parser, whole_number_within
+from diff_encoder_sim.base.command_line import faults_of_trials, number_within, tool_parser, whole_number_within
 from diff_encoder_sim.cli.arguments import add_amcl, add_encoders, add_robot_arguments, add_unchecked, add_workers
 
 if TYPE_CHECKING:
@@ -38,13 +38,8 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
 
     add_robot_arguments(parser, note=' (default: alto)')
     add_amcl(parser)
-    number(
-        '--tolerance',
-        Between(1e-6, 1000.0, 'm'),
-        'M',
-        'allowed error in x and in y at the goal, in metres',
-        default=X.tolerance,
-    )
+    position = 'allowed error in x and in y at the goal, in metres'
+    number('--tolerance', Between(1e-6, 1000.0, 'm'), 'M', position, default=X.tolerance)
     heading = 'allowed error of the heading at the goal, in degrees'
     number('--yaw-tolerance', Between(1e-6, 360.0, 'degrees'), 'DEG', heading, default=YAW.tolerance)
     fraction = 'minimum fraction of trials within tolerance'
@@ -68,12 +63,8 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
         help='closed-loop trials per test and tested candidate (default: the number that shows the fraction even if '
         'two fail, 39 for 80 %%)',
     )
-    parser.add_argument(
-        '--no-trials',
-        dest='has_trials',
-        action='store_false',
-        help='answer only for odometry, without closed-loop trials',
-    )
+    only_odometry = 'answer only for odometry, without closed-loop trials'
+    parser.add_argument('--no-trials', dest='has_trials', action='store_false', help=only_odometry)
     parser.add_argument(
         '--out',
         type=Path,
@@ -87,13 +78,9 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
+@faults_of_trials('advise')
 def main(arguments: Optional[Sequence[str]] = None, run: Optional[RunTrials] = None) -> None:
     """Run the command line; `run` replaces the lockstep trials on a worker."""
-    options = parse(arguments)
-    run_trials_tool('advise', lambda: _advise(options, run))
-
-
-def _advise(options: argparse.Namespace, run: Optional[RunTrials]) -> None:
     from diff_encoder_sim.api.advice import AdviceOptions, advise
 
-    advise(AdviceOptions(**vars(options)), run)
+    advise(AdviceOptions(**vars(parse(arguments))), run)

@@ -11,7 +11,7 @@ import logging
 from pathlib import Path
 from typing import Optional, Sequence
 
-from diff_encoder_sim.base.command_line import as_called, run_tool, tool_parser
+from diff_encoder_sim.base.command_line import as_called, tool_parser, user_errors
 
 API = 'api.results'  # imported by the command on demand
 
@@ -43,14 +43,12 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
+@user_errors('analyze')
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the command line."""
-    logging.basicConfig(format=f'{as_called("analyze")}: %(message)s')
-    run_tool('analyze', lambda: _analyze(parse(arguments)))
-
-
-def _analyze(options: argparse.Namespace) -> None:
     from diff_encoder_sim.api.results import analyze
 
+    logging.basicConfig(format=f'{as_called("analyze")}: %(message)s')
+    options = parse(arguments)
     out, conclusions = analyze(options.paths, options.out, options.beside, lambda text: print(text, flush=True))
     print(f'\n{conclusions}\nReport: {out}')

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Optional, Sequence
 
 from diff_encoder_sim.base.bounds import PULSES_PER_TURN, TRIALS
-from diff_encoder_sim.base.command_line import number_within, run_trials_tool, tool_parser, whole_number_within
+from diff_encoder_sim.base.command_line import faults_of_trials, number_within, tool_parser, whole_number_within
 from diff_encoder_sim.cli.arguments import add_amcl, add_encoders, add_robot_arguments, add_unchecked, add_workers
 from diff_encoder_sim.drives.topics import BAG_FORMATS
 
@@ -57,13 +57,8 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
 def _add_overrides(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group('overrides of the campaign file (--ppr or --encoders: of both)')
     group.add_argument('--tests', nargs='+', metavar='TEST', help='tests: SL, SMT, DLD, or .yaml files')
-    group.add_argument(
-        '--ppr',
-        nargs='+',
-        type=number_within(PULSES_PER_TURN),
-        metavar='N',
-        help='ideal encoders, in pulses per wheel revolution',
-    )
+    ideal = 'ideal encoders, in pulses per wheel revolution'
+    group.add_argument('--ppr', nargs='+', type=number_within(PULSES_PER_TURN), metavar='N', help=ideal)
     add_encoders(group)
     group.add_argument(
         '--trials', type=whole_number_within(TRIALS), metavar='N', help='trials of each test with each encoder'
@@ -81,17 +76,12 @@ def _add_overrides(parser: argparse.ArgumentParser) -> None:
     )
 
 
+@faults_of_trials('campaign')
 def main(arguments: Optional[Sequence[str]] = None, run: Optional[RunTrials] = None) -> None:
     """Run the command line; `run` replaces the lockstep trials on a worker."""
-    options = parse(arguments)
-    run_trials_tool('campaign', lambda: _campaign(options, run))
-
-
-def _campaign(options: argparse.Namespace, run: Optional[RunTrials]) -> None:
     from diff_encoder_sim.api.campaigns import CampaignOptions, complete
 
-    done = complete(CampaignOptions.of(vars(options)), sys.argv, run)
-    print(done.table)
-    print(done.summary)
-    if done.unrun:
-        sys.exit(done.unrun)
+    table, summary, unrun = complete(CampaignOptions.of(vars(parse(arguments))), sys.argv, run)
+    print(f'{table}\n{summary}')
+    if unrun:
+        sys.exit(unrun)

@@ -10,7 +10,7 @@ import argparse
 from pathlib import Path
 from typing import Optional, Sequence
 
-from diff_encoder_sim.base.command_line import run_tool, tool_parser
+from diff_encoder_sim.base.command_line import tool_parser, user_errors
 from diff_encoder_sim.cli.arguments import ROBOT_HELP, add_description_arguments
 
 API = 'api.robots'  # imported by the command on demand
@@ -22,21 +22,14 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
     parser = tool_parser('check_robot', __doc__, examples)
     parser.add_argument('robot', metavar='ROBOT', help=ROBOT_HELP)
     add_description_arguments(parser)
-    parser.add_argument(
-        '--write',
-        type=Path,
-        metavar='FILE',
-        help='write a robot file with the detected values, for --robot and robot:=',
-    )
+    written = 'write a robot file with the detected values, for --robot and robot:='
+    parser.add_argument('--write', type=Path, metavar='FILE', help=written)
     return parser.parse_args(arguments)
 
 
+@user_errors('check_robot')
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the command line."""
-    run_tool('check_robot', lambda: _check(parse(arguments)))
-
-
-def _check(options: argparse.Namespace) -> None:
     from diff_encoder_sim.api.robots import inspect_robot
 
-    inspect_robot(**vars(options), show=lambda text: print(text, flush=True))
+    inspect_robot(**vars(parse(arguments)), show=lambda text: print(text, flush=True))

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Optional, Sequence
 
 from diff_encoder_sim.base.bounds import SEEDS
-from diff_encoder_sim.base.command_line import as_called, run_tool, tool_parser, whole_number_within
+from diff_encoder_sim.base.command_line import as_called, tool_parser, user_errors, whole_number_within
 from diff_encoder_sim.drives import topics
 
 API = 'api.maps'  # imported by the command on demand
@@ -40,13 +40,10 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
+@user_errors('map_bag')
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the command line."""
-    logging.basicConfig(format=f'{as_called("map_bag")}: %(message)s')
-    run_tool('map_bag', lambda: _map(parse(arguments)))
-
-
-def _map(options: argparse.Namespace) -> None:
     from diff_encoder_sim.api.maps import map_of_bag
 
-    print(map_of_bag(**vars(options)))
+    logging.basicConfig(format=f'{as_called("map_bag")}: %(message)s')
+    print(map_of_bag(**vars(parse(arguments))))

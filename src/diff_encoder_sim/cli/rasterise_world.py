@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Optional, Sequence
 
 from diff_encoder_sim.base.bounds import PLACES, Between
-from diff_encoder_sim.base.command_line import number_within, run_tool, tool_parser
+from diff_encoder_sim.base.command_line import number_within, tool_parser, user_errors
 
 API = 'api.maps'  # imported by the command on demand
 
@@ -38,18 +38,14 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
         metavar='M',
         help='side of a cell, in metres (default: %(default)s)',
     )
-    parser.add_argument(
-        '--out', type=Path, metavar='STEM', help='write STEM.pgm and STEM.yaml (default: next to the world)'
-    )
+    written = 'write STEM.pgm and STEM.yaml (default: next to the world)'
+    parser.add_argument('--out', type=Path, metavar='STEM', help=written)
     return parser.parse_args(arguments)
 
 
+@user_errors('rasterise_world')
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the command line."""
-    run_tool('rasterise_world', lambda: _rasterise(parse(arguments)))
-
-
-def _rasterise(options: argparse.Namespace) -> None:
     from diff_encoder_sim.api.maps import map_of_world
 
-    print(map_of_world(**vars(options)))
+    print(map_of_world(**vars(parse(arguments))))

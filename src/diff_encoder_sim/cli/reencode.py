@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Counter, Dict, Iterator, List, Optional, Sequence
 
 from diff_encoder_sim.base.bounds import COUNTER_STATES, SEEDS
-from diff_encoder_sim.base.command_line import as_called, run_tool, tool_parser, whole_number_within
+from diff_encoder_sim.base.command_line import as_called, tool_parser, user_errors, whole_number_within
 from diff_encoder_sim.cli.arguments import add_encoders, add_robot_arguments
 from diff_encoder_sim.drives.number_units import TIME_UNITS, UNITS
 
@@ -157,19 +157,16 @@ def _add_source_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
+@user_errors('reencode')
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the command line."""
-    handler, once = logging.StreamHandler(), OnceFilter()
-    handler.addFilter(once)
-    logging.basicConfig(format=f'{as_called("reencode")}: %(message)s', handlers=[handler])
-    run_tool('reencode', lambda: _reencode(parse(arguments), once))
-
-
-def _reencode(options: argparse.Namespace, once: OnceFilter) -> None:
     from diff_encoder_sim.api.recorded_drives import reencoding
     from diff_encoder_sim.api.wheel_options import DriveOptions
 
-    done = reencoding(DriveOptions(**vars(options)))
+    handler, once = logging.StreamHandler(), OnceFilter()
+    handler.addFilter(once)
+    logging.basicConfig(format=f'{as_called("reencode")}: %(message)s', handlers=[handler])
+    done = reencoding(DriveOptions(**vars(parse(arguments))))
     for line in (*once.left_out(), *done.notes):
         print(f'{as_called("reencode")}: {line}', file=sys.stderr)
     print(done.text)

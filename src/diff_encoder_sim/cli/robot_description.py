@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Optional, Sequence
 
-from diff_encoder_sim.base.command_line import run_tool, tool_parser
+from diff_encoder_sim.base.command_line import tool_parser, user_errors
 from diff_encoder_sim.cli.arguments import ROBOT_HELP
 
 API = 'api.robots'  # imported by the command on demand
@@ -28,13 +28,11 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
+@user_errors('robot_description')
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the command line."""
-    run_tool('robot_description', lambda: _print(parse(arguments)))
-
-
-def _print(options: argparse.Namespace) -> None:
     from diff_encoder_sim.api.robots import LaunchOptions, robot_urdf
 
+    options = parse(arguments)
     robot = LaunchOptions(options.robot, options.robot_args)
     print(robot_urdf(robot, options.arguments, options.frames, options.no_root_inertia))

@@ -9,7 +9,7 @@ import argparse
 import sys
 from typing import Optional, Sequence
 
-from diff_encoder_sim.base.command_line import run_tool, tool_parser
+from diff_encoder_sim.base.command_line import tool_parser, user_errors
 from diff_encoder_sim.cli.arguments import ROBOT_HELP, add_launched_robot
 
 API = 'api.robots'  # imported by the command on demand
@@ -26,17 +26,14 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
+@user_errors('robot_settings')
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the command line."""
-    run_tool('robot_settings', lambda: _print(parse(arguments)))
-
-
-def _print(options: argparse.Namespace) -> None:
     import yaml
 
     from diff_encoder_sim.api.robots import LaunchOptions, node_settings
 
-    given = dict(vars(options))
+    given = vars(parse(arguments))
     values, bag = given.pop('values'), given.pop('bag')
     settings, notes = node_settings(LaunchOptions(**given), values, bag)
     for note in notes:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 from typing import Optional, Sequence
 
-from diff_encoder_sim.base.command_line import run_tool, tool_parser
+from diff_encoder_sim.base.command_line import tool_parser, user_errors
 from diff_encoder_sim.cli.arguments import ROBOT_HELP, add_launched_robot
 
 API = 'api.live_trials'  # imported by the command on demand
@@ -37,12 +37,9 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
+@user_errors('trial.launch')
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the command line; errors start with trial.launch, which the user called."""
-    run_tool('trial.launch', lambda: _print(parse(arguments)))
-
-
-def _print(options: argparse.Namespace) -> None:
     from diff_encoder_sim.api.live_trials import TrialOptions, plan_as_yaml
 
-    print(plan_as_yaml(TrialOptions(**vars(options))), end='')
+    print(plan_as_yaml(TrialOptions(**vars(parse(arguments)))), end='')

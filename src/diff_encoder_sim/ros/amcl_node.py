@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from typing import Any, Dict, Optional, Tuple
+from typing import Dict, Optional, Tuple
 
 import numpy as np
 import rospy
@@ -49,7 +49,13 @@ class AmclNode:
     """Waits for a map, then updates the filter with each scan and the odometry at the scan's time."""
 
     def __init__(self) -> None:
-        params = node.node_params(AmclNodeParams, part='amcl', defaults=_trial_defaults())
+        plan = node.trial_plan()
+        defaults: Dict[str, float] = {}
+        if plan is not None:
+            start = plan.trial.test.start
+            defaults = dict(initial_pose_x=start.x, initial_pose_y=start.y, initial_pose_a=start.yaw)
+            defaults['seed'] = plan.trial.number
+        params = node.node_params(AmclNodeParams, part='amcl', defaults=defaults)
         # Frame ids may begin with '/', as they did before tf2.
         names = ('odom_frame_id', 'base_frame_id', 'global_frame_id')
         self._params = params.model_copy(update={name: getattr(params, name).lstrip('/') for name in names})
@@ -158,7 +164,10 @@ class AmclNode:
                     transform = newest.odom_pose_in_map, until_ns, frame, params.odom_frame_id
                     self._transforms.publish(TFMessage([conversions.transform_message(*transform)]))
                 self._to_save = newest.odom_pose_in_map.compose(odom_pose), newest.covariance
-                self._save_when_due(stamp_ns)
+                rate, saved_ns = params.save_pose_rate, self._saved_ns
+                if rate > 0.0 and (saved_ns is None or stamp_ns - saved_ns >= NANOSECONDS_PER_SECOND / rate):
+                    self._saved_ns = stamp_ns
+                    self._save()
         self._used_scans.publish(Header(stamp=conversions.stamp_from_ns(stamp_ns)))
 
     def _warn_of_loss(self, amcl: Amcl) -> None:
@@ -175,14 +184,6 @@ class AmclNode:
         elif self._was_lost and not amcl.is_lost:
             log.info('localized again: %.0f %% of the rays agree with the map', fit_percent, extra=EVENT)
         self._was_lost = amcl.is_lost
-
-    # ---- the saved pose
-
-    def _save_when_due(self, stamp_ns: int) -> None:
-        rate = self._params.save_pose_rate
-        if rate > 0.0 and (self._saved_ns is None or stamp_ns - self._saved_ns >= NANOSECONDS_PER_SECOND / rate):
-            self._saved_ns = stamp_ns
-            self._save()
 
     def _save(self) -> None:
         """Write the pose to the initial_* parameters, the start of a restarted node."""
@@ -269,15 +270,6 @@ def read_initial_pose(message: PoseWithCovarianceStamped, params: AmclParams, bu
         if not stamp.is_zero():  # zero means now
             log.warning('initial pose: not corrected for the motion since its stamp: %s', error)
     return pose.compose(moved), covariance
-
-
-def _trial_defaults() -> Dict[str, Any]:
-    plan = node.trial_plan()
-    if plan is None:
-        return {}
-    start = plan.trial.test.start
-    pose = {'initial_pose_x': start.x, 'initial_pose_y': start.y, 'initial_pose_a': start.yaw}
-    return {**pose, 'seed': plan.trial.number}
 
 
 def main() -> None:

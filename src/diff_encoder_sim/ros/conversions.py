@@ -10,7 +10,7 @@ import rospy
 from geometry_msgs.msg import Point, Pose, PoseStamped, PoseWithCovarianceStamped, Quaternion, TransformStamped, Vector3
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
-from std_msgs.msg import ColorRGBA
+from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from diff_encoder_sim.base.errors import InputFault
@@ -37,11 +37,14 @@ def stamp_from_ns(stamp_ns: int) -> rospy.Time:
     return rospy.Time(*divmod(stamp_ns, 1_000_000_000))
 
 
+def header(stamp_ns: int, frame: str) -> Header:
+    """Return the header of a message."""
+    return Header(stamp=stamp_from_ns(stamp_ns), frame_id=frame)
+
+
 def transform_message(child_pose: Pose2D, stamp_ns: int, parent_frame: str, child_frame: str) -> TransformStamped:
     """Convert a frame's pose in its parent to a transform."""
-    message = TransformStamped(child_frame_id=child_frame)
-    message.header.stamp = stamp_from_ns(stamp_ns)
-    message.header.frame_id = parent_frame
+    message = TransformStamped(header=header(stamp_ns, parent_frame), child_frame_id=child_frame)
     message.transform.translation = Vector3(child_pose.x_m, child_pose.y_m, 0.0)
     message.transform.rotation = Quaternion(*quat_xyzw_from_yaw(child_pose.yaw_rad))
     return message
@@ -49,10 +52,7 @@ def transform_message(child_pose: Pose2D, stamp_ns: int, parent_frame: str, chil
 
 def pose_stamped_message(pose: Pose2D, stamp_ns: int, frame: str) -> PoseStamped:
     """Convert a planar pose with stamp and frame."""
-    message = PoseStamped(pose=pose_message(pose))
-    message.header.stamp = stamp_from_ns(stamp_ns)
-    message.header.frame_id = frame
-    return message
+    return PoseStamped(header(stamp_ns, frame), pose_message(pose))
 
 
 def pose_message(pose: Pose2D) -> Pose:
@@ -91,13 +91,10 @@ def pose_with_covariance_message(
     pose: Pose2D, covariance: np.ndarray, stamp_ns: int, frame: str
 ) -> PoseWithCovarianceStamped:
     """Convert a planar pose with its 3x3 covariance over (x, y, yaw); other entries are 0, as in amcl."""
-    message = PoseWithCovarianceStamped()
-    message.header.stamp = stamp_from_ns(stamp_ns)
-    message.header.frame_id = frame
-    message.pose.pose = pose_message(pose)
     full = np.zeros((6, 6))
     full[np.ix_(PLANAR_AXES, PLANAR_AXES)] = covariance
-    message.pose.covariance = full.ravel().tolist()
+    message = PoseWithCovarianceStamped(header=header(stamp_ns, frame))
+    message.pose.pose, message.pose.covariance = pose_message(pose), full.ravel().tolist()
     return message
 
 
@@ -121,32 +118,28 @@ def scan_from_message(message: LaserScan) -> Scan:
 
 
 def twist_std_from_message(message: Odometry) -> Tuple[float, float]:
-    """Return the standard deviations of odometry's twist, linear [m/s] and angular [rad/s].
-
-    Negative variances, which some drivers publish for unknown values, become 0.
-    """
-    variances = message.twist.covariance[0], message.twist.covariance[35]
-    return math.sqrt(max(variances[0], 0.0)), math.sqrt(max(variances[1], 0.0))
+    """Return the standard deviations of a twist [m/s, rad/s]; negative variances, used for unknown ones, become 0."""
+    linear, angular = (math.sqrt(max(message.twist.covariance[index], 0.0)) for index in (0, 35))
+    return linear, angular
 
 
 def world_markers(world: World, frame: str) -> MarkerArray:
     """Build RViz markers of walls and pillars, without the floor."""
-    # Here, since every node imports this module.
-    from diff_encoder_sim.robots.solids import Box, Cylinder, Sphere  # noqa: PLC0415
+    from diff_encoder_sim.robots.solids import Box, Cylinder, Sphere  # noqa: PLC0415  # every node imports this module
 
     markers = []
     for index, solid in enumerate(world.solids):
-        shape, kind = solid.shape, None
+        shape = solid.shape
         if isinstance(shape, Box):
             kind, scale = Marker.CUBE, shape.size_xyz_m
         elif isinstance(shape, Cylinder):
             kind, scale = Marker.CYLINDER, (2.0 * shape.radius_m, 2.0 * shape.radius_m, shape.length_m)
         elif isinstance(shape, Sphere):
             kind, scale = Marker.SPHERE, (2.0 * shape.radius_m,) * 3
-        if kind is not None:  # else the floor
-            place, yaw_rad = solid.pose_in_world, math.atan2(*solid.pose_in_world[1::-1, 0])
-            pose = Pose(Point(*place[:3, 3].tolist()), Quaternion(*quat_xyzw_from_yaw(yaw_rad)))
-            marker = Marker(ns='world', id=index, type=kind, pose=pose, scale=Vector3(*scale), color=WALL_COLOUR)
-            marker.header.frame_id = frame
-            markers.append(marker)
+        else:
+            continue  # the floor
+        place, yaw_rad = solid.pose_in_world, math.atan2(*solid.pose_in_world[1::-1, 0])
+        pose = Pose(Point(*place[:3, 3].tolist()), Quaternion(*quat_xyzw_from_yaw(yaw_rad)))
+        look = {'scale': Vector3(*scale), 'color': WALL_COLOUR}
+        markers.append(Marker(header=header(0, frame), ns='world', id=index, type=kind, pose=pose, **look))
     return MarkerArray(markers)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any, Callable, Mapping, Optional, Type
+from typing import Any, Callable, Optional, Type
 
 import genpy
 import rospy
@@ -50,15 +50,9 @@ def encoded_class(message_class: Type[genpy.Message]) -> Type[EncodedMessage]:
 class EncodedPublisher:
     """Publishes encoded messages; arguments as of `publisher`."""
 
-    def __init__(
-        self,
-        topic: str,
-        message_class: Type[genpy.Message],
-        latch: bool = False,
-        headers: Optional[Mapping[str, str]] = None,
-    ) -> None:
+    def __init__(self, topic: str, message_class: Type[genpy.Message], **options: Any) -> None:
         self._class = encoded_class(message_class)
-        self._publisher = publisher(topic, self._class, latch, headers)
+        self._publisher = publisher(topic, self._class, **options)
 
     def publish(self, content: bytes) -> None:
         """Publish a message; the seq of a leading header is filled in."""
@@ -100,17 +94,16 @@ def pose_subscriber(topic: str, callback: Callable[[int, Pose2D], None]) -> rosp
     return encoded_stamped_subscriber(topic, PoseStamped, lambda content: callback(*decoder.decode(content)[:2]))
 
 
-class DisplayTopic:
+class DisplayTopic(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no types
     """Topic for displays, which drops messages instead of waiting.
 
     `queue_size` messages wait for a slow display; newer ones replace the oldest.
     """
 
     def __init__(self, topic: str, message_class: Type[genpy.Message], queue_size: int = 1) -> None:
-        self._newcomers = _Newcomers()
-        self._publisher = rospy.Publisher(
-            topic, message_class, subscriber_listener=self._newcomers, queue_size=queue_size
-        )
+        super().__init__()
+        self._are_newcomers_there = False
+        self._publisher = rospy.Publisher(topic, message_class, subscriber_listener=self, queue_size=queue_size)
         self.publish = self._publisher.publish
         self._due_ns: Optional[int] = None  # last due time
 
@@ -129,12 +122,9 @@ class DisplayTopic:
 
     def has_newcomers(self) -> bool:
         """Return whether a node has subscribed since the last call."""
-        are_there, self._newcomers.are_there = self._newcomers.are_there, False
+        are_there, self._are_newcomers_there = self._are_newcomers_there, False
         return are_there
 
-
-class _Newcomers(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no types
-    are_there = False
-
     def peer_subscribe(self, *_: object) -> None:
-        self.are_there = True  # called in a separate thread
+        """Note a new subscriber; called in a separate thread."""
+        self._are_newcomers_there = True

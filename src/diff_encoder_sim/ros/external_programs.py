@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import argparse
 import sys
-from typing import List
 
 import rosgraph.names
 import rospy
 
 from diff_encoder_sim.base.bounds import ANGLES, PLACES
-from diff_encoder_sim.base.command_line import number_within, run_tool, tool_parser
+from diff_encoder_sim.base.command_line import number_within, tool_parser, user_errors
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import merged
 from diff_encoder_sim.base.se2 import Pose2D
@@ -32,12 +31,10 @@ NODES = {
 PARTS = {'amcl': 'amcl', 'move_base': 'navigation', 'slam_gmapping': 'slam'}
 
 
+@user_errors('upstream_node')
 def upstream_node() -> None:
     """upstream_node: run upstream's map_server, amcl, move_base or slam_gmapping for a trial in this process."""
-    run_tool('upstream_node', lambda: _become_upstream(own_words()))
-
-
-def _become_upstream(words: List[str]) -> None:
+    words = own_words()
     if not words or words[0] not in NODES or (words[1:] and words[0] != 'map_server'):
         raise ConfigError(
             f'arguments: given {" ".join(words)!r}; allowed: map_server [MAP.yaml], amcl, move_base, or slam_gmapping'
@@ -63,13 +60,10 @@ def _become_upstream(words: List[str]) -> None:
     become(package, node, arguments, needed.install_hint)
 
 
+@user_errors('gazebo_trial')
 def gazebo_trial() -> None:
     """gazebo_trial: run Gazebo's server with the trial's world, or spawn the robot, in this process."""
-    run_tool('gazebo_trial', lambda: _become_gazebo(own_words()))
-
-
-def _become_gazebo(words: List[str]) -> None:
-    plan = required_trial_plan()
+    words, plan = own_words(), required_trial_plan()
     if words == ['server']:
         # -u: paused until all nodes are connected.
         become('gazebo_ros', 'gzserver', ['-u', '-e', 'ode', plan.world], GAZEBO.install_hint)
@@ -96,20 +90,16 @@ def parse_place_robot() -> argparse.Namespace:
     parser = tool_parser('place_robot', PLACE_ROBOT, ['-5.0 0.5 1.57'])
     for name in ('x', 'y'):
         parser.add_argument(name, type=number_within(PLACES), help='position of base_link in the world, in metres')
-    parser.add_argument(
-        'yaw', type=number_within(ANGLES), help='heading, counter-clockwise from the x axis, in radians'
-    )
+    heading = 'heading, counter-clockwise from the x axis, in radians'
+    parser.add_argument('yaw', type=number_within(ANGLES), help=heading)
     parser.add_argument('--model', metavar='NAME', help="the robot's model (default: the launched robot's)")
     return parser.parse_args(own_words())
 
 
+@user_errors('place_robot')
 def place_robot() -> None:
     """place_robot: move the robot to another pose in the running simulation."""
-    run_tool('place_robot', lambda: _place(parse_place_robot()))
-
-
-def _place(options: argparse.Namespace) -> None:
-    request = SetModelState._request_class()
+    options, request = parse_place_robot(), SetModelState._request_class()
     request.model_state.pose = pose_message(Pose2D(options.x, options.y, options.yaw))
     try:
         request.model_state.model_name = options.model or launched_model()

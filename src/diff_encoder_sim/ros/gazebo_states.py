@@ -135,16 +135,13 @@ class ModelStateReader:
             if self._params.states_period is None:
                 header = message._connection_header  # set by rospy
                 self._period_ns = int(header.get(STATES_PERIOD_HEADER, 0))
-            self._waiting = message.content
-            if not node.is_clock_pausing() or self._is_tick_read():
+            self._waiting, newest_ns, clock_ns = message.content, self._timeline.newest_ns, self._clock_ns
+            # If the clock has not reached the next multiple, its tick may wait in the socket.
+            is_tick_read = newest_ns is not None and clock_ns is not None and clock_ns >= newest_ns + self._period_ns
+            if is_tick_read or not node.is_clock_pausing():
                 self._date_waiting()
             if self._waiting is not None:
                 node.look_at_clock()
-
-    def _is_tick_read(self) -> bool:
-        """Return whether the clock has reached the next multiple; otherwise its tick can be read."""
-        newest_ns = self._timeline.newest_ns
-        return newest_ns is not None and self._clock_ns is not None and self._clock_ns >= newest_ns + self._period_ns
 
     def _date_waiting(self) -> None:
         if self._waiting is None or self._clock_ns is None:

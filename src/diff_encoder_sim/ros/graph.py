@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import time
-from typing import Dict, Iterable, List, Sequence, Set, Tuple
+from typing import Iterable, List, Sequence, Set, Tuple
 
 import rosgraph
 import roslib.packages
@@ -24,17 +24,15 @@ def unconnected(topics: Iterable[str], if_published: Iterable[str] = ()) -> List
     """
     master = rosgraph.Master(rospy.get_name())
     publishers, subscribers = map(dict, master.getSystemState()[:2])
-    links: Dict[str, Set[Tuple[str, str]]] = {}
-    missing = []
-    for topic in (*topics, *(topic for topic in if_published if topic in publishers)):
-        nodes = publishers.get(topic, [])
-        for node in nodes:
-            if node not in links:
-                links[node] = _links_of(master.lookupNode(node))
-        wanted = {(topic, subscriber) for subscriber in subscribers.get(topic, [])}
-        if not nodes or any(wanted - links[node] for node in nodes):
-            missing.append(topic)
-    return missing
+    wanted = [*topics, *(topic for topic in if_published if topic in publishers)]
+    nodes = {node for topic in wanted for node in publishers.get(topic, [])}
+    links = {node: _links_of(master.lookupNode(node)) for node in nodes}
+
+    def is_connected(topic: str) -> bool:
+        pairs = {(topic, subscriber) for subscriber in subscribers.get(topic, [])}
+        return topic in publishers and all(pairs <= links[node] for node in publishers[topic])
+
+    return [topic for topic in wanted if not is_connected(topic)]
 
 
 def _links_of(node_uri: str) -> Set[Tuple[str, str]]:

@@ -45,9 +45,7 @@ def watch(roslaunch_pid: int) -> None:
     roslaunch catches the signal until all nodes have stopped; the default action is then restored until Python exits.
     """
     report = sys.stdin.buffer.read()  # returns when the trial has reported or died
-    if report == SUCCESS:
-        return
-    while is_roslaunch(roslaunch_pid):
+    while report != SUCCESS and is_roslaunch(roslaunch_pid):
         if not catches_signal(roslaunch_pid, signal.SIGINT):
             os.kill(roslaunch_pid, signal.SIGINT)
             return

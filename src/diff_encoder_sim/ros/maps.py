@@ -20,30 +20,21 @@ from nav_msgs.srv import GetMap, GetMapResponse, LoadMap, LoadMapRequest, LoadMa
 from pydantic import Field
 
 from diff_encoder_sim.base.bounds import PERCENT
-from diff_encoder_sim.base.command_line import run_tool, tool_parser, whole_number_within
+from diff_encoder_sim.base.command_line import tool_parser, user_errors, whole_number_within
 from diff_encoder_sim.base.errors import EVENT, ConfigError, InputFault, readable
 from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.localization.map_files import MapSaverParams, load_map, save_map
 from diff_encoder_sim.localization.occupancy_grid import SAVED_MARGIN_M, OccupancyGrid
 from diff_encoder_sim.ros import node
-from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, pose_message, stamp_from_ns
+from diff_encoder_sim.ros.conversions import header, ns_from_stamp, pose_from_message, pose_message
 from diff_encoder_sim.ros.node import log
 
 
 def map_message(grid: OccupancyGrid, stamp_ns: int, frame: str) -> OccupancyGridMessage:
     """Convert a grid to a message, row by row from the origin."""
-    stamp = stamp_from_ns(stamp_ns)
-    info = MapMetaData(
-        map_load_time=stamp,
-        resolution=grid.resolution_m,
-        width=grid.width,
-        height=grid.height,
-        origin=pose_message(grid.origin),
-    )
-    message = OccupancyGridMessage(info=info, data=grid.cells.ravel().tolist())
-    message.header.stamp = stamp
-    message.header.frame_id = frame
-    return message
+    place = header(stamp_ns, frame)
+    info = MapMetaData(place.stamp, grid.resolution_m, grid.width, grid.height, pose_message(grid.origin))
+    return OccupancyGridMessage(place, info, grid.cells.ravel().tolist())
 
 
 def grid_from_message(message: OccupancyGridMessage) -> OccupancyGrid:
@@ -176,8 +167,8 @@ def map_server_node() -> None:
 
 
 def _map_file(arguments: List[str]) -> str:
-    plan = node.trial_plan()
-    if not arguments and plan is not None:
+    plan = None if arguments else node.trial_plan()
+    if plan is not None:
         return plan.map
     if len(arguments) != 1:
         raise ConfigError(f'arguments: given {" ".join(arguments)!r}; allowed: one map .yaml file')
@@ -210,12 +201,9 @@ def parse_map_saver() -> argparse.Namespace:
     return parser.parse_args(node.own_words())
 
 
+@user_errors('map_saver')
 def map_saver() -> None:
     """map_saver: saves the map that is published on /map to an image and a YAML file."""
-    run_tool('map_saver', _run_saver)
-
-
-def _run_saver() -> None:
     options = parse_map_saver()
     params = MapSaverParams.from_mapping({'free': options.free, 'occ': options.occ}, 'arguments')
     node.run_node('map_saver', lambda: _save_next_map(options.stem, params), lambda path: None)
@@ -232,6 +220,5 @@ def _save_next_map(stem: Path, params: MapSaverParams) -> None:
         except rospy.ROSException:
             log.warning('%s: no map has been published yet: waiting for one', topic)
     grid = _checked_grid(message, topic)
-    path = save_map(grid, stem, params).resolve()
-    size = grid.width, grid.height, grid.resolution_m
-    log.info('%s: map of %d x %d cells of %g m saved: %s', topic, *size, path, extra=EVENT)
+    saved = grid.width, grid.height, grid.resolution_m, save_map(grid, stem, params).resolve()
+    log.info('%s: map of %d x %d cells of %g m saved: %s', topic, *saved, extra=EVENT)

@@ -242,9 +242,8 @@ class MoveBaseNode:
                 raise InputFault(f'header.frame_id is {frame!r}; expected {expected!r} (local_costmap/global_frame)')
             twist = message.twist.twist
             motion = pose_from_message(message.pose.pose), twist.linear.x, twist.angular.z
-            navigator.take_odometry(
-                inputs.OdometrySample(now_ns, *motion, *conversions.twist_std_from_message(message))
-            )
+            stds = conversions.twist_std_from_message(message)
+            navigator.take_odometry(inputs.OdometrySample(now_ns, *motion, *stds))
             self._odometry_ns, self._odometry_at_s = now_ns, time.monotonic()
             if not self._control_rate.is_due(now_ns):
                 return
@@ -263,11 +262,8 @@ class MoveBaseNode:
                 navigator.take_localization(*found)
         except InputFault as fault:
             log.warning('/tf: transform map -> odom: %s; not used', fault)
-        self._poll_goals(navigator, now_ns)
         age_s = self._odometry_age_s()
-        is_late = age_s > self._params.input_timeout
-        output = self._wait(navigator, f'arrived {age_s:.1f} s late') if is_late else navigator.step(now_ns)
-        self._apply(navigator, now_ns, output)
+        self._act(navigator, now_ns, f'arrived {age_s:.1f} s late' if age_s > self._params.input_timeout else '')
 
     def _on_watchdog(self, _: rospy.timer.TimerEvent) -> None:
         """Stop the robot, and poll goals and cancels, without /odom."""
@@ -281,22 +277,20 @@ class MoveBaseNode:
             # Check both clocks: a loaded host delays messages, and a paused simulation sends none.
             if min(silent_s, abs(self._odometry_age_s())) > self._params.input_timeout:
                 now_ns = ns_from_stamp(rospy.Time.now())
-                self._poll_goals(navigator, now_ns)
-                self._apply(navigator, now_ns, self._wait(navigator, f'has not been received for {silent_s:.1f} s'))
-
-    def _poll_goals(self, navigator: Navigator, now_ns: int) -> None:
-        self._goals.poll(navigator, now_ns)
-        self._is_driving |= navigator.status is GoalStatus.ACTIVE
+                self._act(navigator, now_ns, f'has not been received for {silent_s:.1f} s')
 
     def _odometry_age_s(self) -> float:
         return (ns_from_stamp(rospy.Time.now()) - self._odometry_ns) / NANOSECONDS_PER_SECOND
 
-    def _wait(self, navigator: Navigator, why: str) -> NavigatorOutput:
-        limit = f'(input_timeout {self._params.input_timeout:g} s)'
-        return navigator.wait(inputs.MissingInput(self._odometry.resolved_name, f'{why} {limit}'))
-
-    def _apply(self, navigator: Navigator, now_ns: int, output: NavigatorOutput) -> None:
-        """Publish the command, the state of the goal and the topics for displays."""
+    def _act(self, navigator: Navigator, now_ns: int, fault: str) -> None:
+        """Poll goals, step the navigator or let it wait due to a fault of odometry, and publish its output."""
+        self._goals.poll(navigator, now_ns)
+        self._is_driving |= navigator.status is GoalStatus.ACTIVE
+        if fault:
+            text = f'{fault} (input_timeout {self._params.input_timeout:g} s)'
+            output = navigator.wait(inputs.MissingInput(self._odometry.resolved_name, text))
+        else:
+            output = navigator.step(now_ns)
         if output.status is GoalStatus.ACTIVE:
             self._command(output.command)
             self._goals.report(navigator, now_ns, output)

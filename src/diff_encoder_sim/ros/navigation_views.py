@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Optional, Sequence
+from typing import Optional, Sequence
 
 import numpy as np
-from geometry_msgs.msg import Point32, PolygonStamped
+from geometry_msgs.msg import Point32, Polygon, PolygonStamped
 from map_msgs.msg import OccupancyGridUpdate
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from nav_msgs.msg import Path
@@ -19,7 +19,7 @@ from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.dwa import COST_FIELDS, TRAJECTORY_FIELDS, cost_cloud, trajectory_cloud
 from diff_encoder_sim.navigation.dwa_kernels import ScoringTask
 from diff_encoder_sim.navigation.navigator import Navigator
-from diff_encoder_sim.ros.conversions import pose_stamped_message, stamp_from_ns
+from diff_encoder_sim.ros.conversions import header, pose_stamped_message
 from diff_encoder_sim.ros.encoded_topics import DisplayTopic
 from diff_encoder_sim.ros.maps import map_message
 
@@ -60,15 +60,10 @@ class NavigationViews:
         self._dwa.show(navigator, now_ns)
 
 
-def _with_header(message: Any, stamp_ns: int, frame: str) -> Any:
-    message.header.stamp, message.header.frame_id = stamp_from_ns(stamp_ns), frame
-    return message
-
-
 def path_message(poses: np.ndarray, stamp_ns: int, frame: str) -> Path:
     """Convert (n, 3) poses to a path."""
-    path = Path(poses=[pose_stamped_message(Pose2D(*row), stamp_ns, frame) for row in poses.tolist()])
-    return _with_header(path, stamp_ns, frame)
+    rows = poses.tolist()
+    return Path(header(stamp_ns, frame), [pose_stamped_message(Pose2D(*row), stamp_ns, frame) for row in rows])
 
 
 class CostmapView:
@@ -92,9 +87,8 @@ class CostmapView:
             self._show_costs(costmap, has_newcomers, now_ns)
         if base_pose is not None and self._footprints.is_due(PERIOD_NS, now_ns):
             corners = [base_pose.compose(Pose2D(x_m, y_m, 0.0)) for x_m, y_m in costmap.footprint.vertices_m.tolist()]
-            outline = PolygonStamped()
-            outline.polygon.points = [Point32(corner.x_m, corner.y_m, 0.0) for corner in corners]
-            self._footprints.publish(_with_header(outline, now_ns, self._frame))
+            outline = Polygon([Point32(corner.x_m, corner.y_m, 0.0) for corner in corners])
+            self._footprints.publish(PolygonStamped(header(now_ns, self._frame), outline))
 
     def _show_costs(self, costmap: Costmap, has_newcomers: bool, now_ns: int) -> None:
         is_moved = costmap.shape != self._shown_costs.shape or costmap.origin != self._shown_origin
@@ -112,8 +106,8 @@ class CostmapView:
             top, left = int(rows[0]), int(columns[0])
             cells = _OCCUPANCY_OF_COST[costmap.costs[top : rows[-1] + 1, left : columns[-1] + 1]]
             height, width = cells.shape
-            update = OccupancyGridUpdate(x=left, y=top, width=width, height=height, data=cells.ravel().tolist())
-            self._updates.publish(_with_header(update, now_ns, self._frame))
+            place = header(now_ns, self._frame), left, top, width, height
+            self._updates.publish(OccupancyGridUpdate(*place, cells.ravel().tolist()))
         self._shown_costs, self._shown_origin = costmap.costs.copy(), costmap.origin
 
 
@@ -144,8 +138,5 @@ def cloud_message(points: np.ndarray, names: Sequence[str], stamp_ns: int, frame
     """Convert points (n, columns) to a cloud of one row, with a float32 field for each column."""
     fields = [PointField(name, 4 * index, PointField.FLOAT32, 1) for index, name in enumerate(names)]
     step, count = 4 * len(names), len(points)
-    message = PointCloud2(
-        height=1, width=count, fields=fields, is_bigendian=False, point_step=step, row_step=step * count, is_dense=True
-    )
-    message.data = points.astype('<f4').tobytes()
-    return _with_header(message, stamp_ns, frame)
+    data = points.astype('<f4').tobytes()
+    return PointCloud2(header(stamp_ns, frame), 1, count, fields, False, step, step * count, data, True)

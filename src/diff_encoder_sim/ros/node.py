@@ -38,8 +38,7 @@ log = logging.getLogger('diff_encoder_sim')
 def run_node(name: str, build: Callable[[], Any], run: Callable[[Any], None] = lambda node: rospy.spin()) -> None:
     """Start a node, build its object, and let it `run`: by default until shutdown.
 
-    Invalid input ends the node with a message of one line and exit status 1. An exception in a thread of this package
-    also ends the node, because roslaunch cannot detect it.
+    Invalid input, and an exception in a thread of this package, end the node with one line and exit status 1.
     """
     broken_threads: List[str] = []
     threading.excepthook = lambda args: _end_with_thread(args, broken_threads)
@@ -105,12 +104,10 @@ ROBOT_SETTINGS = '/robot_settings'
 def node_params(
     params_class: Type[P], *also_known: Type[Params], part: str = '', defaults: Optional[Mapping[str, Any]] = None
 ) -> P:
-    """Read the node's private parameters as `params_class`, and write the values in use to them.
-
-    They would be given values at the next start, so launch files clear them (clear_params).
+    """Read the node's private parameters, and write the values in use to them; launch files clear them at a start.
 
     Args:
-        params_class: struct of the node's parameters.
+        params_class: struct of the parameters.
         also_known: structs of other nodes that share the same YAML file; their keys are also allowed.
         part: of /robot_settings, whose values replace those of YAML files and launch files; '' for none.
         defaults: values for parameters that are not set.
@@ -171,10 +168,8 @@ def publisher(
 ) -> rospy.Publisher:
     """Advertise a topic; `publish` returns when the message is in every subscriber's socket.
 
-    `headers` are further fields of the connection header.
-
     No message is dropped, a node never runs ahead of its subscribers, and publishing takes a third of the time of
-    rospy's queues, which use a thread per connection.
+    rospy's queues, which use a thread per connection. `headers` are further fields of the connection header.
     """
     with warnings.catch_warnings():
         warnings.simplefilter('ignore', SyntaxWarning)  # about queue_size=None, which is intended

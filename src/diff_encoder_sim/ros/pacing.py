@@ -146,10 +146,7 @@ class ExpectedStamps:
 
 
 class AnsweredTimes:
-    """Simulated times of the reports to which a controller responds with a command.
-
-    It responds to every report or, if reports are faster than the control rate, to those selected by its `ControlRate`.
-    """
+    """Times of the reports to which a controller responds: all, or if it is slower those of its `ControlRate`."""
 
     def __init__(self, reports: BoundaryTimes, control_period_s: float) -> None:
         self._reports = reports
@@ -173,9 +170,8 @@ IDLE_PATIENCE_S = 0.02  # wall time
 class CommandGate:
     """Applies one command per report of `answered_times`, at a reproducible simulated time.
 
-    Commands have no stamp, and their delay depends on the load of the host. The simulation waits for the command to a
-    report, which takes effect `delay_ns` after it, so runs are reproducible. Without `answered_times` commands take
-    effect on arrival.
+    Commands have no stamp, and their delay depends on the load of the host: the simulation waits for the command to a
+    report, which takes effect `delay_ns` after it. Without `answered_times` commands take effect on arrival.
 
     Args:
         answered_times: times of the reports to which a controller responds.

@@ -134,9 +134,8 @@ class IdealOdomNode:
         self._newest_ns = stamp_ns
         yaw_rad = pose_in_world.yaw_rad
         forward_mps = velocity.x_mps * math.cos(yaw_rad) + velocity.y_mps * math.sin(yaw_rad)
-        self._output.publish(
-            OdometryEstimate(stamp_ns, pose_in_world.relative_to(self._start_pose), forward_mps, velocity.yaw_radps)
-        )
+        pose = pose_in_world.relative_to(self._start_pose)
+        self._output.publish(OdometryEstimate(stamp_ns, pose, forward_mps, velocity.yaw_radps))
 
 
 def ideal_odom_node() -> None:

@@ -32,31 +32,20 @@ class Recorder:
     """Writes each message immediately, and renames the complete bag."""
 
     def __init__(self, path: Path, topics: Sequence[str]) -> None:
-        """Open the bag and subscribe to the topics.
-
-        Raises:
-            ConfigError: the file cannot be created.
-        """
-        self._path = path
-        self._unfinished = self._path.with_name(self._path.name + UNFINISHED_SUFFIX)
+        """Open the bag and subscribe to the topics; ConfigError if the file cannot be created."""
+        self._path, self._unfinished = path, path.with_name(path.name + UNFINISHED_SUFFIX)
         self._lock = threading.Lock()  # each topic uses a separate thread
         self.last_message_s = time.monotonic()
         read_every_tick()
         try:
-            self._path.parent.mkdir(parents=True, exist_ok=True)
+            path.parent.mkdir(parents=True, exist_ok=True)
             self._bag: Optional[RecordedBag] = RecordedBag(self._unfinished)
         except OSError as error:
-            raise ConfigError(f'bag: {self._path} cannot be created: {error.strerror}') from None
+            raise ConfigError(f'bag: {path} cannot be created: {error.strerror}') from None
+        # -1: no limit, because rospy's subscription to /clock shares the connection.
+        options = {'callback': self._write, 'queue_size': -1, 'tcp_nodelay': True}
         self._subscribers: List[rospy.Subscriber] = [
-            # -1: no limit, because rospy's subscription to /clock shares the connection.
-            rospy.Subscriber(
-                topic,
-                Clock if topic == CLOCK else rospy.AnyMsg,
-                self._write,
-                callback_args=topic,
-                queue_size=-1,
-                tcp_nodelay=True,
-            )
+            rospy.Subscriber(topic, Clock if topic == CLOCK else rospy.AnyMsg, callback_args=topic, **options)
             for topic in topics
         ]
         rospy.on_shutdown(self.finish)
@@ -100,22 +89,14 @@ class RecordedBag(Ros1File):
     """ROS 1 bag with LZ4 compression; not thread-safe."""
 
     def __init__(self, path: Path) -> None:
-        """Open a file, and overwrite one from a killed recorder.
-
-        Raises:
-            OSError: the file cannot be created.
-        """
+        """Open a file, and overwrite one from a killed recorder; OSError if it cannot be created."""
         with contextlib.suppress(FileNotFoundError):
             path.unlink()
         super().__init__(path, is_compressed=True)
         self._known: Dict[Tuple[str, ...], Tuple[int, bytes]] = {}
 
     def record(self, topic: str, publisher: Mapping[str, str], time_ns: int, content: bytes) -> None:
-        """Write a serialized message; `publisher` is the header of its connection.
-
-        Raises:
-            OSError: the file cannot be written.
-        """
+        """Write a serialized message; `publisher` is the header of its connection."""
         key = (topic, publisher['md5sum'], publisher.get('callerid', ''), publisher.get('latching', '0'))
         if key not in self._known:
             connection = self.add_connection(

@@ -74,7 +74,7 @@ class ReplayNode:
             raise ConfigError(f'out: {self._out} exists; allowed: the path of a new file')
         with open_source(self._bag) as source:
             joints = encoder.left_joint, encoder.right_joint
-            options = WheelOptions(self._params.joint_states, left_joint=joints[0], right_joint=joints[1])
+            options = WheelOptions(self._params.joint_states, '', None, *joints)
             wheels = find_wheels(self._bag, source, options, encoder)
             copied = copied_topics(source)
             trial = trial_of_source(self._bag, source)
@@ -115,10 +115,8 @@ class ReplayNode:
         Raises:
             ConfigError: a node is not connected within start_timeout.
         """
-        master = rosgraph.Master(rospy.get_name())
-        timeout_s = self._params.start_timeout
-        deadline_s = time.monotonic() + timeout_s
-        missing = [topics.JOINT_STATES]
+        master, timeout_s = rosgraph.Master(rospy.get_name()), self._params.start_timeout
+        deadline_s, missing = time.monotonic() + timeout_s, [topics.JOINT_STATES]
         while missing and not rospy.is_shutdown() and time.monotonic() < deadline_s:
             subscribers = {topic: set(nodes) - {rospy.get_name()} for topic, nodes in master.getSystemState()[1]}
             missing = [topic for topic in (topics.JOINT_STATES, topics.ENCODER_PULSE) if not subscribers.get(topic)]

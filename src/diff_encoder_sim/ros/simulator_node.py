@@ -83,11 +83,22 @@ class SimulatorNode:
     """Runs the simulator in a thread, publishes its state, and serves Gazebo's services."""
 
     def __init__(self) -> None:
-        params = node_params(SimulatorNodeParams, part='simulator', defaults=_trial_defaults())
+        plan = trial_plan()
+        defaults: Dict[str, Any] = {}
+        if plan is not None:
+            defaults = {
+                'world': plan.world,
+                'seed': plan.trial.number,
+                'start': plan.trial.test.start.model_dump(),
+                'report_rate': plan.report_rate,
+                'report_delay': plan.report_delay,
+                'commands_answer': 'states' if plan.trial.nav == 'scripted' else 'reports',
+                'command_period': plan.command_period and max(plan.command_period, SHORTEST_COMMAND_PERIOD_S),
+            }
+        params = node_params(SimulatorNodeParams, part='simulator', defaults=defaults)
         core_params = SimulatorParams(**{name: getattr(params, name) for name in SimulatorParams.model_fields})
-        robot = load_robot_file(
-            params.robot, users_path('.'), package_folder(), xacro_arguments_of_text(params.robot_args)
-        )
+        arguments = xacro_arguments_of_text(params.robot_args)
+        robot = load_robot_file(params.robot, users_path('.'), package_folder(), arguments)
         self._simulator = Simulator(Path(params.world), robot.source, core_params, params.start.pose(), params.seed)
         self._lock = threading.RLock()  # shared by loop and callbacks
         self._running = threading.Event()
@@ -95,9 +106,8 @@ class SimulatorNode:
         self._joint_states = EncodedPublisher('joint_states', JointState)
         self._scans = EncodedPublisher('scan', LaserScan)
         self._scan_frame, self._scan_period_ns = params.laser_link, params.lidar.period_ns
-        self._model_states = EncodedPublisher(
-            '/gazebo/model_states', ModelStates, headers={STATES_PERIOD_HEADER: str(STATES_PERIOD_NS)}
-        )
+        headers = {STATES_PERIOD_HEADER: str(STATES_PERIOD_NS)}
+        self._model_states = EncodedPublisher('/gazebo/model_states', ModelStates, headers=headers)
         self._states_encoder = ModelStatesEncoder(self._simulator.world, self._simulator.robot_name)
         report_delay_ns = round(params.report_delay * NANOSECONDS_PER_SECOND)
         expected = pacing.ExpectedStamps(params.report_rate, self._scan_period_ns, report_delay_ns)
@@ -231,21 +241,6 @@ class SimulatorNode:
             raise InputFault(f'model {model!r} does not exist{did_you_mean(model, names)}')
         if frame not in ('', 'world'):
             raise InputFault(f"reference frame {frame!r}; expected '' or 'world'")
-
-
-def _trial_defaults() -> Dict[str, Any]:
-    plan = trial_plan()
-    if plan is None:
-        return {}
-    return {
-        'world': plan.world,
-        'seed': plan.trial.number,
-        'start': plan.trial.test.start.model_dump(),
-        'report_rate': plan.report_rate,
-        'report_delay': plan.report_delay,
-        'commands_answer': 'states' if plan.trial.nav == 'scripted' else 'reports',
-        'command_period': plan.command_period and max(plan.command_period, SHORTEST_COMMAND_PERIOD_S),
-    }
 
 
 def _answered_times(params: SimulatorNodeParams, expected: pacing.ExpectedStamps) -> Optional[pacing.AnsweredTimes]:

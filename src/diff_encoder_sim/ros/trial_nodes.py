@@ -102,7 +102,13 @@ class TrialRunner:
             self._start((*GRAPH, *also_connected))
             drive()
             _call('/gazebo/pause_physics')  # ends the bag before the slow shutdown
-            self._check_goal()
+            goal, true_pose = self.trial.goal(), self._true_pose
+            if true_pose is None:
+                raise TrialFailed(f'no {topics.WORLD_POSE} has been received')
+            log.info('true pose (%s): %s', topics.WORLD_POSE, distance_from_goal(true_pose, goal))
+            reason = goal_error(true_pose, goal, self._params.goal_distance)
+            if reason is not None:
+                raise TrialFailed(reason, Outcome.LOST)
         except TrialFailed as failure:
             rospy.logerr('trial failed: %s; %s', failure, self._record)  # first, as the shutdown is slow
             if not rospy.is_shutdown():
@@ -136,15 +142,6 @@ class TrialRunner:
         self._last_pose_s = time.monotonic()
         _call('/gazebo/unpause_physics')
 
-    def _check_goal(self) -> None:
-        goal, true_pose = self.trial.goal(), self._true_pose
-        if true_pose is None:
-            raise TrialFailed(f'no {topics.WORLD_POSE} has been received')
-        log.info('true pose (%s): %s', topics.WORLD_POSE, distance_from_goal(true_pose, goal))
-        reason = goal_error(true_pose, goal, self._params.goal_distance)
-        if reason is not None:
-            raise TrialFailed(reason, Outcome.LOST)
-
     def _on_world_pose(self, stamp_ns: int, base_pose_in_map: Pose2D) -> None:
         self._true_pose = base_pose_in_map
         self._last_pose_s = time.monotonic()
@@ -171,14 +168,8 @@ def _call(service: str) -> None:
 
 
 ACTION = 'move_base'
-
-_STATUS = {
-    **dict.fromkeys(
-        (ActionStatus.PENDING, ActionStatus.ACTIVE, ActionStatus.PREEMPTING, ActionStatus.RECALLING), GoalStatus.ACTIVE
-    ),
-    ActionStatus.SUCCEEDED: GoalStatus.SUCCEEDED,
-    ActionStatus.PREEMPTED: GoalStatus.PREEMPTED,
-}
+_RUNNING = (ActionStatus.PENDING, ActionStatus.ACTIVE, ActionStatus.PREEMPTING, ActionStatus.RECALLING)
+_ENDED = {ActionStatus.SUCCEEDED: GoalStatus.SUCCEEDED, ActionStatus.PREEMPTED: GoalStatus.PREEMPTED}
 
 
 class NavigationTrialNode:
@@ -254,7 +245,9 @@ class NavigationTrialNode:
     def _goal_status(self) -> Tuple[GoalStatus, str]:
         if self._goal is None:
             return GoalStatus.NONE, ''
-        return _STATUS.get(self._goal.get_goal_status(), GoalStatus.ABORTED), self._goal.get_goal_status_text()
+        status = self._goal.get_goal_status()
+        ended = _ENDED.get(status, GoalStatus.ABORTED)
+        return GoalStatus.ACTIVE if status in _RUNNING else ended, self._goal.get_goal_status_text()
 
 
 def navigation_trial_node(status: LaunchStatus) -> None:
@@ -262,7 +255,7 @@ def navigation_trial_node(status: LaunchStatus) -> None:
     run_node('navigation_trial_node', lambda: NavigationTrialNode(status), NavigationTrialNode.run)
 
 
-# Topics to connect before time starts, by `slam`: simulated time waits for the pose of the embedded one.
+# Topics to connect before time starts, by `slam`; simulated time waits for the pose of the embedded one, once compiled.
 TOPICS_OF_SLAM = {'embedded': ('/scan', '/map', '/slam_gmapping/pose'), 'upstream': ('/scan', '/map')}
 
 
@@ -277,7 +270,6 @@ class ScriptedDriveNode:
         self._runner = TrialRunner(status, params, self._on_true_pose)
         self._drive = ScriptedDrive(self._runner.trial.test)
         plan = required_trial_plan()
-        # Wait until SLAM has compiled and subscribed.
         self._also_connected = TOPICS_OF_SLAM.get(plan.slam, ())
         if plan.slam == 'none':  # odom is at the surveyed start
             start = self._runner.trial.test.start.pose()

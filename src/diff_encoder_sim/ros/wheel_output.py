@@ -11,7 +11,7 @@ from tf2_msgs.msg import TFMessage
 
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.message_encoders import encode_odometry, encode_tf, encode_transform
-from diff_encoder_sim.ros.conversions import stamp_from_ns
+from diff_encoder_sim.ros.conversions import header
 from diff_encoder_sim.ros.encoded_topics import DisplayTopic, EncodedPublisher
 from diff_encoder_sim.wheels.diagnostics import Diagnosis
 from diff_encoder_sim.wheels.odometry import OdometryEstimate
@@ -52,6 +52,4 @@ class Diagnostics:
             hardware_id='None',
             values=[KeyValue(key, f'{value:.6g}') for key, value in diagnosis.values.items()],
         )
-        message = DiagnosticArray(status=[status])
-        message.header.stamp = stamp_from_ns(stamp_ns)
-        self._topic.publish(message)
+        self._topic.publish(DiagnosticArray(header(stamp_ns, ''), [status]))

@@ -11,7 +11,7 @@ import pytest
 from campaign_files import small_campaign
 from diff_encoder_sim.api.campaigns import stop_reports, unrun_text, workers
 from diff_encoder_sim.api.notes import name_rates, name_stopping, name_stopping_of_trial, with_checks
-from diff_encoder_sim.base.command_line import run_trials_tool
+from diff_encoder_sim.base.command_line import faults_of_trials
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli.arguments import add_workers
 from diff_encoder_sim.trials.campaign_loading import load_campaign
@@ -103,12 +103,9 @@ def test_trials_that_could_not_be_run_are_named_by_reason():
 def test_a_signal_ends_the_tool_with_its_status_and_says_how_many_trials_are_done(number, capsys):
     handlers = [signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)]
 
-    def tool():
-        with stop_reports(SimpleNamespace(count=lambda: '12 of 40 trials')):
-            os.kill(os.getpid(), number)
-
-    with pytest.raises(SystemExit) as ended:
-        run_trials_tool('campaign', tool)
+    finished = SimpleNamespace(count=lambda: '12 of 40 trials')
+    with pytest.raises(SystemExit) as ended, faults_of_trials('campaign'), stop_reports(finished):
+        os.kill(os.getpid(), number)
     assert ended.value.code == 128 + number
     assert capsys.readouterr().err == (
         'campaign: stopped after 12 of 40 trials; run the same command again to continue\n'

@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from diff_encoder_sim.base.bounds import Between
-from diff_encoder_sim.base.command_line import as_called, as_typed, number_within, run_tool, tool_parser
+from diff_encoder_sim.base.command_line import as_called, as_typed, number_within, tool_parser, user_errors
 from diff_encoder_sim.base.errors import ConfigError, in_one_line
 from diff_encoder_sim.base.package_files import package_version
 
@@ -19,17 +19,14 @@ from diff_encoder_sim.base.package_files import package_version
     ],
 )
 def test_a_users_mistake_is_one_line_and_a_closed_pipe_no_error(error, code):
-    def tool():
+    with pytest.raises(SystemExit) as ended, user_errors('tool'):
         raise error
-
-    with pytest.raises(SystemExit) as ended:
-        run_tool('tool', tool)
     assert ended.value.code == code
 
 
 def test_other_errors_are_not_hidden():
-    with pytest.raises(ZeroDivisionError):
-        run_tool('tool', lambda: 1 / 0)
+    with pytest.raises(ZeroDivisionError), user_errors('tool'):
+        raise ZeroDivisionError
 
 
 def test_version_names_command_and_package(capsys):
