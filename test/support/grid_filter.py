@@ -25,15 +25,10 @@ class GridFilter:
         self.yaws = np.arange(self.HEADINGS) * 2 * math.pi / self.HEADINGS
         self.centre = np.round([params.initial_pose_x / self.CELL_M, params.initial_pose_y / self.CELL_M])
         x, y, yaw = self._coordinates()
-        off_yaw = np.angle(np.exp(1j * (yaw - params.initial_pose_a)))
-        self.density = np.exp(
-            -0.5
-            * (
-                (x - params.initial_pose_x) ** 2 / params.initial_cov_xx
-                + (y - params.initial_pose_y) ** 2 / params.initial_cov_yy
-                + off_yaw**2 / params.initial_cov_aa
-            )
-        )
+        squares = (x - params.initial_pose_x) ** 2 / params.initial_cov_xx
+        squares += (y - params.initial_pose_y) ** 2 / params.initial_cov_yy
+        squares += np.angle(np.exp(1j * (yaw - params.initial_pose_a))) ** 2 / params.initial_cov_aa
+        self.density = np.exp(-0.5 * squares)
         self.density /= self.density.sum()
 
     def _coordinates(self):
@@ -87,10 +82,5 @@ class GridFilter:
     def spread(self):
         x, y, yaw = self._coordinates()
         mean_x, mean_y, _ = self.mean()
-        return np.array(
-            [
-                math.sqrt((self.density * (x - mean_x) ** 2).sum()),
-                math.sqrt((self.density * (y - mean_y) ** 2).sum()),
-                math.sqrt(-2 * math.log(abs((self.density * np.exp(1j * yaw)).sum()))),
-            ]
-        )
+        squares = (self.density * (x - mean_x) ** 2).sum(), (self.density * (y - mean_y) ** 2).sum()
+        return np.sqrt([*squares, -2 * math.log(abs((self.density * np.exp(1j * yaw)).sum()))])

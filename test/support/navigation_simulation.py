@@ -1,4 +1,4 @@
-"""A kinematic robot with a laser in a world of boxes and cylinders: closed loops for the tests."""
+"""Costmaps, plans and closed loops in which navigation is tested: a kinematic robot among boxes and cylinders."""
 
 import math
 from typing import NamedTuple
@@ -9,21 +9,23 @@ from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc
 from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
+from diff_encoder_sim.navigation.costmap import Costmap
+from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.navigation.navigator_inputs import Command, OdometrySample
-from diff_encoder_sim.navigation.navigator_params import NavigatorParams
+from diff_encoder_sim.navigation.navigator_params import DwaParams, NavigatorParams
 from diff_encoder_sim.simulation.lidar import cast_rays, cut_world
 from diff_encoder_sim.simulation.world import load_world
 from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from places import WORLDS
 
+PERIOD_S = 0.05
+FEW_RAYS, FEW_STEP_RAD = 200, 2.0 * math.pi / 200
 LASER_IN_BASE = Pose2D(0.12, 0.0, 0.0)
 TICK_S, TICK_NS = 0.01, 10_000_000
 RAYS, RANGE_MIN_M, RANGE_MAX_M = 360, 0.15, 6.0
-WHEEL_RADIUS_M, WHEEL_SEPARATION_M = 0.1, 0.4
 OUTLINE = [[0.25, 0.3], [-0.25, 0.3], [-0.25, -0.3], [0.25, -0.3]]
-SCAN_HEIGHT_M = 0.3
 
 # Table 2 of the paper. A standing robot must reach min_vel_trans in one period: 0.7 m/s^2 over 50 ms.
 TABLE_2 = {
@@ -80,7 +82,7 @@ def _sides(x, y, length, width):
 
 def shipped_world(name):
     """Shapes and map of a world file."""
-    shapes = cut_world(load_world(WORLDS / f'{name}.world'), SCAN_HEIGHT_M)
+    shapes = cut_world(load_world(WORLDS / f'{name}.world'), 0.3)
     return Shapes(*shapes), load_map(WORLDS / f'{name}.yaml')
 
 
@@ -89,9 +91,6 @@ def walled_room():
     cells = np.full((100, 140), OCCUPIED, np.int8)
     cells[10:-10, 10:-10] = FREE
     return Shapes(_sides(0.0, 0.0, 6.0, 4.0), np.empty((0, 3))), OccupancyGrid(cells, 0.05, Pose2D(-3.5, -2.5, 0.0))
-
-
-BEARINGS_RAD = 2.0 * math.pi * np.arange(RAYS) / RAYS
 
 
 class Robot:
@@ -116,8 +115,10 @@ class Robot:
             self.linear += np.clip(command_now.linear_mps - self.linear, -1.5 * TICK_S, 1.5 * TICK_S)
             self.angular += np.clip(command_now.angular_radps - self.angular, -6 * TICK_S, 6 * TICK_S)
             self.pose = move_along_arc(self.pose, self.linear * TICK_S, self.angular * TICK_S)
-            half = 0.5 * WHEEL_SEPARATION_M * self.angular
-            self._wheels += np.array([self.linear - half, self.linear + half]) * TICK_S / WHEEL_RADIUS_M
+            # Wheels of radius 0.1 m, 0.4 m apart.
+            self._wheels += (
+                np.array([self.linear - 0.2 * self.angular, self.linear + 0.2 * self.angular]) * TICK_S / 0.1
+            )
             self.now_ns += TICK_NS
 
     def odometry(self):
@@ -137,8 +138,10 @@ class Robot:
     def scan(self, sigma_m=0.03):
         """Scan of the laser, with noise."""
         laser = self.pose.compose(LASER_IN_BASE)
-        bearings_rad = laser.yaw_rad + BEARINGS_RAD
-        ranges = cast_rays(laser.x_m, laser.y_m, bearings_rad, self.shapes.segments, self.shapes.circles)
+        bearings_rad = 2.0 * math.pi * np.arange(RAYS) / RAYS
+        ranges = cast_rays(
+            laser.x_m, laser.y_m, laser.yaw_rad + bearings_rad, self.shapes.segments, self.shapes.circles
+        )
         ranges[ranges > RANGE_MAX_M] = np.inf
         ranges += self._random.normal(0.0, sigma_m, RAYS)
         return Scan(self.now_ns, 0.0, 2.0 * math.pi / RAYS, RANGE_MIN_M, RANGE_MAX_M, ranges)
@@ -180,3 +183,45 @@ class ClosedLoop:
             if output.status.is_over:
                 break
         return output
+
+
+def dwa_params(**changes):
+    return DwaParams.from_mapping({**TABLE_2, **changes}, '')
+
+
+def static_costmap(cells, origin=IDENTITY, **params):
+    return Costmap(CostmapParams.from_mapping(params, ''), OccupancyGrid(np.asarray(cells, np.int8), 0.05, origin))
+
+
+def scan_of(ranges_by_degree, rays=360):
+    ranges = np.full(rays, np.nan)
+    ranges[list(ranges_by_degree)] = list(ranges_by_degree.values())
+    return Scan(0, 0.0, math.radians(1.0), 0.15, 6.0, ranges)
+
+
+def local_costmap(marked=(), **params):
+    """A window around (0, 0), with lethal cells at points (x, y) [m]."""
+    costmap = Costmap(local_defaults(**params))
+    for x, y in marked:
+        costmap._obstacles[costmap.cell_at(x, y)] = 254
+    return costmap
+
+
+def seen_costmap(random, **params):
+    """A window around (0, 0) that has seen a scan of obstacles at random distances."""
+    costmap = Costmap(local_defaults(inflation_radius=0.8, cost_scaling_factor=3.0, **params))
+    ranges_m = np.where(random.random(FEW_RAYS) < 0.03, random.uniform(0.45, 1.5, FEW_RAYS), math.inf)
+    costmap.update(IDENTITY, Scan(0, 0.0, FEW_STEP_RAD, 0.15, 6.0, ranges_m), IDENTITY)
+    return costmap
+
+
+def straight_plan(length_m=1.4, bearing_rad=0.0):
+    distance_m = np.arange(0.0, length_m + 1e-9, 0.025)
+    return distance_m[:, None] * (math.cos(bearing_rad), math.sin(bearing_rad), 0.0) + (0.0, 0.0, bearing_rad)
+
+
+def winding_plan(random, points=60):
+    """(n, 3) from near (0, 0) on, with turns."""
+    yaws_rad = random.uniform(-3.0, 3.0) + np.cumsum(random.normal(0.0, 0.15, points))
+    steps_m = 0.025 * np.column_stack([np.cos(yaws_rad), np.sin(yaws_rad)])
+    return np.column_stack([random.uniform(-0.05, 0.05, 2) + np.cumsum(steps_m, axis=0), yaws_rad])

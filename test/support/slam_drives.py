@@ -28,10 +28,6 @@ from places import ROOT
 
 PPRS = (40, 90, 1024, 4096)
 SCAN_TICKS, CONTROL_TICKS = 10, 5
-RANGE_M = 6.0
-SPEED_MPS, TURN_RATE_RADPS, NEAR_M = 0.45, 1.0, 0.35
-
-
 # For a scanner with 1 to 3 cm of noise; the rest are slam_gmapping's defaults.
 MAPPING = load_yaml(ROOT / 'config' / 'slam.yaml')
 
@@ -55,10 +51,6 @@ class Drive(NamedTuple):
     odometry: Dict[str, List[Pose2D]]  # 'ideal' or the PPR: base in odom
     scans: Dict[str, List[Scan]]  # 'fine' with 1 cm of noise, 'coarse' with 3 cm
 
-    @property
-    def duration_s(self):
-        return 0.1 * len(self.true_poses)
-
 
 HALLWAY = Tour('hallway', Pose2D(-10.0, 0.0, 0.0), [(14.0, 0.0), (-14.0, 0.0), (-10.0, 0.0)])
 X_M = [-1.9, 0.0, 2.7, 2.8, 2.3, -2.3, -2.8, 0.0, 0.935, 0.935, -2.3, -3.0, -1.9]
@@ -77,14 +69,12 @@ def record(tour: Tour, pprs: Sequence[int] = PPRS, seed: int = 1) -> Drive:
     simulator = Simulator(
         ROOT / 'worlds' / f'{tour.world}.world', ROOT / 'urdf' / 'alto.urdf.xacro', SimulatorParams(), tour.start, seed
     )
-    wheels = {
-        f'{ppr}': (ReportingEncoder(EncoderParams(ppr=ppr)), WheelOdometry(OdometryParams(ppr=ppr))) for ppr in pprs
-    }
-    height_m = simulator._scan_height_m
-    lidars = {
-        name: Lidar(simulator.world, height_m, LidarParams(noise=noise_m), generator(seed, f'{name} scans'))
-        for name, noise_m in (('fine', 0.01), ('coarse', 0.03))
-    }
+    wheels, lidars, height_m = {}, {}, simulator._scan_height_m
+    for ppr in pprs:
+        wheels[f'{ppr}'] = ReportingEncoder(EncoderParams(ppr=ppr)), WheelOdometry(OdometryParams(ppr=ppr))
+    for name, noise_m in (('fine', 0.01), ('coarse', 0.03)):
+        random = generator(seed, f'{name} scans')
+        lidars[name] = Lidar(simulator.world, height_m, LidarParams(noise=noise_m), random)
     recorded = [], {name: [] for name in ('ideal', *wheels)}, {name: [] for name in lidars}
     drive = Drive(simulator.world, height_m, simulator.laser_pose_in_base, *recorded)
     points, tick, is_over = list(tour.points), 0, False
@@ -105,7 +95,7 @@ def record(tour: Tour, pprs: Sequence[int] = PPRS, seed: int = 1) -> Drive:
             if tour.script:
                 simulator.command(*tour.script.command(TICK_S * tick, TICK_S * (tick + CONTROL_TICKS)))
                 is_over = tour.script.is_over(TICK_S * tick)
-            elif math.hypot(points[0][0] - pose.x_m, points[0][1] - pose.y_m) < NEAR_M:
+            elif math.hypot(points[0][0] - pose.x_m, points[0][1] - pose.y_m) < 0.35:
                 points.pop(0)
             if points:
                 simulator.command(*_command_towards(points[0], pose))
@@ -119,8 +109,7 @@ def record(tour: Tour, pprs: Sequence[int] = PPRS, seed: int = 1) -> Drive:
 def _command_towards(point: Tuple[float, float], pose: Pose2D) -> Tuple[float, float]:
     """Speed [m/s] and turn rate [rad/s]: ahead on a curve, on the spot where it is behind."""
     off_rad = wrap_angle(math.atan2(point[1] - pose.y_m, point[0] - pose.x_m) - pose.yaw_rad)
-    rate = float(np.clip(2.0 * off_rad, -TURN_RATE_RADPS, TURN_RATE_RADPS))
-    return (SPEED_MPS if abs(off_rad) < 0.6 else 0.0), rate
+    return (0.45 if abs(off_rad) < 0.6 else 0.0), float(np.clip(2.0 * off_rad, -1.0, 1.0))
 
 
 class Case:
@@ -130,9 +119,8 @@ class Case:
         self.drive = drive = record(tour, pprs, seed)
         self.surface = true_surface(drive.world, drive.scan_height_m, *tour.start[:2])
         lasers = [pose.compose(drive.laser_pose_in_base) for pose in drive.true_poses]
-        self.visible = visible_points(
-            drive.world, drive.scan_height_m, self.surface, lasers, drive.scans['fine'][0].bearings_rad(), RANGE_M
-        )
+        bearings_rad = drive.scans['fine'][0].bearings_rad()
+        self.visible = visible_points(drive.world, drive.scan_height_m, self.surface, lasers, bearings_rad, 6.0)
 
     def map(self, odometry: str, scans: str, seed: int = 1, **changes):
         """Accuracy of the map, error of the path, the mapper, its processor time [s], and (2,) the path's bias [m]."""

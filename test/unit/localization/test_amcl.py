@@ -9,13 +9,16 @@ from amcl_world import ELSEWHERE, START, moved, pillar_room, simulated_scan
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.params import with_changes
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
+from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.localization.amcl import Amcl
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.laser_models import Likelihoods
 from diff_encoder_sim.localization.occupancy_grid import UNKNOWN
+from places import CONFIG
 from warm_kernels import check_nothing_is_left_to_compile
 
 STEPS, ROOM = 26, pillar_room()
+ROOM_SCAN = simulated_scan(ROOM, START)
 
 
 @pytest.fixture(scope='session')
@@ -30,17 +33,7 @@ def drive():
 
 
 # The paper's table 2.
-PAPER = dict(
-    max_particles=3000,
-    laser_max_range=3.5,
-    laser_max_beams=180,
-    laser_z_hit=0.9,
-    laser_z_short=0.05,
-    laser_z_rand=0.5,
-    laser_sigma_hit=0.2,
-    kld_err=0.02,
-    transform_tolerance=0.4,
-)
+PAPER = {**load_yaml(CONFIG / 'amcl.yaml'), 'lost_fraction': 0.0}
 
 
 def at(pose):
@@ -80,27 +73,6 @@ def test_it_finds_itself_without_a_guess(drive):
     filter_.global_localization()
     last = [estimate for estimate in run(filter_, drive) if estimate][-1]
     assert np.subtract(last.base_pose_in_map, drive[-1][0])[:2] == pytest.approx(0, abs=0.15)
-
-
-def test_it_recovers_from_being_carried_off(drive):
-    """Kidnapped: scans from elsewhere make the fast average fall and particles go everywhere.
-
-    Whether one of them lands near enough is luck: 6 of the first 24 seeds find the robot within
-    100 updates, the others settle where the room, turned by 180 degrees, looks much alike. With
-    upstream's average, which depends on the number of particles, none does.
-    """
-    turns = [moved(Pose2D(-2.0, -0.2, -0.9), 0.0, index * math.pi / 5) for index in range(10)]
-    scans = [simulated_scan(pillar_room(), pose) for pose in turns]
-    changes = dict(max_particles=10_000, recovery_alpha_slow=0.01, recovery_alpha_fast=0.5, resample_interval=1)
-    for seed in range(6):
-        filter_, odom_pose, rng = amcl(seed, **changes), drive[7][1], np.random.default_rng(seed)
-        run(filter_, drive[:8], seed)
-        for index in range(1, 101):
-            odom_pose = moved(odom_pose, 0.0, math.pi / 5)
-            estimate = filter_.update(odom_pose, noisy(scans[index % 10], rng), IDENTITY)
-        if np.hypot(*np.subtract(estimate.base_pose_in_map, turns[0])[:2]) < 0.1:
-            return
-    pytest.fail('none of six seeds has found the robot')
 
 
 def test_fewer_particles_do_not_look_like_a_better_fit(drive):
@@ -224,74 +196,69 @@ NAN_POSE = Pose2D(math.nan, 0.0, 0.0)
 
 
 @pytest.mark.parametrize(
-    ('odom_pose', 'ranges', 'mount', 'message'),
+    ('changes', 'message'),
     [
-        (None, np.full(180, np.inf), IDENTITY, 'none of 180 rays'),
-        (NAN_POSE, None, IDENTITY, 'odometry pose: given .nan'),
-        (None, None, NAN_POSE, 'laser pose'),
+        ({'scan': ROOM_SCAN._replace(ranges_m=np.full(180, np.inf))}, 'none of 180 rays'),
+        ({'odom_pose': NAN_POSE}, 'odometry pose: given .nan'),
+        ({'mount': NAN_POSE}, 'laser pose'),
     ],
 )
-def test_bad_input_leaves_the_filter_as_it_was(drive, odom_pose, ranges, mount, message):
+def test_bad_input_leaves_the_filter_as_it_was(drive, changes, message):
     filter_, untouched = amcl(), amcl()
-    run(filter_, drive[:3])
-    run(untouched, drive[:3])
-    _, good_odom, scan = drive[3]
-    bad = scan if ranges is None else scan._replace(ranges_m=ranges)
+    for each in (filter_, untouched):
+        run(each, drive[:3])
     particles, latest = filter_.particles, filter_.last_estimate
+    _, odom_pose, scan = drive[3]
     with pytest.raises(InputFault, match=message):
-        filter_.update(odom_pose or good_odom, bad, mount)
+        filter_.update(*{'odom_pose': odom_pose, 'scan': scan, 'mount': IDENTITY, **changes}.values())
     assert filter_.particles is particles and filter_.last_estimate is latest
     # The next good scan takes up the motion since, and no random number was lost.
-    assert (
-        filter_.update(good_odom, scan, IDENTITY).base_pose_in_map
-        == untouched.update(good_odom, scan, IDENTITY).base_pose_in_map
-    )
+    good, expected = (each.update(odom_pose, scan, IDENTITY) for each in (filter_, untouched))
+    assert good.base_pose_in_map == expected.base_pose_in_map
 
 
 @pytest.mark.parametrize(
-    'bad',
+    ('setter', 'bad'),
     [
-        lambda f: f.set_map(ROOM._replace(cells=np.zeros((0, 0), np.int8))),
-        lambda f: f.set_map(ROOM._replace(origin=NAN_POSE)),
-        lambda f: f.set_map(ROOM._replace(resolution_m=0.0)),
-        lambda f: f.set_map(ROOM._replace(cells=np.full((5, 5), UNKNOWN, np.int8))),
-        lambda f: f.set_pose(NAN_POSE, np.eye(3)),
-        lambda f: f.set_pose(IDENTITY, -np.eye(3)),
+        ('set_map', [ROOM._replace(cells=np.zeros((0, 0), np.int8))]),
+        ('set_map', [ROOM._replace(origin=NAN_POSE)]),
+        ('set_map', [ROOM._replace(resolution_m=0.0)]),
+        ('set_map', [ROOM._replace(cells=np.full((5, 5), UNKNOWN, np.int8))]),
+        ('set_pose', [NAN_POSE, np.eye(3)]),
+        ('set_pose', [IDENTITY, -np.eye(3)]),
     ],
 )
-def test_a_bad_map_or_pose_is_refused_and_the_old_one_stays(bad):
+def test_a_bad_map_or_pose_is_refused_and_the_old_one_stays(setter, bad):
     filter_ = amcl()
     before = filter_.particles
     with pytest.raises(InputFault):
-        bad(filter_)
+        getattr(filter_, setter)(*bad)
     assert filter_.particles is before and filter_.grid.cells.shape == (100, 120)
 
 
-@pytest.mark.parametrize('model', ['likelihood_field', 'likelihood_field_prob', 'beam'])
-def test_after_the_warm_up_nothing_is_left_to_compile(model):
-    warm_up = f"""
+def test_after_the_warm_up_nothing_is_left_to_compile():
+    warm_up = """
 import numpy as np
 from diff_encoder_sim.localization.amcl import Amcl, warm_up
 from diff_encoder_sim.localization.amcl_params import AmclParams
-params = AmclParams(laser_model_type={model!r}, do_beamskip=True, lost_fraction=0.5, max_particles=500,
-                    resample_interval=1)
-warm_up(params)
+models = [AmclParams(laser_model_type=model, do_beamskip=True, lost_fraction=0.5, max_particles=500,
+                     resample_interval=1) for model in ('likelihood_field', 'likelihood_field_prob', 'beam')]
+for params in models: warm_up(params)
 """
     work = """
-from amcl_world import pillar_room, simulated_scan
-from diff_encoder_sim.base.se2 import Pose2D
-room = pillar_room()
-amcl = Amcl(params, room, np.random.default_rng(0))
-for step in range(6):
-    pose = Pose2D(0.3 * step - 1.0, 0.0, 0.1)
-    amcl.update(pose, simulated_scan(room, pose), Pose2D(0.1, 0.0, 0.2))
+from amcl_world import moved, pillar_room, simulated_scan
+from diff_encoder_sim.base.se2 import IDENTITY
+for params in models:
+    amcl = Amcl(params, pillar_room(), np.random.default_rng(0))
+    for step in range(6):
+        pose = moved(IDENTITY, 0.3 * step - 1.0, 0.1)
+        amcl.update(pose, simulated_scan(amcl.grid, pose), moved(IDENTITY, 0.1, 0.2))
 """
     check_nothing_is_left_to_compile('localization', warm_up, work)
 
 
 # ---- weights, recovery, and particles that have settled
 
-TOGETHER = np.zeros((4, 3))
 APART = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [2.0, 2.0, 0.0]])
 
 
@@ -321,21 +288,6 @@ def test_averages_of_the_likelihood_call_for_recovery():
     filter_._restart(APART)
     filter_._weigh(Likelihoods(np.full(4, 0.5), 0.0))
     assert (filter_.slow_average, filter_.fast_average) == (0.5, 0.5)
-
-
-def test_particles_that_have_settled_once_stay_settled_until_a_restart():
-    filter_ = four()
-    assert not filter_.has_settled
-    filter_._weigh(Likelihoods(np.array([1.0, 0.0, 0.0, 0.0]), 0.0))
-    filter_._resample()
-    assert filter_.has_settled and filter_.has_converged
-    filter_.particles = APART
-    filter_._resample()
-    assert filter_.has_settled and not filter_.has_converged
-    filter_._restart(APART)
-    assert not filter_.has_settled
-    filter_._restart(TOGETHER)
-    assert filter_.has_settled and not filter_.has_converged  # upstream: not before it has resampled
 
 
 # ---- a lost robot
@@ -368,11 +320,9 @@ def test_carried_off_and_back():
     assert feed(filter_, START, 6) == [True] * 4 + [False] * 2
 
 
-@pytest.mark.parametrize('degrees', [0, 120, 240])
-def test_begun_two_metres_off(degrees):
-    """Whichever way, off the map or not: lost at the fifth scan, found by a better pose."""
-    way = 2.0 * np.array([math.cos(math.radians(degrees)), math.sin(math.radians(degrees)), 0.0])
-    filter_ = watched(**at((START + way).tolist()))
+def test_begun_two_metres_off():
+    """Off the map: lost at the fifth scan, found by a better pose."""
+    filter_ = watched(**at((START + np.array([2.0, 0.0, 0.0])).tolist()))
     assert feed(filter_, START, 10) == [False] * 4 + [True] * 6
     filter_.set_pose(moved(START, 0.1, 0.05), 0.01 * np.eye(3))
     assert not feed(filter_, START, 10)[-1]

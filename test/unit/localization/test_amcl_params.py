@@ -12,8 +12,6 @@ from upstream_params import AMCL, different, read_config, wrong_types
     [
         (dict(odom_model_type='omni'), "odom_model_type: given 'omni'; allowed: 'diff' or"),
         (dict(min_particles=10, max_particles=5), 'min_particles .10. of at most max_particles'),
-        (dict(kld_err=0.0), 'kld_err: given 0.0; allowed: 1e-6 to 10'),
-        (dict(laser_sigma_hit='wide'), "laser_sigma_hit: given 'wide'"),
         (dict(max_particle=10), "max_particle: unknown key; did you mean 'max_particles'?"),
     ],
 )
@@ -26,10 +24,7 @@ def test_bad_parameters_are_named(given, message):
 OWN_AMCL = {'seed', 'axle_x', 'lost_fraction', 'lost_distance', 'lost_scans'}
 
 
-FILES = pytest.mark.parametrize('file', ['amcl.yaml', 'amcl_accurate.yaml'])
-
-
-@FILES
+@pytest.mark.parametrize('file', ['amcl.yaml', 'amcl_accurate.yaml'])
 def test_our_files_fit_upstream(file):
     """Upstream knows every parameter and its type; a default that differs must stand in the file."""
     ours = read_config(file)

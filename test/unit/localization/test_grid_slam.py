@@ -10,13 +10,9 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
 from diff_encoder_sim.localization.grid_slam import GridSlam, OdometryTrack, map_recording
 from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN
 from slam_drives import HALLWAY, ROS_LOGO, Case
-from slam_maps import patch_counts
-from slam_room import around_the_room, params, room_scan
+from slam_room import around_the_room, params, patch_counts, room_scan
 
 START = Pose2D(0.4, -0.3, 0.5)  # in odom, of the first scan
-
-LASER = Pose2D(0.15, -0.05, 0.4)
-
 SECOND_NS = 10**9
 
 
@@ -45,7 +41,7 @@ def errors(slam, true):
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize('laser', [IDENTITY, LASER])
+@pytest.mark.parametrize('laser', [IDENTITY, Pose2D(0.15, -0.05, 0.4)])
 def test_drifting_odometry_is_corrected(laser):
     slam, true, odometry, _ = drive(noise=0.03, laser=laser)
     assert math.hypot(*np.subtract(odometry[-1].relative_to(odometry[0]), true[-1])[:2]) > 0.1
@@ -58,9 +54,7 @@ def test_drifting_odometry_is_corrected(laser):
 
 def test_the_map_shows_the_room():
     slam, _, _, _ = drive()
-    grid = slam.map()
-    true = around_the_room()
-    map_in_room = true[0].compose(START.inverse())
+    grid, map_in_room = slam.map(), around_the_room()[0].compose(START.inverse())
 
     def cell_of(x_m, y_m):
         return grid.cells[grid.cell_at(*Pose2D(x_m, y_m, 0.0).relative_to(map_in_room)[:2])]
@@ -89,8 +83,7 @@ def test_particles_are_redrawn_when_few_of_them_count():
     estimates = [estimate for estimate in estimates if estimate]
     assert all(estimate.has_resampled == (estimate.effective_count < 4.0) for estimate in estimates[1:])
     assert 2 <= sum(estimate.has_resampled for estimate in estimates) < len(estimates) - 2
-    for _before, after in zip(estimates[1:], estimates[2:]):
-        assert 0.0 <= after.entropy <= math.log(8)
+    assert all(0.0 <= estimate.entropy <= math.log(8) for estimate in estimates[2:])
     assert len(slam.trajectory) == len(estimates)
     assert slam.trajectory[0].base_pose_in_map == pytest.approx(START)
     never, _, _, its = drive(noise=0.03, sigma_m=0.03, resampleThreshold=0.0)
@@ -129,34 +122,26 @@ def test_bad_scans_change_nothing(change):
     assert (slam.map().cells.tobytes(), slam.last_estimate, slam.particles.tobytes()) == before
 
 
-PARTICLES = 6
-
-
 @pytest.fixture(scope='session', params=[HALLWAY, ROS_LOGO], ids=lambda tour: tour.world)
 def case(request):
     return Case(request.param, pprs=(40,))
 
 
 @pytest.mark.heavy
-def test_the_map_of_ideal_odometry(case):
-    accuracy, error, _, _, bias_m = case.map('ideal', 'fine', particles=PARTICLES)
-    assert accuracy.correct_fraction >= 0.99
-    assert accuracy.mapped_fraction >= 0.97
-    assert error.ate_rmse_m < 0.015
-    assert np.abs(bias_m).max() < 0.003
-
-
-@pytest.mark.heavy
-def test_the_map_of_a_coarse_encoder(case):
-    """40 PPR and 3 cm of noise: odometry alone ends decimetres off."""
-    accuracy, error, slam, _, _ = case.map('40', 'coarse', particles=PARTICLES)
-    assert accuracy.correct_fraction >= 0.98
-    assert accuracy.mapped_fraction >= 0.97
-    assert error.ate_rmse_m < 0.05
-    # Of the ROS-logo world each scan sees most patches, so there its particles have little in common.
-    most = {'hallway': 0.85, 'ros_logo': 0.95}[case.drive.world.name]
-    shared, unshared = patch_counts(slam.maps)
-    assert shared < most * unshared
+@pytest.mark.parametrize(
+    ('odometry', 'noise', 'correct', 'ate_m'), [('ideal', 'fine', 0.99, 0.015), ('40', 'coarse', 0.98, 0.05)]
+)
+def test_the_map_of_a_drive(case, odometry, noise, correct, ate_m):
+    """With 40 PPR and 3 cm of noise, odometry alone ends decimetres off."""
+    accuracy, error, slam, _, bias_m = case.map(odometry, noise, particles=6)
+    assert accuracy.correct_fraction >= correct and accuracy.mapped_fraction >= 0.97
+    assert error.ate_rmse_m < ate_m
+    if odometry == 'ideal':
+        assert np.abs(bias_m).max() < 0.003
+    else:
+        # Of the ROS-logo world each scan sees most patches, so there its particles have little in common.
+        shared, unshared = patch_counts(slam.maps)
+        assert shared < {'hallway': 0.85, 'ros_logo': 0.95}[case.drive.world.name] * unshared
 
 
 def recording():
@@ -183,12 +168,10 @@ def test_a_recording_that_goes_back_in_time_keeps_the_first_drive(caplog):
     assert 'odometry stamps go back' in caplog.text and 'the map so far is kept' in caplog.text
 
 
-@pytest.mark.parametrize('missing', ['odometry', 'scans', 'odometry at their time'])
-def test_half_a_recording_is_refused(missing):
-    stamps_ns, poses, scans = recording()
-    later_ns = 1000 * SECOND_NS if missing == 'odometry at their time' else 0
-    track = OdometryTrack([] if missing == 'odometry' else [ns + later_ns for ns in stamps_ns], poses)
+@pytest.mark.parametrize(('odometry', 'scans', 'later_ns'), [(0, 40, 0), (41, 0, 0), (41, 40, 1000 * SECOND_NS)])
+def test_half_a_recording_is_refused(odometry, scans, later_ns):
+    """Without odometry, without scans, with odometry of another time."""
+    stamps_ns, poses, all_scans = recording()
+    track = OdometryTrack([stamp_ns + later_ns for stamp_ns in stamps_ns[:odometry]], poses[:odometry])
     with pytest.raises(ConfigError):
-        map_recording(
-            GridSlam(params(), np.random.default_rng(0)), track, scans if missing != 'scans' else [], IDENTITY
-        )
+        map_recording(GridSlam(params(), np.random.default_rng(0)), track, all_scans[:scans], IDENTITY)

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.localization.patches import HITS, MEAN_X, MEAN_Y, VISITS, usable_rays
-from slam_maps import CELL_M, cells_of, maps_of, patch_counts, rays_of
-from slam_room import params, room_scan
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.localization.patches import HITS, MEAN_X, MEAN_Y, VISITS
+from slam_room import CELL_M, cells_of, maps_of, patch_counts, rays_of
 
 
 def entered(pose, *rays):
@@ -70,22 +69,6 @@ def test_the_laser_is_where_it_is_mounted():
 def test_how_a_range_is_used(given, changes, used):
     rays = rays_of([given], **changes)
     assert list(zip(rays.lengths_m, rays.is_hit)) == used
-
-
-def test_particles_share_patches_until_one_writes():
-    maps = maps_of(3)
-    maps.update(np.zeros((3, 3)), usable_rays(room_scan(IDENTITY), IDENTITY, params()))
-    assert len(set(patch_counts(maps))) == 1
-    maps.resample(np.array([1, 1, 1]))
-    shared, unshared = patch_counts(maps)
-    assert unshared == 3 * shared
-    before = cells_of(maps, 1).copy()
-    whole, maps.table = maps.table, maps.table[:1]
-    maps.update(np.zeros((1, 3)), rays_of([1.0]))
-    maps.table = whole
-    assert patch_counts(maps)[0] == shared + 2  # of the two that the ray crosses
-    assert cells_of(maps, 0)[80, 100, HITS] == before[80, 100, HITS] + 1
-    assert (cells_of(maps, 1) == before).all() and (cells_of(maps, 2) == before).all()
 
 
 def test_references_are_those_of_the_tables():

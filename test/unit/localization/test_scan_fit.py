@@ -12,61 +12,38 @@ from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from diff_encoder_sim.localization.scan_fit import FitMap, LostDetector, ScanFit
 
-ROOM = pillar_room()
+ROOM, DISTANCE_M = pillar_room(), 0.2
 
-
-DISTANCE_M = 0.2
-
-
-def wall_ahead(wall_x_m=2.0, behind=UNKNOWN, cells_x=100):
-    """Free from x = -2.5 m to a wall of one cell at `wall_x_m`, and `behind` beyond it."""
-    cells = np.full((100, cells_x), FREE, np.int8)
-    column = round((wall_x_m + 2.5) / RESOLUTION_M)
-    cells[:, column] = OCCUPIED
-    cells[:, column + 1 :] = behind
-    return OccupancyGrid(cells, RESOLUTION_M, Pose2D(-2.5, -2.5, 0.0))
-
-
-def rays_ahead(range_m, count=20):
-    """All within a tenth of a degree of straight ahead."""
-    return Scan(0, 0.0, math.radians(0.1) / count, 0.1, 1e6, np.full(count, range_m))
-
-
-@pytest.mark.parametrize(
-    ('range_m', 'expected'),
-    [
-        (2.025, ScanFit(20, 0, 0)),  # on the wall
-        (1.85, ScanFit(20, 0, 0)),  # 0.175 m before its centre
-        (2.20, ScanFit(20, 0, 0)),
-        (1.75, ScanFit(0, 0, 20)),  # short of it: a person
-        (2.30, ScanFit(0, 20, 0)),  # through it, into what is unknown
-        (4.00, ScanFit(0, 20, 0)),  # through it, off the map
-        (9e5, ScanFit(0, 20, 0)),
-        (math.inf, ScanFit(0, 0, 0)),
-        (math.nan, ScanFit(0, 0, 0)),
-        (0.05, ScanFit(0, 0, 0)),
-    ],
-)
-def test_rays_against_one_wall(range_m, expected):
-    assert FitMap(wall_ahead(), DISTANCE_M).fit(IDENTITY, rays_ahead(range_m), IDENTITY) == expected
+# Free from x = -2.5 m to a wall of one cell at 2 m, and unknown beyond it.
+CELLS = np.full((100, 100), FREE, np.int8)
+CELLS[:, 90], CELLS[:, 91:] = OCCUPIED, UNKNOWN
+WALL_AHEAD = OccupancyGrid(CELLS, RESOLUTION_M, Pose2D(-2.5, -2.5, 0.0))
 
 
 @pytest.mark.parametrize(
     ('laser_x_m', 'range_m', 'expected'),
     [
-        (-5.0, 7.025, ScanFit(20, 0, 0)),
-        (-5.0, 6.0, ScanFit(0, 0, 20)),
-        (-5.0, 7.4, ScanFit(0, 20, 0)),
-        (-5.0, 9e5, ScanFit(0, 20, 0)),
-        (-5.0, 1.0, ScanFit(0, 0, 0)),  # not even to the map
-        (-1e5, 1e5 + 2.4, ScanFit(0, 20, 0)),
-        (3.0, 9e5, ScanFit(0, 0, 0)),
+        (0.0, 2.025, (20, 0, 0)),  # on the wall
+        (0.0, 1.85, (20, 0, 0)),  # 0.175 m before its centre
+        (0.0, 2.20, (20, 0, 0)),
+        (0.0, 1.75, (0, 0, 20)),  # short of it: a person
+        (0.0, 2.30, (0, 20, 0)),  # through it, into what is unknown
+        (0.0, 9e5, (0, 20, 0)),  # through it, off the map
+        (0.0, math.inf, (0, 0, 0)),
+        (0.0, math.nan, (0, 0, 0)),
+        (0.0, 0.05, (0, 0, 0)),
+        # From off the map, rays are followed onto it.
+        (-5.0, 7.025, (20, 0, 0)),
+        (-5.0, 6.0, (0, 0, 20)),
+        (-5.0, 7.4, (0, 20, 0)),
+        (-5.0, 1.0, (0, 0, 0)),  # not even to the map
+        (-1e5, 1e5 + 2.4, (0, 20, 0)),
+        (3.0, 9e5, (0, 0, 0)),
     ],
 )
-def test_rays_from_off_the_map_are_followed_onto_it(laser_x_m, range_m, expected):
-    here = Pose2D(laser_x_m, 0.0, 0.0)
-    straight = rays_ahead(range_m)._replace(angle_increment_rad=0.0)
-    assert FitMap(wall_ahead(), DISTANCE_M).fit(here, straight, IDENTITY) == expected
+def test_rays_against_one_wall(laser_x_m, range_m, expected):
+    scan = Scan(0, 0.0, 0.0, 0.1, 1e6, np.full(20, range_m))  # all straight ahead
+    assert FitMap(WALL_AHEAD, DISTANCE_M).fit(Pose2D(laser_x_m, 0.0, 0.0), scan, IDENTITY) == ScanFit(*expected)
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,7 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.localization.grid_slam import propose, search_of
 from diff_encoder_sim.localization.patches import usable_rays
 from diff_encoder_sim.localization.slam_kernels import Search, climb, fit, refine, scan_share
-from slam_maps import CELL_M, maps_of, room_map
-from slam_room import params, room_scan
+from slam_room import CELL_M, maps_of, params, room_map, room_scan
 
 SEARCH = Search(1, -1e-6, -50.0, 1.0, 0.05, 5, 0.0)
 NO_TREND = np.zeros(3)
@@ -31,32 +30,23 @@ def test_a_known_offset_is_recovered():
     assert (np.abs(np.mean(errors, axis=0)) < [0.001, 0.001, 0.0005]).all()
 
 
-def wall_map():
-    """A straight wall, 1 m ahead of the origin, in a map."""
+def test_a_straight_wall_pulls_across_it_and_not_along_it():
+    """Hits of earlier rays must not hold later ones fast; the information in closed form."""
     maps, bearings = maps_of(1), np.linspace(-0.9, 0.9, 60)
     scan = room_scan(IDENTITY, ray_count=60)._replace(
         angle_min_rad=-0.9, angle_increment_rad=1.8 / 59, ranges_m=1.0 / np.cos(bearings)
     )
-    maps.update(np.zeros((1, 3)), usable_rays(scan, IDENTITY, params()))
-    return maps
-
-
-def test_along_a_straight_wall_nothing_pulls():
-    """Hits of earlier rays must not hold later ones fast: distances are across the wall."""
-    maps, inner = wall_map(), np.column_stack([np.full(20, 1.0), np.linspace(-0.3, 0.3, 20)]) / CELL_M
+    maps.update(np.zeros((1, 3)), usable_rays(scan, IDENTITY, params()))  # 1 m ahead of the origin
+    ends = np.column_stack([np.full(20, 1.0), np.linspace(-0.3, 0.3, 20)]) / CELL_M
 
     def misfit(x_m, y_m):
         pose = np.array([(x_m + 4.0) / CELL_M, (y_m + 4.0) / CELL_M, 0.0])
-        return -fit(maps.table[0], maps.cells, pose, inner, SEARCH._replace(likelihood_scale=-1.0))[1] / 20
+        return -fit(maps.table[0], maps.cells, pose, ends, SEARCH._replace(likelihood_scale=-1.0))[1] / 20
 
     # In cells: a metre is 20.
     assert misfit(0.02, 0.0) == pytest.approx(0.4**2, rel=0.05)
     assert max(misfit(0.0, y_m) for y_m in np.linspace(-0.1, 0.1, 21)) < 0.001
-
-
-def test_the_information_of_a_wall_is_across_it():
-    """In closed form: n rays at lsigma across the wall, odometry's alone along it."""
-    maps, ends = wall_map(), np.column_stack([np.full(20, 1.0), np.linspace(-0.3, 0.3, 20)]) / CELL_M
+    # n rays at lsigma across the wall, odometry's alone along it.
     expected, sigmas = np.array([80.1, 80.2, 0.003]), np.array([1.0, 2.0, 0.01])
     mode, root = refine(maps.table[0], maps.cells, expected, expected, ends, SEARCH, sigmas)
     information = root @ root.T

@@ -1,5 +1,6 @@
 """Costmaps: layers and rays against their definitions, and updates of windows against whole ones."""
 
+import itertools
 import math
 
 import numpy as np
@@ -8,20 +9,11 @@ import pytest
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
+from diff_encoder_sim.navigation import costmap_layers as layers
 from diff_encoder_sim.navigation.costmap import Costmap
-from diff_encoder_sim.navigation.costmap_layers import (
-    FREE,
-    IN_OBSTACLE,
-    INSCRIBED,
-    LETHAL,
-    NO_INFORMATION,
-    OFF_MAP,
-    RayRules,
-    clear_and_mark,
-    clear_polygon,
-)
+from diff_encoder_sim.navigation.costmap_layers import FREE, INSCRIBED, LETHAL, NO_INFORMATION
 from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
-from navigation_scenes import RAY_STEP_RAD, RAYS, scan_of, static_costmap
+from navigation_simulation import FEW_RAYS, FEW_STEP_RAD, scan_of, static_costmap
 
 
 def local(*scans, **params):
@@ -42,8 +34,8 @@ def walled(*columns, shape=(100, 100), **params):
 def test_footprint_cost_depends_on_heading():
     costmap = walled(57, inflation_radius=0.3)  # at x = 2.85 to 2.90
     assert costmap.footprint_cost(Pose2D(2.55, 2.5, 0.0)) >= 0.0  # 0.26 m ahead: clear
-    assert costmap.footprint_cost(Pose2D(2.55, 2.5, math.pi / 2)) == IN_OBSTACLE  # 0.31 m
-    assert costmap.footprint_cost(Pose2D(0.2, 2.5, 0.0)) == OFF_MAP
+    assert costmap.footprint_cost(Pose2D(2.55, 2.5, math.pi / 2)) == layers.IN_OBSTACLE  # 0.31 m
+    assert costmap.footprint_cost(Pose2D(0.2, 2.5, 0.0)) == layers.OFF_MAP
 
 
 @pytest.mark.parametrize(
@@ -105,7 +97,7 @@ def test_costs_do_not_depend_on_when_they_are_asked_for():
     often, once = (Costmap(CostmapParams(), grid) for _ in range(2))
     for step in range(8):
         pose = grid.origin.compose(Pose2D(1.0 + step, 4.0, 0.7 * step))
-        scan = Scan(0, 0.0, RAY_STEP_RAD, 0.15, 6.0, random.uniform(0.3, 4.0, RAYS))
+        scan = Scan(0, 0.0, FEW_STEP_RAD, 0.15, 6.0, random.uniform(0.3, 4.0, FEW_RAYS))
         for costmap in (often, once):
             costmap.update(pose, scan, pose)
             if step == 4:
@@ -183,55 +175,42 @@ def test_the_window_keeps_what_stays_in_sight(x_m, y_m):
 
 def test_a_polygon_clears_its_inside_and_its_sides():
     cells = np.full((20, 30), LETHAL, np.uint8)
-    clear_polygon(cells, 20.0, np.array([[0.51, 0.26], [0.51, 0.49], [0.29, 0.49], [0.29, 0.26]]))
+    layers.clear_polygon(cells, 20.0, np.array([[0.51, 0.26], [0.51, 0.49], [0.29, 0.49], [0.29, 0.26]]))
     assert np.argwhere(cells == FREE).tolist() == [[row, column] for row in range(5, 10) for column in range(5, 11)]
 
 
 def enter(cells, ranges_m, x_m, y_m, clears, marks):
     """Cells of 0.05 m; rays clear up to 2.0 m, mark up to 1.8 m."""
-    scan = Scan(0, 0.0, RAY_STEP_RAD, 0.15, 6.0, ranges_m)
-    clear_and_mark(cells, 20.0, Pose2D(x_m, y_m, 0.3), scan, RayRules(2.0, 1.8, True, clears, marks))
+    scan = Scan(0, 0.0, FEW_STEP_RAD, 0.15, 6.0, ranges_m)
+    layers.clear_and_mark(cells, 20.0, Pose2D(x_m, y_m, 0.3), scan, layers.RayRules(2.0, 1.8, True, clears, marks))
 
 
 @pytest.mark.parametrize('place', [(1.5, 1.5), (2.9, 0.4), (-0.5, 1.0)])
 def test_a_scan_is_entered_as_its_rays_one_by_one(place):
     random = np.random.default_rng(8)
-    ranges_m = random.choice([math.inf, math.nan, 0.1, 0.2, 1.0, 1.0, 1.9, 2.5], RAYS) + random.normal(0, 0.03, RAYS)
+    ranges_m = random.choice([math.inf, math.nan, 0.1, 0.2, 1.0, 1.0, 1.9, 2.5], FEW_RAYS) + random.normal(
+        0, 0.03, FEW_RAYS
+    )
     together = random.choice([0, LETHAL], (60, 60)).astype(np.uint8)
     one_by_one = together.copy()
     enter(together, ranges_m, *place, True, True)
     for clears in (True, False):
-        for index in range(RAYS):
-            alone = np.where(np.arange(RAYS) == index, ranges_m, math.nan)
+        for index in range(FEW_RAYS):
+            alone = np.where(np.arange(FEW_RAYS) == index, ranges_m, math.nan)
             enter(one_by_one, alone, *place, clears, not clears)
     assert (together == one_by_one).all()
 
 
-def bresenham(row, column, to_row, to_column):
-    """The cells of a line, step by step."""
-    down, right, cells = abs(to_row - row), abs(to_column - column), []
-    error = right - down
-    for _ in range(max(down, right) + 1):
-        cells.append((row, column))
-        doubled = 2 * error
-        if doubled > -down:
-            error -= down
-            column += 1 if to_column > column else -1
-        if doubled < right:
-            error += right
-            row += 1 if to_row > row else -1
-    return cells
-
-
 @pytest.mark.parametrize('place', [(0, 0), (5, 9)])
-def test_every_line_is_bresenhams_up_to_the_edge(place):
-    """A polygon of two corners is a line and back."""
-    rows, columns = 15, 20
-    for to_row in range(-25, 40, 3):
-        for to_column in range(-25, 45, 2):
-            cells = np.full((rows, columns), LETHAL, np.uint8)
-            clear_polygon(cells, 1.0, np.array([(to_row, to_column), place])[:, ::-1] + 0.5)
-            is_inside = 0 <= to_row < rows and 0 <= to_column < columns
-            freed = bresenham(*place, to_row, to_column) + (bresenham(to_row, to_column, *place) if is_inside else [])
-            expected = {(r, c) for r, c in freed if 0 <= r < rows and 0 <= c < columns}
-            assert {(int(r), int(c)) for r, c in np.argwhere(cells == FREE)} == expected
+def test_every_line_has_a_cell_within_half_a_cell_at_each_step_up_to_the_edge(place):
+    """A polygon of two corners is a line and back; what is not freed lies off the line."""
+    shape, start = (15, 20), np.array(place)
+    for end in itertools.product(range(-25, 40, 3), range(-25, 45, 2)):
+        cells = np.full(shape, LETHAL, np.uint8)
+        layers.clear_polygon(cells, 1.0, np.array([end, place])[:, ::-1] + 0.5)
+        steps = np.abs(end - start).max()
+        line = start + np.linspace(0.0, 1.0, steps + 1)[:, None] * (end - start)
+        apart = np.abs(np.argwhere(cells == FREE)[:, None] - line).max(axis=2)
+        assert (apart.min(axis=1) <= 0.5 + 1e-9).all()
+        is_inside = ((line >= 0) & (line <= np.subtract(shape, 1))).all(axis=1)
+        assert (apart.min(axis=0)[is_inside] <= 0.5 + 1e-9).all()

@@ -6,28 +6,18 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
+from diff_encoder_sim.navigation import dwa
 from diff_encoder_sim.navigation import dwa_kernels as kernels
 from diff_encoder_sim.navigation.costmap_layers import INSCRIBED, LETHAL
-from diff_encoder_sim.navigation.dwa import (
-    COST_FIELDS,
-    TRAJECTORY_FIELDS,
-    DwaPlanner,
-    LocalPlanner,
-    OscillationMemory,
-    cost_cloud,
-    limited_motion,
-    trajectory_cloud,
-    visible_stretch,
-)
 from diff_encoder_sim.navigation.dwa_kernels import TO_END, TO_FRONT, TO_PLAN, begin_waves, whole_grid
 from diff_encoder_sim.navigation.navigator_inputs import STOP, Command, OdometrySample
-from navigation_scenes import PERIOD_S, dwa_params, local_costmap, seen_costmap, straight_plan, winding_plan
+from navigation_simulation import PERIOD_S, dwa_params, local_costmap, seen_costmap, straight_plan, winding_plan
 
 ALL = 4 * (True,)  # directions
 
 
 def planner_of(**changes):
-    return DwaPlanner(dwa_params(**changes), PERIOD_S)
+    return dwa.DwaPlanner(dwa_params(**changes), PERIOD_S)
 
 
 def scored(planner, costmap, plan, twist=(0.3, 0.0), pose=IDENTITY):
@@ -74,20 +64,6 @@ def test_the_window_is_reachable_and_within_the_limits(changes, twist, goal_m, l
     assert samples.min(axis=0) == pytest.approx(lowest) and samples.max(axis=0) == pytest.approx(highest)
 
 
-@pytest.mark.parametrize(
-    ('low', 'high', 'count', 'expected'),
-    [
-        (-0.245, 0.245, 4, [-0.245, -0.0816667, 0.0, 0.0816667, 0.245]),
-        (0.1, 0.3, 1, [0.1, 0.3]),
-        (0.2, 0.2, 20, [0.2]),
-        (-0.2, 0.2, 3, [-0.2, 0.0, 0.2]),
-    ],
-)
-def test_samples_hold_both_ends_and_zero(low, high, count, expected):
-    middle, change = 0.5 * (low + high), 0.5 * (high - low)
-    assert kernels._samples_around(middle, change, -9.0, 9.0, count) == pytest.approx(expected)
-
-
 def test_the_trajectory_is_upstreams():
     """Points no farther apart than the granularities, the start in and the end out."""
     points = rolled_out(planner_of(), IDENTITY, 0.4, 0.5)
@@ -111,13 +87,6 @@ def test_slow_and_fast_samples_have_no_trajectory():
     assert [kernels.sample_steps(limits, sample, ALL) for sample in samples] == [28, 0, 6, 0, 0, 21]
 
 
-@pytest.mark.parametrize('sample', [(0.4, 0.5), (0.0, -0.9), (-0.2, 1e-9)])
-def test_the_last_point_in_closed_form_is_that_of_the_rollout(sample):
-    pose, planner = Pose2D(1.0, -2.0, 0.7), planner_of()
-    points = rolled_out(planner, pose, *sample)
-    assert kernels.last_point(1.7, pose, sample, len(points)) == pytest.approx(points[-1, :3], abs=1e-13)
-
-
 def test_local_goal_is_the_last_point_before_the_plan_leaves():
     costs = np.zeros((5, 5), np.uint8)
     plan = np.array([[-3.0, 2.5], [0.5, 2.5], [9.0, 2.5], [4.5, 4.5]])
@@ -131,18 +100,6 @@ def test_the_nose_goal_is_beyond_the_end_as_seen_from_the_robot():
     beyond = distances_from(plan, costs, layer=TO_FRONT, nose_m=2.0 * math.sqrt(2.0))
     assert np.argwhere(beyond == 0).tolist() == [[6, 6]]
     assert np.argwhere(distances_from(plan[1:], costs, layer=TO_FRONT, nose_m=3.0) == 0).tolist() == [[6, 6]]
-
-
-def test_a_wave_that_is_asked_cell_by_cell_is_the_whole_wave():
-    random = np.random.default_rng(1)
-    costs = random.choice([0, INSCRIBED, 255], (12, 15), p=[0.7, 0.25, 0.05]).astype(np.uint8)
-    plan = np.column_stack([np.linspace(1.5, 12.5, 20), np.linspace(2.5, 9.5, 20), np.zeros(20)])
-    for layer in (TO_PLAN, TO_END, TO_FRONT):
-        task, cells = task_of(costs, nose_m=1.0), random.permutation(costs.size)
-        assert begin_waves(task, IDENTITY, plan)
-        waves = task.cells, task.queues, task.counts, layer, costs.size, 15
-        asked = [kernels._distance_to(*waves, cell // 15, cell % 15) for cell in cells.tolist()]
-        assert asked == whole_grid(task, layer).ravel()[cells].tolist()
 
 
 def test_the_wave_equals_repeated_relaxation():
@@ -236,7 +193,7 @@ def test_scores_are_those_of_every_point_on_its_own():
 
 
 def test_turning_back_and_reversing_lock_until_the_robot_has_got_away():
-    memory = OscillationMemory(dwa_params(min_vel_x=-0.2))
+    memory = dwa.OscillationMemory(dwa_params(min_vel_x=-0.2))
     memory.update(IDENTITY, 0.0, 0.3)
     assert all(memory.allowed())
     memory.update(IDENTITY, 0.0, -0.3)  # turned back: only right from here
@@ -309,17 +266,17 @@ def test_clouds_show_what_the_command_was_chosen_from():
     """A wall to the left: accepted trajectories with their costs, and the cells that can be reached."""
     planner, costmap, plan = planner_of(), local_costmap([(0.75, 0.3)]), straight_plan()
     best = planner.find_best(IDENTITY, 0.3, 0.0, costmap, plan)
-    cloud = trajectory_cloud(planner.last_task, costmap.origin)
+    cloud = dwa.trajectory_cloud(planner.last_task, costmap.origin)
     samples, totals = scored(planner_of(), costmap, plan)
     accepted = np.flatnonzero(totals >= 0.0)
     assert 0 < len(accepted) < len(samples), 'the wall rejects some'
     steps = [len(rolled_out(planner, IDENTITY, *sample)) for sample in samples[accepted]]
-    assert cloud.shape == (sum(steps), len(TRAJECTORY_FIELDS))
+    assert cloud.shape == (sum(steps), len(dwa.TRAJECTORY_FIELDS))
     assert cloud[:, 4] == pytest.approx(np.repeat(totals[accepted], steps))
     cheapest = cloud[cloud[:, 4] == cloud[:, 4].min()]
     assert cheapest[0, 4] == best.cost and cheapest[: len(best.poses), [0, 1, 3]] == pytest.approx(best.poses)
-    cells = cost_cloud(planner.last_task, costmap.origin)
-    assert cells.shape[1] == len(COST_FIELDS) and 0 < len(cells) < costmap.costs.size
+    cells = dwa.cost_cloud(planner.last_task, costmap.origin)
+    assert cells.shape[1] == len(dwa.COST_FIELDS) and 0 < len(cells) < costmap.costs.size
     assert cells[:, 5].tolist() == [costmap.cost_at(x, y) for x, y in cells[:, :2]] and cells[:, 5].max() < INSCRIBED
     assert cells[(np.abs(cells[:, 1]) < 0.05) & (cells[:, 0] > 0.0), 3].min() == 0.0, 'the plan is at its own distance'
     # Table 2 of the paper, in cells of 5 cm.
@@ -341,20 +298,20 @@ def test_the_visible_stretch_is_that_of_all_distances(prune_m):
             first = next((index for index in range(visible[0], 40) if distance_m[index] < prune_m), visible[0])
             leaves = next((index for index in range(first, 40) if distance_m[index] > 1.5), 39)
             expected = first, leaves + 1
-        assert visible_stretch(plan, *place, 1.5, prune_m) == expected
+        assert dwa.visible_stretch(plan, *place, 1.5, prune_m) == expected
 
 
 def test_the_plan_in_odom_follows_robot_and_localization():
     """Kept between control periods, it is what a planner makes that has just got the plan."""
     params, costmap, seen = dwa_params(), local_costmap(), set()
-    planner, plan = LocalPlanner(params, PERIOD_S), winding_plan(np.random.default_rng(12), 200)
+    planner, plan = dwa.LocalPlanner(params, PERIOD_S), winding_plan(np.random.default_rng(12), 200)
     planner.set_plan(plan + 1.0)
     planner.is_goal_reached(OdometrySample(0, IDENTITY, 0.0, 0.0), IDENTITY)
     planner.set_plan(plan)
     for period in range(120):
         odom_in_map = Pose2D(0.01 * (period // 10), -0.02 * (period // 10), 0.03 * (period // 25))
         odometry = OdometrySample(period, Pose2D(*plan[period]).relative_to(odom_in_map), 0.3, 0.0)
-        fresh = LocalPlanner(params, PERIOD_S)
+        fresh = dwa.LocalPlanner(params, PERIOD_S)
         fresh.set_plan(plan)
         costmap.update(odometry.base_pose_in_odom)
         for each in (planner, fresh):
@@ -374,12 +331,5 @@ def test_the_plan_in_odom_follows_robot_and_localization():
     ],
 )
 def test_control_begins_with_the_last_command_as_far_as_odometry_allows(commanded, measured, used):
-    motion = limited_motion(OdometrySample(0, IDENTITY, *measured, 0.1, 0.4), Command(*commanded), 2.0)
+    motion = dwa.limited_motion(OdometrySample(0, IDENTITY, *measured, 0.1, 0.4), Command(*commanded), 2.0)
     assert motion == (IDENTITY, pytest.approx(used[0]), pytest.approx(used[1]))
-
-
-def test_a_plan_outside_the_costmap_is_a_problem():
-    planner = LocalPlanner(dwa_params(), PERIOD_S)
-    planner.set_plan(straight_plan() + np.array([50.0, 0.0, 0.0]))
-    assert planner.compute(OdometrySample(0, IDENTITY, 0.0, 0.0), STOP, IDENTITY, local_costmap()) is None
-    assert planner.problem == 'the plan is outside the local costmap'

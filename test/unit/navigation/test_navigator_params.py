@@ -4,39 +4,16 @@ import math
 
 import pytest
 
+import upstream_params as upstream
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import split_params
-from diff_encoder_sim.navigation.costmap_params import CostmapParams, make_footprint
+from diff_encoder_sim.navigation.costmap_params import CostmapParams
 from diff_encoder_sim.navigation.navigator_params import DwaParams, NavigatorParams
 from navigation_simulation import TABLE_2
-from upstream_params import (
-    COSTMAP,
-    DWA,
-    FLAT,
-    FLAT_NAMES,
-    MOVE_BASE,
-    MOVE_BASE_NAMES,
-    NAVFN,
-    PLUGINS,
-    SCAN_SOURCE,
-    different,
-    read_config,
-    upstream_navigation,
-    wrong_types,
-)
-
-
-def test_a_robot_that_could_never_start_is_a_config_error():
-    """0.7 m/s^2 in 50 ms is 0.035 m/s: below upstream's default min_vel_trans of 0.1."""
-    with pytest.raises(ConfigError, match='min_vel_trans'):
-        NavigatorParams.from_mapping(
-            {'DWAPlannerROS': {**TABLE_2, 'min_vel_trans': 0.1, 'min_vel_theta': 0.4}}, 'x.yaml'
-        )
-    NavigatorParams()  # upstream's own defaults can
 
 
 def test_the_navigator_takes_every_parameter_of_upstream_at_its_default():
-    (params,) = split_params(upstream_navigation(), 'move_base', NavigatorParams)  # as the node does
+    (params,) = split_params(upstream.upstream_navigation(), 'move_base', NavigatorParams)  # as the node does
     assert params.global_costmap.static_map and not params.local_costmap.static_map
     assert params.DWAPlannerROS.goal_distance_bias == 0.8
     for costmap in (params.global_costmap, params.local_costmap):
@@ -46,6 +23,23 @@ def test_the_navigator_takes_every_parameter_of_upstream_at_its_default():
         assert not costmap.track_unknown_space  # the costmap's counts before a layer's
 
 
+NO_COSTMAP = [
+    ({'rolling_window': True, 'static_map': True}, 'static_map'),
+    ({'static_map': False}, 'static_map'),
+    ({'observation_sources': 'sonar'}, 'scan.topic'),
+    ({'observation_sources': 'front rear'}, 'observation_sources'),
+    ({'plugins': [{'name': 'v', 'type': 'costmap_2d::VoxelLayer'}]}, 'plugins'),
+    ({'plugins': upstream.PLUGINS, 'static_layer': {'enabled': False}}, 'static_layer.enabled'),
+    ({'plugins': upstream.PLUGINS, 'inflation_layer': {'inflation_radios': 0.5}}, 'inflation_radios'),
+    ({'map_type': 'voxel'}, 'map_type'),
+    ({'scan': {'data_type': 'PointCloud2'}}, 'scan.data_type'),
+    ({'scan': {'topic': '/base_scan'}}, 'scan.topic'),
+    ({'plugins': upstream.PLUGINS[1:], 'rolling_window': True, 'resolution': 1e-3}, 'cells'),
+    ({'robot_radius': -0.2}, 'robot_radius'),
+    ({'footprint': [[0, 1], [1, 0]]}, 'footprint'),
+    ({'footprint': [[1, 1], [2, 1], [2, 2]]}, 'footprint'),
+    ({'footprint': 'round'}, 'footprint'),
+]
 TWO = 2 * [{'name': 'a', 'type': 'rotate_recovery/RotateRecovery'}]
 UNKNOWN = [{'name': 'a', 'type': 'move_slow_and_clear/MoveSlowAndClear'}]
 
@@ -61,7 +55,9 @@ UNKNOWN = [{'name': 'a', 'type': 'move_slow_and_clear/MoveSlowAndClear'}]
         ({'recovery_behaviors': UNKNOWN}, 'recovery_behaviors'),
         ({'recovery_behaviors': TWO}, 'recovery_behaviors'),
         ({'DWAPlannerROS': {'min_vel_x': 0.6}}, 'min_vel_x'),
-        ({'DWAPlannerROS': {'min_vel_theta': 1.1}}, 'min_vel_theta'),
+        # 0.7 m/s^2 in 50 ms is 0.035 m/s: a robot that could never start.
+        ({'DWAPlannerROS': {**TABLE_2, 'min_vel_trans': 0.1, 'min_vel_theta': 0.4}}, 'min_vel_trans'),
+        *(({'global_costmap': costmap}, f'^/move_base: global_costmap.*{key}') for costmap, key in NO_COSTMAP),
     ],
 )
 def test_an_unsupported_value_is_named(given, key):
@@ -82,91 +78,66 @@ def test_the_latch_is_read_where_upstream_reads_it(given, latches):
     assert params.DWAPlannerROS.latch_xy_goal_tolerance == latches
 
 
-# Parameters that upstream does not have and ignores.
+# Parameters that upstream does not have and ignores; those of navfn are global_planner's.
 OWN_MOVE_BASE = {'input_timeout', 'max_unseen_travel'}
-
+OWN_NAVFN = {'use_dijkstra', 'neutral_cost', 'cost_factor'}
+OWN_DWA = {'twist_sigmas', 'latch_margin', 'stop', 'turn_to_path_angle'}
 # Upstream reads them in the layers' namespaces alone; its defaults are the same.
 IN_LAYERS = {'combination_method', 'footprint_clearing_enabled', 'trinary_costmap', 'unknown_cost_value'}
 
-OWN_NAVFN = {'use_dijkstra', 'neutral_cost', 'cost_factor'}  # global_planner's
-
-OWN_DWA = {'twist_sigmas', 'latch_margin', 'stop', 'turn_to_path_angle'}
-
 
 def test_upstream_knows_every_parameter_of_our_navigation_yaml_and_its_type():
-    ours = read_config('navigation.yaml')
+    ours = upstream.read_config('navigation.yaml')
     parts = {'global_costmap', 'local_costmap', 'NavfnROS', 'DWAPlannerROS'}
-    assert set(ours) - MOVE_BASE_NAMES - parts <= OWN_MOVE_BASE
-    assert set(ours['DWAPlannerROS']) - set(DWA) <= OWN_DWA
-    assert set(ours['NavfnROS']) - set(NAVFN) <= OWN_NAVFN
+    assert set(ours) - upstream.MOVE_BASE_NAMES - parts <= OWN_MOVE_BASE
+    assert set(ours['DWAPlannerROS']) - set(upstream.DWA) <= OWN_DWA
+    assert set(ours['NavfnROS']) - set(upstream.NAVFN) <= OWN_NAVFN
     for costmap in (ours['global_costmap'], ours['local_costmap']):
-        assert set(costmap) <= set(COSTMAP) | FLAT_NAMES | IN_LAYERS
-        assert set(costmap['scan']) <= set(SCAN_SOURCE)
-    assert wrong_types(ours, (MOVE_BASE, DWA, COSTMAP, SCAN_SOURCE, FLAT)) == []
+        assert set(costmap) <= set(upstream.COSTMAP) | upstream.FLAT_NAMES | IN_LAYERS
+        assert set(costmap['scan']) <= set(upstream.SCAN_SOURCE)
+    tables = upstream.MOVE_BASE, upstream.DWA, upstream.COSTMAP, upstream.SCAN_SOURCE, upstream.FLAT
+    assert upstream.wrong_types(ours, tables) == []
 
 
 def test_what_our_file_leaves_out_is_the_same_in_both_stacks():
     """A default that differs must stand in the file."""
-    ours = read_config('navigation.yaml')
+    ours = upstream.read_config('navigation.yaml')
     params = NavigatorParams.from_mapping({}, '')
-    assert different(MOVE_BASE, params, ours) == set()
-    assert different(NAVFN, params.NavfnROS, ours['NavfnROS']) == set()
-    assert different(DWA, params.DWAPlannerROS, ours['DWAPlannerROS']) == set()
+    assert upstream.different(upstream.MOVE_BASE, params, ours) == set()
+    assert upstream.different(upstream.NAVFN, params.NavfnROS, ours['NavfnROS']) == set()
+    assert upstream.different(upstream.DWA, params.DWAPlannerROS, ours['DWAPlannerROS']) == set()
     # The size of the global one is the map's.
     for name, costmap, other in (
         ('global_costmap', CostmapParams(), {'width', 'height'}),
         ('local_costmap', params.local_costmap, set()),
     ):
-        upstream = {**COSTMAP, **FLAT, 'static_map': False}
-        assert different(upstream, costmap, ours[name]) <= other
-        assert different(SCAN_SOURCE, costmap.scan, ours[name]['scan']) <= {'obstacle_range', 'raytrace_range'}
-
-
-@pytest.mark.parametrize(
-    ('given', 'key'),
-    [
-        ({'rolling_window': True, 'static_map': True}, 'static_map'),
-        ({'static_map': False}, 'static_map'),
-        ({'observation_sources': 'sonar'}, 'scan.topic'),
-        ({'observation_sources': 'front rear'}, 'observation_sources'),
-        ({'plugins': [{'name': 'v', 'type': 'costmap_2d::VoxelLayer'}]}, 'plugins'),
-        ({'plugins': PLUGINS, 'static_layer': {'enabled': False}}, 'static_layer.enabled'),
-        ({'plugins': PLUGINS, 'inflation_layer': {'inflation_radios': 0.5}}, 'inflation_radios'),
-        ({'map_type': 'voxel'}, 'map_type'),
-        ({'scan': {'data_type': 'PointCloud2'}}, 'scan.data_type'),
-        ({'scan': {'topic': '/base_scan'}}, 'scan.topic'),
-        ({'plugins': PLUGINS[1:], 'rolling_window': True, 'resolution': 1e-3, 'width': 6.0, 'height': 6.0}, 'cells'),
-        ({'robot_radius': -0.2}, 'robot_radius'),
-        ({'footprint': [[0, 1], [1, 0]]}, 'footprint'),
-        ({'footprint': [[1, 1], [2, 1], [2, 2]]}, 'footprint'),
-        ({'footprint': 'round'}, 'footprint'),
-    ],
-)
-def test_what_makes_no_costmap_is_named(given, key):
-    with pytest.raises(ConfigError, match=f'^/move_base: global_costmap.*{key}'):
-        NavigatorParams.from_mapping({'global_costmap': given}, '/move_base')
+        defaults, given = {**upstream.COSTMAP, **upstream.FLAT, 'static_map': False}, ours[name]
+        assert upstream.different(defaults, costmap, given) <= other
+        assert upstream.different(upstream.SCAN_SOURCE, costmap.scan, given['scan']) <= {
+            'obstacle_range',
+            'raytrace_range',
+        }
 
 
 def test_the_flat_form_is_the_layered_one_and_goes_before_it():
-    source = {**SCAN_SOURCE, 'data_type': 'LaserScan'}
-    flat = {**COSTMAP, **FLAT, 'static_map': True, 'map_type': 'costmap', 'scan': source}
-    layered = upstream_navigation()['global_costmap']
+    source = {**upstream.SCAN_SOURCE, 'data_type': 'LaserScan'}
+    flat = {**upstream.COSTMAP, **upstream.FLAT, 'static_map': True, 'map_type': 'costmap', 'scan': source}
+    layered = upstream.upstream_navigation()['global_costmap']
     assert CostmapParams.from_mapping(flat, '') == CostmapParams.from_mapping(layered, '')
     assert CostmapParams.from_mapping({**layered, 'inflation_radius': 0.8}, '').inflation_radius == 0.8
 
 
-def test_layers_that_are_not_listed_are_not_there():
-    params = CostmapParams.from_mapping({'plugins': PLUGINS[:1], 'static_map': False}, '')
-    assert (params.static_map, params.observation_sources, params.inflation_radius) == (True, '', 0.0)
+# As dynamic_reconfigure leaves them on the parameter server.
+DISABLED = {'inflation_layer': {'enabled': False, 'inflation_radius': 0.7}, 'obstacle_layer': {'enabled': False}}
 
 
-@pytest.mark.parametrize('form', [{}, {'plugins': PLUGINS}])
-def test_layers_that_are_not_enabled_have_no_effect(form):
-    """As dynamic_reconfigure leaves them on the parameter server."""
-    layers = {'inflation_layer': {'enabled': False, 'inflation_radius': 0.7}, 'obstacle_layer': {'enabled': False}}
+@pytest.mark.parametrize(
+    'given', [DISABLED, {'plugins': upstream.PLUGINS, **DISABLED}, {'plugins': upstream.PLUGINS[:1]}]
+)
+def test_layers_that_are_not_enabled_or_not_listed_have_no_effect(given):
     laser = {'observation_sources': 'laser', 'laser': {'topic': '/scan', 'data_type': 'LaserScan'}}
-    params = CostmapParams.from_mapping({**form, **layers, **laser}, '')
-    assert (params.observation_sources, params.inflation_radius) == ('', 0.0)
+    params = CostmapParams.from_mapping({'static_map': 'plugins' not in given, **given, **laser}, '')
+    assert (params.static_map, params.observation_sources, params.inflation_radius) == (True, '', 0.0)
 
 
 def test_the_laser_may_have_any_name():
@@ -186,11 +157,6 @@ def test_the_robots_outline_is_read_as_upstream_does():
     assert CostmapParams.from_mapping({'robot_radius': 0.2, 'footprint': SQUARE}, '').footprint == SQUARE
     text = CostmapParams.from_mapping({'footprint': '[[0.2, 0.1], [-0.2, 0.1], [0, -0.3]]'}, '')
     assert text.footprint == [[0.2, 0.1], [-0.2, 0.1], [0.0, -0.3]]
-
-
-def test_radii_of_the_padded_rectangle():
-    _, *radii_m = make_footprint([[0.25, 0.3], [-0.25, 0.3], [-0.25, -0.3], [0.25, -0.3]], 0.01)
-    assert radii_m == pytest.approx([0.26, math.hypot(0.26, 0.31)])
 
 
 SLOW_START = {'acc_lim_x': 0.7, 'acc_lim_theta': 4.0, 'min_vel_trans': 0.1, 'min_vel_theta': 0.4}

@@ -9,7 +9,7 @@ from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import local_defaults
 from diff_encoder_sim.navigation.navigator_params import CLEAR_COSTMAP, ROTATE, NavigatorParams
 from diff_encoder_sim.navigation.recovery import Rotation, recoveries_of
-from navigation_scenes import dwa_params, local_costmap
+from navigation_simulation import dwa_params, local_costmap
 
 
 def test_rotation_goes_once_around():

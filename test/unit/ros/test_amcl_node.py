@@ -25,11 +25,12 @@ def fixture_read():
     for at_s in (10, 11):
         pose = Pose2D(at_s - 10.0, 0.0, 0.0)
         buffer.set_transform(transform_message(pose, at_s * SECOND_NS, 'odom', 'base_link'), 'test')
-    return lambda message: read_initial_pose(message, AmclParams(), buffer)
 
+    def read(at_s, pose=GIVEN, frame='map', covariance=COVARIANCE):
+        message = pose_with_covariance_message(pose, covariance, round(at_s * SECOND_NS), frame)
+        return read_initial_pose(message, AmclParams(), buffer)
 
-def message(at_s, pose=GIVEN, frame='map', covariance=COVARIANCE):
-    return pose_with_covariance_message(pose, covariance, round(at_s * SECOND_NS), frame)
+    return read
 
 
 @pytest.mark.parametrize(
@@ -45,7 +46,7 @@ def message(at_s, pose=GIVEN, frame='map', covariance=COVARIANCE):
     ],
 )
 def test_a_pose_of_some_time_ago_is_moved_by_odometry(read, at_s, frame, expected, warnings, caplog):
-    pose, covariance = read(message(at_s, frame=frame))
+    pose, covariance = read(at_s, frame=frame)
     assert pose == pytest.approx(expected) and covariance == pytest.approx(COVARIANCE)
     assert len(caplog.records) == warnings
 
@@ -55,4 +56,4 @@ def test_a_pose_of_some_time_ago_is_moved_by_odometry(read, at_s, frame, expecte
 )
 def test_what_cannot_be_used_is_refused(read, bad):
     with pytest.raises(InputFault):
-        read(message(0, **bad))
+        read(0, **bad)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import Pose, TransformStamped
+from geometry_msgs.msg import Pose, Quaternion, TransformStamped
 from nav_msgs.msg import Odometry
 
 from diff_encoder_sim.base.errors import InputFault
@@ -31,11 +31,8 @@ def test_height_roll_and_pitch_are_dropped():
     tilted = TransformStamped()
     tilted.transform.translation.z = 0.4
     # Yaw 90 degrees after a pitch of 10 degrees, of any length.
-    half_yaw, half_pitch = math.pi / 4, math.radians(5)
-    tilted.transform.rotation.x = -2 * math.sin(half_yaw) * math.sin(half_pitch)
-    tilted.transform.rotation.y = 2 * math.cos(half_yaw) * math.sin(half_pitch)
-    tilted.transform.rotation.z = 2 * math.sin(half_yaw) * math.cos(half_pitch)
-    tilted.transform.rotation.w = 2 * math.cos(half_yaw) * math.cos(half_pitch)
+    sine, cosine = 2 * math.sin(math.radians(5)), 2 * math.cos(math.radians(5))
+    tilted.transform.rotation = Quaternion(-sine, sine, cosine, cosine)
     assert conversions.pose_from_transform(tilted) == pytest.approx((0.0, 0.0, math.pi / 2))
 
 

@@ -13,38 +13,29 @@ from diff_encoder_sim.navigation.dwa import DwaPlanner
 from diff_encoder_sim.navigation.navigator_params import DwaParams
 from diff_encoder_sim.ros import navigation_views, wheel_output
 from diff_encoder_sim.ros.amcl_node import spread_diagnosis
+from diff_encoder_sim.ros.encoded_topics import DisplayTopic
 from diff_encoder_sim.ros.navigation_views import CostmapView, DwaView, cloud_message
 from diff_encoder_sim.ros.wheel_output import Diagnostics
 from diff_encoder_sim.wheels.diagnostics import Diagnosis
-from navigation_scenes import PERIOD_S, local_costmap, straight_plan
+from navigation_simulation import PERIOD_S, local_costmap, straight_plan
 
 PERIOD_NS = 500_000_000  # of 2 Hz
 MS = 1_000_000
 
 
-class RecordedTopic:
-    """In place of a DisplayTopic: keeps what is published."""
+class RecordedTopic(DisplayTopic):
+    """Has subscribers, and keeps what is published."""
+
+    has_subscribers = True
 
     def __init__(self, *_, **__):
-        self.has_subscribers, self.newcomers = True, False
-        self._messages, self._due_ns = [], None
-
-    def is_due(self, period_ns, now_ns):
-        if not self.has_subscribers or (self._due_ns is not None and now_ns - self._due_ns < period_ns):
-            return False
-        self._due_ns = now_ns
-        return True
-
-    def has_newcomers(self):
-        newcomers, self.newcomers = self.newcomers, False
-        return newcomers
-
-    def publish(self, message):
-        self._messages.append(message)
+        self._newcomers, self._due_ns, self._messages = SimpleNamespace(are_there=False), None, []
+        self.publish = self._messages.append
 
     def take(self):
         """The messages since the last call."""
-        messages, self._messages = self._messages, []
+        messages = self._messages.copy()
+        self._messages.clear()
         return messages
 
 
@@ -74,7 +65,7 @@ class Watched:
 
 def test_a_costmap_is_whole_at_first_and_then_the_cells_that_changed():
     watched = Watched(inflation_radius=0.0)
-    watched.view._grids.newcomers = True
+    watched.view._grids._newcomers.are_there = True
     whole, changes = watched.show()
     assert [(grid.info.width, grid.info.height) for grid in whole] == [(60, 60)] and changes == []
     assert watched.show() == ([], []), 'nothing has changed'
@@ -104,9 +95,8 @@ def navigator(**params):
     """What the view of the DWA looks at, after a control period."""
     dwa, costmap = DwaPlanner(DwaParams(**params), PERIOD_S), local_costmap()
     dwa.find_best(IDENTITY, 0.3, 0.0, costmap, straight_plan())
-    return SimpleNamespace(
-        scoring_task=dwa.last_task, local_costmap=costmap, params=SimpleNamespace(DWAPlannerROS=dwa.params)
-    )
+    settings = SimpleNamespace(DWAPlannerROS=dwa.params)
+    return SimpleNamespace(scoring_task=dwa.last_task, local_costmap=costmap, params=settings)
 
 
 @pytest.mark.parametrize(('trajectories', 'costs'), [(True, False), (False, True), (False, False)])
@@ -127,20 +117,16 @@ def test_a_cloud_has_a_float_for_each_field():
 
 def test_a_diagnosis_is_published_once_a_period_of_stamps():
     diagnostics = Diagnostics('Odometry')
-    warnings = iter(['', 'lost reports: 3', ''])
+    warnings, counted = iter(['', 'lost reports: 3', '']), {'lost reports': 3, 'counts per second, left': 80.125}
     for stamp_ms in range(0, 2500, 50):
-        diagnostics.publish_when_due(
-            stamp_ms * MS, lambda: Diagnosis(next(warnings), {'lost reports': 3, 'counts per second, left': 80.125})
-        )
+        diagnostics.publish_when_due(stamp_ms * MS, lambda: Diagnosis(next(warnings), counted))
     messages = diagnostics._topic.take()
     assert [message.header.stamp.to_sec() for message in messages] == [0.0, 1.0, 2.0]
     statuses = [message.status[0] for message in messages]
     assert [(status.level, status.message) for status in statuses] == [(0, 'OK'), (1, 'lost reports: 3'), (0, 'OK')]
     assert statuses[0].name.endswith(': Odometry')
-    assert [(value.key, value.value) for value in statuses[0].values] == [
-        ('lost reports', '3'),
-        ('counts per second, left', '80.125'),
-    ]
+    values = {value.key: value.value for value in statuses[0].values}
+    assert values == {'lost reports': '3', 'counts per second, left': '80.125'}
 
 
 @pytest.mark.parametrize(('limit_m', 'warning'), [(0.5, ''), (0.15, 'Too large')])

@@ -46,12 +46,18 @@ class Graph:
         return self.dated_ms
 
 
-def test_without_pauses_the_nearest_multiple_is_the_time(monkeypatch):
-    graph = Graph(monkeypatch)
-    assert not graph.may_pause
-    graph.clock(0)
-    assert graph.states() == [0]
-    assert graph.may_pause  # the next multiple is known
+@pytest.fixture
+def graph(monkeypatch):
+    """It has begun: states at 0."""
+    begun = Graph(monkeypatch)
+    assert not begun.may_pause
+    begun.clock(0)
+    assert begun.states() == [0]
+    assert begun.may_pause  # the next multiple is known
+    return begun
+
+
+def test_without_pauses_the_nearest_multiple_is_the_time(graph):
     graph.clock(40)
     assert graph.states() == [0, 50]
     graph.clock(60)
@@ -60,10 +66,7 @@ def test_without_pauses_the_nearest_multiple_is_the_time(monkeypatch):
     assert graph.dated_ms == [0, 50, 100]
 
 
-def test_in_a_pause_states_wait_for_a_look_that_finds_their_tick(monkeypatch):
-    graph = Graph(monkeypatch)
-    graph.clock(0)
-    graph.states()
+def test_in_a_pause_states_wait_for_a_look_that_finds_their_tick(graph):
     graph.is_pausing = True
     for read_ms, found_ms in ((0, 50), (80, 100), (100, 160)):
         if read_ms:
@@ -73,24 +76,15 @@ def test_in_a_pause_states_wait_for_a_look_that_finds_their_tick(monkeypatch):
         graph.clock(found_ms)
         assert len(graph.dated_ms) == len(before) + 1
     assert graph.dated_ms == [0, 50, 100, 150]
+    # After their tick they do not wait: no others may come before they are answered.
+    for read_ms, dated_ms in ((200, 200), (270, 250)):
+        graph.clock(read_ms)
+        assert graph.states()[-1] == dated_ms
 
 
-@pytest.mark.parametrize('read_ms', [50, 70])
-def test_in_a_pause_after_their_tick_states_do_not_wait(monkeypatch, read_ms):
-    """No others may come before they are answered."""
-    graph = Graph(monkeypatch)
-    graph.clock(0)
+def test_the_first_states_after_a_reset_are_not_dated_by_the_time_before(graph):
+    graph.clock(50)
     graph.states()
-    graph.is_pausing = True
-    graph.clock(read_ms)
-    assert graph.states() == [0, 50]
-
-
-def test_the_first_states_after_a_reset_are_not_dated_by_the_time_before(monkeypatch):
-    graph = Graph(monkeypatch)
-    for now_ms in (0, 50):
-        graph.clock(now_ms)
-        graph.states()
     graph.is_pausing = True
     graph.clock(90)
     assert graph.states() == [0, 50] and graph.has_looked

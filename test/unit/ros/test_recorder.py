@@ -8,15 +8,9 @@ from diff_encoder_sim.drives.message_encoders import encode_string
 from diff_encoder_sim.ros.recorder import RecordedBag
 
 
-def publisher(node, **more):
-    return {
-        'callerid': node,
-        'type': String._type,
-        'md5sum': String._md5sum,
-        'message_definition': String._full_text,
-        'latching': '0',
-        **more,
-    }
+def publisher(node, latching='0'):
+    header = dict(type=String._type, md5sum=String._md5sum, message_definition=String._full_text)
+    return {'callerid': node, 'latching': latching, **header}
 
 
 def record(path, messages, chunk_threshold=1 << 20):
@@ -39,11 +33,8 @@ def test_rosbag_reads_what_was_recorded(tmp_path, chunk_threshold, reset_after):
         assert sorted(read) == sorted((topic, time_ns, text) for topic, _, time_ns, text in messages)
         assert [time_ns for _, time_ns, _ in read] == sorted(time_ns for _, _, time_ns, _ in messages)
         assert bag.get_compression_info().compression == 'lz4'
-        connections = bag._get_connections()
-        assert {(c.header['callerid'], c.header['latching']) for c in connections} == {
-            (b'/one', b'0'),
-            (b'/other', b'1'),
-        }
+        headers = {(each.header['callerid'], each.header['latching']) for each in bag._get_connections()}
+        assert headers == {(b'/one', b'0'), (b'/other', b'1')}
 
 
 def test_what_a_killed_recorder_left_is_replaced(tmp_path):
