@@ -6,6 +6,7 @@ from typing import NamedTuple, Tuple
 import numpy as np
 
 from robot_parts import write_binary_stl
+from urdf_texts import box, cylinder, inertial, joint, link, robot, sphere
 
 Vector = Tuple[float, float, float]
 LEFT, RIGHT, LASER = 'wheel_left_joint', 'wheel_right_joint', 'base_scan'
@@ -34,73 +35,59 @@ class Recipe(NamedTuple):
 
 def urdf_of(recipe: Recipe, folder) -> str:
     """The URDF; meshes are written to `folder`."""
-    parts = ['<robot name="generated">', _root(recipe)]
-    for joint, side in ((LEFT, 1.0), (RIGHT, -1.0)):
-        parts.append(_wheel(recipe, joint, side, folder))
-    for index, place_m in enumerate(recipe.casters_m):
-        parts.append(_caster(recipe, index, place_m))
-    for index in range(recipe.frames):
-        parts.append(f'<link name="frame_{index}"/>{_joint(f"frame_{index}", "base", (0.01, 0, 0.1))}')
+    frames = (link(f'frame_{n}') + _mount(f'frame_{n}', (0.01, 0.0, 0.1)) for n in range(recipe.frames))
     x_m, y_m, z_m = recipe.laser_m
-    parts.append(f'<link name="{LASER}"/>{_joint(LASER, "base", (x_m, y_m, z_m - recipe.root_height_m))}')
-    return '\n'.join([*parts, '</robot>'])
+    return robot(
+        _root(recipe),
+        *(_wheel(recipe, joint_name, side, folder) for joint_name, side in ((LEFT, 1.0), (RIGHT, -1.0))),
+        *(_caster(recipe, index, place_m) for index, place_m in enumerate(recipe.casters_m)),
+        *frames,
+        link(LASER) + _mount(LASER, (x_m, y_m, z_m - recipe.root_height_m)),
+    )
 
 
 def _root(recipe: Recipe) -> str:
-    (x_m, y_m, z_m), (length_m, width_m, height_m) = recipe.com_m, recipe.body_m
+    (x_m, y_m, z_m), height_m = recipe.com_m, recipe.body_m[2]
     mass_kg = recipe.mass_kg - 2 * recipe.wheel_mass_kg * recipe.has_inertia
-    inertia = [mass_kg / 12 * (recipe.body_m[a] ** 2 + recipe.body_m[b] ** 2) for a, b in ((1, 2), (0, 2), (0, 1))]
-    middle_m = 0.02 + 0.5 * height_m - recipe.root_height_m
-    return f"""<link name="base">{_inertial(mass_kg, inertia, (x_m, y_m, z_m - recipe.root_height_m))}
-      <collision><origin xyz="{recipe.body_x_m} 0 {middle_m}"/>
-      <geometry><box size="{length_m} {width_m} {height_m}"/></geometry></collision></link>"""
+    moments = [mass_kg / 12 * (recipe.body_m[a] ** 2 + recipe.body_m[b] ** 2) for a, b in ((1, 2), (0, 2), (0, 1))]
+    middle = f'xyz="{recipe.body_x_m} 0 {0.02 + 0.5 * height_m - recipe.root_height_m}"'
+    mass = inertial(mass_kg, moments, f'{x_m} {y_m} {z_m - recipe.root_height_m}')
+    return link('base', box(*recipe.body_m), middle, inside=mass)
 
 
-def _wheel(recipe: Recipe, joint: str, side: float, folder) -> str:
+def _wheel(recipe: Recipe, name: str, side: float, folder) -> str:
     """A wheel whose link's z axis is its axle, as the TurtleBot3's."""
-    link, radius_m, mass_kg = joint.replace('joint', 'link'), recipe.radius_m, recipe.wheel_mass_kg
-    inertia = [0.25 * mass_kg * radius_m**2] * 2 + [0.5 * mass_kg * radius_m**2]
-    shapes = [f'<cylinder radius="{radius_m}" length="0.018"/>']
+    child, radius_m, mass_kg = name.replace('joint', 'link'), recipe.radius_m, recipe.wheel_mass_kg
+    shape, inside = cylinder(radius_m, 0.018), ''
     if recipe.wheel == 'cylinders':
-        shapes.append(f'<cylinder radius="{0.4 * radius_m}" length="0.03"/>')
+        inside = f'<collision><geometry>{cylinder(0.4 * radius_m, 0.03)}</geometry></collision>'
     if recipe.wheel == 'mesh':
-        shapes = ['<mesh filename="wheel.stl" scale="0.001 0.001 0.001"/>']
+        shape = '<mesh filename="wheel.stl" scale="0.001 0.001 0.001"/>'
         write_cylinder_stl(folder / 'wheel.stl', 1000 * radius_m, 18.0)
-    collisions = ''.join(f'<collision><geometry>{shape}</geometry></collision>' for shape in shapes)
-    place_m = recipe.axle_x_m, 0.5 * side * recipe.separation_m, radius_m - recipe.root_height_m
+    if recipe.has_inertia:
+        inside += inertial(mass_kg, np.array([0.25, 0.25, 0.5]) * mass_kg * radius_m**2)
+    place = f'{recipe.axle_x_m} {0.5 * side * recipe.separation_m} {radius_m - recipe.root_height_m}'
     roll_rad = math.copysign(math.pi / 2, 1 if recipe.has_mirrored_axes and side < 0 else -1)
-    return f"""<link name="{link}">{_inertial(mass_kg, inertia) if recipe.has_inertia else ''}{collisions}</link>
-      <joint name="{joint}" type="continuous"><parent link="base"/><child link="{link}"/>
-      <origin xyz="{' '.join(map(str, place_m))}" rpy="{roll_rad} 0 0"/><axis xyz="0 0 1"/></joint>"""
+    return link(child, shape, inside=inside) + joint(
+        name, child, place, 'continuous', 'base', '0 0 1', rpy=f'{roll_rad} 0 0'
+    )
 
 
 def _caster(recipe: Recipe, index: int, place_m: Tuple[float, float]) -> str:
-    x_m, y_m = place_m
-    down_m = -recipe.root_height_m
-    inertial = _inertial(0.005, [1e-6] * 3) if recipe.has_inertia else ''
+    name, fork, (x_m, y_m), down_m = f'caster_{index}', f'fork_{index}', place_m, -recipe.root_height_m
+    mass = inertial(0.005, 1e-6) if recipe.has_inertia else ''
     if recipe.caster == 'swivel':
         wheel_m = 0.3 * recipe.radius_m
-        return f"""<link name="fork_{index}">{inertial}</link>
-          {_joint(f'fork_{index}', 'base', (x_m, y_m, 2 * wheel_m + down_m), 'continuous', '0 0 1')}
-          <link name="caster_{index}">{inertial}<collision><origin rpy="{math.pi / 2} 0 0"/><geometry>
-          <cylinder radius="{wheel_m}" length="0.01"/></geometry></collision></link>
-          {_joint(f'caster_{index}', f'fork_{index}', (-0.01, 0, -wheel_m), 'continuous', '0 1 0')}"""
+        swivel = link(fork, inside=mass) + _mount(fork, (x_m, y_m, 2 * wheel_m + down_m), 'base', 'continuous', '0 0 1')
+        rolling = link(name, cylinder(wheel_m, 0.01), f'rpy="{math.pi / 2} 0 0"', inside=mass)
+        return swivel + rolling + _mount(name, (-0.01, 0, -wheel_m), fork, 'continuous', '0 1 0')
     size_m = 0.2 * recipe.radius_m
-    box = f'<box size="{size_m} {size_m} {2 * size_m}"/>'
-    shape = f'<sphere radius="{size_m}"/>' if recipe.caster == 'ball' else box
-    return f"""<link name="caster_{index}">{inertial}<collision><geometry>{shape}</geometry></collision></link>
-      {_joint(f'caster_{index}', 'base', (x_m, y_m, size_m + down_m))}"""
+    shape = sphere(size_m) if recipe.caster == 'ball' else box(size_m, size_m, 2 * size_m)
+    return link(name, shape, inside=mass) + _mount(name, (x_m, y_m, size_m + down_m))
 
 
-def _joint(child: str, parent: str, xyz_m: Vector, kind: str = 'fixed', axis: str = '1 0 0') -> str:
-    return f"""<joint name="{child}_mount" type="{kind}"><parent link="{parent}"/><child link="{child}"/>
-      <origin xyz="{' '.join(map(str, xyz_m))}"/><axis xyz="{axis}"/></joint>"""
-
-
-def _inertial(mass_kg: float, moments: list, com_m: Vector = (0.0, 0.0, 0.0)) -> str:
-    xx, yy, zz = moments
-    return f"""<inertial><origin xyz="{' '.join(map(str, com_m))}"/><mass value="{mass_kg}"/>
-      <inertia ixx="{xx}" iyy="{yy}" izz="{zz}" ixy="0" ixz="0" iyz="0"/></inertial>"""
+def _mount(child: str, xyz_m: Vector, parent: str = 'base', kind: str = 'fixed', axis: str = '1 0 0') -> str:
+    return joint(f'{child}_mount', child, ' '.join(map(str, xyz_m)), kind, parent, axis)
 
 
 def write_cylinder_stl(path, radius_mm: float, length_mm: float, sides: int = 64) -> None:

@@ -14,7 +14,7 @@ LEVEL = 'xyz="0 0 0" rpy="1.5707963267948966 0 0"'  # a cylinder's axis along y
 
 def link(name, geometry='', origin='xyz="0 0 0"', mass_kg=None, shape='collision', inside=''):
     body = f'<{shape}><origin {origin}/><geometry>{geometry}</geometry></{shape}>' if geometry else ''
-    return f'<link name="{name}">{"" if mass_kg is None else inertial(mass_kg, 0.001 * mass_kg)}{inside}{body}</link>'
+    return f'<link name="{name}">{"" if mass_kg is None else inertial(mass_kg, 0.001 * mass_kg)}{body}{inside}</link>'
 
 
 def inertial(mass_kg, moments_kgm2, at='0 0 0'):

@@ -93,21 +93,17 @@ def test_a_root_with_the_name_of_another_frame_is_refused():
 
 
 NAMES = sorted(path.stem for path in (ROOT / 'config' / 'robots').glob('*.yaml'))
-# kg, wheel diameter and separation [m], counts per wheel revolution, states of the counter, reports per second
+# kg, wheel diameter and separation [m], counts per wheel revolution, states of the counter, reports per second, length
+# and width with the wheels [mm]
 PUBLISHED = {
-    'alto': (80, 0.2, 0.4, 90, 0, 20),
-    'burger': (1.0, 0.066, 0.160, 4096, 2**32, 30),
-    'waffle_pi': (1.8, 0.066, 0.287, 4096, 2**32, 30),
-    'kobuki': (2.35 + 0.17, 0.070, 0.230, 52 * 6545 / 132, 2**16, 50),
-    'create2': (3.6 + 0.17, 0.072, 0.235, 508.8, 2**16, 1 / 0.015),
-    'hoverboard': (20.59, 0.165, 0.45, 90, 9000, 100),
-    'gearmotor_kit': (1.26, 0.065, 0.17, 48 * 34.014, 2**32, 30),
+    'alto': (80, 0.2, 0.4, 90, 0, 20, (500, 600)),
+    'burger': (1.0, 0.066, 0.160, 4096, 2**32, 30, (138, 178)),
+    'waffle_pi': (1.8, 0.066, 0.287, 4096, 2**32, 30, (281, 306)),
+    'kobuki': (2.35 + 0.17, 0.070, 0.230, 52 * 6545 / 132, 2**16, 50, (351.5, 351.5)),
+    'create2': (3.6 + 0.17, 0.072, 0.235, 508.8, 2**16, 1 / 0.015, (348.5, 348.5)),
+    'hoverboard': (20.59, 0.165, 0.45, 90, 9000, 100, None),
+    'gearmotor_kit': (1.26, 0.065, 0.17, 48 * 34.014, 2**32, 30, None),
 }
-# mm, length and width with the wheels
-OUTSIDE = {
-    'alto': (500, 600), 'burger': (138, 178), 'waffle_pi': (281, 306), 'kobuki': (351.5, 351.5),
-    'create2': (348.5, 348.5),
-}  # fmt: skip
 
 
 @pytest.mark.parametrize('name', NAMES)
@@ -115,14 +111,14 @@ def test_a_shipped_robot_is_as_published_and_complete(name):
     file = load_robot_file(name, ROOT, ROOT, {})
     robot = describe(file.source)
     params = override(load_robot_config(ROOT / 'config'), {**derived_settings(robot), **file.overrides})
-    mass_kg, diameter_m, separation_m, ppr, modulus, rate_hz = PUBLISHED[name]
+    mass_kg, diameter_m, separation_m, ppr, modulus, rate_hz, size_mm = PUBLISHED[name]
     assert robot.mass.mass_kg == pytest.approx(mass_kg)
     assert (robot.wheel_diameter_m, robot.wheel_separation_m) == pytest.approx((diameter_m, separation_m))
     assert (params.odometry.wheel_diameter, params.odometry.wheel_separation) == (diameter_m, separation_m)
     assert file.ppr == pytest.approx(ppr)
     assert (params.encoder.counter_modulus, params.encoder.rate) == (modulus, pytest.approx(rate_hz))
     across_mm = [1e3 * (max(side) - min(side)) for side in zip(*robot.footprint)]
-    assert across_mm == pytest.approx(OUTSIDE.get(name, across_mm), abs=2)
+    assert across_mm == pytest.approx(size_mm or across_mm, abs=2)
     assert (robot.warnings, robot.notes) == ((), ()) and robot.laser is not None and robot.contacts
     assert not needs_other_files(expand(file.source))
     # The counter does not wrap within a report, at the highest speed, and odometry takes none for a restart.
@@ -131,10 +127,6 @@ def test_a_shipped_robot_is_as_published_and_complete(name):
     wheel_radps = 2 * rim_mps / params.odometry.wheel_diameter
     assert wheel_radps < params.odometry.max_wheel_speed
     assert wheel_radps / 6.283 * ppr / params.encoder.rate < (modulus or float('inf')) / 4
-    # Each [number] that is used is one of the list of sources at the top, and the other way round.
-    for path in (ROOT / 'config' / 'robots' / f'{name}.yaml', ROOT / 'urdf' / f'{name}.urdf.xacro'):
-        marks = re.findall(r'\[\d\]', path.read_text())
-        assert name == 'alto' or min(map(marks.count, marks)) >= 2, path
 
 
 BODY, WHEEL = box(0.4, 0.3, 0.1), cylinder(0.033, 0.018)
@@ -253,24 +245,14 @@ def test_the_separation_is_that_of_the_tyres_and_not_of_the_joints():
 
 
 def test_a_tyre_may_be_a_separate_link_with_a_visual_shape():
-    text = both(
-        lambda side, y_m: (
-            link(f'{side}_hub', mass_kg=0.1)
-            + joint(f'{side}_hub_joint', f'{side}_hub', f'0 {y_m} 0.05', 'continuous')
-            + link(f'{side}_tyre', '<sphere radius="0.05"/>', shape='visual')
-            + joint(f'{side}_tyre_joint', f'{side}_tyre', '0 0 0', parent=f'{side}_hub')
-        )
-    )
-    assert found(described(text), 'wheel diameter [m]') == ('0.1', 'visual sphere')
+    hub = '<link name="{0}_hub"/>' + joint('{0}_joint', '{0}_hub', '0 {1} 0.05', 'continuous')
+    tyre = link('{0}_tyre', sphere(0.05), shape='visual') + joint('{0}_tyre', '{0}_tyre', '0 0 0', parent='{0}_hub')
+    assert found(described(both((hub + tyre).format)), 'wheel diameter [m]') == ('0.1', 'visual sphere')
 
 
 def test_wheels_without_a_round_shape_need_a_diameter():
-    text = both(
-        lambda side, y_m: (
-            link(f'{side}_wheel', box(0.1, 0.02, 0.1), mass_kg=0.1)
-            + joint(f'{side}_wheel_joint', f'{side}_wheel', f'0 {y_m} 0.05', 'continuous')
-        )
-    )
+    turning = joint('{0}_wheel_joint', '{0}_wheel', '0 {1} 0.05', 'continuous')
+    text = both((link('{0}_wheel', box(0.1, 0.02, 0.1)) + turning).format)
     assert described(text.replace('</robot>', f'{drive(wheelDiameter=0.1)}</robot>')).wheel_diameter_m == 0.1
     assert described(text, wheel_diameter=0.1, **CHOSEN).wheel_diameter_m == 0.1
     with pytest.raises(ConfigError, match="wheels 'left_wheel' and 'right_wheel' without a round shape; allowed: "):
@@ -278,15 +260,13 @@ def test_wheels_without_a_round_shape_need_a_diameter():
 
 
 WEIGHT_N = (2.0 + 0.2) * 9.81
+MOST_NM = WEIGHT_N * 0.05  # that the floor takes
+FAST, SLOW = {'effort': 0.5, 'velocity': 10.0}, {'effort': 0.02, 'velocity': 10.0}
 
 
 def limits_of(*parts, effort=None, velocity=0, **given):
     limits = '' if effort is None else f'<limit effort="{effort}" velocity="{velocity}"/>'
     return described(robot(base(**given), pair(inside=limits), ball('ball', 0.1), *parts)).drive_limits
-
-
-MOST_NM = WEIGHT_N * 0.05  # that the floor takes
-SLOW = {'effort': 0.02, 'velocity': 10.0}
 
 
 @pytest.mark.parametrize(
@@ -295,13 +275,9 @@ SLOW = {'effort': 0.02, 'velocity': 10.0}
         ({}, {}, {'wheel_torque': MOST_NM}),
         ({}, {'wheelTorque': 0.4}, {'wheel_torque': 0.4}),
         ({}, {'wheelTorque': 20}, {'wheel_torque': MOST_NM}),
-        ({'effort': 0.5, 'velocity': 10.0}, {'wheelTorque': 0.3}, {'wheel_torque': 0.3}),
+        (FAST, {'wheelTorque': 0.3}, {'wheel_torque': 0.3}),
         ({}, {'wheelAcceleration': 1.8}, {'max_linear_acceleration': 1.8, 'max_angular_acceleration': 1.8 / 0.15}),
-        (
-            {'effort': 0.5, 'velocity': 10.0},
-            {},
-            {'wheel_torque': 0.5, 'max_linear_speed': 0.5, 'max_angular_speed': 0.5 / 0.15},
-        ),
+        (FAST, {}, {'wheel_torque': 0.5, 'max_linear_speed': 0.5, 'max_angular_speed': 0.5 / 0.15}),
         # Accelerations give way to low torque, unless given.
         (SLOW, {}, {'max_linear_acceleration': 0.5 * 2 * 0.02 / 0.05 / 2.2}),
         (SLOW, {'wheelAcceleration': 1.0}, {'max_linear_acceleration': 1.0}),

