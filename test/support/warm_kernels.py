@@ -1,4 +1,4 @@
-"""Whether a warm-up has compiled all kernels of a room that a program needs."""
+"""Whether a warm-up has compiled all kernels of rooms that a program needs."""
 
 import subprocess
 import sys
@@ -9,8 +9,9 @@ PROGRAM = """
 import importlib, pkgutil
 from diff_encoder_sim.base.kernels import Kernel
 
-room = importlib.import_module('diff_encoder_sim.{room}')
-modules = [importlib.import_module(room.__name__ + '.' + found.name) for found in pkgutil.iter_modules(room.__path__)]
+rooms = [importlib.import_module('diff_encoder_sim.' + room) for room in '{rooms}'.split()]
+modules = [importlib.import_module(room.__name__ + '.' + found.name)
+           for room in rooms for found in pkgutil.iter_modules(room.__path__)]
 
 def signatures():
     return {{(kernel.__module__, name): len(kernel.signatures) for module in modules
@@ -24,9 +25,9 @@ assert signatures() == before, (before, signatures())
 """
 
 
-def check_nothing_is_left_to_compile(room, warm_up, work):
+def check_nothing_is_left_to_compile(rooms, warm_up, work):
     """Run a warm-up and then work, both as text, in a process of their own."""
-    command = [sys.executable, '-c', PROGRAM.format(room=room, warm_up=warm_up, work=work)]
+    command = [sys.executable, '-c', PROGRAM.format(rooms=rooms, warm_up=warm_up, work=work)]
     environment = {'PYTHONPATH': f'{SOURCE}:{SUPPORT}', 'PATH': ''}
     result = subprocess.run(command, cwd=str(SUPPORT), capture_output=True, text=True, env=environment)
     assert result.returncode == 0, result.stderr[-2000:]

@@ -3,21 +3,16 @@
 import math
 
 import pytest
-from pydantic import model_validator
 
 from diff_encoder_sim.base.bounds import Between
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import (
     LARGEST_INT,
-    Params,
     flat,
     for_xml_rpc,
     from_xml_rpc,
-    load_params,
     merged,
-    missing,
     nested,
-    not_allowed,
     split_params,
     with_changes,
 )
@@ -64,35 +59,6 @@ def test_a_misspelt_key_is_looked_up_in_the_struct_that_it_is_in(params_class, k
         params_class.from_mapping(keys, '')
 
 
-class Interval(Params):
-    """Two keys that a validator compares, and one that the other asks for."""
-
-    first: float = 0.0
-    last: float = 1.0
-    unit: str = ''
-
-    @model_validator(mode='after')
-    def _check(self):
-        if self.first > self.last:
-            raise not_allowed('first', self.first, f'up to last, {self.last}')
-        if self.last > 100.0 and not self.unit:
-            raise missing('unit')
-        return self
-
-
-class Pair(Params):
-    """A struct with another below."""
-
-    interval: Interval = Interval()
-
-
-def test_a_validator_of_several_keys_names_the_one_at_fault():
-    with pytest.raises(ConfigError, match=r'^f: first: given 3\.0; allowed: up to last, 2\.0$'):
-        Interval.from_mapping({'first': 3.0, 'last': 2.0}, 'f')
-    with pytest.raises(ConfigError, match='^f: interval.unit: missing$'):
-        Pair.from_mapping({'interval': {'last': 200.0}}, 'f')
-
-
 def test_a_shared_file_serves_several_structs_and_still_finds_misspellings():
     encoder, odometry = split_params(
         {'ppr': 40, 'rate': 10.0, 'wheel_diameter': 0.3}, 'c.yaml', EncoderParams, OdometryParams
@@ -100,15 +66,6 @@ def test_a_shared_file_serves_several_structs_and_still_finds_misspellings():
     assert (encoder.rate, odometry.wheel_diameter, odometry.ppr.left) == (10.0, 0.3, 40)
     with pytest.raises(ConfigError, match=r"c\.yaml: wheel_diametre: unknown.*'wheel_diameter'"):
         split_params({'wheel_diametre': 0.3}, 'c.yaml', EncoderParams, OdometryParams)
-
-
-def test_files_and_what_is_wrong_in_them(tmp_path):
-    path = tmp_path / 'given.yaml'
-    path.write_text('# nothing\n')
-    assert load_params(EncoderParams, path) == EncoderParams()
-    path.write_text('ppr: 0\n')
-    with pytest.raises(ConfigError, match=f'^{path}: ppr: given 0; allowed: '):
-        load_params(EncoderParams, path)
 
 
 def test_changes_are_checked_together_with_what_was_given():

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import (
     IDENTITY,
     Pose2D,
@@ -80,8 +79,3 @@ def test_series_are_by_time_with_the_first_pose_of_each_stamp():
     stamps_ns, x_y_yaw = series.by_time()
     assert stamps_ns.tolist() == [10, 20, 30] and x_y_yaw[:, 0].tolist() == [0.0, 3.0, 3.0]
     assert series.path_length_m() == pytest.approx(7.0)
-
-
-def test_bearings_begin_at_the_first_ray():
-    scan = Scan(0, -1.0, 0.5, 0.1, 6.0, np.ones(5))
-    assert scan.bearings_rad() == pytest.approx([-1.0, -0.5, 0.0, 0.5, 1.0])

@@ -55,24 +55,22 @@ def test_a_map_that_cannot_be_drawn_is_refused(arguments, expected):
 
 
 def test_each_cell_of_a_map_is_judged_by_its_distance():
-    """The measure itself: a wall in row 5, nearer to the row above; in a frame of its own it is the same."""
+    """The measure itself: a wall in row 5, nearer to the row above; the map's frame is turned in the world."""
     wall = np.column_stack([np.arange(0.005, 1.0, 0.01), np.full(100, 0.56)])
     place, origin = Pose2D(3.0, -1.0, 0.7), Pose2D(-0.2, 0.4, -0.3)
-    turned = np.array([place.compose(origin).compose(Pose2D(x, y, 0.0))[:2] for x, y in wall.tolist()])
+    surface = np.array([place.compose(origin).compose(Pose2D(x, y, 0.0))[:2] for x, y in wall.tolist()])
 
-    def accuracy(cells, near_m=0.1, visible=slice(None), is_turned=False):
-        grid = OccupancyGrid(np.zeros((10, 10), np.int8), 0.1, origin if is_turned else IDENTITY)
+    def accuracy(*cells, near_m=0.1, visible=100):
+        grid = OccupancyGrid(np.zeros((10, 10), np.int8), 0.1, origin)
         grid.cells[tuple(zip(*cells))] = OCCUPIED
-        surface = turned if is_turned else wall
-        return map_accuracy(grid, place if is_turned else IDENTITY, surface, surface[visible], near_m)
+        return map_accuracy(grid, place, surface, surface[:visible], near_m)
 
-    assert accuracy([(5, column) for column in range(10)]) == (10, 1.0, 1.0, 1.0)
     scattered = [(5, 0), (6, 1), (4, 2), (7, 3), (3, 4), (0, 9)]
-    assert accuracy(scattered)[:3] == (6, 3 / 6, 2 / 6) and accuracy(scattered, 0.2).correct_fraction == 5 / 6
+    assert accuracy(*scattered)[:3] == (6, 3 / 6, 2 / 6)
+    assert accuracy(*scattered, near_m=0.2).correct_fraction == 5 / 6
     few = [(5, 0), (5, 1), (6, 2), (8, 7)]
-    assert accuracy(few).mapped_fraction == pytest.approx(0.3)  # columns 0 to 2; of 3, no neighbour
-    assert accuracy(few, visible=slice(40)).mapped_fraction == pytest.approx(0.75)
-    assert accuracy([(5, 0), (6, 1), (8, 2)], is_turned=True)[1::2] == pytest.approx((2 / 3, 0.2))
+    assert accuracy(*few).mapped_fraction == pytest.approx(0.3)  # columns 0 to 2; of 3, no neighbour
+    assert accuracy(*few, visible=40).mapped_fraction == pytest.approx(0.75)
 
 
 def tour(name):

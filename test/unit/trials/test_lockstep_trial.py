@@ -45,15 +45,6 @@ def blind_between(trial, begin_s, end_s):
     )
 
 
-def test_actions_of_one_time_run_in_the_order_entered_also_when_entered_by_one():
-    trial, done = lockstep(HALL), []
-    trial._at(0, lambda: trial._at(0, done.append, 'answer'))
-    for name in ('first', 'second'):
-        trial._at(0, done.append, name)
-    next(trial.run())
-    assert done == ['first', 'second', 'answer']
-
-
 @pytest.mark.parametrize('test', [HALL, BEND], ids=['hall', 'bend'])
 @pytest.mark.parametrize('ppr', [40, 4096])
 def test_the_robot_ends_at_its_goal_within_tolerance_by_its_pose_estimate(test, ppr):
@@ -163,24 +154,19 @@ def test_a_turn_in_place_stops_without_localization_and_continues():
 
 
 def test_a_scripted_drive_needs_no_localization_and_its_commands_do_not_depend_on_the_encoder():
-    ends = []
+    """It takes scans only if they are published."""
+    ends, script = [], {'nav': 'scripted', 'drive': [{'straight': 1.0}]}
     for rate in (20.0, 7.0, 50.0):
-        trial = lockstep(HALL, 1024, nav='scripted', drive=[{'straight': 1.0}], encoder_rate=rate)
+        recorder = Recorder()
+        recorder.takes_scans = rate == 7.0
+        trial = lockstep(HALL, 1024, encoder_rate=rate, publications=recorder, **script)
         *_, last = trial.run()
+        assert recorder.scans == ([*range(0, trial.time_ns + 1, 100 * MS)] if recorder.takes_scans else [])
         assert trial.ending.outcome is Outcome.SUCCEEDED and last.estimate is None
         assert last.true_pose_in_map.x_m == pytest.approx(-2.0, abs=1e-3)
         assert last.estimated_pose_in_map.x_m == pytest.approx(-2.0, abs=2e-3)
         ends.append(trial.true_pose_in_map)
     assert ends[0] == ends[1] == ends[2]
-
-
-@pytest.mark.parametrize('takes_scans', [False, True])
-def test_a_script_takes_scans_only_if_they_are_published(takes_scans):
-    recorder = Recorder()
-    recorder.__class__ = type('Scans', (Recorder,), {'takes_scans': takes_scans})
-    trial = lockstep(HALL, nav='scripted', drive=[{'straight': 0.5}], publications=recorder)
-    assert ended(trial).outcome is Outcome.SUCCEEDED
-    assert recorder.scans == ([*range(0, trial.time_ns + 1, 100 * MS)] if takes_scans else [])
 
 
 # ---- publications

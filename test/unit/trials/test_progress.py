@@ -61,7 +61,7 @@ def test_lines_are_printed_at_once_with_the_first_worker_and_then_as_trials_end_
     progress, clock, stream = begun(paper, 1000)
     for clock.now_s in range(100):
         progress.tick(3)
-    assert stream.getvalue().count('0 of 1000 trials, 0 failed, 3 workers, about') == 4
+    assert len(stream.getvalue().splitlines()) == 4
 
 
 def test_trials_of_earlier_runs_count_but_not_for_speed(paper):
@@ -96,18 +96,9 @@ def test_outcomes_are_counted_by_cell():
     assert table[2:] == [['SL', '0.01', '40', '1', '1'], ['SL', '0.03', '40', '2', '2']]
 
 
-@pytest.mark.parametrize(
-    ('name', 'nav', 'expected_s'),
-    [
-        ('SL', 'embedded', 20.0 / 0.45),
-        ('SL', 'scripted', 20.0 / 0.45),
-        ('SMT', 'embedded', 31.4),
-        ('SMT', 'scripted', 31.4),
-        ('DLD', 'embedded', 95.0 / 0.45),
-    ],
-)
-def test_a_drive_takes_its_length_at_its_speed(name, nav, expected_s):
-    assert shortest_drive_s(load_test(name, CONFIG), nav) == pytest.approx(expected_s, rel=0.05)
+def test_a_drive_takes_its_length_at_its_speed():
+    smt_s = [shortest_drive_s(load_test('SMT', CONFIG), nav) for nav in ('embedded', 'scripted')]
+    assert (SL_S, DLD_S, *smt_s) == pytest.approx((20.0 / 0.45, 95.0 / 0.45, 31.4, 31.4), rel=0.05)
 
 
 def test_the_first_guess_is_of_the_right_size_and_measured_trials_replace_it(paper):

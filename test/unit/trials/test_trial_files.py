@@ -77,9 +77,7 @@ def test_a_map_is_only_needed_to_navigate(tmp_path):
     ('name', 'content', 'expected'),
     [
         ('worlds/hallway.world', '<sdf', 'not valid XML'),
-        ('worlds/hallway.world', None, "world: given 'hallway'"),
         ('worlds/hallway.pgm', 'P5 1', 'hallway.pgm: '),
-        ('worlds/hallway.yaml', 'image: no.pgm', 'hallway.yaml: '),
         ('urdf/alto.urdf.xacro', None, 'alto.urdf.xacro'),
     ],
 )

@@ -135,18 +135,14 @@ def test_each_event_is_warned_of_once_and_stays_counted():
     assert node.drive(20, zero=node.index).warning == 'counter restarts: 1'
 
 
-def test_wheels_that_do_not_follow_are_named_for_as_long():
+def test_wheels_that_do_not_follow_a_turn_in_place_are_named_for_as_long():
+    """It commands them against each other: by half the separation, 0.2 m."""
     node = Node()
     node.drive(30, command=(SPEED_MPS, 0.0))
-    assert node.drive(60, command=(0.0, 0.0)).warning == (
+    warning, values = node.drive(60, command=(0.0, 2.5))
+    assert warning == (
         'left wheel has not followed the command for 3.0 s; right wheel has not followed the command for 3.0 s'
     )
-
-
-def test_a_turn_in_place_commands_the_wheels_against_each_other():
-    """By half the separation, 0.2 m."""
-    node = Node()
-    _, values = node.drive(30, command=(0.0, 2.5))
     turned_radps = 80 * 2 * math.pi / PPR
     assert values['following error, left [rad/s]'] == pytest.approx(turned_radps + 5.0)
     assert values['following error, right [rad/s]'] == pytest.approx(turned_radps - 5.0)

@@ -63,32 +63,21 @@ def test_without_errors_each_sensor_counts_by_equation_1(encoder):
     assert (counts(wiggle, {**encoder, **negligible}) == counts(wiggle)).mean() > 0.999  # an angle on an edge
 
 
-def edges(encoder, ppr, draws=1, fine=400):
-    """(draws, ppr) places of the edges that are counted in a turn of the left wheel, in counts."""
+def edges(encoder, ppr, fine=400):
+    """(ppr,) places of the edges that are counted in a turn of the left wheel, in counts."""
     angles_rad = TURN / ppr * np.arange(-3.0, ppr + 2.0, 1.0 / fine)
-    found = run(angles_rad, encoder, ppr, draws).counts[:, :, 0]
-    reached = [np.searchsorted(of_draw, np.arange(ppr)) for of_draw in found]
-    return np.array(reached) / fine - 3.0
+    return np.searchsorted(counts(angles_rad, encoder, ppr=ppr)[:, 0], np.arange(ppr)) / fine - 3.0
 
 
 def test_duty_cycle_and_phase_give_four_kinds_of_pulses():
-    places = edges({'duty_cycle': 0.4, 'phase_error': 18.0}, 400)[0]
+    places = edges({'duty_cycle': 0.4, 'phase_error': 18.0}, 400)
     widths = np.diff(np.append(places, 400.0)).reshape(100, 4)
     assert widths == pytest.approx(np.tile([1.2, 0.4, 1.2, 1.2], (100, 1)), abs=0.01)
 
 
 def test_three_halls_give_an_error_that_repeats_every_pole_pair():
-    offsets = edges({'sensor': 'hall', 'sensor_error': 6.0}, 90)[0] - np.arange(90)
+    offsets = edges({'sensor': 'hall', 'sensor_error': 6.0}, 90) - np.arange(90)
     assert offsets == pytest.approx(np.tile(offsets[:3], 30), abs=0.01) and np.std(offsets[:3]) > 0.01
-    offsets = edges({'sensor': 'hall', 'sensor_error': 6.0}, 6, draws=2000)[:, 1:4] - np.arange(1, 4)
-    assert np.std(offsets) == pytest.approx(6.0 / 60.0, rel=0.05)  # a count is 60 electrical degrees
-
-
-@pytest.mark.parametrize('decoding', ['x1', 'x2', 'x4'])
-def test_edges_are_off_by_as_much_as_was_asked_for_in_counts(decoding):
-    offsets = edges({'edge_error': 0.1, 'decoding': decoding}, 1000, draws=10) - np.arange(1000)
-    assert offsets.std() == pytest.approx(0.1, rel=0.03) and abs(offsets.mean()) < 0.005
-    assert abs(np.corrcoef(offsets[0], offsets[1])[0, 1]) < 0.15
 
 
 @pytest.mark.parametrize(('keys', 'per_turn'), [({'eccentricity': 0.01}, 1), ({'second_harmonic': 0.573}, 2)])
@@ -148,17 +137,10 @@ def test_a_dead_channel_leaves_edges_that_come_and_go():
     assert set(decoded(range(9), {'dead_channel': 'A'}, decoding='x2')) == {0}
 
 
-@pytest.mark.parametrize(
-    ('faults', 'keys', 'expected'),
-    [
-        ({'dead_channel': 'B'}, {'direction': 'command'}, 200),
-        ({}, {'direction': 'command'}, 400),
-        ({}, {'sensor': 'single_channel', 'decoding': 'x1'}, 100),
-        ({}, {'sensor': 'single_channel', 'decoding': 'x2'}, 200),
-    ],
-)
-def test_by_the_command_channels_count_edges(faults, keys, expected):
-    assert decoded([0, 400], faults, **keys)[-1] == expected
+def test_by_the_command_channels_count_edges():
+    found = [decoded([0, 400], faults, direction='command')[-1] for faults in ({}, {'dead_channel': 'B'})]
+    assert found == [400, 200]
+    assert [decoded([0, 400], sensor='single_channel', decoding=each)[-1] for each in ('x1', 'x2')] == [100, 200]
 
 
 def test_by_the_command_the_sign_is_the_last_commanded_one():
@@ -215,12 +197,9 @@ def test_counts_are_hit_as_often_as_asked_for_and_as_unevenly(fault, sign, burst
 @pytest.mark.parametrize(
     ('faults', 'per_tick', 'expected'),
     [
-        ({'missed': 1.0}, -7, 0),
-        ({'extra': 1.0}, -7, -1400),
         ({'missed': 1.0, 'extra': 1.0}, -7, -700),
         ({'max_count_rate': 1000.0}, 30, 1000),
         ({'max_count_rate': 1000.0}, -9, -900),
-        ({'max_count_rate': 30.0}, 1, 30),
     ],
 )
 def test_missed_extra_and_too_fast_counts_go_the_way_of_the_wheel(faults, per_tick, expected):
@@ -252,25 +231,16 @@ def test_errors_do_not_depend_on_the_rate_of_angles():
     np.testing.assert_array_equal(counts(turned[::10], encoder, tick_ns=10 * TICK_NS), fine[::10])
 
 
-chains = st.fixed_dictionaries(
-    {},
-    optional={
-        'decoding': st.sampled_from(['x1', 'x2', 'x4']),
-        'duty_cycle': st.floats(0.4, 0.6),
-        'phase_error': st.floats(-20.0, 20.0),
-        'edge_error': st.floats(0.0, 0.3),
-        'eccentricity': st.floats(0.0, 0.4),
-        'hysteresis': st.floats(0.0, 5.0),
-        'backlash': st.floats(0.0, 0.3),
-    },
-)
+GEARED = {'side': 'motor', 'gear_ratio': 8.0, 'lines': 12, 'backlash': 0.3, 'hysteresis': 5.0}
+STEPS = st.lists(st.floats(0.0, 3.0), min_size=2, max_size=40)
+UNEVEN = {'duty_cycle': 0.4, 'phase_error': 20.0, 'edge_error': 0.3, 'eccentricity': 0.4}
 
 
-@settings(max_examples=60, deadline=None)
-@given(chains, st.lists(st.floats(0.0, 3.0), min_size=2, max_size=40), st.sampled_from([-1, 1]), st.integers(0, 99))
-def test_counts_go_the_way_of_the_wheel_whatever_the_errors(chain, steps, way, seed):
-    encoder = {**chain, 'side': 'motor', 'gear_ratio': 8.0, 'lines': 12}
-    found = counts(way * np.cumsum(steps), encoder, seed=seed)
+@pytest.mark.parametrize('decoding', ['x1', 'x2', 'x4'])
+@settings(max_examples=20, deadline=None)
+@given(steps=STEPS, way=st.sampled_from([-1, 1]), seed=st.integers(0, 99))
+def test_counts_go_the_way_of_the_wheel_whatever_the_errors(decoding, steps, way, seed):
+    found = counts(way * np.cumsum(steps), {**GEARED, **UNEVEN, 'decoding': decoding}, seed=seed)
     assert (np.diff(found, axis=0) * way >= 0).all()
 
 

@@ -5,15 +5,8 @@ import math
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.wheels.encoder_params import EncoderModel, PerWheel, ppr_label
+from diff_encoder_sim.wheels.encoder_params import EncoderModel
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
-
-
-def test_ppr_label():
-    assert (
-        ppr_label(PerWheel(left=40, right=4096)) == '40-4096'
-        and ppr_label(PerWheel(left=102.4, right=102.4)) == '102.4'
-    )
 
 
 def model(**keys):
@@ -25,11 +18,9 @@ def model(**keys):
     [
         ({'lines': 12, 'decoding': 'x4', 'gear_ratio': 34.014, 'side': 'motor'}, 1632.672),
         ({'lines': 12, 'decoding': 'x1', 'gear_ratio': 34.014, 'side': 'motor'}, 408.168),
-        ({'lines': 500, 'decoding': 'x2'}, 1000),
         ({'sensor': 'hall', 'pole_pairs': 15}, 90),
         ({'sensor': 'single_channel', 'lines': 20, 'decoding': 'x2'}, 40),
         ({'sensor': 'absolute', 'bits': 14}, 16384),
-        ({'lines': 13, 'gear_ratio': 6545 / 132, 'side': 'motor'}, 2578.3333333333335),
     ],
 )
 def test_counts_per_wheel_turn_are_lines_times_decoding_times_gear(keys, expected):
@@ -40,10 +31,7 @@ def test_counts_per_wheel_turn_are_lines_times_decoding_times_gear(keys, expecte
 @pytest.mark.parametrize(
     ('keys', 'words'),
     [
-        ({'gear_ratio': 0}, 'gear_ratio: given 0'),
-        ({'faults': {'missed': 1.2}}, 'faults.missed: given 1.2'),
         ({'sensor': 'hall', 'lines': 4}, 'lines: given 4; allowed: with sensor quadrature or single_channel, not hall'),
-        ({'sensors': 'hall'}, "sensors: unknown key; did you mean 'sensor'?"),
         ({'backlash': 0.01}, 'backlash: given 0.01; allowed: 0.0 with side wheel'),
         ({'duty_cycle': 0.2, 'phase_error': 60}, 'duty_cycle: given 0.2; allowed: 0.429 to 0.571'),
         (
@@ -55,7 +43,6 @@ def test_counts_per_wheel_turn_are_lines_times_decoding_times_gear(keys, expecte
         ({'sensor': 'absolute', 'faults': {'wiring': 'swapped'}}, "faults.wiring: given 'swapped'"),
         ({'faults': {'dead_channel': 'C'}}, "faults.dead_channel: given 'C'; allowed: none, A or B"),
         ({'faults': {'dead_every': 1.0, 'dead_for': 2.0}}, 'faults.dead_for: given 2.0; allowed: above 0.0'),
-        ({'lines': 300_000}, 'lines: given 300000; allowed: up to 262144'),
     ],
 )
 def test_a_bad_value_is_one_line(keys, words):
@@ -100,16 +87,11 @@ def test_the_variance_of_a_reading_is_the_sum_of_its_errors():
 
 @pytest.mark.parametrize(
     ('key', 'value'),
-    [
-        *(('ppr', bad) for bad in (0, math.nan, 'ninety', {'left': 90}, {'left': 90, 'right': 0})),
-        *(('counter_modulus', bad) for bad in (1, 2.5)),
-        *(('left_joint', bad) for bad in ('', 'right_wheel_joint')),
-    ],
+    [*(('ppr', bad) for bad in (0, math.nan, 'ninety', {'left': 90})), ('left_joint', 'right_wheel_joint')],
 )
 def test_bad_encoder_values_are_refused_in_one_line(key, value):
-    with pytest.raises(ConfigError, match=r'^robot\.yaml: ') as caught:
+    with pytest.raises(ConfigError, match=rf'^robot\.yaml: {key}[^\n]*$'):
         EncoderParams.from_mapping({key: value}, 'robot.yaml')
-    assert '\n' not in str(caught.value) and f': {key}' in str(caught.value)
 
 
 @pytest.mark.parametrize(

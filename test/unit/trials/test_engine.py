@@ -1,10 +1,19 @@
-"""Which trials of a campaign share a drive of the robot."""
+"""Which trials share a drive, and where trials run; whole campaigns, with kills, are in test/test_campaign.py."""
+
+import os
+import time
+from concurrent.futures.process import BrokenProcessPool
 
 import pytest
+from distributed.versions import get_versions
 
 from campaign_files import small_campaign
+from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.trials import engine as module
 from diff_encoder_sim.trials.engine import trial_groups
+from diff_encoder_sim.trials.executors import ENVIRONMENT, PACKAGES, TlsFiles, check_versions, local_workers
+
+# ---- trials of one drive
 
 
 def grouped(folder, left_out=(), **changes):
@@ -29,14 +38,10 @@ def test_scripted_trials_of_equal_test_and_seed_share_a_drive_and_navigated_ones
     ('change', 'shared'),
     [
         ({'config.encoder.faults.missed': 0.01}, True),
-        ({'config.report.latency': 0.03}, True),
-        ({'config.rate': 10.0}, True),
         ({'config.wheel_diameter': 0.21}, True),
-        ({'lockstep.odometry': 0.03}, True),
         ({'amcl.kld_err': 0.03}, True),  # no localization
         ({'lockstep.command': 0.03}, False),
         ({'simulator.lidar.noise': 0.02}, False),
-        ({'simulator.wheel_errors.slip_noise': 1e-6}, False),
         ({'config.odom_frame': 'odom_of_wheels'}, False),  # in /tf_static
         ({'amcl.global_frame_id': 'world'}, False),
     ],
@@ -45,3 +50,42 @@ def test_scripted_trials_of_equal_test_and_seed_share_a_drive_and_navigated_ones
 def test_variants_share_a_drive_if_they_differ_behind_the_wheels(tmp_path, change, shared):
     changes = {'nav': 'scripted', 'tests': ['SL'], 'ppr': [40], 'trials': 1, 'variants': {'one': {}, 'two': change}}
     assert [group.count('SL_40') for group in grouped(tmp_path, **changes)] == ([2] if shared else [1, 1])
+
+
+# ---- workers
+
+
+def changed(**packages):
+    versions = get_versions(packages=PACKAGES)
+    return {**versions, 'packages': {**versions['packages'], **packages}}
+
+
+def test_a_broken_pool_is_replaced_and_its_environment_is_its_own():
+    with local_workers(1) as workers:
+        with pytest.raises(BrokenProcessPool):
+            workers.submit(os._exit, 1).result()
+        assert workers.submit(os.getenv, 'OMP_NUM_THREADS').result() == '1'
+        assert workers.count() == 1
+        worker = workers.submit(os.getpid).result()
+        begin_s = time.monotonic()
+        workers.submit(time.sleep, 60.0)
+    assert time.monotonic() - begin_s < 30.0
+    with pytest.raises(ProcessLookupError):
+        os.kill(worker, 0)
+    assert not set(ENVIRONMENT) & {name for name, value in os.environ.items() if value == '65536'}
+
+
+def test_of_packages_versions_must_be_equal_and_of_python_minor_versions():
+    check_versions(changed(), changed(), 'worker a')
+    major, minor = str(changed()['packages']['python']).split('.')[:2]
+    check_versions(changed(python=f'{major}.{minor}.99.final.0'), changed(), 'worker a')
+    for name, version in (('numpy', '0.1'), ('numba', None), ('python', '2.7.18.final.0')):
+        with pytest.raises(ConfigError, match=f'--scheduler: {name} is .* on worker a'):
+            check_versions(changed(**{name: version}), changed(), 'worker a')
+
+
+def test_a_file_of_tls_that_is_missing_is_named(tmp_path):
+    cert = tmp_path / 'cert.pem'
+    cert.write_text('')
+    with pytest.raises(ConfigError, match='--tls-key: given .*key.pem'):
+        TlsFiles(cert, cert, tmp_path / 'key.pem').security()
