@@ -1,24 +1,27 @@
-"""Recorded drives for the tests of reencoding, in bags of every kind."""
+"""Recorded drives for the tests of reencoding, in bags of every kind; runs of reencode, and what they wrote."""
 
+import csv
 import re
-import subprocess
-import sys
-from pathlib import Path
+import struct
 
 import numpy as np
 import pytest
 from rosbags import rosbag2
+from rosbags.highlevel import AnyReader
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from diff_encoder_sim.base.se2 import IDENTITY, move_along_arc, quat_xyzw_from_yaw
+from diff_encoder_sim.cli import reencode
 from diff_encoder_sim.drives.topics import ENCODER_PULSE_TYPE
 from diff_encoder_sim.drives.typestore import fields_text
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
 
 JOINTS = ('left_wheel_joint', 'right_wheel_joint')
 WHEEL_DIAMETER_M, WHEEL_SEPARATION_M = 0.2, 0.4
 TICK_NS, START_NS = 10_000_000, 5_000_000_000
+POSE = 'geometry_msgs/msg/PoseStamped'
 COMPRESSIONS = (None, Writer1.CompressionFormat.BZ2, Writer1.CompressionFormat.LZ4)
 
 # Next to those of ROS, types of robots in public bags.
@@ -86,16 +89,17 @@ class Maker:
         """Return a message of one of the types with a pose."""
         if kind.endswith('TransformStamped'):
             return self.transform(stamp_ns, pose, 'map', 'robot')
-        fields, covariance = {'header': self.header(stamp_ns, 'map')}, np.zeros(36)
+        fields = {'header': self.header(stamp_ns, 'map')}
         place = dict(position=self._xyz('Point', pose.x_m, pose.y_m), orientation=self._quat(pose))
         fields['pose'] = self.make('geometry_msgs/msg/Pose', **place)
         if not kind.endswith('PoseStamped'):
-            with_covariance = dict(pose=fields['pose'], covariance=covariance)
-            fields['pose'] = self.make('geometry_msgs/msg/PoseWithCovariance', **with_covariance)
+            fields['pose'] = self._uncertain('Pose', pose=fields['pose'])
         if kind.endswith('Odometry'):
-            twist = dict(twist=self.command(0.0, 0.0), covariance=covariance)
-            fields.update(child_frame_id='base_link', twist=self.make('geometry_msgs/msg/TwistWithCovariance', **twist))
+            fields.update(child_frame_id='base_link', twist=self._uncertain('Twist', twist=self.command(0.0, 0.0)))
         return self.make(kind, **fields)
+
+    def _uncertain(self, kind, **part):
+        return self.make(f'geometry_msgs/msg/{kind}WithCovariance', covariance=np.zeros(36), **part)
 
     def command(self, linear_mps, angular_radps):
         vectors = dict(linear=self._xyz('Vector3', x=linear_mps), angular=self._xyz('Vector3', z=angular_radps))
@@ -126,14 +130,7 @@ def true_poses(angles):
     return poses
 
 
-def drive(
-    maker=ROS1,
-    count=501,
-    joint_topic='/joint_states',
-    reference='/world_pose',
-    kind='geometry_msgs/msg/PoseStamped',
-    names=JOINTS,
-):
+def drive(maker=ROS1, count=501, joint_topic='/joint_states', reference='/world_pose', kind=POSE, names=JOINTS):
     """[(topic, time [ns], message)] of a bend, with the truth at 20 Hz."""
     angles = angles_rad(count)
     rows = []
@@ -184,17 +181,47 @@ def _write(writer, path, rows, maker):
     return path
 
 
-def converted_to_ros2(path, to):
-    """By rosbags-convert, whose options have changed between the versions of rosbags."""
-    command = str(Path(sys.executable).with_name('rosbags-convert'))
-    options = subprocess.run([command, '--help'], stdout=subprocess.PIPE, text=True, check=True).stdout
-    source = ['--src', str(path)] if '--src' in options else [str(path)]
-    subprocess.run([command, *source, '--dst', str(to)], check=True)
-    return to
-
-
 def without_index(content):
     """As a recorder leaves a bag when it is killed: index_pos is 0, and the index is missing."""
     begin = content.index(b'index_pos=') + len(b'index_pos=')
     index_at = int.from_bytes(content[begin : begin + 8], 'little')
     return content[:begin] + bytes(8) + content[begin + 8 : index_at]
+
+
+def run(*arguments):
+    reencode.main([str(argument) for argument in arguments])
+
+
+def complaint(capsys, *arguments):
+    """The one line of a run that fails."""
+    with pytest.raises(SystemExit) as error:
+        run(*arguments)
+    text = str(error.value)
+    assert text.startswith('reencode: ') and '\n' not in text
+    return text
+
+
+def contents(path):
+    """Raw messages by topic, without the seq of their headers."""
+    found = {}
+    with AnyReader([path]) as reader:
+        for connection, _, raw in reader.messages():
+            found.setdefault(connection.topic, []).append(bytes(raw)[4:])
+    return found
+
+
+def counts_of(path):
+    """Left and right counts of a bag's /encoder_pulse."""
+    return [list(struct.unpack('<qq', raw[-16:])) for raw in contents(path)['/encoder_pulse']]
+
+
+def rows_of(folder):
+    with open(folder / 'reencode.csv', newline='') as file:
+        return list(csv.DictReader(file))
+
+
+def samples_of(angles, ppr):
+    """Reports of a live encoder over a drive at 100 Hz."""
+    encoder = ReportingEncoder(EncoderParams(ppr=ppr))
+    updates = (encoder.update(START_NS + tick * TICK_NS, JOINTS, pair) for tick, pair in enumerate(angles.tolist()))
+    return [sample for samples in updates for sample in samples]

@@ -57,15 +57,10 @@ def test_a_start_outside_free_space_is_refused_for_navigation(tmp_path, world, s
 FILES = {
     'no_yaml': 'ppr: [90\nrate: 20\n',
     'list': '- ppr\n- 90\n',
-    'misspelt': 'wheel_diametre: 0.2\n',
-    'twice': 'rate: 20.0\nrate: 10.0\n',
     'minutes': 'map_update_interval: 1:30\n',
     'negative': 'wheel_diameter: -0.2\n',
     'lines': 'encoder: {lines: 500}\n',
-    'no_world': 'name: t\nworld: moon\ndrive: [{straight: 1.0}]\n',
-    'two_motions': 'name: t\nworld: hallway\ndrive: [{straight: 1.0, turns: 1}]\n',
     'no_route': 'name: t\nworld: hallway\ndrive: [{straight: 1.0}]\n',
-    'no_drive': 'name: t\nworld: hallway\ndrive: []\n',
 }
 
 
@@ -74,17 +69,12 @@ FILES = {
     [
         ('--test=XX', ["test: given 'XX'; allowed: DLD, SL, SMT"]),
         ('--ppr=0', ['ppr: given 0', PPR_ALLOWED]),
-        ('--ppr=many', ["ppr: given 'many'", PPR_ALLOWED]),
-        ('--ppr=.nan', ['ppr: given nan']),
-        ('--ppr={left: 40}', ['ppr.right: missing']),
         ('--ppr={left: 40, right: -4}', ['ppr.right', '-4', PPR_ALLOWED]),
         ('--ppr={left: 40', ['ppr', '{left: 40']),
         ('--ppr=0100', ['ppr', '0100', 'YAML 1.1', '64']),
         ('--trial=-1', ['trial: given -1', '0 to']),
-        ('--trial=1.5', ['trial: given 1.5']),
         ('--trial=first', ['trial: given', 'first', 'integer']),
         ('--odom=foo', ["odom: given 'foo'", 'encoder', 'ideal']),
-        ('--nav=foo', ['nav', 'foo', 'embedded', 'upstream', 'scripted']),
         ('--sim=foo', ["sim: given 'foo'; allowed: pybullet, gazebo"]),
         ('--bag=/proc/1/new.bag', ['bag', '/proc/1']),
         ('--bag={}/list.yaml', ['bag', 'list.yaml exists', 'new file']),
@@ -93,17 +83,11 @@ FILES = {
         ('--encoder=amt102 --ppr=90', ['encoder: given amt102 with ppr 90; allowed: one of them']),
         ('--config={}/nowhere.yaml', ['nowhere.yaml: cannot be read']),
         ('--config={}/no_yaml.yaml', ['no_yaml.yaml', 'YAML']),
-        ('--config={}/list.yaml', ['list.yaml', 'list']),
-        ('--config={}/twice.yaml', ['twice.yaml, line 2', 'rate', 'line 1']),
-        ('--config={}/misspelt.yaml', ['wheel_diametre: unknown key', 'wheel_diameter']),
         ('--config={}/negative.yaml', ['negative.yaml', 'wheel_diameter', '-0.2', '0.001 to 100 [m]']),
         ('--config={}/lines.yaml --ppr=90', ['lines.yaml: encoder: given 500 lines x 4', 'with ppr 90']),
         ('--slam-config={}/minutes.yaml', ['minutes.yaml, line 1', '1:30', '90']),
         ('--test=DLD --nav=scripted', ['DLD has no drive']),
         ('--test={}/no_route.yaml', ['nav', 'embedded', 't has no route', 'scripted']),
-        ('--test={}/no_world.yaml --nav=scripted', ['world', 'moon', 'hallway']),
-        ('--test={}/two_motions.yaml', ['two_motions.yaml', 'straight', 'turns']),
-        ('--test={}/no_drive.yaml', ['no_drive.yaml', 'drive']),
     ],
 )
 def test_a_bad_argument_is_named_in_one_line(arguments, words, tmp_path):
@@ -147,11 +131,7 @@ def test_the_printed_plan_passes_the_parameter_server(tmp_path, capsys):
 @pytest.fixture
 def rated(monkeypatch, tmp_path):
     monkeypatch.setattr(live_trials, 'parent_only_lists', lambda: True)  # as if every package were installed
-
-    def rated(config, *words):
-        return plan('--test', 'SMT', '--config', file(tmp_path, config, 'config.yaml'), *words)
-
-    return rated
+    return lambda config, *words: plan('--test', 'SMT', '--config', file(tmp_path, config, 'config.yaml'), *words)
 
 
 @pytest.mark.parametrize(
@@ -176,17 +156,17 @@ def test_reports_and_commands_have_the_rates_of_their_sources(rated, tmp_path, c
 @pytest.mark.parametrize(
     ('report', 'delay_s', 'command_period'),
     [
-        ('{latency: 0.03}', 0.03, 0.05),
-        ('{latency: 0.03, latency_spread: 0.01, jitter: 0.005}', 0.045, 0.0),
-        ('{reordered: 0.1}', 0.075, 0.0),
-        ('{lost: 0.1}', 0.3, 0.0),  # six in a row are one in a million
-        ('{repeated: 0.1}', 0.0, 0.05),
+        ('latency: 0.03', 0.03, 0.05),
+        ('latency: 0.03, latency_spread: 0.01, jitter: 0.005', 0.045, 0.0),
+        ('reordered: 0.1', 0.075, 0.0),
+        ('lost: 0.1', 0.3, 0.0),  # six in a row are one in a million
+        ('repeated: 0.1', 0.0, 0.05),
     ],
 )
 def test_late_and_lost_reports_delay_the_trial(rated, report, delay_s, command_period):
-    made = rated(f'report: {report}\n', '--nav', 'embedded')
+    made = rated(f'report: {{{report}}}\n', '--nav', 'embedded')
     assert (made.report_delay, made.command_period) == (pytest.approx(delay_s), command_period)
-    assert rated(f'report: {report}\n', '--odom', 'ideal').report_delay == 0.0
+    assert rated(f'report: {{{report}}}\n', '--odom', 'ideal').report_delay == 0.0
 
 
 def test_a_rate_above_that_of_joint_states_is_printed(tmp_path, capsys):
@@ -200,7 +180,6 @@ def test_the_bag_will_contain_the_robots_wheels_joints_and_encoder():
     burger = plan('--test', 'SMT', '--robot', 'burger').trial
     assert (burger.wheel_diameter, burger.wheel_separation, burger.ppr.left) == (0.066, 0.16, 4096)
     assert (burger.left_joint, burger.right_joint) == ('wheel_left_joint', 'wheel_right_joint')
-    assert plan('--test', 'SMT', '--robot', 'burger', '--ppr', '90').trial.ppr.left == 90
 
 
 def test_the_robot_must_fit_the_test(tmp_path):

@@ -53,20 +53,17 @@ def test_what_is_wrong_is_said_and_the_rest_is_analysed(tmp_path, capsys, caplog
 
 
 def test_nothing_to_analyse_is_one_line_and_leaves_nothing_behind(tmp_path):
-    for name in ('no.bag', 'no/folder/no.bag'):
-        assert refusal(tmp_path / name) == f'analyze: {tmp_path / name}: no such bag'
+    assert refusal(tmp_path / 'no/folder/no.bag') == f'analyze: {tmp_path}/no/folder/no.bag: no such bag'
     (tmp_path / 'empty').mkdir()
     assert 'no bag in this folder' in refusal(tmp_path / 'empty')
     assert [path.name for path in tmp_path.rglob('*')] == ['empty']
 
 
 def test_other_results_are_shown_beside(tmp_path, capsys):
-    for name, count in (('a', 1), ('b', 2)):
-        (tmp_path / name).mkdir()
-        for number in range(count):
-            write_bag(tmp_path / name / f'{number}.bag', trial(number=number))
-    arguments = ['--beside', str(tmp_path / 'b'), '--out', str(tmp_path / 'deep' / 'out')]
-    analyze.main([str(tmp_path / 'a'), *arguments])
+    for name in ('a/0', 'b/0', 'b/1'):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        write_bag(tmp_path / f'{name}.bag', trial(number=int(name[-1])))
+    analyze.main([str(tmp_path / 'a'), '--beside', str(tmp_path / 'b'), '--out', str(tmp_path / 'deep' / 'out')])
     assert (tmp_path / 'deep' / 'out' / 'report.html').is_file()
     assert '\n1 trials beside 2\n' in capsys.readouterr().out
     assert 'no such bag' in refusal(tmp_path / 'a', '--beside', tmp_path / 'c')

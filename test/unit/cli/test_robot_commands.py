@@ -39,8 +39,8 @@ def test_a_robot_is_checked_and_the_written_file_means_the_same_robot(tmp_path, 
 
 
 def test_a_robot_that_fails_ends_with_status_1_and_what_to_do(tmp_path, capsys):
-    weak = tmp_path / 'weak.yaml'
-    weak.write_text(yaml.safe_dump({'urdf': str(KOBUKI), 'set': {'simulator.drive.wheel_torque': 0.001}}))
+    settings = {'simulator.drive.wheel_torque': 0.001}
+    weak = yaml_file(tmp_path, 'weak.yaml', {'urdf': str(KOBUKI), 'set': settings})
     with pytest.raises(SystemExit, match='weak.yaml: the robot fails its self-check: '):
         check([str(weak)])
     out = capsys.readouterr().out
@@ -72,19 +72,21 @@ def fixture_settings(capsys):
     return settings
 
 
-def robot_file(folder, **overrides):
-    path = folder / 'mine.yaml'
-    content = {'urdf': str(ALTO), 'ppr': 360, 'set': {k.replace('__', '.'): value for k, value in overrides.items()}}
+def yaml_file(folder, name, content):
+    path = folder / name
     path.write_text(yaml.safe_dump(content))
     return path
 
 
+def robot_file(folder, **overrides):
+    settings = {key.replace('__', '.'): value for key, value in overrides.items()}
+    return yaml_file(folder, 'mine.yaml', {'urdf': str(ALTO), 'ppr': 360, 'set': settings})
+
+
 def config_with(folder, **changes):
     """A copy of config/config.yaml with other values."""
-    path = folder / 'my_config.yaml'
-    content = yaml.safe_load((ROOT / 'config' / 'config.yaml').read_text())
-    path.write_text(yaml.safe_dump({**content, **changes}))
-    return path
+    usual = yaml.safe_load((ROOT / 'config' / 'config.yaml').read_text())
+    return yaml_file(folder, 'my_config.yaml', {**usual, **changes})
 
 
 def test_a_robot_by_name_has_its_own_wheels_frames_and_model(settings):
@@ -121,8 +123,7 @@ def test_what_a_users_yaml_file_changes_is_kept_and_said(tmp_path, capsys):
 
 
 def test_a_users_file_without_costmaps_gets_whole_ones(settings, tmp_path):
-    path = tmp_path / 'navigation.yaml'
-    path.write_text('controller_frequency: 10\n')
+    path = yaml_file(tmp_path, 'navigation.yaml', {'controller_frequency': 10})
     local = settings('burger', '--navigation-config', path)['navigation']['local_costmap']
     assert local['rolling_window'] is True and local['robot_base_frame'] != 'base_link'
 
@@ -132,9 +133,7 @@ def test_a_users_file_without_costmaps_gets_whole_ones(settings, tmp_path):
     [
         (check, ['nobody'], "given 'nobody', but there is no"),
         (check, [str(KOBUKI), '--robot-arg', 'size'], "--robot-arg: given 'size'; allowed: name:=value"),
-        (check, [str(KOBUKI), '--packages', '/nowhere'], "packages: given '/nowhere'"),
         (main, ['alto', 'ppr'], "given 'ppr'; allowed: FILE.KEY:=VALUE"),
-        (main, ['alto', 'config.ppr:=0'], 'ppr: given 0'),
         (main, ['alto', '--robot-args', 'speed'], "robot_args: given 'speed'; allowed: name:=value"),
         (main, ['alto', '--config', '/nowhere.yaml'], '/nowhere.yaml: cannot be read'),
         (main, {'config__wheel_diameter': -1.0}, 'wheel_diameter: given -1.0'),
@@ -150,16 +149,18 @@ def test_mistakes_are_one_line(tmp_path, command, arguments, expected):
     assert expected in text and '\n' not in text and str(file) in text
 
 
-def test_the_number_of_a_bags_trial_is_the_usual_seed_of_the_encoders_errors(settings, tmp_path):
-    assert settings('alto', 'config.seed:=9000000000')['config']['seed'] == '9000000000'  # XML-RPC has 32 bits
+def test_the_seed_of_the_encoders_errors_is_the_given_one_or_the_number_of_the_bags_trial(settings, tmp_path):
     write_bag(tmp_path / 'a.bag', trial(number=7))
     write_bag(tmp_path / 'no_trial.bag', None)
+
+    def seed(*arguments):
+        return settings('alto', *arguments)['config'].get('seed')
+
     bag, mine = f'--bag={tmp_path / "a.bag"}', config_with(tmp_path, seed=5)
-    assert settings('alto', 'config.seed:=', bag)['config']['seed'] == 7
-    assert settings('alto', 'config.seed:=3', bag)['config']['seed'] == 3
-    assert 'seed' not in settings('alto', bag, f'--config={mine}')['config']
+    assert (seed('config.seed:=', bag), seed('config.seed:=3', bag), seed(bag, f'--config={mine}')) == (7, 3, None)
+    assert seed('config.seed:=') is None and seed('config.seed:=9000000000') == '9000000000'  # XML-RPC has 32 bits
     for other in ('no_trial.bag', 'not_there.bag'):
-        assert 'seed' not in settings('alto', f'--bag={tmp_path / other}')['config']
+        assert seed(f'--bag={tmp_path / other}') is None
 
 
 def test_a_real_encoder_sets_all_that_the_parameter_server_can_hold(settings):
@@ -176,20 +177,18 @@ def test_the_covariance_is_that_of_simulated_wheels_of_a_real_robots_slip_or_of_
     assert settings('alto', '--sim', 'pybullet')['config']['motion_noise'] == 0.0
     config = settings(path)['config']
     assert (config['motion_noise'], config['curve_noise'], config['distance_std']) == (2.7e-8, 0.0, 0.0)
-    mine = tmp_path / 'config.yaml'
-    mine.write_text((ROOT / 'config' / 'config.yaml').read_text() + '\nmotion_noise: 3.0e-7\n')
+    mine = config_with(tmp_path, motion_noise=3e-7)
     assert settings(path, '--config', mine)['config']['motion_noise'] == 3e-7
 
 
-@pytest.mark.parametrize(
-    ('arguments', 'is_warned'),
-    [
-        (['burger'], True),
-        (['alto', 'config.ppr:=40'], False),
-        (['burger', '--sim', 'pybullet'], False),
-        (['burger', 'config.motion_noise:=1.0e-6'], False),
-    ],
-)
-def test_a_default_that_hides_the_encoder_is_warned_of_once(capsys, arguments, is_warned):
-    main(arguments)
-    assert capsys.readouterr().err.count("/odom's covariance hides the encoder") == is_warned
+def test_a_default_that_hides_the_encoder_is_warned_of_once(capsys, tmp_path):
+    slips = str(robot_file(tmp_path, simulator__wheel_errors__slip_noise=2.7e-8))
+    for *arguments, expected in (
+        ('burger', 1),
+        ('alto', 'config.ppr:=40', 0),
+        ('burger', '--sim', 'pybullet', 0),
+        ('burger', 'config.motion_noise:=1.0e-6', 0),
+        (slips, 0),
+    ):
+        main(arguments)
+        assert capsys.readouterr().err.count("/odom's covariance hides the encoder") == expected

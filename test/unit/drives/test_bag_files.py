@@ -16,28 +16,37 @@ from diff_encoder_sim.drives.message_encoders import with_seq
 from diff_encoder_sim.drives.topics import TOPICS, RecordedTopic
 from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.typestore import definition
-from message_checks import as_dict
 from recorded_messages import one_of_each
 
 TIMES_NS = range(0, 10**9, 10**8)
 
 
+def write(path, bag_format, times_ns):
+    """Every topic of every node, at each of the times."""
+    messages = one_of_each()
+    with TrialBag(path, 'full', bag_format) as bag:
+        for time_ns in times_ns:
+            for topic, node, message in messages:
+                bag.publish(topic.name, node, time_ns, bytes, message)
+    return path
+
+
 @pytest.fixture(scope='module')
 def paths(tmp_path_factory):
-    """(ROS 1, MCAP): every topic of every node, at each of the times; several chunks."""
-    folder, messages = tmp_path_factory.mktemp('bags'), one_of_each()
-    found = []
-    for bag_format, suffix in SUFFIXES.items():
-        found.append(folder / f'a{suffix}')
-        with TrialBag(found[-1], 'full', bag_format) as bag:
-            for time_ns in TIMES_NS:
-                for topic, node, message in messages:
-                    bag.publish(topic.name, node, time_ns, bytes, message)
-    return found
+    """(ROS 1, MCAP)."""
+    folder = tmp_path_factory.mktemp('bags')
+    return [write(folder / f'a{suffix}', bag_format, TIMES_NS) for bag_format, suffix in SUFFIXES.items()]
 
 
 def without_seq(message):
-    return as_dict(message, ('__msgtype__', 'structure_needs_at_least_one_member', 'seq'))
+    """A message of either ROS as nested dicts; ROS 2 has no message without fields."""
+    if isinstance(message, list):
+        return [without_seq(each) for each in message]
+    if not hasattr(message, '__dataclass_fields__'):
+        return message.tolist() if hasattr(message, 'tolist') else message
+    others = '__msgtype__', 'structure_needs_at_least_one_member', 'seq'
+    names = [name for name in message.__dataclass_fields__ if name.islower() and name not in others]
+    return {name: without_seq(getattr(message, name)) for name in names}
 
 
 def by_mcap(path):
@@ -67,9 +76,8 @@ def decoded(rows):
 def expected(paths):
     found = {}
     with AnyReader([paths[0]]) as reader:
-        for connection, time_ns, raw in reader.messages():
-            message = reader.deserialize(raw, connection.msgtype)
-            found.setdefault(connection.topic, []).append((time_ns, without_seq(message)))
+        for each, time_ns, raw in reader.messages():
+            found.setdefault(each.topic, []).append((time_ns, without_seq(reader.deserialize(raw, each.msgtype))))
     return {topic: sorted(rows, key=repr) for topic, rows in found.items()}
 
 
@@ -97,12 +105,7 @@ def test_rosbags_reads_it(paths, expected):
 @pytest.fixture(scope='module')
 def whole(tmp_path_factory):
     """A file of two chunks and more."""
-    path = tmp_path_factory.mktemp('whole') / 'a.mcap'
-    with TrialBag(path, 'full', 'mcap') as bag:
-        for time_ns in range(1, 200):
-            for topic, node, message in one_of_each():
-                bag.publish(topic.name, node, time_ns, bytes, message)
-    return path
+    return write(tmp_path_factory.mktemp('whole') / 'a.mcap', 'mcap', range(1, 200))
 
 
 def read(path):
@@ -150,10 +153,10 @@ def test_a_bag_of_ros_1_is_that_of_rosbags_byte_for_byte_over_several_chunks(tmp
     seqs = [0] * len(TYPES)
     for number, time_ns, message in messages:
         seqs[number] += 1
-        has_header = TYPES[number] == 'nav_msgs/msg/Odometry'
         ours.write_prepared([ours.prepare(number, time_ns, message)])
+        has_header = TYPES[number] == 'nav_msgs/msg/Odometry'
         theirs.write(connections[number], time_ns, with_seq(message, seqs[number]) if has_header else message)
-    for bag in (ours, theirs):
-        bag.close()
-    ours, theirs = ((tmp_path / name).read_bytes() for name in ('ours.bag', 'theirs.bag'))
-    assert ours == theirs and len(ours) > 1_000_000
+    ours.close()
+    theirs.close()
+    content = (tmp_path / 'ours.bag').read_bytes()
+    assert content == (tmp_path / 'theirs.bag').read_bytes() and len(content) > 1_000_000

@@ -29,7 +29,7 @@ def test_a_whole_bag_of_ros_1_is_read_as_rosbags_reads_it(tmp_path, compression)
     with Reader(path) as reader:
         expected = [(connection.topic, time_ns, bytes(raw)) for connection, time_ns, raw in reader.messages()]
     assert sorted(messages) == sorted(expected) and len(messages) == 602 and fault == ''
-    assert [time_ns for _, time_ns, _ in messages] == sorted(time_ns for _, time_ns, _ in messages)
+    assert messages == sorted(messages, key=lambda message: message[1])
 
 
 @pytest.mark.parametrize('compression', COMPRESSIONS)
@@ -60,20 +60,17 @@ def test_a_chunk_that_was_still_being_written(tmp_path, plain):
     assert whole[: len(messages)] == messages and len(messages) > 0.9 * len(whole) and 'torn' in fault
 
 
-@pytest.mark.parametrize('has_index', [True, False])
-def test_zeros_behind_a_bag_of_ros_1_as_a_crash_leaves_them(tmp_path, plain, has_index):
-    content = plain.read_bytes() if has_index else without_index(plain.read_bytes())
-    path = tmp_path / 'a.bag'
+def test_zeros_behind_a_bag_of_ros_1_as_a_crash_leaves_them(tmp_path, plain):
+    content, path = without_index(plain.read_bytes()), tmp_path / 'a.bag'
     path.write_bytes(content + bytes(1 << 20))
     messages, fault = read(path)
     assert len(messages) == 602 and f'empty record header at byte {len(content)}' in fault
 
 
-@pytest.mark.parametrize('order', [rb'\2\1\3', rb'\3\2\1'])
-def test_the_order_of_a_records_fields_does_not_matter(tmp_path, plain, order):
+def test_the_order_of_a_records_fields_does_not_matter(tmp_path, plain):
     fields = rb'(\x04\0\0\0op=\x02)(\x09\0\0\0conn=.{4})(\x0d\0\0\0time=.{8})'
     path = tmp_path / 'a.bag'
-    path.write_bytes(re.sub(fields, order, plain.read_bytes(), flags=re.DOTALL))
+    path.write_bytes(re.sub(fields, rb'\3\2\1', plain.read_bytes(), flags=re.DOTALL))
     assert path.read_bytes() != plain.read_bytes() and read(path) == read(plain)
 
 
@@ -94,21 +91,14 @@ def test_a_damaged_chunk_is_left_out(tmp_path, compression, is_too_large):
     assert ('larger than the 100 bytes' if is_too_large else 'cannot be decompressed') in fault
 
 
-def test_no_chunk_becomes_larger_than_a_bound(tmp_path, monkeypatch):
-    monkeypatch.setattr('diff_encoder_sim.drives.ros1_stream.LARGEST_CHUNK', 10_000)
-    messages, fault = read(write_ros1(tmp_path / 'a.bag', drive(), COMPRESSIONS[1], chunk_bytes=10**6))
-    assert messages == [] and 'allowed: at most 10000' in fault
-
-
 @pytest.mark.parametrize('plugin', ['sqlite3', 'mcap'])
-@pytest.mark.parametrize('is_folder', [True, False])
-def test_bags_of_ros_2(tmp_path, plugin, is_folder):
-    path = write_ros2(tmp_path / 'bag', drive(ROS2), plugin)
-    path = path if is_folder else next(file for file in path.iterdir() if file.suffix != '.yaml')
-    messages, fault = read(path)
-    assert len(messages) == 602 and fault == ''
-    with open_source(path) as source:
-        assert source.is_cdr and source.topics['/joint_states'] == 'sensor_msgs/msg/JointState'
+def test_bags_of_ros_2(tmp_path, plugin):
+    folder = write_ros2(tmp_path / 'bag', drive(ROS2), plugin)
+    for path in (folder, next(file for file in folder.iterdir() if file.suffix != '.yaml')):
+        messages, fault = read(path)
+        assert len(messages) == 602 and fault == ''
+        with open_source(path) as source:
+            assert source.is_cdr and source.topics['/joint_states'] == 'sensor_msgs/msg/JointState'
 
 
 @pytest.mark.parametrize('mode', ['FILE', 'MESSAGE'])
@@ -132,7 +122,6 @@ def test_a_folder_needs_its_metadata(tmp_path):
     [
         ('none.bag', None, 'no such bag'),
         ('empty.bag', b'', 'not a readable bag'),
-        ('text.bag', b'hello', 'not a readable bag'),
         ('text.db3', b'SQLite format 3\0', 'not a readable bag'),
         ('begun.mcap', b'\x89MCAP0\r\n', 'no message in it'),
         ('begun.bag', b'#ROSBAG V2.0\n', 'no message in it'),

@@ -48,8 +48,8 @@ def test_wheels_turn_as_they_did(maker, axle_x_m):
 def test_two_frames_are_odometry_too():
     wheels = OdometryWheels(FramePair('odom', 'base_link', is_cdr=False), JOINTS, OdometryParams(), seed=1)
     for tick, pose in enumerate(poses()):
-        for now_ns, parent, child in ((tick * 10**7, 'odom', 'base_link'), (1, 'base_link', 'wheel')):
-            wheels.add(Message('/tf', 0, ROS1.raw(ROS1.tf(ROS1.transform(now_ns, pose, parent, child)))))
+        for now_ns, *frames in ((tick * 10**7, 'odom', 'base_link'), (1, 'base_link', 'wheel')):
+            wheels.add(Message('/tf', 0, ROS1.raw(ROS1.tf(ROS1.transform(now_ns, pose, *frames)))))
     [(drive, _)] = wheels.drives()
     turned_rad = drive.wheel_angles_rad[-1] - drive.wheel_angles_rad[0]
     assert turned_rad == pytest.approx(np.sum(STEPS_RAD, axis=0), abs=1e-9)

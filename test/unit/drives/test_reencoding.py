@@ -3,35 +3,26 @@
 import csv
 import json
 import math
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 from rosbags.highlevel import AnyReader
 
+import reencoding_drives as drives
 from diff_encoder_sim.base.se2 import PoseSeries
 from diff_encoder_sim.drives import reencoding
 from diff_encoder_sim.drives.message_encoders import encode_encoder_pulse, encode_odometry, encode_planar_tf
-from diff_encoder_sim.drives.reencoding import COPIED, EncodedDrive, Encoder, csv_table, drive_errors, error_rows
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 from places import ROOT
-from reencoding_drives import (
-    JOINTS,
-    MAKERS,
-    ROS1,
-    START_NS,
-    TICK_NS,
-    angles_rad,
-    converted_to_ros2,
-    drive,
-    true_poses,
-    write,
-)
-from reencoding_runs import contents, rows_of, run, samples_of
+from reencoding_drives import JOINTS, MAKERS, ROS1, START_NS, TICK_NS, angles_rad, contents, drive, rows_of, run, write
 from trial_bags import trial
 
 PPRS = (40, 90, 1024)
@@ -44,9 +35,9 @@ def bag(tmp_path):
 
 def test_errors_and_bags_are_those_of_the_live_nodes(tmp_path, bag, capsys):
     run(bag, '--ppr', *PPRS, '--out', tmp_path / 'out')
-    truth, shown = true_poses(angles_rad(501))[::5], capsys.readouterr().out
+    truth, shown = drives.true_poses(angles_rad(501))[::5], capsys.readouterr().out
     for ppr, row in zip(PPRS, rows_of(tmp_path / 'out')):
-        odometry, samples = WheelOdometry(OdometryParams(ppr=ppr)), samples_of(angles_rad(501), ppr)
+        odometry, samples = WheelOdometry(OdometryParams(ppr=ppr)), drives.samples_of(angles_rad(501), ppr)
         estimates = [odometry.update(*sample) for sample in samples]
         poses = [estimate.base_pose_in_odom for estimate in estimates]
         offsets = np.array([(pose.x_m - true.x_m, pose.y_m - true.y_m) for pose, true in zip(poses, truth)])
@@ -78,27 +69,32 @@ def test_without_a_reference_the_finest_is_one(tmp_path, capsys):
     assert 'compared with the odometry of the finest PPR' in capsys.readouterr().out
 
 
-def test_time_that_goes_back_begins_again(tmp_path, capsys):
+def test_time_that_goes_back_begins_again_and_each_warning_is_printed_once(tmp_path, capsys):
     rows = drive(count=301)
-    run(write(tmp_path / 'a.bag', rows + rows), '--ppr', '90', '40', '--out', tmp_path / 'out')
-    assert capsys.readouterr().err.count('joint stamps went back 1 times, to 5.000 s') == 1
+    for _, _, message in rows[14:18]:  # between two reports
+        message.position[0] = np.nan
+    run(write(tmp_path / 'a.bag', rows + rows), '--ppr', *PPRS, '--out', tmp_path / 'out')
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == len(set(lines)) >= 3
+    dropped = f'reencode: {tmp_path / "a.bag"}: /joint_states: 8 messages dropped; the first: joint'
+    for words in (dropped, 'joint stamps went back 1 times, to 5.000 s', 'using config/config.yaml'):
+        assert sum(words in line for line in lines) == 1
     for row in rows_of(tmp_path / 'out'):
         assert (row['reports'], row['common_stamps']) == ('122', '122') and float(row['ate_max_m']) < 0.05
 
 
-def test_warnings_of_several_encoders_are_printed_once(tmp_path, capsys):
-    rows = drive()
-    rows[10][2].position[0] = np.nan
-    run(write(tmp_path / 'a.bag', rows + rows), '--ppr', *PPRS, '--out', tmp_path / 'out')
-    lines = capsys.readouterr().err.splitlines()
-    assert len(lines) == len(set(lines)) >= 3
-    for words in ('2 messages dropped', 'stamps went back', 'using config/config.yaml'):
-        assert sum(words in line for line in lines) == 1
+def converted_to_ros2(path, to):
+    """By rosbags-convert, whose options have changed between the versions of rosbags."""
+    command = str(Path(sys.executable).with_name('rosbags-convert'))
+    options = subprocess.run([command, '--help'], stdout=subprocess.PIPE, text=True, check=True).stdout
+    source = ['--src', str(path)] if '--src' in options else [str(path)]
+    subprocess.run([command, *source, '--dst', str(to)], check=True)
+    return to
 
 
 def test_a_trial_keeps_its_ppr_truth_and_result_through_rosbags_convert(tmp_path):
     """The PPR of --pulses is that of the recorded trial, also in a converted bag."""
-    samples = [(stamp_ns, counts) for stamp_ns, *counts, _ in samples_of(angles_rad(501), 1024)]
+    samples = [(stamp_ns, counts) for stamp_ns, *counts, _ in drives.samples_of(angles_rad(501), 1024)]
     rows = drive() + [('/encoder_pulse', stamp_ns, ROS1.pulses(stamp_ns, counts)) for stamp_ns, counts in samples]
     recorded = trial(ppr={'left': 1024, 'right': 1024}, odom='ideal')
     texts = {'/trial': recorded.model_dump_json(), '/trial_result': '{"outcome": "succeeded"}'}
@@ -107,7 +103,7 @@ def test_a_trial_keeps_its_ppr_truth_and_result_through_rosbags_convert(tmp_path
     for path, out in ((bag, 'of_1'), (converted_to_ros2(bag, tmp_path / 'drive'), 'of_2')):
         run(path, '--pulses', '/encoder_pulse', '--ppr', '64', '--out', tmp_path / out)
     found = contents(tmp_path / 'of_2' / 'drive_64ppr.bag')
-    assert found == contents(tmp_path / 'of_1' / 'drive_64ppr.bag') and set(COPIED) < set(found)
+    assert found == contents(tmp_path / 'of_1' / 'drive_64ppr.bag') and set(reencoding.COPIED) < set(found)
     written = Trial.from_mapping(json.loads(found['/trial'][0].decode()), '')
     assert (written.ppr, written.odom, written.test) == (PerWheel(left=64, right=64), 'encoder', recorded.test)
 
@@ -164,20 +160,16 @@ def test_csv_is_exact_and_empty_without_a_value():
     """7 m in steps of a quarter, 1 % too long and 0.01 rad askew from the second pose; and no common stamps."""
     x_m, stamps_ns = 0.25 * np.arange(29), 50_000_000 * np.arange(29)
     bent = np.column_stack((1.01 * x_m, np.zeros(29), np.where(x_m > 0.0, 0.01, 0.0)))
-    reference = PoseSeries(stamps_ns, np.column_stack((x_m, np.zeros((29, 2)))))
-    encoded = [
-        EncodedDrive(Encoder(PerWheel(left=ppr, right=ppr), '', EncoderParams(), OdometryParams()), 29, [path])
-        for ppr, path in ((90, PoseSeries(stamps_ns, bent)), (4096, PoseSeries(stamps_ns[:0], bent[:0])))
-    ]
-    read = reencoding.ReadDrive([], [reference], [], [], 29, 1.4, [])
-    rows = error_rows(encoded, drive_errors(read, encoded, has_reference=True))
-    bent, empty = csv.DictReader(csv_table(rows).splitlines())
-    assert [float(bent[key]) for key in ('ate_max_m', 'reference_length_m', 'rpe_5m_yaw_rmse_rad')] == pytest.approx(
-        [0.07, 7.0, 0.01]
-    )
+    reference, encoded = PoseSeries(stamps_ns, np.column_stack((x_m, np.zeros((29, 2))))), []
+    for ppr, path in ((90, PoseSeries(stamps_ns, bent)), (4096, PoseSeries(stamps_ns[:0], bent[:0]))):
+        encoder = reencoding.Encoder(PerWheel(left=ppr, right=ppr), '', EncoderParams(), OdometryParams())
+        encoded.append(reencoding.EncodedDrive(encoder, 29, [path]))
+    errors = reencoding.drive_errors(reencoding.ReadDrive([], [reference], [], [], 29, 1.4, []), encoded, True)
+    bent, empty = csv.DictReader(reencoding.csv_table(reencoding.error_rows(encoded, errors)).splitlines())
+    found = [float(bent[key]) for key in ('ate_max_m', 'reference_length_m', 'rpe_5m_yaw_rmse_rad')]
+    assert found == pytest.approx([0.07, 7.0, 0.01])
     counts = bent['rpe_1m_segments'], bent['rpe_10m_position_rmse_m'], bent['rpe_10m_segments']
     assert counts == ('7', '', '0')
-    assert float(bent['rpe_1m_position_rmse_m']) == pytest.approx(
-        math.sqrt((0.01**2 + 6 * (1.01 * math.cos(0.01) - 1.0) ** 2 + 6 * (1.01 * math.sin(0.01)) ** 2) / 7)
-    )
+    of_others = (1.01 * math.cos(0.01) - 1.0) ** 2 + (1.01 * math.sin(0.01)) ** 2
+    assert float(bent['rpe_1m_position_rmse_m']) == pytest.approx(math.sqrt((0.01**2 + 6 * of_others) / 7))
     assert (empty['ppr'], empty['ate_rmse_m'], empty['rpe_1m_segments']) == ('4096', '', '')

@@ -4,23 +4,23 @@ import math
 
 import pytest
 
+import reencoding_drives as drives
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.drives.message_decoders import POSE_TYPES
-from reencoding_drives import ROS1, ROS2, START_NS, TICK_NS, angles_rad, drive, true_poses, write, write_ros2
-from reencoding_runs import complaint, rows_of, run
+from reencoding_drives import POSE, ROS1, ROS2, START_NS, TICK_NS, angles_rad, complaint, drive, rows_of, run, write
 
 
 @pytest.mark.parametrize('kind', POSE_TYPES)
 @pytest.mark.parametrize('plugin', [None, 'sqlite3', 'mcap'])
 def test_references_of_every_type_in_every_bag(tmp_path, kind, plugin):
     rows = drive(ROS2 if plugin else ROS1, reference='/truth', kind=kind)
-    path = write_ros2(tmp_path / 'a', rows, plugin) if plugin else write(tmp_path / 'a.bag', rows)
+    path = drives.write_ros2(tmp_path / 'a', rows, plugin) if plugin else write(tmp_path / 'a.bag', rows)
     run(path, '--ppr', '100000', '--reference', '/truth', '--out', tmp_path / 'out')
     (row,) = rows_of(tmp_path / 'out')
     assert row['common_stamps'] == '101' and float(row['ate_max_m']) < 1e-4
 
 
-@pytest.mark.parametrize('maker', [ROS1, ROS2], ids=['ROS 1', 'ROS 2'])
+@drives.MAKERS
 def test_two_frames_as_reference(tmp_path, maker):
     """map -> odom -> base -> base_link, the first moving now and then, the last fixed."""
     odom_in_map, link_in_base = Pose2D(1.0, 2.0, 0.3), Pose2D(0.0, 0.0, 0.2)
@@ -29,7 +29,7 @@ def test_two_frames_as_reference(tmp_path, maker):
         rows.append((topic, now_ns, message))
         if index % 100 == 0:
             rows.append(('/tf', now_ns, maker.tf(maker.transform(now_ns + 10**9, odom_in_map, 'map', 'odom'))))
-    for tick, pose in enumerate(true_poses(angles_rad(501))):
+    for tick, pose in enumerate(drives.true_poses(angles_rad(501))):
         if tick % 5 == 0:
             now_ns = START_NS + tick * TICK_NS
             base_in_odom = pose.compose(link_in_base.inverse())
@@ -41,33 +41,32 @@ def test_two_frames_as_reference(tmp_path, maker):
 
 
 def test_a_reference_of_another_time_is_told(tmp_path, capsys):
-    rows = [row for row in drive() if row[0] == '/joint_states']
-    rows.append(('/world_pose', START_NS, ROS1.pose('geometry_msgs/msg/PoseStamped', 1, Pose2D(0.0, 0.0, 0.0))))
-    run(write(tmp_path / 'a.bag', rows), '--ppr', '90')
+    pose = ROS1.pose(POSE, 1, IDENTITY)
+    run(write(tmp_path / 'a.bag', [*drive(reference=None), ('/world_pose', START_NS, pose)]), '--ppr', '90')
     assert 'no pose of /world_pose has the stamp of an odometry message' in capsys.readouterr().err
 
 
-def with_frames(path):
-    """map -> odom moves, base -> laser is fixed, and nothing connects both."""
-    rows = [('/tf_static', START_NS, ROS1.tf(ROS1.transform(0, IDENTITY, 'base', 'laser')))]
-    rows += [('/tf', START_NS, ROS1.tf(ROS1.transform(START_NS, IDENTITY, 'map', 'odom')))]
-    return write(path, [*drive(reference=None), *rows])
-
-
-@pytest.mark.parametrize('option', ['--reference', '--odom'])
-@pytest.mark.parametrize('frames', ['nosuch->odom', 'map->nosuch', 'odom->map', 'map->base', 'base->laser', 'a->b'])
+@pytest.mark.parametrize(
+    ('option', 'frames'),
+    [
+        ('--odom', 'nosuch->odom'),
+        *(('--reference', each) for each in ('map->nosuch', 'odom->map', 'base->laser', 'a->b')),
+    ],
+)
 def test_frames_without_a_pose_are_refused_with_those_that_there_are(tmp_path, capsys, option, frames):
-    path = with_frames(tmp_path / 'a.bag')
+    """map -> odom moves, base -> laser is fixed, and nothing connects both."""
+    rows = [
+        (topic, START_NS, ROS1.tf(ROS1.transform(START_NS, IDENTITY, *names)))
+        for topic, names in (('/tf_static', ('base', 'laser')), ('/tf', ('map', 'odom')))
+    ]
+    path = write(tmp_path / 'a.bag', [*drive(reference=None), *rows])
+    option = '--odom' if frames.startswith('nosuch') else '--reference'
     text = complaint(capsys, path, '--ppr', '90', option, frames, '--out', tmp_path / 'out')
     assert option in text and frames in text and 'base, laser, map, odom' in text
     assert not list((tmp_path / 'out').glob('*'))
 
 
-def without_pose(path, topic):
-    pose = ROS1.pose('geometry_msgs/msg/PoseStamped', START_NS, Pose2D(math.nan, 0.0, 0.0))
-    return write(path, [*drive(reference=None), (topic, START_NS, pose)])
-
-
 def test_a_truth_without_a_pose_that_no_option_names_is_not_compared_with(tmp_path, capsys):
-    run(without_pose(tmp_path / 'a.bag', '/world_pose'), '--ppr', '90', '1024')
+    pose = ROS1.pose(POSE, START_NS, Pose2D(math.nan, 0.0, 0.0))
+    run(write(tmp_path / 'a.bag', [*drive(reference=None), ('/world_pose', START_NS, pose)]), '--ppr', '90', '1024')
     assert 'compared with the odometry of the finest PPR' in capsys.readouterr().out

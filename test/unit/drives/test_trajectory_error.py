@@ -6,21 +6,11 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, PoseSeries
-from diff_encoder_sim.drives.trajectory_error import (
-    LARGEST_GAP_NS,
-    LENGTH_TOLERANCE,
-    RPE_DISTANCES_M,
-    Alignment,
-    RpePairs,
-    common_poses,
-    pairs_error,
-    path_error,
-    relative_errors,
-)
+from diff_encoder_sim.drives import trajectory_error
+from diff_encoder_sim.drives.trajectory_error import LARGEST_GAP_NS, RPE_DISTANCES_M, Alignment, RpePairs, path_error
 
 PERIOD_NS = 50_000_000
 MS = 1_000_000
-EVO = 'evo is not installed: requirements-test.txt'
 
 
 def series(rows):
@@ -72,13 +62,16 @@ def test_aligned_origins_are_the_first_poses_laid_on_each_other():
 def test_runs_are_aligned_each_by_its_start_and_no_segment_reaches_across():
     pairs = straight_pairs(150, 0.125)
     moved = pairs + (5.0, 0.0, 0.0, 0.0, 3.0, 0.0)
-    once, twice = pairs_error([pairs], Alignment.ORIGIN), pairs_error([pairs, moved], Alignment.ORIGIN)
+    once, twice = (
+        trajectory_error.pairs_error([pairs], Alignment.ORIGIN),
+        trajectory_error.pairs_error([pairs, moved], Alignment.ORIGIN),
+    )
     assert (twice.poses, twice.ate_max_m) == (300, pytest.approx(0.0, abs=1e-12))
     assert twice.length_m == pytest.approx(2 * once.length_m)
     for convention in RpePairs:
         for distance_m in RPE_DISTANCES_M:
             assert twice.rpe[convention][distance_m].segments == 2 * once.rpe[convention][distance_m].segments
-    assert pairs_error([pairs[:0]], Alignment.ORIGIN) is None
+    assert trajectory_error.pairs_error([pairs[:0]], Alignment.ORIGIN) is None
 
 
 def path(period_ms, count, first_ms=0):
@@ -90,41 +83,27 @@ def path(period_ms, count, first_ms=0):
 @pytest.mark.parametrize(
     ('estimate', 'reference', 'expected'),
     [
-        (path(100, 11), path(30, 60, -10), list(range(0, 1001, 100))),
-        (path(30, 60, -10), path(100, 11), list(range(0, 1001, 100))),
-        (path(50, 20), path(50, 20, 20), list(range(50, 1000, 50))),
-        (path(50, 20, 20), path(50, 20), list(range(20, 970, 50))),
-        (path(1000, 3, 7), path(LARGEST_GAP_NS // MS, 20), [7, 1007, 2007]),
+        (path(100, 11), path(30, 60, -10), range(0, 1001, 100)),
+        (path(30, 60, -10), path(100, 11), range(0, 1001, 100)),
+        (path(50, 20), path(50, 20, 20), range(50, 1000, 50)),
+        (path(50, 20, 20), path(50, 20), range(20, 970, 50)),
+        (path(1000, 3, 7), path(LARGEST_GAP_NS // MS, 20), range(7, 2008, 1000)),
         (path(1000, 3, 7), path(LARGEST_GAP_NS // MS + 1, 20), []),
         (path(50, 3, 450), path(50, 3, 700), []),
         (path(50, 0), path(50, 3), []),
     ],
-    ids=['estimate sparser', 'reference sparser', 'equal', 'equal, later', 'gap', 'too long', 'apart', 'empty'],
 )
 def test_the_stamps_of_the_sparser_path_count(estimate, reference, expected):
-    pairs = common_poses(estimate, reference)
+    pairs = trajectory_error.common_poses(estimate, reference)
     assert pairs[:, 0] == pytest.approx(pairs[:, 3], abs=1e-12)
-    assert np.round(1e3 * pairs[:, 0]).astype(int).tolist() == expected
+    assert np.round(1e3 * pairs[:, 0]).astype(int).tolist() == list(expected)
 
 
-def test_pairs_are_those_that_evo_interpolates():
-    sync, trajectory = (pytest.importorskip(f'evo.core.{name}', reason=EVO) for name in ('sync', 'trajectory'))
-    if not hasattr(sync, 'SyncMethod'):
-        pytest.skip('this evo does not interpolate')
-    rng, paths = np.random.default_rng(5), []
-    for period_ms in (100, 30):
-        stamps_ns = MS * (period_ms * np.arange(3000 // period_ms) + 1)
-        paths.append(PoseSeries(stamps_ns, rng.normal(size=(len(stamps_ns), 3))))
-    of_evo = [
-        trajectory.PoseTrajectory3D(poses_se3=list(matrices(one.x_y_yaw)), timestamps=one.stamps_ns * 1e-9)
-        for one in reversed(paths)
-    ]
-    reference, estimate = sync.associate_trajectories(*of_evo, sync_method=sync.SyncMethod.interpolation, max_diff=0.1)
-    found = common_poses(*paths)
-    assert found[:, :2] == pytest.approx(estimate.positions_xyz[:, :2])
-    assert found[:, 3:5] == pytest.approx(reference.positions_xyz[:, :2])
-    yaws_rad = reference.get_orientations_euler()[:, 2]
-    assert np.abs(np.sin(0.5 * (found[:, 5] - yaws_rad))).max() < 1e-9
+def test_yaw_is_interpolated_by_the_shorter_turn():
+    ends = PoseSeries(100 * MS * np.arange(2), np.array([(0.0, 0.0, 3.0), (1.0, 2.0, -3.1)]))
+    (pair,) = trajectory_error.common_poses(PoseSeries(np.array([25 * MS]), np.zeros((1, 3))), ends)
+    assert pair[3:5] == pytest.approx([0.25, 0.5])
+    assert math.remainder(pair[5] - 3.0 - 0.25 * (2.0 * math.pi - 6.1), 2.0 * math.pi) == pytest.approx(0.0, abs=1e-12)
 
 
 def straight_pairs(count, step_m):
@@ -161,24 +140,24 @@ def matrices(poses):
 @pytest.mark.parametrize('convention', RpePairs)
 def test_relative_errors_are_those_of_evo(convention):
     names = ('filters', 'metrics', 'trajectory')
-    filters, metrics, trajectory = (pytest.importorskip(f'evo.core.{name}', reason=EVO) for name in names)
+    filters, metrics, trajectory = (pytest.importorskip(f'evo.core.{name}') for name in names)
     first = filters.filter_pairs_by_path(matrices(straight_pairs(30, 0.1)[:, :3]), 1.0)[0][0]
     if convention is RpePairs.CONSECUTIVE and first:
         pytest.skip('this evo, before 1.32, leaves out the first of the consecutive segments')
     pairs = drive(np.random.default_rng(0), 1500)
-    found = relative_errors([pairs])[convention]
+    found = trajectory_error.relative_errors([pairs])[convention]
     paths = tuple(trajectory.PosePath3D(poses_se3=list(matrices(part))) for part in (pairs[:, 3:], pairs[:, :3]))
     for distance_m in RPE_DISTANCES_M:
         expected = []
         for relation in (metrics.PoseRelation.translation_part, metrics.PoseRelation.rotation_angle_rad):
             options = dict(all_pairs=convention is RpePairs.ALL, pairs_from_reference=True)
-            rpe = metrics.RPE(relation, distance_m, metrics.Unit.meters, LENGTH_TOLERANCE, **options)
+            rpe = metrics.RPE(relation, distance_m, metrics.Unit.meters, trajectory_error.LENGTH_TOLERANCE, **options)
             rpe.process_data(paths)
             expected.append(rpe.get_statistic(metrics.StatisticsType.rmse))
         assert found[distance_m] == pytest.approx((len(rpe.error), *expected), abs=1e-9)
 
 
 def test_the_last_segments_may_be_short_by_the_tolerance():
-    found = relative_errors([straight_pairs(200, 0.05)])[RpePairs.ALL]  # 9.95 m
+    found = trajectory_error.relative_errors([straight_pairs(200, 0.05)])[RpePairs.ALL]  # 9.95 m
     assert (found[10.0].segments, found[5.0].segments) == (20, 110)  # those from 0 to 0.95 m
-    assert relative_errors([straight_pairs(180, 0.05)])[RpePairs.ALL][10.0].segments == 0
+    assert trajectory_error.relative_errors([straight_pairs(180, 0.05)])[RpePairs.ALL][10.0].segments == 0

@@ -1,17 +1,65 @@
-"""A trial: its goal and outcome, its wheels, and its text in a bag."""
+"""Tests as users write them and as the paper's are; a trial: its goal and outcome, its wheels, its text in a bag."""
+
+import math
 
 import pytest
 
+from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.test_definition import TestDefinition
+from diff_encoder_sim.drives.test_definition import TestDefinition, find_world, load_test
 from diff_encoder_sim.drives.trial_definition import GOAL_DISTANCE_M, Trial, goal_error, wheels_of
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
+from places import ROOT
 
 TEST = TestDefinition.from_mapping(
     {'name': 'T', 'world': 'w', 'drive': [{'straight': 2.0}], 'route': [{'goal': {'x': 1.0, 'yaw': 0.5}}]}, ''
 )
+
+
+def test_the_tests_are_the_papers():
+    line, turns, long = (load_test(name, ROOT / 'config') for name in ('SL', 'SMT', 'DLD'))
+    for test in (line, turns, long):
+        world = find_world(test.world, ROOT / 'worlds')
+        assert world.is_absolute() and world.suffix == '.world'
+    assert line.goal().relative_to(line.start.pose()) == pytest.approx((20.0, 0.0, 0.0))
+    assert (line.limits.speed, line.limits.acceleration) == (0.45, 0.7)
+    assert [segment.turns for segment in turns.drive] == [5] and turns.goal() == pytest.approx(turns.start.pose())
+    through = [(point.x, point.y) for leg in long.route for point in leg.through or []]
+    points = [long.start.pose()[:2], *through, long.goal()[:2]]
+    assert sum(math.dist(a, b) for a, b in zip(points, points[1:])) == pytest.approx(95, abs=2)
+
+
+@pytest.mark.parametrize(
+    ('content', 'complaint'),
+    [
+        ('world: b', 'a drive, a route, or both'),
+        ('world: b, drive: []', 'a drive, a route, or both'),
+        ('world: b, route: [{turns: 1}]', 'whose last leg is a goal'),
+        ('world: b, route: [{through: []}]', 'route.0.through: given'),
+        ('world: b, route: [{goal: {x: 1.0}, turns: 2}]', 'one of goal, through, turns'),
+        ('world: b, drive: [{straight: 1, turns: 1}]', 'drive.0: given .*either straight or'),
+        ('world: b, drive: [{}]', 'either straight or turns'),
+        ('world: b, drive: [{straight: .nan}]', 'drive.0.straight: given nan'),
+        ('world: b, drive: [{straight: 1}], start: {x: far}', "start.x: given 'far'"),
+        ('world: b, drive: [{straight: 1}], limits: {speed: 0}', 'limits.speed: given 0'),
+        ('world: b, route: [{goal: {x: 1.0e+7}}]', 'route.0.goal.x: given 10000000.0; allowed: -1e6 to 1e6'),
+        ('world: b, route: [{through: [{x: 0, y: -.inf}]}, {goal: {}}]', 'route.0.through.0.y: given -inf'),
+        ('wrold: b, drive: [{straight: 1}]', "unknown key; did you mean 'world'|world: miss"),
+    ],
+)
+def test_a_bad_test_file_is_named_with_its_key(tmp_path, content, complaint):
+    path = tmp_path / 'bad.yaml'
+    path.write_text(f'{{name: a, {content}}}')
+    with pytest.raises(ConfigError, match=complaint) as caught:
+        load_test(str(path), ROOT / 'config')
+    assert str(caught.value).startswith(f'{path}: ')
+
+
+def test_an_unknown_world_is_named():
+    with pytest.raises(ConfigError, match="world: given 'moon'; allowed: hallway, ros_logo"):
+        find_world('moon', ROOT / 'worlds')
 
 
 def test_a_scripted_trial_ends_with_its_drive_and_any_other_at_the_goal_of_its_route():

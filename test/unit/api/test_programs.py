@@ -1,4 +1,4 @@
-"""Recorded drives as arrays: the numbers are those of the command and of its bags."""
+"""Recorded drives as arrays, and campaigns, from a program; test/test_notebooks.py runs a campaign."""
 
 import csv
 import shutil
@@ -8,6 +8,7 @@ import pytest
 
 from diff_encoder_sim import api
 from places import ROOT
+from trial_bags import trial, write_bag
 
 DRIVE = ROOT / 'docs' / 'notebooks' / 'drive.bag'
 
@@ -37,6 +38,26 @@ def test_a_path_is_of_a_topic_that_there_is():
         api.read_path(DRIVE)
 
 
-def test_an_encoder_that_cannot_be_is_an_error():
-    with pytest.raises(api.ConfigError, match='--ppr'):
-        api.reencode(DRIVE, ppr=[0])
+def test_bags_are_read_and_reported(tmp_path):
+    results = api.read_results(write_bag(tmp_path / 'a.bag', trial()))
+    (only,) = results.trials.itertuples()
+    assert (only.test, only.ppr) == ('SL', '40') and only.world_y_m == pytest.approx(0.1)
+    assert 'SL' in api.summary(results)
+    report = api.write_report(results, tmp_path / 'report')
+    assert report == tmp_path / 'report' / 'report.html' and report.is_file()
+
+
+@pytest.mark.parametrize(
+    ('options', 'named'),
+    [
+        ({'config': 'none'}, 'none'),
+        ({'trials': 0}, 'trials'),
+        ({'amcl': 'nothing'}, "files.amcl: given 'nothing'; allowed: amcl"),
+        ({'amcl': 'navigation'}, 'navigation.yaml: base_global_planner: unknown key'),
+    ],
+)
+def test_a_mistake_is_an_error_of_one_line_and_leaves_nothing(options, named, tmp_path):
+    with pytest.raises(api.ConfigError) as error:
+        api.run_campaign(tmp_path / 'results', **options)
+    assert named in str(error.value) and '\n' not in str(error.value)
+    assert not (tmp_path / 'results').exists()
