@@ -6,12 +6,11 @@ accuracy.py results/paper results/accurate
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import List
 
 import numpy as np
-from bench import parser, print_header, print_table
+from bench import parser, print_header, print_table, spreads
 
 from diff_encoder_sim.analysis.quantities import QUANTITIES
 from diff_encoder_sim.analysis.results_loading import load_results
@@ -20,7 +19,6 @@ from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.base.se2 import wrap_angles
 from diff_encoder_sim.trials.trials_csv import PARTS
 
-SHOWN, DIGITS = np.array([1e3, 1e3, math.degrees(1.0)]), (1, 1, 2)
 TOLERANCES = np.array([each.tolerance / each.scale for each in QUANTITIES])
 SPREADS = [
     f'{what}\n{part}'
@@ -80,11 +78,7 @@ def _causes(errors: np.ndarray) -> List[str]:
 
 def _spreads(errors: np.ndarray) -> List[str]:
     estimate, truth, odometry = errors
-    return [
-        f'{mean:+.{digits}f} ± {deviation:.{digits}f}'
-        for part in (estimate, _minus(truth, estimate), _minus(odometry, truth))
-        for mean, deviation, digits in zip((part * SHOWN).mean(0), (part * SHOWN).std(0, ddof=1), DIGITS)
-    ]
+    return [*spreads(estimate), *spreads(_minus(truth, estimate)), *spreads(_minus(odometry, truth))]
 
 
 if __name__ == '__main__':

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import argparse
 import itertools
-from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, List, Optional, Tuple
 
 import numpy as np
 from bench import COUNT, parser, print_header, print_table
@@ -30,13 +30,6 @@ ALWAYS = 0.999
 
 # Where no encoder suffices, guesses are off from here.
 MIDDLE = RANKS // 2
-
-
-class Found(NamedTuple):
-    """An answer, and what it took."""
-
-    answer: RankAnswer
-    trials: int
 
 
 def curves(share: float) -> Dict[str, np.ndarray]:
@@ -97,22 +90,24 @@ def _rates(
     rng = np.random.default_rng(1)
     correlations = itertools.islice(itertools.cycle(options.correlations), options.searches)
     found = [_search(by_test, correlation, guess, asked, options.trials, rng) for correlation in correlations]
-    ranks = np.array([one.answer.rank for one in found if one.answer.rank is not None], dtype=int)
+    answers, trials = zip(*found)
+    percents = {kind: 100.0 * np.mean([answer.kind is kind for answer in answers]) for kind in Sufficiency}
+    ranks = np.array([answer.rank for answer in answers if answer.rank is not None], dtype=int)
     steps = None if lowest is None or not len(ranks) else ranks - lowest
     return (
         100.0 * np.count_nonzero(chances[ranks] < asked.share) / len(found),
-        None if lowest is None else _percent_of_kind(found, Sufficiency.NO),
-        _percent_of_kind(found, Sufficiency.UNDECIDED),
+        None if lowest is None else percents[Sufficiency.NO],
+        percents[Sufficiency.UNDECIDED],
         None if steps is None else float(np.mean(steps)),
         None if steps is None else 100.0 * float(np.mean(np.abs(steps) <= 1)),
-        float(np.mean([one.trials for one in found])),
+        float(np.mean(trials)),
     )
 
 
 def _search(
     by_test: np.ndarray, correlation: float, guess: int, asked: Asked, trials: int, rng: np.random.Generator
-) -> Found:
-    """Draw (tests, ranks, trials) outcomes, and search."""
+) -> Tuple[RankAnswer, int]:
+    """Draw (tests, ranks, trials) outcomes, and search; return the answer, and the trials of it."""
     common = rng.standard_normal((len(TESTS), 1, trials))
     own = rng.standard_normal((len(TESTS), RANKS, trials))
     drawn = np.sqrt(correlation) * common + np.sqrt(1.0 - correlation) * own
@@ -123,11 +118,7 @@ def _search(
         tested.append(rank)
         return {QUESTION: [TrialCounts(int(of_test[rank]), trials) for of_test in within]}
 
-    return Found(search(RANKS, run, {QUESTION: guess}, asked)[QUESTION], len(TESTS) * trials * len(tested))
-
-
-def _percent_of_kind(found: Sequence[Found], kind: Sufficiency) -> float:
-    return 100.0 * sum(one.answer.kind is kind for one in found) / len(found)
+    return search(RANKS, run, {QUESTION: guess}, asked)[QUESTION], len(TESTS) * trials * len(tested)
 
 
 if __name__ == '__main__':

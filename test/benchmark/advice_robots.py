@@ -72,13 +72,8 @@ class Judged(NamedTuple):
     @property
     def kind(self) -> str:
         """Return the kind of the answer."""
-        if self.answer.kind is Kind.FROM and self.rank is None:
-            return 'from more counts on than the finest candidate has'
-        return {
-            Kind.FROM: 'a candidate is recommended',
-            Kind.NOT_THE_LIMIT: 'the encoder is not the limit',
-            Kind.UNDECIDED: 'undecided',
-        }[self.answer.kind]
+        is_finer = self.answer.kind is Kind.FROM and self.rank is None
+        return 'FROM more than the finest candidate has' if is_finer else self.answer.kind.name
 
     @property
     def is_right(self) -> bool:
@@ -94,7 +89,8 @@ def main() -> None:
     """Print the tables."""
     arguments = parser(__doc__, robots=200, first=1, workers=2).parse_args()
     print_header(f'Advice for {arguments.robots} synthetic robots against the truth')
-    candidates = _candidate_counts()
+    sweep = yaml.safe_load((CONFIG / 'campaigns' / 'sweep.yaml').read_text(encoding='utf-8'))
+    candidates = [float(ppr) for ppr in sweep['ppr']]
     began_s = time.monotonic()
     with tempfile.TemporaryDirectory() as folder, ProcessPoolExecutor(
         arguments.workers, initializer=_one_thread
@@ -120,23 +116,19 @@ def _one_thread() -> None:
     drive_draws.usable_cores = lambda: 1
 
 
-def _candidate_counts() -> List[float]:
-    sweep = yaml.safe_load((CONFIG / 'campaigns' / 'sweep.yaml').read_text(encoding='utf-8'))
-    return [float(ppr) for ppr in sweep['ppr']]
-
-
 def _judged(counts: Sequence[float], folder: Path, number: int) -> Judged:
     synthetic = synthetic_robot(number, folder)
-    encoders = [_with_counts(synthetic.encoder, each) for each in counts]
+    pprs = [PerWheel(left=each, right=each) for each in counts]
+    encoders = [synthetic.encoder.model_copy(update={'ppr': ppr}) for ppr in pprs]
     began_s = time.monotonic()
     answer, rank = _advised(synthetic, encoders, number)
     advice_s = time.monotonic() - began_s
-    truth, endless = _truth(synthetic, encoders, number)
-    return Judged(number, synthetic.text, synthetic.requirement.share, answer, rank, truth, endless, advice_s)
-
-
-def _with_counts(params: EncoderParams, counts: float) -> EncoderParams:
-    return params.model_copy(update={'ppr': PerWheel(left=counts, right=counts)})
+    every, share = [*encoders, None], synthetic.requirement.share  # None: of endless resolution
+    truth = _shares(synthetic, every, number, FEW)
+    near = np.flatnonzero(np.abs(truth - share) < NEAR)
+    if len(near):
+        truth[near] = _shares(synthetic, [every[index] for index in near], number, MANY)
+    return Judged(number, synthetic.text, share, answer, rank, truth[:-1], float(truth[-1]), advice_s)
 
 
 def _advised(synthetic: SyntheticRobot, encoders: Sequence[EncoderParams], number: int) -> Tuple[Answer, Optional[int]]:
@@ -151,31 +143,14 @@ def _advised(synthetic: SyntheticRobot, encoders: Sequence[EncoderParams], numbe
     return answer, None if found is None else candidates.index(found)
 
 
-def _truth(synthetic: SyntheticRobot, encoders: Sequence[EncoderParams], number: int) -> Tuple[np.ndarray, float]:
-    """Return the shares of the candidates, and that of an encoder of endless resolution."""
-    shares = _shares(synthetic, [*encoders, None], number, FEW)
-    near = np.flatnonzero(np.abs(shares - synthetic.requirement.share) < NEAR)
-    if len(near):
-        every = [*encoders, None]
-        shares[near] = _shares(synthetic, [every[index] for index in near], number, MANY)
-    return shares[:-1], float(shares[-1])
-
-
 def _shares(
     synthetic: SyntheticRobot, encoders: Sequence[Optional[EncoderParams]], number: int, draws: int
 ) -> np.ndarray:
-    errors = _fresh_errors(synthetic, encoders, number, draws)
-    return np.array([np.mean(synthetic.requirement.within(each)) for each in errors])
-
-
-def _fresh_errors(
-    synthetic: SyntheticRobot, encoders: Sequence[Optional[EncoderParams]], number: int, draws: int
-) -> List[np.ndarray]:
     portions = [
         DriveDraws(synthetic.drive, synthetic.robot, FRESH * (1 + portion) + number).errors(encoders, OF_ONE_SEED)
         for portion in range(draws // OF_ONE_SEED)
     ]
-    return [np.concatenate(errors) for errors in zip(*portions)]
+    return np.array([np.mean(synthetic.requirement.within(np.concatenate(errors))) for errors in zip(*portions)])
 
 
 def _print_aims(judged: Sequence[Judged]) -> None:
@@ -186,14 +161,8 @@ def _print_aims(judged: Sequence[Judged]) -> None:
     rows = []
     for aim, fraction in AIMS.items():
         interval = stats.binomtest(sum(found[aim]), len(advised)).proportion_ci(0.95, 'wilson')
-        rows.append(
-            [
-                aim,
-                f'{sum(found[aim])} of {len(advised)}',
-                f'{100.0 * np.mean(found[aim]):.1f} ({100.0 * interval.low:.1f} to {100.0 * interval.high:.1f})',
-                f'{100.0 * fraction:.0f}',
-            ]
-        )
+        percent = f'{100.0 * np.mean(found[aim]):.1f} ({100.0 * interval.low:.1f} to {100.0 * interval.high:.1f})'
+        rows.append([aim, f'{sum(found[aim])} of {len(advised)}', percent, f'{100.0 * fraction:.0f}'])
     print_table(rows, ['recommended candidate', 'robots', '% (95 % interval)', 'aim [%]'])
     missing = [100.0 * (each.share - each.truth[each.rank]) for each in advised if not each.meets]
     if missing:

@@ -5,7 +5,6 @@ is from the posterior's, over seeds of its particles, and whether the covariance
 
 from __future__ import annotations
 
-import argparse
 import math
 from typing import Dict, List, NamedTuple, Tuple
 
@@ -13,7 +12,7 @@ import numpy as np
 from bench import ROOT, parser, print_header, print_table
 
 from diff_encoder_sim.base.laser_scan import Scan
-from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angles
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.localization.amcl import Amcl
 from diff_encoder_sim.localization.amcl_params import AmclParams
@@ -42,15 +41,10 @@ class Place(NamedTuple):
     updates: int
 
 
-SL = Place('hallway', Pose2D(-10.0, 0.0, 0.0), 0.21, 0.0, 94)
-SMT = Place('ros_logo', Pose2D(-3.4, -0.85, 0.0), 0.0, 0.55, 57)
-
-
-class Stated(NamedTuple):
-    """What a filter states after an update."""
-
-    mean: np.ndarray  # x [m], y [m], yaw [rad]
-    sigmas: np.ndarray  # of the same
+PLACES = {
+    'SL': Place('hallway', Pose2D(-10.0, 0.0, 0.0), 0.21, 0.0, 94),
+    'SMT': Place('ros_logo', Pose2D(-3.4, -0.85, 0.0), 0.0, 0.55, 57),
+}
 
 
 def main() -> None:
@@ -58,31 +52,26 @@ def main() -> None:
     arguments = parser(__doc__, updates=45, seeds=20, particles=3000).parse_args()
     print_header(f'AMCL against the exact filter, {arguments.updates} updates, the first third left out')
     rows = []
-    for name, place in (('SL', SL), ('SMT', SMT)):
-        rows += _rows(name, place, arguments)
+    for name, place in PLACES.items():
+        drive, grid = _drive(place, arguments.updates)
+        params = _params(place, arguments.particles)
+        exact = _exact(params, grid, drive)
+        amcl = np.array([_amcl(params, grid, drive, seed) for seed in range(arguments.seeds)])
+        rows += [[name, 'exact', *_cells(exact[None], exact, drive)], [name, 'AMCL', *_cells(amcl, exact, drive)]]
     headers = ['test', 'filter', 'from the exact\nx, y [mm]', 'yaw\n[deg]', 'from the truth\nx, y [mm]', 'yaw\n[deg]']
     headers += ['states\nx, y [mm]', 'yaw\n[deg]', 'NEES / 3']
     print_table(rows, headers, 2)
     print(f'\nRoot mean squares; AMCL with {arguments.particles} particles, {arguments.seeds} seeds.')
 
 
-def _scanner_and_map(place: Place, samples: int) -> Tuple[Lidar, OccupancyGrid]:
+def _drive(place: Place, updates: int) -> Tuple[Drive, OccupancyGrid]:
     world = load_world(ROOT / 'worlds' / f'{place.world}.world')
-    lidar = Lidar(world, SCAN_HEIGHT_M, LidarParams(samples=samples), np.random.default_rng(1))
-    return lidar, rasterise(world, SCAN_HEIGHT_M, RESOLUTION_M, place.start.x_m, place.start.y_m)
-
-
-def _rows(name: str, place: Place, arguments: argparse.Namespace) -> List[List[str]]:
-    lidar, grid = _scanner_and_map(place, 1000)
+    lidar = Lidar(world, SCAN_HEIGHT_M, LidarParams(samples=1000), np.random.default_rng(1))
     drive, pose = [], place.start
-    for _ in range(arguments.updates):
+    for _ in range(updates):
         drive.append((pose, lidar.scan(0, pose)))
         pose = pose.compose(Pose2D(place.forward_m, 0.0, place.turn_rad))
-    params = _params(place, arguments.particles)
-    exact = _exact(params, grid, drive)
-    runs = {'exact': [exact]}
-    runs['AMCL'] = [_amcl(params, grid, drive, seed) for seed in range(arguments.seeds)]
-    return [[name, title, *_cells(found, exact, drive)] for title, found in runs.items()]
+    return drive, rasterise(world, SCAN_HEIGHT_M, RESOLUTION_M, place.start.x_m, place.start.y_m)
 
 
 def _params(place: Place, particles: int) -> AmclParams:
@@ -100,41 +89,38 @@ def _params(place: Place, particles: int) -> AmclParams:
     return AmclParams(**{**load_yaml(ROOT / 'config' / 'amcl.yaml'), **changes})
 
 
-def _exact(params: AmclParams, grid: OccupancyGrid, drive: Drive) -> List[Stated]:
+def _exact(params: AmclParams, grid: OccupancyGrid, drive: Drive) -> np.ndarray:
+    """Return mean and standard deviations of x [m], y [m], yaw [rad] after each update: (updates, 2, 3)."""
     exact, stated, previous = GridFilter(params, grid), [], None
     for pose, scan in drive:
         if previous is not None:
             exact.predict(previous, pose)
         exact.correct(scan)
         previous = pose
-        stated.append(Stated(np.array(exact.mean()), exact.spread()))
-    return stated
+        stated.append((exact.mean(), exact.spread()))
+    return np.array(stated)
 
 
-def _amcl(params: AmclParams, grid: OccupancyGrid, drive: Drive, seed: int) -> List[Stated]:
-    amcl, stated = Amcl(params, grid, np.random.default_rng(seed)), []
-    for pose, scan in drive:
-        estimate = amcl.update(pose, scan, IDENTITY)
-        stated.append(Stated(np.array(estimate.base_pose_in_map), np.sqrt(np.diag(estimate.covariance))))
-    return stated
+def _amcl(params: AmclParams, grid: OccupancyGrid, drive: Drive, seed: int) -> np.ndarray:
+    """Return the same of AMCL."""
+    amcl = Amcl(params, grid, np.random.default_rng(seed))
+    estimates = [amcl.update(pose, scan, IDENTITY) for pose, scan in drive]
+    return np.array([(each.base_pose_in_map, np.sqrt(np.diag(each.covariance))) for each in estimates])
 
 
-def _cells(runs: List[List[Stated]], exact: List[Stated], drive: Drive) -> List[str]:
+def _cells(runs: np.ndarray, exact: np.ndarray, drive: Drive) -> List[str]:
+    """Return the columns of (runs, updates, 2, 3) means and standard deviations."""
     settled = slice(len(drive) // 3, None)
-    truths = [np.array(pose) for pose, _ in drive[settled]]
-    exact_means = [stated.mean for stated in exact[settled]]
-    from_exact = _errors([run[settled] for run in runs], exact_means)
-    from_truth = _errors([run[settled] for run in runs], truths)
-    sigmas = np.array([[stated.sigmas for stated in run[settled]] for run in runs])
+    means, sigmas = np.moveaxis(runs[:, settled], 2, 0)
+    from_exact = _minus(means, exact[settled, 0])
+    from_truth = _minus(means, np.array([pose for pose, _ in drive[settled]]))
     nees = np.mean((from_truth / sigmas) ** 2)
     return [*_text(from_exact), *_text(from_truth), *_text(sigmas), f'{nees:.3f}']
 
 
-def _errors(runs: List[List[Stated]], references: List[np.ndarray]) -> np.ndarray:
-    """Return (runs, updates, 3) differences x [m], y [m], yaw [rad]."""
-    errors = np.array([[stated.mean - reference for stated, reference in zip(run, references)] for run in runs])
-    errors[..., 2] = np.vectorize(wrap_angle)(errors[..., 2])
-    return errors
+def _minus(poses: np.ndarray, others: np.ndarray) -> np.ndarray:
+    differences = poses - others
+    return np.concatenate([differences[..., :2], wrap_angles(differences[..., 2:])], axis=-1)
 
 
 def _text(values: np.ndarray) -> Tuple[str, str]:

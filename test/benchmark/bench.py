@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import json
+import math
 import multiprocessing
 import os
 import platform
@@ -13,6 +14,7 @@ import sys
 from pathlib import Path
 from typing import Any, Callable, List, NamedTuple, Optional, Sequence
 
+import numpy as np
 from tabulate import tabulate
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -58,6 +60,15 @@ def print_table(rows: Sequence[Sequence[object]], heads: Sequence[str], names: i
     aligned = ['left'] * names + ['right'] * (len(heads) - names)
     texts = [[f'{cell:.4g}' if isinstance(cell, float) else str(cell) for cell in row] for row in rows]
     print(f'{tabulate(texts, heads, disable_numparse=True, colalign=aligned if rows else None)}\n', flush=True)
+
+
+def spreads(errors: np.ndarray) -> List[str]:
+    """Return mean and standard deviation of (n, 3) errors x [m], y [m], yaw [rad], in mm and degrees."""
+    shown = errors * (1e3, 1e3, math.degrees(1.0))
+    return [
+        f'{mean:+.{digits}f} ± {deviation:.{digits}f}'
+        for mean, deviation, digits in zip(shown.mean(axis=0), shown.std(axis=0, ddof=1), (1, 1, 2))
+    ]
 
 
 class Ratio(NamedTuple):

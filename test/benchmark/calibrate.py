@@ -162,16 +162,6 @@ def statistic(values: np.ndarray, cell: Any) -> np.ndarray:
     return values.min(axis=-1) if cell.statistic == 'min' else values.max(axis=-1)
 
 
-def print_row(campaigns: Dict[str, Sequence[Drive]]) -> None:
-    """Print the paper's row next to that of each campaign."""
-    errors_m = [np.array([one.error[QUANTITY.component] for one in drives]) for drives in campaigns.values()]
-    rows = [
-        [cell.statistic, cell.paper, *(f'{statistic(of_one, cell):.3f}' for of_one in errors_m)]
-        for cell in fitted_row()
-    ]
-    print_table(rows, [QUANTITY.head, 'paper', *campaigns])
-
-
 def run_trials(trials: int, workers: int, overrides: Dict[str, Any]) -> List[Drive]:
     """Run trials with some parameters changed."""
     return in_processes(drive, [(seed, overrides) for seed in range(1, trials + 1)], workers)
@@ -195,7 +185,9 @@ def main() -> None:
         flush=True,
     )
     driven = run_trials(arguments.trials, arguments.workers, {**settings, **errors.overrides()})
-    print_row({'ideal wheels': ideal, 'fitted': driven})
+    errors_m = [np.array([one.error[QUANTITY.component] for one in drives]) for drives in (ideal, driven)]
+    rows = [[cell.statistic, cell.paper, *(f'{statistic(e, cell):.3f}' for e in errors_m)] for cell in fitted_row()]
+    print_table(rows, [QUANTITY.head, 'paper', 'ideal wheels', 'fitted'])
 
 
 if __name__ == '__main__':

@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Dict, List, NamedTuple
 
 import psutil
-from bare_stepping import BARE, bare_stepping_s
 from bench import CONFIG, COUNT, ROOT, Ratio, parser, plan_of, print_header, print_table, report_ratios
+from lockstep import BARE, bare_stepping_s
 
 from diff_encoder_sim.trials.robot_params import load_robot_params
 

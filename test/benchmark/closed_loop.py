@@ -12,7 +12,7 @@ import os
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
-from bench import ALTO, CONFIG, in_processes, parser, plan_of, print_header, print_table
+from bench import ALTO, CONFIG, in_processes, parser, plan_of, print_header, print_table, spreads
 
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.base.yaml_files import yaml_value
@@ -20,7 +20,6 @@ from diff_encoder_sim.trials.lockstep_trial import LockstepTrial, Report
 from diff_encoder_sim.trials.robot_params import load_robot_config, override
 
 XY_TOLERANCE_M, YAW_TOLERANCE_RAD = 0.05, math.radians(3.0)
-SHOWN = np.array([1e3, 1e3, math.degrees(1.0)])  # mm, mm, degrees
 ESTIMATES_PER_TRIAL = 20  # neighbours on the path are alike
 DWA = 'navigation.DWAPlannerROS'
 # Without the features that only this package's DWA has.
@@ -135,7 +134,7 @@ def _ends(drives: Sequence[Drive]) -> List[str]:
         f'{len(good)}/{len(drives)}',
         f'{np.median(times_s):.1f}',
         f'{max(times_s):.1f}',
-        *_spreads(estimated),
+        *spreads(estimated),
         f'{1e3 * np.hypot(*estimated[:, :2].T).max(initial=0.0):.1f}',
         _within(estimated),
         _within(np.array([drive.true for drive in good]).reshape(-1, 3)),
@@ -150,7 +149,7 @@ def _paths(drives: Sequence[Drive]) -> List[str]:
     clear = [rate[np.abs(rate) > math.radians(1.0)] for rate in rates]
     turns = sum(np.count_nonzero(np.diff(np.sign(rate))) for rate in clear)
     return [
-        *_spreads(np.array([drive.true for drive in drives if not drive.failure]).reshape(-1, 3)),
+        *spreads(np.array([drive.true for drive in drives if not drive.failure]).reshape(-1, 3)),
         f'{distance_m / len(drives):.2f}',
         f'{_rms(off_line_m):.3f}',
         f'{np.abs(off_line_m).max():.3f}',
@@ -162,15 +161,6 @@ def _paths(drives: Sequence[Drive]) -> List[str]:
 
 def _rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2)))
-
-
-def _spreads(errors: np.ndarray) -> List[str]:
-    """Return mean and standard deviation of (n, 3) errors."""
-    shown = errors * SHOWN
-    return [
-        f'{mean:+.{digits}f} ± {deviation:.{digits}f}'
-        for mean, deviation, digits in zip(shown.mean(axis=0), shown.std(axis=0, ddof=1), (1, 1, 2))
-    ]
 
 
 def _within(errors: np.ndarray) -> str:

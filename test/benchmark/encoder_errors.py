@@ -14,7 +14,7 @@ import numpy as np
 from bench import parser, print_header, print_table
 from scipy import stats
 
-from encoder_drives import RADIUS_M, SEPARATION_M, TICK_NS, drive, m_per_pulse, straight_drive
+from encoder_drives import RADIUS_M, SEPARATION_M, m_per_pulse, straight_drive
 
 LENGTH_M, SPEED_MPS = 20.0, 0.9
 CONFIDENCE = 0.99
@@ -79,10 +79,7 @@ def main() -> None:
         )
     headers = ['error', 'PPR', 'of odometry', 'closed form', 'measured', 'inside']
     print_table(rows, headers, 3)
-    print(f'{sum(inside)} of {len(inside)} closed forms are inside the 99 % interval.\n')
-    _print_backlash()
-    _print_count_rates()
-    _print_speed_quanta()
+    print(f'{sum(inside)} of {len(inside)} closed forms are inside the 99 % interval.')
 
 
 def _measured(case: Case, seeds: int) -> np.ndarray:
@@ -109,62 +106,6 @@ def _std_interval(values: np.ndarray, tail: float) -> np.ndarray:
     drawn = rng.choice(values, (2000, len(values))).std(axis=1, ddof=1)
     low, high = np.quantile(drawn, [tail, 1.0 - tail])
     return np.array([low, values.std(ddof=1), high])
-
-
-def _print_backlash() -> None:
-    """Print the heading's error after each reversal of the left wheel."""
-    rows = []
-    for backlash_rad in (0.01, 0.05):
-        one_way = np.linspace(0.0, 20.0, 1000)
-        there_and_back = np.concatenate([one_way, one_way[::-1], one_way, one_way[::-1]])
-        turned = np.column_stack([there_and_back, np.zeros(len(there_and_back))])
-        encoder = {'lines': 1000, 'side': 'motor', 'gear_ratio': 10.0, 'backlash': backlash_rad}
-        yaw_rad = np.array([estimate.base_pose_in_odom.yaw_rad for estimate in drive(turned, 1, 90, encoder)])
-        true_rad = -RADIUS_M * there_and_back[::5][: len(yaw_rad)] / SEPARATION_M
-        error_rad = np.array([math.remainder(error, 2.0 * math.pi) for error in yaw_rad - true_rad])
-        middles = [1e3 * error_rad[100 + 200 * leg] for leg in range(4)]
-        steps = ', '.join(f'{step:+.3f}' for step in np.diff(middles))
-        rows.append([f'{backlash_rad:g}', f'{1e3 * RADIUS_M * backlash_rad / SEPARATION_M:.3f}', steps])
-    headers = ['backlash [rad]', 'closed form r b / L [mrad]', 'heading after each reversal [mrad]']
-    print_table(rows, headers)
-
-
-def _print_count_rates() -> None:
-    """Print how fast a robot seems to be above the count-rate limit."""
-    rows = []
-    for rate in (500.0, 1000.0, 5000.0):
-        limit_mps = rate * m_per_pulse(1024)
-        faults = {'faults': {'max_count_rate': rate}}
-        travelled_m = straight_drive(LENGTH_M, 1, 1024, faults, speed_mps=SPEED_MPS).base_pose_in_odom.x_m
-        seems_mps = travelled_m / LENGTH_M * SPEED_MPS
-        rows.append([f'{rate:g}', f'{min(limit_mps, SPEED_MPS):.4f}', f'{seems_mps:.4f}'])
-    headers = ['counts/s', f'closed form min(v, f d) [m/s], v {SPEED_MPS}', 'measured']
-    print_table(rows, headers)
-
-
-def _print_speed_quanta() -> None:
-    """Print how far apart the speeds are that a steadily accelerating wheel shows, near 0.45 m/s."""
-    rows = []
-    for name, given in (
-        ('M', {}),
-        ('T, clock 2 kHz', {'velocity_method': 'T', 'velocity_clock': 2e3}),
-        ('T, clock 20 kHz', {'velocity_method': 'T', 'velocity_clock': 2e4}),
-    ):
-        ppr, near_mps, rate_hz = 360, 0.45, 20.0
-        times_s = np.arange(20000) * 1e-9 * TICK_NS
-        turned = (0.4 * times_s + 0.5 * (0.1 / times_s[-1]) * times_s**2) / RADIUS_M
-        estimates = drive(np.column_stack([turned, turned]), 1, ppr, **given)
-        left_mps = [e.linear_velocity_mps - 0.5 * SEPARATION_M * e.angular_velocity_radps for e in estimates]
-        values_mps, times_shown = np.unique(np.round(left_mps[20:], 9), return_counts=True)
-        # Others are of wheels whose next edge is late: they are no measurement.
-        shown_mps = values_mps[times_shown > 5]
-        around = np.searchsorted(shown_mps, near_mps)
-        between_mps = shown_mps[around] - shown_mps[around - 1]
-        d_m = m_per_pulse(ppr)
-        expected_mps = near_mps**2 / (d_m * given['velocity_clock']) if given else d_m * rate_hz
-        rows.append([name, f'{1e3 * expected_mps:.2f}', f'{1e3 * between_mps:.2f}'])
-    headers = ['speed', 'closed form: d/T, v^2/(d f) [mm/s]', 'between the speeds that are shown [mm/s]']
-    print_table(rows, headers)
 
 
 if __name__ == '__main__':

@@ -15,19 +15,8 @@ import tempfile
 from pathlib import Path
 from typing import Callable, Dict, List, NamedTuple, Sequence
 
+import bench
 import numpy as np
-from bench import (
-    ALTO,
-    CONFIG,
-    ROOT,
-    Ratio,
-    package_environment,
-    parser,
-    plan_of,
-    print_header,
-    print_table,
-    report_ratios,
-)
 
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.test_definition import Segment, TestDefinition
@@ -68,12 +57,6 @@ def likelihood_field(side_m: int, folder: Path) -> Work:
     return lambda: amcl.set_map(grid)
 
 
-def global_costmap(side_m: int, folder: Path) -> Work:
-    """Inflate a map."""
-    grid = _grid(side_m)
-    return lambda: Costmap(CostmapParams(), grid).costs
-
-
 def global_plan(side_m: int, folder: Path) -> Work:
     """Plan from one corner of a map to the other."""
     planner, corner_m = GlobalPlanner(NavfnParams(), Costmap(CostmapParams(), _grid(side_m))), 0.5 * side_m - 1.0
@@ -84,9 +67,9 @@ def scripted_trial(length_m: int, folder: Path) -> Work:
     """Run a scripted trial to and fro in the hallway, with its bag."""
     stretches = [Segment(straight=STRETCH_M * (-1) ** number) for number in range(round(length_m / STRETCH_M))]
     test = TestDefinition(name='to_and_fro', world='hallway', drive=stretches)
-    plan, params = plan_of('SL', 90, 1, 'scripted', str(folder / 'trial.bag')), load_robot_params(CONFIG)
+    plan, params = bench.plan_of('SL', 90, 1, 'scripted', str(folder / 'trial.bag')), load_robot_params(bench.CONFIG)
     plan = plan.model_copy(update={'trial': plan.trial.model_copy(update={'test': test})})
-    return lambda: run_trial(plan, ALTO, params, 'minimal')
+    return lambda: run_trial(plan, bench.ALTO, params, 'minimal')
 
 
 def resuming(trials: int, folder: Path) -> Work:
@@ -98,13 +81,13 @@ def resuming(trials: int, folder: Path) -> Work:
 def analyzing(trials: int, folder: Path) -> Work:
     """Run analyze on the results of the paper's cells."""
     _make_results(folder / 'results', math.ceil(trials / 12))
-    command = [sys.executable, str(ROOT / 'scripts' / 'analyze'), str(folder / 'results')]
-    return lambda: subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=package_environment())
+    command = [sys.executable, str(bench.ROOT / 'scripts' / 'analyze'), str(folder / 'results')]
+    return lambda: subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=bench.package_environment())
 
 
 def _make_results(folder: Path, trials: int) -> Campaign:
     """Write results of the paper's cells that are sampled, not simulated, with this number of trials each."""
-    campaign = load_campaign('paper', ROOT, {'trials': trials, 'record': 'none'})
+    campaign = load_campaign('paper', bench.ROOT, {'trials': trials, 'record': 'none'})
     ResultStore(folder, campaign, {}).finish()
     rng, rows = np.random.default_rng(1), []
     for job in campaign.trials():
@@ -121,7 +104,6 @@ def _make_results(folder: Path, trials: int) -> Campaign:
 SIDES_M, TRIALS = (20, 50, 100, 200, 500), (12, 120, 1200, 12_000, 100_000)
 GROWTHS: Dict[str, tuple] = {  # title: work, sizes, power of the size that the cost is in proportion to
     'likelihood field, by side [m]': (likelihood_field, SIDES_M, 2),
-    'global costmap, by side [m]': (global_costmap, SIDES_M, 2),
     'global plan, by side [m]': (global_plan, SIDES_M, 2),
     'scripted trial, by route [m]': (scripted_trial, (10, 100, 1000), 1),
     'opening a finished campaign, by trials': (resuming, TRIALS, 1),
@@ -131,16 +113,18 @@ GROWTHS: Dict[str, tuple] = {  # title: work, sizes, power of the size that the 
 
 def main() -> None:
     """Print a table for each kind of work."""
-    made = parser(__doc__, has_ratios=True, repeats=2)
+    made = bench.parser(__doc__, has_ratios=True, repeats=2)
     made.add_argument('--only', choices=list(GROWTHS), help='one of the tables')
     arguments = made.parse_args()
-    print_header('Growth of processor time and memory')
+    bench.print_header('Growth of processor time and memory')
     titles = [arguments.only] if arguments.only else list(GROWTHS)
     ratios = [_measure(title, *GROWTHS[title], arguments.repeats) for title in titles]
-    report_ratios(arguments, ratios)
+    bench.report_ratios(arguments, ratios)
 
 
-def _measure(title: str, prepare: Callable[[int, Path], Work], sizes: Sequence[int], power: int, repeats: int) -> Ratio:
+def _measure(
+    title: str, prepare: Callable[[int, Path], Work], sizes: Sequence[int], power: int, repeats: int
+) -> bench.Ratio:
     rounds = [[_cost(prepare, size) for size in sizes] for _ in range(repeats)]
     costs = [Cost(*map(min, zip(*of_size))) for of_size in zip(*rounds)]
     units = [size**power for size in sizes]
@@ -153,9 +137,9 @@ def _measure(title: str, prepare: Callable[[int, Path], Work], sizes: Sequence[i
         _exponents(units, memories_bytes, LEAST_MEMORY_BYTES),
     ]
     heads = [title, 'processor [s]', 'exponent', 'memory [MB]', 'exponent']
-    print_table(list(zip(*columns)), heads)
+    bench.print_table(list(zip(*columns)), heads)
     by_round = [each[-1].user_s / each[-2].user_s * units[-2] / units[-1] for each in rounds]
-    return Ratio(f'{title}: {sizes[-1]}', f'in proportion to {sizes[-2]}', by_round, MOST)
+    return bench.Ratio(f'{title}: {sizes[-1]}', f'in proportion to {sizes[-2]}', by_round, MOST)
 
 
 def _exponents(units: Sequence[int], costs: Sequence[float], least: float) -> List[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from pathlib import Path
-from typing import Callable, List, NamedTuple, Tuple
+from typing import List, NamedTuple, Tuple
 
 import pybullet
 from bench import ALTO, CONFIG, ROOT
@@ -23,10 +23,7 @@ WHEEL_SEPARATION_M = 0.4
 REPORTS_PER_SECOND = 20
 TICKS_PER_REPORT = round(1.0 / (REPORTS_PER_SECOND * TICK_S))
 
-# A tick takes tens of microseconds: half a second of simulated time is long enough to time, short
-# enough that some windows have the processor's caches to themselves.
-WINDOW_TICKS = 50
-WINDOWS = 25
+WINDOW_TICKS, WINDOWS = 50, 25  # half a second of simulated time, of which some have the caches to themselves
 
 
 class Row(NamedTuple):
@@ -89,38 +86,21 @@ def compare(rows: List[Row]) -> Comparison:
     )
 
 
-def cruise_costs_us(simulator: Simulator, test: TestDefinition) -> Tuple[float, float]:
-    """Best time of one Simulator.tick and of PyBullet's bare 10 ms, at the test's top speed.
-
-    Bare is stepSimulation alone, on the same robot in the same world with its motors running.
-    The two are timed in turn, so that both meet the same load of the machine.
-    """
+def cruise_cost_us(simulator: Simulator, test: TestDefinition) -> float:
+    """Best processor time of PyBullet's bare 10 ms, at the test's top speed, of this robot with its motors running."""
     straight = test.drive[0].straight is not None
     command = (test.limits.speed, 0.0) if straight else (0.0, test.limits.angular_speed)
-    client = simulator._physics._client
     simulator.reset_world()
-    for _ in range(2):
-        simulator.command(*command)
-        _window_us(simulator.tick)
-    tick_us = bare_us = math.inf
+    costs_s = []
     for _ in range(WINDOWS):
         simulator.command(*command)
-        tick_us = min(tick_us, _window_us(simulator.tick))
-        bare_us = min(bare_us, _window_us(lambda: pybullet.stepSimulation(physicsClientId=client)))
-    return tick_us, bare_us
-
-
-def real_time_factor(us_per_tick: float) -> float:
-    """Simulated per wall time at this cost of 10 ms."""
-    return TICK_S / (us_per_tick * 1e-6)
-
-
-def _window_us(call: Callable[[], None]) -> float:
-    # Processor time: what other processes take from the machine is not the robot's cost.
-    began_s = time.thread_time()
-    for _ in range(WINDOW_TICKS):
-        call()
-    return (time.thread_time() - began_s) / WINDOW_TICKS * 1e6
+        for _ in range(WINDOW_TICKS):
+            simulator.tick()
+        began_s = time.thread_time()
+        for _ in range(WINDOW_TICKS):
+            pybullet.stepSimulation(physicsClientId=simulator._physics._client)
+        costs_s.append(time.thread_time() - began_s)
+    return min(costs_s) / WINDOW_TICKS * 1e6
 
 
 def _row(simulator: Simulator, start_angles_rad: Tuple[float, ...]) -> Row:

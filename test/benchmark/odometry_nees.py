@@ -1,29 +1,24 @@
 #!/usr/bin/env python3
 """Whether /odom's covariance says what odometry is wrong by (NEES): the paper's tests, by pulses per revolution.
 
-odometry_nees.py                  a few navigated drives of each test, each seen from many wheel phases, with slip drawn
-                                  anew: of the robot of a campaign, and of robots whose geometry is drawn, too
-odometry_nees.py results/paper    what the bags of campaigns have at the end of each trial
+A few navigated drives of each test, each seen from many wheel phases, with slip drawn anew: of the robot of a campaign,
+and of robots whose geometry is drawn, too.
 """
 
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 import os
-from pathlib import Path
-from typing import Any, Dict, Iterator, List, NamedTuple, Sequence, Tuple
+from typing import Iterator, List, NamedTuple, Sequence
 
 import numpy as np
 from bench import ALTO, ROOT, in_processes, parser, plan_of, print_header, print_table
 from measured_drive import TICKS_PER_REPORT, Row
 from quantisation import End, end_of_drive
-from rosbags.highlevel import AnyReader
 
-from diff_encoder_sim.base.se2 import Pose2D, wrap_angle, yaw_from_quat_xyzw
 from diff_encoder_sim.base.seeds import generator
-from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.drives.topics import ODOM, WORLD_POSE
 from diff_encoder_sim.simulation.simulator import Simulator, WheelErrorParams
 from diff_encoder_sim.simulation.state import JointStates
 from diff_encoder_sim.trials.campaign_loading import load_campaign
@@ -32,8 +27,6 @@ from diff_encoder_sim.trials.publications import Publications
 from diff_encoder_sim.trials.robot_params import RobotParams
 
 ALLOWED = (0.8, 1.25)
-SEPARATOR = ' | '
-PLANE = (0, 1, 5)  # x, y and yaw of six
 
 LEGEND = """
 NEES / 3: 1 is honest; above, odometry is surer than it may be. +-: two standard errors of the mean, over drives where
@@ -83,34 +76,24 @@ class DriveRecorder(Publications):
 def main() -> None:
     """Print the table."""
     made = parser(__doc__, drives=6, seeds=25, workers=os.cpu_count())
-    made.add_argument('results', nargs='*', type=Path, help='results folders of campaigns, with bags')
     made.add_argument('--campaign', default='paper')
     made.add_argument('--tests', nargs='+', default=['SL', 'SMT', 'DLD'])
     made.add_argument('--ppr', nargs='+', type=float, default=[40.0, 90.0, 1024.0, 4096.0])
     arguments = made.parse_args()
-    if arguments.results:
-        print_header("NEES of /odom's covariance at the end of each trial")
-        for folder in arguments.results:
-            _print_table(f'{folder}', ['goal'], _of_results(folder))
-    else:
-        print_header(f"NEES of odometry's covariance: {arguments.drives} drives with {arguments.seeds} seeds each")
-        cases = [
-            Case(test, ppr, drive)
-            for test in arguments.tests
-            for ppr in arguments.ppr
-            for drive in range(1, arguments.drives + 1)
-        ]
-        run = functools.partial(_ends_of_drive, arguments.campaign, arguments.seeds)
-        found = in_processes(run, cases, arguments.workers)
-        columns = {
-            f'{case.test}{SEPARATOR}{case.ppr:g}': [of for at, of in zip(cases, found) if at[:2] == case[:2]]
-            for case in cases
-        }
-        _print_table(arguments.campaign, ['goal', 'on the way', 'noise alone', 'robots'], columns)
+    print_header(f"NEES of odometry's covariance: {arguments.drives} drives with {arguments.seeds} seeds each")
+    cells = list(itertools.product(arguments.tests, arguments.ppr))
+    cases = [Case(*cell, drive) for cell in cells for drive in range(1, arguments.drives + 1)]
+    found = in_processes(
+        functools.partial(_ends_of_drive, arguments.campaign, arguments.seeds), cases, arguments.workers
+    )
+    rows = [
+        [test, f'{ppr:g}', *_row([ends for case, ends in zip(cases, found) if case[:2] == (test, ppr)])]
+        for test, ppr in cells
+    ]
+    names = ('goal', 'on the way', 'noise alone', 'robots')
+    heads = ['test', 'PPR', *(f'NEES / 3\n{name}' for name in names), 'goal: x\nalone', 'y', 'yaw', 'inside']
+    print_table(rows, heads, 2)
     print(LEGEND)
-
-
-# ---- drives that are seen from many wheel phases
 
 
 def _ends_of_drive(campaign: str, seeds: int, case: Case) -> Ends:
@@ -147,61 +130,8 @@ def _drawn(errors: WheelErrorParams, seed: int) -> WheelErrorParams:
     return errors.model_copy(update={'left_radius_error': -half, 'right_radius_error': half})
 
 
-# ---- trials that were run
-
-
-def _of_results(folder: Path) -> Dict[str, List[Ends]]:
-    ends: Dict[str, List[End]] = {}
-    for path in sorted((folder / 'bags').glob('*.bag'), key=_order):
-        test, ppr, _ = path.stem.split('_')
-        ends.setdefault(f'{test}{SEPARATOR}{ppr}', []).append(_end_of_bag(path))
-    return {label: [Ends(of, [], [], [])] for label, of in ends.items()}
-
-
-def _order(path: Path) -> Tuple[str, float, str]:
-    test, ppr, number = path.stem.split('_')
-    return test, float(ppr), number
-
-
-def _end_of_bag(path: Path) -> End:
-    """Return the last odometry of a bag whose stamp the truth has."""
-    truth: Dict[int, Pose2D] = {}
-    odometry: List[Any] = []
-    with AnyReader([path]) as reader:
-        wanted = [connection for connection in reader.connections if connection.topic in (ODOM, WORLD_POSE)]
-        for connection, _, data in reader.messages(wanted):
-            message = reader.deserialize(data, connection.msgtype)
-            if connection.topic == ODOM:
-                odometry.append(message)
-            else:
-                truth[_stamp_ns(message)] = _pose(message.pose)
-    last = next(message for message in reversed(odometry) if _stamp_ns(message) in truth)
-    pose, true = _pose(last.pose.pose), truth[_stamp_ns(last)].relative_to(truth[_stamp_ns(odometry[0])])
-    error = np.array([pose.x_m - true.x_m, pose.y_m - true.y_m, wrap_angle(pose.yaw_rad - true.yaw_rad)])
-    return End(error, np.reshape(last.pose.covariance, (6, 6))[np.ix_(PLANE, PLANE)])
-
-
-def _stamp_ns(message: Any) -> int:
-    return int(message.header.stamp.sec) * NANOSECONDS_PER_SECOND + int(message.header.stamp.nanosec)
-
-
-def _pose(pose: Any) -> Pose2D:
-    at, turned = pose.position, pose.orientation
-    return Pose2D(at.x, at.y, yaw_from_quat_xyzw(turned.x, turned.y, turned.z, turned.w))
-
-
-# ---- tables
-
-
-def _print_table(title: str, columns: Sequence[str], cells: Dict[str, List[Ends]]) -> None:
-    rows = [[*label.split(SEPARATOR), *_row(columns, drives)] for label, drives in cells.items()]
-    headers = ['test', 'PPR', *(f'NEES / 3\n{column}' for column in columns), 'goal: x\nalone', 'y', 'yaw', 'inside']
-    print(f'\n{title}\n')
-    print_table(rows, headers, 2)
-
-
-def _row(columns: Sequence[str], drives: Sequence[Ends]) -> Iterator[str]:
-    for index in range(len(columns)):
+def _row(drives: Sequence[Ends]) -> Iterator[str]:
+    for index in range(len(Ends._fields)):
         means = np.array([np.mean(_nees(drive[index])) for drive in drives])
         every = np.concatenate([_nees(drive[index]) for drive in drives])
         within = np.std(every, ddof=1) / math.sqrt(len(every))

@@ -15,17 +15,8 @@ from pathlib import Path
 from typing import Dict, List
 from xml.etree import ElementTree
 
+import measured_drive
 from bench import ALTO, COUNT, parser, print_header, print_table
-from measured_drive import (
-    WHEEL_RADIUS_M,
-    WINDOWS,
-    compare,
-    cruise_costs_us,
-    new_simulator,
-    read_test,
-    real_time_factor,
-    record_drive,
-)
 
 from diff_encoder_sim.robots.description import RobotChoices, RobotSource
 from diff_encoder_sim.robots.simulated_robot import GeometryErrors, SimulatedRobot, joined_links, load_simulated_robot
@@ -49,8 +40,6 @@ HEADERS = [
     'wheel yaw\n[deg]',
     'lateral\n[mm]',
     'us per step\nstraight / turn',
-    'real-time\nfactor',
-    'tick /\nbare step',
 ]
 
 
@@ -73,11 +62,8 @@ def main() -> None:
         ]
     print_table(rows, HEADERS)
     print(
-        f'\ndiff.: |truth - wheel angles| over the distance and over the angle. us per step: '
-        f"PyBullet's bare stepSimulation\non this robot in this world, the limit. Real-time "
-        f'factor: of Simulator.tick, straight drive. Tick / bare step: time\nof 10 ms through '
-        f'our code over time of the bare steps in it. Times are processor time, the '
-        f'best of {WINDOWS} windows of 0.5 s.'
+        '\ndiff.: |truth - wheel angles| over the distance and over the angle. us per step: bare stepSimulation on '
+        f'this robot\nin this world, processor time, the best of {measured_drive.WINDOWS} windows of 0.5 s.'
     )
 
 
@@ -86,13 +72,13 @@ def _measure(contact: str, robots: Dict[str, Path], rate_hz: int, iterations: in
     physics = PhysicsParams(steps_per_tick=steps, solver_iterations=iterations)
     results, costs_us = [], []
     for name in ('SL', 'SMT'):
-        test = read_test(name)
-        simulator = new_simulator(test, physics, robots[contact])
-        results.append(compare(record_drive(simulator, test)))
-        costs_us.append(cruise_costs_us(simulator, test))
+        test = measured_drive.read_test(name)
+        simulator = measured_drive.new_simulator(test, physics, robots[contact])
+        results.append(measured_drive.compare(measured_drive.record_drive(simulator, test)))
+        costs_us.append(measured_drive.cruise_cost_us(simulator, test))
         simulator.close()
     straight, turn = results
-    (tick_us, bare_us), (_, turn_bare_us) = costs_us
+    bare_us, turn_bare_us = costs_us
     distance = abs(straight.true_distance_m - straight.wheel_distance_m) / straight.true_distance_m
     angle = abs(turn.true_turn_rad - turn.wheel_turn_rad) / turn.true_turn_rad
     return [
@@ -105,8 +91,6 @@ def _measure(contact: str, robots: Dict[str, Path], rate_hz: int, iterations: in
         f'{math.degrees(straight.wheel_turn_rad):+.4f}',
         f'{1000 * straight.lateral_m:+.2f}',
         f'{bare_us / steps:.1f} / {turn_bare_us / steps:.1f}',
-        f'{real_time_factor(tick_us):.0f}',
-        f'{tick_us / bare_us:.2f}',
     ]
 
 
@@ -124,7 +108,9 @@ def _cylinder_robot(folder: Path) -> Path:
         collision.find('origin').set('rpy', f'{math.pi / 2} 0 0')  # URDF cylinders stand upright
         geometry = collision.find('geometry')
         geometry.clear()
-        ElementTree.SubElement(geometry, 'cylinder', radius=str(WHEEL_RADIUS_M), length=str(CYLINDER_WIDTH_M))
+        ElementTree.SubElement(
+            geometry, 'cylinder', radius=str(measured_drive.WHEEL_RADIUS_M), length=str(CYLINDER_WIDTH_M)
+        )
     path = folder / 'cylinder_wheels.urdf'
     path.write_text(ElementTree.tostring(root, encoding='unicode'), encoding='utf-8')
     return path

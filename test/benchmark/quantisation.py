@@ -11,6 +11,7 @@ closed form of its own, for the travel that the wheels end with. Errors are odom
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 import os
 from concurrent.futures import ProcessPoolExecutor
@@ -32,19 +33,9 @@ from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncode
 
 JOINTS = ('left_wheel_joint', 'right_wheel_joint')
 PPRS = (40, 90, 1024, 4096)
-SLIP_NOISES_M2_PER_M = (1e-6, 1e-5)
-SLIP_PPRS = (90, 4096)
 
 # Of a wheel, at the end of either drive: more than it takes to stop.
 BRAKING_M = 0.2
-
-NEES_NOTES = """
-1 is honest; above, the odometry is surer than it may be. Alone: mean of error^2 over variance of
-one axis.
-- Turn at 4096 PPR without slip: across the heading the covariance allows 0.03 of a pulse, 5
-  micrometres; the simulated robot itself wanders by more.
-- Straight drive with much slip: at 1e-5 m^2/m the heading is off by 0.05 rad at the end, and
-  the errors lie on an arc that no linear covariance describes. At 1e-6 they do not yet."""
 
 Z_99 = stats.norm.ppf(0.995)
 
@@ -57,30 +48,16 @@ class End(NamedTuple):
 
 
 def main() -> None:
-    """Record both drives once, then print one table for the spread and one for the covariance."""
+    """Record both drives once, then print the table."""
     arguments = parser(__doc__, seeds=200).parse_args()
     print_header(f'Odometry errors over {arguments.seeds} seeds against closed forms')
     drives = {name: _record(name) for name in ('SL', 'SMT')}
     seeds = range(1, arguments.seeds + 1)
     with ProcessPoolExecutor(os.cpu_count()) as executor:
-
-        def ends(name: str, ppr: float, noise: float, at_goal: bool) -> List[End]:
-            run = functools.partial(_run, drives[name], ppr, noise, at_goal)
-            return list(executor.map(run, seeds, chunksize=10))
-
-        _print_spread(
-            {(name, ppr): ends(name, ppr, 0.0, name == 'SL') for name in drives for ppr in PPRS},
-            compare(drives['SL']).wheel_distance_m,
-        )
-        noises = [(0.0, PPRS)] + [(noise, SLIP_PPRS) for noise in SLIP_NOISES_M2_PER_M]
-        _print_nees(
-            {
-                (name, ppr, noise): ends(name, ppr, noise, False)
-                for name in drives
-                for noise, pprs in noises
-                for ppr in pprs
-            }
-        )
+        cells = {}
+        for name, ppr in itertools.product(drives, PPRS):
+            cells[name, ppr] = list(executor.map(functools.partial(_run, drives[name], ppr), seeds, chunksize=10))
+    _print_spread(cells, compare(drives['SL']).wheel_distance_m)
 
 
 def _record(name: str) -> List[Row]:
@@ -98,11 +75,9 @@ def _record(name: str) -> List[Row]:
     return rows
 
 
-def _run(rows: List[Row], ppr: float, noise: float, at_goal: bool, seed: int) -> End:
+def _run(rows: List[Row], ppr: float, seed: int) -> End:
     """Run one seed's drive through the real encoder and odometry, up to where it is evaluated."""
-    end = len(rows) - 1 if at_goal else _random_end(rows, seed)
-    params = OdometryParams(ppr=ppr, motion_noise=noise)
-    return end_of_drive(rows, ppr, seed, WheelErrorParams(slip_noise=noise), params, end)
+    return end_of_drive(rows, ppr, seed, WheelErrorParams(), OdometryParams(ppr=ppr), _end_row(rows, seed))
 
 
 def end_of_drive(
@@ -124,12 +99,13 @@ def end_of_drive(
     return End(error, estimate.pose_covariance)
 
 
-def _random_end(rows: List[Row], seed: int) -> int:
-    """Choose a row at top speed: in the last whole turn before the robot brakes, or in the last metre."""
+def _end_row(rows: List[Row], seed: int) -> int:
+    """The last of a straight drive; of a turn any at top speed in the last round before the robot brakes."""
     left_m, right_m = (WHEEL_RADIUS_M * angle_rad for angle_rad in rows[-1].angles_rad)
-    stretch_m = 1.0 if left_m * right_m > 0 else math.pi * WHEEL_SEPARATION_M
+    if left_m * right_m > 0:
+        return len(rows) - 1
     to_go_m = [right_m - WHEEL_RADIUS_M * row.angles_rad[1] - BRAKING_M for row in rows]
-    candidates = [index for index, left in enumerate(to_go_m) if 0.0 < left <= stretch_m]
+    candidates = [index for index, left in enumerate(to_go_m) if 0.0 < left <= math.pi * WHEEL_SEPARATION_M]
     return int(generator(seed, 'benchmark_end').choice(candidates))
 
 
@@ -148,66 +124,18 @@ def _print_spread(cells: Dict[Tuple[str, float], List[End]], straight_wheel_trav
             table.append(_spread_row('straight 20 m: heading [deg]', ppr, heading_deg, exactly_deg))
         else:
             table.append(_spread_row('turn in place: heading [deg]', ppr, heading_deg, turn_deg))
-    heads = [
-        'PPR',
-        'standard\ndeviation',
-        '99 % interval of it',
-        'closed\nform',
-        'inside',
-        'mean',
-        '99 %\n+-',
-        '0 is\ninside',
-    ]
+    of_spread = ['standard\ndeviation', '99 % interval of it', 'closed\nform', 'inside']
+    heads = ['PPR', *of_spread, 'mean', '99 %\n+-', '0 is\ninside']
     print_table(table, ['error', *heads])
     print('Intervals by chi-square: errors of rounding have shorter tails than normal ones, so they are a little wide.')
 
 
 def _spread_row(label: str, ppr: float, values: np.ndarray, closed: float) -> List[object]:
-    count = len(values)
-    std = float(np.std(values, ddof=1))
+    count, std, mean = len(values), float(np.std(values, ddof=1)), float(np.mean(values))
     low, high = (std * math.sqrt((count - 1) / stats.chi2.ppf(p, count - 1)) for p in (0.995, 0.005))
     half_width = Z_99 * std / math.sqrt(count)
-    mean = float(np.mean(values))
-    return [
-        label,
-        ppr,
-        f'{std:.5f}',
-        f'{low:.5f} .. {high:.5f}',
-        f'{closed:.5f}',
-        _yes(low <= closed <= high),
-        f'{mean:+.5f}',
-        f'{half_width:.5f}',
-        _yes(abs(mean) <= half_width),
-    ]
-
-
-def _print_nees(cells: Dict[Tuple[str, float, float], List[End]]) -> None:
-    table = []
-    for (name, ppr, noise), ends in cells.items():
-        nees = np.array([end.error @ np.linalg.solve(end.covariance, end.error) for end in ends])
-        axes = np.array([end.error**2 / np.diag(end.covariance) for end in ends])
-        count = len(ends)
-        low, high = (stats.chi2.ppf(p, 3 * count) / (3 * count) for p in (0.005, 0.995))
-        mean = float(np.mean(nees)) / 3.0
-        table.append(
-            [
-                'straight' if name == 'SL' else 'turn',
-                ppr,
-                f'{noise:g}',
-                f'{mean:.3f}',
-                f'{low:.3f} .. {high:.3f}',
-                _comparison(mean, low, high),
-                *(f'{value:.2f}' for value in np.mean(axes, axis=0)),
-            ]
-        )
-    print("\nNEES of the odometry's pose covariance, at a random moment of the last round or metre at full speed\n")
-    heads = ['slip noise\n[m^2/m]', 'mean NEES\n/ 3', '99 % interval', 'comparison', 'x alone', 'y alone', 'yaw alone']
-    print_table(table, ['drive', 'PPR', *heads])
-    print(NEES_NOTES)
-
-
-def _comparison(mean: float, low: float, high: float) -> str:
-    return 'inside' if low <= mean <= high else 'too sure' if mean > high else 'too careful'
+    spread = f'{std:.5f}', f'{low:.5f} .. {high:.5f}', f'{closed:.5f}', _yes(low <= closed <= high)
+    return [label, ppr, *spread, f'{mean:+.5f}', f'{half_width:.5f}', _yes(abs(mean) <= half_width)]
 
 
 def _yes(is_true: bool) -> str:

@@ -31,27 +31,15 @@ JOINTS = ('left_wheel_joint', 'right_wheel_joint')
 TICK_NS = 10_000_000
 WHEEL_RADIUS_M, WHEEL_SEPARATION_M = 0.1, 0.4
 LEFT_RADPS, RIGHT_RADPS = 4.0, 4.1
-# An encoder with everything that it can have: on the motor, with play, errors of the sensor, faults, and a poor line.
+# On the motor, with play, errors of the sensor, faults, and a poor line.
+ERRORS = yaml.safe_load((ROOT / 'test' / 'rostest' / 'data' / 'real_encoder.yaml').read_text())['encoder']
+REPORT = {'jitter': 0.002, 'latency': 0.01, 'latency_spread': 0.005, 'lost': 0.01, 'repeated': 0.01}
 FULL = {
     'name': 'full',
     'source': ['test/benchmark/reencode.py'],
     'price': 'none',
-    'config': {
-        'report': {'jitter': 0.002, 'latency': 0.01, 'latency_spread': 0.005, 'lost': 0.01, 'repeated': 0.01},
-        'velocity_method': 'MT',
-    },
-    'encoder': {
-        'lines': 12,
-        'gear_ratio': 34.0,
-        'side': 'motor',
-        'backlash': 0.01,
-        'duty_cycle': 0.45,
-        'phase_error': 10.0,
-        'edge_error': 0.05,
-        'eccentricity': 0.02,
-        'hysteresis': 0.1,
-        'faults': {'missed': 1e-3, 'extra': 1e-3, 'max_count_rate': 1e5},
-    },
+    'config': {'report': REPORT, 'velocity_method': 'MT'},
+    'encoder': ERRORS,
 }
 
 

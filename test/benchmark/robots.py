@@ -12,7 +12,7 @@ import math
 import sys
 import tempfile
 from pathlib import Path
-from typing import Iterator, List, NamedTuple, Tuple
+from typing import Iterator, List, Tuple
 
 import numpy as np
 from bench import CONFIG, ROOT, parser, print_header, print_table
@@ -47,13 +47,6 @@ HEADERS = [
     'SMT: yaw error\n[deg]',
     'one pulse\n[deg]',
 ]
-
-
-class Motion(NamedTuple):
-    """A drive, tick by tick."""
-
-    angles_rad: List[Tuple[float, float]]  # of the wheels
-    end: Pose2D  # true pose of the axle's middle, in that of the start
 
 
 def main() -> None:
@@ -106,8 +99,8 @@ def _row(name: str, robot: SimulatedRobot, params: SimulatorParams, phases: int)
     pulse_rad = math.pi * description.wheel_diameter_m / PPR / description.wheel_separation_m
     speed_mps = min(SL_MPS, params.drive.max_linear_speed)
     rate_radps = min(SMT_RADPS, params.drive.max_angular_speed)
-    line = _errors(robot, _motion(robot, params, speed_mps, 0.0, SL_M / speed_mps), phases)
-    spin = _errors(robot, _motion(robot, params, 0.0, rate_radps, SMT_RAD / rate_radps), phases)
+    line = _errors(robot, *_motion(robot, params, speed_mps, 0.0, SL_M / speed_mps), phases)
+    spin = _errors(robot, *_motion(robot, params, 0.0, rate_radps, SMT_RAD / rate_radps), phases)
     return [
         name,
         f'{description.mass.mass_kg:.3g}',
@@ -124,8 +117,8 @@ def _row(name: str, robot: SimulatedRobot, params: SimulatorParams, phases: int)
 
 def _motion(
     robot: SimulatedRobot, params: SimulatorParams, linear_mps: float, angular_radps: float, duration_s: float
-) -> Motion:
-    """Drive at a velocity for a time, then stop and stand for a second."""
+) -> Tuple[np.ndarray, Pose2D]:
+    """Drive at a velocity, then stop: the wheels' angles by tick, and the axle's middle at the end, in the start's."""
     floor = FlatFloor(robot, params.drive, params.physics)
     controller = DriveController(
         params.drive, 0.5 * robot.description.wheel_diameter_m, robot.description.wheel_separation_m
@@ -140,7 +133,7 @@ def _motion(
         angles_rad.append(floor.physics.wheels().angles_rad)
     end = _axle_pose(floor, robot).relative_to(begin)
     floor.close()
-    return Motion(angles_rad, end)
+    return np.array(angles_rad), end
 
 
 def _axle_pose(floor: FlatFloor, robot: SimulatedRobot) -> Pose2D:
@@ -148,28 +141,21 @@ def _axle_pose(floor: FlatFloor, robot: SimulatedRobot) -> Pose2D:
     return Pose2D(x_m, y_m, yaw_from_quat_xyzw(*quat_xyzw)).compose(Pose2D(robot.description.axle_x_m, 0.0, 0.0))
 
 
-def _errors(robot: SimulatedRobot, motion: Motion, phases: int) -> np.ndarray:
+def _errors(robot: SimulatedRobot, angles_rad: np.ndarray, end: Pose2D, phases: int) -> np.ndarray:
     """Odometry minus truth at the end, (phases, 3): along, across, yaw."""
+    wheels = {
+        'wheel_diameter': robot.description.wheel_diameter_m,
+        'wheel_separation': robot.description.wheel_separation_m,
+    }
     rng, rows = np.random.default_rng(0), []
     for _ in range(phases):
         encoder = ReportingEncoder(EncoderParams(ppr=PPR, left_joint=JOINTS[0], right_joint=JOINTS[1]))
-        odometry = WheelOdometry(
-            OdometryParams(
-                ppr=PPR,
-                wheel_diameter=robot.description.wheel_diameter_m,
-                wheel_separation=robot.description.wheel_separation_m,
-            )
-        )
-        shift_rad = rng.uniform(0.0, 2.0 * math.pi, 2)
-        pose = IDENTITY
-        for tick, angles_rad in enumerate(motion.angles_rad):
-            if tick % TICKS_PER_REPORT:
-                continue
-            for sample in encoder.update(tick * TICK_NS, JOINTS, [a + b for a, b in zip(angles_rad, shift_rad)]):
+        odometry, pose = WheelOdometry(OdometryParams(ppr=PPR, **wheels)), IDENTITY
+        turned_rad = angles_rad + rng.uniform(0.0, 2.0 * math.pi, 2)
+        for tick in range(0, len(turned_rad), TICKS_PER_REPORT):
+            for sample in encoder.update(tick * TICK_NS, JOINTS, turned_rad[tick].tolist()):
                 pose = odometry.update(*sample).base_pose_in_odom
-        rows.append(
-            (pose.x_m - motion.end.x_m, pose.y_m - motion.end.y_m, wrap_angle(pose.yaw_rad - motion.end.yaw_rad))
-        )
+        rows.append((pose.x_m - end.x_m, pose.y_m - end.y_m, wrap_angle(pose.yaw_rad - end.yaw_rad)))
     return np.array(rows)
 
 
