@@ -19,30 +19,11 @@ WORLDS = Path(__file__).resolve().parents[2] / 'worlds'
 TURNED = [100, 0, -1, 0, 0, 0, -1, -1, 100, -1, 0, 100]
 
 
-class Saver:
+def start_saver(folder, *arguments):
     """A map_saver that runs in a folder of its own."""
-
-    def __init__(self, folder, *arguments):
-        self._log = Path(folder, 'log')
-        with open(str(self._log), 'wb') as out:
-            self._process = subprocess.Popen(
-                ['rosrun', 'diff_encoder_sim', 'map_saver', *arguments],
-                cwd=str(folder),
-                stdin=subprocess.DEVNULL,
-                stdout=out,
-                stderr=subprocess.STDOUT,
-            )
-
-    def lines(self):
-        return [line for line in self._log.read_text().splitlines() if line.strip()]
-
-    def wait(self):
-        """(exit code, lines of output)"""
-        try:
-            return self._process.wait(2.0 * TIMEOUT_S), self.lines()
-        finally:
-            self._process.kill()
-            self._process.wait()
+    with open(folder / 'log', 'wb') as out:
+        command = ['rosrun', 'diff_encoder_sim', 'map_saver', *arguments]
+        return subprocess.Popen(command, cwd=folder, stdin=subprocess.DEVNULL, stdout=out, stderr=subprocess.STDOUT)
 
 
 def latched(topic, width=2):
@@ -64,6 +45,14 @@ class MapServerTest(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = Path(folder.name)
+
+    def lines(self):
+        return [line for line in (self.folder / 'log').read_text().splitlines() if line.strip()]
+
+    def end_of(self, saver):
+        """(exit code, lines of output)"""
+        self.addCleanup(saver.kill)
+        return saver.wait(2.0 * TIMEOUT_S), self.lines()
 
     def test_all_three_ways_give_the_map_of_the_file_to_everyone_who_comes_late(self):
         rospy.wait_for_service('/turned/static_map', TIMEOUT_S)
@@ -101,7 +90,7 @@ class MapServerTest(unittest.TestCase):
         self.assertEqual(rospy.ServiceProxy('/site/static_map', GetMap)().map.data, answer.map.data)
 
     def test_served_and_saved_and_served_again_is_the_same(self):
-        code, lines = Saver(self.folder, '-f', 'hall', 'map:=/turned/map').wait()
+        code, lines = self.end_of(start_saver(self.folder, '-f', 'hall', 'map:=/turned/map'))
         self.assertEqual((code, len(lines)), (0, 1), lines)
         self.assertIn(str(self.folder.resolve() / 'hall.yaml'), lines[0])
         saved, first = load_map(self.folder / 'hall.yaml'), load_map(Path(__file__).parent / 'data' / 'turned_map.yaml')
@@ -110,18 +99,18 @@ class MapServerTest(unittest.TestCase):
 
     def test_a_map_that_is_none_ends_it_with_one_line(self):
         publisher = latched('/bad/map', width=3)
-        code, lines = Saver(self.folder, 'map:=/bad/map').wait()
+        code, lines = self.end_of(start_saver(self.folder, 'map:=/bad/map'))
         publisher.unregister()
         self.assertEqual((code, len(lines)), (1, 1), lines)
         self.assertTrue('/bad/map' in lines[0] and 'with 2 values' in lines[0], lines)
         self.assertEqual([entry.name for entry in self.folder.iterdir()], ['log'])
 
     def test_it_waits_for_a_map_and_says_so(self):
-        saver = Saver(self.folder, 'map:=/late/map')
-        wait_until(saver.lines, 'a line that it waits', 3.0 * TIMEOUT_S)
-        self.assertIn('/late/map: no map has been published yet', saver.lines()[0])
+        saver = start_saver(self.folder, 'map:=/late/map')
+        wait_until(self.lines, 'a line that it waits', 3.0 * TIMEOUT_S)
+        self.assertIn('/late/map: no map has been published yet', self.lines()[0])
         publisher = latched('/late/map')
-        code, lines = saver.wait()
+        code, lines = self.end_of(saver)
         publisher.unregister()
         self.assertEqual(code, 0, lines)
         self.assertEqual(load_map(self.folder / 'map.yaml').cells.tolist(), [[0, 100]])

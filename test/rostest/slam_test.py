@@ -5,22 +5,12 @@ import math
 import sys
 from pathlib import Path
 
+import ros_testing as ros
 import rospy
 import rostest
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import MapMetaData, OccupancyGrid
 from nav_msgs.srv import GetMap
-from ros_testing import (
-    NS_PER_S,
-    Collector,
-    NodeTest,
-    RosoutWatch,
-    angle_between,
-    connected_publisher,
-    scan_message,
-    stamp_from_ns,
-    start_test_node,
-)
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float64
 from tf2_msgs.msg import TFMessage
@@ -34,25 +24,25 @@ from slam_room import SEGMENTS, room_scan
 
 NODE = '/mapping/slam_gmapping'
 LASER, START = Pose2D(0.1, 0.0, 0.2), Pose2D(0.0, -0.5, 0.0)
-STEP_NS = NS_PER_S // 10
+STEP_NS = ros.NS_PER_S // 10
 
 
-class SlamTest(NodeTest):
+class SlamTest(ros.NodeTest):
     @classmethod
     def setUpClass(cls):
-        start_test_node('slam_test')
-        cls.tf = connected_publisher('/mapping/tf', TFMessage, [NODE])
-        cls.scans = connected_publisher('/mapping/scan', LaserScan, [NODE])
-        cls.static = connected_publisher('/mapping/tf_static', TFMessage, [NODE])
+        ros.start_test_node('slam_test')
+        cls.tf = ros.connected_publisher('/mapping/tf', TFMessage, [NODE])
+        cls.scans = ros.connected_publisher('/mapping/scan', LaserScan, [NODE])
+        cls.static = ros.connected_publisher('/mapping/tf_static', TFMessage, [NODE])
         cls.static.publish(TFMessage([transform_message(LASER, 0, 'base_link', 'laser')]))
-        cls.maps = Collector('/mapping/map', OccupancyGrid)
-        cls.metadata = Collector('/mapping/map_metadata', MapMetaData)
-        cls.entropies = Collector(NODE + '/entropy', Float64)
-        cls.poses = Collector(NODE + '/pose', PoseStamped)
-        cls.transforms = Collector('/mapping/tf', TFMessage)
+        cls.maps = ros.Collector('/mapping/map', OccupancyGrid)
+        cls.metadata = ros.Collector('/mapping/map_metadata', MapMetaData)
+        cls.entropies = ros.Collector(NODE + '/entropy', Float64)
+        cls.poses = ros.Collector(NODE + '/pose', PoseStamped)
+        cls.transforms = ros.Collector('/mapping/tf', TFMessage)
         cls.dynamic_map = rospy.ServiceProxy('/mapping/dynamic_map', GetMap)
-        cls.rosout = RosoutWatch()
-        cls.now_ns = 1000 * NS_PER_S
+        cls.rosout = ros.RosoutWatch()
+        cls.now_ns = 1000 * ros.NS_PER_S
         cls.true_pose = START  # odometry begins here at zero
 
     def send(self, message=None, with_odometry=True):
@@ -62,8 +52,8 @@ class SlamTest(NodeTest):
             if with_odometry:
                 odom_pose = self.true_pose.relative_to(START)
                 self.tf.publish(TFMessage([transform_message(odom_pose, self.now_ns, 'odom', 'base_link')]))
-            scan = message or scan_message(room_scan(self.true_pose, laser_pose_in_base=LASER), 'laser', 0.1)
-            scan.header.stamp = stamp_from_ns(self.now_ns)
+            scan = message or ros.scan_message(room_scan(self.true_pose, laser_pose_in_base=LASER), 'laser', 0.1)
+            scan.header.stamp = ros.stamp_from_ns(self.now_ns)
             self.scans.publish(scan)
 
     def enter(self, move, message=None):
@@ -101,7 +91,7 @@ class SlamTest(NodeTest):
         newest = chains(self.transforms.wait_for(chains, 'a transform from map'))[-1]
         pose = pose_from_transform(newest)
         self.assertLess(math.hypot(pose.x_m, pose.y_m), 0.03)
-        self.assertLess(angle_between(pose.yaw_rad, 0.0), 0.02)
+        self.assertLess(ros.angle_between(pose.yaw_rad, 0.0), 0.02)
         self.assertEqual(newest.child_frame_id, 'odom')
         answer = self.poses.wait_for_stamp(self.now_ns)[-1]
         self.assertEqual(answer.header.frame_id, 'map')
@@ -114,15 +104,15 @@ class SlamTest(NodeTest):
         self.rosout.wait_for_warning(NODE, "no transform from 'base_link' to 'odom'")
         self.assertEqual(self.dynamic_map().map.data, before)
         self.turn()  # it goes on when odometry does
-        nothing = scan_message(room_scan(self.true_pose), 'laser', 0.1)
+        nothing = ros.scan_message(room_scan(self.true_pose), 'laser', 0.1)
         nothing.ranges = []
         self.send(nothing)
         self.rosout.wait_for_warning(NODE, 'scan dropped')
-        self.turn(scan_message(room_scan(self.true_pose, laser_pose_in_base=LASER, ray_count=200), 'laser', 0.1))
+        self.turn(ros.scan_message(room_scan(self.true_pose, laser_pose_in_base=LASER, ray_count=200), 'laser', 0.1))
 
     def test_4_time_that_goes_back_is_named_and_the_map_is_kept(self):
         before = self.dynamic_map().map.data
-        now_ns, type(self).now_ns = self.now_ns, self.now_ns - 5 * NS_PER_S
+        now_ns, type(self).now_ns = self.now_ns, self.now_ns - 5 * ros.NS_PER_S
         self.send(with_odometry=False)
         self.rosout.wait_for_warning(NODE, 'went back to', 'keeping the map')
         self.assertEqual(self.dynamic_map().map.data, before)
