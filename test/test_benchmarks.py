@@ -25,11 +25,6 @@ def test_a_benchmark_prints_its_table_with_host_and_commit(script, option):
     assert 'machine: ' in done.stdout and 'commit: ' in done.stdout and '---' in done.stdout
 
 
-@pytest.mark.parametrize('script', sorted(path.name for path in BENCHMARKS.glob('*.py')))
-def test_every_script_can_be_compiled(script):
-    compile((BENCHMARKS / script).read_text(), script, 'exec')
-
-
 def test_a_slower_ratio_than_before_fails(tmp_path):
     written = tmp_path / 'now.json'
     assert run('kernels.py', '--repeats', 1, '--json', written).returncode == 0

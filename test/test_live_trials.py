@@ -7,20 +7,18 @@ import sys
 import pytest
 import yaml
 
-from diff_encoder_sim.drives.test_definition import find_world, load_test
 from diff_encoder_sim.drives.topics import DIAGNOSTICS
-from diff_encoder_sim.drives.trial_definition import Trial, TrialPlan
 from diff_encoder_sim.drives.trial_recording import read_trial
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.simulation.link_frames import LinkFrames, display_urdf
 from diff_encoder_sim.trials.robot_params import load_robot_config, override
 from diff_encoder_sim.trials.trial_run import run_trial
-from launched_graph import DATA, ROOT, Graph, complaints, require_ros
+from launched_graph import DATA, ROOT, Graph, complaints, messages_of, require_ros
+from lockstep_trials import ALTO, plan_of
 
 pytestmark = [pytest.mark.rostest, pytest.mark.timeout(180)]
 
 TOUR, NUMBER = DATA / 'short_tour.yaml', 3
-ALTO = ROOT / 'urdf' / 'alto.urdf.xacro'
 USUAL = yaml.safe_load((ROOT / 'config' / 'config.yaml').read_text())
 # Messages that do not depend on how long another message was on its way.
 STAMPED = ('/joint_states', '/gazebo/model_states', '/scan', '/encoder_pulse', '/odom', '/world_pose')
@@ -29,30 +27,13 @@ STAMPED = ('/joint_states', '/gazebo/model_states', '/scan', '/encoder_pulse', '
 # neither the simulator's nor the controllers': with fixed periods, time waited in vain for each report.
 REAL_ENCODER = {
     **{key: value for key, value in USUAL.items() if key != 'ppr'},
+    **yaml.safe_load((DATA / 'real_encoder.yaml').read_text()),
     'rate': 33.3,
     'counter_modulus': 65536,
-    'encoder': {
-        'lines': 12,
-        'side': 'motor',
-        'gear_ratio': 34.014,
-        'backlash': 0.01,
-        'edge_error': 0.1,
-        'phase_error': 10.0,
-        'eccentricity': 0.02,
-        'hysteresis': 0.3,
-        'faults': {'missed': 0.01, 'missed_burst': 3.0, 'extra': 0.002, 'restart_at': 4.0},
-    },
-    'report': {
-        'jitter': 0.004,
-        'latency': 0.03,
-        'latency_spread': 0.01,
-        'lost': 0.05,
-        'repeated': 0.05,
-        'reordered': 0.05,
-    },
-    'velocity_method': 'MT',
+    'report': dict(jitter=0.004, latency=0.03, latency_spread=0.01, lost=0.05, repeated=0.05, reordered=0.05),
     'velocity_low_pass': 0.05,
 }
+REAL_ENCODER['encoder']['faults'] = {'missed': 0.01, 'missed_burst': 3.0, 'extra': 0.002, 'restart_at': 4.0}
 
 
 def drive_both_ways(folder, config):
@@ -63,23 +44,15 @@ def drive_both_ways(folder, config):
     with Graph(folder) as graph:
         launch = graph.launch(
             ROOT / 'launch' / 'trial.launch',
-            f'test:={TOUR}',
-            'nav:=scripted',
-            'rtf:=0',
-            f'trial:={NUMBER}',
-            f'config:={path}',
-            f'bag:={live}',
+            *(f'test:={TOUR}', 'nav:=scripted', 'rtf:=0', f'trial:={NUMBER}', f'config:={path}', f'bag:={live}'),
         )
         assert launch.wait() == 0, launch.output()
         assert graph.is_gone(), 'it left processes behind'
         # Each wait that ended without its message would be warned of.
         assert [line for line in complaints(launch.output()) if 'counter restart' not in line] == []
     params = override(load_robot_config(ROOT / 'config', {'config': path}), {})
-    test = load_test(str(TOUR), ROOT / 'config')
-    world = find_world(test.world, ROOT / 'worlds')
-    trial = Trial(test=test, ppr=params.encoder.counts_per_turn, number=NUMBER, nav='scripted')
-    plan = TrialPlan(trial=trial, world=str(world), map=str(world.with_suffix('.yaml')), bag=str(lockstep))
-    run_trial(plan, ALTO, params, 'full')
+    ppr = params.encoder.counts_per_turn
+    run_trial(plan_of(TOUR, ppr, NUMBER, nav='scripted', bag=lockstep), ALTO, params, 'full')
     return live, lockstep
 
 
@@ -92,16 +65,6 @@ def paths(tmp_path_factory):
 @pytest.fixture(scope='module')
 def bags(paths):
     return [messages_of(path) for path in paths]
-
-
-def messages_of(path):
-    """{topic: [(type, bytes, md5sum)]}"""
-    import rosbag
-
-    messages = {}
-    for topic, (kind, content, md5sum, *_), _ in rosbag.Bag(str(path)).read_messages(raw=True):
-        messages.setdefault(topic, []).append((kind, content, md5sum))
-    return messages
 
 
 def assert_same_messages(bags, topics):
@@ -159,14 +122,8 @@ def test_frames_of_links_and_odometry_are_the_same(bags):
     )
     assert len(lockstep) > 100
     assert {key: live[key] for key in lockstep} == lockstep
-    live, lockstep = (
-        {
-            each.child_frame_id: numbers_of(each)
-            for _, content, _ in bag['/tf_static']
-            for each in transforms_of(content)
-        }
-        for bag in bags
-    )
+    live, lockstep = ([each for _, content, _ in bag['/tf_static'] for each in transforms_of(content)] for bag in bags)
+    live, lockstep = ({each.child_frame_id: numbers_of(each) for each in static} for static in (live, lockstep))
     assert live.keys() == lockstep.keys() >= {'laser', 'odom'}
     for child, numbers in live.items():
         assert numbers == pytest.approx(lockstep[child], abs=1e-12), child

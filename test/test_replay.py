@@ -3,12 +3,12 @@
 import pytest
 
 from diff_encoder_sim.cli import reencode
-from diff_encoder_sim.drives.test_definition import find_world, load_test
-from diff_encoder_sim.drives.trial_definition import Outcome, Trial, TrialPlan
+from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.drives.trial_recording import read_trial
 from diff_encoder_sim.trials.robot_params import load_robot_params
 from diff_encoder_sim.trials.trial_run import run_trial
-from launched_graph import DATA, ROOT, Graph, complaints, require_ros
+from launched_graph import DATA, ROOT, Graph, complaints, messages_of, require_ros
+from lockstep_trials import ALTO, plan_of
 from node_interfaces import REPLAY, check_interfaces
 from reencoding_drives import drive, without_index, write_ros1
 
@@ -20,28 +20,9 @@ SAME = ('/encoder_pulse', '/odom', '/tf', '/trial', '/trial_result', '/world_pos
 
 def record(path, bag_format):
     """A drive in lockstep, as a campaign records it in full."""
-    test = load_test(str(TOUR), ROOT / 'config')
-    world = find_world(test.world, ROOT / 'worlds')
-    ppr = {'left': RECORDED_PPR, 'right': RECORDED_PPR}
-    plan = TrialPlan(
-        trial=Trial(test=test, ppr=ppr, number=3, nav='scripted'),
-        world=str(world),
-        map=str(world.with_suffix('.yaml')),
-        bag=str(path),
-        bag_format=bag_format,
-    )
-    run_trial(plan, ROOT / 'urdf' / 'alto.urdf.xacro', load_robot_params(ROOT / 'config'), 'full')
+    plan = plan_of(TOUR, RECORDED_PPR, 3, nav='scripted', bag=path).model_copy(update={'bag_format': bag_format})
+    run_trial(plan, ALTO, load_robot_params(ROOT / 'config'), 'full')
     return path
-
-
-def messages_of(path):
-    import rosbag
-
-    messages = {}
-    with rosbag.Bag(str(path)) as bag:
-        for topic, (kind, content, md5sum, *_), _ in bag.read_messages(raw=True):
-            messages.setdefault(topic, []).append((kind, content, md5sum))
-    return messages
 
 
 def replay(folder, *arguments, compared=()):

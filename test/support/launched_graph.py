@@ -32,6 +32,17 @@ def complaints(output):
     return [line for line in lines if not any(text in line for text in HARMLESS)]
 
 
+def messages_of(path):
+    """{topic: [(type, bytes, md5sum)]} of a bag."""
+    import rosbag
+
+    messages = {}
+    with rosbag.Bag(str(path)) as bag:
+        for topic, (kind, content, md5sum, *_), _ in bag.read_messages(raw=True):
+            messages.setdefault(topic, []).append((kind, content, md5sum))
+    return messages
+
+
 def require_ros():
     """Skips the test where ROS is not at hand, or fails it where it should be."""
     names = ('rospy', 'diff_encoder_sim.msg')

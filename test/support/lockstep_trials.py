@@ -1,10 +1,11 @@
 """Short trials in lockstep for tests, and what they end with."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 
-from diff_encoder_sim.drives.test_definition import TestDefinition, find_world
+from diff_encoder_sim.drives.test_definition import TestDefinition, find_world, load_test
 from diff_encoder_sim.drives.trial_definition import Trial, TrialPlan
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial
 from diff_encoder_sim.trials.robot_params import LatencyParams, load_robot_params
@@ -22,10 +23,12 @@ BEND = {
 
 
 def plan_of(test, ppr=90, number=1, map_file=None, nav='embedded', bag='', **changes):
-    test = TestDefinition.from_mapping({**test, **changes}, '')
+    """Of a definition, or of its file."""
+    is_file = isinstance(test, Path)
+    test = load_test(str(test), ROOT / 'config') if is_file else TestDefinition.from_mapping({**test, **changes}, '')
     world = find_world(test.world, ROOT / 'worlds')
     return TrialPlan(
-        trial=Trial(test=test, ppr={'left': ppr, 'right': ppr}, number=number, nav=nav),
+        trial=Trial(test=test, ppr=ppr, number=number, nav=nav),
         world=str(world),
         map=str(map_file or world.with_suffix('.yaml')),
         bag=str(bag),
