@@ -29,14 +29,6 @@ def fixture_wheel(tmp_path_factory):
     return path
 
 
-@pytest.fixture(scope='module', name='installed')
-def fixture_installed(wheel, tmp_path_factory):
-    """The folder that the wheel is installed into, with no libraries: those of the environment serve."""
-    folder = tmp_path_factory.mktemp('installed')
-    pip(['install', '--no-deps', '--no-compile', '--target', folder, wheel])
-    return folder
-
-
 def pip(arguments):
     options = ['--no-index', '--disable-pip-version-check', '--quiet']
     command = [sys.executable, '-m', 'pip', *map(str, arguments[:1]), *options, *map(str, arguments[1:])]
@@ -75,7 +67,9 @@ def test_its_libraries_are_those_of_requirements_txt(wheel):
     assert f'<version>{metadata["Version"]}</version>' in (ROOT / 'package.xml').read_text()
 
 
-def test_it_runs_without_the_checkout(installed, tmp_path):
+def test_it_runs_without_the_checkout(wheel, tmp_path):
+    installed = tmp_path / 'installed'  # with no libraries: those of the environment serve
+    pip(['install', '--no-deps', '--no-compile', '--target', installed, wheel])
     where = 'from diff_encoder_sim.base import package_files; print(package_files.package_folder())'
     environment = {'PYTHONPATH': str(installed)}
     folder = subprocess.run([sys.executable, '-c', where], env=environment, capture_output=True, text=True).stdout
