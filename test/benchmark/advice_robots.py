@@ -38,7 +38,6 @@ OF_ONE_SEED = 1000
 FRESH = 1_000_000  # added to seeds
 
 AIMS = {'meets the share': 0.95, 'within one step of the smallest that does': 0.80}
-WORST = 12
 
 
 class Judged(NamedTuple):
@@ -101,9 +100,10 @@ def main() -> None:
         for each in executor.map(judge, numbers):
             judged.append(each)
             print(f'{len(judged)} of {arguments.robots}: {_line(each, candidates)}', file=sys.stderr, flush=True)
+            if not each.is_right or (each.rank is not None and abs(each.steps) > 1):
+                print(f'wrong, or more than a step off: {each.text}\n{each.answer}', file=sys.stderr)
     _print_aims(judged)
     _print_kinds(judged)
-    _print_worst(judged, candidates)
     advice_s = [each.advice_s for each in judged]
     print(
         f'\nadvice: {np.median(advice_s):.1f} s, at most {max(advice_s):.1f} s, {arguments.workers} at once; all: '
@@ -175,14 +175,6 @@ def _print_kinds(judged: Sequence[Judged]) -> None:
         kinds.setdefault(each.kind, []).append(each.is_right)
     rows = [[kind, len(right), len(right) - sum(right)] for kind, right in sorted(kinds.items())]
     print_table(rows, ['answer', 'robots', 'wrong'])
-
-
-def _print_worst(judged: Sequence[Judged], candidates: Sequence[float]) -> None:
-    wrong = [each for each in judged if not each.is_right or (each.rank is not None and abs(each.steps) > 1)]
-    wrong.sort(key=lambda each: (each.is_right, -abs(each.steps)))
-    print(f'\n{len(wrong)} are wrong, or more than a step off{", the worst:" if len(wrong) > WORST else ""}')
-    for each in wrong[:WORST]:
-        print(f'  {_line(each, candidates)}\n    {each.text}\n    {each.answer}')
 
 
 def _line(each: Judged, candidates: Sequence[float]) -> str:

@@ -119,10 +119,8 @@ class Fit:
 
     def misfit(self, errors: WheelErrors) -> float:
         """Minus twice the log likelihood, but for a constant."""
-        y_m = (
-            self._errors_m + errors.radius_difference * self._by_radius_m + math.sqrt(errors.slip_noise) * self._noise_m
-        )
-        total = 0.0
+        y_m = self._errors_m + errors.radius_difference * self._by_radius_m
+        y_m, total = y_m + math.sqrt(errors.slip_noise) * self._noise_m, 0.0
         for cell in self._cells:
             values = statistic(y_m, cell)
             variance = values.var() + RESOLUTION[cell.statistic] ** 2 / 12.0
@@ -131,12 +129,8 @@ class Fit:
 
     def search(self) -> np.ndarray:
         """The vector of the least misfit."""
-        return minimize(
-            lambda vector: self.misfit(from_vector(vector)),
-            SIMPLEX[0],
-            method='Nelder-Mead',
-            options={'initial_simplex': SIMPLEX},
-        ).x
+        options = {'initial_simplex': SIMPLEX}
+        return minimize(lambda at: self.misfit(from_vector(at)), SIMPLEX[0], method='Nelder-Mead', options=options).x
 
     def interval(self, best: np.ndarray, component: int) -> Tuple[float, float]:
         """How far one component can go, the other held, by the 95 % of the likelihood ratio."""

@@ -65,13 +65,6 @@ def _record(name: str) -> List[Row]:
     simulator = new_simulator(test, PhysicsParams())
     rows = record_drive(simulator, test)
     simulator.close()
-    drive = compare(rows)
-    print(
-        f'{name}: true path {drive.true_distance_m:.5f} m, wheels {drive.wheel_distance_m:.5f} '
-        f'm; true turn {math.degrees(drive.true_turn_rad):.4f} deg, '
-        f'wheels {math.degrees(drive.wheel_turn_rad):.4f} deg',
-        flush=True,
-    )
     return rows
 
 
