@@ -4,6 +4,7 @@ import functools
 import math
 
 import numpy as np
+import pytest
 
 from diff_encoder_sim.advice import odometry_curve
 from diff_encoder_sim.advice.answers import Answer, Criterion, Kind, Requirement
@@ -23,46 +24,38 @@ from trial_tables import ALTO
 
 REQUIREMENT = Requirement(0.8, 0.05, math.radians(3.0), 0.95)
 STOP = StopSpread(0.005, 0.01)
-DRAWS = 120  # of each point of a curve
 
 
-def straight(length_m=20.0):
+def straight():
     """SL without slip."""
-    return line(length_m, name='SL')
+    return line(name='SL')
 
 
-def alto(**wheel_errors):
-    return robot_of(stop=STOP, **wheel_errors)
-
-
-def advice_of(*drives, requirement=REQUIREMENT, draws=DRAWS, **wheel_errors):
-    """An advice without trials, budgets and encoders, by few draws."""
-    params = EncoderParams()
-    kept = odometry_curve.DRAWS, odometry_curve.FINE_DRAWS
-    odometry_curve.DRAWS, odometry_curve.FINE_DRAWS = min(draws, 500), draws
-    try:
-        tests = [DriveDraws(drive, alto(**wheel_errors), 1) for drive in drives or [straight()]]
-        curves = OdometryCurves(tests, params)
-        answers = {Criterion.ODOMETRY: odometry_answer(curves, requirement)}
-    finally:
-        odometry_curve.DRAWS, odometry_curve.FINE_DRAWS = kept
-    return Advice('alto', 90.0, requirement, curves, ALTO, answers, {}, {}, [], [])
+def alto():
+    return robot_of(stop=STOP)
 
 
 @functools.lru_cache(maxsize=None)
 def straight_advice():
-    """The same once for all tests."""
-    advice = advice_of(draws=2000)
-    answer = advice.answers[Criterion.ODOMETRY]._replace(encoder='360')
-    return advice._replace(answers={Criterion.ODOMETRY: answer})
+    """An advice without trials, budgets and encoders, by few draws; the same once for all tests."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(odometry_curve, 'DRAWS', 500)
+        patch.setattr(odometry_curve, 'FINE_DRAWS', 2000)
+        curves = OdometryCurves([DriveDraws(straight(), alto(), 1)], EncoderParams())
+        answer = odometry_answer(curves, REQUIREMENT)._replace(encoder='360')
+    return Advice('alto', 90.0, REQUIREMENT, curves, ALTO, {Criterion.ODOMETRY: answer}, {}, {}, [], [])
 
 
 @functools.lru_cache(maxsize=None)
 def whole_advice():
     """An advice with all that there can be."""
+    rng = np.random.default_rng(1)
+    stop, fix = rng.normal(0.0, 0.002, (17, 3)), rng.normal(0.001, 0.003, (17, 3))
+    ends = GoalTrials(Pose2D(20.0, 0.0, 0.0), np.arange(17), np.ones(17, bool), stop, stop + fix, stop + fix)
+    budget, _ = truth_budget(ends, ends, ends, {})
     tried = [
         TriedEncoder('SL', label, float(label), dict.fromkeys(Criterion, TrialCounts(within, 17)), budget, 17)
-        for label, within, budget in (('28', 12, None), ('40', 17, _truth_budget()))
+        for label, within, budget in (('28', 12, None), ('40', 17, budget))
     ]
     advice = with_budgets(straight_advice())
     answers = {
@@ -70,18 +63,10 @@ def whole_advice():
         Criterion.POSE_ESTIMATE: Answer(Criterion.POSE_ESTIMATE, Kind.UNDECIDED, more_trials=12),
         Criterion.TRUTH: Answer(Criterion.TRUTH, Kind.FROM, 40.0, (28.0, 40.0), '40'),
     }
+    meets = dict.fromkeys(Criterion, True), {**dict.fromkeys(Criterion), Criterion.ODOMETRY: False}
     encoders = [
-        ListedEncoder('amt102', 'industrial low', 8192.0, 586.8, Interval(0.98, 1.0), dict.fromkeys(Criterion, True)),
-        ListedEncoder(
-            'own of alto', '', 90.0, 90.0, Interval(0.1, 0.2), {**dict.fromkeys(Criterion), Criterion.ODOMETRY: False}
-        ),
+        ListedEncoder('amt102', 'industrial low', 8192.0, 586.8, Interval(0.98, 1.0), meets[0]),
+        ListedEncoder('own of alto', '', 90.0, 90.0, Interval(0.1, 0.2), meets[1]),
     ]
     stopping = {'40': {'coasting': STOP}}
     return advice._replace(tried=tried, answers=answers, encoders=encoders, stopping=stopping)
-
-
-def _truth_budget():
-    rng = np.random.default_rng(1)
-    stop, fix = rng.normal(0.0, 0.002, (17, 3)), rng.normal(0.001, 0.003, (17, 3))
-    ends = GoalTrials(Pose2D(20.0, 0.0, 0.0), np.arange(17), np.ones(17, bool), stop, stop + fix, stop + fix)
-    return truth_budget(ends, ends, ends, {})[0]

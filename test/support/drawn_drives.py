@@ -9,7 +9,7 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc, wrap_ang
 from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.navigation.goal_stopping import StopSpread
-from diff_encoder_sim.robots.simulated_robot import GeometryErrors, TrueWheels
+from diff_encoder_sim.robots.simulated_robot import TrueWheels
 from diff_encoder_sim.simulation.self_check import RolledDrive
 from diff_encoder_sim.simulation.simulator import SlippingWheels, WheelErrorParams
 from diff_encoder_sim.simulation.state import TICK_NS, TICK_S
@@ -33,16 +33,8 @@ def robot_of(radius_m=RADIUS_M, separation_m=SEPARATION_M, stop=EXACT_STOP, **er
 
 def rolled(*segments, separation_m=SEPARATION_M, start=(), name='rolled', **limits):
     """A drive of `('straight', metres)` and `('turns', number)` on wheels that roll without a simulator."""
-    test = TestDefinition.from_mapping(
-        {
-            'name': name,
-            'world': 'hallway',
-            'start': dict(start),
-            'drive': [dict([segment]) for segment in segments],
-            'limits': limits,
-        },
-        '',
-    )
+    about = {'name': name, 'world': 'hallway', 'start': dict(start), 'limits': limits}
+    test = TestDefinition.from_mapping({**about, 'drive': [dict([segment]) for segment in segments]}, '')
     script = ScriptedDrive(test)
     times_s = TICK_S * np.arange(math.ceil((script.duration_s + SETTLING_S) / TICK_S) + 1)
     speeds = np.array([script.command(time_s, time_s + TICK_S) for time_s in times_s[:-1].tolist()])
@@ -66,8 +58,8 @@ def one_by_one(drive, robot, encoder, seed):
     """(3,) the final error of one draw, by the components that nodes run: x [m], y [m], yaw [rad] in the map."""
     rng = np.random.default_rng(seed)
     ways_m = _to_an_end(drive.rolled, robot.stop, rng)
-    errors = robot.errors.geometry(rng)
-    wheels = _wheels(robot.sound, errors)
+    factors = 1.0 + np.array(robot.errors.geometry(rng))
+    wheels = TrueWheels(*(np.array(robot.sound) * factors).tolist())
     swing_m = 0.5 * (ways_m[:, 1] - ways_m[:, 0]) * (wheels.separation_m / drive.rolled.separation_m)
     ahead_m = ways_m.mean(axis=1)
     rolled_rad = np.column_stack(
@@ -78,28 +70,11 @@ def one_by_one(drive, robot, encoder, seed):
         _integrated(drive.rolled.ways_m, drive.rolled.separation_m)
     )
     # A simulated drive's contacts slip a little: its wheels' way ends beside the true one.
-    true_end = drive.rolled.end.compose(shifted)
-    axle = Pose2D(robot.axle_x_m, 0.0, 0.0)
-    start = drive.start_in_map
-    true_base = start.compose(axle).compose(true_end).compose(axle.inverse())
-    told_base = start.compose(told)
-    return np.array(
-        [
-            told_base.x_m - true_base.x_m,
-            told_base.y_m - true_base.y_m,
-            wrap_angle(told_base.yaw_rad - true_base.yaw_rad),
-        ]
-    )
-
-
-def many_one_by_one(drive, robot, encoder, seeds):
-    """(n, 3) of each seed."""
-    return np.array([one_by_one(drive, robot, encoder, seed) for seed in seeds])
-
-
-def _wheels(sound: TrueWheels, errors: GeometryErrors) -> TrueWheels:
-    factors = 1.0 + np.array(errors)
-    return TrueWheels(*(np.array(sound) * factors).tolist())
+    true_end, axle = drive.rolled.end.compose(shifted), Pose2D(robot.axle_x_m, 0.0, 0.0)
+    true_base = drive.start_in_map.compose(axle).compose(true_end).compose(axle.inverse())
+    told_base = drive.start_in_map.compose(told)
+    turned_rad = wrap_angle(told_base.yaw_rad - true_base.yaw_rad)
+    return np.array([told_base.x_m - true_base.x_m, told_base.y_m - true_base.y_m, turned_rad])
 
 
 def _to_an_end(drive: RolledDrive, stop: StopSpread, rng) -> np.ndarray:

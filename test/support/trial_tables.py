@@ -20,9 +20,6 @@ IN, OUT, TURNED = (0.01, -0.02, 1.0), (0.01, 0.3, 1.0), (0.01, -0.02, 4.0)
 
 POSES = ('odom', 'amcl', 'global', 'world')
 
-# Of three trials; within 0.05 m: 2 and 1 of them; within 3 degrees: 2.
-HAND_ERRORS = [(0.00, 0.10, 1.0), (0.03, -0.10, -2.0), (-0.06, 0.00, 4.0)]
-
 
 def trial(test, ppr, number=1, outcome='succeeded', **columns):
     """A trial with final errors (x [m], y [m], yaw [deg]) by pose; other columns, and varied parameters, by name."""

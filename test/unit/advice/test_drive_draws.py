@@ -13,7 +13,7 @@ from diff_encoder_sim.navigation.goal_stopping import StopSpread
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.simulation.simulator import WheelErrorParams
 from diff_encoder_sim.trials.robot_params import load_robot_params
-from drawn_drives import LINE_M, encoder_of, line, many_one_by_one, robot_of, rolled
+from drawn_drives import LINE_M, encoder_of, line, one_by_one, robot_of, rolled
 from encoder_drives import RADIUS_M, SEPARATION_M
 from lockstep_trials import ALTO, HALL, params_of, plan_of
 from places import ROOT
@@ -49,7 +49,8 @@ def errors_of(drive, robot, encoder, draws=DRAWS, seed=1, **amounts):
 )
 def test_draws_are_as_one_by_one(drive, encoder, errors):
     robot, encoder = robot_of(**errors), encoder_of(90, encoder)
-    alone, drawn = many_one_by_one(drive, robot, encoder, range(200)), errors_of(drive, robot, encoder)
+    alone = np.array([one_by_one(drive, robot, encoder, seed) for seed in range(200)])
+    drawn = errors_of(drive, robot, encoder)
     standard_error = alone.std(axis=0) / math.sqrt(len(alone))
     assert np.all(np.abs(alone.mean(axis=0) - drawn.mean(axis=0)) < 4.0 * standard_error + 1e-6)
     assert alone.std(axis=0) == pytest.approx(drawn.std(axis=0), rel=0.3, abs=1e-6)
@@ -63,11 +64,9 @@ def test_causes_are_left_out():
 
 
 def test_errors_are_in_the_axes_of_the_map():
-    ahead = errors_of(line(), robot_of(right_radius_error=1e-3), None, 1)[0]
-    to_the_left = errors_of(
-        rolled(('straight', LINE_M), start={'yaw': 0.5 * math.pi}), robot_of(right_radius_error=1e-3), None, 1
-    )[0]
-    assert to_the_left == pytest.approx([-ahead[1], ahead[0], ahead[2]])
+    robot, to_the_left = robot_of(right_radius_error=1e-3), rolled(('straight', LINE_M), start={'yaw': 0.5 * math.pi})
+    ahead, turned = (errors_of(drive, robot, None, 1)[0] for drive in (line(), to_the_left))
+    assert turned == pytest.approx([-ahead[1], ahead[0], ahead[2]])
 
 
 def test_what_simulated_contacts_slip_is_left_out_unless_it_is_asked_for():
@@ -79,13 +78,10 @@ def test_what_simulated_contacts_slip_is_left_out_unless_it_is_asked_for():
 
 
 def test_the_axle_ahead_of_the_base_swings_in_turns():
-    quarter = rolled(('turns', 0.25))
     robot = robot_of(wheel_separation_error=0.01)
-    odometry = robot.odometry.model_copy(update={'axle_x': 0.3})
-    errors = errors_of(quarter, robot._replace(odometry=odometry, axle_x_m=0.3), None, 1)[0]
-    turned = 0.5 * math.pi * 1.01
-    assert errors[0] == pytest.approx(0.3 * (1.0 - math.cos(turned)) - 0.3, abs=1e-9)
-    assert errors[1] == pytest.approx(0.3 - 0.3 * math.sin(turned), abs=1e-9)
+    robot = robot._replace(odometry=robot.odometry.model_copy(update={'axle_x': 0.3}), axle_x_m=0.3)
+    errors, turned = errors_of(rolled(('turns', 0.25)), robot, None, 1)[0], 0.5 * math.pi * 1.01
+    assert errors[:2] == pytest.approx([0.3 * (1.0 - math.cos(turned)) - 0.3, 0.3 - 0.3 * math.sin(turned)], abs=1e-9)
 
 
 def test_the_same_draws_come_with_every_encoder_and_number_of_encoders():
@@ -96,10 +92,6 @@ def test_the_same_draws_come_with_every_encoder_and_number_of_encoders():
 
 
 ROBOTS = 20_000
-
-
-def wheels_of(amounts=ALL_CAUSES, **errors):
-    return robot_of(**errors).wheels(amounts, np.random.default_rng(1), ROBOTS)
 
 
 def test_a_robot_is_read_from_its_files():
@@ -115,7 +107,7 @@ def test_wheels_differ_from_robot_to_robot_as_those_of_trials():
     rng = np.random.default_rng(2)
     of_trials = np.array([WheelErrorParams(**errors).geometry(rng) for _ in range(ROBOTS)])
     nominal = np.array([RADIUS_M, RADIUS_M, SEPARATION_M])
-    drawn = np.hstack(wheels_of(**errors)) / nominal - 1.0
+    drawn = np.hstack(robot_of(**errors).wheels(ALL_CAUSES, np.random.default_rng(1), ROBOTS)) / nominal - 1.0
     assert drawn.mean(axis=0) == pytest.approx(of_trials.mean(axis=0), abs=2e-4)
     assert drawn.std(axis=0) == pytest.approx(of_trials.std(axis=0), rel=0.03)
 
@@ -132,10 +124,6 @@ BENT = {
 NEAR = {**HALL, 'name': 'near', 'route': [{'goal': {'x': -2.4, 'y': 0.0}}]}
 
 WRONG_WHEELS = WheelErrorParams(left_radius_error=0.01, slip_noise=1e-4, left_slip=0.01)
-
-
-def of_wheels(rolled_drive):
-    return poses_of_wheels(rolled_drive.ways_m[np.newaxis], 1.0, 1.0, rolled_drive.separation_m, 0.0, True)[0, 0]
 
 
 @pytest.fixture(scope='module')
@@ -158,7 +146,9 @@ def test_a_route_is_navigated_with_sound_wheels_and_a_fine_encoder():
     drive = navigated(plan_of(NEAR, ppr=4), SOURCE, params._replace(simulator=simulator))
     end = drive.start_in_map.compose(drive.rolled.end).relative_to(drive.goal_in_map)
     assert math.hypot(end.x_m, end.y_m) < 0.15
-    assert of_wheels(drive.rolled) == pytest.approx(np.array(drive.rolled.end), abs=5e-3)
+    ways_m, separation_m = drive.rolled.ways_m[np.newaxis], drive.rolled.separation_m
+    of_wheels = poses_of_wheels(ways_m, 1.0, 1.0, separation_m, 0.0, True)[0, 0]
+    assert of_wheels == pytest.approx(np.array(drive.rolled.end), abs=5e-3)
 
 
 def test_a_goal_that_is_not_reached_is_told():

@@ -1,6 +1,5 @@
 """The search for the lowest sufficient encoder, and the binomial tests of its trials."""
 
-import numpy as np
 import pytest
 from scipy import stats
 
@@ -16,11 +15,11 @@ from diff_encoder_sim.advice.encoder_search import (
 )
 from diff_encoder_sim.analysis.within_tolerance import Sufficiency
 
-RANKS, TRIALS, SHARE, DOUBT = 12, 39, 0.8, 0.05
+RANKS, TRIALS, SHARE = 12, 39, 0.8
 YES, NO, UNDECIDED = Sufficiency.YES, Sufficiency.NO, Sufficiency.UNDECIDED
 
 
-def searched(within, guess, share=SHARE):
+def searched(within, guess):
     """Search by {question: within(rank)} of SMT's trials; SL's never fail. Return the answers and the tested ranks."""
     tested = []
 
@@ -31,10 +30,10 @@ def searched(within, guess, share=SHARE):
             for question, of_rank in within.items()
         }
 
-    return search(RANKS, run, dict.fromkeys(within, guess), Asked(share)), tested
+    return search(RANKS, run, dict.fromkeys(within, guess), Asked(SHARE)), tested
 
 
-@pytest.mark.parametrize('lowest', range(RANKS))
+@pytest.mark.parametrize('lowest', [0, 1, 4, 6, RANKS - 1])
 @pytest.mark.parametrize('guess', [0, 5, RANKS - 1])
 def test_a_step_is_found_from_any_guess(lowest, guess):
     found, tested = searched({'truth': lambda rank: TRIALS * (rank >= lowest)}, guess)
@@ -57,8 +56,7 @@ def test_an_undecided_neighbour_is_reported_and_not_recommended():
 
 def test_questions_share_their_trials():
     found, tested = searched({'truth': lambda rank: TRIALS * (rank >= 6), 'estimate': lambda rank: TRIALS}, 6)
-    assert (found['truth'].rank, found['estimate'].rank) == (6, 0)
-    assert len(tested) == len(set(tested))
+    assert (found['truth'].rank, found['estimate'].rank) == (6, 0) and len(tested) == len(set(tested))
 
 
 @pytest.mark.parametrize('failures', [0, 2])
@@ -86,14 +84,6 @@ def test_tests_share_the_doubt_of_a_refusal():
     assert judged([few, all_within], SHARE, 2.0 * doubt) is NO
 
 
-@pytest.mark.parametrize(('share', 'expected'), [(0.79, YES), (0.81, NO), (0.9, NO)])
-def test_few_verdicts_are_wrong(share, expected):
-    """Of 4000 encoders just below, or at least, the required fraction."""
-    within = np.random.default_rng(1).binomial(TRIALS, share, 4000)
-    wrong = [judged([TrialCounts(int(each), TRIALS)], SHARE, DOUBT) is expected for each in within]
-    assert np.mean(wrong) < DOUBT
-
-
 @pytest.mark.parametrize('tests', [[(19, 20)], [(12, 20)], [(20, 20), (19, 20)], [(20, 20), (13, 20)]])
 def test_more_trials_of_the_same_fraction_decide(tests):
     counts = [TrialCounts(*each) for each in tests]
@@ -107,7 +97,7 @@ def test_more_trials_of_the_same_fraction_decide(tests):
     assert kind(more) is not UNDECIDED and kind(more - 1) is UNDECIDED
 
 
-@pytest.mark.parametrize('within', [0, 5, 24, 30])
+@pytest.mark.parametrize('within', [0, 24])
 def test_the_interval_is_clopper_and_pearsons(within):
     expected = stats.binomtest(within, 30).proportion_ci(0.9, 'exact')
     assert fraction_interval(TrialCounts(within, 30), 0.95) == pytest.approx(tuple(expected))

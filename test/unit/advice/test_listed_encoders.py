@@ -51,12 +51,10 @@ def found():
         Criterion.POSE_ESTIMATE: Answer(Criterion.POSE_ESTIMATE, Kind.FROM, 100.0, (50.0, 100.0), '100'),
         Criterion.TRUTH: Answer(Criterion.TRUTH, Kind.NOT_THE_LIMIT),
     }
-    kept, module.LISTED_DRAWS = module.LISTED_DRAWS, 100
-    try:
-        tests = [DriveDraws(straight(), alto(), 1)]
-        return {each.name: each for each in listed_encoders(tests, ROOT / 'config', REQUIREMENT, answers)}
-    finally:
-        module.LISTED_DRAWS = kept
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, 'LISTED_DRAWS', 100)
+        listed = listed_encoders([DriveDraws(straight(), alto(), 1)], ROOT / 'config', REQUIREMENT, answers)
+    return {each.name: each for each in listed}
 
 
 def test_the_catalogue_and_the_robots_are_in_it_by_ascending_counts(found):

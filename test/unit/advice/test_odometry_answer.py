@@ -44,11 +44,9 @@ def test_the_encoder_is_not_the_limit():
 
 def test_at_the_edge_it_is_undecided():
     """Where 80 % of the robots have radii that are near enough, an encoder of endless resolution is 80 % right."""
-    reach = 1.2816
-    spread = REQUIRED.position_m * 2.0 * SEPARATION_M / (math.sqrt(2.0) * LENGTH_M**2 * reach)
+    spread = REQUIRED.position_m * 2.0 * SEPARATION_M / (math.sqrt(2.0) * LENGTH_M**2 * 1.2816)
     answer = answer_of(radius_spread=spread, required=REQUIRED._replace(yaw_rad=1.0))
-    assert answer.kind is Kind.UNDECIDED
-    assert 'success rate near 0.8' in answer.note
+    assert answer.kind is Kind.UNDECIDED and 'success rate near 0.8' in answer.note
 
 
 @pytest.mark.heavy
@@ -73,15 +71,11 @@ def test_with_much_slip_the_encoders_own_errors_may_still_be_what_is_too_much():
     assert answer.counts is not None
 
 
-PPR = 360
-
-FAST = {'speed': 2.0, 'acceleration': 2.0}
-
-ACROSS = 1
+PPR, ACROSS = 360, 1
 
 
-def budget_of(encoder=None, drive=None, **errors):
-    draws = DriveDraws(drive or line(LINE_M, **FAST), robot_of(**errors), 1)
+def budget_of(encoder=None, **errors):
+    draws = DriveDraws(line(LINE_M, speed=2.0, acceleration=2.0), robot_of(**errors), 1)
     return odometry_budgets(draws, [encoder_of(PPR, encoder)])[0]
 
 
@@ -89,18 +83,16 @@ def across_variance_m2(pulses2):
     return (LINE_M * m_per_pulse(PPR) / SEPARATION_M) ** 2 * pulses2
 
 
+NOISE_M3 = 2.0 / 3.0 * LINE_M**3 / SEPARATION_M**2  # times a variance per metre: that of a random walk of both wheels
+
+
 @pytest.mark.parametrize(
     ('cause', 'encoder', 'errors', 'variance_m2'),
     [
         (QUANTISATION, {}, {}, across_variance_m2(1 / 6)),
         (EDGES, {'edge_error': 0.3}, {}, across_variance_m2(2 * 0.3**2)),
-        (
-            MISSED,
-            {'faults': {'missed': 0.01}},
-            {},
-            LINE_M**3 / 3 * 2 * m_per_pulse(PPR) * 0.01 * 0.99 / SEPARATION_M**2,
-        ),
-        (WheelCause.SLIP.value, {}, {'slip_noise': 1e-6}, LINE_M**3 / 3 * 2 * 1e-6 / SEPARATION_M**2),
+        (MISSED, {'faults': {'missed': 0.01}}, {}, NOISE_M3 * m_per_pulse(PPR) * 0.01 * 0.99),
+        (WheelCause.SLIP.value, {}, {'slip_noise': 1e-6}, NOISE_M3 * 1e-6),
         (WheelCause.RADIUS.value, {}, {'radius_spread': 1e-4}, 2 * (LINE_M**2 * 1e-4 / (2 * SEPARATION_M)) ** 2),
     ],
     ids=['quantisation', 'edges', 'missed', 'slip', 'radius'],
@@ -111,13 +103,8 @@ def test_a_cause_by_itself_is_its_closed_form(cause, encoder, errors, variance_m
 
 
 def test_causes_add_up_to_what_is_found():
-    budget = budget_of(
-        {'edge_error': 0.2, 'faults': {'missed': 0.001}},
-        slip_noise=1e-7,
-        radius_spread=5e-5,
-        left_radius_error=1e-4,
-        wheel_separation_spread=0.001,
-    )
+    errors = {'slip_noise': 1e-7, 'radius_spread': 5e-5, 'left_radius_error': 1e-4, 'wheel_separation_spread': 0.001}
+    budget = budget_of({'edge_error': 0.2, 'faults': {'missed': 0.001}}, **errors)
     assert len(budget.parts) == 7
     assert np.all(np.abs(budget.rest.variance) < 0.15 * budget.found.variance + 1e-12)
     assert np.all(np.abs(budget.rest.bias) < 0.1 * budget.found.std + 1e-6)

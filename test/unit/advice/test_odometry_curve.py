@@ -8,22 +8,15 @@ import pytest
 from diff_encoder_sim.advice import odometry_curve
 from diff_encoder_sim.advice.answers import Requirement
 from diff_encoder_sim.advice.drive_draws import DriveDraws
-from diff_encoder_sim.advice.odometry_curve import (
-    FEWEST_COUNTS,
-    MOST_COUNTS,
-    OdometryCurves,
-    closed_form_counts,
-    local_counts,
-    share_within,
-)
+from diff_encoder_sim.advice.odometry_curve import OdometryCurves, closed_form_counts
 from diff_encoder_sim.analysis.results_table import RobotGeometry
 from drawn_drives import encoder_of, line, robot_of, rolled
 
 ALTO = RobotGeometry(0.2, 0.4)
 
 
-def required(share=0.8, position_m=0.05, yaw_deg=3.0):
-    return Requirement(share, position_m, math.radians(yaw_deg), 0.95)
+def required(share=0.8, position_m=0.05, yaw_rad=math.radians(3.0)):
+    return Requirement(share, position_m, yaw_rad, 0.95)
 
 
 def curves_of(drive, **errors):
@@ -36,16 +29,11 @@ def fast(length_m):
 
 
 @pytest.fixture(scope='module', autouse=True)
-def _fewer_draws():
+def of_20_m():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(odometry_curve, 'DRAWS', 400)
         patch.setattr(odometry_curve, 'FINE_DRAWS', 2000)
-        yield
-
-
-@pytest.fixture(scope='module')
-def of_20_m():
-    return curves_of(fast(20.0))
+        yield curves_of(fast(20.0))
 
 
 def test_20_m_take_as_many_counts_as_the_closed_form_says(of_20_m):
@@ -59,20 +47,19 @@ def test_20_m_take_as_many_counts_as_the_closed_form_says(of_20_m):
 def test_shares_rise_with_the_counts(of_20_m):
     """But where a few pulses are on the whole way."""
     shares = [of_20_m.share(counts, required()) for counts in of_20_m.counts if counts >= 100.0]
-    assert (of_20_m.counts[0], of_20_m.counts[-1]) == (FEWEST_COUNTS, MOST_COUNTS)
+    assert (of_20_m.counts[0], of_20_m.counts[-1]) == (odometry_curve.FEWEST_COUNTS, odometry_curve.MOST_COUNTS)
     for lower, higher in zip(shares, shares[1:]):
         assert higher.high >= lower.low
-    assert shares[-1] == share_within(np.zeros((400, 3)), required())
+    assert shares[-1] == odometry_curve.share_within(np.zeros((400, 3)), required())
 
 
 def test_the_worst_test_decides(of_20_m):
-    worse = fast(1.0)
-    both = OdometryCurves([of_20_m.curves[0].draws, DriveDraws(worse, robot_of(), 1)], encoder_of(90))
+    both = OdometryCurves([of_20_m.curves[0].draws, DriveDraws(fast(1.0), robot_of(), 1)], encoder_of(90))
     assert both.smallest(required()).counts == pytest.approx(347.3, rel=0.06)
 
 
 def test_all_encoders_may_be_enough_or_none():
-    assert curves_of(fast(0.5)).smallest(required(position_m=1.0, yaw_deg=180.0)).counts == FEWEST_COUNTS
+    assert curves_of(fast(0.5)).smallest(required(position_m=1.0, yaw_rad=4.0)).counts == odometry_curve.FEWEST_COUNTS
     assert curves_of(fast(4.0), left_radius_error=0.05).smallest(required()) is None
 
 
@@ -93,6 +80,6 @@ def test_a_line_across_is_within_as_often_as_two_phases_are():
 
 def test_turns_end_by_their_heading():
     """(d / L) sqrt(1/3), as normal."""
-    counts = closed_form_counts(rolled(('turns', 5.0)).requested, ALTO, required(yaw_deg=math.degrees(0.01)))
+    counts = closed_form_counts(rolled(('turns', 5.0)).requested, ALTO, required(yaw_rad=0.01))
     assert counts == pytest.approx(NORMAL_80 * 0.2 * math.pi / 0.4 / math.sqrt(3.0) / 0.01, rel=1e-3)
-    assert local_counts(ALTO, required(yaw_deg=math.degrees(0.01))) == pytest.approx(counts)
+    assert odometry_curve.local_counts(ALTO, required(yaw_rad=0.01)) == pytest.approx(counts)

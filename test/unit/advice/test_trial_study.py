@@ -6,19 +6,10 @@ import numpy as np
 import pytest
 
 from advised_robots import straight_advice
+from diff_encoder_sim.advice import trial_study
 from diff_encoder_sim.advice.answers import Criterion, Kind, Requirement
 from diff_encoder_sim.advice.odometry_answer import SENSOR_ERRORS, UNEVEN_LINES
-from diff_encoder_sim.advice.trial_study import (
-    AS_IT_IS,
-    ENCODER,
-    LOCALIZATION,
-    STOPPING,
-    WITHOUT_ALL,
-    goal_trials,
-    study_trials,
-    switched_off,
-    truth_budget,
-)
+from diff_encoder_sim.advice.trial_study import AS_IT_IS, WITHOUT_ALL, truth_budget
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.trials.campaign_loading import load_campaign
@@ -60,7 +51,7 @@ class Trials:
 
 
 def study(campaign, trials):
-    return study_trials(campaign, straight_advice(), trials)
+    return trial_study.study_trials(campaign, straight_advice(), trials)
 
 
 def test_the_smallest_sufficient_encoder_is_found_and_tried_with_the_one_below(campaign):
@@ -113,10 +104,10 @@ REQUIREMENT = Requirement(0.8, 0.05, math.radians(3.0), 0.95)
 
 
 def goal_trials_of(rows):
-    return goal_trials(results_of(rows).trials, Pose2D(10.0, 0.0, 0.0))
+    return trial_study.goal_trials(results_of(rows).trials, Pose2D(10.0, 0.0, 0.0))
 
 
-def trials(count, encoder_m=0.0):
+def trials_of(count, encoder_m=0.0):
     """Trials whose stop spreads by 3 mm along, and localization by 2 mm and `encoder_m` across."""
     stop, fix, encoder = np.random.default_rng(1).normal(size=(3, count)) * [[0.003], [0.002], [encoder_m]]
     return [
@@ -127,28 +118,28 @@ def trials(count, encoder_m=0.0):
 
 def test_each_criterion_has_its_error_and_an_aborted_trial_only_that_of_odometry():
     poses = {'global': (0.01, 0.0, 0.0), 'world': (0.06, 0.0, 0.0), 'odom': (0.1, 0.0, 0.0)}
-    ends = goal_trials_of(
-        [row('SL', '90', 1, **poses), row('SL', '90', 2, 'lost', **poses), row('SL', '90', 3, 'lost')]
-    )
+    endings = enumerate(('succeeded', 'lost'), start=1)
+    trials = [row('SL', '90', number, outcome, **poses) for number, outcome in endings]
+    ends = goal_trials_of([*trials, row('SL', '90', 3, 'lost')])
     within = {criterion: ends.counts(criterion, REQUIREMENT).within for criterion in Criterion}
     assert within == {Criterion.ODOMETRY: 2, Criterion.POSE_ESTIMATE: 1, Criterion.TRUTH: 0}
     assert ends.known_numbers.tolist() == [1]
 
 
 def test_a_budget_has_the_encoders_part_and_that_of_each_cause_and_adds_up():
-    ends, finest = goal_trials_of(trials(2000, encoder_m=0.01)), goal_trials_of(trials(2000))
+    ends, finest = (goal_trials_of(trials_of(2000, encoder_m)) for encoder_m in (0.01, 0.0))
     budget, count = truth_budget(ends, finest, finest, {'wheel slip': finest})
     assert count == 2000
-    assert budget.parts[STOPPING].std[0] == pytest.approx(0.003, rel=0.1)
-    assert budget.parts[LOCALIZATION].bias[1] == pytest.approx(0.001, abs=2e-4)
-    assert budget.parts[ENCODER].std[1] == budget.parts['wheel slip'].std[1] == pytest.approx(0.01, rel=0.1)
+    assert budget.parts[trial_study.STOPPING].std[0] == pytest.approx(0.003, rel=0.1)
+    assert budget.parts[trial_study.LOCALIZATION].bias[1] == pytest.approx(0.001, abs=2e-4)
+    assert budget.parts[trial_study.ENCODER].std[1] == budget.parts['wheel slip'].std[1] == pytest.approx(0.01, rel=0.1)
     total = sum(part.variance for part in budget.parts.values()) + budget.rest.variance
     np.testing.assert_allclose(total, budget.found.variance)
 
 
 def test_a_budget_pairs_trials_and_needs_some():
-    ends = goal_trials_of(trials(20))
-    assert truth_budget(ends, ends, goal_trials_of(trials(40)[13:]), {}) == (None, 7)
+    ends, others = (goal_trials_of(rows) for rows in (trials_of(20), trials_of(40)[13:]))
+    assert truth_budget(ends, ends, others, {}) == (None, 7)
 
 
 def test_each_cause_is_switched_off_by_itself_and_all_at_once():
@@ -160,10 +151,10 @@ def test_each_cause_is_switched_off_by_itself_and_all_at_once():
         'config.encoder.faults.max_count_rate': 1000.0,
     }
     config = load_robot_config(ROOT / 'config')
-    found = switched_off([override(config, given)])
+    found = trial_study.switched_off([override(config, given)])
     causes = ['wheel radius', 'wheel separation', 'wheel slip', 'edge errors', 'missed counts']
     assert list(found) == [AS_IT_IS, *(f'without {cause}' for cause in causes), WITHOUT_ALL]
-    assert found[AS_IT_IS] == {} == switched_off([override(config, {})])
+    assert found[AS_IT_IS] == {} == trial_study.switched_off([override(config, {})])
     assert found['without wheel slip']['simulator.wheel_errors.left_slip'] == 0.0
     assert 'config.encoder.hysteresis' not in found['without wheel slip']
     assert override(config, {**given, **found[WITHOUT_ALL]}) == override(config, {})

@@ -57,7 +57,7 @@ STRAIGHT = {'SL': navigated('SL')}
 HERE = (0.0, 0.0, 0.0)
 
 
-def entries(*trials, requested):
+def entries(*trials, requested=STRAIGHT):
     """The entries of the table by quantity, without the cell."""
     table = closed_form_table(results_of(trials, requested=requested))
     return {row[1]: row[2:] for row in table.exact.values.tolist()}
@@ -65,7 +65,7 @@ def entries(*trials, requested):
 
 def test_the_closed_form_is_that_of_a_straight_drive():
     errors = [(0.0, 0.3, 1.0), (0.0, -0.3, -1.0)]
-    found = entries(*(trial('SL', '40', place, odom=errors[place], world=HERE) for place in (0, 1)), requested=STRAIGHT)
+    found = entries(*(trial('SL', '40', place, odom=errors[place], world=HERE) for place in (0, 1)))
     # (S d / L) sqrt(1/6) = 321 mm; 0.3 m sqrt(2) = 424 mm.
     assert found['y [mm]'][:2] == ['–', '321'] and found['y [mm]'][2].startswith('424 (')
     # 20 m are 1273.24 pulses: 2.25 degrees sqrt(2 0.24 0.76), and all trials stopped just there.
@@ -76,7 +76,7 @@ def test_the_closed_form_is_that_of_a_straight_drive():
 
 def test_the_heading_is_that_of_where_the_trials_stopped():
     stops = [(-1.0, 0.0, 0.0), (-0.5, 0.0, 0.0)]  # 19 m are 1209.58 pulses, 19.5 m are 1241.41
-    found = entries(*(trial('SL', '40', x, odom=(x, y, 0), world=(x, y, 0)) for x, y, _ in stops), requested=STRAIGHT)
+    found = entries(*(trial('SL', '40', number, odom=stop, world=stop) for number, stop in enumerate(stops)))
     expected_deg = 2.25 * math.sqrt(0.5775 * 0.4225 + 0.4084 * 0.5916)  # 2 f (1 - f), and the mean of both
     at_goal, stopped = found['yaw [deg]'][:2]
     assert at_goal == '1.36' and float(stopped) == pytest.approx(expected_deg, abs=0.005)

@@ -54,20 +54,18 @@ def test_p_values_are_adjusted_for_all_of_equal_source_and_question_and_find_wha
 
 def test_an_encoder_that_is_worse_is_named_with_numbers():
     coarse, fine = drawn(0.3, 1), drawn(0.012, 2)
-    ratio, points = (
-        np.std(coarse) / np.std(fine),
-        100.0 * (np.mean(np.abs(fine) <= 0.05) - np.mean(np.abs(coarse) <= 0.05)),
-    )
-    for order in (1, -1):  # whichever comes first
-        labels = ['40', '4096'][::order]
-        compared = compare_encoders(results_of(*with_errors(dict(zip(labels, (coarse, fine)[::order])))))
+    ratio, shares = np.std(coarse) / np.std(fine), [np.mean(np.abs(one) <= 0.05) for one in (coarse, fine)]
+    points = 100.0 * (shares[1] - shares[0])
+    verdicts = {
+        'spread': f'40 PPR spreads more than 4096 PPR (ratio {ratio:.3g}, 95 % interval 12.4 to 36)',
+        'error': '40 PPR has larger errors than 4096 PPR (by 0.14 m, 95 % interval 0.094 to 0.2)',
+        'within': f'4096 PPR is within 0.05 m more often than 40 PPR (by {points:.0f} percentage points, '
+        '95 % interval 65 to 97)',
+    }
+    for given in ({'40': coarse, '4096': fine}, {'4096': fine, '40': coarse}):  # whichever comes first
+        compared = compare_encoders(results_of(*with_errors(given)))
         of_y = compared[compared['error'] == 'y_m']
-        assert dict(zip(of_y['question'], of_y['verdict'])) == {
-            'spread': f'40 PPR spreads more than 4096 PPR (ratio {ratio:.3g}, 95 % interval 12.4 to 36)',
-            'error': '40 PPR has larger errors than 4096 PPR (by 0.14 m, 95 % interval 0.094 to 0.2)',
-            'within': f'4096 PPR is within 0.05 m more often than 40 PPR (by {points:.0f} percentage points, '
-            '95 % interval 65 to 97)',
-        }
+        assert dict(zip(of_y['question'], of_y['verdict'])) == verdicts
 
 
 def test_comparisons_have_a_row_each():
@@ -87,10 +85,8 @@ def test_comparisons_have_a_row_each():
 
 
 def test_encoders_that_differ_are_named_worse_first():
-    wide = [(0.0, 0.1 * (-1) ** number * (1 + number % 5), 0.0) for number in range(30)]
-    narrow = [(x, 0.01 * y, yaw) for x, y, yaw in wide]
-    cells = [cell('SL', ppr, 'odom', errors) for ppr, errors in (('40', wide), ('90', wide), ('1024', narrow))]
-    compared = compare_encoders(results_of(*cells))
+    wide = np.array([0.1 * (-1) ** number * (1 + number % 5) for number in range(30)])
+    compared = compare_encoders(results_of(*with_errors({'40': wide, '90': wide, '1024': 0.01 * wide})))
     assert difference_table(compared).exact.values.tolist() == [['SL', '/odom, y', *['40 than 1024; 90 than 1024'] * 3]]
     assert difference_texts(compared)['SL'][0].startswith('/odom, y: 40 PPR spreads more than 1024 ')
-    assert difference_table(compare_encoders(results_of(cells[0]))) is None
+    assert difference_table(compare_encoders(results_of(*with_errors({'40': wide})))) is None

@@ -6,12 +6,8 @@ from diff_encoder_sim.analysis.encoder_labels import encoders_text, ppr_order, p
 
 
 def test_a_label_is_a_number_if_both_wheels_have_it():
-    assert [ppr_value(label) for label in ('1024', '1632.67 pololu_25d', '90-1024', 'ideal')] == [
-        1024,
-        1632.67,
-        None,
-        None,
-    ]
+    labels = ('1024', '1632.67 pololu_25d', '90-1024', 'ideal')
+    assert [ppr_value(label) for label in labels] == [1024, 1632.67, None, None]
     assert ppr_values(['ideal', '90-1024', '1024', '40', '40', '40 sen_speed']) == [40.0, 1024.0]
 
 

@@ -4,9 +4,12 @@ import tempfile
 
 import pytest
 
+from diff_encoder_sim.analysis.charts import figures
 from diff_encoder_sim.analysis.outputs import CONTENTS, output_folder, write_analysis
+from diff_encoder_sim.analysis.report import page
 from diff_encoder_sim.analysis.results_loading import load_results
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.drives.topics import PoseSource
 from trial_bags import trial, write_bag
 from trial_tables import IN, cell, paper_results
 
@@ -19,13 +22,20 @@ def test_every_file_is_written_without_a_writable_home(tmp_path, monkeypatch):
     (tmp_path / 'out').mkdir()
     assert 'SL' in write_analysis(load_results([write_bag(tmp_path / 'a.bag', trial())]), tmp_path / 'out')
     files = {str(path.relative_to(tmp_path / 'out')) for path in (tmp_path / 'out').rglob('*')}
+    drawn = {
+        f'figures/{name}_{source.value}.png'
+        for name in ('fig4_xy_errors', 'fig5_distributions')
+        for source in PoseSource
+    }
     tables = {'tables/table4.tex', 'tables/path_errors.csv', 'tables/comparisons.csv'}
-    assert {*tables, 'figures/trajectories_SL.svg', 'report.html'} <= files
+    assert {*tables, *drawn, 'figures/trajectories_SL.svg', 'report.html'} <= files
     assert not {'tables/comparisons.md', 'tables/paper_scores.csv', 'tables/paper_cells.csv'} & files  # not the paper's
 
 
 @pytest.mark.heavy
-def test_the_papers_scores_are_lines_for_the_terminal_with_enough_trials_or_beside_others(tmp_path):
+def test_the_papers_scores_are_lines_for_the_terminal_with_enough_trials_or_beside_others(tmp_path, monkeypatch):
+    monkeypatch.setattr(figures, 'write_figures', lambda *_: [])
+    monkeypatch.setattr(page, 'trial_charts', lambda *_: None)
     few, enough = (
         paper_results(cell('SL', '40', 'odom', [IN] * count))._replace(title=f'{count}') for count in (3, 30)
     )

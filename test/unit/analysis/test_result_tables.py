@@ -4,14 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from diff_encoder_sim.analysis.result_tables import (
-    ResultTable,
-    csv_text,
-    html_table,
-    latex_text,
-    markdown_text,
-    write_tables,
-)
+from diff_encoder_sim.analysis import result_tables
+from diff_encoder_sim.analysis.result_tables import ResultTable, html_table, latex_text, markdown_text
 
 
 def small_table(groups=1, text='a_b', name='small'):
@@ -24,7 +18,7 @@ def test_csv_has_all_digits_and_whole_numbers():
     value = 0.1 + 0.2
     rows = [['a, b', value, np.int64(3), None, np.inf], ['c', np.float64(-0.5), None, 1.0, 0.0]]
     exact = pd.DataFrame(rows, columns=['key', 'x_m', 'n', 'none', 'most'], dtype=object)
-    text = csv_text(ResultTable('t', 'title', exact))
+    text = result_tables.csv_text(ResultTable('t', 'title', exact))
     assert text == f'key,x_m,n,none,most\n"a, b",{value!r},3,,inf\nc,-0.5,,1.0,0.0\n'
 
 
@@ -35,10 +29,9 @@ def test_markdown():
 
 
 def test_a_wide_table_continues_below():
-    text = markdown_text(small_table(groups=9))
-    assert text.count('| key ') == 3 and text.count('group 8 x') == 1
-    assert latex_text(small_table(groups=9)).count(r'\begin{tabular}') == 3
-    assert len(html_table(small_table(groups=9))) == 3
+    wide = small_table(groups=9)
+    assert markdown_text(wide).count('| key ') == 3 and markdown_text(wide).count('group 8 x') == 1
+    assert latex_text(wide).count(r'\begin{tabular}') == 3 and len(html_table(wide)) == 3
 
 
 @pytest.mark.parametrize('text', ['a_b', '50 %', '$x$', 'a & b', '#1', '{x}', 'a\\b', '~', '^'])
@@ -50,7 +43,7 @@ def test_latex_escapes(text):
 
 
 def test_the_tables_of_the_paper_are_written_in_each_format_and_others_as_csv(tmp_path):
-    write_tables([small_table(), small_table(name='table4')], tmp_path)
+    result_tables.write_tables([small_table(), small_table(name='table4')], tmp_path)
     assert sorted(path.name for path in tmp_path.iterdir()) == ['small.csv', 'table4.csv', 'table4.md', 'table4.tex']
 
 

@@ -16,15 +16,7 @@ from campaign_files import RUN, row_of_trial, small_campaign
 from diff_encoder_sim.analysis import results_table
 from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.analysis.results_loading import goal_errors, load_results, poses_in_map
-from diff_encoder_sim.analysis.results_table import (
-    PATH_COLUMNS,
-    are_within,
-    encoders,
-    equal_trials,
-    final_errors,
-    first_of_cells,
-    sample_text,
-)
+from diff_encoder_sim.analysis.results_table import are_within, encoders, final_errors, first_of_cells, sample_text
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.drives.test_definition import load_test
 from diff_encoder_sim.drives.topics import PoseSource
@@ -44,16 +36,12 @@ def columns(results, *names):
 
 def test_cells_are_in_the_papers_order_and_varied_parameters_are_not_pooled():
     trials = [row(test, ppr) for test in ('office', 'DLD', 'SL') for ppr in ('ideal', '1024', '40', '90-1024')]
-    assert columns(results_of(trials), 'test', 'ppr') == [
-        (test, ppr) for test in ('SL', 'DLD', 'office') for ppr in ('40', '1024', '90-1024', 'ideal')
-    ]
+    expected = [(test, ppr) for test in ('SL', 'DLD', 'office') for ppr in ('40', '1024', '90-1024', 'ideal')]
+    assert columns(results_of(trials), 'test', 'ppr') == expected
     noisy = [row('SL', '90', number, noise=noise, variant='a') for noise in ('0.03', '0.01') for number in (2, 1)]
-    results = results_of(noisy, varied=['noise', 'variant'])
-    assert columns(results, 'setup', 'cell', 'trial') == [
-        (f'SL, noise {noise}, a', f'SL, 90 PPR, noise {noise}, a', number)
-        for noise in ('0.03', '0.01')
-        for number in (1, 2)
-    ]
+    found = columns(results_of(noisy, varied=['noise', 'variant']), 'setup', 'cell', 'trial')
+    texts = [(f'noise {noise}, a', number) for noise in ('0.03', '0.01') for number in (1, 2)]
+    assert found == [(f'SL, {text}', f'SL, 90 PPR, {text}', number) for text, number in texts]
 
 
 def test_errors_are_in_the_unit_of_the_quantity_and_within_if_all_quantities_are():
@@ -63,12 +51,6 @@ def test_errors_are_in_the_unit_of_the_quantity_and_within_if_all_quantities_are
     assert are_within(trials, 'odom').tolist() == [True, False, False] and are_within(trials, 'odom', [X]).all()
 
 
-def test_equal_trials_have_one_order():
-    first, second = cell('SL', '40', 'odom', [IN, None, IN, IN]), cell('SL', '90', 'odom', [IN, IN, IN])
-    tables = (results_of(trials).trials for trials in (first, second[::-1]))
-    assert [list(part['trial']) for part in equal_trials(*tables, 'odom')] == [[1, 3], [1, 3]]
-
-
 def test_of_many_each_cell_has_equally_many_and_one_at_least(monkeypatch):
     trials = results_of(cell('SL', '40', 'world', [IN] * 9), cell('SL', '90', 'world', [IN] * 2)).trials
     for most, counts in ((10, [5, 2]), (6, [3, 2]), (1, [1, 1])):
@@ -76,9 +58,6 @@ def test_of_many_each_cell_has_equally_many_and_one_at_least(monkeypatch):
         shown = first_of_cells(trials)
         assert list(shown['trial']) == [*range(1, counts[0] + 1), *range(1, counts[1] + 1)]
     assert sample_text(shown, trials) == 'The first 1 trials of each cell, of 11'
-
-
-# Campaigns.
 
 
 def finish(campaign, folder, count=None):
@@ -104,9 +83,8 @@ def fixture_folder(finished, tmp_path):
 
 def refusal(*paths):
     """The one line with which these paths are refused."""
-    with pytest.raises(ConfigError) as caught:
+    with pytest.raises(ConfigError, match=r'^[^\n]+$') as caught:
         load_results(paths)
-    assert '\n' not in str(caught.value)
     return str(caught.value)
 
 
@@ -117,10 +95,6 @@ def test_nothing_finished_and_other_paths_with_a_campaign_are_refused(folder, tm
     assert refusal(empty).startswith(f'{empty}: no trial is finished')
     (empty / 'trials.csv').unlink()
     assert refusal(empty).startswith(f'{empty}/trials.csv: cannot be read: No such file')
-    (tmp_path / 'bags').mkdir()
-    assert refusal(tmp_path / 'bags').startswith(f'{tmp_path}/bags: no bag in this folder')
-    (tmp_path / 'bags' / 'a.bag').write_bytes(b'')
-    assert refusal(tmp_path / 'bags').startswith(f'{tmp_path}/bags/a.bag: not a readable bag')
 
 
 def test_a_campaign_is_its_table_and_the_paths_of_its_bags(finished):
@@ -150,24 +124,20 @@ def test_a_campaign_that_goes_on_is_analysed_as_far_as_it_is(tmp_path, caplog):
     assert [record.message for record in caplog.records] == results.notes
 
 
-@pytest.mark.parametrize('content', ['{', '[]', '{"name": "x", "configuration": {"tests": []}}'])
-def test_a_bad_manifest_is_named(folder, content):
-    (folder / 'manifest.json').write_text(content)
-    assert refusal(folder).startswith(f'{folder}/manifest.json: not the manifest of a campaign')
-
-
 @pytest.mark.parametrize(
-    'change',
+    ('name', 'change', 'where'),
     [
-        lambda lines: lines + lines[-1:],
-        lambda lines: lines[:2] + ['SL,90'] + lines[3:],
-        lambda lines: lines[:1] + [lines[1].replace('SL,', 'LS,')] + lines[2:],
+        ('manifest.json', lambda text: text[:-9], 'not the manifest of a campaign'),
+        ('manifest.json', lambda text: '{"name": "x", "configuration": {"tests": []}}', 'not the manifest of a'),
+        ('trials.csv', lambda text: text + text.splitlines()[-1] + '\n', 'line '),
+        ('trials.csv', lambda text: text.replace('SL,', 'LS,', 1), 'line '),
+        ('trials.csv', lambda text: text + 'SL,90\n', 'line '),
     ],
+    ids=['torn', 'of something else', 'twice', 'another test', 'short'],
 )
-def test_lines_that_are_no_rows_are_named(folder, change):
-    path = folder / 'trials.csv'
-    path.write_text('\n'.join(change(path.read_text().splitlines())) + '\n')
-    assert refusal(folder).startswith(f'{path}: line ')
+def test_a_file_that_is_none_of_a_campaign_is_named(folder, name, change, where):
+    (folder / name).write_text(change((folder / name).read_text()))
+    assert refusal(folder).startswith(f'{folder / name}: {where}')
 
 
 def test_bags_that_do_not_fit_are_named_and_their_rows_stay(folder):
@@ -175,20 +145,15 @@ def test_bags_that_do_not_fit_are_named_and_their_rows_stay(folder):
     (bags / 'SL_40_001.bag').write_bytes(b'')
     shutil.copy(bags / 'SMT_90_001.bag', bags / 'SL_40_002.bag')
     (bags / 'SL_90_001.bag').unlink()
+    (bags / 'SMT_90_002.bag').unlink()
     write_bag(bags / 'SL_90_001.bag', trial(number=1, ppr=90, nav='embedded', wheel_diameter=0.15))
     results = load_results([folder])
-    assert (results.trials['bag'] == '').tolist() == 3 * [True] + 5 * [False]
-    assert f'{bags}/SL_40_001.bag: not a readable bag' in results.notes[0]
-    assert [note.split(' ')[:2] for note in results.notes[1:]] == [
-        [f'{bags}/SL_{name}.bag:', 'differs'] for name in ('40_002', '90_001')
-    ]
-
-
-def test_without_bags_only_the_table_is_analysed(folder):
-    shutil.rmtree(folder / 'bags')
-    results = load_results([folder])
-    assert len(results.trials) == 8 and results.trials[PATH_COLUMNS].isna().all(axis=None)
-    assert (results.trials['bag'] == '').all() and 'has bags of 0 of 8 trials' in results.notes[0]
+    assert (results.trials['bag'] == '').tolist() == 3 * [True] + 4 * [False] + [True]
+    assert results.trials['true_path'].isna().tolist() == (results.trials['bag'] == '').tolist()
+    assert 'has bags of 7 of 8 trials' in results.notes[0]
+    assert f'{bags}/SL_40_001.bag: not a readable bag' in results.notes[1]
+    differing = [f'{bags}/SL_{name}.bag: differs' for name in ('40_002', '90_001')]
+    assert [note[: len(text)] for note, text in zip(results.notes[2:], differing)] == differing
 
 
 TOUR = str(ROOT / 'test' / 'rostest' / 'data' / 'short_tour.yaml')
@@ -214,9 +179,6 @@ def test_bags_of_both_formats_lead_to_the_same_table(tmp_path):
         pd.testing.assert_frame_equal(results.trials[names], found[0].trials[names], check_exact=False, rtol=1e-12)
     assert found[0].notes == [] and columns(found[0], 'variant') == [('a none',), ('missed 1 %',)]
     pd.testing.assert_frame_equal(found[2].trials[names], found[0].trials[names], check_exact=True)
-
-
-# Bags.
 
 
 def test_only_good_bags_are_analysed_and_each_trial_and_definition_once(tmp_path, caplog):
@@ -290,29 +252,25 @@ def test_errors_are_along_the_maps_axes_and_odometry_counts_from_the_start(tmp_p
 # One write a line: print makes two of it if Python's output is not buffered, and two processes write.
 INTERRUPTED = """
 import os, time
-from diff_encoder_sim.analysis import results_loading
+from diff_encoder_sim.analysis import results_loading as loading
 
 def read(path):
     os.write(1, b'reading\\n')
     time.sleep(0.3)
 
-results_loading._trial_or_reason, results_loading.usable_cores = read, lambda: 2
+loading._trial_or_reason, loading.usable_cores = read, lambda: 2
 try:
-    results_loading.read_bag_trials(range(100))
+    loading.read_bag_trials(range(100))
 except KeyboardInterrupt:
     print('stopped')
 """
 
 
 def test_ctrl_c_ends_the_reading_processes_without_output_of_theirs():
-    process = subprocess.Popen(
-        [sys.executable, '-c', INTERRUPTED],
-        env={**os.environ, 'PYTHONPATH': str(SOURCE)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
+    pipes = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE, 'text': True}
+    environment = {**os.environ, 'PYTHONPATH': str(SOURCE)}
+    command = [sys.executable, '-c', INTERRUPTED]
+    process = subprocess.Popen(command, env=environment, **pipes, start_new_session=True)
     assert process.stdout.readline() == 'reading\n'
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does
     out, err = process.communicate(timeout=30)

@@ -20,18 +20,10 @@ from diff_encoder_sim.analysis.statistics import (
 
 INFINITY = math.inf
 TRIALS = 30
-
-
-def contaminated(rng, size):
-    """One value in twenty is five times as far off; variance 1."""
-    return rng.normal(0.0, np.where(rng.random(size) < 0.05, 5.0, 1.0)) / math.sqrt(0.95 + 0.05 * 25.0)
-
-
-DRAWS = {
+DRAWS = {  # of variance 1
     'normal': lambda rng, size: rng.normal(0.0, 1.0, size),
     'uniform': lambda rng, size: rng.uniform(-math.sqrt(3.0), math.sqrt(3.0), size),
     'laplace': lambda rng, size: rng.laplace(0.0, math.sqrt(0.5), size),
-    'contaminated': contaminated,
 }
 
 
@@ -42,11 +34,6 @@ def fraction_covering(intervals, truth):
 def chance_range(fraction, repetitions):
     """Limits between which 999 of 1000 simulated fractions lie."""
     return tuple(stats.binom.ppf([0.0005, 0.9995], repetitions, fraction) / repetitions)
-
-
-def is_near(simulated, fraction, repetitions):
-    low, high = chance_range(fraction, repetitions)
-    return low <= simulated <= high
 
 
 @pytest.mark.parametrize(('within', 'trials'), [(0, 30), (7, 30), (30, 30)])
@@ -60,11 +47,11 @@ def test_wilson_is_the_root_of_its_quadratic_equation(within, trials):
 @pytest.mark.parametrize(('interval', 'truth'), [(std_interval, 2.0), (mean_interval, 7.0)])
 @pytest.mark.parametrize('trials', [2, 30])
 def test_exact_intervals_cover_at_their_level(interval, truth, trials):
-    samples = np.random.default_rng(2).normal(7.0, 2.0, (1000, trials))
-    assert is_near(fraction_covering([interval(sample) for sample in samples], truth), 0.95, 1000)
+    samples, (low, high) = np.random.default_rng(2).normal(7.0, 2.0, (1000, trials)), chance_range(0.95, 1000)
+    assert low <= fraction_covering([interval(sample) for sample in samples], truth) <= high
 
 
-@pytest.mark.parametrize(('draw', 'lowest'), [('normal', 0.90), ('uniform', 0.91), ('laplace', 0.88)])
+@pytest.mark.parametrize(('draw', 'lowest'), [('uniform', 0.91), ('laplace', 0.88)])
 def test_the_bootstrap_covers_nearly_at_its_level_whatever_the_distribution(draw, lowest):
     rng = np.random.default_rng(3)
     intervals = [bootstrap_std_interval(DRAWS[draw](rng, TRIALS), rng, resamples=500) for _ in range(400)]
@@ -72,35 +59,22 @@ def test_the_bootstrap_covers_nearly_at_its_level_whatever_the_distribution(draw
 
 
 @pytest.mark.parametrize(
-    ('values', 'mean', 'std', 'bootstrap'),
-    [([], (-INFINITY, INFINITY), (0.0, INFINITY), (0.0, INFINITY)), ([0.1] * 30, (0.1, 0.1), (0.0, 0.0), (0.0, 0.0))],
+    ('values', 'mean', 'std'), [([], (-INFINITY, INFINITY), (0.0, INFINITY)), ([0.1] * 30, (0.1, 0.1), (0.0, 0.0))]
 )
-def test_samples_without_a_spread(values, mean, std, bootstrap):
-    values = np.array(values)
-    assert mean_interval(values) == pytest.approx(mean)
-    assert std_interval(values) == std
-    assert bootstrap_std_interval(values, np.random.default_rng(0)) == bootstrap
-
-
-def pairs_with(rng, draw, ratio, repetitions=1000, trials=TRIALS, shared=0.5):
-    """(repetitions, 2, trials); both with the same distribution but for the ratio of their spreads."""
-    common = DRAWS[draw](rng, (repetitions, 1, trials))
-    own = DRAWS[draw](rng, (repetitions, 2, trials))
-    return (math.sqrt(shared) * common + math.sqrt(1.0 - shared) * own) * np.array([[ratio], [1.0]])
-
-
-def fraction_significant(test, pairs):
-    return np.mean([test(*pair).p_value <= 0.05 for pair in pairs])
+def test_samples_without_a_spread(values, mean, std):
+    assert mean_interval(np.array(values)) == pytest.approx(mean)
+    assert std_interval(np.array(values)) == std == bootstrap_std_interval(np.array(values), np.random.default_rng(0))
 
 
 @pytest.mark.heavy
 @pytest.mark.parametrize('draw', list(DRAWS))
 def test_the_ratio_of_spreads_has_its_size_and_coverage_whatever_the_distribution(draw):
-    pairs = pairs_with(np.random.default_rng(7), draw, 1.0)
-    assert 0.01 < fraction_significant(spread_ratio, pairs) <= 0.05
+    rng = np.random.default_rng(7)
+    common, own = (DRAWS[draw](rng, (1000, count, TRIALS)) for count in (1, 2))  # half of each variance is shared
+    pairs = math.sqrt(0.5) * (common + own)
+    assert 0.01 < np.mean([spread_ratio(*pair).p_value <= 0.05 for pair in pairs]) <= 0.05
     pairs *= np.array([[5.0], [1.0]])
-    lowest = 0.85 if draw == 'contaminated' else 0.905
-    assert lowest < fraction_covering([spread_ratio(*pair).interval for pair in pairs], 5.0) < 0.985
+    assert 0.905 < fraction_covering([spread_ratio(*pair).interval for pair in pairs], 5.0) < 0.985
 
 
 VARIED = np.random.default_rng(13).normal(0.0, 1.0, 30)
@@ -112,43 +86,35 @@ VARIED = np.random.default_rng(13).normal(0.0, 1.0, 30)
         (VARIED, np.zeros(30), INFINITY, 2.0**-29),  # all signs alike: one chance in 2^30 a side
         (np.full(30, 0.1), VARIED, 0.0, 2.0**-29),
         (np.full(30, 0.1), np.zeros(30), 1.0, 1.0),
-        (VARIED[:2], VARIED[2:4], None, 1.0),
-        (VARIED[:1], VARIED[:1], 1.0, 1.0),
+        (VARIED[:2], 2.0 * VARIED[:2], 0.5, 1.0),
         ([], [], 1.0, 1.0),
     ],
 )
 def test_ratios_of_samples_without_a_spread_or_too_small(first, second, estimate, p_value):
     result = spread_ratio(np.array(first), np.array(second))
-    assert estimate is None or result.estimate == estimate
+    assert (result.estimate, result.p_value) == pytest.approx((estimate, p_value))
     assert result.interval == (0.0, INFINITY)
-    assert result.p_value == pytest.approx(p_value)
 
 
-@pytest.mark.parametrize('pairs', [3, 10, 30, 50])
+@pytest.mark.parametrize('pairs', [3, 30, 50])
 def test_wilcoxon_without_ties_is_scipys_exact_one(pairs):
     first, second = np.random.default_rng(pairs).normal(0.2, 1.0, (2, pairs))
     assert wilcoxon(first, second).p_value == pytest.approx(stats.wilcoxon(first, second).pvalue)
 
 
-def test_wilcoxon_of_many_pairs_with_ties_is_scipys_approximation():
-    first, second = np.random.default_rng(14).integers(0, 6, (2, 300)).astype(float)
-    assert wilcoxon(first, second).p_value == pytest.approx(
-        stats.wilcoxon(first, second, correction=False).pvalue, rel=1e-6
-    )
-
-
-def test_wilcoxon_with_ties_counts_all_signs():
+def test_wilcoxon_with_ties_counts_all_signs_and_of_many_pairs_is_scipys_approximation():
     differences = np.array([1.0, 1.0, -1.0, 2.0, 2.0, 3.0, 3.0, 0.0])
     ranks = stats.rankdata(np.abs(differences[:7]))
     signs = 1 - 2 * (np.arange(128)[:, np.newaxis] >> np.arange(7) & 1)
     as_far = np.abs(signs @ ranks) >= abs(np.sign(differences[:7]) @ ranks)
     assert wilcoxon(differences, np.zeros(8)).p_value == pytest.approx(np.mean(as_far))
+    many = np.random.default_rng(14).integers(0, 6, (2, 300)).astype(float)
+    assert wilcoxon(*many).p_value == pytest.approx(stats.wilcoxon(*many, correction=False).pvalue, rel=1e-6)
 
 
-@pytest.mark.parametrize('pairs', [6, 30])
-def test_wilcoxon_covers_at_its_level(pairs):
-    differences = np.random.default_rng(15).laplace(0.3, 1.0, (600, pairs))
-    intervals = [wilcoxon(row, np.zeros(pairs)).interval for row in differences]
+def test_wilcoxon_covers_at_its_level():
+    differences = np.random.default_rng(15).laplace(0.3, 1.0, (600, TRIALS))
+    intervals = [wilcoxon(row, np.zeros(TRIALS)).interval for row in differences]
     assert chance_range(0.95, 600)[0] <= fraction_covering(intervals, 0.3) <= 0.985
 
 
@@ -164,22 +130,17 @@ def test_the_interval_of_six_pairs_is_from_the_least_to_the_greatest_difference(
 
 def test_mcnemar_is_the_coin_of_the_pairs_that_differ():
     """9 against 1 of 10: 2 (1 + 10) / 2^10."""
-    first = np.array([True] * 9 + [False] + [True] * 10 + [False] * 10)
-    second = np.array([False] * 9 + [True] + [True] * 10 + [False] * 10)
-    result = mcnemar(first, second)
-    assert result.p_value == pytest.approx(22 / 1024)
+    first, second = (np.array([one] * 9 + [not one] + [True] * 10 + [False] * 10) for one in (True, False))
+    result, swapped = mcnemar(first, second), mcnemar(second, first)
+    assert result.p_value == swapped.p_value == pytest.approx(22 / 1024)
     assert result.estimate == pytest.approx(8 / 30)
-    swapped = mcnemar(second, first)
-    assert swapped.p_value == result.p_value and swapped.interval == pytest.approx(
-        (-result.interval.high, -result.interval.low)
-    )
+    assert swapped.interval == pytest.approx((-result.interval.high, -result.interval.low))
 
 
 @pytest.mark.parametrize(('only_first', 'only_second'), [(0.3, 0.1), (0.05, 0.05), (0.8, 0.0)])
 def test_mcnemar_covers_the_difference_of_shares(only_first, only_second):
-    kinds = np.random.default_rng(16).choice(
-        3, (1000, TRIALS), p=[only_first, only_second, 1.0 - only_first - only_second]
-    )
+    shares = [only_first, only_second, 1.0 - only_first - only_second]
+    kinds = np.random.default_rng(16).choice(3, (1000, TRIALS), p=shares)
     results = [mcnemar(row == 0, row == 1) for row in kinds]
     assert 0.93 < fraction_covering([result.interval for result in results], only_first - only_second)
     if only_first == only_second:

@@ -29,7 +29,7 @@ def farthest_m(points, line):
 
 def test_a_trial_has_a_name_and_an_error_of_each_series_that_it_has_poses_for():
     first = trial(
-        'SL', '40', 3, 'timed_out', world=(0.01, 0.0, 1.0), odom=(0.02, 0.1, 3.0), seed=2**60 + 1, bag='/a/b.bag'
+        'SL', '40', 3, 'timed_out', world=(0.01, 0.0, 1.0), odom=(0.02, 0.1, 3.0), seed=2**60 + 1, bag='/b.bag'
     )
     made = results_of([first, trial('SMT', '90', 1, world=IN)])
     rows = frames.error_rows(made.trials)
@@ -53,9 +53,8 @@ def test_the_closed_form_falls_over_the_range_of_the_encoders():
     rows = frames.closed_form_rows(made)
     rows = rows[rows['quantity'] == 'y']
     assert set(rows['setup']) == {'SL'} and rows['std'].is_monotonic_decreasing
-    assert rows.iloc[[0, -1]][['ppr', 'std']].values == pytest.approx(
-        np.array([[40.0, 0.321], [4096.0, 0.0031]]), rel=0.02
-    )
+    expected = np.array([[40.0, 0.321], [4096.0, 0.0031]])
+    assert rows.iloc[[0, -1]][['ppr', 'std']].values == pytest.approx(expected, rel=0.02)
 
 
 @pytest.mark.parametrize('within', [1e-3, 0.3])
@@ -73,12 +72,12 @@ def test_paths_have_few_points_on_a_floor_with_start_and_goal():
     assert left < -10.0 and right > 20.0 and bottom < -2.0 and top > 2.0
     marks = frames.mark_rows(made, ['SL', 'own'])
     assert list(zip(marks['mark'], marks['x'])) == [('start', -10.0), ('goal', 10.0)]
-    rows = frames.path_rows(made.trials.head(1), floors)
-    assert rows['path'].tolist() == ['true path', '/odom']
-    for row, factor in zip(rows.itertuples(), (1.0, 2.0)):
+    for row, name, factor in zip(
+        frames.path_rows(made.trials.head(1), floors).itertuples(), ('true path', '/odom'), (1.0, 2.0)
+    ):
         path_m = np.column_stack((row.x, row.y))
+        assert row.path == name and path_m[-1] == pytest.approx(factor * WAVE[-1], abs=0.001)
         assert farthest_m(factor * WAVE, path_m) < frames.STRAIGHT_WITHIN * (right - left)
-        assert path_m[-1] == pytest.approx(factor * WAVE[-1], abs=0.001)
 
 
 def test_the_map_is_an_image_with_its_walls():

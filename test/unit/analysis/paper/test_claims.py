@@ -4,20 +4,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from diff_encoder_sim.analysis.paper.claims import (
-    FAILS,
-    HOLDS,
-    UNCLEAR,
-    Errors,
-    check_claims,
-    every_trial,
-    first_errs_more,
-    first_spreads_more,
-    fractions_equal,
-    fractions_within,
-    pairs_of_pprs,
-    spreads,
-)
+from diff_encoder_sim.analysis.paper import claims
+from diff_encoder_sim.analysis.paper.claims import FAILS, HOLDS, UNCLEAR, Errors
 from diff_encoder_sim.analysis.paper.paper_cells import PPRS
 from diff_encoder_sim.analysis.quantities import YAW, X
 from trial_tables import cell, results_of, trial
@@ -44,14 +32,16 @@ def campaign(spread_of_odom=None, count=30, pprs=PPRS, tests=('SL', 'SMT', 'DLD'
 
 def claim_of(made, words):
     """What the trials show of the claim with these words."""
-    [claim] = [claim for claim in check_claims(results_of(made), 'a')['a'] if words in claim.text]
+    [claim] = [claim for claim in claims.check_claims(results_of(made), 'a')['a'] if words in claim.text]
     return claim
 
 
-def changed(trials, numbers, **values):
-    for number in numbers:
-        trials[number].update(values)
-    return trials
+def changed(count, **values):
+    """The campaign with values in the first of its trials."""
+    made = campaign()
+    for one in made[:count]:
+        one.update(values)
+    return made
 
 
 TURNED = dict.fromkeys(('odom', 'world', 'global'), (0.0, 0.0, 5.0))
@@ -64,8 +54,8 @@ TURNED = dict.fromkeys(('odom', 'world', 'global'), (0.0, 0.0, 5.0))
         (campaign(FLAT), 'steadier odometry', 'not contradicted'),
         (campaign(RISING), 'steadier odometry', 'contradicted'),
         (campaign(), 'By AMCL', 'reproduced'),
-        (changed(campaign(), [7], global_x_m=0.06), 'By AMCL', 'not contradicted'),
-        (changed(campaign(), range(12), global_x_m=0.06), 'By AMCL', 'contradicted'),
+        (changed(1, global_x_m=0.06), 'By AMCL', 'not contradicted'),
+        (changed(12, global_x_m=0.06), 'By AMCL', 'contradicted'),
         (campaign(pprs=PPRS[:2], **TURNED) + campaign(pprs=PPRS[2:]), 'The heading is within 3', 'reproduced'),
         (campaign(), 'The heading is within 3', 'contradicted'),
         (campaign(), '/amcl_pose and', 'reproduced'),
@@ -73,8 +63,8 @@ TURNED = dict.fromkeys(('odom', 'world', 'global'), (0.0, 0.0, 5.0))
         # The long way round is no difference.
         (campaign(amcl=(0, 0, -179.9), **{'global': (0, 0, 179.9)}), '/amcl_pose and', 'reproduced'),
         (campaign(), 'completes every route', 'reproduced'),
-        (changed(campaign(), [3], outcome='collision'), 'completes every route', 'not contradicted'),
-        (changed(campaign(), range(11), outcome='collision'), 'completes every route', 'contradicted'),
+        (changed(1, outcome='collision'), 'completes every route', 'not contradicted'),
+        (changed(11, outcome='collision'), 'completes every route', 'contradicted'),
     ],
 )
 def test_a_claim_is_judged_by_all_its_parts(made, words, expected):
@@ -91,42 +81,40 @@ def test_what_is_missing_is_not_tested():
 
 def test_every_trial_is_fishers_test_with_the_papers_own_trials():
     trials = results_of(cell('SL', '40', 'odom', [(0.0, 0.0, 0.0)] * 30)).trials
-    [test] = every_trial('within', trials, lambda part: part['trial'] > 5)
+    [test] = claims.every_trial('within', trials, lambda part: part['trial'] > 5)
     assert test.p_against == pytest.approx(stats.fisher_exact([[25, 5], [30, 0]])[1])
     assert test.text.startswith('SL at 40 PPR: 25 of 30 within, the paper 30 of 30, p 0.05')
-
-
-def exact(count, spread):
-    """Values of exactly this standard deviation."""
-    values = np.linspace(-1.0, 1.0, count)
-    return spread * values / values.std(ddof=1)
 
 
 def conclusions(tests):
     return [test.conclusion for test in tests]
 
 
+# Thirty values: the 95 % interval of their spread of 1 is 0.796 to 1.344.
+EVEN = np.linspace(-1.0, 1.0, 30) / np.linspace(-1.0, 1.0, 30).std(ddof=1)
+
+
 @pytest.mark.parametrize(
     ('limit', 'sign', 'expected'), [(0.79, 1, HOLDS), (0.81, 1, UNCLEAR), (1.35, 1, FAILS), (1.35, -1, HOLDS)]
 )
 def test_spread_against_a_limit(limit, sign, expected):
-    """Thirty values: the 95 % interval of a spread of 1 is 0.796 to 1.344."""
-    assert conclusions(spreads(limit, [Errors('', YAW, (exact(30, 1.0),), sign=sign)])) == [expected]
-    assert conclusions(spreads(limit, [Errors('', YAW, (np.array([0.5]),), sign=sign)])) == [UNCLEAR]
+    assert conclusions(claims.spreads(limit, [Errors('', YAW, (EVEN,), sign=sign)])) == [expected]
+    assert conclusions(claims.spreads(limit, [Errors('', YAW, (EVEN[:1],), sign=sign)])) == [UNCLEAR]
 
 
 def test_failing_must_be_sure_for_all_parts_together():
-    parts = [Errors('', YAW, (exact(30, 1.0),))]
-    assert conclusions(spreads(1.36, parts)) == [FAILS]
-    assert conclusions(spreads(1.36, 20 * parts)) == 20 * [UNCLEAR]
+    parts = [Errors('', YAW, (EVEN,))]
+    assert conclusions(claims.spreads(1.36, parts)) == [FAILS]
+    assert conclusions(claims.spreads(1.36, 20 * parts)) == 20 * [UNCLEAR]
 
 
-def test_fractions_against_a_limit():
+@pytest.mark.parametrize(
+    ('limit', 'sign', 'expected'), [(0.69, 1, HOLDS), (0.72, 1, UNCLEAR), (0.96, 1, FAILS), (0.96, -1, HOLDS)]
+)
+def test_fractions_against_a_limit(limit, sign, expected):
     """The score test inverts Wilson's interval, 0.70 to 0.95 of 26 of 30."""
-    part = Errors('', YAW, (np.array([0.0] * 26 + [9.0] * 4),))
-    for limit, expected in ((0.69, HOLDS), (0.72, UNCLEAR), (0.96, FAILS)):
-        assert conclusions(fractions_within(limit, [part])) == [expected]
-    assert conclusions(fractions_within(0.96, [part._replace(sign=-1)])) == [HOLDS]
+    part = Errors('', YAW, (np.array([0.0] * 26 + [9.0] * 4),), sign=sign)
+    assert conclusions(claims.fractions_within(limit, [part])) == [expected]
 
 
 def pair(first, second):
@@ -136,11 +124,11 @@ def pair(first, second):
 def test_equal_fractions():
     inside, outside = np.zeros(30), np.ones(30)
     pairs = [(inside, inside), (inside, outside), (inside[:10], inside[:10]), ([], [])]
-    found = [conclusions(fractions_equal([pair(*one)])) for one in pairs]
+    found = [conclusions(claims.fractions_equal([pair(*one)])) for one in pairs]
     assert found == [[HOLDS], [FAILS], [UNCLEAR], [UNCLEAR]]
 
 
-@pytest.mark.parametrize('judge', [first_spreads_more, first_errs_more])
+@pytest.mark.parametrize('judge', [claims.first_spreads_more, claims.first_errs_more])
 def test_spreads_and_sizes_of_pairs(judge):
     wide, narrow, other = (np.random.default_rng(seed).normal(0.0, std, 30) for seed, std in ((1, 3), (2, 1), (3, 3)))
     pairs = [(wide, narrow), (narrow, wide), (wide, other), (wide[:2], narrow[:2])]
@@ -151,5 +139,5 @@ def test_pairs_are_of_equal_trials():
     first = cell('SL', '40', 'odom', [(1.0, 0.0, 0.0), (2.0, 0.0, 0.0), (3.0, 0.0, 0.0)])
     second = cell('SL', '4096', 'odom', [(0.1, 0.0, 0.0), (0.2, 0.0, 0.0)])
     second[0]['odom_x_m'] = np.nan
-    [one] = pairs_of_pprs(results_of(first, second).trials, 'odom', ['SL'], [('40', '4096')], [X])
+    [one] = claims.pairs_of_pprs(results_of(first, second).trials, 'odom', ['SL'], [('40', '4096')], [X])
     assert [values.tolist() for values in one.values] == [[2.0], [0.2]]

@@ -69,8 +69,8 @@ def test_families_of_equal_robots_are_rarely_contradicted(draw):
     assert np.mean([min(holm(family)) < 0.05 for family in families]) <= 0.05
 
 
-def p_of(values, reported, count=30):
-    return maximum_p_value(np.asarray(values, dtype=float), Interval(reported, reported), count)
+def p_of(values, reported):
+    return maximum_p_value(np.asarray(values, dtype=float), Interval(reported, reported), 30)
 
 
 def test_a_maximum_below_many_of_ours_is_one_of_the_orders_of_both():
@@ -93,11 +93,10 @@ def test_equal_distributions_of_whole_pulses_rarely_differ():
     assert np.mean([p_value is not None and p_value < 0.05 for p_value in p_values]) < 0.05
 
 
-@pytest.mark.parametrize('ours', [2, 5, 30, 400])
+@pytest.mark.parametrize('ours', [2, 30, 400])
 def test_the_interval_is_what_is_not_rejected(ours):
     values = np.random.default_rng(ours).standard_normal(ours)
-    low, high = maximum_interval(values, 30)
-    step = 1e-6
+    (low, high), step = maximum_interval(values, 30), 1e-6
     assert p_of(values, low + step) >= 0.05 > p_of(values, low - step) if low > -math.inf else True
     assert p_of(values, high - step) >= 0.05 > p_of(values, high + step)
 
@@ -111,11 +110,9 @@ def test_only_cells_that_both_have_are_compared_whatever_the_outcome():
     cells = [cell(*name, 'odom', rows, outcome='lost') for name in (('SL', '40'), ('SL', '128'), ('own', '40'))]
     compared = compared_with(*cells)
     assert len(compared) == 12 and set(compared['trials']) == {3}
-    by_key = {(row['quantity'], row['statistic']): row for row in compared.to_dict('records')}
-    assert by_key['x_m', 'min']['ours'] == -0.03
-    assert by_key['yaw_deg', 'max']['ours'] == pytest.approx(2.0)
-    assert by_key['yaw_deg', 'std']['ours'] == pytest.approx(0.5)
-    assert by_key['y_m', 'pct_within']['ours'] == 100.0 and by_key['y_m', 'pct_within']['p'] < 0.05
+    ours = compared.set_index(['quantity', 'statistic'])['ours']
+    expected = {('x_m', 'min'): -0.03, ('yaw_deg', 'max'): 2.0, ('yaw_deg', 'std'): 0.5, ('y_m', 'pct_within'): 100.0}
+    assert {key: ours[key] for key in expected} == pytest.approx(expected)
 
 
 def test_a_family_is_corrected_for_its_own_cells_only():
@@ -135,8 +132,6 @@ def test_cells_that_errata_affect_or_that_were_fitted_are_no_evidence():
     compared = compared_with(cell('SMT', '1024', 'world', [(0.0, 0.0, 0.0)] * 30))
     assert len(compared) == 12 and not is_evidence(compared).any() and score(compared) == (0, 0)
     rows = [(0.0, 0.0, 0.0), (0.1, 0.0, 0.0)]
-    compared = compared_with(
-        cell('SL', '4096', 'odom', rows), cell('SL', '1024', 'odom', rows), cell('SL', '4096', 'world', rows)
-    )
+    compared = compared_with(*(cell('SL', *of, rows) for of in (('4096', 'odom'), ('1024', 'odom'), ('4096', 'world'))))
     of_fit = compared['left_out'] == 'calibrated'
     assert of_fit.sum() == 4 and not is_evidence(compared)[of_fit].any()  # of y in SL

@@ -13,29 +13,17 @@ def test_every_cell_is_there_once_as_printed_and_those_of_errata_are_marked():
     assert len(cells) == 432 and printed.index.is_unique and set(cells['statistic']) == set(STATISTICS)
     assert set(zip(cells['table'], cells['source'])) == {(4, 'odom'), (5, 'world'), (6, 'global')}
     assert printed.loc[('odom', 'SL', '40', 'y_m', 'std'), 'paper'] == 0.214
-    assert printed.loc[('world', 'SMT', '40', 'yaw_deg', 'max'), ['paper', 'left_out']].tolist() == [
-        80.341,
-        'smt_outlier_40',
-    ]
-    assert dict(cells['left_out'].value_counts()) == {
-        '': 398,
-        'smt_column_twice': 24,
-        'smt_outlier_40': 6,
-        'calibrated': 4,
-    }
-    repeated, original = (
-        cells[(cells['test'] == 'SMT') & (cells['ppr'] == ppr) & cells['table'].isin([5, 6])] for ppr in ('1024', '90')
-    )
+    outlier = printed.loc[('world', 'SMT', '40', 'yaw_deg', 'max'), ['paper', 'left_out']]
+    assert outlier.tolist() == [80.341, 'smt_outlier_40']
+    marked = {'': 398, 'smt_column_twice': 24, 'smt_outlier_40': 6, 'calibrated': 4}
+    assert dict(cells['left_out'].value_counts()) == marked
+    of_smt = cells[(cells['test'] == 'SMT') & cells['table'].isin([5, 6])]
+    repeated, original = (of_smt[of_smt['ppr'] == ppr] for ppr in ('1024', '90'))
     assert repeated['paper'].tolist() == original['paper'].tolist()
     assert set(repeated['left_out']) == {'smt_column_twice'}
 
 
-SL = navigated('SL')
-
-
-@pytest.fixture
-def made():
-    return paper_results(cell('SL', '40', 'odom', [IN] * 2), cell('SMT', '40', 'odom', [IN] * 3))
+MADE = paper_results(cell('SL', '40', 'odom', [IN] * 2), cell('SMT', '40', 'odom', [IN] * 3))
 
 
 def left_of(results):
@@ -51,20 +39,15 @@ def left_of(results):
         ((0.2, 0.4), 0.25, False),  # another outline
     ],
 )
-def test_another_robot_is_recognized_by_its_wheels_and_outline(made, wheels, y_m, is_papers):
+def test_another_robot_is_recognized_by_its_wheels_and_outline(wheels, y_m, is_papers):
     corners = [[x, y] for x in (0.25, -0.25) for y in (y_m, -y_m)]
     manifest = {'configuration': {'parameters': [{'navigator': {'local_costmap': {'footprint': corners}}}]}}
-    made = made._replace(robot=RobotGeometry(*wheels), manifest=manifest)
+    made = MADE._replace(robot=RobotGeometry(*wheels), manifest=manifest)
     assert left_of(made) == ({'SL', 'SMT'} if is_papers else set())
 
 
-@pytest.mark.parametrize(
-    'changed',
-    [
-        SL.model_copy(update={'nav': 'scripted'}),
-        SL.model_copy(update={'test': SL.test.model_copy(update={'world': 'corridor'})}),
-    ],
-    ids=['without navigation', 'another world'],
-)
-def test_another_test_of_the_same_name_is_none_of_the_papers(made, changed):
-    assert left_of(made._replace(requested={**made.requested, 'SL': changed})) == {'SMT'}
+def test_another_test_of_the_same_name_is_none_of_the_papers():
+    own = navigated('SL')
+    elsewhere = own.model_copy(update={'test': own.test.model_copy(update={'world': 'corridor'})})
+    for changed in (own.model_copy(update={'nav': 'scripted'}), elsewhere):
+        assert left_of(MADE._replace(requested={**MADE.requested, 'SL': changed})) == {'SMT'}
