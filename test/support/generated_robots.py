@@ -5,7 +5,7 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from robot_parts import write_binary_stl
+from robot_parts import write_mesh
 from urdf_texts import box, cylinder, inertial, joint, link, robot, sphere
 
 Vector = Tuple[float, float, float]
@@ -97,7 +97,7 @@ def write_cylinder_stl(path, radius_mm: float, length_mm: float, sides: int = 64
     corners = np.vstack([np.column_stack([rim, np.full(sides, z)]) for z in (-0.5 * length_mm, 0.5 * length_mm)])
     here, after = np.arange(sides), np.roll(np.arange(sides), -1)
     triangles = np.vstack([np.stack([here, after, here + sides], 1), np.stack([after, after + sides, here + sides], 1)])
-    write_binary_stl(path, corners, triangles)
+    write_mesh(path, corners, triangles)
 
 
 RECIPES = {

@@ -30,7 +30,7 @@ from diff_encoder_sim.robots.xacro_expansion import expand
 from diff_encoder_sim.trials.robot_params import load_robot_config, override
 from diff_encoder_sim.trials.trial_files import needs_other_files
 from places import ROOT
-from robot_parts import CUBE_CORNERS, CUBE_TRIANGLES, finder, shape, write_binary_stl
+from robot_parts import CUBE_CORNERS, CUBE_TRIANGLES, finder, shape, write_mesh
 from urdf_texts import (
     ball,
     base,
@@ -162,7 +162,7 @@ def test_an_inertia_that_no_body_has_is_named_and_replaced(moments_kgm2, mass_kg
 
 
 def test_a_visual_shape_stands_in_for_a_collision_shape_and_water_for_both(tmp_path):
-    write_binary_stl(tmp_path / 'a.stl', CUBE_CORNERS, CUBE_TRIANGLES)
+    write_mesh(tmp_path / 'a.stl', CUBE_CORNERS, CUBE_TRIANGLES)
     for name, shapes in (('a', [shape(Box((0.2, 0.2, 0.2)))]), ('b', [])):
         mesh = f'<mesh filename="package://p/{name}.stl" scale="0.1 0.1 0.1"/>'
         mass, _ = mass_of(link('base', mesh, shape='visual', inside=inertial(1.0, 0.0)), folder=tmp_path)

@@ -11,18 +11,7 @@ from diff_encoder_sim.robots.meshes import file_corners_m, mesh_hull, primitive_
 from diff_encoder_sim.robots.solids import Box, Cylinder, Mesh, Shape, Sphere, reach_m
 from diff_encoder_sim.robots.urdf_reading import parse_urdf
 from diff_encoder_sim.trials.trial_files import self_contained_urdf
-from robot_parts import (
-    CUBE_CORNERS,
-    CUBE_TRIANGLES,
-    WRITERS,
-    finder,
-    pose,
-    random_rotation,
-    shape,
-    write_binary_stl,
-    write_dae,
-    write_obj,
-)
+from robot_parts import CUBE_CORNERS, CUBE_TRIANGLES, finder, pose, random_rotation, shape, write_mesh
 from urdf_texts import ball, base, described, found, joint, link, pair, robot, tree_of, usual
 
 WHERE = "my.urdf: link 'base': collision mesh 'a.stl'"
@@ -36,9 +25,45 @@ def extents_m(points_m):
     return np.array([points_m.min(axis=0), points_m.max(axis=0)])
 
 
-@pytest.mark.parametrize('name', sorted(WRITERS))
+def write_dae(path, corners, triangles, unit_m=1.0, up_axis='Z_UP', node=''):
+    """A scene that shows one part, `node` in its <node>: <translate>, <matrix> and the like."""
+    numbers, indices = (' '.join(map(repr, np.ravel(values).tolist())) for values in (corners, triangles))
+    path.write_text(f"""<?xml version="1.0" encoding="utf-8"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+  <asset><created>2024-01-01T00:00:00</created><modified>2024-01-01T00:00:00</modified>
+    <unit name="unit" meter="{unit_m}"/><up_axis>{up_axis}</up_axis></asset>
+  <library_geometries><geometry id="part" name="part"><mesh>
+    <source id="points"><float_array id="array" count="{np.size(corners)}">{numbers}</float_array>
+      <technique_common><accessor source="#array" count="{len(corners)}" stride="3">
+        <param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/>
+      </accessor></technique_common></source>
+    <vertices id="corners"><input semantic="POSITION" source="#points"/></vertices>
+    <triangles count="{len(triangles)}"><input semantic="VERTEX" source="#corners" offset="0"/>
+      <p>{indices}</p></triangles>
+  </mesh></geometry></library_geometries>
+  <library_visual_scenes><visual_scene id="scene">
+    <node id="n">{node}<instance_geometry url="#part"/></node></visual_scene></library_visual_scenes>
+  <scene><instance_visual_scene url="#scene"/></scene>
+</COLLADA>
+""")
+
+
+def write(path, corners=CUBE_CORNERS):
+    """A mesh of the kind that its name has."""
+    if path.suffix == '.dae':
+        write_dae(path, corners, CUBE_TRIANGLES)
+        return
+    write_mesh(path, corners, CUBE_TRIANGLES, {'text.stl': 'stl_ascii', 'a.obj': 'obj'}.get(path.name, 'stl'))
+    content = path.read_bytes()
+    if path.name == 'solid.stl':
+        path.write_bytes(b'solid though it is binary'.ljust(80) + content[80:])
+    if path.suffix == '.obj':
+        path.write_bytes(b'mtllib missing.mtl\nusemtl none\n' + content)
+
+
+@pytest.mark.parametrize('name', ['text.stl', 'binary.stl', 'solid.stl', 'a.obj', 'a.dae', 'LOUD.STL'])
 def test_every_format_gives_the_corners_and_a_cube_becomes_a_box(tmp_path, name):
-    WRITERS[name](tmp_path / name, CUBE_CORNERS * [1, 2, 3] + [4, 5, 6], CUBE_TRIANGLES)
+    write(tmp_path / name, CUBE_CORNERS * [1, 2, 3] + [4, 5, 6])
     assert extents_m(corners_of(tmp_path, name)) == pytest.approx(np.array([[3, 3, 3], [5, 7, 9]]))
     mesh = f'<mesh filename="package://p/meshes/{name}" scale="0.1 0.1 0.1"/>'
     seen = Findings()
@@ -49,22 +74,20 @@ def test_every_format_gives_the_corners_and_a_cube_becomes_a_box(tmp_path, name)
     assert seen.notes == [f'collision mesh {name} of link base is simulated as {box.geometry}']
 
 
-@pytest.mark.parametrize('name', ['text.stl', 'part.obj'])
-def test_names_in_a_mesh_may_be_in_any_encoding(tmp_path, name):
-    word = 'Gehäuse'.encode('latin-1')
-    WRITERS[name](tmp_path / name, CUBE_CORNERS, CUBE_TRIANGLES)
+@pytest.mark.parametrize(('name', 'begin'), [('text.stl', b'solid '), ('a.obj', b'# ')])
+def test_names_in_a_mesh_may_be_in_any_encoding(tmp_path, name, begin):
+    write(tmp_path / name)
     content = (tmp_path / name).read_bytes()
-    named = {'text.stl': content.replace(b'part', word), 'part.obj': b'# ' + word + b'\n' + content}
-    (tmp_path / name).write_bytes(named[name])
+    (tmp_path / name).write_bytes(begin + 'Gehäuse\n'.encode('latin-1') + content[5 if name == 'text.stl' else 0 :])
     assert extents_m(corners_of(tmp_path, name)) == pytest.approx(extents_m(CUBE_CORNERS))
 
 
-def test_a_corner_that_no_triangle_has_does_not_count_and_an_edited_mesh_is_read_again(tmp_path):
-    for name, write in (('a.obj', write_obj), ('a.dae', write_dae)):
-        write(tmp_path / name, np.vstack([CUBE_CORNERS, [9, 9, 9]]), CUBE_TRIANGLES)
-        assert corners_of(tmp_path, name).max() == 1
-        write(tmp_path / name, 2 * CUBE_CORNERS, CUBE_TRIANGLES)
-        assert corners_of(tmp_path, name).max() == 2
+@pytest.mark.parametrize('name', ['a.obj', 'a.dae'])
+def test_a_corner_that_no_triangle_has_does_not_count_and_an_edited_mesh_is_read_again(tmp_path, name):
+    write(tmp_path / name, np.vstack([CUBE_CORNERS, [9, 9, 9]]))
+    assert corners_of(tmp_path, name).max() == 1
+    write(tmp_path / name, 2 * CUBE_CORNERS)
+    assert corners_of(tmp_path, name).max() == 2
 
 
 MATERIAL = (
@@ -111,7 +134,8 @@ def test_a_broken_or_missing_mesh_is_one_line_that_names_it(tmp_path, name, capf
 
 def hull_of(folder, points_m, scale=1.0, **placement):
     first = np.arange(len(points_m))
-    write_obj(folder / 'a.obj', points_m, np.stack([first, np.roll(first, 1), np.roll(first, 2)], axis=1))
+    triangles = np.stack([first, np.roll(first, 1), np.roll(first, 2)], axis=1)
+    write_mesh(folder / 'a.obj', points_m, triangles, 'obj')
     return mesh_hull(shape(Mesh('package://p/a.obj', (scale,) * 3), **placement), 'my.urdf', finder(folder))
 
 
@@ -165,7 +189,7 @@ def test_hulls_of_random_meshes_hold_every_corner(tmp_path):
 def test_a_robot_whose_wheels_are_meshes_has_their_radius(tmp_path, kind):
     corners_m = disc((0.05, -0.01), (0.05, 0.01))
     triangles = np.array([[index, index + 1, index + 2] for index in range(len(corners_m) - 2)])
-    write_binary_stl(tmp_path / 'wheel.stl', corners_m, triangles)
+    write_mesh(tmp_path / 'wheel.stl', corners_m, triangles)
     wheels = ''.join(
         link(f'{side}_wheel', '<mesh filename="package://any/wheel.stl"/>', f'rpy="{roll} 0 0"', 0.1, kind)
         + joint(f'{side}_wheel_joint', f'{side}_wheel', f'0 {y_m} 0.05', 'continuous')
@@ -223,9 +247,9 @@ URDF = URDF.replace('<link name="wheel">', '<link name="wheel">' + MESH.format('
 
 def test_meshes_that_count_travel_with_the_robot_and_all_else_stays(tmp_path):
     """A wheel that is round to the eye only needs its visual mesh."""
-    write_binary_stl(tmp_path / 'a.stl', CUBE_CORNERS, CUBE_TRIANGLES)
+    write_mesh(tmp_path / 'a.stl', CUBE_CORNERS, CUBE_TRIANGLES)
     drum = np.roll(disc((1, -1), (1, 1), count=12), 2, axis=1)
-    write_binary_stl(tmp_path / 'drum.stl', drum, np.arange(24).reshape(-1, 3))
+    write_mesh(tmp_path / 'drum.stl', drum, np.arange(24).reshape(-1, 3))
     urdf, files = self_contained_urdf(URDF, 'my.urdf', finder(tmp_path))
     names = [mesh.get('filename') for mesh in ElementTree.fromstring(urdf).iter('mesh')]
     assert [name.rsplit('/', 1)[-1] for name in names] == ['a.stl', 'seen.dae', 'a.stl', 'drum.stl', 'missing.stl']

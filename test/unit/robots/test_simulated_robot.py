@@ -23,6 +23,7 @@ from diff_encoder_sim.robots.urdf_reading import parse_urdf
 from diff_encoder_sim.robots.xacro_expansion import expand
 from generated_robots import LEFT, RECIPES, RIGHT, Recipe, urdf_of
 from places import ROOT
+from urdf_texts import joint, link
 
 ALTO = RobotSource(ROOT / 'urdf' / 'alto.urdf.xacro')
 JOINTS = 'left_wheel_joint', 'right_wheel_joint'
@@ -96,13 +97,13 @@ def joined(tree):
 
 def part_masses(tree):
     """Mass, centre and inertia in the root of each part that moves as one: the body and both wheels."""
-    tops = {tree.root: [], **{tree.joints[joint].child: [] for joint in JOINTS}}
-    for name, link in tree.links.items():
+    tops = {tree.root: [], **{tree.joints[name].child: [] for name in JOINTS}}
+    for name, each in tree.links.items():
         top = name
         while top not in tops:
             top = tree.above[top].parent
-        if link.inertial is not None:
-            tops[top].append(moved(link.inertial, tree.poses[name]))
+        if each.inertial is not None:
+            tops[top].append(moved(each.inertial, tree.poses[name]))
     return {top: merged(masses) for top, masses in tops.items()}
 
 
@@ -141,24 +142,21 @@ def test_the_wheels_turn_as_before_and_are_as_sound(tree, joined):
     assert [*joined.joints][:2] == [*JOINTS]
 
 
-def masses_in_pybullet(path, urdf):
-    """What PyBullet has of each link, in the root."""
+def mass_in_pybullet(path, urdf):
+    """What PyBullet has of all links; a root link is placed at the world's origin."""
     path.write_text(urdf)
     client = pybullet.connect(pybullet.DIRECT)
     robot = pybullet.loadURDF(str(path), flags=pybullet.URDF_USE_INERTIA_FROM_FILE, physicsClientId=client)
-    base = pybullet.getDynamicsInfo(robot, -1, physicsClientId=client)
-    in_world = pybullet.getBasePositionAndOrientation(robot, physicsClientId=client)
-    root = pybullet.multiplyTransforms(*in_world, *pybullet.invertTransform(*base[3:5]))
+    places = [pybullet.getBasePositionAndOrientation(robot, physicsClientId=client)]
+    for index in range(pybullet.getNumJoints(robot, physicsClientId=client)):
+        places.append(pybullet.getLinkState(robot, index, computeForwardKinematics=True, physicsClientId=client)[:2])
     masses = []
-    for index in range(-1, pybullet.getNumJoints(robot, physicsClientId=client)):
-        dynamics, place = pybullet.getDynamicsInfo(robot, index, physicsClientId=client), base[3:5]
-        if index >= 0:
-            state = pybullet.getLinkState(robot, index, computeForwardKinematics=True, physicsClientId=client)
-            place = pybullet.multiplyTransforms(*pybullet.invertTransform(*root), *state[:2])
-        turn = np.array(pybullet.getMatrixFromQuaternion(place[1])).reshape(3, 3)
-        masses.append(MassProperties(dynamics[0], np.array(place[0]), turn @ np.diag(dynamics[2]) @ turn.T))
+    for index, (com_m, quaternion) in enumerate(places, -1):
+        mass_kg, _, moments_kgm2 = pybullet.getDynamicsInfo(robot, index, physicsClientId=client)[:3]
+        turn = np.array(pybullet.getMatrixFromQuaternion(quaternion)).reshape(3, 3)
+        masses.append(MassProperties(mass_kg, np.array(com_m), turn @ np.diag(moments_kgm2) @ turn.T))
     pybullet.disconnect(client)
-    return masses
+    return merged(masses)
 
 
 def nominal(description):
@@ -168,7 +166,7 @@ def nominal(description):
 @pytest.mark.parametrize('name', list(RECIPES))
 def test_pybullet_has_the_mass_and_the_inertia_of_the_description(name, generated, tmp_path):
     description = describe(generated(RECIPES[name]))
-    whole = merged(masses_in_pybullet(tmp_path / 'physics.urdf', physics_urdf(description, nominal(description))))
+    whole = mass_in_pybullet(tmp_path / 'physics.urdf', physics_urdf(description, nominal(description)))
     expected = description.mass
     assert whole.mass_kg == pytest.approx(expected.mass_kg)
     assert whole.com_m == pytest.approx(expected.com_m, abs=1e-6)
@@ -178,9 +176,9 @@ def test_pybullet_has_the_mass_and_the_inertia_of_the_description(name, generate
 def test_errors_of_the_wheels_change_the_wheels_and_keep_them_on_the_floor(generated):
     description = describe(generated(root_height_m=0.033))
     robot = ElementTree.fromstring(physics_urdf(description, TrueWheels(0.034, 0.031, 0.17)))
-    for link, joint, radius_m, y_m in (('left_wheel', LEFT, 0.034, 0.085), ('right_wheel', RIGHT, 0.031, -0.085)):
-        assert float(robot.find(f"link[@name='{link}']//sphere").get('radius')) == radius_m
-        place_m = [float(text) for text in robot.find(f"joint[@name='{joint}']/origin").get('xyz').split()]
+    for name, axle, radius_m, y_m in (('left_wheel', LEFT, 0.034, 0.085), ('right_wheel', RIGHT, 0.031, -0.085)):
+        assert float(robot.find(f"link[@name='{name}']//sphere").get('radius')) == radius_m
+        place_m = [float(text) for text in robot.find(f"joint[@name='{axle}']/origin").get('xyz').split()]
         assert place_m == pytest.approx([0.0, y_m, radius_m - 0.033])
 
 
@@ -205,9 +203,6 @@ def test_wheels_are_obstacles_as_wide_as_the_footprint(generated):
         assert float(cylinder.find('origin').get('rpy').split()[0]) == pytest.approx(math.pi / 2)
 
 
-BARE_FRAME = '<link name="frame"/><joint name="frame" type="fixed"><parent link="hull"/><child link="frame"/></joint>'
-
-
 @pytest.mark.parametrize(
     ('old', 'new'),
     [
@@ -218,7 +213,7 @@ BARE_FRAME = '<link name="frame"/><joint name="frame" type="fixed"><parent link=
         ('xyz="-0.19 0 0.043"', 'xyz="-0.19 0 0.04"'),  # both casters touch
         ('xyz="0.19 0 0.04"', 'xyz="0.19 0 0.043"'),  # none does
         ('xyz="0.19 0 0.04"', 'xyz="0.19 0 0.039"'),  # it lifts the wheels
-        ('</robot>', f'{BARE_FRAME}</robot>'),
+        ('</robot>', f'{link("frame")}{joint("frame", "frame", "0 0 0", parent="hull")}</robot>'),
         ('<mass value="0.5"/>', '<mass value="0"/>'),
         ('joint name="laser_joint" type="fixed"', 'joint name="laser_joint" type="continuous"'),
         ('<box size="0.5 0.6 0.99"/>', '<mesh filename="body.stl"/>'),

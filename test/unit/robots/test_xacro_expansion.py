@@ -22,6 +22,7 @@ from diff_encoder_sim.robots.xacro_expansion import (
 from diff_encoder_sim.simulation.link_frames import display_urdf
 from diff_encoder_sim.trials.trial_files import needs_other_files
 from places import ROOT
+from urdf_texts import joint, link
 
 ALTO = RobotSource(ROOT / 'urdf' / 'alto.urdf.xacro')
 HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
@@ -115,19 +116,13 @@ def test_warnings_of_xacro_are_notes_and_not_on_the_terminal(tmp_path, capfd):
     assert capfd.readouterr() == ('', '')
 
 
-@pytest.mark.parametrize(
-    'body',
-    [
-        '<xacro:include filename="part.xacro" optional="true"/><link name="${size}"/>',
-        '<xacro:property name="all" value="${xacro.load_yaml(\'part.yaml\')}"/><link name="${all[\'size\']}"/>',
-    ],
-)
-def test_what_a_robot_is_made_from_is_read_again_when_it_changes(tmp_path, body):
+def test_what_a_robot_is_made_from_is_read_again_when_it_changes(tmp_path):
+    body = '<xacro:include filename="part.xacro" optional="true"/><link name="${xacro.load_yaml(\'p.yaml\')[size]}"/>'
     path = write(tmp_path / 'r.xacro', body)
-    for size in ('small', 'large'):
+    for size, text in (('s', 'small'), ('s', 'tiny'), ('l', 'large')):
         write(tmp_path / 'part.xacro', f'<xacro:property name="size" value="{size}"/>')
-        (tmp_path / 'part.yaml').write_text(f'size: {size}')
-        assert f'<link name="{size}"/>' in expand(RobotSource(path))
+        (tmp_path / 'p.yaml').write_text(f'{{s: {text}, l: large}}')
+        assert f'<link name="{text}"/>' in expand(RobotSource(path))
 
 
 def test_a_robot_is_expanded_once_for_many_trials(monkeypatch):
@@ -160,10 +155,7 @@ def test_words_and_texts_give_the_same():
 
 
 WHEELS = ('left_wheel_joint', 'right_wheel_joint')
-MAST = (
-    '<link name="mast"/><joint name="lift" type="prismatic"><parent link="base_link"/><child link="mast"/>'
-    '<limit lower="0" upper="1" effort="1" velocity="1"/></joint>'
-)
+MAST = link('mast') + joint('lift', 'mast', '0 0 1', 'prismatic', inside='<limit lower="0" upper="1"/>')
 
 
 def test_for_display_joints_without_a_state_are_fixed_and_the_root_link_has_no_inertia(tmp_path):
@@ -171,7 +163,7 @@ def test_for_display_joints_without_a_state_are_fixed_and_the_root_link_has_no_i
     path = tmp_path / 'robot.urdf'
     path.write_text(expand(ALTO).replace('</robot>', f'{MAST}</robot>'))
     robot = ElementTree.fromstring(display_urdf(RobotSource(path), WHEELS))
-    kinds = {joint.get('name'): joint.get('type') for joint in robot.findall('joint')}
+    kinds = {each.get('name'): each.get('type') for each in robot.findall('joint')}
     assert kinds['lift'] == 'fixed'
     assert {kinds[name] for name in WHEELS} == {'continuous'}
     assert robot.find("link[@name='base_link']/inertial") is None
