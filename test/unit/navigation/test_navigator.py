@@ -15,7 +15,6 @@ from diff_encoder_sim.navigation.global_planner import PlanError
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.navigation.navigator_inputs import STOP, ControlRate, GoalStatus, NavigatorInputs, OdometrySample
 from navigation_simulation import LASER_IN_BASE, ClosedLoop, navigator_params, shipped_world, walled_room
-from warm_kernels import check_nothing_is_left_to_compile
 
 MS = 1_000_000
 XY_TOLERANCE_M, YAW_TOLERANCE_RAD = 0.05, 0.052
@@ -406,19 +405,3 @@ def test_neither_new_goals_nor_a_recovery_turn_hide_frozen_odometry(room):
     turning = rotating(room)
     freeze(turning)
     assert turning.run(5.0).status is GoalStatus.ABORTED
-
-
-def test_nothing_is_left_to_compile_after_the_warm_up():
-    """The first goal is out of reach: recoveries."""
-    work = """
-from diff_encoder_sim.base.se2 import Pose2D
-import navigation_simulation as simulation
-shapes, grid = simulation.walled_room()
-params = simulation.navigator_params(planner_patience=0.5, NavfnROS=dict(use_dijkstra=False))
-loop = simulation.ClosedLoop(shapes.with_box(1.0, 0.0, 0.1, 4.0), grid, Pose2D(-1.0, 0.0, 0.0), params=params)
-for goal, status in (Pose2D(2.0, 0.0, 0.0), 'ABORTED'), (Pose2D(-2.0, 0.5, 2.0), 'SUCCEEDED'):
-    loop.navigator.set_goal(goal)
-    assert loop.run(60.0).status.name == status
-"""
-    warm_up = 'from diff_encoder_sim.navigation.navigator import warm_up; warm_up()'
-    check_nothing_is_left_to_compile('navigation', warm_up, work)
