@@ -66,7 +66,6 @@ def main():
     parser.add_argument('--seed', type=int, default=0, help='default: %(default)s')
     parser.add_argument('--areas', nargs='+', choices=AREAS, default=AREAS, help='default: all')
     parser.add_argument('--case', type=int, metavar='N', help='run only the case N')
-    parser.add_argument('--keep', type=Path, default=KEEP, metavar='DIR', help='of inputs that fell')
     options = parser.parse_args()
     for area in options.areas:
         warm_up(area)
@@ -81,7 +80,7 @@ def main():
     end_s = time.monotonic() + 60.0 * options.minutes
     while time.monotonic() < end_s:
         area, began_s = min(options.areas, key=spent_s.get), time.monotonic()
-        counts[area][try_case(area, options.seed, sum(counts[area].values()), options.keep).kind] += 1
+        counts[area][try_case(area, options.seed, sum(counts[area].values()), KEEP).kind] += 1
         spent_s[area] += time.monotonic() - began_s
     print(f'{"area":12} {ACCEPTED:>9} {REFUSED:>8} {FALLEN:>7}')
     for area, count in counts.items():

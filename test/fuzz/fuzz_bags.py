@@ -15,7 +15,8 @@ CLOCK_STEPS_NS = (0, -TICK_NS, 10**9, -(10**9), 10**12, -START_NS, 10**18, -(10*
 
 
 def warm_up(folder):
-    path = write_ros1(folder / 'good.bag', good_drive(ROS1))
+    rows = _drive(ROS1, np.arange(COUNT) * TICK_NS + START_NS, angles_rad(COUNT))
+    path = write_ros1(folder / 'good.bag', rows)
     _reencode(path, folder)
     _map(path, folder)
 
@@ -31,10 +32,6 @@ def run(rng, folder):
     rows = [odd_row(rng, row) for row in _drive(maker, stamps_ns, angles, rng)]
     path = write_ros1(folder / 'odd.bag', rows) if maker is ROS1 else write_ros2(folder / 'odd', rows)
     pick(rng, (_reencode, _reencode, _map))(path, folder)
-
-
-def good_drive(maker):
-    return _drive(maker, np.arange(COUNT) * TICK_NS + START_NS, angles_rad(COUNT))
 
 
 def _odd_drive(rng, stamps_ns, angles):

@@ -32,10 +32,6 @@ class Verdict(NamedTuple):
     reason: str
 
 
-class Fault(Exception):
-    """What came out is wrong, although nothing complained."""
-
-
 def run_in_sandbox(run: Callable[[], None], folder: Path, cpu_s: int) -> Verdict:
     """Run a case; what it prints is in `folder`/output.txt afterwards."""
     child = os.fork()

@@ -2,14 +2,9 @@
 
 import re
 
-from diff_encoder_sim.drives.topics import ENCODER_PULSE_TYPE, RECORDED, TOPIC_OF_SOURCE, TOPICS, PoseSource
+from diff_encoder_sim.drives.topics import ENCODER_PULSE_TYPE, TOPICS
 from diff_encoder_sim.drives.typestore import definition, fields_text
 from places import ROOT
-
-
-def test_every_pose_source_has_a_recorded_topic_of_its_own():
-    assert list(TOPIC_OF_SOURCE) == list(PoseSource)
-    assert set(TOPIC_OF_SOURCE.values()) < set(RECORDED) and len(set(TOPIC_OF_SOURCE.values())) == len(PoseSource)
 
 
 def test_the_topics_nodes_are_those_of_the_launch_files():

@@ -13,8 +13,7 @@ from diff_encoder_sim.drives.message_encoders import encode_clock, encode_pose_s
 from diff_encoder_sim.drives.trial_bag import TrialBag, TrialBags
 from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.drives.trial_recording import read_trial
-from diff_encoder_sim.drives.typestore import definition
-from recorded_messages import MAP_POSE, ODOM_POSE, SCAN, one_of_each, pose
+from recorded_messages import MAP_POSE, ODOM_POSE, SCAN, pose
 from trial_bags import trial
 
 FORMATS = pytest.mark.parametrize('bag_format', ['ros1', 'mcap'])
@@ -108,25 +107,6 @@ def test_a_file_that_cannot_grow_is_named_and_removed(tmp_path, size, bag_format
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert (caught.value.errno, caught.value.filename) == (errno.EFBIG, str(tmp_path / 'a.bag'))
     assert list(tmp_path.iterdir()) == []
-
-
-def test_ros_reads_it(tmp_path):
-    rosbag, expected = pytest.importorskip('rosbag'), {}
-    with TrialBag(tmp_path / 'a.bag', 'full') as bag:
-        for time_ns in range(0, 10**10, 10**7):  # several chunks
-            for topic, node, message in one_of_each():
-                bag.publish(topic.name, node, time_ns, bytes, message)
-                kind = topic.message_type
-                about = kind.replace('/msg/', '/'), definition(kind).md5sum, str(int(topic.is_latched))
-                expected[topic.name, node] = about
-    with rosbag.Bag(str(tmp_path / 'a.bag')) as read:
-        headers = [
-            [each.header[key].decode() for key in ('topic', 'callerid', 'type', 'md5sum', 'latching')]
-            for each in read._get_connections()
-        ]
-        assert {(topic, node): tuple(about) for topic, node, *about in headers} == expected
-        times_ns = [time.to_nsec() for _, _, time in read.read_messages()]
-        assert times_ns == sorted(times_ns) and len(times_ns) == 1000 * len(expected)
 
 
 @FORMATS
