@@ -71,11 +71,7 @@ def plan_as_yaml(options: TrialOptions) -> str:
 
 
 def plan(options: TrialOptions) -> LivePlan:
-    """Return the plan for the options.
-
-    Raises:
-        ConfigError: an option or its file is invalid.
-    """
+    """Return the plan for the options; ConfigError if an option or its file is invalid."""
     if options.sim not in SIMULATORS:
         raise ConfigError(f'sim: given {options.sim!r}; allowed: {", ".join(SIMULATORS)}')
     folder, is_scripted = package_folder(), options.nav == 'scripted'

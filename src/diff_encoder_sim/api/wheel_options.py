@@ -78,11 +78,7 @@ _BELONGS_TO = {
 
 
 def check_wheel_options(options: DriveOptions) -> None:
-    """Refuse contradictory options.
-
-    Raises:
-        ConfigError: there is more than one source, or an option of another source.
-    """
+    """Refuse contradictory options; ConfigError if there is more than one source, or an option of another source."""
     given = [name for name in _SOURCES if getattr(options, name)]
     if len(given) > 1:
         count = 'both' if len(given) == 2 else 'all'
@@ -141,11 +137,7 @@ def ppr_of_text(option: str, text: Any) -> PerWheel:
 def parameters_with(
     encoder: ChosenEncoder, of_robot: EncoderParams, odometry: OdometryParams
 ) -> Tuple[EncoderParams, OdometryParams]:
-    """Return the parameters of a robot with another encoder.
-
-    Raises:
-        ConfigError: the parameters contradict each other.
-    """
+    """Return the parameters of a robot with another encoder; ConfigError if the parameters contradict each other."""
     changes: Dict[str, Any] = {'ppr': encoder.ppr}
     if encoder.real:
         params = encoder.real.params
@@ -282,22 +274,14 @@ def wheel_numbers(
 
 
 def csv_wheels(options: DriveOptions, topic: str, robot: RecordedRobot) -> CsvWheels:
-    """Return the wheels of a CSV file.
-
-    Raises:
-        ConfigError: the ticks per revolution are missing.
-    """
+    """Return the wheels of a CSV file; ConfigError if the ticks per revolution are missing."""
     return CsvWheels([topic], robot.joints, *wheel_numbers(options, robot))
 
 
 def bag_wheels(
     options: DriveOptions, path: Path, source: BagSource, trial: Optional[Trial], robot: RecordedRobot
 ) -> WheelSource:
-    """Return the wheels of a bag.
-
-    Raises:
-        ConfigError: there are none; the message lists the alternatives.
-    """
+    """Return the wheels of a bag; ConfigError if there are none; the message lists the alternatives."""
     if options.odom:
         poses = find_poses(path, source, '--odom', options.odom)
         return OdometryWheels(poses, robot.joints, robot.odometry, options.start_seed)

@@ -85,11 +85,7 @@ class ModelStatesParams(Params):
 
 
 def launched_model() -> str:
-    """Return the model name of the launched robot, or the default.
-
-    Raises:
-        rospy.ROSException: there is no master.
-    """
+    """Return the model name of the launched robot, or the default; rospy.ROSException if there is no master."""
     return str(node.robot_settings('world_pose').get('model', ModelStatesParams().model))
 
 

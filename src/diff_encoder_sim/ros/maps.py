@@ -38,11 +38,7 @@ def map_message(grid: OccupancyGrid, stamp_ns: int, frame: str) -> OccupancyGrid
 
 
 def grid_from_message(message: OccupancyGridMessage) -> OccupancyGrid:
-    """Convert a map message to a grid.
-
-    Raises:
-        InputFault: the size, resolution or origin is invalid.
-    """
+    """Convert a map message to a grid; InputFault if the size, resolution or origin is invalid."""
     info = message.info
     if info.width * info.height == 0 or len(message.data) != info.width * info.height:
         raise InputFault(

@@ -81,11 +81,7 @@ class NavigationTransforms:
         return conversions.pose_from_transform(transform).compose(pose)
 
     def lookup(self, parent: str, child: str) -> TransformStamped:
-        """Look up the latest transform between two frames.
-
-        Raises:
-            InputFault: there is no transform.
-        """
+        """Look up the latest transform between two frames; InputFault if there is no transform."""
         try:
             return self._buffer.lookup_transform(parent, child.lstrip('/'), rospy.Time(0))
         except tf2_ros.TransformException as error:

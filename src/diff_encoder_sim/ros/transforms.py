@@ -60,11 +60,7 @@ class ScannerMount(NamedTuple):
 
 
 def scanner_mount(transform: TransformStamped) -> ScannerMount:
-    """Compute the mounting from the transform between laser and base frame.
-
-    Raises:
-        InputFault: the transform is invalid.
-    """
+    """Compute the mounting from the transform between laser and base frame; InputFault if the transform is invalid."""
     pose = pose_from_transform(transform)
     rotation = transform.transform.rotation
     aside, upright = rotation.x**2 + rotation.y**2, rotation.z**2 + rotation.w**2

@@ -120,11 +120,7 @@ class TrialRunner:
         self._status.succeed()
 
     def wait_for(self, is_done: Callable[[], bool]) -> None:
-        """Block until `is_done`.
-
-        Raises:
-            TrialFailed: the trial was stopped, or simulated time does not advance.
-        """
+        """Block until `is_done`; TrialFailed if the trial was stopped, or simulated time does not advance."""
         while not is_done():
             if rospy.is_shutdown():
                 raise TrialFailed('stopped before its end')
