@@ -106,11 +106,7 @@ def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
 
 
 def _checked(options: AdviceOptions) -> AdviceOptions:
-    """Check options before the computation starts, and set the number of trials.
-
-    Raises:
-        ConfigError: an output is no path for it, or the number of trials cannot show the required fraction.
-    """
+    """Check options before the computation starts, and set the number of trials."""
     asked = Asked(options.share, options.confidence)
     fewest = asked.fewest_trials()
     options = replace(options, trials=asked.fewest_trials(FORGIVEN) if options.trials is None else options.trials)
@@ -129,10 +125,7 @@ def _checked(options: AdviceOptions) -> AdviceOptions:
 
 
 def _candidates(options: AdviceOptions) -> Campaign:
-    """Load the candidates, with parameter sets that each leave out one cause of errors.
-
-    The candidates include the robot's own encoder unless they are given.
-    """
+    """Load the candidates, by default with the robot's own encoder, and variants that leave out a cause of errors."""
     given = {key: getattr(options, key) for key in ('tests', 'ppr', 'encoders', 'trials', 'robot')}
     given['files'] = None if options.amcl is None else {'amcl': options.amcl}
 
@@ -157,11 +150,7 @@ def _candidates(options: AdviceOptions) -> Campaign:
 
 @contextlib.contextmanager
 def _candidate_trials(options: AdviceOptions, campaign: Campaign, run: RunTrials) -> Iterator[TrialsWith]:
-    """Open the results folder, and yield a function that returns trials with an encoder and runs missing ones.
-
-    Raises:
-        ConfigError: the folder contains other files or cannot be used.
-    """
+    """Open the results folder, and yield a function that returns trials with an encoder and runs missing ones."""
     store = ResultStore(options.out, campaign, describe_run(package_folder(), sys.argv))
     with store, contextlib.ExitStack() as opened:
         ready: List[Workers] = []  # started with the first trial

@@ -60,11 +60,7 @@ class TrialOptions(LaunchOptions):
 
 
 def plan_as_yaml(options: TrialOptions) -> str:
-    """Return the plan of a live trial as one line of YAML for the parameter /trial.
-
-    Raises:
-        ConfigError: as in `plan`.
-    """
+    """Return the `plan` of a live trial as one line of YAML for the parameter /trial."""
     # Not JSON, because YAML reads 1e-06 as a string.
     content = for_xml_rpc(plan(options).model_dump(mode='json', exclude_none=True))
     return yaml.safe_dump(content, default_flow_style=True, width=math.inf, sort_keys=False)
@@ -139,11 +135,7 @@ def plan(options: TrialOptions) -> LivePlan:
 
 
 def _check_robot(options: TrialOptions, trial: Trial, robot: LaunchedRobot, map_path: str) -> None:
-    """Check the robot in PyBullet, unless the trial uses Gazebo, and its fit to the test.
-
-    Raises:
-        ConfigError: a check fails.
-    """
+    """Check the robot in PyBullet, unless the trial uses Gazebo, and its fit to the test."""
     params, file = robot.params, robot.setup.file
     problems: List[str] = []
     if options.sim == SIMULATED:

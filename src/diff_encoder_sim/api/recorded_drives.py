@@ -75,11 +75,7 @@ def reencode(bag: Union[str, Path, None] = None, **options: Any) -> List[Reencod
 
 
 def reencoding(options: DriveOptions) -> Reencoding:
-    """Compute a recorded drive with each encoder.
-
-    Raises:
-        ConfigError: as in `reencode`.
-    """
+    """Compute a recorded drive with each encoder; errors as in `reencode`."""
     begin_s = time.perf_counter()
     wheel_options.check_wheel_options(options)
     path, trial, reference = options.csv or options.bag or Path(), None, None
@@ -191,11 +187,7 @@ def _encoded(
     files: Mapping[str, Path],
     no_drive: str,
 ) -> List[EncodedDrive]:
-    """Compute the drive with each encoder, and write its bag if there are files.
-
-    Raises:
-        ConfigError: a file cannot be written; or `no_drive`.
-    """
+    """Compute the drive with each encoder, and write its bag if there are files; `no_drive`: error without one."""
     encoded = []
     try:
         with contextlib.ExitStack() as bags:  # removes the bags after an error

@@ -166,8 +166,7 @@ def robot_urdf(options: LaunchOptions, arguments: Sequence[str], frames: bool, n
     return expand(without_root_inertia(file.source) if no_root_inertia else file.source)
 
 
-# Widths of the columns value and source, for common terminals.
-WIDTHS = (52, 44)
+WIDTHS = (52, 44)  # of the columns value and source, for common terminals
 
 
 def inspect_robot(

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
+from typing import Sequence
 
 import rosgraph.names
+import roslib.packages
+import rospkg
 import rospy
 
 from diff_encoder_sim.base.bounds import ANGLES, PLACES
@@ -15,20 +19,28 @@ from diff_encoder_sim.base.params import merged
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.ros.conversions import pose_message
 from diff_encoder_sim.ros.gazebo_states import SetModelState, launched_model
-from diff_encoder_sim.ros.graph import become
 from diff_encoder_sim.ros.node import call_service, own_words, required_trial_plan, robot_settings, trial_plan
 from diff_encoder_sim.trials.required_packages import GAZEBO, UPSTREAM_NAVIGATION, UPSTREAM_SLAM
 
-# Package of each node, and its installation.
+# Package of each node, its installation, and the part of /robot_settings with its parameters.
 NODES = {
-    'map_server': ('map_server', UPSTREAM_NAVIGATION),
-    'amcl': ('amcl', UPSTREAM_NAVIGATION),
-    'move_base': ('move_base', UPSTREAM_NAVIGATION),
-    'slam_gmapping': ('gmapping', UPSTREAM_SLAM),
+    'map_server': ('map_server', UPSTREAM_NAVIGATION, ''),
+    'amcl': ('amcl', UPSTREAM_NAVIGATION, 'amcl'),
+    'move_base': ('move_base', UPSTREAM_NAVIGATION, 'navigation'),
+    'slam_gmapping': ('gmapping', UPSTREAM_SLAM, 'slam'),
 }
 
-# Parts of /robot_settings with the parameters of each node.
-PARTS = {'amcl': 'amcl', 'move_base': 'navigation', 'slam_gmapping': 'slam'}
+
+def become(package: str, executable: str, arguments: Sequence[str], install_hint: str) -> None:
+    """Replace this process by another package's executable, so that signals reach it; ConfigError if not installed."""
+    try:
+        found = roslib.packages.find_node(package, executable)
+    except rospkg.ResourceNotFound:
+        found = []
+    if not found:
+        raise ConfigError(f'{package} {executable} is not installed; {install_hint}')
+    remappings = [argument for argument in sys.argv[1:] if ':=' in argument]
+    os.execv(found[0], [found[0], *arguments, *remappings])
 
 
 @user_errors('upstream_node')
@@ -39,8 +51,8 @@ def upstream_node() -> None:
         raise ConfigError(
             f'arguments: given {" ".join(words)!r}; allowed: map_server [MAP.yaml], amcl, move_base, or slam_gmapping'
         )
-    node, arguments = words[0], words[1:]
-    plan = trial_plan()
+    node, arguments, plan = words[0], words[1:], trial_plan()
+    package, needed, part = NODES[node]
     # The full name that roslaunch gives the node.
     name = rosgraph.names.load_mappings(sys.argv).get('__name', node)
     full_name = str(rosgraph.names.ns_join(rosgraph.names.get_ros_namespace(), name))
@@ -48,7 +60,7 @@ def upstream_node() -> None:
         arguments = arguments or [required_trial_plan().map]
     else:
         # The robot's settings among its private parameters, as the package's own nodes read them.
-        for key, value in robot_settings(PARTS[node]).items():
+        for key, value in robot_settings(part).items():
             old = rospy.get_param(f'{full_name}/{key}', None)
             both_nested = isinstance(old, dict) and isinstance(value, dict)
             rospy.set_param(f'{full_name}/{key}', merged(old, value) if both_nested else value)
@@ -56,7 +68,6 @@ def upstream_node() -> None:
         start, given = plan.trial.test.start, rospy.get_param(full_name, {})
         pose = {'initial_pose_x': start.x, 'initial_pose_y': start.y, 'initial_pose_a': start.yaw}
         arguments = [f'_{key}:={value!r}' for key, value in pose.items() if key not in given]
-    package, needed = NODES[node]
     become(package, node, arguments, needed.install_hint)
 
 

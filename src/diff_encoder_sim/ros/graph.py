@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-import os
-import sys
 import time
-from typing import Iterable, List, Sequence, Set, Tuple
+from typing import Iterable, List, Set, Tuple
 
 import rosgraph
-import roslib.packages
-import rospkg
 import rospy
-
-from diff_encoder_sim.base.errors import ConfigError
 
 POLL_PERIOD_S = 0.1
 
@@ -53,19 +47,3 @@ def wait_until_connected(topics: Iterable[str], if_published: Iterable[str], tim
         if not missing or time.monotonic() > deadline_s or rospy.is_shutdown():
             return missing
         time.sleep(POLL_PERIOD_S)
-
-
-def become(package: str, executable: str, arguments: Sequence[str], install_hint: str) -> None:
-    """Replace this process by another package's executable, so that signals reach it directly.
-
-    Raises:
-        ConfigError: it is not installed; the message contains `install_hint`.
-    """
-    try:
-        found = roslib.packages.find_node(package, executable)
-    except rospkg.ResourceNotFound:
-        found = []
-    if not found:
-        raise ConfigError(f'{package} {executable} is not installed; {install_hint}')
-    remappings = [argument for argument in sys.argv[1:] if ':=' in argument]
-    os.execv(found[0], [found[0], *arguments, *remappings])

@@ -35,10 +35,9 @@ ROBOT_RADIUS_M = 0.46
 
 
 class ReconfigureServer(Server):  # type: ignore[misc]  # the library has no types
-    """Server of one namespace, which starts with the node's values.
+    """Server of one namespace, which starts with the node's values and stores changed ones for its next start.
 
-    The library would clamp parameters to the limits of the .cfg file at the start. A node validates its values, and
-    stores only changed ones for its next start.
+    The library would clamp parameters to the limits of the .cfg file at the start; here the node validates its values.
 
     Args:
         config_type: module generated from the .cfg file.
@@ -120,23 +119,16 @@ def serve_navigation(params: NavigatorParams, apply: Callable[[NavigatorParams],
 def _costmap_servers(name: str, params: CostmapParams, change: Callable[[Values], None]) -> List[ReconfigureServer]:
     sources = params.observation_sources
 
-    def change_layer(fields: Values, **if_disabled: Any) -> None:
-        is_enabled = fields.pop('enabled')
-        change({**fields, **({} if is_enabled else if_disabled)})
+    def change_layer(if_enabled: Values, otherwise: Values, values: Values) -> None:
+        fields = {name: value for name, value in values.items() if name != 'enabled'}
+        change({**fields, **(if_enabled if values['enabled'] else otherwise)})
 
-    def change_obstacles(values: Values) -> None:
-        change_layer({**values, 'observation_sources': sources or 'scan'}, observation_sources='')
-
-    def change_inflation(values: Values) -> None:
-        change_layer(dict(values), inflation_radius=0.0)
-
+    change_obstacles = partial(change_layer, {'observation_sources': sources or 'scan'}, {'observation_sources': ''})
+    change_inflation = partial(change_layer, {}, {'inflation_radius': 0.0})
     values = {**dict(params), 'footprint': str(params.footprint), 'robot_radius': ROBOT_RADIUS_M}
+    obstacles, inflation = {**values, 'enabled': bool(sources)}, {**values, 'enabled': True}
     return [
         ReconfigureServer(Costmap2DConfig, name, values, change),
-        ReconfigureServer(
-            ObstaclePluginConfig, f'{name}/obstacle_layer', {**values, 'enabled': bool(sources)}, change_obstacles
-        ),
-        ReconfigureServer(
-            InflationPluginConfig, f'{name}/inflation_layer', {**values, 'enabled': True}, change_inflation
-        ),
+        ReconfigureServer(ObstaclePluginConfig, f'{name}/obstacle_layer', obstacles, change_obstacles),
+        ReconfigureServer(InflationPluginConfig, f'{name}/inflation_layer', inflation, change_inflation),
     ]

@@ -110,11 +110,7 @@ class ReplayNode:
             self._status.succeed()
 
     def _wait_for_nodes(self) -> None:
-        """Wait until the encoder node and the odometry node have subscribed, and all subscribers are connected.
-
-        Raises:
-            ConfigError: a node is not connected within start_timeout.
-        """
+        """Wait for both nodes and all connections; ConfigError if there are none within start_timeout."""
         master, timeout_s = rosgraph.Master(rospy.get_name()), self._params.start_timeout
         deadline_s, missing = time.monotonic() + timeout_s, [topics.JOINT_STATES]
         while missing and not rospy.is_shutdown() and time.monotonic() < deadline_s:

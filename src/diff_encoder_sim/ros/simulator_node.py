@@ -44,9 +44,7 @@ SHORTEST_COMMAND_PERIOD_S = (pacing.GRAPH_LEAD_NS + TICK_NS) / NANOSECONDS_PER_S
 class SimulatorNodeParams(SimulatorParams):
     """Parameters of simulator_node; world, start and seed default to those of /trial."""
 
-    robot: str = Field(
-        min_length=1, description='name of a robot in config/robots/, a robot file, or a xacro or URDF file'
-    )
+    robot: str = Field(min_length=1, description='name in config/robots/, a robot file, or a xacro or URDF file')
     robot_args: str = Field('', description="arguments of the robot's xacro: name=value name=value")
     world: str = Field(min_length=1, description='world file; default: that of /trial')
     start: PoseParams = Field(PoseParams(), description='pose of base_link in the world; default: that of /trial')
@@ -54,12 +52,8 @@ class SimulatorNodeParams(SimulatorParams):
     real_time_factor: Annotated[float, Between(1e-3, 1e6, or_zero=True)] = Field(
         1.0, description='simulated time per wall time; 0: as fast as the graph keeps up'
     )
-    report_rate: Rate_Hz = Field(
-        DEFAULT_RATE_HZ, description="rate of wait_for [Hz]; default: the encoder's rate of /trial"
-    )
-    report_delay: Duration_s = Field(
-        0.0, description='how much later they may come [s]; default: as the encoder reports, of /trial'
-    )
+    report_rate: Rate_Hz = Field(DEFAULT_RATE_HZ, description='rate of wait_for [Hz]; default: of /trial')
+    report_delay: Duration_s = Field(0.0, description='how much later they may come [s]; default: of /trial')
     wait_for: List[str] = Field(
         [], description='stamped topics at report_rate that simulated time waits for; unless paused: once they begin'
     )
@@ -118,7 +112,6 @@ class SimulatorNode:
             pacing.GraphPacer(params.wait_for_after_scans, expected.scan_before, params.paused),
         )
         self._wall_pacer = pacing.WallPacer(params.real_time_factor)
-        self._commands = subscriber('cmd_vel', Twist, self._on_command)
         self._gate = pacing.CommandGate(
             _answered_times(params, expected),
             pacing.GRAPH_LEAD_NS,
@@ -126,6 +119,8 @@ class SimulatorNode:
             lambda: self._commands.get_num_connections() > 0,
             params.command_at_start,
         )
+        take = self._gate.put
+        self._commands = subscriber('cmd_vel', Twist, lambda message: take((message.linear.x, message.angular.z)))
         self._services = [
             empty_service('/gazebo/pause_physics', self._running.clear),
             empty_service('/gazebo/unpause_physics', self._unpause),
@@ -173,9 +168,6 @@ class SimulatorNode:
         if now_ns % self._scan_period_ns == 0:
             period_s = self._scan_period_ns / NANOSECONDS_PER_SECOND
             self._scans.publish(encode_scan(self._simulator.scan(), self._scan_frame, period_s))
-
-    def _on_command(self, message: Twist) -> None:
-        self._gate.put((message.linear.x, message.angular.z))
 
     # ---- services
 

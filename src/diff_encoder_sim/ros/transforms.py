@@ -179,10 +179,7 @@ class ScanInput:
     """Subscribes to `scan`, and delivers each scan with the odometry at its stamp through a `ScanQueue`.
 
     Args:
-        buffer: transform buffer.
         lock: held during delivery.
-        base_frame: frame of the robot.
-        odom_frame: frame of the odometry.
         use: called with a scan, the base's pose in odom and the laser's in base.
         on_restart: called with the stamp [ns] if time jumped back, before that scan is queued.
         is_ready: returns whether scans are delivered; otherwise they wait.

@@ -57,12 +57,8 @@ class TrialParams(Params):
     odom_frame: str = Field('odom', min_length=1, description='frame of the odometry')
     map_frame: str = Field('map', min_length=1, description='frame of goals')
     start_timeout: PositiveDuration_s = Field(60.0, description='wall time for the graph to start [s]')
-    stall_timeout: PositiveDuration_s = Field(
-        20.0, description='wall time without a true pose, before the trial fails [s]'
-    )
-    goal_distance: PositiveDistance_m = Field(
-        GOAL_DISTANCE_M, description='a true pose farther from the goal fails the trial [m]'
-    )
+    stall_timeout: PositiveDuration_s = Field(20.0, description='wall time without a true pose that ends the trial [s]')
+    goal_distance: PositiveDistance_m = Field(GOAL_DISTANCE_M, description='most between true pose and goal [m]')
 
 
 class TrialFailed(Exception):
@@ -94,9 +90,7 @@ class TrialRunner:
     def run(self, drive: Callable[[], None], also_connected: Sequence[str] = ()) -> None:
         """Start simulated time, `drive`, and report the outcome; exit with status 1 if the trial failed.
 
-        Args:
-            drive: returns at the end of the drive; raises TrialFailed.
-            also_connected: further topics to be connected before time starts.
+        `drive` may raise TrialFailed; the topics of `also_connected` are connected before time starts as well.
         """
         try:
             self._start((*GRAPH, *also_connected))
