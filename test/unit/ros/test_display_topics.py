@@ -29,7 +29,7 @@ class RecordedTopic(DisplayTopic):
     has_subscribers = True
 
     def __init__(self, *_, **__):
-        self._newcomers, self._due_ns, self._messages = SimpleNamespace(are_there=False), None, []
+        self._are_newcomers_there, self._due_ns, self._messages = False, None, []
         self.publish = self._messages.append
 
     def take(self):
@@ -65,7 +65,7 @@ class Watched:
 
 def test_a_costmap_is_whole_at_first_and_then_the_cells_that_changed():
     watched = Watched(inflation_radius=0.0)
-    watched.view._grids._newcomers.are_there = True
+    watched.view._grids.peer_subscribe()
     whole, changes = watched.show()
     assert [(grid.info.width, grid.info.height) for grid in whole] == [(60, 60)] and changes == []
     assert watched.show() == ([], []), 'nothing has changed'
