@@ -11,22 +11,7 @@ import pytest
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.drive_tags import commanded_joints, find_drive_tags
 from diff_encoder_sim.robots.driven_wheels import drivable_joints, rolling_wheels
-from urdf_texts import (
-    RADIUS_M,
-    ball,
-    base,
-    cylinder,
-    described,
-    joint,
-    link,
-    pair,
-    plugin,
-    robot,
-    transmission,
-    tree_of,
-    usual,
-    wheel,
-)
+from urdf_texts import ball, base, described, joint, link, pair, plugin, robot, transmission, tree_of, usual, wheel
 
 
 def table(text):
@@ -118,11 +103,14 @@ def swivel(name, x_m, y_m):
     return fork + wheel(name, -0.01, 0.0, 0.02, parent=f'{name}_fork', z_m=-0.04)
 
 
+DISC = '<cylinder radius="0.03" length="0.02"/>'
+
+
 def arms(kind, suffix=''):
     """Parts on the left and on the right that turn or move: no wheels."""
     arm = 'arm' + suffix
     return ''.join(
-        link(f'{side}_{arm}', cylinder(0.03)) + joint(f'{side}{suffix}_joint', f'{side}_{arm}', f'0 {y} 0.5', kind)
+        link(f'{side}_{arm}', DISC) + joint(f'{side}{suffix}_joint', f'{side}_{arm}', f'0 {y} 0.5', kind)
         for side, y in (('left', 0.1), ('right', -0.1))
     )
 
@@ -134,7 +122,7 @@ CASTERS = (
     ball('front_ball', 0.1) + ball('rear_ball', -0.1),
 )
 EXTRAS = arms('continuous') + arms('prismatic', '_finger')
-EXTRAS += link('rotor', cylinder(0.03)) + joint('rotor_joint', 'rotor', '0 0 0.3', 'continuous', axis='0 0 1')
+EXTRAS += link('rotor', DISC) + joint('rotor_joint', 'rotor', '0 0 0.3', 'continuous', axis='0 0 1')
 
 
 def variant(number, kind, drive, tags):
@@ -157,7 +145,7 @@ def variant(number, kind, drive, tags):
     for side, y_m in {'car': SIDES, 'tricycle': (('left', 0.0),)}.get(kind, ()):
         knuckle = texts['steer_right'] = f'knuckle_{side}'
         parts.append(link(knuckle) + joint(knuckle, knuckle, f'0.2 {y_m} 0.1', 'revolute', axis='0 0 1', inside=limits))
-        parts.append(wheel(f'front_{side}', parent=knuckle, z_m=RADIUS_M - 0.1))
+        parts.append(wheel(f'front_{side}', parent=knuckle, z_m=-0.05))
         # A differential drive of the rear wheels is one with casters, unless something commands the front ones.
         if 'diff' in drive or drive == 'transmissions':
             parts.append(transmission(knuckle, 'PositionJointInterface'))

@@ -9,29 +9,14 @@ from diff_encoder_sim.robots.describing import describe
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.robot_file import load_robot_file
 from diff_encoder_sim.robots.robot_setup import set_up_robot
-from urdf_texts import (
-    RADIUS_M,
-    ball,
-    base,
-    cylinder,
-    described,
-    found,
-    joint,
-    link,
-    pair,
-    plugin,
-    robot,
-    transmission,
-    usual,
-    wheel,
-)
+from urdf_texts import ball, base, described, found, joint, link, pair, plugin, robot, transmission, usual, wheel
 
 USUAL = 'left_wheel_joint', 'right_wheel_joint'
 DRIVE = plugin('libgazebo_ros_diff_drive.so', leftJoint=USUAL[0], rightJoint=USUAL[1])
 FRONT_DRIVE = DRIVE.replace(USUAL[0], 'a_joint').replace(USUAL[1], 'b_joint')
 FRONT_PAIR = pair(x_m=0.2, names=('a', 'b'))
 SWIVEL = link('fork') + joint('swivel', 'fork', '0.3 0 0.1', 'continuous', axis='0 0 1')
-ROLL = wheel('front', parent='fork', z_m=RADIUS_M - 0.1)
+ROLL = wheel('front', parent='fork', z_m=-0.05)
 ENDLESS = '<limit lower="-1e9" upper="1e9" effort="1" velocity="1"/>'
 STEERED = SWIVEL.replace('continuous', 'revolute').replace(
     '</joint>', '<limit lower="-0.6" upper="0.6" effort="1" velocity="1"/></joint>'
@@ -105,10 +90,7 @@ def omni(name, bearing_rad):
     return wheel(name, x_m, y_m, axis=axis, origin=f'rpy="0 1.5707963267948966 {bearing_rad}"')
 
 
-ROTORS = ''.join(
-    link(f'rotor_{n}', cylinder(0.03)) + joint(f'rotor_{n}_joint', f'rotor_{n}', f'{n} 0 1', 'continuous', axis='0 0 1')
-    for n in range(2)
-)
+ROTORS = ''.join(wheel(f'rotor_{n}', n, z_m=1, axis='0 0 1', origin='xyz="0 0 0"') for n in range(2))
 ALONG_X = {'axis': '1 0 0', 'origin': 'rpy="0 1.5707963267948966 0"'}
 
 
