@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from amcl_world import pillar_room, simulated_scan
-from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
@@ -86,22 +85,6 @@ def test_the_rays_that_count_are_those_within_limits(model, dtype):
     ]
     assert np.column_stack(beams[:2]) == pytest.approx(np.array(expected), rel=1e-14)
     assert beams[2:] == (LASER_POSE.x_m, LASER_POSE.y_m, 3.5)
-
-
-@pytest.mark.parametrize(
-    'changes',
-    [
-        dict(ranges_m=np.full(36, np.nan)),
-        dict(ranges_m=np.empty(0)),
-        dict(angle_increment_rad=0.0),
-        dict(angle_min_rad=np.nan),
-        dict(range_max_m=-1.0),
-    ],
-)
-def test_a_scan_without_numbers_or_geometry_is_refused(changes):
-    scan = Scan(0, 0.0, 0.1, 0.15, 6.0, np.ones(36))._replace(**changes)
-    with pytest.raises(InputFault):
-        laser_model(params(laser_model_type='beam'), pillar_room()).beams(scan, IDENTITY)
 
 
 @pytest.mark.parametrize(('shape', 'fraction'), [((1, 40), 0.1), ((17, 31), 0.0), ((30, 23), 0.003), ((30, 30), 0.3)])

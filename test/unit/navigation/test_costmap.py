@@ -123,16 +123,6 @@ def test_clearing_keeps_a_square_around_the_robot():
     assert (costmap.costs == FREE).all()
 
 
-def test_other_parameters_keep_the_obstacles_while_the_cells_are_the_same():
-    costmap, pose = walled(shape=(60, 60), inflation_radius=0.5), Pose2D(1.5, 1.5, 0.0)
-    costmap.update(pose, scan_of({0: 0.6}), pose)
-    narrow = costmap.reconfigured(CostmapParams.from_mapping({'inflation_radius': 0.0}, ''))
-    assert ((narrow.costs == LETHAL) == (costmap.costs == LETHAL)).all() and (costmap.costs == LETHAL).sum() == 1
-    assert set(np.unique(narrow.costs)) == {FREE, LETHAL}
-    blind = costmap.reconfigured(CostmapParams.from_mapping({'observation_sources': ''}, ''))
-    assert (blind.costs == FREE).all()
-
-
 def test_a_window_of_another_size_begins_empty_around_the_robot():
     window, here = Costmap(local_defaults()), Pose2D(5.0, 2.0, 0.0)
     window.update(here, scan_of({0: 0.6}), here)

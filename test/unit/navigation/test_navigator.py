@@ -8,10 +8,8 @@ import pytest
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.laser_scan import Scan
-from diff_encoder_sim.base.params import with_changes
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
 from diff_encoder_sim.navigation import navigator_inputs as inputs
-from diff_encoder_sim.navigation.global_planner import PlanError
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.navigation.navigator_inputs import STOP, ControlRate, GoalStatus, NavigatorInputs, OdometrySample
 from navigation_simulation import LASER_IN_BASE, ClosedLoop, navigator_params, shipped_world, walled_room
@@ -223,23 +221,6 @@ def test_an_obstacle_that_is_not_on_the_map_is_driven_around(room):
     drive(world, Pose2D(-2.2, 0.0, 0.0), Pose2D(2.2, 0.0, 0.0), 40.0, params=wide_params(planner_frequency=1.0))
 
 
-def test_parameters_that_change_on_the_way_count_from_then_on(room):
-    """The goal and the plan stay, and another local planner follows it; what did not change is kept."""
-    loop = under_way(room, 1.5, params=navigator_params())
-    navigator, plan = loop.navigator, loop.navigator.run.global_plan_in_map
-    assert loop.outputs[-1].command.linear_mps > 0.3
-    navigator.reconfigure(navigator_params({'max_vel_x': 0.2, 'max_vel_trans': 0.2}))
-    loop.run(1.0)
-    assert 0.15 < loop.outputs[-1].command.linear_mps <= 0.2
-    costmaps = navigator.global_costmap, navigator.local_costmap
-    navigator.reconfigure(with_changes(navigator.params, {'local_costmap': {'publish_frequency': 7.0}}, ''))
-    assert navigator.global_costmap is costmaps[0] and navigator.local_costmap is not costmaps[1]
-    assert navigator.local_costmap.params.publish_frequency == 7.0
-    assert navigator.run.global_plan_in_map is plan
-    loop.run(40.0)
-    assert_at(loop, AHEAD)
-
-
 # ---- goals, plans and inputs that end or change
 
 
@@ -271,58 +252,6 @@ def test_a_stale_input_stops_the_robot_until_it_returns(room, name, caplog):
     assert [('stopped' in text, 'received again' in text) for text in caplog.messages] == [(True, False), (False, True)]
     loop.run(20.0)
     assert_at(loop, AHEAD)
-
-
-def test_the_caller_may_report_a_missing_input_and_a_cancel_stops(room):
-    loop = under_way(room)
-    output = loop.navigator.wait(inputs.MissingInput('/odom', 'is silent'))
-    assert output[:2] == (STOP, GoalStatus.ACTIVE) and output.text == 'stopped: /odom is silent'
-    loop.run(1.0)
-    assert loop.outputs[-1].command != STOP
-    loop.navigator.cancel()
-    assert loop.step()[:2] == (STOP, GoalStatus.PREEMPTED)
-    assert len(loop.navigator.run.local_plan_in_odom) == 0
-
-
-def test_time_that_jumps_back_ends_the_goal_and_starts_over(room):
-    loop = under_way(room)
-    output = loop.navigator.step(0)
-    assert (output.status, output.text, output.command) == (GoalStatus.PREEMPTED, 'time went back', STOP)
-    loop.robot.now_ns = 0
-    goal = Pose2D(2.0, 1.0, 0.0)
-    loop.navigator.set_goal(goal)
-    loop.run(30.0)
-    assert_at(loop, goal)
-
-
-def test_a_new_goal_replaces_the_old_one_and_goes_on_from_the_command_in_force(room):
-    loop = under_way(room, 4.0, ppr=40, params=navigator_params(TWIST_SIGMAS))
-    before = loop.outputs[-1].command.linear_mps
-    loop.navigator.set_goal(Pose2D(2.0, 0.2, 0.0))
-    assert before > 0.3 and abs(loop.step().command.linear_mps - before) < 0.05
-    goal = Pose2D(-1.0, -1.0, -1.57)
-    loop.navigator.set_goal(goal)
-    loop.run(30.0)
-    assert_at(loop, goal)
-
-
-def test_make_plan_and_clear_costmaps_need_no_goal(room):
-    loop = ClosedLoop(*room, Pose2D(-2.0, 0.0, 0.0))
-    assert loop.step().status is GoalStatus.NONE
-    plan = loop.navigator.make_plan(None, Pose2D(2.0, 0.0, 0.0))
-    assert plan[0, :2] == pytest.approx((-2.0, 0.0))
-    with pytest.raises(PlanError, match='wall'):
-        loop.navigator.make_plan(None, Pose2D(3.1, 0.0, 0.0))
-    loop.navigator.clear_costmaps()
-    assert (loop.navigator.local_costmap.costs == 0).all()
-
-
-def test_a_goal_in_a_wall_is_given_up_at_once_with_the_reason(room):
-    loop = ClosedLoop(*room, IDENTITY)
-    loop.navigator.set_goal(Pose2D(3.1, 0.0, 0.0))
-    output = loop.run(1.0)
-    assert (output.status, output.command, loop.period) == (GoalStatus.ABORTED, STOP, 1)
-    assert output.text == 'the goal (3.10, 0.00) is in a wall of the map'
 
 
 # ---- recovery

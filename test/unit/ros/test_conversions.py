@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import Pose, Quaternion, TransformStamped
+from geometry_msgs.msg import Quaternion, TransformStamped
 from nav_msgs.msg import Odometry
 
 from diff_encoder_sim.base.errors import InputFault
@@ -34,14 +34,6 @@ def test_height_roll_and_pitch_are_dropped():
     sine, cosine = 2 * math.sin(math.radians(5)), 2 * math.cos(math.radians(5))
     tilted.transform.rotation = Quaternion(-sine, sine, cosine, cosine)
     assert conversions.pose_from_transform(tilted) == pytest.approx((0.0, 0.0, math.pi / 2))
-
-
-@pytest.mark.parametrize(('x_m', 'w'), [(NAN, 1.0), (0.0, 0.0), (0.0, NAN)])
-def test_what_is_no_pose_is_refused(x_m, w):
-    pose = Pose()
-    pose.position.x, pose.orientation.w = x_m, w
-    with pytest.raises(InputFault):
-        conversions.pose_from_message(pose)
 
 
 def test_covariances_are_read_where_messages_have_them():
