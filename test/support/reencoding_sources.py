@@ -37,26 +37,24 @@ class Bag:
         return write(path, sorted(self.rows, key=lambda row: row[1]))
 
 
-def instants(late_ns=0, phases_rad=(0.3, 1.1)):
+def instants(phases_rad=(0.3, 1.1)):
     """Stamp [ns] and both wheel angles of a bend at 100 Hz."""
-    phases = [phase + late_ns * 1e-9 * speed for phase, speed in zip(phases_rad, (4.0, 4.4))]
-    angles = angles_rad(COUNT, phases_rad=phases)
-    return [(START_NS + late_ns + tick * TICK_NS, left, right) for tick, (left, right) in enumerate(angles.tolist())]
+    angles = angles_rad(COUNT, phases_rad=phases_rad)
+    return [(START_NS + tick * TICK_NS, left, right) for tick, (left, right) in enumerate(angles.tolist())]
 
 
-def two_topics(ppr, kind='std_msgs/msg/Int16', modulus=2**16, late_ns=0):
-    """/lwheel and /rwheel of differential_drive; the right one `late_ns` after the left one."""
+def two_topics(ppr, kind='std_msgs/msg/Int16', modulus=2**16):
+    """/lwheel and /rwheel of differential_drive."""
     bag = Bag()
-    for side, late in ((1, 0), (2, late_ns)):
-        for instant in instants(late):
-            count = wrap_count(int(ticks(instant[side], ppr)), modulus)
-            bag.add(('/lwheel', '/rwheel')[side - 1], instant[0], kind, data=count)
+    for stamp_ns, *angles in instants():
+        for topic, count in zip(('/lwheel', '/rwheel'), ticks(angles, ppr).tolist()):
+            bag.add(topic, stamp_ns, kind, data=wrap_count(count, modulus))
     return bag
 
 
 def _in_one_message(topic, kind, fields, ppr, is_ros2, bits=None, phases_rad=(0.3, 1.1), **others):
     bag = Bag(is_ros2)
-    for stamp_ns, *angles in instants(phases_rad=phases_rad):
+    for stamp_ns, *angles in instants(phases_rad):
         bag.add_stamped(topic, stamp_ns, kind, **dict(zip(fields, ticks(angles, ppr, bits).tolist())), **others)
     return bag
 

@@ -78,14 +78,6 @@ def test_a_given_modulus_overrides_the_width_of_the_field(tmp_path):
     assert reencoded(tmp_path, bag, sides) == expected_counts()
 
 
-def test_wheels_of_two_topics_are_those_of_the_same_instant(tmp_path):
-    found = reencoded(tmp_path, two_topics(1024, late_ns=4_000_000), ['--ticks', '/lwheel', '/rwheel', TICKS, 1024])
-    # The last left one has no right one after it; an interpolated count may be one of 1024 off.
-    differences = np.subtract(found, expected_counts()[101 - len(found) :])
-    assert len(found) >= 99 and np.count_nonzero(differences) <= 0.1 * differences.size
-    assert np.abs(differences).max() <= 1
-
-
 def test_stamps_are_those_of_the_headers_or_of_receipt(tmp_path, capsys):
     """A topic whose header is never set is stamped by the recorder, with one note."""
     late, unset = turtlebot3(), turtlebot3()
