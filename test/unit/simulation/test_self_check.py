@@ -2,6 +2,7 @@
 
 import dataclasses
 import re
+from contextlib import closing
 
 import pytest
 
@@ -17,10 +18,10 @@ from places import ROOT
 
 @pytest.fixture
 def load(tmp_path):
-    def load_it(recipe, *errors, effort_nm=0.0):
+    def load_it(recipe, *errors, effort_nm=0.0, **shapes):
         path = tmp_path / 'robot.urdf'
         limit = f'<limit effort="{effort_nm}" velocity="0"/></joint>'
-        path.write_text(urdf_of(recipe, tmp_path).replace('</joint>', limit))
+        path.write_text(with_shapes(urdf_of(recipe, tmp_path), **shapes).replace('</joint>', limit))
         return load_simulated_robot(RobotSource(path), RobotChoices(), GeometryErrors(*errors))
 
     return load_it
@@ -102,46 +103,34 @@ def test_a_light_robot_with_a_large_inertia_and_one_with_weak_motors_pass_by_the
     assert failures(weak) == []
 
 
-@pytest.fixture
-def check(tmp_path):
-    def check_it(post_m=None, case_m=None, **recipe):
-        path = tmp_path / 'robot.urdf'
-        text = urdf_of(Recipe(**recipe), tmp_path)
-        if post_m is not None:
-            box = (
-                f'<collision><origin xyz="{post_m} 0 0.2"/><geometry><box size="0.02 0.02 0.1"/></geometry></collision>'
-            )
-            text = text.replace('</link>', f'{box}</link>', 1)
-        if case_m is not None:
-            case = f'<collision><geometry><cylinder radius="{case_m}" length="0.05"/></geometry></collision>'
-            text = text.replace('<link name="base_scan">', f'<link name="base_scan">{case}')
-            assert case in text
-        path.write_text(text)
-        robot = load_simulated_robot(RobotSource(path), RobotChoices())
-        floor = FlatFloor(robot, DriveParams(), PhysicsParams())
-        try:
-            return check_laser(robot.description, floor.physics, LidarParams(range_min=0.05))
-        finally:
-            floor.close()
-
-    return check_it
+def with_shapes(text, post_m=None, case_m=None):
+    """A robot with a post on its first link, and a case about its scanner's frame, as collision shapes."""
+    shape = '<collision><origin xyz="{} 0 {}"/><geometry><{}/></geometry></collision>'
+    if post_m is not None:
+        text = text.replace('</link>', shape.format(post_m, 0.2, 'box size="0.02 0.02 0.1"') + '</link>', 1)
+    if case_m is not None:
+        case = shape.format(0, 0, f'cylinder radius="{case_m}" length="0.05"')
+        text = text.replace('<link name="base_scan">', f'<link name="base_scan">{case}')
+    return text
 
 
 @pytest.mark.parametrize(
-    ('robot', 'is_ok', 'value'),
+    ('shapes', 'recipe', 'is_ok', 'value'),
     [
-        ({}, True, 'base_scan at x -0.030, y 0.000, 0.180 m above the floor, sees nothing of the robot'),
+        ({}, {}, True, 'base_scan at x -0.030, y 0.000, 0.180 m above the floor, sees nothing of the robot'),
         # As published: a case about the scan's frame as collision shape, and a range from inside of it.
-        ({'case_m': 0.08}, True, 'sees nothing of the robot'),
-        ({'case_m': 0.08, 'post_m': -0.18}, True, 'sees the robot itself in [23] %'),
-        ({'post_m': -0.18}, True, 'in 2 % of its rays, from -180 to'),  # 0.02 m wide, 0.14 m behind: 8 degrees
-        ({'laser_m': (0.1, 0.0, 0.1)}, False, 'sees the robot itself in'),  # ahead of the box, at half its height
-        ({'laser_m': (-0.03, 0.0, 0.09)}, False, 'inside a collision shape'),
-        ({'laser_m': (-0.03, 0.0, 0.09), 'wheel': 'mesh'}, True, 'inside a collision shape'),  # maybe in a recess
+        ({'case_m': 0.08}, {}, True, 'sees nothing of the robot'),
+        ({'case_m': 0.08, 'post_m': -0.18}, {}, True, 'sees the robot itself in [23] %'),
+        ({'post_m': -0.18}, {}, True, 'in 2 % of its rays, from -180 to'),  # 0.02 m wide, 0.14 m behind: 8 degrees
+        ({}, {'laser_m': (0.1, 0.0, 0.1)}, False, 'sees the robot itself in'),  # ahead of the box, at half its height
+        ({}, {'laser_m': (-0.03, 0.0, 0.09)}, False, 'inside a collision shape'),
+        ({}, {'laser_m': (-0.03, 0.0, 0.09), 'wheel': 'mesh'}, True, 'inside a collision shape'),  # maybe in a recess
     ],
 )
-def test_what_a_scanner_sees_of_its_own_robot_is_judged(check, robot, is_ok, value):
-    seen = check(**robot)
+def test_what_a_scanner_sees_of_its_own_robot_is_judged(load, shapes, recipe, is_ok, value):
+    robot = load(Recipe(**recipe), **shapes)
+    with closing(FlatFloor(robot, DriveParams(), PhysicsParams())) as floor:
+        seen = check_laser(robot.description, floor.physics, LidarParams(range_min=0.05))
     assert seen.is_ok == is_ok and re.search(value, seen.value)
     assert ('angle_span' in seen.advice) == ('itself' in seen.value)
 
