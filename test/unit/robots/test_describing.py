@@ -7,14 +7,8 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.describing import (
-    G_MPS2,
-    MARGIN,
-    describe,
-    grip_accelerations,
-    robot_mass,
-    torque_accelerations,
-)
+from diff_encoder_sim.robots import describing
+from diff_encoder_sim.robots.describing import G_MPS2, MARGIN, describe
 from diff_encoder_sim.robots.description import (
     DrivenWheel,
     DriveTrain,
@@ -138,7 +132,8 @@ FRAMES = link('footprint') + joint('up', 'base', '0 0 1', parent='footprint') + 
 def mass_of(*parts, folder='.'):
     """The mass of a robot, and the warnings."""
     seen = Findings()
-    return robot_mass(primitive_tree(tree_of(robot(*parts)), finder(folder), Findings()), seen), seen.warnings
+    tree = primitive_tree(tree_of(robot(*parts)), finder(folder), Findings())
+    return describing.robot_mass(tree, seen), seen.warnings
 
 
 @pytest.mark.parametrize(
@@ -311,7 +306,7 @@ TRAIN = DriveTrain(LEFT, RIGHT, 0.1, 0.5)  # axle at x = 0.1, floor at z = -0.05
 
 def grip(com_m, *contacts_x_m, inertia_kgm2=1.0):
     mass = MassProperties(2.0, np.array(com_m), inertia_kgm2 * np.eye(3))
-    return grip_accelerations(mass, [GroundContact('any', (x_m, 0.0, -0.05)) for x_m in contacts_x_m], TRAIN)
+    return describing.grip_accelerations(mass, [GroundContact('any', (x_m, 0.0, -0.05)) for x_m in contacts_x_m], TRAIN)
 
 
 @pytest.mark.parametrize('side', [1, -1])
@@ -333,6 +328,6 @@ def test_turning_in_place_takes_half_of_the_grip_at_both_wheels(com_y_m):
 
 def test_torque_moves_the_body_by_two_forces_at_the_rims():
     mass = MassProperties(2.0, np.array([0.1, 0.0, 0.05]), 0.4 * np.eye(3))
-    linear_mps2, angular_radps2 = torque_accelerations(0.3, mass, TRAIN)
+    linear_mps2, angular_radps2 = describing.torque_accelerations(0.3, mass, TRAIN)
     assert linear_mps2 / MARGIN == pytest.approx(2 * (0.3 / 0.05) / 2.0)
     assert angular_radps2 / MARGIN == pytest.approx(2 * (0.3 / 0.05) * 0.25 / 0.4)

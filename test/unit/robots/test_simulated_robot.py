@@ -7,17 +7,10 @@ import numpy as np
 import pybullet
 import pytest
 
+from diff_encoder_sim.robots import simulated_robot
 from diff_encoder_sim.robots.describing import describe
 from diff_encoder_sim.robots.description import RobotChoices, RobotSource
-from diff_encoder_sim.robots.simulated_robot import (
-    FLOOR_ONLY_LINKS,
-    GeometryErrors,
-    TrueWheels,
-    joined_links,
-    load_simulated_robot,
-    physics_urdf,
-    sound_wheels,
-)
+from diff_encoder_sim.robots.simulated_robot import GeometryErrors, TrueWheels, joined_links, physics_urdf, sound_wheels
 from diff_encoder_sim.robots.solids import MassProperties, merged, moved, placed
 from diff_encoder_sim.robots.urdf_reading import parse_urdf
 from diff_encoder_sim.robots.xacro_expansion import expand
@@ -30,7 +23,7 @@ JOINTS = 'left_wheel_joint', 'right_wheel_joint'
 
 
 def load(source=ALTO, errors=GeometryErrors()):
-    return load_simulated_robot(source, RobotChoices(), errors)
+    return simulated_robot.load_simulated_robot(source, RobotChoices(), errors)
 
 
 @pytest.fixture
@@ -62,13 +55,13 @@ def test_errors_are_arguments_of_a_file_that_has_them_unless_they_have_another_e
     path.write_text(ALTO.file.read_text().replace(f'* (1 + {error})', f'+ {error}'))
     other = load(RobotSource(path), GeometryErrors(separation=0.05))
     assert other.wheels == pytest.approx((0.1, 0.1, 0.42))
-    assert other.floor_only_links == FLOOR_ONLY_LINKS
+    assert other.floor_only_links == simulated_robot.FLOOR_ONLY_LINKS
 
 
 def test_errors_of_any_other_robot_are_applied_to_its_wheels_which_may_turn_backward(generated):
     robot = load(generated(has_mirrored_axes=True), GeometryErrors(0.01, -0.02, 0.05))
     assert robot.wheels == pytest.approx((0.033 * 1.01, 0.033 * 0.98, 0.16 * 1.05))
-    assert robot.joints == (LEFT, RIGHT) and robot.floor_only_links == FLOOR_ONLY_LINKS
+    assert robot.joints == (LEFT, RIGHT) and robot.floor_only_links == simulated_robot.FLOOR_ONLY_LINKS
     assert robot.forward_signs == (1.0, -1.0)
 
 

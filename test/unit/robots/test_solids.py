@@ -5,21 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.robots.solids import (
-    Box,
-    Cylinder,
-    MassProperties,
-    Sphere,
-    farthest_m,
-    holds_point,
-    homogeneous,
-    measures,
-    merged,
-    moved,
-    reach_m,
-    rolling_radius_m,
-    support_point_m,
-)
+from diff_encoder_sim.robots import solids
+from diff_encoder_sim.robots.solids import Box, Cylinder, MassProperties, Sphere, homogeneous, reach_m, support_point_m
 from robot_parts import random_pose, shape
 
 Y, DOWN = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, -1.0])
@@ -35,7 +22,7 @@ PRIMITIVES = [Box((0.3, 0.2, 0.1)), Cylinder(0.033, 0.018), Sphere(0.05)]
     ],
 )
 def test_solids_have_the_volume_and_the_inertia_of_the_textbook(geometry, volume, moments):
-    assert measures(geometry)[0] == pytest.approx(volume)
+    assert solids.measures(geometry)[0] == pytest.approx(volume)
     assert_same(homogeneous([shape(geometry)], 12.0), (12.0, [0, 0, 0], np.diag(moments)))
 
 
@@ -62,13 +49,13 @@ def test_no_point_of_a_shape_is_farther_than_its_support(geometry):
         middle_m, direction, point_m = part.pose_in_link[:3, 3], rng.normal(size=3), rng.normal(size=3)
         unit = direction / np.linalg.norm(direction)
         points_m = middle_m + rng.uniform(-0.2, 0.2, (5000, 3))
-        points_m = points_m[[holds_point(part, each) for each in points_m]]
+        points_m = points_m[[solids.holds_point(part, each) for each in points_m]]
         outmost_m = support_point_m(part, direction)
         assert unit @ outmost_m == pytest.approx(reach_m([part], direction))
         assert reach_m([part], direction) - 0.05 < (points_m @ unit).max() <= reach_m([part], direction)
-        assert holds_point(part, middle_m + 0.999 * (outmost_m - middle_m))
-        assert not holds_point(part, middle_m + 1.001 * (outmost_m - middle_m))
-        assert np.linalg.norm(points_m - point_m, axis=1).max() <= farthest_m([part], point_m)
+        assert solids.holds_point(part, middle_m + 0.999 * (outmost_m - middle_m))
+        assert not solids.holds_point(part, middle_m + 1.001 * (outmost_m - middle_m))
+        assert np.linalg.norm(points_m - point_m, axis=1).max() <= solids.farthest_m([part], point_m)
 
 
 @pytest.mark.parametrize(
@@ -84,7 +71,7 @@ def test_no_point_of_a_shape_is_farther_than_its_support(geometry):
     ],
 )
 def test_round_shapes_on_the_axis_roll(part, radius_m):
-    assert rolling_radius_m(part, Y) == radius_m
+    assert solids.rolling_radius_m(part, Y) == radius_m
 
 
 def assert_same(found, expected):
@@ -102,5 +89,5 @@ def test_a_solid_cut_into_pieces_with_their_own_frames_is_the_solid():
         frame = random_pose(rng)
         turn = frame[:3, :3]
         inertia = turn.T @ homogeneous([shape(Box((0.2, 0.1, 0.05)))], 1.0).inertia_kgm2 @ turn
-        pieces.append(moved(MassProperties(1.0, turn.T @ (centre_m - frame[:3, 3]), inertia), frame))
-    assert_same(merged(pieces), whole)
+        pieces.append(solids.moved(MassProperties(1.0, turn.T @ (centre_m - frame[:3, 3]), inertia), frame))
+    assert_same(solids.merged(pieces), whole)

@@ -10,15 +10,7 @@ import pytest
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots import xacro_expansion
 from diff_encoder_sim.robots.description import RobotSource
-from diff_encoder_sim.robots.xacro_expansion import (
-    SEARCH_VARIABLES,
-    expand,
-    expansion,
-    find_mesh,
-    find_package,
-    xacro_arguments,
-    xacro_arguments_of_text,
-)
+from diff_encoder_sim.robots.xacro_expansion import expand, expansion, find_mesh, find_package, xacro_arguments_of_text
 from diff_encoder_sim.simulation.link_frames import display_urdf
 from diff_encoder_sim.trials.trial_files import needs_other_files
 from places import ROOT
@@ -30,7 +22,7 @@ HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
 
 @pytest.fixture(autouse=True)
 def no_ros(monkeypatch):
-    for variable in SEARCH_VARIABLES:
+    for variable in xacro_expansion.SEARCH_VARIABLES:
         monkeypatch.delenv(variable, raising=False)
 
 
@@ -146,7 +138,7 @@ def test_limits_of_the_job_that_starts_it_may_be_lower(tmp_path):
 
 def test_words_and_texts_give_the_same():
     expected = {'scale': '2', 'name': 'my robot', 'empty': ''}
-    assert xacro_arguments(['scale:=2', 'name:=my robot', 'empty:=']) == expected
+    assert xacro_expansion.xacro_arguments(['scale:=2', 'name:=my robot', 'empty:=']) == expected
     for text in ("scale:=2 name:='my robot' empty:=", "scale=2 name='my robot' empty="):
         assert xacro_arguments_of_text(text) == expected
     for text in (':=2', "a:='1"):
@@ -212,7 +204,7 @@ def robot_in(folder, *package_folders):
         ('foo_gazebo', 'src/robots/foo_gazebo-1.0', 'foo_gazebo', True),
         ('lasers', 'src/sensors/lasers', '', True),
         # Folders that are named are packages or hold some levels down.
-        ('lone', 'lone', '', True),
+        ('lone', 'a/b/lone', '', True),
         ('deep', 'named/src/repo/deep_folder', 'deep', True),
         ('bare', 'named/bare', None, True),
         ('hidden', 'named/.git/hidden', '', False),
@@ -230,7 +222,7 @@ def test_where_packages_are_found(tmp_path, monkeypatch, name, place, declared, 
     (tmp_path / 'named' / 'ignored').mkdir(parents=True)
     (tmp_path / 'named' / 'ignored' / 'CATKIN_IGNORE').touch()
     folder = package(tmp_path / place, declared)
-    source = robot_in(tmp_path / 'src' / 'robots' / 'own', *(tmp_path / name for name in ('lone', 'named', 'none')))
+    source = robot_in(tmp_path / 'src' / 'robots' / 'own', *(tmp_path / name for name in ('a/b/lone', 'named', 'none')))
     assert find_package(name, source) == (folder if is_found else None)
 
 
