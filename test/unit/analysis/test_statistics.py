@@ -31,24 +31,12 @@ def fraction_covering(intervals, truth):
     return np.mean([interval.low <= truth <= interval.high for interval in intervals])
 
 
-def chance_range(fraction, repetitions):
-    """Limits between which 999 of 1000 simulated fractions lie."""
-    return tuple(stats.binom.ppf([0.0005, 0.9995], repetitions, fraction) / repetitions)
-
-
 @pytest.mark.parametrize(('within', 'trials'), [(0, 30), (7, 30), (30, 30)])
 def test_wilson_is_the_root_of_its_quadratic_equation(within, trials):
     """Both bounds p solve (fraction - p)^2 = z^2 p (1 - p) / n, or are the end of the range."""
     z = stats.norm.ppf(0.975)
     for bound in wilson(within, trials):
         assert (within / trials - bound) ** 2 == pytest.approx(z**2 * bound * (1.0 - bound) / trials, abs=1e-12)
-
-
-@pytest.mark.parametrize(('interval', 'truth'), [(std_interval, 2.0), (mean_interval, 7.0)])
-@pytest.mark.parametrize('trials', [2, 30])
-def test_exact_intervals_cover_at_their_level(interval, truth, trials):
-    samples, (low, high) = np.random.default_rng(2).normal(7.0, 2.0, (1000, trials)), chance_range(0.95, 1000)
-    assert low <= fraction_covering([interval(sample) for sample in samples], truth) <= high
 
 
 @pytest.mark.parametrize(('draw', 'lowest'), [('uniform', 0.91), ('laplace', 0.88)])
@@ -115,7 +103,7 @@ def test_wilcoxon_with_ties_counts_all_signs_and_of_many_pairs_is_scipys_approxi
 def test_wilcoxon_covers_at_its_level():
     differences = np.random.default_rng(15).laplace(0.3, 1.0, (600, TRIALS))
     intervals = [wilcoxon(row, np.zeros(TRIALS)).interval for row in differences]
-    assert chance_range(0.95, 600)[0] <= fraction_covering(intervals, 0.3) <= 0.985
+    assert 0.92 < fraction_covering(intervals, 0.3) < 0.985
 
 
 def test_the_interval_of_six_pairs_is_from_the_least_to_the_greatest_difference():
