@@ -6,17 +6,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from diff_encoder_sim.analysis.statistics import (
-    bootstrap_std_interval,
-    holm,
-    mcnemar,
-    mean_interval,
-    spread,
-    spread_ratio,
-    std_interval,
-    wilcoxon,
-    wilson,
-)
+from diff_encoder_sim.analysis import statistics
+from diff_encoder_sim.analysis.statistics import holm, mcnemar, spread_ratio, wilcoxon, wilson
 
 INFINITY = math.inf
 TRIALS = 30
@@ -42,7 +33,7 @@ def test_wilson_is_the_root_of_its_quadratic_equation(within, trials):
 @pytest.mark.parametrize(('draw', 'lowest'), [('uniform', 0.91), ('laplace', 0.88)])
 def test_the_bootstrap_covers_nearly_at_its_level_whatever_the_distribution(draw, lowest):
     rng = np.random.default_rng(3)
-    intervals = [bootstrap_std_interval(DRAWS[draw](rng, TRIALS), rng, resamples=500) for _ in range(400)]
+    intervals = [statistics.bootstrap_std_interval(DRAWS[draw](rng, TRIALS), rng, resamples=500) for _ in range(400)]
     assert lowest < fraction_covering(intervals, 1.0) < 0.985
 
 
@@ -50,8 +41,9 @@ def test_the_bootstrap_covers_nearly_at_its_level_whatever_the_distribution(draw
     ('values', 'mean', 'std'), [([], (-INFINITY, INFINITY), (0.0, INFINITY)), ([0.1] * 30, (0.1, 0.1), (0.0, 0.0))]
 )
 def test_samples_without_a_spread(values, mean, std):
-    assert mean_interval(np.array(values)) == pytest.approx(mean)
-    assert std_interval(np.array(values)) == std == bootstrap_std_interval(np.array(values), np.random.default_rng(0))
+    values = np.array(values)
+    assert statistics.mean_interval(values) == pytest.approx(mean)
+    assert statistics.std_interval(values) == std == statistics.bootstrap_std_interval(values, np.random.default_rng(0))
 
 
 @pytest.mark.heavy
@@ -142,7 +134,7 @@ def test_holm_by_hand():
 
 
 def test_spread_and_the_fraction_of_no_trials():
-    assert spread(np.array([])) is None and spread(np.array([1.0])) is None
-    assert spread(np.full(30, 0.1)) == 0.0  # numpy returns 1.4e-17
-    assert spread(np.array([1.0, 3.0])) == pytest.approx(math.sqrt(2.0))
+    assert statistics.spread(np.array([])) is None and statistics.spread(np.array([1.0])) is None
+    assert statistics.spread(np.full(30, 0.1)) == 0.0  # numpy returns 1.4e-17
+    assert statistics.spread(np.array([1.0, 3.0])) == pytest.approx(math.sqrt(2.0))
     assert wilson(0, 0) == (0.0, 1.0)

@@ -4,25 +4,16 @@ import math
 
 import pytest
 
+from diff_encoder_sim.analysis import tables
 from diff_encoder_sim.analysis.quantities import MINUS_TRUTH
 from diff_encoder_sim.analysis.result_tables import write_tables
 from diff_encoder_sim.analysis.results_table import PATH_COLUMNS
-from diff_encoder_sim.analysis.tables import (
-    GOAL_TABLES,
-    all_tables,
-    estimates,
-    goal_table,
-    interval_table,
-    path_error_table,
-    pulse_resolution_table,
-    variant_errors,
-    variant_table,
-)
+from diff_encoder_sim.analysis.tables import GOAL_TABLES, all_tables
 from trial_tables import ALTO, cell, column, records, results_of, synthetic_results, trial
 
 
 def goal(results, pose='odom'):
-    return goal_table(results, pose, estimates(results, pose))
+    return tables.goal_table(results, pose, tables.estimates(results, pose))
 
 
 # Of three trials; within 0.05 m: 2 and 1 of them; within 3 degrees: 2.
@@ -30,7 +21,7 @@ HAND_ERRORS = [(0.00, 0.10, 1.0), (0.03, -0.10, -2.0), (-0.06, 0.00, 4.0)]
 
 
 def test_table_3_of_alto():
-    table = pulse_resolution_table([40.0, 90.0, 1024.0, 4096.0], ALTO)
+    table = tables.pulse_resolution_table([40.0, 90.0, 1024.0, 4096.0], ALTO)
     assert list(column(table, 'linear_mm', 'ppr').values()) == pytest.approx([15.71, 6.98, 0.614, 0.153], abs=0.005)
     for name, degrees in (('two_wheel', 180.0), ('one_wheel', 90.0)):
         expected = {f'{ppr}': degrees / ppr for ppr in (40, 90, 1024, 4096)}
@@ -39,7 +30,8 @@ def test_table_3_of_alto():
 
 def test_table_4_and_its_intervals_by_hand():
     results = results_of(cell('SL', '90', 'odom', HAND_ERRORS))
-    table = goal(results)
+    found_of = tables.estimates(results, 'odom')
+    table = tables.goal_table(results, 'odom', found_of)
     assert list(table.exact.columns) == ['test', 'statistic', 'ppr90_x_m', 'ppr90_y_m', 'ppr90_yaw_deg']
     for name, expected in {
         'ppr90_x_m': (-0.06, 0.03, -0.01, math.sqrt(0.0021), 200 / 3, 3),
@@ -51,7 +43,7 @@ def test_table_4_and_its_intervals_by_hand():
         assert list(found.values()) == pytest.approx(expected)
     assert records(table)[-1]['ppr90_x_m'] == '3'  # a whole number
     # t of 2 degrees of freedom: 4.3027; chi-square of 2 at 2.5 and 97.5 %: 0.050636 and 7.377759.
-    row, half = records(interval_table('odom', estimates(results, 'odom')))[0], 4.302653 * math.sqrt(0.0021 / 3)
+    row, half = records(tables.interval_table('odom', found_of))[0], 4.302653 * math.sqrt(0.0021 / 3)
     bounds = [float(row[name]) for name in ('mean_low', 'mean_high', 'std_low', 'std_high')]
     stds = [math.sqrt(0.0042 / quantile) for quantile in (7.377759, 0.0506356)]
     assert bounds == pytest.approx([-0.01 - half, -0.01 + half, *stds], rel=1e-5)
@@ -69,11 +61,8 @@ def test_each_table_has_its_pose_and_its_order():
 
 
 def test_odometry_minus_truth_leaves_out_where_the_robot_stopped():
-    trials = [
-        trial('SL', '90', 1, odom=(0.3, 0.0, 179.0), world=(0.31, 0.0, -178.0)),
-        trial('SL', '90', 2, odom=(0.3, 0, 0)),
-    ]
-    table = goal(results_of(trials), MINUS_TRUTH)
+    poses = ({'odom': (0.3, 0.0, 179.0), 'world': (0.31, 0.0, -178.0)}, {'odom': (0.3, 0.0, 0.0)})
+    table = goal(results_of([trial('SL', '90', number, **of) for number, of in enumerate(poses)]), MINUS_TRUTH)
     assert column(table, 'ppr90_x_m')['pct_within'] == 100.0 and column(table, 'ppr90_x_m')['trials'] == 1
     assert column(table, 'ppr90_yaw_deg')['mean'] == pytest.approx(-3.0)
 
@@ -126,7 +115,7 @@ def test_path_errors_by_hand():
         trial('SL', '90', 4, odom=(0, 0, 0)),
         {**with_path(5, 9.0, 9.0, 9.0), 'odom_x_m': math.nan},  # without a final pose, as in the other tables
     ]
-    [row] = records(path_error_table(results_of(trials)))
+    [row] = records(tables.path_error_table(results_of(trials)))
     assert [row.pop(key) for key in ('test', 'ppr', 'source', 'trials')] == ['SL', '90', 'odom', '3']
     # Mean 0.3 and squared deviations 0.04 + 0.01 + 0.09; t of 2 degrees of freedom: 4.3027.
     half, std = 4.302653 * math.sqrt(0.07 / 3), math.sqrt(0.07)
@@ -149,11 +138,11 @@ def test_each_cell_and_source_with_a_path_has_a_row():
         for test in ('DLD', 'SL')
         for ppr in ('90', '40')
     ]
-    found = records(path_error_table(results_of(trials, varied=['noise'])))
+    found = records(tables.path_error_table(results_of(trials, varied=['noise'])))
     cells = [f'{test} 0.01 {ppr}' for test in ('SL', 'DLD') for ppr in ('40', '90')]
     rows = [' '.join(row[name] for name in ('test', 'noise', 'ppr', 'source', 'ate_rmse_mean_m')) for row in found]
     assert rows == [f'{name} {pose}' for name in cells for pose in ('odom 0.1', 'global 0.2')]
-    assert path_error_table(synthetic_results(trials=1)) is None
+    assert tables.path_error_table(synthetic_results(trials=1)) is None
 
 
 def in_variant(name, sizes_m, ppr='40', **columns):
@@ -165,7 +154,7 @@ def in_variant(name, sizes_m, ppr='40', **columns):
 
 
 def errors_of(*cells):
-    found = variant_errors(results_of(*cells, varied=['variant']))
+    found = tables.variant_errors(results_of(*cells, varied=['variant']))
     return {(row['variant'], row['error']): row for row in found.to_dict('records')}
 
 
@@ -186,16 +175,12 @@ def test_rows_are_variants_and_columns_encoders():
     sizes = [0.1 * number for number in range(1, 7)]
     lost = in_variant('restart', [20 * size for size in sizes], '8192 amt102', outcome='lost')
     cells = in_variant('none', sizes), in_variant('restart', [4 * size for size in sizes])
-    table = variant_table(results_of(*cells, lost, varied=['variant']))
+    table = tables.variant_table(results_of(*cells, lost, varied=['variant']))
     parts = ('median', 'quartiles', 'ratio', '95_%', 'failed')
-    assert list(table.exact.columns) == [
-        *('test', 'variant', 'error'),
-        *(f'ppr40_{part}' for part in parts),
-        *(f'ppr8192_amt102_{part}' for part in parts),
-    ]
+    names = [f'ppr{label}_{part}' for label in ('40', '8192_amt102') for part in parts]
+    assert list(table.exact.columns) == ['test', 'variant', 'error', *names]
     texts = table.shown().values.tolist()
-    assert texts[0] == ['SL', 'none', 'position [mm]', '350.00', '250.00', '–', '', '0', '–', '–', '–', '', '–']
-    assert texts[2][:8] == ['SL', 'restart', 'position [mm]', '1400.00', '1000.00', '4.00', '4 to 4', '0']
-    assert texts[2][8:] == ['7000.00', '5000.00', '–', '', '6']
     assert [row[2] for row in texts] == ['position [mm]', 'heading [deg]'] * 2
-    assert variant_table(synthetic_results(trials=1)) is None
+    assert texts[0][3:] == ['350.00', '250.00', '–', '', '0', '–', '–', '–', '', '–']
+    assert texts[2][3:] == ['1400.00', '1000.00', '4.00', '4 to 4', '0', '7000.00', '5000.00', '–', '', '6']
+    assert tables.variant_table(synthetic_results(trials=1)) is None

@@ -6,14 +6,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from diff_encoder_sim.analysis.paper.comparison import (
-    agreement,
-    compare_with_paper,
-    is_evidence,
-    maximum_interval,
-    maximum_p_value,
-    score,
-)
+from diff_encoder_sim.analysis.paper import comparison
+from diff_encoder_sim.analysis.paper.comparison import agreement, is_evidence
 from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.analysis.statistics import Interval, holm
 from trial_tables import cell, results_of
@@ -70,7 +64,7 @@ def test_families_of_equal_robots_are_rarely_contradicted(draw):
 
 
 def p_of(values, reported):
-    return maximum_p_value(np.asarray(values, dtype=float), Interval(reported, reported), 30)
+    return comparison.maximum_p_value(np.asarray(values, dtype=float), Interval(reported, reported), 30)
 
 
 def test_a_maximum_below_many_of_ours_is_one_of_the_orders_of_both():
@@ -96,13 +90,13 @@ def test_equal_distributions_of_whole_pulses_rarely_differ():
 @pytest.mark.parametrize('ours', [2, 30, 400])
 def test_the_interval_is_what_is_not_rejected(ours):
     values = np.random.default_rng(ours).standard_normal(ours)
-    (low, high), step = maximum_interval(values, 30), 1e-6
+    (low, high), step = comparison.maximum_interval(values, 30), 1e-6
     assert p_of(values, low + step) >= 0.05 > p_of(values, low - step) if low > -math.inf else True
     assert p_of(values, high - step) >= 0.05 > p_of(values, high + step)
 
 
 def compared_with(*cells, varied=()):
-    return compare_with_paper(results_of(*cells, varied=varied))
+    return comparison.compare_with_paper(results_of(*cells, varied=varied))
 
 
 def test_only_cells_that_both_have_are_compared_whatever_the_outcome():
@@ -130,7 +124,7 @@ def test_a_family_is_corrected_for_its_own_cells_only():
 
 def test_cells_that_errata_affect_or_that_were_fitted_are_no_evidence():
     compared = compared_with(cell('SMT', '1024', 'world', [(0.0, 0.0, 0.0)] * 30))
-    assert len(compared) == 12 and not is_evidence(compared).any() and score(compared) == (0, 0)
+    assert len(compared) == 12 and not is_evidence(compared).any() and comparison.score(compared) == (0, 0)
     rows = [(0.0, 0.0, 0.0), (0.1, 0.0, 0.0)]
     compared = compared_with(*(cell('SL', *of, rows) for of in (('4096', 'odom'), ('1024', 'odom'), ('4096', 'world'))))
     of_fit = compared['left_out'] == 'calibrated'
