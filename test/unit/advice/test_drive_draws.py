@@ -14,7 +14,7 @@ from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.simulation.simulator import WheelErrorParams
 from diff_encoder_sim.trials.robot_params import load_robot_params
 from drawn_drives import LINE_M, encoder_of, line, one_by_one, robot_of, rolled
-from encoder_drives import RADIUS_M, SEPARATION_M
+from encoder_drives import SEPARATION_M
 from lockstep_trials import ALTO, HALL, params_of, plan_of
 from places import ROOT
 
@@ -62,12 +62,6 @@ def test_causes_are_left_out():
     assert of_half[0, 2] == pytest.approx(0.5 * LINE_M * 1e-4 / SEPARATION_M, rel=1e-3)
 
 
-def test_errors_are_in_the_axes_of_the_map():
-    robot, to_the_left = robot_of(right_radius_error=1e-3), rolled(('straight', LINE_M), start={'yaw': 0.5 * math.pi})
-    ahead, turned = (errors_of(drive, robot, None, 1)[0] for drive in (line(), to_the_left))
-    assert turned == pytest.approx([-ahead[1], ahead[0], ahead[2]])
-
-
 def test_what_simulated_contacts_slip_is_left_out_unless_it_is_asked_for():
     drive = line()
     drive = drive._replace(rolled=drive.rolled._replace(end=Pose2D(LINE_M - 0.002, 0.001, 0.0003)))
@@ -90,25 +84,12 @@ def test_the_same_draws_come_with_every_encoder_and_number_of_encoders():
     np.testing.assert_allclose(together[1], together[2], atol=0.02)
 
 
-ROBOTS = 20_000
-
-
 def test_a_robot_is_read_from_its_files():
     params = load_robot_params(ROOT / 'config')
     robot = drawn_robot(RobotSource(ALTO), params)
     assert tuple(robot.sound) == pytest.approx((0.1, 0.1, 0.4))
     assert (robot.errors, robot.odometry, robot.axle_x_m) == (params.simulator.wheel_errors, params.odometry, 0.0)
     assert 0.0 < robot.stop.position_m <= params.navigator.DWAPlannerROS.xy_goal_tolerance
-
-
-def test_wheels_differ_from_robot_to_robot_as_those_of_trials():
-    errors = {'left_radius_error': 0.01, 'radius_spread': 0.002, 'wheel_separation_spread': 0.005}
-    rng = np.random.default_rng(2)
-    of_trials = np.array([WheelErrorParams(**errors).geometry(rng) for _ in range(ROBOTS)])
-    nominal = np.array([RADIUS_M, RADIUS_M, SEPARATION_M])
-    drawn = np.hstack(robot_of(**errors).wheels(ALL_CAUSES, np.random.default_rng(1), ROBOTS)) / nominal - 1.0
-    assert drawn.mean(axis=0) == pytest.approx(of_trials.mean(axis=0), abs=2e-4)
-    assert drawn.std(axis=0) == pytest.approx(of_trials.std(axis=0), rel=0.03)
 
 
 SOURCE = RobotSource(ALTO)
