@@ -56,28 +56,22 @@ SEEDS = 200
 VARIANCE_RANGE_99 = (0.760, 1.279)
 
 
-def spread(ppr, ends, left, right):
-    """A run over wheel phases; both wheels turn to `left` and `right` times the end of each draw [rad], quickly."""
-    done = np.append(np.arange(0.0, 1.0, 0.005), 1.0)
-    angles_rad = done[:, np.newaxis] * np.outer(ends, [left, right])[:, np.newaxis]
-    shared = {'ppr': ppr}
-    odometry = OdometryParams.from_mapping({**shared, **ANY_SPEED, 'motion_noise': 0.0}, '')
-    phases_rad = np.random.default_rng(3).uniform(0.0, TURN, (SEEDS, 2))
-    chain = Chain(EncoderParams.from_mapping(shared, ''), odometry, SEEDS)
-    return chain.run(Drive(PERIOD_NS * np.arange(len(done)), angles_rad), phases_rad, rows=np.arange(len(done)))
-
-
 @pytest.mark.parametrize('ppr', [40, 1024])
 def test_straight_drive_spread_is_the_closed_form(ppr):
     """Lateral (S d/L) sqrt(1/6), heading (d/L) sqrt(1/3), over wheel phases and end points."""
-    ends_m = 20.0 + np.random.default_rng(1).uniform(0, 0.1, SEEDS)  # anywhere in a pulse
-    run = spread(ppr, ends_m / RADIUS_M, 1.0, 1.0)
-    errors = run.final_poses - np.column_stack([ends_m, 0.0 * ends_m, 0.0 * ends_m])
-    d = m_per_pulse(ppr)
-    expected = np.array([20.0 * d / SEPARATION_M * math.sqrt(1 / 6), d / SEPARATION_M * math.sqrt(1 / 3)])
-    ratios = np.mean(errors[:, 1:] ** 2, axis=0) / expected**2
+    rng, rows = np.random.default_rng(1), np.arange(201)
+    ends_m = 20.0 + rng.uniform(0, 0.1, SEEDS)  # anywhere in a pulse
+    angles_rad = np.stack([np.outer(ends_m / RADIUS_M, rows / 200)] * 2, axis=-1)
+    odometry = OdometryParams.from_mapping({'ppr': ppr, **ANY_SPEED, 'motion_noise': 0.0}, '')
+    drive = Drive(PERIOD_NS * rows, angles_rad)
+    run = Chain(EncoderParams(ppr=ppr), odometry, SEEDS).run(drive, rng.uniform(0.0, TURN, (SEEDS, 2)), rows=rows)
+    errors, d_rad = run.final_poses, m_per_pulse(ppr) / SEPARATION_M
+    errors[:, 0] -= ends_m
+    ratios = np.mean(errors[:, 1:] ** 2, axis=0) / np.square(
+        [20.0 * d_rad * math.sqrt(1 / 6), d_rad * math.sqrt(1 / 3)]
+    )
     assert (ratios > VARIANCE_RANGE_99[0]).all() and (ratios < VARIANCE_RANGE_99[1]).all(), ratios
-    assert np.abs(errors[:, 2]).max() <= d / SEPARATION_M * 1.000001  # bounded: a pulse a wheel
+    assert np.abs(errors[:, 2]).max() <= d_rad * 1.000001  # bounded: a pulse a wheel
     # Its own covariance says the same: NEES of 3 numbers averages 3.
     covariances = [run.estimates(draw)[-1].pose_covariance for draw in range(SEEDS)]
     nees = [error @ np.linalg.solve(covariance, error) for error, covariance in zip(errors, covariances)]
@@ -105,9 +99,9 @@ def test_the_base_is_where_a_rigid_body_has_it():
 COUNTERS = [(40, 0), (40, 256), (90, 256), (4096, 65536)]
 
 
-def reported(angles_rad, ppr, modulus, faults=(), tick_ns=TICK_NS, **params):
+def reported(angles_rad, ppr, modulus=0, encoder=(), tick_ns=TICK_NS, **params):
     """The run of (n, 2) angles through an encoder and odometry with a counter of finite width."""
-    shared = {'ppr': ppr, 'counter_modulus': modulus, 'encoder': {'faults': dict(faults)}}
+    shared = {'ppr': ppr, 'counter_modulus': modulus, 'encoder': dict(encoder)}
     chain = Chain(EncoderParams.from_mapping({**shared, **params}, ''), OdometryParams.from_mapping(shared, ''))
     return chain.run(Drive(tick_ns * np.arange(len(angles_rad)), angles_rad))
 
@@ -121,7 +115,7 @@ def test_a_restart_in_mid_drive_costs_at_most_one_interval(ppr, modulus, speed_r
     # When the counter is far from zero, whatever its width.
     counts = np.abs(wrap_count(np.floor(turned_rad * ppr / TURN).astype(int), modulus))
     restart_s = times_s[(times_s > 2.0) & (counts > (60 if modulus == 256 else 5000) - 5000 * (modulus == 0))][0] + 0.02
-    found = reported(np.column_stack([turned_rad] * 2), ppr, modulus, {'restart_at': restart_s}).estimates()
+    found = reported(np.column_stack([turned_rad] * 2), ppr, modulus, {'faults': {'restart_at': restart_s}}).estimates()
     lost_m = (abs(speed_radps) * PERIOD_S * ppr / TURN + 1) * m_per_pulse(ppr)
     driven_m = (turned_rad[795] - turned_rad[0]) * RADIUS_M
     assert found[-1].base_pose_in_odom.x_m == pytest.approx(driven_m, abs=lost_m + m_per_pulse(ppr))
@@ -143,7 +137,7 @@ def test_stamps_of_arrival_that_come_in_bursts_are_no_restart(rate_hz, spread_s,
     """Reports that arrive one after the other show a wheel far faster than it is."""
     report = {'stamps': 'arrival', 'latency': 0.01, 'latency_spread': spread_s}
     angles_rad = 1.0 + np.repeat(0.0045 * np.arange(5000)[:, np.newaxis], 2, axis=1)
-    found = reported(angles_rad, 1024, 0, tick_ns=MS, rate=rate_hz, report=report).estimates()
+    found = reported(angles_rad, 1024, tick_ns=MS, rate=rate_hz, report=report).estimates()
     assert abs(found[-1].base_pose_in_odom.yaw_rad) < 2.1 * m_per_pulse(1024) / SEPARATION_M and not caplog.records
 
 
@@ -161,10 +155,8 @@ def test_whole_pulses_within_a_short_interval_are_no_restart(rate_hz, ppr, caplo
 @pytest.mark.parametrize('encoder', [{'sensor': 'absolute', 'bits': 14, 'noise': 5.0}, {'hysteresis': 9.0}])
 def test_noise_and_hysteresis_of_counters_near_zero_are_no_restart(encoder, caplog):
     """At 1 kHz no acceleration explains them."""
-    shared = {'ppr': 16384, 'encoder': encoder}
     angle_rad = 0.01 * np.sin(np.arange(4000) / 300)
-    chain = Chain(EncoderParams(rate=1000.0, seed=1, **shared), OdometryParams(**shared))
-    found = chain.run(Drive(MS * np.arange(4000), np.column_stack([angle_rad, -angle_rad])))
+    found = reported(np.column_stack([angle_rad, -angle_rad]), 16384, 0, encoder, MS, rate=1000.0, seed=1)
     assert None not in found.estimates() and not caplog.records
 
 
