@@ -55,14 +55,9 @@ def evo(folder, command):
     """Statistics of a command line of evo, and the number of errors."""
     tool, *arguments = shlex.split(command)
     (folder / 'evo.zip').unlink(missing_ok=True)
-    done = subprocess.run(
-        [str(Path(sys.executable).with_name(tool)), *arguments, '--no_warnings', '--save_results', 'evo.zip'],
-        cwd=str(folder),
-        capture_output=True,
-        text=True,
-        env=dict(os.environ, HOME=str(folder)),  # for evo's settings
-        check=False,
-    )
+    words = [str(Path(sys.executable).with_name(tool)), *arguments, '--no_warnings', '--save_results', 'evo.zip']
+    environment = dict(os.environ, HOME=str(folder))  # for evo's settings
+    done = subprocess.run(words, cwd=str(folder), capture_output=True, text=True, env=environment)
     assert done.returncode == 0, done.stdout + done.stderr
     with zipfile.ZipFile(folder / 'evo.zip') as results:
         errors = np.load(io.BytesIO(results.read('error_array.npy')))
@@ -72,35 +67,30 @@ def evo(folder, command):
 @pytest.mark.heavy
 @pytest.mark.parametrize('command', COMMANDS)
 def test_the_commands_of_the_documentation_find_what_analyze_and_reencode_find(trial_folder, reencoded, command):
-    table = path_error_table(load_results([trial_folder / BAG]))
-    words = shlex.split(command)
+    table, words = path_error_table(load_results([trial_folder / BAG])), shlex.split(command)
     source = words[4].strip('/').split('_')[0]
     (row,) = (row for row in csv.DictReader(io.StringIO(csv_text(table))) if row['source'] == source)
-    if command.startswith('evo_ape'):
-        statistics, count = evo(trial_folder, command)
-        for statistic in ('rmse', 'max'):
-            mean = '_mean' if statistic == 'rmse' else ''
-            assert float(row[f'ate_{statistic}{mean}_m']) == pytest.approx(statistics[statistic], abs=1e-6)
-            if source == 'odom':
-                assert float(reencoded[f'ate_{statistic}_m']) == pytest.approx(statistics[statistic], abs=1e-6)
-                assert int(reencoded['common_stamps']) == count
-        return
-    pairs = RpePairs.ALL if '--all_pairs' in words else RpePairs.CONSECUTIVE
-    straight = np.tile(np.eye(4), (30, 1, 1))
-    straight[:, 0, 3] = 0.1 * np.arange(30)
-    if pairs is RpePairs.CONSECUTIVE and filters.filter_pairs_by_path(straight, 1.0)[0][0]:
-        pytest.skip('this evo, before 1.32, leaves out the first of the consecutive segments')
+    # Of each error: the columns of analyze and reencode, evo's statistic, and how many of reencode's units it has.
+    errors = [('ate_rmse_mean_m', 'ate_rmse_m', 'rmse', 1.0), ('ate_max_m', 'ate_max_m', 'max', 1.0)]
+    segments, poses = None, 'common_stamps'
+    if command.startswith('evo_rpe'):
+        pairs = RpePairs.ALL if '--all_pairs' in words else RpePairs.CONSECUTIVE
+        straight = np.tile(np.eye(4), (30, 1, 1))
+        straight[:, 0, 3] = 0.1 * np.arange(30)
+        if pairs is RpePairs.CONSECUTIVE and filters.filter_pairs_by_path(straight, 1.0)[0][0]:
+            pytest.skip('this evo, before 1.32, leaves out the first of the consecutive segments')
+        name = rpe_name(pairs, float(words[words.index('--delta') + 1]))
+        errors = [(f'{name}_translation_rmse_mean_m', f'{name}_position_rmse_m', 'rmse', 1.0)]
+        if 'angle_deg' in words:
+            errors = [(f'{name}_rotation_rmse_mean_deg', f'{name}_yaw_rmse_rad', 'rmse', 180.0 / math.pi)]
+        segments = poses = f'{name}_segments'
     statistics, count = evo(trial_folder, command)
-    name = rpe_name(pairs, float(words[words.index('--delta') + 1]))
-    is_angle = 'angle_deg' in words
-    of_analyze = f'{name}_rotation_rmse_mean_deg' if is_angle else f'{name}_translation_rmse_mean_m'
-    assert float(row[of_analyze]) == pytest.approx(statistics['rmse'], abs=1e-6)
-    assert int(row[f'{name}_segments']) == count
-    if source == 'odom':
-        yaw_deg = math.degrees(float(reencoded[f'{name}_yaw_rmse_rad']))
-        found = yaw_deg if is_angle else float(reencoded[f'{name}_position_rmse_m'])
-        assert found == pytest.approx(statistics['rmse'], abs=1e-6)
-        assert int(reencoded[f'{name}_segments']) == count
+    assert segments is None or int(row[segments]) == count
+    assert source != 'odom' or int(reencoded[poses]) == count
+    for of_analyze, of_reencode, statistic, scale in errors:
+        assert float(row[of_analyze]) == pytest.approx(statistics[statistic], abs=1e-6)
+        if source == 'odom':
+            assert scale * float(reencoded[of_reencode]) == pytest.approx(statistics[statistic], abs=1e-6)
 
 
 def test_the_table_in_the_terminal_has_the_segments(trial_folder, reencoded, capsys):
