@@ -38,6 +38,13 @@ def test_a_robot_is_checked_and_the_written_file_means_the_same_robot(tmp_path, 
     assert path.read_text() == text
 
 
+def test_a_robot_file_keeps_what_its_user_knows(tmp_path):
+    check(['kobuki', '--write', str(tmp_path / 'copy.yaml')])
+    content = yaml.safe_load((tmp_path / 'copy.yaml').read_text())
+    assert content['ppr'] == pytest.approx(2578.333, abs=1e-3)
+    assert content['set']['config.counter_modulus'] == 65536
+
+
 def test_a_robot_that_fails_ends_with_status_1_and_what_to_do(tmp_path, capsys):
     settings = {'simulator.drive.wheel_torque': 0.001}
     weak = yaml_file(tmp_path, 'weak.yaml', {'urdf': str(KOBUKI), 'set': settings})

@@ -63,27 +63,29 @@ def test_impossible_settings_are_left_to_the_defaults(given, missing):
     assert settings - set(only_laser(**given).settings) == missing
 
 
+EYE, OTHER, FRAME = mounted('eye'), mounted('other'), mounted('frame', '0 0 0.03', parent='eye')
+SENSOR, RAISED = (laser_sensor('eye', frame='frame', pose=pose) for pose in ('', '0 0 0.03 0 0 0'))
+CHAIN = mounted('laser_mount') + mounted('laser', parent='laser_mount') + mounted('scan', parent='laser')
+
+
 @pytest.mark.parametrize(
-    ('parts', 'choices', 'expected'),
+    ('parts', 'choices', 'expected', 'has_settings'),
     [
         # The frame of the scans is taken if it is at the sensor's place.
-        ([('eye', {}), ('frame', {'at': '0 0 0.03', 'parent': 'eye'}), '0 0 0.03 0 0 0'], {}, 'frame'),
-        ([('eye', {}), ('frame', {'at': '0 0 0.03', 'parent': 'eye'}), ''], {}, 'eye'),
+        ((EYE, FRAME, RAISED), {}, 'frame', True),
+        ((EYE, FRAME, SENSOR), {}, 'eye', True),
         # Without a sensor names decide, and the end of a chain is the frame.
-        ([('laser_mount', {}), ('laser', {'parent': 'laser_mount'}), ('scan', {'parent': 'laser'})], {}, 'scan'),
-        ([('base_scan', {})], {}, 'base_scan'),
-        ([('scan_button_plate', {})], {}, None),
-        # The user precedes the sensor.
-        ([('eye', {}), ('other', {}), ''], {'laser_link': 'other'}, 'other'),
-        ([('eye', {}), ('other', {}), ''], {'laser_link': 'eye'}, 'eye'),
+        ((CHAIN,), {}, 'scan', False),
+        ((mounted('base_scan'),), {}, 'base_scan', False),
+        ((mounted('scan_button_plate'),), {}, None, False),
+        # The user precedes the sensor; a link has the settings of its own one only.
+        ((EYE, OTHER, SENSOR), {'laser_link': 'other'}, 'other', False),
+        ((EYE, OTHER, SENSOR), {'laser_link': 'eye'}, 'eye', True),
     ],
-)  # fmt: skip
-def test_the_link_of_the_scans(parts, choices, expected):
-    texts = [laser_sensor('eye', frame='frame', pose=part) if isinstance(part, str) else mounted(part[0], **part[1])
-             for part in parts]  # fmt: skip
-    laser = described(usual(*texts), **choices).laser
-    assert (laser and laser.link) == expected
-    assert laser is None or bool(laser.settings) == (expected in ('eye', 'frame'))  # of its own sensor only
+)
+def test_the_link_of_the_scans(parts, choices, expected, has_settings):
+    laser = described(usual(*parts), **choices).laser
+    assert (laser and laser.link, bool(laser and laser.settings)) == (expected, has_settings)
 
 
 @pytest.mark.parametrize(('link_name', 'expected'), [('ey', "missing; .*did you mean 'eye'"), ('eye', 'leans')])
@@ -92,7 +94,7 @@ def test_a_link_that_is_missing_or_leans_is_refused(link_name, expected):
         described(usual(mounted('eye', rpy='0 0.5 0')), laser_link=link_name)
 
 
-def test_a_range_finder_or_a_leaning_or_spatial_scanner_is_not_taken():
+def test_only_level_plane_scanners_are_taken_of_several_the_first():
     spatial = laser_sensor('cloud').replace('</horizontal>', '</horizontal><vertical><samples>16</samples></vertical>')
     parts = mounted('cliff', rpy='0 1.57 0'), laser_sensor('cliff'), mounted('sonar'), laser_sensor('sonar', samples=3)
     others = mounted('cloud'), spatial, mounted('seer'), laser_sensor('seer', kind='camera'), laser_sensor('none')
@@ -100,14 +102,10 @@ def test_a_range_finder_or_a_leaning_or_spatial_scanner_is_not_taken():
     assert description.laser is None
     assert "scanners that are not level are left out: 'cliff'" in description.notes
     assert description.warnings[-1].startswith('no laser is found: simulator.laser_link names its link')
-
-
-def test_the_first_level_scanner_is_simulated_and_the_others_noted():
-    sensors = laser_sensor('front'), laser_sensor('front', pose='0 0 0 0 1 0'), laser_sensor('rear')
-    description = described(usual(mounted('front'), mounted('rear'), *sensors))
-    assert description.laser.link == 'front'
-    assert "one laser is simulated, 'front', and not 'rear'" in description.notes
-    assert "scanners that are not level are left out: 'front'" in description.notes
+    description = described(usual(*parts, EYE, SENSOR, OTHER, laser_sensor('other')))
+    assert description.laser.link == 'eye'
+    assert "one laser is simulated, 'eye', and not 'other'" in description.notes
+    assert "scanners that are not level are left out: 'cliff'" in description.notes
 
 
 def test_a_scanner_upside_down_is_turned_up_and_its_rays_go_the_other_way():

@@ -97,11 +97,6 @@ def test_unknown_arguments_are_named_with_those_that_are_known(tmp_path):
     assert complaint_about(tmp_path / 'r.urdf', (('size', '2'),)).endswith('allowed: no argument')
 
 
-def test_an_expansion_that_takes_too_long_is_stopped(tmp_path, monkeypatch):
-    monkeypatch.setattr(xacro_expansion, 'MOST_S', 1)
-    assert 'longer than 1 s' in complaint_about(write(tmp_path / 'r.xacro', '<a b="${10**10**10}"/>'))
-
-
 def test_warnings_of_xacro_are_notes_and_not_on_the_terminal(tmp_path, capfd):
     path = write(tmp_path / 'r.xacro', '<xacro:property name="pi" value="3"/><a b="${xacro.warning(\'careful\')}"/>')
     assert 'careful' in ' '.join(expansion(RobotSource(path)).notes)
