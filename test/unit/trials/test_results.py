@@ -1,6 +1,5 @@
 """The results folder from its beginning to its end, rows of trials.csv, damage, and a full disk."""
 
-import csv
 import errno
 import json
 import re
@@ -65,16 +64,6 @@ def test_a_damaged_table_is_named_with_its_line_and_not_changed(campaign, tmp_pa
 
 
 # ---- the folder
-
-
-def test_the_table_is_in_the_order_of_trials_whatever_the_order_of_ends(campaign, tmp_path, whole):
-    assert run(campaign, tmp_path / 'turned', reversed(campaign.trials())) == whole
-    with open(tmp_path / 'turned' / 'trials.csv', newline='', encoding='utf-8') as file:
-        rows = list(csv.DictReader(file))
-    assert [(row['ppr'], row[NOISE], row['trial'], row['seed']) for row in rows] == [
-        (ppr, noise, trial, trial) for noise in ('0.01', '0.03') for ppr in ('40', '90') for trial in '12'
-    ]
-    assert {row['bag'] for row in rows} == {f'bags/{path.name}' for path in (tmp_path / 'turned' / 'bags').iterdir()}
 
 
 @pytest.mark.parametrize('missing', [0, 1])

@@ -67,9 +67,7 @@ def test_straight_drive_spread_is_the_closed_form(ppr):
     run = Chain(EncoderParams(ppr=ppr), odometry, SEEDS).run(drive, rng.uniform(0.0, TURN, (SEEDS, 2)), rows=rows)
     errors, d_rad = run.final_poses, m_per_pulse(ppr) / SEPARATION_M
     errors[:, 0] -= ends_m
-    ratios = np.mean(errors[:, 1:] ** 2, axis=0) / np.square(
-        [20.0 * d_rad * math.sqrt(1 / 6), d_rad * math.sqrt(1 / 3)]
-    )
+    ratios = np.mean(errors[:, 1:] ** 2, axis=0) / (d_rad**2 * np.array([20.0**2 / 6, 1 / 3]))
     assert (ratios > VARIANCE_RANGE_99[0]).all() and (ratios < VARIANCE_RANGE_99[1]).all(), ratios
     assert np.abs(errors[:, 2]).max() <= d_rad * 1.000001  # bounded: a pulse a wheel
     # Its own covariance says the same: NEES of 3 numbers averages 3.
