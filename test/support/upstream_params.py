@@ -107,19 +107,14 @@ def wrong_types(given, tables):
     roscpp reads a whole number as a float and rounds a float, but takes no text or flag for one.
     """
     wrong = []
-    for key, value in _leaves(given):
+    for key, value in given.items():
+        if isinstance(value, dict):
+            wrong += wrong_types(value, tables)
+            continue
         for default in (table[key] for table in tables if key in table and key != 'footprint'):
             kinds = (int, float) if type(default) in (int, float) else (type(default),)
             wrong += [] if type(value) in kinds else [key]
     return wrong
-
-
-def _leaves(mapping):
-    for key, value in mapping.items():
-        if isinstance(value, dict):
-            yield from _leaves(value)
-        else:
-            yield key, value
 
 
 def different(upstream, params, given):
@@ -131,23 +126,17 @@ def different(upstream, params, given):
     }
 
 
-def upstream_navigation(**changes):
+def upstream_navigation():
     """Return upstream's whole tree of parameters, in its own form, for this planner and a laser."""
     source = {**SCAN_SOURCE, 'data_type': 'LaserScan'}
     layers = {**LAYERS, 'obstacle_layer': {**LAYERS['obstacle_layer'], 'scan': source}}
+    window = {key: layer for key, layer in layers.items() if key != 'static_layer'}
+    in_odom = {'global_frame': 'odom', 'rolling_window': True, 'plugins': PLUGINS[1:]}
     return {
         **MOVE_BASE,
         'base_local_planner': 'dwa_local_planner/DWAPlannerROS',
         'NavfnROS': NAVFN,
         'DWAPlannerROS': DWA,
         'global_costmap': {**COSTMAP, **layers, 'plugins': PLUGINS},
-        'local_costmap': {
-            **COSTMAP,
-            'obstacle_layer': layers['obstacle_layer'],
-            'inflation_layer': layers['inflation_layer'],
-            'global_frame': 'odom',
-            'rolling_window': True,
-            'plugins': PLUGINS[1:],
-        },
-        **changes,
+        'local_costmap': {**COSTMAP, **window, **in_odom},
     }

@@ -9,16 +9,18 @@ import pytest
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
+from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.navigation import navigator_inputs as inputs
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.navigation.navigator_inputs import STOP, ControlRate, GoalStatus, NavigatorInputs, OdometrySample
+from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from navigation_simulation import LASER_IN_BASE, ClosedLoop, navigator_params, shipped_world, walled_room
+from places import CONFIG
 
 MS = 1_000_000
 XY_TOLERANCE_M, YAW_TOLERANCE_RAD = 0.05, 0.052
 AHEAD = Pose2D(2.0, 0.0, 0.0)
-# Between pillars the robot should keep off them: a wide and slow decay, as for TurtleBot 3.
-WIDE = {'inflation_radius': 1.0, 'cost_scaling_factor': 3.0}
+SHIPPED = load_yaml(CONFIG / 'navigation.yaml')
 # The square root of 12: a pulse is this many standard deviations of its rounding error.
 TWIST_SIGMAS = {'twist_sigmas': 3.47}
 PRECISE = {'stop': 'precise', 'latch_margin': 0.2}
@@ -110,15 +112,6 @@ def test_an_input_dated_far_ahead_is_not_fresh():
 # ---- driving
 
 
-def wide_params(dwa=None, **changes):
-    return navigator_params(
-        {'occdist_scale': 0.02, **(dwa or {})},
-        global_costmap=WIDE,
-        local_costmap={**WIDE, 'global_frame': 'odom', 'rolling_window': True},
-        **changes,
-    )
-
-
 def distance_m(pose, goal):
     return math.hypot(pose.x_m - goal.x_m, pose.y_m - goal.y_m)
 
@@ -153,9 +146,8 @@ def under_way(room, seconds=2.0, **options):
 def blocked(room, **patience):
     """A loop with a wall across the room that the map does not show."""
     shapes, grid = room
-    loop = ClosedLoop(
-        shapes.with_box(1.0, 0.0, 0.1, 4.0), grid, Pose2D(-1.0, 0.0, 0.0), params=navigator_params(**patience)
-    )
+    world = shapes.with_box(1.0, 0.0, 0.1, 4.0), grid
+    loop = ClosedLoop(*world, Pose2D(-1.0, 0.0, 0.0), params=navigator_params(**patience))
     loop.navigator.set_goal(AHEAD)
     return loop
 
@@ -172,7 +164,7 @@ def test_twenty_metres_down_the_hallway(ppr, dwa, within_m):
 @pytest.mark.heavy
 def test_an_s_course_around_pillars():
     route = [Pose2D(-PASSAGE, PASSAGE, 0.0), Pose2D(PASSAGE, -PASSAGE, 0.0), Pose2D(3 * PASSAGE, PASSAGE, 1.57)]
-    start, params = Pose2D(-3 * PASSAGE, PASSAGE, 0.0), wide_params(TWIST_SIGMAS)
+    start, params = Pose2D(-3 * PASSAGE, PASSAGE, 0.0), NavigatorParams.from_mapping(SHIPPED, '')
     loop = ClosedLoop(*shipped_world('ros_logo'), start, 40, params=params)
     for index, goal in enumerate(route):
         loop.navigator.set_goal(goal)
@@ -218,7 +210,8 @@ def test_a_precise_stop(room, goal, ppr, changes, within_m):
 def test_an_obstacle_that_is_not_on_the_map_is_driven_around(room):
     shapes, grid = room
     world = shapes.with_box(0.3, 0.2, 0.3, 0.8), grid
-    drive(world, Pose2D(-2.2, 0.0, 0.0), Pose2D(2.2, 0.0, 0.0), 40.0, params=wide_params(planner_frequency=1.0))
+    params = NavigatorParams.from_mapping({**SHIPPED, 'planner_frequency': 1.0}, '')
+    drive(world, Pose2D(-2.2, 0.0, 0.0), Pose2D(2.2, 0.0, 0.0), 40.0, params=params)
 
 
 # ---- goals, plans and inputs that end or change
