@@ -270,16 +270,6 @@ def test_carried_off_and_back():
     assert feed(filter_, START, 6) == [True] * 4 + [False] * 2
 
 
-def test_a_new_pose_is_settled_on_the_spot():
-    """Lost, the robot stands still; scans from there pull the particles to where it is."""
-    filter_ = watched()
-    feed(filter_, START, 1)
-    feed(filter_, ELSEWHERE, 6)
-    filter_.set_pose(Pose2D(*(ELSEWHERE + np.array([0.3, -0.2, 0.2])).tolist()), np.diag([0.16, 0.16, 0.07]))
-    assert not feed(filter_, ELSEWHERE, 30)[-1]
-    assert np.subtract(filter_.odom_pose_in_map, ELSEWHERE) == pytest.approx(0, abs=0.25)
-
-
 def test_global_localization_is_not_settled_on_the_spot():
     """Standing still, the particles would agree on a place that only looks alike."""
     filter_ = watched()

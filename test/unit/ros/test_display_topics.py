@@ -1,23 +1,20 @@
-"""Topics for displays: costmaps whole or as changes, clouds of the DWA on request, diagnoses once a period."""
+"""Topics for displays: costmaps whole or as changes, clouds, diagnoses once a period."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import local_defaults
-from diff_encoder_sim.navigation.dwa import DwaPlanner
-from diff_encoder_sim.navigation.navigator_params import DwaParams
 from diff_encoder_sim.ros import navigation_views, wheel_output
 from diff_encoder_sim.ros.amcl_node import spread_diagnosis
 from diff_encoder_sim.ros.encoded_topics import DisplayTopic
-from diff_encoder_sim.ros.navigation_views import CostmapView, DwaView, cloud_message
+from diff_encoder_sim.ros.navigation_views import CostmapView, cloud_message
 from diff_encoder_sim.ros.wheel_output import Diagnostics
 from diff_encoder_sim.wheels.diagnostics import Diagnosis
-from navigation_simulation import PERIOD_S, local_costmap, straight_plan
 
 PERIOD_NS = 500_000_000  # of 2 Hz
 MS = 1_000_000
@@ -89,21 +86,6 @@ def test_a_costmap_is_always_whole_on_request_and_without_subscribers_to_changes
         watched.mark(0.5, 0.0)
         whole, changes = watched.show()
         assert len(whole) == 1 and changes == []
-
-
-def navigator(**params):
-    """What the view of the DWA looks at, after a control period."""
-    dwa, costmap = DwaPlanner(DwaParams(**params), PERIOD_S), local_costmap()
-    dwa.find_best(IDENTITY, 0.3, 0.0, costmap, straight_plan())
-    settings = SimpleNamespace(DWAPlannerROS=dwa.params)
-    return SimpleNamespace(scoring_task=dwa.last_task, local_costmap=costmap, params=settings)
-
-
-@pytest.mark.parametrize(('trajectories', 'costs'), [(True, False), (False, True), (False, False)])
-def test_each_cloud_of_the_dwa_has_its_parameter(trajectories, costs):
-    shown = DwaView('odom')
-    shown.show(navigator(publish_traj_pc=trajectories, publish_cost_grid_pc=costs), 0)
-    assert [len(topic.take()) for topic in (shown._trajectories, shown._costs)] == [trajectories, costs]
 
 
 def test_a_cloud_has_a_float_for_each_field():
