@@ -1,7 +1,6 @@
 """Recorded drives for the tests of reencoding, in bags of every kind; runs of reencode, and what they wrote."""
 
 import csv
-import re
 import struct
 
 import numpy as np
@@ -45,7 +44,7 @@ class Maker:
         self.store = get_typestore(Stores.ROS2_HUMBLE if is_ros2 else Stores.ROS1_NOETIC)
         for kind, text in DEFINITIONS.items():
             if kind not in self.store.types:
-                spelled = re.sub('^Header ', 'std_msgs/Header ' if is_ros2 else 'Header ', text, flags=re.MULTILINE)
+                spelled = text.replace('Header header', 'std_msgs/Header header')
                 self.store.register(get_types_from_msg(spelled, kind))
 
     def make(self, kind, **fields):
@@ -57,8 +56,8 @@ class Maker:
         return self.make('std_msgs/msg/Header', stamp=time, frame_id=frame, **seq)
 
     def joint_state(self, stamp_ns, angles_rad, names=JOINTS):
-        position, zeros, none = np.array(angles_rad, float), np.zeros(len(angles_rad)), np.zeros(0)
-        fields = dict(name=list(names), position=position, velocity=zeros, effort=none)
+        arrays = dict(position=np.array(angles_rad, float), velocity=np.zeros(len(angles_rad)), effort=np.zeros(0))
+        fields = dict(name=list(names), **arrays)
         return self.make('sensor_msgs/msg/JointState', header=self.header(stamp_ns), **fields)
 
     def scan(self, stamp_ns, ranges_m, frame):
@@ -89,14 +88,13 @@ class Maker:
         """Return a message of one of the types with a pose."""
         if kind.endswith('TransformStamped'):
             return self.transform(stamp_ns, pose, 'map', 'robot')
-        fields = {'header': self.header(stamp_ns, 'map')}
         place = dict(position=self._xyz('Point', pose.x_m, pose.y_m), orientation=self._quat(pose))
-        fields['pose'] = self.make('geometry_msgs/msg/Pose', **place)
+        made, moving = self.make('geometry_msgs/msg/Pose', **place), {}
         if not kind.endswith('PoseStamped'):
-            fields['pose'] = self._uncertain('Pose', pose=fields['pose'])
+            made = self._uncertain('Pose', pose=made)
         if kind.endswith('Odometry'):
-            fields.update(child_frame_id='base_link', twist=self._uncertain('Twist', twist=self.command(0.0, 0.0)))
-        return self.make(kind, **fields)
+            moving = dict(child_frame_id='base_link', twist=self._uncertain('Twist', twist=self.command(0.0, 0.0)))
+        return self.make(kind, header=self.header(stamp_ns, 'map'), pose=made, **moving)
 
     def _uncertain(self, kind, **part):
         return self.make(f'geometry_msgs/msg/{kind}WithCovariance', covariance=np.zeros(36), **part)
@@ -132,8 +130,7 @@ def true_poses(angles):
 
 def drive(maker=ROS1, count=501, joint_topic='/joint_states', reference='/world_pose', kind=POSE, names=JOINTS):
     """[(topic, time [ns], message)] of a bend, with the truth at 20 Hz."""
-    angles = angles_rad(count)
-    rows = []
+    angles, rows = angles_rad(count), []
     for tick, (angle, pose) in enumerate(zip(angles, true_poses(angles))):
         now_ns = START_NS + tick * TICK_NS
         rows.append((joint_topic, now_ns, maker.joint_state(now_ns, angle, names)))

@@ -89,16 +89,12 @@ def test_rosbags_reads_it(paths, expected):
     if not hasattr(Reader, 'STORAGE_PLUGINS') or '.mcap' not in Reader.STORAGE_PLUGINS:
         pytest.skip('this rosbags reads only folders')
     with Reader(paths[1]) as reader:
-        assert {connection.topic: connection.msgtype for connection in reader.connections} == {
-            topic.name: topic.message_type for topic in TOPICS if topic.nodes
-        }
-        durable = {
-            each.topic
+        topics_of = {
+            each.topic: (each.msgtype, each.ext.offered_qos_profiles[0].durability.name == 'TRANSIENT_LOCAL')
             for each in reader.connections
-            if each.ext.offered_qos_profiles[0].durability.name == 'TRANSIENT_LOCAL'
         }
-        assert durable == {topic.name for topic in TOPICS if topic.is_latched and topic.nodes}
         rows = [(each.topic, each.msgtype, each.msgdef.data, time_ns, raw) for each, time_ns, raw in reader.messages()]
+    assert topics_of == {topic.name: (topic.message_type, topic.is_latched) for topic in TOPICS if topic.nodes}
     assert decoded(rows) == expected
 
 
@@ -113,7 +109,7 @@ def read(path):
     return list(stream.messages(topics.RECORDED)), stream.fault
 
 
-def test_wherever_it_is_torn_its_beginning_is_read(whole, tmp_path):
+def test_wherever_it_is_torn_or_changed_its_beginning_is_read(whole, tmp_path):
     content, (messages, _) = whole.read_bytes(), read(whole)
     path, counts = tmp_path / 'a.mcap', []
     for size in range(len(MCAP_MAGIC), len(content), len(content) // 20):
@@ -122,13 +118,8 @@ def test_wherever_it_is_torn_its_beginning_is_read(whole, tmp_path):
         assert fault and found == messages[: len(found)]
         counts.append(len(found))
     assert counts == sorted(counts) and counts[-1] == len(messages) > counts[len(counts) // 2] > 0
-
-
-def test_it_is_read_up_to_a_changed_byte(whole, tmp_path):
-    content, (messages, _) = bytearray(whole.read_bytes()), read(whole)
-    content[content.rindex(b'base_link') + 2] ^= 1
-    path = tmp_path / 'a.mcap'
-    path.write_bytes(bytes(content))
+    changed = content.rindex(b'base_link')
+    path.write_bytes(content[:changed] + b'B' + content[changed + 1 :])
     found, fault = read(path)
     assert found == messages[: len(found)] and 0 < len(found) < len(messages) and 'damaged' in fault
 

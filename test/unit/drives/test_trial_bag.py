@@ -33,10 +33,8 @@ def write_some(bag, count=20):
 
 def connections_of(path):
     with AnyReader([path]) as reader:
-        return [
-            (each.topic, each.ext.callerid, each.ext.latching, each.msgcount)
-            for each in sorted(reader.connections, key=lambda each: each.id)
-        ]
+        connections = sorted(reader.connections, key=lambda each: each.id)
+        return [(each.topic, each.ext.callerid, each.ext.latching, each.msgcount) for each in connections]
 
 
 def test_each_publisher_has_its_connection_in_order_of_use_and_counts_its_headers_from_one(tmp_path):
