@@ -2,6 +2,7 @@
 
 from xml.etree import ElementTree
 
+import collada
 import numpy as np
 import pytest
 
@@ -25,33 +26,27 @@ def extents_m(points_m):
     return np.array([points_m.min(axis=0), points_m.max(axis=0)])
 
 
-def write_dae(path, corners, triangles, unit_m=1.0, up_axis='Z_UP', node=''):
-    """A scene that shows one part, `node` in its <node>: <translate>, <matrix> and the like."""
-    numbers, indices = (' '.join(map(repr, np.ravel(values).tolist())) for values in (corners, triangles))
-    path.write_text(f"""<?xml version="1.0" encoding="utf-8"?>
-<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
-  <asset><created>2024-01-01T00:00:00</created><modified>2024-01-01T00:00:00</modified>
-    <unit name="unit" meter="{unit_m}"/><up_axis>{up_axis}</up_axis></asset>
-  <library_geometries><geometry id="part" name="part"><mesh>
-    <source id="points"><float_array id="array" count="{np.size(corners)}">{numbers}</float_array>
-      <technique_common><accessor source="#array" count="{len(corners)}" stride="3">
-        <param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/>
-      </accessor></technique_common></source>
-    <vertices id="corners"><input semantic="POSITION" source="#points"/></vertices>
-    <triangles count="{len(triangles)}"><input semantic="VERTEX" source="#corners" offset="0"/>
-      <p>{indices}</p></triangles>
-  </mesh></geometry></library_geometries>
-  <library_visual_scenes><visual_scene id="scene">
-    <node id="n">{node}<instance_geometry url="#part"/></node></visual_scene></library_visual_scenes>
-  <scene><instance_visual_scene url="#scene"/></scene>
-</COLLADA>
-""")
+def write_dae(path, corners):
+    """A scene that shows one part."""
+    document = collada.Collada()
+    info = document.assetInfo
+    info.unitname, info.unitmeter, info.upaxis = 'unit', 1.0, 'Z_UP'
+    points = collada.source.FloatSource('points', np.ravel(corners), ('X', 'Y', 'Z'))
+    part = collada.geometry.Geometry(document, 'part', 'part', [points])
+    inputs = collada.source.InputList()
+    inputs.addInput(0, 'VERTEX', '#points')
+    part.primitives.append(part.createTriangleSet(CUBE_TRIANGLES.ravel(), inputs, 'm'))
+    document.geometries.append(part)
+    shown = collada.scene.Node('n', children=[collada.scene.GeometryNode(part, [])])
+    document.scene = collada.scene.Scene('scene', [shown])
+    document.scenes.append(document.scene)
+    document.write(str(path))
 
 
 def write(path, corners=CUBE_CORNERS):
     """A mesh of the kind that its name has."""
     if path.suffix == '.dae':
-        write_dae(path, corners, CUBE_TRIANGLES)
+        write_dae(path, corners)
         return
     write_mesh(path, corners, CUBE_TRIANGLES, {'text.stl': 'stl_ascii', 'a.obj': 'obj'}.get(path.name, 'stl'))
     content = path.read_bytes()
@@ -94,21 +89,23 @@ MATERIAL = (
     'url="#part"><bind_material><technique_common><instance_material symbol="m" target="#m"/></technique_common>'
     '</bind_material></instance_geometry>'
 )
-TURNED = '<translate>10 0 0</translate><rotate>0 0 1 90</rotate><scale>2 1 1</scale>'
+TURNED = '<translate>10 0 0</translate><rotate>0 0 1 90</rotate><scale>2 1 1</scale><instance_geometry'
 
 
 @pytest.mark.parametrize(
-    ('given', 'part', 'expected_m'),
+    ('old', 'new', 'expected_m'),
     [
-        ({'unit_m': 0.1}, 'url="#part"/>', [[-0.1, -0.2, -0.3], [0.1, 0.2, 0.3]]),
-        ({'up_axis': 'Y_UP'}, 'url="#part"/>', [[-1, -2, -3], [1, 2, 3]]),  # left as it is, as in RViz and Gazebo
-        ({'node': TURNED}, 'url="#part"/>', [[8, -2, -3], [12, 2, 3]]),
-        ({}, MATERIAL, [[-1, -2, -3], [1, 2, 3]]),  # the material is missing
+        ('meter="1.0"', 'meter="0.1"', [[-0.1, -0.2, -0.3], [0.1, 0.2, 0.3]]),
+        ('Z_UP', 'Y_UP', [[-1, -2, -3], [1, 2, 3]]),  # left as it is, as in RViz and Gazebo
+        ('<instance_geometry', TURNED, [[8, -2, -3], [12, 2, 3]]),
+        ('url="#part"/>', MATERIAL, [[-1, -2, -3], [1, 2, 3]]),  # the material is missing
     ],
 )
-def test_units_nodes_and_missing_materials_of_a_dae(tmp_path, given, part, expected_m):
-    write_dae(tmp_path / 'a.dae', CUBE_CORNERS * [1, 2, 3], CUBE_TRIANGLES, **given)
-    (tmp_path / 'a.dae').write_text((tmp_path / 'a.dae').read_text().replace('url="#part"/>', part))
+def test_units_nodes_and_missing_materials_of_a_dae(tmp_path, old, new, expected_m):
+    write(tmp_path / 'a.dae', CUBE_CORNERS * [1, 2, 3])
+    text = (tmp_path / 'a.dae').read_text()
+    assert old in text
+    (tmp_path / 'a.dae').write_text(text.replace(old, new))
     assert extents_m(corners_of(tmp_path, 'a.dae')) == pytest.approx(np.array(expected_m), abs=1e-5)
 
 
