@@ -8,7 +8,6 @@ import pytest
 from diff_encoder_sim.base.bounds import Between
 from diff_encoder_sim.base.command_line import as_called, as_typed, number_within, tool_parser, user_errors
 from diff_encoder_sim.base.errors import ConfigError, in_one_line
-from diff_encoder_sim.base.package_files import package_version
 
 
 @pytest.mark.parametrize(
@@ -27,13 +26,6 @@ def test_a_users_mistake_is_one_line_and_a_closed_pipe_no_error(error, code):
 def test_other_errors_are_not_hidden():
     with pytest.raises(ZeroDivisionError), user_errors('tool'):
         raise ZeroDivisionError
-
-
-def test_version_names_command_and_package(capsys):
-    with pytest.raises(SystemExit) as ended:
-        tool_parser('tool', 'tool: do it.', ['x']).parse_args(['--version'])
-    assert ended.value.code == 0
-    assert capsys.readouterr().out == f'tool (diff_encoder_sim) {package_version()}\n'
 
 
 @pytest.mark.parametrize(

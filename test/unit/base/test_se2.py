@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from diff_encoder_sim.base.se2 import (
     IDENTITY,
     Pose2D,
-    PoseSeries,
     move_along_arc,
     quat_xyzw_from_yaw,
     transform_points,
@@ -72,10 +71,3 @@ def test_yaw_survives_the_quaternion_whatever_its_length(yaw, length):
 def test_what_is_no_rotation_is_refused(quat):
     with pytest.raises(ValueError, match='no rotation'):
         yaw_from_quat_xyzw(*quat)
-
-
-def test_series_are_by_time_with_the_first_pose_of_each_stamp():
-    series = PoseSeries(np.array([30, 10, 30, 20]), np.array([(3.0, 4.0, 0), (0, 0, 0), (9, 9, 0), (3, 0, 0)]))
-    stamps_ns, x_y_yaw = series.by_time()
-    assert stamps_ns.tolist() == [10, 20, 30] and x_y_yaw[:, 0].tolist() == [0.0, 3.0, 3.0]
-    assert series.path_length_m() == pytest.approx(7.0)

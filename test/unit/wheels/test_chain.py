@@ -51,7 +51,7 @@ CASES = {
         'encoder': {**MOTOR, 'lines': 12, 'edge_error': 0.1, 'faults': FAULTS['all']},
         'report': REPORTS['of arrival'],
     },
-    '8 bits': {'counter_modulus': 256},
+    '8 bits': {'counter_modulus': 256, 'encoder': {'faults': FAULTS['restart']}, 'report': REPORTS['lost']},
     'fast reports': {'rate': 73.0},
     'behind the axle': {'axle_x': 0.3},
 }

@@ -11,11 +11,8 @@ from diff_encoder_sim.wheels.counter import (
     TOO_FAST,
     WENT_ON,
     CounterLimits,
-    CounterSteps,
-    Reading,
     count_difference,
     counted_between,
-    totals_of,
     wrap_count,
 )
 
@@ -52,18 +49,3 @@ def test_counters_that_jump_to_zero_or_turn_too_fast_were_restarted(limits, befo
 def test_it_is_seen_from_where_the_greatest_acceleration_no_longer_explains_it(distance):
     cause = counted_between(LIMITS, (distance, distance), (0, 0), SECOND_NS, SECOND_NS, (0, 0))[2]
     assert (cause == NEAR_ZERO) == (distance > MOST + ROUNDING_PULSES)
-
-
-@given(st.lists(st.tuples(st.integers(-30, 30), st.integers(-30, 30), st.integers(-1, 3)), min_size=1, max_size=60))
-def test_totals_of_many_reports_are_those_of_one_after_the_other(steps):
-    """With stale reports, restarts at zero and counters of 8 bits."""
-    limits = LIMITS._replace(modulus=256, max_speed_radps=150.0)
-    stamps_ns = np.cumsum([7 * 10**6 * step for _, _, step in steps])
-    counts = wrap_count(np.cumsum([step[:2] for step in steps], axis=0), 256)
-    counts[len(steps) // 2 :] -= counts[len(steps) // 2]
-    one_by_one, totals, newest_ns = CounterSteps(limits), [], None
-    for stamp_ns, both in zip(stamps_ns.tolist(), counts.tolist()):
-        if newest_ns is None or stamp_ns > newest_ns:
-            newest_ns, _ = stamp_ns, one_by_one.take(Reading(stamp_ns, *both))
-        totals.append(one_by_one.total[1:])
-    np.testing.assert_array_equal(totals_of(limits, stamps_ns[np.newaxis], counts[np.newaxis])[0], totals)
