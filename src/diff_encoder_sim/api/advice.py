@@ -135,9 +135,8 @@ def _candidates(options: AdviceOptions) -> Campaign:
 
     campaign = load(given)
     if campaign.params.vary or campaign.params.variants:
-        raise ConfigError(
-            f'--candidates: {options.candidates} varies parameters; allowed: a campaign without varied parameters'
-        )
+        varied = f'--candidates: {options.candidates} varies parameters'
+        raise ConfigError(f'{varied}; allowed: a campaign without varied parameters')
     own, candidates = campaign.robot.file.ppr, campaign.params.ppr
     more: Dict[str, Any] = {}
     if own and not (options.ppr or campaign.params.encoders or f'{own:g}' in map(ppr_label, candidates)):

@@ -12,7 +12,7 @@ from typing import List, Union
 import yaml
 from pydantic import Field
 
-from diff_encoder_sim.api.notes import name_encoders, name_rates, name_stopping_of_trial, self_checked
+from diff_encoder_sim.api.notes import name_rates, name_stopping_of_trial, print_notes, self_checked
 from diff_encoder_sim.api.robots import OWN_PPR, SIMULATED, LaunchedRobot, LaunchOptions, launched_robot
 from diff_encoder_sim.base.atomic_files import LONGEST_NEW_NAME
 from diff_encoder_sim.base.bounds import Seed
@@ -30,6 +30,7 @@ from diff_encoder_sim.simulation.state import JOINTS_RATE_HZ, STATES_PERIOD_S, S
 from diff_encoder_sim.trials.campaign_loading import at_pace_of
 from diff_encoder_sim.trials.required_packages import GAZEBO, UPSTREAM_NAVIGATION, UPSTREAM_SLAM, require
 from diff_encoder_sim.trials.route_driver import misfit
+from diff_encoder_sim.wheels.catalogue import encoder_lines
 from diff_encoder_sim.wheels.encoder_params import DEFAULT_PPR, PulsesPerRevolution, file_label
 
 NO_BAG = 'none'
@@ -109,7 +110,7 @@ def plan(options: TrialOptions) -> LivePlan:
     if not parent_only_lists():
         if options.unchecked != 'true':
             _check_robot(options, trial, launched, str(map_path))
-        name_encoders('trial.launch', [encoder], trial.wheel_diameter)
+        print_notes('trial.launch', encoder_lines([encoder], trial.wheel_diameter))
         name_rates('trial.launch', [robot.encoder.rate] if samples_ticks else [])
         name_stopping_of_trial(options.nav, robot)
     rate_hz = robot.encoder.rate if has_encoder else STATES_RATE_HZ
@@ -155,10 +156,8 @@ def _check_start(test: TestDefinition, map_path: str) -> None:
     found = int(grid.cells[cell]) if grid.contains(*cell) else None
     where = {None: 'outside', OCCUPIED: 'in a wall of', UNKNOWN: 'in unknown space of'}.get(found)
     if where is not None:
-        raise ConfigError(
-            f'test {test.name}: start: given ({start.x:.2f}, {start.y:.2f}), {where} '
-            f'the map {map_path}; allowed: a start in free space'
-        )
+        given = f'({start.x:.2f}, {start.y:.2f}), {where} the map {map_path}'
+        raise ConfigError(f'test {test.name}: start: given {given}; allowed: a start in free space')
 
 
 def _bag_path(given: str, trial: Trial) -> str:

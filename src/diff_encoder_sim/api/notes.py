@@ -15,27 +15,25 @@ from diff_encoder_sim.simulation.simulator import SimulatorParams
 from diff_encoder_sim.simulation.state import JOINTS_RATE_HZ
 from diff_encoder_sim.trials.campaign_cells import Campaign, check_robot, unfit_tests
 from diff_encoder_sim.trials.robot_params import RobotParams, as_upstream, spread_with, stopping_line
-from diff_encoder_sim.wheels.catalogue import ChosenEncoder, encoder_lines
+from diff_encoder_sim.wheels.catalogue import encoder_lines
 
 
-def name_encoders(command: str, encoders: Iterable[ChosenEncoder], wheel_diameter_m: float) -> None:
-    """Print `encoder_lines` for a command."""
-    for line in encoder_lines(encoders, wheel_diameter_m):
+def print_notes(command: str, lines: Iterable[str]) -> None:
+    """Print notes of a command, each once."""
+    for line in dict.fromkeys(lines):
         print(f'{command}: {line}', file=sys.stderr)
 
 
 def name_campaigns_encoders(command: str, campaign: Campaign) -> None:
     """Print notes on the encoders and rates of a campaign."""
-    name_encoders(command, campaign.encoders, campaign.cells[0].robot_params.odometry.wheel_diameter)
+    print_notes(command, encoder_lines(campaign.encoders, campaign.cells[0].robot_params.odometry.wheel_diameter))
     name_rates(command, (cell.robot_params.encoder.rate for cell in campaign.cells))
 
 
 def name_rates(command: str, rates_hz: Iterable[float]) -> None:
     """Print a line for each report rate above the rate of the simulator's joint states."""
-    for rate_hz in dict.fromkeys(rates_hz):
-        if rate_hz > JOINTS_RATE_HZ:
-            limit = f'but reports are limited to the {JOINTS_RATE_HZ:g} Hz of joint states'
-            print(f'{command}: rate: {rate_hz:g} Hz, {limit}', file=sys.stderr)
+    limit = f'but reports are limited to the {JOINTS_RATE_HZ:g} Hz of joint states'
+    print_notes(command, (f'rate: {rate_hz:g} Hz, {limit}' for rate_hz in rates_hz if rate_hz > JOINTS_RATE_HZ))
 
 
 def name_stopping(name: str, campaign: Campaign, tolerance_m: float, tolerance_deg: float) -> None:
@@ -57,15 +55,14 @@ def name_stopping(name: str, campaign: Campaign, tolerance_m: float, tolerance_d
             f'encoder; results are evaluated with {1e3 * tolerance_m:g} mm and {tolerance_deg:g} degrees; set '
             'navigation.DWAPlannerROS.stop: precise, or smaller tolerances, in the robot file'
         )
-    for line in dict.fromkeys(lines):
-        print(f'{as_called(name)}: {line}', file=sys.stderr)
+    print_notes(as_called(name), lines)
 
 
 def name_stopping_of_trial(nav: str, params: RobotParams) -> None:
     """Print the stopping behaviour of a navigated live trial."""
     if nav != 'scripted':
         used = as_upstream(params) if nav == 'upstream' else params
-        print(f'trial.launch: {stopping_line(used, [params.encoder.counts_per_turn])}', file=sys.stderr)
+        print_notes('trial.launch', [stopping_line(used, [params.encoder.counts_per_turn])])
 
 
 def self_checked(source: RobotSource, where: str, params: SimulatorParams) -> Tuple[List[Check], List[str]]:
@@ -84,12 +81,10 @@ def with_checks(name: str, campaign: Campaign, is_unchecked: bool) -> Campaign:
         ConfigError: the robot fails it or does not fit a test, and `is_unchecked` is False.
     """
     file = campaign.robot.file
-    for warning in campaign.robot.description.warnings:
-        print(f'{as_called(name)}: {file.where}: {warning}', file=sys.stderr)
+    print_notes(as_called(name), (f'{file.where}: {warning}' for warning in campaign.robot.description.warnings))
     checks, problems = self_checked(file.source, file.where, campaign.cells[0].robot_params.simulator)
     problems += unfit_tests(campaign, package_folder() / 'worlds')
     if problems and not is_unchecked:
         raise ConfigError('; '.join([*problems, 'allowed: another robot or test, or --unchecked']))
-    for problem in problems:
-        print(f'{as_called(name)}: {problem}', file=sys.stderr)
+    print_notes(as_called(name), problems)
     return campaign._replace(checks=checks)

@@ -103,8 +103,6 @@ class AmclNode:
             if self._amcl is not None:
                 self._amcl.reconfigure(params)
 
-    # ---- maps
-
     def _on_map(self, message: OccupancyGridMessage, is_first: bool = False) -> None:
         """Use a map of the topic, or the first of the service unless set_map was called before."""
         with self._lock:
@@ -126,8 +124,6 @@ class AmclNode:
                 amcl.set_map(grid, *(guess or ()))
             self._amcl, self._guess = amcl, None
             self._begin()
-
-    # ---- scans
 
     def _on_restart(self, _stamp_ns: int) -> None:
         log.warning('scan stamps went back: localization restarts at the initial_pose_* parameters', extra=EVENT)
@@ -171,14 +167,13 @@ class AmclNode:
         self._used_scans.publish(Header(stamp=conversions.stamp_from_ns(stamp_ns)))
 
     def _warn_of_loss(self, amcl: Amcl) -> None:
-        fit_percent = 100.0 * (amcl.fit_fraction or 0.0)
+        fit_percent, lost_percent = 100.0 * (amcl.fit_fraction or 0.0), 100.0 * self._params.lost_fraction
         if amcl.is_lost and not self._was_lost:
             log.warning(
                 'localization lost: %.0f %% of the rays agree with the map (lost_fraction: %.0f %%); map -> odom is '
                 'not published until enough do. Carry the robot back, set its pose by /initialpose, or call '
                 'global_localization and drive it by hand',
-                fit_percent,
-                100.0 * self._params.lost_fraction,
+                *(fit_percent, lost_percent),
                 extra=EVENT,
             )
         elif self._was_lost and not amcl.is_lost:
@@ -198,8 +193,6 @@ class AmclNode:
             log.warning('the pose could not be saved in the initial_* parameters: %s', error)
         else:
             self._saved = pose, np.diag(variances)
-
-    # ---- requests
 
     def _on_set_map(self, request: SetMapRequest) -> SetMapResponse:
         try:
@@ -225,10 +218,7 @@ class AmclNode:
             if self._amcl is not None:
                 self._amcl.global_localization()
                 self._was_lost = self._amcl.is_lost  # requested: no warning
-                log.info(
-                    'global_localization: particles all over the map; drive the robot by hand until localized',
-                    extra=EVENT,
-                )
+                log.info('global_localization: drive the robot by hand until it is localized', extra=EVENT)
 
     def _on_nomotion_update(self) -> None:
         with self._lock:
@@ -245,11 +235,7 @@ def spread_diagnosis(estimate: AmclEstimate, params: AmclParams) -> Diagnosis:
 
 
 def read_initial_pose(message: PoseWithCovarianceStamped, params: AmclParams, buffer: tf2_ros.BufferCore) -> PoseGuess:
-    """Return the pose of a message, moved by odometry from its stamp to now.
-
-    Raises:
-        InputFault: the pose is invalid, or not in the map frame.
-    """
+    """Return a message's pose, moved by odometry to now; InputFault if it is invalid or not in the map frame."""
     frame = message.header.frame_id.lstrip('/')
     if not frame:
         log.warning('initial pose: header.frame_id is empty; used as if it were %r', params.global_frame_id)

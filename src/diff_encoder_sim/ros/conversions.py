@@ -61,11 +61,7 @@ def pose_message(pose: Pose2D) -> Pose:
 
 
 def pose_from_message(pose: Pose) -> Pose2D:
-    """Project a pose to the floor: height, roll and pitch are dropped.
-
-    Raises:
-        InputFault: a number is not finite, or the quaternion is invalid.
-    """
+    """Project a pose to the floor; InputFault if a number is not finite, or the quaternion is invalid."""
     position, orientation = pose.position, pose.orientation
     return planar_pose(position.x, position.y, (orientation.x, orientation.y, orientation.z, orientation.w))
 
@@ -107,14 +103,8 @@ def scan_from_message(message: LaserScan) -> Scan:
     """Convert a scan."""
     from diff_encoder_sim.base.laser_scan import Scan  # noqa: PLC0415  # every node imports this module
 
-    return Scan(
-        ns_from_stamp(message.header.stamp),
-        message.angle_min,
-        message.angle_increment,
-        message.range_min,
-        message.range_max,
-        np.array(message.ranges, dtype=float),
-    )
+    numbers = message.angle_min, message.angle_increment, message.range_min, message.range_max
+    return Scan(ns_from_stamp(message.header.stamp), *numbers, np.array(message.ranges, dtype=float))
 
 
 def twist_std_from_message(message: Odometry) -> Tuple[float, float]:

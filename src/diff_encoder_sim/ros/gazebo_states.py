@@ -51,10 +51,8 @@ def built_service(name: str, request: str, response: str) -> Type[Any]:
         context.register(message_name, message._spec)  # parsed by genpy
     classes = built[f'{name}Request'], built[f'{name}Response']
     spec = SrvSpec(*(each._spec for each in classes), f'{request}\n---\n{response}', name)
-    fields = dict(
-        zip(('_type', '_md5sum', '_request_class', '_response_class'), (name, compute_md5(context, spec), *classes))
-    )
-    return type(name.split('/')[1], (), fields)
+    keys = '_type', '_md5sum', '_request_class', '_response_class'
+    return type(name.split('/')[1], (), dict(zip(keys, (name, compute_md5(context, spec), *classes))))
 
 
 # gazebo_msgs is not in Debian's ROS.
@@ -78,9 +76,7 @@ class ModelStatesParams(Params):
     model: str = Field('alto', min_length=1, description='name of the robot in /gazebo/model_states')
     rate: Rate_Hz = Field(STATES_RATE_HZ, description='reports per second of the clock [Hz]')
     states_period: Optional[Duration_s] = Field(
-        None,
-        description='states come at whole multiples of this [s]; 0: at any time; default: as simulator_node publishes '
-        'them, 0 with other simulators',
+        None, description='states come at multiples of this [s]; 0: at any time; default: of simulator_node, else 0'
     )
 
 

@@ -28,9 +28,8 @@ class LaunchStatus:
         self._watcher: Optional[subprocess.Popen[bytes]] = None
         roslaunch_pid = os.getppid()
         if is_roslaunch(roslaunch_pid):
-            self._watcher = subprocess.Popen(
-                [sys.executable, '-m', __name__, str(roslaunch_pid)], stdin=subprocess.PIPE, start_new_session=True
-            )
+            command = [sys.executable, '-m', __name__, str(roslaunch_pid)]
+            self._watcher = subprocess.Popen(command, stdin=subprocess.PIPE, start_new_session=True)
 
     def succeed(self) -> None:
         """Make roslaunch exit with status 0."""

@@ -41,10 +41,8 @@ def grid_from_message(message: OccupancyGridMessage) -> OccupancyGrid:
     """Convert a map message to a grid; InputFault if the size, resolution or origin is invalid."""
     info = message.info
     if info.width * info.height == 0 or len(message.data) != info.width * info.height:
-        raise InputFault(
-            f'map of {info.width} x {info.height} cells with {len(message.data)} '
-            f'values; expected one value for each cell, and at least one cell'
-        )
+        size = f'{info.width} x {info.height} cells'
+        raise InputFault(f'map of {size} with {len(message.data)} values; expected one for each cell, and a cell')
     if not (math.isfinite(info.resolution) and info.resolution > 0):
         raise InputFault(f'map resolution {info.resolution} m; expected a length greater than 0')
     cells = np.array(message.data, dtype=np.int8).reshape(info.height, info.width)
@@ -100,11 +98,7 @@ class MapKeeper:
         return self._newest is not None and not self._is_saved
 
     def save(self) -> None:
-        """Write the current map, or the last one received.
-
-        Raises:
-            ConfigError: there is no map, or a file cannot be written.
-        """
+        """Write the current map, or else the last one; ConfigError if there is none, or it cannot be written."""
         message = self._newest
         if not rospy.is_shutdown():  # otherwise the SLAM node is shutting down, too
             with contextlib.suppress(rospy.ServiceException):
@@ -178,22 +172,11 @@ map_saver: save the map that is published on /map to an image and a YAML file, a
 def parse_map_saver() -> argparse.Namespace:
     """Read the command line."""
     parser = tool_parser('map_saver', MAP_SAVER, ['-f ~/maps/office', '-f office map:=/my_map'])
-    parser.add_argument(
-        '-f',
-        dest='stem',
-        type=Path,
-        default=Path('map'),
-        metavar='STEM',
-        help='write STEM.pgm and STEM.yaml (default: %(default)s)',
-    )
+    written, percent = 'write STEM.pgm and STEM.yaml (default: %(default)s)', whole_number_within(PERCENT)
+    parser.add_argument('-f', dest='stem', type=Path, default=Path('map'), metavar='STEM', help=written)
     for name, default, meaning in (('occ', 65, 'more is saved as occupied'), ('free', 25, 'less is saved as free')):
-        parser.add_argument(
-            f'--{name}',
-            type=whole_number_within(PERCENT),
-            default=default,
-            metavar='PERCENT',
-            help=f'a cell of this occupancy or {meaning} (default: %(default)s)',
-        )
+        text = f'a cell of this occupancy or {meaning} (default: %(default)s)'
+        parser.add_argument(f'--{name}', type=percent, default=default, metavar='PERCENT', help=text)
     return parser.parse_args(node.own_words())
 
 

@@ -49,11 +49,7 @@ class NavigationTransforms:
         self._buffer = TransformBuffer()
 
     def odom_pose_in_map(self, now_ns: int) -> Optional[Tuple[int, Pose2D]]:
-        """Return (stamp_ns, pose of odom in the map), None without a transform.
-
-        Raises:
-            InputFault: the transform is invalid.
-        """
+        """Return (stamp_ns, pose of odom in the map), None without a transform; InputFault if it is invalid."""
         try:
             transform = self._buffer.lookup_transform(self.map_frame, self.odom_frame, rospy.Time(0))
         except tf2_ros.TransformException:
@@ -66,11 +62,7 @@ class NavigationTransforms:
         return stamp_ns, conversions.pose_from_transform(transform)
 
     def pose_in_map(self, message: PoseStamped) -> Pose2D:
-        """Transform a goal or a start to the map frame by the latest transform.
-
-        Raises:
-            InputFault: the pose is not upright, or there is no transform from its frame.
-        """
+        """Transform a goal or a start to the map; InputFault if it is not upright, or there is no transform."""
         pose, rotation = pose_from_message(message.pose), message.pose.orientation
         leaning = rotation.x**2 + rotation.y**2
         if 2.0 * leaning > MOST_TILT * (leaning + rotation.z**2 + rotation.w**2):
@@ -201,8 +193,6 @@ class MoveBaseNode:
                 self._control_rate = ControlRate(params.controller_frequency)
             self._params = params
 
-    # ---- inputs
-
     def _on_map(self, message: OccupancyGridMessage) -> None:
         with self._lock:
             try:
@@ -248,8 +238,6 @@ class MoveBaseNode:
             except Exception:
                 self._command(STOP)  # rospy logs the exception and continues
                 raise
-
-    # ---- one control period
 
     def _control(self, navigator: Navigator, now_ns: int) -> None:
         try:
@@ -305,8 +293,6 @@ class MoveBaseNode:
                 self._command(STOP)
                 self._goals.end(GoalStatus.ABORTED, 'move_base was shut down')
             self._navigator = None  # ignore further messages
-
-    # ---- services
 
     def _on_make_plan(self, request: GetPlanRequest) -> GetPlanResponse:
         with self._lock:

@@ -136,11 +136,7 @@ def robot_settings(part: str) -> Dict[str, Any]:
 
 
 def trial_plan() -> Optional[LivePlan]:
-    """Return the plan of the running trial, None if there is no trial.
-
-    Raises:
-        ConfigError: the parameter /trial is not a plan.
-    """
+    """Return the plan of the running trial, None without a trial; ConfigError if /trial is not a plan."""
     plan = rospy.get_param('/trial', None)
     if plan is None:
         return None
@@ -154,9 +150,7 @@ def required_trial_plan() -> LivePlan:
     """Return `trial_plan`; ConfigError if there is none."""
     plan = trial_plan()
     if plan is None:
-        raise ConfigError(
-            '/trial: missing; expected the parameter that trial.launch sets: start this node by trial.launch'
-        )
+        raise ConfigError('/trial: missing; expected the parameter that trial.launch sets, which starts this node')
     return plan
 
 

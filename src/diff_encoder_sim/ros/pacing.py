@@ -235,8 +235,5 @@ class CommandGate:
         if not self._arrived.wait_for(lambda: self._newest is not None, patience_s):
             self._is_waited_for = False
             if self._is_moving:
-                log.warning(
-                    'no velocity command within %.1f s of wall time at simulated time %.2f s: continuing without it',
-                    patience_s,
-                    sim_time_ns / NANOSECONDS_PER_SECOND,
-                )
+                sim_s = sim_time_ns / NANOSECONDS_PER_SECOND
+                log.warning('no command at simulated time %.2f s within %.1f s: continuing without', sim_s, patience_s)

@@ -79,9 +79,8 @@ class ReplayNode:
             copied = copied_topics(source)
             trial = trial_of_source(self._bag, source)
         if wheels.message_type != topics.JOINT_STATE_TYPE:
-            raise ConfigError(
-                f'{self._bag}: {wheels.topic} has counts; expected {topics.JOINT_STATE_TYPE}; reencode can use counts'
-            )
+            expected = f'expected {topics.JOINT_STATE_TYPE}; reencode can use counts'
+            raise ConfigError(f'{self._bag}: {wheels.topic} has counts; {expected}')
         self._recorder = Recorder(self._out, RECORDED)
         self._clock = EncodedPublisher('/clock', Clock)
         self._played = {topic: EncodedPublisher(topic, COPIED_CLASSES[topic]) for topic in copied}
@@ -120,10 +119,8 @@ class ReplayNode:
         graph = ('/clock', topics.JOINT_STATES, topics.ENCODER_PULSE, topics.ODOM)
         missing = missing or wait_until_connected(graph, RECORDED, deadline_s - time.monotonic())
         if missing:
-            raise ConfigError(
-                f'no node has subscribed to {", ".join(missing)} within {timeout_s:.0f} s; '
-                'expected the nodes that replay.launch starts'
-            )
+            given = f'no node has subscribed to {", ".join(missing)} within {timeout_s:.0f} s'
+            raise ConfigError(f'{given}; expected the nodes that replay.launch starts')
 
     def _play(self) -> None:
         """Publish all readable messages of the topics in the order of the file, each with its time on /clock."""

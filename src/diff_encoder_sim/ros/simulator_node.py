@@ -58,10 +58,8 @@ class SimulatorNodeParams(SimulatorParams):
         [], description='stamped topics at report_rate that simulated time waits for; unless paused: once they begin'
     )
     wait_for_once_begun: List[str] = Field([], description='the same, from their first message on')
-    wait_for_after_states: List[str] = Field(
-        [], description='stamped topics that answer each /gazebo/model_states and are waited for'
-    )
-    wait_for_after_scans: List[str] = Field([], description='stamped topics that answer each scan and are waited for')
+    wait_for_after_states: List[str] = Field([], description='the same, topics that answer each /gazebo/model_states')
+    wait_for_after_scans: List[str] = Field([], description='the same, topics that answer each scan')
     command_period: Annotated[float, Between(0.0, 10.0, 's')] = Field(
         0.0,
         description='period of a controller that is waited for [s]; 0: commands apply as they come; default: of /trial',
@@ -169,8 +167,6 @@ class SimulatorNode:
             period_s = self._scan_period_ns / NANOSECONDS_PER_SECOND
             self._scans.publish(encode_scan(self._simulator.scan(), self._scan_frame, period_s))
 
-    # ---- services
-
     def _unpause(self) -> None:
         with self._lock:
             if not self._running.is_set():
@@ -199,9 +195,8 @@ class SimulatorNode:
             pose = pose_from_message(state.pose)
             numbers = (pose.x_m, pose.y_m, linear.x, linear.y, angular.z)
             if not all(abs(number) <= LARGEST_NUMBER for number in numbers):  # NaN is not
-                raise InputFault(
-                    f'position and twist {numbers}; expected numbers within +-{LARGEST_NUMBER:g} [m, m/s, rad/s]'
-                )
+                expected = f'expected numbers within +-{LARGEST_NUMBER:g} [m, m/s, rad/s]'
+                raise InputFault(f'position and twist {numbers}; {expected}')
         except InputFault as fault:
             response.status_message = str(fault)
             return response
@@ -239,10 +234,9 @@ def _answered_times(params: SimulatorNodeParams, expected: pacing.ExpectedStamps
     if params.command_period == 0.0:
         return None
     if params.command_period < SHORTEST_COMMAND_PERIOD_S:
-        raise ConfigError(
-            f'{rospy.get_name()}: command_period: given {params.command_period:g} s; allowed: 0, '
-            f'or above {pacing.GRAPH_LEAD_NS // 1_000_000} ms'
-        )
+        bound = f'{pacing.GRAPH_LEAD_NS // 1_000_000} ms'
+        given = f'{rospy.get_name()}: command_period: given {params.command_period:g} s'
+        raise ConfigError(f'{given}; allowed: 0, or above {bound}')
     reports = expected.states if params.commands_answer == 'states' else expected.reports
     return pacing.AnsweredTimes(reports, params.command_period)
 

@@ -61,11 +61,9 @@ class SlamNode:
             self._timer = rospy.Timer(rospy.Duration(period_s), self._broadcast, reset=True)
 
     def _on_restart(self, stamp_ns: int) -> None:
+        stamp_s = stamp_ns / NANOSECONDS_PER_SECOND
         log.warning(
-            'scan stamps went back to %.3f s: keeping the map; scans are ignored until the stamps exceed the previous '
-            'maximum',
-            stamp_ns / NANOSECONDS_PER_SECOND,
-            extra=EVENT,
+            'scan stamps went back to %.3f s: keeping the map; no scans until a new maximum', stamp_s, extra=EVENT
         )
 
     def _use_scan(self, scan: Scan, odom_pose: Pose2D, laser_pose: Pose2D) -> None:

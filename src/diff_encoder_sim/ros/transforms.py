@@ -150,13 +150,8 @@ class ScanQueue:
             raise _NoTransform(self._base_frame, laser_frame, str(error)) from None
         if mount.lean_rad > LEVEL_WITHIN_RAD and laser_frame not in self._tilted:
             self._tilted.add(laser_frame)
-            log.warning(
-                '%s: frame %r is tilted by %.0f degrees; its scans are used as if it were level',
-                self._topic,
-                laser_frame,
-                math.degrees(mount.lean_rad),
-                extra=EVENT,
-            )
+            what = self._topic, laser_frame, math.degrees(mount.lean_rad)
+            log.warning('%s: frame %r is tilted by %.0f degrees; used as if it were level', *what, extra=EVENT)
         try:
             newest = self._buffer.get_latest_common_time(*frames)
         except tf2_ros.TransformException as error:
