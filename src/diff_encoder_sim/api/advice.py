@@ -20,7 +20,7 @@ from diff_encoder_sim.advice.trial_study import TrialsWith, study_trials, switch
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.quantities import LEVEL, REQUIRED_FRACTION, YAW, X
 from diff_encoder_sim.analysis.results_table import record_of, trials_table
-from diff_encoder_sim.api.campaigns import WorkerOptions, stop_reports, unrun_text, workers
+from diff_encoder_sim.api.campaigns import RunOptions, stop_reports, unrun_text, workers
 from diff_encoder_sim.api.notes import name_campaigns_encoders, name_stopping, with_checks
 from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.command_line import as_called
@@ -42,13 +42,10 @@ PAGE = 'advice.html'
 
 
 @dataclass(frozen=True)
-class AdviceOptions(WorkerOptions):
+class AdviceOptions(RunOptions):
     """Options of the command advise."""
 
     robot: Optional[str] = None
-    robot_args: Sequence[str] = ()
-    packages: Sequence[Path] = ()
-    amcl: Optional[str] = None
     tolerance: float = X.tolerance  # in x and in y [m]
     yaw_tolerance: float = YAW.tolerance  # [degrees]
     share: float = REQUIRED_FRACTION  # minimum fraction of trials within tolerance
@@ -62,7 +59,6 @@ class AdviceOptions(WorkerOptions):
     has_trials: bool = True
     out: Path = Path('results') / 'advice'
     json: Optional[Path] = None
-    unchecked: bool = False
 
 
 def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:

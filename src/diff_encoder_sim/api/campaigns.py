@@ -28,9 +28,13 @@ UNRUN_SHOWN = 5
 
 
 @dataclass(frozen=True)
-class WorkerOptions:
-    """Workers of trials: processes on this host, or a Dask cluster."""
+class RunOptions:
+    """Options of commands that run trials: robot, AMCL, and workers on this host or a Dask cluster."""
 
+    robot_args: Sequence[str] = ()
+    packages: Sequence[Path] = ()
+    amcl: Optional[str] = None
+    unchecked: bool = False
     workers: Optional[int] = None  # on this host; None: one per core
     scheduler: Optional[str] = None
     tls_ca: Optional[Path] = None
@@ -39,15 +43,11 @@ class WorkerOptions:
 
 
 @dataclass(frozen=True)
-class CampaignOptions(WorkerOptions):
+class CampaignOptions(RunOptions):
     """Options of the command campaign."""
 
     out: Path = Path()
     config: str = 'quick'
-    robot_args: Sequence[str] = ()
-    packages: Sequence[Path] = ()
-    amcl: Optional[str] = None
-    unchecked: bool = False
     resume: bool = False
     keys: Mapping[str, Any] = field(default_factory=dict)  # override those of the campaign file, unless None
 
@@ -127,7 +127,7 @@ def complete(
         return table, summary, unrun_text('campaign', unrun) if unrun else ''
 
 
-def workers(options: WorkerOptions, pending: int) -> ContextManager[Workers]:
+def workers(options: RunOptions, pending: int) -> ContextManager[Workers]:
     """Return the selected workers, on this host at most one per pending trial.
 
     Raises:

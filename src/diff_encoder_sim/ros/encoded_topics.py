@@ -62,11 +62,7 @@ class EncodedPublisher:
 def stamped_subscriber(
     topic: str, message_class: Type[genpy.Message], callback: Callable[[Any], None], most_ahead_s: float = MOST_AHEAD_S
 ) -> rospy.Subscriber:
-    """Subscribe like `subscriber`.
-
-    A message is dropped with a warning if its stamp is more than `most_ahead_s` ahead of the clock, or if the callback
-    raises an InputFault.
-    """
+    """Subscribe like `subscriber`; drop a message too far ahead of the clock, or if the callback raises InputFault."""
     resolved_name = rospy.resolve_name(topic)
 
     def on_message(message: Any) -> None:
@@ -95,10 +91,7 @@ def pose_subscriber(topic: str, callback: Callable[[int, Pose2D], None]) -> rosp
 
 
 class DisplayTopic(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no types
-    """Topic for displays, which drops messages instead of waiting.
-
-    `queue_size` messages wait for a slow display; newer ones replace the oldest.
-    """
+    """Topic for displays; newer messages replace the oldest of the `queue_size` that wait for a slow one."""
 
     def __init__(self, topic: str, message_class: Type[genpy.Message], queue_size: int = 1) -> None:
         super().__init__()

@@ -12,10 +12,7 @@ POLL_PERIOD_S = 0.1
 
 
 def unconnected(topics: Iterable[str], if_published: Iterable[str] = ()) -> List[str]:
-    """Return the topics without a publisher, or with an unconnected subscriber.
-
-    Topics of `if_published` need no publisher.
-    """
+    """Return the topics with an unconnected subscriber, and those of `topics` without a publisher."""
     master = rosgraph.Master(rospy.get_name())
     publishers, subscribers = map(dict, master.getSystemState()[:2])
     wanted = [*topics, *(topic for topic in if_published if topic in publishers)]

@@ -78,10 +78,7 @@ def _checked_grid(message: OccupancyGridMessage, source: str) -> OccupancyGrid:
 
 
 class MapKeeper:
-    """Keeps the latest /map, and requests the current one from dynamic_map to save it.
-
-    `stem` is the path of the map files without suffix.
-    """
+    """Keeps the latest /map, and requests the current one from dynamic_map to save it as `stem`.pgm and .yaml."""
 
     def __init__(self, stem: str) -> None:
         self._stem = Path(stem)

@@ -134,10 +134,7 @@ class ExpectedStamps:
         return self.states.newest_ns(sim_time_ns - GRAPH_LEAD_NS)
 
     def scan_before(self, sim_time_ns: int) -> int:
-        """Return the stamp of the latest scan that must be processed before newer odometry.
-
-        With newer odometry tf2 would interpolate with different rounding.
-        """
+        """Return the stamp of the latest scan to process before newer odometry, with which tf2 rounds differently."""
         if sim_time_ns < FIRST_SCAN_LEAD_NS:
             return -1
         newest_ns = self.reports.newest_ns(sim_time_ns - self._report_delay_ns)
@@ -174,8 +171,6 @@ class CommandGate:
     report, which takes effect `delay_ns` after it. Without `answered_times` commands take effect on arrival.
 
     Args:
-        answered_times: times of the reports to which a controller responds.
-        delay_ns: delay between a report and the effect of its command.
         patience_s: timeout of a command, by the wall clock.
         is_expected: whether a controller is connected.
         is_from_start: whether it responds to the first report.

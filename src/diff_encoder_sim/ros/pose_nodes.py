@@ -41,10 +41,7 @@ class GlobalPoseParams(Params):
 
 
 class GlobalPoseNode:
-    """Looks up map -> base_link after each transform, and publishes it once per period.
-
-    Only new transforms are published; old poses are not repeated.
-    """
+    """Looks up map -> base_link after each transform, and publishes it once per period if it is new."""
 
     def __init__(self) -> None:
         plan = trial_plan()

@@ -62,9 +62,7 @@ class SlamNode:
 
     def _on_restart(self, stamp_ns: int) -> None:
         stamp_s = stamp_ns / NANOSECONDS_PER_SECOND
-        log.warning(
-            'scan stamps went back to %.3f s: keeping the map; no scans until a new maximum', stamp_s, extra=EVENT
-        )
+        log.warning('scan stamps went back to %.3f s: map kept; no scans until a new maximum', stamp_s, extra=EVENT)
 
     def _use_scan(self, scan: Scan, odom_pose: Pose2D, laser_pose: Pose2D) -> None:
         self._scan_count += 1
@@ -72,19 +70,16 @@ class SlamNode:
             estimate = self._slam.update(odom_pose, scan, laser_pose)
             if estimate is not None:
                 self._entropies.publish(Float64(estimate.entropy))
-                self._publish_map_when_due(scan.stamp_ns)
+                interval_ns = self._params.map_update_interval * NANOSECONDS_PER_SECOND
+                if self._mapped_ns is None or scan.stamp_ns - self._mapped_ns >= interval_ns:
+                    self._mapped_ns = scan.stamp_ns
+                    message = map_message(self._slam.map(), scan.stamp_ns, self._params.map_frame)
+                    self._maps.publish(message)
+                    self._metadata.publish(message.info)
         # For every scan, because the simulator waits for it.
         if self._slam.odom_pose_in_map is not None:
             pose = self._slam.odom_pose_in_map.compose(odom_pose)
             self._poses.publish(pose_stamped_message(pose, scan.stamp_ns, self._params.map_frame))
-
-    def _publish_map_when_due(self, stamp_ns: int) -> None:
-        interval_ns = self._params.map_update_interval * NANOSECONDS_PER_SECOND
-        if self._mapped_ns is None or stamp_ns - self._mapped_ns >= interval_ns:
-            self._mapped_ns = stamp_ns
-            message = map_message(self._slam.map(), stamp_ns, self._params.map_frame)
-            self._maps.publish(message)
-            self._metadata.publish(message.info)
 
     def _broadcast(self, _: rospy.timer.TimerEvent) -> None:
         """Broadcast map->odom with a future stamp, so that lookups succeed until the next scan."""

@@ -87,10 +87,7 @@ class _NoTransform(InputFault):
 
 
 class ScanQueue:
-    """Delivers scans in order with the odometry at their stamps; not thread-safe.
-
-    A scan without transforms does not delay later scans, and is dropped with a warning after a timeout.
-    """
+    """Delivers scans in order with the odometry at their stamps, and drops those that have none; not thread-safe."""
 
     def __init__(self, topic: str, buffer: tf2_ros.Buffer, base_frame: str, odom_frame: str, use: UseScan) -> None:
         """Create an empty queue; `use` is called with a scan, the base's pose in odom and the laser's in base."""

@@ -70,10 +70,7 @@ class TrialFailed(Exception):
 
 
 class TrialRunner:
-    """Starts a trial, supervises it, and reports its outcome; the caller drives.
-
-    `on_world_pose` is called with (stamp_ns, true pose in the map) for each /world_pose.
-    """
+    """Starts and supervises a trial; `on_world_pose` receives (stamp_ns, true pose in the map) of each /world_pose."""
 
     def __init__(self, status: LaunchStatus, params: TrialParams, on_world_pose: Callable[[int, Pose2D], None]) -> None:
         self._status, self._params, self._on_true_pose = status, params, on_world_pose
