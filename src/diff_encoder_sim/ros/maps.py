@@ -42,7 +42,7 @@ def grid_from_message(message: OccupancyGridMessage) -> OccupancyGrid:
     info = message.info
     if info.width * info.height == 0 or len(message.data) != info.width * info.height:
         size = f'{info.width} x {info.height} cells'
-        raise InputFault(f'map of {size} with {len(message.data)} values; expected one for each cell, and a cell')
+        raise InputFault(f'map of {size} with {len(message.data)} values; expected one per cell, at least one')
     if not (math.isfinite(info.resolution) and info.resolution > 0):
         raise InputFault(f'map resolution {info.resolution} m; expected a length greater than 0')
     cells = np.array(message.data, dtype=np.int8).reshape(info.height, info.width)

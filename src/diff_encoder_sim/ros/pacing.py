@@ -231,4 +231,4 @@ class CommandGate:
             self._is_waited_for = False
             if self._is_moving:
                 sim_s = sim_time_ns / NANOSECONDS_PER_SECOND
-                log.warning('no command at simulated time %.2f s within %.1f s: continuing without', sim_s, patience_s)
+                log.warning('no velocity command within %.1f s at simulated time %.2f s: continuing', patience_s, sim_s)
