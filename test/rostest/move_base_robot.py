@@ -4,10 +4,10 @@ import math
 import time
 
 import numpy as np
+import ros_testing as ros
 from geometry_msgs.msg import PolygonStamped, Twist
 from move_base_msgs.msg import MoveBaseActionResult
 from nav_msgs.msg import OccupancyGrid, Odometry
-from ros_testing import INF, PERIOD_NS, TIMEOUT_S, Collector, connected_publisher, stamp_from_ns, stamp_ns_of
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
@@ -55,7 +55,7 @@ def ranges_from(laser):
         y = (boxes[:, None, 2:] - laser.y_m) / np.sin(bearings)[None, :, None]
     enters = np.maximum(x.min(axis=2), y.min(axis=2))
     leaves = np.minimum(x.max(axis=2), y.max(axis=2))
-    return np.where((enters <= leaves) & (enters > 0.0), enters, INF).min(axis=0)
+    return np.where((enters <= leaves) & (enters > 0.0), enters, ros.INF).min(axis=0)
 
 
 class Robot:
@@ -66,12 +66,12 @@ class Robot:
         self.muted = set()  # of '/odom', '/scan', '/tf'
         self.change_scan = self.change_odometry = unchanged
         self._periods, self._is_answered = 0, False
-        self.commands = Collector('/cmd_vel', Twist)
-        self.results = Collector(NODE + '/result', MoveBaseActionResult)
+        self.commands = ros.Collector('/cmd_vel', Twist)
+        self.results = ros.Collector(NODE + '/result', MoveBaseActionResult)
         self.sent = set()  # ids of all goals
-        self._outlines = Collector(NODE + '/local_costmap/footprint', PolygonStamped)
+        self._outlines = ros.Collector(NODE + '/local_costmap/footprint', PolygonStamped)
         kinds = {'/clock': Clock, '/tf': TFMessage, '/scan': LaserScan, '/odom': Odometry, '/tf_static': TFMessage}
-        self._publishers = {topic: connected_publisher(topic, kind, [NODE]) for topic, kind in kinds.items()}
+        self._publishers = {topic: ros.connected_publisher(topic, kind, [NODE]) for topic, kind in kinds.items()}
         laser = transform_message(LASER_IN_BASE, start_ns, 'base_link', 'laser')
         self._publishers['/tf_static'].publish(TFMessage([laser]))
 
@@ -85,24 +85,18 @@ class Robot:
         for _ in range(periods):
             self._live()
 
-    def live_until(self, condition, what, timeout_s=TIMEOUT_S):
+    def live_until(self, condition, what, timeout_s=ros.TIMEOUT_S):
         """Returns the first true value of `condition()` after a period."""
-        deadline = time.monotonic() + timeout_s
-        while True:
-            self._live()
-            value = condition()
-            if value:
-                return value
-            if time.monotonic() > deadline:
-                raise AssertionError(
-                    f'waited {timeout_s:.0f} s in vain for {what() if callable(what) else what}; robot at '
-                    f'{tuple(self.pose)}, last commands '
-                    f'{[twist_of(message) for message in self.commands.messages[-5:]]}'
-                )
+
+        def state():
+            last = [twist_of(message) for message in self.commands.messages[-5:]]
+            return f'{what() if callable(what) else what}; robot at {tuple(self.pose)}, last commands {last}'
+
+        return ros.wait_until(lambda: self._live() or condition(), state, timeout_s, pause_s=0.0)
 
     def _live(self):
-        self.now_ns += PERIOD_NS
-        stamp = stamp_from_ns(self.now_ns)
+        self.now_ns += ros.PERIOD_NS
+        stamp = ros.stamp_from_ns(self.now_ns)
         heard = len(self.commands.messages)
         self._publishers['/clock'].publish(Clock(stamp))
         if '/tf' not in self.muted:
@@ -136,7 +130,7 @@ class Robot:
         deadline = time.monotonic() + 1.0
         while time.monotonic() < deadline:
             outlines = self._outlines.messages[-1:]
-            if not outlines or stamp_ns_of(outlines[0]) >= self.now_ns - 5 * PERIOD_NS:
+            if not outlines or ros.stamp_ns_of(outlines[0]) >= self.now_ns - 5 * ros.PERIOD_NS:
                 return
             time.sleep(0.0005)
 

@@ -15,7 +15,9 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Empty
 from tf2_msgs.msg import TFMessage
 
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.msg import EncoderPulse
+from diff_encoder_sim.ros.conversions import pose_from_message
 
 DISTANCE_PER_PULSE = math.pi * 0.2 / 90  # the plain node's [m]
 SEPARATION = 0.4
@@ -24,7 +26,7 @@ SEPARATION = 0.4
 class Channel:
     """A node's topics: pulse counts in, odometry and TF out."""
 
-    def __init__(self, namespace, with_tf=True):
+    def __init__(self, namespace, with_tf):
         self._with_tf = with_tf
         self.topic = f'/{namespace}/encoder_pulse'
         self.node = f'/{namespace}/gz_diff_odom_node'
@@ -39,19 +41,11 @@ class Channel:
         message.header.stamp = ros.stamp_from_ns(stamp_ns)
         self._pulses.publish(message)
 
-    def transforms(self):
-        return [transform for message in self.tf.messages for transform in message.transforms]
-
     def clear(self):
         if self._with_tf:  # it comes over a connection of its own, maybe later
             self.tf.wait_for_count(len(self.odom.messages))
         self.odom.clear()
         self.tf.clear()
-
-
-def pose_of(message):
-    position = message.pose.pose.position
-    return position.x, position.y, ros.yaw_of(message.pose.pose.orientation)
 
 
 def twist_of(message):
@@ -62,11 +56,7 @@ class OdomTest(ros.NodeTest):
     @classmethod
     def setUpClass(cls):
         ros.start_test_node('odom_test')
-        cls.channels = {
-            'by_default': Channel('by_default'),
-            'all_set': Channel('all_set'),
-            'measured': Channel('measured', with_tf=False),
-        }
+        cls.channels = {name: Channel(name, name != 'measured') for name in ('by_default', 'all_set', 'measured')}
         cls.speeds = ros.connected_publisher('/measured/encoder_velocity', JointState)
         cls.commands = ros.connected_publisher('/by_default/cmd_vel', Twist)
         cls.rosout = ros.RosoutWatch()
@@ -86,38 +76,28 @@ class OdomTest(ros.NodeTest):
         return messages
 
     def assert_pose(self, message, x, y, yaw, tolerance=1e-9):
-        given = pose_of(message)
-        self.assertAlmostEqual(given[0], x, delta=tolerance)
-        self.assertAlmostEqual(given[1], y, delta=tolerance)
-        self.assertLess(ros.angle_between(given[2], yaw), tolerance, f'yaw {given[2]:.9f}, not {yaw:.9f}')
+        given = pose_from_message(message.pose.pose)
+        self.assertLess(max(map(abs, given.relative_to(Pose2D(x, y, yaw)))), tolerance, given)
 
     def test_wheels_frames_and_window_as_parameters(self):
         left_m, right_m = math.pi * 0.3 / 40, math.pi * 0.3 / 1024
         totals = [(0, 0), (1, 30), (3, 60), (6, 90), (10, 120), (15, 150), (21, 180)]
         messages = self.drive(self.channels['all_set'], totals)
         self.assertEqual((messages[0].header.frame_id, messages[0].child_frame_id), ('wheel_odom', 'robot'))
-        for index in range(1, len(totals)):
-            first = totals[max(0, index - 4)]
-            duration = 0.05 * min(index, 4)
-            left = (totals[index][0] - first[0]) * left_m / duration
-            right = (totals[index][1] - first[1]) * right_m / duration
-            linear, angular = twist_of(messages[index])
-            self.assertAlmostEqual(linear, 0.5 * (left + right), delta=1e-9)
-            self.assertAlmostEqual(angular, (right - left) / 0.5, delta=1e-9)
+        left, right = (21 - 3) * left_m / 0.2, (180 - 60) * right_m / 0.2  # over four intervals
+        linear, angular = twist_of(messages[-1])
+        self.assertAlmostEqual(linear, 0.5 * (left + right), delta=1e-9)
+        self.assertAlmostEqual(angular, (right - left) / 0.5, delta=1e-9)
         yaw = (180 * right_m - 21 * left_m) / 0.5
-        self.assertLess(ros.angle_between(pose_of(messages[-1])[2], yaw), 1e-9)
-        self.check_tf_equals_odom(self.channels['all_set'])
-
-    def check_tf_equals_odom(self, channel):
-        messages = channel.odom.messages
-        channel.tf.wait_for_count(len(messages))
-        transforms = channel.transforms()
+        self.assertLess(ros.angle_between(pose_from_message(messages[-1].pose.pose).yaw_rad, yaw), 1e-9)
+        tf = self.channels['all_set'].tf.wait_for_count(len(messages))
+        transforms = [transform for message in tf for transform in message.transforms]
         self.assertEqual(list(map(ros.stamp_ns_of, transforms)), list(map(ros.stamp_ns_of, messages)))
         for transform, message in zip(transforms, messages):
             self.assertEqual(transform.header.frame_id, message.header.frame_id)
             self.assertEqual(transform.child_frame_id, message.child_frame_id)
             place = transform.transform.translation
-            self.assertEqual((place.x, place.y), pose_of(message)[:2])
+            self.assertEqual((place.x, place.y), pose_from_message(message.pose.pose)[:2])
             self.assertEqual(transform.transform.rotation, message.pose.pose.orientation)
 
     def send_speeds(self, stamp_ns, *speeds_radps):

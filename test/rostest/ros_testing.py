@@ -34,7 +34,7 @@ def scan_message(scan, frame, period_s):
     return LaserScan().deserialize(encode_scan(scan, frame, period_s))
 
 
-def wait_until(condition, what, timeout_s=TIMEOUT_S):
+def wait_until(condition, what, timeout_s=TIMEOUT_S, pause_s=0.005):
     """Return the first true value of `condition()`; fail the test when there is none in time."""
     deadline = time.monotonic() + timeout_s
     while True:
@@ -43,7 +43,7 @@ def wait_until(condition, what, timeout_s=TIMEOUT_S):
             return value
         if time.monotonic() > deadline:
             raise AssertionError(f'waited {timeout_s:.0f} s in vain for {what() if callable(what) else what}')
-        time.sleep(0.005)
+        time.sleep(pause_s)
 
 
 def stamp_from_ns(stamp_ns):

@@ -117,19 +117,6 @@ def test_only_the_ros_folder_names_ros_modules():
     assert offenders == []
 
 
-def test_names_of_files_and_classes_are_unique():
-    """A search finds one."""
-    files, classes = [], []
-    for path in PACKAGE.rglob('*.py'):
-        # The files of api/ and cli/ are named after commands and their subjects.
-        if path.name != '__init__.py' and path.relative_to(PACKAGE).parts[0] not in ('api', 'cli'):
-            files.append(path.name)
-        top = ast.parse(path.read_text()).body
-        classes += [node.name for node in top if isinstance(node, ast.ClassDef) and not node.name.startswith('_')]
-    for names in (files, classes):
-        assert {name for name in names if names.count(name) > 1} == set()
-
-
 @pytest.mark.parametrize('name', MOST_MODULES)
 def test_a_command_imports_few_modules(name):
     path = str(SOURCE)
