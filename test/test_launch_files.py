@@ -19,7 +19,6 @@ import yaml
 
 from documented_commands import fences
 from launched_graph import DATA, ROOT, Graph, require_ros, wait_until
-from reencoding_drives import drive, write_ros1
 
 pytestmark = [pytest.mark.rostest, pytest.mark.timeout(280)]
 
@@ -382,13 +381,6 @@ def test_parameters_show_the_values_in_use_of_each_launch(graph, arguments, ppr,
     wait_for_parameters(graph, launch, WHEEL_NODES[:1], **of_encoder)
     wait_for_parameters(graph, launch, WHEEL_NODES[1:], **of_odometry)
     launch.end()
-
-
-def test_a_bag_that_cannot_be_replayed_is_named_in_one_line(graph, tmp_path):
-    bag, out = write_ros1(tmp_path / 'a.bag', drive(names=('a', 'b'))), tmp_path / 'live.bag'
-    code, output = graph.run(sys.executable, SCRIPTS / 'replay_node', f'_bag:={bag}', f'_out:={out}')
-    (line,) = [line for line in output.splitlines() if 'FATAL' in line]
-    assert code == 1 and "'wheel_left_joint'" in line and 'a, b' in line and not out.exists()  # burger's joint
 
 
 # --- a trial with nodes that behave as upstream's do -------------------------------------------------

@@ -60,8 +60,7 @@ class Drive(NamedTuple):
     distance_m: float
     estimated: Optional[Pose2D]  # in the goal's frame
     true: Pose2D
-    off_line_m: np.ndarray  # (n,) true y at each /odom; of SL the distance from its line
-    yaws_rad: np.ndarray  # (n,)
+    poses: np.ndarray  # (n, 3) in truth at each /odom; y of SL is the distance from its line
     period_s: float
     nees: List[float]  # of AMCL's estimates, divided by 3
 
@@ -102,15 +101,14 @@ def _run(job: Job) -> Drive:
     trial = LockstepTrial(plan, ALTO, params)
     reports, goal = list(trial.run()), plan.trial.goal()
     last = reports[-1]
-    estimated, truth = last.estimated_pose_in_map, np.array([report.true_pose_in_map for report in reports])
+    estimated = last.estimated_pose_in_map
     return Drive(
         trial.ending.reason,
         trial.time_ns * 1e-9,
         trial.distance_m,
         estimated and estimated.relative_to(goal),
         last.true_pose_in_map.relative_to(goal),
-        truth[:, 1],
-        truth[:, 2],
+        np.array([report.true_pose_in_map for report in reports]),
         1.0 / params.encoder.rate,
         _nees(reports),
     )
@@ -143,8 +141,8 @@ def _ends(drives: Sequence[Drive]) -> List[str]:
 
 
 def _paths(drives: Sequence[Drive]) -> List[str]:
-    off_line_m, yaws_rad = (np.concatenate(parts) for parts in zip(*((d.off_line_m, d.yaws_rad) for d in drives)))
-    rates = [np.diff(np.unwrap(drive.yaws_rad)) / drive.period_s for drive in drives]
+    _, off_line_m, yaws_rad = np.concatenate([drive.poses for drive in drives]).T
+    rates = [np.diff(np.unwrap(drive.poses[:, 2])) / drive.period_s for drive in drives]
     distance_m = sum(drive.distance_m for drive in drives)
     clear = [rate[np.abs(rate) > math.radians(1.0)] for rate in rates]
     turns = sum(np.count_nonzero(np.diff(np.sign(rate))) for rate in clear)

@@ -120,9 +120,8 @@ def _motion(
 ) -> Tuple[np.ndarray, Pose2D]:
     """Drive at a velocity, then stop: the wheels' angles by tick, and the axle's middle at the end, in the start's."""
     floor = FlatFloor(robot, params.drive, params.physics)
-    controller = DriveController(
-        params.drive, 0.5 * robot.description.wheel_diameter_m, robot.description.wheel_separation_m
-    )
+    wheels = 0.5 * robot.description.wheel_diameter_m, robot.description.wheel_separation_m
+    controller = DriveController(params.drive, *wheels)
     floor.rest()
     begin, angles_rad = _axle_pose(floor, robot), [floor.physics.wheels().angles_rad]
     ticks = round(duration_s / TICK_S)
