@@ -281,7 +281,7 @@ def test_teleop_starts_ros_own_nodes_for_a_joystick(tmp_path):
 
 WRITE_ARGUMENTS = '#!/bin/sh\nfor word; do echo "$word"; done > "$STARTED/$(basename "$0")"\n'
 REMAPPINGS = ['__name:=this', 'scan:=front/scan', '__log:=/tmp/none.log']
-START = {'x': '-3.4', 'y': '-0.85', 'yaw': '0.0'}
+MY_AMCL = '__name:=my_amcl'
 
 
 @pytest.fixture(scope='module')
@@ -314,30 +314,17 @@ def started_with(graph, program, *command):
     return (graph.home / program).read_text().splitlines()
 
 
-@pytest.mark.parametrize(
-    ('program', 'command', 'expected'),
-    [
-        ('map_server', ['upstream_node', 'map_server', *REMAPPINGS], [f'{ROOT}/worlds/ros_logo.yaml', *REMAPPINGS]),
-        (
-            'amcl',
-            ['upstream_node', 'amcl', '__name:=my_amcl'],  # whose file has initial_pose_y
-            ['_initial_pose_x:=-3.4', '_initial_pose_a:=0.0', '__name:=my_amcl'],
-        ),
-        (
-            'gzserver',
-            ['gazebo_trial', 'server', *REMAPPINGS],
-            ['-u', '-e', 'ode', f'{ROOT}/worlds/ros_logo.world', *REMAPPINGS],
-        ),
-        (
-            'spawn_model',
-            ['gazebo_trial', 'spawn'],
-            [
-                *('-urdf', '-param', 'gazebo_robot_description', '-model', 'alto'),
-                *('-x', START['x'], '-y', START['y'], '-Y', START['yaw']),
-            ],
-        ),
-    ],
-)
+# Of amcl, initial_pose_y is among its parameters.
+SPAWNED = '-urdf -param gazebo_robot_description -model alto -x -3.4 -y -0.85 -Y 0.0'
+PROGRAMS = [
+    ('map_server', ['upstream_node', 'map_server', *REMAPPINGS], [f'{ROOT}/worlds/ros_logo.yaml', *REMAPPINGS]),
+    ('amcl', ['upstream_node', 'amcl', MY_AMCL], ['_initial_pose_x:=-3.4', '_initial_pose_a:=0.0', MY_AMCL]),
+    ('gzserver', ['gazebo_trial', 'server'], ['-u', '-e', 'ode', f'{ROOT}/worlds/ros_logo.world']),
+    ('spawn_model', ['gazebo_trial', 'spawn'], SPAWNED.split()),
+]
+
+
+@pytest.mark.parametrize(('program', 'command', 'expected'), PROGRAMS)
 def test_other_packages_programs_get_the_trials_map_world_and_start(graph, program, command, expected):
     graph.master.setParam('/my_amcl', {'initial_pose_y': 1.0})
     assert started_with(graph, program, *command) == expected

@@ -35,14 +35,8 @@ def carried_off(tmp_path_factory):
     folder = tmp_path_factory.mktemp('bend')
     (folder / 'config.yaml').write_text(CONFIG)
     with Graph(folder) as graph:
-        launch = graph.launch(
-            ROOT / 'launch' / 'trial.launch',
-            f'test:={DATA}/bend.yaml',
-            'ppr:=1024',
-            'rtf:=2',
-            f'config:={folder}/config.yaml',
-            f'bag:={folder}/trial.bag',
-        )
+        files = f'test:={DATA}/bend.yaml', f'config:={folder}/config.yaml', f'bag:={folder}/trial.bag'
+        launch = graph.launch(ROOT / 'launch' / 'trial.launch', *files, 'ppr:=1024', 'rtf:=2')
         view = graph.start('sh', '-c', VIEW + 'trial_view_node')
         check_interfaces(graph, launch, NAVIGATED)
         graph.wait_for_clock(7.0)  # turned, and on its way
@@ -52,9 +46,8 @@ def carried_off(tmp_path_factory):
         graph.run('rostopic', 'echo', '-n', '20', '/odom/header/seq')  # 2 s, in which it stands
         # It drove on for half a second: set down once more, at the pose that /initialpose will name.
         place_robot(graph)
-        code, output = graph.run(
-            'rostopic', 'pub', '-1', '/initialpose', 'geometry_msgs/PoseWithCovarianceStamped', initial_pose(*ELSEWHERE)
-        )
+        message = 'geometry_msgs/PoseWithCovarianceStamped', initial_pose(*ELSEWHERE)
+        code, output = graph.run('rostopic', 'pub', '-1', '/initialpose', *message)
         assert code == 0, output
         assert launch.wait() == 0, launch.output()
         view.send_signal(signal.SIGKILL)
@@ -70,9 +63,7 @@ def place_robot(graph):
 def initial_pose(x, y, yaw):
     """A message for rostopic, with AMCL's usual spread."""
     quat = '{{x: {:f}, y: {:f}, z: {:f}, w: {:f}}}'.format(*quat_xyzw_from_yaw(yaw))
-    covariance = [0.0] * 36
-    covariance[0] = covariance[7] = 0.04
-    covariance[35] = 0.03
+    covariance = np.diag([0.04, 0.04, 0.0, 0.0, 0.0, 0.03]).ravel().tolist()
     pose = f'{{position: {{x: {x:f}, y: {y:f}}}, orientation: {quat}}}'
     return f'{{header: {{frame_id: map}}, pose: {{pose: {pose}, covariance: {covariance}}}}}'
 

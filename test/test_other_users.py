@@ -64,13 +64,8 @@ def test_commands_in_a_shared_folder_run_nothing_of_another_user(tmp_path, monke
     environment.pop('NUMBA_CACHE_DIR', None)
     for command in COMMANDS:
         name, *arguments = command.format(made=tmp_path, root=ROOT).split()
-        done = subprocess.run(
-            [sys.executable, str(ROOT / 'scripts' / name), *arguments],
-            cwd=str(shared),
-            env=environment,
-            capture_output=True,
-            text=True,
-        )
+        words = [sys.executable, ROOT / 'scripts' / name, *arguments]
+        done = subprocess.run(words, cwd=shared, env=environment, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
         assert content(shared) == planted
         assert precious.read_text() == 'mine'
