@@ -25,6 +25,7 @@ from move_base_robot import NODE, ODOM_IN_MAP, Robot, room_map, twist_of, unchan
 from nav_msgs.msg import OccupancyGrid, Path
 from nav_msgs.srv import GetMap, GetMapResponse, GetPlan, GetPlanRequest
 from sensor_msgs.msg import PointCloud2
+from std_srvs.srv import Empty
 
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.ros.conversions import pose_from_message, pose_stamped_message
@@ -349,6 +350,15 @@ class MoveBaseTest(ros.NodeTest):
         of_navfn = rospy.ServiceProxy(NODE + '/NavfnROS/make_plan', GetPlan)(GetPlanRequest(start, goal, 0.0)).plan
         ends = [pose_from_message(pose.pose)[:2] for pose in (of_navfn.poses[0], of_navfn.poses[-1])]
         self.assertEqual((of_navfn.header.frame_id, ends), ('map', [START[:2], NEAR[:2]]))
+
+    def test_clear_costmaps_forgets_obstacles(self):
+        self.robot.change_scan = with_ranges(0.8)
+        self.robot.live_until(lambda: self.plan_error(FAR) == 'no plan', 'an obstacle all around')
+        self.robot.muted.add('/scan')
+        self.robot.live(4)
+        self.assertEqual(self.plan_error(FAR), 'no plan')
+        rospy.ServiceProxy(NODE + '/clear_costmaps', Empty)()
+        self.assertEqual(self.plan_error(FAR), '')
 
     # ---- dynamic_reconfigure
 
