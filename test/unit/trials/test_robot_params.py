@@ -46,15 +46,6 @@ def overridden(values=()):
     return override(load_robot_config(CONFIG), dict(values))
 
 
-def test_every_part_has_the_parameters_of_its_own_class_and_overrides_change_nothing_else():
-    default = load_robot_params(CONFIG)
-    classes = {field: of_file[field] for of_file in CONFIG_FILES.values() for field in of_file}
-    assert {field: type(part) for field, part in default._asdict().items()} == classes
-    params = overridden({'config.rate': 50, 'simulator.lidar.noise': 0.0})
-    assert (params.encoder.rate, params.simulator.lidar.noise) == (50.0, 0.0)
-    assert params.odometry == default.odometry and params.simulator.drive == default.simulator.drive
-
-
 def test_a_file_that_is_missing_or_bad_is_named(tmp_path):
     folder = tmp_path / 'config'
     shutil.copytree(CONFIG, folder)
