@@ -10,6 +10,7 @@ from typing import Any, Dict, Iterator, List
 
 import altair as alt
 import numpy as np
+from altair.utils.schemapi import debug_mode
 from markupsafe import Markup
 
 from diff_encoder_sim.advice.advice_tables import DECIMALS, TO_SHOWN, advice_tables, closed_form_text, own_encoder_text
@@ -17,13 +18,10 @@ from diff_encoder_sim.advice.answers import AXES, Budget, Criterion, along_goal
 from diff_encoder_sim.advice.encoder_search import fraction_interval
 from diff_encoder_sim.advice.odometry_curve import FEWEST_COUNTS, MOST_COUNTS
 from diff_encoder_sim.advice.odometry_study import Advice
-from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Look, Option, charts_html, zoomed
+from diff_encoder_sim.analysis.charts import chart_page
+from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Look, Option, zoomed
 from diff_encoder_sim.analysis.charts.drawings import tips
-from diff_encoder_sim.analysis.html_templates import STYLE, load_template
 from diff_encoder_sim.base.atomic_files import write_file
-from diff_encoder_sim.base.deferred import pandas as pd
-
-TEMPLATE = 'advice.html'
 
 # Colours of criteria and causes, safe for colour-blind readers (Okabe and Ito, 2008).
 COLOURS = {Criterion.ODOMETRY: '#d55e00', Criterion.POSE_ESTIMATE: '#0072b2', Criterion.TRUTH: '#009e73'}
@@ -54,13 +52,14 @@ def write_page(advice: Advice, path: Path) -> None:
     Raises:
         OSError: the file cannot be written.
     """
-    template = load_template(TEMPLATE, Path(__file__).parent, STYLE)
-    page = template.render(
+    with debug_mode(False):  # validation in Altair takes longer than the drawing
+        charts = advice_charts(advice)
+    page = chart_page.load_template('advice.html', Path(__file__).parent, chart_page.STYLE).render(
         advice=advice,
         scope='; '.join(_scope(advice)) + '.',
         closed_form=closed_form_text(advice),
         own_encoder=own_encoder_text(advice),
-        charts=advice_charts(advice),
+        charts=charts,
         tables=list(advice_tables(advice)),
     )
     write_file(path, page.encode('utf-8'))
@@ -86,7 +85,7 @@ def advice_charts(advice: Advice) -> Markup:
     if _has_truth(advice):
         criteria = [Option(criterion.value, criterion.text) for criterion in (Criterion.ODOMETRY, Criterion.TRUTH)]
         choices.append(Choice('criterion', 'Budget of', criteria, Criterion.ODOMETRY.value, Look.BUTTONS))
-    return charts_html([_share_chart(advice), _error_chart(advice), _budget_chart(advice)], choices)
+    return chart_page.charts_html([_share_chart(advice), _error_chart(advice), _budget_chart(advice)], choices)
 
 
 def _has_truth(advice: Advice) -> bool:
@@ -95,7 +94,7 @@ def _has_truth(advice: Advice) -> bool:
 
 
 def _chart(rows: Rows, *filters: str) -> alt.Chart:
-    chart = alt.Chart(pd.DataFrame(rows))
+    chart = alt.Chart(alt.InlineData(values=rows))  # no DataFrame: importing pandas takes half a second
     for one in filters:
         chart = chart.transform_filter(one)
     return chart

@@ -138,10 +138,8 @@ class Answer(NamedTuple):
     criterion: Criterion
     kind: Kind
     counts: Optional[float] = None  # lowest sufficient counts; for NOT_THE_LIMIT with reduced limits
-    interval: Tuple[Optional[float], Optional[float]] = (
-        None,
-        None,
-    )  # highest insufficient counts (None: unknown), lowest certain ones
+    # Highest insufficient counts (None: unknown), lowest certain ones.
+    interval: Tuple[Optional[float], Optional[float]] = (None, None)
     encoder: str = ''  # label of the sufficient candidate
     limits: Sequence[Limit] = ()
     more_trials: Optional[int] = None  # per test, to decide `undecided` or the finest candidate
@@ -157,9 +155,8 @@ class Answer(NamedTuple):
         return ppr_value(self.errors_of) if self.errors_of else self.counts
 
     def __str__(self) -> str:
-        more = (
-            f', about {self.more_trials} more trials of each test would decide' if self.more_trials is not None else ''
-        )
+        count = self.more_trials
+        more = '' if count is None else f', about {count} more trials of each test would decide'
         if self.kind is Kind.FROM:
             text = f'at least {_counts(self.counts)} counts per revolution{self._interval()}'
             if self.encoder not in ('', _counts(self.counts)):

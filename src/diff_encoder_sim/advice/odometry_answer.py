@@ -6,19 +6,8 @@ from typing import Dict, List, Mapping, Optional, Sequence
 
 import numpy as np
 
-from diff_encoder_sim.advice.answers import (
-    Answer,
-    Budget,
-    Criterion,
-    Kind,
-    Limit,
-    Requirement,
-    added,
-    along_goal,
-    limits,
-    part_of,
-    worst_halved,
-)
+from diff_encoder_sim.advice import answers
+from diff_encoder_sim.advice.answers import Answer, Budget, Criterion, Kind, Limit, Requirement, part_of
 from diff_encoder_sim.advice.drive_draws import ALL_CAUSES, ROBOTS_CAUSES, Amounts, DriveDraws, WheelCause
 from diff_encoder_sim.advice.odometry_curve import DRAWS, MOST_COUNTS, OdometryCurves, counts_by_ppr, share_within
 from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, NO_FAULTS
@@ -56,7 +45,7 @@ def odometry_budgets(draws: DriveDraws, encoders: Sequence[EncoderParams]) -> Li
         parts = {QUANTISATION: part_of(ideal - bare)}
         if _without_faults(encoder).encoder != IDEAL_ENCODER:
             # Edge errors interact with quantisation, so their variance is a difference of variances.
-            parts[EDGES] = added(sound, ideal)
+            parts[EDGES] = answers.added(sound, ideal)
         if encoder.encoder.faults != NO_FAULTS:
             parts[MISSED] = part_of(faulty - sound)
         budgets.append(Budget({**parts, **of_wheels}, part_of(total)))
@@ -82,7 +71,7 @@ def _errors(
     draws: DriveDraws, encoders: Sequence[Optional[EncoderParams]], amounts: Amounts, count: Optional[int] = None
 ) -> List[np.ndarray]:
     goal, count = draws.drive.goal_in_map, BUDGET_DRAWS if count is None else count
-    return [along_goal(errors, goal) for errors in draws.errors(encoders, count, amounts)]
+    return [answers.along_goal(errors, goal) for errors in draws.errors(encoders, count, amounts)]
 
 
 def _ideal(encoder: EncoderParams) -> EncoderParams:
@@ -116,7 +105,7 @@ def limited_answer(tests: Sequence[DriveDraws], params: EncoderParams, requireme
         for cause, errors in wheel_errors(draws).items():
             if cause != WheelCause.CONTACT.value:
                 of_wheels.setdefault(cause, {})[draws.drive.test] = errors
-    found = limits(of_wheels, requirement) + own_limits(tests, params, requirement, is_its_own)
+    found = answers.limits(of_wheels, requirement) + own_limits(tests, params, requirement, is_its_own)
     found.sort(key=lambda limit: -limit.error / limit.tolerance)
     amounts = {limit.cause: limit.reduced_to / limit.error for limit in found}
     on_wheels = {cause: amounts.get(cause.value, amount) for cause, amount in ROBOTS_CAUSES.items()}
@@ -138,8 +127,8 @@ def own_limits(
     for draws in tests:
         for cause, errors in encoder_errors(draws, encoder, count).items():
             alone.setdefault(cause, {})[draws.drive.test] = errors
-    found = limits(alone, requirement)
-    return found if found or not is_too_much else worst_halved(alone, requirement)
+    found = answers.limits(alone, requirement)
+    return found if found or not is_too_much else answers.worst_halved(alone, requirement)
 
 
 def _with_less(params: EncoderParams, amounts: Mapping[str, float]) -> EncoderParams:

@@ -5,15 +5,9 @@ from __future__ import annotations
 import tempfile
 from typing import Dict, Iterator, List, NamedTuple, Optional
 
+from diff_encoder_sim.advice import drive_draws
 from diff_encoder_sim.advice.answers import Answer, Budget, Criterion, Kind, Requirement
-from diff_encoder_sim.advice.drive_draws import (
-    DriveDraws,
-    ErrorFreeDrive,
-    drawn_robot,
-    navigated,
-    scripted,
-    straight_test,
-)
+from diff_encoder_sim.advice.drive_draws import DriveDraws, ErrorFreeDrive
 from diff_encoder_sim.advice.encoder_search import TrialCounts
 from diff_encoder_sim.advice.listed_encoders import ListedEncoder, candidates_of, finest_real, recommended
 from diff_encoder_sim.advice.odometry_answer import ENCODER_CAUSES, limited_answer, odometry_answer, odometry_budgets
@@ -79,7 +73,7 @@ def study_odometry(campaign: Campaign, requirement: Requirement, distance_m: Opt
         params = params.model_copy(update={'encoder': IDEAL_ENCODER})
     with tempfile.TemporaryDirectory() as folder:
         drives = list(_drives(campaign, distance_m, folder))
-        robot = drawn_robot(RobotSource(campaign.files.materialise(folder).robot), first)
+        robot = drive_draws.drawn_robot(RobotSource(campaign.files.materialise(folder).robot), first)
     tests = [DriveDraws(drive, robot, campaign.params.seed) for drive in drives]
     curves = OdometryCurves(tests, params)
     answer, candidates = odometry_answer(curves, requirement), candidates_of(campaign)
@@ -118,10 +112,10 @@ def _drives(campaign: Campaign, distance_m: Optional[float], folder: str) -> Ite
     for test, job in first.items():
         cell = job.cell
         if distance_m is not None:
-            yield scripted(straight_test(distance_m, cell.test), robot, cell.robot_params)
+            yield drive_draws.scripted(drive_draws.straight_test(distance_m, cell.test), robot, cell.robot_params)
             return
         if cell.test.drive:
-            yield scripted(cell.test, robot, cell.robot_params)
+            yield drive_draws.scripted(cell.test, robot, cell.robot_params)
         else:
             plan = TrialPlan(trial=job.definition(), bag='', **files.worlds[test])
-            yield navigated(plan, robot, cell.robot_params)
+            yield drive_draws.navigated(plan, robot, cell.robot_params)

@@ -8,18 +8,8 @@ from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Seq
 
 import numpy as np
 
-from diff_encoder_sim.advice.answers import (
-    MOST_BY_ONE_CAUSE,
-    Answer,
-    Budget,
-    Criterion,
-    Kind,
-    Requirement,
-    added,
-    along_goal,
-    limits,
-    part_of,
-)
+from diff_encoder_sim.advice import answers
+from diff_encoder_sim.advice.answers import MOST_BY_ONE_CAUSE, Answer, Budget, Criterion, Kind, Requirement
 from diff_encoder_sim.advice.drive_draws import ALL_CAUSES, WheelCause
 from diff_encoder_sim.advice.encoder_search import Asked, RankAnswer, TrialCounts, search
 from diff_encoder_sim.advice.listed_encoders import candidates_of
@@ -90,7 +80,7 @@ def _values(wheels: WheelErrorParams, encoder: Any) -> Dict[str, Any]:
 
 
 # Runs the trials of each test with an encoder (label) and a parameter set (name), and returns the results table.
-TrialsWith = Callable[[str, str], pd.DataFrame]
+TrialsWith = Callable[[str, str], 'pd.DataFrame']
 
 
 class GoalTrials(NamedTuple):
@@ -126,7 +116,7 @@ class GoalTrials(NamedTuple):
         """
         is_used = np.isin(self.numbers, self.known_numbers if numbers is None else numbers)
         parts = {STOPPING: self.estimate, LOCALIZATION: self.truth - self.estimate}
-        return {cause: along_goal(wrapped(part[is_used]), self.goal_in_map) for cause, part in parts.items()}
+        return {cause: answers.along_goal(wrapped(part[is_used]), self.goal_in_map) for cause, part in parts.items()}
 
     @property
     def known_numbers(self) -> np.ndarray:
@@ -196,16 +186,16 @@ def study_trials(campaign: Campaign, advice: Advice, trials_with: TrialsWith) ->
     asked = Asked(requirement.share, requirement.confidence)
     found = search(len(candidates), counts, dict.fromkeys(AT_GOAL, guess), asked)
     odometry = advice.answers[Criterion.ODOMETRY]
-    answers = {Criterion.ODOMETRY: odometry, **{each: _answer(each, found[each], run, requirement) for each in AT_GOAL}}
+    every = {Criterion.ODOMETRY: odometry, **{each: _answer(each, found[each], run, requirement) for each in AT_GOAL}}
     if odometry.encoder:
         run.trials(run.rank_of(odometry.encoder))
-        answers[Criterion.ODOMETRY] = odometry._replace(note=_disagreement(run, advice))
-    labels = [answer.encoder for answer in answers.values() if answer.encoder] or [candidates[-1].label]
+        every[Criterion.ODOMETRY] = odometry._replace(note=_disagreement(run, advice))
+    labels = [answer.encoder for answer in every.values() if answer.encoder] or [candidates[-1].label]
     stopping = {
         label: parts_with(campaign.cells[0].robot_params, candidates[run.rank_of(label)].params.counts_per_turn)
         for label in dict.fromkeys(labels)
     }
-    return advice._replace(answers=answers, stopping=stopping, tried=_tried(run, answers[Criterion.TRUTH], requirement))
+    return advice._replace(answers=every, stopping=stopping, tried=_tried(run, every[Criterion.TRUTH], requirement))
 
 
 def _answer(criterion: Criterion, found: RankAnswer, run: _Runs, requirement: Requirement) -> Answer:
@@ -230,7 +220,7 @@ def _limited(criterion: Criterion, run: _Runs, requirement: Requirement) -> Answ
     causes = (STOPPING,) if criterion is Criterion.POSE_ESTIMATE else (STOPPING, LOCALIZATION)
     finest = run.trials(run.ranks[-1])
     by_cause = {cause: {test: trials.causes()[cause] for test, trials in finest.items()} for cause in causes}
-    found = limits(by_cause, requirement)
+    found = answers.limits(by_cause, requirement)
     amounts = {limit.cause: limit.reduced_to / limit.error for limit in found}
 
     def suffices_with_less(rank: int) -> bool:
@@ -317,10 +307,10 @@ def truth_budget(
     found, of_finest, *others = (
         wrapped(np.sum(list(each.causes(numbers).values()), axis=0)) for each in (trials, finest, *without.values())
     )
-    parts = {cause: part_of(errors) for cause, errors in sound.causes(numbers).items()}
-    parts[ENCODER] = added(found, of_finest)
-    parts.update({cause: added(found, other) for cause, other in zip(without, others)})
-    return Budget(parts, part_of(found)), len(numbers)
+    parts = {cause: answers.part_of(errors) for cause, errors in sound.causes(numbers).items()}
+    parts[ENCODER] = answers.added(found, of_finest)
+    parts.update({cause: answers.added(found, other) for cause, other in zip(without, others)})
+    return Budget(parts, answers.part_of(found)), len(numbers)
 
 
 def wrapped(errors: np.ndarray) -> np.ndarray:

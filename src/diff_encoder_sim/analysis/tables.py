@@ -7,20 +7,11 @@ from typing import Any, Dict, List, Optional, Sequence
 
 import numpy as np
 
-from diff_encoder_sim.analysis import statistics
+from diff_encoder_sim.analysis import results_table, statistics
 from diff_encoder_sim.analysis.encoder_labels import IDEAL, ppr_text, ppr_values
 from diff_encoder_sim.analysis.quantities import LEVEL, MINUS_TRUTH, QUANTITIES, YAW, Quantity, X
 from diff_encoder_sim.analysis.result_tables import ResultTable
-from diff_encoder_sim.analysis.results_table import (
-    ALIGNMENTS,
-    RPES,
-    SUCCEEDED,
-    Results,
-    RobotGeometry,
-    encoders,
-    equal_trials,
-    final_errors,
-)
+from diff_encoder_sim.analysis.results_table import ALIGNMENTS, RPES, SUCCEEDED, Results, RobotGeometry, encoders
 from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.trials.trials_csv import VARIANT
 
@@ -109,7 +100,7 @@ def estimates(results: Results, pose: str) -> pd.DataFrame:
             **setup_columns(results, of_cell.iloc[0]),
             'ppr': of_cell['ppr'].iloc[0],
             'quantity': quantity.name,
-            **error_statistics(final_errors(of_cell, pose, quantity), quantity),
+            **error_statistics(results_table.final_errors(of_cell, pose, quantity), quantity),
         }
         for _, of_cell in results.trials.groupby('cell', sort=False)
         for quantity in QUANTITIES
@@ -283,7 +274,7 @@ def variant_errors(results: Results) -> pd.DataFrame:
         keys = of_cell.iloc[0]
         base = of_first.get(tuple(keys[apart]))
         is_compared = base is not None and keys[VARIANT] != first_variant(trials)
-        pairs = equal_trials(of_cell, base, MINUS_TRUTH) if is_compared else ()
+        pairs = results_table.equal_trials(of_cell, base, MINUS_TRUTH) if is_compared else ()
         for kind, (scale, _) in KINDS.items():
             sizes, ratios = error_sizes(of_cell, kind), [math.nan] * 3
             if not len(sizes):

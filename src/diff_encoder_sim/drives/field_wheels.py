@@ -214,27 +214,14 @@ class FieldWheels(WheelSource):
         about: str,
         notes: Sequence[str] = (),
     ) -> None:
-        """Prepare to read.
-
-        Args:
-            fields: left, right.
-            joints: left, right: the names under which angles are given.
-            units: of the numbers, left and right.
-            ppr: of counts.
-            about: interpretation of the numbers, for the reader.
-            notes: limits of the angles.
-        """
+        """Prepare to read two numbers, left and right; the other arguments are those of `WheelSource`."""
         kind = f'messages of {fields[0].name}, {fields[1].name}'
         super().__init__([field.topic for field in fields], joints, units, ppr, about, notes, kind)
         self._fields = fields
         self._has_stamps = all(field.has_header for field in fields)
 
     def add(self, message: Message) -> None:
-        """Add the numbers of a message.
-
-        Raises:
-            InputFault: it is torn, or a number is not finite.
-        """
+        """Add the numbers of a message."""
         sides = [side for side, field in enumerate(self._fields) if field.topic == message.topic]
         decoded = self._fields[sides[0]].decode(message.raw)
         values = [self._fields[side].value(decoded) for side in sides]

@@ -133,11 +133,7 @@ class JointWheels(WheelSource):
         self._indices: List[Tuple[int, int]] = []  # sides in it, and indices of their joints
 
     def add(self, message: Message) -> None:
-        """Add the angles of one message.
-
-        Raises:
-            InputFault: the message is torn, a wheel is named twice, or without a finite angle.
-        """
+        """Add the angles of one message."""
         stamp_ns, names, values = self._decoder.decode(message.raw)
         if names is not self._names:
             for joint in self.joints:
@@ -178,11 +174,7 @@ class PulseWheels(WheelSource):
         self._decoder = JointDecoder(ENCODER_PULSE_TYPE, is_cdr)
 
     def add(self, message: Message) -> None:
-        """Add the counts of one message.
-
-        Raises:
-            InputFault: the message is torn, or has not one count of each wheel.
-        """
+        """Add the counts of one message."""
         stamp_ns, names, counts = self._decoder.decode(message.raw)
         by_name = dict(zip(names, counts))
         if any(joint not in by_name or names.count(joint) > 1 for joint in self.joints):

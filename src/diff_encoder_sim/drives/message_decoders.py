@@ -1,4 +1,7 @@
-"""Decodes messages of ROS 1 and ROS 2: their fields, joints, poses, scans, commands, and texts."""
+"""Decodes messages of ROS 1 and ROS 2: their fields, joints, poses, scans, commands, and texts.
+
+All raise InputFault if a message is torn, in a foreign byte order, or has a number that cannot be used.
+"""
 
 from __future__ import annotations
 
@@ -11,22 +14,16 @@ import numpy as np
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D, yaw_from_quat_xyzw
 from diff_encoder_sim.base.stamps import LATEST_NS, NANOSECONDS_PER_SECOND
+from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.message_encoders import FLOAT32, LENGTH, POSE, SCAN_LIMITS, TIME, TWIST, UINT32
-from diff_encoder_sim.drives.topics import (
-    ENCODER_PULSE_TYPE,
-    ODOMETRY_TYPE,
-    POSE_STAMPED_TYPE,
-    POSE_WITH_COVARIANCE_TYPE,
-    TRANSFORM_STAMPED_TYPE,
-)
 
 if TYPE_CHECKING:  # nodes of an encoder import this module
     from diff_encoder_sim.base.laser_scan import Scan
     from diff_encoder_sim.simulation.state import BodyState
 
-POSE_TYPES = (ODOMETRY_TYPE, POSE_STAMPED_TYPE, POSE_WITH_COVARIANCE_TYPE, TRANSFORM_STAMPED_TYPE)
-# Those with child_frame_id between header and pose.
-_WITH_CHILD_FRAME = (ODOMETRY_TYPE, TRANSFORM_STAMPED_TYPE)
+# Those with child_frame_id between header and pose, and those without.
+_WITH_CHILD_FRAME = (topics.ODOMETRY_TYPE, topics.TRANSFORM_STAMPED_TYPE)
+POSE_TYPES = (*_WITH_CHILD_FRAME, topics.POSE_STAMPED_TYPE, topics.POSE_WITH_COVARIANCE_TYPE)
 # No robot drives so far; squares of more may not be finite.
 _FARTHEST_M = 1e9
 
@@ -41,11 +38,7 @@ _LITTLE_ENDIAN_CDR = b'\1'
 
 
 def encoded_stamp_ns(content: bytes) -> int:
-    """Return the stamp of a message that begins with a header.
-
-    Raises:
-        InputFault: the message is torn.
-    """
+    """Return the stamp of a message that begins with a header."""
     if len(content) < STAMP_AT + TIME.size:
         raise InputFault(TORN)
     seconds, nanoseconds = TIME.unpack_from(content, STAMP_AT)
@@ -131,11 +124,7 @@ class PoseDecoder:
         self._pose_at = 0
 
     def decode(self, raw: bytes) -> StampedPose:
-        """Decode a message.
-
-        Raises:
-            InputFault: the message is torn, or its pose is not finite.
-        """
+        """Decode a message."""
         if not self._raw_frames or not raw.startswith(self._raw_frames, FRAME_AT):
             fields = FieldReader(raw, self._is_cdr)
             self._frames = _read_frames(fields, self._has_child)[1:]
@@ -150,11 +139,7 @@ class PoseDecoder:
 
 
 def decode_tf(raw: bytes, is_cdr: bool = False) -> Iterator[StampedPose]:
-    """Decode the poses of a TFMessage, seen from above.
-
-    Raises:
-        InputFault: the message is torn, or a pose is not finite.
-    """
+    """Decode the poses of a TFMessage, seen from above."""
     fields = FieldReader(raw, is_cdr)
     for _ in range(fields.length()):
         stamp_ns, parent_frame, child_frame = _read_frames(fields, has_child=True)
@@ -191,18 +176,14 @@ class JointDecoder:
     """
 
     def __init__(self, message_type: str, is_cdr: bool = False) -> None:
-        self._kind = 'q' if message_type == ENCODER_PULSE_TYPE else 'd'
+        self._kind = 'q' if message_type == topics.ENCODER_PULSE_TYPE else 'd'
         self._is_cdr = is_cdr
         self._raw_names = b''  # from the frame to the length of the values
         self._names: Tuple[str, ...] = ()
         self._length_at = self._values_at = 0
 
     def decode(self, raw: bytes) -> JointValues:
-        """Decode a message.
-
-        Raises:
-            InputFault: the message is torn, or in a foreign byte order.
-        """
+        """Decode a message."""
         if not self._raw_names or not raw.startswith(self._raw_names, FRAME_AT):
             self._learn_names(raw)
         try:
@@ -226,11 +207,7 @@ class JointDecoder:
 
 
 def decode_wheel_speeds(raw: bytes) -> Tuple[int, Tuple[float, float]]:
-    """Decode the stamp [ns] and speeds [rad/s] of a JointState of two wheels, left then right.
-
-    Raises:
-        InputFault: the message is torn, or has not exactly two speeds, or one that is not finite.
-    """
+    """Decode the stamp [ns] and speeds [rad/s] of a JointState of two wheels, left then right."""
     fields = FieldReader(raw, is_cdr=False)
     stamp_ns, _ = fields.header()
     for _ in range(fields.length()):
@@ -244,21 +221,13 @@ def decode_wheel_speeds(raw: bytes) -> Tuple[int, Tuple[float, float]]:
 
 
 def decode_command(raw: bytes, is_cdr: bool = False) -> Tuple[float, float]:
-    """Decode a geometry_msgs/Twist: linear [m/s] and angular [rad/s] of a robot on the floor.
-
-    Raises:
-        InputFault: the message is torn.
-    """
+    """Decode a geometry_msgs/Twist: linear [m/s] and angular [rad/s] of a robot on the floor."""
     linear_mps, _, _, _, _, angular_radps = FieldReader(raw, is_cdr).unpack(TWIST, NUMBER_SIZE)
     return linear_mps, angular_radps
 
 
 def decode_string(raw: bytes, is_cdr: bool = False) -> str:
-    """Decode a std_msgs/String.
-
-    Raises:
-        InputFault: the message is torn, or not UTF-8.
-    """
+    """Decode a std_msgs/String."""
     try:
         return FieldReader(raw, is_cdr).text('strict')
     except UnicodeDecodeError:
@@ -266,11 +235,7 @@ def decode_string(raw: bytes, is_cdr: bool = False) -> str:
 
 
 def decode_scan(raw: bytes, is_cdr: bool = False) -> Tuple[Scan, str]:
-    """Decode a LaserScan into the scan and its frame without a leading slash.
-
-    Raises:
-        InputFault: the message is torn.
-    """
+    """Decode a LaserScan into the scan and its frame without a leading slash."""
     from diff_encoder_sim.base.laser_scan import Scan  # noqa: PLC0415  # nodes of an encoder import this module
 
     fields = FieldReader(raw, is_cdr)
@@ -282,11 +247,7 @@ def decode_scan(raw: bytes, is_cdr: bool = False) -> Tuple[Scan, str]:
 
 
 def decode_model_state(raw: bytes, model: str) -> BodyState:
-    """Decode one model's state of a gazebo_msgs/ModelStates of ROS 1, of any simulator.
-
-    Raises:
-        InputFault: the message is torn, or has no state of the model.
-    """
+    """Decode one model's state of a gazebo_msgs/ModelStates of ROS 1, of any simulator."""
     from diff_encoder_sim.simulation.state import BodyState  # noqa: PLC0415  # nodes of an encoder import this module
 
     try:

@@ -10,8 +10,7 @@ import numpy as np
 
 from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.wheels.covariance import PlanarCovariance
-from diff_encoder_sim.wheels.odometry import OdometryEstimate, TwistCovariance
+from diff_encoder_sim.wheels.odometry import OdometryEstimate
 from diff_encoder_sim.wheels.report_link import EncoderSample
 
 if TYPE_CHECKING:  # nodes of an encoder import this module
@@ -100,9 +99,20 @@ def encode_pose_stamped(pose: Pose2D, stamp_ns: int, frame: str) -> bytes:
     return encode_header(stamp_ns, frame) + encode_planar_pose(pose)
 
 
+# The variance of height, roll and pitch, which wheels do not measure; the value is that of gazebo_ros_diff_drive.
+UNKNOWN_VARIANCE = 1e12
+_UNKNOWN_ROWS = np.diag(np.full(6, UNKNOWN_VARIANCE)).astype('<f8')
+_Z_ROLL_PITCH, _ALL_BUT_X_AND_YAW = _UNKNOWN_ROWS[2:5].tobytes(), _UNKNOWN_ROWS[1:5].tobytes()
+_ZEROS = bytes(len(_Z_ROLL_PITCH))
+# Rows with numbers in some columns, zeros in the others; between them the rows of the axes that are not measured.
+_PLANAR = struct.Struct('<2d24xd 2d24xd 144s 2d24xd')
+_TWIST = struct.Struct('<d32xd 192s d32xd')
+
+
 def encode_pose_with_covariance(pose: Pose2D, covariance: np.ndarray, stamp_ns: int, frame: str) -> bytes:
-    """Encode geometry_msgs/PoseWithCovarianceStamped; `covariance` is 3x3 over (x, y, yaw)."""
-    return encode_pose_stamped(pose, stamp_ns, frame) + encode_amcl_covariance(covariance)
+    """Encode geometry_msgs/PoseWithCovarianceStamped; `covariance` is 3x3 over (x, y, yaw), the rest 0 as in amcl."""
+    x, y, yaw = covariance.tolist()
+    return encode_pose_stamped(pose, stamp_ns, frame) + _PLANAR.pack(*x, *y, _ZEROS, *yaw)
 
 
 def encode_pose_array(poses: np.ndarray, stamp_ns: int, frame: str) -> bytes:
@@ -146,46 +156,23 @@ def encode_command(linear_mps: float, angular_radps: float) -> bytes:
 
 
 def encode_odometry(estimate: OdometryEstimate, odom_frame: str, base_frame: str) -> bytes:
-    """Encode nav_msgs/Odometry: pose in the odom frame, twist in the base frame, with covariances."""
+    """Encode nav_msgs/Odometry: pose in the odom frame, twist in the base frame, with covariances.
+
+    The variances of what wheels do not measure are unknown.
+    """
     linear_mps = (estimate.linear_velocity_mps, estimate.lateral_velocity_mps, 0.0)
+    xx, xy, x_yaw, yy, y_yaw, yaw_yaw = estimate.of_pose
+    of_linear, together, of_angular = estimate.of_twist
     return b''.join(
         (
             encode_header(estimate.stamp_ns, odom_frame),
             encode_name(base_frame),
             encode_planar_pose(estimate.base_pose_in_odom),
-            encode_odometry_covariance(estimate.of_pose),
+            _PLANAR.pack(xx, xy, x_yaw, xy, yy, y_yaw, _Z_ROLL_PITCH, x_yaw, y_yaw, yaw_yaw),
             encode_twist(linear_mps, (0.0, 0.0, estimate.angular_velocity_radps)),
-            encode_twist_covariance(estimate.of_twist),
+            _TWIST.pack(of_linear, together, _ALL_BUT_X_AND_YAW, together, of_angular),
         )
     )
-
-
-# The variance of height, roll and pitch, which wheels do not measure; the value is that of gazebo_ros_diff_drive.
-UNKNOWN_VARIANCE = 1e12
-_UNKNOWN_ROWS = np.diag(np.full(6, UNKNOWN_VARIANCE)).astype('<f8')
-_Z_ROLL_PITCH, _ALL_BUT_X_AND_YAW = _UNKNOWN_ROWS[2:5].tobytes(), _UNKNOWN_ROWS[1:5].tobytes()
-_ZEROS = bytes(len(_Z_ROLL_PITCH))
-# Rows with numbers in some columns, zeros in the others; between them the rows of the axes that are not measured.
-_PLANAR = struct.Struct('<2d24xd 2d24xd 144s 2d24xd')
-_TWIST = struct.Struct('<d32xd 192s d32xd')
-
-
-def encode_amcl_covariance(planar: np.ndarray) -> bytes:
-    """Encode a 3x3 covariance over (x, y, yaw); the rest is zero, as upstream's amcl has it."""
-    (x, y, yaw) = planar.tolist()
-    return _PLANAR.pack(*x, *y, _ZEROS, *yaw)
-
-
-def encode_odometry_covariance(planar: PlanarCovariance) -> bytes:
-    """Encode a covariance over (x, y, yaw); the other variances are unknown."""
-    xx, xy, x_yaw, yy, y_yaw, yaw_yaw = planar
-    return _PLANAR.pack(xx, xy, x_yaw, xy, yy, y_yaw, _Z_ROLL_PITCH, x_yaw, y_yaw, yaw_yaw)
-
-
-def encode_twist_covariance(planar: TwistCovariance) -> bytes:
-    """Encode a covariance over (linear x, angular z); the other variances are unknown."""
-    linear, together, angular = planar
-    return _TWIST.pack(linear, together, _ALL_BUT_X_AND_YAW, together, angular)
 
 
 def encode_joint_state(joints: JointStates) -> bytes:

@@ -9,15 +9,10 @@ import numpy as np
 
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.se2 import wrap_angles
+from diff_encoder_sim.drives import wheel_source
 from diff_encoder_sim.drives.reference import Reference
 from diff_encoder_sim.drives.ros1_stream import Message
-from diff_encoder_sim.drives.wheel_source import (
-    TimedDrive,
-    WheelSource,
-    ascending_runs,
-    start_angles_note,
-    start_angles_rad,
-)
+from diff_encoder_sim.drives.wheel_source import TimedDrive, WheelSource, ascending_runs
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 
 # Sideways motion per motion ahead that is more than rounding; the wheels' axle cannot do it.
@@ -43,11 +38,7 @@ class OdometryWheels(WheelSource):
         self._along_m = self._sideways_m = 0.0
 
     def add(self, message: Message) -> None:
-        """Add the poses of a message.
-
-        Raises:
-            InputFault: the message is torn, or its pose is not finite.
-        """
+        """Add the poses of a message."""
         for stamped in self._odometry.poses(message):
             self._times_ns.extend((stamped.stamp_ns, message.time_ns))
             self._poses.extend(stamped.pose)
@@ -55,7 +46,7 @@ class OdometryWheels(WheelSource):
     def drives(self) -> List[TimedDrive]:
         """Return both wheels at every pose."""
         stamps_ns, times_ns = np.array(self._times_ns).reshape(-1, 2).T
-        angles_rad = start_angles_rad(self._seed) + self._turned_rad(np.array(self._poses).reshape(-1, 3))
+        angles_rad = wheel_source.start_angles_rad(self._seed) + self._turned_rad(np.array(self._poses).reshape(-1, 3))
         return [
             TimedDrive(Drive(stamps_ns[rows], angles_rad[rows]), times_ns[rows]) for rows in ascending_runs(stamps_ns)
         ]
@@ -82,7 +73,7 @@ class OdometryWheels(WheelSource):
             f'the wheel angles are computed from the poses of {self._odometry.name}, with the diameter and separation '
             f'below: slip, and what the recorded encoder rounded, are in them as motion; a PPR adds its own rounding'
         )
-        yield start_angles_note(self._seed)
+        yield wheel_source.start_angles_note(self._seed)
         if self._sideways_m > _SIDEWAYS_FRACTION * self._along_m:
             yield (
                 f'{self._odometry.name} moves {self._sideways_m:.2f} m sideways on {self._along_m:.2f} m ahead, which '

@@ -15,27 +15,13 @@ from tabulate import tabulate
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D, PoseSeries
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.drives import topics
+from diff_encoder_sim.drives import message_encoders as encoders
+from diff_encoder_sim.drives import topics, trajectory_error
 from diff_encoder_sim.drives.csv_wheels import DriveStream
 from diff_encoder_sim.drives.message_decoders import decode_command
-from diff_encoder_sim.drives.message_encoders import (
-    encode_encoder_pulse,
-    encode_odometry,
-    encode_planar_tf,
-    encode_string,
-    encode_wheel_speeds,
-)
 from diff_encoder_sim.drives.reference import Reference
 from diff_encoder_sim.drives.ros1_stream import Message
-from diff_encoder_sim.drives.trajectory_error import (
-    RPE_DISTANCES_M,
-    Alignment,
-    PathError,
-    RpePairs,
-    common_poses,
-    pairs_error,
-    rpe_name,
-)
+from diff_encoder_sim.drives.trajectory_error import RPE_DISTANCES_M, Alignment, PathError, RpePairs, rpe_name
 from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.trial_definition import Trial, with_encoder
 from diff_encoder_sim.drives.typestore import to_ros1
@@ -214,14 +200,14 @@ def _report(
     joints, odometry = (encoder.params.left_joint, encoder.params.right_joint), encoder.odometry
     if sample.wheel_rates_radps is not None:
         speeds = sample.stamp_ns, sample.wheel_rates_radps, joints
-        bag.publish(topics.ENCODER_VELOCITY, topics.ENCODER_NODE, time_ns, encode_wheel_speeds, *speeds)
-    bag.publish(topics.ENCODER_PULSE, topics.ENCODER_NODE, time_ns, encode_encoder_pulse, sample, joints)
+        bag.publish(topics.ENCODER_VELOCITY, topics.ENCODER_NODE, time_ns, encoders.encode_wheel_speeds, *speeds)
+    bag.publish(topics.ENCODER_PULSE, topics.ENCODER_NODE, time_ns, encoders.encode_encoder_pulse, sample, joints)
     if estimate is not None:
         frames = odometry.odom_frame, odometry.base_frame
         if odometry.publish_tf:
             transform = estimate.base_pose_in_odom, estimate.stamp_ns, *frames
-            bag.publish(topics.TF, topics.ODOM_NODE, time_ns, encode_planar_tf, *transform)
-        bag.publish(topics.ODOM, topics.ODOM_NODE, time_ns, encode_odometry, estimate, *frames)
+            bag.publish(topics.TF, topics.ODOM_NODE, time_ns, encoders.encode_planar_tf, *transform)
+        bag.publish(topics.ODOM, topics.ODOM_NODE, time_ns, encoders.encode_odometry, estimate, *frames)
 
 
 def _copy(bag: TrialBag, message: Message, encoder: Encoder, trial: Optional[Trial]) -> None:
@@ -229,10 +215,8 @@ def _copy(bag: TrialBag, message: Message, encoder: Encoder, trial: Optional[Tri
     if message.topic != topics.TRIAL:
         bag.publish(message.topic, COPIED[message.topic], message.time_ns, bytes, message.raw)
     elif trial is not None:
-        driven = with_encoder(trial, encoder.params, encoder.odometry, encoder.name)
-        bag.publish(
-            topics.TRIAL, topics.NAVIGATION_TRIAL_NODE, message.time_ns, encode_string, driven.model_dump_json()
-        )
+        text = with_encoder(trial, encoder.params, encoder.odometry, encoder.name).model_dump_json()
+        bag.publish(topics.TRIAL, topics.NAVIGATION_TRIAL_NODE, message.time_ns, encoders.encode_string, text)
 
 
 def drive_errors(read: ReadDrive, encoded: Sequence[EncodedDrive], has_reference: bool) -> List[Optional[PathError]]:
@@ -242,12 +226,11 @@ def drive_errors(read: ReadDrive, encoded: Sequence[EncodedDrive], has_reference
     else:
         finest = max(encoded, key=lambda one: (not one.encoder.name, min(one.encoder.ppr.left, one.encoder.ppr.right)))
         references = finest.paths
-    return [
-        None
-        if one is finest
-        else pairs_error([common_poses(*pair) for pair in zip(one.paths, references)], Alignment.ORIGIN)
-        for one in encoded
-    ]
+    errors: List[Optional[PathError]] = []
+    for one in encoded:
+        pairs = [trajectory_error.common_poses(*pair) for pair in zip(one.paths, references)]
+        errors.append(None if one is finest else trajectory_error.pairs_error(pairs, Alignment.ORIGIN))
+    return errors
 
 
 Value = Union[str, int, float, None]

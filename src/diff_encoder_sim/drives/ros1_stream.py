@@ -45,11 +45,6 @@ class Message(NamedTuple):
     node: str = ''  # publisher; ROS 2 does not record it
 
 
-class _Connection(NamedTuple):
-    topic: str
-    node: str
-
-
 class Ros1Stream:
     """The topics of a bag, and its messages, which may be read several times."""
 
@@ -65,7 +60,7 @@ class Ros1Stream:
             OSError: it cannot be read.
         """
         self._path = path
-        self._connections: Dict[bytes, _Connection] = {}  # by encoded number
+        self._connections: Dict[bytes, Tuple[str, str]] = {}  # topic and node by encoded number
         self.topics: Dict[str, str] = {}  # types by topic, as rosbags spells them
         self.definitions: Dict[str, str] = {}  # by type; empty if not recorded
         self.fault = ''  # why not all of it can be read
@@ -82,7 +77,7 @@ class Ros1Stream:
         Raises:
             OSError: the file cannot be read.
         """
-        wanted = {number: each for number, each in self._connections.items() if each.topic in topics}
+        wanted = {number: each for number, each in self._connections.items() if each[0] in topics}
         with open(self._path, 'rb') as file:
             for chunk_at, chunk in self._chunks(file):
                 for begin, data_at, end in _records(chunk):
@@ -94,11 +89,12 @@ class Ros1Stream:
                     connection = wanted.get(header[number_at : number_at + _UINT32.size])
                     if connection and len(_TIME_FIELD) <= time_at <= len(header) - _TIME.size:
                         seconds, nanoseconds = _TIME.unpack_from(header, time_at)
+                        topic, node = connection
                         time_ns = seconds * NANOSECONDS_PER_SECOND + nanoseconds
                         if time_ns < LATEST_NS:
-                            yield Message(connection.topic, time_ns, chunk[data_at:end], connection.node)
+                            yield Message(topic, time_ns, chunk[data_at:end], node)
                         else:
-                            self.fault = f'damaged: a message on {connection.topic} has no time before 2^32 s'
+                            self.fault = f'damaged: a message on {topic} has no time before 2^32 s'
 
     def _read_index(self, file: BinaryIO) -> bool:
         """Add the connections of the index, and return whether there is one."""
@@ -125,7 +121,7 @@ class Ros1Stream:
     def _add_connection(self, fields: Dict[bytes, bytes], data: bytes) -> None:
         about = {name: value.decode('utf-8', 'replace') for name, value in _fields(data).items()}
         topic, kind = fields[b'topic'].decode('utf-8', 'replace'), about[b'type'].replace('/', '/msg/', 1)
-        self._connections[fields[b'conn']] = _Connection(topic, about.get(b'callerid', ''))
+        self._connections[fields[b'conn']] = topic, about.get(b'callerid', '')
         self.topics.setdefault(topic, kind)
         self.definitions.setdefault(kind, about.get(b'message_definition', ''))
 

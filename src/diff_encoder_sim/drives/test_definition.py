@@ -9,16 +9,8 @@ from typing import List, Optional, Union
 from pydantic import Field, model_validator
 from typing_extensions import Annotated
 
-from diff_encoder_sim.base.bounds import (
-    Angle_rad,
-    Between,
-    Place_m,
-    PositiveAcceleration_mps2,
-    PositiveSpeed_mps,
-    PositiveTurnAcceleration_radps2,
-    PositiveTurnRate_radps,
-    Turns,
-)
+from diff_encoder_sim.base import bounds
+from diff_encoder_sim.base.bounds import Between, Place_m, Turns
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import Params, load_params
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc, wrap_angle
@@ -29,7 +21,7 @@ class PoseParams(Params):
 
     x: Place_m = Field(0.0, description='[m]')
     y: Place_m = Field(0.0, description='[m]')
-    yaw: Angle_rad = Field(0.0, description='counter-clockwise [rad]')
+    yaw: bounds.Angle_rad = Field(0.0, description='counter-clockwise [rad]')
 
     def pose(self) -> Pose2D:
         """Return the pose with its heading wrapped to [-pi, pi)."""
@@ -78,10 +70,10 @@ class Leg(Params):
 class SpeedLimits(Params):
     """Speeds and accelerations of a scripted drive and of turns in place: the paper's table 2 unless changed."""
 
-    speed: PositiveSpeed_mps = Field(0.45, description='highest speed [m/s]')
-    acceleration: PositiveAcceleration_mps2 = Field(0.7, description='highest acceleration [m/s^2]')
-    angular_speed: PositiveTurnRate_radps = Field(1.0, description='highest turning rate [rad/s]')
-    angular_acceleration: PositiveTurnAcceleration_radps2 = Field(
+    speed: bounds.PositiveSpeed_mps = Field(0.45, description='highest speed [m/s]')
+    acceleration: bounds.PositiveAcceleration_mps2 = Field(0.7, description='highest acceleration [m/s^2]')
+    angular_speed: bounds.PositiveTurnRate_radps = Field(1.0, description='highest turning rate [rad/s]')
+    angular_acceleration: bounds.PositiveTurnAcceleration_radps2 = Field(
         4.9, description='highest angular acceleration [rad/s^2]'
     )
 

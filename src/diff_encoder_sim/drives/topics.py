@@ -135,13 +135,7 @@ LIVE_TOPICS = (
 )
 RECORDED_LIVE = tuple(topic.name for topic in LIVE_TOPICS)
 
-_TOPICS_OF_MODE: Dict[RecordMode, Tuple[RecordedTopic, ...]] = {
-    'full': TOPICS,
-    'minimal': tuple(topic for topic in TOPICS if not topic.is_bulk),
-    'none': (),
-}
-
 
 def recorded_topics(mode: RecordMode) -> Dict[str, RecordedTopic]:
     """Return the topics that a mode records, by name."""
-    return {topic.name: topic for topic in _TOPICS_OF_MODE[mode]}
+    return {each.name: each for each in TOPICS if mode == 'full' or (mode == 'minimal' and not each.is_bulk)}

@@ -1,21 +1,26 @@
-"""Block of HTML with controls, charts, their data and the Vega library of vl-convert, for offline pages."""
+"""Templates of offline pages, and their block with controls, charts, data and the Vega library of vl-convert."""
 
 from __future__ import annotations
 
+import contextlib
 import enum
+import importlib.metadata
 import json
+import os
 from pathlib import Path
 from typing import Any, Dict, NamedTuple, Sequence, Union
 
 import altair as alt
+import jinja2
 import vl_convert
 from markupsafe import Markup
 
-from diff_encoder_sim.analysis.html_templates import load_template
+from diff_encoder_sim.base.atomic_files import write_file
 
 VEGA_LITE = '.'.join(alt.SCHEMA_VERSION.lstrip('v').split('.')[:2])  # version written by Altair
 VALIDATE = False  # slow; a test validates
 HEIGHT_PX = 340
+STYLE = Path(__file__).parents[1] / 'report'  # folder of the shared parts of all pages
 FONT = "system-ui, 'Segoe UI', Roboto, 'Liberation Sans', sans-serif"  # font of the page
 _TEXT = {'labelFontSize': 12, 'titleFontSize': 12, 'titleFontWeight': 'normal'}
 CONFIG: Dict[str, Any] = {
@@ -69,6 +74,15 @@ class Choice(NamedTuple):
     clicked_for: str = ''
 
 
+def load_template(name: str, *folders: Path) -> Any:
+    """Load a template that escapes data, rejects undefined names and may include files of these folders."""
+    loader = jinja2.FileSystemLoader(list(map(str, folders)))
+    environment = jinja2.Environment(
+        loader=loader, trim_blocks=True, lstrip_blocks=True, autoescape=True, undefined=jinja2.StrictUndefined
+    )
+    return environment.get_template(name)
+
+
 def zoomed(layer: Any, encodings: Sequence[str] = ('x', 'y')) -> Any:
     """Make the axes of a layer zoomable by drag, Ctrl with the wheel, and buttons."""
     wheel = 'wheel![event.ctrlKey || event.metaKey]'
@@ -89,9 +103,11 @@ def charts_html(charts: Sequence[Chart], choices: Sequence[Choice] = ()) -> Mark
     content: Dict[str, Any] = {'charts': [], 'data': {}, 'choices': []}
     for chart in charts:
         spec = drawing_dict(chart.drawing)
-        for name, rows in spec.pop('datasets', {}).items():  # columns take a third of the size of rows
+        del spec['$schema']  # vega-embed warns if Altair is older than vl-convert
+        for name, rows in spec['datasets'].items():  # columns take a third of the size of rows
             content['data'][name] = {key: [row[key] for row in rows] for key in rows[0]} if rows else {}
         spec.update(
+            datasets=list(spec['datasets']),
             width='container',
             height=HEIGHT_PX,
             autosize={'type': 'fit-x', 'contains': 'padding'},
@@ -99,9 +115,7 @@ def charts_html(charts: Sequence[Chart], choices: Sequence[Choice] = ()) -> Mark
             params=[*({'name': choice.name, 'value': choice.chosen} for choice in choices), *spec.get('params', [])],
             config=CONFIG,
         )
-        vega = vl_convert.vegalite_to_vega(spec, vl_version=VEGA_LITE)
-        del vega['$schema']  # Vega warns if Altair is older than vl-convert
-        content['charts'].append({'name': chart.name, 'spec': vega})
+        content['charts'].append({'name': chart.name, 'spec': spec})
     for choice in choices:
         content['choices'].append({'name': choice.name, 'values': [option.value for option in choice.options]})
         if choice.look is Look.LIST:
@@ -113,9 +127,22 @@ def charts_html(charts: Sequence[Chart], choices: Sequence[Choice] = ()) -> Mark
             charts=charts,
             choices=choices,
             content=Markup(text.replace('<', '\\u003c')),  # data must not end the script
-            library=Markup(vl_convert.javascript_bundle('window.vegaEmbed = vegaEmbed;', vl_version=VEGA_LITE)),
+            library=Markup(vega_library()),
         )
     )
+
+
+def vega_library() -> str:
+    """Return vega-embed with Vega and Vega-Lite as a script, from the user's cache: bundling takes a second."""
+    folder = Path(os.environ.get('XDG_CACHE_HOME') or '~/.cache', 'diff_encoder_sim')
+    name = f'vega_{importlib.metadata.version("vl-convert-python")}_{VEGA_LITE}.js'
+    with contextlib.suppress(OSError, RuntimeError):  # without a home
+        return (folder.expanduser() / name).read_text(encoding='utf-8')
+    library: str = vl_convert.javascript_bundle('window.vegaEmbed = vegaEmbed;', vl_version=VEGA_LITE)
+    with contextlib.suppress(OSError, RuntimeError):
+        folder.expanduser().mkdir(parents=True, exist_ok=True)
+        write_file(folder.expanduser() / name, library.encode('utf-8'))
+    return library
 
 
 def drawing_dict(drawing: Any) -> Dict[str, Any]:

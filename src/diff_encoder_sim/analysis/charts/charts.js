@@ -98,14 +98,12 @@ addEventListener('DOMContentLoaded', () => {
 
   async function draw({name, spec}) {
     const figure = document.getElementById(`chart-${name}`);
-    for (const source of spec.data.filter(({name}) => data[name])) {
-      source.values = rowsOf(data[source.name]);
-    }
-    const look = {mode: 'vega', renderer: 'svg', hover: true, tooltip: showTip, actions: false,
+    spec.datasets = Object.fromEntries(spec.datasets.map((name) => [name, rowsOf(data[name])]));
+    const look = {mode: 'vega-lite', renderer: 'svg', hover: true, tooltip: showTip, actions: false,
       logLevel: 1};                       // errors only: a chart without rows warns
-    const {view} = await vegaEmbed(figure.querySelector('.drawing'), spec, look);
+    const {view, vgSpec} = await vegaEmbed(figure.querySelector('.drawing'), spec, look);
     view.addEventListener('click', (_event, item) => item && item.datum && chooseNamed(item.datum));
-    const scales = spec.scales.filter((scale) => scale.domainRaw);
+    const scales = vgSpec.scales.filter((scale) => scale.domainRaw);
     views.set(view, scales);
     figure.querySelector('.zoom').hidden = !scales.length;
     for (const button of figure.querySelectorAll('.zoom button')) {

@@ -14,16 +14,17 @@ from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
 import yaml
+from altair.utils.schemapi import debug_mode
 from PIL import Image
 
 from diff_encoder_sim.analysis import within_tolerance
+from diff_encoder_sim.analysis.charts.chart_page import load_template
 from diff_encoder_sim.analysis.charts.figures import Figure
 from diff_encoder_sim.analysis.charts.frames import with_paths
 from diff_encoder_sim.analysis.charts.trial_charts import trial_charts
 from diff_encoder_sim.analysis.closed_form import closed_form_table
 from diff_encoder_sim.analysis.encoder_comparison import difference_table, difference_texts
 from diff_encoder_sim.analysis.encoder_labels import encoders_text, enumeration, ppr_text
-from diff_encoder_sim.analysis.html_templates import load_template
 from diff_encoder_sim.analysis.paper.report_section import PaperSection
 from diff_encoder_sim.analysis.quantities import POSES, REQUIRED_FRACTION
 from diff_encoder_sim.analysis.result_tables import ResultTable, html_table
@@ -68,6 +69,8 @@ def write_report(
     embedded = {one.name: {'caption': one.caption, 'uri': data_uri(one.svg, one.png)} for one in figures}
     variants = [{'figure': embedded.pop(VARIANTS, None), 'table': table} for table in of_variants]
     failed = results.trials[results.trials['outcome'] != SUCCEEDED]
+    with debug_mode(False):  # validation in Altair takes longer than the drawing
+        charts = trial_charts(results, shown)
     page = load_template('page.html', Path(__file__).parent).render(
         title=results.title,
         headline=lead,
@@ -91,7 +94,7 @@ def write_report(
         trials=trial_table(results, shown),
         bags=[bag_link(bag, path.parent) for bag in shown['bag']],
         with_path=list(with_paths(shown).index),
-        charts=trial_charts(results, shown),
+        charts=charts,
     )
     # Bytes keep line endings equal on every system.
     path.write_bytes(page.encode('utf-8'))

@@ -5,7 +5,10 @@ import re
 
 import altair as alt
 import pandas as pd
+import pytest
+import vl_convert
 
+from diff_encoder_sim.analysis.charts import chart_page
 from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Look, Option, charts_html
 
 ENCODER = Choice('encoder', 'Encoder', [Option('40', '40 PPR', '#123456'), Option('90', '90 PPR')], ['90'], Look.BOXES)
@@ -31,9 +34,9 @@ def test_charts_share_their_data_by_column_and_the_choices_as_parameters():
     [(name, columns)] = given['data'].items()
     assert columns == {'x': [1.5, 2.0], 'name': ['a', 'b']}
     for each in given['charts']:
-        assert each['spec']['data'][0]['name'] == name
-        signals = {signal['name']: signal.get('value') for signal in each['spec']['signals']}
-        assert (signals['encoder'], signals['test'], signals['trial']) == (['90'], 'SMT', 8)
+        assert each['spec']['datasets'] == [name]
+        values = {parameter['name']: parameter.get('value') for parameter in each['spec']['params']}
+        assert (values['encoder'], values['test'], values['trial']) == (['90'], 'SMT', 8)
     assert given['choices'][0] == {'name': 'encoder', 'values': ['40', '90']}
     assert re.findall(r'<input type="(\w+)" name="(\w+)" value="(\d)"( checked)?>', html) == [
         ('checkbox', 'encoder', '0', ''),
@@ -50,3 +53,13 @@ def test_no_text_ends_a_script_or_becomes_an_element():
     assert EVIL not in html and html.count('</script') == 3
     [columns] = content(html)['data'].values()
     assert columns['bag'] == [EVIL]
+
+
+@pytest.mark.parametrize('is_writable', [True, False])
+def test_vega_is_bundled_once_for_a_user_with_a_cache(monkeypatch, tmp_path, is_writable):
+    (tmp_path / 'a file').write_text('')
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / ('cache' if is_writable else 'a file')))
+    made = []
+    monkeypatch.setattr(vl_convert, 'javascript_bundle', lambda *_, **__: made.append(1) or 'vega ±')
+    assert [chart_page.vega_library() for _ in range(2)] == ['vega ±'] * 2
+    assert len(made) == (1 if is_writable else 2)
