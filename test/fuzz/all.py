@@ -30,8 +30,7 @@ from sandbox import ACCEPTED, FALLEN, REFUSED, judge, run_in_sandbox
 # Each makes an odd input from a generator in a folder, and uses it (`run`), and loads what every case needs before
 # cases are forked (`warm_up`).
 AREAS = ('encoders', 'lockstep', 'worlds', 'robots', 'maps', 'bags')
-CPU_S = {'lockstep': 60, 'bags': 60}  # allowed for a case
-USUAL_CPU_S = 20
+CPU_S = {'lockstep': 60, 'bags': 60}  # allowed for a case; usually 20
 
 
 def module(area):
@@ -53,7 +52,7 @@ def try_case(area, seed, index, keep):
     """Try one case in the sandbox and return the verdict; inputs of one that falls go below the folder `keep`."""
     with tempfile.TemporaryDirectory(prefix='fuzz_') as name:
         folder = Path(name)
-        verdict = run_in_sandbox(case(area, seed, index, folder), folder, CPU_S.get(area, USUAL_CPU_S))
+        verdict = run_in_sandbox(case(area, seed, index, folder), folder, CPU_S.get(area, 20))
         if verdict.kind == FALLEN:
             shutil.copytree(folder, keep / f'{area}_{seed}_{index}', symlinks=True)
             print(f'\n{area} {index} fell: {verdict.reason.strip()}', flush=True)

@@ -20,20 +20,16 @@ FORMATS = ('PPM', 'PNG', 'PNG', 'TIFF', 'BMP', 'JPEG')
 
 
 def warm_up(folder):
-    _use(write_map(np.random.default_rng(0), folder, GOOD))
+    (folder / 'map.pgm').write_bytes(_encoded(Image.fromarray(np.full((40, 60), 254, np.uint8)), 'PPM'))
+    _use(write_yaml(np.random.default_rng(0), folder / 'map.yaml', GOOD))
 
 
 def run(rng, folder):
-    path = write_map(rng, folder, odd_mapping(rng, GOOD, 1) if rng.random() < 0.5 else GOOD, is_odd=True)
+    image = _image(rng)
+    (folder / 'map.pgm').write_bytes(damaged(rng, image) if rng.random() < 0.3 else image)
+    path = write_yaml(rng, folder / 'map.yaml', odd_mapping(rng, GOOD, 1) if rng.random() < 0.5 else GOOD)
     with user_errors('fuzz'):  # as every command does
         _use(path)
-
-
-def write_map(rng, folder, description, is_odd=False):
-    """Write map.pgm and map.yaml."""
-    image = _image(rng) if is_odd else _encoded(Image.fromarray(np.full((40, 60), 254, np.uint8)), 'PPM')
-    (folder / 'map.pgm').write_bytes(damaged(rng, image) if is_odd and rng.random() < 0.3 else image)
-    return write_yaml(rng, folder / 'map.yaml', description)
 
 
 def _image(rng):

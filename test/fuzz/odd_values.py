@@ -38,9 +38,9 @@ def odd_float(rng, near=1.0):
 
 def odd_value(rng, good):
     """Return another value in place of a good one: most often one of its type, which gets past the first check."""
-    if isinstance(good, bool) and rng.random() < 0.7:
-        return not good
-    if isinstance(good, (int, float)) and not isinstance(good, bool) and rng.random() < 0.9:
+    if isinstance(good, bool):
+        return not good if rng.random() < 0.7 else pick(rng, ODD_VALUES)
+    if isinstance(good, (int, float)) and rng.random() < 0.9:
         value = odd_number(rng, good or 1)
         return int(value) if isinstance(good, int) and abs(value) < 1e18 else value
     return pick(rng, ODD_VALUES)

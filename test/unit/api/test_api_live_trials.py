@@ -95,11 +95,14 @@ def test_a_bad_argument_is_named_in_one_line(arguments, words, tmp_path):
     assert all(word in text for word in words), text
 
 
-def test_arguments_are_read_as_roslaunch_reads_them(tmp_path):
+def test_arguments_and_files_are_read(tmp_path):
     trial = plan('--ppr', '{left: 40, right: 4096}', '--trial', '7', '--odom', 'ideal').trial
     assert (trial.ppr.left, trial.ppr.right, trial.number, trial.odom) == (40, 4096, 7, 'ideal')
     trial = plan('--config', file(tmp_path, 'ppr: 1024\nwheel_separation: 0.5\n')).trial
     assert (trial.ppr.left, trial.wheel_separation, trial.wheel_diameter) == (1024, 0.5, 0.2)
+    burger = plan('--test', 'SMT', '--robot', 'burger').trial
+    assert (burger.wheel_diameter, burger.wheel_separation, burger.ppr.left) == (0.066, 0.16, 4096)
+    assert (burger.left_joint, burger.right_joint) == ('wheel_left_joint', 'wheel_right_joint')
 
 
 def test_paths_are_relative_to_the_users_folder(tmp_path, monkeypatch):
@@ -122,45 +125,33 @@ def test_the_printed_plan_passes_the_parameter_server(tmp_path, capsys):
     assert LivePlan.from_mapping(from_xml_rpc(printed), '/trial') == live_trials.plan(parse(arguments))
 
 
-@pytest.fixture
-def rated(monkeypatch, tmp_path):
+@pytest.mark.parametrize(
+    ('config', 'words', 'rate', 'delay_s', 'command_period'),
+    [
+        ('', '--nav scripted', 20.0, 0.0, 0.05),
+        ('', '--nav embedded', 20.0, 0.0, 0.05),
+        ('', '--nav upstream', 20.0, 0.0, 0.0),  # has no fixed period
+        ('rate: 33.3', '--nav embedded --navigation-config {}', 33.3, 0.0, 0.1),
+        ('rate: 33.3', '--nav scripted --navigation-config {}', 33.3, 0.0, 0.05),  # follows the true poses
+        ('rate: 50', '--odom ideal', 20.0, 0.0, 0.05),
+        ('rate: 1000', '--nav scripted', 100.0, 0.0, 0.05),  # of the simulator's joint states
+        ('rate: 1000', '--nav scripted --sim gazebo', 1000.0, 0.0, 0.05),  # whose rate is in the URDF
+        ('report: {latency: 0.03}', '--nav embedded', 20.0, 0.03, 0.05),
+        ('report: {latency: 0.03, latency_spread: 0.01, jitter: 0.005}', '--nav embedded', 20.0, 0.045, 0.0),
+        ('report: {reordered: 0.1}', '--nav embedded', 20.0, 0.075, 0.0),
+        ('report: {lost: 0.1}', '--nav embedded', 20.0, 0.3, 0.0),  # six in a row are one in a million
+        ('report: {latency: 0.03}', '--odom ideal', 20.0, 0.0, 0.05),
+    ],
+)
+def test_a_trial_has_the_rates_and_delays_of_its_sources(
+    tmp_path, monkeypatch, config, words, rate, delay_s, command_period
+):
     monkeypatch.setattr(live_trials, 'parent_only_lists', lambda: True)  # as if every package were installed
-    return lambda config, *words: plan('--test', 'SMT', '--config', file(tmp_path, config, 'config.yaml'), *words)
-
-
-@pytest.mark.parametrize(
-    ('config', 'words', 'rate', 'command_period'),
-    [
-        ('{}', '--nav scripted', 20.0, 0.05),
-        ('{}', '--nav embedded', 20.0, 0.05),
-        ('{}', '--nav upstream', 20.0, 0.0),  # has no fixed period
-        ('rate: 33.3', '--nav embedded --navigation-config {}', 33.3, 0.1),
-        ('rate: 33.3', '--nav scripted --navigation-config {}', 33.3, 0.05),  # follows the true poses
-        ('rate: 50', '--odom ideal', 20.0, 0.05),
-        ('rate: 1000', '--nav scripted', 100.0, 0.05),  # of the simulator's joint states
-        ('rate: 1000', '--nav scripted --sim gazebo', 1000.0, 0.05),  # whose rate is in the URDF
-    ],
-)
-def test_reports_and_commands_have_the_rates_of_their_sources(rated, tmp_path, config, words, rate, command_period):
     navigation = file(tmp_path, 'controller_frequency: 10\n', 'navigation.yaml')
-    made = rated(f'{config}\n', *words.replace('{}', str(navigation)).split())
+    path = file(tmp_path, f'{config or "{}"}\n', 'config.yaml')
+    made = plan('--test', 'SMT', '--config', path, *words.replace('{}', str(navigation)).split())
     assert (made.report_rate, made.command_period) == (rate, command_period)
-
-
-@pytest.mark.parametrize(
-    ('report', 'delay_s', 'command_period'),
-    [
-        ('latency: 0.03', 0.03, 0.05),
-        ('latency: 0.03, latency_spread: 0.01, jitter: 0.005', 0.045, 0.0),
-        ('reordered: 0.1', 0.075, 0.0),
-        ('lost: 0.1', 0.3, 0.0),  # six in a row are one in a million
-        ('repeated: 0.1', 0.0, 0.05),
-    ],
-)
-def test_late_and_lost_reports_delay_the_trial(rated, report, delay_s, command_period):
-    made = rated(f'report: {{{report}}}\n', '--nav', 'embedded')
-    assert (made.report_delay, made.command_period) == (pytest.approx(delay_s), command_period)
-    assert rated(f'report: {{{report}}}\n', '--odom', 'ideal').report_delay == 0.0
+    assert made.report_delay == pytest.approx(delay_s)
 
 
 def test_a_rate_above_that_of_joint_states_is_printed(tmp_path, capsys):
@@ -168,12 +159,6 @@ def test_a_rate_above_that_of_joint_states_is_printed(tmp_path, capsys):
     for odom, lines in (('encoder', 1), ('ideal', 0)):
         plan('--nav', 'scripted', '--unchecked', 'true', '--odom', odom, '--config', config)
         assert capsys.readouterr().err.count('trial.launch: rate: 1000 Hz, but') == lines
-
-
-def test_the_bag_will_contain_the_robots_wheels_joints_and_encoder():
-    burger = plan('--test', 'SMT', '--robot', 'burger').trial
-    assert (burger.wheel_diameter, burger.wheel_separation, burger.ppr.left) == (0.066, 0.16, 4096)
-    assert (burger.left_joint, burger.right_joint) == ('wheel_left_joint', 'wheel_right_joint')
 
 
 def test_the_robot_must_fit_the_test(tmp_path):
