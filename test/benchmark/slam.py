@@ -39,10 +39,10 @@ def _measure(job: Job) -> Dict[str, np.ndarray]:
     """Record a drive and map it with both sets of sensors: MEASURES of each."""
     world, name, seed, particles = job
     other = {'hallway': HALLWAY, 'ros_logo': ROS_LOGO}[world]
-    case = Case(shipped_tour(world) if name == 'shipped' else other, (40,), seed)
+    case = Case(shipped_tour(world) if name == 'shipped' else other, seed)
     measures = {}
     for odometry, scans in (('ideal', 'fine'), ('40', 'coarse')):
-        accuracy, error, _, _, bias_m = case.map(odometry, scans, seed, particles=particles)
+        accuracy, error, _, bias_m = case.map(odometry, scans, seed, particles=particles)
         percent = 100.0 * np.array([accuracy.correct_fraction, accuracy.mapped_fraction])
         measures[f'{odometry}/{scans}'] = np.concatenate([percent, 1e3 * np.array([error.ate_rmse_m, *bias_m])])
     return measures

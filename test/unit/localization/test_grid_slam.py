@@ -87,7 +87,7 @@ def test_bad_scans_change_nothing(change):
 
 @pytest.fixture(scope='session', params=[HALLWAY, ROS_LOGO], ids=lambda tour: tour.world)
 def case(request):
-    return Case(request.param, pprs=(40,))
+    return Case(request.param)
 
 
 @pytest.mark.heavy
@@ -96,7 +96,7 @@ def case(request):
 )
 def test_the_map_of_a_drive(case, odometry, noise, correct, ate_m):
     """With 40 PPR and 3 cm of noise, odometry alone ends decimetres off."""
-    accuracy, error, slam, _, bias_m = case.map(odometry, noise, particles=6)
+    accuracy, error, slam, bias_m = case.map(odometry, noise, particles=6)
     assert accuracy.correct_fraction >= correct and accuracy.mapped_fraction >= 0.97
     assert error.ate_rmse_m < ate_m
     if odometry == 'ideal':
@@ -104,7 +104,7 @@ def test_the_map_of_a_drive(case, odometry, noise, correct, ate_m):
     else:
         # Of the ROS-logo world each scan sees most patches, so there its particles have little in common.
         shared, unshared = patch_counts(slam.maps)
-        assert shared < {'hallway': 0.85, 'ros_logo': 0.95}[case.drive.world.name] * unshared
+        assert shared < {'hallway': 0.85, 'ros_logo': 0.95}[case.world.name] * unshared
 
 
 def recording():

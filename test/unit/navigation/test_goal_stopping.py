@@ -105,13 +105,6 @@ def stop_at(goal, robot, period_s=0.05, limit_s=20.0, is_clear=always, **changes
         robot.drive(Command(*command), round(period_s * 100))
 
 
-@pytest.mark.parametrize(('rate_hz', 'latency_ticks', 'speed_mps'), [(5.0, 0, 0.1), (5.0, 5, 0.0), (20.0, 5, 0.1)])
-def test_on_a_straight_line_it_ends_at_the_goal(rate_hz, latency_ticks, speed_mps):
-    robot = robot_at(Pose2D(-0.04, 0.0, 0.0), speed_mps, latency_ticks)
-    stop_at(IDENTITY, robot, 1.0 / rate_hz)
-    assert abs(robot.pose.x_m) < 0.002 and robot.pose.y_m == 0.0
-
-
 @pytest.mark.parametrize(
     ('start', 'is_clear'),
     [
