@@ -62,10 +62,7 @@ def test_aligned_origins_are_the_first_poses_laid_on_each_other():
 def test_runs_are_aligned_each_by_its_start_and_no_segment_reaches_across():
     pairs = straight_pairs(150, 0.125)
     moved = pairs + (5.0, 0.0, 0.0, 0.0, 3.0, 0.0)
-    once, twice = (
-        trajectory_error.pairs_error([pairs], Alignment.ORIGIN),
-        trajectory_error.pairs_error([pairs, moved], Alignment.ORIGIN),
-    )
+    once, twice = (trajectory_error.pairs_error(each, Alignment.ORIGIN) for each in ([pairs], [pairs, moved]))
     assert (twice.poses, twice.ate_max_m) == (300, pytest.approx(0.0, abs=1e-12))
     assert twice.length_m == pytest.approx(2 * once.length_m)
     for convention in RpePairs:
@@ -126,35 +123,34 @@ def wrapped(poses):
     return poses
 
 
-def matrices(poses):
-    """Return poses as evo has them: 4 x 4 each."""
-    found = np.tile(np.eye(4), (len(poses), 1, 1))
-    found[:, 0, 0] = found[:, 1, 1] = np.cos(poses[:, 2])
-    found[:, 1, 0] = np.sin(poses[:, 2])
-    found[:, 0, 1] = -found[:, 1, 0]
-    found[:, :2, 3] = poses[:, :2]
-    return found
-
-
 @pytest.mark.heavy
 @pytest.mark.parametrize('convention', RpePairs)
 def test_relative_errors_are_those_of_evo(convention):
-    names = ('filters', 'metrics', 'trajectory')
-    filters, metrics, trajectory = (pytest.importorskip(f'evo.core.{name}') for name in names)
-    first = filters.filter_pairs_by_path(matrices(straight_pairs(30, 0.1)[:, :3]), 1.0)[0][0]
-    if convention is RpePairs.CONSECUTIVE and first:
+    metrics, trajectory = (pytest.importorskip(f'evo.core.{name}') for name in ('metrics', 'trajectory'))
+
+    def rpe(pairs, relation, distance_m):
+        half_rad, zeros = 0.5 * pairs[:, 2::3], np.zeros(len(pairs))
+        paths = [
+            trajectory.PosePath3D(
+                np.column_stack((pairs[:, at : at + 2], zeros)),
+                np.column_stack((np.cos(half_rad[:, at // 3]), zeros, zeros, np.sin(half_rad[:, at // 3]))),
+            )
+            for at in (3, 0)
+        ]
+        options = dict(all_pairs=convention is RpePairs.ALL, pairs_from_reference=True)
+        found = metrics.RPE(relation, distance_m, metrics.Unit.meters, trajectory_error.LENGTH_TOLERANCE, **options)
+        found.process_data(paths)
+        return found
+
+    if len(rpe(straight_pairs(30, 0.1), metrics.PoseRelation.translation_part, 1.0).error) == 1:
         pytest.skip('this evo, before 1.32, leaves out the first of the consecutive segments')
     pairs = drive(np.random.default_rng(0), 1500)
     found = trajectory_error.relative_errors([pairs])[convention]
-    paths = tuple(trajectory.PosePath3D(poses_se3=list(matrices(part))) for part in (pairs[:, 3:], pairs[:, :3]))
     for distance_m in RPE_DISTANCES_M:
-        expected = []
-        for relation in (metrics.PoseRelation.translation_part, metrics.PoseRelation.rotation_angle_rad):
-            options = dict(all_pairs=convention is RpePairs.ALL, pairs_from_reference=True)
-            rpe = metrics.RPE(relation, distance_m, metrics.Unit.meters, trajectory_error.LENGTH_TOLERANCE, **options)
-            rpe.process_data(paths)
-            expected.append(rpe.get_statistic(metrics.StatisticsType.rmse))
-        assert found[distance_m] == pytest.approx((len(rpe.error), *expected), abs=1e-9)
+        relations = metrics.PoseRelation.translation_part, metrics.PoseRelation.rotation_angle_rad
+        expected = [rpe(pairs, relation, distance_m) for relation in relations]
+        errors = [each.get_statistic(metrics.StatisticsType.rmse) for each in expected]
+        assert found[distance_m] == pytest.approx((len(expected[0].error), *errors), abs=1e-9)
 
 
 def test_the_last_segments_may_be_short_by_the_tolerance():
