@@ -2,6 +2,7 @@
 
 import csv
 import io
+import itertools
 import math
 import zlib
 
@@ -69,18 +70,16 @@ def paper_results(*cells):
 
 def synthetic_results(tests=('SL', 'SMT', 'DLD'), pprs=('40', '90', '1024', '4096'), trials=30, noises=()):
     """Odometry that spreads by whole pulses, and a truth that does not depend on the encoder."""
-    cells = [(test, noise, ppr) for test in tests for noise in noises or [None] for ppr in pprs]
-    made = [_drawn(*each, number) for each in cells for number in range(1, trials + 1)]
+    made = []
+    for test, noise, ppr, number in itertools.product(tests, noises or [None], pprs, range(1, trials + 1)):
+        rng = np.random.default_rng([number, zlib.crc32(f'{test} {ppr}'.encode())])
+        pulses = 40.0 / float(ppr) if ppr.isdigit() else 0.0
+        truth = rng.normal(0.0, [0.015, 0.01, 0.7])
+        odometry = truth + rng.normal(0.0, 1.0, 3) * pulses * [0.01, 0.3, 1.3]
+        estimate = truth + rng.normal(0.0, [0.005, 0.005, 0.3])
+        poses = {'odom': odometry, 'world': truth, 'amcl': estimate, 'global': estimate}
+        made.append(trial(test, ppr, number, noise=noise, **poses))
     return results_of(made, varied=['noise'] if noises else [])
-
-
-def _drawn(test, noise, ppr, number):
-    rng = np.random.default_rng([number, zlib.crc32(f'{test} {ppr}'.encode())])
-    pulses = 40.0 / float(ppr) if ppr.isdigit() else 0.0
-    truth = rng.normal(0.0, [0.015, 0.01, 0.7])
-    odometry = truth + rng.normal(0.0, 1.0, 3) * pulses * [0.01, 0.3, 1.3]
-    estimate = truth + rng.normal(0.0, [0.005, 0.005, 0.3])
-    return trial(test, ppr, number, noise=noise, odom=odometry, world=truth, amcl=estimate, **{'global': estimate})
 
 
 def records(table):

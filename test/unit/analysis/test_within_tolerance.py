@@ -46,11 +46,8 @@ def test_the_headline_names_encoders_by_test_and_pose():
         'SMT': {'40': (30, 30), '90': (0, 30), '1024': (30, 30), '4096': (0, 30)},
         'DLD': {'40': (30, 0), '90': (30, 0)},
     }
-    trials = [
-        both(test, ppr, *((inside, 30 - inside) for inside in of_cell))
-        for test, of_test in within.items()
-        for ppr, of_cell in of_test.items()
-    ]
+    cells = [(test, ppr, *counts) for test, of_test in within.items() for ppr, counts in of_test.items()]
+    trials = [both(test, ppr, (true, 30 - true), (odom, 30 - odom)) for test, ppr, true, odom in cells]
     texts = (
         'SL and DLD: every encoder; SMT: 40 and 1024 PPR',
         'SL: from 1024 PPR (90 PPR undecided); SMT: every encoder; DLD: no encoder',

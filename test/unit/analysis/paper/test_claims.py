@@ -90,31 +90,26 @@ def conclusions(tests):
     return [test.conclusion for test in tests]
 
 
-# Thirty values: the 95 % interval of their spread of 1 is 0.796 to 1.344.
+# Thirty values: the 95 % interval of their spread of 1 is 0.796 to 1.344; 26 within, of which Wilson's is 0.70 to 0.95.
 EVEN = np.linspace(-1.0, 1.0, 30) / np.linspace(-1.0, 1.0, 30).std(ddof=1)
+MOSTLY = np.array([0.0] * 26 + [9.0] * 4)
 
 
 @pytest.mark.parametrize(
-    ('limit', 'sign', 'expected'), [(0.79, 1, HOLDS), (0.81, 1, UNCLEAR), (1.35, 1, FAILS), (1.35, -1, HOLDS)]
+    ('judge', 'values', 'limits'),
+    [(claims.spreads, EVEN, (0.79, 0.81, 1.35)), (claims.fractions_within, MOSTLY, (0.69, 0.72, 0.96))],
 )
-def test_spread_against_a_limit(limit, sign, expected):
-    assert conclusions(claims.spreads(limit, [Errors('', YAW, (EVEN,), sign=sign)])) == [expected]
-    assert conclusions(claims.spreads(limit, [Errors('', YAW, (EVEN[:1],), sign=sign)])) == [UNCLEAR]
+def test_a_value_against_a_limit(judge, values, limits):
+    below, within, above = (conclusions(judge(limit, [Errors('', YAW, (values,))])) for limit in limits)
+    assert (below, within, above) == ([HOLDS], [UNCLEAR], [FAILS])
+    assert conclusions(judge(limits[-1], [Errors('', YAW, (values,), sign=-1)])) == [HOLDS]
+    assert conclusions(judge(limits[-1], [Errors('', YAW, (values[:1],))])) == [UNCLEAR]
 
 
 def test_failing_must_be_sure_for_all_parts_together():
     parts = [Errors('', YAW, (EVEN,))]
     assert conclusions(claims.spreads(1.36, parts)) == [FAILS]
     assert conclusions(claims.spreads(1.36, 20 * parts)) == 20 * [UNCLEAR]
-
-
-@pytest.mark.parametrize(
-    ('limit', 'sign', 'expected'), [(0.69, 1, HOLDS), (0.72, 1, UNCLEAR), (0.96, 1, FAILS), (0.96, -1, HOLDS)]
-)
-def test_fractions_against_a_limit(limit, sign, expected):
-    """The score test inverts Wilson's interval, 0.70 to 0.95 of 26 of 30."""
-    part = Errors('', YAW, (np.array([0.0] * 26 + [9.0] * 4),), sign=sign)
-    assert conclusions(claims.fractions_within(limit, [part])) == [expected]
 
 
 def pair(first, second):
