@@ -6,6 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from launched_graph import DATA, ROOT, Graph, require_ros
+from reencoding_drives import drive, write_ros1
 
 pytestmark = [pytest.mark.rostest, pytest.mark.timeout(200)]
 
@@ -36,6 +37,7 @@ BAD_PARAMETERS = {
     ),
     'scan_rate': (SIMULATOR, [WORLD, ROBOT, '_lidar:={rate: 30}'], ['lidar', "'rate': 30", 'whole 10 ms']),
     'map_cut_off': ('map_server_node', ['{}/torn.yaml'], ['torn.pgm', 'truncated']),
+    'joints': ('replay_node', ['_bag:={}/a.bag', '_out:={}/live.bag'], ["'left_wheel_joint'", 'a, b']),
     'no_map': ('map_server_node', [], ['arguments', 'one map .yaml file']),
 }
 
@@ -54,6 +56,7 @@ def outcomes(tmp_path_factory):
     folder = tmp_path_factory.mktemp('bad_arguments')
     for name, text in FILES.items():
         (folder / name).write_text(text)
+    write_ros1(folder / 'a.bag', drive(names=('a', 'b')))
     with Graph(folder / 'ros') as graph, ThreadPoolExecutor(2) as pool:
         graph.start_master()
         runs = {}

@@ -153,24 +153,18 @@ def _exponents(units: Sequence[int], costs: Sequence[float], least: float) -> Li
 
 def _cost(prepare: Callable[[int, Path], Work], size: int) -> Cost:
     """Return the cost in a forked process, which has no memory of other sizes."""
-    fork = multiprocessing.get_context('fork')
-    ours, theirs = fork.Pipe(duplex=False)
-    process = fork.Process(target=_report, args=(prepare, size, theirs))
-    process.start()
-    theirs.close()
-    cost: Cost = ours.recv()
-    process.join()
-    return cost
+    with multiprocessing.get_context('fork').Pool(1) as pool:
+        return pool.apply(_measured, (prepare, size))
 
 
-def _report(prepare: Callable[[int, Path], Work], size: int, answer: multiprocessing.connection.Connection) -> None:
+def _measured(prepare: Callable[[int, Path], Work], size: int) -> Cost:
     with tempfile.TemporaryDirectory() as folder:
         work = prepare(size, Path(folder))
         Path('/proc/self/clear_refs').write_text('5')  # resets the peak
         began_bytes, began_s = _resident_bytes('VmRSS'), _user_s()
         work()
         started_bytes = 1024 * resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
-        answer.send(Cost(_user_s() - began_s, max(_resident_bytes('VmHWM') - began_bytes, started_bytes)))
+        return Cost(_user_s() - began_s, max(_resident_bytes('VmHWM') - began_bytes, started_bytes))
 
 
 def _user_s() -> float:
@@ -187,9 +181,8 @@ def _grid(side_m: int) -> OccupancyGrid:
     cells, apart, wide = (round(length_m / RESOLUTION_M) for length_m in (side_m, PILLARS_APART_M, PILLAR_M))
     grid = np.full((cells, cells), FREE, np.int8)
     grid[[0, 1, -2, -1]], grid[:, [0, 1, -2, -1]] = OCCUPIED, OCCUPIED
-    for row in range(wide):
-        for column in range(wide):
-            grid[apart // 2 + row :: apart, apart // 2 + column :: apart] = OCCUPIED
+    has_pillar = (np.arange(cells) - apart // 2) % apart < wide
+    grid[np.ix_(has_pillar, has_pillar)] = OCCUPIED
     return OccupancyGrid(grid, RESOLUTION_M, Pose2D(-0.5 * side_m, -0.5 * side_m, 0.0))
 
 
