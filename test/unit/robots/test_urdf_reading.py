@@ -49,7 +49,7 @@ def collision(geometry, inside=''):
     return f'<collision>{inside}<geometry>{geometry}</geometry></collision>'
 
 
-def test_the_inertia_is_turned_into_the_links_axes():
+def test_the_inertia_is_turned_into_the_links_axes_and_friction_is_that_of_pybullets_tag():
     inertial = link_of(
         '<inertial><origin xyz="1 0 0" rpy="0 0 1.5707963267948966"/><mass value="2"/>'
         '<inertia ixx="1" iyy="2" izz="2.5" ixy="0.1" ixz="0.2" iyz="0.3"/></inertial>'
@@ -57,6 +57,8 @@ def test_the_inertia_is_turned_into_the_links_axes():
     assert (inertial.mass_kg, list(inertial.com_m)) == (2, [1, 0, 0])
     expected = np.array([[2, -0.1, -0.3], [-0.1, 1, 0.2], [-0.3, 0.2, 2.5]])
     assert inertial.inertia_kgm2 == pytest.approx(expected)
+    assert link_of('<contact><lateral_friction value="0.25"/></contact>').friction == 0.25
+    assert link_of('<contact/>').friction is None
 
 
 @pytest.mark.parametrize(
@@ -95,11 +97,6 @@ def test_what_is_ignored_is_noted(inside, notes):
     assert len(tree.notes) == notes and all("link 'a'" in note for note in tree.notes)
 
 
-def test_friction_is_that_of_pybullets_tag():
-    assert link_of('<contact><lateral_friction value="0.25"/></contact>').friction == 0.25
-    assert link_of('<contact/>').friction is None
-
-
 ENDS = '<parent link="a"/><child link="b"/>'
 
 
@@ -111,21 +108,15 @@ def joint_of(*given):
     return parse(with_joint(*given)).joints['j']
 
 
-def test_a_joint_has_all_that_is_given():
+def test_a_joint_has_all_that_is_given_and_else_what_urdf_says():
     limit, origin = '<limit effort="2.5" velocity="10"/>', '<origin xyz="1 2 3" rpy="0 0 1.5707963267948966"/>'
     joint = joint_of(f'{ENDS}{origin}<axis xyz="0 0 -3"/>{limit}<mimic joint="k"/>', 'revolute')
     assert (joint.name, joint.kind, joint.parent, joint.child, joint.is_mimic) == ('j', 'revolute', 'a', 'b', True)
-    assert (joint.effort, joint.speed) == (2.5, 10)
-    assert joint.axis == pytest.approx([0, 0, -1])
+    assert (joint.effort, joint.speed, joint.axis.tolist()) == (2.5, 10, [0, 0, -1])
     assert joint.child_in_parent[:3, [0, 3]] == pytest.approx(np.array([[0, 1], [1, 2], [0, 3]]))
-
-
-def test_what_is_not_given_is_as_urdf_says():
-    joint = joint_of(ENDS)
-    assert joint.axis == pytest.approx([1, 0, 0])
-    assert (joint.effort, joint.speed, joint.is_mimic) == (None, None, False)
-    assert joint_of(f'{ENDS}<limit effort="inf" velocity="1e300"/>').effort is None
-    assert joint_of(f'{ENDS}<axis xyz="0 0 0"/>', 'fixed').axis == pytest.approx([1, 0, 0])
+    for given, kind in (('', 'continuous'), ('<axis xyz="0 0 0"/>', 'fixed'), ('<limit effort="inf"/>', 'continuous')):
+        joint = joint_of(ENDS + given, kind)
+        assert (joint.effort, joint.speed, joint.is_mimic, joint.axis.tolist()) == (None, None, False, [1, 0, 0])
 
 
 @pytest.mark.parametrize(
