@@ -44,14 +44,15 @@ def brute_force_distances(occupied, resolution_m, max_distance_m):
     return apart.min(axis=-1, initial=max_distance_m)
 
 
-def reference_rays(grid, scan, particle, step):
-    """(range, direction in the map, laser x, y) of each ray that counts, one by one."""
-    cos_yaw, sin_yaw = math.cos(particle[2]), math.sin(particle[2])
-    laser_x = particle[0] + cos_yaw * LASER_POSE.x_m - sin_yaw * LASER_POSE.y_m
-    laser_y = particle[1] + sin_yaw * LASER_POSE.x_m + cos_yaw * LASER_POSE.y_m
-    for index in range(0, len(scan.ranges_m), step):
-        bearing = scan.angle_min_rad + index * scan.angle_increment_rad
-        yield (scan.ranges_m[index], particle[2] + LASER_POSE.yaw_rad + bearing, laser_x, laser_y)
+def reference_rays(grid, scan, particle):
+    """(range, whether it has returned, a function of a range to a point in the grid's frame) of every fourth ray."""
+    laser = Pose2D(*particle).compose(LASER_POSE)
+    for index in range(0, len(scan.ranges_m), 4):
+        range_m, bearing_rad = scan.ranges_m[index], scan.angle_min_rad + index * scan.angle_increment_rad
+        ray = laser.compose(Pose2D(0.0, 0.0, bearing_rad)).relative_to(grid.origin)
+        has_returned = scan.range_min_m < range_m < RANGE_LIMIT_M
+        if not math.isnan(range_m):
+            yield range_m, has_returned, lambda along_m, ray=ray: ray.compose(Pose2D(along_m, 0.0, 0.0))[:2]
 
 
 @pytest.mark.parametrize(
@@ -99,35 +100,27 @@ def test_distances_are_exact(shape, fraction):
             assert field.distances_m[-1] == limit_m
 
 
-def reference_field(grid, distances, scan, particle, step):
-    """Distance from each returned ray's end to the nearest obstacle."""
-    for range_m, direction, x, y in reference_rays(grid, scan, particle, step):
-        if math.isnan(range_m) or range_m <= scan.range_min_m or range_m >= RANGE_LIMIT_M:
-            continue
-        row, column = grid.cell_at(x + range_m * math.cos(direction), y + range_m * math.sin(direction))
-        yield distances[row, column] if grid.contains(row, column) else None
-
-
 @pytest.mark.parametrize('model', ['likelihood_field', 'likelihood_field_prob'])
 def test_field_weights_are_the_formula(model):
-    grid, settings = turned_room(), params(laser_model_type=model)
+    grid = turned_room()
     distances = brute_force_distances(grid.cells == OCCUPIED, grid.resolution_m, 2.0)
     scan = scan_with_gaps(grid, Pose2D(0.3, 0.2, 0.5))
     particles = particles_in_room(60, np.random.default_rng(3))
-    laser = laser_model(settings, grid)
+    laser = laser_model(params(laser_model_type=model), grid)
     likelihoods = laser.likelihoods(particles, laser.beams(scan, LASER_POSE), False)
     for particle, factor in zip(particles, likelihoods.factors):
-        probabilities = [
-            0.95 * math.exp(-((2.0 if d is None else d) ** 2) / (2 * 0.2**2)) + 0.05 / RANGE_LIMIT_M
-            for d in reference_field(grid, distances, scan, particle, 4)
-        ]
+        probabilities = []
+        for range_m, has_returned, point_at in reference_rays(grid, scan, particle):
+            if has_returned:
+                column, row = np.floor(np.divide(point_at(range_m), grid.resolution_m)).astype(int)
+                distance_m = distances[row, column] if grid.contains(row, column) else 2.0
+                probabilities.append(0.95 * math.exp(-(distance_m**2) / (2 * 0.2**2)) + 0.05 / RANGE_LIMIT_M)
         assert len(probabilities) < 10
         if model == 'likelihood_field':
             assert factor == pytest.approx(1.0 + sum(p**3 for p in probabilities), rel=1e-9)
         else:
-            assert math.log(factor) + likelihoods.log_scale == pytest.approx(
-                sum(math.log(p) for p in probabilities), rel=1e-8
-            )
+            log = math.log(factor) + likelihoods.log_scale
+            assert log == pytest.approx(sum(math.log(p) for p in probabilities), rel=1e-8)
 
 
 def test_a_product_of_many_unlikely_rays_does_not_vanish():
@@ -168,19 +161,13 @@ def test_beam_weights_are_the_formula():
     blocked = grid.cells != FREE
     for particle, factor in zip(particles, factors):
         expected = 1.0
-        for range_m, direction, x, y in reference_rays(grid, scan, particle, 4):
-            if math.isnan(range_m):
-                continue
-            no_return = range_m <= scan.range_min_m or range_m >= RANGE_LIMIT_M
-            measured_m = RANGE_LIMIT_M if no_return else range_m
-            end_x, end_y = x + RANGE_LIMIT_M * math.cos(direction), y + RANGE_LIMIT_M * math.sin(direction)
-            start, end = (Pose2D(*point, 0.0).relative_to(grid.origin) for point in ((x, y), (end_x, end_y)))
-            cast_m = 0.05 * cast_ray(
-                blocked, start.x_m / 0.05, start.y_m / 0.05, end.x_m / 0.05, end.y_m / 0.05, RANGE_LIMIT_M / 0.05
-            )
+        for range_m, has_returned, point_at in reference_rays(grid, scan, particle):
+            measured_m = range_m if has_returned else RANGE_LIMIT_M
+            ends = np.divide([*point_at(0.0), *point_at(RANGE_LIMIT_M)], 0.05)
+            cast_m = 0.05 * cast_ray(blocked, *ends.tolist(), RANGE_LIMIT_M / 0.05)
             p = 0.95 * math.exp(-((measured_m - cast_m) ** 2) / (2 * 0.2**2))
             p += 0.1 * 0.4 * math.exp(-0.4 * measured_m) if measured_m < cast_m else 0.0
-            p += 0.05 if no_return else 0.05 / RANGE_LIMIT_M
+            p += 0.05 / RANGE_LIMIT_M if has_returned else 0.05
             expected += p**3
         assert factor == pytest.approx(expected, rel=1e-9)
 
