@@ -6,14 +6,9 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.localization import histogram
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.histogram import (
-    even_places,
-    kld_limits,
-    mean_and_covariance,
-    particle_statistics,
-    resample,
-)
+from diff_encoder_sim.localization.histogram import kld_limits, particle_statistics, resample
 from diff_encoder_sim.localization.occupancy_grid import FreeCells, OccupancyGrid
 
 
@@ -31,7 +26,7 @@ def test_the_heaviest_cluster_is_the_estimate():
     assert statistics.mean == pytest.approx(heavy.mean(axis=0), abs=1e-3)
     assert statistics.cluster_weight == pytest.approx(0.6)
     assert statistics.cluster_count == 2
-    assert mean_and_covariance(heavy, weights[900:])[1][0, 0] == pytest.approx(heavy[:, 0].var(), rel=1e-9)
+    assert histogram.mean_and_covariance(heavy, weights[900:])[1][0, 0] == pytest.approx(heavy[:, 0].var(), rel=1e-9)
     assert statistics.covariance[0, 0] == pytest.approx(0.24 * 25.0, rel=0.02)
 
 
@@ -112,9 +107,9 @@ def test_each_particle_is_drawn_as_often_as_its_weight_says():
 def test_places_are_those_of_systematic_resampling_and_the_first_of_them_spread_nearly_as_evenly():
     """By the three-gap theorem; of independent places, the largest gap is about log n / n."""
     for count in (1, 10, 4181):
-        assert np.sort(even_places(count, 0.3)) == pytest.approx((np.arange(count) + 0.3) / count)
+        assert np.sort(histogram.even_places(count, 0.3)) == pytest.approx((np.arange(count) + 0.3) / count)
     for first in (50, 400):
-        gaps = np.diff(np.sort(even_places(3000, 0.0)[:first]), append=1.0)
+        gaps = np.diff(np.sort(histogram.even_places(3000, 0.0)[:first]), append=1.0)
         assert gaps.max() < 2.0 / first + 1.0 / 3000
 
 

@@ -6,19 +6,14 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
+from diff_encoder_sim.localization import particles as room
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.particles import (
-    decompose,
-    even_normals,
-    move_noise,
-    move_particles,
-    particles_around,
-)
+from diff_encoder_sim.localization.particles import decompose, even_normals, move_noise, move_particles
 
 
 def test_particles_around_a_pose_have_its_mean_and_covariance():
     covariance = np.array([[0.09, 0.05, 0.0], [0.05, 0.04, 0.0], [0.0, 0.0, 0.01]])
-    particles = particles_around(Pose2D(1.0, -2.0, 0.3), covariance, 100_000, np.random.default_rng(0))
+    particles = room.particles_around(Pose2D(1.0, -2.0, 0.3), covariance, 100_000, np.random.default_rng(0))
     assert particles.mean(axis=0) == pytest.approx([1.0, -2.0, 0.3], abs=0.005)
     assert np.cov(particles.T) == pytest.approx(covariance, abs=0.001)
 
