@@ -46,11 +46,8 @@ def reading(name, tests, size=0.001):
 
 def test_scores_are_by_source_and_test_and_next_to_each_other():
     table = score_table(pd.concat([reading('a', ['SL', 'DLD']), reading('b', ['SL'], size=10.0)], ignore_index=True))
-    assert table.exact[['source', 'test']].agg(' '.join, axis=1).tolist() == [
-        '/world_pose SL',
-        '/world_pose DLD',
-        'all ',
-    ]
+    cells = [('/world_pose', 'SL'), ('/world_pose', 'DLD'), ('all', '')]
+    assert list(zip(table.exact['source'], table.exact['test'])) == cells
     assert list(table.exact.columns[2:]) == ['a_compared', 'a_agree', 'b_compared', 'b_agree']
     (a, a_agree, b, b_agree), (_, _, none, _), (total, total_agree, *_) = table.exact.iloc[:, 2:].values.tolist()
     assert a == b == 12 and total == 24 and none is None and b_agree < a_agree <= total_agree <= total
