@@ -51,17 +51,13 @@ def _odd_settings(rng):
     config = load_robot_config(ROOT / 'config')
     settings = {}
     for _ in range(int(rng.integers(0, 4))):
-        key = pick(rng, KEYS)
-        settings[key] = odd_value(rng, _value(config, key))
+        key, value = pick(rng, KEYS), config
+        for name in key.split('.'):
+            value = value.get(name) if isinstance(value, dict) else None
+        settings[key] = odd_value(rng, 1.0 if value is None else value)
     if rng.random() < 0.4:
         settings[pick(rng, RATES)] = pick(rng, ODD_RATES)
     return settings
-
-
-def _value(config, key):
-    for name in key.split('.'):
-        config = config.get(name) if isinstance(config, dict) else None
-    return 1.0 if config is None else config
 
 
 def _use(folder):

@@ -21,9 +21,8 @@ SMALL = """<?xml version="1.0"?>
 
 
 def warm_up(folder):
-    path = folder / 'small.world'
-    path.write_text(SMALL)
-    _simulate(path, Pose2D(0.0, 0.0, 0.0))
+    (folder / 'small.world').write_text(SMALL)
+    _simulate(folder / 'small.world', Pose2D(0.0, 0.0, 0.0))
 
 
 def run(rng, folder):

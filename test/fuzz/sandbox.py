@@ -19,7 +19,6 @@ from diff_encoder_sim.base.errors import ConfigError, InputFault
 ACCEPTED, REFUSED, FALLEN = 'accepted', 'refused', 'fallen'
 OUTPUT, VERDICT = 'output.txt', 'verdict.txt'
 LONGEST_LINE = 3000  # characters, as in base/errors.py
-WALL_PER_CPU = 10  # others use the machine as well
 MEMORY_BYTES = 1500 << 20  # beyond that of the caller
 USAGE = 2  # argparse's status, after its usage and one line
 COMPLAINTS = ('Traceback (most recent call last)', 'Warning:', 'Exception ignored')
@@ -63,10 +62,7 @@ def judge(run: Callable[[], None]) -> Verdict:
     except (ConfigError, InputFault) as error:
         return _of_line(str(error))
     except Exception as error:
-        place = traceback.extract_tb(error.__traceback__)[-1]
-        where = f'{Path(place.filename).name}:{place.lineno}'
-        text = ' '.join(str(error).split())[:200]
-        return Verdict(FALLEN, f'{type(error).__name__} at {where}: {text}\n{traceback.format_exc()}')
+        return Verdict(FALLEN, f'{type(error).__name__}: {str(error)[:200]}\n{traceback.format_exc()}')
     return Verdict(ACCEPTED, '')
 
 
@@ -75,7 +71,7 @@ def _limit(cpu_s: int) -> None:
     resource.setrlimit(resource.RLIMIT_AS, (mapped + MEMORY_BYTES,) * 2)
     resource.setrlimit(resource.RLIMIT_CPU, (cpu_s, cpu_s + 1))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    signal.alarm(cpu_s * WALL_PER_CPU)
+    signal.alarm(10 * cpu_s)  # others use the machine as well
 
 
 def _redirect(path: Path) -> None:

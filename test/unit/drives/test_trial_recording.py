@@ -46,21 +46,17 @@ def test_a_bag_without_a_result_is_torn_and_silent_topics_are_left_out(tmp_path)
 
 
 @pytest.mark.parametrize(
-    ('about', 'complaint'),
+    ('about', 'result', 'complaint'),
     [
-        (None, 'no /trial message'),
-        ('{', '/trial: not JSON'),
-        ('[1]', 'expected a JSON object'),
-        ('{"test": 3}', '/trial: test: given 3'),
+        (None, 'succeeded', 'no /trial message'),
+        ('{', 'succeeded', '/trial: not JSON'),
+        ('[1]', 'succeeded', 'expected a JSON object'),
+        ('{"test": 3}', 'succeeded', '/trial: test: given 3'),
+        (trial(), 'won', "/trial_result: outcome: given 'won'; allowed: succeeded, collision"),
     ],
 )
-def test_what_is_asked_of_the_trial_must_be_there(tmp_path, about, complaint):
-    assert complaint in refusal(write_bag(tmp_path / 'a.bag', about))
-
-
-def test_an_unknown_outcome_is_refused(tmp_path):
-    said = refusal(write_bag(tmp_path / 'a.bag', trial(), result='won'))
-    assert "/trial_result: outcome: given 'won'; allowed: succeeded, collision" in said
+def test_what_is_asked_of_the_trial_must_be_there(tmp_path, about, result, complaint):
+    assert complaint in refusal(write_bag(tmp_path / 'a.bag', about, result=result))
 
 
 @pytest.mark.parametrize('row', [(0.0, math.inf, 0.0), (0.0, 0.0, math.nan)])
