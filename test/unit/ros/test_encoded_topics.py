@@ -62,10 +62,6 @@ def fixture_receive(monkeypatch):
     return receive
 
 
-def stamped(stamp_s):
-    return JointState(header=Header(stamp=rospy.Time(stamp_s)))
-
-
 def encoded(stamp_s):
     return encode_joint_state(JointStates(stamp_s * 10**9, (), (), ()))
 
@@ -79,7 +75,7 @@ def encoded(stamp_s):
     ],
 )
 def test_only_messages_with_a_possible_stamp_come_through(receive, caplog, now_s, possible_s, impossible_s, options):
-    messages = [stamped(each) for each in (*possible_s, *impossible_s)]
+    messages = [JointState(header=Header(stamp=rospy.Time(stamp_s))) for stamp_s in (*possible_s, *impossible_s)]
     accepted = receive(room.stamped_subscriber, messages, now_s, **options)
     assert [message.header.stamp.secs for message in accepted] == possible_s
     assert [record.args[0] for record in caplog.records] == ['/joint_states'] * len(impossible_s)

@@ -143,41 +143,23 @@ def test_a_service_call_ends_whatever_the_service_does(monkeypatch):
 # ---- the clock
 
 
-@pytest.fixture(name='tick')
-def fixture_tick(monkeypatch):
-    """Starts a thread of rospy's that has read a tick; pauses are ended by looks only."""
+def test_after_each_tick_the_thread_pauses_until_a_look_is_wanted_or_every_tick_is(monkeypatch):
     for name in ('_is_wanted', '_is_pausing', '_every_tick'):
         monkeypatch.setattr(node, name, threading.Event())
     monkeypatch.setattr(node, '_listeners', [])
     monkeypatch.setattr(node, 'PAUSE_S', LONG_S)
-
-    def tick():
-        thread = threading.Thread(target=node._on_clock, args=(Clock(),), daemon=True)
-        thread.start()
-        return thread
-
-    return tick
-
-
-def wait_for_pause():
-    deadline_s = time.monotonic() + LONG_S
-    while not node.is_clock_pausing():
-        assert time.monotonic() < deadline_s
-        time.sleep(0.001)
-
-
-def has_ended(thread):
-    thread.join(LONG_S / 2)
-    return not thread.is_alive()
-
-
-def test_after_each_tick_the_thread_pauses_until_a_look_is_wanted_or_every_tick_is(tick):
     heard = []
     node.listen_to_clock(heard.append)
     for count, end_pause in ((1, node.look_at_clock), (2, node.read_every_tick)):
-        thread = tick()
-        wait_for_pause()
+        thread = threading.Thread(target=node._on_clock, args=(Clock(),), daemon=True)
+        thread.start()
+        while not node.is_clock_pausing():
+            assert thread.is_alive()
+            time.sleep(0.001)
         assert len(heard) == count  # before the pause
         end_pause()
-        assert has_ended(thread) and not node.is_clock_pausing()
-    assert has_ended(tick())
+        thread.join(LONG_S / 2)
+        assert not thread.is_alive() and not node.is_clock_pausing()
+    begun_s = time.monotonic()
+    node._on_clock(Clock())
+    assert time.monotonic() - begun_s < LONG_S / 2
