@@ -217,8 +217,7 @@ def inspect_robot(
     show(f'{setup.name}: all checks are ok.')
 
 
-# Keys set by campaigns and by launch arguments.
-SET_BY_ARGUMENTS = (OWN_PPR, 'config.seed')
+SET_BY_ARGUMENTS = (OWN_PPR, 'config.seed')  # keys that campaigns and launch arguments set
 
 
 def node_settings(options: LaunchOptions, values: Sequence[str], bag: str) -> Tuple[Dict[str, Any], List[str]]:

@@ -21,9 +21,7 @@ if TYPE_CHECKING:
     from diff_encoder_sim.base.laser_scan import Scan
     from diff_encoder_sim.simulation.world import World
 
-# Rows of x, y and yaw in a message's 6x6 covariance.
-PLANAR_AXES = (0, 1, 5)
-
+PLANAR_AXES = (0, 1, 5)  # rows of x, y and yaw in a message's 6x6 covariance
 WALL_COLOUR = ColorRGBA(0.62, 0.66, 0.72, 1.0)
 
 

@@ -32,9 +32,7 @@ from diff_encoder_sim.wheels.report_link import BoundarySampler
 
 __all__ = ['STATES_PERIOD_HEADER', 'GetModelState', 'ModelStates', 'SetModelState']
 
-# Connection header field with the period of /gazebo/model_states of simulator_node [ns].
-STATES_PERIOD_HEADER = 'states_period_ns'
-
+STATES_PERIOD_HEADER = 'states_period_ns'  # header field of simulator_node's connections: period of states [ns]
 _MODEL_STATE = 'string model_name\ngeometry_msgs/Pose pose\ngeometry_msgs/Twist twist\nstring reference_frame'
 _STATUS = 'bool success\nstring status_message'
 

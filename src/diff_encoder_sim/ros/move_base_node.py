@@ -34,8 +34,7 @@ from diff_encoder_sim.ros.node import log
 from diff_encoder_sim.ros.reconfiguration import serve_navigation
 from diff_encoder_sim.ros.transforms import TransformBuffer, scanner_mount
 
-# Maximum tilt of a goal's z axis, as 1 - cos of its angle, as upstream.
-MOST_TILT = 1e-3
+MOST_TILT = 1e-3  # of a goal's z axis, as 1 - cos of its angle, as upstream
 
 
 class NavigationTransforms:
@@ -95,6 +94,7 @@ class GoalServer:
         self._recoveries = node.publisher('~recovery_status', action.RecoveryStatus)
         self._server = actionlib.SimpleActionServer(rospy.get_name(), action.MoveBaseAction, auto_start=False)
         self._server.start()
+        self.has_new_goal = self._server.is_new_goal_available  # since the last `poll`
         # The `~status` timer of actionlib raises an exception if time goes back.
         server = self._server.action_server
         server.status_timer.shutdown()
@@ -102,16 +102,11 @@ class GoalServer:
         server.status_timer = rospy.Timer(period, server.publish_status_async, reset=True)
         self._simple_goals = node.subscriber('move_base_simple/goal', PoseStamped, self._on_simple_goal)
 
-    @property
-    def has_new_goal(self) -> bool:
-        """Whether a goal was received since the last `poll`."""
-        return bool(self._server.is_new_goal_available())
-
     def poll(self, navigator: Navigator, now_ns: int) -> None:
         """Pass a new goal to the navigator, or cancel its goal."""
         # In this order, because a new goal also preempts the previous one.
         is_preempted = self._server.is_active() and self._server.is_preempt_requested()
-        if self.has_new_goal:
+        if self.has_new_goal():
             self._accept_goal(navigator, now_ns)
             is_preempted = self._server.is_preempt_requested()
         if is_preempted:
@@ -254,7 +249,7 @@ class MoveBaseNode:
         with self._lock:
             navigator = self._navigator
             if navigator is None:
-                if self._goals.has_new_goal:
+                if self._goals.has_new_goal():
                     log.warning('goal received before the map (service static_map); waiting')
                 return
             silent_s = time.monotonic() - self._odometry_at_s

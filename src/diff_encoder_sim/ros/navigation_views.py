@@ -24,9 +24,7 @@ from diff_encoder_sim.ros.encoded_topics import DisplayTopic
 from diff_encoder_sim.ros.maps import map_message
 
 PERIOD_NS = 200_000_000  # of plans, footprints and clouds
-
-# Queue of updates of a costmap: a lost update would leave the display wrong.
-WAITING_UPDATES = 20
+WAITING_UPDATES = 20  # of a costmap: a lost update would leave the display wrong
 
 # Costs 0 to 255 as costmap_2d publishes them: 1 to 98 for inflation, 99 inscribed, 100 lethal.
 _OCCUPANCY_OF_COST = np.concatenate([[0], np.linspace(1, 98, 252).astype(np.int64), [99, 100, -1]]).astype(np.int8)

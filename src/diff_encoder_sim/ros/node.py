@@ -26,9 +26,7 @@ from diff_encoder_sim.base.yaml_files import yaml_value
 if TYPE_CHECKING:
     from diff_encoder_sim.drives.trial_definition import LivePlan
 
-# The default format of rospy has no node name.
-CONSOLE_FORMAT = '[${severity}] [${time}] [${node}]: ${message}'
-
+CONSOLE_FORMAT = '[${severity}] [${time}] [${node}]: ${message}'  # the default of rospy has no node name
 log = logging.getLogger('diff_encoder_sim')
 
 
@@ -97,8 +95,7 @@ def compile_first(warm_up: Callable[[], None]) -> None:
 
 # ---- parameters
 
-# Parameter set by launch files with the command of this name.
-ROBOT_SETTINGS = '/robot_settings'
+ROBOT_SETTINGS = '/robot_settings'  # set by launch files with the command of this name
 
 
 def node_params(

@@ -17,11 +17,8 @@ from diff_encoder_sim.wheels.report_link import BoundaryTimes
 
 log = logging.getLogger(__name__)
 
-# Lag behind the wall clock above which simulated time does not catch up.
-LARGEST_LAG_S = 0.2
-
-# Wall time after which a silent topic is ignored until its next message.
-LONGEST_WAIT_S = 2.0
+LARGEST_LAG_S = 0.2  # behind the wall clock, above which simulated time does not catch up
+LONGEST_WAIT_S = 2.0  # wall time after which a silent topic is ignored until its next message
 
 
 class WallPacer:
@@ -108,9 +105,7 @@ class GraphPacer:
             self._moved.notify_all()
 
 
-# Lead of the physics over /odom and the true and estimated poses, which lets both compute in parallel.
-GRAPH_LEAD_NS = 20_000_000
-
+GRAPH_LEAD_NS = 20_000_000  # of the physics over odometry and poses, which lets both compute in parallel
 # robot_state_publisher publishes the laser's frame 20 ms after the start of time; earlier scans get no response.
 FIRST_SCAN_LEAD_NS = 50_000_000
 

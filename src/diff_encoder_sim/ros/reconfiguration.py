@@ -29,9 +29,7 @@ Values = Dict[str, Any]
 
 # Topics and frames of amcl_node, which are fixed at its start.
 FIXED = ('odom_frame_id', 'base_frame_id', 'global_frame_id', 'use_map_topic')
-
-# Upstream's default of robot_radius, used if the footprint is [] [m].
-ROBOT_RADIUS_M = 0.46
+ROBOT_RADIUS_M = 0.46  # upstream's default of robot_radius, used if the footprint is []
 
 
 class ReconfigureServer(Server):  # type: ignore[misc]  # the library has no types

@@ -33,9 +33,7 @@ from diff_encoder_sim.simulation.state import STATES_PERIOD_NS, TICK_NS, PlanarV
 from diff_encoder_sim.wheels.report_link import DEFAULT_RATE_HZ
 
 PAUSED_CLOCK_PERIOD_S = 0.05
-
-# Larger numbers reduce the precision of the physics, and finally yield NaN.
-LARGEST_NUMBER = 1e4
+LARGEST_NUMBER = 1e4  # larger ones reduce the precision of the physics, and finally yield NaN
 
 # A command takes effect pacing.GRAPH_LEAD_NS after the report that it answers, and before the next one is answered.
 SHORTEST_COMMAND_PERIOD_S = (pacing.GRAPH_LEAD_NS + TICK_NS) / NANOSECONDS_PER_SECOND

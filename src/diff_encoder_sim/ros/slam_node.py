@@ -61,8 +61,8 @@ class SlamNode:
             self._timer = rospy.Timer(rospy.Duration(period_s), self._broadcast, reset=True)
 
     def _on_restart(self, stamp_ns: int) -> None:
-        stamp_s = stamp_ns / NANOSECONDS_PER_SECOND
-        log.warning('scan stamps went back to %.3f s: map kept; no scans until a new maximum', stamp_s, extra=EVENT)
+        at_s = stamp_ns / NANOSECONDS_PER_SECOND
+        log.warning('scan stamps went back to %.3f s: keeping the map; ignored until a new maximum', at_s, extra=EVENT)
 
     def _use_scan(self, scan: Scan, odom_pose: Pose2D, laser_pose: Pose2D) -> None:
         self._scan_count += 1

@@ -68,13 +68,9 @@ def scanner_mount(transform: TransformStamped) -> ScannerMount:
     return ScannerMount(pose, up < 0.0, math.acos(min(abs(up), 1.0)))
 
 
-# Age relative to the newest scan at which a scan is dropped; at most LONGEST_QUEUE scans wait.
-PATIENCE_NS = 2 * NANOSECONDS_PER_SECOND
+PATIENCE_NS = 2 * NANOSECONDS_PER_SECOND  # age relative to the newest scan at which a scan is dropped
 LONGEST_QUEUE = 100
-
-# Tilt of a laser above which a warning is logged: ranges are used as if it were level.
-LEVEL_WITHIN_RAD = math.radians(5.0)
-
+LEVEL_WITHIN_RAD = math.radians(5.0)  # ranges of a laser are used as if it were level, above this with a warning
 UseScan = Callable[[Scan, Pose2D, Pose2D], None]
 
 
