@@ -91,14 +91,10 @@ def _words(options: Mapping[str, Any]) -> List[str]:
 def complete(
     options: CampaignOptions, command: Sequence[str], run: Optional[RunTrials] = None
 ) -> Tuple[Path, str, str]:
-    """Run the trials of a campaign that are missing in its results folder.
+    """Run the missing trials of a campaign on workers, by `run`; `command` is written to the manifest.
 
-    Returns the path of the table, a summary, and the trials that could not be run, with reasons ('': none).
-
-    Args:
-        options: options of the command.
-        command: command line written to the manifest.
-        run: replaces the lockstep trials on a worker.
+    Returns:
+        path of the table, summary, and the trials that could not be run, with reasons ('' for none).
 
     Raises:
         ConfigError: a file, an option or the results folder is invalid.
@@ -128,11 +124,7 @@ def complete(
 
 
 def workers(options: RunOptions, pending: int) -> ContextManager[Workers]:
-    """Return the selected workers, on this host at most one per pending trial.
-
-    Raises:
-        ConfigError: the TLS options are incomplete or have no effect.
-    """
+    """Return the selected workers, at most one per pending trial; ConfigError if TLS options lack others."""
     given, tls = [f'--tls-{name}' for name in TlsFiles._fields if getattr(options, f'tls_{name}') is not None], None
     if given:
         if options.tls_ca is None or options.tls_cert is None or not (options.scheduler or '').startswith('tls://'):

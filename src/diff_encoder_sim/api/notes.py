@@ -75,11 +75,7 @@ def self_checked(source: RobotSource, where: str, params: SimulatorParams) -> Tu
 
 
 def with_checks(name: str, campaign: Campaign, is_unchecked: bool) -> Campaign:
-    """Return the campaign with the results of its robot's self-check.
-
-    Raises:
-        ConfigError: the robot fails it or does not fit a test, and `is_unchecked` is False.
-    """
+    """Return the campaign with its robot's self-check; ConfigError if it fails or a test does not fit, if checked."""
     file = campaign.robot.file
     print_notes(as_called(name), (f'{file.where}: {warning}' for warning in campaign.robot.description.warnings))
     checks, problems = self_checked(file.source, file.where, campaign.cells[0].robot_params.simulator)

@@ -151,11 +151,7 @@ def read_path(bag: Union[str, Path], reference: str = '/odom') -> PoseSeries:
 
 
 def output_files(folder: Optional[Path], bag: Path, encoders: Sequence[ChosenEncoder]) -> Dict[str, Path]:
-    """Return the paths of the bags by encoder label and of the CSV file; {} without a folder.
-
-    Raises:
-        ConfigError: a file exists.
-    """
+    """Return the paths of the bags by encoder label and of the CSV file, {} for None; ConfigError if one exists."""
     if folder is None:
         return {}
     stem = bag.resolve().stem  # resolved: the bag may be given as `.`

@@ -250,11 +250,7 @@ def _of_bag(given: str) -> Dict[str, Any]:
 
 
 def launch_arguments(words: Sequence[str]) -> Dict[str, Any]:
-    """Parse FILE.KEY:=VALUE with YAML values; empty values are ignored.
-
-    Raises:
-        ConfigError: a word has a different form.
-    """
+    """Parse FILE.KEY:=VALUE with YAML values, without empty ones; ConfigError if a word has a different form."""
     values = {}
     for word in words:
         key, separator, text = word.partition(':=')

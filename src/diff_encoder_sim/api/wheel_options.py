@@ -126,11 +126,7 @@ def chosen_encoders(options: DriveOptions, own: EncoderParams) -> List[ChosenEnc
 
 
 def ppr_of_text(option: str, text: Any) -> PerWheel:
-    """Parse a PPR: a number, or a YAML mapping with a number per wheel.
-
-    Raises:
-        ConfigError: the text has a different form.
-    """
+    """Parse a PPR: a number, or a YAML mapping with a number per wheel; otherwise ConfigError."""
     return EncoderParams.from_mapping({'ppr': yaml_value(str(text), option)}, option).ppr
 
 

@@ -26,12 +26,11 @@ from diff_encoder_sim.localization.amcl import Amcl, AmclEstimate, warm_up
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.particles import check_covariance, check_pose
 from diff_encoder_sim.ros import conversions, node
-from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
+from diff_encoder_sim.ros.encoded_topics import Diagnostics, EncodedPublisher
 from diff_encoder_sim.ros.maps import fetch_map, grid_from_message
 from diff_encoder_sim.ros.node import log
 from diff_encoder_sim.ros.reconfiguration import serve_amcl
 from diff_encoder_sim.ros.transforms import ScanInput, TransformBuffer
-from diff_encoder_sim.ros.wheel_output import Diagnostics
 from diff_encoder_sim.wheels.diagnostics import Diagnosis
 
 # A base pose in the map with its 3x3 covariance over (x [m], y [m], yaw [rad]).

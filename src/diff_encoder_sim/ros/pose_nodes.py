@@ -21,11 +21,10 @@ from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.message_encoders import encode_header, encode_pose, encode_pose_stamped
 from diff_encoder_sim.drives.test_definition import PoseParams
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, pose_stamped_message, world_markers
-from diff_encoder_sim.ros.encoded_topics import EncodedPublisher, stamped_subscriber
+from diff_encoder_sim.ros.encoded_topics import EncodedPublisher, OdometryOutput, stamped_subscriber
 from diff_encoder_sim.ros.gazebo_states import ModelStateReader, ModelStatesParams
 from diff_encoder_sim.ros.node import log, node_params, publisher, required_trial_plan, run_node, trial_plan
 from diff_encoder_sim.ros.transforms import TransformBuffer
-from diff_encoder_sim.ros.wheel_output import OdometryOutput
 from diff_encoder_sim.simulation.state import PlanarVelocity
 from diff_encoder_sim.simulation.world import load_world
 from diff_encoder_sim.wheels.odometry import OdometryEstimate

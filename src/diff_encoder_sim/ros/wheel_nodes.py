@@ -14,9 +14,13 @@ from diff_encoder_sim.drives.message_decoders import JointDecoder, decode_wheel_
 from diff_encoder_sim.drives.message_encoders import encode_encoder_pulse, encode_wheel_speeds
 from diff_encoder_sim.drives.topics import ENCODER_PULSE_TYPE, JOINT_STATE_TYPE
 from diff_encoder_sim.msg import EncoderPulse
-from diff_encoder_sim.ros.encoded_topics import EncodedPublisher, encoded_stamped_subscriber
+from diff_encoder_sim.ros.encoded_topics import (
+    Diagnostics,
+    EncodedPublisher,
+    OdometryOutput,
+    encoded_stamped_subscriber,
+)
 from diff_encoder_sim.ros.node import empty_service, log, node_params, run_node, subscriber, trial_plan
-from diff_encoder_sim.ros.wheel_output import Diagnostics, OdometryOutput
 from diff_encoder_sim.wheels.diagnostics import EncoderDiagnosis, OdometryDiagnosis, hidden_encoder
 from diff_encoder_sim.wheels.odometry import WheelOdometry, wheel_speeds_mps
 from diff_encoder_sim.wheels.odometry_params import OdometryParams

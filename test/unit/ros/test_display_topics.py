@@ -9,11 +9,10 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import local_defaults
-from diff_encoder_sim.ros import navigation_views, wheel_output
+from diff_encoder_sim.ros import encoded_topics, navigation_views
 from diff_encoder_sim.ros.amcl_node import spread_diagnosis
-from diff_encoder_sim.ros.encoded_topics import DisplayTopic
+from diff_encoder_sim.ros.encoded_topics import Diagnostics, DisplayTopic
 from diff_encoder_sim.ros.navigation_views import CostmapView, cloud_message
-from diff_encoder_sim.ros.wheel_output import Diagnostics
 from diff_encoder_sim.wheels.diagnostics import Diagnosis
 
 PERIOD_NS = 500_000_000  # of 2 Hz
@@ -38,7 +37,7 @@ class RecordedTopic(DisplayTopic):
 
 @pytest.fixture(autouse=True)
 def fixture_recorded(monkeypatch):
-    for module in (navigation_views, wheel_output):
+    for module in (navigation_views, encoded_topics):
         monkeypatch.setattr(module, 'DisplayTopic', RecordedTopic)
 
 
