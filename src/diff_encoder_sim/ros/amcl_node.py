@@ -55,8 +55,7 @@ class AmclNode:
             defaults = dict(initial_pose_x=start.x, initial_pose_y=start.y, initial_pose_a=start.yaw)
             defaults['seed'] = plan.trial.number
         params = node.node_params(AmclNodeParams, part='amcl', defaults=defaults)
-        # Frame ids may begin with '/', as they did before tf2.
-        names = ('odom_frame_id', 'base_frame_id', 'global_frame_id')
+        names = ('odom_frame_id', 'base_frame_id', 'global_frame_id')  # may begin with '/', as before tf2
         self._params = params.model_copy(update={name: getattr(params, name).lstrip('/') for name in names})
         node.compile_first(lambda: warm_up(self._params))
         self._lock = threading.RLock()  # scans, transforms and services use threads

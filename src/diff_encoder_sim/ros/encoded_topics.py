@@ -82,7 +82,7 @@ def stamped_subscriber(
     return subscriber(topic, message_class, on_message)
 
 
-def encoded_stamped_subscriber(
+def encoded_subscriber(
     topic: str, message_class: Type[genpy.Message], callback: Callable[[bytes], None]
 ) -> rospy.Subscriber:
     """Subscribe like `stamped_subscriber`; the callback receives the bytes of each message."""
@@ -92,7 +92,7 @@ def encoded_stamped_subscriber(
 def pose_subscriber(topic: str, callback: Callable[[int, Pose2D], None]) -> rospy.Subscriber:
     """Call back with (stamp_ns, pose in the message's frame); an invalid pose is dropped with a warning."""
     decoder = PoseDecoder(POSE_STAMPED_TYPE)
-    return encoded_stamped_subscriber(topic, PoseStamped, lambda content: callback(*decoder.decode(content)[:2]))
+    return encoded_subscriber(topic, PoseStamped, lambda content: callback(*decoder.decode(content)[:2]))
 
 
 class DisplayTopic(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no types

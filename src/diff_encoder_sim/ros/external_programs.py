@@ -90,15 +90,10 @@ def gazebo_trial() -> None:
 
 SET_MODEL_STATE = '/gazebo/set_model_state'
 
-PLACE_ROBOT = """\
-place_robot: move the robot to another pose in the running simulation, at rest, by /gazebo/set_model_state.
-
-Odometry does not change: this is the kidnapped-robot problem for localization."""
-
 
 def parse_place_robot() -> argparse.Namespace:
     """Read the command line."""
-    parser = tool_parser('place_robot', PLACE_ROBOT, ['-5.0 0.5 1.57'])
+    parser = tool_parser('place_robot', str(place_robot.__doc__), ['-5.0 0.5 1.57'])
     for name in ('x', 'y'):
         parser.add_argument(name, type=number_within(PLACES), help='position of base_link in the world, in metres')
     heading = 'heading, counter-clockwise from the x axis, in radians'
@@ -109,7 +104,10 @@ def parse_place_robot() -> argparse.Namespace:
 
 @user_errors('place_robot')
 def place_robot() -> None:
-    """place_robot: move the robot to another pose in the running simulation."""
+    """place_robot: move the robot to another pose in the running simulation, at rest, by /gazebo/set_model_state.
+
+    Odometry does not change: this is the kidnapped-robot problem for localization.
+    """
     options, request = parse_place_robot(), SetModelState._request_class()
     request.model_state.pose = pose_message(Pose2D(options.x, options.y, options.yaw))
     try:

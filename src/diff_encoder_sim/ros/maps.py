@@ -10,7 +10,7 @@ import sys
 import threading
 import time
 from pathlib import Path
-from typing import Callable, List, Optional
+from typing import Callable, Optional
 
 import numpy as np
 import rospy
@@ -116,9 +116,13 @@ class MapServerParams(Params):
 class MapServerNode:
     """Serves one map at a time."""
 
-    def __init__(self, map_file: str) -> None:
+    def __init__(self) -> None:
+        arguments, plan = rospy.myargv(sys.argv)[1:], node.trial_plan()
+        files = arguments or ([plan.map] if plan is not None else [])
+        if len(files) != 1:
+            raise ConfigError(f'arguments: given {" ".join(arguments)!r}; allowed: one map .yaml file')
         self._params = node.node_params(MapServerParams)
-        self._message = self._load(map_file)
+        self._message = self._load(files[0])
         self._maps = node.publisher('map', OccupancyGridMessage, latch=True)
         self._metadata = node.publisher('map_metadata', MapMetaData, latch=True)
         self._services = [
@@ -150,25 +154,12 @@ class MapServerNode:
 
 def map_server_node() -> None:
     """map_server_node: serves a map file on /map, /map_metadata and static_map; change_map replaces it."""
-    node.run_node('map_server', lambda: MapServerNode(_map_file(rospy.myargv(sys.argv)[1:])))
-
-
-def _map_file(arguments: List[str]) -> str:
-    plan = None if arguments else node.trial_plan()
-    if plan is not None:
-        return plan.map
-    if len(arguments) != 1:
-        raise ConfigError(f'arguments: given {" ".join(arguments)!r}; allowed: one map .yaml file')
-    return arguments[0]
-
-
-MAP_SAVER = """\
-map_saver: save the map that is published on /map to an image and a YAML file, as upstream's map_saver does."""
+    node.run_node('map_server', MapServerNode)
 
 
 def parse_map_saver() -> argparse.Namespace:
     """Read the command line."""
-    parser = tool_parser('map_saver', MAP_SAVER, ['-f ~/maps/office', '-f office map:=/my_map'])
+    parser = tool_parser('map_saver', str(map_saver.__doc__), ['-f ~/maps/office', '-f office map:=/my_map'])
     written, percent = 'write STEM.pgm and STEM.yaml (default: %(default)s)', whole_number_within(PERCENT)
     parser.add_argument('-f', dest='stem', type=Path, default=Path('map'), metavar='STEM', help=written)
     for name, default, meaning in (('occ', 65, 'more is saved as occupied'), ('free', 25, 'less is saved as free')):
@@ -179,7 +170,7 @@ def parse_map_saver() -> argparse.Namespace:
 
 @user_errors('map_saver')
 def map_saver() -> None:
-    """map_saver: saves the map that is published on /map to an image and a YAML file."""
+    """map_saver: save the map that is published on /map to an image and a YAML file, as upstream's map_saver does."""
     options = parse_map_saver()
     params = MapSaverParams.from_mapping({'free': options.free, 'occ': options.occ}, 'arguments')
     node.run_node('map_saver', lambda: _save_next_map(options.stem, params), lambda path: None)

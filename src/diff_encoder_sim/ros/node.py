@@ -30,9 +30,6 @@ CONSOLE_FORMAT = '[${severity}] [${time}] [${node}]: ${message}'  # the default 
 log = logging.getLogger('diff_encoder_sim')
 
 
-# ---- start and end
-
-
 def run_node(name: str, build: Callable[[], Any], run: Callable[[Any], None] = lambda node: rospy.spin()) -> None:
     """Start a node, build its object, and let it `run`: by default until shutdown.
 
@@ -93,8 +90,6 @@ def compile_first(warm_up: Callable[[], None]) -> None:
         log.info('numba has compiled this node in %.1f s; cached for the next start', took_s)
 
 
-# ---- parameters
-
 ROBOT_SETTINGS = '/robot_settings'  # set by launch files with the command of this name
 
 
@@ -149,9 +144,6 @@ def required_trial_plan() -> LivePlan:
     if plan is None:
         raise ConfigError('/trial: missing; expected the parameter that trial.launch sets, which starts this node')
     return plan
-
-
-# ---- topics and services
 
 
 def publisher(
@@ -217,8 +209,6 @@ def call_service(service: str, service_class: Any, *request: Any, limit_s: float
     except concurrent.futures.TimeoutError:
         raise rospy.ServiceException(f'no response within {limit_s:g} s') from None
 
-
-# ---- log
 
 LOG_AGAIN_AFTER_S = 5.0
 

@@ -14,12 +14,7 @@ from diff_encoder_sim.drives.message_decoders import JointDecoder, decode_wheel_
 from diff_encoder_sim.drives.message_encoders import encode_encoder_pulse, encode_wheel_speeds
 from diff_encoder_sim.drives.topics import ENCODER_PULSE_TYPE, JOINT_STATE_TYPE
 from diff_encoder_sim.msg import EncoderPulse
-from diff_encoder_sim.ros.encoded_topics import (
-    Diagnostics,
-    EncodedPublisher,
-    OdometryOutput,
-    encoded_stamped_subscriber,
-)
+from diff_encoder_sim.ros.encoded_topics import Diagnostics, EncodedPublisher, OdometryOutput, encoded_subscriber
 from diff_encoder_sim.ros.node import empty_service, log, node_params, run_node, subscriber, trial_plan
 from diff_encoder_sim.wheels.diagnostics import EncoderDiagnosis, OdometryDiagnosis, hidden_encoder
 from diff_encoder_sim.wheels.odometry import WheelOdometry, wheel_speeds_mps
@@ -44,7 +39,7 @@ class EncoderNode:
             self._separation_m = node_params(OdometryParams, EncoderParams, part='config').wheel_separation
             self._commands = subscriber('cmd_vel', Twist, self._on_command)
         self._decoder = JointDecoder(JOINT_STATE_TYPE)
-        self._joint_states = encoded_stamped_subscriber('joint_states', JointState, self._on_joint_states)
+        self._joint_states = encoded_subscriber('joint_states', JointState, self._on_joint_states)
 
     def _on_command(self, message: Twist) -> None:
         self._encoder.take_command(*wheel_speeds_mps(message.linear.x, message.angular.z, self._separation_m))
@@ -87,11 +82,11 @@ class OdometryNode:
         self._reset = empty_service('~reset', self._on_reset)
         self._commands = subscriber('cmd_vel', Twist, self._on_command)
         if self._pairing is not None:
-            self._speeds = encoded_stamped_subscriber('encoder_velocity', JointState, self._on_speeds)
+            self._speeds = encoded_subscriber('encoder_velocity', JointState, self._on_speeds)
         # Subscribe last: subscribers of /odom may expect responses.
         self._output = OdometryOutput(params.odom_frame, params.base_frame, params.publish_tf)
         self._decoder = JointDecoder(ENCODER_PULSE_TYPE)
-        self._pulses = encoded_stamped_subscriber('encoder_pulse', EncoderPulse, self._on_pulses)
+        self._pulses = encoded_subscriber('encoder_pulse', EncoderPulse, self._on_pulses)
 
     def _on_pulses(self, content: bytes) -> None:
         counters = self._decoder.decode(content)

@@ -84,5 +84,5 @@ def test_only_messages_with_a_possible_stamp_come_through(receive, caplog, now_s
 def test_encoded_messages_that_are_torn_late_or_refused_are_dropped_with_a_warning(receive, caplog):
     contents = [b'', encoded(1)[:11], encoded(2), encoded(3), encoded(111)]
     messages = [room.encoded_class(JointState)(content) for content in contents]
-    assert receive(room.encoded_stamped_subscriber, messages, refused=encoded(2)) == [encoded(3)]
+    assert receive(room.encoded_subscriber, messages, refused=encoded(2)) == [encoded(3)]
     assert [record.args[0] for record in caplog.records] == ['/joint_states'] * 4
