@@ -93,12 +93,10 @@ def test_a_campaign_is_its_table_and_the_paths_of_its_bags(finished):
     results = load_results([finished])
     assert (results.title, results.folder, results.robot, results.notes) == ('small', finished, ALTO, [])
     assert results.manifest == json.loads((finished / 'manifest.json').read_text())
-    assert {test: (one.test, one.nav) for test, one in results.requested.items()} == {
-        test: (load_test(test, ROOT / 'config'), 'embedded') for test in ('SL', 'SMT')
-    }
-    assert columns(results, 'test', 'ppr', 'trial', 'seed') == [
-        (test, ppr, number, number) for test in ('SL', 'SMT') for ppr in ('40', '90') for number in (1, 2)
-    ]
+    requested = {test: (load_test(test, ROOT / 'config'), 'embedded') for test in ('SL', 'SMT')}
+    assert {test: (one.test, one.nav) for test, one in results.requested.items()} == requested
+    expected = [(test, ppr, number) for test in ('SL', 'SMT') for ppr in ('40', '90') for number in (1, 2)]
+    assert columns(results, 'test', 'ppr', 'trial') == expected and results.trials['seed'].tolist() == [1, 2] * 4
     second = results.trials.iloc[1]
     assert tuple(second[['odom_x_m', 'odom_y_m', 'odom_yaw_rad', 'duration_s']]) == (1 / 3, -1e-17, 0.0, 50.05)
     assert second['bag'] == str(finished / 'bags' / 'SL_40_002.bag') and len(second['true_path']) == 3
@@ -212,9 +210,8 @@ def test_a_bag_has_all_that_its_row_would(tmp_path):
     path = write_bag(tmp_path / 'a.bag', trial(number=7), estimated=TRUTH[1:])
     results = load_results([path])
     assert (results.title, results.manifest, results.folder, results.robot) == ('a', {}, None, ALTO)
-    assert columns(results, 'test', 'ppr', 'trial', 'seed', 'outcome', 'bag') == [
-        ('SL', '40', 7, 7, 'succeeded', str(path))
-    ]
+    [cells] = columns(results, 'test', 'ppr', 'trial', 'seed', 'outcome', 'bag')
+    assert cells == ('SL', '40', 7, 7, 'succeeded', str(path))
     found = results.trials.iloc[0]
     assert found['duration_s'] == pytest.approx(0.1)
     assert found['distance_m'] == pytest.approx(10 + math.hypot(10, 0.1))

@@ -97,8 +97,7 @@ def names(html):
     return re.findall(r'<figure id="chart-(\w+)">', html)
 
 
-def options(html, name):
-    legend = {'setup': 'Test', 'encoders': 'Encoder', 'sources': 'Pose'}[name]
+def options(html, legend):
     field = str(html).partition(f'<legend>{legend}</legend>')[2].partition('</fieldset>')[0]
     return re.findall(r'(?:</span>|">| checked>)([^<>]+)</label>', field)
 
@@ -107,7 +106,7 @@ def test_a_report_with_bags_has_valid_charts_in_the_colours_of_the_encoders(monk
     monkeypatch.setattr(chart_page, 'VALIDATE', True)
     html = charts_of(driven())
     assert names(html) == ['scatter', 'distributions', 'curve', 'path']
-    assert options(html, 'encoders') == ['40 PPR', '90 PPR'] and options(html, 'setup') == ['SL']
+    assert options(html, 'Encoder') == ['40 PPR', '90 PPR'] and options(html, 'Test') == ['SL']
     assert 'style="color: #7ad151"' in html and 'style="color: #440154"' in html
 
 
@@ -124,5 +123,5 @@ def test_of_many_trials_the_first_of_each_cell_are_points_and_spreads_are_of_all
 
 def test_charts_without_data_are_left_out():
     html = charts_of(results_of(cell('SL', 'ideal', 'world', [IN] * 2)))
-    assert names(html) == ['scatter', 'distributions'] and options(html, 'sources') == ['/world_pose minus goal']
+    assert names(html) == ['scatter', 'distributions'] and options(html, 'Pose') == ['/world_pose minus goal']
     assert charts_of(results_of([trial('SL', '40', 1, 'lost')])) is None
