@@ -1,7 +1,6 @@
 """Map files as map_server reads and map_saver writes them, with images of every pixel type."""
 
 import io
-import os
 
 import numpy as np
 import pytest
@@ -83,23 +82,6 @@ def test_what_is_saved_is_read_back(tmp_path):
     assert load_map(save_map(inclusive, tmp_path / 'm')).cells.tolist() == [[0, 0, -1, -1, 100, 100, -1]]
     params = MapSaverParams(free=0, occ=26)
     assert load_map(save_map(inclusive, tmp_path / 'm', params)).cells.tolist() == [[0, -1, 100, 100, 100, 100, -1]]
-
-
-def test_saving_replaces_files_whole_and_leaves_nothing_else(tmp_path, monkeypatch):
-    grids = [OccupancyGrid(np.full((2, 3), cell, dtype=np.int8), 0.05, Pose2D(0, 0, 0)) for cell in (FREE, OCCUPIED)]
-    path = save_map(grids[0], tmp_path / 'm')
-
-    def fail(*_):
-        raise OSError(28, os.strerror(28))
-
-    monkeypatch.setattr(os, 'replace', fail)  # all is written by then
-    with pytest.raises(ConfigError, match=r'm\.pgm: cannot be written: No space left'):
-        save_map(grids[1], tmp_path / 'm')
-    assert load_map(path).cells.tolist() == grids[0].cells.tolist()
-    monkeypatch.undo()
-    save_map(grids[1], tmp_path / 'm')
-    assert load_map(path).cells.tolist() == grids[1].cells.tolist()
-    assert sorted(entry.name for entry in tmp_path.iterdir()) == ['m.pgm', 'm.yaml']
 
 
 @pytest.mark.parametrize(

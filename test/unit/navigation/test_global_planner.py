@@ -126,10 +126,9 @@ def test_unknown_space_is_a_way_only_if_allowed():
     cells[:, 50:60] = -1
     goal = Pose2D(5.0, 1.5, 0.0)
     assert len(planner(cells).make_plan(Pose2D(1.0, 1.5, 0.0), goal)) > 2
-    with pytest.raises(PlanError):
-        planner(cells, allow_unknown=False).make_plan(Pose2D(1.0, 1.5, 0.0), goal)
-    with pytest.raises(PlanError):
-        planner(cells, allow_unknown=False).make_plan(START, Pose2D(2.7, 1.5, 0.0))
+    for blocked in (goal, Pose2D(2.7, 1.5, 0.0)):  # beyond and inside
+        with pytest.raises(PlanError):
+            planner(cells, allow_unknown=False).make_plan(Pose2D(1.0, 1.5, 0.0), blocked)
 
 
 def test_tolerance_takes_the_nearest_free_point():
@@ -142,12 +141,9 @@ def test_tolerance_takes_the_nearest_free_point():
         made_by.make_plan(START, Pose2D(2.95, 2.5, 0.5), tolerance_m=0.1)
 
 
-def test_a_robot_pressed_to_a_wall_may_leave():
+def test_a_robot_pressed_to_a_wall_may_leave_and_go_to_its_own_cell():
     """Localization is off by centimetres: inscribed cells under the robot must not lock it in."""
-    plan = planner(walled()).make_plan(Pose2D(2.85, 2.5, 0.0), START)
-    assert tuple(plan[0, :2]) == (2.85, 2.5)
-
-
-def test_start_and_goal_in_one_cell():
-    plan = planner(walled()).make_plan(START, Pose2D(1.01, 2.51, 3.0))
+    made_by = planner(walled())
+    assert tuple(made_by.make_plan(Pose2D(2.85, 2.5, 0.0), START)[0, :2]) == (2.85, 2.5)
+    plan = made_by.make_plan(START, Pose2D(1.01, 2.51, 3.0))
     assert plan.tolist() == [[1.0, 2.5, pytest.approx(math.pi / 4)], [1.01, 2.51, 3.0]]
