@@ -1,20 +1,70 @@
-"""A trial's bag: what the nodes' connections would be, complete or absent, the same bytes each time."""
+"""A trial's bag: connections of nodes, complete or absent, the same bytes each time; as others read it, or torn."""
 
 import errno
 import os
+import random
 import resource
 
+import numpy as np
 import pytest
+from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
+from rosbags.rosbag1 import Writer
+from rosbags.rosbag2 import Reader
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+import message_values as values
+from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.drives import message_encoders as encoders
 from diff_encoder_sim.drives import topics
-from diff_encoder_sim.drives.message_encoders import encode_clock, encode_pose_stamped, encode_scan, encode_string
+from diff_encoder_sim.drives.bag_files import SUFFIXES, Ros1File
+from diff_encoder_sim.drives.bag_source import MCAP_MAGIC, McapStream
+from diff_encoder_sim.drives.topics import TOPICS, RecordedTopic
 from diff_encoder_sim.drives.trial_bag import TrialBag, TrialBags
 from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.drives.trial_recording import read_trial
-from recorded_messages import MAP_POSE, ODOM_POSE, SCAN, pose
+from diff_encoder_sim.drives.typestore import definition
+from diff_encoder_sim.navigation.navigator_inputs import GoalStatus
 from trial_bags import trial
+
+SCAN = Scan(0, -3.0, 0.01, 0.15, 6.0, np.linspace(0.2, 5.0, 600))
+GRID = values.grid(np.random.default_rng(0))
+ODOM_POSE = encoders.encode_tf(encoders.encode_transform(Pose2D(1.0, 2.0, 0.5), 7, 'odom', 'base_link'))
+MAP_POSE = encoders.encode_tf(encoders.encode_transform(Pose2D(3.0, 2.0, 0.1), 7, 'map', 'odom'))
+
+
+def pose(stamp_ns=0):
+    return encoders.encode_pose_stamped(Pose2D(1.0, 2.0, 0.5), stamp_ns, 'map')
+
+
+def one_of_each():
+    """(topic, node, message) of all that nodes publish."""
+    rng = np.random.default_rng(1)
+    stamped, sent = values.pose(rng), encoders.SentGoal(topics.NAVIGATION_TRIAL_NODE, 1, 5)
+    made = {
+        topics.CLOCK: encoders.encode_clock(7),
+        topics.JOINT_STATES: encoders.encode_joint_state(values.joints(rng)),
+        topics.MODEL_STATES: encoders.ModelStatesEncoder(values.world(rng), 'alto').encode(values.body(rng)),
+        topics.CMD_VEL: encoders.encode_command(0.4, 0.1),
+        topics.ENCODER_PULSE: encoders.encode_encoder_pulse(values.encoder_sample(rng), values.JOINTS),
+        topics.ENCODER_VELOCITY: encoders.encode_wheel_speeds(7, (1.0, -2.0), values.JOINTS),
+        topics.ODOM: encoders.encode_odometry(values.estimate(rng), 'odom', 'base_link'),
+        topics.GLOBAL_POSE: pose(),
+        topics.WORLD_POSE: pose(),
+        topics.TF: ODOM_POSE,
+        topics.TF_STATIC: MAP_POSE,
+        topics.SCAN: encoders.encode_scan(SCAN, 'laser', 0.1),
+        topics.AMCL_POSE: encoders.encode_pose_with_covariance(stamped, values.covariance(rng, 3), 7, 'map'),
+        topics.MAP: encoders.encode_map(GRID, 7, 'map'),
+        topics.MAP_METADATA: encoders.encode_map_metadata(GRID, 7),
+        topics.GOAL: encoders.encode_goal(sent, stamped, 5, 'map'),
+        topics.RESULT: encoders.encode_result(sent, GoalStatus.SUCCEEDED, 'goal reached', 7),
+        topics.TRIAL: encoders.encode_string('{}'),
+        topics.TRIAL_RESULT: encoders.encode_string('{}'),
+    }
+    return [(topic, node, made[topic.name]) for topic in topics.TOPICS for node in topic.nodes]
+
 
 FORMATS = pytest.mark.parametrize('bag_format', ['ros1', 'mcap'])
 
@@ -23,12 +73,14 @@ def write_some(bag, count=20):
     """Some of the topics, again and again."""
     for index in range(count):
         now_ns = index * 10_000_000
-        bag.publish(topics.CLOCK, topics.SIMULATOR_NODE, now_ns, encode_clock, now_ns)
+        bag.publish(topics.CLOCK, topics.SIMULATOR_NODE, now_ns, encoders.encode_clock, now_ns)
         bag.publish(topics.TF, topics.ODOM_NODE, now_ns, bytes, ODOM_POSE)
         bag.publish(topics.WORLD_POSE, topics.WORLD_POSE_NODE, now_ns, pose, now_ns)
-        bag.publish(topics.SCAN, topics.SIMULATOR_NODE, now_ns, encode_scan, SCAN, 'laser', 0.1)
+        bag.publish(topics.SCAN, topics.SIMULATOR_NODE, now_ns, encoders.encode_scan, SCAN, 'laser', 0.1)
         bag.publish(topics.TF, topics.AMCL_NODE, now_ns, bytes, MAP_POSE)
-    bag.publish(topics.TRIAL_RESULT, topics.NAVIGATION_TRIAL_NODE, 10**11, encode_string, '{"outcome": "succeeded"}')
+    bag.publish(
+        topics.TRIAL_RESULT, topics.NAVIGATION_TRIAL_NODE, 10**11, encoders.encode_string, '{"outcome": "succeeded"}'
+    )
 
 
 def connections_of(path):
@@ -64,7 +116,7 @@ def test_each_publisher_has_its_connection_in_order_of_use_and_counts_its_header
 def test_a_minimal_recording_contains_what_analysis_reads(tmp_path):
     path = tmp_path / 'a.bag'
     with TrialBag(path, 'minimal') as bag:
-        bag.publish(topics.TRIAL, topics.NAVIGATION_TRIAL_NODE, 0, encode_string, trial().model_dump_json())
+        bag.publish(topics.TRIAL, topics.NAVIGATION_TRIAL_NODE, 0, encoders.encode_string, trial().model_dump_json())
         write_some(bag)
     recording = read_trial(path)
     assert (recording.trial, recording.outcome) == (trial(), Outcome.SUCCEEDED)
@@ -110,15 +162,150 @@ def test_a_file_that_cannot_grow_is_named_and_removed(tmp_path, size, bag_format
 @FORMATS
 def test_bags_with_common_messages_are_those_of_single_ones(tmp_path, bag_format):
     """More messages of either kind are published than are written at once."""
-    paths = [tmp_path / name for name in ('a', 'b', 'single')]
+    paths, encode = [tmp_path / name for name in ('a', 'b', 'single')], encoders.encode_pose_stamped
     first, second, single = (TrialBag(path, 'full', bag_format) for path in paths)
     with first, second, single:
         for own_bags, common in (([first, second], TrialBags([first, second])), ([single], single)):
             for time_ns in range(10**7, 25 * 10**9, 10**7):
-                stamped = Pose2D(1e-9 * time_ns, 0.0, 0.0), time_ns, 'map'
-                common.publish(topics.CLOCK, topics.SIMULATOR_NODE, time_ns, encode_clock, time_ns)
+                pose = encode, Pose2D(1e-9 * time_ns, 0.0, 0.0), time_ns, 'map'
+                common.publish(topics.CLOCK, topics.SIMULATOR_NODE, time_ns, encoders.encode_clock, time_ns)
                 if time_ns > 3 * 10**8:  # its description is late
-                    common.publish(topics.WORLD_POSE, topics.WORLD_POSE_NODE, time_ns, encode_pose_stamped, *stamped)
+                    common.publish(topics.WORLD_POSE, topics.WORLD_POSE_NODE, time_ns, *pose)
                 for bag in own_bags:
-                    bag.publish(topics.GLOBAL_POSE, topics.GLOBAL_POSE_NODE, time_ns, encode_pose_stamped, *stamped)
+                    bag.publish(topics.GLOBAL_POSE, topics.GLOBAL_POSE_NODE, time_ns, *pose)
     assert len({path.read_bytes() for path in paths}) == 1
+
+
+TIMES_NS = range(0, 10**9, 10**8)
+
+
+def write(path, bag_format, times_ns):
+    """Every topic of every node, at each of the times."""
+    messages = one_of_each()
+    with TrialBag(path, 'full', bag_format) as bag:
+        for time_ns in times_ns:
+            for topic, node, message in messages:
+                bag.publish(topic.name, node, time_ns, bytes, message)
+    return path
+
+
+@pytest.fixture(scope='module')
+def paths(tmp_path_factory):
+    """(ROS 1, MCAP)."""
+    folder = tmp_path_factory.mktemp('bags')
+    return [write(folder / f'a{suffix}', bag_format, TIMES_NS) for bag_format, suffix in SUFFIXES.items()]
+
+
+def without_seq(message):
+    """A message of either ROS as nested dicts; ROS 2 has no message without fields."""
+    if isinstance(message, list):
+        return [without_seq(each) for each in message]
+    if not hasattr(message, '__dataclass_fields__'):
+        return message.tolist() if hasattr(message, 'tolist') else message
+    others = '__msgtype__', 'structure_needs_at_least_one_member', 'seq'
+    names = [name for name in message.__dataclass_fields__ if name.islower() and name not in others]
+    return {name: without_seq(getattr(message, name)) for name in names}
+
+
+def by_mcap(path):
+    """(topic, type, definition, time, message) as the library of the format's authors reads them."""
+    with open(path, 'rb') as file:
+        reader = make_reader(file, validate_crcs=True)
+        assert reader.get_header().profile == 'ros2'
+        assert reader.get_summary().statistics.message_count == len(TIMES_NS) * len(one_of_each())
+        return [
+            (channel.topic, schema.name, schema.data.decode(), message.log_time, message.data)
+            for schema, channel, message in reader.iter_messages()
+        ]
+
+
+def decoded(rows):
+    """(time, message) by topic, decoded by the definitions in the file itself; nodes may share a topic at one time."""
+    found, store = {}, get_typestore(Stores.EMPTY)
+    for topic, kind, text, time_ns, raw in rows:
+        if kind not in store.types:
+            types = get_types_from_msg(text, kind)
+            store.register({name: fields for name, fields in types.items() if name not in store.types})
+        found.setdefault(topic, []).append((time_ns, without_seq(store.deserialize_cdr(raw, kind))))
+    return {topic: sorted(rows, key=repr) for topic, rows in found.items()}
+
+
+@pytest.fixture(scope='module')
+def expected(paths):
+    found = {}
+    with AnyReader([paths[0]]) as reader:
+        for each, time_ns, raw in reader.messages():
+            found.setdefault(each.topic, []).append((time_ns, without_seq(reader.deserialize(raw, each.msgtype))))
+    return {topic: sorted(rows, key=repr) for topic, rows in found.items()}
+
+
+def test_the_mcap_library_reads_what_the_bag_of_ros_1_has(paths, expected):
+    assert decoded(by_mcap(paths[1])) == expected
+
+
+def test_rosbags_reads_it(paths, expected):
+    if not hasattr(Reader, 'STORAGE_PLUGINS') or '.mcap' not in Reader.STORAGE_PLUGINS:
+        pytest.skip('this rosbags reads only folders')
+    with Reader(paths[1]) as reader:
+        topics_of = {
+            each.topic: (each.msgtype, each.ext.offered_qos_profiles[0].durability.name == 'TRANSIENT_LOCAL')
+            for each in reader.connections
+        }
+        rows = [(each.topic, each.msgtype, each.msgdef.data, time_ns, raw) for each, time_ns, raw in reader.messages()]
+    assert topics_of == {topic.name: (topic.message_type, topic.is_latched) for topic in TOPICS if topic.nodes}
+    assert decoded(rows) == expected
+
+
+@pytest.fixture(scope='module')
+def whole(tmp_path_factory):
+    """A file of two chunks and more."""
+    return write(tmp_path_factory.mktemp('whole') / 'a.mcap', 'mcap', range(1, 200))
+
+
+def read(path):
+    stream = McapStream(path)
+    return list(stream.messages(topics.RECORDED)), stream.fault
+
+
+def test_wherever_it_is_torn_or_changed_its_beginning_is_read(whole, tmp_path):
+    content, (messages, _) = whole.read_bytes(), read(whole)
+    path, counts = tmp_path / 'a.mcap', []
+    for size in range(len(MCAP_MAGIC), len(content), len(content) // 20):
+        path.write_bytes(content[:size])
+        found, fault = read(path)
+        assert fault and found == messages[: len(found)]
+        counts.append(len(found))
+    assert counts == sorted(counts) and counts[-1] == len(messages) > counts[len(counts) // 2] > 0
+    changed = content.rindex(b'base_link')
+    path.write_bytes(content[:changed] + b'B' + content[changed + 1 :])
+    found, fault = read(path)
+    assert found == messages[: len(found)] and 0 < len(found) < len(messages) and 'damaged' in fault
+
+
+TYPES = ['std_msgs/msg/String', 'nav_msgs/msg/Odometry', 'rosgraph_msgs/msg/Clock']
+
+
+def test_a_bag_of_ros_1_is_that_of_rosbags_byte_for_byte_over_several_chunks(tmp_path):
+    rng = random.Random(1)
+    messages = [
+        (rng.randrange(3), 1 + 7_000_000 * (number // 2), bytes(rng.choices(range(256), k=rng.choice((4, 8, 700)))))
+        for number in range(4000)
+    ]
+    ours, theirs = Ros1File(tmp_path / 'ours.bag'), Writer(tmp_path / 'theirs.bag')
+    theirs.open()
+    connections = []
+    for number, kind in enumerate(TYPES):
+        ours.add_publisher(RecordedTopic(f'/topic{number}', kind, ()), '/node')
+        known = definition(kind)
+        about = dict(msgdef=known.text, md5sum=known.md5sum, callerid='/node', latching=0)
+        connections.append(theirs.add_connection(f'/topic{number}', kind, **about))
+    seqs = [0] * len(TYPES)
+    for number, time_ns, message in messages:
+        seqs[number] += 1
+        ours.write_prepared([ours.prepare(number, time_ns, message)])
+        has_header = TYPES[number] == 'nav_msgs/msg/Odometry'
+        theirs.write(connections[number], time_ns, encoders.with_seq(message, seqs[number]) if has_header else message)
+    ours.close()
+    theirs.close()
+    content = (tmp_path / 'ours.bag').read_bytes()
+    assert content == (tmp_path / 'theirs.bag').read_bytes() and len(content) > 1_000_000
