@@ -103,10 +103,6 @@ def results(tmp_path):
     return ResultsFolder(str(folder), hashlib.sha256(b'{}').hexdigest())
 
 
-def stub_trials(setups, robot_file):
-    return [stub_trial(plan, robot_file) for plan, *_ in setups]
-
-
 def stub_trial(plan, robot_file):
     assert Path(plan.world).is_file() and Path(plan.map).is_file() and robot_file.is_file()
     if plan.bag:
@@ -114,10 +110,10 @@ def stub_trial(plan, robot_file):
     return TrialRow('', '', (), 0, 0, Outcome.LOST, 'no idea', 48.5, ERRORS, float(plan.trial.number))
 
 
-def run(results, tmp_path, run=stub_trials, **changes):
-    changes = {'tests': ['SL'], 'ppr': [40.0], 'trials': 3, **changes}
-    campaign = load_campaign('paper', package_folder(), changes)
-    return run_group(campaign.files.materialise(tmp_path / 'scratch'), campaign.trials(), results, run)
+def run(results, tmp_path, **changes):
+    campaign = load_campaign('paper', package_folder(), {'tests': ['SL'], 'ppr': [40.0], 'trials': 3, **changes})
+    files = campaign.files.materialise(tmp_path / 'scratch')
+    return run_group(files, campaign.trials(), results, lambda setups, robot: [stub_trial(s[0], robot) for s in setups])
 
 
 def test_a_shared_folder_gets_the_bags_and_each_row_has_its_part_of_the_time(results, tmp_path, monkeypatch):

@@ -32,11 +32,6 @@ def assert_equal_covariances(covariance, expected):
     assert (covariance == covariance.T).all()
 
 
-def quantisation(pose, left_m, right_m):
-    readings_m2 = reading_variance(left_m), reading_variance(right_m)
-    return quantisation_covariance(pose, *readings_m2, residual_std(left_m, right_m), SEPARATION_M).matrix()
-
-
 @given(st.floats(-30, 30), st.floats(-30, 30), st.floats(-9, 9), st.floats(1e-5, 0.1), st.floats(1e-5, 0.1))
 def test_quantisation_covariance_is_that_of_four_roundings(x_m, y_m, yaw_rad, left_m, right_m):
     cos_yaw, sin_yaw = math.cos(yaw_rad), math.sin(yaw_rad)
@@ -49,8 +44,9 @@ def test_quantisation_covariance_is_that_of_four_roundings(x_m, y_m, yaw_rad, le
     jacobian, pulses_m2 = np.hstack([at_start, now]), np.square([left_m, right_m] * 2)
     residual_m2 = residual_std(left_m, right_m) ** 2
     expected = jacobian @ np.diag(pulses_m2 / 12) @ jacobian.T + np.diag([residual_m2, residual_m2, 0])
-    covariance = quantisation(Pose2D(x_m, y_m, yaw_rad), left_m, right_m)
-    assert_equal_covariances(covariance, expected)
+    readings_m2, pose = (reading_variance(left_m), reading_variance(right_m)), Pose2D(x_m, y_m, yaw_rad)
+    covariance = quantisation_covariance(pose, *readings_m2, residual_std(left_m, right_m), SEPARATION_M)
+    assert_equal_covariances(covariance.matrix(), expected)
 
 
 def test_motion_noise_is_carried_on_by_the_jacobians():
@@ -73,10 +69,6 @@ def test_motion_noise_is_carried_on_by_the_jacobians():
         assert_equal_covariances(
             propagate_motion_noise(given, yaw_rad, left_m, right_m, SEPARATION_M, 1e-3).matrix(), expected
         )
-
-
-def arc(pose, left_m, right_m):
-    return move_along_arc(pose, (left_m + right_m) / 2, (right_m - left_m) / SEPARATION_M)
 
 
 @pytest.mark.parametrize(
@@ -111,7 +103,7 @@ def winding_drive(ppr, seed):
     estimate = odometry.update(0, *np.floor(phases).astype(int).tolist())
     for report, turn_rad in enumerate(turns_rad.tolist(), 1):
         step_m = np.array([0.0224 - 0.5 * SEPARATION_M * turn_rad, 0.0224 + 0.5 * SEPARATION_M * turn_rad])
-        truth = arc(truth, *step_m)
+        truth = move_along_arc(truth, 0.0224, turn_rad)
         travelled_m += step_m
         counts = np.floor(travelled_m / m_per_pulse + phases).astype(int)
         estimate = odometry.update(report * 50_000_000, *counts.tolist())
@@ -121,8 +113,6 @@ def winding_drive(ppr, seed):
 
 
 SMALL = 1e-6
-
-ALL = GeometryStd(1.0, 1.0, 1.0)
 
 
 def driven(steps_m, left=1.0, right=1.0, separation=1.0):
@@ -136,17 +126,13 @@ def driven(steps_m, left=1.0, right=1.0, separation=1.0):
     return np.array(pose)
 
 
-def carried(steps_m):
-    errors, yaw_rad = NO_ERRORS, 0.0
-    for left_m, right_m in steps_m:
-        errors = carry_geometry_errors(errors, ALL, yaw_rad, left_m, right_m, SEPARATION_M)
-        yaw_rad += (right_m - left_m) / SEPARATION_M
-    return errors
-
-
 def test_errors_are_those_of_drives_with_another_geometry():
     steps_m = np.random.default_rng(3).uniform(-0.002, 0.01, (400, 2))
-    distance, turn, difference = np.array(carried(steps_m))
+    errors, yaw_rad = NO_ERRORS, 0.0
+    for left_m, right_m in steps_m:
+        errors = carry_geometry_errors(errors, GeometryStd(1.0, 1.0, 1.0), yaw_rad, left_m, right_m, SEPARATION_M)
+        yaw_rad += (right_m - left_m) / SEPARATION_M
+    distance, turn, difference = np.array(errors)
     exact = driven(steps_m)
     half = 0.5 * SMALL
     by_difference = (driven(steps_m, 1.0 - half, 1.0 + half) - exact) / SMALL
