@@ -88,12 +88,11 @@ def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
     if options.has_trials:
         print(tables.answers_text(advice))
     print(f'\n{tables.tables_text(advice)}\n{tables.own_encoder_text(advice)}')
-    page = options.out / PAGE
-    page.parent.mkdir(parents=True, exist_ok=True)
+    options.out.mkdir(parents=True, exist_ok=True)
     from diff_encoder_sim.advice.advice_page import write_page  # noqa: PLC0415 - Altair takes a second to import
 
-    write_page(advice, page)
-    print(f'Page: {page}')
+    write_page(advice, options.out / PAGE)
+    print(f'Page: {options.out / PAGE}')
     if options.json:
         text = json.dumps(tables.advice_json(advice), indent=1, allow_nan=False)
         write_file(options.json, text.encode('utf-8'))

@@ -37,10 +37,7 @@ def name_rates(command: str, rates_hz: Iterable[float]) -> None:
 
 
 def name_stopping(name: str, campaign: Campaign, tolerance_m: float, tolerance_deg: float) -> None:
-    """Print the stopping behaviour of a campaign's robot, and a warning if it exceeds the tolerance of the results.
-
-    `tolerance_m` is in x and in y, `tolerance_deg` that of the heading; `name` is the command.
-    """
+    """Print how a campaign's robot stops, and a warning if that exceeds the tolerance in x and y, or of the heading."""
     if campaign.params.nav != 'embedded':
         return
     pprs = [encoder.ppr for encoder in campaign.encoders]

@@ -116,12 +116,11 @@ def reencoding(options: DriveOptions) -> Reencoding:
     compared = reference.name if reference else 'the odometry of the finest PPR'
     about = f'{read.messages} {wheels.text} in {read.duration_s:.1f} s, read in {time.perf_counter() - begin_s:.1f} s'
     lines, recorded = [f'{path}: {about}; compared with {compared}', robot.text()], wheels.ppr
-    finer = [
-        each.label for each in chosen if recorded and (each.ppr.left > recorded.left or each.ppr.right > recorded.right)
-    ]
-    if recorded and finer:
-        limited = f'{", ".join(finer)} limited by the recorded resolution'
-        lines.append(f'recorded with {ppr_label(recorded)} PPR: {limited}')
+    if recorded:
+        is_finer = [each.ppr.left > recorded.left or each.ppr.right > recorded.right for each in chosen]
+        finer = ', '.join(each.label for each, is_limited in zip(chosen, is_finer) if is_limited)
+        if finer:
+            lines.append(f'recorded with {ppr_label(recorded)} PPR: {finer} limited by the recorded resolution')
     drives = [
         ReencodedDrive(one.encoder.label, PoseSeries(*(np.concatenate(parts) for parts in zip(*one.paths))), error)
         for one, error in zip(encoded, errors)

@@ -68,8 +68,7 @@ class AmclNode:
         self._transforms = node.publisher('/tf', TFMessage)
         self._poses = node.publisher('amcl_pose', PoseWithCovarianceStamped, latch=True)
         self._clouds = EncodedPublisher('particlecloud', PoseArray, latch=True)
-        # The simulator waits for this response to each scan; upstream publishes nothing for most scans.
-        self._used_scans = node.publisher('~scan_taken', Header)
+        self._used_scans = node.publisher('~scan_taken', Header)  # the simulator waits for it after each scan
         self._diagnostics = Diagnostics('Standard deviation', self._params.diagnostic_period)
         self._begin()
         self._services = [

@@ -39,10 +39,7 @@ class LaunchStatus:
 
 
 def watch(roslaunch_pid: int) -> None:
-    """Wait for the report; without success, end roslaunch by SIGINT when it has stopped its nodes.
-
-    roslaunch catches the signal until all nodes have stopped; the default action is then restored until Python exits.
-    """
+    """Wait for the report; without success, end roslaunch by SIGINT, which it catches until its nodes have stopped."""
     report = sys.stdin.buffer.read()  # returns when the trial has reported or died
     while report != SUCCESS and is_roslaunch(roslaunch_pid):
         if not catches_signal(roslaunch_pid, signal.SIGINT):

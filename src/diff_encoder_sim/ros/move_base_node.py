@@ -83,8 +83,7 @@ class NavigationTransforms:
 class GoalServer:
     """Passes goals to the navigator, and reports feedback and results.
 
-    It is polled once per control period: callbacks of the action server hold its lock, so waiting for the node's lock
-    could cause a deadlock.
+    Goals are polled: callbacks of the action server hold its lock, so waiting for the node's lock could deadlock.
     """
 
     def __init__(self, transforms: NavigationTransforms) -> None:

@@ -65,10 +65,7 @@ def path_message(poses: np.ndarray, stamp_ns: int, frame: str) -> Path:
 
 
 class CostmapView:
-    """Publishes a costmap as costmap_2d: whole for new subscribers and after a move of its window, otherwise updates.
-
-    Without subscribers to the updates it is always published whole. `name` is the namespace of the costmap.
-    """
+    """Publishes a costmap as costmap_2d: updates if they have subscribers, whole for new ones and moved windows."""
 
     def __init__(self, name: str, frame: str) -> None:
         self._frame = frame

@@ -190,11 +190,7 @@ MAP_LIMIT_S = 30.0  # for services that return a map
 
 
 def call_service(service: str, service_class: Any, *request: Any, limit_s: float = 5.0) -> Any:
-    """Call a service in a thread, because a suspended node never responds, and return its response.
-
-    Raises:
-        rospy.ServiceException: the service does not exist, failed, or did not respond within `limit_s` (wall time).
-    """
+    """Call a service in a thread, because a suspended node never responds; ServiceException after `limit_s` at most."""
     response: concurrent.futures.Future[Any] = concurrent.futures.Future()
 
     def call() -> None:

@@ -48,7 +48,6 @@ class GraphPacer:
     """Delays simulated time until stamped topics have reached it.
 
     Args:
-        topics: topics to wait for.
         expected_ns: from a simulated time, the stamp that every topic must have reached before it; negative: none.
         is_from_start: wait for `topics` from time 0; otherwise from the first message of each.
         topics_once_begun: further topics, always waited for from their first message.

@@ -38,7 +38,6 @@ class ReconfigureServer(Server):  # type: ignore[misc]  # the library has no typ
     The library would clamp parameters to the limits of the .cfg file at the start; here the node validates its values.
 
     Args:
-        config_type: module generated from the .cfg file.
         namespace: relative to the node's name; '' for that of the node.
         values: values in use, with every name of the .cfg file.
         change: called with all values after a change; raises ConfigError to refuse them.

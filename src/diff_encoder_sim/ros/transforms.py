@@ -91,11 +91,7 @@ class ScanQueue:
         self._base_frame, self._odom_frame = base_frame, odom_frame
         self._waiting: Deque[LaserScan] = deque(maxlen=LONGEST_QUEUE)
         self._tilted: Set[str] = set()
-        self.clear = self._waiting.clear
-
-    def add(self, message: LaserScan) -> None:
-        """Append a scan with a later stamp."""
-        self._waiting.append(message)
+        self.add, self.clear = self._waiting.append, self._waiting.clear
 
     def process(self) -> None:
         """Deliver the scans that have transforms, and drop those that timed out."""
