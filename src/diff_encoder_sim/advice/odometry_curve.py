@@ -18,7 +18,7 @@ from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
-stats = deferred('scipy.stats')
+special = deferred('scipy.special')
 
 
 def closed_form_counts(requested: Trial, robot: RobotGeometry, requirement: Requirement) -> float:
@@ -46,7 +46,7 @@ def local_counts(robot: RobotGeometry, requirement: Requirement) -> float:
 
 
 def _normal_reach(share: float) -> float:
-    return float(stats.norm.ppf(0.5 + 0.5 * share))
+    return float(special.ndtri(0.5 + 0.5 * share))
 
 
 # The range of the curve, in counts per revolution of the wheel.
