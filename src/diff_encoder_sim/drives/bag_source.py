@@ -220,13 +220,7 @@ def _open_file(path: Path, is_compressed: bool = False) -> FileStream:
 
 @contextlib.contextmanager
 def _open_folder(folder: Path) -> Iterator[Ros2Stream]:
-    """Open the files that metadata.yaml names, only those next to it; compressed ones in a temporary folder.
-
-    Raises:
-        ConfigError: there is no metadata.yaml, or it does not describe a bag.
-        InputFault: a file cannot be read.
-        OSError: a file is missing or cannot be read.
-    """
+    """Open the files that metadata.yaml names, only those next to it; compressed ones in a temporary folder."""
     path = folder / METADATA
     about = load_yaml(path).get('rosbag2_bagfile_information')
     names = about.get('relative_file_paths') if isinstance(about, dict) else None

@@ -155,11 +155,7 @@ class Ros1Stream:
 
 
 def _decompressed(data: bytes, fields: Dict[bytes, bytes], is_whole: bool) -> bytes:
-    """Decompress a chunk as far as it goes.
-
-    Raises:
-        InputFault: it is damaged, or larger than its header or `LARGEST_CHUNK` allows: 5 kB of bz2 can become 2 GB.
-    """
+    """Decompress a chunk as far as it goes and its header or `LARGEST_CHUNK` allows: 5 kB of bz2 can become 2 GB."""
     compression, size = fields.get(b'compression', b'').decode('utf-8', 'replace'), LARGEST_CHUNK
     if is_whole and len(fields.get(b'size', b'')) == _UINT32.size:
         size = _UINT32.unpack(fields[b'size'])[0]
