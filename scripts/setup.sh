@@ -31,7 +31,7 @@ usage() {
   cat <<'TEXT'
 usage: bash scripts/setup.sh [--test] [--rviz]
        bash scripts/setup.sh --without-ros
-  --test   also what the tests need (pytest, rostest, catkin_lint, check_urdf, Chromium, ruff, mypy, Sphinx)
+  --test   also what the tests need (pytest, rostest, catkin_lint, Chromium, ruff, mypy, Sphinx)
   --rviz   also RViz, for rviz:=true (big)
   --without-ros   only what needs no ROS: .venv/bin/diff-encoder-sim, with any Python from 3.8 to 3.13
 Installs apt packages as root (through sudo when run by a user), Python libraries into .venv/, and builds .ws/.
@@ -121,7 +121,6 @@ wanted_packages() {
       ;;
   esac
   if $with_test; then
-    echo liburdfdom-tools                                                 # check_urdf
     echo catkin-lint
     # librostest-dev for catkin_make run_tests; Chromium looks at the report (Ubuntu has it as a snap only)
     [ $ros = noetic ] || echo python3-rostest librostest-dev chromium
