@@ -203,25 +203,25 @@ def _in_words(error: float, axis: int, digits: int = 6) -> str:
 MOST_BY_ONE_CAUSE = 0.5
 
 
-def limits(alone: Mapping[str, Mapping[str, np.ndarray]], requirement: Requirement) -> List[Limit]:
+def limits(by_cause: Mapping[str, Mapping[str, np.ndarray]], requirement: Requirement) -> List[Limit]:
     """Return the causes that are limits, the worst first, each in its worst test and axis.
 
     Args:
-        alone: (n, 3) errors by AXES that only this cause makes, by cause and test.
+        by_cause: (n, 3) errors by AXES that only this cause makes, by cause and test.
         requirement: its success rate is the quantile of the errors.
     """
-    return [limit for limit in _worst(alone, requirement) if limit.error > limit.reduced_to]
+    return [limit for limit in _worst(by_cause, requirement) if limit.error > limit.reduced_to]
 
 
-def worst_halved(alone: Mapping[str, Mapping[str, np.ndarray]], requirement: Requirement) -> List[Limit]:
+def worst_halved(by_cause: Mapping[str, Mapping[str, np.ndarray]], requirement: Requirement) -> List[Limit]:
     """Return at most one limit: the worst cause, even a small one, reduced to half of its error."""
-    return [limit._replace(reduced_to=0.5 * limit.error) for limit in _worst(alone, requirement)[:1]]
+    return [limit._replace(reduced_to=0.5 * limit.error) for limit in _worst(by_cause, requirement)[:1]]
 
 
-def _worst(alone: Mapping[str, Mapping[str, np.ndarray]], requirement: Requirement) -> List[Limit]:
+def _worst(by_cause: Mapping[str, Mapping[str, np.ndarray]], requirement: Requirement) -> List[Limit]:
     """Return the worst test and axis of each cause, the worst cause first."""
     tolerances, worst = requirement.tolerances.tolist(), []
-    for cause, of_tests in alone.items():
+    for cause, of_tests in by_cause.items():
         every = [
             Limit(cause, test, axis, error, tolerances[axis], min(error, MOST_BY_ONE_CAUSE * tolerances[axis]))
             for test, errors in of_tests.items()

@@ -123,12 +123,12 @@ def own_limits(
     count: Optional[int] = None,
 ) -> List[Limit]:
     """Return the encoder errors that are too large; if only their sum is too large, the worst one."""
-    alone: Dict[str, ByCause] = {}
+    by_cause: Dict[str, ByCause] = {}
     for draws in tests:
         for cause, errors in encoder_errors(draws, encoder, count).items():
-            alone.setdefault(cause, {})[draws.drive.test] = errors
-    found = answers.limits(alone, requirement)
-    return found if found or not is_too_much else answers.worst_halved(alone, requirement)
+            by_cause.setdefault(cause, {})[draws.drive.test] = errors
+    found = answers.limits(by_cause, requirement)
+    return found if found or not is_too_much else answers.worst_halved(by_cause, requirement)
 
 
 def _with_less(params: EncoderParams, amounts: Mapping[str, float]) -> EncoderParams:
