@@ -6,7 +6,7 @@ import contextlib
 import os
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple, Type, Union
+from typing import Any, Callable, Dict, Iterator, List, Optional, Tuple, Type, Union
 
 from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
 from diff_encoder_sim.drives.bag_files import OPENERS, BagFile, Prepared
@@ -32,7 +32,7 @@ class TrialBag:
     def __init__(self, path: Union[str, Path], mode: RecordMode, bag_format: BagFormat = 'ros1') -> None:
         """Prepare a bag that replaces a file of that name once it is complete; mode 'none' writes no file."""
         self._path = Path(path)
-        self._unfinished = self._path.with_name(self._path.name + UNFINISHED_SUFFIX)
+        self._unfinished = Path(f'{path}{UNFINISHED_SUFFIX}')
         self._topics = recorded_topics(mode)
         self._open = OPENERS[bag_format]
         self._publishers: Dict[Tuple[str, str], int] = {}  # by topic and node
@@ -120,33 +120,3 @@ class TrialBag:
             yield
         except OSError as error:
             raise OSError(error.errno, f'bag cannot be written: {error.strerror}', str(self._path)) from None
-
-
-class _EncodedOnce:
-    """The message of an encoder and its values, which several bags share."""
-
-    def __init__(self, encode: Callable[..., bytes], values: Tuple[Any, ...]) -> None:
-        self._encode, self._values, self._message = encode, values, b''
-
-    def __call__(self) -> bytes:
-        if not self._message:
-            self._message = self._encode(*self._values)
-        return self._message
-
-
-class TrialBags:
-    """Publishes messages into several bags that record the same topics."""
-
-    def __init__(self, bags: Sequence[TrialBag]) -> None:
-        self._bags = bags
-
-    def wants(self, topic: str) -> bool:
-        """Return whether the bags record a topic."""
-        return self._bags[0].wants(topic)
-
-    def publish(self, topic: str, node: str, time_ns: int, encode: Callable[..., bytes], *values: Any) -> None:
-        """Record a message in each bag, as `TrialBag.publish`; it is encoded once."""
-        if self.wants(topic):
-            encode_once = _EncodedOnce(encode, values)
-            for bag in self._bags:
-                bag.publish(topic, node, time_ns, encode_once)

@@ -8,21 +8,23 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
+from array import array
 from pathlib import Path
-from typing import Any, Callable, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Iterator, List, NamedTuple, Optional, Tuple, Union
+
+import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.drives.trial_definition import Ending, Outcome, RouteFailed, TrialPlan, goal_error
+from diff_encoder_sim.drives.trial_definition import Ending, Outcome, RouteFailed, Trial, TrialPlan, goal_error
 from diff_encoder_sim.localization.amcl import AmclEstimate
-from diff_encoder_sim.navigation.navigator_inputs import Command, NavigatorOutput
+from diff_encoder_sim.navigation.navigator_inputs import STOP, Command, NavigatorOutput
 from diff_encoder_sim.simulation.simulator import Simulator
-from diff_encoder_sim.simulation.state import STATES_PERIOD_NS, JointStates
-from diff_encoder_sim.trials.navigating_driver import NO_NAVIGATION, NavigatingDriver
+from diff_encoder_sim.simulation.state import STATES_PERIOD_NS
+from diff_encoder_sim.trials.navigating_driver import NavigatingDriver
 from diff_encoder_sim.trials.publications import Publications
 from diff_encoder_sim.trials.robot_params import RobotParams, latency_ns
 from diff_encoder_sim.trials.scripted_drive import ScriptedDriver
-from diff_encoder_sim.trials.trial_setup import TrialSetup
 from diff_encoder_sim.wheels.chain import Chain
 from diff_encoder_sim.wheels.odometry import OdometryEstimate, wheel_speeds_mps
 from diff_encoder_sim.wheels.report_link import BoundarySampler
@@ -41,24 +43,17 @@ class Report(NamedTuple):
     navigation: NavigatorOutput
 
 
-class TrialWheels:
-    """Encoders and odometry of one trial; several trials may share a drive."""
-
-    def __init__(self, setup: TrialSetup, joints: Tuple[str, ...], publications: Publications) -> None:
-        trial, params = setup.plan.trial, setup.params
-        encoder = params.encoder.model_copy(update={'ppr': trial.ppr, 'seed': trial.number})
-        self.chain = Chain(encoder, params.odometry.model_copy(update={'ppr': trial.ppr}))
-        # An ideal encoder needs only the angles at the boundaries of its rate.
-        self.boundaries = None if self.chain.needs_every_angle else BoundarySampler(encoder.rate)
-        self.left, self.right = joints.index(encoder.left_joint), joints.index(encoder.right_joint)
-        self.separation_m = params.odometry.wheel_separation
-        self.latency_ns = latency_ns(params.latency.odometry)
-        self.publications = publications
-        self.last_report: Optional[Report] = None
+def chain_of(trial: Trial, params: RobotParams) -> Chain:
+    """Return the encoders and the odometry of a trial."""
+    encoder = params.encoder.model_copy(update={'ppr': trial.ppr, 'seed': trial.number})
+    return Chain(encoder, params.odometry.model_copy(update={'ppr': trial.ppr}))
 
 
 class LockstepTrial:
-    """A robot in its world with its driver and the wheels of one trial, or of several scripted trials."""
+    """A robot in its world with its driver.
+
+    A navigated trial has encoders and odometry; a scripted drive does not depend on them, and logs its wheel angles.
+    """
 
     def __init__(
         self,
@@ -66,7 +61,6 @@ class LockstepTrial:
         robot_file: Union[str, Path],
         params: RobotParams,
         publications: Optional[Publications] = None,
-        sharing: Sequence[Tuple[TrialSetup, Publications]] = (),
     ) -> None:
         """Load the files and place the robot at its start.
 
@@ -74,9 +68,7 @@ class LockstepTrial:
             plan: of the drive.
             robot_file: of the robot.
             params: of the robot.
-            publications: of topics independent of the encoder; None: no recording.
-            sharing: scripted trials that differ from `plan` in encoder and odometry only, each with the publications
-                of these; by default only `plan`.
+            publications: None: no recording.
 
         Raises:
             ConfigError: a file is missing or bad, or the trial needs the live graph.
@@ -88,32 +80,37 @@ class LockstepTrial:
         start = trial.test.start.pose()
         self._goal = trial.goal()
         self._is_recorded, self._publications = publications is not None, publications or Publications()
-        sharing = sharing or [(TrialSetup(plan, params), self._publications)]
-        for setup, of_wheels in sharing:
-            of_wheels.trial(setup.plan.trial)
         self._simulator = Simulator(plan.world, robot_file, params.simulator, start, trial.number)
         self._command_latency_ns = latency_ns(params.latency.command)
         # Actions by time, number and arguments; those of the same time run in order of insertion.
         self._delayed: List[Tuple[int, int, Callable[..., None], Tuple[Any, ...]]] = []
         self._numbers = itertools.count()
-        self._reports: List[Report] = []  # of the first trial, at this tick
+        self._reports: List[Report] = []  # of this tick
+        self._log = array('d')  # of a scripted drive
+        self._command = STOP
+        self._chain: Optional[Chain] = None
         self.ending = Ending(Outcome.TORN)  # until the trial has ended
-        self._start_pose = start
         self.true_pose_in_map = start  # the newest /world_pose
         self.distance_m = 0.0  # path length of base_link
         try:
             self._publications.begin(trial, self._simulator, robot_file)
             self.driver: Union[ScriptedDriver, NavigatingDriver]
+            joints, encoder = self._simulator.joint_states().names, params.encoder
+            sides = ((encoder.left_joint, encoder.left_reversed), (encoder.right_joint, encoder.right_reversed))
+            self._wheels = [(joints.index(joint), -1.0 if is_reversed else 1.0) for joint, is_reversed in sides]
             if trial.nav == 'scripted':
                 self.driver = ScriptedDriver(trial, self._send)
             else:
                 self.driver = NavigatingDriver(
                     plan, params, self._simulator.laser_pose_in_base, self._at, self._send, self._publications
                 )
+                self._chain = chain_of(trial, params)
+                # An ideal encoder needs only the angles at the boundaries of its rate.
+                self._boundaries = None if self._chain.needs_every_angle else BoundarySampler(encoder.rate)
+                self._separation_m = params.odometry.wheel_separation
+                self._odometry_latency_ns = latency_ns(params.latency.odometry)
             has_scans = trial.nav != 'scripted' or self._publications.takes_scans  # not used by scripts
             self._scan_period_ns = params.simulator.lidar.period_ns if has_scans else 0
-            joints = self._simulator.joint_states().names
-            self.wheels = [TrialWheels(setup, joints, of_wheels) for setup, of_wheels in sharing]
         except BaseException:  # the caller has no object yet to close the physics
             self._simulator.close()
             raise
@@ -123,8 +120,17 @@ class LockstepTrial:
         """Return the simulated time."""
         return self._simulator.time_ns
 
+    @property
+    def log(self) -> np.ndarray:
+        """Return (n, 4) the ticks of a scripted drive.
+
+        Columns: left and right wheel angle, rising when the robot drives forward [rad], and the newest command that the
+        motors have received, [m/s] and [rad/s].
+        """
+        return np.array(self._log).reshape(-1, 4)
+
     def run(self) -> Iterator[Report]:
-        """Run the drive to its `ending`, and yield a report at each /odom of the first trial."""
+        """Run to the `ending`, and yield a report at each /odom of a navigated trial."""
         try:
             while self.ending.outcome is Outcome.TORN:
                 try:
@@ -150,10 +156,12 @@ class LockstepTrial:
         now_ns = simulator.time_ns
         if self._is_recorded:
             self._publications.joint_states(simulator.joint_states())
-        for wheels in self.wheels:
-            boundaries = wheels.boundaries
+        if self._chain is None:
+            self._log.extend((*self._wheel_angles_rad(), *self._command))
+        else:
+            boundaries = self._boundaries
             if boundaries is None or (now_ns >= boundaries.next_ns and boundaries.period_index(now_ns) is not None):
-                self._read(wheels, simulator.joint_states())
+                self._read(self._chain, now_ns)
         if now_ns % STATES_PERIOD_NS == 0:
             self._sample_truth(now_ns)
         if self._scan_period_ns and now_ns % self._scan_period_ns == 0:
@@ -170,29 +178,26 @@ class LockstepTrial:
         else:
             simulator.tick()
 
-    def _read(self, wheels: TrialWheels, joints: JointStates) -> None:
-        """Update the encoder, and integrate its reports."""
-        now_ns, angles_rad = joints.stamp_ns, joints.angles_rad
-        for sample, estimate in wheels.chain.step(now_ns, angles_rad[wheels.left], angles_rad[wheels.right]):
-            wheels.publications.encoder_pulse(now_ns, sample)
-            if estimate is not None:
-                due_ns = now_ns + wheels.latency_ns
-                self._at(due_ns, self._take_odometry, wheels, due_ns, estimate)
+    def _wheel_angles_rad(self) -> Tuple[float, float]:
+        angles_rad = self._simulator.joint_states().angles_rad
+        (left, left_sign), (right, right_sign) = self._wheels
+        return left_sign * angles_rad[left], right_sign * angles_rad[right]
 
-    def _take_odometry(self, wheels: TrialWheels, now_ns: int, estimate: OdometryEstimate) -> None:
-        wheels.publications.odometry(now_ns, estimate)
-        driver, stamp_ns = self.driver, estimate.stamp_ns
-        if isinstance(driver, NavigatingDriver):
-            driver.take_odometry(now_ns, estimate)
-            estimated = driver.estimated_pose_in_map, driver.amcl.last_estimate, driver.navigation
-        else:
-            # Odometry begins at the surveyed start pose, as by scripted_drive_node's transform.
-            pose = self._start_pose.compose(estimate.base_pose_in_odom)
-            wheels.publications.global_pose(now_ns, stamp_ns, pose)
-            estimated = pose, None, NO_NAVIGATION
-        report = wheels.last_report = Report(stamp_ns, self.true_pose_in_map, estimate, *estimated)
-        if wheels is self.wheels[0]:
-            self._reports.append(report)
+    def _read(self, chain: Chain, now_ns: int) -> None:
+        """Update the encoder, and integrate its reports."""
+        for sample, estimate in chain.step(now_ns, *self._wheel_angles_rad()):
+            self._publications.encoder_pulse(now_ns, sample)
+            if estimate is not None:
+                due_ns = now_ns + self._odometry_latency_ns
+                self._at(due_ns, self._take_odometry, due_ns, estimate)
+
+    def _take_odometry(self, now_ns: int, estimate: OdometryEstimate) -> None:
+        self._publications.odometry(now_ns, estimate)
+        driver = self.driver
+        assert isinstance(driver, NavigatingDriver)
+        driver.take_odometry(now_ns, estimate)
+        estimated = driver.estimated_pose_in_map, driver.amcl.last_estimate, driver.navigation
+        self._reports.append(Report(estimate.stamp_ns, self.true_pose_in_map, estimate, *estimated))
 
     def _sample_truth(self, now_ns: int) -> None:
         """Publish the true pose, and fail a robot that touches an obstacle."""
@@ -216,7 +221,8 @@ class LockstepTrial:
         heapq.heappush(self._delayed, (time_ns, next(self._numbers), action, arguments))
 
     def _take_command(self, command: Command) -> None:
+        self._command = command
         self._simulator.command(*command)
-        for wheels in self.wheels:
+        if self._chain is not None:
             # Encoders without direction use the signs of these speeds.
-            wheels.chain.take_command(*wheel_speeds_mps(*command, wheels.separation_m))
+            self._chain.take_command(*wheel_speeds_mps(*command, self._separation_m))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import platform
 import threading
@@ -18,13 +17,14 @@ from diff_encoder_sim.base.processes import without_collection
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.topics import PoseSource, RecordMode
-from diff_encoder_sim.drives.trial_bag import TrialBag, TrialBags
+from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.trial_definition import FinalErrors, Trial, TrialPlan
 from diff_encoder_sim.trials.campaign_cells import RequestedTrial
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial, Report
 from diff_encoder_sim.trials.publications import Publications
 from diff_encoder_sim.trials.results import ResultsFolder
 from diff_encoder_sim.trials.robot_params import RobotParams
+from diff_encoder_sim.trials.scripted_trials import run_scripted_trials
 from diff_encoder_sim.trials.trial_files import TrialFiles
 from diff_encoder_sim.trials.trial_setup import LockstepOptions, TrialSetup
 from diff_encoder_sim.trials.trials_csv import BAGS, TrialRow
@@ -43,41 +43,46 @@ def run_trial(plan: TrialPlan, robot_file: Union[str, Path], params: RobotParams
 
 
 def run_trials(trials: Sequence[TrialSetup], robot_file: Union[str, Path]) -> List[TrialRow]:
-    """Run trials of one drive at once; each has the same row and bag as if it ran separately.
+    """Run navigated trials, or scripted ones of one drive; each has the same row and bag as if it ran separately.
 
     Raises:
         ConfigError: a file is missing or bad.
         OSError: a bag cannot be written.
     """
-    plan, params, options = trials[0]
-    nav = plan.trial.nav
-    with contextlib.ExitStack() as opened:
-        own: List[Publications] = [Publications() for _ in trials]
-        common: Optional[Publications] = None
+    with without_collection():
+        if trials[0].plan.trial.nav == 'scripted':
+            drive, reports = run_scripted_trials(trials, robot_file)
+            return [_row(setup.plan.trial, drive, last) for setup, last in zip(trials, reports)]
+        return [_run_navigated(setup, robot_file) for setup in trials]
+
+
+def _run_navigated(setup: TrialSetup, robot_file: Union[str, Path]) -> TrialRow:
+    plan, params, options = setup
+    last: Optional[Report] = None
+    with TrialBag(plan.bag, options.record, plan.bag_format) as bag:
+        publications = None
         if options.record != 'none':
-            bags = [opened.enter_context(TrialBag(each.bag, options.record, each.bag_format)) for each, *_ in trials]
-            own = [Publications(bag, each.params, nav) for bag, each in zip(bags, trials)]
-            # A navigated trial has one bag, and needs no loop over bags.
-            common = own[0] if len(bags) == 1 else Publications(TrialBags(bags), params, nav)
-        drive = LockstepTrial(plan, robot_file, params, common, list(zip(trials, own)))
-        with without_collection():
-            for _ in drive.run():
-                pass
-    return [
-        TrialRow(
-            trial.test.name,
-            trial.encoder_label,
-            (),
-            trial.number,
-            trial.number,
-            drive.ending.outcome,
-            drive.ending.reason,
-            drive.time_ns / NANOSECONDS_PER_SECOND,
-            final_errors(trial, drive.true_pose_in_map, wheels.last_report),
-            drive.distance_m,
-        )
-        for trial, wheels in zip((setup.plan.trial for setup in trials), drive.wheels)
-    ]
+            publications = Publications(bag, params, plan.trial.nav)
+            publications.trial(plan.trial)
+        drive = LockstepTrial(plan, robot_file, params, publications)
+        for report in drive.run():
+            last = report
+    return _row(plan.trial, drive, last)
+
+
+def _row(trial: Trial, drive: LockstepTrial, last: Optional[Report]) -> TrialRow:
+    return TrialRow(
+        trial.test.name,
+        trial.encoder_label,
+        (),
+        trial.number,
+        trial.number,
+        drive.ending.outcome,
+        drive.ending.reason,
+        drive.time_ns / NANOSECONDS_PER_SECOND,
+        final_errors(trial, drive.true_pose_in_map, last),
+        drive.distance_m,
+    )
 
 
 def final_errors(trial: Trial, true_pose_in_map: Pose2D, last: Optional[Report]) -> FinalErrors:

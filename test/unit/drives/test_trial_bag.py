@@ -21,7 +21,7 @@ from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.bag_files import SUFFIXES, Ros1File
 from diff_encoder_sim.drives.bag_source import MCAP_MAGIC, McapStream
 from diff_encoder_sim.drives.topics import TOPICS, RecordedTopic
-from diff_encoder_sim.drives.trial_bag import TrialBag, TrialBags
+from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.drives.trial_recording import read_trial
 from diff_encoder_sim.drives.typestore import definition
@@ -157,23 +157,6 @@ def test_a_file_that_cannot_grow_is_named_and_removed(tmp_path, size, bag_format
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert (caught.value.errno, caught.value.filename) == (errno.EFBIG, str(tmp_path / 'a.bag'))
     assert list(tmp_path.iterdir()) == []
-
-
-@FORMATS
-def test_bags_with_common_messages_are_those_of_single_ones(tmp_path, bag_format):
-    """More messages of either kind are published than are written at once."""
-    paths, encode = [tmp_path / name for name in ('a', 'b', 'single')], encoders.encode_pose_stamped
-    first, second, single = (TrialBag(path, 'full', bag_format) for path in paths)
-    with first, second, single:
-        for own_bags, common in (([first, second], TrialBags([first, second])), ([single], single)):
-            for time_ns in range(10**7, 25 * 10**9, 10**7):
-                pose = encode, Pose2D(1e-9 * time_ns, 0.0, 0.0), time_ns, 'map'
-                common.publish(topics.CLOCK, topics.SIMULATOR_NODE, time_ns, encoders.encode_clock, time_ns)
-                if time_ns > 3 * 10**8:  # its description is late
-                    common.publish(topics.WORLD_POSE, topics.WORLD_POSE_NODE, time_ns, *pose)
-                for bag in own_bags:
-                    bag.publish(topics.GLOBAL_POSE, topics.GLOBAL_POSE_NODE, time_ns, *pose)
-    assert len({path.read_bytes() for path in paths}) == 1
 
 
 TIMES_NS = range(0, 10**9, 10**8)

@@ -87,6 +87,16 @@ def test_a_scripted_trial_has_errors_by_each_pose_source_that_it_has():
         assert result.errors[source] == pytest.approx((0.0, 0.0, 0.0), abs=2e-3), source
 
 
+@pytest.mark.parametrize('nav', ['scripted', 'embedded'])
+def test_wheels_whose_axes_point_the_other_way_count_forward(tmp_path, nav):
+    mirrored = tmp_path / 'mirrored.urdf.xacro'
+    mirrored.write_text(ALTO.read_text().replace('<axis xyz="0 1 0"/>', '<axis xyz="0 -1 0"/>'))
+    params = params_of()
+    params = params._replace(encoder=params.encoder.model_copy(update={'left_reversed': True, 'right_reversed': True}))
+    result = run_trial(plan_of(HALL, 1024, nav=nav, drive=[{'straight': 3.0}]), mirrored, params, 'none')
+    assert result.errors[PoseSource.ODOM] == pytest.approx(result.errors[PoseSource.WORLD], abs=0.05)
+
+
 # ---- in a worker process: where bags go, and what is returned
 
 POSE = Pose2D(0.1, 0.2, 0.3)

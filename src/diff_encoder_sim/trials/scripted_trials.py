@@ -1,0 +1,117 @@
+"""Scripted trials: the robot drives once, and the chain of each trial runs on that drive."""
+
+from __future__ import annotations
+
+import contextlib
+import heapq
+from pathlib import Path
+from typing import Any, Callable, Iterator, List, Optional, Sequence, Tuple, Union
+
+import numpy as np
+
+from diff_encoder_sim.base.drive import Drive
+from diff_encoder_sim.drives import topics
+from diff_encoder_sim.drives.topics import RecordMode, recorded_topics
+from diff_encoder_sim.drives.trial_bag import AT_ONCE, TrialBag
+from diff_encoder_sim.drives.trial_definition import Outcome
+from diff_encoder_sim.simulation.state import TICK_NS
+from diff_encoder_sim.trials.lockstep_trial import LockstepTrial, Report, chain_of
+from diff_encoder_sim.trials.navigating_driver import NO_NAVIGATION
+from diff_encoder_sim.trials.publications import Publications
+from diff_encoder_sim.trials.robot_params import latency_ns
+from diff_encoder_sim.trials.trial_setup import TrialSetup
+from diff_encoder_sim.wheels.odometry import wheel_speeds_mps
+
+# Place of a message in its bag: the tick, and the order within the tick. Live nodes publish in this order.
+Place = Tuple[int, int]
+_REPORTS, _ODOMETRY = 1, 3
+_ORDER = {
+    **dict.fromkeys((topics.MODEL_STATES, topics.WORLD_POSE, topics.CMD_VEL, topics.SCAN), 2),
+    topics.TRIAL_RESULT: 4,
+}
+
+# A call that publishes a message.
+_Event = Tuple[Place, Callable[..., None], Tuple[Any, ...]]
+
+
+class _SharedMessages:
+    """Messages that do not depend on the encoder, encoded in memory."""
+
+    def __init__(self, mode: RecordMode) -> None:
+        self._topics = recorded_topics(mode).keys() - {topics.TRIAL}
+        self._waiting: List[Tuple[str, str, int, Callable[..., bytes], Tuple[Any, ...]]] = []
+        self._encoded: List[Tuple[str, str, int, bytes]] = []
+
+    def wants(self, topic: str) -> bool:
+        return topic in self._topics
+
+    def publish(self, topic: str, node: str, time_ns: int, encode: Callable[..., bytes], *values: Any) -> None:
+        if topic in self._topics:
+            self._waiting.append((topic, node, time_ns, encode, values))
+            if len(self._waiting) >= AT_ONCE:
+                self._encode()
+
+    def events(self, bag: TrialBag) -> Iterator[_Event]:
+        """Return the messages in order, to be published to a bag."""
+        self._encode()
+        for topic, node, time_ns, message in self._encoded:
+            yield (time_ns // TICK_NS, _ORDER.get(topic, 0)), bag.publish, (topic, node, time_ns, bytes, message)
+
+    def _encode(self) -> None:
+        self._encoded += [
+            (topic, node, time_ns, encode(*values)) for topic, node, time_ns, encode, values in self._waiting
+        ]
+        self._waiting.clear()
+
+
+def run_scripted_trials(
+    trials: Sequence[TrialSetup], robot_file: Union[str, Path]
+) -> Tuple[LockstepTrial, List[Optional[Report]]]:
+    """Run trials that differ only in encoder and odometry; each has the same bag as if it ran separately.
+
+    Returns:
+        The drive, and the last report of each trial; None if the drive ended before the first.
+
+    Raises:
+        ConfigError: a file is missing or bad.
+        OSError: a bag cannot be written.
+    """
+    plan, params, options = trials[0]
+    with contextlib.ExitStack() as opened:
+        bags = [opened.enter_context(TrialBag(each.bag, options.record, each.bag_format)) for each, *_ in trials]
+        shared = _SharedMessages(options.record)
+        robot = LockstepTrial(plan, robot_file, params, Publications(shared, params, 'scripted'))
+        for _ in robot.run():
+            pass
+        return robot, [_run_chain(setup, robot, bag, shared) for setup, bag in zip(trials, bags)]
+
+
+def _run_chain(setup: TrialSetup, robot: LockstepTrial, bag: TrialBag, shared: _SharedMessages) -> Optional[Report]:
+    """Write the bag of a trial, and return its last report."""
+    trial, params = setup.plan.trial, setup.params
+    publications = Publications(bag, params, trial.nav)
+    publications.trial(trial)
+    log, start = robot.log, trial.test.start.pose()
+    separation_m = params.odometry.wheel_separation
+    commands = np.array([wheel_speeds_mps(linear, angular, separation_m) for linear, angular in log[:, 2:].tolist()])
+    run = chain_of(trial, params).run(Drive(TICK_NS * np.arange(len(log)), log[:, :2]), commands=commands)
+    ticks, latency = run.rows[0].tolist(), latency_ns(params.latency.odometry)
+    # A collision ends its tick before odometry.
+    ticks_with_odometry = len(log) - (robot.ending.outcome is Outcome.COLLISION)
+    reports: List[_Event] = []
+    odometry: List[_Event] = []
+    last: Optional[Report] = None
+    for tick, sample, estimate in zip(ticks, run.samples(), run.estimates()):
+        now_ns = tick * TICK_NS
+        reports.append(((tick, _REPORTS), publications.encoder_pulse, (now_ns, sample)))
+        due_ns = now_ns + latency
+        due_tick = -(-due_ns // TICK_NS)
+        if estimate is not None and due_tick < ticks_with_odometry:
+            # Odometry begins at the surveyed start pose, as by scripted_drive_node's transform.
+            pose, place = start.compose(estimate.base_pose_in_odom), (due_tick, _ODOMETRY)
+            odometry.append((place, publications.odometry, (due_ns, estimate)))
+            odometry.append((place, publications.global_pose, (due_ns, estimate.stamp_ns, pose)))
+            last = Report(estimate.stamp_ns, robot.true_pose_in_map, estimate, pose, None, NO_NAVIGATION)
+    for _, publish, message in heapq.merge(shared.events(bag), reports, odometry, key=lambda event: event[0]):
+        publish(*message)
+    return last
