@@ -89,7 +89,7 @@ def end_of_drive(
         estimate = odometry.update(*sample)
     pose, truth = estimate.base_pose_in_odom, rows[end].true_pose.relative_to(rows[0].true_pose)
     error = np.array([pose.x_m - truth.x_m, pose.y_m - truth.y_m, wrap_angle(pose.yaw_rad - truth.yaw_rad)])
-    return End(error, estimate.pose_covariance)
+    return End(error, estimate.of_pose.matrix())
 
 
 def _end_row(rows: List[Row], seed: int) -> int:

@@ -16,7 +16,7 @@ from diff_encoder_sim.drives.message_decoders import JointDecoder
 from diff_encoder_sim.drives.ros1_stream import Message
 from diff_encoder_sim.drives.topics import ENCODER_PULSE_TYPE, ENCODER_VELOCITY, JOINT_STATE_TYPE
 from diff_encoder_sim.drives.wheel_source import WheelSeries, WheelSource, angles_of_counts_rad, ascending_runs
-from diff_encoder_sim.wheels.counter import CounterSteps, Reading
+from diff_encoder_sim.wheels.counter import Counters, first_counters, next_counters
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import LARGEST_ANGLE_RAD, EncoderParams
@@ -187,15 +187,17 @@ class PulseWheels(WheelSource):
         left, right = super()._series()
         counts = np.column_stack((left.values, right.values)).astype(np.int64)
         totals = np.zeros(counts.shape)
-        self.restarts = 0
+        self.restarts, limits = 0, self._odometry.counter_limits
         for rows in ascending_runs(left.stamps_ns):
-            steps, total = CounterSteps(self._odometry.counter_limits), counts[rows[:1]].ravel().tolist()
-            for row, stamp_ns, pair in zip(rows.tolist(), left.stamps_ns[rows].tolist(), counts[rows].tolist()):
-                step = steps.take(Reading(stamp_ns, *pair))
-                if step is not None:
-                    total = [total[0] + step.left_pulses, total[1] + step.right_pulses]
-                totals[row] = total
-            self.restarts += steps.restarts
+            counters: Optional[Counters] = None
+            for row, reading in zip(rows.tolist(), zip(left.stamps_ns[rows].tolist(), *counts[rows].T.tolist())):
+                if counters is None:
+                    counters = first_counters(*reading)
+                else:
+                    counters, cause = next_counters(limits, counters, *reading)
+                    self.restarts += bool(cause)
+                totals[row] = counters.total[1:]
+            totals[rows] += counts[rows[0]]
         ppr = self._odometry.counts_per_turn
         return [
             side._replace(values=angles_of_counts_rad(of_side, of_ppr))

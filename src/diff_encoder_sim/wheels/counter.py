@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections import deque
-from typing import Any, Deque, NamedTuple, Optional, Tuple
+from typing import Any, NamedTuple, Tuple
 
 import numpy as np
 
 from diff_encoder_sim.base.kernels import callable_by_kernels, compiled
-from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 
 
 @callable_by_kernels
@@ -33,23 +31,6 @@ def count_difference(newer: int, older: int, modulus: int) -> Any:
     return wrap_count(newer - older, modulus)
 
 
-class Reading(NamedTuple):
-    """Both counters at one instant."""
-
-    stamp_ns: int
-    left_pulses: int
-    right_pulses: int
-
-
-class CounterStep(NamedTuple):
-    """The pulses between two readings."""
-
-    left_pulses: int
-    right_pulses: int
-    interval_s: float
-    restart: str = ''  # cause of a detected counter restart; '' for none
-
-
 class CounterLimits(NamedTuple):
     """Limits of counters and wheels."""
 
@@ -60,6 +41,15 @@ class CounterLimits(NamedTuple):
     right_jump: float
     max_speed_radps: float
     max_acceleration_radps2: float
+
+
+class Counters(NamedTuple):
+    """Both counters at a reading. Totals are a stamp [ns] and the left and right pulses since the first reading."""
+
+    counts: Tuple[int, int]  # left, right
+    total: Tuple[int, int, int]
+    middle: Tuple[int, int, int]  # total less than SPEED_OVER_NS before
+    first: Tuple[int, int, int]  # start of the speed measurement
 
 
 # Rounding to whole pulses adds one pulse at each end of an interval and of the previous one.
@@ -78,47 +68,41 @@ CAUSES = ('', 'max_wheel_acceleration allows', 'max_wheel_speed')
 
 
 @callable_by_kernels
+def first_counters(stamp_ns: int, left_count: int, right_count: int) -> Counters:
+    """Return the counters at the first reading."""
+    total = (stamp_ns, 0, 0)
+    return Counters((left_count, right_count), total, total, total)
+
+
+@callable_by_kernels
 def _near(left: float, right: float, left_most: float, right_most: float) -> bool:
     """Return whether the pulses of both wheels are within their limits and the rounding."""
     return abs(left) <= left_most + ROUNDING_PULSES and abs(right) <= right_most + ROUNDING_PULSES
 
 
 @callable_by_kernels
-def counted_between(
-    limits: CounterLimits,
-    before: Tuple[int, int],
-    now: Tuple[int, int],
-    interval_ns: int,
-    span_ns: int,
-    went: Tuple[int, int],
-) -> Tuple[int, int, int]:
-    """Return the left and right pulses between two readings, and the cause if the counters restarted between them.
+def _pulses(limits: CounterLimits, before: Counters, interval_ns: int, counts: Tuple[int, int]) -> Tuple[int, int, int]:
+    """Return the left and right pulses since a reading, and the cause if the counters restarted.
 
     A restart at zero is detected if both counters are within the possible rotation of zero and continuing would exceed
     the limits of a wheel. One controller has both counters, so a jump of a single counter is not a restart. A step
     faster than the wheels can turn is a restart, too; its pulses are lost.
-
-    Args:
-        limits: of counters and wheels.
-        before: left and right counters at the last reading.
-        now: left and right counters at this reading.
-        interval_ns: time between the readings.
-        span_ns: time before the last reading with measured speed; 0: unknown.
-        went: left and right pulses in the span.
     """
-    left = count_difference(now[0], before[0], limits.modulus)
-    right = count_difference(now[1], before[1], limits.modulus)
-    interval_s = interval_ns / 1e9
+    left_before, right_before = before.counts
+    left = count_difference(counts[0], left_before, limits.modulus)
+    right = count_difference(counts[1], right_before, limits.modulus)
+    interval_s, span_ns = interval_ns / 1e9, before.total[0] - before.first[0]
     if span_ns and (left or right):
-        left_now, right_now = wrap_count(now[0], limits.modulus), wrap_count(now[1], limits.modulus)
+        left_now, right_now = wrap_count(counts[0], limits.modulus), wrap_count(counts[1], limits.modulus)
         span_s = span_ns / 1e9
-        left_went, right_went = went[0] * (interval_s / span_s), went[1] * (interval_s / span_s)
+        left_went = (before.total[1] - before.first[1]) * (interval_s / span_s)
+        right_went = (before.total[2] - before.first[2]) * (interval_s / span_s)
         # Speeds refer to the middles of the two intervals.
         turns = limits.max_acceleration_radps2 * (0.5 * (span_s + interval_s)) * interval_s / (2.0 * math.pi)
         left_change = turns * limits.left_per_turn + limits.left_jump
         right_change = turns * limits.right_per_turn + limits.right_jump
         is_near = _near(left_now, right_now, abs(left_went) + left_change, abs(right_went) + right_change)
-        left_before, right_before = wrap_count(before[0], limits.modulus), wrap_count(before[1], limits.modulus)
+        left_before, right_before = wrap_count(left_before, limits.modulus), wrap_count(right_before, limits.modulus)
         if (
             is_near
             and not _near(left_before, right_before, left_change, right_change)
@@ -134,53 +118,29 @@ def counted_between(
     return left, right, WENT_ON
 
 
-class CounterSteps:
-    """Converts readings to pulses since the previous reading."""
+@callable_by_kernels
+def next_counters(
+    limits: CounterLimits, before: Counters, stamp_ns: int, left_count: int, right_count: int
+) -> Tuple[Counters, int]:
+    """Return the counters at a later reading, and the cause if they restarted since the previous one."""
+    last_ns, last_left, last_right = before.total
+    left, right, cause = _pulses(limits, before, stamp_ns - last_ns, (left_count, right_count))
+    total, middle, first = (stamp_ns, last_left + left, last_right + right), before.middle, before.first
+    if stamp_ns - middle[0] >= SPEED_OVER_NS:
+        middle, first = total, middle
+    return Counters((left_count, right_count), total, middle, first), cause
 
-    def __init__(self, limits: CounterLimits) -> None:
-        self._limits = limits
-        self.reset()
 
-    def reset(self) -> None:
-        """Forget all readings."""
-        self._last: Optional[Reading] = None
-        self._totals: Deque[Reading] = deque()  # those that the speed is between, since a start
-        self.restarts = 0  # of counters
-
-    @property
-    def total(self) -> Reading:
-        """Return the pulses since the first reading, at the newest one."""
-        return self._totals[-1]
-
-    def take(self, reading: Reading) -> Optional[CounterStep]:
-        """Return the pulses since the previous reading, which must be older; None for the first.
-
-        A step faster than the wheels can turn is handled as a counter restart.
-        """
-        last, self._last, totals = self._last, reading, self._totals
-        if last is None:
-            totals.append(Reading(reading.stamp_ns, 0, 0))
-            return None
-        (first_ns, first_left, first_right), (total_ns, total_left, total_right) = totals[0], totals[-1]
-        interval_ns, went = reading.stamp_ns - last.stamp_ns, (total_left - first_left, total_right - first_right)
-        left, right, cause = counted_between(
-            self._limits, last[1:], reading[1:], interval_ns, total_ns - first_ns, went
-        )
-        totals.append(Reading(reading.stamp_ns, total_left + left, total_right + right))
-        while len(totals) > 2 and reading.stamp_ns - totals[1].stamp_ns >= SPEED_OVER_NS:
-            totals.popleft()
-        interval_s = interval_ns / NANOSECONDS_PER_SECOND
-        if cause == WENT_ON:
-            return CounterStep(left, right, interval_s)
-        self.restarts += 1
-        jumps = (count_difference(*counts, self._limits.modulus) for counts in zip(reading[1:], last[1:]))
-        text = '{} left and {} right pulses in {:.3f} s are faster than {}'
-        return CounterStep(left, right, interval_s, text.format(*jumps, interval_s, CAUSES[cause]))
+def restart_text(limits: CounterLimits, before: Counters, after: Counters, cause: int) -> str:
+    """Describe a restart between two readings, for a warning."""
+    left, right = (count_difference(*pair, limits.modulus) for pair in zip(after.counts, before.counts))
+    interval_s = (after.total[0] - before.total[0]) / 1e9
+    return f'{left} left and {right} right pulses in {interval_s:.3f} s are faster than {CAUSES[cause]}'
 
 
 @compiled(nogil=True)
 def totals_of(limits: CounterLimits, stamps_ns: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """Return (draws, m, 2) pulses since the first report, equal to the sums of `CounterSteps`.
+    """Return (draws, m, 2) pulses since the first report.
 
     Args:
         limits: of counters and wheels.
@@ -189,24 +149,11 @@ def totals_of(limits: CounterLimits, stamps_ns: np.ndarray, counts: np.ndarray) 
     """
     draws, reports = stamps_ns.shape
     totals = np.zeros((draws, reports, 2))
-    newest_ns = np.zeros(reports, np.int64)
     for draw in range(draws if reports else 0):
-        first, last = 0, 0  # the reports that the speed is between; those that are stale are as the one before
-        newest_ns[0] = stamps_ns[draw, 0]
+        counters = first_counters(stamps_ns[draw, 0], counts[draw, 0, 0], counts[draw, 0, 1])
         for report in range(1, reports):
-            totals[draw, report] = totals[draw, report - 1]
-            newest_ns[report] = newest_ns[report - 1]
-            interval_ns = stamps_ns[draw, report] - stamps_ns[draw, last]
-            if interval_ns <= 0:
-                continue
-            before = (counts[draw, last, 0], counts[draw, last, 1])
-            now = (counts[draw, report, 0], counts[draw, report, 1])
-            went = (totals[draw, last, 0] - totals[draw, first, 0], totals[draw, last, 1] - totals[draw, first, 1])
-            span_ns = newest_ns[last] - newest_ns[first]
-            left, right, _ = counted_between(limits, before, now, interval_ns, span_ns, went)
-            totals[draw, report, 0] += left
-            totals[draw, report, 1] += right
-            newest_ns[report], last = stamps_ns[draw, report], report
-            while first + 1 < report and newest_ns[report] - newest_ns[first + 1] >= SPEED_OVER_NS:
-                first += 1
+            if stamps_ns[draw, report] > counters.total[0]:
+                left_count, right_count = counts[draw, report, 0], counts[draw, report, 1]
+                counters, _ = next_counters(limits, counters, stamps_ns[draw, report], left_count, right_count)
+            totals[draw, report, 0], totals[draw, report, 1] = counters.total[1], counters.total[2]
     return totals

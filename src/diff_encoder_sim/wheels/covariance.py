@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Tuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -160,20 +160,18 @@ class GeometryStd(NamedTuple):
 
 KNOWN_EXACTLY = GeometryStd()
 
-# First-order derivatives of x [m], y [m] and yaw [rad] by the relative errors of distance, turn and diameter
-# difference.
-Columns = Tuple[Tuple[float, float, float], ...]
-NO_ERRORS: Columns = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+# First-order derivatives of x [m], y [m] and yaw [rad] (rows) by the relative errors of distance, turn and diameter
+# difference (columns).
+NO_ERRORS = np.zeros((3, 3))
 
 
 def carry_geometry_errors(
-    errors: Columns, std: GeometryStd, yaw_rad: float, left_m: float, right_m: float, wheel_separation_m: float
-) -> Columns:
-    """Return the effect of the geometry errors on the pose after one more step of both wheels.
+    errors: np.ndarray, yaw_rad: float, left_m: float, right_m: float, wheel_separation_m: float
+) -> np.ndarray:
+    """Return the (3, 3) effect of the geometry errors on the pose after one more step of both wheels.
 
     Args:
-        errors: before the step.
-        std: of the errors; columns with 0 are unchanged.
+        errors: (3, 3) before the step.
         yaw_rad: heading before the step.
         left_m: travel of the left wheel.
         right_m: travel of the right wheel.
@@ -182,31 +180,19 @@ def carry_geometry_errors(
     travel_m, turn_rad = 0.5 * (left_m + right_m), (right_m - left_m) / wheel_separation_m
     mid_yaw_rad = yaw_rad + 0.5 * turn_rad
     cos_yaw, sin_yaw = math.cos(mid_yaw_rad), math.sin(mid_yaw_rad)
+    x_m, y_m, error_rad = errors
     # Change of the step by each error: distance [m] and rotation [rad].
-    steps = ((travel_m, 0.0), (0.0, turn_rad), (0.25 * (right_m - left_m), travel_m / wheel_separation_m))
-    carried = []
-    for column, (along_m, by_rad), spread in zip(errors, steps, std):
-        x_m, y_m, error_rad = column
-        across_m = travel_m * (error_rad + 0.5 * by_rad)
-        moved = (
-            x_m + cos_yaw * along_m - sin_yaw * across_m,
-            y_m + sin_yaw * along_m + cos_yaw * across_m,
-            error_rad + by_rad,
-        )
-        carried.append(moved if spread else column)
-    return tuple(carried)
+    along_m = np.array([travel_m, 0.0, 0.25 * (right_m - left_m)])
+    by_rad = np.array([0.0, turn_rad, travel_m / wheel_separation_m])
+    across_m = travel_m * (error_rad + 0.5 * by_rad)
+    new_x_m, new_y_m = x_m + cos_yaw * along_m - sin_yaw * across_m, y_m + sin_yaw * along_m + cos_yaw * across_m
+    return np.array([new_x_m, new_y_m, error_rad + by_rad])
 
 
-def geometry_covariance(errors: Columns, std: GeometryStd) -> PlanarCovariance:
+def geometry_covariance(errors: np.ndarray, std: GeometryStd) -> PlanarCovariance:
     """Return the covariance of independent geometry errors with these standard deviations."""
-    covariance = PlanarCovariance()
-    for (x, y, yaw), spread in zip(errors, std):
-        if spread:
-            x_each, y_each, yaw_each = spread**2 * x, spread**2 * y, spread**2 * yaw
-            covariance = covariance.plus(
-                PlanarCovariance(x_each * x, x_each * y, x_each * yaw, y_each * y, y_each * yaw, yaw_each * yaw)
-            )
-    return covariance
+    rows, columns = np.triu_indices(3)
+    return PlanarCovariance(*(np.square(std) * errors[rows] * errors[columns]).sum(axis=1).tolist())
 
 
 # Low-pass time constant [s]: suppresses the speed jumps of single pulses of a coarse encoder.

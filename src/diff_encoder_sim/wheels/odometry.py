@@ -12,7 +12,7 @@ import numpy as np
 from diff_encoder_sim.base.errors import EVENT
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, base_of_axle, move_along_arc
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
-from diff_encoder_sim.wheels.counter import CounterSteps, Reading
+from diff_encoder_sim.wheels.counter import Counters, first_counters, next_counters, restart_text
 from diff_encoder_sim.wheels.covariance import (
     KNOWN_EXACTLY,
     NO_ERRORS,
@@ -48,14 +48,6 @@ class TwistCovariance(NamedTuple):
         return np.array([[self.linear, self.linear_angular], [self.linear_angular, self.angular]])
 
 
-class WheelTwist(NamedTuple):
-    """A twist over some interval, in base_link."""
-
-    linear_mps: float  # along x, signed
-    angular_radps: float  # counter-clockwise
-    covariance: TwistCovariance
-
-
 class TwistEstimator:
     """Computes the twist from counts or measured speeds, with an optional low-pass, whose delay is no variance."""
 
@@ -63,38 +55,44 @@ class TwistEstimator:
         self._params, self._m_per_pulse, self._travel_variance = params, params.m_per_pulse, params.travel_variance
         self._edge_variance, self._wave_variance = params.encoder.edge_variance, params.encoder.speed_variance
         self._low_pass_s, self._separation_m = params.velocity_low_pass, params.wheel_separation
-        self.reset()
-
-    def reset(self) -> None:
-        """Clear the low-pass."""
         self._smooth: Optional[Sequence[RimMotion]] = None
         self._smooth_ns = 0
 
-    def twist(self, totals: Sequence[Reading], measured_radps: Optional[WheelRates]) -> WheelTwist:
-        """Return the twist at the last reading; zero for a single reading without measured speeds.
+    def twist(
+        self, totals: Sequence[Tuple[int, int, int]], measured_radps: Optional[WheelRates]
+    ) -> Tuple[float, float, TwistCovariance]:
+        """Return the twist at the last reading, linear [m/s] and angular [rad/s], and its covariance.
+
+        It is zero for a single reading without measured speeds.
 
         Args:
-            totals: pulses since the start; the twist is the mean between the first and the last reading.
+            totals: stamps and pulses since the start; the twist is the mean between the first and the last reading.
             measured_radps: left and right wheel speeds, used instead of that mean.
         """
         (first_ns, *first), (stamp_ns, *last) = totals[0], totals[-1]
+        interval_s, separation_m = (stamp_ns - first_ns) / NANOSECONDS_PER_SECOND, self._separation_m
         if measured_radps is None:
-            interval_s = (stamp_ns - first_ns) / NANOSECONDS_PER_SECOND
             rims = [
                 self._way((new - old) * m_per_pulse, m_per_pulse)
                 for new, old, m_per_pulse in zip(last, first, self._m_per_pulse)
             ]
         else:
             interval_s, radius_m = 1.0, 0.5 * self._params.wheel_diameter
-            since_s = (stamp_ns - totals[-2].stamp_ns) / NANOSECONDS_PER_SECOND if len(totals) > 1 else 0.0
+            since_s = (stamp_ns - totals[-2][0]) / NANOSECONDS_PER_SECOND if len(totals) > 1 else 0.0
             rims = [
                 self._speed(radps * radius_m, m_per_pulse, since_s)
                 for radps, m_per_pulse in zip(measured_radps, self._m_per_pulse)
             ]
-        if self._low_pass_s and interval_s:
+        if not interval_s:
+            return 0.0, 0.0, TwistCovariance()
+        if self._low_pass_s:
             speeds = [(way / interval_s, variance / interval_s**2) for way, variance in rims]
             rims, interval_s = self._smoothed(stamp_ns, speeds), 1.0
-        return twist_of_rims(rims, interval_s, self._separation_m)
+        (left, left_variance), (right, right_variance) = rims
+        of_both = (left_variance + right_variance) / interval_s**2
+        together = 0.5 * (right_variance - left_variance) / (separation_m * interval_s**2)
+        covariance = TwistCovariance(0.25 * of_both, together, of_both / separation_m**2)
+        return 0.5 * (left + right) / interval_s, (right - left) / (separation_m * interval_s), covariance
 
     def _way(self, way_m: float, m_per_pulse: float) -> RimMotion:
         """Return the distance between two readings, with independent rounding errors."""
@@ -125,17 +123,6 @@ class TwistEstimator:
         return speeds
 
 
-def twist_of_rims(rims: Sequence[RimMotion], interval_s: float, wheel_separation_m: float) -> WheelTwist:
-    """Return the twist of both rims' distances in an interval, or of their speeds in 1 s; zero in an interval of 0."""
-    if interval_s == 0.0:
-        return WheelTwist(0.0, 0.0, TwistCovariance())
-    (left, left_variance), (right, right_variance) = rims
-    of_both = (left_variance + right_variance) / interval_s**2
-    together = 0.5 * (right_variance - left_variance) / (wheel_separation_m * interval_s**2)
-    covariance = TwistCovariance(0.25 * of_both, together, of_both / wheel_separation_m**2)
-    return WheelTwist(0.5 * (left + right) / interval_s, (right - left) / (wheel_separation_m * interval_s), covariance)
-
-
 def wheel_speeds_mps(linear_mps: float, angular_radps: float, wheel_separation_m: float) -> Tuple[float, float]:
     """Return the left and right rim speeds of a twist at the axle's centre."""
     half_mps = 0.5 * wheel_separation_m * angular_radps
@@ -153,16 +140,6 @@ class OdometryEstimate(NamedTuple):
     of_twist: TwistCovariance = TwistCovariance()
     lateral_velocity_mps: float = 0.0  # along base_link's y; not 0 in turns if base_link is off the axle
 
-    @property
-    def pose_covariance(self) -> np.ndarray:
-        """Return the 3x3 covariance over (x [m], y [m], yaw [rad]) in the odom frame."""
-        return self.of_pose.matrix()
-
-    @property
-    def twist_covariance(self) -> np.ndarray:
-        """Return the 2x2 covariance over (linear [m/s], angular [rad/s])."""
-        return self.of_twist.matrix()
-
     def twist_std(self) -> Tuple[float, float]:
         """Return the standard deviations of the twist, linear [m/s] and angular [rad/s]."""
         return math.sqrt(self.of_twist.linear), math.sqrt(self.of_twist.angular)
@@ -173,33 +150,32 @@ class WheelOdometry:
 
     def __init__(self, params: OdometryParams) -> None:
         self.params = params
-        self._m_per_pulse, self._geometry_std = params.m_per_pulse, params.geometry_std
+        self._limits, self._m_per_pulse, self._geometry_std = (
+            params.counter_limits,
+            params.m_per_pulse,
+            params.geometry_std,
+        )
         self._noise, self._curve_noise = params.travel_variance, params.curve_noise or 0.0
         self._reading_vars_m2, self._residual_m = params.reading_variances_m2, residual_std(*params.m_per_pulse)
         self._heading_var_rad2 = sum(self._reading_vars_m2) / params.wheel_separation**2
         self._timeline = Timeline(LATE_REPORT_TOLERANCE_NS)
-        self._steps, self._twists = CounterSteps(params.counter_limits), TwistEstimator(params)
         self.reset()
 
     def reset(self) -> None:
         """Return to pose zero; the next report with a new stamp is the start."""
-        self._steps.reset()
-        self._twists.reset()
-        self._pull = LateralAcceleration(self.params.wheel_separation)
-        self._totals: Deque[Reading] = deque(maxlen=self.params.velocity_window + 1)
+        self._counters: Optional[Counters] = None
+        self.restarts = 0  # of counters
+        # Of the readings that the twist spans: stamp, left and right pulses since the start.
+        self._totals: Deque[Tuple[int, int, int]] = deque(maxlen=self.params.velocity_window + 1)
+        self._twists, self._pull = TwistEstimator(self.params), LateralAcceleration(self.params.wheel_separation)
         self._pose = IDENTITY  # of the axle's centre, relative to its start
         self._motion_covariance = PlanarCovariance()
         self._geometry_errors = NO_ERRORS
 
     @property
-    def restarts(self) -> int:
-        """Return the number of counter restarts."""
-        return self._steps.restarts
-
-    @property
     def counts(self) -> Tuple[int, int]:
         """Return the left and right pulses since the start, across wraps and restarts of the counters."""
-        return (self._totals[-1].left_pulses, self._totals[-1].right_pulses) if self._totals else (0, 0)
+        return (0, 0) if self._counters is None else self._counters.total[1:]
 
     def update(
         self, stamp_ns: int, left_count: int, right_count: int, wheel_rates_radps: Optional[WheelRates] = None
@@ -222,25 +198,31 @@ class WheelOdometry:
             stamp_s = stamp_ns / NANOSECONDS_PER_SECOND
             log.warning('encoder stamps went back to %.3f s: odometry restarted at pose zero', stamp_s, extra=EVENT)
             self.reset()
-        self._integrate(Reading(stamp_ns, left_count, right_count))
+        before = self._counters
+        if before is None:
+            self._counters = first_counters(stamp_ns, left_count, right_count)
+        else:
+            self._counters, cause = next_counters(self._limits, before, stamp_ns, left_count, right_count)
+            if cause:
+                self.restarts += 1
+                text = restart_text(self._limits, before, self._counters, cause)
+                log.warning('%s: taken as a counter restart, the pose is kept', text, extra=EVENT)
+            self._integrate(before.total, self._counters.total)
+        self._totals.append(self._counters.total)
         return self._estimate(stamp_ns, wheel_rates_radps)
 
-    def _integrate(self, reading: Reading) -> None:
-        step = self._steps.take(reading)
-        self._totals.append(self._steps.total)
-        if step is None:
-            return
-        if step.restart:
-            log.warning('%s: taken as a counter restart, the pose is kept', step.restart, extra=EVENT)
+    def _integrate(self, before: Tuple[int, int, int], after: Tuple[int, int, int]) -> None:
+        """Move by the pulses between two stamps."""
         (left_m_per_pulse, right_m_per_pulse), separation_m = self._m_per_pulse, self.params.wheel_separation
-        left_m, right_m = step.left_pulses * left_m_per_pulse, step.right_pulses * right_m_per_pulse
-        pull_mps2 = self._pull.take(step.interval_s, left_m, right_m)
-        if not (step.left_pulses or step.right_pulses):
+        (before_ns, left_before, right_before), (after_ns, left_total, right_total) = before, after
+        left_m = (left_total - left_before) * left_m_per_pulse
+        right_m = (right_total - right_before) * right_m_per_pulse
+        pull_mps2 = self._pull.take((after_ns - before_ns) / NANOSECONDS_PER_SECOND, left_m, right_m)
+        if not (left_m or right_m):
             return
         moved = move_along_arc(self._pose, 0.5 * (left_m + right_m), (right_m - left_m) / separation_m)
         motion = self._pose.yaw_rad, left_m, right_m, separation_m
         # The heading is computed from the totals: summed rounded increments would drift.
-        _, left_total, right_total = self._steps.total
         yaw_rad = (right_total * right_m_per_pulse - left_total * left_m_per_pulse) / separation_m
         self._pose = Pose2D(moved.x_m, moved.y_m, yaw_rad)
         noise = self._noise + self._curve_noise * pull_mps2**2
@@ -248,10 +230,11 @@ class WheelOdometry:
             self._motion_covariance, *motion, noise, self._heading_var_rad2
         )
         if self._geometry_std != KNOWN_EXACTLY:
-            self._geometry_errors = carry_geometry_errors(self._geometry_errors, self._geometry_std, *motion)
+            self._geometry_errors = carry_geometry_errors(self._geometry_errors, *motion)
 
     def _estimate(self, stamp_ns: int, wheel_rates_radps: Optional[WheelRates]) -> OdometryEstimate:
-        twist, axle_x_m = self._twists.twist(self._totals, wheel_rates_radps), self.params.axle_x
+        linear_mps, angular_radps, of_twist = self._twists.twist(self._totals, wheel_rates_radps)
+        axle_x_m = self.params.axle_x
         covariance = self._motion_covariance.plus(
             quantisation_covariance(self._pose, *self._reading_vars_m2, self._residual_m, self.params.wheel_separation)
         )
@@ -263,9 +246,9 @@ class WheelOdometry:
         return OdometryEstimate(
             stamp_ns,
             base_of_axle(self._pose, axle_x_m),
-            twist.linear_mps,
-            twist.angular_radps,
+            linear_mps,
+            angular_radps,
             covariance,
-            twist.covariance,
-            0.0 - axle_x_m * twist.angular_radps,  # never -0.0
+            of_twist,
+            0.0 - axle_x_m * angular_radps,  # never -0.0
         )

@@ -11,8 +11,9 @@ from diff_encoder_sim.wheels.counter import (
     TOO_FAST,
     WENT_ON,
     CounterLimits,
+    Counters,
     count_difference,
-    counted_between,
+    next_counters,
     wrap_count,
 )
 
@@ -31,6 +32,14 @@ MOST, SECOND_NS = 3.0, 10**9
 LIMITS = CounterLimits(0, 1.0, 1.0, MOST, MOST, 1e9, 1e-9)
 
 
+def counted(before, now, went, **limits):
+    """Pulses and cause between two readings, after `went` pulses in the second before."""
+    first = (-SECOND_NS, -went[0], -went[1]) if went else (0, 0, 0)
+    counters = Counters(before, (0, 0, 0), (0, 0, 0), first)
+    after, cause = next_counters(LIMITS._replace(**limits), counters, SECOND_NS, *now)
+    return (*after.total[1:], cause)
+
+
 @pytest.mark.parametrize(
     ('limits', 'before', 'now', 'went', 'expected'),
     [
@@ -41,11 +50,10 @@ LIMITS = CounterLimits(0, 1.0, 1.0, MOST, MOST, 1e9, 1e-9)
     ],
 )
 def test_counters_that_jump_to_zero_or_turn_too_fast_were_restarted(limits, before, now, went, expected):
-    span = (SECOND_NS, went) if went else (0, (0, 0))
-    assert counted_between(LIMITS._replace(**limits), before, now, SECOND_NS, *span) == expected
+    assert counted(before, now, went, **limits) == expected
 
 
 @pytest.mark.parametrize('distance', [1, 2, 4, 5, 6, 50])
 def test_it_is_seen_from_where_the_greatest_acceleration_no_longer_explains_it(distance):
-    cause = counted_between(LIMITS, (distance, distance), (0, 0), SECOND_NS, SECOND_NS, (0, 0))[2]
+    _, _, cause = counted((distance, distance), (0, 0), (0, 0))
     assert (cause == NEAR_ZERO) == (distance > MOST + ROUNDING_PULSES)

@@ -269,7 +269,7 @@ def test_errors_of_the_sensor_move_the_end_as_their_closed_forms_and_the_stated_
     # Within the 99.9 % interval of the variance of Gaussian values.
     low, high = stats.chi2.ppf([0.0005, 0.9995], DRAWS - 1) / (DRAWS - 1)
     assert low < np.var(found.final_poses[:, 1], ddof=1) / expected_m**2 < high
-    assert math.sqrt(found.estimates()[-1].pose_covariance[1, 1]) == pytest.approx(expected_m, rel=0.03)
+    assert math.sqrt(found.estimates()[-1].of_pose.matrix()[1, 1]) == pytest.approx(expected_m, rel=0.03)
 
 
 PPR = 40
