@@ -14,18 +14,11 @@ import numpy as np
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.se2 import poses_of_wheels
 from diff_encoder_sim.wheels.counter import totals_of, wrap_count
-from diff_encoder_sim.wheels.encoder import new_wheels, pulses_from_angle, turn_through
+from diff_encoder_sim.wheels.encoder import kinds_of, new_wheels, pulses_from_angle, turn_through
 from diff_encoder_sim.wheels.odometry import OdometryEstimate, WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.report_link import PROMPT, BoundarySampler, EncoderSample
-from diff_encoder_sim.wheels.wheel_encoder import (
-    EncoderParams,
-    ReportingEncoder,
-    is_ideal,
-    jitters_ns,
-    kind_of_wheel,
-    report_link,
-)
+from diff_encoder_sim.wheels.report_link import PROMPT, BoundarySampler, EncoderSample, ReportLink
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
 
 
 class ChainReport(NamedTuple):
@@ -134,94 +127,57 @@ class Chain:
             commands: (n, 2) newest commanded wheel speeds at each row; None: no commands.
             rows: (m,) rows of the drive at which the counters are read; None: at the boundaries of the report rate.
         """
-        params = self.encoder
-        read = _readings(drive.stamps_ns, params) if rows is None else _Readings(drive.stamps_ns, rows, rows)
-        counts = np.zeros((self._draws, len(read.rows), 2), np.int64)
-        rates_radps = np.zeros(counts.shape) if params.velocity_method != 'M' else None
-        for wheel, side in enumerate(('left', 'right')):
-            angles_rad = read.between(np.atleast_2d(drive.wheel_angles_rad[..., wheel]))
-            if phases_rad is not None:
-                angles_rad = angles_rad + phases_rad[:, wheel, np.newaxis]
-            if is_ideal(params, side):
-                counts[:, :, wheel] = pulses_from_angle(angles_rad[:, read.rows], getattr(params.counts_per_turn, side))
-                continue
-            directions = np.zeros(len(read.stamps_ns), np.int64)
-            if commands is not None:
-                directions = np.sign(commands[read.sources, wheel]).astype(np.int64)
-            wheels, angles_rad = new_wheels(params.seed, side, self._draws), np.ascontiguousarray(angles_rad)
-            counts[:, :, wheel], rates = turn_through(
-                kind_of_wheel(params, side), wheels, read.stamps_ns, angles_rad, directions, read.rows
-            )
-            if rates_radps is not None:
-                rates_radps[:, :, wheel] = rates
-        counts, odometry = wrap_count(counts, params.counter_modulus), self.odometry or OdometryParams()
-        read_ns = read.stamps_ns[read.rows]
+        params, stamps_ns = self.encoder, drive.stamps_ns
+        rows, read_ns = _readings(stamps_ns, params) if rows is None else (rows, stamps_ns[rows])
+        angles_rad = drive.wheel_angles_rad.reshape(-1, len(stamps_ns), 2)
+        phases_rad = np.zeros((self._draws, 2)) if phases_rad is None else phases_rad
+        counts, rates_radps = np.zeros((self._draws, len(rows), 2), np.int64), None
+        if params.is_ideal:
+            for wheel, (_, ppr) in enumerate(params.counts_per_turn):
+                turned_rad = angles_rad[:, rows, wheel] + phases_rad[:, wheel, np.newaxis]
+                counts[:, :, wheel] = pulses_from_angle(turned_rad, ppr)
+        else:
+            commands = np.zeros((len(stamps_ns), 2)) if commands is None else np.asarray(commands, float)
+            wheels, turned_rad = new_wheels(params.seed, self._draws), (np.ascontiguousarray(angles_rad), phases_rad)
+            counts, rates_radps = turn_through(kinds_of(params), wheels, stamps_ns, *turned_rad, commands, read_ns)
+        counts = wrap_count(counts, params.counter_modulus)
+        rates_radps = None if params.velocity_method == 'M' else rates_radps
+        odometry, draws = self.odometry or OdometryParams(), np.arange(self._draws)[:, np.newaxis]
         if params.report == PROMPT:
-            taken, read_ns = (np.repeat(each[np.newaxis], self._draws, axis=0) for each in (read.taken, read_ns))
-            return ChainRun(odometry, taken, read_ns, counts, rates_radps)
-        arrivals = [_arrivals(params, draw, read_ns, read.taken, drive.stamps_ns) for draw in range(self._draws)]
+            rows, read_ns = (np.repeat(each[np.newaxis], self._draws, axis=0) for each in (rows, read_ns))
+            return ChainRun(odometry, rows, read_ns, counts, rates_radps)
+        arrivals = [_arrivals(params, draw, read_ns, rows, stamps_ns) for draw in range(self._draws)]
         most = max(map(len, arrivals))
         padded = np.stack([np.pad(each, ((0, most - len(each)), (0, 0)), 'edge') for each in arrivals])
-        taken, arrival_ns, readings = np.moveaxis(padded, 2, 0)
-        arrived = np.arange(self._draws)[:, np.newaxis], readings
-        rates_radps = None if rates_radps is None else rates_radps[arrived]
-        return ChainRun(odometry, taken, arrival_ns, counts[arrived], rates_radps)
+        rows, arrival_ns, readings = np.moveaxis(padded, 2, 0)
+        rates_radps = None if rates_radps is None else rates_radps[draws, readings]
+        return ChainRun(odometry, rows, arrival_ns, counts[draws, readings], rates_radps)
 
 
-class _Readings(NamedTuple):
-    """Reading times of the counters, at stamps of the drive or between them."""
-
-    stamps_ns: np.ndarray  # (k,) of the drive, and between them
-    rows: np.ndarray  # (m,) of these stamps, at which counters are read
-    taken: np.ndarray  # (m,) row of the drive whose message leads to the reading
-    passed: Optional[np.ndarray] = None  # (m,) of the interval to `taken`, if readings are between stamps of the drive
-
-    @property
-    def sources(self) -> np.ndarray:
-        """Return the (k,) rows of the drive whose messages lead to the stamps."""
-        rows = np.arange(len(self.stamps_ns) - (0 if self.passed is None else len(self.taken)))
-        return rows if self.passed is None else np.insert(rows, self.taken, self.taken)
-
-    def between(self, angles_rad: np.ndarray) -> np.ndarray:
-        """Return (..., k) angles of (..., n) of the drive; linear between stamps."""
-        if self.passed is None:
-            return angles_rad
-        last_rad, next_rad = angles_rad[:, self.taken - 1], angles_rad[:, self.taken]
-        return np.insert(angles_rad, self.taken, last_rad + self.passed * (next_rad - last_rad), axis=1)
-
-
-def _readings(stamps_ns: np.ndarray, params: EncoderParams) -> _Readings:
-    """Return the readings at the boundaries of the report rate, delayed by the jitter."""
+def _readings(stamps_ns: np.ndarray, params: EncoderParams) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the (m,) rows that lead to readings, and their times, at the boundaries of the report rate and later."""
     sampler, row = BoundarySampler(params.rate), 0
-    found: List[Tuple[int, Optional[int]]] = []
+    found: List[Tuple[int, int]] = []
     while row < len(stamps_ns):
-        found.append((row, sampler.period_index(int(stamps_ns[row]))))
+        index = sampler.period_index(int(stamps_ns[row]))
+        if index is not None:
+            found.append((row, index))
         row = int(np.searchsorted(stamps_ns, sampler.next_ns))
-    rows = np.array([row for row, index in found if index is not None], np.int64)
-    jitters = jitters_ns(params)
-    if not jitters:
-        return _Readings(stamps_ns, rows, rows)
-    late_ns = [jitters[index % len(jitters)] for _, index in found if index is not None]
-    due_ns = stamps_ns[rows] + np.array(late_ns, np.int64)
-    taken = np.searchsorted(stamps_ns, due_ns, side='right')
-    due_ns, taken = due_ns[taken < len(stamps_ns)], taken[taken < len(stamps_ns)]
-    passed = (due_ns - stamps_ns[taken - 1]) / (stamps_ns[taken] - stamps_ns[taken - 1])
-    return _Readings(np.insert(stamps_ns, taken, due_ns), taken + np.arange(len(taken)), taken, passed)
+    rows, indices = np.array(found, np.int64).reshape(-1, 2).T
+    jitters_ns = params.report.jitters_ns(1.0 / params.rate, params.seed)
+    read_ns = stamps_ns[rows] + jitters_ns[indices % len(jitters_ns)]
+    rows = np.searchsorted(stamps_ns, read_ns)
+    return rows[rows < len(stamps_ns)], read_ns[rows < len(stamps_ns)]
 
 
 def _arrivals(
-    params: EncoderParams, draw: int, read_ns: np.ndarray, taken: np.ndarray, stamps_ns: np.ndarray
+    params: EncoderParams, draw: int, read_ns: np.ndarray, rows: np.ndarray, stamps_ns: np.ndarray
 ) -> np.ndarray:
     """Return (m, 3) row of the drive, stamp [ns] and reading of the reports of a draw, as they arrive."""
-    link = report_link(params, draw)
-    found: List[Tuple[int, int, int, int, int]] = []
-    for reading, (stamp_ns, row) in enumerate(zip(read_ns.tolist(), taken.tolist())):
-        for arrival_ns in link.arrivals_ns(stamp_ns):
-            arrival_row = max(row, int(np.searchsorted(stamps_ns, arrival_ns)))
-            found.append((arrival_row, arrival_ns, len(found), reading, stamp_ns))
-    arrived = [
-        (row, arrival_ns if params.report.stamps == 'arrival' else stamp_ns, reading)
-        for row, arrival_ns, _, reading, stamp_ns in sorted(found)
-        if row < len(stamps_ns)
-    ]
-    return np.array(arrived, np.int64).reshape(-1, 3)
+    link = ReportLink(params.report, 1.0 / params.rate, params.seed, draw)
+    sent = [(late_ns, reading) for reading, at_ns in enumerate(read_ns.tolist()) for late_ns in link.arrivals_ns(at_ns)]
+    arrival_ns, readings = np.array(sorted(sent), np.int64).reshape(-1, 2).T
+    arrival_rows = np.maximum(rows[readings], np.searchsorted(stamps_ns, arrival_ns))
+    report_ns = arrival_ns if params.report.stamps == 'arrival' else read_ns[readings]
+    arrived: np.ndarray = np.column_stack([arrival_rows, report_ns, readings])[arrival_rows < len(stamps_ns)]
+    return arrived

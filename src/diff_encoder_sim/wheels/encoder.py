@@ -16,7 +16,9 @@ import numpy as np
 from diff_encoder_sim.base.kernels import compiled
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.wheels.decoder import counts_in_cycle
-from diff_encoder_sim.wheels.encoder_params import DEGREES_PER_HALL_EDGE, WAVES_PER_TURN, EncoderModel
+from diff_encoder_sim.wheels.encoder_params import DEGREES_PER_HALL_EDGE, WAVES_PER_TURN, CountingParams
+
+SIDES = ('left', 'right')
 
 
 def pulses_from_angle(angle_rad: Union[float, np.ndarray], ppr: float) -> Any:
@@ -65,18 +67,18 @@ WHEEL = np.dtype(
 )
 
 
-def kind_of(model: EncoderModel, ppr: float, method: str, clock_hz: float) -> np.ndarray:
-    """Return the constants of an encoder, (1,) of a structured type.
+def kinds_of(params: CountingParams) -> np.ndarray:
+    """Return the constants of the left and the right encoder, (2,) of a structured type."""
+    both = [_constants(params, side) for side in SIDES]
+    fields = [(name, np.asarray(value).dtype, np.shape(value)) for name, value in both[0].items()]
+    return np.array([tuple(constants.values()) for constants in both], np.dtype(fields, align=True))
 
-    Args:
-        model: gear, sensor, decoder and faults of this wheel.
-        ppr: counts per revolution of the wheel.
-        method: one of METHODS.
-        clock_hz: frequency of the edge timer.
-    """
+
+def _constants(params: CountingParams, side: str) -> Dict[str, Any]:
+    model, ppr = params.encoder.of_wheel(side), getattr(params.counts_per_turn, side)
     faults, per_count, counts_per_turn = model.faults, model.edges_per_count, ppr / model.shaft_turns_per_wheel_turn
     cycles = [counts_in_cycle(model, is_dead) for is_dead in (False, faults.dead_channel != 'none')]
-    constants: Dict[str, Any] = {
+    return {
         'ratio': model.shaft_turns_per_wheel_turn,
         'backlash_rad': model.backlash,
         'edges_per_turn': counts_per_turn * per_count,  # per shaft turn, as the next one
@@ -104,24 +106,17 @@ def kind_of(model: EncoderModel, ppr: float, method: str, clock_hz: float) -> np
         'hits': ((faults.missed, faults.missed_burst), (faults.extra, faults.extra_burst)),  # fraction, mean in a row
         'counts_per_ns': faults.max_count_rate / 1e9,  # at most; 0: no limit
         'restart_ns': faults.restart_at * 1e9,  # since the first angle; 0: never
-        'method': METHODS.index(method),
-        'tick_ns': 1e9 / clock_hz,
+        'method': METHODS.index(params.velocity_method),
+        'tick_ns': 1e9 / params.velocity_clock,
         'rad_per_count': 2.0 * math.pi / ppr,
     }
-    fields = [(name, np.asarray(value).dtype, np.shape(value)) for name, value in constants.items()]
-    return np.array([tuple(constants.values())], np.dtype(fields, align=True))
 
 
-def new_wheels(seed: int, side: str, draws: int) -> np.ndarray:
-    """Return (draws,) WHEEL states before the first angle; errors depend on the draw number.
-
-    Args:
-        seed: of the encoders' errors.
-        side: `left` or `right`.
-        draws: number of encoders.
-    """
-    wheels = np.zeros(draws, WHEEL)
-    wheels['key'] = generator(seed, f'{side}_encoder').integers(0, 2**64, draws, dtype=np.uint64)
+def new_wheels(seed: int, draws: int) -> np.ndarray:
+    """Return (draws, 2) WHEEL states of both wheels before the first angle; errors depend on the draw number."""
+    wheels = np.zeros((draws, 2), WHEEL)
+    for wheel, side in enumerate(SIDES):
+        wheels['key'][:, wheel] = generator(seed, f'{side}_encoder').integers(0, 2**64, draws, dtype=np.uint64)
     wheels['commanded'] = 1
     return wheels
 
@@ -376,48 +371,62 @@ def _turn(kind: Any, wheel: Any, stamp_ns: int, angle_rad: float) -> None:
 
 
 @compiled
-def turn(kind: np.ndarray, wheels: np.ndarray, stamp_ns: int, angle_rad: float) -> None:
-    """Turn the wheel of the first draw to an angle, at constant speed since the previous stamp."""
-    _turn(kind[0], wheels[0], stamp_ns, angle_rad)
+def _direction(command: float, before: int) -> int:
+    """Return the sign of the newest command; standstill keeps the direction."""
+    return before if command == 0.0 else 1 if command > 0.0 else -1
 
 
 @compiled
-def read(kind: np.ndarray, wheels: np.ndarray, stamp_ns: int) -> Tuple[int, float]:
-    """Return the counter of the first draw, before it wraps, and the measured speed [rad/s]."""
-    return wheels[0].count, _rate_radps(kind[0], wheels[0], stamp_ns)
+def turn(kind: np.ndarray, wheel: np.ndarray, stamp_ns: int, angle_rad: float, is_read: bool) -> Tuple[int, float]:
+    """Turn a wheel to an angle, at constant speed since the previous stamp.
+
+    Args:
+        kind: (1,) of `kinds_of`.
+        wheel: (1,) of WHEEL.
+        stamp_ns: of the angle.
+        angle_rad: accumulated.
+        is_read: return the counter, before it wraps, and the measured speed [rad/s]; else zeros.
+    """
+    _turn(kind[0], wheel[0], stamp_ns, angle_rad)
+    return (wheel[0].count, _rate_radps(kind[0], wheel[0], stamp_ns)) if is_read else (0, 0.0)
 
 
 @compiled(nogil=True)
 def turn_through(
-    kind: np.ndarray,
+    kinds: np.ndarray,
     wheels: np.ndarray,
     stamps_ns: np.ndarray,
     angles_rad: np.ndarray,
-    commanded: np.ndarray,
-    rows: np.ndarray,
+    phases_rad: np.ndarray,
+    commands: np.ndarray,
+    read_ns: np.ndarray,
 ) -> Tuple[np.ndarray, np.ndarray]:
-    """Turn the wheel of each draw through a drive; return (draws, m) counts and (draws, m or 0) measured speeds.
+    """Turn both wheels of each draw through a drive; return (draws, m, 2) counts and (draws, m, 2) measured speeds.
 
     Args:
-        kind: (1,) of `kind_of`.
-        wheels: (draws,) of WHEEL.
+        kinds: (2,) of `kinds_of`.
+        wheels: (draws, 2) of WHEEL.
         stamps_ns: (n,).
-        angles_rad: (1 or draws, n).
-        commanded: (n,) newest commanded directions; 0: unchanged.
-        rows: (m,) at which counters are read, ascending.
+        angles_rad: (1 or draws, n, 2), linear between stamps.
+        phases_rad: (draws, 2), added to the angles of each draw.
+        commands: (n, 2) newest commanded speeds, which set the directions; 0: unchanged.
+        read_ns: (m,) times at which counters are read, ascending.
     """
-    counts = np.zeros((len(wheels), len(rows)), np.int64)
-    rates_radps = np.zeros((len(wheels), len(rows) if kind[0].method else 0))
+    counts = np.zeros((len(wheels), len(read_ns), 2), np.int64)
+    rates_radps = np.zeros(counts.shape)
     for draw in range(len(wheels)):
-        wheel, angles = wheels[draw], angles_rad[draw % len(angles_rad)]
-        row = 0
-        for reading in range(len(rows)):
-            while row <= rows[reading]:
-                if commanded[row]:
-                    wheel.commanded = commanded[row]
-                _turn(kind[0], wheel, stamps_ns[row], angles[row])
-                row += 1
-            counts[draw, reading] = wheel.count
-            if kind[0].method:
-                rates_radps[draw, reading] = _rate_radps(kind[0], wheel, stamps_ns[rows[reading]])
+        for side in range(2):
+            kind, wheel, row = kinds[side], wheels[draw, side], 0
+            angles = angles_rad[draw % len(angles_rad), :, side] + phases_rad[draw, side]
+            for reading, now_ns in enumerate(read_ns):
+                while row < len(stamps_ns) and stamps_ns[row] <= now_ns:
+                    wheel.commanded = _direction(commands[row, side], wheel.commanded)
+                    _turn(kind, wheel, stamps_ns[row], angles[row])
+                    row += 1
+                if stamps_ns[row - 1] < now_ns:
+                    wheel.commanded = _direction(commands[row, side], wheel.commanded)
+                    passed = (now_ns - stamps_ns[row - 1]) / (stamps_ns[row] - stamps_ns[row - 1])
+                    _turn(kind, wheel, now_ns, angles[row - 1] + passed * (angles[row] - angles[row - 1]))
+                counts[draw, reading, side] = wheel.count
+                rates_radps[draw, reading, side] = _rate_radps(kind, wheel, now_ns)
     return counts, rates_radps

@@ -15,6 +15,7 @@ from typing_extensions import Annotated
 
 from diff_encoder_sim.base.bounds import Between, Fraction
 from diff_encoder_sim.base.params import Params
+from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 
 # Default report rate of encoders and rate of nodes that process reports.
@@ -71,6 +72,9 @@ class EncoderSample(NamedTuple):
 
 ShortDuration_s = Annotated[float, Between(0.0, 10.0, 's')]
 
+# Number of sampled jitters, which are then repeated.
+JITTERS = 1024
+
 # Samples keep their order: jitter is less than a period.
 MOST_JITTER_PERIODS = 0.9
 
@@ -104,6 +108,12 @@ class ReportParams(Params):
         """Return the maximum jitter of samples with this period [s]."""
         return min(self.jitter, MOST_JITTER_PERIODS * period_s)
 
+    def jitters_ns(self, period_s: float, seed: int) -> np.ndarray:
+        """Return the delays of samples, by index modulo their number; a zero without jitter."""
+        most_s = self.jitter_within_s(period_s)
+        sampled_s = generator(seed, 'encoder_jitter').uniform(0.0, most_s, JITTERS if most_s else 1)
+        return np.rint(sampled_s * NANOSECONDS_PER_SECOND).astype(np.int64)
+
     def longest_delay_s(self, period_s: float) -> float:
         """Return the time from a boundary until its report or a later one has arrived, except in rare cases [s]."""
         periods = REORDERED_PERIODS if self.reordered else 0.0
@@ -128,10 +138,10 @@ PROMPT = ReportParams()
 class ReportLink:
     """Delivers samples when the joint stamps reach their arrival time."""
 
-    def __init__(self, params: ReportParams, period_s: float, rng: np.random.Generator) -> None:
-        """Create a link for samples with period `period_s`."""
-        self._params, self._rng = params, rng
-        self._period_ns = period_s * NANOSECONDS_PER_SECOND
+    def __init__(self, params: ReportParams, period_s: float, seed: int, draw: int = 0) -> None:
+        """Create the link of a draw for samples with period `period_s`."""
+        self._params, self._period_ns = params, period_s * NANOSECONDS_PER_SECOND
+        self._rng = generator(seed, f'encoder_reports_{draw}' if draw else 'encoder_reports')
         self._coming: List[Tuple[int, int, EncoderSample]] = []  # by arrival, then in order
         self._sent = 0
 

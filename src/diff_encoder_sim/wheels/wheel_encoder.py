@@ -10,16 +10,14 @@ import math
 from collections import deque
 from typing import Deque, Dict, Optional, Sequence, Tuple
 
-import numpy as np
 from pydantic import Field, model_validator
 
 from diff_encoder_sim.base.bounds import Rate_Hz, Seed
 from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.base.params import did_you_mean, not_allowed, param
-from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.wheels.counter import wrap_count
-from diff_encoder_sim.wheels.encoder import kind_of, new_wheels, pulses_from_angle, read, turn
+from diff_encoder_sim.wheels.encoder import SIDES, kinds_of, new_wheels, pulses_from_angle, turn
 from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, MOST_COUNTS_PER_TURN, CountingParams
 from diff_encoder_sim.wheels.report_link import (
     DEFAULT_RATE_HZ,
@@ -42,9 +40,6 @@ LARGEST_ANGLE_RAD = 1e9
 # After this number of messages without a newer stamp, the publisher does not set it.
 STAMPS_STAND_STILL_AFTER = 100
 
-# Number of sampled jitters, which are then repeated.
-JITTERS = 1024
-
 
 class EncoderParams(CountingParams):
     """Parameters of gz_diff_encoder_node."""
@@ -56,6 +51,12 @@ class EncoderParams(CountingParams):
     right_reversed: bool = param(False, 'the angle of the right joint falls when the robot drives forward')
     report: ReportParams = PROMPT
     seed: Seed = param(0, "of the encoders' errors: the trial's number")
+
+    @property
+    def is_ideal(self) -> bool:
+        """Return whether counts follow from the angles at the boundaries of the rate by equation (1)."""
+        is_exact = all(self.encoder.of_wheel(side) == IDEAL_ENCODER for side in SIDES)
+        return is_exact and self.velocity_method == 'M' and not self.report.jitter
 
     @model_validator(mode='after')
     def _check_joints_differ(self) -> EncoderParams:
@@ -88,49 +89,22 @@ class EncoderParams(CountingParams):
         return self
 
 
-def is_ideal(params: EncoderParams, side: str) -> bool:
-    """Return whether a wheel follows equation (1), without state."""
-    return params.encoder.of_wheel(side) == IDEAL_ENCODER and params.velocity_method == 'M'
-
-
-def jitters_ns(params: EncoderParams) -> Sequence[int]:
-    """Return the delays of samples, by index modulo their number, equal for both wheels; () without jitter."""
-    jitter_s = params.report.jitter_within_s(1.0 / params.rate)
-    if not jitter_s:
-        return ()
-    sampled_s = generator(params.seed, 'encoder_jitter').uniform(0.0, jitter_s, JITTERS)
-    return tuple(round(late_s * NANOSECONDS_PER_SECOND) for late_s in sampled_s)
-
-
-def kind_of_wheel(params: EncoderParams, side: str) -> np.ndarray:
-    """Return the constants of the `left` or the `right` wheel, as `kind_of` does."""
-    ppr = getattr(params.counts_per_turn, side)
-    return kind_of(params.encoder.of_wheel(side), ppr, params.velocity_method, params.velocity_clock)
-
-
-def report_link(params: EncoderParams, draw: int = 0) -> ReportLink:
-    """Return the report link of a draw."""
-    stream = f'encoder_reports_{draw}' if draw else 'encoder_reports'
-    return ReportLink(params.report, 1.0 / params.rate, generator(params.seed, stream))
-
-
 class _Wheel:
     """Stamps, sampling and pending samples of one wheel."""
 
-    def __init__(self, params: EncoderParams, side: str, jitters_ns: Sequence[int]) -> None:
-        """Create the `left` or `right` wheel; each sample is delayed by its jitter."""
-        self.joint: str = getattr(params, f'{side}_joint')
-        self.sign = -1.0 if getattr(params, f'{side}_reversed') else 1.0
-        self.is_ideal, self._ppr = is_ideal(params, side), getattr(params.counts_per_turn, side)
-        self._measures = params.velocity_method != 'M'
+    def __init__(self, params: EncoderParams, side: int) -> None:
+        self.joint = (params.left_joint, params.right_joint)[side]
+        self.sign = -1.0 if (params.left_reversed, params.right_reversed)[side] else 1.0
+        self._ppr, self._measures = getattr(params.counts_per_turn, SIDES[side]), params.velocity_method != 'M'
+        self.is_ideal = params.is_ideal
         if not self.is_ideal:
-            self._kind = kind_of_wheel(params, side)
-            self.state = new_wheels(params.seed, side, 1)
-            turn(self._kind, self.state.copy(), 0, 0.0)  # compile before the robot drives
+            self._kind = kinds_of(params)[side : side + 1]
+            self.state = new_wheels(params.seed, 1)[0, side : side + 1]
+            turn(self._kind, self.state.copy(), 0, 0.0, False)  # compile before the robot drives
         self._sampler = BoundarySampler(params.rate)
         self.timeline = Timeline(tolerance_ns=int(2 * NANOSECONDS_PER_SECOND / params.rate))
-        self._jitters_ns = jitters_ns
-        self._due: Deque[Tuple[int, int]] = deque()  # stamps and indices of delayed samples
+        self._jitters_ns = params.report.jitters_ns(1.0 / params.rate, params.seed).tolist()
+        self._due: Deque[Tuple[int, int]] = deque()  # stamps and indices of the next samples
         self._last: Tuple[int, float] = (0, 0.0)  # stamp and angle
         # By period, while waiting for the other wheel: stamp, unwrapped count, measured speed.
         self.samples: Dict[int, Tuple[int, int, Optional[float]]] = {}
@@ -141,31 +115,22 @@ class _Wheel:
         if step is not Step.NEW:
             return step
         index = self._sampler.period_index(stamp_ns)
-        if not self._jitters_ns:
-            self._turn(stamp_ns, angle_rad, index)
+        if self.is_ideal:
+            if index is not None:
+                self.samples[index] = stamp_ns, int(pulses_from_angle(angle_rad, self._ppr)), None
             return step
-        while self._due and self._due[0][0] < stamp_ns:
-            due_ns, due_index = self._due.popleft()
-            last_ns, last_rad = self._last
-            between_rad = last_rad + (due_ns - last_ns) / (stamp_ns - last_ns) * (angle_rad - last_rad)
-            self._turn(due_ns, between_rad, due_index)
-        self._turn(stamp_ns, angle_rad, None)
-        self._last = stamp_ns, angle_rad
         if index is not None:
             self._due.append((stamp_ns + self._jitters_ns[index % len(self._jitters_ns)], index))
+        while self._due and self._due[0][0] <= stamp_ns:
+            due_ns, due_index = self._due.popleft()
+            due_rad, (last_ns, last_rad) = angle_rad, self._last
+            if due_ns < stamp_ns:
+                due_rad = last_rad + (due_ns - last_ns) / (stamp_ns - last_ns) * (angle_rad - last_rad)
+            pulses, rate_radps = turn(self._kind, self.state, due_ns, due_rad, True)
+            self.samples[due_index] = due_ns, pulses, rate_radps if self._measures else None
+        turn(self._kind, self.state, stamp_ns, angle_rad, False)
+        self._last = stamp_ns, angle_rad
         return step
-
-    def _turn(self, stamp_ns: int, angle_rad: float, index: Optional[int]) -> None:
-        """Turn to an angle; sample if `index` is given."""
-        if not self.is_ideal:
-            turn(self._kind, self.state, stamp_ns, angle_rad)
-        if index is None:
-            return
-        if self.is_ideal:
-            self.samples[index] = stamp_ns, int(pulses_from_angle(angle_rad, self._ppr)), None
-        else:
-            pulses, rate_radps = read(self._kind, self.state, stamp_ns)
-            self.samples[index] = stamp_ns, pulses, rate_radps if self._measures else None
 
 
 class ReportingEncoder:
@@ -176,20 +141,19 @@ class ReportingEncoder:
 
     def __init__(self, params: EncoderParams) -> None:
         self.params = params
-        self._link = None if params.report == PROMPT else report_link(params)
+        self._link = None if params.report == PROMPT else ReportLink(params.report, 1.0 / params.rate, params.seed)
         self.reset()
 
     def reset(self) -> None:
         """Drop all samples; the next angle is each wheel's first, with the errors of the start."""
-        jitters = jitters_ns(self.params)
-        self._wheels = _Wheel(self.params, 'left', jitters), _Wheel(self.params, 'right', jitters)
+        self._wheels = _Wheel(self.params, 0), _Wheel(self.params, 1)
         self._first_stamp_ns: Optional[int] = None
         self._stale_in_a_row = 0
 
     @property
     def needs_every_angle(self) -> bool:
         """Return whether angles between report boundaries affect reports; False for an ideal encoder."""
-        return self._link is not None or not all(wheel.is_ideal for wheel in self._wheels)
+        return self._link is not None or not self.params.is_ideal
 
     def take_command(self, left: float, right: float) -> None:
         """Set the commanded wheel speeds; encoders without direction count by their sign."""

@@ -46,7 +46,7 @@ def test_boundary_times_are_the_stamps_that_a_sampler_picks(rate_hz):
 
 def arrivals(count=2000, tick_ms=10, seed=1, **keys):
     """When each sample arrived [ns], and the samples, one sent each period."""
-    link = ReportLink(ReportParams.from_mapping(keys, 'report'), PERIOD_NS * 1e-9, np.random.default_rng(seed))
+    link = ReportLink(ReportParams.from_mapping(keys, 'report'), PERIOD_NS * 1e-9, seed)
     found = []
     for now_ns in range(0, count * PERIOD_NS, tick_ms * MS):
         index, rest = divmod(now_ns, PERIOD_NS)
