@@ -19,7 +19,6 @@ from bench import ALTO, CONFIG, Ratio, parser, plan_of, print_header, print_tabl
 from diff_encoder_sim.drives.trial_definition import TrialPlan
 from diff_encoder_sim.robots import simulated_robot
 from diff_encoder_sim.robots.description import RobotTree
-from diff_encoder_sim.simulation.bullet import pybullet
 from diff_encoder_sim.simulation.physics import PhysicsParams
 from diff_encoder_sim.simulation.simulator import Simulator
 from diff_encoder_sim.simulation.state import TICK_NS
@@ -83,7 +82,7 @@ def bare_stepping_s(plan: TrialPlan, params: RobotParams, duration_s: float) -> 
         simulator._physics._near.look(0.0, 0.0, math.inf)
         begin_s = time.process_time()
         for _ in range(round(duration_s * 1e9 / TICK_NS)):
-            pybullet.stepSimulation(physicsClientId=simulator._physics._client)
+            simulator._physics._bullet.stepSimulation()
         return time.process_time() - begin_s
     finally:
         simulator.close()

@@ -17,7 +17,7 @@ from typing import Iterator, List, Tuple
 import numpy as np
 from bench import CONFIG, ROOT, parser, print_header, print_table
 
-from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle, yaw_from_quat_xyzw
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
 from diff_encoder_sim.robots.simulated_robot import SimulatedRobot, load_simulated_robot
 from diff_encoder_sim.simulation.self_check import FlatFloor
 from diff_encoder_sim.simulation.simulator import DriveController, SimulatorParams
@@ -136,8 +136,7 @@ def _motion(
 
 
 def _axle_pose(floor: FlatFloor, robot: SimulatedRobot) -> Pose2D:
-    (x_m, y_m, _), quat_xyzw = floor.physics.base_pose()
-    return Pose2D(x_m, y_m, yaw_from_quat_xyzw(*quat_xyzw)).compose(Pose2D(robot.description.axle_x_m, 0.0, 0.0))
+    return floor.physics.base_pose_in_plane().compose(Pose2D(robot.description.axle_x_m, 0.0, 0.0))
 
 
 def _errors(robot: SimulatedRobot, angles_rad: np.ndarray, end: Pose2D, phases: int) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -10,6 +11,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.xml_values import Vector
 from diff_encoder_sim.robots.solids import MassProperties, Shape
 
@@ -187,6 +189,12 @@ class RobotLaser(NamedTuple):
     source: str
     carrier: str = ''  # link of its sensor; the scans may have another frame at the same place
     notes: Tuple[str, ...] = ()
+
+    @property
+    def pose_in_base(self) -> Pose2D:
+        """Return the pose in the plane of the root."""
+        pose = self.pose_in_root
+        return Pose2D(float(pose[0, 3]), float(pose[1, 3]), math.atan2(pose[1, 0], pose[0, 0]))
 
 
 @dataclass(frozen=True, eq=False)

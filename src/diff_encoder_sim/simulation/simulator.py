@@ -24,7 +24,7 @@ from diff_encoder_sim.base.bounds import (
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.params import Params
-from diff_encoder_sim.base.se2 import Pose2D, yaw_from_quat_xyzw
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.robots.description import RobotChoices, RobotSource
@@ -82,7 +82,7 @@ class DriveController:
         if not (math.isfinite(linear_mps) and math.isfinite(angular_radps)):
             raise InputFault(f'linear.x {linear_mps} m/s, angular.z {angular_radps} rad/s; expected finite numbers')
         limits = self.params.max_linear_speed, self.params.max_angular_speed
-        cut = (_clamp(linear_mps, limits[0]), _clamp(angular_radps, limits[1]))
+        cut = (clamp(linear_mps, limits[0]), clamp(angular_radps, limits[1]))
         if max(abs(linear_mps) / limits[0], abs(angular_radps) / limits[1]) > ABOVE_LIMIT:
             text = (
                 'velocity command of %.3f m/s, %.3f rad/s exceeds the limits of %.3f m/s, %.3f rad/s: limited to them'
@@ -101,8 +101,8 @@ class DriveController:
 
     def _ramp(self, wanted: Tuple[float, float], interval_s: float) -> None:
         linear_mps, angular_radps = self._velocity
-        linear_mps += _clamp(wanted[0] - linear_mps, self.params.max_linear_acceleration * interval_s)
-        angular_radps += _clamp(wanted[1] - angular_radps, self.params.max_angular_acceleration * interval_s)
+        linear_mps += clamp(wanted[0] - linear_mps, self.params.max_linear_acceleration * interval_s)
+        angular_radps += clamp(wanted[1] - angular_radps, self.params.max_angular_acceleration * interval_s)
         self._velocity = linear_mps, angular_radps
         half_difference_mps = 0.5 * self._wheel_separation_m * angular_radps
         self._wheel_speeds_radps = (
@@ -111,7 +111,8 @@ class DriveController:
         )
 
 
-def _clamp(value: float, limit: float) -> float:
+def clamp(value: float, limit: float) -> float:
+    """Return a value cut to a limit of its size."""
     return max(-limit, min(limit, value))
 
 
@@ -255,12 +256,10 @@ class Simulator:
         if description.laser is None:
             allowed = f'simulator.laser_link, a link of the file, or {proposed_laser_line(description)}'
             raise ConfigError(f'{description.tree.where}: no laser is found; allowed: {allowed}')
-        laser_pose = description.laser.pose_in_root  # upright
-        x_m, y_m, self._laser_above_base_m = laser_pose[:3, 3].tolist()
-        self.laser_pose_in_base = Pose2D(x_m, y_m, math.atan2(laser_pose[1, 0], laser_pose[0, 0]))
+        self.laser_pose_in_base = description.laser.pose_in_base
+        self._laser_above_base_m = float(description.laser.pose_in_root[2, 3])
         self._start_pose, self._seed = start_pose, seed
-        radius_m = 0.5 * description.wheel_diameter_m
-        self._controller = DriveController(params.drive, radius_m, description.wheel_separation_m)
+        self._controller = DriveController(params.drive, description.radius_m, description.wheel_separation_m)
         self._begin()
 
     @property
@@ -334,8 +333,7 @@ class Simulator:
 
     def base_pose_in_world(self) -> Pose2D:
         """Return the true pose of base_link in the plane of the world frame."""
-        (x_m, y_m, _), quat_xyzw = self._physics.base_pose()
-        return Pose2D(x_m, y_m, yaw_from_quat_xyzw(*quat_xyzw))
+        return self._physics.base_pose_in_plane()
 
     def scan(self) -> Scan:
         """Take a scan from the LiDAR's true pose."""

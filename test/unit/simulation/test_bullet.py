@@ -11,7 +11,7 @@ from trial_bags import trial, write_bag
 
 
 def test_importing_pybullet_prints_nothing_and_later_prints_are_seen():
-    script = 'from diff_encoder_sim.simulation.bullet import pybullet; print("after")'
+    script = 'from diff_encoder_sim.simulation.physics import pybullet; pybullet.DIRECT; print("after")'
     environment = {'PYTHONPATH': str(SOURCE), 'PATH': ''}
     result = subprocess.run([sys.executable, '-c', script], env=environment, capture_output=True, text=True)
     assert (result.stdout, result.stderr) == ('after\n', '')

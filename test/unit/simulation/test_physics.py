@@ -2,7 +2,6 @@
 
 import math
 
-import pybullet
 import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D
@@ -39,9 +38,8 @@ def test_five_turns_agree_with_wheel_kinematics_to_a_thousandth(make_simulator):
 
 def masses_kg(simulator):
     """Of all links, as PyBullet has them."""
-    robot, client = simulator._physics._robot, simulator._physics._client
-    links = range(-1, pybullet.getNumJoints(robot, physicsClientId=client))
-    return [pybullet.getDynamicsInfo(robot, link, physicsClientId=client)[0] for link in links]
+    physics = simulator._physics
+    return [physics._bullet.getDynamicsInfo(physics._robot, link)[0] for link in physics._links]
 
 
 def test_the_velocity_of_a_placed_robot_is_that_of_its_base(make_simulator):
