@@ -55,7 +55,7 @@ def footprint_outline(shapes: Sequence[Shape], floor_z_m: float, where: str) -> 
     """Return the outline of all shapes in the root, wheels and casters included, that rise above the floor.
 
     Each side is a bearing of its normal and its distance from the origin. Sides that matter least are dropped, one
-    after another; their neighbours meet farther out.
+    after another; their neighbours meet farther out. Points of the plane are complex numbers.
 
     Returns:
         Up to 16 corners (x, y) [m] in the root, counter-clockwise, in whole mm: convex, around everything.
@@ -66,68 +66,67 @@ def footprint_outline(shapes: Sequence[Shape], floor_z_m: float, where: str) -> 
     above = [shape for shape in shapes if support_point_m(shape, np.array([0.0, 0.0, 1.0]))[2] > floor_z_m]
     if not above:
         raise ConfigError(f'{where}: given no collision shape above the floor; allowed: a <collision> in a link')
+
+    def reaches_m(bearings_rad: np.ndarray) -> np.ndarray:
+        return np.array([reach_m(above, np.array([math.cos(each), math.sin(each), 0.0])) for each in bearings_rad])
+
     tips_m = []
     for bearing_rad in (np.arange(_BEARINGS) + 0.5) * _TURN_RAD / _BEARINGS:
         out = np.array([math.cos(bearing_rad), math.sin(bearing_rad), 0.0])
-        tips_m.append(max((support_point_m(shape, out) for shape in above), key=out.dot)[:2])
+        x_m, y_m, _ = max((support_point_m(shape, out) for shape in above), key=out.dot)
+        tips_m.append(complex(x_m, y_m))
     _, normals_rad = _sides(np.array(tips_m))
     bearings_rad = np.sort(np.append(normals_rad, [0.0, math.pi / 2, math.pi, -math.pi / 2]) % _TURN_RAD)
     bearings_rad = bearings_rad[np.diff(bearings_rad, append=bearings_rad[0] + _TURN_RAD) > _SAME]
-    reaches_m = _reaches_m(above, bearings_rad)
+    distances_m = reaches_m(bearings_rad)
     while True:
         before, after = np.roll(bearings_rad, 1), np.roll(bearings_rad, -1)
-        meetings_m = _crossings_m(before, np.roll(reaches_m, 1), after, np.roll(reaches_m, -1))
-        growths_m = np.cos(bearings_rad) * meetings_m[:, 0] + np.sin(bearings_rad) * meetings_m[:, 1] - reaches_m
-        meets = (after - before) % _TURN_RAD < math.pi - _SAME
-        growths_m = np.where(meets, np.round(growths_m, 9), np.inf)
+        meetings_m = _crossings_m(before, np.roll(distances_m, 1), after, np.roll(distances_m, -1))
+        growths_m = np.round(_ahead_m(meetings_m, bearings_rad) - distances_m, 9)
+        growths_m[(after - before) % _TURN_RAD >= math.pi - _SAME] = np.inf  # neighbours that do not meet
         side = np.flatnonzero(growths_m == growths_m.min())[-1]  # a round robot keeps the sides along its axes
         if growths_m[side] > _CLOSE_M and len(bearings_rad) <= _MOST_CORNERS:
             break
-        bearings_rad, reaches_m = np.delete(bearings_rad, side), np.delete(reaches_m, side)
-    outline_m = _rounded(bearings_rad, reaches_m)
+        bearings_rad, distances_m = np.delete(bearings_rad, side), np.delete(distances_m, side)
+    outline_m = _rounded(bearings_rad, distances_m)
     begins_m, normals_rad = _sides(outline_m)
-    outs_m = np.cos(normals_rad) * begins_m[:, 0] + np.sin(normals_rad) * begins_m[:, 1]
-    if (_reaches_m(above, normals_rad) > outs_m + _SLACK_M).any():  # rounding has cut something off
-        outline_m = _rounded(bearings_rad, reaches_m + _ROUNDING_M)
-    return tuple((float(x_m), float(y_m)) for x_m, y_m in outline_m + 0.0)  # no -0
+    if (reaches_m(normals_rad) > _ahead_m(begins_m, normals_rad) + _SLACK_M).any():  # rounding has cut something off
+        outline_m = _rounded(bearings_rad, distances_m + _ROUNDING_M)
+    return tuple((corner_m.real + 0.0, corner_m.imag + 0.0) for corner_m in outline_m.tolist())  # no -0
 
 
 def _sides(corners_m: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-    """Return the begin (m, 2) of each side of an outline that has a length, and the bearing (m,) of its normal."""
-    sides_m = np.roll(corners_m, -1, axis=0) - corners_m
-    is_long = np.hypot(sides_m[:, 0], sides_m[:, 1]) > _SAME
-    return corners_m[is_long], np.arctan2(-sides_m[is_long, 0], sides_m[is_long, 1])
+    """Return the begin (m,) of each side of an outline that has a length, and the bearing (m,) of its normal."""
+    sides_m = np.roll(corners_m, -1) - corners_m
+    is_long = np.abs(sides_m) > _SAME
+    return corners_m[is_long], np.angle(-1j * sides_m[is_long])
 
 
-def _reaches_m(shapes: Sequence[Shape], bearings_rad: np.ndarray) -> np.ndarray:
-    """Return how far the shapes reach in each of (n,) bearings."""
-    return np.array([reach_m(shapes, np.array([math.cos(each), math.sin(each), 0.0])) for each in bearings_rad])
+def _ahead_m(points_m: np.ndarray, bearings_rad: np.ndarray) -> np.ndarray:
+    """Return how far (n,) points lie in the directions of (n,) bearings."""
+    return np.asarray(np.cos(bearings_rad) * points_m.real + np.sin(bearings_rad) * points_m.imag)
 
 
 def _crossings_m(
-    bearings_rad: np.ndarray, reaches_m: np.ndarray, others_rad: np.ndarray, other_reaches_m: np.ndarray
+    bearings_rad: np.ndarray, distances_m: np.ndarray, others_rad: np.ndarray, other_distances_m: np.ndarray
 ) -> np.ndarray:
-    """Return the (n, 2) points on two lines each, a line given by its normal's bearing and its distance."""
-    x_m = reaches_m * np.sin(others_rad) - other_reaches_m * np.sin(bearings_rad)
-    y_m = other_reaches_m * np.cos(bearings_rad) - reaches_m * np.cos(others_rad)
+    """Return the (n,) points on two lines each, a line given by its normal's bearing and its distance."""
+    normals, others = (np.cos(each) + 1j * np.sin(each) for each in (bearings_rad, others_rad))
     with np.errstate(divide='ignore', invalid='ignore'):  # parallel lines, which the caller excludes
-        return np.asarray(np.stack([x_m, y_m], axis=1) / np.sin(others_rad - bearings_rad)[:, None])
+        crossings_m = -1j * (distances_m * others - other_distances_m * normals) / np.sin(others_rad - bearings_rad)
+    return np.asarray(crossings_m)
 
 
-def _rounded(bearings_rad: np.ndarray, reaches_m: np.ndarray) -> np.ndarray:
-    """Return the (n, 2) corners of neighbouring sides in whole mm, without those at which they do not turn left."""
-    corners_m = _crossings_m(bearings_rad, reaches_m, np.roll(bearings_rad, -1), np.roll(reaches_m, -1))
-    kept: List[np.ndarray] = list(np.round(corners_m, _GRID_DECIMALS))
-    index = 0
-    while index < len(kept):
-        before_m, here_m, after_m = kept[index - 1], kept[index], kept[(index + 1) % len(kept)]
-        (in_x, in_y), (out_x, out_y) = here_m - before_m, after_m - here_m
-        if in_x * out_y - in_y * out_x > _SAME**2:
-            index += 1
-        else:
-            del kept[index]
-            index = max(index - 1, 0)
-    return np.array(kept)
+def _rounded(bearings_rad: np.ndarray, distances_m: np.ndarray) -> np.ndarray:
+    """Return the (n,) corners of neighbouring sides in whole mm, without those at which they do not turn left."""
+    corners_m = _crossings_m(bearings_rad, distances_m, np.roll(bearings_rad, -1), np.roll(distances_m, -1))
+    corners_m = np.round(corners_m, _GRID_DECIMALS)
+    while True:
+        sides_m = np.roll(corners_m, -1) - corners_m
+        turns_left = (np.roll(sides_m, 1).conj() * sides_m).imag > _SAME**2
+        if turns_left.all():
+            return corners_m
+        corners_m = np.delete(corners_m, np.argmin(turns_left))
 
 
 def ground_contacts(tree: RobotTree, drive: DriveTrain, driven_links: AbstractSet[str]) -> Tuple[GroundContact, ...]:

@@ -19,8 +19,7 @@ from diff_encoder_sim.robots.description import (
     RobotSource,
     RobotTree,
 )
-from diff_encoder_sim.robots.drive_tags import DriveTags, find_drive_tags
-from diff_encoder_sim.robots.driven_wheels import WheelPair, choose_wheels, drivable_joints, joints_of, rolling_wheels
+from diff_encoder_sim.robots.driven_wheels import DrivePlugin, DriveSearch, WheelPair, joints_of
 from diff_encoder_sim.robots.laser_search import find_laser
 from diff_encoder_sim.robots.meshes import MeshFinder, primitive_tree
 from diff_encoder_sim.robots.solids import (
@@ -184,12 +183,11 @@ def _named(names: List[str], most: int) -> str:
 
 def _find_drive(
     tree: RobotTree, choices: RobotChoices, seen: Findings
-) -> Tuple[DriveTrain, WheelPair, Tuple[DriveTags, ...]]:
+) -> Tuple[DriveTrain, WheelPair, Tuple[DrivePlugin, ...]]:
     """Return the drive of a robot whose meshes are replaced, its wheels as in the file, and their plugins."""
-    wheels = rolling_wheels(tree)
-    drives = find_drive_tags(tree, wheels, drivable_joints(tree, wheels))
-    pair = choose_wheels(tree, wheels, drives, choices, seen)
-    ours = tuple(tags for tags in drives if set(joints_of(pair)) <= set(tags.left_joints + tags.right_joints))
+    search = DriveSearch(tree, seen)
+    pair = search.pair(choices)
+    ours = tuple(each for each in search.plugins if {*joints_of(pair)} <= {*each.left_joints, *each.right_joints})
     diameter_m, separation_m = _sizes_m(tree.where, pair, ours, choices, seen)
     # Moved along the axle to their places at the nominal separation.
     middle_m = 0.5 * (pair[0].centre_m[1] + pair[1].centre_m[1])
@@ -213,7 +211,7 @@ def _find_drive(
 
 
 def _sizes_m(
-    where: str, pair: WheelPair, drives: Sequence[DriveTags], choices: RobotChoices, seen: Findings
+    where: str, pair: WheelPair, drives: Sequence[DrivePlugin], choices: RobotChoices, seen: Findings
 ) -> Tuple[float, float]:
     """Return diameter and separation: the user's; a plugin's diameter, unless it is out of question; the shapes'."""
     round_ones = [(wheel.radius_m, wheel.shape) for wheel in pair if wheel.radius_m]
@@ -261,7 +259,7 @@ def _differ(a: float, b: float) -> float:
 def _drive_limits(
     tree: RobotTree,
     drive: DriveTrain,
-    drives: Sequence[DriveTags],
+    drives: Sequence[DrivePlugin],
     mass: MassProperties,
     contacts: Sequence[GroundContact],
     seen: Findings,

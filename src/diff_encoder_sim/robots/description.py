@@ -163,7 +163,7 @@ class DrivenWheel(NamedTuple):
     link: str
     centre_m: Vector  # of the rolling shape, in the root
     axis: Vector  # the joint's unit axis, in the root
-    radius_m: Optional[float]  # None: no shape of it rolls
+    radius_m: float  # 0: no shape of it rolls
     shape: str  # the source of the radius: 'collision cylinder'
     swivel: Optional[str]  # the upright joint above it, which steers it or lets it trail
 

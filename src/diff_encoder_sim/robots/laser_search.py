@@ -13,7 +13,7 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import did_you_mean
 from diff_encoder_sim.base.xml_values import rotation_from_rpy
 from diff_encoder_sim.robots.description import Findings, RobotLaser, RobotTree
-from diff_encoder_sim.robots.drive_tags import tag_letters
+from diff_encoder_sim.robots.driven_wheels import tag_letters
 from diff_encoder_sim.robots.solids import pose_at
 
 SENSOR_TYPES = ('ray', 'gpu_ray', 'lidar', 'gpu_lidar')

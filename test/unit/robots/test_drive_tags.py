@@ -9,8 +9,13 @@ import re
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.drive_tags import commanded_joints, find_drive_tags
-from diff_encoder_sim.robots.driven_wheels import drivable_joints, rolling_wheels
+from diff_encoder_sim.robots.driven_wheels import (
+    DIFFERENTIAL,
+    SKID_STEER,
+    commanded_joints,
+    drive_plugins,
+    rolling_wheels,
+)
 from urdf_texts import ball, base, described, joint, link, pair, plugin, robot, transmission, tree_of, usual, wheel
 
 
@@ -176,8 +181,7 @@ LEFT, RIGHT = 'left_wheel_joint', 'right_wheel_joint'
 
 def drives(*parts):
     tree = tree_of(usual(*parts))
-    wheels = rolling_wheels(tree)
-    return find_drive_tags(tree, wheels, drivable_joints(tree, wheels))
+    return drive_plugins(tree, rolling_wheels(tree))
 
 
 @pytest.mark.parametrize(
@@ -190,7 +194,7 @@ def drives(*parts):
 )
 def test_a_drive_plugin_gives_joints_and_sizes_whatever_it_calls_them(filename, names):
     (tags,) = drives(plugin(filename, **dict(zip(names.split(), (f' {LEFT} ', RIGHT, 0.3, 0.1, 5)))))
-    assert (tags.source, tags.kind, tags.left_joints + tags.right_joints) == (filename, 'differential', (LEFT, RIGHT))
+    assert (tags.source, tags.kind, tags.left_joints + tags.right_joints) == (filename, DIFFERENTIAL, (LEFT, RIGHT))
     assert (tags.separation_m, tags.diameter_m, tags.limits) == (0.3, 0.1, {'wheel_torque': 5.0})
 
 
@@ -212,7 +216,7 @@ def test_several_wheels_on_a_side_are_a_skid_steer_drive():
     corners = dict(zip(('leftFrontJoint', 'leftRearJoint', 'rightFrontJoint', 'rightRearJoint'), (*lefts, *rights)))
     rear = pair(x_m=-0.2, names=('rear_left', 'rear_right'))
     (tags,) = drives(rear, plugin('libmaker.so', **corners))
-    assert (tags.kind, tags.left_joints, tags.right_joints) == ('skid-steer', lefts, rights)
+    assert (tags.kind, tags.left_joints, tags.right_joints) == (SKID_STEER, lefts, rights)
 
 
 def test_transmissions_and_ros2_control_show_which_joints_are_commanded_and_how():
