@@ -26,8 +26,7 @@ from diff_encoder_sim.advice import drive_draws
 from diff_encoder_sim.advice.answers import Answer, Kind
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.listed_encoders import Candidate, equivalent_counts, recommended
-from diff_encoder_sim.advice.odometry_answer import odometry_answer
-from diff_encoder_sim.advice.odometry_curve import OdometryCurves
+from diff_encoder_sim.advice.odometry_answer import OdometryCurves, odometry_answer
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 

@@ -6,13 +6,12 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.advice import odometry_curve
+from diff_encoder_sim.advice import odometry_answer as module
 from diff_encoder_sim.advice.answers import Answer, Criterion, Kind, Requirement
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.encoder_search import TrialCounts
 from diff_encoder_sim.advice.listed_encoders import ListedEncoder
-from diff_encoder_sim.advice.odometry_answer import odometry_answer
-from diff_encoder_sim.advice.odometry_curve import OdometryCurves
+from diff_encoder_sim.advice.odometry_answer import OdometryCurves, odometry_answer
 from diff_encoder_sim.advice.odometry_study import Advice, TriedEncoder, with_budgets
 from diff_encoder_sim.advice.trial_study import GoalTrials, truth_budget
 from diff_encoder_sim.analysis.statistics import Interval
@@ -39,8 +38,8 @@ def alto():
 def straight_advice():
     """An advice without trials, budgets and encoders, by few draws; the same once for all tests."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(odometry_curve, 'DRAWS', 500)
-        patch.setattr(odometry_curve, 'FINE_DRAWS', 2000)
+        patch.setattr(module, 'DRAWS', 500)
+        patch.setattr(module, 'FINE_DRAWS', 2000)
         curves = OdometryCurves([DriveDraws(straight(), alto(), 1)], EncoderParams())
         answer = odometry_answer(curves, REQUIREMENT)._replace(encoder='360')
     return Advice('alto', 90.0, REQUIREMENT, curves, ALTO, {Criterion.ODOMETRY: answer}, {}, {}, [], [])
@@ -66,7 +65,7 @@ def whole_advice():
     meets = dict.fromkeys(Criterion, True), {**dict.fromkeys(Criterion), Criterion.ODOMETRY: False}
     encoders = [
         ListedEncoder('amt102', 'industrial low', 8192.0, 586.8, Interval(0.98, 1.0), meets[0]),
-        ListedEncoder('own of alto', '', 90.0, 90.0, Interval(0.1, 0.2), meets[1]),
+        ListedEncoder('own of alto', None, 90.0, 90.0, Interval(0.1, 0.2), meets[1]),
     ]
     stopping = {'40': {'coasting': STOP}}
     return advice._replace(tried=tried, answers=answers, encoders=encoders, stopping=stopping)

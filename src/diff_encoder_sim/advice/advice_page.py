@@ -15,8 +15,7 @@ from markupsafe import Markup
 
 from diff_encoder_sim.advice.advice_tables import DECIMALS, TO_SHOWN, advice_tables, closed_form_text, own_encoder_text
 from diff_encoder_sim.advice.answers import AXES, Budget, Criterion, along_goal
-from diff_encoder_sim.advice.encoder_search import fraction_interval
-from diff_encoder_sim.advice.odometry_curve import FEWEST_COUNTS, MOST_COUNTS
+from diff_encoder_sim.advice.odometry_answer import FEWEST_COUNTS, MOST_COUNTS
 from diff_encoder_sim.advice.odometry_study import Advice
 from diff_encoder_sim.analysis.charts import chart_page
 from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Look, Option, zoomed
@@ -90,7 +89,7 @@ def advice_charts(advice: Advice) -> Markup:
 
 def _has_truth(advice: Advice) -> bool:
     """Return whether there is a budget of the true pose at the goal."""
-    return any(tried.truth for tried in advice.tried)
+    return any(tried.budget for tried in advice.tried)
 
 
 def _chart(rows: Rows, *filters: str) -> alt.Chart:
@@ -132,8 +131,8 @@ def _share_chart(advice: Advice) -> Chart:
         if FEWEST_COUNTS <= counts <= MOST_COUNTS
     ]
     encoders = [
-        {'encoder': one.name, 'counts': round(one.counts, 3), 'share': round(share, 4), 'trials': one.share_text}
-        for one, share in ((one, sum(one.share) / 2.0) for one in advice.encoders)
+        {'encoder': one.name, 'counts': round(one.ppr, 3), 'share': round(share, 4), 'trials': one.share_text}
+        for one, share in ((one, sum(one.odometry_share) / 2.0) for one in advice.encoders)
     ]
     layers = [
         _chart([{'share': requirement.share}]).mark_rule(color=GREY).encode(y=_share()),
@@ -164,11 +163,11 @@ def _tried_rows(advice: Advice) -> Rows:
     rows = []
     for tried in advice.tried:
         for criterion, counts in tried.within.items():
-            low, high = fraction_interval(counts, advice.requirement.confidence)
-            key = {'test': tried.test, 'encoder': tried.label, 'criterion': criterion.text}
-            shares = {'share': round(counts.fraction, 4), 'low': round(low, 4), 'high': round(high, 4)}
+            low, high = counts.interval(advice.requirement.confidence)
+            key = {'test': tried.test, 'encoder': tried.encoder, 'criterion': criterion.text}
+            shares = {'share': round(counts.within / counts.trials, 4), 'low': round(low, 4), 'high': round(high, 4)}
             trials = f'{counts.within} of {counts.trials}'
-            rows.append({**key, 'counts': tried.counts * BESIDE[criterion], **shares, 'trials': trials})
+            rows.append({**key, 'counts': tried.ppr * BESIDE[criterion], **shares, 'trials': trials})
     return rows
 
 
@@ -200,8 +199,8 @@ def _budget_chart(advice: Advice) -> Chart:
         for counts, budget in budgets.items():
             rows += _bars(test, Criterion.ODOMETRY, f'{counts:g}', counts, budget)
     for tried in advice.tried:
-        if tried.truth:
-            rows += _bars(tried.test, Criterion.TRUTH, tried.label, tried.counts, tried.truth)
+        if tried.budget:
+            rows += _bars(tried.test, Criterion.TRUTH, tried.encoder, tried.ppr, tried.budget)
     colour = _legend(alt.Color, 'cause:N', dict(zip(dict.fromkeys(row['cause'] for row in rows), CAUSES)), 2)
     x = alt.X('encoder:O', title='counts per revolution', sort=alt.EncodingSortField('counts'))
     named = tips({'encoder': 'encoder', 'cause': 'cause', 'mean': 'mean', 'deviation': 'standard deviation'})
@@ -209,7 +208,7 @@ def _budget_chart(advice: Advice) -> Chart:
     bars = _chart(rows, OF_TEST, OF_AXIS, *([OF_CRITERION] if _has_truth(advice) else [])).mark_bar()
     bars = bars.encode(x=x, y=alt.Y('rms:Q', title=title), color=colour, tooltip=named)
     layers = [bars, _tolerance_rule(advice, alt.Y('error:Q', title=title))]
-    without = {tried.test for tried in advice.tried} - {tried.test for tried in advice.tried if tried.truth}
+    without = {tried.test for tried in advice.tried} - {tried.test for tried in advice.tried if tried.budget}
     if without and _has_truth(advice):
         missing = [{'test': test, 'criterion': Criterion.TRUTH.value} for test in sorted(without)]
         text = 'too few trials came to the goal'

@@ -7,8 +7,8 @@ from typing import Any, Dict, Iterator, List, NamedTuple
 import numpy as np
 from tabulate import tabulate
 
-from diff_encoder_sim.advice.answers import AXES, Budget, Criterion, Limit, Part
-from diff_encoder_sim.advice.odometry_curve import share_within
+from diff_encoder_sim.advice.answers import AXES, Budget, Criterion
+from diff_encoder_sim.advice.odometry_answer import share_within
 from diff_encoder_sim.advice.odometry_study import Advice
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 
@@ -55,9 +55,9 @@ def advice_tables(advice: Advice) -> Iterator[AdviceTable]:
         heads = ['encoder', 'price', 'counts', 'like ideal', 'within', *(each.head for each in advice.answers)]
         rows = [
             [
-                *(encoder.name, encoder.price, f'{encoder.counts:.6g}', f'{encoder.equivalent_counts:.4g}'),
+                *(encoder.name, encoder.price or '', f'{encoder.ppr:.6g}', f'{encoder.equivalent_ppr:.4g}'),
                 *(encoder.share_text, *(_MARKS[encoder.meets[criterion]] for criterion in advice.answers)),
-                ', '.join(f'{limit.cause} {limit.amount}' for limit in encoder.limits),
+                ', '.join(f'{limit.cause} {limit.amount}' for limit in encoder.limit),
             ]
             for encoder in advice.encoders
         ]
@@ -65,15 +65,14 @@ def advice_tables(advice: Advice) -> Iterator[AdviceTable]:
 
 
 def _trials_table(advice: Advice) -> AdviceTable:
-    labels = list(dict.fromkeys(tried.label for tried in sorted(advice.tried, key=lambda each: each.counts)))
-    by_place = {(tried.test, tried.label): tried for tried in advice.tried}
-    rows = []
-    for test in dict.fromkeys(tried.test for tried in advice.tried):
-        found = [by_place.get((test, label)) for label in labels]
-        for criterion in advice.tried[0].within:
-            counts = [each and each.within[criterion] for each in found]
-            rows.append([test, criterion.text, *(f'{each.within}/{each.trials}' if each else '' for each in counts)])
-    return AdviceTable('Closed-loop trials within the tolerance', ['test', '', *map(ppr_text, labels)], rows)
+    tried = sorted(advice.tried, key=lambda each: each.ppr)
+    rows = [
+        [test, criterion.text, *('{}/{}'.format(*each.within[criterion]) for each in tried if each.test == test)]
+        for test in dict.fromkeys(each.test for each in advice.tried)
+        for criterion in Criterion
+    ]
+    heads = ['test', '', *(ppr_text(encoder) for encoder in dict.fromkeys(each.encoder for each in tried))]
+    return AdviceTable('Closed-loop trials within the tolerance', heads, rows)
 
 
 def _budgets(advice: Advice) -> List[List[str]]:
@@ -84,26 +83,23 @@ def _budgets(advice: Advice) -> List[List[str]]:
         titled[f'{test}: {Criterion.ODOMETRY.text}, {counts:g} PPR'] = budgets[counts]
     truth = advice.answers.get(Criterion.TRUTH)
     for tried in advice.tried:
-        if tried.truth and truth and tried.label == truth.encoder:
-            title = f'{tried.test}: {Criterion.TRUTH.text}, {ppr_text(tried.label)}, {tried.budgeted} trials'
-            titled[title] = tried.truth
-    return [
-        ['' if index else title, cause, *_part_texts(part)]
-        for title, budget in titled.items()
-        for index, (cause, part) in enumerate({**budget.parts, 'rest': budget.rest, 'found': budget.found}.items())
-    ]
+        if tried.budget and truth and tried.encoder == truth.encoder:
+            title = f'{tried.test}: {Criterion.TRUTH.text}, {ppr_text(tried.encoder)}, {tried.budgeted} trials'
+            titled[title] = tried.budget
+    rows = []
+    for title, budget in titled.items():
+        for index, (cause, part) in enumerate(budget.every.items()):
+            numbers = zip(part.bias * TO_SHOWN, part.std * TO_SHOWN, DECIMALS)
+            # Adding zero removes the sign of a rounded zero.
+            texts = (f'{round(mean, n) + 0.0:+.{n}f} ± {round(std, n) + 0.0:.{n}f}' for mean, std, n in numbers)
+            rows.append(['' if index else title, cause, *texts])
+    return rows
 
 
 def shown_counts(advice: Advice, counts: List[float]) -> float:
     """Return the counts whose odometry budget is shown: those of the answer, or the highest."""
     wanted = advice.answers[Criterion.ODOMETRY].budgeted_counts or max(counts)
     return min(counts, key=lambda each: abs(np.log(each / wanted)))
-
-
-def _part_texts(part: Part) -> Iterator[str]:
-    for bias, deviation, digits in zip(part.bias * TO_SHOWN, part.std * TO_SHOWN, DECIMALS):
-        # Adding zero removes the sign of a rounded zero.
-        yield f'{round(bias, digits) + 0.0:+.{digits}f} ± {round(deviation, digits) + 0.0:.{digits}f}'
 
 
 def answers_text(advice: Advice) -> str:
@@ -139,12 +135,12 @@ def advice_json(advice: Advice) -> Dict[str, Any]:
         'robot': {'name': advice.robot, 'own_ppr': advice.own_counts},
         'requirement': requirement._asdict(),
         'answers': {
-            criterion.value: {
-                'kind': answer.kind.value,
+            criterion: {
+                'kind': answer.kind,
                 'smallest_ppr': answer.counts,
-                'interval': list(answer.interval),
+                'interval': answer.interval,
                 'encoder': answer.encoder or None,
-                'limit': [_limit(limit) for limit in answer.limits],
+                'limit': [limit._asdict() for limit in answer.limits],
                 'more_trials': answer.more_trials,
                 'undecided_encoder': answer.undecided or None,
                 'errors_of': answer.errors_of or None,
@@ -158,7 +154,7 @@ def advice_json(advice: Advice) -> Dict[str, Any]:
                 {
                     'ppr': counts,
                     'share': float(np.mean(requirement.within(errors))),
-                    'interval': list(share_within(errors, requirement)),
+                    'interval': share_within(errors, requirement),
                     'std': errors.std(axis=0).tolist(),
                     'quantiles': {f'{q:g}': np.quantile(np.abs(errors), q, axis=0).tolist() for q in QUANTILES},
                 }
@@ -176,39 +172,24 @@ def advice_json(advice: Advice) -> Dict[str, Any]:
         },
         'trials': [
             {
-                'test': tried.test,
-                'encoder': tried.label,
-                'ppr': tried.counts,
-                'within': {criterion.value: counts._asdict() for criterion, counts in tried.within.items()},
-                'budget': tried.truth and _budget(tried.truth),
-                'budgeted': tried.budgeted,
+                **tried._asdict(),
+                'within': {criterion: counts._asdict() for criterion, counts in tried.within.items()},
+                'budget': tried.budget and _budget(tried.budget),
             }
             for tried in advice.tried
         ],
         'encoders': [
-            {
-                'name': encoder.name,
-                'price': encoder.price or None,
-                'ppr': encoder.counts,
-                'equivalent_ppr': encoder.equivalent_counts,
-                'odometry_share': list(encoder.share),
-                'meets': {criterion.value: meets for criterion, meets in encoder.meets.items()},
-                'limit': [_limit(limit) for limit in encoder.limits],
-            }
-            for encoder in advice.encoders
+            {**encoder._asdict(), 'limit': [limit._asdict() for limit in encoder.limit]} for encoder in advice.encoders
         ],
     }
 
 
-def _limit(limit: Limit) -> Dict[str, Any]:
-    return {**limit._asdict(), 'axis': AXES[limit.axis]}
-
-
 def _budget(budget: Budget) -> Dict[str, Any]:
-    parts = {cause: _part(part) for cause, part in budget.parts.items()}
-    return {'parts': parts, 'rest': _part(budget.rest), 'found': _part(budget.found)}
-
-
-def _part(part: Part) -> Dict[str, Dict[str, float]]:
-    columns = zip(AXES, part.bias.tolist(), part.variance.tolist())
-    return {axis: {'bias': bias, 'variance': variance} for axis, bias, variance in columns}
+    every = {
+        cause: {
+            axis: {'bias': bias, 'variance': variance}
+            for axis, bias, variance in zip(AXES, part.bias.tolist(), part.variance.tolist())
+        }
+        for cause, part in budget.every.items()
+    }
+    return {'parts': {cause: every[cause] for cause in budget.parts}, 'rest': every['rest'], 'found': every['found']}

@@ -9,21 +9,30 @@ from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from diff_encoder_sim.analysis.encoder_labels import ppr_text, ppr_value
+from diff_encoder_sim.analysis.quantities import LEVEL, REQUIRED_FRACTION, YAW, X
 from diff_encoder_sim.base.se2 import Pose2D
+
+# A search judges about this number of insufficient encoders, which share the chance of error (Bonferroni).
+VERDICTS = 5
 
 
 class Requirement(NamedTuple):
     """Required fraction of trials within a tolerance."""
 
-    share: float  # of trials, 0 to 1
-    position_m: float  # in x and in y
-    yaw_rad: float
-    confidence: float  # of answers
+    share: float = REQUIRED_FRACTION  # of trials, 0 to 1
+    position_m: float = X.tolerance  # in x and in y
+    yaw_rad: float = math.radians(YAW.tolerance)
+    confidence: float = LEVEL  # of answers
 
     @property
     def tolerances(self) -> np.ndarray:
         """Return (3,) the allowed absolute errors in x [m], y [m] and yaw [rad]."""
         return np.array([self.position_m, self.position_m, self.yaw_rad])
+
+    @property
+    def doubt(self) -> float:
+        """Return the chance of error of one verdict about trials."""
+        return (1.0 - self.confidence) / VERDICTS
 
     def within(self, errors: np.ndarray) -> np.ndarray:
         """Return (n,) bool: which of (n, 3) errors are within the tolerances; NaN is not."""
@@ -75,6 +84,11 @@ class Budget(NamedTuple):
             self.found.variance - sum(part.variance for part in self.parts.values()),
         )
 
+    @property
+    def every(self) -> Dict[str, Part]:
+        """Return the parts by cause, the rest and the observed error."""
+        return {**self.parts, 'rest': self.rest, 'found': self.found}
+
 
 def part_of(errors: np.ndarray) -> Part:
     """Return mean and variance of (n, 3) errors by AXES."""
@@ -86,7 +100,7 @@ def added(errors: np.ndarray, without: np.ndarray) -> Part:
     return Part(errors.mean(axis=0) - without.mean(axis=0), errors.var(axis=0, ddof=1) - without.var(axis=0, ddof=1))
 
 
-class Criterion(enum.Enum):
+class Criterion(str, enum.Enum):
     """Pose that must be within the tolerance; the value is the name in JSON."""
 
     ODOMETRY = 'odometry'
@@ -104,7 +118,7 @@ class Criterion(enum.Enum):
         return f'{self.head} at the {"true pose" if self is Criterion.ODOMETRY else "goal"}'
 
 
-class Kind(enum.Enum):
+class Kind(str, enum.Enum):
     """Kind of an answer; the value is the name in JSON."""
 
     FROM = 'from'
@@ -117,19 +131,34 @@ class Limit(NamedTuple):
 
     cause: str
     test: str
-    axis: int  # of AXES
+    axis: str  # of AXES
     error: float  # quantile of this cause's error at the required success rate [m or rad]
     tolerance: float
     reduced_to: float  # error that would leave room for other causes
 
     def __str__(self) -> str:
-        return f'{self.cause} makes {self.amount} {AXES[self.axis]} in {self.test}'
+        return f'{self.cause} makes {self.amount} {self.axis} in {self.test}'
+
+    @property
+    def fraction(self) -> float:
+        """Return the error in units of the tolerance."""
+        return self.error / self.tolerance
 
     @property
     def amount(self) -> str:
         """Return the error and the tolerance: `47 of 50 mm`."""
-        number, _, _ = _in_words(self.error, self.axis, 2 if AXES[self.axis] == 'heading' else 3).partition(' ')
-        return f'{number} of {_in_words(self.tolerance, self.axis)}'
+        number, _, _ = self._text(self.error, 2 if self.axis == 'heading' else 3).partition(' ')
+        return f'{number} of {self._text(self.tolerance)}'
+
+    @property
+    def reduced(self) -> str:
+        """Return the condition for an encoder to suffice: `stopping made 25 mm`."""
+        return f'{self.cause} made {self._text(self.reduced_to, 2)}'
+
+    def _text(self, error: float, digits: int = 6) -> str:
+        """Format an error with significant digits, without an exponent below a million."""
+        shown, unit = (math.degrees(error), 'degrees') if self.axis == 'heading' else (1e3 * error, 'mm')
+        return f'{float(f"{shown:.{digits}g}"):g} {unit}'
 
 
 class Answer(NamedTuple):
@@ -182,7 +211,7 @@ class Answer(NamedTuple):
     def _limits(self) -> str:
         if not self.limits:
             return self.given_up or 'several causes together are, no single cause'
-        less = ' and '.join(f'{limit.cause} made {_in_words(limit.reduced_to, limit.axis, 2)}' for limit in self.limits)
+        less = ' and '.join(limit.reduced for limit in self.limits)
         with_less = f'at least {_counts(self.counts)} counts' if self.counts else 'still not'
         named = ' and '.join([*filter(None, [self.given_up]), *map(str, self.limits)])
         return f'{named}; if {less}: {with_less}'
@@ -192,45 +221,29 @@ def _counts(counts: Optional[float]) -> str:
     return '-' if counts is None else f'{counts:.6g}'
 
 
-def _in_words(error: float, axis: int, digits: int = 6) -> str:
-    """Format an error with significant digits, without an exponent below a million."""
-    is_heading = AXES[axis] == 'heading'
-    shown = math.degrees(error) if is_heading else 1e3 * error
-    return f'{float(f"{shown:.{digits}g}"):g} {"degrees" if is_heading else "mm"}'
-
-
 # A cause that takes more of the tolerance than this leaves too little for the others.
 MOST_BY_ONE_CAUSE = 0.5
 
 
-def limits(by_cause: Mapping[str, Mapping[str, np.ndarray]], requirement: Requirement) -> List[Limit]:
+def limits(
+    by_place: Mapping[Tuple[str, str], np.ndarray], requirement: Requirement, is_some_cause: bool = False
+) -> List[Limit]:
     """Return the causes that are limits, the worst first, each in its worst test and axis.
 
     Args:
-        by_cause: (n, 3) errors by AXES that only this cause makes, by cause and test.
+        by_place: (n, 3) errors by AXES that only this cause makes, by cause and test.
         requirement: its success rate is the quantile of the errors.
+        is_some_cause: if no cause is a limit, the worst one is, reduced to half of its error.
     """
-    return [limit for limit in _worst(by_cause, requirement) if limit.error > limit.reduced_to]
-
-
-def worst_halved(by_cause: Mapping[str, Mapping[str, np.ndarray]], requirement: Requirement) -> List[Limit]:
-    """Return at most one limit: the worst cause, even a small one, reduced to half of its error."""
-    return [limit._replace(reduced_to=0.5 * limit.error) for limit in _worst(by_cause, requirement)[:1]]
-
-
-def _worst(by_cause: Mapping[str, Mapping[str, np.ndarray]], requirement: Requirement) -> List[Limit]:
-    """Return the worst test and axis of each cause, the worst cause first."""
-    tolerances, worst = requirement.tolerances.tolist(), []
-    for cause, of_tests in by_cause.items():
-        every = [
-            Limit(cause, test, axis, error, tolerances[axis], min(error, MOST_BY_ONE_CAUSE * tolerances[axis]))
-            for test, errors in of_tests.items()
-            if len(errors)
-            for axis, error in enumerate(np.quantile(np.abs(errors), requirement.share, axis=0).tolist())
-        ]
-        worst += sorted(every, key=_order)[:1]
-    return sorted(worst, key=_order)
-
-
-def _order(limit: Limit) -> float:
-    return -limit.error / limit.tolerance
+    tolerances = requirement.tolerances.tolist()
+    worst: Dict[str, Limit] = {}
+    for (cause, test), errors in by_place.items():
+        quantiles = np.quantile(np.abs(errors), requirement.share, axis=0).tolist() if len(errors) else []
+        for axis, error, tolerance in zip(AXES, quantiles, tolerances):
+            limit = Limit(cause, test, axis, error, tolerance, min(error, MOST_BY_ONE_CAUSE * tolerance))
+            worst[cause] = max(worst.get(cause, limit), limit, key=lambda one: one.fraction)
+    ordered = sorted(worst.values(), key=lambda limit: -limit.fraction)
+    found = [limit for limit in ordered if limit.error > limit.reduced_to]
+    if is_some_cause and not found:
+        return [limit._replace(reduced_to=0.5 * limit.error) for limit in ordered[:1]]
+    return found

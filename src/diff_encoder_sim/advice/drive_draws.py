@@ -179,13 +179,10 @@ class DrawnRobot(NamedTuple):
         """Sample left and right radius and separation [m] (3, draws, 1); without a cause those of odometry."""
         errors, normals = self.errors, rng.standard_normal((3, draws, 1))
         spreads = np.array([errors.radius_spread, errors.radius_spread, errors.wheel_separation_spread])
-        of_radius, of_separation = (amounts.get(cause, 0.0) for cause in (WheelCause.RADIUS, WheelCause.SEPARATION))
-        amount = np.array([of_radius, of_radius, of_separation])
-        means, assumed, spreads, amount = (
-            each[:, np.newaxis, np.newaxis] for each in (self.means, self.assumed, spreads, amount)
-        )
-        drawn: np.ndarray = assumed + amount * (means * (1.0 + spreads * normals) - assumed)
-        return drawn
+        causes = WheelCause.RADIUS, WheelCause.RADIUS, WheelCause.SEPARATION
+        amount = np.array([amounts.get(cause, 0.0) for cause in causes])
+        drawn: np.ndarray = self.assumed + amount * (self.means * (1.0 + spreads * normals.T) - self.assumed)
+        return drawn.T
 
     def has(self, cause: WheelCause) -> bool:
         """Return whether the robot has this error."""
@@ -237,13 +234,14 @@ class DriveDraws:
             (draws, 3) per encoder: odometry minus true pose of the base, x [m], y [m] and yaw [rad] in the axes of the
             map.
         """
-        at_a_time = max(1, round(POSES_AT_A_TIME / len(self._stamps_ns)))
+        at_a_time, distinct = max(1, round(POSES_AT_A_TIME / len(self._stamps_ns))), dict.fromkeys(encoders)
         with ThreadPoolExecutor(usable_cores()) as pool:
-            found = pool.map(
-                lambda first: self._portion(encoders, first, min(at_a_time, draws - first), amounts),
+            portions = pool.map(
+                lambda first: self._portion(list(distinct), first, min(at_a_time, draws - first), amounts),
                 range(0, draws, at_a_time),
             )
-            return [np.concatenate(errors) for errors in zip(*found)]
+            found = dict(zip(distinct, map(np.concatenate, zip(*portions))))
+        return [found[encoder] for encoder in encoders]
 
     def _portion(
         self, encoders: Sequence[Optional[EncoderParams]], first: int, draws: int, amounts: Amounts

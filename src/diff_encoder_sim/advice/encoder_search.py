@@ -1,24 +1,23 @@
 """Search for the lowest sufficient encoder, with the same number of trials per tested encoder.
 
-Encoders have ranks from 0, of ascending quality; a higher rank is assumed not to be worse. An encoder
-suffices if a one-sided binomial test of each test's trials shows more than the required fraction.
+A candidate suffices if a one-sided binomial test of each test's trials shows more than the required fraction.
 """
 
 from __future__ import annotations
 
-from typing import Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, TypeVar
+from typing import TYPE_CHECKING, Callable, Dict, Mapping, NamedTuple, Optional, Sequence
 
 import numpy as np
 
-from diff_encoder_sim.analysis.quantities import LEVEL, REQUIRED_FRACTION
+from diff_encoder_sim.advice.answers import Answer, Criterion, Kind, Requirement
 from diff_encoder_sim.analysis.statistics import Interval
 from diff_encoder_sim.analysis.within_tolerance import Sufficiency
 from diff_encoder_sim.base.deferred import deferred
 
-special = deferred('scipy.special')
+if TYPE_CHECKING:
+    from diff_encoder_sim.advice.listed_encoders import Candidate
 
-# A search judges about this number of insufficient encoders, which share the chance of error (Bonferroni).
-VERDICTS = 5
+special = deferred('scipy.special')
 
 # More trials than this are not predicted.
 MOST_PREDICTED = 1000
@@ -33,35 +32,18 @@ class TrialCounts(NamedTuple):
     within: int  # the tolerance
     trials: int
 
-    @property
-    def fraction(self) -> float:
-        """Return the fraction within the tolerance; requires at least one trial."""
-        return self.within / self.trials
+    def interval(self, confidence: float) -> Interval:
+        """Return Clopper and Pearson's bounds of the true fraction; each of them holds with `confidence`."""
+        within, outside, doubt = self.within, self.trials - self.within, 1.0 - confidence
+        low = special.betaincinv(within, outside + 1, doubt) if within else 0.0
+        high = special.betaincinv(within + 1, outside, 1.0 - doubt) if outside else 1.0
+        return Interval(float(low), float(high))
 
 
-class Asked(NamedTuple):
-    """The required fraction of each test's trials, and the confidence of an answer."""
-
-    share: float = REQUIRED_FRACTION
-    confidence: float = LEVEL
-
-    @property
-    def doubt(self) -> float:
-        """Return the chance of error of one verdict."""
-        return (1.0 - self.confidence) / VERDICTS
-
-    def fewest_trials(self, failures: int = 0) -> int:
-        """Return the smallest number of trials that shows the fraction although `failures` of them fail."""
-        trials = np.arange(failures + 1, 100_000)
-        return int(trials[np.argmax(_p_enough(trials - failures, trials, self.share) <= self.doubt)])
-
-
-def fraction_interval(counts: TrialCounts, confidence: float) -> Interval:
-    """Return Clopper and Pearson's bounds of the true fraction; each of them holds with `confidence`."""
-    within, outside, doubt = counts.within, counts.trials - counts.within, 1.0 - confidence
-    low = special.betaincinv(within, outside + 1, doubt) if within else 0.0
-    high = special.betaincinv(within + 1, outside, 1.0 - doubt) if outside else 1.0
-    return Interval(float(low), float(high))
+def fewest_trials(requirement: Requirement, failures: int = 0) -> int:
+    """Return the smallest number of trials that shows the required fraction although `failures` of them fail."""
+    trials = np.arange(failures + 1, 100_000)
+    return int(trials[np.argmax(_p_enough(trials - failures, trials, requirement.share) <= requirement.doubt)])
 
 
 def judged(tests: Sequence[Sequence[float]], share: float, doubt: float) -> Sufficiency:
@@ -97,72 +79,48 @@ def _p_enough(within: np.ndarray, trials: np.ndarray, share: float) -> np.ndarra
     return p_value
 
 
-def monotone_fractions(ranks: Sequence[TrialCounts]) -> List[float]:
-    """Fit fractions that do not fall from rank to rank: the largest of all smallest means from a rank to its right.
+def search(
+    candidates: Sequence[Candidate],
+    run: Callable[[int], Mapping[Criterion, Sequence[TrialCounts]]],
+    guesses: Mapping[Criterion, int],
+    requirement: Requirement,
+) -> Dict[Criterion, Answer]:
+    """Find the lowest sufficient candidate for each criterion: the highest, the guess, its neighbour, then bisection.
 
     Args:
-        ranks: in ascending quality, each with trials.
+        candidates: in ascending quality; a higher one is assumed not to be worse.
+        run: runs the trials of each test with a candidate, by its index; called once for each, as criteria share them.
+        guesses: index that probably suffices, by criterion.
+        requirement: of each candidate.
     """
-    within, trials = np.cumsum([(0, 0), *ranks], axis=0).T
-    count = trials - trials[:, np.newaxis]  # from each rank up to each other one
-    means = np.where(count > 0, within - within[:, np.newaxis], np.inf) / np.maximum(count, 1)
-    smallest = np.minimum.accumulate(means[:-1, :0:-1], axis=1)[:, ::-1]
-    fitted: List[float] = np.where(np.tri(len(ranks), dtype=bool).T, smallest, -np.inf).max(axis=0, initial=-1).tolist()
-    return fitted
+    counts: Dict[int, Mapping[Criterion, Sequence[TrialCounts]]] = {}
+    top = len(candidates) - 1
 
+    def verdict(index: int, criterion: Criterion) -> Sufficiency:
+        if index not in counts:
+            counts[index] = run(index)
+        return judged(counts[index][criterion], requirement.share, requirement.doubt)
 
-Q = TypeVar('Q')  # questions, such as criteria of a trial
+    def more(index: int, criterion: Criterion) -> Optional[int]:
+        return more_trials(counts[index][criterion], requirement.share, requirement.doubt)
 
-# Runs the trials with the encoder of a rank, and returns the counts of each test by question.
-RunRank = Callable[[int], Mapping[Q, Sequence[TrialCounts]]]
-
-
-class RankAnswer(NamedTuple):
-    """The answer to a question.
-
-    YES: an encoder of at least `rank` suffices. NO: not even the highest one does. UNDECIDED: whether that one does.
-    """
-
-    kind: Sufficiency
-    rank: Optional[int] = None  # the lowest that is shown to suffice
-    insufficient: Optional[int] = None  # the highest below it that is shown not to suffice; of NO the highest of all
-    undecided: Optional[int] = None  # the rank right below `rank`, or the highest, if its trials do not decide
-    more_trials: Optional[int] = None  # of each test at `undecided`, that would probably decide
-
-
-def search(ranks: int, run: RunRank[Q], guesses: Mapping[Q, int], asked: Asked) -> Dict[Q, RankAnswer]:
-    """Find the lowest sufficient rank for each question: the highest rank, the guess, its neighbour, then bisection.
-
-    Args:
-        ranks: number of encoders.
-        run: called once for a rank; questions share its trials.
-        guesses: rank that probably suffices, by question.
-        asked: of each encoder.
-    """
-    counts: Dict[int, Mapping[Q, Sequence[TrialCounts]]] = {}
-
-    def kind(rank: int, question: Q) -> Sufficiency:
-        if rank not in counts:
-            counts[rank] = run(rank)
-        return judged(counts[rank][question], asked.share, asked.doubt)
-
-    def answer(question: Q, guess: int) -> RankAnswer:
-        top = kind(ranks - 1, question)
-        if top is Sufficiency.NO:
-            return RankAnswer(top, insufficient=ranks - 1)
-        if top is Sufficiency.UNDECIDED:
-            more = more_trials(counts[ranks - 1][question], asked.share, asked.doubt)
-            return RankAnswer(top, undecided=ranks - 1, more_trials=more)
-        low, high = -1, ranks - 1
+    def answer(criterion: Criterion, guess: int) -> Answer:
+        of_top = verdict(top, criterion)
+        if of_top is Sufficiency.NO:
+            return Answer(criterion, Kind.NOT_THE_LIMIT)
+        if of_top is Sufficiency.UNDECIDED:
+            return Answer(criterion, Kind.UNDECIDED, more_trials=more(top, criterion))
+        low, high = -1, top
         while high - low > 1:
-            probes = (rank for rank in (guess, guess - 1, guess + 1) if low < rank < high)
-            rank = next(probes, (low + high) // 2)
-            low, high = (low, rank) if kind(rank, question) is Sufficiency.YES else (rank, high)
-        found = RankAnswer(top, high)
-        refused = [each for each in counts if each < high and kind(each, question) is Sufficiency.NO]
-        if low >= 0 and low not in refused:
-            more = more_trials(counts[low][question], asked.share, asked.doubt)
-            found = found._replace(undecided=low, more_trials=more)
-        return found._replace(insufficient=max(refused, default=None))
+            probes = (index for index in (guess, guess - 1, guess + 1) if low < index < high)
+            index = next(probes, (low + high) // 2)
+            low, high = (low, index) if verdict(index, criterion) is Sufficiency.YES else (index, high)
+        refused = [each for each in counts if each < high and verdict(each, criterion) is Sufficiency.NO]
+        enough = candidates[high]
+        too_few = candidates[max(refused)].counts if refused else None
+        found = Answer(criterion, Kind.FROM, enough.counts, (too_few, enough.counts), enough.label)
+        if low < 0 or low in refused:
+            return found
+        return found._replace(undecided=candidates[low].label, more_trials=more(low, criterion))
 
-    return {question: answer(question, guess) for question, guess in guesses.items()}
+    return {criterion: answer(criterion, guess) for criterion, guess in guesses.items()}

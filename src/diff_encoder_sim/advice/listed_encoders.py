@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence
+from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from diff_encoder_sim.advice.answers import Answer, Criterion, Kind, Limit, Requirement
 from diff_encoder_sim.advice.drive_draws import DriveDraws
-from diff_encoder_sim.advice.odometry_answer import own_limits
-from diff_encoder_sim.advice.odometry_curve import share_within
+from diff_encoder_sim.advice.odometry_answer import own_limits, share_within
 from diff_encoder_sim.analysis.statistics import Interval
 from diff_encoder_sim.robots.robot_file import load_robot_file, robot_names
 from diff_encoder_sim.trials.campaign_cells import Campaign
@@ -30,7 +29,7 @@ class Candidate(NamedTuple):
     counts: float  # of the equivalent ideal encoder
     params: EncoderParams
     name: str = ''  # of a real one, or `own of burger`
-    price: str = ''  # class of its price
+    price: Optional[str] = None  # class of its price
 
 
 def candidates_of(campaign: Campaign) -> List[Candidate]:
@@ -40,7 +39,7 @@ def candidates_of(campaign: Campaign) -> List[Candidate]:
     for cell in campaign.cells[: len(campaign.encoders)]:
         params, real = cell.robot_params.encoder.model_copy(update={'ppr': cell.ppr}), cell.encoder.real
         name = real.stem if real else f'own of {robot.name}' if params.ppr == own else ''
-        price = real.price if real else ''
+        price = real.price if real else None
         found.append(Candidate(cell.encoder.label, equivalent_counts(params), params, name, price))
     return sorted(found, key=lambda candidate: candidate.counts)
 
@@ -97,17 +96,17 @@ class ListedEncoder(NamedTuple):
     """Encoder on the wheels of this robot."""
 
     name: str
-    price: str  # class of its price; '' of a robot's own
-    counts: float  # per revolution of the wheel
-    equivalent_counts: float  # of the equivalent ideal encoder
-    share: Interval  # success rate of odometry in the worst test
+    price: Optional[str]  # class of its price; None of a robot's own
+    ppr: float  # counts per revolution of the wheel
+    equivalent_ppr: float  # of the equivalent ideal encoder
+    odometry_share: Interval  # success rate in the worst test
     meets: Dict[Criterion, Optional[bool]]  # None: unknown
-    limits: Sequence[Limit] = ()  # encoder errors that are too large for odometry
+    limit: Sequence[Limit] = ()  # encoder errors that are too large for odometry
 
     @property
     def share_text(self) -> str:
         """Return the interval in per cent."""
-        return f'{100.0 * self.share.low:.0f} to {100.0 * self.share.high:.0f} %'
+        return f'{100.0 * self.odometry_share.low:.0f} to {100.0 * self.odometry_share.high:.0f} %'
 
 
 def listed_encoders(
@@ -123,11 +122,13 @@ def listed_encoders(
     encoder counts as the ideal one with equal variance of a reading.
     """
     catalogue = load_encoders([WHOLE_CATALOGUE], config_folder, Path())
-    known = {encoder.stem: (encoder.price, encoder.params) for encoder in catalogue}
+    known: Dict[str, Tuple[Optional[str], EncoderParams]] = {
+        encoder.stem: (encoder.price, encoder.params) for encoder in catalogue
+    }
     for robot in robot_names(config_folder):
         ppr = load_robot_file(robot, Path(), config_folder.parent, {}).ppr
         if ppr is not None:
-            known[f'own of {robot}'] = '', EncoderParams(ppr=PerWheel(left=ppr, right=ppr))
+            known[f'own of {robot}'] = None, EncoderParams(ppr=PerWheel(left=ppr, right=ppr))
     known.update({each.name: (each.price, each.params) for each in candidates if each.name})
     found = []
     for name, (price, params) in known.items():
@@ -143,7 +144,7 @@ def listed_encoders(
             is_enough = bool(_met(_worst(tests, ideal, LISTED_DRAWS, requirement), requirement))
             own = own_limits(tests, params, requirement, is_enough, LISTED_DRAWS)
         found.append(ListedEncoder(name, price, params.counts_per_turn.left, like, share, meets, own))
-    return sorted(found, key=lambda encoder: (encoder.counts, encoder.name))
+    return sorted(found, key=lambda encoder: (encoder.ppr, encoder.name))
 
 
 def _met(share: Interval, requirement: Requirement) -> Optional[bool]:

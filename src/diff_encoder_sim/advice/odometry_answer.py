@@ -1,17 +1,176 @@
-"""Lowest counts at which odometry is within the tolerance at the end of the tests, and its error budgets."""
+"""Odometry error at the goal over the range of encoders, the lowest sufficient counts, and error budgets."""
 
 from __future__ import annotations
 
-from typing import Dict, List, Mapping, Optional, Sequence
+import math
+from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
 from diff_encoder_sim.advice import answers
-from diff_encoder_sim.advice.answers import Answer, Budget, Criterion, Kind, Limit, Requirement, part_of
+from diff_encoder_sim.advice.answers import Answer, Budget, Criterion, Kind, Limit, Requirement, along_goal, part_of
 from diff_encoder_sim.advice.drive_draws import ALL_CAUSES, ROBOTS_CAUSES, Amounts, DriveDraws, WheelCause
-from diff_encoder_sim.advice.odometry_curve import DRAWS, MOST_COUNTS, OdometryCurves, counts_by_ppr, share_within
-from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, NO_FAULTS
+from diff_encoder_sim.analysis.closed_form import STRAIGHT_WITHIN, closed_form_std
+from diff_encoder_sim.analysis.results_table import RobotGeometry
+from diff_encoder_sim.analysis.statistics import Interval, wilson
+from diff_encoder_sim.base.deferred import deferred
+from diff_encoder_sim.drives.trial_definition import Trial
+from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, NO_FAULTS, PerWheel
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
+
+special = deferred('scipy.special')
+
+
+def closed_form_counts(requested: Trial, robot: RobotGeometry, requirement: Requirement) -> float:
+    """Return the lowest counts per revolution at which odometry at the goal is within the tolerance.
+
+    Across a straight line of length S the error is the difference of two phases that are uniform in a pulse d, times
+    S / L: the fraction within tol is 1 - (1 - c)^2 with c = tol L / (S d). All other errors are assumed normal with
+    `closed_form_std`. The axis that needs the most counts decides.
+    """
+    to_goal = requested.goal().relative_to(requested.test.start.pose())
+    reach = np.full(3, _normal_reach(requirement.share))
+    if max(abs(to_goal.y_m), abs(to_goal.yaw_rad)) <= STRAIGHT_WITHIN and to_goal.x_m != 0.0:
+        # A triangle from -w to w has the standard deviation w / sqrt(6).
+        reach[:2] = math.sqrt(6.0) * (1.0 - math.sqrt(1.0 - requirement.share))
+    return float(np.max(closed_form_std(requested, robot, 1.0) * reach / requirement.tolerances))
+
+
+def local_counts(robot: RobotGeometry, requirement: Requirement) -> float:
+    """Return the lowest counts at which the heading is within the tolerance for random wheel phases.
+
+    Localization corrects all other errors; the rest is assumed normal with a standard deviation of (d / L) sqrt(1/3).
+    """
+    sd_of_one_count_rad = math.pi * robot.wheel_diameter_m / robot.wheel_separation_m / math.sqrt(3.0)
+    return sd_of_one_count_rad * _normal_reach(requirement.share) / requirement.yaw_rad
+
+
+def _normal_reach(share: float) -> float:
+    return float(special.ndtri(0.5 + 0.5 * share))
+
+
+# The range of the curve, in counts per revolution of the wheel.
+FEWEST_COUNTS, MOST_COUNTS, PER_OCTAVE = 8.0, 65536.0, 4
+
+DRAWS = 1000
+# Finer steps and more draws near the required success rate.
+FINE_POINTS, FINE_DRAWS = 10, 8000
+
+
+def share_within(errors: np.ndarray, requirement: Requirement) -> Interval:
+    """Return the confidence interval of the success rate from (draws, 3) errors."""
+    return wilson(int(requirement.within(errors).sum()), len(errors), requirement.confidence)
+
+
+def monotone_fractions(counts: Sequence[Tuple[int, int]]) -> List[float]:
+    """Fit fractions that do not fall from rank to rank: the largest of all smallest means from a rank to its right.
+
+    Args:
+        counts: draws within the tolerance, and all draws, by rank in ascending quality.
+    """
+    within, draws = np.cumsum([(0, 0), *counts], axis=0).T
+    count = draws - draws[:, np.newaxis]  # from each rank up to each other one
+    means = np.where(count > 0, within - within[:, np.newaxis], np.inf) / np.maximum(count, 1)
+    smallest = np.minimum.accumulate(means[:-1, :0:-1], axis=1)[:, ::-1]
+    fitted: List[float] = (
+        np.where(np.tri(len(counts), dtype=bool).T, smallest, -np.inf).max(axis=0, initial=-1).tolist()
+    )
+    return fitted
+
+
+class Curve(NamedTuple):
+    """Final errors of one test, (draws, 3) odometry minus truth in the axes of the map: [m], [m], [rad]."""
+
+    draws: DriveDraws
+    errors: Dict[float, np.ndarray]  # by counts per revolution
+
+    @property
+    def test(self) -> str:
+        """Return the name of the test."""
+        return self.draws.drive.test
+
+
+class OdometryCurves:
+    """Curves of a robot's tests."""
+
+    def __init__(self, tests: Sequence[DriveDraws], params: EncoderParams, amounts: Amounts = ROBOTS_CAUSES) -> None:
+        """Sample the curves.
+
+        Args:
+            tests: one drive per test.
+            params: parameters of the robot's encoder; its counts are replaced.
+            amounts: amounts of the other causes.
+        """
+        self._params, self._amounts = params, amounts
+        counts = self._between(FEWEST_COUNTS, MOST_COUNTS, round(PER_OCTAVE * math.log2(MOST_COUNTS / FEWEST_COUNTS)))
+        encoders = list(map(self.encoder, counts))
+        self.curves = [Curve(draws, dict(zip(counts, draws.errors(encoders, DRAWS, amounts)))) for draws in tests]
+
+    def encoder(self, counts: float) -> EncoderParams:
+        """Return the robot's encoder with other counts per revolution."""
+        return self._params.model_copy(update={'ppr': PerWheel(left=counts, right=counts)})
+
+    @property
+    def counts(self) -> List[float]:
+        """Return the sampled counts per revolution, ascending."""
+        return sorted(self.curves[0].errors)
+
+    def share(self, counts: float, requirement: Requirement) -> Interval:
+        """Return the interval of the success rate in the worst test."""
+        return min(share_within(curve.errors[counts], requirement) for curve in self.curves)
+
+    def smallest(self, requirement: Requirement) -> Optional[Tuple[float, Interval]]:
+        """Return the lowest counts that meet the requirement, and the interval from too few to enough for certain.
+
+        None if even the highest counts fail.
+        """
+        roughly = self._smallest(requirement)
+        if roughly is None:
+            return None
+        _, (before, after) = roughly
+        between = self._between(before, after, FINE_POINTS)
+        encoders = list(map(self.encoder, between))
+        for curve in self.curves:
+            is_met = share_within(curve.errors[before], requirement).low >= requirement.share
+            errors = curve.draws.errors(encoders, DRAWS if is_met else FINE_DRAWS, self._amounts)
+            curve.errors.update(zip(between, errors))
+        return self._smallest(requirement)
+
+    def _smallest(self, requirement: Requirement) -> Optional[Tuple[float, Interval]]:
+        """Return the smallest counts such that they and all larger counts meet the requirement.
+
+        If a drive ends after whole pulses, fewer counts may be better by chance.
+        """
+        counts = self.counts
+        shares = np.array([self.share(each, requirement) for each in counts])
+        certain, possible = (max(np.flatnonzero(~is_met), default=-1) + 1 for is_met in (shares >= requirement.share).T)
+        if certain == len(counts):
+            return None
+        too_few = counts[max(0, possible - 1)]
+        # A monotone fit of each curve reaches the required fraction here.
+        likely = too_few
+        for curve in self.curves:
+            within = [requirement.within(curve.errors[each]) for each in counts]
+            fractions = monotone_fractions([(int(each.sum()), len(each)) for each in within])
+            crossing = float(np.exp(np.interp(requirement.share, fractions, np.log(counts))))
+            likely = max(likely, *self.whole([crossing]))
+        return min(likely, counts[certain]), Interval(too_few, counts[certain])
+
+    def _between(self, low: float, high: float, steps: int) -> List[float]:
+        return self.whole(np.geomspace(low, high, steps + 1).tolist())
+
+    def whole(self, counts: Sequence[float]) -> List[float]:
+        """Return the nearest counts that the encoder can have, ascending and unique."""
+        model = self._params.encoder
+        step = model.counts_that_repeat * model.shaft_turns_per_wheel_turn
+        return sorted({step * max(1, round(each / step)) for each in counts})
+
+
+def counts_by_ppr(params: EncoderParams) -> EncoderParams:
+    """Return the encoder with its counts set by `ppr` instead of its datasheet."""
+    free = params.encoder.model_copy(update={'lines': None, 'pole_pairs': None, 'bits': None})
+    return params.model_copy(update={'encoder': free})
+
 
 QUANTISATION, EDGES, MISSED = 'quantisation', 'edge errors', 'missed counts'
 ENCODER_CAUSES = (EDGES, MISSED)  # besides quantisation
@@ -25,53 +184,41 @@ UNEVEN_LINES = ('duty_cycle', 'phase_error')
 
 BUDGET_DRAWS = 1000
 
-# (draws, 3) odometry errors by AXES, by cause.
-ByCause = Dict[str, np.ndarray]
-
 
 def odometry_budgets(draws: DriveDraws, encoders: Sequence[EncoderParams]) -> List[Budget]:
     """Return the error budget with each encoder.
 
     Slip on the simulated floor is a separate part because it belongs to the simulator, not to the robot.
     """
-    count = len(encoders)
-    of_encoders = [*map(_ideal, encoders), *map(_without_faults, encoders), *encoders]
-    bare, *errors = _errors(draws, [None, *of_encoders], {})
-    found = _errors(draws, encoders, ALL_CAUSES)
+    kinds = zip(encoders, map(_without_faults, encoders), map(_ideal, encoders))
+    bare, *errors = _errors(draws, [None, *(encoder for of_one in kinds for encoder in of_one)], {})
     of_wheels = {cause: part_of(by_cause) for cause, by_cause in wheel_errors(draws).items()}
     budgets = []
-    for index, (encoder, total) in enumerate(zip(encoders, found)):
-        ideal, sound, faulty = errors[index::count]
+    for index, total in enumerate(_errors(draws, encoders, ALL_CAUSES)):
+        faulty, sound, ideal = errors[3 * index : 3 * index + 3]
         parts = {QUANTISATION: part_of(ideal - bare)}
-        if _without_faults(encoder).encoder != IDEAL_ENCODER:
+        if _without_faults(encoders[index]).encoder != IDEAL_ENCODER:
             # Edge errors interact with quantisation, so their variance is a difference of variances.
             parts[EDGES] = answers.added(sound, ideal)
-        if encoder.encoder.faults != NO_FAULTS:
+        if encoders[index].encoder.faults != NO_FAULTS:
             parts[MISSED] = part_of(faulty - sound)
         budgets.append(Budget({**parts, **of_wheels}, part_of(total)))
     return budgets
 
 
-def wheel_errors(draws: DriveDraws) -> ByCause:
-    """Return the odometry errors that only one wheel error causes; they do not depend on the encoder."""
+def wheel_errors(draws: DriveDraws) -> Dict[str, np.ndarray]:
+    """Return the (draws, 3) odometry errors by AXES that only one wheel error causes, with any encoder."""
     (bare,) = _errors(draws, [None], {})
     return {
         cause.value: _errors(draws, [None], {cause: 1.0})[0] - bare for cause in WheelCause if draws.robot.has(cause)
     }
 
 
-def encoder_errors(draws: DriveDraws, encoder: EncoderParams, count: Optional[int] = None) -> ByCause:
-    """Return the odometry errors by kind of encoder error, except quantisation."""
-    of_steps, sound, faulty = _errors(draws, [_ideal(encoder), _without_faults(encoder), encoder], {}, count)
-    found = {EDGES: sound - of_steps, MISSED: faulty - sound}
-    return {cause: errors for cause, errors in found.items() if errors.any()}
-
-
 def _errors(
     draws: DriveDraws, encoders: Sequence[Optional[EncoderParams]], amounts: Amounts, count: Optional[int] = None
 ) -> List[np.ndarray]:
-    goal, count = draws.drive.goal_in_map, BUDGET_DRAWS if count is None else count
-    return [answers.along_goal(errors, goal) for errors in draws.errors(encoders, count, amounts)]
+    found = draws.errors(encoders, BUDGET_DRAWS if count is None else count, amounts)
+    return [along_goal(errors, draws.drive.goal_in_map) for errors in found]
 
 
 def _ideal(encoder: EncoderParams) -> EncoderParams:
@@ -87,7 +234,7 @@ def odometry_answer(curves: OdometryCurves, requirement: Requirement) -> Answer:
     """Return the answer from the curves."""
     smallest = curves.smallest(requirement)
     if smallest is not None:
-        return Answer(Criterion.ODOMETRY, Kind.FROM, smallest.counts, smallest.interval)
+        return Answer(Criterion.ODOMETRY, Kind.FROM, *smallest)
     finest = curves.encoder(curves.counts[-1])
     if curves.share(finest.counts_per_turn.left, requirement).high >= requirement.share:
         note = f'success rate near {requirement.share:g} at up to {MOST_COUNTS:g} counts'
@@ -100,19 +247,19 @@ def limited_answer(tests: Sequence[DriveDraws], params: EncoderParams, requireme
     # Whether an encoder without quantisation and errors meets the requirement on these wheels.
     shares = [share_within(draws.errors([None], DRAWS, ROBOTS_CAUSES)[0], requirement) for draws in tests]
     is_its_own = all(share.low >= requirement.share for share in shares)
-    of_wheels: Dict[str, ByCause] = {}
-    for draws in tests:
-        for cause, errors in wheel_errors(draws).items():
-            if cause != WheelCause.CONTACT.value:
-                of_wheels.setdefault(cause, {})[draws.drive.test] = errors
+    of_wheels = {
+        (cause, draws.drive.test): errors
+        for draws in tests
+        for cause, errors in wheel_errors(draws).items()
+        if cause != WheelCause.CONTACT.value
+    }
     found = answers.limits(of_wheels, requirement) + own_limits(tests, params, requirement, is_its_own)
-    found.sort(key=lambda limit: -limit.error / limit.tolerance)
+    found.sort(key=lambda limit: -limit.fraction)
     amounts = {limit.cause: limit.reduced_to / limit.error for limit in found}
     on_wheels = {cause: amounts.get(cause.value, amount) for cause, amount in ROBOTS_CAUSES.items()}
     with_less = OdometryCurves(tests, _with_less(counts_by_ppr(params), amounts), on_wheels).smallest(requirement)
-    return Answer(
-        Criterion.ODOMETRY, Kind.NOT_THE_LIMIT, with_less and with_less.counts, limits=found, of_encoder=is_its_own
-    )
+    counts = with_less and with_less[0]
+    return Answer(Criterion.ODOMETRY, Kind.NOT_THE_LIMIT, counts, limits=found, of_encoder=is_its_own)
 
 
 def own_limits(
@@ -122,13 +269,14 @@ def own_limits(
     is_too_much: bool,
     count: Optional[int] = None,
 ) -> List[Limit]:
-    """Return the encoder errors that are too large; if only their sum is too large, the worst one."""
-    by_cause: Dict[str, ByCause] = {}
+    """Return the encoder errors, except quantisation, that are too large; if only their sum is, the worst one."""
+    by_place = {}
     for draws in tests:
-        for cause, errors in encoder_errors(draws, encoder, count).items():
-            by_cause.setdefault(cause, {})[draws.drive.test] = errors
-    found = answers.limits(by_cause, requirement)
-    return found if found or not is_too_much else answers.worst_halved(by_cause, requirement)
+        kinds = [encoder, _without_faults(encoder), _ideal(encoder)]
+        faulty, sound, ideal = _errors(draws, kinds, {}, count)
+        by_place.update({(EDGES, draws.drive.test): sound - ideal, (MISSED, draws.drive.test): faulty - sound})
+    found = {place: errors for place, errors in by_place.items() if errors.any()}
+    return answers.limits(found, requirement, is_too_much)
 
 
 def _with_less(params: EncoderParams, amounts: Mapping[str, float]) -> EncoderParams:

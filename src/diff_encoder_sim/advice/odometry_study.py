@@ -10,8 +10,15 @@ from diff_encoder_sim.advice.answers import Answer, Budget, Criterion, Kind, Req
 from diff_encoder_sim.advice.drive_draws import DriveDraws, ErrorFreeDrive
 from diff_encoder_sim.advice.encoder_search import TrialCounts
 from diff_encoder_sim.advice.listed_encoders import ListedEncoder, candidates_of, finest_real, recommended
-from diff_encoder_sim.advice.odometry_answer import ENCODER_CAUSES, limited_answer, odometry_answer, odometry_budgets
-from diff_encoder_sim.advice.odometry_curve import OdometryCurves, closed_form_counts, counts_by_ppr
+from diff_encoder_sim.advice.odometry_answer import (
+    ENCODER_CAUSES,
+    OdometryCurves,
+    closed_form_counts,
+    counts_by_ppr,
+    limited_answer,
+    odometry_answer,
+    odometry_budgets,
+)
 from diff_encoder_sim.analysis.results_table import RobotGeometry
 from diff_encoder_sim.drives.trial_definition import TrialPlan
 from diff_encoder_sim.navigation.goal_stopping import StopSpread
@@ -24,10 +31,10 @@ class TriedEncoder(NamedTuple):
     """Closed-loop trials of one test with one encoder."""
 
     test: str
-    label: str
-    counts: float  # per revolution of the wheel
+    encoder: str  # label
+    ppr: float  # of the equivalent ideal encoder
     within: Dict[Criterion, TrialCounts]
-    truth: Optional[Budget]  # of trials that reached the goal with all encoders; None if too few
+    budget: Optional[Budget]  # of the true pose, in trials that reached the goal with all encoders; None if too few
     budgeted: int  # number of these trials
 
 

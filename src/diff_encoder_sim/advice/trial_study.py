@@ -11,14 +11,12 @@ import numpy as np
 from diff_encoder_sim.advice import answers
 from diff_encoder_sim.advice.answers import MOST_BY_ONE_CAUSE, Answer, Budget, Criterion, Kind, Requirement
 from diff_encoder_sim.advice.drive_draws import ALL_CAUSES, WheelCause
-from diff_encoder_sim.advice.encoder_search import Asked, RankAnswer, TrialCounts, search
+from diff_encoder_sim.advice.encoder_search import TrialCounts, search
 from diff_encoder_sim.advice.listed_encoders import candidates_of
-from diff_encoder_sim.advice.odometry_answer import EDGES, MISSED, SENSOR_ERRORS, UNEVEN_LINES
-from diff_encoder_sim.advice.odometry_curve import local_counts
+from diff_encoder_sim.advice.odometry_answer import EDGES, MISSED, SENSOR_ERRORS, UNEVEN_LINES, local_counts
 from diff_encoder_sim.advice.odometry_study import Advice, TriedEncoder
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.results_table import SUCCEEDED
-from diff_encoder_sim.analysis.within_tolerance import Sufficiency
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.base.params import flat
@@ -183,10 +181,12 @@ def study_trials(campaign: Campaign, advice: Advice, trials_with: TrialsWith) ->
 
     wanted = local_counts(advice.geometry, requirement)
     guess = next((rank for rank, each in enumerate(candidates) if each.counts >= wanted), len(candidates) - 1)
-    asked = Asked(requirement.share, requirement.confidence)
-    found = search(len(candidates), counts, dict.fromkeys(AT_GOAL, guess), asked)
+    found = search(candidates, counts, dict.fromkeys(AT_GOAL, guess), requirement)
     odometry = advice.answers[Criterion.ODOMETRY]
-    every = {Criterion.ODOMETRY: odometry, **{each: _answer(each, found[each], run, requirement) for each in AT_GOAL}}
+    every = {Criterion.ODOMETRY: odometry, **found}
+    for criterion in AT_GOAL:
+        if found[criterion].kind is Kind.NOT_THE_LIMIT:
+            every[criterion] = _limited(criterion, run, requirement)
     if odometry.encoder:
         run.trials(run.rank_of(odometry.encoder))
         every[Criterion.ODOMETRY] = odometry._replace(note=_disagreement(run, advice))
@@ -198,29 +198,12 @@ def study_trials(campaign: Campaign, advice: Advice, trials_with: TrialsWith) ->
     return advice._replace(answers=every, stopping=stopping, tried=_tried(run, every[Criterion.TRUTH], requirement))
 
 
-def _answer(criterion: Criterion, found: RankAnswer, run: _Runs, requirement: Requirement) -> Answer:
-    if found.kind is Sufficiency.UNDECIDED:
-        return Answer(criterion, Kind.UNDECIDED, more_trials=found.more_trials)
-    if found.kind is Sufficiency.NO or found.rank is None:
-        return _limited(criterion, run, requirement)
-    candidates, chosen = run.candidates, run.candidates[found.rank]
-    return Answer(
-        criterion,
-        Kind.FROM,
-        chosen.counts,
-        (None if found.insufficient is None else candidates[found.insufficient].counts, chosen.counts),
-        chosen.label,
-        more_trials=found.more_trials,
-        undecided='' if found.undecided is None else candidates[found.undecided].label,
-    )
-
-
 def _limited(criterion: Criterion, run: _Runs, requirement: Requirement) -> Answer:
     """Return the causes that are too large with the finest encoder, and the encoder that suffices with less of them."""
     causes = (STOPPING,) if criterion is Criterion.POSE_ESTIMATE else (STOPPING, LOCALIZATION)
     finest = run.trials(run.ranks[-1])
-    by_cause = {cause: {test: trials.causes()[cause] for test, trials in finest.items()} for cause in causes}
-    found = answers.limits(by_cause, requirement)
+    by_place = {(cause, test): trials.causes()[cause] for cause in causes for test, trials in finest.items()}
+    found = answers.limits(by_place, requirement)
     amounts = {limit.cause: limit.reduced_to / limit.error for limit in found}
 
     def suffices_with_less(rank: int) -> bool:

@@ -13,7 +13,7 @@ from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence
 
 from diff_encoder_sim.advice import advice_tables as tables
 from diff_encoder_sim.advice.answers import Requirement
-from diff_encoder_sim.advice.encoder_search import FORGIVEN, Asked
+from diff_encoder_sim.advice.encoder_search import FORGIVEN, fewest_trials
 from diff_encoder_sim.advice.listed_encoders import candidates_of, listed_encoders
 from diff_encoder_sim.advice.odometry_study import Advice, study_odometry, with_budgets
 from diff_encoder_sim.advice.trial_study import TrialsWith, study_trials, switched_off
@@ -69,8 +69,8 @@ def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
         CampaignFault: trials cannot be run.
     """
     began_s = time.monotonic()
-    options = _checked(options)
     requirement = Requirement(options.share, options.tolerance, math.radians(options.yaw_tolerance), options.confidence)
+    options = _checked(options, requirement)
     campaign = with_checks('advise', _candidates(options), options.unchecked)
     name_campaigns_encoders(as_called('advise'), campaign)
     advice = study_odometry(campaign, requirement, options.distance)
@@ -100,11 +100,11 @@ def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
     return advice
 
 
-def _checked(options: AdviceOptions) -> AdviceOptions:
+def _checked(options: AdviceOptions, requirement: Requirement) -> AdviceOptions:
     """Check options before the computation starts, and set the number of trials."""
-    asked = Asked(options.share, options.confidence)
-    fewest = asked.fewest_trials()
-    options = replace(options, trials=asked.fewest_trials(FORGIVEN) if options.trials is None else options.trials)
+    fewest = fewest_trials(requirement)
+    if options.trials is None:
+        options = replace(options, trials=fewest_trials(requirement, FORGIVEN))
     if options.has_trials and options.distance is not None:
         raise ConfigError(f'--distance: given {options.distance:g}, but trials drive the tests; allowed: --no-trials')
     if options.has_trials and options.trials is not None and options.trials < fewest:

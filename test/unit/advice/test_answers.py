@@ -48,13 +48,19 @@ def spread(sd_m, axis):
 
 
 def test_what_takes_more_than_half_of_a_tolerance_is_a_limit_the_worst_first():
-    alone = {
-        'small': {'SL': spread(0.01, 0)},
-        'large': {'SL': spread(0.03, 1), 'SMT': spread(0.001, 1)},
-        'largest': {'SL': spread(0.02, 0), 'SMT': spread(0.5, 2)},
-    }
-    found = answers.limits(alone, REQUIREMENT)
-    assert [(limit.cause, limit.test, limit.axis) for limit in found] == [('largest', 'SMT', 2), ('large', 'SL', 1)]
+    small = {('small', 'SL'): spread(0.01, 0)}
+    large = {('large', 'SL'): spread(0.03, 1), ('large', 'SMT'): spread(0.001, 1)}
+    largest = {('largest', 'SL'): spread(0.02, 0), ('largest', 'SMT'): spread(0.5, 2)}
+    found = answers.limits({**small, **large, **largest}, REQUIREMENT)
+    named = [(limit.cause, limit.test, limit.axis) for limit in found]
+    assert named == [('largest', 'SMT', 'heading'), ('large', 'SL', 'across')]
     # 80 % of normal errors are within 1.28 standard deviations.
     assert found[1].error == pytest.approx(1.28 * 0.03, rel=0.05)
     assert (found[1].tolerance, found[1].reduced_to) == (0.05, 0.025)
+
+
+def test_the_worst_of_small_causes_is_halved_if_they_are_too_much_together():
+    small = {('small', 'SL'): spread(0.01, 0), ('smaller', 'SL'): spread(0.005, 0)}
+    assert answers.limits(small, REQUIREMENT) == []
+    (limit,) = answers.limits(small, REQUIREMENT, is_some_cause=True)
+    assert limit.cause == 'small' and limit.reduced_to == pytest.approx(0.5 * limit.error)

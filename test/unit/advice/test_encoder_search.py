@@ -1,68 +1,63 @@
 """The search for the lowest sufficient encoder, and the binomial tests of its trials."""
 
+from types import SimpleNamespace
+
 import pytest
 from scipy import stats
 
-from diff_encoder_sim.advice.encoder_search import (
-    Asked,
-    RankAnswer,
-    TrialCounts,
-    fraction_interval,
-    judged,
-    monotone_fractions,
-    more_trials,
-    search,
-)
+from diff_encoder_sim.advice.answers import Answer, Kind, Requirement
+from diff_encoder_sim.advice.encoder_search import TrialCounts, fewest_trials, judged, more_trials, search
 from diff_encoder_sim.analysis.within_tolerance import Sufficiency
 
 RANKS, TRIALS, SHARE = 12, 39, 0.8
 YES, NO, UNDECIDED = Sufficiency.YES, Sufficiency.NO, Sufficiency.UNDECIDED
+CANDIDATES = [SimpleNamespace(label=str(rank), counts=float(rank)) for rank in range(RANKS)]
 
 
-def searched(within, guess):
-    """Search by {question: within(rank)} of SMT's trials; SL's never fail. Return the answers and the tested ranks."""
+def searched(guess, **within):
+    """Search by within(rank) of SMT's trials; SL's never fail. Return the answers and the tested ranks."""
     tested = []
 
     def run(rank):
         tested.append(rank)
-        return {
-            question: [TrialCounts(TRIALS, TRIALS), TrialCounts(of_rank(rank), TRIALS)]
-            for question, of_rank in within.items()
-        }
+        every = TrialCounts(TRIALS, TRIALS)
+        return {name: [every, TrialCounts(of_rank(rank), TRIALS)] for name, of_rank in within.items()}
 
-    return search(RANKS, run, dict.fromkeys(within, guess), Asked(SHARE)), tested
+    return search(CANDIDATES, run, dict.fromkeys(within, guess), Requirement(SHARE)), tested
 
 
 @pytest.mark.parametrize('lowest', [0, 1, 4, 6, RANKS - 1])
 @pytest.mark.parametrize('guess', [0, 5, RANKS - 1])
 def test_a_step_is_found_from_any_guess(lowest, guess):
-    found, tested = searched({'truth': lambda rank: TRIALS * (rank >= lowest)}, guess)
-    assert found['truth'] == RankAnswer(YES, lowest, lowest - 1 if lowest else None)
+    found, tested = searched(guess, truth=lambda rank: TRIALS * (rank >= lowest))
+    below = lowest - 1.0 if lowest else None
+    assert found['truth'] == Answer('truth', Kind.FROM, float(lowest), (below, float(lowest)), str(lowest))
     assert len(tested) == len(set(tested)) <= (3 if guess == lowest else 7)
 
 
 def test_the_highest_rank_may_not_suffice_or_not_decide():
-    found, tested = searched({'truth': lambda rank: 20}, 3)
-    assert found['truth'] == RankAnswer(NO, insufficient=RANKS - 1) and tested == [RANKS - 1]
-    found, tested = searched({'truth': lambda rank: 35}, 3)
-    assert found['truth'][:4] == (UNDECIDED, None, None, RANKS - 1) and tested == [RANKS - 1]
+    found, tested = searched(3, truth=lambda rank: 20)
+    assert found['truth'] == Answer('truth', Kind.NOT_THE_LIMIT) and tested == [RANKS - 1]
+    found, tested = searched(3, truth=lambda rank: 35)
+    assert found['truth'].kind is Kind.UNDECIDED and tested == [RANKS - 1]
     assert 30 < found['truth'].more_trials < 300
 
 
 def test_an_undecided_neighbour_is_reported_and_not_recommended():
-    found, _ = searched({'truth': lambda rank: 20 if rank < 4 else 35 if rank == 4 else TRIALS}, 5)
-    assert found['truth'][:4] == (YES, 5, None, 4) and found['truth'].more_trials > 0
+    found, _ = searched(5, truth=lambda rank: 20 if rank < 4 else 35 if rank == 4 else TRIALS)
+    answer = found['truth']
+    assert (answer.encoder, answer.interval, answer.undecided) == ('5', (None, 5.0), '4') and answer.more_trials > 0
 
 
-def test_questions_share_their_trials():
-    found, tested = searched({'truth': lambda rank: TRIALS * (rank >= 6), 'estimate': lambda rank: TRIALS}, 6)
-    assert (found['truth'].rank, found['estimate'].rank) == (6, 0) and len(tested) == len(set(tested))
+def test_criteria_share_their_trials():
+    found, tested = searched(6, truth=lambda rank: TRIALS * (rank >= 6), pose_estimate=lambda rank: TRIALS)
+    assert (found['truth'].encoder, found['pose_estimate'].encoder) == ('6', '0')
+    assert len(tested) == len(set(tested))
 
 
 @pytest.mark.parametrize('failures', [0, 2])
 def test_the_fewest_trials_show_the_fraction_although_some_fail(failures):
-    asked = Asked()
-    trials, doubt = asked.fewest_trials(failures), asked.doubt
+    trials, doubt = fewest_trials(Requirement(), failures), Requirement().doubt
     assert judged([TrialCounts(trials - failures, trials)], SHARE, doubt) is YES
     assert judged([TrialCounts(trials - 1 - failures, trials - 1)], SHARE, doubt) is UNDECIDED
     assert (0.8**trials <= doubt < 0.8 ** (trials - 1)) == (failures == 0)
@@ -100,11 +95,4 @@ def test_more_trials_of_the_same_fraction_decide(tests):
 @pytest.mark.parametrize('within', [0, 24])
 def test_the_interval_is_clopper_and_pearsons(within):
     expected = stats.binomtest(within, 30).proportion_ci(0.9, 'exact')
-    assert fraction_interval(TrialCounts(within, 30), 0.95) == pytest.approx(tuple(expected))
-
-
-def test_fractions_that_fall_are_pooled():
-    ranks = [TrialCounts(5, 10), TrialCounts(3, 10), TrialCounts(27, 30), TrialCounts(8, 10), TrialCounts(10, 10)]
-    assert monotone_fractions(ranks) == [0.4, 0.4, 0.875, 0.875, 1.0]
-    assert monotone_fractions(ranks[::-1]) == [pytest.approx(53 / 70)] * 5
-    assert monotone_fractions([]) == []
+    assert TrialCounts(within, 30).interval(0.95) == pytest.approx(tuple(expected))

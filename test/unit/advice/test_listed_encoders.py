@@ -59,14 +59,14 @@ def found():
 
 def test_the_catalogue_and_the_robots_are_in_it_by_ascending_counts(found):
     assert {'amt102', 'hoverboard_hub', 'own of alto', 'own of burger'} <= set(found)
-    assert [each.counts for each in found.values()] == sorted(each.counts for each in found.values())
+    assert [each.ppr for each in found.values()] == sorted(each.ppr for each in found.values())
 
 
 def test_odometry_is_judged_by_its_own_draws(found):
     assert found['own of burger'].meets[Criterion.ODOMETRY] is True
     assert found['own of alto'].meets[Criterion.ODOMETRY] is False
     # Its 16384 counts are off by a degree of the wheel.
-    assert found['as5047p'].share.high < found['amt102'].share.low
+    assert found['as5047p'].odometry_share.high < found['amt102'].odometry_share.low
 
 
 def test_at_the_goal_encoders_are_judged_by_what_they_are_worth(found):

@@ -71,7 +71,7 @@ def test_a_map_that_is_wrong_is_named_as_the_limit_with_what_would_do(campaign):
     answer = study(campaign, Trials(map_m=0.06)).answers[Criterion.TRUTH]
     assert answer.kind is Kind.NOT_THE_LIMIT
     (limit,) = answer.limits
-    assert (limit.cause, limit.test, limit.axis) == ('localization', 'SL', 1)
+    assert (limit.cause, limit.test, limit.axis) == ('localization', 'SL', 'across')
     assert limit.error == pytest.approx(0.06, abs=0.005)
     assert str(answer).startswith('the encoder is not the limit: localization makes ')
     assert answer.counts is not None and answer.encoder
