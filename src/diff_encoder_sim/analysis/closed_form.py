@@ -9,7 +9,7 @@ import numpy as np
 
 from diff_encoder_sim.analysis.encoder_labels import ppr_value
 from diff_encoder_sim.analysis.quantities import MINUS_TRUTH, QUANTITIES, YAW
-from diff_encoder_sim.analysis.result_tables import NOTHING, ResultTable
+from diff_encoder_sim.analysis.result_tables import NOTHING, Column, ResultTable
 from diff_encoder_sim.analysis.results_table import Results, RobotGeometry, final_errors
 from diff_encoder_sim.analysis.statistics import spread, std_interval
 from diff_encoder_sim.base.deferred import pandas as pd
@@ -88,13 +88,6 @@ def _only_motion(requested: Trial) -> Optional[Tuple[float, float]]:
 SCALED = {'m': ('mm', 1e3), 'deg': ('deg', 1.0)}
 DIGITS = 3
 
-_GROUP = 'standard deviation'
-_HEADS = {
-    'at_goal': (_GROUP, 'quantisation, exactly at the goal'),
-    'expected': (_GROUP, 'quantisation, at the final poses'),
-    'measured': (_GROUP, 'measured (95 % interval)'),
-    'conclusion': (_GROUP, 'measured is'),
-}
 _NOTES = [
     (
         'Closed form: wheel phases uniform at the start. Larger measured values come from slip, wheel errors and the '
@@ -141,4 +134,11 @@ def closed_form_table(results: Results) -> Optional[ResultTable]:
                 }
             )
     title = 'Final /odom minus /world_pose: closed form and measured'
-    return ResultTable('closed_form', title, pd.DataFrame(rows), _HEADS, {}, _NOTES) if rows else None
+    heads = {
+        'at_goal': 'quantisation, exactly at the goal',
+        'expected': 'quantisation, at the final poses',
+        'measured': 'measured (95 % interval)',
+        'conclusion': 'measured is',
+    }
+    columns = {name: Column(head, 'standard deviation') for name, head in heads.items()}
+    return ResultTable('closed_form', title, pd.DataFrame(rows), columns, _NOTES) if rows else None

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import itertools
 import math
-from typing import Any, Dict, Iterator, List, Optional, Tuple
+from typing import Any, Dict, List, Optional
 
 import numpy as np
 
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
-from diff_encoder_sim.analysis.quantities import POSES, QUANTITIES, Quantity
-from diff_encoder_sim.analysis.result_tables import NOTHING, ResultTable
+from diff_encoder_sim.analysis.quantities import POSES, QUANTITIES
+from diff_encoder_sim.analysis.result_tables import NOTHING, Column, ResultTable
 from diff_encoder_sim.analysis.results_table import Results, equal_trials, final_errors
-from diff_encoder_sim.analysis.statistics import SIGNIFICANCE, PairedResult, holm, mcnemar, spread_ratio, wilcoxon
-from diff_encoder_sim.analysis.tables import setup_columns
+from diff_encoder_sim.analysis.statistics import SIGNIFICANCE, holm, mcnemar, spread_ratio, wilcoxon
 from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.drives.topics import PoseSource
 
@@ -44,32 +43,26 @@ def compare_encoders(results: Results) -> pd.DataFrame:
         of the fractions within tolerance; `low` and `high`, its uncorrected 95 % interval; `p`; `p_holm`, corrected
         over the comparisons of equal source and question; the `verdict`; and the `setup`.
     """
-    rows = []
-    for setup, of_setup in results.trials.groupby('setup', sort=False):
-        keys = setup_columns(results, of_setup.iloc[0])
+    rows, keys = [], ['test', *results.varied, 'setup']
+    for key, of_setup in results.trials.groupby(keys, sort=False):
         pairs = itertools.combinations(of_setup.groupby('ppr', sort=False), 2)
         for ((coarse, first), (fine, second)), source in itertools.product(pairs, PoseSource):
-            for quantity in QUANTITIES:
-                for question, found in _results(first, second, source.value, quantity):
-                    named = (source.value, question, quantity.name, coarse, fine)
-                    values = (*named, found.pairs, found.estimate, *found.interval, found.p_value)
-                    rows.append({**keys, **dict(zip(_RESULTS, values)), 'setup': setup})
-    compared = pd.DataFrame(rows, columns=['test', *results.varied, *_RESULTS, 'setup'])
+            trials = equal_trials(first, second, source.value)
+            for quantity in QUANTITIES if len(trials[0]) else ():
+                errors = [np.round(final_errors(one, source.value, quantity), ROUNDED_TO) for one in trials]
+                sizes = [np.abs(each) for each in errors]
+                found = {
+                    SPREAD: spread_ratio(*errors),
+                    ERROR: wilcoxon(*sizes),
+                    WITHIN: mcnemar(*(each <= quantity.tolerance for each in sizes)),
+                }
+                for question, (count, estimate, (low, high), p_value) in found.items():
+                    values = (source.value, question, quantity.name, coarse, fine, count, estimate, low, high, p_value)
+                    rows.append({**dict(zip(keys, key)), **dict(zip(_RESULTS, values))})
+    compared = pd.DataFrame(rows, columns=[*keys[:-1], *_RESULTS, 'setup'])
     compared['p_holm'] = compared.groupby(['source', 'question'])['p'].transform(holm)
     compared['verdict'] = [conclusion(row) for row in compared.to_dict('records')]
     return compared
-
-
-def _results(
-    first: pd.DataFrame, second: pd.DataFrame, source: str, quantity: Quantity
-) -> Iterator[Tuple[str, PairedResult]]:
-    pairs = equal_trials(first, second, source)
-    if len(pairs[0]):
-        errors_a, errors_b = (np.round(final_errors(trials, source, quantity), ROUNDED_TO) for trials in pairs)
-        sizes_a, sizes_b = np.abs(errors_a), np.abs(errors_b)
-        yield SPREAD, spread_ratio(errors_a, errors_b)
-        yield ERROR, wilcoxon(sizes_a, sizes_b)
-        yield WITHIN, mcnemar(sizes_a <= quantity.tolerance, sizes_b <= quantity.tolerance)
 
 
 def conclusion(row: Dict[str, Any]) -> str:
@@ -96,26 +89,19 @@ def conclusion(row: Dict[str, Any]) -> str:
     return f'{first} is within {quantity.tolerance:g} {quantity.unit} more often than {second} (by {points})'
 
 
-def comparison_table(compared: pd.DataFrame) -> ResultTable:
-    """Build the table of all comparisons."""
-    return ResultTable('comparisons', 'Encoders compared', compared.drop(columns=['p', 'setup']))
-
-
 def differences(compared: pd.DataFrame) -> pd.DataFrame:
     """Select the significant differences, sorted by test, source and quantity, and add a column `about`."""
-    different, columns = compared[compared['p_holm'] < SIGNIFICANCE], ['setup', 'source', 'error']
-    ranks = (list(compared['setup'].unique()), list(POSES), list(_QUANTITIES))
-    rank = {name: {value: place for place, value in enumerate(values)} for name, values in zip(columns, ranks)}
-    different = different.sort_values(columns, key=lambda column: column.map(rank[column.name]), kind='stable')
-    about = [
-        f'{POSES[source]}, {_QUANTITIES[error].axis}' for source, error in zip(different['source'], different['error'])
-    ]
+    different = compared[compared['p_holm'] < SIGNIFICANCE]
+    ranks = {
+        name: place for names in (compared['setup'].unique(), POSES, _QUANTITIES) for place, name in enumerate(names)
+    }
+    different = different.sort_values(['setup', 'source', 'error'], key=lambda column: column.map(ranks), kind='stable')
+    about = [f'{POSES[source]}, {_QUANTITIES[error].axis}' for source, error in different[['source', 'error']].values]
     return different.assign(about=about)
 
 
-def difference_table(compared: pd.DataFrame) -> Optional[ResultTable]:
-    """Build the table of differences by test, source and quantity; None if there are none."""
-    different = differences(compared)
+def difference_table(different: pd.DataFrame, comparisons: int) -> Optional[ResultTable]:
+    """Build the table of `differences` by test, source and quantity; None if there are none."""
     if different.empty:
         return None
     rows = [
@@ -124,11 +110,11 @@ def difference_table(compared: pd.DataFrame) -> Optional[ResultTable]:
     ]
     note = (
         f'Example: 40 PPR spreads more than 1024 and 4096 PPR. Listed if p is below {SIGNIFICANCE:g} after '
-        f"Holm's correction over all comparisons of a source in a column. In all other of the {len(compared)} "
+        f"Holm's correction over all comparisons of a source in a column. In all other of the {comparisons} "
         f'comparisons the encoders are not distinguishable with these trials.'
     )
-    heads = {'about': ('', 'error'), **{question: ('', head) for question, (head, _) in QUESTIONS.items()}}
-    return ResultTable('encoders', 'Encoders that differ [PPR]', pd.DataFrame(rows), heads, {}, [note])
+    columns = {'about': Column('error'), **{question: Column(head) for question, (head, _) in QUESTIONS.items()}}
+    return ResultTable('encoders', 'Encoders that differ [PPR]', pd.DataFrame(rows), columns, [note])
 
 
 def _worse(different: pd.DataFrame, question: str) -> str:
@@ -140,11 +126,3 @@ def _worse(different: pd.DataFrame, question: str) -> str:
         worse, better = labels if is_larger != (question == WITHIN) else labels[::-1]
         others.setdefault(worse, []).append(better)
     return '; '.join(f'{worse} than {", ".join(better)}' for worse, better in others.items()) or NOTHING
-
-
-def difference_texts(compared: pd.DataFrame) -> Dict[str, List[str]]:
-    """Return a sentence per difference, by test."""
-    return {
-        setup: [f'{about}: {verdict}.' for about, verdict in zip(of_setup['about'], of_setup['verdict'])]
-        for setup, of_setup in differences(compared).groupby('setup', sort=False)
-    }

@@ -9,8 +9,8 @@ import uuid
 from pathlib import Path
 from typing import Iterator, Optional
 
-from diff_encoder_sim.analysis.encoder_comparison import compare_encoders, comparison_table
-from diff_encoder_sim.analysis.result_tables import write_tables
+from diff_encoder_sim.analysis.encoder_comparison import compare_encoders
+from diff_encoder_sim.analysis.result_tables import ResultTable, write_tables
 from diff_encoder_sim.analysis.results_table import Results
 from diff_encoder_sim.analysis.tables import all_tables
 from diff_encoder_sim.base.errors import ConfigError
@@ -41,7 +41,8 @@ def write_analysis(results: Results, folder: Path, beside: Optional[Results] = N
     tables, compared = all_tables(results), compare_encoders(results)
     paper = paper_section([each for each in (results, beside) if each is not None])
     of_paper = [] if paper is None else [paper.scores, *paper.cells, paper.all_cells]
-    write_tables([*tables, comparison_table(compared), *of_paper], folder / 'tables')
+    comparisons = ResultTable('comparisons', '', compared.drop(columns=['p', 'setup']))
+    write_tables([*tables, comparisons, *of_paper], folder / 'tables')
     figures = write_figures(results, folder / 'figures')
     lead = write_report(results, tables, compared, figures, paper, folder / REPORT)
     is_concluded = paper is not None and (beside is not None or paper.has_enough_trials)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import itertools
 import re
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Sequence, Tuple, Union
+from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Sequence, Union
 
+import numpy as np
 from tabulate import tabulate
 
 from diff_encoder_sim.analysis.quantities import POSES, QUANTITIES
@@ -34,43 +35,49 @@ LABELS = {
 HEADS = {'ppr': 'PPR', 'quantity': 'error'}  # default headings of columns
 
 
+Decimals = Union[int, Sequence[int], None]  # of the numbers of a column, or of each entry; None for texts
+
+
+class Column(NamedTuple):
+    """Heading and format of a column."""
+
+    head: str  # with unit
+    group: str = ''  # heading over neighbouring columns; columns without one come first and are the keys of the rows
+    decimals: Decimals = None
+
+
 class ResultTable(NamedTuple):
     """Table and its formatting."""
 
     name: str  # file name without suffix
     title: str
     exact: pd.DataFrame  # content of the CSV file; column names contain units
-    # Group (a heading over neighbouring columns) and heading with unit, by column. Columns without a group come first
-    # and are the keys of the rows; by default a column has its name (or that in `HEADS`) as heading and no group.
-    heads: Mapping[str, Tuple[str, str]] = {}
-    decimals: Mapping[str, Union[int, Sequence[int]]] = {}  # per numeric column, or per entry of a column
+    columns: Mapping[str, Column] = {}  # by name; others are texts with their name (or that in `HEADS`) as heading
     notes: Sequence[str] = ()  # one or two sentences each, shown below the table
+
+    def column(self, name: str) -> Column:
+        """Return the formatting of a column."""
+        return self.columns.get(name, Column(HEADS.get(name, name)))
 
     def shown(self) -> pd.DataFrame:
         """Return the table as strings: rounded numbers, `NOTHING` for missing ones."""
         texts = {}
         for name, values in self.exact.items():
-            decimals = self.decimals.get(name)
-            each = itertools.repeat(decimals) if isinstance(decimals, int) else decimals
-            pairs = zip(values, each) if each is not None else ()
-            texts[name] = [_rounded(*pair) for pair in pairs] or [LABELS.get(text, text) for text in values]
+            decimals = self.column(name).decimals
+            if decimals is None:
+                texts[name] = [LABELS.get(text, text) for text in values]
+            else:  # adding zero removes the sign of a rounded zero
+                pairs = zip(values, np.broadcast_to(decimals, len(values)).tolist())
+                texts[name] = [NOTHING if pd.isna(one) else f'{round(float(one), n) + 0.0:.{n}f}' for one, n in pairs]
         return pd.DataFrame(texts, columns=self.exact.columns, dtype=object)
 
-    def head(self, name: str) -> Tuple[str, str]:
-        """Return the group and the heading of a column."""
-        return self.heads.get(name, ('', HEADS.get(name, name)))
-
-    def abreast(self) -> Iterator[List[str]]:
+    def abreast(self) -> Iterator[Dict[str, Column]]:
         """Yield the columns of each block that fits the page width, including the key columns."""
-        groups = list(dict.fromkeys(group for group, _ in map(self.head, self.exact.columns) if group))
+        columns = {name: self.column(name) for name in self.exact.columns}
+        groups = list(dict.fromkeys(column.group for column in columns.values() if column.group))
         for first in range(0, max(len(groups), 1), GROUPS_ABREAST):
             shown = ['', *groups[first : first + GROUPS_ABREAST]]
-            yield [name for name in self.exact.columns if self.head(name)[0] in shown]
-
-
-def _rounded(value: Any, decimals: int) -> str:
-    # Adding zero removes the sign of a rounded zero.
-    return NOTHING if pd.isna(value) else f'{round(float(value), decimals) + 0.0:.{decimals}f}'
+            yield {name: column for name, column in columns.items() if column.group in shown}
 
 
 def write_tables(tables: Sequence[ResultTable], folder: Path) -> None:
@@ -101,25 +108,23 @@ def markdown_text(table: ResultTable) -> str:
         return re.sub(r'([\\|_*<])', r'\\\1', text)
 
     shown, parts = table.shown(), [f'**{escaped(table.title)}**']
-    for names in table.abreast():
-        heads = [escaped(' '.join(table.head(name)).strip()) for name in names]
-        rows = [list(map(escaped, row)) for row in shown[names].itertuples(index=False)]
-        sides = ['right' if name in table.decimals else 'left' for name in names]
+    for columns in table.abreast():
+        heads = [escaped(f'{column.group} {column.head}'.strip()) for column in columns.values()]
+        rows = [list(map(escaped, row)) for row in shown[list(columns)].itertuples(index=False)]
+        sides = ['left' if column.decimals is None else 'right' for column in columns.values()]
         parts.append(tabulate(rows, heads, tablefmt='pipe', colalign=sides if rows else None, disable_numparse=True))
-    parts.append('\n'.join(f'- {escaped(note)}' for note in table.notes))
-    return '\n\n'.join(part for part in parts if part) + '\n'
+    return '\n\n'.join([*parts, *filter(None, ['\n'.join(f'- {escaped(note)}' for note in table.notes)])]) + '\n'
 
 
 def latex_text(table: ResultTable) -> str:
     r"""Format a table as LaTeX, for \input in a document that uses booktabs."""
     parts = [r'% \usepackage{booktabs}', r'\begin{table}', r'\centering\scriptsize', r'\setlength{\tabcolsep}{3pt}']
     parts += [rf'\caption{{{_latex(table.title)}}}', rf'\label{{tab:{table.name}}}']
-    for names in table.abreast():
-        heads = [table.head(name) for name in names]
-        has_groups = any(group for group, _ in heads)
-        columns = pd.MultiIndex.from_tuples(heads) if has_groups else [head for _, head in heads]
-        sides = ''.join('r' if name in table.decimals else 'l' for name in names)
-        block = table.shown()[names].set_axis(columns, axis=1)
+    for columns in table.abreast():
+        heads = [column[:2][::-1] for column in columns.values()]
+        names = pd.MultiIndex.from_tuples(heads) if any(group for group, _ in heads) else [head for _, head in heads]
+        sides = ''.join('l' if column.decimals is None else 'r' for column in columns.values())
+        block = table.shown()[list(columns)].set_axis(names, axis=1)
         text = block.to_latex(index=False, escape=True, column_format=sides, multicolumn_format='c')
         parts += [re.sub(r'(^|& )-(?=[\di])', r'\1$-$', text, flags=re.MULTILINE).rstrip(), r'\par\medskip']
     parts += [rf'\par\raggedright {_latex(note)}' for note in table.notes]
@@ -135,16 +140,10 @@ def _latex(text: str) -> str:
 def html_table(table: ResultTable) -> List[Dict[str, Any]]:
     """Return blocks of columns that fit the page width, for the macros of tables.html."""
     blocks, shown = [], table.shown()
-    for names in table.abreast():
-        groups = [(group, len(list(same))) for group, same in itertools.groupby(table.head(name)[0] for name in names)]
-        rows = shown[names].values.tolist()
-        blocks.append(
-            {
-                'groups': groups if any(group for group, _ in groups) else [],
-                'heads': [(table.head(name)[1], bool(table.head(name)[0]) or name in table.decimals) for name in names],
-                'keys': groups[0][1] if len(groups) > 1 else 1,
-                # Flag: the first entry differs from that of the row above.
-                'rows': [(row, place > 0 and row[0] != rows[place - 1][0]) for place, row in enumerate(rows)],
-            }
-        )
+    for columns in table.abreast():
+        groups = [(group, len(list(same))) for group, same in itertools.groupby(one.group for one in columns.values())]
+        heads = [(one.head, bool(one.group) or one.decimals is not None) for one in columns.values()]
+        rows, keys = shown[list(columns)].values.tolist(), groups[0][1] if len(groups) > 1 else 1
+        groups = groups if any(group for group, _ in groups) else []
+        blocks.append({'groups': groups, 'heads': heads, 'keys': keys, 'rows': rows})
     return blocks

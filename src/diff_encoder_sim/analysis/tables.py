@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from typing import Any, Dict, List, Optional, Sequence
+from typing import Dict, List, Optional, Sequence
 
 import numpy as np
 
 from diff_encoder_sim.analysis import results_table, statistics
 from diff_encoder_sim.analysis.encoder_labels import IDEAL, ppr_text, ppr_values
 from diff_encoder_sim.analysis.quantities import LEVEL, MINUS_TRUTH, QUANTITIES, YAW, Quantity, X
-from diff_encoder_sim.analysis.result_tables import ResultTable
+from diff_encoder_sim.analysis.result_tables import Column, Decimals, ResultTable
 from diff_encoder_sim.analysis.results_table import ALIGNMENTS, RPES, SUCCEEDED, Results, RobotGeometry, encoders
 from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.trials.trials_csv import VARIANT
@@ -23,11 +24,6 @@ def all_tables(results: Results) -> List[ResultTable]:
         found = estimates(results, pose)
         tables += [goal_table(results, pose, found), interval_table(pose, found)]
     return [*tables, *filter(None, [path_error_table(results), variant_table(results)])]
-
-
-def setup_columns(results: Results, first: pd.Series) -> Dict[str, Any]:
-    """Return the key columns of a trial: its test and each varied parameter."""
-    return {name: first[name] for name in ('test', *results.varied)}
 
 
 def pulse_resolution(pprs: Sequence[float], robot: RobotGeometry) -> pd.DataFrame:
@@ -47,17 +43,16 @@ def pulse_resolution(pprs: Sequence[float], robot: RobotGeometry) -> pd.DataFram
 def pulse_resolution_table(pprs: Sequence[float], robot: RobotGeometry) -> ResultTable:
     """Build table 3."""
     columns = {
-        'linear_mm': ('travel per pulse [mm]', 3),
-        'two_wheel_angle_deg': ('rotation, one pulse of both wheels [deg]', 4),
-        'one_wheel_angle_deg': ('rotation, one pulse of one wheel [deg]', 4),
+        'linear_mm': Column('travel per pulse [mm]', decimals=3),
+        'two_wheel_angle_deg': Column('rotation, one pulse of both wheels [deg]', decimals=4),
+        'one_wheel_angle_deg': Column('rotation, one pulse of one wheel [deg]', decimals=4),
     }
     notes = [
         f'Wheel diameter {robot.wheel_diameter_m:g} m, wheel separation {robot.wheel_separation_m:g} m.',
         'Both wheels: one pulse each, in opposite directions, as in the paper.',
     ]
     title = 'Table 3. Resolution of the encoder: robot motion per pulse'
-    heads, decimals = {name: ('', head) for name, (head, _) in columns.items()}, {n: d for n, (_, d) in columns.items()}
-    return ResultTable('table3', title, pulse_resolution(pprs, robot), heads, decimals, notes)
+    return ResultTable('table3', title, pulse_resolution(pprs, robot), columns, notes)
 
 
 # Tables 4 to 6 of the paper and two of the same form, by pose: file name and title.
@@ -75,19 +70,12 @@ PERCENT_DECIMALS = 1
 # Rows of tables 4 to 6 for each test.
 STATISTICS = ('min', 'max', 'mean', 'std', 'pct_within', 'trials')
 
-# Columns of the interval tables: groups, and their parts.
+# Column groups of the interval tables.
 INTERVAL_GROUPS = {
     'mean': 'mean',
     'std': 'std. dev.',
     'std_bootstrap': 'std. dev., bootstrap',
     'pct_within': '% within',
-}
-INTERVAL_PARTS = {'': 'value', '_low': 'from', '_high': 'to'}
-INTERVALS = {
-    name + part: (group, head)
-    for name, group in INTERVAL_GROUPS.items()
-    for part, head in INTERVAL_PARTS.items()
-    if name + part != 'std_bootstrap'
 }
 
 BOOTSTRAP_SEED = 0  # makes intervals reproducible
@@ -95,20 +83,20 @@ BOOTSTRAP_SEED = 0  # makes intervals reproducible
 
 def estimates(results: Results, pose: str) -> pd.DataFrame:
     """Compute the statistics of the final errors [m, deg, per cent]: a row per cell and quantity."""
+    keys = ['test', *results.varied, 'ppr']
     return pd.DataFrame(
         {
-            **setup_columns(results, of_cell.iloc[0]),
-            'ppr': of_cell['ppr'].iloc[0],
+            **dict(zip(keys, key)),
             'quantity': quantity.name,
             **error_statistics(results_table.final_errors(of_cell, pose, quantity), quantity),
         }
-        for _, of_cell in results.trials.groupby('cell', sort=False)
+        for key, of_cell in results.trials.groupby(keys, sort=False)
         for quantity in QUANTITIES
     )
 
 
 def error_statistics(errors: np.ndarray, quantity: Quantity) -> Dict[str, Optional[float]]:
-    """Compute `STATISTICS` and `INTERVALS` of final errors; None if undefined."""
+    """Compute `STATISTICS` of final errors, and their intervals; None if undefined."""
     within, trials = int(np.count_nonzero(np.abs(errors) <= quantity.tolerance)), len(errors)
     pairs = {
         'mean': statistics.mean_interval(errors),
@@ -129,24 +117,17 @@ def error_statistics(errors: np.ndarray, quantity: Quantity) -> Dict[str, Option
 def goal_table(results: Results, pose: str, found: pd.DataFrame) -> ResultTable:
     """Build one of tables 4 to 6 from its `estimates`: rows test and statistic, columns PPR and x, y, yaw."""
     keys, columns = ['test', *results.varied], {}
-    for label in encoders(results.trials):
-        begin = label if label == IDEAL else f'ppr{label}'.replace(' ', '_')
-        columns.update({(label, quantity.name): (f'{begin}_{quantity.name}', quantity) for quantity in QUANTITIES})
-    wide = found.melt([*keys, 'ppr', 'quantity'], STATISTICS, 'statistic').astype({'value': object})
-    wide = wide.pivot(index=[*keys, 'statistic'], columns=['ppr', 'quantity'], values='value')
-    tests = found[keys].drop_duplicates().itertuples(index=False)
-    rows = pd.MultiIndex.from_tuples([(*test, name) for test in tests for name in STATISTICS], names=wide.index.names)
-    wide = wide.reindex(index=rows, columns=list(columns)).set_axis([name for name, _ in columns.values()], axis=1)
-    of_count = wide.index.get_level_values('statistic') == 'trials'
-    wide[of_count] = wide[of_count].fillna(0).astype(int)
-    exact = wide.reset_index()
-    heads = {name: (ppr_text(label), quantity.head) for (label, _), (name, quantity) in columns.items()}
+    exact = found[keys].drop_duplicates().merge(pd.DataFrame({'statistic': STATISTICS}), how='cross')
     of_row = {'trials': 0, 'pct_within': PERCENT_DECIMALS}
-    decimals = {
-        name: [of_row.get(statistic, DECIMALS[quantity.unit]) for statistic in exact['statistic']]
-        for name, quantity in columns.values()
-    }
-    return ResultTable(*GOAL_TABLES[pose], exact, heads, decimals, _goal_notes(results.trials, pose))
+    for label, quantity in itertools.product(encoders(results.trials), QUANTITIES):
+        name = f'{label if label == IDEAL else f"ppr{label}"}_{quantity.name}'.replace(' ', '_')
+        of_column = found[(found['ppr'] == label) & (found['quantity'] == quantity.name)].astype(object)
+        exact = exact.merge(of_column.melt(keys, STATISTICS, 'statistic', name), how='left')
+        decimals = [of_row.get(statistic, DECIMALS[quantity.unit]) for statistic in exact['statistic']]
+        columns[name] = Column(quantity.head, ppr_text(label), decimals)
+    counts = exact.loc[exact['statistic'] == 'trials', list(columns)]
+    exact.loc[counts.index, list(columns)] = counts.fillna(0).astype(int)
+    return ResultTable(*GOAL_TABLES[pose], exact, columns, _goal_notes(results.trials, pose))
 
 
 def _goal_notes(trials: pd.DataFrame, pose: str) -> List[str]:
@@ -156,26 +137,29 @@ def _goal_notes(trials: pd.DataFrame, pose: str) -> List[str]:
     notes = [f"x and y along the map's axes. Within: {tolerances}. {counted}"]
     for cell, of_cell in trials.groupby('cell', sort=False):
         left_out, counts = of_cell[f'{pose}_x_m'].isna().sum(), of_cell['outcome'].value_counts().sort_index()
-        succeeded = f'{counts.pop(SUCCEEDED) if SUCCEEDED in counts else 0} of {len(of_cell)} trials succeeded'
-        failed = ', '.join(f'{count} {outcome.replace("_", " ")}' for outcome, count in counts.items())
+        succeeded = f'{counts.get(SUCCEEDED, 0)} of {len(of_cell)} trials succeeded'
+        failed = ', '.join(f'{n} {outcome.replace("_", " ")}' for outcome, n in counts.items() if outcome != SUCCEEDED)
         if failed or left_out:
-            failures = f' ({failed})' if failed else ''
-            notes.append(f'{cell}: {succeeded}{failures}; {left_out} without a final pose.')
+            notes.append(f'{cell}: {succeeded}{failed and f" ({failed})"}; {left_out} without a final pose.')
     return notes
 
 
 def interval_table(pose: str, found: pd.DataFrame) -> ResultTable:
     """Build the intervals of one of tables 4 to 6 from its `estimates`: a row per test, PPR and quantity."""
-    keys = list(found.columns[: found.columns.get_loc('trials') + 1])
     of_row = [DECIMALS[name.rpartition('_')[2]] for name in found['quantity']]
-    decimals: Dict[str, Any] = {name: PERCENT_DECIMALS if 'pct' in name else of_row for name in INTERVALS}
+    columns = {
+        name + part: Column(head, group, PERCENT_DECIMALS if name == 'pct_within' else of_row)
+        for name, group in INTERVAL_GROUPS.items()
+        for part, head in {'': 'value', '_low': 'from', '_high': 'to'}.items()
+        if name + part in found
+    }
     note = (
         'Mean: by the t-distribution. Standard deviation: by chi-square, which assumes Gaussian errors, and '
         'by the bootstrap, which does not. % within: Wilson. inf: too few trials for a bound.'
     )
     name, title = GOAL_TABLES[pose]
-    title, exact = f'{title}: {100 * LEVEL:g} % intervals', found[[*keys, *INTERVALS]]
-    return ResultTable(f'{name}_intervals', title, exact, INTERVALS, {**decimals, 'trials': 0}, [note])
+    title, exact = f'{title}: {100 * LEVEL:g} % intervals', found[[*found.loc[:, :'trials'], *columns]]
+    return ResultTable(f'{name}_intervals', title, exact, {'trials': Column('trials', decimals=0), **columns}, [note])
 
 
 _ATE_NOTE = (
@@ -191,56 +175,48 @@ _RPE_NOTE = (
 
 def path_error_table(results: Results) -> Optional[ResultTable]:
     """Build the table of path errors, with a row per cell and source; None without paths."""
-    rows = []
-    for _, of_cell in results.trials.groupby('cell', sort=False):
-        for source in (source.value for source in ALIGNMENTS):
-            compared = of_cell.dropna(subset=[f'{source}_x_m', f'{source}_ate_rmse_m'])
-            if len(compared):
-                first = compared.iloc[0]
-                keys = {**setup_columns(results, first), 'ppr': first['ppr'], 'source': source}
-                rows.append({**keys, **_path_errors(compared, source)})
+    rows, keys = [], ['test', *results.varied, 'ppr']
+    for (key, of_cell), source in itertools.product(results.trials.groupby(keys, sort=False), ALIGNMENTS):
+        of_source = of_cell.filter(regex=f'^{source.value}_').rename(columns=lambda name: name.partition('_')[2])
+        of_source = of_source.dropna(subset=['x_m', 'ate_rmse_m'])
+        if of_source.empty:
+            continue
+        means, ate_m = of_source.mean(numeric_only=True), of_source['ate_rmse_m'].to_numpy(dtype=float)
+        low_m, high_m = statistics.mean_interval(ate_m)
+        row = {
+            **dict(zip(keys, key)),
+            'source': source.value,
+            'trials': len(of_source),
+            'ate_rmse_mean_m': float(np.mean(ate_m)),
+            'ate_rmse_low_m': low_m,
+            'ate_rmse_high_m': high_m,
+            'ate_rmse_std_m': statistics.spread(ate_m),
+            'ate_max_m': float(of_source['ate_max_m'].max()),
+            'yaw_rmse_mean_deg': math.degrees(means['yaw_rmse_rad']),
+        }
+        for name, _, _ in RPES:  # NaN without segments; ignored by the means
+            row[f'{name}_segments'] = int(of_source[f'{name}_segments'].sum())
+            row[f'{name}_translation_rmse_mean_m'] = means[f'{name}_translation_rmse_m']
+            row[f'{name}_rotation_rmse_mean_deg'] = math.degrees(means[f'{name}_rotation_rmse_rad'])
+        rows.append(row)
     if not rows:
         return None
-    whole = {
-        'ate_rmse_mean_m': 'ATE RMSE [m]',
-        'ate_rmse_low_m': 'from',
-        'ate_rmse_high_m': 'to',
-        'ate_rmse_std_m': 'std. dev.',
-        'ate_max_m': 'ATE max [m]',
-        'yaw_rmse_mean_deg': 'yaw RMSE [deg]',
-    }
-    heads = {name: ('whole path', head) for name, head in whole.items()}
-    parts = {
-        'segments': 'segments',
-        'translation_rmse_mean_m': 'translation [m]',
-        'rotation_rmse_mean_deg': 'rotation [deg]',
+    heads = {
+        'ate_rmse_mean_m': ('ATE RMSE [m]', 'whole path'),
+        'ate_rmse_low_m': ('from', 'whole path'),
+        'ate_rmse_high_m': ('to', 'whole path'),
+        'ate_rmse_std_m': ('std. dev.', 'whole path'),
+        'ate_max_m': ('ATE max [m]', 'whole path'),
+        'yaw_rmse_mean_deg': ('yaw RMSE [deg]', 'whole path'),
     }
     for name, pairs, distance_m in RPES:
         group = f'RPE over {distance_m:g} m, {pairs.text}'
-        heads.update({f'{name}_{part}': (group, head) for part, head in parts.items()})
-    decimals = {name: DECIMALS.get(name.rpartition('_')[2], 0) for name in ('trials', *heads)}
-    title = 'Errors over the whole path'
-    return ResultTable('path_errors', title, pd.DataFrame(rows), heads, decimals, [_ATE_NOTE, _RPE_NOTE])
-
-
-def _path_errors(trials: pd.DataFrame, source: str) -> Dict[str, Optional[float]]:
-    """Return a row of the table of path errors; all trials must have a path."""
-    means, ate_m = trials.mean(numeric_only=True), trials[f'{source}_ate_rmse_m'].to_numpy(dtype=float)
-    low_m, high_m = statistics.mean_interval(ate_m)
-    errors: Dict[str, Optional[float]] = {
-        'trials': len(trials),
-        'ate_rmse_mean_m': float(np.mean(ate_m)),
-        'ate_rmse_low_m': low_m,
-        'ate_rmse_high_m': high_m,
-        'ate_rmse_std_m': statistics.spread(ate_m),
-        'ate_max_m': float(trials[f'{source}_ate_max_m'].max()),
-        'yaw_rmse_mean_deg': math.degrees(means[f'{source}_yaw_rmse_rad']),
-    }
-    for name, _, _ in RPES:  # NaN without segments; ignored by the means
-        errors[f'{name}_segments'] = int(trials[f'{source}_{name}_segments'].sum())
-        errors[f'{name}_translation_rmse_mean_m'] = means[f'{source}_{name}_translation_rmse_m']
-        errors[f'{name}_rotation_rmse_mean_deg'] = math.degrees(means[f'{source}_{name}_rotation_rmse_rad'])
-    return errors
+        heads[f'{name}_segments'] = ('segments', group)
+        heads[f'{name}_translation_rmse_mean_m'] = ('translation [m]', group)
+        heads[f'{name}_rotation_rmse_mean_deg'] = ('rotation [deg]', group)
+    columns = {name: Column(*head, DECIMALS.get(name.rpartition('_')[2], 0)) for name, head in heads.items()}
+    columns['trials'] = Column('trials', decimals=0)
+    return ResultTable('path_errors', 'Errors over the whole path', pd.DataFrame(rows), columns, [_ATE_NOTE, _RPE_NOTE])
 
 
 VARIANTS = 'variants'  # name of the figure and the table
@@ -248,8 +224,6 @@ LEAST_ERROR = 1e-7  # lower limit of errors in ratios [m, rad]
 
 # Kinds of errors: scale from SI to the displayed unit, and decimals.
 KINDS = {'position_mm': (1e3, 2), 'heading_deg': (180.0 / math.pi, 3)}
-
-_OF_VARIANT = ('median', 'quartiles', 'ratio', '95 %', 'failed')
 
 
 def first_variant(trials: pd.DataFrame) -> str:
@@ -268,28 +242,27 @@ def variant_errors(results: Results) -> pd.DataFrame:
     if VARIANT not in results.varied:
         return pd.DataFrame()
     trials, rows = results.trials, []
-    apart = ['test', *(name for name in results.varied if name != VARIANT), 'ppr']
+    keys = ['test', *results.varied, 'ppr']
+    apart = [key for key in keys if key != VARIANT]
     of_first = dict(list(trials[trials[VARIANT] == first_variant(trials)].groupby(apart, sort=False)))
     for _, of_cell in trials.groupby('cell', sort=False):
-        keys = of_cell.iloc[0]
-        base = of_first.get(tuple(keys[apart]))
-        is_compared = base is not None and keys[VARIANT] != first_variant(trials)
+        first = of_cell.iloc[0]
+        base = of_first.get(tuple(first[apart]))
+        is_compared = base is not None and first[VARIANT] != first_variant(trials)
         pairs = results_table.equal_trials(of_cell, base, MINUS_TRUTH) if is_compared else ()
         for kind, (scale, _) in KINDS.items():
             sizes, ratios = error_sizes(of_cell, kind), [math.nan] * 3
             if not len(sizes):
                 continue
             if pairs and len(pairs[0]):  # typical ratio by signed ranks of logarithms
-                result = statistics.wilcoxon(
-                    *(np.log(np.maximum(error_sizes(part, kind), LEAST_ERROR)) for part in pairs)
-                )
+                logs = [np.log(np.maximum(error_sizes(part, kind), LEAST_ERROR)) for part in pairs]
+                result = statistics.wilcoxon(*logs)
                 ratios = [math.exp(value) for value in (result.estimate, *result.interval)]
             low, median, high = (scale * np.percentile(sizes, (25.0, 50.0, 75.0))).tolist()
-            shown = {name: keys[name] for name in ('ppr', 'setup', 'cell')}
             found = {'error': kind, 'median': median, 'low': low, 'high': high}
             found.update(failed=int((of_cell['outcome'] != SUCCEEDED).sum()), trials=len(of_cell))
             found.update(zip(('ratio', 'ratio_low', 'ratio_high'), ratios))
-            rows.append({**setup_columns(results, keys), **shown, **found})
+            rows.append({**first[[*keys, 'setup', 'cell']], **found})
     return pd.DataFrame(rows)
 
 
@@ -306,20 +279,18 @@ def variant_table(results: Results) -> Optional[ResultTable]:
     errors = variant_errors(results)
     if errors.empty:
         return None
-    keys, labels = ['test', *results.varied, 'error'], encoders(results.trials)
+    setup, columns = ['test', *results.varied], {}
+    exact = results.trials[setup].drop_duplicates().merge(pd.DataFrame({'error': list(KINDS)}), how='cross')
     bounds = errors[['ratio_low', 'ratio_high']].itertuples(index=False)
     intervals = [f'{low:.3g} to {high:.3g}' if math.isfinite(high) else '' for low, high in bounds]
     errors = errors.assign(quartiles=errors['high'] - errors['low'], **{'95 %': intervals}).astype(object)
-    wide = errors.pivot(index=keys, columns='ppr', values=list(_OF_VARIANT))
-    setups = results.trials[keys[:-1]].drop_duplicates().itertuples(index=False)
-    wide = wide.reindex(pd.MultiIndex.from_tuples([(*setup, kind) for setup in setups for kind in KINDS], names=keys))
-    names = {(head, label): f'ppr{label}_{head}'.replace(' ', '_') for label in labels for head in _OF_VARIANT}
-    exact = wide[list(names)].set_axis(names.values(), axis=1).reset_index()
     of_row = [KINDS[kind][1] for kind in exact['error']]
-    of_head = {'median': of_row, 'quartiles': of_row, 'ratio': 2, 'failed': 0}
-    decimals: Dict[str, Any] = {name: of_head[head] for (head, _), name in names.items() if head in of_head}
-    exact = exact.fillna({name: '' for name in names.values() if name not in decimals})
-    heads = {name: (ppr_text(label), head) for (head, label), name in names.items()}
+    of_head: Dict[str, Decimals] = {'median': of_row, 'quartiles': of_row, 'ratio': 2, '95 %': None, 'failed': 0}
+    for label in encoders(results.trials):
+        names = {head: f'ppr{label}_{head}'.replace(' ', '_') for head in of_head}
+        of_label = errors.loc[errors['ppr'] == label, [*setup, 'error', *of_head]]
+        exact = exact.merge(of_label.rename(columns=names), how='left').fillna({names['95 %']: ''})
+        columns.update({names[head]: Column(head, ppr_text(label), decimals) for head, decimals in of_head.items()})
     counted = 'All trials with a final pose count; failed: number of failed trials.'
     first = f'Ratio: errors relative to equal trials of the variant {first_variant(results.trials)!r}'
     notes = [
@@ -327,4 +298,4 @@ def variant_table(results: Results) -> Optional[ResultTable]:
         f'{first}, by signed ranks of logarithms, with an uncorrected 95 % interval (at least six trials).',
     ]
     title = 'Variants: final odometry error, /odom minus /world_pose'
-    return ResultTable(VARIANTS, title, exact, heads, decimals, notes)
+    return ResultTable(VARIANTS, title, exact, columns, notes)

@@ -54,18 +54,19 @@ def fractions_within(results: Results) -> pd.DataFrame:
         `heading`; `low` and `high`, the interval of within / trials; `sufficiency`, a value of `Sufficiency`.
     """
     short, rows = [key.rpartition('.')[2] for key in results.varied], []
-    for _, of_cell in results.trials.groupby('cell', sort=False):
-        first = of_cell.iloc[0]
-        parameters = ', '.join(varied_texts(first[results.varied], short))
-        name = f'{first["test"]} ({parameters})' if parameters else first['test']
+    for (test, setup, ppr, *values), of_cell in results.trials.groupby(
+        ['test', 'setup', 'ppr', *results.varied], sort=False
+    ):
+        parameters = ', '.join(varied_texts(values, short))
+        name = f'{test} ({parameters})' if parameters else test
         for pose in COMPARED_POSES:
-            row = {'setup': first['setup'], 'name': name, 'ppr': first['ppr'], 'pose': pose}
-            for key, part in {'within': QUANTITIES, 'position': (X, Y), 'heading': (YAW,)}.items():
-                within = are_within(of_cell, pose, part)
-                row.update({'trials': len(within), key: int(within.sum())})
-            low, high = wilson(row['within'], row['trials'])
+            parts = {'within': QUANTITIES, 'position': (X, Y), 'heading': (YAW,)}
+            within = {key: are_within(of_cell, pose, part) for key, part in parts.items()}
+            counts = {'trials': len(within['within']), **{key: int(each.sum()) for key, each in within.items()}}
+            low, high = wilson(counts['within'], counts['trials'])
             found = Sufficiency.NO if high < REQUIRED_FRACTION else Sufficiency.UNDECIDED
             found = Sufficiency.YES if low >= REQUIRED_FRACTION else found
+            row = {'setup': setup, 'name': name, 'ppr': ppr, 'pose': pose, **counts}
             rows.append({**row, 'low': low, 'high': high, 'sufficiency': found.value})
     return pd.DataFrame(rows)
 
@@ -104,14 +105,13 @@ def headline(fractions: pd.DataFrame, trials: pd.DataFrame) -> Headline:
     texts = {}
     for pose, text in COMPARED_POSES.items():  # tests with equal texts are joined, many tests are summed
         of_pose = known[known['pose'] == pose]
-        names: Dict[str, List[str]] = {}
         if of_pose['setup'].nunique() > MOST_NAMED:
             sufficient = (of_pose['sufficiency'] == Sufficiency.YES.value).sum()
             texts[text] = _counts(of_pose) if most < fewest else f'in {sufficient} of {len(of_pose)} cells'
         elif len(of_pose):
-            for _, of_setup in of_pose.groupby('setup', sort=False):
-                about = _counts(of_setup) if most < fewest else _encoders(of_setup)
-                names.setdefault(about, []).append(of_setup['name'].iloc[0])
+            names: Dict[str, List[str]] = {}
+            for name, of_test in of_pose.groupby('name', sort=False):
+                names.setdefault(_counts(of_test) if most < fewest else _encoders(of_test), []).append(name)
             texts[text] = '; '.join(f'{enumeration(tests)}: {about}' for about, tests in names.items())
     return Headline(statement, texts, failures)
 

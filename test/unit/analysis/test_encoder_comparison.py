@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from diff_encoder_sim.analysis import encoder_comparison
-from diff_encoder_sim.analysis.encoder_comparison import compare_encoders
+from diff_encoder_sim.analysis.encoder_comparison import QUESTIONS, compare_encoders, difference_table, differences
 from diff_encoder_sim.analysis.statistics import SIGNIFICANCE, holm
-from trial_tables import cell, records, results_of, synthetic_results, trial
+from trial_tables import cell, results_of, synthetic_results, trial
 
 TRIALS = 30
 
@@ -69,19 +68,20 @@ def test_comparisons_have_a_row_each():
         for ppr, factor in (('40', -2.0), ('90', 1.0))
         for number in (1, 2, 3)
     ]
-    found = records(encoder_comparison.comparison_table(compare_encoders(results_of(trials, varied=['noise']))))
+    found = compare_encoders(results_of(trials, varied=['noise'])).drop(columns=['p', 'setup']).to_dict('records')
     names = 'test,noise,source,question,error,ppr_a,ppr_b,pairs,estimate,low,high,p_holm,verdict'
     assert ','.join(found[0]) == names and len(found) == 9  # axes and questions of the one source
     estimates = {row['question']: float(row['estimate']) for row in found if row['error'] == 'y_m'}
     assert estimates == pytest.approx({'spread': 2.0, 'error': 0.02, 'within': -1.0 / 3.0})  # 0.06 m is beyond
-    assert list(estimates) == list(encoder_comparison.QUESTIONS)
+    assert list(estimates) == list(QUESTIONS)
     assert {row['verdict'] for row in found} == {'40 PPR and 90 PPR are not distinguishable with 3 trials'}
 
 
 def test_encoders_that_differ_are_named_worse_first():
     wide = np.array([0.1 * (-1) ** number * (1 + number % 5) for number in range(30)])
     compared = compare_encoders(results_of(*with_errors({'40': wide, '90': wide, '1024': 0.01 * wide})))
-    [row] = encoder_comparison.difference_table(compared).exact.values.tolist()
+    different = differences(compared)
+    [row] = difference_table(different, len(compared)).exact.values.tolist()
     assert row == ['SL', '/odom, y', *['40 than 1024; 90 than 1024'] * 3]
-    assert encoder_comparison.difference_texts(compared)['SL'][0].startswith('/odom, y: 40 PPR spreads more than 1024 ')
-    assert encoder_comparison.difference_table(compare_encoders(results_of(*with_errors({'40': wide})))) is None
+    assert different['verdict'].iloc[0].startswith('40 PPR spreads more than 1024 ')
+    assert difference_table(differences(compare_encoders(results_of(*with_errors({'40': wide})))), 0) is None

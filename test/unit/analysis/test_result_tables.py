@@ -5,13 +5,13 @@ import pandas as pd
 import pytest
 
 from diff_encoder_sim.analysis import result_tables
-from diff_encoder_sim.analysis.result_tables import ResultTable, html_table, latex_text, markdown_text
+from diff_encoder_sim.analysis.result_tables import Column, ResultTable, html_table, latex_text, markdown_text
 
 
 def small_table(groups=1, text='a_b', name='small'):
-    heads = {f'{group}{axis}': (f'group {group}', axis) for group in range(groups) for axis in 'xy'}
-    frame = pd.DataFrame({'key': [f'100 % {text}', text], **{name: [-0.0004, None] for name in heads}}, dtype=object)
-    return ResultTable(name, f'Of {text}', frame, heads, dict.fromkeys(heads, 3), [f'note on {text}'])
+    columns = {f'{group}{axis}': Column(axis, f'group {group}', 3) for group in range(groups) for axis in 'xy'}
+    frame = pd.DataFrame({'key': [f'100 % {text}', text], **{name: [-0.0004, None] for name in columns}}, dtype=object)
+    return ResultTable(name, f'Of {text}', frame, columns, [f'note on {text}'])
 
 
 def test_csv_has_all_digits_and_whole_numbers():
@@ -49,8 +49,8 @@ def test_the_tables_of_the_paper_are_written_in_each_format_and_others_as_csv(tm
 
 def test_on_a_page_numbers_are_rounded_missing_ones_are_dashes_and_labels_are_texts():
     exact = pd.DataFrame([['SL', 'x_m', 0.12345, None]], columns=['test', 'quantity', 'x_m', 'y_m'], dtype=object)
-    heads = {'x_m': ('40 PPR', 'x [m]'), 'y_m': ('40 PPR', 'y [m]')}
-    [block] = html_table(ResultTable('t', 'A table', exact, heads, {'x_m': [3], 'y_m': 3}))
-    assert block['rows'] == [(['SL', 'x [m]', '0.123', '–'], False)]
+    columns = {'x_m': Column('x [m]', '40 PPR', [3]), 'y_m': Column('y [m]', '40 PPR', 3)}
+    [block] = html_table(ResultTable('t', 'A table', exact, columns))
+    assert block['rows'] == [['SL', 'x [m]', '0.123', '–']]
     assert block['heads'] == [('test', False), ('error', False), ('x [m]', True), ('y [m]', True)]
     assert block['groups'] == [('', 2), ('40 PPR', 2)] and block['keys'] == 2

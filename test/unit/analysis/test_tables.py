@@ -56,7 +56,7 @@ def test_each_table_has_its_pose_and_its_order():
     means = {table.name: column(table, 'ppr90_x_m')['mean'] for table in tables}
     assert means == {'table4': 1.0, 'table5': 2.0, 'table6': 3.0, 'table6_amcl': 4.0, 'table4_minus_truth': -1.0}
     assert list(tables[0].exact['test'].unique()) == ['SL', 'DLD']
-    groups = list(dict.fromkeys(tables[0].head(name)[0] for name in tables[0].exact.columns))
+    groups = list(dict.fromkeys(tables[0].column(name).group for name in tables[0].exact.columns))
     assert groups == ['', '40 PPR', '90 PPR', 'ideal odometry']
 
 

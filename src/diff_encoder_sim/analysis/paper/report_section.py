@@ -9,7 +9,7 @@ from diff_encoder_sim.analysis.paper.claims import ClaimResult, check_claims
 from diff_encoder_sim.analysis.paper.comparison import COLUMNS, compare_with_paper, score
 from diff_encoder_sim.analysis.paper.paper_cells import PRINTED_RESOLUTIONS, STATISTICS, TRIALS, load_errata, of_paper
 from diff_encoder_sim.analysis.quantities import POSES
-from diff_encoder_sim.analysis.result_tables import LABELS, NOTHING, ResultTable
+from diff_encoder_sim.analysis.result_tables import LABELS, NOTHING, Column, ResultTable
 from diff_encoder_sim.analysis.results_table import STANDARD_TESTS, Results, encoders
 from diff_encoder_sim.analysis.statistics import SIGNIFICANCE
 from diff_encoder_sim.analysis.tables import pulse_resolution
@@ -54,10 +54,10 @@ def cell_tables(compared: pd.DataFrame) -> List[ResultTable]:
         rows = pd.MultiIndex.from_frame(both[['cell', 'quantity']].drop_duplicates())
         exact = wide.reindex(index=rows, columns=list(names)).fillna(NOTHING).set_axis(names.values(), axis=1)
         exact = exact.reset_index().replace({'quantity': LABELS})
-        heads = {name: (LABELS.get(one, one), whose) for (one, whose), name in names.items()}
+        columns = {name: Column(whose, LABELS.get(one, one)) for (one, whose), name in names.items()}
         title = f'Table {number} of the paper ({POSES[of_table["source"].iloc[0]]}) and ours'
         notes = [INTERVAL_LEGEND, LEGEND] if is_single else [LEGEND]
-        tables.append(ResultTable(f'paper_table{number}', title, exact, heads, {}, notes))
+        tables.append(ResultTable(f'paper_table{number}', title, exact, columns, notes))
     return tables
 
 
@@ -78,12 +78,12 @@ def resolution_table(results: Results) -> ResultTable:
     pprs = ppr_values(encoders(results.trials))
     ours = pulse_resolution(pprs, results.robot)
     groups = {'linear': 'travel per pulse [mm]', 'angle': 'rotation, one pulse of both wheels [deg]'}
-    exact, heads, decimals = ours[['ppr']], {}, {}
+    exact, columns = ours[['ppr']], {}
     for (part, group), (column, printed), digits in zip(groups.items(), PRINTED_RESOLUTIONS.items(), (2, 3)):
         exact = exact.assign(**{f'{part}_paper': [printed.get(ppr) for ppr in pprs], f'{part}_ours': ours[column]})
-        heads.update({f'{part}_paper': (group, 'paper'), f'{part}_ours': (group, 'computed')})
-        decimals.update({f'{part}_paper': digits, f'{part}_ours': digits})
-    return ResultTable('paper_table3', 'Table 3 of the paper, printed and computed', exact, heads, decimals)
+        columns[f'{part}_paper'] = Column('paper', group, digits)
+        columns[f'{part}_ours'] = Column('computed', group, digits)
+    return ResultTable('paper_table3', 'Table 3 of the paper, printed and computed', exact, columns)
 
 
 def score_table(compared: pd.DataFrame) -> ResultTable:
@@ -98,14 +98,13 @@ def score_table(compared: pd.DataFrame) -> ResultTable:
             counts += score(of_row) if len(of_row) else (None, None)
         if any(count is not None for count in counts):
             rows.append([POSES.get(source, source), test, *counts])
-    heads = {
-        part if is_single else f'{one}_{part}': ('' if is_single else one, part)
+    columns = {
+        part if is_single else f'{one}_{part}': Column(part, '' if is_single else one, 0)
         for one in by_campaign
         for part in parts
     }
-    exact = pd.DataFrame(rows, columns=['source', 'test', *heads], dtype=object)
-    title = 'Cells of the paper that agree with ours'
-    return ResultTable('paper_scores', title, exact, heads, dict.fromkeys(heads, 0), [SCORE_NOTE])
+    exact = pd.DataFrame(rows, columns=['source', 'test', *columns], dtype=object)
+    return ResultTable('paper_scores', 'Cells of the paper that agree with ours', exact, columns, [SCORE_NOTE])
 
 
 class PaperSection(NamedTuple):

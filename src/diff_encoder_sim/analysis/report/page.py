@@ -23,11 +23,11 @@ from diff_encoder_sim.analysis.charts.figures import Figure
 from diff_encoder_sim.analysis.charts.frames import with_paths
 from diff_encoder_sim.analysis.charts.trial_charts import trial_charts
 from diff_encoder_sim.analysis.closed_form import closed_form_table
-from diff_encoder_sim.analysis.encoder_comparison import difference_table, difference_texts
+from diff_encoder_sim.analysis.encoder_comparison import difference_table, differences
 from diff_encoder_sim.analysis.encoder_labels import encoders_text, enumeration, ppr_text
 from diff_encoder_sim.analysis.paper.report_section import PaperSection
 from diff_encoder_sim.analysis.quantities import POSES, REQUIRED_FRACTION
-from diff_encoder_sim.analysis.result_tables import ResultTable, html_table
+from diff_encoder_sim.analysis.result_tables import Column, ResultTable, html_table
 from diff_encoder_sim.analysis.results_table import SUCCEEDED, Results, encoders, first_of_cells, sample_text
 from diff_encoder_sim.analysis.tables import VARIANTS, first_variant
 from diff_encoder_sim.analysis.within_tolerance import COMPARED_POSES, TOLERANCE_TEXT
@@ -38,8 +38,6 @@ from diff_encoder_sim.trials.trials_csv import VARIANT
 
 # Libraries of the analysis; the manifest contains the versions of the campaign.
 LIBRARIES = ('numpy', 'pandas', 'scipy', 'altair', 'vl-convert-python')
-
-Facts = List[Tuple[str, str]]  # terms and their descriptions
 
 
 def write_report(
@@ -65,7 +63,7 @@ def write_report(
     """
     fractions, shown = within_tolerance.fractions_within(results), first_of_cells(results.trials).reset_index(drop=True)
     lead, closed_form = within_tolerance.headline(fractions, results.trials), closed_form_table(results)
-    of_differences, of_variants = difference_table(compared), [table for table in tables if table.name == VARIANTS]
+    different, of_variants = differences(compared), [table for table in tables if table.name == VARIANTS]
     embedded = {one.name: {'caption': one.caption, 'uri': data_uri(one.svg, one.png)} for one in figures}
     variants = [{'figure': embedded.pop(VARIANTS, None), 'table': table} for table in of_variants]
     failed = results.trials[results.trials['outcome'] != SUCCEEDED]
@@ -76,8 +74,9 @@ def write_report(
         headline=lead,
         scope=scope_text(results),
         notes=results.notes,
-        robot=robot_section(results),
-        real_encoders=encoder_section(results),
+        robot=results.manifest.get('robot'),
+        real_encoders=results.manifest.get('encoders', []),
+        ppr_text=ppr_text,
         origin=provenance(results),
         summary=summary_content(results, fractions),
         paper=paper,
@@ -87,7 +86,9 @@ def write_report(
         figures=list(embedded.values()),
         goal_tables=[table for table in tables if not table.name.endswith(('_intervals', VARIANTS))],
         interval_tables=[table for table in tables if table.name.endswith('_intervals')],
-        encoders={'comparisons': len(compared), 'table': of_differences, 'conclusions': difference_texts(compared)},
+        comparisons=len(compared),
+        different=different.groupby('setup', sort=False),
+        difference_table=difference_table(different, len(compared)),
         closed_form=closed_form,
         failures=failure_table(failed) if len(failed) else None,
         trials_shown=sample_text(shown, results.trials) or f'All {len(results.trials)} trials',
@@ -142,15 +143,18 @@ def trial_table(results: Results, trials: pd.DataFrame) -> ResultTable:
     """Build the table of trials: outcome, final error of each source, and ATE of odometry."""
     exact = trials[['test', *results.varied, 'ppr', 'trial', 'outcome', 'duration_s', 'distance_m']]
     exact = exact.assign(outcome=exact['outcome'].str.replace('_', ' '))
-    heads = {'duration_s': ('', 'time [s]'), 'distance_m': ('', 'path [m]')}
-    decimals = {'trial': 0, 'duration_s': 1, 'distance_m': 2}
-    for source, topic in ((source.value, topic) for source, topic in TOPIC_OF_SOURCE.items()):
-        exact[f'{source}_m'] = np.hypot(trials[f'{source}_x_m'], trials[f'{source}_y_m'])
-        exact[f'{source}_deg'] = np.degrees(trials[f'{source}_yaw_rad'])
-        heads.update({f'{source}_{part}': ('', f'{topic} [{part}]') for part in ('m', 'deg')})
-        decimals.update({f'{source}_m': 4, f'{source}_deg': 2})
-    exact['odom_ate_m'], heads['odom_ate_m'] = trials['odom_ate_rmse_m'], ('', '/odom ATE [m]')
-    return ResultTable('trials', 'All trials', exact, heads, {**decimals, 'odom_ate_m': 4}, [_NOTE])
+    columns = {
+        'trial': Column('trial', decimals=0),
+        'duration_s': Column('time [s]', decimals=1),
+        'distance_m': Column('path [m]', decimals=2),
+    }
+    for source, topic in TOPIC_OF_SOURCE.items():
+        metres, degrees = f'{source.value}_m', f'{source.value}_deg'
+        exact[metres] = np.hypot(trials[f'{source.value}_x_m'], trials[f'{source.value}_y_m'])
+        exact[degrees] = np.degrees(trials[f'{source.value}_yaw_rad'])
+        columns.update({metres: Column(f'{topic} [m]', decimals=4), degrees: Column(f'{topic} [deg]', decimals=2)})
+    exact['odom_ate_m'], columns['odom_ate_m'] = trials['odom_ate_rmse_m'], Column('/odom ATE [m]', decimals=4)
+    return ResultTable('trials', 'All trials', exact, columns, [_NOTE])
 
 
 def failure_table(failed: pd.DataFrame) -> ResultTable:
@@ -158,7 +162,7 @@ def failure_table(failed: pd.DataFrame) -> ResultTable:
     shown = first_of_cells(failed)
     exact = shown[['cell', 'trial', 'outcome', 'reason']].replace({'outcome': {'timed_out': 'timed out'}})
     notes = [f'{text}.' for text in [sample_text(shown, failed)] if text]
-    return ResultTable('failures', 'Trials that did not succeed', exact, {}, {'trial': 0}, notes)
+    return ResultTable('failures', 'Trials that did not succeed', exact, {'trial': Column('trial', decimals=0)}, notes)
 
 
 def bag_link(bag: str, folder: Path) -> Optional[Dict[str, str]]:
@@ -185,7 +189,7 @@ def provenance(results: Results) -> Dict[str, Any]:
     """Return the commands that reproduce the results, facts, runs and the configuration as YAML."""
     manifest, runs, commands = results.manifest, results.manifest.get('runs', []), []
     own = {'python': platform.python_version(), **{name: importlib.metadata.version(name) for name in LIBRARIES}}
-    facts: Facts = [('analysed with', _versions(own))]
+    facts = [('analysed with', _versions(own))]
     if 'fingerprint' in manifest:
         facts.append(('fingerprint of the configuration', str(manifest['fingerprint'])))
     if 'seeds' in manifest:
@@ -203,7 +207,7 @@ def provenance(results: Results) -> Dict[str, Any]:
     }
 
 
-def _facts_of_run(run: Mapping[str, Any]) -> Facts:
+def _facts_of_run(run: Mapping[str, Any]) -> List[Tuple[str, str]]:
     host, commit = run.get('machine') or {}, run.get('commit') or {}
     facts = [
         ('command', shlex.join(map(str, run.get('command', [])))),
@@ -220,47 +224,3 @@ def _facts_of_run(run: Mapping[str, Any]) -> Facts:
 
 def _versions(versions: Mapping[str, Optional[str]]) -> str:
     return ', '.join(f'{name} {version}' for name, version in versions.items() if version)
-
-
-def encoder_section(results: Results) -> Optional[ResultTable]:
-    """Return the table of a campaign's real encoders; None if there are none."""
-    rows = [
-        [
-            ppr_text(one['label']),
-            *(one[name] for name in ('name', 'price', 'resolution')),
-            f'{one["counts_per_metre"]:.1f}',
-            '; '.join(map(str, one['source'])),
-        ]
-        for one in results.manifest.get('encoders') or ()
-    ]
-    heads = ('encoder', 'product', 'price', 'resolution', 'counts per metre', 'source')
-    return _table('Real encoders', heads, rows)
-
-
-def robot_section(results: Results) -> Optional[Dict[str, Any]]:
-    """Return the section about a campaign's robot; None if the manifest contains no robot."""
-    robot = results.manifest.get('robot')
-    if not robot:
-        return None
-    checks = robot['checks']
-    failed = [check['name'] for check in checks if not check['is_ok']]
-    conclusion = f'It passed all {len(checks)} checks of its self-check.' if checks else 'It was not checked.'
-    if failed:
-        conclusion = f'Its self-check failed ({", ".join(failed)}): these results are not those of the real robot.'
-    checked = [
-        (check['name'], check['value'], 'ok' if check['is_ok'] else f'NOT OK: {check["advice"]}') for check in checks
-    ]
-    found = [(each['quantity'], each['value'], each['source']) for each in robot['found']]
-    return {
-        **{key: robot[key] for key in ('name', 'file', 'warnings', 'notes')},
-        'conclusion': conclusion,
-        'checks': _table('Self-check', ('check', 'value', 'result'), checked),
-        'found': _table('Found', ('found', 'value', 'source'), found),
-        'settings': _table('Set in its file', ('parameter', 'value'), list(robot['set'].items())),
-    }
-
-
-def _table(title: str, heads: Sequence[str], rows: Sequence[Sequence[Any]]) -> Optional[ResultTable]:
-    """Return a table of strings; None without rows."""
-    texts = [list(map(str, row)) for row in rows]
-    return ResultTable('', title, pd.DataFrame(texts, columns=list(heads))) if rows else None
