@@ -18,7 +18,7 @@ from diff_encoder_sim.advice.answers import AXES, Budget, Criterion, along_goal
 from diff_encoder_sim.advice.odometry_answer import FEWEST_COUNTS, MOST_COUNTS
 from diff_encoder_sim.advice.odometry_study import Advice
 from diff_encoder_sim.analysis.charts import chart_page
-from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Look, Option, zoomed
+from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Option, zoomed
 from diff_encoder_sim.analysis.charts.drawings import tips
 from diff_encoder_sim.base.atomic_files import write_file
 
@@ -78,12 +78,12 @@ def advice_charts(advice: Advice) -> Markup:
     """Return the block of charts."""
     tests = dict.fromkeys([*(curve.test for curve in advice.curves.curves), *(tried.test for tried in advice.tried)])
     choices = [
-        Choice('test', 'Test', [Option(test, test) for test in tests], next(iter(tests)), Look.BUTTONS),
-        Choice('axis', 'Error', [Option(axis, axis) for axis in AXES], AXES[1], Look.BUTTONS),
+        Choice('test', 'Test', [Option(test, test) for test in tests], next(iter(tests)), 'radio'),
+        Choice('axis', 'Error', [Option(axis, axis) for axis in AXES], AXES[1], 'radio'),
     ]
     if _has_truth(advice):
         criteria = [Option(criterion.value, criterion.text) for criterion in (Criterion.ODOMETRY, Criterion.TRUTH)]
-        choices.append(Choice('criterion', 'Budget of', criteria, Criterion.ODOMETRY.value, Look.BUTTONS))
+        choices.append(Choice('criterion', 'Budget of', criteria, Criterion.ODOMETRY.value, 'radio'))
     return chart_page.charts_html([_share_chart(advice), _error_chart(advice), _budget_chart(advice)], choices)
 
 

@@ -94,12 +94,9 @@ def trials_table(records: Iterable[Dict[str, Any]], varied: Sequence[str] = ()) 
     named = zip(trials['test'], map(ppr_text, trials['ppr']), parameters)
     trials['cell'] = [', '.join([test, encoder, *texts]) for test, encoder, texts in named]
     tests = list(dict.fromkeys([*STANDARD_TESTS, *trials['test']]))
-    by_appearance = {values: rank for rank, values in enumerate(dict.fromkeys(map(tuple, parameters)))}
-    order = [
-        (tests.index(test), by_appearance[tuple(texts)], ppr_order(ppr), number)
-        for test, texts, ppr, number in zip(trials['test'], parameters, trials['ppr'], trials['trial'])
-    ]
-    return trials.iloc[sorted(range(len(order)), key=order.__getitem__)].reset_index(drop=True)
+    by_appearance = pd.factorize(np.array([', '.join(texts) for texts in parameters]))[0]
+    ranks = trials['test'].map(tests.index), by_appearance, trials['ppr'].map(encoders(trials).index), trials['trial']
+    return trials.iloc[np.lexsort(ranks[::-1])].reset_index(drop=True)
 
 
 def encoders(trials: pd.DataFrame) -> List[str]:
@@ -126,9 +123,9 @@ def final_errors(trials: pd.DataFrame, pose: str, quantity: Quantity) -> np.ndar
 
 def record_of(row: TrialRow) -> Dict[str, Any]:
     """Return a line of trials.csv by column of the table; `bag` is relative to the campaign's folder."""
-    record = {**row._asdict(), **dict(row.varied), **error_columns(row.errors), 'outcome': row.outcome.value}
-    del record['varied'], record['errors']
-    return record
+    fields = row._asdict()
+    varied, errors = fields.pop('varied'), fields.pop('errors')
+    return {**fields, **dict(varied), **error_columns(errors), 'outcome': row.outcome.value}
 
 
 def error_columns(errors: FinalErrors) -> Dict[str, float]:

@@ -127,7 +127,7 @@ def spread_ratio(first: np.ndarray, second: np.ndarray) -> PairedResult:
     sample is zero or caused by one value, the interval is (0, infinity) and only the ranks are used; the ratio of two
     samples without a spread is 1.
     """
-    pairs, (std, other_std) = len(first), (spread(first), spread(second))
+    pairs, std, other_std = len(first), spread(first), spread(second)
     if std == other_std or std is None or other_std is None:
         ratio = 1.0
     else:
@@ -161,7 +161,13 @@ def wilcoxon(first: np.ndarray, second: np.ndarray) -> PairedResult:
     if pairs == 0:
         return PairedResult(0, 0.0, Interval(-math.inf, math.inf), 1.0)
     ascending = np.sort(differences)
-    means, beyond = 0.5 * (ascending[:, np.newaxis] + ascending)[np.triu_indices(pairs)], _means_beyond_interval(pairs)
+    means = 0.5 * (ascending[:, np.newaxis] + ascending)[np.triu_indices(pairs)]
+    # Pairwise means outside each bound of the interval; 0 if it is unbounded.
+    if pairs > MOST_PAIRS_EXACT:
+        std = math.sqrt(pairs * (pairs + 1) * (2 * pairs + 1) / 24.0)
+        beyond = int(0.25 * pairs * (pairs + 1) + stats.norm.ppf(LOWER) * std)
+    else:
+        beyond = int(np.count_nonzero(np.cumsum(_positive_sum_chances(np.arange(1, pairs + 1))) <= LOWER))
     last = len(means) - 1
     ranks = [last // 2, len(means) // 2, max(beyond - 1, 0), min(len(means) - beyond, last)]
     below, above, low, high = np.partition(means, ranks)[ranks].tolist()
@@ -192,21 +198,13 @@ def _positive_sum_chances(ranks: np.ndarray) -> np.ndarray:
     return chances
 
 
-def _means_beyond_interval(pairs: int) -> int:
-    """Count the pairwise means outside each bound of the interval; 0 if it is unbounded."""
-    if pairs > MOST_PAIRS_EXACT:
-        std = math.sqrt(pairs * (pairs + 1) * (2 * pairs + 1) / 24.0)
-        return int(0.25 * pairs * (pairs + 1) + stats.norm.ppf(LOWER) * std)
-    return int(np.count_nonzero(np.cumsum(_positive_sum_chances(np.arange(1, pairs + 1))) <= LOWER))
-
-
 def mcnemar(first: np.ndarray, second: np.ndarray) -> PairedResult:
     """Estimate the difference of two paired fractions.
 
     McNemar's exact test; interval by Bonett and Price (2012).
     """
-    pairs, only_first = len(first), int(np.count_nonzero(np.logical_and(first, np.logical_not(second))))
-    only_second = int(np.count_nonzero(np.logical_and(second, np.logical_not(first))))
+    pairs = len(first)
+    only_first, only_second = int(np.sum(first > second)), int(np.sum(second > first))
     if pairs == 0:
         return PairedResult(0, 0.0, Interval(-1.0, 1.0), 1.0)
     fractions = [(only + 1.0) / (pairs + 2.0) for only in (only_first, only_second)]

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import contextlib
-import enum
 import importlib.metadata
 import json
 import os
 from pathlib import Path
-from typing import Any, Dict, NamedTuple, Sequence, Union
+from typing import Any, Dict, Literal, NamedTuple, Sequence, Union
 
 import altair as alt
 import jinja2
@@ -42,14 +41,6 @@ class Chart(NamedTuple):
     table: str = ''  # id of the page element with the numbers; '' if there is none
 
 
-class Look(enum.Enum):
-    """Control of a choice."""
-
-    BOXES = 'checkbox'  # any number of options
-    BUTTONS = 'radio'  # one of a few
-    LIST = 'select'  # one of many
-
-
 class Option(NamedTuple):
     """Value of a choice."""
 
@@ -67,7 +58,7 @@ class Choice(NamedTuple):
     label: str
     options: Sequence[Option]
     chosen: Union[str, int, Sequence[Union[str, int]]]  # initial value; several for boxes
-    look: Look
+    look: Literal['checkbox', 'radio', 'select']  # for any number of options, one of a few, one of many
     within: str = ''  # for a list: name of the choice that filters its options
     # For a list: chart scrolled into view by a click on a mark with a field of the choice's name, which selects its
     # value. A page element with `data-choose` (values by name as JSON) acts in the same way.
@@ -118,7 +109,7 @@ def charts_html(charts: Sequence[Chart], choices: Sequence[Choice] = ()) -> Mark
         content['charts'].append({'name': chart.name, 'spec': spec})
     for choice in choices:
         content['choices'].append({'name': choice.name, 'values': [option.value for option in choice.options]})
-        if choice.look is Look.LIST:
+        if choice.look == 'select':
             parents = [option.within for option in choice.options]
             content['choices'][-1].update(within=choice.within, parents=parents, clicked_for=choice.clicked_for)
     text = json.dumps(content, allow_nan=False, ensure_ascii=False, separators=(',', ':'))

@@ -2,22 +2,18 @@
 
 Properties that are choices on a page and fixed in a file are arguments: Vega expressions, such as `units[quantity]` or
 `'m'`, and `rows`, an `alt.Chart` of a DataFrame of frames.py with filter transforms only. `trials` are `trial_rows` for
-tooltips, or None for a file; `colours` are by encoder; `chosen` is true for points of the chosen trial.
+tooltips, or None for a file; `colours` are by encoder.
 """
 
 from __future__ import annotations
 
-import base64
-import io
-from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, List, Optional, Sequence, Union
 
 import altair as alt
 import numpy as np
-from PIL import Image
 
 from diff_encoder_sim.analysis.quantities import X
 from diff_encoder_sim.base.deferred import pandas as pd
-from diff_encoder_sim.localization.occupancy_grid import OCCUPIED, OccupancyGrid
 
 Domain = Sequence[Union[float, Dict[str, str]]]  # of an axis: numbers or expressions
 
@@ -45,25 +41,6 @@ ROTATED_FROM = 40  # total characters of encoder names
 AXIS_BEYOND = 1.5  # the axis of counts extends by this factor on both sides
 
 
-class Points(NamedTuple):
-    """Look of the points of trials."""
-
-    trials: Optional[pd.DataFrame]
-    colours: Dict[str, str]
-    chosen: str = 'false'
-    size_px2: float = 45
-
-    def draw(self, rows: alt.Chart) -> alt.Chart:
-        """Return a point per error; the chosen trial has a ring."""
-        points = rows.mark_point(filled=True, opacity=0.75, clip=True, cursor='pointer').encode(
-            color=_encoder_colour(self.colours),
-            shape=_series(alt.Shape, SHAPES, 'cross'),
-            size=alt.condition(self.chosen, alt.value(150), alt.value(self.size_px2)),
-            stroke=alt.condition(self.chosen, alt.value('#000'), alt.value(None)),
-        )
-        return points if self.trials is None else _with_trial(points, self.trials).encode(tooltip=_TRIAL_TIPS)
-
-
 def encoder_colours(encoders: Sequence[str]) -> Dict[str, str]:
     """Return a colour per encoder, from light to dark in the given order."""
     anchors = np.array([[int(colour[first : first + 2], 16) for first in (1, 3, 5)] for colour in VIRIDIS])
@@ -80,11 +57,7 @@ def tips(titles: Dict[str, str], formats: str = '') -> List[alt.Tooltip]:
 
 
 _OF_TRIAL = {'number': 'trial', 'seed': 'seed', 'bag': 'bag', 'outcome': 'end'}
-_TRIAL_TIPS = [
-    *tips({'encoder': 'encoder', **_OF_TRIAL, 'series': 'pose'}),
-    *tips({'x': 'x [m]', 'y': 'y [m]'}, '.4f'),
-    *tips({'yaw': 'yaw [deg]'}, '.3f'),
-]
+_XY = {'x': alt.X, 'y': alt.Y}
 
 
 def _encoder_colour(colours: Dict[str, str], channel: Any = alt.Color) -> Any:
@@ -95,22 +68,46 @@ def _series(channel: Any, looks: Sequence[str], beyond: str) -> Any:
     return channel('series:N', legend=None).scale(domain=[*LABELS, BEYOND], range=[*looks, beyond])
 
 
-def _with_trial(chart: alt.Chart, trials: pd.DataFrame) -> alt.Chart:
-    return chart.transform_lookup('trial', alt.LookupData(trials, 'trial', list(_OF_TRIAL)))
+def _with_trial(chart: alt.Chart, trials: Optional[pd.DataFrame], shown: List[alt.Tooltip]) -> alt.Chart:
+    if trials is None:
+        return chart
+    return chart.transform_lookup('trial', alt.LookupData(trials, 'trial', list(_OF_TRIAL))).encode(tooltip=shown)
 
 
 def _with_unit(unit: str) -> str:
     return f"format(datum.value, '{PLAIN}') + ' ' + {unit}"
 
 
-def xy_errors(rows: alt.Chart, points: Points, domain: Optional[Domain] = None) -> alt.LayerChart:
-    """Draw the final position errors about the goal.
+def error_points(
+    rows: alt.Chart,
+    colours: Dict[str, str],
+    trials: Optional[pd.DataFrame] = None,
+    chosen: str = 'false',
+    size_px2: float = 45,
+) -> alt.Chart:
+    """Draw a point per error, without axes; a ring marks the trial for which `chosen` is true.
 
     Args:
         rows: trial, encoder, series (of `LABELS`, or `BEYOND`), x and y [m], yaw [deg].
-        points: their look.
-        domain: of both axes; None to fit all points.
+        colours: see the module.
+        trials: see the module.
+        chosen: Vega expression.
+        size_px2: area of a point.
     """
+    points = rows.mark_point(filled=True, opacity=0.75, clip=True, cursor='pointer').encode(
+        color=_encoder_colour(colours),
+        shape=_series(alt.Shape, SHAPES, 'cross'),
+        size=alt.condition(chosen, alt.value(150), alt.value(size_px2)),
+        stroke=alt.condition(chosen, alt.value('#000'), alt.value(None)),
+    )
+    shown = tips({'encoder': 'encoder', **_OF_TRIAL, 'series': 'pose'})
+    return _with_trial(
+        points, trials, [*shown, *tips({'x': 'x [m]', 'y': 'y [m]'}, '.4f'), *tips({'yaw': 'yaw [deg]'}, '.3f')]
+    )
+
+
+def xy_errors(rows: alt.Chart, points: alt.Chart, domain: Optional[Domain] = None) -> alt.LayerChart:
+    """Draw `error_points` of rows about the goal; without a domain both axes fit all points."""
     square: Dict[str, Any] = {'x': 'low:Q', 'x2': 'high:Q', 'y': 'low:Q', 'y2': 'high:Q'}
     reach = (
         rows.mark_rect(opacity=0, aria=False)
@@ -119,22 +116,20 @@ def xy_errors(rows: alt.Chart, points: Points, domain: Optional[Domain] = None) 
         .transform_calculate(low='-datum.high')
         .encode(**square)
     )
-    within = pd.DataFrame({'low': [-X.tolerance], 'high': [X.tolerance]})
+    within = alt.Chart(pd.DataFrame({'low': [-X.tolerance], 'high': [X.tolerance]})).mark_rect(**WITHIN)
     axes = {
-        channel: of_axis(f'{channel}:Q', title=f'{channel} error [m]')
+        name: channel(f'{name}:Q', title=f'{name} error [m]')
         .axis(format=PLAIN, tickCount=6 if domain is None else 4)
         .scale(nice=False, **({} if domain is None else {'domain': domain}))
-        for channel, of_axis in (('x', alt.X), ('y', alt.Y))
+        for name, channel in _XY.items()
     }
-    drawn = points.draw(rows).transform_filter('isValid(datum.x) && isValid(datum.y)').encode(**axes)
-    return alt.layer(
-        *([reach] if domain is None else []), alt.Chart(within).mark_rect(**WITHIN).encode(**square), drawn
-    )
+    drawn = points.transform_filter('isValid(datum.x) && isValid(datum.y)').encode(**axes)
+    return alt.layer(*([reach] if domain is None else []), within.encode(**square), drawn)
 
 
 def distributions(
     rows: alt.Chart,
-    points: Points,
+    points: alt.Chart,
     names: Dict[str, str],
     unit: str,
     tolerance: str,
@@ -144,8 +139,8 @@ def distributions(
     """Draw an error of every trial by encoder, series next to each other, with medians and quartiles.
 
     Args:
-        rows: as for `xy_errors`, with `value` and `slot`, the index of the displayed series.
-        points: their look.
+        rows: as for `error_points`, with `value` and `slot`, the index of the displayed series.
+        points: `error_points` of rows.
         names: names of encoders on the axis.
         unit: expression for the unit of the values.
         tolerance: expression for the tolerance of the values.
@@ -156,17 +151,14 @@ def distributions(
     x = alt.X('encoder:O', sort=list(names), title=None).scale(paddingOuter=0.2)
     x = x.axis(labelExpr='encoder_names[datum.value]', labelAngle=angle, labelLimit=200)
     place = alt.Scale(domain=[-0.5, {'expr': f'{series} - 0.5'}], nice=False, zero=False)
-    y_scale = alt.Scale(nice=False, padding=8) if domain is None else alt.Scale(nice=False, domain=domain)
     y_axis: Dict[str, Any] = {
         'title': 'error',
         'axis': alt.Axis(labelExpr=_with_unit(unit), tickCount=6),
-        'scale': y_scale,
+        'scale': alt.Scale(nice=False, **({'padding': 8} if domain is None else {'domain': domain})),
     }
     border = alt.YDatum({'expr': f'-{tolerance}'}, type='quantitative', **y_axis)
     within = alt.Chart(pd.DataFrame({'all': [0]})).mark_rect(**WITHIN)
-    drawn = points.draw(rows).transform_calculate(
-        place=f'datum.slot + {JITTER} * ((datum.trial * {GOLDEN_RATIO}) % 1 - 0.5)'
-    )
+    jittered = f'datum.slot + {JITTER} * ((datum.trial * {GOLDEN_RATIO}) % 1 - 0.5)'
     quartiles = rows.transform_aggregate(
         q1='q1(value)', median='median(value)', q3='q3(value)', count='count()', groupby=['encoder', 'slot', 'series']
     ).encode(
@@ -182,20 +174,15 @@ def distributions(
     return alt.layer(
         within.encode(y=border, y2=alt.Y2Datum({'expr': tolerance})),
         boxes.encode(y=alt.Y('q1:Q', **y_axis), y2='q3:Q'),
-        drawn.encode(x=x, xOffset=alt.XOffset('place:Q', scale=place), y=alt.Y('value:Q', **y_axis)),
+        points.transform_calculate(place=jittered).encode(
+            x=x, xOffset=alt.XOffset('place:Q', scale=place), y=alt.Y('value:Q', **y_axis)
+        ),
         medians.encode(y=alt.Y('median:Q', **y_axis)),
     ).add_params(alt.param(name='encoder_names', value=names))
 
 
 def spreads(rows: alt.Chart, closed_form: alt.Chart, pprs: Sequence[float], unit: str) -> alt.LayerChart:
-    """Draw standard deviations with intervals and the closed form over counts, on logarithmic axes.
-
-    Args:
-        rows: of `spread_rows`.
-        closed_form: of `closed_form_rows`.
-        pprs: of all encoders, ascending.
-        unit: expression for the unit of the standard deviations.
-    """
+    """Draw `spread_rows` with intervals and `closed_form_rows` over ascending counts, on logarithmic axes."""
     x_axis: Dict[str, Any] = {
         'title': 'pulses per revolution of the wheel',
         'scale': alt.Scale(type='log', nice=False, domain=[pprs[0] / AXIS_BEYOND, pprs[-1] * AXIS_BEYOND]),
@@ -231,34 +218,30 @@ def spreads(rows: alt.Chart, closed_form: alt.Chart, pprs: Sequence[float], unit
 
 
 def path_chart(
-    rows: alt.Chart, marks: alt.Chart, maps: alt.Chart, look: Points, domains: Tuple[Domain, Domain]
+    rows: alt.Chart,
+    marks: alt.Chart,
+    maps: alt.Chart,
+    colours: Dict[str, str],
+    domains: Sequence[Domain],
+    trials: Optional[pd.DataFrame] = None,
 ) -> alt.LayerChart:
-    """Draw true paths and paths of /odom on the map.
+    """Draw `path_rows` with `mark_rows` on `map_rows`; the domains are of x and y."""
 
-    Args:
-        rows: of `path_rows`.
-        marks: mark (start, goal or end of a failed trial), x, y [m].
-        maps: url of an image and its borders [m].
-        look: the trials for tooltips, and colours by encoder.
-        domains: of x and y.
-    """
-
-    def axes(x: str, y: str) -> Dict[str, Any]:
+    def axes(*fields: str) -> Dict[str, Any]:
         return {
             name: channel(f'{field}:Q', title=f'{name} [m]')
             .axis(format=PLAIN, tickCount=6)
             .scale(domain=domain, nice=False, zero=False)
-            for name, channel, field, domain in (('x', alt.X, x, domains[0]), ('y', alt.Y, y, domains[1]))
+            for (name, channel), field, domain in zip(_XY.items(), fields, domains)
         }
 
     backdrop = maps.mark_image(aspect=False, smooth=False, clip=True, aria=False)
     points = rows.transform_flatten(['x', 'y']).transform_window(order='row_number()')
+    named = tips({'path': 'path', 'encoder': 'encoder', **_OF_TRIAL})
     points = points.encode(order='order:Q', detail='trial:N', **axes('x', 'y'))
-    if look.trials is not None:
-        named = tips({'path': 'path', 'encoder': 'encoder', **_OF_TRIAL})
-        points = _with_trial(points, look.trials).encode(tooltip=[*named, *tips({'x': 'x [m]', 'y': 'y [m]'}, '.3f')])
+    points = _with_trial(points, trials, [*named, *tips({'x': 'x [m]', 'y': 'y [m]'}, '.3f')])
     true = points.transform_filter("datum.path === 'true path'")
-    odometry = points.transform_filter("datum.path === '/odom'").encode(color=_encoder_colour(look.colours))
+    odometry = points.transform_filter("datum.path === '/odom'").encode(color=_encoder_colour(colours))
     shape = alt.Shape('mark:N', legend=None).scale(
         domain=['start', 'goal', 'end of a failed trial'], range=['circle', 'cross', 'M-.7,-.7L.7,.7M-.7,.7L.7,-.7']
     )
@@ -272,15 +255,6 @@ def path_chart(
             shape=shape, color=stroke, tooltip=tips({'mark': 'mark'}), **axes('x', 'y')
         ),
     )
-
-
-def map_image(grid: OccupancyGrid) -> str:
-    """Return the occupied cells of a map in grey on transparent, as a data URI of a PNG."""
-    pixels = np.zeros((*grid.cells.shape, 2), np.uint8)
-    pixels[grid.cells[::-1] == OCCUPIED] = (153, 255)
-    file = io.BytesIO()
-    Image.fromarray(pixels, 'LA').save(file, 'PNG', optimize=True)
-    return 'data:image/png;base64,' + base64.b64encode(file.getvalue()).decode('ascii')
 
 
 def variant_errors_chart(

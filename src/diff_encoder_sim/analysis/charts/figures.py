@@ -15,7 +15,7 @@ from altair.utils.schemapi import debug_mode
 
 from diff_encoder_sim.analysis.charts import drawings, frames
 from diff_encoder_sim.analysis.charts.chart_page import VEGA_LITE, drawing_dict
-from diff_encoder_sim.analysis.encoder_labels import is_real, ppr_text, ppr_value
+from diff_encoder_sim.analysis.encoder_labels import is_real, ppr_text, ppr_value, ppr_values
 from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, X
 from diff_encoder_sim.analysis.results_table import SUCCEEDED, Results, encoders, varied_texts
 from diff_encoder_sim.analysis.tables import KINDS, VARIANTS, first_variant, variant_errors
@@ -138,24 +138,20 @@ def _figures(results: Results, trials: pd.DataFrame, colours: Dict[str, str]) ->
         shown = frames.with_paths(trials[trials['test'] == test], MOST_TRIALS * len(colours))
         if test in results.requested and not shown.empty:
             yield f'trajectories_{test}', PATH_CAPTION.format(test), _path_panels(results, shown, colours)
-    counted = trials.groupby(['test', 'ppr'], sort=False).size().reset_index(name='trials')
-    counted = counted.assign(counts=counted['ppr'].map(ppr_value)).dropna()
-    several = list(counted.loc[counted['trials'] > 1, 'test'].unique())
-    if several:
-        stds, closed_form = frames.spread_rows(trials), frames.closed_form_rows(results)
-        rows: _Panels = []
-        for test in several:
-            pprs = sorted(counted.loc[counted['test'] == test, 'counts'].unique().tolist())
-            rows.append([])
-            for quantity in QUANTITIES:
-                measured, expected = (
-                    alt.Chart(one[(one['setup'] == tests[test]) & (one['quantity'] == quantity.axis)])
-                    for one in (stds, closed_form)
-                )
-                panel = drawings.spreads(measured, expected, pprs, f"'{quantity.unit}'")
-                rows[-1].append(panel.properties(width=THIRD_PX, height=THIRD_PX, title=f'{test}: {quantity.axis}'))
+    stds, closed_form, rows = frames.spread_rows(trials), frames.closed_form_rows(results), []
+    counted = trials[trials['ppr'].map(ppr_value).notna()]
+    several = counted[counted.duplicated(['test', 'ppr'])]['test'].unique()
+    for test, quantity in itertools.product(several, QUANTITIES):
+        measured, expected = (
+            alt.Chart(one[(one['setup'] == tests[test]) & (one['quantity'] == quantity.axis)])
+            for one in (stds, closed_form)
+        )
+        pprs = ppr_values(counted[counted['test'] == test]['ppr'])
+        panel = drawings.spreads(measured, expected, pprs, f"'{quantity.unit}'")
+        rows.append(panel.properties(width=THIRD_PX, height=THIRD_PX, title=f'{test}: {quantity.axis}'))
+    if rows:
         has_real = any(map(is_real, encoders(trials)))
-        yield 'spread_vs_ppr', SPREAD_CAPTION + ('; hollow: real encoders' if has_real else ''), rows
+        yield 'spread_vs_ppr', SPREAD_CAPTION + '; hollow: real encoders' * has_real, _in_rows(rows, len(QUANTITIES))
 
 
 def shown_limit(cells: Sequence[np.ndarray], least: float) -> float:
@@ -180,12 +176,14 @@ def _xy_panels(of_test: pd.DataFrame, test: str, colours: Dict[str, str]) -> _Pa
     drawn = of_test.assign(**places.clip(-limit_m, limit_m), series=of_test['series'].where(~beyond, drawings.BEYOND))
     columns = math.ceil(len(colours) / math.ceil(len(colours) / MOST_ABREAST))
     size = (WIDTH_PX - AXIS_PX) // max(columns, 3) - BETWEEN_PX
-    look, panels = drawings.Points(None, colours, size_px2=POINT_PX2), []
+    panels = []
     for place, label in enumerate(colours):
         is_of, is_first = of_test['encoder'] == label, place % columns == 0
         counts = f'{inside[is_of].sum()} of {is_of.sum()} within'
         counts += f', {beyond[is_of].sum()} beyond' if beyond[is_of].any() else ''
-        panel = drawings.xy_errors(alt.Chart(drawn[is_of]), look, [-limit_m, limit_m])
+        rows = alt.Chart(drawn[is_of])
+        points = drawings.error_points(rows, colours, size_px2=POINT_PX2)
+        panel = drawings.xy_errors(rows, points, [-limit_m, limit_m])
         if not is_first:
             panel.layer[-1].encoding.y.axis = alt.Axis(labels=False, title=None, tickCount=4, minExtent=0)
         name = f'{test}: {ppr_text(label)}' if is_first else ppr_text(label)
@@ -199,15 +197,16 @@ def _in_rows(panels: List[alt.LayerChart], columns: int) -> _Panels:
 
 def _distribution_panels(of_test: pd.DataFrame, test: str, colours: Dict[str, str]) -> _Panels:
     """Return a panel per quantity."""
-    look, panels = drawings.Points(None, colours, size_px2=POINT_PX2), []
+    panels = []
     for quantity in QUANTITIES:
         values = of_test[quantity.axis]
         cells = [of_cell.to_numpy() for _, of_cell in values.groupby(of_test['encoder'])]
         limit = shown_limit(cells, 1.3 * quantity.tolerance)
         series = of_test['series'].where(values.abs() <= limit, drawings.BEYOND)
-        drawn = alt.Chart(of_test.assign(value=values.clip(-limit, limit), slot=0, series=series))
+        rows = alt.Chart(of_test.assign(value=values.clip(-limit, limit), slot=0, series=series))
+        points = drawings.error_points(rows, colours, size_px2=POINT_PX2)
         names, unit = {label: label for label in colours}, f"'{quantity.unit}'"
-        panel = drawings.distributions(drawn, look, names, unit, str(quantity.tolerance), domain=[-limit, limit])
+        panel = drawings.distributions(rows, points, names, unit, str(quantity.tolerance), domain=[-limit, limit])
         panels.append(panel.properties(width=THIRD_PX, height=THIRD_PX, title=f'{test}: {quantity.axis}'))
     return [panels]
 
@@ -228,8 +227,7 @@ def _path_panels(results: Results, shown: pd.DataFrame, colours: Dict[str, str])
         ends = [path[-1] for path in shown['true_path'][(shown['ppr'] == label) & (shown['outcome'] != SUCCEEDED)]]
         of_ends = [(test, 'end of a failed trial', *end) for end in ends]
         marked = alt.Chart(pd.concat([marks, pd.DataFrame(of_ends, columns=marks.columns)]))
-        drawn = alt.Chart(paths[paths['encoder'] == label])
-        panel = drawings.path_chart(drawn, marked, maps, drawings.Points(None, colours), tuple(domains))
+        panel = drawings.path_chart(alt.Chart(paths[paths['encoder'] == label]), marked, maps, colours, domains)
         height = round(width * height_m / width_m)
         panels.append(panel.properties(width=width, height=height, title=f'{test}: {ppr_text(label)}'))
     return _in_rows(panels, columns)
@@ -237,16 +235,14 @@ def _path_panels(results: Results, shown: pd.DataFrame, colours: Dict[str, str])
 
 def _variant_panels(results: Results, colours: Dict[str, str], others: Sequence[str]) -> _Panels:
     """Return a row per test and other parameters, with position and heading by variant."""
-    errors, names = variant_errors(results), list(results.trials[VARIANT].unique())
-    rows: _Panels = []
+    errors, names, panels = variant_errors(results), list(results.trials[VARIANT].unique()), []
+    size = {'width': (WIDTH_PX - 180) // 2, 'height': len(names) * max(16, 8 * len(colours))}
     errors = errors.assign(variant=errors[VARIANT], encoder=errors['ppr'], has_failed=errors['failed'] > 0)
-    for key, of_test in errors.groupby(['test', *others], sort=False):
-        rows.append([])
-        title = ', '.join([key[0], *varied_texts(key[1:], others)])
+    for (test, *values), of_test in errors.groupby(['test', *others], sort=False):
+        title = ', '.join([test, *varied_texts(values, others)])
         for kind in KINDS:
             drawn = of_test.loc[of_test['error'] == kind, ['variant', 'encoder', 'median', 'low', 'high', 'has_failed']]
             text = kind.replace('_', ' [') + ']'
             panel = drawings.variant_errors_chart(drawn, names, colours, text)
-            size = {'width': (WIDTH_PX - 180) // 2, 'height': len(names) * max(16, 8 * len(colours))}
-            rows[-1].append(panel.properties(**size, title=f'{title}: {text}'))
-    return rows
+            panels.append(panel.properties(**size, title=f'{title}: {text}'))
+    return _in_rows(panels, len(KINDS))

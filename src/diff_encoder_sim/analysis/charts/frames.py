@@ -5,13 +5,16 @@
 
 from __future__ import annotations
 
+import base64
+import io
 import math
 from pathlib import Path
 from typing import List, Sequence, Tuple
 
 import numpy as np
+from PIL import Image
 
-from diff_encoder_sim.analysis.charts.drawings import LABELS, map_image
+from diff_encoder_sim.analysis.charts.drawings import LABELS
 from diff_encoder_sim.analysis.closed_form import closed_form_std
 from diff_encoder_sim.analysis.encoder_labels import is_real, ppr_text, ppr_value, ppr_values
 from diff_encoder_sim.analysis.quantities import MINUS_TRUTH, QUANTITIES
@@ -23,6 +26,7 @@ from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.test_definition import find_world
 from diff_encoder_sim.localization.map_files import load_map
+from diff_encoder_sim.localization.occupancy_grid import OCCUPIED
 
 OF_LABEL = dict(zip(LABELS, (MINUS_TRUTH, 'odom', 'world', 'global', 'amcl')))
 
@@ -113,18 +117,16 @@ def simplified(points: np.ndarray, within: float) -> np.ndarray:
         points: (n, 2), n > 0.
         within: maximum distance of removed points, in the points' unit.
     """
-    kept, parts = {0, len(points) - 1}, [(0, len(points) - 1)]
-    while parts:
-        first, last = parts.pop()
-        along, offsets = points[last] - points[first], points[first : last + 1] - points[first]
-        nearest = np.clip(offsets @ along / max(float(along @ along), 1e-300), 0.0, 1.0)
-        distances = np.hypot(*(offsets - nearest[:, np.newaxis] * along).T)
-        if distances.max() > within:
-            farthest = first + int(distances.argmax())
-            kept.add(farthest)
-            parts += [(first, farthest), (farthest, last)]
-    remaining: np.ndarray = points[sorted(kept)]
-    return remaining
+    if len(points) < 3:
+        return points
+    along, offsets = points[-1] - points[0], points - points[0]
+    nearest = np.clip(offsets @ along / max(float(along @ along), 1e-300), 0.0, 1.0)
+    distances = np.hypot(*(offsets - nearest[:, np.newaxis] * along).T)
+    farthest = int(distances.argmax())
+    if distances[farthest] <= within:
+        return points[[0, -1]]
+    parts = simplified(points[: farthest + 1], within), simplified(points[farthest:], within)
+    return np.concatenate([parts[0][:-1], parts[1]])
 
 
 def floor_rows(trials: pd.DataFrame, results: Results) -> pd.DataFrame:
@@ -163,5 +165,9 @@ def map_rows(results: Results, tests: Sequence[str]) -> pd.DataFrame:
         if math.isclose(grid.origin.yaw_rad, 0.0):
             left, bottom = grid.origin.x_m, grid.origin.y_m
             right, top = left + grid.width * grid.resolution_m, bottom + grid.height * grid.resolution_m
-            rows.append((test, map_image(grid), left, bottom, right, top))
+            pixels, file = np.zeros((*grid.cells.shape, 2), np.uint8), io.BytesIO()
+            pixels[grid.cells[::-1] == OCCUPIED] = (153, 255)  # grey on transparent
+            Image.fromarray(pixels, 'LA').save(file, 'PNG', optimize=True)
+            url = 'data:image/png;base64,' + base64.b64encode(file.getvalue()).decode('ascii')
+            rows.append((test, url, left, bottom, right, top))
     return pd.DataFrame(rows, columns=['test', 'url', 'left', 'bottom', 'right', 'top'])

@@ -8,7 +8,7 @@ import altair as alt
 from markupsafe import Markup
 
 from diff_encoder_sim.analysis.charts import drawings, frames
-from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Look, Option, charts_html, zoomed
+from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Option, charts_html, zoomed
 from diff_encoder_sim.analysis.encoder_labels import ppr_text, ppr_values
 from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, X, Y
 from diff_encoder_sim.analysis.results_table import Results, encoders, sample_text
@@ -41,12 +41,13 @@ def trial_charts(results: Results, shown: pd.DataFrame) -> Optional[Markup]:
         return None
     colours, sample = drawings.encoder_colours(encoders(results.trials)), sample_text(shown, results.trials)
     paths, stds = frames.with_paths(shown), frames.spread_rows(results.trials)
-    points = drawings.Points(frames.trial_rows(shown), colours, 'false' if paths.empty else 'datum.trial === trial')
+    chosen, named = 'false' if paths.empty else 'datum.trial === trial', frames.trial_rows(shown)
     rows = alt.Chart(errors).transform_filter(SHOWN)
-    scatter = drawings.xy_errors(rows, points)
+    scatter = drawings.xy_errors(rows, drawings.error_points(rows, colours, named, chosen))
     scatter.layer[-1] = zoomed(scatter.layer[-1])
     values = rows.transform_calculate(value='datum[quantity]', slot='indexof(sources, datum.series)')
     values, names = values.transform_filter('isValid(datum.value)'), {label: ppr_text(label) for label in colours}
+    points = drawings.error_points(values, colours, named, chosen)
     distributions = drawings.distributions(values, points, names, UNIT, TOLERANCE, 'length(sources)')
     distributions.layer[2] = zoomed(distributions.layer[2], ['y'])
     within_x = f'{sample + ": " if sample else ""}x and y along the map; shaded: within {X.tolerance:g} m. {CLICK}'
@@ -67,20 +68,21 @@ def trial_charts(results: Results, shown: pd.DataFrame) -> Optional[Markup]:
         curve.layer[0] = zoomed(curve.layer[0])
         charts.append(Chart('curve', 'Error against resolution', CURVE_TEXT, curve, 'encoders'))
     if not paths.empty:
-        charts.append(_path_chart(results, points, paths))
+        charts.append(_path_chart(results, paths, colours, named))
     series = [one for one in drawings.SERIES if (errors.series == one[0]).any()]
     return charts_html(charts, _choices(results.trials, colours, series, paths))
 
 
-def _path_chart(results: Results, points: drawings.Points, paths: pd.DataFrame) -> Chart:
+def _path_chart(results: Results, paths: pd.DataFrame, colours: Dict[str, str], named: pd.DataFrame) -> Chart:
     floors = frames.floor_rows(paths, results)
     tests = list(floors.index)
     drawing = drawings.path_chart(
         alt.Chart(frames.path_rows(paths, floors)).transform_filter('datum.trial === trial'),
         alt.Chart(frames.mark_rows(results, tests)).transform_filter(OF_TEST),
         alt.Chart(frames.map_rows(results, tests)).transform_filter(OF_TEST),
-        points,
+        colours,
         (_domain('left', 'right', 'width'), _domain('bottom', 'top', 'height')),
+        named,
     )
     drawing.layer[0] = zoomed(drawing.layer[0])
     floor_of = {str(trial): {'test': test, **floors.loc[test]} for trial, test in paths['test'].items()}
@@ -109,10 +111,10 @@ def _choices(
     first: List[Any] = [pose.value for pose in poses if pose.value in FIRST_SHOWN] or [poses[0].value]
     axes = [Option(quantity.axis, quantity.axis) for quantity in QUANTITIES]
     choices = [
-        Choice('setup', 'Test', setups, setups[0].value, Look.BUTTONS if len(setups) <= MOST_BUTTONS else Look.LIST),
-        Choice('encoders', 'Encoder', of_encoder, list(colours), Look.BOXES),
-        Choice('sources', 'Pose', poses, first, Look.BOXES),
-        Choice('quantity', 'Distributions and curve of', axes, Y.axis, Look.BUTTONS),
+        Choice('setup', 'Test', setups, setups[0].value, 'radio' if len(setups) <= MOST_BUTTONS else 'select'),
+        Choice('encoders', 'Encoder', of_encoder, list(colours), 'checkbox'),
+        Choice('sources', 'Pose', poses, first, 'checkbox'),
+        Choice('quantity', 'Distributions and curve of', axes, Y.axis, 'radio'),
     ]
     if not paths.empty:
         options = [
@@ -120,6 +122,6 @@ def _choices(
             for index, trial in paths.iterrows()
         ]
         scales = [Option('fit', 'stretched to fit'), Option('equal', 'true to scale')]
-        choices.append(Choice('trial', 'Path of', options, options[0].value, Look.LIST, 'setup', 'path'))
-        choices.append(Choice('scale', 'Path chart', scales, 'fit', Look.BUTTONS))
+        choices.append(Choice('trial', 'Path of', options, options[0].value, 'select', 'setup', 'path'))
+        choices.append(Choice('scale', 'Path chart', scales, 'fit', 'radio'))
     return choices

@@ -6,17 +6,27 @@ if one part fails, with 95 % confidence over all parts (Holm).
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from collections import Counter
-from typing import Any, Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.analysis import results_table, statistics
+from diff_encoder_sim.analysis import statistics
 from diff_encoder_sim.analysis.paper.paper_cells import PPRS, TRIALS, load_claims
 from diff_encoder_sim.analysis.quantities import POSES, QUANTITIES, YAW, Quantity, X, Y
-from diff_encoder_sim.analysis.results_table import STANDARD_TESTS, SUCCEEDED, Results, final_errors
+from diff_encoder_sim.analysis.results_table import (
+    STANDARD_TESTS,
+    SUCCEEDED,
+    Results,
+    are_within,
+    campaign_names,
+    equal_trials,
+    final_errors,
+)
+from diff_encoder_sim.analysis.statistics import PairedResult
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.base.se2 import wrap_angles
@@ -36,114 +46,101 @@ SMALLEST_P = 1e-4  # lower limit of displayed p-values
 HOLDS, FAILS, UNCLEAR = CONCLUSIONS = ('holds', 'fails', 'unclear')  # of a hypothesis test
 
 
-class HypothesisTest(NamedTuple):
-    """Test of one part of a claim."""
+class Part(NamedTuple):
+    """Hypothesis test of one part of a claim."""
 
-    conclusion: str  # of CONCLUSIONS
     text: str  # with the numbers
-    p_against: Optional[float] = None  # corrected for the number of parts; None without enough trials
+    is_as_claimed: bool = False
+    p_value: float = math.nan  # against the part if it is not as claimed; NaN without enough trials
+    is_significant: bool = False  # if it is as claimed
+    conclusion: str = UNCLEAR  # of CONCLUSIONS, when the p-value is corrected for the number of parts
 
 
-class Errors(NamedTuple):
-    """Errors tested by a part of a claim: one sample, or pairs of equal trials."""
+class Sample(NamedTuple):
+    """Errors of one cell, or of pairs of equal trials."""
 
     label: str  # in the report
     quantity: Quantity
-    values: Tuple[np.ndarray, ...]  # (n,) each, in the quantity's unit
-    names: Tuple[str, ...] = ()  # of the two samples of pairs
-    sign: int = 1  # 1: claimed above a limit; -1: below
+    values: Tuple[np.ndarray, ...]  # one or two of (n,), in the quantity's unit
+    names: Tuple[str, ...] = ()  # of the two of pairs
 
-    def count_within(self) -> List[int]:
-        """Return the number of values within tolerance per sample."""
-        return [int(np.sum(np.abs(values) <= self.quantity.tolerance)) for values in self.values]
+    def are_within(self) -> List[np.ndarray]:
+        """Return whether the errors are within tolerance."""
+        return [np.abs(values) <= self.quantity.tolerance for values in self.values]
 
-
-# Result of a part before correction: text with the numbers, whether it is as claimed, whether this is significant, and
-# the p-value against the part if it is not as claimed.
-_Judged = Tuple[str, bool, bool, float]
+    def part(self, numbers: str, is_as_claimed: bool, p_value: float) -> Part:
+        """Return a part of a claim about these errors."""
+        return Part(f'{self.label}: {numbers}', is_as_claimed, p_value, p_value < statistics.SIGNIFICANCE)
 
 
-def judged_parts(parts: Sequence[Errors], judge: Callable[[Errors], _Judged], fewest: int = 1) -> List[HypothesisTest]:
-    """Test all parts of a claim that have at least `fewest` values; the others come first."""
-    enough = [judge(part) for part in parts if len(part.values[0]) >= fewest]
-    return _concluded([part.label for part in parts if len(part.values[0]) < fewest], enough)
-
-
-def _concluded(too_few: Sequence[str], parts: Sequence[_Judged]) -> List[HypothesisTest]:
-    tests = [HypothesisTest(UNCLEAR, f'{label}: too few trials') for label in too_few]
-    adjusted = statistics.holm([1.0 if is_as_claimed else p_value for _, is_as_claimed, _, p_value in parts])
-    for (text, is_as_claimed, is_sure, _), p_value in zip(parts, adjusted):
-        conclusion = HOLDS if is_as_claimed and is_sure else UNCLEAR
-        tests.append(HypothesisTest(FAILS if p_value < statistics.SIGNIFICANCE else conclusion, text, p_value))
+def concluded(parts: Iterable[Part]) -> List[Part]:
+    """Conclude on the parts of one claim, with corrected p-values; those without enough trials come first."""
+    parts = list(parts)
+    tests = [part for part in parts if math.isnan(part.p_value)]
+    tested = [part for part in parts if not math.isnan(part.p_value)]
+    adjusted = statistics.holm([1.0 if part.is_as_claimed else part.p_value for part in tested])
+    for part, p_value in zip(tested, adjusted):
+        conclusion = HOLDS if part.is_as_claimed and part.is_significant else UNCLEAR
+        conclusion = FAILS if p_value < statistics.SIGNIFICANCE else conclusion
+        tests.append(part._replace(conclusion=conclusion, p_value=p_value))
     return tests
 
 
-def fractions_within(limit: float, parts: Sequence[Errors]) -> List[HypothesisTest]:
-    """Test the fractions within tolerance against a printed limit, by the score test of Wilson's interval."""
-
-    def judge(one: Errors) -> _Judged:
-        [within], trials = one.count_within(), len(one.values[0])
-        low, high = statistics.wilson(within, trials)
-        deviation = (within / trials - limit) / math.sqrt(limit * (1.0 - limit) / trials)
-        text = f'{one.label}: {within} of {trials} within, 95 % interval {100.0 * low:.0f} to {100.0 * high:.0f} %'
-        p_value = 2.0 * float(stats.norm.sf(abs(deviation)))
-        return text, one.sign * (within / trials - limit) > 0.0, p_value < statistics.SIGNIFICANCE, p_value
-
-    return judged_parts(parts, judge)
+def fraction_within(sample: Sample, limit: float, sign: int = 1) -> Part:
+    """Test a fraction within tolerance, claimed above (sign 1) or below (-1) a limit, by the score test of Wilson."""
+    [is_within] = sample.are_within()
+    within, trials = int(is_within.sum()), len(is_within)
+    if not trials:
+        return Part(f'{sample.label}: too few trials')
+    low, high = statistics.wilson(within, trials)
+    deviation = (within / trials - limit) / math.sqrt(limit * (1.0 - limit) / trials)
+    text = f'{within} of {trials} within, 95 % interval {100.0 * low:.0f} to {100.0 * high:.0f} %'
+    return sample.part(text, sign * deviation > 0.0, 2.0 * float(stats.norm.sf(abs(deviation))))
 
 
-def spreads(limit: float, parts: Sequence[Errors]) -> List[HypothesisTest]:
-    """Test the standard deviations against a limit, by chi-square."""
-
-    def judge(one: Errors) -> _Judged:
-        std, freedom = statistics.spread(one.values[0]) or 0.0, len(one.values[0]) - 1
-        low, high = statistics.std_interval(one.values[0])
-        squares = freedom * (std / limit) ** 2
-        p_value = 2.0 * float(min(stats.chi2.cdf(squares, freedom), stats.chi2.sf(squares, freedom)))
-        text = f'{one.label}: standard deviation {std:.3g} {one.quantity.unit}, 95 % interval {low:.3g} to {high:.3g}'
-        return text, one.sign * (std - limit) > 0.0, p_value < statistics.SIGNIFICANCE, p_value
-
-    return judged_parts(parts, judge, 2)
+def spread(sample: Sample, limit: float, sign: int = 1) -> Part:
+    """Test a standard deviation, claimed above (sign 1) or below (-1) a limit, by chi-square."""
+    [values] = sample.values
+    if len(values) < 2:
+        return Part(f'{sample.label}: too few trials')
+    std, freedom, (low, high) = statistics.spread(values) or 0.0, len(values) - 1, statistics.std_interval(values)
+    squares = freedom * (std / limit) ** 2
+    p_value = 2.0 * float(min(stats.chi2.cdf(squares, freedom), stats.chi2.sf(squares, freedom)))
+    text = f'standard deviation {std:.3g} {sample.quantity.unit}, 95 % interval {low:.3g} to {high:.3g}'
+    return sample.part(text, sign * (std - limit) > 0.0, p_value)
 
 
-def first_spreads_more(pairs: Sequence[Errors]) -> List[HypothesisTest]:
-    """Test that the first of each pair has the larger standard deviation, by the ratio's jackknife."""
-    return _larger_first(pairs, 'standard deviation', statistics.spread, statistics.spread_ratio)
+def first_spreads_more(pair: Sample) -> Part:
+    """Test that the first of a pair has the larger standard deviation, by the ratio's jackknife."""
+    return _larger_first(pair, 'standard deviation', statistics.spread, statistics.spread_ratio)
 
 
-def first_errs_more(pairs: Sequence[Errors]) -> List[HypothesisTest]:
-    """Test that the first of each pair has the larger absolute errors, by Wilcoxon's signed-rank test."""
-    sizes = [pair._replace(values=tuple(map(np.abs, pair.values))) for pair in pairs]
+def first_errs_more(pair: Sample) -> Part:
+    """Test that the first of a pair has the larger absolute errors, by Wilcoxon's signed-rank test."""
+    sizes = pair._replace(values=tuple(map(np.abs, pair.values)))
     return _larger_first(sizes, 'median absolute error', np.median, statistics.wilcoxon)
 
 
 def _larger_first(
-    pairs: Sequence[Errors], what: str, measure: Callable[[np.ndarray], Any], compare: Callable[..., Any]
-) -> List[HypothesisTest]:
-    def judge(pair: Errors) -> _Judged:
-        first, second = sizes = [float(measure(values) or 0.0) for values in pair.values]
-        p_value = compare(*pair.values).p_value
-        both = ', '.join(f'{size:.3g} {pair.quantity.unit} ({name})' for size, name in zip(sizes, pair.names))
-        return (
-            f'{pair.label}: {what} {both}, p {p_value:.2g}',
-            first > second,
-            p_value < statistics.SIGNIFICANCE,
-            p_value,
-        )
-
-    return judged_parts(pairs, judge, FEWEST_PAIRS)
+    pair: Sample, what: str, measure: Callable[[np.ndarray], Any], compare: Callable[..., PairedResult]
+) -> Part:
+    if len(pair.values[0]) < FEWEST_PAIRS:
+        return Part(f'{pair.label}: too few trials')
+    first, second = sizes = [float(measure(values) or 0.0) for values in pair.values]
+    p_value = compare(*pair.values).p_value
+    both = ', '.join(f'{size:.3g} {pair.quantity.unit} ({name})' for size, name in zip(sizes, pair.names))
+    return pair.part(f'{what} {both}, p {p_value:.2g}', first > second, p_value)
 
 
-def fractions_equal(pairs: Sequence[Errors]) -> List[HypothesisTest]:
+def fractions_equal(pair: Sample) -> Part:
     """Test that the fractions within tolerance differ by less than EQUAL_FRACTIONS_MARGIN, by McNemar's test."""
-
-    def judge(pair: Errors) -> _Judged:
-        result = statistics.mcnemar(*(np.abs(values) <= pair.quantity.tolerance for values in pair.values))
-        is_equal = max(-result.interval.low, result.interval.high) < EQUAL_FRACTIONS_MARGIN
-        counts = ' and '.join(f'{count} ({name})' for count, name in zip(pair.count_within(), pair.names))
-        return f'{pair.label}: within tolerance {counts} of {result.pairs}', is_equal, is_equal, result.p_value
-
-    return judged_parts(pairs, judge)
+    are_within = pair.are_within()
+    count, _, interval, p_value = statistics.mcnemar(*are_within)
+    if not count:
+        return Part(f'{pair.label}: too few trials')
+    is_equal = max(-interval.low, interval.high) < EQUAL_FRACTIONS_MARGIN
+    counts = ' and '.join(f'{each.sum()} ({name})' for each, name in zip(are_within, pair.names))
+    return Part(f'{pair.label}: within tolerance {counts} of {count}', is_equal, p_value, is_significant=is_equal)
 
 
 def every_trial(
@@ -151,7 +148,7 @@ def every_trial(
     trials: pd.DataFrame,
     is_true: Callable[[pd.DataFrame], Any],
     cells: Optional[Sequence[Tuple[str, str]]] = None,
-) -> List[HypothesisTest]:
+) -> List[Part]:
     """Compare the counts per cell and in total with those of the paper, where all trials succeeded.
 
     The paper's 30 of 30 trials are a sample: 29 of 30 of ours do not contradict it (Fisher's exact test, p = 1). The
@@ -165,15 +162,15 @@ def every_trial(
     """
     cells = cells or list(trials[['test', 'ppr']].drop_duplicates().itertuples(index=False, name=None))
     labelled = {f'{test} at {ppr} PPR': is_true(_of_cell(trials, test, ppr)) for test, ppr in cells}
+    parts = [Part(f'{label}: too few trials') for label, each in labelled.items() if not len(each)]
     counts = [(label, int(sum(each)), len(each), TRIALS) for label, each in labelled.items() if len(each)]
     if len(counts) > 1:
         counts.append(('all cells', *np.sum([numbers for _, *numbers in counts], axis=0).tolist()))
-    parts = []
     for label, true_ours, ours, theirs in counts:
         _, p_value = stats.fisher_exact(np.array([[true_ours, ours - true_ours], [theirs, 0]]))
         text = f'{label}: {true_ours} of {ours} {what}, the paper {theirs} of {theirs}, p {p_value:.2g}'
-        parts.append((text, true_ours == ours, True, float(p_value)))  # if all are true, the p-value is 1
-    return _concluded([label for label, each in labelled.items() if not len(each)], parts)
+        parts.append(Part(text, true_ours == ours, float(p_value), is_significant=True))  # if all are true, p is 1
+    return parts
 
 
 def _agree(trials: pd.DataFrame) -> np.ndarray:
@@ -192,19 +189,12 @@ def _of_cell(trials: pd.DataFrame, test: str, ppr: str) -> pd.DataFrame:
 
 
 def samples(
-    trials: pd.DataFrame,
-    pose: str,
-    tests: Sequence[str],
-    pprs: Sequence[str] = PPRS,
-    quantities: Sequence[Quantity] = (X, Y),
-    sign: int = 1,
-) -> List[Errors]:
-    """Return a sample per cell and quantity; empty if there is no such cell."""
-    parts = []
-    for test, ppr, quantity in itertools.product(tests, pprs, quantities):
+    trials: pd.DataFrame, pose: str, tests: Sequence[str], quantities: Sequence[Quantity] = (X, Y)
+) -> Iterator[Sample]:
+    """Yield a sample per cell and quantity; empty if there is no such cell."""
+    for test, ppr, quantity in itertools.product(tests, PPRS, quantities):
         values = final_errors(_of_cell(trials, test, ppr), pose, quantity)
-        parts.append(Errors(f'{POSES[pose]} in {test} at {ppr} PPR, {quantity.axis}', quantity, (values,), sign=sign))
-    return parts
+        yield Sample(f'{POSES[pose]} in {test} at {ppr} PPR, {quantity.axis}', quantity, (values,))
 
 
 def pairs_of_pprs(
@@ -213,61 +203,56 @@ def pairs_of_pprs(
     tests: Sequence[str],
     pprs: Sequence[Tuple[str, str]] = EXTREMES,
     quantities: Sequence[Quantity] = (X, Y),
-) -> List[Errors]:
+) -> Iterator[Sample]:
     """Pair equal trials with two encoders; empty if an encoder is missing."""
-    pairs = []
     for test, (first, second) in itertools.product(tests, pprs):
-        both = results_table.equal_trials(_of_cell(trials, test, first), _of_cell(trials, test, second), pose)
+        both = equal_trials(_of_cell(trials, test, first), _of_cell(trials, test, second), pose)
         for quantity in quantities:
             values = tuple(final_errors(one, pose, quantity) for one in both)
-            label = f'{POSES[pose]} in {test}, {quantity.axis}'
-            pairs.append(Errors(label, quantity, values, (f'{first} PPR', f'{second} PPR')))
-    return pairs
+            yield Sample(
+                f'{POSES[pose]} in {test}, {quantity.axis}', quantity, values, (f'{first} PPR', f'{second} PPR')
+            )
 
 
-def pairs_of_y_and_x(trials: pd.DataFrame, poses: Sequence[str], tests: Sequence[str]) -> List[Errors]:
+def pairs_of_y_and_x(trials: pd.DataFrame, poses: Sequence[str], tests: Sequence[str]) -> Iterator[Sample]:
     """Pair the y and x errors of each trial."""
-    pairs = []
     for pose, test, ppr in itertools.product(poses, tests, PPRS):
         values = tuple(final_errors(_of_cell(trials, test, ppr), pose, axis) for axis in (Y, X))
-        pairs.append(Errors(f'{POSES[pose]} in {test} at {ppr} PPR', X, values, ('y', 'x')))
-    return pairs
+        yield Sample(f'{POSES[pose]} in {test} at {ppr} PPR', X, values, ('y', 'x'))
 
 
-def headings(trials: pd.DataFrame) -> List[Errors]:
-    """Return the headings over all tests and in all three tables, because the claim does not name any."""
-    of_tests, parts = trials[trials['test'].isin(STANDARD_TESTS)], []
-    for pose, ppr in [*itertools.product(_TABLES, FINE), *itertools.product(_TABLES, COARSE)]:
-        values, sign = (final_errors(of_tests[of_tests['ppr'] == ppr], pose, YAW),), 1 if ppr in FINE else -1
-        parts.append(Errors(f'{POSES[pose]} at {ppr} PPR, {YAW.axis}', YAW, values, sign=sign))
-    return parts
+def headings(trials: pd.DataFrame, pprs: Sequence[str]) -> Iterator[Sample]:
+    """Yield the headings over all tests and in all three tables, because the claim does not name any."""
+    of_tests = trials[trials['test'].isin(STANDARD_TESTS)]
+    for pose, ppr in itertools.product(_TABLES, pprs):
+        values = final_errors(of_tests[of_tests['ppr'] == ppr], pose, YAW)
+        yield Sample(f'{POSES[pose]} at {ppr} PPR, {YAW.axis}', YAW, (values,))
 
 
-# Hypothesis tests of each claim of config/paper/claims.csv.
-CLAIMS: Dict[str, Callable[[pd.DataFrame], List[HypothesisTest]]] = {
-    'routes': lambda trials: every_trial('reached the goal', trials, lambda part: part['outcome'] == SUCCEEDED),
-    'straight_heading': lambda trials: spreads(YAW.tolerance, samples(trials, 'odom', ['SL'], PPRS, [YAW], -1)),
-    'turns': lambda trials: first_spreads_more(pairs_of_pprs(trials, 'odom', ['SMT'], COARSE_AND_FINE, QUANTITIES)),
-    'steadier': lambda trials: first_spreads_more(
-        pairs_of_pprs(trials, 'odom', STANDARD_TESTS, COARSE_AND_FINE, QUANTITIES)
-    ),
-    'drift': lambda trials: first_errs_more(pairs_of_pprs(trials, 'odom', ['DLD'])),
-    'true_position': lambda trials: first_spreads_more(pairs_of_pprs(trials, 'world', STANDARD_TESTS)),
-    'across': lambda trials: first_spreads_more(pairs_of_y_and_x(trials, ['odom', 'world'], ['SL', 'DLD'])),
-    'long_drive_spread': lambda trials: spreads(0.05, samples(trials, 'odom', ['DLD'])),
-    'long_drive_within': lambda trials: fractions_within(0.2, samples(trials, 'odom', ['DLD'], sign=-1)),
-    'amcl_within': lambda trials: every_trial(
-        'within',
-        trials,
-        lambda part: results_table.are_within(part, 'global', (X, Y)),
-        list(itertools.product(STANDARD_TESTS, PPRS)),
-    ),
-    'true_within': lambda trials: fractions_within(0.85, samples(trials, 'world', STANDARD_TESTS)),
-    'heading': lambda trials: fractions_within(0.9, headings(trials)),
-    'true_heading': lambda trials: first_spreads_more(pairs_of_pprs(trials, 'world', ['DLD'], quantities=[YAW])),
-    'amcl_resolution': lambda trials: fractions_equal(pairs_of_pprs(trials, 'global', STANDARD_TESTS)),
-    'amcl_global': lambda trials: every_trial('agree', trials, _agree),
-}
+def claim_parts(trials: pd.DataFrame) -> Dict[str, Iterable[Part]]:
+    """Return the parts of each claim of config/paper/claims.csv by its key."""
+    of_standard = functools.partial(pairs_of_pprs, trials, tests=STANDARD_TESTS)
+    long_drive = list(samples(trials, 'odom', ['DLD']))
+    turns = pairs_of_pprs(trials, 'odom', ['SMT'], COARSE_AND_FINE, QUANTITIES)
+    cells = list(itertools.product(STANDARD_TESTS, PPRS))
+    fine, coarse = headings(trials, FINE), headings(trials, COARSE)
+    return {
+        'routes': every_trial('reached the goal', trials, lambda part: part['outcome'] == SUCCEEDED),
+        'straight_heading': [spread(one, YAW.tolerance, -1) for one in samples(trials, 'odom', ['SL'], [YAW])],
+        'turns': map(first_spreads_more, turns),
+        'steadier': map(first_spreads_more, of_standard('odom', pprs=COARSE_AND_FINE, quantities=QUANTITIES)),
+        'drift': map(first_errs_more, pairs_of_pprs(trials, 'odom', ['DLD'])),
+        'true_position': map(first_spreads_more, of_standard('world')),
+        'across': map(first_spreads_more, pairs_of_y_and_x(trials, ['odom', 'world'], ['SL', 'DLD'])),
+        'long_drive_spread': [spread(one, 0.05) for one in long_drive],
+        'long_drive_within': [fraction_within(one, 0.2, -1) for one in long_drive],
+        'amcl_within': every_trial('within', trials, lambda part: are_within(part, 'global', (X, Y)), cells),
+        'true_within': [fraction_within(one, 0.85) for one in samples(trials, 'world', STANDARD_TESTS)],
+        'heading': [*(fraction_within(one, 0.9) for one in fine), *(fraction_within(one, 0.9, -1) for one in coarse)],
+        'true_heading': map(first_spreads_more, pairs_of_pprs(trials, 'world', ['DLD'], quantities=[YAW])),
+        'amcl_resolution': map(fractions_equal, of_standard('global')),
+        'amcl_global': every_trial('agree', trials, _agree),
+    }
 
 
 class ClaimResult(NamedTuple):
@@ -275,12 +260,12 @@ class ClaimResult(NamedTuple):
 
     text: str
     where: str  # in the paper
-    tests: List[HypothesisTest]
+    parts: List[Part]
 
     @property
     def conclusion(self) -> str:
         """Return the conclusion: one failed part contradicts a claim; all parts must hold to reproduce it."""
-        conclusions = {test.conclusion for test in self.tests}
+        conclusions = {part.conclusion for part in self.parts}
         if FAILS in conclusions or conclusions == {HOLDS}:
             return 'contradicted' if FAILS in conclusions else 'reproduced'
         return 'not contradicted' if self.p_text else 'not tested: too few trials'
@@ -288,20 +273,21 @@ class ClaimResult(NamedTuple):
     @property
     def p_text(self) -> str:
         """Return the smallest p-value of the parts; empty if none was tested."""
-        p_value = min((test.p_against for test in self.tests if test.p_against is not None), default=None)
-        return '' if p_value is None else f'p {p_value:.2g}' if p_value >= SMALLEST_P else f'p < {SMALLEST_P:g}'
+        p_value = min((part.p_value for part in self.parts if not math.isnan(part.p_value)), default=math.nan)
+        text = f'p {p_value:.2g}' if p_value >= SMALLEST_P else f'p < {SMALLEST_P:g}'
+        return '' if math.isnan(p_value) else text
 
     @property
     def counts(self) -> str:
         """Count the parts of the claim by their conclusions."""
-        counts = Counter(test.conclusion for test in self.tests)
+        counts = Counter(part.conclusion for part in self.parts)
         return ', '.join(f'{one} {counts[one]}' for one in CONCLUSIONS if counts[one])
 
 
 def check_claims(results: Results, name: str = '') -> Dict[str, List[ClaimResult]]:
     """Test all claims for each set of varied parameters; the keys are those of `compare_with_paper`."""
-    campaigns = results.trials.groupby(np.array(results_table.campaign_names(results, name)), sort=False)
-    return {
-        campaign: [ClaimResult(one['text'], one['where'], CLAIMS[one['key']](trials)) for one in load_claims()]
-        for campaign, trials in campaigns
-    }
+    found, claims = {}, load_claims()
+    for campaign, trials in results.trials.groupby(np.array(campaign_names(results, name)), sort=False):
+        parts = claim_parts(trials)
+        found[campaign] = [ClaimResult(one['text'], one['where'], concluded(parts[one['key']])) for one in claims]
+    return found

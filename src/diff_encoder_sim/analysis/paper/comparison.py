@@ -173,19 +173,18 @@ def compare_with_paper(results: Results, name: str = '') -> pd.DataFrame:
         number of our `trials`.
     """
     quantities = {quantity.name: quantity for quantity in QUANTITIES}
-    printed, rows = load_paper_cells().to_dict('records'), []
+    printed, rows = load_paper_cells(), []
     trials = results.trials.assign(campaign=campaign_names(results, name))
-    for (campaign, test, ppr, _), of_cell in trials.groupby(['campaign', 'test', 'ppr', 'cell'], sort=False):
-        for paper in printed:
-            if (paper['test'], paper['ppr']) == (test, ppr):
-                values = final_errors(of_cell, paper['source'], quantities[paper['quantity']])
-                found = agreement(paper['statistic'], values, paper['paper'], quantities[paper['quantity']])
+    for campaign, of_campaign in trials.groupby('campaign', sort=False):
+        for (test, ppr, _), of_cell in of_campaign.groupby(['test', 'ppr', 'cell'], sort=False):
+            for paper in printed[(printed['test'] == test) & (printed['ppr'] == ppr)].to_dict('records'):
+                quantity = quantities[paper['quantity']]
+                values = final_errors(of_cell, paper['source'], quantity)
+                found = agreement(paper['statistic'], values, paper['paper'], quantity)
                 if found is not None:
                     ours = dict(zip(('ours', 'low', 'high', 'p'), (found.ours, *found.interval, found.p_value)))
                     rows.append({'campaign': campaign, **paper, **ours, 'trials': len(values)})
     compared = pd.DataFrame(rows, columns=[*COLUMNS, 'left_out', 'trials']).astype({'p': float})
-    by_campaign = np.argsort(pd.factorize(compared['campaign'])[0], kind='stable')
-    compared = compared.iloc[by_campaign].reset_index(drop=True)
     families = compared[is_evidence(compared)].groupby(['campaign', 'source', 'test'])['p']
     return compared.assign(p_holm=families.transform(holm))
 

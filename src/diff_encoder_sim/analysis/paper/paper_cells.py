@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from typing import Any, Dict, List, Optional, Tuple
+from typing import Any, Dict, List, Optional
 
 import numpy as np
 
@@ -75,7 +74,8 @@ def of_paper(results: Results) -> Results:
 
     The robot is compared by its wheels, and by its outline if known; a test by its definition, navigated only.
     """
-    is_alto = _are_close(results.robot, WHEELS) and _are_close(_outline_m(results.manifest), OUTLINE_M)
+    robots = [(results.robot, WHEELS), (_outline_m(results.manifest), OUTLINE_M)]
+    is_alto = all(given is None or np.allclose(given, expected, RELATIVE, 0.0) for given, expected in robots)
     tests = {test for test, requested in results.requested.items() if is_alto and _is_of_paper(requested)}
     return results._replace(trials=results.trials[results.trials['test'].isin(tests)])
 
@@ -88,15 +88,11 @@ def _is_of_paper(requested: Trial) -> bool:
     return requested.nav != 'scripted' and requested.test == own
 
 
-def _outline_m(manifest: Dict[str, Any]) -> Optional[Tuple[float, float]]:
+def _outline_m(manifest: Dict[str, Any]) -> Optional[np.ndarray]:
     """Return length and width of the footprint of a campaign's robot; None if unknown."""
     try:
         corners = manifest['configuration']['parameters'][0]['navigator']['local_costmap']['footprint']
-        length_m, width_m = np.ptp(np.asarray(corners, float), axis=0)
+        size_m: np.ndarray = np.ptp(np.asarray(corners, float), axis=0)
     except (KeyError, IndexError, TypeError, ValueError):
         return None
-    return float(length_m), float(width_m)
-
-
-def _are_close(given: Optional[Tuple[float, float]], expected: Tuple[float, float]) -> bool:
-    return given is None or all(math.isclose(*pair, rel_tol=RELATIVE) for pair in zip(given, expected))
+    return size_m

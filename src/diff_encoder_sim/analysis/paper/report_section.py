@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any, Dict, List, NamedTuple, Optional, Sequence
 
 from diff_encoder_sim.analysis.encoder_labels import ppr_values
@@ -39,37 +40,34 @@ SCORE_NOTE = (
 
 def cell_tables(compared: pd.DataFrame) -> List[ResultTable]:
     """Build tables 4 to 6 with the paper's numbers next to ours; for one campaign with intervals."""
-    campaigns = list(compared['campaign'].unique())
-    is_single, tables = len(campaigns) == 1, []
-    labels = {campaign: 'ours' if is_single else campaign for campaign in campaigns}
+    compared = compared.assign(cell=compared['test'] + ', ' + compared['ppr'] + ' PPR')
+    campaigns, tables = list(compared['campaign'].unique()), []
+    is_single, keys = len(campaigns) == 1, ['cell', 'quantity']
     for number, of_table in compared.groupby('table'):
-        printed = of_table.drop_duplicates(['test', 'ppr', 'quantity', 'statistic']).assign(whose=PRINTED)
-        ours = of_table.assign(whose=of_table['campaign'].map(labels))
-        texts = [_text(row, is_printed=True) for row in printed.to_dict('records')]
-        texts += [_text(row, has_interval=is_single) for row in ours.to_dict('records')]
-        both = pd.concat([printed, ours])
-        both = both.assign(text=texts, cell=both['test'] + ', ' + both['ppr'] + ' PPR')
-        wide = both.pivot(index=['cell', 'quantity'], columns=['statistic', 'whose'], values='text')
-        names = {(one, whose): f'{one}_{whose}' for one in STATISTICS for whose in (PRINTED, *labels.values())}
-        rows = pd.MultiIndex.from_frame(both[['cell', 'quantity']].drop_duplicates())
-        exact = wide.reindex(index=rows, columns=list(names)).fillna(NOTHING).set_axis(names.values(), axis=1)
-        exact = exact.reset_index().replace({'quantity': LABELS})
-        columns = {name: Column(whose, LABELS.get(one, one)) for (one, whose), name in names.items()}
+        parts = {campaign: of_table[of_table['campaign'] == campaign] for campaign in campaigns}
+        parts = {'ours': of_table} if is_single else parts
+        exact, columns = of_table[keys].drop_duplicates(), {}
+        for statistic, whose in itertools.product(STATISTICS, (PRINTED, *parts)):
+            of_column = parts.get(whose, of_table.drop_duplicates([*keys, 'statistic']))
+            of_column = of_column[of_column['statistic'] == statistic]
+            texts = [_text(row, whose == PRINTED, is_single) for row in of_column.to_dict('records')]
+            name = f'{statistic}_{whose}'
+            exact = exact.merge(of_column[keys].assign(**{name: texts}), how='left').fillna(NOTHING)
+            columns[name] = Column(whose, LABELS.get(statistic, statistic))
         title = f'Table {number} of the paper ({POSES[of_table["source"].iloc[0]]}) and ours'
         notes = [INTERVAL_LEGEND, LEGEND] if is_single else [LEGEND]
-        tables.append(ResultTable(f'paper_table{number}', title, exact, columns, notes))
+        tables.append(ResultTable(f'paper_table{number}', title, exact.replace({'quantity': LABELS}), columns, notes))
     return tables
 
 
-def _text(row: Dict[str, Any], is_printed: bool = False, has_interval: bool = False) -> str:
+def _text(row: Dict[str, Any], is_printed: bool, has_interval: bool) -> str:
     """Return the paper's number or ours, with marks."""
-    decimals, is_calibrated = 1 if row['statistic'] == 'pct_within' else 3, 'calibrated' in row['left_out']
+    decimals = 1 if row['statistic'] == 'pct_within' else 3
     if is_printed:
-        marks = [ERRATUM] * (row['left_out'] not in ('', 'calibrated'))
-    else:
-        marks = [DIFFERS] * bool(row['p_holm'] < SIGNIFICANCE) + [CALIBRATED] * is_calibrated
-    text = f'{row["paper" if is_printed else "ours"]:.{decimals}f}'
+        return f'{row["paper"]:.{decimals}f}' + f' {ERRATUM}' * (row['left_out'] not in ('', 'calibrated'))
+    text = f'{row["ours"]:.{decimals}f}'
     text += f' ({row["low"]:.{decimals}f} to {row["high"]:.{decimals}f})' if has_interval else ''
+    marks = [DIFFERS] * bool(row['p_holm'] < SIGNIFICANCE) + [CALIBRATED] * ('calibrated' in row['left_out'])
     return ' '.join([text, *marks])
 
 

@@ -10,7 +10,7 @@ import platform
 import shlex
 import urllib.parse
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
+from typing import Any, Dict, Mapping, Optional, Sequence
 
 import numpy as np
 import yaml
@@ -67,6 +67,8 @@ def write_report(
     embedded = {one.name: {'caption': one.caption, 'uri': data_uri(one.svg, one.png)} for one in figures}
     variants = [{'figure': embedded.pop(VARIANTS, None), 'table': table} for table in of_variants]
     failed = results.trials[results.trials['outcome'] != SUCCEEDED]
+    of_first = results.trials['setup'][results.trials[VARIANT] == first_variant(results.trials)] if of_variants else []
+    is_main = fractions['setup'].isin(of_first) | (not of_variants)
     with debug_mode(False):  # validation in Altair takes longer than the drawing
         charts = trial_charts(results, shown)
     page = load_template('page.html', Path(__file__).parent).render(
@@ -77,8 +79,15 @@ def write_report(
         robot=results.manifest.get('robot'),
         real_encoders=results.manifest.get('encoders', []),
         ppr_text=ppr_text,
+        shell=lambda command: shlex.join(map(str, command)),
+        versions_text=versions_text,
         origin=provenance(results),
-        summary=summary_content(results, fractions),
+        runs=results.manifest.get('runs', []),
+        tolerance=TOLERANCE_TEXT,
+        required_percent=round(100 * REQUIRED_FRACTION),
+        compared_poses={text: POSES[pose] for pose, text in COMPARED_POSES.items()},
+        fractions=fractions[is_main].groupby('setup', sort=False),
+        of_variants=fractions[~is_main].groupby('setup', sort=False),
         paper=paper,
         paper_claims=list(zip(*paper.claims.values())) if paper else [],  # results of each campaign
         html_table=html_table,
@@ -112,25 +121,6 @@ def scope_text(results: Results) -> str:
         f'{per_cell} per cell. '
         f'Wheel diameter {robot.wheel_diameter_m:g} m, separation {robot.wheel_separation_m:g} m.'
     )
-
-
-def summary_content(results: Results, fractions: pd.DataFrame) -> Dict[str, Any]:
-    """Return a table of encoders by final pose per test and parameter set; further variants are separate."""
-    first, trials = first_variant(results.trials), results.trials
-    main = set(trials['setup'][trials[VARIANT] == first] if VARIANT in results.varied else trials['setup'])
-    tables: Dict[bool, Dict[str, List[Dict[str, Any]]]] = {True: {}, False: {}}
-    for setup, of_setup in fractions.groupby('setup', sort=False):
-        tables[setup in main][setup] = [
-            {'encoder': ppr_text(label), 'fractions': of_encoder.to_dict('records')}
-            for label, of_encoder in of_setup.groupby('ppr', sort=False)
-        ]
-    return {
-        'tolerance': TOLERANCE_TEXT,
-        'required_percent': round(100 * REQUIRED_FRACTION),
-        'heads': [{'text': text, 'topic': POSES[pose]} for pose, text in COMPARED_POSES.items()],
-        'tables': tables[True],
-        'of_variants': tables[False],
-    }
 
 
 _NOTE = (
@@ -186,14 +176,14 @@ def data_uri(svg: Path, png: Path) -> str:
 
 
 def provenance(results: Results) -> Dict[str, Any]:
-    """Return the commands that reproduce the results, facts, runs and the configuration as YAML."""
+    """Return the commands that reproduce the results, facts, and the configuration as YAML."""
     manifest, runs, commands = results.manifest, results.manifest.get('runs', []), []
     own = {'python': platform.python_version(), **{name: importlib.metadata.version(name) for name in LIBRARIES}}
-    facts = [('analysed with', _versions(own))]
+    facts = {'analysed with': versions_text(own)}
     if 'fingerprint' in manifest:
-        facts.append(('fingerprint of the configuration', str(manifest['fingerprint'])))
+        facts['fingerprint of the configuration'] = str(manifest['fingerprint'])
     if 'seeds' in manifest:
-        facts.append(('seeds', ' to '.join(map(str, manifest['seeds'].values()))))
+        facts['seeds'] = ' to '.join(map(str, manifest['seeds'].values()))
     if results.folder and runs:
         program, *arguments = map(str, runs[0].get('command') or [''])
         tool = [CONSOLE] if Path(program).name == CONSOLE else ['rosrun', 'diff_encoder_sim', 'campaign']
@@ -202,25 +192,10 @@ def provenance(results: Results) -> Dict[str, Any]:
     return {
         'commands': commands,
         'facts': facts,
-        'runs': [{'started': run.get('started', ''), 'facts': _facts_of_run(run)} for run in runs],
         'configuration': configuration and yaml.safe_dump(configuration, sort_keys=False),
     }
 
 
-def _facts_of_run(run: Mapping[str, Any]) -> List[Tuple[str, str]]:
-    host, commit = run.get('machine') or {}, run.get('commit') or {}
-    facts = [
-        ('command', shlex.join(map(str, run.get('command', [])))),
-        ('versions', _versions(run.get('versions') or {})),
-    ]
-    if commit:
-        facts.append(('commit', f'{commit.get("id")}{" with changes" if commit.get("is_dirty") else ""}'))
-    if host:
-        memory_gib = int(host.get('memory_bytes') or 0) / 2**30
-        cores = f'{host.get("usable_cores")} of {host.get("cores")} cores'
-        facts.append(('host', f'{host.get("cpu")}, {cores}, {memory_gib:.0f} GiB, {host.get("os")}'))
-    return facts
-
-
-def _versions(versions: Mapping[str, Optional[str]]) -> str:
-    return ', '.join(f'{name} {version}' for name, version in versions.items() if version)
+def versions_text(versions: Optional[Mapping[str, Optional[str]]]) -> str:
+    """Join the names and versions of libraries."""
+    return ', '.join(f'{name} {version}' for name, version in (versions or {}).items() if version)

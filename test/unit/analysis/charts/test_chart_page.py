@@ -9,12 +9,12 @@ import pytest
 import vl_convert
 
 from diff_encoder_sim.analysis.charts import chart_page
-from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Look, Option, charts_html
+from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Option, charts_html
 
-ENCODER = Choice('encoder', 'Encoder', [Option('40', '40 PPR', '#123456'), Option('90', '90 PPR')], ['90'], Look.BOXES)
-TEST = Choice('test', 'Test', [Option('SL', 'straight'), Option('SMT', 'turns')], 'SMT', Look.BUTTONS)
+ENCODER = Choice('encoder', 'Encoder', [Option('40', '40 PPR', '#123456'), Option('90', '90 PPR')], ['90'], 'checkbox')
+TEST = Choice('test', 'Test', [Option('SL', 'straight'), Option('SMT', 'turns')], 'SMT', 'radio')
 OPTIONS = [Option(7, 'seventh', within='SL'), Option(8, 'eighth', within='SMT')]
-TRIAL = Choice('trial', 'Trial', OPTIONS, 8, Look.LIST, 'test', 'path')
+TRIAL = Choice('trial', 'Trial', OPTIONS, 8, 'select', 'test', 'path')
 EVIL = '</script><b>&"'
 
 

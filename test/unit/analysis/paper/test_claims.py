@@ -1,11 +1,13 @@
 """The paper's claims, their parts and hypothesis tests."""
 
+import functools
+
 import numpy as np
 import pytest
 from scipy import stats
 
 from diff_encoder_sim.analysis.paper import claims
-from diff_encoder_sim.analysis.paper.claims import FAILS, HOLDS, UNCLEAR, Errors
+from diff_encoder_sim.analysis.paper.claims import FAILS, HOLDS, UNCLEAR, Sample, concluded
 from diff_encoder_sim.analysis.paper.paper_cells import PPRS
 from diff_encoder_sim.analysis.quantities import YAW, X
 from trial_tables import cell, results_of, trial
@@ -76,18 +78,18 @@ def test_what_is_missing_is_not_tested():
     assert claim_of(few, 'steadier odometry').conclusion == 'not tested: too few trials'
     poor = claim_of(few, 'Odometry is poor')
     assert (poor.conclusion, poor.p_text) == ('not tested: too few trials', '')
-    assert 'too few trials' in poor.tests[0].text and poor.counts.startswith('unclear ')
+    assert 'too few trials' in poor.parts[0].text and poor.counts.startswith('unclear ')
 
 
 def test_every_trial_is_fishers_test_with_the_papers_own_trials():
     trials = results_of(cell('SL', '40', 'odom', [(0.0, 0.0, 0.0)] * 30)).trials
     [test] = claims.every_trial('within', trials, lambda part: part['trial'] > 5)
-    assert test.p_against == pytest.approx(stats.fisher_exact([[25, 5], [30, 0]])[1])
+    assert test.p_value == pytest.approx(stats.fisher_exact([[25, 5], [30, 0]])[1])
     assert test.text.startswith('SL at 40 PPR: 25 of 30 within, the paper 30 of 30, p 0.05')
 
 
-def conclusions(tests):
-    return [test.conclusion for test in tests]
+def conclusions(judge, *samples):
+    return [part.conclusion for part in concluded(judge(sample) for sample in samples)]
 
 
 # Thirty values: the 95 % interval of their spread of 1 is 0.796 to 1.344; 26 within, of which Wilson's is 0.70 to 0.95.
@@ -97,29 +99,30 @@ MOSTLY = np.array([0.0] * 26 + [9.0] * 4)
 
 @pytest.mark.parametrize(
     ('judge', 'values', 'limits'),
-    [(claims.spreads, EVEN, (0.79, 0.81, 1.35)), (claims.fractions_within, MOSTLY, (0.69, 0.72, 0.96))],
+    [(claims.spread, EVEN, (0.79, 0.81, 1.35)), (claims.fraction_within, MOSTLY, (0.69, 0.72, 0.96))],
 )
 def test_a_value_against_a_limit(judge, values, limits):
-    below, within, above = (conclusions(judge(limit, [Errors('', YAW, (values,))])) for limit in limits)
-    assert (below, within, above) == ([HOLDS], [UNCLEAR], [FAILS])
-    assert conclusions(judge(limits[-1], [Errors('', YAW, (values,), sign=-1)])) == [HOLDS]
-    assert conclusions(judge(limits[-1], [Errors('', YAW, (values[:1],))])) == [UNCLEAR]
+    sample, single = Sample('', YAW, (values,)), Sample('', YAW, (values[:1],))
+    judges = [functools.partial(judge, limit=limit) for limit in limits]
+    assert [conclusions(each, sample) for each in judges] == [[HOLDS], [UNCLEAR], [FAILS]]
+    assert conclusions(functools.partial(judges[-1], sign=-1), sample) == [HOLDS]
+    assert conclusions(judges[-1], single) == [UNCLEAR]
 
 
 def test_failing_must_be_sure_for_all_parts_together():
-    parts = [Errors('', YAW, (EVEN,))]
-    assert conclusions(claims.spreads(1.36, parts)) == [FAILS]
-    assert conclusions(claims.spreads(1.36, 20 * parts)) == 20 * [UNCLEAR]
+    judge, sample = functools.partial(claims.spread, limit=1.36), Sample('', YAW, (EVEN,))
+    assert conclusions(judge, sample) == [FAILS]
+    assert conclusions(judge, *20 * [sample]) == 20 * [UNCLEAR]
 
 
 def pair(first, second):
-    return Errors('a pair', X, (np.asarray(first), np.asarray(second)), ('40 PPR', '4096 PPR'))
+    return Sample('a pair', X, (np.asarray(first), np.asarray(second)), ('40 PPR', '4096 PPR'))
 
 
 def test_equal_fractions():
     inside, outside = np.zeros(30), np.ones(30)
     pairs = [(inside, inside), (inside, outside), (inside[:10], inside[:10]), ([], [])]
-    found = [conclusions(claims.fractions_equal([pair(*one)])) for one in pairs]
+    found = [conclusions(claims.fractions_equal, pair(*one)) for one in pairs]
     assert found == [[HOLDS], [FAILS], [UNCLEAR], [UNCLEAR]]
 
 
@@ -127,7 +130,7 @@ def test_equal_fractions():
 def test_spreads_and_sizes_of_pairs(judge):
     wide, narrow, other = (np.random.default_rng(seed).normal(0.0, std, 30) for seed, std in ((1, 3), (2, 1), (3, 3)))
     pairs = [(wide, narrow), (narrow, wide), (wide, other), (wide[:2], narrow[:2])]
-    assert [conclusions(judge([pair(*one)])) for one in pairs] == [[HOLDS], [FAILS], [UNCLEAR], [UNCLEAR]]
+    assert [conclusions(judge, pair(*one)) for one in pairs] == [[HOLDS], [FAILS], [UNCLEAR], [UNCLEAR]]
 
 
 def test_pairs_are_of_equal_trials():
