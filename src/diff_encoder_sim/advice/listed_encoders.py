@@ -38,7 +38,7 @@ def candidates_of(campaign: Campaign) -> List[Candidate]:
     own = None if robot.file.ppr is None else PerWheel(left=robot.file.ppr, right=robot.file.ppr)
     for cell in campaign.cells[: len(campaign.encoders)]:
         params, real = cell.robot_params.encoder.model_copy(update={'ppr': cell.ppr}), cell.encoder.real
-        name = real.stem if real else f'own of {robot.name}' if params.ppr == own else ''
+        name = cell.encoder.name or (f'own of {robot.name}' if params.ppr == own else '')
         price = real.price if real else None
         found.append(Candidate(cell.encoder.label, equivalent_counts(params), params, name, price))
     return sorted(found, key=lambda candidate: candidate.counts)
@@ -123,7 +123,7 @@ def listed_encoders(
     """
     catalogue = load_encoders([WHOLE_CATALOGUE], config_folder, Path())
     known: Dict[str, Tuple[Optional[str], EncoderParams]] = {
-        encoder.stem: (encoder.price, encoder.params) for encoder in catalogue
+        each.name: (each.real.price, each.params) for each in catalogue if each.real and each.params
     }
     for robot in robot_names(config_folder):
         ppr = load_robot_file(robot, Path(), config_folder.parent, {}).ppr

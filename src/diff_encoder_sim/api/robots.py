@@ -24,7 +24,7 @@ from diff_encoder_sim.simulation.self_check import checks_table
 from diff_encoder_sim.trials import robot_params
 from diff_encoder_sim.trials.campaign_cells import check_robot
 from diff_encoder_sim.trials.robot_params import CONFIG_FILES, RobotParams, load_robot
-from diff_encoder_sim.wheels.catalogue import RESOLUTION_KEYS, ChosenEncoder, chosen, load_encoder, own_encoder
+from diff_encoder_sim.wheels.catalogue import RESOLUTION_KEYS, ChosenEncoder, load_encoder, own_encoder
 from diff_encoder_sim.wheels.diagnostics import hidden_encoder
 from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, OdometryParams
 
@@ -82,7 +82,7 @@ def launched_robot(
     if options.encoder:
         if OWN_PPR in arguments:
             raise ConfigError(f'encoder: given {options.encoder} with ppr {arguments[OWN_PPR]}; allowed: one of them')
-        encoder = chosen(load_encoder(options.encoder, config, users_folder))
+        encoder = load_encoder(options.encoder, config, users_folder)
     settings = {**(usual or {}), **_config(robot_params.uncertainty_of_robot(setup.settings)), **setup.settings}
     if setup.file.ppr is not None:
         settings[OWN_PPR] = setup.file.ppr

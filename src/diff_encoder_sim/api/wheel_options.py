@@ -22,7 +22,7 @@ from diff_encoder_sim.drives.trial_definition import OF_ENCODER, OF_ODOMETRY, Tr
 from diff_encoder_sim.drives.wheel_source import WheelSource, WheelUnit
 from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
 from diff_encoder_sim.trials.robot_params import load_robot, uncertainty_of_robot
-from diff_encoder_sim.wheels.catalogue import RESOLUTION_KEYS, ChosenEncoder, chosen, load_encoders, own_encoder
+from diff_encoder_sim.wheels.catalogue import RESOLUTION_KEYS, ChosenEncoder, load_encoders, own_encoder
 from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, PerWheel, ppr_label
 from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, OdometryParams
 from diff_encoder_sim.wheels.report_link import PROMPT
@@ -110,7 +110,7 @@ def chosen_encoders(options: DriveOptions, own: EncoderParams) -> List[ChosenEnc
     """
     pprs = options.ppr if isinstance(options.ppr, (list, tuple)) else [options.ppr]
     ideal = [ChosenEncoder(ppr_of_text('--ppr', ppr)) for ppr in pprs]
-    real = [chosen(each) for each in load_encoders(options.encoder or (), package_folder() / 'config', Path())]
+    real = load_encoders(options.encoder or (), package_folder() / 'config', Path())
     for option, encoders in (('--ppr', ideal), ('--encoder', real)):
         labels = [encoder.label for encoder in encoders]
         twice = next((label for label in labels if labels.count(label) > 1), None)
@@ -135,9 +135,9 @@ def parameters_with(
 ) -> Tuple[EncoderParams, OdometryParams]:
     """Return the parameters of a robot with another encoder; ConfigError if the parameters contradict each other."""
     changes: Dict[str, Any] = {'ppr': encoder.ppr}
-    if encoder.real:
-        params = encoder.real.params
-        changes.update({**params.model_dump(exclude_unset=True), 'encoder': params.encoder.model_dump()})
+    if encoder.real and encoder.params:
+        of_encoder = encoder.params.encoder.model_dump()
+        changes.update({**encoder.params.model_dump(exclude_unset=True), 'encoder': of_encoder})
     shared = {key: value for key, value in changes.items() if key in OdometryParams.model_fields}
     source = f'encoder {encoder.label}'
     return with_changes(of_robot, changes, source), with_changes(odometry, shared, source)

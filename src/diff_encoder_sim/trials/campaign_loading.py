@@ -27,7 +27,7 @@ from diff_encoder_sim.trials.robot_params import (
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
 from diff_encoder_sim.trials.trial_files import collect
 from diff_encoder_sim.trials.trials_csv import VARIANT
-from diff_encoder_sim.wheels.catalogue import RESOLUTION_KEYS, ChosenEncoder, chosen, load_encoders, resolution_text
+from diff_encoder_sim.wheels.catalogue import RESOLUTION_KEYS, ChosenEncoder, load_encoders, resolution_text
 
 # Limits that reject a mistyped list before the memory is full.
 MOST_CELLS, MOST_TRIALS = 10_000, TRIALS.most
@@ -167,7 +167,7 @@ def _load_encoders(params: CampaignParams, folder: Path, config_folder: Path) ->
     if not params.ppr and not params.encoders:
         raise ConfigError('ppr: missing; allowed: ppr, encoders, or both')
     ideal = [ChosenEncoder(ppr) for ppr in params.ppr]
-    real = [chosen(encoder) for encoder in load_encoders(params.encoders, config_folder, folder)]
+    real = load_encoders(params.encoders, config_folder, folder)
     _check_unique('ppr', [encoder.label for encoder in ideal])
     _check_unique('encoders', [encoder.label for encoder in real], 'once; of two files, rename one')
     return [*ideal, *real]

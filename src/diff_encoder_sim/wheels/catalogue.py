@@ -49,33 +49,38 @@ class EncoderFileParams(Params):
         return config
 
 
-class CatalogueEncoder(NamedTuple):
-    """A commercial encoder."""
+class ChosenEncoder(NamedTuple):
+    """An encoder of a comparison."""
 
-    stem: str  # of its file, such as amt102
-    name: str  # product name
-    source: Sequence[str]
-    price: str
-    params: EncoderParams  # encoder model and controller parameters
-
-    @property
-    def counts_per_wheel_turn(self) -> float:
-        """Return the counts per revolution of the wheel, which need not be whole."""
-        return self.params.counts_per_turn.left
+    ppr: PerWheel  # counts per wheel revolution
+    params: Optional[EncoderParams] = None  # encoder model and controller parameters; None for an ideal encoder
+    name: str = ''  # stem of the file of a commercial encoder, such as amt102
+    real: Optional[EncoderFileParams] = None  # that file
 
     @property
     def label(self) -> str:
-        """Return the label for tables, such as `8192 amt102`."""
-        return f'{self.counts_per_wheel_turn:g} {self.stem}'
+        """Return the label for tables and file names: `90`, or `8192 amt102`."""
+        return encoder_label(self.ppr, self.name)
+
+    @property
+    def resolution(self) -> str:
+        """Return the derivation of the counts from the datasheet; '' if ppr is given."""
+        return resolution_text(self.params.encoder) if self.params else ''
 
     @property
     def overrides(self) -> Dict[str, Any]:
-        """Return the values for config.yaml by dotted keys, for `robot_params.override`.
+        """Return the overridden values by dotted keys such as `config.encoder.lines`, for `robot_params.override`.
 
         Every key of `encoder` is included, so the previous encoder is replaced completely.
         """
-        values = {**self.params.model_dump(exclude_unset=True), 'encoder': self.params.encoder.model_dump()}
-        return {f'config.{key}': value for key, value in flat(values)}
+        values: Dict[str, Any] = {}
+        if self.real and self.params:
+            values = {**self.params.model_dump(exclude_unset=True), 'encoder': self.params.encoder.model_dump()}
+        return {'config.ppr': self.ppr.model_dump(), **{f'config.{key}': value for key, value in flat(values)}}
+
+    def counts_per_metre(self, wheel_diameter_m: float) -> float:
+        """Return the counts of the left wheel per metre."""
+        return self.ppr.left / (math.pi * wheel_diameter_m)
 
 
 def encoder_names(config_folder: Path) -> List[str]:
@@ -83,7 +88,7 @@ def encoder_names(config_folder: Path) -> List[str]:
     return sorted(path.stem for path in (config_folder / 'encoders').glob('*.yaml'))
 
 
-def load_encoder(given: str, config_folder: Path, folder: Path) -> CatalogueEncoder:
+def load_encoder(given: str, config_folder: Path, folder: Path) -> ChosenEncoder:
     """Load an encoder by its name or its file.
 
     Args:
@@ -107,10 +112,10 @@ def load_encoder(given: str, config_folder: Path, folder: Path) -> CatalogueEnco
         params = EncoderParams.from_mapping({**file.config, 'encoder': file.encoder}, '')
     except ConfigError as error:
         raise ConfigError(f'{path}: config.{error}') from None
-    return CatalogueEncoder(path.stem, file.name, file.source, file.price, params)
+    return ChosenEncoder(params.counts_per_turn, params, path.stem, file)
 
 
-def load_encoders(given: Sequence[str], config_folder: Path, folder: Path) -> List[CatalogueEncoder]:
+def load_encoders(given: Sequence[str], config_folder: Path, folder: Path) -> List[ChosenEncoder]:
     """Load encoders as `load_encoder` does; `catalogue` stands for all of config/encoders.
 
     Raises:
@@ -124,34 +129,6 @@ def load_encoders(given: Sequence[str], config_folder: Path, folder: Path) -> Li
 RESOLUTION_KEYS = ('config.encoder.lines', 'config.encoder.pole_pairs', 'config.encoder.bits')
 
 
-class ChosenEncoder(NamedTuple):
-    """An encoder of a comparison."""
-
-    ppr: PerWheel  # counts per wheel revolution
-    resolution: str = ''  # derivation from the datasheet; '' if ppr is given
-    real: Optional[CatalogueEncoder] = None  # None for ideal encoders and for the robot's encoder
-
-    @property
-    def name(self) -> str:
-        """Return the catalogue name; '' for other encoders."""
-        return self.real.stem if self.real else ''
-
-    @property
-    def label(self) -> str:
-        """Return the label for tables and file names: `90`, or `8192 amt102`."""
-        return encoder_label(self.ppr, self.name)
-
-    @property
-    def overrides(self) -> Dict[str, Any]:
-        """Return the overridden values by dotted keys such as `config.encoder.lines`."""
-        ppr = {'config.ppr': self.ppr.model_dump()}
-        return {**ppr, **self.real.overrides} if self.real else ppr
-
-    def counts_per_metre(self, wheel_diameter_m: float) -> float:
-        """Return the counts of the left wheel per metre."""
-        return self.ppr.left / (math.pi * wheel_diameter_m)
-
-
 def encoder_lines(encoders: Iterable[ChosenEncoder], wheel_diameter_m: float) -> Iterator[str]:
     """Yield the resolution by datasheet and the counts per metre of each encoder with a resolution."""
     for encoder in encoders:
@@ -160,14 +137,9 @@ def encoder_lines(encoders: Iterable[ChosenEncoder], wheel_diameter_m: float) ->
             yield f'{name}: {encoder.resolution}, {encoder.counts_per_metre(wheel_diameter_m):.5g} per metre'
 
 
-def chosen(real: CatalogueEncoder) -> ChosenEncoder:
-    """Choose a real encoder."""
-    return own_encoder(real.params)._replace(real=real)
-
-
 def own_encoder(params: EncoderParams) -> ChosenEncoder:
     """Choose the encoder of these parameters."""
-    return ChosenEncoder(params.counts_per_turn, resolution_text(params.encoder))
+    return ChosenEncoder(params.counts_per_turn, params)
 
 
 def resolution_text(model: EncoderModel) -> str:

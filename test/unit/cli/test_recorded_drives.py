@@ -6,7 +6,7 @@ import pytest
 import reencoding_drives as drives
 from diff_encoder_sim.api.recorded_drives import output_files
 from diff_encoder_sim.cli.reencode import parse
-from diff_encoder_sim.wheels.catalogue import ChosenEncoder, chosen, load_encoder
+from diff_encoder_sim.wheels.catalogue import ChosenEncoder, load_encoder
 from diff_encoder_sim.wheels.counter import wrap_count
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 from places import CONFIG
@@ -83,7 +83,7 @@ def test_nothing_is_overwritten_and_nothing_unfinished_is_left(tmp_path, bag, ca
 
 
 def test_files_are_named_by_bag_and_encoder(tmp_path, monkeypatch):
-    ninety, real = ChosenEncoder(PerWheel(left=90, right=90)), chosen(load_encoder('amt102', CONFIG, tmp_path))
+    ninety, real = ChosenEncoder(PerWheel(left=90, right=90)), load_encoder('amt102', CONFIG, tmp_path)
     encoders = [ninety, ChosenEncoder(PerWheel(left=40, right=1024)), real]
     files = output_files(tmp_path, tmp_path / 'drive.bag', encoders)
     names = ['drive_90ppr.bag', 'drive_40-1024ppr.bag', 'drive_8192_amt102.bag', 'reencode.csv']

@@ -9,7 +9,7 @@ from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.robot_file import load_robot_file
 from diff_encoder_sim.trials.robot_params import check_key, load_robot_config, override
-from diff_encoder_sim.wheels.catalogue import chosen, encoder_names, load_encoder, load_encoders, resolution_text
+from diff_encoder_sim.wheels.catalogue import OF_DEVICE, encoder_names, load_encoder, load_encoders, resolution_text
 from diff_encoder_sim.wheels.chain import Chain
 from diff_encoder_sim.wheels.counter import wrap_count
 from diff_encoder_sim.wheels.encoder_params import EncoderModel, PerWheel
@@ -64,13 +64,14 @@ def own_file(folder, **keys):
 def test_a_shipped_encoder_counts_ten_turns_of_the_wheel_as_its_manual_states(name):
     encoder = shipped(name)
     decimals = len(PUBLISHED[name].partition('.')[2])
-    assert f'{encoder.counts_per_wheel_turn:.{decimals}f}' == PUBLISHED[name]
+    counts_per_turn = encoder.ppr.left
+    assert f'{counts_per_turn:.{decimals}f}' == PUBLISHED[name]
     angles_rad = np.repeat(np.linspace(0.0, 20 * math.pi, 2001)[:, np.newaxis], 2, axis=1)
     found = Chain(encoder.params).run(Drive(10_000_000 * np.arange(2001), angles_rad))
     # The last report before the end of the drive.
-    turned = found.stamps_ns[0, -1] / 2e9 * encoder.counts_per_wheel_turn
+    turned = found.stamps_ns[0, -1] / 2e9 * counts_per_turn
     # A reading at either end: its rounding, and the sensor's own errors.
-    sd = math.sqrt(2 * (1 / 12 + encoder.params.encoder.pulse_variance(encoder.counts_per_wheel_turn)))
+    sd = math.sqrt(2 * (1 / 12 + encoder.params.encoder.pulse_variance(counts_per_turn)))
     counted = wrap_count(np.diff(found.counts[0], axis=0), encoder.params.counter_modulus).sum(axis=0)
     assert counted == pytest.approx([turned, turned], abs=4 * sd)
 
@@ -78,7 +79,7 @@ def test_a_shipped_encoder_counts_ten_turns_of_the_wheel_as_its_manual_states(na
 @pytest.mark.parametrize('name', NAMES)
 def test_a_shipped_encoder_can_replace_any_other_of_a_robot(name):
     encoder, config = shipped(name), load_robot_config(CONFIG)
-    for key in encoder.overrides:
+    for key in {*encoder.overrides} - {'config.ppr'}:
         check_key(key)
     hall = {'sensor': 'hall', 'pole_pairs': 15, 'sensor_error': 2.0}
     config['config'] = {**config['config'], 'encoder': hall}
@@ -90,18 +91,19 @@ def test_a_shipped_encoder_can_replace_any_other_of_a_robot(name):
 @pytest.mark.parametrize('robot', IN_ROBOTS)
 def test_the_catalogue_says_what_the_robots_with_these_encoders_say(robot):
     file, encoder = load_robot_file(robot, ROOT, ROOT, {}), shipped(IN_ROBOTS[robot])
-    assert encoder.counts_per_wheel_turn == pytest.approx(file.ppr, rel=1e-9)
-    said = {key: value for key, value in encoder.overrides.items() if not key.startswith('config.encoder.')}
-    assert said == pytest.approx({key: file.overrides[key] for key in said})
+    assert encoder.ppr.left == pytest.approx(file.ppr, rel=1e-9)
+    of_device = {f'config.{key}' for key in OF_DEVICE} & {*encoder.overrides}
+    expected = {key: file.overrides[key] for key in of_device}
+    assert {key: encoder.overrides[key] for key in of_device} == pytest.approx(expected)
 
 
 def test_a_file_of_ones_own_is_relative_to_the_folder_a_name_comes_first_and_catalogue_is_all_of_them(tmp_path):
     own_file(tmp_path, config='{rate: 50.0, report: {latency: 0.02}}').rename(tmp_path / 'e4t.yaml')
     encoder = load_encoder('e4t.yaml', CONFIG, tmp_path)
-    assert (encoder.name, encoder.source, encoder.price) == ('Mine', ['its manual'], 'hobby')
+    assert (encoder.real.name, encoder.real.source, encoder.real.price) == ('Mine', ['its manual'], 'hobby')
     assert (encoder.params.rate, encoder.params.report.latency, encoder.label) == (50.0, 0.02, '64 e4t')
     found = load_encoders(['e4t', 'e4t.yaml', 'catalogue'], CONFIG, tmp_path)
-    assert [each.stem for each in found] == ['e4t', 'e4t', *NAMES] and found[0].counts_per_wheel_turn == 1440
+    assert [each.name for each in found] == ['e4t', 'e4t', *NAMES] and found[0].ppr.left == 1440
 
 
 @pytest.mark.parametrize('given', ['amt10', 'folder.yaml', 'mine.yml'])
@@ -132,7 +134,7 @@ def test_a_bad_file_gives_one_line(tmp_path, keys, text):
 
 
 def test_a_real_encoder_is_called_by_counts_and_file_and_its_counts_follow_from_the_datasheet():
-    real = chosen(load_encoder('amt102', CONFIG, CONFIG))
+    real = load_encoder('amt102', CONFIG, CONFIG)
     assert (real.label, real.name, real.ppr) == ('8192 amt102', 'amt102', PerWheel(left=8192, right=8192))
     assert real.counts_per_metre(0.2) == pytest.approx(8192 / (0.2 * math.pi))
     assert real.overrides['config.encoder.lines'] == 2048 and real.overrides['config.ppr']['left'] == 8192
