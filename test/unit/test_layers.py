@@ -25,7 +25,7 @@ MAY_IMPORT = {
     'analysis': 'base wheels localization drives trials',
     'advice': 'base wheels robots simulation navigation drives trials analysis',
     'api': 'base wheels robots localization simulation drives trials analysis advice',
-    'cli': 'base localization analysis drives trials api',
+    'cli': 'base localization trials api',
     'ros': 'base wheels robots localization simulation navigation drives trials',
 }
 

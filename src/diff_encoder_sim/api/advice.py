@@ -7,9 +7,8 @@ import json
 import math
 import sys
 import time
-from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence
+from dataclasses import replace
+from typing import Any, Dict, Iterator, List, Mapping, Optional
 
 from diff_encoder_sim.advice import advice_tables as tables
 from diff_encoder_sim.advice.answers import Requirement
@@ -18,10 +17,10 @@ from diff_encoder_sim.advice.listed_encoders import candidates_of, listed_encode
 from diff_encoder_sim.advice.odometry_study import Advice, study_odometry, with_budgets
 from diff_encoder_sim.advice.trial_study import TrialsWith, study_trials, switched_off
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
-from diff_encoder_sim.analysis.quantities import LEVEL, REQUIRED_FRACTION, YAW, X
 from diff_encoder_sim.analysis.results_table import record_of, trials_table
-from diff_encoder_sim.api.campaigns import RunOptions, stop_reports, unrun_text, workers
+from diff_encoder_sim.api.campaigns import stop_reports, unrun_text, workers
 from diff_encoder_sim.api.notes import name_campaigns_encoders, name_stopping, with_checks
+from diff_encoder_sim.api.options import AdviceOptions
 from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.command_line import as_called
 from diff_encoder_sim.base.deferred import pandas as pd
@@ -39,26 +38,6 @@ from diff_encoder_sim.trials.trials_csv import VARIANT
 from diff_encoder_sim.wheels.encoder_params import ppr_label
 
 PAGE = 'advice.html'
-
-
-@dataclass(frozen=True)
-class AdviceOptions(RunOptions):
-    """Options of the command advise."""
-
-    robot: Optional[str] = None
-    tolerance: float = X.tolerance  # in x and in y [m]
-    yaw_tolerance: float = YAW.tolerance  # [degrees]
-    share: float = REQUIRED_FRACTION  # minimum fraction of trials within tolerance
-    confidence: float = LEVEL
-    distance: Optional[float] = None  # evaluate odometry over this straight distance [m]
-    tests: Optional[Sequence[str]] = None
-    ppr: Optional[Sequence[float]] = None
-    encoders: Optional[Sequence[str]] = None
-    candidates: str = 'sweep'
-    trials: Optional[int] = None  # per test and tested candidate
-    has_trials: bool = True
-    out: Path = Path('results') / 'advice'
-    json: Optional[Path] = None
 
 
 def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import sys
-from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, ContextManager, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
 
@@ -12,6 +11,7 @@ from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.analysis.results_loading import load_results
 from diff_encoder_sim.analysis.results_table import Results
 from diff_encoder_sim.api.notes import name_campaigns_encoders, name_stopping, with_checks
+from diff_encoder_sim.api.options import CampaignOptions, RunOptions
 from diff_encoder_sim.base.command_line import CONSOLE, Stopped, as_called
 from diff_encoder_sim.base.errors import CampaignFault, ConfigError
 from diff_encoder_sim.base.package_files import package_folder
@@ -27,51 +27,21 @@ from diff_encoder_sim.trials.trial_run import RunTrials, run_trials
 UNRUN_SHOWN = 5
 
 
-@dataclass(frozen=True)
-class RunOptions:
-    """Options of commands that run trials: robot, AMCL, and workers on this host or a Dask cluster."""
-
-    robot_args: Sequence[str] = ()
-    packages: Sequence[Path] = ()
-    amcl: Optional[str] = None
-    unchecked: bool = False
-    workers: Optional[int] = None  # on this host; None: one per core
-    scheduler: Optional[str] = None
-    tls_ca: Optional[Path] = None
-    tls_cert: Optional[Path] = None
-    tls_key: Optional[Path] = None
-
-
-@dataclass(frozen=True)
-class CampaignOptions(RunOptions):
-    """Options of the command campaign."""
-
-    out: Path = Path()
-    config: str = 'quick'
-    resume: bool = False
-    keys: Mapping[str, Any] = field(default_factory=dict)  # override those of the campaign file, unless None
-
-    @classmethod
-    def of(cls, options: Mapping[str, Any]) -> CampaignOptions:
-        """Return the options; names that are not fields are keys of the campaign file, such as tests or ppr."""
-        own = {each.name for each in fields(cls)}
-        keys = {name: value for name, value in options.items() if name not in own}
-        return cls(**{name: value for name, value in options.items() if name in own}, keys=keys)
-
-
 def run_campaign(out: Union[str, Path], config: Union[str, Path] = 'quick', **options: Any) -> Results:
     """Run the missing trials of a campaign and return all results.
 
     Args:
         out: results folder.
         config: name of a campaign, or a .yaml file.
-        options: options of `campaign`, see `CampaignOptions`, and keys of the campaign file: tests, ppr, ...
+        options: options of `campaign`, see `CampaignOptions`, and other keys of the campaign file: seed, set, ...
 
     Raises:
         ConfigError: an option, a file or the folder is invalid.
         CampaignFault: trials cannot be run.
     """
-    given = CampaignOptions.of({'out': Path(out), 'config': str(config), **options})
+    own = {name: value for name, value in options.items() if name in CampaignOptions.__dataclass_fields__}
+    others = {name: value for name, value in options.items() if name not in own}
+    given = CampaignOptions(out=Path(out), config=str(config), others=others, **own)
     *_, unrun = complete(given, [CONSOLE, 'campaign', *_words({'config': config, 'out': out, **options})])
     if unrun:
         raise CampaignFault(unrun)
@@ -124,7 +94,9 @@ def complete(
 
 
 def workers(options: RunOptions, pending: int) -> ContextManager[Workers]:
-    """Return the selected workers, at most one per pending trial; ConfigError if TLS options lack others."""
+    """Return the selected workers, at most one per pending trial; ConfigError if options contradict each other."""
+    if options.workers is not None and options.scheduler is not None:
+        raise ConfigError('--workers, --scheduler: given both; allowed: one of them')
     given, tls = [f'--tls-{name}' for name in TlsFiles._fields if getattr(options, f'tls_{name}') is not None], None
     if given:
         if options.tls_ca is None or options.tls_cert is None or not (options.scheduler or '').startswith('tls://'):

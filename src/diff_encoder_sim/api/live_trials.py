@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 import time
-from dataclasses import dataclass
 from pathlib import Path
 from typing import List, Union
 
@@ -13,7 +12,8 @@ import yaml
 from pydantic import Field
 
 from diff_encoder_sim.api.notes import name_rates, name_stopping_of_trial, print_notes, self_checked
-from diff_encoder_sim.api.robots import OWN_PPR, SIMULATED, LaunchedRobot, LaunchOptions, launched_robot
+from diff_encoder_sim.api.options import TrialOptions
+from diff_encoder_sim.api.robots import OWN_PPR, SIMULATED, LaunchedRobot, launched_robot
 from diff_encoder_sim.base.atomic_files import LONGEST_NEW_NAME
 from diff_encoder_sim.base.bounds import Seed
 from diff_encoder_sim.base.command_line import as_typed
@@ -42,22 +42,6 @@ class TrialArguments(Params):
 
     trial: Seed = Field()
     ppr: PulsesPerRevolution = DEFAULT_PPR
-
-
-@dataclass(frozen=True)
-class TrialOptions(LaunchOptions):
-    """Arguments of trial.launch as text; `plan` validates them."""
-
-    test: str = ''
-    ppr: str = ''
-    trial: str = '0'
-    odom: str = 'encoder'
-    nav: str = 'embedded'
-    slam: str = 'none'
-    save_map: str = ''
-    map: str = ''
-    bag: str = ''
-    unchecked: str = 'false'
 
 
 def plan_as_yaml(options: TrialOptions) -> str:

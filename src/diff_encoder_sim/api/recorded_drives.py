@@ -11,7 +11,8 @@ from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Seq
 import numpy as np
 
 from diff_encoder_sim.api import wheel_options
-from diff_encoder_sim.api.wheel_options import DriveOptions, RecordedRobot, parameters_with
+from diff_encoder_sim.api.options import DriveOptions
+from diff_encoder_sim.api.wheel_options import RecordedRobot, parameters_with
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import PoseSeries
 from diff_encoder_sim.drives import reencoding as encoding

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Callable, Optional, Sequence, Tuple, Union
+from typing import Callable, Tuple, Union
 
 from diff_encoder_sim.analysis.outputs import REPORT, output_folder, write_analysis
 from diff_encoder_sim.analysis.results_loading import load_results
 from diff_encoder_sim.analysis.results_table import Results
 from diff_encoder_sim.analysis.terminal_summary import summary
+from diff_encoder_sim.api.options import AnalysisOptions
 from diff_encoder_sim.drives.bag_source import is_bag_folder
 
 DEFAULT_ANALYSIS = 'analysis'
@@ -34,25 +35,21 @@ def write_report(results: Results, out: Union[str, Path]) -> Path:
     return Path(out) / REPORT
 
 
-def analyze(
-    paths: Sequence[Path], out: Optional[Path], beside: Optional[Path], show: Callable[[str], None]
-) -> Tuple[Path, str]:
+def analyze(options: AnalysisOptions, show: Callable[[str], None]) -> Tuple[Path, str]:
     """Read results and write their analysis; return the path of the report, and the conclusions as text.
 
     Args:
-        paths: one campaign's results folder, or bags of trials and folders of such bags.
-        out: output folder; analysis/ in the given folder, or next to the first bag, by default.
-        beside: another campaign's results folder for the comparison with the paper.
+        options: results and output folder.
         show: called with the summary when the results are read.
 
     Raises:
         ConfigError: there are no results, or the folder contains other files.
     """
-    first = paths[0]
-    folder = out or (first if first.is_dir() and not is_bag_folder(first) else first.parent) / DEFAULT_ANALYSIS
+    first = options.paths[0]
+    folder = options.out or (first if first.is_dir() and not is_bag_folder(first) else first.parent) / DEFAULT_ANALYSIS
     with output_folder(folder) as unfinished:
-        results = load_results(paths)
-        other = load_results([beside]) if beside else None
+        results = load_results(options.paths)
+        other = load_results([options.beside]) if options.beside else None
         show(summary(results))
         conclusions = write_analysis(results, unfinished, other)
     return folder / REPORT, conclusions

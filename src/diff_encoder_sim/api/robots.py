@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import os
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from tabulate import tabulate
 
+from diff_encoder_sim.api.options import DescriptionOptions, InspectOptions, LaunchOptions, SettingsOptions
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder, users_path
 from diff_encoder_sim.base.params import flat, for_xml_rpc, nested, split_params
@@ -33,21 +33,6 @@ SIMULATED = 'pybullet'  # simulator with the wheel errors of the parameters
 _ABSENT = object()
 FILES = ('config', 'simulator', 'amcl', 'navigation', 'slam')
 COSTMAPS = ('global_costmap', 'local_costmap')
-
-
-@dataclass(frozen=True)
-class LaunchOptions:
-    """Launch arguments of a robot: its file, xacro arguments as one string, encoder and YAML files."""
-
-    robot: str
-    robot_args: str = ''
-    encoder: str = ''
-    config: Optional[str] = None
-    simulator_config: Optional[str] = None
-    amcl_config: Optional[str] = None
-    navigation_config: Optional[str] = None
-    slam_config: Optional[str] = None
-    sim: str = SIMULATED
 
 
 class LaunchedRobot(NamedTuple):
@@ -146,50 +131,40 @@ def _overlap(key: str, other: str) -> bool:
     return f'{key}.'.startswith(f'{other}.') or f'{other}.'.startswith(f'{key}.')
 
 
-def robot_urdf(options: LaunchOptions, arguments: Sequence[str], frames: bool, no_root_inertia: bool) -> str:
+def robot_urdf(options: DescriptionOptions) -> str:
     """Return the URDF of a robot.
-
-    Args:
-        options: robot and xacro arguments as one string.
-        arguments: further xacro arguments, NAME:=VALUE each.
-        frames: for robot_state_publisher: joints other than the driven wheels are fixed, the root link has no inertia.
-        no_root_inertia: root_inertia:=false, if the xacro has this argument.
 
     Raises:
         ConfigError: the robot cannot be read.
     """
-    of_xacro = {**xacro_arguments_of_text(options.robot_args), **xacro_arguments(arguments, 'argument')}
+    of_xacro = {**xacro_arguments_of_text(options.robot_args), **xacro_arguments(options.arguments, 'argument')}
     file = load_robot_file(options.robot, _users_folder(), package_folder(), of_xacro)
-    if frames:
+    if options.frames:
         description = set_up_robot(file).description
         return display_urdf(file.source, (description.left.joint, description.right.joint))
-    return expand(without_root_inertia(file.source) if no_root_inertia else file.source)
+    return expand(without_root_inertia(file.source) if options.no_root_inertia else file.source)
 
 
 WIDTHS = (52, 44)  # of the columns value and source, for common terminals
 
 
-def inspect_robot(
-    robot: str, robot_args: Sequence[str], packages: Sequence[Path], write: Optional[Path], show: Callable[[str], None]
-) -> None:
+def inspect_robot(options: InspectOptions, show: Callable[[str], None]) -> None:
     """Inspect a robot, show the detected values with their sources, and run its self-check on a flat floor.
 
     Args:
-        robot: name or file.
-        robot_args: arguments of its xacro.
-        packages: folders that are searched for packages.
-        write: path of a robot file to write with the detected values; None for none.
+        options: the robot, and the path of a robot file to write with the detected values.
         show: called with each part of the result.
 
     Raises:
         ConfigError: the robot cannot be read, is not a differential drive, or fails a check; or the file cannot be
             written.
     """
+    write = options.write
     if write and write.exists():
         raise ConfigError(f'--write: {write} exists; allowed: the path of a new file')
     if write and write.suffix not in ROBOT_FILE_SUFFIXES:
         raise ConfigError(f'--write: given {write}; allowed: a name that ends in {" or ".join(ROBOT_FILE_SUFFIXES)}')
-    setup = load_robot(robot, Path(), package_folder(), xacro_arguments(robot_args), packages)
+    setup = load_robot(options.robot, Path(), package_folder(), xacro_arguments(options.robot_args), options.packages)
     description, where = setup.description, setup.file.where
     show(tabulate(description.found, ['found', 'value', 'source'], disable_numparse=True, maxcolwidths=[None, *WIDTHS]))
     if setup.file.overrides:
@@ -220,18 +195,13 @@ def inspect_robot(
 SET_BY_ARGUMENTS = (OWN_PPR, 'config.seed')  # keys that campaigns and launch arguments set
 
 
-def node_settings(options: LaunchOptions, values: Sequence[str], bag: str) -> Tuple[Dict[str, Any], List[str]]:
+def node_settings(options: SettingsOptions) -> Tuple[Dict[str, Any], List[str]]:
     """Return the node parameters of a robot for the parameter /robot_settings, and notes.
-
-    Args:
-        options: robot, encoder and YAML files.
-        values: FILE.KEY:=VALUE each, which override those of the robot.
-        bag: recorded drive whose trial number is the seed; '' for none.
 
     Raises:
         ConfigError: a file is missing or invalid, or a value is not allowed.
     """
-    robot = launched_robot(options, launch_arguments(values), _of_bag(bag) if bag else {})
+    robot = launched_robot(options, launch_arguments(options.values), _of_bag(options.bag) if options.bag else {})
     model, base_frame = {'model': robot.setup.name}, {'base_frame': robot.params.odometry.base_frame}
     # Nodes without a file in config/.
     others = {'slam': base_frame, 'world_pose': model, 'ideal_odom': {**model, **base_frame}, 'global_pose': base_frame}

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
+from diff_encoder_sim.api.options import DriveOptions
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.base.params import merged, nested, shared_params, with_changes
@@ -30,41 +30,6 @@ from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 USUAL, OF_TRIAL = 'config/config.yaml', f"the bag's {TRIAL}"
 PAPER_PPR = (40, 90, 1024, 4096)
-
-
-@dataclass(frozen=True)
-class DriveOptions:
-    """Options of the command reencode; only the bag or the table is required."""
-
-    bag: Optional[Path] = None
-    csv: Optional[Path] = None  # table that replaces the bag
-    ppr: Union[float, Sequence[Any]] = ()  # ideal encoders: numbers, or mappings by wheel
-    encoder: Sequence[str] = ()  # real encoders
-    out: Optional[Path] = None
-    joint_states: str = ''
-    left: str = ''
-    right: str = ''
-    pulses: str = ''
-    pulses_ppr: str = ''
-    ticks: Sequence[str] = ()
-    columns: Sequence[str] = ()
-    time_unit: str = ''
-    unit: str = ''
-    ticks_per_revolution: Any = ''
-    ticks_modulus: Optional[int] = None
-    reversed: Sequence[str] = ()
-    odom: str = ''
-    seed: Optional[int] = None
-    reference: str = ''
-    config: Optional[Path] = None
-    robot: Optional[str] = None
-    robot_args: Sequence[str] = ()
-    packages: Sequence[Path] = ()
-
-    @property
-    def start_seed(self) -> int:
-        """Return the seed of the wheels' angles at the start."""
-        return wheel_source.DEFAULT_SEED if self.seed is None else self.seed
 
 
 # Wheel sources, and the options that belong to some of them.

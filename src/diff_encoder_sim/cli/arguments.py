@@ -1,102 +1,42 @@
-"""Arguments shared by commands."""
+"""Command lines of declared options."""
 
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
+from dataclasses import fields
+from typing import Dict, Optional, Sequence, Type, TypeVar
 
-from diff_encoder_sim.base.bounds import Between
-from diff_encoder_sim.base.command_line import whole_number_within
+from diff_encoder_sim.base.command_line import tool_parser
 
-
-def add_amcl(parser: argparse._ActionsContainer) -> None:
-    """Add --amcl."""
-    parser.add_argument(
-        '--amcl',
-        metavar='NAME|FILE',
-        help="AMCL's parameters: amcl (the paper's) or amcl_accurate (files of config/), or a .yaml file",
-    )
+Options = TypeVar('Options')
 
 
-ENCODERS_HELP = 'real encoders: amt102, pololu_25d, ... (files of config/encoders/; catalogue: all), or .yaml files'
+def read_options(
+    kind: Type[Options],
+    arguments: Optional[Sequence[str]],
+    name: str,
+    description: str,
+    examples: Sequence[str],
+    notes: str = '',
+) -> Options:
+    """Return the options of a command line.
 
-
-def add_encoders(parser: argparse._ActionsContainer, option: str = '--encoders') -> None:
-    """Add the option for real encoders."""
-    parser.add_argument(option, nargs='+', metavar='NAME|FILE', help=ENCODERS_HELP)
-
-
-ROBOT_HELP = 'robot: a name (config/robots/), a robot file (.yaml), or a xacro or URDF file'
-
-
-def add_robot_arguments(parser: argparse._ActionsContainer, note: str = '') -> None:
-    """Add --robot, --robot-arg and --packages; `note` is appended to the help of --robot."""
-    parser.add_argument('--robot', metavar='NAME|FILE', help=ROBOT_HELP + note)
-    add_description_arguments(parser)
-
-
-def add_description_arguments(parser: argparse._ActionsContainer) -> None:
-    """Add --robot-arg and --packages."""
-    parser.add_argument(
-        '--robot-arg',
-        metavar='NAME:=VALUE',
-        action='append',
-        default=[],
-        dest='robot_args',
-        help="argument of the robot's xacro; may be repeated",
-    )
-    parser.add_argument(
-        '--packages',
-        nargs='+',
-        type=Path,
-        default=[],
-        metavar='DIR',
-        help="folders with packages of the robot's package:// and $(find); its own package takes precedence over them",
-    )
-
-
-def add_unchecked(parser: argparse.ArgumentParser) -> None:
-    """Add the option that skips the checks."""
-    parser.add_argument(
-        '--unchecked',
-        action='store_true',
-        help='run even if the robot self-check fails, or the robot does not fit a test',
-    )
-
-
-def add_workers(parser: argparse.ArgumentParser) -> None:
-    """Add the options that select the workers."""
-    where = parser.add_mutually_exclusive_group()
-    where.add_argument(
-        '--workers',
-        type=whole_number_within(Between(1, 1024)),
-        metavar='N',
-        help='worker processes on this host (default: one for each core)',
-    )
-    where.add_argument(
-        '--scheduler',
-        metavar='ADDRESS',
-        help='run on a Dask cluster: its scheduler, such as tcp://host:8786 (docs/campaigns.md)',
-    )
-    tls = parser.add_argument_group('TLS options for --scheduler: PEM files')
-    tls.add_argument('--tls-ca', type=Path, metavar='FILE', help='certificate of the certificate authority')
-    tls.add_argument('--tls-cert', type=Path, metavar='FILE', help='certificate of this process')
-    tls.add_argument('--tls-key', type=Path, metavar='FILE', help='its key (default: in the file of --tls-cert)')
-
-
-# Launch arguments for YAML files, by stem of the package's file.
-FILE_OPTIONS = {
-    'config': '--config',
-    'simulator': '--simulator-config',
-    'amcl': '--amcl-config',
-    'navigation': '--navigation-config',
-    'slam': '--slam-config',
-}
-
-
-def add_launched_robot(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `launched_robot`, except the robot."""
-    parser.add_argument('--robot-args', default='', metavar='TEXT', help='xacro arguments: name=value name=value')
-    parser.add_argument('--encoder', default='', metavar='NAME|FILE', help='real encoder, in place of ppr')
-    for stem, option in FILE_OPTIONS.items():
-        parser.add_argument(option, metavar='FILE', help=f'in place of config/{stem}.yaml')
+    Args:
+        kind: class with an `option` per argument.
+        arguments: words of the command line; by default those of the process.
+        name: of the command; like all that follow, as in `tool_parser`.
+        description: paragraphs.
+        examples: arguments of whole commands.
+        notes: paragraphs after the options.
+    """
+    parser = tool_parser(name, description, examples, notes)
+    groups: Dict[str, argparse._ActionsContainer] = {'': parser}
+    for each in fields(kind):  # type: ignore[arg-type] # a dataclass
+        if each.metadata:
+            title, flag = each.metadata['group'], each.metadata['flag'] or f'--{each.name.replace("_", "-")}'
+            if title not in groups:
+                groups[title] = parser.add_argument_group(title)
+            is_positional = not flag.startswith('-')
+            named = {'default': each.default} if is_positional else {'default': argparse.SUPPRESS, 'dest': each.name}
+            groups[title].add_argument(flag, **named, **each.metadata['argument'])
+    return kind(**vars(parser.parse_args(arguments)))

@@ -6,25 +6,19 @@ with the wheels, whether the robot stands on them and has enough torque, and the
 
 from __future__ import annotations
 
-import argparse
-from pathlib import Path
 from typing import Optional, Sequence
 
-from diff_encoder_sim.base.command_line import tool_parser, user_errors
-from diff_encoder_sim.cli.arguments import ROBOT_HELP, add_description_arguments
+from diff_encoder_sim.api.options import InspectOptions
+from diff_encoder_sim.base.command_line import user_errors
+from diff_encoder_sim.cli.arguments import read_options
 
 API = 'api.robots'  # imported by the command on demand
 
 
-def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
+def parse(arguments: Optional[Sequence[str]] = None) -> InspectOptions:
     """Read the command line."""
     examples = ['my_robot.urdf.xacro --write my_robot.yaml', 'burger']
-    parser = tool_parser('check_robot', __doc__, examples)
-    parser.add_argument('robot', metavar='ROBOT', help=ROBOT_HELP)
-    add_description_arguments(parser)
-    written = 'write a robot file with the detected values, for --robot and robot:='
-    parser.add_argument('--write', type=Path, metavar='FILE', help=written)
-    return parser.parse_args(arguments)
+    return read_options(InspectOptions, arguments, 'check_robot', __doc__, examples)
 
 
 @user_errors('check_robot')
@@ -32,4 +26,4 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the command line."""
     from diff_encoder_sim.api.robots import inspect_robot
 
-    inspect_robot(**vars(parse(arguments)), show=lambda text: print(text, flush=True))
+    inspect_robot(parse(arguments), show=lambda text: print(text, flush=True))

@@ -5,25 +5,20 @@ The launch files set the parameter /robot_settings with this output.
 
 from __future__ import annotations
 
-import argparse
 import sys
 from typing import Optional, Sequence
 
-from diff_encoder_sim.base.command_line import tool_parser, user_errors
-from diff_encoder_sim.cli.arguments import ROBOT_HELP, add_launched_robot
+from diff_encoder_sim.api.options import SettingsOptions
+from diff_encoder_sim.base.command_line import user_errors
+from diff_encoder_sim.cli.arguments import read_options
 
 API = 'api.robots'  # imported by the command on demand
 
 
-def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
+def parse(arguments: Optional[Sequence[str]] = None) -> SettingsOptions:
     """Read the command line."""
-    parser = tool_parser('robot_settings', __doc__, ['burger config.ppr:=90', 'my_robot.yaml'])
-    parser.add_argument('robot', metavar='ROBOT', help=ROBOT_HELP)
-    parser.add_argument('values', nargs='*', metavar='FILE.KEY:=VALUE', help="a parameter, which overrides the robot's")
-    parser.add_argument('--bag', default='', metavar='BAG', help="recorded drive, whose trial's number is the seed")
-    parser.add_argument('--sim', default='', metavar='NAME', help='pybullet, if it simulates the wheels')
-    add_launched_robot(parser)
-    return parser.parse_args(arguments)
+    examples = ['burger config.ppr:=90', 'my_robot.yaml']
+    return read_options(SettingsOptions, arguments, 'robot_settings', __doc__, examples)
 
 
 @user_errors('robot_settings')
@@ -31,11 +26,9 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the command line."""
     import yaml
 
-    from diff_encoder_sim.api.robots import LaunchOptions, node_settings
+    from diff_encoder_sim.api.robots import node_settings
 
-    given = vars(parse(arguments))
-    values, bag = given.pop('values'), given.pop('bag')
-    settings, notes = node_settings(LaunchOptions(**given), values, bag)
+    settings, notes = node_settings(parse(arguments))
     for note in notes:
         print(f'robot_settings: {note}', file=sys.stderr)
     print(yaml.safe_dump(settings, sort_keys=False))

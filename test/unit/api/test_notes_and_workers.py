@@ -1,6 +1,5 @@
 """What tools that run trials check and print before and after them."""
 
-import argparse
 import json
 import os
 import signal
@@ -13,7 +12,7 @@ from diff_encoder_sim.api.campaigns import stop_reports, unrun_text, workers
 from diff_encoder_sim.api.notes import name_rates, name_stopping, name_stopping_of_trial, with_checks
 from diff_encoder_sim.base.command_line import faults_of_trials
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.cli.arguments import add_workers
+from diff_encoder_sim.cli.campaign import parse
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.robot_params import load_robot_params
 from places import CONFIG, ROOT
@@ -103,13 +102,13 @@ def test_a_signal_ends_the_tool_with_its_status_and_says_how_many_trials_are_don
         '--tls-ca a --tls-cert b',
         '--tls-ca a --tls-cert b --scheduler tcp://host:8786',
         '--tls-cert b --tls-key c --scheduler tls://host:8786',
+        '--workers 2 --scheduler tcp://host:8786',
     ],
 )
-def test_options_for_tls_without_a_cluster_that_uses_them_are_an_error(arguments):
-    parser = argparse.ArgumentParser()
-    add_workers(parser)
-    with pytest.raises(ConfigError, match='^given --tls-.*; allowed: --tls-ca and --tls-cert, with --scheduler tls://'):
-        workers(parser.parse_args(arguments.split()), 1)
+def test_options_for_workers_that_contradict_each_other_are_an_error(arguments):
+    tls = '^given --tls-.*; allowed: --tls-ca and --tls-cert, with --scheduler tls://'
+    with pytest.raises(ConfigError, match=f'{tls}|^--workers, --scheduler: given both; allowed: one of them'):
+        workers(parse(['--config', 'quick', '--out', 'results', *arguments.split()]), 1)
 
 
 def test_each_rate_that_joint_states_do_not_have_is_a_line(capsys):

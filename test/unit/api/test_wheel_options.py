@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 from diff_encoder_sim.api import wheel_options
-from diff_encoder_sim.api.wheel_options import DriveOptions
+from diff_encoder_sim.api.options import DriveOptions
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.drives.trial_definition import Trial

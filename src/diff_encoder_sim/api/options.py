@@ -1,0 +1,431 @@
+"""Options of commands and of the API, each declared once: its default, and its argument of the command line."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any, Callable, Mapping, Optional, Sequence, Union
+
+from diff_encoder_sim.analysis.quantities import LEVEL, REQUIRED_FRACTION, YAW, X
+from diff_encoder_sim.base.bounds import COUNTER_STATES, PLACES, PULSES_PER_TURN, SEEDS, TRIALS, Between
+from diff_encoder_sim.base.command_line import number_within, whole_number_within
+from diff_encoder_sim.drives.number_units import TIME_UNITS, UNITS
+from diff_encoder_sim.drives.topics import BAG_FORMATS, ODOM, SCAN
+
+ROBOT = 'robot: a name (config/robots/), a robot file (.yaml), or a xacro or URDF file'
+ENCODERS = 'real encoders: amt102, pololu_25d, ... (files of config/encoders/; catalogue: all), or .yaml files'
+TESTS = 'tests: SL, SMT, DLD, or .yaml files'
+OVERRIDES = 'overrides of the campaign file (--ppr or --encoders: of both)'
+TLS = 'TLS options for --scheduler: PEM files'
+SEVERAL_WHEELS, NO_ANGLES = 'wheels, if the bag has several', 'wheels of a drive without wheel angles'
+
+
+def option(
+    default: Any,
+    text: str,
+    metavar: Any = None,
+    kind: Optional[Callable[[str], Any]] = None,
+    group: str = '',
+    flag: str = '',
+    **argument: Any,
+) -> Any:
+    """Return a field with its argument of the command line.
+
+    Args:
+        default: of the field; the help shows it.
+        text: help.
+        metavar: name of the value in the help; a switch has none.
+        kind: converts the text of a value.
+        group: title of the group in the help.
+        flag: of the command line, or a positional name; by default -- and the name of the field.
+        argument: further arguments of `ArgumentParser.add_argument`.
+    """
+    if default not in (None, '', ()) and not isinstance(default, bool):
+        shown = (
+            f'{each:g}' if isinstance(each, float) else str(each)
+            for each in (default if isinstance(default, tuple) else (default,))
+        )
+        text += f' (default: {" ".join(shown)})'
+    argument.update({'help': text, 'metavar': metavar, 'type': kind})
+    if default is False:
+        argument['action'] = 'store_true'
+    given = {key: value for key, value in argument.items() if value is not None}
+    return field(default=default, metadata={'group': group, 'flag': flag, 'argument': given})
+
+
+@dataclass(frozen=True)
+class RobotOptions:
+    """Xacro arguments of a robot, and folders of its packages."""
+
+    robot_args: Sequence[str] = option(
+        (), "argument of the robot's xacro; may be repeated", 'NAME:=VALUE', flag='--robot-arg', action='append'
+    )
+    packages: Sequence[Path] = option(
+        (),
+        "folders with packages of the robot's package:// and $(find); its own package takes precedence over them",
+        'DIR',
+        Path,
+        nargs='+',
+    )
+
+
+@dataclass(frozen=True)
+class InspectOptions(RobotOptions):
+    """Options of the command check_robot."""
+
+    robot: str = option('', ROBOT, 'ROBOT', flag='robot')
+    write: Optional[Path] = option(
+        None, 'write a robot file with the detected values, for --robot and robot:=', 'FILE', Path
+    )
+
+
+@dataclass(frozen=True)
+class RunOptions(RobotOptions):
+    """Options of commands that run trials: robot, AMCL, and workers on this host or a Dask cluster."""
+
+    amcl: Optional[str] = option(
+        None, "AMCL's parameters: amcl (the paper's) or amcl_accurate (files of config/), or a .yaml file", 'NAME|FILE'
+    )
+    unchecked: bool = option(False, 'run even if the robot self-check fails, or the robot does not fit a test')
+    workers: Optional[int] = option(
+        None, 'worker processes on this host (default: one for each core)', 'N', whole_number_within(Between(1, 1024))
+    )
+    scheduler: Optional[str] = option(
+        None, 'run on a Dask cluster: its scheduler, such as tcp://host:8786 (docs/campaigns.md)', 'ADDRESS'
+    )
+    tls_ca: Optional[Path] = option(None, 'certificate of the certificate authority', 'FILE', Path, TLS)
+    tls_cert: Optional[Path] = option(None, 'certificate of this process', 'FILE', Path, TLS)
+    tls_key: Optional[Path] = option(None, 'its key (default: in the file of --tls-cert)', 'FILE', Path, TLS)
+
+
+def _ppr(text: str, group: str = '') -> Any:
+    return option(None, text, 'N', number_within(PULSES_PER_TURN), group, nargs='+')
+
+
+@dataclass(frozen=True)
+class CampaignOptions(RunOptions):
+    """Options of the command campaign."""
+
+    config: str = option(
+        '',
+        'campaign: quick, paper, accurate, ... (files of config/campaigns/), or a .yaml file',
+        'NAME|FILE',
+        required=True,
+    )
+    out: Path = option(
+        None,
+        'results folder: new, or with results of the same campaign, which is then completed',
+        'DIR',
+        Path,
+        required=True,
+    )
+    resume: bool = option(False, 'fail if DIR has no results yet')
+    tests: Optional[Sequence[str]] = option(None, TESTS, 'TEST', group=OVERRIDES, nargs='+')
+    ppr: Optional[Sequence[float]] = _ppr('ideal encoders, in pulses per wheel revolution', OVERRIDES)
+    encoders: Optional[Sequence[str]] = option(None, ENCODERS, 'NAME|FILE', group=OVERRIDES, nargs='+')
+    trials: Optional[int] = option(
+        None, 'trials of each test with each encoder', 'N', whole_number_within(TRIALS), OVERRIDES
+    )
+    nav: Optional[str] = option(
+        None, 'navigated, or a drive without feedback', group=OVERRIDES, choices=('embedded', 'scripted')
+    )
+    robot: Optional[str] = option(None, ROBOT, 'NAME|FILE', group=OVERRIDES)
+    record: Optional[str] = option(
+        None,
+        'topics in the bags: all; without scans and other bulk; or no bags',
+        group=OVERRIDES,
+        choices=('full', 'minimal', 'none'),
+    )
+    bag_format: Optional[str] = option(
+        None, 'bags of ROS 1, or MCAP files of ROS 2 (default: ros1)', group=OVERRIDES, choices=BAG_FORMATS
+    )
+    others: Mapping[str, Any] = field(default_factory=dict)  # other keys of the campaign file
+
+    @property
+    def keys(self) -> Mapping[str, Any]:
+        """Return the keys that override those of the campaign file, unless None."""
+        given = [each.name for each in fields(self) if each.metadata.get('group') == OVERRIDES]
+        return {**{name: getattr(self, name) for name in given}, **self.others}
+
+
+@dataclass(frozen=True)
+class AdviceOptions(RunOptions):
+    """Options of the command advise."""
+
+    robot: Optional[str] = option(None, f'{ROBOT} (default: alto)', 'NAME|FILE')
+    tolerance: float = option(
+        X.tolerance,
+        'allowed error in x and in y at the goal, in metres',
+        'M',
+        number_within(Between(1e-6, 1000.0, 'm')),
+    )
+    yaw_tolerance: float = option(
+        YAW.tolerance,
+        'allowed error of the heading at the goal, in degrees',
+        'DEG',
+        number_within(Between(1e-6, 360.0, 'degrees')),
+    )
+    share: float = option(
+        REQUIRED_FRACTION,
+        'minimum fraction of trials within tolerance',
+        'FRACTION',
+        number_within(Between(0.01, 0.999)),
+    )
+    confidence: float = option(LEVEL, 'of the answers', 'FRACTION', number_within(Between(0.5, 0.9999)))
+    distance: Optional[float] = option(
+        None,
+        'evaluate odometry over this straight distance, in place of the tests',
+        'M',
+        number_within(Between(0.1, 1000.0, 'm')),
+    )
+    tests: Optional[Sequence[str]] = option(None, TESTS, 'TEST', nargs='+')
+    ppr: Optional[Sequence[float]] = _ppr('candidates, ideal encoders in pulses per wheel revolution')
+    encoders: Optional[Sequence[str]] = option(None, ENCODERS, 'NAME|FILE', nargs='+')
+    candidates: str = option('sweep', 'campaign file with the default tests and candidates', 'NAME|FILE')
+    trials: Optional[int] = option(
+        None,
+        'closed-loop trials per test and tested candidate (default: the number that shows the fraction even if '
+        'two fail, 39 for 80 %%)',
+        'N',
+        whole_number_within(TRIALS),
+    )
+    has_trials: bool = option(
+        True, 'answer only for odometry, without closed-loop trials', flag='--no-trials', action='store_false'
+    )
+    out: Path = option(
+        Path('results') / 'advice',
+        'results folder: new, or with results of the same robot, tests and candidates',
+        'DIR',
+        Path,
+    )
+    json: Optional[Path] = option(None, 'write all results as JSON (docs/file_formats.md)', 'FILE', Path)
+
+
+@dataclass(frozen=True)
+class DriveOptions(RobotOptions):
+    """Options of the command reencode; only the bag or the table is required."""
+
+    bag: Optional[Path] = option(
+        None, 'bag of ROS 1 (complete or truncated) or ROS 2', 'BAG', Path, flag='bag', nargs='?'
+    )
+    ppr: Union[float, Sequence[Any]] = option(
+        (),
+        'ideal encoders, in pulses per wheel revolution: 90, or "{left: 90, right: 1024}" '
+        "(default: the robot's own if its file has it, else 40 90 1024 4096)",
+        'PPR',
+        nargs='+',
+    )
+    encoder: Sequence[str] = option((), ENCODERS, 'NAME|FILE', nargs='+')
+    out: Optional[Path] = option(
+        None, 'write a bag for each encoder, and reencode.csv, into DIR (default: only print the table)', 'DIR', Path
+    )
+    reference: str = option(
+        '',
+        'poses to compare odometry with: a topic, or two frames of /tf as "map->base_link" (default: '
+        '/world_pose if the bag has it, else the odometry of the finest PPR)',
+        'TOPIC|FRAMES',
+    )
+    config: Optional[Path] = option(
+        None, "the robot's wheels, joints and counter, in place of config/config.yaml", 'FILE', Path
+    )
+    robot: Optional[str] = option(
+        None, f"{ROBOT} (default: the wheels of the bag's trial, else those of config/config.yaml)", 'NAME|FILE'
+    )
+    joint_states: str = option('', "topic of wheel angles (default: the bag's only one)", 'TOPIC', group=SEVERAL_WHEELS)
+    left: str = option(
+        '', "left joint (default: the robot's, or the bag's only left wheel)", 'JOINT', group=SEVERAL_WHEELS
+    )
+    right: str = option(
+        '', "right joint (default: the robot's, or the bag's only right wheel)", 'JOINT', group=SEVERAL_WHEELS
+    )
+    pulses: str = option('', 'topic of counts, used instead of wheel angles', 'TOPIC', group=SEVERAL_WHEELS)
+    pulses_ppr: str = option(
+        '', 'PPR of these counts (default: that of the recorded trial)', 'PPR', group=SEVERAL_WHEELS
+    )
+    ticks: Sequence[str] = option(
+        (),
+        'numbers in the messages of the bag: a topic of std_msgs (Int16 ... Float64), an element of an array as '
+        'TOPIC[0], or a field of any message that the bag defines as TOPIC.field.field[0]',
+        ('LEFT', 'RIGHT'),
+        group=NO_ANGLES,
+        nargs=2,
+    )
+    csv: Optional[Path] = option(
+        None, 'table in place of a bag; its delimiter is detected', 'FILE', Path, group=NO_ANGLES
+    )
+    columns: Sequence[str] = option(
+        (),
+        'columns of the table: names in its header, or numbers from 1',
+        ('TIME', 'LEFT', 'RIGHT'),
+        group=NO_ANGLES,
+        nargs=3,
+    )
+    time_unit: str = option('', 'unit of the time column (default: s)', group=NO_ANGLES, choices=TIME_UNITS)
+    unit: str = option(
+        '',
+        'unit of the numbers of --ticks or --csv: counts (ticks; ticks/message: counts since the previous '
+        'message), angles, path of the wheel (m), or speeds (default: ticks)',
+        group=NO_ANGLES,
+        choices=UNITS,
+    )
+    ticks_per_revolution: Any = option(
+        '', 'ticks per wheel revolution, or "{left: N, right: N}" (default: the --robot\'s ppr)', 'N', group=NO_ANGLES
+    )
+    ticks_modulus: Optional[int] = option(
+        None,
+        'counts before the recorded counter wraps, 0 for never (default: by the type of the field, 65536 for 16 '
+        'bits; of a table: 0)',
+        'N',
+        whole_number_within(COUNTER_STATES),
+        NO_ANGLES,
+    )
+    reversed: Sequence[str] = option(
+        (),
+        'wheels whose numbers fall when the robot drives forward',
+        group=NO_ANGLES,
+        nargs='+',
+        choices=('left', 'right'),
+    )
+    odom: str = option(
+        '',
+        'last resort: compute wheel angles from poses: a topic of odometry, or two frames of /tf as "odom->base_link"',
+        'TOPIC|FRAMES',
+        group=NO_ANGLES,
+    )
+    seed: Optional[int] = option(
+        None,
+        "seed of encoder errors (default: the number of the bag's trial, else 0), and of the start angles of the "
+        'wheels for --odom and speeds (default: 1)',
+        'N',
+        whole_number_within(SEEDS),
+        NO_ANGLES,
+    )
+
+    @property
+    def start_seed(self) -> int:
+        """Return the seed of the wheels' angles at the start."""
+        return 1 if self.seed is None else self.seed
+
+
+@dataclass(frozen=True)
+class AnalysisOptions:
+    """Options of the command analyze."""
+
+    paths: Sequence[Path] = option(
+        (),
+        "one campaign's results folder; or bags of trials, of ROS 1 or ROS 2, and folders with such bags",
+        'DIR|BAG',
+        Path,
+        flag='paths',
+        nargs='+',
+    )
+    beside: Optional[Path] = option(
+        None,
+        "another campaign's results folder: the comparison with the paper shows both, and which fits better",
+        'DIR',
+        Path,
+    )
+    out: Optional[Path] = option(
+        None,
+        'output folder: new, empty, or an earlier analysis, which is replaced (default: analysis/ in the given '
+        'folder, or next to the first bag)',
+        'DIR',
+        Path,
+    )
+
+
+@dataclass(frozen=True)
+class MapOptions:
+    """Options of the command map_bag."""
+
+    bag: Path = option(None, 'bag (ROS 1 or 2) with scans, odometry and /tf_static', 'BAG', Path, flag='bag')
+    stem: Optional[Path] = option(
+        None, 'write STEM.pgm and STEM.yaml (default: next to the bag)', 'STEM', Path, flag='-f'
+    )
+    config: Optional[Path] = option(
+        None, "parameters, by slam_gmapping's names (default: config/slam.yaml)", 'FILE', Path
+    )
+    scan: str = option(SCAN, 'topic of scans', 'TOPIC')
+    odom: str = option(ODOM, 'topic of odometry', 'TOPIC')
+    seed: int = option(
+        0, "seed of the particles; a trial's bag uses the trial's number", 'N', whole_number_within(SEEDS)
+    )
+
+
+@dataclass(frozen=True)
+class RasterOptions:
+    """Options of the command rasterise_world."""
+
+    world: Path = option(None, '.world file (SDF, of primitives)', 'WORLD', Path, flag='world')
+    free: Sequence[float] = option(
+        (0.0, 0.0),
+        'a point in free space, in metres; all space reachable from it is free in the map',
+        ('X', 'Y'),
+        number_within(PLACES),
+        nargs=2,
+    )
+    height: float = option(1.12, 'height of the scan plane above the floor, in metres', 'M', number_within(PLACES))
+    resolution: float = option(0.05, 'side of a cell, in metres', 'M', number_within(Between(1e-3, 10.0, 'm')))
+    out: Optional[Path] = option(None, 'write STEM.pgm and STEM.yaml (default: next to the world)', 'STEM', Path)
+
+
+@dataclass(frozen=True)
+class DescriptionOptions:
+    """Options of the command robot_description."""
+
+    robot: str = option('', ROBOT, 'ROBOT', flag='robot')
+    arguments: Sequence[str] = option((), "arguments of the robot's xacro", 'NAME:=VALUE', flag='arguments', nargs='*')
+    robot_args: str = option('', 'further xacro arguments, as one string', 'TEXT')
+    frames: bool = option(
+        False, 'for robot_state_publisher: joints other than the driven wheels are fixed, the root link has no inertia'
+    )
+    no_root_inertia: bool = option(False, 'root_inertia:=false, if the xacro has this argument')
+
+
+def _file(stem: str) -> Any:
+    return option(None, f'in place of config/{stem}.yaml', 'FILE')
+
+
+@dataclass(frozen=True)
+class LaunchOptions:
+    """Launch arguments of a robot, as text."""
+
+    robot: str = option('', ROBOT, 'ROBOT', flag='robot')
+    robot_args: str = option('', 'xacro arguments: name=value name=value', 'TEXT')
+    encoder: str = option('', 'real encoder, in place of ppr', 'NAME|FILE')
+    config: Optional[str] = _file('config')
+    simulator_config: Optional[str] = _file('simulator')
+    amcl_config: Optional[str] = _file('amcl')
+    navigation_config: Optional[str] = _file('navigation')
+    slam_config: Optional[str] = _file('slam')
+    sim: str = option('', 'pybullet, if it simulates the wheels', 'NAME')
+
+
+@dataclass(frozen=True)
+class SettingsOptions(LaunchOptions):
+    """Options of the command robot_settings."""
+
+    values: Sequence[str] = option(
+        (), "a parameter, which overrides the robot's", 'FILE.KEY:=VALUE', flag='values', nargs='*'
+    )
+    bag: str = option('', "recorded drive, whose trial's number is the seed", 'BAG')
+
+
+@dataclass(frozen=True)
+class TrialOptions(LaunchOptions):
+    """Arguments of trial.launch as text; `plan` validates them."""
+
+    test: str = option('', 'SL, SMT, DLD, or a .yaml file', 'TEST', required=True)
+    ppr: str = option(
+        '', "pulses per wheel revolution: 90, or '{left: 90, right: 1024}' (default: the robot's own)", 'VALUE'
+    )
+    trial: str = option('0', 'number of the trial, which is its seed', 'VALUE')
+    odom: str = option('encoder', 'encoder or ideal', 'VALUE')
+    nav: str = option('embedded', 'embedded, upstream or scripted', 'VALUE')
+    slam: str = option('none', 'none, embedded or upstream', 'VALUE')
+    save_map: str = option('', 'path without suffix for the map from SLAM (default: not saved)', 'VALUE')
+    map: str = option('', 'map .yaml file (default: the one next to the world)', 'VALUE')
+    bag: str = option('', 'path of the bag to record, or none (default: a new name in bags/)', 'VALUE')
+    unchecked: str = option('false', 'true: skip the robot self-check and the fit to the test', 'VALUE')
+    robot: str = option('alto', ROBOT, 'VALUE')
+    sim: str = option('pybullet', 'pybullet or gazebo', 'VALUE')
