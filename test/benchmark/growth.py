@@ -91,13 +91,11 @@ def _make_results(folder: Path, trials: int) -> Campaign:
     ResultStore(folder, campaign, {}).finish()
     rng, rows = np.random.default_rng(1), []
     for job in campaign.trials():
-        cell = job.cell
-        spread = SPREAD * campaign.cells[0].ppr.left / cell.ppr.left
+        spread = SPREAD * campaign.cells[0].encoder.ppr.left / job.cell.encoder.ppr.left
         errors = {source: Pose2D(*rng.normal(0.0, spread).tolist()) for source in PoseSource}
         outcome = Outcome.TIMED_OUT if rng.random() < TIMED_OUT_FRACTION else Outcome.SUCCEEDED
-        named = (cell.test.name, cell.encoder.label, cell.varied_texts(), job.trial, job.seed)
-        rows.append(TrialRow(*named, outcome, '', 60.0, errors, 20.0, 1.0, ''))
-    TrialsTable(folder / TABLE, campaign.params.varied_keys).write(rows)
+        rows.append(TrialRow(*job.identity(), outcome, '', 60.0, errors, 20.0, 1.0, ''))
+    TrialsTable(folder / TABLE, list(campaign.params.varied_values)).write(rows)
     return campaign
 
 

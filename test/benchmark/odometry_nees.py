@@ -100,7 +100,7 @@ def _ends_of_drive(campaign: str, seeds: int, case: Case) -> Ends:
     cell = load_campaign(campaign, ROOT, {'tests': [case.test], 'ppr': [case.ppr], 'trials': 1}).cells[0]
     params, errors = cell.robot_params, cell.robot_params.simulator.wheel_errors
     rows = _navigated(case, params)
-    odometry = params.odometry.model_copy(update={'ppr': cell.ppr})
+    odometry = params.odometry.model_copy(update={'ppr': cell.encoder.ppr})
     exact = odometry.model_copy(update={'distance_std': 0.0, 'turn_std': 0.0, 'diameter_difference_std': 0.0})
     ends = Ends([], [], [], [])
     for number in range(seeds):

@@ -37,7 +37,7 @@ def candidates_of(campaign: Campaign) -> List[Candidate]:
     found, robot = [], campaign.robot
     own = None if robot.file.ppr is None else PerWheel(left=robot.file.ppr, right=robot.file.ppr)
     for cell in campaign.cells[: len(campaign.encoders)]:
-        params, real = cell.robot_params.encoder.model_copy(update={'ppr': cell.ppr}), cell.encoder.real
+        params, real = cell.robot_params.encoder.model_copy(update={'ppr': cell.encoder.ppr}), cell.encoder.real
         name = cell.encoder.name or (f'own of {robot.name}' if params.ppr == own else '')
         price = real.price if real else None
         found.append(Candidate(cell.encoder.label, equivalent_counts(params), params, name, price))

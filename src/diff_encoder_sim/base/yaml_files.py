@@ -99,6 +99,19 @@ def load_yaml(path: Union[str, Path]) -> Dict[str, Any]:
     return content
 
 
+def find_yaml(key: str, given: str, named_folder: Path, folder: Path = Path(), stems: str = '*') -> Path:
+    """Return the path of a .yaml file, relative to `folder`, or of the one with a name in `named_folder`.
+
+    Raises:
+        ConfigError: there is no such file; the error lists the names that match `stems`.
+    """
+    path = folder / given if given.endswith('.yaml') else named_folder / f'{given}.yaml'
+    if not path.is_file():
+        known = ', '.join(sorted(file.stem for file in named_folder.glob(f'{stems}.yaml')))
+        raise ConfigError(f'{key}: given {given!r}; allowed: {known}, or a .yaml file')
+    return path
+
+
 def yaml_value(text: str, source: str) -> Any:
     """Read an argument as roslaunch does; invalid YAML is text.
 

@@ -14,6 +14,7 @@ from diff_encoder_sim.base.bounds import Between, Place_m, Turns
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import Params, load_params
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc, wrap_angle
+from diff_encoder_sim.base.yaml_files import find_yaml
 
 
 class PoseParams(Params):
@@ -130,18 +131,13 @@ class TestDefinition(Params):
         return pose._replace(yaw_rad=wrap_angle(pose.yaw_rad))
 
 
-def load_test(name: str, config_folder: Union[str, Path]) -> TestDefinition:
-    """Load a test by its name (`SL` is config/tests/SL.yaml) or by the path of its file.
+def load_test(name: str, config_folder: Union[str, Path], folder: Path = Path()) -> TestDefinition:
+    """Load a test by its name (`SL` is config/tests/SL.yaml) or by the path of its file, relative to `folder`.
 
     Raises:
         ConfigError: there is no such test, or its file is bad.
     """
-    tests_folder = Path(config_folder) / 'tests'
-    path = Path(name) if name.endswith('.yaml') else tests_folder / f'{name}.yaml'
-    if not path.is_file():
-        known = ', '.join(sorted(file.stem for file in tests_folder.glob('*.yaml')))
-        raise ConfigError(f'test: given {name!r}; allowed: {known}, or a .yaml file')
-    return load_params(TestDefinition, path)
+    return load_params(TestDefinition, find_yaml('test', name, Path(config_folder, 'tests'), folder))
 
 
 def find_world(name: str, worlds_folder: Union[str, Path]) -> Path:

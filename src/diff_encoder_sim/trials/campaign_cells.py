@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import itertools
 import json
-import math
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, Literal, NamedTuple, Sequence, Tuple
 
@@ -29,7 +28,7 @@ from diff_encoder_sim.trials.trial_files import TrialFiles
 from diff_encoder_sim.trials.trial_setup import LockstepOptions
 from diff_encoder_sim.trials.trials_csv import BAGS, VARIANT
 from diff_encoder_sim.wheels.catalogue import ChosenEncoder
-from diff_encoder_sim.wheels.encoder_params import PerWheel, PulsesPerRevolution
+from diff_encoder_sim.wheels.encoder_params import PulsesPerRevolution
 
 Varied = Tuple[Tuple[str, Any], ...]  # dotted keys, or VARIANT, in alphabetical order, and values
 
@@ -68,19 +67,14 @@ class CampaignParams(LockstepOptions):
     )
 
     @property
-    def varied_keys(self) -> List[str]:
-        """Return the keys of varied parameters, each a column of trials.csv, and VARIANT."""
-        return sorted([*self.vary, *([VARIANT] if self.variants else [])])
+    def varied_values(self) -> Dict[str, List[Any]]:
+        """Return the values of varied parameters, each a column of trials.csv, and the names under VARIANT."""
+        return dict(sorted({**self.vary, **({VARIANT: list(self.variants)} if self.variants else {})}.items()))
 
     def combinations(self) -> Iterator[Varied]:
         """Yield the combinations of varied parameters; one empty combination if nothing is varied."""
-        values = {**self.vary, VARIANT: list(self.variants)}
-        for combination in itertools.product(*(values[key] for key in self.varied_keys)):
-            yield tuple(zip(self.varied_keys, combination))
-
-    def combination_count(self) -> int:
-        """Return the number of combinations without creating them."""
-        return math.prod([len(self.variants) or 1, *map(len, self.vary.values())])
+        for combination in itertools.product(*self.varied_values.values()):
+            yield tuple(zip(self.varied_values, combination))
 
     def values_of(self, varied: Varied) -> Dict[str, Any]:
         """Return the values of parameters, by dotted keys, in one of the combinations."""
@@ -97,15 +91,6 @@ class CampaignCell(NamedTuple):
     encoder: ChosenEncoder
     varied: Varied
     robot_params: RobotParams  # resolved
-
-    @property
-    def ppr(self) -> PerWheel:
-        """Return the encoder's counts per wheel revolution."""
-        return self.encoder.ppr
-
-    def varied_texts(self) -> Tuple[Tuple[str, str], ...]:
-        """Return the varied parameters as a table shows them."""
-        return tuple((key, text_of(value)) for key, value in self.varied)
 
     def parameters(self) -> Dict[str, Any]:
         """Return all parameters, for JSON."""
@@ -134,14 +119,15 @@ class RequestedTrial(NamedTuple):
 
     def identity(self) -> Tuple[object, ...]:
         """Return the first fields of the trial's row."""
-        return self.cell.test.name, self.cell.encoder.label, self.cell.varied_texts(), self.trial, self.seed
+        varied = tuple((key, text_of(value)) for key, value in self.cell.varied)
+        return self.cell.test.name, self.cell.encoder.label, varied, self.trial, self.seed
 
     def definition(self) -> Trial:
         """Return the trial as it is written into its bag."""
         cell = self.cell
         return Trial(
             test=cell.test,
-            ppr=cell.ppr,
+            ppr=cell.encoder.ppr,
             number=self.seed,
             nav=self.campaign.nav,
             encoder=cell.encoder.name,
@@ -155,16 +141,12 @@ class Campaign(NamedTuple):
     """All input of the trials, for any host."""
 
     params: CampaignParams
+    tests: List[TestDefinition]
+    encoders: List[ChosenEncoder]  # the ideal ones first
     cells: List[CampaignCell]  # by test, then varied parameters, then encoder
     files: TrialFiles
     robot: RobotSetup
     checks: Sequence[Check] = ()  # results of the robot's self-check; empty before it
-
-    @property
-    def encoders(self) -> List[ChosenEncoder]:
-        """Return the encoders, in the order of the results: those of each test and set of parameters."""
-        first = self.cells[0]
-        return [cell.encoder for cell in self.cells if (cell.test, cell.varied) == (first.test, first.varied)]
 
     def trials(self) -> List[RequestedTrial]:
         """List all trials; equal trial numbers have equal seeds in all cells, for paired comparison."""
@@ -176,26 +158,24 @@ class Campaign(NamedTuple):
 
     def resolved(self) -> Dict[str, Any]:
         """Collect everything that determines the results, for JSON: all parameters, files by sha256."""
-        params, encoders = self.params, self.encoders
-        of_one_test = self.cells[: len(self.cells) // len(params.tests)]
-        tests = [cell.test for cell in self.cells[:: len(of_one_test)]]
-        first = [cell.parameters() for cell in of_one_test[:: len(encoders)]]
+        params, count = self.params, len(self.encoders)
+        parameters = [cell.parameters() for cell in self.cells[: len(self.cells) // len(self.tests)]]
         # Of real encoders, the parameters by dotted keys that differ from the first encoder, for each combination.
-        firsts = [dict(flat(parameters)) for parameters in first]
+        firsts = [dict(flat(first)) for first in parameters[::count]]
         changes = [
             {
                 'label': encoder.label,
                 'parameters': [
-                    {key: value for key, value in flat(cell.parameters()) if of_first.get(key) != value}
-                    for of_first, cell in zip(firsts, of_one_test[column :: len(encoders)])
+                    {key: value for key, value in flat(own) if first.get(key) != value}
+                    for first, own in zip(firsts, parameters[column::count])
                 ],
             }
-            for column, encoder in enumerate(encoders)
+            for column, encoder in enumerate(self.encoders)
             if encoder.real
         ]
         return {
-            'tests': [{**test.model_dump(mode='json'), 'files': self.files.worlds[test.name]} for test in tests],
-            'parameters': first,
+            'tests': [{**test.model_dump(mode='json'), 'files': self.files.worlds[test.name]} for test in self.tests],
+            'parameters': parameters[::count],
             'ppr': [ppr.model_dump(mode='json') for ppr in params.ppr],
             **({'encoders': changes} if params.encoders else {}),
             'trials': params.trials,
@@ -267,8 +247,8 @@ def unfit_tests(campaign: Campaign, worlds_folder: Path) -> List[str]:
     if campaign.params.nav == 'scripted':
         return []
     found: Dict[str, str] = {}
-    for cell in campaign.cells:
-        if cell.encoder == campaign.cells[0].encoder and cell.test.name not in found:
+    for cell in campaign.cells[:: len(campaign.encoders)]:
+        if cell.test.name not in found:
             params = cell.robot_params
             grid = load_map(find_world(cell.test.world, worlds_folder).with_suffix('.yaml'))
             line = misfit(cell.test, params.navigator, params.simulator.drive, grid)

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import contextlib
-import functools
+import math
 import re
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import Any, Iterator, List, Mapping, Optional, Sequence, Tuple, Type, Union
 
 from diff_encoder_sim.base.bounds import TRIALS
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import IDENTITY
-from diff_encoder_sim.base.yaml_files import load_yaml
+from diff_encoder_sim.base.yaml_files import find_yaml, load_yaml
 from diff_encoder_sim.drives.test_definition import TestDefinition, find_world, load_test
 from diff_encoder_sim.robots.robot_file import RobotNotFound
 from diff_encoder_sim.simulation.simulator import DriveParams, Simulator
@@ -35,9 +35,6 @@ MOST_CELLS, MOST_TRIALS = 10_000, TRIALS.most
 LONGEST_DRIVE_S = 86_400.0
 # Leaves room for the trial number and the suffix of unfinished files.
 LONGEST_LABEL = 150
-
-# Values of the varied parameters, and all parameters with each encoder.
-Combination = Tuple[Varied, List[RobotParams]]
 
 
 def load_campaign(
@@ -63,103 +60,69 @@ def load_campaign(
     Raises:
         ConfigError: a file is missing or bad, or a value is not allowed.
     """
-    package_folder = Path(package_folder)
-    config_folder, worlds = package_folder / 'config', package_folder / 'worlds'
-    path = _find(name, config_folder / 'campaigns')
+    config_folder, worlds = Path(package_folder, 'config'), Path(package_folder, 'worlds')
+    path = find_yaml('campaign', name, config_folder / 'campaigns')
+    content = load_yaml(path)
     given = {key: value for key, value in (replace or {}).items() if value is not None}
+    params = CampaignParams.from_mapping(content, str(path))
+    if given:
+        if 'ppr' in given or 'encoders' in given:
+            content = {key: value for key, value in content.items() if key not in ('ppr', 'encoders')}
+        files = {**params.files, **given.get('files', {})}
+        params = CampaignParams.from_mapping({**content, **given, 'files': files}, '')
+    on_command_line = {*given, *(f'files.{stem}' for stem in given.get('files', {}))}
 
-    def origin(*keys: str) -> Optional[Path]:
-        """Return the file that errors name and to which paths are relative; None if the command line gives a key."""
-        return None if given.keys() & {*keys} else path
+    @contextlib.contextmanager
+    def source(*keys: str, errors: Type[ConfigError] = ConfigError) -> Iterator[Path]:
+        """Yield the folder of relative paths; errors name the campaign's file unless the command line gives a key."""
+        is_given = not on_command_line.isdisjoint(keys)
+        try:
+            yield Path() if is_given else path.parent
+        except errors as error:
+            raise error if is_given else ConfigError(f'{path}: {error}') from None
 
-    params = _load_params(path, given)
-    files = {stem: None if stem in given.get('files', {}) else path for stem in params.files}
-    config = load_robot_config(config_folder, _config_files(params, files, config_folder))
-    try:
-        folder = _folder(origin('robot'))
-        robot = load_robot(params.robot, folder, package_folder, robot_arguments or {}, robot_packages)
-    except RobotNotFound as error:  # other errors name the robot file
-        raise _named_error(origin('robot'), error) from None
+    config_files = {}
+    for stem, file in params.files.items():
+        key = f'files.{stem}'
+        with source(key) as folder:
+            config_files[stem] = find_yaml(key, file, config_folder, folder, stems=f'{stem}*')
+    config = load_robot_config(config_folder, config_files)
+    with source('robot', errors=RobotNotFound) as folder:  # other errors name the robot file
+        robot = load_robot(params.robot, folder, Path(package_folder), robot_arguments or {}, robot_packages)
     if 'simulator.laser_link' not in params.overrides:
         if has_trials and params.nav != 'scripted':
             robot.check_laser()
         robot = robot.with_laser()
-    with _named(origin('tests')):
-        tests = _load_tests(params, _folder(origin('tests')), config_folder)
-    with _named(origin('ppr', 'encoders')):
-        encoders = _load_encoders(params, _folder(origin('ppr', 'encoders')), config_folder)
-    with _named(path):
-        count = len(tests) * len(encoders) * params.combination_count()
+    with source('tests') as folder:
+        tests = [load_test(test, config_folder, folder) for test in params.tests]
+        _check_unique('tests', [test.name for test in tests])
+        for test in tests:
+            test.check_drivable(params.nav)
+    with source('ppr', 'encoders') as folder:
+        encoders = _load_encoders(params, folder, config_folder)
+    with source():
+        count = len(tests) * len(encoders) * math.prod(map(len, params.varied_values.values()))
         if count > MOST_CELLS or count * params.trials > MOST_TRIALS:
             most = f'at most {MOST_CELLS} cells, {MOST_TRIALS} trials'
             raise ConfigError(f'given {count} cells of {params.trials} trials; allowed: {most}')
-        combinations = _resolve(params, config, robot.settings, encoders)
+        combinations = _combinations(params, config, robot.settings, encoders)
         trial_files = collect(tests, worlds, robot.file.source, needs_maps=params.nav != 'scripted')
         # Parameters that name parts of the robot file are checked by a simulator.
-        simulators = [of_encoders[0].simulator for _, of_encoders in combinations]
+        simulators = [resolved[0].simulator for _, resolved in combinations]
         for each in {(s.left_joint, s.right_joint, s.laser_link, s.wheel_errors): s for s in simulators}.values():
             Simulator(find_world(tests[0].world, worlds), robot.file.source, each, IDENTITY, seed=0).close()
-    return Campaign(params, _cells(tests, encoders, combinations), trial_files, robot)
-
-
-@contextlib.contextmanager
-def _named(source: Optional[Path]) -> Iterator[None]:
-    """Prefix errors with the campaign's file, if given."""
-    try:
-        yield
-    except ConfigError as error:
-        raise _named_error(source, error) from None
-
-
-def _named_error(source: Union[str, Path, None], error: ConfigError) -> ConfigError:
-    return ConfigError(f'{source}: {error}' if source else str(error))
-
-
-def _folder(source: Optional[Path]) -> Path:
-    return source.parent if source else Path()
-
-
-def _find(name: str, folder: Path) -> Path:
-    path = Path(name) if name.endswith('.yaml') else folder / f'{name}.yaml'
-    if not path.is_file():
-        known = ', '.join(sorted(file.stem for file in folder.glob('*.yaml')))
-        raise ConfigError(f'campaign: given {name!r}; allowed: {known}, or a .yaml file')
-    return path
-
-
-def _load_params(path: Path, given: Mapping[str, Any]) -> CampaignParams:
-    content = load_yaml(path)
-    params = CampaignParams.from_mapping(content, str(path))
-    if not given:
-        return params
-    files = {**params.files, **given.get('files', {})}
-    if 'ppr' in given or 'encoders' in given:
-        content = {key: value for key, value in content.items() if key not in ('ppr', 'encoders')}
-    return CampaignParams.from_mapping({**content, **given, 'files': files}, '')
-
-
-def _config_files(
-    params: CampaignParams, origins: Mapping[Any, Optional[Path]], config_folder: Path
-) -> Dict[str, Path]:
-    """Return the files that replace those of config/, by stem."""
-    found: Dict[str, Path] = {}
-    for stem, name in params.files.items():
-        found[stem] = _folder(origins[stem]) / name if name.endswith('.yaml') else config_folder / f'{name}.yaml'
-        if not found[stem].is_file():
-            known = ', '.join(sorted(file.stem for file in config_folder.glob(f'{stem}*.yaml')))
-            error = ConfigError(f'files.{stem}: given {name!r}; allowed: {known}, or a .yaml file')
-            raise _named_error(origins[stem], error)
-    return found
-
-
-def _load_tests(params: CampaignParams, folder: Path, config_folder: Path) -> List[TestDefinition]:
-    """Load the tests; files among them are relative to `folder`."""
-    names = [str(folder / name) if name.endswith('.yaml') else name for name in params.tests]
-    tests = [load_test(name, config_folder) for name in names]
-    _check_unique('tests', [test.name for test in tests])
-    for test in tests:
-        test.check_drivable(params.nav)
-    return tests
+    for each in simulators:
+        tests = [at_pace_of(each.drive, test) for test in tests]
+    cells = [
+        CampaignCell(_label(test, encoder, varied), test, encoder, varied, robot_params)
+        for test in tests
+        for varied, resolved in combinations
+        for encoder, robot_params in zip(encoders, resolved)
+    ]
+    # Some file systems ignore case.
+    if len({cell.label.casefold() for cell in cells}) < len(cells):
+        cells = [cell._replace(label=f'{cell.label}_c{index}') for index, cell in enumerate(cells)]
+    return Campaign(params, tests, encoders, cells, trial_files, robot)
 
 
 def _load_encoders(params: CampaignParams, folder: Path, config_folder: Path) -> List[ChosenEncoder]:
@@ -179,51 +142,46 @@ def _check_unique(key: str, texts: Sequence[str], allowed: str = 'once') -> None
             raise ConfigError(f'{key}: given {text} {texts.count(text)} times; allowed: {allowed}')
 
 
-def _resolve(
+def _combinations(
     params: CampaignParams, config: RobotConfig, of_robot: Mapping[str, Any], encoders: Sequence[ChosenEncoder]
-) -> List[Combination]:
-    """Return each combination of varied parameters with all parameters; the campaign's override the robot's."""
+) -> List[Tuple[Varied, List[RobotParams]]]:
+    """Return each combination of varied parameters, and all parameters with each encoder.
+
+    The campaign's values override the encoder's, these the robot's, and these the files of config/.
+    """
     for key in params.vary:
         check_key(key)
     for name, values in (('', params.overrides), *params.variants.items()):
+        where = name and f'variants: {name}: '
         for key in values:
-            try:
-                check_key(key)
-                if key in params.vary:
-                    given = f'given under {"variants" if name else "set"} and vary'
-                    raise ConfigError(f'{key}: {given}; allowed: one of them')
-            except ConfigError as error:
-                raise _named_error(name and f'variants: {name}', error) from None
-    resolved = []
+            check_key(key, where)
+            if key in params.vary:
+                given = f'given under {"variants" if name else "set"} and vary'
+                raise ConfigError(f'{where}{key}: {given}; allowed: one of them')
+    combinations = []
     for varied in params.combinations():
-        values = params.values_of(varied)
-        of_encoders = [_parameters(config, of_robot, encoder, values) for encoder in encoders]
+        values, resolved = params.values_of(varied), []
+        for encoder in encoders:
+            # The encoder of the robot file is replaced.
+            below = {key: value for key, value in of_robot.items() if key not in RESOLUTION_KEYS}
+            robot = override(config, {**below, **encoder.overrides, **values})
+            if robot.encoder.encoder.counts_per_wheel_turn != (encoder.real and encoder.ppr.left):
+                counts = resolution_text(robot.encoder.encoder) or 'no resolution'
+                other = f'{"encoders" if encoder.real else "ppr"}: {encoder.label}'
+                raise ConfigError(f'config.encoder: given {counts} and {other}; allowed: one of them')
+            resolved.append(robot)
         # Encoders on other joints would fail after one second.
-        turned = of_encoders[0].simulator.left_joint, of_encoders[0].simulator.right_joint
+        turned = resolved[0].simulator.left_joint, resolved[0].simulator.right_joint
         for key in ('left_joint', 'right_joint'):
-            joint = getattr(of_encoders[0].encoder, key)
+            joint = getattr(resolved[0].encoder, key)
             if joint not in turned:
                 allowed = f'a joint of simulator.left_joint and simulator.right_joint: {" or ".join(turned)}'
                 raise ConfigError(f'config.{key}: given {joint!r}; allowed: {allowed}')
-        resolved.append((varied, of_encoders))
+        combinations.append((varied, resolved))
     # After the check of parameters, which rejects YAML values without a text, such as sets.
     for key, values_of_key in params.vary.items():
         _check_unique(key, [text_of(value) for value in values_of_key])
-    return resolved
-
-
-def _parameters(
-    config: RobotConfig, of_robot: Mapping[str, Any], encoder: ChosenEncoder, of_campaign: Mapping[str, Any]
-) -> RobotParams:
-    """Return all parameters: the files of config/, then by dotted keys of the robot, the encoder and the campaign."""
-    # The encoder of the robot file is replaced.
-    values = {key: value for key, value in of_robot.items() if key not in RESOLUTION_KEYS}
-    params = override(config, {**values, **encoder.overrides, **of_campaign})
-    if params.encoder.encoder.counts_per_wheel_turn != (encoder.real and encoder.ppr.left):
-        given = resolution_text(params.encoder.encoder) or 'no resolution'
-        beside = f'encoders: {encoder.label}' if encoder.real else f'ppr: {encoder.label}'
-        raise ConfigError(f'config.encoder: given {given} and {beside}; allowed: one of them')
-    return params
+    return combinations
 
 
 def at_pace_of(drive: DriveParams, test: TestDefinition) -> TestDefinition:
@@ -247,23 +205,6 @@ def at_pace_of(drive: DriveParams, test: TestDefinition) -> TestDefinition:
         given = f'its drive takes {duration_s:.0f} s with the limits of test and robot'
         raise ConfigError(f'test {test.name}: {given}; allowed: up to {LONGEST_DRIVE_S:.0f} s')
     return paced
-
-
-def _cells(
-    tests: Sequence[TestDefinition], encoders: Sequence[ChosenEncoder], combinations: Sequence[Combination]
-) -> List[CampaignCell]:
-    drives = [of_encoders[0].simulator.drive for _, of_encoders in combinations]
-    paced = [functools.reduce(lambda slower, drive: at_pace_of(drive, slower), drives, test) for test in tests]
-    cells = [
-        CampaignCell(_label(test, encoder, varied), test, encoder, varied, robot_params)
-        for test in paced
-        for varied, of_encoders in combinations
-        for encoder, robot_params in zip(encoders, of_encoders)
-    ]
-    # Some file systems ignore case.
-    if len({cell.label.casefold() for cell in cells}) < len(cells):
-        cells = [cell._replace(label=f'{cell.label}_c{index}') for index, cell in enumerate(cells)]
-    return cells
 
 
 def _label(test: TestDefinition, encoder: ChosenEncoder, varied: Varied) -> str:

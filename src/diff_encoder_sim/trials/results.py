@@ -117,7 +117,7 @@ class ResultStore:
         self.folder, self._campaign = Path(folder), campaign
         self._trials = {trial.identity(): trial for trial in campaign.trials()}
         self._rows: Dict[int, TrialRow] = {}  # by position of trial
-        self._table = TrialsTable(self.folder / TABLE, campaign.params.varied_keys)
+        self._table = TrialsTable(self.folder / TABLE, list(campaign.params.varied_values))
         with contextlib.ExitStack() as opened, _named_errors(self.folder):
             self._refuse_foreign(must_resume)
             self.folder.mkdir(parents=True, exist_ok=True)

@@ -175,19 +175,19 @@ def _robot_params(config: RobotConfig, paths: Mapping[str, Path]) -> RobotParams
     return RobotParams(**parts)
 
 
-def check_key(key: str) -> None:
-    """Check that `override` accepts a dotted key.
+def check_key(key: str, where: str = '') -> None:
+    """Check that `override` accepts a dotted key; `where` begins the error.
 
     Raises:
         ConfigError: the parameter does not exist, or trials set it.
     """
     if key in SET_BY_TRIALS:
-        raise ConfigError(f'{key}: every trial sets it; allowed: {SET_BY_TRIALS[key]}')
+        raise ConfigError(f'{where}{key}: every trial sets it; allowed: {SET_BY_TRIALS[key]}')
     files = CONFIG_FILES.items()
     known = [name for stem, classes in files for each in classes.values() for name in _dotted_keys(each, f'{stem}.')]
     if key not in known:
         hint = did_you_mean(key, known) or '; allowed: a parameter of a file of config/, such as simulator.lidar.noise'
-        raise ConfigError(f'{key}: unknown key{hint}')
+        raise ConfigError(f'{where}{key}: unknown key{hint}')
 
 
 def _dotted_keys(params_class: Type[Params], prefix: str) -> Iterator[str]:
@@ -216,10 +216,7 @@ def load_robot(
     """
     file = load_robot_file(given or 'alto', folder, package_folder, arguments, packages)
     for key in file.overrides:
-        try:
-            check_key(key)
-        except ConfigError as error:
-            raise ConfigError(f'{file.where}: set: {error}') from None
+        check_key(key, f'{file.where}: set: ')
     setup = set_up_robot(file)
     try:
         override(load_robot_config(package_folder / 'config'), setup.settings)

@@ -93,7 +93,7 @@ def test_trials_come_by_test_then_varied_parameters_then_ppr_with_equal_seeds_in
     trials = small_campaign(tmp_path, vary=VARY, seed=100).trials()
     assert [trial.position for trial in trials] == list(range(2 * 4 * 2 * 2))
     found = [
-        (trial.cell.test.name, *dict(trial.cell.varied).values(), trial.cell.ppr.left, trial.trial) for trial in trials
+        (trial.cell.test.name, *dict(trial.cell.varied).values(), trial.cell.encoder.ppr.left, trial.trial) for trial in trials
     ]
     assert found == [
         (test, modulus, noise, ppr, trial)
@@ -208,7 +208,7 @@ def test_variants_are_cells_that_override_set_and_are_multiplied_by_varied_param
     changes = {'tests': ['SL'], 'set': {RATE: 10.0}, 'variants': variants}
     campaign = small_campaign(tmp_path, **changes)
     assert [cell.label for cell in campaign.cells][1:4] == ['SL_90_a_none', 'SL_40_missed_1_', 'SL_90_missed_1_']
-    assert [cell.varied_texts() for cell in campaign.cells[::2]] == [(('variant', name),) for name in variants]
+    assert [cell.varied for cell in campaign.cells[::2]] == [(('variant', name),) for name in variants]
     params = [cell.robot_params.encoder for cell in campaign.cells[::2]]
     assert [(each.rate, each.encoder.faults.missed) for each in params] == [(10.0, 0.0), (10.0, 0.01), (5.0, 0.0)]
     assert [trial.definition().variant for trial in campaign.trials()[::4]] == list(variants)
