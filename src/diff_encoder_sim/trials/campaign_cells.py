@@ -180,7 +180,10 @@ class Campaign(NamedTuple):
             **({'encoders': changes} if params.encoders else {}),
             'trials': params.trials,
             'seed': params.seed,
-            **params.of_trials(),
+            'nav': params.nav,
+            'record': params.record,
+            # Without defaults, so that older campaigns can be completed.
+            **params.model_dump(mode='json', include=set(LockstepOptions.model_fields), exclude_defaults=True),
             'robot': str(self.files.robot),
             'files': self.files.sha256(),
         }

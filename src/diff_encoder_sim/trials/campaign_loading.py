@@ -6,7 +6,7 @@ import contextlib
 import math
 import re
 from pathlib import Path
-from typing import Any, Iterator, List, Mapping, Optional, Sequence, Tuple, Type, Union
+from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Type, Union
 
 from diff_encoder_sim.base.bounds import TRIALS
 from diff_encoder_sim.base.errors import ConfigError
@@ -81,7 +81,7 @@ def load_campaign(
         except errors as error:
             raise error if is_given else ConfigError(f'{path}: {error}') from None
 
-    config_files = {}
+    config_files: Dict[str, Path] = {}
     for stem, file in params.files.items():
         key = f'files.{stem}'
         with source(key) as folder:

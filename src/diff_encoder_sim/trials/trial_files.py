@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import re
-import tempfile
-import zlib
 from pathlib import Path
 from typing import Any, Dict, NamedTuple, Sequence, Tuple, Union
 from xml.etree import ElementTree
 
 import yaml
 
+from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.command_line import as_typed
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.yaml_files import load_yaml
@@ -30,34 +28,30 @@ NAME_DIGITS = 16  # of a sha256 in the name of a folder
 class TrialFiles(NamedTuple):
     """Worlds, maps and the robot: contents, small when pickled, or paths of this host."""
 
-    contents: Dict[str, bytes]  # compressed by zlib, by path below the folder; empty when they are in a folder
+    contents: Dict[str, bytes]  # by path below the folder, which names them by hash; empty when they are in a folder
     robot: Path  # absolute, or below the folder
     worlds: Dict[str, Dict[str, Any]]  # by the name of the test: paths of its `world` and `map`, '' for no map
 
     def sha256(self) -> Dict[str, str]:
         """Return the sha256 of each file's content, by path below the folder."""
-        return {name: _sha256(zlib.decompress(content)) for name, content in sorted(self.contents.items())}
+        return {name: _sha256(content) for name, content in sorted(self.contents.items())}
 
     def materialise(self, folder: Union[str, Path]) -> TrialFiles:
-        """Write the files below `folder` unless they exist, all at once; return their absolute paths.
+        """Write the files below `folder` unless they exist; return their absolute paths.
 
         Raises:
             OSError: the folder cannot be written to.
         """
-        placed = Path(folder) / _sha256(repr(self.sha256()).encode('utf-8'))[:NAME_DIGITS]
-        if not placed.is_dir():
-            Path(folder).mkdir(parents=True, exist_ok=True)
-            with tempfile.TemporaryDirectory(dir=folder) as unfinished:
-                for name, content in self.contents.items():
-                    path = Path(unfinished, 'files', name)
-                    path.parent.mkdir(parents=True, exist_ok=True)
-                    path.write_bytes(zlib.decompress(content))
-                os.rename(os.path.join(unfinished, 'files'), placed)
+        for name, content in self.contents.items():
+            path = Path(folder, name)
+            if not path.is_file():
+                path.parent.mkdir(parents=True, exist_ok=True)
+                write_file(path, content)
         worlds = {
-            test: {name: path and str(placed / path) for name, path in files.items()}
+            test: {name: path and str(Path(folder, path)) for name, path in files.items()}
             for test, files in self.worlds.items()
         }
-        return TrialFiles({}, placed / self.robot, worlds)
+        return TrialFiles({}, Path(folder, self.robot), worlds)
 
 
 def collect(
@@ -79,16 +73,26 @@ def collect(
     def add(files: Dict[str, bytes]) -> str:
         """Put related files into a folder named by their hash; return the path of the first."""
         digest = _sha256(b''.join(files.values()))[:NAME_DIGITS]
-        contents.update((f'{digest}/{name}', zlib.compress(content, 9)) for name, content in files.items())
+        contents.update((f'{digest}/{name}', content) for name, content in files.items())
         return f'{digest}/{next(iter(files))}'
 
     worlds = {}
     for test in tests:
         world = find_world(test.world, worlds_folder)
         load_world(world)
-        map_files = _map_files(world.with_suffix('.yaml'), needs_maps)
-        path = add({world.name: world.read_bytes()})
-        worlds[test.name] = {'world': path, 'map': add(map_files) if map_files else ''}
+        worlds[test.name] = {'world': add({world.name: world.read_bytes()}), 'map': ''}
+        map_path = world.with_suffix('.yaml')
+        if map_path.is_file():
+            load_map(map_path)
+            description = load_yaml(map_path)
+            # The image may be in any folder; copy it next to its YAML file.
+            image = (map_path.parent / description['image']).read_bytes()
+            description['image'] = f'{map_path.stem}.image'
+            content = yaml.safe_dump(description, sort_keys=True).encode('utf-8')
+            worlds[test.name]['map'] = add({map_path.name: content, description['image']: image})
+        elif needs_maps:
+            allowed = f'a map .yaml file next to its world, as made by {as_typed("rasterise_world")}'
+            raise ConfigError(f'map: {map_path} not found; allowed: {allowed}')
     # A xacro without includes is kept, as wheel errors may be its arguments.
     if source.arguments or source.added_laser or needs_other_files(read_robot_text(source.file)):
         urdf, meshes = self_contained_urdf(expand(source), str(source.file), lambda uri: find_mesh(uri, source))
@@ -123,24 +127,10 @@ def self_contained_urdf(urdf: str, where: str, find: MeshFinder) -> Tuple[str, D
                 continue
             if path is not None and path.is_file():
                 content = path.read_bytes()
-                name = f'{hashlib.sha256(content).hexdigest()[:8]}/{path.name}'
+                name = f'{_sha256(content)[:8]}/{path.name}'
                 files[name] = content
                 mesh.set('filename', name)
     return (ElementTree.tostring(tree.xml, encoding='unicode') if files else urdf), files
-
-
-def _map_files(path: Path, is_needed: bool) -> Dict[str, bytes]:
-    if not path.is_file():
-        if is_needed:
-            allowed = f'a map .yaml file next to its world, as made by {as_typed("rasterise_world")}'
-            raise ConfigError(f'map: {path} not found; allowed: {allowed}')
-        return {}
-    load_map(path)
-    description = load_yaml(path)
-    # The image may be in any folder; copy it next to its YAML file.
-    image = (path.parent / description['image']).read_bytes()
-    description['image'] = f'{path.stem}.image'
-    return {path.name: yaml.safe_dump(description, sort_keys=True).encode('utf-8'), description['image']: image}
 
 
 def _sha256(content: bytes) -> str:

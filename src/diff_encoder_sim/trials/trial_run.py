@@ -86,13 +86,7 @@ def _row(trial: Trial, drive: LockstepTrial, last: Optional[Report]) -> TrialRow
 
 
 def final_errors(trial: Trial, true_pose_in_map: Pose2D, last: Optional[Report]) -> FinalErrors:
-    """Return the final errors of a trial by pose source, in the axes of the map.
-
-    Args:
-        trial: finished trial.
-        true_pose_in_map: at the end.
-        last: last report; None if the trial ended before the first.
-    """
+    """Return the final errors by pose source, in the axes of the map; `last` is None if a trial ended before it."""
     poses: Dict[PoseSource, Optional[Pose2D]] = dict.fromkeys(PoseSource)
     poses[PoseSource.WORLD] = true_pose_in_map
     if last is not None:
@@ -133,43 +127,35 @@ def run_group(
     Raises:
         CampaignFault: a file cannot be written, or the memory is full.
     """
-    with _one_drive:
-        try:
+    finished, setups, is_shared = [], [], results.is_shared()
+    try:
+        with _one_drive:
             if files.contents:
                 files = files.materialise(distributed.get_worker().local_directory)
-            return _run_group(files, group, results, run)
-        except (OSError, MemoryError) as error:
-            named = f'{error.filename}: {error.strerror}' if isinstance(error, OSError) and error.filename else ''
-            raise CampaignFault(f'worker on {platform.node()}: {named or in_one_line(error)}') from None
-
-
-def _run_group(
-    files: TrialFiles, group: Sequence[RequestedTrial], results: ResultsFolder, run: RunTrials
-) -> List[FinishedTrial]:
-    is_shared = results.is_shared()
-    folder = Path(results.path, BAGS) if is_shared else files.robot.parent
-    setups = []
-    for trial in group:
-        # A unique name per attempt: Dask may restart a trial that is still running.
-        name = f'.{Path(trial.bag).name}.{uuid.uuid4().hex[:8]}{UNFINISHED_SUFFIX}'
-        plan = TrialPlan(
-            trial=trial.definition(),
-            bag=str(folder / name) if trial.bag else '',
-            bag_format=trial.campaign.bag_format,
-            **files.worlds[trial.cell.test.name],
-        )
-        setups.append(TrialSetup(plan, trial.cell.robot_params, trial.campaign))
-    began_s = time.perf_counter()
-    rows = run(setups, files.robot)
-    wall_time_s = (time.perf_counter() - began_s) / len(group)  # the part of each trial
-    finished = []
-    for trial, (plan, *_), row in zip(group, setups, rows):
-        content = None
-        if trial.bag and is_shared:
-            os.replace(plan.bag, os.path.join(results.path, trial.bag))
-        elif trial.bag:
-            content = Path(plan.bag).read_bytes()
-            os.unlink(plan.bag)
-        identity: Dict[str, Any] = dict(zip(TrialRow._fields, trial.identity()))
-        finished.append((row._replace(**identity, wall_time_s=wall_time_s, bag=trial.bag), content))
-    return finished
+            folder = Path(results.path, BAGS) if is_shared else files.robot.parent
+            for trial in group:
+                # A unique name per attempt: Dask may restart a trial that is still running.
+                name = f'.{Path(trial.bag).name}.{uuid.uuid4().hex[:8]}{UNFINISHED_SUFFIX}'
+                plan = TrialPlan(
+                    trial=trial.definition(),
+                    bag=str(folder / name) if trial.bag else '',
+                    bag_format=trial.campaign.bag_format,
+                    **files.worlds[trial.cell.test.name],
+                )
+                setups.append(TrialSetup(plan, trial.cell.robot_params, trial.campaign))
+            began_s = time.perf_counter()
+            rows = run(setups, files.robot)
+            wall_time_s = (time.perf_counter() - began_s) / len(group)  # the part of each trial
+            for trial, (plan, *_), row in zip(group, setups, rows):
+                content = None
+                if trial.bag and is_shared:
+                    os.replace(plan.bag, Path(results.path, trial.bag))
+                elif trial.bag:
+                    content = Path(plan.bag).read_bytes()
+                    os.unlink(plan.bag)
+                identity: Dict[str, Any] = dict(zip(TrialRow._fields, trial.identity()))
+                finished.append((row._replace(**identity, wall_time_s=wall_time_s, bag=trial.bag), content))
+            return finished
+    except (OSError, MemoryError) as error:
+        named = f'{error.filename}: {error.strerror}' if isinstance(error, OSError) and error.filename else ''
+        raise CampaignFault(f'worker on {platform.node()}: {named or in_one_line(error)}') from None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 from pydantic import Field
 
@@ -10,8 +10,6 @@ from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.drives.topics import BagFormat, RecordMode
 from diff_encoder_sim.drives.trial_definition import TrialPlan
 from diff_encoder_sim.trials.robot_params import RobotParams
-
-FIRST = ('nav', 'record')
 
 
 class LockstepOptions(Params):
@@ -22,15 +20,6 @@ class LockstepOptions(Params):
         'minimal', description='topics in the bags: all, without bulky ones such as /scan, or no bags'
     )
     bag_format: BagFormat = Field('ros1', description='of the bags: ROS 1, or MCAP files of ROS 2')
-
-    def of_trials(self) -> Dict[str, Any]:
-        """Return the options that determine a campaign's results.
-
-        Defaults are omitted, except for the first options, so that older campaigns can be completed.
-        """
-        fields = LockstepOptions.model_fields
-        values = self.model_dump(mode='json', include=set(fields))
-        return {key: value for key, value in values.items() if key in FIRST or value != fields[key].default}
 
 
 class TrialSetup(NamedTuple):

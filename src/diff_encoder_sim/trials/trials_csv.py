@@ -8,7 +8,7 @@ import io
 import math
 import os
 from pathlib import Path
-from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Sequence, Tuple
+from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Sequence, Tuple, get_type_hints
 
 from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.errors import ConfigError
@@ -21,7 +21,7 @@ VARIANT = 'variant'  # in place of the key of a varied parameter: the value is t
 
 
 class TrialRow(NamedTuple):
-    """A finished trial. `COLUMNS` lists the columns in the order of trials.csv."""
+    """A finished trial, by columns of trials.csv; `varied` and `errors` are several columns."""
 
     test: str
     ppr: str  # as encoder_params.ppr_label writes it
@@ -41,66 +41,52 @@ class TrialRow(NamedTuple):
         return self[:5]
 
 
-# Parts of a final error, in the map's axes.
-PARTS = ('x_m', 'y_m', 'yaw_rad')
-# Types of columns by name, after `test`, `ppr` and the varied parameters, which are text; units are in the names.
-COLUMNS = {
-    'trial': int,
-    'seed': int,
-    'outcome': str,
-    'reason': str,
-    'duration_s': float,
-    **{f'{source.value}_{part}': float for source in PoseSource for part in PARTS},  # empty without a pose
-    'distance_m': float,
-    'wall_time_s': float,
-    'bag': str,
-}
+PARTS = ('x_m', 'y_m', 'yaw_rad')  # of a final error, in the map's axes
 # Lockstep trials have no ROS graph that can fail; trials without a result have no row.
 OUTCOMES = tuple(outcome for outcome in Outcome if outcome not in (Outcome.FAILED, Outcome.TORN))
+_KINDS = get_type_hints(TrialRow)
 
 
 def header(varied_keys: Sequence[str]) -> List[str]:
-    """Return the names of the columns."""
-    return ['test', 'ppr', *varied_keys, *COLUMNS]
+    """Return the names of the columns; those of an error are empty without a pose."""
+    several = {
+        'varied': list(varied_keys),
+        'errors': [f'{source.value}_{part}' for source in PoseSource for part in PARTS],
+    }
+    return [name for field in TrialRow._fields for name in several.get(field, [field])]
 
 
 def line_of(row: TrialRow) -> bytes:
     """Return the row as a line of the file; numbers read back as the same numbers, wall time to the millisecond."""
-    values: Dict[str, Any] = {**row._asdict(), 'outcome': row.outcome.value, 'wall_time_s': round(row.wall_time_s, 3)}
-    values['reason'] = ''.join(char if char.isprintable() else ' ' for char in row.reason)  # a row is one line
+    texts = {**row._asdict(), **dict(row.varied), 'outcome': row.outcome.value}
+    texts['wall_time_s'] = round(row.wall_time_s, 3)
+    texts['reason'] = ''.join(char if char.isprintable() else ' ' for char in row.reason)  # a row is one line
     for source, error in row.errors.items():
-        values.update((f'{source.value}_{part}', value) for part, value in zip(PARTS, error or ()))
-    texts = [str(kind(values[name])) if name in values else '' for name, kind in COLUMNS.items()]
-    return _csv_line([row.test, row.ppr, *(text for _, text in row.varied), *texts])
+        texts.update((f'{source.value}_{part}', value) for part, value in zip(PARTS, error or ()))
+    return _csv_line([str(texts.get(name, '')) for name in header([key for key, _ in row.varied])])
 
 
 def row_of(line: bytes, varied_keys: Sequence[str]) -> TrialRow:
     """Return the row of a line that `line_of` returned, with or without its end.
 
     Raises:
-        ValueError: the line is not that of a row.
+        ValueError, csv.Error: the line is not that of a row.
     """
-    try:
-        fields = next(csv.reader([line.decode('utf-8')], strict=True))
-    except csv.Error as error:
-        raise ValueError(str(error)) from None
-    names = header(varied_keys)
+    names, fields = header(varied_keys), next(csv.reader([line.decode('utf-8')], strict=True))
     if len(fields) != len(names):
         raise ValueError(f'{len(fields)} fields; expected {len(names)}')
     texts = dict(zip(names, fields))
     errors: FinalErrors = {}
     for source in PoseSource:
-        parts = [texts.pop(f'{source.value}_{part}') for part in PARTS]
+        parts = [texts[f'{source.value}_{part}'] for part in PARTS]
         errors[source] = Pose2D(*map(float, parts)) if any(parts) else None
-    values: Dict[str, Any] = {name: COLUMNS.get(name, str)(text) for name, text in texts.items()}
+    values: Dict[str, Any] = {name: _KINDS[name](texts[name]) for name in TrialRow._fields if name in texts}
     numbers = [value for value in values.values() if isinstance(value, float)]
     if not all(map(math.isfinite, numbers + [part for error in errors.values() for part in error or ()])):
         raise ValueError('a number is not finite')  # it would make the statistics of its cell NaN
-    varied = tuple((key, values.pop(key)) for key in varied_keys)
-    outcome = Outcome(values.pop('outcome'))
-    if outcome not in OUTCOMES:
-        raise ValueError(f'outcome {outcome.value}')
-    return TrialRow(**values, varied=varied, errors=errors, outcome=outcome)
+    if values['outcome'] not in OUTCOMES:
+        raise ValueError(f'outcome {texts["outcome"]}')
+    return TrialRow(**values, varied=tuple((key, texts[key]) for key in varied_keys), errors=errors)
 
 
 def _csv_line(fields: Sequence[str]) -> bytes:
@@ -131,7 +117,7 @@ class TrialsTable:
             if number > 1 or line != self._header:
                 try:
                     yield number, row_of(line, self._varied_keys)
-                except ValueError:
+                except (ValueError, csv.Error):
                     raise self.foreign_line(number) from None
 
     def foreign_line(self, number: int) -> ConfigError:

@@ -93,7 +93,8 @@ def test_trials_come_by_test_then_varied_parameters_then_ppr_with_equal_seeds_in
     trials = small_campaign(tmp_path, vary=VARY, seed=100).trials()
     assert [trial.position for trial in trials] == list(range(2 * 4 * 2 * 2))
     found = [
-        (trial.cell.test.name, *dict(trial.cell.varied).values(), trial.cell.encoder.ppr.left, trial.trial) for trial in trials
+        (trial.cell.test.name, *dict(trial.cell.varied).values(), trial.cell.encoder.ppr.left, trial.trial)
+        for trial in trials
     ]
     assert found == [
         (test, modulus, noise, ppr, trial)
