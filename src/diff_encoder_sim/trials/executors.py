@@ -57,7 +57,7 @@ class LocalWorkers:
     def __init__(self, count: int, scratch: str) -> None:
         """Prepare `count` processes; `scratch` is a private folder for the files of trials."""
         self._count, self._scratch = count, scratch
-        self._pool: Optional[ProcessPoolExecutor] = None
+        self._pool: Any = None  # a ProcessPoolExecutor between `_start` and `close`
 
     def submit(self, function: Callable[..., T], *arguments: Any) -> Future[T]:
         """Run a function in a process of the pool; a broken pool is replaced first.
@@ -67,9 +67,11 @@ class LocalWorkers:
         """
         for _ in range(FAILED_STARTS):
             with contextlib.suppress(BrokenProcessPool):
-                pool = self._pool or self._started()
+                if self._pool is None:
+                    self._start()
                 with _spawning():
-                    return pool.submit(function, *arguments)
+                    future: Future[T] = self._pool.submit(function, *arguments)
+                    return future
             self.close()
         raise CampaignFault('no worker process starts on this host')
 
@@ -89,9 +91,8 @@ class LocalWorkers:
             self._pool.shutdown()
             self._pool = None
 
-    def _started(self) -> ProcessPoolExecutor:
+    def _start(self) -> None:
         """Start all processes and wait for the first."""
-        # Set before waiting, so that `close` ends it.
         self._pool = ProcessPoolExecutor(self._count, multiprocessing.get_context('spawn'), _begin, (os.getpid(),))
         try:
             with _spawning():
@@ -100,7 +101,6 @@ class LocalWorkers:
         except BrokenProcessPool:
             log.warning('a worker process ended while it started: trying again')
             raise
-        return self._pool
 
 
 @contextlib.contextmanager
@@ -114,12 +114,8 @@ def local_workers(count: int) -> Iterator[LocalWorkers]:
 
 @contextlib.contextmanager
 def _spawning() -> Iterator[None]:
-    """Set the environment and signals for child processes, and prevent that they run this script again.
-
-    Only this process handles SIGINT, not its threads and child processes.
-    """
-    before = {name: os.environ.get(name) for name in ENVIRONMENT}
-    main = sys.modules['__main__']
+    """Set the environment of child processes, and leave SIGINT to this process and its script to this thread."""
+    environment, main = dict(os.environ), sys.modules['__main__']
     with interrupts_blocked():
         try:
             os.environ.update(ENVIRONMENT)
@@ -127,8 +123,9 @@ def _spawning() -> Iterator[None]:
             yield
         finally:
             sys.modules['__main__'] = main
-            for name, value in before.items():
-                os.environ.pop(name) if value is None else os.environ.update({name: value})
+            for name in ENVIRONMENT:
+                del os.environ[name]
+            os.environ.update(environment)
 
 
 def _begin(parent: int) -> None:
@@ -202,7 +199,7 @@ class ClusterWorkers:
 
     def send(self, files: TrialFiles) -> Any:
         """Return the files as the result of a task, which Dask recomputes if its worker dies."""
-        return self._client.submit(_identity, files, pure=False)
+        return self._client.submit(TrialFiles._make, files, pure=False)
 
 
 # Both have `lost`, which the future of a task raises if its worker died, and send the files of trials as an argument of
@@ -258,13 +255,8 @@ def check_versions(there: Dict[str, Any], here: Dict[str, Any], name: str) -> No
         ConfigError: one differs.
     """
     for package in COMPARED:
-        # Of Python 3.11.2.final.0 only 3.11 matters.
-        parts = 2 if package == 'python' else None
+        parts = 2 if package == 'python' else None  # of 3.11.2.final.0 only 3.11 matters
         found, own = ('.'.join(str(each['packages'].get(package)).split('.')[:parts]) for each in (there, here))
         if found != own:
             allowed = 'the same versions on all hosts'
             raise ConfigError(f'--scheduler: {package} is {found} on {name}, {own} here; allowed: {allowed}')
-
-
-def _identity(files: TrialFiles) -> TrialFiles:
-    return files

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Callable, Sequence
 
 import numpy as np
@@ -21,15 +22,9 @@ from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 
-def _warm_up_amcl() -> None:
-    warm_up_amcl(AmclParams())
-
-
 def _warm_up_lidar() -> None:
-    ahead = np.eye(4)
-    ahead[0, 3] = 2.0
-    world = World('room', [Model('wall', np.eye(4), [Solid('wall', Box((1.0, 1.0, 1.0)), ahead)])])
-    Lidar(world, 0.2, LidarParams(), generator(0, 'lidar_noise')).scan(0, IDENTITY)
+    box = World('room', [Model('box', np.eye(4), [Solid('box', Box((1.0, 1.0, 1.0)), np.eye(4))])])
+    Lidar(box, 0.2, LidarParams(), generator(0, 'lidar_noise')).scan(0, IDENTITY)
 
 
 def _warm_up_wheels() -> None:
@@ -38,4 +33,9 @@ def _warm_up_wheels() -> None:
 
 
 # Each runs its kernels once, and shares none with the others; all take 1 s with numba's cache, else 30 s.
-PARTS: Sequence[Callable[[], None]] = (warm_up_navigation, _warm_up_amcl, _warm_up_lidar, _warm_up_wheels)
+PARTS: Sequence[Callable[[], None]] = (
+    warm_up_navigation,
+    functools.partial(warm_up_amcl, AmclParams()),
+    _warm_up_lidar,
+    _warm_up_wheels,
+)

@@ -85,10 +85,14 @@ class NavigatingDriver:
         """Control first, then localize, as a live AMCL finishes after the control step."""
         stamp_ns, navigator = odometry.stamp_ns, self._navigator
         speeds = odometry.linear_velocity_mps, odometry.angular_velocity_radps
-        motion = odometry.base_pose_in_odom, *speeds
-        navigator.take_odometry(OdometrySample(stamp_ns, *motion, *odometry.twist_std()))
+        navigator.take_odometry(OdometrySample(stamp_ns, odometry.base_pose_in_odom, *speeds, *odometry.twist_std()))
         if self._control_rate.is_due(stamp_ns):
-            self._step_navigator(now_ns, stamp_ns)
+            was_active = navigator.status is GoalStatus.ACTIVE
+            self.navigation = navigator.step(stamp_ns)
+            if was_active:
+                self._send(now_ns, self.navigation.command, True)
+                if self.navigation.status.is_over:
+                    self._publications.goal_result(now_ns, self.navigation.status, self.navigation.text)
         if stamp_ns <= self._localized_until_ns:
             pose_in_map = self._odom_pose_in_map.compose(odometry.base_pose_in_odom)
             self.estimated_pose_in_map = pose_in_map
@@ -100,11 +104,15 @@ class NavigatingDriver:
 
     def _localize(self, published_ns: int, odometry: OdometryEstimate) -> None:
         """Process the scans that odometry has reached."""
+        last = self._odometry
         while self._scans and self._scans[0].stamp_ns <= odometry.stamp_ns:
-            scan = self._scans.popleft()
-            pose = self._odom_pose_at(scan.stamp_ns, odometry)
-            if pose is None:
-                continue
+            scan, pose = self._scans.popleft(), odometry.base_pose_in_odom
+            if scan.stamp_ns < odometry.stamp_ns:
+                if last is None:
+                    continue
+                # As tf2 does.
+                fraction = (scan.stamp_ns - last.stamp_ns) / (odometry.stamp_ns - last.stamp_ns)
+                pose = interpolate(last.base_pose_in_odom, pose, fraction)
             try:
                 estimate = self.amcl.update(pose, scan, self._laser_pose_in_base)
             except InputFault as fault:
@@ -116,23 +124,6 @@ class NavigatingDriver:
             odom_pose_in_map = None if self.amcl.is_lost else self.amcl.odom_pose_in_map
             self._at(published_ns, self._publish, published_ns, scan.stamp_ns, estimate, odom_pose_in_map)
         self._odometry = odometry
-
-    def _odom_pose_at(self, stamp_ns: int, newest: OdometryEstimate) -> Optional[Pose2D]:
-        """Interpolate between the newest two estimates, as tf2 does; None before the first."""
-        if stamp_ns == newest.stamp_ns:
-            return newest.base_pose_in_odom
-        if self._odometry is None:
-            return None
-        fraction = (stamp_ns - self._odometry.stamp_ns) / (newest.stamp_ns - self._odometry.stamp_ns)
-        return interpolate(self._odometry.base_pose_in_odom, newest.base_pose_in_odom, fraction)
-
-    def _step_navigator(self, now_ns: int, stamp_ns: int) -> None:
-        was_active = self._navigator.status is GoalStatus.ACTIVE
-        self.navigation = self._navigator.step(stamp_ns)
-        if was_active:
-            self._send(now_ns, self.navigation.command, True)
-            if self.navigation.status.is_over:
-                self._publications.goal_result(now_ns, self.navigation.status, self.navigation.text)
 
     def _publish(
         self, now_ns: int, stamp_ns: int, estimate: Optional[AmclEstimate], odom_pose_in_map: Optional[Pose2D]

@@ -13,6 +13,8 @@ from tqdm import tqdm
 from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.trials.campaign_cells import Campaign, RequestedTrial
+from diff_encoder_sim.trials.route_driver import TurnInPlace, stages_of
+from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
 from diff_encoder_sim.trials.trials_csv import OUTCOMES, TrialRow
 
 # Assumed speed of a worker, weighted like this number of seconds of measured work, as the first trials also load
@@ -23,17 +25,16 @@ LINE_EVERY_FRACTION, LINE_EVERY_S = 0.1, 30.0
 
 def shortest_drive_s(test: TestDefinition, nav: str) -> float:
     """Compute the time that a test takes from point to point at its highest speeds; at least 1 s [s]."""
-    parts, most_s = (test.drive, math.inf) if nav == 'scripted' else (test.route, test.time_limit)
-    turns = sum(abs(part.turns or 0.0) for part in parts)
     if nav == 'scripted':
-        distance_m = sum(abs(segment.straight or 0.0) for segment in test.drive)
-    else:
-        points = [(test.start.x, test.start.y)]
-        for leg in test.route:
-            points += [(point.x, point.y) for point in leg.through or []]
-            points += [(leg.goal.x, leg.goal.y)] if leg.goal else []
-        distance_m = sum(math.dist(*pair) for pair in zip(points, points[1:]))
-    return max(1.0, min(distance_m / test.limits.speed + 2.0 * math.pi * turns / test.limits.angular_speed, most_s))
+        return max(1.0, ScriptedDrive(test).duration_s)
+    pose, duration_s = test.start.pose(), 0.0
+    for stage in stages_of(test):
+        if isinstance(stage, TurnInPlace):
+            duration_s += abs(stage.angle_rad) / test.limits.angular_speed
+        else:
+            duration_s += math.dist(pose[:2], stage.pose_in_map[:2]) / test.limits.speed
+            pose = stage.pose_in_map
+    return max(1.0, min(duration_s, test.time_limit))
 
 
 class Progress:
@@ -52,7 +53,7 @@ class Progress:
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         """`done` are the results of earlier runs; `clock` returns seconds."""
-        self._drives_s = {cell.test.name: shortest_drive_s(cell.test, campaign.params.nav) for cell in campaign.cells}
+        self._drives_s = {test.name: shortest_drive_s(test, campaign.params.nav) for test in campaign.tests}
         self._left_s = sum(self._drives_s[trial.cell.test.name] for trial in pending)
         self._driven_s = ASSUMED_FOR_S * ASSUMED_SPEED + sum(self._drives_s[row.test] for row in done)
         self._work_s = ASSUMED_FOR_S + sum(row.wall_time_s for row in done)
@@ -104,9 +105,10 @@ class Progress:
 
     def text(self) -> str:
         """Return the state in one line."""
+        parts = [self.count(), f'{self._failed} failed']
         if self._workers == 0 and self.done < self.total:
-            return f'{self.count()}, {self._failed} failed, waiting for workers to start'
-        parts = [self.count(), f'{self._failed} failed', f'{self._workers} worker{"" if self._workers == 1 else "s"}']
+            return ', '.join([*parts, 'waiting for workers to start'])
+        parts.append(f'{self._workers} worker{"" if self._workers == 1 else "s"}')
         if self.done_now:
             parts.append(f'{self.real_time_factor():.0f} x real time')
         return ', '.join([*parts, f'about {tqdm.format_interval(self.left_s())} left'])
@@ -125,10 +127,8 @@ class Progress:
             self._bar.update(self.done - self._bar.n)
             return
         now_s, (shown_done, shown_s, had_workers) = self._clock(), self._shown
-        is_far = self.done - shown_done >= LINE_EVERY_FRACTION * self.total
-        is_last = self.done == self.total > shown_done
-        is_first = self._workers > 0 and not had_workers
-        if is_far or is_last or is_first or now_s - shown_s >= LINE_EVERY_S:
+        is_far = self.done - shown_done >= LINE_EVERY_FRACTION * self.total or self.done == self.total > shown_done
+        if is_far or (self._workers > 0 and not had_workers) or now_s - shown_s >= LINE_EVERY_S:
             print(self.text(), file=self._stream, flush=True)
             self._shown = self.done, now_s, self._workers > 0
 

@@ -15,12 +15,14 @@ class RequiredPackages(NamedTuple):
     install_hint: str
 
 
-_NAVIGATION = 'map_server', 'amcl', 'move_base', 'dwa_local_planner'
-_BY_APT = "apt install ros-noetic-{} (not in Debian's ROS), or {}"
 UPSTREAM_NAVIGATION = RequiredPackages(
-    'nav: given upstream', _NAVIGATION, _BY_APT.format('navigation', 'nav:=embedded')
+    'nav: given upstream',
+    ('map_server', 'amcl', 'move_base', 'dwa_local_planner'),
+    "apt install ros-noetic-navigation (not in Debian's ROS), or nav:=embedded",
 )
-UPSTREAM_SLAM = RequiredPackages('slam: given upstream', ('gmapping',), _BY_APT.format('gmapping', 'slam:=embedded'))
+UPSTREAM_SLAM = RequiredPackages(
+    'slam: given upstream', ('gmapping',), "apt install ros-noetic-gmapping (not in Debian's ROS), or slam:=embedded"
+)
 GAZEBO = RequiredPackages(
     'sim: given gazebo', ('gazebo_ros',), 'apt install ros-noetic-gazebo-ros-pkgs, or sim:=pybullet'
 )

@@ -13,7 +13,7 @@ import os
 import platform
 from datetime import datetime, timezone
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, Iterator, List, NamedTuple, Sequence, Tuple, Union
 
 from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX, write_file
 from diff_encoder_sim.base.errors import ConfigError
@@ -33,13 +33,9 @@ DIFFERENCES_SHOWN = 3
 
 def describe_run(package_folder: Path, command: Sequence[str]) -> Dict[str, Any]:
     """Describe the program and host of this process: versions, commit, host, command line and time."""
-    versions: Dict[str, Optional[str]] = {
-        'diff_encoder_sim': package_version(package_folder),
-        'python': platform.python_version(),
-    }
+    versions = {'diff_encoder_sim': package_version(package_folder), 'python': platform.python_version()}
     for library in LIBRARIES:
         with contextlib.suppress(importlib.metadata.PackageNotFoundError):
-            versions[library] = None
             versions[library] = importlib.metadata.version(library)
     # None if the package is installed, even within another checkout.
     is_checkout = git(package_folder, 'ls-files', '--error-unmatch', 'package.xml') is not None
@@ -66,11 +62,8 @@ def describe_run(package_folder: Path, command: Sequence[str]) -> Dict[str, Any]
 def differences(old: Any, new: Any) -> List[str]:
     """List the dotted keys in which two values of JSON differ, each with both values."""
     there, here = dict(_flat(old, '')), dict(_flat(new, ''))
-    return [
-        f'{key}: {there.get(key, ABSENT)!r} there, {here.get(key, ABSENT)!r} here'
-        for key in {**there, **here}
-        if there.get(key, ABSENT) != here.get(key, ABSENT)
-    ]
+    pairs = {key: (there.get(key, ABSENT), here.get(key, ABSENT)) for key in {**there, **here}}
+    return [f'{key}: {was!r} there, {now!r} here' for key, (was, now) in pairs.items() if was != now]
 
 
 def _flat(value: Any, path: str) -> Iterator[Tuple[str, Any]]:
@@ -103,26 +96,19 @@ class ResultStore:
     def __init__(
         self, folder: Union[str, Path], campaign: Campaign, run: Dict[str, Any], must_resume: bool = False
     ) -> None:
-        """Create or resume a folder.
-
-        Args:
-            folder: created if missing.
-            campaign: of the results; a folder of another campaign is an error.
-            run: from `describe_run`.
-            must_resume: whether a folder without results is an error.
+        """Create or resume a folder; `run` is from `describe_run`.
 
         Raises:
-            ConfigError: the folder contains other files or cannot be used.
+            ConfigError: the folder contains other files or another campaign, or no results if it `must_resume`.
         """
         self.folder, self._campaign = Path(folder), campaign
         self._trials = {trial.identity(): trial for trial in campaign.trials()}
-        self._rows: Dict[int, TrialRow] = {}  # by position of trial
+        self._rows: Dict[Tuple[object, ...], TrialRow] = {}  # by identity of trial
         self._table = TrialsTable(self.folder / TABLE, list(campaign.params.varied_values))
         with contextlib.ExitStack() as opened, _named_errors(self.folder):
             self._refuse_foreign(must_resume)
             self.folder.mkdir(parents=True, exist_ok=True)
             opened.enter_context(_locked(self.folder))
-            self._refuse_foreign(must_resume)  # again, now that no other process writes here
             self._begin_or_resume(run)
             self._opened = opened.pop_all()
 
@@ -135,27 +121,26 @@ class ResultStore:
     @property
     def rows(self) -> List[TrialRow]:
         """Return the results of the finished trials, in the order of trials."""
-        return [self._rows[position] for position in sorted(self._rows)]
+        return [self._rows[identity] for identity in self._trials if identity in self._rows]
 
     def pending(self) -> List[RequestedTrial]:
         """Return the pending trials."""
-        return [trial for trial in self._trials.values() if trial.position not in self._rows]
+        return [trial for identity, trial in self._trials.items() if identity not in self._rows]
 
     def shared_folder(self) -> ResultsFolder:
         """Return the folder for workers, which may run on other hosts."""
         return ResultsFolder(str(self.folder.resolve()), _sha256(self.folder / MANIFEST))
 
     def append(self, row: TrialRow) -> None:
-        """Store a finished trial on disk before returning. A second row of the same trial is dropped.
+        """Store a finished trial on disk before returning; drop a second row of the same trial.
 
         Raises:
             ConfigError: the file cannot be written, for example on a full disk; earlier rows are complete.
         """
-        position = self._trials[row.identity()].position
-        if position not in self._rows:
+        if row.identity() not in self._rows:
             with _named_errors(self._table.path):
                 self._table.append(row)
-            self._rows[position] = row
+            self._rows[row.identity()] = row
 
     def finish(self) -> Path:
         """Sort trials.csv in the order of trials, and return its path.
@@ -170,14 +155,12 @@ class ResultStore:
         return self._table.path
 
     def _refuse_foreign(self, must_resume: bool) -> None:
-        has_manifest = (self.folder / MANIFEST).is_file()
-        if must_resume and not has_manifest:
+        found = [path.name for path in self.folder.iterdir()] if self.folder.exists() else []
+        others = [name for name in found if name != LOCK and not name.endswith(UNFINISHED_SUFFIX)]
+        if must_resume and MANIFEST not in others:
             allowed = 'a folder with results, or no --resume'
             raise ConfigError(f'{self.folder}: nothing to resume: no {MANIFEST}; allowed: {allowed}')
-        if has_manifest or not self.folder.exists():
-            return
-        others = [path.name for path in self.folder.iterdir() if path.name != LOCK and path.suffix != UNFINISHED_SUFFIX]
-        if others:
+        if others and MANIFEST not in others:
             allowed = 'an empty or new folder, or one with results of this campaign'
             raise ConfigError(f'{self.folder}: holds {min(others)!r} and no {MANIFEST}; allowed: {allowed}')
 
@@ -199,22 +182,18 @@ class ResultStore:
                 text = '%s: the results so far are from another version of the code, and may differ from new ones: %s'
                 log.warning(text, self.folder, '; '.join(changes))
             manifest = {**old, 'runs': [*old['runs'], run]}
-            self._read_rows()
+            for number, row in self._table.rows():
+                trial = self._trials.get(row.identity())
+                if trial is None or row.bag != trial.bag:
+                    raise self._table.foreign_line(number)
+                if not row.bag or (self.folder / row.bag).is_file():  # else the trial is run again
+                    self._rows.setdefault(row.identity(), row)
         self._remove_unfinished()
         # Written first: a folder without it is rejected as another program's.
         write_file(path, json.dumps(manifest, indent=1).encode('utf-8'))
         if self._campaign.params.record != 'none':
             (self.folder / BAGS).mkdir(exist_ok=True)
         self._table.write(self.rows)
-
-    def _read_rows(self) -> None:
-        """Read the finished trials, without those whose bag is missing."""
-        for number, row in self._table.rows():
-            trial = self._trials.get(row.identity())
-            if trial is None or row.bag != trial.bag:
-                raise self._table.foreign_line(number)
-            if not row.bag or (self.folder / row.bag).is_file():
-                self._rows.setdefault(trial.position, row)
 
     def _remove_unfinished(self) -> None:
         """Remove unfinished files of a killed campaign or worker."""

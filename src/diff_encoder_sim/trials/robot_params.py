@@ -117,29 +117,19 @@ def load_robot_params(config_folder: Union[str, Path]) -> RobotParams:
 
 
 def load_robot_config(config_folder: Union[str, Path], instead: Optional[Mapping[str, Path]] = None) -> RobotConfig:
-    """Load the content of the files by their stems, for `override`.
-
-    Args:
-        config_folder: of the files.
-        instead: files by stem that replace those of the folder.
+    """Load the content of the files by their stems, for `override`; files `instead` replace those of the folder.
 
     Raises:
         ConfigError: a file is missing or bad.
     """
-    paths = {stem: Path(config_folder) / f'{stem}.yaml' for stem in CONFIG_FILES}
-    paths.update(instead or {})
+    paths = {**{stem: Path(config_folder, f'{stem}.yaml') for stem in CONFIG_FILES}, **(instead or {})}
     config = {stem: load_yaml(path) for stem, path in paths.items()}
     _robot_params(config, paths)
     return config
 
 
 def override(config: RobotConfig, overrides: Mapping[str, Any]) -> RobotParams:
-    """Return the parameters with other values for some keys.
-
-    Args:
-        config: from `load_robot_config`.
-        overrides: values by dotted keys that begin with the stem of a file, such as `simulator.lidar.noise`; see
-            `check_key`.
+    """Return the parameters with other values by dotted keys such as `simulator.lidar.noise`; see `check_key`.
 
     Raises:
         ConfigError: a value is not allowed, or another key overrides it.
@@ -165,10 +155,8 @@ def _robot_params(config: RobotConfig, paths: Mapping[str, Path]) -> RobotParams
     for stem, classes in CONFIG_FILES.items():
         parts.update(zip(classes, split_params(config[stem], str(paths.get(stem, stem)), *classes.values())))
     # Unset uncertainties of odometry are those of the simulated wheel errors and contact.
-    values = wheel_uncertainty(parts['simulator'].wheel_errors)
-    values.update(
-        distance_std=math.hypot(values['distance_std'], CONTACT_DISTANCE_STD), curve_noise=CONTACT_CURVE_NOISE
-    )
+    values = {'curve_noise': CONTACT_CURVE_NOISE, **wheel_uncertainty(parts['simulator'].wheel_errors)}
+    values['distance_std'] = math.hypot(values['distance_std'], CONTACT_DISTANCE_STD)
     unset = {key: value for key, value in values.items() if getattr(parts['odometry'], key) is None}
     if unset:
         parts['odometry'] = with_changes(parts['odometry'], unset, 'simulator.wheel_errors')
@@ -235,7 +223,7 @@ def spread_with(params: RobotParams, ppr: PerWheel) -> StopSpread:
 
 
 def parts_with(params: RobotParams, ppr: PerWheel) -> Dict[str, StopSpread]:
-    """Return the same by its causes."""
+    """Return the distance of `spread_with` by its causes."""
     return stop_parts(*_loop(params, ppr))
 
 

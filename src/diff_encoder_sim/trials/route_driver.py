@@ -32,7 +32,6 @@ STOP_WITHIN_RAD = 0.02
 # Below 40 PPR the heading estimate jumps across the end; it does not get closer after this number of crossings.
 MOST_CROSSINGS = 2
 
-
 # A turn in place pauses while the newest pose estimate is older; the navigator's default input_timeout.
 POSE_TIMEOUT_S = 0.5
 
@@ -57,11 +56,10 @@ class TurnInPlace:
     """A stage of a route: speeds up, turns, and slows down to a total angle of any number of turns."""
 
     def __init__(self, angle_rad: float, limits: SpeedLimits) -> None:
-        self.angle_rad, self._limits = angle_rad, limits
+        self.angle_rad, self._limits, self.is_over = angle_rad, limits, False
         self._turned_rad, self._crossings, self._rate_radps = 0.0, 0, 0.0
         self._last_yaw_rad: Optional[float] = None
         self._last_ns: Optional[int] = None
-        self.is_over = False
 
     def rate(self, now_ns: int, yaw_rad: float) -> float:
         """Return the angular velocity to command [rad/s] at the heading estimated now.
@@ -70,8 +68,18 @@ class TurnInPlace:
         afterwards.
         """
         interval_s = max(0, now_ns - (now_ns if self._last_ns is None else self._last_ns)) / NANOSECONDS_PER_SECOND
-        self._last_ns = now_ns
-        target_radps = self._target_rate(yaw_rad) if math.isfinite(yaw_rad) else 0.0
+        self._last_ns, target_radps = now_ns, 0.0
+        if math.isfinite(yaw_rad):
+            left_before_rad = self.angle_rad - self._turned_rad
+            if self._last_yaw_rad is not None:
+                self._turned_rad += wrap_angle(yaw_rad - self._last_yaw_rad)
+            self._last_yaw_rad = yaw_rad
+            left_rad = self.angle_rad - self._turned_rad
+            self._crossings += left_rad * left_before_rad < 0.0
+            self.is_over = abs(left_rad) < STOP_WITHIN_RAD or self._crossings >= MOST_CROSSINGS
+            braking_radps = math.sqrt(2.0 * BRAKING_FRACTION * self._limits.angular_acceleration * abs(left_rad))
+            most_radps = min(self._limits.angular_speed, braking_radps, APPROACH_PER_S * abs(left_rad))
+            target_radps = math.copysign(most_radps, left_rad)
         if self.is_over:
             return 0.0
         change_radps = self._limits.angular_acceleration * interval_s
@@ -81,18 +89,6 @@ class TurnInPlace:
     def halt(self) -> None:
         """Restart from rest at the next heading, after a stop of the robot."""
         self._rate_radps, self._last_ns = 0.0, None
-
-    def _target_rate(self, yaw_rad: float) -> float:
-        """Add the turned angle, and return the target rate [rad/s]."""
-        left_before_rad = self.angle_rad - self._turned_rad
-        if self._last_yaw_rad is not None:
-            self._turned_rad += wrap_angle(yaw_rad - self._last_yaw_rad)
-        self._last_yaw_rad = yaw_rad
-        left_rad = self.angle_rad - self._turned_rad
-        self._crossings += left_rad * left_before_rad < 0.0
-        self.is_over = abs(left_rad) < STOP_WITHIN_RAD or self._crossings >= MOST_CROSSINGS
-        braking_radps = math.sqrt(2.0 * BRAKING_FRACTION * self._limits.angular_acceleration * abs(left_rad))
-        return math.copysign(min(self._limits.angular_speed, braking_radps, APPROACH_PER_S * abs(left_rad)), left_rad)
 
 
 def stages_of(test: TestDefinition) -> List[Union[Destination, TurnInPlace]]:
@@ -105,9 +101,9 @@ def stages_of(test: TestDefinition) -> List[Union[Destination, TurnInPlace]]:
             stages.append(Destination(leg.goal.pose(), True))
         else:
             # Each waypoint heads towards the next, in case the navigator stops there; the last has heading 0.
-            points = [(point.x, point.y) for point in leg.through or []]
-            for (x_m, y_m), (next_x_m, next_y_m) in zip(points, [*points[1:], *points[-1:]]):
-                pose = Pose2D(x_m, y_m, math.atan2(next_y_m - y_m, next_x_m - x_m))
+            points = leg.through or []
+            for here, ahead in zip(points, [*points[1:], *points[-1:]]):
+                pose = Pose2D(here.x, here.y, math.atan2(ahead.y - here.y, ahead.x - here.x))
                 stages.append(Destination(pose, False))
     return stages
 
@@ -119,14 +115,11 @@ class RouteDriver:
     """
 
     def __init__(self, test: TestDefinition) -> None:
-        self._test = test
-        self._stages = deque(stages_of(test))  # not started
+        self._test, self._stages = test, deque(stages_of(test))  # not started
         self._stage: Union[Destination, TurnInPlace, None] = None
-        self._ended_ns: Optional[int] = None
         self._started_ns: Optional[int] = None
-        self._estimate_ns = 0
-        self._is_halted = False
-        self.is_over = False
+        self._ended_ns: Optional[int] = None
+        self._estimate_ns, self._is_halted, self.is_over = 0, False, False
 
     def watch(self, now_ns: int) -> DriverOutput:
         """Check the time limit and, while the robot turns in place, the age of the pose estimate.
@@ -151,13 +144,9 @@ class RouteDriver:
         return DriverOutput(turn_rate_radps=0.0)
 
     def step(self, now_ns: int, base_pose_in_map: Pose2D, status: GoalStatus, status_text: str) -> DriverOutput:
-        """Return the goal or command for a pose estimate.
+        """Return the goal or command for a pose estimate of this time.
 
-        Args:
-            now_ns: stamp of the pose estimate.
-            base_pose_in_map: the pose estimate.
-            status: the navigator's status of the goal sent last.
-            status_text: its reason, for messages.
+        Status and its text (reason) are the navigator's, of the goal sent last.
 
         Raises:
             RouteFailed: the navigator aborted a goal.
@@ -169,11 +158,16 @@ class RouteDriver:
         if self._ended_ns is not None:
             self.is_over = now_ns - self._ended_ns >= SETTLING_S * NANOSECONDS_PER_SECOND
             return DriverOutput()
+        if isinstance(self._stage, Destination):
+            goal = self._stage.pose_in_map
+            offset_m = math.hypot(base_pose_in_map.x_m - goal.x_m, base_pose_in_map.y_m - goal.y_m)
+            is_passed = not self._stage.is_stop and offset_m <= self._test.pass_radius
+            if not is_passed and status.is_over and status is not GoalStatus.SUCCEEDED:
+                name = 'the goal' if self._stage.is_stop else f'the waypoint ({goal.x_m:.2f}, {goal.y_m:.2f})'
+                raise RouteFailed(Outcome.ABORTED, f'{name} was not reached: {status_text or status.value}')
+            if not is_passed and status is not GoalStatus.SUCCEEDED:
+                return DriverOutput()
         rate_radps = None
-        if isinstance(self._stage, Destination) and not self._is_done(
-            self._stage, base_pose_in_map, status, status_text
-        ):
-            return DriverOutput()
         while True:
             if isinstance(self._stage, TurnInPlace):
                 rate_radps = self._stage.rate(now_ns, base_pose_in_map.yaw_rad)
@@ -186,30 +180,13 @@ class RouteDriver:
             if isinstance(self._stage, Destination):
                 return DriverOutput(self._stage.pose_in_map, rate_radps)
 
-    def _is_done(self, stage: Destination, base_pose_in_map: Pose2D, status: GoalStatus, status_text: str) -> bool:
-        goal = stage.pose_in_map
-        offset_m = math.hypot(base_pose_in_map.x_m - goal.x_m, base_pose_in_map.y_m - goal.y_m)
-        if not stage.is_stop and offset_m <= self._test.pass_radius:
-            return True
-        if status.is_over and status is not GoalStatus.SUCCEEDED:
-            name = 'the goal' if stage.is_stop else f'the waypoint ({goal.x_m:.2f}, {goal.y_m:.2f})'
-            raise RouteFailed(Outcome.ABORTED, f'{name} was not reached: {status_text or status.value}')
-        return status is GoalStatus.SUCCEEDED
-
 
 # Spacing of the footprint checks along a leg.
 STEP_M, STEP_RAD = 0.1, math.radians(10.0)
 
 
 def misfit(test: TestDefinition, navigator: NavigatorParams, drive: DriveParams, grid: OccupancyGrid) -> Optional[str]:
-    """Return why a robot cannot navigate a test's route, in one line; None if it can.
-
-    Args:
-        test: to be driven in the map.
-        navigator: with the robot's outline and speeds.
-        drive: its motors.
-        grid: the map.
-    """
+    """Return why a robot with this outline, speeds and motors cannot navigate a test's route; None if it can."""
     costmap = Costmap(navigator.global_costmap, grid)
     try:
         length_m, turned_rad = _plan_route(test, navigator, costmap)

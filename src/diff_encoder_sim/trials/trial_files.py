@@ -57,16 +57,10 @@ class TrialFiles(NamedTuple):
 def collect(
     tests: Sequence[TestDefinition], worlds_folder: Union[str, Path], source: RobotSource, needs_maps: bool
 ) -> TrialFiles:
-    """Read the files of the tests, and check them.
-
-    Args:
-        tests: with unique names.
-        worlds_folder: contains the worlds by name, each with its map.
-        source: the robot.
-        needs_maps: whether a world without a map is an error.
+    """Read and check the files of tests with unique names.
 
     Raises:
-        ConfigError: a file is missing or bad.
+        ConfigError: a file is missing or bad, or a world has no map and trials need it.
     """
     contents: Dict[str, bytes] = {}
 

@@ -116,13 +116,7 @@ _one_drive = threading.Lock()
 def run_group(
     files: TrialFiles, group: Sequence[RequestedTrial], results: ResultsFolder, run: RunTrials
 ) -> List[FinishedTrial]:
-    """Run trials that are one drive of the robot.
-
-    Args:
-        files: of the campaign; in a folder of this host, or contents for the temporary folder of a Dask worker.
-        group: the trials.
-        results: the client's folder, shared with this host or not.
-        run: runs the trials.
+    """Run trials that are one drive of the robot, with `files` of this host, or contents for a Dask worker's folder.
 
     Raises:
         CampaignFault: a file cannot be written, or the memory is full.

@@ -1,5 +1,6 @@
 """The files that trials read, sent by content and written down where they run."""
 
+import os
 import pickle
 from pathlib import Path
 
@@ -43,7 +44,7 @@ def test_half_a_folder_of_a_killed_writer_is_never_used_and_other_content_goes_t
     package = package_copy(tmp_path / 'package')
     files = collected(package)
     with monkeypatch.context() as patched:
-        patched.setattr(Path, 'write_bytes', lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+        patched.setattr(os, 'replace', lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
         with pytest.raises(KeyboardInterrupt):
             files.materialise(tmp_path / 'out')
     before = files.materialise(tmp_path / 'out')
