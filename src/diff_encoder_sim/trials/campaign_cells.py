@@ -6,7 +6,7 @@ import hashlib
 import itertools
 import json
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, Literal, NamedTuple, Sequence, Tuple
+from typing import Any, Dict, Iterator, List, Literal, NamedTuple, Optional, Sequence, Tuple
 
 from pydantic import Field
 from typing_extensions import Annotated
@@ -249,11 +249,9 @@ def unfit_tests(campaign: Campaign, worlds_folder: Path) -> List[str]:
     """Return why the robot cannot run tests, one line per test; empty for drives without feedback."""
     if campaign.params.nav == 'scripted':
         return []
-    found: Dict[str, str] = {}
-    for cell in campaign.cells[:: len(campaign.encoders)]:
-        if cell.test.name not in found:
-            params = cell.robot_params
-            grid = load_map(find_world(cell.test.world, worlds_folder).with_suffix('.yaml'))
-            line = misfit(cell.test, params.navigator, params.simulator.drive, grid)
-            found.update({cell.test.name: line} if line else {})
-    return list(found.values())
+    found: Dict[str, Optional[str]] = {}
+    for _, test, _, _, params in campaign.cells[:: len(campaign.encoders)]:
+        if not found.get(test.name):
+            grid = load_map(find_world(test.world, worlds_folder).with_suffix('.yaml'))
+            found[test.name] = misfit(test, params.navigator, params.simulator.drive, grid)
+    return [line for line in found.values() if line]

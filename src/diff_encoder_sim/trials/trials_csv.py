@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import csv
 import io
 import math
@@ -130,19 +129,12 @@ class TrialsTable:
         write_file(self.path, b''.join([self._header, *map(line_of, rows)]))
 
     def append(self, row: TrialRow) -> None:
-        """Append a line and sync it to disk. After an error the earlier lines are complete.
+        """Append a line and sync it to disk.
 
         Raises:
-            OSError: the file cannot be written, for example on a full disk.
+            OSError: the file cannot be written, for example on a full disk; the earlier lines are complete.
         """
-        content = line_of(row)
-        with io.FileIO(str(self.path), 'ab') as file:
-            size = os.fstat(file.fileno()).st_size
-            try:
-                while content:
-                    content = content[file.write(content) :]
-                os.fsync(file.fileno())
-            except OSError:
-                with contextlib.suppress(OSError):
-                    file.truncate(size)
-                raise
+        with open(self.path, 'ab') as file:
+            file.write(line_of(row))
+            file.flush()
+            os.fsync(file.fileno())
