@@ -377,18 +377,25 @@ def _direction(command: float, before: int) -> int:
 
 
 @compiled
-def turn(kind: np.ndarray, wheel: np.ndarray, stamp_ns: int, angle_rad: float, is_read: bool) -> Tuple[int, float]:
-    """Turn a wheel to an angle, at constant speed since the previous stamp.
+def turn(
+    kinds: np.ndarray, wheels: np.ndarray, stamp_ns: int, left_rad: float, right_rad: float, is_read: bool
+) -> Tuple[int, int, float, float]:
+    """Turn both wheels to accumulated angles, at constant speed since the previous stamp.
 
     Args:
-        kind: (1,) of `kinds_of`.
-        wheel: (1,) of WHEEL.
-        stamp_ns: of the angle.
-        angle_rad: accumulated.
-        is_read: return the counter, before it wraps, and the measured speed [rad/s]; else zeros.
+        kinds: (2,) of `kinds_of`.
+        wheels: (2,) of WHEEL.
+        stamp_ns: of the angles.
+        left_rad: angle of the left wheel.
+        right_rad: angle of the right wheel.
+        is_read: return the left and right counters, before they wrap, and the measured speeds [rad/s]; else zeros.
     """
-    _turn(kind[0], wheel[0], stamp_ns, angle_rad)
-    return (wheel[0].count, _rate_radps(kind[0], wheel[0], stamp_ns)) if is_read else (0, 0.0)
+    _turn(kinds[0], wheels[0], stamp_ns, left_rad)
+    _turn(kinds[1], wheels[1], stamp_ns, right_rad)
+    if not is_read:
+        return 0, 0, 0.0, 0.0
+    rates_radps = _rate_radps(kinds[0], wheels[0], stamp_ns), _rate_radps(kinds[1], wheels[1], stamp_ns)
+    return wheels[0].count, wheels[1].count, rates_radps[0], rates_radps[1]
 
 
 @compiled(nogil=True)

@@ -7,7 +7,7 @@ import heapq
 import logging
 import math
 from collections import deque
-from typing import Deque, Dict, List, Literal, NamedTuple, Optional, Tuple
+from typing import Deque, Dict, List, Literal, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 from pydantic import Field
@@ -157,14 +157,14 @@ class ReportLink:
         delays_ns = [delay_ns, delay_ns + self._period_ns] if repeated < params.repeated else [delay_ns]
         return [stamp_ns + round(each_ns) for each_ns in delays_ns]
 
-    def pass_on(self, now_ns: int, sample: Optional[EncoderSample]) -> List[EncoderSample]:
-        """Send a sample, and return the samples that arrive up to now.
+    def pass_on(self, now_ns: int, samples: Sequence[EncoderSample]) -> List[EncoderSample]:
+        """Send samples, and return the samples that arrive up to now.
 
         Args:
             now_ns: the newest stamp of the joints.
-            sample: taken since the last call; None if none was.
+            samples: taken since the last call.
         """
-        if sample is not None:
+        for sample in samples:
             for arrival_ns in self.arrivals_ns(sample.stamp_ns):
                 self._sent += 1
                 stamp_ns = arrival_ns if self._params.stamps == 'arrival' else sample.stamp_ns

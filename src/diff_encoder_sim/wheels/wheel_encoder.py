@@ -8,8 +8,9 @@ from __future__ import annotations
 import logging
 import math
 from collections import deque
-from typing import Deque, Dict, Optional, Sequence, Tuple
+from typing import Deque, List, Optional, Sequence, Tuple
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from diff_encoder_sim.base.bounds import Rate_Hz, Seed
@@ -89,50 +90,6 @@ class EncoderParams(CountingParams):
         return self
 
 
-class _Wheel:
-    """Stamps, sampling and pending samples of one wheel."""
-
-    def __init__(self, params: EncoderParams, side: int) -> None:
-        self.joint = (params.left_joint, params.right_joint)[side]
-        self.sign = -1.0 if (params.left_reversed, params.right_reversed)[side] else 1.0
-        self._ppr, self._measures = getattr(params.counts_per_turn, SIDES[side]), params.velocity_method != 'M'
-        self.is_ideal = params.is_ideal
-        if not self.is_ideal:
-            self._kind = kinds_of(params)[side : side + 1]
-            self.state = new_wheels(params.seed, 1)[0, side : side + 1]
-            turn(self._kind, self.state.copy(), 0, 0.0, False)  # compile before the robot drives
-        self._sampler = BoundarySampler(params.rate)
-        self.timeline = Timeline(tolerance_ns=int(2 * NANOSECONDS_PER_SECOND / params.rate))
-        self._jitters_ns = params.report.jitters_ns(1.0 / params.rate, params.seed).tolist()
-        self._due: Deque[Tuple[int, int]] = deque()  # stamps and indices of the next samples
-        self._last: Tuple[int, float] = (0, 0.0)  # stamp and angle
-        # By period, while waiting for the other wheel: stamp, unwrapped count, measured speed.
-        self.samples: Dict[int, Tuple[int, int, Optional[float]]] = {}
-
-    def take(self, stamp_ns: int, angle_rad: float) -> Step:
-        """Process an angle; after RESTART, replace the wheel by a new one."""
-        step = self.timeline.advance(stamp_ns)
-        if step is not Step.NEW:
-            return step
-        index = self._sampler.period_index(stamp_ns)
-        if self.is_ideal:
-            if index is not None:
-                self.samples[index] = stamp_ns, int(pulses_from_angle(angle_rad, self._ppr)), None
-            return step
-        if index is not None:
-            self._due.append((stamp_ns + self._jitters_ns[index % len(self._jitters_ns)], index))
-        while self._due and self._due[0][0] <= stamp_ns:
-            due_ns, due_index = self._due.popleft()
-            due_rad, (last_ns, last_rad) = angle_rad, self._last
-            if due_ns < stamp_ns:
-                due_rad = last_rad + (due_ns - last_ns) / (stamp_ns - last_ns) * (angle_rad - last_rad)
-            pulses, rate_radps = turn(self._kind, self.state, due_ns, due_rad, True)
-            self.samples[due_index] = due_ns, pulses, rate_radps if self._measures else None
-        turn(self._kind, self.state, stamp_ns, angle_rad, False)
-        self._last = stamp_ns, angle_rad
-        return step
-
-
 class ReportingEncoder:
     """Encoders of both wheels on one motor controller that reports at a fixed rate over a link to the host.
 
@@ -140,26 +97,38 @@ class ReportingEncoder:
     """
 
     def __init__(self, params: EncoderParams) -> None:
-        self.params = params
+        self.params, self._ppr = params, (params.counts_per_turn.left, params.counts_per_turn.right)
+        self._joints = (params.left_joint, params.left_reversed), (params.right_joint, params.right_reversed)
         self._link = None if params.report == PROMPT else ReportLink(params.report, 1.0 / params.rate, params.seed)
+        self._jitters_ns = params.report.jitters_ns(1.0 / params.rate, params.seed).tolist()
+        self._kinds = None if params.is_ideal else kinds_of(params)
+        if self._kinds is not None:
+            turn(self._kinds, new_wheels(params.seed, 1)[0], 0, 0.0, 0.0, False)  # compile before the robot drives
         self.reset()
 
     def reset(self) -> None:
         """Drop all samples; the next angle is each wheel's first, with the errors of the start."""
-        self._wheels = _Wheel(self.params, 0), _Wheel(self.params, 1)
-        self._first_stamp_ns: Optional[int] = None
+        params = self.params
+        self._wheels = new_wheels(params.seed, 1)[0]
+        self._timeline = Timeline(tolerance_ns=int(2 * NANOSECONDS_PER_SECOND / params.rate))
+        self._sampler = BoundarySampler(params.rate)
+        self._due_ns: Deque[int] = deque()  # times of the next readings
+        self._last = (0, 0.0, 0.0)  # stamp and angles
         self._stale_in_a_row = 0
+        self._whole_ns: Optional[int] = None  # of the newest message with both wheels; before it, of the first message
+        # Newest stamps and angles of each wheel, if they come in separate messages.
+        self._apart: Tuple[Deque[Tuple[int, float]], ...] = (deque(), deque())
 
     @property
     def needs_every_angle(self) -> bool:
         """Return whether angles between report boundaries affect reports; False for an ideal encoder."""
-        return self._link is not None or not self.params.is_ideal
+        return self._link is not None or self._kinds is not None
 
     def take_command(self, left: float, right: float) -> None:
         """Set the commanded wheel speeds; encoders without direction count by their sign."""
-        for wheel, speed in zip(self._wheels, (left, right)):
-            if speed and not wheel.is_ideal:
-                wheel.state['commanded'] = 1 if speed > 0.0 else -1
+        for wheel, speed in enumerate((left, right)):
+            if speed:
+                self._wheels['commanded'][wheel] = 1 if speed > 0.0 else -1
 
     def update(self, stamp_ns: int, names: Sequence[str], angles_rad: Sequence[float]) -> Sequence[EncoderSample]:
         """Process a joint message, and return the reports that arrive by its stamp.
@@ -173,71 +142,95 @@ class ReportingEncoder:
             InputFault: a wheel has no finite angle, or is missing for long, or the stamps do not advance. The state is
                 unchanged.
         """
-        left, right = self._wheels
-        left_rad, right_rad = _angle_of(left, names, angles_rad), _angle_of(right, names, angles_rad)
+        found: List[Optional[float]] = []
+        for joint, is_reversed in self._joints:
+            if joint not in names:
+                found.append(None)
+                continue
+            index = names.index(joint)
+            angle_rad = angles_rad[index] if index < len(angles_rad) else math.nan
+            if not abs(angle_rad) <= LARGEST_ANGLE_RAD:
+                raise InputFault(f'joint {joint!r} has position {angle_rad}; expected a finite angle [rad]')
+            found.append(-angle_rad if is_reversed else angle_rad)
+        left_rad, right_rad = found
         if left_rad is None or right_rad is None:
-            self._check_nothing_missing(stamp_ns, names)
+            return self._update_apart(stamp_ns, names, found)
+        self._whole_ns = stamp_ns
         return self.step(stamp_ns, left_rad, right_rad)
 
-    def step(self, stamp_ns: int, left_rad: Optional[float], right_rad: Optional[float]) -> Sequence[EncoderSample]:
-        """Process the wheel angles [rad], None if missing, and return the reports that arrive by now.
+    def _update_apart(
+        self, stamp_ns: int, names: Sequence[str], angles_rad: Sequence[Optional[float]]
+    ) -> Sequence[EncoderSample]:
+        """Process a message without both wheels: interpolate both at the newest time that both have reached."""
+        if self._whole_ns is None:
+            self._whole_ns = stamp_ns
+        for (joint, _), angle_rad, samples in zip(self._joints, angles_rad, self._apart):
+            missing_ns = stamp_ns - max([self._whole_ns, *(sampled_ns for sampled_ns, _ in samples)])
+            if angle_rad is None and missing_ns > MISSING_AFTER_NS:
+                raise InputFault(
+                    f'joint {joint!r} not seen for {missing_ns / NANOSECONDS_PER_SECOND:.1f} s; '
+                    f'this message names {list(names)}{did_you_mean(joint, names)}'
+                )
+        for angle_rad, samples in zip(angles_rad, self._apart):
+            if angle_rad is not None:
+                if samples and stamp_ns < samples[-1][0]:  # time went back
+                    self._apart = deque(), deque()
+                    return self._update_apart(stamp_ns, names, angles_rad)
+                samples.append((stamp_ns, angle_rad))
+        left, right = self._apart
+        now_ns = min(left[-1][0], right[-1][0]) if left and right else 0
+        if not (left and right) or now_ns < max(left[0][0], right[0][0]) or now_ns == self._timeline.newest_ns:
+            return ()
+        both_rad = []
+        for samples in self._apart:
+            while len(samples) > 1 and samples[1][0] <= now_ns:
+                samples.popleft()
+            stamps_ns, sampled_rad = zip(*samples)
+            both_rad.append(float(np.interp(now_ns, stamps_ns, sampled_rad)))
+        return self.step(now_ns, *both_rad)
+
+    def step(self, stamp_ns: int, left_rad: float, right_rad: float) -> Sequence[EncoderSample]:
+        """Process the accumulated angles of both wheels [rad], and return the reports that arrive by now.
 
         Raises:
             InputFault: the stamps do not advance.
         """
-        both = zip(self._wheels, (left_rad, right_rad))
-        steps = [wheel.take(stamp_ns, angle_rad) for wheel, angle_rad in both if angle_rad is not None]
-        if Step.RESTART in steps:
+        step = self._timeline.advance(stamp_ns)
+        if step is Step.RESTART:
             stamp_s = stamp_ns / NANOSECONDS_PER_SECOND
             log.warning('joint stamps went back to %.3f s: encoder restarted', stamp_s, extra=EVENT)
             self.reset()
             return self.step(stamp_ns, left_rad, right_rad)
-        self._stale_in_a_row = 0 if Step.NEW in steps else self._stale_in_a_row + bool(steps)
+        self._stale_in_a_row = 0 if step is Step.NEW else self._stale_in_a_row + 1
         if self._stale_in_a_row >= STAMPS_STAND_STILL_AFTER:
             raise InputFault(
                 f'stamps do not advance: {stamp_ns / NANOSECONDS_PER_SECOND:.3f} s in the last {self._stale_in_a_row} '
                 f'messages; expected header.stamp to be the time of each sample'
             )
-        sample = self._sample()
-        if self._link is not None:
-            return self._link.pass_on(stamp_ns, sample)
-        return () if sample is None else (sample,)
+        samples = self._samples(stamp_ns, left_rad, right_rad) if step is Step.NEW else ()
+        return samples if self._link is None else self._link.pass_on(stamp_ns, samples)
 
-    def _sample(self) -> Optional[EncoderSample]:
-        """Remove and return the oldest period that both wheels have sampled, with all earlier periods."""
-        left, right = self._wheels
-        index = next((index for index in left.samples if index in right.samples), None)
-        if index is None:
-            return None
-        (left_ns, left_pulses, left_radps), (right_ns, right_pulses, right_radps) = (
-            wheel.samples[index] for wheel in self._wheels
-        )
-        for wheel in self._wheels:
-            wheel.samples = {period: sample for period, sample in wheel.samples.items() if period > index}
-        modulus = self.params.counter_modulus
-        rates = None if left_radps is None or right_radps is None else (left_radps, right_radps)
-        counts = wrap_count(left_pulses, modulus), wrap_count(right_pulses, modulus)
-        return EncoderSample(max(left_ns, right_ns), *counts, rates)
-
-    def _check_nothing_missing(self, stamp_ns: int, names: Sequence[str]) -> None:
-        if self._first_stamp_ns is None:
-            self._first_stamp_ns = stamp_ns
-        for wheel in self._wheels:
-            newest_ns = wheel.timeline.newest_ns
-            missing_ns = stamp_ns - (self._first_stamp_ns if newest_ns is None else newest_ns)
-            if wheel.joint not in names and missing_ns > MISSING_AFTER_NS:
-                raise InputFault(
-                    f'joint {wheel.joint!r} not seen for {missing_ns / NANOSECONDS_PER_SECOND:.1f} s; '
-                    f'this message names {list(names)}{did_you_mean(wheel.joint, names)}'
-                )
-
-
-def _angle_of(wheel: _Wheel, names: Sequence[str], angles_rad: Sequence[float]) -> Optional[float]:
-    """Return the angle, rising when the robot drives forward [rad]; None if the message does not name the joint."""
-    if wheel.joint not in names:
-        return None
-    index = names.index(wheel.joint)
-    angle_rad = angles_rad[index] if index < len(angles_rad) else math.nan
-    if not abs(angle_rad) <= LARGEST_ANGLE_RAD:
-        raise InputFault(f'joint {wheel.joint!r} has position {angle_rad}; expected a finite angle [rad]')
-    return wheel.sign * angle_rad
+    def _samples(self, stamp_ns: int, left_rad: float, right_rad: float) -> Sequence[EncoderSample]:
+        """Turn the wheels, and return the readings up to now."""
+        index, modulus = self._sampler.period_index(stamp_ns), self.params.counter_modulus
+        if self._kinds is None:
+            if index is None:
+                return ()
+            left, right = (int(pulses_from_angle(*each)) for each in zip((left_rad, right_rad), self._ppr))
+            return (EncoderSample(stamp_ns, wrap_count(left, modulus), wrap_count(right, modulus)),)
+        if index is not None:
+            self._due_ns.append(stamp_ns + self._jitters_ns[index % len(self._jitters_ns)])
+        samples = []
+        last_ns, last_left_rad, last_right_rad = self._last
+        while self._due_ns and self._due_ns[0] <= stamp_ns:
+            due_ns, both_rad = self._due_ns.popleft(), (left_rad, right_rad)
+            if due_ns < stamp_ns:
+                passed = (due_ns - last_ns) / (stamp_ns - last_ns)
+                left_due_rad = last_left_rad + passed * (left_rad - last_left_rad)
+                both_rad = left_due_rad, last_right_rad + passed * (right_rad - last_right_rad)
+            left, right, *rates_radps = turn(self._kinds, self._wheels, due_ns, *both_rad, True)
+            rates = None if self.params.velocity_method == 'M' else (rates_radps[0], rates_radps[1])
+            samples.append(EncoderSample(due_ns, wrap_count(left, modulus), wrap_count(right, modulus), rates))
+        turn(self._kinds, self._wheels, stamp_ns, left_rad, right_rad, False)
+        self._last = stamp_ns, left_rad, right_rad
+        return samples

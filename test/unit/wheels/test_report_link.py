@@ -50,7 +50,7 @@ def arrivals(count=2000, tick_ms=10, seed=1, **keys):
     found = []
     for now_ns in range(0, count * PERIOD_NS, tick_ms * MS):
         index, rest = divmod(now_ns, PERIOD_NS)
-        sent = EncoderSample(now_ns, index, -index) if rest == 0 else None
+        sent = [EncoderSample(now_ns, index, -index)] if rest == 0 else []
         found += [(now_ns, sample) for sample in link.pass_on(now_ns, sent)]
     return found
 

@@ -49,9 +49,9 @@ def test_wheels_may_come_in_separate_messages_interleaved_with_others():
     samples = []
     for stamp in range(0, 151, 10):
         for offset, names in ((0, NAMES[:1]), (1, ['arm']), (2, NAMES[1:])):
-            samples += encoder.update((stamp + offset) * MS, names, [turn(stamp, 10)])
-    # The right wheel's first message, 2 ms after a boundary, only opens its period.
-    assert samples == [EncoderSample((boundary + 2) * MS, boundary, boundary) for boundary in (50, 100, 150)]
+            samples += encoder.update((stamp + offset) * MS, names, [turn(stamp + offset, 10)])
+    # The right wheel's first message, 2 ms after a boundary, only opens a period.
+    assert samples == [EncoderSample(boundary * MS, boundary, boundary) for boundary in (50, 100, 150)]
 
 
 @pytest.mark.parametrize('late_by', [1, 3, 19])
