@@ -70,16 +70,6 @@ PERCENT_DECIMALS = 1
 # Rows of tables 4 to 6 for each test.
 STATISTICS = ('min', 'max', 'mean', 'std', 'pct_within', 'trials')
 
-# Column groups of the interval tables.
-INTERVAL_GROUPS = {
-    'mean': 'mean',
-    'std': 'std. dev.',
-    'std_bootstrap': 'std. dev., bootstrap',
-    'pct_within': '% within',
-}
-
-BOOTSTRAP_SEED = 0  # makes intervals reproducible
-
 
 def estimates(results: Results, pose: str) -> pd.DataFrame:
     """Compute the statistics of the final errors [m, deg, per cent]: a row per cell and quantity."""
@@ -101,7 +91,6 @@ def error_statistics(errors: np.ndarray, quantity: Quantity) -> Dict[str, Option
     pairs = {
         'mean': statistics.mean_interval(errors),
         'std': statistics.std_interval(errors),
-        'std_bootstrap': statistics.bootstrap_std_interval(errors, np.random.default_rng(BOOTSTRAP_SEED)),
         'pct_within': [100.0 * bound for bound in statistics.wilson(within, trials)],
     }
     measures = {name: float(getattr(errors, name)()) if trials else None for name in ('min', 'max', 'mean')}
@@ -149,13 +138,12 @@ def interval_table(pose: str, found: pd.DataFrame) -> ResultTable:
     of_row = [DECIMALS[name.rpartition('_')[2]] for name in found['quantity']]
     columns = {
         name + part: Column(head, group, PERCENT_DECIMALS if name == 'pct_within' else of_row)
-        for name, group in INTERVAL_GROUPS.items()
+        for name, group in {'mean': 'mean', 'std': 'std. dev.', 'pct_within': '% within'}.items()
         for part, head in {'': 'value', '_low': 'from', '_high': 'to'}.items()
-        if name + part in found
     }
     note = (
-        'Mean: by the t-distribution. Standard deviation: by chi-square, which assumes Gaussian errors, and '
-        'by the bootstrap, which does not. % within: Wilson. inf: too few trials for a bound.'
+        'Mean: by the t-distribution. Standard deviation: by chi-square, which assumes Gaussian errors. '
+        '% within: Wilson. inf: too few trials for a bound.'
     )
     name, title = GOAL_TABLES[pose]
     title, exact = f'{title}: {100 * LEVEL:g} % intervals', found[[*found.loc[:, :'trials'], *columns]]
