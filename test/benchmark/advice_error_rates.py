@@ -21,7 +21,7 @@ from bench import COUNT, parser, print_header, print_table
 from scipy.stats import norm
 
 from diff_encoder_sim.advice.encoder_search import FORGIVEN, Asked, RankAnswer, TrialCounts, search
-from diff_encoder_sim.analysis.within_tolerance import Sufficiency
+from diff_encoder_sim.analysis.summaries import Sufficiency
 
 RANKS = 12
 TESTS = ('SL', 'SMT')

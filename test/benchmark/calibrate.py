@@ -14,7 +14,7 @@ from bench import ALTO, CONFIG, ROOT, in_processes, parser, plan_of, print_heade
 from scipy import stats
 from scipy.optimize import minimize
 
-from diff_encoder_sim.analysis.paper.paper_cells import TRIALS, load_paper_cells
+from diff_encoder_sim.analysis.paper.comparison import TRIALS, load_paper_cells
 from diff_encoder_sim.analysis.quantities import Y
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.trials.campaign_loading import load_campaign

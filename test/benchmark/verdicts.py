@@ -11,8 +11,7 @@ from typing import Callable, Dict, List
 import numpy as np
 from bench import parser, print_header, print_table
 
-from diff_encoder_sim.analysis.paper.comparison import agreement
-from diff_encoder_sim.analysis.paper.paper_cells import STATISTICS, TRIALS
+from diff_encoder_sim.analysis.paper.comparison import STATISTICS, TRIALS, agreement
 from diff_encoder_sim.analysis.quantities import YAW
 from diff_encoder_sim.analysis.statistics import SIGNIFICANCE, holm
 

@@ -1,14 +1,11 @@
 """Tables of results that are made of chosen or Gaussian final errors."""
 
-import csv
-import io
 import itertools
 import math
 import zlib
 
 import numpy as np
 
-from diff_encoder_sim.analysis.result_tables import csv_text
 from diff_encoder_sim.analysis.results_table import Results, RobotGeometry, trials_table
 from diff_encoder_sim.drives.test_definition import load_test
 from diff_encoder_sim.drives.trial_definition import Trial
@@ -82,10 +79,5 @@ def synthetic_results(tests=('SL', 'SMT', 'DLD'), pprs=('40', '90', '1024', '409
     return results_of(made, varied=['noise'] if noises else [])
 
 
-def records(table):
-    """Its CSV file, read back."""
-    return list(csv.DictReader(io.StringIO(csv_text(table))))
-
-
 def column(table, name, key='statistic'):
-    return {row[key]: float(row[name]) if row[name] else None for row in records(table)}
+    return dict(zip(table.exact[key], table.exact[name]))

@@ -11,7 +11,7 @@ import numpy as np
 
 from diff_encoder_sim.advice.answers import Answer, Criterion, Kind, Requirement
 from diff_encoder_sim.analysis.statistics import Interval
-from diff_encoder_sim.analysis.within_tolerance import Sufficiency
+from diff_encoder_sim.analysis.summaries import Sufficiency
 from diff_encoder_sim.base.deferred import deferred
 
 if TYPE_CHECKING:

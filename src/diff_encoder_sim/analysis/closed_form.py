@@ -88,19 +88,6 @@ def _only_motion(requested: Trial) -> Optional[Tuple[float, float]]:
 SCALED = {'m': ('mm', 1e3), 'deg': ('deg', 1.0)}
 DIGITS = 3
 
-_NOTES = [
-    (
-        'Closed form: wheel phases uniform at the start. Larger measured values come from slip, wheel errors and the '
-        'true final pose.'
-    ),
-    (
-        'Heading after one straight line or turns in place, if the wheels travel k + f pulses (d: travel per pulse, '
-        'L: separation): (d/L) sqrt(2 f (1 - f)), for f exactly at the goal, and averaged over the true final poses. '
-        'If the final poses differ by several pulses, and for all other numbers, the average over f: '
-        '(d/L) sqrt(1/3) for the heading.'
-    ),
-]
-
 
 def closed_form_table(results: Results) -> Optional[ResultTable]:
     """Build a table with a row per cell and quantity; None if no cell has both values."""
@@ -141,4 +128,4 @@ def closed_form_table(results: Results) -> Optional[ResultTable]:
         'conclusion': 'measured is',
     }
     columns = {name: Column(head, 'standard deviation') for name, head in heads.items()}
-    return ResultTable('closed_form', title, pd.DataFrame(rows), columns, _NOTES) if rows else None
+    return ResultTable('closed_form', title, pd.DataFrame(rows), columns) if rows else None

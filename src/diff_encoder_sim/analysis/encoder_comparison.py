@@ -100,7 +100,7 @@ def differences(compared: pd.DataFrame) -> pd.DataFrame:
     return different.assign(about=about)
 
 
-def difference_table(different: pd.DataFrame, comparisons: int) -> Optional[ResultTable]:
+def difference_table(different: pd.DataFrame) -> Optional[ResultTable]:
     """Build the table of `differences` by test, source and quantity; None if there are none."""
     if different.empty:
         return None
@@ -108,13 +108,8 @@ def difference_table(different: pd.DataFrame, comparisons: int) -> Optional[Resu
         {'test': setup, 'about': about, **{question: _worse(of_row, question) for question in QUESTIONS}}
         for (setup, about), of_row in different.groupby(['setup', 'about'], sort=False)
     ]
-    note = (
-        f'Example: 40 PPR spreads more than 1024 and 4096 PPR. Listed if p is below {SIGNIFICANCE:g} after '
-        f"Holm's correction over all comparisons of a source in a column. In all other of the {comparisons} "
-        f'comparisons the encoders are not distinguishable with these trials.'
-    )
     columns = {'about': Column('error'), **{question: Column(head) for question, (head, _) in QUESTIONS.items()}}
-    return ResultTable('encoders', 'Encoders that differ [PPR]', pd.DataFrame(rows), columns, [note])
+    return ResultTable('encoders', 'Encoders that differ [PPR]', pd.DataFrame(rows), columns)
 
 
 def _worse(different: pd.DataFrame, question: str) -> str:

@@ -23,7 +23,7 @@ from diff_encoder_sim.drives.bag_source import bags_in
 from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource
 from diff_encoder_sim.drives.trajectory_error import path_error
 from diff_encoder_sim.drives.trial_definition import FinalErrors, Outcome, Trial
-from diff_encoder_sim.drives.trial_recording import POSE_TOPICS, TrialRecording, read_trial
+from diff_encoder_sim.drives.trial_recording import POSE_TOPICS, read_trial
 from diff_encoder_sim.trials.trials_csv import BAGS, MANIFEST, TABLE, VARIANT, TrialRow, TrialsTable
 
 log = logging.getLogger(__name__)
@@ -77,12 +77,10 @@ def read_campaign(folder: Path) -> Results:
         of_row = (expected.test, expected.nav, row.seed, row.ppr, dict(row.varied).get(VARIANT, ''))
         of_bag = (recorded.test, recorded.nav, recorded.number, recorded.encoder_label, recorded.variant)
         if of_bag == of_row and robot_of(recorded) in robots:
-            records[index].update(
-                {name: bag.record[name] for name in ('bag', *results_table.PATH_COLUMNS) if name in bag.record}
-            )
+            names = {'bag', *results_table.PATH_COLUMNS}.intersection(bag.record)
+            records[index].update({name: bag.record[name] for name in names})
         else:
-            text = 'differs from its line in trials.csv; expected the same trial'
-            notes.append(f'{bag.record["bag"]}: {text}')
+            notes.append(f'{bag.record["bag"]}: differs from its line in trials.csv; expected the same trial')
     trials = results_table.trials_table(records, varied)
     return Results(trials, varied, manifest['name'], notes, manifest, folder, robots[0], requested)
 
@@ -195,7 +193,13 @@ def _trial_or_reason(path: Path) -> Union[TrialOfBag, str]:
     for topic in (topics.ODOM, topics.WORLD_POSE):
         if topic not in recording.poses:
             return f'{path}: no message on {topic}; expected {POSE_TOPICS[topic]}'
-    trial, poses = recording.trial, poses_in_map(recording)
+    trial, goal = recording.trial, recording.trial.goal()
+    errors: FinalErrors = {}
+    poses = {source: recording.poses[topic] for source, topic in TOPIC_OF_SOURCE.items() if topic in recording.poses}
+    poses[PoseSource.ODOM] = moved(poses[PoseSource.ODOM], trial.test.start.pose())
+    for source, series in poses.items() if recording.outcome is not Outcome.TORN else ():
+        x_m, y_m, yaw_rad = series.x_y_yaw[-1].tolist()
+        errors[source] = Pose2D(x_m - goal.x_m, y_m - goal.y_m, wrap_angle(yaw_rad - goal.yaw_rad))
     truth = poses[PoseSource.WORLD]
     record: Dict[str, Any] = {
         'test': trial.test.name,
@@ -209,7 +213,7 @@ def _trial_or_reason(path: Path) -> Union[TrialOfBag, str]:
         'bag': str(recording.path),
         'true_path': _thinned(truth),
         'odom_path': _thinned(poses[PoseSource.ODOM]),
-        **results_table.error_columns({} if recording.outcome is Outcome.TORN else goal_errors(poses, trial.goal())),
+        **results_table.error_columns(errors),
     }
     for source, alignment in results_table.ALIGNMENTS.items():
         found = path_error(poses[source], truth, alignment) if source in poses else None
@@ -221,29 +225,16 @@ def _trial_or_reason(path: Path) -> Union[TrialOfBag, str]:
     return TrialOfBag(trial, record)
 
 
+def moved(series: PoseSeries, start: Pose2D) -> PoseSeries:
+    """Return the poses of a series that starts at the origin in the frame of its start pose."""
+    points_m = transform_points(start, series.x_y_yaw[:, :2])
+    yaws_rad = wrap_angles(start.yaw_rad + series.x_y_yaw[:, 2])
+    return PoseSeries(series.stamps_ns, np.column_stack((points_m, yaws_rad)))
+
+
 def robot_of(trial: Trial) -> RobotGeometry:
     """Return the wheel geometry of the trial's odometry."""
     return RobotGeometry(trial.wheel_diameter, trial.wheel_separation)
-
-
-def goal_errors(poses: Dict[PoseSource, PoseSeries], goal: Pose2D) -> FinalErrors:
-    """Return the last pose of each source minus the goal, as in trials.csv."""
-    errors: FinalErrors = dict.fromkeys(PoseSource)
-    for source, series in poses.items():
-        x_m, y_m, yaw_rad = series.x_y_yaw[-1].tolist()
-        errors[source] = Pose2D(x_m - goal.x_m, y_m - goal.y_m, wrap_angle(yaw_rad - goal.yaw_rad))
-    return errors
-
-
-def poses_in_map(recording: TrialRecording) -> Dict[PoseSource, PoseSeries]:
-    """Return the pose series in the map frame; odometry starts at the start pose of the test."""
-    poses = {source: recording.poses[topic] for source, topic in TOPIC_OF_SOURCE.items() if topic in recording.poses}
-    if PoseSource.ODOM in poses:
-        start, odom = recording.trial.test.start.pose(), poses[PoseSource.ODOM]
-        points_m = transform_points(start, odom.x_y_yaw[:, :2])
-        in_map = np.column_stack((points_m, wrap_angles(start.yaw_rad + odom.x_y_yaw[:, 2])))
-        poses[PoseSource.ODOM] = PoseSeries(odom.stamps_ns, in_map)
-    return poses
 
 
 def _thinned(series: PoseSeries) -> np.ndarray:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from diff_encoder_sim.analysis.results_table import Results
-    from diff_encoder_sim.analysis.terminal_summary import summary
+    from diff_encoder_sim.analysis.summaries import summary
     from diff_encoder_sim.api.campaigns import run_campaign
     from diff_encoder_sim.api.recorded_drives import ReencodedDrive, read_path, reencode
     from diff_encoder_sim.api.results import read_results, write_report
@@ -30,7 +30,7 @@ _HOMES = {
     'read_results': 'api.results',
     'reencode': 'api.recorded_drives',
     'run_campaign': 'api.campaigns',
-    'summary': 'analysis.terminal_summary',
+    'summary': 'analysis.summaries',
     'write_report': 'api.results',
 }
 

@@ -8,7 +8,7 @@ from typing import Callable, Tuple, Union
 from diff_encoder_sim.analysis.outputs import REPORT, output_folder, write_analysis
 from diff_encoder_sim.analysis.results_loading import load_results
 from diff_encoder_sim.analysis.results_table import Results
-from diff_encoder_sim.analysis.terminal_summary import summary
+from diff_encoder_sim.analysis.summaries import summary
 from diff_encoder_sim.api.options import AnalysisOptions
 from diff_encoder_sim.drives.bag_source import is_bag_folder
 

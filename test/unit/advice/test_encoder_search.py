@@ -7,7 +7,7 @@ from scipy import stats
 
 from diff_encoder_sim.advice.answers import Answer, Kind, Requirement
 from diff_encoder_sim.advice.encoder_search import TrialCounts, fewest_trials, judged, more_trials, search
-from diff_encoder_sim.analysis.within_tolerance import Sufficiency
+from diff_encoder_sim.analysis.summaries import Sufficiency
 
 RANKS, TRIALS, SHARE = 12, 39, 0.8
 YES, NO, UNDECIDED = Sufficiency.YES, Sufficiency.NO, Sufficiency.UNDECIDED

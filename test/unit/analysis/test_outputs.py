@@ -24,9 +24,12 @@ def test_every_file_is_written_without_a_writable_home(tmp_path, monkeypatch):
     files = {str(path.relative_to(tmp_path / 'out')) for path in (tmp_path / 'out').rglob('*')}
     kinds = ('fig4_xy_errors', 'fig5_distributions')
     drawn = {f'figures/{kind}_{source.value}.png' for kind in kinds for source in PoseSource}
-    tables = {'tables/table4.tex', 'tables/path_errors.csv', 'tables/comparisons.csv'}
-    assert {*tables, *drawn, 'figures/trajectories_SL.svg', 'report.html'} <= files
-    assert not {'tables/comparisons.md', 'tables/paper_scores.csv', 'tables/paper_cells.csv'} & files  # not the paper's
+    tables = {path.name for path in (tmp_path / 'out' / 'tables').iterdir()}
+    of_goal = ('table4', 'table5', 'table6', 'table6_amcl', 'table4_minus_truth')
+    names = ['table3', *(name + more for name in of_goal for more in ('', '_intervals')), 'path_errors', 'comparisons']
+    of_paper = {f'table{number}.{suffix}' for number in range(3, 7) for suffix in ('md', 'tex')}
+    assert tables == {*(f'{name}.csv' for name in names), *of_paper}
+    assert {*drawn, 'figures/trajectories_SL.svg', 'report.html'} <= files
 
 
 @pytest.mark.heavy

@@ -42,11 +42,6 @@ def test_latex_escapes(text):
     assert all(char not in '\n'.join(lines[1:]).replace(rf'\{char}', '') for char in '%#_')
 
 
-def test_the_tables_of_the_paper_are_written_in_each_format_and_others_as_csv(tmp_path):
-    result_tables.write_tables([small_table(), small_table(name='table4')], tmp_path)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ['small.csv', 'table4.csv', 'table4.md', 'table4.tex']
-
-
 def test_on_a_page_numbers_are_rounded_missing_ones_are_dashes_and_labels_are_texts():
     exact = pd.DataFrame([['SL', 'x_m', 0.12345, None]], columns=['test', 'quantity', 'x_m', 'y_m'], dtype=object)
     columns = {'x_m': Column('x [m]', '40 PPR', [3]), 'y_m': Column('y [m]', '40 PPR', 3)}

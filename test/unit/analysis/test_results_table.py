@@ -14,15 +14,14 @@ import pytest
 
 from campaign_files import RUN, row_of_trial, small_campaign
 from diff_encoder_sim.analysis import results_table
-from diff_encoder_sim.analysis.results_loading import goal_errors, load_results, poses_in_map
+from diff_encoder_sim.analysis.results_loading import load_results
 from diff_encoder_sim.analysis.results_table import encoders, first_of_cells, sample_text
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.drives.test_definition import load_test
-from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import Trial
-from diff_encoder_sim.drives.trial_recording import read_trial
 from diff_encoder_sim.trials.results import ResultStore
 from diff_encoder_sim.trials.trial_run import run_group, run_trials
+from diff_encoder_sim.trials.trials_csv import PARTS
 from places import ROOT, SOURCE
 from trial_bags import TRUTH, trial, write_bag
 from trial_tables import ALTO, IN, cell, results_of
@@ -215,9 +214,8 @@ def test_a_bag_has_all_that_its_row_would(tmp_path):
     found = results.trials.iloc[0]
     assert found['duration_s'] == pytest.approx(0.1)
     assert found['distance_m'] == pytest.approx(10 + math.hypot(10, 0.1))
-    parts = ('x_m', 'y_m', 'yaw_rad')
-    assert [found[f'odom_{part}'] for part in parts] == pytest.approx([-0.1, 0.5, 0.05])  # from the start at (-10, 0)
-    assert [found[f'world_{part}'] for part in parts] == pytest.approx([0.0, 0.1, 0.02])
+    assert [found[f'odom_{part}'] for part in PARTS] == pytest.approx([-0.1, 0.5, 0.05])  # from the start at (-10, 0)
+    assert [found[f'world_{part}'] for part in PARTS] == pytest.approx([0.0, 0.1, 0.02])
     assert found['odom_ate_max_m'] == pytest.approx(math.hypot(0.1, 0.4))
     assert found['global_ate_max_m'] > 0.0 and np.isnan(found[['amcl_x_m', 'amcl_ate_max_m']].astype(float)).all()
     assert found['true_path'].tolist() == [[-10.0, 0.0], [0.0, 0.0], [10.0, 0.1]]
@@ -231,11 +229,11 @@ def test_errors_are_along_the_maps_axes_and_odometry_counts_from_the_start(tmp_p
     test['route'] = [{'goal': {'x': 4.0, 'y': 5.0, 'yaw': math.pi}}]
     about = Trial.from_mapping({'test': test, 'nav': 'embedded'}, '')
     odom, truth = [(0, 0, 0), (3.0, 0.8, 1.6)], [(5.0, 2.0, math.pi / 2), (4.1, 5.3, -3.0)]
-    poses = poses_in_map(read_trial(write_bag(tmp_path / 'a.bag', about, odom, truth)))
-    errors = goal_errors(poses, about.goal())
-    assert errors[PoseSource.AMCL] is None and errors[PoseSource.GLOBAL] is None
-    assert errors[PoseSource.ODOM] == pytest.approx([0.2, 0.0, 1.6 - math.pi / 2])
-    assert errors[PoseSource.WORLD] == pytest.approx([0.1, 0.3, math.pi - 3.0])
+    found = load_results([write_bag(tmp_path / 'a.bag', about, odom, truth)]).trials.iloc[0]
+    errors = {source: found[[f'{source}_{part}' for part in PARTS]].tolist() for source in ('odom', 'world')}
+    assert errors['odom'] == pytest.approx([0.2, 0.0, 1.6 - math.pi / 2])
+    assert errors['world'] == pytest.approx([0.1, 0.3, math.pi - 3.0])
+    assert found[['amcl_x_m', 'global_x_m']].isna().all()
 
 
 # One write a line: print makes two of it if Python's output is not buffered, and two processes write.

@@ -17,7 +17,14 @@ from diff_encoder_sim.analysis.charts import drawings, frames
 from diff_encoder_sim.analysis.charts.chart_page import VEGA_LITE, drawing_dict
 from diff_encoder_sim.analysis.encoder_labels import is_real, ppr_text, ppr_value, ppr_values
 from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, X
-from diff_encoder_sim.analysis.results_table import SUCCEEDED, Results, encoders, varied_texts
+from diff_encoder_sim.analysis.results_table import (
+    SUCCEEDED,
+    Results,
+    encoders,
+    first_of_cells,
+    sample_text,
+    varied_texts,
+)
 from diff_encoder_sim.analysis.tables import KINDS, VARIANTS, first_variant, variant_errors
 from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE
@@ -29,7 +36,6 @@ POINT_PX2 = 16
 BETWEEN_PX, AXIS_PX = 12, 62  # space between panels, and for an axis with its title
 THIRD_PX = WIDTH_PX // 3 - AXIS_PX - BETWEEN_PX
 
-MOST_POINTS = 1000  # per cell; more points hide each other
 MEDIAN_TIMES = 6.0  # axes end at this multiple of the largest median of a cell; values beyond are drawn at the border
 MOST_ABREAST, MOST_TRIALS, MOST_OBLONG = 5, 10, 3.6
 
@@ -102,8 +108,7 @@ def _all_figures(results: Results) -> Iterator[_Drawn]:
     for number, part in enumerate(parts, start=1):
         suffix = '' if len(parts) == 1 else f'_variant{number}'
         texts = [', '.join(varied_texts(part[results.varied].iloc[0], results.varied))]
-        if part.groupby('cell').size().max() > MOST_POINTS:
-            texts.append(f'points: the first {MOST_POINTS} trials of each cell')
+        texts.append(sample_text(first_of_cells(part), part))
         note = f' ({"; ".join(filter(None, texts))})' if any(texts) else ''
         for name, caption, rows in _figures(results, part, colours):
             yield name + suffix, f'{caption}{note}.', rows
@@ -123,7 +128,7 @@ def _save(name: str, caption: str, rows: _Panels, folder: Path) -> Figure:
 
 def _figures(results: Results, trials: pd.DataFrame, colours: Dict[str, str]) -> Iterator[_Drawn]:
     """Yield the figures of trials with one setup per test."""
-    errors = frames.error_rows(trials.groupby('cell', sort=False).head(MOST_POINTS))
+    errors = frames.error_rows(first_of_cells(trials))
     tests = dict(trials[['test', 'setup']].drop_duplicates().itertuples(index=False))
     label_of = {pose: label for label, pose in frames.OF_LABEL.items()}
     for kind, caption, panels in (

@@ -15,7 +15,7 @@ from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Op
 import numpy as np
 
 from diff_encoder_sim.analysis import statistics
-from diff_encoder_sim.analysis.paper.paper_cells import PPRS, TRIALS, load_claims
+from diff_encoder_sim.analysis.paper.comparison import PPRS, TRIALS, load_claims
 from diff_encoder_sim.analysis.quantities import POSES, QUANTITIES, YAW, Quantity, X, Y
 from diff_encoder_sim.analysis.results_table import (
     STANDARD_TESTS,
@@ -110,26 +110,22 @@ def spread(sample: Sample, limit: float, sign: int = 1) -> Part:
     return sample.part(text, sign * (std - limit) > 0.0, p_value)
 
 
-def first_spreads_more(pair: Sample) -> Part:
-    """Test that the first of a pair has the larger standard deviation, by the ratio's jackknife."""
-    return _larger_first(pair, 'standard deviation', statistics.spread, statistics.spread_ratio)
+# Properties that the first of a pair is claimed to have larger: name, estimate and significance test.
+Property = Tuple[str, Callable[[np.ndarray], Any], Callable[..., PairedResult]]
+SPREAD: Property = ('standard deviation', statistics.spread, statistics.spread_ratio)
+SIZE: Property = ('median absolute error', np.median, statistics.wilcoxon)
 
 
-def first_errs_more(pair: Sample) -> Part:
-    """Test that the first of a pair has the larger absolute errors, by Wilcoxon's signed-rank test."""
-    sizes = pair._replace(values=tuple(map(np.abs, pair.values)))
-    return _larger_first(sizes, 'median absolute error', np.median, statistics.wilcoxon)
-
-
-def _larger_first(
-    pair: Sample, what: str, measure: Callable[[np.ndarray], Any], compare: Callable[..., PairedResult]
-) -> Part:
+def first_is_larger(pair: Sample, compared: Property = SPREAD) -> Part:
+    """Test that the first of a pair has the larger standard deviation (jackknife), or size of errors (Wilcoxon)."""
     if len(pair.values[0]) < FEWEST_PAIRS:
         return Part(f'{pair.label}: too few trials')
-    first, second = sizes = [float(measure(values) or 0.0) for values in pair.values]
-    p_value = compare(*pair.values).p_value
-    both = ', '.join(f'{size:.3g} {pair.quantity.unit} ({name})' for size, name in zip(sizes, pair.names))
-    return pair.part(f'{what} {both}, p {p_value:.2g}', first > second, p_value)
+    name, estimate, test = compared
+    values = [np.abs(each) if compared is SIZE else each for each in pair.values]
+    first, second = sizes = [float(estimate(each) or 0.0) for each in values]
+    p_value = test(*values).p_value
+    both = ', '.join(f'{size:.3g} {pair.quantity.unit} ({whose})' for size, whose in zip(sizes, pair.names))
+    return pair.part(f'{name} {both}, p {p_value:.2g}', first > second, p_value)
 
 
 def fractions_equal(pair: Sample) -> Part:
@@ -205,13 +201,13 @@ def pairs_of_pprs(
     quantities: Sequence[Quantity] = (X, Y),
 ) -> Iterator[Sample]:
     """Pair equal trials with two encoders; empty if an encoder is missing."""
-    for test, (first, second) in itertools.product(tests, pprs):
-        both = equal_trials(_of_cell(trials, test, first), _of_cell(trials, test, second), pose)
+    for test, both in itertools.product(tests, pprs):
+        first, second = (_of_cell(trials, test, ppr) for ppr in both)
+        pair = equal_trials(first, second, pose)
+        names = tuple(f'{ppr} PPR' for ppr in both)
         for quantity in quantities:
-            values = tuple(final_errors(one, pose, quantity) for one in both)
-            yield Sample(
-                f'{POSES[pose]} in {test}, {quantity.axis}', quantity, values, (f'{first} PPR', f'{second} PPR')
-            )
+            values = tuple(final_errors(one, pose, quantity) for one in pair)
+            yield Sample(f'{POSES[pose]} in {test}, {quantity.axis}', quantity, values, names)
 
 
 def pairs_of_y_and_x(trials: pd.DataFrame, poses: Sequence[str], tests: Sequence[str]) -> Iterator[Sample]:
@@ -239,17 +235,17 @@ def claim_parts(trials: pd.DataFrame) -> Dict[str, Iterable[Part]]:
     return {
         'routes': every_trial('reached the goal', trials, lambda part: part['outcome'] == SUCCEEDED),
         'straight_heading': [spread(one, YAW.tolerance, -1) for one in samples(trials, 'odom', ['SL'], [YAW])],
-        'turns': map(first_spreads_more, turns),
-        'steadier': map(first_spreads_more, of_standard('odom', pprs=COARSE_AND_FINE, quantities=QUANTITIES)),
-        'drift': map(first_errs_more, pairs_of_pprs(trials, 'odom', ['DLD'])),
-        'true_position': map(first_spreads_more, of_standard('world')),
-        'across': map(first_spreads_more, pairs_of_y_and_x(trials, ['odom', 'world'], ['SL', 'DLD'])),
+        'turns': map(first_is_larger, turns),
+        'steadier': map(first_is_larger, of_standard('odom', pprs=COARSE_AND_FINE, quantities=QUANTITIES)),
+        'drift': [first_is_larger(one, SIZE) for one in pairs_of_pprs(trials, 'odom', ['DLD'])],
+        'true_position': map(first_is_larger, of_standard('world')),
+        'across': map(first_is_larger, pairs_of_y_and_x(trials, ['odom', 'world'], ['SL', 'DLD'])),
         'long_drive_spread': [spread(one, 0.05) for one in long_drive],
         'long_drive_within': [fraction_within(one, 0.2, -1) for one in long_drive],
         'amcl_within': every_trial('within', trials, lambda part: are_within(part, 'global', (X, Y)), cells),
         'true_within': [fraction_within(one, 0.85) for one in samples(trials, 'world', STANDARD_TESTS)],
         'heading': [*(fraction_within(one, 0.9) for one in fine), *(fraction_within(one, 0.9, -1) for one in coarse)],
-        'true_heading': map(first_spreads_more, pairs_of_pprs(trials, 'world', ['DLD'], quantities=[YAW])),
+        'true_heading': map(first_is_larger, pairs_of_pprs(trials, 'world', ['DLD'], quantities=[YAW])),
         'amcl_resolution': map(fractions_equal, of_standard('global')),
         'amcl_global': every_trial('agree', trials, _agree),
     }

@@ -7,8 +7,16 @@ from typing import Any, Dict, List, NamedTuple, Optional, Sequence
 
 from diff_encoder_sim.analysis.encoder_labels import ppr_values
 from diff_encoder_sim.analysis.paper.claims import ClaimResult, check_claims
-from diff_encoder_sim.analysis.paper.comparison import COLUMNS, compare_with_paper, score
-from diff_encoder_sim.analysis.paper.paper_cells import PRINTED_RESOLUTIONS, STATISTICS, TRIALS, load_errata, of_paper
+from diff_encoder_sim.analysis.paper.comparison import (
+    COLUMNS,
+    PRINTED_RESOLUTIONS,
+    STATISTICS,
+    TRIALS,
+    compare_with_paper,
+    load_errata,
+    of_paper,
+    score,
+)
 from diff_encoder_sim.analysis.quantities import POSES
 from diff_encoder_sim.analysis.result_tables import LABELS, NOTHING, Column, ResultTable
 from diff_encoder_sim.analysis.results_table import STANDARD_TESTS, Results, encoders
@@ -27,14 +35,6 @@ LEGEND = (
 INTERVAL_LEGEND = (
     "In brackets our 95 % interval; for min and max, the prediction interval for the paper's number of trials (inf: "
     'too few of our trials for a bound).'
-)
-
-SCORE_NOTE = (
-    "A cell agrees unless the difference is significant, given the sampling error of the paper's 30 trials and of "
-    "ours (standard deviation: F-test, corrected for heavy tails; % within: Fisher's exact test; min and max: ranks, "
-    'with an exponential tail beyond our extremes). The cells of a row are tested together (p at least 0.05 after '
-    'Holm): for equal robots, one row in twenty would contain a cell that does not agree. Cells affected by the '
-    'errata, the numbers used to fit config/campaigns/paper.yaml, and inconclusive minima and maxima are not counted.'
 )
 
 
@@ -102,7 +102,7 @@ def score_table(compared: pd.DataFrame) -> ResultTable:
         for part in parts
     }
     exact = pd.DataFrame(rows, columns=['source', 'test', *columns], dtype=object)
-    return ResultTable('paper_scores', 'Cells of the paper that agree with ours', exact, columns, [SCORE_NOTE])
+    return ResultTable('paper_scores', 'Cells of the paper that agree with ours', exact, columns)
 
 
 class PaperSection(NamedTuple):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import importlib.metadata
-import io
 import os
 import platform
 import shlex
@@ -15,9 +14,8 @@ from typing import Any, Dict, Mapping, Optional, Sequence
 import numpy as np
 import yaml
 from altair.utils.schemapi import debug_mode
-from PIL import Image
 
-from diff_encoder_sim.analysis import within_tolerance
+from diff_encoder_sim.analysis import summaries
 from diff_encoder_sim.analysis.charts.chart_page import load_template
 from diff_encoder_sim.analysis.charts.figures import Figure
 from diff_encoder_sim.analysis.charts.frames import with_paths
@@ -29,8 +27,9 @@ from diff_encoder_sim.analysis.paper.report_section import PaperSection
 from diff_encoder_sim.analysis.quantities import POSES, REQUIRED_FRACTION
 from diff_encoder_sim.analysis.result_tables import Column, ResultTable, html_table
 from diff_encoder_sim.analysis.results_table import SUCCEEDED, Results, encoders, first_of_cells, sample_text
+from diff_encoder_sim.analysis.statistics import SIGNIFICANCE
+from diff_encoder_sim.analysis.summaries import COMPARED_POSES, TOLERANCE_TEXT
 from diff_encoder_sim.analysis.tables import VARIANTS, first_variant
-from diff_encoder_sim.analysis.within_tolerance import COMPARED_POSES, TOLERANCE_TEXT
 from diff_encoder_sim.base.command_line import CONSOLE
 from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE
@@ -47,7 +46,7 @@ def write_report(
     figures: Sequence[Figure],
     paper: Optional[PaperSection],
     path: Path,
-) -> within_tolerance.Headline:
+) -> summaries.Headline:
     """Write the report into an existing folder; return its headline.
 
     Args:
@@ -61,8 +60,8 @@ def write_report(
     Raises:
         OSError: a figure cannot be read, or the file cannot be written.
     """
-    fractions, shown = within_tolerance.fractions_within(results), first_of_cells(results.trials).reset_index(drop=True)
-    lead, closed_form = within_tolerance.headline(fractions, results.trials), closed_form_table(results)
+    fractions, shown = summaries.fractions_within(results), first_of_cells(results.trials).reset_index(drop=True)
+    lead, closed_form = summaries.headline(fractions, results.trials), closed_form_table(results)
     different, of_variants = differences(compared), [table for table in tables if table.name == VARIANTS]
     embedded = {one.name: {'caption': one.caption, 'uri': data_uri(one.svg, one.png)} for one in figures}
     variants = [{'figure': embedded.pop(VARIANTS, None), 'table': table} for table in of_variants]
@@ -97,7 +96,8 @@ def write_report(
         interval_tables=[table for table in tables if table.name.endswith('_intervals')],
         comparisons=len(compared),
         different=different.groupby('setup', sort=False),
-        difference_table=difference_table(different, len(compared)),
+        difference_table=difference_table(different),
+        significance=SIGNIFICANCE,
         closed_form=closed_form,
         failures=failure_table(failed) if len(failed) else None,
         trials_shown=sample_text(shown, results.trials) or f'All {len(results.trials)} trials',
@@ -123,12 +123,6 @@ def scope_text(results: Results) -> str:
     )
 
 
-_NOTE = (
-    "Topics: distance from the goal, and heading minus the goal's, at the end. ATE: root mean square of the "
-    'distance between /odom, its first pose aligned, and the true pose along the path.'
-)
-
-
 def trial_table(results: Results, trials: pd.DataFrame) -> ResultTable:
     """Build the table of trials: outcome, final error of each source, and ATE of odometry."""
     exact = trials[['test', *results.varied, 'ppr', 'trial', 'outcome', 'duration_s', 'distance_m']]
@@ -144,7 +138,7 @@ def trial_table(results: Results, trials: pd.DataFrame) -> ResultTable:
         exact[degrees] = np.degrees(trials[f'{source.value}_yaw_rad'])
         columns.update({metres: Column(f'{topic} [m]', decimals=4), degrees: Column(f'{topic} [deg]', decimals=2)})
     exact['odom_ate_m'], columns['odom_ate_m'] = trials['odom_ate_rmse_m'], Column('/odom ATE [m]', decimals=4)
-    return ResultTable('trials', 'All trials', exact, columns, [_NOTE])
+    return ResultTable('trials', 'All trials', exact, columns)
 
 
 def failure_table(failed: pd.DataFrame) -> ResultTable:
@@ -162,15 +156,11 @@ def bag_link(bag: str, folder: Path) -> Optional[Dict[str, str]]:
 
 
 UNQUOTED = " !'()*+,-./:;=?@[]^_`{|}~\n"  # need no escape in a quoted attribute; SVG as text is smaller than base64
-COLOURS, MOVES = 64, 2  # palette size of a figure, and k-means iterations
 
 
 def data_uri(svg: Path, png: Path) -> str:
-    """Return the smaller of SVG and palette PNG as a data URI."""
-    file = io.BytesIO()
-    with Image.open(png) as image:
-        image.convert('RGB').quantize(COLOURS, kmeans=MOVES).save(file, 'PNG', optimize=True)
-    pixels = 'data:image/png;base64,' + base64.b64encode(file.getvalue()).decode('ascii')
+    """Return the smaller of SVG and PNG as a data URI."""
+    pixels = 'data:image/png;base64,' + base64.b64encode(png.read_bytes()).decode('ascii')
     drawn = 'data:image/svg+xml,' + urllib.parse.quote(svg.read_text(encoding='utf-8'), safe=UNQUOTED)
     return min(drawn, pixels, key=len)
 

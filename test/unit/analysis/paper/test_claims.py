@@ -8,7 +8,7 @@ from scipy import stats
 
 from diff_encoder_sim.analysis.paper import claims
 from diff_encoder_sim.analysis.paper.claims import FAILS, HOLDS, UNCLEAR, Sample, concluded
-from diff_encoder_sim.analysis.paper.paper_cells import PPRS
+from diff_encoder_sim.analysis.paper.comparison import PPRS
 from diff_encoder_sim.analysis.quantities import YAW, X
 from trial_tables import cell, results_of, trial
 
@@ -126,8 +126,9 @@ def test_equal_fractions():
     assert found == [[HOLDS], [FAILS], [UNCLEAR], [UNCLEAR]]
 
 
-@pytest.mark.parametrize('judge', [claims.first_spreads_more, claims.first_errs_more])
-def test_spreads_and_sizes_of_pairs(judge):
+@pytest.mark.parametrize('compared', [claims.SPREAD, claims.SIZE])
+def test_spreads_and_sizes_of_pairs(compared):
+    judge = functools.partial(claims.first_is_larger, compared=compared)
     wide, narrow, other = (np.random.default_rng(seed).normal(0.0, std, 30) for seed, std in ((1, 3), (2, 1), (3, 3)))
     pairs = [(wide, narrow), (narrow, wide), (wide, other), (wide[:2], narrow[:2])]
     assert [conclusions(judge, pair(*one)) for one in pairs] == [[HOLDS], [FAILS], [UNCLEAR], [UNCLEAR]]

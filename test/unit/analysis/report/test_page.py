@@ -3,12 +3,9 @@
 import base64
 import html
 import html.parser
-import io
 import re
 
-import numpy as np
 import pytest
-from PIL import Image
 
 from diff_encoder_sim.analysis.charts.figures import Figure
 from diff_encoder_sim.analysis.encoder_comparison import compare_encoders
@@ -54,7 +51,7 @@ class Elements(html.parser.HTMLParser):
 def figure(tmp_path):
     svg, png = tmp_path / 'a.svg', tmp_path / 'a.png'
     svg.write_text('<svg xmlns="http://www.w3.org/2000/svg"/>')
-    Image.fromarray(np.random.default_rng(1).integers(0, 256, (90, 90, 3), np.uint8)).save(png)
+    png.write_bytes(b'a PNG')
     return Figure('a', 'A caption <of> it.', png, svg)
 
 
@@ -121,12 +118,10 @@ def test_failures_are_listed_with_their_outcome():
     assert table.exact[['cell', 'outcome']].values.tolist() == [['SL, 40 PPR', 'timed out']] * 2 and table.notes == []
 
 
-def test_the_smaller_form_of_a_figure_is_taken_and_pixels_have_few_colours(figure):
+def test_the_smaller_form_of_a_figure_is_taken(figure):
     assert page.data_uri(figure.svg, figure.png).startswith('data:image/svg+xml,%3Csvg xmlns')
     figure.svg.write_text(1000 * figure.svg.read_text())
-    kind, _, pixels = page.data_uri(figure.svg, figure.png).partition(',')
-    with Image.open(io.BytesIO(base64.b64decode(pixels))) as image:
-        assert kind == 'data:image/png;base64' and image.size == (90, 90) and len(image.getcolors()) <= page.COLOURS
+    assert page.data_uri(figure.svg, figure.png) == f'data:image/png;base64,{base64.b64encode(b"a PNG").decode()}'
 
 
 MADE = results_of([trial('SL', '40')])

@@ -1,16 +1,40 @@
-"""The fraction of trials within tolerance, by hand, and the headline."""
+"""The table for the terminal, the fraction of trials within tolerance by hand, and the headline."""
 
 import pytest
 
-from diff_encoder_sim.analysis.within_tolerance import Sufficiency, fewest_trials, fractions_within, headline
+from diff_encoder_sim.analysis.summaries import (
+    CELL_LEGEND,
+    TOLERANCE_TEXT,
+    TRIAL_LEGEND,
+    Sufficiency,
+    fewest_trials,
+    fractions_within,
+    headline,
+    summary,
+)
 from trial_tables import IN, OUT, TURNED, both, cell, results_of, rows, trial
-
-TOLERANCE = 'within 0.05 m in x and y and 3 degrees'
 
 # Of results without pose estimates.
 TEXTS = ('true pose at the goal', 'odometry at the goal', 'odometry at the true pose')
 
-ENOUGH = f'Encoders with which at least 80 % of trials end {TOLERANCE} (95 % confidence):'
+ODOMETRY = [trial('SL', '40', number, odom=odom, world=OUT) for number, odom in enumerate((IN, OUT, OUT), start=1)]
+FAILED = cell('SL', '40', 'world', [IN, OUT]) + [trial('SL', '40', 3, 'lost')]
+LATE = [trial('SL', '40', 1, 'timed_out', world=(0.3, -0.4, 2.0))]
+
+
+@pytest.mark.parametrize(
+    ('trials', 'begin', 'end', 'legend'),
+    [
+        (FAILED, ['SL', '40', '3', '2'], ['50', '0.2263'], CELL_LEGEND),  # 0.32 m / sqrt(2)
+        (ODOMETRY, ['SL', '40', '3', '3'], ['0', '0.0000', '67', '0.1848'], CELL_LEGEND),  # 0.32 m / sqrt(3)
+        (ODOMETRY[:1], ['SL', '40', '1', 'succeeded', '60.0', '20.00'], ['0.3200', '+0.00'], TRIAL_LEGEND),
+        (LATE, ['SL', '40', '1', 'timed', 'out'], ['0.5000', '+2.00'], TRIAL_LEGEND),
+    ],
+)
+def test_the_terminal_has_a_row_per_cell_or_if_each_has_one_per_trial(trials, begin, end, legend):
+    table, _, rest = summary(results_of(trials)).partition('\n' + legend)
+    row = table.splitlines()[-1].split()
+    assert (row[: len(begin)], row[-len(end) :], rest) == (begin, end, '')
 
 
 def fraction(trials, pose='odom'):
@@ -53,9 +77,9 @@ def test_the_headline_names_encoders_by_test_and_pose():
         'SL: from 1024 PPR (90 PPR undecided); SMT: every encoder; DLD: no encoder',
         'SL: from 1024 PPR (90 PPR undecided); SMT: 40 and 1024 PPR; DLD: no encoder',
     )
-    found = headline_of(*trials)
-    assert found == (ENOUGH, dict(zip(TEXTS, texts)), '')
-    assert found.text.splitlines()[:2] == [ENOUGH, f'  true pose at the goal:     {texts[0]}']
+    found, enough = headline_of(*trials), f'at least 80 % of trials end {TOLERANCE_TEXT} (95 % confidence):'
+    assert found == (f'Encoders with which {enough}', dict(zip(TEXTS, texts)), '')
+    assert found.text.splitlines()[1] == f'  true pose at the goal:     {texts[0]}'
 
 
 def test_few_trials_are_counted():
