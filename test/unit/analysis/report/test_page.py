@@ -26,6 +26,8 @@ MANIFEST = {
     'configuration': {'nav': 'embedded', 'tests': [{'world': 'hallway'}]},
 }
 
+PNG = 100 * b'a PNG'
+
 
 class Elements(html.parser.HTMLParser):
     """Collects attributes by element; asserts that each that has an end is ended in order."""
@@ -51,7 +53,7 @@ class Elements(html.parser.HTMLParser):
 def figure(tmp_path):
     svg, png = tmp_path / 'a.svg', tmp_path / 'a.png'
     svg.write_text('<svg xmlns="http://www.w3.org/2000/svg"/>')
-    png.write_bytes(b'a PNG')
+    png.write_bytes(PNG)
     return Figure('a', 'A caption <of> it.', png, svg)
 
 
@@ -121,7 +123,7 @@ def test_failures_are_listed_with_their_outcome():
 def test_the_smaller_form_of_a_figure_is_taken(figure):
     assert page.data_uri(figure.svg, figure.png).startswith('data:image/svg+xml,%3Csvg xmlns')
     figure.svg.write_text(1000 * figure.svg.read_text())
-    assert page.data_uri(figure.svg, figure.png) == f'data:image/png;base64,{base64.b64encode(b"a PNG").decode()}'
+    assert page.data_uri(figure.svg, figure.png) == f'data:image/png;base64,{base64.b64encode(PNG).decode()}'
 
 
 MADE = results_of([trial('SL', '40')])
