@@ -13,7 +13,7 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.message_decoders import encoded_stamp_ns
 from diff_encoder_sim.navigation.navigator_inputs import ControlRate
 from diff_encoder_sim.simulation.state import STATES_RATE_HZ, TICK_NS
-from diff_encoder_sim.wheels.report_link import BoundaryTimes
+from diff_encoder_sim.wheels.report_link import BoundarySampler
 
 log = logging.getLogger(__name__)
 
@@ -115,8 +115,8 @@ class ExpectedStamps:
     def __init__(self, report_rate_hz: float, scan_period_ns: int, report_delay_ns: int = 0) -> None:
         """Set the rates; reports arrive up to `report_delay_ns` after their boundary."""
         self._report_delay_ns = report_delay_ns
-        self.reports = BoundaryTimes(report_rate_hz, TICK_NS)
-        self.states = BoundaryTimes(STATES_RATE_HZ, TICK_NS)
+        self.reports = BoundarySampler(report_rate_hz, TICK_NS)
+        self.states = BoundarySampler(STATES_RATE_HZ, TICK_NS)
         self._scan_period_ns = scan_period_ns
 
     def report_before(self, sim_time_ns: int) -> int:
@@ -139,7 +139,7 @@ class ExpectedStamps:
 class AnsweredTimes:
     """Times of the reports to which a controller responds: all, or if it is slower those of its `ControlRate`."""
 
-    def __init__(self, reports: BoundaryTimes, control_period_s: float) -> None:
+    def __init__(self, reports: BoundarySampler, control_period_s: float) -> None:
         self._reports = reports
         self._control_hz = 1.0 / control_period_s
         self.restart()

@@ -30,7 +30,7 @@ class EncoderNode:
         params = node_params(EncoderParams, OdometryParams, part='config')
         self._joints = (params.left_joint, params.right_joint)
         self._encoder = ReportingEncoder(params)
-        self._diagnosis = EncoderDiagnosis(params.counter_modulus)
+        self._diagnosis = EncoderDiagnosis(params)
         self._diagnostics = Diagnostics('Counts')
         if params.velocity_method != 'M':
             self._speeds = EncodedPublisher('encoder_velocity', JointState)

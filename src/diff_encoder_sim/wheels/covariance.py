@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from typing import NamedTuple
 
 import numpy as np
@@ -18,12 +19,7 @@ RESIDUAL_PULSES = 0.065
 
 
 def reading_variance(m_per_pulse: float, of_sensor: float = 0.0) -> float:
-    """Return the variance [m^2] of a wheel's travel in one reading.
-
-    Args:
-        m_per_pulse: travel of the wheel per pulse.
-        of_sensor: variance of the edge positions, added to that of rounding [pulses^2].
-    """
+    """Return the variance [m^2] of a wheel's travel in one reading; `of_sensor` is added to rounding [pulses^2]."""
     return (PULSE_VARIANCE + of_sensor) * m_per_pulse**2
 
 
@@ -44,10 +40,7 @@ class PlanarCovariance(NamedTuple):
 
     def plus(self, other: PlanarCovariance) -> PlanarCovariance:
         """Return the covariance of the sum of two independent errors."""
-        xx, xy, x_yaw, yy, y_yaw, yaw_yaw = other
-        return PlanarCovariance(
-            self.xx + xx, self.xy + xy, self.x_yaw + x_yaw, self.yy + yy, self.y_yaw + y_yaw, self.yaw_yaw + yaw_yaw
-        )
+        return PlanarCovariance(*map(operator.add, self, other))
 
     def matrix(self) -> np.ndarray:
         """Return it as 3x3."""
@@ -79,10 +72,9 @@ def propagate_motion_noise(
 ) -> PlanarCovariance:
     """Return the covariance after one more step of both wheels.
 
-    Siegwart and Nourbakhsh, Introduction to Autonomous Mobile Robots, section 5.2.4: each
-    wheel's travel has a variance proportional to its length and independent of the other's.
-    Rounding adds an independent heading error to each step, which shifts the robot sideways
-    (docs/adr/0002-odometry-covariance.md).
+    The travels have independent variances in proportion to their lengths (Siegwart and Nourbakhsh, Introduction to
+    Autonomous Mobile Robots, section 5.2.4). Rounding adds an independent heading error to each step, which shifts the
+    robot sideways (docs/adr/0002-odometry-covariance.md).
 
     Args:
         covariance: before the step.
@@ -119,11 +111,10 @@ def quantisation_covariance(
 ) -> PlanarCovariance:
     """Return the covariance of rounding to whole pulses: bounded, not a random walk.
 
-    Each wheel has a uniform rounding error at the start and now. The error at the start rotates and
-    shifts the whole path about the start; the current error rotates and shifts the robot in place.
-    In between, the rounding errors of readings are independent
-    (`propagate_motion_noise`). For a straight drive of length S this gives the lateral spread (S d/L)
-    sqrt(1/6), and everywhere the heading spread (d/L) sqrt(1/3) (docs/adr/0002-odometry-covariance.md).
+    Each wheel has a uniform rounding error at the start and now. The error at the start rotates and shifts the whole
+    path about the start; the current error rotates and shifts the robot in place. In between they are independent
+    (`propagate_motion_noise`). After a straight line of length S the lateral spread is (S d/L) sqrt(1/6); the heading
+    spread is always (d/L) sqrt(1/3) (docs/adr/0002-odometry-covariance.md).
 
     Args:
         base_pose_in_odom: now.
@@ -168,15 +159,7 @@ NO_ERRORS = np.zeros((3, 3))
 def carry_geometry_errors(
     errors: np.ndarray, yaw_rad: float, left_m: float, right_m: float, wheel_separation_m: float
 ) -> np.ndarray:
-    """Return the (3, 3) effect of the geometry errors on the pose after one more step of both wheels.
-
-    Args:
-        errors: (3, 3) before the step.
-        yaw_rad: heading before the step.
-        left_m: travel of the left wheel.
-        right_m: travel of the right wheel.
-        wheel_separation_m: between the contact points.
-    """
+    """Return the (3, 3) effect of the geometry errors on the pose after one more step, as `propagate_motion_noise`."""
     travel_m, turn_rad = 0.5 * (left_m + right_m), (right_m - left_m) / wheel_separation_m
     mid_yaw_rad = yaw_rad + 0.5 * turn_rad
     cos_yaw, sin_yaw = math.cos(mid_yaw_rad), math.sin(mid_yaw_rad)

@@ -13,6 +13,7 @@ from diff_encoder_sim.wheels.covariance import quantisation_covariance
 from diff_encoder_sim.wheels.odometry import WheelOdometry, wheel_speeds_mps
 from diff_encoder_sim.wheels.odometry_params import USUAL_MOTION_NOISE, OdometryParams
 from diff_encoder_sim.wheels.report_link import EncoderSample
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 
 class Diagnosis(NamedTuple):
@@ -22,38 +23,53 @@ class Diagnosis(NamedTuple):
     values: Dict[str, float]
 
 
-class CountRate:
-    """Counts and reports per second of stamps; zero during the first second."""
+# Fraction of the lateness carried over to the next report: jitter cancels, and a slow clock is not counted as loss.
+LATENESS_KEPT = 0.98
 
-    def __init__(self, counter_modulus: int) -> None:
-        self._modulus = counter_modulus
+
+class ReportRate:
+    """Counts and reports per second of stamps, zero during the first second; and the number of lost reports."""
+
+    def __init__(self, rate_hz: float, counter_modulus: int = 0) -> None:
+        """Prepare for reports at `rate_hz`."""
+        self._rate_hz, self._modulus = rate_hz, counter_modulus
+        self._missing = 0
+        self.restart()
+
+    def restart(self) -> None:
+        """Restart when counts do; lost reports stay counted."""
         self._newest: Optional[Tuple[int, int, int]] = None  # stamp, left, right
-        self._begin(0)
         self.values = {'counts per second, left': 0.0, 'counts per second, right': 0.0, 'reports per second': 0.0}
+
+    @property
+    def lost(self) -> int:
+        """Return the number of lost reports."""
+        return max(self._missing, 0)
 
     def take(self, stamp_ns: int, left_count: int, right_count: int) -> None:
         """Add a report; a stamp that goes back restarts the second."""
         newest, self._newest = self._newest, (stamp_ns, left_count, right_count)
         if newest is None or stamp_ns < newest[0]:
-            self._begin(stamp_ns)
+            self._since_ns, self._sums, self._late = stamp_ns, [0, 0, 0], 0.0
             return
+        periods = (stamp_ns - newest[0]) * self._rate_hz / NANOSECONDS_PER_SECOND + LATENESS_KEPT * self._late
+        passed = round(periods)  # 0 for a report right after a late one
+        self._late = periods - passed
+        self._missing += passed - 1
         self._sums[0] += count_difference(left_count, newest[1], self._modulus)
         self._sums[1] += count_difference(right_count, newest[2], self._modulus)
         self._sums[2] += 1
         over_s = (stamp_ns - self._since_ns) / NANOSECONDS_PER_SECOND
         if over_s >= 1.0:
             self.values = {key: total / over_s for key, total in zip(self.values, self._sums)}
-            self._begin(stamp_ns)
-
-    def _begin(self, stamp_ns: int) -> None:
-        self._since_ns, self._sums = stamp_ns, [0, 0, 0]
+            self._since_ns, self._sums = stamp_ns, [0, 0, 0]
 
 
 class EncoderDiagnosis:
     """Monitors the reports of an encoder and its dropped joint messages."""
 
-    def __init__(self, counter_modulus: int) -> None:
-        self._rate = CountRate(counter_modulus)
+    def __init__(self, params: EncoderParams) -> None:
+        self._rate = ReportRate(params.rate, params.counter_modulus)
         self._dropped = self._reported = 0
 
     def take_report(self, sample: EncoderSample) -> None:
@@ -82,13 +98,7 @@ class FollowingError:
     """
 
     def __init__(self, rad_per_count: float, window_radps: float, timeout_s: float) -> None:
-        """Start without a command.
-
-        Args:
-            rad_per_count: of the wheel; an error of one count is tolerated.
-            window_radps: tolerated error.
-            timeout_s: tolerated duration of an error.
-        """
+        """Start without a command; tolerate errors of one count, of the window, and up to the timeout."""
         self._rad_per_count, self._window_radps = rad_per_count, window_radps
         self._timeout_ns = timeout_s * NANOSECONDS_PER_SECOND
         self._command_radps, self._is_new = 0.0, False
@@ -97,8 +107,8 @@ class FollowingError:
 
     def restart(self) -> None:
         """Restart when counts do; the newest command stays."""
-        # Stamps, accumulated commanded angles, and excess of the measured angles [rad].
-        self._travels: Deque[Tuple[int, float, float]] = deque()
+        self._commanded_rad = 0.0  # accumulated
+        self._travels: Deque[Tuple[int, float]] = deque()  # stamps, and excess of the measured angles [rad]
         self._within_ns = self._newest_ns = 0  # last time that the error was in the window; of the newest report
         self.error_radps = 0.0
 
@@ -115,14 +125,14 @@ class FollowingError:
             self._command_ns = None
             self.restart()
             return
-        last_ns, commanded_rad, _ = self._travels[-1] if self._travels else (stamp_ns, 0.0, 0.0)
-        commanded_rad += self._command_radps * ((stamp_ns - last_ns) / NANOSECONDS_PER_SECOND)
-        too_far_rad = count * self._rad_per_count - commanded_rad
-        self._travels.append((stamp_ns, commanded_rad, too_far_rad))
+        last_ns = self._travels[-1][0] if self._travels else stamp_ns
+        self._commanded_rad += self._command_radps * ((stamp_ns - last_ns) / NANOSECONDS_PER_SECOND)
+        too_far_rad = count * self._rad_per_count - self._commanded_rad
+        self._travels.append((stamp_ns, too_far_rad))
         while len(self._travels) > 2 and stamp_ns - self._travels[1][0] >= MEAN_OVER_NS:
             self._travels.popleft()
         self._newest_ns = stamp_ns
-        first_ns, _, before_rad = self._travels[0]
+        first_ns, before_rad = self._travels[0]
         if stamp_ns - first_ns >= MEAN_OVER_NS:
             over_s = (stamp_ns - first_ns) / NANOSECONDS_PER_SECOND
             self.error_radps = (too_far_rad - before_rad) / over_s
@@ -137,36 +147,6 @@ class FollowingError:
         return lasts_ns / NANOSECONDS_PER_SECOND if lasts_ns > self._timeout_ns else 0.0
 
 
-# Fraction of the lateness carried over to the next report: jitter cancels, and a slow clock is not counted as loss.
-LATENESS_KEPT = 0.98
-
-
-class LostReports:
-    """Compares stamps with the expected report rate."""
-
-    def __init__(self, rate_hz: float) -> None:
-        self._rate_hz = rate_hz
-        self._newest_ns: Optional[int] = None
-        self._late = 0.0  # of the newest report [periods]
-        self._missing = 0
-
-    @property
-    def count(self) -> int:
-        """Return the number of lost reports."""
-        return max(self._missing, 0)
-
-    def take(self, stamp_ns: int) -> None:
-        """Add the stamp of a report; a stamp that goes back restarts and keeps the count."""
-        newest_ns, self._newest_ns = self._newest_ns, stamp_ns
-        if newest_ns is None or stamp_ns < newest_ns:
-            self._late = 0.0
-            return
-        periods = (stamp_ns - newest_ns) * self._rate_hz / NANOSECONDS_PER_SECOND + LATENESS_KEPT * self._late
-        passed = round(periods)  # 0 for a report right after a late one
-        self._late = periods - passed
-        self._missing += passed - 1
-
-
 class OdometryDiagnosis:
     """Monitors odometry, its reports and the robot's commands."""
 
@@ -177,15 +157,15 @@ class OdometryDiagnosis:
         self._following = {
             side: FollowingError(2.0 * math.pi / counts, *watched) for side, counts in params.counts_per_turn
         }
-        self._lost, self._ignored = LostReports(rate_hz), 0
+        self._rate, self._ignored = ReportRate(rate_hz), 0
         self.restart()
 
     def restart(self) -> None:
         """Restart after a reset of odometry; event counts are kept."""
-        self._rate = CountRate(0)
+        self._rate.restart()
         for wheel in self._following.values():
             wheel.restart()
-        self._reported = self._lost.count, self._odometry.restarts
+        self._reported = self._rate.lost, self._odometry.restarts
 
     def take_command(self, linear_mps: float, angular_radps: float) -> None:
         """Set the commanded twist."""
@@ -200,14 +180,13 @@ class OdometryDiagnosis:
             self._ignored += 1
             return
         counts = self._odometry.counts
-        self._lost.take(stamp_ns)
         self._rate.take(stamp_ns, *counts)
         for wheel, count in zip(self._following.values(), counts):
             wheel.take_report(stamp_ns, count)
 
     def diagnose(self) -> Diagnosis:
         """Return the state at the newest report; warnings cover the time since the last call."""
-        before, self._reported = self._reported, (self._lost.count, self._odometry.restarts)
+        before, self._reported = self._reported, (self._rate.lost, self._odometry.restarts)
         lost, restarts = self._reported
         warnings = [f'lost reports: {lost - before[0]}'] if lost > before[0] else []
         warnings += [f'counter restarts: {restarts - before[1]}'] if restarts > before[1] else []

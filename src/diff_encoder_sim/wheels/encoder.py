@@ -49,7 +49,6 @@ WHEEL = np.dtype(
         ('state', 'i8'),  # last edge at or before the position, turning forward
         ('count', 'i8'),
         ('commanded', 'i8'),  # direction
-        ('was_restarted', 'i8'),
         ('left', 'i8', 2),  # counts to the end of a run, of missed and of extra counts
         ('run', 'i8', 2),  # run number; even: burst of affected counts; odd: gap
         ('unused', 'f8'),  # remainder of the counts that the maximum rate allows
@@ -58,10 +57,8 @@ WHEEL = np.dtype(
         ('edge_ns', 'f8'),  # when the last counted edge was crossed
         ('edge', 'i8'),  # its number; turning backward: the previous number
         ('edge_direction', 'i8'),  # 0 before the first
-        ('is_new_edge', 'i8'),  # since the last report
-        ('reported_ns', 'f8'),  # `edge_ns` at the last report
+        ('reported_ns', 'f8'),  # `edge_ns` at the last report; 0 before the first
         ('reported_edge', 'i8'),
-        ('has_reported', 'i8'),
     ],
     align=True,
 )
@@ -105,7 +102,7 @@ def _constants(params: CountingParams, side: str) -> Dict[str, Any]:
         'dead_every_s': faults.dead_every,
         'hits': ((faults.missed, faults.missed_burst), (faults.extra, faults.extra_burst)),  # fraction, mean in a row
         'counts_per_ns': faults.max_count_rate / 1e9,  # at most; 0: no limit
-        'restart_ns': faults.restart_at * 1e9,  # since the first angle; 0: never
+        'restart_ns': faults.restart_at * 1e9 or math.inf,  # since the first angle
         'method': METHODS.index(params.velocity_method),
         'tick_ns': 1e9 / params.velocity_clock,
         'rad_per_count': 2.0 * math.pi / ppr,
@@ -212,7 +209,7 @@ def _place_of_count(kind: Any, key: Any, count: int) -> Any:
 
 
 @compiled
-def place_of_edge(kind: Any, key: Any, edge: int) -> Any:
+def _place_of_edge(kind: Any, key: Any, edge: int) -> Any:
     """Return the position of an edge [edges]; interpolated between counted edges."""
     if not kind.is_uneven:
         return float(edge)
@@ -233,9 +230,9 @@ def _state(kind: Any, wheel: Any, stamp_ns: int, place: float) -> int:
         place += kind.noise * _normal(wheel.key, NOISE, stamp_ns - wheel.first_ns)
     state = math.floor(place)
     if kind.is_uneven:
-        while place < place_of_edge(kind, wheel.key, state):
+        while place < _place_of_edge(kind, wheel.key, state):
             state -= 1
-        while place >= place_of_edge(kind, wheel.key, state + 1):
+        while place >= _place_of_edge(kind, wheel.key, state + 1):
             state += 1
     return state
 
@@ -308,7 +305,7 @@ def _crossed_ns(kind: Any, wheel: Any, edge: int, stamp_ns: int, place: float) -
     """Return the time of a counted edge since the previous stamp."""
     way = place - wheel.place
     # Noise changed the state at standstill, at an unknown time.
-    passed = (place_of_edge(kind, wheel.key, edge * kind.edges_per_count) - wheel.place) / way if way else 1.0
+    passed = (_place_of_edge(kind, wheel.key, edge * kind.edges_per_count) - wheel.place) / way if way else 1.0
     return wheel.stamp_ns + min(max(passed, 0.0), 1.0) * (stamp_ns - wheel.stamp_ns)
 
 
@@ -327,7 +324,7 @@ def _time_edges(kind: Any, wheel: Any, stamp_ns: int, place: float, state: int) 
         # After a reversal it is the same edge.
         counts = last - wheel.edge if direction == wheel.edge_direction else 0
         wheel.rate_radps = _speed(kind, wheel.edge_ns, crossed_ns, counts)
-    wheel.edge_ns, wheel.edge, wheel.edge_direction, wheel.is_new_edge = crossed_ns, last, direction, 1
+    wheel.edge_ns, wheel.edge, wheel.edge_direction = crossed_ns, last, direction
 
 
 @compiled
@@ -336,10 +333,9 @@ def _rate_radps(kind: Any, wheel: Any, stamp_ns: int) -> float:
     if not wheel.edge_direction:
         return 0.0
     if kind.method == MT:
-        if wheel.has_reported and wheel.is_new_edge:
+        if wheel.reported_ns and wheel.reported_ns != wheel.edge_ns:
             wheel.rate_radps = _speed(kind, wheel.reported_ns, wheel.edge_ns, wheel.edge - wheel.reported_edge)
-        wheel.reported_ns, wheel.reported_edge, wheel.has_reported = wheel.edge_ns, wheel.edge, 1
-        wheel.is_new_edge = 0
+        wheel.reported_ns, wheel.reported_edge = wheel.edge_ns, wheel.edge
     since_s = (stamp_ns - wheel.edge_ns) / 1e9
     if since_s > STANDSTILL_AFTER_S:
         return 0.0
@@ -365,30 +361,18 @@ def _turn(kind: Any, wheel: Any, stamp_ns: int, angle_rad: float) -> None:
         if kind.method and wheel.state // kind.edges_per_count != state // kind.edges_per_count:
             _time_edges(kind, wheel, stamp_ns, place, state)
         wheel.count += _counted(kind, wheel, stamp_ns, counts)
+    if wheel.stamp_ns - wheel.first_ns < kind.restart_ns <= stamp_ns - wheel.first_ns:
+        wheel.count = 0
     wheel.stamp_ns, wheel.place, wheel.state = stamp_ns, place, state
-    if kind.restart_ns and not wheel.was_restarted and stamp_ns - wheel.first_ns >= kind.restart_ns:
-        wheel.count, wheel.was_restarted = 0, 1
-
-
-@compiled
-def _direction(command: float, before: int) -> int:
-    """Return the sign of the newest command; standstill keeps the direction."""
-    return before if command == 0.0 else 1 if command > 0.0 else -1
 
 
 @compiled
 def turn(
     kinds: np.ndarray, wheels: np.ndarray, stamp_ns: int, left_rad: float, right_rad: float, is_read: bool
 ) -> Tuple[int, int, float, float]:
-    """Turn both wheels to accumulated angles, at constant speed since the previous stamp.
+    """Turn (2,) wheels of (2,) `kinds_of` to accumulated angles, at constant speed since the previous stamp.
 
-    Args:
-        kinds: (2,) of `kinds_of`.
-        wheels: (2,) of WHEEL.
-        stamp_ns: of the angles.
-        left_rad: angle of the left wheel.
-        right_rad: angle of the right wheel.
-        is_read: return the left and right counters, before they wrap, and the measured speeds [rad/s]; else zeros.
+    If `is_read`, return the left and right counters, before they wrap, and the measured speeds [rad/s]; else zeros.
     """
     _turn(kinds[0], wheels[0], stamp_ns, left_rad)
     _turn(kinds[1], wheels[1], stamp_ns, right_rad)
@@ -427,11 +411,11 @@ def turn_through(
             angles = angles_rad[draw % len(angles_rad), :, side] + phases_rad[draw, side]
             for reading, now_ns in enumerate(read_ns):
                 while row < len(stamps_ns) and stamps_ns[row] <= now_ns:
-                    wheel.commanded = _direction(commands[row, side], wheel.commanded)
+                    wheel.commanded = int(np.sign(commands[row, side])) or wheel.commanded
                     _turn(kind, wheel, stamps_ns[row], angles[row])
                     row += 1
                 if stamps_ns[row - 1] < now_ns:
-                    wheel.commanded = _direction(commands[row, side], wheel.commanded)
+                    wheel.commanded = int(np.sign(commands[row, side])) or wheel.commanded
                     passed = (now_ns - stamps_ns[row - 1]) / (stamps_ns[row] - stamps_ns[row - 1])
                     _turn(kind, wheel, now_ns, angles[row - 1] + passed * (angles[row] - angles[row - 1]))
                 counts[draw, reading, side] = wheel.count

@@ -23,10 +23,13 @@ DEFAULT_RATE_HZ = 20.0
 
 
 class BoundarySampler:
-    """Finds the first stamp at or after each boundary of a fixed rate."""
+    """Finds the first stamp at or after each boundary of a fixed rate, in samples at multiples of `tick_ns`."""
 
-    def __init__(self, rate_hz: float) -> None:
-        self._periods, self._in_ns = _periods_in_ns(rate_hz)
+    def __init__(self, rate_hz: float, tick_ns: int = 1) -> None:
+        # Whole periods in whole nanoseconds: exact, so that boundaries do not drift.
+        per_ns = fractions.Fraction(rate_hz).limit_denominator(10**6) / NANOSECONDS_PER_SECOND
+        self._periods, self._in_ns = per_ns.numerator, per_ns.denominator
+        self._tick_ns = tick_ns
         self._newest_index: Optional[int] = None
         self.next_ns = 0  # earlier stamps do not reach a boundary
 
@@ -40,25 +43,11 @@ class BoundarySampler:
         self._newest_index, self.next_ns = index, -(-(index + 1) * self._in_ns // self._periods)
         return None if opens_quietly else index
 
-
-class BoundaryTimes:
-    """The stamps that a `BoundarySampler` picks from samples at 0 and at every multiple of `tick_ns`."""
-
-    def __init__(self, rate_hz: float, tick_ns: int) -> None:
-        self._periods, self._in_ns = _periods_in_ns(rate_hz)
-        self._tick_ns = tick_ns
-
     def newest_ns(self, time_ns: int) -> int:
-        """Return the newest stamp at or before `time_ns`, a multiple of the tick; negative before 0."""
+        """Return the newest of these stamps at or before `time_ns`, a multiple of the tick; negative before 0."""
         index = time_ns * self._periods // self._in_ns
         boundary_ns = -(-index * self._in_ns // self._periods)
         return -(-boundary_ns // self._tick_ns) * self._tick_ns
-
-
-def _periods_in_ns(rate_hz: float) -> Tuple[int, int]:
-    """Return a rate as whole periods in whole nanoseconds: exact, so that boundaries do not drift."""
-    rate_per_ns = fractions.Fraction(rate_hz).limit_denominator(10**6) / NANOSECONDS_PER_SECOND
-    return rate_per_ns.numerator, rate_per_ns.denominator
 
 
 class EncoderSample(NamedTuple):

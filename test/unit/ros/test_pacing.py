@@ -12,7 +12,7 @@ from diff_encoder_sim.navigation.navigator_inputs import ControlRate
 from diff_encoder_sim.ros import pacing
 from diff_encoder_sim.ros.conversions import stamp_from_ns
 from diff_encoder_sim.ros.pacing import STANDSTILL, AnsweredTimes, CommandGate, ExpectedStamps, GraphPacer, WallPacer
-from diff_encoder_sim.wheels.report_link import BoundarySampler, BoundaryTimes
+from diff_encoder_sim.wheels.report_link import BoundarySampler
 
 MS = 1_000_000
 TICK_NS, PERIOD_NS, DELAY_NS, SCAN_NS, END_NS = 10 * MS, 50 * MS, 20 * MS, 100 * MS, 3000 * MS
@@ -151,7 +151,7 @@ def test_a_scan_is_waited_for_when_it_has_its_odometry_and_before_there_is_newer
 
 
 def gate(report_hz=20.0, control_hz=20.0, patience_s=SHORT_S, is_expected=True, is_from_start=True, is_periodic=True):
-    times = AnsweredTimes(BoundaryTimes(report_hz, TICK_NS), 1.0 / control_hz) if is_periodic else None
+    times = AnsweredTimes(BoundarySampler(report_hz, TICK_NS), 1.0 / control_hz) if is_periodic else None
     return CommandGate(times, DELAY_NS, patience_s, lambda: is_expected, is_from_start)
 
 
@@ -216,7 +216,7 @@ def test_patience_ends_with_one_warning_until_the_controller_is_back(caplog):
 @pytest.mark.parametrize('lag_ns', [0, DELAY_NS])
 def test_a_command_takes_effect_two_ticks_after_the_report_that_it_answers(report_hz, control_hz, lag_ns, caplog):
     """A controller at any rate answers each report that its own rate picks, at once, or two ticks later."""
-    times, control, rated = BoundaryTimes(report_hz, TICK_NS), ControlRate(control_hz), gate(report_hz, control_hz)
+    times, control, rated = BoundarySampler(report_hz, TICK_NS), ControlRate(control_hz), gate(report_hz, control_hz)
     answered_ns, delays_ns = [], []
     for now_ns in range(0, 2000 * MS, TICK_NS):
         if times.newest_ns(now_ns) == now_ns and control.is_due(now_ns):

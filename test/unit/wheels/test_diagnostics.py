@@ -8,14 +8,15 @@ import pytest
 from diff_encoder_sim.wheels.diagnostics import (
     EncoderDiagnosis,
     FollowingError,
-    LostReports,
     OdometryDiagnosis,
+    ReportRate,
     encoder_lateral_std,
     hidden_encoder,
 )
 from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.report_link import EncoderSample
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 PERIOD_S, PERIOD_NS = 0.05, 50_000_000
 
@@ -58,10 +59,10 @@ def test_a_wheel_that_does_not_follow_is_noticed_after_the_timeout_and_forgotten
 
 
 def count_of(stamps_ns, rate_hz=20.0):
-    lost = LostReports(rate_hz)
+    rate = ReportRate(rate_hz)
     for stamp_ns in stamps_ns:
-        lost.take(int(stamp_ns))
-    return lost.count
+        rate.take(int(stamp_ns), 0, 0)
+    return rate.lost
 
 
 @pytest.mark.parametrize('probability', [0.0, 0.01, 0.2, 0.8])
@@ -78,7 +79,7 @@ def test_jitter_and_a_slow_or_fast_clock_are_no_loss(jitter, skew):
 
 
 def test_counts_and_reports_per_second_and_what_was_dropped():
-    diagnosis = EncoderDiagnosis(256)
+    diagnosis = EncoderDiagnosis(EncoderParams(counter_modulus=256))
     for index in range(41):
         diagnosis.take_report(EncoderSample(index * 50_000_000, (5 * index + 128) % 256 - 128, -index))
     diagnosis.take_fault()

@@ -8,14 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from diff_encoder_sim.wheels.report_link import (
-    BoundarySampler,
-    BoundaryTimes,
-    EncoderSample,
-    ReportLink,
-    ReportParams,
-    SpeedPairing,
-)
+from diff_encoder_sim.wheels.report_link import BoundarySampler, EncoderSample, ReportLink, ReportParams, SpeedPairing
 
 MS = 1_000_000
 TICK_NS, PERIOD_NS = 10 * MS, 50 * MS
@@ -36,7 +29,7 @@ def test_boundaries_are_exact_for_any_rate(rate, start_ns, data):
 
 @pytest.mark.parametrize('rate_hz', [0.3, 1.0, 7.0, 10.0, 15.0, 20.0, 33.3, 50.0, 100.0, 150.0, 200.0, 1e6])
 def test_boundary_times_are_the_stamps_that_a_sampler_picks(rate_hz):
-    sampler, times = BoundarySampler(rate_hz), BoundaryTimes(rate_hz, TICK_NS)
+    sampler, times = BoundarySampler(rate_hz), BoundarySampler(rate_hz, TICK_NS)
     newest_ns = None
     for stamp_ns in range(0, 4_000_000_000, TICK_NS):
         if sampler.period_index(stamp_ns) is not None:
