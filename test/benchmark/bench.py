@@ -24,13 +24,13 @@ if importlib.util.find_spec('diff_encoder_sim') is None:
     sys.path.insert(0, str(ROOT / 'src'))
 
 from diff_encoder_sim.base.bounds import Between  # noqa: E402 (found by the lines above)
-from diff_encoder_sim.base.command_line import whole_number_within  # noqa: E402
+from diff_encoder_sim.base.command_line import number_within  # noqa: E402
 from diff_encoder_sim.base.processes import cpu_model, git  # noqa: E402
 from diff_encoder_sim.drives.test_definition import find_world, load_test  # noqa: E402
 from diff_encoder_sim.drives.trial_definition import Trial, TrialPlan  # noqa: E402
 
 CONFIG, ALTO = ROOT / 'config', ROOT / 'urdf' / 'alto.urdf.xacro'
-COUNT = whole_number_within(Between(1, 1_000_000))
+COUNT = number_within(Between(1, 1_000_000), int)
 LEAST_CHANGE = 0.1  # medians that differ by less are equal
 
 

@@ -8,7 +8,7 @@ from typing import Any, Callable, Mapping, Optional, Sequence, Union
 
 from diff_encoder_sim.analysis.quantities import LEVEL, REQUIRED_FRACTION, YAW, X
 from diff_encoder_sim.base.bounds import COUNTER_STATES, PLACES, PULSES_PER_TURN, SEEDS, TRIALS, Between
-from diff_encoder_sim.base.command_line import number_within, whole_number_within
+from diff_encoder_sim.base.command_line import number_within
 from diff_encoder_sim.drives.number_units import TIME_UNITS, UNITS
 from diff_encoder_sim.drives.topics import BAG_FORMATS, ODOM, SCAN
 
@@ -88,7 +88,7 @@ class RunOptions(RobotOptions):
     )
     unchecked: bool = option(False, 'run even if the robot self-check fails, or the robot does not fit a test')
     workers: Optional[int] = option(
-        None, 'worker processes on this host (default: one for each core)', 'N', whole_number_within(Between(1, 1024))
+        None, 'worker processes on this host (default: one for each core)', 'N', number_within(Between(1, 1024), int)
     )
     scheduler: Optional[str] = option(
         None, 'run on a Dask cluster: its scheduler, such as tcp://host:8786 (docs/campaigns.md)', 'ADDRESS'
@@ -124,7 +124,7 @@ class CampaignOptions(RunOptions):
     ppr: Optional[Sequence[float]] = _ppr('ideal encoders, in pulses per wheel revolution', OVERRIDES)
     encoders: Optional[Sequence[str]] = option(None, ENCODERS, 'NAME|FILE', group=OVERRIDES, nargs='+')
     trials: Optional[int] = option(
-        None, 'trials of each test with each encoder', 'N', whole_number_within(TRIALS), OVERRIDES
+        None, 'trials of each test with each encoder', 'N', number_within(TRIALS, int), OVERRIDES
     )
     nav: Optional[str] = option(
         None, 'navigated, or a drive without feedback', group=OVERRIDES, choices=('embedded', 'scripted')
@@ -187,7 +187,7 @@ class AdviceOptions(RunOptions):
         'closed-loop trials per test and tested candidate (default: the number that shows the fraction even if '
         'two fail, 39 for 80 %%)',
         'N',
-        whole_number_within(TRIALS),
+        number_within(TRIALS, int),
     )
     has_trials: bool = option(
         True, 'answer only for odometry, without closed-loop trials', flag='--no-trials', action='store_false'
@@ -276,7 +276,7 @@ class DriveOptions(RobotOptions):
         'counts before the recorded counter wraps, 0 for never (default: by the type of the field, 65536 for 16 '
         'bits; of a table: 0)',
         'N',
-        whole_number_within(COUNTER_STATES),
+        number_within(COUNTER_STATES, int),
         NO_ANGLES,
     )
     reversed: Sequence[str] = option(
@@ -297,7 +297,7 @@ class DriveOptions(RobotOptions):
         "seed of encoder errors (default: the number of the bag's trial, else 0), and of the start angles of the "
         'wheels for --odom and speeds (default: 1)',
         'N',
-        whole_number_within(SEEDS),
+        number_within(SEEDS, int),
         NO_ANGLES,
     )
 
@@ -348,7 +348,7 @@ class MapOptions:
     scan: str = option(SCAN, 'topic of scans', 'TOPIC')
     odom: str = option(ODOM, 'topic of odometry', 'TOPIC')
     seed: int = option(
-        0, "seed of the particles; a trial's bag uses the trial's number", 'N', whole_number_within(SEEDS)
+        0, "seed of the particles; a trial's bag uses the trial's number", 'N', number_within(SEEDS, int)
     )
 
 

@@ -22,16 +22,13 @@ HELP_WIDTH = 80
 
 def as_called(name: str) -> str:
     """Return a command's name for messages: `map_bag`, or `diff-encoder-sim map-bag`."""
-    return f'{CONSOLE} {name.replace("_", "-")}' if _is_console() else name
+    return f'{CONSOLE} {name.replace("_", "-")}' if os.path.basename(sys.argv[0]) == CONSOLE else name
 
 
 def as_typed(name: str) -> str:
     """Return the command line of a command without arguments."""
-    return as_called(name) if _is_console() else f'rosrun diff_encoder_sim {name}'
-
-
-def _is_console() -> bool:
-    return os.path.basename(sys.argv[0]) == CONSOLE
+    called = as_called(name)
+    return f'rosrun diff_encoder_sim {name}' if called == name else called
 
 
 def number_within(bounds: Between, kind: Callable[[str], Any] = float) -> Callable[[str], Any]:
@@ -49,11 +46,6 @@ def number_within(bounds: Between, kind: Callable[[str], Any] = float) -> Callab
         return value
 
     return parse
-
-
-def whole_number_within(bounds: Between) -> Callable[[str], int]:
-    """Return the type of an argument that is a whole number within bounds."""
-    return number_within(bounds, int)
 
 
 def tool_parser(name: str, description: str, examples: Sequence[str], notes: str = '') -> argparse.ArgumentParser:
@@ -112,30 +104,26 @@ class Stopped(BaseException):
 
 @contextlib.contextmanager
 def faults_of_trials(name: str) -> Iterator[None]:
-    """As `user_errors` for a tool that runs trials; a fault or a signal prints one line and sets the exit status."""
-    logging.basicConfig(format=f'{as_called(name)}: %(message)s')
-    try:
-        with _signals_raise(), user_errors(name):
-            yield
-    except CampaignFault as fault:
-        sys.exit(f'{as_called(name)}: {fault}')
-    except Stopped as stopped:
-        print(f'{as_called(name)}: stopped {stopped.when}', file=sys.stderr)
-        sys.exit(128 + stopped.args[0])
+    """As `user_errors` for a tool that runs trials; a fault or a signal prints one line and sets the exit status.
 
-
-@contextlib.contextmanager
-def _signals_raise() -> Iterator[None]:
-    """Let SIGINT and SIGTERM raise `Stopped`; a second signal ends the process at once."""
+    SIGINT and SIGTERM raise `Stopped`; a second signal ends the process at once.
+    """
 
     def stop(number: int, _: object) -> None:
         for each in before:
             signal.signal(each, signal.SIG_DFL)
         raise Stopped(number)
 
+    logging.basicConfig(format=f'{as_called(name)}: %(message)s')
     before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        yield
+        with user_errors(name):
+            yield
+    except CampaignFault as fault:
+        sys.exit(f'{as_called(name)}: {fault}')
+    except Stopped as stopped:
+        print(f'{as_called(name)}: stopped {stopped.when}', file=sys.stderr)
+        sys.exit(128 + stopped.args[0])
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

@@ -20,7 +20,7 @@ from nav_msgs.srv import GetMap, GetMapResponse, LoadMap, LoadMapRequest, LoadMa
 from pydantic import Field
 
 from diff_encoder_sim.base.bounds import PERCENT
-from diff_encoder_sim.base.command_line import tool_parser, user_errors, whole_number_within
+from diff_encoder_sim.base.command_line import number_within, tool_parser, user_errors
 from diff_encoder_sim.base.errors import EVENT, ConfigError, InputFault, readable
 from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.localization.map_files import MapSaverParams, load_map, save_map
@@ -160,7 +160,7 @@ def map_server_node() -> None:
 def parse_map_saver() -> argparse.Namespace:
     """Read the command line."""
     parser = tool_parser('map_saver', str(map_saver.__doc__), ['-f ~/maps/office', '-f office map:=/my_map'])
-    written, percent = 'write STEM.pgm and STEM.yaml (default: %(default)s)', whole_number_within(PERCENT)
+    written, percent = 'write STEM.pgm and STEM.yaml (default: %(default)s)', number_within(PERCENT, int)
     parser.add_argument('-f', dest='stem', type=Path, default=Path('map'), metavar='STEM', help=written)
     for name, default, meaning in (('occ', 65, 'more is saved as occupied'), ('free', 25, 'less is saved as free')):
         text = f'a cell of this occupancy or {meaning} (default: %(default)s)'

@@ -37,14 +37,12 @@ class PerWheel(Params):
 def _same_for_both(value: Any) -> Any:
     if isinstance(value, (dict, PerWheel)):
         return value
-    if not (is_number(value) and PULSES_PER_TURN.allows(value)):
-        raise ValueError(f'{PULSES_PER_TURN}, or {{left: ..., right: ...}}')
-    return {'left': value, 'right': value}
+    if is_number(value) and PULSES_PER_TURN.allows(value):
+        return {'left': value, 'right': value}
+    raise ValueError(f'{PULSES_PER_TURN}, or {{left: ..., right: ...}}')
 
 
-PulsesPerRevolution = Annotated[
-    PerWheel, BeforeValidator(_same_for_both), Field(description='pulses per wheel revolution')
-]
+PulsesPerRevolution = Annotated[PerWheel, BeforeValidator(_same_for_both), param(..., 'pulses per wheel revolution')]
 DEFAULT_PPR = PerWheel(left=90, right=90)
 
 
@@ -65,6 +63,7 @@ def file_label(ppr: PerWheel, name: str) -> str:
 
 
 BurstLength = Annotated[float, Between(1.0, 1e6, 'counts')]
+CountRate = Annotated[float, Between(1e-3, 1e9, 'counts/s', or_zero=True)]
 
 
 class FaultParams(Params):
@@ -74,9 +73,7 @@ class FaultParams(Params):
     missed_burst: BurstLength = param(1.0, 'counts that are missed in a row, on average')
     extra: Fraction = param(0.0, 'counts too many, as a fraction of all, in the direction of motion')
     extra_burst: BurstLength = param(1.0, 'counts too many in a row, on average')
-    max_count_rate: Annotated[float, Between(1e-3, 1e9, 'counts/s', or_zero=True)] = param(
-        0.0, 'counts above this rate are lost [counts/s]; 0: no limit'
-    )
+    max_count_rate: CountRate = param(0.0, 'counts above this rate are lost [counts/s]; 0: no limit')
     dead_channel: Literal['none', 'A', 'B', 'C'] = param('none', 'a channel that stands still; C of hall')
     dead_level: Literal['low', 'high'] = param('low', 'level of the dead channel')
     dead_from: Duration_s = param(0.0, 'since the first sample [s]')
