@@ -17,7 +17,8 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import PoseSeries
 from diff_encoder_sim.drives import reencoding as encoding
 from diff_encoder_sim.drives.bag_source import open_source
-from diff_encoder_sim.drives.csv_wheels import CsvStream, DriveStream
+from diff_encoder_sim.drives.csv_wheels import CsvStream
+from diff_encoder_sim.drives.drive_stream import DriveStream
 from diff_encoder_sim.drives.reencoding import EncodedDrive, Encoder, ReadDrive
 from diff_encoder_sim.drives.reference import find_reference
 from diff_encoder_sim.drives.topics import CMD_VEL, TRIAL

@@ -11,8 +11,8 @@ from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.base.params import merged, nested, shared_params, with_changes
 from diff_encoder_sim.base.yaml_files import load_yaml, yaml_value
 from diff_encoder_sim.drives import joint_wheels, wheel_source
-from diff_encoder_sim.drives.bag_source import BagSource
 from diff_encoder_sim.drives.csv_wheels import CsvWheels
+from diff_encoder_sim.drives.drive_stream import DriveStream
 from diff_encoder_sim.drives.field_wheels import FieldWheels, find_field, serving_options
 from diff_encoder_sim.drives.number_units import COUNTED, SPEEDS, TICKS, TIME_UNITS, UNITS
 from diff_encoder_sim.drives.odometry_wheels import OdometryWheels
@@ -240,7 +240,7 @@ def csv_wheels(options: DriveOptions, topic: str, robot: RecordedRobot) -> CsvWh
 
 
 def bag_wheels(
-    options: DriveOptions, path: Path, source: BagSource, trial: Optional[Trial], robot: RecordedRobot
+    options: DriveOptions, path: Path, source: DriveStream, trial: Optional[Trial], robot: RecordedRobot
 ) -> WheelSource:
     """Return the wheels of a bag; ConfigError if there are none; the message lists the alternatives."""
     if options.odom:
@@ -255,7 +255,7 @@ def bag_wheels(
 
 
 def _joint_wheels(
-    options: DriveOptions, path: Path, source: BagSource, trial: Optional[Trial], robot: RecordedRobot
+    options: DriveOptions, path: Path, source: DriveStream, trial: Optional[Trial], robot: RecordedRobot
 ) -> WheelSource:
     is_given = bool(options.joint_states or options.pulses)
     if not (is_given or any(joint_wheels.joint_topics(source, kind) for kind in joint_wheels.JOINT_TYPES)):

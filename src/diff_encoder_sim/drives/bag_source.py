@@ -12,19 +12,17 @@ import sqlite3
 import tempfile
 import urllib.parse
 from pathlib import Path
-from typing import Any, Collection, Dict, Iterator, List, Sequence, Union
+from typing import Any, Collection, Dict, Iterator, List, Optional, Sequence
 
 import zstandard
 from mcap.exceptions import EndOfFile
-from mcap.reader import make_reader
-from mcap.records import Channel, McapRecord, Schema
-from mcap.records import Message as McapMessage
-from mcap.stream_reader import StreamReader
+from mcap.reader import NonSeekingReader, make_reader
+from mcap.records import Channel, Schema
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault, in_one_line
-from diff_encoder_sim.base.stamps import LATEST_NS
 from diff_encoder_sim.base.yaml_files import load_yaml
-from diff_encoder_sim.drives.ros1_stream import MAGIC, Message, Ros1Stream
+from diff_encoder_sim.drives.drive_stream import DriveStream, Message
+from diff_encoder_sim.drives.ros1_stream import MAGIC, Ros1Stream
 
 METADATA = 'metadata.yaml'
 MCAP_MAGIC = b'\x89MCAP0\r\n'
@@ -35,63 +33,50 @@ _CDR = 'cdr'
 _LARGEST_RECORD = 1 << 30  # [bytes]; a damaged length may be any number
 
 
-class McapStream:
-    """The topics of an MCAP file, and its messages, which may be read several times."""
+class McapStream(DriveStream):
+    """An MCAP file."""
+
+    is_cdr = True
 
     def __init__(self, path: Path) -> None:
         """Read the topics; OSError if the file cannot be read."""
+        super().__init__()
         self._path = path
-        self._schemas: Dict[int, Schema] = {}
-        self._topic_of: Dict[int, str] = {}  # by channel
-        self.topics: Dict[str, str] = {}  # types by topic
-        self.definitions: Dict[str, str] = {}  # by type
-        self.fault = ''  # why not all of it can be read
         with open(path, 'rb') as file, contextlib.suppress(Exception):  # mcap raises many types at the end of a file
             summary = make_reader(file).get_summary()
             if summary:
-                for record in (*summary.schemas.values(), *summary.channels.values()):
-                    self._describe(record)
+                for channel in summary.channels.values():
+                    self._describe(channel, summary.schemas.get(channel.schema_id))
         if not self.topics:
             self.fault = 'no index, as after a crash'
             for _ in self.messages(()):
                 pass  # adds every channel
 
-    def messages(self, topics: Collection[str]) -> Iterator[Message]:
-        """Yield the messages of some topics, up to a tear or damage; OSError if the file cannot be read."""
+    def _messages(self, topics: Collection[str]) -> Iterator[Message]:
         with open(self._path, 'rb') as file:
-            records = StreamReader(file, record_size_limit=_LARGEST_RECORD, validate_crcs=True).records
-            while True:
-                try:
-                    record = next(records)
-                except StopIteration:
-                    return
-                except Exception as error:  # mcap raises many types for a damaged file
-                    what = 'torn' if isinstance(error, EndOfFile) else f'damaged: {in_one_line(error)}'
-                    self.fault = f'at byte {file.tell()} {what}'
-                    return
-                self._describe(record)
-                if isinstance(record, McapMessage):
-                    topic = self._topic_of.get(record.channel_id)
-                    if record.log_time >= LATEST_NS:
-                        self.fault = f'damaged: a message on {topic} has no time before 2^32 s'
-                    elif topic is not None and topic in topics:
-                        yield Message(topic, record.log_time, record.data)
+            reader = NonSeekingReader(file, validate_crcs=True, record_size_limit=_LARGEST_RECORD)
+            try:
+                for schema, channel, message in reader.iter_messages(log_time_order=False):
+                    if channel.topic not in self.topics:
+                        self._describe(channel, schema)
+                    if channel.topic in topics and channel.message_encoding == _CDR:
+                        yield Message(channel.topic, message.log_time, message.data)
+            except Exception as error:  # mcap raises many types for a damaged file
+                what = 'torn' if isinstance(error, EndOfFile) else f'damaged: {in_one_line(error)}'
+                self.fault = f'at byte {file.tell()} {what}'
 
-    def _describe(self, record: McapRecord) -> None:
-        if isinstance(record, Schema):
-            self._schemas[record.id] = record
-            self.definitions.setdefault(record.name, record.data.decode('utf-8', 'replace'))
-        elif not isinstance(record, Channel):
-            return
-        elif record.message_encoding == _CDR and record.schema_id in self._schemas:
-            self._topic_of[record.id] = record.topic
-            self.topics.setdefault(record.topic, self._schemas[record.schema_id].name)
-        else:
-            self.fault = f'{record.topic} is left out: encoded as {record.message_encoding!r}; expected {_CDR!r}'
+    def _describe(self, channel: Channel, schema: Optional[Schema]) -> None:
+        if channel.message_encoding != _CDR:
+            self.fault = f'{channel.topic} is left out: encoded as {channel.message_encoding!r}; expected {_CDR!r}'
+        elif schema is not None:
+            self.topics.setdefault(channel.topic, schema.name)
+            self.definitions.setdefault(schema.name, schema.data.decode('utf-8', 'replace'))
 
 
-class Sqlite3Stream:
-    """The topics of a database, and its messages, which may be read several times."""
+class Sqlite3Stream(DriveStream):
+    """An SQLite database."""
+
+    is_cdr = True
 
     def __init__(self, path: Path, is_compressed: bool = False) -> None:
         """Read the topics; `is_compressed`: each message by zstd.
@@ -99,12 +84,10 @@ class Sqlite3Stream:
         Raises:
             InputFault: it cannot be read, or has other tables.
         """
+        super().__init__()
         self._uri = f'file:{urllib.parse.quote(str(path.resolve()))}?mode=ro&immutable=1'
         self._is_compressed = is_compressed
         self._topic_of: Dict[int, str] = {}  # by number in the file
-        self.topics: Dict[str, str] = {}  # types by topic
-        self.definitions: Dict[str, str] = {}  # by type; older recorders leave them out
-        self.fault = ''  # why not all of it can be read
         try:
             query = 'SELECT id, name, type FROM topics WHERE serialization_format = ? ORDER BY id'
             for number, topic, kind in self._rows(query, _CDR):
@@ -112,21 +95,20 @@ class Sqlite3Stream:
                 self.topics.setdefault(topic, kind)
             if list(self._rows("SELECT 1 FROM sqlite_master WHERE name = 'message_definitions'")):
                 query = 'SELECT topic_type, encoded_message_definition FROM message_definitions'
-                self.definitions = dict(self._rows(query))
+                self.definitions = dict(self._rows(query))  # older recorders leave them out
         except sqlite3.Error as error:
             raise InputFault(in_one_line(error)) from None
 
-    def messages(self, topics: Collection[str]) -> Iterator[Message]:
-        """Yield the messages of some topics by their time of recording, as far as they can be read."""
+    def _messages(self, topics: Collection[str]) -> Iterator[Message]:
         wanted = ', '.join(str(number) for number, topic in self._topic_of.items() if topic in topics)
         query = f'SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN ({wanted}) ORDER BY timestamp, id'
         try:
             for number, time_ns, data in self._rows(query):
-                if not (isinstance(time_ns, int) and 0 <= time_ns < LATEST_NS and isinstance(data, bytes)):
-                    self.fault = f'damaged: a message on {self._topic_of[number]} has no time before 2^32 s'
-                    continue
-                content = zstandard.ZstdDecompressor().decompress(data) if self._is_compressed else data
-                yield Message(self._topic_of[number], time_ns, content)
+                if isinstance(time_ns, int) and isinstance(data, bytes):
+                    content = zstandard.ZstdDecompressor().decompress(data) if self._is_compressed else data
+                    yield Message(self._topic_of[number], time_ns, content)
+                else:
+                    self.fault = f'damaged: a message on {self._topic_of[number]}'
         except (sqlite3.Error, zstandard.ZstdError) as error:
             self.fault = f'damaged: {in_one_line(error)}'
 
@@ -135,31 +117,27 @@ class Sqlite3Stream:
             yield from database.execute(query, values)
 
 
-FileStream = Union[McapStream, Sqlite3Stream]
-
-
-class Ros2Stream:
-    """The files of one bag, one after the other."""
+class FolderStream(DriveStream):
+    """The files of a bag of ROS 2, one after the other."""
 
     is_cdr = True
 
-    def __init__(self, files: Sequence[FileStream]) -> None:
+    def __init__(self, files: Sequence[DriveStream]) -> None:
+        super().__init__()
         self._files = files
-        self.topics = {topic: kind for file in files for topic, kind in file.topics.items()}
-        self.definitions = {kind: text for file in files for kind, text in file.definitions.items()}
-
-    @property
-    def fault(self) -> str:
-        """Return why not all of it can be read."""
-        return '; '.join(file.fault for file in self._files if file.fault)
+        for file in files:
+            self.topics.update(file.topics)
+            self.definitions.update(file.definitions)
+        self._join_faults()
 
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
-        """Yield the messages of some topics in the order of the files."""
+        """Yield the messages of some topics in the order of the files, as far as they can be read."""
         for file in self._files:
             yield from file.messages(topics)
+            self._join_faults()
 
-
-BagSource = Union[Ros1Stream, Ros2Stream]
+    def _join_faults(self) -> None:
+        self.fault = '; '.join(file.fault for file in self._files if file.fault)
 
 
 def is_bag_folder(path: Path) -> bool:
@@ -177,7 +155,7 @@ def bags_in(folder: Path) -> List[Path]:
 
 
 @contextlib.contextmanager
-def open_source(path: Path) -> Iterator[BagSource]:
+def open_source(path: Path) -> Iterator[DriveStream]:
     """Open a bag to stream from: a file of ROS 1, or a file or folder of ROS 2.
 
     Raises:
@@ -186,14 +164,8 @@ def open_source(path: Path) -> Iterator[BagSource]:
     if not path.exists():
         raise ConfigError(f'{path}: no such bag')
     with contextlib.ExitStack() as opened:
-        source: BagSource
         try:
-            if path.is_dir():
-                source = opened.enter_context(_open_folder(path))
-            elif _begins(path).startswith(MAGIC):
-                source = Ros1Stream(path)
-            else:
-                source = Ros2Stream([_open_file(path)])
+            source = opened.enter_context(_open_folder(path)) if path.is_dir() else _open_file(path)
         except (InputFault, OSError) as error:
             raise ConfigError(f'{path}: not a readable bag: {in_one_line(error)}') from None
         if not source.topics:
@@ -201,14 +173,12 @@ def open_source(path: Path) -> Iterator[BagSource]:
         yield source
 
 
-def _begins(path: Path) -> bytes:
+def _open_file(path: Path, is_compressed: bool = False) -> DriveStream:
+    """Open a file by its first bytes."""
     with open(path, 'rb') as file:
-        return file.read(max(map(len, (MAGIC, MCAP_MAGIC, SQLITE_MAGIC))))
-
-
-def _open_file(path: Path, is_compressed: bool = False) -> FileStream:
-    """Open a file of a ROS 2 bag by its first bytes."""
-    begins = _begins(path)
+        begins = file.read(max(map(len, (MAGIC, MCAP_MAGIC, SQLITE_MAGIC))))
+    if begins.startswith(MAGIC):
+        return Ros1Stream(path)
     if begins.startswith(MCAP_MAGIC):
         return McapStream(path)
     if begins.startswith(SQLITE_MAGIC):
@@ -219,7 +189,7 @@ def _open_file(path: Path, is_compressed: bool = False) -> FileStream:
 
 
 @contextlib.contextmanager
-def _open_folder(folder: Path) -> Iterator[Ros2Stream]:
+def _open_folder(folder: Path) -> Iterator[FolderStream]:
     """Open the files that metadata.yaml names, only those next to it; compressed ones in a temporary folder."""
     path = folder / METADATA
     about = load_yaml(path).get('rosbag2_bagfile_information')
@@ -233,16 +203,11 @@ def _open_folder(folder: Path) -> Iterator[Ros2Stream]:
         )
     files = [folder / Path(str(name)).name for name in names]
     with tempfile.TemporaryDirectory(prefix='diff_encoder_sim_') as temporary:
-        if mode == 'file':
-            files = [_decompressed_file(file, Path(temporary)) for file in files]
-        yield Ros2Stream([_open_file(file, mode == 'message') for file in files])
-
-
-def _decompressed_file(path: Path, folder: Path) -> Path:
-    whole = folder / path.stem
-    try:
-        with open(path, 'rb') as file, open(whole, 'wb') as out:
-            shutil.copyfileobj(zstandard.ZstdDecompressor().stream_reader(file), out)
-    except zstandard.ZstdError as error:
-        raise ConfigError(f'{path}: cannot be decompressed: {in_one_line(error)}') from None
-    return whole
+        for index, path in enumerate(files if mode == 'file' else ()):
+            files[index] = Path(temporary) / path.stem
+            try:
+                with open(path, 'rb') as file, open(files[index], 'wb') as out:
+                    shutil.copyfileobj(zstandard.ZstdDecompressor().stream_reader(file), out)
+            except zstandard.ZstdError as error:
+                raise ConfigError(f'{path}: cannot be decompressed: {in_one_line(error)}') from None
+        yield FolderStream([_open_file(file, mode == 'message') for file in files])

@@ -8,13 +8,12 @@ import re
 import struct
 from decimal import Decimal
 from pathlib import Path
-from typing import Collection, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Collection, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.stamps import LATEST_NS
-from diff_encoder_sim.drives.bag_source import BagSource
+from diff_encoder_sim.drives.drive_stream import DriveStream, Message
 from diff_encoder_sim.drives.number_units import TIME_UNITS
-from diff_encoder_sim.drives.ros1_stream import Message
 from diff_encoder_sim.drives.wheel_source import WheelSource
 
 COMMENT = '#'
@@ -101,10 +100,8 @@ def _split(line: str, delimiter: Optional[str]) -> List[str]:
     return [cell.strip().strip('"\'').strip() for cell in line.strip().lstrip(COMMENT).split(delimiter)]
 
 
-class CsvStream:
+class CsvStream(DriveStream):
     """The rows of a file as messages. Invalid ones are left out, and listed in `fault`."""
-
-    is_cdr = False
 
     def __init__(self, path: Path, columns: Sequence[str], time_unit: str) -> None:
         """Detect the format of the file.
@@ -117,10 +114,10 @@ class CsvStream:
         Raises:
             ConfigError: it cannot be read, is no table, or does not have the columns.
         """
+        super().__init__()
         self._path = path
         self.topic = path.name
-        self.topics: Dict[str, str] = {self.topic: 'CSV'}
-        self.fault = ''
+        self.topics[self.topic] = 'CSV'
         if path.exists() and not path.is_file():
             raise ConfigError(f'{path}: given no regular file; allowed: one, as it is read twice')
         try:
@@ -156,9 +153,6 @@ class CsvStream:
             for number, line in enumerate(iter(lambda: file.readline(_LONGEST_LINE), ''), start=1):
                 if line.strip():
                     yield number, line
-
-
-DriveStream = Union[BagSource, CsvStream]
 
 
 class CsvWheels(WheelSource):

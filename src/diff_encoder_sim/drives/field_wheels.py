@@ -15,10 +15,9 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.drives.bag_source import BagSource
+from diff_encoder_sim.drives.drive_stream import DriveStream, Message
 from diff_encoder_sim.drives.message_decoders import TORN
 from diff_encoder_sim.drives.number_units import TICKS
-from diff_encoder_sim.drives.ros1_stream import Message
 from diff_encoder_sim.drives.topics import ARROW, ODOMETRY_TYPE, TF, TRANSFORMS_TYPE
 from diff_encoder_sim.drives.wheel_source import WheelSeries, WheelSource, WheelUnit
 from diff_encoder_sim.wheels.encoder_params import PerWheel
@@ -89,7 +88,7 @@ class MessageField(NamedTuple):
         return float(decoded)
 
 
-def find_field(path: Path, source: BagSource, option: str, given: str) -> MessageField:
+def find_field(path: Path, source: DriveStream, option: str, given: str) -> MessageField:
     """Find the number that a user names.
 
     Raises:
@@ -115,7 +114,7 @@ def find_field(path: Path, source: BagSource, option: str, given: str) -> Messag
     return MessageField(topic, topic + _USUAL.sub('', place), kind, steps, number, store, source.is_cdr)
 
 
-def _store(source: BagSource, topic: str) -> Any:
+def _store(source: DriveStream, topic: str) -> Any:
     """Return the types of a topic's definition; those of ROS if it is damaged or missing."""
     name = source.topics[topic]
     with contextlib.suppress(Exception):  # rosbags raises many types for a damaged text
@@ -176,7 +175,7 @@ _UNITS_BY_WORD = (
 _UNITS_BY_LIKELIHOOD = (TICKS, 'rad', 'm', 'rad/s', 'rpm')
 
 
-def serving_options(source: BagSource) -> List[str]:
+def serving_options(source: DriveStream) -> List[str]:
     """List options that give wheel angles of a bag, the likeliest first."""
     names: List[str] = []  # all numbers, as users name them
     for topic, kind in source.topics.items():

@@ -11,9 +11,8 @@ from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
-from diff_encoder_sim.drives.bag_source import BagSource
+from diff_encoder_sim.drives.drive_stream import DriveStream, Message
 from diff_encoder_sim.drives.message_decoders import JointDecoder
-from diff_encoder_sim.drives.ros1_stream import Message
 from diff_encoder_sim.drives.topics import ENCODER_PULSE_TYPE, ENCODER_VELOCITY, JOINT_STATE_TYPE
 from diff_encoder_sim.drives.wheel_source import WheelSeries, WheelSource, angles_of_counts_rad, ascending_runs
 from diff_encoder_sim.wheels.counter import Counters, first_counters, next_counters
@@ -48,12 +47,12 @@ class WheelOptions(NamedTuple):
     right_joint: str = ''
 
 
-def joint_topics(source: BagSource, kind: str) -> List[str]:
+def joint_topics(source: DriveStream, kind: str) -> List[str]:
     """List the topics of one of JOINT_TYPES, without the encoders' speeds, which are a JointState without angles."""
     return sorted(topic for topic, other in source.topics.items() if other == kind and topic != ENCODER_VELOCITY)
 
 
-def find_wheels(path: Path, source: BagSource, options: WheelOptions, params: EncoderParams) -> WheelTopic:
+def find_wheels(path: Path, source: DriveStream, options: WheelOptions, params: EncoderParams) -> WheelTopic:
     """Choose the topic and the joints to read.
 
     Args:
@@ -84,7 +83,7 @@ def find_wheels(path: Path, source: BagSource, options: WheelOptions, params: En
     return WheelTopic(topic, kind, (left, right), options.pulses_ppr if kind == ENCODER_PULSE_TYPE else None)
 
 
-def _topic(path: Path, source: BagSource, options: WheelOptions) -> Tuple[str, str]:
+def _topic(path: Path, source: DriveStream, options: WheelOptions) -> Tuple[str, str]:
     if options.joint_states and options.pulses:
         raise ConfigError('--joint-states, --pulses: given both; allowed: one of them')
     choices = (

@@ -10,8 +10,8 @@ import numpy as np
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.se2 import wrap_angles
 from diff_encoder_sim.drives import wheel_source
+from diff_encoder_sim.drives.drive_stream import Message
 from diff_encoder_sim.drives.reference import Reference
-from diff_encoder_sim.drives.ros1_stream import Message
 from diff_encoder_sim.drives.wheel_source import TimedDrive, WheelSource, ascending_runs
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 

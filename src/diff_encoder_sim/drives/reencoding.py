@@ -17,10 +17,9 @@ from diff_encoder_sim.base.se2 import Pose2D, PoseSeries
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives import message_encoders as encoders
 from diff_encoder_sim.drives import topics, trajectory_error
-from diff_encoder_sim.drives.csv_wheels import DriveStream
+from diff_encoder_sim.drives.drive_stream import DriveStream, Message
 from diff_encoder_sim.drives.message_decoders import decode_command
 from diff_encoder_sim.drives.reference import Reference
-from diff_encoder_sim.drives.ros1_stream import Message
 from diff_encoder_sim.drives.trajectory_error import RPE_DISTANCES_M, Alignment, PathError, RpePairs, rpe_name
 from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.trial_definition import Trial, with_encoder

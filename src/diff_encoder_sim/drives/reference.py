@@ -8,9 +8,8 @@ from typing import Dict, Iterator, List, Optional, Union
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.se2 import IDENTITY
-from diff_encoder_sim.drives.bag_source import BagSource
+from diff_encoder_sim.drives.drive_stream import DriveStream, Message
 from diff_encoder_sim.drives.message_decoders import POSE_TYPES, PoseDecoder, StampedPose, decode_tf
-from diff_encoder_sim.drives.ros1_stream import Message
 from diff_encoder_sim.drives.topics import ARROW, TF, TF_STATIC, TRANSFORMS_TYPE, WORLD_POSE
 
 # A longer chain of frames is a circle.
@@ -81,7 +80,7 @@ class FramePair:
 Reference = Union[PoseTopic, FramePair]
 
 
-def find_reference(path: Path, source: BagSource, given: str) -> Optional[Reference]:
+def find_reference(path: Path, source: DriveStream, given: str) -> Optional[Reference]:
     """Choose the reference: as given, else /world_pose if the bag has it, else None.
 
     Args:
@@ -99,7 +98,7 @@ def find_reference(path: Path, source: BagSource, given: str) -> Optional[Refere
     return None
 
 
-def find_poses(path: Path, source: BagSource, option: str, given: str) -> Reference:
+def find_poses(path: Path, source: DriveStream, option: str, given: str) -> Reference:
     """Find the poses that a user names.
 
     Args:
@@ -126,7 +125,7 @@ def find_poses(path: Path, source: BagSource, option: str, given: str) -> Refere
     raise ConfigError(f'{path}: {option}: given {given}, which is {found}; allowed: {listed}')
 
 
-def _frame_pair(path: Path, source: BagSource, option: str, given: str) -> FramePair:
+def _frame_pair(path: Path, source: DriveStream, option: str, given: str) -> FramePair:
     parent_frame, child_frame = (frame.strip(' /') for frame in given.split(ARROW, 1))
     if not (parent_frame and child_frame) or parent_frame == child_frame:
         raise ConfigError(f'{option}: given {given!r}; allowed: two frames, as map{ARROW}base_link')
@@ -140,7 +139,7 @@ def _frame_pair(path: Path, source: BagSource, option: str, given: str) -> Frame
     return FramePair(parent_frame, child_frame, source.is_cdr)
 
 
-def _has_pose(source: BagSource, reference: Reference) -> bool:
+def _has_pose(source: DriveStream, reference: Reference) -> bool:
     """Return whether a reference leads to a pose; `reference` then has the transforms up to it."""
     for message in source.messages(reference.topics):
         with contextlib.suppress(InputFault):

@@ -6,15 +6,17 @@ rosbags reads only complete bags. The format: http://wiki.ros.org/Bags/Format/2.
 from __future__ import annotations
 
 import bz2
+import contextlib
 import os
 import struct
 from pathlib import Path
-from typing import BinaryIO, Callable, Collection, Dict, Iterator, NamedTuple, Optional, Tuple
+from typing import BinaryIO, Callable, Collection, Dict, Iterator, Tuple
 
 import lz4.frame
 
 from diff_encoder_sim.base.errors import InputFault, in_one_line
-from diff_encoder_sim.base.stamps import LATEST_NS, NANOSECONDS_PER_SECOND
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.drives.drive_stream import DriveStream, Message
 
 MAGIC = b'#ROSBAG V2.0\n'
 LARGEST_CHUNK = 1 << 27  # [bytes] before and after decompression; recorders close a chunk at 1 to 4 MiB
@@ -36,47 +38,20 @@ _DECOMPRESSORS: Dict[str, Callable[[bytes, int], bytes]] = {
 }
 
 
-class Message(NamedTuple):
-    """A recorded message."""
-
-    topic: str
-    time_ns: int  # of recording, by the recorder's clock
-    raw: bytes
-    node: str = ''  # publisher; ROS 2 does not record it
-
-
-class Ros1Stream:
-    """The topics of a bag, and its messages, which may be read several times."""
-
-    is_cdr = False
+class Ros1Stream(DriveStream):
+    """A bag of ROS 1."""
 
     def __init__(self, path: Path) -> None:
-        """Read the topics.
-
-        Args:
-            path: of a file that begins with `MAGIC`.
-
-        Raises:
-            OSError: it cannot be read.
-        """
+        """Read the topics of a file that begins with `MAGIC`; OSError if it cannot be read."""
+        super().__init__()
         self._path = path
         self._connections: Dict[bytes, Tuple[str, str]] = {}  # topic and node by encoded number
-        self.topics: Dict[str, str] = {}  # types by topic, as rosbags spells them
-        self.definitions: Dict[str, str] = {}  # by type; empty if not recorded
-        self.fault = ''  # why not all of it can be read
-        with open(path, 'rb') as file:
-            is_indexed = self._read_index(file)
-        if not is_indexed:
+        if not self._read_index():
             self.fault = f'no index, as after a crash{_MENDED}'
             for _ in self.messages(()):
                 pass  # adds every connection
 
-    def messages(self, topics: Collection[str]) -> Iterator[Message]:
-        """Yield the messages of some topics in the order of the file.
-
-        Raises:
-            OSError: the file cannot be read.
-        """
+    def _messages(self, topics: Collection[str]) -> Iterator[Message]:
         wanted = {number: each for number, each in self._connections.items() if each[0] in topics}
         with open(self._path, 'rb') as file:
             for chunk_at, chunk in self._chunks(file):
@@ -91,25 +66,20 @@ class Ros1Stream:
                         seconds, nanoseconds = _TIME.unpack_from(header, time_at)
                         topic, node = connection
                         time_ns = seconds * NANOSECONDS_PER_SECOND + nanoseconds
-                        if time_ns < LATEST_NS:
-                            yield Message(topic, time_ns, chunk[data_at:end], node)
-                        else:
-                            self.fault = f'damaged: a message on {topic} has no time before 2^32 s'
+                        yield Message(topic, time_ns, chunk[data_at:end], node)
 
-    def _read_index(self, file: BinaryIO) -> bool:
+    def _read_index(self) -> bool:
         """Add the connections of the index, and return whether there is one."""
-        try:
+        with contextlib.suppress(KeyError, struct.error), open(self._path, 'rb') as file:
             file.seek(len(MAGIC))
-            fields = _fields(_read_part(file) or b'')
-            index_at = _UINT64.unpack(fields[b'index_pos'])[0]
-            if index_at > os.fstat(file.fileno()).st_size:
-                return False
-            file.seek(index_at)
-            for _ in range(_UINT32.unpack(fields[b'conn_count'])[0]):
-                self._add_connection(_fields(_read_part(file) or b''), _read_part(file) or b'')
-        except (KeyError, struct.error):
-            return False
-        return bool(self.topics)
+            fields, _ = _read_header(file)
+            index_at, count = _UINT64.unpack(fields[b'index_pos'])[0], _UINT32.unpack(fields[b'conn_count'])[0]
+            file.seek(min(index_at, self._path.stat().st_size))
+            for _ in range(count):
+                fields, length = _read_header(file)
+                self._add_connection(fields, file.read(min(length, _LARGEST_HEADER)))
+            return bool(self.topics)
+        return False
 
     def _add_record(self, chunk_at: int, fields: Dict[bytes, bytes], data: bytes) -> None:
         try:
@@ -131,11 +101,11 @@ class Ros1Stream:
         file.seek(len(MAGIC))
         while file.tell() < size:
             begin = file.tell()
-            header, length = _read_part(file), _read_length(file)
-            if header is None or length is None:
+            try:
+                fields, length = _read_header(file)
+            except struct.error:
                 self.fault = f'torn at byte {begin}{_MENDED}'
                 return
-            fields = _fields(header)
             if not fields:
                 self.fault = f'damaged: an empty record header at byte {begin}{_MENDED}'
                 return
@@ -198,15 +168,10 @@ def _fields(header: bytes) -> Dict[bytes, bytes]:
     return fields
 
 
-def _read_part(file: BinaryIO) -> Optional[bytes]:
-    """Read a header or data; None if the file ends before."""
-    length = _read_length(file)
-    if length is None or length > _LARGEST_HEADER:
-        return None
-    data = file.read(length)
-    return data if len(data) == length else None
-
-
-def _read_length(file: BinaryIO) -> Optional[int]:
-    content = file.read(_UINT32.size)
-    return _UINT32.unpack(content)[0] if len(content) == _UINT32.size else None
+def _read_header(file: BinaryIO) -> Tuple[Dict[bytes, bytes], int]:
+    """Read the fields of a record's header, and the length of its data; struct.error if the file ends before."""
+    length = _UINT32.unpack(file.read(_UINT32.size))[0]
+    if length > _LARGEST_HEADER:
+        raise struct.error
+    header = file.read(length)
+    return _fields(header), _UINT32.unpack(file.read(_UINT32.size))[0]

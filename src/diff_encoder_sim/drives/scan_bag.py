@@ -8,7 +8,7 @@ from typing import Dict, Iterator, List, NamedTuple, Optional
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.drives.bag_source import BagSource
+from diff_encoder_sim.drives.drive_stream import DriveStream
 from diff_encoder_sim.drives.message_decoders import PoseDecoder, StampedPose, decode_scan, decode_tf
 from diff_encoder_sim.drives.topics import LASER_SCAN_TYPE, ODOM, ODOMETRY_TYPE, SCAN, TF_STATIC, TRANSFORMS_TYPE
 
@@ -21,7 +21,7 @@ class ScanDrive(NamedTuple):
     laser_pose_in_base: Pose2D
 
 
-def read_scan_drive(path: Path, source: BagSource, scan_topic: str = SCAN, odom_topic: str = ODOM) -> ScanDrive:
+def read_scan_drive(path: Path, source: DriveStream, scan_topic: str = SCAN, odom_topic: str = ODOM) -> ScanDrive:
     """Read odometry and the laser's mount.
 
     Args:
@@ -67,7 +67,7 @@ def read_scan_drive(path: Path, source: BagSource, scan_topic: str = SCAN, odom_
     return ScanDrive([each.stamp_ns for each in odometry], [each.pose for each in odometry], laser_pose)
 
 
-def read_scans(path: Path, source: BagSource, scan_topic: str = SCAN) -> Iterator[Scan]:
+def read_scans(path: Path, source: DriveStream, scan_topic: str = SCAN) -> Iterator[Scan]:
     """Yield the scans in the order they were recorded, each read as it is asked for.
 
     Raises:

@@ -11,7 +11,8 @@ import numpy as np
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.se2 import PoseSeries
 from diff_encoder_sim.drives import topics
-from diff_encoder_sim.drives.bag_source import BagSource, open_source
+from diff_encoder_sim.drives.bag_source import open_source
+from diff_encoder_sim.drives.drive_stream import DriveStream
 from diff_encoder_sim.drives.message_decoders import PoseDecoder, StampedPose, decode_string
 from diff_encoder_sim.drives.topics import ODOMETRY_TYPE, STRING_TYPE, TRIAL, TRIAL_RESULT
 from diff_encoder_sim.drives.trial_definition import Outcome, Trial
@@ -36,7 +37,7 @@ class TrialRecording(NamedTuple):
     poses: Dict[str, PoseSeries]  # by topic; those without a message are left out
 
 
-def trial_of_source(path: Path, source: BagSource) -> Optional[Trial]:
+def trial_of_source(path: Path, source: DriveStream) -> Optional[Trial]:
     """Read the trial that a bag was recorded from; None if the bag has no /trial.
 
     Raises:
@@ -46,7 +47,7 @@ def trial_of_source(path: Path, source: BagSource) -> Optional[Trial]:
     return None if about is None else Trial.from_mapping(about, f'{path}: {TRIAL}')
 
 
-def _json(path: Path, source: BagSource, topic: str) -> Optional[Dict[str, Any]]:
+def _json(path: Path, source: DriveStream, topic: str) -> Optional[Dict[str, Any]]:
     """Return the first text of a topic; None if there is none."""
     message = next(source.messages([topic]), None) if source.topics.get(topic) == STRING_TYPE else None
     if message is None:
@@ -85,12 +86,12 @@ def read_trial(path: Union[str, Path]) -> TrialRecording:
         return TrialRecording(path, trial, Outcome(outcome), str(result.get('reason', '')), poses)
 
 
-def _check_whole(path: Path, source: BagSource) -> None:
+def _check_whole(path: Path, source: DriveStream) -> None:
     if source.fault:
         raise ConfigError(f'{path}: not a whole bag: {source.fault}; expected it as it was recorded')
 
 
-def _read_poses(path: Path, source: BagSource) -> Dict[str, PoseSeries]:
+def _read_poses(path: Path, source: DriveStream) -> Dict[str, PoseSeries]:
     """Read the poses by topic; a bag of several robots, which would be taken for one robot that jumps, is refused."""
     decoders = {topic: PoseDecoder(kind, source.is_cdr) for topic, kind in POSE_TOPICS.items()}
     poses: Dict[str, List[StampedPose]] = {}

@@ -15,8 +15,8 @@ import numpy as np
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
+from diff_encoder_sim.drives.drive_stream import Message
 from diff_encoder_sim.drives.number_units import RAD_OF_ANGLE, RADPS_OF_SPEED, SPEEDS, TICKS
-from diff_encoder_sim.drives.ros1_stream import Message
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.report_link import LATE_REPORT_TOLERANCE_NS
 

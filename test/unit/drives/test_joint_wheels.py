@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.drives.drive_stream import Message
 from diff_encoder_sim.drives.joint_wheels import JointWheels, PulseWheels, WheelTopic
 from diff_encoder_sim.drives.message_encoders import encode_encoder_pulse
-from diff_encoder_sim.drives.ros1_stream import Message
 from diff_encoder_sim.drives.topics import JOINT_STATE_TYPE
 from diff_encoder_sim.wheels.counter import wrap_count
 from diff_encoder_sim.wheels.encoder_params import PerWheel
