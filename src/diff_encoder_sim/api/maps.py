@@ -9,6 +9,7 @@ from pathlib import Path
 from diff_encoder_sim.api.options import MapOptions, RasterOptions
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.base.params import load_params
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.bag_source import open_source
@@ -34,13 +35,13 @@ def map_of_bag(options: MapOptions) -> str:
     params = load_params(GridSlamParams, options.config or package_folder() / 'config' / 'slam.yaml')
     with open_source(bag) as source:
         trial = trial_of_source(bag, source)
-        drive = read_scan_drive(bag, source, options.scan, options.odom)
-        track = OdometryTrack(drive.odometry_ns, drive.base_poses_in_odom)
+        (stamps_ns, poses), laser_pose_in_base = read_scan_drive(bag, source, options.scan, options.odom)
+        track = OdometryTrack(stamps_ns.tolist(), [Pose2D(*row) for row in poses.tolist()])
         start = trial.test.start.pose() if trial else None
         slam = GridSlam(params, generator(trial.number if trial else options.seed, 'slam'), start)
         warm_up(params)
         begin_s = time.perf_counter()
-        entered = map_recording(slam, track, read_scans(bag, source, options.scan), drive.laser_pose_in_base)
+        entered = map_recording(slam, track, read_scans(bag, source, options.scan), laser_pose_in_base)
         fault = source.fault
     took_s = time.perf_counter() - begin_s
     path = save_map(slam.map().cropped(SAVED_MARGIN_M), options.stem or bag.with_suffix(''))

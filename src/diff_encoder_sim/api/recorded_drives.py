@@ -19,8 +19,8 @@ from diff_encoder_sim.drives import reencoding as encoding
 from diff_encoder_sim.drives.bag_source import open_source
 from diff_encoder_sim.drives.csv_wheels import CsvStream
 from diff_encoder_sim.drives.drive_stream import DriveStream
+from diff_encoder_sim.drives.recorded_poses import find_poses, find_reference
 from diff_encoder_sim.drives.reencoding import EncodedDrive, Encoder, ReadDrive
-from diff_encoder_sim.drives.reference import find_reference
 from diff_encoder_sim.drives.topics import CMD_VEL, TRIAL
 from diff_encoder_sim.drives.trajectory_error import PathError
 from diff_encoder_sim.drives.trial_bag import TrialBag
@@ -144,11 +144,10 @@ def read_path(bag: Union[str, Path], reference: str = '/odom') -> PoseSeries:
     """
     path = Path(bag)
     with open_source(path) as source:
-        poses = find_reference(path, source, reference)
-        found = [pose for message in source.messages(poses.topics) for pose in poses.poses(message)] if poses else []
-    if not found:
-        raise ConfigError(f'{path}: no poses of {reference}')
-    return PoseSeries(np.array([pose.stamp_ns for pose in found]), np.array([pose.pose for pose in found]))
+        poses = find_poses(path, source, '--reference', reference)
+        for message in source.messages(poses.topics):
+            poses.add(message)
+    return poses.series()
 
 
 def output_files(folder: Optional[Path], bag: Path, encoders: Sequence[ChosenEncoder]) -> Dict[str, Path]:

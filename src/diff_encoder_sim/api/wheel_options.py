@@ -16,7 +16,7 @@ from diff_encoder_sim.drives.drive_stream import DriveStream
 from diff_encoder_sim.drives.field_wheels import FieldWheels, find_field, serving_options
 from diff_encoder_sim.drives.number_units import COUNTED, SPEEDS, TICKS, TIME_UNITS, UNITS
 from diff_encoder_sim.drives.odometry_wheels import OdometryWheels
-from diff_encoder_sim.drives.reference import find_poses
+from diff_encoder_sim.drives.recorded_poses import find_poses
 from diff_encoder_sim.drives.topics import TRIAL
 from diff_encoder_sim.drives.trial_definition import OF_ENCODER, OF_ODOMETRY, Trial
 from diff_encoder_sim.drives.wheel_source import WheelSource, WheelUnit

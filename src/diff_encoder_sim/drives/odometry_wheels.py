@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from array import array
 from typing import Iterator, List, Tuple
 
 import numpy as np
@@ -11,7 +10,7 @@ from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.se2 import wrap_angles
 from diff_encoder_sim.drives import wheel_source
 from diff_encoder_sim.drives.drive_stream import Message
-from diff_encoder_sim.drives.reference import Reference
+from diff_encoder_sim.drives.recorded_poses import RecordedPoses
 from diff_encoder_sim.drives.wheel_source import TimedDrive, WheelSource, ascending_runs
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 
@@ -22,7 +21,7 @@ _SIDEWAYS_FRACTION = 0.01
 class OdometryWheels(WheelSource):
     """Computes the rotation of the wheels of a robot without slip between one pose and the next."""
 
-    def __init__(self, odometry: Reference, joints: Tuple[str, str], wheels: OdometryParams, seed: int) -> None:
+    def __init__(self, odometry: RecordedPoses, joints: Tuple[str, str], wheels: OdometryParams, seed: int) -> None:
         """Prepare to read.
 
         Args:
@@ -34,19 +33,16 @@ class OdometryWheels(WheelSource):
         about, kind = 'wheel angles by inverse kinematics', f'messages of {odometry.name}'
         super().__init__(odometry.topics, joints, about=about, kind=kind)
         self._odometry, self._wheels, self._seed = odometry, wheels, seed
-        self._times_ns, self._poses = array('q'), array('d')  # stamp, time of recording; x, y, yaw
         self._along_m = self._sideways_m = 0.0
 
     def add(self, message: Message) -> None:
         """Add the poses of a message."""
-        for stamped in self._odometry.poses(message):
-            self._times_ns.extend((stamped.stamp_ns, message.time_ns))
-            self._poses.extend(stamped.pose)
+        self._odometry.add(message)
 
     def drives(self) -> List[TimedDrive]:
         """Return both wheels at every pose."""
-        stamps_ns, times_ns = np.array(self._times_ns).reshape(-1, 2).T
-        angles_rad = wheel_source.start_angles_rad(self._seed) + self._turned_rad(np.array(self._poses).reshape(-1, 3))
+        (stamps_ns, base_poses), times_ns = self._odometry.series(), self._odometry.times_ns()
+        angles_rad = wheel_source.start_angles_rad(self._seed) + self._turned_rad(base_poses)
         return [
             TimedDrive(Drive(stamps_ns[rows], angles_rad[rows]), times_ns[rows]) for rows in ascending_runs(stamps_ns)
         ]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import math
-from array import array
 from collections import deque
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
 
@@ -19,7 +18,7 @@ from diff_encoder_sim.drives import message_encoders as encoders
 from diff_encoder_sim.drives import topics, trajectory_error
 from diff_encoder_sim.drives.drive_stream import DriveStream, Message
 from diff_encoder_sim.drives.message_decoders import decode_command
-from diff_encoder_sim.drives.reference import Reference
+from diff_encoder_sim.drives.recorded_poses import RecordedPoses
 from diff_encoder_sim.drives.trajectory_error import RPE_DISTANCES_M, Alignment, PathError, RpePairs, rpe_name
 from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.trial_definition import Trial, with_encoder
@@ -66,7 +65,7 @@ class ReadDrive(NamedTuple):
 
 
 def read_drive(
-    source: DriveStream, wheels: WheelSource, reference: Optional[Reference], copied: Sequence[str] = ()
+    source: DriveStream, wheels: WheelSource, reference: Optional[RecordedPoses], copied: Sequence[str] = ()
 ) -> ReadDrive:
     """Read a drive to its end: a bag is streamed, and only some numbers of each sample are kept.
 
@@ -78,7 +77,6 @@ def read_drive(
     """
     reference_topics = reference.topics if reference else ()
     commanded = (topics.CMD_VEL,) if has_commands(source) else ()
-    pose_stamps_ns, poses = array('q'), array('d')
     commands: List[Tuple[int, float, float]] = []
     copies: List[Message] = []
     count, first_ns, last_ns = 0, 0, 0
@@ -92,9 +90,7 @@ def read_drive(
                 count += 1
                 wheels.add(message)
             if reference and topic in reference_topics:
-                for stamped in reference.poses(message):
-                    pose_stamps_ns.append(stamped.stamp_ns)
-                    poses.extend(stamped.pose)
+                reference.add(message)
             if topic in commanded:
                 commands.append((message.time_ns, *decode_command(message.raw, source.is_cdr)))
             if topic in copied:
@@ -103,8 +99,10 @@ def read_drive(
         except InputFault as fault:
             faults.setdefault(topic, []).append(str(fault))
     drives = wheels.drives()
-    stamps_ns, x_y_yaw = np.array(pose_stamps_ns), np.array(poses).reshape(-1, 3)
-    references = [PoseSeries(stamps_ns[rows], x_y_yaw[rows]) for rows in ascending_runs(stamps_ns, OVERTAKEN_NS)]
+    references = []
+    if reference:
+        stamps_ns, poses = reference.series()
+        references = [PoseSeries(stamps_ns[rows], poses[rows]) for rows in ascending_runs(stamps_ns, OVERTAKEN_NS)]
     notes = [*wheels.notes()]
     notes += [f'{topic}: {len(lost)} messages dropped; the first: {lost[0]}' for topic, lost in faults.items()]
     starts_s = [f'{each.drive.stamps_ns[0] / NANOSECONDS_PER_SECOND:.3f} s' for each in drives if len(each.drive)]

@@ -58,15 +58,18 @@ class Ros1Stream(DriveStream):
                 for begin, data_at, end in _records(chunk):
                     header = chunk[begin : data_at - _UINT32.size]
                     if _OP_OF_MESSAGE not in header:
-                        self._add_record(chunk_at, _fields(header), chunk[data_at:end])
+                        try:
+                            self._add_connection(_fields(header), chunk[data_at:end])
+                        except KeyError:
+                            fault = f'a record in the chunk at byte {chunk_at} has no proper header'
+                            self.fault = f'damaged: {fault}{_MENDED}'
                         continue
                     number_at, time_at = header.find(_CONN) + len(_CONN), header.find(_TIME_FIELD) + len(_TIME_FIELD)
                     connection = wanted.get(header[number_at : number_at + _UINT32.size])
                     if connection and len(_TIME_FIELD) <= time_at <= len(header) - _TIME.size:
                         seconds, nanoseconds = _TIME.unpack_from(header, time_at)
-                        topic, node = connection
                         time_ns = seconds * NANOSECONDS_PER_SECOND + nanoseconds
-                        yield Message(topic, time_ns, chunk[data_at:end], node)
+                        yield Message(connection[0], time_ns, chunk[data_at:end], connection[1])
 
     def _read_index(self) -> bool:
         """Add the connections of the index, and return whether there is one."""
@@ -81,14 +84,10 @@ class Ros1Stream(DriveStream):
             return bool(self.topics)
         return False
 
-    def _add_record(self, chunk_at: int, fields: Dict[bytes, bytes], data: bytes) -> None:
-        try:
-            if fields[b'op'] == _CONNECTION:
-                self._add_connection(fields, data)
-        except KeyError:
-            self.fault = f'damaged: a record in the chunk at byte {chunk_at} has no proper header{_MENDED}'
-
     def _add_connection(self, fields: Dict[bytes, bytes], data: bytes) -> None:
+        """Add a connection, ignore another record; KeyError if a field is missing."""
+        if fields[b'op'] != _CONNECTION:
+            return
         about = {name: value.decode('utf-8', 'replace') for name, value in _fields(data).items()}
         topic, kind = fields[b'topic'].decode('utf-8', 'replace'), about[b'type'].replace('/', '/msg/', 1)
         self._connections[fields[b'conn']] = topic, about.get(b'callerid', '')

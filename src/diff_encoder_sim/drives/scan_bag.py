@@ -3,26 +3,21 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Dict, Iterator, List, NamedTuple, Optional
+from typing import Dict, Iterator, Optional, Tuple
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.laser_scan import Scan
-from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
+from diff_encoder_sim.base.se2 import Pose2D, PoseSeries
 from diff_encoder_sim.drives.drive_stream import DriveStream
-from diff_encoder_sim.drives.message_decoders import PoseDecoder, StampedPose, decode_scan, decode_tf
+from diff_encoder_sim.drives.message_decoders import StampedPose, decode_scan, decode_tf
+from diff_encoder_sim.drives.recorded_poses import PoseTopic, frame_chain, pose_along
 from diff_encoder_sim.drives.topics import LASER_SCAN_TYPE, ODOM, ODOMETRY_TYPE, SCAN, TF_STATIC, TRANSFORMS_TYPE
 
 
-class ScanDrive(NamedTuple):
-    """A drive with a laser, without its scans."""
-
-    odometry_ns: List[int]
-    base_poses_in_odom: List[Pose2D]
-    laser_pose_in_base: Pose2D
-
-
-def read_scan_drive(path: Path, source: DriveStream, scan_topic: str = SCAN, odom_topic: str = ODOM) -> ScanDrive:
-    """Read odometry and the laser's mount.
+def read_scan_drive(
+    path: Path, source: DriveStream, scan_topic: str = SCAN, odom_topic: str = ODOM
+) -> Tuple[PoseSeries, Pose2D]:
+    """Read the poses of odometry, and the laser's pose in the base.
 
     Args:
         path: of the bag, for error messages.
@@ -34,8 +29,7 @@ def read_scan_drive(path: Path, source: DriveStream, scan_topic: str = SCAN, odo
         ConfigError: a topic is missing or of another type, a pose is not finite, or /tf_static
             does not contain where the laser is.
     """
-    decoder = PoseDecoder(ODOMETRY_TYPE, source.is_cdr)
-    odometry: List[StampedPose] = []
+    odometry = PoseTopic(odom_topic, ODOMETRY_TYPE, source.is_cdr)
     laser_frame: Optional[str] = None
     fixed: Dict[str, StampedPose] = {}  # the newest transform of each child frame
     expected = {scan_topic: LASER_SCAN_TYPE, odom_topic: ODOMETRY_TYPE}
@@ -46,25 +40,22 @@ def read_scan_drive(path: Path, source: DriveStream, scan_topic: str = SCAN, odo
     for message in source.messages((*expected, *static)):
         try:
             if message.topic == odom_topic:
-                odometry.append(decoder.decode(message.raw))
+                odometry.add(message)
             elif message.topic != scan_topic:
                 fixed.update({each.child_frame: each for each in decode_tf(message.raw, source.is_cdr)})
             elif laser_frame is None:
                 laser_frame = decode_scan(message.raw, source.is_cdr)[1]
         except InputFault as error:
             raise ConfigError(f'{path}: {message.topic}: {error}') from None
-    if laser_frame is None or not odometry:
+    if laser_frame is None or not odometry.count:
         topic = scan_topic if laser_frame is None else odom_topic
         torn = f' ({source.fault})' if source.fault else ''
         raise ConfigError(f'{path}: no message on {topic}{torn}; expected {expected[topic]}')
-    frame, base_frame, laser_pose = laser_frame, odometry[-1].child_frame, IDENTITY
-    while frame != base_frame:
-        if frame not in fixed:
-            from_to = f"the scans' frame {laser_frame!r} to odometry's {base_frame!r}"
-            raise ConfigError(f'{path}: {TF_STATIC} does not lead from {from_to}')
-        transform = fixed.pop(frame)  # popped, so that a circle ends
-        frame, laser_pose = transform.parent_frame, transform.pose.compose(laser_pose)
-    return ScanDrive([each.stamp_ns for each in odometry], [each.pose for each in odometry], laser_pose)
+    chain = frame_chain(fixed, laser_frame, odometry.child_frame)
+    if chain is None:
+        from_to = f"the scans' frame {laser_frame!r} to odometry's {odometry.child_frame!r}"
+        raise ConfigError(f'{path}: {TF_STATIC} does not lead from {from_to}')
+    return odometry.series(), pose_along(chain)
 
 
 def read_scans(path: Path, source: DriveStream, scan_topic: str = SCAN) -> Iterator[Scan]:

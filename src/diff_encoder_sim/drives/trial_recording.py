@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any, Dict, List, NamedTuple, Optional, Set, Union
-
-import numpy as np
+from typing import Any, Dict, NamedTuple, Optional, Set, Union
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.se2 import PoseSeries
 from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.bag_source import open_source
 from diff_encoder_sim.drives.drive_stream import DriveStream
-from diff_encoder_sim.drives.message_decoders import PoseDecoder, StampedPose, decode_string
+from diff_encoder_sim.drives.message_decoders import decode_string
+from diff_encoder_sim.drives.recorded_poses import PoseTopic
 from diff_encoder_sim.drives.topics import ODOMETRY_TYPE, STRING_TYPE, TRIAL, TRIAL_RESULT
 from diff_encoder_sim.drives.trial_definition import Outcome, Trial
 
@@ -93,26 +92,21 @@ def _check_whole(path: Path, source: DriveStream) -> None:
 
 def _read_poses(path: Path, source: DriveStream) -> Dict[str, PoseSeries]:
     """Read the poses by topic; a bag of several robots, which would be taken for one robot that jumps, is refused."""
-    decoders = {topic: PoseDecoder(kind, source.is_cdr) for topic, kind in POSE_TOPICS.items()}
-    poses: Dict[str, List[StampedPose]] = {}
+    poses = {topic: PoseTopic(topic, kind, source.is_cdr) for topic, kind in POSE_TOPICS.items()}
     nodes: Dict[str, Set[str]] = {}
     odometry = sorted(topic for topic, kind in source.topics.items() if kind == ODOMETRY_TYPE)
     if odometry[1:]:
         raise ConfigError(f'{path}: odometry on {" and ".join(odometry)}; expected one robot, on {topics.ODOM}')
     for message in source.messages(POSE_TOPICS):
-        topic = message.topic
-        nodes.setdefault(topic, set()).add(message.node)
-        of_topic = poses.setdefault(topic, [])
+        nodes.setdefault(message.topic, set()).add(message.node)
+        of_topic = poses[message.topic]
         try:
-            of_topic.append(decoders[topic].decode(message.raw))
+            of_topic.add(message)
         except InputFault as error:
-            fault = f'message {len(of_topic) + 1}: {error}; expected a finite pose'
-            raise ConfigError(f'{path}: {topic}: {fault}') from None
+            fault = f'message {of_topic.count + 1}: {error}; expected a finite pose'
+            raise ConfigError(f'{path}: {message.topic}: {fault}') from None
     for topic, of_nodes in nodes.items():
         if len(of_nodes) > 1:
             published = f'{topic} is published by {" and ".join(sorted(of_nodes))}'
             raise ConfigError(f'{path}: {published}; expected one robot, and one node on each topic')
-    return {
-        topic: PoseSeries(np.array([each.stamp_ns for each in of_topic]), np.array([each.pose for each in of_topic]))
-        for topic, of_topic in poses.items()
-    }
+    return {topic: of_topic.series() for topic, of_topic in poses.items() if of_topic.count}

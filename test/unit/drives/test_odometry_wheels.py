@@ -6,7 +6,7 @@ import pytest
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc
 from diff_encoder_sim.drives.drive_stream import Message
 from diff_encoder_sim.drives.odometry_wheels import OdometryWheels
-from diff_encoder_sim.drives.reference import FramePair, PoseTopic
+from diff_encoder_sim.drives.recorded_poses import FramePair, PoseTopic
 from diff_encoder_sim.drives.wheel_source import start_angles_rad
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from reencoding_drives import JOINTS, MAKERS, ROS1, WHEEL_DIAMETER_M, WHEEL_SEPARATION_M

@@ -30,12 +30,12 @@ def read(path):
 
 @MAKERS
 def test_scans_odometry_and_mount(tmp_path, maker):
-    drive, (found,) = read(write(tmp_path / 'a', list(parts(maker).values())))
-    assert (found.stamp_ns, drive.odometry_ns) == (100, [50])
+    ((stamps_ns, poses), laser_pose_in_base), (found,) = read(write(tmp_path / 'a', list(parts(maker).values())))
+    assert (found.stamp_ns, stamps_ns.tolist()) == (100, [50])
     assert found.ranges_m == pytest.approx([1.0, math.inf, math.nan], nan_ok=True)
-    assert drive.base_poses_in_odom[0] == pytest.approx((1.0, 2.0, 0.5))
+    assert poses[0] == pytest.approx((1.0, 2.0, 0.5))
     # 0.2 m ahead of the base, and 0.1 m further along a y axis.
-    assert drive.laser_pose_in_base == pytest.approx((0.2, 0.1, math.pi / 2))
+    assert laser_pose_in_base == pytest.approx((0.2, 0.1, math.pi / 2))
 
 
 @pytest.mark.parametrize(
