@@ -10,20 +10,20 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.base.params import merged, nested, shared_params, with_changes
 from diff_encoder_sim.base.yaml_files import load_yaml, yaml_value
-from diff_encoder_sim.drives import joint_wheels, wheel_source
+from diff_encoder_sim.drives import joint_wheels
 from diff_encoder_sim.drives.csv_wheels import CsvWheels
 from diff_encoder_sim.drives.drive_stream import DriveStream
 from diff_encoder_sim.drives.field_wheels import FieldWheels, find_field, serving_options
 from diff_encoder_sim.drives.number_units import COUNTED, SPEEDS, TICKS, TIME_UNITS, UNITS
 from diff_encoder_sim.drives.odometry_wheels import OdometryWheels
 from diff_encoder_sim.drives.recorded_poses import find_poses
-from diff_encoder_sim.drives.topics import TRIAL
+from diff_encoder_sim.drives.topics import JOINT_STATE_TYPE, TRIAL
 from diff_encoder_sim.drives.trial_definition import OF_ENCODER, OF_ODOMETRY, Trial
-from diff_encoder_sim.drives.wheel_source import WheelSource, WheelUnit
+from diff_encoder_sim.drives.wheel_source import WheelNumbers, WheelSource
 from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
 from diff_encoder_sim.trials.robot_params import load_robot, uncertainty_of_robot
 from diff_encoder_sim.wheels.catalogue import RESOLUTION_KEYS, ChosenEncoder, load_encoders, own_encoder
-from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, PerWheel, ppr_label
+from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, PerWheel
 from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, OdometryParams
 from diff_encoder_sim.wheels.report_link import PROMPT
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
@@ -191,10 +191,6 @@ def recorded_robot(options: DriveOptions, trial: Optional[Trial]) -> RecordedRob
     return RecordedRobot(encoder, odometry, modulus, sources)
 
 
-# Units of both wheels, PPR of counts, text, and notes on the limits of the angles.
-WheelNumbers = Tuple[Tuple[WheelUnit, WheelUnit], Optional[PerWheel], str, Tuple[str, ...]]
-
-
 def wheel_numbers(
     options: DriveOptions, robot: RecordedRobot, bits: Sequence[Optional[int]] = (None, None)
 ) -> WheelNumbers:
@@ -216,27 +212,19 @@ def wheel_numbers(
         raise ConfigError('--ticks-per-revolution: missing; expected the ticks per wheel revolution, or --robot')
     if given_modulus is not None and unit != TICKS:
         raise ConfigError(f'--ticks-modulus: given with --unit {unit}; allowed: with {TICKS}')
-    ppr, moduli, texts = None, [0, 0], [unit]
+    ppr, moduli = None, (0, 0)
     if unit in COUNTED:
         ppr = ppr_of_text('--ticks-per-revolution', given_ppr) if given_ppr else robot.encoder.ppr
-        texts.append(f'{ppr_label(ppr)} a revolution')
     if unit == TICKS:
-        moduli = [(2**width if width else 0) if given_modulus is None else given_modulus for width in bits]
-    if any(moduli):
-        texts.append(f'the counter wraps at {" and ".join(map(str, sorted(set(moduli))))}')
-    texts += [f'{side} reversed' for side in options.reversed]
-    radius_m, starts_rad = 0.5 * robot.odometry.wheel_diameter, wheel_source.start_angles_rad(options.start_seed)
-    left, right = (
-        WheelUnit(unit, radius_m, getattr(ppr, side, None), modulus, side in options.reversed, start_rad)
-        for side, modulus, start_rad in zip(('left', 'right'), moduli, starts_rad)
-    )
-    notes = (wheel_source.SPEEDS_NOTE, wheel_source.start_angles_note(options.start_seed)) if unit in SPEEDS else ()
-    return (left, right), ppr, ', '.join(texts), notes
+        left, right = ((2**width if width else 0) if given_modulus is None else given_modulus for width in bits)
+        moduli = left, right
+    radius_m = 0.5 * robot.odometry.wheel_diameter
+    return WheelNumbers(unit, radius_m, ppr, moduli, options.reversed, options.start_seed)
 
 
 def csv_wheels(options: DriveOptions, topic: str, robot: RecordedRobot) -> CsvWheels:
     """Return the wheels of a CSV file; ConfigError if the ticks per revolution are missing."""
-    return CsvWheels([topic], robot.joints, *wheel_numbers(options, robot))
+    return CsvWheels(topic, robot.joints, wheel_numbers(options, robot))
 
 
 def bag_wheels(
@@ -251,7 +239,7 @@ def bag_wheels(
     left, right = (find_field(path, source, '--ticks', given) for given in options.ticks)
     if left.name == right.name:
         raise ConfigError(f'{path}: --ticks: given {left.name} for both wheels; allowed: two different fields')
-    return FieldWheels((left, right), robot.joints, *wheel_numbers(options, robot, (left.bits, right.bits)))
+    return FieldWheels((left, right), robot.joints, wheel_numbers(options, robot, (left.bits, right.bits)))
 
 
 def _joint_wheels(
@@ -263,22 +251,25 @@ def _joint_wheels(
         raise ConfigError(f'{path}: no topic of {" or ".join(joint_wheels.JOINT_TYPES)}; alternatives: {listed}')
     ppr = ppr_of_text('--pulses-ppr', options.pulses_ppr) if options.pulses_ppr else None
     pulses_ppr = ppr if ppr or trial is None else trial.ppr
-    selected = joint_wheels.WheelOptions(options.joint_states, options.pulses, pulses_ppr, options.left, options.right)
+    given = options.joint_states, options.pulses, options.left, options.right
     try:
-        wheels = joint_wheels.find_wheels(path, source, selected, robot.encoder)
+        topic, kind, joints = joint_wheels.find_wheels(path, source, robot.encoder, *given)
+        if kind != JOINT_STATE_TYPE and pulses_ppr is None:
+            missing = 'expected --pulses-ppr, the pulses per revolution of their encoder'
+            raise ConfigError(f'{path}: {topic} has counts; {missing}')
     except ConfigError as error:
         alternatives = '' if is_given else ' | '.join(serving_options(source))
         raise ConfigError(f'{error}; alternatives: {alternatives}' if alternatives else str(error)) from None
-    if wheels.ppr is None:
+    if kind == JOINT_STATE_TYPE:
         if ppr is not None:
             expected = 'expected --pulses TOPIC with it, or neither'
-            raise ConfigError(f'--pulses-ppr: given, but {wheels.topic} has wheel angles; {expected}')
-        return joint_wheels.JointWheels(wheels, source.is_cdr)
-    counting = {'ppr': wheels.ppr, 'counter_modulus': robot.counts_modulus, 'encoder': IDEAL_ENCODER}
+            raise ConfigError(f'--pulses-ppr: given, but {topic} has wheel angles; {expected}')
+        return joint_wheels.JointWheels(topic, joints, source.is_cdr)
+    counting = {'ppr': pulses_ppr, 'counter_modulus': robot.counts_modulus, 'encoder': IDEAL_ENCODER}
     odometry, notes = robot.odometry.model_copy(update=counting), []
     if trial and ppr is None and (trial.encoder or trial.variant):
         variant = f', variant {trial.variant}' if trial.variant else ''
         notes.append(f'the angles are counts of {trial.encoder_label}{variant}, with its errors')
     if trial and ppr is None and trial.counter_modulus not in (0, robot.counts_modulus):
         notes.append(f'{robot.counter_text()}; the recorded trial has {trial.counter_modulus}')
-    return joint_wheels.PulseWheels(wheels.topic, wheels.joints, source.is_cdr, odometry, robot.counter_text(), notes)
+    return joint_wheels.PulseWheels(topic, joints, source.is_cdr, odometry, robot.counter_text(), notes)

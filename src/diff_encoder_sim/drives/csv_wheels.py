@@ -14,7 +14,7 @@ from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.stamps import LATEST_NS
 from diff_encoder_sim.drives.drive_stream import DriveStream, Message
 from diff_encoder_sim.drives.number_units import TIME_UNITS
-from diff_encoder_sim.drives.wheel_source import WheelSource
+from diff_encoder_sim.drives.wheel_source import WheelNumbers, WheelSource
 
 COMMENT = '#'
 COLUMNS = 3  # time, left, right
@@ -39,11 +39,7 @@ class CsvFormat(NamedTuple):
     unit_ns: int  # of the time
 
     def numbers(self, row: str) -> Tuple[int, float, float]:
-        """Return time [ns], left and right of a row.
-
-        Raises:
-            InputFault: a column is missing or no finite number, or the time cannot be a stamp.
-        """
+        """Return time [ns], left and right of a row; InputFault if one is missing or invalid."""
         cells = _split(row, self.delimiter)
         if len(cells) <= max(self.columns):
             raise InputFault(f'{len(cells)} columns; expected {max(self.columns) + 1} or more')
@@ -61,10 +57,10 @@ class CsvFormat(NamedTuple):
 
 
 def find_format(lines: Sequence[str], columns: Sequence[str], time_unit: str) -> CsvFormat:
-    """Detect the format of a file from its first lines.
+    """Detect the format of a file from its first lines, without empty ones.
 
     Args:
-        lines: without empty ones.
+        lines: of the file.
         columns: of time, left and right as the user gives them: names, or numbers from 1.
         time_unit: one of TIME_UNITS.
 
@@ -104,16 +100,7 @@ class CsvStream(DriveStream):
     """The rows of a file as messages. Invalid ones are left out, and listed in `fault`."""
 
     def __init__(self, path: Path, columns: Sequence[str], time_unit: str) -> None:
-        """Detect the format of the file.
-
-        Args:
-            path: of the file.
-            columns: of time, left and right: names, or numbers from 1.
-            time_unit: one of TIME_UNITS.
-
-        Raises:
-            ConfigError: it cannot be read, is no table, or does not have the columns.
-        """
+        """Detect the format as `find_format` does; ConfigError if the file cannot be read."""
         super().__init__()
         self._path = path
         self.topic = path.name
@@ -128,8 +115,7 @@ class CsvStream(DriveStream):
         except ConfigError as error:
             raise ConfigError(f'{path}: {error}') from None
 
-    def messages(self, topics: Collection[str] = ()) -> Iterator[Message]:
-        """Yield the rows in their order."""
+    def _messages(self, topics: Collection[str]) -> Iterator[Message]:
         bad_lines, first_fault, newest_ns = [], '', 0  # type: List[int], str, int
         rows = ((number, line) for number, line in self._lines() if not line.startswith(COMMENT))
         for number, line in itertools.islice(rows, int(self._format.has_header), None):
@@ -157,6 +143,9 @@ class CsvStream(DriveStream):
 
 class CsvWheels(WheelSource):
     """Reads the messages of a `CsvStream`."""
+
+    def __init__(self, topic: str, joints: Tuple[str, str], numbers: WheelNumbers) -> None:
+        super().__init__([topic], joints, f'rows ({numbers.text})', numbers)
 
     def add(self, message: Message) -> None:
         """Add a row."""

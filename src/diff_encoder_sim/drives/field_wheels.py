@@ -7,7 +7,7 @@ import math
 import re
 import shlex
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 from rosbags.interfaces import Nodetype
@@ -19,8 +19,7 @@ from diff_encoder_sim.drives.drive_stream import DriveStream, Message
 from diff_encoder_sim.drives.message_decoders import TORN
 from diff_encoder_sim.drives.number_units import TICKS
 from diff_encoder_sim.drives.topics import ARROW, ODOMETRY_TYPE, TF, TRANSFORMS_TYPE
-from diff_encoder_sim.drives.wheel_source import WheelSeries, WheelSource, WheelUnit
-from diff_encoder_sim.wheels.encoder_params import PerWheel
+from diff_encoder_sim.drives.wheel_source import WheelNumbers, WheelSeries, WheelSource
 
 # By type: constants, and fields with their types, as rosbags has them.
 Fields = Dict[str, Tuple[Any, Any]]
@@ -205,17 +204,11 @@ class FieldWheels(WheelSource):
     """Reads both wheels, from one topic or from two, at the stamps of headers or else the times of receipt."""
 
     def __init__(
-        self,
-        fields: Tuple[MessageField, MessageField],
-        joints: Tuple[str, str],
-        units: Tuple[WheelUnit, WheelUnit],
-        ppr: Optional[PerWheel],
-        about: str,
-        notes: Sequence[str] = (),
+        self, fields: Tuple[MessageField, MessageField], joints: Tuple[str, str], numbers: WheelNumbers
     ) -> None:
-        """Prepare to read two numbers, left and right; the other arguments are those of `WheelSource`."""
-        kind = f'messages of {fields[0].name}, {fields[1].name}'
-        super().__init__([field.topic for field in fields], joints, units, ppr, about, notes, kind)
+        """Prepare to read two numbers, left and right."""
+        text = f'messages of {fields[0].name}, {fields[1].name} ({numbers.text})'
+        super().__init__([field.topic for field in fields], joints, text, numbers)
         self._fields = fields
         self._has_stamps = all(field.has_header for field in fields)
 

@@ -6,7 +6,7 @@ import contextlib
 import itertools
 import re
 from pathlib import Path
-from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, Iterator, List, Sequence, Tuple
 
 import numpy as np
 
@@ -28,43 +28,23 @@ JOINT_TYPES = (JOINT_STATE_TYPE, ENCODER_PULSE_TYPE)
 _SIDES = {'left': {'left', 'l'}, 'right': {'right', 'r'}}
 
 
-class WheelTopic(NamedTuple):
-    """The topic of the wheels' angles or counts."""
-
-    topic: str
-    message_type: str  # one of JOINT_TYPES
-    joints: Tuple[str, str]  # left, right
-    ppr: Optional[PerWheel]  # of counts
-
-
-class WheelOptions(NamedTuple):
-    """The user's choices; empty if they follow from the bag."""
-
-    joint_states: str = ''
-    pulses: str = ''
-    pulses_ppr: Optional[PerWheel] = None
-    left_joint: str = ''
-    right_joint: str = ''
-
-
 def joint_topics(source: DriveStream, kind: str) -> List[str]:
     """List the topics of one of JOINT_TYPES, without the encoders' speeds, which are a JointState without angles."""
     return sorted(topic for topic, other in source.topics.items() if other == kind and topic != ENCODER_VELOCITY)
 
 
-def find_wheels(path: Path, source: DriveStream, options: WheelOptions, params: EncoderParams) -> WheelTopic:
-    """Choose the topic and the joints to read.
+def find_wheels(
+    path: Path, source: DriveStream, params: EncoderParams, joint_states: str, pulses: str, left: str, right: str
+) -> Tuple[str, str, Tuple[str, str]]:
+    """Choose the topic, its type, which is one of JOINT_TYPES, and the joints (left, right) to read.
 
-    Args:
-        path: of the bag, for error messages.
-        source: the bag.
-        options: choices of the user.
-        params: of the robot, whose joints are taken if the bag has them.
+    The last four arguments are the user's choices of a topic of angles, a topic of counts, and joints. What is empty
+    follows from the bag, and from `params` if the bag has these joints.
 
     Raises:
         ConfigError: there is none, or more than one; it lists the alternatives.
     """
-    topic, kind = _topic(path, source, options)
+    topic, kind = _topic(path, source, joint_states, pulses)
     decoder = JointDecoder(kind, source.is_cdr)
     names: Dict[str, None] = {}  # in the order of their appearance
     for message in itertools.islice(source.messages((topic,)), MESSAGES_WITH_NAMES):
@@ -73,23 +53,19 @@ def find_wheels(path: Path, source: DriveStream, options: WheelOptions, params: 
     if not names:
         raise ConfigError(f'{path}: no message on {topic}; expected {kind}')
     where = f'{path}: {topic}'
-    left = _joint(where, list(names), 'left', options.left_joint, params.left_joint)
-    right = _joint(where, list(names), 'right', options.right_joint, params.right_joint)
-    if left == right:
-        raise ConfigError(f'{where}: given {left} for both wheels; allowed: two of {", ".join(names)}')
-    if kind == ENCODER_PULSE_TYPE and options.pulses_ppr is None:
-        missing = 'expected --pulses-ppr, the pulses per revolution of their encoder'
-        raise ConfigError(f'{where} has counts; {missing}')
-    return WheelTopic(topic, kind, (left, right), options.pulses_ppr if kind == ENCODER_PULSE_TYPE else None)
-
-
-def _topic(path: Path, source: DriveStream, options: WheelOptions) -> Tuple[str, str]:
-    if options.joint_states and options.pulses:
-        raise ConfigError('--joint-states, --pulses: given both; allowed: one of them')
-    choices = (
-        (JOINT_STATE_TYPE, '--joint-states', options.joint_states),
-        (ENCODER_PULSE_TYPE, '--pulses', options.pulses),
+    joints = (
+        _joint(where, list(names), 'left', left, params.left_joint),
+        _joint(where, list(names), 'right', right, params.right_joint),
     )
+    if joints[0] == joints[1]:
+        raise ConfigError(f'{where}: given {joints[0]} for both wheels; allowed: two of {", ".join(names)}')
+    return topic, kind, joints
+
+
+def _topic(path: Path, source: DriveStream, joint_states: str, pulses: str) -> Tuple[str, str]:
+    if joint_states and pulses:
+        raise ConfigError('--joint-states, --pulses: given both; allowed: one of them')
+    choices = ((JOINT_STATE_TYPE, '--joint-states', joint_states), (ENCODER_PULSE_TYPE, '--pulses', pulses))
     for kind, option, given in sorted(choices, key=lambda choice: not choice[2]):  # the given one first
         topics = joint_topics(source, kind)
         if given and source.topics.get(given) != kind:
@@ -123,16 +99,15 @@ class JointWheels(WheelSource):
 
     are_joint_angles = True
 
-    def __init__(self, wheels: WheelTopic, is_cdr: bool) -> None:
-        """Prepare to read the topic that `find_wheels` has found."""
-        about, kind = ', '.join(wheels.joints), f'messages of {wheels.topic}'
-        super().__init__([wheels.topic], wheels.joints, about=about, kind=kind)
-        self._decoder = JointDecoder(wheels.message_type, is_cdr)
+    def __init__(self, topic: str, joints: Tuple[str, str], is_cdr: bool) -> None:
+        """Prepare to read a topic of JointState."""
+        super().__init__([topic], joints, f'messages of {topic} ({", ".join(joints)})')
+        self._decoder = JointDecoder(JOINT_STATE_TYPE, is_cdr)
         self._names: Tuple[str, ...] = ()  # of the last message
         self._indices: List[Tuple[int, int]] = []  # sides in it, and indices of their joints
 
     def add(self, message: Message) -> None:
-        """Add the angles of one message."""
+        """Add the angles of a message."""
         stamp_ns, names, values = self._decoder.decode(message.raw)
         if names is not self._names:
             for joint in self.joints:
@@ -151,29 +126,20 @@ class JointWheels(WheelSource):
 
 
 class PulseWheels(WheelSource):
-    """Reads the counts of a topic."""
+    """Reads the counts of a topic of EncoderPulse."""
 
     def __init__(
         self, topic: str, joints: Tuple[str, str], is_cdr: bool, odometry: OdometryParams, about: str, notes: List[str]
     ) -> None:
-        """Prepare to read.
-
-        Args:
-            topic: of EncoderPulse.
-            joints: left, right.
-            is_cdr: of ROS 2.
-            odometry: parameters for these counts: their resolution, where they wrap, the highest speed of the wheels.
-            about: interpretation of the counts, for the reader.
-            notes: limits of the counts.
-        """
-        described = f'{", ".join(joints)}; {about}'
-        super().__init__([topic], joints, None, odometry.counts_per_turn, described, notes, f'messages of {topic}')
+        """Prepare to read counts of the resolution and the modulus in `odometry`; `notes` are their limits."""
+        super().__init__([topic], joints, f'messages of {topic} ({", ".join(joints)}; {about})')
+        self.ppr = odometry.counts_per_turn
         self.restarts = 0  # of the counters
-        self._odometry = odometry
+        self._odometry, self._notes = odometry, notes
         self._decoder = JointDecoder(ENCODER_PULSE_TYPE, is_cdr)
 
     def add(self, message: Message) -> None:
-        """Add the counts of one message."""
+        """Add the counts of a message."""
         stamp_ns, names, counts = self._decoder.decode(message.raw)
         by_name = dict(zip(names, counts))
         if any(joint not in by_name or names.count(joint) > 1 for joint in self.joints):
@@ -205,6 +171,7 @@ class PulseWheels(WheelSource):
 
     def notes(self) -> Iterator[str]:
         """List the limits of the counts, and the restarts of their counters."""
+        yield from self._notes
         yield from super().notes()
         if self.restarts:
             yield (

@@ -30,8 +30,7 @@ class OdometryWheels(WheelSource):
             wheels: diameter, separation, and where the axle is in the frame of the poses.
             seed: of the wheels' angles at the start.
         """
-        about, kind = 'wheel angles by inverse kinematics', f'messages of {odometry.name}'
-        super().__init__(odometry.topics, joints, about=about, kind=kind)
+        super().__init__(odometry.topics, joints, f'messages of {odometry.name} (wheel angles by inverse kinematics)')
         self._odometry, self._wheels, self._seed = odometry, wheels, seed
         self._along_m = self._sideways_m = 0.0
 

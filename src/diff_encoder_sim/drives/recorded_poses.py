@@ -94,7 +94,7 @@ class FramePair(RecordedPoses):
 
 
 def frame_chain(transforms: Mapping[str, StampedPose], child: str, parent: str) -> Optional[List[StampedPose]]:
-    """Return the transforms from a frame up to another, of those given by child frame; None if they do not lead there."""
+    """Return the transforms from a frame up to another, of those by child frame; None if they do not lead there."""
     chain: List[StampedPose] = []
     while child != parent:
         if child not in transforms or len(chain) == _LONGEST_CHAIN:

@@ -17,10 +17,11 @@ from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.drives.drive_stream import Message
 from diff_encoder_sim.drives.number_units import RAD_OF_ANGLE, RADPS_OF_SPEED, SPEEDS, TICKS
-from diff_encoder_sim.wheels.encoder_params import PerWheel
+from diff_encoder_sim.wheels.encoder_params import PerWheel, ppr_label
 from diff_encoder_sim.wheels.report_link import LATE_REPORT_TOLERANCE_NS
 
 DEFAULT_SEED = 1
+SIDES = ('left', 'right')
 
 # Across a longer gap, the rotation of a wheel is unknown.
 LONGEST_GAP_NS = NANOSECONDS_PER_SECOND
@@ -45,54 +46,82 @@ class WheelSeries(NamedTuple):
         return WheelSeries(*(column[rows] for column in self))
 
 
-class WheelUnit(NamedTuple):
-    """Interpretation of the numbers of one wheel."""
+class WheelNumbers(NamedTuple):
+    """Interpretation of the recorded numbers of both wheels."""
 
     unit: str  # one of UNITS
     radius_m: float
-    ppr: Optional[float] = None  # of counts
-    counter_modulus: int = 0  # of counts; 0 if they do not wrap
-    is_reversed: bool = False  # they fall when the robot drives forward
-    start_rad: float = 0.0  # angle at the first speed
+    ppr: Optional[PerWheel] = None  # of counts
+    moduli: Tuple[int, int] = (0, 0)  # of the left and the right counter; 0 if it does not wrap
+    reversed_sides: Sequence[str] = ()  # whose numbers fall when the robot drives forward
+    seed: int = DEFAULT_SEED  # of the angles at the first speeds
+
+    @property
+    def text(self) -> str:
+        """Describe the numbers."""
+        parts = [self.unit]
+        if self.ppr is not None:
+            parts.append(f'{ppr_label(self.ppr)} a revolution')
+        if any(self.moduli):
+            parts.append(f'the counter wraps at {" and ".join(map(str, sorted(set(self.moduli))))}')
+        return ', '.join([*parts, *(f'{side} reversed' for side in self.reversed_sides)])
+
+    def notes(self) -> Iterator[str]:
+        """List limits of the angles, one line each."""
+        if self.unit in SPEEDS:
+            yield (
+                'the wheel angles are integrated speeds: what a wheel does between two of them, and the error of each, '
+                'adds up in them; a PPR adds its own rounding'
+            )
+            yield start_angles_note(self.seed)
+
+    def angles(self, side: int, numbers: WheelSeries) -> WheelSeries:
+        """Convert the numbers of the left (0) or right (1) wheel to its angles [rad].
+
+        Counts are unwrapped, speeds integrated by the trapezoidal rule; time that goes back does not turn a wheel.
+        """
+        values, per_radius = numbers.values, 1.0 / self.radius_m if self.unit.startswith('m') else 1.0
+        if self.ppr is not None:
+            counts = np.floor(values if self.unit == TICKS else np.cumsum(values)).astype(np.int64)
+            if self.moduli[side]:
+                half = self.moduli[side] // 2
+                steps = (np.diff(counts) + half) % self.moduli[side] - half
+                counts = np.cumsum(np.concatenate((counts[:1], steps)))
+            angles_rad = angles_of_counts_rad(counts, getattr(self.ppr, SIDES[side]))
+        elif self.unit in SPEEDS:
+            speeds_radps = RADPS_OF_SPEED[self.unit] * per_radius * values
+            intervals_s = np.maximum(np.diff(numbers.stamps_ns), 0) / NANOSECONDS_PER_SECOND
+            turns_rad = 0.5 * (speeds_radps[1:] + speeds_radps[:-1]) * intervals_s
+            start_rad = start_angles_rad(self.seed)[side]
+            angles_rad = np.cumsum(np.concatenate(([start_rad], turns_rad)))[: len(values)]
+        else:
+            angles_rad = RAD_OF_ANGLE[self.unit] * per_radius * values
+        return numbers._replace(values=-angles_rad if SIDES[side] in self.reversed_sides else angles_rad)
 
 
 class WheelSource:
-    """Collects the messages of some topics, and converts them to wheel angles; the base class of all sources."""
+    """Collects the messages of some topics, and converts them to wheel angles.
+
+    Attributes:
+        topics: of the messages.
+        joints: left, right: the names under which angles are given.
+        text: the kind of the messages, and the interpretation of their numbers, to print after their count.
+        ppr: of the encoder that counted; None if unknown.
+    """
 
     are_joint_angles = False  # of joints, which may turn backward when the robot drives forward
 
     def __init__(
-        self,
-        topics: Sequence[str],
-        joints: Tuple[str, str],
-        units: Optional[Tuple[WheelUnit, WheelUnit]] = None,
-        ppr: Optional[PerWheel] = None,
-        about: str = '',
-        notes: Sequence[str] = (),
-        kind: str = 'rows',
+        self, topics: Sequence[str], joints: Tuple[str, str], text: str, numbers: Optional[WheelNumbers] = None
     ) -> None:
-        """Prepare to read.
-
-        Args:
-            topics: of the messages.
-            joints: left, right: the names under which angles are given.
-            units: of the numbers, left and right; None for angles.
-            ppr: of the encoder that counted; None if unknown.
-            about: interpretation of the numbers, for the reader.
-            notes: limits of the angles, for the reader.
-            kind: of the messages, after their number.
-        """
-        self.topics, self.joints, self.ppr = tuple(dict.fromkeys(topics)), joints, ppr
-        self.text = f'{kind} ({about})'
-        self._units, self._notes, self._left_out = units, notes, 0
+        """Prepare to read numbers, or angles if `numbers` is None."""
+        self.topics, self.joints, self.text = tuple(dict.fromkeys(topics)), joints, text
+        self.ppr = numbers.ppr if numbers else None
+        self._numbers, self._left_out = numbers, 0
         self._columns = [(array('q'), array('q'), array('d')) for _ in joints]
 
     def add(self, message: Message) -> None:
-        """Add a message of `topics`.
-
-        Raises:
-            InputFault: the message cannot be used.
-        """
+        """Add a message of `topics`; InputFault if it cannot be used."""
         raise NotImplementedError
 
     def _append(self, side: int, stamp_ns: int, time_ns: int, value: float) -> None:
@@ -109,14 +138,15 @@ class WheelSource:
     def drives(self) -> List[TimedDrive]:
         """Return the drive so far at the stamps of the left wheel; several if stamps go back, as after a reset."""
         series = self._series()
-        if self._units:
-            series = [wheel_angles(numbers, unit) for numbers, unit in zip(series, self._units)]
+        if self._numbers:
+            series = [self._numbers.angles(side, of_side) for side, of_side in enumerate(series)]
         drives, self._left_out = paired_drives(*series)
         return drives
 
     def notes(self) -> Iterator[str]:
         """List limits of the angles, one line each, after `drives`."""
-        yield from self._notes
+        if self._numbers:
+            yield from self._numbers.notes()
         if self._left_out:
             gap_s = LONGEST_GAP_NS / NANOSECONDS_PER_SECOND
             yield f'left out: {self._left_out} values of a wheel without one of the other within {gap_s:g} s'
@@ -141,11 +171,7 @@ def ascending_runs(stamps_ns: np.ndarray, tolerance_ns: int = LATE_REPORT_TOLERA
 
 
 def paired_drives(left: WheelSeries, right: WheelSeries) -> Tuple[List[TimedDrive], int]:
-    """Return both wheels at the stamps of the left one, the right one interpolated between the two around it.
-
-    Args:
-        left: angles of the left wheel [rad].
-        right: angles of the right wheel [rad].
+    """Return both wheels' angles [rad] at the stamps of the left one, the right one interpolated.
 
     Returns:
         the drives, and the number of angles of a wheel that have none of the other within `LONGEST_GAP_NS`, except
@@ -154,9 +180,9 @@ def paired_drives(left: WheelSeries, right: WheelSeries) -> Tuple[List[TimedDriv
     drives, left_out = [], 0
     lefts, rights = ([side.at(rows) for rows in ascending_runs(side.stamps_ns)] for side in (left, right))
     for of_left, of_right in zip(lefts, rights):
-        if not (len(of_left.stamps_ns) and len(of_right.stamps_ns)):
-            continue
         stamps_ns, other_ns = of_left.stamps_ns, of_right.stamps_ns
+        if not (len(stamps_ns) and len(other_ns)):
+            continue
         after = np.searchsorted(other_ns, stamps_ns).clip(max=len(other_ns) - 1)
         before = np.where(other_ns[after] == stamps_ns, after, (after - 1).clip(min=0))
         is_between = (other_ns[before] <= stamps_ns) & (stamps_ns <= other_ns[after])
@@ -187,12 +213,6 @@ def start_angles_note(seed: int) -> str:
     )
 
 
-SPEEDS_NOTE = (
-    'the wheel angles are integrated speeds: what a wheel does between two of them, and the error of each, adds up in '
-    'them; a PPR adds its own rounding'
-)
-
-
 def angles_of_counts_rad(counts: np.ndarray, ppr: float) -> np.ndarray:
     """Return the middles of the pulses in which a wheel is.
 
@@ -200,26 +220,3 @@ def angles_of_counts_rad(counts: np.ndarray, ppr: float) -> np.ndarray:
     a count is one off in a quarter of PPR / this encoder's PPR of the samples.
     """
     return np.asarray((counts + 0.5) * (2.0 * math.pi / ppr))
-
-
-def wheel_angles(numbers: WheelSeries, unit: WheelUnit) -> WheelSeries:
-    """Convert the numbers of a wheel to its angles [rad].
-
-    Counts are unwrapped, speeds integrated by the trapezoidal rule; time that goes back does not turn a wheel.
-    """
-    values = numbers.values
-    if unit.ppr is not None:
-        counts = np.floor(values if unit.unit == TICKS else np.cumsum(values)).astype(np.int64)
-        if unit.counter_modulus:
-            half = unit.counter_modulus // 2
-            steps = (np.diff(counts) + half) % unit.counter_modulus - half
-            counts = np.cumsum(np.concatenate((counts[:1], steps)))
-        angles_rad = angles_of_counts_rad(counts, unit.ppr)
-    elif unit.unit in SPEEDS:
-        speeds_radps = RADPS_OF_SPEED[unit.unit](unit.radius_m) * values
-        intervals_s = np.maximum(np.diff(numbers.stamps_ns), 0) / NANOSECONDS_PER_SECOND
-        turns_rad = 0.5 * (speeds_radps[1:] + speeds_radps[:-1]) * intervals_s
-        angles_rad = np.cumsum(np.concatenate(([unit.start_rad], turns_rad)))[: len(values)]
-    else:
-        angles_rad = RAD_OF_ANGLE[unit.unit](unit.radius_m) * values
-    return numbers._replace(values=-angles_rad if unit.is_reversed else angles_rad)

@@ -26,7 +26,7 @@ from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.bag_source import open_source
-from diff_encoder_sim.drives.joint_wheels import WheelOptions, find_wheels
+from diff_encoder_sim.drives.joint_wheels import find_wheels
 from diff_encoder_sim.drives.message_encoders import encode_clock
 from diff_encoder_sim.drives.reencoding import COPIED, copied_topics
 from diff_encoder_sim.drives.trial_bag import EARLIEST_NS
@@ -73,18 +73,17 @@ class ReplayNode:
         if self._out.exists():
             raise ConfigError(f'out: {self._out} exists; allowed: the path of a new file')
         with open_source(self._bag) as source:
-            joints = encoder.left_joint, encoder.right_joint
-            options = WheelOptions(self._params.joint_states, '', None, *joints)
-            wheels = find_wheels(self._bag, source, options, encoder)
+            choices = self._params.joint_states, '', encoder.left_joint, encoder.right_joint
+            topic, kind, _ = find_wheels(self._bag, source, encoder, *choices)
             copied = copied_topics(source)
             trial = trial_of_source(self._bag, source)
-        if wheels.message_type != topics.JOINT_STATE_TYPE:
+        if kind != topics.JOINT_STATE_TYPE:
             expected = f'expected {topics.JOINT_STATE_TYPE}; reencode can use counts'
-            raise ConfigError(f'{self._bag}: {wheels.topic} has counts; {expected}')
+            raise ConfigError(f'{self._bag}: {topic} has counts; {expected}')
         self._recorder = Recorder(self._out, RECORDED)
         self._clock = EncodedPublisher('/clock', Clock)
         self._played = {topic: EncodedPublisher(topic, COPIED_CLASSES[topic]) for topic in copied}
-        self._played[wheels.topic] = EncodedPublisher(topics.JOINT_STATES, JointState)
+        self._played[topic] = EncodedPublisher(topics.JOINT_STATES, JointState)
         if trial is not None:
             for name in OF_ODOMETRY:
                 used, recorded = getattr(odometry, name), getattr(trial, name)

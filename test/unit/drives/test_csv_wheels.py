@@ -5,7 +5,7 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.drives.csv_wheels import CsvStream, CsvWheels, find_format
-from diff_encoder_sim.drives.wheel_source import WheelUnit
+from diff_encoder_sim.drives.wheel_source import WheelNumbers
 
 
 @pytest.mark.parametrize(
@@ -71,8 +71,8 @@ def stream_of(tmp_path, content, columns='123'):
 
 
 def rows_of(stream):
-    wheels = CsvWheels([stream.topic], ('l', 'r'), (WheelUnit('rad', 0.1),) * 2, None, 'rad')
-    for message in stream.messages():
+    wheels = CsvWheels(stream.topic, ('l', 'r'), WheelNumbers('rad', 0.1))
+    for message in stream.messages(stream.topics):
         wheels.add(message)
     [(drive, times_ns)] = wheels.drives()
     assert np.array_equal(drive.stamps_ns, times_ns)

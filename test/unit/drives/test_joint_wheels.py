@@ -7,9 +7,8 @@ import pytest
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.drives.drive_stream import Message
-from diff_encoder_sim.drives.joint_wheels import JointWheels, PulseWheels, WheelTopic
+from diff_encoder_sim.drives.joint_wheels import JointWheels, PulseWheels
 from diff_encoder_sim.drives.message_encoders import encode_encoder_pulse
-from diff_encoder_sim.drives.topics import JOINT_STATE_TYPE
 from diff_encoder_sim.wheels.counter import wrap_count
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
@@ -17,7 +16,7 @@ from reencoding_drives import JOINTS, MAKERS, ROS1, angles_rad, contents, counts
 
 
 def read(messages, maker=ROS1):
-    wheels = JointWheels(WheelTopic('/js', JOINT_STATE_TYPE, JOINTS, None), maker.is_ros2)
+    wheels = JointWheels('/js', JOINTS, maker.is_ros2)
     for tick, message in enumerate(messages):
         wheels.add(Message('/js', 7 * tick, maker.raw(message)))
     [(found, times_ns)] = wheels.drives()

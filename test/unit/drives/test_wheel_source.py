@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.drives.number_units import UNITS
-from diff_encoder_sim.drives.wheel_source import WheelSeries, WheelUnit, paired_drives, wheel_angles
+from diff_encoder_sim.drives.wheel_source import WheelNumbers, WheelSeries, paired_drives, start_angles_rad
+from diff_encoder_sim.wheels.encoder_params import PerWheel
 from reencoding_drives import TICK_NS
 from reencoding_sources import ticks
 
@@ -20,21 +21,22 @@ def series(values, stamps_ns=None):
     return WheelSeries(stamps_ns, stamps_ns, np.asarray(values, float))
 
 
-def angles_of(unit, values, stamps_ns=None):
-    return wheel_angles(series(values, stamps_ns), unit).values
+def angles_of(unit, values, stamps_ns=None, ppr=None, side=0, **others):
+    numbers = WheelNumbers(unit, RADIUS_M, ppr and PerWheel(left=ppr, right=ppr), **others)
+    return numbers.angles(side, series(values, stamps_ns)).values
 
 
 @pytest.mark.parametrize('ppr', [40, 508.8])
 @pytest.mark.parametrize('bits', [None, 8, 16])
 def test_ticks_of_a_known_motion_are_its_angles_to_half_a_tick(ppr, bits):
     counts = ticks(ANGLES_RAD, ppr, bits)
-    found = angles_of(WheelUnit('ticks', RADIUS_M, ppr, 2**bits if bits else 0), counts)
+    found = angles_of('ticks', counts, ppr=ppr, moduli=(2**bits if bits else 0, 1))
     offset_rad = (counts[0] - ticks(ANGLES_RAD[0], ppr)) * 2.0 * math.pi / ppr  # of a counter that began elsewhere
     assert np.abs(found - offset_rad - ANGLES_RAD).max() <= math.pi / ppr + 1e-9
 
 
 def test_ticks_of_each_message_add_up():
-    found = angles_of(WheelUnit('ticks/message', RADIUS_M, 360.0), np.diff(ticks(ANGLES_RAD, 360), prepend=0))
+    found = angles_of('ticks/message', np.diff(ticks(ANGLES_RAD, 360), prepend=0), ppr=360.0)
     assert np.abs(found - ANGLES_RAD).max() <= math.pi / 360 + 1e-9
 
 
@@ -48,21 +50,21 @@ def test_ticks_of_each_message_add_up():
     ],
 )
 def test_angles_and_evenly_changing_speeds_are_exact(unit, per_rad, speed_unit, per_radps):
-    assert angles_of(WheelUnit(unit, RADIUS_M), ANGLES_RAD * per_rad) == pytest.approx(ANGLES_RAD, abs=1e-12)
+    assert angles_of(unit, ANGLES_RAD * per_rad) == pytest.approx(ANGLES_RAD, abs=1e-12)
     times_s = np.arange(500) * 0.01
-    found = angles_of(WheelUnit(speed_unit, RADIUS_M, start_rad=0.7), (2.0 - 3.0 * times_s) * per_radps)
-    assert found == pytest.approx(0.7 + 2.0 * times_s - 1.5 * times_s**2, abs=1e-9)
+    found = angles_of(speed_unit, (2.0 - 3.0 * times_s) * per_radps, side=1, seed=3)
+    assert found == pytest.approx(start_angles_rad(3)[1] + 2.0 * times_s - 1.5 * times_s**2, abs=1e-9)
 
 
 def test_time_that_stands_or_goes_back_does_not_turn_a_wheel():
-    found = angles_of(WheelUnit('rad/s', RADIUS_M), [3.0] * 5, 10**9 * np.array([1, 2, 2, 1, 2]))
-    assert found == pytest.approx([0.0, 3.0, 3.0, 3.0, 6.0])
+    found = angles_of('rad/s', [3.0] * 5, 10**9 * np.array([1, 2, 2, 1, 2]))
+    assert found - found[0] == pytest.approx([0.0, 3.0, 3.0, 3.0, 6.0])
 
 
 @pytest.mark.parametrize('unit', UNITS)
 def test_a_reversed_wheel_turns_the_other_way(unit):
-    forward = WheelUnit(unit, RADIUS_M, 360.0 if unit.startswith('ticks') else None)
-    found = [angles_of(each, [1.0, 5.0, 4.0]) for each in (forward, forward._replace(is_reversed=True))]
+    ppr = 360.0 if unit.startswith('ticks') else None
+    found = [angles_of(unit, [1.0, 5.0, 4.0], ppr=ppr, reversed_sides=sides) for sides in (['right'], ['left'])]
     assert found[1] == pytest.approx(-found[0]) and found[0].any()
 
 
