@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 import re
 import shlex
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple, Union
+from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 from rosbags.interfaces import Nodetype
@@ -41,40 +40,20 @@ class MessageField(NamedTuple):
 
     topic: str
     name: str  # as users write it
-    message_type: str
     steps: List[Union[str, int]]  # names of fields, and indices
-    number: str  # its type, as ROS spells it
-    store: Any  # rosbags' Typestore
-    is_cdr: bool
-
-    @property
-    def bits(self) -> Optional[int]:
-        """Width of a whole number after which its counter wraps; None if it does not."""
-        return _BITS.get(self.number)
-
-    @property
-    def has_header(self) -> bool:
-        """Whether messages have a stamp."""
-        return ('header', HEADER) in [(name, what[1]) for name, what in _fields_of(self.store)[self.message_type][1]]
+    bits: Optional[int]  # width of a whole number, after which its counter wraps; None if it does not
+    has_header: bool  # its messages have a stamp
+    deserialize: Callable[[bytes], Any]
 
     def decode(self, raw: bytes) -> Any:
-        """Decode a message.
-
-        Raises:
-            InputFault: it is torn, or of another type.
-        """
-        decode = self.store.deserialize_cdr if self.is_cdr else self.store.deserialize_ros1
+        """Decode a message; InputFault if it is torn, or of another type."""
         try:
-            return decode(raw, self.message_type)
+            return self.deserialize(raw)
         except Exception:  # rosbags raises many types for a torn message
             raise InputFault(TORN) from None
 
     def value(self, decoded: Any) -> float:
-        """Return the number of a decoded message.
-
-        Raises:
-            InputFault: there is none, or it is not finite.
-        """
+        """Return the number of a decoded message; InputFault if there is none, or it is not finite."""
         for step in self.steps:
             if isinstance(step, str):
                 decoded = getattr(decoded, step)
@@ -88,21 +67,17 @@ class MessageField(NamedTuple):
 
 
 def find_field(path: Path, source: DriveStream, option: str, given: str) -> MessageField:
-    """Find the number that a user names.
-
-    Raises:
-        ConfigError: there is no such topic, or no such number in its messages; it lists the existing ones.
-    """
+    """Find the number that a user names; ConfigError with a list of the existing ones if there is none."""
     match = _ADDRESS.fullmatch(given)
     topic = match['topic'] if match else ''
     topic = topic if topic in source.topics else f'/{topic}'
     if not match or topic not in source.topics:
         listed = ', '.join(sorted(source.topics))
         raise ConfigError(f'{path}: {option}: given {given}; allowed: TOPIC or TOPIC.field[0] of its topics {listed}')
-    kind, store = source.topics[topic], _store(source, topic)
-    if kind not in _fields_of(store):
+    kind, (store, fields) = source.topics[topic], _types(source, topic)
+    if kind not in fields:
         raise ConfigError(f'{path}: {topic} is of {kind}, which the bag does not define; expected a bag that does')
-    numbers = dict(numbers_of(_fields_of(store), kind))
+    numbers = dict(numbers_of(fields, kind))
     place = _USUAL.sub('', match['path'])
     place = place if place.startswith('.') else f'.data{place}'
     number = numbers.get(re.sub(r'\[[0-9]+\]', '[0]', place))
@@ -110,23 +85,21 @@ def find_field(path: Path, source: DriveStream, option: str, given: str) -> Mess
         listed = ', '.join(topic + _USUAL.sub('', each) for each in numbers) or 'it has no numbers'
         raise ConfigError(f'{path}: {option}: given {given}, which is no number of {kind}; allowed: {listed}')
     steps: List[Union[str, int]] = [int(index) if index else name for name, index in _STEP.findall(place)]
-    return MessageField(topic, topic + _USUAL.sub('', place), kind, steps, number, store, source.is_cdr)
+    has_header = ('header', HEADER) in [(name, what[1]) for name, what in fields[kind][1]]
+    decode = store.deserialize_cdr if source.is_cdr else store.deserialize_ros1
+    name, bits = topic + _USUAL.sub('', place), _BITS.get(number)
+    return MessageField(topic, name, steps, bits, has_header, lambda raw: decode(raw, kind))
 
 
-def _store(source: DriveStream, topic: str) -> Any:
+def _types(source: DriveStream, topic: str) -> Tuple[Any, Fields]:
     """Return the types of a topic's definition; those of ROS if it is damaged or missing."""
-    name = source.topics[topic]
-    with contextlib.suppress(Exception):  # rosbags raises many types for a damaged text
-        store = get_typestore(Stores.EMPTY)
+    name, store = source.topics[topic], get_typestore(Stores.EMPTY)
+    try:
         store.register(get_types_from_msg(source.definitions.get(name, ''), name))
         store.get_msgdef(name)  # fails if a type is missing that it is made of
-        return store
-    return get_typestore(Stores.ROS2_HUMBLE if source.is_cdr else Stores.ROS1_NOETIC)
-
-
-def _fields_of(store: Any) -> Fields:
-    fields: Fields = getattr(store, 'fielddefs', None) or store.FIELDDEFS  # of rosbags for Python 3.8
-    return fields
+    except Exception:  # rosbags raises many types for a damaged text
+        store = get_typestore(Stores.ROS2_HUMBLE if source.is_cdr else Stores.ROS1_NOETIC)
+    return store, getattr(store, 'fielddefs', None) or store.FIELDDEFS  # type: ignore[attr-defined]  # on Python 3.8
 
 
 def numbers_of(fields: Fields, message: str, depth: int = _DEPTH) -> Iterator[Tuple[str, str]]:
@@ -147,23 +120,13 @@ def numbers_of(fields: Fields, message: str, depth: int = _DEPTH) -> Iterator[Tu
 _LISTED_OPTIONS = 5
 
 # A name of the left wheel becomes the right one's by one of these.
-_MIRRORED = (
-    ('left', 'right'),
-    ('Left', 'Right'),
-    ('LEFT', 'RIGHT'),
-    ('lwheel', 'rwheel'),
-    ('l_', 'r_'),
-    ('_l', '_r'),
-    ('[0]', '[1]'),
-)
-# Elements of an array are both wheels only if its name is about wheels.
+_MIRRORED = [names.split() for names in ('left right', 'Left Right', 'LEFT RIGHT', 'lwheel rwheel', 'l_ r_', '_l _r')]
+# The first two elements of an array are both wheels only if its name is about wheels.
 _OF_WHEELS = re.compile('tick|enc|count|wheel|drive|motor')
 # The likely unit by the first of these words in a name; empty if it is not about the rotation of wheels.
 _UNITS_BY_WORD = (
-    (
-        'cmd|target|command|setpoint|desired|current|temp|pwm|duty|cliff|bump|drop|layout|time|covariance|imu|scan|resolution',
-        '',
-    ),
+    ('cmd|target|command|setpoint|desired|current|temp|pwm|duty', ''),
+    ('cliff|bump|drop|layout|time|covariance|imu|scan|resolution', ''),
     ('tick|encoder|count|enc_', TICKS),
     ('rpm', 'rpm'),
     ('travel|position|angle', 'rad'),
@@ -178,10 +141,12 @@ def serving_options(source: DriveStream) -> List[str]:
     """List options that give wheel angles of a bag, the likeliest first."""
     names: List[str] = []  # all numbers, as users name them
     for topic, kind in source.topics.items():
-        names += [topic + _USUAL.sub('', place) for place, _ in numbers_of(_fields_of(_store(source, topic)), kind)]
+        names += [topic + _USUAL.sub('', place) for place, _ in numbers_of(_types(source, topic)[1], kind)]
     pairs = []
     for left in dict.fromkeys(names):
-        right = next((right for right in _mirrored(left) if right in names), '')
+        mirrored = [*_MIRRORED, *([('[0]', '[1]')] if _OF_WHEELS.search(left.lower()) else [])]
+        rights = (left.replace(of_left, of_right) for of_left, of_right in mirrored if of_left in left)
+        right = next((right for right in rights if right in names), '')
         unit = next((unit for words, unit in _UNITS_BY_WORD if re.search(words, left.lower())), '')
         if right and unit:
             about = '--ticks-per-revolution N' if unit == TICKS else f'--unit {unit}'
@@ -192,12 +157,6 @@ def serving_options(source: DriveStream) -> List[str]:
         poses = [shlex.quote(f'odom{ARROW}base_link')]
     ticks = [option for _, _, option in sorted(pairs)[:_LISTED_OPTIONS]]
     return [*ticks, *(f'--odom {each}' for each in poses[:_LISTED_OPTIONS])]
-
-
-def _mirrored(left: str) -> Iterator[str]:
-    for left_word, right_word in _MIRRORED:
-        if left_word in left and (left_word != '[0]' or _OF_WHEELS.search(left.lower())):
-            yield left.replace(left_word, right_word)
 
 
 class FieldWheels(WheelSource):
