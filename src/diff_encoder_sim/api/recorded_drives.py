@@ -96,9 +96,7 @@ def reencoding(options: DriveOptions) -> Reencoding:
             robot = _with_joints(options, wheels, robot)
         chosen = wheel_options.chosen_encoders(options, robot.encoder)
         files = output_files(options.out, path, chosen)
-        encoders = [
-            Encoder(each.ppr, each.name, *parameters_with(each, robot.encoder, robot.odometry)) for each in chosen
-        ]
+        encoders = [Encoder(each, *parameters_with(each, robot.encoder, robot.odometry)) for each in chosen]
         copied = [*encoding.copied_topics(stream), *([TRIAL] if trial else [])] if files else []
         read = encoding.read_drive(stream, wheels, reference, copied)
         why = '; '.join(read.notes[-1:]) or stream.fault or 'too short'
@@ -124,8 +122,8 @@ def reencoding(options: DriveOptions) -> Reencoding:
         if finer:
             lines.append(f'recorded with {ppr_label(recorded)} PPR: {finer} limited by the recorded resolution')
     drives = [
-        ReencodedDrive(one.encoder.label, PoseSeries(*(np.concatenate(parts) for parts in zip(*one.paths))), error)
-        for one, error in zip(encoded, errors)
+        ReencodedDrive(encoder.label, PoseSeries(*(np.concatenate(parts) for parts in zip(*one.paths))), error)
+        for encoder, one, error in zip(chosen, encoded, errors)
     ]
     return Reencoding(
         drives,
@@ -188,7 +186,7 @@ def _encoded(
     try:
         with contextlib.ExitStack() as bags:  # removes the bags after an error
             for encoder in encoders:
-                bag = bags.enter_context(TrialBag(files[encoder.label], 'full')) if files else None
+                bag = bags.enter_context(TrialBag(files[encoder.chosen.label], 'full')) if files else None
                 encoded.append(encoding.encode_drive(read, encoder, trial, bag))
             if not any(one.reports > 1 for one in encoded):
                 raise ConfigError(no_drive)

@@ -22,14 +22,7 @@ class OdometryWheels(WheelSource):
     """Computes the rotation of the wheels of a robot without slip between one pose and the next."""
 
     def __init__(self, odometry: RecordedPoses, joints: Tuple[str, str], wheels: OdometryParams, seed: int) -> None:
-        """Prepare to read.
-
-        Args:
-            odometry: a topic of poses, or two frames of /tf.
-            joints: left, right: the names under which angles are given.
-            wheels: diameter, separation, and where the axle is in the frame of the poses.
-            seed: of the wheels' angles at the start.
-        """
+        """Prepare to read; `wheels` has diameter, separation and axle, `seed` is of the wheels' angles at the start."""
         super().__init__(odometry.topics, joints, f'messages of {odometry.name} (wheel angles by inverse kinematics)')
         self._odometry, self._wheels, self._seed = odometry, wheels, seed
         self._along_m = self._sideways_m = 0.0

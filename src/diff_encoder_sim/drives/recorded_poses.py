@@ -122,13 +122,7 @@ def find_reference(path: Path, source: DriveStream, given: str) -> Optional[Reco
 
 
 def find_poses(path: Path, source: DriveStream, option: str, given: str) -> RecordedPoses:
-    """Find the poses that a user names.
-
-    Args:
-        path: of the bag, for error messages.
-        source: the bag.
-        option: by which they are named, for error messages.
-        given: a topic, or frames as 'map->base_link'.
+    """Find the poses of a topic, or of frames as 'map->base_link', that a user gives with an option.
 
     Raises:
         ConfigError: the given topic or frame does not exist, is of another type, or has no pose.

@@ -5,8 +5,9 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections import deque
-from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
+from array import array
+from collections import defaultdict, deque
+from typing import DefaultDict, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from tabulate import tabulate
@@ -24,8 +25,8 @@ from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.trial_definition import Trial, with_encoder
 from diff_encoder_sim.drives.typestore import to_ros1
 from diff_encoder_sim.drives.wheel_source import TimedDrive, WheelSource, ascending_runs
+from diff_encoder_sim.wheels.catalogue import ChosenEncoder
 from diff_encoder_sim.wheels.chain import Chain
-from diff_encoder_sim.wheels.encoder_params import PerWheel, encoder_label
 from diff_encoder_sim.wheels.odometry import OdometryEstimate, wheel_speeds_mps
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.report_link import EncoderSample
@@ -67,27 +68,21 @@ class ReadDrive(NamedTuple):
 def read_drive(
     source: DriveStream, wheels: WheelSource, reference: Optional[RecordedPoses], copied: Sequence[str] = ()
 ) -> ReadDrive:
-    """Read a drive to its end: a bag is streamed, and only some numbers of each sample are kept.
+    """Read the wheels, the poses to compare with, and the messages of copied topics, which are of ROS's own types.
 
-    Args:
-        source: the drive.
-        wheels: takes the messages of the wheels.
-        reference: takes those of the poses to compare with; None if there are none.
-        copied: topics whose messages are kept, of ROS's own types.
+    A bag is streamed, and only some numbers of each sample are kept.
     """
     reference_topics = reference.topics if reference else ()
     commanded = (topics.CMD_VEL,) if has_commands(source) else ()
     commands: List[Tuple[int, float, float]] = []
     copies: List[Message] = []
-    count, first_ns, last_ns = 0, 0, 0
-    faults: Dict[str, List[str]] = {}  # by topic
+    times_ns = array('q')  # of the wheels' messages
+    faults: DefaultDict[str, List[str]] = defaultdict(list)  # by topic
     for message in source.messages({*wheels.topics, *reference_topics, *commanded, *copied}):
         topic = message.topic
         try:
             if topic in wheels.topics:
-                first_ns = min(first_ns, message.time_ns) if count else message.time_ns
-                last_ns = max(last_ns, message.time_ns)
-                count += 1
+                times_ns.append(message.time_ns)
                 wheels.add(message)
             if reference and topic in reference_topics:
                 reference.add(message)
@@ -97,7 +92,7 @@ def read_drive(
                 raw = to_ros1(message.raw, source.topics[topic]) if source.is_cdr else message.raw
                 copies.append(message._replace(raw=raw))
         except InputFault as fault:
-            faults.setdefault(topic, []).append(str(fault))
+            faults[topic].append(str(fault))
     drives = wheels.drives()
     references = []
     if reference:
@@ -106,28 +101,23 @@ def read_drive(
     notes = [*wheels.notes()]
     notes += [f'{topic}: {len(lost)} messages dropped; the first: {lost[0]}' for topic, lost in faults.items()]
     starts_s = [f'{each.drive.stamps_ns[0] / NANOSECONDS_PER_SECOND:.3f} s' for each in drives if len(each.drive)]
-    used = count - sum(len(faults.get(topic, ())) for topic in wheels.topics)
+    used = len(times_ns) - sum(len(faults[topic]) for topic in wheels.topics)
     if sum(len(each.drive) for each in drives) == 1 and used > 1:
         expected = 'expected header.stamp to be the time of each sample'
         notes.append(f'stamps do not advance: {starts_s[0]} in {used} messages; {expected}')
     if len(drives) > 1:
         times = f'{len(drives) - 1} times, to {", ".join(starts_s[1:4])}'
         notes.append(f'joint stamps went back {times}: encoders and odometry restarted')
-    return ReadDrive(drives, references, commands, copies, count, (last_ns - first_ns) / NANOSECONDS_PER_SECOND, notes)
+    duration_s = (max(times_ns, default=0) - min(times_ns, default=0)) / NANOSECONDS_PER_SECOND
+    return ReadDrive(drives, references, commands, copies, len(times_ns), duration_s, notes)
 
 
 class Encoder(NamedTuple):
-    """An encoder, ideal or real, and the odometry that its counts are for."""
+    """An encoder, and the odometry that its counts are for."""
 
-    ppr: PerWheel
-    name: str  # of a real encoder
+    chosen: ChosenEncoder
     params: EncoderParams
     odometry: OdometryParams
-
-    @property
-    def label(self) -> str:
-        """Return the name of the encoder in tables."""
-        return encoder_label(self.ppr, self.name)
 
 
 class EncodedDrive(NamedTuple):
@@ -141,16 +131,10 @@ class EncodedDrive(NamedTuple):
 def encode_drive(
     read: ReadDrive, encoder: Encoder, trial: Optional[Trial] = None, bag: Optional[TrialBag] = None
 ) -> EncodedDrive:
-    """Compute the messages of the nodes with an encoder, and write them into a bag, if one is given.
+    """Compute the messages of the nodes with an encoder; OSError if they cannot be written into the bag.
 
-    Args:
-        read: the drive.
-        encoder: the encoder.
-        trial: the recorded one, which is written as if it had been driven with the encoder.
-        bag: gets each message at the time of the message that led to it.
-
-    Raises:
-        OSError: the bag cannot be written.
+    The bag gets each message at the time of the message that led to it, and the recorded trial as if it had been driven
+    with the encoder.
     """
     chain = Chain(encoder.params, encoder.odometry)
     paths, count = [], 0
@@ -212,7 +196,7 @@ def _copy(bag: TrialBag, message: Message, encoder: Encoder, trial: Optional[Tri
     if message.topic != topics.TRIAL:
         bag.publish(message.topic, COPIED[message.topic], message.time_ns, bytes, message.raw)
     elif trial is not None:
-        text = with_encoder(trial, encoder.params, encoder.odometry, encoder.name).model_dump_json()
+        text = with_encoder(trial, encoder.params, encoder.odometry, encoder.chosen.name).model_dump_json()
         bag.publish(topics.TRIAL, topics.NAVIGATION_TRIAL_NODE, message.time_ns, encoders.encode_string, text)
 
 
@@ -221,7 +205,7 @@ def drive_errors(read: ReadDrive, encoded: Sequence[EncodedDrive], has_reference
     if has_reference:
         references, finest = read.references, None
     else:
-        finest = max(encoded, key=lambda one: (not one.encoder.name, min(one.encoder.ppr.left, one.encoder.ppr.right)))
+        finest = max(encoded, key=lambda one: (not one.encoder.chosen.name, min(dict(one.encoder.chosen.ppr).values())))
         references = finest.paths
     errors: List[Optional[PathError]] = []
     for one in encoded:
@@ -237,7 +221,7 @@ def error_rows(encoded: Sequence[EncodedDrive], errors: Sequence[Optional[PathEr
     """Return the errors of each encoder by name with its unit, in SI units; None for a missing value."""
     rows = []
     for one, error in zip(encoded, errors):
-        row: Dict[str, Value] = {'ppr': one.encoder.label, 'reports': one.reports}
+        row: Dict[str, Value] = {'ppr': one.encoder.chosen.label, 'reports': one.reports}
         row['common_stamps'] = error and error.poses
         for name in ('ate_rmse_m', 'ate_max_m', 'yaw_rmse_rad'):
             row[name] = error and getattr(error, name)
@@ -282,11 +266,8 @@ _RPE_HEADS = {'segments': '{}\nsegments', 'position_rmse_m': 'RPE\n[m]', 'yaw_rm
 def text_table(rows: Sequence[Dict[str, Value]]) -> str:
     """Format `error_rows`: one line for each encoder, and one for each encoder and length of RPE's segments."""
     paths = [[_cell(column, row[column]) for column in _PATH_HEADS] for row in rows]
-    rpe_heads = [
-        'PPR',
-        'segment\nlength',
-        *(head.format(pairs.text) for pairs in RpePairs for head in _RPE_HEADS.values()),
-    ]
+    rpe_heads = ['PPR', 'segment\nlength']
+    rpe_heads += [head.format(pairs.text) for pairs in RpePairs for head in _RPE_HEADS.values()]
     relative = []
     for row in rows:
         for distance_m in RPE_DISTANCES_M if row['common_stamps'] else ():

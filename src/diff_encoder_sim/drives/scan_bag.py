@@ -19,12 +19,6 @@ def read_scan_drive(
 ) -> Tuple[PoseSeries, Pose2D]:
     """Read the poses of odometry, and the laser's pose in the base.
 
-    Args:
-        path: of the bag, for error messages.
-        source: the bag.
-        scan_topic: of LaserScan.
-        odom_topic: of Odometry.
-
     Raises:
         ConfigError: a topic is missing or of another type, a pose is not finite, or /tf_static
             does not contain where the laser is.
@@ -59,11 +53,7 @@ def read_scan_drive(
 
 
 def read_scans(path: Path, source: DriveStream, scan_topic: str = SCAN) -> Iterator[Scan]:
-    """Yield the scans in the order they were recorded, each read as it is asked for.
-
-    Raises:
-        ConfigError: a message is damaged.
-    """
+    """Yield the scans in the order of their recording; ConfigError if a message is damaged."""
     for message in source.messages((scan_topic,)):
         try:
             yield decode_scan(message.raw, source.is_cdr)[0]

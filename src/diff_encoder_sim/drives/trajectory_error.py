@@ -119,9 +119,8 @@ def common_poses(estimate: PoseSeries, reference: PoseSeries) -> np.ndarray:
 def _other_at(own: PoseSeries, other: PoseSeries) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Interpolate the other path at the stamps of its own, yaw by the shorter turn.
 
-    Returns:
-        the other's poses (n, 3), by how much the gap that was bridged is shorter than the step to the own pose [ns]
-        (n,), and whether stamps are equal (n,).
+    Return the other's poses (n, 3), by how much the bridged gap is shorter than the step to the own pose [ns] (n,), and
+    whether stamps are equal (n,).
     """
     stamps_ns = own.stamps_ns
     after = np.searchsorted(other.stamps_ns, stamps_ns).clip(max=len(other.stamps_ns) - 1)

@@ -37,11 +37,7 @@ class TrialRecording(NamedTuple):
 
 
 def trial_of_source(path: Path, source: DriveStream) -> Optional[Trial]:
-    """Read the trial that a bag was recorded from; None if the bag has no /trial.
-
-    Raises:
-        ConfigError: /trial is not as expected.
-    """
+    """Read the trial that a bag was recorded from, None without /trial; ConfigError if it is not as expected."""
     about = _json(path, source, TRIAL)
     return None if about is None else Trial.from_mapping(about, f'{path}: {TRIAL}')
 
@@ -61,12 +57,7 @@ def _json(path: Path, source: DriveStream, topic: str) -> Optional[Dict[str, Any
 
 
 def read_trial(path: Union[str, Path]) -> TrialRecording:
-    """Read one bag of a trial.
-
-    Raises:
-        ConfigError: the bag cannot be read to its end, is not one of a trial, is of several robots,
-            or a pose in it is not finite.
-    """
+    """Read one bag of a trial; ConfigError if it is not whole, of a trial and of one robot, with finite poses."""
     path = Path(path)
     with open_source(path) as source:
         _check_whole(path, source)

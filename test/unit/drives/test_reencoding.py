@@ -18,6 +18,7 @@ from diff_encoder_sim.drives import reencoding
 from diff_encoder_sim.drives.message_decoders import POSE_TYPES
 from diff_encoder_sim.drives.message_encoders import encode_encoder_pulse, encode_odometry, encode_planar_tf
 from diff_encoder_sim.drives.trial_definition import Trial
+from diff_encoder_sim.wheels.catalogue import ChosenEncoder
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
@@ -158,7 +159,7 @@ def test_csv_is_exact_and_empty_without_a_value():
     bent = np.column_stack((1.01 * x_m, np.zeros(29), np.where(x_m > 0.0, 0.01, 0.0)))
     reference, encoded = PoseSeries(stamps_ns, np.column_stack((x_m, np.zeros((29, 2))))), []
     for ppr, path in ((90, PoseSeries(stamps_ns, bent)), (4096, PoseSeries(stamps_ns[:0], bent[:0]))):
-        encoder = reencoding.Encoder(PerWheel(left=ppr, right=ppr), '', EncoderParams(), OdometryParams())
+        encoder = reencoding.Encoder(ChosenEncoder(PerWheel(left=ppr, right=ppr)), EncoderParams(), OdometryParams())
         encoded.append(reencoding.EncodedDrive(encoder, 29, [path]))
     errors = reencoding.drive_errors(reencoding.ReadDrive([], [reference], [], [], 29, 1.4, []), encoded, True)
     bent, empty = csv.DictReader(reencoding.csv_table(reencoding.error_rows(encoded, errors)).splitlines())
