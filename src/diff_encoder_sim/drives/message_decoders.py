@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import struct
-from typing import TYPE_CHECKING, Any, Iterator, List, NamedTuple, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Iterator, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
@@ -185,7 +185,14 @@ class JointDecoder:
     def decode(self, raw: bytes) -> JointValues:
         """Decode a message."""
         if not self._raw_names or not raw.startswith(self._raw_names, FRAME_AT):
-            self._learn_names(raw)
+            fields = FieldReader(raw, self._is_cdr)
+            fields.header()
+            names = tuple(fields.text() for _ in range(fields.length()))
+            length_at = fields.align(LENGTH.size)
+            fields.length()
+            # All at once, so that no part of a torn message is used for the next one.
+            self._names, self._raw_names = names, raw[FRAME_AT:length_at]
+            self._length_at, self._values_at = length_at, fields.align(NUMBER_SIZE)
         try:
             seconds, nanoseconds = TIME.unpack_from(raw, STAMP_AT)
             count = LENGTH.unpack_from(raw, self._length_at)[0]
@@ -194,16 +201,6 @@ class JointDecoder:
         except struct.error:
             raise InputFault(TORN) from None
         return JointValues(seconds * NANOSECONDS_PER_SECOND + nanoseconds, self._names, values)
-
-    def _learn_names(self, raw: bytes) -> None:
-        fields = FieldReader(raw, self._is_cdr)
-        fields.header()
-        names = tuple(fields.text() for _ in range(fields.length()))
-        length_at = fields.align(LENGTH.size)
-        fields.length()
-        # All at once, so that no part of a torn message is used for the next one.
-        self._names, self._raw_names = names, raw[FRAME_AT:length_at]
-        self._length_at, self._values_at = length_at, fields.align(NUMBER_SIZE)
 
 
 def decode_wheel_speeds(raw: bytes) -> Tuple[int, Tuple[float, float]]:
@@ -250,21 +247,14 @@ def decode_model_state(raw: bytes, model: str) -> BodyState:
     """Decode one model's state of a gazebo_msgs/ModelStates of ROS 1, of any simulator."""
     from diff_encoder_sim.simulation.state import BodyState  # noqa: PLC0415  # nodes of an encoder import this module
 
+    fields = FieldReader(raw, is_cdr=False)
+    names = [fields.text() for _ in range(fields.length())]
+    if model not in names:
+        raise InputFault(f'no model {model!r}; expected it among {names}')
+    index, poses = names.index(model), fields.content(fields.length() * POSE.size)
+    twists = fields.content(fields.length() * TWIST.size)
     try:
-        names: List[bytes] = []
-        begin = LENGTH.size
-        for _ in range(LENGTH.unpack_from(raw)[0]):
-            end = begin + LENGTH.size + LENGTH.unpack_from(raw, begin)[0]
-            names.append(raw[begin + LENGTH.size : end])
-            begin = end
-        if model.encode() not in names:
-            raise InputFault(
-                f'no model {model!r}; expected it among {[name.decode("utf-8", "replace") for name in names]}'
-            )
-        index, poses_at = names.index(model.encode()), begin + LENGTH.size
-        twists_at = poses_at + LENGTH.unpack_from(raw, begin)[0] * POSE.size + LENGTH.size
-        pose = POSE.unpack_from(raw, poses_at + index * POSE.size)
-        twist = TWIST.unpack_from(raw, twists_at + index * TWIST.size)
+        pose, twist = POSE.unpack_from(poses, index * POSE.size), TWIST.unpack_from(twists, index * TWIST.size)
     except struct.error:
         raise InputFault(TORN) from None
     return BodyState(pose[:3], pose[3:], twist[:3], twist[3:])

@@ -113,11 +113,7 @@ class TestDefinition(Params):
         return self.drive_end() if last_goal is None else last_goal.pose()
 
     def check_drivable(self, nav: str) -> None:
-        """Check that the test has what this kind of navigation drives.
-
-        Raises:
-            ConfigError: scripted needs a drive, any other a route.
-        """
+        """Raise ConfigError if the test has no drive for scripted navigation, or no route for any other."""
         if nav == 'scripted' and not self.drive:
             raise ConfigError(f'nav: given scripted, but {self.name} has no drive; allowed: embedded, upstream')
         if nav != 'scripted' and not self.route:
@@ -132,20 +128,12 @@ class TestDefinition(Params):
 
 
 def load_test(name: str, config_folder: Union[str, Path], folder: Path = Path()) -> TestDefinition:
-    """Load a test by its name (`SL` is config/tests/SL.yaml) or by the path of its file, relative to `folder`.
-
-    Raises:
-        ConfigError: there is no such test, or its file is bad.
-    """
+    """Load a test by its name (`SL` is config/tests/SL.yaml) or its file, relative to `folder`; ConfigError if bad."""
     return load_params(TestDefinition, find_yaml('test', name, Path(config_folder, 'tests'), folder))
 
 
 def find_world(name: str, worlds_folder: Union[str, Path]) -> Path:
-    """Return the path of a world file given by its path or by its name under worlds/.
-
-    Raises:
-        ConfigError: there is no such file.
-    """
+    """Return the path of a world file given by its path or by its name under worlds/; ConfigError if there is none."""
     for path in (Path(name), Path(worlds_folder) / name, Path(worlds_folder) / f'{name}.world'):
         if path.is_file():
             return path.resolve()

@@ -149,19 +149,13 @@ OF_ENCODER = ('left_joint', 'right_joint', 'left_reversed', 'right_reversed')
 
 
 def wheels_of(odometry: OdometryParams, encoder: EncoderParams) -> Dict[str, Any]:
-    """Return the fields of Trial that whoever computes odometry from the bag's pulses or angles needs."""
-    return {
-        **{name: getattr(odometry, name) for name in OF_ODOMETRY},
-        **odometry.uncertainty,
-        **{name: getattr(encoder, name) for name in OF_ENCODER},
-        'counter_modulus': encoder.counter_modulus,
-    }
+    """Return the fields of Trial that computing odometry from the bag's pulses or angles needs."""
+    of_odometry = {name: getattr(odometry, name) for name in OF_ODOMETRY}
+    of_encoder = {name: getattr(encoder, name) for name in (*OF_ENCODER, 'counter_modulus')}
+    return {**of_odometry, **odometry.uncertainty, **of_encoder}
 
 
 def with_encoder(trial: Trial, encoder: EncoderParams, odometry: OdometryParams, name: str = '') -> Trial:
     """Return the same trial as if it had been driven with another encoder, which may have a name, and odometry."""
-    geometry = {key: getattr(odometry, key) for key in OF_ODOMETRY}
-    resolution = resolution_text(encoder.encoder)
-    counted = {'ppr': encoder.counts_per_turn, 'encoder': name, 'resolution': resolution}
-    counted['counter_modulus'] = encoder.counter_modulus
-    return trial.model_copy(update={**counted, 'odom': 'encoder', **geometry, **odometry.uncertainty})
+    counted = {'ppr': encoder.counts_per_turn, 'encoder': name, 'resolution': resolution_text(encoder.encoder)}
+    return trial.model_copy(update={**counted, 'odom': 'encoder', **wheels_of(odometry, encoder)})

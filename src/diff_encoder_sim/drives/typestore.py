@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple, Tuple
+from typing import NamedTuple, Tuple
 
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
@@ -30,8 +30,7 @@ def full_text(message_type: str) -> str:
 
 
 @lru_cache(maxsize=None)
-def _store(of_ros: Stores) -> Any:
-    """Return the message types that rosbags has of a version of ROS, and those of a trial's bag."""
+def _store(of_ros: Stores) -> Typestore:
     store = get_typestore(of_ros)
     for path in sorted(FOLDER.glob('*/*.msg')):
         name = f'{path.parent.name}/msg/{path.stem}'
@@ -42,8 +41,7 @@ def _store(of_ros: Stores) -> Any:
 
 def noetic_store() -> Typestore:
     """Return all message types of ROS 1 Noetic that rosbags has, and those of a trial's bag."""
-    store: Typestore = _store(Stores.ROS1_NOETIC)
-    return store
+    return _store(Stores.ROS1_NOETIC)
 
 
 class Definition(NamedTuple):
@@ -74,11 +72,7 @@ def to_cdr(message: bytes, message_type: str) -> bytes:
 
 
 def to_ros1(message: bytes, message_type: str) -> bytes:
-    """Return a message in CDR encoded for ROS 1; the seq of a header is 0.
-
-    Raises:
-        InputFault: the message is torn, or in a foreign byte order.
-    """
+    """Return a message in CDR encoded for ROS 1, the seq of a header 0; InputFault if it is torn or big-endian."""
     try:
         return bytes(_store(Stores.ROS2_HUMBLE).cdr_to_ros1(message, message_type))
     except Exception:  # rosbags raises many types for a torn message
