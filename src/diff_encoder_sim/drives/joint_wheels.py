@@ -6,7 +6,7 @@ import contextlib
 import itertools
 import re
 from pathlib import Path
-from typing import Dict, Iterator, List, Sequence, Tuple
+from typing import Dict, Iterator, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from diff_encoder_sim.drives.message_decoders import JointDecoder
 from diff_encoder_sim.drives.topics import ENCODER_PULSE_TYPE, ENCODER_VELOCITY, JOINT_STATE_TYPE
 from diff_encoder_sim.drives.wheel_source import WheelSeries, WheelSource, angles_of_counts_rad, ascending_runs
 from diff_encoder_sim.wheels.counter import Counters, first_counters, next_counters
-from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import LARGEST_ANGLE_RAD, EncoderParams
 
