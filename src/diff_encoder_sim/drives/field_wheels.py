@@ -8,7 +8,6 @@ import shlex
 from pathlib import Path
 from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Tuple, Union
 
-import numpy as np
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -192,13 +191,6 @@ class FieldWheels(WheelSource):
     def notes(self) -> Iterator[str]:
         """List stamps that are those of receipt, and limits of the angles."""
         if not self._has_stamps:
-            times_ns = {field.topic: of_side.times_ns for field, of_side in zip(self._fields, super()._series())}
-            texts = []
-            for topic, of_topic in times_ns.items():
-                intervals_ms = 1e-6 * np.diff(of_topic) if len(of_topic) > 1 else np.zeros(1)
-                texts.append(f'{topic} every {intervals_ms.mean():.1f} ms +- {intervals_ms.std():.1f} ms')
-            yield (
-                f'no stamps: the times of receipt are used, of {" and ".join(texts)} (mean, standard '
-                f'deviation); this jitter is in speeds and comparisons, not in the counts'
-            )
+            topics = ' and '.join(self.topics)
+            yield f'no stamps on {topics}: using the times of receipt; their jitter is in speeds and comparisons'
         yield from super().notes()

@@ -33,7 +33,7 @@ class OdometryWheels(WheelSource):
 
     def drives(self) -> List[TimedDrive]:
         """Return both wheels at every pose."""
-        (stamps_ns, base_poses), times_ns = self._odometry.series(), self._odometry.times_ns()
+        (stamps_ns, base_poses), times_ns = self._odometry.series(), np.array(self._odometry.times_ns)
         angles_rad = wheel_source.start_angles_rad(self._seed) + self._turned_rad(base_poses)
         return [
             TimedDrive(Drive(stamps_ns[rows], angles_rad[rows]), times_ns[rows]) for rows in ascending_runs(stamps_ns)

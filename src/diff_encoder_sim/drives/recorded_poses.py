@@ -26,7 +26,8 @@ class RecordedPoses:
     def __init__(self, name: str, topics: Tuple[str, ...]) -> None:
         self.name, self.topics = name, topics
         self.child_frame = ''  # of the last pose
-        self._times_ns, self._poses = array('q'), array('d')  # stamp, time of recording; x, y, yaw
+        self.stamps_ns, self.times_ns = array('q'), array('q')  # times by the recorder's clock
+        self._poses = array('d')  # x, y, yaw
 
     def add(self, message: Message) -> None:
         """Add the poses of a message; InputFault if it is torn, or a pose in it is not finite."""
@@ -34,21 +35,13 @@ class RecordedPoses:
 
     def _append(self, stamped: StampedPose, time_ns: int) -> None:
         self.child_frame = stamped.child_frame
-        self._times_ns.extend((stamped.stamp_ns, time_ns))
+        self.stamps_ns.append(stamped.stamp_ns)
+        self.times_ns.append(time_ns)
         self._poses.extend(stamped.pose)
-
-    @property
-    def count(self) -> int:
-        """Return the number of poses so far."""
-        return len(self._poses) // 3
 
     def series(self) -> PoseSeries:
         """Return the poses in the order of their recording."""
-        return PoseSeries(np.array(self._times_ns[::2]), np.array(self._poses).reshape(-1, 3))
-
-    def times_ns(self) -> np.ndarray:
-        """Return the recorder's clock at each pose [ns] (n,)."""
-        return np.array(self._times_ns[1::2])
+        return PoseSeries(np.array(self.stamps_ns), np.array(self._poses).reshape(-1, 3))
 
 
 class PoseTopic(RecordedPoses):
@@ -161,6 +154,6 @@ def _has_pose(source: DriveStream, poses: RecordedPoses) -> bool:
     for message in source.messages(poses.topics):
         with contextlib.suppress(InputFault):
             poses.add(message)
-        if poses.count:
+        if poses.stamps_ns:
             return True
     return False

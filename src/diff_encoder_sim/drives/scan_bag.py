@@ -41,7 +41,7 @@ def read_scan_drive(
                 laser_frame = decode_scan(message.raw, source.is_cdr)[1]
         except InputFault as error:
             raise ConfigError(f'{path}: {message.topic}: {error}') from None
-    if laser_frame is None or not odometry.count:
+    if laser_frame is None or not odometry.stamps_ns:
         topic = scan_topic if laser_frame is None else odom_topic
         torn = f' ({source.fault})' if source.fault else ''
         raise ConfigError(f'{path}: no message on {topic}{torn}; expected {expected[topic]}')

@@ -139,19 +139,20 @@ def _other_at(own: PoseSeries, other: PoseSeries) -> Tuple[np.ndarray, np.ndarra
 
 def _absolute_errors(pairs: np.ndarray, alignment: Alignment) -> np.ndarray:
     """Subtract the reference from the estimate once they are aligned: (n, 3) [m, m, rad], yaw wrapped."""
-    estimates, references = pairs[:, :3], pairs[:, 3:]
+    x_y_m, yaws_rad = _split(pairs)
     if alignment is Alignment.ORIGIN:
-        estimates, references = _seen_from(estimates[0], estimates), _seen_from(references[0], references)
-    errors = estimates - references
-    errors[:, 2] = wrap_angles(errors[:, 2])
-    return np.asarray(errors)
+        x_y_m, yaws_rad = _seen_from(x_y_m[0], yaws_rad[0], x_y_m), yaws_rad - yaws_rad[0]
+    errors_m = x_y_m[:, 0] - x_y_m[:, 1]
+    return np.column_stack((errors_m.real, errors_m.imag, wrap_angles(yaws_rad[:, 0] - yaws_rad[:, 1])))
 
 
-def _seen_from(frame: np.ndarray, poses: np.ndarray) -> np.ndarray:
-    """Return poses (n, 3) as seen from one (3,) in the same frame; yaw is not wrapped."""
-    x_m, y_m, yaw_rad = (poses - frame).T
-    cos_yaw, sin_yaw = math.cos(frame[2]), math.sin(frame[2])
-    return np.column_stack((cos_yaw * x_m + sin_yaw * y_m, cos_yaw * y_m - sin_yaw * x_m, yaw_rad))
+def _split(pairs: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """Return places x + iy [m] and yaws [rad] of the estimate and the reference (n, 2)."""
+    return pairs[:, 0::3] + 1j * pairs[:, 1::3], pairs[:, 2::3]
+
+
+def _seen_from(frames_m: np.ndarray, yaws_rad: np.ndarray, places_m: np.ndarray) -> np.ndarray:
+    return np.asarray((places_m - frames_m) * (np.cos(yaws_rad) - 1j * np.sin(yaws_rad)))
 
 
 def relative_errors(runs: Sequence[np.ndarray]) -> Dict[RpePairs, Dict[float, RelativeError]]:
@@ -170,14 +171,12 @@ def relative_errors(runs: Sequence[np.ndarray]) -> Dict[RpePairs, Dict[float, Re
 
 def _segment_errors(pairs: np.ndarray, starts: np.ndarray, ends: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     """Return the squares of each segment's errors: translation [m^2], rotation [rad^2]."""
-    x_y_m = pairs[:, 0::3] + 1j * pairs[:, 1::3]
-    yaws_rad = pairs[:, 2::3]
-    # As seen from the first pose of the segment.
-    motions = (x_y_m[ends] - x_y_m[starts]) * (np.cos(yaws_rad[starts]) - 1j * np.sin(yaws_rad[starts]))
-    errors = motions[:, 0] - motions[:, 1]
+    x_y_m, yaws_rad = _split(pairs)
+    motions_m = _seen_from(x_y_m[starts], yaws_rad[starts], x_y_m[ends])
+    errors_m = motions_m[:, 0] - motions_m[:, 1]
     offsets_rad = yaws_rad[:, 0] - yaws_rad[:, 1]
     turns_rad = wrap_angles(offsets_rad[ends] - offsets_rad[starts])
-    return np.square(errors.real) + np.square(errors.imag), np.square(turns_rad)
+    return np.square(errors_m.real) + np.square(errors_m.imag), np.square(turns_rad)
 
 
 def _consecutive(steps: np.ndarray, distance_m: float) -> Tuple[np.ndarray, np.ndarray]:

@@ -94,10 +94,10 @@ def _read_poses(path: Path, source: DriveStream) -> Dict[str, PoseSeries]:
         try:
             of_topic.add(message)
         except InputFault as error:
-            fault = f'message {of_topic.count + 1}: {error}; expected a finite pose'
+            fault = f'message {len(of_topic.stamps_ns) + 1}: {error}; expected a finite pose'
             raise ConfigError(f'{path}: {message.topic}: {fault}') from None
     for topic, of_nodes in nodes.items():
         if len(of_nodes) > 1:
             published = f'{topic} is published by {" and ".join(sorted(of_nodes))}'
             raise ConfigError(f'{path}: {published}; expected one robot, and one node on each topic')
-    return {topic: of_topic.series() for topic, of_topic in poses.items() if of_topic.count}
+    return {topic: of_topic.series() for topic, of_topic in poses.items() if of_topic.stamps_ns}

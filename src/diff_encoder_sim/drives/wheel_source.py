@@ -1,7 +1,6 @@
 """The base class of the sources of wheel angles: units of recorded numbers, and pairs of both wheels.
 
-A source collects a number and two times from each message, and converts them to a `Drive` at the end. The sources are
-in joint_wheels, field_wheels, odometry_wheels and csv_wheels.
+A source collects a number and two times from each message, and converts them to a `Drive` at the end.
 """
 
 from __future__ import annotations
@@ -59,12 +58,9 @@ class WheelNumbers(NamedTuple):
     @property
     def text(self) -> str:
         """Describe the numbers."""
-        parts = [self.unit]
-        if self.ppr is not None:
-            parts.append(f'{ppr_label(self.ppr)} a revolution')
-        if any(self.moduli):
-            parts.append(f'the counter wraps at {" and ".join(map(str, sorted(set(self.moduli))))}')
-        return ', '.join([*parts, *(f'{side} reversed' for side in self.reversed_sides)])
+        counted = [f'{ppr_label(self.ppr)} a revolution'] if self.ppr else []
+        wraps = [f'the counter wraps at {" and ".join(map(str, sorted(set(self.moduli))))}'] if any(self.moduli) else []
+        return ', '.join([self.unit, *counted, *wraps, *(f'{side} reversed' for side in self.reversed_sides)])
 
     def notes(self) -> Iterator[str]:
         """List limits of the angles, one line each."""
@@ -100,23 +96,23 @@ class WheelNumbers(NamedTuple):
 
 
 class WheelSource:
-    """Collects the messages of some topics, and converts them to wheel angles.
-
-    Attributes:
-        topics: of the messages.
-        joints: left, right: the names under which angles are given.
-        text: the kind of the messages, and the interpretation of their numbers, to print after their count.
-        ppr: of the encoder that counted; None if unknown.
-    """
+    """Collects the messages of some topics, and converts them to wheel angles."""
 
     are_joint_angles = False  # of joints, which may turn backward when the robot drives forward
 
     def __init__(
         self, topics: Sequence[str], joints: Tuple[str, str], text: str, numbers: Optional[WheelNumbers] = None
     ) -> None:
-        """Prepare to read numbers, or angles if `numbers` is None."""
+        """Prepare to read.
+
+        Args:
+            topics: of the messages.
+            joints: left, right: the names under which angles are given.
+            text: the kind of the messages, and the interpretation of their numbers, to print after their count.
+            numbers: interpretation of the numbers; None for angles.
+        """
         self.topics, self.joints, self.text = tuple(dict.fromkeys(topics)), joints, text
-        self.ppr = numbers.ppr if numbers else None
+        self.ppr = numbers.ppr if numbers else None  # of the encoder that counted; None if unknown
         self._numbers, self._left_out = numbers, 0
         self._columns = [(array('q'), array('q'), array('d')) for _ in joints]
 
@@ -125,14 +121,12 @@ class WheelSource:
         raise NotImplementedError
 
     def _append(self, side: int, stamp_ns: int, time_ns: int, value: float) -> None:
-        """Add the next number of the left (0) or right (1) wheel."""
         stamps_ns, times_ns, values = self._columns[side]
         stamps_ns.append(stamp_ns)
         times_ns.append(time_ns)
         values.append(value)
 
     def _series(self) -> List[WheelSeries]:
-        """Return the numbers of both wheels."""
         return [WheelSeries(*map(np.array, columns)) for columns in self._columns]
 
     def drives(self) -> List[TimedDrive]:

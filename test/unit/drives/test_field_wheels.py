@@ -90,7 +90,7 @@ def test_stamps_are_those_of_the_headers_or_of_receipt(tmp_path, capsys, is_unse
     sides = ['--ticks', '/sensor_state.left_encoder', '/sensor_state.right_encoder', TICKS, 4096]
     assert reencoded(tmp_path, bag, sides) == expected_counts()
     error = capsys.readouterr().err
-    assert error.count('no stamps') == error.count('/sensor_state every 10.0 ms +- 0.0 ms') == is_unset
+    assert error.count('no stamps on /sensor_state: using the times of receipt') == is_unset
 
 
 @pytest.fixture(scope='module', params=[False, True], ids=['ROS 1', 'ROS 2'])

@@ -175,32 +175,12 @@ def test_joint_states_and_encoder_pulses(maker):
 
 
 @MAKERS
-def test_scans(maker):
-    ranges = np.array([0.5, np.inf, np.nan], np.float32)
-    message = maker.scan(7, ranges, 'front')
-    decoded, frame = decoders.decode_scan(maker.raw(message), maker.is_ros2)
-    assert (decoded.stamp_ns, frame) == (7, 'front')
-    assert decoded[1:5] == (message.angle_min, message.angle_increment, message.range_min, message.range_max)
-    assert np.array_equal(decoded.ranges_m, ranges, equal_nan=True)
-
-
-@MAKERS
-@pytest.mark.parametrize('kind', POSE_TYPES)
-def test_poses(maker, kind):
-    rng, decoder = np.random.default_rng(2), PoseDecoder(kind, maker.is_ros2)
-    for row in rng.uniform(-3.0, 3.0, (20, 3)).tolist():
-        now_ns = int(rng.integers(0, 2**31 * 10**9))
-        found = decoder.decode(maker.raw(maker.pose(kind, now_ns, Pose2D(*row))))
-        assert (found.stamp_ns, found.parent_frame) == (now_ns, 'map')
-        assert found.pose == pytest.approx(row, abs=1e-15)
-
-
-@MAKERS
 @pytest.mark.parametrize('kind', POSE_TYPES)
 def test_a_torn_message_is_a_fault_and_leaves_the_next_ones_as_they_are(maker, kind):
     raw = maker.raw(maker.pose(kind, 7, Pose2D(1.0, 2.0, 0.5)))
     learned, fresh = PoseDecoder(kind, maker.is_ros2), PoseDecoder(kind, maker.is_ros2)
     expected = learned.decode(raw)
+    assert expected[:3] == (7, pytest.approx((1.0, 2.0, 0.5), abs=1e-15), 'map')
     pose_end = raw.index(np.array([1.0, 2.0, 0.0]).tobytes()) + 56
     for size in range(pose_end):
         for decoder in (learned, fresh):
@@ -215,18 +195,6 @@ def test_a_torn_message_is_a_fault_and_leaves_the_next_ones_as_they_are(maker, k
 def test_a_pose_that_is_not_finite_is_a_fault(maker, row):
     with pytest.raises(InputFault, match=r'position .* expected finite numbers|is no rotation'):
         PoseDecoder(POSE, maker.is_ros2).decode(maker.raw(maker.pose(POSE, 7, Pose2D(*row))))
-
-
-@MAKERS
-def test_decoded_transforms(maker):
-    sent = [
-        maker.transform(5, Pose2D(1.0, 2.0, 0.5), '/map', 'odom'),
-        maker.transform(6, Pose2D(-1.0, 0.0, -3.0), 'odom', 'base_link'),
-    ]
-    found = list(decoders.decode_tf(maker.raw(maker.tf(*sent)), maker.is_ros2))
-    frames = [(pose.stamp_ns, pose.parent_frame, pose.child_frame) for pose in found]
-    assert frames == [(5, 'map', 'odom'), (6, 'odom', 'base_link')]
-    assert found[1].pose == pytest.approx((-1.0, 0.0, -3.0))
 
 
 def test_the_state_of_one_model(rng):

@@ -190,7 +190,7 @@ def test_two_frames_as_reference(tmp_path, maker):
     for index, (topic, now_ns, message) in enumerate(drive(maker, reference=None)):
         rows.append((topic, now_ns, message))
         if index % 100 == 0:
-            rows.append(('/tf', now_ns, maker.tf(maker.transform(now_ns + 10**9, odom_in_map, 'map', 'odom'))))
+            rows.append(('/tf', now_ns, maker.tf(maker.transform(now_ns + 10**9, odom_in_map, '/map', 'odom'))))
     for tick, pose in enumerate(drives.true_poses(angles_rad(501))):
         if tick % 5 == 0:
             now_ns = START_NS + tick * TICK_NS

@@ -32,6 +32,8 @@ def read(path):
 def test_scans_odometry_and_mount(tmp_path, maker):
     ((stamps_ns, poses), laser_pose_in_base), (found,) = read(write(tmp_path / 'a', list(parts(maker).values())))
     assert (found.stamp_ns, stamps_ns.tolist()) == (100, [50])
+    message = parts(maker)['scan'][2]
+    assert found[1:5] == (message.angle_min, message.angle_increment, message.range_min, message.range_max)
     assert found.ranges_m == pytest.approx([1.0, math.inf, math.nan], nan_ok=True)
     assert poses[0] == pytest.approx((1.0, 2.0, 0.5))
     # 0.2 m ahead of the base, and 0.1 m further along a y axis.
