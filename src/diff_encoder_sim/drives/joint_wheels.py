@@ -6,7 +6,7 @@ import contextlib
 import itertools
 import re
 from pathlib import Path
-from typing import Dict, Iterator, List, Optional, Sequence, Tuple
+from typing import Dict, Iterator, List, Sequence, Tuple
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from diff_encoder_sim.drives.drive_stream import DriveStream, Message
 from diff_encoder_sim.drives.message_decoders import JointDecoder
 from diff_encoder_sim.drives.topics import ENCODER_PULSE_TYPE, ENCODER_VELOCITY, JOINT_STATE_TYPE
 from diff_encoder_sim.drives.wheel_source import WheelSeries, WheelSource, angles_of_counts_rad, ascending_runs
-from diff_encoder_sim.wheels.counter import Counters, first_counters, next_counters
+from diff_encoder_sim.wheels.counter import first_counters, next_counters
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import LARGEST_ANGLE_RAD, EncoderParams
 
@@ -152,16 +152,14 @@ class PulseWheels(WheelSource):
         counts = np.column_stack((left.values, right.values)).astype(np.int64)
         totals = np.zeros(counts.shape)
         self.restarts, limits = 0, self._odometry.counter_limits
-        for rows in ascending_runs(left.stamps_ns):
-            counters: Optional[Counters] = None
-            for row, reading in zip(rows.tolist(), zip(left.stamps_ns[rows].tolist(), *counts[rows].T.tolist())):
-                if counters is None:
-                    counters = first_counters(*reading)
-                else:
-                    counters, cause = next_counters(limits, counters, *reading)
-                    self.restarts += bool(cause)
-                totals[row] = counters.total[1:]
-            totals[rows] += counts[rows[0]]
+        for rows in filter(len, ascending_runs(left.stamps_ns)):
+            readings = [*zip(left.stamps_ns[rows].tolist(), *counts[rows].T.tolist())]
+            counters = first_counters(*readings[0])
+            totals[rows] = counts[rows[0]]
+            for row, reading in zip(rows[1:].tolist(), readings[1:]):
+                counters, cause = next_counters(limits, counters, *reading)
+                self.restarts += bool(cause)
+                totals[row] += counters.total[1:]
         ppr = self._odometry.counts_per_turn
         return [
             side._replace(values=angles_of_counts_rad(of_side, of_ppr))

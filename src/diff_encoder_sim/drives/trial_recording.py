@@ -16,14 +16,8 @@ from diff_encoder_sim.drives.recorded_poses import PoseTopic
 from diff_encoder_sim.drives.topics import ODOMETRY_TYPE, STRING_TYPE, TRIAL, TRIAL_RESULT
 from diff_encoder_sim.drives.trial_definition import Outcome, Trial
 
-# The topics whose poses are read, and the type of each.
-POSE_TOPICS = {
-    topics.ODOM: ODOMETRY_TYPE,
-    topics.AMCL_POSE: topics.POSE_WITH_COVARIANCE_TYPE,
-    topics.GLOBAL_POSE: topics.POSE_STAMPED_TYPE,
-    topics.WORLD_POSE: topics.POSE_STAMPED_TYPE,
-}
-_TYPES = {TRIAL: STRING_TYPE, TRIAL_RESULT: STRING_TYPE, **POSE_TOPICS}
+_TYPES = {topic.name: topic.message_type for topic in topics.TOPICS}
+POSE_TOPICS = {topic: _TYPES[topic] for topic in topics.TOPIC_OF_SOURCE.values()}  # types by topic
 
 
 class TrialRecording(NamedTuple):
@@ -61,9 +55,9 @@ def read_trial(path: Union[str, Path]) -> TrialRecording:
     path = Path(path)
     with open_source(path) as source:
         _check_whole(path, source)
-        for topic, expected in _TYPES.items():
-            if source.topics.get(topic, expected) != expected:
-                raise ConfigError(f'{path}: {topic} is {source.topics[topic]}; expected {expected}')
+        for topic in (TRIAL, TRIAL_RESULT, *POSE_TOPICS):
+            if source.topics.get(topic, _TYPES[topic]) != _TYPES[topic]:
+                raise ConfigError(f'{path}: {topic} is {source.topics[topic]}; expected {_TYPES[topic]}')
         trial = trial_of_source(path, source)
         if trial is None:
             raise ConfigError(f'{path}: no {TRIAL} message; expected a bag that trial.launch or a campaign recorded')
