@@ -13,8 +13,9 @@ import numpy as np
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.drives.drive_stream import DriveStream, Message
 from diff_encoder_sim.drives.message_decoders import JointDecoder
+from diff_encoder_sim.drives.number_units import TICKS
 from diff_encoder_sim.drives.topics import ENCODER_PULSE_TYPE, ENCODER_VELOCITY, JOINT_STATE_TYPE
-from diff_encoder_sim.drives.wheel_source import WheelSeries, WheelSource, angles_of_counts_rad, ascending_runs
+from diff_encoder_sim.drives.wheel_source import WheelNumbers, WheelSeries, WheelSource, ascending_runs
 from diff_encoder_sim.wheels.counter import first_counters, next_counters
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import LARGEST_ANGLE_RAD, EncoderParams
@@ -131,10 +132,10 @@ class PulseWheels(WheelSource):
         self, topic: str, joints: Tuple[str, str], is_cdr: bool, odometry: OdometryParams, about: str, notes: List[str]
     ) -> None:
         """Prepare to read counts of the resolution and the modulus in `odometry`; `notes` are their limits."""
-        super().__init__([topic], joints, f'messages of {topic} ({", ".join(joints)}; {about})')
-        self.ppr = odometry.counts_per_turn
+        numbers = WheelNumbers(TICKS, 0.5 * odometry.wheel_diameter, odometry.counts_per_turn)
+        super().__init__([topic], joints, f'messages of {topic} ({", ".join(joints)}; {about})', numbers)
         self.restarts = 0  # of the counters
-        self._odometry, self._notes = odometry, notes
+        self._limits, self._notes = odometry.counter_limits, notes
         self._decoder = JointDecoder(ENCODER_PULSE_TYPE, is_cdr)
 
     def add(self, message: Message) -> None:
@@ -147,24 +148,20 @@ class PulseWheels(WheelSource):
             self._append(side, stamp_ns, message.time_ns, by_name[joint])
 
     def _series(self) -> List[WheelSeries]:
-        """Return the angles; rotation during a restart of the counters is lost."""
+        """Return the counts without wraps; rotation during a restart of the counters is lost."""
         left, right = super()._series()
         counts = np.column_stack((left.values, right.values)).astype(np.int64)
         totals = np.zeros(counts.shape)
-        self.restarts, limits = 0, self._odometry.counter_limits
+        self.restarts = 0
         for rows in filter(len, ascending_runs(left.stamps_ns)):
             readings = [*zip(left.stamps_ns[rows].tolist(), *counts[rows].T.tolist())]
             counters = first_counters(*readings[0])
             totals[rows] = counts[rows[0]]
             for row, reading in zip(rows[1:].tolist(), readings[1:]):
-                counters, cause = next_counters(limits, counters, *reading)
+                counters, cause = next_counters(self._limits, counters, *reading)
                 self.restarts += bool(cause)
                 totals[row] += counters.total[1:]
-        ppr = self._odometry.counts_per_turn
-        return [
-            side._replace(values=angles_of_counts_rad(of_side, of_ppr))
-            for side, of_side, of_ppr in zip((left, right), totals.T, (ppr.left, ppr.right))
-        ]
+        return [side._replace(values=of_side) for side, of_side in zip((left, right), totals.T)]
 
     def notes(self) -> Iterator[str]:
         """List the limits of the counts, and the restarts of their counters."""

@@ -22,14 +22,6 @@ def fields_text(message_type: str) -> str:
 
 
 @lru_cache(maxsize=None)
-def full_text(message_type: str) -> str:
-    """Return the text of a type's .msg file and of those of all types it is made of, as `gendeps --cat` joins them."""
-    parts = re.findall(r'^MSG: (\S+)$', noetic_store().generate_msgdef(message_type)[0], re.MULTILINE)
-    sections = [f'{80 * "="}\nMSG: {part}\n{fields_text(part)}' for part in parts]
-    return '\n'.join([fields_text(message_type), *sections])
-
-
-@lru_cache(maxsize=None)
 def _store(of_ros: Stores) -> Typestore:
     store = get_typestore(of_ros)
     for path in sorted(FOLDER.glob('*/*.msg')):
@@ -54,9 +46,12 @@ class Definition(NamedTuple):
 
 @lru_cache(maxsize=None)
 def definition(message_type: str) -> Definition:
-    """Return the definition of a type by its name as rosbags spells it."""
+    """Return the definition of a type, its text as `gendeps --cat` joins it, by its name as rosbags spells it."""
     fields, md5sum = noetic_store().generate_msgdef(message_type)
-    return Definition(full_text(message_type), md5sum, fields.startswith('std_msgs/Header header\n'))
+    parts = re.findall(r'^MSG: (\S+)$', fields, re.MULTILINE)
+    sections = [f'{80 * "="}\nMSG: {part}\n{fields_text(part)}' for part in parts]
+    text = '\n'.join([fields_text(message_type), *sections])
+    return Definition(text, md5sum, fields.startswith('std_msgs/Header header\n'))
 
 
 @lru_cache(maxsize=None)

@@ -83,7 +83,9 @@ class WheelNumbers(NamedTuple):
                 half = self.moduli[side] // 2
                 steps = (np.diff(counts) + half) % self.moduli[side] - half
                 counts = np.cumsum(np.concatenate((counts[:1], steps)))
-            angles_rad = angles_of_counts_rad(counts, getattr(self.ppr, SIDES[side]))
+            # The middles of the pulses: at a PPR that divides this encoder's, equation (1) gives the same counts. At
+            # another PPR, a count is one off in a quarter of PPR / this encoder's PPR of the samples.
+            angles_rad = (counts + 0.5) * (2.0 * math.pi / getattr(self.ppr, SIDES[side]))
         elif self.unit in SPEEDS:
             speeds_radps = RADPS_OF_SPEED[self.unit] * per_radius * values
             intervals_s = np.maximum(np.diff(numbers.stamps_ns), 0) / NANOSECONDS_PER_SECOND
@@ -190,13 +192,12 @@ def paired_drives(left: WheelSeries, right: WheelSeries) -> Tuple[List[TimedDriv
     return drives, left_out
 
 
-def start_angles_rad(seed: int) -> Tuple[float, float]:
-    """Sample the initial angles of the left and the right wheel, uniform in a turn.
+def start_angles_rad(seed: int) -> np.ndarray:
+    """Sample the initial angles of the left and the right wheel (2,), uniform in a turn.
 
     If both were 0, the encoders would step together: on a straight drive their errors would cancel.
     """
-    left_rad, right_rad = generator(seed, 'wheel_phase').uniform(0.0, 2.0 * math.pi, 2).tolist()
-    return left_rad, right_rad
+    return generator(seed, 'wheel_phase').uniform(0.0, 2.0 * math.pi, 2)
 
 
 def start_angles_note(seed: int) -> str:
@@ -205,12 +206,3 @@ def start_angles_note(seed: int) -> str:
         f'where the wheels stood at the start is not known: drawn by --seed {seed}; with another seed, each encoder '
         f'rounds elsewhere, and its path ends elsewhere'
     )
-
-
-def angles_of_counts_rad(counts: np.ndarray, ppr: float) -> np.ndarray:
-    """Return the middles of the pulses in which a wheel is.
-
-    At a PPR that divides this encoder's, equation (1) then gives the same counts. At another PPR,
-    a count is one off in a quarter of PPR / this encoder's PPR of the samples.
-    """
-    return np.asarray((counts + 0.5) * (2.0 * math.pi / ppr))

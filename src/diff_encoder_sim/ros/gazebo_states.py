@@ -20,9 +20,9 @@ from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
+from diff_encoder_sim.drives import typestore
 from diff_encoder_sim.drives.message_decoders import decode_model_state
 from diff_encoder_sim.drives.topics import MODEL_STATES_TYPE
-from diff_encoder_sim.drives.typestore import full_text
 from diff_encoder_sim.ros import node
 from diff_encoder_sim.ros.conversions import ns_from_stamp, planar_pose
 from diff_encoder_sim.ros.encoded_topics import EncodedMessage, encoded_class
@@ -59,7 +59,8 @@ try:
     from gazebo_msgs.srv import GetModelState, SetModelState
 except ImportError:
     # The text that bags contain, from a live trial as in lockstep.
-    ModelStates = generate_dynamic('gazebo_msgs/ModelStates', full_text(MODEL_STATES_TYPE))['gazebo_msgs/ModelStates']
+    text = typestore.definition(MODEL_STATES_TYPE).text
+    ModelStates = generate_dynamic('gazebo_msgs/ModelStates', text)['gazebo_msgs/ModelStates']
     SetModelState = built_service('gazebo_msgs/SetModelState', 'gazebo_msgs/ModelState model_state', _STATUS)
     GetModelState = built_service(
         'gazebo_msgs/GetModelState',

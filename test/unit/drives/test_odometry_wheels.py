@@ -6,7 +6,7 @@ import pytest
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc
 from diff_encoder_sim.drives.drive_stream import Message
 from diff_encoder_sim.drives.odometry_wheels import OdometryWheels
-from diff_encoder_sim.drives.recorded_poses import FramePair, PoseTopic
+from diff_encoder_sim.drives.recorded_poses import PoseTopic
 from diff_encoder_sim.drives.wheel_source import start_angles_rad
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from reencoding_drives import JOINTS, MAKERS, ROS1, WHEEL_DIAMETER_M, WHEEL_SEPARATION_M
@@ -41,16 +41,6 @@ def test_wheels_turn_as_they_did(maker, axle_x_m):
     turned_rad = np.vstack([(0.0, 0.0), np.cumsum(STEPS_RAD, axis=0)])
     assert found == pytest.approx(np.array(start_angles_rad(1)) + turned_rad, abs=1e-9)
     assert len(list(wheels.notes())) == 2
-
-
-def test_two_frames_are_odometry_too():
-    wheels = OdometryWheels(FramePair('odom', 'base_link', is_cdr=False), JOINTS, OdometryParams(), seed=1)
-    for tick, pose in enumerate(poses()):
-        for now_ns, *frames in ((tick * 10**7, 'odom', 'base_link'), (1, 'base_link', 'wheel')):
-            wheels.add(Message('/tf', 0, ROS1.raw(ROS1.tf(ROS1.transform(now_ns, pose, *frames)))))
-    [(drive, _)] = wheels.drives()
-    turned_rad = drive.wheel_angles_rad[-1] - drive.wheel_angles_rad[0]
-    assert turned_rad == pytest.approx(np.sum(STEPS_RAD, axis=0), abs=1e-9)
 
 
 def test_sideways_motion_is_left_out_and_said():
