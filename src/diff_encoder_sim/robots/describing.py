@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import Dict, List, Optional, Sequence, Tuple
+from typing import Dict, List, Sequence, Tuple
 
 import numpy as np
 
@@ -93,7 +93,10 @@ def describe_tree(tree: RobotTree, find: MeshFinder, choices: RobotChoices, seen
     seen.add('name', tree.name, '<robot name>')
     seen.add('base frame', tree.root, 'root link')
     simple = primitive_tree(tree, find, seen)
-    drive, pair, plugins = _find_drive(simple, choices, seen)
+    search = DriveSearch(simple, seen)
+    pair = search.pair(choices)
+    plugins = [each for each in search.plugins if {*joints_of(pair)} <= {*each.left_joints, *each.right_joints}]
+    drive = _drive_train(tree.where, pair, plugins, choices, seen)
     mass = robot_mass(simple, seen)
     com = ', '.join(f'{round(part, 6) + 0.0:.4g}' for part in mass.com_m.tolist())
     seen.add('mass [kg]', f'{mass.mass_kg:.4g}', '<inertial> of the links')
@@ -142,10 +145,19 @@ def robot_mass(tree: RobotTree, seen: Findings) -> MassProperties:
         mass = link.inertial
         if mass is None:
             continue
-        com_m = moved(mass, tree.poses[name]).com_m
-        fault = _fault(mass, farthest_m(around[name] or everything, com_m) or np.inf)
-        if fault is not None:
-            kind, detail = fault
+        com_m, moments = moved(mass, tree.poses[name]).com_m, np.linalg.eigvalsh(mass.inertia_kgm2)
+        reach_m = farthest_m(around[name] or everything, com_m) or np.inf
+        gyration_m = float(np.sqrt(max(moments[2], 0.0) / mass.mass_kg))
+        kind, detail = '', 'principal moments ' + ', '.join(f'{moment:.3g}' for moment in moments) + ' kg m^2'
+        if moments[0] <= 0:
+            kind = 'an inertia that is not positive'
+        elif not can_be_of_a_body(mass.inertia_kgm2, _ROUNDING):
+            kind = 'an inertia of no body, one principal moment larger than the sum of the others'
+        elif gyration_m > reach_m:
+            kind = 'an inertia of a body larger than its shapes'
+            detail = f'{moments[2]:.3g} kg m^2 of {mass.mass_kg:.3g} kg: a radius of gyration of '
+            detail += f'{1e3 * gyration_m:.0f} mm, shapes within {1e3 * reach_m:.0f} mm'
+        if kind:
             faults.setdefault(kind, []).append(f'{name} ({detail})')
             solid = homogeneous(link.collisions or link.visuals, mass.mass_kg)
             mass = mass._replace(inertia_kgm2=solid.inertia_kgm2)
@@ -161,34 +173,53 @@ def robot_mass(tree: RobotTree, seen: Findings) -> MassProperties:
     return total
 
 
-def _fault(mass: MassProperties, reach_m: float) -> Optional[Tuple[str, str]]:
-    """Return kind and detail of what is wrong with the inertia of a mass all within `reach_m` of its centre."""
-    moments = np.linalg.eigvalsh(mass.inertia_kgm2)
-    shown = 'principal moments ' + ', '.join(f'{moment:.3g}' for moment in moments) + ' kg m^2'
-    if moments[0] <= 0:
-        return 'an inertia that is not positive', shown
-    if not can_be_of_a_body(mass.inertia_kgm2, _ROUNDING):
-        return 'an inertia of no body, one principal moment larger than the sum of the others', shown
-    gyration_m = float(np.sqrt(moments[2] / mass.mass_kg))
-    if gyration_m <= reach_m:
-        return None
-    detail = f'{moments[2]:.3g} kg m^2 of {mass.mass_kg:.3g} kg: a radius of gyration of {1e3 * gyration_m:.0f} mm'
-    return 'an inertia of a body larger than its shapes', f'{detail}, shapes within {1e3 * reach_m:.0f} mm'
-
-
 def _named(names: List[str], most: int) -> str:
     beyond = len(names) - most
     return ', '.join(names[:most]) + (f' and {beyond} more' if beyond > 0 else '')
 
 
-def _find_drive(
-    tree: RobotTree, choices: RobotChoices, seen: Findings
-) -> Tuple[DriveTrain, WheelPair, Tuple[DrivePlugin, ...]]:
-    """Return the drive of a robot whose meshes are replaced, its wheels as in the file, and their plugins."""
-    search = DriveSearch(tree, seen)
-    pair = search.pair(choices)
-    ours = tuple(each for each in search.plugins if {*joints_of(pair)} <= {*each.left_joints, *each.right_joints})
-    diameter_m, separation_m = _sizes_m(tree.where, pair, ours, choices, seen)
+def _drive_train(
+    where: str, pair: WheelPair, plugins: Sequence[DrivePlugin], choices: RobotChoices, seen: Findings
+) -> DriveTrain:
+    """Return the drive, of the diameter and separation that the user gives.
+
+    Else the diameter is that of a plugin, unless it is out of question, or of the shapes; the separation is that of the
+    wheels.
+    """
+    radii_m = [wheel.radius_m for wheel in pair if wheel.radius_m]
+    if radii_m and _differ(radii_m[0], radii_m[-1]) > 1e-4:
+        seen.warn(
+            f'the wheels differ: diameters {2 * radii_m[0]:.5g} m (left) and {2 * radii_m[1]:.5g} m (right) by '
+            'their shapes; both are simulated with the nominal one'
+        )
+    shape_m, shape = 2.0 * float(np.mean(radii_m or 0.0)), next((each.shape for each in pair if each.radius_m), '')
+    given_m, source = next(((each.diameter_m, each.source) for each in plugins if each.diameter_m), (0.0, ''))
+    diameter_m, origin = (given_m, source) if given_m else (shape_m, shape)
+    if shape_m and given_m and _differ(shape_m, given_m) > AGREE:
+        if _differ(shape_m, given_m) > MEASURED:
+            diameter_m, origin = shape_m, shape
+        by = f'{given_m:.5g} m by {source}, {shape_m:.5g} m by the {shape}'
+        seen.warn(f'wheel diameter: {by}: {diameter_m:.5g} m is used')
+    if choices.wheel_diameter is not None:
+        diameter_m, origin = choices.wheel_diameter, 'given'
+    if not diameter_m:
+        raise ConfigError(
+            f'{where}: given wheels {pair[0].link!r} and {pair[1].link!r} without a round shape; '
+            'allowed: a collision cylinder, sphere or round mesh on the axle, or simulator.wheel_diameter'
+        )
+    if diameter_m > LARGEST_M:
+        seen.warn(f'wheels of {diameter_m:.5g} m: a URDF is in metres; are its lengths in mm?')
+    seen.add('wheel diameter [m]', f'{diameter_m:.5g}', origin)
+
+    apart_m, origin = pair[0].centre_m[1] - pair[1].centre_m[1], f'{"middles" if radii_m else "joints"} of the wheels'
+    given_m, source = next(((each.separation_m, each.source) for each in plugins if each.separation_m), (apart_m, ''))
+    if _differ(apart_m, given_m) > AGREE:
+        between = f'{apart_m:.5g} m between the {origin}, which is used'
+        seen.warn(f'wheel separation: {given_m:.5g} m by {source}, {between}')
+    if choices.wheel_separation is not None:
+        apart_m, origin = choices.wheel_separation, 'given'
+    seen.add('wheel separation [m]', f'{apart_m:.5g}', origin)
+
     # Moved along the axle to their places at the nominal separation.
     middle_m = 0.5 * (pair[0].centre_m[1] + pair[1].centre_m[1])
     left, right = (
@@ -196,9 +227,9 @@ def _find_drive(
             centre_m=(wheel.centre_m[0], middle_m + half_m, wheel.centre_m[2]),
             radius_m=wheel.radius_m or 0.5 * diameter_m,
         )
-        for wheel, half_m in zip(pair, (0.5 * separation_m, -0.5 * separation_m))
+        for wheel, half_m in zip(pair, (0.5 * apart_m, -0.5 * apart_m))
     )
-    drive = DriveTrain(left, right, diameter_m, separation_m)
+    drive = DriveTrain(left, right, diameter_m, apart_m)
     place = f'x = {round(drive.axle_x_m, 6) + 0.0:.4g} m, {1e3 * (drive.floor_z_m + drive.radius_m):.4g} mm up'
     seen.add('axle', place, 'wheels, in the base frame')
     if abs(drive.middle_y_m) > CENTRED_M:
@@ -207,48 +238,7 @@ def _find_drive(
             f"the wheels' middle is {1e3 * abs(drive.middle_y_m):.1f} mm to the {side} of the base frame's x axis: "
             'odometry, which takes it to be on it, errs by up to twice that in turns'
         )
-    return drive, pair, ours
-
-
-def _sizes_m(
-    where: str, pair: WheelPair, drives: Sequence[DrivePlugin], choices: RobotChoices, seen: Findings
-) -> Tuple[float, float]:
-    """Return diameter and separation: the user's; a plugin's diameter, unless it is out of question; the shapes'."""
-    round_ones = [(wheel.radius_m, wheel.shape) for wheel in pair if wheel.radius_m]
-    shape = (
-        (2.0 * sum(radius_m for radius_m, _ in round_ones) / len(round_ones), round_ones[0][1]) if round_ones else None
-    )
-    if shape is not None and _differ(round_ones[0][0], round_ones[-1][0]) > 1e-4:
-        (left_m, _), (right_m, _) = round_ones
-        seen.warn(
-            f'the wheels differ: diameters {2 * left_m:.5g} m (left) and {2 * right_m:.5g} m (right) by '
-            'their shapes; both are simulated with the nominal one'
-        )
-    given = next(((tags.diameter_m, tags.source) for tags in drives if tags.diameter_m is not None), None)
-    chosen = None if choices.wheel_diameter is None else (choices.wheel_diameter, 'given')
-    diameter = given or shape
-    if shape is not None and given is not None and _differ(shape[0], given[0]) > AGREE:
-        diameter = given if _differ(shape[0], given[0]) <= MEASURED else shape
-        by = f'{given[0]:.5g} m by {given[1]}, {shape[0]:.5g} m by the {shape[1]}'
-        seen.warn(f'wheel diameter: {by}: {diameter[0]:.5g} m is used')
-    diameter = chosen or diameter
-    if diameter is None:
-        raise ConfigError(
-            f'{where}: given wheels {pair[0].link!r} and {pair[1].link!r} without a round shape; '
-            'allowed: a collision cylinder, sphere or round mesh on the axle, or simulator.wheel_diameter'
-        )
-    if diameter[0] > LARGEST_M:
-        seen.warn(f'wheels of {diameter[0]:.5g} m: a URDF is in metres; are its lengths in mm?')
-    separation = pair[0].centre_m[1] - pair[1].centre_m[1], f'{"middles" if round_ones else "joints"} of the wheels'
-    given = next(((tags.separation_m, tags.source) for tags in drives if tags.separation_m is not None), None)
-    if given is not None and _differ(separation[0], given[0]) > AGREE:
-        between = f'{separation[0]:.5g} m between the {separation[1]}, which is used'
-        seen.warn(f'wheel separation: {given[0]:.5g} m by {given[1]}, {between}')
-    if choices.wheel_separation is not None:
-        separation = choices.wheel_separation, 'given'
-    for quantity, (value_m, source) in (('wheel diameter [m]', diameter), ('wheel separation [m]', separation)):
-        seen.add(quantity, f'{value_m:.5g}', source)
-    return diameter[0], separation[0]
+    return drive
 
 
 def _differ(a: float, b: float) -> float:
@@ -259,7 +249,7 @@ def _differ(a: float, b: float) -> float:
 def _drive_limits(
     tree: RobotTree,
     drive: DriveTrain,
-    drives: Sequence[DrivePlugin],
+    plugins: Sequence[DrivePlugin],
     mass: MassProperties,
     contacts: Sequence[GroundContact],
     seen: Findings,
@@ -272,11 +262,11 @@ def _drive_limits(
     """
     limits: Dict[str, Tuple[float, str]] = {}  # with their sources
     per_rim = {'linear': 1.0, 'angular': 2.0 / drive.wheel_separation_m}
-    for tags in drives:
-        for key, value in tags.limits.items():
+    for plugin in plugins:
+        for key, value in plugin.limits.items():
             by_rim = {f'max_{kind}_acceleration': factor * value for kind, factor in per_rim.items()}
             for name, limit in (by_rim if key == 'rim_acceleration' else {key: value}).items():
-                limits.setdefault(name, (limit, tags.source))
+                limits.setdefault(name, (limit, plugin.source))
     joints = [tree.joints[wheel.joint] for wheel in (drive.left, drive.right)]
     efforts_nm = [joint.effort for joint in joints if joint.effort]
     speed_radps = min((joint.speed for joint in joints if joint.speed), default=math.inf)
@@ -298,7 +288,7 @@ def _drive_limits(
     cut('wheel_torque', mass.mass_kg * G_MPS2 * drive.radius_m, 'mass x g x wheel radius: more only slips')
     grip_mps2, grip_radps2 = grip_accelerations(mass, contacts, drive)
     by_grip = grip_mps2, min(per_rim['angular'] * grip_mps2, grip_radps2)
-    by_torque = torque_accelerations(limits['wheel_torque'][0], mass, drive)
+    by_torque = accelerations(MARGIN * 2.0 * limits['wheel_torque'][0] / drive.radius_m, mass, drive)
     for key, most, by_motors in zip(('max_linear_acceleration', 'max_angular_acceleration'), by_grip, by_torque):
         if key not in limits and by_motors < most:
             cut(key, max(LEAST_ACCELERATION, by_motors), "half of the motors' torque")
@@ -326,18 +316,12 @@ def grip_accelerations(
     arm_m = min((arm for arm in arms_m if arm > abs(ahead_m)), default=math.inf)
     share = max(LEAST_SHARE, 1.0 - abs(ahead_m) / arm_m)
     height_m = max(0.0, float(mass.com_m[2]) - drive.floor_z_m)
-    turn_radps2 = _turn_radps2(MARGIN * G_MPS2 * mass.mass_kg * share, mass, drive)
-    return MARGIN * G_MPS2 * share / (1.0 + height_m / arm_m), turn_radps2
+    level_mps2, turn_radps2 = accelerations(MARGIN * G_MPS2 * mass.mass_kg * share, mass, drive)
+    return level_mps2 / (1.0 + height_m / arm_m), turn_radps2
 
 
-def torque_accelerations(torque_nm: float, mass: MassProperties, drive: DriveTrain) -> Tuple[float, float]:
-    """Return half of the acceleration [m/s^2] and angular acceleration [rad/s^2] that two motors can give the body."""
-    force_n = MARGIN * 2.0 * torque_nm / drive.radius_m
-    return force_n / mass.mass_kg, _turn_radps2(force_n, mass, drive)
-
-
-def _turn_radps2(force_n: float, mass: MassProperties, drive: DriveTrain) -> float:
-    """Return the angular acceleration of a robot whose wheels push with a force together, about the axle's middle."""
+def accelerations(force_n: float, mass: MassProperties, drive: DriveTrain) -> Tuple[float, float]:
+    """Return acceleration [m/s^2], and angular one [rad/s^2] about the axle's middle, by both wheels' force."""
     x_m, y_m = float(mass.com_m[0]) - drive.axle_x_m, float(mass.com_m[1])
     inertia_kgm2 = float(mass.inertia_kgm2[2, 2]) + mass.mass_kg * (x_m**2 + y_m**2)
-    return force_n * 0.5 * drive.wheel_separation_m / inertia_kgm2
+    return force_n / mass.mass_kg, force_n * 0.5 * drive.wheel_separation_m / inertia_kgm2

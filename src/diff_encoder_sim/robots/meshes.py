@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import functools
 import io
@@ -104,12 +105,13 @@ def file_corners_m(uri: str, where: str, find: MeshFinder) -> np.ndarray:
 def mesh_hull(shape: Shape, where: str, find: MeshFinder) -> Shape:
     """Return the smallest box, cylinder or ball that holds a mesh, in the same link, and the mesh's corners.
 
-    Boxes and cylinders are along the axes of the link or of the mesh.
+    Boxes and cylinders are along the axes of the link or of the mesh. A shape that is no mesh stays.
 
     Raises:
         ConfigError: the mesh is missing or broken; `where` begins the text.
     """
-    assert isinstance(shape.geometry, Mesh)
+    if not isinstance(shape.geometry, Mesh):
+        return shape
     uri, turn = shape.geometry.uri, shape.pose_in_link[:3, :3]
     place = f'{where}: collision mesh {uri!r}'
     corners_m = file_corners_m(uri, place, find) * shape.geometry.scale_xyz
@@ -120,23 +122,21 @@ def mesh_hull(shape: Shape, where: str, find: MeshFinder) -> Shape:
     def length_m(length_m: float) -> float:  # with all digits that a mesh has, none of them noise
         return max(round(float(length_m), _DECIMALS), _THINNEST_M)
 
-    def made(geometry: Geometry, axes: np.ndarray, centre_m: np.ndarray) -> Shape:
-        return Shape(geometry, pose_at(np.round(centre_m, _DECIMALS) + 0.0, axes))  # no -0
-
-    candidates: List[Shape] = []
+    candidates: List[Tuple[Geometry, np.ndarray, np.ndarray]] = []  # with axes and centre
     for box_axes in (np.eye(3), turn):
         low_m, high_m = np.min(points_m @ box_axes, axis=0), np.max(points_m @ box_axes, axis=0)
         x_m, y_m, z_m = map(length_m, high_m - low_m)
-        candidates.append(made(Box((x_m, y_m, z_m)), box_axes, 0.5 * box_axes @ (low_m + high_m)))
+        candidates.append((Box((x_m, y_m, z_m)), box_axes, 0.5 * box_axes @ (low_m + high_m)))
         for axes in (np.roll(box_axes, -1 - axis, axis=1) for axis in range(3)):  # a cylinder along the third
             local_m = points_m @ axes
             centre_m, radius_m = ball_about_middle(local_m[:, :2])
             bottom_m, top_m = local_m[:, 2].min(), local_m[:, 2].max()
             cylinder = Cylinder(length_m(radius_m), length_m(top_m - bottom_m))
-            candidates.append(made(cylinder, axes, axes @ np.append(centre_m, 0.5 * (bottom_m + top_m))))
+            candidates.append((cylinder, axes, axes @ np.append(centre_m, 0.5 * (bottom_m + top_m))))
     centre_m, radius_m = ball_about_middle(points_m)
-    candidates.append(made(Sphere(length_m(radius_m)), np.eye(3), centre_m))
-    return min(candidates, key=lambda candidate: measures(candidate.geometry)[0])._replace(corners_m=points_m)
+    candidates.append((Sphere(length_m(radius_m)), np.eye(3), centre_m))
+    geometry, axes, centre_m = min(candidates, key=lambda candidate: measures(candidate[0])[0])
+    return Shape(geometry, pose_at(np.round(centre_m, _DECIMALS) + 0.0, axes), points_m)  # no -0
 
 
 def _links_with_needed_meshes(tree: RobotTree) -> Set[str]:
@@ -151,18 +151,6 @@ def _links_with_needed_meshes(tree: RobotTree) -> Set[str]:
     others = [(name, shape) for name, link in tree.links.items() if name not in wheels for shape in link.collisions]
     has_body = any(name in needed or not isinstance(shape.geometry, Mesh) for name, shape in others)
     return needed if has_body else set(tree.links)
-
-
-def visual_primitives_of(link: Link, find: MeshFinder) -> Tuple[Shape, ...]:
-    """Return a link's visual shapes, meshes replaced; a mesh that is missing or broken is left out."""
-    shapes: List[Shape] = []
-    for shape in link.visuals:
-        try:
-            is_mesh = isinstance(shape.geometry, Mesh)
-            shapes.append(mesh_hull(shape, link.name, find)._replace(corners_m=None) if is_mesh else shape)
-        except ConfigError:
-            continue
-    return tuple(shapes)
 
 
 def primitive_tree(tree: RobotTree, find: MeshFinder, seen: Findings) -> RobotTree:
@@ -180,30 +168,38 @@ def primitive_tree(tree: RobotTree, find: MeshFinder, seen: Findings) -> RobotTr
     for name, link in tree.links.items():
         shapes: List[Shape] = []
         for shape in link.collisions:
-            hull = shape
-            if isinstance(shape.geometry, Mesh):
-                uri, where = shape.geometry.uri, f'{tree.where}: link {name!r}'
-                try:
-                    hull = mesh_hull(shape, where, find)
-                except ConfigError as error:
-                    if name in needed:
-                        raise
-                    fault = str(error).split(': ', 3)[-1]
-                    seen.warn(f'collision mesh {uri!r} of link {name!r} is left out: {fault}')
-                    continue
-                seen.note(f'collision mesh {PurePosixPath(uri).name} of link {name} is simulated as {hull.geometry}')
-            shapes.append(hull)
+            uri = shape.geometry.uri if isinstance(shape.geometry, Mesh) else ''
+            try:
+                shapes.append(mesh_hull(shape, f'{tree.where}: link {name!r}', find))
+            except ConfigError as error:
+                if name in needed:
+                    raise
+                fault = str(error).split(': ', 3)[-1]
+                seen.warn(f'collision mesh {uri!r} of link {name!r} is left out: {fault}')
+                continue
+            if uri:
+                mesh, solid = PurePosixPath(uri).name, shapes[-1].geometry
+                seen.note(f'collision mesh {mesh} of link {name} is simulated as {solid}')
         links[name] = link._replace(collisions=tuple(shapes), visuals=())
+
+    def show(name: str) -> None:
+        """Take a link's visual shapes, without meshes that are missing or broken."""
+        shapes: List[Shape] = []
+        for shape in tree.links[name].visuals:
+            with contextlib.suppress(ConfigError):
+                shapes.append(mesh_hull(shape, name, find)._replace(corners_m=None))
+        links[name] = links[name]._replace(visuals=tuple(shapes))
+
     wheels = {
         name for joint in tree.joints.values() if joint.spins for name in tree.subtree(joint.child, is_rigid=True)
     }
     for name in wheels:
         if not any(isinstance(shape.geometry, (Cylinder, Sphere)) for shape in links[name].collisions):
-            links[name] = links[name]._replace(visuals=visual_primitives_of(tree.links[name], find))
+            show(name)
     has_body = any(links[name].collisions for name in links if name not in wheels)
     if not has_body:
         seen.warn('no link but the wheels has a collision shape: visual shapes are taken')
     for name, link in links.items():
         if not link.visuals and (not has_body or (CASTER_NAMES.search(name) and not link.collisions)):
-            links[name] = link._replace(visuals=visual_primitives_of(tree.links[name], find))
+            show(name)
     return dataclasses.replace(tree, links=links)

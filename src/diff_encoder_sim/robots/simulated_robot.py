@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import functools
 from typing import Dict, Iterable, List, NamedTuple, Optional, Tuple
 from xml.etree import ElementTree
@@ -12,7 +11,7 @@ import numpy as np
 from diff_encoder_sim.base.xml_values import rpy_from_rotation
 from diff_encoder_sim.robots.contacts import support_balls
 from diff_encoder_sim.robots.describing import describe
-from diff_encoder_sim.robots.description import Joint, Link, RobotChoices, RobotDescription, RobotSource, RobotTree
+from diff_encoder_sim.robots.description import RobotChoices, RobotDescription, RobotSource, RobotTree
 from diff_encoder_sim.robots.solids import (
     Box,
     Cylinder,
@@ -55,6 +54,7 @@ _ERROR_ARGUMENTS = ('wheel_radius_error_left', 'wheel_radius_error_right', 'whee
 _SAME = 1e-6  # m, and of a unit vector: how exactly wheels stand side by side, and touch the floor
 _NEAR_FLOOR = 0.1  # of the wheel's radius: a shape that is closer to the floor is one to lean on
 _CLEAR_M = 1e-3  # a shape that hangs higher does not carry
+_HERE = np.eye(4)
 
 
 class TrueWheels(NamedTuple):
@@ -136,13 +136,12 @@ def physics_urdf(description: RobotDescription, wheels: TrueWheels) -> str:
     Positive speed of either wheel's joint, which has its own name, drives forward. Both wheels stand on the floor,
     whatever their radii.
     """
-    total = description.mass
+    total, supports = description.mass, support_balls(description)
     parts: List[MassProperties] = []  # both wheels, the supports
     for radius_m, y_m in zip(wheels, (0.5 * wheels.separation_m, -0.5 * wheels.separation_m)):
         place_m = description.axle_x_m, description.middle_y_m + y_m, description.floor_z_m + radius_m
         inertia_kgm2 = _WHEEL_INERTIA * total.mass_kg * radius_m**2 * np.eye(3)
         parts.append(MassProperties(_WHEEL_MASS * total.mass_kg, np.array(place_m), inertia_kgm2))
-    supports = support_balls(description)
     parts.append(homogeneous(supports, _SUPPORTS_MASS * total.mass_kg))
     # The body, with the parts, has the robot's mass, centre of mass and inertia. If no body has what is left of the
     # inertia it has its share of the robot's, by mass.
@@ -160,10 +159,10 @@ def physics_urdf(description: RobotDescription, wheels: TrueWheels) -> str:
     for link, wheel, radius_m, part in zip(FLOOR_ONLY_LINKS, (description.left, description.right), wheels, parts):
         ball = Shape(Sphere(radius_m), np.eye(4))
         _add_link(robot, link, part._replace(com_m=np.zeros(3)), [ball], _WHEEL_FRICTION)
-        joint = _add_joint(robot, wheel.joint, 'continuous', BODY, link, part.com_m)
+        joint = _add_joint(robot, wheel.joint, 'continuous', BODY, link, pose_at(part.com_m))
         ElementTree.SubElement(joint, 'axis', xyz='0 1 0')
     _add_link(robot, SUPPORTS, parts[2], supports, friction=0.0)
-    _add_joint(robot, f'{SUPPORTS}_joint', 'fixed', BODY, SUPPORTS, np.zeros(3))
+    _add_joint(robot, f'{SUPPORTS}_joint', 'fixed', BODY, SUPPORTS)
     return ElementTree.tostring(robot, encoding='unicode')
 
 
@@ -184,19 +183,15 @@ def joined_links(tree: RobotTree) -> str:
     # times better, after as many iterations, than with casters first.
     for joint in moving:
         parent = next(top for top, names in parts.items() if joint.parent in names)
-        given = next(element for element in tree.xml.iterfind('joint') if element.get('name') == joint.name)
-        element = copy.deepcopy(given)  # with all its other tags
-        for replaced in (*element.findall('parent'), *element.findall('origin')):
-            element.remove(replaced)
-        ElementTree.SubElement(element, 'parent', link=parent)
         in_parent = np.linalg.inv(tree.poses[parent]) @ tree.poses[joint.child]
-        ElementTree.SubElement(element, 'origin', _origin(in_parent))
-        robot.append(element)
+        given = next(element for element in tree.xml.iterfind('joint') if element.get('name') == joint.name)
+        others = [element for element in given if element.tag not in ('parent', 'child', 'origin')]
+        _add_joint(robot, joint.name, joint.kind, parent, joint.child, in_parent).extend(others)
     for top, names in parts.items():  # one link with all of equal friction, and one more for each other friction
         by_friction: Dict[float, List[str]] = {}
         for name in names:
-            given_friction = tree.links[name].friction
-            by_friction.setdefault(DEFAULT_FRICTION if given_friction is None else given_friction, []).append(name)
+            friction = tree.links[name].friction
+            by_friction.setdefault(DEFAULT_FRICTION if friction is None else friction, []).append(name)
         to_part = np.linalg.inv(tree.poses[top])
         for friction, equal in by_friction.items():
             links = [(tree.links[name], to_part @ tree.poses[name]) for name in equal]
@@ -204,7 +199,7 @@ def joined_links(tree: RobotTree) -> str:
             shapes = [placed(shape, pose) for link, pose in links for shape in link.collisions]
             _add_link(robot, equal[0], mass, shapes, friction)
             if equal[0] != top:
-                _add_joint(robot, tree.above[equal[0]].name, 'fixed', top, equal[0], np.zeros(3))
+                _add_joint(robot, tree.above[equal[0]].name, 'fixed', top, equal[0])
     return ElementTree.tostring(robot, encoding='unicode')
 
 
@@ -217,7 +212,7 @@ def _add_link(
 ) -> None:
     link = ElementTree.SubElement(robot, 'link', name=name)
     inertial = ElementTree.SubElement(link, 'inertial')
-    ElementTree.SubElement(inertial, 'origin', xyz=_text(mass.com_m))
+    _add_origin(inertial, pose_at(mass.com_m))
     ElementTree.SubElement(inertial, 'mass', value=repr(float(mass.mass_kg)))
     upper = zip(('ixx', 'ixy', 'ixz', 'iyy', 'iyz', 'izz'), mass.inertia_kgm2[np.triu_indices(3)].tolist())
     ElementTree.SubElement(inertial, 'inertia', {key: repr(value) for key, value in upper})
@@ -225,7 +220,7 @@ def _add_link(
     ElementTree.SubElement(contact, 'lateral_friction', value=repr(friction))
     for shape in shapes:
         collision = ElementTree.SubElement(link, 'collision')
-        ElementTree.SubElement(collision, 'origin', _origin(shape.pose_in_link))
+        _add_origin(collision, shape.pose_in_link)
         geometry = ElementTree.SubElement(collision, 'geometry')
         if isinstance(shape.geometry, Box):
             ElementTree.SubElement(geometry, 'box', size=_text(shape.geometry.size_xyz_m))
@@ -235,19 +230,17 @@ def _add_link(
 
 
 def _add_joint(
-    robot: ElementTree.Element, name: str, kind: str, parent: str, child: str, origin_m: Iterable[float]
+    robot: ElementTree.Element, name: str, kind: str, parent: str, child: str, child_in_parent: np.ndarray = _HERE
 ) -> ElementTree.Element:
-    """Add a joint whose frame is at `origin_m` in the parent link, and return it."""
     joint = ElementTree.SubElement(robot, 'joint', name=name, type=kind)
     ElementTree.SubElement(joint, 'parent', link=parent)
     ElementTree.SubElement(joint, 'child', link=child)
-    ElementTree.SubElement(joint, 'origin', xyz=_text(origin_m))
+    _add_origin(joint, child_in_parent)
     return joint
 
 
-def _origin(pose: np.ndarray) -> Dict[str, str]:
-    """Return the attributes of an <origin> for a (4, 4) pose."""
-    return {'xyz': _text(pose[:3, 3]), 'rpy': _text(rpy_from_rotation(pose[:3, :3]))}
+def _add_origin(element: ElementTree.Element, pose: np.ndarray) -> None:
+    ElementTree.SubElement(element, 'origin', xyz=_text(pose[:3, 3]), rpy=_text(rpy_from_rotation(pose[:3, :3])))
 
 
 def _text(numbers: Iterable[float]) -> str:
@@ -260,49 +253,36 @@ def sound_wheels(tree: RobotTree, left_joint: str, right_joint: str) -> Optional
     Each link has a mass and an inertia that a body can have; nothing moves but the wheels, which are balls about
     their joints; and the robot stands on them and on balls without friction that are all on its centre of mass's side.
     """
-    links, moving = tree.links.values(), {name for name, joint in tree.joints.items() if joint.kind != 'fixed'}
-    is_rigid = all(link.inertial is not None and can_be_of_a_body(link.inertial.inertia_kgm2) for link in links)
-    has_mesh = any(isinstance(shape.geometry, Mesh) for link in links for shape in link.collisions)
+    masses = [moved(link.inertial, tree.poses[link.name]) for link in tree.links.values() if link.inertial is not None]
+    is_rigid = len(masses) == len(tree.links) and all(can_be_of_a_body(mass.inertia_kgm2) for mass in masses)
+    has_mesh = any(isinstance(shape.geometry, Mesh) for link in tree.links.values() for shape in link.collisions)
+    moving = {name for name, joint in tree.joints.items() if joint.kind != 'fixed'}
     # A contact that resists rolling or spinning, or bounces, by PyBullet's tags.
     tags = [tag for tag in tree.xml.iterfind('link/contact/*') if tag.tag != 'lateral_friction']
     resists = any(tag.get('value') not in ('0', '0.0') for tag in tags)
     if moving != {left_joint, right_joint} or not is_rigid or has_mesh or resists:
         return None
     joints = [tree.joints[name] for name in (left_joint, right_joint)]
-    wheels = [_ball_wheel(tree, joint) for joint in joints]
-    if wheels[0] is None or wheels[1] is None:
+    balls = [tree.links[joint.child].collisions for joint in joints]
+    is_ball = all(len(shapes) == 1 and isinstance(shapes[0].geometry, Sphere) for shapes in balls)
+    axes = np.array([tree.axis_in_root(joint) for joint in joints])
+    if not is_ball or not np.allclose(axes, (0.0, 1.0, 0.0), rtol=0.0, atol=_SAME):
         return None
-    (left_m, left_radius_m), (right_m, right_radius_m) = wheels[0], wheels[1]
-    floor_z_m = left_m[2] - left_radius_m
-    is_level = abs(right_m[0] - left_m[0]) < _SAME > abs(right_m[2] - right_radius_m - floor_z_m)
-    others = [link for link in links if link.name not in [joint.child for joint in joints]]
-    if not is_level or not _leans_on_balls(tree, others, left_m[0], floor_z_m, left_radius_m):
+    left_m, right_m = (tree.poses[joint.child][:3, 3] for joint in joints)
+    left_radius_m, right_radius_m = (measures(shapes[0].geometry)[1] for shapes in balls)
+    floor_z_m, bottom_z_m = left_m[2] - left_radius_m, right_m[2] - right_radius_m
+    is_level = abs(right_m[0] - left_m[0]) < _SAME > abs(bottom_z_m - floor_z_m)
+    is_centred = all(np.abs(shapes[0].pose_in_link[:3, 3]).max() <= _SAME for shapes in balls)
+    # What is near the floor are balls without friction; on the lighter side these hang clear.
+    side, gaps_m = np.sign(float(merged(masses).com_m[0]) - left_m[0]), []
+    for link in tree.links.values():
+        for shape in link.collisions if link.name not in [joint.child for joint in joints] else ():
+            lowest_m = support_point_m(placed(shape, tree.poses[link.name]), np.array([0.0, 0.0, -1.0]))
+            slides = isinstance(shape.geometry, Sphere) and link.friction == 0
+            is_ahead = side * (lowest_m[0] - left_m[0]) > 0
+            gaps_m.append((lowest_m[2] - floor_z_m, slides, is_ahead))
+    near = [each for each in gaps_m if each[0] < _NEAR_FLOOR * left_radius_m]
+    stands = all(slides and gap_m > -_SAME and (is_ahead or gap_m >= _CLEAR_M) for gap_m, slides, is_ahead in near)
+    if not is_level or not is_centred or not stands or min((gap_m for gap_m, _, _ in near), default=1.0) >= _CLEAR_M:
         return None
     return TrueWheels(left_radius_m, right_radius_m, float(left_m[1] - right_m[1]))
-
-
-def _ball_wheel(tree: RobotTree, joint: Joint) -> Optional[Tuple[np.ndarray, float]]:
-    """Return centre (3,) in the root and radius of a wheel that is a ball about its joint, the root's y; else None."""
-    shapes = tree.links[joint.child].collisions
-    if len(shapes) != 1 or np.abs(tree.axis_in_root(joint) - (0.0, 1.0, 0.0)).max() > _SAME:
-        return None
-    geometry, centre_m = shapes[0].geometry, shapes[0].pose_in_link[:3, 3]
-    is_ball = isinstance(geometry, Sphere) and np.abs(centre_m).max() <= _SAME
-    return (tree.poses[joint.child][:3, 3], measures(geometry)[1]) if is_ball else None
-
-
-def _leans_on_balls(
-    tree: RobotTree, others: Iterable[Link], axle_x_m: float, floor_z_m: float, radius_m: float
-) -> bool:
-    """Return whether links that are no wheels lean on the centre of mass's side, and hang clear on the other."""
-    masses = [moved(link.inertial, tree.poses[name]) for name, link in tree.links.items() if link.inertial is not None]
-    side, is_down = np.sign(float(merged(masses).com_m[0]) - axle_x_m), False
-    for link, shape in ((each, shape) for each in others for shape in each.collisions):
-        lowest_m = support_point_m(placed(shape, tree.poses[link.name]), np.array([0.0, 0.0, -1.0]))
-        gap_m = lowest_m[2] - floor_z_m
-        if gap_m < _NEAR_FLOOR * radius_m:
-            slides, carries = isinstance(shape.geometry, Sphere) and link.friction == 0, gap_m < _CLEAR_M
-            if not slides or gap_m <= -_SAME or (carries and side * (lowest_m[0] - axle_x_m) <= 0):
-                return False
-            is_down |= carries
-    return is_down

@@ -328,6 +328,6 @@ def test_turning_in_place_takes_half_of_the_grip_at_both_wheels(com_y_m):
 
 def test_torque_moves_the_body_by_two_forces_at_the_rims():
     mass = MassProperties(2.0, np.array([0.1, 0.0, 0.05]), 0.4 * np.eye(3))
-    linear_mps2, angular_radps2 = describing.torque_accelerations(0.3, mass, TRAIN)
+    linear_mps2, angular_radps2 = describing.accelerations(MARGIN * 2 * 0.3 / 0.05, mass, TRAIN)
     assert linear_mps2 / MARGIN == pytest.approx(2 * (0.3 / 0.05) / 2.0)
     assert angular_radps2 / MARGIN == pytest.approx(2 * (0.3 / 0.05) * 0.25 / 0.4)
