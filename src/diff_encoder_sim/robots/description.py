@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 from xml.etree import ElementTree
 
 import numpy as np
@@ -188,7 +188,7 @@ class RobotLaser(NamedTuple):
     settings: Dict[str, Any]  # keys of LidarParams: samples, angle_min, angle_span, range_min, range_max, noise, rate
     source: str
     carrier: str = ''  # link of its sensor; the scans may have another frame at the same place
-    notes: Tuple[str, ...] = ()
+    notes: Sequence[str] = ()
 
     @property
     def pose_in_base(self) -> Pose2D:
