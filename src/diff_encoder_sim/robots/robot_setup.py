@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import os
 from pathlib import Path
-from typing import Any, Dict, Iterator, NamedTuple
+from typing import Any, Dict, NamedTuple
 
 import numpy as np
 import yaml
@@ -168,25 +168,22 @@ def set_up_robot(file: RobotFile) -> RobotSetup:
 
 def robot_file_text(setup: RobotSetup, path: Path) -> str:
     """Return the robot file of a robot, to be written to `path`, from where its own paths start."""
-    return '\n'.join(_lines(setup, path.parent)) + '\n'
-
-
-def _lines(setup: RobotSetup, folder: Path) -> Iterator[str]:
-    source = setup.file.source
-    yield _HEAD.format(setup.name)
-    yield _line('urdf', _relative(source.file, folder), '# xacro or URDF, relative to this file')
+    source, added = setup.file.source, setup.file.source.added_laser
+    files, folder = (source.file, *source.package_folders), path.parent.resolve()
+    urdf, *packages = (os.path.relpath(str(each.resolve()), str(folder)) for each in files)
+    lines = [_HEAD.format(setup.name), _line('urdf', urdf, '# xacro or URDF, relative to this file')]
     if source.arguments:
-        yield _line('arguments', dict(source.arguments), "# of the xacro's xacro:arg")
-    if source.package_folders:
-        yield _line('packages', [_relative(each, folder) for each in source.package_folders], '# folders of packages')
+        lines.append(_line('arguments', dict(source.arguments), "# of the xacro's xacro:arg"))
+    if packages:
+        lines.append(_line('packages', packages, '# folders of packages'))
     mark, ppr = ('# ', 90) if setup.file.ppr is None else ('', setup.file.ppr)
-    yield mark + _line('ppr', ppr, "# counts per wheel revolution of the robot's own encoder")
-    if source.added_laser is not None:
-        yield _line('laser', source.added_laser.place(), '# [m] a scanner in place of those of the URDF')
+    lines.append(mark + _line('ppr', ppr, "# counts per wheel revolution of the robot's own encoder"))
+    if added is not None:
+        lines.append(_line('laser', added.place(), '# [m] a scanner in place of those of the URDF'))
     elif setup.description.laser is None:
         place = _proposed_laser(setup.description).place()
-        yield '# ' + _line('laser', place, '# [m] no laser was found: this adds one above the robot')
-    yield 'set:'
+        lines.append('# ' + _line('laser', place, '# [m] no laser was found: this adds one above the robot'))
+    lines.append('set:')
     sources = {row.quantity.partition(' [')[0]: row.source for row in reversed(setup.description.found)}
     units = {name: unit for unit, names in _UNITS.items() for name in names.split()}
     for key, value in setup.settings.items():
@@ -194,14 +191,11 @@ def _lines(setup: RobotSetup, folder: Path) -> Iterator[str]:
         row = 'laser' if key.startswith('simulator.lidar.') else _ROWS.get(last, last.replace('_', ' '))
         origin = setup.file.where if key in setup.file.overrides else sources.get(row.partition(' [')[0], '')
         comment = ' '.join(filter(None, [units.get(last, ''), origin]))
-        yield '  ' + _line(key, value, comment and f'# {comment}')
+        lines.append('  ' + _line(key, value, comment and f'# {comment}'))
+    return '\n'.join(lines) + '\n'
 
 
 def _line(key: str, value: Any, comment: str) -> str:
     # A single value ends with the mark of a document's end.
     text = yaml.safe_dump(value, default_flow_style=True, width=10_000, allow_unicode=True).strip().replace('\n...', '')
     return f'{f"{key}: {text}".ljust(COMMENTS_FROM)} {comment}'.rstrip()
-
-
-def _relative(path: Path, folder: Path) -> str:
-    return os.path.relpath(str(path.resolve()), str(folder.resolve()))

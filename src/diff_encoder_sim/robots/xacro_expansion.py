@@ -19,7 +19,7 @@ import shlex
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, Iterable, List, NamedTuple, Optional, Sequence, Tuple
 from urllib.parse import unquote
 from xml.sax.saxutils import quoteattr
 
@@ -84,8 +84,7 @@ class Expansion(NamedTuple):
     laser_link: Optional[str] = None  # of the laser that the user adds
 
 
-_Versions = Dict[str, Optional[int]]  # modification times [ns] of files
-_kept: Dict[Tuple[RobotSource, Tuple[Optional[str], ...]], Tuple[Expansion, _Versions]] = {}
+_kept: Dict[Any, Tuple[Expansion, Dict[str, Optional[int]]]] = {}  # with modification times [ns] of files
 
 
 def expand(source: RobotSource) -> str:
@@ -146,7 +145,7 @@ def _by_xacro(source: RobotSource) -> Expansion:
     return result
 
 
-def _versions(paths: Iterable[str]) -> _Versions:
+def _versions(paths: Iterable[str]) -> Dict[str, Optional[int]]:
     return {path: os.stat(path).st_mtime_ns if os.path.exists(path) else None for path in paths}
 
 
@@ -195,9 +194,8 @@ def _expanded(source: RobotSource) -> Dict[str, Any]:
     except Exception as error:  # a xacro is a program: it may raise any exception
         message = in_one_line(error)[:600]
         missing = _MISSING_PACKAGE.search(message)
-        reading = str(xacro.filestack[-1]) if xacro.filestack else str(source.file)
-        where = str(source.file) if reading == str(source.file) else f'{source.file}: {reading}'
-        answer['fault'] = f'{where}: {missing_package(missing[1], source) if missing else message}'
+        places = dict.fromkeys([str(source.file), *map(str, xacro.filestack[-1:])])  # with the file that is being read
+        answer['fault'] = f'{": ".join(places)}: {missing_package(missing[1], source) if missing else message}'
     texts = [Path(path).read_text(encoding='utf-8', errors='replace') for path in list(opened) if os.path.isfile(path)]
     declared = dict.fromkeys(name for text in texts for match in _ASKED.findall(text) for name in match if name)
     return {**answer, 'notes': list(notes), 'declared': list(declared), 'opened': list(opened)}
@@ -242,24 +240,22 @@ def find_mesh(uri: str, source: RobotSource) -> Path:
 
 def find_package(name: str, source: RobotSource) -> Optional[Path]:
     """Return a package's folder; None if there is none."""
-
-    def candidates() -> Iterator[Optional[Path]]:
-        above = _folders_above(source.file)
-        yield next((folder for folder in above if _declared_name(folder) == name), None)
-        for folder in source.package_folders:
-            yield _package_below(name, _absolute(folder), MOST_LEVELS_DOWN)
-        for folder in (*above, *(folder / name for folder in above)):
-            yield _if_package(name, folder)
-        own = next((folder for folder in above if (folder / 'package.xml').is_file()), None)
-        for folder in (own.parent, own.parent.parent) if own is not None else ():
-            if folder != Path(folder.anchor):
-                yield _package_below(name, folder, 3)
-        for folder in _paths_of('ROS_PACKAGE_PATH'):
-            yield _package_below(name, folder, MOST_LEVELS_DOWN)
-        for prefix in _paths_of('AMENT_PREFIX_PATH'):
-            yield _if_package(name, prefix / 'share' / name)
-
-    return next((folder for folder in candidates() if folder is not None), None) if name else None
+    above = _folders_above(source.file)
+    own = next((folder for folder in above if (folder / 'package.xml').is_file()), None)
+    neighbours = [own.parent, own.parent.parent] if own else []
+    ros_1, ros_2 = (
+        [Path(each) for each in os.environ.get(it, '').split(os.pathsep) if each] for it in SEARCH_VARIABLES
+    )
+    places = [  # a folder, and the number of levels below it
+        *((folder, 0) for folder in above if _declared_name(folder) == name),
+        *((_absolute(folder), MOST_LEVELS_DOWN) for folder in source.package_folders),
+        *((folder, 0) for folder in (*above, *(folder / name for folder in above))),
+        *((folder, 3) for folder in neighbours if folder != Path(folder.anchor)),
+        *((Path(folder), MOST_LEVELS_DOWN) for folder in ros_1),
+        *((Path(prefix, 'share', name), 0) for prefix in ros_2),
+    ]
+    found = (_package_below(name, folder, levels) for folder, levels in places)
+    return next(filter(None, found), None) if name else None
 
 
 def _folders_above(file: Path) -> List[Path]:
@@ -269,15 +265,6 @@ def _folders_above(file: Path) -> List[Path]:
 
 def _absolute(path: Path) -> Path:
     return Path(os.path.abspath(str(path)))  # links stay: a workspace's are its order
-
-
-def _paths_of(variable: str) -> List[Path]:
-    return [Path(entry) for entry in os.environ.get(variable, '').split(os.pathsep) if entry]
-
-
-def _if_package(name: str, folder: Path) -> Optional[Path]:
-    """Return the folder if it is the package: by its package.xml or its own name."""
-    return folder if folder.is_dir() and name in (_declared_name(folder), folder.name) else None
 
 
 def _declared_name(folder: Path) -> str:
@@ -291,7 +278,7 @@ def _declared_name(folder: Path) -> str:
 
 def _package_below(name: str, folder: Path, levels: int) -> Optional[Path]:
     """Return a package that is a folder, or some levels below it."""
-    if _declared_name(folder / name) == name:
+    if levels and _declared_name(folder / name) == name:
         return folder / name
     return _packages_below(folder, levels, folder.stat().st_mtime_ns).get(name) if folder.is_dir() else None
 

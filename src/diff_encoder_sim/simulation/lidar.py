@@ -1,7 +1,7 @@
 """A planar laser scanner: exact rays against the world's primitives.
 
-The scan plane cuts each solid into segments (boxes) and circles (cylinders, spheres); a ray is
-then a line against those, in closed form, so there is no grid and no step length.
+The scan plane cuts each solid into segments (boxes) and circles (cylinders, spheres); a ray is then a line against
+those, in closed form, so there is no grid and no step length.
 """
 
 from __future__ import annotations
@@ -70,11 +70,9 @@ class Lidar:
     def scan(self, stamp_ns: int, laser_pose_in_world: Pose2D) -> Scan:
         """Take a scan; +inf where nothing returns from within range_max (REP-117).
 
-        Noise is added to the ranges that return. One below range_min is then reported as -inf:
-        too close to measure.
+        Noise is added to the ranges that return. One below range_min is then reported as -inf: too close to measure.
         """
-        ranges_m = self.true_ranges_m(laser_pose_in_world)
-        params = self.params
+        ranges_m, params = self.true_ranges_m(laser_pose_in_world), self.params
         # Drawn for every ray, so that one ray's hit or miss does not shift the others' noise.
         _measure(ranges_m, self._rng.standard_normal(len(ranges_m)), params.noise, params.range_min, params.range_max)
         return Scan(stamp_ns, params.angle_min, self._increment_rad, params.range_min, params.range_max, ranges_m)
@@ -133,20 +131,21 @@ def cast_rays(
 ) -> np.ndarray:
     """Return (n,) distance [m] from a point along each bearing to the nearest segment or circle.
 
-    Each surface is intersected only with the rays within the angle under which it is seen, not
-    each ray with each surface.
+    Each surface is intersected only with the rays within the angle under which it is seen, not each ray with each
+    surface.
 
     Args:
         x_m: the rays' common origin.
         y_m: likewise.
-        bearings_rad: (n,) directions in the same frame, ascending by a constant step over not
-            more than a full circle.
+        bearings_rad: (n,) directions in the same frame, ascending by a constant step over not more than a full circle.
         segments: (k, 4) x0, y0, x1, y1 [m].
         circles: (m, 3) x, y, radius [m].
     """
     ranges_m = np.full(len(bearings_rad), np.inf)
     step_rad = bearings_rad[1] - bearings_rad[0] if len(bearings_rad) > 1 else TURN_RAD
-    cosines, sines = _directions(bearings_rad)
+    cosines, sines = np.empty_like(bearings_rad), np.empty_like(bearings_rad)
+    for ray in range(len(bearings_rad)):  # in one loop the compiler computes both at once, in two thirds of the time
+        cosines[ray], sines[ray] = math.cos(bearings_rad[ray]), math.sin(bearings_rad[ray])
     for k in range(len(segments)):
         ax, ay = segments[k, 0] - x_m, segments[k, 1] - y_m
         bx, by = segments[k, 2] - x_m, segments[k, 3] - y_m
@@ -181,24 +180,11 @@ def cast_rays(
 
 
 @compiled
-def _directions(bearings_rad: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-    """Return (n,) cosines and (n,) sines.
-
-    In one loop the compiler computes both at once, in two thirds of the time.
-    """
-    cosines, sines = np.empty_like(bearings_rad), np.empty_like(bearings_rad)
-    for ray in range(len(bearings_rad)):
-        cosines[ray] = math.cos(bearings_rad[ray])
-        sines[ray] = math.sin(bearings_rad[ray])
-    return cosines, sines
-
-
-@compiled
 def _rays_within(left_rad: float, width_rad: float, lap: int, step_rad: float, count: int) -> Tuple[int, int]:
     """Return the first and last ray in an angle that begins `left_rad` after the first bearing.
 
-    An angle that runs past the full circle comes in two laps. One ray more on either side makes
-    up for rounding; the caller finds out whether a ray really meets the surface.
+    An angle that runs past the full circle comes in two laps. One ray more on either side makes up for rounding; the
+    caller checks whether a ray meets the surface.
     """
     begin_rad = left_rad % TURN_RAD - lap * TURN_RAD
     first = max(0, int(math.floor(begin_rad / step_rad)))

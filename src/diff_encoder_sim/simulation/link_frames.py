@@ -36,11 +36,19 @@ class LinkFrames:
         self.fixed: List[LinkFrame] = []
         self._turning: List[Tuple[str, Vector, LinkFrame]] = []
         for joint in ElementTree.fromstring(urdf).findall('joint'):
-            frame = _frame_at_zero(joint)
+            xyz_m, (roll_rad, pitch_rad, yaw_rad) = joint_origin(joint)
+            # Fixed axes: roll about x first, yaw about z last.
+            tilt = _product(_about((0.0, 1.0, 0.0), pitch_rad), _about((1.0, 0.0, 0.0), roll_rad))
+            quat = _as_kdl(_product(_about((0.0, 0.0, 1.0), yaw_rad), tilt))
+            frame = LinkFrame(joint_link(joint, 'parent'), joint_link(joint, 'child'), xyz_m, quat)
             if joint.get('type') == 'fixed':
                 self.fixed.append(frame)
-            else:
-                self._turning.append((joint.get('name', ''), _axis(joint), frame))
+                continue
+            name, axis = joint.get('name', ''), joint.find('axis')
+            text = '1 0 0' if axis is None else axis.get('xyz', '1 0 0')  # x is URDF's default
+            x, y, z = parse_numbers(text, 3, f'joint {name!r} axis')
+            length = math.sqrt(x * x + y * y + z * z)
+            self._turning.append((name, (x / length, y / length, z / length), frame))
         # robot_state_publisher's order: alphabetical, by link and by joint.
         self.fixed.sort(key=lambda frame: frame.child)
         self._turning.sort(key=lambda turning: turning[0])
@@ -52,23 +60,6 @@ class LinkFrames:
             for name, axis, frame in self._turning
             if name in angles_rad
         ]
-
-
-def _frame_at_zero(joint: ElementTree.Element) -> LinkFrame:
-    xyz_m, (roll_rad, pitch_rad, yaw_rad) = joint_origin(joint)
-    # Fixed axes: roll about x first, yaw about z last.
-    tilt = _product(_about((0.0, 1.0, 0.0), pitch_rad), _about((1.0, 0.0, 0.0), roll_rad))
-    quat = _product(_about((0.0, 0.0, 1.0), yaw_rad), tilt)
-    return LinkFrame(joint_link(joint, 'parent'), joint_link(joint, 'child'), xyz_m, _as_kdl(quat))
-
-
-def _axis(joint: ElementTree.Element) -> Vector:
-    """Return the joint's unit vector; URDF's default is x."""
-    axis = joint.find('axis')
-    text = '1 0 0' if axis is None else axis.get('xyz', '1 0 0')
-    x, y, z = parse_numbers(text, 3, f'joint {joint.get("name")!r} axis')
-    length = math.sqrt(x * x + y * y + z * z)
-    return x / length, y / length, z / length
 
 
 def _about(axis: Vector, angle_rad: float) -> QuatXyzw:
@@ -88,10 +79,7 @@ def _product(first: QuatXyzw, second: QuatXyzw) -> QuatXyzw:
 
 
 def _as_kdl(quat: QuatXyzw) -> QuatXyzw:
-    """Return the one of a rotation's two quaternions that KDL returns.
-
-    Its w is positive where it is above a half, else the largest of x, y, z is.
-    """
+    """Return the quaternion with KDL's sign: w is positive if it is above a half, else the largest of x, y, z is."""
     x, y, z, w = quat
     leading = w if 4.0 * w * w > 1.0 else max((x, y, z), key=abs)
     return quat if leading >= 0.0 else (-x, -y, -z, -w)

@@ -10,7 +10,7 @@ import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.xml_values import bounded_numbers, parse_lengths, rotation_from_rpy
-from diff_encoder_sim.robots.solids import Box, Cylinder, Sphere
+from diff_encoder_sim.robots.solids import Box, Cylinder, Sphere, pose_at
 
 ALLOWED_SHAPES = ('box', 'cylinder', 'sphere', 'plane')
 
@@ -111,7 +111,4 @@ def _pose_of(element: ElementTree.Element, path: Union[str, Path]) -> np.ndarray
         return np.eye(4)
     where = f'{path}: {element.tag} {element.get("name")!r} pose'
     x_m, y_m, z_m, roll_rad, pitch_rad, yaw_rad = bounded_numbers(text, 6, where)
-    pose = np.eye(4)
-    pose[:3, :3] = rotation_from_rpy(roll_rad, pitch_rad, yaw_rad)
-    pose[:3, 3] = x_m, y_m, z_m
-    return pose
+    return pose_at((x_m, y_m, z_m), rotation_from_rpy(roll_rad, pitch_rad, yaw_rad))
