@@ -57,7 +57,7 @@ def read_campaign(folder: Path) -> Results:
     Raises:
         ConfigError: no trial is finished, or a file is missing or invalid.
     """
-    manifest, requested, robots, varied, count = _manifest(folder / MANIFEST)
+    manifest, requested, robot, varied, count = _manifest(folder / MANIFEST)
     rows, notes = _rows(folder / TABLE, varied, requested)
     if len(rows) < count:
         text = f'has {len(rows)} of {count} trials; the same campaign command runs the others'
@@ -72,33 +72,28 @@ def read_campaign(folder: Path) -> Results:
     for index, bag in zip(bags, read_bag_trials(list(bags.values()))):
         if isinstance(bag, str):
             notes.append(bag)
-            continue
-        recorded, row, expected = bag.trial, rows[index], requested[rows[index].test]
-        of_row = (expected.test, expected.nav, row.seed, row.ppr, dict(row.varied).get(VARIANT, ''))
-        of_bag = (recorded.test, recorded.nav, recorded.number, recorded.encoder_label, recorded.variant)
-        if of_bag == of_row and robot_of(recorded) in robots:
+        elif all(bag.record[key] == records[index][key] for key in ('test', 'ppr', 'seed')):
             names = {'bag', *results_table.PATH_COLUMNS}.intersection(bag.record)
             records[index].update({name: bag.record[name] for name in names})
         else:
             notes.append(f'{bag.record["bag"]}: differs from its line in trials.csv; expected the same trial')
     trials = results_table.trials_table(records, varied)
-    return Results(trials, varied, manifest['name'], notes, manifest, folder, robots[0], requested)
+    return Results(trials, varied, manifest['name'], notes, manifest, folder, robot, requested)
 
 
-def _manifest(path: Path) -> Tuple[Dict[str, Any], Dict[str, Trial], List[RobotGeometry], List[str], int]:
-    """Return the manifest, one trial per test, the robot of each parameter set, varied keys and number of trials."""
+def _manifest(path: Path) -> Tuple[Dict[str, Any], Dict[str, Trial], RobotGeometry, List[str], int]:
+    """Return the manifest, one trial per test, the robot, the varied keys and the number of trials."""
     try:
         manifest = json.loads(path.read_text(encoding='utf-8'))
         configuration = {'encoders': [], **manifest['configuration']}
         tests = [{key: test[key] for key in test if key != 'files'} for test in configuration['tests']]
         trials = [Trial.from_mapping({'nav': configuration['nav'], 'test': test}, str(path)) for test in tests]
-        wheels = [each['odometry'] for each in configuration['parameters']]
-        robots = [RobotGeometry(float(each['wheel_diameter']), float(each['wheel_separation'])) for each in wheels]
-        encoders = len(configuration['ppr']) + len(configuration['encoders'])
-        count = len(tests) * len(robots) * encoders * int(configuration['trials'])
-        varied = sorted(configuration['parameters'][0]['varied'])
+        sets, encoders = configuration['parameters'], [*configuration['ppr'], *configuration['encoders']]
+        wheels, varied = sets[0]['odometry'], sorted(sets[0]['varied'])
+        robot = RobotGeometry(float(wheels['wheel_diameter']), float(wheels['wheel_separation']))
+        count = len(tests) * len(sets) * len(encoders) * int(configuration['trials'])
         manifest['name'] = str(manifest['name'])
-        return manifest, {trial.test.name: trial for trial in trials}, robots, varied, count
+        return manifest, {trial.test.name: trial for trial in trials}, robot, varied, count
     except (KeyError, IndexError, TypeError, AttributeError, json.JSONDecodeError, UnicodeDecodeError):
         raise ConfigError(f'{path}: not the manifest of a campaign; expected it as campaign wrote it') from None
     except OSError as error:
@@ -167,9 +162,8 @@ def read_bags(paths: Sequence[Path]) -> Results:
     records = [{**bag.record, **{key: str(getattr(bag.trial, key)) for key in varied}} for bag in found]
     title = paths[0].resolve().stem if len(paths) == 1 else f'{len(found)} trials'
     requested = {bag.trial.test.name: bag.trial for bag in found[::-1]}
-    return Results(
-        results_table.trials_table(records, varied), varied, title, notes, {}, None, robot_of(found[0].trial), requested
-    )
+    robot = RobotGeometry(found[0].trial.wheel_diameter, found[0].trial.wheel_separation)
+    return Results(results_table.trials_table(records, varied), varied, title, notes, {}, None, robot, requested)
 
 
 def read_bag_trials(paths: Sequence[Path]) -> List[Union[TrialOfBag, str]]:
@@ -230,11 +224,6 @@ def moved(series: PoseSeries, start: Pose2D) -> PoseSeries:
     points_m = transform_points(start, series.x_y_yaw[:, :2])
     yaws_rad = wrap_angles(start.yaw_rad + series.x_y_yaw[:, 2])
     return PoseSeries(series.stamps_ns, np.column_stack((points_m, yaws_rad)))
-
-
-def robot_of(trial: Trial) -> RobotGeometry:
-    """Return the wheel geometry of the trial's odometry."""
-    return RobotGeometry(trial.wheel_diameter, trial.wheel_separation)
 
 
 def _thinned(series: PoseSeries) -> np.ndarray:

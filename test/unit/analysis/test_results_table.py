@@ -133,16 +133,13 @@ def test_bags_that_do_not_fit_are_named_and_their_rows_stay(folder):
     bags = folder / 'bags'
     (bags / 'SL_40_001.bag').write_bytes(b'')
     shutil.copy(bags / 'SMT_90_001.bag', bags / 'SL_40_002.bag')
-    (bags / 'SL_90_001.bag').unlink()
     (bags / 'SMT_90_002.bag').unlink()
-    write_bag(bags / 'SL_90_001.bag', trial(number=1, ppr=90, nav='embedded', wheel_diameter=0.15))
     results = load_results([folder])
-    assert (results.trials['bag'] == '').tolist() == 3 * [True] + 4 * [False] + [True]
+    assert (results.trials['bag'] == '').tolist() == 2 * [True] + 5 * [False] + [True]
     assert results.trials['true_path'].isna().tolist() == (results.trials['bag'] == '').tolist()
     assert 'has bags of 7 of 8 trials' in results.notes[0]
     assert f'{bags}/SL_40_001.bag: not a readable bag' in results.notes[1]
-    differing = [f'{bags}/SL_{name}.bag: differs' for name in ('40_002', '90_001')]
-    assert [note[: len(text)] for note, text in zip(results.notes[2:], differing)] == differing
+    assert results.notes[2].startswith(f'{bags}/SL_40_002.bag: differs')
 
 
 TOUR = str(ROOT / 'test' / 'rostest' / 'data' / 'short_tour.yaml')

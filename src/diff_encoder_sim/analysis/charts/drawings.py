@@ -24,15 +24,15 @@ WITHIN: Dict[str, Any] = {'color': '#000', 'opacity': 0.08, 'clip': True, 'aria'
 # Viridis from fine to coarse encoders, without its yellow, which is too pale on white.
 VIRIDIS = ('#440154', '#414487', '#2a788e', '#22a884', '#7ad151')
 
-# Series of errors: label, colour (Okabe and Ito's palette for colour-blind readers), and shape.
+# Series of errors: label, colour (Okabe and Ito's palette for colour-blind readers), shape and its symbol.
 SERIES = (
-    ('/odom minus /world_pose', '#0072b2', 'circle'),
-    ('/odom minus goal', '#56b4e9', 'square'),
-    ('/world_pose minus goal', '#000000', 'diamond'),
-    ('/global_pose minus goal', '#d55e00', 'triangle-up'),
-    ('/amcl_pose minus goal', '#e69f00', 'triangle-down'),
+    ('/odom minus /world_pose', '#0072b2', 'circle', '●'),
+    ('/odom minus goal', '#56b4e9', 'square', '■'),
+    ('/world_pose minus goal', '#000000', 'diamond', '◆'),
+    ('/global_pose minus goal', '#d55e00', 'triangle-up', '▲'),
+    ('/amcl_pose minus goal', '#e69f00', 'triangle-down', '▼'),
 )
-LABELS, COLOURS, SHAPES = zip(*SERIES)
+LABELS, COLOURS, SHAPES, _ = zip(*SERIES)
 BEYOND = 'beyond the axes'  # series of points drawn at the border of the axes
 
 # Points are jittered by the golden ratio, evenly and reproducibly, over this fraction of a series' width.

@@ -54,7 +54,7 @@ PATH_CAPTION = (
 )
 SPREAD_CAPTION = (
     f"Standard deviation against the encoder's resolution, with 95 % intervals: "
-    f'{", ".join(f"{symbol} {label}" for label, symbol in zip(drawings.LABELS, "●■◆▲▼"))}; dashed: closed form of '
+    f'{", ".join(f"{symbol} {label}" for label, *_, symbol in drawings.SERIES)}; dashed: closed form of '
     'quantisation, for final poses that differ by more than a pulse'
 )
 

@@ -9,7 +9,7 @@ import base64
 import io
 import math
 from pathlib import Path
-from typing import List, Sequence, Tuple
+from typing import Sequence
 
 import numpy as np
 from PIL import Image
@@ -23,7 +23,6 @@ from diff_encoder_sim.analysis.statistics import spread, std_interval
 from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder
-from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.test_definition import find_world
 from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.localization.occupancy_grid import OCCUPIED
@@ -133,8 +132,8 @@ def floor_rows(trials: pd.DataFrame, results: Results) -> pd.DataFrame:
     """Return the bounding box [m] of the paths, start and goal of each test, with a margin."""
     rows = {}
     for test, of_test in trials.groupby('test', sort=False):
-        ends = [pose[:2] for _, pose in _ends(results, test)]
-        points = np.vstack([*of_test['true_path'], *of_test['odom_path'], *ends])
+        ends = mark_rows(results, [test])[['x', 'y']].to_numpy(dtype=float)
+        points = np.vstack([*of_test['true_path'], *of_test['odom_path'], ends])
         low, high = points.min(axis=0), points.max(axis=0)
         half = np.maximum(high - low, LEAST_SIDE_M) * (0.5 + MARGIN)
         rows[test] = [*(0.5 * (low + high) - half), *(0.5 * (low + high) + half)]
@@ -143,14 +142,13 @@ def floor_rows(trials: pd.DataFrame, results: Results) -> pd.DataFrame:
 
 def mark_rows(results: Results, tests: Sequence[str]) -> pd.DataFrame:
     """Return the start and goal of each test [m]."""
-    ends = [(test, name, pose) for test in tests for name, pose in _ends(results, test)]
-    rows = [(test, name, round(pose.x_m, 3), round(pose.y_m, 3)) for test, name, pose in ends]
+    poses = {test: (one.test.start.pose(), one.goal()) for test, one in results.requested.items() if test in tests}
+    rows = [
+        (test, name, round(pose.x_m, 3), round(pose.y_m, 3))
+        for test, ends in poses.items()
+        for name, pose in zip(('start', 'goal'), ends)
+    ]
     return pd.DataFrame(rows, columns=['test', 'mark', 'x', 'y'])
-
-
-def _ends(results: Results, test: str) -> List[Tuple[str, Pose2D]]:
-    requested = results.requested.get(test)
-    return [] if requested is None else [('start', requested.test.start.pose()), ('goal', requested.goal())]
 
 
 def map_rows(results: Results, tests: Sequence[str]) -> pd.DataFrame:

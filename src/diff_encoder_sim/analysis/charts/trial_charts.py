@@ -14,7 +14,6 @@ from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, X, Y
 from diff_encoder_sim.analysis.results_table import Results, encoders, sample_text
 from diff_encoder_sim.base.deferred import pandas as pd
 
-SYMBOLS = {'circle': '●', 'square': '■', 'diamond': '◆', 'triangle-up': '▲', 'triangle-down': '▼'}
 MOST_BUTTONS = 6  # more setups become a list
 FIRST_SHOWN = (drawings.LABELS[0], drawings.LABELS[2])
 
@@ -103,11 +102,11 @@ def _domain(low: str, high: str, size: str) -> List[Dict[str, str]]:
 
 
 def _choices(
-    trials: pd.DataFrame, colours: Dict[str, str], series: Sequence[Tuple[str, str, str]], paths: pd.DataFrame
+    trials: pd.DataFrame, colours: Dict[str, str], series: Sequence[Tuple[str, str, str, str]], paths: pd.DataFrame
 ) -> List[Choice]:
     setups = [Option(setup, setup) for setup in trials['setup'].unique()]
     of_encoder = [Option(label, ppr_text(label), colour) for label, colour in colours.items()]
-    poses = [Option(label, label, colour, SYMBOLS[shape]) for label, colour, shape in series]
+    poses = [Option(label, label, colour, symbol) for label, colour, _, symbol in series]
     first: List[Any] = [pose.value for pose in poses if pose.value in FIRST_SHOWN] or [poses[0].value]
     axes = [Option(quantity.axis, quantity.axis) for quantity in QUANTITIES]
     choices = [

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import functools
 import math
-from typing import Any, Dict, List, NamedTuple, Optional, Tuple
+from typing import Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.analysis.quantities import LEVEL, QUANTITIES, Quantity
+from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
 from diff_encoder_sim.analysis.results_table import Results, RobotGeometry, campaign_names, final_errors
 from diff_encoder_sim.analysis.statistics import SIGNIFICANCE, Interval, holm, spread, std_interval, wilson
 from diff_encoder_sim.base.deferred import deferred
@@ -18,7 +17,6 @@ from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.drives.test_definition import load_test
 from diff_encoder_sim.drives.trial_definition import Trial
 
-optimize = deferred('scipy.optimize')
 stats = deferred('scipy.stats')
 
 TRIALS = 30  # per cell
@@ -35,15 +33,12 @@ PRINTED_RESOLUTIONS: Dict[str, Dict[float, float]] = {
 # Cells used for calibration: table, test, PPR and quantity (docs/adr/0012-calibration.md).
 CALIBRATED = {'table': '4', 'test': 'SL', 'ppr': '4096', 'quantity': 'y_m'}
 
-# ALTO (section 3 of the paper): wheels, and length and width [m].
-WHEELS = RobotGeometry(0.2, 0.4)
-OUTLINE_M = (0.5, 0.6)
+WHEELS = RobotGeometry(0.2, 0.4)  # of ALTO (section 3 of the paper)
 RELATIVE = 0.01  # tolerance for calibrated wheels
 
 ROUNDING = 1e-9  # tolerance for equal values
 FEWEST_FOR_KURTOSIS = 4  # for an unbiased estimate of the excess
 TAIL_FRACTION = 0.25  # of our values estimates the tail
-TAIL = 0.5 - 0.5 * LEVEL  # on each side of the 95 % prediction interval
 HALF_A_DIGIT = 0.0005  # of the last digit printed in the paper, in metres and degrees
 
 COLUMNS = ['campaign', 'table', 'source', 'test', 'ppr', 'quantity', 'statistic', 'paper', 'ours', 'low', 'high', 'p']
@@ -88,10 +83,9 @@ def _read(name: str) -> pd.DataFrame:
 def of_paper(results: Results) -> Results:
     """Return only the trials with the robot and the tests of the paper.
 
-    The robot is compared by its wheels, and by its outline if known; a test by its definition, navigated only.
+    The robot is compared by its wheels; a test by its definition, navigated only.
     """
-    robots = [(results.robot, WHEELS), (_outline_m(results.manifest), OUTLINE_M)]
-    is_alto = all(given is None or np.allclose(given, expected, RELATIVE, 0.0) for given, expected in robots)
+    is_alto = np.allclose(results.robot, WHEELS, RELATIVE, 0.0)
     tests = {test for test, requested in results.requested.items() if is_alto and _is_of_paper(requested)}
     return results._replace(trials=results.trials[results.trials['test'].isin(tests)])
 
@@ -102,16 +96,6 @@ def _is_of_paper(requested: Trial) -> bool:
     except ConfigError:  # a test that the package does not have
         return False
     return requested.nav != 'scripted' and requested.test == own
-
-
-def _outline_m(manifest: Dict[str, Any]) -> Optional[np.ndarray]:
-    """Return length and width of the footprint of a campaign's robot; None if unknown."""
-    try:
-        corners = manifest['configuration']['parameters'][0]['navigator']['local_costmap']['footprint']
-        size_m: np.ndarray = np.ptp(np.asarray(corners, float), axis=0)
-    except (KeyError, IndexError, TypeError, ValueError):
-        return None
-    return size_m
 
 
 def spread_p_value(values: np.ndarray, reported: float, count: int) -> float:
@@ -143,50 +127,27 @@ def maximum_p_value(values: np.ndarray, reported: Interval, count: int) -> Optio
         count: number of values of the reported maximum.
     """
     fewest, most = (int(np.count_nonzero(values > bound)) for bound in (reported.high, reported.low))
-    chances = _chances_of_above(len(values), count)
+    chances, descending = _chances_of_above(len(values), count), np.sort(values)[::-1]
+    tail, steps = _tail(len(values)), -np.diff(descending)
     if most:
         too_high = 1.0 - float(chances[most + 1])
-    else:
-        scale = _tail_scale(values)
-        if scale is None:
-            return None
-        beyond = max(0.0, (reported.low - float(values.max())) / scale)
-        too_high = _chance_beyond(beyond, len(values), count)
+    elif tail == 0 or descending[0] - descending[tail] < ROUNDING:
+        return None
+    else:  # the scale is at least the smallest step, because whole pulses make values multiples of a step
+        scale = max(np.mean(descending[:tail]) - descending[tail], np.min(steps[steps > ROUNDING]))
+        beyond = max(0.0, (reported.low - descending[0]) / scale)
+        too_high = _chance_beyond(float(beyond), len(values), count)
     return min(1.0, 2.0 * min(float(chances[fewest]), too_high))
 
 
-def maximum_interval(values: np.ndarray, count: int) -> Interval:
-    """Compute the 95 % prediction interval of the maximum of `count` new values, the inverse of `maximum_p_value`.
-
-    A bound is infinite if there are too few values, or if all are equal.
-    """
-    descending, chances = np.sort(values)[::-1], _chances_of_above(len(values), count)
-    likely = int(np.count_nonzero(chances[:-1] >= TAIL))
-    low = float(descending[likely - 1]) if likely <= len(values) else -math.inf
-    unlikely = int(np.count_nonzero(1.0 - chances[1 : likely + 1] < TAIL))
-    if unlikely:
-        return Interval(low, float(descending[unlikely - 1]))
-    scale = _tail_scale(values)
-    high = math.inf if scale is None else float(descending[0]) + scale * _furthest(len(values), count)
-    return Interval(low, high)
+def _tail(values: int) -> int:
+    return min(math.ceil(TAIL_FRACTION * values), values - 1)
 
 
 def _chances_of_above(ours: int, theirs: int) -> np.ndarray:
     """Return (ours + 2,) probabilities that at least 0, 1, 2, ... of ours exceed the maximum of theirs."""
     ranks = np.arange(ours + 1)
     return np.cumprod(np.concatenate([[1.0], (ours - ranks) / (ours + theirs - ranks)]))
-
-
-def _tail_scale(values: np.ndarray) -> Optional[float]:
-    """Estimate the mean excess of the tail over the next value; None if all are equal.
-
-    The scale is at least the smallest step, because whole pulses make values multiples of a step.
-    """
-    descending, tail = np.sort(values)[::-1], min(math.ceil(TAIL_FRACTION * len(values)), len(values) - 1)
-    if tail == 0 or descending[0] - descending[tail] < ROUNDING:
-        return None
-    steps = -np.diff(descending)
-    return float(max(np.mean(descending[:tail]) - descending[tail], np.min(steps[steps > ROUNDING])))
 
 
 def _chance_beyond(beyond: float, ours: int, theirs: int) -> float:
@@ -196,7 +157,7 @@ def _chance_beyond(beyond: float, ours: int, theirs: int) -> float:
     the scale is the mean of i times the first `tail` of them. The mean of exp(-j M), with M our maximum plus `beyond`
     scales, is therefore a product; the binomial sum over j is the probability that theirs lie below M.
     """
-    ranks, tail, total = np.arange(1, ours + 1), min(math.ceil(TAIL_FRACTION * ours), ours - 1), 0.0
+    ranks, tail, total = np.arange(1, ours + 1), _tail(ours), 0.0
     in_tail = np.where(ranks <= tail, beyond / tail, 0.0)
     for j in range(1, theirs + 1):
         means = 1.0 / (1.0 + j / ranks + j * in_tail)
@@ -204,20 +165,11 @@ def _chance_beyond(beyond: float, ours: int, theirs: int) -> float:
     return total
 
 
-@functools.lru_cache(maxsize=256)
-def _furthest(ours: int, theirs: int) -> float:
-    """Return the scales by which the maximum of theirs exceeds ours with probability TAIL."""
-    high = 1.0
-    while _chance_beyond(high, ours, theirs) > TAIL:
-        high *= 2.0
-    return float(optimize.brentq(lambda beyond: _chance_beyond(beyond, ours, theirs) - TAIL, 0.0, high))
-
-
 class Agreement(NamedTuple):
     """One statistic of ours and its agreement with that of the paper."""
 
     ours: float
-    interval: Interval  # 95 %; for min and max the prediction interval for the paper's number of trials
+    interval: Tuple[float, float]  # 95 %; NaN for min and max
     p_value: Optional[float]  # two-sided; None if inconclusive
 
 
@@ -242,8 +194,7 @@ def agreement(statistic: str, values: np.ndarray, printed: float, quantity: Quan
     sign = -1.0 if statistic == 'min' else 1.0  # the minimum is a maximum with the signs reversed
     values, printed = sign * values, sign * printed
     p_value = maximum_p_value(values, Interval(printed - HALF_A_DIGIT, printed + HALF_A_DIGIT), TRIALS)
-    low, high = sorted(sign * bound for bound in maximum_interval(values, TRIALS))
-    return Agreement(sign * float(values.max()), Interval(low, high), p_value)
+    return Agreement(sign * float(values.max()), (math.nan, math.nan), p_value)
 
 
 def compare_with_paper(results: Results, name: str = '') -> pd.DataFrame:

@@ -32,10 +32,6 @@ LEGEND = (
     f"source and test). {ERRATUM} the paper's number is among its errata. {CALIBRATED} the slip of "
     f'config/campaigns/paper.yaml was fitted to this number. Neither is tested.'
 )
-INTERVAL_LEGEND = (
-    "In brackets our 95 % interval; for min and max, the prediction interval for the paper's number of trials (inf: "
-    'too few of our trials for a bound).'
-)
 
 
 def cell_tables(compared: pd.DataFrame) -> List[ResultTable]:
@@ -55,7 +51,7 @@ def cell_tables(compared: pd.DataFrame) -> List[ResultTable]:
             exact = exact.merge(of_column[keys].assign(**{name: texts}), how='left').fillna(NOTHING)
             columns[name] = Column(whose, LABELS.get(statistic, statistic))
         title = f'Table {number} of the paper ({POSES[of_table["source"].iloc[0]]}) and ours'
-        notes = [INTERVAL_LEGEND, LEGEND] if is_single else [LEGEND]
+        notes = ['In brackets our 95 % interval.'] * is_single + [LEGEND]
         tables.append(ResultTable(f'paper_table{number}', title, exact.replace({'quantity': LABELS}), columns, notes))
     return tables
 
@@ -66,7 +62,8 @@ def _text(row: Dict[str, Any], is_printed: bool, has_interval: bool) -> str:
     if is_printed:
         return f'{row["paper"]:.{decimals}f}' + f' {ERRATUM}' * (row['left_out'] not in ('', 'calibrated'))
     text = f'{row["ours"]:.{decimals}f}'
-    text += f' ({row["low"]:.{decimals}f} to {row["high"]:.{decimals}f})' if has_interval else ''
+    if has_interval and row['statistic'] in ('std', 'pct_within'):
+        text += f' ({row["low"]:.{decimals}f} to {row["high"]:.{decimals}f})'
     marks = [DIFFERS] * bool(row['p_holm'] < SIGNIFICANCE) + [CALIBRATED] * ('calibrated' in row['left_out'])
     return ' '.join([text, *marks])
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import base64
-import importlib.metadata
 import os
 import platform
 import shlex
 import urllib.parse
+from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Dict, Mapping, Optional, Sequence
+from typing import Dict, List, Mapping, Optional, Sequence
 
 import numpy as np
 import yaml
@@ -71,17 +71,18 @@ def write_report(
     with debug_mode(False):  # validation in Altair takes longer than the drawing
         charts = trial_charts(results, shown)
     page = load_template('page.html', Path(__file__).parent).render(
-        title=results.title,
+        results=results,
+        manifest=results.manifest,
         headline=lead,
-        scope=scope_text(results),
-        notes=results.notes,
-        robot=results.manifest.get('robot'),
-        real_encoders=results.manifest.get('encoders', []),
+        tests=enumeration(list(results.trials['test'].unique())),
+        encoders=encoders_text(encoders(results.trials)),
+        cell_sizes=list(results.trials['cell'].value_counts()),
         ppr_text=ppr_text,
         shell=lambda command: shlex.join(map(str, command)),
         versions_text=versions_text,
-        origin=provenance(results),
-        runs=results.manifest.get('runs', []),
+        commands=commands(results),
+        own_versions={'python': platform.python_version(), **dict(zip(LIBRARIES, map(version, LIBRARIES)))},
+        yaml_text=lambda configuration: yaml.safe_dump(configuration, sort_keys=False),
         tolerance=TOLERANCE_TEXT,
         required_percent=round(100 * REQUIRED_FRACTION),
         compared_poses={text: POSES[pose] for pose, text in COMPARED_POSES.items()},
@@ -109,18 +110,6 @@ def write_report(
     # Bytes keep line endings equal on every system.
     path.write_bytes(page.encode('utf-8'))
     return lead
-
-
-def scope_text(results: Results) -> str:
-    """Return the number of trials, the tests, the encoders and the wheel geometry."""
-    trials, robot, counts = results.trials, results.robot, results.trials['cell'].value_counts()
-    fewest, most = counts.min(), counts.max()
-    per_cell = f'{most}' if fewest == most else f'{fewest} to {most}'
-    return (
-        f'{len(trials)} trials: {enumeration(list(trials["test"].unique()))} with {encoders_text(encoders(trials))}, '
-        f'{per_cell} per cell. '
-        f'Wheel diameter {robot.wheel_diameter_m:g} m, separation {robot.wheel_separation_m:g} m.'
-    )
 
 
 def trial_table(results: Results, trials: pd.DataFrame) -> ResultTable:
@@ -165,25 +154,14 @@ def data_uri(svg: Path, png: Path) -> str:
     return min(drawn, pixels, key=len)
 
 
-def provenance(results: Results) -> Dict[str, Any]:
-    """Return the commands that reproduce the results, facts, and the configuration as YAML."""
-    manifest, runs, commands = results.manifest, results.manifest.get('runs', []), []
-    own = {'python': platform.python_version(), **{name: importlib.metadata.version(name) for name in LIBRARIES}}
-    facts = {'analysed with': versions_text(own)}
-    if 'fingerprint' in manifest:
-        facts['fingerprint of the configuration'] = str(manifest['fingerprint'])
-    if 'seeds' in manifest:
-        facts['seeds'] = ' to '.join(map(str, manifest['seeds'].values()))
-    if results.folder and runs:
-        program, *arguments = map(str, runs[0].get('command') or [''])
-        tool = [CONSOLE] if Path(program).name == CONSOLE else ['rosrun', 'diff_encoder_sim', 'campaign']
-        commands = [shlex.join([*tool, *arguments]), shlex.join([*tool[:2], 'analyze', str(results.folder)])]
-    configuration = manifest.get('configuration')
-    return {
-        'commands': commands,
-        'facts': facts,
-        'configuration': configuration and yaml.safe_dump(configuration, sort_keys=False),
-    }
+def commands(results: Results) -> List[str]:
+    """Return the commands that reproduce the results; none for bags."""
+    runs = results.manifest.get('runs')
+    if not results.folder or not runs:
+        return []
+    program, *arguments = map(str, runs[0].get('command') or [''])
+    tool = [CONSOLE] if Path(program).name == CONSOLE else ['rosrun', 'diff_encoder_sim', 'campaign']
+    return [shlex.join([*tool, *arguments]), shlex.join([*tool[:2], 'analyze', str(results.folder)])]
 
 
 def versions_text(versions: Optional[Mapping[str, Optional[str]]]) -> str:

@@ -37,20 +37,9 @@ def left_of(results):
     return set(of_paper(results).trials['test'])
 
 
-@pytest.mark.parametrize(
-    ('wheels', 'y_m', 'is_papers'),
-    [
-        ((0.2, 0.3), 0.3, False),
-        ((0.25, 0.4), 0.3, False),
-        ((0.2003, 0.399), 0.3, True),  # calibrated
-        ((0.2, 0.4), 0.25, False),  # another outline
-    ],
-)
-def test_another_robot_is_recognized_by_its_wheels_and_outline(wheels, y_m, is_papers):
-    corners = [[x, y] for x in (0.25, -0.25) for y in (y_m, -y_m)]
-    manifest = {'configuration': {'parameters': [{'navigator': {'local_costmap': {'footprint': corners}}}]}}
-    made = MADE._replace(robot=RobotGeometry(*wheels), manifest=manifest)
-    assert left_of(made) == ({'SL', 'SMT'} if is_papers else set())
+@pytest.mark.parametrize(('wheels', 'is_papers'), [((0.2, 0.3), False), ((0.25, 0.4), False), ((0.2003, 0.399), True)])
+def test_another_robot_is_recognized_by_its_wheels_unless_they_are_calibrated(wheels, is_papers):
+    assert left_of(MADE._replace(robot=RobotGeometry(*wheels))) == ({'SL', 'SMT'} if is_papers else set())
 
 
 def test_another_test_of_the_same_name_is_none_of_the_papers():
@@ -83,7 +72,6 @@ def test_a_minimum_is_a_maximum_of_the_opposite():
     for printed in (-9.0, -2.0, 0.0):
         low, high = agreement('min', values, printed, YAW), agreement('max', -values, -printed, YAW)
         assert (low.ours, low.p_value) == (-high.ours, high.p_value)
-        assert low.interval == (-high.interval.high, -high.interval.low)
 
 
 @pytest.mark.heavy
@@ -118,14 +106,6 @@ def test_beyond_ours_the_tail_is_exponential():
     ours, theirs = rng.exponential(size=(2, 4000, 30))
     is_small = [p_of(a, b.max()) < 0.05 and b.max() > a.max() for a, b in zip(ours, theirs)]
     assert np.mean(is_small) == pytest.approx(0.025, abs=0.006)
-
-
-@pytest.mark.parametrize('ours', [2, 30, 400])
-def test_the_interval_is_what_is_not_rejected(ours):
-    values = np.random.default_rng(ours).standard_normal(ours)
-    (low, high), step = comparison.maximum_interval(values, 30), 1e-6
-    assert p_of(values, low + step) >= 0.05 > p_of(values, low - step) if low > -math.inf else True
-    assert p_of(values, high - step) >= 0.05 > p_of(values, high + step)
 
 
 def compared_with(*cells, varied=()):

@@ -15,6 +15,8 @@ from diff_encoder_sim.analysis.tables import all_tables
 from trial_tables import IN, both, cell, results_of, rows, trial
 
 MANIFEST = {
+    'fingerprint': 'abc',
+    'seeds': {'first': 1, 'last': 30},
     'runs': [
         {
             'command': ['/ws/scripts/campaign', '--config', 'my file.yaml', '--out', 'results'],
@@ -137,16 +139,10 @@ MADE = results_of([trial('SL', '40')])
     ],
 )
 def test_the_origin_names_the_commands(tmp_path, command, again):
-    runs = [{**MANIFEST['runs'][0], 'command': command}]
-    origin = page.provenance(MADE._replace(manifest={**MANIFEST, 'runs': runs}, folder=tmp_path))
-    assert origin['commands'] == [again.format('campaign'), f'{again.partition(" {}")[0]} analyze {tmp_path}']
-    assert 'world: hallway' in origin['configuration']
-
-
-def test_bags_only_have_the_libraries_as_origin():
-    origin = page.provenance(MADE)
-    assert (origin['commands'], origin['configuration']) == ([], None)
-    assert origin['facts']['analysed with'].startswith('python ')
+    manifest = {'runs': [{**MANIFEST['runs'][0], 'command': command}]}
+    found = page.commands(MADE._replace(manifest=manifest, folder=tmp_path))
+    assert found == [again.format('campaign'), f'{again.partition(" {}")[0]} analyze {tmp_path}']
+    assert page.commands(MADE) == []
 
 
 @pytest.mark.parametrize(
@@ -171,6 +167,7 @@ def test_the_robot_has_its_checks_and_the_sources_of_its_values_and_an_encoder_t
     shown = ' '.join(html.unescape(re.sub('<[^>]+>', ' ', text)).split())
     texts += ['one wheel is flat', 'mass [kg] 32 <inertial>', 'config.wheel_diameter 0.1']
     texts += ['amt102 (8192 counts) AMT102-V industrial 2048 lines x 4 = 8192 13038.0 datasheet; manual']
+    texts += ['analysed with python ', 'fingerprint of the configuration abc', 'seeds 1 to 30', 'world: hallway']
     texts += ['versions numpy 2.0 commit abc with changes host a chip, 2 of 4 cores, 8 GiB, Linux']
     assert [one for one in texts if one not in shown] == []
     assert Elements(text).starts and ('Self-check' in shown) == bool(checks)
