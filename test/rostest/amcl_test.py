@@ -19,13 +19,8 @@ from std_srvs.srv import Empty
 from tf2_msgs.msg import TFMessage
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.ros.conversions import (
-    pose_from_message,
-    pose_from_transform,
-    pose_with_covariance_message,
-    transform_message,
-)
-from diff_encoder_sim.ros.maps import map_message
+from diff_encoder_sim.drives.message_encoders import encode_pose_with_covariance
+from diff_encoder_sim.ros.conversions import map_message, pose_from_message, pose_from_transform
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'support'))
 from amcl_world import moved, pillar_room, simulated_scan
@@ -52,7 +47,7 @@ class AmclTest(ros.NodeTest):
         cls.guesses = ros.connected_publisher('/initialpose', PoseWithCovarianceStamped)
         cls.maps = ros.connected_publisher('/by_topic/map', OccupancyGrid)
         cls.static = tf2_ros.StaticTransformBroadcaster()
-        cls.static.sendTransform(transform_message(LASER, 0, 'base_link', 'laser'))
+        cls.static.sendTransform(ros.transform_message(LASER, 0, 'base_link', 'laser'))
         cls.poses = ros.Collector('/amcl_pose', PoseWithCovarianceStamped)
         cls.clouds = ros.Collector('/particlecloud', PoseArray)
         cls.transforms = ros.Collector('/tf', TFMessage)
@@ -84,7 +79,7 @@ class AmclTest(ros.NodeTest):
     # --- playing the robot
 
     def guess(self, pose, covariance=SURE, stamp_ns=0, frame='map'):
-        return pose_with_covariance_message(pose, covariance, stamp_ns, frame)
+        return PoseWithCovarianceStamped().deserialize(encode_pose_with_covariance(pose, covariance, stamp_ns, frame))
 
     def scan(self, true_pose=None):
         scan = simulated_scan(self.room, true_pose or self.true_pose, ray_count=180, laser_pose_in_base=LASER)
@@ -94,7 +89,7 @@ class AmclTest(ros.NodeTest):
         """A scan of now, by default a good one; a tenth of a second passes. Returns its stamp."""
         message, stamp_ns = message or self.scan(), self.now_ns
         self.now_ns += SCAN_PERIOD_NS
-        self.tf.publish(TFMessage([transform_message(self.odom_pose, stamp_ns, 'odom', 'base_link')]))
+        self.tf.publish(TFMessage([ros.transform_message(self.odom_pose, stamp_ns, 'odom', 'base_link')]))
         message.header.stamp = ros.stamp_from_ns(stamp_ns)
         self.scans.publish(message)
         return stamp_ns

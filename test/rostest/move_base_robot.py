@@ -13,7 +13,7 @@ from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc
-from diff_encoder_sim.ros.conversions import pose_message, transform_message
+from diff_encoder_sim.ros.conversions import pose_message
 
 NODE = '/move_base'
 ODOM_IN_MAP = Pose2D(0.5, -0.3, 0.4)
@@ -72,7 +72,7 @@ class Robot:
         self._outlines = ros.Collector(NODE + '/local_costmap/footprint', PolygonStamped)
         kinds = {'/clock': Clock, '/tf': TFMessage, '/scan': LaserScan, '/odom': Odometry, '/tf_static': TFMessage}
         self._publishers = {topic: ros.connected_publisher(topic, kind, [NODE]) for topic, kind in kinds.items()}
-        laser = transform_message(LASER_IN_BASE, start_ns, 'base_link', 'laser')
+        laser = ros.transform_message(LASER_IN_BASE, start_ns, 'base_link', 'laser')
         self._publishers['/tf_static'].publish(TFMessage([laser]))
 
     def pose_in_odom(self):
@@ -100,7 +100,7 @@ class Robot:
         heard = len(self.commands.messages)
         self._publishers['/clock'].publish(Clock(stamp))
         if '/tf' not in self.muted:
-            self._publishers['/tf'].publish(TFMessage([transform_message(ODOM_IN_MAP, self.now_ns, 'map', 'odom')]))
+            self._publishers['/tf'].publish(TFMessage([ros.transform_message(ODOM_IN_MAP, self.now_ns, 'map', 'odom')]))
         if '/scan' not in self.muted and self._periods % 2 == 0:
             self._publishers['/scan'].publish(self.change_scan(self._scan(stamp)))
         if '/odom' not in self.muted:

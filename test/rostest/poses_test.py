@@ -12,7 +12,7 @@ from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.ros.conversions import pose_from_message, pose_message, transform_message
+from diff_encoder_sim.ros.conversions import pose_from_message, pose_message
 from diff_encoder_sim.ros.gazebo_states import ModelStates
 
 GAZEBO_MD5 = '48c080191eb15c41858319b4d8a609c2'  # gazebo_msgs/ModelStates as Gazebo has it
@@ -218,12 +218,12 @@ class PosesTest(ros.NodeTest):
     def send_odometry(self, stamp_ns, x):
         self.now_ns = stamp_ns
         self.publish_clock()
-        self.tf.publish(TFMessage([transform_message(Pose2D(x, 0, 0.25), stamp_ns, 'odom', 'base_link')]))
+        self.tf.publish(TFMessage([ros.transform_message(Pose2D(x, 0, 0.25), stamp_ns, 'odom', 'base_link')]))
 
     def localize(self):
         """map -> odom for the next seconds, over the connection that odom -> base_link comes on: so in this order."""
         for stamp_ns in (self.now_ns - ros.NS_PER_S, self.now_ns + 8 * ros.NS_PER_S):
-            self.tf.publish(TFMessage([transform_message(Pose2D(5, 6, math.pi / 2), stamp_ns, 'map', 'odom')]))
+            self.tf.publish(TFMessage([ros.transform_message(Pose2D(5, 6, math.pi / 2), stamp_ns, 'map', 'odom')]))
 
     def check_20_hz(self, start_ns):
         for step in range(101):  # 100 Hz

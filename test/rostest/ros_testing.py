@@ -12,10 +12,11 @@ import warnings
 
 import rosgraph
 import rospy
+from geometry_msgs.msg import TransformStamped
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import LaserScan
 
-from diff_encoder_sim.drives.message_encoders import encode_scan
+from diff_encoder_sim.drives.message_encoders import encode_scan, encode_transform
 
 TIMEOUT_S = 20.0
 NS_PER_S = 1000000000
@@ -32,6 +33,11 @@ def start_test_node(name):
 def scan_message(scan, frame, period_s):
     """A scan as a message; `period_s` is the time between scans."""
     return LaserScan().deserialize(encode_scan(scan, frame, period_s))
+
+
+def transform_message(child_pose, stamp_ns, parent_frame, child_frame):
+    """A frame's planar pose in its parent as a message."""
+    return TransformStamped().deserialize(encode_transform(child_pose, stamp_ns, parent_frame, child_frame))
 
 
 def wait_until(condition, what, timeout_s=TIMEOUT_S, pause_s=0.005):

@@ -16,7 +16,7 @@ from std_msgs.msg import Float64
 from tf2_msgs.msg import TFMessage
 
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.ros.conversions import pose_from_message, pose_from_transform, transform_message
+from diff_encoder_sim.ros.conversions import pose_from_message, pose_from_transform
 from diff_encoder_sim.ros.maps import grid_from_message
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'support'))
@@ -34,7 +34,7 @@ class SlamTest(ros.NodeTest):
         cls.tf = ros.connected_publisher('/mapping/tf', TFMessage, [NODE])
         cls.scans = ros.connected_publisher('/mapping/scan', LaserScan, [NODE])
         cls.static = ros.connected_publisher('/mapping/tf_static', TFMessage, [NODE])
-        cls.static.publish(TFMessage([transform_message(LASER, 0, 'base_link', 'laser')]))
+        cls.static.publish(TFMessage([ros.transform_message(LASER, 0, 'base_link', 'laser')]))
         cls.maps = ros.Collector('/mapping/map', OccupancyGrid)
         cls.metadata = ros.Collector('/mapping/map_metadata', MapMetaData)
         cls.entropies = ros.Collector(NODE + '/entropy', Float64)
@@ -51,7 +51,7 @@ class SlamTest(ros.NodeTest):
             type(self).now_ns += STEP_NS
             if with_odometry:
                 odom_pose = self.true_pose.relative_to(START)
-                self.tf.publish(TFMessage([transform_message(odom_pose, self.now_ns, 'odom', 'base_link')]))
+                self.tf.publish(TFMessage([ros.transform_message(odom_pose, self.now_ns, 'odom', 'base_link')]))
             scan = message or ros.scan_message(room_scan(self.true_pose, laser_pose_in_base=LASER), 'laser', 0.1)
             scan.header.stamp = ros.stamp_from_ns(self.now_ns)
             self.scans.publish(scan)

@@ -135,7 +135,7 @@ class PoseDecoder:
             numbers = POSE.unpack_from(raw, self._pose_at)
         except struct.error:
             raise InputFault(TORN) from None
-        return StampedPose(seconds * NANOSECONDS_PER_SECOND + nanoseconds, _planar_pose(*numbers), *self._frames)
+        return StampedPose(seconds * NANOSECONDS_PER_SECOND + nanoseconds, planar_pose(*numbers), *self._frames)
 
 
 def decode_tf(raw: bytes, is_cdr: bool = False) -> Iterator[StampedPose]:
@@ -143,7 +143,7 @@ def decode_tf(raw: bytes, is_cdr: bool = False) -> Iterator[StampedPose]:
     fields = FieldReader(raw, is_cdr)
     for _ in range(fields.length()):
         stamp_ns, parent_frame, child_frame = _read_frames(fields, has_child=True)
-        yield StampedPose(stamp_ns, _planar_pose(*fields.unpack(POSE, NUMBER_SIZE)), parent_frame, child_frame)
+        yield StampedPose(stamp_ns, planar_pose(*fields.unpack(POSE, NUMBER_SIZE)), parent_frame, child_frame)
 
 
 def _read_frames(fields: FieldReader, has_child: bool) -> Tuple[int, str, str]:
@@ -152,7 +152,8 @@ def _read_frames(fields: FieldReader, has_child: bool) -> Tuple[int, str, str]:
     return stamp_ns, parent_frame.lstrip('/'), child_frame.lstrip('/')
 
 
-def _planar_pose(x_m: float, y_m: float, z_m: float, qx: float, qy: float, qz: float, qw: float) -> Pose2D:
+def planar_pose(x_m: float, y_m: float, z_m: float, qx: float, qy: float, qz: float, qw: float) -> Pose2D:
+    """Project a position and a quaternion to the floor; InputFault if a number or the quaternion is not valid."""
     if not abs(x_m) + abs(y_m) + abs(z_m) <= _FARTHEST_M:
         raise InputFault(f'position ({x_m}, {y_m}, {z_m}); expected finite numbers [m]')
     try:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from typing import Dict, Optional, Tuple
 
 import numpy as np
@@ -18,14 +17,20 @@ from tf2_msgs.msg import TFMessage
 from diff_encoder_sim.base.bounds import PositiveDuration_s, Seed
 from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.base.laser_scan import Scan
-from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.drives.message_encoders import encode_pose_array
+from diff_encoder_sim.drives.message_encoders import (
+    encode_header,
+    encode_planar_tf,
+    encode_pose_array,
+    encode_pose_with_covariance,
+)
 from diff_encoder_sim.localization.amcl import Amcl, AmclEstimate, warm_up
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.particles import check_covariance, check_pose
-from diff_encoder_sim.ros import conversions, node
+from diff_encoder_sim.ros import node
+from diff_encoder_sim.ros.conversions import pose_covariance_from_message, pose_from_message, pose_from_transform
 from diff_encoder_sim.ros.encoded_topics import Diagnostics, EncodedPublisher
 from diff_encoder_sim.ros.maps import fetch_map, grid_from_message
 from diff_encoder_sim.ros.node import log
@@ -58,33 +63,31 @@ class AmclNode:
         names = ('odom_frame_id', 'base_frame_id', 'global_frame_id')  # may begin with '/', as before tf2
         self._params = params.model_copy(update={name: getattr(params, name).lstrip('/') for name in names})
         node.compile_first(lambda: warm_up(self._params))
-        self._lock = threading.RLock()  # scans, transforms and services use threads
         self._amcl: Optional[Amcl] = None
         self._guess: Optional[PoseGuess] = None  # received before the map
         self._to_save: Optional[PoseGuess] = None  # the newest that can be
         self._saved: Optional[PoseGuess] = None
         self._rng = generator(self._params.seed, 'amcl')
         self._buffer = TransformBuffer(cache_s=30.0)
-        self._transforms = node.publisher('/tf', TFMessage)
-        self._poses = node.publisher('amcl_pose', PoseWithCovarianceStamped, latch=True)
+        self._transforms = EncodedPublisher('/tf', TFMessage)
+        self._poses = EncodedPublisher('amcl_pose', PoseWithCovarianceStamped, latch=True)
         self._clouds = EncodedPublisher('particlecloud', PoseArray, latch=True)
-        self._used_scans = node.publisher('~scan_taken', Header)  # the simulator waits for it after each scan
+        self._used_scans = EncodedPublisher('~scan_taken', Header)  # the simulator waits for it after each scan
         self._diagnostics = Diagnostics('Standard deviation', self._params.diagnostic_period)
         self._begin()
         self._services = [
             node.empty_service('global_localization', self._on_global_localization),
             node.empty_service('request_nomotion_update', self._on_nomotion_update),
-            rospy.Service('set_map', SetMap, self._on_set_map),
+            node.service('set_map', SetMap, self._on_set_map),
         ]
         self._initial_poses = node.subscriber('initialpose', PoseWithCovarianceStamped, self._on_initial_pose)
         frames = self._params.base_frame_id, self._params.odom_frame_id
-        use, restart = self._localize, self._on_restart
-        self._scans = ScanInput(self._buffer, self._lock, *frames, use, restart, lambda: self._amcl is not None)
+        self._scans = ScanInput(self._buffer, *frames, self._localize, self._on_restart, lambda: self._amcl is not None)
         if self._params.use_map_topic:
             self._maps = node.subscriber('map', OccupancyGridMessage, self._on_map)
         else:
             fetch_map(lambda message: self._on_map(message, is_first=True))
-        rospy.on_shutdown(self._save)
+        rospy.on_shutdown(node.one_at_a_time(self._save))
         self._reconfiguration = serve_amcl(self._params, self._reconfigure)
 
     def _begin(self) -> None:
@@ -95,19 +98,17 @@ class AmclNode:
 
     def _reconfigure(self, params: AmclNodeParams) -> None:
         warm_up(params)  # compile a new model before the next scan
-        with self._lock:
-            self._params = params
-            if self._amcl is not None:
-                self._amcl.reconfigure(params)
+        self._params = params
+        if self._amcl is not None:
+            self._amcl.reconfigure(params)
 
     def _on_map(self, message: OccupancyGridMessage, is_first: bool = False) -> None:
         """Use a map of the topic, or the first of the service unless set_map was called before."""
-        with self._lock:
-            if self._amcl is None or not (is_first or self._params.first_map_only):
-                try:
-                    self._use_map(message, self._guess or self._saved)
-                except InputFault as fault:
-                    log.warning('map not used: %s', fault)
+        if self._amcl is None or not (is_first or self._params.first_map_only):
+            try:
+                self._use_map(message, self._guess or self._saved)
+            except InputFault as fault:
+                log.warning('map not used: %s', fault)
 
     def _use_map(self, message: OccupancyGridMessage, guess: Optional[PoseGuess]) -> None:
         """Start localization on a map at the guess, or by default at the initial_pose_* parameters."""
@@ -115,16 +116,14 @@ class AmclNode:
         frame, expected = message.header.frame_id.lstrip('/'), self._params.global_frame_id
         if frame != expected:
             log.warning('map: header.frame_id is %r; used as if it were %r (global_frame_id)', frame, expected)
-        with self._lock:
-            amcl = self._amcl or Amcl(self._params, grid, self._rng)
-            if guess is not None or self._amcl is not None:
-                amcl.set_map(grid, *(guess or ()))
-            self._amcl, self._guess = amcl, None
-            self._begin()
+        amcl = self._amcl or Amcl(self._params, grid, self._rng)
+        if guess is not None or self._amcl is not None:
+            amcl.set_map(grid, *(guess or ()))
+        self._amcl, self._guess = amcl, None
+        self._begin()
 
     def _on_restart(self, _stamp_ns: int) -> None:
         log.warning('scan stamps went back: localization restarts at the initial_pose_* parameters', extra=EVENT)
-        self._scans.clear()
         self._buffer.clear()
         if self._amcl is not None:
             self._amcl.set_map(self._amcl.grid)
@@ -132,15 +131,14 @@ class AmclNode:
 
     def _localize(self, scan: Scan, odom_pose: Pose2D, laser_pose: Pose2D) -> None:
         amcl, params, stamp_ns, frame = self._amcl, self._params, scan.stamp_ns, self._params.global_frame_id
-        if amcl is None:
-            return  # the queue delivers no scan before the map
+        assert amcl is not None  # scans wait for it
         estimate = amcl.update(odom_pose, scan, laser_pose)
         if amcl.update_count != self._seen_updates:
             self._seen_updates = amcl.update_count
             self._clouds.publish(encode_pose_array(amcl.particles, stamp_ns, frame))
         if estimate is not None:
             pose = estimate.base_pose_in_map, estimate.covariance
-            self._poses.publish(conversions.pose_with_covariance_message(*pose, stamp_ns, frame))
+            self._poses.publish(encode_pose_with_covariance(*pose, stamp_ns, frame))
             diagnosis = spread_diagnosis(estimate, params)
             if diagnosis.warning and not self._was_uncertain:
                 values = ', '.join(f'{key} {value:g}' for key, value in diagnosis.values.items())
@@ -155,13 +153,13 @@ class AmclNode:
                     # With a future stamp, so that lookups succeed until the next scan.
                     until_ns = stamp_ns + round(params.transform_tolerance * NANOSECONDS_PER_SECOND)
                     transform = newest.odom_pose_in_map, until_ns, frame, params.odom_frame_id
-                    self._transforms.publish(TFMessage([conversions.transform_message(*transform)]))
+                    self._transforms.publish(encode_planar_tf(*transform))
                 self._to_save = newest.odom_pose_in_map.compose(odom_pose), newest.covariance
                 rate, saved_ns = params.save_pose_rate, self._saved_ns
                 if rate > 0.0 and (saved_ns is None or stamp_ns - saved_ns >= NANOSECONDS_PER_SECOND / rate):
                     self._saved_ns = stamp_ns
                     self._save()
-        self._used_scans.publish(Header(stamp=conversions.stamp_from_ns(stamp_ns)))
+        self._used_scans.publish(encode_header(stamp_ns, ''))
 
     def _warn_of_loss(self, amcl: Amcl) -> None:
         fit_percent, lost_percent = 100.0 * (amcl.fit_fraction or 0.0), 100.0 * self._params.lost_fraction
@@ -202,25 +200,22 @@ class AmclNode:
     def _on_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
         try:
             guess = read_initial_pose(message, self._params, self._buffer)
-            with self._lock:
-                if self._amcl is None:
-                    self._guess = guess
-                else:
-                    self._amcl.set_pose(*guess)
+            if self._amcl is None:
+                self._guess = guess
+            else:
+                self._amcl.set_pose(*guess)
         except InputFault as fault:
             log.warning('%s refused: %s', self._initial_poses.resolved_name, fault, extra=EVENT)
 
     def _on_global_localization(self) -> None:
-        with self._lock:
-            if self._amcl is not None:
-                self._amcl.global_localization()
-                self._was_lost = self._amcl.is_lost  # requested: no warning
-                log.info('global_localization: drive the robot by hand until it is localized', extra=EVENT)
+        if self._amcl is not None:
+            self._amcl.global_localization()
+            self._was_lost = self._amcl.is_lost  # requested: no warning
+            log.info('global_localization: drive the robot by hand until it is localized', extra=EVENT)
 
     def _on_nomotion_update(self) -> None:
-        with self._lock:
-            if self._amcl is not None:
-                self._amcl.request_nomotion_update()
+        if self._amcl is not None:
+            self._amcl.request_nomotion_update()
 
 
 def spread_diagnosis(estimate: AmclEstimate, params: AmclParams) -> Diagnosis:
@@ -238,21 +233,21 @@ def read_initial_pose(message: PoseWithCovarianceStamped, params: AmclParams, bu
         log.warning('initial pose: header.frame_id is empty; used as if it were %r', params.global_frame_id)
     elif frame != params.global_frame_id:
         raise InputFault(f'header.frame_id is {frame!r}; expected {params.global_frame_id!r}')
-    pose = conversions.pose_from_message(message.pose.pose)
-    covariance = conversions.pose_covariance_from_message(message.pose.covariance)
+    pose = pose_from_message(message.pose.pose)
+    covariance = pose_covariance_from_message(message.pose.covariance)
     check_pose(pose, 'initial pose')
     check_covariance(covariance)
     stamp, frames = message.header.stamp, (params.odom_frame_id, params.base_frame_id)
-    moved = IDENTITY
+    if stamp.is_zero():  # zero means now
+        return pose, covariance
     try:
         now = buffer.lookup_transform(*frames, rospy.Time(0))
-        if not stamp.is_zero() and stamp < now.header.stamp:
-            then = conversions.pose_from_transform(buffer.lookup_transform(*frames, stamp))
-            moved = conversions.pose_from_transform(now).relative_to(then)
+        if stamp < now.header.stamp:
+            then = buffer.lookup_transform(*frames, stamp)
+            pose = pose.compose(pose_from_transform(now).relative_to(pose_from_transform(then)))
     except tf2_ros.TransformException as error:
-        if not stamp.is_zero():  # zero means now
-            log.warning('initial pose: not corrected for the motion since its stamp: %s', error)
-    return pose.compose(moved), covariance
+        log.warning('initial pose: not corrected for the motion since its stamp: %s', error)
+    return pose, covariance
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""Publishers and subscribers for encoded messages, validated stamps, displays, odometry and diagnostics."""
+"""Publishers and subscribers of encoded messages, and topics of displays, odometry and diagnostics."""
 
 from __future__ import annotations
 
@@ -16,8 +16,7 @@ from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import MOST_AHEAD_S, NANOSECONDS_PER_SECOND, check_stamp
 from diff_encoder_sim.drives.message_decoders import PoseDecoder, encoded_stamp_ns
-from diff_encoder_sim.drives.message_encoders import encode_odometry, encode_tf, encode_transform, with_seq
-from diff_encoder_sim.drives.topics import POSE_STAMPED_TYPE
+from diff_encoder_sim.drives.message_encoders import encode_odometry, encode_planar_tf, with_seq
 from diff_encoder_sim.ros.conversions import header, ns_from_stamp
 from diff_encoder_sim.ros.node import log, publisher, subscriber
 from diff_encoder_sim.wheels.diagnostics import Diagnosis
@@ -64,68 +63,57 @@ class EncodedPublisher:
         self._publisher.publish(self._class(content))
 
 
-def stamped_subscriber(
-    topic: str, message_class: Type[genpy.Message], callback: Callable[[Any], None], most_ahead_s: float = MOST_AHEAD_S
+def encoded_subscriber(
+    topic: str,
+    message_class: Type[genpy.Message],
+    callback: Callable[[bytes], None],
+    most_ahead_s: float = MOST_AHEAD_S,
 ) -> rospy.Subscriber:
-    """Subscribe like `subscriber`; drop a message too far ahead of the clock, or if the callback raises InputFault."""
+    """Call back with the bytes of messages that begin with a header.
+
+    A message too far ahead of the clock, or for which the callback raises InputFault, is dropped with a warning.
+    """
     resolved_name = rospy.resolve_name(topic)
 
-    def on_message(message: Any) -> None:
+    def on_message(message: EncodedMessage) -> None:
         try:
-            is_encoded = isinstance(message, EncodedMessage)
-            stamp_ns = encoded_stamp_ns(message.content) if is_encoded else ns_from_stamp(message.header.stamp)
-            check_stamp(stamp_ns, ns_from_stamp(rospy.Time.now()), most_ahead_s)
-            callback(message)
+            check_stamp(encoded_stamp_ns(message.content), ns_from_stamp(rospy.Time.now()), most_ahead_s)
+            callback(message.content)
         except InputFault as fault:
             log.warning('%s: %s; message dropped', resolved_name, fault)
 
-    return subscriber(topic, message_class, on_message)
+    return subscriber(topic, encoded_class(message_class), on_message)
 
 
-def encoded_subscriber(
-    topic: str, message_class: Type[genpy.Message], callback: Callable[[bytes], None]
+def pose_subscriber(
+    topic: str, callback: Callable[[int, Pose2D], None], message_class: Type[genpy.Message] = PoseStamped
 ) -> rospy.Subscriber:
-    """Subscribe like `stamped_subscriber`; the callback receives the bytes of each message."""
-    return stamped_subscriber(topic, encoded_class(message_class), lambda message: callback(message.content))
-
-
-def pose_subscriber(topic: str, callback: Callable[[int, Pose2D], None]) -> rospy.Subscriber:
     """Call back with (stamp_ns, pose in the message's frame); an invalid pose is dropped with a warning."""
-    decoder = PoseDecoder(POSE_STAMPED_TYPE)
-    return encoded_subscriber(topic, PoseStamped, lambda content: callback(*decoder.decode(content)[:2]))
+    decoder = PoseDecoder(message_class._type.replace('/', '/msg/'))
+    return encoded_subscriber(topic, message_class, lambda content: callback(*decoder.decode(content)[:2]))
 
 
-class DisplayTopic(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no types
+class DisplayTopic:
     """Topic for displays; newer messages replace the oldest of the `queue_size` that wait for a slow one."""
 
     def __init__(self, topic: str, message_class: Type[genpy.Message], queue_size: int = 1) -> None:
-        super().__init__()
-        self._are_newcomers_there = False
-        self._publisher = rospy.Publisher(topic, message_class, subscriber_listener=self, queue_size=queue_size)
-        self.publish = self._publisher.publish
+        self._publisher = rospy.Publisher(topic, message_class, queue_size=queue_size)
+        self.publish, self.subscriber_count = self._publisher.publish, self._publisher.get_num_connections
+        self._known_count = 0
         self._due_ns: Optional[int] = None  # last due time
-
-    @property
-    def has_subscribers(self) -> bool:
-        """Return whether the topic has subscribers."""
-        return bool(self._publisher.get_num_connections())
 
     def is_due(self, period_ns: float, now_ns: int) -> bool:
         """Return whether there is a subscriber, and the period has elapsed or time jumped back."""
         is_over = self._due_ns is None or not 0 <= now_ns - self._due_ns < period_ns
-        if not (is_over and self.has_subscribers):
+        if not (is_over and self.subscriber_count()):
             return False
         self._due_ns = now_ns
         return True
 
     def has_newcomers(self) -> bool:
-        """Return whether a node has subscribed since the last call."""
-        are_there, self._are_newcomers_there = self._are_newcomers_there, False
-        return are_there
-
-    def peer_subscribe(self, *_: object) -> None:
-        """Note a new subscriber; called in a separate thread."""
-        self._are_newcomers_there = True
+        """Return whether there are more subscribers than at the last call."""
+        before, self._known_count = self._known_count, self.subscriber_count()
+        return self._known_count > before
 
 
 class OdometryOutput:
@@ -139,8 +127,7 @@ class OdometryOutput:
     def publish(self, estimate: OdometryEstimate) -> None:
         """Publish an estimate with a new stamp."""
         if self._transforms is not None:
-            transform = encode_transform(estimate.base_pose_in_odom, estimate.stamp_ns, *self._frames)
-            self._transforms.publish(encode_tf(transform))
+            self._transforms.publish(encode_planar_tf(estimate.base_pose_in_odom, estimate.stamp_ns, *self._frames))
         self._odom.publish(encode_odometry(estimate, *self._frames))
 
 

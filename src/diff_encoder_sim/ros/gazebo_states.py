@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import math
-import threading
-from typing import Any, Callable, Dict, Optional, Type
+from typing import Any, Callable, Optional, Type
 
-import genpy
 import rospy
-from genmsg import MsgContext, SrvSpec, compute_md5
 from genpy.dynamic import generate_dynamic
 from geometry_msgs.msg import Pose, Twist
 from pydantic import Field
@@ -20,11 +17,10 @@ from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
-from diff_encoder_sim.drives import typestore
-from diff_encoder_sim.drives.message_decoders import decode_model_state
+from diff_encoder_sim.drives.message_decoders import decode_model_state, planar_pose
 from diff_encoder_sim.drives.topics import MODEL_STATES_TYPE
 from diff_encoder_sim.ros import node
-from diff_encoder_sim.ros.conversions import ns_from_stamp, planar_pose
+from diff_encoder_sim.ros.conversions import ns_from_stamp
 from diff_encoder_sim.ros.encoded_topics import EncodedMessage, encoded_class
 from diff_encoder_sim.ros.node import log
 from diff_encoder_sim.simulation.state import STATES_RATE_HZ, PlanarVelocity
@@ -37,20 +33,16 @@ _MODEL_STATE = 'string model_name\ngeometry_msgs/Pose pose\ngeometry_msgs/Twist 
 _STATUS = 'bool success\nstring status_message'
 
 
-def built_service(name: str, request: str, response: str) -> Type[Any]:
+def built_service(name: str, md5sum: str, request: str, response: str) -> Type[Any]:
     """Build a service class from both parts of its .srv file."""
-    context = MsgContext.create_default()
-    built: Dict[str, Type[genpy.Message]] = {}
     parts = [f'MSG: {part._type}\n{part._full_text}' for part in (Pose, Twist, Header)]
     parts.append(f'MSG: gazebo_msgs/ModelState\n{_MODEL_STATE}')
-    for kind, definition in (('Request', request), ('Response', response)):
-        built.update(generate_dynamic(name + kind, ('\n' + 80 * '=' + '\n').join([definition, *parts])))
-    for message_name, message in built.items():
-        context.register(message_name, message._spec)  # parsed by genpy
-    classes = built[f'{name}Request'], built[f'{name}Response']
-    spec = SrvSpec(*(each._spec for each in classes), f'{request}\n---\n{response}', name)
-    keys = '_type', '_md5sum', '_request_class', '_response_class'
-    return type(name.split('/')[1], (), dict(zip(keys, (name, compute_md5(context, spec), *classes))))
+    request_class, response_class = (
+        generate_dynamic(name + kind, ('\n' + 80 * '=' + '\n').join([definition, *parts]))[name + kind]
+        for kind, definition in (('Request', request), ('Response', response))
+    )
+    fields = {'_type': name, '_md5sum': md5sum, '_request_class': request_class, '_response_class': response_class}
+    return type(name.split('/')[1], (), fields)
 
 
 # gazebo_msgs is not in Debian's ROS.
@@ -59,11 +51,13 @@ try:
     from gazebo_msgs.srv import GetModelState, SetModelState
 except ImportError:
     # The text that bags contain, from a live trial as in lockstep.
-    text = typestore.definition(MODEL_STATES_TYPE).text
-    ModelStates = generate_dynamic('gazebo_msgs/ModelStates', text)['gazebo_msgs/ModelStates']
-    SetModelState = built_service('gazebo_msgs/SetModelState', 'gazebo_msgs/ModelState model_state', _STATUS)
+    ModelStates = generate_dynamic('gazebo_msgs/ModelStates', full_text(MODEL_STATES_TYPE))['gazebo_msgs/ModelStates']
+    SetModelState = built_service(
+        'gazebo_msgs/SetModelState', '5b3ab0281d4f5445def017e3a2e4a07b', 'gazebo_msgs/ModelState model_state', _STATUS
+    )
     GetModelState = built_service(
         'gazebo_msgs/GetModelState',
+        '4c515e936d3319c9610c559c60bfc3d4',
         'string model_name\nstring relative_entity_name',
         f'std_msgs/Header header\ngeometry_msgs/Pose pose\ngeometry_msgs/Twist twist\n{_STATUS}',
     )
@@ -97,7 +91,6 @@ class ModelStateReader:
         self._params = params
         self._callback = callback
         self._period_ns = round((params.states_period or 0.0) * NANOSECONDS_PER_SECOND)
-        self._lock = threading.Lock()  # clock and states use different threads
         self._clock_ns: Optional[int] = None
         self._waiting: Optional[bytes] = None
         self._restart()
@@ -111,28 +104,26 @@ class ModelStateReader:
 
     def _on_clock(self, message: Clock) -> None:
         now_ns = ns_from_stamp(message.clock)
-        with self._lock:
-            if self._clock_ns is not None and now_ns < self._clock_ns:
-                now_s = now_ns / NANOSECONDS_PER_SECOND
-                log.warning('/clock went back to %.3f s: %s restarts', now_s, rospy.get_name(), extra=EVENT)
-                if self._period_ns == 0:
-                    self._waiting = None  # of before the reset; else it is the first after it
-                self._restart()
-            self._clock_ns = now_ns
-            self._date_waiting()
+        if self._clock_ns is not None and now_ns < self._clock_ns:
+            now_s = now_ns / NANOSECONDS_PER_SECOND
+            log.warning('/clock went back to %.3f s: %s restarts', now_s, rospy.get_name(), extra=EVENT)
+            if self._period_ns == 0:
+                self._waiting = None  # of before the reset; else it is the first after it
+            self._restart()
+        self._clock_ns = now_ns
+        self._date_waiting()
 
     def _on_states(self, message: EncodedMessage) -> None:
-        with self._lock:
-            if self._params.states_period is None:
-                header = message._connection_header  # set by rospy
-                self._period_ns = int(header.get(STATES_PERIOD_HEADER, 0))
-            self._waiting, newest_ns, clock_ns = message.content, self._timeline.newest_ns, self._clock_ns
-            # If the clock has not reached the next multiple, its tick may wait in the socket.
-            is_tick_read = newest_ns is not None and clock_ns is not None and clock_ns >= newest_ns + self._period_ns
-            if is_tick_read or not node.is_clock_pausing():
-                self._date_waiting()
-            if self._waiting is not None:
-                node.look_at_clock()
+        if self._params.states_period is None:
+            header = message._connection_header  # set by rospy
+            self._period_ns = int(header.get(STATES_PERIOD_HEADER, 0))
+        self._waiting, newest_ns, clock_ns = message.content, self._timeline.newest_ns, self._clock_ns
+        # If the clock has not reached the next multiple, its tick may wait in the socket.
+        is_tick_read = newest_ns is not None and clock_ns is not None and clock_ns >= newest_ns + self._period_ns
+        if is_tick_read or not node.is_clock_pausing():
+            self._date_waiting()
+        if self._waiting is not None:
+            node.look_at_clock()
 
     def _date_waiting(self) -> None:
         if self._waiting is None or self._clock_ns is None:
@@ -150,7 +141,7 @@ class ModelStateReader:
     def _report(self, stamp_ns: int, content: bytes) -> None:
         try:
             state = decode_model_state(content, self._params.model)
-            pose_in_world = planar_pose(*state.position_xyz_m[:2], state.quat_xyzw)
+            pose_in_world = planar_pose(*state.position_xyz_m, *state.quat_xyzw)
             velocity = PlanarVelocity(*state.linear_xyz_mps[:2], state.angular_xyz_radps[2])
             if not all(map(math.isfinite, velocity)):
                 raise InputFault(f'twist (x, y, yaw) {tuple(velocity)}; expected finite numbers [m/s, rad/s]')

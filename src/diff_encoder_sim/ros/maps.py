@@ -26,15 +26,8 @@ from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.localization.map_files import MapSaverParams, load_map, save_map
 from diff_encoder_sim.localization.occupancy_grid import SAVED_MARGIN_M, OccupancyGrid
 from diff_encoder_sim.ros import node
-from diff_encoder_sim.ros.conversions import header, ns_from_stamp, pose_from_message, pose_message
+from diff_encoder_sim.ros.conversions import map_message, ns_from_stamp, pose_from_message
 from diff_encoder_sim.ros.node import log
-
-
-def map_message(grid: OccupancyGrid, stamp_ns: int, frame: str) -> OccupancyGridMessage:
-    """Convert a grid to a message, row by row from the origin."""
-    place = header(stamp_ns, frame)
-    info = MapMetaData(place.stamp, grid.resolution_m, grid.width, grid.height, pose_message(grid.origin))
-    return OccupancyGridMessage(place, info, grid.cells.ravel().tolist())
 
 
 def grid_from_message(message: OccupancyGridMessage) -> OccupancyGrid:
@@ -64,7 +57,7 @@ def fetch_map(use_map: Callable[[OccupancyGridMessage], None]) -> None:
                     log.warning('no map yet: %s; waiting for it', error)
                     time.sleep(1.0)  # a server without a map responds immediately
             else:
-                use_map(message)
+                node.one_at_a_time(use_map)(message)
                 return
 
     threading.Thread(target=fetch, daemon=True).start()
@@ -126,8 +119,8 @@ class MapServerNode:
         self._maps = node.publisher('map', OccupancyGridMessage, latch=True)
         self._metadata = node.publisher('map_metadata', MapMetaData, latch=True)
         self._services = [
-            rospy.Service('static_map', GetMap, lambda _: GetMapResponse(map=self._message)),
-            rospy.Service('change_map', LoadMap, self._on_change),
+            node.service('static_map', GetMap, lambda _: GetMapResponse(map=self._message)),
+            node.service('change_map', LoadMap, self._on_change),
         ]
         self._publish()
 

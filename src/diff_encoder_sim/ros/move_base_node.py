@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import threading
+import math
 import time
 from typing import Optional, Tuple
 
@@ -10,8 +10,7 @@ import actionlib
 import move_base_msgs.msg as action
 import numpy as np
 import rospy
-import tf2_ros
-from geometry_msgs.msg import PoseStamped, TransformStamped, Twist, Vector3
+from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from nav_msgs.msg import Odometry
 from nav_msgs.srv import GetPlan, GetPlanRequest, GetPlanResponse
@@ -20,19 +19,21 @@ from sensor_msgs.msg import LaserScan
 from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.drives.message_decoders import decode_scan
+from diff_encoder_sim.drives.message_encoders import encode_command
 from diff_encoder_sim.navigation import navigator_inputs as inputs
 from diff_encoder_sim.navigation.global_planner import PlanError
 from diff_encoder_sim.navigation.navigator import Navigator, warm_up
 from diff_encoder_sim.navigation.navigator_inputs import STOP, ControlRate, GoalStatus, NavigatorOutput
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
-from diff_encoder_sim.ros import conversions, node
-from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, pose_stamped_message
-from diff_encoder_sim.ros.encoded_topics import stamped_subscriber
+from diff_encoder_sim.ros import node
+from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, pose_from_transform, pose_stamped_message
+from diff_encoder_sim.ros.encoded_topics import EncodedPublisher, encoded_subscriber
 from diff_encoder_sim.ros.maps import fetch_map, grid_from_message
 from diff_encoder_sim.ros.navigation_views import NavigationViews, path_message
 from diff_encoder_sim.ros.node import log
 from diff_encoder_sim.ros.reconfiguration import serve_navigation
-from diff_encoder_sim.ros.transforms import TransformBuffer, scanner_mount
+from diff_encoder_sim.ros.transforms import NoTransform, TransformBuffer, lookup, mounted
 
 MOST_TILT = 1e-3  # of a goal's z axis, as 1 - cos of its angle, as upstream
 
@@ -45,20 +46,17 @@ class NavigationTransforms:
         self.map_frame = params.global_costmap.global_frame.lstrip('/')
         self.odom_frame = local.global_frame.lstrip('/')
         self.base_frame = local.robot_base_frame.lstrip('/')
-        self._buffer = TransformBuffer()
+        self.buffer = TransformBuffer()
 
-    def odom_pose_in_map(self, now_ns: int) -> Optional[Tuple[int, Pose2D]]:
-        """Return (stamp_ns, pose of odom in the map), None without a transform; InputFault if it is invalid."""
-        try:
-            transform = self._buffer.lookup_transform(self.map_frame, self.odom_frame, rospy.Time(0))
-        except tf2_ros.TransformException:
-            return None
+    def odom_pose_in_map(self, now_ns: int) -> Tuple[int, Pose2D]:
+        """Return (stamp_ns, pose of odom in the map); InputFault if the transform is missing or invalid."""
+        transform = lookup(self.buffer, self.map_frame, self.odom_frame)
         stamp_ns = ns_from_stamp(transform.header.stamp) or now_ns  # a static transform has no stamp
         if stamp_ns - now_ns > inputs.MOST_AHEAD_S * NANOSECONDS_PER_SECOND:
             # From before a reset of time: tf2 would keep it, and reject newer ones as too old.
-            self._buffer.clear()
-            return None
-        return stamp_ns, conversions.pose_from_transform(transform)
+            self.buffer.clear()
+            raise NoTransform('from before a reset of time')
+        return stamp_ns, pose_from_transform(transform)
 
     def pose_in_map(self, message: PoseStamped) -> Pose2D:
         """Transform a goal or a start to the map; InputFault if it is not upright, or there is no transform."""
@@ -68,16 +66,7 @@ class NavigationTransforms:
             raise InputFault('the z axis of the pose is not upright')
         if message.header.frame_id.lstrip('/') == self.map_frame:
             return pose  # also without a transform to the map
-        transform = self.lookup(self.map_frame, message.header.frame_id)
-        return conversions.pose_from_transform(transform).compose(pose)
-
-    def lookup(self, parent: str, child: str) -> TransformStamped:
-        """Look up the latest transform between two frames; InputFault if there is no transform."""
-        try:
-            return self._buffer.lookup_transform(parent, child.lstrip('/'), rospy.Time(0))
-        except tf2_ros.TransformException as error:
-            reason = str(error).rstrip('. ')
-            raise InputFault(f'no transform from frame {child!r} to {parent!r}: {reason}') from None
+        return pose_from_transform(lookup(self.buffer, self.map_frame, message.header.frame_id)).compose(pose)
 
 
 class GoalServer:
@@ -104,11 +93,9 @@ class GoalServer:
     def poll(self, navigator: Navigator, now_ns: int) -> None:
         """Pass a new goal to the navigator, or cancel its goal."""
         # In this order, because a new goal also preempts the previous one.
-        is_preempted = self._server.is_active() and self._server.is_preempt_requested()
         if self.has_new_goal():
             self._accept_goal(navigator, now_ns)
-            is_preempted = self._server.is_preempt_requested()
-        if is_preempted:
+        if self._server.is_active() and self._server.is_preempt_requested():
             navigator.cancel()
 
     def _accept_goal(self, navigator: Navigator, now_ns: int) -> None:
@@ -138,15 +125,12 @@ class GoalServer:
 
     def end(self, status: GoalStatus, text: str) -> None:
         """Publish the result of the goal, unless it has one."""
-        if not self._server.is_active():
-            return
-        if status is GoalStatus.SUCCEEDED:
-            self._server.set_succeeded(text=text)
-        elif status is GoalStatus.PREEMPTED:
-            self._server.set_preempted(text=text)
-        else:
-            log.warning('goal aborted: %s', text, extra=EVENT)
-            self._server.set_aborted(text=text)
+        server = self._server
+        if server.is_active():
+            if status is GoalStatus.ABORTED:
+                log.warning('goal aborted: %s', text, extra=EVENT)
+            ends = {GoalStatus.SUCCEEDED: server.set_succeeded, GoalStatus.PREEMPTED: server.set_preempted}
+            ends.get(status, server.set_aborted)(text=text)
 
     def _on_simple_goal(self, message: PoseStamped) -> None:
         self._goals.publish(action.MoveBaseActionGoal(goal=action.MoveBaseGoal(target_pose=message)))
@@ -158,104 +142,101 @@ class MoveBaseNode:
     def __init__(self) -> None:
         self._params = node.node_params(NavigatorParams, part='navigation')
         node.compile_first(warm_up)
-        self._lock = threading.RLock()  # topics, services and the map use threads
         self._navigator: Optional[Navigator] = None
         self._is_driving = self._has_had_scan = False
         self._odometry_ns, self._odometry_at_s = 0, time.monotonic()  # stamp and arrival of the latest valid message
         self._control_rate = ControlRate(self._params.controller_frequency)
-        self._commands = node.publisher('cmd_vel', Twist)
+        self._commands = EncodedPublisher('cmd_vel', Twist)
         self._transforms = NavigationTransforms(self._params)
         self._views = NavigationViews(self._transforms.map_frame, self._transforms.odom_frame)
         self._goals = GoalServer(self._transforms)
         self._services = [
-            rospy.Service('~make_plan', GetPlan, self._on_make_plan),
-            rospy.Service('~NavfnROS/make_plan', GetPlan, self._on_make_plan),
+            node.service('~make_plan', GetPlan, self._on_make_plan),
+            node.service('~NavfnROS/make_plan', GetPlan, self._on_make_plan),
             node.empty_service('~clear_costmaps', self._on_clear_costmaps),
         ]
-        self._scans = stamped_subscriber('scan', LaserScan, self._on_scan)
-        self._odometry = stamped_subscriber('odom', Odometry, self._on_odometry)
-        self._watchdog = rospy.Timer(rospy.Duration(0.1), self._on_watchdog, reset=True)
-        rospy.on_shutdown(self._on_shutdown)
+        self._scans = encoded_subscriber('scan', LaserScan, self._on_scan)
+        self._odometry = encoded_subscriber('odom', Odometry, self._on_odometry)
+        self._watchdog = node.timer(0.1, self._on_watchdog)
+        rospy.on_shutdown(node.one_at_a_time(self._on_shutdown))
         fetch_map(self._on_map)
         self._reconfiguration = serve_navigation(self._params, self._reconfigure)
 
     def _reconfigure(self, params: NavigatorParams) -> None:
-        with self._lock:
-            if self._navigator is not None:
-                self._navigator.reconfigure(params)
-            if params.controller_frequency != self._params.controller_frequency:
-                self._control_rate = ControlRate(params.controller_frequency)
-            self._params = params
+        if self._navigator is not None:
+            self._navigator.reconfigure(params)
+        if params.controller_frequency != self._params.controller_frequency:
+            self._control_rate = ControlRate(params.controller_frequency)
+        self._params = params
 
     def _on_map(self, message: OccupancyGridMessage) -> None:
-        with self._lock:
-            try:
-                self._navigator = Navigator(self._params, grid_from_message(message))
-            except InputFault as fault:
-                log.warning('map not used: %s', fault)
+        try:
+            self._navigator = Navigator(self._params, grid_from_message(message))
+        except InputFault as fault:
+            log.warning('map not used: %s', fault)
 
-    def _on_scan(self, message: LaserScan) -> None:
-        with self._lock:
-            is_first, self._has_had_scan = not self._has_had_scan, self._navigator is not None
-            if self._navigator is None:
-                return
-            try:
-                mount = scanner_mount(self._transforms.lookup(self._transforms.base_frame, message.header.frame_id))
-                scan = mount.level(conversions.scan_from_message(message))
-                self._navigator.take_scan(scan, mount.laser_pose_in_base)
-            except InputFault as fault:
-                if not is_first:
-                    raise
-                # robot_state_publisher publishes the laser's transform only when simulated time runs.
-                log.info('%s: first scan not used: %s', self._scans.resolved_name, fault)
-
-    def _on_odometry(self, message: Odometry) -> None:
-        now_ns = ns_from_stamp(message.header.stamp)
-        node.look_at_clock()  # for the age of the next message
-        with self._lock:
-            navigator = self._navigator
-            if navigator is None:
-                self._control_rate.is_due(now_ns)  # starts at the first message, as in simulator_node
-                return
-            frame, expected = message.header.frame_id, self._transforms.odom_frame
-            if frame.lstrip('/') not in ('', expected):
-                raise InputFault(f'header.frame_id is {frame!r}; expected {expected!r} (local_costmap/global_frame)')
-            twist = message.twist.twist
-            motion = pose_from_message(message.pose.pose), twist.linear.x, twist.angular.z
-            stds = conversions.twist_std_from_message(message)
-            navigator.take_odometry(inputs.OdometrySample(now_ns, *motion, *stds))
-            self._odometry_ns, self._odometry_at_s = now_ns, time.monotonic()
-            if not self._control_rate.is_due(now_ns):
-                return
-            try:
-                self._control(navigator, now_ns)
-            except Exception:
-                self._command(STOP)  # rospy logs the exception and continues
+    def _on_scan(self, content: bytes) -> None:
+        if self._navigator is None:
+            return
+        is_first, self._has_had_scan = not self._has_had_scan, True
+        scan, frame = decode_scan(content)
+        try:
+            transform = lookup(self._transforms.buffer, self._transforms.base_frame, frame)
+        except NoTransform as fault:
+            if not is_first:
                 raise
+            # robot_state_publisher publishes the laser's transform only when simulated time runs.
+            log.info('%s: first scan not used: %s', self._scans.resolved_name, fault)
+        else:
+            scan, laser_pose_in_base, _ = mounted(scan, transform)
+            self._navigator.take_scan(scan, laser_pose_in_base)
+
+    def _on_odometry(self, content: bytes) -> None:
+        message = Odometry().deserialize(content)
+        now_ns, navigator = ns_from_stamp(message.header.stamp), self._navigator
+        node.look_at_clock()  # for the age of the next message
+        if navigator is None:
+            self._control_rate.is_due(now_ns)  # starts at the first message, as in simulator_node
+            return
+        frame, expected = message.header.frame_id, self._transforms.odom_frame
+        if frame.lstrip('/') not in ('', expected):
+            raise InputFault(f'header.frame_id is {frame!r}; expected {expected!r} (local_costmap/global_frame)')
+        twist, variances = message.twist.twist, message.twist.covariance
+        # Negative variances are used for unknown ones.
+        stds = (math.sqrt(max(variances[index], 0.0)) for index in (0, 35))
+        motion = pose_from_message(message.pose.pose), twist.linear.x, twist.angular.z
+        navigator.take_odometry(inputs.OdometrySample(now_ns, *motion, *stds))
+        self._odometry_ns, self._odometry_at_s = now_ns, time.monotonic()
+        if not self._control_rate.is_due(now_ns):
+            return
+        try:
+            self._control(navigator, now_ns)
+        except Exception:
+            self._command(STOP)  # rospy logs the exception and continues
+            raise
 
     def _control(self, navigator: Navigator, now_ns: int) -> None:
         try:
-            found = self._transforms.odom_pose_in_map(now_ns)
-            if found is not None:
-                navigator.take_localization(*found)
+            navigator.take_localization(*self._transforms.odom_pose_in_map(now_ns))
+        except NoTransform:
+            pass  # the navigator reports it
         except InputFault as fault:
             log.warning('/tf: transform map -> odom: %s; not used', fault)
         age_s = self._odometry_age_s()
         self._act(navigator, now_ns, f'arrived {age_s:.1f} s late' if age_s > self._params.input_timeout else '')
 
-    def _on_watchdog(self, _: rospy.timer.TimerEvent) -> None:
+    def _on_watchdog(self) -> None:
         """Stop the robot, and poll goals and cancels, without /odom."""
-        with self._lock:
-            navigator = self._navigator
-            if navigator is None:
-                if self._goals.has_new_goal():
-                    log.warning('goal received before the map (service static_map); waiting')
-                return
-            silent_s = time.monotonic() - self._odometry_at_s
-            # Check both clocks: a loaded host delays messages, and a paused simulation sends none.
-            if min(silent_s, abs(self._odometry_age_s())) > self._params.input_timeout:
-                now_ns = ns_from_stamp(rospy.Time.now())
-                self._act(navigator, now_ns, f'has not been received for {silent_s:.1f} s')
+        navigator = self._navigator
+        if navigator is None:
+            if self._goals.has_new_goal():
+                log.warning('goal received before the map (service static_map); waiting')
+            return
+        silent_s = time.monotonic() - self._odometry_at_s
+        # Check both clocks: a loaded host delays messages, and a paused simulation sends none.
+        if min(silent_s, abs(self._odometry_age_s())) > self._params.input_timeout:
+            now_ns = ns_from_stamp(rospy.Time.now())
+            self._act(navigator, now_ns, f'has not been received for {silent_s:.1f} s')
 
     def _odometry_age_s(self) -> float:
         return (ns_from_stamp(rospy.Time.now()) - self._odometry_ns) / NANOSECONDS_PER_SECOND
@@ -273,41 +254,40 @@ class MoveBaseNode:
             self._command(output.command)
             self._goals.report(navigator, now_ns, output)
         elif self._is_driving:
-            self._is_driving = False
-            self._command(STOP)
-            self._goals.end(output.status, output.text)
+            self._end(output.status, output.text)
         self._views.show(navigator, now_ns)
 
+    def _end(self, status: GoalStatus, text: str) -> None:
+        self._is_driving = False
+        self._command(STOP)
+        self._goals.end(status, text)
+
     def _command(self, command: inputs.Command) -> None:
-        self._commands.publish(Twist(Vector3(command.linear_mps, 0, 0), Vector3(0, 0, command.angular_radps)))
+        self._commands.publish(encode_command(*command))
 
     def _on_shutdown(self) -> None:
-        with self._lock:
-            if self._is_driving:
-                self._command(STOP)
-                self._goals.end(GoalStatus.ABORTED, 'move_base was shut down')
-            self._navigator = None  # ignore further messages
+        if self._is_driving:
+            self._end(GoalStatus.ABORTED, 'move_base was shut down')
+        self._navigator = None  # ignore further messages
 
     def _on_make_plan(self, request: GetPlanRequest) -> GetPlanResponse:
-        with self._lock:
-            if self._navigator is None:
-                raise rospy.ServiceException('there is no map yet')
-            try:
-                has_start = bool(request.start.header.frame_id)
-                start = self._transforms.pose_in_map(request.start) if has_start else None
-                poses = self._navigator.make_plan(start, self._transforms.pose_in_map(request.goal), request.tolerance)
-            except InputFault as fault:
-                raise rospy.ServiceException(str(fault)) from None
-            except PlanError as error:
-                # As upstream, return an empty plan if there is none.
-                log.warning('make_plan: %s', str(error))
-                poses = np.empty((0, 3))
+        if self._navigator is None:
+            raise rospy.ServiceException('there is no map yet')
+        try:
+            has_start = bool(request.start.header.frame_id)
+            start = self._transforms.pose_in_map(request.start) if has_start else None
+            poses = self._navigator.make_plan(start, self._transforms.pose_in_map(request.goal), request.tolerance)
+        except InputFault as fault:
+            raise rospy.ServiceException(str(fault)) from None
+        except PlanError as error:
+            # As upstream, return an empty plan if there is none.
+            log.warning('make_plan: %s', str(error))
+            poses = np.empty((0, 3))
         return GetPlanResponse(plan=path_message(poses, ns_from_stamp(rospy.Time.now()), self._transforms.map_frame))
 
     def _on_clear_costmaps(self) -> None:
-        with self._lock:
-            if self._navigator is not None:
-                self._navigator.clear_costmaps()
+        if self._navigator is not None:
+            self._navigator.clear_costmaps()
 
 
 def main() -> None:

@@ -19,9 +19,8 @@ from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.dwa import COST_FIELDS, TRAJECTORY_FIELDS, cost_cloud, trajectory_cloud
 from diff_encoder_sim.navigation.dwa_kernels import ScoringTask
 from diff_encoder_sim.navigation.navigator import Navigator
-from diff_encoder_sim.ros.conversions import header, pose_stamped_message
+from diff_encoder_sim.ros.conversions import header, map_message, pose_stamped_message
 from diff_encoder_sim.ros.encoded_topics import DisplayTopic
-from diff_encoder_sim.ros.maps import map_message
 
 PERIOD_NS = 200_000_000  # of plans, footprints and clouds
 WAITING_UPDATES = 20  # of a costmap: a lost update would leave the display wrong
@@ -87,7 +86,7 @@ class CostmapView:
 
     def _show_costs(self, costmap: Costmap, has_newcomers: bool, now_ns: int) -> None:
         is_moved = costmap.shape != self._shown_costs.shape or costmap.origin != self._shown_origin
-        is_whole = costmap.params.always_send_full_costmap or not self._updates.has_subscribers
+        is_whole = costmap.params.always_send_full_costmap or not self._updates.subscriber_count()
         if has_newcomers or is_moved or is_whole:
             # The occupancy values that RViz colours as costs.
             grid = OccupancyGrid(_OCCUPANCY_OF_COST[costmap.costs], costmap.resolution_m, costmap.origin)

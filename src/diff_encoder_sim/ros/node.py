@@ -1,4 +1,4 @@
-"""Common functions of nodes: start and end, parameters, log, clock, services, and topics without delay."""
+"""Common functions of nodes: start and end, parameters, callbacks one at a time, topics without delay, log, clock."""
 
 from __future__ import annotations
 
@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 CONSOLE_FORMAT = '[${severity}] [${time}] [${node}]: ${message}'  # the default of rospy has no node name
 log = logging.getLogger('diff_encoder_sim')
 
+# rospy uses threads for each topic, service and timer. The callbacks of a node hold this lock, as does its constructor.
+CALLBACKS = threading.RLock()
+
 
 def run_node(name: str, build: Callable[[], Any], run: Callable[[Any], None] = lambda node: rospy.spin()) -> None:
     """Start a node, build its object, and let it `run`: by default until shutdown.
@@ -44,7 +47,9 @@ def run_node(name: str, build: Callable[[], Any], run: Callable[[Any], None] = l
         log.setLevel(logging.INFO)
         log.addHandler(_RosLogHandler())
         log.propagate = False
-        run(build())
+        with CALLBACKS:
+            node = build()
+        run(node)
         if broken_threads:
             sys.exit(1)
     except ConfigError as error:
@@ -171,9 +176,25 @@ class _Publisher(rospy.Publisher):  # type: ignore[misc]  # rospy has no types
                 raise
 
 
+def one_at_a_time(callback: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a callback that waits for the other ones of the node, and for its constructor."""
+
+    def call(*args: Any) -> Any:
+        with CALLBACKS:
+            return callback(*args)
+
+    return call
+
+
 def subscriber(topic: str, message_class: Type[genpy.Message], callback: Callable[[Any], None]) -> rospy.Subscriber:
     """Subscribe without a queue limit, so that no message is dropped, and without delay on the publisher's side."""
-    return rospy.Subscriber(topic, message_class, callback, tcp_nodelay=True)
+    # -1 is no limit: None would keep rospy's limit of /clock.
+    return rospy.Subscriber(topic, message_class, one_at_a_time(callback), queue_size=-1, tcp_nodelay=True)
+
+
+def service(name: str, service_class: Any, respond: Callable[[Any], Any]) -> rospy.Service:
+    """Serve requests."""
+    return rospy.Service(name, service_class, one_at_a_time(respond))
 
 
 def empty_service(name: str, act: Callable[[], None]) -> rospy.Service:
@@ -183,7 +204,12 @@ def empty_service(name: str, act: Callable[[], None]) -> rospy.Service:
         act()
         return EmptyResponse()
 
-    return rospy.Service(name, Empty, respond)
+    return service(name, Empty, respond)
+
+
+def timer(period_s: float, act: Callable[[], None]) -> rospy.Timer:
+    """Call `act` in each period, also after a reset of time."""
+    return rospy.Timer(rospy.Duration(period_s), one_at_a_time(lambda _: act()), reset=True)
 
 
 MAP_LIMIT_S = 30.0  # for services that return a map
@@ -251,7 +277,7 @@ def pause_between_ticks() -> None:
 
 def listen_to_clock(listener: Callable[[Clock], None]) -> None:
     """Call back with each tick that is read, before the pause."""
-    _listeners.append(listener)
+    _listeners.append(one_at_a_time(listener))
 
 
 def read_every_tick(is_enabled: bool = True) -> None:

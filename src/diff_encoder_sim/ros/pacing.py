@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from typing import Callable, Dict, List, Optional, Sequence, Tuple
+from typing import Callable, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import rospy
 
@@ -48,51 +48,39 @@ class GraphPacer:
     """Delays simulated time until stamped topics have reached it.
 
     Args:
-        expected_ns: from a simulated time, the stamp that every topic must have reached before it; negative: none.
-        is_from_start: wait for `topics` from time 0; otherwise from the first message of each.
-        topics_once_begun: further topics, always waited for from their first message.
+        expected_ns: by topic, the stamp that it must have reached before a simulated time; negative: none.
+        from_start: topics to wait for from time 0; the others are waited for from their first message.
     """
 
-    def __init__(
-        self,
-        topics: Sequence[str],
-        expected_ns: Callable[[int], int],
-        is_from_start: bool = True,
-        topics_once_begun: Sequence[str] = (),
-    ) -> None:
-        self._expected_ns = expected_ns
-        self._from_start = topics if is_from_start else ()
+    def __init__(self, expected_ns: Mapping[str, Callable[[int], int]], from_start: Sequence[str]) -> None:
+        self._expected_ns, self._from_start = expected_ns, from_start
         self._moved = threading.Condition()
         self.restart()
         # AnyMsg with only the header parsed accepts any stamped message.
         self._subscribers = [
             rospy.Subscriber(topic, rospy.AnyMsg, self._on_message, callback_args=topic, tcp_nodelay=True)
-            for topic in [*topics, *topics_once_begun]
+            for topic in expected_ns
         ]
 
     def restart(self) -> None:
         """Clear the stamps after a reset."""
         with self._moved:
             self._newest_ns: Dict[str, float] = dict.fromkeys(self._from_start, float('-inf'))
-            self._waited_ns = -1  # the newest stamp that has been waited for; negative: none
 
     def wait(self, sim_time_ns: int) -> None:
         """Block until every topic has received the expected messages before `sim_time_ns`."""
-        expected_ns = self._expected_ns(sim_time_ns)
-        if expected_ns <= self._waited_ns:
-            return  # for most ticks
+        expected_ns = {topic: expected(sim_time_ns) for topic, expected in self._expected_ns.items()}
 
         def behind() -> List[str]:
-            return [topic for topic, newest_ns in self._newest_ns.items() if newest_ns < expected_ns]
+            return [topic for topic, newest_ns in self._newest_ns.items() if newest_ns < expected_ns[topic]]
 
         with self._moved:
-            self._waited_ns = expected_ns
             if not self._moved.wait_for(lambda: not behind(), LONGEST_WAIT_S):
                 for topic in behind():
                     log.warning(
                         '%s: no message of simulated time %.2f s within %.0f s of wall time; continuing without it',
                         topic,
-                        expected_ns / NANOSECONDS_PER_SECOND,
+                        expected_ns[topic] / NANOSECONDS_PER_SECOND,
                         LONGEST_WAIT_S,
                     )
                     del self._newest_ns[topic]
@@ -136,54 +124,34 @@ class ExpectedStamps:
         return before_newest_ns // self._scan_period_ns * self._scan_period_ns
 
 
-class AnsweredTimes:
-    """Times of the reports to which a controller responds: all, or if it is slower those of its `ControlRate`."""
-
-    def __init__(self, reports: BoundarySampler, control_period_s: float) -> None:
-        self._reports = reports
-        self._control_hz = 1.0 / control_period_s
-        self.restart()
-
-    def restart(self) -> None:
-        """Restart at time 0."""
-        self._rate = ControlRate(self._control_hz)
-
-    def is_answered(self, time_ns: int) -> bool:
-        """Return whether the report at a time gets a command; call it for every tick in order."""
-        return self._reports.newest_ns(time_ns) == time_ns and self._rate.is_due(time_ns)
-
-
 Command = Tuple[float, float]  # linear [m/s], angular [rad/s]
 STANDSTILL: Command = (0.0, 0.0)
 IDLE_PATIENCE_S = 0.02  # wall time
 
 
 class CommandGate:
-    """Applies one command per report of `answered_times`, at a reproducible simulated time.
+    """Applies one command per report, at a reproducible simulated time.
 
     Commands have no stamp, and their delay depends on the load of the host: the simulation waits for the command to a
-    report, which takes effect `delay_ns` after it. Without `answered_times` commands take effect on arrival.
+    report, which takes effect GRAPH_LEAD_NS after it. A controller responds to all reports, or if it is slower to those
+    of its `ControlRate`.
 
     Args:
-        patience_s: timeout of a command, by the wall clock.
+        reports: times of the reports.
+        period_s: of the controller; 0: commands take effect on arrival.
         is_expected: whether a controller is connected.
         is_from_start: whether it responds to the first report.
     """
 
     def __init__(
-        self,
-        answered_times: Optional[AnsweredTimes],
-        delay_ns: int,
-        patience_s: float,
-        is_expected: Callable[[], bool],
-        is_from_start: bool,
+        self, reports: BoundaryTimes, period_s: float, is_expected: Callable[[], bool], is_from_start: bool
     ) -> None:
-        self._answered_times, self._delay_ns = answered_times, delay_ns
-        self._patience_s, self._is_expected = patience_s, is_expected
+        self._reports, self._period_s, self._is_expected = reports, period_s, is_expected
         self._arrived = threading.Condition()
         self._newest: Optional[Command] = None
         self._report_ns: Optional[int] = None  # latest report whose command was taken
         self._is_waited_for, self._is_moving, self._is_first = True, False, is_from_start
+        self.clear()
 
     def put(self, command: Command) -> None:
         """Accept a command of the controller."""
@@ -195,18 +163,18 @@ class CommandGate:
         """Discard a pending command after a reset."""
         with self._arrived:
             self._newest = self._report_ns = None
-            if self._answered_times is not None:
-                self._answered_times.restart()
+            self._rate = ControlRate(1.0 / self._period_s) if self._period_s else None
 
     def take(self, sim_time_ns: int) -> Optional[Command]:
-        """Return the command that takes effect at `sim_time_ns`, if any; may block."""
+        """Return the command that takes effect at `sim_time_ns`, if any; may block. Call it for every tick in order."""
         with self._arrived:
-            if self._answered_times is not None:
-                report_ns = sim_time_ns - self._delay_ns
-                if report_ns < 0 or not self._answered_times.is_answered(report_ns):
+            if self._rate is not None:
+                report_ns = sim_time_ns - GRAPH_LEAD_NS
+                is_report = report_ns >= 0 and self._reports.newest_ns(report_ns) == report_ns
+                if not (is_report and self._rate.is_due(report_ns)):
                     return None
                 # The command to a report within the delay may have been taken with the previous one.
-                if self._report_ns is not None and report_ns - self._report_ns <= self._delay_ns:
+                if self._report_ns is not None and report_ns - self._report_ns <= GRAPH_LEAD_NS:
                     return None
                 self._report_ns = report_ns
                 self._wait(sim_time_ns)
@@ -219,7 +187,7 @@ class CommandGate:
         if self._newest is not None or not (self._is_waited_for and self._is_expected()):
             return
         # Between goals there may be no controller.
-        patience_s = self._patience_s if self._is_moving or self._is_first else IDLE_PATIENCE_S
+        patience_s = LONGEST_WAIT_S if self._is_moving or self._is_first else IDLE_PATIENCE_S
         self._is_first = False
         if not self._arrived.wait_for(lambda: self._newest is not None, patience_s):
             self._is_waited_for = False

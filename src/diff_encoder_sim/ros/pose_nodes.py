@@ -3,30 +3,29 @@
 from __future__ import annotations
 
 import math
-import threading
-from typing import Optional
+from typing import List, Optional
 
-import rospy
-import tf2_ros
-from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion, Vector3
 from nav_msgs.msg import Odometry, Path
 from pydantic import Field
-from visualization_msgs.msg import MarkerArray
+from std_msgs.msg import ColorRGBA
+from visualization_msgs.msg import Marker, MarkerArray
 
 from diff_encoder_sim.base.bounds import Rate_Hz
 from diff_encoder_sim.base.params import Params
-from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw
 from diff_encoder_sim.base.stamps import Step, Timeline
 from diff_encoder_sim.drives import topics
-from diff_encoder_sim.drives.message_encoders import encode_header, encode_pose, encode_pose_stamped
+from diff_encoder_sim.drives.message_encoders import encode_header, encode_pose, encode_pose_stamped, encode_sequence
 from diff_encoder_sim.drives.test_definition import PoseParams
-from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, pose_stamped_message, world_markers
-from diff_encoder_sim.ros.encoded_topics import EncodedPublisher, OdometryOutput, stamped_subscriber
+from diff_encoder_sim.robots.solids import Box, Cylinder, Sphere
+from diff_encoder_sim.ros.conversions import header, ns_from_stamp
+from diff_encoder_sim.ros.encoded_topics import EncodedPublisher, OdometryOutput, pose_subscriber
 from diff_encoder_sim.ros.gazebo_states import ModelStateReader, ModelStatesParams
 from diff_encoder_sim.ros.node import log, node_params, publisher, required_trial_plan, run_node, trial_plan
-from diff_encoder_sim.ros.transforms import TransformBuffer
+from diff_encoder_sim.ros.transforms import NoTransform, TransformBuffer, lookup
 from diff_encoder_sim.simulation.state import PlanarVelocity
-from diff_encoder_sim.simulation.world import load_world
+from diff_encoder_sim.simulation.world import World, load_world
 from diff_encoder_sim.wheels.odometry import OdometryEstimate
 from diff_encoder_sim.wheels.report_link import DEFAULT_RATE_HZ, BoundarySampler
 
@@ -46,33 +45,30 @@ class GlobalPoseNode:
         plan = trial_plan()
         defaults = {'rate': plan.report_rate} if plan else {}
         self._params = node_params(GlobalPoseParams, part='global_pose', defaults=defaults)
-        self._lock = threading.Lock()  # each publisher of /tf comes in a separate thread
         self._restart()
         self._poses = EncodedPublisher('global_pose', PoseStamped)
         self._buffer = TransformBuffer()
-        self._buffer.listen(self._publish)
+        self._buffer.on_change = self._publish
 
     def _restart(self) -> None:
         self._sampler = BoundarySampler(self._params.rate)
         self._timeline = Timeline(tolerance_ns=0)
 
     def _publish(self) -> None:
-        with self._lock:
-            frames = self._params.map_frame, self._params.base_frame
-            try:
-                transform = self._buffer.lookup_transform(*frames, rospy.Time(0))
-            except tf2_ros.TransformException as error:
-                log.info('no pose estimate: no transform %s -> %s (%s)', *frames, str(error).rstrip('. '))
-                return
-            stamp_ns = ns_from_stamp(transform.header.stamp)
-            step = self._timeline.advance(stamp_ns)
-            if step is Step.RESTART:
-                self._restart()
-            if step is Step.STALE or self._sampler.period_index(stamp_ns) is None:
-                return
-            position, rotation = transform.transform.translation, transform.transform.rotation
-            pose = encode_pose((position.x, position.y, position.z), (rotation.x, rotation.y, rotation.z, rotation.w))
-            self._poses.publish(encode_header(stamp_ns, transform.header.frame_id) + pose)
+        try:
+            transform = lookup(self._buffer, self._params.map_frame, self._params.base_frame)
+        except NoTransform as fault:
+            log.info('no pose estimate: %s', fault)
+            return
+        stamp_ns = ns_from_stamp(transform.header.stamp)
+        step = self._timeline.advance(stamp_ns)
+        if step is Step.RESTART:
+            self._restart()
+        if step is Step.STALE or self._sampler.period_index(stamp_ns) is None:
+            return
+        position, rotation = transform.transform.translation, transform.transform.rotation
+        pose = encode_pose((position.x, position.y, position.z), (rotation.x, rotation.y, rotation.z, rotation.w))
+        self._poses.publish(encode_header(stamp_ns, transform.header.frame_id) + pose)
 
 
 def global_pose_node() -> None:
@@ -141,27 +137,27 @@ def ideal_odom_node() -> None:
 
 MAP_FRAME = 'map'
 POSES_PER_PATH_MESSAGE = 10  # each message contains the whole path; 2 Hz suffices for display
+WALL_COLOUR = ColorRGBA(0.62, 0.66, 0.72, 1.0)
 
 
 class PathTrail:
     """Collects poses in the map frame and publishes them as a path."""
 
     def __init__(self, path_topic: str) -> None:
-        self._path = Path()
+        self._poses: List[bytes] = []
         self._timeline = Timeline(tolerance_ns=0)
-        self._paths = publisher(path_topic, Path, latch=True)
+        self._paths = EncodedPublisher(path_topic, Path, latch=True)
 
-    def add(self, message: PoseStamped) -> None:
+    def add(self, stamp_ns: int, pose: Pose2D) -> None:
         """Add a pose; a jump back in time starts a new path."""
-        step = self._timeline.advance(ns_from_stamp(message.header.stamp))
+        step = self._timeline.advance(stamp_ns)
         if step is Step.RESTART:
-            self._path.poses = []
+            self._poses.clear()
         if step is Step.STALE:
             return
-        self._path.header = message.header
-        self._path.poses.append(message)
-        if len(self._path.poses) % POSES_PER_PATH_MESSAGE == 0:
-            self._paths.publish(self._path)
+        self._poses.append(encode_pose_stamped(pose, stamp_ns, MAP_FRAME))
+        if len(self._poses) % POSES_PER_PATH_MESSAGE == 0:
+            self._paths.publish(encode_header(stamp_ns, MAP_FRAME) + encode_sequence(self._poses))
 
 
 class TrialViewNode:
@@ -169,20 +165,37 @@ class TrialViewNode:
 
     def __init__(self) -> None:
         plan = required_trial_plan()
-        self._start = plan.trial.test.start.pose()
+        start, odom_trail = plan.trial.test.start.pose(), PathTrail('odom_path')
         self._markers = publisher('world_markers', MarkerArray, latch=True)
         self._markers.publish(world_markers(load_world(plan.world), MAP_FRAME))
-        self._odom_trail = PathTrail('odom_path')
         self._subscribers = [
-            stamped_subscriber(topics.ODOM, Odometry, self._on_odom),
-            stamped_subscriber(topics.GLOBAL_POSE, PoseStamped, PathTrail('global_pose_path').add),
-            stamped_subscriber(topics.WORLD_POSE, PoseStamped, PathTrail('world_pose_path').add),
+            # Odometry is relative to the known start.
+            pose_subscriber(
+                topics.ODOM, lambda stamp_ns, pose: odom_trail.add(stamp_ns, start.compose(pose)), Odometry
+            ),
+            pose_subscriber(topics.GLOBAL_POSE, PathTrail('global_pose_path').add),
+            pose_subscriber(topics.WORLD_POSE, PathTrail('world_pose_path').add),
         ]
 
-    def _on_odom(self, message: Odometry) -> None:
-        """Add the pose of odometry, relative to the known start."""
-        pose = self._start.compose(pose_from_message(message.pose.pose))
-        self._odom_trail.add(pose_stamped_message(pose, ns_from_stamp(message.header.stamp), MAP_FRAME))
+
+def world_markers(world: World, frame: str) -> MarkerArray:
+    """Build RViz markers of walls and pillars, without the floor."""
+    markers = []
+    for index, solid in enumerate(world.solids):
+        shape = solid.shape
+        if isinstance(shape, Box):
+            kind, scale = Marker.CUBE, shape.size_xyz_m
+        elif isinstance(shape, Cylinder):
+            kind, scale = Marker.CYLINDER, (2.0 * shape.radius_m, 2.0 * shape.radius_m, shape.length_m)
+        elif isinstance(shape, Sphere):
+            kind, scale = Marker.SPHERE, (2.0 * shape.radius_m,) * 3
+        else:
+            continue  # the floor
+        place, yaw_rad = solid.pose_in_world, math.atan2(*solid.pose_in_world[1::-1, 0])
+        pose = Pose(Point(*place[:3, 3].tolist()), Quaternion(*quat_xyzw_from_yaw(yaw_rad)))
+        look = {'scale': Vector3(*scale), 'color': WALL_COLOUR}
+        markers.append(Marker(header=header(0, frame), ns='world', id=index, type=kind, pose=pose, **look))
+    return MarkerArray(markers)
 
 
 def trial_view_node() -> None:

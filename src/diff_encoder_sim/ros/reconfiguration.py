@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from functools import partial
 from types import ModuleType
 from typing import Any, Callable, Dict, List, Mapping
@@ -23,7 +22,7 @@ from diff_encoder_sim.cfg import (
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.navigation.costmap_params import CostmapParams
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
-from diff_encoder_sim.ros.node import log
+from diff_encoder_sim.ros.node import log, one_at_a_time
 
 Values = Dict[str, Any]
 
@@ -49,7 +48,7 @@ class ReconfigureServer(Server):  # type: ignore[misc]  # the library has no typ
         self._change = change
         self._at_start = {name: values[name] for name in config_type.defaults}
         self._values = self._stored = self._at_start
-        super().__init__(config_type, self._on_change, namespace)
+        super().__init__(config_type, one_at_a_time(self._on_change), namespace)
 
     def _on_change(self, config: Any, _level: int) -> Any:
         """Apply or refuse a client's values, and return the values in use."""
@@ -92,16 +91,14 @@ def serve_amcl(params: AmclParams, apply: Callable[[Any], None]) -> ReconfigureS
 
 def serve_navigation(params: NavigatorParams, apply: Callable[[NavigatorParams], None]) -> List[ReconfigureServer]:
     """Serve the parameters of move_base_node in upstream's namespaces; `apply` receives the validated ones."""
-    lock = threading.Lock()  # each namespace uses separate threads
     in_use = params
 
     def change(part: str, values: Values) -> None:
         nonlocal in_use
-        with lock:
-            changed = with_changes(in_use, {part: values} if part else values, '')
-            if changed != in_use:
-                apply(changed)
-                in_use = changed
+        changed = with_changes(in_use, {part: values} if part else values, '')
+        if changed != in_use:
+            apply(changed)
+            in_use = changed
 
     planner, dwa = 'DWAPlannerROS', dict(params.DWAPlannerROS)
     servers = [

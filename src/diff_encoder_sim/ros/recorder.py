@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import contextlib
 import os
-import threading
 import time
+from functools import partial
 from pathlib import Path
-from typing import Dict, List, Mapping, Optional, Sequence, Tuple
+from typing import Dict, Mapping, Optional, Sequence, Tuple
 
 import genpy
 import rospy
@@ -25,7 +25,7 @@ from diff_encoder_sim.drives.message_encoders import encode_clock
 from diff_encoder_sim.drives.topics import CLOCK, RECORDED_LIVE
 from diff_encoder_sim.drives.trial_bag import EARLIEST_NS
 from diff_encoder_sim.ros.conversions import ns_from_stamp
-from diff_encoder_sim.ros.node import read_every_tick, required_trial_plan, run_node
+from diff_encoder_sim.ros.node import CALLBACKS, read_every_tick, required_trial_plan, run_node, subscriber
 
 
 class Recorder:
@@ -34,7 +34,6 @@ class Recorder:
     def __init__(self, path: Path, topics: Sequence[str]) -> None:
         """Open the bag and subscribe to the topics; ConfigError if the file cannot be created."""
         self._path, self._unfinished = path, path.with_name(path.name + UNFINISHED_SUFFIX)
-        self._lock = threading.Lock()  # each topic uses a separate thread
         self.last_message_s = time.monotonic()
         read_every_tick()
         try:
@@ -42,39 +41,35 @@ class Recorder:
             self._bag: Optional[RecordedBag] = RecordedBag(self._unfinished)
         except OSError as error:
             raise ConfigError(f'bag: {path} cannot be created: {error.strerror}') from None
-        # -1: no limit, because rospy's subscription to /clock shares the connection.
-        options = {'callback': self._write, 'queue_size': -1, 'tcp_nodelay': True}
-        self._subscribers: List[rospy.Subscriber] = [
-            rospy.Subscriber(topic, Clock if topic == CLOCK else rospy.AnyMsg, callback_args=topic, **options)
+        # rospy's subscription to /clock, which shares the connection, has a type.
+        self._subscribers = [
+            subscriber(topic, Clock if topic == CLOCK else rospy.AnyMsg, partial(self._write, topic))
             for topic in topics
         ]
         rospy.on_shutdown(self.finish)
 
-    def finish(self) -> None:
-        """Close and rename the bag; later messages are not recorded."""
-        with self._lock:
+    def finish(self, is_kept: bool = True) -> None:
+        """Close the bag, and rename or delete it; later messages are not recorded."""
+        with CALLBACKS:
             bag, self._bag = self._bag, None
-            if bag is not None:
+            if bag is None:
+                return
+            if is_kept:
                 bag.close()
                 os.replace(str(self._unfinished), str(self._path))
-
-    def discard(self) -> None:
-        """Delete the unfinished bag."""
-        with self._lock:
-            bag, self._bag = self._bag, None
-            if bag is not None:
+            else:
                 bag.abandon()
                 self._unfinished.unlink()
 
-    def _write(self, message: genpy.Message, topic: str) -> None:
+    def _write(self, topic: str, message: genpy.Message) -> None:
         self.last_message_s = time.monotonic()
+        if self._bag is None:
+            return
         # Attributes of rospy: bytes of an AnyMsg, and header of the publisher. /clock is deserialized by rospy.
         content = encode_clock(ns_from_stamp(message.clock)) if topic == CLOCK else message._buff
         try:
-            with self._lock:
-                if self._bag is not None:
-                    time_ns = max(ns_from_stamp(rospy.Time.now()), EARLIEST_NS)
-                    self._bag.record(topic, message._connection_header, time_ns, content)
+            time_ns = max(ns_from_stamp(rospy.Time.now()), EARLIEST_NS)
+            self._bag.record(topic, message._connection_header, time_ns, content)
         except OSError as error:
             rospy.logfatal('recording ends: %s cannot be written: %s', self._unfinished, error.strerror)
             rospy.signal_shutdown('recording failed')

@@ -10,7 +10,6 @@ import contextlib
 import time
 from pathlib import Path
 
-import rosgraph
 import rospy
 from geometry_msgs.msg import PoseStamped
 from pydantic import Field
@@ -45,6 +44,8 @@ from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 RECORDED = (topics.ENCODER_PULSE, topics.ENCODER_VELOCITY, topics.ODOM, topics.TF, topics.TRIAL, *COPIED)
 COPIED_CLASSES = {topics.WORLD_POSE: PoseStamped, topics.TRIAL_RESULT: String}
 
+# Encoder and odometry advertise these when they have subscribed to their inputs.
+STARTED = ('/clock', topics.JOINT_STATES, topics.ENCODER_PULSE, topics.ODOM)
 POLL_PERIOD_S = 0.1
 QUIET_S = 1.0  # wall time without a message that ends the recording
 
@@ -94,11 +95,12 @@ class ReplayNode:
 
     def run(self) -> None:
         """Play and record; returns at the end of the drive."""
-        try:
-            self._wait_for_nodes()
-        except ConfigError:
-            self._recorder.discard()
-            raise
+        timeout_s = self._params.start_timeout
+        missing = wait_until_connected(STARTED, RECORDED, timeout_s)
+        if missing:
+            self._recorder.finish(is_kept=False)
+            given = f'topics not connected within {timeout_s:.0f} s: {", ".join(missing)}'
+            raise ConfigError(f'{given}; expected the nodes that replay.launch starts')
         self._play()
         while time.monotonic() - self._recorder.last_message_s < QUIET_S:
             time.sleep(POLL_PERIOD_S)
@@ -106,20 +108,6 @@ class ReplayNode:
         if not rospy.is_shutdown():
             log.info('replay finished; bag: %s; shutting down', self._out)
             self._status.succeed()
-
-    def _wait_for_nodes(self) -> None:
-        """Wait for both nodes and all connections; ConfigError if there are none within start_timeout."""
-        master, timeout_s = rosgraph.Master(rospy.get_name()), self._params.start_timeout
-        deadline_s, missing = time.monotonic() + timeout_s, [topics.JOINT_STATES]
-        while missing and not rospy.is_shutdown() and time.monotonic() < deadline_s:
-            subscribers = {topic: set(nodes) - {rospy.get_name()} for topic, nodes in master.getSystemState()[1]}
-            missing = [topic for topic in (topics.JOINT_STATES, topics.ENCODER_PULSE) if not subscribers.get(topic)]
-            time.sleep(POLL_PERIOD_S if missing else 0.0)
-        graph = ('/clock', topics.JOINT_STATES, topics.ENCODER_PULSE, topics.ODOM)
-        missing = missing or wait_until_connected(graph, RECORDED, deadline_s - time.monotonic())
-        if missing:
-            given = f'no node has subscribed to {", ".join(missing)} within {timeout_s:.0f} s'
-            raise ConfigError(f'{given}; expected the nodes that replay.launch starts')
 
     def _play(self) -> None:
         """Publish all readable messages of the topics in the order of the file, each with its time on /clock."""

@@ -5,17 +5,18 @@ from __future__ import annotations
 import threading
 import time
 from pathlib import Path
-from typing import Any, Dict, List, Optional
+from typing import Any, Callable, Dict, List
 
 import rospy
 from geometry_msgs.msg import Twist
 from pydantic import Field
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState, LaserScan
+from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 from typing_extensions import Annotated, Literal
 
 from diff_encoder_sim.base.bounds import Between, Duration_s, Rate_Hz, Seed
-from diff_encoder_sim.base.errors import EVENT, ConfigError, InputFault
+from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.base.package_files import package_folder, users_path
 from diff_encoder_sim.base.params import did_you_mean
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
@@ -27,7 +28,7 @@ from diff_encoder_sim.ros import pacing
 from diff_encoder_sim.ros.conversions import pose_from_message, stamp_from_ns
 from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
 from diff_encoder_sim.ros.gazebo_states import STATES_PERIOD_HEADER, GetModelState, ModelStates, SetModelState
-from diff_encoder_sim.ros.node import empty_service, log, node_params, run_node, subscriber, trial_plan
+from diff_encoder_sim.ros.node import CALLBACKS, empty_service, log, node_params, run_node, service, trial_plan
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
 from diff_encoder_sim.simulation.state import STATES_PERIOD_NS, TICK_NS, PlanarVelocity
 from diff_encoder_sim.wheels.report_link import DEFAULT_RATE_HZ
@@ -58,7 +59,7 @@ class SimulatorNodeParams(SimulatorParams):
     wait_for_once_begun: List[str] = Field([], description='the same, from their first message on')
     wait_for_after_states: List[str] = Field([], description='the same, topics that answer each /gazebo/model_states')
     wait_for_after_scans: List[str] = Field([], description='the same, topics that answer each scan')
-    command_period: Annotated[float, Between(0.0, 10.0, 's')] = Field(
+    command_period: Annotated[float, Between(SHORTEST_COMMAND_PERIOD_S, 10.0, 's', or_zero=True)] = Field(
         0.0,
         description='period of a controller that is waited for [s]; 0: commands apply as they come; default: of /trial',
     )
@@ -90,7 +91,6 @@ class SimulatorNode:
         arguments = xacro_arguments_of_text(params.robot_args)
         robot = load_robot_file(params.robot, users_path('.'), package_folder(), arguments)
         self._simulator = Simulator(Path(params.world), robot.source, core_params, params.start.pose(), params.seed)
-        self._lock = threading.RLock()  # shared by loop and callbacks
         self._running = threading.Event()
         self._clock = EncodedPublisher('/clock', Clock)
         self._joint_states = EncodedPublisher('joint_states', JointState)
@@ -99,35 +99,43 @@ class SimulatorNode:
         headers = {STATES_PERIOD_HEADER: str(STATES_PERIOD_NS)}
         self._model_states = EncodedPublisher('/gazebo/model_states', ModelStates, headers=headers)
         self._states_encoder = ModelStatesEncoder(self._simulator.world, self._simulator.robot_name)
-        report_delay_ns = round(params.report_delay * NANOSECONDS_PER_SECOND)
-        expected = pacing.ExpectedStamps(params.report_rate, self._scan_period_ns, report_delay_ns)
-        # Unless started paused, topics are expected from their first message.
-        self._pacers = (
-            pacing.GraphPacer(params.wait_for, expected.report_before, params.paused, params.wait_for_once_begun),
-            pacing.GraphPacer(params.wait_for_after_states, expected.state_before, params.paused),
-            pacing.GraphPacer(params.wait_for_after_scans, expected.scan_before, params.paused),
-        )
-        self._wall_pacer = pacing.WallPacer(params.real_time_factor)
-        self._gate = pacing.CommandGate(
-            _answered_times(params, expected),
-            pacing.GRAPH_LEAD_NS,
-            pacing.LONGEST_WAIT_S,
-            lambda: self._commands.get_num_connections() > 0,
-            params.command_at_start,
-        )
-        take = self._gate.put
-        self._commands = subscriber('cmd_vel', Twist, lambda message: take((message.linear.x, message.angular.z)))
+        self._begin_pacing(params)
+        # pause_physics needs no lock: at full speed the loop hardly lets go of it.
         self._services = [
-            empty_service('/gazebo/pause_physics', self._running.clear),
+            rospy.Service('/gazebo/pause_physics', Empty, self._pause),
             empty_service('/gazebo/unpause_physics', self._unpause),
             empty_service('/gazebo/reset_simulation', self._reset_simulation),
-            empty_service('/gazebo/reset_world', self._reset_world),
-            rospy.Service('/gazebo/set_model_state', SetModelState, self._on_set_model_state),
-            rospy.Service('/gazebo/get_model_state', GetModelState, self._on_get_model_state),
+            empty_service('/gazebo/reset_world', self._simulator.reset_world),
+            gazebo_service('/gazebo/set_model_state', SetModelState, self._set_model_state),
+            gazebo_service('/gazebo/get_model_state', GetModelState, self._get_model_state),
         ]
         if not params.paused:
             self._unpause()
         threading.Thread(target=self._run, daemon=True).start()
+
+    def _begin_pacing(self, params: SimulatorNodeParams) -> None:
+        report_delay_ns = round(params.report_delay * NANOSECONDS_PER_SECOND)
+        expected = pacing.ExpectedStamps(params.report_rate, self._scan_period_ns, report_delay_ns)
+        expected_ns = {
+            **dict.fromkeys([*params.wait_for, *params.wait_for_once_begun], expected.report_before),
+            **dict.fromkeys(params.wait_for_after_states, expected.state_before),
+            **dict.fromkeys(params.wait_for_after_scans, expected.scan_before),
+        }
+        # Unless started paused, topics are expected from their first message.
+        from_start = set(expected_ns) - set(params.wait_for_once_begun) if params.paused else ()
+        self._graph_pacer = pacing.GraphPacer(expected_ns, tuple(from_start))
+        self._wall_pacer = pacing.WallPacer(params.real_time_factor)
+        reports = expected.states if params.commands_answer == 'states' else expected.reports
+
+        def has_controller() -> bool:
+            return bool(self._commands.get_num_connections())
+
+        self._gate = pacing.CommandGate(reports, params.command_period, has_controller, params.command_at_start)
+        # Without the lock, which the loop holds for most of the time at full speed.
+        self._commands = rospy.Subscriber('cmd_vel', Twist, self._on_command, tcp_nodelay=True)
+
+    def _on_command(self, message: Twist) -> None:
+        self._gate.put((message.linear.x, message.angular.z))
 
     def _run(self) -> None:
         while not rospy.is_shutdown():
@@ -139,14 +147,13 @@ class SimulatorNode:
 
     def _step(self) -> None:
         """Publish the state, wait until time may advance, and advance it by one tick."""
-        with self._lock:
+        with CALLBACKS:
             now_ns = self._simulator.time_ns
             self._publish(now_ns)
-        for pacer in self._pacers:
-            pacer.wait(now_ns + TICK_NS)
+        self._graph_pacer.wait(now_ns + TICK_NS)
         self._wall_pacer.wait(now_ns + TICK_NS)
         command = self._gate.take(now_ns)
-        with self._lock:
+        with CALLBACKS:
             if now_ns != self._simulator.time_ns:
                 return  # reset meanwhile
             if command is not None:
@@ -165,60 +172,45 @@ class SimulatorNode:
             period_s = self._scan_period_ns / NANOSECONDS_PER_SECOND
             self._scans.publish(encode_scan(self._simulator.scan(), self._scan_frame, period_s))
 
+    def _pause(self, _: EmptyRequest) -> EmptyResponse:
+        self._running.clear()
+        return EmptyResponse()
+
     def _unpause(self) -> None:
-        with self._lock:
-            if not self._running.is_set():
-                self._wall_pacer.restart(self._simulator.time_ns)
-                self._running.set()
+        if not self._running.is_set():
+            self._wall_pacer.restart(self._simulator.time_ns)
+            self._running.set()
 
     def _reset_simulation(self) -> None:
-        with self._lock:
-            self._simulator.reset()
-            for pacer in self._pacers:
-                pacer.restart()
-            self._gate.clear()
-            self._wall_pacer.restart(0)
+        self._simulator.reset()
+        self._graph_pacer.restart()
+        self._gate.clear()
+        self._wall_pacer.restart(0)
 
-    def _reset_world(self) -> None:
-        with self._lock:
-            self._simulator.reset_world()
+    def _set_model_state(self, request: Any, _: Any) -> str:
+        state, robot_name = request.model_state, self._simulator.robot_name
+        linear, angular = state.twist.linear, state.twist.angular
+        self._check_names(state.model_name, state.reference_frame)
+        if state.model_name != robot_name:
+            raise InputFault(f'model {state.model_name!r} is fixed; only {robot_name!r} can be moved')
+        pose = pose_from_message(state.pose)
+        numbers = (pose.x_m, pose.y_m, linear.x, linear.y, angular.z)
+        if not all(abs(number) <= LARGEST_NUMBER for number in numbers):  # NaN is not
+            expected = f'expected numbers within +-{LARGEST_NUMBER:g} [m, m/s, rad/s]'
+            raise InputFault(f'position and twist {numbers}; {expected}')
+        self._simulator.place(pose, PlanarVelocity(linear.x, linear.y, angular.z))
+        placed = f'{robot_name} placed at ({pose.x_m:.3f}, {pose.y_m:.3f}) m, yaw {pose.yaw_rad:.3f} rad'
+        log.info('%s', placed, extra=EVENT)
+        return placed
 
-    def _on_set_model_state(self, request: Any) -> Any:
-        state, response = request.model_state, SetModelState._response_class()
-        linear, angular, robot_name = state.twist.linear, state.twist.angular, self._simulator.robot_name
-        try:
-            self._check_names(state.model_name, state.reference_frame)
-            if state.model_name != robot_name:
-                raise InputFault(f'model {state.model_name!r} is fixed; only {robot_name!r} can be moved')
-            pose = pose_from_message(state.pose)
-            numbers = (pose.x_m, pose.y_m, linear.x, linear.y, angular.z)
-            if not all(abs(number) <= LARGEST_NUMBER for number in numbers):  # NaN is not
-                expected = f'expected numbers within +-{LARGEST_NUMBER:g} [m, m/s, rad/s]'
-                raise InputFault(f'position and twist {numbers}; {expected}')
-        except InputFault as fault:
-            response.status_message = str(fault)
-            return response
-        with self._lock:
-            self._simulator.place(pose, PlanarVelocity(linear.x, linear.y, angular.z))
-        place = f'({pose.x_m:.3f}, {pose.y_m:.3f}) m, yaw {pose.yaw_rad:.3f} rad'
-        response.success, response.status_message = True, f'{robot_name} placed at {place}'
-        log.info('%s', response.status_message, extra=EVENT)
-        return response
-
-    def _on_get_model_state(self, request: Any) -> Any:
-        response = GetModelState._response_class()
+    def _get_model_state(self, request: Any, response: Any) -> str:
         response.header.frame_id = request.relative_entity_name
-        try:
-            self._check_names(request.model_name, request.relative_entity_name)
-        except InputFault as fault:
-            response.status_message = str(fault)
-            return response
-        with self._lock:
-            response.header.stamp = stamp_from_ns(self._simulator.time_ns)
-            states = ModelStates().deserialize(self._states_encoder.encode(self._simulator.base()))
+        self._check_names(request.model_name, request.relative_entity_name)
+        response.header.stamp = stamp_from_ns(self._simulator.time_ns)
+        states = ModelStates().deserialize(self._states_encoder.encode(self._simulator.base()))
         index = states.name.index(request.model_name)
-        response.pose, response.twist, response.success = states.pose[index], states.twist[index], True
-        return response
+        response.pose, response.twist = states.pose[index], states.twist[index]
+        return ''
 
     def _check_names(self, model: str, frame: str) -> None:
         names = [*(model.name for model in self._simulator.world.models), self._simulator.robot_name]
@@ -228,15 +220,18 @@ class SimulatorNode:
             raise InputFault(f"reference frame {frame!r}; expected '' or 'world'")
 
 
-def _answered_times(params: SimulatorNodeParams, expected: pacing.ExpectedStamps) -> Optional[pacing.AnsweredTimes]:
-    if params.command_period == 0.0:
-        return None
-    if params.command_period < SHORTEST_COMMAND_PERIOD_S:
-        bound = f'{pacing.GRAPH_LEAD_NS // 1_000_000} ms'
-        given = f'{rospy.get_name()}: command_period: given {params.command_period:g} s'
-        raise ConfigError(f'{given}; allowed: 0, or above {bound}')
-    reports = expected.states if params.commands_answer == 'states' else expected.reports
-    return pacing.AnsweredTimes(reports, params.command_period)
+def gazebo_service(name: str, service_class: Any, respond: Callable[[Any, Any], str]) -> rospy.Service:
+    """Serve requests of Gazebo; `respond` fills in a response and returns its message, or raises InputFault with it."""
+
+    def on_request(request: Any) -> Any:
+        response = service_class._response_class()
+        try:
+            response.status_message, response.success = respond(request, response), True
+        except InputFault as fault:
+            response.status_message = str(fault)
+        return response
+
+    return service(name, service_class, on_request)
 
 
 def main() -> None:

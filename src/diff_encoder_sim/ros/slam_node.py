@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import threading
 from typing import Optional
 
 import rospy
-import tf2_ros
 from geometry_msgs.msg import PoseStamped
-from nav_msgs.msg import MapMetaData
-from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
+from nav_msgs.msg import MapMetaData, OccupancyGrid
 from nav_msgs.srv import GetMap, GetMapRequest, GetMapResponse
 from pydantic import Field
 from std_msgs.msg import Float64
+from tf2_msgs.msg import TFMessage
 
 from diff_encoder_sim.base.bounds import Seed
 from diff_encoder_sim.base.errors import EVENT
@@ -20,11 +18,17 @@ from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.drives.message_encoders import (
+    encode_map,
+    encode_map_metadata,
+    encode_planar_tf,
+    encode_pose_stamped,
+)
 from diff_encoder_sim.localization.grid_slam import GridSlam, warm_up
 from diff_encoder_sim.localization.slam_params import GridSlamParams
-from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_stamped_message, transform_message
-from diff_encoder_sim.ros.maps import map_message
-from diff_encoder_sim.ros.node import compile_first, log, node_params, publisher, run_node, trial_plan
+from diff_encoder_sim.ros.conversions import map_message, ns_from_stamp
+from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
+from diff_encoder_sim.ros.node import compile_first, log, node_params, publisher, run_node, service, timer, trial_plan
 from diff_encoder_sim.ros.transforms import ScanInput, TransformBuffer
 
 
@@ -44,21 +48,19 @@ class SlamNode:
         # In a trial the map frame is the world frame, because the start pose is known.
         start = plan.trial.test.start.pose() if plan else None
         self._slam = GridSlam(self._params, generator(self._params.seed, 'slam'), start)
-        self._lock = threading.RLock()  # scans, transforms, timers and the service use threads
         self._scan_count = 0
         self._mapped_ns: Optional[int] = None
         self._broadcast_ns: Optional[int] = None
-        self._broadcaster = tf2_ros.TransformBroadcaster()
-        self._maps = publisher('map', OccupancyGridMessage, latch=True)
-        self._metadata = publisher('map_metadata', MapMetaData, latch=True)
+        self._transforms = EncodedPublisher('/tf', TFMessage)
+        self._maps = EncodedPublisher('map', OccupancyGrid, latch=True)
+        self._metadata = EncodedPublisher('map_metadata', MapMetaData, latch=True)
         self._entropies = publisher('~entropy', Float64)
-        self._poses = publisher('~pose', PoseStamped)
-        self._service = rospy.Service('dynamic_map', GetMap, self._on_dynamic_map)
+        self._poses = EncodedPublisher('~pose', PoseStamped)
+        self._service = service('dynamic_map', GetMap, self._on_dynamic_map)
         frames = self._params.base_frame, self._params.odom_frame
-        self._scans = ScanInput(TransformBuffer(30.0), self._lock, *frames, self._use_scan, self._on_restart)
-        period_s = self._params.transform_publish_period
-        if period_s > 0.0:
-            self._timer = rospy.Timer(rospy.Duration(period_s), self._broadcast, reset=True)
+        self._scans = ScanInput(TransformBuffer(30.0), *frames, self._use_scan, self._on_restart)
+        if self._params.transform_publish_period > 0.0:
+            self._timer = timer(self._params.transform_publish_period, self._broadcast)
 
     def _on_restart(self, stamp_ns: int) -> None:
         at_s = stamp_ns / NANOSECONDS_PER_SECOND
@@ -72,34 +74,29 @@ class SlamNode:
                 self._entropies.publish(Float64(estimate.entropy))
                 interval_ns = self._params.map_update_interval * NANOSECONDS_PER_SECOND
                 if self._mapped_ns is None or scan.stamp_ns - self._mapped_ns >= interval_ns:
-                    self._mapped_ns = scan.stamp_ns
-                    message = map_message(self._slam.map(), scan.stamp_ns, self._params.map_frame)
-                    self._maps.publish(message)
-                    self._metadata.publish(message.info)
+                    self._mapped_ns, grid = scan.stamp_ns, self._slam.map()
+                    self._maps.publish(encode_map(grid, scan.stamp_ns, self._params.map_frame))
+                    self._metadata.publish(encode_map_metadata(grid, scan.stamp_ns))
         # For every scan, because the simulator waits for it.
         if self._slam.odom_pose_in_map is not None:
             pose = self._slam.odom_pose_in_map.compose(odom_pose)
-            self._poses.publish(pose_stamped_message(pose, scan.stamp_ns, self._params.map_frame))
+            self._poses.publish(encode_pose_stamped(pose, scan.stamp_ns, self._params.map_frame))
 
-    def _broadcast(self, _: rospy.timer.TimerEvent) -> None:
+    def _broadcast(self) -> None:
         """Broadcast map->odom with a future stamp, so that lookups succeed until the next scan."""
-        with self._lock:
-            pose, params = self._slam.odom_pose_in_map, self._params
+        pose, params = self._slam.odom_pose_in_map, self._params
         delay_s = params.tf_delay if params.tf_delay >= 0.0 else params.transform_publish_period
         stamp_ns = ns_from_stamp(rospy.Time.now()) + round(delay_s * NANOSECONDS_PER_SECOND)
         # Not without a map, nor at an equal time: tf2 warns of repeated stamps.
         if pose is not None and stamp_ns != self._broadcast_ns:
             self._broadcast_ns = stamp_ns
-            transform = transform_message(pose, stamp_ns, params.map_frame, params.odom_frame)
-            self._broadcaster.sendTransform(transform)
+            self._transforms.publish(encode_planar_tf(pose, stamp_ns, params.map_frame, params.odom_frame))
 
     def _on_dynamic_map(self, _: GetMapRequest) -> GetMapResponse:
-        """Respond with the current map."""
-        with self._lock:
-            if self._slam.last_estimate is None:
-                raise rospy.ServiceException('there is no map yet')
-            now_ns = ns_from_stamp(rospy.Time.now())
-            return GetMapResponse(map=map_message(self._slam.map(), now_ns, self._params.map_frame))
+        if self._slam.last_estimate is None:
+            raise rospy.ServiceException('there is no map yet')
+        now_ns = ns_from_stamp(rospy.Time.now())
+        return GetMapResponse(map=map_message(self._slam.map(), now_ns, self._params.map_frame))
 
 
 def main() -> None:

@@ -5,19 +5,18 @@ from __future__ import annotations
 import json
 import math
 import sys
-import threading
 import time
-from typing import Callable, Optional, Sequence, Tuple
+from typing import Callable, Optional, Tuple
 
 import actionlib
 import rospy
-import tf2_ros
 from actionlib_msgs.msg import GoalStatus as ActionStatus
-from geometry_msgs.msg import Twist, Vector3
+from geometry_msgs.msg import Twist
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 from pydantic import Field
 from std_msgs.msg import String
 from std_srvs.srv import Empty
+from tf2_msgs.msg import TFMessage
 
 from diff_encoder_sim.base.bounds import PositiveDistance_m, PositiveDuration_s
 from diff_encoder_sim.base.errors import ConfigError
@@ -25,10 +24,10 @@ from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives import topics
-from diff_encoder_sim.drives.message_encoders import encode_command
+from diff_encoder_sim.drives.message_encoders import encode_command, encode_planar_tf
 from diff_encoder_sim.drives.trial_definition import GOAL_DISTANCE_M, Outcome, RouteFailed, goal_error
 from diff_encoder_sim.navigation.navigator_inputs import GoalStatus
-from diff_encoder_sim.ros.conversions import pose_stamped_message, transform_message
+from diff_encoder_sim.ros.conversions import pose_stamped_message
 from diff_encoder_sim.ros.encoded_topics import EncodedPublisher, pose_subscriber
 from diff_encoder_sim.ros.graph import wait_until_connected
 from diff_encoder_sim.ros.launch_status import LaunchStatus
@@ -69,35 +68,38 @@ class TrialFailed(Exception):
         self.outcome = outcome
 
 
-class TrialRunner:
-    """Starts and supervises a trial; `on_world_pose` receives (stamp_ns, true pose in the map) of each /world_pose."""
+class TrialNode:
+    """Starts and supervises a trial; subclasses `drive`, with the poses of /world_pose from `on_true_pose`."""
 
-    def __init__(self, status: LaunchStatus, params: TrialParams, on_world_pose: Callable[[int, Pose2D], None]) -> None:
-        self._status, self._params, self._on_true_pose = status, params, on_world_pose
-        plan = required_trial_plan()
-        self.trial = plan.trial
-        self._record = f'bag: {plan.bag}' if plan.bag else 'no bag'
-        self._true_pose: Optional[Pose2D] = None
-        self._last_pose_s = time.monotonic()
+    def __init__(self, status: LaunchStatus, *connected: str) -> None:
+        """Publish the trial; `connected` topics are connected before time starts, next to those of GRAPH."""
+        self.params, self.plan = node_params(TrialParams), required_trial_plan()
+        self.trial = self.plan.trial
+        self._status, self._graph = status, (*GRAPH, *connected)
+        self._record = f'bag: {self.plan.bag}' if self.plan.bag else 'no bag'
+        self._true_pose, self._last_pose_s = self.trial.test.start.pose(), time.monotonic()
         self._info = publisher(topics.TRIAL, String, latch=True)
         self._result = publisher(topics.TRIAL_RESULT, String, latch=True)
         self._info.publish(String(self.trial.model_dump_json()))
         self._world_pose = pose_subscriber(topics.WORLD_POSE, self._on_world_pose)
 
-    def run(self, drive: Callable[[], None], also_connected: Sequence[str] = ()) -> None:
-        """Start simulated time, `drive`, and report the outcome; exit with status 1 if the trial failed.
+    def drive(self) -> None:
+        """Drive to the end of the trial; TrialFailed if that is not possible."""
+        raise NotImplementedError
 
-        `drive` may raise TrialFailed; the topics of `also_connected` are connected before time starts as well.
-        """
+    def on_true_pose(self, stamp_ns: int) -> None:
+        """Handle a true pose by its stamp."""
+        raise NotImplementedError
+
+    def run(self) -> None:
+        """Start simulated time, `drive`, and report the outcome; exit with status 1 if the trial failed."""
         try:
-            self._start((*GRAPH, *also_connected))
-            drive()
+            self._start()
+            self.drive()
             _call('/gazebo/pause_physics')  # ends the bag before the slow shutdown
-            goal, true_pose = self.trial.goal(), self._true_pose
-            if true_pose is None:
-                raise TrialFailed(f'no {topics.WORLD_POSE} has been received')
-            log.info('true pose (%s): %s', topics.WORLD_POSE, distance_from_goal(true_pose, goal))
-            reason = goal_error(true_pose, goal, self._params.goal_distance)
+            goal = self.trial.goal()
+            log.info('true pose (%s): %s', topics.WORLD_POSE, distance_from_goal(self._true_pose, goal))
+            reason = goal_error(self._true_pose, goal, self.params.goal_distance)
             if reason is not None:
                 raise TrialFailed(reason, Outcome.LOST)
         except TrialFailed as failure:
@@ -115,24 +117,24 @@ class TrialRunner:
         while not is_done():
             if rospy.is_shutdown():
                 raise TrialFailed('stopped before its end')
-            if time.monotonic() - self._last_pose_s > self._params.stall_timeout:
-                raise TrialFailed(f'no {topics.WORLD_POSE} for {self._params.stall_timeout:.0f} s')
+            if time.monotonic() - self._last_pose_s > self.params.stall_timeout:
+                raise TrialFailed(f'no {topics.WORLD_POSE} for {self.params.stall_timeout:.0f} s')
             time.sleep(POLL_PERIOD_S)
 
-    def _start(self, graph: Sequence[str]) -> None:
-        missing = wait_until_connected(graph, ALSO_RECORDED, self._params.start_timeout)
+    def _start(self) -> None:
+        timeout_s = self.params.start_timeout
+        missing = wait_until_connected(self._graph, ALSO_RECORDED, timeout_s)
         if rospy.is_shutdown():
             raise TrialFailed('stopped before its start')
         if missing:
-            raise TrialFailed(f'topics not connected within {self._params.start_timeout:.0f} s: {", ".join(missing)}')
+            raise TrialFailed(f'topics not connected within {timeout_s:.0f} s: {", ".join(missing)}')
         time.sleep(FIRST_MESSAGES_S)
         self._last_pose_s = time.monotonic()
         _call('/gazebo/unpause_physics')
 
     def _on_world_pose(self, stamp_ns: int, base_pose_in_map: Pose2D) -> None:
-        self._true_pose = base_pose_in_map
-        self._last_pose_s = time.monotonic()
-        self._on_true_pose(stamp_ns, base_pose_in_map)
+        self._true_pose, self._last_pose_s = base_pose_in_map, time.monotonic()
+        self.on_true_pose(stamp_ns)
 
     def _report(self, outcome: Outcome, reason: str) -> None:
         if not rospy.is_shutdown():
@@ -159,75 +161,68 @@ _RUNNING = (ActionStatus.PENDING, ActionStatus.ACTIVE, ActionStatus.PREEMPTING, 
 _ENDED = {ActionStatus.SUCCEEDED: GoalStatus.SUCCEEDED, ActionStatus.PREEMPTED: GoalStatus.PREEMPTED}
 
 
-class NavigationTrialNode:
+class NavigationTrialNode(TrialNode):
     """Steps the route's driver with each /global_pose, and applies its goals and turns."""
 
     def __init__(self, status: LaunchStatus) -> None:
-        self._params = node_params(TrialParams)
-        self._runner = TrialRunner(status, self._params, self._on_true_pose)
-        self._driver = RouteDriver(self._runner.trial.test)
+        is_upstream = required_trial_plan().trial.nav == 'upstream'
+        of_embedded = () if is_upstream else (f'/{ACTION}/status', '/amcl/scan_taken')
+        super().__init__(status, '/scan', '/amcl_pose', '/map', *of_embedded)
+        self._driver = RouteDriver(self.trial.test)
         self._estimate: Optional[Pose2D] = None
         self._failure: Optional[RouteFailed] = None
         self._goal: Optional[actionlib.ClientGoalHandle] = None
-        self._lock = threading.Lock()  # true and estimated poses use threads
-        self._may_drive, self._ended = threading.Event(), threading.Event()
-        self._commands = publisher('cmd_vel', Twist)
+        # The upstream move_base advertises its action only when time runs and AMCL localizes.
+        self._may_drive = not is_upstream
+        self._commands = EncodedPublisher('cmd_vel', Twist)
         # SimpleActionClient would log an error for the status of an unregistered goal.
         self._action = actionlib.ActionClient(ACTION, MoveBaseAction)
         self._global_pose = pose_subscriber(topics.GLOBAL_POSE, self._on_global_pose)
 
-    def run(self) -> None:
-        """Run the trial; returns at its end."""
-        connected = ['/scan', '/amcl_pose', '/map']
-        if self._runner.trial.nav != 'upstream':
-            connected += [f'/{ACTION}/status', '/amcl/scan_taken']
-            self._may_drive.set()  # with the first pose
-        self._runner.run(self._drive, connected)
-
-    def _drive(self) -> None:
-        if self._runner.trial.nav == 'upstream':
-            # The upstream move_base advertises its action only when time runs and AMCL localizes.
-            self._runner.wait_for(self._is_served)
-        self._may_drive.set()
-        self._runner.wait_for(self._ended.is_set)
+    def drive(self) -> None:
+        """Wait for the driver, and report its failure."""
+        self.wait_for(lambda: self._may_drive or self._is_served())
+        self._may_drive = True
+        self.wait_for(self._has_ended)
         if self._failure is not None:
             self._action.cancel_all_goals()
-            self._commands.publish(Twist())  # ends a turn in place
+            self._commands.publish(encode_command(0.0, 0.0))  # ends a turn in place
             outcome, reason = self._failure.ending
             raise TrialFailed(reason, outcome)
         if self._estimate is not None:
-            distance = distance_from_goal(self._estimate, self._runner.trial.goal())
+            distance = distance_from_goal(self._estimate, self.trial.goal())
             log.info('estimated pose (%s): %s', topics.GLOBAL_POSE, distance)
+
+    def _has_ended(self) -> bool:
+        return self._failure is not None or self._driver.is_over
 
     def _is_served(self) -> bool:
         # It would wait by simulated time, which may stand still. With a limit a second ago it only looks once.
         a_second = rospy.Duration(1.0)
         return rospy.Time.now() >= rospy.Time() + a_second and bool(self._action.wait_for_server(-a_second))
 
-    def _on_true_pose(self, stamp_ns: int, _: Pose2D) -> None:
+    def on_true_pose(self, stamp_ns: int) -> None:
         """Check the time limits of the driver, also without a pose estimate."""
         self._drive_on(stamp_ns, lambda: self._driver.watch(stamp_ns))
 
     def _on_global_pose(self, stamp_ns: int, base_pose_in_map: Pose2D) -> None:
-        if not self._ended.is_set() and self._may_drive.is_set():
+        if self._may_drive and not self._has_ended():
             self._estimate = base_pose_in_map
             self._drive_on(stamp_ns, lambda: self._driver.step(stamp_ns, base_pose_in_map, *self._goal_status()))
 
     def _drive_on(self, stamp_ns: int, decide: Callable[[], DriverOutput]) -> None:
-        with self._lock:
-            if self._ended.is_set():
-                return
-            try:
-                output = decide()
-                if output.turn_rate_radps is not None:
-                    self._commands.publish(Twist(Vector3(), Vector3(0, 0, output.turn_rate_radps)))
-                if output.goal_in_map is not None:
-                    target = pose_stamped_message(output.goal_in_map, stamp_ns, self._params.map_frame)
-                    self._goal = self._action.send_goal(MoveBaseGoal(target_pose=target))
-            except RouteFailed as failure:
-                self._failure = failure
-            if self._failure is not None or self._driver.is_over:
-                self._ended.set()
+        if self._has_ended():
+            return
+        try:
+            output = decide()
+        except RouteFailed as failure:
+            self._failure = failure
+            return
+        if output.turn_rate_radps is not None:
+            self._commands.publish(encode_command(0.0, output.turn_rate_radps))
+        if output.goal_in_map is not None:
+            target = pose_stamped_message(output.goal_in_map, stamp_ns, self.params.map_frame)
+            self._goal = self._action.send_goal(MoveBaseGoal(target_pose=target))
 
     def _goal_status(self) -> Tuple[GoalStatus, str]:
         if self._goal is None:
@@ -246,47 +241,45 @@ def navigation_trial_node(status: LaunchStatus) -> None:
 TOPICS_OF_SLAM = {'embedded': ('/scan', '/map', '/slam_gmapping/pose'), 'upstream': ('/scan', '/map')}
 
 
-class ScriptedDriveNode:
+class ScriptedDriveNode(TrialNode):
     """Drives without feedback; uses only the stamps of /world_pose."""
 
     def __init__(self, status: LaunchStatus) -> None:
-        params = node_params(TrialParams)
+        super().__init__(status, *TOPICS_OF_SLAM.get(required_trial_plan().slam, ()))
         self._start_ns: Optional[int] = None
-        self._finished = threading.Event()
+        self._is_over = False
         self._commands = EncodedPublisher('cmd_vel', Twist)
-        self._runner = TrialRunner(status, params, self._on_true_pose)
-        self._drive = ScriptedDrive(self._runner.trial.test)
-        plan = required_trial_plan()
-        self._also_connected = TOPICS_OF_SLAM.get(plan.slam, ())
-        if plan.slam == 'none':  # odom is at the surveyed start
-            start = self._runner.trial.test.start.pose()
-            self._static_transforms = tf2_ros.StaticTransformBroadcaster()
-            self._static_transforms.sendTransform(transform_message(start, 0, params.map_frame, params.odom_frame))
-        self._map_keeper = MapKeeper(plan.save_map) if plan.save_map else None
+        self._drive = ScriptedDrive(self.trial.test)
+        if self.plan.slam == 'none':  # odom is at the surveyed start
+            start, frames = self.trial.test.start.pose(), (self.params.map_frame, self.params.odom_frame)
+            self._static_transforms = EncodedPublisher('/tf_static', TFMessage, latch=True)
+            self._static_transforms.publish(encode_planar_tf(start, 0, *frames))
+        self._map_keeper = MapKeeper(self.plan.save_map) if self.plan.save_map else None
 
     def run(self) -> None:
-        """Run the trial; returns at its end."""
+        """Run the trial; save the map also after a failed one."""
         try:
-            self._runner.run(self._drive_and_map, self._also_connected)
+            super().run()
         finally:
             if self._map_keeper is not None and self._map_keeper.has_unsaved:
-                self._map_keeper.save()  # also after a failed trial
+                self._map_keeper.save()
 
-    def _drive_and_map(self) -> None:
-        self._runner.wait_for(self._finished.is_set)
+    def drive(self) -> None:
+        """Wait for the end of the drive, and save the map."""
+        self.wait_for(lambda: self._is_over)
         if self._map_keeper is not None:
             try:
                 self._map_keeper.save()
             except ConfigError as error:
                 raise TrialFailed(str(error)) from None
 
-    def _on_true_pose(self, stamp_ns: int, _: Pose2D) -> None:
+    def on_true_pose(self, stamp_ns: int) -> None:
+        """Publish the command of this time."""
         if self._start_ns is None or stamp_ns < self._start_ns:  # time was reset: restart
             self._start_ns = stamp_ns
         elapsed_s = (stamp_ns - self._start_ns) / NANOSECONDS_PER_SECOND
         self._commands.publish(encode_command(*self._drive.command_at(elapsed_s)))
-        if self._drive.is_over(elapsed_s):
-            self._finished.set()
+        self._is_over |= self._drive.is_over(elapsed_s)
 
 
 def scripted_drive_node(status: LaunchStatus) -> None:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import threading
 import time
-from typing import Iterable
+from typing import Iterable, Optional
 
 from geometry_msgs.msg import Twist
 from sensor_msgs.msg import JointState
@@ -32,14 +31,15 @@ class EncoderNode:
         self._encoder = ReportingEncoder(params)
         self._diagnosis = EncoderDiagnosis(params)
         self._diagnostics = Diagnostics('Counts')
-        if params.velocity_method != 'M':
-            self._speeds = EncodedPublisher('encoder_velocity', JointState)
-        self._pulses = EncodedPublisher('encoder_pulse', EncoderPulse)
         if params.encoder.counts_by_command:
             self._separation_m = node_params(OdometryParams, EncoderParams, part='config').wheel_separation
             self._commands = subscriber('cmd_vel', Twist, self._on_command)
         self._decoder = JointDecoder(JOINT_STATE_TYPE)
         self._joint_states = encoded_subscriber('joint_states', JointState, self._on_joint_states)
+        # Advertise last: once it is published, joint states are received.
+        if params.velocity_method != 'M':
+            self._speeds = EncodedPublisher('encoder_velocity', JointState)
+        self._pulses = EncodedPublisher('encoder_pulse', EncoderPulse)
 
     def _on_command(self, message: Twist) -> None:
         self._encoder.take_command(*wheel_speeds_mps(message.linear.x, message.angular.z, self._separation_m))
@@ -76,17 +76,17 @@ class OdometryNode:
             log.warning('%s', warning)
         self._odometry = WheelOdometry(params)
         self._diagnosis = OdometryDiagnosis(self._odometry, rate_hz)
-        self._pairing = SpeedPairing() if params.velocity_method != 'M' else None
-        self._lock = threading.Lock()  # the service and each topic use separate threads
         self._diagnostics = Diagnostics('Odometry')
-        self._reset = empty_service('~reset', self._on_reset)
-        self._commands = subscriber('cmd_vel', Twist, self._on_command)
-        if self._pairing is not None:
+        self._pairing: Optional[SpeedPairing] = None
+        if params.velocity_method != 'M':
+            self._pairing = SpeedPairing()
             self._speeds = encoded_subscriber('encoder_velocity', JointState, self._on_speeds)
-        # Subscribe last: subscribers of /odom may expect responses.
-        self._output = OdometryOutput(params.odom_frame, params.base_frame, params.publish_tf)
         self._decoder = JointDecoder(ENCODER_PULSE_TYPE)
         self._pulses = encoded_subscriber('encoder_pulse', EncoderPulse, self._on_pulses)
+        self._commands = subscriber('cmd_vel', Twist, self._on_command)
+        self._reset = empty_service('~reset', self._on_reset)
+        # Advertise last: once it is published, pulses are received.
+        self._output = OdometryOutput(params.odom_frame, params.base_frame, params.publish_tf)
 
     def _on_pulses(self, content: bytes) -> None:
         counters = self._decoder.decode(content)
@@ -94,17 +94,13 @@ class OdometryNode:
             raise InputFault(f'{len(counters.values)} counters; expected 2, left then right')
         left, right = counters.values
         sample = EncoderSample(counters.stamp_ns, int(left), int(right))
-        with self._lock:
-            self._take([sample] if self._pairing is None else self._pairing.take_counts(sample, time.monotonic()))
+        self._add([sample] if self._pairing is None else self._pairing.take_counts(sample, time.monotonic()))
 
     def _on_speeds(self, content: bytes) -> None:
-        speeds = decode_wheel_speeds(content)
-        with self._lock:
-            if self._pairing is not None:
-                self._take(self._pairing.take_speeds(*speeds))
+        if self._pairing is not None:
+            self._add(self._pairing.take_speeds(*decode_wheel_speeds(content)))
 
-    def _take(self, samples: Iterable[EncoderSample]) -> None:
-        """Integrate and publish in order, under the lock."""
+    def _add(self, samples: Iterable[EncoderSample]) -> None:
         for sample in samples:
             estimate = self._odometry.update(*sample)
             self._diagnosis.take_report(sample.stamp_ns, estimate is not None)
@@ -113,13 +109,11 @@ class OdometryNode:
                 self._diagnostics.publish_when_due(sample.stamp_ns, self._diagnosis.diagnose)
 
     def _on_command(self, message: Twist) -> None:
-        with self._lock:
-            self._diagnosis.take_command(message.linear.x, message.angular.z)
+        self._diagnosis.take_command(message.linear.x, message.angular.z)
 
     def _on_reset(self) -> None:
-        with self._lock:
-            self._odometry.reset()
-            self._diagnosis.restart()
+        self._odometry.reset()
+        self._diagnosis.restart()
         log.info('reset: odometry starts at pose zero with the next /encoder_pulse')
 
 

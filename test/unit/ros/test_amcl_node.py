@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 import rospy
 import tf2_ros
+from geometry_msgs.msg import PoseWithCovarianceStamped, TransformStamped
 
 from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.drives.message_encoders import encode_pose_with_covariance, encode_transform
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.ros.amcl_node import read_initial_pose
-from diff_encoder_sim.ros.conversions import pose_with_covariance_message, transform_message
 
 SECOND_NS = 1_000_000_000
 COVARIANCE = np.diag([0.25, 0.25, 0.07])
@@ -23,11 +24,12 @@ def fixture_read():
     buffer = tf2_ros.Buffer(rospy.Duration(30.0), debug=False)
     for at_s in (10, 11):
         pose = Pose2D(at_s - 10.0, 0.0, 0.0)
-        buffer.set_transform(transform_message(pose, at_s * SECOND_NS, 'odom', 'base_link'), 'test')
+        content = encode_transform(pose, at_s * SECOND_NS, 'odom', 'base_link')
+        buffer.set_transform(TransformStamped().deserialize(content), 'test')
 
     def read(at_s, frame):
-        message = pose_with_covariance_message(GIVEN, COVARIANCE, round(at_s * SECOND_NS), frame)
-        return read_initial_pose(message, AmclParams(), buffer)
+        content = encode_pose_with_covariance(GIVEN, COVARIANCE, round(at_s * SECOND_NS), frame)
+        return read_initial_pose(PoseWithCovarianceStamped().deserialize(content), AmclParams(), buffer)
 
     return read
 

@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 from geometry_msgs.msg import Quaternion, TransformStamped
-from nav_msgs.msg import Odometry
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.ros import conversions
-from diff_encoder_sim.ros.maps import grid_from_message, map_message
+from diff_encoder_sim.ros.conversions import map_message
+from diff_encoder_sim.ros.maps import grid_from_message
 
 NAN = math.nan
 POSE = Pose2D(1.5, -2.0, 2.5)
@@ -22,9 +22,6 @@ def test_stamps_and_poses_come_back():
     for stamp_ns in (0, 999_999_999, 1_795_318_047_650_452_001):
         assert conversions.ns_from_stamp(conversions.stamp_from_ns(stamp_ns)) == stamp_ns
     assert conversions.pose_from_message(conversions.pose_message(POSE)) == pytest.approx(POSE)
-    transform = conversions.transform_message(POSE, 5, 'odom', 'base_link')
-    assert conversions.pose_from_transform(transform) == pytest.approx(POSE)
-    assert (transform.header.frame_id, transform.child_frame_id) == ('odom', 'base_link')
 
 
 def test_height_roll_and_pitch_are_dropped():
@@ -36,18 +33,9 @@ def test_height_roll_and_pitch_are_dropped():
     assert conversions.pose_from_transform(tilted) == pytest.approx((0.0, 0.0, math.pi / 2))
 
 
-def test_covariances_are_read_where_messages_have_them():
-    message = Odometry()
-    message.twist.covariance[0], message.twist.covariance[35] = 4.0, -5.0  # negative: unknown
-    for index, variance in ((0, 1.0), (7, 2.0), (35, 3.0)):
-        message.pose.covariance[index] = variance
-    assert conversions.twist_std_from_message(message) == (2.0, 0.0)
-    assert conversions.pose_covariance_from_message(message.pose.covariance) == pytest.approx(np.diag([1.0, 2.0, 3.0]))
-
-
 def test_a_map_comes_back_row_by_row_from_its_origin():
     message = map_message(GRID, 5, 'map')
-    assert message.data == [0, 100, -1, 0, 0, 50] and (message.info.width, message.info.height) == (3, 2)
+    assert message.data == (0, 100, -1, 0, 0, 50) and (message.info.width, message.info.height) == (3, 2)
     message.info.resolution = float(np.float32(0.05))  # as it arrives
     grid = grid_from_message(message)
     assert (grid.cells == GRID.cells).all() and grid.origin == pytest.approx(GRID.origin)

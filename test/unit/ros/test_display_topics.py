@@ -20,13 +20,11 @@ MS = 1_000_000
 
 
 class RecordedTopic(DisplayTopic):
-    """Has subscribers, and keeps what is published."""
-
-    has_subscribers = True
+    """Has a subscriber, and keeps what is published."""
 
     def __init__(self, *_, **__):
-        self._are_newcomers_there, self._due_ns, self._messages = False, None, []
-        self.publish = self._messages.append
+        self._known_count, self._due_ns, self._messages = 1, None, []
+        self.publish, self.subscriber_count = self._messages.append, lambda: 1
 
     def take(self):
         """The messages since the last call."""
@@ -61,7 +59,7 @@ class Watched:
 
 def test_a_costmap_is_whole_at_first_and_then_the_cells_that_changed():
     watched = Watched(inflation_radius=0.0)
-    watched.view._grids.peer_subscribe()
+    watched.view._grids._known_count = 0
     whole, changes = watched.show()
     assert [(grid.info.width, grid.info.height) for grid in whole] == [(60, 60)] and changes == []
     assert watched.show() == ([], []), 'nothing has changed'
@@ -80,7 +78,7 @@ def test_a_costmap_is_whole_at_first_and_then_the_cells_that_changed():
 @pytest.mark.parametrize(('params', 'has_listener'), [({'always_send_full_costmap': True}, True), ({}, False)])
 def test_a_costmap_is_always_whole_on_request_and_without_subscribers_to_changes(params, has_listener):
     watched = Watched(**params)
-    watched.view._updates.has_subscribers = has_listener
+    watched.view._updates.subscriber_count = lambda: has_listener
     for _ in range(2):
         watched.mark(0.5, 0.0)
         whole, changes = watched.show()

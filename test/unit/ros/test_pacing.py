@@ -11,8 +11,8 @@ from std_msgs.msg import Header
 from diff_encoder_sim.navigation.navigator_inputs import ControlRate
 from diff_encoder_sim.ros import pacing
 from diff_encoder_sim.ros.conversions import stamp_from_ns
-from diff_encoder_sim.ros.pacing import STANDSTILL, AnsweredTimes, CommandGate, ExpectedStamps, GraphPacer, WallPacer
-from diff_encoder_sim.wheels.report_link import BoundarySampler
+from diff_encoder_sim.ros.pacing import STANDSTILL, CommandGate, ExpectedStamps, GraphPacer, WallPacer
+from diff_encoder_sim.wheels.report_link import BoundarySampler, BoundaryTimes
 
 MS = 1_000_000
 TICK_NS, PERIOD_NS, DELAY_NS, SCAN_NS, END_NS = 10 * MS, 50 * MS, 20 * MS, 100 * MS, 3000 * MS
@@ -47,7 +47,7 @@ def every_50_ms(time_ns):
 
 def test_a_topic_is_waited_for_until_it_comes(topics, monkeypatch):
     monkeypatch.setattr(pacing, 'LONGEST_WAIT_S', LONG_S)
-    pacer = GraphPacer(['/odom'], every_50_ms)
+    pacer = GraphPacer({'/odom': every_50_ms}, ['/odom'])
     topics['/odom'](0)
     waiting = threading.Thread(target=pacer.wait, args=(PERIOD_NS,), daemon=True)
     waiting.start()
@@ -59,7 +59,7 @@ def test_a_topic_is_waited_for_until_it_comes(topics, monkeypatch):
 
 
 def test_one_that_does_not_come_is_warned_of_once_and_waited_for_again_when_it_is_back(topics, caplog):
-    pacer = GraphPacer(['/odom'], every_50_ms, topics_once_begun=['/global_pose'])
+    pacer = GraphPacer(dict.fromkeys(['/odom', '/global_pose'], every_50_ms), ['/odom'])
     for time_ms in range(0, 160, 10):
         if time_ms % 50 == 0:
             topics['/odom'](time_ms * MS)
@@ -77,7 +77,7 @@ def test_one_that_does_not_come_is_warned_of_once_and_waited_for_again_when_it_i
 
 
 def test_unless_the_graph_starts_in_a_pause_a_topic_is_waited_for_from_its_first_message(topics, caplog):
-    pacer = GraphPacer(['/odom'], every_50_ms, is_from_start=False)
+    pacer = GraphPacer({'/odom': every_50_ms}, [])
     for time_ns in (0, PERIOD_NS):
         pacer.wait(time_ns)
     assert caplog.records == []
@@ -150,13 +150,18 @@ def test_a_scan_is_waited_for_when_it_has_its_odometry_and_before_there_is_newer
 # ---- commands
 
 
-def gate(report_hz=20.0, control_hz=20.0, patience_s=SHORT_S, is_expected=True, is_from_start=True, is_periodic=True):
-    times = AnsweredTimes(BoundarySampler(report_hz, TICK_NS), 1.0 / control_hz) if is_periodic else None
-    return CommandGate(times, DELAY_NS, patience_s, lambda: is_expected, is_from_start)
+@pytest.fixture(name='gate')
+def fixture_gate(monkeypatch):
+    def gate(report_hz=20.0, control_hz=20.0, patience_s=SHORT_S, is_expected=True, is_from_start=True):
+        monkeypatch.setattr(pacing, 'LONGEST_WAIT_S', patience_s)
+        period_s = 1.0 / control_hz if control_hz else 0.0
+        return CommandGate(BoundaryTimes(report_hz, TICK_NS), period_s, lambda: is_expected, is_from_start)
+
+    return gate
 
 
-def test_without_a_period_the_newest_command_is_taken_at_once_and_once():
-    free = gate(is_periodic=False)
+def test_without_a_period_the_newest_command_is_taken_at_once_and_once(gate):
+    free = gate(control_hz=0.0)
     for command in (SLOW, FAST):
         free.put(command)
     assert [free.take(time_ns) for time_ns in (10 * MS, 20 * MS)] == [FAST, None]
@@ -171,7 +176,7 @@ def take_in_thread(some_gate, sim_time_ns, within_s):
     return thread, taken
 
 
-def test_a_controller_is_waited_for():
+def test_a_controller_is_waited_for(gate):
     patient = gate(patience_s=LONG_S)
     thread, taken = take_in_thread(patient, DELAY_NS, 0.05)
     assert taken == []  # nothing has come
@@ -188,7 +193,7 @@ def test_a_controller_is_waited_for():
         ({'is_from_start': False}, STANDSTILL),  # has nothing to do between two goals
     ],
 )
-def test_a_robot_at_rest_does_not_stall_the_simulation(options, before, caplog):
+def test_a_robot_at_rest_does_not_stall_the_simulation(gate, options, before, caplog):
     resting = gate(patience_s=LONG_S, **options)
     if before is not None:
         resting.put(before)
@@ -197,7 +202,7 @@ def test_a_robot_at_rest_does_not_stall_the_simulation(options, before, caplog):
     assert taken == [None] and caplog.records == []
 
 
-def test_patience_ends_with_one_warning_until_the_controller_is_back(caplog):
+def test_patience_ends_with_one_warning_until_the_controller_is_back(gate, caplog):
     periodic = gate()
     periodic.put(SLOW)
     assert periodic.take(DELAY_NS) == SLOW
@@ -214,7 +219,7 @@ def test_patience_ends_with_one_warning_until_the_controller_is_back(caplog):
 @pytest.mark.parametrize('control_hz', [5.0, 20.0, 33.3, 100.0])
 @pytest.mark.parametrize('report_hz', RATES_HZ)
 @pytest.mark.parametrize('lag_ns', [0, DELAY_NS])
-def test_a_command_takes_effect_two_ticks_after_the_report_that_it_answers(report_hz, control_hz, lag_ns, caplog):
+def test_a_command_takes_effect_two_ticks_after_the_report_that_it_answers(gate, report_hz, control_hz, lag_ns, caplog):
     """A controller at any rate answers each report that its own rate picks, at once, or two ticks later."""
     times, control, rated = BoundarySampler(report_hz, TICK_NS), ControlRate(control_hz), gate(report_hz, control_hz)
     answered_ns, delays_ns = [], []
@@ -230,7 +235,7 @@ def test_a_command_takes_effect_two_ticks_after_the_report_that_it_answers(repor
     assert set(delays_ns) == {DELAY_NS} or control_hz > 20.0  # then a newer one may have come
 
 
-def test_after_a_reset_the_first_report_is_answered_again():
+def test_after_a_reset_the_first_report_is_answered_again(gate):
     periodic = gate()
     for now_ns in range(0, 130 * MS, TICK_NS):
         periodic.put(SLOW)
