@@ -31,7 +31,7 @@ from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.particles import check_covariance, check_pose
 from diff_encoder_sim.ros import node
 from diff_encoder_sim.ros.conversions import pose_covariance_from_message, pose_from_message, pose_from_transform
-from diff_encoder_sim.ros.encoded_topics import Diagnostics, EncodedPublisher
+from diff_encoder_sim.ros.encoded_topics import Diagnostics, Publisher, subscriber
 from diff_encoder_sim.ros.maps import fetch_map, grid_from_message
 from diff_encoder_sim.ros.node import log
 from diff_encoder_sim.ros.reconfiguration import serve_amcl
@@ -69,10 +69,10 @@ class AmclNode:
         self._saved: Optional[PoseGuess] = None
         self._rng = generator(self._params.seed, 'amcl')
         self._buffer = TransformBuffer(cache_s=30.0)
-        self._transforms = EncodedPublisher('/tf', TFMessage)
-        self._poses = EncodedPublisher('amcl_pose', PoseWithCovarianceStamped, latch=True)
-        self._clouds = EncodedPublisher('particlecloud', PoseArray, latch=True)
-        self._used_scans = EncodedPublisher('~scan_taken', Header)  # the simulator waits for it after each scan
+        self._transforms = Publisher('/tf', TFMessage)
+        self._poses = Publisher('amcl_pose', PoseWithCovarianceStamped, latch=True)
+        self._clouds = Publisher('particlecloud', PoseArray, latch=True)
+        self._used_scans = Publisher('~scan_taken', Header)  # the simulator waits for it after each scan
         self._diagnostics = Diagnostics('Standard deviation', self._params.diagnostic_period)
         self._begin()
         self._services = [
@@ -80,11 +80,11 @@ class AmclNode:
             node.empty_service('request_nomotion_update', self._on_nomotion_update),
             node.service('set_map', SetMap, self._on_set_map),
         ]
-        self._initial_poses = node.subscriber('initialpose', PoseWithCovarianceStamped, self._on_initial_pose)
+        self._initial_poses = subscriber('initialpose', PoseWithCovarianceStamped, self._on_initial_pose)
         frames = self._params.base_frame_id, self._params.odom_frame_id
         self._scans = ScanInput(self._buffer, *frames, self._localize, self._on_restart, lambda: self._amcl is not None)
         if self._params.use_map_topic:
-            self._maps = node.subscriber('map', OccupancyGridMessage, self._on_map)
+            self._maps = subscriber('map', OccupancyGridMessage, self._on_map)
         else:
             fetch_map(lambda message: self._on_map(message, is_first=True))
         rospy.on_shutdown(node.one_at_a_time(self._save))
@@ -250,6 +250,4 @@ def read_initial_pose(message: PoseWithCovarianceStamped, params: AmclParams, bu
     return pose, covariance
 
 
-def main() -> None:
-    """Run the node."""
-    node.run_node('amcl', AmclNode)
+main = node.executable('amcl', AmclNode)

@@ -21,7 +21,7 @@ from diff_encoder_sim.drives.message_decoders import decode_model_state, planar_
 from diff_encoder_sim.drives.topics import MODEL_STATES_TYPE
 from diff_encoder_sim.ros import node
 from diff_encoder_sim.ros.conversions import ns_from_stamp
-from diff_encoder_sim.ros.encoded_topics import EncodedMessage, encoded_class
+from diff_encoder_sim.ros.encoded_topics import EncodedMessage, encoded_class, subscriber
 from diff_encoder_sim.ros.node import log
 from diff_encoder_sim.simulation.state import STATES_RATE_HZ, PlanarVelocity
 from diff_encoder_sim.wheels.report_link import BoundarySampler
@@ -95,7 +95,7 @@ class ModelStateReader:
         self._waiting: Optional[bytes] = None
         self._restart()
         node.listen_to_clock(self._on_clock)
-        self._states = node.subscriber('/gazebo/model_states', encoded_class(ModelStates), self._on_states)
+        self._states = subscriber('/gazebo/model_states', encoded_class(ModelStates), self._on_states)
 
     def _restart(self) -> None:
         self._sampler = BoundarySampler(self._params.rate)

@@ -27,6 +27,7 @@ from diff_encoder_sim.localization.map_files import MapSaverParams, load_map, sa
 from diff_encoder_sim.localization.occupancy_grid import SAVED_MARGIN_M, OccupancyGrid
 from diff_encoder_sim.ros import node
 from diff_encoder_sim.ros.conversions import map_message, ns_from_stamp, pose_from_message
+from diff_encoder_sim.ros.encoded_topics import Publisher, subscriber
 from diff_encoder_sim.ros.node import log
 
 
@@ -77,7 +78,7 @@ class MapKeeper:
         self._stem = Path(stem)
         self._newest: Optional[OccupancyGridMessage] = None
         self._is_saved = False
-        self._maps = node.subscriber('map', OccupancyGridMessage, self._on_map)
+        self._maps = subscriber('map', OccupancyGridMessage, self._on_map)
 
     def _on_map(self, message: OccupancyGridMessage) -> None:
         self._newest = message
@@ -107,7 +108,7 @@ class MapServerParams(Params):
 
 
 class MapServerNode:
-    """Serves one map at a time."""
+    """Serves a map file on /map, /map_metadata and static_map; change_map replaces it."""
 
     def __init__(self) -> None:
         arguments, plan = rospy.myargv(sys.argv)[1:], node.trial_plan()
@@ -116,8 +117,8 @@ class MapServerNode:
             raise ConfigError(f'arguments: given {" ".join(arguments)!r}; allowed: one map .yaml file')
         self._params = node.node_params(MapServerParams)
         self._message = self._load(files[0])
-        self._maps = node.publisher('map', OccupancyGridMessage, latch=True)
-        self._metadata = node.publisher('map_metadata', MapMetaData, latch=True)
+        self._maps = Publisher('map', OccupancyGridMessage, latch=True)
+        self._metadata = Publisher('map_metadata', MapMetaData, latch=True)
         self._services = [
             node.service('static_map', GetMap, lambda _: GetMapResponse(map=self._message)),
             node.service('change_map', LoadMap, self._on_change),
@@ -145,9 +146,7 @@ class MapServerNode:
         return LoadMapResponse(map=self._message, result=LoadMapResponse.RESULT_SUCCESS)
 
 
-def map_server_node() -> None:
-    """map_server_node: serves a map file on /map, /map_metadata and static_map; change_map replaces it."""
-    node.run_node('map_server', MapServerNode)
+map_server_node = node.executable('map_server', MapServerNode)
 
 
 def parse_map_saver() -> argparse.Namespace:
@@ -166,7 +165,7 @@ def map_saver() -> None:
     """map_saver: save the map that is published on /map to an image and a YAML file, as upstream's map_saver does."""
     options = parse_map_saver()
     params = MapSaverParams.from_mapping({'free': options.free, 'occ': options.occ}, 'arguments')
-    node.run_node('map_saver', lambda: _save_next_map(options.stem, params), lambda path: None)
+    node.executable('map_saver', _save_next_map, lambda _: None)(options.stem, params)
 
 
 def _save_next_map(stem: Path, params: MapSaverParams) -> None:

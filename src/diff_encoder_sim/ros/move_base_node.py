@@ -28,7 +28,7 @@ from diff_encoder_sim.navigation.navigator_inputs import STOP, ControlRate, Goal
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.ros import node
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, pose_from_transform, pose_stamped_message
-from diff_encoder_sim.ros.encoded_topics import EncodedPublisher, encoded_subscriber
+from diff_encoder_sim.ros.encoded_topics import Publisher, encoded_subscriber, subscriber
 from diff_encoder_sim.ros.maps import fetch_map, grid_from_message
 from diff_encoder_sim.ros.navigation_views import NavigationViews, path_message
 from diff_encoder_sim.ros.node import log
@@ -77,9 +77,9 @@ class GoalServer:
 
     def __init__(self, transforms: NavigationTransforms) -> None:
         self._transforms = transforms
-        self._current_goals = node.publisher('~current_goal', PoseStamped)
-        self._goals = node.publisher('~goal', action.MoveBaseActionGoal)
-        self._recoveries = node.publisher('~recovery_status', action.RecoveryStatus)
+        self._current_goals = Publisher('~current_goal', PoseStamped)
+        self._goals = Publisher('~goal', action.MoveBaseActionGoal)
+        self._recoveries = Publisher('~recovery_status', action.RecoveryStatus)
         self._server = actionlib.SimpleActionServer(rospy.get_name(), action.MoveBaseAction, auto_start=False)
         self._server.start()
         self.has_new_goal = self._server.is_new_goal_available  # since the last `poll`
@@ -88,7 +88,7 @@ class GoalServer:
         server.status_timer.shutdown()
         period = rospy.Duration(1.0 / server.status_frequency)
         server.status_timer = rospy.Timer(period, server.publish_status_async, reset=True)
-        self._simple_goals = node.subscriber('move_base_simple/goal', PoseStamped, self._on_simple_goal)
+        self._simple_goals = subscriber('move_base_simple/goal', PoseStamped, self._on_simple_goal)
 
     def poll(self, navigator: Navigator, now_ns: int) -> None:
         """Pass a new goal to the navigator, or cancel its goal."""
@@ -146,7 +146,7 @@ class MoveBaseNode:
         self._is_driving = self._has_had_scan = False
         self._odometry_ns, self._odometry_at_s = 0, time.monotonic()  # stamp and arrival of the latest valid message
         self._control_rate = ControlRate(self._params.controller_frequency)
-        self._commands = EncodedPublisher('cmd_vel', Twist)
+        self._commands = Publisher('cmd_vel', Twist)
         self._transforms = NavigationTransforms(self._params)
         self._views = NavigationViews(self._transforms.map_frame, self._transforms.odom_frame)
         self._goals = GoalServer(self._transforms)
@@ -290,6 +290,4 @@ class MoveBaseNode:
             self._navigator.clear_costmaps()
 
 
-def main() -> None:
-    """Run the node."""
-    node.run_node('move_base', MoveBaseNode)
+main = node.executable('move_base', MoveBaseNode)

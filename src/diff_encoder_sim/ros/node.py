@@ -1,4 +1,4 @@
-"""Common functions of nodes: start and end, parameters, callbacks one at a time, topics without delay, log, clock."""
+"""Common functions of nodes: start and end, parameters, callbacks one at a time, services, log, clock."""
 
 from __future__ import annotations
 
@@ -10,10 +10,8 @@ import sys
 import threading
 import time
 import traceback
-import warnings
 from typing import TYPE_CHECKING, Any, Callable, Dict, List, Mapping, Optional, Tuple, Type
 
-import genpy
 import rospy
 import rospy.client
 from rosgraph_msgs.msg import Clock
@@ -33,39 +31,46 @@ log = logging.getLogger('diff_encoder_sim')
 CALLBACKS = threading.RLock()
 
 
-def run_node(name: str, build: Callable[[], Any], run: Callable[[Any], None] = lambda node: rospy.spin()) -> None:
-    """Start a node, build its object, and let it `run`: by default until shutdown.
+def executable(
+    name: str, build: Callable[..., Any], run: Callable[[Any], None] = lambda node: rospy.spin()
+) -> Callable[..., None]:
+    """Return the main function of a node: it builds an object, and lets it `run`, by default until shutdown.
 
     Invalid input, and an exception in a thread of this package, end the node with one line and exit status 1.
     """
-    broken_threads: List[str] = []
-    threading.excepthook = lambda args: _end_with_thread(args, broken_threads)
-    os.environ.setdefault('ROSCONSOLE_FORMAT', CONSOLE_FORMAT)
-    try:
-        rospy.init_node(name)
-        pause_between_ticks()
-        log.setLevel(logging.INFO)
-        log.addHandler(_RosLogHandler())
-        log.propagate = False
-        with CALLBACKS:
-            node = build()
-        run(node)
-        if broken_threads:
+
+    def main(*arguments: Any) -> None:
+        broken_threads: List[str] = []
+        threading.excepthook = lambda args: _end_with_thread(args, broken_threads)
+        os.environ.setdefault('ROSCONSOLE_FORMAT', CONSOLE_FORMAT)
+        try:
+            rospy.init_node(name)
+            pause_between_ticks()
+            log.setLevel(logging.INFO)
+            log.addHandler(_RosLogHandler())
+            log.propagate = False
+            with CALLBACKS:
+                node = build(*arguments)
+            run(node)
+            if broken_threads:
+                sys.exit(1)
+        except ConfigError as error:
+            rospy.logfatal('%s', error)
             sys.exit(1)
-    except ConfigError as error:
-        rospy.logfatal('%s', error)
-        sys.exit(1)
-    except OSError as error:
-        if error.filename is None:
-            raise
-        rospy.logfatal('%s', readable(f'{error.filename}: {error.strerror}'))
-        sys.exit(1)
-    except (rospy.ROSInterruptException, rospy.exceptions.ROSInitException):
-        log.info('stopped before it was running')  # by Ctrl-C or roslaunch
+        except OSError as error:
+            if error.filename is None:
+                raise
+            rospy.logfatal('%s', readable(f'{error.filename}: {error.strerror}'))
+            sys.exit(1)
+        except (rospy.ROSInterruptException, rospy.exceptions.ROSInitException):
+            log.info('stopped before it was running')  # by Ctrl-C or roslaunch
+
+    main.__doc__ = f'{name}: {build.__doc__}'
+    return main
 
 
 def _end_with_thread(args: threading.ExceptHookArgs, broken_threads: List[str]) -> None:
-    if _is_ending():
+    if is_ending():
         return
     traceback.print_exception(args.exc_type, args.exc_value, args.exc_traceback)
     frames = [frame.f_globals.get('__name__', '') for frame, _ in traceback.walk_tb(args.exc_traceback)]
@@ -76,7 +81,7 @@ def _end_with_thread(args: threading.ExceptHookArgs, broken_threads: List[str]) 
         rospy.signal_shutdown('a thread has ended by an exception')
 
 
-def _is_ending() -> bool:
+def is_ending() -> bool:
     """Return whether the node's shutdown has begun: topics are closed before rospy.is_shutdown() is true."""
     return bool(rospy.core.is_shutdown_requested())
 
@@ -151,31 +156,6 @@ def required_trial_plan() -> LivePlan:
     return plan
 
 
-def publisher(
-    topic: str, message_class: Type[genpy.Message], latch: bool = False, headers: Optional[Mapping[str, str]] = None
-) -> rospy.Publisher:
-    """Advertise a topic; `publish` returns when the message is in every subscriber's socket.
-
-    No message is dropped, a node never runs ahead of its subscribers, and publishing takes a third of the time of
-    rospy's queues, which use a thread per connection. `headers` are further fields of the connection header.
-    """
-    with warnings.catch_warnings():
-        warnings.simplefilter('ignore', SyntaxWarning)  # about queue_size=None, which is intended
-        return _Publisher(topic, message_class, queue_size=None, latch=latch, headers=headers, tcp_nodelay=True)
-
-
-class _Publisher(rospy.Publisher):  # type: ignore[misc]  # rospy has no types
-    """Publisher that drops messages during shutdown instead of raising exceptions."""
-
-    def publish(self, *args: Any, **fields: Any) -> None:
-        """Publish a message, or one of these fields."""
-        try:
-            super().publish(*args, **fields)
-        except rospy.ROSException:
-            if not _is_ending():
-                raise
-
-
 def one_at_a_time(callback: Callable[..., Any]) -> Callable[..., Any]:
     """Return a callback that waits for the other ones of the node, and for its constructor."""
 
@@ -184,12 +164,6 @@ def one_at_a_time(callback: Callable[..., Any]) -> Callable[..., Any]:
             return callback(*args)
 
     return call
-
-
-def subscriber(topic: str, message_class: Type[genpy.Message], callback: Callable[[Any], None]) -> rospy.Subscriber:
-    """Subscribe without a queue limit, so that no message is dropped, and without delay on the publisher's side."""
-    # -1 is no limit: None would keep rospy's limit of /clock.
-    return rospy.Subscriber(topic, message_class, one_at_a_time(callback), queue_size=-1, tcp_nodelay=True)
 
 
 def service(name: str, service_class: Any, respond: Callable[[Any], Any]) -> rospy.Service:

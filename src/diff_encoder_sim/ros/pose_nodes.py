@@ -20,9 +20,9 @@ from diff_encoder_sim.drives.message_encoders import encode_header, encode_pose,
 from diff_encoder_sim.drives.test_definition import PoseParams
 from diff_encoder_sim.robots.solids import Box, Cylinder, Sphere
 from diff_encoder_sim.ros.conversions import header, ns_from_stamp
-from diff_encoder_sim.ros.encoded_topics import EncodedPublisher, OdometryOutput, pose_subscriber
+from diff_encoder_sim.ros.encoded_topics import OdometryOutput, Publisher, pose_subscriber
 from diff_encoder_sim.ros.gazebo_states import ModelStateReader, ModelStatesParams
-from diff_encoder_sim.ros.node import log, node_params, publisher, required_trial_plan, run_node, trial_plan
+from diff_encoder_sim.ros.node import executable, log, node_params, required_trial_plan, trial_plan
 from diff_encoder_sim.ros.transforms import NoTransform, TransformBuffer, lookup
 from diff_encoder_sim.simulation.state import PlanarVelocity
 from diff_encoder_sim.simulation.world import World, load_world
@@ -39,14 +39,14 @@ class GlobalPoseParams(Params):
 
 
 class GlobalPoseNode:
-    """Looks up map -> base_link after each transform, and publishes it once per period if it is new."""
+    """Publishes the transform map -> base_link as /global_pose, once per period if it is new."""
 
     def __init__(self) -> None:
         plan = trial_plan()
         defaults = {'rate': plan.report_rate} if plan else {}
         self._params = node_params(GlobalPoseParams, part='global_pose', defaults=defaults)
         self._restart()
-        self._poses = EncodedPublisher('global_pose', PoseStamped)
+        self._poses = Publisher('global_pose', PoseStamped)
         self._buffer = TransformBuffer()
         self._buffer.on_change = self._publish
 
@@ -71,9 +71,7 @@ class GlobalPoseNode:
         self._poses.publish(encode_header(stamp_ns, transform.header.frame_id) + pose)
 
 
-def global_pose_node() -> None:
-    """global_pose_node: publishes the transform map -> base_link as /global_pose at a fixed rate."""
-    run_node('global_pose_node', GlobalPoseNode)
+global_pose_node = executable('global_pose_node', GlobalPoseNode)
 
 
 class WorldPoseParams(ModelStatesParams):
@@ -84,22 +82,20 @@ class WorldPoseParams(ModelStatesParams):
 
 
 class WorldPoseNode:
-    """Republishes one model's pose in the map frame."""
+    """Publishes the robot's true pose, from /gazebo/model_states, as /world_pose in the map frame."""
 
     def __init__(self) -> None:
         params = node_params(WorldPoseParams, part='world_pose')
         self._map_frame = params.map_frame
         self._world_in_map = params.map_in_world.pose().inverse()
-        self._poses = EncodedPublisher('world_pose', PoseStamped)
+        self._poses = Publisher('world_pose', PoseStamped)
         self._reader = ModelStateReader(params, self._on_state)
 
     def _on_state(self, stamp_ns: int, pose_in_world: Pose2D, _: PlanarVelocity) -> None:
         self._poses.publish(encode_pose_stamped(self._world_in_map.compose(pose_in_world), stamp_ns, self._map_frame))
 
 
-def world_pose_node() -> None:
-    """world_pose_node: publishes the robot's true pose, from /gazebo/model_states, as /world_pose in the map frame."""
-    run_node('world_pose_node', WorldPoseNode)
+world_pose_node = executable('world_pose_node', WorldPoseNode)
 
 
 class IdealOdomParams(ModelStatesParams):
@@ -111,7 +107,7 @@ class IdealOdomParams(ModelStatesParams):
 
 
 class IdealOdomNode:
-    """Publishes the true pose, relative to the first one, on /odom and TF."""
+    """Publishes error-free odometry from /gazebo/model_states: the true pose relative to the first one."""
 
     def __init__(self) -> None:
         params = node_params(IdealOdomParams, part='ideal_odom')
@@ -130,9 +126,7 @@ class IdealOdomNode:
         self._output.publish(OdometryEstimate(stamp_ns, pose, forward_mps, velocity.yaw_radps))
 
 
-def ideal_odom_node() -> None:
-    """ideal_odom_node: publishes error-free odometry from /gazebo/model_states."""
-    run_node('ideal_odom_node', IdealOdomNode)
+ideal_odom_node = executable('ideal_odom_node', IdealOdomNode)
 
 
 MAP_FRAME = 'map'
@@ -146,7 +140,7 @@ class PathTrail:
     def __init__(self, path_topic: str) -> None:
         self._poses: List[bytes] = []
         self._timeline = Timeline(tolerance_ns=0)
-        self._paths = EncodedPublisher(path_topic, Path, latch=True)
+        self._paths = Publisher(path_topic, Path, latch=True)
 
     def add(self, stamp_ns: int, pose: Pose2D) -> None:
         """Add a pose; a jump back in time starts a new path."""
@@ -161,12 +155,12 @@ class PathTrail:
 
 
 class TrialViewNode:
-    """Publishes the world's walls as markers, and the paths of odometry, pose estimate and true pose."""
+    """Publishes for RViz the world's walls as markers, and the paths of odometry, pose estimate and true pose."""
 
     def __init__(self) -> None:
         plan = required_trial_plan()
         start, odom_trail = plan.trial.test.start.pose(), PathTrail('odom_path')
-        self._markers = publisher('world_markers', MarkerArray, latch=True)
+        self._markers = Publisher('world_markers', MarkerArray, latch=True)
         self._markers.publish(world_markers(load_world(plan.world), MAP_FRAME))
         self._subscribers = [
             # Odometry is relative to the known start.
@@ -198,6 +192,4 @@ def world_markers(world: World, frame: str) -> MarkerArray:
     return MarkerArray(markers)
 
 
-def trial_view_node() -> None:
-    """trial_view_node: publishes the world and paths for RViz."""
-    run_node('trial_view_node', TrialViewNode)
+trial_view_node = executable('trial_view_node', TrialViewNode)

@@ -25,7 +25,8 @@ from diff_encoder_sim.drives.message_encoders import encode_clock
 from diff_encoder_sim.drives.topics import CLOCK, RECORDED_LIVE
 from diff_encoder_sim.drives.trial_bag import EARLIEST_NS
 from diff_encoder_sim.ros.conversions import ns_from_stamp
-from diff_encoder_sim.ros.node import CALLBACKS, read_every_tick, required_trial_plan, run_node, subscriber
+from diff_encoder_sim.ros.encoded_topics import subscriber
+from diff_encoder_sim.ros.node import CALLBACKS, executable, read_every_tick, required_trial_plan
 
 
 class Recorder:
@@ -75,9 +76,7 @@ class Recorder:
             rospy.signal_shutdown('recording failed')
 
 
-def main() -> None:
-    """Run the node."""
-    run_node('record_trial', lambda: Recorder(Path(required_trial_plan().bag), RECORDED_LIVE))
+main = executable('record_trial', lambda: Recorder(Path(required_trial_plan().bag), RECORDED_LIVE))
 
 
 class RecordedBag(Ros1File):

@@ -32,10 +32,10 @@ from diff_encoder_sim.drives.trial_bag import EARLIEST_NS
 from diff_encoder_sim.drives.trial_definition import OF_ODOMETRY, with_encoder
 from diff_encoder_sim.drives.trial_recording import trial_of_source
 from diff_encoder_sim.drives.typestore import to_ros1
-from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
+from diff_encoder_sim.ros.encoded_topics import Publisher
 from diff_encoder_sim.ros.graph import wait_until_connected
 from diff_encoder_sim.ros.launch_status import LaunchStatus
-from diff_encoder_sim.ros.node import log, node_params, publisher, run_node
+from diff_encoder_sim.ros.node import executable, log, node_params
 from diff_encoder_sim.ros.recorder import Recorder
 from diff_encoder_sim.wheels.encoder_params import ppr_label
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
@@ -82,15 +82,15 @@ class ReplayNode:
             expected = f'expected {topics.JOINT_STATE_TYPE}; reencode can use counts'
             raise ConfigError(f'{self._bag}: {topic} has counts; {expected}')
         self._recorder = Recorder(self._out, RECORDED)
-        self._clock = EncodedPublisher('/clock', Clock)
-        self._played = {topic: EncodedPublisher(topic, COPIED_CLASSES[topic]) for topic in copied}
-        self._played[topic] = EncodedPublisher(topics.JOINT_STATES, JointState)
+        self._clock = Publisher('/clock', Clock)
+        self._played = {topic: Publisher(topic, COPIED_CLASSES[topic]) for topic in copied}
+        self._played[wheels.topic] = Publisher(topics.JOINT_STATES, JointState)
         if trial is not None:
             for name in OF_ODOMETRY:
                 used, recorded = getattr(odometry, name), getattr(trial, name)
                 if used != recorded:
                     log.warning("%s: %g is used, %g was used in the bag's trial: see robot:=", name, used, recorded)
-            self._trial = publisher(topics.TRIAL, String, latch=True)
+            self._trial = Publisher(topics.TRIAL, String, latch=True)
             self._trial.publish(String(with_encoder(trial, encoder, odometry).model_dump_json()))
 
     def run(self) -> None:
@@ -130,6 +130,4 @@ class ReplayNode:
                 log.warning('%s: %s; all messages that can be read are played', self._bag, source.fault)
 
 
-def main(status: LaunchStatus) -> None:
-    """Run the node."""
-    run_node('replay_node', lambda: ReplayNode(status), ReplayNode.run)
+main = executable('replay_node', ReplayNode, ReplayNode.run)

@@ -26,9 +26,9 @@ from diff_encoder_sim.robots.robot_file import load_robot_file
 from diff_encoder_sim.robots.xacro_expansion import xacro_arguments_of_text
 from diff_encoder_sim.ros import pacing
 from diff_encoder_sim.ros.conversions import pose_from_message, stamp_from_ns
-from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
+from diff_encoder_sim.ros.encoded_topics import Publisher
 from diff_encoder_sim.ros.gazebo_states import STATES_PERIOD_HEADER, GetModelState, ModelStates, SetModelState
-from diff_encoder_sim.ros.node import CALLBACKS, empty_service, log, node_params, run_node, service, trial_plan
+from diff_encoder_sim.ros.node import CALLBACKS, empty_service, executable, log, node_params, service, trial_plan
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
 from diff_encoder_sim.simulation.state import STATES_PERIOD_NS, TICK_NS, PlanarVelocity
 from diff_encoder_sim.wheels.report_link import DEFAULT_RATE_HZ
@@ -92,12 +92,12 @@ class SimulatorNode:
         robot = load_robot_file(params.robot, users_path('.'), package_folder(), arguments)
         self._simulator = Simulator(Path(params.world), robot.source, core_params, params.start.pose(), params.seed)
         self._running = threading.Event()
-        self._clock = EncodedPublisher('/clock', Clock)
-        self._joint_states = EncodedPublisher('joint_states', JointState)
-        self._scans = EncodedPublisher('scan', LaserScan)
+        self._clock = Publisher('/clock', Clock)
+        self._joint_states = Publisher('joint_states', JointState)
+        self._scans = Publisher('scan', LaserScan)
         self._scan_frame, self._scan_period_ns = params.laser_link, params.lidar.period_ns
         headers = {STATES_PERIOD_HEADER: str(STATES_PERIOD_NS)}
-        self._model_states = EncodedPublisher('/gazebo/model_states', ModelStates, headers=headers)
+        self._model_states = Publisher('/gazebo/model_states', ModelStates, headers=headers)
         self._states_encoder = ModelStatesEncoder(self._simulator.world, self._simulator.robot_name)
         self._begin_pacing(params)
         # pause_physics needs no lock: at full speed the loop hardly lets go of it.
@@ -234,6 +234,4 @@ def gazebo_service(name: str, service_class: Any, respond: Callable[[Any, Any], 
     return service(name, service_class, on_request)
 
 
-def main() -> None:
-    """Run the node."""
-    run_node('simulator_node', SimulatorNode)
+main = executable('simulator_node', SimulatorNode)

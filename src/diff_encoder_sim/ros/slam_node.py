@@ -27,8 +27,8 @@ from diff_encoder_sim.drives.message_encoders import (
 from diff_encoder_sim.localization.grid_slam import GridSlam, warm_up
 from diff_encoder_sim.localization.slam_params import GridSlamParams
 from diff_encoder_sim.ros.conversions import map_message, ns_from_stamp
-from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
-from diff_encoder_sim.ros.node import compile_first, log, node_params, publisher, run_node, service, timer, trial_plan
+from diff_encoder_sim.ros.encoded_topics import Publisher
+from diff_encoder_sim.ros.node import compile_first, executable, log, node_params, service, timer, trial_plan
 from diff_encoder_sim.ros.transforms import ScanInput, TransformBuffer
 
 
@@ -51,11 +51,11 @@ class SlamNode:
         self._scan_count = 0
         self._mapped_ns: Optional[int] = None
         self._broadcast_ns: Optional[int] = None
-        self._transforms = EncodedPublisher('/tf', TFMessage)
-        self._maps = EncodedPublisher('map', OccupancyGrid, latch=True)
-        self._metadata = EncodedPublisher('map_metadata', MapMetaData, latch=True)
-        self._entropies = publisher('~entropy', Float64)
-        self._poses = EncodedPublisher('~pose', PoseStamped)
+        self._transforms = Publisher('/tf', TFMessage)
+        self._maps = Publisher('map', OccupancyGrid, latch=True)
+        self._metadata = Publisher('map_metadata', MapMetaData, latch=True)
+        self._entropies = Publisher('~entropy', Float64)
+        self._poses = Publisher('~pose', PoseStamped)
         self._service = service('dynamic_map', GetMap, self._on_dynamic_map)
         frames = self._params.base_frame, self._params.odom_frame
         self._scans = ScanInput(TransformBuffer(30.0), *frames, self._use_scan, self._on_restart)
@@ -99,6 +99,4 @@ class SlamNode:
         return GetMapResponse(map=map_message(self._slam.map(), now_ns, self._params.map_frame))
 
 
-def main() -> None:
-    """Run the node."""
-    run_node('slam_gmapping', SlamNode)
+main = executable('slam_gmapping', SlamNode)

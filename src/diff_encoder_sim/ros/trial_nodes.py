@@ -28,11 +28,11 @@ from diff_encoder_sim.drives.message_encoders import encode_command, encode_plan
 from diff_encoder_sim.drives.trial_definition import GOAL_DISTANCE_M, Outcome, RouteFailed, goal_error
 from diff_encoder_sim.navigation.navigator_inputs import GoalStatus
 from diff_encoder_sim.ros.conversions import pose_stamped_message
-from diff_encoder_sim.ros.encoded_topics import EncodedPublisher, pose_subscriber
+from diff_encoder_sim.ros.encoded_topics import Publisher, pose_subscriber
 from diff_encoder_sim.ros.graph import wait_until_connected
 from diff_encoder_sim.ros.launch_status import LaunchStatus
 from diff_encoder_sim.ros.maps import MapKeeper
-from diff_encoder_sim.ros.node import call_service, log, node_params, publisher, required_trial_plan, run_node
+from diff_encoder_sim.ros.node import call_service, executable, log, node_params, required_trial_plan
 from diff_encoder_sim.trials.route_driver import DriverOutput, RouteDriver
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
 
@@ -78,8 +78,8 @@ class TrialNode:
         self._status, self._graph = status, (*GRAPH, *connected)
         self._record = f'bag: {self.plan.bag}' if self.plan.bag else 'no bag'
         self._true_pose, self._last_pose_s = self.trial.test.start.pose(), time.monotonic()
-        self._info = publisher(topics.TRIAL, String, latch=True)
-        self._result = publisher(topics.TRIAL_RESULT, String, latch=True)
+        self._info = Publisher(topics.TRIAL, String, latch=True)
+        self._result = Publisher(topics.TRIAL_RESULT, String, latch=True)
         self._info.publish(String(self.trial.model_dump_json()))
         self._world_pose = pose_subscriber(topics.WORLD_POSE, self._on_world_pose)
 
@@ -162,7 +162,7 @@ _ENDED = {ActionStatus.SUCCEEDED: GoalStatus.SUCCEEDED, ActionStatus.PREEMPTED: 
 
 
 class NavigationTrialNode(TrialNode):
-    """Steps the route's driver with each /global_pose, and applies its goals and turns."""
+    """Sends a test's route to move_base, goal by goal, steps its driver with each /global_pose, and ends with the trial."""
 
     def __init__(self, status: LaunchStatus) -> None:
         is_upstream = required_trial_plan().trial.nav == 'upstream'
@@ -174,7 +174,7 @@ class NavigationTrialNode(TrialNode):
         self._goal: Optional[actionlib.ClientGoalHandle] = None
         # The upstream move_base advertises its action only when time runs and AMCL localizes.
         self._may_drive = not is_upstream
-        self._commands = EncodedPublisher('cmd_vel', Twist)
+        self._commands = Publisher('cmd_vel', Twist)
         # SimpleActionClient would log an error for the status of an unregistered goal.
         self._action = actionlib.ActionClient(ACTION, MoveBaseAction)
         self._global_pose = pose_subscriber(topics.GLOBAL_POSE, self._on_global_pose)
@@ -232,9 +232,7 @@ class NavigationTrialNode(TrialNode):
         return GoalStatus.ACTIVE if status in _RUNNING else ended, self._goal.get_goal_status_text()
 
 
-def navigation_trial_node(status: LaunchStatus) -> None:
-    """navigation_trial_node: sends a test's route to move_base, goal by goal, and ends with the trial."""
-    run_node('navigation_trial_node', lambda: NavigationTrialNode(status), NavigationTrialNode.run)
+navigation_trial_node = executable('navigation_trial_node', NavigationTrialNode, NavigationTrialNode.run)
 
 
 # Topics to connect before time starts, by `slam`; simulated time waits for the pose of the embedded one, once compiled.
@@ -242,17 +240,17 @@ TOPICS_OF_SLAM = {'embedded': ('/scan', '/map', '/slam_gmapping/pose'), 'upstrea
 
 
 class ScriptedDriveNode(TrialNode):
-    """Drives without feedback; uses only the stamps of /world_pose."""
+    """Publishes a test's drive on /cmd_vel, by the stamps of /world_pose without feedback, and ends with the trial."""
 
     def __init__(self, status: LaunchStatus) -> None:
         super().__init__(status, *TOPICS_OF_SLAM.get(required_trial_plan().slam, ()))
         self._start_ns: Optional[int] = None
         self._is_over = False
-        self._commands = EncodedPublisher('cmd_vel', Twist)
+        self._commands = Publisher('cmd_vel', Twist)
         self._drive = ScriptedDrive(self.trial.test)
         if self.plan.slam == 'none':  # odom is at the surveyed start
             start, frames = self.trial.test.start.pose(), (self.params.map_frame, self.params.odom_frame)
-            self._static_transforms = EncodedPublisher('/tf_static', TFMessage, latch=True)
+            self._static_transforms = Publisher('/tf_static', TFMessage, latch=True)
             self._static_transforms.publish(encode_planar_tf(start, 0, *frames))
         self._map_keeper = MapKeeper(self.plan.save_map) if self.plan.save_map else None
 
@@ -282,6 +280,4 @@ class ScriptedDriveNode(TrialNode):
         self._is_over |= self._drive.is_over(elapsed_s)
 
 
-def scripted_drive_node(status: LaunchStatus) -> None:
-    """scripted_drive_node: publishes a test's drive on /cmd_vel, without feedback, and ends with the trial."""
-    run_node('scripted_drive_node', lambda: ScriptedDriveNode(status), ScriptedDriveNode.run)
+scripted_drive_node = executable('scripted_drive_node', ScriptedDriveNode, ScriptedDriveNode.run)

@@ -13,8 +13,8 @@ from diff_encoder_sim.drives.message_decoders import JointDecoder, decode_wheel_
 from diff_encoder_sim.drives.message_encoders import encode_encoder_pulse, encode_wheel_speeds
 from diff_encoder_sim.drives.topics import ENCODER_PULSE_TYPE, JOINT_STATE_TYPE
 from diff_encoder_sim.msg import EncoderPulse
-from diff_encoder_sim.ros.encoded_topics import Diagnostics, EncodedPublisher, OdometryOutput, encoded_subscriber
-from diff_encoder_sim.ros.node import empty_service, log, node_params, run_node, subscriber, trial_plan
+from diff_encoder_sim.ros.encoded_topics import Diagnostics, OdometryOutput, Publisher, encoded_subscriber, subscriber
+from diff_encoder_sim.ros.node import empty_service, executable, log, node_params, trial_plan
 from diff_encoder_sim.wheels.diagnostics import EncoderDiagnosis, OdometryDiagnosis, hidden_encoder
 from diff_encoder_sim.wheels.odometry import WheelOdometry, wheel_speeds_mps
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
@@ -23,7 +23,7 @@ from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncode
 
 
 class EncoderNode:
-    """Samples the wheel angles at a fixed rate and publishes counters, and speeds if measured."""
+    """Counts the pulses of an encoder on each wheel, from /joint_states to /encoder_pulse; also speeds if measured."""
 
     def __init__(self) -> None:
         params = node_params(EncoderParams, OdometryParams, part='config')
@@ -38,8 +38,8 @@ class EncoderNode:
         self._joint_states = encoded_subscriber('joint_states', JointState, self._on_joint_states)
         # Advertise last: once it is published, joint states are received.
         if params.velocity_method != 'M':
-            self._speeds = EncodedPublisher('encoder_velocity', JointState)
-        self._pulses = EncodedPublisher('encoder_pulse', EncoderPulse)
+            self._speeds = Publisher('encoder_velocity', JointState)
+        self._pulses = Publisher('encoder_pulse', EncoderPulse)
 
     def _on_command(self, message: Twist) -> None:
         self._encoder.take_command(*wheel_speeds_mps(message.linear.x, message.angular.z, self._separation_m))
@@ -58,13 +58,11 @@ class EncoderNode:
             self._diagnostics.publish_when_due(sample.stamp_ns, self._diagnosis.diagnose)
 
 
-def gz_diff_encoder_node() -> None:
-    """gz_diff_encoder_node: counts the pulses of an encoder on each wheel, from /joint_states to /encoder_pulse."""
-    run_node('gz_diff_encoder_node', EncoderNode)
+gz_diff_encoder_node = executable('gz_diff_encoder_node', EncoderNode)
 
 
 class OdometryNode:
-    """Publishes odometry for each message of counters, with a reset service."""
+    """Integrates /encoder_pulse to /odom and the transform odom -> base_link, with a reset service."""
 
     def __init__(self) -> None:
         params = node_params(OdometryParams, EncoderParams, part='config')
@@ -117,6 +115,4 @@ class OdometryNode:
         log.info('reset: odometry starts at pose zero with the next /encoder_pulse')
 
 
-def gz_diff_odom_node() -> None:
-    """gz_diff_odom_node: integrates /encoder_pulse to /odom and the transform odom -> base_link."""
-    run_node('gz_diff_odom_node', OdometryNode)
+gz_diff_odom_node = executable('gz_diff_odom_node', OdometryNode)
