@@ -74,7 +74,8 @@ class AmclNode:
         self._clouds = Publisher('particlecloud', PoseArray, latch=True)
         self._used_scans = Publisher('~scan_taken', Header)  # the simulator waits for it after each scan
         self._diagnostics = Diagnostics('Standard deviation', self._params.diagnostic_period)
-        self._begin()
+        self._was_uncertain = True  # the initial particles are spread
+        self._saved_ns: Optional[int] = None  # stamp of the scan
         self._services = [
             node.empty_service('global_localization', self._on_global_localization),
             node.empty_service('request_nomotion_update', self._on_nomotion_update),
@@ -89,12 +90,6 @@ class AmclNode:
             fetch_map(lambda message: self._on_map(message, is_first=True))
         rospy.on_shutdown(node.one_at_a_time(self._save))
         self._reconfiguration = serve_amcl(self._params, self._reconfigure)
-
-    def _begin(self) -> None:
-        """Reset the state of warnings."""
-        self._was_lost, self._was_uncertain = False, True  # the initial particles are spread
-        self._seen_updates = 0
-        self._saved_ns: Optional[int] = None
 
     def _reconfigure(self, params: AmclNodeParams) -> None:
         warm_up(params)  # compile a new model before the next scan
@@ -119,22 +114,21 @@ class AmclNode:
         amcl = self._amcl or Amcl(self._params, grid, self._rng)
         if guess is not None or self._amcl is not None:
             amcl.set_map(grid, *(guess or ()))
-        self._amcl, self._guess = amcl, None
-        self._begin()
+        self._amcl, self._guess, self._was_uncertain = amcl, None, True
 
     def _on_restart(self, _stamp_ns: int) -> None:
         log.warning('scan stamps went back: localization restarts at the initial_pose_* parameters', extra=EVENT)
         self._buffer.clear()
         if self._amcl is not None:
             self._amcl.set_map(self._amcl.grid)
-            self._begin()
+            self._was_uncertain, self._saved_ns = True, None
 
     def _localize(self, scan: Scan, odom_pose: Pose2D, laser_pose: Pose2D) -> None:
         amcl, params, stamp_ns, frame = self._amcl, self._params, scan.stamp_ns, self._params.global_frame_id
         assert amcl is not None  # scans wait for it
+        count, was_lost = amcl.update_count, amcl.is_lost
         estimate = amcl.update(odom_pose, scan, laser_pose)
-        if amcl.update_count != self._seen_updates:
-            self._seen_updates = amcl.update_count
+        if amcl.update_count > count:
             self._clouds.publish(encode_pose_array(amcl.particles, stamp_ns, frame))
         if estimate is not None:
             pose = estimate.base_pose_in_map, estimate.covariance
@@ -144,7 +138,8 @@ class AmclNode:
                 values = ', '.join(f'{key} {value:g}' for key, value in diagnosis.values.items())
                 log.warning('uncertain pose: %s', values)
             self._was_uncertain = bool(diagnosis.warning)
-        self._warn_of_loss(amcl)
+        if amcl.is_lost != was_lost:
+            self._log_loss(amcl)
         newest = amcl.last_estimate
         if newest is not None:
             self._diagnostics.publish_when_due(stamp_ns, lambda: spread_diagnosis(newest, params))
@@ -161,9 +156,9 @@ class AmclNode:
                     self._save()
         self._used_scans.publish(encode_header(stamp_ns, ''))
 
-    def _warn_of_loss(self, amcl: Amcl) -> None:
+    def _log_loss(self, amcl: Amcl) -> None:
         fit_percent, lost_percent = 100.0 * (amcl.fit_fraction or 0.0), 100.0 * self._params.lost_fraction
-        if amcl.is_lost and not self._was_lost:
+        if amcl.is_lost:
             log.warning(
                 'localization lost: %.0f %% of the rays agree with the map (lost_fraction: %.0f %%); map -> odom is '
                 'not published until enough do. Carry the robot back, set its pose by /initialpose, or call '
@@ -171,9 +166,8 @@ class AmclNode:
                 *(fit_percent, lost_percent),
                 extra=EVENT,
             )
-        elif self._was_lost and not amcl.is_lost:
+        else:
             log.info('localized again: %.0f %% of the rays agree with the map', fit_percent, extra=EVENT)
-        self._was_lost = amcl.is_lost
 
     def _save(self) -> None:
         """Write the pose to the initial_* parameters, the start of a restarted node."""
@@ -184,10 +178,9 @@ class AmclNode:
         try:
             for name, value in zip(names, (*pose, *variances)):
                 rospy.set_param(f'~initial_{name}', float(value))
+            self._saved = pose, np.diag(variances)
         except (rospy.ROSException, OSError) as error:
             log.warning('the pose could not be saved in the initial_* parameters: %s', error)
-        else:
-            self._saved = pose, np.diag(variances)
 
     def _on_set_map(self, request: SetMapRequest) -> SetMapResponse:
         try:
@@ -210,7 +203,6 @@ class AmclNode:
     def _on_global_localization(self) -> None:
         if self._amcl is not None:
             self._amcl.global_localization()
-            self._was_lost = self._amcl.is_lost  # requested: no warning
             log.info('global_localization: drive the robot by hand until it is localized', extra=EVENT)
 
     def _on_nomotion_update(self) -> None:

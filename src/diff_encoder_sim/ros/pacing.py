@@ -18,30 +18,31 @@ from diff_encoder_sim.wheels.report_link import BoundarySampler
 log = logging.getLogger(__name__)
 
 LARGEST_LAG_S = 0.2  # behind the wall clock, above which simulated time does not catch up
+LONGEST_SLEEP_S = 0.1  # after which the pacer looks whether the node ends
 LONGEST_WAIT_S = 2.0  # wall time after which a silent topic is ignored until its next message
 
 
 class WallPacer:
     """Keeps simulated time at a fixed multiple of wall time; 0 sets no limit."""
 
-    def __init__(self, real_time_factor: float) -> None:
+    def __init__(self, real_time_factor: float, start_ns: int = 0) -> None:
         self._real_time_factor = real_time_factor
-        self.restart(0)
+        self.restart(start_ns)
 
     def restart(self, sim_time_ns: int) -> None:
         """Restart from this time, after a pause or a reset."""
         self._wall_start_s, self._sim_start_ns = time.monotonic(), sim_time_ns
 
     def wait(self, sim_time_ns: int) -> None:
-        """Sleep until the wall clock has reached `sim_time_ns`."""
+        """Sleep until the wall clock has reached `sim_time_ns`, or the node ends."""
         if self._real_time_factor == 0:
             return
         sim_s = (sim_time_ns - self._sim_start_ns) / NANOSECONDS_PER_SECOND
-        lead_s = self._wall_start_s + sim_s / self._real_time_factor - time.monotonic()
-        if lead_s > 0:
-            time.sleep(lead_s)
-        elif lead_s < -LARGEST_LAG_S:
+        due_s = self._wall_start_s + sim_s / self._real_time_factor
+        if time.monotonic() - due_s > LARGEST_LAG_S:
             self.restart(sim_time_ns)
+        while time.monotonic() < due_s and not rospy.is_shutdown():
+            time.sleep(min(max(due_s - time.monotonic(), 0.0), LONGEST_SLEEP_S))
 
 
 class GraphPacer:

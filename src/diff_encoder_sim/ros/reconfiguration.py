@@ -46,8 +46,7 @@ class ReconfigureServer(Server):  # type: ignore[misc]  # the library has no typ
         self, config_type: ModuleType, namespace: str, values: Mapping[str, Any], change: Callable[[Values], None]
     ) -> None:
         self._change = change
-        self._at_start = {name: values[name] for name in config_type.defaults}
-        self._values = self._stored = self._at_start
+        self._at_start = self._values = {name: values[name] for name in config_type.defaults}
         super().__init__(config_type, one_at_a_time(self._on_change), namespace)
 
     def _on_change(self, config: Any, _level: int) -> Any:
@@ -55,14 +54,18 @@ class ReconfigureServer(Server):  # type: ignore[misc]  # the library has no typ
         wanted = {name: config[name] for name in self._values}
         if wanted.get('restore_defaults'):
             wanted = self._at_start
-        changes = ', '.join(f'{name} {value}' for name, value in wanted.items() if value != self._values[name])
+        changes = {name: value for name, value in wanted.items() if value != self._values[name]}
         if changes and hasattr(self, 'set_service'):
             try:
                 self._change(wanted)
-                self._values = wanted
-                log.info('changed in %s: %s', rospy.resolve_name(self.ns), changes, extra=EVENT)
             except ConfigError as error:
                 log.warning('not changed: %s', error, extra=EVENT)
+            else:
+                self._values = wanted
+                for name, value in changes.items():
+                    rospy.set_param(self.ns + name, value)
+                text = ', '.join(f'{name} {value}' for name, value in changes.items())
+                log.info('changed in %s: %s', rospy.resolve_name(self.ns), text, extra=EVENT)
         config.update(self._values)
         return config
 
@@ -70,10 +73,7 @@ class ReconfigureServer(Server):  # type: ignore[misc]  # the library has no typ
         self.config.update(self._values)
 
     def _copy_to_parameter_server(self) -> None:
-        for name, value in self._values.items():
-            if value != self._stored[name]:
-                rospy.set_param(self.ns + name, value)
-        self._stored = self._values
+        """Keep what `_on_change` has stored: the library would store every value."""
 
 
 def serve_amcl(params: AmclParams, apply: Callable[[Any], None]) -> ReconfigureServer:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import time
 from pathlib import Path
+from typing import Optional
 
 import rospy
 from geometry_msgs.msg import PoseStamped
@@ -22,7 +23,6 @@ from diff_encoder_sim.base.bounds import Between, PositiveDuration_s
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.package_files import users_path
 from diff_encoder_sim.base.params import Params
-from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.bag_source import open_source
 from diff_encoder_sim.drives.joint_wheels import find_wheels
@@ -36,6 +36,7 @@ from diff_encoder_sim.ros.encoded_topics import Publisher
 from diff_encoder_sim.ros.graph import wait_until_connected
 from diff_encoder_sim.ros.launch_status import LaunchStatus
 from diff_encoder_sim.ros.node import executable, log, node_params
+from diff_encoder_sim.ros.pacing import WallPacer
 from diff_encoder_sim.ros.recorder import Recorder
 from diff_encoder_sim.wheels.encoder_params import ppr_label
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
@@ -111,17 +112,16 @@ class ReplayNode:
 
     def _play(self) -> None:
         """Publish all readable messages of the topics in the order of the file, each with its time on /clock."""
-        start_s, start_ns, now_ns = time.monotonic(), -1, EARLIEST_NS
+        pacer: Optional[WallPacer] = None
+        now_ns = EARLIEST_NS
         with open_source(self._bag) as source:
             for message in source.messages(tuple(self._played)):
                 with contextlib.suppress(InputFault):  # a torn message, which no node could read
                     kind = source.topics[message.topic]
                     content = to_ros1(message.raw, kind) if source.is_cdr else message.raw
                     now_ns = max(message.time_ns, now_ns)
-                    start_ns = now_ns if start_ns < 0 else start_ns
-                    due_s = start_s + (now_ns - start_ns) / NANOSECONDS_PER_SECOND / self._params.speed
-                    while time.monotonic() < due_s and not rospy.is_shutdown():
-                        time.sleep(min(max(due_s - time.monotonic(), 0.0), POLL_PERIOD_S))
+                    pacer = pacer or WallPacer(self._params.speed, now_ns)
+                    pacer.wait(now_ns)
                     if rospy.is_shutdown():
                         return
                     self._clock.publish(encode_clock(now_ns))

@@ -60,14 +60,6 @@ class TrialParams(Params):
     goal_distance: PositiveDistance_m = Field(GOAL_DISTANCE_M, description='most between true pose and goal [m]')
 
 
-class TrialFailed(Exception):
-    """Reason for a failed trial; by default the ROS graph failed."""
-
-    def __init__(self, reason: str, outcome: Outcome = Outcome.FAILED) -> None:
-        super().__init__(reason)
-        self.outcome = outcome
-
-
 class TrialNode:
     """Starts and supervises a trial; subclasses `drive`, with the poses of /world_pose from `on_true_pose`."""
 
@@ -84,7 +76,7 @@ class TrialNode:
         self._world_pose = pose_subscriber(topics.WORLD_POSE, self._on_world_pose)
 
     def drive(self) -> None:
-        """Drive to the end of the trial; TrialFailed if that is not possible."""
+        """Drive to the end of the trial; RouteFailed if that is not possible."""
         raise NotImplementedError
 
     def on_true_pose(self, stamp_ns: int) -> None:
@@ -101,33 +93,34 @@ class TrialNode:
             log.info('true pose (%s): %s', topics.WORLD_POSE, distance_from_goal(self._true_pose, goal))
             reason = goal_error(self._true_pose, goal, self.params.goal_distance)
             if reason is not None:
-                raise TrialFailed(reason, Outcome.LOST)
-        except TrialFailed as failure:
+                raise RouteFailed(Outcome.LOST, reason)
+        except RouteFailed as failure:
             rospy.logerr('trial failed: %s; %s', failure, self._record)  # first, as the shutdown is slow
             if not rospy.is_shutdown():
                 _call('/gazebo/pause_physics')
-            self._report(failure.outcome, str(failure))
+            self._report(*failure.ending)
             sys.exit(1)
         self._report(Outcome.SUCCEEDED, '')
         rospy.loginfo('trial succeeded; %s; shutting down', self._record)
         self._status.succeed()
 
     def wait_for(self, is_done: Callable[[], bool]) -> None:
-        """Block until `is_done`; TrialFailed if the trial was stopped, or simulated time does not advance."""
+        """Block until `is_done`; RouteFailed if the trial was stopped, or simulated time does not advance."""
         while not is_done():
             if rospy.is_shutdown():
-                raise TrialFailed('stopped before its end')
+                raise RouteFailed(Outcome.FAILED, 'stopped before its end')
             if time.monotonic() - self._last_pose_s > self.params.stall_timeout:
-                raise TrialFailed(f'no {topics.WORLD_POSE} for {self.params.stall_timeout:.0f} s')
+                raise RouteFailed(Outcome.FAILED, f'no {topics.WORLD_POSE} for {self.params.stall_timeout:.0f} s')
             time.sleep(POLL_PERIOD_S)
 
     def _start(self) -> None:
         timeout_s = self.params.start_timeout
         missing = wait_until_connected(self._graph, ALSO_RECORDED, timeout_s)
         if rospy.is_shutdown():
-            raise TrialFailed('stopped before its start')
+            raise RouteFailed(Outcome.FAILED, 'stopped before its start')
         if missing:
-            raise TrialFailed(f'topics not connected within {timeout_s:.0f} s: {", ".join(missing)}')
+            unconnected = f'topics not connected within {timeout_s:.0f} s: {", ".join(missing)}'
+            raise RouteFailed(Outcome.FAILED, unconnected)
         time.sleep(FIRST_MESSAGES_S)
         self._last_pose_s = time.monotonic()
         _call('/gazebo/unpause_physics')
@@ -162,7 +155,7 @@ _ENDED = {ActionStatus.SUCCEEDED: GoalStatus.SUCCEEDED, ActionStatus.PREEMPTED: 
 
 
 class NavigationTrialNode(TrialNode):
-    """Sends a test's route to move_base, goal by goal, steps its driver with each /global_pose, and ends with the trial."""
+    """Sends a test's route to move_base, goal by goal, and ends with the trial."""
 
     def __init__(self, status: LaunchStatus) -> None:
         is_upstream = required_trial_plan().trial.nav == 'upstream'
@@ -187,8 +180,7 @@ class NavigationTrialNode(TrialNode):
         if self._failure is not None:
             self._action.cancel_all_goals()
             self._commands.publish(encode_command(0.0, 0.0))  # ends a turn in place
-            outcome, reason = self._failure.ending
-            raise TrialFailed(reason, outcome)
+            raise self._failure
         if self._estimate is not None:
             distance = distance_from_goal(self._estimate, self.trial.goal())
             log.info('estimated pose (%s): %s', topics.GLOBAL_POSE, distance)
@@ -269,7 +261,7 @@ class ScriptedDriveNode(TrialNode):
             try:
                 self._map_keeper.save()
             except ConfigError as error:
-                raise TrialFailed(str(error)) from None
+                raise RouteFailed(Outcome.FAILED, str(error)) from None
 
     def on_true_pose(self, stamp_ns: int) -> None:
         """Publish the command of this time."""
