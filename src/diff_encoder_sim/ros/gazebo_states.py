@@ -83,8 +83,8 @@ class ModelStateReader:
 
     ModelStates has no stamp, and /clock is received on another connection, before or after the states of equal time. If
     a simulator publishes states at multiples of a period and waits for the response, as simulator_node does, the
-    multiple nearest to the clock is the exact time; states ahead of the clock wait for it. With other simulators the
-    time of the clock is used.
+    latest multiple of the clock is the exact time; states wait until it is a new one. With other simulators the time of
+    the clock is used.
     """
 
     def __init__(self, params: ModelStatesParams, callback: Callable[[int, Pose2D, PlanarVelocity], None]) -> None:
@@ -94,13 +94,12 @@ class ModelStateReader:
         self._clock_ns: Optional[int] = None
         self._waiting: Optional[bytes] = None
         self._restart()
-        node.listen_to_clock(self._on_clock)
+        node.read_every_tick(self._on_clock)
         self._states = subscriber('/gazebo/model_states', encoded_class(ModelStates), self._on_states)
 
     def _restart(self) -> None:
         self._sampler = BoundarySampler(self._params.rate)
         self._timeline = Timeline(tolerance_ns=0)
-        node.read_every_tick()
 
     def _on_clock(self, message: Clock) -> None:
         now_ns = ns_from_stamp(message.clock)
@@ -117,24 +116,19 @@ class ModelStateReader:
         if self._params.states_period is None:
             header = message._connection_header  # set by rospy
             self._period_ns = int(header.get(STATES_PERIOD_HEADER, 0))
-        self._waiting, newest_ns, clock_ns = message.content, self._timeline.newest_ns, self._clock_ns
-        # If the clock has not reached the next multiple, its tick may wait in the socket.
-        is_tick_read = newest_ns is not None and clock_ns is not None and clock_ns >= newest_ns + self._period_ns
-        if is_tick_read or not node.is_clock_pausing():
-            self._date_waiting()
-        if self._waiting is not None:
-            node.look_at_clock()
+        self._waiting = message.content
+        self._date_waiting()
 
     def _date_waiting(self) -> None:
         if self._waiting is None or self._clock_ns is None:
             return
         stamp_ns = self._clock_ns
         if self._period_ns:
-            stamp_ns = round(stamp_ns / self._period_ns) * self._period_ns
+            # The first states may come before their tick, which is at most half a period late.
+            late_ns = self._period_ns // 2 if self._timeline.newest_ns is None else 0
+            stamp_ns = (stamp_ns + late_ns) // self._period_ns * self._period_ns
         if self._timeline.advance(stamp_ns) is Step.NEW:
             content, self._waiting = self._waiting, None
-            if self._period_ns:
-                node.read_every_tick(False)  # now the next multiple is known
             if self._sampler.period_index(stamp_ns) is not None:
                 self._report(stamp_ns, content)
 

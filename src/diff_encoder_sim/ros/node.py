@@ -45,7 +45,9 @@ def executable(
         os.environ.setdefault('ROSCONSOLE_FORMAT', CONSOLE_FORMAT)
         try:
             rospy.init_node(name)
-            pause_between_ticks()
+            if not rospy.rostime.is_wallclock():
+                # Shares rospy's connection, and its queue of one.
+                rospy.Subscriber('/clock', Clock, _on_clock, tcp_nodelay=True)
             log.setLevel(logging.INFO)
             log.addHandler(_RosLogHandler())
             log.propagate = False
@@ -239,33 +241,13 @@ class _RosLogHandler(logging.Handler):
 PAUSE_S = 0.02
 
 _listeners: List[Callable[[Clock], None]] = []
-_is_wanted, _is_pausing, _every_tick = threading.Event(), threading.Event(), threading.Event()
+_is_wanted = threading.Event()
 
 
-def pause_between_ticks() -> None:
-    """Make rospy's thread of /clock pause after each reading, if time is simulated."""
-    if not rospy.rostime.is_wallclock():
-        # Shares rospy's connection, and its queue of one.
-        rospy.Subscriber('/clock', Clock, _on_clock, tcp_nodelay=True)
-
-
-def listen_to_clock(listener: Callable[[Clock], None]) -> None:
-    """Call back with each tick that is read, before the pause."""
+def read_every_tick(listener: Callable[[Clock], None] = lambda _: None) -> None:
+    """Disable pauses, and call back with each tick."""
     _listeners.append(one_at_a_time(listener))
-
-
-def read_every_tick(is_enabled: bool = True) -> None:
-    """Disable pauses, or enable them again."""
-    if is_enabled:
-        _every_tick.set()
-        look_at_clock()
-    else:
-        _every_tick.clear()
-
-
-def is_clock_pausing() -> bool:
-    """Return whether newer ticks may wait in the socket."""
-    return _is_pausing.is_set()
+    look_at_clock()
 
 
 def look_at_clock() -> None:
@@ -277,7 +259,5 @@ def _on_clock(message: Clock) -> None:
     _is_wanted.clear()
     for listener in _listeners:
         listener(message)
-    if not _every_tick.is_set():
-        _is_pausing.set()
+    if not _listeners:
         _is_wanted.wait(PAUSE_S)
-        _is_pausing.clear()

@@ -1,5 +1,6 @@
 """Encoded messages go through rospy as those of genpy do, and messages whose stamp cannot be reach no node."""
 
+import contextlib
 import io
 
 import pytest
@@ -7,6 +8,7 @@ import rospy
 from rosgraph_msgs.msg import Clock
 from rospy.msg import args_kwds_to_message, deserialize_messages, serialize_message
 from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.drives.message_encoders import encode_clock, encode_joint_state
@@ -82,3 +84,12 @@ def test_messages_that_are_torn_or_refused_are_dropped_with_a_warning(receive, c
     contents = [b'', encoded(1)[:11], encoded(2), encoded(3)]
     assert receive(contents, refused=encoded(2)) == [encoded(3)]
     assert [record.args[0] for record in caplog.records] == ['/joint_states'] * 3
+
+
+@pytest.mark.parametrize('is_ending', [True, False])
+def test_a_message_that_comes_while_the_node_ends_is_no_traceback(monkeypatch, is_ending):
+    publisher = room.Publisher('/nowhere', Header)
+    publisher.unregister()
+    monkeypatch.setattr(rospy.core, 'is_shutdown_requested', lambda: is_ending)
+    with contextlib.nullcontext() if is_ending else pytest.raises(rospy.ROSException):
+        publisher.publish(Header())

@@ -8,7 +8,6 @@ import time
 import pytest
 import rospy
 from rosgraph_msgs.msg import Clock
-from std_msgs.msg import Header
 from std_srvs.srv import Empty
 
 from diff_encoder_sim.base.errors import EVENT, ConfigError
@@ -94,15 +93,6 @@ def test_a_message_about_a_topic_is_repeated_only_after_a_while_and_events_alway
     assert texts == ['/scan: 1 s old', '/odom: 3 s old', '/scan: 4 s old', 'restarted', 'restarted']
 
 
-@pytest.mark.parametrize('is_ending', [True, False])
-def test_a_message_that_comes_while_the_node_ends_is_no_traceback(monkeypatch, is_ending):
-    publisher = node.publisher('/nowhere', Header)
-    publisher.unregister()
-    monkeypatch.setattr(rospy.core, 'is_shutdown_requested', lambda: is_ending)
-    with contextlib.nullcontext() if is_ending else pytest.raises(rospy.ROSException):
-        publisher.publish(Header())
-
-
 @pytest.mark.parametrize('is_of_this_package', [True, False])
 def test_a_thread_that_ends_by_an_exception_ends_the_node(monkeypatch, is_of_this_package):
     """Only one of this package: rospy's own threads may end so when another node dies."""
@@ -121,7 +111,7 @@ def test_a_thread_that_ends_by_an_exception_ends_the_node(monkeypatch, is_of_thi
     monkeypatch.setattr(node, 'log', logging.Logger('test_node_ends'))  # noqa: LOG001
     monkeypatch.setattr(threading, 'excepthook', threading.excepthook)
     with pytest.raises(SystemExit) if is_of_this_package else contextlib.nullcontext():
-        node.run_node('node', build, lambda _: None)
+        node.executable('node', build, lambda _: None)()
     assert len(reasons) == is_of_this_package
 
 
@@ -140,26 +130,45 @@ def test_a_service_call_ends_whatever_the_service_does(monkeypatch):
     assert node.call_service('service', Empty, 'request') == 'response to request'
 
 
-# ---- the clock
+# ---- callbacks and the clock
 
 
 def test_after_each_tick_the_thread_pauses_until_a_look_is_wanted_or_every_tick_is(monkeypatch):
-    for name in ('_is_wanted', '_is_pausing', '_every_tick'):
-        monkeypatch.setattr(node, name, threading.Event())
-    monkeypatch.setattr(node, '_listeners', [])
-    monkeypatch.setattr(node, 'PAUSE_S', LONG_S)
-    heard = []
-    node.listen_to_clock(heard.append)
-    for count, end_pause in ((1, node.look_at_clock), (2, node.read_every_tick)):
+    for name, value in (('_is_wanted', threading.Event()), ('_listeners', []), ('PAUSE_S', LONG_S)):
+        monkeypatch.setattr(node, name, value)
+    for end_pause in (node.look_at_clock, node.read_every_tick):
         thread = threading.Thread(target=node._on_clock, args=(Clock(),), daemon=True)
         thread.start()
-        while not node.is_clock_pausing():
-            assert thread.is_alive()
-            time.sleep(0.001)
-        assert len(heard) == count  # before the pause
+        thread.join(0.05)
+        assert thread.is_alive()
         end_pause()
         thread.join(LONG_S / 2)
-        assert not thread.is_alive() and not node.is_clock_pausing()
-    begun_s = time.monotonic()
+        assert not thread.is_alive()
+    heard, begun_s = [], time.monotonic()
+    node.read_every_tick(heard.append)
     node._on_clock(Clock())
-    assert time.monotonic() - begun_s < LONG_S / 2
+    assert len(heard) == 1 and time.monotonic() - begun_s < LONG_S / 2
+
+
+def test_callbacks_run_one_at_a_time_and_after_the_constructor(monkeypatch):
+    """Each connection calls back in a thread of its own: an older transform must not be used after a newer one."""
+    events, threads = [], []
+
+    def callback(name):
+        events.append(f'begin {name}')
+        time.sleep(0.01)
+        events.append(f'end {name}')
+
+    def build():
+        for name in 'ab':
+            threads.append(threading.Thread(target=node.one_at_a_time(callback), args=(name,)))
+            threads[-1].start()
+        time.sleep(0.01)
+        events.append('built')
+
+    monkeypatch.setattr(rospy, 'init_node', lambda name: None)
+    monkeypatch.setattr(threading, 'excepthook', threading.excepthook)
+    monkeypatch.setattr(node, 'log', logging.Logger('test_node_builds'))  # noqa: LOG001
+    node.executable('node', build, lambda _: [thread.join() for thread in threads])()
+    assert events[0] == 'built'
+    assert [one.split()[1] for one in events[1::2]] == [one.split()[1] for one in events[2::2]]
