@@ -20,7 +20,7 @@ from tf2_msgs.msg import TFMessage
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.drives.message_encoders import encode_pose_with_covariance
-from diff_encoder_sim.ros.conversions import map_message, pose_from_message, pose_from_transform
+from diff_encoder_sim.ros.messages import map_message, pose_from_message, pose_from_transform
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'support'))
 from amcl_world import moved, pillar_room, simulated_scan

@@ -13,7 +13,7 @@ from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc
-from diff_encoder_sim.ros.conversions import pose_message
+from diff_encoder_sim.ros.messages import pose_message
 
 NODE = '/move_base'
 ODOM_IN_MAP = Pose2D(0.5, -0.3, 0.4)

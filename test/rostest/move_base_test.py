@@ -28,7 +28,7 @@ from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Empty
 
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.ros.conversions import pose_from_message, pose_stamped_message
+from diff_encoder_sim.ros.messages import pose_from_message, pose_stamped_message
 
 START = Pose2D(-2.0, -1.0, 0.0)
 NEAR = Pose2D(-1.3, -0.9, 0.3)  # two seconds from the start

@@ -17,7 +17,7 @@ from tf2_msgs.msg import TFMessage
 
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.msg import EncoderPulse
-from diff_encoder_sim.ros.conversions import pose_from_message
+from diff_encoder_sim.ros.messages import pose_from_message
 
 DISTANCE_PER_PULSE = math.pi * 0.2 / 90  # the plain node's [m]
 SEPARATION = 0.4

@@ -12,8 +12,8 @@ from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.ros.conversions import pose_from_message, pose_message
 from diff_encoder_sim.ros.gazebo_states import ModelStates
+from diff_encoder_sim.ros.messages import pose_from_message, pose_message
 
 GAZEBO_MD5 = '48c080191eb15c41858319b4d8a609c2'  # gazebo_msgs/ModelStates as Gazebo has it
 READERS = ('/world_pose_node', '/mapped/world_pose_node', '/ideal_odom_node')

@@ -16,8 +16,8 @@ from std_msgs.msg import Float64
 from tf2_msgs.msg import TFMessage
 
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.ros.conversions import pose_from_message, pose_from_transform
 from diff_encoder_sim.ros.maps import grid_from_message
+from diff_encoder_sim.ros.messages import pose_from_message, pose_from_transform
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'support'))
 from slam_room import SEGMENTS, room_scan

@@ -20,18 +20,11 @@ from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.drives.message_encoders import (
-    encode_header,
-    encode_planar_tf,
-    encode_pose_array,
-    encode_pose_with_covariance,
-)
+from diff_encoder_sim.drives import message_encoders as encoders
 from diff_encoder_sim.localization.amcl import Amcl, AmclEstimate, warm_up
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.particles import check_covariance, check_pose
-from diff_encoder_sim.ros import node
-from diff_encoder_sim.ros.conversions import pose_covariance_from_message, pose_from_message, pose_from_transform
-from diff_encoder_sim.ros.encoded_topics import Diagnostics, Publisher, subscriber
+from diff_encoder_sim.ros import messages, node
 from diff_encoder_sim.ros.maps import fetch_map, grid_from_message
 from diff_encoder_sim.ros.node import log
 from diff_encoder_sim.ros.reconfiguration import serve_amcl
@@ -69,11 +62,11 @@ class AmclNode:
         self._saved: Optional[PoseGuess] = None
         self._rng = generator(self._params.seed, 'amcl')
         self._buffer = TransformBuffer(cache_s=30.0)
-        self._transforms = Publisher('/tf', TFMessage)
-        self._poses = Publisher('amcl_pose', PoseWithCovarianceStamped, latch=True)
-        self._clouds = Publisher('particlecloud', PoseArray, latch=True)
-        self._used_scans = Publisher('~scan_taken', Header)  # the simulator waits for it after each scan
-        self._diagnostics = Diagnostics('Standard deviation', self._params.diagnostic_period)
+        self._transforms = messages.Publisher('/tf', TFMessage)
+        self._poses = messages.Publisher('amcl_pose', PoseWithCovarianceStamped, latch=True)
+        self._clouds = messages.Publisher('particlecloud', PoseArray, latch=True)
+        self._used_scans = messages.Publisher('~scan_taken', Header)  # the simulator waits for it after each scan
+        self._diagnostics = messages.Diagnostics('Standard deviation', self._params.diagnostic_period)
         self._was_uncertain = True  # the initial particles are spread
         self._saved_ns: Optional[int] = None  # stamp of the scan
         self._services = [
@@ -81,11 +74,11 @@ class AmclNode:
             node.empty_service('request_nomotion_update', self._on_nomotion_update),
             node.service('set_map', SetMap, self._on_set_map),
         ]
-        self._initial_poses = subscriber('initialpose', PoseWithCovarianceStamped, self._on_initial_pose)
+        self._initial_poses = messages.subscriber('initialpose', PoseWithCovarianceStamped, self._on_initial_pose)
         frames = self._params.base_frame_id, self._params.odom_frame_id
         self._scans = ScanInput(self._buffer, *frames, self._localize, self._on_restart, lambda: self._amcl is not None)
         if self._params.use_map_topic:
-            self._maps = subscriber('map', OccupancyGridMessage, self._on_map)
+            self._maps = messages.subscriber('map', OccupancyGridMessage, self._on_map)
         else:
             fetch_map(lambda message: self._on_map(message, is_first=True))
         rospy.on_shutdown(node.one_at_a_time(self._save))
@@ -129,10 +122,10 @@ class AmclNode:
         count, was_lost = amcl.update_count, amcl.is_lost
         estimate = amcl.update(odom_pose, scan, laser_pose)
         if amcl.update_count > count:
-            self._clouds.publish(encode_pose_array(amcl.particles, stamp_ns, frame))
+            self._clouds.publish(encoders.encode_pose_array(amcl.particles, stamp_ns, frame))
         if estimate is not None:
             pose = estimate.base_pose_in_map, estimate.covariance
-            self._poses.publish(encode_pose_with_covariance(*pose, stamp_ns, frame))
+            self._poses.publish(encoders.encode_pose_with_covariance(*pose, stamp_ns, frame))
             diagnosis = spread_diagnosis(estimate, params)
             if diagnosis.warning and not self._was_uncertain:
                 values = ', '.join(f'{key} {value:g}' for key, value in diagnosis.values.items())
@@ -148,13 +141,13 @@ class AmclNode:
                     # With a future stamp, so that lookups succeed until the next scan.
                     until_ns = stamp_ns + round(params.transform_tolerance * NANOSECONDS_PER_SECOND)
                     transform = newest.odom_pose_in_map, until_ns, frame, params.odom_frame_id
-                    self._transforms.publish(encode_planar_tf(*transform))
+                    self._transforms.publish(encoders.encode_planar_tf(*transform))
                 self._to_save = newest.odom_pose_in_map.compose(odom_pose), newest.covariance
                 rate, saved_ns = params.save_pose_rate, self._saved_ns
                 if rate > 0.0 and (saved_ns is None or stamp_ns - saved_ns >= NANOSECONDS_PER_SECOND / rate):
                     self._saved_ns = stamp_ns
                     self._save()
-        self._used_scans.publish(encode_header(stamp_ns, ''))
+        self._used_scans.publish(encoders.encode_header(stamp_ns, ''))
 
     def _log_loss(self, amcl: Amcl) -> None:
         fit_percent, lost_percent = 100.0 * (amcl.fit_fraction or 0.0), 100.0 * self._params.lost_fraction
@@ -225,8 +218,8 @@ def read_initial_pose(message: PoseWithCovarianceStamped, params: AmclParams, bu
         log.warning('initial pose: header.frame_id is empty; used as if it were %r', params.global_frame_id)
     elif frame != params.global_frame_id:
         raise InputFault(f'header.frame_id is {frame!r}; expected {params.global_frame_id!r}')
-    pose = pose_from_message(message.pose.pose)
-    covariance = pose_covariance_from_message(message.pose.covariance)
+    pose = messages.pose_from_message(message.pose.pose)
+    covariance = messages.pose_covariance_from_message(message.pose.covariance)
     check_pose(pose, 'initial pose')
     check_covariance(covariance)
     stamp, frames = message.header.stamp, (params.odom_frame_id, params.base_frame_id)
@@ -236,7 +229,7 @@ def read_initial_pose(message: PoseWithCovarianceStamped, params: AmclParams, bu
         now = buffer.lookup_transform(*frames, rospy.Time(0))
         if stamp < now.header.stamp:
             then = buffer.lookup_transform(*frames, stamp)
-            pose = pose.compose(pose_from_transform(now).relative_to(pose_from_transform(then)))
+            pose = pose.compose(messages.pose_from_transform(now).relative_to(messages.pose_from_transform(then)))
     except tf2_ros.TransformException as error:
         log.warning('initial pose: not corrected for the motion since its stamp: %s', error)
     return pose, covariance

@@ -17,8 +17,8 @@ from diff_encoder_sim.base.command_line import number_within, tool_parser, user_
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import merged
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.ros.conversions import pose_message
 from diff_encoder_sim.ros.gazebo_states import SetModelState, launched_model
+from diff_encoder_sim.ros.messages import pose_message
 from diff_encoder_sim.ros.node import call_service, own_words, required_trial_plan, robot_settings, trial_plan
 from diff_encoder_sim.trials.required_packages import GAZEBO, UPSTREAM_NAVIGATION, UPSTREAM_SLAM
 

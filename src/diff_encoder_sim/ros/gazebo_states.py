@@ -20,8 +20,7 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.drives.message_decoders import decode_model_state, planar_pose
 from diff_encoder_sim.drives.topics import MODEL_STATES_TYPE
 from diff_encoder_sim.ros import node
-from diff_encoder_sim.ros.conversions import ns_from_stamp
-from diff_encoder_sim.ros.encoded_topics import EncodedMessage, encoded_class, subscriber
+from diff_encoder_sim.ros.messages import EncodedMessage, encoded_class, ns_from_stamp, subscriber
 from diff_encoder_sim.ros.node import log
 from diff_encoder_sim.simulation.state import STATES_RATE_HZ, PlanarVelocity
 from diff_encoder_sim.wheels.report_link import BoundarySampler

@@ -26,8 +26,7 @@ from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.localization.map_files import MapSaverParams, load_map, save_map
 from diff_encoder_sim.localization.occupancy_grid import SAVED_MARGIN_M, OccupancyGrid
 from diff_encoder_sim.ros import node
-from diff_encoder_sim.ros.conversions import map_message, ns_from_stamp, pose_from_message
-from diff_encoder_sim.ros.encoded_topics import Publisher, subscriber
+from diff_encoder_sim.ros.messages import Publisher, clock_ns, map_message, pose_from_message, subscriber
 from diff_encoder_sim.ros.node import log
 
 
@@ -126,7 +125,7 @@ class MapServerNode:
         self._publish()
 
     def _load(self, map_file: str) -> OccupancyGridMessage:
-        return map_message(load_map(map_file), ns_from_stamp(rospy.Time.now()), self._params.frame_id)
+        return map_message(load_map(map_file), clock_ns(), self._params.frame_id)
 
     def _publish(self) -> None:
         self._maps.publish(self._message)

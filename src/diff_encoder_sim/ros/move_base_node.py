@@ -26,9 +26,7 @@ from diff_encoder_sim.navigation.global_planner import PlanError
 from diff_encoder_sim.navigation.navigator import Navigator, warm_up
 from diff_encoder_sim.navigation.navigator_inputs import STOP, ControlRate, GoalStatus, NavigatorOutput
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
-from diff_encoder_sim.ros import node
-from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, pose_from_transform, pose_stamped_message
-from diff_encoder_sim.ros.encoded_topics import Publisher, encoded_subscriber, subscriber
+from diff_encoder_sim.ros import messages, node
 from diff_encoder_sim.ros.maps import fetch_map, grid_from_message
 from diff_encoder_sim.ros.navigation_views import NavigationViews, path_message
 from diff_encoder_sim.ros.node import log
@@ -51,22 +49,22 @@ class NavigationTransforms:
     def odom_pose_in_map(self, now_ns: int) -> Tuple[int, Pose2D]:
         """Return (stamp_ns, pose of odom in the map); InputFault if the transform is missing or invalid."""
         transform = lookup(self.buffer, self.map_frame, self.odom_frame)
-        stamp_ns = ns_from_stamp(transform.header.stamp) or now_ns  # a static transform has no stamp
+        stamp_ns = messages.ns_from_stamp(transform.header.stamp) or now_ns  # a static transform has no stamp
         if stamp_ns - now_ns > inputs.MOST_AHEAD_S * NANOSECONDS_PER_SECOND:
             # From before a reset of time: tf2 would keep it, and reject newer ones as too old.
             self.buffer.clear()
             raise NoTransform('from before a reset of time')
-        return stamp_ns, pose_from_transform(transform)
+        return stamp_ns, messages.pose_from_transform(transform)
 
     def pose_in_map(self, message: PoseStamped) -> Pose2D:
         """Transform a goal or a start to the map; InputFault if it is not upright, or there is no transform."""
-        pose, rotation = pose_from_message(message.pose), message.pose.orientation
+        pose, rotation = messages.pose_from_message(message.pose), message.pose.orientation
         leaning = rotation.x**2 + rotation.y**2
         if 2.0 * leaning > MOST_TILT * (leaning + rotation.z**2 + rotation.w**2):
             raise InputFault('the z axis of the pose is not upright')
         if message.header.frame_id.lstrip('/') == self.map_frame:
             return pose  # also without a transform to the map
-        return pose_from_transform(lookup(self.buffer, self.map_frame, message.header.frame_id)).compose(pose)
+        return messages.pose_from_transform(lookup(self.buffer, self.map_frame, message.header.frame_id)).compose(pose)
 
 
 class GoalServer:
@@ -77,9 +75,9 @@ class GoalServer:
 
     def __init__(self, transforms: NavigationTransforms) -> None:
         self._transforms = transforms
-        self._current_goals = Publisher('~current_goal', PoseStamped)
-        self._goals = Publisher('~goal', action.MoveBaseActionGoal)
-        self._recoveries = Publisher('~recovery_status', action.RecoveryStatus)
+        self._current_goals = messages.Publisher('~current_goal', PoseStamped)
+        self._goals = messages.Publisher('~goal', action.MoveBaseActionGoal)
+        self._recoveries = messages.Publisher('~recovery_status', action.RecoveryStatus)
         self._server = actionlib.SimpleActionServer(rospy.get_name(), action.MoveBaseAction, auto_start=False)
         self._server.start()
         self.has_new_goal = self._server.is_new_goal_available  # since the last `poll`
@@ -88,7 +86,7 @@ class GoalServer:
         server.status_timer.shutdown()
         period = rospy.Duration(1.0 / server.status_frequency)
         server.status_timer = rospy.Timer(period, server.publish_status_async, reset=True)
-        self._simple_goals = subscriber('move_base_simple/goal', PoseStamped, self._on_simple_goal)
+        self._simple_goals = messages.subscriber('move_base_simple/goal', PoseStamped, self._on_simple_goal)
 
     def poll(self, navigator: Navigator, now_ns: int) -> None:
         """Pass a new goal to the navigator, or cancel its goal."""
@@ -99,9 +97,8 @@ class GoalServer:
             navigator.cancel()
 
     def _accept_goal(self, navigator: Navigator, now_ns: int) -> None:
-        goal: action.MoveBaseGoal = self._server.accept_new_goal()
         try:
-            pose_in_map = self._transforms.pose_in_map(goal.target_pose)
+            pose_in_map = self._transforms.pose_in_map(self._server.accept_new_goal().target_pose)
         except InputFault as fault:
             # The action server has already ended the previous goal.
             navigator.cancel('replaced by a goal that was refused')
@@ -109,7 +106,7 @@ class GoalServer:
             self._server.set_aborted(text=str(fault))
             return
         navigator.set_goal(pose_in_map)
-        self._current_goals.publish(pose_stamped_message(pose_in_map, now_ns, self._transforms.map_frame))
+        self._current_goals.publish(messages.pose_stamped_message(pose_in_map, now_ns, self._transforms.map_frame))
 
     def report(self, navigator: Navigator, now_ns: int, output: NavigatorOutput) -> None:
         """Publish feedback and new recoveries, and set the text of the goal on `~status`."""
@@ -117,7 +114,7 @@ class GoalServer:
             return
         self._server.current_goal.get_goal_status().text = output.text
         if navigator.has_pose:
-            pose = pose_stamped_message(navigator.base_pose_in_map, now_ns, self._transforms.map_frame)
+            pose = messages.pose_stamped_message(navigator.base_pose_in_map, now_ns, self._transforms.map_frame)
             self._server.publish_feedback(action.MoveBaseFeedback(base_position=pose))
             if output.started_recovery is not None:
                 name, number, total = output.started_recovery
@@ -146,7 +143,7 @@ class MoveBaseNode:
         self._is_driving = self._has_had_scan = False
         self._odometry_ns, self._odometry_at_s = 0, time.monotonic()  # stamp and arrival of the latest valid message
         self._control_rate = ControlRate(self._params.controller_frequency)
-        self._commands = Publisher('cmd_vel', Twist)
+        self._commands = messages.Publisher('cmd_vel', Twist)
         self._transforms = NavigationTransforms(self._params)
         self._views = NavigationViews(self._transforms.map_frame, self._transforms.odom_frame)
         self._goals = GoalServer(self._transforms)
@@ -155,8 +152,8 @@ class MoveBaseNode:
             node.service('~NavfnROS/make_plan', GetPlan, self._on_make_plan),
             node.empty_service('~clear_costmaps', self._on_clear_costmaps),
         ]
-        self._scans = encoded_subscriber('scan', LaserScan, self._on_scan)
-        self._odometry = encoded_subscriber('odom', Odometry, self._on_odometry)
+        self._scans = messages.encoded_subscriber('scan', LaserScan, self._on_scan)
+        self._odometry = messages.encoded_subscriber('odom', Odometry, self._on_odometry)
         self._watchdog = node.timer(0.1, self._on_watchdog)
         rospy.on_shutdown(node.one_at_a_time(self._on_shutdown))
         fetch_map(self._on_map)
@@ -193,7 +190,7 @@ class MoveBaseNode:
 
     def _on_odometry(self, content: bytes) -> None:
         message = Odometry().deserialize(content)
-        now_ns, navigator = ns_from_stamp(message.header.stamp), self._navigator
+        now_ns, navigator = messages.ns_from_stamp(message.header.stamp), self._navigator
         node.look_at_clock()  # for the age of the next message
         if navigator is None:
             self._control_rate.is_due(now_ns)  # starts at the first message, as in simulator_node
@@ -204,7 +201,7 @@ class MoveBaseNode:
         twist, variances = message.twist.twist, message.twist.covariance
         # Negative variances are used for unknown ones.
         stds = (math.sqrt(max(variances[index], 0.0)) for index in (0, 35))
-        motion = pose_from_message(message.pose.pose), twist.linear.x, twist.angular.z
+        motion = messages.pose_from_message(message.pose.pose), twist.linear.x, twist.angular.z
         navigator.take_odometry(inputs.OdometrySample(now_ns, *motion, *stds))
         self._odometry_ns, self._odometry_at_s = now_ns, time.monotonic()
         if not self._control_rate.is_due(now_ns):
@@ -235,11 +232,10 @@ class MoveBaseNode:
         silent_s = time.monotonic() - self._odometry_at_s
         # Check both clocks: a loaded host delays messages, and a paused simulation sends none.
         if min(silent_s, abs(self._odometry_age_s())) > self._params.input_timeout:
-            now_ns = ns_from_stamp(rospy.Time.now())
-            self._act(navigator, now_ns, f'has not been received for {silent_s:.1f} s')
+            self._act(navigator, messages.clock_ns(), f'has not been received for {silent_s:.1f} s')
 
     def _odometry_age_s(self) -> float:
-        return (ns_from_stamp(rospy.Time.now()) - self._odometry_ns) / NANOSECONDS_PER_SECOND
+        return (messages.clock_ns() - self._odometry_ns) / NANOSECONDS_PER_SECOND
 
     def _act(self, navigator: Navigator, now_ns: int, fault: str) -> None:
         """Poll goals, step the navigator or let it wait due to a fault of odometry, and publish its output."""
@@ -283,7 +279,7 @@ class MoveBaseNode:
             # As upstream, return an empty plan if there is none.
             log.warning('make_plan: %s', str(error))
             poses = np.empty((0, 3))
-        return GetPlanResponse(plan=path_message(poses, ns_from_stamp(rospy.Time.now()), self._transforms.map_frame))
+        return GetPlanResponse(plan=path_message(poses, messages.clock_ns(), self._transforms.map_frame))
 
     def _on_clear_costmaps(self) -> None:
         if self._navigator is not None:

@@ -19,8 +19,7 @@ from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.dwa import COST_FIELDS, TRAJECTORY_FIELDS, cost_cloud, trajectory_cloud
 from diff_encoder_sim.navigation.dwa_kernels import ScoringTask
 from diff_encoder_sim.navigation.navigator import Navigator
-from diff_encoder_sim.ros.conversions import header, map_message, pose_stamped_message
-from diff_encoder_sim.ros.encoded_topics import DisplayTopic
+from diff_encoder_sim.ros.messages import DisplayTopic, header, map_message, pose_stamped_message
 
 PERIOD_NS = 200_000_000  # of plans, footprints and clouds
 WAITING_UPDATES = 20  # of a costmap: a lost update would leave the display wrong

@@ -19,9 +19,8 @@ from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.message_encoders import encode_header, encode_pose, encode_pose_stamped, encode_sequence
 from diff_encoder_sim.drives.test_definition import PoseParams
 from diff_encoder_sim.robots.solids import Box, Cylinder, Sphere
-from diff_encoder_sim.ros.conversions import header, ns_from_stamp
-from diff_encoder_sim.ros.encoded_topics import OdometryOutput, Publisher, pose_subscriber
 from diff_encoder_sim.ros.gazebo_states import ModelStateReader, ModelStatesParams
+from diff_encoder_sim.ros.messages import OdometryOutput, Publisher, header, ns_from_stamp, pose_subscriber
 from diff_encoder_sim.ros.node import executable, log, node_params, required_trial_plan, trial_plan
 from diff_encoder_sim.ros.transforms import NoTransform, TransformBuffer, lookup
 from diff_encoder_sim.simulation.state import PlanarVelocity

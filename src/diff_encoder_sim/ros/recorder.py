@@ -24,8 +24,7 @@ from diff_encoder_sim.drives.bag_files import Ros1File, encode_record, record_he
 from diff_encoder_sim.drives.message_encoders import encode_clock
 from diff_encoder_sim.drives.topics import CLOCK, RECORDED_LIVE
 from diff_encoder_sim.drives.trial_bag import EARLIEST_NS
-from diff_encoder_sim.ros.conversions import ns_from_stamp
-from diff_encoder_sim.ros.encoded_topics import subscriber
+from diff_encoder_sim.ros.messages import ns_from_stamp, subscriber
 from diff_encoder_sim.ros.node import CALLBACKS, executable, read_every_tick, required_trial_plan
 
 
@@ -69,7 +68,7 @@ class Recorder:
         # Attributes of rospy: bytes of an AnyMsg, and header of the publisher. /clock is deserialized by rospy.
         content = encode_clock(ns_from_stamp(message.clock)) if topic == CLOCK else message._buff
         try:
-            time_ns = max(ns_from_stamp(rospy.Time.now()), EARLIEST_NS)
+            time_ns = max(clock_ns(), EARLIEST_NS)
             self._bag.record(topic, message._connection_header, time_ns, content)
         except OSError as error:
             rospy.logfatal('recording ends: %s cannot be written: %s', self._unfinished, error.strerror)

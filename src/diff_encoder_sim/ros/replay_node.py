@@ -32,10 +32,9 @@ from diff_encoder_sim.drives.trial_bag import EARLIEST_NS
 from diff_encoder_sim.drives.trial_definition import OF_ODOMETRY, with_encoder
 from diff_encoder_sim.drives.trial_recording import trial_of_source
 from diff_encoder_sim.drives.typestore import to_ros1
-from diff_encoder_sim.ros.encoded_topics import Publisher
-from diff_encoder_sim.ros.graph import wait_until_connected
 from diff_encoder_sim.ros.launch_status import LaunchStatus
-from diff_encoder_sim.ros.node import executable, log, node_params
+from diff_encoder_sim.ros.messages import Publisher
+from diff_encoder_sim.ros.node import executable, log, node_params, wait_until_connected
 from diff_encoder_sim.ros.pacing import WallPacer
 from diff_encoder_sim.ros.recorder import Recorder
 from diff_encoder_sim.wheels.encoder_params import ppr_label

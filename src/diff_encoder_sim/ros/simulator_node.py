@@ -25,9 +25,8 @@ from diff_encoder_sim.drives.test_definition import PoseParams
 from diff_encoder_sim.robots.robot_file import load_robot_file
 from diff_encoder_sim.robots.xacro_expansion import xacro_arguments_of_text
 from diff_encoder_sim.ros import pacing
-from diff_encoder_sim.ros.conversions import pose_from_message, stamp_from_ns
-from diff_encoder_sim.ros.encoded_topics import Publisher
 from diff_encoder_sim.ros.gazebo_states import STATES_PERIOD_HEADER, GetModelState, ModelStates, SetModelState
+from diff_encoder_sim.ros.messages import Publisher, pose_from_message, stamp_from_ns
 from diff_encoder_sim.ros.node import CALLBACKS, empty_service, executable, log, node_params, service, trial_plan
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
 from diff_encoder_sim.simulation.state import STATES_PERIOD_NS, TICK_NS, PlanarVelocity

@@ -18,16 +18,10 @@ from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.drives.message_encoders import (
-    encode_map,
-    encode_map_metadata,
-    encode_planar_tf,
-    encode_pose_stamped,
-)
+from diff_encoder_sim.drives import message_encoders as encoders
 from diff_encoder_sim.localization.grid_slam import GridSlam, warm_up
 from diff_encoder_sim.localization.slam_params import GridSlamParams
-from diff_encoder_sim.ros.conversions import map_message, ns_from_stamp
-from diff_encoder_sim.ros.encoded_topics import Publisher
+from diff_encoder_sim.ros.messages import Publisher, clock_ns, map_message
 from diff_encoder_sim.ros.node import compile_first, executable, log, node_params, service, timer, trial_plan
 from diff_encoder_sim.ros.transforms import ScanInput, TransformBuffer
 
@@ -75,28 +69,27 @@ class SlamNode:
                 interval_ns = self._params.map_update_interval * NANOSECONDS_PER_SECOND
                 if self._mapped_ns is None or scan.stamp_ns - self._mapped_ns >= interval_ns:
                     self._mapped_ns, grid = scan.stamp_ns, self._slam.map()
-                    self._maps.publish(encode_map(grid, scan.stamp_ns, self._params.map_frame))
-                    self._metadata.publish(encode_map_metadata(grid, scan.stamp_ns))
+                    self._maps.publish(encoders.encode_map(grid, scan.stamp_ns, self._params.map_frame))
+                    self._metadata.publish(encoders.encode_map_metadata(grid, scan.stamp_ns))
         # For every scan, because the simulator waits for it.
         if self._slam.odom_pose_in_map is not None:
             pose = self._slam.odom_pose_in_map.compose(odom_pose)
-            self._poses.publish(encode_pose_stamped(pose, scan.stamp_ns, self._params.map_frame))
+            self._poses.publish(encoders.encode_pose_stamped(pose, scan.stamp_ns, self._params.map_frame))
 
     def _broadcast(self) -> None:
         """Broadcast map->odom with a future stamp, so that lookups succeed until the next scan."""
         pose, params = self._slam.odom_pose_in_map, self._params
         delay_s = params.tf_delay if params.tf_delay >= 0.0 else params.transform_publish_period
-        stamp_ns = ns_from_stamp(rospy.Time.now()) + round(delay_s * NANOSECONDS_PER_SECOND)
+        stamp_ns = clock_ns() + round(delay_s * NANOSECONDS_PER_SECOND)
         # Not without a map, nor at an equal time: tf2 warns of repeated stamps.
         if pose is not None and stamp_ns != self._broadcast_ns:
             self._broadcast_ns = stamp_ns
-            self._transforms.publish(encode_planar_tf(pose, stamp_ns, params.map_frame, params.odom_frame))
+            self._transforms.publish(encoders.encode_planar_tf(pose, stamp_ns, params.map_frame, params.odom_frame))
 
     def _on_dynamic_map(self, _: GetMapRequest) -> GetMapResponse:
         if self._slam.last_estimate is None:
             raise rospy.ServiceException('there is no map yet')
-        now_ns = ns_from_stamp(rospy.Time.now())
-        return GetMapResponse(map=map_message(self._slam.map(), now_ns, self._params.map_frame))
+        return GetMapResponse(map=map_message(self._slam.map(), clock_ns(), self._params.map_frame))
 
 
 main = executable('slam_gmapping', SlamNode)

@@ -17,8 +17,7 @@ from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.drives.message_decoders import decode_scan
-from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_transform, stamp_from_ns
-from diff_encoder_sim.ros.encoded_topics import encoded_subscriber
+from diff_encoder_sim.ros.messages import encoded_subscriber, ns_from_stamp, pose_from_transform, stamp_from_ns
 from diff_encoder_sim.ros.node import CALLBACKS, log, timer
 
 

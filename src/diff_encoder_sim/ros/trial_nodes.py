@@ -27,12 +27,11 @@ from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.message_encoders import encode_command, encode_planar_tf
 from diff_encoder_sim.drives.trial_definition import GOAL_DISTANCE_M, Outcome, RouteFailed, goal_error
 from diff_encoder_sim.navigation.navigator_inputs import GoalStatus
-from diff_encoder_sim.ros.conversions import pose_stamped_message
-from diff_encoder_sim.ros.encoded_topics import Publisher, pose_subscriber
-from diff_encoder_sim.ros.graph import wait_until_connected
+from diff_encoder_sim.ros import node
 from diff_encoder_sim.ros.launch_status import LaunchStatus
 from diff_encoder_sim.ros.maps import MapKeeper
-from diff_encoder_sim.ros.node import call_service, executable, log, node_params, required_trial_plan
+from diff_encoder_sim.ros.messages import Publisher, pose_stamped_message, pose_subscriber
+from diff_encoder_sim.ros.node import log
 from diff_encoder_sim.trials.route_driver import DriverOutput, RouteDriver
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
 
@@ -65,7 +64,7 @@ class TrialNode:
 
     def __init__(self, status: LaunchStatus, *connected: str) -> None:
         """Publish the trial; `connected` topics are connected before time starts, next to those of GRAPH."""
-        self.params, self.plan = node_params(TrialParams), required_trial_plan()
+        self.params, self.plan = node.node_params(TrialParams), node.required_trial_plan()
         self.trial = self.plan.trial
         self._status, self._graph = status, (*GRAPH, *connected)
         self._record = f'bag: {self.plan.bag}' if self.plan.bag else 'no bag'
@@ -115,7 +114,7 @@ class TrialNode:
 
     def _start(self) -> None:
         timeout_s = self.params.start_timeout
-        missing = wait_until_connected(self._graph, ALSO_RECORDED, timeout_s)
+        missing = node.wait_until_connected(self._graph, ALSO_RECORDED, timeout_s)
         if rospy.is_shutdown():
             raise RouteFailed(Outcome.FAILED, 'stopped before its start')
         if missing:
@@ -144,7 +143,7 @@ def distance_from_goal(pose: Pose2D, goal: Pose2D) -> str:
 
 def _call(service: str) -> None:
     try:
-        call_service(service, Empty)
+        node.call_service(service, Empty)
     except rospy.ServiceException as error:
         log.warning('%s: %s', service, error)
 
@@ -158,7 +157,7 @@ class NavigationTrialNode(TrialNode):
     """Sends a test's route to move_base, goal by goal, and ends with the trial."""
 
     def __init__(self, status: LaunchStatus) -> None:
-        is_upstream = required_trial_plan().trial.nav == 'upstream'
+        is_upstream = node.required_trial_plan().trial.nav == 'upstream'
         of_embedded = () if is_upstream else (f'/{ACTION}/status', '/amcl/scan_taken')
         super().__init__(status, '/scan', '/amcl_pose', '/map', *of_embedded)
         self._driver = RouteDriver(self.trial.test)
@@ -224,7 +223,7 @@ class NavigationTrialNode(TrialNode):
         return GoalStatus.ACTIVE if status in _RUNNING else ended, self._goal.get_goal_status_text()
 
 
-navigation_trial_node = executable('navigation_trial_node', NavigationTrialNode, NavigationTrialNode.run)
+navigation_trial_node = node.executable('navigation_trial_node', NavigationTrialNode, NavigationTrialNode.run)
 
 
 # Topics to connect before time starts, by `slam`; simulated time waits for the pose of the embedded one, once compiled.
@@ -235,7 +234,7 @@ class ScriptedDriveNode(TrialNode):
     """Publishes a test's drive on /cmd_vel, by the stamps of /world_pose without feedback, and ends with the trial."""
 
     def __init__(self, status: LaunchStatus) -> None:
-        super().__init__(status, *TOPICS_OF_SLAM.get(required_trial_plan().slam, ()))
+        super().__init__(status, *TOPICS_OF_SLAM.get(node.required_trial_plan().slam, ()))
         self._start_ns: Optional[int] = None
         self._is_over = False
         self._commands = Publisher('cmd_vel', Twist)
@@ -272,4 +271,4 @@ class ScriptedDriveNode(TrialNode):
         self._is_over |= self._drive.is_over(elapsed_s)
 
 
-scripted_drive_node = executable('scripted_drive_node', ScriptedDriveNode, ScriptedDriveNode.run)
+scripted_drive_node = node.executable('scripted_drive_node', ScriptedDriveNode, ScriptedDriveNode.run)

@@ -13,7 +13,7 @@ from diff_encoder_sim.drives.message_decoders import JointDecoder, decode_wheel_
 from diff_encoder_sim.drives.message_encoders import encode_encoder_pulse, encode_wheel_speeds
 from diff_encoder_sim.drives.topics import ENCODER_PULSE_TYPE, JOINT_STATE_TYPE
 from diff_encoder_sim.msg import EncoderPulse
-from diff_encoder_sim.ros.encoded_topics import Diagnostics, OdometryOutput, Publisher, encoded_subscriber, subscriber
+from diff_encoder_sim.ros.messages import Diagnostics, OdometryOutput, Publisher, encoded_subscriber, subscriber
 from diff_encoder_sim.ros.node import empty_service, executable, log, node_params, trial_plan
 from diff_encoder_sim.wheels.diagnostics import EncoderDiagnosis, OdometryDiagnosis, hidden_encoder
 from diff_encoder_sim.wheels.odometry import WheelOdometry, wheel_speeds_mps

@@ -9,9 +9,9 @@ from geometry_msgs.msg import Quaternion, TransformStamped
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
-from diff_encoder_sim.ros import conversions
-from diff_encoder_sim.ros.conversions import map_message
+from diff_encoder_sim.ros import messages
 from diff_encoder_sim.ros.maps import grid_from_message
+from diff_encoder_sim.ros.messages import map_message
 
 NAN = math.nan
 POSE = Pose2D(1.5, -2.0, 2.5)
@@ -20,8 +20,8 @@ GRID = OccupancyGrid(np.array([[0, 100, -1], [0, 0, 50]], np.int8), 0.05, Pose2D
 
 def test_stamps_and_poses_come_back():
     for stamp_ns in (0, 999_999_999, 1_795_318_047_650_452_001):
-        assert conversions.ns_from_stamp(conversions.stamp_from_ns(stamp_ns)) == stamp_ns
-    assert conversions.pose_from_message(conversions.pose_message(POSE)) == pytest.approx(POSE)
+        assert messages.ns_from_stamp(messages.stamp_from_ns(stamp_ns)) == stamp_ns
+    assert messages.pose_from_message(messages.pose_message(POSE)) == pytest.approx(POSE)
 
 
 def test_height_roll_and_pitch_are_dropped():
@@ -30,7 +30,7 @@ def test_height_roll_and_pitch_are_dropped():
     # Yaw 90 degrees after a pitch of 10 degrees, of any length.
     sine, cosine = 2 * math.sin(math.radians(5)), 2 * math.cos(math.radians(5))
     tilted.transform.rotation = Quaternion(-sine, sine, cosine, cosine)
-    assert conversions.pose_from_transform(tilted) == pytest.approx((0.0, 0.0, math.pi / 2))
+    assert messages.pose_from_transform(tilted) == pytest.approx((0.0, 0.0, math.pi / 2))
 
 
 def test_a_map_comes_back_row_by_row_from_its_origin():

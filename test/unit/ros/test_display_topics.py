@@ -9,9 +9,9 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import local_defaults
-from diff_encoder_sim.ros import encoded_topics, navigation_views
+from diff_encoder_sim.ros import messages, navigation_views
 from diff_encoder_sim.ros.amcl_node import spread_diagnosis
-from diff_encoder_sim.ros.encoded_topics import Diagnostics, DisplayTopic
+from diff_encoder_sim.ros.messages import Diagnostics, DisplayTopic
 from diff_encoder_sim.ros.navigation_views import CostmapView, cloud_message
 from diff_encoder_sim.wheels.diagnostics import Diagnosis
 
@@ -35,7 +35,7 @@ class RecordedTopic(DisplayTopic):
 
 @pytest.fixture(autouse=True)
 def fixture_recorded(monkeypatch):
-    for module in (navigation_views, encoded_topics):
+    for module in (navigation_views, messages):
         monkeypatch.setattr(module, 'DisplayTopic', RecordedTopic)
 
 

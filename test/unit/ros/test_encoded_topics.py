@@ -12,7 +12,7 @@ from std_msgs.msg import Header
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.drives.message_encoders import encode_clock, encode_joint_state
-from diff_encoder_sim.ros import encoded_topics as room
+from diff_encoder_sim.ros import messages as room
 from diff_encoder_sim.simulation.state import JointStates
 
 ENCODED = encode_joint_state(JointStates(5_000_000_007, ('left', 'right'), (1.5, -2.0), (0.1, 0.2)))

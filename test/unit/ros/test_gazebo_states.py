@@ -5,8 +5,7 @@ from rosgraph_msgs.msg import Clock
 
 from diff_encoder_sim.drives.message_encoders import encode_names, encode_pose, encode_sequence, encode_twist
 from diff_encoder_sim.ros import gazebo_states as room
-from diff_encoder_sim.ros.conversions import stamp_from_ns
-from diff_encoder_sim.ros.encoded_topics import encoded_class
+from diff_encoder_sim.ros.messages import encoded_class, stamp_from_ns
 
 MS = 1_000_000
 STATES = (

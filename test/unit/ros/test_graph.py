@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from diff_encoder_sim.ros import graph
+from diff_encoder_sim.ros import node
 
 PUBLISHERS = [['/odom', ['/odometry']], ['/scan', ['/simulator']], ['/tf', ['/odometry', '/amcl']]]
 SUBSCRIBERS = [['/odom', ['/move_base', '/recorder']], ['/tf', ['/move_base']], ['/cmd_vel', ['/simulator']]]
@@ -20,11 +20,11 @@ ALL = {
 @pytest.fixture(name='unconnected')
 def fixture_unconnected(monkeypatch):
     master = SimpleNamespace(getSystemState=lambda: (PUBLISHERS, SUBSCRIBERS, []), lookupNode=lambda name: name)
-    monkeypatch.setattr(graph.rosgraph, 'Master', lambda _: master)
+    monkeypatch.setattr(node.rosgraph, 'Master', lambda _: master)
 
     def unconnected(links, topics, if_published=()):
-        monkeypatch.setattr(graph, '_links_of', lambda uri: links[uri])
-        return graph.unconnected(topics, if_published)
+        monkeypatch.setattr(node, '_links_of', lambda uri: links[uri])
+        return node.unconnected(topics, if_published)
 
     return unconnected
 

@@ -10,7 +10,7 @@ from std_msgs.msg import Header
 
 from diff_encoder_sim.navigation.navigator_inputs import ControlRate
 from diff_encoder_sim.ros import pacing
-from diff_encoder_sim.ros.conversions import stamp_from_ns
+from diff_encoder_sim.ros.messages import stamp_from_ns
 from diff_encoder_sim.ros.pacing import STANDSTILL, CommandGate, ExpectedStamps, GraphPacer, WallPacer
 from diff_encoder_sim.wheels.report_link import BoundarySampler, BoundaryTimes
 
