@@ -63,40 +63,28 @@ def fetch_map(use_map: Callable[[OccupancyGridMessage], None]) -> None:
     threading.Thread(target=fetch, daemon=True).start()
 
 
-def _checked_grid(message: OccupancyGridMessage, source: str) -> OccupancyGrid:
-    try:
-        return grid_from_message(message)
-    except InputFault as fault:
-        raise ConfigError(f'{source}: {fault}') from None
-
-
 class MapKeeper:
     """Keeps the latest /map, and requests the current one from dynamic_map to save it as `stem`.pgm and .yaml."""
 
     def __init__(self, stem: str) -> None:
         self._stem = Path(stem)
         self._newest: Optional[OccupancyGridMessage] = None
-        self._is_saved = False
+        self.has_unsaved = False
         self._maps = subscriber('map', OccupancyGridMessage, self._on_map)
 
     def _on_map(self, message: OccupancyGridMessage) -> None:
-        self._newest = message
-
-    @property
-    def has_unsaved(self) -> bool:
-        """Whether a map has been received and none has been saved."""
-        return self._newest is not None and not self._is_saved
+        self._newest, self.has_unsaved = message, True
 
     def save(self) -> None:
-        """Write the current map, or else the last one; ConfigError if there is none, or it cannot be written."""
+        """Write the current map, or else the last one; ConfigError or InputFault if that is not possible."""
         message = self._newest
         if not rospy.is_shutdown():  # otherwise the SLAM node is shutting down, too
             with contextlib.suppress(rospy.ServiceException):
                 message = node.call_service('dynamic_map', GetMap, limit_s=node.MAP_LIMIT_S).map
         if message is None:
             raise ConfigError(f'{self._stem}: no map to save: none was published on {self._maps.resolved_name}')
-        path = save_map(_checked_grid(message, str(self._stem)).cropped(SAVED_MARGIN_M), self._stem)
-        self._is_saved = True
+        path = save_map(grid_from_message(message).cropped(SAVED_MARGIN_M), self._stem)
+        self.has_unsaved = False
         log.info('map saved: %s', path, extra=EVENT)
 
 
@@ -177,6 +165,9 @@ def _save_next_map(stem: Path, params: MapSaverParams) -> None:
             raise
         except rospy.ROSException:
             log.warning('%s: no map has been published yet: waiting for one', topic)
-    grid = _checked_grid(message, topic)
+    try:
+        grid = grid_from_message(message)
+    except InputFault as fault:
+        raise ConfigError(f'{topic}: {fault}') from None
     saved = grid.width, grid.height, grid.resolution_m, save_map(grid, stem, params).resolve()
     log.info('%s: map of %d x %d cells of %g m saved: %s', topic, *saved, extra=EVENT)

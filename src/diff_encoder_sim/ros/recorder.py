@@ -24,7 +24,7 @@ from diff_encoder_sim.drives.bag_files import Ros1File, encode_record, record_he
 from diff_encoder_sim.drives.message_encoders import encode_clock
 from diff_encoder_sim.drives.topics import CLOCK, RECORDED_LIVE
 from diff_encoder_sim.drives.trial_bag import EARLIEST_NS
-from diff_encoder_sim.ros.messages import ns_from_stamp, subscriber
+from diff_encoder_sim.ros.messages import clock_ns, ns_from_stamp, subscriber
 from diff_encoder_sim.ros.node import CALLBACKS, executable, read_every_tick, required_trial_plan
 
 

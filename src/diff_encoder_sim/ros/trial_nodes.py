@@ -19,7 +19,7 @@ from std_srvs.srv import Empty
 from tf2_msgs.msg import TFMessage
 
 from diff_encoder_sim.base.bounds import PositiveDistance_m, PositiveDuration_s
-from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
@@ -76,11 +76,9 @@ class TrialNode:
 
     def drive(self) -> None:
         """Drive to the end of the trial; RouteFailed if that is not possible."""
-        raise NotImplementedError
 
     def on_true_pose(self, stamp_ns: int) -> None:
         """Handle a true pose by its stamp."""
-        raise NotImplementedError
 
     def run(self) -> None:
         """Start simulated time, `drive`, and report the outcome; exit with status 1 if the trial failed."""
@@ -118,8 +116,8 @@ class TrialNode:
         if rospy.is_shutdown():
             raise RouteFailed(Outcome.FAILED, 'stopped before its start')
         if missing:
-            unconnected = f'topics not connected within {timeout_s:.0f} s: {", ".join(missing)}'
-            raise RouteFailed(Outcome.FAILED, unconnected)
+            reason = f'topics not connected within {timeout_s:.0f} s: {", ".join(missing)}'
+            raise RouteFailed(Outcome.FAILED, reason)
         time.sleep(FIRST_MESSAGES_S)
         self._last_pose_s = time.monotonic()
         _call('/gazebo/unpause_physics')
@@ -259,7 +257,7 @@ class ScriptedDriveNode(TrialNode):
         if self._map_keeper is not None:
             try:
                 self._map_keeper.save()
-            except ConfigError as error:
+            except (ConfigError, InputFault) as error:
                 raise RouteFailed(Outcome.FAILED, str(error)) from None
 
     def on_true_pose(self, stamp_ns: int) -> None:
