@@ -279,7 +279,9 @@ class MoveBaseNode:
             # As upstream, return an empty plan if there is none.
             log.warning('make_plan: %s', str(error))
             poses = np.empty((0, 3))
-        return GetPlanResponse(plan=path_message(poses, messages.clock_ns(), self._transforms.map_frame))
+        return GetPlanResponse(
+            plan=path_message(poses, messages.header(messages.clock_ns(), self._transforms.map_frame))
+        )
 
     def _on_clear_costmaps(self) -> None:
         if self._navigator is not None:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import Optional, Sequence
+from functools import partial
+from typing import Any, Callable, Optional, Sequence
 
 import numpy as np
-from geometry_msgs.msg import Point32, Polygon, PolygonStamped
+from geometry_msgs.msg import Point32, Polygon, PolygonStamped, PoseStamped
 from map_msgs.msg import OccupancyGridUpdate
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from nav_msgs.msg import Path
 from sensor_msgs.msg import PointCloud2, PointField
+from std_msgs.msg import Header
 
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
@@ -19,7 +21,7 @@ from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.dwa import COST_FIELDS, TRAJECTORY_FIELDS, cost_cloud, trajectory_cloud
 from diff_encoder_sim.navigation.dwa_kernels import ScoringTask
 from diff_encoder_sim.navigation.navigator import Navigator
-from diff_encoder_sim.ros.messages import DisplayTopic, header, map_message, pose_stamped_message
+from diff_encoder_sim.ros.messages import DisplayTopic, header, map_message, pose_message
 
 PERIOD_NS = 200_000_000  # of plans, footprints and clouds
 WAITING_UPDATES = 20  # of a costmap: a lost update would leave the display wrong
@@ -33,33 +35,52 @@ class NavigationViews:
 
     def __init__(self, map_frame: str, odom_frame: str) -> None:
         self._map_frame, self._odom_frame = map_frame, odom_frame
-        self._global_plans = DisplayTopic('~NavfnROS/plan', Path)
-        self._plans_in_sight = DisplayTopic('~DWAPlannerROS/global_plan', Path)
-        self._local_plans = DisplayTopic('~DWAPlannerROS/local_plan', Path)
-        self._global_costmap = CostmapView('global_costmap', map_frame)
-        self._local_costmap = CostmapView('local_costmap', odom_frame)
-        self._dwa = DwaView(odom_frame)
+        dwa = '~DWAPlannerROS'
+        plans = '~NavfnROS/plan', f'{dwa}/global_plan', f'{dwa}/local_plan'
+        self._plans = [DisplayTopic(name, Path) for name in plans]
+        self._footprints = [DisplayTopic(f'~{name}_costmap/footprint', PolygonStamped) for name in ('global', 'local')]
+        self._clouds = [DisplayTopic(f'{dwa}/{name}_cloud', PointCloud2) for name in ('trajectory', 'cost')]
+        self._costmaps = CostmapView('global_costmap', map_frame), CostmapView('local_costmap', odom_frame)
+        self._task: Optional[ScoringTask] = None
 
     def show(self, navigator: Navigator, now_ns: int) -> None:
         """Publish the topics whose period has elapsed."""
-        for topic, frame, poses in (
-            (self._global_plans, self._map_frame, navigator.run.global_plan_in_map),
-            (self._plans_in_sight, self._odom_frame, navigator.visible_plan_in_odom),
-            (self._local_plans, self._odom_frame, navigator.run.local_plan_in_odom),
-        ):
+        of_map, of_odom = header(now_ns, self._map_frame), header(now_ns, self._odom_frame)
+        run, local = navigator.run, navigator.local_costmap
+
+        def show(topic: DisplayTopic, build: Callable[[], Any]) -> None:
             if topic.is_due(PERIOD_NS, now_ns):
-                topic.publish(path_message(poses, now_ns, frame))
-        has_pose = navigator.has_pose
-        self._global_costmap.show(navigator.global_costmap, navigator.base_pose_in_map if has_pose else None, now_ns)
-        base_pose_in_odom = navigator.odometry.base_pose_in_odom if has_pose else None
-        self._local_costmap.show(navigator.local_costmap, base_pose_in_odom, now_ns)
-        self._dwa.show(navigator, now_ns)
+                topic.publish(build())
+
+        show(self._plans[0], lambda: path_message(run.global_plan_in_map, of_map))
+        show(self._plans[1], lambda: path_message(navigator.visible_plan_in_odom, of_odom))
+        show(self._plans[2], lambda: path_message(run.local_plan_in_odom, of_odom))
+        if navigator.has_pose:
+            base_poses = navigator.base_pose_in_map, navigator.odometry.base_pose_in_odom
+            show(self._footprints[0], lambda: footprint_message(navigator.global_costmap, base_poses[0], of_map))
+            show(self._footprints[1], lambda: footprint_message(local, base_poses[1], of_odom))
+        task, params = navigator.scoring_task, navigator.params.DWAPlannerROS
+        if task is not None and task is not self._task:
+            self._task = task
+            if params.publish_traj_pc:
+                trajectories = partial(trajectory_cloud, task, local.origin)
+                show(self._clouds[0], lambda: cloud_message(trajectories(), TRAJECTORY_FIELDS, of_odom))
+            if params.publish_cost_grid_pc:
+                costs = partial(cost_cloud, task, local.origin)
+                show(self._clouds[1], lambda: cloud_message(costs(), COST_FIELDS, of_odom))
+        for costmap, view in zip((navigator.global_costmap, local), self._costmaps):
+            view.show(costmap, now_ns)
 
 
-def path_message(poses: np.ndarray, stamp_ns: int, frame: str) -> Path:
+def path_message(poses: np.ndarray, place: Header) -> Path:
     """Convert (n, 3) poses to a path."""
-    rows = poses.tolist()
-    return Path(header(stamp_ns, frame), [pose_stamped_message(Pose2D(*row), stamp_ns, frame) for row in rows])
+    return Path(place, [PoseStamped(place, pose_message(Pose2D(*row))) for row in poses.tolist()])
+
+
+def footprint_message(costmap: Costmap, base_pose: Pose2D, place: Header) -> PolygonStamped:
+    """Convert the robot's footprint; `base_pose` is in the costmap's frame."""
+    corners = [base_pose.compose(Pose2D(x_m, y_m, 0.0)) for x_m, y_m in costmap.footprint.vertices_m.tolist()]
+    return PolygonStamped(place, Polygon([Point32(corner.x_m, corner.y_m, 0.0) for corner in corners]))
 
 
 class CostmapView:
@@ -69,21 +90,14 @@ class CostmapView:
         self._frame = frame
         self._grids = DisplayTopic(f'~{name}/costmap', OccupancyGridMessage)
         self._updates = DisplayTopic(f'~{name}/costmap_updates', OccupancyGridUpdate, WAITING_UPDATES)
-        self._footprints = DisplayTopic(f'~{name}/footprint', PolygonStamped)
         self._shown_costs, self._shown_origin = np.empty((0, 0), np.uint8), Pose2D(0.0, 0.0, 0.0)
 
-    def show(self, costmap: Costmap, base_pose: Optional[Pose2D], now_ns: int) -> None:
-        """Publish due messages; `base_pose` is the robot in the costmap's frame, None if unknown."""
+    def show(self, costmap: Costmap, now_ns: int) -> None:
+        """Publish due messages."""
         has_newcomers, frequency_hz = self._grids.has_newcomers(), costmap.params.publish_frequency
         period_ns = NANOSECONDS_PER_SECOND / frequency_hz if frequency_hz > 0.0 else math.inf
-        if has_newcomers or self._grids.is_due(period_ns, now_ns):
-            self._show_costs(costmap, has_newcomers, now_ns)
-        if base_pose is not None and self._footprints.is_due(PERIOD_NS, now_ns):
-            corners = [base_pose.compose(Pose2D(x_m, y_m, 0.0)) for x_m, y_m in costmap.footprint.vertices_m.tolist()]
-            outline = Polygon([Point32(corner.x_m, corner.y_m, 0.0) for corner in corners])
-            self._footprints.publish(PolygonStamped(header(now_ns, self._frame), outline))
-
-    def _show_costs(self, costmap: Costmap, has_newcomers: bool, now_ns: int) -> None:
+        if not (has_newcomers or self._grids.is_due(period_ns, now_ns)):
+            return
         is_moved = costmap.shape != self._shown_costs.shape or costmap.origin != self._shown_origin
         is_whole = costmap.params.always_send_full_costmap or not self._updates.subscriber_count()
         if has_newcomers or is_moved or is_whole:
@@ -104,32 +118,9 @@ class CostmapView:
         self._shown_costs, self._shown_origin = costmap.costs.copy(), costmap.origin
 
 
-class DwaView:
-    """Publishes the clouds enabled by publish_traj_pc and publish_cost_grid_pc, after periods with samples."""
-
-    def __init__(self, frame: str) -> None:
-        self._frame = frame
-        self._trajectories = DisplayTopic('~DWAPlannerROS/trajectory_cloud', PointCloud2)
-        self._costs = DisplayTopic('~DWAPlannerROS/cost_cloud', PointCloud2)
-        self._shown: Optional[ScoringTask] = None
-
-    def show(self, navigator: Navigator, now_ns: int) -> None:
-        """Publish due messages."""
-        task, params = navigator.scoring_task, navigator.params.DWAPlannerROS
-        if task is None or task is self._shown:
-            return
-        self._shown, origin = task, navigator.local_costmap.origin
-        if params.publish_traj_pc and self._trajectories.is_due(PERIOD_NS, now_ns):
-            points = trajectory_cloud(task, origin)
-            self._trajectories.publish(cloud_message(points, TRAJECTORY_FIELDS, now_ns, self._frame))
-        if params.publish_cost_grid_pc and self._costs.is_due(PERIOD_NS, now_ns):
-            points = cost_cloud(task, origin)
-            self._costs.publish(cloud_message(points, COST_FIELDS, now_ns, self._frame))
-
-
-def cloud_message(points: np.ndarray, names: Sequence[str], stamp_ns: int, frame: str) -> PointCloud2:
+def cloud_message(points: np.ndarray, names: Sequence[str], place: Header) -> PointCloud2:
     """Convert points (n, columns) to a cloud of one row, with a float32 field for each column."""
     fields = [PointField(name, 4 * index, PointField.FLOAT32, 1) for index, name in enumerate(names)]
     step, count = 4 * len(names), len(points)
     data = points.astype('<f4').tobytes()
-    return PointCloud2(header(stamp_ns, frame), 1, count, fields, False, step, step * count, data, True)
+    return PointCloud2(place, 1, count, fields, False, step, step * count, data, True)
