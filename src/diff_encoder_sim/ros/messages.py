@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, Callable, Mapping, Optional, Sequence, Type
+from typing import TYPE_CHECKING, Any, Callable, Optional, Sequence, Type
 
 import genpy
 import numpy as np
@@ -28,6 +28,7 @@ from diff_encoder_sim.wheels.odometry import OdometryEstimate
 if TYPE_CHECKING:  # nodes of an encoder import this module
     from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 
+MessageClass = Type[genpy.Message]
 PLANAR_AXES = (0, 1, 5)  # rows of x, y and yaw in a message's 6x6 covariance
 
 
@@ -105,7 +106,7 @@ class EncodedMessage(rospy.AnyMsg):  # type: ignore[misc]  # rospy has no types
         return self
 
 
-def encoded_class(message_class: Type[genpy.Message]) -> Type[EncodedMessage]:
+def encoded_class(message_class: MessageClass) -> Type[EncodedMessage]:
     """Return the class of encoded messages of a type, which rospy accepts as this type."""
     names = ('_type', '_md5sum', '_full_text', '_has_header')
     described = {name: getattr(message_class, name) for name in names}
@@ -120,17 +121,10 @@ class Publisher(rospy.Publisher):  # type: ignore[misc]
     rospy's queues, which use a thread per connection. During shutdown, messages are dropped.
     """
 
-    def __init__(
-        self,
-        topic: str,
-        message_class: Type[genpy.Message],
-        latch: bool = False,
-        headers: Optional[Mapping[str, str]] = None,
-    ) -> None:
-        """Advertise a topic; `headers` are further fields of the connection header."""
+    def __init__(self, topic: str, message_class: MessageClass, **options: Any) -> None:
         with warnings.catch_warnings():
             warnings.simplefilter('ignore', SyntaxWarning)  # about the missing queue_size, which is intended
-            super().__init__(topic, message_class, latch=latch, headers=headers, tcp_nodelay=True)
+            super().__init__(topic, message_class, tcp_nodelay=True, **options)
         self._encoded = encoded_class(message_class)
 
     def publish(self, message: Any) -> None:
@@ -142,17 +136,14 @@ class Publisher(rospy.Publisher):  # type: ignore[misc]
                 raise
 
 
-def subscriber(topic: str, message_class: Type[genpy.Message], callback: Callable[[Any], None]) -> rospy.Subscriber:
+def subscriber(topic: str, message_class: MessageClass, callback: Callable[[Any], None]) -> rospy.Subscriber:
     """Subscribe without a queue limit, so that no message is dropped, and without delay on the publisher's side."""
     # -1 is no limit: None would keep rospy's limit of /clock.
     return rospy.Subscriber(topic, message_class, one_at_a_time(callback), queue_size=-1, tcp_nodelay=True)
 
 
 def encoded_subscriber(
-    topic: str,
-    message_class: Type[genpy.Message],
-    callback: Callable[[bytes], None],
-    most_ahead_s: float = MOST_AHEAD_S,
+    topic: str, message_class: MessageClass, callback: Callable[[bytes], None], most_ahead_s: float = MOST_AHEAD_S
 ) -> rospy.Subscriber:
     """Call back with the bytes of messages that begin with a header.
 
@@ -171,7 +162,7 @@ def encoded_subscriber(
 
 
 def pose_subscriber(
-    topic: str, callback: Callable[[int, Pose2D], None], message_class: Type[genpy.Message] = PoseStamped
+    topic: str, callback: Callable[[int, Pose2D], None], message_class: MessageClass = PoseStamped
 ) -> rospy.Subscriber:
     """Call back with (stamp_ns, pose in the message's frame); an invalid pose is dropped with a warning."""
     decoder = PoseDecoder(message_class._type.replace('/', '/msg/'))
@@ -181,7 +172,7 @@ def pose_subscriber(
 class DisplayTopic:
     """Topic for displays; newer messages replace the oldest of the `queue_size` that wait for a slow one."""
 
-    def __init__(self, topic: str, message_class: Type[genpy.Message], queue_size: int = 1) -> None:
+    def __init__(self, topic: str, message_class: MessageClass, queue_size: int = 1) -> None:
         self._publisher = rospy.Publisher(topic, message_class, queue_size=queue_size)
         self.publish, self.subscriber_count = self._publisher.publish, self._publisher.get_num_connections
         self._known_count = 0

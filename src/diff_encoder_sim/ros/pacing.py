@@ -8,6 +8,7 @@ import time
 from typing import Callable, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import rospy
+from geometry_msgs.msg import Twist
 
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.message_decoders import encoded_stamp_ns
@@ -75,15 +76,11 @@ class GraphPacer:
         def behind() -> List[str]:
             return [topic for topic, newest_ns in self._newest_ns.items() if newest_ns < expected_ns[topic]]
 
+        text = '%s: no message of simulated time %.2f s within %.0f s of wall time; continuing without it'
         with self._moved:
             if not self._moved.wait_for(lambda: not behind(), LONGEST_WAIT_S):
                 for topic in behind():
-                    log.warning(
-                        '%s: no message of simulated time %.2f s within %.0f s of wall time; continuing without it',
-                        topic,
-                        expected_ns[topic] / NANOSECONDS_PER_SECOND,
-                        LONGEST_WAIT_S,
-                    )
+                    log.warning(text, topic, expected_ns[topic] / NANOSECONDS_PER_SECOND, LONGEST_WAIT_S)
                     del self._newest_ns[topic]
 
     def _on_message(self, message: rospy.AnyMsg, topic: str) -> None:
@@ -140,24 +137,21 @@ class CommandGate:
     Args:
         reports: times of the reports.
         period_s: of the controller; 0: commands take effect on arrival.
-        is_expected: whether a controller is connected.
         is_from_start: whether it responds to the first report.
     """
 
-    def __init__(
-        self, reports: BoundaryTimes, period_s: float, is_expected: Callable[[], bool], is_from_start: bool
-    ) -> None:
-        self._reports, self._period_s, self._is_expected = reports, period_s, is_expected
+    def __init__(self, reports: BoundaryTimes, period_s: float, is_from_start: bool) -> None:
+        self._reports, self._period_s = reports, period_s
         self._arrived = threading.Condition()
         self._newest: Optional[Command] = None
         self._report_ns: Optional[int] = None  # latest report whose command was taken
         self._is_waited_for, self._is_moving, self._is_first = True, False, is_from_start
         self.clear()
+        self.commands = rospy.Subscriber('cmd_vel', Twist, self._on_command, tcp_nodelay=True)
 
-    def put(self, command: Command) -> None:
-        """Accept a command of the controller."""
+    def _on_command(self, message: Twist) -> None:
         with self._arrived:
-            self._newest, self._is_waited_for = command, True
+            self._newest, self._is_waited_for = (message.linear.x, message.angular.z), True
             self._arrived.notify_all()
 
     def clear(self) -> None:
@@ -185,7 +179,7 @@ class CommandGate:
             return newest
 
     def _wait(self, sim_time_ns: int) -> None:
-        if self._newest is not None or not (self._is_waited_for and self._is_expected()):
+        if self._newest is not None or not (self._is_waited_for and self.commands.get_num_connections()):
             return
         # Between goals there may be no controller.
         patience_s = LONGEST_WAIT_S if self._is_moving or self._is_first else IDLE_PATIENCE_S

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, Callable, Dict, List
 
 import rospy
-from geometry_msgs.msg import Twist
 from pydantic import Field
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState, LaserScan
@@ -125,16 +124,7 @@ class SimulatorNode:
         self._graph_pacer = pacing.GraphPacer(expected_ns, tuple(from_start))
         self._wall_pacer = pacing.WallPacer(params.real_time_factor)
         reports = expected.states if params.commands_answer == 'states' else expected.reports
-
-        def has_controller() -> bool:
-            return bool(self._commands.get_num_connections())
-
-        self._gate = pacing.CommandGate(reports, params.command_period, has_controller, params.command_at_start)
-        # Without the lock, which the loop holds for most of the time at full speed.
-        self._commands = rospy.Subscriber('cmd_vel', Twist, self._on_command, tcp_nodelay=True)
-
-    def _on_command(self, message: Twist) -> None:
-        self._gate.put((message.linear.x, message.angular.z))
+        self._gate = pacing.CommandGate(reports, params.command_period, params.command_at_start)
 
     def _run(self) -> None:
         while not rospy.is_shutdown():
@@ -159,7 +149,7 @@ class SimulatorNode:
                 try:
                     self._simulator.command(*command)
                 except InputFault as fault:
-                    log.warning('%s: %s; message dropped', self._commands.resolved_name, fault)
+                    log.warning('%s: %s; message dropped', self._gate.commands.resolved_name, fault)
             self._simulator.tick()
 
     def _publish(self, now_ns: int) -> None:

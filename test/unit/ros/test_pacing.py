@@ -3,8 +3,10 @@
 import io
 import logging
 import threading
+from types import SimpleNamespace
 
 import pytest
+from geometry_msgs.msg import Twist, Vector3
 from rospy import AnyMsg
 from std_msgs.msg import Header
 
@@ -155,12 +157,21 @@ def test_a_scan_is_waited_for_when_it_has_its_odometry_and_before_there_is_newer
 # ---- commands
 
 
+class FedGate(CommandGate):
+    """A gate whose controller sends commands by a call."""
+
+    def put(self, command):
+        self._on_command(Twist(Vector3(x=command[0]), Vector3(z=command[1])))
+
+
 @pytest.fixture(name='gate')
 def fixture_gate(monkeypatch):
     def gate(report_hz=20.0, control_hz=20.0, patience_s=SHORT_S, is_expected=True, is_from_start=True):
+        commands = SimpleNamespace(get_num_connections=lambda: int(is_expected))
+        monkeypatch.setattr(pacing.rospy, 'Subscriber', lambda *_, **__: commands)
         monkeypatch.setattr(pacing, 'LONGEST_WAIT_S', patience_s)
         period_s = 1.0 / control_hz if control_hz else 0.0
-        return CommandGate(BoundaryTimes(report_hz, TICK_NS), period_s, lambda: is_expected, is_from_start)
+        return FedGate(BoundaryTimes(report_hz, TICK_NS), period_s, is_from_start)
 
     return gate
 
