@@ -76,9 +76,9 @@ def _end_with_thread(args: threading.ExceptHookArgs, broken_threads: List[str]) 
     if is_ending():
         return
     traceback.print_exception(args.exc_type, args.exc_value, args.exc_traceback)
-    frames = [frame.f_globals.get('__name__', '') for frame, _ in traceback.walk_tb(args.exc_traceback)]
+    modules = (frame.f_globals.get('__name__', '') for frame, _ in traceback.walk_tb(args.exc_traceback))
     # Threads of rospy may end like this when another node dies.
-    if any(module.startswith('diff_encoder_sim.') for module in frames):
+    if any(module.startswith('diff_encoder_sim.') for module in modules):
         broken_threads.append(args.thread.name if args.thread else '')
         rospy.logfatal('internal error: %s: %s; the node ends', args.exc_type.__name__, args.exc_value)
         rospy.signal_shutdown('a thread has ended by an exception')
@@ -113,12 +113,9 @@ def node_params(
 
     Args:
         params_class: struct of the parameters.
-        also_known: structs of other nodes that share the same YAML file; their keys are also allowed.
+        also_known: structs of nodes that share the YAML file; their keys are allowed, others raise ConfigError.
         part: of /robot_settings, whose values replace those of YAML files and launch files; '' for none.
         defaults: values for parameters that are not set.
-
-    Raises:
-        ConfigError: a value is not allowed, or no struct has a parameter of that name.
     """
     name, private = rospy.get_name(), rospy.get_param('~', {})
     of_robot = robot_settings(part) if part else {}
@@ -145,8 +142,7 @@ def trial_plan() -> Optional[LivePlan]:
     plan = rospy.get_param('/trial', None)
     if plan is None:
         return None
-    # A slow import, not needed without a trial.
-    from diff_encoder_sim.drives.trial_definition import LivePlan  # noqa: PLC0415
+    from diff_encoder_sim.drives.trial_definition import LivePlan  # noqa: PLC0415  # slow, and needed only in a trial
 
     return LivePlan.from_mapping(from_xml_rpc(plan), '/trial')
 
@@ -248,12 +244,11 @@ def wait_until_connected(topics: Iterable[str], if_published: Iterable[str], tim
 
 
 LOG_AGAIN_AFTER_S = 5.0
+_SEND = {logging.ERROR: rospy.logerr, logging.WARNING: rospy.logwarn, logging.INFO: rospy.loginfo}
 
 
 class _RosLogHandler(logging.Handler):
     """Sends the log of the core to /rosout, without repeats within LOG_AGAIN_AFTER_S of wall time, except of events."""
-
-    _LEVELS = ((logging.ERROR, rospy.logerr), (logging.WARNING, rospy.logwarn), (logging.INFO, rospy.loginfo))
 
     def __init__(self) -> None:
         super().__init__(logging.INFO)
@@ -262,14 +257,11 @@ class _RosLogHandler(logging.Handler):
     def emit(self, record: logging.LogRecord) -> None:
         """Send a record unless it is a repeat."""
         # Messages that differ only in numbers are repeats; those about different topics are not.
-        first = record.args[0] if isinstance(record.args, tuple) and record.args else None
-        key = (str(record.msg), first if isinstance(first, str) else '')
-        now_s = time.monotonic()
-        if not getattr(record, 'event', False) and now_s - self._last_s.get(key, -math.inf) < LOG_AGAIN_AFTER_S:
-            return
-        self._last_s[key] = now_s
-        send = next(send for level, send in self._LEVELS if record.levelno >= level)
-        send('%s', record.getMessage())
+        topic = next((value for value in record.args or () if isinstance(value, str)), '')
+        key, now_s = (str(record.msg), topic), time.monotonic()
+        if getattr(record, 'event', False) or now_s - self._last_s.get(key, -math.inf) >= LOG_AGAIN_AFTER_S:
+            self._last_s[key] = now_s
+            _SEND[record.levelno]('%s', record.getMessage())
 
 
 # ---- the clock

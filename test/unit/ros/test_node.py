@@ -82,7 +82,8 @@ def test_the_values_in_use_are_written_to_the_private_parameters(given, private,
 
 def test_a_message_about_a_topic_is_repeated_only_after_a_while_and_events_always(monkeypatch):
     texts, clock, log = [], [0.0], logging.Logger('test_node', logging.INFO)  # noqa: LOG001
-    monkeypatch.setattr(node._RosLogHandler, '_LEVELS', ((logging.INFO, lambda _, text: texts.append(text)),))
+    send = dict.fromkeys((logging.INFO, logging.WARNING), lambda _, text: texts.append(text))
+    monkeypatch.setattr(node, '_SEND', send)
     monkeypatch.setattr(node.time, 'monotonic', lambda: clock[0])
     log.addHandler(node._RosLogHandler())
     for at_s, topic, age_s in ((0, '/scan', 1), (1, '/scan', 2), (4.9, '/odom', 3), (5, '/scan', 4)):

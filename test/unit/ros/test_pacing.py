@@ -2,7 +2,7 @@
 
 import io
 import logging
-import threading
+import time
 from types import SimpleNamespace
 
 import pytest
@@ -47,20 +47,7 @@ def every_50_ms(time_ns):
     return time_ns // PERIOD_NS * PERIOD_NS
 
 
-def test_a_topic_is_waited_for_until_it_comes(topics, monkeypatch):
-    monkeypatch.setattr(pacing, 'LONGEST_WAIT_S', LONG_S)
-    pacer = GraphPacer({'/odom': every_50_ms}, ['/odom'])
-    topics['/odom'](0)
-    waiting = threading.Thread(target=pacer.wait, args=(PERIOD_NS,), daemon=True)
-    waiting.start()
-    waiting.join(0.05)
-    assert waiting.is_alive()
-    topics['/odom'](PERIOD_NS)
-    waiting.join(LONG_S)
-    assert not waiting.is_alive()
-
-
-def test_one_that_does_not_come_is_warned_of_once_and_waited_for_again_when_it_is_back(topics, caplog):
+def test_a_topic_that_does_not_come_is_warned_of_once_and_waited_for_again_when_it_is_back(topics, caplog):
     pacer = GraphPacer(dict.fromkeys(['/odom', '/global_pose'], every_50_ms), ['/odom'])
     for time_ms in range(0, 160, 10):
         if time_ms % 50 == 0:
@@ -183,24 +170,6 @@ def test_without_a_period_the_newest_command_is_taken_at_once_and_once(gate):
     assert [free.take(time_ns) for time_ns in (10 * MS, 20 * MS)] == [FAST, None]
 
 
-def take_in_thread(some_gate, sim_time_ns, within_s):
-    """The thread of a take that may be waiting, and its result, none if it still is."""
-    taken = []
-    thread = threading.Thread(target=lambda: taken.append(some_gate.take(sim_time_ns)), daemon=True)
-    thread.start()
-    thread.join(within_s)
-    return thread, taken
-
-
-def test_a_controller_is_waited_for(gate):
-    patient = gate(patience_s=LONG_S)
-    thread, taken = take_in_thread(patient, DELAY_NS, 0.05)
-    assert taken == []  # nothing has come
-    patient.put(SLOW)
-    thread.join(LONG_S)
-    assert taken == [SLOW]
-
-
 @pytest.mark.parametrize(
     ('options', 'before'),
     [
@@ -210,12 +179,12 @@ def test_a_controller_is_waited_for(gate):
     ],
 )
 def test_a_robot_at_rest_does_not_stall_the_simulation(gate, options, before, caplog):
-    resting = gate(patience_s=LONG_S, **options)
+    resting, begun_s = gate(patience_s=LONG_S, **options), time.monotonic()
     if before is not None:
         resting.put(before)
         assert resting.take(DELAY_NS) == before
-    _, taken = take_in_thread(resting, DELAY_NS + (PERIOD_NS if before else 0), 0.5 * LONG_S)
-    assert taken == [None] and caplog.records == []
+    assert resting.take(DELAY_NS + (PERIOD_NS if before else 0)) is None
+    assert time.monotonic() - begun_s < 0.5 * LONG_S and caplog.records == []
 
 
 def test_patience_ends_with_one_warning_until_the_controller_is_back(gate, caplog):
