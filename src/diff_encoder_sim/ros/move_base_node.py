@@ -67,22 +67,21 @@ class NavigationTransforms:
         return messages.pose_from_transform(lookup(self.buffer, self.map_frame, message.header.frame_id)).compose(pose)
 
 
-class GoalServer:
+class GoalServer(actionlib.SimpleActionServer):  # type: ignore[misc]  # actionlib has no types
     """Passes goals to the navigator, and reports feedback and results.
 
     Goals are polled: callbacks of the action server hold its lock, so waiting for the node's lock could deadlock.
     """
 
     def __init__(self, transforms: NavigationTransforms) -> None:
+        super().__init__(rospy.get_name(), action.MoveBaseAction, auto_start=False)
         self._transforms = transforms
         self._current_goals = messages.Publisher('~current_goal', PoseStamped)
         self._goals = messages.Publisher('~goal', action.MoveBaseActionGoal)
         self._recoveries = messages.Publisher('~recovery_status', action.RecoveryStatus)
-        self._server = actionlib.SimpleActionServer(rospy.get_name(), action.MoveBaseAction, auto_start=False)
-        self._server.start()
-        self.has_new_goal = self._server.is_new_goal_available  # since the last `poll`
+        self.start()
         # The `~status` timer of actionlib raises an exception if time goes back.
-        server = self._server.action_server
+        server = self.action_server
         server.status_timer.shutdown()
         period = rospy.Duration(1.0 / server.status_frequency)
         server.status_timer = rospy.Timer(period, server.publish_status_async, reset=True)
@@ -91,43 +90,46 @@ class GoalServer:
     def poll(self, navigator: Navigator, now_ns: int) -> None:
         """Pass a new goal to the navigator, or cancel its goal."""
         # In this order, because a new goal also preempts the previous one.
-        if self.has_new_goal():
-            self._accept_goal(navigator, now_ns)
-        if self._server.is_active() and self._server.is_preempt_requested():
+        if self.is_new_goal_available():
+            try:
+                pose_in_map = self._transforms.pose_in_map(self.accept_new_goal().target_pose)
+            except InputFault as fault:
+                # The action server has already ended the previous goal.
+                navigator.cancel('replaced by a goal that was refused')
+                log.warning('goal refused: %s', fault, extra=EVENT)
+                self.set_aborted(text=str(fault))
+                return
+            navigator.set_goal(pose_in_map)
+            self._current_goals.publish(self._stamped(pose_in_map, now_ns))
+        if self.is_active() and self.is_preempt_requested():
             navigator.cancel()
-
-    def _accept_goal(self, navigator: Navigator, now_ns: int) -> None:
-        try:
-            pose_in_map = self._transforms.pose_in_map(self._server.accept_new_goal().target_pose)
-        except InputFault as fault:
-            # The action server has already ended the previous goal.
-            navigator.cancel('replaced by a goal that was refused')
-            log.warning('goal refused: %s', fault, extra=EVENT)
-            self._server.set_aborted(text=str(fault))
-            return
-        navigator.set_goal(pose_in_map)
-        self._current_goals.publish(messages.pose_stamped_message(pose_in_map, now_ns, self._transforms.map_frame))
 
     def report(self, navigator: Navigator, now_ns: int, output: NavigatorOutput) -> None:
         """Publish feedback and new recoveries, and set the text of the goal on `~status`."""
-        if not self._server.is_active():
+        if not self.is_active():
             return
-        self._server.current_goal.get_goal_status().text = output.text
+        self.current_goal.get_goal_status().text = output.text
         if navigator.has_pose:
-            pose = messages.pose_stamped_message(navigator.base_pose_in_map, now_ns, self._transforms.map_frame)
-            self._server.publish_feedback(action.MoveBaseFeedback(base_position=pose))
+            pose = self._stamped(navigator.base_pose_in_map, now_ns)
+            self.publish_feedback(action.MoveBaseFeedback(base_position=pose))
             if output.started_recovery is not None:
                 name, number, total = output.started_recovery
                 self._recoveries.publish(action.RecoveryStatus(pose, number, total, name))
 
     def end(self, status: GoalStatus, text: str) -> None:
         """Publish the result of the goal, unless it has one."""
-        server = self._server
-        if server.is_active():
-            if status is GoalStatus.ABORTED:
-                log.warning('goal aborted: %s', text, extra=EVENT)
-            ends = {GoalStatus.SUCCEEDED: server.set_succeeded, GoalStatus.PREEMPTED: server.set_preempted}
-            ends.get(status, server.set_aborted)(text=text)
+        if not self.is_active():
+            return
+        if status is GoalStatus.SUCCEEDED:
+            self.set_succeeded(text=text)
+        elif status is GoalStatus.PREEMPTED:
+            self.set_preempted(text=text)
+        else:
+            log.warning('goal aborted: %s', text, extra=EVENT)
+            self.set_aborted(text=text)
+
+    def _stamped(self, pose_in_map: Pose2D, now_ns: int) -> PoseStamped:
+        return messages.pose_stamped_message(pose_in_map, now_ns, self._transforms.map_frame)
 
     def _on_simple_goal(self, message: PoseStamped) -> None:
         self._goals.publish(action.MoveBaseActionGoal(goal=action.MoveBaseGoal(target_pose=message)))
@@ -226,7 +228,7 @@ class MoveBaseNode:
         """Stop the robot, and poll goals and cancels, without /odom."""
         navigator = self._navigator
         if navigator is None:
-            if self._goals.has_new_goal():
+            if self._goals.is_new_goal_available():
                 log.warning('goal received before the map (service static_map); waiting')
             return
         silent_s = time.monotonic() - self._odometry_at_s

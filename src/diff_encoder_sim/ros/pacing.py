@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from typing import Callable, Dict, List, Mapping, Optional, Sequence, Tuple
+from typing import Callable, Collection, Dict, List, Mapping, Optional, Tuple
 
 import rospy
 from geometry_msgs.msg import Twist
@@ -54,7 +54,7 @@ class GraphPacer:
         from_start: topics to wait for from time 0; the others are waited for from their first message.
     """
 
-    def __init__(self, expected_ns: Mapping[str, Callable[[int], int]], from_start: Sequence[str]) -> None:
+    def __init__(self, expected_ns: Mapping[str, Callable[[int], int]], from_start: Collection[str]) -> None:
         self._expected_ns, self._from_start = expected_ns, from_start
         self._moved = threading.Condition()
         self.restart()

@@ -75,15 +75,10 @@ class SimulatorNode:
         plan = trial_plan()
         defaults: Dict[str, Any] = {}
         if plan is not None:
-            defaults = {
-                'world': plan.world,
-                'seed': plan.trial.number,
-                'start': plan.trial.test.start.model_dump(),
-                'report_rate': plan.report_rate,
-                'report_delay': plan.report_delay,
-                'commands_answer': 'states' if plan.trial.nav == 'scripted' else 'reports',
-                'command_period': plan.command_period and max(plan.command_period, SHORTEST_COMMAND_PERIOD_S),
-            }
+            defaults = plan.model_dump(include={'world', 'report_rate', 'report_delay'})
+            defaults.update(seed=plan.trial.number, start=plan.trial.test.start.model_dump())
+            defaults['commands_answer'] = 'states' if plan.trial.nav == 'scripted' else 'reports'
+            defaults['command_period'] = plan.command_period and max(plan.command_period, SHORTEST_COMMAND_PERIOD_S)
         params = node_params(SimulatorNodeParams, part='simulator', defaults=defaults)
         core_params = SimulatorParams(**{name: getattr(params, name) for name in SimulatorParams.model_fields})
         arguments = xacro_arguments_of_text(params.robot_args)
@@ -120,8 +115,8 @@ class SimulatorNode:
             **dict.fromkeys(params.wait_for_after_scans, expected.scan_before),
         }
         # Unless started paused, topics are expected from their first message.
-        from_start = set(expected_ns) - set(params.wait_for_once_begun) if params.paused else ()
-        self._graph_pacer = pacing.GraphPacer(expected_ns, tuple(from_start))
+        from_start = set(expected_ns) - set(params.wait_for_once_begun) if params.paused else set()
+        self._graph_pacer = pacing.GraphPacer(expected_ns, from_start)
         self._wall_pacer = pacing.WallPacer(params.real_time_factor)
         reports = expected.states if params.commands_answer == 'states' else expected.reports
         self._gate = pacing.CommandGate(reports, params.command_period, params.command_at_start)

@@ -82,8 +82,7 @@ class ScanInput:
     """Subscribes to `scan`, delivers scans in order with the odometry at their stamps, and drops those that have none.
 
     Args:
-        buffer: of the transforms between the frames.
-        base_frame, odom_frame: of the robot and its odometry.
+        buffer: of transforms between the laser, `base_frame` and `odom_frame`.
         use: called with a scan, the base's pose in odom and the laser's in base.
         on_restart: called with the stamp [ns] if time jumped back, before that scan is queued.
         is_ready: returns whether scans are delivered; otherwise they wait.
