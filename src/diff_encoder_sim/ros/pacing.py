@@ -67,7 +67,7 @@ class GraphPacer:
     def restart(self) -> None:
         """Clear the stamps after a reset."""
         with self._moved:
-            self._newest_ns: Dict[str, float] = dict.fromkeys(self._from_start, float('-inf'))
+            self._newest_ns: Dict[str, int] = dict.fromkeys(self._from_start, -1)
 
     def wait(self, sim_time_ns: int) -> None:
         """Block until every topic has received the expected messages before `sim_time_ns`."""
