@@ -9,7 +9,16 @@ import os
 from places import ROOT
 
 PACKAGE, SNAPSHOT = ROOT / 'src' / 'diff_encoder_sim', ROOT / 'test' / 'messages.txt'
-ERRORS = {'ConfigError', 'CampaignFault', 'InputFault', 'ArgumentTypeError', 'not_allowed', 'exit', 'error'}
+ERRORS = {
+    'ConfigError',
+    'CampaignFault',
+    'InputFault',
+    'NoTransform',
+    'ArgumentTypeError',
+    'not_allowed',
+    'exit',
+    'error',
+}
 LOGGED = {'warning', 'info', 'warn', 'loginfo', 'logwarn', 'logerr', 'logfatal'}
 
 

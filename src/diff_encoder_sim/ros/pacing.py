@@ -76,11 +76,14 @@ class GraphPacer:
         def behind() -> List[str]:
             return [topic for topic, newest_ns in self._newest_ns.items() if newest_ns < expected_ns[topic]]
 
-        text = '%s: no message of simulated time %.2f s within %.0f s of wall time; continuing without it'
         with self._moved:
             if not self._moved.wait_for(lambda: not behind(), LONGEST_WAIT_S):
                 for topic in behind():
-                    log.warning(text, topic, expected_ns[topic] / NANOSECONDS_PER_SECOND, LONGEST_WAIT_S)
+                    what = topic, expected_ns[topic] / NANOSECONDS_PER_SECOND, LONGEST_WAIT_S
+                    log.warning(
+                        '%s: no message of simulated time %.2f s within %.0f s of wall time; continuing without it',
+                        *what,
+                    )
                     del self._newest_ns[topic]
 
     def _on_message(self, message: rospy.AnyMsg, topic: str) -> None:
