@@ -143,7 +143,7 @@ class CommandGate:
         is_from_start: whether it responds to the first report.
     """
 
-    def __init__(self, reports: BoundaryTimes, period_s: float, is_from_start: bool) -> None:
+    def __init__(self, reports: BoundarySampler, period_s: float, is_from_start: bool) -> None:
         self._reports, self._period_s = reports, period_s
         self._arrived = threading.Condition()
         self._newest: Optional[Command] = None

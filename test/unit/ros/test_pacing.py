@@ -14,7 +14,7 @@ from diff_encoder_sim.navigation.navigator_inputs import ControlRate
 from diff_encoder_sim.ros import pacing
 from diff_encoder_sim.ros.messages import stamp_from_ns
 from diff_encoder_sim.ros.pacing import STANDSTILL, CommandGate, ExpectedStamps, GraphPacer, WallPacer
-from diff_encoder_sim.wheels.report_link import BoundarySampler, BoundaryTimes
+from diff_encoder_sim.wheels.report_link import BoundarySampler
 
 MS = 1_000_000
 TICK_NS, PERIOD_NS, DELAY_NS, SCAN_NS, END_NS = 10 * MS, 50 * MS, 20 * MS, 100 * MS, 3000 * MS
@@ -158,7 +158,7 @@ def fixture_gate(monkeypatch):
         monkeypatch.setattr(pacing.rospy, 'Subscriber', lambda *_, **__: commands)
         monkeypatch.setattr(pacing, 'LONGEST_WAIT_S', patience_s)
         period_s = 1.0 / control_hz if control_hz else 0.0
-        return FedGate(BoundaryTimes(report_hz, TICK_NS), period_s, is_from_start)
+        return FedGate(BoundarySampler(report_hz, TICK_NS), period_s, is_from_start)
 
     return gate
 
