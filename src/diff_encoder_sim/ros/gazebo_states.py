@@ -19,6 +19,7 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.drives.message_decoders import decode_model_state, planar_pose
 from diff_encoder_sim.drives.topics import MODEL_STATES_TYPE
+from diff_encoder_sim.drives.typestore import definition
 from diff_encoder_sim.ros import node
 from diff_encoder_sim.ros.messages import EncodedMessage, encoded_class, ns_from_stamp, subscriber
 from diff_encoder_sim.ros.node import log
@@ -37,8 +38,8 @@ def built_service(name: str, md5sum: str, request: str, response: str) -> Type[A
     parts = [f'MSG: {part._type}\n{part._full_text}' for part in (Pose, Twist, Header)]
     parts.append(f'MSG: gazebo_msgs/ModelState\n{_MODEL_STATE}')
     request_class, response_class = (
-        generate_dynamic(name + kind, ('\n' + 80 * '=' + '\n').join([definition, *parts]))[name + kind]
-        for kind, definition in (('Request', request), ('Response', response))
+        generate_dynamic(name + kind, ('\n' + 80 * '=' + '\n').join([part, *parts]))[name + kind]
+        for kind, part in (('Request', request), ('Response', response))
     )
     fields = {'_type': name, '_md5sum': md5sum, '_request_class': request_class, '_response_class': response_class}
     return type(name.split('/')[1], (), fields)
@@ -50,7 +51,8 @@ try:
     from gazebo_msgs.srv import GetModelState, SetModelState
 except ImportError:
     # The text that bags contain, from a live trial as in lockstep.
-    ModelStates = generate_dynamic('gazebo_msgs/ModelStates', full_text(MODEL_STATES_TYPE))['gazebo_msgs/ModelStates']
+    text = definition(MODEL_STATES_TYPE).text
+    ModelStates = generate_dynamic('gazebo_msgs/ModelStates', text)['gazebo_msgs/ModelStates']
     SetModelState = built_service(
         'gazebo_msgs/SetModelState', '5b3ab0281d4f5445def017e3a2e4a07b', 'gazebo_msgs/ModelState model_state', _STATUS
     )

@@ -84,7 +84,7 @@ class ReplayNode:
         self._recorder = Recorder(self._out, RECORDED)
         self._clock = Publisher('/clock', Clock)
         self._played = {topic: Publisher(topic, COPIED_CLASSES[topic]) for topic in copied}
-        self._played[wheels.topic] = Publisher(topics.JOINT_STATES, JointState)
+        self._played[topic] = Publisher(topics.JOINT_STATES, JointState)
         if trial is not None:
             for name in OF_ODOMETRY:
                 used, recorded = getattr(odometry, name), getattr(trial, name)
