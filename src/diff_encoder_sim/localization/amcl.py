@@ -14,35 +14,26 @@ import numpy as np
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.histogram import (
-    ParticleStatistics,
-    effective_count,
-    kld_limits,
-    particle_statistics,
-    resample,
-)
 from diff_encoder_sim.localization.laser_models import Beams, Likelihoods, laser_model
 from diff_encoder_sim.localization.occupancy_grid import FreeCells, OccupancyGrid, square_room
 from diff_encoder_sim.localization.particles import (
+    ParticleStatistics,
     check_covariance,
     check_grid,
     check_pose,
+    effective_count,
+    kld_limits,
     move_particles,
+    particle_statistics,
     particles_around,
     particles_everywhere,
+    resample,
 )
 from diff_encoder_sim.localization.scan_fit import FitMap, LostDetector
 
-# Upstream's pf_alloc: the filter has converged when no particle is farther than this from the
-# mean, along x or y [m].
-CONVERGED_WITHIN_M = 0.5
-
-# The particles have settled when this fraction of their weight lies as close together as in a
-# converged set: recovery may have drawn the rest anywhere.
-SETTLED_WEIGHT = 0.9
-
-# The exponential of a larger number overflows a double.
-LARGEST_EXPONENT = 700.0
+CONVERGED_WITHIN_M = 0.5  # of all particles, from their mean along x or y: upstream's pf_alloc
+SETTLED_WEIGHT = 0.9  # fraction of the weight as close together; recovery may have drawn the rest anywhere
+LARGEST_EXPONENT = 700.0  # the exponential of a larger number overflows a double
 
 
 class AmclEstimate(NamedTuple):
@@ -61,7 +52,7 @@ class AmclEstimate(NamedTuple):
 class Amcl:
     """The particle filter; pass every scan with the odometry pose at its stamp.
 
-    Every random draw comes from `rng`: equal seeds and inputs give equal results, bit for bit.
+    All samples come from `rng`: equal seeds and inputs give equal results, bit for bit.
     """
 
     particles: np.ndarray  # (n, 3) x [m], y [m], yaw [rad] in the map; arrays are replaced, never changed
@@ -83,8 +74,6 @@ class Amcl:
         self.set_map(grid)
         self._force_update = False
 
-    # Commands
-
     def set_map(
         self, grid: OccupancyGrid, pose: Optional[Pose2D] = None, covariance: Optional[np.ndarray] = None
     ) -> None:
@@ -99,14 +88,10 @@ class Amcl:
             InputFault: the map, pose or covariance is bad. The old map and particles are kept.
         """
         check_grid(grid)
-        particles = self._particles_around(
-            self.params.initial_pose() if pose is None else pose,
-            self.params.initial_covariance() if covariance is None else covariance,
-        )
-        self.grid = grid
-        self.last_estimate = None
-        self._free_cells = FreeCells(grid)
-        self._lost = LostDetector(self.params, grid)
+        pose = self.params.initial_pose() if pose is None else pose
+        particles = self._particles_around(pose, self.params.initial_covariance() if covariance is None else covariance)
+        self.grid, self.last_estimate = grid, None
+        self._free_cells, self._lost = FreeCells(grid), LostDetector(self.params, grid)
         self.reconfigure(self.params)
         self._restart(particles)
         self._force_update = self.params.force_update_after_set_map
@@ -141,8 +126,6 @@ class Amcl:
         self.slow_average = self.fast_average = 0.0
         self._laser_model = laser_model(params, self.grid)
 
-    # State
-
     @property
     def odom_pose_in_map(self) -> Optional[Pose2D]:
         """The transform map->odom to broadcast after every scan, None before the first estimate."""
@@ -166,15 +149,11 @@ class Amcl:
         """
         return max(0.0, 1.0 - self.fast_average / self.slow_average) if self.slow_average else 0.0
 
-    # The filter
-
     def update(self, odom_pose: Pose2D, scan: Scan, laser_pose_in_base: Pose2D) -> Optional[AmclEstimate]:
-        """Process a scan; return an estimate when one is due, else None.
+        """Process a scan; return an estimate on the first update and on each resample_interval-th, else None.
 
-        The filter updates on the first scan after a restart, whenever the robot has moved by
-        update_min_d along x or y or turned by update_min_a, and on request. Estimates are returned on the
-        first update and on each resample_interval-th, which resamples. Every scan is used to check
-        whether the robot is lost.
+        The filter updates on the first scan after a restart, when the robot has moved by update_min_d along x or y or
+        turned by update_min_a, and on request. Every scan is used to check whether the robot is lost.
 
         Args:
             odom_pose: base in odom at the scan's stamp.
@@ -208,12 +187,9 @@ class Amcl:
             self._resample()
         elif last is not None:
             return None
-        mean, covariance, cluster_weight, cluster_count = self.statistics
-        odom_pose_in_map = mean.compose(odom_pose.inverse())
-        clusters = cluster_weight, cluster_count
-        self.last_estimate = AmclEstimate(
-            stamp_ns, mean, covariance, odom_pose_in_map, *clusters, self.particles, self.weights
-        )
+        mean, covariance, weight, count = self.statistics
+        odom_pose_in_map, filtered = mean.compose(odom_pose.inverse()), (self.particles, self.weights)
+        self.last_estimate = AmclEstimate(stamp_ns, mean, covariance, odom_pose_in_map, weight, count, *filtered)
         return self.last_estimate
 
     def _weigh(self, likelihoods: Likelihoods) -> None:
@@ -222,9 +198,8 @@ class Amcl:
         total = float(weights.sum())
         if total > 0.0:
             self.weights = weights / total
-            # The weights summed to 1, so the total is the mean likelihood. Upstream divides it by
-            # n once more: an n that KLD-sampling has made smaller then looks like a better fit,
-            # and a kidnapping goes unnoticed.
+            # The mean likelihood, as the weights summed to 1. Upstream divides it by n once more: a smaller n looks
+            # like a better fit, and a kidnapping goes unnoticed.
             likelihood = total * math.exp(min(likelihoods.log_scale, LARGEST_EXPONENT))
             self.slow_average = _averaged(self.slow_average, likelihood, params.recovery_alpha_slow)
             self.fast_average = _averaged(self.fast_average, likelihood, params.recovery_alpha_fast)
@@ -270,24 +245,21 @@ class Amcl:
         self.has_settled = self.has_converged = self._is_anywhere = False  # anywhere: without a given pose
         self._take_statistics()
         self.slow_average = self.fast_average = 0.0
-        self._odom_pose = None
-        self._updates_since_restart = 0
+        self._odom_pose, self._updates_since_restart = None, 0
         self._lost.restart_count()
 
     def _is_update_due(self, odom_pose: Pose2D) -> bool:
         """Return whether there was no update yet, one is requested, or the robot has moved by update_min_*.
 
-        Along x or y, not as a distance. A lost robot, which should stand still, converges without motion, but only
-        around a given pose: over a whole map, or after a kidnapping, particles would converge to a similar wrong place.
+        A lost robot, which should stand still, converges without motion, but only around a given pose: over a whole
+        map, or after a kidnapping, particles would converge to a similar wrong place.
         """
         last, params = self._odom_pose, self.params
         if last is None or self._force_update or (self.is_lost and not (self.has_settled or self._is_anywhere)):
             return True
-        return (
-            abs(odom_pose.x_m - last.x_m) > params.update_min_d
-            or abs(odom_pose.y_m - last.y_m) > params.update_min_d
-            or abs(wrap_angle(odom_pose.yaw_rad - last.yaw_rad)) > params.update_min_a
-        )
+        moved_m = max(abs(odom_pose.x_m - last.x_m), abs(odom_pose.y_m - last.y_m))
+        turned_rad = abs(wrap_angle(odom_pose.yaw_rad - last.yaw_rad))
+        return moved_m > params.update_min_d or turned_rad > params.update_min_a
 
 
 def _averaged(average: float, value: float, alpha: float) -> float:
@@ -298,10 +270,7 @@ RAYS, PARTICLES = 20, 20
 
 
 def warm_up(params: AmclParams) -> None:
-    """Run each kernel of a filter with these parameters and of its scan check once, in a small room.
-
-    Takes milliseconds with numba's cache, else some seconds.
-    """
+    """Run each kernel of a filter and of its scan check once: milliseconds with numba's cache, else some seconds."""
     counts = {'min_particles': PARTICLES, 'max_particles': PARTICLES}
     few = params.model_copy(update={**counts, 'resample_interval': 1, 'selective_resampling': False})
     grid = square_room()

@@ -1,7 +1,6 @@
 """Parameters of AMCL under upstream's names and with upstream's defaults (navigation, Noetic).
 
-Upstream's amcl_node.cpp and its AMCL.cfg disagree on recovery_alpha_slow and recovery_alpha_fast;
-the node starts with its own 0.001 and 0.1, so those are the defaults here. 0 and 0 turn it off.
+Those of recovery_alpha_slow and recovery_alpha_fast are amcl_node.cpp's; AMCL.cfg has 0 and 0, which turn it off.
 """
 
 from __future__ import annotations
@@ -26,6 +25,8 @@ def _no_omni(value: Any) -> Any:
 
 
 Alpha = Annotated[float, Between(0.0, 1000.0)]
+Variance_rad2 = Annotated[float, Between(0.0, 1e8, 'rad^2')]
+LaserModel = Literal['beam', 'likelihood_field', 'likelihood_field_prob']
 FrameId = Annotated[str, Field(min_length=1)]
 
 
@@ -35,9 +36,7 @@ class AmclParams(Params):
     # The filter. kld_z is the standard normal quantile itself, not a probability (0.99 is 84 %).
     min_particles: Annotated[int, Between(1, 1_000_000)] = param(100, 'fewest particles')
     max_particles: Annotated[int, Between(1, 1_000_000)] = param(5000, 'most particles')
-    kld_err: Annotated[float, Between(1e-6, 10.0)] = param(
-        0.01, 'error of the distribution, by which particles are counted'
-    )
+    kld_err: Annotated[float, Between(1e-6, 10.0)] = param(0.01, 'error of the distribution that limits particles')
     kld_z: Annotated[float, Between(0.0, 100.0)] = param(0.99, 'normal quantile of that error (0.99 is 84 %)')
     update_min_d: Distance_m = param(0.2, 'displacement along x or y of odom before an update [m]')
     update_min_a: bounds.Turn_rad = param(math.pi / 6.0, 'turn before an update [rad]')
@@ -53,14 +52,10 @@ class AmclParams(Params):
     initial_pose_a: bounds.Angle_rad = param(0.0, 'mean of the initial yaw [rad]')
     initial_cov_xx: bounds.Variance_m2 = param(0.25, 'variance of the initial pose [m^2]')
     initial_cov_yy: bounds.Variance_m2 = param(0.25, 'variance of the initial pose [m^2]')
-    initial_cov_aa: Annotated[float, Between(0.0, 1e8, 'rad^2')] = param(
-        (math.pi / 12.0) ** 2, 'variance of the initial yaw [rad^2]'
-    )
+    initial_cov_aa: Variance_rad2 = param((math.pi / 12.0) ** 2, 'variance of the initial yaw [rad^2]')
 
     # The laser. Ranges of 0 or less stand for the scan's own range_min and range_max.
-    laser_model_type: Literal['beam', 'likelihood_field', 'likelihood_field_prob'] = param(
-        'likelihood_field', 'sensor model'
-    )
+    laser_model_type: LaserModel = param('likelihood_field', 'sensor model')
     laser_min_range: bounds.Place_m = param(-1.0, 'shorter ranges are left out [m]; 0 or less: as in the scan')
     laser_max_range: bounds.Place_m = param(-1.0, 'longer ranges count as no return [m]; 0 or less: as in the scan')
     laser_max_beams: Annotated[int, Between(2, 100_000)] = param(30, 'rays of a scan that are used, evenly spaced')
@@ -77,8 +72,7 @@ class AmclParams(Params):
     beam_skip_error_threshold: Fraction = param(0.9, 'fraction of rays left out above which all are used')
     beam_skip_error_threshold_: Optional[Fraction] = Field(None, exclude=True, description='older name of the same')
 
-    # The odometry. Alphas: rotation from rotation, rotation from translation, translation from
-    # translation, translation from rotation; the fifth is of the omni models only.
+    # The odometry.
     odom_model_type: Annotated[Literal['diff', 'diff-corrected'], BeforeValidator(_no_omni)] = param(
         'diff', 'motion model; diff passes variances as upstream does, diff-corrected standard deviations'
     )

@@ -1,7 +1,6 @@
-"""Grid SLAM by a Rao-Blackwellised particle filter, without ROS and without a clock.
+"""Grid SLAM by a Rao-Blackwellised particle filter: each particle is a path of the robot with the map along it.
 
-Each particle is a path of the robot with the map that the scans make along it. Grisetti, Stachniss
-and Burgard, "Improved Techniques for Grid Mapping with Rao-Blackwellized Particle Filters", IEEE
+Grisetti, Stachniss and Burgard, "Improved Techniques for Grid Mapping with Rao-Blackwellized Particle Filters", IEEE
 Transactions on Robotics 23 (2007), algorithm 1; parameters and output are slam_gmapping's.
 """
 
@@ -18,9 +17,8 @@ from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, interpolate, wrap_angles
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.localization.histogram import effective_count
 from diff_encoder_sim.localization.occupancy_grid import UNKNOWN, OccupancyGrid, occupancy
-from diff_encoder_sim.localization.particles import check_pose
+from diff_encoder_sim.localization.particles import check_pose, effective_count
 from diff_encoder_sim.localization.patches import PatchMaps, Rays, usable_rays
 from diff_encoder_sim.localization.slam_kernels import Search, propose_poses
 from diff_encoder_sim.localization.slam_params import (
@@ -43,8 +41,7 @@ class TrajectoryPose(NamedTuple):
     base_pose_in_map: Pose2D
 
 
-# Margin beyond the range of the rays for the search of scan matching.
-MATCH_MARGIN_M = 1.0
+MATCH_MARGIN_M = 1.0  # beyond the range of the rays, for the search of scan matching
 
 
 class SlamEstimate(NamedTuple):
@@ -61,17 +58,15 @@ class SlamEstimate(NamedTuple):
 class GridSlam:
     """The mapper; pass every scan with the odometry pose at its stamp.
 
-    The map frame is odom's as it was on the first scan, unless a start is given. Every random draw
-    comes from `rng`: equal seeds and inputs give equal results, bit for bit.
+    The map frame is odom's at the first scan, unless a start is given. All samples come from `rng`: equal seeds and
+    inputs give equal results, bit for bit.
     """
 
     def __init__(
         self, params: GridSlamParams, rng: np.random.Generator, start_pose_in_map: Optional[Pose2D] = None
     ) -> None:
         """Start with empty maps; `start_pose_in_map` is the base's pose at the first scan, if known."""
-        self.params = params
-        self._start_pose = start_pose_in_map
-        self._rng = rng
+        self.params, self._start_pose, self._rng = params, start_pose_in_map, rng
         corners = (params.xmin, params.ymin), (params.xmax, params.ymax)
         self.maps = PatchMaps(*corners, params.delta, params.particles)
         self.particles = np.empty((0, 3))  # base poses in the map, x [m], y [m], yaw [rad]; empty before the first scan
@@ -86,8 +81,6 @@ class GridSlam:
         self._odom_pose: Optional[Pose2D] = None  # at the last added scan
         self._entered_ns = 0  # stamp of that scan
         self._newest_ns: Optional[int] = None  # stamp of the newest scan, added or not
-
-    # State
 
     @property
     def weights(self) -> np.ndarray:
@@ -121,14 +114,11 @@ class GridSlam:
         x_m, y_m = self.maps.corner_m.tolist()
         return OccupancyGrid(cells, self.params.delta, Pose2D(x_m, y_m, 0.0))
 
-    # The filter
-
     def update(self, odom_pose: Pose2D, scan: Scan, laser_pose_in_base: Pose2D) -> Optional[SlamEstimate]:
         """Process a scan; return an estimate if it was added to the map, else None.
 
         The first scan is added, and each scan after a motion of linearUpdate or angularUpdate or a time of
-        temporalUpdate. Upstream sums the odometry increments, which grow with the heading jitter of a
-        coarse encoder; here only the pose counts.
+        temporalUpdate. Upstream sums the odometry increments, which grow with the jitter of a coarse encoder.
 
         Args:
             odom_pose: base in odom at the scan's stamp.
@@ -136,8 +126,7 @@ class GridSlam:
             laser_pose_in_base: mounting pose of the laser, not upside-down.
 
         Raises:
-            InputFault: the scan, pose or mount cannot be used, or time went back. The map is
-                unchanged.
+            InputFault: the scan, pose or mount cannot be used, or time went back. The map is unchanged.
         """
         check_pose(odom_pose, 'odometry pose')
         check_pose(laser_pose_in_base, 'laser pose')
@@ -171,7 +160,7 @@ class GridSlam:
         start_pose = odom_pose if self._start_pose is None else self._start_pose
         self.particles = np.tile(np.array(start_pose), (self.params.particles, 1))
         self._update_maps(rays)
-        # The maps are equal: one patch serves all.
+        # The maps are equal: they share patches.
         self.maps.resample(np.zeros(self.params.particles, int))
         return self._finish(odom_pose, stamp_ns, may_resample=False)
 
@@ -220,31 +209,28 @@ def propose(
 ) -> Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Move the particles by odometry's `move` (in the base frame) and a scan: the improved proposal, section III-B.
 
-    Each particle starts at its odometry pose and climbs to the best match (algorithm 1, line 7), then moves to the
-    maximum of likelihood times motion model. The Gaussian about it (lines 12 to 21), in closed form instead of sampled
-    poses, is sampled from, and the weight is its integral (lines 22 to 24). Other than in the paper, the
-    particle takes of the way from odometry's pose to the one drawn only the share by which the scan contradicts
-    odometry: see `scan_share`. Where the best match scores not more than minimumScore, it draws from the
-    motion model and is weighted by the likelihood there (lines 8 to 10).
+    Each particle climbs from its odometry pose to the best match (algorithm 1, line 7), then moves to the maximum of
+    likelihood times motion model. The Gaussian around it (lines 12 to 21), in closed form, is sampled; the weight is
+    its integral (lines 22 to 24). Other than in the paper, a particle follows only as far as the scan contradicts
+    odometry: see `scan_share`. If the best match does not score more than minimumScore, the motion model is sampled,
+    and the weight is the likelihood there (lines 8 to 10).
 
     Args:
-        maps: the particles' maps; they cover all that the rays reach.
+        maps: the particles' maps, which cover the reach of the rays.
         particles: (n, 3) base poses in the map, before the move.
         move: the base's pose after the move, in its frame before it.
         rays: the scan after the move.
         params: the noise of odometry and scan, and the search.
-        rng: drawn from 3 n times, whatever the move, so that equal seeds stay in step.
-        trend: (3,) running mean of how far the scans are from odometry, in standard deviations; zeros for the first.
+        rng: sampled 3 n times for any move, so that equal seeds stay in step.
+        trend: (3,) running mean of the scans' offsets from odometry, in standard deviations; zeros for the first.
 
     Returns:
-        Drawn base poses (n, 3), what is added to each log-weight (n,), scores of the best matches (n,), 0 to the number
+        Sampled base poses (n, 3), increments of the log-weights (n,), scores of the best matches (n,), 0 to the number
         of matched rays, and the trend (3,) after this step.
     """
-    sigmas, cell_m = move_sigmas(move, params), maps.cell_m
-    normals = rng.standard_normal(particles.shape)
+    sigmas, cell_m, normals = move_sigmas(move, params), maps.cell_m, rng.standard_normal(particles.shape)
     # Into cells from the maps' corner, and back again.
-    scale = np.array([1.0 / cell_m, 1.0 / cell_m, 1.0])
-    corner = np.append(maps.corner_m, 0.0)
+    scale, corner = np.array([1.0 / cell_m, 1.0 / cell_m, 1.0]), np.append(maps.corner_m, 0.0)
     expected = (apply_moves(particles, np.array(move)) - corner) * scale
     fallback = (apply_moves(particles, np.array(move) + sigmas * normals) - corner) * scale
     ends, grids = rays.matched_ends_m() / cell_m, (maps.table, maps.cells)
@@ -269,16 +255,9 @@ def search_of(params: GridSlamParams, cell_m: float) -> Search:
 
 
 def map_recording(slam: GridSlam, odometry: OdometryTrack, scans: Iterable[Scan], laser_pose_in_base: Pose2D) -> int:
-    """Process a recording; return the number of scans that were added to the map.
+    """Process each throttle_scans-th scan of a recording; return the number of scans that were added to the map.
 
-    Each throttle_scans-th scan is used. Scans outside of odometry's time span, scans older than the
-    previous one, and invalid scans are dropped with a warning.
-
-    Args:
-        slam: new, or with a map to continue.
-        odometry: of the whole drive.
-        scans: in the order of their stamps.
-        laser_pose_in_base: mounting pose of the laser.
+    Scans outside of odometry's time span, older than the previous one, or invalid are dropped with a warning.
 
     Raises:
         ConfigError: no odometry, or no usable scan.
@@ -308,18 +287,12 @@ class OdometryTrack:
         backward = (index for index in range(1, len(stamps_ns)) if stamps_ns[index] < stamps_ns[index - 1])
         end = next(backward, len(stamps_ns))
         if end < len(stamps_ns):
-            log.warning(
-                'odometry stamps go back to %.3f s: only the drive before that is mapped',
-                stamps_ns[end] / NANOSECONDS_PER_SECOND,
-            )
+            back_s = stamps_ns[end] / NANOSECONDS_PER_SECOND
+            log.warning('odometry stamps go back to %.3f s: only the drive before that is mapped', back_s)
         self.stamps_ns, self._poses = list(stamps_ns[:end]), list(base_poses_in_odom[:end])
 
     def at(self, stamp_ns: int) -> Pose2D:
-        """Return the pose at a time, interpolated.
-
-        Raises:
-            InputFault: the time is before the first pose or after the last.
-        """
+        """Return the interpolated pose at a time; raise InputFault before the first pose and after the last."""
         after = bisect_left(self.stamps_ns, stamp_ns)
         if after < len(self.stamps_ns) and self.stamps_ns[after] == stamp_ns:
             return self._poses[after]

@@ -1,8 +1,8 @@
 """The laser models of amcl, by the names of laser_model_type: the likelihood of a scan at each particle.
 
-Likelihood field (Probabilistic Robotics, table 6.3): the closer a ray ends to an obstacle on the map, the likelier it
-is. Beam model (table 6.1): the closer its range is to that of the map. Upstream combines rays as one plus the sum of
-the cubes of their probabilities. This is not a probability, but tolerates obstacles that are not on the map.
+Likelihood field (Probabilistic Robotics, table 6.3): by the distance from a ray's end to an obstacle of the map. Beam
+model (table 6.1): by the difference between its range and the map's. Upstream combines rays as one plus the sum of the
+cubes of their probabilities, which tolerates obstacles that are not on the map.
 """
 
 from __future__ import annotations
@@ -18,17 +18,14 @@ from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.distances import distance_field
-from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
+from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, OccupancyGrid, distance_field
 
 log = logging.getLogger(__name__)
 
-# Table entries are multiples of this, so that a sum of some hundred of them is exact in double precision: in whatever
-# order the compiler's vectors add, the weights are equal.
+# Table entries are multiples of this: sums of some hundred of them are exact, in any order in which vectors add.
 _QUANTUM = 2.0**-36
 
-# Replaces the logarithm of a probability of zero, which a sum of logarithms cannot hold.
-_LEAST_LOG = -700.0
+_LEAST_LOG = -700.0  # replaces the logarithm of a probability of zero
 
 
 class Beams(NamedTuple):
@@ -42,11 +39,7 @@ class Beams(NamedTuple):
 
 
 def check_scan(scan: Scan, range_max_m: float) -> None:
-    """Refuse a scan without rays, without a direction for each, or without a limit of their ranges.
-
-    Raises:
-        InputFault: the scan is invalid.
-    """
+    """Raise InputFault for a scan without rays, without a direction for each, or without a limit of their ranges."""
     count, first_rad, step_rad = len(scan.ranges_m), scan.angle_min_rad, scan.angle_increment_rad
     if count == 0 or not math.isfinite(first_rad + step_rad * count) or (count > 1 and step_rad == 0.0):
         raise InputFault(
@@ -58,10 +51,7 @@ def check_scan(scan: Scan, range_max_m: float) -> None:
 
 
 class Likelihoods(NamedTuple):
-    """The likelihood of a scan for each particle: factors[i] * exp(log_scale).
-
-    In two parts, because a product over 180 beams need not fit a double.
-    """
+    """The likelihood of a scan for each particle, factors[i] * exp(log_scale): a product may not fit a double."""
 
     factors: np.ndarray  # (n,), 0 or more
     log_scale: float
@@ -70,21 +60,18 @@ class Likelihoods(NamedTuple):
 class SensorModel:
     """A laser model on one map."""
 
-    # The likelihood fields ignore rays without a return.
-    _hits_only = True
+    _hits_only = True  # the likelihood fields ignore rays without a return
 
     def __init__(self, params: AmclParams, grid: OccupancyGrid) -> None:
-        self._params = params
-        self._grid = grid
+        self._params, self._grid = params, grid
 
     def beams(self, scan: Scan, laser_pose_in_base: Pose2D) -> Beams:
         """Select the rays of a scan that count: evenly spaced, numbers, and in likelihood fields with a return.
 
-        Readings at or below the least range become no return, as upstream treats them; so do those at or beyond the
-        largest, infinity included.
+        As upstream, readings that are not between the least and the largest range are no return.
 
         Raises:
-            InputFault: none does, or the scan is invalid.
+            InputFault: no ray counts, or the scan is invalid.
         """
         params, range_max_m, range_min_m = self._params, float(scan.range_max_m), float(scan.range_min_m)
         if params.laser_max_range > 0.0:
@@ -95,13 +82,10 @@ class SensorModel:
         if not (0.0 <= range_min_m < math.inf):
             raise InputFault(f'range_min {range_min_m} m; expected a finite number of at least 0')
         step = self._step(len(scan.ranges_m), params.laser_max_beams)
-        # A copy, whatever the scan's array is like: the kernel is compiled for one kind of array.
-        ranges_m, bearings_rad = _rays_in_base(
-            np.array(scan.ranges_m[::step], dtype=float),
-            (range_min_m, range_max_m),
-            self._hits_only,
-            (scan.angle_min_rad, scan.angle_increment_rad * step, laser_pose_in_base.yaw_rad),
-        )
+        # A copy, as the kernel is compiled for one kind of array.
+        used_m, limits_m = np.array(scan.ranges_m[::step], dtype=float), (range_min_m, range_max_m)
+        directions_rad = scan.angle_min_rad, scan.angle_increment_rad * step, laser_pose_in_base.yaw_rad
+        ranges_m, bearings_rad = _rays_in_base(used_m, limits_m, self._hits_only, directions_rad)
         if len(ranges_m) == 0:
             raise InputFault(
                 f'none of {len(scan.ranges_m)} rays, as far as they are used, has a return within '
@@ -114,21 +98,13 @@ class SensorModel:
         return max(1, (ray_count - 1) // (most - 1))
 
     def likelihoods(self, particles: np.ndarray, beams: Beams, converged: bool) -> Likelihoods:
-        """Weigh particles (n, 3), base poses in the map, by a scan's beams.
-
-        Args:
-            particles: x [m], y [m], yaw [rad].
-            beams: from `beams`.
-            converged: whether the particles lie close together.
-        """
+        """Weigh particles (n, 3), base poses in the map, by a scan's beams; `converged`: they lie close together."""
         raise NotImplementedError
 
     def _poses_in_cells(self, particles: np.ndarray) -> np.ndarray:
         """Return (n, 4): particles as column, row (with fractions), cosine and sine in the grid's frame.
 
-        Cell (row, column) covers [column, column + 1) x [row, row + 1), as nav_msgs/OccupancyGrid
-        means it. Upstream rounds to the nearest cell instead, which puts its map half a cell off,
-        and leaves out the origin's yaw.
+        Cell (row, column) covers [column, column + 1) x [row, row + 1), as in nav_msgs/OccupancyGrid.
         """
         origin, cell_m = self._grid.origin, self._grid.resolution_m
         cos_origin, sin_origin = np.cos(origin.yaw_rad), np.sin(origin.yaw_rad)
@@ -190,15 +166,12 @@ class LikelihoodFieldProb(LikelihoodField):
         if self._params.do_beamskip and converged:
             ends = np.ascontiguousarray(ends[:, self._agreed_beams(poses, ends)])
         logs = sum_over_endpoints(poses, ends, self._table_for(beams.range_max_m))
-        # Upstream multiplies the probabilities themselves: 180 unlikely rays make that zero for all.
+        # Upstream multiplies the probabilities, which 180 unlikely rays make zero for all.
         largest = float(logs.max())
         return Likelihoods(np.exp(logs - largest), largest)
 
     def _agreed_beams(self, poses: np.ndarray, ends: np.ndarray) -> np.ndarray:
-        """Return (k,) which rays for enough particles end near something on the map.
-
-        All rays, with a warning, if beam_skip_error_threshold or more would be left out.
-        """
+        """Return (k,) which rays end near an obstacle for enough particles; all if too many would be left out."""
         column, row, cos_yaw, sin_yaw = poses.T[:, :, np.newaxis]
         last_row, last_column = np.subtract(self._is_near.shape, 1)
         columns = np.clip(column + cos_yaw * ends[0] - sin_yaw * ends[1] + 1.0, 0, last_column).astype(int)
@@ -224,8 +197,7 @@ class LikelihoodFieldProb(LikelihoodField):
 class BeamModel(SensorModel):
     """Upstream's `beam`."""
 
-    # In this model a ray without a return counts: laser_z_max.
-    _hits_only = False
+    _hits_only = False  # a ray without a return counts: laser_z_max
 
     def __init__(self, params: AmclParams, grid: OccupancyGrid) -> None:
         super().__init__(params, grid)
@@ -292,15 +264,16 @@ def sum_over_endpoints(poses: Array, ends: Array, table: Array) -> np.ndarray:
 def _weigh_by_casting(
     poses: Array, beams: Beams, blocked: Array, cell_m: float, mixture: Tuple[float, float, float, float, float, float]
 ) -> np.ndarray:
-    """Return (n,) one plus the sum over rays of their probability cubed.
+    """Return (n,) one plus the sum over rays of their probability cubed: table 6.1 without its normalisers.
 
     Args:
         poses: (n, 4) column, row, cosine and sine of base in the grid's frame, in cells.
         beams: in the base frame.
         blocked: (height, width) bool.
         cell_m: side of a cell.
-        mixture: see `_ranged_probability`.
+        mixture: z_hit, z_short, z_max, z_rand, sigma_hit [m], lambda_short [1/m].
     """
+    z_hit, z_short, z_max, z_rand, sigma_hit_m, lambda_short = mixture
     ranges_m, range_max_m, reach = beams.ranges_m, beams.range_max_m, beams.range_max_m / cell_m
     cosines, sines = np.cos(beams.bearings_rad), np.sin(beams.bearings_rad)
     laser_x, laser_y = beams.laser_x_m / cell_m, beams.laser_y_m / cell_m
@@ -313,34 +286,21 @@ def _weigh_by_casting(
         for j in range(len(ranges_m)):
             end_column = column + reach * (cos_yaw * cosines[j] - sin_yaw * sines[j])
             end_row = row + reach * (sin_yaw * cosines[j] + cos_yaw * sines[j])
-            expected_m = cell_m * cast_ray(blocked, column, row, end_column, end_row, reach)
-            factor += _ranged_probability(ranges_m[j], expected_m, range_max_m, mixture) ** 3
+            excess_m = ranges_m[j] - cell_m * cast_ray(blocked, column, row, end_column, end_row, reach)
+            probability = z_hit * math.exp(-(excess_m**2) / (2.0 * sigma_hit_m**2))
+            if excess_m < 0.0:
+                probability += z_short * lambda_short * math.exp(-lambda_short * ranges_m[j])
+            probability += z_max if ranges_m[j] >= range_max_m else z_rand / range_max_m
+            factor += probability**3
         factors[i] = factor
     return factors
 
 
 @compiled
-def _ranged_probability(
-    range_m: float, expected_m: float, range_max_m: float, mixture: Tuple[float, float, float, float, float, float]
-) -> float:
-    """Return the likelihood of a range if the map has `expected_m`: table 6.1 without its normalisers.
-
-    `mixture` is z_hit, z_short, z_max, z_rand, sigma_hit [m], lambda_short [1/m].
-    """
-    z_hit, z_short, z_max, z_rand, sigma_hit_m, lambda_short = mixture
-    excess_m = range_m - expected_m
-    probability: float = z_hit * math.exp(-(excess_m**2) / (2.0 * sigma_hit_m**2))
-    if excess_m < 0.0:
-        probability += z_short * lambda_short * math.exp(-lambda_short * range_m)
-    return probability + (z_max if range_m >= range_max_m else z_rand / range_max_m)
-
-
-@compiled
 def cast_ray(blocked: Array, column: float, row: float, end_column: float, end_row: float, reach: float) -> float:
-    """Return how many cells lie between a point and the first blocked cell on the line to another.
+    """Return the distance [cells] from a point to the first blocked cell on the line to another, `reach` if none is.
 
-    Measured between cell centres along Bresenham's line; the cell it starts in does not block it.
-    Where none does, the length is `reach`.
+    Between cell centres along Bresenham's line; the cell it starts in does not block it.
     """
     height, width = blocked.shape
     x, y = int(math.floor(column)), int(math.floor(row))

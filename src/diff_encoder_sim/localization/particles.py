@@ -1,25 +1,28 @@
-"""Particle sets: how they are drawn, how far they are spread, and which input is refused.
+"""Particle sets: how they are sampled, moved, resampled and clustered, and which input is refused.
 
-A set is an array (n, 3) of base poses in the map, x [m], y [m], yaw [rad] in [-pi, pi), with
-weights (n,) that sum to 1.
+A set is an array (n, 3) of base poses in the map, x [m], y [m], yaw [rad] in [-pi, pi), with weights (n,) of sum 1.
+KLD-sampling and clustering use a histogram with bins of 0.5 m x 0.5 m x 10 degrees. Upstream keeps them in a kd-tree;
+here they are the keys of an open-addressing hash table, an int64 array whose length is a power of two. Headings wrap:
+bins on both sides of +-180 degrees are neighbours, where upstream's are a full turn apart.
 """
 
 from __future__ import annotations
 
 import math
 from statistics import NormalDist
-from typing import NamedTuple
+from typing import NamedTuple, Tuple
 
 import numpy as np
 
 from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle, wrap_angles
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.histogram import GOLDEN_SECTION
 from diff_encoder_sim.localization.occupancy_grid import FREE, FreeCells, OccupancyGrid
 
-# Below this distance [m] the direction between two poses is noise (a turn on the spot): upstream's.
-SMALL_TRANSLATION_M = 0.01
+GOLDEN_SECTION = (math.sqrt(5.0) - 1.0) / 2.0
+
+SMALL_TRANSLATION_M = 0.01  # below it the direction between two poses is noise (a turn on the spot): upstream's
 
 
 class Move(NamedTuple):
@@ -41,9 +44,8 @@ def decompose(previous: Pose2D, current: Pose2D) -> Move:
 def move_noise(move: Move, params: AmclParams) -> Move:
     """Return a move's standard deviations [rad, m, rad] (table 5.6, lines 5 to 7).
 
-    Upstream's older model `diff`, its default, passes the variance to a sampler that takes a standard deviation. Users
-    have tuned their alphas on it, so it is kept as upstream; below 1 rad and 1 m it trusts odometry more than its
-    alphas specify.
+    Upstream's default model `diff` passes variances to a sampler that takes standard deviations. Users have tuned
+    their alphas on it.
     """
     # Relative to forward or reverse, whichever is closer: both are equally noisy.
     turn1, turn2 = (
@@ -64,9 +66,8 @@ def move_particles(
 ) -> np.ndarray:
     """Move each particle (n, 3) by its own noisy copy of odometry's move between two base poses in odom (table 5.6).
 
-    A robot whose base frame is off the axle moves it sideways when it turns on the spot. To table 5.6 that is a turn of
-    90 degrees, a drive, and a turn back, each with its noise, of which none happened. So the axle is moved. `rng` is
-    drawn from 3 n times, whatever the move, so that equal seeds stay in step.
+    A base frame off the axle moves sideways in a turn on the spot, to table 5.6 a turn, a drive and a turn back, each
+    with noise. So the axle is moved. `rng` is sampled 3 n times for any move, so that equal seeds stay in step.
     """
     if params.axle_x:
         axle_in_base, at_axle = Pose2D(params.axle_x, 0.0, 0.0), params.model_copy(update={'axle_x': 0.0})
@@ -94,17 +95,12 @@ def _moved_ahead(poses: np.ndarray, by_m: float) -> np.ndarray:
     return moved
 
 
-# A larger coordinate is on no map, and would not fit the histogram's keys [m].
-LARGEST_COORDINATE_M = 1e6
+LARGEST_COORDINATE_M = 1e6  # larger ones would not fit the histogram's keys
+SMALLEST_CELL_M, LARGEST_CELL_M = 1e-3, 100.0  # side of a map's cells
 
 # Steps of the first particles' places in x, y and yaw: the golden section and roots, which no whole numbers relate.
 EVEN_STEPS = (GOLDEN_SECTION, math.sqrt(2.0), math.sqrt(3.0))
-
-# 0 has no normal quantile.
-LEAST_CHANCE = 1e-12
-
-# Side of a map's cells [m]: others are mistyped, and end as coordinates that are not finite.
-SMALLEST_CELL_M, LARGEST_CELL_M = 1e-3, 100.0
+LEAST_CHANCE = 1e-12  # 0 has no normal quantile
 
 
 def particles_around(pose: Pose2D, covariance: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
@@ -143,11 +139,7 @@ def particles_everywhere(free_cells: FreeCells, count: int, rng: np.random.Gener
 
 
 def check_grid(grid: OccupancyGrid) -> None:
-    """Refuse a map on which no robot can be located.
-
-    Raises:
-        InputFault: no free cell, or an invalid resolution or origin.
-    """
+    """Raise InputFault for a map without a free cell, or with an invalid resolution or origin."""
     if not SMALLEST_CELL_M <= grid.resolution_m <= LARGEST_CELL_M:
         allowed = f'{SMALLEST_CELL_M:g} to {LARGEST_CELL_M:g} m'
         raise InputFault(f'map: given a resolution of {grid.resolution_m} m; allowed: {allowed}')
@@ -157,11 +149,7 @@ def check_grid(grid: OccupancyGrid) -> None:
 
 
 def check_pose(pose: Pose2D, name: str) -> None:
-    """Refuse an invalid pose; `name` names it in the error.
-
-    Raises:
-        InputFault: a coordinate is not finite or too large.
-    """
+    """Raise InputFault, with `name`, for a pose that is not finite or too large."""
     if not (max(abs(pose.x_m), abs(pose.y_m)) <= LARGEST_COORDINATE_M and math.isfinite(sum(pose))):
         raise InputFault(
             f'{name}: given ({pose.x_m}, {pose.y_m}, {pose.yaw_rad}); expected finite x, y [m] and yaw [rad]'
@@ -169,13 +157,241 @@ def check_pose(pose: Pose2D, name: str) -> None:
 
 
 def check_covariance(covariance: np.ndarray) -> None:
-    """Refuse an invalid 3x3 covariance over (x, y, yaw).
-
-    Raises:
-        InputFault: not finite, too large, or a variance below zero.
-    """
+    """Raise InputFault for a 3x3 covariance over (x, y, yaw) that is not finite or too large, or a variance below 0."""
     covariance = np.asarray(covariance, dtype=float)
     if not (np.abs(covariance) <= LARGEST_COORDINATE_M**2).all() or (np.diag(covariance) < 0.0).any():
         raise InputFault(
             f'initial covariance: given {covariance.tolist()}; expected finite numbers and no variance below 0'
         )
+
+
+BIN_M, BINS_PER_TURN = 0.5, 36
+
+_EMPTY = -1
+# A key is x, y and heading bin: 28, 28 and 6 bits. Coordinates within 1e6 m fit.
+_OFFSET = 1 << 27
+_MASK = (1 << 28) - 1
+_YAW_BITS = 6
+
+
+@compiled
+def draw_until_enough(
+    particles: Array,
+    cumulative: Array,
+    limits: Array,
+    fraction_anywhere: float,
+    centres: Array,
+    places: Array,
+    anywhere: Array,
+) -> np.ndarray:
+    """Sample (m, 3) particles one by one until there are enough for the bins that they fill; arguments as `resample`.
+
+    Args:
+        particles: (n, 3).
+        cumulative: (n,) running sums of their weights.
+        limits: (most + 1,).
+        fraction_anywhere: of particles.
+        centres: (most, 2) x, y [m] of free cells for these.
+        places: (most,) of other particles among the weights, in [0, 1).
+        anywhere: (most, 3) chances: whether a particle is sampled from all cells, which cell, which heading.
+    """
+    drawn = np.empty((len(places), 3))
+    table = _new_table(len(places))
+    bin_count = count = 0
+    while count < len(places) and count <= limits[bin_count]:
+        if fraction_anywhere > 0.0 and anywhere[count, 0] < fraction_anywhere:
+            drawn[count, 0], drawn[count, 1] = centres[count, 0], centres[count, 1]
+            drawn[count, 2] = (2.0 * anywhere[count, 2] - 1.0) * math.pi
+        else:
+            target = places[count] * cumulative[-1]
+            chosen = np.searchsorted(cumulative, target, side='right')
+            # Rounding may put the target on the very end: the last particle that has any weight.
+            if chosen == len(cumulative):
+                chosen = np.searchsorted(cumulative, cumulative[-1], side='left')
+            drawn[count] = particles[chosen]
+        key = _key_of_pose(drawn[count])
+        slot = _slot_of(table, key)
+        bin_count += table[slot] != key
+        table[slot] = key
+        count += 1
+    return drawn[:count].copy()
+
+
+@compiled
+def cluster_labels(particles: Array) -> np.ndarray:
+    """Return (n,) int64 the cluster of each particle (n, 3), numbered from 0 as they are met."""
+    count = len(particles)
+    table = _new_table(count)
+    slots = np.empty(count, dtype=np.int64)
+    for i in range(count):
+        key = _key_of_pose(particles[i])
+        slots[i] = _slot_of(table, key)
+        table[slots[i]] = key
+    label_of_slot = np.full(len(table), -1, dtype=np.int64)
+    labels, pending = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
+    cluster_count = 0
+    for i in range(count):
+        if label_of_slot[slots[i]] < 0:
+            # Bins are connected across corners, too.
+            label_of_slot[slots[i]], pending[0], pending_count = cluster_count, slots[i], 1
+            while pending_count > 0:
+                pending_count -= 1
+                key = table[pending[pending_count]]
+                x, y, yaw = key >> (28 + _YAW_BITS), (key >> _YAW_BITS) & _MASK, key & ((1 << _YAW_BITS) - 1)
+                for step in range(27):
+                    near_key = _key_of_bin(x + step // 9 - 1, y + step // 3 % 3 - 1, yaw + step % 3 - 1)
+                    near = _slot_of(table, near_key)
+                    if table[near] == near_key and label_of_slot[near] < 0:
+                        label_of_slot[near], pending[pending_count] = cluster_count, near
+                        pending_count += 1
+            cluster_count += 1
+        labels[i] = label_of_slot[slots[i]]
+    return labels
+
+
+@compiled
+def _new_table(largest_count: int) -> np.ndarray:
+    """Return an empty table for up to `largest_count` bins, at most half full."""
+    size = 16
+    while size < 2 * largest_count:
+        size *= 2
+    return np.full(size, _EMPTY, dtype=np.int64)
+
+
+@compiled
+def _key_of_pose(pose: Array) -> int:
+    """Return the key of the bin that holds a pose (3,)."""
+    return _key_of_bin(
+        int(math.floor(pose[0] / BIN_M)) + _OFFSET,
+        int(math.floor(pose[1] / BIN_M)) + _OFFSET,
+        int(math.floor(pose[2] * (BINS_PER_TURN / (2.0 * math.pi)))),
+    )
+
+
+@compiled
+def _key_of_bin(bin_x: int, bin_y: int, bin_yaw: int) -> int:
+    """Return the key of a bin by its indices, x and y from 0; the heading's may be any whole number."""
+    return ((bin_x & _MASK) << 28 | (bin_y & _MASK)) << _YAW_BITS | bin_yaw % BINS_PER_TURN
+
+
+@compiled
+def _slot_of(table: Array, key: int) -> int:
+    """Return the slot of `key` in the table, or the empty slot for it."""
+    mask = len(table) - 1
+    # Fibonacci hashing: the high bits of the product depend on all bits of the key.
+    slot = ((key * 0x9E3779B97F4A7C1) >> 20) & mask
+    while table[slot] != _EMPTY and table[slot] != key:
+        slot = (slot + 1) & mask
+    return slot
+
+
+class ParticleStatistics(NamedTuple):
+    """Mean, spread and clusters of a particle set, in the map frame."""
+
+    mean: Pose2D  # of the heaviest cluster
+    covariance: np.ndarray  # 3x3 over (x [m], y [m], yaw [rad]), of all particles
+    cluster_weight: float  # the heaviest cluster's fraction of the weight, 0 to 1
+    cluster_count: int
+
+
+def particle_statistics(particles: np.ndarray, weights: np.ndarray) -> ParticleStatistics:
+    """Cluster particles (n, 3) with weights (n,), sum 1."""
+    labels = cluster_labels(particles)
+    cluster_weights = np.bincount(labels, weights)
+    heaviest = int(np.argmax(cluster_weights))
+    in_heaviest = labels == heaviest
+    mean, covariance = mean_and_covariance(particles[in_heaviest], weights[in_heaviest])
+    if len(cluster_weights) > 1:
+        covariance = mean_and_covariance(particles, weights)[1]
+    return ParticleStatistics(mean, covariance, float(cluster_weights[heaviest]), len(cluster_weights))
+
+
+@compiled
+def _mean_unit_vector(particles: Array, weights: Array) -> Tuple[float, float]:
+    """Return the mean of (cos yaw, sin yaw) with weights of sum 1.
+
+    A scalar loop: numpy 1.24's cosine of a strided array depends in the last bit on the memory address.
+    """
+    cos_sum, sin_sum = 0.0, 0.0
+    for index in range(len(weights)):
+        cos_sum += weights[index] * math.cos(particles[index, 2])
+        sin_sum += weights[index] * math.sin(particles[index, 2])
+    return cos_sum, sin_sum
+
+
+def mean_and_covariance(particles: np.ndarray, weights: np.ndarray) -> Tuple[Pose2D, np.ndarray]:
+    """Return the mean and 3x3 covariance of particles (n, 3) with weights (n,) of any sum above 0.
+
+    Yaw by circular statistics: the direction of the mean unit vector, and the variance of a wrapped normal
+    distribution. As upstream, nothing between yaw and x or y.
+    """
+    weights = weights / weights.sum()
+    x_m, y_m = float((weights * particles[:, 0]).sum()), float((weights * particles[:, 1]).sum())
+    off_x, off_y = particles[:, 0] - x_m, particles[:, 1] - y_m
+    cos_mean, sin_mean = _mean_unit_vector(particles, weights)
+    covariance = np.zeros((3, 3))
+    covariance[0, 0] = (weights * off_x * off_x).sum()
+    covariance[0, 1] = covariance[1, 0] = (weights * off_x * off_y).sum()
+    covariance[1, 1] = (weights * off_y * off_y).sum()
+    # Equal headings may give a length of 1 + 1e-16, opposite ones 0.
+    length = min(max(math.hypot(cos_mean, sin_mean), 1e-12), 1.0)
+    covariance[2, 2] = -2.0 * math.log(length)
+    return Pose2D(x_m, y_m, math.atan2(sin_mean, cos_mean)), covariance
+
+
+def effective_count(weights: np.ndarray) -> float:
+    """Return the effective sample size, 1 / sum of squared weights (weights sum to 1)."""
+    return 1.0 / float((weights * weights).sum())
+
+
+def kld_limits(params: AmclParams) -> np.ndarray:
+    """Return (max_particles + 1,) particles needed when k bins are filled, by k.
+
+    They keep the divergence from the posterior below kld_err (table 8.4), by the Wilson-Hilferty approximation of the
+    chi-square quantile with bins - 1 degrees of freedom. One bin gives no bound: the most particles, as upstream.
+    """
+    freedom = np.arange(1.0, params.max_particles)
+    variance = 2.0 / (9.0 * freedom)
+    roots = 1.0 - variance + np.sqrt(variance) * params.kld_z
+    counts = np.ceil(freedom / (2.0 * params.kld_err) * roots**3)
+    limits = np.full(params.max_particles + 1, params.max_particles)
+    limits[2:] = np.clip(counts, params.min_particles, params.max_particles)
+    return limits
+
+
+def resample(
+    particles: np.ndarray,
+    weights: np.ndarray,
+    limits: np.ndarray,
+    fraction_anywhere: float,
+    free_cells: FreeCells,
+    rng: np.random.Generator,
+) -> np.ndarray:
+    """Sample (m, 3) particles of equal weight from a weighted set.
+
+    Args:
+        particles: (n, 3) base poses in the map.
+        weights: (n,), sum 1.
+        limits: from `kld_limits`; m is at most its length less 1.
+        fraction_anywhere: probability that a particle is sampled from the free cells instead.
+        free_cells: of the map.
+        rng: sampled as for the most particles, so that equal seeds stay in step.
+    """
+    most = len(limits) - 1
+    places = even_places(most, rng.random())
+    anywhere = rng.random((most, 3)) if fraction_anywhere > 0.0 else np.empty((0, 3))
+    centres = free_cells.centres((anywhere[:, 1] * len(free_cells)).astype(int))
+    return draw_until_enough(particles, np.cumsum(weights), limits, fraction_anywhere, centres, places, anywhere)
+
+
+def even_places(count: int, offset: float) -> np.ndarray:
+    """Return (count,) evenly spread places of [0, 1) by an offset of [0, 1); the first few are spread nearly as evenly.
+
+    Those of systematic resampling, (k + offset) / count, in steps of about the golden section, which divides every gap
+    before it divides one twice.
+    """
+    step = round(GOLDEN_SECTION * count)
+    while math.gcd(step, count) != 1:  # or some places would be visited twice
+        step += 1
+    places: np.ndarray = (np.arange(count) * step % count + offset) / count
+    return places

@@ -1,8 +1,4 @@
-"""The maps of all particles: patches of cells, shared until one particle writes (copy on write).
-
-Each particle has a table of patches; a patch that several tables name is copied before one of them
-changes it. So cells that particles have in common are in memory once.
-"""
+"""The maps of all particles: a table of patches for each, which are shared until one particle writes."""
 
 from __future__ import annotations
 
@@ -20,19 +16,11 @@ from diff_encoder_sim.localization.slam_params import MOST_ENTRIES, SIDE, GridSl
 
 SHIFT, MASK = 5, SIDE - 1
 
-# The numbers of a cell.
-HITS, VISITS, MEAN_X, MEAN_Y = range(4)
-
-# The patch of every table where nothing has been seen; it stays empty.
-EMPTY = 0
-
+HITS, VISITS, MEAN_X, MEAN_Y = range(4)  # the numbers of a cell
+EMPTY = 0  # the patch of unseen cells, which stays empty
 FIRST_CAPACITY = 256  # patches
-
-# A map grows by this much more than needed [m]: upstream's.
-ENLARGE_M = 10.0
-
-# Upstream's margin below the scan's own limit, where maxRange is not given [m].
-RANGE_MARGIN_M = 0.01
+ENLARGE_M = 10.0  # a map grows by this much more than needed: upstream's
+RANGE_MARGIN_M = 0.01  # upstream's, below the scan's own limit without maxRange
 
 
 class Rays(NamedTuple):
@@ -60,10 +48,9 @@ class Rays(NamedTuple):
 def usable_rays(scan: Scan, laser_pose_in_base: Pose2D, params: GridSlamParams) -> Rays:
     """Sort a scan's rays as upstream does.
 
-    A ray beyond maxRange is ignored; one beyond maxUrange shows that all up to there is free. +inf
-    (nothing within range_max, REP-117) counts as a reading of range_max: so free space appears in
-    the open where maxUrange < range_max <= maxRange, as upstream's manual describes. Upstream
-    reads a range that is too close to measure as range_max; here it is ignored.
+    A ray beyond maxRange is ignored; one beyond maxUrange shows that cells up to there are free. +inf (nothing within
+    range_max, REP-117) counts as a reading of range_max: free space appears in the open if maxUrange < range_max <=
+    maxRange, as upstream's manual describes. Upstream reads too short ranges as range_max; here they are ignored.
 
     Raises:
         InputFault: the scan has no rays, no directions or no range limit.
@@ -74,23 +61,13 @@ def usable_rays(scan: Scan, laser_pose_in_base: Pose2D, params: GridSlamParams) 
     usable_m = min(params.maxUrange or max_range_m, max_range_m)
     ranges_m = np.asarray(scan.ranges_m, dtype=float)
     ranges_m = np.where(ranges_m == math.inf, range_max_m, ranges_m)
-    # NaN compares as false.
-    with np.errstate(invalid='ignore'):
+    with np.errstate(invalid='ignore'):  # NaN compares as false
         is_used = (ranges_m > 0.0) & (ranges_m >= scan.range_min_m) & (ranges_m <= max_range_m)
         is_hit = is_used & (ranges_m < usable_m) & (ranges_m < range_max_m)
     is_matched = is_hit & (np.arange(len(ranges_m)) % (params.lskip + 1) == 0)
     bearings_rad = laser_pose_in_base.yaw_rad + scan.bearings_rad()[is_used]
     lengths_m = np.minimum(ranges_m[is_used], usable_m)
     return Rays(bearings_rad, lengths_m, is_hit[is_used], is_matched[is_used], *laser_pose_in_base[:2])
-
-
-class Counts(NamedTuple):
-    """Rays that ended in cells, and that ended in or passed them, in a rectangle of a grid."""
-
-    hits: np.ndarray  # (height, width) float32
-    visits: np.ndarray  # (height, width) float32
-    first_row: int  # in the grid
-    first_column: int
 
 
 class PatchMaps:
@@ -162,23 +139,21 @@ class PatchMaps:
         self.references[EMPTY] = 0
         self._find_free()
 
-    def counts(self, particle: int) -> Counts:
-        """Return the counts of the smallest rectangle of patches that holds all a particle has seen."""
+    def counts(self, particle: int) -> Tuple[np.ndarray, np.ndarray, int, int]:
+        """Return the smallest rectangle of patches that a particle has seen.
+
+        Hits and visits (height, width) float32, and the first row and column in the grid.
+        """
         row, column = np.nonzero(self.table[particle])
-        if len(row) == 0:
-            return Counts(np.zeros((0, 0), np.float32), np.zeros((0, 0), np.float32), 0, 0)
-        top, left = int(row.min()), int(column.min())
-        rows, columns = int(row.max()) + 1 - top, int(column.max()) + 1 - left
-        counts = np.zeros((2, rows, SIDE, columns, SIDE), np.float32)
-        patches = self.cells[self.table[particle, row, column]]
-        for kind, number in enumerate((HITS, VISITS)):
-            counts[kind, row - top, :, column - left, :] = patches[..., number]
-        hits, visits = counts.reshape(2, rows * SIDE, columns * SIDE)
-        return Counts(hits, visits, top * SIDE, left * SIDE)
+        top, left = int(row.min(initial=self.table.size)), int(column.min(initial=self.table.size))
+        rows, columns = max(0, int(row.max(initial=-1)) + 1 - top), max(0, int(column.max(initial=-1)) + 1 - left)
+        patches = self.cells[self.table[particle, top : top + rows, left : left + columns], :, :, :2]
+        hits, visits = patches.transpose(4, 0, 2, 1, 3).reshape(2, rows * SIDE, columns * SIDE)
+        return hits, visits, top * SIDE, left * SIDE
 
     def update(self, particles: np.ndarray, rays: Rays) -> None:
         """Enter a scan, taken at each particle's pose (n, 3), into its map; the maps cover all that the rays reach."""
-        # The most patches that one particle may have to make its own: all about the robot.
+        # The most patches that one particle may have to make its own: all around the robot.
         across = 2 * math.ceil(rays.reach_m() / (SIDE * self.cell_m)) + 2
         lengths, (corner_x_m, corner_y_m) = rays.lengths_m / self.cell_m, self.corner_m.tolist()
         for table, (x_m, y_m, yaw_rad) in zip(self.table, particles.tolist()):
@@ -215,7 +190,7 @@ def _update_map(
         last_column, last_row = int(math.floor(end_x)), int(math.floor(end_y))
         step_x, next_x, period_x = _first_border(laser_x, cosines[j])
         step_y, next_y, period_y = _first_border(laser_y, sines[j])
-        # As many steps as there are cell borders between, however the distances are rounded.
+        # As many steps as cell borders, however the distances are rounded.
         for _ in range(abs(last_column - column) + abs(last_row - row) + 1):
             is_last = column == last_column and row == last_row
             if (row >> SHIFT) != patch_row or (column >> SHIFT) != patch_column:
@@ -251,7 +226,7 @@ def _first_border(start: float, slope: float) -> Tuple[int, float, float]:
 def _own_patch(
     table: Array, row: int, column: int, cells: Array, references: Array, free: Array, free_count: Array
 ) -> int:
-    """Return the patch at a place of one particle's table, made its own; one must be free."""
+    """Return the patch at a place of one particle's table, copied if others share it; one must be free."""
     patch = int(table[row, column])
     if patch != EMPTY and references[patch] == 1:
         return patch

@@ -14,8 +14,7 @@ from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.distances import distance_field
-from diff_encoder_sim.localization.occupancy_grid import OCCUPIED, OccupancyGrid
+from diff_encoder_sim.localization.occupancy_grid import OCCUPIED, OccupancyGrid, distance_field
 
 # Approximate number of evenly spaced rays that are checked per scan.
 RAYS = 200

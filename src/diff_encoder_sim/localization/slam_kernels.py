@@ -71,7 +71,8 @@ def propose_poses(
             continue
         mode, root = refine(table[i], cells, match, expected[i], ends, search, sigmas)
         correction = mode - expected[i]
-        offset = _in_deviations(root, correction)
+        # Independent parts of variance 1.
+        offset = np.array([(root[a:, a] * correction[a:]).sum() for a in range(3)])
         trends[i] = trend + (offset - trend) / TREND_STEPS
         way = correction + _divided_by_transpose(root, normals[i])
         drawn[i] = expected[i] + scan_share(offset, trends[i]) * way
@@ -84,28 +85,19 @@ def propose_poses(
 def climb(table: Array, cells: Array, pose: Array, ends: Array, search: Search) -> Tuple[np.ndarray, float]:
     """Return (3,) the pose with the best score near `pose`, and that score.
 
-    Six moves, along x, along y and turned, are tried; the best one is taken if it improves the
-    score, else the steps are halved.
+    Of six moves, along x, along y and turned, the best one is taken if it improves the score; else steps are halved.
     """
-    step, turn_rad, halvings = search.step, search.turn_rad, search.halvings
-    best = pose.copy()
-    score = fit(table, cells, best, ends, search)[0]
-    trial = np.empty(3)
+    steps, halvings = np.array([search.step, search.step, search.turn_rad]), search.halvings
+    best, score = pose, fit(table, cells, pose, ends, search)[0]
     while halvings >= 0:
-        taken = -1
+        start, score_before = best, score
         for move in range(len(MOVES)):
-            trial[0] = best[0] + step * MOVES[move, 0]
-            trial[1] = best[1] + step * MOVES[move, 1]
-            trial[2] = best[2] + turn_rad * MOVES[move, 2]
+            trial = start + steps * MOVES[move]
             trial_score = fit(table, cells, trial, ends, search)[0]
             if trial_score > score:
-                score, taken = trial_score, move
-        if taken >= 0:
-            best[0] += step * MOVES[taken, 0]
-            best[1] += step * MOVES[taken, 1]
-            best[2] += turn_rad * MOVES[taken, 2]
-        else:
-            step, turn_rad, halvings = 0.5 * step, 0.5 * turn_rad, halvings - 1
+                best, score = trial, trial_score
+        if score == score_before:
+            steps, halvings = 0.5 * steps, halvings - 1
     return best, score
 
 
@@ -113,9 +105,8 @@ def climb(table: Array, cells: Array, pose: Array, ends: Array, search: Search) 
 def fit(table: Array, cells: Array, pose: Array, ends: Array, search: Search) -> Tuple[float, float]:
     """Return the score and the log-likelihood of a scan at a pose.
 
-    Sums over the rays of exp(scale times squared distance), 0 where nothing is near, and of scale times squared
-    distance; beyond the kernel, its radius counts. Upstream's likelihood is 90 times as much: rays into what was never
-    seen before would decide.
+    Sums over the rays of exp(scale times squared distance), 0 if nothing is near, and of scale times squared distance;
+    beyond the kernel, its radius counts. Upstream's likelihood is 90 times as much: rays into unseen cells decide.
     """
     cos_yaw, sin_yaw = math.cos(pose[2]), math.sin(pose[2])
     score = log_likelihood = 0.0
@@ -136,10 +127,10 @@ def fit(table: Array, cells: Array, pose: Array, ends: Array, search: Search) ->
 def refine(
     table: Array, cells: Array, match: Array, expected: Array, ends: Array, search: Search, sigmas: Array
 ) -> Tuple[np.ndarray, np.ndarray]:
-    """Return (3,) the likeliest pose near `match` by scan and odometry, and (3, 3) the root of its information.
+    """Return (3,) the likeliest pose near `match` by scan and odometry, and (3, 3) the lower root of its information.
 
-    By Gauss and Newton; a ray counts by its share of the score, so that one without a counterpart does not pull.
-    The root is lower triangular, and the information the inverse of the covariance.
+    By Gauss and Newton; a ray counts by its part of the score, so that one without a counterpart does not pull. The
+    information is the inverse of the covariance.
     """
     pose = match.copy()
     for _ in range(REFINEMENTS):
@@ -155,12 +146,11 @@ def refine(
 
 @compiled
 def scan_share(offset: Array, trend: Array) -> float:
-    """Return how much of the way from odometry's pose to the scan's is taken: 0 to 1.
+    """Return the fraction, 0 to 1, of the offset between odometry's pose and the scan's by which a particle follows.
 
-    The way (3,), and its running mean over the last steps (3,), are in standard deviations of the scan. The scan's own
-    noise gives each a square of 3 on average, once the mean's is scaled to its variance, and seldom one above
-    CONTRADICTION. Only what exceeds that speaks against odometry (the nonnegative garrote, Breiman 1995); the mean
-    finds a small error that every step has.
+    The offset (3,), and its running mean over the last steps (3,), are in standard deviations of the scan, whose own
+    noise seldom exceeds CONTRADICTION. Only the excess speaks against odometry (the nonnegative garrote, Breiman 1995);
+    the mean finds a small error that every step has.
     """
     squared = max((offset * offset).sum(), (2.0 * TREND_STEPS - 1.0) * (trend * trend).sum())
     return max(0.0, 1.0 - CONTRADICTION / squared) if squared > 0.0 else 0.0
@@ -197,19 +187,15 @@ def _add_scan(
 def _surface_near(
     table: Array, cells: Array, x: float, y: float, kernel: int
 ) -> Tuple[bool, float, float, float, float, float]:
-    """Return whether a surface is near a point, how far off it the point is (x, y), and what counts of it.
+    """Return whether a surface is near a point, the point's offset (x, y) from it, and a matrix (xx, xy, yy).
 
     The surface is the line through the hits near the point, weighted by their nearness: of the distance to their
-    mean, only the part across counts. Where they form no line, as in a corner, all does, with a smooth transition.
-    What counts is a matrix (xx, xy, yy): the squared distance is the product with (x, y) from both sides.
+    mean, only the part across counts; all of it, with a smooth transition, if they form no line, as in a corner. The
+    squared distance is the product of the matrix with the offset from both sides.
     """
     column, row = int(math.floor(x)), int(math.floor(y))
-    if (
-        row < kernel
-        or column < kernel
-        or row >= table.shape[0] * SIDE - kernel
-        or column >= table.shape[1] * SIDE - kernel
-    ):
+    rows, columns = table.shape[0] * SIDE, table.shape[1] * SIDE
+    if not (kernel <= row < rows - kernel and kernel <= column < columns - kernel):
         return False, 0.0, 0.0, 0.0, 0.0, 0.0
     total = mean_x = mean_y = xx = xy = yy = 0.0
     radius_squared = (kernel + 0.5) ** 2
@@ -241,10 +227,7 @@ def _surface_near(
 
 @compiled
 def _across(xx: float, xy: float, yy: float) -> Tuple[float, float, float]:
-    """Return the matrix that projects across the longer axis of a covariance.
-
-    The component along that axis is kept in proportion to the roundness of the covariance.
-    """
+    """Return the projection across the longer axis of a covariance, along it in proportion to the roundness."""
     half = math.sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy)
     longer, shorter = 0.5 * (xx + yy) + half, 0.5 * (xx + yy) - half
     # The better conditioned one of the eigenvector's two forms.
@@ -297,16 +280,6 @@ def _root(matrix: Array) -> np.ndarray:
                 rest -= root[a, c] * root[b, c]
             root[a, b] = math.sqrt(rest) if a == b else rest / root[b, b]
     return root
-
-
-@compiled
-def _in_deviations(root: Array, offset: Array) -> np.ndarray:
-    """Return the transpose of a lower root of information times an offset (3,): independent parts of variance 1."""
-    parts = np.zeros(3)
-    for a in range(3):
-        for b in range(a, 3):
-            parts[a] += root[b, a] * offset[b]
-    return parts
 
 
 @compiled

@@ -86,11 +86,8 @@ class GridSlamParams(Params):
     def _check_extent(self) -> GridSlamParams:
         if self.xmin >= self.xmax or self.ymin >= self.ymax:
             raise ValueError('xmin below xmax and ymin below ymax')
-        rows, columns = (
-            patches_along(self.ymax - self.ymin, self.delta),
-            patches_along(self.xmax - self.xmin, self.delta),
-        )
-        if self.particles * rows * columns > MOST_ENTRIES:
+        sides_m = self.ymax - self.ymin, self.xmax - self.xmin
+        if self.particles * math.prod(patches_along(side_m, self.delta) for side_m in sides_m) > MOST_ENTRIES:
             raise ValueError('a smaller extent (xmin, ymin, xmax, ymax), larger cells (delta) or fewer particles')
         return self
 
@@ -100,27 +97,18 @@ def patches_along(length_m: float, cell_m: float) -> int:
     return max(1, math.ceil(length_m / (cell_m * SIDE) - 1e-9))
 
 
-# The noise across, as a fraction of the noise ahead: upstream's.
-ACROSS_FRACTION = 0.3
-
-# Minimum standard deviations of odometry [m, m, rad].
-LEAST_SIGMAS = np.array([0.001, 0.001, 0.0005])
+ACROSS_FRACTION = 0.3  # of the noise ahead, across: upstream's
+LEAST_SIGMAS = np.array([0.001, 0.001, 0.0005])  # of odometry [m, m, rad]
 
 
 def move_sigmas(move: Pose2D, params: GridSlamParams) -> np.ndarray:
     """Return (3,) standard deviations [m, m, rad] of a move, in the frame of the base before it."""
     ahead_m, across_m, turn_rad = abs(move.x_m), abs(move.y_m), abs(move.yaw_rad)
-    by_turn_m = params.str_ * turn_rad
-    across_noise = ACROSS_FRACTION * params.srr
-    sigmas = np.array(
-        [
-            params.srr * ahead_m + across_noise * across_m + by_turn_m,
-            params.srr * across_m + across_noise * ahead_m + by_turn_m,
-            params.stt * turn_rad + params.srt * math.hypot(ahead_m, across_m),
-        ]
-    )
-    limited: np.ndarray = np.maximum(sigmas, LEAST_SIGMAS)
-    return limited
+    by_turn_m, across_noise = params.str_ * turn_rad, ACROSS_FRACTION * params.srr
+    sigma_x_m = params.srr * ahead_m + across_noise * across_m + by_turn_m
+    sigma_y_m = params.srr * across_m + across_noise * ahead_m + by_turn_m
+    sigma_rad = params.stt * turn_rad + params.srt * math.hypot(ahead_m, across_m)
+    return np.asarray(np.maximum([sigma_x_m, sigma_y_m, sigma_rad], LEAST_SIGMAS))
 
 
 def apply_moves(particles: np.ndarray, moves: np.ndarray) -> np.ndarray:
@@ -137,8 +125,7 @@ def apply_moves(particles: np.ndarray, moves: np.ndarray) -> np.ndarray:
 def normalised(log_weights: np.ndarray) -> np.ndarray:
     """Return (n,) weights of sum 1 from their logarithms up to a constant."""
     weights = np.exp(log_weights - log_weights.max())
-    normalised_weights: np.ndarray = weights / weights.sum()
-    return normalised_weights
+    return np.asarray(weights / weights.sum())
 
 
 def entropy_of(weights: np.ndarray) -> float:

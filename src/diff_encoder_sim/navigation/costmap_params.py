@@ -1,4 +1,4 @@
-"""Parameters of a costmap, under costmap_2d's names: with a list of plugins, or flat, without; the robot's outline."""
+"""Costs and parameters of a costmap, under costmap_2d's names, with a list of plugins or flat; the robot's outline."""
 
 from __future__ import annotations
 
@@ -13,6 +13,15 @@ from typing_extensions import Annotated, Literal
 from diff_encoder_sim.base import bounds
 from diff_encoder_sim.base.bounds import Between, Place_m
 from diff_encoder_sim.base.params import Params, param
+
+# Costs of cells, as costmap_2d's.
+FREE = 0
+INSCRIBED = 253  # the robot touches an obstacle whatever its heading
+LETHAL = 254  # an obstacle
+NO_INFORMATION = 255  # unknown space
+
+# Costs of a footprint that cannot stand there, as in upstream's CostmapModel.
+IN_OBSTACLE, IN_UNKNOWN, OFF_MAP = -1.0, -2.0, -3.0
 
 
 class Footprint(NamedTuple):
@@ -77,7 +86,8 @@ CIRCLE_CORNERS = 16
 def flattened(given: Mapping[str, Any]) -> Dict[str, Any]:
     """Return a costmap's parameters, as users write them, as the flat ones of CostmapParams.
 
-    A layer's parameters move up; if the costmap has them too, its own take precedence, as upstream.
+    A layer's parameters move up; if the costmap has them too, its own take precedence, as upstream. The one scan source
+    is renamed to `scan`, its ranges move up; robot_radius becomes a polygon unless there is a footprint.
 
     Raises:
         ValueError: layers or sources that this package's costmap does not have.
@@ -85,7 +95,12 @@ def flattened(given: Mapping[str, Any]) -> Dict[str, Any]:
     flat = dict(given)
     layers = {name: kind for kind, name in LAYERS.items()}
     if 'plugins' in flat:
-        layers = _listed_layers(flat.pop('plugins'))
+        try:
+            layers = {str(plugin['name']): plugin['type'] for plugin in flat.pop('plugins')}
+        except (TypeError, KeyError):
+            raise ValueError('plugins: a list of {name: ..., type: ...}') from None
+        if list(layers.values()) != [kind for kind in LAYERS if kind in layers.values()]:
+            raise ValueError(f'plugins of the types {", ".join(LAYERS)}, in this order, each once at most')
         flat.pop('map_type', None)
         flat['static_map'] = STATIC in layers.values()
     enabled = set()
@@ -98,30 +113,18 @@ def flattened(given: Mapping[str, Any]) -> Dict[str, Any]:
             raise ValueError(f'{name}.enabled: true or false; a static layer is taken out of plugins instead')
         flat = {**{key: value for key, value in layer.items() if key not in NOT_MOVED[kind]}, **flat}
         enabled |= {kind} if is_enabled else set()
-    _name_source_scan(flat)
+    _rename_source(flat)
     if OBSTACLE not in enabled:
         flat['observation_sources'] = ''
     if INFLATION not in enabled:
         flat['inflation_radius'] = 0.0
-    _make_footprint_of_radius(flat)
+    _replace_radius(flat)
     if flat.get('rolling_window') is True:
         return {'static_map': False, 'track_unknown_space': False, **flat}
     return flat
 
 
-def _listed_layers(plugins: Any) -> Dict[str, str]:
-    """Return the kinds of a list of plugins by their names."""
-    try:
-        layers = {str(plugin['name']): plugin['type'] for plugin in plugins}
-    except (TypeError, KeyError):
-        raise ValueError('plugins: a list of {name: ..., type: ...}') from None
-    if list(layers.values()) != [kind for kind in LAYERS if kind in layers.values()]:
-        raise ValueError(f'plugins of the types {", ".join(LAYERS)}, in this order, each once at most')
-    return layers
-
-
-def _name_source_scan(flat: Dict[str, Any]) -> None:
-    """Rename the one scan source to `scan` and move up its ranges."""
+def _rename_source(flat: Dict[str, Any]) -> None:
     sources = str(flat.get('observation_sources', 'scan')).split()
     if len(sources) > 1:
         raise ValueError(f'observation_sources: one laser, not {len(sources)}')
@@ -137,17 +140,15 @@ def _name_source_scan(flat: Dict[str, Any]) -> None:
         flat['scan'] = {key: value for key, value in source.items() if key not in RANGES}
 
 
-def _make_footprint_of_radius(flat: Dict[str, Any]) -> None:
-    """Replace robot_radius by a polygon, unless there is a footprint."""
+def _replace_radius(flat: Dict[str, Any]) -> None:
     radius_m = flat.pop('robot_radius', None)
     if flat.get('footprint') in ('', '[]', []):
         del flat['footprint']  # none, as upstream's default
-    if radius_m is None or 'footprint' in flat:
-        return
-    if not (bounds.is_number(radius_m) and bounds.LENGTH.allows(radius_m)):
-        raise ValueError(f'robot_radius: {bounds.LENGTH}, not {repr(radius_m)[:50]}')
-    angles = [2.0 * math.pi * index / CIRCLE_CORNERS for index in range(CIRCLE_CORNERS)]
-    flat['footprint'] = [[radius_m * math.cos(angle), radius_m * math.sin(angle)] for angle in angles]
+    if radius_m is not None and 'footprint' not in flat:
+        if not (bounds.is_number(radius_m) and bounds.LENGTH.allows(radius_m)):
+            raise ValueError(f'robot_radius: {bounds.LENGTH}, not {repr(radius_m)[:50]}')
+        angles = [2.0 * math.pi * index / CIRCLE_CORNERS for index in range(CIRCLE_CORNERS)]
+        flat['footprint'] = [[radius_m * math.cos(angle), radius_m * math.sin(angle)] for angle in angles]
 
 
 # In a rolling window: 100 m x 100 m in cells of 5 cm.
@@ -193,10 +194,7 @@ class CostmapParams(Params):
     origin_x: Place_m = param(0.0, 'accepted, without effect: the map or the robot decides [m]')
     origin_y: Place_m = param(0.0, 'accepted, without effect: the map or the robot decides [m]')
     transform_tolerance: bounds.Duration_s = param(0.3, 'accepted, without effect: see input_timeout [s]')
-    track_unknown_space: bool = param(
-        True,
-        'what neither map nor scan has seen is unknown; false: free, the default of a rolling window and of upstream',
-    )
+    track_unknown_space: bool = param(True, 'unseen cells are unknown; false: free, as rolling windows and upstream')
     lethal_cost_threshold: Annotated[int, Between(1, 100, '%')] = param(100, 'least occupancy of a wall [%]')
     trinary_costmap: bool = param(True, 'occupancy below lethal_cost_threshold is free')
     unknown_cost_value: Literal[-1] = param(-1, 'occupancy that means unknown')

@@ -14,7 +14,7 @@ import numpy as np
 from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, transform_points, wrap_angle
 from diff_encoder_sim.navigation.costmap import Costmap
-from diff_encoder_sim.navigation.costmap_layers import INSCRIBED
+from diff_encoder_sim.navigation.costmap_params import INSCRIBED
 from diff_encoder_sim.navigation.dwa_kernels import (
     GOAL,
     OBSTACLE,
@@ -43,7 +43,7 @@ class OscillationMemory:
 
     def reset(self) -> None:
         """Allow all directions."""
-        # Of the linear and the angular velocity, 0 for none: the last sign, and the one that is locked to.
+        # Of the linear and the angular velocity, 0 for none: the last sign, and the only allowed one.
         self._last_signs, self._only_signs = [0, 0], [0, 0]
         self._reversed_at: Optional[Pose2D] = None
 
@@ -80,12 +80,7 @@ class Trajectory(NamedTuple):
 
 
 class DwaPlanner:
-    """Chooses a velocity in each control period; remembers only what prevents oscillation.
-
-    Args:
-        params: limits, sampling and weights.
-        sim_period_s: the control period, 1 / controller_frequency [s].
-    """
+    """Chooses a velocity in each control period of `sim_period_s` [s]."""
 
     def __init__(self, params: DwaParams, sim_period_s: float) -> None:
         self.params = params
@@ -143,10 +138,7 @@ COST_FIELDS = ('x', 'y', 'z', 'path_cost', 'goal_cost', 'occ_cost', 'total_cost'
 
 
 def trajectory_cloud(task: ScoringTask, origin: Pose2D) -> np.ndarray:
-    """Return the points (n, 5) of all trajectories that no critic rejects, each with the cost of its trajectory.
-
-    Columns are TRAJECTORY_FIELDS, in the frame of `origin`, the grid's.
-    """
+    """Return the points (n, 5), TRAJECTORY_FIELDS, of all accepted trajectories in the frame of the grid's origin."""
     _, steps, all_points, totals = score_all(task)
     accepted = np.flatnonzero(totals >= 0.0)
     if len(accepted) == 0:
@@ -158,9 +150,9 @@ def trajectory_cloud(task: ScoringTask, origin: Pose2D) -> np.ndarray:
 
 
 def cost_cloud(task: ScoringTask, origin: Pose2D) -> np.ndarray:
-    """Return the centres (n, 7) of the cells that the robot's centre can reach, with the costs of standing there.
+    """Return the centres (n, 7), COST_FIELDS, of cells that the robot's centre can reach, in the frame of `origin`.
 
-    Columns are COST_FIELDS, in the frame of `origin`, the grid's. Distances are in cells, the total is weighted.
+    Distances are in cells, the total is weighted.
     """
     to_plan, to_end = whole_grid(task, TO_PLAN), whole_grid(task, TO_END)
     rows, columns = np.nonzero((to_plan < to_plan.size) & (task.costs < INSCRIBED))
@@ -254,14 +246,12 @@ class LocalPlanner:
 def limited_motion(odometry: OdometrySample, command: Command, sigmas: float) -> Motion:
     """Return odometry's pose and the last command's twist, limited to `sigmas` standard deviations around odometry's.
 
-    An encoder of 40 pulses at 20 Hz measures a wheel's speed to +-0.31 m/s. Without the limit, a pulse of only one
-    wheel centres the dynamic window on a sharp turn that does not exist, and the next command is that turn
-    (docs/adr/0007-coarse-twist.md).
+    A coarse encoder measures turns that do not exist (docs/adr/0007-coarse-twist.md).
     """
-    linear_mps, linear_band = odometry.linear_mps, sigmas * odometry.linear_std_mps
-    angular_radps, angular_band = odometry.angular_radps, sigmas * odometry.angular_std_radps
+    _, pose, linear_mps, angular_radps, linear_std_mps, angular_std_radps = odometry
+    linear_band, angular_band = sigmas * linear_std_mps, sigmas * angular_std_radps
     return Motion(
-        odometry.base_pose_in_odom,
+        pose,
         min(max(command.linear_mps, linear_mps - linear_band), linear_mps + linear_band),
         min(max(command.angular_radps, angular_radps - angular_band), angular_radps + angular_band),
     )
@@ -275,17 +265,11 @@ def visible_stretch(plan: Array, x_m: float, y_m: float, sight_m: float, prune_m
     inclusive, so that the stretch reaches the window's edge.
     """
     distance_m = np.hypot(plan[:, 0] - x_m, plan[:, 1] - y_m)
-    first = 0
-    while first < len(plan) and distance_m[first] > sight_m:
-        first += 1
-    if first == len(plan):
+    visible = np.flatnonzero(distance_m <= sight_m)
+    if len(visible) == 0:
         return 0, 0
-    near = first
-    while near < len(plan) and distance_m[near] >= prune_m:
-        near += 1
-    if near < len(plan):
-        first = near
-    last = first
-    while last < len(plan) and distance_m[last] <= sight_m:
-        last += 1
-    return first, min(last + 1, len(plan))
+    first = visible[0]
+    near = np.flatnonzero(distance_m[first:] < prune_m)
+    first += near[0] if len(near) else 0
+    beyond = np.flatnonzero(distance_m[first:] > sight_m)
+    return first, first + beyond[0] + 1 if len(beyond) else len(plan)

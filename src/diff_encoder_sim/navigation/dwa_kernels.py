@@ -17,13 +17,11 @@ twirling     turning speed [rad/s]
 
 Distances are those of the trajectory's last point, but every point must be accepted.
 
-The search is best first, in one call of a kernel in a control period. A trajectory costs at least what its last point
-does by its distances from the plan, and its first one, which is that of all, by its obstacles. A closed form gives the
-cells of last points: all except a few samples need no trajectory.
+The search is best first. A trajectory costs at least the distances at its last point and the obstacles at its first,
+which all share. A closed form gives the last points: only a few samples need a trajectory.
 
-Inner kernels take arrays one by one, and the innermost are inlined: to take an array out of a tuple counts a reference
-to it, which costs as much as to score a point. They are in one file, because numba's cache does not notice changes in
-another one.
+Inner kernels take arrays one by one, and the innermost are inlined: taking an array out of a tuple counts a reference
+to it, which costs as much as scoring a point.
 """
 
 from __future__ import annotations
@@ -35,7 +33,7 @@ import numpy as np
 
 from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.navigation.costmap_layers import (
+from diff_encoder_sim.navigation.costmap_params import (
     IN_OBSTACLE,
     IN_UNKNOWN,
     INSCRIBED,
@@ -81,9 +79,9 @@ class DwaLimits(NamedTuple):
 
 
 class ScoringTask(NamedTuple):
-    """What one control period chooses from, and by what.
+    """Input of one control period.
 
-    `cells` holds distances inside a fence, which spares the waves the check for the grid's edge: cells that block the
+    `cells` holds distances inside a fence, so that waves need no check for the grid's edge: cells that block the
     robot's centre get the number of cells, those not reached (yet) one more, both farther than any path, and those
     that would block two more.
     """
@@ -126,24 +124,22 @@ def begin_waves(task: ScoringTask, origin: Pose2D, plan: Array) -> bool:
             for column in range(columns):
                 cells[layer, first + column] = unreached + np.int32(costs[row, column] >= INSCRIBED)
     cos_yaw, sin_yaw, nose_m = math.cos(origin.yaw_rad), math.sin(origin.yaw_rad), task.limits.forward_point_distance
-    from_x_m, from_y_m, place, front_place = 0.0, 0.0, -1, -1
+    ahead_m, left_m = plan[:, 0] - origin.x_m, plan[:, 1] - origin.y_m
+    xs_m, ys_m = ahead_m * cos_yaw + left_m * sin_yaw, left_m * cos_yaw - ahead_m * sin_yaw
+    place = front_place = -1
     for index in range(len(plan)):
-        x_m, y_m = plan[index, 0] - origin.x_m, plan[index, 1] - origin.y_m
-        x_m, y_m = x_m * cos_yaw + y_m * sin_yaw, y_m * cos_yaw - x_m * sin_yaw
-        if index == 0:
-            from_x_m, from_y_m = x_m, y_m
+        before, x_m, y_m = max(0, index - 1), xs_m[index], ys_m[index]
         if index == len(plan) - 1:
-            # The nose's goal is beyond the goal as seen from the robot, not along the goal's heading, which would
-            # swing around when the robot must turn at the end.
+            # As seen from the robot: the goal's heading would swing it around when the robot must turn at the end.
             bearing_rad = math.atan2(y_m - task.pose_in_grid.y_m, x_m - task.pose_in_grid.x_m)
-            line = from_x_m, from_y_m, x_m + nose_m * math.cos(bearing_rad), y_m + nose_m * math.sin(bearing_rad)
+            nose = x_m + nose_m * math.cos(bearing_rad), y_m + nose_m * math.sin(bearing_rad)
+            line = xs_m[before], ys_m[before], nose[0], nose[1]
             front_place, _ = _walk(costs, per_m, line, place, False, cells, queues, counts)
-        line = from_x_m, from_y_m, x_m, y_m
+        line = xs_m[before], ys_m[before], x_m, y_m
         place, has_left = _walk(costs, per_m, line, place, True, cells, queues, counts)
         if has_left:
             front_place = place if index < len(plan) - 1 else front_place
             break
-        from_x_m, from_y_m = x_m, y_m
     if place < 0 or front_place < 0:
         return False
     _begin_at(TO_END, place, cells, queues, counts)
@@ -155,10 +151,9 @@ def begin_waves(task: ScoringTask, origin: Pose2D, plan: Array) -> bool:
 def _walk(
     costs: Array, per_m: float, line: Place, place: int, marks: bool, cells: Array, queues: Array, counts: Array
 ) -> Tuple[int, bool]:
-    """Go along a line (x, y, to x, to y) that follows a `place`, -1 for none yet.
+    """Follow a line (x, y, to x, to y) after a `place` (-1: none yet); if it `marks`, the plan's wave begins on it.
 
-    If it `marks`, the plan's wave begins at its cells. Returns the last place on known cells, and whether the line has
-    left them.
+    Returns the last place on known cells, and whether the line has left them.
     """
     rows, columns = costs.shape
     x_m, y_m, x_step, y_step = line[0], line[1], line[2] - line[0], line[3] - line[1]
@@ -178,7 +173,6 @@ def _walk(
 
 @compiled
 def _begin_at(layer: int, place: int, cells: Array, queues: Array, counts: Array) -> None:
-    """Have a wave begin at a place, too."""
     cells[layer, place] = 0
     queues[layer, counts[layer, 1]] = place
     counts[layer, 1] += 1
@@ -188,7 +182,7 @@ def _begin_at(layer: int, place: int, cells: Array, queues: Array, counts: Array
 def _distance_to(
     cells: Array, queues: Array, counts: Array, layer: int, size: int, columns: int, row: int, column: int
 ) -> int:
-    """Return the distance [cells] of a cell on the grid of `size` cells, once the wave has come to it."""
+    """Return the distance [cells] of a cell on the grid of `size` cells after the wave has reached it."""
     place = (row + 1) * (columns + 2) + column + 1
     if cells[layer, place] > size:
         _spread(cells, queues, counts, layer, size, columns + 2, place)
@@ -197,21 +191,22 @@ def _distance_to(
 
 @compiled
 def _spread(cells: Array, queues: Array, counts: Array, layer: int, size: int, wide: int, place: int) -> None:
-    """Run a wave over a fenced grid, `wide` cells a row, until it comes to a place; -1 is nowhere, so to its end."""
-    unreached = size + 1
+    """Run a wave over a fenced grid, `wide` cells a row, until it reaches a place; -1: to its end."""
+    distances, queue, unreached = cells[layer], queues[layer], size + 1
     taken, filled = counts[layer, 0], counts[layer, 1]
-    while taken < filled and (place < 0 or cells[layer, place] >= unreached):
-        cell = queues[layer, taken]
+    while taken < filled and (place < 0 or distances[place] >= unreached):
+        cell = queue[taken]
         taken += 1
-        farther = cells[layer, cell] + 1
+        farther = distances[cell] + 1
         for step in (-wide, wide, -1, 1):
-            to_cell = cell + step
-            if cells[layer, to_cell] == unreached:
-                cells[layer, to_cell] = farther
-                queues[layer, filled] = to_cell
+            to_cell = np.uintp(cell + step)  # spares the check for negative indices
+            distance = distances[to_cell]
+            if distance == unreached:
+                distances[to_cell] = farther
+                queue[np.uintp(filled)] = to_cell
                 filled += 1
-            elif cells[layer, to_cell] > unreached:
-                cells[layer, to_cell] = size  # blocked
+            elif distance > unreached:
+                distances[to_cell] = size  # blocked
     counts[layer, 0], counts[layer, 1] = taken, filled
 
 
@@ -221,8 +216,7 @@ def whole_grid(task: ScoringTask, layer: int) -> np.ndarray:
     rows, columns = task.costs.shape
     size = rows * columns
     _spread(task.cells, task.queues, task.counts, layer, size, columns + 2, -1)
-    fenced = task.cells[layer].reshape((rows + 2, columns + 2))
-    grid: np.ndarray = np.minimum(fenced[1:-1, 1:-1], np.int32(size + 1))
+    grid: np.ndarray = np.minimum(task.cells[layer].reshape((rows + 2, columns + 2))[1:-1, 1:-1], np.int32(size + 1))
     return grid
 
 
@@ -278,8 +272,7 @@ def _line_cost(costs: Array, row: int, column: int, to_row: int, to_column: int)
 def stays_clear(limits: DwaLimits, costs: Array, per_m: float, vertices_m: Array, pose: Pose2D, twist: Twist) -> bool:
     """Return whether the robot can stand at every point of a trajectory of constant velocity from `pose` in the grid.
 
-    Upstream also asks the critics of path and goal, with distances of an earlier cycle; for a turn in place at the goal
-    only the obstacle critic means anything.
+    Upstream also asks the critics of path and goal, with distances of an earlier cycle.
     """
     points = np.empty((_step_count(limits, twist), 5))
     _roll_out(limits, pose, twist, twist, points)
@@ -337,10 +330,9 @@ def _distance_costs(
 
 @compiled
 def _score(task: ScoringTask, turn_radps: float, points: Array, most: float) -> float:
-    """Return the cost of a trajectory, below zero if it is rejected.
+    """Return the cost of a trajectory of `points` (n, 5), n > 0, in the grid's own frame; below zero if rejected.
 
-    Its `points` (n, 5) of `_roll_out`, n > 0, in the grid's own frame, are scored from the end backwards, as obstacles
-    are ahead, and no further than to a cost above `most`.
+    Scored from the end backwards, as obstacles are ahead, up to a cost above `most`.
     """
     limits, costs, per_m, vertices_m, cells, queues, counts, scales, _, _, _, _ = task
     nose_m, twirling = limits.forward_point_distance, scales[TWIRLING] * abs(turn_radps)
@@ -366,33 +358,42 @@ def _score(task: ScoringTask, turn_radps: float, points: Array, most: float) -> 
 def _least_costs(task: ScoringTask, samples: Array) -> Tuple[np.ndarray, np.ndarray]:
     """Return lower bounds (n,) of the costs of samples (n, 2), inf if rejected, and their steps (n,).
 
-    A last point may be off by rounding: if that decides on a cell, its sample costs at least 0.
+    By the last point, in closed form: the steps of `_roll_out` are sides of a regular polygon. Rounding may put it into
+    another cell: a sample costs at least 0 then, as without use_dwa.
     """
     limits, costs, per_m, vertices_m, cells, queues, counts, scales, pose, _, _, allowed = task
     rows, columns = costs.shape
     nose_m = limits.forward_point_distance
     least, steps = np.full(len(samples), math.inf), np.zeros(len(samples), np.int64)
-    place = (pose.x_m, pose.y_m, math.cos(pose.yaw_rad), math.sin(pose.yaw_rad))
-    obstacle = _standing_cost(costs, per_m, vertices_m, scales, place)
+    cos_yaw, sin_yaw = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
+    obstacle = _standing_cost(costs, per_m, vertices_m, scales, (pose.x_m, pose.y_m, cos_yaw, sin_yaw))
     if obstacle < 0.0:
         return least, steps
     for index in range(len(samples)):
-        sample = (samples[index, 0], samples[index, 1])
-        steps[index] = sample_steps(limits, sample, allowed)
+        linear_mps, angular_radps = samples[index]
+        steps[index] = sample_steps(limits, (linear_mps, angular_radps), allowed)
         if steps[index] == 0:
             continue
-        x_m, y_m, yaw_rad = last_point(limits.sim_time, pose, sample, steps[index])
-        place = (x_m, y_m, math.cos(yaw_rad), math.sin(yaw_rad))
+        moves, interval_s = steps[index] - 1, limits.sim_time / steps[index]
+        half_rad = 0.5 * angular_radps * interval_s  # of a step's turn
+        cos_half, sin_half = math.cos(half_rad), math.sin(half_rad)
+        cos_turned, sin_turned = math.cos(moves * half_rad), math.sin(moves * half_rad)
+        cos_mid, sin_mid = cos_yaw * cos_turned - sin_yaw * sin_turned, sin_yaw * cos_turned + cos_yaw * sin_turned
+        chord_m = linear_mps * interval_s * (sin_turned / sin_half if abs(half_rad) > 1e-12 else moves)
+        x_m = pose.x_m + chord_m * (cos_mid * cos_half + sin_mid * sin_half)
+        y_m = pose.y_m + chord_m * (sin_mid * cos_half - cos_mid * sin_half)
+        cos_end, sin_end = cos_mid * cos_turned - sin_mid * sin_turned, sin_mid * cos_turned + cos_mid * sin_turned
         is_sure = limits.use_dwa
-        for along_m in (x_m, y_m, x_m + nose_m * place[2], y_m + nose_m * place[3]):
+        for along_m in (x_m, y_m, x_m + nose_m * cos_end, y_m + nose_m * sin_end):
             is_sure &= abs(along_m * per_m - math.floor(along_m * per_m + 0.5)) >= ROUNDING_CELLS
         if not is_sure:
             least[index] = 0.0
         elif 0 <= math.floor(y_m * per_m) < rows and 0 <= math.floor(x_m * per_m) < columns:
+            place = (x_m, y_m, cos_end, sin_end)
             here = _distance_costs(costs, per_m, cells, queues, counts, scales, place, nose_m)
             if here[0] >= 0.0:
                 total = scales[OBSTACLE] * obstacle + here[0] + here[1] + here[2] + here[3]
-                least[index] = total + scales[TWIRLING] * abs(sample[1])
+                least[index] = total + scales[TWIRLING] * abs(angular_radps)
     return least, steps
 
 
@@ -475,14 +476,11 @@ def velocity_samples(limits: DwaLimits, twist: Twist, goal_distance_m: float) ->
 
 @compiled
 def _samples_around(now: float, change: float, lowest: float, highest: float, count: int) -> np.ndarray:
-    """Return evenly spaced samples of the limited window around a velocity, with both ends, and 0 if it is between.
-
-    As upstream's VelocityIterator: at least two samples, unless the ends are equal.
-    """
+    """Return evenly spaced samples of the limited window around a velocity, with both ends, and 0 if it is between."""
     low, high = _clamped(now - change, lowest, highest), _clamped(now + change, lowest, highest)
     if low == high:
         return np.array([low])
-    count = max(2, count)
+    count = max(2, count)  # as upstream's VelocityIterator
     step = (high - low) / (count - 1)
     samples, filled = np.empty(count + 1), 0
     for index in range(count - 1):
@@ -498,7 +496,6 @@ def _samples_around(now: float, change: float, lowest: float, highest: float, co
 
 @compiled
 def _clamped(value: float, lowest: float, highest: float) -> float:
-    """Return the nearest value within limits."""
     return min(max(value, lowest), highest)
 
 
@@ -547,21 +544,3 @@ def _roll_out(limits: DwaLimits, pose: Pose2D, twist: Twist, sample: Twist, poin
         x_m += velocity[0] * cos_yaw * interval_s
         y_m += velocity[0] * sin_yaw * interval_s
         yaw_rad += velocity[1] * interval_s
-
-
-@compiled
-def last_point(sim_time_s: float, pose: Pose2D, sample: Twist, steps: int) -> Tuple[float, float, float]:
-    """Return the last point x, y, yaw of `_roll_out` without acceleration, equal except for rounding.
-
-    Its steps are the sides of a regular polygon.
-    """
-    interval_s = sim_time_s / steps
-    moves, half_turn_rad = steps - 1, 0.5 * sample[1] * interval_s
-    chord_m = sample[0] * interval_s
-    chord_m *= math.sin(moves * half_turn_rad) / math.sin(half_turn_rad) if abs(half_turn_rad) > 1e-12 else moves
-    chord_yaw_rad = pose.yaw_rad + (moves - 1) * half_turn_rad
-    return (
-        pose.x_m + chord_m * math.cos(chord_yaw_rad),
-        pose.y_m + chord_m * math.sin(chord_yaw_rad),
-        pose.yaw_rad + 2.0 * moves * half_turn_rad,
-    )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import heapq
 import math
 from typing import Optional, Tuple
 
@@ -11,7 +12,7 @@ import numpy as np
 from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.se2 import Pose2D, transform_points
 from diff_encoder_sim.navigation.costmap import Costmap
-from diff_encoder_sim.navigation.costmap_layers import INSCRIBED, LETHAL, NO_INFORMATION
+from diff_encoder_sim.navigation.costmap_params import INSCRIBED, LETHAL, NO_INFORMATION
 from diff_encoder_sim.navigation.navigator_inputs import FARTHEST_M
 from diff_encoder_sim.navigation.navigator_params import NavfnParams
 
@@ -59,85 +60,48 @@ def propagate(
     `least_weight`; the outermost cells are blocked, so that no neighbour is off the grid. `uses_heuristic` is A*
     instead of Dijkstra; `stops_at_goal` ends the search once the potential around the goal is settled.
     """
-    rows, columns = weights.shape
-    potential = np.full((rows, columns), np.inf)
-    keys, cells = np.empty(4 * (rows + columns)), np.empty(4 * (rows + columns), np.int64)
-    potential[start_row, start_column] = 0.0
-    keys[0], cells[0], size = 0.0, start_row * columns + start_column, 1
-    enough = np.inf
+    columns = weights.shape[1]
+    start, goal = start_row * columns + start_column, goal_row * columns + goal_column
+    weight_of_cell, potential = weights.ravel(), np.full(weights.size, np.inf)
+    potential[start], heap, enough = 0.0, [(0.0, start)], np.inf
     # A* reaches cells before both neighbours that they depend on are settled. Corrections below a hundredth of a
     # cell are dropped: each would spread to all cells behind it.
     least_gain = 0.01 * least_weight if uses_heuristic else 1e-9
-    while size > 0:
-        key, cell = keys[0], cells[0]
-        size = _pop(keys, cells, size)
-        row, column = cell // columns, cell % columns
-        ahead = least_weight * math.hypot(row - goal_row, column - goal_column) if uses_heuristic else 0.0
-        if key > potential[row, column] + ahead + 1e-9:
+    ahead = to_ahead = 0.0  # least cost from a cell to the goal
+    while heap:
+        key, cell = heapq.heappop(heap)
+        if uses_heuristic:
+            ahead = least_weight * math.hypot(cell // columns - goal_row, cell % columns - goal_column)
+        if key > potential[cell] + ahead + 1e-9:
             continue  # a cheaper entry for this cell came first
         if key > enough:
             break
-        if stops_at_goal and row == goal_row and column == goal_column:
+        if stops_at_goal and cell == goal:
             # The descent from the goal also looks at the cells next to it.
-            enough = key + 3.0 * weights[row, column]
-        for side in range(4):
-            to_row = row + (side == 0) - (side == 1)
-            to_column = column + (side == 2) - (side == 3)
-            cost = _wave(potential, weights, to_row, to_column)
-            if cost < potential[to_row, to_column] - least_gain:
-                potential[to_row, to_column] = cost
+            enough = key + 3.0 * weight_of_cell[cell]
+        for step in (columns, -columns, 1, -1):
+            to_cell = np.uintp(cell + step)  # spares the check for negative indices
+            if weight_of_cell[to_cell] == np.inf or (potential[to_cell] <= key and not uses_heuristic):
+                continue  # blocked or settled
+            cost = _wave(potential, weight_of_cell[to_cell], to_cell, np.uintp(columns))
+            if cost < potential[to_cell] - least_gain:
+                potential[to_cell] = cost
                 if uses_heuristic:
-                    cost += least_weight * math.hypot(to_row - goal_row, to_column - goal_column)
-                if size == len(keys):
-                    keys, cells = np.append(keys, np.empty(size)), np.append(cells, np.empty(size, np.int64))
-                size = _push(keys, cells, size, cost, to_row * columns + to_column)
-    return potential
+                    to_row, to_column = (cell + step) // columns, (cell + step) % columns
+                    to_ahead = least_weight * math.hypot(to_row - goal_row, to_column - goal_column)
+                heapq.heappush(heap, (cost + to_ahead, cell + step))
+    return potential.reshape(weights.shape)
 
 
 @compiled
-def _wave(potential: Array, weights: Array, row: int, column: int) -> float:
+def _wave(potential: Array, weight: float, cell: np.uintp, columns: np.uintp) -> float:
     """Return the cost at a cell of a wave over its cheaper neighbour along each axis."""
-    weight = weights[row, column]
-    if weight == np.inf:
-        return np.inf
-    along = min(potential[row, column - 1], potential[row, column + 1])
-    across = min(potential[row - 1, column], potential[row + 1, column])
-    low, high = min(along, across), max(along, across)
-    if high - low >= weight:
+    along = min(potential[cell - np.uintp(1)], potential[cell + np.uintp(1)])
+    across = min(potential[cell - columns], potential[cell + columns])
+    low, apart = min(along, across), abs(along - across)
+    if apart >= weight:
         return float(low + weight)
-    apart = high - low
     return float(low + 0.5 * (apart + math.sqrt(2.0 * weight * weight - apart * apart)))
-
-
-@compiled
-def _push(keys: Array, cells: Array, size: int, key: float, cell: int) -> int:
-    """Add a cell to the heap; return its size."""
-    place = size
-    while place > 0:
-        parent = (place - 1) // 2
-        if keys[parent] <= key:
-            break
-        keys[place], cells[place] = keys[parent], cells[parent]
-        place = parent
-    keys[place], cells[place] = key, cell
-    return size + 1
-
-
-@compiled
-def _pop(keys: Array, cells: Array, size: int) -> int:
-    """Remove the cell with the least key from the heap; return its size."""
-    size -= 1
-    key, cell, place = keys[size], cells[size], 0
-    while 2 * place + 1 < size:
-        child = 2 * place + 1
-        if child + 1 < size and keys[child + 1] < keys[child]:
-            child += 1
-        if keys[child] >= key:
-            break
-        keys[place], cells[place] = keys[child], cells[child]
-        place = child
-    keys[place], cells[place] = key, cell
-    return size
 
 
 @compiled

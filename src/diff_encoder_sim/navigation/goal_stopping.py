@@ -1,4 +1,4 @@
-"""Stopping at the goal and turning in place."""
+"""Stopping at the goal and turning in place, also as a recovery behaviour."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
+from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.navigator_params import DwaParams
 
 # Returns whether a command (linear [m/s], angular [rad/s]) keeps clear of obstacles.
@@ -27,27 +28,23 @@ class LatchedStopRotate:
     """Controls the robot instead of the DWA within xy_goal_tolerance of the goal."""
 
     def __init__(self, params: DwaParams, sim_period_s: float) -> None:
-        self.params = params
-        self._sim_period_s = sim_period_s
+        self.params, self._sim_period_s = params, sim_period_s
         self.reset()
 
     def reset(self) -> None:
         """Reset for a new plan: position not latched, no turn."""
-        self._is_latched = False
-        self._is_rotating = False
+        self._is_latched = self._is_rotating = False
 
     def is_position_reached(self, motion: Motion, goal: Pose2D) -> bool:
         """Return whether the robot is within tolerance, or has latched the position."""
-        params = self.params
-        distance_m = math.hypot(goal.x_m - motion.base_pose.x_m, goal.y_m - motion.base_pose.y_m)
+        params, distance_m = self.params, _distance_m(motion, goal)
         self._is_latched |= distance_m <= (1.0 - params.latch_margin) * params.xy_goal_tolerance
         return self._is_latched if params.latch_xy_goal_tolerance else distance_m <= params.xy_goal_tolerance
 
     def is_goal_reached(self, motion: Motion, goal: Pose2D) -> bool:
         """Return whether the robot has stopped at the goal, with position and heading within tolerance."""
-        if not self.is_position_reached(motion, goal):
-            return False
-        return abs(_turn_left(motion, goal)) <= self.params.yaw_goal_tolerance and self._is_stopped(motion)
+        is_here = self.is_position_reached(motion, goal) and self._is_stopped(motion)
+        return is_here and abs(_turn_left(motion, goal)) <= self.params.yaw_goal_tolerance
 
     def command(self, motion: Motion, goal: Pose2D, is_clear: ClearanceCheck) -> Optional[Tuple[float, float]]:
         """Return (linear [m/s], angular [rad/s]) to stop and then turn; None if that would collide."""
@@ -68,9 +65,8 @@ class LatchedStopRotate:
         return abs(turn_rad) <= self.params.yaw_goal_tolerance
 
     def _is_stopped(self, motion: Motion) -> bool:
-        _, linear_mps, angular_radps = motion
-        params = self.params
-        return abs(linear_mps) <= params.trans_stopped_vel and abs(angular_radps) <= params.theta_stopped_vel
+        is_standing = abs(motion.linear_mps) <= self.params.trans_stopped_vel
+        return is_standing and abs(motion.angular_radps) <= self.params.theta_stopped_vel
 
     def _turning_speed(self, turn_rad: float, angular_radps: float) -> float:
         """Return the speed [rad/s] that ends the turn in a second, within the acceleration limits."""
@@ -92,6 +88,10 @@ def _turn_left(motion: Motion, goal: Pose2D) -> float:
     return wrap_angle(goal.yaw_rad - motion.base_pose.yaw_rad)
 
 
+def _distance_m(motion: Motion, goal: Pose2D) -> float:
+    return math.hypot(goal.x_m - motion.base_pose.x_m, goal.y_m - motion.base_pose.y_m)
+
+
 # Errors below this fraction of a tolerance are not corrected. At 40 PPR a pulse of one wheel turns the robot by 2.25
 # degrees; correcting less than half of that would increase the error.
 SET_OUT = 1.0 / 3.0
@@ -99,21 +99,18 @@ SET_OUT = 1.0 / 3.0
 # A robot within the tolerance turns in place towards a goal with a larger lateral offset: it has passed the goal.
 ASIDE_RAD = math.radians(45.0)
 
-# Fraction of a tolerance: a smaller lateral offset is not steered to, and the robot does not slow down further within
-# this remaining distance.
+# Fraction of a tolerance below which a lateral offset is not steered to, and the robot does not slow down further.
 NEAR = 0.1
 
-# Control periods from a pose to the end of its command: one of the command, and one for the transport of pose and
-# command.
+# Control periods from a pose to the end of its command: one of the command, one for the transport of both.
 LAG_PERIODS = 2.0
 
 
 class PreciseStop(LatchedStopRotate):
     """Drives from the edge of the tolerance to the position closest to the goal, then turns to its heading.
 
-    It never drives backwards, and does not turn in place if it started within the tolerance: the remaining lateral
-    offset is corrected only by steering. Position and heading are latched when they are first reached or passed, so
-    that odometry jumps of a pulse do not start a search.
+    It never drives backwards. If it started within the tolerance, it corrects lateral offsets only by steering.
+    Position and heading are latched when they are first reached or passed: jumps of a pulse do not start a search.
     """
 
     def reset(self) -> None:
@@ -125,12 +122,10 @@ class PreciseStop(LatchedStopRotate):
 
     def is_position_reached(self, motion: Motion, goal: Pose2D) -> bool:
         """Return whether the robot is within tolerance, or has latched its arrival."""
-        params = self.params
-        if self._has_arrived and params.latch_xy_goal_tolerance:
+        if self._has_arrived and self.params.latch_xy_goal_tolerance:
             return True
-        margin = 0.0 if self._is_within_tolerance else params.latch_margin
-        distance_m = math.hypot(goal.x_m - motion.base_pose.x_m, goal.y_m - motion.base_pose.y_m)
-        self._is_within_tolerance = distance_m <= (1.0 - margin) * params.xy_goal_tolerance
+        margin = 0.0 if self._is_within_tolerance else self.params.latch_margin
+        self._is_within_tolerance = _distance_m(motion, goal) <= (1.0 - margin) * self.params.xy_goal_tolerance
         if self._has_begun_here is None:
             self._has_begun_here = self._is_within_tolerance
         self._is_approaching &= self._is_within_tolerance
@@ -218,10 +213,6 @@ class StopSpread(NamedTuple):
     yaw_rad: float
 
 
-# Causes of a spread.
-LATCH, COASTING, LATENCY, PULSE, NEAR_ENOUGH = 'latch circle', 'coasting', 'latency', 'one pulse', 'near enough'
-
-
 def stop_parts(params: DwaParams, period_s: float, command_latency_s: float, step: StopSpread) -> Dict[str, StopSpread]:
     """Return the stopping error of the control loop at a goal by cause.
 
@@ -234,14 +225,14 @@ def stop_parts(params: DwaParams, period_s: float, command_latency_s: float, ste
     tolerance_m, tolerance_rad = params.xy_goal_tolerance, params.yaw_goal_tolerance
     if params.stop == 'latch':
         margin = params.latch_margin if params.latch_xy_goal_tolerance else 0.0
-        return {LATCH: StopSpread((1.0 - margin) * tolerance_m, tolerance_rad)}
+        return {'latch circle': StopSpread((1.0 - margin) * tolerance_m, tolerance_rad)}
     speed_mps, rate_radps = approach_speed(params, period_s, NEAR * tolerance_m), params.min_vel_theta
     coasting_m = stopping_rest(speed_mps, params.acc_lim_x, period_s)
     return {
-        COASTING: StopSpread(coasting_m, stopping_rest(rate_radps, params.acc_lim_theta, period_s)),
-        LATENCY: StopSpread(speed_mps * command_latency_s, rate_radps * command_latency_s),
-        PULSE: step,
-        NEAR_ENOUGH: StopSpread(NEAR * tolerance_m, SET_OUT * tolerance_rad),
+        'coasting': StopSpread(coasting_m, stopping_rest(rate_radps, params.acc_lim_theta, period_s)),
+        'latency': StopSpread(speed_mps * command_latency_s, rate_radps * command_latency_s),
+        'one pulse': step,
+        'near enough': StopSpread(NEAR * tolerance_m, SET_OUT * tolerance_rad),
     }
 
 
@@ -260,11 +251,8 @@ def stop_spread(params: DwaParams, period_s: float, command_latency_s: float, st
     )
 
 
-# Lookahead distance along the plan: about the robot's length.
-LOOKAHEAD_M = 0.5
-
-# A turn ends at this fraction of its start angle (hysteresis).
-END_FRACTION = 0.5
+LOOKAHEAD_M = 0.5  # along the plan, about the robot's length
+END_FRACTION = 0.5  # of its start angle, at which a turn ends (hysteresis)
 
 
 class TurnToPath:
@@ -310,3 +298,34 @@ def bearing_ahead(plan: Array, x_m: float, y_m: float) -> float:
         travelled_m += math.hypot(plan[ahead + 1, 0] - plan[ahead, 0], plan[ahead + 1, 1] - plan[ahead, 1])
         ahead += 1
     return math.atan2(plan[ahead, 1] - y_m, plan[ahead, 0] - x_m)
+
+
+# rotate_recovery's defaults.
+SIM_GRANULARITY_RAD, MIN_IN_PLACE_RADPS, TOLERANCE_RAD = 0.017, 0.4, 0.1
+
+
+class Rotation:
+    """A turn once around in place to the left, as rotate_recovery, unless an obstacle is in the way."""
+
+    def __init__(self, params: DwaParams, now_ns: int, base_pose_in_odom: Pose2D) -> None:
+        self._params, self._yaw_rad, self._turned_rad = params, base_pose_in_odom.yaw_rad, 0.0
+        # Twice the time of the slowest turn; upstream would wait forever for a robot that does not turn.
+        self._until_ns = now_ns + int(2.0 * 2.0 * math.pi / min(MIN_IN_PLACE_RADPS, params.max_vel_theta) * 1e9)
+
+    def step(self, now_ns: int, pose: Pose2D, costmap: Costmap) -> Tuple[Optional[float], str]:
+        """Return the angular velocity [rad/s], as fast as the robot can still stop at the end, and a text.
+
+        The velocity is None when the turn has ended. Pose and costmap are the local ones, in odom.
+        """
+        self._turned_rad += wrap_angle(pose.yaw_rad - self._yaw_rad)
+        self._yaw_rad = pose.yaw_rad
+        left_rad = 2.0 * math.pi - self._turned_rad
+        if left_rad < TOLERANCE_RAD:
+            return None, 'turned once around'
+        if now_ns > self._until_ns:
+            return None, 'gave up turning: the robot does not turn'
+        for step in range(math.ceil(left_rad / SIM_GRANULARITY_RAD)):
+            if costmap.footprint_cost(pose._replace(yaw_rad=pose.yaw_rad + step * SIM_GRANULARITY_RAD)) < 0.0:
+                return None, 'cannot turn: an obstacle is in the way'
+        speed_radps = max(math.sqrt(2.0 * self._params.acc_lim_theta * left_rad), MIN_IN_PLACE_RADPS)
+        return min(speed_radps, self._params.max_vel_theta), 'turning'

@@ -1,11 +1,7 @@
 """Navigator: velocity commands that drive to a goal, by plan, control and recovery (move_base).
 
-One control period:
-1. Add new messages: `take_odometry`, `take_localization`, `take_scan`.
-2. `step(now_ns)`: stop if an input is stale; update the costmaps; plan, control or recover.
-
-Times are arguments, without clock, threads or randomness, so that equal inputs give equal commands. The global plan
-is in the map frame, the local plan in odom.
+In a control period, new messages are added (`take_odometry`, `take_localization`, `take_scan`). `step(now_ns)` then
+stops if an input is stale, updates the costmaps, and plans, controls or recovers. Equal inputs give equal commands.
 """
 
 from __future__ import annotations
@@ -22,10 +18,10 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid, square_room
 from diff_encoder_sim.navigation.costmap import Costmap
-from diff_encoder_sim.navigation.costmap_params import CostmapParams
 from diff_encoder_sim.navigation.dwa import NO_POSES, LocalPlanner, cost_cloud, trajectory_cloud
 from diff_encoder_sim.navigation.dwa_kernels import ScoringTask
 from diff_encoder_sim.navigation.global_planner import GlobalPlanner, PlanError
+from diff_encoder_sim.navigation.goal_stopping import Rotation
 from diff_encoder_sim.navigation.navigator_inputs import (
     STOP,
     Command,
@@ -38,17 +34,16 @@ from diff_encoder_sim.navigation.navigator_inputs import (
     StartedRecovery,
     Trigger,
 )
-from diff_encoder_sim.navigation.navigator_params import ROTATE, NavigatorParams
-from diff_encoder_sim.navigation.recovery import Rotation, recoveries_of
+from diff_encoder_sim.navigation.navigator_params import ROTATE, NavigatorParams, recoveries_of
 
 log = logging.getLogger(__name__)
 
-# A step at the previous time, or slightly earlier, is not a jump back in time.
-TIME_TOLERANCE_NS = 100_000_000
+TIME_TOLERANCE_NS = 100_000_000  # of steps that go back, without a jump back in time
 
-# Without a planner_frequency a failed plan is retried as often as costmaps change. Upstream's thread retries without
-# a pause.
+# Without a planner_frequency a failed plan is retried as often as costmaps change; upstream's thread never pauses.
 PLAN_RETRY_S = 0.2
+
+NEVER_NS = -(1 << 62)
 
 DRIVING = 'driving to the goal'
 
@@ -64,15 +59,14 @@ class Navigator(NavigatorInputs):
         self.global_costmap = Costmap(params.global_costmap, static_map)  # in the map frame
         self.local_costmap = Costmap(params.local_costmap)  # in the odom frame
         self.local_planner = LocalPlanner(params.DWAPlannerROS, params.control_period_s)
-        self._global_updated_ns: Optional[int] = None
-        self._local_updated_ns: Optional[int] = None
+        self._global_updated_ns = self._local_updated_ns = NEVER_NS
         self._use_params(params)
         self.run = GoalRun(self, IDENTITY, STOP, GoalStatus.NONE)  # of the newest goal, with its plans
 
     def _use_params(self, params: NavigatorParams) -> None:
         self.params = params
         self.global_planner = GlobalPlanner(params.NavfnROS, self.global_costmap)
-        self.recoveries = recoveries_of(params, self.local_costmap)
+        self.recoveries = recoveries_of(params, self.local_costmap.footprint.circumscribed_radius_m)
         self._forget_travel()
 
     # ---- goals and services
@@ -103,18 +97,18 @@ class Navigator(NavigatorInputs):
             costmap.clear_obstacles(IDENTITY)
 
     def reconfigure(self, params: NavigatorParams) -> None:
-        """Replace the parameters; goal, plan and obstacles of equal grids are kept, recovery behaviours start again."""
+        """Replace the parameters; goal, plan and obstacles of equal grids are kept, recoveries start again."""
         before = self.params
-        self.global_costmap = _costmap_with(self.global_costmap, params.global_costmap)
-        self.local_costmap = _costmap_with(self.local_costmap, params.local_costmap)
+        if params.global_costmap != before.global_costmap:
+            self.global_costmap = self.global_costmap.reconfigured(params.global_costmap)
+        if params.local_costmap != before.local_costmap:
+            self.local_costmap = self.local_costmap.reconfigured(params.local_costmap)
         if (params.DWAPlannerROS, params.control_period_s) != (before.DWAPlannerROS, before.control_period_s):
             self.local_planner = LocalPlanner(params.DWAPlannerROS, params.control_period_s)
             if len(self.run.global_plan_in_map):
                 self.local_planner.set_plan(self.run.global_plan_in_map)
         self._use_params(params)
         self.run.restart_recoveries()
-
-    # ---- for displays
 
     @property
     def status(self) -> GoalStatus:
@@ -161,7 +155,7 @@ class Navigator(NavigatorInputs):
         self.forget_inputs()
         self._forget_travel()
         self.clear_costmaps()
-        self._global_updated_ns = self._local_updated_ns = None
+        self._global_updated_ns = self._local_updated_ns = NEVER_NS
 
     def _update_costmaps(self, now_ns: int) -> None:
         """Update each costmap at its own rate with the newest scan."""
@@ -200,23 +194,14 @@ class Navigator(NavigatorInputs):
         return NavigatorOutput(command, run.status, run.phase, run.text, run.started_recovery)
 
 
-def _costmap_with(costmap: Costmap, params: CostmapParams) -> Costmap:
-    return costmap if params == costmap.params else costmap.reconfigured(params)
-
-
-def _is_due(updated_ns: Optional[int], frequency_hz: float, now_ns: int) -> bool:
-    # Rounding by a nanosecond must not delay it by a period.
-    return updated_ns is None or now_ns - updated_ns >= NANOSECONDS_PER_SECOND / frequency_hz - 1
+def _is_due(updated_ns: int, frequency_hz: float, now_ns: int) -> bool:
+    return now_ns - updated_ns >= NANOSECONDS_PER_SECOND / frequency_hz - 1  # which may be rounded
 
 
 class GoalRun:
-    """One goal from plan to end: move_base's executeCycle, with its three states and its patience.
+    """One goal (in the map frame) from plan to end: move_base's executeCycle, with its three states and its patience.
 
-    Args:
-        navigator: with the inputs, costmaps and planners of now.
-        goal: in the map frame.
-        command: the command in force, of the run before this one.
-        status: NONE for that before the first goal.
+    `command` is the last one of the previous run; `status` is NONE before the first goal.
     """
 
     def __init__(
@@ -235,7 +220,7 @@ class GoalRun:
         self._rotation: Optional[Rotation] = None
         self._planning_retries = 0
         self._progress_pose: Optional[Pose2D] = None
-        self._planned_ns: Optional[int] = None  # time of the last attempt, successful or not
+        self._planned_ns = NEVER_NS  # time of the last attempt, successful or not
         self._last_plan_ns = self._last_control_ns = self._last_progress_ns = 0
 
     def restart_recoveries(self) -> None:
@@ -305,10 +290,10 @@ class GoalRun:
     def _is_plan_due(self, now_ns: int, default_period_s: float) -> bool:
         frequency_hz = self._navigator.params.planner_frequency
         period_s = 1.0 / frequency_hz if frequency_hz > 0.0 else default_period_s
-        return self._planned_ns is None or _is_over(self._planned_ns, period_s, now_ns)
+        return _is_over(self._planned_ns, period_s, now_ns)
 
     def _go_to_planning(self, now_ns: int) -> None:
-        self.phase, self._planned_ns = Phase.PLANNING, None
+        self.phase, self._planned_ns = Phase.PLANNING, NEVER_NS
         self._last_plan_ns = self._last_progress_ns = now_ns
         self._planning_retries = 0
 
@@ -388,19 +373,12 @@ def _is_over(since_ns: int, patience_s: float, now_ns: int) -> bool:
     return now_ns - since_ns > patience_s * NANOSECONDS_PER_SECOND
 
 
-PERIOD_NS = 50_000_000  # of the two control periods below
-
-
 def warm_up() -> None:
-    """Run every kernel of the navigation once: a goal in a small room, with a turn in place.
-
-    Takes milliseconds with numba's cache, else some seconds.
-    """
+    """Run every kernel of the navigation once: milliseconds with numba's cache, else some seconds."""
     navigator = Navigator(NavigatorParams(), square_room())
     navigator.set_goal(Pose2D(1.0, 0.0, 0.0))
     # First the goal is ahead of the robot, then the robot is at the goal with another heading.
-    for period, pose in enumerate((IDENTITY, Pose2D(1.0, 0.0, 1.0))):
-        now_ns = period * PERIOD_NS
+    for now_ns, pose in ((0, IDENTITY), (50_000_000, Pose2D(1.0, 0.0, 1.0))):
         navigator.take_odometry(OdometrySample(now_ns, pose, 0.0, 0.0))
         navigator.take_localization(now_ns, IDENTITY)
         navigator.take_scan(Scan(now_ns, 0.0, 1.0, 0.1, 5.0, np.array([2.0, math.inf])))

@@ -26,12 +26,10 @@ class ControlRate:
 
     def is_due(self, stamp_ns: int) -> bool:
         """Return whether to control at this stamp; always True after time has jumped back."""
-        period_ns = self._period_ns
-        due_ns = stamp_ns if self._due_ns is None else self._due_ns
+        period_ns, due_ns = self._period_ns, stamp_ns if self._due_ns is None else self._due_ns
         if period_ns // 2 < due_ns - stamp_ns <= 2 * period_ns:
             return False
-        is_on_schedule = abs(stamp_ns - due_ns) < period_ns
-        self._due_ns = (due_ns if is_on_schedule else stamp_ns) + period_ns
+        self._due_ns = (due_ns if abs(stamp_ns - due_ns) < period_ns else stamp_ns) + period_ns
         return True
 
 
@@ -94,14 +92,9 @@ class NavigatorOutput(NamedTuple):
     started_recovery: Optional[StartedRecovery] = None  # in the period in which a behaviour starts
 
 
-# Length of the odometry buffer: covers scans that wait for transforms.
-HISTORY_NS = 2 * NANOSECONDS_PER_SECOND
-
-# AMCL post-dates its transform by at most a second; a later stamp is of another clock and would never expire.
-MOST_AHEAD_S = 2.0
-
-# Larger coordinates are rejected [m]: their cell indices would overflow.
-FARTHEST_M = 1e9
+HISTORY_NS = 2 * NANOSECONDS_PER_SECOND  # of odometry, for scans that wait for transforms
+MOST_AHEAD_S = 2.0  # AMCL post-dates its transform by a second at most; the stamp of another clock would never expire
+FARTHEST_M = 1e9  # cell indices of larger coordinates would overflow
 
 
 class OdometrySample(NamedTuple):
@@ -116,10 +109,10 @@ class OdometrySample(NamedTuple):
 
 
 class MissingInput(NamedTuple):
-    """An input that has not been received or is not usable."""
+    """An input that has not been received or is not usable: its name, and the rest of the sentence."""
 
-    what: str  # name of the input
-    why: str  # rest of the sentence
+    what: str
+    why: str
 
     def __str__(self) -> str:
         return f'{self.what} {self.why}'

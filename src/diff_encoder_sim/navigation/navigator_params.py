@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, List
+from typing import Any, List, NamedTuple
 
 from pydantic import Field, model_validator
 from typing_extensions import Annotated, Literal
@@ -14,6 +14,11 @@ from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defa
 
 # Of all trajectories of one control period: 240 MB.
 MOST_POINTS = 10_000_000
+
+Samples = Annotated[int, Between(1, 1000)]
+LatchMargin = Annotated[float, Between(0.0, 0.9)]
+HalfTurn_rad = Annotated[float, Between(0.0, 3.2, 'rad')]
+Stop = Literal['latch', 'precise']
 
 
 class DwaParams(Params):
@@ -43,11 +48,11 @@ class DwaParams(Params):
     theta_stopped_vel: bounds.TurnRate_radps = param(0.1, 'slower counts as standing [rad/s]')
 
     sim_time: Annotated[float, Between(0.01, 20.0, 's')] = param(1.7, 'duration of a trajectory [s]')
-    sim_granularity: Annotated[float, Between(1e-3, 100.0, 'm')] = param(0.025, 'distance between its points [m]')
+    sim_granularity: bounds.Length_m = param(0.025, 'distance between its points [m]')
     angular_sim_granularity: Annotated[float, Between(1e-3, 100.0, 'rad')] = param(0.1, 'turn between its points [rad]')
-    vx_samples: Annotated[int, Between(1, 1000)] = param(3, 'forward velocities that are tried')
+    vx_samples: Samples = param(3, 'forward velocities that are tried')
     vy_samples: Annotated[int, Between(-1_000_000, 1_000_000)] = param(10, 'accepted, without effect')
-    vth_samples: Annotated[int, Between(1, 1000)] = param(20, 'turning rates that are tried')
+    vth_samples: Samples = param(20, 'turning rates that are tried')
     use_dwa: bool = param(True, 'sample what one control period reaches; false: sim_time, as base_local_planner')
 
     path_distance_bias: Weight = param(32.0, 'weight of the distance from the path')
@@ -55,28 +60,16 @@ class DwaParams(Params):
     occdist_scale: Weight = param(0.01, 'weight of the cost under the robot')
     twirling_scale: Weight = param(0.0, 'weight of turning')
     forward_point_distance: bounds.Offset_m = param(0.325, 'of the point ahead of the robot that is scored [m]')
-    cheat_factor: Weight = param(
-        1.0, 'it is scored only farther from the goal than its distance times the root of this'
-    )
+    cheat_factor: Weight = param(1.0, 'it is scored farther from the goal than its distance times the root of this')
     sum_scores: bool = param(False, 'sum the cost under the robot along a trajectory; false: its maximum')
     oscillation_reset_dist: Distance_m = param(0.05, 'travel that allows the opposite direction again [m]')
     oscillation_reset_angle: bounds.Turn_rad = param(0.2, 'turn that allows the opposite direction again [rad]')
-    twist_sigmas: Weight = param(
-        0.0,
-        "use the last command for the velocity if it is within this number of standard deviations of odometry's "
-        'twist; 0: never, as upstream',
+    twist_sigmas: Weight = param(0.0, "standard deviations of odometry's twist within which the last command counts")
+    latch_margin: LatchMargin = param(0.0, 'fraction of xy_goal_tolerance to be inside before a latch')
+    stop: Stop = param(
+        'latch', 'latch: within the tolerances, as upstream; precise: go on to the nearest place in them'
     )
-    latch_margin: Annotated[float, Between(0.0, 0.9)] = param(
-        0.0, 'fraction of xy_goal_tolerance to be inside before a latch'
-    )
-    stop: Literal['latch', 'precise'] = param(
-        'latch',
-        'latch: anywhere within the tolerances, as upstream; precise: within them, go on to the place '
-        'nearest to the goal and to the middle of yaw_goal_tolerance',
-    )
-    turn_to_path_angle: Annotated[float, Between(0.0, 3.2, 'rad')] = param(
-        2.0, 'turn in place towards a plan that begins at a larger angle than this [rad]; 0: never, as upstream'
-    )
+    turn_to_path_angle: HalfTurn_rad = param(2.0, 'turn in place to plans at a larger angle [rad]; 0: as upstream')
     prune_plan: bool = param(True, 'drop the part of the plan behind the robot')
 
     stop_time_buffer: bounds.Duration_s = param(0.2, 'accepted, without effect, as upstream [s]')
@@ -94,17 +87,13 @@ class DwaParams(Params):
             raise ValueError('min_vel_x not above max_vel_x')
         if self.min_vel_theta > self.max_vel_theta:
             raise ValueError('min_vel_theta not above max_vel_theta')
-        if self._most_points() > MOST_POINTS:
+        speed_mps = min(self.max_vel_trans, max(abs(self.min_vel_x), abs(self.max_vel_x)))
+        steps = self.sim_time * max(speed_mps / self.sim_granularity, self.max_vel_theta / self.angular_sim_granularity)
+        if self.vx_samples * self.vth_samples * steps > MOST_POINTS:
             raise ValueError(
                 f'vx_samples, vth_samples, sim_time and granularities of no more than {MOST_POINTS:,} points in all'
             )
         return self
-
-    def _most_points(self) -> float:
-        """Return how many points the trajectories of one control period have at most."""
-        speed_mps = min(self.max_vel_trans, max(abs(self.min_vel_x), abs(self.max_vel_x)))
-        steps = self.sim_time * max(speed_mps / self.sim_granularity, self.max_vel_theta / self.angular_sim_granularity)
-        return self.vx_samples * self.vth_samples * steps
 
     def can_start(self, control_period_s: float) -> bool:
         """Return whether a standing robot has any sample that passes min_vel_trans and min_vel_theta.
@@ -120,6 +109,7 @@ class DwaParams(Params):
         return fastest_mps >= self.min_vel_trans or fastest_radps >= self.min_vel_theta
 
 
+DwaType = Literal['dwa_local_planner/DWAPlannerROS']
 RecoveryType = Literal['clear_costmap_recovery/ClearCostmapRecovery', 'rotate_recovery/RotateRecovery']
 CLEAR_COSTMAP: RecoveryType = 'clear_costmap_recovery/ClearCostmapRecovery'
 ROTATE: RecoveryType = 'rotate_recovery/RotateRecovery'
@@ -152,24 +142,16 @@ class NavigatorParams(Params):
     planner_frequency: bounds.RateOrZero_Hz = param(0.0, 'rate of new plans [Hz]; 0: when one is needed')
     planner_patience: bounds.Duration_s = param(5.0, 'time without a plan before recovery [s]')
     controller_patience: bounds.Duration_s = param(15.0, 'time without a command before recovery [s]')
-    max_planning_retries: Annotated[int, Between(-1, 1_000_000)] = param(
-        -1, 'plans tried before recovery; -1: no limit'
-    )
+    max_planning_retries: Annotated[int, Between(-1, 1_000_000)] = param(-1, 'plans before recovery; -1: no limit')
     oscillation_timeout: bounds.Duration_s = param(0.0, 'time without progress before recovery [s]; 0: no limit')
     oscillation_distance: Distance_m = param(0.5, 'travel that counts as progress [m]')
     recovery_behavior_enabled: bool = param(True, 'try recovery behaviours before giving up')
     clearing_rotation_allowed: bool = param(True, "turn in place among upstream's usual recoveries")
     conservative_reset_dist: Distance_m = param(3.0, 'side of the square outside which the first recovery clears [m]')
     input_timeout: bounds.PositiveDuration_s = param(0.5, 'age of an input that stops the robot [s]')
-    max_unseen_travel: Distance_m = param(
-        0.3,
-        'commanded travel while the pose of the odometry stays the same, before the goal is given up [m]; '
-        '0: no limit, as upstream',
-    )
+    max_unseen_travel: Distance_m = param(0.3, 'commanded travel without odometry that ends a goal [m]; 0: no limit')
     base_global_planner: Literal['navfn/NavfnROS'] = param('navfn/NavfnROS', 'the only value')
-    base_local_planner: Literal['dwa_local_planner/DWAPlannerROS'] = param(
-        'dwa_local_planner/DWAPlannerROS', 'the only value'
-    )
+    base_local_planner: DwaType = param('dwa_local_planner/DWAPlannerROS', 'the only value')
     shutdown_costmaps: bool = param(False, 'accepted, without effect: costmaps are always kept up')
     recovery_behaviors: List[BehaviourParams] = param([], "as they are tried; empty: upstream's usual four")
     clearing_radius: bounds.Place_m = param(0.46, 'accepted, without effect, as upstream [m]')
@@ -193,19 +175,14 @@ class NavigatorParams(Params):
     def _pass_latch_on(cls, given: Any) -> Any:
         """Pass latch_xy_goal_tolerance on to the DWA: upstream reads it here and not in the DWA's namespace."""
         name, planner = 'latch_xy_goal_tolerance', 'DWAPlannerROS'
-        if not (isinstance(given, dict) and name in given and isinstance(given.get(planner, {}), dict)):
-            return given
-        return {**given, planner: {**given.get(planner, {}), name: given[name]}}
-
-    @model_validator(mode='after')
-    def _check_recoveries(self) -> NavigatorParams:
-        names = [behaviour.name for behaviour in self.recovery_behaviors]
-        if len(set(names)) < len(names):
-            raise ValueError('recovery_behaviors with unique names')
-        return self
+        if isinstance(given, dict) and name in given and isinstance(given.get(planner, {}), dict):
+            return {**given, planner: {**given.get(planner, {}), name: given[name]}}
+        return given
 
     @model_validator(mode='after')
     def _check_together(self) -> NavigatorParams:
+        if len({behaviour.name for behaviour in self.recovery_behaviors}) < len(self.recovery_behaviors):
+            raise ValueError('recovery_behaviors with unique names')
         if self.global_costmap.rolling_window or self.local_costmap.static_map:
             raise ValueError('a static global_costmap and a rolling local_costmap')
         frames = {costmap.global_frame.lstrip('/') for costmap in (self.global_costmap, self.local_costmap)}
@@ -218,3 +195,28 @@ class NavigatorParams(Params):
                 'min_vel_trans: 0.0 is safe'
             )
         return self
+
+
+# move_base's default: clear far away, turn, clear close by, turn.
+TURN = ('rotate_recovery', ROTATE)
+USUAL = (('conservative_reset', CLEAR_COSTMAP), TURN, ('aggressive_reset', CLEAR_COSTMAP), TURN)
+RESET_DISTANCE_M = 3.0  # clear_costmap_recovery's default, for behaviours of other names
+
+
+class Recovery(NamedTuple):
+    """One behaviour: a turn, or forgetting obstacles outside a square around the robot (clear_costmap_recovery)."""
+
+    name: str
+    type: RecoveryType
+    reset_distance_m: float  # side of the square
+
+
+def recoveries_of(params: NavigatorParams, circumscribed_radius_m: float) -> List[Recovery]:
+    """Return the behaviours that the parameters list, in the order in which they are tried."""
+    if not params.recovery_behavior_enabled:
+        return []
+    usual = [one for one in USUAL if params.clearing_rotation_allowed or one is not TURN]
+    wanted = [(one.name, one.type) for one in params.recovery_behaviors] or usual
+    far_m, near_m = params.conservative_reset_dist, 4.0 * circumscribed_radius_m
+    sides_m = {'conservative_reset': far_m, 'aggressive_reset': near_m}
+    return [Recovery(name, kind, sides_m.get(name, RESET_DISTANCE_M)) for name, kind in wanted]

@@ -16,7 +16,7 @@ from diff_encoder_sim.drives.test_definition import SpeedLimits, TestDefinition
 from diff_encoder_sim.drives.trial_definition import Outcome, RouteFailed
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
-from diff_encoder_sim.navigation.costmap_layers import IN_OBSTACLE
+from diff_encoder_sim.navigation.costmap_params import IN_OBSTACLE
 from diff_encoder_sim.navigation.global_planner import GlobalPlanner, PlanError, PlanProblem
 from diff_encoder_sim.navigation.navigator_inputs import GoalStatus
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams

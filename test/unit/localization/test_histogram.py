@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.localization import histogram
+from diff_encoder_sim.localization import particles as histogram
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.histogram import kld_limits, particle_statistics, resample
 from diff_encoder_sim.localization.occupancy_grid import FreeCells, OccupancyGrid
+from diff_encoder_sim.localization.particles import kld_limits, particle_statistics, resample
 
 
 def cloud(rng, centre, count, sigma=0.05):

@@ -9,9 +9,8 @@ from amcl_world import pillar_room, simulated_scan
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.distances import distance_field
 from diff_encoder_sim.localization.laser_models import cast_ray, laser_model
-from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED
+from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, distance_field
 
 LASER_POSE = Pose2D(0.15, -0.05, 0.3)
 RANGE_LIMIT_M = 3.5

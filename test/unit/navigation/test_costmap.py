@@ -9,10 +9,17 @@ import pytest
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
-from diff_encoder_sim.navigation import costmap_layers as layers
+from diff_encoder_sim.navigation import costmap as layers
+from diff_encoder_sim.navigation import costmap_params
 from diff_encoder_sim.navigation.costmap import Costmap
-from diff_encoder_sim.navigation.costmap_layers import FREE, INSCRIBED, LETHAL, NO_INFORMATION
-from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
+from diff_encoder_sim.navigation.costmap_params import (
+    FREE,
+    INSCRIBED,
+    LETHAL,
+    NO_INFORMATION,
+    CostmapParams,
+    local_defaults,
+)
 from navigation_simulation import FEW_RAYS, FEW_STEP_RAD, scan_of, static_costmap
 
 
@@ -34,8 +41,8 @@ def walled(*columns, shape=(100, 100), **params):
 def test_footprint_cost_depends_on_heading():
     costmap = walled(57, inflation_radius=0.3)  # at x = 2.85 to 2.90
     assert costmap.footprint_cost(Pose2D(2.55, 2.5, 0.0)) >= 0.0  # 0.26 m ahead: clear
-    assert costmap.footprint_cost(Pose2D(2.55, 2.5, math.pi / 2)) == layers.IN_OBSTACLE  # 0.31 m
-    assert costmap.footprint_cost(Pose2D(0.2, 2.5, 0.0)) == layers.OFF_MAP
+    assert costmap.footprint_cost(Pose2D(2.55, 2.5, math.pi / 2)) == costmap_params.IN_OBSTACLE  # 0.31 m
+    assert costmap.footprint_cost(Pose2D(0.2, 2.5, 0.0)) == costmap_params.OFF_MAP
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import pytest
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.navigation import dwa
 from diff_encoder_sim.navigation import dwa_kernels as kernels
-from diff_encoder_sim.navigation.costmap_layers import INSCRIBED, LETHAL
+from diff_encoder_sim.navigation.costmap_params import INSCRIBED, LETHAL
 from diff_encoder_sim.navigation.dwa_kernels import TO_END, TO_FRONT, TO_PLAN, begin_waves, whole_grid
 from diff_encoder_sim.navigation.navigator_inputs import STOP, Command, OdometrySample
 from navigation_simulation import PERIOD_S, dwa_params, local_costmap, seen_costmap, straight_plan, winding_plan

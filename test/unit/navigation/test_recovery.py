@@ -5,10 +5,8 @@ import math
 import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
-from diff_encoder_sim.navigation.costmap import Costmap
-from diff_encoder_sim.navigation.costmap_params import local_defaults
-from diff_encoder_sim.navigation.navigator_params import CLEAR_COSTMAP, ROTATE, NavigatorParams
-from diff_encoder_sim.navigation.recovery import Rotation, recoveries_of
+from diff_encoder_sim.navigation.goal_stopping import Rotation
+from diff_encoder_sim.navigation.navigator_params import CLEAR_COSTMAP, ROTATE, NavigatorParams, recoveries_of
 from navigation_simulation import dwa_params, local_costmap
 
 
@@ -58,4 +56,4 @@ LISTED = [
 def test_order_of_recoveries_is_move_bases_or_that_of_the_list(given, expected):
     local = {'rolling_window': True, 'global_frame': 'odom'}
     params = {'conservative_reset_dist': 2.0, 'local_costmap': local, **given}
-    assert recoveries_of(NavigatorParams.from_mapping(params, ''), Costmap(local_defaults())) == expected
+    assert recoveries_of(NavigatorParams.from_mapping(params, ''), math.hypot(0.26, 0.31)) == expected
