@@ -133,8 +133,9 @@ class Chain:
         phases_rad = np.zeros((self._draws, 2)) if phases_rad is None else phases_rad
         counts, rates_radps = np.zeros((self._draws, len(rows), 2), np.int64), None
         if params.is_ideal:
+            read_rad = angles_rad if len(rows) == len(stamps_ns) else angles_rad[:, rows]
             for wheel, (_, ppr) in enumerate(params.counts_per_turn):
-                turned_rad = angles_rad[:, rows, wheel] + phases_rad[:, wheel, np.newaxis]
+                turned_rad = read_rad[..., wheel] + phases_rad[:, wheel, np.newaxis]
                 counts[:, :, wheel] = pulses_from_angle(turned_rad, ppr)
         else:
             commands = np.zeros((len(stamps_ns), 2)) if commands is None else np.asarray(commands, float)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple, Tuple
 
 import numpy as np
@@ -35,12 +34,12 @@ class CounterLimits(NamedTuple):
     """Limits of counters and wheels."""
 
     modulus: int  # counter states; 0: no wrap
-    left_per_turn: float  # counts
-    right_per_turn: float
+    left_speed: float  # [counts/s]
+    right_speed: float
+    left_acceleration: float  # [counts/s^2]
+    right_acceleration: float
     left_jump: float  # largest change of a reading without motion [counts]
     right_jump: float
-    max_speed_radps: float
-    max_acceleration_radps2: float
 
 
 class Counters(NamedTuple):
@@ -91,29 +90,27 @@ def _pulses(limits: CounterLimits, before: Counters, interval_ns: int, counts: T
     left_before, right_before = before.counts
     left = count_difference(counts[0], left_before, limits.modulus)
     right = count_difference(counts[1], right_before, limits.modulus)
-    interval_s, span_ns = interval_ns / 1e9, before.total[0] - before.first[0]
+    interval_s, span_ns = interval_ns * 1e-9, before.total[0] - before.first[0]
     if span_ns and (left or right):
-        left_now, right_now = wrap_count(counts[0], limits.modulus), wrap_count(counts[1], limits.modulus)
-        span_s = span_ns / 1e9
-        left_went = (before.total[1] - before.first[1]) * (interval_s / span_s)
-        right_went = (before.total[2] - before.first[2]) * (interval_s / span_s)
+        left_went = (before.total[1] - before.first[1]) * (interval_ns / span_ns)
+        right_went = (before.total[2] - before.first[2]) * (interval_ns / span_ns)
         # Speeds refer to the middles of the two intervals.
-        turns = limits.max_acceleration_radps2 * (0.5 * (span_s + interval_s)) * interval_s / (2.0 * math.pi)
-        left_change = turns * limits.left_per_turn + limits.left_jump
-        right_change = turns * limits.right_per_turn + limits.right_jump
-        is_near = _near(left_now, right_now, abs(left_went) + left_change, abs(right_went) + right_change)
-        left_before, right_before = wrap_count(left_before, limits.modulus), wrap_count(right_before, limits.modulus)
-        if (
-            is_near
-            and not _near(left_before, right_before, left_change, right_change)
-            and not _near(left - left_went, right - right_went, left_change, right_change)
-        ):
-            return left_now, right_now, NEAR_ZERO
-    turns = limits.max_speed_radps * max(interval_s, STAMPS_OFF_BY_S) / (2.0 * math.pi)
+        accelerated_s2 = 0.5 * (span_ns * 1e-9 + interval_s) * interval_s
+        left_change = accelerated_s2 * limits.left_acceleration + limits.left_jump
+        right_change = accelerated_s2 * limits.right_acceleration + limits.right_jump
+        if not _near(left - left_went, right - right_went, left_change, right_change):
+            left_before, right_before = (
+                wrap_count(left_before, limits.modulus),
+                wrap_count(right_before, limits.modulus),
+            )
+            left_now, right_now = wrap_count(counts[0], limits.modulus), wrap_count(counts[1], limits.modulus)
+            is_near = _near(left_now, right_now, abs(left_went) + left_change, abs(right_went) + right_change)
+            if is_near and not _near(left_before, right_before, left_change, right_change):
+                return left_now, right_now, NEAR_ZERO
+    at_least_s = max(interval_s, STAMPS_OFF_BY_S)
     # A rotation of less than one pulse can cross an edge.
-    if abs(left) - 1.0 - limits.left_jump > turns * limits.left_per_turn:
-        return 0, 0, TOO_FAST
-    if abs(right) - 1.0 - limits.right_jump > turns * limits.right_per_turn:
+    is_left_too_fast = abs(left) - 1.0 - limits.left_jump > limits.left_speed * at_least_s
+    if is_left_too_fast or abs(right) - 1.0 - limits.right_jump > limits.right_speed * at_least_s:
         return 0, 0, TOO_FAST
     return left, right, WENT_ON
 

@@ -107,5 +107,7 @@ class OdometryParams(CountingParams):
     def counter_limits(self) -> CounterLimits:
         """Return the limits of counters and wheels."""
         ppr, jump = self.counts_per_turn, self.encoder.most_jump
-        speeds = self.max_wheel_speed, self.max_wheel_acceleration
-        return CounterLimits(self.counter_modulus, ppr.left, ppr.right, jump(ppr.left), jump(ppr.right), *speeds)
+        left, right = ppr.left / (2.0 * math.pi), ppr.right / (2.0 * math.pi)  # counts per rad
+        speeds = self.max_wheel_speed * left, self.max_wheel_speed * right
+        accelerations = self.max_wheel_acceleration * left, self.max_wheel_acceleration * right
+        return CounterLimits(self.counter_modulus, *speeds, *accelerations, jump(ppr.left), jump(ppr.right))

@@ -29,7 +29,7 @@ def test_differences_survive_the_wrap_in_both_directions(modulus, start, data):
 
 # Of equal intervals of 1 s: pulses by which the greatest acceleration changes one.
 MOST, SECOND_NS = 3.0, 10**9
-LIMITS = CounterLimits(0, 1.0, 1.0, MOST, MOST, 1e9, 1e-9)
+LIMITS = CounterLimits(0, 1e9, 1e9, 1e-9, 1e-9, MOST, MOST)
 
 
 def counted(before, now, went, **limits):
@@ -46,7 +46,7 @@ def counted(before, now, went, **limits):
         ({}, (1000, -400), (1, 0), (0, 0), (1, 0, NEAR_ZERO)),
         ({'modulus': 256}, (127, 127), (-128, -128), (1, 1), (1, 1, WENT_ON)),  # +127 of 8 bits is followed by -128
         ({}, (30, 28), (30, 28), (40, 40), (0, 0, WENT_ON)),  # a robot against a wall near where its counters began
-        ({'max_speed_radps': 200.0}, (1000, 0), (2000, 0), None, (0, 0, TOO_FAST)),
+        ({'left_speed': 30.0}, (1000, 0), (2000, 0), None, (0, 0, TOO_FAST)),
     ],
 )
 def test_counters_that_jump_to_zero_or_turn_too_fast_were_restarted(limits, before, now, went, expected):
