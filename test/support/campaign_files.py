@@ -46,25 +46,20 @@ def row_of_trial(trial, bag='', **changes):
     return TrialRow(*trial.identity(), *ending)._replace(**changes)
 
 
-def run(campaign, folder, trials=None):
-    """Finish some trials, in another order; as a campaign does, except for the trials."""
+def run(campaign, folder):
+    """Finish all trials as a campaign does, and return the table."""
+    kill(folder, campaign)
     with ResultStore(folder, campaign, RUN) as store:
-        _finish(store, store.pending() if trials is None else trials)
-        store.finish()
-    return (folder / 'trials.csv').read_bytes()
+        return store.finish().read_bytes()
 
 
-def kill(folder, campaign, count, order=lambda trials: trials):
-    """A folder as it is when a campaign was killed after `count` trials."""
+def kill(folder, campaign, count=None):
+    """A folder as it is when a campaign was killed after `count` trials, or after all."""
     with ResultStore(folder, campaign, RUN) as store:
-        _finish(store, order(store.pending())[:count])
-
-
-def _finish(store, trials):
-    for trial in trials:
-        if trial.bag:
-            (store.folder / trial.bag).write_bytes(b'bag')
-        store.append(row_of_trial(trial, trial.bag))
+        for trial in store.pending()[:count]:
+            if trial.bag:
+                (store.folder / trial.bag).write_bytes(b'bag')
+            store.append(row_of_trial(trial, trial.bag))
 
 
 def refusal(folder, campaign, **options):

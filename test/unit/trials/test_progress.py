@@ -1,6 +1,7 @@
 """The progress of a campaign, the time that it still takes, and its outcome."""
 
 import io
+from types import SimpleNamespace
 
 import pytest
 
@@ -14,20 +15,6 @@ from places import CONFIG, ROOT
 SL_S, DLD_S = (shortest_drive_s(load_test(name, CONFIG), 'embedded') for name in ('SL', 'DLD'))
 
 
-class Clock:
-    """Seconds that pass when a test lets them."""
-
-    now_s = 0.0
-
-    def __call__(self):
-        return self.now_s
-
-
-class Terminal(io.StringIO):
-    def isatty(self):
-        return True
-
-
 @pytest.fixture(scope='module')
 def paper():
     return load_campaign('paper', ROOT)
@@ -37,10 +24,11 @@ def row(outcome=Outcome.SUCCEEDED, test='SL', ppr='40', varied=(), wall_time_s=1
     return TrialRow(test, ppr, varied, 1, 1, outcome, '', 50.0, {}, 20.0, wall_time_s, '')
 
 
-def begun(paper, pending, done=(), stream=None):
+def begun(paper, pending, done=(), is_terminal=False):
     """Progress of a number of trials of SL, after results of earlier runs, its clock and the stream of its lines."""
-    clock, stream = Clock(), stream or io.StringIO()
-    return Progress(stream, paper, paper.trials()[:1] * pending, list(done), clock), clock, stream
+    clock, stream = SimpleNamespace(now_s=0.0), io.StringIO()
+    stream.isatty = lambda: is_terminal
+    return Progress(stream, paper, paper.trials()[:1] * pending, list(done), lambda: clock.now_s), clock, stream
 
 
 def test_lines_are_printed_at_once_with_the_first_worker_and_then_as_trials_end_or_time_passes(paper):
@@ -64,22 +52,16 @@ def test_lines_are_printed_at_once_with_the_first_worker_and_then_as_trials_end_
     assert len(stream.getvalue().splitlines()) == 4
 
 
-def test_trials_of_earlier_runs_count_but_not_for_speed(paper):
-    progress, clock, _ = begun(paper, 5, [row(), row(Outcome.LOST), row(), row(), row()])
-    clock.now_s = 4.0
-    progress.tick(1)
-    progress.add(row())
-    assert progress.done_now == 1
-    assert progress.text().startswith('6 of 10 trials, 1 failed, 1 worker, 12 x real time, about ')
-
-
-def test_a_terminal_gets_a_bar_with_the_same_text(paper):
-    progress, _, stream = begun(paper, 3, [row()], Terminal())
+def test_trials_of_earlier_runs_count_but_not_for_speed_and_a_terminal_gets_a_bar(paper):
+    progress, clock, stream = begun(paper, 1, [row(), row(Outcome.LOST)], is_terminal=True)
     with progress:
-        for _ in range(3):
-            progress.add(row(Outcome.TIMED_OUT))
-    shown = stream.getvalue()
-    assert '100% |' in shown and '4 of 4 trials, 3 failed' in shown.split('\r')[-1]
+        clock.now_s = 4.0
+        progress.tick(1)
+        progress.add(row())
+    assert progress.done_now == 1
+    assert progress.text().startswith('3 of 3 trials, 1 failed, 1 worker, 12 x real time, about ')
+    last = stream.getvalue().split('\r')[-1]
+    assert last.startswith('100% |') and progress.text() in last
 
 
 def test_outcomes_are_counted_by_cell():

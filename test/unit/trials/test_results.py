@@ -83,13 +83,13 @@ def test_unfinished_files_are_removed_at_the_start_and_when_all_trials_are_done(
     assert left[0].exists() == bool(missing)
 
 
-def test_each_row_is_on_the_disk_at_once_and_only_once(campaign, tmp_path):
-    with ResultStore(tmp_path, campaign, RUN) as store:
+def test_each_row_is_on_the_disk_at_once_and_only_once_and_in_the_end_in_order(campaign, tmp_path, whole):
+    with ResultStore(tmp_path / 'out', campaign, RUN) as store:
         for count, trial in enumerate(reversed(campaign.trials()), start=1):
             for _ in range(2):
                 store.append(row_of_trial(trial, trial.bag))
-            assert len((tmp_path / 'trials.csv').read_bytes().splitlines()) == 1 + count
-        assert store.pending() == [] and [row.trial for row in store.rows] == [1, 2] * 4
+            assert len((tmp_path / 'out' / 'trials.csv').read_bytes().splitlines()) == 1 + count
+        assert store.pending() == [] and store.finish().read_bytes() == whole
 
 
 def test_a_campaign_without_bags_is_finished_by_its_table(tmp_path):
@@ -163,14 +163,7 @@ def test_an_incomplete_last_line_is_dropped_wherever_it_ends(campaign, tmp_path,
     assert run(campaign, folder) == whole
 
 
-@pytest.mark.parametrize('count', [0, 5])
-def test_after_a_kill_at_any_trial_the_table_becomes_the_undisturbed_one(campaign, tmp_path, whole, count, caplog):
-    kill(tmp_path / 'out', campaign, count, order=lambda trials: trials[::-1])
-    assert run(campaign, tmp_path / 'out') == whole
-    assert not caplog.records  # the same code
-
-
-def test_a_trial_whose_bag_is_gone_is_run_again(campaign, tmp_path, whole):
+def test_a_trial_whose_bag_is_gone_is_run_again(campaign, tmp_path, whole, caplog):
     folder = tmp_path / 'out'
     run(campaign, folder)
     bags = sorted((folder / 'bags').iterdir())
@@ -179,6 +172,7 @@ def test_a_trial_whose_bag_is_gone_is_run_again(campaign, tmp_path, whole):
     with ResultStore(folder, campaign, RUN) as store:
         assert [f'bags/{bag.name}' for bag in (bags[0], bags[5])] == [trial.bag for trial in store.pending()]
     assert run(campaign, folder) == whole and sorted((folder / 'bags').iterdir()) == bags
+    assert not caplog.records  # the same code
 
 
 def test_two_campaigns_do_not_write_into_one_folder(campaign, tmp_path, monkeypatch, caplog):

@@ -102,52 +102,28 @@ def test_wheels_whose_axes_point_the_other_way_count_forward(tmp_path, nav):
 POSE = Pose2D(0.1, 0.2, 0.3)
 ERRORS = {PoseSource.ODOM: POSE, PoseSource.AMCL: None, PoseSource.GLOBAL: None, PoseSource.WORLD: POSE}
 NAMES = ['bags/SL_40_001.bag', 'bags/SL_40_002.bag', 'bags/SL_40_003.bag']
-CONTENTS = [b'bag of 1', b'bag of 2', b'bag of 3']
-
-
-@pytest.fixture
-def results(tmp_path):
-    folder = tmp_path / 'results'
-    (folder / 'bags').mkdir(parents=True)
-    (folder / 'manifest.json').write_text('{}')
-    return ResultsFolder(str(folder), hashlib.sha256(b'{}').hexdigest())
 
 
 def stub_trial(plan, robot_file):
     assert Path(plan.world).is_file() and Path(plan.map).is_file() and robot_file.is_file()
-    if plan.bag:
-        Path(plan.bag).write_bytes(b'bag of %d' % plan.trial.number)
+    Path(plan.bag).write_bytes(b'bag of %d' % plan.trial.number)
     return TrialRow('', '', (), 0, 0, Outcome.LOST, 'no idea', 48.5, ERRORS, float(plan.trial.number))
 
 
-def run(results, tmp_path, **changes):
-    campaign = load_campaign('paper', package_folder(), {'tests': ['SL'], 'ppr': [40.0], 'trials': 3, **changes})
+@pytest.mark.parametrize('is_shared', [True, False])
+def test_bags_are_in_a_shared_folder_or_returned_and_rows_have_their_part_of_the_time(tmp_path, monkeypatch, is_shared):
+    (tmp_path / 'bags').mkdir()
+    (tmp_path / 'manifest.json').write_text('{}')
+    monkeypatch.setattr(trial_run, 'time', SimpleNamespace(perf_counter=iter([100.0, 106.0]).__next__))
+    campaign = load_campaign('paper', package_folder(), {'tests': ['SL'], 'ppr': [40.0], 'trials': 3})
+    folder = ResultsFolder(str(tmp_path), hashlib.sha256(b'{}' if is_shared else b'of another run').hexdigest())
     files = campaign.files.materialise(tmp_path / 'scratch')
-    return run_group(files, campaign.trials(), results, lambda setups, robot: [stub_trial(s[0], robot) for s in setups])
-
-
-def test_a_shared_folder_gets_the_bags_and_each_row_has_its_part_of_the_time(results, tmp_path, monkeypatch):
-    clock = iter([100.0, 106.0])
-    monkeypatch.setattr(trial_run, 'time', SimpleNamespace(perf_counter=lambda: next(clock)))
-    rows, bags = zip(*run(results, tmp_path))
-    assert bags == (None,) * 3
+    run = lambda setups, robot: [stub_trial(plan, robot) for plan, *_ in setups]  # noqa: E731
+    rows, bags = zip(*run_group(files, campaign.trials(), folder, run))
+    written = [path.read_bytes() for path in sorted((tmp_path / 'bags').iterdir())]
+    contents = [b'bag of 1', b'bag of 2', b'bag of 3']
+    assert (written, [*bags]) == ((contents, [None] * 3) if is_shared else ([], contents))
+    assert not list((tmp_path / 'scratch').rglob('*.bag*'))
     assert [row.bag for row in rows] == NAMES
-    assert [(Path(results.path) / name).read_bytes() for name in NAMES] == CONTENTS
-    assert len(list((Path(results.path) / 'bags').iterdir())) == 3
     assert rows[1][:8] == ('SL', '40', (), 2, 2, Outcome.LOST, 'no idea', 48.5)
     assert (rows[1].errors, rows[1].distance_m, rows[1].wall_time_s) == (ERRORS, 2.0, 2.0)
-
-
-@pytest.mark.parametrize('change', [{'manifest_sha256': 'of another run'}, {'path': '/nowhere'}])
-def test_any_other_folder_gets_nothing_and_the_bags_are_returned(results, tmp_path, change):
-    rows, bags = zip(*run(results._replace(**change), tmp_path))
-    assert ([row.bag for row in rows], list(bags)) == (NAMES, CONTENTS)
-    assert not list((Path(results.path) / 'bags').iterdir())
-    assert not list((tmp_path / 'scratch').rglob('*.bag*'))
-
-
-@pytest.mark.parametrize('change', [{}, {'manifest_sha256': 'of another run'}])
-def test_without_recording_there_is_no_bag(results, tmp_path, change):
-    rows, bags = zip(*run(results._replace(**change), tmp_path, record='none'))
-    assert ({row.bag for row in rows}, set(bags)) == ({''}, {None})
-    assert not list((Path(results.path) / 'bags').iterdir())
