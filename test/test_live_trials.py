@@ -9,9 +9,8 @@ from diff_encoder_sim.drives.topics import DIAGNOSTICS
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.simulation.link_frames import LinkFrames, display_urdf
 from diff_encoder_sim.trials.robot_params import load_robot_config, override
-from diff_encoder_sim.trials.trial_run import run_trial
 from launched_graph import DATA, ROOT, Graph, complaints, messages_of, require_ros
-from lockstep_trials import ALTO, plan_of
+from lockstep_trials import ALTO, plan_of, run_trial
 
 pytestmark = [pytest.mark.rostest, pytest.mark.timeout(180)]
 

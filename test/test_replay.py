@@ -6,9 +6,8 @@ from diff_encoder_sim.cli import reencode
 from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.drives.trial_recording import read_trial
 from diff_encoder_sim.trials.robot_params import load_robot_params
-from diff_encoder_sim.trials.trial_run import run_trial
 from launched_graph import DATA, ROOT, Graph, complaints, messages_of, require_ros
-from lockstep_trials import ALTO, plan_of
+from lockstep_trials import ALTO, plan_of, run_trial
 from node_interfaces import REPLAY, check_interfaces
 from reencoding_drives import drive, without_index, write_ros1
 

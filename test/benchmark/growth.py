@@ -33,8 +33,8 @@ from diff_encoder_sim.trials.campaign_cells import Campaign
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.results import ResultStore
 from diff_encoder_sim.trials.robot_params import load_robot_params
-from diff_encoder_sim.trials.trial_run import run_trial
 from diff_encoder_sim.trials.trials_csv import TABLE, TrialRow, TrialsTable
+from lockstep_trials import run_trial
 
 Work = Callable[[], object]
 RESOLUTION_M, PILLARS_APART_M, PILLAR_M, STRETCH_M = 0.1, 5.0, 0.4, 10.0

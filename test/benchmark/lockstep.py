@@ -23,7 +23,7 @@ from diff_encoder_sim.simulation.physics import PhysicsParams
 from diff_encoder_sim.simulation.simulator import Simulator
 from diff_encoder_sim.simulation.state import TICK_NS
 from diff_encoder_sim.trials.robot_params import RobotParams, load_robot_params
-from diff_encoder_sim.trials.trial_run import run_trial
+from lockstep_trials import run_trial
 
 BARE = 'bare stepping'
 # The limits are in units of this stepping, with all links and solids.

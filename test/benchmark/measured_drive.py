@@ -61,7 +61,7 @@ def record_drive(simulator: Simulator, test: TestDefinition) -> List[Row]:
     start_angles_rad = simulator.joint_states().angles_rad
     rows = [_row(simulator, start_angles_rad)]
     for report in range(math.ceil((script.duration_s + SETTLING_S) * REPORTS_PER_SECOND)):
-        simulator.command(*script.command(report / REPORTS_PER_SECOND, (report + 1) / REPORTS_PER_SECOND))
+        simulator.command(*script.command_at(report / REPORTS_PER_SECOND, 1.0 / REPORTS_PER_SECOND))
         for _ in range(TICKS_PER_REPORT):
             simulator.tick()
         rows.append(_row(simulator, start_angles_rad))

@@ -6,8 +6,8 @@ from diff_encoder_sim.base.command_line import user_errors
 from diff_encoder_sim.drives.trial_definition import TrialPlan
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.robot_params import CONFIG_FILES, SET_BY_TRIALS, _dotted_keys, load_robot_config
-from diff_encoder_sim.trials.trial_run import run_trial
 from fuzz_worlds import SMALL
+from lockstep_trials import run_trial
 from odd_values import odd_mapping, odd_value, pick, write_yaml
 from places import ROOT
 

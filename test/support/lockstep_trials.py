@@ -9,6 +9,8 @@ from diff_encoder_sim.drives.test_definition import TestDefinition, find_world, 
 from diff_encoder_sim.drives.trial_definition import Trial, TrialPlan
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial
 from diff_encoder_sim.trials.robot_params import LatencyParams, load_robot_params
+from diff_encoder_sim.trials.trial_run import run_trials
+from diff_encoder_sim.trials.trial_setup import LockstepOptions, TrialSetup
 from places import ROOT
 
 ALTO = ROOT / 'urdf' / 'alto.urdf.xacro'
@@ -47,6 +49,11 @@ def params_of(latency=LatencyParams(), encoder_rate=20.0, **navigation):
 def lockstep(test, ppr=90, *, latency=LatencyParams(), publications=None, encoder_rate=20.0, frequency=20.0, **plan):
     params = params_of(latency, encoder_rate, controller_frequency=frequency)
     return LockstepTrial(plan_of(test, ppr, **plan), ALTO, params, publications)
+
+
+def run_trial(plan, robot_file, params, record):
+    """The row of one trial, whose bag is written unless `record` is none."""
+    return run_trials([TrialSetup(plan, params, LockstepOptions(record=record))], robot_file)[0]
 
 
 def ended(trial):

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import functools
-from typing import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -33,9 +32,4 @@ def _warm_up_wheels() -> None:
 
 
 # Each runs its kernels once, and shares none with the others; all take 1 s with numba's cache, else 30 s.
-PARTS: Sequence[Callable[[], None]] = (
-    warm_up_navigation,
-    functools.partial(warm_up_amcl, AmclParams()),
-    _warm_up_lidar,
-    _warm_up_wheels,
-)
+PARTS = warm_up_navigation, partial(warm_up_amcl, AmclParams()), _warm_up_lidar, _warm_up_wheels

@@ -67,20 +67,16 @@ class ScriptedDrive:
             start_s += max(linear.duration_s, angular.duration_s) + PAUSE_BETWEEN_SEGMENTS_S
         self.duration_s = start_s
 
-    def command_at(self, elapsed_s: float) -> Tuple[float, float]:
-        """Return the command that holds from a time since the start until the next true pose: as `command`."""
-        return self.command(elapsed_s, elapsed_s + STATES_PERIOD_S)
-
     def is_over(self, elapsed_s: float) -> bool:
         """Return whether the robot has been at rest for SETTLING_S."""
         return elapsed_s > self.duration_s + SETTLING_S
 
-    def command(self, from_s: float, to_s: float) -> Tuple[float, float]:
-        """Return the mean linear [m/s] and angular [rad/s] velocity between two times since the start.
+    def command_at(self, from_s: float, period_s: float = STATES_PERIOD_S) -> Tuple[float, float]:
+        """Return the mean linear [m/s] and angular [rad/s] velocity in a period that begins at a time since the start.
 
         A command holds until the next one; its mean over that time makes the commands add up to the exact distance.
         """
-        interval_s = to_s - from_s
+        to_s = from_s + period_s
         linear_m = angular_rad = 0.0
         # Only the current segments: long drives have thousands.
         first = max(0, bisect.bisect(self._starts_s, from_s) - 1)
@@ -88,7 +84,7 @@ class ScriptedDrive:
             start_s, (linear, angular) = self._starts_s[index], self._legs[index]
             linear_m += linear.covered(to_s - start_s) - linear.covered(from_s - start_s)
             angular_rad += angular.covered(to_s - start_s) - angular.covered(from_s - start_s)
-        return linear_m / interval_s, angular_rad / interval_s
+        return linear_m / (to_s - from_s), angular_rad / (to_s - from_s)
 
 
 class ScriptedDriver:

@@ -16,30 +16,19 @@ from diff_encoder_sim.base.errors import CampaignFault, in_one_line
 from diff_encoder_sim.base.processes import without_collection
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.drives.topics import PoseSource, RecordMode
+from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_bag import TrialBag
-from diff_encoder_sim.drives.trial_definition import FinalErrors, Trial, TrialPlan
+from diff_encoder_sim.drives.trial_definition import TrialPlan
 from diff_encoder_sim.trials.campaign_cells import RequestedTrial
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial, Report
 from diff_encoder_sim.trials.publications import Publications
 from diff_encoder_sim.trials.results import ResultsFolder
-from diff_encoder_sim.trials.robot_params import RobotParams
 from diff_encoder_sim.trials.scripted_trials import run_scripted_trials
 from diff_encoder_sim.trials.trial_files import TrialFiles
-from diff_encoder_sim.trials.trial_setup import LockstepOptions, TrialSetup
+from diff_encoder_sim.trials.trial_setup import TrialSetup
 from diff_encoder_sim.trials.trials_csv import BAGS, TrialRow
 
 distributed = deferred('distributed')
-
-
-def run_trial(plan: TrialPlan, robot_file: Union[str, Path], params: RobotParams, record: RecordMode) -> TrialRow:
-    """Run a trial and, unless `record` is none, write its bag to `plan.bag` atomically.
-
-    Raises:
-        ConfigError: a file is missing or bad.
-        OSError: the bag cannot be written.
-    """
-    return run_trials([TrialSetup(plan, params, LockstepOptions(record=record))], robot_file)[0]
 
 
 def run_trials(trials: Sequence[TrialSetup], robot_file: Union[str, Path]) -> List[TrialRow]:
@@ -52,7 +41,7 @@ def run_trials(trials: Sequence[TrialSetup], robot_file: Union[str, Path]) -> Li
     with without_collection():
         if trials[0].plan.trial.nav == 'scripted':
             drive, reports = run_scripted_trials(trials, robot_file)
-            return [_row(setup.plan.trial, drive, last) for setup, last in zip(trials, reports)]
+            return [_row(setup, drive, last) for setup, last in zip(trials, reports)]
         return [_run_navigated(setup, robot_file) for setup in trials]
 
 
@@ -67,38 +56,36 @@ def _run_navigated(setup: TrialSetup, robot_file: Union[str, Path]) -> TrialRow:
         drive = LockstepTrial(plan, robot_file, params, publications)
         for report in drive.run():
             last = report
-    return _row(plan.trial, drive, last)
+    return _row(setup, drive, last)
 
 
-def _row(trial: Trial, drive: LockstepTrial, last: Optional[Report]) -> TrialRow:
-    return TrialRow(
-        trial.test.name,
-        trial.encoder_label,
-        (),
-        trial.number,
-        trial.number,
-        drive.ending.outcome,
-        drive.ending.reason,
-        drive.time_ns / NANOSECONDS_PER_SECOND,
-        final_errors(trial, drive.true_pose_in_map, last),
-        drive.distance_m,
-    )
-
-
-def final_errors(trial: Trial, true_pose_in_map: Pose2D, last: Optional[Report]) -> FinalErrors:
-    """Return the final errors by pose source, in the axes of the map; `last` is None if a trial ended before it."""
+def _row(setup: TrialSetup, drive: LockstepTrial, last: Optional[Report]) -> TrialRow:
+    """Return the row of a trial that ended with this drive and report; None: it ended before the first report."""
+    trial, ending = setup.plan.trial, drive.ending
     poses: Dict[PoseSource, Optional[Pose2D]] = dict.fromkeys(PoseSource)
-    poses[PoseSource.WORLD] = true_pose_in_map
+    poses[PoseSource.WORLD] = drive.true_pose_in_map
     if last is not None:
         # Odometry begins at zero, which is the surveyed start pose.
         poses[PoseSource.ODOM] = trial.test.start.pose().compose(last.odometry.base_pose_in_odom)
         poses[PoseSource.AMCL] = last.estimate and last.estimate.base_pose_in_map
         poses[PoseSource.GLOBAL] = last.estimated_pose_in_map
     goal = trial.goal()
-    return {
+    errors = {
         source: pose and Pose2D(pose.x_m - goal.x_m, pose.y_m - goal.y_m, wrap_angle(pose.yaw_rad - goal.yaw_rad))
         for source, pose in poses.items()
     }
+    return TrialRow(
+        trial.test.name,
+        trial.encoder_label,
+        (),
+        trial.number,
+        trial.number,
+        ending.outcome,
+        ending.reason,
+        drive.time_ns / NANOSECONDS_PER_SECOND,
+        errors,
+        drive.distance_m,
+    )
 
 
 # ---- in a worker process

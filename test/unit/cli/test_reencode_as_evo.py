@@ -21,11 +21,12 @@ from diff_encoder_sim.analysis.tables import path_error_table
 from diff_encoder_sim.cli import reencode
 from diff_encoder_sim.drives.trajectory_error import RPE_DISTANCES_M, RpePairs, rpe_name
 from diff_encoder_sim.drives.trial_definition import TrialPlan
-from diff_encoder_sim.trials.trial_run import run_trial
 from places import ROOT
 
 pytest.importorskip('evo', reason='evo is not installed: requirements-test.txt')
 from evo.core import filters  # only if it is installed
+
+from lockstep_trials import run_trial
 
 BAG = 'sl.bag'
 COMMANDS = [line for line in (ROOT / 'docs' / 'recorded_drives.md').read_text().splitlines() if line.startswith('evo_')]

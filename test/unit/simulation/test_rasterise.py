@@ -78,7 +78,7 @@ def tour(name):
     test = load_params(TestDefinition, ROOT / 'config' / 'mapping' / f'{name}.yaml')
     drive, poses = ScriptedDrive(test), [test.start.pose()]
     for step in range(int(2.0 * drive.duration_s)):
-        linear, angular = drive.command(0.5 * step, 0.5 * (step + 1))
+        linear, angular = drive.command_at(0.5 * step, 0.5)
         poses.append(move_along_arc(poses[-1], 0.5 * linear, 0.5 * angular))
     return poses
 

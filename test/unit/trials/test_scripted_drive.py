@@ -41,15 +41,15 @@ def test_a_profile_covers_its_distance_within_the_limits_of_speed_and_accelerati
 def test_commands_held_for_a_period_add_up_to_the_exact_distance(distance, period_s):
     drive = ScriptedDrive(definition({'straight': distance}, {'turns': -1.0}, {'turns': 0.5}))
     steps = math.ceil(drive.duration_s / period_s)
-    commands = [drive.command(index * period_s, (index + 1) * period_s) for index in range(steps)]
+    commands = [drive.command_at(index * period_s, period_s) for index in range(steps)]
     assert sum(linear for linear, _ in commands) * period_s == pytest.approx(distance)
     assert sum(angular for _, angular in commands) * period_s == pytest.approx(-math.pi)
 
 
 def test_segments_follow_one_another_with_a_pause():
     drive = ScriptedDrive(definition({'straight': 1.0}, {'turns': 1.0}, speed=1.0, acceleration=1.0))
-    assert drive.command(0.99, 1.01)[0] == pytest.approx(1.0, abs=0.02)
-    assert drive.command(2.1, 2.4) == (0.0, 0.0)
-    linear, angular = drive.command(4.0, 4.1)
+    assert drive.command_at(0.99, 0.02)[0] == pytest.approx(1.0, abs=0.02)
+    assert drive.command_at(2.1, 0.3) == (0.0, 0.0)
+    linear, angular = drive.command_at(4.0, 0.1)
     assert linear == 0.0 and angular == pytest.approx(1.0)
-    assert drive.command(drive.duration_s, drive.duration_s + 1) == (0.0, 0.0)
+    assert drive.command_at(drive.duration_s, 1.0) == (0.0, 0.0)

@@ -15,12 +15,12 @@ from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.trials import trial_run
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.results import ResultsFolder
-from diff_encoder_sim.trials.trial_run import run_group, run_trial, run_trials
+from diff_encoder_sim.trials.trial_run import run_group, run_trials
 from diff_encoder_sim.trials.trial_setup import LockstepOptions, TrialSetup
 from diff_encoder_sim.trials.trials_csv import TrialRow
 from diff_encoder_sim.wheels.encoder_params import EncoderModel, FaultParams
 from diff_encoder_sim.wheels.report_link import ReportParams
-from lockstep_trials import ALTO, HALL, params_of, plan_of
+from lockstep_trials import ALTO, HALL, params_of, plan_of, run_trial
 
 LINE = {'nav': 'scripted', 'drive': [{'straight': 1.0}]}
 TURN = {'nav': 'scripted', 'drive': [{'turns': 0.25}, {'straight': -0.3}]}
