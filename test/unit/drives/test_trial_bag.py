@@ -4,6 +4,7 @@ import errno
 import os
 import random
 import resource
+from dataclasses import asdict
 
 import numpy as np
 import pytest
@@ -149,77 +150,60 @@ def write(path, bag_format, times_ns):
     return path
 
 
-@pytest.fixture(scope='module')
-def paths(tmp_path_factory):
-    """(ROS 1, MCAP)."""
-    folder = tmp_path_factory.mktemp('bags')
-    return [write(folder / f'a{suffix}', bag_format, TIMES_NS) for bag_format, suffix in SUFFIXES.items()]
-
-
 def without_seq(message):
     """A message of either ROS as nested dicts; ROS 2 has no message without fields."""
-    if isinstance(message, list):
-        return [without_seq(each) for each in message]
-    if not hasattr(message, '__dataclass_fields__'):
-        return message.tolist() if hasattr(message, 'tolist') else message
-    others = '__msgtype__', 'structure_needs_at_least_one_member', 'seq'
-    names = [name for name in message.__dataclass_fields__ if name.islower() and name not in others]
-    return {name: without_seq(getattr(message, name)) for name in names}
+    others = 'structure_needs_at_least_one_member', 'seq'
+
+    def fields_of(items):
+        return {
+            name: value.tolist() if hasattr(value, 'tolist') else value for name, value in items if name not in others
+        }
+
+    return asdict(message, dict_factory=fields_of)
 
 
-def by_mcap(path):
-    """(topic, type, definition, time, message) as the library of the format's authors reads them."""
-    with open(path, 'rb') as file:
-        reader = make_reader(file, validate_crcs=True)
-        assert reader.get_header().profile == 'ros2'
-        assert reader.get_summary().statistics.message_count == len(TIMES_NS) * len(one_of_each())
-        return [
-            (channel.topic, schema.name, schema.data.decode(), message.log_time, message.data)
-            for schema, channel, message in reader.iter_messages()
-        ]
+def by_topic(rows):
+    """(time, message) by topic, sorted, as nodes may share a topic at one time."""
+    found = {}
+    for topic, time_ns, message in rows:
+        found.setdefault(topic, []).append((time_ns, without_seq(message)))
+    return {topic: sorted(of_topic, key=repr) for topic, of_topic in found.items()}
 
 
 def decoded(rows):
-    """(time, message) by topic, decoded by the definitions in the file itself; nodes may share a topic at one time."""
-    found, store = {}, get_typestore(Stores.EMPTY)
+    """Decode messages by the definitions in the file itself."""
+    store = get_typestore(Stores.EMPTY)
     for topic, kind, text, time_ns, raw in rows:
         if kind not in store.types:
             types = get_types_from_msg(text, kind)
             store.register({name: fields for name, fields in types.items() if name not in store.types})
-        found.setdefault(topic, []).append((time_ns, without_seq(store.deserialize_cdr(raw, kind))))
-    return {topic: sorted(rows, key=repr) for topic, rows in found.items()}
+        yield topic, time_ns, store.deserialize_cdr(raw, kind)
 
 
-@pytest.fixture(scope='module')
-def expected(paths):
-    found = {}
-    with AnyReader([paths[0]]) as reader:
-        for each, time_ns, raw in reader.messages():
-            found.setdefault(each.topic, []).append((time_ns, without_seq(reader.deserialize(raw, each.msgtype))))
-    return {topic: sorted(rows, key=repr) for topic, rows in found.items()}
-
-
-def test_the_mcap_library_reads_what_the_bag_of_ros_1_has(paths, expected):
-    assert decoded(by_mcap(paths[1])) == expected
-
-
-def test_rosbags_reads_it(paths, expected):
-    if not hasattr(Reader, 'STORAGE_PLUGINS') or '.mcap' not in Reader.STORAGE_PLUGINS:
-        pytest.skip('this rosbags reads only folders')
-    with Reader(paths[1]) as reader:
-        topics_of = {
-            each.topic: (each.msgtype, each.ext.offered_qos_profiles[0].durability.name == 'TRANSIENT_LOCAL')
-            for each in reader.connections
-        }
-        rows = [(each.topic, each.msgtype, each.msgdef.data, time_ns, raw) for each, time_ns, raw in reader.messages()]
-    assert topics_of == {topic.name: (topic.message_type, topic.is_latched) for topic in TOPICS if topic.nodes}
-    assert decoded(rows) == expected
-
-
-@pytest.fixture(scope='module')
-def whole(tmp_path_factory):
-    """A file of two chunks and more."""
-    return write(tmp_path_factory.mktemp('whole') / 'a.mcap', 'mcap', range(1, 200))
+def test_others_read_from_an_mcap_file_what_the_bag_of_ros_1_has(tmp_path):
+    """The library of the format's authors, and rosbags, if its version reads files."""
+    of_ros1, mcap = (write(tmp_path / f'a{SUFFIXES[kind]}', kind, TIMES_NS) for kind in ('ros1', 'mcap'))
+    with AnyReader([of_ros1]) as reader:
+        messages = ((each.topic, ns, reader.deserialize(raw, each.msgtype)) for each, ns, raw in reader.messages())
+        expected = by_topic(messages)
+    with open(mcap, 'rb') as file:
+        reader = make_reader(file, validate_crcs=True)
+        assert reader.get_header().profile == 'ros2'
+        assert reader.get_summary().statistics.message_count == sum(map(len, expected.values()))
+        rows = [
+            (channel.topic, schema.name, schema.data.decode(), message.log_time, message.data)
+            for schema, channel, message in reader.iter_messages()
+        ]
+    assert by_topic(decoded(rows)) == expected
+    if '.mcap' in getattr(Reader, 'STORAGE_PLUGINS', ()):
+        with Reader(mcap) as reader:
+            topics_of = {
+                each.topic: (each.msgtype, each.ext.offered_qos_profiles[0].durability.name == 'TRANSIENT_LOCAL')
+                for each in reader.connections
+            }
+            rows = [(each.topic, each.msgtype, each.msgdef.data, ns, raw) for each, ns, raw in reader.messages()]
+        assert topics_of == {topic.name: (topic.message_type, topic.is_latched) for topic in TOPICS if topic.nodes}
+        assert by_topic(decoded(rows)) == expected
 
 
 def read(path):
@@ -227,9 +211,9 @@ def read(path):
     return list(stream.messages(topics.RECORDED)), stream.fault
 
 
-def test_wherever_it_is_torn_or_changed_its_beginning_is_read(whole, tmp_path):
-    content, (messages, _) = whole.read_bytes(), read(whole)
-    path, counts = tmp_path / 'a.mcap', []
+def test_wherever_it_is_torn_or_changed_its_beginning_is_read(tmp_path):
+    path, counts = write(tmp_path / 'a.mcap', 'mcap', range(1, 200)), []  # two chunks and more
+    content, (messages, _) = path.read_bytes(), read(path)
     for size in range(len(MCAP_MAGIC), len(content), len(content) // 20):
         path.write_bytes(content[:size])
         found, fault = read(path)
