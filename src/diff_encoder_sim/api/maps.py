@@ -33,20 +33,19 @@ def map_of_bag(options: MapOptions) -> str:
     """
     bag = options.bag
     params = load_params(GridSlamParams, options.config or package_folder() / 'config' / 'slam.yaml')
-    with open_source(bag) as source:
-        trial = trial_of_source(bag, source)
-        (stamps_ns, poses), laser_pose_in_base = read_scan_drive(bag, source, options.scan, options.odom)
-        track = OdometryTrack(stamps_ns.tolist(), [Pose2D(*row) for row in poses.tolist()])
-        start = trial.test.start.pose() if trial else None
-        slam = GridSlam(params, generator(trial.number if trial else options.seed, 'slam'), start)
-        warm_up(params)
-        begin_s = time.perf_counter()
-        entered = map_recording(slam, track, read_scans(bag, source, options.scan), laser_pose_in_base)
-        fault = source.fault
+    source = open_source(bag)
+    trial = trial_of_source(source)
+    (stamps_ns, poses), laser_pose_in_base = read_scan_drive(source, options.scan, options.odom)
+    track = OdometryTrack(stamps_ns.tolist(), [Pose2D(*row) for row in poses.tolist()])
+    start = trial.test.start.pose() if trial else None
+    slam = GridSlam(params, generator(trial.number if trial else options.seed, 'slam'), start)
+    warm_up(params)
+    begin_s = time.perf_counter()
+    entered = map_recording(slam, track, read_scans(source, options.scan), laser_pose_in_base)
     took_s = time.perf_counter() - begin_s
     path = save_map(slam.map().cropped(SAVED_MARGIN_M), options.stem or bag.with_suffix(''))
-    if fault:
-        log.warning('%s: %s; using all readable messages', bag, fault)
+    if source.fault:
+        log.warning('%s: %s; using all readable messages', bag, source.fault)
     drive_s = (track.stamps_ns[-1] - track.stamps_ns[0]) / NANOSECONDS_PER_SECOND
     return (
         f'{path}: {entered} scans of a drive of {drive_s:.1f} s, in {took_s:.1f} s: '

@@ -81,28 +81,27 @@ def reencoding(options: DriveOptions) -> Reencoding:
     begin_s = time.perf_counter()
     wheel_options.check_wheel_options(options)
     path, trial, reference = options.csv or options.bag or Path(), None, None
-    with contextlib.ExitStack() as opened:
-        if options.csv:
-            table = CsvStream(path, options.columns, options.time_unit or 's')
-            robot = wheel_options.recorded_robot(options, None)
-            wheels: WheelSource = wheel_options.csv_wheels(options, table.topic, robot)
-            stream: DriveStream = table
-        else:
-            source = opened.enter_context(open_source(path))
-            trial = trial_of_source(path, source)
-            robot = wheel_options.recorded_robot(options, trial)
-            stream, wheels = source, wheel_options.bag_wheels(options, path, source, trial, robot)
-            reference = find_reference(path, source, options.reference)
-            robot = _with_joints(options, wheels, robot)
-        chosen = wheel_options.chosen_encoders(options, robot.encoder)
-        files = output_files(options.out, path, chosen)
-        encoders = [Encoder(each, *parameters_with(each, robot.encoder, robot.odometry)) for each in chosen]
-        copied = [*encoding.copied_topics(stream), *([TRIAL] if trial else [])] if files else []
-        read = encoding.read_drive(stream, wheels, reference, copied)
-        why = '; '.join(read.notes[-1:]) or stream.fault or 'too short'
-        no_drive = f'no drive in {read.messages} {wheels.text}: {why}; expected two reports of the encoder'
-        encoded = _encoded(path, read, encoders, trial, files, f'{path}: {no_drive}')
-        notes = [*read.notes, *_notes(stream, robot, encoders, bool(files))]
+    if options.csv:
+        table = CsvStream(path, options.columns, options.time_unit or 's')
+        robot = wheel_options.recorded_robot(options, None)
+        wheels: WheelSource = wheel_options.csv_wheels(options, table.topic, robot)
+        stream: DriveStream = table
+    else:
+        source = open_source(path)
+        trial = trial_of_source(source)
+        robot = wheel_options.recorded_robot(options, trial)
+        stream, wheels = source, wheel_options.bag_wheels(options, source, trial, robot)
+        reference = find_reference(source, options.reference)
+        robot = _with_joints(options, wheels, robot)
+    chosen = wheel_options.chosen_encoders(options, robot.encoder)
+    files = output_files(options.out, path, chosen)
+    encoders = [Encoder(each, *parameters_with(each, robot.encoder, robot.odometry)) for each in chosen]
+    copied = [*encoding.copied_topics(stream), *([TRIAL] if trial else [])] if files else []
+    read = encoding.read_drive(stream, wheels, reference, copied)
+    why = '; '.join(read.notes[-1:]) or stream.fault or 'too short'
+    no_drive = f'no drive in {read.messages} {wheels.text}: {why}; expected two reports of the encoder'
+    encoded = _encoded(path, read, encoders, trial, files, f'{path}: {no_drive}')
+    notes = [*read.notes, *_notes(stream, robot, encoders, bool(files))]
     errors = encoding.drive_errors(read, encoded, reference is not None)
     if reference and not any(errors):
         notes.append(f'no pose of {reference.name} has the stamp of an odometry message: no errors computed')
@@ -140,11 +139,10 @@ def read_path(bag: Union[str, Path], reference: str = '/odom') -> PoseSeries:
         ConfigError: the bag cannot be read, or contains no such poses.
         InputFault: a message is truncated.
     """
-    path = Path(bag)
-    with open_source(path) as source:
-        poses = find_poses(path, source, '--reference', reference)
-        for message in source.messages(poses.topics):
-            poses.add(message)
+    source = open_source(Path(bag))
+    poses = find_poses(source, '--reference', reference)
+    for message in source.messages(poses.topics):
+        poses.add(message)
     return poses.series()
 
 

@@ -210,10 +210,9 @@ def node_settings(options: SettingsOptions) -> Tuple[Dict[str, Any], List[str]]:
 
 def _of_bag(given: str) -> Dict[str, Any]:
     """Return the seed and the wheel uncertainty of a bag's trial, as in `reencode`."""
-    path = users_path(given)
     trial = None
-    with contextlib.suppress(ConfigError), open_source(path) as source:  # replay_node reports the error
-        trial = trial_of_source(path, source)
+    with contextlib.suppress(ConfigError):  # replay_node reports the error
+        trial = trial_of_source(open_source(users_path(given)))
     if trial is None:
         return {}
     return {'config.seed': trial.number, **{f'config.{key}': getattr(trial, key) for key in UNCERTAINTY_KEYS}}

@@ -227,36 +227,34 @@ def csv_wheels(options: DriveOptions, topic: str, robot: RecordedRobot) -> CsvWh
     return CsvWheels(topic, robot.joints, wheel_numbers(options, robot))
 
 
-def bag_wheels(
-    options: DriveOptions, path: Path, source: DriveStream, trial: Optional[Trial], robot: RecordedRobot
-) -> WheelSource:
+def bag_wheels(options: DriveOptions, source: DriveStream, trial: Optional[Trial], robot: RecordedRobot) -> WheelSource:
     """Return the wheels of a bag; ConfigError if there are none; the message lists the alternatives."""
     if options.odom:
-        poses = find_poses(path, source, '--odom', options.odom)
+        poses = find_poses(source, '--odom', options.odom)
         return OdometryWheels(poses, robot.joints, robot.odometry, options.start_seed)
     if not options.ticks:
-        return _joint_wheels(options, path, source, trial, robot)
-    left, right = (find_field(path, source, '--ticks', given) for given in options.ticks)
+        return _joint_wheels(options, source, trial, robot)
+    left, right = (find_field(source, '--ticks', given) for given in options.ticks)
     if left.name == right.name:
-        raise ConfigError(f'{path}: --ticks: given {left.name} for both wheels; allowed: two different fields')
+        raise ConfigError(f'{source.path}: --ticks: given {left.name} for both wheels; allowed: two different fields')
     return FieldWheels((left, right), robot.joints, wheel_numbers(options, robot, (left.bits, right.bits)))
 
 
 def _joint_wheels(
-    options: DriveOptions, path: Path, source: DriveStream, trial: Optional[Trial], robot: RecordedRobot
+    options: DriveOptions, source: DriveStream, trial: Optional[Trial], robot: RecordedRobot
 ) -> WheelSource:
     is_given = bool(options.joint_states or options.pulses)
     if not (is_given or any(joint_wheels.joint_topics(source, kind) for kind in joint_wheels.JOINT_TYPES)):
         listed = ' | '.join(serving_options(source)) or f'nothing in its topics {", ".join(sorted(source.topics))}'
-        raise ConfigError(f'{path}: no topic of {" or ".join(joint_wheels.JOINT_TYPES)}; alternatives: {listed}')
+        raise ConfigError(f'{source.path}: no topic of {" or ".join(joint_wheels.JOINT_TYPES)}; alternatives: {listed}')
     ppr = ppr_of_text('--pulses-ppr', options.pulses_ppr) if options.pulses_ppr else None
     pulses_ppr = ppr if ppr or trial is None else trial.ppr
     given = options.joint_states, options.pulses, options.left, options.right
     try:
-        topic, kind, joints = joint_wheels.find_wheels(path, source, robot.encoder, *given)
+        topic, kind, joints = joint_wheels.find_wheels(source, robot.encoder, *given)
         if kind != JOINT_STATE_TYPE and pulses_ppr is None:
             missing = 'expected --pulses-ppr, the pulses per revolution of their encoder'
-            raise ConfigError(f'{path}: {topic} has counts; {missing}')
+            raise ConfigError(f'{source.path}: {topic} has counts; {missing}')
     except ConfigError as error:
         alternatives = '' if is_given else ' | '.join(serving_options(source))
         raise ConfigError(f'{error}; alternatives: {alternatives}' if alternatives else str(error)) from None

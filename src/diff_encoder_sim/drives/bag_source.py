@@ -11,6 +11,7 @@ import shutil
 import sqlite3
 import tempfile
 import urllib.parse
+import weakref
 from pathlib import Path
 from typing import Any, Collection, Dict, Iterator, List, Optional, Sequence
 
@@ -40,8 +41,7 @@ class McapStream(DriveStream):
 
     def __init__(self, path: Path) -> None:
         """Read the topics; OSError if the file cannot be read."""
-        super().__init__()
-        self._path = path
+        super().__init__(path)
         with open(path, 'rb') as file, contextlib.suppress(Exception):  # mcap raises many types at the end of a file
             summary = make_reader(file).get_summary()
             if summary:
@@ -53,7 +53,7 @@ class McapStream(DriveStream):
                 pass  # adds every channel
 
     def _messages(self, topics: Collection[str]) -> Iterator[Message]:
-        with open(self._path, 'rb') as file:
+        with open(self.path, 'rb') as file:
             reader = NonSeekingReader(file, validate_crcs=True, record_size_limit=_LARGEST_RECORD)
             try:
                 for schema, channel, message in reader.iter_messages(log_time_order=False):
@@ -84,7 +84,7 @@ class Sqlite3Stream(DriveStream):
         Raises:
             InputFault: it cannot be read, or has other tables.
         """
-        super().__init__()
+        super().__init__(path)
         self._uri = f'file:{urllib.parse.quote(str(path.resolve()))}?mode=ro&immutable=1'
         self._is_compressed = is_compressed
         self._topic_of: Dict[int, str] = {}  # by number in the file
@@ -122,8 +122,8 @@ class FolderStream(DriveStream):
 
     is_cdr = True
 
-    def __init__(self, files: Sequence[DriveStream]) -> None:
-        super().__init__()
+    def __init__(self, path: Path, files: Sequence[DriveStream]) -> None:
+        super().__init__(path)
         self._files = files
         for file in files:
             self.topics.update(file.topics)
@@ -154,8 +154,7 @@ def bags_in(folder: Path) -> List[Path]:
     return sorted([*found, *(path for path in files if path.parent not in found)])
 
 
-@contextlib.contextmanager
-def open_source(path: Path) -> Iterator[DriveStream]:
+def open_source(path: Path) -> DriveStream:
     """Open a bag to stream from: a file of ROS 1, or a file or folder of ROS 2.
 
     Raises:
@@ -163,14 +162,13 @@ def open_source(path: Path) -> Iterator[DriveStream]:
     """
     if not path.exists():
         raise ConfigError(f'{path}: no such bag')
-    with contextlib.ExitStack() as opened:
-        try:
-            source = opened.enter_context(_open_folder(path)) if path.is_dir() else _open_file(path)
-        except (InputFault, OSError) as error:
-            raise ConfigError(f'{path}: not a readable bag: {in_one_line(error)}') from None
-        if not source.topics:
-            raise ConfigError(f'{path}: no message in it{source.fault and f" ({source.fault})"}')
-        yield source
+    try:
+        source = _open_folder(path) if path.is_dir() else _open_file(path)
+    except (InputFault, OSError) as error:
+        raise ConfigError(f'{path}: not a readable bag: {in_one_line(error)}') from None
+    if not source.topics:
+        raise ConfigError(f'{path}: no message in it{source.fault and f" ({source.fault})"}')
+    return source
 
 
 def _open_file(path: Path, is_compressed: bool = False) -> DriveStream:
@@ -188,9 +186,8 @@ def _open_file(path: Path, is_compressed: bool = False) -> DriveStream:
     )
 
 
-@contextlib.contextmanager
-def _open_folder(folder: Path) -> Iterator[FolderStream]:
-    """Open the files that metadata.yaml names, only those next to it; compressed ones in a temporary folder."""
+def _open_folder(folder: Path) -> DriveStream:
+    """Open the files that metadata.yaml names, only those next to it."""
     path = folder / METADATA
     about = load_yaml(path).get('rosbag2_bagfile_information')
     names = about.get('relative_file_paths') if isinstance(about, dict) else None
@@ -202,12 +199,16 @@ def _open_folder(folder: Path) -> Iterator[FolderStream]:
             f'{path}: not a readable bag: compression {mode} {compression}; allowed: zstd of file or message'
         )
     files = [folder / Path(str(name)).name for name in names]
-    with tempfile.TemporaryDirectory(prefix='diff_encoder_sim_') as temporary:
-        for index, path in enumerate(files if mode == 'file' else ()):
-            files[index] = Path(temporary) / path.stem
-            try:
-                with open(path, 'rb') as file, open(files[index], 'wb') as out:
-                    shutil.copyfileobj(zstandard.ZstdDecompressor().stream_reader(file), out)
-            except zstandard.ZstdError as error:
-                raise ConfigError(f'{path}: cannot be decompressed: {in_one_line(error)}') from None
-        yield FolderStream([_open_file(file, mode == 'message') for file in files])
+    if mode != 'file':
+        return FolderStream(folder, [_open_file(file, mode == 'message') for file in files])
+    temporary = tempfile.TemporaryDirectory(prefix='diff_encoder_sim_')
+    for index, path in enumerate(files):
+        files[index] = Path(temporary.name) / path.stem
+        try:
+            with open(path, 'rb') as file, open(files[index], 'wb') as out:
+                shutil.copyfileobj(zstandard.ZstdDecompressor().stream_reader(file), out)
+        except zstandard.ZstdError as error:
+            raise ConfigError(f'{path}: cannot be decompressed: {in_one_line(error)}') from None
+    source = FolderStream(folder, [_open_file(file) for file in files])
+    weakref.finalize(source, temporary.cleanup)
+    return source

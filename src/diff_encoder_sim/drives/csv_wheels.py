@@ -101,8 +101,7 @@ class CsvStream(DriveStream):
 
     def __init__(self, path: Path, columns: Sequence[str], time_unit: str) -> None:
         """Detect the format as `find_format` does; ConfigError if the file cannot be read."""
-        super().__init__()
-        self._path = path
+        super().__init__(path)
         self.topic = path.name
         self.topics[self.topic] = 'CSV'
         if path.exists() and not path.is_file():
@@ -135,7 +134,7 @@ class CsvStream(DriveStream):
 
     def _lines(self) -> Iterator[Tuple[int, str]]:
         """Yield the lines that are not empty, each with its number; one that is too long is cut into several."""
-        with open(self._path, encoding='utf-8-sig', errors='replace') as file:
+        with open(self.path, encoding='utf-8-sig', errors='replace') as file:
             for number, line in enumerate(iter(lambda: file.readline(_LONGEST_LINE), ''), start=1):
                 if line.strip():
                     yield number, line

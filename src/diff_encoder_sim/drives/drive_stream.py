@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Collection, Dict, Iterator, NamedTuple
 
 from diff_encoder_sim.base.stamps import LATEST_NS
@@ -21,7 +22,8 @@ class DriveStream:
 
     is_cdr = False  # messages are encoded for ROS 2
 
-    def __init__(self) -> None:
+    def __init__(self, path: Path) -> None:
+        self.path = path
         self.topics: Dict[str, str] = {}  # types by topic, as rosbags spells them
         self.definitions: Dict[str, str] = {}  # by type; empty if not recorded
         self.fault = ''  # why not all of it can be read

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import itertools
 import re
-from pathlib import Path
 from typing import Dict, Iterator, List, Sequence, Tuple
 
 import numpy as np
@@ -34,7 +33,7 @@ def joint_topics(source: DriveStream, kind: str) -> List[str]:
 
 
 def find_wheels(
-    path: Path, source: DriveStream, params: EncoderParams, joint_states: str, pulses: str, left: str, right: str
+    source: DriveStream, params: EncoderParams, joint_states: str, pulses: str, left: str, right: str
 ) -> Tuple[str, str, Tuple[str, str]]:
     """Choose the topic, its type, which is one of JOINT_TYPES, and the joints (left, right) to read.
 
@@ -44,15 +43,15 @@ def find_wheels(
     Raises:
         ConfigError: there is none, or more than one; it lists the alternatives.
     """
-    topic, kind = _topic(path, source, joint_states, pulses)
+    topic, kind = _topic(source, joint_states, pulses)
     decoder = JointDecoder(kind, source.is_cdr)
     names: Dict[str, None] = {}  # in the order of their appearance
     for message in itertools.islice(source.messages((topic,)), MESSAGES_WITH_NAMES):
         with contextlib.suppress(InputFault):  # counted when the drive is read
             names.update(dict.fromkeys(decoder.decode(message.raw).names))
     if not names:
-        raise ConfigError(f'{path}: no message on {topic}; expected {kind}')
-    where = f'{path}: {topic}'
+        raise ConfigError(f'{source.path}: no message on {topic}; expected {kind}')
+    where = f'{source.path}: {topic}'
     joints = (
         _joint(where, list(names), 'left', left, params.left_joint),
         _joint(where, list(names), 'right', right, params.right_joint),
@@ -62,7 +61,7 @@ def find_wheels(
     return topic, kind, joints
 
 
-def _topic(path: Path, source: DriveStream, joint_states: str, pulses: str) -> Tuple[str, str]:
+def _topic(source: DriveStream, joint_states: str, pulses: str) -> Tuple[str, str]:
     if joint_states and pulses:
         raise ConfigError('--joint-states, --pulses: given both; allowed: one of them')
     choices = ((JOINT_STATE_TYPE, '--joint-states', joint_states), (ENCODER_PULSE_TYPE, '--pulses', pulses))
@@ -71,14 +70,14 @@ def _topic(path: Path, source: DriveStream, joint_states: str, pulses: str) -> T
         if given and source.topics.get(given) != kind:
             found = f'of {source.topics[given]}' if given in source.topics else 'not there'
             allowed = f'a topic of {kind}: {", ".join(topics) or "it has none"}'
-            raise ConfigError(f'{path}: {option}: given {given}, which is {found}; allowed: {allowed}')
+            raise ConfigError(f'{source.path}: {option}: given {given}, which is {found}; allowed: {allowed}')
         if not given and len(topics) > 1:
             found = f'{len(topics)} topics of {kind}: {", ".join(topics)}'
-            raise ConfigError(f'{path}: {found}; expected one, or a choice by {option}')
+            raise ConfigError(f'{source.path}: {found}; expected one, or a choice by {option}')
         if given or topics:
             return given or topics[0], kind
     listed = ', '.join(sorted(source.topics))
-    raise ConfigError(f'{path}: no topic of {JOINT_STATE_TYPE}, nor of {ENCODER_PULSE_TYPE}; it has {listed}')
+    raise ConfigError(f'{source.path}: no topic of {JOINT_STATE_TYPE}, nor of {ENCODER_PULSE_TYPE}; it has {listed}')
 
 
 def _joint(where: str, names: Sequence[str], side: str, given: str, usual: str) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 from array import array
 from collections import ChainMap
-from pathlib import Path
 from typing import Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
@@ -105,23 +104,23 @@ def pose_along(chain: Sequence[StampedPose]) -> Pose2D:
     return pose
 
 
-def find_reference(path: Path, source: DriveStream, given: str) -> Optional[RecordedPoses]:
+def find_reference(source: DriveStream, given: str) -> Optional[RecordedPoses]:
     """Find the given poses, else /world_pose if the bag has it, else None; errors as `find_poses`."""
     if given:
-        return find_poses(path, source, '--reference', given)
+        return find_poses(source, '--reference', given)
     with contextlib.suppress(ConfigError):
-        return find_poses(path, source, '--reference', WORLD_POSE)
+        return find_poses(source, '--reference', WORLD_POSE)
     return None
 
 
-def find_poses(path: Path, source: DriveStream, option: str, given: str) -> RecordedPoses:
+def find_poses(source: DriveStream, option: str, given: str) -> RecordedPoses:
     """Find the poses of a topic, or of frames as 'map->base_link', that a user gives with an option.
 
     Raises:
         ConfigError: the given topic or frame does not exist, is of another type, or has no pose.
     """
     if ARROW in given:
-        return _find_frames(path, source, option, given)
+        return _find_frames(source, option, given)
     kind = source.topics.get(given)
     found = f'of {kind}' if kind else 'not there'
     if kind in POSE_TYPES:
@@ -132,20 +131,20 @@ def find_poses(path: Path, source: DriveStream, option: str, given: str) -> Reco
     if source.topics.get(TF) == TRANSFORMS_TYPE:
         allowed.append(f'two frames of {TF} as map{ARROW}base_link')
     listed = ', '.join(allowed) or 'it has no poses'
-    raise ConfigError(f'{path}: {option}: given {given}, which is {found}; allowed: {listed}')
+    raise ConfigError(f'{source.path}: {option}: given {given}, which is {found}; allowed: {listed}')
 
 
-def _find_frames(path: Path, source: DriveStream, option: str, given: str) -> FramePair:
+def _find_frames(source: DriveStream, option: str, given: str) -> FramePair:
     parent_frame, child_frame = (frame.strip(' /') for frame in given.split(ARROW, 1))
     if not (parent_frame and child_frame) or parent_frame == child_frame:
         raise ConfigError(f'{option}: given {given!r}; allowed: two frames, as map{ARROW}base_link')
     if source.topics.get(TF) != TRANSFORMS_TYPE:
-        raise ConfigError(f'{path}: {option}: given {given}, but there is no {TF} of {TRANSFORMS_TYPE}')
+        raise ConfigError(f'{source.path}: {option}: given {given}, but there is no {TF} of {TRANSFORMS_TYPE}')
     tried = FramePair(parent_frame, child_frame, source.is_cdr)
     if not _has_pose(source, tried):
         listed = ', '.join(tried.frames) or f'{TF} has none'
         allowed = f'two that moving transforms connect, the parent first, of {listed}'
-        raise ConfigError(f'{path}: {option}: given {given}, which leads to no pose; allowed: {allowed}')
+        raise ConfigError(f'{source.path}: {option}: given {given}, which leads to no pose; allowed: {allowed}')
     return FramePair(parent_frame, child_frame, source.is_cdr)
 
 

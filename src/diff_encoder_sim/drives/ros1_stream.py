@@ -43,8 +43,7 @@ class Ros1Stream(DriveStream):
 
     def __init__(self, path: Path) -> None:
         """Read the topics of a file that begins with `MAGIC`; OSError if it cannot be read."""
-        super().__init__()
-        self._path = path
+        super().__init__(path)
         self._connections: Dict[bytes, Tuple[str, str]] = {}  # topic and node by encoded number
         if not self._read_index():
             self.fault = f'no index, as after a crash{_MENDED}'
@@ -53,7 +52,7 @@ class Ros1Stream(DriveStream):
 
     def _messages(self, topics: Collection[str]) -> Iterator[Message]:
         wanted = {number: each for number, each in self._connections.items() if each[0] in topics}
-        with open(self._path, 'rb') as file:
+        with open(self.path, 'rb') as file:
             for chunk_at, chunk in self._chunks(file):
                 for begin, data_at, end in _records(chunk):
                     header = chunk[begin : data_at - _UINT32.size]
@@ -73,11 +72,11 @@ class Ros1Stream(DriveStream):
 
     def _read_index(self) -> bool:
         """Add the connections of the index, and return whether there is one."""
-        with contextlib.suppress(KeyError, struct.error), open(self._path, 'rb') as file:
+        with contextlib.suppress(KeyError, struct.error), open(self.path, 'rb') as file:
             file.seek(len(MAGIC))
             fields, _ = _read_header(file)
             index_at, count = _UINT64.unpack(fields[b'index_pos'])[0], _UINT32.unpack(fields[b'conn_count'])[0]
-            file.seek(min(index_at, self._path.stat().st_size))
+            file.seek(min(index_at, self.path.stat().st_size))
             for _ in range(count):
                 fields, length = _read_header(file)
                 self._add_connection(fields, file.read(min(length, _LARGEST_HEADER)))

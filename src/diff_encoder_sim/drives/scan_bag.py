@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Dict, Iterator, Optional, Tuple
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
@@ -14,9 +13,7 @@ from diff_encoder_sim.drives.recorded_poses import PoseTopic, frame_chain, pose_
 from diff_encoder_sim.drives.topics import LASER_SCAN_TYPE, ODOM, ODOMETRY_TYPE, SCAN, TF_STATIC, TRANSFORMS_TYPE
 
 
-def read_scan_drive(
-    path: Path, source: DriveStream, scan_topic: str = SCAN, odom_topic: str = ODOM
-) -> Tuple[PoseSeries, Pose2D]:
+def read_scan_drive(source: DriveStream, scan_topic: str = SCAN, odom_topic: str = ODOM) -> Tuple[PoseSeries, Pose2D]:
     """Read the poses of odometry, and the laser's pose in the base.
 
     Raises:
@@ -29,7 +26,7 @@ def read_scan_drive(
     expected = {scan_topic: LASER_SCAN_TYPE, odom_topic: ODOMETRY_TYPE}
     for topic, kind in expected.items():
         if source.topics.get(topic, kind) != kind:
-            raise ConfigError(f'{path}: {topic} is {source.topics[topic]}; expected {kind}')
+            raise ConfigError(f'{source.path}: {topic} is {source.topics[topic]}; expected {kind}')
     static = [TF_STATIC] if source.topics.get(TF_STATIC) == TRANSFORMS_TYPE else []
     for message in source.messages((*expected, *static)):
         try:
@@ -40,22 +37,22 @@ def read_scan_drive(
             elif laser_frame is None:
                 laser_frame = decode_scan(message.raw, source.is_cdr)[1]
         except InputFault as error:
-            raise ConfigError(f'{path}: {message.topic}: {error}') from None
+            raise ConfigError(f'{source.path}: {message.topic}: {error}') from None
     if laser_frame is None or not odometry.stamps_ns:
         topic = scan_topic if laser_frame is None else odom_topic
         torn = f' ({source.fault})' if source.fault else ''
-        raise ConfigError(f'{path}: no message on {topic}{torn}; expected {expected[topic]}')
+        raise ConfigError(f'{source.path}: no message on {topic}{torn}; expected {expected[topic]}')
     chain = frame_chain(fixed, laser_frame, odometry.child_frame)
     if chain is None:
         from_to = f"the scans' frame {laser_frame!r} to odometry's {odometry.child_frame!r}"
-        raise ConfigError(f'{path}: {TF_STATIC} does not lead from {from_to}')
+        raise ConfigError(f'{source.path}: {TF_STATIC} does not lead from {from_to}')
     return odometry.series(), pose_along(chain)
 
 
-def read_scans(path: Path, source: DriveStream, scan_topic: str = SCAN) -> Iterator[Scan]:
+def read_scans(source: DriveStream, scan_topic: str = SCAN) -> Iterator[Scan]:
     """Yield the scans in the order of their recording; ConfigError if a message is damaged."""
     for message in source.messages((scan_topic,)):
         try:
             yield decode_scan(message.raw, source.is_cdr)[0]
         except InputFault as error:
-            raise ConfigError(f'{path}: {message.topic}: {error}') from None
+            raise ConfigError(f'{source.path}: {message.topic}: {error}') from None

@@ -68,19 +68,19 @@ class ReplayNode:
         self._params = node_params(ReplayParams, EncoderParams, OdometryParams, part='config')
         encoder = node_params(EncoderParams, OdometryParams, ReplayParams, part='config')
         odometry = node_params(OdometryParams, EncoderParams, ReplayParams, part='config')
-        self._bag = users_path(self._params.bag)
-        name = f'{self._bag.stem}_{ppr_label(encoder.counts_per_turn)}ppr_replay.bag'
+        bag = users_path(self._params.bag)
+        name = f'{bag.stem}_{ppr_label(encoder.counts_per_turn)}ppr_replay.bag'
         self._out = users_path(self._params.out or str(Path('bags') / name))
         if self._out.exists():
             raise ConfigError(f'out: {self._out} exists; allowed: the path of a new file')
-        with open_source(self._bag) as source:
-            choices = self._params.joint_states, '', encoder.left_joint, encoder.right_joint
-            topic, kind, _ = find_wheels(self._bag, source, encoder, *choices)
-            copied = copied_topics(source)
-            trial = trial_of_source(self._bag, source)
+        self._source = open_source(bag)
+        choices = self._params.joint_states, '', encoder.left_joint, encoder.right_joint
+        topic, kind, _ = find_wheels(self._source, encoder, *choices)
+        copied = copied_topics(self._source)
+        trial = trial_of_source(self._source)
         if kind != topics.JOINT_STATE_TYPE:
             expected = f'expected {topics.JOINT_STATE_TYPE}; reencode can use counts'
-            raise ConfigError(f'{self._bag}: {topic} has counts; {expected}')
+            raise ConfigError(f'{bag}: {topic} has counts; {expected}')
         self._recorder = Recorder(self._out, RECORDED)
         self._clock = Publisher('/clock', Clock)
         self._played = {topic: Publisher(topic, COPIED_CLASSES[topic]) for topic in copied}
@@ -113,20 +113,20 @@ class ReplayNode:
         """Publish all readable messages of the topics in the order of the file, each with its time on /clock."""
         pacer: Optional[WallPacer] = None
         now_ns = EARLIEST_NS
-        with open_source(self._bag) as source:
-            for message in source.messages(tuple(self._played)):
-                with contextlib.suppress(InputFault):  # a torn message, which no node could read
-                    kind = source.topics[message.topic]
-                    content = to_ros1(message.raw, kind) if source.is_cdr else message.raw
-                    now_ns = max(message.time_ns, now_ns)
-                    pacer = pacer or WallPacer(self._params.speed, now_ns)
-                    pacer.wait(now_ns)
-                    if rospy.is_shutdown():
-                        return
-                    self._clock.publish(encode_clock(now_ns))
-                    self._played[message.topic].publish(content)
-            if source.fault:
-                log.warning('%s: %s; all messages that can be read are played', self._bag, source.fault)
+        source = self._source
+        for message in source.messages(tuple(self._played)):
+            with contextlib.suppress(InputFault):  # a torn message, which no node could read
+                kind = source.topics[message.topic]
+                content = to_ros1(message.raw, kind) if source.is_cdr else message.raw
+                now_ns = max(message.time_ns, now_ns)
+                pacer = pacer or WallPacer(self._params.speed, now_ns)
+                pacer.wait(now_ns)
+                if rospy.is_shutdown():
+                    return
+                self._clock.publish(encode_clock(now_ns))
+                self._played[message.topic].publish(content)
+        if source.fault:
+            log.warning('%s: %s; all messages that can be read are played', source.path, source.fault)
 
 
 main = executable('replay_node', ReplayNode, ReplayNode.run)

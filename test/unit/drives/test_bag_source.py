@@ -12,8 +12,8 @@ TOPICS = ('/joint_states', '/world_pose')
 
 
 def read(path, topics=TOPICS):
-    with open_source(path) as source:
-        return [message[:3] for message in source.messages(topics)], source.fault
+    source = open_source(path)
+    return [message[:3] for message in source.messages(topics)], source.fault
 
 
 @pytest.fixture(scope='module')
@@ -98,8 +98,8 @@ def test_bags_of_ros_2(tmp_path, plugin, compression):
     for path in (folder, *paths):
         messages, fault = read(path)
         assert sorted(messages) == expected and fault == ''
-        with open_source(path) as source:
-            assert source.is_cdr and source.topics['/joint_states'] == 'sensor_msgs/msg/JointState'
+        source = open_source(path)
+        assert source.is_cdr and source.topics['/joint_states'] == 'sensor_msgs/msg/JointState'
 
 
 def test_a_folder_needs_its_metadata(tmp_path):

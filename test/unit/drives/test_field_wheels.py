@@ -18,8 +18,7 @@ N = f' {TICKS} N'
 
 
 def options_of(path):
-    with open_source(path) as source:
-        return serving_options(source)
+    return serving_options(open_source(path))
 
 
 def reencoded(tmp_path, bag, arguments, ppr=64):
@@ -102,12 +101,11 @@ def source(tmp_path_factory, request):
     bag.array('/bad', 10**9, 'std_msgs/msg/Float64MultiArray', np.array([np.nan, np.inf]))
     bag.add('/count', 10**9, 'std_msgs/msg/Int64', data=2**62)
     bag.add('/text', 10**9, 'std_msgs/msg/String', data='7')
-    with open_source(bag.write(tmp_path_factory.mktemp('bag') / 'a')) as opened:
-        yield opened
+    return open_source(bag.write(tmp_path_factory.mktemp('bag') / 'a'))
 
 
 def first_value(source, given):
-    field = find_field('a.bag', source, '--ticks', given)
+    field = find_field(source, '--ticks', given)
     message = next(iter(source.messages((field.topic,))))
     return field, field.value(field.decode(message.raw))
 
@@ -139,8 +137,8 @@ def test_a_number_is_found(source, given, name, value, bits):
 )
 def test_other_fields_are_refused_with_a_list_of_numbers(source, given, complaint):
     with pytest.raises(ConfigError, match=complaint) as caught:
-        find_field('a.bag', source, '--ticks', given)
-    assert str(caught.value).startswith('a.bag: --ticks: given ') and '\n' not in str(caught.value)
+        find_field(source, '--ticks', given)
+    assert str(caught.value).startswith(f'{source.path}: --ticks: given ') and '\n' not in str(caught.value)
 
 
 @pytest.mark.parametrize(('given', 'complaint'), [('/pair[2]', '2 elements'), ('/bad[0]', 'nan'), ('/bad[1]', 'inf')])
@@ -155,8 +153,8 @@ def test_an_undefined_type_is_named(tmp_path):
     for text in (b'Header header', b'uint16'):  # as by recorders without the type
         content = content.replace(text, b'?' * len(text))
     path.write_bytes(content)
-    with open_source(path) as source, pytest.raises(ConfigError, match='which the bag does not define'):
-        find_field(path, source, '--ticks', '/mobile_base/sensors/core.left_encoder')
+    with pytest.raises(ConfigError, match='which the bag does not define'):
+        find_field(open_source(path), '--ticks', '/mobile_base/sensors/core.left_encoder')
 
 
 def test_the_likeliest_option_is_first_and_other_numbers_are_left_out(tmp_path):

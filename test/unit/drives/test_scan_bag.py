@@ -24,8 +24,8 @@ def parts(maker):
 
 
 def read(path):
-    with open_source(path) as source:
-        return read_scan_drive(path, source), list(read_scans(path, source))
+    source = open_source(path)
+    return read_scan_drive(source), list(read_scans(source))
 
 
 @MAKERS

@@ -33,11 +33,7 @@ def test_a_bag_of_any_kind_has_a_trial_or_none(tmp_path):
     others = drive(ROS2), [('/trial', 1, ROS2.text(trial().model_dump_json()))]
     paths = [write(tmp_path / f'{index}', rows) for index, rows in enumerate(others)]
     paths += [write_bag(tmp_path / f'{index}.bag', about) for index, about in enumerate((None, trial()))]
-    found = []
-    for path in paths:
-        with open_source(path) as source:
-            found.append(trial_of_source(path, source))
-    assert found == [None, trial()] * 2
+    assert [trial_of_source(open_source(path)) for path in paths] == [None, trial()] * 2
 
 
 def test_a_bag_without_a_result_is_torn_and_silent_topics_are_left_out(tmp_path):
