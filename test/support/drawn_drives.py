@@ -1,11 +1,12 @@
-"""Robots and drives to draw odometry of, and the same drives one by one through the components that nodes run."""
+"""Robots and drives to draw odometry of, and the same drives one by one."""
 
 import math
 
 import numpy as np
 
 from diff_encoder_sim.advice.drive_draws import DrawnRobot, ErrorFreeDrive
-from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc, wrap_angle
+from diff_encoder_sim.base.drive import Drive
+from diff_encoder_sim.base.se2 import Pose2D, poses_of_wheels, wrap_angle
 from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.navigation.goal_stopping import StopSpread
@@ -14,10 +15,10 @@ from diff_encoder_sim.simulation.self_check import RolledDrive
 from diff_encoder_sim.simulation.simulator import SlippingWheels, WheelErrorParams
 from diff_encoder_sim.simulation.state import TICK_NS, TICK_S
 from diff_encoder_sim.trials.scripted_drive import SETTLING_S, ScriptedDrive
-from diff_encoder_sim.wheels.odometry import WheelOdometry
+from diff_encoder_sim.wheels.chain import Chain
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
-from encoder_drives import JOINTS, RADIUS_M, SEPARATION_M
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
+from encoder_drives import RADIUS_M, SEPARATION_M
 
 EXACT_STOP = StopSpread(0.0, 0.0)
 LINE_M = 20.0
@@ -55,7 +56,7 @@ def encoder_of(ppr, encoder=None, **params):
 
 
 def one_by_one(drive, robot, encoder, seed):
-    """(3,) the final error of one draw, by the components that nodes run: x [m], y [m], yaw [rad] in the map."""
+    """(3,) the final error of one draw: x [m], y [m], yaw [rad] in the map."""
     rng = np.random.default_rng(seed)
     ways_m = _to_an_end(drive.rolled, robot.stop, rng)
     factors = 1.0 + np.array(robot.errors.geometry(rng))
@@ -87,21 +88,13 @@ def _to_an_end(drive: RolledDrive, stop: StopSpread, rng) -> np.ndarray:
 
 
 def _told(robot, params, wheels, rolled_rad, times_s, rng) -> Pose2D:
-    encoder = ReportingEncoder(params)
     known = {'ppr': params.ppr, 'encoder': params.encoder, 'motion_noise': 0.0}
-    odometry = WheelOdometry(robot.odometry.model_copy(update=known))
     slipping = SlippingWheels(robot.errors, wheels[:2], rng)
-    phases = rng.uniform(0.0, 2.0 * math.pi, 2).tolist()
-    estimate = None
-    for index, angles_rad in enumerate(rolled_rad.tolist()):
-        turned = slipping.turned(tuple(angles_rad))
-        for sample in encoder.update(index * TICK_NS, JOINTS, (phases[0] + turned[0], phases[1] + turned[1])):
-            estimate = odometry.update(*sample) or estimate
-    return estimate.base_pose_in_odom
+    phases_rad = rng.uniform(0.0, 2.0 * math.pi, (1, 2))
+    turned_rad = np.array([slipping.turned(tuple(angles_rad)) for angles_rad in rolled_rad.tolist()])
+    chain = Chain(params, robot.odometry.model_copy(update=known))
+    return Pose2D(*chain.run(Drive(TICK_NS * np.arange(len(times_s)), turned_rad), phases_rad).final_poses[0].tolist())
 
 
 def _integrated(ways_m: np.ndarray, separation_m: float) -> Pose2D:
-    pose = IDENTITY
-    for left_m, right_m in np.diff(ways_m[::5], axis=0).tolist():
-        pose = move_along_arc(pose, 0.5 * (left_m + right_m), (right_m - left_m) / separation_m)
-    return pose
+    return Pose2D(*poses_of_wheels(ways_m[np.newaxis, ::5], 1.0, 1.0, separation_m, 0.0, True)[0, 0].tolist())

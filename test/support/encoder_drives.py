@@ -9,7 +9,6 @@ from diff_encoder_sim.wheels.chain import Chain
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
-JOINTS = ('left_wheel_joint', 'right_wheel_joint')
 RADIUS_M, SEPARATION_M = 0.1, 0.4
 TICK_NS = 10_000_000
 STANDING_TICKS = 5  # until the last report

@@ -37,8 +37,8 @@ def nested(values: Mapping[str, Any]) -> Dict[str, Any]:
     """Return nested mappings of values by dotted keys; later keys replace earlier ones."""
     result: Dict[str, Any] = {}
     for key, value in values.items():
-        first, *below = key.split('.')
-        result = merged(result, {first: nested({'.'.join(below): value}) if below else value})
+        first, _, below = key.partition('.')
+        result = merged(result, {first: nested({below: value}) if below else value})
     return result
 
 

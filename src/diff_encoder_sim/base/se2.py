@@ -64,14 +64,10 @@ def move_along_arc(pose: Pose2D, distance_m: float, turn_rad: float) -> Pose2D:
     half-way. Yaw is not wrapped here, so that whole turns stay countable.
     """
     half_turn_rad = 0.5 * turn_rad
-    # Below 1e-4 the series' next term, x^4/120, is under double precision.
-    sinc = (
-        math.sin(half_turn_rad) / half_turn_rad
-        if abs(half_turn_rad) > 1e-4
-        else 1.0 - half_turn_rad * half_turn_rad / 6.0
-    )
-    chord_m = distance_m * sinc
-    chord_yaw_rad = pose.yaw_rad + half_turn_rad
+    sinc = 1.0 - half_turn_rad * half_turn_rad / 6.0
+    if abs(half_turn_rad) > 1e-4:  # below, the next term of the series, x^4/120, is under double precision
+        sinc = math.sin(half_turn_rad) / half_turn_rad
+    chord_m, chord_yaw_rad = distance_m * sinc, pose.yaw_rad + half_turn_rad
     return Pose2D(
         pose.x_m + chord_m * math.cos(chord_yaw_rad),
         pose.y_m + chord_m * math.sin(chord_yaw_rad),
@@ -81,12 +77,7 @@ def move_along_arc(pose: Pose2D, distance_m: float, turn_rad: float) -> Pose2D:
 
 @callable_by_kernels
 def base_of_axle(axle: Pose2D, axle_x_m: float) -> Pose2D:
-    """Return the pose of a base, yaw in [-pi, pi), by that of its axle's centre, each relative to its start.
-
-    Args:
-        axle: with unwrapped yaw.
-        axle_x_m: distance of the axle ahead of the base.
-    """
+    """Return the pose of a base, yaw in [-pi, pi), whose axle is `axle_x_m` ahead; each pose relative to its start."""
     yaw_rad = wrap_angle(axle.yaw_rad)
     if axle_x_m == 0.0:
         return Pose2D(axle.x_m, axle.y_m, yaw_rad)
@@ -115,11 +106,11 @@ def poses_of_wheels(
             left = totals[draw, report, 0] - totals[draw, 0, 0]
             right = totals[draw, report, 1] - totals[draw, 0, 1]
             if report:
-                stepped_left_m = (totals[draw, report, 0] - totals[draw, report - 1, 0]) * left_m
-                stepped_right_m = (totals[draw, report, 1] - totals[draw, report - 1, 1]) * right_m
-                if stepped_left_m or stepped_right_m:
-                    turn_rad = (stepped_right_m - stepped_left_m) / wheel_separation_m
-                    moved = move_along_arc(pose, 0.5 * (stepped_left_m + stepped_right_m), turn_rad)
+                left_step_m = (totals[draw, report, 0] - totals[draw, report - 1, 0]) * left_m
+                right_step_m = (totals[draw, report, 1] - totals[draw, report - 1, 1]) * right_m
+                if left_step_m or right_step_m:
+                    turn_rad = (right_step_m - left_step_m) / wheel_separation_m
+                    moved = move_along_arc(pose, 0.5 * (left_step_m + right_step_m), turn_rad)
                     # The heading is computed from the totals: summed rounded increments would drift.
                     pose = Pose2D(moved.x_m, moved.y_m, (right * right_m - left * left_m) / wheel_separation_m)
             if only_last and report < reports - 1:

@@ -154,7 +154,7 @@ class PulseWheels(WheelSource):
         self.restarts = 0
         for rows in filter(len, ascending_runs(left.stamps_ns)):
             readings = [*zip(left.stamps_ns[rows].tolist(), *counts[rows].T.tolist())]
-            counters = first_counters(*readings[0])
+            counters = first_counters(self._limits, *readings[0])
             totals[rows] = counts[rows[0]]
             for row, reading in zip(rows[1:].tolist(), readings[1:]):
                 counters, cause = next_counters(self._limits, counters, *reading)

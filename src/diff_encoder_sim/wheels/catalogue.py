@@ -42,10 +42,9 @@ class EncoderFileParams(Params):
     @field_validator('config')
     @classmethod
     def _check_keys(cls, config: Dict[str, Any]) -> Dict[str, Any]:
-        foreign = next((key for key in config if key not in OF_DEVICE), None)
-        if foreign is not None:
-            allowed = f'the keys {", ".join(OF_DEVICE)}{did_you_mean(foreign, OF_DEVICE)}'
-            raise not_allowed(foreign, config[foreign], allowed)
+        for key, value in config.items():
+            if key not in OF_DEVICE:
+                raise not_allowed(key, value, f'the keys {", ".join(OF_DEVICE)}{did_you_mean(key, OF_DEVICE)}')
         return config
 
 
@@ -89,12 +88,7 @@ def encoder_names(config_folder: Path) -> List[str]:
 
 
 def load_encoder(given: str, config_folder: Path, folder: Path) -> ChosenEncoder:
-    """Load an encoder by its name or its file.
-
-    Args:
-        given: the name of a file in config/encoders/, which takes precedence, or the path of a .yaml file.
-        config_folder: folder that contains encoders/.
-        folder: base folder of a relative path.
+    """Load an encoder by its name in encoders/ of a folder, or else by the path of a .yaml file relative to `folder`.
 
     Raises:
         ConfigError: the encoder does not exist, or its file has a bad key.
@@ -143,10 +137,7 @@ def own_encoder(params: EncoderParams) -> ChosenEncoder:
 
 
 def resolution_text(model: EncoderModel) -> str:
-    """Return how the counts are derived from the datasheet: `12 lines x 4 x gear 34.014 = 1632.672 counts ...`.
-
-    '' if ppr sets the counts.
-    """
+    """Return the derivation of the counts: `12 lines x 4 x gear 34 = 1632 counts ...`; '' if ppr sets them."""
     counts, of_shaft = model.counts_per_wheel_turn, model.counts_per_shaft_turn
     if counts is None or of_shaft is None:
         return ''

@@ -45,7 +45,7 @@ class CounterLimits(NamedTuple):
 class Counters(NamedTuple):
     """Both counters at a reading. Totals are a stamp [ns] and the left and right pulses since the first reading."""
 
-    counts: Tuple[int, int]  # left, right
+    counts: Tuple[int, int]  # left, right; wrapped
     total: Tuple[int, int, int]
     middle: Tuple[int, int, int]  # total less than SPEED_OVER_NS before
     first: Tuple[int, int, int]  # start of the speed measurement
@@ -67,10 +67,10 @@ CAUSES = ('', 'max_wheel_acceleration allows', 'max_wheel_speed')
 
 
 @callable_by_kernels
-def first_counters(stamp_ns: int, left_count: int, right_count: int) -> Counters:
+def first_counters(limits: CounterLimits, stamp_ns: int, left_count: int, right_count: int) -> Counters:
     """Return the counters at the first reading."""
-    total = (stamp_ns, 0, 0)
-    return Counters((left_count, right_count), total, total, total)
+    counts, total = (wrap_count(left_count, limits.modulus), wrap_count(right_count, limits.modulus)), (stamp_ns, 0, 0)
+    return Counters(counts, total, total, total)
 
 
 @callable_by_kernels
@@ -87,9 +87,8 @@ def _pulses(limits: CounterLimits, before: Counters, interval_ns: int, counts: T
     the limits of a wheel. One controller has both counters, so a jump of a single counter is not a restart. A step
     faster than the wheels can turn is a restart, too; its pulses are lost.
     """
-    left_before, right_before = before.counts
-    left = count_difference(counts[0], left_before, limits.modulus)
-    right = count_difference(counts[1], right_before, limits.modulus)
+    left = count_difference(counts[0], before.counts[0], limits.modulus)
+    right = count_difference(counts[1], before.counts[1], limits.modulus)
     interval_s, span_ns = interval_ns * 1e-9, before.total[0] - before.first[0]
     if span_ns and (left or right):
         left_went = (before.total[1] - before.first[1]) * (interval_ns / span_ns)
@@ -99,14 +98,9 @@ def _pulses(limits: CounterLimits, before: Counters, interval_ns: int, counts: T
         left_change = accelerated_s2 * limits.left_acceleration + limits.left_jump
         right_change = accelerated_s2 * limits.right_acceleration + limits.right_jump
         if not _near(left - left_went, right - right_went, left_change, right_change):
-            left_before, right_before = (
-                wrap_count(left_before, limits.modulus),
-                wrap_count(right_before, limits.modulus),
-            )
-            left_now, right_now = wrap_count(counts[0], limits.modulus), wrap_count(counts[1], limits.modulus)
-            is_near = _near(left_now, right_now, abs(left_went) + left_change, abs(right_went) + right_change)
-            if is_near and not _near(left_before, right_before, left_change, right_change):
-                return left_now, right_now, NEAR_ZERO
+            is_near = _near(*counts, abs(left_went) + left_change, abs(right_went) + right_change)
+            if is_near and not _near(*before.counts, left_change, right_change):
+                return counts[0], counts[1], NEAR_ZERO
     at_least_s = max(interval_s, STAMPS_OFF_BY_S)
     # A rotation of less than one pulse can cross an edge.
     is_left_too_fast = abs(left) - 1.0 - limits.left_jump > limits.left_speed * at_least_s
@@ -121,11 +115,12 @@ def next_counters(
 ) -> Tuple[Counters, int]:
     """Return the counters at a later reading, and the cause if they restarted since the previous one."""
     last_ns, last_left, last_right = before.total
-    left, right, cause = _pulses(limits, before, stamp_ns - last_ns, (left_count, right_count))
+    counts = (wrap_count(left_count, limits.modulus), wrap_count(right_count, limits.modulus))
+    left, right, cause = _pulses(limits, before, stamp_ns - last_ns, counts)
     total, middle, first = (stamp_ns, last_left + left, last_right + right), before.middle, before.first
     if stamp_ns - middle[0] >= SPEED_OVER_NS:
         middle, first = total, middle
-    return Counters((left_count, right_count), total, middle, first), cause
+    return Counters(counts, total, middle, first), cause
 
 
 def restart_text(limits: CounterLimits, before: Counters, after: Counters, cause: int) -> str:
@@ -147,7 +142,7 @@ def totals_of(limits: CounterLimits, stamps_ns: np.ndarray, counts: np.ndarray) 
     draws, reports = stamps_ns.shape
     totals = np.zeros((draws, reports, 2))
     for draw in range(draws if reports else 0):
-        counters = first_counters(stamps_ns[draw, 0], counts[draw, 0, 0], counts[draw, 0, 1])
+        counters = first_counters(limits, stamps_ns[draw, 0], counts[draw, 0, 0], counts[draw, 0, 1])
         for report in range(1, reports):
             if stamps_ns[draw, report] > counters.total[0]:
                 left_count, right_count = counts[draw, report, 0], counts[draw, report, 1]

@@ -245,10 +245,7 @@ class EncoderModel(Params):
         return self.eccentricity, math.radians(self.first_harmonic), math.radians(self.second_harmonic)
 
     def pulse_variance(self, counts_per_wheel_turn: float) -> float:
-        """Return the variance of a reading due to sensor errors [pulses^2], without the 1/12 of rounding.
-
-        The mean over a turn (docs/encoders.md), including noise and backlash.
-        """
+        """Return the mean variance of a reading [pulses^2] (docs/encoders.md), without the 1/12 of rounding."""
         counts_per_rad = counts_per_wheel_turn / (2.0 * math.pi)
         of_shaft = counts_per_rad / self.shaft_turns_per_wheel_turn
         variance = self.edge_variance + self.hysteresis**2 / 12.0

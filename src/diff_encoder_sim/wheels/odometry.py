@@ -61,9 +61,7 @@ class TwistEstimator:
     def twist(
         self, totals: Sequence[Tuple[int, int, int]], measured_radps: Optional[WheelRates]
     ) -> Tuple[float, float, TwistCovariance]:
-        """Return the twist at the last reading, linear [m/s] and angular [rad/s], and its covariance.
-
-        It is zero for a single reading without measured speeds.
+        """Return linear [m/s] and angular [rad/s] speed at the last reading; 0 for only one reading of counts.
 
         Args:
             totals: stamps and pulses since the start; the twist is the mean between the first and the last reading.
@@ -150,11 +148,8 @@ class WheelOdometry:
 
     def __init__(self, params: OdometryParams) -> None:
         self.params = params
-        self._limits, self._m_per_pulse, self._geometry_std = (
-            params.counter_limits,
-            params.m_per_pulse,
-            params.geometry_std,
-        )
+        self._limits, self._m_per_pulse = params.counter_limits, params.m_per_pulse
+        self._geometry_std = params.geometry_std
         self._noise, self._curve_noise = params.travel_variance, params.curve_noise or 0.0
         self._reading_vars_m2, self._residual_m = params.reading_variances_m2, residual_std(*params.m_per_pulse)
         self._heading_var_rad2 = sum(self._reading_vars_m2) / params.wheel_separation**2
@@ -200,7 +195,7 @@ class WheelOdometry:
             self.reset()
         before = self._counters
         if before is None:
-            self._counters = first_counters(stamp_ns, left_count, right_count)
+            self._counters = first_counters(self._limits, stamp_ns, left_count, right_count)
         else:
             self._counters, cause = next_counters(self._limits, before, stamp_ns, left_count, right_count)
             if cause:

@@ -147,12 +147,7 @@ class ReportLink:
         return [stamp_ns + round(each_ns) for each_ns in delays_ns]
 
     def pass_on(self, now_ns: int, samples: Sequence[EncoderSample]) -> List[EncoderSample]:
-        """Send samples, and return the samples that arrive up to now.
-
-        Args:
-            now_ns: the newest stamp of the joints.
-            samples: taken since the last call.
-        """
+        """Send the samples since the last call; return those that arrive up to now, the newest joint stamp."""
         for sample in samples:
             for arrival_ns in self.arrivals_ns(sample.stamp_ns):
                 self._sent += 1
@@ -191,12 +186,7 @@ class SpeedPairing:
         self._are_speeds_coming = True
 
     def take_counts(self, counts: EncoderSample, now_s: float) -> List[EncoderSample]:
-        """Add the counts of a report, and return the completed reports in order.
-
-        Args:
-            counts: of the report.
-            now_s: monotonic time; not simulated time, which may pause.
-        """
+        """Add counts at a monotonic time (simulated time may pause); return the completed reports in order."""
         if self._newest_ns is not None and counts.stamp_ns < self._newest_ns - JUMP_NS:
             self._counts.clear()
             latest_ns = counts.stamp_ns + JUMP_NS  # speeds after the jump may be here already
