@@ -40,12 +40,8 @@ def heading_std_rad(wheel_travel_m: np.ndarray, m_per_pulse: float, wheel_separa
 
     A wheel that travels k + f pulses, 0 <= f < 1, from a uniform phase counts k + 1 with probability f, otherwise k:
     the variance is f (1 - f), and that of the heading 2 f (1 - f) (d/L)^2. The average over f is (d/L)^2 / 3; after
-    whole pulses the variance is zero.
-
-    Args:
-        wheel_travel_m: (n,) travel of each wheel in n equally likely drives, forward or backward.
-        m_per_pulse: d.
-        wheel_separation_m: L.
+    whole pulses the variance is zero. Averaged over the (n,) travels of each wheel in n equally likely drives, forward
+    or backward; d is `m_per_pulse`, L the separation.
     """
     fractions = np.mod(np.round(wheel_travel_m / m_per_pulse, DECIMALS), 1.0)
     return m_per_pulse / wheel_separation_m * math.sqrt(2.0 * float(np.mean(fractions * (1.0 - fractions))))
@@ -54,10 +50,7 @@ def heading_std_rad(wheel_travel_m: np.ndarray, m_per_pulse: float, wheel_separa
 def wheel_travel_m(requested: Trial, robot: RobotGeometry, true_minus_goal: np.ndarray) -> Optional[np.ndarray]:
     """Return the (n,) travel of each wheel; None unless the drive is one straight line or turns in place.
 
-    Args:
-        requested: the drive.
-        robot: its wheel separation gives the travel in turns.
-        true_minus_goal: (n, 3) final true poses minus the goal, along the map's axes [m, m, rad].
+    `true_minus_goal` are the (n, 3) final true poses minus the goal, along the map's axes [m, m, rad].
     """
     motion = _only_motion(requested)
     if motion is None:
@@ -99,12 +92,11 @@ def closed_form_table(results: Results) -> Optional[ResultTable]:
             continue
         expected_stds, at_goal = closed_form_std(requested, robot, ppr), NOTHING
         stops = known[['world_x_m', 'world_y_m', 'world_yaw_rad']].to_numpy(dtype=float)
-        at_goal_m, stopped_m = (wheel_travel_m(requested, robot, ends) for ends in (np.zeros((1, 3)), stops))
-        if at_goal_m is not None and stopped_m is not None:
-            m_per_pulse = math.pi * robot.wheel_diameter_m / ppr
-            expected_stds[YAW.component] = heading_std_rad(stopped_m, m_per_pulse, robot.wheel_separation_m)
-            at_goal_rad = heading_std_rad(at_goal_m, m_per_pulse, robot.wheel_separation_m)
-            at_goal = f'{YAW.scale * at_goal_rad:.{DIGITS}g}'
+        travels_m = [wheel_travel_m(requested, robot, ends) for ends in (np.zeros((1, 3)), stops)]
+        pulse_m = math.pi * robot.wheel_diameter_m / ppr
+        stds = [heading_std_rad(each, pulse_m, robot.wheel_separation_m) for each in travels_m if each is not None]
+        if stds:
+            at_goal, expected_stds[YAW.component] = f'{YAW.scale * stds[0]:.{DIGITS}g}', stds[1]
         for quantity in QUANTITIES:
             unit, scale = SCALED[quantity.unit]
             errors = scale * final_errors(known, MINUS_TRUTH, quantity)

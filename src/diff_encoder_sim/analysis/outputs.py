@@ -22,12 +22,9 @@ CONTENTS = '.analysis'
 
 
 def write_analysis(results: Results, folder: Path, beside: Optional[Results] = None) -> str:
-    """Write tables/, figures/ and the report into a folder; return the conclusions for the terminal.
+    """Write tables/, figures/ and the report into an existing folder; return the conclusions for the terminal.
 
-    Args:
-        results: the trials.
-        folder: existing output folder.
-        beside: other trials, used only in the comparison with the paper.
+    Other trials `beside` are used only in the comparison with the paper.
 
     Raises:
         ConfigError: the paper's numbers cannot be read, or `beside` contains no cell of the paper.

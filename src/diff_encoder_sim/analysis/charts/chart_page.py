@@ -86,10 +86,6 @@ def charts_html(charts: Sequence[Chart], choices: Sequence[Choice] = ()) -> Mark
 
     An element `<details class="instead-of-charts" open>` of the page, with equivalent figures or tables, is folded when
     the charts are drawn, and printed instead of them.
-
-    Args:
-        charts: in the order of the page, in two columns if there is space.
-        choices: controls above the charts.
     """
     content: Dict[str, Any] = {'charts': [], 'data': {}, 'choices': []}
     for chart in charts:

@@ -7,7 +7,7 @@ tooltips, or None for a file; `colours` are by encoder.
 
 from __future__ import annotations
 
-from typing import Any, Dict, List, Optional, Sequence, Union
+from typing import Any, Callable, Dict, List, Optional, Sequence, Union
 
 import altair as alt
 import numpy as np
@@ -16,6 +16,7 @@ from diff_encoder_sim.analysis.quantities import X
 from diff_encoder_sim.base.deferred import pandas as pd
 
 Domain = Sequence[Union[float, Dict[str, str]]]  # of an axis: numbers or expressions
+DrawPoints = Callable[[alt.Chart], alt.Chart]  # `error_points` with a look
 
 PLAIN = '.6~g'  # number format of axes: no trailing zeros, no powers of ten
 GREY, FAILED = '#737373', '#d55e00'
@@ -85,15 +86,7 @@ def error_points(
     chosen: str = 'false',
     size_px2: float = 45,
 ) -> alt.Chart:
-    """Draw a point per error, without axes; a ring marks the trial for which `chosen` is true.
-
-    Args:
-        rows: trial, encoder, series (of `LABELS`, or `BEYOND`), x and y [m], yaw [deg].
-        colours: see the module.
-        trials: see the module.
-        chosen: Vega expression.
-        size_px2: area of a point.
-    """
+    """Draw a point per error of `error_rows`, without axes; a ring marks the trial for which `chosen` is true."""
     points = rows.mark_point(filled=True, opacity=0.75, clip=True, cursor='pointer').encode(
         color=_encoder_colour(colours),
         shape=_series(alt.Shape, SHAPES, 'cross'),
@@ -106,8 +99,8 @@ def error_points(
     )
 
 
-def xy_errors(rows: alt.Chart, points: alt.Chart, domain: Optional[Domain] = None) -> alt.LayerChart:
-    """Draw `error_points` of rows about the goal; without a domain both axes fit all points."""
+def xy_errors(rows: alt.Chart, points: DrawPoints, domain: Optional[Domain] = None) -> alt.LayerChart:
+    """Draw points of rows about the goal; without a domain both axes fit all points."""
     square: Dict[str, Any] = {'x': 'low:Q', 'x2': 'high:Q', 'y': 'low:Q', 'y2': 'high:Q'}
     reach = (
         rows.mark_rect(opacity=0, aria=False)
@@ -123,13 +116,13 @@ def xy_errors(rows: alt.Chart, points: alt.Chart, domain: Optional[Domain] = Non
         .scale(nice=False, **({} if domain is None else {'domain': domain}))
         for name, channel in _XY.items()
     }
-    drawn = points.transform_filter('isValid(datum.x) && isValid(datum.y)').encode(**axes)
+    drawn = points(rows).transform_filter('isValid(datum.x) && isValid(datum.y)').encode(**axes)
     return alt.layer(*([reach] if domain is None else []), within.encode(**square), drawn)
 
 
 def distributions(
     rows: alt.Chart,
-    points: alt.Chart,
+    points: DrawPoints,
     names: Dict[str, str],
     unit: str,
     tolerance: str,
@@ -138,14 +131,8 @@ def distributions(
 ) -> alt.LayerChart:
     """Draw an error of every trial by encoder, series next to each other, with medians and quartiles.
 
-    Args:
-        rows: as for `error_points`, with `value` and `slot`, the index of the displayed series.
-        points: `error_points` of rows.
-        names: names of encoders on the axis.
-        unit: expression for the unit of the values.
-        tolerance: expression for the tolerance of the values.
-        series: expression for the number of displayed series.
-        domain: of the values; None to fit all values.
+    The rows also have `value` and `slot`, the index of the displayed series; `series` is the number of series, `names`
+    are the names of encoders on the axis. Without a domain the axis fits all values.
     """
     angle = 0 if len(''.join(names.values())) < ROTATED_FROM else -60
     x = alt.X('encoder:O', sort=list(names), title=None).scale(paddingOuter=0.2)
@@ -174,9 +161,9 @@ def distributions(
     return alt.layer(
         within.encode(y=border, y2=alt.Y2Datum({'expr': tolerance})),
         boxes.encode(y=alt.Y('q1:Q', **y_axis), y2='q3:Q'),
-        points.transform_calculate(place=jittered).encode(
-            x=x, xOffset=alt.XOffset('place:Q', scale=place), y=alt.Y('value:Q', **y_axis)
-        ),
+        points(rows)
+        .transform_calculate(place=jittered)
+        .encode(x=x, xOffset=alt.XOffset('place:Q', scale=place), y=alt.Y('value:Q', **y_axis)),
         medians.encode(y=alt.Y('median:Q', **y_axis)),
     ).add_params(alt.param(name='encoder_names', value=names))
 
@@ -260,14 +247,7 @@ def path_chart(
 def variant_errors_chart(
     errors: pd.DataFrame, names: Sequence[str], colours: Dict[str, str], title: str
 ) -> alt.LayerChart:
-    """Draw medians and quartiles of an error by variant; the first variant's median is a dotted line.
-
-    Args:
-        errors: variant, encoder, median, low, high, has_failed.
-        names: names of all variants, in order.
-        colours: by encoder.
-        title: title of the error axis.
-    """
+    """Draw `variant`, `median`, `low`, `high` and `has_failed` by encoder; the first variant's median is dotted."""
     y = alt.Y('variant:O', sort=list(names), title=None).axis(labelLimit=220, grid=False)
     rows: Dict[str, Any] = {'y': y, 'yOffset': alt.YOffset('encoder:N', sort=list(colours))}
     low, median = (

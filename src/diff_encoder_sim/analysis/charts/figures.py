@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 import re
@@ -160,12 +161,7 @@ def _figures(results: Results, trials: pd.DataFrame, colours: Dict[str, str]) ->
 
 
 def shown_limit(cells: Sequence[np.ndarray], least: float) -> float:
-    """Return half the width of axes around zero that show most values of every cell.
-
-    Args:
-        cells: values by cell; empty cells are ignored.
-        least: minimum.
-    """
+    """Return half the width of axes around zero that show most values of every cell that has any."""
     magnitudes = [np.abs(values) for values in cells if len(values)]
     largest = max((float(values.max()) for values in magnitudes), default=0.0)
     median = max((float(np.median(values)) for values in magnitudes), default=0.0)
@@ -181,14 +177,12 @@ def _xy_panels(of_test: pd.DataFrame, test: str, colours: Dict[str, str]) -> _Pa
     drawn = of_test.assign(**places.clip(-limit_m, limit_m), series=of_test['series'].where(~beyond, drawings.BEYOND))
     columns = math.ceil(len(colours) / math.ceil(len(colours) / MOST_ABREAST))
     size = (WIDTH_PX - AXIS_PX) // max(columns, 3) - BETWEEN_PX
-    panels = []
+    panels, points = [], functools.partial(drawings.error_points, colours=colours, size_px2=POINT_PX2)
     for place, label in enumerate(colours):
         is_of, is_first = of_test['encoder'] == label, place % columns == 0
         counts = f'{inside[is_of].sum()} of {is_of.sum()} within'
         counts += f', {beyond[is_of].sum()} beyond' if beyond[is_of].any() else ''
-        rows = alt.Chart(drawn[is_of])
-        points = drawings.error_points(rows, colours, size_px2=POINT_PX2)
-        panel = drawings.xy_errors(rows, points, [-limit_m, limit_m])
+        panel = drawings.xy_errors(alt.Chart(drawn[is_of]), points, [-limit_m, limit_m])
         if not is_first:
             panel.layer[-1].encoding.y.axis = alt.Axis(labels=False, title=None, tickCount=4, minExtent=0)
         name = f'{test}: {ppr_text(label)}' if is_first else ppr_text(label)
@@ -202,14 +196,13 @@ def _in_rows(panels: List[alt.LayerChart], columns: int) -> _Panels:
 
 def _distribution_panels(of_test: pd.DataFrame, test: str, colours: Dict[str, str]) -> _Panels:
     """Return a panel per quantity."""
-    panels = []
+    panels, points = [], functools.partial(drawings.error_points, colours=colours, size_px2=POINT_PX2)
     for quantity in QUANTITIES:
         values = of_test[quantity.axis]
         cells = [of_cell.to_numpy() for _, of_cell in values.groupby(of_test['encoder'])]
         limit = shown_limit(cells, 1.3 * quantity.tolerance)
         series = of_test['series'].where(values.abs() <= limit, drawings.BEYOND)
         rows = alt.Chart(of_test.assign(value=values.clip(-limit, limit), slot=0, series=series))
-        points = drawings.error_points(rows, colours, size_px2=POINT_PX2)
         names, unit = {label: label for label in colours}, f"'{quantity.unit}'"
         panel = drawings.distributions(rows, points, names, unit, str(quantity.tolerance), domain=[-limit, limit])
         panels.append(panel.properties(width=THIRD_PX, height=THIRD_PX, title=f'{test}: {quantity.axis}'))

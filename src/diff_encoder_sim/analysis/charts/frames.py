@@ -110,12 +110,7 @@ def path_rows(trials: pd.DataFrame, floors: pd.DataFrame) -> pd.DataFrame:
 
 
 def simplified(points: np.ndarray, within: float) -> np.ndarray:
-    """Return the (n, 2) points of a polyline that the Ramer-Douglas-Peucker algorithm keeps.
-
-    Args:
-        points: (n, 2), n > 0.
-        within: maximum distance of removed points, in the points' unit.
-    """
+    """Return those (n, 2) points of a polyline that the Ramer-Douglas-Peucker algorithm keeps; others are `within`."""
     if len(points) < 3:
         return points
     along, offsets = points[-1] - points[0], points - points[0]

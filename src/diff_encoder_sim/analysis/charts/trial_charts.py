@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import altair as alt
@@ -31,9 +32,7 @@ CURVE_TEXT = (
 def trial_charts(results: Results, shown: pd.DataFrame) -> Optional[Markup]:
     """Return the charts with their data and choices; None if no trial has a final pose.
 
-    Args:
-        results: all trials, for the spreads.
-        shown: trials with points and paths; `data-choose` of the page refers to its index.
+    Only trials of `shown` have points and paths; `data-choose` of the page refers to its index.
     """
     errors = frames.error_rows(shown)
     if errors.empty:
@@ -41,12 +40,12 @@ def trial_charts(results: Results, shown: pd.DataFrame) -> Optional[Markup]:
     colours, sample = drawings.encoder_colours(encoders(results.trials)), sample_text(shown, results.trials)
     paths, stds = frames.with_paths(shown), frames.spread_rows(results.trials)
     chosen, named = 'false' if paths.empty else 'datum.trial === trial', frames.trial_rows(shown)
+    points = functools.partial(drawings.error_points, colours=colours, trials=named, chosen=chosen)
     rows = alt.Chart(errors).transform_filter(SHOWN)
-    scatter = drawings.xy_errors(rows, drawings.error_points(rows, colours, named, chosen))
+    scatter = drawings.xy_errors(rows, points)
     scatter.layer[-1] = zoomed(scatter.layer[-1])
     values = rows.transform_calculate(value='datum[quantity]', slot='indexof(sources, datum.series)')
     values, names = values.transform_filter('isValid(datum.value)'), {label: ppr_text(label) for label in colours}
-    points = drawings.error_points(values, colours, named, chosen)
     distributions = drawings.distributions(values, points, names, UNIT, TOLERANCE, 'length(sources)')
     distributions.layer[2] = zoomed(distributions.layer[2], ['y'])
     within_x = f'{sample + ": " if sample else ""}x and y along the map; shaded: within {X.tolerance:g} m. {CLICK}'

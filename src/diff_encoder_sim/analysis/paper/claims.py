@@ -149,12 +149,7 @@ def every_trial(
 
     The paper's 30 of 30 trials are a sample: 29 of 30 of ours do not contradict it (Fisher's exact test, p = 1). The
     total is also tested because a few failures per cell add up. If cells have common noise, its p-value is approximate.
-
-    Args:
-        what: the claimed property.
-        trials: all trials.
-        is_true: returns whether each trial of a cell has the property.
-        cells: test and PPR; those of the trials by default.
+    The cells are pairs of test and PPR, by default those of the trials.
     """
     cells = cells or list(trials[['test', 'ppr']].drop_duplicates().itertuples(index=False, name=None))
     labelled = {f'{test} at {ppr} PPR': is_true(_of_cell(trials, test, ppr)) for test, ppr in cells}

@@ -119,12 +119,8 @@ def maximum_p_value(values: np.ndarray, reported: Interval, count: int) -> Optio
     """Test a reported maximum of `count` values, two-sided; None if inconclusive.
 
     The number of our values above it has a distribution-free probability (`_chances_of_above`). Beyond our maximum the
-    tail is assumed exponential (`_chance_beyond`), which is conservative for Gaussian and uniform tails.
-
-    Args:
-        values: our values, at least one.
-        reported: interval of the numbers that round to the reported one; the nearest is tested.
-        count: number of values of the reported maximum.
+    tail is assumed exponential (`_chance_beyond`), which is conservative for Gaussian and uniform tails. Of the numbers
+    in the interval `reported`, which round to the printed one, the nearest is tested.
     """
     fewest, most = (int(np.count_nonzero(values > bound)) for bound in (reported.high, reported.low))
     chances, descending = _chances_of_above(len(values), count), np.sort(values)[::-1]
@@ -198,11 +194,7 @@ def agreement(statistic: str, values: np.ndarray, printed: float, quantity: Quan
 
 
 def compare_with_paper(results: Results, name: str = '') -> pd.DataFrame:
-    """Compare the numbers of the paper with ours, for the tests and PPRs in the results.
-
-    Args:
-        results: the trials.
-        name: name of these results.
+    """Compare the numbers of the paper with ours, for the tests and PPRs in the results, under a name.
 
     Returns:
         a row per number: `campaign`, the name with the varied parameters; `table`, `source`, `test`, `ppr`, `quantity`,

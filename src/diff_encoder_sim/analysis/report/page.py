@@ -47,15 +47,7 @@ def write_report(
     paper: Optional[PaperSection],
     path: Path,
 ) -> summaries.Headline:
-    """Write the report into an existing folder; return its headline.
-
-    Args:
-        results: the trials.
-        tables: `all_tables` of the results.
-        compared: `compare_encoders` of the results.
-        figures: `write_figures` of the results.
-        paper: the comparison with the paper; None if there is nothing to compare.
-        path: output file.
+    """Write the report from `all_tables`, `compare_encoders`, `write_figures` and `paper_section`; return its headline.
 
     Raises:
         OSError: a figure cannot be read, or the file cannot be written.
