@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 from pathlib import Path
-from typing import List, Optional, Tuple, Union
+from typing import Optional, Tuple, Union
 
 import numpy as np
 from pydantic import Field, field_validator
@@ -37,9 +37,7 @@ from diff_encoder_sim.simulation.world import load_world
 
 log = logging.getLogger(__name__)
 
-
-# Of a limit; less is rounding.
-ABOVE_LIMIT = 1.0 + 1e-9
+ABOVE_LIMIT = 1.0 + 1e-9  # of a limit; less is rounding
 
 
 class DriveParams(Params):
@@ -62,14 +60,12 @@ class DriveController:
 
     def __init__(self, params: DriveParams, wheel_radius_m: float, wheel_separation_m: float) -> None:
         self.params = params
-        self._wheel_radius_m = wheel_radius_m
-        self._wheel_separation_m = wheel_separation_m
+        self._wheel_radius_m, self._wheel_separation_m = wheel_radius_m, wheel_separation_m
         self.reset()
 
     def reset(self) -> None:
         """Stand still with no command."""
-        self._command = (0.0, 0.0)
-        self._command_time_ns = 0
+        self._command, self._command_time_ns = (0.0, 0.0), 0
         self._velocity = (0.0, 0.0)  # linear [m/s] and angular [rad/s], on the ramp
         self._wheel_speeds_radps = (0.0, 0.0)
 
@@ -81,34 +77,26 @@ class DriveController:
         """
         if not (math.isfinite(linear_mps) and math.isfinite(angular_radps)):
             raise InputFault(f'linear.x {linear_mps} m/s, angular.z {angular_radps} rad/s; expected finite numbers')
-        limits = self.params.max_linear_speed, self.params.max_angular_speed
-        cut = (clamp(linear_mps, limits[0]), clamp(angular_radps, limits[1]))
-        if max(abs(linear_mps) / limits[0], abs(angular_radps) / limits[1]) > ABOVE_LIMIT:
-            text = (
-                'velocity command of %.3f m/s, %.3f rad/s exceeds the limits of %.3f m/s, %.3f rad/s: limited to them'
-            )
-            log.warning(text, linear_mps, angular_radps, *limits)
-        self._command = cut
-        self._command_time_ns = now_ns
+        most_mps, most_radps = self.params.max_linear_speed, self.params.max_angular_speed
+        if max(abs(linear_mps) / most_mps, abs(angular_radps) / most_radps) > ABOVE_LIMIT:
+            log.warning(
+                'velocity command of %.3f m/s, %.3f rad/s exceeds the limits of %.3f m/s, %.3f rad/s: limited to them',
+                linear_mps, angular_radps, most_mps, most_radps,
+            )  # fmt: skip
+        self._command, self._command_time_ns = (clamp(linear_mps, most_mps), clamp(angular_radps, most_radps)), now_ns
 
     def wheel_speeds_radps(self, now_ns: int, interval_s: float) -> Tuple[float, float]:
         """Return the speeds of the left and the right wheel [rad/s] for the next interval."""
         age_s = (now_ns - self._command_time_ns) / NANOSECONDS_PER_SECOND
         wanted = self._command if age_s <= self.params.command_timeout else (0.0, 0.0)
         if wanted != self._velocity:
-            self._ramp(wanted, interval_s)
+            linear_mps, angular_radps = self._velocity
+            linear_mps += clamp(wanted[0] - linear_mps, self.params.max_linear_acceleration * interval_s)
+            angular_radps += clamp(wanted[1] - angular_radps, self.params.max_angular_acceleration * interval_s)
+            self._velocity = linear_mps, angular_radps
+            swing_mps, radius_m = 0.5 * self._wheel_separation_m * angular_radps, self._wheel_radius_m
+            self._wheel_speeds_radps = (linear_mps - swing_mps) / radius_m, (linear_mps + swing_mps) / radius_m
         return self._wheel_speeds_radps
-
-    def _ramp(self, wanted: Tuple[float, float], interval_s: float) -> None:
-        linear_mps, angular_radps = self._velocity
-        linear_mps += clamp(wanted[0] - linear_mps, self.params.max_linear_acceleration * interval_s)
-        angular_radps += clamp(wanted[1] - angular_radps, self.params.max_angular_acceleration * interval_s)
-        self._velocity = linear_mps, angular_radps
-        half_difference_mps = 0.5 * self._wheel_separation_m * angular_radps
-        self._wheel_speeds_radps = (
-            (linear_mps - half_difference_mps) / self._wheel_radius_m,
-            (linear_mps + half_difference_mps) / self._wheel_radius_m,
-        )
 
 
 def clamp(value: float, limit: float) -> float:
@@ -159,18 +147,16 @@ class WheelErrorParams(Params):
 class SlippingWheels:
     """Turns the rolling of ideal wheels into the turning of wheels that slip.
 
-    The physics rolls without slipping. A wheel with slip s that turns by a rolls by a (1 - s)
-    only, so the angle that its encoder measures is the rolled one divided by 1 - s. Noise is added
-    as a random walk over the distance rolled: the k|ds| of Siegwart and Nourbakhsh, section 5.2.4.
+    The physics rolls without slipping. A wheel with slip s that turns by a rolls by a (1 - s) only, so the angle that
+    its encoder measures is the rolled one divided by 1 - s. Noise is added as a random walk over the distance rolled:
+    the k|ds| of Siegwart and Nourbakhsh, section 5.2.4.
     """
 
     def __init__(self, params: WheelErrorParams, radius_m: Tuple[float, float], rng: np.random.Generator) -> None:
         self._rolled_fractions = (1.0 - params.left_slip, 1.0 - params.right_slip)
         self._noise_rad_per_sqrt_rad = [math.sqrt(params.slip_noise / wheel_radius_m) for wheel_radius_m in radius_m]
         self._is_ideal = params.slip_noise == 0 and self._rolled_fractions == (1.0, 1.0)
-        self._rng = rng
-        self._rolled_rad = (0.0, 0.0)
-        self._noise_rad = [0.0, 0.0]
+        self._rng, self._rolled_rad, self._noise_rad = rng, (0.0, 0.0), [0.0, 0.0]
 
     def rolling_speeds(self, left_radps: float, right_radps: float) -> Tuple[float, float]:
         """Return the ideal wheels' speeds [rad/s] that move the robot as these wheels' speeds do."""
@@ -240,25 +226,23 @@ class Simulator:
     ) -> None:
         """Load both files and put the robot, at rest, at `start_pose` of the world.
 
-        The wheels' initial angles are drawn from the seed: without this, every trial would repeat
-        the same quantisation error.
+        The wheels' initial angles are drawn from the seed: without this, every trial would repeat the same quantisation
+        error.
 
         Raises:
             ConfigError: a file is missing or malformed.
         """
-        self.params = params
-        self.world = load_world(world_file)
+        self.params, self.world = params, load_world(world_file)
         source = robot if isinstance(robot, RobotSource) else RobotSource(Path(robot))
         geometry = params.wheel_errors.geometry(generator(seed, 'wheel_geometry'))
         self._robot = load_simulated_robot(source, params.choices(), geometry)
         self._joints, self._forward_signs = self._robot.joints, self._robot.forward_signs
-        description = self._robot.description
+        description, self._start_pose, self._seed = self._robot.description, start_pose, seed
         if description.laser is None:
             allowed = f'simulator.laser_link, a link of the file, or {proposed_laser_line(description)}'
             raise ConfigError(f'{description.tree.where}: no laser is found; allowed: {allowed}')
         self.laser_pose_in_base = description.laser.pose_in_base
         self._laser_above_base_m = float(description.laser.pose_in_root[2, 3])
-        self._start_pose, self._seed = start_pose, seed
         self._controller = DriveController(params.drive, description.radius_m, description.wheel_separation_m)
         self._begin()
 
@@ -283,13 +267,12 @@ class Simulator:
         self._physics = BulletPhysics(
             self.world, self._robot, self._start_pose, params.drive.wheel_torque, params.physics
         )
-        phases_rad = generator(self._seed, 'wheel_phase').uniform(0.0, 2.0 * math.pi, 2)
-        self._phases_rad: List[float] = phases_rad.tolist()
+        self._phases_rad = generator(self._seed, 'wheel_phase').uniform(0.0, 2.0 * math.pi, 2).tolist()
         # base_link may be at the floor, where ALTO's is, or at the axle.
         self._scan_height_m = self._physics.base_pose()[0][2] + self._laser_above_base_m
         self._lidar = Lidar(self.world, self._scan_height_m, params.lidar, generator(self._seed, 'lidar_noise'))
-        radius_m = self._robot.wheels.left_radius_m, self._robot.wheels.right_radius_m
-        self._wheels = SlippingWheels(params.wheel_errors, radius_m, generator(self._seed, 'wheel_slip'))
+        radii_m, rng = self._robot.wheels[:2], generator(self._seed, 'wheel_slip')
+        self._wheels = SlippingWheels(params.wheel_errors, radii_m, rng)
         self._read_wheels()
 
     def reset_world(self) -> None:
