@@ -31,12 +31,6 @@ def test_a_tree_of_links_is_read():
     assert tree.joints['axle'].axis == pytest.approx([0, 1, 0])
 
 
-def test_namespaces_unknown_tags_and_equal_names_of_link_and_joint_do_not_matter():
-    tags = '<y:thing/><material name="m"/><link name="a"><what/></link><link name="b"/>'
-    tree = parse_urdf(f'<robot xmlns="http://x" xmlns:y="http://y">{tags}{joint("b", "a", "b")}</robot>', 'r.urdf')
-    assert (tree.name, tree.root, list(tree.joints)) == ('robot', 'a', ['b'])
-
-
 def in_link(body):
     return f'<link name="l">{body}</link>'
 
@@ -134,18 +128,14 @@ def test_a_joint_has_all_that_is_given_and_else_what_urdf_says():
         (LINKS + JOINTS + joint('c', 'laser', 'base'), "the links 'base', 'wheel', 'laser' form a loop"),
         (LINKS + joint('b', 'wheel', 'laser') + joint('c', 'laser', 'wheel'), "'wheel', 'laser' form a loop"),
         (in_link('<inertial><mass value="-1"/></inertial>'), "link 'l': mass value: given '-1'"),
-        (in_link('<inertial><mass value="nan"/></inertial>'), "mass value: given 'nan'"),
         (in_link('<inertial><mass/></inertial>'), 'mass value: given None'),
         (in_link('<inertial><mass value="1"/><inertia ixx="a"/></inertial>'), "inertia ixx: given 'a'"),
         (in_link('<inertial><mass value="1"/><origin xyz="0 0"/></inertial>'), "inertial: origin xyz: given '0 0'"),
         (in_link(collision('<box size="1 1"/>')), "link 'l': collision: box size: given '1 1'"),
-        (in_link(collision('<cylinder radius="1"/>')), 'cylinder length: given None'),
         (in_link(collision('<mesh/>')), 'mesh: filename: missing'),
         (with_joint(ENDS, 'Fixed'), "joint 'j': type: given 'Fixed'; allowed: fixed, continuous, revolute"),
         (with_joint('<child link="b"/>'), "joint 'j': parent: no link is named ''"),
         (with_joint(f'{ENDS}<axis xyz="0 0 0"/>'), "joint 'j': axis xyz: given '0 0 0'"),
-        (with_joint(f'{ENDS}<axis xyz="0 1"/>'), "axis xyz: given '0 1'"),
-        (with_joint(f'{ENDS}<origin xyz="0 0 inf"/>', 'fixed'), "origin xyz: given '0 0 inf'"),
         (with_joint(f'{ENDS}<limit velocity="fast"/>'), "limit velocity: given 'fast'"),
     ],
 )
@@ -175,6 +165,7 @@ def read(folder, content):
         f'<!DOCTYPE robot SYSTEM "http://nowhere.invalid/robot.dtd">{ROBOT}',
         ROBOT.replace('/>', ' xmlns="http://www.ros.org" xmlns:x="http://x" x:b="1"/>'),
         ROBOT.replace('</robot>', '<gazebo><sensor:ray name="undeclared"/></gazebo></robot>'),
+        ROBOT.replace('</robot>', f'<material name="m"/><link name="b"/>{joint("b", "a", "b")}</robot>'),
     ],
 )
 def test_a_form_that_does_no_harm_is_read(tmp_path, content):

@@ -1,6 +1,9 @@
-"""PyBullet: true to wheel kinematics, with the masses of the robot file."""
+"""PyBullet: true to wheel kinematics, with the masses of the robot file; imported quietly, and only to simulate."""
 
 import math
+import os
+import subprocess
+import sys
 
 import pytest
 
@@ -8,8 +11,9 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.xacro_expansion import expand
 from diff_encoder_sim.simulation.state import PlanarVelocity
-from places import ROOT
+from places import ROOT, SOURCE
 from simulated_drive import RADIUS_M, SEPARATION_M, box_world, drive
+from trial_bags import trial, write_bag
 
 ALTO = expand(RobotSource(ROOT / 'urdf' / 'alto.urdf.xacro'))
 
@@ -25,15 +29,6 @@ def test_20_m_straight_agree_with_wheel_kinematics_to_a_thousandth(make_simulato
     assert turned == pytest.approx(RADIUS_M * (wheels[1] - wheels[0]) / SEPARATION_M, abs=1e-3)
     assert abs(math.degrees(turned)) < 0.1  # and it is straight
     assert simulator.obstacle_hit() is None
-
-
-def test_five_turns_agree_with_wheel_kinematics_to_a_thousandth(make_simulator):
-    simulator = make_simulator('ros_logo', Pose2D(-3.4, -0.85, 0.3))
-    wheels, turned = drive(simulator, 0.0, -1.0, 10 * math.pi)
-    assert abs(turned) > 9.5 * math.pi
-    assert turned == pytest.approx(RADIUS_M * (wheels[1] - wheels[0]) / SEPARATION_M, rel=1e-3)
-    end = simulator.base_pose_in_world()
-    assert math.hypot(end.x_m + 3.4, end.y_m + 0.85) < 0.005
 
 
 def masses_kg(simulator):
@@ -88,3 +83,48 @@ def test_a_robot_that_slides_into_a_wall_touches_it(make_simulator, tmp_path, sp
         hits.add(simulator.obstacle_hit())
     assert hits == {None, f'at {wall_x_m} 0 0.5/l/c'}
     assert simulator.base_pose_in_world().x_m < wall_x_m
+
+
+def test_importing_pybullet_prints_nothing_and_later_prints_are_seen():
+    script = 'from diff_encoder_sim.simulation.physics import pybullet; pybullet.DIRECT; print("after")'
+    environment = {'PYTHONPATH': str(SOURCE), 'PATH': ''}
+    result = subprocess.run([sys.executable, '-c', script], env=environment, capture_output=True, text=True)
+    assert (result.stdout, result.stderr) == ('after\n', '')
+
+
+# Run a command where PyBullet cannot be imported.
+BEGIN = """
+import runpy, sys
+sys.modules['pybullet'] = None
+sys.argv[:2] = ['diff-encoder-sim']
+from diff_encoder_sim.cli.console import main
+main()
+"""
+
+
+def run(folder, *arguments):
+    environment = {**os.environ, 'PYTHONPATH': str(SOURCE)}
+    command = [sys.executable, '-c', BEGIN, '-', *map(str, arguments)]
+    return subprocess.run(command, env=environment, cwd=str(folder), capture_output=True, text=True)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(
+    'arguments',
+    ['check-robot burger', 'campaign --config quick --out results', 'advise --tolerance 0.05 --out results'],
+)
+def test_a_command_that_simulates_says_in_one_line_what_to_install(arguments, tmp_path):
+    done = run(tmp_path, *arguments.split())
+    (line,) = done.stderr.splitlines()
+    assert done.returncode == 1 and 'PyBullet' in line and 'pip install pybullet' in line and '[sim]' in line
+    assert not (tmp_path / 'results').exists()
+
+
+@pytest.mark.heavy
+def test_what_does_not_simulate_works(tmp_path):
+    write_bag(tmp_path / 'a.bag', trial())
+    world = SOURCE.parent / 'worlds' / 'hallway.world'
+    for arguments in (['analyze', 'a.bag'], ['rasterise-world', world, '--out', 'map'], ['reencode', '--help']):
+        done = run(tmp_path, *arguments)
+        assert (done.returncode, done.stderr) == (0, '')
+    assert (tmp_path / 'analysis' / 'report.html').exists() and (tmp_path / 'map.yaml').exists()

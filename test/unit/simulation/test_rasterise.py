@@ -7,10 +7,10 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import load_params
-from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc
+from diff_encoder_sim.base.se2 import IDENTITY, move_along_arc
 from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.localization.map_files import load_map
-from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN
 from diff_encoder_sim.simulation.rasterise import rasterise, surface_points
 from diff_encoder_sim.simulation.world import load_world
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
@@ -52,25 +52,6 @@ def test_a_rasterised_world_has_its_surfaces_and_nothing_else(name, free):
 def test_a_map_that_cannot_be_drawn_is_refused(arguments, expected):
     with pytest.raises(ConfigError, match=expected):
         rasterise(load_world(WORLDS / 'hallway.world'), *arguments)
-
-
-def test_each_cell_of_a_map_is_judged_by_its_distance():
-    """The measure itself: a wall in row 5, nearer to the row above; the map's frame is turned in the world."""
-    wall = np.column_stack([np.arange(0.005, 1.0, 0.01), np.full(100, 0.56)])
-    place, origin = Pose2D(3.0, -1.0, 0.7), Pose2D(-0.2, 0.4, -0.3)
-    surface = np.array([place.compose(origin).compose(Pose2D(x, y, 0.0))[:2] for x, y in wall.tolist()])
-
-    def accuracy(*cells, near_m=0.1, visible=100):
-        grid = OccupancyGrid(np.zeros((10, 10), np.int8), 0.1, origin)
-        grid.cells[tuple(zip(*cells))] = OCCUPIED
-        return map_accuracy(grid, place, surface, surface[:visible], near_m)
-
-    scattered = [(5, 0), (6, 1), (4, 2), (7, 3), (3, 4), (0, 9)]
-    assert accuracy(*scattered)[:3] == (6, 3 / 6, 2 / 6)
-    assert accuracy(*scattered, near_m=0.2).correct_fraction == 5 / 6
-    few = [(5, 0), (5, 1), (6, 2), (8, 7)]
-    assert accuracy(*few).mapped_fraction == pytest.approx(0.3)  # columns 0 to 2; of 3, no neighbour
-    assert accuracy(*few, visible=40).mapped_fraction == pytest.approx(0.75)
 
 
 def tour(name):

@@ -1,6 +1,5 @@
 """What the self-check reports of robots that are right and wrong, and of what the scanner sees of the robot."""
 
-import dataclasses
 import re
 from contextlib import closing
 
@@ -10,7 +9,7 @@ from diff_encoder_sim.robots.description import RobotChoices, RobotSource
 from diff_encoder_sim.robots.simulated_robot import GeometryErrors, load_simulated_robot
 from diff_encoder_sim.simulation.lidar import LidarParams
 from diff_encoder_sim.simulation.physics import PhysicsParams
-from diff_encoder_sim.simulation.self_check import Check, FlatFloor, check_laser, checks_table, self_check
+from diff_encoder_sim.simulation.self_check import FlatFloor, check_laser, self_check
 from diff_encoder_sim.simulation.simulator import DriveParams, SimulatorParams
 from generated_robots import RECIPES, Recipe, urdf_of
 from places import ROOT
@@ -83,13 +82,6 @@ def test_a_robot_that_rocks_leans_onto_its_other_support(load):
     assert re.search(r' to 0\.0[5-9] while', rocking.value)
 
 
-def test_a_robot_without_a_laser_drives_and_gets_the_line_that_adds_one(load):
-    robot = load(Recipe())
-    checks = checks_of(robot._replace(description=dataclasses.replace(robot.description, laser=None)))
-    assert all(check.is_ok for check in checks.values())
-    assert 'laser: {parent: base, xyz: [0.0, 0.0, 0.' in checks['laser'].advice
-
-
 def test_a_light_robot_with_a_large_inertia_and_one_with_weak_motors_pass_by_their_limits(load):
     """As Neobotix's MP-500: 5 kg with an inertia of 2.6 kg m^2 about wheels 0.5 m apart."""
     recipe = Recipe(
@@ -133,8 +125,3 @@ def test_what_a_scanner_sees_of_its_own_robot_is_judged(load, shapes, recipe, is
         seen = check_laser(robot.description, floor.physics, LidarParams(range_min=0.05))
     assert seen.is_ok == is_ok and re.search(value, seen.value)
     assert ('angle_span' in seen.advice) == ('itself' in seen.value)
-
-
-def test_the_table_says_what_is_not_ok_and_below_it_what_to_do():
-    table = checks_table([Check('pitch', 'level', True, ''), Check('torque', '40 %', False, 'stronger motors')])
-    assert table.splitlines()[2:] == ['pitch    level    ok', 'torque   40 %     NOT OK', '', 'torque: stronger motors']
