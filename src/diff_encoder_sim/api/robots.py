@@ -16,8 +16,13 @@ from diff_encoder_sim.base.params import flat, for_xml_rpc, nested, split_params
 from diff_encoder_sim.base.yaml_files import load_yaml, yaml_value
 from diff_encoder_sim.drives.bag_source import open_source
 from diff_encoder_sim.drives.trial_recording import trial_of_source
-from diff_encoder_sim.robots.robot_file import ROBOT_FILE_SUFFIXES, load_robot_file
-from diff_encoder_sim.robots.robot_setup import RobotSetup, robot_file_text, set_up_robot
+from diff_encoder_sim.robots.robot_file import (
+    ROBOT_FILE_SUFFIXES,
+    RobotSetup,
+    load_robot_file,
+    robot_file_text,
+    set_up_robot,
+)
 from diff_encoder_sim.robots.xacro_expansion import expand, xacro_arguments, xacro_arguments_of_text
 from diff_encoder_sim.simulation.link_frames import display_urdf, without_root_inertia
 from diff_encoder_sim.simulation.self_check import checks_table

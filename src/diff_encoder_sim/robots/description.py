@@ -10,6 +10,7 @@ from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tu
 from xml.etree import ElementTree
 
 import numpy as np
+import yaml
 
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.xml_values import Vector
@@ -27,6 +28,14 @@ class AddedLaser(NamedTuple):
     def place(self) -> Dict[str, Any]:
         """Return the entry of a robot file."""
         return {'parent': self.parent, 'xyz': list(self.xyz_m)}
+
+
+def robot_file_line(urdf: str, **content: Any) -> str:
+    """Return the content of a robot file in one line of YAML, for messages that propose one."""
+    text = yaml.safe_dump(
+        {'urdf': urdf, **content}, default_flow_style=True, sort_keys=False, width=math.inf, allow_unicode=True
+    )
+    return f'a robot file (YAML): {text.strip()}'
 
 
 class RobotSource(NamedTuple):
@@ -93,8 +102,7 @@ class RobotTree:
     @cached_property
     def poses(self) -> Dict[str, np.ndarray]:
         """Each link's (4, 4) pose in the root link, joints at zero; parents before children."""
-        poses = {self.root: np.eye(4)}
-        open_links = [self.root]
+        poses, open_links = {self.root: np.eye(4)}, [self.root]
         while open_links:
             parent = open_links.pop()
             for joint in self.below(parent):

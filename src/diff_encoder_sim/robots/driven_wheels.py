@@ -15,8 +15,7 @@ import numpy as np
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import did_you_mean
 from diff_encoder_sim.base.xml_values import MOST
-from diff_encoder_sim.robots.description import DrivenWheel, Findings, Joint, RobotChoices, RobotTree
-from diff_encoder_sim.robots.robot_file import robot_file_line
+from diff_encoder_sim.robots.description import DrivenWheel, Findings, Joint, RobotChoices, RobotTree, robot_file_line
 from diff_encoder_sim.robots.solids import placed, rolling_radius_m, vector
 
 LEVEL = 0.17  # an axis' vertical part (10 degrees), below which a wheel can stand on it
@@ -43,24 +42,19 @@ _KINDS = (
 )
 _WORD = re.compile('[A-Z]+(?![a-z])|[A-Z]?[a-z]+')
 
-# Quantities by the tags that give them, in lower-case letters only; limits under the keys of DriveParams.
-_TAGS = {
-    'wheelseparation': 'separation',
-    'wheeltrack': 'separation',
-    'trackwidth': 'separation',
-    'tread': 'separation',
-    'wheeldiameter': 'diameter',
-    'wheelradius': 'radius',
-    'wheeltorque': 'wheel_torque',
-    'maxwheeltorque': 'wheel_torque',
-    'torque': 'wheel_torque',
-    'maxlinearvelocity': 'max_linear_speed',
-    'maxangularvelocity': 'max_angular_speed',
-    'maxlinearacceleration': 'max_linear_acceleration',
-    'maxangularacceleration': 'max_angular_acceleration',
-    'wheelacceleration': 'rim_acceleration',
-    'maxwheelacceleration': 'rim_acceleration',
+# Quantities with the tags that give them, in lower-case letters only; limits under the keys of DriveParams.
+_QUANTITIES = {
+    'separation': 'wheelseparation wheeltrack trackwidth tread',
+    'diameter': 'wheeldiameter',
+    'radius': 'wheelradius',
+    'wheel_torque': 'wheeltorque maxwheeltorque torque',
+    'max_linear_speed': 'maxlinearvelocity',
+    'max_angular_speed': 'maxangularvelocity',
+    'max_linear_acceleration': 'maxlinearacceleration',
+    'max_angular_acceleration': 'maxangularacceleration',
+    'rim_acceleration': 'wheelacceleration maxwheelacceleration',
 }
+_TAGS = {tag: quantity for quantity, tags in _QUANTITIES.items() for tag in tags.split()}
 LEAST = 1e-6  # of a size or limit, in SI units; 0 and enormous ones mean no limit
 
 WheelPair = Tuple[DrivenWheel, DrivenWheel]  # left, right

@@ -1,20 +1,55 @@
-"""A robot as users name it: one that comes with the package, a robot file (YAML), or a xacro or URDF alone."""
+"""A robot as users name it (one of the package, a robot file, a xacro or URDF alone), and the settings that follow."""
 
 from __future__ import annotations
 
-import math
+import dataclasses
+import os
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Union
 
+import numpy as np
 import yaml
 from pydantic import Field
 
 from diff_encoder_sim.base.bounds import Offset_m, PulsesPerTurn
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import Params, did_you_mean, load_params
-from diff_encoder_sim.robots.description import AddedLaser, RobotSource
+from diff_encoder_sim.robots.describing import LIMITS, describe
+from diff_encoder_sim.robots.description import AddedLaser, RobotChoices, RobotDescription, RobotSource, robot_file_line
+from diff_encoder_sim.robots.solids import reach_m
 
 ROBOT_FILE_SUFFIXES = ('.yaml', '.yml')
+
+# Values of config/navigation.yaml and config/amcl.yaml, which hold unless the robot is slower or sees less.
+_USUAL_LIMITS = {
+    'max_vel_x': ('max_linear_speed', 0.45),
+    'max_vel_trans': ('max_linear_speed', 0.45),
+    'max_vel_theta': ('max_angular_speed', 1.0),
+    'min_vel_theta': ('max_angular_speed', 0.2),
+    'acc_lim_x': ('max_linear_acceleration', 0.7),
+    'acc_lim_theta': ('max_angular_acceleration', 4.9),
+}
+_LASER_MAX_RANGE_M = 3.5
+_DIGITS = 6
+LASER_ABOVE_M = 0.05  # above the robot's highest point, where nothing of it is in the way
+
+COMMENTS_FROM = 60  # column of a written robot file
+_HEAD = """# {}, as check_robot found it. Correct what is wrong: this file overrides the URDF.
+# Under `set`, any key of config.yaml, simulator.yaml, amcl.yaml, navigation.yaml and lockstep.yaml can
+# be set, as FILE.KEY."""
+_UNITS = {  # of settings by the last part of their key
+    '[m]': 'wheel_diameter wheel_separation axle_x footprint range_min range_max noise laser_max_range',
+    '[m/s]': 'max_linear_speed max_vel_x max_vel_trans',
+    '[m/s^2]': 'max_linear_acceleration acc_lim_x',
+    '[rad]': 'angle_min angle_span',
+    '[rad/s]': 'max_angular_speed max_vel_theta min_vel_theta',
+    '[rad/s^2]': 'max_angular_acceleration acc_lim_theta',
+    '[N m]': 'wheel_torque',
+    '[Hz]': 'rate',
+}
+# Rows of the description's table that have another name than the setting.
+_ROWS = {'left_joint': 'left wheel joint', 'right_joint': 'right wheel joint', 'axle_x': 'axle'}
+_ROWS.update({key: row for key, (row, _) in LIMITS.items()})
 
 
 class AddedLaserParams(Params):
@@ -55,14 +90,6 @@ class RobotFile(NamedTuple):
     where: str  # the file to name in errors about these values
 
 
-def robot_file_line(urdf: str, **content: Any) -> str:
-    """Return the content of a robot file in one line of YAML, for messages that propose one."""
-    text = yaml.safe_dump(
-        {'urdf': urdf, **content}, default_flow_style=True, sort_keys=False, width=math.inf, allow_unicode=True
-    )
-    return f'a robot file (YAML): {text.strip()}'
-
-
 def load_robot_file(
     given: str, folder: Path, package_folder: Path, arguments: Mapping[str, str], packages: Sequence[Path] = ()
 ) -> RobotFile:
@@ -82,17 +109,24 @@ def load_robot_file(
         names = robot_names(package_folder / 'config')
         allowed = f'{", ".join(names)}, or a .yaml, .xacro or .urdf file{did_you_mean(given, names)}'
         raise RobotNotFound(f'robot: given {given!r}, but there is no {path}; allowed: {allowed}')
-    if path.suffix not in ROBOT_FILE_SUFFIXES:
-        source = RobotSource(path, _as_pairs(arguments), _checked(packages, 'packages'))
-        return RobotFile(source, None, {}, path.name.partition('.')[0], str(path))
-    params = load_params(RobotFileParams, path)
+    is_yaml = path.suffix in ROBOT_FILE_SUFFIXES
+    params = load_params(RobotFileParams, path) if is_yaml else RobotFileParams(urdf=str(path))
     own_packages = [path.parent / Path(each).expanduser() for each in params.packages]
-    urdf = path.parent / Path(params.urdf).expanduser()
-    urdf = urdf.resolve() if '..' in urdf.parts else urdf  # as people read it: a/b for a/c/../b
-    folders = (*_checked(packages, 'packages'), *_checked(own_packages, f'{path}: packages'))
+    for where, folders in (('packages', packages), (f'{path}: packages', own_packages)):
+        for each in folders:
+            if not each.is_dir():
+                raise ConfigError(f'{where}: given {str(each)!r}; allowed: a folder that exists')
+    urdf = path.parent / Path(params.urdf).expanduser() if is_yaml else path
+    urdf = urdf.resolve() if is_yaml and '..' in urdf.parts else urdf  # as people read it: a/b for a/c/../b
+    # As text, as xacro takes them: true and false as in YAML.
+    values = {
+        name: str(value).lower() if value is True or value is False else str(value)
+        for name, value in {**params.arguments, **arguments}.items()
+    }
     laser = None if params.laser is None else AddedLaser(params.laser.parent, tuple(params.laser.xyz))
-    source = RobotSource(urdf, _as_pairs({**params.arguments, **arguments}), folders, laser)
-    return RobotFile(source, params.ppr, dict(params.overrides), path.stem, str(path))
+    source = RobotSource(urdf, tuple(sorted(values.items())), (*packages, *own_packages), laser)
+    label = path.stem if is_yaml else path.name.partition('.')[0]
+    return RobotFile(source, params.ppr, dict(params.overrides), label, str(path))
 
 
 def robot_names(config_folder: Path) -> List[str]:
@@ -100,14 +134,145 @@ def robot_names(config_folder: Path) -> List[str]:
     return sorted(path.stem for path in (config_folder / 'robots').glob('*.yaml'))
 
 
-def _checked(folders: Sequence[Path], where: str) -> Tuple[Path, ...]:
-    for folder in folders:
-        if not folder.is_dir():
-            raise ConfigError(f'{where}: given {str(folder)!r}; allowed: a folder that exists')
-    return tuple(folders)
+def derived_settings(robot: RobotDescription) -> Dict[str, Any]:
+    """Return settings by dotted keys that begin with the stem of a file of config/.
+
+    A robot file's own values take precedence over these.
+    """
+    settings: Dict[str, Any] = {
+        'config.wheel_diameter': _rounded(robot.wheel_diameter_m),
+        'config.wheel_separation': _rounded(robot.wheel_separation_m),
+        'config.axle_x': _rounded(robot.axle_x_m),
+        'amcl.axle_x': _rounded(robot.axle_x_m),
+        # The simulated ones too: workers have only the URDF, not the user's choices.
+        'simulator.wheel_diameter': _rounded(robot.wheel_diameter_m),
+        'simulator.wheel_separation': _rounded(robot.wheel_separation_m),
+    }
+    for side, wheel in (('left', robot.left), ('right', robot.right)):
+        settings[f'config.{side}_joint'] = wheel.joint
+        settings[f'config.{side}_reversed'] = not wheel.is_forward_positive
+        settings[f'simulator.{side}_joint'] = wheel.joint
+    costmaps = [f'navigation.{name}_costmap' for name in ('global', 'local')]
+    frames = ('config.base_frame', 'amcl.base_frame_id', *(f'{costmap}.robot_base_frame' for costmap in costmaps))
+    settings.update(dict.fromkeys(frames, robot.tree.root))
+    if robot.laser is not None:
+        settings['simulator.laser_link'] = robot.laser.link
+        settings.update({f'simulator.lidar.{key}': value for key, value in robot.laser.settings.items()})
+        if 'range_max' in robot.laser.settings:
+            settings['amcl.laser_max_range'] = min(_LASER_MAX_RANGE_M, robot.laser.settings['range_max'])
+    limits = robot.drive_limits
+    settings.update({f'simulator.drive.{key}': _rounded(value) for key, value in limits.items()})
+    for key, (limit, usual) in _USUAL_LIMITS.items():  # the navigator commands not more than the drive's limits
+        if limit in limits:
+            settings[f'navigation.DWAPlannerROS.{key}'] = _rounded(min(usual, limits[limit]))
+    corners = [[_rounded(x_m), _rounded(y_m)] for x_m, y_m in robot.footprint]
+    settings.update({f'{costmap}.footprint': corners for costmap in costmaps})
+    return settings
 
 
-def _as_pairs(arguments: Mapping[str, Union[bool, float, str]]) -> Tuple[Tuple[str, str], ...]:
-    """Return arguments as text, as xacro takes them: true and false as in YAML."""
-    texts = {name: str(value).lower() if isinstance(value, bool) else str(value) for name, value in arguments.items()}
-    return tuple(sorted(texts.items()))
+def _rounded(value: float) -> float:
+    """Return a number as a person would write it: 0.066 for 0.06600000000000002."""
+    return float(f'{round(value, 9):.{_DIGITS}g}') + 0.0
+
+
+def _proposed_laser(description: RobotDescription) -> AddedLaser:
+    """Return a scanner above the robot, on its root link."""
+    top_m = max(0.0, reach_m(description.hull, np.array([0.0, 0.0, 1.0])))
+    return AddedLaser(description.tree.root, (0.0, 0.0, round(top_m + LASER_ABOVE_M, 3)))
+
+
+def proposed_laser_line(description: RobotDescription) -> str:
+    """Return the robot file that adds a scanner above the robot, for messages."""
+    return robot_file_line(description.tree.where, laser=_proposed_laser(description).place())
+
+
+class RobotSetup(NamedTuple):
+    """A robot, ready to be simulated and navigated."""
+
+    file: RobotFile
+    description: RobotDescription
+    settings: Dict[str, Any]  # values of parameters by dotted keys: the URDF's, overridden by the robot file's
+
+    @property
+    def name(self) -> str:
+        """Return the robot's name in its URDF, which is that of its model in the simulation."""
+        return self.description.tree.name
+
+    def check_laser(self) -> None:
+        """Check that there is a laser: closed-loop trials need one.
+
+        Raises:
+            ConfigError: none was found.
+        """
+        if self.description.laser is None:
+            raise ConfigError(
+                f'{self.file.where}: the robot has no laser, which closed-loop trials need; allowed: '
+                f'{proposed_laser_line(self.description)}, or simulator.laser_link, the name of a link'
+            )
+
+    def with_laser(self) -> RobotSetup:
+        """Return the robot with a laser, if it has none: one that a warning proposes.
+
+        Raises:
+            ConfigError: as `set_up_robot`.
+        """
+        if self.description.laser is not None:
+            return self
+        warning = f'no laser is found: one above the robot is simulated, as by {proposed_laser_line(self.description)}'
+        source = self.file.source._replace(added_laser=_proposed_laser(self.description))
+        setup = set_up_robot(self.file._replace(source=source))
+        warnings = (*setup.description.warnings, warning)
+        return setup._replace(description=dataclasses.replace(setup.description, warnings=warnings))
+
+
+def set_up_robot(file: RobotFile) -> RobotSetup:
+    """Describe a robot; the values in its file override those found in the URDF.
+
+    Raises:
+        ConfigError: its description cannot be read, or is no differential drive.
+    """
+    choices: Dict[str, Any] = {}
+    for choice in RobotChoices._fields:
+        key = f'simulator.{choice}'
+        value = file.overrides.get(key, file.overrides.get(f'config.{choice}') if 'joint' in choice else None)
+        kind, allowed = ((int, float), 'a number') if choice.startswith('wheel') else (str, 'a name')
+        if value is not None and (isinstance(value, bool) or not isinstance(value, kind)):
+            raise ConfigError(f'{file.where}: {key}: given {value!r}; allowed: {allowed}')
+        choices[choice] = value or None
+    description = describe(file.source, RobotChoices(**choices))
+    return RobotSetup(file, description, {**derived_settings(description), **file.overrides})
+
+
+def robot_file_text(setup: RobotSetup, path: Path) -> str:
+    """Return the robot file of a robot, to be written to `path`, from where its own paths start."""
+    source, added = setup.file.source, setup.file.source.added_laser
+    files, folder = (source.file, *source.package_folders), path.parent.resolve()
+    urdf, *packages = (os.path.relpath(str(each.resolve()), str(folder)) for each in files)
+    lines = [_HEAD.format(setup.name), _line('urdf', urdf, '# xacro or URDF, relative to this file')]
+    if source.arguments:
+        lines.append(_line('arguments', dict(source.arguments), "# of the xacro's xacro:arg"))
+    if packages:
+        lines.append(_line('packages', packages, '# folders of packages'))
+    mark, ppr = ('# ', 90) if setup.file.ppr is None else ('', setup.file.ppr)
+    lines.append(mark + _line('ppr', ppr, "# counts per wheel revolution of the robot's own encoder"))
+    if added is not None:
+        lines.append(_line('laser', added.place(), '# [m] a scanner in place of those of the URDF'))
+    elif setup.description.laser is None:
+        place = _proposed_laser(setup.description).place()
+        lines.append('# ' + _line('laser', place, '# [m] no laser was found: this adds one above the robot'))
+    lines.append('set:')
+    sources = {row.quantity.partition(' [')[0]: row.source for row in reversed(setup.description.found)}
+    units = {name: unit for unit, names in _UNITS.items() for name in names.split()}
+    for key, value in setup.settings.items():
+        last = key.rpartition('.')[2]
+        row = 'laser' if key.startswith('simulator.lidar.') else _ROWS.get(last, last.replace('_', ' '))
+        origin = setup.file.where if key in setup.file.overrides else sources.get(row.partition(' [')[0], '')
+        comment = ' '.join(filter(None, [units.get(last, ''), origin]))
+        lines.append('  ' + _line(key, value, comment and f'# {comment}'))
+    return '\n'.join(lines) + '\n'
+
+
+def _line(key: str, value: Any, comment: str) -> str:
+    # A single value ends with the mark of a document's end.
+    text = yaml.safe_dump(value, default_flow_style=True, width=10_000, allow_unicode=True).strip().replace('\n...', '')
+    return f'{f"{key}: {text}".ljust(COMMENTS_FROM)} {comment}'.rstrip()

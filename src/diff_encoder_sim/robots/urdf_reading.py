@@ -181,27 +181,23 @@ def _inertial(link: ElementTree.Element, place: str) -> Optional[MassProperties]
 def _shape(element: ElementTree.Element, place: str) -> Optional[Shape]:
     """Return a shape; None if it is missing, of an unknown kind, or of size zero."""
     given = element.find('geometry/*')
-    made = None if given is None else _geometry(given, f'{place}: {given.tag}')
-    return None if made is None else Shape(made, _pose(element, place))
+    if given is None or given.tag not in ('mesh', 'box', 'sphere', 'cylinder', 'capsule'):
+        return None
+    kind, attributes = given.tag, given.attrib
 
-
-def _geometry(element: ElementTree.Element, where: str) -> Optional[Geometry]:
     def numbers(key: str, count: int = 1, default: Optional[str] = None) -> List[float]:
-        return bounded_numbers(element.get(key, default), count, f'{where} {key}')
+        return bounded_numbers(attributes.get(key, default), count, f'{place}: {kind} {key}')
 
-    kind = element.tag
     if kind == 'mesh':
-        uri = element.get('filename', '').strip()
+        uri, (x, y, z) = attributes.get('filename', '').strip(), numbers('scale', 3, '1 1 1')
         if not uri:
-            raise ConfigError(f'{where}: filename: missing')
-        x, y, z = numbers('scale', 3, '1 1 1')
-        return Mesh(uri, (x, y, z))
+            raise ConfigError(f'{place}: {kind}: filename: missing')
+        return Shape(Mesh(uri, (x, y, z)), _pose(element, place))
     if kind == 'box':
-        x_m, y_m, z_m = numbers('size', 3)
-        return Box((x_m, y_m, z_m)) if min(x_m, y_m, z_m) > LEAST_M else None
-    if kind not in ('sphere', 'cylinder', 'capsule'):
-        return None
-    (radius_m,), (length_m,) = numbers('radius'), numbers('length') if kind != 'sphere' else [1.0]
-    if min(radius_m, length_m) <= LEAST_M:
-        return None
-    return Sphere(radius_m) if kind == 'sphere' else Cylinder(radius_m, length_m + 2 * radius_m * (kind == 'capsule'))
+        sizes_m = x_m, y_m, z_m = numbers('size', 3)
+        made: Geometry = Box((x_m, y_m, z_m))
+    else:
+        sizes_m = radius_m, length_m = numbers('radius') + (numbers('length') if kind != 'sphere' else [1.0])
+        rounded = Cylinder(radius_m, length_m + 2 * radius_m * (kind == 'capsule'))
+        made = Sphere(radius_m) if kind == 'sphere' else rounded
+    return Shape(made, _pose(element, place)) if min(sizes_m) > LEAST_M else None

@@ -11,7 +11,7 @@ from tabulate import tabulate
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.robots.description import RobotDescription
-from diff_encoder_sim.robots.robot_setup import proposed_laser_line
+from diff_encoder_sim.robots.robot_file import proposed_laser_line
 from diff_encoder_sim.robots.simulated_robot import SimulatedRobot
 from diff_encoder_sim.robots.solids import Mesh, holds_point
 from diff_encoder_sim.simulation.lidar import LidarParams

@@ -28,7 +28,7 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.robots.description import RobotChoices, RobotSource
-from diff_encoder_sim.robots.robot_setup import proposed_laser_line
+from diff_encoder_sim.robots.robot_file import proposed_laser_line
 from diff_encoder_sim.robots.simulated_robot import GeometryErrors, load_simulated_robot
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
 from diff_encoder_sim.simulation.physics import BulletPhysics, PhysicsParams

@@ -18,7 +18,7 @@ from diff_encoder_sim.drives.test_definition import TestDefinition, find_world
 from diff_encoder_sim.drives.trial_definition import Trial, wheels_of
 from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.robots.description import RobotSource
-from diff_encoder_sim.robots.robot_setup import RobotSetup
+from diff_encoder_sim.robots.robot_file import RobotSetup
 from diff_encoder_sim.robots.simulated_robot import load_simulated_robot
 from diff_encoder_sim.simulation.self_check import Check, self_check
 from diff_encoder_sim.simulation.simulator import SimulatorParams

@@ -17,8 +17,7 @@ from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.navigation.goal_stopping import StopSpread, stop_parts, stop_spread
 from diff_encoder_sim.navigation.navigator_params import DwaParams, NavigatorParams
-from diff_encoder_sim.robots.robot_file import load_robot_file
-from diff_encoder_sim.robots.robot_setup import RobotSetup, set_up_robot
+from diff_encoder_sim.robots.robot_file import RobotSetup, load_robot_file, set_up_robot
 from diff_encoder_sim.simulation.simulator import (
     CONTACT_CURVE_NOISE,
     CONTACT_DISTANCE_STD,

@@ -18,8 +18,7 @@ from diff_encoder_sim.robots.description import (
     RobotSource,
 )
 from diff_encoder_sim.robots.meshes import primitive_tree
-from diff_encoder_sim.robots.robot_file import load_robot_file
-from diff_encoder_sim.robots.robot_setup import derived_settings
+from diff_encoder_sim.robots.robot_file import derived_settings, load_robot_file
 from diff_encoder_sim.robots.solids import Box, MassProperties, homogeneous
 from diff_encoder_sim.robots.xacro_expansion import expand
 from diff_encoder_sim.trials.robot_params import load_robot_config, override

@@ -13,8 +13,7 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.describing import describe
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.driven_wheels import DIFFERENTIAL, commanded_joints, drive_plugins, rolling_wheels
-from diff_encoder_sim.robots.robot_file import load_robot_file
-from diff_encoder_sim.robots.robot_setup import set_up_robot
+from diff_encoder_sim.robots.robot_file import load_robot_file, set_up_robot
 from urdf_texts import (
     ball,
     base,

@@ -6,8 +6,7 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.robots.describing import LIMITS
 from diff_encoder_sim.robots.description import RobotSource
-from diff_encoder_sim.robots.robot_file import load_robot_file
-from diff_encoder_sim.robots.robot_setup import derived_settings, set_up_robot
+from diff_encoder_sim.robots.robot_file import derived_settings, load_robot_file, set_up_robot
 from diff_encoder_sim.trials.robot_params import check_key, load_robot_config, load_robot_params, override
 from urdf_texts import ball, base, described, found, joint, laser_sensor, link, pair, plugin, robot, usual, wheel
 
