@@ -9,7 +9,7 @@ import numpy as np
 
 from diff_encoder_sim.analysis.encoder_labels import ppr_value
 from diff_encoder_sim.analysis.quantities import MINUS_TRUTH, QUANTITIES, YAW
-from diff_encoder_sim.analysis.result_tables import NOTHING, Column, ResultTable
+from diff_encoder_sim.analysis.result_tables import Column, ResultTable
 from diff_encoder_sim.analysis.results_table import Results, RobotGeometry, final_errors
 from diff_encoder_sim.analysis.statistics import spread, std_interval
 from diff_encoder_sim.base.deferred import pandas as pd
@@ -90,13 +90,11 @@ def closed_form_table(results: Results) -> Optional[ResultTable]:
         known = of_cell.dropna(subset=[f'{MINUS_TRUTH}_x_m'])
         if ppr is None or requested is None or len(known) < 2:
             continue
-        expected_stds, at_goal = closed_form_std(requested, robot, ppr), NOTHING
+        expected_stds = closed_form_std(requested, robot, ppr)
         stops = known[['world_x_m', 'world_y_m', 'world_yaw_rad']].to_numpy(dtype=float)
-        travels_m = [wheel_travel_m(requested, robot, ends) for ends in (np.zeros((1, 3)), stops)]
-        pulse_m = math.pi * robot.wheel_diameter_m / ppr
-        stds = [heading_std_rad(each, pulse_m, robot.wheel_separation_m) for each in travels_m if each is not None]
-        if stds:
-            at_goal, expected_stds[YAW.component] = f'{YAW.scale * stds[0]:.{DIGITS}g}', stds[1]
+        travels_m, pulse_m = wheel_travel_m(requested, robot, stops), math.pi * robot.wheel_diameter_m / ppr
+        if travels_m is not None:
+            expected_stds[YAW.component] = heading_std_rad(travels_m, pulse_m, robot.wheel_separation_m)
         for quantity in QUANTITIES:
             unit, scale = SCALED[quantity.unit]
             errors = scale * final_errors(known, MINUS_TRUTH, quantity)
@@ -106,7 +104,6 @@ def closed_form_table(results: Results) -> Optional[ResultTable]:
                 {
                     'cell': cell,
                     'quantity': f'{quantity.axis} [{unit}]',
-                    'at_goal': at_goal if quantity is YAW else NOTHING,
                     'expected': f'{expected:.{DIGITS}g}',
                     'measured': f'{spread(errors) or 0.0:.{DIGITS}g} ({low:.{DIGITS}g} to {high:.{DIGITS}g})',
                     'conclusion': 'above' if low > expected else 'below' if high < expected else 'as expected',
@@ -114,7 +111,6 @@ def closed_form_table(results: Results) -> Optional[ResultTable]:
             )
     title = 'Final /odom minus /world_pose: closed form and measured'
     heads = {
-        'at_goal': 'quantisation, exactly at the goal',
         'expected': 'quantisation, at the final poses',
         'measured': 'measured (95 % interval)',
         'conclusion': 'measured is',

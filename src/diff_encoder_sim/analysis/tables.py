@@ -116,21 +116,11 @@ def goal_table(results: Results, pose: str, found: pd.DataFrame) -> ResultTable:
         columns[name] = Column(quantity.head, ppr_text(label), decimals)
     counts = exact.loc[exact['statistic'] == 'trials', list(columns)]
     exact.loc[counts.index, list(columns)] = counts.fillna(0).astype(int)
-    return ResultTable(*GOAL_TABLES[pose], exact, columns, _goal_notes(results.trials, pose))
-
-
-def _goal_notes(trials: pd.DataFrame, pose: str) -> List[str]:
-    """Return notes on the table and on cells with failed trials or without a final pose."""
-    tolerances = f'{X.tolerance:g} m in x and in y, {YAW.tolerance:g} degrees in yaw'
-    counted = 'All trials with a final pose count, with any outcome.'
-    notes = [f"x and y along the map's axes. Within: {tolerances}. {counted}"]
-    for cell, of_cell in trials.groupby('cell', sort=False):
-        left_out, counts = of_cell[f'{pose}_x_m'].isna().sum(), of_cell['outcome'].value_counts().sort_index()
-        succeeded = f'{counts.get(SUCCEEDED, 0)} of {len(of_cell)} trials succeeded'
-        failed = ', '.join(f'{n} {outcome.replace("_", " ")}' for outcome, n in counts.items() if outcome != SUCCEEDED)
-        if failed or left_out:
-            notes.append(f'{cell}: {succeeded}{failed and f" ({failed})"}; {left_out} without a final pose.')
-    return notes
+    note = (
+        f"x and y along the map's axes. Within: {X.tolerance:g} m in x and in y, {YAW.tolerance:g} degrees in yaw. All "
+        'trials with a final pose count, with any outcome.'
+    )
+    return ResultTable(*GOAL_TABLES[pose], exact, columns, [note])
 
 
 def interval_table(pose: str, found: pd.DataFrame) -> ResultTable:

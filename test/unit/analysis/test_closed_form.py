@@ -64,10 +64,9 @@ def test_the_closed_form_is_that_of_a_straight_drive():
     errors = [(0.0, 0.3, 1.0), (0.0, -0.3, -1.0)]
     found = entries(*(trial('SL', '40', place, odom=errors[place], world=HERE) for place in (0, 1)))
     # (S d / L) sqrt(1/6) = 321 mm; 0.3 m sqrt(2) = 424 mm.
-    assert found['y [mm]'][:2] == ['–', '321'] and found['y [mm]'][2].startswith('424 (')
+    assert found['y [mm]'][0] == '321' and found['y [mm]'][1].startswith('424 (')
     # 20 m are 1273.24 pulses: 2.25 degrees sqrt(2 0.24 0.76), and all trials stopped just there.
-    assert found['yaw [deg]'][:2] == ['1.36', '1.36'] and found['yaw [deg]'][3] == 'as expected'
-    assert found['x [mm]'][3] == 'below'
+    assert (found['yaw [deg]'][0], found['yaw [deg]'][2], found['x [mm]'][2]) == ('1.36', 'as expected', 'below')
     assert closed_form_table(results_of(cell('SL', '40', 'odom', [IN]), requested=STRAIGHT)) is None
 
 
@@ -75,10 +74,9 @@ def test_the_heading_is_that_of_where_the_trials_stopped():
     stops = [(-1.0, 0.0, 0.0), (-0.5, 0.0, 0.0)]  # 19 m are 1209.58 pulses, 19.5 m are 1241.41
     found = entries(*(trial('SL', '40', number, odom=stop, world=stop) for number, stop in enumerate(stops)))
     expected_deg = 2.25 * math.sqrt(0.5775 * 0.4225 + 0.4084 * 0.5916)  # 2 f (1 - f), and the mean of both
-    at_goal, stopped = found['yaw [deg]'][:2]
-    assert at_goal == '1.36' and float(stopped) == pytest.approx(expected_deg, abs=0.005)
+    assert float(found['yaw [deg]'][0]) == pytest.approx(expected_deg, abs=0.005)
 
 
 def test_other_drives_only_have_the_average():
     trials = [trial('DLD', '40', number, odom=IN, world=HERE) for number in (1, 2)]
-    assert entries(*trials, requested={'DLD': navigated('DLD')})['yaw [deg]'][:2] == ['–', '1.3']
+    assert entries(*trials, requested={'DLD': navigated('DLD')})['yaw [deg]'][0] == '1.3'
