@@ -108,10 +108,11 @@ def navigated(plan: TrialPlan, source: RobotSource, params: RobotParams) -> Erro
     sound = params.simulator.model_copy(update={'wheel_errors': WheelErrorParams()})
     fine = {'encoder': IDEAL_ENCODER, 'ppr': FINEST}
     encoder, odometry = params.encoder.model_copy(update=fine), params.odometry.model_copy(update=fine)
-    recorder = _Wheels()
     unrecorded = plan.model_copy(update={'trial': plan.trial.model_copy(update={'ppr': FINEST}), 'bag': ''})
-    without_errors = params._replace(simulator=sound, encoder=encoder, odometry=odometry)
-    trial = LockstepTrial(unrecorded, source.file, without_errors, recorder)
+    recorder = _Wheels()
+    trial = LockstepTrial(
+        unrecorded, source.file, params._replace(simulator=sound, encoder=encoder, odometry=odometry), recorder
+    )
     for _ in trial.run():
         pass
     if trial.ending.outcome is not Outcome.SUCCEEDED:
@@ -121,9 +122,8 @@ def navigated(plan: TrialPlan, source: RobotSource, params: RobotParams) -> Erro
     ways_m = (angles_rad - angles_rad[0]) * robot.wheels[:2]
     axle = Pose2D(robot.description.axle_x_m, 0.0, 0.0)
     end = trial.true_pose_in_map.compose(axle).relative_to(start.compose(axle))
-    return ErrorFreeDrive(
-        plan.trial, RolledDrive(TICK_S * np.arange(len(ways_m)), ways_m, robot.wheels.separation_m, end)
-    )
+    times_s = TICK_S * np.arange(len(ways_m))
+    return ErrorFreeDrive(plan.trial, RolledDrive(times_s, ways_m, robot.wheels.separation_m, end))
 
 
 # Number of final poses within the spread of the robot's stop.
@@ -212,10 +212,19 @@ class DriveDraws:
         self.drive, self.robot, self._seed = drive, robot, seed
         rolled, ticks = drive.rolled, len(drive.rolled.times_s)
         rows = np.unique(np.linspace(0, ticks - 1, min(ticks, MOST_SAMPLES)).round().astype(np.int64))
-        self._ways_m = _ways_to_ends(drive, robot.stop, self._generator('ends'))[:, rows]
+        # Drives that end within the spread of the stop; the deviation grows in proportion to the distance.
+        rng, way_m = self._generator('ends'), np.cumsum(np.abs(np.diff(rolled.ways_m, axis=0, prepend=0.0)).sum(axis=1))
+        fractions = way_m[rows] / max(way_m[-1], 1e-9)
+        ahead_m = rng.uniform(-1.0, 1.0, (ENDS, 1)) * robot.stop.position_m * fractions
+        swing_m = rng.uniform(-1.0, 1.0, (ENDS, 1)) * 0.5 * rolled.separation_m * robot.stop.yaw_rad * fractions
+        self._ways_m = rolled.ways_m[rows] + np.stack([ahead_m - swing_m, ahead_m + swing_m], axis=-1)
         self._ends = _ends(self._ways_m, rolled.separation_m, robot.axle_x_m)
         self._stamps_ns = np.rint(1e9 * rolled.times_s[rows]).astype(np.int64)
         self._commands = np.diff(rolled.ways_m[rows], axis=0, prepend=0.0)
+        axle = Pose2D(robot.axle_x_m, 0.0, 0.0)
+        true_end = axle.compose(rolled.end).compose(axle.inverse())
+        self._contact_error = _ends(rolled.ways_m[np.newaxis], rolled.separation_m, axle.x_m)[0] - np.array(true_end)
+        self._contact_error[2] = wrap_angles(self._contact_error[2])
 
     def _generator(self, name: object) -> np.random.Generator:
         return generator(self._seed, f'{self.drive.test}_{name}')
@@ -246,21 +255,24 @@ class DriveDraws:
     def _portion(
         self, encoders: Sequence[Optional[EncoderParams]], first: int, draws: int, amounts: Amounts
     ) -> List[np.ndarray]:
-        chosen = np.arange(first, first + draws) % ENDS
+        chosen, odometry = np.arange(first, first + draws) % ENDS, self.robot.odometry
         turned_rad = self._turned(self._ways_m[chosen], first, amounts)
-        reference = self._ends[chosen] - amounts.get(WheelCause.CONTACT, 0.0) * self._contact_error()
-        yaw_rad, odometry = self.drive.start_in_map.yaw_rad, self.robot.odometry
+        reference = self._ends[chosen] - amounts.get(WheelCause.CONTACT, 0.0) * self._contact_error
         phases_rad = self._generator(f'phases_{first}').uniform(0.0, 2.0 * math.pi, (draws, 2))
+        seed = int(self._generator(f'encoders_{first}').integers(2**31))
+        # Reports arrive without delays.
+        read = {'report': PROMPT, 'counter_modulus': 0, 'velocity_method': 'M', 'seed': seed}
         rows, drive, found = np.arange(len(self._stamps_ns)), Drive(self._stamps_ns, turned_rad), []
         for encoder in encoders:
             if encoder is None:
                 radius_m = 0.5 * odometry.wheel_diameter
                 estimated = _ends(turned_rad, odometry.wheel_separation, odometry.axle_x, radius_m)
             else:
-                chain = self._chain(encoder, first, draws)
+                known = {'ppr': encoder.ppr, 'encoder': encoder.encoder, 'counter_modulus': 0}
+                chain = Chain(encoder.model_copy(update=read), odometry.model_copy(update=known), draws)
                 estimated = chain.run(drive, phases_rad, self._commands, rows).final_poses
             x_m, y_m, error_rad = (estimated - reference).T
-            cos, sin = math.cos(yaw_rad), math.sin(yaw_rad)
+            cos, sin = math.cos(self.drive.start_in_map.yaw_rad), math.sin(self.drive.start_in_map.yaw_rad)
             found.append(np.column_stack([cos * x_m - sin * y_m, sin * x_m + cos * y_m, wrap_angles(error_rad)]))
         return found
 
@@ -280,35 +292,6 @@ class DriveDraws:
                 turned_rad[:, 1:] += walk_m / radius_m
             turned.append(turned_rad)
         return np.stack(turned, axis=-1)
-
-    def _chain(self, encoder: EncoderParams, first: int, draws: int) -> Chain:
-        """Return an encoder and its odometry, without delays of reports."""
-        seed = int(self._generator(f'encoders_{first}').integers(2**31))
-        read_at_once = {'report': PROMPT, 'counter_modulus': 0, 'velocity_method': 'M', 'seed': seed}
-        known = {'ppr': encoder.ppr, 'encoder': encoder.encoder, 'counter_modulus': 0}
-        return Chain(encoder.model_copy(update=read_at_once), self.robot.odometry.model_copy(update=known), draws)
-
-    def _contact_error(self) -> np.ndarray:
-        """Return the (3,) error of error-free wheels, caused by slip at the simulated contacts."""
-        rolled, axle = self.drive.rolled, Pose2D(self.robot.axle_x_m, 0.0, 0.0)
-        truth = axle.compose(rolled.end).compose(axle.inverse())
-        error: np.ndarray = _ends(rolled.ways_m[np.newaxis], rolled.separation_m, axle.x_m)[0] - np.array(truth)
-        error[2] = wrap_angles(error[2])
-        return error
-
-
-def _ways_to_ends(drive: ErrorFreeDrive, stop: StopSpread, rng: np.random.Generator) -> np.ndarray:
-    """Return the (ENDS, n, 2) distances of both wheels on drives that end within the spread of the stop.
-
-    The deviation grows in proportion to the distance.
-    """
-    rolled = drive.rolled
-    way_m = np.cumsum(np.abs(np.diff(rolled.ways_m, axis=0, prepend=0.0)).sum(axis=1))
-    fractions = way_m / max(way_m[-1], 1e-9)
-    ahead_m = rng.uniform(-1.0, 1.0, (ENDS, 1)) * stop.position_m * fractions
-    swing_m = rng.uniform(-1.0, 1.0, (ENDS, 1)) * 0.5 * rolled.separation_m * stop.yaw_rad * fractions
-    ways_m: np.ndarray = rolled.ways_m + np.stack([ahead_m - swing_m, ahead_m + swing_m], axis=-1)
-    return ways_m
 
 
 def _ends(turned: np.ndarray, wheel_separation_m: float, axle_x_m: float, per_turned_m: float = 1.0) -> np.ndarray:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any, Callable, Mapping, Optional, Sequence, Union
+from typing import Any, Mapping, Optional, Sequence, Union
 
 from diff_encoder_sim.analysis.quantities import LEVEL, REQUIRED_FRACTION, YAW, X
 from diff_encoder_sim.base.bounds import COUNTER_STATES, PLACES, PULSES_PER_TURN, SEEDS, TRIALS, Between
-from diff_encoder_sim.base.command_line import number_within
 from diff_encoder_sim.drives.number_units import TIME_UNITS, UNITS
 from diff_encoder_sim.drives.topics import BAG_FORMATS, ODOM, SCAN
 
@@ -24,33 +23,27 @@ def option(
     default: Any,
     text: str,
     metavar: Any = None,
-    kind: Optional[Callable[[str], Any]] = None,
+    bounds: Optional[Between] = None,
     group: str = '',
     flag: str = '',
     **argument: Any,
 ) -> Any:
-    """Return a field with its argument of the command line.
+    """Return a field with its argument of the command line, of the type and number that the annotation contains.
 
     Args:
         default: of the field; the help shows it.
         text: help.
         metavar: name of the value in the help; a switch has none.
-        kind: converts the text of a value.
+        bounds: of a number.
         group: title of the group in the help.
         flag: of the command line, or a positional name; by default -- and the name of the field.
         argument: further arguments of `ArgumentParser.add_argument`.
     """
     if default not in (None, '', ()) and not isinstance(default, bool):
-        shown = (
-            f'{each:g}' if isinstance(each, float) else str(each)
-            for each in (default if isinstance(default, tuple) else (default,))
-        )
-        text += f' (default: {" ".join(shown)})'
-    argument.update({'help': text, 'metavar': metavar, 'type': kind})
-    if default is False:
-        argument['action'] = 'store_true'
-    given = {key: value for key, value in argument.items() if value is not None}
-    return field(default=default, metadata={'group': group, 'flag': flag, 'argument': given})
+        values = default if isinstance(default, tuple) else (default,)
+        text += f' (default: {" ".join(f"{each:g}" if isinstance(each, float) else str(each) for each in values)})'
+    argument.update({'help': text, 'metavar': metavar})
+    return field(default=default, metadata={'group': group, 'flag': flag, 'bounds': bounds, 'argument': argument})
 
 
 @dataclass(frozen=True)
@@ -64,8 +57,6 @@ class RobotOptions:
         (),
         "folders with packages of the robot's package:// and $(find); its own package takes precedence over them",
         'DIR',
-        Path,
-        nargs='+',
     )
 
 
@@ -74,9 +65,7 @@ class InspectOptions(RobotOptions):
     """Options of the command check_robot."""
 
     robot: str = option('', ROBOT, 'ROBOT', flag='robot')
-    write: Optional[Path] = option(
-        None, 'write a robot file with the detected values, for --robot and robot:=', 'FILE', Path
-    )
+    write: Optional[Path] = option(None, 'write a robot file with the detected values, for --robot and robot:=', 'FILE')
 
 
 @dataclass(frozen=True)
@@ -88,18 +77,14 @@ class RunOptions(RobotOptions):
     )
     unchecked: bool = option(False, 'run even if the robot self-check fails, or the robot does not fit a test')
     workers: Optional[int] = option(
-        None, 'worker processes on this host (default: one for each core)', 'N', number_within(Between(1, 1024), int)
+        None, 'worker processes on this host (default: one for each core)', 'N', Between(1, 1024)
     )
     scheduler: Optional[str] = option(
         None, 'run on a Dask cluster: its scheduler, such as tcp://host:8786 (docs/campaigns.md)', 'ADDRESS'
     )
-    tls_ca: Optional[Path] = option(None, 'certificate of the certificate authority', 'FILE', Path, TLS)
-    tls_cert: Optional[Path] = option(None, 'certificate of this process', 'FILE', Path, TLS)
-    tls_key: Optional[Path] = option(None, 'its key (default: in the file of --tls-cert)', 'FILE', Path, TLS)
-
-
-def _ppr(text: str, group: str = '') -> Any:
-    return option(None, text, 'N', number_within(PULSES_PER_TURN), group, nargs='+')
+    tls_ca: Optional[Path] = option(None, 'certificate of the certificate authority', 'FILE', group=TLS)
+    tls_cert: Optional[Path] = option(None, 'certificate of this process', 'FILE', group=TLS)
+    tls_key: Optional[Path] = option(None, 'its key (default: in the file of --tls-cert)', 'FILE', group=TLS)
 
 
 @dataclass(frozen=True)
@@ -113,19 +98,15 @@ class CampaignOptions(RunOptions):
         required=True,
     )
     out: Path = option(
-        None,
-        'results folder: new, or with results of the same campaign, which is then completed',
-        'DIR',
-        Path,
-        required=True,
+        None, 'results folder: new, or with results of the same campaign, which is then completed', 'DIR', required=True
     )
     resume: bool = option(False, 'fail if DIR has no results yet')
-    tests: Optional[Sequence[str]] = option(None, TESTS, 'TEST', group=OVERRIDES, nargs='+')
-    ppr: Optional[Sequence[float]] = _ppr('ideal encoders, in pulses per wheel revolution', OVERRIDES)
-    encoders: Optional[Sequence[str]] = option(None, ENCODERS, 'NAME|FILE', group=OVERRIDES, nargs='+')
-    trials: Optional[int] = option(
-        None, 'trials of each test with each encoder', 'N', number_within(TRIALS, int), OVERRIDES
+    tests: Optional[Sequence[str]] = option(None, TESTS, 'TEST', group=OVERRIDES)
+    ppr: Optional[Sequence[float]] = option(
+        None, 'ideal encoders, in pulses per wheel revolution', 'N', PULSES_PER_TURN, OVERRIDES
     )
+    encoders: Optional[Sequence[str]] = option(None, ENCODERS, 'NAME|FILE', group=OVERRIDES)
+    trials: Optional[int] = option(None, 'trials of each test with each encoder', 'N', TRIALS, OVERRIDES)
     nav: Optional[str] = option(
         None, 'navigated, or a drive without feedback', group=OVERRIDES, choices=('embedded', 'scripted')
     )
@@ -154,40 +135,30 @@ class AdviceOptions(RunOptions):
 
     robot: Optional[str] = option(None, f'{ROBOT} (default: alto)', 'NAME|FILE')
     tolerance: float = option(
-        X.tolerance,
-        'allowed error in x and in y at the goal, in metres',
-        'M',
-        number_within(Between(1e-6, 1000.0, 'm')),
+        X.tolerance, 'allowed error in x and in y at the goal, in metres', 'M', Between(1e-6, 1000.0, 'm')
     )
     yaw_tolerance: float = option(
-        YAW.tolerance,
-        'allowed error of the heading at the goal, in degrees',
-        'DEG',
-        number_within(Between(1e-6, 360.0, 'degrees')),
+        YAW.tolerance, 'allowed error of the heading at the goal, in degrees', 'DEG', Between(1e-6, 360.0, 'degrees')
     )
     share: float = option(
-        REQUIRED_FRACTION,
-        'minimum fraction of trials within tolerance',
-        'FRACTION',
-        number_within(Between(0.01, 0.999)),
+        REQUIRED_FRACTION, 'minimum fraction of trials within tolerance', 'FRACTION', Between(0.01, 0.999)
     )
-    confidence: float = option(LEVEL, 'of the answers', 'FRACTION', number_within(Between(0.5, 0.9999)))
+    confidence: float = option(LEVEL, 'of the answers', 'FRACTION', Between(0.5, 0.9999))
     distance: Optional[float] = option(
-        None,
-        'evaluate odometry over this straight distance, in place of the tests',
-        'M',
-        number_within(Between(0.1, 1000.0, 'm')),
+        None, 'evaluate odometry over this straight distance, in place of the tests', 'M', Between(0.1, 1000.0, 'm')
     )
-    tests: Optional[Sequence[str]] = option(None, TESTS, 'TEST', nargs='+')
-    ppr: Optional[Sequence[float]] = _ppr('candidates, ideal encoders in pulses per wheel revolution')
-    encoders: Optional[Sequence[str]] = option(None, ENCODERS, 'NAME|FILE', nargs='+')
+    tests: Optional[Sequence[str]] = option(None, TESTS, 'TEST')
+    ppr: Optional[Sequence[float]] = option(
+        None, 'candidates, ideal encoders in pulses per wheel revolution', 'N', PULSES_PER_TURN
+    )
+    encoders: Optional[Sequence[str]] = option(None, ENCODERS, 'NAME|FILE')
     candidates: str = option('sweep', 'campaign file with the default tests and candidates', 'NAME|FILE')
     trials: Optional[int] = option(
         None,
         'closed-loop trials per test and tested candidate (default: the number that shows the fraction even if '
         'two fail, 39 for 80 %%)',
         'N',
-        number_within(TRIALS, int),
+        TRIALS,
     )
     has_trials: bool = option(
         True, 'answer only for odometry, without closed-loop trials', flag='--no-trials', action='store_false'
@@ -196,28 +167,24 @@ class AdviceOptions(RunOptions):
         Path('results') / 'advice',
         'results folder: new, or with results of the same robot, tests and candidates',
         'DIR',
-        Path,
     )
-    json: Optional[Path] = option(None, 'write all results as JSON (docs/file_formats.md)', 'FILE', Path)
+    json: Optional[Path] = option(None, 'write all results as JSON (docs/file_formats.md)', 'FILE')
 
 
 @dataclass(frozen=True)
 class DriveOptions(RobotOptions):
     """Options of the command reencode; only the bag or the table is required."""
 
-    bag: Optional[Path] = option(
-        None, 'bag of ROS 1 (complete or truncated) or ROS 2', 'BAG', Path, flag='bag', nargs='?'
-    )
+    bag: Optional[Path] = option(None, 'bag of ROS 1 (complete or truncated) or ROS 2', 'BAG', flag='bag', nargs='?')
     ppr: Union[float, Sequence[Any]] = option(
         (),
         'ideal encoders, in pulses per wheel revolution: 90, or "{left: 90, right: 1024}" '
         "(default: the robot's own if its file has it, else 40 90 1024 4096)",
         'PPR',
-        nargs='+',
     )
-    encoder: Sequence[str] = option((), ENCODERS, 'NAME|FILE', nargs='+')
+    encoder: Sequence[str] = option((), ENCODERS, 'NAME|FILE')
     out: Optional[Path] = option(
-        None, 'write a bag for each encoder, and reencode.csv, into DIR (default: only print the table)', 'DIR', Path
+        None, 'write a bag for each encoder, and reencode.csv, into DIR (default: only print the table)', 'DIR'
     )
     reference: str = option(
         '',
@@ -226,7 +193,7 @@ class DriveOptions(RobotOptions):
         'TOPIC|FRAMES',
     )
     config: Optional[Path] = option(
-        None, "the robot's wheels, joints and counter, in place of config/config.yaml", 'FILE', Path
+        None, "the robot's wheels, joints and counter, in place of config/config.yaml", 'FILE'
     )
     robot: Optional[str] = option(
         None, f"{ROBOT} (default: the wheels of the bag's trial, else those of config/config.yaml)", 'NAME|FILE'
@@ -250,9 +217,7 @@ class DriveOptions(RobotOptions):
         group=NO_ANGLES,
         nargs=2,
     )
-    csv: Optional[Path] = option(
-        None, 'table in place of a bag; its delimiter is detected', 'FILE', Path, group=NO_ANGLES
-    )
+    csv: Optional[Path] = option(None, 'table in place of a bag; its delimiter is detected', 'FILE', group=NO_ANGLES)
     columns: Sequence[str] = option(
         (),
         'columns of the table: names in its header, or numbers from 1',
@@ -276,15 +241,11 @@ class DriveOptions(RobotOptions):
         'counts before the recorded counter wraps, 0 for never (default: by the type of the field, 65536 for 16 '
         'bits; of a table: 0)',
         'N',
-        number_within(COUNTER_STATES, int),
+        COUNTER_STATES,
         NO_ANGLES,
     )
     reversed: Sequence[str] = option(
-        (),
-        'wheels whose numbers fall when the robot drives forward',
-        group=NO_ANGLES,
-        nargs='+',
-        choices=('left', 'right'),
+        (), 'wheels whose numbers fall when the robot drives forward', group=NO_ANGLES, choices=('left', 'right')
     )
     odom: str = option(
         '',
@@ -297,7 +258,7 @@ class DriveOptions(RobotOptions):
         "seed of encoder errors (default: the number of the bag's trial, else 0), and of the start angles of the "
         'wheels for --odom and speeds (default: 1)',
         'N',
-        number_within(SEEDS, int),
+        SEEDS,
         NO_ANGLES,
     )
 
@@ -315,22 +276,18 @@ class AnalysisOptions:
         (),
         "one campaign's results folder; or bags of trials, of ROS 1 or ROS 2, and folders with such bags",
         'DIR|BAG',
-        Path,
         flag='paths',
-        nargs='+',
     )
     beside: Optional[Path] = option(
         None,
         "another campaign's results folder: the comparison with the paper shows both, and which fits better",
         'DIR',
-        Path,
     )
     out: Optional[Path] = option(
         None,
         'output folder: new, empty, or an earlier analysis, which is replaced (default: analysis/ in the given '
         'folder, or next to the first bag)',
         'DIR',
-        Path,
     )
 
 
@@ -338,35 +295,29 @@ class AnalysisOptions:
 class MapOptions:
     """Options of the command map_bag."""
 
-    bag: Path = option(None, 'bag (ROS 1 or 2) with scans, odometry and /tf_static', 'BAG', Path, flag='bag')
-    stem: Optional[Path] = option(
-        None, 'write STEM.pgm and STEM.yaml (default: next to the bag)', 'STEM', Path, flag='-f'
-    )
-    config: Optional[Path] = option(
-        None, "parameters, by slam_gmapping's names (default: config/slam.yaml)", 'FILE', Path
-    )
+    bag: Path = option(None, 'bag (ROS 1 or 2) with scans, odometry and /tf_static', 'BAG', flag='bag')
+    stem: Optional[Path] = option(None, 'write STEM.pgm and STEM.yaml (default: next to the bag)', 'STEM', flag='-f')
+    config: Optional[Path] = option(None, "parameters, by slam_gmapping's names (default: config/slam.yaml)", 'FILE')
     scan: str = option(SCAN, 'topic of scans', 'TOPIC')
     odom: str = option(ODOM, 'topic of odometry', 'TOPIC')
-    seed: int = option(
-        0, "seed of the particles; a trial's bag uses the trial's number", 'N', number_within(SEEDS, int)
-    )
+    seed: int = option(0, "seed of the particles; a trial's bag uses the trial's number", 'N', SEEDS)
 
 
 @dataclass(frozen=True)
 class RasterOptions:
     """Options of the command rasterise_world."""
 
-    world: Path = option(None, '.world file (SDF, of primitives)', 'WORLD', Path, flag='world')
+    world: Path = option(None, '.world file (SDF, of primitives)', 'WORLD', flag='world')
     free: Sequence[float] = option(
         (0.0, 0.0),
         'a point in free space, in metres; all space reachable from it is free in the map',
         ('X', 'Y'),
-        number_within(PLACES),
+        PLACES,
         nargs=2,
     )
-    height: float = option(1.12, 'height of the scan plane above the floor, in metres', 'M', number_within(PLACES))
-    resolution: float = option(0.05, 'side of a cell, in metres', 'M', number_within(Between(1e-3, 10.0, 'm')))
-    out: Optional[Path] = option(None, 'write STEM.pgm and STEM.yaml (default: next to the world)', 'STEM', Path)
+    height: float = option(1.12, 'height of the scan plane above the floor, in metres', 'M', PLACES)
+    resolution: float = option(0.05, 'side of a cell, in metres', 'M', Between(1e-3, 10.0, 'm'))
+    out: Optional[Path] = option(None, 'write STEM.pgm and STEM.yaml (default: next to the world)', 'STEM')
 
 
 @dataclass(frozen=True)
