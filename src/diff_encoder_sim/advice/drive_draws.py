@@ -7,7 +7,6 @@ the encoder and the geometry that odometry assumes.
 
 from __future__ import annotations
 
-import enum
 import math
 from concurrent.futures import ThreadPoolExecutor
 from typing import List, Mapping, NamedTuple, Optional, Sequence
@@ -136,19 +135,14 @@ MOST_SAMPLES = 500
 POSES_AT_A_TIME = 2**18
 
 
-class WheelCause(enum.Enum):
-    """Cause of a difference between the wheels and their model in odometry."""
-
-    RADIUS = 'wheel radius'
-    SEPARATION = 'wheel separation'
-    SLIP = 'wheel slip'
-    CONTACT = 'simulated contact'  # slip of error-free wheels on the simulated floor; not of a real robot
-
+# Causes of a difference between the wheels and their model in odometry.
+RADIUS, SEPARATION, SLIP = 'wheel radius', 'wheel separation', 'wheel slip'
+CONTACT = 'simulated contact'  # slip of error-free wheels on the simulated floor; not of a real robot
 
 # Amount of each cause from 0 (none, the default) to 1 (all).
-Amounts = Mapping[WheelCause, float]
-ALL_CAUSES: Amounts = dict.fromkeys(WheelCause, 1.0)
-ROBOTS_CAUSES: Amounts = dict.fromkeys((WheelCause.RADIUS, WheelCause.SEPARATION, WheelCause.SLIP), 1.0)
+Amounts = Mapping[str, float]
+ROBOTS_CAUSES: Amounts = dict.fromkeys((RADIUS, SEPARATION, SLIP), 1.0)
+ALL_CAUSES: Amounts = {**ROBOTS_CAUSES, CONTACT: 1.0}
 
 
 class DrawnRobot(NamedTuple):
@@ -179,19 +173,18 @@ class DrawnRobot(NamedTuple):
         """Sample left and right radius and separation [m] (3, draws, 1); without a cause those of odometry."""
         errors, normals = self.errors, rng.standard_normal((3, draws, 1))
         spreads = np.array([errors.radius_spread, errors.radius_spread, errors.wheel_separation_spread])
-        causes = WheelCause.RADIUS, WheelCause.RADIUS, WheelCause.SEPARATION
-        amount = np.array([amounts.get(cause, 0.0) for cause in causes])
+        amount = np.array([amounts.get(cause, 0.0) for cause in (RADIUS, RADIUS, SEPARATION)])
         drawn: np.ndarray = self.assumed + amount * (self.means * (1.0 + spreads * normals.T) - self.assumed)
         return drawn.T
 
-    def has(self, cause: WheelCause) -> bool:
+    def has(self, cause: str) -> bool:
         """Return whether the robot has this error."""
         errors, is_off = self.errors, ~np.isclose(self.means, self.assumed, rtol=1e-9, atol=0.0)
-        if cause is WheelCause.SLIP:
+        if cause == SLIP:
             return bool(errors.left_slip or errors.right_slip or errors.slip_noise)
-        if cause is WheelCause.SEPARATION:
+        if cause == SEPARATION:
             return bool(errors.wheel_separation_spread or is_off[2])
-        return cause is WheelCause.CONTACT or bool(errors.radius_spread or is_off[:2].any())
+        return cause == CONTACT or bool(errors.radius_spread or is_off[:2].any())
 
 
 def drawn_robot(source: RobotSource, params: RobotParams) -> DrawnRobot:
@@ -257,7 +250,7 @@ class DriveDraws:
     ) -> List[np.ndarray]:
         chosen, odometry = np.arange(first, first + draws) % ENDS, self.robot.odometry
         turned_rad = self._turned(self._ways_m[chosen], first, amounts)
-        reference = self._ends[chosen] - amounts.get(WheelCause.CONTACT, 0.0) * self._contact_error
+        reference = self._ends[chosen] - amounts.get(CONTACT, 0.0) * self._contact_error
         phases_rad = self._generator(f'phases_{first}').uniform(0.0, 2.0 * math.pi, (draws, 2))
         seed = int(self._generator(f'encoders_{first}').integers(2**31))
         # Reports arrive without delays.
@@ -278,7 +271,7 @@ class DriveDraws:
 
     def _turned(self, ways_m: np.ndarray, first: int, amounts: Amounts) -> np.ndarray:
         """Return the (draws, n, 2) wheel angles since the start [rad]."""
-        errors, slipping = self.robot.errors, amounts.get(WheelCause.SLIP, 0.0)
+        errors, slipping = self.robot.errors, amounts.get(SLIP, 0.0)
         *radii_m, separation_m = self.robot.wheels(amounts, self._generator(f'wheels_{first}'), len(ways_m))
         left_m, right_m = np.moveaxis(ways_m, 2, 0)
         half_m, mean_m = 0.5 * (right_m - left_m) * (separation_m / self.drive.rolled.separation_m), left_m + right_m

@@ -9,7 +9,7 @@ import numpy as np
 
 from diff_encoder_sim.advice import answers
 from diff_encoder_sim.advice.answers import Answer, Budget, Criterion, Kind, Limit, Requirement, along_goal, part_of
-from diff_encoder_sim.advice.drive_draws import ALL_CAUSES, ROBOTS_CAUSES, Amounts, DriveDraws, WheelCause
+from diff_encoder_sim.advice.drive_draws import ALL_CAUSES, CONTACT, ROBOTS_CAUSES, Amounts, DriveDraws
 from diff_encoder_sim.analysis.closed_form import STRAIGHT_WITHIN, closed_form_std
 from diff_encoder_sim.analysis.results_table import RobotGeometry
 from diff_encoder_sim.analysis.statistics import Interval, wilson
@@ -209,9 +209,7 @@ def odometry_budgets(draws: DriveDraws, encoders: Sequence[EncoderParams]) -> Li
 def wheel_errors(draws: DriveDraws) -> Dict[str, np.ndarray]:
     """Return the (draws, 3) odometry errors by AXES that only one wheel error causes, with any encoder."""
     (bare,) = _errors(draws, [None], {})
-    return {
-        cause.value: _errors(draws, [None], {cause: 1.0})[0] - bare for cause in WheelCause if draws.robot.has(cause)
-    }
+    return {cause: _errors(draws, [None], {cause: 1.0})[0] - bare for cause in ALL_CAUSES if draws.robot.has(cause)}
 
 
 def _errors(
@@ -251,12 +249,12 @@ def limited_answer(tests: Sequence[DriveDraws], params: EncoderParams, requireme
         (cause, draws.drive.test): errors
         for draws in tests
         for cause, errors in wheel_errors(draws).items()
-        if cause != WheelCause.CONTACT.value
+        if cause != CONTACT
     }
     found = answers.limits(of_wheels, requirement) + own_limits(tests, params, requirement, is_its_own)
     found.sort(key=lambda limit: -limit.fraction)
     amounts = {limit.cause: limit.reduced_to / limit.error for limit in found}
-    on_wheels = {cause: amounts.get(cause.value, amount) for cause, amount in ROBOTS_CAUSES.items()}
+    on_wheels = {cause: amounts.get(cause, amount) for cause, amount in ROBOTS_CAUSES.items()}
     with_less = OdometryCurves(tests, _with_less(counts_by_ppr(params), amounts), on_wheels).smallest(requirement)
     counts = with_less and with_less[0]
     return Answer(Criterion.ODOMETRY, Kind.NOT_THE_LIMIT, counts, limits=found, of_encoder=is_its_own)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import tempfile
-from typing import Dict, Iterator, List, NamedTuple, Optional
+from typing import Dict, List, NamedTuple, Optional
 
 from diff_encoder_sim.advice import drive_draws
 from diff_encoder_sim.advice.answers import Answer, Budget, Criterion, Kind, Requirement
-from diff_encoder_sim.advice.drive_draws import DriveDraws, ErrorFreeDrive
+from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.encoder_search import TrialCounts
 from diff_encoder_sim.advice.listed_encoders import ListedEncoder, candidates_of, finest_real, recommended
 from diff_encoder_sim.advice.odometry_answer import (
@@ -78,9 +78,25 @@ def study_odometry(campaign: Campaign, requirement: Requirement, distance_m: Opt
     params = first.encoder
     if params.encoder.counts_per_wheel_turn is not None:  # so that ppr sets the counts
         params = params.model_copy(update={'encoder': IDEAL_ENCODER})
+    first_trials: Dict[str, RequestedTrial] = {}  # by test
+    for job in campaign.trials():
+        first_trials.setdefault(job.cell.test.name, job)
     with tempfile.TemporaryDirectory() as folder:
-        drives = list(_drives(campaign, distance_m, folder))
-        robot = drive_draws.drawn_robot(RobotSource(campaign.files.materialise(folder).robot), first)
+        files = campaign.files.materialise(folder)
+        source = RobotSource(files.robot)
+        robot = drive_draws.drawn_robot(source, first)
+        if distance_m is not None:
+            straight = drive_draws.straight_test(distance_m, next(iter(first_trials.values())).cell.test)
+            drives = [drive_draws.scripted(straight, source, first)]
+        else:
+            drives = [
+                drive_draws.scripted(job.cell.test, source, job.cell.robot_params)
+                if job.cell.test.drive  # needs no navigation
+                else drive_draws.navigated(
+                    TrialPlan(trial=job.definition(), bag='', **files.worlds[test]), source, job.cell.robot_params
+                )
+                for test, job in first_trials.items()
+            ]
     tests = [DriveDraws(drive, robot, campaign.params.seed) for drive in drives]
     curves = OdometryCurves(tests, params)
     answer, candidates = odometry_answer(curves, requirement), candidates_of(campaign)
@@ -107,22 +123,3 @@ def with_budgets(advice: Advice) -> Advice:
     encoders = [advice.curves.encoder(each) for each in counts]
     budgets = {curve.test: dict(zip(counts, odometry_budgets(curve.draws, encoders))) for curve in advice.curves.curves}
     return advice._replace(budgets=budgets)
-
-
-def _drives(campaign: Campaign, distance_m: Optional[float], folder: str) -> Iterator[ErrorFreeDrive]:
-    """Drive each test: scripted if it has a script, which needs no navigation; otherwise navigated."""
-    files = campaign.files.materialise(folder)
-    robot = RobotSource(files.robot)
-    first: Dict[str, RequestedTrial] = {}  # by test
-    for job in campaign.trials():
-        first.setdefault(job.cell.test.name, job)
-    for test, job in first.items():
-        cell = job.cell
-        if distance_m is not None:
-            yield drive_draws.scripted(drive_draws.straight_test(distance_m, cell.test), robot, cell.robot_params)
-            return
-        if cell.test.drive:
-            yield drive_draws.scripted(cell.test, robot, cell.robot_params)
-        else:
-            plan = TrialPlan(trial=job.definition(), bag='', **files.worlds[test])
-            yield drive_draws.navigated(plan, robot, cell.robot_params)

@@ -10,7 +10,7 @@ import numpy as np
 
 from diff_encoder_sim.advice import answers
 from diff_encoder_sim.advice.answers import MOST_BY_ONE_CAUSE, Answer, Budget, Criterion, Kind, Requirement
-from diff_encoder_sim.advice.drive_draws import ALL_CAUSES, WheelCause
+from diff_encoder_sim.advice.drive_draws import ALL_CAUSES, RADIUS, SEPARATION, SLIP
 from diff_encoder_sim.advice.encoder_search import TrialCounts, search
 from diff_encoder_sim.advice.listed_encoders import candidates_of
 from diff_encoder_sim.advice.odometry_answer import EDGES, MISSED, SENSOR_ERRORS, UNEVEN_LINES, local_counts
@@ -42,11 +42,9 @@ DRAWS, FALSE_ALARM = 2000, 0.01
 _WHEELS, _ENCODER, _FAULTS = 'simulator.wheel_errors', 'config.encoder', 'config.encoder.faults'
 # The keys of each cause.
 _CAUSES: Mapping[str, Sequence[str]] = {
-    WheelCause.RADIUS.value: [
-        f'{_WHEELS}.{key}' for key in ('left_radius_error', 'right_radius_error', 'radius_spread')
-    ],
-    WheelCause.SEPARATION.value: [f'{_WHEELS}.wheel_separation_{kind}' for kind in ('error', 'spread')],
-    WheelCause.SLIP.value: [f'{_WHEELS}.{key}' for key in ('left_slip', 'right_slip', 'slip_noise')],
+    RADIUS: [f'{_WHEELS}.{key}' for key in ('left_radius_error', 'right_radius_error', 'radius_spread')],
+    SEPARATION: [f'{_WHEELS}.wheel_separation_{kind}' for kind in ('error', 'spread')],
+    SLIP: [f'{_WHEELS}.{key}' for key in ('left_slip', 'right_slip', 'slip_noise')],
     EDGES: [f'{_ENCODER}.{key}' for key in (*SENSOR_ERRORS, *UNEVEN_LINES)],
     MISSED: [
         f'{_FAULTS}.{key}' for key in ('missed', 'extra', 'max_count_rate', 'dead_channel', 'restart_at', 'wiring')

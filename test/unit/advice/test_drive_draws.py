@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.advice.drive_draws import ALL_CAUSES, DriveDraws, WheelCause, drawn_robot, navigated, scripted
+from diff_encoder_sim.advice.drive_draws import ALL_CAUSES, RADIUS, DriveDraws, drawn_robot, navigated, scripted
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D, poses_of_wheels
 from diff_encoder_sim.drives.test_definition import TestDefinition
@@ -58,7 +58,7 @@ def test_draws_are_as_one_by_one(drive, encoder, errors):
 def test_causes_are_left_out():
     errors = errors_of(line(), robot_of(**ALL_ERRORS), None, 20, amounts={})
     np.testing.assert_allclose(errors, 0.0, atol=1e-9)
-    of_half = errors_of(line(), robot_of(left_radius_error=1e-4), None, 1, amounts={WheelCause.RADIUS: 0.5})
+    of_half = errors_of(line(), robot_of(left_radius_error=1e-4), None, 1, amounts={RADIUS: 0.5})
     assert of_half[0, 2] == pytest.approx(0.5 * LINE_M * 1e-4 / SEPARATION_M, rel=1e-3)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from diff_encoder_sim.advice import odometry_answer as module
 from diff_encoder_sim.advice.answers import MOST_BY_ONE_CAUSE, Kind, Requirement
-from diff_encoder_sim.advice.drive_draws import DriveDraws, WheelCause
+from diff_encoder_sim.advice.drive_draws import RADIUS, SLIP, DriveDraws
 from diff_encoder_sim.advice.odometry_answer import (
     EDGES,
     MISSED,
@@ -113,7 +113,7 @@ def test_the_encoder_is_not_the_limit():
     """A wheel that is 0.1 % larger is 125 mm off after 10 m; at half of the tolerance an encoder is found."""
     answer = answer_of(left_radius_error=0.001)
     (limit,) = answer.limits
-    assert (answer.kind, limit.cause) == (Kind.NOT_THE_LIMIT, WheelCause.RADIUS.value)
+    assert (answer.kind, limit.cause) == (Kind.NOT_THE_LIMIT, RADIUS)
     assert limit.error == pytest.approx(LENGTH_M**2 * 0.001 / (2.0 * SEPARATION_M), rel=0.01)
     assert limit.reduced_to == pytest.approx(MOST_BY_ONE_CAUSE * REQUIRED.position_m)
     half = answer_of(left_radius_error=0.001 * limit.reduced_to / limit.error)
@@ -134,7 +134,7 @@ def test_with_much_slip_the_encoders_own_errors_may_still_be_what_is_too_much():
     own = {'eccentricity': 0.4 * 0.05 * SEPARATION_M / (1.2816 * LENGTH_M * RADIUS_M)}
     answer = answer_of(own, REQUIRED._replace(yaw_rad=1.0), **shift)
     assert answer.kind is Kind.NOT_THE_LIMIT and answer.of_encoder
-    assert [limit.cause for limit in answer.limits] == [WheelCause.SLIP.value, EDGES]
+    assert [limit.cause for limit in answer.limits] == [SLIP, EDGES]
     assert str(answer).startswith("the encoder's counts are not the limit: ")
     assert answer.counts is not None
 
@@ -160,8 +160,8 @@ NOISE_M3 = 2.0 / 3.0 * LINE_M**3 / SEPARATION_M**2  # times a variance per metre
         (QUANTISATION, {}, {}, across_variance_m2(1 / 6)),
         (EDGES, {'edge_error': 0.3}, {}, across_variance_m2(2 * 0.3**2)),
         (MISSED, {'faults': {'missed': 0.01}}, {}, NOISE_M3 * m_per_pulse(PPR) * 0.01 * 0.99),
-        (WheelCause.SLIP.value, {}, {'slip_noise': 1e-6}, NOISE_M3 * 1e-6),
-        (WheelCause.RADIUS.value, {}, {'radius_spread': 1e-4}, 2 * (LINE_M**2 * 1e-4 / (2 * SEPARATION_M)) ** 2),
+        (SLIP, {}, {'slip_noise': 1e-6}, NOISE_M3 * 1e-6),
+        (RADIUS, {}, {'radius_spread': 1e-4}, 2 * (LINE_M**2 * 1e-4 / (2 * SEPARATION_M)) ** 2),
     ],
     ids=['quantisation', 'edges', 'missed', 'slip', 'radius'],
 )
