@@ -10,13 +10,12 @@ from pathlib import Path
 from typing import List
 
 import numpy as np
-from bench import parser, print_header, print_table, spreads
+from bench import minus, parser, print_header, print_table, spreads
 
 from diff_encoder_sim.analysis.quantities import QUANTITIES
 from diff_encoder_sim.analysis.results_loading import load_results
 from diff_encoder_sim.analysis.results_table import Results
 from diff_encoder_sim.base.deferred import pandas as pd
-from diff_encoder_sim.base.se2 import wrap_angles
 from diff_encoder_sim.trials.trials_csv import PARTS
 
 TOLERANCES = np.array([each.tolerance / each.scale for each in QUANTITIES])
@@ -63,14 +62,10 @@ def _errors(rows: pd.DataFrame, results: Results) -> np.ndarray:
     return errors[:, np.isfinite(errors).all(axis=(0, 2))]
 
 
-def _minus(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    return np.column_stack([(one - other)[:, :2], wrap_angles((one - other)[:, 2])])
-
-
 def _causes(errors: np.ndarray) -> List[str]:
     estimate, truth, _ = errors
     outside, stopping, localization = (
-        (np.abs(each) > TOLERANCES).any(axis=1) for each in (truth, estimate, _minus(truth, estimate))
+        (np.abs(each) > TOLERANCES).any(axis=1) for each in (truth, estimate, minus(truth, estimate))
     )
     counts = (outside & stopping, outside & localization, outside & ~stopping & ~localization)
     return [f'{outside.sum()}/{len(outside)}', *(str(each.sum()) for each in counts)]
@@ -78,7 +73,7 @@ def _causes(errors: np.ndarray) -> List[str]:
 
 def _spreads(errors: np.ndarray) -> List[str]:
     estimate, truth, odometry = errors
-    return [*spreads(estimate), *spreads(_minus(truth, estimate)), *spreads(_minus(odometry, truth))]
+    return [*spreads(estimate), *spreads(minus(truth, estimate)), *spreads(minus(odometry, truth))]
 
 
 if __name__ == '__main__':

@@ -9,10 +9,10 @@ import math
 from typing import Dict, List, NamedTuple, Tuple
 
 import numpy as np
-from bench import ROOT, parser, print_header, print_table
+from bench import ROOT, minus, parser, print_header, print_table
 
 from diff_encoder_sim.base.laser_scan import Scan
-from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angles
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.localization.amcl import Amcl
 from diff_encoder_sim.localization.amcl_params import AmclParams
@@ -112,15 +112,10 @@ def _cells(runs: np.ndarray, exact: np.ndarray, drive: Drive) -> List[str]:
     """Return the columns of (runs, updates, 2, 3) means and standard deviations."""
     settled = slice(len(drive) // 3, None)
     means, sigmas = np.moveaxis(runs[:, settled], 2, 0)
-    from_exact = _minus(means, exact[settled, 0])
-    from_truth = _minus(means, np.array([pose for pose, _ in drive[settled]]))
+    from_exact = minus(means, exact[settled, 0])
+    from_truth = minus(means, np.array([pose for pose, _ in drive[settled]]))
     nees = np.mean((from_truth / sigmas) ** 2)
     return [*_text(from_exact), *_text(from_truth), *_text(sigmas), f'{nees:.3f}']
-
-
-def _minus(poses: np.ndarray, others: np.ndarray) -> np.ndarray:
-    differences = poses - others
-    return np.concatenate([differences[..., :2], wrap_angles(differences[..., 2:])], axis=-1)
 
 
 def _text(values: np.ndarray) -> Tuple[str, str]:

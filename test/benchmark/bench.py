@@ -26,6 +26,7 @@ if importlib.util.find_spec('diff_encoder_sim') is None:
 from diff_encoder_sim.base.bounds import Between  # noqa: E402 (found by the lines above)
 from diff_encoder_sim.base.command_line import number_within  # noqa: E402
 from diff_encoder_sim.base.processes import cpu_model, git  # noqa: E402
+from diff_encoder_sim.base.se2 import wrap_angles  # noqa: E402
 from diff_encoder_sim.drives.test_definition import find_world, load_test  # noqa: E402
 from diff_encoder_sim.drives.trial_definition import Trial, TrialPlan  # noqa: E402
 
@@ -60,6 +61,13 @@ def print_table(rows: Sequence[Sequence[object]], heads: Sequence[str], names: i
     aligned = ['left'] * names + ['right'] * (len(heads) - names)
     texts = [[f'{cell:.4g}' if isinstance(cell, float) else str(cell) for cell in row] for row in rows]
     print(f'{tabulate(texts, heads, disable_numparse=True, colalign=aligned if rows else None)}\n', flush=True)
+
+
+def minus(poses: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Return the differences of (..., 3) poses x [m], y [m], yaw [rad], in the axes of both."""
+    differences = np.subtract(poses, others)
+    differences[..., 2] = wrap_angles(differences[..., 2])
+    return differences
 
 
 def spreads(errors: np.ndarray) -> List[str]:

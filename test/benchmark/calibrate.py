@@ -10,13 +10,12 @@ import os
 from typing import Any, Dict, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
-from bench import ALTO, CONFIG, ROOT, in_processes, parser, plan_of, print_header, print_table
+from bench import ALTO, CONFIG, ROOT, in_processes, minus, parser, plan_of, print_header, print_table
 from scipy import stats
 from scipy.optimize import minimize
 
 from diff_encoder_sim.analysis.paper.comparison import TRIALS, load_paper_cells
 from diff_encoder_sim.analysis.quantities import Y
-from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial
 from diff_encoder_sim.trials.robot_params import load_robot_config, override
@@ -61,11 +60,7 @@ def drive(job: Tuple[int, Dict[str, Any]]) -> Drive:
     reports = list(LockstepTrial(plan, ALTO, params).run())
     truth = np.array([report.true_pose_in_map for report in reports])
     end = trial.test.start.pose().compose(reports[-1].odometry.base_pose_in_odom)
-    return Drive(_minus(end, trial.goal()), *sensitivities(truth, trial.wheel_separation))
-
-
-def _minus(pose: Pose2D, goal: Pose2D) -> np.ndarray:
-    return np.array([pose.x_m - goal.x_m, pose.y_m - goal.y_m, wrap_angle(pose.yaw_rad - goal.yaw_rad)])
+    return Drive(minus(end, trial.goal()), *sensitivities(truth, trial.wheel_separation))
 
 
 def sensitivities(truth: np.ndarray, separation_m: float) -> Tuple[np.ndarray, np.ndarray]:

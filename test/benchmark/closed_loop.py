@@ -12,9 +12,9 @@ import os
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
-from bench import ALTO, CONFIG, in_processes, parser, plan_of, print_header, print_table, spreads
+from bench import ALTO, CONFIG, in_processes, minus, parser, plan_of, print_header, print_table, spreads
 
-from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.yaml_files import yaml_value
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial, Report
 from diff_encoder_sim.trials.robot_params import load_robot_config, override
@@ -119,8 +119,7 @@ def _nees(reports: List[Report]) -> List[float]:
     estimates = {report.estimate.stamp_ns: report.estimate for report in reports if report.estimate is not None}
     values = []
     for estimate in list(estimates.values())[:: max(1, len(estimates) // ESTIMATES_PER_TRIAL)]:
-        error = np.subtract(estimate.base_pose_in_map, truth[estimate.stamp_ns])  # in the map's axes
-        error[2] = wrap_angle(error[2])
+        error = minus(estimate.base_pose_in_map, truth[estimate.stamp_ns])  # in the map's axes
         values.append(float(error @ np.linalg.solve(estimate.covariance, error)) / 3.0)
     return values
 

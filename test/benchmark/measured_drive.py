@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 import time
 from pathlib import Path
-from typing import List, NamedTuple, Tuple
+from typing import NamedTuple
 
-from bench import ALTO, CONFIG, ROOT
+import numpy as np
+from bench import ALTO, CONFIG, ROOT, minus
 
-from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
+from diff_encoder_sim.base.drive import Drive
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.test_definition import TestDefinition, find_world, load_test
 from diff_encoder_sim.simulation.physics import PhysicsParams
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
@@ -23,14 +25,6 @@ REPORTS_PER_SECOND = 20
 TICKS_PER_REPORT = round(1.0 / (REPORTS_PER_SECOND * TICK_S))
 
 WINDOW_TICKS, WINDOWS = 50, 25  # half a second of simulated time, of which some have the caches to themselves
-
-
-class Row(NamedTuple):
-    """The robot at one report of its encoder."""
-
-    stamp_ns: int
-    angles_rad: Tuple[float, float]  # turned since the start, left and right
-    true_pose: Pose2D  # in the world
 
 
 class Comparison(NamedTuple):
@@ -55,33 +49,31 @@ def new_simulator(test: TestDefinition, physics: PhysicsParams, robot: Path = AL
     )
 
 
-def record_drive(simulator: Simulator, test: TestDefinition) -> List[Row]:
-    """Drive the test's script, then stand for a second; one row every 50 ms."""
-    script = ScriptedDrive(test)
-    start_angles_rad = simulator.joint_states().angles_rad
-    rows = [_row(simulator, start_angles_rad)]
-    for report in range(math.ceil((script.duration_s + SETTLING_S) * REPORTS_PER_SECOND)):
+def record_drive(simulator: Simulator, test: TestDefinition) -> Drive:
+    """Drive the test's script, then stand for a second; a sample every 50 ms, of angles since the start."""
+    script, stamps_ns, angles_rad, poses = ScriptedDrive(test), [], [], []
+    for report in range(math.ceil((script.duration_s + SETTLING_S) * REPORTS_PER_SECOND) + 1):
+        joints = simulator.joint_states()
+        stamps_ns.append(joints.stamp_ns)
+        angles_rad.append(joints.angles_rad)
+        poses.append(simulator.base_pose_in_world())
         simulator.command(*script.command_at(report / REPORTS_PER_SECOND, 1.0 / REPORTS_PER_SECOND))
         for _ in range(TICKS_PER_REPORT):
             simulator.tick()
-        rows.append(_row(simulator, start_angles_rad))
-    return rows
+    return Drive(np.array(stamps_ns), np.subtract(angles_rad, angles_rad[0]), np.array(poses))
 
 
-def compare(rows: List[Row]) -> Comparison:
+def compare(drive: Drive) -> Comparison:
     """Distances along the path and angles with whole turns counted."""
-    distance_m = turn_rad = 0.0
-    for before, after in zip(rows, rows[1:]):
-        step = after.true_pose.relative_to(before.true_pose)
-        distance_m += math.hypot(step.x_m, step.y_m)
-        turn_rad += wrap_angle(step.yaw_rad)
-    left_m, right_m = (WHEEL_RADIUS_M * angle_rad for angle_rad in rows[-1].angles_rad)
+    steps = minus(drive.true_poses[1:], drive.true_poses[:-1])
+    left_m, right_m = WHEEL_RADIUS_M * drive.wheel_angles_rad[-1]
+    start, end = (Pose2D(*pose) for pose in drive.true_poses[[0, -1]].tolist())
     return Comparison(
-        distance_m,
+        float(np.hypot(steps[:, 0], steps[:, 1]).sum()),
         0.5 * (left_m + right_m),
-        turn_rad,
+        float(steps[:, 2].sum()),
         (right_m - left_m) / WHEEL_SEPARATION_M,
-        rows[-1].true_pose.relative_to(rows[0].true_pose).y_m,
+        end.relative_to(start).y_m,
     )
 
 
@@ -100,9 +92,3 @@ def cruise_cost_us(simulator: Simulator, test: TestDefinition) -> float:
             simulator._physics._bullet.stepSimulation()
         costs_s.append(time.thread_time() - began_s)
     return min(costs_s) / WINDOW_TICKS * 1e6
-
-
-def _row(simulator: Simulator, start_angles_rad: Tuple[float, ...]) -> Row:
-    joints = simulator.joint_states()
-    left_rad, right_rad = (angle_rad - start_rad for angle_rad, start_rad in zip(joints.angles_rad, start_angles_rad))
-    return Row(joints.stamp_ns, (left_rad, right_rad), simulator.base_pose_in_world())

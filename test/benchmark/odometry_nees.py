@@ -11,13 +11,15 @@ import functools
 import itertools
 import math
 import os
-from typing import Iterator, List, NamedTuple, Sequence
+from typing import Iterator, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 from bench import ALTO, ROOT, in_processes, parser, plan_of, print_header, print_table
-from measured_drive import TICKS_PER_REPORT, Row
+from measured_drive import TICKS_PER_REPORT
 from quantisation import End, end_of_drive
 
+from diff_encoder_sim.base.drive import Drive
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.simulation.simulator import Simulator, WheelErrorParams
 from diff_encoder_sim.simulation.state import JointStates
@@ -53,12 +55,11 @@ class Ends(NamedTuple):
 
 
 class DriveRecorder(Publications):
-    """Keeps the wheels' angles at each report of the encoder with the truth at that time."""
+    """Keeps the wheels' angles since the start, in each tick, with the truth at that time."""
 
     def __init__(self) -> None:
         """Begin empty."""
-        self.rows: List[Row] = []
-        self._joints: List[JointStates] = []
+        self.samples: List[Tuple[int, Sequence[float], Pose2D]] = []
         self._simulator: Simulator
 
     def begin(self, trial: object, simulator: Simulator, robot_file: object) -> None:
@@ -66,11 +67,8 @@ class DriveRecorder(Publications):
         self._simulator = simulator
 
     def joint_states(self, joints: JointStates) -> None:
-        """Keep one in so many ticks."""
-        self._joints.append(joints)
-        if len(self._joints) % TICKS_PER_REPORT == 1:
-            left_rad, right_rad = np.subtract(joints.angles_rad, self._joints[0].angles_rad).tolist()
-            self.rows.append(Row(joints.stamp_ns, (left_rad, right_rad), self._simulator.base_pose_in_world()))
+        """Keep them."""
+        self.samples.append((joints.stamp_ns, joints.angles_rad, self._simulator.base_pose_in_world()))
 
 
 def main() -> None:
@@ -99,28 +97,29 @@ def main() -> None:
 def _ends_of_drive(campaign: str, seeds: int, case: Case) -> Ends:
     cell = load_campaign(campaign, ROOT, {'tests': [case.test], 'ppr': [case.ppr], 'trials': 1}).cells[0]
     params, errors = cell.robot_params, cell.robot_params.simulator.wheel_errors
-    rows = _navigated(case, params)
+    drive = _navigated(case, params)
     odometry = params.odometry.model_copy(update={'ppr': cell.encoder.ppr})
     exact = odometry.model_copy(update={'distance_std': 0.0, 'turn_std': 0.0, 'diameter_difference_std': 0.0})
     ends = Ends([], [], [], [])
     for number in range(seeds):
         seed = 10_000 * case.drive + number
-        way = int(generator(seed, 'benchmark_end').integers(len(rows) // 2, len(rows)))
-        at_end = functools.partial(end_of_drive, rows, case.ppr, seed)
-        ends.goal.append(at_end(errors, odometry, len(rows) - 1))
+        way = int(generator(seed, 'benchmark_end').integers(len(drive) // 2, len(drive)))
+        at_end = functools.partial(end_of_drive, drive, case.ppr, seed)
+        ends.goal.append(at_end(errors, odometry, len(drive) - 1))
         ends.way.append(at_end(errors, odometry, way))
-        ends.noise_alone.append(at_end(errors, exact, len(rows) - 1))
-        ends.robots.append(at_end(_drawn(errors, seed), odometry, len(rows) - 1))
+        ends.noise_alone.append(at_end(errors, exact, len(drive) - 1))
+        ends.robots.append(at_end(_drawn(errors, seed), odometry, len(drive) - 1))
     return ends
 
 
-def _navigated(case: Case, params: RobotParams) -> List[Row]:
+def _navigated(case: Case, params: RobotParams) -> Drive:
     """Drive the test with ideal wheels: where the robot goes hardly depends on its odometry."""
     ideal = params._replace(simulator=params.simulator.model_copy(update={'wheel_errors': WheelErrorParams()}))
     recorder = DriveRecorder()
     for _ in LockstepTrial(plan_of(case.test, case.ppr, case.drive), ALTO, ideal, recorder).run():
         pass
-    return recorder.rows
+    stamps_ns, angles_rad, poses = map(np.array, zip(*recorder.samples[::TICKS_PER_REPORT]))
+    return Drive(stamps_ns, angles_rad - angles_rad[0], poses)
 
 
 def _drawn(errors: WheelErrorParams, seed: int) -> WheelErrorParams:

@@ -1,8 +1,7 @@
 #!/usr/bin/env python3
 """Odometry errors over many seeds against the closed forms of an encoder's rounding.
 
-The simulator drives each test once; its wheel angles are then seen through ReportingEncoder and
-WheelOdometry from the wheel phases that the simulator draws for each seed. The straight drive is
+The simulator drives each test once; its wheel angles are then seen through the chain of encoder and odometry from the wheel phases that the simulator draws for each seed. The straight drive is
 judged at its goal, the turn at a random moment of its last round at full speed, since the closed
 form is the mean over angles that are no whole number of pulses. The heading of the straight drive has a
 closed form of its own, for the travel that the wheels end with. Errors are odometry minus truth.
@@ -18,20 +17,20 @@ from concurrent.futures import ProcessPoolExecutor
 from typing import Dict, List, NamedTuple, Tuple
 
 import numpy as np
-from bench import parser, print_header, print_table
-from measured_drive import WHEEL_RADIUS_M, WHEEL_SEPARATION_M, Row, compare, new_simulator, read_test, record_drive
+from bench import minus, parser, print_header, print_table
+from measured_drive import WHEEL_RADIUS_M, WHEEL_SEPARATION_M, compare, new_simulator, read_test, record_drive
 from scipy import stats
 
 from diff_encoder_sim.analysis.closed_form import heading_std_rad
-from diff_encoder_sim.base.se2 import wrap_angle
+from diff_encoder_sim.base.drive import Drive
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.simulation.physics import PhysicsParams
 from diff_encoder_sim.simulation.simulator import SlippingWheels, WheelErrorParams
-from diff_encoder_sim.wheels.odometry import WheelOdometry
+from diff_encoder_sim.wheels.chain import Chain
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
-JOINTS = ('left_wheel_joint', 'right_wheel_joint')
 PPRS = (40, 90, 1024, 4096)
 
 # Of a wheel, at the end of either drive: more than it takes to stop.
@@ -60,45 +59,41 @@ def main() -> None:
     _print_spread(cells, compare(drives['SL']).wheel_distance_m)
 
 
-def _record(name: str) -> List[Row]:
+def _record(name: str) -> Drive:
     test = read_test(name)
     simulator = new_simulator(test, PhysicsParams())
-    rows = record_drive(simulator, test)
+    drive = record_drive(simulator, test)
     simulator.close()
-    return rows
+    return drive
 
 
-def _run(rows: List[Row], ppr: float, seed: int) -> End:
+def _run(drive: Drive, ppr: float, seed: int) -> End:
     """Run one seed's drive through the real encoder and odometry, up to where it is evaluated."""
-    return end_of_drive(rows, ppr, seed, WheelErrorParams(), OdometryParams(ppr=ppr), _end_row(rows, seed))
+    return end_of_drive(drive, ppr, seed, WheelErrorParams(), OdometryParams(ppr=ppr), _end_row(drive, seed))
 
 
 def end_of_drive(
-    rows: List[Row], ppr: float, seed: int, errors: WheelErrorParams, params: OdometryParams, end: int
+    drive: Drive, ppr: float, seed: int, errors: WheelErrorParams, params: OdometryParams, end: int
 ) -> End:
     """Run ideal wheels' drive, turned by wheels with errors, through encoder and odometry, up to a row."""
     # The simulator's own draws: Simulator.reset.
     phases_rad = generator(seed, 'wheel_phase').uniform(0.0, 2.0 * math.pi, 2)
     wheels = SlippingWheels(errors, (WHEEL_RADIUS_M, WHEEL_RADIUS_M), generator(seed, 'wheel_slip'))
     of_rolled = 1.0 / (1.0 + np.array([errors.left_radius_error, errors.right_radius_error]))
-    encoder, odometry = ReportingEncoder(EncoderParams(ppr=ppr)), WheelOdometry(params)
-    estimate = None
-    for row in rows[: end + 1]:
-        turned_rad = phases_rad + of_rolled * wheels.turned(row.angles_rad)
-        (sample,) = encoder.update(row.stamp_ns, JOINTS, turned_rad.tolist())
-        estimate = odometry.update(*sample)
-    pose, truth = estimate.base_pose_in_odom, rows[end].true_pose.relative_to(rows[0].true_pose)
-    error = np.array([pose.x_m - truth.x_m, pose.y_m - truth.y_m, wrap_angle(pose.yaw_rad - truth.yaw_rad)])
-    return End(error, estimate.of_pose.matrix())
+    turned_rad = np.array([wheels.turned(tuple(pair)) for pair in drive.wheel_angles_rad[: end + 1].tolist()])
+    seen = Drive(drive.stamps_ns[: end + 1], phases_rad + of_rolled * turned_rad)
+    estimate = Chain(EncoderParams(ppr=ppr), params).run(seen).estimates()[-1]
+    start, truth = (Pose2D(*drive.true_poses[row].tolist()) for row in (0, end))
+    return End(minus(estimate.base_pose_in_odom, truth.relative_to(start)), estimate.of_pose.matrix())
 
 
-def _end_row(rows: List[Row], seed: int) -> int:
+def _end_row(drive: Drive, seed: int) -> int:
     """The last of a straight drive; of a turn any at top speed in the last round before the robot brakes."""
-    left_m, right_m = (WHEEL_RADIUS_M * angle_rad for angle_rad in rows[-1].angles_rad)
-    if left_m * right_m > 0:
-        return len(rows) - 1
-    to_go_m = [right_m - WHEEL_RADIUS_M * row.angles_rad[1] - BRAKING_M for row in rows]
-    candidates = [index for index, left in enumerate(to_go_m) if 0.0 < left <= math.pi * WHEEL_SEPARATION_M]
+    left_m, right_m = WHEEL_RADIUS_M * drive.wheel_angles_rad.T
+    if left_m[-1] * right_m[-1] > 0:
+        return len(drive) - 1
+    to_go_m = right_m[-1] - right_m - BRAKING_M
+    candidates = np.flatnonzero((to_go_m > 0.0) & (to_go_m <= math.pi * WHEEL_SEPARATION_M))
     return int(generator(seed, 'benchmark_end').choice(candidates))
 
 

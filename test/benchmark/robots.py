@@ -15,24 +15,24 @@ from pathlib import Path
 from typing import Iterator, List, Tuple
 
 import numpy as np
-from bench import CONFIG, ROOT, parser, print_header, print_table
+from bench import CONFIG, ROOT, minus, parser, print_header, print_table
 
-from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
+from diff_encoder_sim.base.drive import Drive
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.robots.simulated_robot import SimulatedRobot, load_simulated_robot
 from diff_encoder_sim.simulation.self_check import FlatFloor
 from diff_encoder_sim.simulation.simulator import DriveController, SimulatorParams
 from diff_encoder_sim.simulation.state import TICK_NS, TICK_S
 from diff_encoder_sim.trials.robot_params import RobotConfig, load_robot, load_robot_config, override
-from diff_encoder_sim.wheels.odometry import WheelOdometry
+from diff_encoder_sim.wheels.chain import Chain
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 from generated_robots import RECIPES, urdf_of
 
 SPEEDS_MPS = (0.1, 0.3, 1.0)
 PPR = 4096
 SL_M, SL_MPS = 20.0, 0.45
 SMT_RAD, SMT_RADPS = 10 * math.pi, 1.0
-JOINTS = ('left', 'right')
 TICKS_PER_REPORT = 5  # 20 Hz
 
 HEADERS = [
@@ -141,20 +141,12 @@ def _axle_pose(floor: FlatFloor, robot: SimulatedRobot) -> Pose2D:
 
 def _errors(robot: SimulatedRobot, angles_rad: np.ndarray, end: Pose2D, phases: int) -> np.ndarray:
     """Odometry minus truth at the end, (phases, 3): along, across, yaw."""
-    wheels = {
-        'wheel_diameter': robot.description.wheel_diameter_m,
-        'wheel_separation': robot.description.wheel_separation_m,
-    }
-    rng, rows = np.random.default_rng(0), []
-    for _ in range(phases):
-        encoder = ReportingEncoder(EncoderParams(ppr=PPR, left_joint=JOINTS[0], right_joint=JOINTS[1]))
-        odometry, pose = WheelOdometry(OdometryParams(ppr=PPR, **wheels)), IDENTITY
-        turned_rad = angles_rad + rng.uniform(0.0, 2.0 * math.pi, 2)
-        for tick in range(0, len(turned_rad), TICKS_PER_REPORT):
-            for sample in encoder.update(tick * TICK_NS, JOINTS, turned_rad[tick].tolist()):
-                pose = odometry.update(*sample).base_pose_in_odom
-        rows.append((pose.x_m - end.x_m, pose.y_m - end.y_m, wrap_angle(pose.yaw_rad - end.yaw_rad)))
-    return np.array(rows)
+    description = robot.description
+    wheels = {'wheel_diameter': description.wheel_diameter_m, 'wheel_separation': description.wheel_separation_m}
+    chain = Chain(EncoderParams(ppr=PPR), OdometryParams(ppr=PPR, **wheels), phases)
+    drive = Drive(np.arange(len(angles_rad))[::TICKS_PER_REPORT] * TICK_NS, angles_rad[::TICKS_PER_REPORT])
+    run = chain.run(drive, np.random.default_rng(0).uniform(0.0, 2.0 * math.pi, (phases, 2)))
+    return minus(run.final_poses, end)
 
 
 if __name__ == '__main__':
