@@ -30,7 +30,6 @@ Along and across: of the heading at the goal."""
 
 
 def main() -> None:
-    """Print the tables of each folder."""
     made = parser(__doc__)
     made.add_argument('results', nargs='+', type=Path, help='results folders of campaigns')
     print_header('final poses of campaigns')

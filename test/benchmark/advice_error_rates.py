@@ -57,7 +57,6 @@ def curves(share: float) -> Dict[str, np.ndarray]:
 
 
 def main() -> None:
-    """Print a row for each curve, in one or both tests, from each guess."""
     made = parser(__doc__, searches=600)
     made.add_argument('--correlations', type=float, nargs='+', default=[0.0, 0.5, 0.9], help='taken in turn')
     made.add_argument('--guesses', type=int, nargs='+', default=[0, -5], help='steps off the right rank')
@@ -81,7 +80,6 @@ def main() -> None:
 def _rates(
     chances: np.ndarray, in_both: bool, off: int, asked: Asked, options: argparse.Namespace
 ) -> Tuple[Optional[float], ...]:
-    """Search many times, and return the columns of a row after its name."""
     chances = np.clip(chances, 0.001, ALWAYS)
     sufficient = np.nonzero(chances >= asked.share)[0]
     lowest = int(sufficient[0]) if len(sufficient) else None

@@ -40,8 +40,6 @@ AIMS = {'meets the share': 0.95, 'within one step of the smallest that does': 0.
 
 
 class Judged(NamedTuple):
-    """A robot, what was advised, and the truth."""
-
     number: int
     text: str
     share: float
@@ -53,29 +51,24 @@ class Judged(NamedTuple):
 
     @property
     def smallest(self) -> Optional[int]:
-        """Return the rank of the smallest candidate that meets the share."""
         enough = np.flatnonzero(self.truth >= self.share)
         return int(enough[0]) if len(enough) else None
 
     @property
     def meets(self) -> bool:
-        """Return whether the recommended candidate meets the share."""
         return self.rank is not None and self.truth[self.rank] >= self.share
 
     @property
     def steps(self) -> float:
-        """Return how many steps the recommended candidate is above the smallest."""
         return math.inf if self.rank is None or self.smallest is None else self.rank - self.smallest
 
     @property
     def kind(self) -> str:
-        """Return the kind of the answer."""
         is_finer = self.answer.kind is Kind.FROM and self.rank is None
         return 'FROM more than the finest candidate has' if is_finer else self.answer.kind.name
 
     @property
     def is_right(self) -> bool:
-        """Return whether the answer holds."""
         if self.answer.kind is Kind.FROM:
             return self.meets if self.rank is not None else self.smallest in (None, len(self.truth) - 1)
         if self.answer.kind is Kind.NOT_THE_LIMIT:
@@ -84,7 +77,6 @@ class Judged(NamedTuple):
 
 
 def main() -> None:
-    """Print the tables."""
     arguments = parser(__doc__, robots=200, first=1, workers=2).parse_args()
     print_header(f'Advice for {arguments.robots} synthetic robots against the truth')
     sweep = yaml.safe_load((CONFIG / 'campaigns' / 'sweep.yaml').read_text(encoding='utf-8'))
@@ -131,7 +123,6 @@ def _judged(counts: Sequence[float], folder: Path, number: int) -> Judged:
 
 
 def _advised(synthetic: SyntheticRobot, encoders: Sequence[EncoderParams], number: int) -> Tuple[Answer, Optional[int]]:
-    """Return the answer, and the rank of the recommended candidate."""
     draws = DriveDraws(synthetic.drive, synthetic.robot, number)
     curves = OdometryCurves([draws], synthetic.encoder)
     answer = odometry_answer(curves, synthetic.requirement)

@@ -48,7 +48,6 @@ PLACES = {
 
 
 def main() -> None:
-    """Print the table."""
     arguments = parser(__doc__, updates=45, seeds=20, particles=3000).parse_args()
     print_header(f'AMCL against the exact filter, {arguments.updates} updates, the first third left out')
     rows = []
@@ -102,7 +101,6 @@ def _exact(params: AmclParams, grid: OccupancyGrid, drive: Drive) -> np.ndarray:
 
 
 def _amcl(params: AmclParams, grid: OccupancyGrid, drive: Drive, seed: int) -> np.ndarray:
-    """Return the same of AMCL."""
     amcl = Amcl(params, grid, np.random.default_rng(seed))
     estimates = [amcl.update(pose, scan, IDENTITY) for pose, scan in drive]
     return np.array([(each.base_pose_in_map, np.sqrt(np.diag(each.covariance))) for each in estimates])

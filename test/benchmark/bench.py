@@ -47,7 +47,6 @@ def parser(doc: Optional[str], has_ratios: bool = False, **counts: Any) -> argpa
 
 
 def print_header(title: str) -> None:
-    """Print title, machine, python and commit."""
     host = f'{cpu_model()}, {os.cpu_count()} cores, {platform.system()} {platform.release()}'
     commit = git(ROOT, 'rev-parse', '--short', 'HEAD') or 'not a git checkout'
     changed = ' with changes' if git(ROOT, 'status', '--porcelain', 'src', 'urdf') else ''
@@ -124,11 +123,9 @@ def plan_of(test: str, ppr: float, number: int, nav: str = 'embedded', bag: str 
 
 
 def in_processes(work: Callable[[Any], Any], jobs: Sequence[Any], workers: int) -> List[Any]:
-    """Return the result of each job."""
     with multiprocessing.Pool(workers) as pool:
         return pool.map(work, jobs, chunksize=1)
 
 
 def package_environment() -> dict:
-    """Return the environment of commands of this checkout."""
     return {**os.environ, 'PYTHONPATH': os.pathsep.join(filter(None, [*sys.path[1:]]))}

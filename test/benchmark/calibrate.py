@@ -32,8 +32,6 @@ RESOLUTION = {'min': 1e-3, 'max': 1e-3, 'std': 1e-3, 'pct_within': 100.0 / TRIAL
 
 
 class WheelErrors(NamedTuple):
-    """What is fitted."""
-
     slip_noise: float  # [m^2/m]
     radius_difference: float  # right minus left, relative
 
@@ -53,7 +51,6 @@ class Drive(NamedTuple):
 
 
 def drive(job: Tuple[int, Dict[str, Any]]) -> Drive:
-    """Run one trial of (seed, overrides)."""
     seed, overrides = job
     plan = plan_of(TEST, PPR, seed)
     trial, params = plan.trial, override(load_robot_config(CONFIG), overrides)
@@ -123,7 +120,6 @@ class Fit:
         return total
 
     def search(self) -> np.ndarray:
-        """The vector of the least misfit."""
         options = {'initial_simplex': SIMPLEX}
         return minimize(lambda at: self.misfit(from_vector(at)), SIMPLEX[0], method='Nelder-Mead', options=options).x
 
@@ -138,7 +134,6 @@ class Fit:
 
 
 def from_vector(vector: Sequence[float]) -> WheelErrors:
-    """What the search varies, as wheel errors."""
     return WheelErrors(float(10.0 ** vector[0]), float(vector[1] * 1e-4))
 
 
@@ -152,12 +147,10 @@ def statistic(values: np.ndarray, cell: Any) -> np.ndarray:
 
 
 def run_trials(trials: int, workers: int, overrides: Dict[str, Any]) -> List[Drive]:
-    """Run trials with some parameters changed."""
     return in_processes(drive, [(seed, overrides) for seed in range(1, trials + 1)], workers)
 
 
 def main() -> None:
-    """Drive, fit, drive with the result, and print."""
     arguments = parser(__doc__, trials=30, workers=os.cpu_count()).parse_args()
     print_header(f'Wheel errors fitted to {QUANTITY.axis} of {SOURCE}, {TEST}, {PPR} PPR: {arguments.trials} trials')
     settings = load_campaign('paper', ROOT).params.overrides

@@ -29,8 +29,6 @@ MOST_OF_SEVERAL = 1.0 / 0.95  # 2 workers are to be 1.9 times as fast as 1
 
 
 class Run(NamedTuple):
-    """One campaign."""
-
     wall_s: float
     processor_s: float  # of the client and its workers
     simulated_s: float
@@ -39,7 +37,6 @@ class Run(NamedTuple):
 
 
 def main() -> None:
-    """Print the tables."""
     made = parser(__doc__, has_ratios=True, trials=2, repeats=2)
     made.add_argument('--config', default='paper')
     made.add_argument('--workers', type=COUNT, nargs='+', default=[1, 2])

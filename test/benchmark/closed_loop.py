@@ -43,8 +43,6 @@ VARIANTS: Dict[str, Dict[str, Dict[str, object]]] = {
 
 
 class Job(NamedTuple):
-    """One trial."""
-
     test: str
     ppr: float
     variant: str
@@ -53,8 +51,6 @@ class Job(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """Outcome of a trial."""
-
     failure: str  # '' if it reached its goal
     duration_s: float
     distance_m: float
@@ -66,7 +62,6 @@ class Drive(NamedTuple):
 
 
 def main() -> None:
-    """Run the trials and print the tables."""
     made = parser(__doc__, trials=30, first=1, workers=os.cpu_count())
     made.add_argument('--tests', nargs='+', default=['SL', 'SMT', 'DLD'])
     made.add_argument('--ppr', nargs='+', type=float, default=[40.0, 90.0, 1024.0, 4096.0])

@@ -60,7 +60,6 @@ MEASURES = {'y': 'sd of y [mm]', 'yaw': 'sd of yaw [mrad]', 'short': 'short by, 
 
 
 def main() -> None:
-    """Print the tables."""
     arguments = parser(__doc__, seeds=400).parse_args()
     print_header(f'Errors of encoders, {LENGTH_M:g} m straight, {arguments.seeds} seeds')
     rows, inside = [], []

@@ -52,13 +52,11 @@ class Cost(NamedTuple):
 
 
 def likelihood_field(side_m: int, folder: Path) -> Work:
-    """Give AMCL a map."""
     amcl, grid = Amcl(AmclParams(), _grid(5), np.random.default_rng(0)), _grid(side_m)
     return lambda: amcl.set_map(grid)
 
 
 def global_plan(side_m: int, folder: Path) -> Work:
-    """Plan from one corner of a map to the other."""
     planner, corner_m = GlobalPlanner(NavfnParams(), Costmap(CostmapParams(), _grid(side_m))), 0.5 * side_m - 1.0
     return lambda: planner.make_plan(Pose2D(-corner_m, -corner_m, 0.0), Pose2D(corner_m, corner_m, 0.0))
 
@@ -73,7 +71,6 @@ def scripted_trial(length_m: int, folder: Path) -> Work:
 
 
 def resuming(trials: int, folder: Path) -> Work:
-    """Open the results folder of a finished campaign."""
     campaign = _make_results(folder / 'results', math.ceil(trials / 12))
     return lambda: ResultStore(folder / 'results', campaign, {}).finish()
 
@@ -110,7 +107,6 @@ GROWTHS: Dict[str, tuple] = {  # title: work, sizes, power of the size that the 
 
 
 def main() -> None:
-    """Print a table for each kind of work."""
     made = bench.parser(__doc__, has_ratios=True, repeats=2)
     made.add_argument('--only', choices=list(GROWTHS), help='one of the tables')
     arguments = made.parse_args()

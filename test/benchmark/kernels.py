@@ -30,7 +30,6 @@ NEAR_A_PILLAR, START, GOAL = Pose2D(-1.9, -0.935, 0.0), Pose2D(-10.0, 0.0, 0.0),
 
 
 def main() -> None:
-    """Print the table."""
     arguments = parser(__doc__, has_ratios=True, repeats=30).parse_args()
     print_header(f'Hot loops: best of {arguments.repeats} rounds')
     rounds_ms = {name: _rounds_ms(work, arguments.repeats) for name, work in _works().items()}

@@ -33,7 +33,6 @@ MODES = {'full': 1.6, 'minimal': 1.4, 'none': None}
 
 
 def main() -> None:
-    """Print the tables."""
     made = parser(__doc__, has_ratios=True, ppr=90, trial=1, repeats=5)
     made.add_argument('--test', default='DLD')
     arguments = made.parse_args()

@@ -43,7 +43,6 @@ def read_test(name: str) -> TestDefinition:
 
 
 def new_simulator(test: TestDefinition, physics: PhysicsParams, robot: Path = ALTO) -> Simulator:
-    """The test's world with the robot at its start."""
     return Simulator(
         find_world(test.world, ROOT / 'worlds'), robot, SimulatorParams(physics=physics), test.start.pose(), seed=0
     )

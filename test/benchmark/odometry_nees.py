@@ -38,16 +38,12 @@ is drawn for each seed, normal, with the campaign's as its standard deviation.""
 
 
 class Case(NamedTuple):
-    """One encoder of a robot on one drive."""
-
     test: str
     ppr: float
     drive: int
 
 
 class Ends(NamedTuple):
-    """What one drive's seeds end with."""
-
     goal: List[End]
     way: List[End]
     noise_alone: List[End]
@@ -58,21 +54,17 @@ class DriveRecorder(Publications):
     """Keeps the wheels' angles since the start, in each tick, with the truth at that time."""
 
     def __init__(self) -> None:
-        """Begin empty."""
         self.samples: List[Tuple[int, Sequence[float], Pose2D]] = []
         self._simulator: Simulator
 
     def begin(self, trial: object, simulator: Simulator, robot_file: object) -> None:
-        """Take the simulator, whose true pose belongs to each joint state."""
         self._simulator = simulator
 
     def joint_states(self, joints: JointStates) -> None:
-        """Keep them."""
         self.samples.append((joints.stamp_ns, joints.angles_rad, self._simulator.base_pose_in_world()))
 
 
 def main() -> None:
-    """Print the table."""
     made = parser(__doc__, drives=6, seeds=25, workers=os.cpu_count())
     made.add_argument('--campaign', default='paper')
     made.add_argument('--tests', nargs='+', default=['SL', 'SMT', 'DLD'])

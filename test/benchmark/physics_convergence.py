@@ -44,7 +44,6 @@ HEADERS = [
 
 
 def main() -> None:
-    """Print the study's table."""
     made = parser(__doc__)
     made.add_argument('--contacts', nargs='+', choices=('sphere', 'cylinder'), default=['sphere', 'cylinder'])
     made.add_argument('--rates', nargs='+', type=COUNT, default=STEP_RATES_HZ, help='physics steps per second')

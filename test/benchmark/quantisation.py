@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Odometry errors over many seeds against the closed forms of an encoder's rounding.
+"""Odometry errors over many seeds against the closed forms of an encoder's rounding, odometry minus truth.
 
-The simulator drives each test once; its wheel angles are then seen through the chain of encoder and odometry from the wheel phases that the simulator draws for each seed. The straight drive is
-judged at its goal, the turn at a random moment of its last round at full speed, since the closed
-form is the mean over angles that are no whole number of pulses. The heading of the straight drive has a
-closed form of its own, for the travel that the wheels end with. Errors are odometry minus truth.
+The simulator drives each test once; its wheel angles are then seen through encoder and odometry from the wheel phases
+that the simulator draws for each seed. The straight drive is judged at its goal, the turn at a random moment of its
+last round at full speed, since the closed form is the mean over angles that are no whole number of pulses. The heading
+of the straight drive has a closed form of its own, for the travel that the wheels end with.
 """
 
 from __future__ import annotations
@@ -47,7 +47,6 @@ class End(NamedTuple):
 
 
 def main() -> None:
-    """Record both drives once, then print the table."""
     arguments = parser(__doc__, seeds=200).parse_args()
     print_header(f'Odometry errors over {arguments.seeds} seeds against closed forms')
     drives = {name: _record(name) for name in ('SL', 'SMT')}

@@ -44,14 +44,11 @@ FULL = {
 
 
 class Run(NamedTuple):
-    """One run of the command."""
-
     processor_s: float
     peak_mib: float
 
 
 def main() -> None:
-    """Print the table."""
     made = parser(__doc__, repeats=2)
     made.add_argument('--hours', type=float, nargs='+', default=[0.1, 0.5], help='lengths of the drives')
     options = made.parse_args()

@@ -50,7 +50,6 @@ HEADERS = [
 
 
 def main() -> None:
-    """Print the table."""
     made = parser(__doc__, phases=100)
     made.add_argument('--robots', nargs='+', default=[], metavar='NAME', help='only these (default: all)')
     arguments = made.parse_args()
@@ -70,7 +69,6 @@ def main() -> None:
 
 
 def _robots(folder: Path) -> Iterator[Tuple[str, SimulatedRobot, SimulatorParams]]:
-    """The shipped robots, then the generated ones."""
     config = load_robot_config(CONFIG)
     for path in sorted((CONFIG / 'robots').glob('*.yaml')):
         yield (path.stem, *_loaded(str(path), config))

@@ -19,7 +19,6 @@ Job = Tuple[str, str, int, int]  # world, tour, seed, particles
 
 
 def main() -> None:
-    """Print each map, and the worst and the median of each tour."""
     options = parser(__doc__, seeds=20, particles=30, workers=2).parse_args()
     print_header(f'Grid SLAM, {options.seeds} seeds, {options.particles} particles')
     tours = [(world, name) for world in ('hallway', 'ros_logo') for name in ('shipped', 'other')]

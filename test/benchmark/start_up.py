@@ -21,7 +21,6 @@ LOOK_EVERY_S = 0.02
 
 
 def main() -> None:
-    """Print the table."""
     arguments = parser(__doc__, has_ratios=True, repeats=7, campaigns=3).parse_args()
     print_header('Start-up, wall time')
     ratios = _until_help(arguments.repeats) + _until_first_trial(arguments.campaigns)

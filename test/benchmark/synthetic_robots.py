@@ -58,7 +58,6 @@ def _between(rng, low, high):
 
 
 def _wheel_errors(rng):
-    """Each there or not."""
     drawn = {
         'left_radius_error': rng.normal(0.0, 3e-4),
         'right_radius_error': rng.normal(0.0, 3e-4),

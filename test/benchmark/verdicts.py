@@ -30,7 +30,6 @@ SHAPES: Dict[str, Callable[[np.random.Generator], np.ndarray]] = {
 
 
 def main() -> None:
-    """Print a row for each shape."""
     families = parser(__doc__, families=400).parse_args().families
     print_header(f'False alarms of {families} families of {len(STATISTICS) * CELLS} cells of equal robots [%]')
     rows = []
