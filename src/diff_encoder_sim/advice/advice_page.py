@@ -6,7 +6,7 @@ The charts show success rates and errors over the counts, and the error budgets 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Dict, Iterator, List
+from typing import Any, Dict, List
 
 import altair as alt
 import numpy as np
@@ -53,25 +53,21 @@ def write_page(advice: Advice, path: Path) -> None:
     """
     with debug_mode(False):  # validation in Altair takes longer than the drawing
         charts = advice_charts(advice)
+    scope = [
+        f'{curve.test}: at least {min(map(len, curve.errors.values()))} samples of one drive with '
+        f'{curve.draws.drive.wheel_way_m:.3g} m per wheel'
+        for curve in advice.curves.curves
+    ]
+    trials = sum(tried.within[Criterion.TRUTH].trials for tried in advice.tried)
     page = chart_page.load_template('advice.html', Path(__file__).parent, chart_page.STYLE).render(
         advice=advice,
-        scope='; '.join(_scope(advice)) + '.',
+        scope='; '.join([*scope, *([f'{trials} closed-loop trials'] if trials else [])]) + '.',
         closed_form=closed_form_text(advice),
         own_encoder=own_encoder_text(advice),
         charts=charts,
         tables=list(advice_tables(advice)),
     )
     write_file(path, page.encode('utf-8'))
-
-
-def _scope(advice: Advice) -> Iterator[str]:
-    """Yield the number of draws and trials behind the answers."""
-    for curve in advice.curves.curves:
-        draws, way_m = min(map(len, curve.errors.values())), curve.draws.drive.wheel_way_m
-        yield f'{curve.test}: at least {draws} samples of one drive with {way_m:.3g} m per wheel'
-    trials = sum(tried.within[Criterion.TRUTH].trials for tried in advice.tried)
-    if trials:
-        yield f'{trials} closed-loop trials'
 
 
 def advice_charts(advice: Advice) -> Markup:

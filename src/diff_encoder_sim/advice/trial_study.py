@@ -39,16 +39,13 @@ FEWEST_FOR_BUDGET = 8
 # Odometry of closed-loop trials is compared with this number of sampled drives; chance of a false alarm.
 DRAWS, FALSE_ALARM = 2000, 0.01
 
-_WHEELS, _ENCODER, _FAULTS = 'simulator.wheel_errors', 'config.encoder', 'config.encoder.faults'
 # The keys of each cause.
-_CAUSES: Mapping[str, Sequence[str]] = {
-    RADIUS: [f'{_WHEELS}.{key}' for key in ('left_radius_error', 'right_radius_error', 'radius_spread')],
-    SEPARATION: [f'{_WHEELS}.wheel_separation_{kind}' for kind in ('error', 'spread')],
-    SLIP: [f'{_WHEELS}.{key}' for key in ('left_slip', 'right_slip', 'slip_noise')],
-    EDGES: [f'{_ENCODER}.{key}' for key in (*SENSOR_ERRORS, *UNEVEN_LINES)],
-    MISSED: [
-        f'{_FAULTS}.{key}' for key in ('missed', 'extra', 'max_count_rate', 'dead_channel', 'restart_at', 'wiring')
-    ],
+_CAUSES: Mapping[str, Tuple[str, Sequence[str]]] = {
+    RADIUS: ('simulator.wheel_errors', ('left_radius_error', 'right_radius_error', 'radius_spread')),
+    SEPARATION: ('simulator.wheel_errors', ('wheel_separation_error', 'wheel_separation_spread')),
+    SLIP: ('simulator.wheel_errors', ('left_slip', 'right_slip', 'slip_noise')),
+    EDGES: ('config.encoder', (*SENSOR_ERRORS, *UNEVEN_LINES)),
+    MISSED: ('config.encoder.faults', ('missed', 'extra', 'max_count_rate', 'dead_channel', 'restart_at', 'wiring')),
 }
 
 
@@ -62,11 +59,11 @@ def switched_off(robots: Sequence[RobotParams]) -> Dict[str, Dict[str, Any]]:
     """
     sound = _values(WheelErrorParams(), IDEAL_ENCODER)
     values = [_values(robot.simulator.wheel_errors, robot.encoder.encoder) for robot in robots]
-    without = {
-        f'{WITHOUT}{cause}': {key: sound[key] for key in keys}
-        for cause, keys in _CAUSES.items()
-        if any(of_robot[key] != sound[key] for of_robot in values for key in keys)
-    }
+    without = {}
+    for cause, (parent, names) in _CAUSES.items():
+        keys = [f'{parent}.{name}' for name in names]
+        if any(of_robot[key] != sound[key] for of_robot in values for key in keys):
+            without[f'{WITHOUT}{cause}'] = {key: sound[key] for key in keys}
     every = {key: value for each in without.values() for key, value in each.items()}
     return {AS_IT_IS: {}, **without, WITHOUT_ALL: every} if without else {}
 
@@ -214,21 +211,17 @@ def _limited(criterion: Criterion, run: _Runs, requirement: Requirement) -> Answ
         return bool(min(fractions) >= requirement.share)
 
     sufficient = list(itertools.takewhile(suffices_with_less, reversed(run.ranks))) if found else []
-    enough = run.candidates[sufficient[-1]] if sufficient else None
     texts = [
         f'{len(trials.succeeded) - trials.succeeded.sum()} of {len(trials.succeeded)} trials of {test} do not come to '
         f'the goal ({trials.failure})'
         for test, trials in finest.items()
         if (~trials.succeeded).mean() > MOST_BY_ONE_CAUSE * (1.0 - requirement.share)
     ]
-    return Answer(
-        criterion,
-        Kind.NOT_THE_LIMIT,
-        enough and enough.counts,
-        encoder=enough.label if enough else '',
-        limits=found,
-        given_up=' and '.join(texts),
-    )
+    answer = Answer(criterion, Kind.NOT_THE_LIMIT, limits=found, given_up=' and '.join(texts))
+    if sufficient:
+        enough = run.candidates[sufficient[-1]]
+        return answer._replace(counts=enough.counts, encoder=enough.label)
+    return answer
 
 
 def _disagreement(run: _Runs, advice: Advice) -> str:
