@@ -55,7 +55,8 @@ def main() -> None:
     for workers in options.workers:
         runs, name = [each[workers] for each in rounds], f'workers: {workers}'
         bare = [run.processor_s / run.simulated_s / run.bare_s for run in runs]
-        growth = [max(run.memory_mb[-len(run.memory_mb) // 10 :]) / _early(run.memory_mb) for run in runs]
+        tenths = [max(1, len(run.memory_mb) // 10) for run in runs]
+        growth = [max(run.memory_mb[-tenth:]) / run.memory_mb[tenth] for run, tenth in zip(runs, tenths)]
         memory = [max(run.memory_mb) / MOST_MB for run in runs]
         limit = MOST_OF_BARE if options.trials >= PAPERS_TRIALS else None
         ratios.append(Ratio(f'processor time, {name}', BARE, bare, limit))
@@ -65,10 +66,6 @@ def main() -> None:
             times = [workers * each[workers].wall_s / each[1].wall_s for each in rounds]
             ratios.append(Ratio(f'wall time x workers, {name}', '1 worker', times, MOST_OF_SEVERAL))
     report_ratios(options, ratios)
-
-
-def _early(memory_mb: List[float]) -> float:
-    return memory_mb[max(1, len(memory_mb) // 10)]
 
 
 def _bare_s() -> float:

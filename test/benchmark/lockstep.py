@@ -11,7 +11,7 @@ import tempfile
 import time
 import unittest.mock
 from pathlib import Path
-from typing import Dict, Sequence
+from typing import Dict
 from xml.etree import ElementTree
 
 from bench import ALTO, CONFIG, Ratio, parser, plan_of, print_header, print_table, report_ratios
@@ -43,7 +43,9 @@ def main() -> None:
         params = load_robot_params(CONFIG)
         duration_s = run_trial(plan, ALTO, params, 'full').duration_s  # compiles, fills caches
         rounds = [_round(plan, params, duration_s) for _ in range(arguments.repeats)]
-        _print_costs(duration_s, rounds)
+        costs_s = {name: statistics.median(costs[name] for costs in rounds) for name in (*MODES, BARE)}
+        rows = [[name, f'{cost_s:.2f}', f'{duration_s / cost_s:.0f}'] for name, cost_s in costs_s.items()]
+        print_table(rows, [f'{duration_s:.1f} s simulated', 'processor [s]', 'times real time'])
         ratios = [
             Ratio(f'{plan.trial.test.name}, record {mode}', BARE, [costs[mode] / costs[BARE] for costs in rounds], most)
             for mode, most in MODES.items()
@@ -85,15 +87,6 @@ def bare_stepping_s(plan: TrialPlan, params: RobotParams, duration_s: float) -> 
         return time.process_time() - begin_s
     finally:
         simulator.close()
-
-
-def _print_costs(duration_s: float, rounds: Sequence[Dict[str, float]]) -> None:
-    rows = []
-    for name in (*MODES, BARE):
-        cost_s = statistics.median(costs[name] for costs in rounds)
-        rows.append([name, f'{cost_s:.2f}', f'{duration_s / cost_s:.0f}'])
-    heads = [f'{duration_s:.1f} s simulated', 'processor [s]', 'times real time']
-    print_table(rows, heads)
 
 
 if __name__ == '__main__':

@@ -37,6 +37,7 @@ PPRS = (40, 90, 1024, 4096)
 BRAKING_M = 0.2
 
 Z_99 = stats.norm.ppf(0.995)
+YES = {True: 'yes', False: 'NO'}
 
 
 class End(NamedTuple):
@@ -49,26 +50,19 @@ class End(NamedTuple):
 def main() -> None:
     arguments = parser(__doc__, seeds=200).parse_args()
     print_header(f'Odometry errors over {arguments.seeds} seeds against closed forms')
-    drives = {name: _record(name) for name in ('SL', 'SMT')}
+    drives = {}
+    for name in ('SL', 'SMT'):
+        test = read_test(name)
+        simulator = new_simulator(test, PhysicsParams())
+        drives[name] = record_drive(simulator, test)
+        simulator.close()
     seeds = range(1, arguments.seeds + 1)
     with ProcessPoolExecutor(os.cpu_count()) as executor:
         cells = {}
         for name, ppr in itertools.product(drives, PPRS):
-            cells[name, ppr] = list(executor.map(functools.partial(_run, drives[name], ppr), seeds, chunksize=10))
+            run = functools.partial(_at_its_end, drives[name], ppr)
+            cells[name, ppr] = list(executor.map(run, seeds, chunksize=10))
     _print_spread(cells, compare(drives['SL']).wheel_distance_m)
-
-
-def _record(name: str) -> Drive:
-    test = read_test(name)
-    simulator = new_simulator(test, PhysicsParams())
-    drive = record_drive(simulator, test)
-    simulator.close()
-    return drive
-
-
-def _run(drive: Drive, ppr: float, seed: int) -> End:
-    """Run one seed's drive through the real encoder and odometry, up to where it is evaluated."""
-    return end_of_drive(drive, ppr, seed, WheelErrorParams(), OdometryParams(ppr=ppr), _end_row(drive, seed))
 
 
 def end_of_drive(
@@ -86,14 +80,14 @@ def end_of_drive(
     return End(minus(estimate.base_pose_in_odom, truth.relative_to(start)), estimate.of_pose.matrix())
 
 
-def _end_row(drive: Drive, seed: int) -> int:
+def _at_its_end(drive: Drive, ppr: float, seed: int) -> End:
     """The last of a straight drive; of a turn any at top speed in the last round before the robot brakes."""
     left_m, right_m = WHEEL_RADIUS_M * drive.wheel_angles_rad.T
-    if left_m[-1] * right_m[-1] > 0:
-        return len(drive) - 1
-    to_go_m = right_m[-1] - right_m - BRAKING_M
-    candidates = np.flatnonzero((to_go_m > 0.0) & (to_go_m <= math.pi * WHEEL_SEPARATION_M))
-    return int(generator(seed, 'benchmark_end').choice(candidates))
+    end, to_go_m = len(drive) - 1, right_m[-1] - right_m - BRAKING_M
+    if left_m[-1] * right_m[-1] <= 0:
+        candidates = np.flatnonzero((to_go_m > 0.0) & (to_go_m <= math.pi * WHEEL_SEPARATION_M))
+        end = int(generator(seed, 'benchmark_end').choice(candidates))
+    return end_of_drive(drive, ppr, seed, WheelErrorParams(), OdometryParams(ppr=ppr), end)
 
 
 def _print_spread(cells: Dict[Tuple[str, float], List[End]], straight_wheel_travel_m: float) -> None:
@@ -121,12 +115,8 @@ def _spread_row(label: str, ppr: float, values: np.ndarray, closed: float) -> Li
     count, std, mean = len(values), float(np.std(values, ddof=1)), float(np.mean(values))
     low, high = (std * math.sqrt((count - 1) / stats.chi2.ppf(p, count - 1)) for p in (0.995, 0.005))
     half_width = Z_99 * std / math.sqrt(count)
-    spread = f'{std:.5f}', f'{low:.5f} .. {high:.5f}', f'{closed:.5f}', _yes(low <= closed <= high)
-    return [label, ppr, *spread, f'{mean:+.5f}', f'{half_width:.5f}', _yes(abs(mean) <= half_width)]
-
-
-def _yes(is_true: bool) -> str:
-    return 'yes' if is_true else 'NO'
+    spread = f'{std:.5f}', f'{low:.5f} .. {high:.5f}', f'{closed:.5f}', YES[low <= closed <= high]
+    return [label, ppr, *spread, f'{mean:+.5f}', f'{half_width:.5f}', YES[abs(mean) <= half_width]]
 
 
 if __name__ == '__main__':

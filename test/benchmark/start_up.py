@@ -60,17 +60,13 @@ def _first_trial_s(kernels: Dict[str, str]) -> float:
         words = [sys.executable, str(ROOT / 'scripts' / 'campaign'), *CAMPAIGN, '--out', f'{folder}/out']
         began_s = time.perf_counter()
         process = subprocess.Popen(words, env={**package_environment(), **kernels}, stdout=said, stderr=said)
-        while process.poll() is None and not _has_a_trial(Path(folder) / 'out' / 'trials.csv'):
+        table = Path(folder) / 'out' / 'trials.csv'
+        while process.poll() is None and not (table.is_file() and table.read_bytes().count(b'\n') > 1):
             time.sleep(LOOK_EVERY_S)
         took_s = time.perf_counter() - began_s
         if process.wait() != 0:
             sys.exit((Path(folder) / 'said').read_text(encoding='utf-8'))
     return took_s
-
-
-def _has_a_trial(table: Path) -> bool:
-    """Return whether there is a whole line below the table's head."""
-    return table.is_file() and table.read_bytes().count(b'\n') > 1
 
 
 if __name__ == '__main__':
