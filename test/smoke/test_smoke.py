@@ -30,23 +30,8 @@ def command(name, *arguments):
 def fixture_results(tmp_path_factory):
     """A scripted campaign of two encoders with full bags."""
     out = tmp_path_factory.mktemp('smoke') / 'results'
-    command(
-        *(
-            'campaign',
-            '--config',
-            'quick',
-            '--tests',
-            SHORT_LINE,
-            '--nav',
-            'scripted',
-            '--ppr',
-            '40',
-            '1024',
-            '--trials',
-            '1',
-        ),
-        *('--record', 'full', '--out', out),
-    )
+    cells = ['--tests', SHORT_LINE, '--nav', 'scripted', '--ppr', '40', '1024', '--trials', '1', '--record', 'full']
+    command('campaign', '--config', 'quick', *cells, '--out', out)
     return out
 
 

@@ -12,7 +12,7 @@ from typing import List, NamedTuple, Optional
 from places import ROOT
 
 LANGUAGES = ('bash', 'sh', 'shell', 'console')
-FENCE = re.compile(r'^(`{3,}|:{3,})(\{?[\w-]*\}?)')
+FENCE = re.compile(r'^(`{3,}|:{3,})(\{?[\w-]*\}?)[^\n]*\n(.*?)^\1 *$', re.MULTILINE | re.DOTALL)
 NOT_RUN = re.compile(r'^<!-- not run: (.+?) -->$')
 NUMBER = re.compile(r'(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e-?\d+)?(?![\w.])')
 
@@ -69,17 +69,14 @@ class Fence(NamedTuple):
 
 def fences(lines: List[str]) -> List[Fence]:
     """All fenced blocks of a page."""
-    found, before, index, last_end = [], '', 0, -1
-    while index < len(lines):
-        match = FENCE.match(lines[index])
-        if match is None:
-            if lines[index].strip():
-                before, last_end = lines[index].strip(), -1
-            index += 1
-            continue
-        end = next(i for i in range(index + 1, len(lines)) if lines[i].strip() == match.group(1))
-        found.append(Fence(match.group(2), index + 2, lines[index + 1 : end], before, last_end >= 0))
-        before, last_end, index = '', end, end + 1
+    text, found, last_end = ''.join(f'{line}\n' for line in lines), [], None
+    for match in FENCE.finditer(text):
+        between = text[last_end or 0 : match.start()].split('\n')
+        before = next((line.strip() for line in reversed(between) if line.strip()), '')
+        first = text.count('\n', 0, match.start(3)) + 1
+        follows_block = last_end is not None and not before
+        found.append(Fence(match.group(2), first, match.group(3).splitlines(), before, follows_block))
+        last_end = match.end()
     return found
 
 
