@@ -46,11 +46,7 @@ Rows = List[Dict[str, Any]]
 
 
 def write_page(advice: Advice, path: Path) -> None:
-    """Write the page atomically.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
+    """Write the page atomically; OSError if the file cannot be written."""
     with debug_mode(False):  # validation in Altair takes longer than the drawing
         charts = advice_charts(advice)
     scope = [

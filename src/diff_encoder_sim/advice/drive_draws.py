@@ -74,11 +74,7 @@ def straight_test(distance_m: float, like: TestDefinition) -> TestDefinition:
 
 
 def scripted(test: TestDefinition, robot: RobotSource, params: RobotParams) -> ErrorFreeDrive:
-    """Drive a test's velocity profiles on a floor without walls.
-
-    Raises:
-        ConfigError: the robot description is invalid.
-    """
+    """Drive a test's velocity profiles on a floor without walls; ConfigError if the robot description is invalid."""
     script, simulator = ScriptedDrive(test), params.simulator
     floor = FlatFloor(load_simulated_robot(robot, simulator.choices()), simulator.drive, simulator.physics)
     try:
@@ -188,11 +184,7 @@ class DrawnRobot(NamedTuple):
 
 
 def drawn_robot(source: RobotSource, params: RobotParams) -> DrawnRobot:
-    """Load a robot.
-
-    Raises:
-        ConfigError: the robot description is invalid.
-    """
+    """Load a robot; ConfigError if the robot description is invalid."""
     robot = load_simulated_robot(source, params.simulator.choices())
     stop = spread_with(params, params.encoder.counts_per_turn)
     return DrawnRobot(robot.wheels, params.simulator.wheel_errors, params.odometry, robot.description.axle_x_m, stop)

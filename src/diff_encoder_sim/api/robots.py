@@ -137,11 +137,7 @@ def _overlap(key: str, other: str) -> bool:
 
 
 def robot_urdf(options: DescriptionOptions) -> str:
-    """Return the URDF of a robot.
-
-    Raises:
-        ConfigError: the robot cannot be read.
-    """
+    """Return the URDF of a robot; ConfigError if the robot cannot be read."""
     of_xacro = {**xacro_arguments_of_text(options.robot_args), **xacro_arguments(options.arguments, 'argument')}
     file = load_robot_file(options.robot, _users_folder(), package_folder(), of_xacro)
     if options.frames:
