@@ -33,7 +33,7 @@ from diff_encoder_sim.trials.campaign_cells import Campaign
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.results import ResultStore
 from diff_encoder_sim.trials.robot_params import load_robot_params
-from diff_encoder_sim.trials.trials_csv import TABLE, TrialRow, TrialsTable
+from diff_encoder_sim.trials.trials_csv import TABLE, TrialRow, table_of
 from lockstep_trials import run_trial
 
 Work = Callable[[], object]
@@ -92,7 +92,7 @@ def _make_results(folder: Path, trials: int) -> Campaign:
         errors = {source: Pose2D(*rng.normal(0.0, spread).tolist()) for source in PoseSource}
         outcome = Outcome.TIMED_OUT if rng.random() < TIMED_OUT_FRACTION else Outcome.SUCCEEDED
         rows.append(TrialRow(*job.identity(), outcome, '', 60.0, errors, 20.0, 1.0, ''))
-    TrialsTable(folder / TABLE, list(campaign.params.varied_values)).write(rows)
+    (folder / TABLE).write_bytes(table_of(rows, list(campaign.params.varied_values)))
     return campaign
 
 

@@ -24,7 +24,7 @@ from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource
 from diff_encoder_sim.drives.trajectory_error import path_error
 from diff_encoder_sim.drives.trial_definition import FinalErrors, Outcome, Trial
 from diff_encoder_sim.drives.trial_recording import POSE_TOPICS, read_trial
-from diff_encoder_sim.trials.trials_csv import BAGS, MANIFEST, TABLE, VARIANT, TrialRow, TrialsTable
+from diff_encoder_sim.trials.trials_csv import BAGS, MANIFEST, TABLE, VARIANT, TrialRow, read_rows
 
 log = logging.getLogger(__name__)
 
@@ -102,12 +102,10 @@ def _manifest(path: Path) -> Tuple[Dict[str, Any], Dict[str, Trial], RobotGeomet
 
 def _rows(path: Path, varied: Sequence[str], tests: Iterable[str]) -> Tuple[List[TrialRow], List[str]]:
     """Return the lines of trials.csv, and a note if the last one is incomplete."""
-    table, rows = TrialsTable(path, varied), {}
+    rows: Dict[Tuple[object, ...], TrialRow] = {}
     try:
         is_torn = not path.read_bytes().endswith(b'\n')
-        for number, row in table.rows():
-            if row.test not in tests or row.identity() in rows:
-                raise table.foreign_line(number)
+        for row in read_rows(path, varied, lambda row: row.test in tests and row.identity() not in rows):
             rows[row.identity()] = row
     except OSError as error:
         text = f'cannot be read: {error.strerror}; expected a folder that campaign wrote, or bags'

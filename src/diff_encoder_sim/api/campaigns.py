@@ -19,7 +19,7 @@ from diff_encoder_sim.base.processes import usable_cores
 from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.engine import run_campaign as run_on_workers
-from diff_encoder_sim.trials.executors import TlsFiles, Workers, connected_workers, local_workers
+from diff_encoder_sim.trials.executors import Workers, connected_workers, local_workers
 from diff_encoder_sim.trials.progress import Progress, outcome_table
 from diff_encoder_sim.trials.results import ResultStore, describe_run
 from diff_encoder_sim.trials.trial_run import RunTrials, run_trials
@@ -97,14 +97,13 @@ def workers(options: RunOptions, pending: int) -> ContextManager[Workers]:
     """Return the selected workers, at most one per pending trial; ConfigError if options contradict each other."""
     if options.workers is not None and options.scheduler is not None:
         raise ConfigError('--workers, --scheduler: given both; allowed: one of them')
-    given, tls = [f'--tls-{name}' for name in TlsFiles._fields if getattr(options, f'tls_{name}') is not None], None
-    if given:
-        if options.tls_ca is None or options.tls_cert is None or not (options.scheduler or '').startswith('tls://'):
-            allowed = '--tls-ca and --tls-cert, with --scheduler tls://HOST:PORT'
-            raise ConfigError(f'given {", ".join(given)}; allowed: {allowed}')
-        tls = TlsFiles(options.tls_ca, options.tls_cert, options.tls_key)
+    tls = {'ca': options.tls_ca, 'cert': options.tls_cert, 'key': options.tls_key}
+    files = {name: path for name, path in tls.items() if path is not None}
+    if files and not ({'ca', 'cert'} <= files.keys() and (options.scheduler or '').startswith('tls://')):
+        given = ', '.join(f'--tls-{name}' for name in files)
+        raise ConfigError(f'given {given}; allowed: --tls-ca and --tls-cert, with --scheduler tls://HOST:PORT')
     if options.scheduler is not None:
-        return connected_workers(options.scheduler, tls)
+        return connected_workers(options.scheduler, files)
     return local_workers(min(options.workers or usable_cores(), pending))
 
 

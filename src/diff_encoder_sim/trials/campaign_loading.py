@@ -48,8 +48,7 @@ def load_campaign(
     """Load a campaign by its name (`paper` is config/campaigns/paper.yaml) or its file's path.
 
     Args:
-        name: paths of tests and of the robot in a file are relative to that file; on the command
-            line to the current folder.
+        name: paths in the file are relative to it, those of `replace` to the current folder.
         package_folder: contains config/, worlds/ and urdf/.
         replace: values from the command line that override the file's; None: not given. `files` are merged with the
             file's; `ppr` or `encoders` replace both of the file's.

@@ -17,7 +17,7 @@ import warnings
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, NamedTuple, Optional, Tuple, Type, TypeVar, Union, cast
+from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, Mapping, Tuple, Type, TypeVar, Union, cast
 
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.errors import CampaignFault, ConfigError, in_one_line
@@ -146,32 +146,25 @@ PACKAGES = ['numpy', 'numba']
 COMPARED = ('python', 'dask', 'distributed', *PACKAGES)
 
 
-class TlsFiles(NamedTuple):
-    """PEM files for mutual TLS authentication in a Dask cluster."""
+def security_of(tls: Mapping[str, Path]) -> Security:
+    """Read PEM files for mutual TLS: `ca`, `cert` and, unless the certificate file contains it, `key`.
 
-    ca: Path
-    cert: Path
-    key: Optional[Path]  # None: contained in the certificate file
-
-    def security(self) -> Security:
-        """Read the files.
-
-        Raises:
-            ConfigError: one is missing or bad.
-        """
-        for option, path in zip(self._fields, self):
-            if path and not path.is_file():
-                raise ConfigError(f'--tls-{option}: given {str(path)!r}: no such file; allowed: a file')
-        paths = [str(path) for path in self if path]
-        names = 'tls_ca_file', 'tls_client_cert', 'tls_client_key'
-        security: Security = distributed.Security(require_encryption=True, **dict(zip(names, paths)))
-        try:
-            security.get_connection_args('client')
-        except (OSError, ValueError) as error:  # ssl.SSLError is an OSError
-            given = f'given {", ".join(paths)}: {in_one_line(error)}'
-            allowed = 'certificates, and the key of --tls-cert, in PEM format'
-            raise ConfigError(f'--tls-ca, --tls-cert, --tls-key: {given}; allowed: {allowed}') from None
-        return security
+    Raises:
+        ConfigError: one is missing or bad.
+    """
+    for option, path in tls.items():
+        if not path.is_file():
+            raise ConfigError(f'--tls-{option}: given {str(path)!r}: no such file; allowed: a file')
+    names = {'ca': 'tls_ca_file', 'cert': 'tls_client_cert', 'key': 'tls_client_key'}
+    options = {names[option]: str(path) for option, path in tls.items()}
+    security: Security = distributed.Security(require_encryption=True, **options)
+    try:
+        security.get_connection_args('client')
+    except (OSError, ValueError) as error:  # ssl.SSLError is an OSError
+        given = f'given {", ".join(options.values())}: {in_one_line(error)}'
+        allowed = 'certificates, and the key of --tls-cert, in PEM format'
+        raise ConfigError(f'--tls-ca, --tls-cert, --tls-key: {given}; allowed: {allowed}') from None
+    return security
 
 
 class ClusterWorkers:
@@ -208,8 +201,8 @@ Workers = Union[LocalWorkers, ClusterWorkers]
 
 
 @contextlib.contextmanager
-def connected_workers(address: str, tls: Optional[TlsFiles] = None) -> Iterator[ClusterWorkers]:
-    """Connect to a running scheduler, such as tcp://host:8786; without `tls`, as Dask's configuration specifies.
+def connected_workers(address: str, tls: Mapping[str, Path]) -> Iterator[ClusterWorkers]:
+    """Connect to a running scheduler, such as tcp://host:8786; without files, TLS is as Dask's configuration specifies.
 
     Raises:
         ConfigError: no scheduler answers there, or its versions of Python or of libraries differ.
@@ -217,7 +210,7 @@ def connected_workers(address: str, tls: Optional[TlsFiles] = None) -> Iterator[
     importlib.import_module('distributed')  # a later import would reset its log levels
     for name in ('distributed', 'distributed.client', 'tornado', 'tornado.application', 'asyncio'):
         logging.getLogger(name).setLevel(logging.CRITICAL)  # a campaign reports problems in one line
-    security = tls.security() if tls else distributed.Security()
+    security = security_of(tls) if tls else distributed.Security()
     with dask.config.set(DASK_CONFIG), warnings.catch_warnings():
         warnings.simplefilter('ignore')  # about versions, which are checked here
         # Before creating a Client, which fails late and with many lines.

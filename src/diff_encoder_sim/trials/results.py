@@ -20,7 +20,7 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_version
 from diff_encoder_sim.base.processes import cpu_model, git, usable_cores
 from diff_encoder_sim.trials.campaign_cells import Campaign, RequestedTrial
-from diff_encoder_sim.trials.trials_csv import BAGS, MANIFEST, TABLE, TrialRow, TrialsTable
+from diff_encoder_sim.trials.trials_csv import BAGS, MANIFEST, TABLE, TrialRow, line_of, read_rows, table_of
 
 log = logging.getLogger(__name__)
 
@@ -104,7 +104,7 @@ class ResultStore:
         self.folder, self._campaign = Path(folder), campaign
         self._trials = {trial.identity(): trial for trial in campaign.trials()}
         self._rows: Dict[Tuple[object, ...], TrialRow] = {}  # by identity of trial
-        self._table = TrialsTable(self.folder / TABLE, list(campaign.params.varied_values))
+        self._table, self._varied_keys = self.folder / TABLE, list(campaign.params.varied_values)
         with contextlib.ExitStack() as opened, _named_errors(self.folder):
             self._refuse_foreign(must_resume)
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -138,8 +138,10 @@ class ResultStore:
             ConfigError: the file cannot be written, for example on a full disk; earlier rows are complete.
         """
         if row.identity() not in self._rows:
-            with _named_errors(self._table.path):
-                self._table.append(row)
+            with _named_errors(self._table), open(self._table, 'ab') as file:
+                file.write(line_of(row))
+                file.flush()
+                os.fsync(file.fileno())
             self._rows[row.identity()] = row
 
     def finish(self) -> Path:
@@ -148,11 +150,11 @@ class ResultStore:
         Raises:
             ConfigError: it cannot be written; the unsorted file is kept.
         """
-        with _named_errors(self._table.path):
-            self._table.write(self.rows)
+        with _named_errors(self._table):
+            write_file(self._table, table_of(self.rows, self._varied_keys))
             if not self.pending():
                 self._remove_unfinished()
-        return self._table.path
+        return self._table
 
     def _refuse_foreign(self, must_resume: bool) -> None:
         found = [path.name for path in self.folder.iterdir()] if self.folder.exists() else []
@@ -182,10 +184,8 @@ class ResultStore:
                 text = '%s: the results so far are from another version of the code, and may differ from new ones: %s'
                 log.warning(text, self.folder, '; '.join(changes))
             manifest = {**old, 'runs': [*old['runs'], run]}
-            for number, row in self._table.rows():
-                trial = self._trials.get(row.identity())
-                if trial is None or row.bag != trial.bag:
-                    raise self._table.foreign_line(number)
+            bags = {identity: trial.bag for identity, trial in self._trials.items()}
+            for row in read_rows(self._table, self._varied_keys, lambda row: bags.get(row.identity()) == row.bag):
                 if not row.bag or (self.folder / row.bag).is_file():  # else the trial is run again
                     self._rows.setdefault(row.identity(), row)
         self._remove_unfinished()
@@ -193,7 +193,7 @@ class ResultStore:
         write_file(path, json.dumps(manifest, indent=1).encode('utf-8'))
         if self._campaign.params.record != 'none':
             (self.folder / BAGS).mkdir(exist_ok=True)
-        self._table.write(self.rows)
+        write_file(self._table, table_of(self.rows, self._varied_keys))
 
     def _remove_unfinished(self) -> None:
         """Remove unfinished files of a killed campaign or worker."""

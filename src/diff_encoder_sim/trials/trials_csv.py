@@ -5,11 +5,9 @@ from __future__ import annotations
 import csv
 import io
 import math
-import os
 from pathlib import Path
-from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Sequence, Tuple, get_type_hints
+from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Sequence, Tuple, get_type_hints
 
-from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.topics import PoseSource
@@ -88,53 +86,32 @@ def row_of(line: bytes, varied_keys: Sequence[str]) -> TrialRow:
     return TrialRow(**values, varied=tuple((key, texts[key]) for key in varied_keys), errors=errors)
 
 
+def table_of(rows: Iterable[TrialRow], varied_keys: Sequence[str]) -> bytes:
+    """Return the content of the file."""
+    return b''.join([_csv_line(header(varied_keys)), *map(line_of, rows)])
+
+
+def read_rows(path: Path, varied_keys: Sequence[str], belongs: Callable[[TrialRow], bool]) -> Iterator[TrialRow]:
+    """Read the lines of the file that have an end, as it is written last; nothing if the file is missing.
+
+    Raises:
+        ConfigError: a line is not that of a row that `belongs` to the campaign.
+        OSError: the file cannot be read.
+    """
+    content = path.read_bytes() if path.is_file() else b''
+    for number, line in enumerate(content[: content.rfind(b'\n') + 1].splitlines(keepends=True), start=1):
+        if number > 1 or line != _csv_line(header(varied_keys)):
+            try:
+                row = row_of(line, varied_keys)
+            except (ValueError, csv.Error):
+                row = None
+            if row is None or not belongs(row):
+                expected = 'expected the file as campaign wrote it, or without this line, whose trial is then run again'
+                raise ConfigError(f'{path}: line {number} does not belong to this campaign; {expected}')
+            yield row
+
+
 def _csv_line(fields: Sequence[str]) -> bytes:
     text = io.StringIO()
     csv.writer(text, lineterminator='\n').writerow(fields)
     return text.getvalue().encode('utf-8')
-
-
-class TrialsTable:
-    """A file with a header, and a line for each finished trial.
-
-    A line is written in one call and its end comes last: a line without end is incomplete, and ignored.
-    """
-
-    def __init__(self, path: Path, varied_keys: Sequence[str]) -> None:
-        self.path, self._varied_keys = path, varied_keys
-        self._header = _csv_line(header(varied_keys))
-
-    def rows(self) -> Iterator[Tuple[int, TrialRow]]:
-        """Read the complete lines, numbered from 1; nothing if the file is missing.
-
-        Raises:
-            ConfigError: a line is not a valid row or header.
-            OSError: the file cannot be read.
-        """
-        content = self.path.read_bytes() if self.path.is_file() else b''
-        for number, line in enumerate(content[: content.rfind(b'\n') + 1].splitlines(keepends=True), start=1):
-            if number > 1 or line != self._header:
-                try:
-                    yield number, row_of(line, self._varied_keys)
-                except (ValueError, csv.Error):
-                    raise self.foreign_line(number) from None
-
-    def foreign_line(self, number: int) -> ConfigError:
-        """Return the error for a line that is not of this campaign."""
-        expected = 'expected the file as campaign wrote it, or without this line, whose trial is then run again'
-        return ConfigError(f'{self.path}: line {number} does not belong to this campaign; {expected}')
-
-    def write(self, rows: Iterable[TrialRow]) -> None:
-        """Replace the file atomically."""
-        write_file(self.path, b''.join([self._header, *map(line_of, rows)]))
-
-    def append(self, row: TrialRow) -> None:
-        """Append a line and sync it to disk.
-
-        Raises:
-            OSError: the file cannot be written, for example on a full disk; the earlier lines are complete.
-        """
-        with open(self.path, 'ab') as file:
-            file.write(line_of(row))
-            file.flush()
-            os.fsync(file.fileno())

@@ -11,7 +11,7 @@ from campaign_files import small_campaign
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.trials import engine as module
 from diff_encoder_sim.trials.engine import trial_groups
-from diff_encoder_sim.trials.executors import ENVIRONMENT, PACKAGES, TlsFiles, check_versions, local_workers
+from diff_encoder_sim.trials.executors import ENVIRONMENT, PACKAGES, check_versions, local_workers, security_of
 
 # ---- trials of one drive
 
@@ -85,4 +85,4 @@ def test_a_file_of_tls_that_is_missing_is_named(tmp_path):
     cert = tmp_path / 'cert.pem'
     cert.write_text('')
     with pytest.raises(ConfigError, match='--tls-key: given .*key.pem'):
-        TlsFiles(cert, cert, tmp_path / 'key.pem').security()
+        security_of({'ca': cert, 'cert': cert, 'key': tmp_path / 'key.pem'})
