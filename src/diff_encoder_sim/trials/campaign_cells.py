@@ -42,28 +42,20 @@ class CampaignParams(LockstepOptions):
     tests: List[Line] = Field(min_length=1, description='names of files in config/tests/, or paths of .yaml files')
     ppr: List[PulsesPerRevolution] = Field([], description='ideal encoders, in pulses per wheel revolution')
     encoders: List[Line] = Field(
-        [],
-        description='real encoders, in addition to those of `ppr`: names of files in config/encoders/, paths of .yaml '
-        'files, or `catalogue` for all of config/encoders/',
+        [], description='real encoders: names of files in config/encoders/, .yaml files, or `catalogue` for all names'
     )
     trials: Annotated[int, TRIALS] = Field(30, description='trials of each test with each encoder')
     seed: Annotated[int, Between(0, 2**62 - 1)] = Field(0, description='trial k has the seed `seed` + k')
     robot: Line = Field('', description='name of a robot in config/robots/, a robot file, xacro or URDF; empty: alto')
     files: Dict[ConfigFile, Line] = Field(
-        {},
-        description='in place of amcl.yaml and the other files of config/: `amcl: amcl_accurate`, '
-        'another file there, or the path of a .yaml file',
+        {}, description='replacements of files of config/: `amcl: amcl_accurate`, a file there, or another .yaml file'
     )
-    overrides: Dict[Line, Any] = Field(
-        {}, alias='set', description='values of parameters in all trials, by dotted keys'
-    )
+    overrides: Dict[Line, Any] = Field({}, alias='set', description='values of parameters by dotted keys')
     vary: Dict[Line, Annotated[List[Any], Field(min_length=1)]] = Field(
         {}, description='values of parameters: each combination is a separate cell'
     )
     variants: Dict[Annotated[Line, Field(min_length=1)], Dict[Line, Any]] = Field(
-        {},
-        description='sets of values of parameters by names: each is a separate cell; others are compared with the '
-        'first; they override `set`',
+        {}, description='sets of values by names, each a separate cell; they override `set`; the first is the reference'
     )
 
     @property

@@ -16,14 +16,7 @@ from diff_encoder_sim.drives.test_definition import TestDefinition, find_world, 
 from diff_encoder_sim.robots.robot_file import RobotNotFound
 from diff_encoder_sim.simulation.simulator import DriveParams, Simulator
 from diff_encoder_sim.trials.campaign_cells import Campaign, CampaignCell, CampaignParams, Varied, text_of
-from diff_encoder_sim.trials.robot_params import (
-    RobotConfig,
-    RobotParams,
-    check_key,
-    load_robot,
-    load_robot_config,
-    override,
-)
+from diff_encoder_sim.trials.robot_params import RobotParams, check_key, load_robot, load_robot_config, override
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
 from diff_encoder_sim.trials.trial_files import collect
 from diff_encoder_sim.trials.trials_csv import VARIANT
@@ -142,7 +135,7 @@ def _check_unique(key: str, texts: Sequence[str], allowed: str = 'once') -> None
 
 
 def _combinations(
-    params: CampaignParams, config: RobotConfig, of_robot: Mapping[str, Any], encoders: Sequence[ChosenEncoder]
+    params: CampaignParams, config: Mapping[str, Any], of_robot: Mapping[str, Any], encoders: Sequence[ChosenEncoder]
 ) -> List[Tuple[Varied, List[RobotParams]]]:
     """Return each combination of varied parameters, and all parameters with each encoder.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from pathlib import Path
 from typing import Any, Dict, Iterator, Mapping, NamedTuple, Optional, Sequence, Tuple, Type, Union
@@ -127,7 +128,7 @@ def load_robot_config(config_folder: Union[str, Path], instead: Optional[Mapping
     return config
 
 
-def override(config: RobotConfig, overrides: Mapping[str, Any]) -> RobotParams:
+def override(config: Mapping[str, Any], overrides: Mapping[str, Any]) -> RobotParams:
     """Return the parameters with other values by dotted keys such as `simulator.lidar.noise`; see `check_key`.
 
     Raises:
@@ -138,9 +139,7 @@ def override(config: RobotConfig, overrides: Mapping[str, Any]) -> RobotParams:
         # In move_base's overlapping namespaces another key can set the same parameter.
         stem, *path = key.split('.')
         parts = [getattr(params, field) for field in CONFIG_FILES[stem]]
-        used: Any = next(part for part in parts if path[0] in type(part).model_fields)
-        for name in path:
-            used = getattr(used, name)
+        used = functools.reduce(getattr, path, next(part for part in parts if path[0] in type(part).model_fields))
         if isinstance(used, (bool, int, float, str)) and used != value:
             raise ConfigError(
                 f'{key}: given {value!r} has no effect: another key of config/{stem}.yaml makes it {used!r}'
@@ -148,7 +147,7 @@ def override(config: RobotConfig, overrides: Mapping[str, Any]) -> RobotParams:
     return params
 
 
-def _robot_params(config: RobotConfig, paths: Mapping[str, Path]) -> RobotParams:
+def _robot_params(config: Mapping[str, Any], paths: Mapping[str, Path]) -> RobotParams:
     """Check the content of all files; errors name a file by its path or, without one, by its stem."""
     parts: Dict[str, Any] = {}
     for stem, classes in CONFIG_FILES.items():

@@ -60,7 +60,10 @@ def line_of(row: TrialRow) -> bytes:
     texts['reason'] = ''.join(char if char.isprintable() else ' ' for char in row.reason)  # a row is one line
     for source, error in row.errors.items():
         texts.update((f'{source.value}_{part}', value) for part, value in zip(PARTS, error or ()))
-    return _csv_line([str(texts.get(name, '')) for name in header([key for key, _ in row.varied])])
+    line = io.StringIO()
+    names = header([key for key, _ in row.varied])
+    csv.DictWriter(line, names, extrasaction='ignore', lineterminator='\n').writerow(texts)
+    return line.getvalue().encode('utf-8')
 
 
 def row_of(line: bytes, varied_keys: Sequence[str]) -> TrialRow:
@@ -88,7 +91,7 @@ def row_of(line: bytes, varied_keys: Sequence[str]) -> TrialRow:
 
 def table_of(rows: Iterable[TrialRow], varied_keys: Sequence[str]) -> bytes:
     """Return the content of the file."""
-    return b''.join([_csv_line(header(varied_keys)), *map(line_of, rows)])
+    return f'{",".join(header(varied_keys))}\n'.encode() + b''.join(map(line_of, rows))
 
 
 def read_rows(path: Path, varied_keys: Sequence[str], belongs: Callable[[TrialRow], bool]) -> Iterator[TrialRow]:
@@ -100,7 +103,7 @@ def read_rows(path: Path, varied_keys: Sequence[str], belongs: Callable[[TrialRo
     """
     content = path.read_bytes() if path.is_file() else b''
     for number, line in enumerate(content[: content.rfind(b'\n') + 1].splitlines(keepends=True), start=1):
-        if number > 1 or line != _csv_line(header(varied_keys)):
+        if number > 1 or line != table_of((), varied_keys):
             try:
                 row = row_of(line, varied_keys)
             except (ValueError, csv.Error):
@@ -109,9 +112,3 @@ def read_rows(path: Path, varied_keys: Sequence[str], belongs: Callable[[TrialRo
                 expected = 'expected the file as campaign wrote it, or without this line, whose trial is then run again'
                 raise ConfigError(f'{path}: line {number} does not belong to this campaign; {expected}')
             yield row
-
-
-def _csv_line(fields: Sequence[str]) -> bytes:
-    text = io.StringIO()
-    csv.writer(text, lineterminator='\n').writerow(fields)
-    return text.getvalue().encode('utf-8')

@@ -46,9 +46,12 @@ def blind_between(trial, begin_s, end_s):
 
 
 @pytest.mark.parametrize('test', [HALL, BEND], ids=['hall', 'bend'])
-@pytest.mark.parametrize('ppr', [40, 4096])
-def test_the_robot_ends_at_its_goal_within_tolerance_by_its_pose_estimate(test, ppr):
-    *_, last = lockstep(test, ppr).run()
+@pytest.mark.parametrize(('ppr', 'encoder_rate'), [(40, 20.0), (4096, 20.0), (1024, 50.0)])
+def test_the_robot_ends_at_its_goal_within_tolerance_by_its_pose_estimate(test, ppr, encoder_rate):
+    """At 50 Hz, there are more reports than control steps: the route's driver must not see the last goal's success."""
+    trial = lockstep(test, ppr, encoder_rate=encoder_rate)
+    *_, last = trial.run()
+    assert trial.ending.outcome is Outcome.SUCCEEDED
     # Table 2: 0.05 m, latched while it turns; 0.052 rad.
     distance_m, turn_rad = distance_and_turn(last.estimated_pose_in_map, goal_of(test))
     assert distance_m < 0.06 and turn_rad < 0.052
@@ -103,7 +106,7 @@ def test_latencies_delay_odometry_localization_and_commands():
 
 @pytest.mark.parametrize(
     ('encoder_rate', 'frequency', 'commands_per_s'),
-    [(50.0, 20.0, 20.0), (200.0, 20.0, 20.0), (20.0, 10.0, 10.0), (10.0, 20.0, 10.0), (7.0, 20.0, 7.0)],
+    [(200.0, 20.0, 20.0), (20.0, 10.0, 10.0), (10.0, 20.0, 10.0), (7.0, 20.0, 7.0)],
 )
 def test_it_controls_at_its_frequency_and_at_most_once_a_report(encoder_rate, frequency, commands_per_s):
     recorder = Recorder()
@@ -114,13 +117,6 @@ def test_it_controls_at_its_frequency_and_at_most_once_a_report(encoder_rate, fr
     estimates_ns = {report.estimate.stamp_ns for report in reports if report.estimate}
     # At 7 Hz scans lie between reports.
     assert encoder_rate != 7.0 or estimates_ns - {report.odometry.stamp_ns for report in reports}
-
-
-def test_with_more_reports_than_control_steps_the_routes_driver_does_not_see_the_last_goals_success():
-    trial = lockstep(BEND, 1024, encoder_rate=50.0)
-    *_, last = trial.run()
-    assert trial.ending.outcome is Outcome.SUCCEEDED
-    assert distance_and_turn(last.estimated_pose_in_map, goal_of(BEND))[0] < 0.06
 
 
 def test_without_usable_scans_there_is_one_warning_and_the_robot_stops_and_continues(caplog):
