@@ -39,9 +39,7 @@ log = logging.getLogger(__name__)
 
 # A trial uses one thread, so BLAS must not use the cores of other workers. Freed memory is returned to the system.
 ENVIRONMENT = {
-    'OMP_NUM_THREADS': '1',
-    'MKL_NUM_THREADS': '1',
-    'OPENBLAS_NUM_THREADS': '1',
+    **dict.fromkeys(('OMP_NUM_THREADS', 'MKL_NUM_THREADS', 'OPENBLAS_NUM_THREADS'), '1'),
     'MALLOC_TRIM_THRESHOLD_': '65536',
     'PYTHONSAFEPATH': '1',  # Python 3.11+: no imports from the current folder, which another user may own
 }
