@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 from collections import deque
-from typing import List, NamedTuple, Optional, Tuple, Union
+from typing import List, NamedTuple, Optional, Union
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from diff_encoder_sim.drives.trial_definition import Outcome, RouteFailed
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import IN_OBSTACLE
-from diff_encoder_sim.navigation.global_planner import GlobalPlanner, PlanError, PlanProblem
+from diff_encoder_sim.navigation.global_planner import GlobalPlanner, PlanError
 from diff_encoder_sim.navigation.navigator_inputs import GoalStatus
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.simulation.simulator import DriveParams
@@ -188,28 +188,7 @@ STEP_M, STEP_RAD = 0.1, math.radians(10.0)
 def misfit(test: TestDefinition, navigator: NavigatorParams, drive: DriveParams, grid: OccupancyGrid) -> Optional[str]:
     """Return why a robot with this outline, speeds and motors cannot navigate a test's route; None if it can."""
     costmap = Costmap(navigator.global_costmap, grid)
-    try:
-        length_m, turned_rad = _plan_route(test, navigator, costmap)
-    except PlanError as error:
-        return f'test {test.name}: not for this robot: {error}'
-    planner = navigator.DWAPlannerROS
-    speed_mps = min(planner.max_vel_x, planner.max_vel_trans, drive.max_linear_speed)
-    least_s = length_m / speed_mps + turned_rad / min(test.limits.angular_speed, drive.max_angular_speed)
-    if least_s <= test.time_limit:
-        return None
-    return (
-        f'test {test.name}: not for this robot: its {length_m:.0f} m take it at least {least_s:.0f} s at '
-        f'{speed_mps:g} m/s; time_limit is {test.time_limit:g} s'
-    )
-
-
-def _plan_route(test: TestDefinition, navigator: NavigatorParams, costmap: Costmap) -> Tuple[float, float]:
-    """Plan each leg as the navigator will; return the length [m] and the angle turned in place [rad].
-
-    Raises:
-        PlanError: no path exists for the robot's footprint, or it touches a wall.
-    """
-    planner = GlobalPlanner(navigator.NavfnROS, costmap)
+    planner, subject = GlobalPlanner(navigator.NavfnROS, costmap), f'test {test.name}: not for this robot'
     pose, length_m, turned_rad = test.start.pose(), 0.0, 0.0
     for stage in stages_of(test):
         if isinstance(stage, TurnInPlace):
@@ -219,14 +198,23 @@ def _plan_route(test: TestDefinition, navigator: NavigatorParams, costmap: Costm
             poses = [pose._replace(yaw_rad=pose.yaw_rad + angle) for angle in angles]
             turned_rad += abs(stage.angle_rad)
         else:
-            plan = planner.make_plan(pose, stage.pose_in_map)
+            try:
+                plan = planner.make_plan(pose, stage.pose_in_map)  # as the navigator will
+            except PlanError as error:
+                return f'{subject}: {error}'
             step = max(1, round(STEP_M * costmap.cells_per_m))
             poses = [Pose2D(*point) for point in plan[::step].tolist()]
             length_m += float(np.hypot(*np.diff(plan[:, :2], axis=0).T).sum())
             pose = stage.pose_in_map
         for place in poses:
             if costmap.footprint_cost(place) == IN_OBSTACLE:
-                size_m = np.ptp(costmap.footprint.vertices_m, axis=0).tolist()
-                size = f'its outline of {size_m[0]:.2f} x {size_m[1]:.2f} m'
-                raise PlanError(PlanProblem.BLOCKED, f'at ({place.x_m:.2f}, {place.y_m:.2f}) {size} touches a wall')
-    return length_m, turned_rad
+                length, width = np.ptp(costmap.footprint.vertices_m, axis=0).tolist()
+                outline = f'its outline of {length:.2f} x {width:.2f} m'
+                return f'{subject}: at ({place.x_m:.2f}, {place.y_m:.2f}) {outline} touches a wall'
+    dwa = navigator.DWAPlannerROS
+    speed_mps = min(dwa.max_vel_x, dwa.max_vel_trans, drive.max_linear_speed)
+    least_s = length_m / speed_mps + turned_rad / min(test.limits.angular_speed, drive.max_angular_speed)
+    if least_s <= test.time_limit:
+        return None
+    needed = f'its {length_m:.0f} m take it at least {least_s:.0f} s at {speed_mps:g} m/s'
+    return f'{subject}: {needed}; time_limit is {test.time_limit:g} s'
