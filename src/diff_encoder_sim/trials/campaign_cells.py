@@ -6,7 +6,7 @@ import hashlib
 import itertools
 import json
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, Literal, NamedTuple, Optional, Sequence, Tuple
+from typing import Any, Dict, List, Literal, NamedTuple, Optional, Sequence, Tuple
 
 from pydantic import Field
 from typing_extensions import Annotated
@@ -63,17 +63,6 @@ class CampaignParams(LockstepOptions):
         """Return the values of varied parameters, each a column of trials.csv, and the names under VARIANT."""
         return dict(sorted({**self.vary, **({VARIANT: list(self.variants)} if self.variants else {})}.items()))
 
-    def combinations(self) -> Iterator[Varied]:
-        """Yield the combinations of varied parameters; one empty combination if nothing is varied."""
-        for combination in itertools.product(*self.varied_values.values()):
-            yield tuple(zip(self.varied_values, combination))
-
-    def values_of(self, varied: Varied) -> Dict[str, Any]:
-        """Return the values of parameters, by dotted keys, in one of the combinations."""
-        values = {**self.overrides, **dict(varied)}
-        variant = values.pop(VARIANT, None)
-        return values if variant is None else {**values, **self.variants[variant]}
-
 
 class CampaignCell(NamedTuple):
     """One test with one encoder and one set of parameters; its trials differ only in their seed."""
@@ -83,11 +72,6 @@ class CampaignCell(NamedTuple):
     encoder: ChosenEncoder
     varied: Varied
     robot_params: RobotParams  # resolved
-
-    def parameters(self) -> Dict[str, Any]:
-        """Return all parameters, for JSON."""
-        parts = {name: part.model_dump(mode='json') for name, part in self.robot_params._asdict().items()}
-        return {'varied': dict(self.varied), **parts}
 
 
 class RequestedTrial(NamedTuple):
@@ -150,8 +134,10 @@ class Campaign(NamedTuple):
 
     def resolved(self) -> Dict[str, Any]:
         """Collect everything that determines the results, for JSON: all parameters, files by sha256."""
-        params, count = self.params, len(self.encoders)
-        parameters = [cell.parameters() for cell in self.cells[: len(self.cells) // len(self.tests)]]
+        params, count, parameters = self.params, len(self.encoders), []
+        for _, _, _, varied, robot in self.cells[: len(self.cells) // len(self.tests)]:
+            parts = {name: part.model_dump(mode='json') for name, part in robot._asdict().items()}
+            parameters.append({'varied': dict(varied), **parts})
         # Of real encoders, the parameters by dotted keys that differ from the first encoder, for each combination.
         firsts = [dict(flat(first)) for first in parameters[::count]]
         changes = [

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import math
 import re
 from pathlib import Path
@@ -151,8 +152,10 @@ def _combinations(
                 given = f'given under {"variants" if name else "set"} and vary'
                 raise ConfigError(f'{where}{key}: {given}; allowed: one of them')
     combinations = []
-    for varied in params.combinations():
-        values, resolved = params.values_of(varied), []
+    for combination in itertools.product(*params.varied_values.values()):
+        varied, resolved = tuple(zip(params.varied_values, combination)), []
+        values = {**params.overrides, **dict(varied)}
+        values.update(params.variants.get(values.pop(VARIANT, ''), {}))
         for encoder in encoders:
             # The encoder of the robot file is replaced.
             below = {key: value for key, value in of_robot.items() if key not in RESOLUTION_KEYS}
