@@ -83,21 +83,16 @@ def resolution_table(results: Results) -> ResultTable:
 
 def score_table(compared: pd.DataFrame) -> ResultTable:
     """Count the cells that agree by source and test, with a column group per campaign."""
-    by_campaign = dict(list(compared.groupby('campaign', sort=False)))
-    is_single, parts, rows = len(by_campaign) == 1, ('compared', 'agree'), []
+    campaigns, parts, rows = list(compared['campaign'].unique()), ('compared', 'agree'), []
     for source, test in (*((pose, test) for pose in POSES for test in STANDARD_TESTS), ('all', '')):
-        counts: List[Optional[int]] = []
-        for of_campaign in by_campaign.values():
-            is_row = (of_campaign['source'] == source) & (of_campaign['test'] == test)
-            of_row = of_campaign if source == 'all' else of_campaign[is_row]
-            counts += score(of_row) if len(of_row) else (None, None)
-        if any(count is not None for count in counts):
-            rows.append([POSES.get(source, source), test, *counts])
-    columns = {
-        part if is_single else f'{one}_{part}': Column(part, '' if is_single else one, 0)
-        for one in by_campaign
-        for part in parts
-    }
+        is_row = (compared['source'] == source) & (compared['test'] == test) | (source == 'all')
+        of_row = dict(list(compared[is_row].groupby('campaign')))
+        counts = [score(of_row[one]) if one in of_row else (None, None) for one in campaigns]
+        if of_row:
+            rows.append([POSES.get(source, source), test, *itertools.chain.from_iterable(counts)])
+    columns = {f'{one}_{part}': Column(part, one, 0) for one in campaigns for part in parts}
+    if len(campaigns) == 1:
+        columns = {part: Column(part, decimals=0) for part in parts}
     exact = pd.DataFrame(rows, columns=['source', 'test', *columns], dtype=object)
     return ResultTable('paper_scores', 'Cells of the paper that agree with ours', exact, columns)
 
