@@ -15,6 +15,7 @@ import rospy
 from geometry_msgs.msg import TransformStamped
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Header
 
 from diff_encoder_sim.drives.message_encoders import encode_scan, encode_transform
 
@@ -54,6 +55,10 @@ def wait_until(condition, what, timeout_s=TIMEOUT_S, pause_s=0.005):
 
 def stamp_from_ns(stamp_ns):
     return rospy.Time(*divmod(stamp_ns, NS_PER_S))
+
+
+def header(stamp_ns, frame=''):
+    return Header(0, stamp_from_ns(stamp_ns), frame)
 
 
 def stamp_ns_of(message):

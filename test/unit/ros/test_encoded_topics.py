@@ -2,17 +2,23 @@
 
 import contextlib
 import io
+import math
 
+import numpy as np
 import pytest
 import rospy
+from geometry_msgs.msg import Quaternion, TransformStamped
 from rosgraph_msgs.msg import Clock
 from rospy.msg import args_kwds_to_message, deserialize_messages, serialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
 from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.se2 import IDENTITY
 from diff_encoder_sim.drives.message_encoders import encode_clock, encode_joint_state
+from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.ros import messages as room
+from diff_encoder_sim.ros.maps import grid_from_message
 from diff_encoder_sim.simulation.state import JointStates
 
 ENCODED = encode_joint_state(JointStates(5_000_000_007, ('left', 'right'), (1.5, -2.0), (0.1, 0.2)))
@@ -93,3 +99,23 @@ def test_a_message_that_comes_while_the_node_ends_is_no_traceback(monkeypatch, i
     monkeypatch.setattr(rospy.core, 'is_shutdown_requested', lambda: is_ending)
     with contextlib.nullcontext() if is_ending else pytest.raises(rospy.ROSException):
         publisher.publish(Header())
+
+
+def test_height_roll_and_pitch_are_dropped():
+    tilted = TransformStamped()
+    tilted.transform.translation.z = 0.4
+    # Yaw 90 degrees after a pitch of 10 degrees, of any length.
+    sine, cosine = 2 * math.sin(math.radians(5)), 2 * math.cos(math.radians(5))
+    tilted.transform.rotation = Quaternion(-sine, sine, cosine, cosine)
+    assert room.pose_from_transform(tilted) == pytest.approx((0.0, 0.0, math.pi / 2))
+
+
+@pytest.mark.parametrize(
+    'changes', [dict(width=2), dict(width=0, height=0), dict(resolution=0.0), dict(resolution=math.nan)]
+)
+def test_what_is_no_map_is_refused(changes):
+    message = room.map_message(OccupancyGrid(np.zeros((2, 3), np.int8), 0.05, IDENTITY), 5, 'map')
+    for name, value in changes.items():
+        setattr(message.info, name, value)
+    with pytest.raises(InputFault):
+        grid_from_message(message)

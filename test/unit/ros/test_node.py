@@ -4,6 +4,7 @@ import contextlib
 import logging
 import threading
 import time
+from types import SimpleNamespace
 
 import pytest
 import rospy
@@ -129,6 +130,42 @@ def test_a_service_call_ends_whatever_the_service_does(monkeypatch):
     released.set()
     monkeypatch.setattr(rospy, 'ServiceProxy', lambda service, service_class: lambda request: f'response to {request}')
     assert node.call_service('service', Empty, 'request') == 'response to request'
+
+
+# ---- connections
+
+PUBLISHERS = [['/odom', ['/odometry']], ['/scan', ['/simulator']], ['/tf', ['/odometry', '/amcl']]]
+SUBSCRIBERS = [['/odom', ['/move_base', '/recorder']], ['/tf', ['/move_base']], ['/cmd_vel', ['/simulator']]]
+
+# The nodes' outbound connections: (topic, subscribing node).
+ALL = {
+    '/odometry': {('/odom', '/move_base'), ('/odom', '/recorder'), ('/tf', '/move_base')},
+    '/amcl': {('/tf', '/move_base')},
+    '/simulator': set(),
+}
+
+
+@pytest.fixture(name='unconnected')
+def fixture_unconnected(monkeypatch):
+    master = SimpleNamespace(getSystemState=lambda: (PUBLISHERS, SUBSCRIBERS, []), lookupNode=lambda name: name)
+    monkeypatch.setattr(node.rosgraph, 'Master', lambda _: master)
+
+    def unconnected(links, topics, if_published=()):
+        monkeypatch.setattr(node, '_links_of', lambda uri: links[uri])
+        return node.unconnected(topics, if_published)
+
+    return unconnected
+
+
+def test_a_topic_is_connected_when_each_subscriber_is_to_each_publisher(unconnected):
+    assert unconnected(ALL, ['/odom', '/tf', '/scan']) == []
+    assert unconnected({**ALL, '/amcl': set()}, ['/odom', '/tf']) == ['/tf']
+    assert unconnected({**ALL, '/odometry': {('/odom', '/move_base')}}, ['/odom']) == ['/odom']
+
+
+def test_a_topic_needs_a_publisher_unless_it_may_be_absent(unconnected):
+    assert unconnected(ALL, ['/cmd_vel']) == ['/cmd_vel']
+    assert unconnected(ALL, [], ['/cmd_vel', '/odom']) == []
 
 
 # ---- callbacks and the clock

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The contract of gz_diff_odom_node: /encoder_pulse in, /odom and TF out. Started by wheels.test."""
+"""The contracts of gz_diff_encoder_node and gz_diff_odom_node. Started by wheels.test."""
 
 import math
 import time
@@ -23,23 +23,36 @@ DISTANCE_PER_PULSE = math.pi * 0.2 / 90  # the plain node's [m]
 SEPARATION = 0.4
 
 
+WHEELS = ['left_wheel_joint', 'right_wheel_joint']
+TICK_NS = 10000000
+
+
+class EncoderChannel:
+    """An encoder's topics: joint messages in, pulse messages out."""
+
+    def __init__(self, namespace):
+        self.node = f'/{namespace}/gz_diff_encoder_node'
+        self.pulses = ros.Collector(f'/{namespace}/encoder_pulse', EncoderPulse)
+        self._joints = ros.connected_publisher(f'/{namespace}/joint_states', JointState)
+
+    def send(self, stamp_ns, names, angles):
+        self._joints.publish(JointState(ros.header(stamp_ns), names, angles, (), ()))
+
+
 class Channel:
     """A node's topics: pulse counts in, odometry and TF out."""
 
     def __init__(self, namespace, with_tf):
         self._with_tf = with_tf
-        self.topic = f'/{namespace}/encoder_pulse'
         self.node = f'/{namespace}/gz_diff_odom_node'
         self.odom = ros.Collector(f'/{namespace}/odom', Odometry)
         self.tf = ros.Collector(f'/{namespace}/tf', TFMessage, wait_for_publisher=with_tf)
-        self._pulses = ros.connected_publisher(self.topic, EncoderPulse)
+        self._pulses = ros.connected_publisher(f'/{namespace}/encoder_pulse', EncoderPulse)
         rospy.wait_for_service(self.node + '/reset', ros.TIMEOUT_S)
         self.reset = rospy.ServiceProxy(self.node + '/reset', Empty)
 
     def send(self, stamp_ns, *pulses):
-        message = EncoderPulse(name=['left_wheel_joint', 'right_wheel_joint'], pulses=pulses)
-        message.header.stamp = ros.stamp_from_ns(stamp_ns)
-        self._pulses.publish(message)
+        self._pulses.publish(EncoderPulse(ros.header(stamp_ns), WHEELS, pulses))
 
     def clear(self):
         if self._with_tf:  # it comes over a connection of its own, maybe later
@@ -52,10 +65,11 @@ def twist_of(message):
     return message.twist.twist.linear.x, message.twist.twist.angular.z
 
 
-class OdomTest(ros.NodeTest):
+class WheelsTest(ros.NodeTest):
     @classmethod
     def setUpClass(cls):
-        ros.start_test_node('odom_test')
+        ros.start_test_node('wheels_test')
+        cls.encoders = {name: EncoderChannel(name) for name in ('plain', 'custom')}
         cls.channels = {name: Channel(name, name != 'measured') for name in ('by_default', 'all_set', 'measured')}
         cls.speeds = ros.connected_publisher('/measured/encoder_velocity', JointState)
         cls.commands = ros.connected_publisher('/by_default/cmd_vel', Twist)
@@ -66,6 +80,35 @@ class OdomTest(ros.NodeTest):
         for channel in self.channels.values():
             channel.reset()
             channel.clear()
+        for encoder in self.encoders.values():
+            encoder.pulses.clear()
+
+    # --- encoders
+
+    def test_each_wheel_has_its_own_ppr_whatever_the_joints_are_called_and_ordered(self):
+        custom, one_third = self.encoders['custom'], 2.0 * math.pi / 3.0
+        custom.send(self.epoch_ns, ['wheel_r', 'arm', 'wheel_l'], [one_third, ros.NAN, -one_third])
+        custom.send(self.epoch_ns + ros.PERIOD_NS, ['wheel_l', 'wheel_r', 'arm'], [one_third, -one_third, 0.0])
+        reports = custom.pulses.wait_for_count(2)
+        self.assertEqual([tuple(report.pulses) for report in reports], [(-14, 341), (13, -342)])  # equation (1)
+        self.assertEqual(list(reports[0].name), ['wheel_l', 'wheel_r'])
+
+    def test_100_hz_gives_a_report_each_50_ms_also_in_bursts_and_after_a_jump_back(self):
+        """One report at each boundary, with that sample's own stamp and count; a jump back has one warning."""
+        plain, starts, expected = self.encoders['plain'], (self.epoch_ns, self.epoch_ns - 700 * ros.NS_PER_S), []
+        for start_ns in starts:
+            for index in range(101):
+                if index % 37 == 0:
+                    time.sleep(0.15)  # three periods of wall time with nothing, then as fast as it goes
+                angle_rad = (index + 0.5) * 2.0 * math.pi / 40
+                plain.send(start_ns + index * TICK_NS, WHEELS, [angle_rad, -angle_rad])
+            expected += [(start_ns + index * TICK_NS, index) for index in range(0, 101, 5)]
+        reports = plain.pulses.wait_for_stamp(expected[-1][0])
+        self.assert_stamps(reports, [stamp_ns for stamp_ns, _ in expected])
+        self.assertEqual([tuple(report.pulses) for report in reports], [(index, -index - 1) for _, index in expected])
+        self.assert_warned_once(plain.node, 'back')
+
+    # --- odometry
 
     def drive(self, channel, counts, interval_ns=ros.PERIOD_NS):
         """Report a list of (left, right) counts; returns one odometry message for each."""
@@ -101,9 +144,7 @@ class OdomTest(ros.NodeTest):
             self.assertEqual(transform.transform.rotation, message.pose.pose.orientation)
 
     def send_speeds(self, stamp_ns, *speeds_radps):
-        message = JointState(name=['left_wheel_joint', 'right_wheel_joint'], velocity=speeds_radps)
-        message.header.stamp = ros.stamp_from_ns(stamp_ns)
-        self.speeds.publish(message)
+        self.speeds.publish(JointState(ros.header(stamp_ns), WHEELS, (), speeds_radps, ()))
 
     def test_measured_speeds_make_the_twist_whichever_comes_first_and_are_not_waited_for_long(self):
         measured = self.channels['measured']
@@ -161,4 +202,4 @@ class OdomTest(ros.NodeTest):
 
 
 if __name__ == '__main__':
-    rostest.rosrun('diff_encoder_sim', 'odom', OdomTest)
+    rostest.rosrun('diff_encoder_sim', 'wheels', WheelsTest)
