@@ -20,7 +20,6 @@ from diff_encoder_sim.cfg import (
     ObstaclePluginConfig,
 )
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.navigation.costmap_params import CostmapParams
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.ros.node import log, one_at_a_time
 
@@ -91,7 +90,7 @@ def serve_amcl(params: AmclParams, apply: Callable[[Any], None]) -> ReconfigureS
 
 def serve_navigation(params: NavigatorParams, apply: Callable[[NavigatorParams], None]) -> List[ReconfigureServer]:
     """Serve the parameters of move_base_node in upstream's namespaces; `apply` receives the validated ones."""
-    in_use = params
+    in_use, planner = params, 'DWAPlannerROS'
 
     def change(part: str, values: Values) -> None:
         nonlocal in_use
@@ -100,29 +99,22 @@ def serve_navigation(params: NavigatorParams, apply: Callable[[NavigatorParams],
             apply(changed)
             in_use = changed
 
-    planner, dwa = 'DWAPlannerROS', dict(params.DWAPlannerROS)
+    def change_layer(part: str, if_enabled: Values, otherwise: Values, values: Values) -> None:
+        fields = {name: value for name, value in values.items() if name != 'enabled'}
+        change(part, {**fields, **(if_enabled if values['enabled'] else otherwise)})
+
     servers = [
         ReconfigureServer(MoveBaseConfig, '', dict(params), partial(change, '')),
-        ReconfigureServer(DWAPlannerConfig, planner, dwa, partial(change, planner)),
+        ReconfigureServer(DWAPlannerConfig, planner, dict(params.DWAPlannerROS), partial(change, planner)),
     ]
-    for name in ('global_costmap', 'local_costmap'):
-        servers += _costmap_servers(name, getattr(params, name), partial(change, name))
+    for name, costmap in (('global_costmap', params.global_costmap), ('local_costmap', params.local_costmap)):
+        values = {**dict(costmap), 'footprint': str(costmap.footprint), 'robot_radius': ROBOT_RADIUS_M}
+        servers.append(ReconfigureServer(Costmap2DConfig, name, values, partial(change, name)))
+        sources, none = costmap.observation_sources, {'observation_sources': ''}
+        layer = f'{name}/obstacle_layer', {**values, 'enabled': bool(sources)}
+        change_obstacles = partial(change_layer, name, {'observation_sources': sources or 'scan'}, none)
+        servers.append(ReconfigureServer(ObstaclePluginConfig, *layer, change_obstacles))
+        layer = f'{name}/inflation_layer', {**values, 'enabled': True}
+        change_inflation = partial(change_layer, name, {}, {'inflation_radius': 0.0})
+        servers.append(ReconfigureServer(InflationPluginConfig, *layer, change_inflation))
     return servers
-
-
-def _costmap_servers(name: str, params: CostmapParams, change: Callable[[Values], None]) -> List[ReconfigureServer]:
-    sources = params.observation_sources
-
-    def change_layer(if_enabled: Values, otherwise: Values, values: Values) -> None:
-        fields = {name: value for name, value in values.items() if name != 'enabled'}
-        change({**fields, **(if_enabled if values['enabled'] else otherwise)})
-
-    change_obstacles = partial(change_layer, {'observation_sources': sources or 'scan'}, {'observation_sources': ''})
-    change_inflation = partial(change_layer, {}, {'inflation_radius': 0.0})
-    values = {**dict(params), 'footprint': str(params.footprint), 'robot_radius': ROBOT_RADIUS_M}
-    obstacles, inflation = {**values, 'enabled': bool(sources)}, {**values, 'enabled': True}
-    return [
-        ReconfigureServer(Costmap2DConfig, name, values, change),
-        ReconfigureServer(ObstaclePluginConfig, f'{name}/obstacle_layer', obstacles, change_obstacles),
-        ReconfigureServer(InflationPluginConfig, f'{name}/inflation_layer', inflation, change_inflation),
-    ]
