@@ -372,8 +372,6 @@ def test_parameters_show_the_values_in_use_of_each_launch(graph, arguments, ppr,
 
 # --- a trial with nodes that behave as upstream's do -------------------------------------------------
 
-VIEW = 'until rosparam get /trial > /dev/null 2>&1; do sleep 0.2; done; exec %s %s/trial_view_node'
-
 
 @pytest.fixture(scope='module')
 def upstream_trial(tmp_path_factory):
@@ -391,7 +389,7 @@ def upstream_trial(tmp_path_factory):
     with Graph(folder / 'ros') as graph:
         graph.add_packages(folder / 'packages', {**programs, 'dwa_local_planner': {}})
         launch = graph.launch(TRIAL, f'test:={DATA}/short_route.yaml', 'nav:=upstream', 'rtf:=2', 'bag:=none')
-        view = graph.start('sh', '-c', VIEW % (sys.executable, SCRIPTS))
+        view = graph.start_view()
 
         def is_over():
             with contextlib.suppress(OSError):

@@ -25,7 +25,6 @@ TRIAL_TOPICS = (
     *('/clock', '/joint_states', '/gazebo/model_states', '/cmd_vel', '/encoder_pulse', '/amcl_pose', '/world_pose'),
     *('/map', '/tf', '/tf_static', '/move_base/goal', '/move_base/result', *PERIODIC),
 )
-VIEW = f'until rosparam get /trial > /dev/null 2>&1; do sleep 0.2; done; exec {sys.executable} {ROOT}/scripts/'
 
 
 @pytest.fixture(scope='module')
@@ -37,7 +36,7 @@ def carried_off(tmp_path_factory):
     with Graph(folder) as graph:
         files = f'test:={DATA}/bend.yaml', f'config:={folder}/config.yaml', f'bag:={folder}/trial.bag'
         launch = graph.launch(ROOT / 'launch' / 'trial.launch', *files, 'ppr:=1024', 'rtf:=2')
-        view = graph.start('sh', '-c', VIEW + 'trial_view_node')
+        view = graph.start_view()
         check_interfaces(graph, launch, NAVIGATED)
         graph.wait_for_clock(7.0)  # turned, and on its way
         place_robot(graph)

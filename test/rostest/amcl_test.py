@@ -53,16 +53,11 @@ class AmclTest(ros.NodeTest):
         cls.transforms = ros.Collector('/tf', TFMessage)
         cls.set_map = rospy.ServiceProxy('set_map', SetMap)
         cls.rosout = ros.RosoutWatch()
-        cls.wait_for_the_map(cls())
-
-    def runTest(self):
-        """Makes an instance without a test possible."""
-
-    def wait_for_the_map(self):
-        """The node fetches it by itself; scans until it answers one."""
-        self.epoch_ns = self.now_ns = 500 * ros.NS_PER_S
-        self.true_pose, self.odom_pose = START, ODOM_START
-        ros.wait_until(lambda: self.send_scan() and self.answers(), 'an answer to a scan')
+        # The node fetches the map by itself: scans until it answers one.
+        robot = cls('localized')
+        robot.epoch_ns = robot.now_ns = 500 * ros.NS_PER_S
+        robot.true_pose, robot.odom_pose = START, ODOM_START
+        ros.wait_until(lambda: robot.send_scan() and robot.answers(), 'an answer to a scan')
 
     def setUp(self):
         super().setUp()

@@ -15,9 +15,12 @@ import rospy
 from geometry_msgs.msg import TransformStamped
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import LaserScan
-from std_msgs.msg import Header
 
+from diff_encoder_sim.base.se2 import wrap_angle
 from diff_encoder_sim.drives.message_encoders import encode_scan, encode_transform
+from diff_encoder_sim.ros.messages import header, stamp_from_ns
+
+__all__ = ['header', 'stamp_from_ns']  # next to what is defined here
 
 TIMEOUT_S = 20.0
 NS_PER_S = 1000000000
@@ -53,14 +56,6 @@ def wait_until(condition, what, timeout_s=TIMEOUT_S, pause_s=0.005):
         time.sleep(pause_s)
 
 
-def stamp_from_ns(stamp_ns):
-    return rospy.Time(*divmod(stamp_ns, NS_PER_S))
-
-
-def header(stamp_ns, frame=''):
-    return Header(0, stamp_from_ns(stamp_ns), frame)
-
-
 def stamp_ns_of(message):
     return message.header.stamp.to_nsec()
 
@@ -71,7 +66,7 @@ def yaw_of(quaternion):
 
 
 def angle_between(first, second):
-    return abs((first - second + math.pi) % (2.0 * math.pi) - math.pi)
+    return abs(wrap_angle(first - second))
 
 
 def connected_publisher(topic, message_class, nodes=()):

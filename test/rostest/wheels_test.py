@@ -36,7 +36,7 @@ class EncoderChannel:
         self._joints = ros.connected_publisher(f'/{namespace}/joint_states', JointState)
 
     def send(self, stamp_ns, names, angles):
-        self._joints.publish(JointState(ros.header(stamp_ns), names, angles, (), ()))
+        self._joints.publish(JointState(ros.header(stamp_ns, ''), names, angles, (), ()))
 
 
 class Channel:
@@ -52,7 +52,7 @@ class Channel:
         self.reset = rospy.ServiceProxy(self.node + '/reset', Empty)
 
     def send(self, stamp_ns, *pulses):
-        self._pulses.publish(EncoderPulse(ros.header(stamp_ns), WHEELS, pulses))
+        self._pulses.publish(EncoderPulse(ros.header(stamp_ns, ''), WHEELS, pulses))
 
     def clear(self):
         if self._with_tf:  # it comes over a connection of its own, maybe later
@@ -144,7 +144,7 @@ class WheelsTest(ros.NodeTest):
             self.assertEqual(transform.transform.rotation, message.pose.pose.orientation)
 
     def send_speeds(self, stamp_ns, *speeds_radps):
-        self.speeds.publish(JointState(ros.header(stamp_ns), WHEELS, (), speeds_radps, ()))
+        self.speeds.publish(JointState(ros.header(stamp_ns, ''), WHEELS, (), speeds_radps, ()))
 
     def test_measured_speeds_make_the_twist_whichever_comes_first_and_are_not_waited_for_long(self):
         measured = self.channels['measured']

@@ -133,6 +133,11 @@ class Graph:
         unchecked = ['unchecked:=true'] if is_checked else []
         return self.start('roslaunch', '-p', str(self.port), str(launch_file), *arguments, *unchecked)
 
+    def start_view(self):
+        """What rviz:=true starts, except RViz itself."""
+        wait = 'until rosparam get /trial > /dev/null 2>&1; do sleep 0.2; done'
+        return self.start('sh', '-c', f'{wait}; exec {sys.executable} {ROOT}/scripts/trial_view_node')
+
     def start_master(self):
         core = self.start('roscore', '-p', str(self.port))
         wait_until(lambda: self.master.getPid() > 0, core)
