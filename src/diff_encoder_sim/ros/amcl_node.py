@@ -131,8 +131,17 @@ class AmclNode:
                 values = ', '.join(f'{key} {value:g}' for key, value in diagnosis.values.items())
                 log.warning('uncertain pose: %s', values)
             self._was_uncertain = bool(diagnosis.warning)
-        if amcl.is_lost != was_lost:
-            self._log_loss(amcl)
+        fit_percent, lost_percent = 100.0 * (amcl.fit_fraction or 0.0), 100.0 * params.lost_fraction
+        if amcl.is_lost and not was_lost:
+            log.warning(
+                'localization lost: %.0f %% of the rays agree with the map (lost_fraction: %.0f %%); map -> odom is '
+                'not published until enough do. Carry the robot back, set its pose by /initialpose, or call '
+                'global_localization and drive it by hand',
+                *(fit_percent, lost_percent),
+                extra=EVENT,
+            )
+        elif was_lost and not amcl.is_lost:
+            log.info('localized again: %.0f %% of the rays agree with the map', fit_percent, extra=EVENT)
         newest = amcl.last_estimate
         if newest is not None:
             self._diagnostics.publish_when_due(stamp_ns, lambda: spread_diagnosis(newest, params))
@@ -148,19 +157,6 @@ class AmclNode:
                     self._saved_ns = stamp_ns
                     self._save()
         self._used_scans.publish(encoders.encode_header(stamp_ns, ''))
-
-    def _log_loss(self, amcl: Amcl) -> None:
-        fit_percent, lost_percent = 100.0 * (amcl.fit_fraction or 0.0), 100.0 * self._params.lost_fraction
-        if amcl.is_lost:
-            log.warning(
-                'localization lost: %.0f %% of the rays agree with the map (lost_fraction: %.0f %%); map -> odom is '
-                'not published until enough do. Carry the robot back, set its pose by /initialpose, or call '
-                'global_localization and drive it by hand',
-                *(fit_percent, lost_percent),
-                extra=EVENT,
-            )
-        else:
-            log.info('localized again: %.0f %% of the rays agree with the map', fit_percent, extra=EVENT)
 
     def _save(self) -> None:
         """Write the pose to the initial_* parameters, the start of a restarted node."""

@@ -117,8 +117,7 @@ def encoded_class(message_class: MessageClass) -> Type[EncodedMessage]:
 class Publisher(rospy.Publisher):  # type: ignore[misc]
     """Publisher of messages or their bytes; `publish` returns when the message is in every subscriber's socket.
 
-    No message is dropped, a node never runs ahead of its subscribers, and publishing takes a third of the time of
-    rospy's queues, which use a thread per connection. During shutdown, messages are dropped.
+    So no message is dropped, except during shutdown, and publishing takes a third of the time of rospy's queues.
     """
 
     def __init__(self, topic: str, message_class: MessageClass, **options: Any) -> None:

@@ -31,14 +31,10 @@ ROBOT_RADIUS_M = 0.46  # upstream's default of robot_radius, used if the footpri
 
 
 class ReconfigureServer(Server):  # type: ignore[misc]  # the library has no types
-    """Server of one namespace, which starts with the node's values and stores changed ones for its next start.
+    """Server of a namespace in the node's, which starts with the node's `values` and stores changed ones.
 
     The library would clamp parameters to the limits of the .cfg file at the start; here the node validates its values.
-
-    Args:
-        namespace: relative to the node's name; '' for that of the node.
-        values: values in use, with every name of the .cfg file.
-        change: called with all values after a change; raises ConfigError to refuse them.
+    `change` is called with all values after a change, and raises ConfigError to refuse them.
     """
 
     def __init__(

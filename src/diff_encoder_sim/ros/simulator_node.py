@@ -122,30 +122,27 @@ class SimulatorNode:
         self._gate = pacing.CommandGate(reports, params.command_period, params.command_at_start)
 
     def _run(self) -> None:
+        """Publish the state, wait until time may advance, and advance it by one tick, again and again."""
         while not rospy.is_shutdown():
-            if self._running.is_set():
-                self._step()
-            else:
+            if not self._running.is_set():
                 self._clock.publish(encode_clock(self._simulator.time_ns))
                 time.sleep(PAUSED_CLOCK_PERIOD_S)
-
-    def _step(self) -> None:
-        """Publish the state, wait until time may advance, and advance it by one tick."""
-        with CALLBACKS:
-            now_ns = self._simulator.time_ns
-            self._publish(now_ns)
-        self._graph_pacer.wait(now_ns + TICK_NS)
-        self._wall_pacer.wait(now_ns + TICK_NS)
-        command = self._gate.take(now_ns)
-        with CALLBACKS:
-            if now_ns != self._simulator.time_ns:
-                return  # reset meanwhile
-            if command is not None:
-                try:
-                    self._simulator.command(*command)
-                except InputFault as fault:
-                    log.warning('%s: %s; message dropped', self._gate.commands.resolved_name, fault)
-            self._simulator.tick()
+                continue
+            with CALLBACKS:
+                now_ns = self._simulator.time_ns
+                self._publish(now_ns)
+            self._graph_pacer.wait(now_ns + TICK_NS)
+            self._wall_pacer.wait(now_ns + TICK_NS)
+            command = self._gate.take(now_ns)
+            with CALLBACKS:
+                if now_ns != self._simulator.time_ns:
+                    continue  # reset meanwhile
+                if command is not None:
+                    try:
+                        self._simulator.command(*command)
+                    except InputFault as fault:
+                        log.warning('%s: %s; message dropped', self._gate.commands.resolved_name, fault)
+                self._simulator.tick()
 
     def _publish(self, now_ns: int) -> None:
         self._clock.publish(encode_clock(now_ns))

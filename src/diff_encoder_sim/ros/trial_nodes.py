@@ -82,15 +82,24 @@ class TrialNode:
 
     def run(self) -> None:
         """Start simulated time, `drive`, and report the outcome; exit with status 1 if the trial failed."""
+        timeout_s = self.params.start_timeout
         try:
-            self._start()
+            missing = node.wait_until_connected(self._graph, ALSO_RECORDED, timeout_s)
+            if rospy.is_shutdown():
+                raise RouteFailed(Outcome.FAILED, 'stopped before its start')
+            if missing:
+                reason = f'topics not connected within {timeout_s:.0f} s: {", ".join(missing)}'
+                raise RouteFailed(Outcome.FAILED, reason)
+            time.sleep(FIRST_MESSAGES_S)
+            self._last_pose_s = time.monotonic()
+            _call('/gazebo/unpause_physics')
             self.drive()
             _call('/gazebo/pause_physics')  # ends the bag before the slow shutdown
             goal = self.trial.goal()
             log.info('true pose (%s): %s', topics.WORLD_POSE, distance_from_goal(self._true_pose, goal))
-            reason = goal_error(self._true_pose, goal, self.params.goal_distance)
-            if reason is not None:
-                raise RouteFailed(Outcome.LOST, reason)
+            error = goal_error(self._true_pose, goal, self.params.goal_distance)
+            if error is not None:
+                raise RouteFailed(Outcome.LOST, error)
         except RouteFailed as failure:
             rospy.logerr('trial failed: %s; %s', failure, self._record)  # first, as the shutdown is slow
             if not rospy.is_shutdown():
@@ -109,18 +118,6 @@ class TrialNode:
             if time.monotonic() - self._last_pose_s > self.params.stall_timeout:
                 raise RouteFailed(Outcome.FAILED, f'no {topics.WORLD_POSE} for {self.params.stall_timeout:.0f} s')
             time.sleep(POLL_PERIOD_S)
-
-    def _start(self) -> None:
-        timeout_s = self.params.start_timeout
-        missing = node.wait_until_connected(self._graph, ALSO_RECORDED, timeout_s)
-        if rospy.is_shutdown():
-            raise RouteFailed(Outcome.FAILED, 'stopped before its start')
-        if missing:
-            reason = f'topics not connected within {timeout_s:.0f} s: {", ".join(missing)}'
-            raise RouteFailed(Outcome.FAILED, reason)
-        time.sleep(FIRST_MESSAGES_S)
-        self._last_pose_s = time.monotonic()
-        _call('/gazebo/unpause_physics')
 
     def _on_world_pose(self, stamp_ns: int, base_pose_in_map: Pose2D) -> None:
         self._true_pose, self._last_pose_s = base_pose_in_map, time.monotonic()
