@@ -33,6 +33,7 @@ from diff_encoder_sim.wheels.diagnostics import Diagnosis
 
 # A base pose in the map with its 3x3 covariance over (x [m], y [m], yaw [rad]).
 PoseGuess = Tuple[Pose2D, np.ndarray]
+PLANAR_ROWS_AND_COLUMNS = np.ix_((0, 1, 5), (0, 1, 5))  # of x, y and yaw in a message's 6x6 covariance
 
 
 class AmclNodeParams(AmclParams):
@@ -215,7 +216,7 @@ def read_initial_pose(message: PoseWithCovarianceStamped, params: AmclParams, bu
     elif frame != params.global_frame_id:
         raise InputFault(f'header.frame_id is {frame!r}; expected {params.global_frame_id!r}')
     pose = messages.pose_from_message(message.pose.pose)
-    covariance = messages.pose_covariance_from_message(message.pose.covariance)
+    covariance = np.reshape(message.pose.covariance, (6, 6))[PLANAR_ROWS_AND_COLUMNS]
     check_pose(pose, 'initial pose')
     check_covariance(covariance)
     stamp, frames = message.header.stamp, (params.odom_frame_id, params.base_frame_id)

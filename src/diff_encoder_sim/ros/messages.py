@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import warnings
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, Callable, Optional, Sequence, Type
+from typing import TYPE_CHECKING, Any, Callable, Optional, Type
 
 import genpy
-import numpy as np
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Pose, PoseStamped, TransformStamped
@@ -29,7 +28,6 @@ if TYPE_CHECKING:  # nodes of an encoder import this module
     from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 
 MessageClass = Type[genpy.Message]
-PLANAR_AXES = (0, 1, 5)  # rows of x, y and yaw in a message's 6x6 covariance
 
 
 def ns_from_stamp(stamp: rospy.Time) -> int:
@@ -79,11 +77,6 @@ def pose_from_transform(transform: TransformStamped) -> Pose2D:
 
 def _pose_on_floor(position: Any, rotation: Any) -> Pose2D:
     return planar_pose(position.x, position.y, position.z, rotation.x, rotation.y, rotation.z, rotation.w)
-
-
-def pose_covariance_from_message(covariance: Sequence[float]) -> np.ndarray:
-    """Return the (3, 3) covariance over (x, y, yaw) of a message's 36 numbers."""
-    return np.array(covariance, dtype=float).reshape(6, 6)[np.ix_(PLANAR_AXES, PLANAR_AXES)]
 
 
 class EncodedMessage(rospy.AnyMsg):  # type: ignore[misc]  # rospy has no types

@@ -80,10 +80,9 @@ class SimulatorNode:
             defaults['commands_answer'] = 'states' if plan.trial.nav == 'scripted' else 'reports'
             defaults['command_period'] = plan.command_period and max(plan.command_period, SHORTEST_COMMAND_PERIOD_S)
         params = node_params(SimulatorNodeParams, part='simulator', defaults=defaults)
-        core_params = SimulatorParams(**{name: getattr(params, name) for name in SimulatorParams.model_fields})
         arguments = xacro_arguments_of_text(params.robot_args)
         robot = load_robot_file(params.robot, users_path('.'), package_folder(), arguments)
-        self._simulator = Simulator(Path(params.world), robot.source, core_params, params.start.pose(), params.seed)
+        self._simulator = Simulator(Path(params.world), robot.source, params, params.start.pose(), params.seed)
         self._running = threading.Event()
         self._clock = Publisher('/clock', Clock)
         self._joint_states = Publisher('joint_states', JointState)
