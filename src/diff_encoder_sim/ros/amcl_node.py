@@ -70,20 +70,18 @@ class AmclNode:
         self._diagnostics = messages.Diagnostics('Standard deviation', self._params.diagnostic_period)
         self._was_uncertain = True  # the initial particles are spread
         self._saved_ns: Optional[int] = None  # stamp of the scan
-        self._services = [
-            node.empty_service('global_localization', self._on_global_localization),
-            node.empty_service('request_nomotion_update', self._on_nomotion_update),
-            node.service('set_map', SetMap, self._on_set_map),
-        ]
+        node.empty_service('global_localization', self._on_global_localization)
+        node.empty_service('request_nomotion_update', self._on_nomotion_update)
+        node.service('set_map', SetMap, self._on_set_map)
         self._initial_poses = messages.subscriber('initialpose', PoseWithCovarianceStamped, self._on_initial_pose)
         frames = self._params.base_frame_id, self._params.odom_frame_id
         self._scans = ScanInput(self._buffer, *frames, self._localize, self._on_restart, lambda: self._amcl is not None)
         if self._params.use_map_topic:
-            self._maps = messages.subscriber('map', OccupancyGridMessage, self._on_map)
+            messages.subscriber('map', OccupancyGridMessage, self._on_map)
         else:
             fetch_map(lambda message: self._on_map(message, is_first=True))
         rospy.on_shutdown(node.one_at_a_time(self._save))
-        self._reconfiguration = serve_amcl(self._params, self._reconfigure)
+        serve_amcl(self._params, self._reconfigure)
 
     def _reconfigure(self, params: AmclNodeParams) -> None:
         warm_up(params)  # compile a new model before the next scan

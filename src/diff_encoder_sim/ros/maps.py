@@ -106,10 +106,8 @@ class MapServerNode:
         self._message = self._load(files[0])
         self._maps = Publisher('map', OccupancyGridMessage, latch=True)
         self._metadata = Publisher('map_metadata', MapMetaData, latch=True)
-        self._services = [
-            node.service('static_map', GetMap, lambda _: GetMapResponse(map=self._message)),
-            node.service('change_map', LoadMap, self._on_change),
-        ]
+        node.service('static_map', GetMap, lambda _: GetMapResponse(map=self._message))
+        node.service('change_map', LoadMap, self._on_change)
         self._publish()
 
     def _load(self, map_file: str) -> OccupancyGridMessage:

@@ -85,7 +85,7 @@ class GoalServer(actionlib.SimpleActionServer):  # type: ignore[misc]  # actionl
         server.status_timer.shutdown()
         period = rospy.Duration(1.0 / server.status_frequency)
         server.status_timer = rospy.Timer(period, server.publish_status_async, reset=True)
-        self._simple_goals = messages.subscriber('move_base_simple/goal', PoseStamped, self._on_simple_goal)
+        messages.subscriber('move_base_simple/goal', PoseStamped, self._on_simple_goal)
 
     def poll(self, navigator: Navigator, now_ns: int) -> None:
         """Pass a new goal to the navigator, or cancel its goal."""
@@ -149,17 +149,15 @@ class MoveBaseNode:
         self._transforms = NavigationTransforms(self._params)
         self._views = NavigationViews(self._transforms.map_frame, self._transforms.odom_frame)
         self._goals = GoalServer(self._transforms)
-        self._services = [
-            node.service('~make_plan', GetPlan, self._on_make_plan),
-            node.service('~NavfnROS/make_plan', GetPlan, self._on_make_plan),
-            node.empty_service('~clear_costmaps', self._on_clear_costmaps),
-        ]
+        node.service('~make_plan', GetPlan, self._on_make_plan)
+        node.service('~NavfnROS/make_plan', GetPlan, self._on_make_plan)
+        node.empty_service('~clear_costmaps', self._on_clear_costmaps)
         self._scans = messages.encoded_subscriber('scan', LaserScan, self._on_scan)
         self._odometry = messages.encoded_subscriber('odom', Odometry, self._on_odometry)
-        self._watchdog = node.timer(0.1, self._on_watchdog)
+        node.timer(0.1, self._on_watchdog)
         rospy.on_shutdown(node.one_at_a_time(self._on_shutdown))
         fetch_map(self._on_map)
-        self._reconfiguration = serve_navigation(self._params, self._reconfigure)
+        serve_navigation(self._params, self._reconfigure)
 
     def _reconfigure(self, params: NavigatorParams) -> None:
         if self._navigator is not None:

@@ -58,11 +58,8 @@ class GraphPacer:
         self._expected_ns, self._from_start = expected_ns, from_start
         self._moved = threading.Condition()
         self.restart()
-        # AnyMsg with only the header parsed accepts any stamped message.
-        self._subscribers = [
+        for topic in expected_ns:  # AnyMsg with only the header parsed accepts any stamped message
             rospy.Subscriber(topic, rospy.AnyMsg, self._on_message, callback_args=topic, tcp_nodelay=True)
-            for topic in expected_ns
-        ]
 
     def restart(self) -> None:
         """Clear the stamps after a reset."""

@@ -159,16 +159,12 @@ class TrialViewNode:
     def __init__(self) -> None:
         plan = required_trial_plan()
         start, odom_trail = plan.trial.test.start.pose(), PathTrail('odom_path')
-        self._markers = Publisher('world_markers', MarkerArray, latch=True)
-        self._markers.publish(world_markers(load_world(plan.world), MAP_FRAME))
-        self._subscribers = [
-            # Odometry is relative to the known start.
-            pose_subscriber(
-                topics.ODOM, lambda stamp_ns, pose: odom_trail.add(stamp_ns, start.compose(pose)), Odometry
-            ),
-            pose_subscriber(topics.GLOBAL_POSE, PathTrail('global_pose_path').add),
-            pose_subscriber(topics.WORLD_POSE, PathTrail('world_pose_path').add),
-        ]
+        markers = world_markers(load_world(plan.world), MAP_FRAME)
+        Publisher('world_markers', MarkerArray, latch=True).publish(markers)
+        # Odometry is relative to the known start.
+        pose_subscriber(topics.ODOM, lambda stamp_ns, pose: odom_trail.add(stamp_ns, start.compose(pose)), Odometry)
+        pose_subscriber(topics.GLOBAL_POSE, PathTrail('global_pose_path').add)
+        pose_subscriber(topics.WORLD_POSE, PathTrail('world_pose_path').add)
 
 
 def world_markers(world: World, frame: str) -> MarkerArray:

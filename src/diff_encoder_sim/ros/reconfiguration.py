@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from types import ModuleType
-from typing import Any, Callable, Dict, List, Mapping
+from typing import Any, Callable, Dict, Mapping
 
 import rospy
 from dynamic_reconfigure.server import Server
@@ -71,7 +71,7 @@ class ReconfigureServer(Server):  # type: ignore[misc]  # the library has no typ
         """Keep what `_on_change` has stored: the library would store every value."""
 
 
-def serve_amcl(params: AmclParams, apply: Callable[[Any], None]) -> ReconfigureServer:
+def serve_amcl(params: AmclParams, apply: Callable[[Any], None]) -> None:
     """Serve the parameters of amcl_node; `apply` receives the validated parameters after a change."""
 
     def change(values: Values) -> None:
@@ -81,10 +81,10 @@ def serve_amcl(params: AmclParams, apply: Callable[[Any], None]) -> ReconfigureS
                 raise ConfigError(f'{name}: given {values[name]!r}; allowed: {allowed}')
         apply(with_changes(params, values, ''))
 
-    return ReconfigureServer(AMCLConfig, '', dict(params), change)
+    ReconfigureServer(AMCLConfig, '', dict(params), change)
 
 
-def serve_navigation(params: NavigatorParams, apply: Callable[[NavigatorParams], None]) -> List[ReconfigureServer]:
+def serve_navigation(params: NavigatorParams, apply: Callable[[NavigatorParams], None]) -> None:
     """Serve the parameters of move_base_node in upstream's namespaces; `apply` receives the validated ones."""
     in_use, planner = params, 'DWAPlannerROS'
 
@@ -99,18 +99,15 @@ def serve_navigation(params: NavigatorParams, apply: Callable[[NavigatorParams],
         fields = {name: value for name, value in values.items() if name != 'enabled'}
         change(part, {**fields, **(if_enabled if values['enabled'] else otherwise)})
 
-    servers = [
-        ReconfigureServer(MoveBaseConfig, '', dict(params), partial(change, '')),
-        ReconfigureServer(DWAPlannerConfig, planner, dict(params.DWAPlannerROS), partial(change, planner)),
-    ]
+    ReconfigureServer(MoveBaseConfig, '', dict(params), partial(change, ''))
+    ReconfigureServer(DWAPlannerConfig, planner, dict(params.DWAPlannerROS), partial(change, planner))
     for name, costmap in (('global_costmap', params.global_costmap), ('local_costmap', params.local_costmap)):
         values = {**dict(costmap), 'footprint': str(costmap.footprint), 'robot_radius': ROBOT_RADIUS_M}
-        servers.append(ReconfigureServer(Costmap2DConfig, name, values, partial(change, name)))
+        ReconfigureServer(Costmap2DConfig, name, values, partial(change, name))
         sources, none = costmap.observation_sources, {'observation_sources': ''}
         layer = f'{name}/obstacle_layer', {**values, 'enabled': bool(sources)}
         change_obstacles = partial(change_layer, name, {'observation_sources': sources or 'scan'}, none)
-        servers.append(ReconfigureServer(ObstaclePluginConfig, *layer, change_obstacles))
+        ReconfigureServer(ObstaclePluginConfig, *layer, change_obstacles)
         layer = f'{name}/inflation_layer', {**values, 'enabled': True}
         change_inflation = partial(change_layer, name, {}, {'inflation_radius': 0.0})
-        servers.append(ReconfigureServer(InflationPluginConfig, *layer, change_inflation))
-    return servers
+        ReconfigureServer(InflationPluginConfig, *layer, change_inflation)

@@ -42,10 +42,8 @@ class Recorder:
         except OSError as error:
             raise ConfigError(f'bag: {path} cannot be created: {error.strerror}') from None
         # rospy's subscription to /clock, which shares the connection, has a type.
-        self._subscribers = [
+        for topic in topics:
             subscriber(topic, Clock if topic == CLOCK else rospy.AnyMsg, partial(self._write, topic))
-            for topic in topics
-        ]
         rospy.on_shutdown(self.finish)
 
     def finish(self, is_kept: bool = True) -> None:

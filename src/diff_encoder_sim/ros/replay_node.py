@@ -90,8 +90,8 @@ class ReplayNode:
                 used, recorded = getattr(odometry, name), getattr(trial, name)
                 if used != recorded:
                     log.warning("%s: %g is used, %g was used in the bag's trial: see robot:=", name, used, recorded)
-            self._trial = Publisher(topics.TRIAL, String, latch=True)
-            self._trial.publish(String(with_encoder(trial, encoder, odometry).model_dump_json()))
+            info = with_encoder(trial, encoder, odometry).model_dump_json()
+            Publisher(topics.TRIAL, String, latch=True).publish(String(info))
 
     def run(self) -> None:
         """Play and record; returns at the end of the drive."""

@@ -93,14 +93,12 @@ class SimulatorNode:
         self._states_encoder = ModelStatesEncoder(self._simulator.world, self._simulator.robot_name)
         self._begin_pacing(params)
         # pause_physics needs no lock: at full speed the loop hardly lets go of it.
-        self._services = [
-            rospy.Service('/gazebo/pause_physics', Empty, self._pause),
-            empty_service('/gazebo/unpause_physics', self._unpause),
-            empty_service('/gazebo/reset_simulation', self._reset_simulation),
-            empty_service('/gazebo/reset_world', self._simulator.reset_world),
-            gazebo_service('/gazebo/set_model_state', SetModelState, self._set_model_state),
-            gazebo_service('/gazebo/get_model_state', GetModelState, self._get_model_state),
-        ]
+        rospy.Service('/gazebo/pause_physics', Empty, self._pause)
+        empty_service('/gazebo/unpause_physics', self._unpause)
+        empty_service('/gazebo/reset_simulation', self._reset_simulation)
+        empty_service('/gazebo/reset_world', self._simulator.reset_world)
+        gazebo_service('/gazebo/set_model_state', SetModelState, self._set_model_state)
+        gazebo_service('/gazebo/get_model_state', GetModelState, self._get_model_state)
         if not params.paused:
             self._unpause()
         threading.Thread(target=self._run, daemon=True).start()

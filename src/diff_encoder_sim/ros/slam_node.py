@@ -50,11 +50,11 @@ class SlamNode:
         self._metadata = Publisher('map_metadata', MapMetaData, latch=True)
         self._entropies = Publisher('~entropy', Float64)
         self._poses = Publisher('~pose', PoseStamped)
-        self._service = service('dynamic_map', GetMap, self._on_dynamic_map)
+        service('dynamic_map', GetMap, self._on_dynamic_map)
         frames = self._params.base_frame, self._params.odom_frame
         self._scans = ScanInput(TransformBuffer(30.0), *frames, self._use_scan, self._on_restart)
         if self._params.transform_publish_period > 0.0:
-            self._timer = timer(self._params.transform_publish_period, self._broadcast)
+            timer(self._params.transform_publish_period, self._broadcast)
 
     def _on_restart(self, stamp_ns: int) -> None:
         at_s = stamp_ns / NANOSECONDS_PER_SECOND

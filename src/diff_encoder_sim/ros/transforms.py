@@ -105,7 +105,7 @@ class ScanInput:
         self._has_had_scan = False
         self._scans = encoded_subscriber('scan', LaserScan, self._on_scan, SCANS_MOST_AHEAD_S)
         buffer.on_change = self._process  # the laser's transform may be received last
-        self._silence = timer(SILENCE_S, self._on_silence)
+        timer(SILENCE_S, self._on_silence)
 
     def _on_scan(self, content: bytes) -> None:
         self._has_had_scan = True

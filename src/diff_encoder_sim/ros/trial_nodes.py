@@ -69,10 +69,9 @@ class TrialNode:
         self._status, self._graph = status, (*GRAPH, *connected)
         self._record = f'bag: {self.plan.bag}' if self.plan.bag else 'no bag'
         self._true_pose, self._last_pose_s = self.trial.test.start.pose(), time.monotonic()
-        self._info = Publisher(topics.TRIAL, String, latch=True)
         self._result = Publisher(topics.TRIAL_RESULT, String, latch=True)
-        self._info.publish(String(self.trial.model_dump_json()))
-        self._world_pose = pose_subscriber(topics.WORLD_POSE, self._on_world_pose)
+        Publisher(topics.TRIAL, String, latch=True).publish(String(self.trial.model_dump_json()))
+        pose_subscriber(topics.WORLD_POSE, self._on_world_pose)
 
     def drive(self) -> None:
         """Drive to the end of the trial; RouteFailed if that is not possible."""
@@ -164,7 +163,7 @@ class NavigationTrialNode(TrialNode):
         self._commands = Publisher('cmd_vel', Twist)
         # SimpleActionClient would log an error for the status of an unregistered goal.
         self._action = actionlib.ActionClient(ACTION, MoveBaseAction)
-        self._global_pose = pose_subscriber(topics.GLOBAL_POSE, self._on_global_pose)
+        pose_subscriber(topics.GLOBAL_POSE, self._on_global_pose)
 
     def drive(self) -> None:
         """Wait for the driver, and report its failure."""
@@ -235,9 +234,9 @@ class ScriptedDriveNode(TrialNode):
         self._commands = Publisher('cmd_vel', Twist)
         self._drive = ScriptedDrive(self.trial.test)
         if self.plan.slam == 'none':  # odom is at the surveyed start
-            start, frames = self.trial.test.start.pose(), (self.params.map_frame, self.params.odom_frame)
-            self._static_transforms = Publisher('/tf_static', TFMessage, latch=True)
-            self._static_transforms.publish(encode_planar_tf(start, 0, *frames))
+            frames = self.params.map_frame, self.params.odom_frame
+            transform = encode_planar_tf(self.trial.test.start.pose(), 0, *frames)
+            Publisher('/tf_static', TFMessage, latch=True).publish(transform)
         self._map_keeper = MapKeeper(self.plan.save_map) if self.plan.save_map else None
 
     def run(self) -> None:

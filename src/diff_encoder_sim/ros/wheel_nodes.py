@@ -35,7 +35,7 @@ class EncoderNode:
             self._separation_m = node_params(OdometryParams, EncoderParams, part='config').wheel_separation
             self._commands = subscriber('cmd_vel', Twist, self._on_command)
         self._decoder = JointDecoder(JOINT_STATE_TYPE)
-        self._joint_states = encoded_subscriber('joint_states', JointState, self._on_joint_states)
+        encoded_subscriber('joint_states', JointState, self._on_joint_states)
         # Advertise last: once it is published, joint states are received.
         if params.velocity_method != 'M':
             self._speeds = Publisher('encoder_velocity', JointState)
@@ -82,7 +82,7 @@ class OdometryNode:
         self._decoder = JointDecoder(ENCODER_PULSE_TYPE)
         self._pulses = encoded_subscriber('encoder_pulse', EncoderPulse, self._on_pulses)
         self._commands = subscriber('cmd_vel', Twist, self._on_command)
-        self._reset = empty_service('~reset', self._on_reset)
+        empty_service('~reset', self._on_reset)
         # Advertise last: once it is published, pulses are received.
         self._output = OdometryOutput(params.odom_frame, params.base_frame, params.publish_tf)
 
