@@ -13,7 +13,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from diff_encoder_sim.base.bounds import Rate_Hz
 from diff_encoder_sim.base.params import Params
-from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, quat_xyzw_from_yaw
 from diff_encoder_sim.base.stamps import Step, Timeline
 from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.message_encoders import encode_header, encode_pose, encode_pose_stamped, encode_sequence
@@ -134,9 +134,10 @@ WALL_COLOUR = ColorRGBA(0.62, 0.66, 0.72, 1.0)
 
 
 class PathTrail:
-    """Collects poses in the map frame and publishes them as a path."""
+    """Collects poses relative to an origin in the map, and publishes them as a path in the map frame."""
 
-    def __init__(self, path_topic: str) -> None:
+    def __init__(self, path_topic: str, origin: Pose2D = IDENTITY) -> None:
+        self._origin = origin
         self._poses: List[bytes] = []
         self._timeline = Timeline(tolerance_ns=0)
         self._paths = Publisher(path_topic, Path, latch=True)
@@ -148,7 +149,7 @@ class PathTrail:
             self._poses.clear()
         if step is Step.STALE:
             return
-        self._poses.append(encode_pose_stamped(pose, stamp_ns, MAP_FRAME))
+        self._poses.append(encode_pose_stamped(self._origin.compose(pose), stamp_ns, MAP_FRAME))
         if len(self._poses) % POSES_PER_PATH_MESSAGE == 0:
             self._paths.publish(encode_header(stamp_ns, MAP_FRAME) + encode_sequence(self._poses))
 
@@ -158,11 +159,9 @@ class TrialViewNode:
 
     def __init__(self) -> None:
         plan = required_trial_plan()
-        start, odom_trail = plan.trial.test.start.pose(), PathTrail('odom_path')
         markers = world_markers(load_world(plan.world), MAP_FRAME)
         Publisher('world_markers', MarkerArray, latch=True).publish(markers)
-        # Odometry is relative to the known start.
-        pose_subscriber(topics.ODOM, lambda stamp_ns, pose: odom_trail.add(stamp_ns, start.compose(pose)), Odometry)
+        pose_subscriber(topics.ODOM, PathTrail('odom_path', plan.trial.test.start.pose()).add, Odometry)
         pose_subscriber(topics.GLOBAL_POSE, PathTrail('global_pose_path').add)
         pose_subscriber(topics.WORLD_POSE, PathTrail('world_pose_path').add)
 
