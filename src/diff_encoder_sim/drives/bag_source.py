@@ -79,11 +79,7 @@ class Sqlite3Stream(DriveStream):
     is_cdr = True
 
     def __init__(self, path: Path, is_compressed: bool = False) -> None:
-        """Read the topics; `is_compressed`: each message by zstd.
-
-        Raises:
-            InputFault: it cannot be read, or has other tables.
-        """
+        """Read the topics; each message may be compressed by zstd. InputFault if the file has other tables."""
         super().__init__(path)
         self._uri = f'file:{urllib.parse.quote(str(path.resolve()))}?mode=ro&immutable=1'
         self._is_compressed = is_compressed
@@ -155,11 +151,7 @@ def bags_in(folder: Path) -> List[Path]:
 
 
 def open_source(path: Path) -> DriveStream:
-    """Open a bag to stream from: a file of ROS 1, or a file or folder of ROS 2.
-
-    Raises:
-        ConfigError: it is missing, cannot be read, or has no message.
-    """
+    """Open a file of ROS 1, or a file or folder of ROS 2; ConfigError if it cannot be read or has no message."""
     if not path.exists():
         raise ConfigError(f'{path}: no such bag')
     try:

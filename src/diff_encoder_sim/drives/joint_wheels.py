@@ -38,10 +38,7 @@ def find_wheels(
     """Choose the topic, its type, which is one of JOINT_TYPES, and the joints (left, right) to read.
 
     The last four arguments are the user's choices of a topic of angles, a topic of counts, and joints. What is empty
-    follows from the bag, and from `params` if the bag has these joints.
-
-    Raises:
-        ConfigError: there is none, or more than one; it lists the alternatives.
+    follows from the bag, and from `params` if the bag has these joints. ConfigError lists the alternatives.
     """
     topic, kind = _topic(source, joint_states, pulses)
     decoder = JointDecoder(kind, source.is_cdr)

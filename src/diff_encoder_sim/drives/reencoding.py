@@ -139,8 +139,14 @@ def encode_drive(
     chain = Chain(encoder.params, encoder.odometry)
     paths, count = [], 0
     copies = deque(read.copies)
+    separation_m, speeds_mps = encoder.odometry.wheel_separation, [(0.0, 0.0)]  # of both wheels before any command
+    speeds_mps += [wheel_speeds_mps(linear, angular, separation_m) for _, linear, angular in read.commands]
     for timed in read.drives:
-        run = chain.run(timed.drive, commands=_newest_commands(timed.times_ns, read.commands, encoder))
+        commands = None
+        if read.commands and encoder.params.encoder.counts_by_command:
+            newest = np.searchsorted([command_ns for command_ns, *_ in read.commands], timed.times_ns, 'right')
+            commands = np.array(speeds_mps)[newest]
+        run = chain.run(timed.drive, commands=commands)
         count += len(run.rows[0])
         if not bag and len(run.rows[0]) > FEW_REPORTS:
             stamps_ns, poses = run.stamps_ns[0], run.poses[0]
@@ -160,18 +166,6 @@ def encode_drive(
         for message in copies:
             _copy(bag, message, encoder, trial)
     return EncodedDrive(encoder, count, paths)
-
-
-def _newest_commands(
-    times_ns: np.ndarray, commands: Sequence[Tuple[int, float, float]], encoder: Encoder
-) -> Optional[np.ndarray]:
-    """Return the commanded speeds of both wheels at each sample (n, 2), 0 before the first; None if not needed."""
-    if not commands or not encoder.params.encoder.counts_by_command:
-        return None
-    separation_m = encoder.odometry.wheel_separation
-    speeds_mps = [wheel_speeds_mps(linear, angular, separation_m) for _, linear, angular in commands]
-    newest = np.searchsorted([command_ns for command_ns, *_ in commands], times_ns, 'right')
-    return np.array([(0.0, 0.0), *speeds_mps])[newest]
 
 
 def _report(

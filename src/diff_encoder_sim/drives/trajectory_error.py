@@ -97,10 +97,9 @@ def pairs_error(runs: Sequence[np.ndarray], alignment: Alignment) -> Optional[Pa
 
 
 def common_poses(estimate: PoseSeries, reference: PoseSeries) -> np.ndarray:
-    """Return pairs (n, 6) at the stamps of the sparser of two paths, whose stamps ascend.
+    """Return pairs (n, 6) at the stamps of the sparser of two paths, or the estimate's; the stamps ascend.
 
-    Between two stamps of the other path, poses are interpolated, unless these are more than LARGEST_GAP_NS apart. If
-    both paths are equally dense, the estimate's stamps count.
+    Between two stamps of the other path, poses are interpolated, unless these are more than LARGEST_GAP_NS apart.
     """
     if not (len(estimate.stamps_ns) and len(reference.stamps_ns)):
         return np.empty((0, 6))
@@ -191,10 +190,9 @@ def _consecutive(steps: np.ndarray, distance_m: float) -> Tuple[np.ndarray, np.n
 
 
 def _from_every_pose(steps: np.ndarray, distance_m: float) -> Tuple[np.ndarray, np.ndarray]:
-    """Find a segment from every pose to that whose distance from it along the path is nearest to the given.
+    """Find a segment from every pose to the pose nearest to the distance along the path, within the tolerance.
 
-    Of poses at the same length the first is taken, of two as near the shorter segment. Segments whose length is not
-    within the tolerance are left out.
+    Of poses at the same length the first is taken, of two as near the shorter segment.
     """
     lengths_m = np.concatenate(([0.0], np.cumsum(steps)))
     first_as_long = np.searchsorted(lengths_m, lengths_m)  # a robot that stands repeats itself

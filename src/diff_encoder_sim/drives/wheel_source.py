@@ -105,13 +105,9 @@ class WheelSource:
     def __init__(
         self, topics: Sequence[str], joints: Tuple[str, str], text: str, numbers: Optional[WheelNumbers] = None
     ) -> None:
-        """Prepare to read.
+        """Prepare to read the angles of joints, left and right, or numbers of wheels that get the names of joints.
 
-        Args:
-            topics: of the messages.
-            joints: left, right: the names under which angles are given.
-            text: the kind of the messages, and the interpretation of their numbers, to print after their count.
-            numbers: interpretation of the numbers; None for angles.
+        `text` is to print after the number of messages: their kind, and what they contain.
         """
         self.topics, self.joints, self.text = tuple(dict.fromkeys(topics)), joints, text
         self.ppr = numbers.ppr if numbers else None  # of the encoder that counted; None if unknown
