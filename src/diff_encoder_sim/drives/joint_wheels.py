@@ -45,7 +45,7 @@ def find_wheels(
     names: Dict[str, None] = {}  # in the order of their appearance
     for message in itertools.islice(source.messages((topic,)), MESSAGES_WITH_NAMES):
         with contextlib.suppress(InputFault):  # counted when the drive is read
-            names.update(dict.fromkeys(decoder.decode(message.raw).names))
+            names.update(dict.fromkeys(decoder.decode(message.raw)[1]))
     if not names:
         raise ConfigError(f'{source.path}: no message on {topic}; expected {kind}')
     where = f'{source.path}: {topic}'

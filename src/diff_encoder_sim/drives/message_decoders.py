@@ -162,14 +162,6 @@ def planar_pose(x_m: float, y_m: float, z_m: float, qx: float, qy: float, qz: fl
         raise InputFault(str(error)) from None
 
 
-class JointValues(NamedTuple):
-    """Joints at one instant."""
-
-    stamp_ns: int
-    names: Tuple[str, ...]
-    values: Sequence[float]  # [rad] of a JointState, pulses of an EncoderPulse
-
-
 class JointDecoder:
     """Decodes the messages of one topic, JointState or EncoderPulse: header, names, and a number for each.
 
@@ -183,8 +175,8 @@ class JointDecoder:
         self._names: Tuple[str, ...] = ()
         self._length_at = self._values_at = 0
 
-    def decode(self, raw: bytes) -> JointValues:
-        """Decode a message."""
+    def decode(self, raw: bytes) -> Tuple[int, Tuple[str, ...], Sequence[float]]:
+        """Decode the stamp [ns], the names, and their values: angles [rad] of a JointState, or pulses."""
         if not self._raw_names or not raw.startswith(self._raw_names, FRAME_AT):
             fields = FieldReader(raw, self._is_cdr)
             fields.header()
@@ -201,7 +193,7 @@ class JointDecoder:
             values = struct.unpack_from(f'<{count}{self._kind}', raw, self._values_at)
         except struct.error:
             raise InputFault(TORN) from None
-        return JointValues(seconds * NANOSECONDS_PER_SECOND + nanoseconds, self._names, values)
+        return seconds * NANOSECONDS_PER_SECOND + nanoseconds, self._names, values
 
 
 def decode_wheel_speeds(raw: bytes) -> Tuple[int, Tuple[float, float]]:

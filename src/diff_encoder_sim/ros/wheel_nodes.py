@@ -87,11 +87,11 @@ class OdometryNode:
         self._output = OdometryOutput(params.odom_frame, params.base_frame, params.publish_tf)
 
     def _on_pulses(self, content: bytes) -> None:
-        counters = self._decoder.decode(content)
-        if len(counters.values) != 2:
-            raise InputFault(f'{len(counters.values)} counters; expected 2, left then right')
-        left, right = counters.values
-        sample = EncoderSample(counters.stamp_ns, int(left), int(right))
+        stamp_ns, _, counts = self._decoder.decode(content)
+        if len(counts) != 2:
+            raise InputFault(f'{len(counts)} counters; expected 2, left then right')
+        left, right = counts
+        sample = EncoderSample(stamp_ns, int(left), int(right))
         self._add([sample] if self._pairing is None else self._pairing.take_counts(sample, time.monotonic()))
 
     def _on_speeds(self, content: bytes) -> None:
