@@ -80,28 +80,22 @@ def reencoding(options: DriveOptions) -> Reencoding:
     """Compute a recorded drive with each encoder; errors as in `reencode`."""
     begin_s = time.perf_counter()
     wheel_options.check_wheel_options(options)
-    path, trial, reference = options.csv or options.bag or Path(), None, None
-    if options.csv:
-        table = CsvStream(path, options.columns, options.time_unit or 's')
-        robot = wheel_options.recorded_robot(options, None)
-        wheels: WheelSource = wheel_options.csv_wheels(options, table.topic, robot)
-        stream: DriveStream = table
-    else:
-        source = open_source(path)
-        trial = trial_of_source(source)
-        robot = wheel_options.recorded_robot(options, trial)
-        stream, wheels = source, wheel_options.bag_wheels(options, source, trial, robot)
-        reference = find_reference(source, options.reference)
-        robot = _with_joints(options, wheels, robot)
+    path = options.csv or options.bag or Path()
+    source = CsvStream(path, options.columns, options.time_unit or 's') if options.csv else open_source(path)
+    trial = trial_of_source(source)
+    robot = wheel_options.recorded_robot(options, trial)
+    wheels = wheel_options.drive_wheels(options, source, trial, robot)
+    reference = find_reference(source, options.reference)
+    robot = _with_joints(options, wheels, robot)
     chosen = wheel_options.chosen_encoders(options, robot.encoder)
     files = output_files(options.out, path, chosen)
     encoders = [Encoder(each, *parameters_with(each, robot.encoder, robot.odometry)) for each in chosen]
-    copied = [*encoding.copied_topics(stream), *([TRIAL] if trial else [])] if files else []
-    read = encoding.read_drive(stream, wheels, reference, copied)
-    why = '; '.join(read.notes[-1:]) or stream.fault or 'too short'
+    copied = [*encoding.copied_topics(source), *([TRIAL] if trial else [])] if files else []
+    read = encoding.read_drive(source, wheels, reference, copied)
+    why = '; '.join(read.notes[-1:]) or source.fault or 'too short'
     no_drive = f'no drive in {read.messages} {wheels.text}: {why}; expected two reports of the encoder'
     encoded = _encoded(path, read, encoders, trial, files, f'{path}: {no_drive}')
-    notes = [*read.notes, *_notes(stream, robot, encoders, bool(files))]
+    notes = [*read.notes, *_notes(source, robot, encoders, bool(files))]
     errors = encoding.drive_errors(read, encoded, reference is not None)
     if reference and not any(errors):
         notes.append(f'no pose of {reference.name} has the stamp of an odometry message: no errors computed')
@@ -193,14 +187,14 @@ def _encoded(
     return encoded
 
 
-def _notes(stream: DriveStream, robot: RecordedRobot, encoders: Sequence[Encoder], has_bags: bool) -> Iterator[str]:
+def _notes(source: DriveStream, robot: RecordedRobot, encoders: Sequence[Encoder], has_bags: bool) -> Iterator[str]:
     """Yield notes on assumed or missing data."""
     if robot.is_guessed():
         yield 'neither the bag nor --robot contains wheel parameters; using config/config.yaml'
-    if any(each.params.encoder.counts_by_command for each in encoders) and not encoding.has_commands(stream):
+    if any(each.params.encoder.counts_by_command for each in encoders) and not encoding.has_commands(source):
         yield f'no {CMD_VEL} (geometry_msgs/Twist) for the direction of counts: all counts are forward'
-    if stream.fault:
-        yield f'{stream.fault}; using all readable messages'
+    if source.fault:
+        yield f'{source.fault}; using all readable messages'
     if has_bags and robot.odometry.motion_noise is None:
         hidden = hidden_encoder(min((each.odometry for each in encoders), key=encoder_lateral_std))
         yield from [hidden] if hidden else []

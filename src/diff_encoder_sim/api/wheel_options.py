@@ -11,7 +11,7 @@ from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.base.params import merged, nested, shared_params, with_changes
 from diff_encoder_sim.base.yaml_files import load_yaml, yaml_value
 from diff_encoder_sim.drives import joint_wheels
-from diff_encoder_sim.drives.csv_wheels import CsvWheels
+from diff_encoder_sim.drives.csv_wheels import CsvStream, CsvWheels
 from diff_encoder_sim.drives.drive_stream import DriveStream
 from diff_encoder_sim.drives.field_wheels import FieldWheels, find_field, serving_options
 from diff_encoder_sim.drives.number_units import COUNTED, SPEEDS, TICKS, TIME_UNITS, UNITS
@@ -222,13 +222,12 @@ def wheel_numbers(
     return WheelNumbers(unit, radius_m, ppr, moduli, options.reversed, options.start_seed)
 
 
-def csv_wheels(options: DriveOptions, topic: str, robot: RecordedRobot) -> CsvWheels:
-    """Return the wheels of a CSV file; ConfigError if the ticks per revolution are missing."""
-    return CsvWheels(topic, robot.joints, wheel_numbers(options, robot))
-
-
-def bag_wheels(options: DriveOptions, source: DriveStream, trial: Optional[Trial], robot: RecordedRobot) -> WheelSource:
-    """Return the wheels of a bag; ConfigError if there are none; the message lists the alternatives."""
+def drive_wheels(
+    options: DriveOptions, source: DriveStream, trial: Optional[Trial], robot: RecordedRobot
+) -> WheelSource:
+    """Return the wheels of a bag or a table; ConfigError if there are none; the message lists the alternatives."""
+    if isinstance(source, CsvStream):
+        return CsvWheels(source.topic, robot.joints, wheel_numbers(options, robot))
     if options.odom:
         poses = find_poses(source, '--odom', options.odom)
         return OdometryWheels(poses, robot.joints, robot.odometry, options.start_seed)
