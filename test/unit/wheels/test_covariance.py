@@ -7,7 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc, wrap_angle
+from diff_encoder_sim.base.drive import Drive
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc, poses_of_wheels, wrap_angle
+from diff_encoder_sim.wheels.chain import Chain
 from diff_encoder_sim.wheels.covariance import (
     NO_ERRORS,
     LateralAcceleration,
@@ -18,8 +20,8 @@ from diff_encoder_sim.wheels.covariance import (
     reading_variance,
     residual_std,
 )
-from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 SEPARATION_M = 0.4
 
@@ -94,20 +96,15 @@ def test_the_covariance_of_a_winding_drive_is_consistent_over_wheel_phases(ppr):
 
 def winding_drive(ppr, seed):
     """Return error and covariance at the end of three rounds of a wavy circle of 1 m, 19 m, without slip."""
-    rng = np.random.default_rng(seed)
-    odometry, truth = WheelOdometry(OdometryParams(ppr=ppr, motion_noise=0.0)), Pose2D(0, 0, 0)
-    travelled_m, phases = np.zeros(2), rng.uniform(0.0, 1.0, 2)
     turns_rad = np.full(840, 6 * math.pi / 840) + 0.01 * np.sin(np.arange(840) / 9.0)
-    m_per_pulse = math.pi * 0.2 / ppr
-    estimate = odometry.update(0, *np.floor(phases).astype(int).tolist())
-    for report, turn_rad in enumerate(turns_rad.tolist(), 1):
-        step_m = np.array([0.0224 - 0.5 * SEPARATION_M * turn_rad, 0.0224 + 0.5 * SEPARATION_M * turn_rad])
-        truth = move_along_arc(truth, 0.0224, turn_rad)
-        travelled_m += step_m
-        counts = np.floor(travelled_m / m_per_pulse + phases).astype(int)
-        estimate = odometry.update(report * 50_000_000, *counts.tolist())
-    pose = estimate.base_pose_in_odom
-    error = np.array([pose.x_m - truth.x_m, pose.y_m - truth.y_m, wrap_angle(pose.yaw_rad - truth.yaw_rad)])
+    steps_m = 0.0224 + 0.5 * SEPARATION_M * np.outer(turns_rad, [-1.0, 1.0])
+    ways_m = np.concatenate([np.zeros((1, 2)), np.cumsum(steps_m, axis=0)])
+    truth = poses_of_wheels(ways_m[np.newaxis], 1.0, 1.0, SEPARATION_M, 0.0, True)[0, 0]
+    chain = Chain(EncoderParams(ppr=ppr), OdometryParams(ppr=ppr, motion_noise=0.0))
+    phases_rad = np.random.default_rng(seed).uniform(0.0, 2 * math.pi, (1, 2))
+    estimate = chain.run(Drive(50_000_000 * np.arange(841), ways_m / 0.1), phases_rad).estimates()[-1]
+    error = np.array(estimate.base_pose_in_odom) - truth
+    error[2] = wrap_angle(error[2])
     return error, estimate.of_pose.matrix()
 
 
