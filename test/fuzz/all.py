@@ -25,6 +25,7 @@ KEEP = ROOT / 'results' / 'fuzz'
 # The package last: with the workspace sourced it comes through catkin.
 sys.path += [str(ROOT / 'test' / 'support'), str(ROOT / 'test'), str(ROOT / 'src')]
 
+from diff_encoder_sim.base.command_line import user_errors
 from sandbox import ACCEPTED, FALLEN, REFUSED, judge, run_in_sandbox
 
 # Each makes an odd input from a generator in a folder, and uses it (`run`), and loads what every case needs before
@@ -33,30 +34,27 @@ AREAS = ('encoders', 'lockstep', 'worlds', 'robots', 'maps', 'bags')
 CPU_S = {'lockstep': 60, 'bags': 60}  # allowed for a case; usually 20
 
 
-def module(area):
-    return importlib.import_module(f'fuzz_{area}')
-
-
 def warm_up(area):
     with tempfile.TemporaryDirectory(prefix='fuzz_') as folder, contextlib.redirect_stdout(io.StringIO()):
-        module(area).warm_up(Path(folder))
+        importlib.import_module(f'fuzz_{area}').warm_up(Path(folder))
 
 
 def case(area, seed, index, folder):
     """Return what runs a case: the same for the same seed, whatever else is tried."""
     rng = np.random.default_rng([seed, zlib.crc32(area.encode()), index])
-    return lambda: module(area).run(rng, folder)
+    as_commands_do = user_errors('fuzz')
+    return as_commands_do(lambda: importlib.import_module(f'fuzz_{area}').run(rng, folder))
 
 
 def try_case(area, seed, index, keep):
     """Try one case in the sandbox and return the verdict; inputs of one that falls go below the folder `keep`."""
     with tempfile.TemporaryDirectory(prefix='fuzz_') as name:
         folder = Path(name)
-        verdict = run_in_sandbox(case(area, seed, index, folder), folder, CPU_S.get(area, 20))
-        if verdict.kind == FALLEN:
+        kind, reason = run_in_sandbox(case(area, seed, index, folder), folder, CPU_S.get(area, 20))
+        if kind == FALLEN:
             shutil.copytree(folder, keep / f'{area}_{seed}_{index}', symlinks=True)
-            print(f'\n{area} {index} fell: {verdict.reason.strip()}', flush=True)
-    return verdict
+            print(f'\n{area} {index} fell: {reason.strip()}', flush=True)
+    return kind, reason
 
 
 def main():
@@ -79,11 +77,11 @@ def main():
     end_s = time.monotonic() + 60.0 * options.minutes
     while time.monotonic() < end_s:
         area, began_s = min(options.areas, key=spent_s.get), time.monotonic()
-        counts[area][try_case(area, options.seed, sum(counts[area].values()), KEEP).kind] += 1
+        kind, _ = try_case(area, options.seed, sum(counts[area].values()), KEEP)
+        counts[area][kind] += 1
         spent_s[area] += time.monotonic() - began_s
-    print(f'{"area":12} {ACCEPTED:>9} {REFUSED:>8} {FALLEN:>7}')
     for area, count in counts.items():
-        print(f'{area:12} {count[ACCEPTED]:9} {count[REFUSED]:8} {count[FALLEN]:7}')
+        print(area, *(f'{kind}: {count[kind]}' for kind in (ACCEPTED, REFUSED, FALLEN)))
     sys.exit(1 if any(count[FALLEN] for count in counts.values()) else 0)
 
 

@@ -4,7 +4,6 @@ import logging
 
 import numpy as np
 
-from diff_encoder_sim.base.command_line import user_errors
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.params import split_params
 from diff_encoder_sim.base.yaml_files import load_yaml
@@ -51,8 +50,7 @@ def warm_up(folder):
 def run(rng, folder):
     good = GOOD if rng.random() < 0.5 else {**GOOD, 'encoder': dict(pick(rng, SENSORS))}
     path = write_yaml(rng, folder / 'config.yaml', odd_mapping(rng, good, 1))
-    with user_errors('fuzz'):
-        _drive(rng, path)
+    _drive(rng, path)
 
 
 def _drive(rng, path):

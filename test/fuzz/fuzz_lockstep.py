@@ -2,7 +2,6 @@
 
 import yaml
 
-from diff_encoder_sim.base.command_line import user_errors
 from diff_encoder_sim.drives.trial_definition import TrialPlan
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.robot_params import CONFIG_FILES, SET_BY_TRIALS, _dotted_keys, load_robot_config
@@ -43,8 +42,7 @@ def run(rng, folder):
     write_yaml(rng, folder / 'test.yaml', test)
     write_yaml(rng, folder / 'campaign.yaml', odd_mapping(rng, campaign) if rng.random() < 0.1 else campaign)
     (folder / 'small.world').write_text(SMALL)
-    with user_errors('fuzz'):  # as every command does
-        _use(folder)
+    _use(folder)
 
 
 def _odd_settings(rng):

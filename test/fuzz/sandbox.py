@@ -12,27 +12,19 @@ import sys
 import traceback
 import warnings
 from pathlib import Path
-from typing import Callable, NamedTuple
+from typing import Callable, Tuple
 
-from diff_encoder_sim.base.errors import ConfigError, InputFault
+from diff_encoder_sim.base.errors import LONGEST_LINE, ConfigError, InputFault
 
 ACCEPTED, REFUSED, FALLEN = 'accepted', 'refused', 'fallen'
 OUTPUT, VERDICT = 'output.txt', 'verdict.txt'
-LONGEST_LINE = 3000  # characters, as in base/errors.py
 MEMORY_BYTES = 1500 << 20  # beyond that of the caller
 USAGE = 2  # argparse's status, after its usage and one line
 COMPLAINTS = ('Traceback (most recent call last)', 'Warning:', 'Exception ignored')
 
 
-class Verdict(NamedTuple):
-    """How a case ended, and why."""
-
-    kind: str
-    reason: str
-
-
-def run_in_sandbox(run: Callable[[], None], folder: Path, cpu_s: int) -> Verdict:
-    """Run a case; what it prints is in `folder`/output.txt afterwards."""
+def run_in_sandbox(run: Callable[[], None], folder: Path, cpu_s: int) -> Tuple[str, str]:
+    """Run a case, and return how it ended, and why; what it prints is in `folder`/output.txt afterwards."""
     child = os.fork()
     if child == 0:
         try:
@@ -46,24 +38,32 @@ def run_in_sandbox(run: Callable[[], None], folder: Path, cpu_s: int) -> Verdict
             os._exit(0)
     _, status = os.waitpid(child, 0)
     if os.WIFSIGNALED(status) or not (folder / VERDICT).exists():
-        return Verdict(FALLEN, f'killed by signal {os.WTERMSIG(status)}; no end within {cpu_s} s, if it is one of time')
+        return FALLEN, f'killed by signal {os.WTERMSIG(status)}; no end within {cpu_s} s, if it is one of time'
     kind, reason = (folder / VERDICT).read_text(errors='replace').split('\n', 1)
     printed = (folder / OUTPUT).read_text(errors='replace').splitlines()
     complaint = next((line for line in printed if any(word in line for word in COMPLAINTS)), None)
-    return Verdict(kind, reason) if kind == FALLEN or complaint is None else Verdict(FALLEN, f'prints {complaint}')
+    return (kind, reason) if kind == FALLEN or complaint is None else (FALLEN, f'prints {complaint}')
 
 
-def judge(run: Callable[[], None]) -> Verdict:
+def judge(run: Callable[[], None]) -> Tuple[str, str]:
     """Run a case in this process."""
     try:
         run()
     except SystemExit as end:
-        return Verdict(ACCEPTED, '') if end.code in (None, 0) else _of_line(end.code)
+        given = end.code
     except (ConfigError, InputFault) as error:
-        return _of_line(str(error))
+        given = str(error)
     except Exception as error:
-        return Verdict(FALLEN, f'{type(error).__name__}: {str(error)[:200]}\n{traceback.format_exc()}')
-    return Verdict(ACCEPTED, '')
+        return FALLEN, f'{type(error).__name__}: {str(error)[:200]}\n{traceback.format_exc()}'
+    else:
+        given = 0
+    if given in (None, 0):
+        return ACCEPTED, ''
+    if given == USAGE:
+        return REFUSED, ''
+    if isinstance(given, str) and given.isprintable() and len(given) <= LONGEST_LINE:
+        return REFUSED, given
+    return FALLEN, f'ends with {given!r}, not one printable line of at most {LONGEST_LINE} characters'
 
 
 def _limit(cpu_s: int) -> None:
@@ -87,11 +87,3 @@ def _redirect(path: Path) -> None:
     warnings.showwarning = lambda message, category, file, line, *_: sys.stderr.write(
         warnings.formatwarning(message, category, file, line)
     )
-
-
-def _of_line(given: object) -> Verdict:
-    """Judge the one line that a refusal is; argparse prints its own."""
-    is_line = isinstance(given, str) and given.isprintable() and len(given) <= LONGEST_LINE
-    if given == USAGE or is_line:
-        return Verdict(REFUSED, '' if given == USAGE else str(given))
-    return Verdict(FALLEN, f'ends with {given!r}, not one printable line of at most {LONGEST_LINE} characters')
