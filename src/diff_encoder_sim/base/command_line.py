@@ -64,13 +64,8 @@ def tool_parser(name: str, description: str, examples: Sequence[str], notes: str
         epilog=f'{_filled(notes)}\n\nexamples:\n{commands}'.strip(),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    add_version(parser)
-    return parser
-
-
-def add_version(parser: argparse.ArgumentParser) -> None:
-    """Add --version, the version of the package."""
     parser.add_argument('--version', action='version', version=f'%(prog)s (diff_encoder_sim) {package_version()}')
+    return parser
 
 
 def _filled(text: str) -> str:

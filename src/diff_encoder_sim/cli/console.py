@@ -6,8 +6,9 @@ import argparse
 import sys
 from typing import Optional, Sequence
 
-from diff_encoder_sim.base.command_line import CONSOLE, add_version, as_called
+from diff_encoder_sim.base.command_line import CONSOLE, as_called
 from diff_encoder_sim.base.command_start import printing, run_command
+from diff_encoder_sim.base.package_files import package_version
 
 DESCRIPTION = 'Which wheel encoder does a differential-drive robot need, and is its odometry right?'
 COMMANDS = {
@@ -40,7 +41,7 @@ def _parser() -> argparse.ArgumentParser:
         epilog=f'commands:\n{commands}\n\n{CONSOLE} COMMAND --help describes a command.',
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    add_version(parser)
+    parser.add_argument('--version', action='version', version=f'%(prog)s (diff_encoder_sim) {package_version()}')
     parser.add_argument(
         'command', metavar='COMMAND', type=_with_hyphens, choices=list(shown), help='what to do; its arguments follow'
     )

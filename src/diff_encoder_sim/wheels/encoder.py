@@ -85,7 +85,7 @@ def _constants(params: CountingParams, side: str) -> Dict[str, Any]:
         'waves_per_turn': WAVES_PER_TURN,
         'hysteresis': model.hysteresis * per_count,  # [edges], as all positions
         'noise': model.noise,
-        'pattern': model.edge_pattern() or [0.0] * 4,  # places of a line's edges, minus 0 to 3
+        'pattern': model.edge_pattern(),  # places of a line's edges, minus 0 to 3
         'is_uneven': model.has_uneven_edges,
         'is_sampled': bool(model.edge_error or model.sensor_error),
         'edge_error': model.edge_error * per_count,

@@ -212,7 +212,7 @@ class EncoderModel(Params):
         """Return the period of the edge pattern in counts; 1 if all edges are equal."""
         if self.sensor_error:
             return EDGES_PER_POLE_PAIR // 2
-        return COUNTS_PER_LINE[self.decoding] if self.edge_pattern() else 1
+        return COUNTS_PER_LINE[self.decoding] if any(self.edge_pattern()) else 1
 
     @property
     def counts_by_command(self) -> bool:
@@ -222,19 +222,17 @@ class EncoderModel(Params):
     @property
     def has_uneven_edges(self) -> bool:
         """Return whether edges have uneven positions, which repeat with each turn of the shaft."""
-        return bool(self.edge_error or self.sensor_error or self.edge_pattern())
+        return bool(self.edge_error or self.sensor_error or any(self.edge_pattern()))
 
-    def edge_pattern(self) -> Optional[List[float]]:
-        """Return the offsets of a line's four edges from even positions [edges]; None if even."""
-        if self.duty_cycle == 0.5 and self.phase_error == 0.0:
-            return None
+    def edge_pattern(self) -> List[float]:
+        """Return the offsets of a line's four edges from even positions [edges]."""
         longer, later = EDGES_PER_LINE * self.duty_cycle - 2.0, self.phase_error / 90.0
         return [0.0, later, longer, later + longer]
 
     @property
     def edge_variance(self) -> float:
         """Return the variance of a reading due to edge positions and noise [pulses^2]; independent in each reading."""
-        pattern = (self.edge_pattern() or [0.0])[:: self.edges_per_count]  # counted edges
+        pattern = self.edge_pattern()[:: self.edges_per_count]  # counted edges
         mean = sum(pattern) / len(pattern)
         of_pattern = sum(((place - mean) / self.edges_per_count) ** 2 for place in pattern) / len(pattern)
         return self.edge_error**2 + (self.sensor_error / DEGREES_PER_HALL_EDGE) ** 2 + self.noise**2 + of_pattern
