@@ -33,7 +33,7 @@ from diff_encoder_sim.wheels.report_link import (
 log = logging.getLogger(__name__)
 
 # A wheel not named for this time is missing, not interleaved.
-MISSING_AFTER_NS = NANOSECONDS_PER_SECOND
+MISSING_AFTER_S = 1.0
 
 # Beyond any drive (100,000 km on a 0.2 m wheel); the pulses fit an int64.
 LARGEST_ANGLE_RAD = 1e9
@@ -115,9 +115,8 @@ class ReportingEncoder:
         self._due_ns: Deque[int] = deque()  # times of the next readings
         self._last = (0, 0.0, 0.0)  # stamp and angles
         self._stale_in_a_row = 0
-        self._whole_ns: Optional[int] = None  # of the newest message with both wheels; before it, of the first message
-        # Newest stamps and angles of each wheel, if they come in separate messages.
-        self._apart: Tuple[Deque[Tuple[int, float]], ...] = (deque(), deque())
+        self._first_ns: Optional[int] = None
+        self._newest: Tuple[Deque[Tuple[int, float]], ...] = (deque(), deque())  # stamps and angles of each wheel
 
     @property
     def needs_every_angle(self) -> bool:
@@ -133,6 +132,8 @@ class ReportingEncoder:
     def update(self, stamp_ns: int, names: Sequence[str], angles_rad: Sequence[float]) -> Sequence[EncoderSample]:
         """Process a joint message, and return the reports that arrive by its stamp.
 
+        Wheels in separate messages are interpolated at the newest time that both have reached.
+
         Args:
             stamp_ns: the message's stamp [ns].
             names: joint names.
@@ -142,47 +143,37 @@ class ReportingEncoder:
             InputFault: a wheel has no finite angle, or is missing for long, or the stamps do not advance. The state is
                 unchanged.
         """
+        self._first_ns = stamp_ns if self._first_ns is None else self._first_ns
         found: List[Optional[float]] = []
-        for joint, is_reversed in self._joints:
-            if joint not in names:
-                found.append(None)
+        for (joint, is_reversed), samples in zip(self._joints, self._newest):
+            if joint in names:
+                index = names.index(joint)
+                angle_rad = angles_rad[index] if index < len(angles_rad) else math.nan
+                if not abs(angle_rad) <= LARGEST_ANGLE_RAD:
+                    raise InputFault(f'joint {joint!r} has position {angle_rad}; expected a finite angle [rad]')
+                found.append(-angle_rad if is_reversed else angle_rad)
                 continue
-            index = names.index(joint)
-            angle_rad = angles_rad[index] if index < len(angles_rad) else math.nan
-            if not abs(angle_rad) <= LARGEST_ANGLE_RAD:
-                raise InputFault(f'joint {joint!r} has position {angle_rad}; expected a finite angle [rad]')
-            found.append(-angle_rad if is_reversed else angle_rad)
-        left_rad, right_rad = found
-        if left_rad is None or right_rad is None:
-            return self._update_apart(stamp_ns, names, found)
-        self._whole_ns = stamp_ns
-        return self.step(stamp_ns, left_rad, right_rad)
-
-    def _update_apart(
-        self, stamp_ns: int, names: Sequence[str], angles_rad: Sequence[Optional[float]]
-    ) -> Sequence[EncoderSample]:
-        """Process a message without both wheels: interpolate both at the newest time that both have reached."""
-        if self._whole_ns is None:
-            self._whole_ns = stamp_ns
-        for (joint, _), angle_rad, samples in zip(self._joints, angles_rad, self._apart):
-            missing_ns = stamp_ns - max([self._whole_ns, *(sampled_ns for sampled_ns, _ in samples)])
-            if angle_rad is None and missing_ns > MISSING_AFTER_NS:
+            found.append(None)
+            missing_s = (stamp_ns - (samples[-1][0] if samples else self._first_ns)) / NANOSECONDS_PER_SECOND
+            if missing_s > MISSING_AFTER_S:
                 raise InputFault(
-                    f'joint {joint!r} not seen for {missing_ns / NANOSECONDS_PER_SECOND:.1f} s; '
+                    f'joint {joint!r} not seen for {missing_s:.1f} s; '
                     f'this message names {list(names)}{did_you_mean(joint, names)}'
                 )
-        for angle_rad, samples in zip(angles_rad, self._apart):
-            if angle_rad is not None:
+        for found_rad, samples in zip(found, self._newest):
+            if found_rad is not None:
                 if samples and stamp_ns < samples[-1][0]:  # time went back
-                    self._apart = deque(), deque()
-                    return self._update_apart(stamp_ns, names, angles_rad)
-                samples.append((stamp_ns, angle_rad))
-        left, right = self._apart
+                    self._newest = deque(), deque()
+                    return self.update(stamp_ns, names, angles_rad)
+                samples.append((stamp_ns, found_rad))
+        left, right = self._newest
         now_ns = min(left[-1][0], right[-1][0]) if left and right else 0
-        if not (left and right) or now_ns < max(left[0][0], right[0][0]) or now_ns == self._timeline.newest_ns:
+        if not (left and right) or now_ns < max(left[0][0], right[0][0]):
+            return ()
+        if None in found and now_ns == self._timeline.newest_ns:
             return ()
         both_rad = []
-        for samples in self._apart:
+        for samples in self._newest:
             while len(samples) > 1 and samples[1][0] <= now_ns:
                 samples.popleft()
             stamps_ns, sampled_rad = zip(*samples)
