@@ -57,25 +57,22 @@ def summary(results: Results) -> str:
             row = [name, first['ppr'], f'{first["trial"]}', first['outcome'].replace('_', ' ')]
             row += [f'{first["duration_s"]:.1f}', f'{first["distance_m"]:.2f}']
         for pose in POSES:
-            row += _pooled_texts(of_cell, pose) if is_pooled else _error_texts(first, pose)
+            if is_pooled:
+                within = are_within(of_cell, pose)
+                stds_m = [np.std(final_errors(of_cell, pose, axis), ddof=1) for axis in (X, Y) if len(within) > 1]
+                row.append(f'{100.0 * np.mean(within):.0f}' if len(within) else '')
+                row.append(f'{math.hypot(*stds_m):.4f}' if stds_m else '')
+            else:
+                x_m, y_m, yaw_rad = (first[f'{pose}_{part}'] for part in PARTS)
+                texts = [f'{math.hypot(x_m, y_m):.4f}', f'{math.degrees(yaw_rad):+.2f}']
+                row += ['', ''] if math.isnan(x_m) else texts
         rows.append(row)
     heads, columns, legend = ['trials', 'succeeded'], ('%', 'std dev\n[m]'), CELL_LEGEND
     if not is_pooled:
         heads, columns, legend = ['trial', 'outcome', 'time\n[s]', 'path\n[m]'], ('[m]', '[deg]'), TRIAL_LEGEND
-    texts = {**{pose: f'\n{pose}' for pose in POSES}, MINUS_TRUTH: 'odom -\nworld'}
-    heads = ['test', 'PPR', *heads, *(f'{text}\n{column}' for text in texts.values() for column in columns)]
+    names = {**{pose: f'\n{pose}' for pose in POSES}, MINUS_TRUTH: 'odom -\nworld'}
+    heads = ['test', 'PPR', *heads, *(f'{pose}\n{column}' for pose in names.values() for column in columns)]
     return f'{tabulate(rows, heads, disable_numparse=True, stralign="right")}\n{legend}'
-
-
-def _pooled_texts(of_cell: pd.DataFrame, pose: str) -> List[str]:
-    within = are_within(of_cell, pose)
-    stds_m = [np.std(final_errors(of_cell, pose, axis), ddof=1) for axis in (X, Y) if len(within) > 1]
-    return [f'{100.0 * np.mean(within):.0f}' if len(within) else '', f'{math.hypot(*stds_m):.4f}' if stds_m else '']
-
-
-def _error_texts(trial: pd.Series, pose: str) -> List[str]:
-    x_m, y_m, yaw_rad = (trial[f'{pose}_{part}'] for part in PARTS)
-    return ['', ''] if math.isnan(x_m) else [f'{math.hypot(x_m, y_m):.4f}', f'{math.degrees(yaw_rad):+.2f}']
 
 
 class Sufficiency(enum.Enum):

@@ -15,7 +15,7 @@ from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Op
 import numpy as np
 
 from diff_encoder_sim.analysis import statistics
-from diff_encoder_sim.analysis.paper.comparison import PPRS, TRIALS, load_claims
+from diff_encoder_sim.analysis.paper.comparison import PPRS, TRIALS, paper_table
 from diff_encoder_sim.analysis.quantities import POSES, QUANTITIES, YAW, Quantity, X, Y
 from diff_encoder_sim.analysis.results_table import (
     STANDARD_TESTS,
@@ -277,7 +277,7 @@ class ClaimResult(NamedTuple):
 
 def check_claims(results: Results, name: str = '') -> Dict[str, List[ClaimResult]]:
     """Test all claims for each set of varied parameters; the keys are those of `compare_with_paper`."""
-    found, claims = {}, load_claims()
+    found, claims = {}, paper_table('claims').to_dict('records')
     for campaign, trials in results.trials.groupby(np.array(campaign_names(results, name)), sort=False):
         parts = claim_parts(trials)
         found[campaign] = [ClaimResult(one['text'], one['where'], concluded(parts[one['key']])) for one in claims]

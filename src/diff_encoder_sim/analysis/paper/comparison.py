@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Dict, List, NamedTuple, Optional, Tuple
+from typing import Dict, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -52,32 +52,21 @@ def load_paper_cells() -> pd.DataFrame:
         `paper`: the number in m, deg or per cent; `left_out`: reasons to exclude it: keys of errata, and `calibrated`
         if it was used for calibration.
     """
-    cells = _read('tables_4_5_6.csv').rename(columns={'value': 'paper'}).assign(left_out='')
+    cells = paper_table('tables_4_5_6').rename(columns={'value': 'paper'}).assign(left_out='')
     # An erratum without statistics or quantities affects all of them.
-    columns = {'table': 'tables', 'test': 'test', 'ppr': 'ppr', 'statistic': 'statistics', 'quantity': 'quantities'}
-    rules = [{'key': one['key'], **{name: one[of] for name, of in columns.items()}} for one in load_errata()]
+    columns = {'tables': 'table', 'statistics': 'statistic', 'quantities': 'quantity'}
+    rules = paper_table('errata').rename(columns=columns).to_dict('records')
     for rule in [*(rule for rule in rules if rule['table']), {'key': 'calibrated', **CALIBRATED}]:
-        names = [name for name in columns if rule.get(name)]
+        names = [name for name in ('table', 'test', 'ppr', 'statistic', 'quantity') if rule.get(name)]
         is_affected = np.all([cells[name].isin(rule[name].split()) for name in names], axis=0)
         cells.loc[is_affected, 'left_out'] += f' {rule["key"]}'
     cells['left_out'] = cells['left_out'].str.strip()
     return cells.assign(source=cells['source'].str.replace('_pose', '')).astype({'table': int, 'paper': float})
 
 
-def load_errata() -> List[Dict[str, str]]:
-    """Load the errata of the paper: `key`, `where`, `printed`, `right`, `why`, and the affected cells."""
-    errata: List[Dict[str, str]] = _read('errata.csv').to_dict('records')
-    return errata
-
-
-def load_claims() -> List[Dict[str, str]]:
-    """Load the paraphrased claims of the paper: `key`, `text`, and `where` in the paper."""
-    claims: List[Dict[str, str]] = _read('claims.csv').to_dict('records')
-    return claims
-
-
-def _read(name: str) -> pd.DataFrame:
-    return pd.read_csv(package_folder() / 'config' / 'paper' / name, dtype=str, keep_default_na=False)
+def paper_table(name: str) -> pd.DataFrame:
+    """Load texts from config/paper: `errata` with the cells that they affect, or the paraphrased `claims`."""
+    return pd.read_csv(package_folder() / 'config' / 'paper' / f'{name}.csv', dtype=str, keep_default_na=False)
 
 
 def of_paper(results: Results) -> Results:

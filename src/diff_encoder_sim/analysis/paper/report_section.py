@@ -13,8 +13,8 @@ from diff_encoder_sim.analysis.paper.comparison import (
     STATISTICS,
     TRIALS,
     compare_with_paper,
-    load_errata,
     of_paper,
+    paper_table,
     score,
 )
 from diff_encoder_sim.analysis.quantities import POSES
@@ -136,7 +136,7 @@ def paper_section(every: Sequence[Results]) -> Optional[PaperSection]:
         {campaign: found[campaign] for campaign in scores},
         [resolution_table(every[0]), *cell_tables(compared)],
         ResultTable('paper_cells', 'Cells of the paper and ours', compared[[*COLUMNS, 'p_holm', 'left_out']]),
-        ResultTable('errata', 'Errata of the paper', pd.DataFrame(load_errata())[['where', 'printed', 'right', 'why']]),
+        ResultTable('errata', 'Errata of the paper', paper_table('errata')[['where', 'printed', 'right', 'why']]),
         bool((compared['trials'] >= TRIALS).all()),
     )
 
