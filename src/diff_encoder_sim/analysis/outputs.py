@@ -58,7 +58,17 @@ def output_folder(path: Path) -> Iterator[Path]:
     made = path.with_name(f'.{path.name}-{uuid.uuid4().hex[:8]}')
     missing = [parent for parent in made.parents if not parent.exists()]
     try:
-        _check_replaceable(path)
+        if path.exists() and not path.is_dir():
+            raise ConfigError(f'{path}: not a folder; expected a new or empty folder')
+        contents = path / CONTENTS
+        known = {CONTENTS, *(contents.read_text(encoding='utf-8').split('\n') if contents.is_file() else [])}
+        files = (str(file.relative_to(path)) for file in path.rglob('*'))
+        foreign = next((file for file in files if file not in known), None)  # the path may be a home folder
+        if foreign is not None:
+            raise ConfigError(
+                f'{path}: contains {foreign!r}, which analyze did not write; expected a new or empty folder, or an '
+                f'earlier analysis (see --out)'
+            )
         made.mkdir(parents=True)
         yield made
         names = sorted(str(file.relative_to(made)) for file in made.rglob('*'))
@@ -75,16 +85,3 @@ def output_folder(path: Path) -> Iterator[Path]:
         with contextlib.suppress(OSError):  # stops at the first folder that is not empty
             for parent in missing:
                 parent.rmdir()
-
-
-def _check_replaceable(path: Path) -> None:
-    if path.exists() and not path.is_dir():
-        raise ConfigError(f'{path}: not a folder; expected a new or empty folder')
-    contents = path / CONTENTS
-    known = {CONTENTS, *(contents.read_text(encoding='utf-8').split('\n') if contents.is_file() else [])}
-    for file in path.rglob('*'):  # stops at the first: the path may be a home folder
-        if str(file.relative_to(path)) not in known:
-            raise ConfigError(
-                f'{path}: contains {str(file.relative_to(path))!r}, which analyze did not write; expected '
-                f'a new or empty folder, or an earlier analysis (see --out)'
-            )

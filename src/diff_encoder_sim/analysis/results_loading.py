@@ -188,7 +188,9 @@ def _trial_or_reason(path: Path) -> Union[TrialOfBag, str]:
     trial, goal = recording.trial, recording.trial.goal()
     errors: FinalErrors = {}
     poses = {source: recording.poses[topic] for source, topic in TOPIC_OF_SOURCE.items() if topic in recording.poses}
-    poses[PoseSource.ODOM] = moved(poses[PoseSource.ODOM], trial.test.start.pose())
+    start, (stamps_ns, odom) = trial.test.start.pose(), poses[PoseSource.ODOM][:2]
+    yaws_rad = wrap_angles(start.yaw_rad + odom[:, 2])
+    poses[PoseSource.ODOM] = PoseSeries(stamps_ns, np.column_stack((transform_points(start, odom[:, :2]), yaws_rad)))
     for source, series in poses.items() if recording.outcome is not Outcome.TORN else ():
         x_m, y_m, yaw_rad = series.x_y_yaw[-1].tolist()
         errors[source] = Pose2D(x_m - goal.x_m, y_m - goal.y_m, wrap_angle(yaw_rad - goal.yaw_rad))
@@ -215,13 +217,6 @@ def _trial_or_reason(path: Path) -> Union[TrialOfBag, str]:
                 of_segments = found.rpe[pairs][distance_m]._asdict()
                 record.update({f'{source.value}_{name}_{part}': value for part, value in of_segments.items()})
     return TrialOfBag(trial, record)
-
-
-def moved(series: PoseSeries, start: Pose2D) -> PoseSeries:
-    """Return the poses of a series that starts at the origin in the frame of its start pose."""
-    points_m = transform_points(start, series.x_y_yaw[:, :2])
-    yaws_rad = wrap_angles(start.yaw_rad + series.x_y_yaw[:, 2])
-    return PoseSeries(series.stamps_ns, np.column_stack((points_m, yaws_rad)))
 
 
 def _thinned(series: PoseSeries) -> np.ndarray:

@@ -9,7 +9,7 @@ import shlex
 import urllib.parse
 from importlib.metadata import version
 from pathlib import Path
-from typing import Dict, List, Mapping, Optional, Sequence
+from typing import Dict, List, Optional, Sequence
 
 import numpy as np
 import yaml
@@ -71,7 +71,6 @@ def write_report(
         cell_sizes=list(results.trials['cell'].value_counts()),
         ppr_text=ppr_text,
         shell=lambda command: shlex.join(map(str, command)),
-        versions_text=versions_text,
         commands=commands(results),
         own_versions={'python': platform.python_version(), **dict(zip(LIBRARIES, map(version, LIBRARIES)))},
         yaml_text=lambda configuration: yaml.safe_dump(configuration, sort_keys=False),
@@ -154,8 +153,3 @@ def commands(results: Results) -> List[str]:
     program, *arguments = map(str, runs[0].get('command') or [''])
     tool = [CONSOLE] if Path(program).name == CONSOLE else ['rosrun', 'diff_encoder_sim', 'campaign']
     return [shlex.join([*tool, *arguments]), shlex.join([*tool[:2], 'analyze', str(results.folder)])]
-
-
-def versions_text(versions: Optional[Mapping[str, Optional[str]]]) -> str:
-    """Join the names and versions of libraries."""
-    return ', '.join(f'{name} {version}' for name, version in (versions or {}).items() if version)
