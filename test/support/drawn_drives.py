@@ -38,7 +38,7 @@ def rolled(*segments, separation_m=SEPARATION_M, start=(), name='rolled', **limi
     test = TestDefinition.from_mapping({**about, 'drive': [dict([segment]) for segment in segments]}, '')
     script = ScriptedDrive(test)
     times_s = TICK_S * np.arange(math.ceil((script.duration_s + SETTLING_S) / TICK_S) + 1)
-    speeds = np.array([script.command(time_s, time_s + TICK_S) for time_s in times_s[:-1].tolist()])
+    speeds = np.array([script.command_at(time_s, TICK_S) for time_s in times_s[:-1].tolist()])
     half_difference_mps = 0.5 * separation_m * speeds[:, 1]
     speeds_mps = np.column_stack([speeds[:, 0] - half_difference_mps, speeds[:, 0] + half_difference_mps])
     ways_m = np.concatenate([np.zeros((1, 2)), np.cumsum(TICK_S * speeds_mps, axis=0)])

@@ -53,7 +53,7 @@ def _command(tour, points, pose, tick):
     """Speed [m/s] and turn rate [rad/s], None at the end: ahead on a curve, on the spot to points that are behind."""
     if tour.script:
         begin_s, end_s = TICK_S * tick, TICK_S * (tick + CONTROL_TICKS)
-        return None if tour.script.is_over(begin_s) else tour.script.command(begin_s, end_s)
+        return None if tour.script.is_over(begin_s) else tour.script.command_at(begin_s, end_s - begin_s)
     if math.hypot(points[0][0] - pose.x_m, points[0][1] - pose.y_m) < 0.35:
         points.pop(0)
     if not points:
