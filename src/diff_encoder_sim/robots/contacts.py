@@ -17,7 +17,7 @@ from diff_encoder_sim.robots.description import (
     RobotDescription,
     RobotTree,
 )
-from diff_encoder_sim.robots.solids import Shape, Sphere, farthest_m, placed, pose_at, reach_m, support_point_m, vector
+from diff_encoder_sim.robots.solids import Shape, Sphere, farthest_m, pose_at, reach_m, vector
 
 _MOST_CORNERS = 16
 _BEARINGS = 64  # tested for corners; a round robot's sides, halved twice, are 16
@@ -63,7 +63,7 @@ def footprint_outline(shapes: Sequence[Shape], floor_z_m: float, where: str) -> 
     Raises:
         ConfigError: there is no such shape; `where`, the robot's file, begins the text.
     """
-    above = [shape for shape in shapes if support_point_m(shape, np.array([0.0, 0.0, 1.0]))[2] > floor_z_m]
+    above = [shape for shape in shapes if shape.support_point_m(np.array([0.0, 0.0, 1.0]))[2] > floor_z_m]
     if not above:
         raise ConfigError(f'{where}: given no collision shape above the floor; allowed: a <collision> in a link')
 
@@ -73,7 +73,7 @@ def footprint_outline(shapes: Sequence[Shape], floor_z_m: float, where: str) -> 
     tips_m = []
     for bearing_rad in (np.arange(_BEARINGS) + 0.5) * _TURN_RAD / _BEARINGS:
         out = np.array([math.cos(bearing_rad), math.sin(bearing_rad), 0.0])
-        x_m, y_m, _ = max((support_point_m(shape, out) for shape in above), key=out.dot)
+        x_m, y_m, _ = max((shape.support_point_m(out) for shape in above), key=out.dot)
         tips_m.append(complex(x_m, y_m))
     _, normals_rad = _sides(np.array(tips_m))
     bearings_rad = np.sort(np.append(normals_rad, [0.0, math.pi / 2, math.pi, -math.pi / 2]) % _TURN_RAD)
@@ -151,9 +151,9 @@ def _contacts_of(tree: RobotTree, name: str, drive: DriveTrain) -> List[GroundCo
     most_z_m = drive.floor_z_m + max(NEAR_M, near_radii * drive.radius_m)
     found_m = [np.empty((0, 3))]
     for shape in link.collisions or link.visuals:
-        in_root = placed(shape, pose)
+        in_root = shape.placed(pose)
         # The foremost and rearmost points of its lower side.
-        points_m = np.array([support_point_m(in_root, np.array([tilt, 0.0, -1.0])) for tilt in (TILT, -TILT)])
+        points_m = np.array([in_root.support_point_m(np.array([tilt, 0.0, -1.0])) for tilt in (TILT, -TILT)])
         if points_m[:, 2].min() > most_z_m or farthest_m([in_root], in_root.pose_in_link[:3, 3]) < SMALLEST_M:
             continue
         if shape.corners_m is not None:

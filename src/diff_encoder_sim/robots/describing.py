@@ -22,16 +22,7 @@ from diff_encoder_sim.robots.description import (
 from diff_encoder_sim.robots.driven_wheels import DrivePlugin, DriveSearch, WheelPair, joints_of
 from diff_encoder_sim.robots.laser_search import find_laser
 from diff_encoder_sim.robots.meshes import MeshFinder, primitive_tree
-from diff_encoder_sim.robots.solids import (
-    MassProperties,
-    Shape,
-    can_be_of_a_body,
-    farthest_m,
-    homogeneous,
-    merged,
-    moved,
-    placed,
-)
+from diff_encoder_sim.robots.solids import MassProperties, Shape, farthest_m, homogeneous, merged
 from diff_encoder_sim.robots.urdf_reading import parse_urdf
 from diff_encoder_sim.robots.xacro_expansion import expansion, find_mesh
 
@@ -103,7 +94,7 @@ def describe_tree(tree: RobotTree, find: MeshFinder, choices: RobotChoices, seen
     seen.add('centre of mass', f'({com}) m', '<inertial> of the links')
     driven_links = {name for wheel in pair for name in simple.subtree(wheel.link)}
     links = [(name, simple.links[name]) for name in simple.poses]
-    shapes = [(name, placed(s, simple.poses[name])) for name, link in links for s in link.collisions or link.visuals]
+    shapes = [(name, s.placed(simple.poses[name])) for name, link in links for s in link.collisions or link.visuals]
     contacts = ground_contacts(simple, drive, driven_links)
     judge_stance(contacts, drive, float(mass.com_m[0]), seen)
     footprint = footprint_outline([shape for _, shape in shapes], drive.floor_z_m, tree.where)
@@ -135,7 +126,7 @@ def robot_mass(tree: RobotTree, seen: Findings) -> MassProperties:
     around: Dict[str, List[Shape]] = {}
     everything: List[Shape] = []
     for name, pose in tree.poses.items():
-        joint, shapes = tree.above.get(name), [placed(shape, pose) for shape in tree.links[name].collisions]
+        joint, shapes = tree.above.get(name), [shape.placed(pose) for shape in tree.links[name].collisions]
         around[name] = around[joint.parent] if joint is not None and joint.kind == 'fixed' else []
         around[name] += shapes
         everything += shapes
@@ -145,13 +136,13 @@ def robot_mass(tree: RobotTree, seen: Findings) -> MassProperties:
         mass = link.inertial
         if mass is None:
             continue
-        com_m, moments = moved(mass, tree.poses[name]).com_m, np.linalg.eigvalsh(mass.inertia_kgm2)
+        com_m, moments = mass.moved(tree.poses[name]).com_m, np.linalg.eigvalsh(mass.inertia_kgm2)
         reach_m = farthest_m(around[name] or everything, com_m) or np.inf
         gyration_m = float(np.sqrt(max(moments[2], 0.0) / mass.mass_kg))
         kind, detail = '', 'principal moments ' + ', '.join(f'{moment:.3g}' for moment in moments) + ' kg m^2'
         if moments[0] <= 0:
             kind = 'an inertia that is not positive'
-        elif not can_be_of_a_body(mass.inertia_kgm2, _ROUNDING):
+        elif not mass.can_be_of_a_body(_ROUNDING):
             kind = 'an inertia of no body, one principal moment larger than the sum of the others'
         elif gyration_m > reach_m:
             kind = 'an inertia of a body larger than its shapes'
@@ -161,7 +152,7 @@ def robot_mass(tree: RobotTree, seen: Findings) -> MassProperties:
             faults.setdefault(kind, []).append(f'{name} ({detail})')
             solid = homogeneous(link.collisions or link.visuals, mass.mass_kg)
             mass = mass._replace(inertia_kgm2=solid.inertia_kgm2)
-        parts.append(moved(mass, tree.poses[name]))
+        parts.append(mass.moved(tree.poses[name]))
     for kind, links in faults.items():
         seen.warn(f'{kind}, replaced by that of a homogeneous solid: {_named(links, _MOST_LINKS_NAMED)}')
     total = merged(parts)

@@ -16,7 +16,7 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import did_you_mean
 from diff_encoder_sim.base.xml_values import MOST
 from diff_encoder_sim.robots.description import DrivenWheel, Findings, Joint, RobotChoices, RobotTree, robot_file_line
-from diff_encoder_sim.robots.solids import placed, rolling_radius_m, vector
+from diff_encoder_sim.robots.solids import vector
 
 LEVEL = 0.17  # an axis' vertical part (10 degrees), below which a wheel can stand on it
 SAME_RADIUS = 0.01  # shapes of one wheel: twin tyres, a tyre and its rim
@@ -174,8 +174,8 @@ def wheel_of(tree: RobotTree, joint: Joint) -> DrivenWheel:
     parts = [(tree.links[name], to_wheel @ tree.poses[name]) for name in tree.subtree(joint.child, is_rigid=True)]
     radius_m, centre_m, source = 0.0, np.zeros(3), 'no rolling shape'
     for kind in ('collision', 'visual'):
-        shapes = [placed(shape, at) for link, at in parts for shape in getattr(link, f'{kind}s')]
-        radii = [(rolling_radius_m(shape, joint.axis) or 0.0, shape) for shape in shapes]
+        shapes = [shape.placed(at) for link, at in parts for shape in getattr(link, f'{kind}s')]
+        radii = [(shape.rolling_radius_m(joint.axis), shape) for shape in shapes]
         radius_m = max((radius for radius, _ in radii), default=0.0)
         if radius_m > 0.0:
             largest = [shape for radius, shape in radii if radius > (1.0 - SAME_RADIUS) * radius_m]

@@ -16,17 +16,7 @@ import numpy as np
 from diff_encoder_sim.base.errors import ConfigError, in_one_line
 from diff_encoder_sim.robots.contacts import CASTER_NAMES
 from diff_encoder_sim.robots.description import UPRIGHT, Findings, Link, RobotTree
-from diff_encoder_sim.robots.solids import (
-    Box,
-    Cylinder,
-    Geometry,
-    Mesh,
-    Shape,
-    Sphere,
-    ball_about_middle,
-    measures,
-    pose_at,
-)
+from diff_encoder_sim.robots.solids import Box, Cylinder, Geometry, Mesh, Shape, Sphere, measures, pose_at
 
 # Finds a mesh's file by its URI, as xacro_expansion.find_mesh. It raises ConfigError, or returns None, if the file is
 # missing.
@@ -129,14 +119,20 @@ def mesh_hull(shape: Shape, where: str, find: MeshFinder) -> Shape:
         candidates.append((Box((x_m, y_m, z_m)), box_axes, 0.5 * box_axes @ (low_m + high_m)))
         for axes in (np.roll(box_axes, -1 - axis, axis=1) for axis in range(3)):  # a cylinder along the third
             local_m = points_m @ axes
-            centre_m, radius_m = ball_about_middle(local_m[:, :2])
+            centre_m, radius_m = _ball_about_middle(local_m[:, :2])
             bottom_m, top_m = local_m[:, 2].min(), local_m[:, 2].max()
             cylinder = Cylinder(length_m(radius_m), length_m(top_m - bottom_m))
             candidates.append((cylinder, axes, axes @ np.append(centre_m, 0.5 * (bottom_m + top_m))))
-    centre_m, radius_m = ball_about_middle(points_m)
+    centre_m, radius_m = _ball_about_middle(points_m)
     candidates.append((Sphere(length_m(radius_m)), np.eye(3), centre_m))
     geometry, axes, centre_m = min(candidates, key=lambda candidate: measures(candidate[0])[0])
     return Shape(geometry, pose_at(np.round(centre_m, _DECIMALS) + 0.0, axes), points_m)  # no -0
+
+
+def _ball_about_middle(points_m: np.ndarray) -> Tuple[np.ndarray, float]:
+    """Return centre (d,) and radius of the ball around (n, d) points about the middle of their bounding box."""
+    centre_m = 0.5 * (points_m.min(axis=0) + points_m.max(axis=0))
+    return centre_m, float(np.linalg.norm(points_m - centre_m, axis=1).max())
 
 
 def _links_with_needed_meshes(tree: RobotTree) -> Set[str]:

@@ -19,14 +19,10 @@ from diff_encoder_sim.robots.solids import (
     Mesh,
     Shape,
     Sphere,
-    can_be_of_a_body,
     homogeneous,
     measures,
     merged,
-    moved,
-    placed,
     pose_at,
-    support_point_m,
 )
 from diff_encoder_sim.robots.urdf_reading import parse_urdf
 from diff_encoder_sim.robots.xacro_expansion import expansion
@@ -146,7 +142,7 @@ def physics_urdf(description: RobotDescription, wheels: TrueWheels) -> str:
     # The body, with the parts, has the robot's mass, centre of mass and inertia. If no body has what is left of the
     # inertia it has its share of the robot's, by mass.
     body = merged([total, *(MassProperties(-part.mass_kg, part.com_m, -part.inertia_kgm2) for part in parts)])
-    if not can_be_of_a_body(body.inertia_kgm2):
+    if not body.can_be_of_a_body():
         body = body._replace(inertia_kgm2=total.inertia_kgm2 * (body.mass_kg / total.mass_kg))
     hull, edges_m = list(description.hull), [y_m for _, y_m in description.footprint]
     # The wheels as obstacles meet them: cylinders, outward no farther than the footprint.
@@ -195,8 +191,8 @@ def joined_links(tree: RobotTree) -> str:
         to_part = np.linalg.inv(tree.poses[top])
         for friction, equal in by_friction.items():
             links = [(tree.links[name], to_part @ tree.poses[name]) for name in equal]
-            mass = merged(moved(link.inertial, pose) for link, pose in links if link.inertial is not None)
-            shapes = [placed(shape, pose) for link, pose in links for shape in link.collisions]
+            mass = merged(link.inertial.moved(pose) for link, pose in links if link.inertial is not None)
+            shapes = [shape.placed(pose) for link, pose in links for shape in link.collisions]
             _add_link(robot, equal[0], mass, shapes, friction)
             if equal[0] != top:
                 _add_joint(robot, tree.above[equal[0]].name, 'fixed', top, equal[0])
@@ -253,8 +249,8 @@ def sound_wheels(tree: RobotTree, left_joint: str, right_joint: str) -> Optional
     Each link has a mass and an inertia that a body can have; nothing moves but the wheels, which are balls about
     their joints; and the robot stands on them and on balls without friction that are all on its centre of mass's side.
     """
-    masses = [moved(link.inertial, tree.poses[link.name]) for link in tree.links.values() if link.inertial is not None]
-    is_rigid = len(masses) == len(tree.links) and all(can_be_of_a_body(mass.inertia_kgm2) for mass in masses)
+    masses = [link.inertial.moved(tree.poses[link.name]) for link in tree.links.values() if link.inertial is not None]
+    is_rigid = len(masses) == len(tree.links) and all(mass.can_be_of_a_body() for mass in masses)
     has_mesh = any(isinstance(shape.geometry, Mesh) for link in tree.links.values() for shape in link.collisions)
     moving = {name for name, joint in tree.joints.items() if joint.kind != 'fixed'}
     # A contact that resists rolling or spinning, or bounces, by PyBullet's tags.
@@ -277,7 +273,7 @@ def sound_wheels(tree: RobotTree, left_joint: str, right_joint: str) -> Optional
     side, gaps_m = np.sign(float(merged(masses).com_m[0]) - left_m[0]), []
     for link in tree.links.values():
         for shape in link.collisions if link.name not in [joint.child for joint in joints] else ():
-            lowest_m = support_point_m(placed(shape, tree.poses[link.name]), np.array([0.0, 0.0, -1.0]))
+            lowest_m = shape.placed(tree.poses[link.name]).support_point_m(np.array([0.0, 0.0, -1.0]))
             slides = isinstance(shape.geometry, Sphere) and link.friction == 0
             is_ahead = side * (lowest_m[0] - left_m[0]) > 0
             gaps_m.append((lowest_m[2] - floor_z_m, slides, is_ahead))

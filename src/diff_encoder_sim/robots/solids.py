@@ -52,6 +52,49 @@ class Shape(NamedTuple):
     pose_in_link: np.ndarray  # (4, 4)
     corners_m: Optional[np.ndarray] = None  # (n, 3) in the link: the convex hull of the collision mesh that it replaces
 
+    def placed(self, pose: np.ndarray) -> Shape:
+        """Return the shape in the frame in which `pose` (4, 4) is the pose of the shape's link."""
+        return Shape(self.geometry, pose @ self.pose_in_link)
+
+    def support_point_m(self, direction: np.ndarray) -> np.ndarray:
+        """Return the (3,) point that lies farthest in a (3,) direction, in the frame of the shape's pose.
+
+        Of a face, an edge or a side that lies across the direction it is the middle.
+        """
+        turn, geometry = self.pose_in_link[:3, :3], self.geometry
+        along = turn.T @ (direction / np.linalg.norm(direction))
+        sides = np.sign(np.where(np.abs(along) < _FACE_ON, 0.0, along))
+        if isinstance(geometry, Box):
+            farthest_m = 0.5 * sides * geometry.size_xyz_m
+        elif isinstance(geometry, Cylinder):
+            across = np.array([along[0], along[1], 0.0])
+            sine = float(np.linalg.norm(across))
+            rim_m = geometry.radius_m * across / sine if sine > _FACE_ON else np.zeros(3)
+            farthest_m = rim_m + [0.0, 0.0, 0.5 * sides[2] * geometry.length_m]
+        else:
+            farthest_m = measures(geometry)[1] * along
+        return np.asarray(self.pose_in_link[:3, 3] + turn @ farthest_m)
+
+    def holds(self, point_m: np.ndarray) -> bool:
+        """Return whether a (3,) point, in the frame of the shape's pose, is inside of a primitive."""
+        local_m, geometry = self.pose_in_link[:3, :3].T @ (point_m - self.pose_in_link[:3, 3]), self.geometry
+        if isinstance(geometry, Box):
+            return bool((np.abs(local_m) < 0.5 * np.array(geometry.size_xyz_m)).all())
+        if isinstance(geometry, Cylinder):
+            return bool(np.hypot(*local_m[:2]) < geometry.radius_m and abs(local_m[2]) < 0.5 * geometry.length_m)
+        return bool(np.linalg.norm(local_m) < measures(geometry)[1])
+
+    def rolling_radius_m(self, axis: np.ndarray) -> float:
+        """Return the radius on which it rolls about an axis (3,) through the origin of the link that a joint turns.
+
+        0 for a box, and for a body that is not centred on the axis or stands across it.
+        """
+        if not isinstance(self.geometry, (Cylinder, Sphere)):
+            return 0.0
+        is_off = np.linalg.norm(np.cross(self.pose_in_link[:3, 3], axis)) > _OFF_AXIS * self.geometry.radius_m
+        is_tilted = np.linalg.norm(np.cross(self.pose_in_link[:3, 2], axis)) > _TILT
+        return 0.0 if is_off or (isinstance(self.geometry, Cylinder) and is_tilted) else self.geometry.radius_m
+
 
 class MassProperties(NamedTuple):
     """Mass of a link in its own frame, or of a robot or its parts in the root's frame."""
@@ -60,11 +103,15 @@ class MassProperties(NamedTuple):
     com_m: np.ndarray  # (3,)
     inertia_kgm2: np.ndarray  # (3, 3), about the centre of mass, along the frame's axes
 
+    def moved(self, pose: np.ndarray) -> MassProperties:
+        """Return a link's mass in the frame in which `pose` (4, 4) is the link's pose."""
+        turn = pose[:3, :3]
+        return MassProperties(self.mass_kg, turn @ self.com_m + pose[:3, 3], turn @ self.inertia_kgm2 @ turn.T)
 
-def ball_about_middle(points_m: np.ndarray) -> Tuple[np.ndarray, float]:
-    """Return centre (d,) and radius of the ball around (n, d) points about the middle of their bounding box."""
-    centre_m = 0.5 * (points_m.min(axis=0) + points_m.max(axis=0))
-    return centre_m, float(np.linalg.norm(points_m - centre_m, axis=1).max())
+    def can_be_of_a_body(self, rounding: float = 0.0) -> bool:
+        """Return whether the principal moments are positive, and none exceeds the sum of the others."""
+        smallest, middle, largest = np.linalg.eigvalsh(self.inertia_kgm2)
+        return bool(smallest > 0 and smallest + middle >= (1.0 - rounding) * largest)
 
 
 def vector(array: np.ndarray) -> Vector:
@@ -80,11 +127,6 @@ def pose_at(centre_m: Union[np.ndarray, Sequence[float]], axes: Optional[np.ndar
         pose[:3, :3] = axes
     pose[:3, 3] = centre_m
     return pose
-
-
-def placed(shape: Shape, pose: np.ndarray) -> Shape:
-    """Return a shape in the frame in which `pose` (4, 4) is the pose of the shape's link."""
-    return Shape(shape.geometry, pose @ shape.pose_in_link)
 
 
 def measures(geometry: Geometry) -> Tuple[float, float, np.ndarray]:
@@ -103,66 +145,16 @@ def measures(geometry: Geometry) -> Tuple[float, float, np.ndarray]:
     return 4 / 3 * math.pi * radius_m**3, radius_m, np.full(3, 0.4 * radius_m**2)
 
 
-def support_point_m(shape: Shape, direction: np.ndarray) -> np.ndarray:
-    """Return the shape's (3,) point that lies farthest in a (3,) direction, in the frame of the shape's pose.
-
-    Of a face, an edge or a side that lies across the direction it is the middle.
-    """
-    turn, geometry = shape.pose_in_link[:3, :3], shape.geometry
-    along = turn.T @ (direction / np.linalg.norm(direction))
-    sides = np.sign(np.where(np.abs(along) < _FACE_ON, 0.0, along))
-    if isinstance(geometry, Box):
-        farthest_m = 0.5 * sides * geometry.size_xyz_m
-    elif isinstance(geometry, Cylinder):
-        across = np.array([along[0], along[1], 0.0])
-        sine = float(np.linalg.norm(across))
-        rim_m = geometry.radius_m * across / sine if sine > _FACE_ON else np.zeros(3)
-        farthest_m = rim_m + [0.0, 0.0, 0.5 * sides[2] * geometry.length_m]
-    else:
-        farthest_m = measures(geometry)[1] * along
-    return np.asarray(shape.pose_in_link[:3, 3] + turn @ farthest_m)
-
-
 def reach_m(shapes: Iterable[Shape], direction: np.ndarray) -> float:
     """Return how far the shapes reach from the origin in a (3,) direction; -inf without a shape."""
     unit = direction / np.linalg.norm(direction)
-    return max((float(unit @ support_point_m(shape, unit)) for shape in shapes), default=-math.inf)
+    return max((float(unit @ shape.support_point_m(unit)) for shape in shapes), default=-math.inf)
 
 
 def farthest_m(shapes: Iterable[Shape], point_m: np.ndarray) -> float:
     """Return a radius about a (3,) point that holds all shapes; 0 without a shape."""
-    return max(
-        (float(np.linalg.norm(s.pose_in_link[:3, 3] - point_m)) + measures(s.geometry)[1] for s in shapes), default=0.0
-    )
-
-
-def holds_point(shape: Shape, point_m: np.ndarray) -> bool:
-    """Return whether a (3,) point, in the frame of the shape's pose, is inside of a primitive."""
-    local_m = shape.pose_in_link[:3, :3].T @ (point_m - shape.pose_in_link[:3, 3])
-    geometry = shape.geometry
-    if isinstance(geometry, Box):
-        return bool((np.abs(local_m) < 0.5 * np.array(geometry.size_xyz_m)).all())
-    if isinstance(geometry, Cylinder):
-        return bool(np.hypot(*local_m[:2]) < geometry.radius_m and abs(local_m[2]) < 0.5 * geometry.length_m)
-    return bool(np.linalg.norm(local_m) < measures(geometry)[1])
-
-
-def rolling_radius_m(shape: Shape, axis: np.ndarray) -> Optional[float]:
-    """Return the radius on which a shape rolls about an axis (3,) through the origin of the link that a joint turns.
-
-    None for a box, and for a body that is not centred on the axis or stands across it.
-    """
-    if not isinstance(shape.geometry, (Cylinder, Sphere)):
-        return None
-    is_off = np.linalg.norm(np.cross(shape.pose_in_link[:3, 3], axis)) > _OFF_AXIS * shape.geometry.radius_m
-    is_tilted = np.linalg.norm(np.cross(shape.pose_in_link[:3, 2], axis)) > _TILT
-    return None if is_off or (isinstance(shape.geometry, Cylinder) and is_tilted) else shape.geometry.radius_m
-
-
-def moved(mass: MassProperties, pose: np.ndarray) -> MassProperties:
-    """Return a link's mass in the frame in which `pose` (4, 4) is the link's pose."""
-    turn = pose[:3, :3]
-    return MassProperties(mass.mass_kg, turn @ mass.com_m + pose[:3, 3], turn @ mass.inertia_kgm2 @ turn.T)
+    places = [(float(np.linalg.norm(shape.pose_in_link[:3, 3] - point_m)), shape.geometry) for shape in shapes]
+    return max((away_m + measures(geometry)[1] for away_m, geometry in places), default=0.0)
 
 
 def merged(bodies: Iterable[MassProperties]) -> MassProperties:
@@ -172,17 +164,11 @@ def merged(bodies: Iterable[MassProperties]) -> MassProperties:
     if mass_kg <= 0:
         return MassProperties(0.0, np.zeros(3), np.zeros((3, 3)))
     com_m = np.sum([part.mass_kg * part.com_m for part in parts], axis=0) / mass_kg
-    inertias_kgm2 = [
-        part.inertia_kgm2 + part.mass_kg * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-        for part, arm in ((part, part.com_m - com_m) for part in parts)
-    ]
-    return MassProperties(mass_kg, com_m, np.sum(inertias_kgm2, axis=0))
-
-
-def can_be_of_a_body(inertia_kgm2: np.ndarray, rounding: float = 0.0) -> bool:
-    """Return whether the principal moments of a (3, 3) inertia are positive, and none exceeds the sum of the others."""
-    smallest, middle, largest = np.linalg.eigvalsh(inertia_kgm2)
-    return bool(smallest > 0 and smallest + middle >= (1.0 - rounding) * largest)
+    inertia_kgm2 = np.zeros((3, 3))
+    for part in parts:
+        arm = part.com_m - com_m
+        inertia_kgm2 += part.inertia_kgm2 + part.mass_kg * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    return MassProperties(mass_kg, com_m, inertia_kgm2)
 
 
 def homogeneous(shapes: Sequence[Shape], mass_kg: float) -> MassProperties:
@@ -198,5 +184,5 @@ def homogeneous(shapes: Sequence[Shape], mass_kg: float) -> MassProperties:
     for shape, (volume_m3, _, squared_radii_m2) in zip(shapes, sizes):
         part_kg = density_kgm3 * volume_m3
         inertia_kgm2 = part_kg * np.diag(squared_radii_m2)
-        parts.append(moved(MassProperties(part_kg, np.zeros(3), inertia_kgm2), shape.pose_in_link))
+        parts.append(MassProperties(part_kg, np.zeros(3), inertia_kgm2).moved(shape.pose_in_link))
     return merged(parts)

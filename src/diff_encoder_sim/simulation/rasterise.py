@@ -9,7 +9,7 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.map_files import LARGEST_IMAGE
 from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from diff_encoder_sim.robots.solids import Shape, holds_point
+from diff_encoder_sim.robots.solids import Shape
 from diff_encoder_sim.simulation.lidar import cut_world
 from diff_encoder_sim.simulation.world import Plane, World
 
@@ -55,7 +55,7 @@ def rasterise(world: World, height_m: float, resolution_m: float, free_x_m: floa
     grid = OccupancyGrid(cells, resolution_m, Pose2D(float(corner_m[0]), float(corner_m[1]), 0.0))
     seed, point = grid.cell_at(free_x_m, free_y_m), f'free point ({free_x_m}, {free_y_m})'
     shapes = [Shape(each.shape, each.pose_in_world) for each in world.solids if not isinstance(each.shape, Plane)]
-    if any(holds_point(shape, np.array([free_x_m, free_y_m, height_m])) for shape in shapes):
+    if any(shape.holds(np.array([free_x_m, free_y_m, height_m])) for shape in shapes):
         raise ConfigError(f'{point}: in a wall; allowed: a point in free space')
     if not grid.contains(*seed) or is_surface[seed]:
         raise ConfigError(f'{point}: outside of the map or on a surface; allowed: a point in free space')

@@ -13,7 +13,7 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.robots.description import RobotDescription
 from diff_encoder_sim.robots.robot_file import proposed_laser_line
 from diff_encoder_sim.robots.simulated_robot import SimulatedRobot
-from diff_encoder_sim.robots.solids import Mesh, holds_point
+from diff_encoder_sim.robots.solids import Mesh
 from diff_encoder_sim.simulation.lidar import LidarParams
 from diff_encoder_sim.simulation.physics import GRAVITY_MPS2, BulletPhysics, PhysicsParams
 from diff_encoder_sim.simulation.simulator import DriveController, DriveParams, SimulatorParams, clamp
@@ -247,11 +247,11 @@ def check_laser(description: RobotDescription, physics: BulletPhysics, lidar: Li
     begin_m, end_m = ([x_m, y_m, height_m] + way_m * directions for way_m in (lidar.range_min, _FAR_M))
     # Rays do not see a shape that they begin in.
     begin_in_root_m = begin_m - [0.0, 0.0, height_m - z_m]
-    is_inside = all(any(holds_point(shape, point_m) for shape in description.hull) for point_m in begin_in_root_m)
+    is_inside = all(any(shape.holds(point_m) for shape in description.hull) for point_m in begin_in_root_m)
     links = description.tree.links
     # A case around the scanner, a shape of its own link: real rays begin outside of that.
     cases = [shape for shape in links[laser.link].collisions if not isinstance(shape.geometry, Mesh)]
-    if is_inside and not any(holds_point(case, np.zeros(3)) for case in cases):
+    if is_inside and not any(case.holds(np.zeros(3)) for case in cases):
         # The shape may stand in for a mesh with a recess.
         may_be_free = any(isinstance(shape.geometry, Mesh) for link in links.values() for shape in link.collisions)
         hulls = 'meshes are replaced by their hulls; nothing of the robot hides the world here'

@@ -11,7 +11,7 @@ from diff_encoder_sim.robots import simulated_robot
 from diff_encoder_sim.robots.describing import describe
 from diff_encoder_sim.robots.description import RobotChoices, RobotSource
 from diff_encoder_sim.robots.simulated_robot import GeometryErrors, TrueWheels, joined_links, physics_urdf, sound_wheels
-from diff_encoder_sim.robots.solids import MassProperties, merged, moved, placed
+from diff_encoder_sim.robots.solids import MassProperties, merged
 from diff_encoder_sim.robots.urdf_reading import parse_urdf
 from diff_encoder_sim.robots.xacro_expansion import expand
 from generated_robots import LEFT, RECIPES, RIGHT, Recipe, urdf_of
@@ -96,7 +96,7 @@ def part_masses(tree):
         while top not in tops:
             top = tree.above[top].parent
         if each.inertial is not None:
-            tops[top].append(moved(each.inertial, tree.poses[name]))
+            tops[top].append(each.inertial.moved(tree.poses[name]))
     return {top: merged(masses) for top, masses in tops.items()}
 
 
@@ -111,7 +111,7 @@ def test_each_moving_part_keeps_its_mass_and_inertia(tree, joined):
 def test_each_shape_keeps_its_place_and_its_friction(tree, joined):
     def shapes(tree):  # with PyBullet's friction if none is given
         return [
-            (0.5 if link.friction is None else link.friction, *placed(shape, tree.poses[name])[:2])
+            (0.5 if link.friction is None else link.friction, *shape.placed(tree.poses[name])[:2])
             for name, link in tree.links.items()
             for shape in link.collisions
         ]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.robots import solids
-from diff_encoder_sim.robots.solids import Box, Cylinder, MassProperties, Sphere, homogeneous, reach_m, support_point_m
+from diff_encoder_sim.robots.solids import Box, Cylinder, MassProperties, Sphere, homogeneous, reach_m
 from robot_parts import random_pose, shape
 
 Y, DOWN = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, -1.0])
@@ -37,7 +37,7 @@ def test_solids_have_the_volume_and_the_inertia_of_the_textbook(geometry, volume
     ],
 )
 def test_the_lowest_point_is_the_middle_of_what_lies_flat(part, lowest_m):
-    assert support_point_m(part, DOWN) == pytest.approx(lowest_m)
+    assert part.support_point_m(DOWN) == pytest.approx(lowest_m)
 
 
 @pytest.mark.parametrize('geometry', PRIMITIVES)
@@ -49,12 +49,12 @@ def test_no_point_of_a_shape_is_farther_than_its_support(geometry):
         middle_m, direction, point_m = part.pose_in_link[:3, 3], rng.normal(size=3), rng.normal(size=3)
         unit = direction / np.linalg.norm(direction)
         points_m = middle_m + rng.uniform(-0.2, 0.2, (5000, 3))
-        points_m = points_m[[solids.holds_point(part, each) for each in points_m]]
-        outmost_m = support_point_m(part, direction)
+        points_m = points_m[[part.holds(each) for each in points_m]]
+        outmost_m = part.support_point_m(direction)
         assert unit @ outmost_m == pytest.approx(reach_m([part], direction))
         assert reach_m([part], direction) - 0.05 < (points_m @ unit).max() <= reach_m([part], direction)
-        assert solids.holds_point(part, middle_m + 0.999 * (outmost_m - middle_m))
-        assert not solids.holds_point(part, middle_m + 1.001 * (outmost_m - middle_m))
+        assert part.holds(middle_m + 0.999 * (outmost_m - middle_m))
+        assert not part.holds(middle_m + 1.001 * (outmost_m - middle_m))
         assert np.linalg.norm(points_m - point_m, axis=1).max() <= solids.farthest_m([part], point_m)
 
 
@@ -64,14 +64,14 @@ def test_no_point_of_a_shape_is_farther_than_its_support(geometry):
         (shape(Cylinder(0.033, 0.018), (0, 0.01, 0), (-math.pi / 2, 0, 0)), 0.033),
         (shape(Cylinder(0.033, 0.018), (0, 0.01, 0), (1.57, 0, 0)), 0.033),
         (shape(Sphere(0.033), (0, 0.3, 0.001)), 0.033),
-        (shape(Box((0.066, 0.018, 0.066))), None),
-        (shape(Cylinder(0.033, 0.018)), None),  # lies flat
-        (shape(Cylinder(0.033, 0.018), (0.01, 0, 0), (math.pi / 2, 0, 0)), None),  # off the axis
-        (shape(Sphere(0.033), (0, 0, 0.01)), None),
+        (shape(Box((0.066, 0.018, 0.066))), 0),
+        (shape(Cylinder(0.033, 0.018)), 0),  # lies flat
+        (shape(Cylinder(0.033, 0.018), (0.01, 0, 0), (math.pi / 2, 0, 0)), 0),  # off the axis
+        (shape(Sphere(0.033), (0, 0, 0.01)), 0),
     ],
 )
 def test_round_shapes_on_the_axis_roll(part, radius_m):
-    assert solids.rolling_radius_m(part, Y) == radius_m
+    assert part.rolling_radius_m(Y) == radius_m
 
 
 def assert_same(found, expected):
@@ -89,5 +89,5 @@ def test_a_solid_cut_into_pieces_with_their_own_frames_is_the_solid():
         frame = random_pose(rng)
         turn = frame[:3, :3]
         inertia = turn.T @ homogeneous([shape(Box((0.2, 0.1, 0.05)))], 1.0).inertia_kgm2 @ turn
-        pieces.append(solids.moved(MassProperties(1.0, turn.T @ (centre_m - frame[:3, 3]), inertia), frame))
+        pieces.append(MassProperties(1.0, turn.T @ (centre_m - frame[:3, 3]), inertia).moved(frame))
     assert_same(solids.merged(pieces), whole)
