@@ -130,9 +130,7 @@ ALONG_X = {'axis': '1 0 0', 'origin': 'rpy="0 1.5707963267948966 0"'}
         ((pair(), SWIVEL, ROLL, transmission('swivel', 'PositionJointInterface')), "joint 'swivel' turns wheel"),
         ([omni(name, bearing * math.pi / 3) for name, bearing in zip('abc', (0, 2, 4))], 'an omnidirectional robot'),
         ([omni(name, bearing * math.pi / 4) for name, bearing in zip('abcd', (1, 3, 5, 7))], 'an omnidirectional'),
-        ((pair(), plugin('libgazebo_ros_ackermann_drive.so')), 'tricycle or Ackermann'),
         ((pair(), plugin('libskid_steer_drive.so', leftFrontJoint='a', rightFrontJoint='b')), "drive.so with 'a', 'b'"),
-        ((pair(), plugin('gz-sim-mecanum-drive-system', front_left_joint='a')), 'omnidirectional'),
         ((pair(), FRONT_PAIR, DRIVE, FRONT_DRIVE), "plugins with 'a_joint', 'b_joint', 'left_wheel_joint', 'right_"),
     ],
 )

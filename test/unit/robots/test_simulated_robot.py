@@ -58,11 +58,17 @@ def test_errors_are_arguments_of_a_file_that_has_them_unless_they_have_another_e
     assert other.floor_only_links == simulated_robot.FLOOR_ONLY_LINKS
 
 
-def test_errors_of_any_other_robot_are_applied_to_its_wheels_which_may_turn_backward(generated):
-    robot = load(generated(has_mirrored_axes=True), GeometryErrors(0.01, -0.02, 0.05))
+def test_errors_of_any_other_robot_change_its_wheels_which_may_turn_backward_and_keep_them_on_the_floor(generated):
+    robot = load(generated(root_height_m=0.033, has_mirrored_axes=True), GeometryErrors(0.01, -0.02, 0.05))
+    left_m, right_m, separation_m = robot.wheels
     assert robot.wheels == pytest.approx((0.033 * 1.01, 0.033 * 0.98, 0.16 * 1.05))
     assert robot.joints == (LEFT, RIGHT) and robot.floor_only_links == simulated_robot.FLOOR_ONLY_LINKS
     assert robot.forward_signs == (1.0, -1.0)
+    urdf = ElementTree.fromstring(robot.urdf)
+    for name, axle, radius_m, side in (('left_wheel', LEFT, left_m, 0.5), ('right_wheel', RIGHT, right_m, -0.5)):
+        assert float(urdf.find(f"link[@name='{name}']//sphere").get('radius')) == radius_m
+        place_m = [float(text) for text in urdf.find(f"joint[@name='{axle}']/origin").get('xyz').split()]
+        assert place_m == pytest.approx([0.0, side * separation_m, radius_m - 0.033])
 
 
 # A hub cap turns with its wheel, on a bent bracket; it grips as nothing else does.
@@ -164,15 +170,6 @@ def test_pybullet_has_the_mass_and_the_inertia_of_the_description(name, generate
     assert whole.mass_kg == pytest.approx(expected.mass_kg)
     assert whole.com_m == pytest.approx(expected.com_m, abs=1e-6)
     assert whole.inertia_kgm2 == pytest.approx(expected.inertia_kgm2, rel=1e-4, abs=1e-6 * whole.mass_kg)
-
-
-def test_errors_of_the_wheels_change_the_wheels_and_keep_them_on_the_floor(generated):
-    description = describe(generated(root_height_m=0.033))
-    robot = ElementTree.fromstring(physics_urdf(description, TrueWheels(0.034, 0.031, 0.17)))
-    for name, axle, radius_m, y_m in (('left_wheel', LEFT, 0.034, 0.085), ('right_wheel', RIGHT, 0.031, -0.085)):
-        assert float(robot.find(f"link[@name='{name}']//sphere").get('radius')) == radius_m
-        place_m = [float(text) for text in robot.find(f"joint[@name='{axle}']/origin").get('xyz').split()]
-        assert place_m == pytest.approx([0.0, y_m, radius_m - 0.033])
 
 
 def test_a_light_body_between_heavy_wheels_keeps_an_inertia_that_a_body_can_have(generated):

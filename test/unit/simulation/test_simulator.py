@@ -26,9 +26,6 @@ START = Pose2D(-3.4, -0.85, 0.4)
 NAMES = {'left_joint': LEFT, 'right_joint': RIGHT, 'laser_link': LASER}
 
 
-# ---- state
-
-
 def test_the_same_seed_gives_the_same_numbers_bit_for_bit_and_after_a_reset(make_simulator):
     errors = {'slip_noise': 1e-5, 'radius_spread': 0.01}
 
@@ -87,9 +84,6 @@ def test_a_scanner_has_a_period_of_whole_ticks_and_the_file_of_config_the_defaul
     assert load_params(SimulatorParams, ROOT / 'config' / 'simulator.yaml') == SimulatorParams()
 
 
-# ---- the drive
-
-
 def controller(**params):
     return DriveController(DriveParams(**params), wheel_radius_m=0.1, wheel_separation_m=0.4)
 
@@ -130,9 +124,6 @@ def test_the_last_finite_command_holds_until_it_times_out():
     for tick in range(51, 200):
         speeds = drive.wheel_speeds_radps(last + tick * SECOND // 100, 0.01)
     assert speeds == (0.0, 0.0)
-
-
-# ---- errors of the wheels
 
 
 @pytest.mark.parametrize(
@@ -182,9 +173,6 @@ def test_robots_differ_from_each_other_by_the_spread_that_was_asked_for():
     drawn = np.array([params.geometry(np.random.default_rng(seed)) for seed in range(2000)])
     np.testing.assert_allclose(drawn.mean(axis=0), [0.01, 0.0, 0.0], atol=3e-4)
     np.testing.assert_allclose(drawn.std(axis=0), [0.00202, 0.002, 0.004], rtol=0.06)
-
-
-# ---- other robots
 
 
 @pytest.fixture
@@ -248,9 +236,6 @@ def test_nothing_of_pybullet_reaches_the_terminal(make, capfd):
     simulator = make(RECIPES['frames without inertia'])
     simulator.tick()
     assert capfd.readouterr() == ('', '') and np.isfinite(simulator.base().position_xyz_m).all()
-
-
-# ---- the scanner
 
 
 @pytest.fixture
