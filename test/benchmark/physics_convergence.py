@@ -21,7 +21,7 @@ from bench import ALTO, COUNT, parser, print_header, print_table
 from diff_encoder_sim.robots.description import RobotChoices, RobotSource
 from diff_encoder_sim.robots.simulated_robot import GeometryErrors, SimulatedRobot, joined_links, load_simulated_robot
 from diff_encoder_sim.robots.urdf_reading import parse_urdf
-from diff_encoder_sim.robots.xacro_expansion import expand
+from diff_encoder_sim.robots.xacro_expansion import expansion
 from diff_encoder_sim.simulation import simulator as simulator_module
 from diff_encoder_sim.simulation.physics import PhysicsParams
 from diff_encoder_sim.simulation.state import TICK_S
@@ -95,13 +95,13 @@ def _measure(contact: str, robots: Dict[str, Path], rate_hz: int, iterations: in
 
 def _as_it_is(source: RobotSource, choices: RobotChoices, errors: GeometryErrors) -> SimulatedRobot:
     """Load a robot as sound ones are, without replacing cylinder wheels by balls."""
-    urdf = joined_links(parse_urdf(expand(source), str(source.file)))
+    urdf = joined_links(parse_urdf(expansion(source).urdf, str(source.file)))
     return load_simulated_robot(source, choices, errors)._replace(urdf=urdf, floor_only_links=())
 
 
 def _cylinder_robot(folder: Path) -> Path:
     """Return the shipped robot with wheels that touch the floor along a line."""
-    root = ElementTree.fromstring(expand(RobotSource(ALTO)))
+    root = ElementTree.fromstring(expansion(RobotSource(ALTO)).urdf)
     for side in ('left', 'right'):
         collision = root.find(f"link[@name='{side}_wheel']/collision")
         collision.find('origin').set('rpy', f'{math.pi / 2} 0 0')  # URDF cylinders stand upright

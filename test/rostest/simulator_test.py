@@ -21,7 +21,7 @@ from std_srvs.srv import Empty
 from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.urdf_reading import parse_urdf
-from diff_encoder_sim.robots.xacro_expansion import expand
+from diff_encoder_sim.robots.xacro_expansion import expansion
 from diff_encoder_sim.ros.gazebo_states import GetModelState, ModelStates, SetModelState
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
 from diff_encoder_sim.simulation.world import load_world
@@ -106,7 +106,7 @@ class Simulator:
 
 def true_ranges(x, y, yaw):
     """What the scanner sees without noise when base_link is there; inf beyond its range."""
-    mount = parse_urdf(expand(RobotSource(ROOT / 'urdf' / 'alto.urdf.xacro')), 'alto').poses['laser'][:3, 3]
+    mount = parse_urdf(expansion(RobotSource(ROOT / 'urdf' / 'alto.urdf.xacro')).urdf, 'alto').poses['laser'][:3, 3]
     lidar = Lidar(load_world(ROOT / 'worlds' / 'hallway.world'), mount[2], LidarParams(), np.random.default_rng(0))
     ranges = lidar.true_ranges_m(Pose2D(x, y, yaw).compose(Pose2D(mount[0], mount[1], 0.0)))
     return np.where(ranges <= lidar.params.range_max, ranges, np.inf)

@@ -23,7 +23,7 @@ from diff_encoder_sim.robots.robot_file import (
     robot_file_text,
     set_up_robot,
 )
-from diff_encoder_sim.robots.xacro_expansion import expand, xacro_arguments, xacro_arguments_of_text
+from diff_encoder_sim.robots.xacro_expansion import expansion, xacro_arguments, xacro_arguments_of_text
 from diff_encoder_sim.simulation.link_frames import display_urdf, without_root_inertia
 from diff_encoder_sim.simulation.self_check import checks_table
 from diff_encoder_sim.trials import robot_params
@@ -143,7 +143,7 @@ def robot_urdf(options: DescriptionOptions) -> str:
     if options.frames:
         description = set_up_robot(file).description
         return display_urdf(file.source, (description.left.joint, description.right.joint))
-    return expand(without_root_inertia(file.source) if options.no_root_inertia else file.source)
+    return expansion(without_root_inertia(file.source) if options.no_root_inertia else file.source).urdf
 
 
 WIDTHS = (52, 44)  # of the columns value and source, for common terminals

@@ -24,7 +24,7 @@ from diff_encoder_sim.robots.laser_search import find_laser
 from diff_encoder_sim.robots.meshes import MeshFinder, primitive_tree
 from diff_encoder_sim.robots.solids import MassProperties, Shape, farthest_m, homogeneous, merged
 from diff_encoder_sim.robots.urdf_reading import parse_urdf
-from diff_encoder_sim.robots.xacro_expansion import expansion, find_mesh
+from diff_encoder_sim.robots.xacro_expansion import Expansion, expansion, find_mesh
 
 AGREE = 0.005  # relative difference that is not worth a line
 # A plugin's number that differs by more is a mistake in it, such as a radius for a diameter; by less it is a wheel
@@ -61,16 +61,14 @@ def describe(source: RobotSource, choices: RobotChoices = RobotChoices()) -> Rob
     Raises:
         ConfigError: the file is no robot with two driven wheels on one axle.
     """
-    expanded = expansion(source)
-    choices = choices._replace(laser_link=choices.laser_link or expanded.laser_link)
-    return _describe(expanded.urdf, expanded.notes, source, choices)
+    return _describe(expansion(source), source, choices)
 
 
 @functools.lru_cache(maxsize=32)  # a campaign asks for the same robot in each of its trials
-def _describe(urdf: str, notes: Tuple[str, ...], source: RobotSource, choices: RobotChoices) -> RobotDescription:
-    tree, seen = parse_urdf(urdf, str(source.file)), Findings()
-    for note in notes + tree.notes:
-        seen.note(note)
+def _describe(expanded: Expansion, source: RobotSource, choices: RobotChoices) -> RobotDescription:
+    tree, seen = parse_urdf(expanded.urdf, str(source.file)), Findings()
+    seen.notes.extend(expanded.notes + tree.notes)
+    choices = choices._replace(laser_link=choices.laser_link or expanded.laser_link)
     return describe_tree(tree, lambda uri: find_mesh(uri, source), choices, seen)
 
 

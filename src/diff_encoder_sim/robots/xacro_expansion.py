@@ -87,11 +87,6 @@ class Expansion(NamedTuple):
 _kept: Dict[Any, Tuple[Expansion, Dict[str, Optional[int]]]] = {}  # with modification times [ns] of files
 
 
-def expand(source: RobotSource) -> str:
-    """Return the URDF text of a robot; raises errors as `expansion`."""
-    return expansion(source).urdf
-
-
 def expansion(source: RobotSource) -> Expansion:
     """Return the URDF text of a robot with notes on its expansion.
 

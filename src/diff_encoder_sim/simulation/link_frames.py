@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 from diff_encoder_sim.base.xml_values import Vector, joint_link, joint_origin, parse_numbers
 from diff_encoder_sim.robots.description import RobotSource
-from diff_encoder_sim.robots.xacro_expansion import expand, expansion
+from diff_encoder_sim.robots.xacro_expansion import expansion
 
 ROOT_INERTIA = 'root_inertia'  # argument of a xacro that can put the root link's inertia on a separate link
 
@@ -101,7 +101,7 @@ def display_urdf(source: RobotSource, moving: Collection[str]) -> str:
     Raises:
         ConfigError: the file cannot be read or expanded.
     """
-    urdf = expand(without_root_inertia(source))
+    urdf = expansion(without_root_inertia(source)).urdf
     robot = ElementTree.fromstring(urdf.strip())
     still = [each for each in robot.findall('joint') if each.get('type') != 'fixed' and each.get('name') not in moving]
     for joint in still:

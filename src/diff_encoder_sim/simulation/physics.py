@@ -147,7 +147,7 @@ class BulletPhysics:
             self._floor_only = tuple(by_name[name] for name in robot.floor_only_links)
             for floor in self._floors if self._floor_only else ():
                 self._filter(floor, {*self._links} - {*self._floor_only})
-            self._near = NearSolids(bullet, obstacles, lambda solid: self._filter(solid, self._floor_only))
+            self._near = _NearSolids(bullet, obstacles, lambda solid: self._filter(solid, self._floor_only))
             self._wheel_radius_m = max(robot.wheels[:2])
             self._driven_m, self._ticks = 0.0, 0  # since the near solids were looked at
             self._tick_m = 0.0  # that the robot may move in a tick: the most of it since then
@@ -338,17 +338,10 @@ def _add_body(bullet: Any, shape: int, solid: Solid) -> int:
     )
 
 
-class NearSolids:
-    """Keeps the bodies of the near solids in one of PyBullet's worlds."""
+class _NearSolids:
+    """Keeps the bodies of the near solids in one of PyBullet's worlds; `on_added` gets the number of each new one."""
 
     def __init__(self, bullet: Any, solids: Sequence[Solid], on_added: Callable[[int], None]) -> None:
-        """Prepare the solids; none is in the physics yet.
-
-        Args:
-            bullet: PyBullet's functions for one world.
-            solids: those that may be touched.
-            on_added: called with the number of each new body.
-        """
         self._bullet, self._solids, self._on_added = bullet, solids, on_added
         self._shapes = [_add_shape(bullet, solid) for solid in solids]
         shapes = [Shape(each.shape, each.pose_in_world) for each in solids if not isinstance(each.shape, Plane)]

@@ -19,7 +19,7 @@ from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.robots.description import Findings, RobotSource
 from diff_encoder_sim.robots.meshes import MeshFinder, primitive_tree
 from diff_encoder_sim.robots.urdf_reading import parse_urdf, read_robot_text
-from diff_encoder_sim.robots.xacro_expansion import expand, find_mesh
+from diff_encoder_sim.robots.xacro_expansion import expansion, find_mesh
 from diff_encoder_sim.simulation.world import load_world
 
 NAME_DIGITS = 16  # of a sha256 in the name of a folder
@@ -89,7 +89,7 @@ def collect(
             raise ConfigError(f'map: {map_path} not found; allowed: {allowed}')
     # A xacro without includes is kept, as wheel errors may be its arguments.
     if source.arguments or source.added_laser or needs_other_files(read_robot_text(source.file)):
-        urdf, meshes = self_contained_urdf(expand(source), str(source.file), lambda uri: find_mesh(uri, source))
+        urdf, meshes = self_contained_urdf(expansion(source).urdf, str(source.file), lambda uri: find_mesh(uri, source))
         robot = {f'{source.file.name.partition(".")[0]}.urdf': urdf.encode('utf-8'), **meshes}
     else:
         robot = {source.file.name: source.file.read_bytes()}

@@ -8,7 +8,7 @@ import yaml
 from diff_encoder_sim.cli.check_robot import main as check
 from diff_encoder_sim.cli.robot_settings import main
 from diff_encoder_sim.robots.description import RobotSource
-from diff_encoder_sim.robots.xacro_expansion import expand
+from diff_encoder_sim.robots.xacro_expansion import expansion
 from diff_encoder_sim.simulation.simulator import CONTACT_CURVE_NOISE
 from diff_encoder_sim.trials.robot_params import load_robot
 from places import ROOT
@@ -56,7 +56,7 @@ def test_a_robot_that_fails_ends_with_status_1_and_what_to_do(tmp_path, capsys):
 
 def test_a_robot_without_a_laser_gets_one_from_its_robot_file(tmp_path, capsys):
     blind, path = tmp_path / 'blind.urdf', tmp_path / 'blind.yaml'
-    urdf = expand(RobotSource(KOBUKI)).replace('"laser"', '"box"')
+    urdf = expansion(RobotSource(KOBUKI)).urdf.replace('"laser"', '"box"')
     blind.write_text(re.sub(r'<sensor.*?</sensor>', '', urdf, flags=re.DOTALL))
     check([str(blind), '--write', str(path)])
     out = capsys.readouterr().out

@@ -20,7 +20,7 @@ from diff_encoder_sim.robots.description import (
 from diff_encoder_sim.robots.meshes import primitive_tree
 from diff_encoder_sim.robots.robot_file import derived_settings, load_robot_file
 from diff_encoder_sim.robots.solids import Box, MassProperties, homogeneous
-from diff_encoder_sim.robots.xacro_expansion import expand
+from diff_encoder_sim.robots.xacro_expansion import expansion
 from diff_encoder_sim.trials.robot_params import load_robot_config, override
 from diff_encoder_sim.trials.trial_files import needs_other_files
 from places import ROOT
@@ -114,7 +114,7 @@ def test_a_shipped_robot_is_as_published_and_complete(name):
     across_mm = [1e3 * (max(side) - min(side)) for side in zip(*robot.footprint)]
     assert across_mm == pytest.approx(size_mm or across_mm, abs=2)
     assert (robot.warnings, robot.notes) == ((), ()) and robot.laser is not None and robot.contacts
-    assert not needs_other_files(expand(file.source))
+    assert not needs_other_files(expansion(file.source).urdf)
     # The counter does not wrap within a report, at the highest speed, and odometry takes none for a restart.
     drive = params.simulator.drive
     rim_mps = drive.max_linear_speed + 0.5 * drive.max_angular_speed * params.odometry.wheel_separation

@@ -13,7 +13,7 @@ from diff_encoder_sim.robots.description import RobotChoices, RobotSource
 from diff_encoder_sim.robots.simulated_robot import GeometryErrors, TrueWheels, joined_links, physics_urdf, sound_wheels
 from diff_encoder_sim.robots.solids import MassProperties, merged
 from diff_encoder_sim.robots.urdf_reading import parse_urdf
-from diff_encoder_sim.robots.xacro_expansion import expand
+from diff_encoder_sim.robots.xacro_expansion import expansion
 from generated_robots import LEFT, RECIPES, RIGHT, Recipe, urdf_of
 from places import ROOT
 from urdf_texts import joint, link
@@ -43,7 +43,7 @@ def test_alto_is_table_1_of_the_paper_and_simulated_as_it_is():
     assert alto.wheels == pytest.approx((0.1, 0.1, 0.4))
     assert (description.mass.mass_kg, *description.mass.com_m[:2]) == pytest.approx((80.0, 0.05, 0.0))
     assert [contact.name for contact in description.contacts] == ['front_caster', 'rear_caster']
-    assert (alto.urdf, alto.floor_only_links) == (joined_links(parse_urdf(expand(ALTO), '')), ())
+    assert (alto.urdf, alto.floor_only_links) == (joined_links(parse_urdf(expansion(ALTO).urdf, '')), ())
 
 
 def test_errors_are_arguments_of_a_file_that_has_them_unless_they_have_another_effect(tmp_path):
@@ -86,7 +86,7 @@ CAP = """<link name="cap">
 
 @pytest.fixture(params=['', CAP], ids=['alto', 'with a hub cap'])
 def tree(request):
-    return parse_urdf(expand(ALTO).replace('</robot>', f'{request.param}</robot>'), 'alto')
+    return parse_urdf(expansion(ALTO).urdf.replace('</robot>', f'{request.param}</robot>'), 'alto')
 
 
 @pytest.fixture
@@ -210,7 +210,7 @@ def test_wheels_are_obstacles_as_wide_as_the_footprint(generated):
     ],
 )
 def test_what_is_not_right_in_it_makes_a_urdf_unsound(old, new):
-    urdf = expand(ALTO).replace('0.043000000000000003', '0.043')
+    urdf = expansion(ALTO).urdf.replace('0.043000000000000003', '0.043')
     assert old in urdf
     assert sound_wheels(parse_urdf(urdf, 'alto'), *JOINTS) == pytest.approx((0.1, 0.1, 0.4))
     assert sound_wheels(parse_urdf(urdf.replace(old, new), 'alto'), *JOINTS) is None

@@ -10,7 +10,7 @@ import pytest
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots import xacro_expansion
 from diff_encoder_sim.robots.description import RobotSource
-from diff_encoder_sim.robots.xacro_expansion import expand, expansion, find_mesh, find_package, xacro_arguments_of_text
+from diff_encoder_sim.robots.xacro_expansion import expansion, find_mesh, find_package, xacro_arguments_of_text
 from diff_encoder_sim.simulation.link_frames import display_urdf
 from diff_encoder_sim.trials.trial_files import needs_other_files
 from places import ROOT
@@ -34,7 +34,7 @@ def write(path, body):
 
 def complaint_about(path, *arguments):
     with pytest.raises(ConfigError) as caught:
-        expand(RobotSource(path, *arguments))
+        expansion(RobotSource(path, *arguments))
     text = str(caught.value)
     assert '\n' not in text and text.startswith(str(path))
     return text[len(str(path)) :]
@@ -46,7 +46,7 @@ def test_packages_are_found_without_ros_and_the_text_does_not_depend_on_the_fold
     include = '<xacro:include filename="$(find parts)/urdf/a.xacro"/>'
     body = include + '<link name="${name}"/><mesh filename="package://parts/x.stl"/>'
     parts = (tmp_path / 'parts',)
-    one, two = (expand(RobotSource(write(tmp_path / name / 'r.urdf', body), (), parts)) for name in 'ab')
+    one, two = (expansion(RobotSource(write(tmp_path / name / 'r.urdf', body), (), parts)).urdf for name in 'ab')
     assert one == two
     for part in (f'<link name="{tmp_path}/parts/b"/>', '<link name="a"/>', 'package://parts/x.stl'):
         assert part in one
@@ -109,13 +109,13 @@ def test_what_a_robot_is_made_from_is_read_again_when_it_changes(tmp_path):
     for size, text in (('s', 'small'), ('s', 'tiny'), ('l', 'large')):
         write(tmp_path / 'part.xacro', f'<xacro:property name="size" value="{size}"/>')
         (tmp_path / 'p.yaml').write_text(f'{{s: {text}, l: large}}')
-        assert f'<link name="{text}"/>' in expand(RobotSource(path))
+        assert f'<link name="{text}"/>' in expansion(RobotSource(path)).urdf
 
 
 def test_a_robot_is_expanded_once_for_many_trials(monkeypatch):
-    first = expand(ALTO)
+    first = expansion(ALTO).urdf
     monkeypatch.setattr(xacro_expansion.subprocess, 'run', None)
-    assert expand(ALTO) is first
+    assert expansion(ALTO).urdf is first
 
 
 def test_limits_of_the_job_that_starts_it_may_be_lower(tmp_path):
@@ -123,7 +123,7 @@ def test_limits_of_the_job_that_starts_it_may_be_lower(tmp_path):
     code = (
         'from diff_encoder_sim.robots.xacro_expansion import *; import resource, sys\n'
         'resource.setrlimit(resource.RLIMIT_CPU, (5, 5)); resource.setrlimit(resource.RLIMIT_AS, (4 * 10**8,) * 2)\n'
-        'print(expand(RobotSource(Path(sys.argv[1]))))'
+        'print(expansion(RobotSource(Path(sys.argv[1]))).urdf)'
     )
     command = [sys.executable, '-c', code, str(write(tmp_path / 'r.xacro', '<link name="${1 + 1}"/>'))]
     environment = {**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)}
@@ -148,14 +148,14 @@ MAST = link('mast') + joint('lift', 'mast', '0 0 1', 'prismatic', inside='<limit
 def test_for_display_joints_without_a_state_are_fixed_and_the_root_link_has_no_inertia(tmp_path):
     """robot_state_publisher would warn of that."""
     path = tmp_path / 'robot.urdf'
-    path.write_text(expand(ALTO).replace('</robot>', f'{MAST}</robot>'))
+    path.write_text(expansion(ALTO).urdf.replace('</robot>', f'{MAST}</robot>'))
     robot = ElementTree.fromstring(display_urdf(RobotSource(path), WHEELS))
     kinds = {each.get('name'): each.get('type') for each in robot.findall('joint')}
     assert kinds['lift'] == 'fixed'
     assert {kinds[name] for name in WHEELS} == {'continuous'}
     assert robot.find("link[@name='base_link']/inertial") is None
     # A robot with an argument for it stays as its author wrote it.
-    assert display_urdf(ALTO, WHEELS) == expand(ALTO._replace(arguments=(('root_inertia', 'false'),)))
+    assert display_urdf(ALTO, WHEELS) == expansion(ALTO._replace(arguments=(('root_inertia', 'false'),))).urdf
 
 
 @pytest.mark.parametrize(

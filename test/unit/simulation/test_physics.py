@@ -9,13 +9,13 @@ import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.robots.description import RobotSource
-from diff_encoder_sim.robots.xacro_expansion import expand
+from diff_encoder_sim.robots.xacro_expansion import expansion
 from diff_encoder_sim.simulation.state import PlanarVelocity
 from places import ROOT, SOURCE
 from simulated_drive import RADIUS_M, SEPARATION_M, box_world, drive
 from trial_bags import trial, write_bag
 
-ALTO = expand(RobotSource(ROOT / 'urdf' / 'alto.urdf.xacro'))
+ALTO = expansion(RobotSource(ROOT / 'urdf' / 'alto.urdf.xacro')).urdf
 
 
 @pytest.mark.parametrize('speed', [0.45, -0.45])

@@ -10,7 +10,7 @@ from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.params import load_params
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.robots.description import RobotSource
-from diff_encoder_sim.robots.xacro_expansion import expand
+from diff_encoder_sim.robots.xacro_expansion import expansion
 from diff_encoder_sim.simulation.simulator import DriveController, DriveParams, SimulatorParams, WheelErrorParams
 from diff_encoder_sim.simulation.state import PlanarVelocity
 from diff_encoder_sim.wheels.odometry import WheelOdometry
@@ -243,7 +243,7 @@ def make_mounted(make_simulator, tmp_path):
     """ALTO with its laser turned, or carried by a base_link that is not at the floor."""
 
     def make(laser_rpy='0 0 0', base_above_floor_m=0.0, world='hallway'):
-        robot = ElementTree.fromstring(expand(RobotSource(ALTO)))
+        robot = ElementTree.fromstring(expansion(RobotSource(ALTO)).urdf)
         robot.find("joint[@name='laser_joint']/origin").set('rpy', laser_rpy)
         carried = "joint/parent[@link='base_link']/../origin", "link[@name='base_link']/*/origin"
         for origin in (origin for path in carried for origin in robot.findall(path)):
