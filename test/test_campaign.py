@@ -15,6 +15,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
+from itertools import product
 from pathlib import Path
 
 import campaign_trials
@@ -136,9 +137,7 @@ def undisturbed(tmp_path_factory):
         assert (code, out[0]) == (0, str(machine.out / 'trials.csv'))
         assert '24 of 24 trials, 4 failed' in err[-1]
         rows, bags = results(machine.out)
-    assert [(row['ppr'], int(row['trial'])) for row in rows] == [
-        (ppr, trial) for ppr in ('40', '90') for trial in range(1, 13)
-    ]
+    assert [(row['ppr'], int(row['trial'])) for row in rows] == list(product(('40', '90'), range(1, 13)))
     assert Counter(row['outcome'] for row in rows) == {'succeeded': 20, 'timed_out': 4}
     assert sorted('bags/' + name for name in bags) == sorted(row['bag'] for row in rows)
     return rows, bags
@@ -228,9 +227,7 @@ def test_trials_that_differ_in_the_encoder_run_together_and_so_does_the_rest_of_
     assert (code, campaign_lines(err)) == (0, [])
     assert begun(machine) == [f'{trial}_40 {trial}_90 {trial}_1024' for trial in range(1, 5)]
     rows, bags = whole = results(machine.out)
-    assert [(row['ppr'], int(row['trial'])) for row in rows] == [
-        (ppr, trial) for ppr in ('40', '90', '1024') for trial in range(1, 5)
-    ]
+    assert [(row['ppr'], int(row['trial'])) for row in rows] == list(product(('40', '90', '1024'), range(1, 5)))
     assert len(bags) == 12
     for name in ('SL_40_003.bag', 'SL_1024_003.bag', 'SL_90_004.bag'):  # a trial without its bag is not done
         (machine.out / 'bags' / name).unlink()
