@@ -11,7 +11,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 from diff_encoder_sim.base.params import flat
-from diff_encoder_sim.wheels.catalogue import CatalogueEncoder, encoder_names, load_encoder
+from diff_encoder_sim.wheels.catalogue import ChosenEncoder, encoder_names, load_encoder
 from diff_encoder_sim.wheels.encoder_params import EncoderModel
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
@@ -27,15 +27,16 @@ class EncodersDirective(SphinxDirective):
         for name in encoder_names(CONFIG):
             self.env.note_dependency(str(CONFIG / 'encoders' / f'{name}.yaml'))
         encoders = [load_encoder(name, CONFIG, CONFIG) for name in encoder_names(CONFIG)]
-        encoders.sort(key=lambda encoder: encoder.counts_per_wheel_turn)
+        encoders.sort(key=lambda encoder: encoder.ppr.left)
         return self.parse_text_to_nodes('\n'.join(table(COLUMNS, [_row(encoder) for encoder in encoders])))
 
 
-def _row(encoder: CatalogueEncoder) -> Tuple[str, ...]:
-    counts = f'{encoder.counts_per_wheel_turn:.2f}'.rstrip('0').rstrip('.')
-    model = encoder.params.encoder
+def _row(encoder: ChosenEncoder) -> Tuple[str, ...]:
+    assert encoder.real is not None
+    counts, model = f'{encoder.ppr.left:.2f}'.rstrip('0').rstrip('.'), encoder.real.encoder
     errors = '; '.join(f'`{key}` {value:g}' for key, value in _errors(model)) or 'nothing'
-    return f'`{encoder.stem}`', encoder.name, encoder.price, counts, _sensor(model), errors, '; '.join(encoder.source)
+    file = encoder.real
+    return f'`{encoder.name}`', file.name, file.price, counts, _sensor(model), errors, '; '.join(file.source)
 
 
 def _errors(model: EncoderModel) -> Iterator[Tuple[str, float]]:
