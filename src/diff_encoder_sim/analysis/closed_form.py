@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Optional, Tuple
+from typing import Optional
 
 import numpy as np
 
@@ -52,29 +52,22 @@ def wheel_travel_m(requested: Trial, robot: RobotGeometry, true_minus_goal: np.n
 
     `true_minus_goal` are the (n, 3) final true poses minus the goal, along the map's axes [m, m, rad].
     """
-    motion = _only_motion(requested)
-    if motion is None:
-        return None
-    (straight_m, turn_rad), (x_m, y_m, yaw_rad) = motion, true_minus_goal.T
-    start_yaw_rad = requested.test.start.yaw
-    ahead_m = straight_m + math.cos(start_yaw_rad) * x_m + math.sin(start_yaw_rad) * y_m
-    travel_m: np.ndarray = 0.5 * robot.wheel_separation_m * (turn_rad + yaw_rad) if turn_rad else ahead_m
-    return travel_m
-
-
-def _only_motion(requested: Trial) -> Optional[Tuple[float, float]]:
-    """Return (distance [m], turn [rad]) of a drive with only one of both; otherwise None."""
-    test = requested.test
+    test, start = requested.test, requested.test.start.pose()
     if requested.nav == 'scripted':
         motions = [(segment.straight or 0.0, 2.0 * math.pi * (segment.turns or 0.0)) for segment in test.drive]
     else:
-        to_goal = requested.goal().relative_to(test.start.pose())
+        to_goal = requested.goal().relative_to(start)
         *legs, _ = test.route
         if any(leg.turns is None for leg in legs) or max(abs(to_goal.y_m), abs(to_goal.yaw_rad)) > STRAIGHT_WITHIN:
             return None
         motions = [(0.0, 2.0 * math.pi * (leg.turns or 0.0)) for leg in legs] + [(to_goal.x_m, 0.0)]
     motions = [motion for motion in motions if max(map(abs, motion)) > STRAIGHT_WITHIN]
-    return motions[0] if len(motions) == 1 else None
+    if len(motions) != 1:
+        return None
+    [(straight_m, turn_rad)], (x_m, y_m, yaw_rad) = motions, true_minus_goal.T
+    ahead_m = straight_m + math.cos(start.yaw_rad) * x_m + math.sin(start.yaw_rad) * y_m
+    travel_m: np.ndarray = 0.5 * robot.wheel_separation_m * (turn_rad + yaw_rad) if turn_rad else ahead_m
+    return travel_m
 
 
 # Standard deviations are shown in millimetres, because they range over three decades.

@@ -17,15 +17,7 @@ import numpy as np
 from diff_encoder_sim.analysis import statistics
 from diff_encoder_sim.analysis.paper.comparison import PPRS, TRIALS, paper_table
 from diff_encoder_sim.analysis.quantities import POSES, QUANTITIES, YAW, Quantity, X, Y
-from diff_encoder_sim.analysis.results_table import (
-    STANDARD_TESTS,
-    SUCCEEDED,
-    Results,
-    are_within,
-    campaign_names,
-    equal_trials,
-    final_errors,
-)
+from diff_encoder_sim.analysis.results_table import STANDARD_TESTS, SUCCEEDED, are_within, equal_trials, final_errors
 from diff_encoder_sim.analysis.statistics import PairedResult
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.deferred import pandas as pd
@@ -275,10 +267,10 @@ class ClaimResult(NamedTuple):
         return ', '.join(f'{one} {counts[one]}' for one in CONCLUSIONS if counts[one])
 
 
-def check_claims(results: Results, name: str = '') -> Dict[str, List[ClaimResult]]:
-    """Test all claims for each set of varied parameters; the keys are those of `compare_with_paper`."""
+def check_claims(trials: pd.DataFrame) -> Dict[str, List[ClaimResult]]:
+    """Test all claims on the trials of each value of the column `campaign`."""
     found, claims = {}, paper_table('claims').to_dict('records')
-    for campaign, trials in results.trials.groupby(np.array(campaign_names(results, name)), sort=False):
-        parts = claim_parts(trials)
+    for campaign, of_campaign in trials.groupby('campaign', sort=False):
+        parts = claim_parts(of_campaign)
         found[campaign] = [ClaimResult(one['text'], one['where'], concluded(parts[one['key']])) for one in claims]
     return found

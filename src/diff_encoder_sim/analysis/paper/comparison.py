@@ -8,7 +8,7 @@ from typing import Dict, NamedTuple, Optional, Tuple
 import numpy as np
 
 from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
-from diff_encoder_sim.analysis.results_table import Results, RobotGeometry, campaign_names, final_errors
+from diff_encoder_sim.analysis.results_table import Results, RobotGeometry, final_errors
 from diff_encoder_sim.analysis.statistics import SIGNIFICANCE, Interval, holm, spread, std_interval, wilson
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.deferred import pandas as pd
@@ -182,18 +182,16 @@ def agreement(statistic: str, values: np.ndarray, printed: float, quantity: Quan
     return Agreement(sign * float(values.max()), (math.nan, math.nan), p_value)
 
 
-def compare_with_paper(results: Results, name: str = '') -> pd.DataFrame:
-    """Compare the numbers of the paper with ours, for the tests and PPRs in the results, under a name.
+def compare_with_paper(trials: pd.DataFrame) -> pd.DataFrame:
+    """Compare the numbers of the paper with those of trials with a column `campaign`, for their tests and PPRs.
 
     Returns:
-        a row per number: `campaign`, the name with the varied parameters; `table`, `source`, `test`, `ppr`, `quantity`,
-        `statistic`; the `paper`'s number, `ours` with its interval `low` to `high`; `p`, NaN if inconclusive; `p_holm`,
-        corrected over the evidence of equal campaign, source and test; `left_out`: reasons to exclude the number;
-        number of our `trials`.
+        a row per number: `campaign`, `table`, `source`, `test`, `ppr`, `quantity`, `statistic`; the `paper`'s number,
+        `ours` with its interval `low` to `high`; `p`, NaN if inconclusive; `p_holm`, corrected over the evidence of
+        equal campaign, source and test; `left_out`: reasons to exclude the number; number of our `trials`.
     """
     quantities = {quantity.name: quantity for quantity in QUANTITIES}
     printed, rows = load_paper_cells(), []
-    trials = results.trials.assign(campaign=campaign_names(results, name))
     for campaign, of_campaign in trials.groupby('campaign', sort=False):
         for (test, ppr, _), of_cell in of_campaign.groupby(['test', 'ppr', 'cell'], sort=False):
             for paper in printed[(printed['test'] == test) & (printed['ppr'] == ppr)].to_dict('records'):

@@ -19,7 +19,7 @@ from diff_encoder_sim.analysis.paper.comparison import (
 )
 from diff_encoder_sim.analysis.quantities import POSES
 from diff_encoder_sim.analysis.result_tables import LABELS, NOTHING, Column, ResultTable
-from diff_encoder_sim.analysis.results_table import STANDARD_TESTS, Results, encoders
+from diff_encoder_sim.analysis.results_table import STANDARD_TESTS, Results, campaign_names, encoders
 from diff_encoder_sim.analysis.statistics import SIGNIFICANCE
 from diff_encoder_sim.analysis.tables import pulse_resolution
 from diff_encoder_sim.base.deferred import pandas as pd
@@ -116,24 +116,22 @@ def paper_section(every: Sequence[Results]) -> Optional[PaperSection]:
         ConfigError: one of several results contains no cell of the paper.
     """
     every = [of_paper(results) for results in every]
-    names = _names(every)
-    parts = [compare_with_paper(results, name) for results, name in zip(every, names)]
-    if len(every) == 1 and parts[0].empty:
-        return None
+    parts = [one.trials.assign(campaign=campaign_names(one, name)) for one, name in zip(every, _names(every))]
+    trials = pd.concat(parts, ignore_index=True)
+    compared = compare_with_paper(trials)
     for results, part in zip(every, parts):
-        if part.empty:
+        if not part['campaign'].isin(compared['campaign']).any():
+            if len(every) == 1:
+                return None
             raise ConfigError(
                 f'{results.folder or results.title}: has no cell of the paper; '
                 f"expected the paper's robot and tests (SL, SMT or DLD, navigated) with 40, 90, 1024 or 4096 PPR"
             )
-    compared, found = pd.concat(parts, ignore_index=True), {}
-    for results, name in zip(every, names):
-        found.update(check_claims(results, name))
     scores = {campaign: score(of_campaign) for campaign, of_campaign in compared.groupby('campaign', sort=False)}
     return PaperSection(
         score_table(compared),
         [f'{one}: of {count} cells of the paper {agree} agree with ours.' for one, (count, agree) in scores.items()],
-        {campaign: found[campaign] for campaign in scores},
+        check_claims(trials[trials['campaign'].isin(scores)]),
         [resolution_table(every[0]), *cell_tables(compared)],
         ResultTable('paper_cells', 'Cells of the paper and ours', compared[[*COLUMNS, 'p_holm', 'left_out']]),
         ResultTable('errata', 'Errata of the paper', paper_table('errata')[['where', 'printed', 'right', 'why']]),

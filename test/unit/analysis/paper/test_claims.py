@@ -34,7 +34,8 @@ def campaign(spread_of_odom=None, count=30, pprs=PPRS, tests=('SL', 'SMT', 'DLD'
 
 def claim_of(made, words):
     """What the trials show of the claim with these words."""
-    [claim] = [claim for claim in claims.check_claims(results_of(made), 'a')['a'] if words in claim.text]
+    found = claims.check_claims(results_of(made).trials.assign(campaign='a'))['a']
+    [claim] = [claim for claim in found if words in claim.text]
     return claim
 
 

@@ -9,7 +9,7 @@ from scipy import stats
 from diff_encoder_sim.analysis.paper import comparison
 from diff_encoder_sim.analysis.paper.comparison import STATISTICS, agreement, is_evidence, load_paper_cells, of_paper
 from diff_encoder_sim.analysis.quantities import YAW, X
-from diff_encoder_sim.analysis.results_table import RobotGeometry
+from diff_encoder_sim.analysis.results_table import RobotGeometry, campaign_names
 from diff_encoder_sim.analysis.statistics import Interval, holm
 from trial_tables import IN, cell, navigated, paper_results, results_of
 
@@ -109,7 +109,8 @@ def test_beyond_ours_the_tail_is_exponential():
 
 
 def compared_with(*cells, varied=()):
-    return comparison.compare_with_paper(results_of(*cells, varied=varied))
+    results = results_of(*cells, varied=varied)
+    return comparison.compare_with_paper(results.trials.assign(campaign=campaign_names(results, '')))
 
 
 def test_only_cells_that_both_have_are_compared_whatever_the_outcome():

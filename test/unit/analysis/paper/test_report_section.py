@@ -41,7 +41,8 @@ def test_another_dataset_is_a_reading_beside_the_first_if_both_have_cells_of_the
 def reading(name, tests, size=0.001):
     """The compared cells of thirty trials at 40 PPR, spread by `size` times -15 to 14."""
     rows = [(size * (number - 15),) * 3 for number in range(30)]
-    return compare_with_paper(results_of(*(cell(test, '40', 'world', rows) for test in tests)), name)
+    made = results_of(*(cell(test, '40', 'world', rows) for test in tests))
+    return compare_with_paper(made.trials.assign(campaign=name))
 
 
 def test_scores_are_by_source_and_test_and_next_to_each_other():
@@ -68,8 +69,8 @@ ROWS = [(0.0, 0.2 * (-1) ** number, 1.0) for number in range(30)]
 
 def tables_of(*names):
     """Table 4 of cells (campaign, test, PPR), by quantity."""
-    parts = [compare_with_paper(results_of(cell(test, ppr, 'odom', ROWS)), name) for name, test, ppr in names]
-    return cell_tables(pd.concat(parts, ignore_index=True))[0].exact.set_index('quantity')
+    made = results_of(*(cell(test, ppr, 'odom', ROWS, campaign=name) for name, test, ppr in names), varied=['campaign'])
+    return cell_tables(compare_with_paper(made.trials))[0].exact.set_index('quantity')
 
 
 def test_differences_errata_and_calibrated_numbers_are_marked():
