@@ -47,5 +47,4 @@ def simulated_scan(grid, base_pose, rng=None, ray_count=180, sigma_m=0.0, laser_
 
 
 def moved(pose, forward_m, turn_rad):
-    """The pose after a straight drive and a turn."""
     return pose.compose(Pose2D(forward_m, 0.0, turn_rad))

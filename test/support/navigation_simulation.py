@@ -45,7 +45,6 @@ TABLE_2 = {
 
 
 def navigator_params(dwa=None, **changes):
-    """Table 2 and the defaults, with changes."""
     return NavigatorParams.from_mapping({'DWAPlannerROS': {**TABLE_2, **(dwa or {})}, **changes}, '')
 
 
@@ -56,11 +55,9 @@ class Shapes(NamedTuple):
     circles: np.ndarray  # (n, 3) x, y, radius [m]
 
     def with_box(self, x, y, length, width):
-        """The same and one box more."""
         return Shapes(np.vstack([self.segments, _sides(x, y, length, width)]), self.circles)
 
     def touch(self, pose):
-        """Whether walls or pillars cross the robot's outline."""
         corners = pose.x_m + 1j * pose.y_m + np.exp(1j * pose.yaw_rad) * np.array(OUTLINE) @ (1, 1j)
         outline = np.concatenate([np.linspace(*side, 31) for side in zip(corners, np.roll(corners, -1))])
         starts, ends = (self.segments[:, [i, i + 1]] @ (1, 1j) for i in (0, 2))
@@ -75,13 +72,11 @@ class Shapes(NamedTuple):
 
 
 def _sides(x, y, length, width):
-    """Segments (4, 4) of a box."""
     corners = np.array([x, y]) + np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * (length / 2, width / 2)
     return np.hstack([corners, np.roll(corners, -1, axis=0)])
 
 
 def shipped_world(name):
-    """Shapes and map of a world file."""
     shapes = cut_world(load_world(WORLDS / f'{name}.world'), 0.3)
     return Shapes(*shapes), load_map(WORLDS / f'{name}.yaml')
 
@@ -132,11 +127,9 @@ class Robot:
         return (self.base_in_odom, estimate.linear_velocity_mps, estimate.angular_velocity_radps, *estimate.twist_std())
 
     def localization(self):
-        """map->odom of a perfect localization."""
         return IDENTITY.compose(self.pose).compose(self.base_in_odom.inverse())
 
     def scan(self, sigma_m=0.03):
-        """Scan of the laser, with noise."""
         laser = self.pose.compose(LASER_IN_BASE)
         bearings_rad = 2.0 * math.pi * np.arange(RAYS) / RAYS
         ranges = cast_rays(
@@ -155,7 +148,7 @@ class ClosedLoop:
         self.navigator = Navigator(params or navigator_params(), grid, LASER_IN_BASE)
         self.period = 0
         self.muted = set()  # inputs that do not arrive: 'odometry', 'localization', 'scan'
-        self.outputs, self.trace, self.touched = [], [], False
+        self.outputs, self.touched = [], False
 
     def step(self):
         """One control period of 50 ms; scan and localization come in every second one."""
@@ -172,7 +165,6 @@ class ClosedLoop:
         robot.drive(output.command, 5)
         self.touched = self.touched or robot.shapes.touch(robot.pose)
         self.outputs.append(output)
-        self.trace.append(robot.pose)
         self.period += 1
         return output
 
@@ -221,7 +213,6 @@ def straight_plan(length_m=1.4, bearing_rad=0.0):
 
 
 def winding_plan(random, points=60):
-    """(n, 3) from near (0, 0) on, with turns."""
     yaws_rad = random.uniform(-3.0, 3.0) + np.cumsum(random.normal(0.0, 0.15, points))
     steps_m = 0.025 * np.column_stack([np.cos(yaws_rad), np.sin(yaws_rad)])
     return np.column_stack([random.uniform(-0.05, 0.05, 2) + np.cumsum(steps_m, axis=0), yaws_rad])

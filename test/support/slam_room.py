@@ -36,7 +36,6 @@ def room_scan(base_pose, rng=None, sigma_m=0.01, ray_count=360, laser_pose_in_ba
 
 
 def around_the_room(count=40):
-    """Poses on a circle, one and a half times around."""
     return [
         Pose2D(0.0, -0.8, 0.0).compose(Pose2D(0.8 * math.sin(angle), 0.8 * (1.0 - math.cos(angle)), angle))
         for angle in np.linspace(0.0, 3.0 * math.pi, count)
@@ -59,7 +58,6 @@ def cells_of(maps, particle):
 
 
 def room_map(particles=1, scans=6, sigma_m=0.01, seed=1):
-    """Maps of the room, made from true poses near the origin."""
     rng, maps = np.random.default_rng(seed), maps_of(particles)
     for _ in range(scans):
         pose = Pose2D(*rng.uniform(-0.3, 0.3, 3).tolist())

@@ -97,7 +97,6 @@ PLUGINS = yaml.safe_load("""
 
 
 def read_config(name):
-    """Return a file of config/."""
     return yaml.safe_load((CONFIG / name).read_text())
 
 

@@ -18,7 +18,6 @@ from diff_encoder_sim.localization.laser_models import Beams, Likelihoods, laser
 from diff_encoder_sim.localization.occupancy_grid import FreeCells, OccupancyGrid, square_room
 from diff_encoder_sim.localization.particles import (
     ParticleStatistics,
-    check_covariance,
     check_grid,
     check_pose,
     effective_count,
@@ -77,19 +76,15 @@ class Amcl:
     def set_map(
         self, grid: OccupancyGrid, pose: Optional[Pose2D] = None, covariance: Optional[np.ndarray] = None
     ) -> None:
-        """Restart on another map, around `pose` (default: the parameters' initial pose).
+        """Restart on another map, around `pose` (base in the map; default: the parameters' initial pose).
 
-        Args:
-            grid: 0 is free, 100 is occupied, anything else unknown.
-            pose: base in the map.
-            covariance: 3x3 over (x [m], y [m], yaw [rad]).
-
-        Raises:
-            InputFault: the map, pose or covariance is bad. The old map and particles are kept.
+        `covariance` is 3x3 over (x [m], y [m], yaw [rad]). Raises InputFault for a bad map, pose or covariance; the old
+        map and particles are then kept.
         """
         check_grid(grid)
         pose = self.params.initial_pose() if pose is None else pose
-        particles = self._particles_around(pose, self.params.initial_covariance() if covariance is None else covariance)
+        covariance = self.params.initial_covariance() if covariance is None else covariance
+        particles = particles_around(pose, covariance, self.params.max_particles, self._rng)
         self.grid, self.last_estimate = grid, None
         self._free_cells, self._lost = FreeCells(grid), LostDetector(self.params, grid)
         self.reconfigure(self.params)
@@ -97,16 +92,11 @@ class Amcl:
         self._force_update = self.params.force_update_after_set_map
 
     def set_pose(self, pose: Pose2D, covariance: np.ndarray) -> None:
-        """Restart around a pose in the map, as for /initialpose.
+        """Restart around a pose (base in the map) as for /initialpose; InputFault, without effect, if it is invalid.
 
-        Args:
-            pose: base in the map.
-            covariance: 3x3 over (x [m], y [m], yaw [rad]); as upstream, only x, y and yaw-yaw entries are used.
-
-        Raises:
-            InputFault: not finite, or not a covariance. The particles are kept.
+        Of `covariance`, 3x3 over (x [m], y [m], yaw [rad]), the x, y and yaw-yaw entries are used, as upstream.
         """
-        self._restart(self._particles_around(pose, covariance))
+        self._restart(particles_around(pose, covariance, self.params.max_particles, self._rng))
         self._force_update |= self.params.force_update_after_initialpose
 
     def global_localization(self) -> None:
@@ -143,10 +133,7 @@ class Amcl:
 
     @property
     def fraction_anywhere(self) -> float:
-        """Fraction of particles to draw anywhere on the map, 0 to 1 (table 8.3, line 13).
-
-        The fast average of the likelihood falls below the slow one when the pose is wrong.
-        """
+        """Fraction of particles to sample anywhere on the map, 0 to 1 (table 8.3, line 13)."""
         return max(0.0, 1.0 - self.fast_average / self.slow_average) if self.slow_average else 0.0
 
     def update(self, odom_pose: Pose2D, scan: Scan, laser_pose_in_base: Pose2D) -> Optional[AmclEstimate]:
@@ -155,13 +142,8 @@ class Amcl:
         The filter updates on the first scan after a restart, when the robot has moved by update_min_d along x or y or
         turned by update_min_a, and on request. Every scan is used to check whether the robot is lost.
 
-        Args:
-            odom_pose: base in odom at the scan's stamp.
-            scan: ranges that are NaN, infinite or out of range are allowed, if not all are.
-            laser_pose_in_base: mounting pose of the laser, not upside-down.
-
-        Raises:
-            InputFault: the scan, pose or mount cannot be used. The filter is unchanged.
+        `odom_pose` is the base in odom at the scan's stamp; the laser may not be upside-down. Raises InputFault if the
+        scan, pose or mount cannot be used; the filter is then unchanged.
         """
         check_pose(odom_pose, 'odometry pose')
         check_pose(laser_pose_in_base, 'laser pose')
@@ -207,20 +189,17 @@ class Amcl:
             self.weights = np.full(len(weights), 1.0 / len(weights))
 
     def _resample(self) -> None:
-        """Draw new particles (lines 12 to 19), if selective_resampling finds it due; random ones on free cells."""
-        # With selective_resampling not while over half of the particles still count.
+        """Resample (lines 12 to 19); with selective_resampling not while over half of the particles still count."""
         if not (self.params.selective_resampling and effective_count(self.weights) > 0.5 * len(self.weights)):
             anywhere = self.fraction_anywhere
             self._replace(resample(self.particles, self.weights, self._limits, anywhere, self._free_cells, self._rng))
             self.has_converged = bool(self._is_near(self.particles[:, :2].mean(axis=0)).all())
-            if anywhere > 0.0:
-                # Upstream: or the filter would spiral off into complete randomness.
+            if anywhere > 0.0:  # upstream: or the filter would spiral off into complete randomness
                 self.slow_average = self.fast_average = 0.0
         self._take_statistics()
 
     def _replace(self, particles: np.ndarray) -> None:
-        self.particles = particles
-        self.weights = np.full(len(particles), 1.0 / len(particles))
+        self.particles, self.weights = particles, np.full(len(particles), 1.0 / len(particles))
 
     def _take_statistics(self) -> None:
         self.statistics = particle_statistics(self.particles, self.weights)
@@ -232,12 +211,6 @@ class Amcl:
         """Return (n,) which particles are close to a position, along x and y."""
         near: np.ndarray = (np.abs(self.particles[:, :2] - position_m) <= CONVERGED_WITHIN_M).all(axis=1)
         return near
-
-    def _particles_around(self, pose: Pose2D, covariance: np.ndarray) -> np.ndarray:
-        """Sample max_particles from a Gaussian; raise InputFault for an invalid covariance."""
-        check_pose(pose, 'initial pose')
-        check_covariance(covariance)
-        return particles_around(pose, covariance, self.params.max_particles, self._rng)
 
     def _restart(self, particles: np.ndarray) -> None:
         """Set particles of equal weight; the next scan is the first."""

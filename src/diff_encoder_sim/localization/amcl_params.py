@@ -26,6 +26,7 @@ def _no_omni(value: Any) -> Any:
 
 Alpha = Annotated[float, Between(0.0, 1000.0)]
 Variance_rad2 = Annotated[float, Between(0.0, 1e8, 'rad^2')]
+MotionModel = Annotated[Literal['diff', 'diff-corrected'], BeforeValidator(_no_omni)]
 LaserModel = Literal['beam', 'likelihood_field', 'likelihood_field_prob']
 FrameId = Annotated[str, Field(min_length=1)]
 
@@ -73,9 +74,7 @@ class AmclParams(Params):
     beam_skip_error_threshold_: Optional[Fraction] = Field(None, exclude=True, description='older name of the same')
 
     # The odometry.
-    odom_model_type: Annotated[Literal['diff', 'diff-corrected'], BeforeValidator(_no_omni)] = param(
-        'diff', 'motion model; diff passes variances as upstream does, diff-corrected standard deviations'
-    )
+    odom_model_type: MotionModel = param('diff', 'motion model; diff passes variances as standard deviations')
     odom_alpha1: Alpha = param(0.2, 'noise of the rotation from rotation')
     odom_alpha2: Alpha = param(0.2, 'noise of the rotation from translation')
     odom_alpha3: Alpha = param(0.2, 'noise of the translation from translation')

@@ -95,7 +95,7 @@ class GridSlam:
     @property
     def trajectory(self) -> List[TrajectoryPose]:
         """The best particle's pose at each added scan, oldest first."""
-        path, particle = [], int(self._parents[self._best()])
+        path, particle = [], int(self._parents[np.argmax(self._log_path_weights)])
         for stamp_ns, poses, parents in reversed(self._history):
             path.append(TrajectoryPose(stamp_ns, Pose2D(*poses[particle].tolist())))
             particle = int(parents[particle])
@@ -108,7 +108,7 @@ class GridSlam:
         """
         rows, columns = self.maps.table.shape[1:]
         cells = np.full((rows * SIDE, columns * SIDE), UNKNOWN, np.int8)
-        hits, visits, row, column = self.maps.counts(self._best())
+        hits, visits, row, column = self.maps.counts(int(np.argmax(self._log_path_weights)))
         seen = occupancy(hits, visits, self.params.occ_thresh)
         cells[row : row + hits.shape[0], column : column + hits.shape[1]] = seen
         x_m, y_m = self.maps.corner_m.tolist()
@@ -120,13 +120,8 @@ class GridSlam:
         The first scan is added, and each scan after a motion of linearUpdate or angularUpdate or a time of
         temporalUpdate. Upstream sums the odometry increments, which grow with the jitter of a coarse encoder.
 
-        Args:
-            odom_pose: base in odom at the scan's stamp.
-            scan: ranges that are NaN, infinite or out of range are allowed.
-            laser_pose_in_base: mounting pose of the laser, not upside-down.
-
-        Raises:
-            InputFault: the scan, pose or mount cannot be used, or time went back. The map is unchanged.
+        `odom_pose` is the base in odom at the scan's stamp; the laser may not be upside-down. Raises InputFault if the
+        scan, pose or mount cannot be used, or time went back; the map is then unchanged.
         """
         check_pose(odom_pose, 'odometry pose')
         check_pose(laser_pose_in_base, 'laser pose')
@@ -193,10 +188,6 @@ class GridSlam:
         reach_m = rays.reach_m() + MATCH_MARGIN_M
         self.maps.cover(particles[:, :2].min(axis=0) - reach_m, particles[:, :2].max(axis=0) + reach_m)
 
-    def _best(self) -> int:
-        """Return the particle with the likeliest path."""
-        return int(np.argmax(self._log_path_weights))
-
 
 def propose(
     maps: PatchMaps,
@@ -215,14 +206,8 @@ def propose(
     odometry: see `scan_share`. If the best match does not score more than minimumScore, the motion model is sampled,
     and the weight is the likelihood there (lines 8 to 10).
 
-    Args:
-        maps: the particles' maps, which cover the reach of the rays.
-        particles: (n, 3) base poses in the map, before the move.
-        move: the base's pose after the move, in its frame before it.
-        rays: the scan after the move.
-        params: the noise of odometry and scan, and the search.
-        rng: sampled 3 n times for any move, so that equal seeds stay in step.
-        trend: (3,) running mean of the scans' offsets from odometry, in standard deviations; zeros for the first.
+    The maps must cover the reach of the rays; `trend` (3,) is the running mean of the scans' offsets from odometry, in
+    standard deviations, zeros at first; `rng` is sampled 3 n times for any move, so that equal seeds stay in step.
 
     Returns:
         Sampled base poses (n, 3), increments of the log-weights (n,), scores of the best matches (n,), 0 to the number

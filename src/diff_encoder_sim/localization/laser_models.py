@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import logging
 import math
-from typing import Dict, NamedTuple, Tuple, Type
+from typing import NamedTuple, Tuple
 
 import numpy as np
 
@@ -64,6 +64,7 @@ class SensorModel:
 
     def __init__(self, params: AmclParams, grid: OccupancyGrid) -> None:
         self._params, self._grid = params, grid
+        self._is_product = params.laser_model_type == 'likelihood_field_prob'
 
     def beams(self, scan: Scan, laser_pose_in_base: Pose2D) -> Beams:
         """Select the rays of a scan that count: evenly spaced, numbers, and in likelihood fields with a return.
@@ -81,21 +82,19 @@ class SensorModel:
         check_scan(scan, range_max_m)
         if not (0.0 <= range_min_m < math.inf):
             raise InputFault(f'range_min {range_min_m} m; expected a finite number of at least 0')
-        step = self._step(len(scan.ranges_m), params.laser_max_beams)
+        count, most = len(scan.ranges_m), params.laser_max_beams
+        # As upstream: never more than `most` rays in likelihood_field_prob, else 200 of 1000 if `most` is 180.
+        step = math.ceil(count / most) if self._is_product else max(1, (count - 1) // (most - 1))
         # A copy, as the kernel is compiled for one kind of array.
         used_m, limits_m = np.array(scan.ranges_m[::step], dtype=float), (range_min_m, range_max_m)
         directions_rad = scan.angle_min_rad, scan.angle_increment_rad * step, laser_pose_in_base.yaw_rad
         ranges_m, bearings_rad = _rays_in_base(used_m, limits_m, self._hits_only, directions_rad)
         if len(ranges_m) == 0:
             raise InputFault(
-                f'none of {len(scan.ranges_m)} rays, as far as they are used, has a return within '
-                f'{range_max_m:g} m: it cannot localize the robot'
+                f'none of {count} rays, as far as they are used, has a return within {range_max_m:g} m: it cannot '
+                'localize the robot'
             )
         return Beams(ranges_m, bearings_rad, laser_pose_in_base.x_m, laser_pose_in_base.y_m, range_max_m)
-
-    def _step(self, ray_count: int, most: int) -> int:
-        """Return the step between rays that count, rounded down as upstream: 180 of 1000 are 200."""
-        return max(1, (ray_count - 1) // (most - 1))
 
     def likelihoods(self, particles: np.ndarray, beams: Beams, converged: bool) -> Likelihoods:
         """Weigh particles (n, 3), base poses in the map, by a scan's beams; `converged`: they lie close together."""
@@ -116,7 +115,7 @@ class SensorModel:
 
 
 class LikelihoodField(SensorModel):
-    """Upstream's `likelihood_field`."""
+    """Upstream's `likelihood_field`, and `likelihood_field_prob`, which multiplies the rays' probabilities."""
 
     def __init__(self, params: AmclParams, grid: OccupancyGrid) -> None:
         super().__init__(params, grid)
@@ -128,8 +127,17 @@ class LikelihoodField(SensorModel):
 
     def likelihoods(self, particles: np.ndarray, beams: Beams, converged: bool) -> Likelihoods:
         """Weigh particles (n, 3) by how far from obstacles the beams end; see SensorModel."""
-        poses, ends = self._poses_in_cells(particles), self._ends_in_cells(beams)
-        return Likelihoods(1.0 + sum_over_endpoints(poses, ends, self._table_for(beams.range_max_m)), 0.0)
+        poses, x_m = self._poses_in_cells(particles), beams.laser_x_m + beams.ranges_m * np.cos(beams.bearings_rad)
+        y_m = beams.laser_y_m + beams.ranges_m * np.sin(beams.bearings_rad)
+        ends = np.stack([x_m, y_m]) / self._grid.resolution_m
+        if self._is_product and self._params.do_beamskip and converged:
+            ends = np.ascontiguousarray(ends[:, self._agreed_beams(poses, ends)])
+        sums = sum_over_endpoints(poses, ends, self._table_for(beams.range_max_m))
+        if not self._is_product:
+            return Likelihoods(1.0 + sums, 0.0)
+        # Upstream multiplies the probabilities, which 180 unlikely rays make zero for all.
+        largest = float(sums.max())
+        return Likelihoods(np.exp(sums - largest), largest)
 
     def _table_for(self, range_max_m: float) -> np.ndarray:
         """Return (height + 2, width + 2) what a ray adds by the cell it ends in; computed once for a range limit."""
@@ -137,61 +145,27 @@ class LikelihoodField(SensorModel):
             params = self._params
             # A hit, or anything (table 6.3, line 7).
             hit = np.exp(-(self._distances_m**2) / (2.0 * params.laser_sigma_hit**2))
-            entries = self._entry(params.laser_z_hit * hit + params.laser_z_rand / range_max_m)
+            probabilities = params.laser_z_hit * hit + params.laser_z_rand / range_max_m
+            with np.errstate(divide='ignore'):
+                entries = np.maximum(np.log(probabilities), _LEAST_LOG) if self._is_product else probabilities**3
             self._table = range_max_m, (np.round(entries / _QUANTUM) * _QUANTUM)[self._cells]
         return self._table[1]
 
-    def _ends_in_cells(self, beams: Beams) -> np.ndarray:
-        """Return (2, k) the rays' ends in the base frame, in cells."""
-        x_m = beams.laser_x_m + beams.ranges_m * np.cos(beams.bearings_rad)
-        y_m = beams.laser_y_m + beams.ranges_m * np.sin(beams.bearings_rad)
-        return np.stack([x_m, y_m]) / self._grid.resolution_m
-
-    def _entry(self, probability: np.ndarray) -> np.ndarray:
-        return probability**3
-
-
-class LikelihoodFieldProb(LikelihoodField):
-    """Upstream's `likelihood_field_prob`."""
-
-    def __init__(self, params: AmclParams, grid: OccupancyGrid) -> None:
-        super().__init__(params, grid)
-        is_near = self._distances_m < params.beam_skip_distance
-        is_near[-1] = False  # off the map no ray agrees, however large beam_skip_distance is
-        self._is_near = is_near[self._cells]
-
-    def likelihoods(self, particles: np.ndarray, beams: Beams, converged: bool) -> Likelihoods:
-        """Weigh particles (n, 3), the largest factor being 1; see SensorModel."""
-        poses, ends = self._poses_in_cells(particles), self._ends_in_cells(beams)
-        if self._params.do_beamskip and converged:
-            ends = np.ascontiguousarray(ends[:, self._agreed_beams(poses, ends)])
-        logs = sum_over_endpoints(poses, ends, self._table_for(beams.range_max_m))
-        # Upstream multiplies the probabilities, which 180 unlikely rays make zero for all.
-        largest = float(logs.max())
-        return Likelihoods(np.exp(logs - largest), largest)
-
     def _agreed_beams(self, poses: np.ndarray, ends: np.ndarray) -> np.ndarray:
         """Return (k,) which rays end near an obstacle for enough particles; all if too many would be left out."""
+        is_near = self._distances_m < self._params.beam_skip_distance
+        is_near[-1] = False  # off the map no ray agrees, however large beam_skip_distance is
         column, row, cos_yaw, sin_yaw = poses.T[:, :, np.newaxis]
-        last_row, last_column = np.subtract(self._is_near.shape, 1)
+        last_row, last_column = np.subtract(self._cells.shape, 1)
         columns = np.clip(column + cos_yaw * ends[0] - sin_yaw * ends[1] + 1.0, 0, last_column).astype(int)
         rows = np.clip(row + sin_yaw * ends[0] + cos_yaw * ends[1] + 1.0, 0, last_row).astype(int)
-        agreeing = self._is_near[rows, columns].sum(axis=0)
+        agreeing = is_near[self._cells[rows, columns]].sum(axis=0)
         kept: np.ndarray = agreeing > self._params.beam_skip_threshold * len(poses)
         skipped = 1.0 - float(kept.mean())
         if skipped < self._params.beam_skip_error_threshold:
             return kept
         log.warning('%.0f %% of the rays disagree with the map: the pose may be wrong; all are used', 100.0 * skipped)
         return np.ones_like(kept)
-
-    def _step(self, ray_count: int, most: int) -> int:
-        """Return the step as upstream's likelihood_field_prob: never more than `most` rays."""
-        return math.ceil(ray_count / most)
-
-    def _entry(self, probability: np.ndarray) -> np.ndarray:
-        with np.errstate(divide='ignore'):
-            entries: np.ndarray = np.maximum(np.log(probability), _LEAST_LOG)
-        return entries
 
 
 class BeamModel(SensorModel):
@@ -237,12 +211,9 @@ def _rays_in_base(
 
 @compiled(fastmath={'reassoc', 'nsz'})
 def sum_over_endpoints(poses: Array, ends: Array, table: Array) -> np.ndarray:
-    """Return (n,) sums of the table's entries at the ends of the rays.
+    """Return (n,) sums of the table's entries at the ends (2, k) of the rays [cells in the base frame].
 
-    Args:
-        poses: (n, 4) column, row, cosine and sine of base in the grid's frame, in cells.
-        ends: (2, k) the rays' ends in the base frame, in cells.
-        table: (height + 2, width + 2) the map with a border of one cell around it.
+    `poses` (n, 4) of `_poses_in_cells`; the table (height + 2, width + 2) has a border of one cell around the map.
     """
     height, width = table.shape
     entries = table.ravel()
@@ -266,12 +237,7 @@ def _weigh_by_casting(
 ) -> np.ndarray:
     """Return (n,) one plus the sum over rays of their probability cubed: table 6.1 without its normalisers.
 
-    Args:
-        poses: (n, 4) column, row, cosine and sine of base in the grid's frame, in cells.
-        beams: in the base frame.
-        blocked: (height, width) bool.
-        cell_m: side of a cell.
-        mixture: z_hit, z_short, z_max, z_rand, sigma_hit [m], lambda_short [1/m].
+    `poses` (n, 4) of `_poses_in_cells`, `blocked` (height, width) bool.
     """
     z_hit, z_short, z_max, z_rand, sigma_hit_m, lambda_short = mixture
     ranges_m, range_max_m, reach = beams.ranges_m, beams.range_max_m, beams.range_max_m / cell_m
@@ -326,13 +292,6 @@ def cast_ray(blocked: Array, column: float, row: float, end_column: float, end_r
     return reach
 
 
-LASER_MODELS: Dict[str, Type[SensorModel]] = {
-    'beam': BeamModel,
-    'likelihood_field': LikelihoodField,
-    'likelihood_field_prob': LikelihoodFieldProb,
-}
-
-
 def laser_model(params: AmclParams, grid: OccupancyGrid) -> SensorModel:
-    """Build the model that laser_model_type names, for one map."""
-    return LASER_MODELS[params.laser_model_type](params, grid)
+    """Return the model of laser_model_type for a map."""
+    return (BeamModel if params.laser_model_type == 'beam' else LikelihoodField)(params, grid)

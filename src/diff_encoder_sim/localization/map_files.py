@@ -21,18 +21,15 @@ from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN
 
 FORMATS = ('PPM', 'PNG')  # PPM is PIL's name for all of PGM's family
 
-# A PNG of 40 kB may have as many: they take up to 0.6 GB while they are read. A square of 290 m in cells of 5 cm.
+# A PNG of 40 kB may have as many pixels, which take up to 0.6 GB: a square of 290 m in cells of 5 cm.
 LARGEST_IMAGE = 1 << 25
 
 
 def read_image(path: Path) -> np.ndarray:
     """Return pixels (rows, columns, channels) uint8: one channel of grey, three of colour or four with alpha.
 
-    As in SDL, by which map_server reads, grey with alpha becomes colour with alpha, and a single transparent
-    grey or colour is not alpha; it matters where map_server averages all channels.
-
-    Raises:
-        ConfigError: the image cannot be read, or has more than `LARGEST_IMAGE` pixels.
+    As in SDL, which map_server uses, grey with alpha becomes colour with alpha; a single transparent grey or colour is
+    not alpha. Raises ConfigError if the image cannot be read, or has more than `LARGEST_IMAGE` pixels.
     """
     try:
         with Image.open(path, formats=FORMATS) as image:
@@ -49,9 +46,7 @@ def read_image(path: Path) -> np.ndarray:
         raise ConfigError(f'{path}: cannot be read as a PGM or PNG image: {reason}') from None
 
 
-# map_saver's pixel values.
-FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY = 254, 0, 205
-
+FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY = 254, 0, 205  # map_saver's pixel values
 ORIGIN_DIGITS = 9  # in a saved file: nanometres, so that a yaw sent as a quaternion comes back equal
 
 
@@ -103,11 +98,7 @@ DEFAULT_SAVER_PARAMS = MapSaverParams()
 
 
 def load_map(path: Union[str, Path]) -> OccupancyGrid:
-    """Read a map and its image by the path of the YAML file.
-
-    Raises:
-        ConfigError: one of the two files cannot be read or holds a bad value.
-    """
+    """Read a map and its image by the path of the YAML file; raise ConfigError if one is unreadable or invalid."""
     params = load_params(MapFileParams, path)
     cells = _cells(read_image(Path(path).parent / params.image), params)
     # The first row of an image is its top, that of a grid its bottom.
@@ -115,12 +106,9 @@ def load_map(path: Union[str, Path]) -> OccupancyGrid:
 
 
 def save_map(grid: OccupancyGrid, stem: Union[str, Path], params: MapSaverParams = DEFAULT_SAVER_PARAMS) -> Path:
-    """Write STEM.pgm and STEM.yaml as map_saver does; return the YAML file's path.
+    """Write STEM.pgm and STEM.yaml as map_saver does, each atomically; return the YAML file's path.
 
-    Each file is replaced atomically; folders that are missing are made.
-
-    Raises:
-        ConfigError: the folder cannot be written to.
+    Missing folders are made; raises ConfigError if the folder cannot be written.
     """
     stem = Path(stem)
     origin = [round(float(part), ORIGIN_DIGITS) for part in grid.origin]
@@ -147,8 +135,7 @@ def _write(path: Path, content: bytes) -> Path:
 def _cells(pixels: np.ndarray, params: MapFileParams) -> np.ndarray:
     """Return the cells (rows, columns) int8 of an image, the first row on top.
 
-    As in map_server, alpha is one more channel of the mean in trinary mode, and in scale mode
-    marks pixels between the thresholds as unknown.
+    As in map_server, alpha is one more channel of the mean in trinary mode, and in scale mode marks unknown pixels.
     """
     has_alpha = pixels.shape[2] == 4
     colours = pixels[:, :, :-1] if has_alpha and params.mode != 'trinary' else pixels

@@ -11,16 +11,13 @@ from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.se2 import Pose2D
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
-
-# Margin of unknown space around the known part of a saved SLAM map.
-SAVED_MARGIN_M = 0.5
+SAVED_MARGIN_M = 0.5  # of unknown space around the known part of a saved SLAM map
 
 
 class OccupancyGrid(NamedTuple):
-    """Map as in nav_msgs/OccupancyGrid.
+    """Map as in nav_msgs/OccupancyGrid; rows run along y and columns along x of the grid's own frame.
 
-    Rows run along y and columns along x of the grid's own frame. `origin` is the pose of that frame, the outer
-    corner of cells[0, 0], in the map frame.
+    `origin` is the pose of that frame, the outer corner of cells[0, 0], in the map frame.
     """
 
     cells: np.ndarray  # (height, width) int8: 0 free to 100 occupied, -1 unknown
@@ -69,10 +66,8 @@ def square_room() -> OccupancyGrid:
     return OccupancyGrid(cells, RESOLUTION_M, Pose2D(corner_m, corner_m, 0.0))
 
 
-# A cell with less than this fraction of the hits of a neighbour is not a surface but noise of the
-# neighbour's rays; upstream marks it as occupied. Two cells with a wall on their border have about half
-# of the hits each, and both are occupied: opposite walls are marked symmetrically, without a bias of
-# localization.
+# A cell with a smaller fraction of a neighbour's hits is noise of the neighbour's rays; upstream marks it as occupied.
+# Two cells with a wall on their border have about half of the hits each: both are occupied, without a bias.
 STRAY_FRACTION = 0.3
 
 
@@ -92,7 +87,7 @@ def occupancy(hits: np.ndarray, visits: np.ndarray, occ_thresh: float) -> np.nda
 
 
 class FreeCells:
-    """Their numbers, 4 bytes a cell; their places are computed where they are asked for."""
+    """The free cells of a grid, in 4 bytes each; places are computed on request."""
 
     def __init__(self, grid: OccupancyGrid) -> None:
         self._grid = grid
@@ -111,23 +106,14 @@ class FreeCells:
 
 
 class DistanceField(NamedTuple):
-    """The distance from each cell's centre to that of the nearest occupied one.
-
-    There are few different ones: what depends only on the distance is computed for these, and looked up for each cell.
-    """
+    """The distance from each cell's centre to that of the nearest occupied one, as a table of the different ones."""
 
     indices: np.ndarray  # (height, width) int32, of `distances_m`
     distances_m: np.ndarray  # (n,), rising; the last one is the largest that is distinguished
 
 
 def distance_field(occupied: np.ndarray, resolution_m: float, max_distance_m: float) -> DistanceField:
-    """Return the distances from all cells.
-
-    Args:
-        occupied: (height, width) bool.
-        resolution_m: side of a cell.
-        max_distance_m: the value of cells that are farther than this from any occupied one.
-    """
+    """Return the distances from all cells to `occupied` ones (height, width), at most `max_distance_m`."""
     height, width = occupied.shape
     # Squared, in cells. Larger ones are beyond the limit, or on no grid of this size.
     limit = math.ceil(max_distance_m / resolution_m)
@@ -142,8 +128,7 @@ def distance_field(occupied: np.ndarray, resolution_m: float, max_distance_m: fl
 def squared_distances(is_obstacle: Array, limit: int) -> np.ndarray:
     """Return the squared distances to the nearest obstacle, (rows, columns) float32 in cells^2.
 
-    Exact up to `limit` cells, up to 4000; beyond, some number above limit^2. The first pass counts along columns, down
-    and up, the second searches the rows. Whole numbers as float32, of which a processor compares eight at once.
+    Exact up to `limit` cells, up to 4000; beyond, above limit^2. Processors compare eight float32 at once.
     """
     rows, columns = is_obstacle.shape
     none, one, most = np.float32(0.0), np.float32(1.0), np.float32(limit + 1)

@@ -104,18 +104,18 @@ LEAST_CHANCE = 1e-12  # 0 has no normal quantile
 
 
 def particles_around(pose: Pose2D, covariance: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Draw (count, 3) particles from a Gaussian about `pose` (base in the map).
+    """Sample (count, 3) particles from a Gaussian around `pose` (base in the map); raise InputFault for bad input.
 
     The x, y and yaw-yaw entries of the 3x3 `covariance` count, as upstream reads /initialpose.
     """
+    check_pose(pose, 'initial pose')
+    check_covariance(covariance)
     variances, axes = np.linalg.eigh(np.asarray(covariance, dtype=float)[:2, :2])
     sigmas = np.sqrt(np.maximum(variances, 0.0))
     normals = even_normals(count, rng)
     particles = np.empty((count, 3))
-    for row in (0, 1):
-        particles[:, row] = (
-            pose[row] + axes[row, 0] * sigmas[0] * normals[:, 0] + axes[row, 1] * sigmas[1] * normals[:, 1]
-        )
+    for row, (first, second) in enumerate(axes * sigmas):
+        particles[:, row] = pose[row] + first * normals[:, 0] + second * normals[:, 1]
     particles[:, 2] = wrap_angles(pose.yaw_rad + np.sqrt(covariance[2][2]) * normals[:, 2])
     return particles
 
@@ -184,16 +184,10 @@ def draw_until_enough(
     places: Array,
     anywhere: Array,
 ) -> np.ndarray:
-    """Sample (m, 3) particles one by one until there are enough for the bins that they fill; arguments as `resample`.
+    """Sample (m, 3) particles one by one until there are enough for the bins that they fill; see `resample`.
 
-    Args:
-        particles: (n, 3).
-        cumulative: (n,) running sums of their weights.
-        limits: (most + 1,).
-        fraction_anywhere: of particles.
-        centres: (most, 2) x, y [m] of free cells for these.
-        places: (most,) of other particles among the weights, in [0, 1).
-        anywhere: (most, 3) chances: whether a particle is sampled from all cells, which cell, which heading.
+    `cumulative` (n,) are running sums of the weights, `places` (most,) those of the samples among them, of [0, 1).
+    `anywhere` (most, 3) are chances, whether a particle is from one of `centres` (most, 2) instead, which, and heading.
     """
     drawn = np.empty((len(places), 3))
     table = _new_table(len(places))
@@ -367,15 +361,10 @@ def resample(
     free_cells: FreeCells,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """Sample (m, 3) particles of equal weight from a weighted set.
+    """Sample (m, 3) particles of equal weight from a weighted set, m by the limits of `kld_limits`.
 
-    Args:
-        particles: (n, 3) base poses in the map.
-        weights: (n,), sum 1.
-        limits: from `kld_limits`; m is at most its length less 1.
-        fraction_anywhere: probability that a particle is sampled from the free cells instead.
-        free_cells: of the map.
-        rng: sampled as for the most particles, so that equal seeds stay in step.
+    A fraction is sampled from the free cells of the map; `rng` as for the most particles, so that equal seeds stay in
+    step.
     """
     most = len(limits) - 1
     places = even_places(most, rng.random())

@@ -114,11 +114,7 @@ class PatchMaps:
         self._find_free()
 
     def cover(self, low_m: np.ndarray, high_m: np.ndarray) -> None:
-        """Grow where the rectangle between two corners (2,) x, y [m] is not on the maps yet.
-
-        Raises:
-            InputFault: the maps would be absurdly large. They stay as they are.
-        """
+        """Grow to the rectangle between two corners (2,) x, y [m]; InputFault, without effect, if it is too large."""
         patch_m, size = SIDE * self.cell_m, np.array(self.table.shape[:0:-1])
         missing_m = np.array([self.corner_m - low_m, high_m - self.corner_m - size * patch_m])
         if not (missing_m > 0.0).any():

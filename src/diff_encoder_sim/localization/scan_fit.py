@@ -16,15 +16,11 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.occupancy_grid import OCCUPIED, OccupancyGrid, distance_field
 
-# Approximate number of evenly spaced rays that are checked per scan.
-RAYS = 200
+RAYS = 200  # about as many of a scan are checked
+LEAST_RAYS = 10  # at obstacles of the map, for a decision
 
-# People, moved objects and wrong poses end rays before obstacles of the map. These rays count, but less than
-# rays that pass through obstacles of the map.
+# People and moved objects end rays before obstacles of the map: these count less than rays that pass through some.
 SHORT_WEIGHT = 0.25
-
-# Minimum number of rays at obstacles of the map for a decision.
-LEAST_RAYS = 10
 
 _OFF_MAP, _UNKNOWN, _CLEAR, _NEAR, _OCCUPIED = range(5)
 
@@ -49,20 +45,16 @@ class FitMap:
 
     def __init__(self, grid: OccupancyGrid, distance_m: float) -> None:
         """Prepare a map; a ray fits if it ends within `distance_m` of the centre of an occupied cell."""
+        self._grid, self._distance_m = grid, distance_m
         is_occupied = grid.cells == OCCUPIED
         field = distance_field(is_occupied, grid.resolution_m, 2.0 * distance_m)
         self._kinds = np.full(grid.cells.shape, _UNKNOWN, np.int8)
         self._kinds[(grid.cells >= 0) & (grid.cells <= OCCUPIED)] = _CLEAR
         self._kinds[(field.distances_m <= distance_m)[field.indices]] = _NEAR
         self._kinds[is_occupied] = _OCCUPIED
-        self._grid, self._distance_m = grid, distance_m
 
     def fit(self, base_pose_in_map: Pose2D, scan: Scan, laser_pose_in_base: Pose2D) -> ScanFit:
-        """Classify a scan's valid rays.
-
-        They are those within the range limits of the scan, not to laser_max_range: longer rays distinguish places
-        better, and reduce the effect of a partly blocked view.
-        """
+        """Classify a scan's valid rays, also beyond laser_max_range: longer rays distinguish places better."""
         base, cell_m = base_pose_in_map.relative_to(self._grid.origin), self._grid.resolution_m
         laser = base.compose(laser_pose_in_base)
         start = laser.x_m / cell_m, laser.y_m / cell_m
@@ -139,8 +131,7 @@ def _kind_at(kinds: Array, x: float, y: float) -> int:
 class LostDetector:
     """Lost after lost_scans consecutive bad scans, found after as many good ones.
 
-    A wrong pose near by may fit half of a scan. The threshold for found is therefore higher:
-    halfway from lost_fraction to 1.
+    A wrong pose near by may fit half of a scan: the threshold for found is halfway from lost_fraction to 1.
     """
 
     def __init__(self, params: AmclParams, grid: OccupancyGrid) -> None:
@@ -151,13 +142,9 @@ class LostDetector:
         self._against = 0  # consecutive scans that contradict is_lost
 
     def check(self, base_pose_in_map: Pose2D, scan: Scan, laser_pose_in_base: Pose2D, may_be_found: bool) -> None:
-        """Compare a scan with the map, and update is_lost.
+        """Compare a scan with the map at the filter's estimate, and update is_lost.
 
-        Args:
-            base_pose_in_map: estimate of the filter at the scan's stamp.
-            scan: rays without a return and rays that end off the map are ignored.
-            laser_pose_in_base: mounting pose of the laser.
-            may_be_found: False while the filter cannot determine the pose.
+        Rays without a return and off the map are ignored; `may_be_found` is False while the pose is not determined.
         """
         fraction = self._map.fit(base_pose_in_map, scan, laser_pose_in_base).fraction if self._map else None
         if fraction is None:

@@ -15,17 +15,11 @@ from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.localization.patches import HITS, MASK, MEAN_X, MEAN_Y, SHIFT, VISITS
 from diff_encoder_sim.localization.slam_params import SIDE
 
-# A cell counts as surface if more than this fraction of its visits are hits: upstream's.
-SURFACE_FRACTION = 0.1
+SURFACE_FRACTION = 0.1  # of a cell's visits that must be hits, for a surface: upstream's
+LEAST_SPREAD = 1e-9  # below it, as in a single cell, no direction is defined
+REFINEMENTS, CLOSE_CELLS, CLOSE_RAD = 10, 5e-3, 5e-5  # the refinement ends after these steps, or with a smaller one
+TREND_STEPS = 10  # of the running mean of the scans' offsets from odometry
 
-# Below this spread, a single cell, no direction is defined.
-LEAST_SPREAD = 1e-9
-
-# The refinement ends after this number of steps, or with a smaller step.
-REFINEMENTS, CLOSE_CELLS, CLOSE_RAD = 10, 5e-3, 5e-5
-
-# Length of the running mean of the scans' offsets from odometry [steps].
-TREND_STEPS = 10
 # Squared distance, in standard deviations of a scan, above which the scan contradicts odometry: the 95 % quantile of
 # chi-squared with 3 degrees of freedom.
 CONTRADICTION = 7.81
@@ -77,7 +71,12 @@ def propose_poses(
         way = correction + _divided_by_transpose(root, normals[i])
         drawn[i] = expected[i] + scan_share(offset, trends[i]) * way
         log_factors[i] = fit(table[i], cells, mode, ends, search)[1]
-        log_factors[i] += _log_motion(mode, expected[i], sigmas) - np.log(np.diag(root)).sum()
+        # The motion model, in the frame of the expected heading: the noise is less certain than the difference.
+        cos_yaw, sin_yaw = math.cos(expected[i, 2]), math.sin(expected[i, 2])
+        ahead = (cos_yaw * correction[0] + sin_yaw * correction[1]) / sigmas[0]
+        across = (cos_yaw * correction[1] - sin_yaw * correction[0]) / sigmas[1]
+        log_motion = -0.5 * (ahead**2 + across**2 + (correction[2] / sigmas[2]) ** 2)
+        log_factors[i] += log_motion - np.log(np.diag(root)).sum()
     return drawn, log_factors, scores, trends
 
 
@@ -237,18 +236,6 @@ def _across(xx: float, xy: float, yy: float) -> Tuple[float, float, float]:
         return 1.0, 0.0, 1.0
     removed = (1.0 - max(shorter, 0.0) / longer) / norm
     return 1.0 - removed * axis_x * axis_x, -removed * axis_x * axis_y, 1.0 - removed * axis_y * axis_y
-
-
-@compiled
-def _log_motion(pose: Array, expected: Array, sigmas: Array) -> float:
-    """Return the log of the motion model at a pose, up to a constant; sigmas ahead, across, turned."""
-    # In the frame of the expected heading, not of the one before the move: the difference is
-    # smaller than the uncertainty of the noise.
-    cos_yaw, sin_yaw = math.cos(expected[2]), math.sin(expected[2])
-    x, y = pose[0] - expected[0], pose[1] - expected[1]
-    ahead, across = cos_yaw * x + sin_yaw * y, cos_yaw * y - sin_yaw * x
-    turned_rad = pose[2] - expected[2]
-    return float(-0.5 * ((ahead / sigmas[0]) ** 2 + (across / sigmas[1]) ** 2 + (turned_rad / sigmas[2]) ** 2))
 
 
 @compiled

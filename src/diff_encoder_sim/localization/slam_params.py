@@ -24,8 +24,7 @@ FrameId = Annotated[str, Field(min_length=1)]
 class GridSlamParams(Params):
     """All of slam_gmapping's parameters, so that its files load; the node uses those at the end.
 
-    `sigma` and `lsigma` are, as upstream's code has it, what a squared distance [m^2] is divided by
-    in an exponent: twice a variance, not a standard deviation.
+    In exponents, squared distances are divided by `sigma` and `lsigma`, as in upstream's code: twice a variance.
     """
 
     # The laser. 0 stands for upstream's default: the scan's own range_max less 1 cm.

@@ -41,16 +41,9 @@ class RayRules(NamedTuple):
 
 
 class Costmap:
-    """Layers over a static map, or over a rolling window around the robot.
+    """Layers over a static map, or over a rolling window around the robot, at first around (0, 0).
 
-    All poses are in the costmap's frame: map for a static map, odom for a window.
-
-    Args:
-        params: must fit `static_map`.
-        static_map: without one the costmap is a rolling window, at first around (0, 0).
-
-    Raises:
-        ConfigError: the map is empty.
+    All poses are in the costmap's frame: map for a static map, odom for a window. Raises ConfigError for an empty map.
     """
 
     def __init__(self, params: CostmapParams, static_map: Optional[OccupancyGrid] = None) -> None:
@@ -120,8 +113,6 @@ class Costmap:
     def _place(self, origin: Pose2D) -> None:
         self.origin, self._frame_in_grid = origin, origin.inverse()
 
-    # ---- places
-
     def pose_in_grid(self, pose: Pose2D) -> Pose2D:
         """Return a pose in the grid's own frame: x along columns, y along rows [m]."""
         return self._frame_in_grid.compose(pose)
@@ -131,14 +122,10 @@ class Costmap:
         local = self.pose_in_grid(Pose2D(x_m, y_m, 0.0))
         return math.floor(local.y_m * self.cells_per_m), math.floor(local.x_m * self.cells_per_m)
 
-    def contains(self, row: int, column: int) -> bool:
-        """Return whether a cell is on the grid."""
-        return 0 <= row < self.shape[0] and 0 <= column < self.shape[1]
-
     def cost_at(self, x_m: float, y_m: float) -> Optional[int]:
         """Return the cost of the cell at a point, None outside the grid."""
-        row, column = self.cell_at(x_m, y_m)
-        return int(self.costs[row, column]) if self.contains(row, column) else None
+        (row, column), (rows, columns) = self.cell_at(x_m, y_m), self.shape
+        return int(self.costs[row, column]) if 0 <= row < rows and 0 <= column < columns else None
 
     def footprint_cost(self, base_pose: Pose2D) -> float:
         """Return the highest cost under the robot's outline at a pose.
@@ -158,16 +145,8 @@ class Costmap:
         reach_m = np.hypot(rows - row, columns - column).min(initial=math.inf) * self.resolution_m
         return bool(reach_m <= self.footprint.inscribed_radius_m)
 
-    # ---- changes
-
     def update(self, base_pose: Pose2D, scan: Optional[Scan] = None, laser_pose: Optional[Pose2D] = None) -> None:
-        """Run one cycle: centre the window, enter the newest scan, clear the robot's footprint.
-
-        Args:
-            base_pose: the robot now.
-            scan: the newest scan; None enters none.
-            laser_pose: the laser when it took the scan.
-        """
+        """Centre the window on the robot, enter the newest scan by the laser's pose then, clear the footprint."""
         if self._static is None:
             self._roll_to(self.pose_in_grid(base_pose))
         base = self.pose_in_grid(base_pose)
@@ -264,11 +243,10 @@ ROUNDING = 0.5 - 1e-9
 
 @compiled
 def clear_and_mark(cells: Array, per_m: float, laser: Pose2D, scan: Scan, rules: RayRules) -> None:
-    """Enter one scan into an obstacle layer `cells`, (rows, columns) uint8 with `per_m` cells in a metre.
+    """Enter one scan into an obstacle layer `cells`, (rows, columns) uint8; the laser is in the grid's own frame.
 
-    All rays clear before any marks, so that a ray that grazes an obstacle does not erase another ray's hit. The laser
-    is in the grid's own frame. A range that is NaN or outside range_min to range_max is ignored; +inf clears up to
-    raytrace_range if `inf_is_valid`.
+    All rays clear before any marks, so that a ray that grazes an obstacle does not erase another ray's hit. A range
+    that is NaN or outside range_min to range_max is ignored; +inf clears up to raytrace_range if `inf_is_valid`.
     """
     rows, columns = cells.shape
     x_m, y_m, yaw_rad = laser
@@ -304,10 +282,7 @@ def clear_and_mark(cells: Array, per_m: float, laser: Pose2D, scan: Scan, rules:
 
 @compiled
 def clear_polygon(cells: Array, per_m: float, corners_m: Array) -> None:
-    """Clear the cells inside a polygon (n, 2) in the grid's own frame, and those that its sides cross.
-
-    The centres of the latter may lie outside, but they count in the cost of the robot's footprint.
-    """
+    """Clear the cells inside a polygon (n, 2) in the grid's own frame, and those that its sides cross."""
     rows, columns = cells.shape
     xs, ys = corners_m[:, 0], corners_m[:, 1]
     for row in range(max(0, math.floor(ys.min() * per_m)), min(rows, math.floor(ys.max() * per_m) + 1)):
@@ -326,10 +301,9 @@ def clear_polygon(cells: Array, per_m: float, corners_m: Array) -> None:
 
 @compiled
 def _clear_ray(cells: Array, row: int, column: int, to_row: int, to_column: int, with_end: bool) -> None:
-    """Clear the cells of a line (Bresenham) up to its end or the edge of the grid.
+    """Clear the cells of a line (Bresenham) up to its end or the edge of the grid, in closed form.
 
-    In closed form, of which a processor computes several steps at once: the n-th cell of a line of `right` columns and
-    fewer rows, `down`, is n down / right rows away, rounded, halves down.
+    The n-th cell of a line of `right` columns and fewer rows, `down`, is n down / right rows away, rounded half down.
     """
     rows, columns = cells.shape
     if not (0 <= row < rows and 0 <= column < columns):

@@ -44,7 +44,7 @@ def make_footprint(points: Sequence[Sequence[float]], padding_m: float = 0.0) ->
 
 
 def _from_text(value: Any) -> Any:
-    # Upstream also accepts the polygon as text: "[[0.25, 0.3], ...]".
+    # Upstream's form: "[[0.25, 0.3], ...]".
     try:
         return json.loads(value) if isinstance(value, str) else value
     except (ValueError, RecursionError):
@@ -78,8 +78,7 @@ STATIC, OBSTACLE, INFLATION = LAYERS
 # Parameters of a layer that mean something else, or nothing, for the whole costmap.
 NOT_MOVED = {STATIC: {'enabled'}, INFLATION: {'enabled'}}
 NOT_MOVED[OBSTACLE] = {'enabled', 'track_unknown_space', 'transform_tolerance'}
-# Ranges that a scan source may have; with one source they become the costmap's.
-RANGES = ('obstacle_range', 'raytrace_range')
+RANGES = ('obstacle_range', 'raytrace_range')  # of a scan source; with one source they become the costmap's
 CIRCLE_CORNERS = 16
 
 
@@ -151,9 +150,7 @@ def _replace_radius(flat: Dict[str, Any]) -> None:
         flat['footprint'] = [[radius_m * math.cos(angle), radius_m * math.sin(angle)] for angle in angles]
 
 
-# In a rolling window: 100 m x 100 m in cells of 5 cm.
-MOST_CELLS = 4_000_000
-
+MOST_CELLS = 4_000_000  # in a rolling window: 100 m x 100 m in cells of 5 cm
 WindowSide_m = Annotated[float, Between(0.01, 200.0, 'm')]
 
 
@@ -173,9 +170,8 @@ class ScanSource(Params):
 
 
 class CostmapParams(Params):
-    """Parameters of the global or the local costmap.
+    """Parameters of the global or the local costmap, in all of upstream's forms: see `flattened`.
 
-    All of upstream's forms are accepted: layers with namespaces of their own, a source of any name, robot_radius.
     Parameters of unsupported features accept only the supported value.
     """
 

@@ -96,12 +96,7 @@ class DwaPlanner:
     ) -> Optional[Trajectory]:
         """Return the cheapest trajectory, or None if the critics reject all.
 
-        Args:
-            base_pose: the robot, in the costmap's frame.
-            linear_mps: its forward velocity.
-            angular_radps: its turning velocity.
-            costmap: the local costmap.
-            plan: (n, 3) the stretch of the global plan to follow, in the costmap's frame; n > 0.
+        Robot and plan (n, 3), n > 0, the stretch of the global plan to follow, are in the local costmap's frame.
         """
         self.last_task = task = self.scoring_task(base_pose, linear_mps, angular_radps, costmap, plan)
         linear_mps, angular_radps, cost, points = find_cheapest(task, costmap.origin, plan, base_pose)
@@ -204,13 +199,7 @@ class LocalPlanner:
     ) -> Optional[Trajectory]:
         """Return the command for the next control period, with its trajectory; None if there is none (see `problem`).
 
-        The trajectory is empty during turns.
-
-        Args:
-            odometry: the robot in the odom frame.
-            command: the last one.
-            odom_pose_in_map: from localization.
-            costmap: the local costmap, in the odom frame.
+        `command` is the last one, `costmap` the local one, in the odom frame. The trajectory is empty during turns.
         """
         self._transform_plan(odom_pose_in_map)
         motion = limited_motion(odometry, command, self.params.twist_sigmas)

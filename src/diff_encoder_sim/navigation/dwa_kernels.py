@@ -27,6 +27,7 @@ to it, which costs as much as scoring a point.
 from __future__ import annotations
 
 import math
+from collections import namedtuple
 from typing import NamedTuple, Tuple
 
 import numpy as np
@@ -56,26 +57,14 @@ Twist = Tuple[float, float]  # linear [m/s], angular [rad/s]
 Place = Tuple[float, float, float, float]  # in the grid's own frame: x, y [m], cosine and sine of the yaw
 
 
-class DwaLimits(NamedTuple):
-    """Numbers of DwaParams under their names, and the time in which a sampled velocity must be reached."""
-
-    min_vel_x: float
-    max_vel_x: float
-    max_vel_theta: float
-    acc_lim_x: float
-    acc_lim_theta: float
-    min_vel_trans: float
-    max_vel_trans: float
-    min_vel_theta: float
-    sim_time: float
-    sim_granularity: float
-    angular_sim_granularity: float
-    vx_samples: int
-    vth_samples: int
-    use_dwa: bool
-    sum_scores: bool
-    forward_point_distance: float
-    horizon_s: float  # one control period with use_dwa, else sim_time
+# Numbers of DwaParams under their names, and the time in which a sampled velocity must be reached: one control period
+# with use_dwa, else sim_time.
+DwaLimits = namedtuple(
+    'DwaLimits',
+    'min_vel_x max_vel_x max_vel_theta acc_lim_x acc_lim_theta min_vel_trans max_vel_trans min_vel_theta '
+    'sim_time sim_granularity angular_sim_granularity vx_samples vth_samples use_dwa sum_scores '
+    'forward_point_distance horizon_s',
+)
 
 
 class ScoringTask(NamedTuple):
@@ -109,10 +98,9 @@ def make_waves(rows: int, columns: int) -> Tuple[np.ndarray, np.ndarray, np.ndar
 
 @compiled
 def begin_waves(task: ScoringTask, origin: Pose2D, plan: Array) -> bool:
-    """Begin waves at the plan (n, 3), n > 0, at its end, and at the nose's goal beyond it.
+    """Begin waves at the plan (n, 3), n > 0, its end, and the nose's goal beyond it; False if none is on the grid.
 
-    The plan is in the frame of the grid's origin. Waves from an end begin at the last point before the plan leaves the
-    grid. Returns False if all points are on unknown cells.
+    The plan is in the frame of the grid's origin. Its end is the last point before it leaves the grid's known cells.
     """
     costs, per_m, cells, queues, counts = task.costs, task.per_m, task.cells, task.queues, task.counts
     rows, columns = costs.shape
@@ -270,10 +258,7 @@ def _line_cost(costs: Array, row: int, column: int, to_row: int, to_column: int)
 
 @compiled
 def stays_clear(limits: DwaLimits, costs: Array, per_m: float, vertices_m: Array, pose: Pose2D, twist: Twist) -> bool:
-    """Return whether the robot can stand at every point of a trajectory of constant velocity from `pose` in the grid.
-
-    Upstream also asks the critics of path and goal, with distances of an earlier cycle.
-    """
+    """Return whether the robot can stand at every point of a constant velocity's trajectory from a pose in the grid."""
     points = np.empty((_step_count(limits, twist), 5))
     _roll_out(limits, pose, twist, twist, points)
     for point in points:
@@ -284,10 +269,7 @@ def stays_clear(limits: DwaLimits, costs: Array, per_m: float, vertices_m: Array
 
 @compiled(inline='always')
 def _standing_cost(costs: Array, per_m: float, vertices_m: Array, scales: Array, place: Place) -> float:
-    """Return the highest cost under the outline and in the centre's cell, below zero if that rejects.
-
-    Without a weight of the obstacle critic it is 0 everywhere on the grid.
-    """
+    """Return the highest cost under outline and centre, below zero if rejected; 0 on the grid without a weight."""
     rows, columns = costs.shape
     row, column = math.floor(place[1] * per_m), math.floor(place[0] * per_m)
     if not (0 <= row < rows and 0 <= column < columns):
@@ -358,8 +340,8 @@ def _score(task: ScoringTask, turn_radps: float, points: Array, most: float) -> 
 def _least_costs(task: ScoringTask, samples: Array) -> Tuple[np.ndarray, np.ndarray]:
     """Return lower bounds (n,) of the costs of samples (n, 2), inf if rejected, and their steps (n,).
 
-    By the last point, in closed form: the steps of `_roll_out` are sides of a regular polygon. Rounding may put it into
-    another cell: a sample costs at least 0 then, as without use_dwa.
+    By the last point in closed form: the steps of `_roll_out` are sides of a regular polygon. The bound is 0 if
+    rounding may change its cell, and without use_dwa.
     """
     limits, costs, per_m, vertices_m, cells, queues, counts, scales, pose, _, _, allowed = task
     rows, columns = costs.shape
@@ -370,7 +352,7 @@ def _least_costs(task: ScoringTask, samples: Array) -> Tuple[np.ndarray, np.ndar
     if obstacle < 0.0:
         return least, steps
     for index in range(len(samples)):
-        linear_mps, angular_radps = samples[index]
+        linear_mps, angular_radps = samples[index, 0], samples[index, 1]
         steps[index] = sample_steps(limits, (linear_mps, angular_radps), allowed)
         if steps[index] == 0:
             continue
@@ -437,10 +419,9 @@ def find_cheapest(
 
 @compiled
 def score_all(task: ScoringTask) -> Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Score each sample to its beginning, for displays; the waves must have begun.
+    """Return samples (n, 2), their numbers of points (n,), these (n, most, 5), and costs (n,), below zero if rejected.
 
-    Returns:
-        Samples (n, 2), their numbers of points (n,), these (n, most, 5), and costs (n,), below zero if rejected.
+    For displays; the waves must have begun.
     """
     samples = velocity_samples(task.limits, task.twist, task.goal_distance_m)
     steps = np.array([sample_steps(task.limits, (sample[0], sample[1]), task.allowed) for sample in samples])
@@ -457,9 +438,8 @@ def score_all(task: ScoringTask) -> Tuple[np.ndarray, np.ndarray, np.ndarray, np
 def velocity_samples(limits: DwaLimits, twist: Twist, goal_distance_m: float) -> np.ndarray:
     """Return samples (n, 2) linear [m/s], angular [rad/s] of the window around a twist, the angular ones innermost.
 
-    The window contains the velocities reachable within the horizon; without use_dwa, none passes the goal in that time.
-    A quantised twist can be above the limits (at 40 PPR the second step is 0.63 m/s): the window is then the limit;
-    upstream would sample above it.
+    Those reachable within the horizon; without use_dwa, none passes the goal in that time. A quantised twist can be
+    above the limits: the window is then the limit; upstream would sample above it.
     """
     lowest_mps, highest_mps, highest_radps = limits.min_vel_x, limits.max_vel_x, limits.max_vel_theta
     if not limits.use_dwa:

@@ -41,27 +41,21 @@ class PlanError(ValueError):
 
 
 STEP_CELLS = 0.5  # along the descent, navfn's pathStep
+Cell = Tuple[int, int]  # row, column
 
 
 @compiled
 def propagate(
-    weights: Array,
-    start_row: int,
-    start_column: int,
-    goal_row: int,
-    goal_column: int,
-    least_weight: float,
-    uses_heuristic: bool,
-    stops_at_goal: bool,
+    weights: Array, start_cell: Cell, goal_cell: Cell, least_weight: float, uses_heuristic: bool, stops_at_goal: bool
 ) -> np.ndarray:
-    """Return the potential (rows, columns) float64: the cost from the start, inf where not reached.
+    """Return the potential (rows, columns) float64: the cost from the start, inf if not reached.
 
-    Weights (rows, columns) float64 are the cost of crossing a cell, inf if blocked, none below
-    `least_weight`; the outermost cells are blocked, so that no neighbour is off the grid. `uses_heuristic` is A*
-    instead of Dijkstra; `stops_at_goal` ends the search once the potential around the goal is settled.
+    Weights (rows, columns) float64 are the cost of crossing a cell, at least `least_weight`, inf if blocked, as the
+    outermost cells are. `uses_heuristic` is A* instead of Dijkstra; `stops_at_goal` ends the search when the potential
+    around the goal is settled.
     """
-    columns = weights.shape[1]
-    start, goal = start_row * columns + start_column, goal_row * columns + goal_column
+    columns, (goal_row, goal_column) = weights.shape[1], goal_cell
+    start, goal = start_cell[0] * columns + start_cell[1], goal_row * columns + goal_column
     weight_of_cell, potential = weights.ravel(), np.full(weights.size, np.inf)
     potential[start], heap, enough = 0.0, [(0.0, start)], np.inf
     # A* reaches cells before both neighbours that they depend on are settled. Corrections below a hundredth of a
@@ -106,10 +100,10 @@ def _wave(potential: Array, weight: float, cell: np.uintp, columns: np.uintp) ->
 
 @compiled
 def descend(potential: Array, row: int, column: int) -> np.ndarray:
-    """Return the path (n, 2) of columns and rows from a cell down to the start; cell centres are whole numbers.
+    """Return the path (n, 2) of columns and rows from a cell down to the start, (0, 2) if none descends to it.
 
-    Along the gradient in steps of half a cell; if that does not descend (next to obstacles), to the lowest
-    neighbour. Empty if no path descends to the start.
+    Along the gradient in steps of half a cell, or to the lowest neighbour if that does not descend (next to obstacles).
+    Cell centres are whole numbers.
     """
     path = np.empty((4 * potential.size + 4, 2))
     x, y = float(column), float(row)
@@ -213,11 +207,8 @@ class GlobalPlanner:
         """Return a plan (n, 3) x, y [m], yaw [rad] from start to goal in the costmap's frame; n >= 2.
 
         Points are about half a cell apart and point along the path, the last one as the goal. A blocked goal may be
-        replaced by the nearest reachable point within `tolerance_m`, or default_tolerance if that is larger, along x
-        and y.
-
-        Raises:
-            PlanError: no plan was found; the text contains the reason.
+        replaced by the nearest reachable point within `tolerance_m`, or default_tolerance if larger, along x and y.
+        Raises PlanError, with the reason, if there is no plan.
         """
         tolerance_m = max(tolerance_m, self.params.default_tolerance)
         start_cell, goal_cell = self._cell_of('the start', start), self._cell_of('the goal', goal)
@@ -229,8 +220,8 @@ class GlobalPlanner:
         uses_heuristic = not self.params.use_dijkstra and goal_is_free
         stops_at_goal = goal_is_free and tolerance_m == 0.0
         least_weight = self.params.neutral_cost
-        potential = propagate(weights, *start_cell, *goal_cell, least_weight, uses_heuristic, stops_at_goal)
-        end_cell: Optional[Tuple[int, int]] = goal_cell
+        potential = propagate(weights, start_cell, goal_cell, least_weight, uses_heuristic, stops_at_goal)
+        end_cell: Optional[Cell] = goal_cell
         if potential[goal_cell] == math.inf:  # the nearest one that is reached
             cells = np.argwhere(potential < math.inf)
             away = np.abs(cells - goal_cell)
@@ -252,7 +243,7 @@ class GlobalPlanner:
         steps_m = np.diff(positions_m, axis=0)
         return np.column_stack([positions_m, np.append(np.arctan2(steps_m[:, 1], steps_m[:, 0]), goal.yaw_rad)])
 
-    def _cell_of(self, what: str, pose: Pose2D) -> Tuple[int, int]:
+    def _cell_of(self, what: str, pose: Pose2D) -> Cell:
         """Return the cell of a pose, which may not be in the outermost cells: as in navfn they are blocked."""
         if not all(math.isfinite(value) for value in pose):
             raise PlanError(PlanProblem.NOT_FINITE, f'{what} ({pose.x_m}, {pose.y_m}, {pose.yaw_rad}) is not finite')
@@ -263,7 +254,7 @@ class GlobalPlanner:
                 return row, column
         raise PlanError(PlanProblem.OUTSIDE, f'{what} ({pose.x_m:.6g}, {pose.y_m:.6g}) is outside the map')
 
-    def _weights(self, start_cell: Tuple[int, int]) -> np.ndarray:
+    def _weights(self, start_cell: Cell) -> np.ndarray:
         """Return the cost (rows, columns) of crossing each cell; the robot may always leave its own place."""
         costs = self.costmap.costs
         weights: np.ndarray = self._weight_of_cost[costs]

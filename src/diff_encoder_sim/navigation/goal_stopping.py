@@ -92,11 +92,10 @@ def _distance_m(motion: Motion, goal: Pose2D) -> float:
     return math.hypot(goal.x_m - motion.base_pose.x_m, goal.y_m - motion.base_pose.y_m)
 
 
-# Errors below this fraction of a tolerance are not corrected. At 40 PPR a pulse of one wheel turns the robot by 2.25
-# degrees; correcting less than half of that would increase the error.
+# Errors below this fraction of a tolerance are not corrected: less than half a pulse would increase the error.
 SET_OUT = 1.0 / 3.0
 
-# A robot within the tolerance turns in place towards a goal with a larger lateral offset: it has passed the goal.
+# A robot within the tolerance turns in place towards a goal at a larger bearing: it has passed the goal.
 ASIDE_RAD = math.radians(45.0)
 
 # Fraction of a tolerance below which a lateral offset is not steered to, and the robot does not slow down further.
@@ -216,11 +215,8 @@ class StopSpread(NamedTuple):
 def stop_parts(params: DwaParams, period_s: float, command_latency_s: float, step: StopSpread) -> Dict[str, StopSpread]:
     """Return the stopping error of the control loop at a goal by cause.
 
-    Args:
-        params: tolerances and limits.
-        period_s: the control period [s].
-        command_latency_s: delay from a pose to the wheels [s].
-        step: resolution of odometry: a pulse of both wheels in translation, of one wheel in rotation.
+    `command_latency_s` is the delay from a pose to the wheels; `step` the resolution of odometry: a pulse of both
+    wheels in translation, of one wheel in rotation.
     """
     tolerance_m, tolerance_rad = params.xy_goal_tolerance, params.yaw_goal_tolerance
     if params.stop == 'latch':
@@ -237,10 +233,7 @@ def stop_parts(params: DwaParams, period_s: float, command_latency_s: float, ste
 
 
 def stop_spread(params: DwaParams, period_s: float, command_latency_s: float, step: StopSpread) -> StopSpread:
-    """Return the stopping error of a robot at its goal; arguments as of `stop_parts`.
-
-    Longitudinal errors add up, the lateral error is the tolerance; the heading error is the larger of both.
-    """
+    """Return the stopping error of a robot at its goal, in which longitudinal errors add up; see `stop_parts`."""
     *ahead, near = stop_parts(params, period_s, command_latency_s, step).values()
     if not ahead:  # the latch
         return near
@@ -259,8 +252,7 @@ class TurnToPath:
     """Turns the robot towards a plan that starts behind it, before the DWA controls it."""
 
     def __init__(self, params: DwaParams, sim_period_s: float) -> None:
-        self._angle_rad = params.turn_to_path_angle
-        self._turner = LatchedStopRotate(params, sim_period_s)
+        self._angle_rad, self._turner = params.turn_to_path_angle, LatchedStopRotate(params, sim_period_s)
         self.reset()
 
     def reset(self) -> None:
@@ -269,10 +261,7 @@ class TurnToPath:
         self._turner.reset()
 
     def command(self, motion: Motion, plan: np.ndarray, is_clear: ClearanceCheck) -> Optional[Tuple[float, float]]:
-        """Return (linear [m/s], angular [rad/s]) of the turn; None if it is not needed or would collide.
-
-        The plan (n, 3), n > 0, is in the frame of the motion.
-        """
+        """Return (linear [m/s], angular [rad/s]) of the turn to a plan (n, 3), n > 0; None if not needed or blocked."""
         if self._angle_rad == 0.0:
             return None
         bearing_rad = bearing_ahead(plan, motion.base_pose.x_m, motion.base_pose.y_m)
@@ -288,12 +277,7 @@ class TurnToPath:
 @compiled
 def bearing_ahead(plan: Array, x_m: float, y_m: float) -> float:
     """Return the direction [rad] to the lookahead point of the plan (n, 3), or to its end if closer."""
-    nearest, least_m = 0, math.inf
-    for index in range(len(plan)):
-        distance_m = math.hypot(plan[index, 0] - x_m, plan[index, 1] - y_m)
-        if distance_m < least_m:
-            nearest, least_m = index, distance_m
-    ahead, travelled_m = nearest, 0.0
+    ahead, travelled_m = np.argmin(np.hypot(plan[:, 0] - x_m, plan[:, 1] - y_m)), 0.0
     while ahead < len(plan) - 1 and travelled_m < LOOKAHEAD_M:
         travelled_m += math.hypot(plan[ahead + 1, 0] - plan[ahead, 0], plan[ahead + 1, 1] - plan[ahead, 1])
         ahead += 1
@@ -313,10 +297,7 @@ class Rotation:
         self._until_ns = now_ns + int(2.0 * 2.0 * math.pi / min(MIN_IN_PLACE_RADPS, params.max_vel_theta) * 1e9)
 
     def step(self, now_ns: int, pose: Pose2D, costmap: Costmap) -> Tuple[Optional[float], str]:
-        """Return the angular velocity [rad/s], as fast as the robot can still stop at the end, and a text.
-
-        The velocity is None when the turn has ended. Pose and costmap are the local ones, in odom.
-        """
+        """Return the angular velocity [rad/s], None at the end of the turn, and a text; all in the odom frame."""
         self._turned_rad += wrap_angle(pose.yaw_rad - self._yaw_rad)
         self._yaw_rad = pose.yaw_rad
         left_rad = 2.0 * math.pi - self._turned_rad

@@ -69,8 +69,6 @@ class Navigator(NavigatorInputs):
         self.recoveries = recoveries_of(params, self.local_costmap.footprint.circumscribed_radius_m)
         self._forget_travel()
 
-    # ---- goals and services
-
     def set_goal(self, goal: Pose2D) -> None:
         """Drive to a pose in the map frame; an earlier goal is dropped."""
         self.run = GoalRun(self, goal, self.run.command if self.status is GoalStatus.ACTIVE else STOP)
@@ -81,11 +79,9 @@ class Navigator(NavigatorInputs):
             self.run.end(GoalStatus.PREEMPTED, text)
 
     def make_plan(self, start: Optional[Pose2D], goal: Pose2D, tolerance_m: float = 0.0) -> np.ndarray:
-        """Return a plan (n, 3) in the map frame without following it; `start` defaults to the robot's pose.
+        """Return a plan (n, 3) in the map frame, from the robot's pose without a `start`, without following it.
 
-        Raises:
-            PlanError: no plan was found; the text contains the reason.
-            InputFault: `start` is None and the robot's pose is unknown.
+        Raises PlanError, with the reason, if there is none, or InputFault if the robot's pose is needed and unknown.
         """
         if start is None and not self.has_pose:
             raise InputFault("the robot's pose is not known yet")
@@ -125,13 +121,8 @@ class Navigator(NavigatorInputs):
         """Return the samples of the last DWA command, valid until the next step; None before the first."""
         return self.local_planner.dwa.last_task
 
-    # ---- one control period
-
     def step(self, now_ns: int) -> NavigatorOutput:
-        """Return the command for now; call it at controller_frequency.
-
-        Without a goal the costmaps are kept up to date and the command is zero.
-        """
+        """Return the command for now, zero without a goal; call it at controller_frequency, as it updates costmaps."""
         if self._timeline.advance(now_ns) is Step.RESTART:
             self._restart(now_ns)
         missing = self.missing(now_ns, self.params.input_timeout)
@@ -172,10 +163,7 @@ class Navigator(NavigatorInputs):
         self._seen_pose: Optional[Pose2D] = None
 
     def _watch_travel(self, now_ns: int) -> None:
-        """Abort if odometry does not move although travel is commanded.
-
-        A turn in place counts as the travel of the nearest point of the robot's outline.
-        """
+        """Abort if odometry does not move although travel, or a turn of the outline's nearest point, is commanded."""
         pose, limit_m = self.odometry.base_pose_in_odom, self.params.max_unseen_travel
         if pose != self._seen_pose:
             self._unseen_m, self._seen_pose = 0.0, pose
@@ -190,8 +178,7 @@ class Navigator(NavigatorInputs):
             self.run.end(GoalStatus.ABORTED, f'odometry has not moved for {unseen}')
 
     def _output(self, command: Command) -> NavigatorOutput:
-        run = self.run
-        return NavigatorOutput(command, run.status, run.phase, run.text, run.started_recovery)
+        return NavigatorOutput(command, self.run.status, self.run.phase, self.run.text, self.run.started_recovery)
 
 
 def _is_due(updated_ns: int, frequency_hz: float, now_ns: int) -> bool:
@@ -232,13 +219,11 @@ class GoalRun:
         if self._waits_for is None:
             log.warning('%s; robot stopped', missing, extra=EVENT)
         self.command, self._waits_for, self._is_under_way = STOP, missing, False
-        self.started_recovery = None
-        self.text = f'stopped: {missing}'
+        self.text, self.started_recovery = f'stopped: {missing}', None
 
     def end(self, status: GoalStatus, text: str) -> None:
         """End the run with a status and its reason."""
-        self.status, self.text, self.started_recovery = status, text, None
-        self.local_plan_in_odom = NO_POSES
+        self.status, self.text, self.started_recovery, self.local_plan_in_odom = status, text, None, NO_POSES
 
     def act(self, now_ns: int) -> Command:
         """Return the command for one control period of an active goal."""
@@ -262,8 +247,6 @@ class GoalRun:
         else:
             self.command = self._control(now_ns) if self.phase is Phase.CONTROLLING else self._recover(now_ns)
         return self.command
-
-    # ---- planning
 
     def _plan(self, now_ns: int) -> None:
         """Make a plan; go on to control, or to recovery when patience is over."""
@@ -296,8 +279,6 @@ class GoalRun:
         self.phase, self._planned_ns = Phase.PLANNING, NEVER_NS
         self._last_plan_ns = self._last_progress_ns = now_ns
         self._planning_retries = 0
-
-    # ---- control
 
     def _control(self, now_ns: int) -> Command:
         navigator, planner = self._navigator, self._navigator.local_planner
@@ -332,13 +313,11 @@ class GoalRun:
             self.text = f'moved less than {params.oscillation_distance} m in {params.oscillation_timeout} s'
             self._call_recovery(Trigger.OSCILLATION)
 
-    # ---- recovery
-
     def _call_recovery(self, trigger: Trigger) -> None:
         self.phase, self._trigger, self._problem, self._is_recovering = Phase.CLEARING, trigger, self.text, False
 
     def _restart_recoveries_after(self, trigger: Trigger) -> None:
-        """Go back to the first behaviour if the last recovery had this reason, which is over."""
+        """Go back to the first behaviour if the reason of the last recovery is over."""
         if self._trigger is trigger:
             self._recovery_index = 0
 

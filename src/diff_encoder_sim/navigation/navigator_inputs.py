@@ -14,10 +14,9 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 
 
 class ControlRate:
-    """Selects the odometry stamps to control at, as many per second as the rate.
+    """Selects the odometry stamps to control at: as many per second as the rate, or all of slower odometry.
 
-    A stamp may be half a period early or late, so that jitter does not skip odometry at this rate. Every
-    stamp of slower odometry is selected.
+    A stamp may be half a period early or late, so that jitter does not skip odometry at this rate.
     """
 
     def __init__(self, frequency_hz: float) -> None:
@@ -75,11 +74,11 @@ STOP = Command(0.0, 0.0)
 
 
 class StartedRecovery(NamedTuple):
-    """The start of a recovery behaviour."""
+    """The start of a recovery behaviour, with its number from 0 among all."""
 
     name: str
-    number: int  # among all behaviours, from 0
-    total: int  # of all behaviours
+    number: int
+    total: int
 
 
 class NavigatorOutput(NamedTuple):
@@ -119,10 +118,7 @@ class MissingInput(NamedTuple):
 
 
 class NavigatorInputs:
-    """Newest odometry, localization and scan; `laser_pose_in_base` is the default laser pose.
-
-    A message rejected with an InputFault has no effect.
-    """
+    """Newest odometry, localization and scan. A message rejected with an InputFault has no effect."""
 
     def __init__(self, laser_pose_in_base: Pose2D) -> None:
         self.laser_pose_in_base = laser_pose_in_base
@@ -137,11 +133,7 @@ class NavigatorInputs:
         self._scan_pose_in_base = self.laser_pose_in_base
 
     def take_odometry(self, sample: OdometrySample) -> None:
-        """Add /odom; old stamps are ignored.
-
-        Raises:
-            InputFault: a number is not finite or too large.
-        """
+        """Add /odom, unless its stamp is old; raise InputFault for a number that is not finite or too large."""
         _check('odometry', sample.base_pose_in_odom, sample[2:])
         samples, stamp_ns = self._odometry, sample.stamp_ns
         if not samples or stamp_ns > samples[-1].stamp_ns:
@@ -150,20 +142,12 @@ class NavigatorInputs:
                 samples.popleft()
 
     def take_localization(self, stamp_ns: int, odom_pose_in_map: Pose2D) -> None:
-        """Add the transform map->odom; its stamp may be in the future, as AMCL post-dates it.
-
-        Raises:
-            InputFault: a number is not finite or too large.
-        """
+        """Add the transform map->odom, post-dated or not; raise InputFault for a bad number as `take_odometry`."""
         _check('the transform map->odom', odom_pose_in_map)
         self._localized_ns, self._odom_pose_in_map = stamp_ns, odom_pose_in_map
 
     def take_scan(self, scan: Scan, laser_pose_in_base: Optional[Pose2D] = None) -> None:
-        """Add /scan, taken at `laser_pose_in_base` or at the default laser pose.
-
-        Raises:
-            InputFault: no range is valid, or directions are not finite.
-        """
+        """Add /scan, taken at a laser pose or the default one; raise InputFault without valid ranges and directions."""
         low_m, high_m = scan.range_min_m, scan.range_max_m
         _check('the scan', IDENTITY, (scan.angle_min_rad, scan.angle_increment_rad, low_m, high_m))
         # In open space all ranges are +inf; a covered laser sends no valid ones.
@@ -195,10 +179,7 @@ class NavigatorInputs:
         return self.odom_pose_in_map.compose(self._odometry[-1].base_pose_in_odom)
 
     def laser_pose_in_odom(self) -> Pose2D:
-        """Return the laser's pose at the stamp of the newest scan.
-
-        The robot's pose is interpolated between odometry messages; outside, the closest one is used.
-        """
+        """Return the laser's pose at the newest scan's stamp, interpolated between odometry or from the closest."""
         assert self.scan is not None
         stamp_ns, sample, after = self.scan.stamp_ns, self._odometry[-1], None
         for sample in reversed(self._odometry):

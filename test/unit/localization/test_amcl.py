@@ -47,7 +47,6 @@ def noisy(scan, rng):
 
 
 def run(filter_, drive, seed=0):
-    """The estimates of a whole drive, None where there was none."""
     rng = np.random.default_rng([seed, 1])
     return [filter_.update(odom_pose, noisy(scan, rng), IDENTITY) for _, odom_pose, scan in drive]
 
@@ -66,7 +65,6 @@ def test_it_converges_from_the_papers_initial_spread(drive, model):
 
 
 def test_it_finds_itself_without_a_guess(drive):
-    """Global localization, with as many particles as the room is large."""
     filter_ = amcl(1, max_particles=10_000, initial_pose_x=-2.0, initial_pose_y=2.0)
     filter_.global_localization()
     last = [estimate for estimate in run(filter_, drive) if estimate][-1]
@@ -74,7 +72,6 @@ def test_it_finds_itself_without_a_guess(drive):
 
 
 def test_fewer_particles_do_not_look_like_a_better_fit(drive):
-    """The likelihood that recovery goes by does not depend on the number of particles."""
     close = dict.fromkeys(('initial_cov_xx', 'initial_cov_yy', 'initial_cov_aa'), 1e-4)
     few, many = (amcl(max_particles=count, **close) for count in (500, 5000))
     for filter_ in (few, many):
@@ -83,7 +80,6 @@ def test_fewer_particles_do_not_look_like_a_better_fit(drive):
 
 
 def test_map_to_odom_makes_the_estimate_true(drive):
-    """And stays what is broadcast until the next estimate."""
     filter_ = amcl()
     assert filter_.odom_pose_in_map is None
     for _, odom_pose, scan in drive[:4]:
@@ -251,7 +247,6 @@ def watched(**changes):
 
 
 def feed(filter_, true_pose, count, odom_pose=IDENTITY):
-    """Scans from where the robot stands; whether it is lost after each."""
     scan = simulated_scan(ROOM, true_pose)
     lost_after_each = []
     for _ in range(count):

@@ -16,7 +16,6 @@ SECOND_NS = 10**9
 
 
 def drive(seed=1, noise=0.0, sigma_m=0.01, count=40, **changes):
-    """Map the room; the mapper, the odometry and the estimates."""
     rng = np.random.default_rng(99)
     slam, true = GridSlam(params(**changes), np.random.default_rng(seed)), around_the_room()[:count]
     drift = noise * np.cumsum(rng.standard_normal((len(true), 3)), axis=0) * [1.0, 1.0, 0.5]
@@ -41,7 +40,6 @@ def test_equal_seeds_give_equal_bytes_and_others_do_not():
 
 @pytest.mark.heavy
 def test_particles_are_redrawn_when_few_of_them_count():
-    """And only then, and the paths go on through it."""
     slam, _, estimates = drive(noise=0.03, sigma_m=0.03)
     estimates = [estimate for estimate in estimates if estimate]
     assert all(estimate.has_resampled == (estimate.effective_count < 4.0) for estimate in estimates[1:])
@@ -133,7 +131,6 @@ def test_a_recording_that_goes_back_in_time_keeps_the_first_drive(caplog):
 
 @pytest.mark.parametrize(('odometry', 'scans', 'later_ns'), [(0, 40, 0), (41, 0, 0), (41, 40, 1000 * SECOND_NS)])
 def test_half_a_recording_is_refused(odometry, scans, later_ns):
-    """Without odometry, without scans, with odometry of another time."""
     stamps_ns, poses, all_scans = recording()
     track = OdometryTrack([stamp_ns + later_ns for stamp_ns in stamps_ns[:odometry]], poses[:odometry])
     with pytest.raises(ConfigError):

@@ -21,12 +21,10 @@ def params(**changes):
 
 
 def turned_room():
-    """The room on a grid whose own frame is turned in the map."""
     return pillar_room()._replace(origin=Pose2D(-3.0, -2.5, 0.4))
 
 
 def particles_in_room(count, rng):
-    """Spread so wide that some rays leave the map."""
     return np.column_stack([rng.normal(0, 1.5, (count, 2)), rng.uniform(-np.pi, np.pi, count)])
 
 

@@ -24,14 +24,12 @@ def write_map(folder, pixels, text=YAML, name='m.pgm'):
 
 
 def png(image, **options):
-    """Return an image as the bytes of a PNG file."""
     file = io.BytesIO()
     image.save(file, 'PNG', **options)
     return file.getvalue()
 
 
 def palette_image():
-    """Return GREYS as an image of indices into a palette."""
     image = Image.new('P', (3, 1))
     image.putpalette([7, 7, 7, 0, 0, 0, 205, 205, 205, 254, 254, 254])
     image.putdata([1, 2, 3])
@@ -126,7 +124,6 @@ def test_every_kind_of_pixel_is_read_alike(tmp_path, content):
     'content', [b'', b'P5\n10 10\n255\nxx', b'P5\n6000 6000\n255\n', b'GIF89a\x01\x00\x01\x00\x00\x00\x00;']
 )
 def test_an_image_that_is_no_map_is_named(tmp_path, content):
-    """Empty, truncated, too large, of another format."""
     path = write_map(tmp_path, [[0]])
     (tmp_path / 'm.pgm').write_bytes(content)
     with pytest.raises(ConfigError, match=r'm\.pgm: '):

@@ -27,7 +27,6 @@ def test_a_ray_passes_cells_and_ends_in_one():
 
 
 def test_a_slanting_ray_crosses_every_cell_on_its_way():
-    """Against points marched along it, for all directions."""
     rng, along = np.random.default_rng(2), np.linspace(0.0, 2.3, 50_001)
     for _ in range(20):
         x, y, yaw = rng.uniform(-0.5, 0.5), rng.uniform(-0.5, 0.5), rng.uniform(-4, 4)

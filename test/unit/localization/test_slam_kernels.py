@@ -101,7 +101,6 @@ def test_the_proposal_follows_the_scan_not_the_odometry():
 
 
 def test_exact_odometry_outweighs_the_scan():
-    """Which the mode of the match alone would not: the proposal holds both."""
     rng, maps, off = np.random.default_rng(8), room_map(scans=3, sigma_m=0.03), []
     given = params(particles=1, srr=0.0, srt=0.0, str=0.0, stt=0.0, lsigma=10.0)
     for _ in range(20):

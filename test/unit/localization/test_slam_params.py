@@ -32,7 +32,6 @@ def test_defaults_are_upstreams():
 
 
 def test_str_is_a_key_like_others():
-    """Though it is Python's own word."""
     assert split_params({'str': 0.3, 'srr': 0.2}, 'node', GridSlamParams)[0].str_ == 0.3
     with pytest.raises(ConfigError, match=r'^node: str: given -1.0; allowed: 0 to 100'):
         GridSlamParams.from_mapping({'str': -1.0}, 'node')

@@ -42,7 +42,6 @@ def distances_from(points_m, costs, layer=TO_PLAN, nose_m=0.0):
 
 
 def rolled_out(planner, pose, *twist):
-    """Points (n, 5) of a trajectory."""
     points = np.empty((kernels.sample_steps(planner._limits, twist, ALL), 5))
     kernels._roll_out(planner._limits, Pose2D(*map(float, pose)), twist, twist, points)
     return points
@@ -72,18 +71,20 @@ def test_the_trajectory_is_upstreams():
     yaw = 0.5 * 1.7 * 27 / 28
     assert points[-1, :3] == pytest.approx((0.8 * math.sin(yaw), 0.8 * (1 - math.cos(yaw)), yaw), abs=0.02)
     assert points[:, 3:] == pytest.approx(np.column_stack([np.cos(points[:, 2]), np.sin(points[:, 2])]))
-
-
-def test_without_dwa_the_trajectory_accelerates():
-    points = np.empty((17, 5))
+    points = np.empty((17, 5))  # without use_dwa it accelerates
     kernels._roll_out(planner_of(use_dwa=False, acc_lim_x=0.5)._limits, IDENTITY, (0.0, 0.0), (0.4, 0.0), points)
     assert points[3, 0] == pytest.approx((0.05 + 0.1 + 0.15) * 0.1)
 
 
-def test_slow_and_fast_samples_have_no_trajectory():
-    limits = planner_of(min_vel_trans=0.1, min_vel_theta=0.2)._limits
+def test_slow_and_fast_samples_and_locked_directions_have_no_trajectory():
+    planner = planner_of(min_vel_trans=0.1, min_vel_theta=0.2)
+    limits = planner._limits
     samples = [(0.4, 0.5), (0.0, 0.0), (0.0, -0.3), (0.05, 0.1), (0.46, 0.0), (0.3, 0.0)]
     assert [kernels.sample_steps(limits, sample, ALL) for sample in samples] == [28, 0, 6, 0, 0, 21]
+    planner.oscillation.update(IDENTITY, 0.0, 0.3)
+    planner.oscillation.update(IDENTITY, 0.0, -0.3)  # turned back: only right from here
+    only_right = planner.scoring_task(IDENTITY, 0.0, 0.0, local_costmap(), straight_plan()).allowed
+    assert [kernels.sample_steps(limits, sample, only_right) for sample in samples] == [0, 0, 6, 0, 0, 21]
 
 
 def test_local_goal_is_the_last_point_before_the_plan_leaves():
@@ -151,15 +152,6 @@ def test_weights_sum_up_and_biases_are_per_metre():
     assert alone[3] == pytest.approx(2.0 * np.abs(samples[:, 1]))
     is_accepted = together >= 0.0
     assert is_accepted.any() and together[is_accepted] == pytest.approx(sum(alone)[is_accepted])
-
-
-def test_a_locked_direction_is_rejected():
-    planner = planner_of()
-    planner.oscillation.update(IDENTITY, 0.0, 0.3)
-    planner.oscillation.update(IDENTITY, 0.0, -0.3)
-    samples, totals = scored(planner, local_costmap(), straight_plan(), twist=(0.0, 0.0))
-    left = samples[:, 1] > 0.0
-    assert (totals[left] < 0.0).all() and (totals[~left] >= 0.0).any()
 
 
 def test_scores_are_those_of_every_point_on_its_own():
@@ -291,7 +283,6 @@ def test_the_visible_stretch_is_that_of_all_distances(prune_m):
 
 
 def test_the_plan_in_odom_follows_robot_and_localization():
-    """Kept between control periods, it is what a planner makes that has just got the plan."""
     params, costmap, seen = dwa_params(), local_costmap(), set()
     planner, plan = dwa.LocalPlanner(params, PERIOD_S), winding_plan(np.random.default_rng(12), 200)
     planner.set_plan(plan + 1.0)

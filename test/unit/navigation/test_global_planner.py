@@ -24,7 +24,6 @@ def planner(cells, origin=Pose2D(0.0, 0.0, 0.0), costmap_params=None, **params):
 
 
 def random_cells(seed, shape=(120, 160)):
-    """Free space with blocks in it."""
     random = np.random.default_rng(seed)
     cells = np.zeros(shape, np.int8)
     for _ in range(12):
@@ -96,7 +95,6 @@ def test_the_map_may_be_turned_and_shifted():
 
 
 def walled():
-    """Two rooms with no door between them."""
     cells = np.zeros((100, 120), np.int8)
     cells[:, 60] = 100
     return cells

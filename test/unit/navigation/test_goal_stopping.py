@@ -1,4 +1,4 @@
-"""The end of a drive, step by step, and turns to the path."""
+"""The end of a drive, step by step, turns to the path, and recovery behaviours."""
 
 import math
 
@@ -7,9 +7,18 @@ import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
 from diff_encoder_sim.navigation import goal_stopping
-from diff_encoder_sim.navigation.goal_stopping import SET_OUT, Motion, PreciseStop, StopSpread, TurnToPath, stop_spread
+from diff_encoder_sim.navigation.goal_stopping import (
+    SET_OUT,
+    Motion,
+    PreciseStop,
+    Rotation,
+    StopSpread,
+    TurnToPath,
+    stop_spread,
+)
 from diff_encoder_sim.navigation.navigator_inputs import STOP, Command
-from navigation_simulation import PERIOD_S, Robot, dwa_params, straight_plan, winding_plan
+from diff_encoder_sim.navigation.navigator_params import CLEAR_COSTMAP, ROTATE, NavigatorParams, recoveries_of
+from navigation_simulation import PERIOD_S, Robot, dwa_params, local_costmap, straight_plan, winding_plan
 
 GOAL = Pose2D(0.0, 0.0, 1.0)
 
@@ -65,7 +74,8 @@ def test_it_brakes_then_turns_then_stops():
     # Turning, it may be fast without that counting as not stopped.
     assert stop.command(at(0.0, 0.0, 0.0, 0.7), GOAL, always) == pytest.approx((0.0, 0.945))
     assert stop.command(at(0.0, 0.97, 0.0, 0.3), GOAL, always) == (0.0, 0.0)
-    assert controller().command(at(0.0), GOAL, lambda *_: False) is None  # it would collide
+    for each in (controller(), PreciseStop(dwa_params(), 0.05)):
+        assert each.command(at(0.0), GOAL, lambda *_: False) is None  # it would collide
 
 
 @pytest.mark.parametrize(
@@ -118,12 +128,7 @@ def test_a_robot_that_stands_close_enough_or_whose_way_is_not_clear_does_not_mov
     assert set(stop_at(IDENTITY, robot_at(start), is_clear=lambda *_: is_clear)[0]) == {(0.0, 0.0)}
 
 
-def test_a_turn_that_is_needed_but_not_clear_is_no_command():
-    assert PreciseStop(dwa_params(), 0.05).command(at(0.0), GOAL, lambda *_: False) is None
-
-
 def test_the_check_of_the_way_ends_at_the_goal():
-    """A wall behind the goal is none of its business."""
     asked_mps = []
     stop_at(IDENTITY, robot_at(Pose2D(-0.04, 0.0, 0.0), 0.04), is_clear=lambda linear, _: not asked_mps.append(linear))
     assert max(asked_mps) * dwa_params().sim_time == pytest.approx(0.04)
@@ -177,7 +182,6 @@ def test_speeds_keep_the_limits(changes, slowest, fastest):
     [({}, 0.05), ({'latch_margin': 0.2}, 0.04), ({'latch_margin': 0.2, 'latch_xy_goal_tolerance': False}, 0.05)],
 )
 def test_latch_ends_on_the_edge_of_what_it_latches(changes, expected_m):
-    """Without a latch the margin has no effect."""
     assert stop_spread(dwa_params(**changes), 0.05, 0.02, StopSpread(0.02, 0.04)) == pytest.approx((expected_m, 0.052))
 
 
@@ -220,3 +224,55 @@ def test_a_robot_that_came_past_its_goal_turns_to_it():
     assert linear_mps < 0.04 and angular_radps < 0.0
     linear_mps, angular_radps = stop.command(at(-0.02, -1.0, 0.0, -0.5, 0.035), IDENTITY, always)
     assert linear_mps > 0.0 and angular_radps < 0.0
+
+
+# ---- recovery; clearing is in test_costmap and test_navigator
+
+
+def test_rotation_goes_once_around():
+    yaw, speeds, text = 0.3, [], ''
+    rotation = Rotation(dwa_params(), 0, Pose2D(0.0, 0.0, yaw))
+    while text != 'turned once around':
+        speed, text = rotation.step(50_000_000 * len(speeds), Pose2D(0.0, 0.0, wrap_angle(yaw)), local_costmap())
+        speeds.append(speed or 0.0)
+        yaw += speeds[-1] * 0.05
+        assert len(speeds) < 400
+    assert yaw - 0.3 == pytest.approx(2.0 * math.pi, abs=0.1)
+    assert set(speeds[:-1]) == {1.0}  # max_vel_theta: 4.9 rad/s^2 stops it within 0.1 rad
+
+
+@pytest.mark.parametrize(
+    ('obstacle_m', 'after_s', 'turns'), [(0.35, 0.0, False), (0.5, 0.0, True), (0.5, 30.0, True), (0.5, 32.0, False)]
+)
+def test_rotation_ends_if_it_would_collide_or_the_robot_does_not_turn(obstacle_m, after_s, turns):
+    rotation = Rotation(dwa_params(), 0, IDENTITY)
+    speed, _ = rotation.step(int(after_s * 1e9), IDENTITY, local_costmap([(obstacle_m, 0.0)]))
+    assert (speed is not None) is turns
+
+
+CLOSE_BY_M = pytest.approx(4.0 * math.hypot(0.26, 0.31))  # of ALTO's corners, with footprint_padding
+FAR, NEAR = ('conservative_reset', CLEAR_COSTMAP, 2.0), ('aggressive_reset', CLEAR_COSTMAP, CLOSE_BY_M)
+TURN = ('rotate_recovery', ROTATE, 3.0)
+LISTED = [
+    {'name': 'look_around', 'type': ROTATE},
+    {'name': 'aggressive_reset', 'type': CLEAR_COSTMAP},
+    {'name': 'mine', 'type': CLEAR_COSTMAP},
+]
+
+
+@pytest.mark.parametrize(
+    ('given', 'expected'),
+    [
+        ({}, [FAR, TURN, NEAR, TURN]),
+        ({'clearing_rotation_allowed': False}, [FAR, NEAR]),
+        ({'recovery_behavior_enabled': False}, []),
+        (
+            {'recovery_behaviors': LISTED, 'clearing_rotation_allowed': False},
+            [('look_around', ROTATE, 3.0), NEAR, ('mine', CLEAR_COSTMAP, 3.0)],
+        ),
+    ],
+)
+def test_order_of_recoveries_is_move_bases_or_that_of_the_list(given, expected):
+    local = {'rolling_window': True, 'global_frame': 'odom'}
+    params = {'conservative_reset_dist': 2.0, 'local_costmap': local, **given}
+    assert recoveries_of(NavigatorParams.from_mapping(params, ''), math.hypot(0.26, 0.31)) == expected

@@ -88,7 +88,6 @@ def test_bad_inputs_are_refused_and_change_nothing(method, given):
 
 
 def test_a_scan_counts_from_its_laser_where_it_was_taken():
-    """A turning robot has moved since; a scan may have a mount of its own."""
     front, back = Pose2D(0.2, 0.0, 0.0), Pose2D(-0.2, 0.0, 3.0)
     taken = NavigatorInputs(front)
     taken.take_odometry(OdometrySample(0, IDENTITY, 0.0, 1.0))
@@ -127,7 +126,6 @@ def assert_at(loop, goal):
 
 
 def drive(world, start, goal, limit_s=30.0, ppr=None, params=None):
-    """Drive to a goal and stop there."""
     loop = ClosedLoop(*world, start, ppr, params=params)
     loop.navigator.set_goal(goal)
     loop.run(limit_s)
@@ -136,7 +134,6 @@ def drive(world, start, goal, limit_s=30.0, ppr=None, params=None):
 
 
 def under_way(room, seconds=2.0, **options):
-    """A loop on its way to AHEAD."""
     loop = ClosedLoop(*room, Pose2D(-2.0, 0.0, 0.0), **options)
     loop.navigator.set_goal(AHEAD)
     loop.run(seconds)
@@ -150,15 +147,6 @@ def blocked(room, **patience):
     loop = ClosedLoop(*world, Pose2D(-1.0, 0.0, 0.0), params=navigator_params(**patience))
     loop.navigator.set_goal(AHEAD)
     return loop
-
-
-@pytest.mark.heavy
-@pytest.mark.parametrize(('ppr', 'dwa', 'within_m'), [(40, TWIST_SIGMAS, 0.07), (None, PRECISE, 0.007)])
-def test_twenty_metres_down_the_hallway(ppr, dwa, within_m):
-    goal = Pose2D(10.0, 0.0, 0.0)
-    loop = drive(shipped_world('hallway'), Pose2D(-10.0, 0.0, 0.0), goal, 60.0, ppr, navigator_params(dwa))
-    assert max(abs(pose.y_m) for pose in loop.trace) < 0.1
-    assert distance_m(loop.robot.pose, goal) < within_m
 
 
 @pytest.mark.heavy
@@ -251,7 +239,6 @@ def test_a_stale_input_stops_the_robot_until_it_returns(room, name, caplog):
 
 
 def test_a_blocked_way_ends_after_recoveries(room):
-    """Each behaviour is reported once, in the period in which it begins."""
     loop = blocked(room, planner_patience=0.5, controller_patience=1.0)
     output = loop.run(60.0)
     assert output.status is GoalStatus.ABORTED and 'after 4 recovery behaviours' in output.text
