@@ -25,7 +25,6 @@ FEW_RAYS, FEW_STEP_RAD = 200, 2.0 * math.pi / 200
 LASER_IN_BASE = Pose2D(0.12, 0.0, 0.0)
 TICK_S, TICK_NS = 0.01, 10_000_000
 RAYS, RANGE_MIN_M, RANGE_MAX_M = 360, 0.15, 6.0
-OUTLINE = [[0.25, 0.3], [-0.25, 0.3], [-0.25, -0.3], [0.25, -0.3]]
 
 # Table 2 of the paper. A standing robot must reach min_vel_trans in one period: 0.7 m/s^2 over 50 ms.
 TABLE_2 = {
@@ -58,17 +57,10 @@ class Shapes(NamedTuple):
         return Shapes(np.vstack([self.segments, _sides(x, y, length, width)]), self.circles)
 
     def touch(self, pose):
-        corners = pose.x_m + 1j * pose.y_m + np.exp(1j * pose.yaw_rad) * np.array(OUTLINE) @ (1, 1j)
-        outline = np.concatenate([np.linspace(*side, 31) for side in zip(corners, np.roll(corners, -1))])
-        starts, ends = (self.segments[:, [i, i + 1]] @ (1, 1j) for i in (0, 2))
-
-        def sides(points, a, b):
-            return np.sign(((points - a).conj() * (b - a)).imag)
-
-        a, b = corners[:, None], np.roll(corners, -1)[:, None]
-        crosses = (sides(starts, a, b) * sides(ends, a, b) < 0) & (sides(a, starts, ends) * sides(b, starts, ends) < 0)
-        apart_m = np.abs(outline[:, None] - self.circles[:, :2] @ (1, 1j))
-        return bool(crosses.any() or (apart_m < self.circles[:, 2]).any())
+        bearings_rad = (np.arange(720) + 0.5) * math.pi / 360
+        outline_m = np.minimum(0.25 / np.abs(np.cos(bearings_rad)), 0.3 / np.abs(np.sin(bearings_rad)))
+        yaws_rad = pose.yaw_rad + bearings_rad
+        return bool((cast_rays(pose.x_m, pose.y_m, yaws_rad, self.segments, self.circles) < outline_m).any())
 
 
 def _sides(x, y, length, width):

@@ -20,7 +20,6 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
 FORMATS = ('PPM', 'PNG')  # PPM is PIL's name for all of PGM's family
-
 # A PNG of 40 kB may have as many pixels, which take up to 0.6 GB: a square of 290 m in cells of 5 cm.
 LARGEST_IMAGE = 1 << 25
 

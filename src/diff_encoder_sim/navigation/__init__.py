@@ -1,5 +1,1 @@
-"""Navigation without ROS: costmaps, global planner, DWA, recovery behaviours and the navigator that uses them.
-
-After upstream's ros-planning/navigation (costmap_2d, navfn, dwa_local_planner, move_base), with its parameter names
-and, unless a parameter's description specifies otherwise, its defaults.
-"""
+"""Navigation without ROS, after upstream's ros-planning/navigation, with its names and, unless described, defaults."""

@@ -157,9 +157,7 @@ def cost_cloud(task: ScoringTask, origin: Pose2D) -> np.ndarray:
     return np.column_stack([centres, np.zeros(len(rows)), path, goal, obstacle, total])
 
 
-# Points of the plan farther behind the robot are dropped (upstream's prunePlan).
-PRUNE_DISTANCE_M = 1.0
-
+PRUNE_DISTANCE_M = 1.0  # points of the plan farther behind the robot are dropped: upstream's prunePlan
 NO_POSES = np.empty((0, 3))
 
 
@@ -253,12 +251,18 @@ def visible_stretch(plan: Array, x_m: float, y_m: float, sight_m: float, prune_m
     From the first within `sight_m`, or the first after it within `prune_m`, to the first beyond `sight_m` again,
     inclusive, so that the stretch reaches the window's edge.
     """
-    distance_m = np.hypot(plan[:, 0] - x_m, plan[:, 1] - y_m)
-    visible = np.flatnonzero(distance_m <= sight_m)
-    if len(visible) == 0:
+    first = near = -1
+    for index in range(len(plan)):
+        distance_m = math.hypot(plan[index, 0] - x_m, plan[index, 1] - y_m)
+        if first < 0 and distance_m <= sight_m:
+            first = index
+        if first >= 0 and distance_m < prune_m:
+            near = index
+            break
+    if first < 0:
         return 0, 0
-    first = visible[0]
-    near = np.flatnonzero(distance_m[first:] < prune_m)
-    first += near[0] if len(near) else 0
-    beyond = np.flatnonzero(distance_m[first:] > sight_m)
-    return first, first + beyond[0] + 1 if len(beyond) else len(plan)
+    first = max(first, near)
+    for index in range(first, len(plan)):
+        if math.hypot(plan[index, 0] - x_m, plan[index, 1] - y_m) > sight_m:
+            return first, index + 1
+    return first, len(plan)
