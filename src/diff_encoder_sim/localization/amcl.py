@@ -60,10 +60,8 @@ class Amcl:
     has_converged: bool  # all particles were close together at the last resampling: upstream's
     has_settled: bool  # most of the weight has been close together since the restart
     slow_average: float  # of the scans' likelihoods (table 8.3, lines 10 and 11); 0 for none
-    fast_average: float
     last_estimate: Optional[AmclEstimate]  # on this map
     _odom_pose: Optional[Pose2D]  # at the last update; None since a restart
-    _updates_since_restart: int
 
     def __init__(self, params: AmclParams, grid: OccupancyGrid, rng: np.random.Generator) -> None:
         """Start from the parameters' initial pose and covariance; raise InputFault for an unusable map."""

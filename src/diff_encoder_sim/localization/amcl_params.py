@@ -54,7 +54,6 @@ class AmclParams(Params):
     initial_cov_xx: bounds.Variance_m2 = param(0.25, 'variance of the initial pose [m^2]')
     initial_cov_yy: bounds.Variance_m2 = param(0.25, 'variance of the initial pose [m^2]')
     initial_cov_aa: Variance_rad2 = param((math.pi / 12.0) ** 2, 'variance of the initial yaw [rad^2]')
-
     # The laser. Ranges of 0 or less stand for the scan's own range_min and range_max.
     laser_model_type: LaserModel = param('likelihood_field', 'sensor model')
     laser_min_range: bounds.Place_m = param(-1.0, 'shorter ranges are left out [m]; 0 or less: as in the scan')
@@ -72,7 +71,6 @@ class AmclParams(Params):
     beam_skip_threshold: Fraction = param(0.3, 'fraction of particles that must explain a ray')
     beam_skip_error_threshold: Fraction = param(0.9, 'fraction of rays left out above which all are used')
     beam_skip_error_threshold_: Optional[Fraction] = Field(None, exclude=True, description='older name of the same')
-
     # The odometry.
     odom_model_type: MotionModel = param('diff', 'motion model; diff passes variances as standard deviations')
     odom_alpha1: Alpha = param(0.2, 'noise of the rotation from rotation')
@@ -81,12 +79,10 @@ class AmclParams(Params):
     odom_alpha4: Alpha = param(0.2, 'noise of the translation from rotation')
     odom_alpha5: Alpha = param(0.2, 'accepted, without effect: of the omni models')
     axle_x: bounds.Offset_m = param(0.0, "not upstream's: place of the axle ahead of the origin of base_frame_id [m]")
-
     # When the robot counts as lost. Not upstream's parameters; 0 is upstream's behaviour: never.
     lost_fraction: Fraction = param(0.0, 'fraction of fitting rays of a bad scan; 0: never lost')
     lost_distance: bounds.PositiveDistance_m = param(0.2, 'largest distance from the map for a ray to fit [m]')
     lost_scans: bounds.Count = param(5, 'bad scans in a row until it is lost, good ones until found')
-
     # The node's.
     odom_frame_id: FrameId = param('odom', 'frame of the odometry')
     base_frame_id: FrameId = param('base_link', 'frame of the robot')

@@ -30,7 +30,6 @@ class GridSlamParams(Params):
     # The laser. 0 stands for upstream's default: the scan's own range_max less 1 cm.
     maxRange: Distance_m = param(0.0, 'longer ranges are ignored [m]; 0: range_max of the scan less 1 cm')
     maxUrange: Distance_m = param(0.0, 'longer rays are cut at this range; cells up to it are free [m]; 0: maxRange')
-
     # Scan matching.
     sigma: Annotated[float, Between(1e-6, 1e6, 'm^2')] = param(0.05, 'twice a variance, of a match [m^2]')
     kernelSize: Annotated[int, Between(0, 10)] = param(1, 'cells in each direction in which a match is searched')
@@ -41,13 +40,11 @@ class GridSlamParams(Params):
     ogain: bounds.PositiveWeight = param(3.0, 'divides the log-likelihood of a scan')
     lskip: Annotated[int, Between(0, 1_000_000)] = param(0, 'rays left out between two that are matched')
     minimumScore: bounds.Weight = param(0.0, 'lowest score of a match that is used; below it only odometry counts')
-
     # Of slam_gmapping's files, and without effect: the proposal's Gaussian is in closed form here.
     llsamplerange: Annotated[float, Between(0.0, 100.0, 'm')] = param(0.01, 'no effect; slam_gmapping reads it [m]')
     llsamplestep: Annotated[float, Between(1e-6, 100.0, 'm')] = param(0.01, 'no effect [m]')
     lasamplerange: Annotated[float, Between(0.0, 100.0, 'rad')] = param(0.005, 'no effect [rad]')
     lasamplestep: Annotated[float, Between(1e-6, 100.0, 'rad')] = param(0.005, 'no effect [rad]')
-
     # Odometry's noise: standard deviation per metre driven or radian turned.
     srr: Annotated[float, Between(0.0, 100.0, 'm/m')] = param(0.1, 'odometry noise: position per metre driven [m/m]')
     srt: Annotated[float, Between(0.0, 100.0, 'rad/m')] = param(0.2, 'odometry noise: yaw per metre driven [rad/m]')
@@ -55,7 +52,6 @@ class GridSlamParams(Params):
         0.1, alias='str', description='odometry noise: position per radian turned [m/rad]'
     )
     stt: Annotated[float, Between(0.0, 100.0, 'rad/rad')] = param(0.2, 'odometry noise: yaw per turn [rad/rad]')
-
     # When a scan counts: any of the three.
     linearUpdate: Distance_m = param(1.0, 'displacement from the last scan taken after which the next is taken [m]')
     angularUpdate: bounds.Turn_rad = param(0.5, 'turn after which the next is taken [rad]')
@@ -63,7 +59,6 @@ class GridSlamParams(Params):
 
     particles: Annotated[int, Between(1, 10_000)] = param(30, 'number of particles, each with a map')
     resampleThreshold: Fraction = param(0.5, 'fraction of effective particles below which they are resampled')
-
     # The map; it grows when the robot sees beyond it.
     xmin: Place_m = param(-100.0, 'first extent of the map, which grows [m]')
     ymin: Place_m = param(-100.0, 'first extent of the map [m]')
@@ -71,7 +66,6 @@ class GridSlamParams(Params):
     ymax: Place_m = param(100.0, 'first extent of the map [m]')
     delta: bounds.CellSide_m = param(0.05, 'side of a cell [m]')
     occ_thresh: Fraction = param(0.25, 'fraction of the rays into a cell that end there, above which it is occupied')
-
     # What only the node uses.
     throttle_scans: bounds.Count = param(1, 'process every n-th scan')
     map_update_interval: bounds.Duration_s = param(5.0, 'time between two published maps [s]')

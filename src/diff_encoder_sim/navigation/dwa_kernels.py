@@ -319,17 +319,30 @@ def _score(task: ScoringTask, turn_radps: float, points: Array, most: float) -> 
     limits, costs, per_m, vertices_m, cells, queues, counts, scales, _, _, _, _ = task
     nose_m, twirling = limits.forward_point_distance, scales[TWIRLING] * abs(turn_radps)
     total = highest = front = alignment = path = goal = 0.0
+    row_after = column_after = -2
     for index in range(len(points) - 1, -1, -1):
         place = (points[index, 0], points[index, 1], points[index, 3], points[index, 4])
         obstacle = _standing_cost(costs, per_m, vertices_m, scales, place)
         if obstacle < 0.0:
             return REJECTED
         highest = highest + obstacle if limits.sum_scores else max(highest, obstacle)
-        here = _distance_costs(costs, per_m, cells, queues, counts, scales, place, nose_m)
-        if here[0] < 0.0:
-            return REJECTED
-        if index == len(points) - 1:
-            front, alignment, path, goal = here
+        # Waves reach each free cell next to one that they reach: few points need a look at the distances.
+        row, column = math.floor(place[1] * per_m), math.floor(place[0] * per_m)
+        is_accepted = (
+            abs(row - row_after) <= 1
+            and abs(column - column_after) <= 1
+            and costs[row, column] < INSCRIBED
+            and min(costs[row, column_after], costs[row_after, column]) < INSCRIBED
+            and 0.0 <= (place[1] + nose_m * place[3]) * per_m < costs.shape[0]
+            and 0.0 <= (place[0] + nose_m * place[2]) * per_m < costs.shape[1]
+        )
+        if not is_accepted:
+            here = _distance_costs(costs, per_m, cells, queues, counts, scales, place, nose_m)
+            if here[0] < 0.0:
+                return REJECTED
+            if index == len(points) - 1:
+                front, alignment, path, goal = here
+        row_after, column_after = row, column
         total = scales[OBSTACLE] * highest + front + alignment + path + goal + twirling
         if total > most:
             break
@@ -483,7 +496,7 @@ def _clamped(value: float, lowest: float, highest: float) -> float:
 def _step_count(limits: DwaLimits, sample: Twist) -> int:
     """Return the number of points of a trajectory, so that none are farther apart than the granularities."""
     along = abs(sample[0]) * limits.sim_time / limits.sim_granularity
-    return math.ceil(max(along, abs(sample[1]) * limits.sim_time / limits.angular_sim_granularity))
+    return int(math.ceil(max(along, abs(sample[1]) * limits.sim_time / limits.angular_sim_granularity)))
 
 
 @compiled
