@@ -58,24 +58,17 @@ def test_a_wheel_that_does_not_follow_is_noticed_after_the_timeout_and_forgotten
     assert {each[:2] for each in followed(uncommanded)} == {(0.0, 0.0)}
 
 
-def count_of(stamps_ns, rate_hz=20.0):
-    rate = ReportRate(rate_hz)
-    for stamp_ns in stamps_ns:
-        rate.take(int(stamp_ns), 0, 0)
-    return rate.lost
-
-
 @pytest.mark.parametrize('probability', [0.0, 0.01, 0.2, 0.8])
-def test_each_gap_counts_as_many_as_are_missing(probability):
-    rng = np.random.default_rng(1)
+@pytest.mark.parametrize(('jitter', 'skew'), [(0.0, 0.0), (0.4, 0.0), (0.0, -3e-3), (0.0, 3e-3)])
+def test_each_gap_counts_as_many_as_are_missing_but_jitter_and_a_slow_or_fast_clock_are_no_loss(
+    probability, jitter, skew
+):
+    rng, rate = np.random.default_rng(1), ReportRate(20.0)
     came = np.flatnonzero(rng.random(2000) >= probability)
-    assert count_of(came * PERIOD_NS) == came[-1] - came[0] + 1 - len(came)
-
-
-@pytest.mark.parametrize(('jitter', 'skew'), [(0.1, 0.0), (0.4, 0.0), (0.0, -3e-3), (0.0, 3e-3)])
-def test_jitter_and_a_slow_or_fast_clock_are_no_loss(jitter, skew):
-    late = np.random.default_rng(1).uniform(0.0, jitter, 20_000)
-    assert count_of((np.arange(20_000) * (1.0 + skew) + late) * PERIOD_NS) == 0
+    for stamp_ns in (came * (1.0 + skew) + rng.uniform(0.0, jitter, len(came))) * PERIOD_NS:
+        rate.take(int(stamp_ns), 0, 0)
+    tolerated = 8 if probability and (jitter or skew) else 0
+    assert abs(rate.lost - (came[-1] - came[0] + 1 - len(came))) <= tolerated
 
 
 def test_counts_and_reports_per_second_and_what_was_dropped():
@@ -99,16 +92,13 @@ class Node:
         self.diagnosis = OdometryDiagnosis(self.odometry, 20.0)
         self.index = 0
 
-    def report(self, index, left, right):
-        estimate = self.odometry.update(index * PERIOD_NS, left, right)
-        self.diagnosis.take_report(index * PERIOD_NS, estimate is not None)
-
     def drive(self, reports, zero=0, command=None):
         """Four counts a report: 5.03 rad/s, 0.503 m/s."""
         for _ in range(reports):
             if command is not None:
                 self.diagnosis.take_command(*command)
-            self.report(self.index, 4 * (self.index - zero), 4 * (self.index - zero))
+            stamp_ns, count = self.index * PERIOD_NS, 4 * (self.index - zero)
+            self.diagnosis.take_report(stamp_ns, self.odometry.update(stamp_ns, count, count) is not None)
             self.index += 1
         return self.diagnosis.diagnose()
 
