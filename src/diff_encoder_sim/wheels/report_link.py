@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import fractions
-import heapq
 import logging
 import math
+import operator
 from collections import deque
 from typing import Deque, Dict, List, Literal, NamedTuple, Optional, Sequence, Tuple
 
@@ -131,8 +131,7 @@ class ReportLink:
         """Create the link of a draw for samples with period `period_s`."""
         self._params, self._period_ns = params, period_s * NANOSECONDS_PER_SECOND
         self._rng = generator(seed, f'encoder_reports_{draw}' if draw else 'encoder_reports')
-        self._coming: List[Tuple[int, int, EncoderSample]] = []  # by arrival, then in order
-        self._sent = 0
+        self._coming: List[Tuple[int, EncoderSample]] = []  # by arrival, then in order
 
     def arrivals_ns(self, stamp_ns: int) -> List[int]:
         """Return the arrival times of the next sample: none, one or two."""
@@ -150,12 +149,11 @@ class ReportLink:
         """Send the samples since the last call; return those that arrive up to now, the newest joint stamp."""
         for sample in samples:
             for arrival_ns in self.arrivals_ns(sample.stamp_ns):
-                self._sent += 1
                 stamp_ns = arrival_ns if self._params.stamps == 'arrival' else sample.stamp_ns
-                heapq.heappush(self._coming, (arrival_ns, self._sent, sample._replace(stamp_ns=stamp_ns)))
-        arrived = []
-        while self._coming and self._coming[0][0] <= now_ns:
-            arrived.append(heapq.heappop(self._coming)[2])
+                self._coming.append((arrival_ns, sample._replace(stamp_ns=stamp_ns)))
+        self._coming.sort(key=operator.itemgetter(0))
+        arrived = [sample for arrival_ns, sample in self._coming if arrival_ns <= now_ns]
+        del self._coming[: len(arrived)]
         return arrived
 
 
