@@ -164,7 +164,5 @@ class PulseWheels(WheelSource):
         yield from self._notes
         yield from super().notes()
         if self.restarts:
-            yield (
-                f'{self.topics[0]}: counter restarts: {self.restarts}; what the wheels turned meanwhile is '
-                f'lost. Counters that wrap elsewhere than at their counter_modulus look like that, too'
-            )
+            lost = 'rotation meanwhile is lost (a wrong counter_modulus looks the same)'
+            yield f'{self.topics[0]}: counter restarts: {self.restarts}; {lost}'

@@ -57,13 +57,9 @@ class OdometryWheels(WheelSource):
 
     def notes(self) -> Iterator[str]:
         """List the limits of poses."""
-        yield (
-            f'the wheel angles are computed from the poses of {self._odometry.name}, with the diameter and separation '
-            f'below: slip, and what the recorded encoder rounded, are in them as motion; a PPR adds its own rounding'
-        )
+        name = self._odometry.name
+        yield f'the wheel angles are those of the poses of {name}, with slip and the rounding of the recorded encoder'
         yield wheel_source.start_angles_note(self._seed)
         if self._sideways_m > _SIDEWAYS_FRACTION * self._along_m:
-            yield (
-                f'{self._odometry.name} moves {self._sideways_m:.2f} m sideways on {self._along_m:.2f} m ahead, which '
-                f'two wheels on an axle cannot do: left out'
-            )
+            sideways = f'{self._sideways_m:.2f} m sideways on {self._along_m:.2f} m ahead'
+            yield f'{name} moves {sideways}, which two wheels on an axle cannot do: ignored'

@@ -19,7 +19,6 @@ from diff_encoder_sim.drives.number_units import RAD_OF_ANGLE, RADPS_OF_SPEED, S
 from diff_encoder_sim.wheels.encoder_params import PerWheel, ppr_label
 from diff_encoder_sim.wheels.report_link import LATE_REPORT_TOLERANCE_NS
 
-DEFAULT_SEED = 1
 SIDES = ('left', 'right')
 
 # Across a longer gap, the rotation of a wheel is unknown.
@@ -53,7 +52,7 @@ class WheelNumbers(NamedTuple):
     ppr: Optional[PerWheel] = None  # of counts
     moduli: Tuple[int, int] = (0, 0)  # of the left and the right counter; 0 if it does not wrap
     reversed_sides: Sequence[str] = ()  # whose numbers fall when the robot drives forward
-    seed: int = DEFAULT_SEED  # of the angles at the first speeds
+    seed: int = 1  # of the angles at the first speeds
 
     @property
     def text(self) -> str:
@@ -65,10 +64,7 @@ class WheelNumbers(NamedTuple):
     def notes(self) -> Iterator[str]:
         """List limits of the angles, one line each."""
         if self.unit in SPEEDS:
-            yield (
-                'the wheel angles are integrated speeds: what a wheel does between two of them, and the error of each, '
-                'adds up in them; a PPR adds its own rounding'
-            )
+            yield 'the wheel angles are integrated speeds: errors of the speeds add up; each PPR adds its own rounding'
             yield start_angles_note(self.seed)
 
     def angles(self, side: int, numbers: WheelSeries) -> WheelSeries:
@@ -198,7 +194,4 @@ def start_angles_rad(seed: int) -> np.ndarray:
 
 def start_angles_note(seed: int) -> str:
     """Describe the source of the initial angles."""
-    return (
-        f'where the wheels stood at the start is not known: drawn by --seed {seed}; with another seed, each encoder '
-        f'rounds elsewhere, and its path ends elsewhere'
-    )
+    return f'wheel angles at the start are unknown: sampled by --seed {seed}; another seed changes the rounding'
