@@ -60,12 +60,7 @@ MAP_METADATA = '/map_metadata'
 GOAL = '/move_base/goal'
 RESULT = '/move_base/result'
 
-TOPIC_OF_SOURCE = {
-    PoseSource.ODOM: ODOM,
-    PoseSource.AMCL: AMCL_POSE,
-    PoseSource.GLOBAL: GLOBAL_POSE,
-    PoseSource.WORLD: WORLD_POSE,
-}
+TOPIC_OF_SOURCE = dict(zip(PoseSource, (ODOM, AMCL_POSE, GLOBAL_POSE, WORLD_POSE)))
 
 # The nodes of trial.launch and mapping.launch that publish them.
 SIMULATOR_NODE = '/simulator_node'
@@ -127,12 +122,8 @@ TOPICS = (
 RECORDED = tuple(topic.name for topic in TOPICS)
 
 # Only live nodes publish diagnostics: what they contain also depends on the time at which commands arrive.
-LIVE_TOPICS = (
-    *TOPICS,
-    RecordedTopic(
-        DIAGNOSTICS, 'diagnostic_msgs/msg/DiagnosticArray', (ENCODER_NODE, ODOM_NODE, AMCL_NODE), is_bulk=True
-    ),
-)
+_DIAGNOSED = (ENCODER_NODE, ODOM_NODE, AMCL_NODE)
+LIVE_TOPICS = (*TOPICS, RecordedTopic(DIAGNOSTICS, 'diagnostic_msgs/msg/DiagnosticArray', _DIAGNOSED, is_bulk=True))
 RECORDED_LIVE = tuple(topic.name for topic in LIVE_TOPICS)
 
 

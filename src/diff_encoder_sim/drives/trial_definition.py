@@ -67,10 +67,10 @@ def goal_error(true_pose_in_map: Pose2D, goal_in_map: Pose2D, limit_m: float = G
     return f'the robot stands {distance_m:.2f} m from the goal; allowed: {limit_m:.2f} m'
 
 
-_LEFT_OUT_WHERE_USUAL = (
-    *('axle_x', 'left_joint', 'right_joint', 'left_reversed', 'right_reversed'),
-    *('encoder', 'resolution', 'variant', 'counter_modulus', *UNCERTAINTY_KEYS),
-)
+# Fields of Trial, by the parameters of which they have the names.
+OF_ODOMETRY = ('wheel_diameter', 'wheel_separation', 'axle_x')
+OF_ENCODER = ('left_joint', 'right_joint', 'left_reversed', 'right_reversed')
+_LEFT_OUT_IF_USUAL = ('axle_x', *OF_ENCODER, 'encoder', 'resolution', 'variant', 'counter_modulus', *UNCERTAINTY_KEYS)
 
 
 class Trial(Params):
@@ -94,9 +94,7 @@ class Trial(Params):
     counter_modulus: CounterModulus = 0
     # As of simulated wheels without errors.
     motion_noise: TravelVariance_m = Field(0.0, description="of the odometry's covariance [m^2/m]")
-    curve_noise: CurveVariance = Field(
-        CONTACT_CURVE_NOISE, description="of the odometry's covariance, at 1 m/s^2 [m^2/m]"
-    )
+    curve_noise: CurveVariance = Field(CONTACT_CURVE_NOISE, description='of it, at 1 m/s^2 [m^2/m]')
     distance_std: RelativeStd = Field(CONTACT_DISTANCE_STD, description="of the odometry's covariance")
     turn_std: RelativeStd = Field(0.0, description="of the odometry's covariance")
     diameter_difference_std: RelativeStd = Field(0.0, description="of the odometry's covariance")
@@ -104,12 +102,9 @@ class Trial(Params):
     @model_serializer(mode='wrap')
     def _without_the_usual(self, serialise: SerializerFunctionWrapHandler) -> Dict[str, Any]:
         """Leave out what is as in most trials: bags stay as they were before trials differed in it."""
-        fields = type(self).model_fields
-        return {
-            name: value
-            for name, value in serialise(self).items()
-            if name not in _LEFT_OUT_WHERE_USUAL or getattr(self, name) != fields[name].default
-        }
+        values, fields = serialise(self), type(self).model_fields
+        usual = [name for name in _LEFT_OUT_IF_USUAL if getattr(self, name) == fields[name].default]
+        return {name: value for name, value in values.items() if name not in usual}
 
     @property
     def encoder_label(self) -> str:
@@ -141,11 +136,6 @@ class LivePlan(TrialPlan):
     command_period: Annotated[float, Between(0.0, 10_000.0, 's')] = Field(
         description='between commands on /cmd_vel [s]; 0: not waited for'
     )
-
-
-# Fields of Trial, by the parameters of which they have the names.
-OF_ODOMETRY = ('wheel_diameter', 'wheel_separation', 'axle_x')
-OF_ENCODER = ('left_joint', 'right_joint', 'left_reversed', 'right_reversed')
 
 
 def wheels_of(odometry: OdometryParams, encoder: EncoderParams) -> Dict[str, Any]:
