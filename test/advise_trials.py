@@ -5,7 +5,7 @@ Not a test: test_advise.py runs it, and workers import it.
 
 from pathlib import Path
 
-from diff_encoder_sim.advice import listed_encoders, odometry_answer
+from diff_encoder_sim.advice import odometry_answer, odometry_study
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.cli.advise import main
 from diff_encoder_sim.drives.topics import PoseSource
@@ -31,7 +31,7 @@ def trial(plan):
 if __name__ == '__main__':
     # Few draws, which have their own tests.
     odometry_answer.DRAWS, odometry_answer.FINE_DRAWS, odometry_answer.BUDGET_DRAWS = 100, 3000, 100
-    listed_encoders.LISTED_DRAWS, listed_encoders.DRAWS = 40, 3000
+    odometry_study.LISTED_DRAWS, odometry_study.DRAWS = 40, 3000
     # Workers know it by its module's name, not as part of the script that was started.
     from advise_trials import trials as importable_trials
 

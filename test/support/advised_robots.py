@@ -10,9 +10,8 @@ from diff_encoder_sim.advice import odometry_answer as module
 from diff_encoder_sim.advice.answers import Answer, Criterion, Kind, Requirement
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.encoder_search import TrialCounts
-from diff_encoder_sim.advice.listed_encoders import ListedEncoder
 from diff_encoder_sim.advice.odometry_answer import OdometryCurves, odometry_answer
-from diff_encoder_sim.advice.odometry_study import Advice, TriedEncoder, with_budgets
+from diff_encoder_sim.advice.odometry_study import Advice, ListedEncoder, TriedEncoder, with_budgets
 from diff_encoder_sim.advice.trial_study import GoalTrials, truth_budget
 from diff_encoder_sim.analysis.statistics import Interval
 from diff_encoder_sim.base.se2 import Pose2D

@@ -15,7 +15,7 @@ from diff_encoder_sim.analysis.summaries import Sufficiency
 from diff_encoder_sim.base.deferred import deferred
 
 if TYPE_CHECKING:
-    from diff_encoder_sim.advice.listed_encoders import Candidate
+    from diff_encoder_sim.advice.odometry_study import Candidate
 
 special = deferred('scipy.special')
 

@@ -12,9 +12,8 @@ from diff_encoder_sim.advice import answers
 from diff_encoder_sim.advice.answers import MOST_BY_ONE_CAUSE, Answer, Budget, Criterion, Kind, Requirement
 from diff_encoder_sim.advice.drive_draws import ALL_CAUSES, RADIUS, SEPARATION, SLIP
 from diff_encoder_sim.advice.encoder_search import TrialCounts, search
-from diff_encoder_sim.advice.listed_encoders import candidates_of
 from diff_encoder_sim.advice.odometry_answer import EDGES, MISSED, SENSOR_ERRORS, UNEVEN_LINES, local_counts
-from diff_encoder_sim.advice.odometry_study import Advice, TriedEncoder
+from diff_encoder_sim.advice.odometry_study import Advice, TriedEncoder, candidates_of
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.results_table import SUCCEEDED
 from diff_encoder_sim.base.deferred import deferred

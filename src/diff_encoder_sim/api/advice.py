@@ -13,8 +13,7 @@ from typing import Any, Dict, Iterator, List, Mapping, Optional
 from diff_encoder_sim.advice import advice_tables as tables
 from diff_encoder_sim.advice.answers import Requirement
 from diff_encoder_sim.advice.encoder_search import FORGIVEN, fewest_trials
-from diff_encoder_sim.advice.listed_encoders import candidates_of, listed_encoders
-from diff_encoder_sim.advice.odometry_study import Advice, study_odometry, with_budgets
+from diff_encoder_sim.advice.odometry_study import Advice, candidates_of, listed_encoders, study_odometry, with_budgets
 from diff_encoder_sim.advice.trial_study import TrialsWith, study_trials, switched_off
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.results_table import record_of, trials_table

@@ -5,10 +5,10 @@ import math
 import pytest
 
 from advised_robots import REQUIREMENT, alto, straight
-from diff_encoder_sim.advice import listed_encoders as module
+from diff_encoder_sim.advice import odometry_study as module
 from diff_encoder_sim.advice.answers import Answer, Criterion, Kind
 from diff_encoder_sim.advice.drive_draws import DriveDraws
-from diff_encoder_sim.advice.listed_encoders import candidates_of, equivalent_counts, listed_encoders, recommended
+from diff_encoder_sim.advice.odometry_study import candidates_of, equivalent_counts, listed_encoders, recommended
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
