@@ -1,7 +1,6 @@
 """ALTO's odometry after a straight line without a simulator, and an advice of it."""
 
 import functools
-import math
 
 import numpy as np
 import pytest
@@ -20,17 +19,13 @@ from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 from drawn_drives import line, robot_of
 from trial_tables import ALTO
 
-REQUIREMENT = Requirement(0.8, 0.05, math.radians(3.0), 0.95)
+REQUIREMENT = Requirement()
 STOP = StopSpread(0.005, 0.01)
 
 
 def straight():
-    """SL without slip."""
-    return line(name='SL')
-
-
-def alto():
-    return robot_of(stop=STOP)
+    """ALTO's draws of SL without slip."""
+    return DriveDraws(line(name='SL'), robot_of(stop=STOP), 1)
 
 
 @functools.lru_cache(maxsize=None)
@@ -39,7 +34,7 @@ def straight_advice():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(module, 'DRAWS', 500)
         patch.setattr(module, 'FINE_DRAWS', 2000)
-        curves = OdometryCurves([DriveDraws(straight(), alto(), 1)], EncoderParams())
+        curves = OdometryCurves([straight()], EncoderParams())
         answer = odometry_answer(curves, REQUIREMENT)._replace(encoder='360')
     return Advice('alto', 90.0, REQUIREMENT, curves, ALTO, {Criterion.ODOMETRY: answer}, {}, {}, [], [])
 

@@ -20,14 +20,11 @@ def test_an_answer_in_words():
     ]
 
 
-REQUIREMENT = Requirement(0.8, 0.05, math.radians(3.0), 0.95)
-
-
 def test_all_of_x_y_and_heading_must_be_within():
     errors = np.array(
         [[0.05, -0.05, 0.05], [0.051, 0.0, 0.0], [0.0, -0.051, 0.0], [0.0, 0.0, -0.06], [0.0, math.nan, 0.0]]
     )
-    assert REQUIREMENT.within(errors).tolist() == [True, False, False, False, False]
+    assert Requirement().within(errors).tolist() == [True, False, False, False, False]
 
 
 def test_errors_turn_to_along_and_across_the_goals_heading():
@@ -51,7 +48,7 @@ def test_what_takes_more_than_half_of_a_tolerance_is_a_limit_the_worst_first():
     small = {('small', 'SL'): spread(0.01, 0)}
     large = {('large', 'SL'): spread(0.03, 1), ('large', 'SMT'): spread(0.001, 1)}
     largest = {('largest', 'SL'): spread(0.02, 0), ('largest', 'SMT'): spread(0.5, 2)}
-    found = answers.limits({**small, **large, **largest}, REQUIREMENT)
+    found = answers.limits({**small, **large, **largest}, Requirement())
     named = [(limit.cause, limit.test, limit.axis) for limit in found]
     assert named == [('largest', 'SMT', 'heading'), ('large', 'SL', 'across')]
     # 80 % of normal errors are within 1.28 standard deviations.
@@ -61,6 +58,6 @@ def test_what_takes_more_than_half_of_a_tolerance_is_a_limit_the_worst_first():
 
 def test_the_worst_of_small_causes_is_halved_if_they_are_too_much_together():
     small = {('small', 'SL'): spread(0.01, 0), ('smaller', 'SL'): spread(0.005, 0)}
-    assert answers.limits(small, REQUIREMENT) == []
-    (limit,) = answers.limits(small, REQUIREMENT, is_some_cause=True)
+    assert answers.limits(small, Requirement()) == []
+    (limit,) = answers.limits(small, Requirement(), is_some_cause=True)
     assert limit.cause == 'small' and limit.reduced_to == pytest.approx(0.5 * limit.error)

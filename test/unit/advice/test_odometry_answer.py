@@ -23,10 +23,6 @@ from encoder_drives import RADIUS_M, SEPARATION_M, m_per_pulse
 from trial_tables import ALTO
 
 
-def required(share=0.8, position_m=0.05, yaw_rad=math.radians(3.0)):
-    return Requirement(share, position_m, yaw_rad, 0.95)
-
-
 def curves_of(drive, **errors):
     return OdometryCurves([DriveDraws(drive, robot_of(**errors), 1)], encoder_of(90))
 
@@ -45,29 +41,29 @@ def of_20_m():
 
 
 def test_20_m_take_as_many_counts_as_the_closed_form_says(of_20_m):
-    counts, interval = of_20_m.smallest(required())
-    assert closed_form_counts(line(20.0).requested, ALTO, required()) == pytest.approx(347.3, rel=1e-3)
+    counts, interval = of_20_m.smallest(Requirement())
+    assert closed_form_counts(line(20.0).requested, ALTO, Requirement()) == pytest.approx(347.3, rel=1e-3)
     assert interval.low <= counts <= interval.high < 1.3 * interval.low
     assert counts == pytest.approx(347.3, rel=0.06)
 
 
 def test_shares_rise_with_the_counts(of_20_m):
     """But where a few pulses are on the whole way."""
-    shares = [of_20_m.share(counts, required()) for counts in of_20_m.counts if counts >= 100.0]
+    shares = [of_20_m.share(counts, Requirement()) for counts in of_20_m.counts if counts >= 100.0]
     assert (of_20_m.counts[0], of_20_m.counts[-1]) == (module.FEWEST_COUNTS, module.MOST_COUNTS)
     for lower, higher in zip(shares, shares[1:]):
         assert higher.high >= lower.low
-    assert shares[-1] == module.share_within(np.zeros((400, 3)), required())
+    assert shares[-1] == module.share_within(np.zeros((400, 3)), Requirement())
 
 
 def test_the_worst_test_decides(of_20_m):
     both = OdometryCurves([of_20_m.curves[0].draws, DriveDraws(fast(1.0), robot_of(), 1)], encoder_of(90))
-    assert both.smallest(required())[0] == pytest.approx(347.3, rel=0.06)
+    assert both.smallest(Requirement())[0] == pytest.approx(347.3, rel=0.06)
 
 
 def test_all_encoders_may_be_enough_or_none():
-    assert curves_of(fast(0.5)).smallest(required(position_m=1.0, yaw_rad=4.0))[0] == module.FEWEST_COUNTS
-    assert curves_of(fast(4.0), left_radius_error=0.05).smallest(required()) is None
+    assert curves_of(fast(0.5)).smallest(Requirement(position_m=1.0, yaw_rad=4.0))[0] == module.FEWEST_COUNTS
+    assert curves_of(fast(4.0), left_radius_error=0.05).smallest(Requirement()) is None
 
 
 def test_edges_that_repeat_have_counts_that_fit():
@@ -80,16 +76,16 @@ NORMAL_80 = 1.2816  # of all errors within +- this many standard deviations
 
 def test_a_line_across_is_within_as_often_as_two_phases_are():
     """P(|y| <= tol) = 1 - (1 - c)^2 with c = tol L / (S d)."""
-    counts = closed_form_counts(line().requested, ALTO, required(share=0.95))
+    counts = closed_form_counts(line().requested, ALTO, Requirement(share=0.95))
     c = 0.05 * 0.4 / (20.0 * 0.2 * math.pi / counts)
     assert 1.0 - (1.0 - c) ** 2 == pytest.approx(0.95, rel=1e-4)  # the rounding under way adds little
 
 
 def test_turns_end_by_their_heading():
     """(d / L) sqrt(1/3), as normal."""
-    counts = closed_form_counts(rolled(('turns', 5.0)).requested, ALTO, required(yaw_rad=0.01))
+    counts = closed_form_counts(rolled(('turns', 5.0)).requested, ALTO, Requirement(yaw_rad=0.01))
     assert counts == pytest.approx(NORMAL_80 * 0.2 * math.pi / 0.4 / math.sqrt(3.0) / 0.01, rel=1e-3)
-    assert module.local_counts(ALTO, required(yaw_rad=0.01)) == pytest.approx(counts)
+    assert module.local_counts(ALTO, Requirement(yaw_rad=0.01)) == pytest.approx(counts)
 
 
 def test_fractions_that_fall_are_pooled():
@@ -101,10 +97,8 @@ def test_fractions_that_fall_are_pooled():
 
 LENGTH_M = 10.0
 
-REQUIRED = required()
 
-
-def answer_of(encoder=None, required=REQUIRED, **errors):
+def answer_of(encoder=None, required=Requirement(), **errors):
     params = encoder_of(90, encoder)
     return odometry_answer(OdometryCurves([DriveDraws(fast(LENGTH_M), robot_of(**errors), 1)], params), required)
 
@@ -115,15 +109,15 @@ def test_the_encoder_is_not_the_limit():
     (limit,) = answer.limits
     assert (answer.kind, limit.cause) == (Kind.NOT_THE_LIMIT, RADIUS)
     assert limit.error == pytest.approx(LENGTH_M**2 * 0.001 / (2.0 * SEPARATION_M), rel=0.01)
-    assert limit.reduced_to == pytest.approx(MOST_BY_ONE_CAUSE * REQUIRED.position_m)
+    assert limit.reduced_to == pytest.approx(MOST_BY_ONE_CAUSE * Requirement().position_m)
     half = answer_of(left_radius_error=0.001 * limit.reduced_to / limit.error)
     assert answer.counts == pytest.approx(half.counts, rel=0.15)
 
 
 def test_at_the_edge_it_is_undecided():
     """Where 80 % of the robots have radii that are near enough, an encoder of endless resolution is 80 % right."""
-    spread = REQUIRED.position_m * 2.0 * SEPARATION_M / (math.sqrt(2.0) * LENGTH_M**2 * 1.2816)
-    answer = answer_of(radius_spread=spread, required=REQUIRED._replace(yaw_rad=1.0))
+    spread = Requirement().position_m * 2.0 * SEPARATION_M / (math.sqrt(2.0) * LENGTH_M**2 * 1.2816)
+    answer = answer_of(radius_spread=spread, required=Requirement()._replace(yaw_rad=1.0))
     assert answer.kind is Kind.UNDECIDED and 'success rate near 0.8' in answer.note
 
 
@@ -132,7 +126,7 @@ def test_with_much_slip_the_encoders_own_errors_may_still_be_what_is_too_much():
     """Slip takes 42 of 50 mm, with an ideal encoder for certain; an error of its own below half makes it too much."""
     shift = {'left_slip': 42e-3 * 2.0 * SEPARATION_M / LENGTH_M**2}
     own = {'eccentricity': 0.4 * 0.05 * SEPARATION_M / (1.2816 * LENGTH_M * RADIUS_M)}
-    answer = answer_of(own, REQUIRED._replace(yaw_rad=1.0), **shift)
+    answer = answer_of(own, Requirement()._replace(yaw_rad=1.0), **shift)
     assert answer.kind is Kind.NOT_THE_LIMIT and answer.of_encoder
     assert [limit.cause for limit in answer.limits] == [SLIP, EDGES]
     assert str(answer).startswith("the encoder's counts are not the limit: ")

@@ -4,10 +4,9 @@ import math
 
 import pytest
 
-from advised_robots import REQUIREMENT, alto, straight
+from advised_robots import REQUIREMENT, straight
 from diff_encoder_sim.advice import odometry_study as module
 from diff_encoder_sim.advice.answers import Answer, Criterion, Kind
-from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.odometry_study import candidates_of, equivalent_counts, listed_encoders, recommended
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.trials.campaign_loading import load_campaign
@@ -41,7 +40,7 @@ def test_candidates_are_ordered_by_what_their_readings_are_worth():
 )
 def test_a_candidate_is_recommended_where_counts_are_what_is_needed(answer, label):
     campaign = load_campaign('sweep', package_folder(), {'tests': ['SL'], 'ppr': [256.0, 360.0, 512.0]})
-    found = recommended(candidates_of(campaign), answer, [DriveDraws(straight(), alto(), 1)], REQUIREMENT)
+    found = recommended(candidates_of(campaign), answer, [straight()], REQUIREMENT)
     assert (found and found.label) == label
 
 
@@ -53,7 +52,7 @@ def found():
     }
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(module, 'LISTED_DRAWS', 100)
-        listed = listed_encoders([DriveDraws(straight(), alto(), 1)], ROOT / 'config', REQUIREMENT, answers)
+        listed = listed_encoders([straight()], ROOT / 'config', REQUIREMENT, answers)
     return {each.name: each for each in listed}
 
 

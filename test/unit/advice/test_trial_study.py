@@ -99,9 +99,6 @@ def test_trials_that_disagree_with_the_draws_are_spoken_of(campaign):
     assert 'sampled drives predict' in answer.note and answer.note in str(answer)
 
 
-REQUIREMENT = Requirement(0.8, 0.05, math.radians(3.0), 0.95)
-
-
 def goal_trials_of(rows):
     return trial_study.goal_trials(results_of(rows).trials, Pose2D(10.0, 0.0, 0.0))
 
@@ -120,7 +117,7 @@ def test_each_criterion_has_its_error_and_an_aborted_trial_only_that_of_odometry
     endings = enumerate(('succeeded', 'lost'), start=1)
     trials = [row('SL', '90', number, outcome, **poses) for number, outcome in endings]
     ends = goal_trials_of([*trials, row('SL', '90', 3, 'lost')])
-    within = {criterion: ends.counts(criterion, REQUIREMENT).within for criterion in Criterion}
+    within = {criterion: ends.counts(criterion, Requirement()).within for criterion in Criterion}
     assert within == {Criterion.ODOMETRY: 2, Criterion.POSE_ESTIMATE: 1, Criterion.TRUTH: 0}
     assert ends.known_numbers.tolist() == [1]
 
