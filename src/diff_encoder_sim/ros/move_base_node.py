@@ -89,7 +89,8 @@ class GoalServer(actionlib.SimpleActionServer):  # type: ignore[misc]  # actionl
 
     def poll(self, navigator: Navigator, now_ns: int) -> None:
         """Pass a new goal to the navigator, or cancel its goal."""
-        # In this order, because a new goal also preempts the previous one.
+        # In this order: a new goal, which may arrive at any moment, also preempts the previous one.
+        is_preempted = self.is_active() and self.is_preempt_requested()
         if self.is_new_goal_available():
             try:
                 pose_in_map = self._transforms.pose_in_map(self.accept_new_goal().target_pose)
@@ -101,7 +102,8 @@ class GoalServer(actionlib.SimpleActionServer):  # type: ignore[misc]  # actionl
                 return
             navigator.set_goal(pose_in_map)
             self._current_goals.publish(self._stamped(pose_in_map, now_ns))
-        if self.is_active() and self.is_preempt_requested():
+            is_preempted = self.is_preempt_requested()
+        if is_preempted:
             navigator.cancel()
 
     def report(self, navigator: Navigator, now_ns: int, output: NavigatorOutput) -> None:
