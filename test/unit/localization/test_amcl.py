@@ -42,13 +42,12 @@ def amcl(seed=0, **changes):
     return Amcl(AmclParams(**{**PAPER, **at(START), **changes}), pillar_room(), np.random.default_rng(seed))
 
 
-def noisy(scan, rng):
-    return scan._replace(ranges_m=scan.ranges_m + 0.03 * rng.standard_normal(len(scan.ranges_m)))
-
-
 def run(filter_, drive, seed=0):
-    rng = np.random.default_rng([seed, 1])
-    return [filter_.update(odom_pose, noisy(scan, rng), IDENTITY) for _, odom_pose, scan in drive]
+    rng, estimates = np.random.default_rng([seed, 1]), []
+    for _, odom_pose, scan in drive:
+        noisy_m = scan.ranges_m + 0.03 * rng.standard_normal(len(scan.ranges_m))
+        estimates.append(filter_.update(odom_pose, scan._replace(ranges_m=noisy_m), IDENTITY))
+    return estimates
 
 
 def test_it_finds_itself_without_a_guess(drive):
@@ -225,12 +224,11 @@ def test_averages_of_the_likelihood_call_for_recovery():
 
 # ---- a lost robot
 
-CLOSE = dict.fromkeys(('initial_cov_xx', 'initial_cov_yy', 'initial_cov_aa'), 0.0025)
-ON = dict(lost_fraction=0.5, lost_scans=5, max_particles=1000, laser_max_beams=60, **CLOSE)
-
 
 def watched(**changes):
-    return amcl(**{**ON, **changes})
+    close = dict.fromkeys(('initial_cov_xx', 'initial_cov_yy', 'initial_cov_aa'), 0.0025)
+    on = dict(lost_fraction=0.5, lost_scans=5, max_particles=1000, laser_max_beams=60, **close)
+    return amcl(**{**on, **changes})
 
 
 def feed(filter_, true_pose, count, odom_pose=IDENTITY):

@@ -28,16 +28,11 @@ def scored(planner, costmap, plan, twist=(0.3, 0.0), pose=IDENTITY):
     return samples, totals
 
 
-def task_of(costs, pose=IDENTITY, nose_m=0.0):
-    """What waves need, with cells of 1 m."""
-    limits = planner_of(forward_point_distance=nose_m)._limits
-    waves, scales = kernels.make_waves(*costs.shape), np.zeros(6)
-    return kernels.ScoringTask(limits, costs, 1.0, np.zeros((3, 2)), *waves, scales, pose, (0.0, 0.0), 1.0, ALL)
-
-
 def distances_from(points_m, costs, layer=TO_PLAN, nose_m=0.0):
-    """Cells (rows, columns) from a plan (n, 2) in the grid's own frame, None if it is not on that."""
-    task, plan = task_of(costs, nose_m=nose_m), np.column_stack([points_m, np.zeros(len(points_m))])
+    """Cells (rows, columns) of 1 m from a plan (n, 2) in the grid's own frame, None if it is not on that."""
+    limits, plan = planner_of(forward_point_distance=nose_m)._limits, np.column_stack([points_m, 0.0 * points_m[:, 0]])
+    places = costs, 1.0, np.zeros((3, 2)), *kernels.make_waves(*costs.shape), np.zeros(6)
+    task = kernels.ScoringTask(limits, *places, IDENTITY, (0.0, 0.0), 1.0, ALL)
     return whole_grid(task, layer) if begin_waves(task, IDENTITY, plan) else None
 
 

@@ -8,7 +8,7 @@ import upstream_params as upstream
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import split_params
 from diff_encoder_sim.navigation.costmap_params import CostmapParams
-from diff_encoder_sim.navigation.navigator_params import DwaParams, NavigatorParams
+from diff_encoder_sim.navigation.navigator_params import ROTATE, DwaParams, NavigatorParams
 from navigation_simulation import TABLE_2
 
 
@@ -40,8 +40,6 @@ NO_COSTMAP = [
     ({'footprint': [[1, 1], [2, 1], [2, 2]]}, 'footprint'),
     ({'footprint': 'round'}, 'footprint'),
 ]
-TWO = 2 * [{'name': 'a', 'type': 'rotate_recovery/RotateRecovery'}]
-UNKNOWN = [{'name': 'a', 'type': 'move_slow_and_clear/MoveSlowAndClear'}]
 
 
 @pytest.mark.parametrize(
@@ -52,8 +50,8 @@ UNKNOWN = [{'name': 'a', 'type': 'move_slow_and_clear/MoveSlowAndClear'}]
         # Upstream's default is map: the robot would take its odometry for where it is on the map.
         ({'local_costmap': {'rolling_window': True}}, 'local_costmap'),
         ({'local_costmap': {'rolling_window': True, 'global_frame': '/map'}}, 'local_costmap'),
-        ({'recovery_behaviors': UNKNOWN}, 'recovery_behaviors'),
-        ({'recovery_behaviors': TWO}, 'recovery_behaviors'),
+        ({'recovery_behaviors': [{'name': 'a', 'type': 'move_slow_and_clear/MoveSlowAndClear'}]}, 'recovery_behaviors'),
+        ({'recovery_behaviors': 2 * [{'name': 'a', 'type': ROTATE}]}, 'recovery_behaviors'),
         ({'DWAPlannerROS': {'min_vel_x': 0.6}}, 'min_vel_x'),
         # 0.7 m/s^2 in 50 ms is 0.035 m/s: a robot that could never start.
         ({'DWAPlannerROS': {**TABLE_2, 'min_vel_trans': 0.1, 'min_vel_theta': 0.4}}, 'min_vel_trans'),
@@ -159,9 +157,6 @@ def test_the_robots_outline_is_read_as_upstream_does():
     assert text.footprint == [[0.2, 0.1], [-0.2, 0.1], [0.0, -0.3]]
 
 
-SLOW_START = {'acc_lim_x': 0.7, 'acc_lim_theta': 4.0, 'min_vel_trans': 0.1, 'min_vel_theta': 0.4}
-
-
 @pytest.mark.parametrize(
     ('changes', 'can_start'),
     [
@@ -173,4 +168,5 @@ SLOW_START = {'acc_lim_x': 0.7, 'acc_lim_theta': 4.0, 'min_vel_trans': 0.1, 'min
     ],
 )
 def test_a_standing_robot_starts_if_one_period_reaches_a_minimum(changes, can_start):
-    assert DwaParams.from_mapping({**SLOW_START, **changes}, '').can_start(0.05) is can_start
+    slow_start = {'acc_lim_x': 0.7, 'acc_lim_theta': 4.0, 'min_vel_trans': 0.1, 'min_vel_theta': 0.4}
+    assert DwaParams.from_mapping({**slow_start, **changes}, '').can_start(0.05) is can_start
