@@ -41,14 +41,9 @@ def load_campaign(
 ) -> Campaign:
     """Load a campaign by its name (`paper` is config/campaigns/paper.yaml) or its file's path.
 
-    Args:
-        name: paths in the file are relative to it, those of `replace` to the current folder.
-        package_folder: contains config/, worlds/ and urdf/.
-        replace: values from the command line that override the file's; None: not given. `files` are merged with the
-            file's; `ppr` or `encoders` replace both of the file's.
-        robot_arguments: of the robot's xacro.
-        robot_packages: folders that are searched for the robot's packages.
-        has_trials: whether closed-loop trials, which need a laser, are run, unless the campaign is scripted.
+    Values of `replace`, from the command line, override the file's unless None: `files` are merged with the file's, and
+    `ppr` or `encoders` replace both of the file's. Their paths are relative to the current folder, those in the file to
+    it. The robot needs a laser if the campaign is navigated and `has_trials`.
 
     Raises:
         ConfigError: a file is missing or bad, or a value is not allowed.

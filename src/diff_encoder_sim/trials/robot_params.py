@@ -188,14 +188,7 @@ def _dotted_keys(params_class: Type[Params], prefix: str) -> Iterator[str]:
 def load_robot(
     given: str, folder: Path, package_folder: Path, arguments: Mapping[str, str], packages: Sequence[Path] = ()
 ) -> RobotSetup:
-    """Load a robot by its name, its robot file, or only its xacro or URDF, and inspect it.
-
-    Args:
-        given: name or path; '' for alto.
-        folder: base folder of a relative path.
-        package_folder: folder that contains config/.
-        arguments: of the robot's xacro.
-        packages: folders that are searched for packages.
+    """Load and inspect a robot by its name ('' for alto), its robot file, xacro or URDF, relative to `folder`.
 
     Raises:
         ConfigError: the robot's files are missing or bad, or set a value that is not allowed.
