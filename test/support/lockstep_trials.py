@@ -7,10 +7,10 @@ import numpy as np
 
 from diff_encoder_sim.drives.test_definition import TestDefinition, find_world, load_test
 from diff_encoder_sim.drives.trial_definition import Trial, TrialPlan
+from diff_encoder_sim.trials.campaign_cells import LockstepOptions, TrialSetup
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial
 from diff_encoder_sim.trials.robot_params import LatencyParams, load_robot_params
 from diff_encoder_sim.trials.trial_run import run_trials
-from diff_encoder_sim.trials.trial_setup import LockstepOptions, TrialSetup
 from places import ROOT
 
 ALTO = ROOT / 'urdf' / 'alto.urdf.xacro'

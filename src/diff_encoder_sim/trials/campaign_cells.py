@@ -12,10 +12,11 @@ from pydantic import Field
 from typing_extensions import Annotated
 
 from diff_encoder_sim.base.bounds import TRIALS, Between
-from diff_encoder_sim.base.params import Line, flat
+from diff_encoder_sim.base.params import Line, Params, flat
 from diff_encoder_sim.drives.bag_files import SUFFIXES
 from diff_encoder_sim.drives.test_definition import TestDefinition, find_world
-from diff_encoder_sim.drives.trial_definition import Trial, wheels_of
+from diff_encoder_sim.drives.topics import BagFormat, RecordMode
+from diff_encoder_sim.drives.trial_definition import Trial, TrialPlan, wheels_of
 from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.robot_file import RobotSetup
@@ -25,7 +26,6 @@ from diff_encoder_sim.simulation.simulator import SimulatorParams
 from diff_encoder_sim.trials.robot_params import RobotParams
 from diff_encoder_sim.trials.route_driver import misfit
 from diff_encoder_sim.trials.trial_files import TrialFiles
-from diff_encoder_sim.trials.trial_setup import LockstepOptions
 from diff_encoder_sim.trials.trials_csv import BAGS, VARIANT
 from diff_encoder_sim.wheels.catalogue import ChosenEncoder
 from diff_encoder_sim.wheels.encoder_params import PulsesPerRevolution
@@ -33,6 +33,14 @@ from diff_encoder_sim.wheels.encoder_params import PulsesPerRevolution
 Varied = Tuple[Tuple[str, Any], ...]  # dotted keys, or VARIANT, in alphabetical order, and values
 
 ConfigFile = Literal['amcl', 'config', 'lockstep', 'navigation', 'simulator']  # stems of files of config/
+
+
+class LockstepOptions(Params):
+    """Keys of a campaign file that apply to each trial."""
+
+    nav: Literal['embedded', 'scripted'] = Field('embedded', description='navigated, or a drive without feedback')
+    record: RecordMode = Field('minimal', description='bags of all topics, without bulky ones such as /scan, or none')
+    bag_format: BagFormat = Field('ros1', description='of the bags: ROS 1, or MCAP files of ROS 2')
 
 
 class CampaignParams(LockstepOptions):
@@ -111,6 +119,14 @@ class RequestedTrial(NamedTuple):
             variant=dict(cell.varied).get(VARIANT, ''),
             **wheels_of(cell.robot_params.odometry, cell.robot_params.encoder),
         )
+
+
+class TrialSetup(NamedTuple):
+    """A trial, the parameters of its robot, and its options."""
+
+    plan: TrialPlan
+    params: RobotParams
+    options: LockstepOptions = LockstepOptions()
 
 
 class Campaign(NamedTuple):

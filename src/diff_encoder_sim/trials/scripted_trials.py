@@ -15,11 +15,11 @@ from diff_encoder_sim.drives.topics import RecordMode, recorded_topics
 from diff_encoder_sim.drives.trial_bag import AT_ONCE, TrialBag
 from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.simulation.state import TICK_NS
+from diff_encoder_sim.trials.campaign_cells import TrialSetup
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial, Report, chain_of
 from diff_encoder_sim.trials.navigating_driver import NO_NAVIGATION
 from diff_encoder_sim.trials.publications import Publications
 from diff_encoder_sim.trials.robot_params import latency_ns
-from diff_encoder_sim.trials.trial_setup import TrialSetup
 from diff_encoder_sim.wheels.odometry import wheel_speeds_mps
 
 # Place of a message in its bag: the tick, and the order within the tick. Live nodes publish in this order.

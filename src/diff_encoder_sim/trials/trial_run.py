@@ -19,13 +19,12 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.trial_definition import TrialPlan
-from diff_encoder_sim.trials.campaign_cells import RequestedTrial
+from diff_encoder_sim.trials.campaign_cells import RequestedTrial, TrialSetup
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial, Report
 from diff_encoder_sim.trials.publications import Publications
 from diff_encoder_sim.trials.results import ResultsFolder
 from diff_encoder_sim.trials.scripted_trials import run_scripted_trials
 from diff_encoder_sim.trials.trial_files import TrialFiles
-from diff_encoder_sim.trials.trial_setup import TrialSetup
 from diff_encoder_sim.trials.trials_csv import BAGS, TrialRow
 
 distributed = deferred('distributed')

@@ -13,10 +13,10 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.trials import trial_run
+from diff_encoder_sim.trials.campaign_cells import LockstepOptions, TrialSetup
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.results import ResultsFolder
 from diff_encoder_sim.trials.trial_run import run_group, run_trials
-from diff_encoder_sim.trials.trial_setup import LockstepOptions, TrialSetup
 from diff_encoder_sim.trials.trials_csv import TrialRow
 from diff_encoder_sim.wheels.encoder_params import EncoderModel, FaultParams
 from diff_encoder_sim.wheels.report_link import ReportParams
