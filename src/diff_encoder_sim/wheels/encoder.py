@@ -74,7 +74,8 @@ def kinds_of(params: CountingParams) -> np.ndarray:
 def _constants(params: CountingParams, side: str) -> Dict[str, Any]:
     model, ppr = params.encoder.of_wheel(side), getattr(params.counts_per_turn, side)
     faults, per_count, counts_per_turn = model.faults, model.edges_per_count, ppr / model.shaft_turns_per_wheel_turn
-    cycles = [counts_in_cycle(model, is_dead) for is_dead in (False, faults.dead_channel != 'none')]
+    may_die = faults.dead_channel != 'none'
+    cycles = [counts_in_cycle(model, is_dead) for is_dead in (False, may_die)]
     return {
         'ratio': model.shaft_turns_per_wheel_turn,
         'backlash_rad': model.backlash,
@@ -96,13 +97,12 @@ def _constants(params: CountingParams, side: str) -> Dict[str, Any]:
         'per_cycle': [cycle[-1] for cycle in cycles],  # counts; sound, with a dead channel
         'within_cycle': [cycle[:-1] + [0] * (7 - len(cycle)) for cycle in cycles],  # the count at each edge
         'counts_by_command': model.counts_by_command,
-        'may_die': faults.dead_channel != 'none',
-        'dead_from_s': faults.dead_from,
-        'dead_for_s': faults.dead_for or math.inf,
-        'dead_every_s': faults.dead_every,
+        'dead_from_ns': faults.dead_from * 1e9 if may_die else math.inf,
+        'dead_for_ns': faults.dead_for * 1e9 or math.inf,
+        'dead_every_ns': faults.dead_every * 1e9 or math.inf,
         'hits': ((faults.missed, faults.missed_burst), (faults.extra, faults.extra_burst)),  # fraction, mean in a row
         'counts_per_ns': faults.max_count_rate / 1e9,  # at most; 0: no limit
-        'restart_ns': faults.restart_at * 1e9 or math.inf,  # since the first angle
+        'restart_ns': round(faults.restart_at * 1e9) or 2**62,  # since the first angle
         'method': METHODS.index(params.velocity_method),
         'tick_ns': 1e9 / params.velocity_clock,
         'rad_per_count': 2.0 * math.pi / ppr,
@@ -243,16 +243,6 @@ def _count_at(kind: Any, decoder: int, state: int) -> Any:
     return kind.per_cycle[decoder] * cycles + kind.within_cycle[decoder, edge]
 
 
-@compiled
-def _is_dead(kind: Any, since_ns: int) -> Any:
-    since_s = since_ns / 1e9 - kind.dead_from_s
-    if not kind.may_die or since_s < 0.0:
-        return False
-    if kind.dead_every_s:
-        since_s = np.fmod(since_s, kind.dead_every_s)
-    return since_s < kind.dead_for_s
-
-
 # More edges in one call are a jump of the angle: faults are not sampled.
 MOST_HITS = 100_000
 
@@ -354,7 +344,8 @@ def _turn(kind: Any, wheel: Any, stamp_ns: int, angle_rad: float) -> None:
         wheel.count = _count_at(kind, 0, state)
         wheel.unused, wheel.until_ns, wheel.has_begun = 1.0, stamp_ns, 1
     elif state != wheel.state:
-        decoder = int(_is_dead(kind, stamp_ns - wheel.first_ns))
+        since_ns = stamp_ns - wheel.first_ns - kind.dead_from_ns
+        decoder = int(since_ns >= 0.0 and np.fmod(since_ns, kind.dead_every_ns) < kind.dead_for_ns)
         counts = _count_at(kind, decoder, state) - _count_at(kind, decoder, wheel.state)
         if kind.counts_by_command:
             counts = abs(counts) * wheel.commanded
@@ -411,11 +402,13 @@ def turn_through(
             angles = angles_rad[draw % len(angles_rad), :, side] + phases_rad[draw, side]
             for reading, now_ns in enumerate(read_ns):
                 while row < len(stamps_ns) and stamps_ns[row] <= now_ns:
-                    wheel.commanded = int(np.sign(commands[row, side])) or wheel.commanded
+                    if kind.counts_by_command and commands[row, side]:
+                        wheel.commanded = int(np.sign(commands[row, side]))
                     _turn(kind, wheel, stamps_ns[row], angles[row])
                     row += 1
                 if stamps_ns[row - 1] < now_ns:
-                    wheel.commanded = int(np.sign(commands[row, side])) or wheel.commanded
+                    if kind.counts_by_command and commands[row, side]:
+                        wheel.commanded = int(np.sign(commands[row, side]))
                     passed = (now_ns - stamps_ns[row - 1]) / (stamps_ns[row] - stamps_ns[row - 1])
                     _turn(kind, wheel, now_ns, angles[row - 1] + passed * (angles[row] - angles[row - 1]))
                 counts[draw, reading, side] = wheel.count

@@ -70,10 +70,12 @@ class TwistEstimator:
         (first_ns, *first), (stamp_ns, *last) = totals[0], totals[-1]
         interval_s, separation_m = (stamp_ns - first_ns) / NANOSECONDS_PER_SECOND, self._separation_m
         if measured_radps is None:
-            rims = [
-                self._way((new - old) * m_per_pulse, m_per_pulse)
-                for new, old, m_per_pulse in zip(last, first, self._m_per_pulse)
-            ]
+            rims = []
+            for new, old, m_per_pulse in zip(last, first, self._m_per_pulse):
+                way_m = (new - old) * m_per_pulse
+                # Two independent rounding errors.
+                variance = 2.0 * reading_variance(m_per_pulse, self._edge_variance) + self._travel_variance * abs(way_m)
+                rims.append((way_m, variance + self._wave_variance * way_m**2))
         else:
             interval_s, radius_m = 1.0, 0.5 * self._params.wheel_diameter
             since_s = (stamp_ns - totals[-2][0]) / NANOSECONDS_PER_SECOND if len(totals) > 1 else 0.0
@@ -91,11 +93,6 @@ class TwistEstimator:
         together = 0.5 * (right_variance - left_variance) / (separation_m * interval_s**2)
         covariance = TwistCovariance(0.25 * of_both, together, of_both / separation_m**2)
         return 0.5 * (left + right) / interval_s, (right - left) / (separation_m * interval_s), covariance
-
-    def _way(self, way_m: float, m_per_pulse: float) -> RimMotion:
-        """Return the distance between two readings, with independent rounding errors."""
-        variance = 2.0 * reading_variance(m_per_pulse, self._edge_variance) + self._travel_variance * abs(way_m)
-        return way_m, variance + self._wave_variance * way_m**2
 
     def _speed(self, mps: float, m_per_pulse: float, interval_s: float) -> RimMotion:
         """Return a speed between two edges, with errors of their positions and of two clock readings."""
