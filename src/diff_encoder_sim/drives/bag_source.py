@@ -173,23 +173,18 @@ def _open_file(path: Path, is_compressed: bool = False) -> DriveStream:
         return McapStream(path)
     if begins.startswith(SQLITE_MAGIC):
         return Sqlite3Stream(path, is_compressed)
-    raise InputFault(
-        'neither of ROS 1 nor MCAP nor SQLite; expected a file of ROS 1, or a folder, .db3 or .mcap of ROS 2'
-    )
+    raise InputFault('not of ROS 1, MCAP or SQLite; expected a file of ROS 1, or a folder, .db3 or .mcap of ROS 2')
 
 
 def _open_folder(folder: Path) -> DriveStream:
     """Open the files that metadata.yaml names, only those next to it."""
-    path = folder / METADATA
-    about = load_yaml(path).get('rosbag2_bagfile_information')
+    about = load_yaml(folder / METADATA).get('rosbag2_bagfile_information')
     names = about.get('relative_file_paths') if isinstance(about, dict) else None
     if not isinstance(about, dict) or not isinstance(names, list) or not names:
-        raise ConfigError(f'{path}: not a readable bag: no relative_file_paths; expected what ros2 bag record writes')
+        raise InputFault(f'{METADATA}: no relative_file_paths; expected what ros2 bag record writes')
     mode, compression = (str(about.get(f'compression_{key}') or '').lower() for key in ('mode', 'format'))
     if mode not in ('', 'none') and (mode not in ('file', 'message') or compression != 'zstd'):
-        raise ConfigError(
-            f'{path}: not a readable bag: compression {mode} {compression}; allowed: zstd of file or message'
-        )
+        raise InputFault(f'{METADATA}: compression {mode} {compression}; allowed: zstd of file or message')
     files = [folder / Path(str(name)).name for name in names]
     if mode != 'file':
         return FolderStream(folder, [_open_file(file, mode == 'message') for file in files])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import itertools
 import math
 from array import array
 from collections import defaultdict, deque
@@ -263,11 +264,9 @@ def text_table(rows: Sequence[Dict[str, Value]]) -> str:
     rpe_heads = ['PPR', 'segment\nlength']
     rpe_heads += [head.format(pairs.text) for pairs in RpePairs for head in _RPE_HEADS.values()]
     relative = []
-    for row in rows:
-        for distance_m in RPE_DISTANCES_M if row['common_stamps'] else ():
-            columns = [f'{rpe_name(pairs, distance_m)}_{column}' for pairs in RpePairs for column in _RPE_HEADS]
-            cells = [_cell(column, row[column]) for column in columns]
-            relative.append([str(row['ppr']), f'{distance_m:g} m', *cells])
+    for row, distance_m in itertools.product([row for row in rows if row['common_stamps']], RPE_DISTANCES_M):
+        columns = [f'{rpe_name(pairs, distance_m)}_{column}' for pairs in RpePairs for column in _RPE_HEADS]
+        relative.append([str(row['ppr']), f'{distance_m:g} m', *(_cell(column, row[column]) for column in columns)])
     return '\n\n'.join(
         tabulate(cells, heads, disable_numparse=True, colalign=['right'] * len(heads))
         for cells, heads in ((paths, list(_PATH_HEADS.values())), (relative, rpe_heads))
