@@ -67,11 +67,13 @@ def test_a_wheel_whose_messages_come_late_is_waited_for(late_by):
     assert samples == [EncoderSample(stamp * MS, stamp, -stamp) for stamp in stamps[:-late_by]]
 
 
-def test_time_that_jumps_back_restarts_with_one_warning(caplog):
-    encoder = ReportingEncoder(EncoderParams(ppr=10))
-    encoder.update(5000 * MS, NAMES, [turn(500, 10)] * 2)
-    assert encoder.update(0, NAMES, [turn(3, 10)] * 2) == (EncoderSample(0, 3, 3),)
-    assert encoder.update(50 * MS, NAMES, [turn(4, 10)] * 2) == (EncoderSample(50 * MS, 4, 4),)
+@pytest.mark.parametrize('messages', [[NAMES], [NAMES[:1], NAMES[1:]]])
+def test_time_that_jumps_back_restarts_with_one_warning(messages, caplog):
+    encoder, samples, stamps_ms = ReportingEncoder(EncoderParams(ppr=10)), [], (5000, 5050, 0, 50, 100)
+    for stamp in stamps_ms:
+        for names in messages:
+            samples += encoder.update(stamp * MS, names, [turn(stamp, 10)] * len(names))
+    assert samples == [EncoderSample(stamp * MS, stamp, stamp) for stamp in stamps_ms]
     assert [record.levelname for record in caplog.records] == ['WARNING']
     assert 'went back' in caplog.text
 
