@@ -9,14 +9,7 @@ from typing import AbstractSet, Dict, List, Sequence, Tuple
 import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.description import (
-    DriveTrain,
-    Findings,
-    GroundContact,
-    OutlineXy,
-    RobotDescription,
-    RobotTree,
-)
+from diff_encoder_sim.robots.description import DriveTrain, Findings, GroundContact, RobotDescription, RobotTree
 from diff_encoder_sim.robots.solids import Shape, Sphere, farthest_m, pose_at, reach_m, vector
 
 _MOST_CORNERS = 16
@@ -51,7 +44,7 @@ _GAP_DECIMALS = 3  # of m: contacts within a millimetre are on the floor togethe
 _SUPPORT_RADIUS = 0.5  # of the wheel's; any ball touches a floor in one point
 
 
-def footprint_outline(shapes: Sequence[Shape], floor_z_m: float, where: str) -> OutlineXy:
+def footprint_outline(shapes: Sequence[Shape], floor_z_m: float, where: str) -> Tuple[Tuple[float, float], ...]:
     """Return the outline of all shapes in the root, wheels and casters included, that rise above the floor.
 
     Each side is a bearing of its normal and its distance from the origin. Sides that matter least are dropped, one

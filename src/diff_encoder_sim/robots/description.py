@@ -139,9 +139,6 @@ class RobotTree:
         return next((joint for joint in turning if abs(self.axis_in_root(joint)[2]) > UPRIGHT), None)
 
 
-OutlineXy = Tuple[Tuple[float, float], ...]
-
-
 class Found(NamedTuple):
     """A value and its source, for the table that users read."""
 
@@ -243,7 +240,7 @@ class RobotDescription(DriveTrain):
     mass: MassProperties  # of all links
     contacts: Tuple[GroundContact, ...]
     hull: Tuple[Shape, ...]  # collision shapes of all but wheels and contacts, poses in the root, meshes replaced
-    footprint: OutlineXy  # convex, counter-clockwise, wheels included
+    footprint: Tuple[Tuple[float, float], ...]  # (x, y), convex, counter-clockwise, wheels included
     laser: Optional[RobotLaser]
     drive_limits: Dict[str, float]  # keys of DriveParams that plugins and joint limits give
     found: Tuple[Found, ...]

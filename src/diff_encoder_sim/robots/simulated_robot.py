@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from typing import Dict, Iterable, List, NamedTuple, Optional, Tuple
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement, tostring
 
 import numpy as np
 
@@ -74,6 +74,9 @@ class GeometryErrors(NamedTuple):
         return TrueWheels(left_m, right_m, description.wheel_separation_m * (1.0 + self.separation))
 
 
+_NONE = GeometryErrors()
+
+
 class SimulatedRobot(NamedTuple):
     """A robot with its true wheels."""
 
@@ -94,11 +97,7 @@ class SimulatedRobot(NamedTuple):
         return 1.0 if left.is_forward_positive else -1.0, 1.0 if right.is_forward_positive else -1.0
 
 
-def load_simulated_robot(
-    source: RobotSource,
-    choices: RobotChoices,
-    errors: GeometryErrors = GeometryErrors(),  # noqa: B008
-) -> SimulatedRobot:
+def load_simulated_robot(source: RobotSource, choices: RobotChoices, errors: GeometryErrors = _NONE) -> SimulatedRobot:
     """Read a robot and make its physics right.
 
     One that is sound keeps its masses and shapes. Errors of its wheels are then those of its own xacro arguments;
@@ -150,16 +149,16 @@ def physics_urdf(description: RobotDescription, wheels: TrueWheels) -> str:
         half_m = min(abs(edge_m - wheel.centre_m[1]), _THICKEST_WHEEL * description.radius_m)
         if half_m > 0.0:
             hull.append(Shape(Cylinder(description.radius_m, 2.0 * half_m), pose_at(wheel.centre_m, _LYING)))
-    robot = ElementTree.Element('robot', name=description.tree.name)
+    robot = Element('robot', name=description.tree.name)
     _add_link(robot, BODY, body, hull)
     for link, wheel, radius_m, part in zip(FLOOR_ONLY_LINKS, (description.left, description.right), wheels, parts):
         ball = Shape(Sphere(radius_m), np.eye(4))
         _add_link(robot, link, part._replace(com_m=np.zeros(3)), [ball], _WHEEL_FRICTION)
         joint = _add_joint(robot, wheel.joint, 'continuous', BODY, link, pose_at(part.com_m))
-        ElementTree.SubElement(joint, 'axis', xyz='0 1 0')
+        SubElement(joint, 'axis', xyz='0 1 0')
     _add_link(robot, SUPPORTS, parts[2], supports, friction=0.0)
     _add_joint(robot, f'{SUPPORTS}_joint', 'fixed', BODY, SUPPORTS)
-    return ElementTree.tostring(robot, encoding='unicode')
+    return tostring(robot, encoding='unicode')
 
 
 def joined_links(tree: RobotTree) -> str:
@@ -169,7 +168,7 @@ def joined_links(tree: RobotTree) -> str:
     links stay. Shapes are those of the tree, in which a capsule is a cylinder; none is a mesh, and each link has a
     mass (`sound_wheels`).
     """
-    robot = ElementTree.Element('robot', name=tree.name)
+    robot = Element('robot', name=tree.name)
     moving = [joint for joint in tree.joints.values() if joint.kind != 'fixed']
     parts = {top: [top] for top in (tree.root, *(joint.child for joint in moving))}
     for names in parts.values():  # the links below that do not move against it, level by level
@@ -196,47 +195,43 @@ def joined_links(tree: RobotTree) -> str:
             _add_link(robot, equal[0], mass, shapes, friction)
             if equal[0] != top:
                 _add_joint(robot, tree.above[equal[0]].name, 'fixed', top, equal[0])
-    return ElementTree.tostring(robot, encoding='unicode')
+    return tostring(robot, encoding='unicode')
 
 
 def _add_link(
-    robot: ElementTree.Element,
-    name: str,
-    mass: MassProperties,
-    shapes: Iterable[Shape],
-    friction: float = DEFAULT_FRICTION,
+    robot: Element, name: str, mass: MassProperties, shapes: Iterable[Shape], friction: float = DEFAULT_FRICTION
 ) -> None:
-    link = ElementTree.SubElement(robot, 'link', name=name)
-    inertial = ElementTree.SubElement(link, 'inertial')
+    link = SubElement(robot, 'link', name=name)
+    inertial = SubElement(link, 'inertial')
     _add_origin(inertial, pose_at(mass.com_m))
-    ElementTree.SubElement(inertial, 'mass', value=repr(float(mass.mass_kg)))
+    SubElement(inertial, 'mass', value=repr(float(mass.mass_kg)))
     upper = zip(('ixx', 'ixy', 'ixz', 'iyy', 'iyz', 'izz'), mass.inertia_kgm2[np.triu_indices(3)].tolist())
-    ElementTree.SubElement(inertial, 'inertia', {key: repr(value) for key, value in upper})
-    contact = ElementTree.SubElement(link, 'contact')
-    ElementTree.SubElement(contact, 'lateral_friction', value=repr(friction))
+    SubElement(inertial, 'inertia', {key: repr(value) for key, value in upper})
+    contact = SubElement(link, 'contact')
+    SubElement(contact, 'lateral_friction', value=repr(friction))
     for shape in shapes:
-        collision = ElementTree.SubElement(link, 'collision')
+        collision = SubElement(link, 'collision')
         _add_origin(collision, shape.pose_in_link)
-        geometry = ElementTree.SubElement(collision, 'geometry')
+        geometry = SubElement(collision, 'geometry')
         if isinstance(shape.geometry, Box):
-            ElementTree.SubElement(geometry, 'box', size=_text(shape.geometry.size_xyz_m))
+            SubElement(geometry, 'box', size=_text(shape.geometry.size_xyz_m))
         elif isinstance(shape.geometry, (Cylinder, Sphere)):
             sizes = zip(('radius', 'length'), map(repr, shape.geometry))
-            ElementTree.SubElement(geometry, type(shape.geometry).__name__.lower(), dict(sizes))
+            SubElement(geometry, type(shape.geometry).__name__.lower(), dict(sizes))
 
 
 def _add_joint(
-    robot: ElementTree.Element, name: str, kind: str, parent: str, child: str, child_in_parent: np.ndarray = _HERE
-) -> ElementTree.Element:
-    joint = ElementTree.SubElement(robot, 'joint', name=name, type=kind)
-    ElementTree.SubElement(joint, 'parent', link=parent)
-    ElementTree.SubElement(joint, 'child', link=child)
+    robot: Element, name: str, kind: str, parent: str, child: str, child_in_parent: np.ndarray = _HERE
+) -> Element:
+    joint = SubElement(robot, 'joint', name=name, type=kind)
+    SubElement(joint, 'parent', link=parent)
+    SubElement(joint, 'child', link=child)
     _add_origin(joint, child_in_parent)
     return joint
 
 
-def _add_origin(element: ElementTree.Element, pose: np.ndarray) -> None:
-    ElementTree.SubElement(element, 'origin', xyz=_text(pose[:3, 3]), rpy=_text(rpy_from_rotation(pose[:3, :3])))
+def _add_origin(element: Element, pose: np.ndarray) -> None:
+    SubElement(element, 'origin', xyz=_text(pose[:3, 3]), rpy=_text(rpy_from_rotation(pose[:3, :3])))
 
 
 def _text(numbers: Iterable[float]) -> str:
