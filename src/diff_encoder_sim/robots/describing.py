@@ -11,6 +11,7 @@ import numpy as np
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.contacts import footprint_outline, ground_contacts, judge_stance
 from diff_encoder_sim.robots.description import (
+    DrivenWheel,
     DriveTrain,
     Findings,
     GroundContact,
@@ -211,14 +212,11 @@ def _drive_train(
 
     # Moved along the axle to their places at the nominal separation.
     middle_m = 0.5 * (pair[0].centre_m[1] + pair[1].centre_m[1])
-    left, right = (
-        wheel._replace(
-            centre_m=(wheel.centre_m[0], middle_m + half_m, wheel.centre_m[2]),
-            radius_m=wheel.radius_m or 0.5 * diameter_m,
-        )
-        for wheel, half_m in zip(pair, (0.5 * apart_m, -0.5 * apart_m))
-    )
-    drive = DriveTrain(left, right, diameter_m, apart_m)
+    wheels: List[DrivenWheel] = []
+    for wheel, half_m in zip(pair, (0.5 * apart_m, -0.5 * apart_m)):
+        centre_m = wheel.centre_m[0], middle_m + half_m, wheel.centre_m[2]
+        wheels.append(wheel._replace(centre_m=centre_m, radius_m=wheel.radius_m or 0.5 * diameter_m))
+    drive = DriveTrain(wheels[0], wheels[1], diameter_m, apart_m)
     place = f'x = {round(drive.axle_x_m, 6) + 0.0:.4g} m, {1e3 * (drive.floor_z_m + drive.radius_m):.4g} mm up'
     seen.add('axle', place, 'wheels, in the base frame')
     if abs(drive.middle_y_m) > CENTRED_M:

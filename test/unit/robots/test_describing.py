@@ -129,7 +129,6 @@ FRAMES = link('footprint') + joint('up', 'base', '0 0 1', parent='footprint') + 
 
 
 def mass_of(*parts, folder='.'):
-    """The mass of a robot, and the warnings."""
     seen = Findings()
     tree = primitive_tree(tree_of(robot(*parts)), finder(folder), Findings())
     return describing.robot_mass(tree, seen), seen.warnings

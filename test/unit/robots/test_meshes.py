@@ -28,7 +28,6 @@ def extents_m(points_m):
 
 
 def write_dae(path, corners):
-    """A scene that shows one part."""
     document = collada.Collada()
     info = document.assetInfo
     info.unitname, info.unitmeter, info.upaxis = 'unit', 1.0, 'Z_UP'
@@ -45,7 +44,6 @@ def write_dae(path, corners):
 
 
 def write(path, corners=CUBE_CORNERS):
-    """A mesh of the kind that its name has."""
     if path.suffix == '.dae':
         write_dae(path, corners)
         return

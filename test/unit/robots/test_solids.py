@@ -42,7 +42,6 @@ def test_the_lowest_point_is_the_middle_of_what_lies_flat(part, lowest_m):
 
 @pytest.mark.parametrize('geometry', PRIMITIVES)
 def test_no_point_of_a_shape_is_farther_than_its_support(geometry):
-    """Random points, random poses and directions."""
     rng = np.random.default_rng(2)
     for _ in range(20):
         part = shape(geometry)._replace(pose_in_link=random_pose(rng))

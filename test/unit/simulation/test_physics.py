@@ -32,7 +32,6 @@ def test_20_m_straight_agree_with_wheel_kinematics_to_a_thousandth(make_simulato
 
 
 def masses_kg(simulator):
-    """Of all links, as PyBullet has them."""
     physics = simulator._physics
     return [physics._bullet.getDynamicsInfo(physics._robot, link)[0] for link in physics._links]
 

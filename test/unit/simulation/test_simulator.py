@@ -89,7 +89,6 @@ def controller(**params):
 
 
 def settled(drive, linear, angular):
-    """Wheel speeds after the ramps."""
     for tick in range(200):
         now = tick * SECOND // 100
         drive.command(now, linear, angular)
