@@ -96,37 +96,29 @@ def joined(tree):
 
 def part_masses(tree):
     """Mass, centre and inertia in the root of each part that moves as one: the body and both wheels."""
-    tops = {tree.root: [], **{tree.joints[name].child: [] for name in JOINTS}}
+    tops = {top: [] for top in (tree.root, *(tree.joints[name].child for name in JOINTS))}
     for name, each in tree.links.items():
-        top = name
-        while top not in tops:
-            top = tree.above[top].parent
+        above = (name, *(joint.parent for joint in tree.joints_above(name)))
         if each.inertial is not None:
-            tops[top].append(each.inertial.moved(tree.poses[name]))
+            tops[next(link for link in above if link in tops)].append(each.inertial.moved(tree.poses[name]))
     return {top: merged(masses) for top, masses in tops.items()}
 
 
-def test_each_moving_part_keeps_its_mass_and_inertia(tree, joined):
+def shapes(tree):
+    """The friction (PyBullet's if none is given), geometry and place of each shape."""
+    found = []
+    for name, each in tree.links.items():
+        friction = 0.5 if each.friction is None else each.friction
+        found += [(friction, str(s.geometry), s.placed(tree.poses[name])[1].round(9).tolist()) for s in each.collisions]
+    return sorted(found)
+
+
+def test_each_moving_part_keeps_its_mass_and_inertia_and_each_shape_its_place_and_friction(tree, joined):
     found, expected = part_masses(joined), part_masses(tree)
     assert found.keys() == expected.keys()
-    for top, right in expected.items():
-        for number, of_all in zip(found[top], right):
-            assert number == pytest.approx(of_all, rel=1e-9, abs=1e-12)
-
-
-def test_each_shape_keeps_its_place_and_its_friction(tree, joined):
-    def shapes(tree):  # with PyBullet's friction if none is given
-        return [
-            (0.5 if link.friction is None else link.friction, *shape.placed(tree.poses[name])[:2])
-            for name, link in tree.links.items()
-            for shape in link.collisions
-        ]
-
-    left = shapes(joined)
-    for friction, geometry, pose in shapes(tree):
-        same = [n for n, found in enumerate(left) if found[:2] == (friction, geometry) and np.allclose(found[2], pose)]
-        del left[same[0]]
-    assert not left
+    for number, of_all in ((number, of_all) for top in found for number, of_all in zip(found[top], expected[top])):
+        assert number == pytest.approx(of_all, rel=1e-9, abs=1e-12)
+    assert shapes(joined) == shapes(tree)
 
 
 def test_the_wheels_turn_as_before_and_are_as_sound(tree, joined):

@@ -11,15 +11,13 @@ from diff_encoder_sim.base.xml_values import rotation_from_rpy
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams, cut_world
 from diff_encoder_sim.simulation.world import Box, Cylinder, Model, Solid, Sphere, World, load_world
 from places import WORLDS
+from robot_parts import pose
 
 HEIGHT_M = 1.12
 
 
-def solid(shape, x_m=0.0, y_m=0.0, z_m=1.0, yaw_rad=0.0):
-    pose = np.eye(4)
-    pose[:3, :3] = rotation_from_rpy(0, 0, yaw_rad)
-    pose[:3, 3] = x_m, y_m, z_m
-    return Solid('m/l/c', shape, pose)
+def solid(shape, x_m=0.0, y_m=0.0, z_m=1.0):
+    return Solid('m/l/c', shape, pose((x_m, y_m, z_m)))
 
 
 def lidar(solids, seed=0, **params):

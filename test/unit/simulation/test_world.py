@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.robots.solids import Shape
 from diff_encoder_sim.simulation.world import Box, Cylinder, Plane, Sphere, load_world
 from places import WORLDS
 
@@ -29,13 +30,8 @@ def model(geometry, pose='', static='true'):
 
 def is_occupied(world, x_m, y_m):
     """Whether a point 1 m above the floor is inside a box or a pillar."""
-    for solid in world.solids:
-        x, y, z = (np.linalg.inv(solid.pose_in_world) @ [x_m, y_m, 1.0, 1.0])[:3]
-        if isinstance(solid.shape, Box) and (np.abs([x, y, z]) <= np.array(solid.shape.size_xyz_m) / 2).all():
-            return True
-        if isinstance(solid.shape, Cylinder) and math.hypot(x, y) <= solid.shape.radius_m:
-            return True
-    return False
+    shapes = [Shape(solid.shape, solid.pose_in_world) for solid in world.solids if solid.shape != Plane()]
+    return any(shape.holds(np.array([x_m, y_m, 1.0])) for shape in shapes)
 
 
 def test_poses_of_model_link_and_collision_are_chained(tmp_path):
