@@ -115,8 +115,9 @@ class ReportingEncoder:
         self._due_ns: Deque[int] = deque()  # times of the next readings
         self._last = (0, 0.0, 0.0)  # stamp and angles
         self._stale_in_a_row = 0
-        self._first_ns: Optional[int] = None
-        self._newest: Tuple[Deque[Tuple[int, float]], ...] = (deque(), deque())  # stamps and angles of each wheel
+        self._seen_ns: Optional[int] = None  # stamp of the newest message with both wheels, or of the first message
+        # Newest stamps and angles of each wheel in separate messages.
+        self._newest: Tuple[Deque[Tuple[int, float]], ...] = (deque(), deque())
 
     @property
     def needs_every_angle(self) -> bool:
@@ -143,7 +144,7 @@ class ReportingEncoder:
             InputFault: a wheel has no finite angle, or is missing for long, or the stamps do not advance. The state is
                 unchanged.
         """
-        self._first_ns = stamp_ns if self._first_ns is None else self._first_ns
+        self._seen_ns = stamp_ns if self._seen_ns is None else self._seen_ns
         found: List[Optional[float]] = []
         for (joint, is_reversed), samples in zip(self._joints, self._newest):
             if joint in names:
@@ -154,12 +155,16 @@ class ReportingEncoder:
                 found.append(-angle_rad if is_reversed else angle_rad)
                 continue
             found.append(None)
-            missing_s = (stamp_ns - (samples[-1][0] if samples else self._first_ns)) / NANOSECONDS_PER_SECOND
+            missing_s = (stamp_ns - max([self._seen_ns, *(each_ns for each_ns, _ in samples)])) / NANOSECONDS_PER_SECOND
             if missing_s > MISSING_AFTER_S:
                 raise InputFault(
                     f'joint {joint!r} not seen for {missing_s:.1f} s; '
                     f'this message names {list(names)}{did_you_mean(joint, names)}'
                 )
+        left_rad, right_rad = found
+        if left_rad is not None and right_rad is not None:
+            self._seen_ns = stamp_ns
+            return self.step(stamp_ns, left_rad, right_rad)
         for found_rad, samples in zip(found, self._newest):
             if found_rad is not None:
                 if samples and stamp_ns < samples[-1][0]:  # time went back
@@ -168,9 +173,7 @@ class ReportingEncoder:
                 samples.append((stamp_ns, found_rad))
         left, right = self._newest
         now_ns = min(left[-1][0], right[-1][0]) if left and right else 0
-        if not (left and right) or now_ns < max(left[0][0], right[0][0]):
-            return ()
-        if None in found and now_ns == self._timeline.newest_ns:
+        if not (left and right) or now_ns < max(left[0][0], right[0][0]) or now_ns == self._timeline.newest_ns:
             return ()
         both_rad = []
         for samples in self._newest:
