@@ -157,6 +157,7 @@ class NavigationTrialNode(TrialNode):
         self._driver = RouteDriver(self.trial.test)
         self._estimate: Optional[Pose2D] = None
         self._failure: Optional[RouteFailed] = None
+        self._is_over = False
         self._goal: Optional[actionlib.ClientGoalHandle] = None
         # The upstream move_base advertises its action only when time runs and AMCL localizes.
         self._may_drive = not is_upstream
@@ -179,7 +180,7 @@ class NavigationTrialNode(TrialNode):
             log.info('estimated pose (%s): %s', topics.GLOBAL_POSE, distance)
 
     def _has_ended(self) -> bool:
-        return self._failure is not None or self._driver.is_over
+        return self._failure is not None or self._is_over
 
     def _is_served(self) -> bool:
         # It would wait by simulated time, which may stand still. With a limit a second ago it only looks once.
@@ -208,6 +209,7 @@ class NavigationTrialNode(TrialNode):
         if output.goal_in_map is not None:
             target = pose_stamped_message(output.goal_in_map, stamp_ns, self.params.map_frame)
             self._goal = self._action.send_goal(MoveBaseGoal(target_pose=target))
+        self._is_over = self._driver.is_over  # after the last command
 
     def _goal_status(self) -> Tuple[GoalStatus, str]:
         if self._goal is None:
