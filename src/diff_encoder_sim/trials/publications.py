@@ -8,28 +8,8 @@ from typing import Any, Callable, List, Optional, Protocol, Union
 
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.drives import message_encoders as encoders
 from diff_encoder_sim.drives import topics
-from diff_encoder_sim.drives.message_encoders import (
-    ModelStatesEncoder,
-    SentGoal,
-    encode_clock,
-    encode_command,
-    encode_encoder_pulse,
-    encode_goal,
-    encode_joint_state,
-    encode_map,
-    encode_map_metadata,
-    encode_odometry,
-    encode_planar_tf,
-    encode_pose_stamped,
-    encode_pose_with_covariance,
-    encode_result,
-    encode_scan,
-    encode_spatial_transform,
-    encode_string,
-    encode_tf,
-    encode_wheel_speeds,
-)
 from diff_encoder_sim.drives.trial_definition import Ending, Trial
 from diff_encoder_sim.localization.amcl import AmclEstimate
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
@@ -74,9 +54,11 @@ def _encode_turned(frames: LinkFrames, joints: JointStates) -> bytes:
 
 
 def _encode_frames(frames: List[LinkFrame], stamp_ns: int) -> bytes:
-    return encode_tf(
+    return encoders.encode_tf(
         *(
-            encode_spatial_transform(frame.translation_xyz_m, frame.quat_xyzw, stamp_ns, frame.parent, frame.child)
+            encoders.encode_spatial_transform(
+                frame.translation_xyz_m, frame.quat_xyzw, stamp_ns, frame.parent, frame.child
+            )
             for frame in frames
         )
     )
@@ -91,10 +73,10 @@ class Publications:
     # Also for a subclass that handles the publications itself.
     _bag: MessageSink = _NO_BAG
     _trial_node = topics.NAVIGATION_TRIAL_NODE
-    _goal = SentGoal(_trial_node, 0, 0)  # before the first
+    _goal = encoders.SentGoal(_trial_node, 0, 0)  # before the first
     _frames: Optional[LinkFrames] = None  # if the bag records /tf
     _frames_ns = 0  # when they were published last
-    _models: Optional[ModelStatesEncoder] = None  # if it records /gazebo/model_states
+    _models: Optional[encoders.ModelStatesEncoder] = None  # if it records /gazebo/model_states
     _map_frame = _odom_frame = _base_frame = _laser = ''
     _joints, _scan_s, _has_odom_tf = ('', ''), 0.0, False
 
@@ -111,7 +93,7 @@ class Publications:
 
     def trial(self, trial: Trial) -> None:
         """Publish /trial, first of all."""
-        self._bag.publish(topics.TRIAL, self._trial_node, 0, encode_string, trial.model_dump_json())
+        self._bag.publish(topics.TRIAL, self._trial_node, 0, encoders.encode_string, trial.model_dump_json())
 
     def begin(self, trial: Trial, simulator: Simulator, robot_file: Union[str, Path]) -> None:
         """Publish the static transforms on /tf_static, before time runs."""
@@ -119,25 +101,25 @@ class Publications:
             start = trial.test.start.pose()  # without localization, odom is at the start of the robot
             self._transform(topics.TF_STATIC, self._trial_node, 0, start, 0, self._map_frame, self._odom_frame)
         if self._bag.wants(topics.MODEL_STATES):
-            self._models = ModelStatesEncoder(simulator.world, simulator.robot_name)
+            self._models = encoders.ModelStatesEncoder(simulator.world, simulator.robot_name)
         if self._bag.wants(topics.TF):
             self._frames = LinkFrames(display_urdf(RobotSource(Path(robot_file)), simulator.joint_states().names))
 
     def ending(self, now_ns: int, ending: Ending) -> None:
         """Publish /trial_result."""
         text = json.dumps({'outcome': ending.outcome.value, 'reason': ending.reason})
-        self._bag.publish(topics.TRIAL_RESULT, self._trial_node, now_ns, encode_string, text)
+        self._bag.publish(topics.TRIAL_RESULT, self._trial_node, now_ns, encoders.encode_string, text)
 
     def map(self, grid: OccupancyGrid) -> None:
         """Publish /map and /map_metadata, before time runs."""
-        self._bag.publish(topics.MAP, topics.MAP_NODE, 0, encode_map, grid, 0, self._map_frame)
-        self._bag.publish(topics.MAP_METADATA, topics.MAP_NODE, 0, encode_map_metadata, grid, 0)
+        self._bag.publish(topics.MAP, topics.MAP_NODE, 0, encoders.encode_map, grid, 0, self._map_frame)
+        self._bag.publish(topics.MAP_METADATA, topics.MAP_NODE, 0, encoders.encode_map_metadata, grid, 0)
 
     def joint_states(self, joints: JointStates) -> None:
         """Publish /clock and /joint_states at each tick, and frames on /tf, the fixed ones once on /tf_static."""
         now_ns = joints.stamp_ns
-        self._bag.publish(topics.CLOCK, topics.SIMULATOR_NODE, now_ns, encode_clock, now_ns)
-        self._bag.publish(topics.JOINT_STATES, topics.SIMULATOR_NODE, now_ns, encode_joint_state, joints)
+        self._bag.publish(topics.CLOCK, topics.SIMULATOR_NODE, now_ns, encoders.encode_clock, now_ns)
+        self._bag.publish(topics.JOINT_STATES, topics.SIMULATOR_NODE, now_ns, encoders.encode_joint_state, joints)
         if self._frames is not None and now_ns - self._frames_ns >= FRAMES_PERIOD_NS:
             node, fixed = topics.STATE_PUBLISHER_NODE, self._frames.fixed
             if self._frames_ns == 0:
@@ -162,15 +144,15 @@ class Publications:
     def scan(self, scan: Scan) -> None:
         """Publish /scan."""
         message = scan, self._laser, self._scan_s
-        self._bag.publish(topics.SCAN, topics.SIMULATOR_NODE, scan.stamp_ns, encode_scan, *message)
+        self._bag.publish(topics.SCAN, topics.SIMULATOR_NODE, scan.stamp_ns, encoders.encode_scan, *message)
 
     def encoder_pulse(self, now_ns: int, sample: EncoderSample) -> None:
         """Publish /encoder_pulse and, if speeds are measured, /encoder_velocity."""
-        speeds_radps = sample.wheel_rates_radps
+        node, speeds_radps = topics.ENCODER_NODE, sample.wheel_rates_radps
         if speeds_radps is not None:
             speeds = sample.stamp_ns, speeds_radps, self._joints
-            self._bag.publish(topics.ENCODER_VELOCITY, topics.ENCODER_NODE, now_ns, encode_wheel_speeds, *speeds)
-        self._bag.publish(topics.ENCODER_PULSE, topics.ENCODER_NODE, now_ns, encode_encoder_pulse, sample, self._joints)
+            self._bag.publish(topics.ENCODER_VELOCITY, node, now_ns, encoders.encode_wheel_speeds, *speeds)
+        self._bag.publish(topics.ENCODER_PULSE, node, now_ns, encoders.encode_encoder_pulse, sample, self._joints)
 
     def odometry(self, now_ns: int, estimate: OdometryEstimate) -> None:
         """Publish /odom, and odom->base_link on /tf."""
@@ -178,12 +160,12 @@ class Publications:
         if self._has_odom_tf:
             pose, stamp_ns = estimate.base_pose_in_odom, estimate.stamp_ns
             self._transform(topics.TF, topics.ODOM_NODE, now_ns, pose, stamp_ns, *frames)
-        self._bag.publish(topics.ODOM, topics.ODOM_NODE, now_ns, encode_odometry, estimate, *frames)
+        self._bag.publish(topics.ODOM, topics.ODOM_NODE, now_ns, encoders.encode_odometry, estimate, *frames)
 
     def amcl_pose(self, now_ns: int, estimate: AmclEstimate) -> None:
         """Publish /amcl_pose."""
         message = estimate.base_pose_in_map, estimate.covariance, estimate.stamp_ns, self._map_frame
-        self._bag.publish(topics.AMCL_POSE, topics.AMCL_NODE, now_ns, encode_pose_with_covariance, *message)
+        self._bag.publish(topics.AMCL_POSE, topics.AMCL_NODE, now_ns, encoders.encode_pose_with_covariance, *message)
 
     def odom_in_map(self, now_ns: int, stamp_ns: int, odom_pose_in_map: Pose2D) -> None:
         """Publish map->odom on /tf, with its stamp."""
@@ -197,22 +179,22 @@ class Publications:
     def command(self, now_ns: int, command: Command, is_navigators: bool) -> None:
         """Publish /cmd_vel, by the navigator or by the trial node."""
         node = topics.MOVE_BASE_NODE if is_navigators else self._trial_node
-        self._bag.publish(topics.CMD_VEL, node, now_ns, encode_command, *command)
+        self._bag.publish(topics.CMD_VEL, node, now_ns, encoders.encode_command, *command)
 
     def goal(self, now_ns: int, stamp_ns: int, goal_in_map: Pose2D) -> None:
         """Publish /move_base/goal; the stamp is that of the pose estimate at which it was sent."""
-        self._goal = SentGoal(self._trial_node, self._goal.number + 1, now_ns)
+        self._goal = encoders.SentGoal(self._trial_node, self._goal.number + 1, now_ns)
         goal = self._goal, goal_in_map, stamp_ns, self._map_frame
-        self._bag.publish(topics.GOAL, self._trial_node, now_ns, encode_goal, *goal)
+        self._bag.publish(topics.GOAL, self._trial_node, now_ns, encoders.encode_goal, *goal)
 
     def goal_result(self, now_ns: int, status: GoalStatus, text: str) -> None:
         """Publish /move_base/result of the goal sent last."""
         result = self._goal, status, text, now_ns
-        self._bag.publish(topics.RESULT, topics.MOVE_BASE_NODE, now_ns, encode_result, *result)
+        self._bag.publish(topics.RESULT, topics.MOVE_BASE_NODE, now_ns, encoders.encode_result, *result)
 
     def _pose(self, topic: str, node: str, now_ns: int, stamp_ns: int, pose_in_map: Pose2D) -> None:
-        self._bag.publish(topic, node, now_ns, encode_pose_stamped, pose_in_map, stamp_ns, self._map_frame)
+        self._bag.publish(topic, node, now_ns, encoders.encode_pose_stamped, pose_in_map, stamp_ns, self._map_frame)
 
     def _transform(self, topic: str, node: str, now_ns: int, child: Pose2D, stamp_ns: int, *frames: str) -> None:
         """Publish a transform; `frames` are those of the parent and of the child."""
-        self._bag.publish(topic, node, now_ns, encode_planar_tf, child, stamp_ns, *frames)
+        self._bag.publish(topic, node, now_ns, encoders.encode_planar_tf, child, stamp_ns, *frames)
