@@ -35,10 +35,10 @@ def carried_off(tmp_path_factory):
         files = f'test:={DATA}/bend.yaml', f'config:={folder}/config.yaml', f'bag:={folder}/trial.bag'
         launch = graph.launch(ROOT / 'launch' / 'trial.launch', *files, 'ppr:=1024', 'rtf:=2')
         view = graph.start_view()
-        check_interfaces(graph, launch, NAVIGATED)
         graph.wait_for_clock(7.0)  # turned, and on its way
         place_robot(graph)
-        launch.wait_for_text('lost')
+        launch.wait_for_text('localization lost')
+        check_interfaces(graph, launch, NAVIGATED)
         launch.wait_for_text('stopped')
         graph.run('rostopic', 'echo', '-n', '20', '/odom/header/seq')  # 2 s, in which it stands
         # It drove on for half a second: set down once more, at the pose that /initialpose will name.
