@@ -97,9 +97,9 @@ def _constants(params: CountingParams, side: str) -> Dict[str, Any]:
         'per_cycle': [cycle[-1] for cycle in cycles],  # counts; sound, with a dead channel
         'within_cycle': [cycle[:-1] + [0] * (7 - len(cycle)) for cycle in cycles],  # the count at each edge
         'counts_by_command': model.counts_by_command,
-        'dead_from_ns': faults.dead_from * 1e9 if may_die else math.inf,
-        'dead_for_ns': faults.dead_for * 1e9 or math.inf,
-        'dead_every_ns': faults.dead_every * 1e9 or math.inf,
+        'dead_from_s': faults.dead_from if may_die else math.inf,
+        'dead_for_s': faults.dead_for or math.inf,
+        'dead_every_s': faults.dead_every or math.inf,
         'hits': ((faults.missed, faults.missed_burst), (faults.extra, faults.extra_burst)),  # fraction, mean in a row
         'counts_per_ns': faults.max_count_rate / 1e9,  # at most; 0: no limit
         'restart_ns': round(faults.restart_at * 1e9) or 2**62,  # since the first angle
@@ -344,8 +344,8 @@ def _turn(kind: Any, wheel: Any, stamp_ns: int, angle_rad: float) -> None:
         wheel.count = _count_at(kind, 0, state)
         wheel.unused, wheel.until_ns, wheel.has_begun = 1.0, stamp_ns, 1
     elif state != wheel.state:
-        since_ns = stamp_ns - wheel.first_ns - kind.dead_from_ns
-        decoder = int(since_ns >= 0.0 and np.fmod(since_ns, kind.dead_every_ns) < kind.dead_for_ns)
+        since_s = (stamp_ns - wheel.first_ns) / 1e9 - kind.dead_from_s
+        decoder = int(since_s >= 0.0 and np.fmod(since_s, kind.dead_every_s) < kind.dead_for_s)
         counts = _count_at(kind, decoder, state) - _count_at(kind, decoder, wheel.state)
         if kind.counts_by_command:
             counts = abs(counts) * wheel.commanded
