@@ -58,18 +58,8 @@ def test_budgets_are_of_the_answers_encoders_and_end_with_what_was_found(tables)
     counts = shown_counts(whole_advice(), list(whole_advice().budgets['SL']))
     titles = [f'SL: odometry at the true pose, {counts:g} PPR', 'SL: true pose at the goal, 40 PPR, 17 trials']
     assert [row[0] for row in rows if row[0]] == titles and abs(counts - 347.0) < 15.0
-    causes = (
-        'quantisation',
-        'simulated contact',
-        'rest',
-        'found',
-        'stopping',
-        'localization',
-        'encoder',
-        'rest',
-        'found',
-    )
-    assert tuple(row[1] for row in rows) == causes
+    of_odometry, of_truth = ('quantisation', 'simulated contact'), ('stopping', 'localization', 'encoder')
+    assert tuple(row[1] for row in rows) == (*of_odometry, 'rest', 'found', *of_truth, 'rest', 'found')
     assert not any('-0.0 ' in text for row in rows for text in row)
 
 
@@ -109,9 +99,6 @@ def test_the_documentation_names_all_keys(content):
     text = (ROOT / 'docs' / 'advice_keys.csv').read_text(encoding='utf-8')
     documented = set(re.findall(r'^`([^`]+)`,', text, re.MULTILINE))
     assert set(content) <= {key.split('.')[0].split('[')[0] for key in documented}
-    parts = {
-        'answers.<criterion>': content['answers']['truth'],
-        'trials[]': content['trials'][0],
-        'encoders[]': content['encoders'][0],
-    }
+    parts = {f'{name}[]': content[name][0] for name in ('trials', 'encoders')}
+    parts['answers.<criterion>'] = content['answers']['truth']
     assert {f'{part}.{name}' for part, names in parts.items() for name in names} <= documented

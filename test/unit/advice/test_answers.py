@@ -21,10 +21,8 @@ def test_an_answer_in_words():
 
 
 def test_all_of_x_y_and_heading_must_be_within():
-    errors = np.array(
-        [[0.05, -0.05, 0.05], [0.051, 0.0, 0.0], [0.0, -0.051, 0.0], [0.0, 0.0, -0.06], [0.0, math.nan, 0.0]]
-    )
-    assert Requirement().within(errors).tolist() == [True, False, False, False, False]
+    errors = [[0.05, -0.05, 0.05], [0.051, 0.0, 0.0], [0.0, -0.051, 0.0], [0.0, 0.0, -0.06], [0.0, math.nan, 0.0]]
+    assert Requirement().within(np.array(errors)).tolist() == [True, False, False, False, False]
 
 
 def test_errors_turn_to_along_and_across_the_goals_heading():

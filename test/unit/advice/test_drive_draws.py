@@ -30,6 +30,9 @@ ALL_ERRORS = {
     'left_slip': 0.003,
     'slip_noise': 2e-6,
 }
+SOURCE = RobotSource(ALTO)
+NEAR = {**HALL, 'name': 'near', 'route': [{'goal': {'x': -2.4, 'y': 0.0}}]}
+WRONG_WHEELS = WheelErrorParams(left_radius_error=0.01, slip_noise=1e-4, left_slip=0.01)
 
 
 def errors_of(drive, robot, encoder, draws=DRAWS, seed=1, **amounts):
@@ -86,24 +89,10 @@ def test_the_same_draws_come_with_every_encoder_and_number_of_encoders():
 
 def test_a_robot_is_read_from_its_files():
     params = load_robot_params(ROOT / 'config')
-    robot = drawn_robot(RobotSource(ALTO), params)
+    robot = drawn_robot(SOURCE, params)
     assert tuple(robot.sound) == pytest.approx((0.1, 0.1, 0.4))
     assert (robot.errors, robot.odometry, robot.axle_x_m) == (params.simulator.wheel_errors, params.odometry, 0.0)
     assert 0.0 < robot.stop.position_m <= params.navigator.DWAPlannerROS.xy_goal_tolerance
-
-
-SOURCE = RobotSource(ALTO)
-
-BENT = {
-    'name': 'bent',
-    'world': 'hallway',
-    'start': {'x': 1.0, 'yaw': 1.0},
-    'drive': [{'straight': 0.5}, {'turns': 0.3}],
-}
-
-NEAR = {**HALL, 'name': 'near', 'route': [{'goal': {'x': -2.4, 'y': 0.0}}]}
-
-WRONG_WHEELS = WheelErrorParams(left_radius_error=0.01, slip_noise=1e-4, left_slip=0.01)
 
 
 @pytest.fixture(scope='module')
@@ -111,7 +100,9 @@ def bent():
     """A scripted drive; errors of the robot's wheels are left to the draws."""
     params = load_robot_params(ROOT / 'config')
     simulator = params.simulator.model_copy(update={'wheel_errors': WRONG_WHEELS})
-    return scripted(TestDefinition.from_mapping(BENT, ''), SOURCE, params._replace(simulator=simulator))
+    start, segments = {'x': 1.0, 'yaw': 1.0}, [{'straight': 0.5}, {'turns': 0.3}]
+    test = TestDefinition.from_mapping({'name': 'bent', 'world': 'hallway', 'start': start, 'drive': segments}, '')
+    return scripted(test, SOURCE, params._replace(simulator=simulator))
 
 
 def test_a_script_is_driven_to_its_end(bent):

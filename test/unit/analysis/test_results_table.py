@@ -27,6 +27,8 @@ from trial_bags import TRUTH, trial, write_bag
 from trial_tables import ALTO, IN, cell, results_of
 from trial_tables import trial as row
 
+TOUR = str(ROOT / 'test' / 'rostest' / 'data' / 'short_tour.yaml')
+
 
 def columns(results, *names):
     return list(results.trials[list(names)].itertuples(index=False, name=None))
@@ -142,9 +144,6 @@ def test_bags_that_do_not_fit_are_named_and_their_rows_stay(folder):
     assert results.notes[2].startswith(f'{bags}/SL_40_002.bag: differs')
 
 
-TOUR = str(ROOT / 'test' / 'rostest' / 'data' / 'short_tour.yaml')
-
-
 def test_bags_of_both_formats_lead_to_the_same_table(tmp_path):
     found = []
     for bag_format in ('ros1', 'mcap'):
@@ -252,9 +251,8 @@ except KeyboardInterrupt:
 
 def test_ctrl_c_ends_the_reading_processes_without_output_of_theirs():
     pipes = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE, 'text': True}
-    environment = {**os.environ, 'PYTHONPATH': str(SOURCE)}
-    command = [sys.executable, '-c', INTERRUPTED]
-    process = subprocess.Popen(command, env=environment, **pipes, start_new_session=True)
+    pipes['env'] = {**os.environ, 'PYTHONPATH': str(SOURCE)}
+    process = subprocess.Popen([sys.executable, '-c', INTERRUPTED], **pipes, start_new_session=True)
     assert process.stdout.readline() == 'reading\n'
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does
     out, err = process.communicate(timeout=30)

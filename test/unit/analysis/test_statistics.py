@@ -11,6 +11,7 @@ from diff_encoder_sim.analysis.statistics import holm, mcnemar, spread_ratio, wi
 
 INFINITY = math.inf
 TRIALS = 30
+VARIED = np.random.default_rng(13).normal(0.0, 1.0, 30)
 DRAWS = {  # of variance 1
     'normal': lambda rng, size: rng.normal(0.0, 1.0, size),
     'uniform': lambda rng, size: rng.uniform(-math.sqrt(3.0), math.sqrt(3.0), size),
@@ -48,9 +49,6 @@ def test_the_ratio_of_spreads_has_its_size_and_coverage_whatever_the_distributio
     assert 0.01 < np.mean([spread_ratio(*pair).p_value <= 0.05 for pair in pairs]) <= 0.05
     pairs *= np.array([[5.0], [1.0]])
     assert 0.905 < fraction_covering([spread_ratio(*pair).interval for pair in pairs], 5.0) < 0.985
-
-
-VARIED = np.random.default_rng(13).normal(0.0, 1.0, 30)
 
 
 @pytest.mark.parametrize(

@@ -2,16 +2,8 @@
 
 import pytest
 
-from diff_encoder_sim.analysis.summaries import (
-    CELL_LEGEND,
-    TOLERANCE_TEXT,
-    TRIAL_LEGEND,
-    Sufficiency,
-    fewest_trials,
-    fractions_within,
-    headline,
-    summary,
-)
+from diff_encoder_sim.analysis import summaries
+from diff_encoder_sim.analysis.summaries import CELL_LEGEND, TRIAL_LEGEND, Sufficiency, fractions_within
 from trial_tables import IN, OUT, TURNED, both, cell, results_of, rows, trial
 
 # Of results without pose estimates.
@@ -32,7 +24,7 @@ LATE = [trial('SL', '40', 1, 'timed_out', world=(0.3, -0.4, 2.0))]
     ],
 )
 def test_the_terminal_has_a_row_per_cell_or_if_each_has_one_per_trial(trials, begin, end, legend):
-    table, _, rest = summary(results_of(trials)).partition('\n' + legend)
+    table, _, rest = summaries.summary(results_of(trials)).partition('\n' + legend)
     row = table.splitlines()[-1].split()
     assert (row[: len(begin)], row[-len(end) :], rest) == (begin, end, '')
 
@@ -44,7 +36,7 @@ def fraction(trials, pose='odom'):
 
 def headline_of(*cells):
     results = results_of(*cells)
-    return headline(fractions_within(results), results.trials)
+    return summaries.headline(fractions_within(results), results.trials)
 
 
 def test_a_fraction_is_of_the_trials_with_a_pose_and_joint_over_position_and_heading():
@@ -60,7 +52,7 @@ def test_a_fraction_is_of_the_trials_with_a_pose_and_joint_over_position_and_hea
 def test_a_fraction_is_sufficient_by_wilsons_interval(inside, sufficiency):
     # 28 of 30: 0.787 to 0.982; 29: 0.833 to 0.994; 20: 0.488 to 0.808; 19: 0.455 to 0.781.
     assert fraction(cell('SL', '90', 'odom', rows(inside, 30 - inside)))['sufficiency'] == sufficiency.value
-    assert fewest_trials() == 16  # n / (n + 1.96^2) >= 0.8 from n = 15.4 on
+    assert summaries.fewest_trials() == 16  # n / (n + 1.96^2) >= 0.8 from n = 15.4 on
 
 
 def test_the_headline_names_encoders_by_test_and_pose():
@@ -77,7 +69,7 @@ def test_the_headline_names_encoders_by_test_and_pose():
         'SL: from 1024 PPR (90 PPR undecided); SMT: every encoder; DLD: no encoder',
         'SL: from 1024 PPR (90 PPR undecided); SMT: 40 and 1024 PPR; DLD: no encoder',
     )
-    found, enough = headline_of(*trials), f'at least 80 % of trials end {TOLERANCE_TEXT} (95 % confidence):'
+    found, enough = headline_of(*trials), f'at least 80 % of trials end {summaries.TOLERANCE_TEXT} (95 % confidence):'
     assert found == (f'Encoders with which {enough}', dict(zip(TEXTS, texts)), '')
     assert found.text.splitlines()[1] == f'  true pose at the goal:     {texts[0]}'
 

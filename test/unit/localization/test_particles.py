@@ -10,15 +10,7 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.localization import particles as room
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.occupancy_grid import FreeCells, OccupancyGrid
-from diff_encoder_sim.localization.particles import (
-    decompose,
-    even_normals,
-    kld_limits,
-    move_noise,
-    move_particles,
-    particle_statistics,
-    resample,
-)
+from diff_encoder_sim.localization.particles import decompose, kld_limits, particle_statistics, resample
 
 
 def test_particles_around_a_pose_have_its_mean_and_covariance():
@@ -34,7 +26,7 @@ ALPHAS = dict(odom_alpha1=0.1, odom_alpha2=0.02, odom_alpha3=0.05, odom_alpha4=0
 
 def draws(previous, current, start=(0.0, 0.0, 0.0), **changes):
     particles, given = np.tile(np.array(start), (DRAWS, 1)), AmclParams(**ALPHAS, **changes)
-    return move_particles(particles, previous, current, given, np.random.default_rng(1))
+    return room.move_particles(particles, previous, current, given, np.random.default_rng(1))
 
 
 def expect(samples, mean, variance):
@@ -78,7 +70,7 @@ def test_a_small_translation_has_no_direction_and_reversing_is_as_noisy_as_drivi
         assert decompose(IDENTITY, Pose2D(0.0, y_m, 0.2)) == pytest.approx((turn_rad, y_m, 0.2 - turn_rad))
     ahead, astern = (decompose(IDENTITY, Pose2D(x_m, 0.0, 0.0)) for x_m in (0.5, -0.5))
     assert abs(astern.rotation1_rad) == pytest.approx(math.pi)
-    assert move_noise(astern, AmclParams(**ALPHAS)) == pytest.approx(move_noise(ahead, AmclParams(**ALPHAS)))
+    assert room.move_noise(astern, AmclParams(**ALPHAS)) == pytest.approx(room.move_noise(ahead, AmclParams(**ALPHAS)))
 
 
 @pytest.mark.parametrize('turn_rad', [0.3, -1.0])
@@ -96,10 +88,10 @@ def test_a_turn_on_the_spot_of_a_base_ahead_of_its_axle_is_a_turn(turn_rad):
 def test_normal_draws_are_spread_evenly():
     """Their mean and variance are nearer to 0 and 1 than those of independent draws: by 1 / sqrt(n), sqrt(2 / n)."""
     for seed in range(5):
-        normals = even_normals(3000, np.random.default_rng(seed))
+        normals = room.even_normals(3000, np.random.default_rng(seed))
         assert normals.mean(axis=0) == pytest.approx([0.0] * 3, abs=0.3 / math.sqrt(3000))
         assert np.cov(normals.T) == pytest.approx(np.eye(3), abs=0.9 / math.sqrt(3000))
-    assert np.isfinite(even_normals(1, np.random.default_rng(0))).all()
+    assert np.isfinite(room.even_normals(1, np.random.default_rng(0))).all()
 
 
 def cloud(rng, centre, count, sigma=0.05):

@@ -12,14 +12,7 @@ from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation import costmap as layers
 from diff_encoder_sim.navigation import costmap_params
 from diff_encoder_sim.navigation.costmap import Costmap
-from diff_encoder_sim.navigation.costmap_params import (
-    FREE,
-    INSCRIBED,
-    LETHAL,
-    NO_INFORMATION,
-    CostmapParams,
-    local_defaults,
-)
+from diff_encoder_sim.navigation.costmap_params import FREE, INSCRIBED, LETHAL, NO_INFORMATION, local_defaults
 from navigation_simulation import FEW_RAYS, FEW_STEP_RAD, scan_of, static_costmap
 
 
@@ -98,7 +91,7 @@ def test_costs_do_not_depend_on_when_they_are_asked_for():
     random = np.random.default_rng(10)
     walls = np.where(np.random.default_rng(1).random((160, 200)) < 0.01, 100, 0)
     grid = OccupancyGrid(walls.astype(np.int8), 0.05, Pose2D(1, 2, 0.3))
-    often, once = (Costmap(CostmapParams(), grid) for _ in range(2))
+    often, once = (Costmap(costmap_params.CostmapParams(), grid) for _ in range(2))
     for step in range(8):
         pose = grid.origin.compose(Pose2D(1.0 + step, 4.0, 0.7 * step))
         scan = Scan(0, 0.0, FEW_STEP_RAD, 0.15, 6.0, random.uniform(0.3, 4.0, FEW_RAYS))

@@ -7,15 +7,7 @@ import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
 from diff_encoder_sim.navigation import goal_stopping
-from diff_encoder_sim.navigation.goal_stopping import (
-    SET_OUT,
-    Motion,
-    PreciseStop,
-    Rotation,
-    StopSpread,
-    TurnToPath,
-    stop_spread,
-)
+from diff_encoder_sim.navigation.goal_stopping import Motion, PreciseStop, StopSpread, TurnToPath, stop_spread
 from diff_encoder_sim.navigation.navigator_inputs import STOP, Command
 from diff_encoder_sim.navigation.navigator_params import CLEAR_COSTMAP, ROTATE, NavigatorParams, recoveries_of
 from navigation_simulation import PERIOD_S, Robot, dwa_params, local_costmap, straight_plan, winding_plan
@@ -119,7 +111,10 @@ def stop_at(goal, robot, period_s=0.05, limit_s=20.0, is_clear=always, **changes
     ('start', 'is_clear'),
     [
         # After turns in place an estimate is some millimetres off: that is no reason to drive.
-        (Pose2D(-0.9 * SET_OUT * TOLERANCE_M, 0.02, 0.9 * SET_OUT * YAW_TOLERANCE_RAD), True),
+        (
+            Pose2D(-0.9 * goal_stopping.SET_OUT * TOLERANCE_M, 0.02, 0.9 * goal_stopping.SET_OUT * YAW_TOLERANCE_RAD),
+            True,
+        ),
         (Pose2D(0.03, -0.02, 0.0), True),  # it never drives backwards
         (Pose2D(-0.035, 0.0, 0.8 * YAW_TOLERANCE_RAD), False),  # and leaves a turn that is not needed
     ],
@@ -231,7 +226,7 @@ def test_a_robot_that_came_past_its_goal_turns_to_it():
 
 def test_rotation_goes_once_around():
     yaw, speeds, text = 0.3, [], ''
-    rotation = Rotation(dwa_params(), 0, Pose2D(0.0, 0.0, yaw))
+    rotation = goal_stopping.Rotation(dwa_params(), 0, Pose2D(0.0, 0.0, yaw))
     while text != 'turned once around':
         speed, text = rotation.step(50_000_000 * len(speeds), Pose2D(0.0, 0.0, wrap_angle(yaw)), local_costmap())
         speeds.append(speed or 0.0)
@@ -245,7 +240,7 @@ def test_rotation_goes_once_around():
     ('obstacle_m', 'after_s', 'turns'), [(0.35, 0.0, False), (0.5, 0.0, True), (0.5, 30.0, True), (0.5, 32.0, False)]
 )
 def test_rotation_ends_if_it_would_collide_or_the_robot_does_not_turn(obstacle_m, after_s, turns):
-    rotation = Rotation(dwa_params(), 0, IDENTITY)
+    rotation = goal_stopping.Rotation(dwa_params(), 0, IDENTITY)
     speed, _ = rotation.step(int(after_s * 1e9), IDENTITY, local_costmap([(obstacle_m, 0.0)]))
     assert (speed is not None) is turns
 

@@ -44,12 +44,8 @@ def names_of(made, folder):
 
 def test_files_of_a_campaign_have_the_same_bytes_each_time(tmp_path):
     drawn, again = (figures.write_figures(driven(), tmp_path / name / 'figures') for name in 'ab')
-    assert [each.name for each in drawn] == [
-        'fig4_xy_errors_world',
-        'fig5_distributions_world',
-        'trajectories_SL',
-        'spread_vs_ppr',
-    ]
+    expected = ['fig4_xy_errors_world', 'fig5_distributions_world', 'trajectories_SL', 'spread_vs_ppr']
+    assert [each.name for each in drawn] == expected
     for figure, other in zip(drawn, again):
         assert figure.caption.endswith('.') and figure.png.parent == figure.svg.parent == tmp_path / 'a' / 'figures'
         assert figure.svg.read_bytes() == other.svg.read_bytes() and figure.png.read_bytes() == other.png.read_bytes()
@@ -147,9 +143,8 @@ def farthest_m(points, line):
 
 
 def test_a_trial_has_a_name_and_an_error_of_each_series_that_it_has_poses_for():
-    first = trial(
-        'SL', '40', 3, 'timed_out', world=(0.01, 0.0, 1.0), odom=(0.02, 0.1, 3.0), seed=2**60 + 1, bag='/b.bag'
-    )
+    poses = {'world': (0.01, 0.0, 1.0), 'odom': (0.02, 0.1, 3.0)}
+    first = trial('SL', '40', 3, 'timed_out', **poses, seed=2**60 + 1, bag='/b.bag')
     made = results_of([first, trial('SMT', '90', 1, world=IN)])
     rows = frames.error_rows(made.trials)
     assert rows['trial'].tolist() == [0, 0, 0, 1] and rows['setup'].tolist() == ['SL'] * 3 + ['SMT']
@@ -191,9 +186,8 @@ def test_paths_have_few_points_on_a_floor_with_start_and_goal():
     assert left < -10.0 and right > 20.0 and bottom < -2.0 and top > 2.0
     marks = frames.mark_rows(made, ['SL', 'own'])
     assert list(zip(marks['mark'], marks['x'])) == [('start', -10.0), ('goal', 10.0)]
-    for row, name, factor in zip(
-        frames.path_rows(made.trials.head(1), floors).itertuples(), ('true path', '/odom'), (1.0, 2.0)
-    ):
+    paths = frames.path_rows(made.trials.head(1), floors).itertuples()
+    for row, name, factor in zip(paths, ('true path', '/odom'), (1.0, 2.0)):
         path_m = np.column_stack((row.x, row.y))
         assert row.path == name and path_m[-1] == pytest.approx(factor * WAVE[-1], abs=0.001)
         assert farthest_m(factor * WAVE, path_m) < frames.STRAIGHT_WITHIN * (right - left)

@@ -16,6 +16,7 @@ from trial_tables import cell, results_of, trial
 FALLING = {'40': 0.4, '90': 0.2, '1024': 0.02, '4096': 0.005}
 FLAT = dict.fromkeys(PPRS, 0.1)
 RISING = {'40': 0.005, '90': 0.02, '1024': 0.2, '4096': 0.4}
+TURNED = dict.fromkeys(('odom', 'world', 'global'), (0.0, 0.0, 5.0))
 
 
 def campaign(spread_of_odom=None, count=30, pprs=PPRS, tests=('SL', 'SMT', 'DLD'), **odd):
@@ -45,9 +46,6 @@ def changed(count, **values):
     for one in made[:count]:
         one.update(values)
     return made
-
-
-TURNED = dict.fromkeys(('odom', 'world', 'global'), (0.0, 0.0, 5.0))
 
 
 @pytest.mark.parametrize(

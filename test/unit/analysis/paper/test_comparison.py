@@ -13,6 +13,8 @@ from diff_encoder_sim.analysis.results_table import RobotGeometry, campaign_name
 from diff_encoder_sim.analysis.statistics import Interval, holm
 from trial_tables import IN, cell, navigated, paper_results, results_of
 
+MADE = paper_results(cell('SL', '40', 'odom', [IN] * 2), cell('SMT', '40', 'odom', [IN] * 3))
+
 
 def test_every_cell_is_there_once_as_printed_and_those_of_errata_are_marked():
     cells = load_paper_cells()
@@ -28,9 +30,6 @@ def test_every_cell_is_there_once_as_printed_and_those_of_errata_are_marked():
     repeated, original = (of_smt[of_smt['ppr'] == ppr] for ppr in ('1024', '90'))
     assert repeated['paper'].tolist() == original['paper'].tolist()
     assert set(repeated['left_out']) == {'smt_column_twice'}
-
-
-MADE = paper_results(cell('SL', '40', 'odom', [IN] * 2), cell('SMT', '40', 'odom', [IN] * 3))
 
 
 def left_of(results):

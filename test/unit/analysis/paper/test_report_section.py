@@ -64,12 +64,10 @@ def test_table_3_agrees_with_the_print_except_its_error():
     assert rows.loc['128', ['linear_paper', 'angle_paper']].isna().all()
 
 
-ROWS = [(0.0, 0.2 * (-1) ** number, 1.0) for number in range(30)]
-
-
 def tables_of(*names):
     """Table 4 of cells (campaign, test, PPR), by quantity."""
-    made = results_of(*(cell(test, ppr, 'odom', ROWS, campaign=name) for name, test, ppr in names), varied=['campaign'])
+    rows = [(0.0, 0.2 * (-1) ** number, 1.0) for number in range(30)]
+    made = results_of(*(cell(test, ppr, 'odom', rows, campaign=name) for name, test, ppr in names), varied=['campaign'])
     return cell_tables(compare_with_paper(made.trials))[0].exact.set_index('quantity')
 
 
