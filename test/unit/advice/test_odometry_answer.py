@@ -8,19 +8,14 @@ import pytest
 from diff_encoder_sim.advice import odometry_answer as module
 from diff_encoder_sim.advice.answers import MOST_BY_ONE_CAUSE, Kind, Requirement
 from diff_encoder_sim.advice.drive_draws import RADIUS, SLIP, DriveDraws
-from diff_encoder_sim.advice.odometry_answer import (
-    EDGES,
-    MISSED,
-    QUANTISATION,
-    OdometryCurves,
-    closed_form_counts,
-    monotone_fractions,
-    odometry_answer,
-    odometry_budgets,
-)
+from diff_encoder_sim.advice.odometry_answer import EDGES, MISSED, QUANTISATION, OdometryCurves, odometry_answer
 from drawn_drives import LINE_M, encoder_of, line, robot_of, rolled
 from encoder_drives import RADIUS_M, SEPARATION_M, m_per_pulse
 from trial_tables import ALTO
+
+NORMAL_80 = 1.2816  # 80 % of all errors are within +- this many standard deviations
+LENGTH_M, PPR, ACROSS = 10.0, 360, 1
+NOISE_M3 = 2.0 / 3.0 * LINE_M**3 / SEPARATION_M**2  # times a variance per metre: that of a random walk of both wheels
 
 
 def curves_of(drive, **errors):
@@ -42,7 +37,7 @@ def of_20_m():
 
 def test_20_m_take_as_many_counts_as_the_closed_form_says(of_20_m):
     counts, interval = of_20_m.smallest(Requirement())
-    assert closed_form_counts(line(20.0).requested, ALTO, Requirement()) == pytest.approx(347.3, rel=1e-3)
+    assert module.closed_form_counts(line(20.0).requested, ALTO, Requirement()) == pytest.approx(347.3, rel=1e-3)
     assert interval.low <= counts <= interval.high < 1.3 * interval.low
     assert counts == pytest.approx(347.3, rel=0.06)
 
@@ -71,31 +66,25 @@ def test_edges_that_repeat_have_counts_that_fit():
     assert curves.whole([8.0, 9.0, 11.0, 65536.0]) == [8.0, 12.0, 65536.0]
 
 
-NORMAL_80 = 1.2816  # of all errors within +- this many standard deviations
-
-
 def test_a_line_across_is_within_as_often_as_two_phases_are():
     """P(|y| <= tol) = 1 - (1 - c)^2 with c = tol L / (S d)."""
-    counts = closed_form_counts(line().requested, ALTO, Requirement(share=0.95))
+    counts = module.closed_form_counts(line().requested, ALTO, Requirement(share=0.95))
     c = 0.05 * 0.4 / (20.0 * 0.2 * math.pi / counts)
     assert 1.0 - (1.0 - c) ** 2 == pytest.approx(0.95, rel=1e-4)  # the rounding under way adds little
 
 
 def test_turns_end_by_their_heading():
     """(d / L) sqrt(1/3), as normal."""
-    counts = closed_form_counts(rolled(('turns', 5.0)).requested, ALTO, Requirement(yaw_rad=0.01))
+    counts = module.closed_form_counts(rolled(('turns', 5.0)).requested, ALTO, Requirement(yaw_rad=0.01))
     assert counts == pytest.approx(NORMAL_80 * 0.2 * math.pi / 0.4 / math.sqrt(3.0) / 0.01, rel=1e-3)
     assert module.local_counts(ALTO, Requirement(yaw_rad=0.01)) == pytest.approx(counts)
 
 
 def test_fractions_that_fall_are_pooled():
     ranks = [(5, 10), (3, 10), (27, 30), (8, 10), (10, 10)]
-    assert monotone_fractions(ranks) == [0.4, 0.4, 0.875, 0.875, 1.0]
-    assert monotone_fractions(ranks[::-1]) == [pytest.approx(53 / 70)] * 5
-    assert monotone_fractions([]) == []
-
-
-LENGTH_M = 10.0
+    assert module.monotone_fractions(ranks) == [0.4, 0.4, 0.875, 0.875, 1.0]
+    assert module.monotone_fractions(ranks[::-1]) == [pytest.approx(53 / 70)] * 5
+    assert module.monotone_fractions([]) == []
 
 
 def answer_of(encoder=None, required=Requirement(), **errors):
@@ -116,7 +105,7 @@ def test_the_encoder_is_not_the_limit():
 
 def test_at_the_edge_it_is_undecided():
     """Where 80 % of the robots have radii that are near enough, an encoder of endless resolution is 80 % right."""
-    spread = Requirement().position_m * 2.0 * SEPARATION_M / (math.sqrt(2.0) * LENGTH_M**2 * 1.2816)
+    spread = Requirement().position_m * 2.0 * SEPARATION_M / (math.sqrt(2.0) * LENGTH_M**2 * NORMAL_80)
     answer = answer_of(radius_spread=spread, required=Requirement()._replace(yaw_rad=1.0))
     assert answer.kind is Kind.UNDECIDED and 'success rate near 0.8' in answer.note
 
@@ -125,7 +114,7 @@ def test_at_the_edge_it_is_undecided():
 def test_with_much_slip_the_encoders_own_errors_may_still_be_what_is_too_much():
     """Slip takes 42 of 50 mm, with an ideal encoder for certain; an error of its own below half makes it too much."""
     shift = {'left_slip': 42e-3 * 2.0 * SEPARATION_M / LENGTH_M**2}
-    own = {'eccentricity': 0.4 * 0.05 * SEPARATION_M / (1.2816 * LENGTH_M * RADIUS_M)}
+    own = {'eccentricity': 0.4 * 0.05 * SEPARATION_M / (NORMAL_80 * LENGTH_M * RADIUS_M)}
     answer = answer_of(own, Requirement()._replace(yaw_rad=1.0), **shift)
     assert answer.kind is Kind.NOT_THE_LIMIT and answer.of_encoder
     assert [limit.cause for limit in answer.limits] == [SLIP, EDGES]
@@ -133,19 +122,13 @@ def test_with_much_slip_the_encoders_own_errors_may_still_be_what_is_too_much():
     assert answer.counts is not None
 
 
-PPR, ACROSS = 360, 1
-
-
 def budget_of(encoder=None, **errors):
     draws = DriveDraws(line(LINE_M, speed=2.0, acceleration=2.0), robot_of(**errors), 1)
-    return odometry_budgets(draws, [encoder_of(PPR, encoder)])[0]
+    return module.odometry_budgets(draws, [encoder_of(PPR, encoder)])[0]
 
 
 def across_variance_m2(pulses2):
     return (LINE_M * m_per_pulse(PPR) / SEPARATION_M) ** 2 * pulses2
-
-
-NOISE_M3 = 2.0 / 3.0 * LINE_M**3 / SEPARATION_M**2  # times a variance per metre: that of a random walk of both wheels
 
 
 @pytest.mark.parametrize(

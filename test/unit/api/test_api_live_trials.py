@@ -16,6 +16,8 @@ from places import ROOT
 
 ALTO = ROOT / 'urdf' / 'alto.urdf.xacro'
 PPR_ALLOWED = '0.001 to 1e9 [per revolution]'
+FILES = {'list': '- ppr\n- 90\n', 'negative': 'wheel_diameter: -0.2\n', 'lines': 'encoder: {lines: 500}\n'}
+FILES['no_route'] = 'name: t\nworld: hallway\ndrive: [{straight: 1.0}]\n'
 
 
 def plan(*arguments):
@@ -52,14 +54,6 @@ def test_a_start_outside_free_space_is_refused_for_navigation(tmp_path, world, s
     with pytest.raises(ConfigError, match=f'test t: start: given {where} the map .*{world}.yaml'):
         plan('--test', path)
     assert plan('--test', path, '--nav', 'scripted').trial.nav == 'scripted'
-
-
-FILES = {
-    'list': '- ppr\n- 90\n',
-    'negative': 'wheel_diameter: -0.2\n',
-    'lines': 'encoder: {lines: 500}\n',
-    'no_route': 'name: t\nworld: hallway\ndrive: [{straight: 1.0}]\n',
-}
 
 
 @pytest.mark.parametrize(

@@ -19,6 +19,7 @@ from places import CONFIG, ROOT
 GEARMOTOR = EncoderModel(lines=12, side='motor', gear_ratio=34.014)
 TEST = TestDefinition.from_mapping({'name': 'T', 'world': 'w', 'drive': [{'straight': 1.0}]}, '')
 TRIAL = Trial(test=TEST, wheel_diameter=0.15, wheel_separation=0.3, left_joint='l', right_joint='r')
+BAG, CSV, TICKS = {'bag': Path('a.bag')}, {'csv': Path('a.csv')}, {'bag': Path('a.bag'), 'ticks': ('/l', '/r')}
 
 
 def encoders(own=None, **options):
@@ -120,9 +121,6 @@ def test_recorded_counts_wrap_as_in_the_file_the_bag_or_the_robot_and_computed_o
     assert (by_file.counts_modulus, by_robot.counts_modulus, by_robot.encoder.counter_modulus) == (256, 4096, 65536)
     assert robot(TRIAL, robot='kobuki').counts_modulus == 65536
     assert by_file.counter_text() == f'counts wrap at 256: {path}'
-
-
-BAG, CSV, TICKS = {'bag': Path('a.bag')}, {'csv': Path('a.csv')}, {'bag': Path('a.bag'), 'ticks': ('/l', '/r')}
 
 
 @pytest.mark.parametrize(

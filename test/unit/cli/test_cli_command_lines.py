@@ -23,9 +23,7 @@ TOOLS = {
     'map_saver': 'ros.maps:map_saver',
     'place_robot': 'ros.external_programs:place_robot',
 }
-
 COMMANDS = sorted(name for name, module in TOOLS.items() if module.startswith('cli.'))
-
 START = r"^run_command\('(\w+)', '([\w.:]+)'(?:, LaunchStatus\(\))?\)$"
 
 # Each takes a part of a second to import.
@@ -33,10 +31,9 @@ SLOW = (
     *('numpy', 'pydantic', 'yaml', 'numba', 'scipy', 'dask', 'distributed', 'pybullet', 'altair', 'vl_convert'),
     *('rosbags', 'PIL', 'rospy'),
 )
-
 REPORT = f'import atexit, sys; atexit.register(lambda: print([name for name in {SLOW} if name in sys.modules]))'
-
 RUN = f'{REPORT}; import runpy; sys.argv = sys.argv[1:]; runpy.run_path(sys.argv[0], run_name="__main__")'
+CONSOLE = "import sys; from diff_encoder_sim.cli.console import main; sys.argv[0] = '/bin/diff-encoder-sim'; {}"
 
 
 @pytest.fixture(name='printed')
@@ -103,9 +100,6 @@ def test_help_and_wrong_options_wait_for_no_library(name, option, expected):
     assert status == expected and bool(error) == (expected == 2)
 
 
-CONSOLE = "import sys; from diff_encoder_sim.cli.console import main; sys.argv[0] = '/bin/diff-encoder-sim'; {}"
-
-
 @pytest.fixture(name='ending')
 def fixture_ending(monkeypatch, capsys):
     """Runs the command in this process: status, stdout and stderr."""
@@ -135,9 +129,8 @@ def test_version_and_help(ending):
     assert ending('--version') == (0, f'diff-encoder-sim (diff_encoder_sim) {package_version()}\n', '')
     status, text, _ = ending('--help')
     assert status == 0
-    assert re.findall(r'^  ([a-z][a-z-]+)  +\w', text, re.MULTILINE) == [
-        name.replace('_', '-') for name in console.COMMANDS
-    ]
+    commands = [name.replace('_', '-') for name in console.COMMANDS]
+    assert re.findall(r'^  ([a-z][a-z-]+)  +\w', text, re.MULTILINE) == commands
 
 
 @pytest.mark.parametrize('name', ['map-bag', 'map_bag'])

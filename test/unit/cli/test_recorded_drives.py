@@ -14,6 +14,12 @@ from reencoding_drives import JOINTS, ROS1, START_NS, angles_rad, contents, coun
 from reencoding_sources import instants, odometry, ticks, two_topics
 from trial_bags import trial
 
+LEFT_RIGHT = ['--ticks', '/lwheel', '/rwheel']
+PPR = 1024
+ANGLES_RAD = angles_rad(2001)
+SAMPLES = samples_of(ANGLES_RAD, PPR)
+TURNED = (ANGLES_RAD[-1] - ANGLES_RAD[0]) / (2.0 * np.pi)  # left, right
+
 
 @pytest.fixture
 def bag(tmp_path):
@@ -30,9 +36,6 @@ def two_robots():
 
 def other_joints():
     return drive(names=('arm', 'hand')) + odometry().rows
-
-
-LEFT_RIGHT = ['--ticks', '/lwheel', '/rwheel']
 
 
 @pytest.mark.parametrize(
@@ -133,12 +136,6 @@ def test_another_seed_begins_with_other_angles(tmp_path, source):
         run(path, *source, *seed, '--ppr', '1000', '--out', tmp_path / name)
         first[name] = counts_of(tmp_path / name / 'a_1000ppr.bag')[0]
     assert first['default'] == first['1'] != first['2']
-
-
-PPR = 1024
-ANGLES_RAD = angles_rad(2001)
-SAMPLES = samples_of(ANGLES_RAD, PPR)
-TURNED = (ANGLES_RAD[-1] - ANGLES_RAD[0]) / (2.0 * np.pi)  # left, right
 
 
 def counted(path, counts=None, modulus=0, **changes):

@@ -16,7 +16,9 @@ from diff_encoder_sim.localization.occupancy_grid import UNKNOWN
 from places import CONFIG
 
 STEPS, ROOM = 26, pillar_room()
-ROOM_SCAN = simulated_scan(ROOM, START)
+ROOM_SCAN, NAN_POSE = simulated_scan(ROOM, START), Pose2D(math.nan, 0.0, 0.0)
+PAPER = {**load_yaml(CONFIG / 'amcl.yaml'), 'lost_fraction': 0.0}  # its table 2
+APART = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [2.0, 2.0, 0.0]])
 
 
 @pytest.fixture(scope='session')
@@ -28,10 +30,6 @@ def drive():
         true_pose = moved(true_pose, 0.3, 0.42)
         odom_pose = moved(odom_pose, 0.297, 0.415)
     return steps
-
-
-# The paper's table 2.
-PAPER = {**load_yaml(CONFIG / 'amcl.yaml'), 'lost_fraction': 0.0}
 
 
 def at(pose):
@@ -153,9 +151,6 @@ def test_upstreams_flags_force_a_second_update(drive, flag, restart):
         assert filter_.update_count == updates
 
 
-NAN_POSE = Pose2D(math.nan, 0.0, 0.0)
-
-
 @pytest.mark.parametrize(
     ('changes', 'message'),
     [
@@ -189,11 +184,6 @@ def test_a_bad_map_is_refused_and_the_old_one_stays(changes):
     assert filter_.particles is before and filter_.grid.cells.shape == (100, 120)
 
 
-# ---- weights, recovery, and particles that have settled
-
-APART = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [2.0, 2.0, 0.0]])
-
-
 def four(particles=APART, **changes):
     filter_ = amcl(min_particles=4, max_particles=4, **changes)
     filter_._restart(particles)
@@ -220,9 +210,6 @@ def test_averages_of_the_likelihood_call_for_recovery():
     filter_._restart(APART)
     filter_._weigh(Likelihoods(np.full(4, 0.5), 0.0))
     assert (filter_.slow_average, filter_.fast_average) == (0.5, 0.5)
-
-
-# ---- a lost robot
 
 
 def watched(**changes):

@@ -20,9 +20,8 @@ FIXED = dict(min_particles=10_000, max_particles=10_000, recovery_alpha_slow=0.0
 ALPHAS = {f'odom_alpha{number}': 0.03 for number in (1, 2, 3, 4)}
 START = dict(initial_pose_x=1.0, initial_pose_y=-0.7, initial_pose_a=1.9)
 SPREAD = dict(initial_cov_xx=0.03, initial_cov_yy=0.03, initial_cov_aa=0.015)
-PARAMS = AmclParams(
-    **FIXED, **ALPHAS, **START, **SPREAD, laser_max_beams=91, update_min_d=0.1, odom_model_type='diff-corrected'
-)
+UPDATE = dict(laser_max_beams=91, update_min_d=0.1, odom_model_type='diff-corrected')
+PARAMS = AmclParams(**FIXED, **ALPHAS, **START, **SPREAD, **UPDATE)
 TRUE_START = Pose2D(0.9, -0.6, 1.8)
 STEPS = 8
 

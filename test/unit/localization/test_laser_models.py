@@ -91,9 +91,8 @@ def test_distances_are_exact(shape, fraction):
         occupied = np.random.default_rng(seed).random(shape) < fraction
         for limit_m in (0.3, 100.0):
             field = distance_field(occupied, 0.05, limit_m)
-            assert field.distances_m[field.indices] == pytest.approx(
-                brute_force_distances(occupied, 0.05, limit_m), rel=1e-12
-            )
+            expected_m = brute_force_distances(occupied, 0.05, limit_m)
+            assert field.distances_m[field.indices] == pytest.approx(expected_m, rel=1e-12)
             assert field.distances_m[-1] == limit_m
 
 

@@ -12,7 +12,6 @@ from diff_encoder_sim.localization.map_files import MapSaverParams, load_map, sa
 from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
 YAML = 'image: m.pgm\nresolution: 0.05\norigin: [-1.0, -2.0, 0.0]\n'
-
 GREYS = [[0, 205, 254]]  # occupied, unknown, free
 
 

@@ -12,16 +12,19 @@ from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.occupancy_grid import FreeCells, OccupancyGrid
 from diff_encoder_sim.localization.particles import decompose, kld_limits, particle_statistics, resample
 
+DRAWS = 200_000
+ALPHAS = dict(odom_alpha1=0.1, odom_alpha2=0.02, odom_alpha3=0.05, odom_alpha4=0.03)
+# Variances of (turn, drive, turn) for turn 0.4, drive 0.5, turn -0.3, by table 5.6.
+VARIANCES = (0.1 * 0.16 + 0.02 * 0.25, 0.05 * 0.25 + 0.03 * (0.16 + 0.09), 0.1 * 0.09 + 0.02 * 0.25)
+# A map of four free cells of 5 m.
+FREE_CELLS = FreeCells(OccupancyGrid(np.zeros((2, 2), np.int8), 5.0, Pose2D(-2.25, -2.25, 0.0)))
+
 
 def test_particles_around_a_pose_have_its_mean_and_covariance():
     covariance = np.array([[0.09, 0.05, 0.0], [0.05, 0.04, 0.0], [0.0, 0.0, 0.01]])
     particles = room.particles_around(Pose2D(1.0, -2.0, 0.3), covariance, 100_000, np.random.default_rng(0))
     assert particles.mean(axis=0) == pytest.approx([1.0, -2.0, 0.3], abs=0.005)
     assert np.cov(particles.T) == pytest.approx(covariance, abs=0.001)
-
-
-DRAWS = 200_000
-ALPHAS = dict(odom_alpha1=0.1, odom_alpha2=0.02, odom_alpha3=0.05, odom_alpha4=0.03)
 
 
 def draws(previous, current, start=(0.0, 0.0, 0.0), **changes):
@@ -33,10 +36,6 @@ def expect(samples, mean, variance):
     """Sample moments lie within five standard errors of a nearly Gaussian quantity's."""
     assert samples.mean() == pytest.approx(mean, abs=5 * math.sqrt(variance / DRAWS) + 1e-12)
     assert samples.var() == pytest.approx(variance, rel=5 * math.sqrt(2.5 / DRAWS), abs=1e-12)
-
-
-# Variances of (turn, drive, turn) for turn 0.4, drive 0.5, turn -0.3, by table 5.6.
-VARIANCES = (0.1 * 0.16 + 0.02 * 0.25, 0.05 * 0.25 + 0.03 * (0.16 + 0.09), 0.1 * 0.09 + 0.02 * 0.25)
 
 
 @pytest.mark.parametrize(
@@ -135,10 +134,6 @@ def test_clusters_are_those_of_a_plain_flood_fill():
             bins -= near
             pending += near
     assert particle_statistics(particles, weights / weights.sum()).cluster_count == clusters
-
-
-# A map of four free cells of 5 m.
-FREE_CELLS = FreeCells(OccupancyGrid(np.zeros((2, 2), np.int8), 5.0, Pose2D(-2.25, -2.25, 0.0)))
 
 
 def fixed_count(count):

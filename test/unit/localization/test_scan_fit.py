@@ -13,7 +13,6 @@ from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN
 from diff_encoder_sim.localization.scan_fit import FitMap, LostDetector, ScanFit
 
 ROOM, DISTANCE_M = pillar_room(), 0.2
-
 # Free from x = -2.5 m to a wall of one cell at 2 m, and unknown beyond it.
 CELLS = np.full((100, 100), FREE, np.int8)
 CELLS[:, 90], CELLS[:, 91:] = OCCUPIED, UNKNOWN

@@ -33,9 +33,8 @@ def test_a_known_offset_is_recovered():
 def test_a_straight_wall_pulls_across_it_and_not_along_it():
     """Hits of earlier rays must not hold later ones fast; the information in closed form."""
     maps, bearings = maps_of(1), np.linspace(-0.9, 0.9, 60)
-    scan = room_scan(IDENTITY, ray_count=60)._replace(
-        angle_min_rad=-0.9, angle_increment_rad=1.8 / 59, ranges_m=1.0 / np.cos(bearings)
-    )
+    rays = dict(angle_min_rad=-0.9, angle_increment_rad=1.8 / 59, ranges_m=1.0 / np.cos(bearings))
+    scan = room_scan(IDENTITY, ray_count=60)._replace(**rays)
     maps.update(np.zeros((1, 3)), usable_rays(scan, IDENTITY, params()))  # 1 m ahead of the origin
     ends = np.column_stack([np.full(20, 1.0), np.linspace(-0.3, 0.3, 20)]) / CELL_M
 

@@ -174,9 +174,8 @@ def enter(cells, ranges_m, x_m, y_m, clears, marks):
 @pytest.mark.parametrize('place', [(1.5, 1.5), (2.9, 0.4), (-0.5, 1.0)])
 def test_a_scan_is_entered_as_its_rays_one_by_one(place):
     random = np.random.default_rng(8)
-    ranges_m = random.choice([math.inf, math.nan, 0.1, 0.2, 1.0, 1.0, 1.9, 2.5], FEW_RAYS) + random.normal(
-        0, 0.03, FEW_RAYS
-    )
+    ranges_m = random.choice([math.inf, math.nan, 0.1, 0.2, 1.0, 1.0, 1.9, 2.5], FEW_RAYS)
+    ranges_m += random.normal(0, 0.03, FEW_RAYS)
     together = random.choice([0, LETHAL], (60, 60)).astype(np.uint8)
     one_by_one = together.copy()
     enter(together, ranges_m, *place, True, True)

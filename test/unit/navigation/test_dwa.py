@@ -14,6 +14,7 @@ from diff_encoder_sim.navigation.navigator_inputs import STOP, Command, Odometry
 from navigation_simulation import PERIOD_S, dwa_params, local_costmap, seen_costmap, straight_plan, winding_plan
 
 ALL = 4 * (True,)  # directions
+ONLY = {'occdist_scale': 0.0, 'path_distance_bias': 0.0, 'goal_distance_bias': 0.0}
 
 
 def planner_of(**changes):
@@ -112,9 +113,6 @@ def test_the_wave_equals_repeated_relaxation():
     beside = np.any([np.roll(reached, shift, axis) for shift in (-1, 1) for axis in (0, 1)], axis=0)
     expected[~is_free & beside & ~reached] = costs.size
     assert (distance == expected[1:-1, 1:-1]).all()
-
-
-ONLY = {'occdist_scale': 0.0, 'path_distance_bias': 0.0, 'goal_distance_bias': 0.0}
 
 
 def test_path_and_goal_critics_count_cells_from_the_last_point():
@@ -257,9 +255,6 @@ def test_clouds_show_what_the_command_was_chosen_from():
     assert cells[(np.abs(cells[:, 1]) < 0.05) & (cells[:, 0] > 0.0), 3].min() == 0.0, 'the plan is at its own distance'
     # Table 2 of the paper, in cells of 5 cm.
     assert cells[:, 6] == pytest.approx(1.0 * cells[:, 3] + 0.75 * cells[:, 4] + 0.01 * cells[:, 5])
-
-
-# ---- the local planner
 
 
 @pytest.mark.parametrize('prune_m', [0.0, 1.0])

@@ -14,7 +14,7 @@ from diff_encoder_sim.navigation.costmap_params import CostmapParams
 from diff_encoder_sim.navigation.global_planner import GlobalPlanner, PlanError, PlanProblem
 from diff_encoder_sim.navigation.navigator_params import NavfnParams
 
-RESOLUTION_M = 0.05
+RESOLUTION_M, START = 0.05, Pose2D(1.0, 2.5, 0.0)
 
 
 def planner(cells, origin=Pose2D(0.0, 0.0, 0.0), costmap_params=None, **params):
@@ -98,9 +98,6 @@ def walled():
     cells = np.zeros((100, 120), np.int8)
     cells[:, 60] = 100
     return cells
-
-
-START = Pose2D(1.0, 2.5, 0.0)
 
 
 @pytest.mark.parametrize(

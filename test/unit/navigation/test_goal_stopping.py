@@ -13,6 +13,11 @@ from diff_encoder_sim.navigation.navigator_params import CLEAR_COSTMAP, ROTATE, 
 from navigation_simulation import PERIOD_S, Robot, dwa_params, local_costmap, straight_plan, winding_plan
 
 GOAL = Pose2D(0.0, 0.0, 1.0)
+TOLERANCE_M, YAW_TOLERANCE_RAD = 0.05, 0.052
+CLOSE_BY_M = pytest.approx(4.0 * math.hypot(0.26, 0.31))  # of ALTO's corners, with footprint_padding
+FAR, NEAR = ('conservative_reset', CLEAR_COSTMAP, 2.0), ('aggressive_reset', CLEAR_COSTMAP, CLOSE_BY_M)
+TURN, LOOK, OWN = ('rotate_recovery', ROTATE, 3.0), ('look_around', ROTATE, 3.0), ('mine', CLEAR_COSTMAP, 3.0)
+LISTED = [{'name': name, 'type': kind} for name, kind, _ in (LOOK, NEAR, OWN)]
 
 
 def controller(**changes):
@@ -85,9 +90,6 @@ def test_turning_speed_keeps_all_limits(yaw, angular, expected):
     assert stop.command(at(0.0, yaw, 0.0, angular), GOAL, always)[1] == pytest.approx(expected)
 
 
-TOLERANCE_M, YAW_TOLERANCE_RAD = 0.05, 0.052
-
-
 def robot_at(pose, speed_mps=0.0, latency_ticks=2, ppr=None, seed=0):
     return Robot(None, pose, ppr, seed, speed_mps, latency_ticks)
 
@@ -139,11 +141,8 @@ def test_all_starts_end_close_in_time_and_for_good(pulses):
         start = Pose2D(-distance_m * math.cos(bearing), -distance_m * math.sin(bearing), random.uniform(-0.2, 0.2))
         robot = robot_at(start, random.uniform(0.0, 0.05), random.integers(0, 6), pulses, seed)
         goal, period_s = Pose2D(0.0, 0.0, random.uniform(-3.0, 3.0)), random.choice([0.05, 0.1, 0.2])
-        limits = {
-            'acc_lim_x': random.uniform(0.3, 2.5),
-            'acc_lim_theta': random.uniform(1.0, 6.0),
-            'min_vel_theta': random.choice([0.0, 0.1, 0.2]),
-        }
+        limits = {'acc_lim_x': random.uniform(0.3, 2.5), 'acc_lim_theta': random.uniform(1.0, 6.0)}
+        limits['min_vel_theta'] = random.choice([0.0, 0.1, 0.2])
         commands, pose = stop_at(goal, robot, period_s, 16.0, **limits)
         assert math.hypot(*pose[:2]) <= TOLERANCE_M / 2
         assert abs(wrap_angle(goal.yaw_rad - pose.yaw_rad)) <= YAW_TOLERANCE_RAD + pulse_rad
@@ -245,26 +244,13 @@ def test_rotation_ends_if_it_would_collide_or_the_robot_does_not_turn(obstacle_m
     assert (speed is not None) is turns
 
 
-CLOSE_BY_M = pytest.approx(4.0 * math.hypot(0.26, 0.31))  # of ALTO's corners, with footprint_padding
-FAR, NEAR = ('conservative_reset', CLEAR_COSTMAP, 2.0), ('aggressive_reset', CLEAR_COSTMAP, CLOSE_BY_M)
-TURN = ('rotate_recovery', ROTATE, 3.0)
-LISTED = [
-    {'name': 'look_around', 'type': ROTATE},
-    {'name': 'aggressive_reset', 'type': CLEAR_COSTMAP},
-    {'name': 'mine', 'type': CLEAR_COSTMAP},
-]
-
-
 @pytest.mark.parametrize(
     ('given', 'expected'),
     [
         ({}, [FAR, TURN, NEAR, TURN]),
         ({'clearing_rotation_allowed': False}, [FAR, NEAR]),
         ({'recovery_behavior_enabled': False}, []),
-        (
-            {'recovery_behaviors': LISTED, 'clearing_rotation_allowed': False},
-            [('look_around', ROTATE, 3.0), NEAR, ('mine', CLEAR_COSTMAP, 3.0)],
-        ),
+        ({'recovery_behaviors': LISTED, 'clearing_rotation_allowed': False}, [LOOK, NEAR, OWN]),
     ],
 )
 def test_order_of_recoveries_is_move_bases_or_that_of_the_list(given, expected):

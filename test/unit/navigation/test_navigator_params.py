@@ -82,6 +82,8 @@ OWN_NAVFN = {'use_dijkstra', 'neutral_cost', 'cost_factor'}
 OWN_DWA = {'twist_sigmas', 'latch_margin', 'stop', 'turn_to_path_angle'}
 # Upstream reads them in the layers' namespaces alone; its defaults are the same.
 IN_LAYERS = {'combination_method', 'footprint_clearing_enabled', 'trinary_costmap', 'unknown_cost_value'}
+# As dynamic_reconfigure leaves them on the parameter server.
+DISABLED = {'inflation_layer': {'enabled': False, 'inflation_radius': 0.7}, 'obstacle_layer': {'enabled': False}}
 
 
 def test_upstream_knows_every_parameter_of_our_navigation_yaml_and_its_type():
@@ -99,22 +101,17 @@ def test_upstream_knows_every_parameter_of_our_navigation_yaml_and_its_type():
 
 def test_what_our_file_leaves_out_is_the_same_in_both_stacks():
     """A default that differs must stand in the file."""
-    ours = upstream.read_config('navigation.yaml')
-    params = NavigatorParams.from_mapping({}, '')
+    ours, params = upstream.read_config('navigation.yaml'), NavigatorParams.from_mapping({}, '')
     assert upstream.different(upstream.MOVE_BASE, params, ours) == set()
     assert upstream.different(upstream.NAVFN, params.NavfnROS, ours['NavfnROS']) == set()
     assert upstream.different(upstream.DWA, params.DWAPlannerROS, ours['DWAPlannerROS']) == set()
     # The size of the global one is the map's.
-    for name, costmap, other in (
-        ('global_costmap', CostmapParams(), {'width', 'height'}),
-        ('local_costmap', params.local_costmap, set()),
-    ):
+    costmaps = ('global_costmap', CostmapParams(), {'width', 'height'}), ('local_costmap', params.local_costmap, set())
+    for name, costmap, other in costmaps:
         defaults, given = {**upstream.COSTMAP, **upstream.FLAT, 'static_map': False}, ours[name]
         assert upstream.different(defaults, costmap, given) <= other
-        assert upstream.different(upstream.SCAN_SOURCE, costmap.scan, given['scan']) <= {
-            'obstacle_range',
-            'raytrace_range',
-        }
+        of_scan = upstream.different(upstream.SCAN_SOURCE, costmap.scan, given['scan'])
+        assert of_scan <= {'obstacle_range', 'raytrace_range'}
 
 
 def test_the_flat_form_is_the_layered_one_and_goes_before_it():
@@ -123,10 +120,6 @@ def test_the_flat_form_is_the_layered_one_and_goes_before_it():
     layered = upstream.upstream_navigation()['global_costmap']
     assert CostmapParams.from_mapping(flat, '') == CostmapParams.from_mapping(layered, '')
     assert CostmapParams.from_mapping({**layered, 'inflation_radius': 0.8}, '').inflation_radius == 0.8
-
-
-# As dynamic_reconfigure leaves them on the parameter server.
-DISABLED = {'inflation_layer': {'enabled': False, 'inflation_radius': 0.7}, 'obstacle_layer': {'enabled': False}}
 
 
 @pytest.mark.parametrize(
@@ -144,15 +137,13 @@ def test_the_laser_may_have_any_name():
     assert (params.observation_sources, params.scan.clearing, params.obstacle_range) == ('scan', False, 1.5)
 
 
-SQUARE = [[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]]
-
-
 def test_the_robots_outline_is_read_as_upstream_does():
     """A round robot is a polygon of 16 corners, a footprint counts before the radius, and may be text."""
     params = CostmapParams.from_mapping({'robot_radius': 0.2}, '')
     assert len(params.footprint) == 16
     assert all(math.hypot(*corner) == pytest.approx(0.2) for corner in params.footprint)
-    assert CostmapParams.from_mapping({'robot_radius': 0.2, 'footprint': SQUARE}, '').footprint == SQUARE
+    square = [[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]]
+    assert CostmapParams.from_mapping({'robot_radius': 0.2, 'footprint': square}, '').footprint == square
     text = CostmapParams.from_mapping({'footprint': '[[0.2, 0.1], [-0.2, 0.1], [0, -0.3]]'}, '')
     assert text.footprint == [[0.2, 0.1], [-0.2, 0.1], [0.0, -0.3]]
 

@@ -24,8 +24,8 @@ from diff_encoder_sim.wheels.catalogue import encoder_names
 from places import WORLDS
 from urdf_texts import usual
 
-MODULUS, LINES, MISSED = 'config.counter_modulus', 'config.encoder.lines', 'config.encoder.faults.missed'
-RATE = 'config.rate'
+MODULUS, RATE = 'config.counter_modulus', 'config.rate'
+LINES, MISSED = 'config.encoder.lines', 'config.encoder.faults.missed'
 VARY = {NOISE: [0.01, 0.03], MODULUS: [0, 65536]}
 # Trials of the package's campaigns.
 TRIALS = {'accurate': 360, 'faults': 1920, 'paper': 360, 'paper_tb3': 360, 'quick': 40, 'sweep': 300}
@@ -90,10 +90,8 @@ def test_the_papers_campaigns_differ_in_the_filter_or_where_the_paper_is_silent(
 def test_trials_come_by_test_then_varied_parameters_then_ppr_with_equal_seeds_in_each_cell(tmp_path):
     trials = small_campaign(tmp_path, vary=VARY, seed=100).trials()
     assert [trial.position for trial in trials] == list(range(2 * 4 * 2 * 2))
-    found = [
-        (trial.cell.test.name, *dict(trial.cell.varied).values(), trial.cell.encoder.ppr.left, trial.trial)
-        for trial in trials
-    ]
+    cells = [(trial.cell, trial.trial) for trial in trials]
+    found = [(cell.test.name, *dict(cell.varied).values(), cell.encoder.ppr.left, number) for cell, number in cells]
     assert found == list(product(('SL', 'SMT'), (0, 65536), (0.01, 0.03), (40, 90), (1, 2)))
     assert all(trial.seed == 100 + trial.trial == trial.definition().number for trial in trials)
 
@@ -324,10 +322,8 @@ def test_files_are_relative_to_the_campaigns_file_or_to_the_current_folder(tmp_p
         replaced = load_campaign(path, ROOT, {'files': {'amcl': given}})
         assert replaced.params.files == {**files, 'amcl': given}
         assert replaced.cells[0].robot_params.amcl.max_particles == particles
-    for replace, expected in (
-        ({'tests': ['test.yaml']}, "^test: given 'test.yaml'"),
-        ({'files': {'amcl': 'mine.yaml'}}, "^files.amcl: given 'mine.yaml'"),
-    ):
+    mistakes = {'tests': ['test.yaml']}, {'files': {'amcl': 'mine.yaml'}}
+    for replace, expected in zip(mistakes, ("^test: given 'test.yaml'", "^files.amcl: given 'mine.yaml'")):
         with pytest.raises(ConfigError, match=expected):
             load_campaign(path, ROOT, replace)
 

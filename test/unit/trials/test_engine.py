@@ -13,8 +13,6 @@ from diff_encoder_sim.trials import engine as module
 from diff_encoder_sim.trials.engine import trial_groups
 from diff_encoder_sim.trials.executors import ENVIRONMENT, PACKAGES, check_versions, local_workers, security_of
 
-# ---- trials of one drive
-
 
 def grouped(folder, **changes):
     """The names of the trials of each group."""
@@ -47,9 +45,6 @@ def test_scripted_trials_of_equal_test_and_seed_share_a_drive_and_navigated_ones
 def test_variants_share_a_drive_if_they_differ_behind_the_wheels(tmp_path, change, shared):
     changes = {'nav': 'scripted', 'tests': ['SL'], 'ppr': [40], 'trials': 1, 'variants': {'one': {}, 'two': change}}
     assert [group.count('SL_40') for group in grouped(tmp_path, **changes)] == ([2] if shared else [1, 1])
-
-
-# ---- workers
 
 
 def changed(**packages):

@@ -144,9 +144,6 @@ def test_a_turn_in_place_stops_without_localization_and_continues():
     assert trial.ending.outcome is Outcome.SUCCEEDED
 
 
-# ---- scripted drives
-
-
 def test_a_scripted_drive_needs_no_localization_and_its_commands_do_not_depend_on_the_encoder():
     """It takes scans only if they are published."""
     ends, script = [], {'nav': 'scripted', 'drive': [{'straight': 1.0}]}
@@ -159,9 +156,6 @@ def test_a_scripted_drive_needs_no_localization_and_its_commands_do_not_depend_o
         assert trial.true_pose_in_map.x_m == pytest.approx(-2.0, abs=1e-3)
         ends.append(trial.true_pose_in_map)
     assert ends[0] == ends[1] == ends[2]
-
-
-# ---- publications
 
 
 class Bag:

@@ -17,8 +17,6 @@ from diff_encoder_sim.trials import results as module
 from diff_encoder_sim.trials.results import ResultStore, describe_run, differences
 from diff_encoder_sim.trials.trials_csv import header, line_of, row_of
 
-# ---- rows
-
 
 def test_a_row_reads_back_exactly_except_for_wall_time(campaign):
     names = header([NOISE])
@@ -61,9 +59,6 @@ def test_a_damaged_table_is_named_with_its_line_and_not_changed(campaign, tmp_pa
     (folder / 'trials.csv').write_bytes(content)
     assert 'trials.csv: line ' in refusal(folder, campaign)
     assert (folder / 'trials.csv').read_bytes() == content
-
-
-# ---- the folder
 
 
 @pytest.mark.parametrize('missing', [0, 1])
@@ -186,9 +181,6 @@ def test_two_campaigns_do_not_write_into_one_folder(campaign, tmp_path, monkeypa
         assert 'no locks' in caplog.text
 
 
-# ---- the manifest
-
-
 def test_the_manifest_is_there_before_the_first_trial_with_each_run_and_other_code_gives_a_warning(tmp_path, caplog):
     campaign, folder = small_campaign(tmp_path, files={'amcl': 'amcl'}), tmp_path / 'out'
     for about in (describe_run(ROOT, ['campaign', '--out', 'x']), RUN, {**RUN, 'versions': {'numpy': '2'}}):
@@ -230,10 +222,8 @@ def test_another_configuration_is_refused_with_its_differences(campaign, tmp_pat
     text = refusal(tmp_path / 'out', small_campaign(tmp_path, vary={NOISE: [0.01, 0.04]}, ppr=[1, 2, 3], seed=9))
     assert text.count(' there, ') == 3 and 'more; allowed' in text
     assert {path: path.read_bytes() for path in before} == before
-    assert differences({'a': [1], 'c': 0}, {'a': [1, 4]}) == [
-        "c: 0 there, '(absent)' here",
-        "a.1: '(absent)' there, 4 here",
-    ]
+    expected = ["c: 0 there, '(absent)' here", "a.1: '(absent)' there, 4 here"]
+    assert differences({'a': [1], 'c': 0}, {'a': [1, 4]}) == expected
 
 
 @pytest.mark.parametrize('content', ['', '[]', '{"runs": [], "configuration": {}}'])

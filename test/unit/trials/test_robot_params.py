@@ -12,25 +12,15 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import Params, flat
 from diff_encoder_sim.localization.slam_params import GridSlamParams
 from diff_encoder_sim.simulation.simulator import CONTACT_CURVE_NOISE, CONTACT_DISTANCE_STD, WheelErrorParams
-from diff_encoder_sim.trials.robot_params import (
-    CONFIG_FILES,
-    LatencyParams,
-    as_upstream,
-    latency_ns,
-    load_robot,
-    load_robot_config,
-    load_robot_params,
-    override,
-    stopping_line,
-    uncertainty_of_robot,
-    wheel_uncertainty,
-)
+from diff_encoder_sim.trials import robot_params
+from diff_encoder_sim.trials.robot_params import LatencyParams, load_robot, load_robot_config, load_robot_params
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, USUAL_MOTION_NOISE, OdometryParams
 from places import CONFIG, ROOT
 
 ALTO = ROOT / 'urdf' / 'alto.urdf.xacro'
-FILES = {**{stem: tuple(classes.values()) for stem, classes in CONFIG_FILES.items()}, 'slam': (GridSlamParams,)}
+FILES = {stem: tuple(classes.values()) for stem, classes in robot_params.CONFIG_FILES.items()}
+FILES['slam'] = (GridSlamParams,)
 ERRORS, STOP = 'simulator.wheel_errors', 'navigation.DWAPlannerROS.stop'
 # An older spelling; the size of a rolling window, which the global costmap is not; move_base's key of the same name.
 ELSEWHERE = {
@@ -43,7 +33,7 @@ ELSEWHERE = {
 
 
 def overridden(values=()):
-    return override(load_robot_config(CONFIG), dict(values))
+    return robot_params.override(load_robot_config(CONFIG), dict(values))
 
 
 def test_a_file_that_is_missing_or_bad_is_named(tmp_path):
@@ -60,10 +50,7 @@ def test_a_file_that_is_missing_or_bad_is_named(tmp_path):
 def test_a_latency_is_whole_ticks():
     with pytest.raises(ConfigError, match='command'):
         LatencyParams.from_mapping({'command': 0.005}, 'lockstep.yaml')
-    assert latency_ns(LatencyParams.from_mapping({'command': 0.07}, '').command) == 70_000_000
-
-
-# ---- the files of config/ have every parameter that the code reads, with its default and unit
+    assert robot_params.latency_ns(LatencyParams.from_mapping({'command': 0.07}, '').command) == 70_000_000
 
 
 def parameters(params_class, instance=None, prefix=''):
@@ -95,9 +82,6 @@ def test_a_file_has_every_parameter_with_its_default_and_unit(stem):
         if unit and key in lines:  # there, or at the one before it of the same unit
             near = order[max(0, order.index(key) - 3) : order.index(key) + 1]
             assert unit[0] in ' '.join(lines[each] for each in near), f'{stem}.{key}: {unit[0]}'
-
-
-# ---- robots
 
 
 @pytest.mark.parametrize('name', ['', *sorted(path.stem for path in (CONFIG / 'robots').glob('*.yaml'))])
@@ -142,9 +126,6 @@ def test_a_mistake_is_named_with_the_robots_file(tmp_path, settings, expected):
     assert expected in str(error.value) and '\n' not in str(error.value)
 
 
-# ---- odometry's covariance follows the errors of the robot's wheels
-
-
 def test_odometry_has_the_uncertainty_of_simulated_wheels_unless_a_user_gives_another():
     slip = {f'{ERRORS}.slip_noise': 2.7e-8}
     expected = 0.0, CONTACT_CURVE_NOISE, CONTACT_DISTANCE_STD, 0.0, 0.0
@@ -156,14 +137,14 @@ def test_odometry_has_the_uncertainty_of_simulated_wheels_unless_a_user_gives_an
     radius = {f'{ERRORS}.{side}_radius_error': 1e-4 for side in ('left', 'right')}
     assert overridden(radius).odometry.distance_std == pytest.approx(math.hypot(1e-4, CONTACT_DISTANCE_STD))
     # A robot file specifies nothing by zero, and an unknown robot has the usual noise.
-    assert uncertainty_of_robot({f'{ERRORS}.slip_noise': 0.0, 'config.wheel_diameter': 0.2}) == {}
-    assert uncertainty_of_robot(slip) == {'motion_noise': 2.7e-8}
+    assert robot_params.uncertainty_of_robot({f'{ERRORS}.slip_noise': 0.0, 'config.wheel_diameter': 0.2}) == {}
+    assert robot_params.uncertainty_of_robot(slip) == {'motion_noise': 2.7e-8}
     assert OdometryParams().uncertainty == dict(zip(UNCERTAINTY_KEYS, (USUAL_MOTION_NOISE, 0.0, 0.0, 0.0, 0.0)))
 
 
 def test_radius_separation_slip_and_their_spread_are_separate():
     def of(**errors):
-        stds = wheel_uncertainty(WheelErrorParams(**errors))
+        stds = robot_params.wheel_uncertainty(WheelErrorParams(**errors))
         return [stds[f'{key}_std'] for key in ('distance', 'turn', 'diameter_difference')]
 
     assert of(left_radius_error=0.01, right_radius_error=0.03) == pytest.approx([0.02, 0.02, 0.02])
@@ -175,12 +156,9 @@ def test_radius_separation_slip_and_their_spread_are_separate():
     assert of(radius_spread=0.01, wheel_separation_spread=0.02) == pytest.approx(drawn, rel=0.05)
 
 
-# ---- how the robot stops
-
-
 def test_a_stop_depends_on_the_encoder_unless_it_latches():
     def line(*pprs, **changes):
-        return stopping_line(overridden({STOP: 'precise', **changes}), pprs)
+        return robot_params.stopping_line(overridden({STOP: 'precise', **changes}), pprs)
 
     coarse, middle, fine = (PerWheel(left=counts, right=counts) for counts in (40, 90, 4096))
     assert line(middle, fine, coarse) == (
@@ -192,4 +170,6 @@ def test_a_stop_depends_on_the_encoder_unless_it_latches():
     assert 'within about 11 mm' in line(fine, **{'lockstep.command': 0.2})
     latch = 'stopping: latch ends anywhere within {} mm and 3.0 degrees of the goal; asked for: 50 mm and 3.0 degrees'
     assert line(coarse, fine, **{STOP: 'latch'}) == latch.format(40)
-    assert stopping_line(as_upstream(overridden({STOP: 'precise'})), [coarse]) == latch.format(50)
+    assert robot_params.stopping_line(
+        robot_params.as_upstream(overridden({STOP: 'precise'})), [coarse]
+    ) == latch.format(50)

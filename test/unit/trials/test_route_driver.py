@@ -22,9 +22,6 @@ DELAY_PERIODS, LAG_S, MOST_PERIODS = 3, 0.1, 2000
 FULL_TURN_RAD = 2.0 * math.pi
 
 
-# ---- turns in place
-
-
 def turn(angle_rad, yaw_rad=0.0, estimate=lambda turned_rad, yaw_rad: yaw_rad, limits=SpeedLimits()):
     """The angle that a robot has turned when it rests, whether the turn is over, and the commands.
 
@@ -96,9 +93,6 @@ def test_after_an_estimate_that_jumps_past_the_end_the_robot_turns_back():
     assert turned_rad == pytest.approx(math.pi - 0.3, abs=2 * STOP_WITHIN_RAD)
 
 
-# ---- stages
-
-
 class Clock:
     """Steps a driver at 20 Hz."""
 
@@ -165,8 +159,6 @@ def test_a_turn_stops_without_pose_estimates_and_continues_from_rest(caplog):
     assert clock.driven.watch(clock.now_ns).turn_rate_radps is None
     assert len(caplog.records) == 2  # one when it pauses, one when it continues
 
-
-# ---- robots that do not fit
 
 PATH = {'goal': {'x': 6.0, 'y': 2.0, 'yaw': 0.0}}
 # 8 m x 4 m, and a wall across at x = 4 m with a gap of 1.5 m around y = 2 m.

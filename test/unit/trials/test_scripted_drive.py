@@ -13,9 +13,8 @@ profiles = st.builds(Trapezoid, st.floats(-50, 50), st.floats(0.1, 3), st.floats
 
 
 def definition(*segments, **limits):
-    return TestDefinition.from_mapping(
-        {'name': 'T', 'world': 'hallway', 'drive': list(segments), 'limits': limits}, 'test'
-    )
+    given = {'name': 'T', 'world': 'hallway', 'drive': list(segments), 'limits': limits}
+    return TestDefinition.from_mapping(given, 'test')
 
 
 def test_profiles_by_hand():

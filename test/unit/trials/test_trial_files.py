@@ -18,7 +18,6 @@ from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.trials.trial_files import collect
 
 ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'
-
 HORN = """<link name="horn"><collision><geometry><mesh filename="horn.stl"/></geometry></collision></link>
 <joint name="horn_joint" type="fixed"><parent link="base_link"/><child link="horn"/><origin xyz="0.4 0 0.5"/></joint>"""
 CORNERS = np.array([[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]])

@@ -25,15 +25,15 @@ from lockstep_trials import ALTO, HALL, params_of, plan_of, run_trial
 LINE = {'nav': 'scripted', 'drive': [{'straight': 1.0}]}
 TURN = {'nav': 'scripted', 'drive': [{'turns': 0.25}, {'straight': -0.3}]}
 WALL = {'nav': 'scripted', 'start': {'x': -3.0, 'y': 2.2, 'yaw': math.pi / 2}, 'drive': [{'straight': 3.0}]}
+POSE = Pose2D(0.1, 0.2, 0.3)
+ERRORS = {PoseSource.ODOM: POSE, PoseSource.AMCL: None, PoseSource.GLOBAL: None, PoseSource.WORLD: POSE}
 
 
 def setup(bag, ppr, drive, bag_format='ros1', record='full', latency_s=0.0, **encoder):
     params, plan = params_of(), plan_of(HALL, ppr, bag=bag, **drive).model_copy(update={'bag_format': bag_format})
-    changed = {
-        'encoder': params.encoder.model_copy(update=encoder),
-        'latency': params.latency.model_copy(update={'odometry': latency_s}),
-    }
-    return TrialSetup(plan, params._replace(**changed), LockstepOptions(record=record))
+    latency = params.latency.model_copy(update={'odometry': latency_s})
+    params = params._replace(encoder=params.encoder.model_copy(update=encoder), latency=latency)
+    return TrialSetup(plan, params, LockstepOptions(record=record))
 
 
 def setups(folder, drive, *output):
@@ -97,13 +97,6 @@ def test_wheels_whose_axes_point_the_other_way_count_forward(tmp_path, nav):
     assert result.errors[PoseSource.ODOM] == pytest.approx(result.errors[PoseSource.WORLD], abs=0.05)
 
 
-# ---- in a worker process: where bags go, and what is returned
-
-POSE = Pose2D(0.1, 0.2, 0.3)
-ERRORS = {PoseSource.ODOM: POSE, PoseSource.AMCL: None, PoseSource.GLOBAL: None, PoseSource.WORLD: POSE}
-NAMES = ['bags/SL_40_001.bag', 'bags/SL_40_002.bag', 'bags/SL_40_003.bag']
-
-
 def stub_trial(plan, robot_file):
     assert Path(plan.world).is_file() and Path(plan.map).is_file() and robot_file.is_file()
     Path(plan.bag).write_bytes(b'bag of %d' % plan.trial.number)
@@ -124,6 +117,6 @@ def test_bags_are_in_a_shared_folder_or_returned_and_rows_have_their_part_of_the
     contents = [b'bag of 1', b'bag of 2', b'bag of 3']
     assert (written, [*bags]) == ((contents, [None] * 3) if is_shared else ([], contents))
     assert not list((tmp_path / 'scratch').rglob('*.bag*'))
-    assert [row.bag for row in rows] == NAMES
+    assert [row.bag for row in rows] == [f'bags/SL_40_00{number}.bag' for number in (1, 2, 3)]
     assert rows[1][:8] == ('SL', '40', (), 2, 2, Outcome.LOST, 'no idea', 48.5)
     assert (rows[1].errors, rows[1].distance_m, rows[1].wall_time_s) == (ERRORS, 2.0, 2.0)
