@@ -18,8 +18,7 @@ if TYPE_CHECKING:
     from diff_encoder_sim.drives.topics import PoseSource
     from diff_encoder_sim.drives.trajectory_error import PathError
 
-# Imported on first use.
-_HOMES = {
+_HOMES = {  # imported on first use
     'ConfigError': 'base.errors',
     'PathError': 'drives.trajectory_error',
     'PoseSeries': 'base.se2',

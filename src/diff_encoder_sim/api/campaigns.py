@@ -63,8 +63,7 @@ def complete(
 ) -> Tuple[Path, str, str]:
     """Run the missing trials of a campaign on workers, by `run`; `command` is written to the manifest.
 
-    Returns:
-        path of the table, summary, and the trials that could not be run, with reasons ('' for none).
+    Returns the path of the table, a summary, and the trials that could not be run, with reasons ('' for none).
 
     Raises:
         ConfigError: a file, an option or the results folder is invalid.

@@ -26,11 +26,7 @@ log = logging.getLogger(__name__)
 
 
 def map_of_bag(options: MapOptions) -> str:
-    """Build a map by grid SLAM from the scans and the odometry of a bag; return a summary line.
-
-    Raises:
-        ConfigError: a file cannot be read or written, or contains no data for a map.
-    """
+    """Build a map by grid SLAM from a bag's scans and odometry; return a summary line; ConfigError without data."""
     bag = options.bag
     params = load_params(GridSlamParams, options.config or package_folder() / 'config' / 'slam.yaml')
     source = open_source(bag)
@@ -47,17 +43,11 @@ def map_of_bag(options: MapOptions) -> str:
     if source.fault:
         log.warning('%s: %s; using all readable messages', bag, source.fault)
     drive_s = (track.stamps_ns[-1] - track.stamps_ns[0]) / NANOSECONDS_PER_SECOND
-    return (
-        f'{path}: {entered} scans of a drive of {drive_s:.1f} s, in {took_s:.1f} s: '
-        f'{drive_s / took_s:.0f} times real time'
-    )
+    speed = f'{drive_s / took_s:.0f} times real time'
+    return f'{path}: {entered} scans of a drive of {drive_s:.1f} s, in {took_s:.1f} s: {speed}'
 
 
 def map_of_world(options: RasterOptions) -> Path:
-    """Build a map from a .world file; return the path of its YAML file.
-
-    Raises:
-        ConfigError: the world cannot be read, or the point is not free.
-    """
+    """Build a map from a .world file; return the path of its YAML file; ConfigError if the point is not free."""
     grid = rasterise(load_world(options.world), options.height, options.resolution, *options.free)
     return save_map(grid, options.out or options.world.with_suffix(''))

@@ -30,14 +30,8 @@ def option(
 ) -> Any:
     """Return a field with its argument of the command line, of the type and number that the annotation contains.
 
-    Args:
-        default: of the field; the help shows it.
-        text: help.
-        metavar: name of the value in the help; a switch has none.
-        bounds: of a number.
-        group: title of the group in the help.
-        flag: of the command line, or a positional name; by default -- and the name of the field.
-        argument: further arguments of `ArgumentParser.add_argument`.
+    A switch has no `metavar`. `flag` may be a positional name; by default it is -- and the name of the field. `group`
+    is a title in the help; `argument` is for `ArgumentParser.add_argument`.
     """
     if default not in (None, '', ()) and not isinstance(default, bool):
         values = default if isinstance(default, tuple) else (default,)
@@ -164,9 +158,7 @@ class AdviceOptions(RunOptions):
         True, 'answer only for odometry, without closed-loop trials', flag='--no-trials', action='store_false'
     )
     out: Path = option(
-        Path('results') / 'advice',
-        'results folder: new, or with results of the same robot, tests and candidates',
-        'DIR',
+        Path('results/advice'), 'results folder: new, or with results of the same robot, tests and candidates', 'DIR'
     )
     json: Optional[Path] = option(None, 'write all results as JSON (docs/file_formats.md)', 'FILE')
 

@@ -36,11 +36,7 @@ def write_report(results: Results, out: Union[str, Path]) -> Path:
 
 
 def analyze(options: AnalysisOptions, show: Callable[[str], None]) -> Tuple[Path, str]:
-    """Read results and write their analysis; return the path of the report, and the conclusions as text.
-
-    Args:
-        options: results and output folder.
-        show: called with the summary when the results are read.
+    """Read results, `show` their summary, write the analysis; return the report's path, and the conclusions as text.
 
     Raises:
         ConfigError: there are no results, or the folder contains other files.

@@ -16,13 +16,7 @@ from diff_encoder_sim.base.params import flat, for_xml_rpc, nested, split_params
 from diff_encoder_sim.base.yaml_files import load_yaml, yaml_value
 from diff_encoder_sim.drives.bag_source import open_source
 from diff_encoder_sim.drives.trial_recording import trial_of_source
-from diff_encoder_sim.robots.robot_file import (
-    ROBOT_FILE_SUFFIXES,
-    RobotSetup,
-    load_robot_file,
-    robot_file_text,
-    set_up_robot,
-)
+from diff_encoder_sim.robots import robot_file
 from diff_encoder_sim.robots.xacro_expansion import expansion, xacro_arguments, xacro_arguments_of_text
 from diff_encoder_sim.simulation.link_frames import display_urdf, without_root_inertia
 from diff_encoder_sim.simulation.self_check import checks_table
@@ -43,7 +37,7 @@ COSTMAPS = ('global_costmap', 'local_costmap')
 class LaunchedRobot(NamedTuple):
     """Robot with the parameters of its nodes."""
 
-    setup: RobotSetup
+    setup: robot_file.RobotSetup
     settings: Dict[str, Any]  # by dotted keys; override the YAML files
     params: RobotParams
     encoder: ChosenEncoder  # given by encoder:= or by the parameters
@@ -110,7 +104,6 @@ def launched_robot(
 
 
 def _config(values: Mapping[str, Any]) -> Dict[str, Any]:
-    """Return values of config.yaml by dotted keys."""
     return {f'config.{key}': value for key, value in values.items()}
 
 
@@ -139,22 +132,15 @@ def _overlap(key: str, other: str) -> bool:
 def robot_urdf(options: DescriptionOptions) -> str:
     """Return the URDF of a robot; ConfigError if the robot cannot be read."""
     of_xacro = {**xacro_arguments_of_text(options.robot_args), **xacro_arguments(options.arguments, 'argument')}
-    file = load_robot_file(options.robot, _users_folder(), package_folder(), of_xacro)
+    file = robot_file.load_robot_file(options.robot, _users_folder(), package_folder(), of_xacro)
     if options.frames:
-        description = set_up_robot(file).description
+        description = robot_file.set_up_robot(file).description
         return display_urdf(file.source, (description.left.joint, description.right.joint))
     return expansion(without_root_inertia(file.source) if options.no_root_inertia else file.source).urdf
 
 
-WIDTHS = (52, 44)  # of the columns value and source, for common terminals
-
-
 def inspect_robot(options: InspectOptions, show: Callable[[str], None]) -> None:
-    """Inspect a robot, show the detected values with their sources, and run its self-check on a flat floor.
-
-    Args:
-        options: the robot, and the path of a robot file to write with the detected values.
-        show: called with each part of the result.
+    """Show the detected values of a robot with their sources, and the result of its self-check on a flat floor.
 
     Raises:
         ConfigError: the robot cannot be read, is not a differential drive, or fails a check; or the file cannot be
@@ -163,11 +149,13 @@ def inspect_robot(options: InspectOptions, show: Callable[[str], None]) -> None:
     write = options.write
     if write and write.exists():
         raise ConfigError(f'--write: {write} exists; allowed: the path of a new file')
-    if write and write.suffix not in ROBOT_FILE_SUFFIXES:
-        raise ConfigError(f'--write: given {write}; allowed: a name that ends in {" or ".join(ROBOT_FILE_SUFFIXES)}')
+    suffixes = robot_file.ROBOT_FILE_SUFFIXES
+    if write and write.suffix not in suffixes:
+        raise ConfigError(f'--write: given {write}; allowed: a name that ends in {" or ".join(suffixes)}')
     setup = load_robot(options.robot, Path(), package_folder(), xacro_arguments(options.robot_args), options.packages)
     description, where = setup.description, setup.file.where
-    show(tabulate(description.found, ['found', 'value', 'source'], disable_numparse=True, maxcolwidths=[None, *WIDTHS]))
+    widths = [None, 52, 44]  # for common terminals
+    show(tabulate(description.found, ['found', 'value', 'source'], disable_numparse=True, maxcolwidths=widths))
     if setup.file.overrides:
         own = list(setup.file.overrides.items())
         show(f'\n{tabulate(own, [f"set in {where}", "value"], disable_numparse=True)}')
@@ -177,7 +165,7 @@ def inspect_robot(options: InspectOptions, show: Callable[[str], None]) -> None:
     if write:
         try:
             write.parent.mkdir(parents=True, exist_ok=True)
-            write.write_text(robot_file_text(setup, write), encoding='utf-8')
+            write.write_text(robot_file.robot_file_text(setup, write), encoding='utf-8')
         except OSError as error:
             raise ConfigError(f'--write: {write} cannot be written: {error.strerror}') from None
         show(f'\nWritten: {write}')
@@ -193,15 +181,8 @@ def inspect_robot(options: InspectOptions, show: Callable[[str], None]) -> None:
     show(f'{setup.name}: all checks are ok.')
 
 
-SET_BY_ARGUMENTS = (OWN_PPR, 'config.seed')  # keys that campaigns and launch arguments set
-
-
 def node_settings(options: SettingsOptions) -> Tuple[Dict[str, Any], List[str]]:
-    """Return the node parameters of a robot for the parameter /robot_settings, and notes.
-
-    Raises:
-        ConfigError: a file is missing or invalid, or a value is not allowed.
-    """
+    """Return the node parameters of a robot for /robot_settings, and notes; ConfigError if a file or a value is bad."""
     robot = launched_robot(options, launch_arguments(options.values), _of_bag(options.bag) if options.bag else {})
     model, base_frame = {'model': robot.setup.name}, {'base_frame': robot.params.odometry.base_frame}
     # Nodes without a file in config/.
@@ -226,7 +207,7 @@ def launch_arguments(words: Sequence[str]) -> Dict[str, Any]:
         key, separator, text = word.partition(':=')
         if not (key and separator):
             raise ConfigError(f'arguments: given {word!r}; allowed: FILE.KEY:=VALUE')
-        if key not in SET_BY_ARGUMENTS:
+        if key not in (OWN_PPR, 'config.seed'):  # which launch arguments set
             robot_params.check_key(key)
         if text:
             values[key] = yaml_value(text, key)

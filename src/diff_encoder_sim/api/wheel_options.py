@@ -31,7 +31,6 @@ from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 USUAL, OF_TRIAL = 'config/config.yaml', f"the bag's {TRIAL}"
 PAPER_PPR = (40, 90, 1024, 4096)
 
-
 # Wheel sources, and the options that belong to some of them.
 _SOURCES = ('joint_states', 'pulses', 'ticks', 'odom', 'csv')
 _BELONGS_TO = {
@@ -147,11 +146,7 @@ class RecordedRobot(NamedTuple):
 
 
 def recorded_robot(options: DriveOptions, trial: Optional[Trial]) -> RecordedRobot:
-    """Collect the parameters of a recorded drive: of config.yaml, the bag's trial, --robot, --config, in this order.
-
-    Raises:
-        ConfigError: a file is missing or invalid, a value is not allowed, or --seed has no effect.
-    """
+    """Collect parameters: config.yaml, the bag's trial, --robot, --config, in this order; ConfigError if one is bad."""
     usual = load_yaml(package_folder() / 'config' / 'config.yaml')
     values, sources = dict(usual), dict.fromkeys([*OF_ODOMETRY, *OF_ENCODER, 'counter_modulus'], USUAL)
 
@@ -194,16 +189,7 @@ def recorded_robot(options: DriveOptions, trial: Optional[Trial]) -> RecordedRob
 def wheel_numbers(
     options: DriveOptions, robot: RecordedRobot, bits: Sequence[Optional[int]] = (None, None)
 ) -> WheelNumbers:
-    """Return the interpretation of wheel numbers.
-
-    Args:
-        options: options of the command.
-        robot: source of the wheel diameter, and of the ticks per revolution if not given.
-        bits: width of the left and the right counter; None if it does not wrap.
-
-    Raises:
-        ConfigError: the ticks per revolution are missing, or do not fit the unit.
-    """
+    """Return how to read wheel numbers, by counters of `bits` (None: no wrap); ConfigError if options do not fit."""
     unit, given_ppr, given_modulus = options.unit or TICKS, options.ticks_per_revolution, options.ticks_modulus
     if given_ppr and unit not in COUNTED:
         allowed = ' and '.join(COUNTED)

@@ -20,16 +20,7 @@ def read_options(
     examples: Sequence[str],
     notes: str = '',
 ) -> Options:
-    """Return the options of a command line.
-
-    Args:
-        kind: class with an `option` per argument.
-        arguments: words of the command line; by default those of the process.
-        name: of the command; like all that follow, as in `tool_parser`.
-        description: paragraphs.
-        examples: arguments of whole commands.
-        notes: paragraphs after the options.
-    """
+    """Return options of class `kind`, with an `option` per argument; all from `name` on as in `tool_parser`."""
     parser = tool_parser(name, description, examples, notes)
     groups: Dict[str, argparse._ActionsContainer] = {'': parser}
     for each in fields(kind):  # type: ignore[arg-type] # a dataclass

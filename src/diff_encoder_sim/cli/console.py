@@ -10,7 +10,6 @@ from diff_encoder_sim.base.command_line import CONSOLE, as_called
 from diff_encoder_sim.base.command_start import printing, run_command
 from diff_encoder_sim.base.package_files import package_version
 
-DESCRIPTION = 'Which wheel encoder does a differential-drive robot need, and is its odometry right?'
 COMMANDS = {
     'campaign': 'run trials of several tests and encoders, faster than real time',
     'advise': 'find the encoder with the fewest pulses that keeps a robot within a tolerance',
@@ -37,7 +36,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog=CONSOLE,
         usage=f'{CONSOLE} COMMAND ...',
-        description=DESCRIPTION,
+        description='Which wheel encoder does a differential-drive robot need, and is its odometry right?',
         epilog=f'commands:\n{commands}\n\n{CONSOLE} COMMAND --help describes a command.',
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

@@ -18,8 +18,7 @@ API = 'api.maps'  # imported by the command on demand
 
 def parse(arguments: Optional[Sequence[str]] = None) -> MapOptions:
     """Read the command line."""
-    examples = ['bags/drive.bag -f maps/office']
-    return read_options(MapOptions, arguments, 'map_bag', __doc__, examples)
+    return read_options(MapOptions, arguments, 'map_bag', __doc__, ['bags/drive.bag -f maps/office'])
 
 
 @user_errors('map_bag')

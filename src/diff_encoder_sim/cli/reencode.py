@@ -36,7 +36,6 @@ EXAMPLES = [
     '--csv wheels.csv --columns time left right --time-unit us --unit m/s --ppr 40 90',
 ]
 
-
 API = 'api.recorded_drives'  # imported by the command on demand
 
 

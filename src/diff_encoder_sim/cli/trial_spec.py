@@ -16,8 +16,7 @@ API = 'api.live_trials'  # imported by the command on demand
 
 def parse(arguments: Optional[Sequence[str]] = None) -> TrialOptions:
     """Read the command line; values are checked by `plan`."""
-    examples = ['--test SL --ppr 90 --trial 3 --bag sl.bag']
-    return read_options(TrialOptions, arguments, 'trial_spec', __doc__, examples)
+    return read_options(TrialOptions, arguments, 'trial_spec', __doc__, ['--test SL --ppr 90 --trial 3 --bag sl.bag'])
 
 
 @user_errors('trial.launch')

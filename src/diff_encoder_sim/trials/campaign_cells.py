@@ -142,10 +142,9 @@ class Campaign(NamedTuple):
 
     def trials(self) -> List[RequestedTrial]:
         """List all trials; equal trial numbers have equal seeds in all cells, for paired comparison."""
-        numbers = itertools.product(self.cells, range(1, self.params.trials + 1))
+        seed, numbered = self.params.seed, enumerate(itertools.product(self.cells, range(1, self.params.trials + 1)))
         return [
-            RequestedTrial(position, cell, trial, self.params.seed + trial, self.params)
-            for position, (cell, trial) in enumerate(numbers)
+            RequestedTrial(position, cell, trial, seed + trial, self.params) for position, (cell, trial) in numbered
         ]
 
     def resolved(self) -> Dict[str, Any]:
@@ -155,18 +154,12 @@ class Campaign(NamedTuple):
             parts = {name: part.model_dump(mode='json') for name, part in robot._asdict().items()}
             parameters.append({'varied': dict(varied), **parts})
         # Of real encoders, the parameters by dotted keys that differ from the first encoder, for each combination.
-        firsts = [dict(flat(first)) for first in parameters[::count]]
-        changes = [
-            {
-                'label': encoder.label,
-                'parameters': [
-                    {key: value for key, value in flat(own) if first.get(key) != value}
-                    for first, own in zip(firsts, parameters[column::count])
-                ],
-            }
-            for column, encoder in enumerate(self.encoders)
-            if encoder.real
-        ]
+        firsts, changes = [dict(flat(first)) for first in parameters[::count]], []
+        for column, encoder in enumerate(self.encoders):
+            if encoder.real:
+                pairs = zip(firsts, parameters[column::count])
+                own = [{key: value for key, value in flat(each) if first.get(key) != value} for first, each in pairs]
+                changes.append({'label': encoder.label, 'parameters': own})
         return {
             'tests': [{**test.model_dump(mode='json'), 'files': self.files.worlds[test.name]} for test in self.tests],
             'parameters': parameters[::count],
@@ -231,11 +224,7 @@ def text_of(value: Any) -> str:
 
 
 def check_robot(source: RobotSource, params: SimulatorParams) -> List[Check]:
-    """Drive a robot on a flat floor, without the wheel errors of the parameters.
-
-    Raises:
-        ConfigError: its description is bad.
-    """
+    """Drive a robot on a flat floor, without the parameters' wheel errors; ConfigError if its description is bad."""
     return self_check(load_simulated_robot(source, params.choices()), params)
 
 

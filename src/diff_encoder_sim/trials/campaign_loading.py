@@ -23,12 +23,9 @@ from diff_encoder_sim.trials.trial_files import collect
 from diff_encoder_sim.trials.trials_csv import VARIANT
 from diff_encoder_sim.wheels.catalogue import RESOLUTION_KEYS, ChosenEncoder, load_encoders, resolution_text
 
-# Limits that reject a mistyped list before the memory is full.
-MOST_CELLS, MOST_TRIALS = 10_000, TRIALS.most
-# A day, as for the time limit of a route; rejects mistyped numbers.
-LONGEST_DRIVE_S = 86_400.0
-# Leaves room for the trial number and the suffix of unfinished files.
-LONGEST_LABEL = 150
+MOST_CELLS, MOST_TRIALS = 10_000, TRIALS.most  # reject a mistyped list before the memory is full
+LONGEST_DRIVE_S = 86_400.0  # a day, as for the time limit of a route; rejects mistyped numbers
+LONGEST_LABEL = 150  # leaves room for the trial number and the suffix of unfinished files
 
 
 def load_campaign(
@@ -175,19 +172,14 @@ def _combinations(
 
 
 def at_pace_of(drive: DriveParams, test: TestDefinition) -> TestDefinition:
-    """Return the test with limits that the robot's motors allow.
-
-    A drive without feedback above these limits would end short of its goal.
-
-    Raises:
-        ConfigError: the drive would take longer than LONGEST_DRIVE_S.
-    """
+    """Return the test with limits that the motors allow; ConfigError if it takes longer than LONGEST_DRIVE_S."""
     allowed = {
         'speed': drive.max_linear_speed,
         'acceleration': drive.max_linear_acceleration,
         'angular_speed': drive.max_angular_speed,
         'angular_acceleration': drive.max_angular_acceleration,
     }
+    # A drive without feedback above these limits would end short of its goal.
     slower = {key: limit for key, limit in allowed.items() if limit < getattr(test.limits, key)}
     paced = test.model_copy(update={'limits': test.limits.model_copy(update=slower)}) if slower else test
     duration_s = ScriptedDrive(paced).duration_s

@@ -16,10 +16,8 @@ from diff_encoder_sim.trials.progress import Progress
 from diff_encoder_sim.trials.results import ResultStore
 from diff_encoder_sim.trials.trial_run import FinishedTrial, RunTrials, run_group, run_trials
 
-# Limit of open bags per group; all are lost with their worker.
-MOST_TOGETHER = 16
-# Submitted tasks per worker: one runs, the others are queued.
-TASKS_PER_WORKER = 2
+MOST_TOGETHER = 16  # open bags per group; all are lost with their worker
+TASKS_PER_WORKER = 2  # submitted: one runs, the others are queued
 TICK_S = 1.0
 
 TrialGroup = Tuple[RequestedTrial, ...]

@@ -58,11 +58,7 @@ class LocalWorkers:
         self._pool: Any = None  # a ProcessPoolExecutor between `_start` and `close`
 
     def submit(self, function: Callable[..., T], *arguments: Any) -> Future[T]:
-        """Run a function in a process of the pool; a broken pool is replaced first.
-
-        Raises:
-            CampaignFault: no process starts.
-        """
+        """Run a function in a process of the pool, which is replaced if broken; CampaignFault if no process starts."""
         for _ in range(FAILED_STARTS):
             with contextlib.suppress(BrokenProcessPool):
                 if self._pool is None:
@@ -137,19 +133,13 @@ def _begin(parent: int) -> None:
 # ---- a Dask cluster
 
 CONNECT_TIMEOUT_S = 5
-# Longer than a trial can block a worker's host, shorter than a user waits.
-DASK_CONFIG = {'distributed.comm.timeouts.tcp': '15s'}
-# Must be equal on all hosts for pickling of tasks and repeatable trials.
-PACKAGES = ['numpy', 'numba']
+DASK_CONFIG = {'distributed.comm.timeouts.tcp': '15s'}  # longer than a trial blocks a host, shorter than a user waits
+PACKAGES = ['numpy', 'numba']  # must be equal on all hosts for pickling of tasks and repeatable trials
 COMPARED = ('python', 'dask', 'distributed', *PACKAGES)
 
 
 def security_of(tls: Mapping[str, Path]) -> Security:
-    """Read PEM files for mutual TLS: `ca`, `cert` and, unless the certificate file contains it, `key`.
-
-    Raises:
-        ConfigError: one is missing or bad.
-    """
+    """Read PEM files for mutual TLS: `ca`, `cert` and, unless in the same file, `key`; ConfigError if one is bad."""
     for option, path in tls.items():
         if not path.is_file():
             raise ConfigError(f'--tls-{option}: given {str(path)!r}: no such file; allowed: a file')
@@ -177,11 +167,7 @@ class ClusterWorkers:
         return cast('Future[T]', self._executor.submit(function, *arguments))
 
     def count(self) -> int:
-        """Return the number of threads of all workers; 0 without workers.
-
-        Raises:
-            CampaignFault: the scheduler is gone.
-        """
+        """Return the number of threads of all workers, 0 without workers; CampaignFault if the scheduler is gone."""
         # While a client reconnects, the scheduler has already dropped its tasks.
         with contextlib.suppress(OSError):
             if self._client.status == 'running':
@@ -240,11 +226,7 @@ async def _identify(address: str, security: Security) -> None:
 
 
 def check_versions(there: Dict[str, Any], here: Dict[str, Any], name: str) -> None:
-    """Check that a scheduler or worker has the versions of this process, as reported by Dask.
-
-    Raises:
-        ConfigError: one differs.
-    """
+    """Check that a scheduler or worker has the versions of this process, as Dask reports them; else ConfigError."""
     for package in COMPARED:
         parts = 2 if package == 'python' else None  # of 3.11.2.final.0 only 3.11 matters
         found, own = ('.'.join(str(each['packages'].get(package)).split('.')[:parts]) for each in (there, here))

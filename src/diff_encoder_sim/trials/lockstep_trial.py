@@ -60,19 +60,9 @@ class LockstepTrial:
         plan: TrialPlan,
         robot_file: Union[str, Path],
         params: RobotParams,
-        publications: Optional[Publications] = None,
+        publications: Optional[Publications] = None,  # None: no recording
     ) -> None:
-        """Load the files and place the robot at its start.
-
-        Args:
-            plan: of the drive.
-            robot_file: of the robot.
-            params: of the robot.
-            publications: None: no recording.
-
-        Raises:
-            ConfigError: a file is missing or bad, or the trial needs the live graph.
-        """
+        """Place the robot at its start; ConfigError if a file is missing or bad, or the trial needs the live graph."""
         trial = plan.trial
         if trial.odom != 'encoder' or trial.nav == 'upstream' or plan.slam != 'none':
             given = f'odom {trial.odom}, nav {trial.nav}, slam {plan.slam}'

@@ -13,16 +13,8 @@ from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.drives.trial_definition import TrialPlan
 from diff_encoder_sim.localization.amcl import Amcl, AmclEstimate
 from diff_encoder_sim.localization.map_files import load_map
+from diff_encoder_sim.navigation import navigator_inputs as inputs
 from diff_encoder_sim.navigation.navigator import Navigator
-from diff_encoder_sim.navigation.navigator_inputs import (
-    STOP,
-    Command,
-    ControlRate,
-    GoalStatus,
-    NavigatorOutput,
-    OdometrySample,
-    Phase,
-)
 from diff_encoder_sim.trials.publications import Publications
 from diff_encoder_sim.trials.robot_params import RobotParams, latency_ns
 from diff_encoder_sim.trials.route_driver import DriverOutput, RouteDriver
@@ -30,11 +22,9 @@ from diff_encoder_sim.wheels.odometry import OdometryEstimate
 
 log = logging.getLogger(__name__)
 
-NO_NAVIGATION = NavigatorOutput(STOP, GoalStatus.NONE, Phase.PLANNING, '')
-# Publishes a command at a time [ns]; True: from the navigator.
-SendCommand = Callable[[int, Command, bool], None]
-# Runs an action, with arguments, at a time [ns].
-At = Callable[..., None]
+NO_NAVIGATION = inputs.NavigatorOutput(inputs.STOP, inputs.GoalStatus.NONE, inputs.Phase.PLANNING, '')
+SendCommand = Callable[[int, inputs.Command, bool], None]  # at a time [ns]; True: from the navigator
+At = Callable[..., None]  # runs an action, with arguments, at a time [ns]
 
 
 class NavigatingDriver:
@@ -51,7 +41,7 @@ class NavigatingDriver:
     ) -> None:
         grid, start = load_map(plan.map), plan.trial.test.start
         self._navigator = Navigator(params.navigator, grid, laser_pose_in_base)
-        self._control_rate = ControlRate(params.navigator.controller_frequency)
+        self._control_rate = inputs.ControlRate(params.navigator.controller_frequency)
         at_start = {'initial_pose_x': start.x, 'initial_pose_y': start.y, 'initial_pose_a': start.yaw}
         self.amcl = Amcl(params.amcl.model_copy(update=at_start), grid, generator(plan.trial.number, 'amcl'))
         self._laser_pose_in_base = laser_pose_in_base
@@ -85,9 +75,10 @@ class NavigatingDriver:
         """Control first, then localize, as a live AMCL finishes after the control step."""
         stamp_ns, navigator = odometry.stamp_ns, self._navigator
         speeds = odometry.linear_velocity_mps, odometry.angular_velocity_radps
-        navigator.take_odometry(OdometrySample(stamp_ns, odometry.base_pose_in_odom, *speeds, *odometry.twist_std()))
+        sample = inputs.OdometrySample(stamp_ns, odometry.base_pose_in_odom, *speeds, *odometry.twist_std())
+        navigator.take_odometry(sample)
         if self._control_rate.is_due(stamp_ns):
-            was_active = navigator.status is GoalStatus.ACTIVE
+            was_active = navigator.status is inputs.GoalStatus.ACTIVE
             self.navigation = navigator.step(stamp_ns)
             if was_active:
                 self._send(now_ns, self.navigation.command, True)
@@ -139,9 +130,9 @@ class NavigatingDriver:
 
     def _apply(self, now_ns: int, stamp_ns: int, output: DriverOutput) -> None:
         if output.goal_in_map is not None:
-            if self._navigator.status is GoalStatus.ACTIVE:
-                self._publications.goal_result(now_ns, GoalStatus.PREEMPTED, '')
+            if self._navigator.status is inputs.GoalStatus.ACTIVE:
+                self._publications.goal_result(now_ns, inputs.GoalStatus.PREEMPTED, '')
             self._navigator.set_goal(output.goal_in_map)
             self._publications.goal(now_ns, stamp_ns, output.goal_in_map)
         if output.turn_rate_radps is not None:
-            self._send(now_ns, Command(0.0, output.turn_rate_radps), False)
+            self._send(now_ns, inputs.Command(0.0, output.turn_rate_radps), False)

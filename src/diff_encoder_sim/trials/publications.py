@@ -45,8 +45,7 @@ class _NoBag:
 
 _NO_BAG = _NoBag()
 
-# robot_state_publisher's publish_frequency, 50 Hz.
-FRAMES_PERIOD_NS = 20_000_000
+FRAMES_PERIOD_NS = 20_000_000  # robot_state_publisher's publish_frequency, 50 Hz
 
 
 def _encode_turned(frames: LinkFrames, joints: JointStates) -> bytes:
@@ -54,14 +53,9 @@ def _encode_turned(frames: LinkFrames, joints: JointStates) -> bytes:
 
 
 def _encode_frames(frames: List[LinkFrame], stamp_ns: int) -> bytes:
-    return encoders.encode_tf(
-        *(
-            encoders.encode_spatial_transform(
-                frame.translation_xyz_m, frame.quat_xyzw, stamp_ns, frame.parent, frame.child
-            )
-            for frame in frames
-        )
-    )
+    encode = encoders.encode_spatial_transform
+    places = ((each.translation_xyz_m, each.quat_xyzw, stamp_ns, each.parent, each.child) for each in frames)
+    return encoders.encode_tf(*(encode(*place) for place in places))
 
 
 class Publications:

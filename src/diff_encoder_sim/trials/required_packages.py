@@ -29,11 +29,7 @@ GAZEBO = RequiredPackages(
 
 
 def require(needed: RequiredPackages) -> None:
-    """Check that the packages are installed, before the launch.
-
-    Raises:
-        ConfigError: packages are missing; the text contains their names and how to install them.
-    """
+    """Check that the packages are installed; otherwise ConfigError with their names and how to install them."""
     import rospkg  # noqa: PLC0415  # missing if the core runs without ROS
 
     installed = rospkg.RosPack().list()

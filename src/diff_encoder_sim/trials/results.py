@@ -39,10 +39,8 @@ def describe_run(package_folder: Path, command: Sequence[str]) -> Dict[str, Any]
             versions[library] = importlib.metadata.version(library)
     # None if the package is installed, even within another checkout.
     is_checkout = git(package_folder, 'ls-files', '--error-unmatch', 'package.xml') is not None
-    commit = {
-        'id': git(package_folder, 'rev-parse', 'HEAD'),
-        'is_dirty': git(package_folder, 'status', '--porcelain') != '',
-    }
+    is_dirty = git(package_folder, 'status', '--porcelain') != ''
+    commit = {'id': git(package_folder, 'rev-parse', 'HEAD'), 'is_dirty': is_dirty}
     return {
         'started': datetime.now(timezone.utc).isoformat(timespec='seconds'),
         'command': list(command),
@@ -132,11 +130,7 @@ class ResultStore:
         return ResultsFolder(str(self.folder.resolve()), _sha256(self.folder / MANIFEST))
 
     def append(self, row: TrialRow) -> None:
-        """Store a finished trial on disk before returning; drop a second row of the same trial.
-
-        Raises:
-            ConfigError: the file cannot be written, for example on a full disk; earlier rows are complete.
-        """
+        """Store a finished trial on disk unless it is stored; ConfigError if that fails; earlier rows are complete."""
         if row.identity() not in self._rows:
             with _named_errors(self._table), open(self._table, 'ab') as file:
                 file.write(line_of(row))
@@ -145,11 +139,7 @@ class ResultStore:
             self._rows[row.identity()] = row
 
     def finish(self) -> Path:
-        """Sort trials.csv in the order of trials, and return its path.
-
-        Raises:
-            ConfigError: it cannot be written; the unsorted file is kept.
-        """
+        """Sort trials.csv in the order of trials, and return its path; ConfigError keeps the unsorted file."""
         with _named_errors(self._table):
             write_file(self._table, table_of(self.rows, self._varied_keys))
             if not self.pending():

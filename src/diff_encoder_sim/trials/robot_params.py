@@ -19,12 +19,7 @@ from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.navigation.goal_stopping import StopSpread, stop_parts, stop_spread
 from diff_encoder_sim.navigation.navigator_params import DwaParams, NavigatorParams
 from diff_encoder_sim.robots.robot_file import RobotSetup, load_robot_file, set_up_robot
-from diff_encoder_sim.simulation.simulator import (
-    CONTACT_CURVE_NOISE,
-    CONTACT_DISTANCE_STD,
-    SimulatorParams,
-    WheelErrorParams,
-)
+from diff_encoder_sim.simulation import simulator as simulation
 from diff_encoder_sim.simulation.state import TICK_NS, TICK_S
 from diff_encoder_sim.wheels.encoder_params import PerWheel, ppr_label
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
@@ -53,7 +48,7 @@ def latency_ns(latency_s: float) -> int:
     return round(latency_s * NANOSECONDS_PER_SECOND)
 
 
-def wheel_uncertainty(errors: WheelErrorParams) -> Dict[str, float]:
+def wheel_uncertainty(errors: simulation.WheelErrorParams) -> Dict[str, float]:
     """Return the parameters of odometry, by their names, that describe the errors of wheels."""
     left, right = errors.travel_errors()
     distance, spread = 0.5 * (left + right), errors.radius_spread / math.sqrt(2.0)
@@ -69,14 +64,13 @@ def wheel_uncertainty(errors: WheelErrorParams) -> Dict[str, float]:
 def uncertainty_of_robot(settings: Mapping[str, Any]) -> Dict[str, float]:
     """Return the wheel errors of a robot's settings, by dotted keys; 0 counts as not specified."""
     given = nested(settings).get('simulator', {}).get('wheel_errors', {})
-    errors = WheelErrorParams.from_mapping(given, 'simulator.wheel_errors')
+    errors = simulation.WheelErrorParams.from_mapping(given, 'simulator.wheel_errors')
     return {key: value for key, value in wheel_uncertainty(errors).items() if value}
 
 
-# Files by stem, with the fields of RobotParams that they set.
-CONFIG_FILES: Dict[str, Dict[str, Type[Params]]] = {
+CONFIG_FILES: Dict[str, Dict[str, Type[Params]]] = {  # by stem of the file, the fields of RobotParams that it sets
     'config': {'encoder': EncoderParams, 'odometry': OdometryParams},
-    'simulator': {'simulator': SimulatorParams},
+    'simulator': {'simulator': simulation.SimulatorParams},
     'amcl': {'amcl': AmclParams},
     'navigation': {'navigator': NavigatorParams},
     'lockstep': {'latency': LatencyParams},
@@ -84,13 +78,9 @@ CONFIG_FILES: Dict[str, Dict[str, Type[Params]]] = {
 
 # Keys set by the trial, with their source; overrides would have no effect.
 SET_BY_TRIALS = {
-    'config.ppr': "the campaign's ppr",
-    'config.ppr.left': "the campaign's ppr",
-    'config.ppr.right': "the campaign's ppr",
+    **dict.fromkeys(('config.ppr', 'config.ppr.left', 'config.ppr.right'), "the campaign's ppr"),
     'config.seed': "the trial's number",
-    'amcl.initial_pose_x': "the test's start",
-    'amcl.initial_pose_y': "the test's start",
-    'amcl.initial_pose_a': "the test's start",
+    **dict.fromkeys(('amcl.initial_pose_x', 'amcl.initial_pose_y', 'amcl.initial_pose_a'), "the test's start"),
 }
 
 RobotConfig = Dict[str, Dict[str, Any]]
@@ -101,27 +91,19 @@ class RobotParams(NamedTuple):
 
     encoder: EncoderParams
     odometry: OdometryParams
-    simulator: SimulatorParams
+    simulator: simulation.SimulatorParams
     amcl: AmclParams
     navigator: NavigatorParams
     latency: LatencyParams
 
 
 def load_robot_params(config_folder: Union[str, Path]) -> RobotParams:
-    """Load the parameters that trial.launch gives its nodes.
-
-    Raises:
-        ConfigError: a file is missing or bad.
-    """
+    """Load the parameters that trial.launch gives its nodes; ConfigError if a file is missing or bad."""
     return override(load_robot_config(config_folder), {})
 
 
 def load_robot_config(config_folder: Union[str, Path], instead: Optional[Mapping[str, Path]] = None) -> RobotConfig:
-    """Load the content of the files by their stems, for `override`; files `instead` replace those of the folder.
-
-    Raises:
-        ConfigError: a file is missing or bad.
-    """
+    """Load the files by their stems, for `override`; those of `instead` replace them; ConfigError if one is bad."""
     paths = {**{stem: Path(config_folder, f'{stem}.yaml') for stem in CONFIG_FILES}, **(instead or {})}
     config = {stem: load_yaml(path) for stem, path in paths.items()}
     _robot_params(config, paths)
@@ -129,11 +111,7 @@ def load_robot_config(config_folder: Union[str, Path], instead: Optional[Mapping
 
 
 def override(config: Mapping[str, Any], overrides: Mapping[str, Any]) -> RobotParams:
-    """Return the parameters with other values by dotted keys such as `simulator.lidar.noise`; see `check_key`.
-
-    Raises:
-        ConfigError: a value is not allowed, or another key overrides it.
-    """
+    """Return the parameters with values by dotted keys, see `check_key`; ConfigError if one is bad or has no effect."""
     params = _robot_params(merged(config, nested(overrides)), {})
     for key, value in overrides.items():
         # In move_base's overlapping namespaces another key can set the same parameter.
@@ -153,8 +131,8 @@ def _robot_params(config: Mapping[str, Any], paths: Mapping[str, Path]) -> Robot
     for stem, classes in CONFIG_FILES.items():
         parts.update(zip(classes, split_params(config[stem], str(paths.get(stem, stem)), *classes.values())))
     # Unset uncertainties of odometry are those of the simulated wheel errors and contact.
-    values = {'curve_noise': CONTACT_CURVE_NOISE, **wheel_uncertainty(parts['simulator'].wheel_errors)}
-    values['distance_std'] = math.hypot(values['distance_std'], CONTACT_DISTANCE_STD)
+    values = {'curve_noise': simulation.CONTACT_CURVE_NOISE, **wheel_uncertainty(parts['simulator'].wheel_errors)}
+    values['distance_std'] = math.hypot(values['distance_std'], simulation.CONTACT_DISTANCE_STD)
     unset = {key: value for key, value in values.items() if getattr(parts['odometry'], key) is None}
     if unset:
         parts['odometry'] = with_changes(parts['odometry'], unset, 'simulator.wheel_errors')
@@ -162,11 +140,7 @@ def _robot_params(config: Mapping[str, Any], paths: Mapping[str, Path]) -> Robot
 
 
 def check_key(key: str, where: str = '') -> None:
-    """Check that `override` accepts a dotted key; `where` begins the error.
-
-    Raises:
-        ConfigError: the parameter does not exist, or trials set it.
-    """
+    """Check that a dotted key, such as `simulator.lidar.noise`, exists and no trial sets it; `where` begins errors."""
     if key in SET_BY_TRIALS:
         raise ConfigError(f'{where}{key}: every trial sets it; allowed: {SET_BY_TRIALS[key]}')
     files = CONFIG_FILES.items()
@@ -188,11 +162,7 @@ def _dotted_keys(params_class: Type[Params], prefix: str) -> Iterator[str]:
 def load_robot(
     given: str, folder: Path, package_folder: Path, arguments: Mapping[str, str], packages: Sequence[Path] = ()
 ) -> RobotSetup:
-    """Load and inspect a robot by its name ('' for alto), its robot file, xacro or URDF, relative to `folder`.
-
-    Raises:
-        ConfigError: the robot's files are missing or bad, or set a value that is not allowed.
-    """
+    """Load a robot: name ('' for alto), robot file, xacro or URDF, relative to `folder`; ConfigError if one is bad."""
     file = load_robot_file(given or 'alto', folder, package_folder, arguments, packages)
     for key in file.overrides:
         check_key(key, f'{file.where}: set: ')
@@ -204,8 +174,7 @@ def load_robot(
     return setup
 
 
-# How each stop ends.
-_ENDS = {'latch': 'ends anywhere within', 'precise': 'drives up to within about'}
+_ENDS = {'latch': 'ends anywhere within', 'precise': 'drives up to within about'}  # by `stop`
 
 
 def spread_with(params: RobotParams, ppr: PerWheel) -> StopSpread:

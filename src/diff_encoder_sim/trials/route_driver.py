@@ -28,12 +28,8 @@ from diff_encoder_sim.trials.scripted_drive import SETTLING_S
 BRAKING_FRACTION = 0.3
 APPROACH_PER_S = 1.5
 STOP_WITHIN_RAD = 0.02
-
-# Below 40 PPR the heading estimate jumps across the end; it does not get closer after this number of crossings.
-MOST_CROSSINGS = 2
-
-# A turn in place pauses while the newest pose estimate is older; the navigator's default input_timeout.
-POSE_TIMEOUT_S = 0.5
+MOST_CROSSINGS = 2  # below 40 PPR the heading estimate jumps across the end; it does not get closer after these
+POSE_TIMEOUT_S = 0.5  # age of the pose estimate that pauses a turn; the navigator's default input_timeout
 
 log = logging.getLogger(__name__)
 
@@ -122,14 +118,7 @@ class RouteDriver:
         self._estimate_ns, self._is_halted, self.is_over = 0, False, False
 
     def watch(self, now_ns: int) -> DriverOutput:
-        """Check the time limit and, while the robot turns in place, the age of the pose estimate.
-
-        Returns:
-            A stop, while the robot turns and the pose estimate is older than POSE_TIMEOUT_S.
-
-        Raises:
-            RouteFailed: the test's time limit, counted from the first call, is over.
-        """
+        """Return a stop if the robot turns on an estimate older than POSE_TIMEOUT_S; RouteFailed after time_limit."""
         if self._started_ns is None:
             self._started_ns = now_ns
         if now_ns - self._started_ns > self._test.time_limit * NANOSECONDS_PER_SECOND:
@@ -144,13 +133,7 @@ class RouteDriver:
         return DriverOutput(turn_rate_radps=0.0)
 
     def step(self, now_ns: int, base_pose_in_map: Pose2D, status: GoalStatus, status_text: str) -> DriverOutput:
-        """Return the goal or command for a pose estimate of this time.
-
-        Status and its text (reason) are the navigator's, of the goal sent last.
-
-        Raises:
-            RouteFailed: the navigator aborted a goal.
-        """
+        """Return the goal or command for a pose estimate; RouteFailed if `status`, of the last goal, is aborted."""
         self._estimate_ns = now_ns
         if self._is_halted:
             log.info('turn in place continues: pose estimates are received again', extra=EVENT)
@@ -181,8 +164,7 @@ class RouteDriver:
                 return DriverOutput(self._stage.pose_in_map, rate_radps)
 
 
-# Spacing of the footprint checks along a leg.
-STEP_M, STEP_RAD = 0.1, math.radians(10.0)
+STEP_M, STEP_RAD = 0.1, math.radians(10.0)  # spacing of the footprint checks along a leg
 
 
 def misfit(test: TestDefinition, navigator: NavigatorParams, drive: DriveParams, grid: OccupancyGrid) -> Optional[str]:

@@ -56,8 +56,7 @@ class ScriptedDrive:
     def __init__(self, test: TestDefinition) -> None:
         self._starts_s: List[float] = []
         self._legs: List[Tuple[Trapezoid, Trapezoid]] = []
-        start_s = 0.0
-        limits = test.limits
+        start_s, limits = 0.0, test.limits
         for segment in test.drive:
             linear = Trapezoid(segment.straight or 0.0, limits.speed, limits.acceleration)
             turn_rad = 2.0 * math.pi * (segment.turns or 0.0)

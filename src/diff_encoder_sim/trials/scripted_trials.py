@@ -30,8 +30,7 @@ _ORDER = {
     topics.TRIAL_RESULT: 4,
 }
 
-# A call that publishes a message.
-_Event = Tuple[Place, Callable[..., None], Tuple[Any, ...]]
+_Event = Tuple[Place, Callable[..., None], Tuple[Any, ...]]  # a call that publishes a message
 
 
 class _SharedMessages:

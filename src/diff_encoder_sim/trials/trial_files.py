@@ -37,11 +37,7 @@ class TrialFiles(NamedTuple):
         return {name: _sha256(content) for name, content in sorted(self.contents.items())}
 
     def materialise(self, folder: Union[str, Path]) -> TrialFiles:
-        """Write the files below `folder` unless they exist; return their absolute paths.
-
-        Raises:
-            OSError: the folder cannot be written to.
-        """
+        """Write the files below `folder` unless they exist; return their absolute paths; OSError if that fails."""
         for name, content in self.contents.items():
             path = Path(folder, name)
             if not path.is_file():
@@ -57,11 +53,7 @@ class TrialFiles(NamedTuple):
 def collect(
     tests: Sequence[TestDefinition], worlds_folder: Union[str, Path], source: RobotSource, needs_maps: bool
 ) -> TrialFiles:
-    """Read and check the files of tests with unique names.
-
-    Raises:
-        ConfigError: a file is missing or bad, or a world has no map and trials need it.
-    """
+    """Read and check the files of tests with unique names; ConfigError if one is bad, or trials need a missing map."""
     contents: Dict[str, bytes] = {}
 
     def add(files: Dict[str, bytes]) -> str:

@@ -73,30 +73,16 @@ def _row(setup: TrialSetup, drive: LockstepTrial, last: Optional[Report]) -> Tri
         source: pose and Pose2D(pose.x_m - goal.x_m, pose.y_m - goal.y_m, wrap_angle(pose.yaw_rad - goal.yaw_rad))
         for source, pose in poses.items()
     }
-    return TrialRow(
-        trial.test.name,
-        trial.encoder_label,
-        (),
-        trial.number,
-        trial.number,
-        ending.outcome,
-        ending.reason,
-        drive.time_ns / NANOSECONDS_PER_SECOND,
-        errors,
-        drive.distance_m,
-    )
+    identity = trial.test.name, trial.encoder_label, (), trial.number, trial.number
+    duration_s = drive.time_ns / NANOSECONDS_PER_SECOND
+    return TrialRow(*identity, ending.outcome, ending.reason, duration_s, errors, drive.distance_m)
 
 
 # ---- in a worker process
 
-# run_trials, or a substitute of tests.
-RunTrials = Callable[[Sequence[TrialSetup], Path], List[TrialRow]]
-
-# A row, and its bag in transfer to the client; None: not recorded, or already in the results folder.
-FinishedTrial = Tuple[TrialRow, Optional[bytes]]
-
-# PyBullet is not thread-safe: one trial at a time per worker.
-_one_drive = threading.Lock()
+RunTrials = Callable[[Sequence[TrialSetup], Path], List[TrialRow]]  # run_trials, or a substitute of tests
+FinishedTrial = Tuple[TrialRow, Optional[bytes]]  # with its bag, unless not recorded, or already in the results folder
+_one_drive = threading.Lock()  # PyBullet is not thread-safe: one trial at a time per worker
 
 
 def run_group(

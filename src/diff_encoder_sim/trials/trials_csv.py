@@ -46,10 +46,8 @@ _KINDS = get_type_hints(TrialRow)
 
 def header(varied_keys: Sequence[str]) -> List[str]:
     """Return the names of the columns; those of an error are empty without a pose."""
-    several = {
-        'varied': list(varied_keys),
-        'errors': [f'{source.value}_{part}' for source in PoseSource for part in PARTS],
-    }
+    errors = [f'{source.value}_{part}' for source in PoseSource for part in PARTS]
+    several = {'varied': list(varied_keys), 'errors': errors}
     return [name for field in TrialRow._fields for name in several.get(field, [field])]
 
 
@@ -67,11 +65,7 @@ def line_of(row: TrialRow) -> bytes:
 
 
 def row_of(line: bytes, varied_keys: Sequence[str]) -> TrialRow:
-    """Return the row of a line that `line_of` returned, with or without its end.
-
-    Raises:
-        ValueError, csv.Error: the line is not that of a row.
-    """
+    """Return the row of a line of `line_of`, with or without its end; ValueError or csv.Error if it is none."""
     names, fields = header(varied_keys), next(csv.reader([line.decode('utf-8')], strict=True))
     if len(fields) != len(names):
         raise ValueError(f'{len(fields)} fields; expected {len(names)}')
