@@ -9,7 +9,7 @@ import struct
 import sys
 from functools import partial
 from pathlib import Path
-from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union, cast
+from typing import Callable, Dict, Iterator, List, Optional, Sequence, Tuple, Union, cast
 
 import lz4.frame
 import numpy as np
@@ -34,21 +34,14 @@ _TIME_AND_LENGTH = struct.Struct('<3I')
 _MESSAGE, _INDEX_DATA, _CHUNK = b'\2', b'\4', b'\5'  # operations
 
 
-class _Publisher(NamedTuple):
-    """The connection of one topic of one node."""
-
-    connection_id: int
-    header: bytes  # of the records of its messages, up to their time
-    seqs: Optional[Iterator[int]]  # of its messages; None if they have no header
-
-
 class Ros1File(Ros1Writer):
     """A bag of ROS 1, with the same bytes as rosbags' writer, five times as fast; memory does not grow with the bag."""
 
     def __init__(self, path: Path, is_compressed: bool = False) -> None:
         """Open a new file, compressed by LZ4 or not; OSError if it cannot be created."""
         super().__init__(path)
-        self._publishers: List[_Publisher] = []
+        # Of each publisher: its connection, the beginning of its records, and the seqs of its messages with a header.
+        self._publishers: List[Tuple[int, bytes, Optional[Iterator[int]]]] = []
         if is_compressed:
             self.set_compression(self.CompressionFormat.LZ4)
             # rosbag reads only frames of this form.
@@ -61,7 +54,7 @@ class Ros1File(Ros1Writer):
         about = {'msgdef': known.text, 'md5sum': known.md5sum, 'callerid': node, 'latching': int(topic.is_latched)}
         connection = self.add_connection(topic.name, topic.message_type, **about)  # type: ignore[arg-type]
         seqs = itertools.count(1) if known.has_header else None
-        self._publishers.append(_Publisher(connection.id, record_header(connection.id), seqs))
+        self._publishers.append((connection.id, record_header(connection.id), seqs))
         return len(self._publishers) - 1
 
     def prepare(self, publisher: int, time_ns: int, message: bytes) -> Prepared:
@@ -95,8 +88,7 @@ class Ros1File(Ros1Writer):
         compression, size = self.compression_format.encode(), LENGTH.pack(len(content))
         self.bio.write(_record(_CHUNK, self.compressor(content), compression=compression, size=size))
         for connection_id, places in chunk.connections.items():
-            numbers = [LENGTH.pack(number) for number in (1, connection_id, len(places))]
-            fields = dict(zip(('ver', 'conn', 'count'), numbers))
+            fields = dict(ver=LENGTH.pack(1), conn=LENGTH.pack(connection_id), count=LENGTH.pack(len(places)))
             times_ns, offsets = np.array(places, np.int64).T
             entries = np.column_stack([*np.divmod(times_ns, NANOSECONDS_PER_SECOND), offsets]).astype('<u4').tobytes()
             self.bio.write(_record(_INDEX_DATA, entries, **fields))
@@ -158,13 +150,13 @@ class McapFile:
         """Add a channel, unless the topic has one: ROS 2 records no publishers."""
         del node
         if topic.name not in self._channels:
-            text, type_hash = ros2_definition(topic.message_type)
-            if topic.message_type not in self._schemas:
-                schema = self._writer.register_schema(topic.message_type, 'ros2msg', text.encode())
-                self._schemas[topic.message_type] = schema
+            kind = topic.message_type
+            text, type_hash = ros2_definition(kind)
+            if kind not in self._schemas:
+                self._schemas[kind] = self._writer.register_schema(kind, 'ros2msg', text.encode())
             about = {'offered_qos_profiles': qos_profiles(topic.is_latched), 'topic_type_hash': type_hash}
-            channel = self._writer.register_channel(topic.name, 'cdr', self._schemas[topic.message_type], about)
-            self._channels[topic.name], self._types[channel], self._counts[channel] = channel, topic.message_type, 0
+            channel = self._writer.register_channel(topic.name, 'cdr', self._schemas[kind], about)
+            self._channels[topic.name], self._types[channel], self._counts[channel] = channel, kind, 0
         return self._channels[topic.name]
 
     def prepare(self, publisher: int, time_ns: int, message: bytes) -> Prepared:
@@ -189,19 +181,14 @@ class McapFile:
 
 def qos_profiles(is_latched: bool) -> str:
     """Return the quality of service of a publisher, in the YAML of rosbag2: latched topics are transient local."""
+    depth, durability = (1, 1) if is_latched else (10, 2)  # 2 is volatile
     no_limit = '{sec: 9223372036, nsec: 854775807}'
-    fields = {
-        'history': 1,  # keep last
-        'depth': 1 if is_latched else 10,
-        'reliability': 1,  # reliable
-        'durability': 1 if is_latched else 2,  # transient local or volatile
-        'deadline': no_limit,
-        'lifespan': no_limit,
-        'liveliness': 1,  # automatic
-        'liveliness_lease_duration': no_limit,
-        'avoid_ros_namespace_conventions': 'false',
-    }
-    return '- ' + '\n  '.join(f'{key}: {value}' for key, value in fields.items())
+    # Keep last; reliable; automatic.
+    return (
+        f'- history: 1\n  depth: {depth}\n  reliability: 1\n  durability: {durability}\n  deadline: {no_limit}\n'
+        f'  lifespan: {no_limit}\n  liveliness: 1\n  liveliness_lease_duration: {no_limit}\n'
+        '  avoid_ros_namespace_conventions: false'
+    )
 
 
 BagFile = Union[Ros1File, McapFile]

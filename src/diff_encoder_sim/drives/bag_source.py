@@ -1,7 +1,6 @@
 """Opens bags of every kind as streams of messages, and finds them in folders.
 
-Of ROS 2: MCAP files, SQLite databases, and the folders of `ros2 bag record`. rosbags reads neither a file without
-index, as after a crash, nor on Python 3.8 a file outside of a folder.
+rosbags reads neither a file without index, as after a crash, nor on Python 3.8 a file of ROS 2 outside of a folder.
 """
 
 from __future__ import annotations

@@ -49,23 +49,16 @@ class CsvFormat(NamedTuple):
         for text in texts:
             if not (_NUMBER.fullmatch(text) and math.isfinite(float(text))):
                 raise InputFault(f'{text!r}; expected a finite number')
-        # Exact: seconds since 1970 with nanoseconds do not fit a float.
-        time_ns = Decimal(texts[0]) * self.unit_ns
+        time_ns = Decimal(texts[0]) * self.unit_ns  # exact: seconds since 1970 with nanoseconds do not fit a float
         if not 0 <= time_ns < LATEST_NS:
             raise InputFault(f'time {texts[0]!r}; expected 0 to below 2^32 s, in the unit of --time-unit')
         return int(time_ns), float(texts[1]), float(texts[2])
 
 
 def find_format(lines: Sequence[str], columns: Sequence[str], time_unit: str) -> CsvFormat:
-    """Detect the format of a file from its first lines, without empty ones.
+    """Detect the format of a file from its first lines, without empty ones; ConfigError if it is no such table.
 
-    Args:
-        lines: of the file.
-        columns: of time, left and right as the user gives them: names, or numbers from 1.
-        time_unit: one of TIME_UNITS.
-
-    Raises:
-        ConfigError: it is no table, or does not have the columns.
+    `columns` are those of time, left and right as the user gives them: names, or numbers from 1.
     """
     rows = [line for line in lines if not line.startswith(COMMENT)]
     for delimiter in _DELIMITERS:

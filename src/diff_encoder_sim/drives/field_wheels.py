@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import shlex
-from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Tuple, Union
+from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -18,19 +18,15 @@ from diff_encoder_sim.drives.number_units import TICKS
 from diff_encoder_sim.drives.topics import ARROW, ODOMETRY_TYPE, TF, TRANSFORMS_TYPE
 from diff_encoder_sim.drives.wheel_source import WheelNumbers, WheelSeries, WheelSource
 
-# By type: constants, and fields with their types, as rosbags has them.
-Fields = Dict[str, Tuple[Any, Any]]
-
+Fields = Dict[str, Tuple[Any, Any]]  # by type: constants, and fields with their types, as rosbags has them
 HEADER = 'std_msgs/msg/Header'
 
 _ADDRESS = re.compile(r'(?P<topic>[^.\[\]\s]+)(?P<path>(?:\.\w+|\[[0-9]{1,9}\])*)')
 _STEP = re.compile(r'\.(\w+)|\[([0-9]+)\]')
-# `data` of std_msgs and of others like them, which users need not name.
-_USUAL = re.compile(r'^\.data(?=\[|$)')
+_USUAL = re.compile(r'^\.data(?=\[|$)')  # `data` of std_msgs and of others like them, which users need not name
 _BITS = {'int8': 8, 'uint8': 8, 'byte': 8, 'char': 8, 'octet': 8, 'int16': 16, 'uint16': 16, 'int32': 32, 'uint32': 32}
 _NUMBERS = (*_BITS, 'int64', 'uint64', 'float32', 'float64')
-# Listed elements of an array, and depth of messages in messages.
-_LISTED_ELEMENTS, _DEPTH = 4, 5
+_LISTED_ELEMENTS, _DEPTH = 4, 5  # of an array; of messages in messages
 
 
 class MessageField(NamedTuple):
@@ -70,15 +66,12 @@ def find_field(source: DriveStream, option: str, given: str) -> MessageField:
     topic = match['topic'] if match else ''
     topic = topic if topic in source.topics else f'/{topic}'
     if not match or topic not in source.topics:
-        listed = ', '.join(sorted(source.topics))
-        raise ConfigError(
-            f'{source.path}: {option}: given {given}; allowed: TOPIC or TOPIC.field[0] of its topics {listed}'
-        )
+        allowed = f'TOPIC or TOPIC.field[0] of its topics {", ".join(sorted(source.topics))}'
+        raise ConfigError(f'{source.path}: {option}: given {given}; allowed: {allowed}')
     kind, (store, fields) = source.topics[topic], _types(source, topic)
     if kind not in fields:
-        raise ConfigError(
-            f'{source.path}: {topic} is of {kind}, which the bag does not define; expected a bag that does'
-        )
+        undefined = f'{kind}, which the bag does not define; expected a bag that does'
+        raise ConfigError(f'{source.path}: {topic} is of {undefined}')
     numbers = dict(numbers_of(fields, kind))
     place = _USUAL.sub('', match['path'])
     place = place if place.startswith('.') else f'.data{place}'
@@ -118,9 +111,7 @@ def numbers_of(fields: Fields, message: str, depth: int = _DEPTH) -> Iterator[Tu
         yield from ((f'.{name}{index}{place}', number) for index in indices for place, number in inner)
 
 
-# Listed alternatives of a bag without wheel angles.
-_LISTED_OPTIONS = 5
-
+_LISTED_OPTIONS = 5  # alternatives of a bag without wheel angles
 # A name of the left wheel becomes the right one's by one of these.
 _MIRRORED = [names.split() for names in ('left right', 'Left Right', 'LEFT RIGHT', 'lwheel rwheel', 'l_ r_', '_l _r')]
 # The first two elements of an array are both wheels only if its name is about wheels.
@@ -164,9 +155,7 @@ def serving_options(source: DriveStream) -> List[str]:
 class FieldWheels(WheelSource):
     """Reads both wheels, from one topic or from two, at the stamps of headers or else the times of receipt."""
 
-    def __init__(
-        self, fields: Tuple[MessageField, MessageField], joints: Tuple[str, str], numbers: WheelNumbers
-    ) -> None:
+    def __init__(self, fields: Sequence[MessageField], joints: Tuple[str, str], numbers: WheelNumbers) -> None:
         """Prepare to read two numbers, left and right."""
         text = f'messages of {fields[0].name}, {fields[1].name} ({numbers.text})'
         super().__init__([field.topic for field in fields], joints, text, numbers)

@@ -19,11 +19,8 @@ from diff_encoder_sim.wheels.counter import first_counters, next_counters
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import LARGEST_ANGLE_RAD, EncoderParams
 
-# Joints may be in several messages in turn.
-MESSAGES_WITH_NAMES = 500
-
+MESSAGES_WITH_NAMES = 500  # joints may be in several messages in turn
 JOINT_TYPES = (JOINT_STATE_TYPE, ENCODER_PULSE_TYPE)
-
 _SIDES = {'left': {'left', 'l'}, 'right': {'right', 'r'}}
 
 
@@ -49,13 +46,11 @@ def find_wheels(
     if not names:
         raise ConfigError(f'{source.path}: no message on {topic}; expected {kind}')
     where = f'{source.path}: {topic}'
-    joints = (
-        _joint(where, list(names), 'left', left, params.left_joint),
-        _joint(where, list(names), 'right', right, params.right_joint),
-    )
-    if joints[0] == joints[1]:
-        raise ConfigError(f'{where}: given {joints[0]} for both wheels; allowed: two of {", ".join(names)}')
-    return topic, kind, joints
+    choices = ('left', left, params.left_joint), ('right', right, params.right_joint)
+    of_left, of_right = (_joint(where, list(names), *choice) for choice in choices)
+    if of_left == of_right:
+        raise ConfigError(f'{where}: given {of_left} for both wheels; allowed: two of {", ".join(names)}')
+    return topic, kind, (of_left, of_right)
 
 
 def _topic(source: DriveStream, joint_states: str, pulses: str) -> Tuple[str, str]:

@@ -24,15 +24,12 @@ if TYPE_CHECKING:  # nodes of an encoder import this module
 # Those with child_frame_id between header and pose, and those without.
 _WITH_CHILD_FRAME = (topics.ODOMETRY_TYPE, topics.TRANSFORM_STAMPED_TYPE)
 POSE_TYPES = (*_WITH_CHILD_FRAME, topics.POSE_STAMPED_TYPE, topics.POSE_WITH_COVARIANCE_TYPE)
-# No robot drives so far; squares of more may not be finite.
-_FARTHEST_M = 1e9
+_FARTHEST_M = 1e9  # no robot drives so far; squares of more may not be finite
 
 TORN = 'a message is torn'
-
 NUMBER_SIZE = 8  # of float64 and int64, which CDR aligns to it
 # A header begins with its stamp and its frame, after four bytes: ROS 1's seq or CDR's representation.
 STAMP_AT, FRAME_AT = 4, 12
-
 _CDR_BEGIN = 4
 _LITTLE_ENDIAN_CDR = b'\1'
 
@@ -75,8 +72,7 @@ class FieldReader:
 
     def length(self) -> int:
         """Read the length of the text or sequence that follows."""
-        length: int = self.unpack(LENGTH, LENGTH.size)[0]
-        return length
+        return int(self.unpack(LENGTH, LENGTH.size)[0])
 
     def content(self, size: int) -> bytes:
         """Read bytes."""
@@ -148,8 +144,7 @@ def decode_tf(raw: bytes, is_cdr: bool = False) -> Iterator[StampedPose]:
 
 def _read_frames(fields: FieldReader, has_child: bool) -> Tuple[int, str, str]:
     stamp_ns, parent_frame = fields.header()
-    child_frame = fields.text() if has_child else ''
-    return stamp_ns, parent_frame.lstrip('/'), child_frame.lstrip('/')
+    return stamp_ns, parent_frame.lstrip('/'), fields.text().lstrip('/') if has_child else ''
 
 
 def planar_pose(x_m: float, y_m: float, z_m: float, qx: float, qy: float, qz: float, qw: float) -> Pose2D:
@@ -231,8 +226,7 @@ def decode_scan(raw: bytes, is_cdr: bool = False) -> Tuple[Scan, str]:
     fields = FieldReader(raw, is_cdr)
     stamp_ns, frame = fields.header()
     angle_min_rad, _, increment_rad, _, _, range_min_m, range_max_m = fields.unpack(SCAN_LIMITS, FLOAT32.itemsize)
-    ranges = fields.content(fields.length() * FLOAT32.itemsize)
-    ranges_m = np.frombuffer(ranges, FLOAT32).astype(float)
+    ranges_m = np.frombuffer(fields.content(fields.length() * FLOAT32.itemsize), FLOAT32).astype(float)
     return Scan(stamp_ns, angle_min_rad, increment_rad, range_min_m, range_max_m, ranges_m), frame.lstrip('/')
 
 

@@ -23,10 +23,10 @@ if TYPE_CHECKING:  # nodes of an encoder import this module
 UINT32 = struct.Struct('<I')
 LENGTH = UINT32  # of a text or a sequence
 TIME = struct.Struct('<2I')  # seconds, nanoseconds
+_SEQ_AND_STAMP = struct.Struct('<3I')
 POSE = struct.Struct('<7d')  # position or translation x, y, z; quaternion x, y, z, w
 TWIST = struct.Struct('<6d')  # linear x, y, z; angular x, y, z
-# angle_min, angle_max, angle_increment, time_increment, scan_time, range_min, range_max.
-SCAN_LIMITS = struct.Struct('<7f')
+SCAN_LIMITS = struct.Struct('<7f')  # angle min, max and increment, time_increment, scan_time, range min and max
 FLOAT32 = np.dtype('<f4')
 
 Vector = Tuple[float, float, float]
@@ -39,8 +39,6 @@ def encode_time(stamp_ns: int) -> bytes:
 
 
 encode_clock = encode_time  # rosgraph_msgs/Clock
-
-_SEQ_AND_STAMP = struct.Struct('<3I')
 
 
 def encode_header(stamp_ns: int, frame: str) -> bytes:
@@ -163,16 +161,15 @@ def encode_odometry(estimate: OdometryEstimate, odom_frame: str, base_frame: str
     linear_mps = (estimate.linear_velocity_mps, estimate.lateral_velocity_mps, 0.0)
     xx, xy, x_yaw, yy, y_yaw, yaw_yaw = estimate.of_pose
     of_linear, together, of_angular = estimate.of_twist
-    return b''.join(
-        (
-            encode_header(estimate.stamp_ns, odom_frame),
-            encode_name(base_frame),
-            encode_planar_pose(estimate.base_pose_in_odom),
-            _PLANAR.pack(xx, xy, x_yaw, xy, yy, y_yaw, _Z_ROLL_PITCH, x_yaw, y_yaw, yaw_yaw),
-            encode_twist(linear_mps, (0.0, 0.0, estimate.angular_velocity_radps)),
-            _TWIST.pack(of_linear, together, _ALL_BUT_X_AND_YAW, together, of_angular),
-        )
+    parts = (
+        encode_header(estimate.stamp_ns, odom_frame),
+        encode_name(base_frame),
+        encode_planar_pose(estimate.base_pose_in_odom),
+        _PLANAR.pack(xx, xy, x_yaw, xy, yy, y_yaw, _Z_ROLL_PITCH, x_yaw, y_yaw, yaw_yaw),
+        encode_twist(linear_mps, (0.0, 0.0, estimate.angular_velocity_radps)),
+        _TWIST.pack(of_linear, together, _ALL_BUT_X_AND_YAW, together, of_angular),
     )
+    return b''.join(parts)
 
 
 def encode_joint_state(joints: JointStates) -> bytes:
@@ -180,10 +177,8 @@ def encode_joint_state(joints: JointStates) -> bytes:
     angles_rad, speeds_radps, names = joints.angles_rad, joints.speeds_radps, encode_names(joints.names)
     # In one piece, as it is the most frequent message except /clock. struct keeps the compiled format.
     fields = f'<4I{len(names)}sI{len(angles_rad)}dI{len(speeds_radps)}dI'
-    seconds, nanoseconds = divmod(joints.stamp_ns, NANOSECONDS_PER_SECOND)
-    return struct.pack(
-        fields, 0, seconds, nanoseconds, 0, names, len(angles_rad), *angles_rad, len(speeds_radps), *speeds_radps, 0
-    )
+    stamp = divmod(joints.stamp_ns, NANOSECONDS_PER_SECOND)
+    return struct.pack(fields, 0, *stamp, 0, names, len(angles_rad), *angles_rad, len(speeds_radps), *speeds_radps, 0)
 
 
 def encode_encoder_pulse(sample: EncoderSample, joints: Tuple[str, str]) -> bytes:
@@ -200,16 +195,11 @@ def encode_wheel_speeds(stamp_ns: int, speeds_radps: Tuple[float, float], joints
 
 def encode_scan(scan: Scan, frame: str, period_s: float) -> bytes:
     """Encode sensor_msgs/LaserScan whose rays were all taken at its stamp, one scan each `period_s`."""
-    angle_min_rad, increment_rad = scan.angle_min_rad, scan.angle_increment_rad
-    angle_max_rad = angle_min_rad + (len(scan.ranges_m) - 1) * increment_rad
-    limits = SCAN_LIMITS.pack(
-        angle_min_rad, angle_max_rad, increment_rad, 0.0, period_s, scan.range_min_m, scan.range_max_m
-    )
+    begin_rad, increment_rad = scan.angle_min_rad, scan.angle_increment_rad
+    end_rad = begin_rad + (len(scan.ranges_m) - 1) * increment_rad
+    limits = SCAN_LIMITS.pack(begin_rad, end_rad, increment_rad, 0.0, period_s, scan.range_min_m, scan.range_max_m)
     ranges = encode_array(scan.ranges_m, FLOAT32.str)
     return encode_header(scan.stamp_ns, frame) + limits + ranges + encode_numbers('f', ())
-
-
-_RESOLUTION_WIDTH_HEIGHT = struct.Struct('<f2I')
 
 
 def encode_map(grid: OccupancyGrid, stamp_ns: int, frame: str) -> bytes:
@@ -219,12 +209,11 @@ def encode_map(grid: OccupancyGrid, stamp_ns: int, frame: str) -> bytes:
 
 def encode_map_metadata(grid: OccupancyGrid, stamp_ns: int) -> bytes:
     """Encode nav_msgs/MapMetaData."""
-    size = _RESOLUTION_WIDTH_HEIGHT.pack(grid.resolution_m, grid.width, grid.height)
+    size = struct.pack('<f2I', grid.resolution_m, grid.width, grid.height)
     return encode_time(stamp_ns) + size + encode_planar_pose(grid.origin)
 
 
-# actionlib_msgs/GoalStatus of a goal that is over.
-_ACTION_STATUS = {'PREEMPTED': 2, 'SUCCEEDED': 3, 'ABORTED': 4}
+_ACTION_STATUS = {'PREEMPTED': 2, 'SUCCEEDED': 3, 'ABORTED': 4}  # actionlib_msgs/GoalStatus of a goal that is over
 
 
 class SentGoal(NamedTuple):
@@ -240,16 +229,14 @@ class SentGoal(NamedTuple):
         return encode_time(self.stamp_ns) + encode_text(f'{self.node}-{self.number}-{stamp_s:.3f}')
 
 
-def encode_goal(sent: SentGoal, goal_in_map: Pose2D, goal_stamp_ns: int, map_frame: str) -> bytes:
+def encode_goal(sent: SentGoal, goal_in_map: Pose2D, goal_stamp_ns: int, frame: str) -> bytes:
     """Encode move_base_msgs/MoveBaseActionGoal; `goal_stamp_ns` is of the pose, not of the sending."""
-    target = encode_pose_stamped(goal_in_map, goal_stamp_ns, map_frame)
-    return encode_header(sent.stamp_ns, '') + sent.encoded() + target
+    return encode_header(sent.stamp_ns, '') + sent.encoded() + encode_pose_stamped(goal_in_map, goal_stamp_ns, frame)
 
 
 def encode_result(sent: SentGoal, status: GoalStatus, text: str, stamp_ns: int) -> bytes:
     """Encode move_base_msgs/MoveBaseActionResult of a goal that is over; MoveBaseResult has no fields."""
-    goal_status = sent.encoded() + bytes([_ACTION_STATUS[status.name]]) + encode_text(text)
-    return encode_header(stamp_ns, '') + goal_status
+    return encode_header(stamp_ns, '') + sent.encoded() + bytes([_ACTION_STATUS[status.name]]) + encode_text(text)
 
 
 class ModelStatesEncoder:

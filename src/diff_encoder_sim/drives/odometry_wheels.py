@@ -14,8 +14,7 @@ from diff_encoder_sim.drives.recorded_poses import RecordedPoses
 from diff_encoder_sim.drives.wheel_source import TimedDrive, WheelSource, ascending_runs
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 
-# Sideways motion per motion ahead that is more than rounding; the wheels' axle cannot do it.
-_SIDEWAYS_FRACTION = 0.01
+_SIDEWAYS_FRACTION = 0.01  # per motion ahead, that is more than rounding; the wheels' axle cannot do it
 
 
 class OdometryWheels(WheelSource):
@@ -35,9 +34,8 @@ class OdometryWheels(WheelSource):
         """Return both wheels at every pose."""
         (stamps_ns, base_poses), times_ns = self._odometry.series(), np.array(self._odometry.times_ns)
         angles_rad = wheel_source.start_angles_rad(self._seed) + self._turned_rad(base_poses)
-        return [
-            TimedDrive(Drive(stamps_ns[rows], angles_rad[rows]), times_ns[rows]) for rows in ascending_runs(stamps_ns)
-        ]
+        runs = ascending_runs(stamps_ns)
+        return [TimedDrive(Drive(stamps_ns[rows], angles_rad[rows]), times_ns[rows]) for rows in runs]
 
     def _turned_rad(self, base_poses: np.ndarray) -> np.ndarray:
         """Return the rotation of both wheels at each of (n, 3) poses: (n, 2), by arcs between the poses."""

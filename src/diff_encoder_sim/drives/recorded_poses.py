@@ -15,8 +15,7 @@ from diff_encoder_sim.drives.drive_stream import DriveStream, Message
 from diff_encoder_sim.drives.message_decoders import POSE_TYPES, PoseDecoder, StampedPose, decode_tf
 from diff_encoder_sim.drives.topics import ARROW, TF, TF_STATIC, TRANSFORMS_TYPE, WORLD_POSE
 
-# A longer chain of frames is a circle.
-_LONGEST_CHAIN = 100
+_LONGEST_CHAIN = 100  # of frames; a longer one is a circle
 
 
 class RecordedPoses:
@@ -114,11 +113,7 @@ def find_reference(source: DriveStream, given: str) -> Optional[RecordedPoses]:
 
 
 def find_poses(source: DriveStream, option: str, given: str) -> RecordedPoses:
-    """Find the poses of a topic, or of frames as 'map->base_link', that a user gives with an option.
-
-    Raises:
-        ConfigError: the given topic or frame does not exist, is of another type, or has no pose.
-    """
+    """Find the poses of a topic, or of frames as 'map->base_link', that an option gives; ConfigError without any."""
     if ARROW in given:
         return _find_frames(source, option, given)
     kind = source.topics.get(given)

@@ -36,9 +36,7 @@ from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 # The truth, and how a trial ended: copied as they are, with the node that published them.
 COPIED = {topics.WORLD_POSE: topics.WORLD_POSE_NODE, topics.TRIAL_RESULT: topics.NAVIGATION_TRIAL_NODE}
 
-# Importing numba takes as long as the odometry of this many reports without it.
-FEW_REPORTS = 5000
-
+FEW_REPORTS = 5000  # importing numba takes as long as the odometry of this many reports without it
 # A reference pose that is older than the newest by no more than this was overtaken by another message: it is dropped.
 OVERTAKEN_NS = NANOSECONDS_PER_SECOND
 
@@ -69,10 +67,7 @@ class ReadDrive(NamedTuple):
 def read_drive(
     source: DriveStream, wheels: WheelSource, reference: Optional[RecordedPoses], copied: Sequence[str] = ()
 ) -> ReadDrive:
-    """Read the wheels, the poses to compare with, and the messages of copied topics, which are of ROS's own types.
-
-    A bag is streamed, and only some numbers of each sample are kept.
-    """
+    """Read the wheels, the poses to compare with, and the messages of copied topics, which are of ROS's own types."""
     reference_topics = reference.topics if reference else ()
     commanded = (topics.CMD_VEL,) if has_commands(source) else ()
     commands: List[Tuple[int, float, float]] = []

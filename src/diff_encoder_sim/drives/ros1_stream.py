@@ -1,7 +1,4 @@
-"""Reads a ROS 1 bag from its beginning to its end: also without an index, and up to the byte at which it is torn.
-
-rosbags reads only complete bags. The format: http://wiki.ros.org/Bags/Format/2.0.
-"""
+"""Reads ROS 1 bags (http://wiki.ros.org/Bags/Format/2.0): unlike rosbags also without an index, or up to a tear."""
 
 from __future__ import annotations
 
@@ -53,15 +50,14 @@ class Ros1Stream(DriveStream):
     def _messages(self, topics: Collection[str]) -> Iterator[Message]:
         wanted = {number: each for number, each in self._connections.items() if each[0] in topics}
         with open(self.path, 'rb') as file:
-            for chunk_at, chunk in self._chunks(file):
+            for at, chunk in self._chunks(file):
                 for begin, data_at, end in _records(chunk):
                     header = chunk[begin : data_at - _UINT32.size]
                     if _OP_OF_MESSAGE not in header:
                         try:
                             self._add_connection(_fields(header), chunk[data_at:end])
                         except KeyError:
-                            fault = f'a record in the chunk at byte {chunk_at} has no proper header'
-                            self.fault = f'damaged: {fault}{_MENDED}'
+                            self.fault = f'damaged: a record in the chunk at byte {at} has no proper header{_MENDED}'
                         continue
                     number_at, time_at = header.find(_CONN) + len(_CONN), header.find(_TIME_FIELD) + len(_TIME_FIELD)
                     connection = wanted.get(header[number_at : number_at + _UINT32.size])
@@ -171,5 +167,4 @@ def _read_header(file: BinaryIO) -> Tuple[Dict[bytes, bytes], int]:
     length = _UINT32.unpack(file.read(_UINT32.size))[0]
     if length > _LARGEST_HEADER:
         raise struct.error
-    header = file.read(length)
-    return _fields(header), _UINT32.unpack(file.read(_UINT32.size))[0]
+    return _fields(file.read(length)), _UINT32.unpack(file.read(_UINT32.size))[0]

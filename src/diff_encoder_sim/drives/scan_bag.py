@@ -14,12 +14,7 @@ from diff_encoder_sim.drives.topics import LASER_SCAN_TYPE, ODOM, ODOMETRY_TYPE,
 
 
 def read_scan_drive(source: DriveStream, scan_topic: str = SCAN, odom_topic: str = ODOM) -> Tuple[PoseSeries, Pose2D]:
-    """Read the poses of odometry, and the laser's pose in the base.
-
-    Raises:
-        ConfigError: a topic is missing or of another type, a pose is not finite, or /tf_static
-            does not contain where the laser is.
-    """
+    """Read the poses of odometry, and by /tf_static the laser's pose in the base; ConfigError if one is not there."""
     odometry = PoseTopic(odom_topic, ODOMETRY_TYPE, source.is_cdr)
     laser_frame: Optional[str] = None
     fixed: Dict[str, StampedPose] = {}  # the newest transform of each child frame

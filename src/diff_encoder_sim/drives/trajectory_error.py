@@ -18,10 +18,8 @@ from diff_encoder_sim.base.se2 import Pose2D, PoseSeries, steps_m, wrap_angles
 LARGEST_GAP_NS = 200_000_000
 _UNKNOWN_NS = np.iinfo(np.int64).max // 2  # longer than any gap
 
-# A segment of all pairs is as long as its distance within this fraction: evo's --delta_tol.
-LENGTH_TOLERANCE = 0.1
-# Lengths of segments.
-RPE_DISTANCES_M = (1.0, 5.0, 10.0)
+LENGTH_TOLERANCE = 0.1  # a segment of all pairs is as long as its distance within this fraction: evo's --delta_tol
+RPE_DISTANCES_M = (1.0, 5.0, 10.0)  # lengths of segments
 
 
 class Alignment(enum.Enum):

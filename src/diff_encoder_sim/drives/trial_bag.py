@@ -12,15 +12,13 @@ from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
 from diff_encoder_sim.drives.bag_files import OPENERS, BagFile, Prepared
 from diff_encoder_sim.drives.topics import BagFormat, RecordMode, recorded_topics
 
-# The format has no message at time 0; a trial's first messages are recorded a nanosecond later.
-EARLIEST_NS = 1
+EARLIEST_NS = 1  # the format has no message at time 0; a trial's first messages are recorded a nanosecond later
 
 # Messages that are encoded and written together: one by one, between steps of the physics, each takes two to three
 # times as long, because the processor's caches do not contain the code.
 AT_ONCE = 1000
 
-# Topic, node, time [ns], encoder, and its values.
-_Waiting = Tuple[str, str, int, Callable[..., bytes], Tuple[Any, ...]]
+_Waiting = Tuple[str, str, int, Callable[..., bytes], Tuple[Any, ...]]  # topic, node, time [ns], encoder, its values
 
 
 class TrialBag:
@@ -46,15 +44,9 @@ class TrialBag:
     def publish(self, topic: str, node: str, time_ns: int, encode: Callable[..., bytes], *values: Any) -> None:
         """Record a message if the mode records its topic; the seq of a leading header is filled in, from 1.
 
-        Args:
-            topic: its full name.
-            node: full name of the publisher, as in `topics.TOPICS`.
-            time_ns: of the simulated clock, not before the previous message.
-            encode: returns the message, encoded for ROS 1; called later, together with those of other messages.
-            values: its arguments, which do not change any more.
-
-        Raises:
-            OSError: the file cannot be written; the error names the bag and keeps the errno.
+        `node` is the publisher's name as in `topics.TOPICS`; the time is not before that of the previous message.
+        `encode` makes a ROS 1 message of the values; it is called later, when these must not have changed. OSError,
+        which names the bag and keeps the errno, if the file cannot be written.
         """
         if topic in self._topics:
             self._waiting.append((topic, node, time_ns, encode, values))
@@ -77,11 +69,7 @@ class TrialBag:
         file.write_prepared(prepared)
 
     def __enter__(self) -> TrialBag:
-        """Open the file under its unfinished name.
-
-        Raises:
-            OSError: the file cannot be created; the error names the bag and keeps the errno.
-        """
+        """Open the file under its unfinished name; OSError, as of `publish`, if it cannot be created."""
         if self._topics:
             try:
                 with self._naming_errors():

@@ -20,8 +20,7 @@ from diff_encoder_sim.wheels.encoder_params import DEFAULT_PPR, CounterModulus, 
 from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, CurveVariance, OdometryParams, RelativeStd
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
-# A robot that is farther from its goal has failed, whatever its pose estimate [m].
-GOAL_DISTANCE_M = 0.5
+GOAL_DISTANCE_M = 0.5  # a robot that is farther from its goal has failed, whatever its pose estimate
 
 # Final pose minus goal: x [m] and y [m] along the map's axes, yaw [rad] wrapped; None where the source had no pose.
 FinalErrors = Dict[PoseSource, Optional[Pose2D]]

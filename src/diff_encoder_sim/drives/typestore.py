@@ -49,8 +49,7 @@ def definition(message_type: str) -> Definition:
     """Return the definition of a type, its text as `gendeps --cat` joins it, by its name as rosbags spells it."""
     fields, md5sum = noetic_store().generate_msgdef(message_type)
     parts = re.findall(r'^MSG: (\S+)$', fields, re.MULTILINE)
-    sections = [f'{80 * "="}\nMSG: {part}\n{fields_text(part)}' for part in parts]
-    text = '\n'.join([fields_text(message_type), *sections])
+    text = '\n'.join([fields_text(message_type), *(f'{80 * "="}\nMSG: {part}\n{fields_text(part)}' for part in parts)])
     return Definition(text, md5sum, fields.startswith('std_msgs/Header header\n'))
 
 

@@ -1,7 +1,4 @@
-"""The base class of the sources of wheel angles: units of recorded numbers, and pairs of both wheels.
-
-A source collects a number and two times from each message, and converts them to a `Drive` at the end.
-"""
+"""The base class of the sources of wheel angles: units of recorded numbers, and pairs of both wheels."""
 
 from __future__ import annotations
 
@@ -21,8 +18,7 @@ from diff_encoder_sim.wheels.report_link import LATE_REPORT_TOLERANCE_NS
 
 SIDES = ('left', 'right')
 
-# Across a longer gap, the rotation of a wheel is unknown.
-LONGEST_GAP_NS = NANOSECONDS_PER_SECOND
+LONGEST_GAP_NS = NANOSECONDS_PER_SECOND  # across a longer one, the rotation of a wheel is unknown
 
 
 class TimedDrive(NamedTuple):
@@ -86,8 +82,7 @@ class WheelNumbers(NamedTuple):
             speeds_radps = RADPS_OF_SPEED[self.unit] * per_radius * values
             intervals_s = np.maximum(np.diff(numbers.stamps_ns), 0) / NANOSECONDS_PER_SECOND
             turns_rad = 0.5 * (speeds_radps[1:] + speeds_radps[:-1]) * intervals_s
-            start_rad = start_angles_rad(self.seed)[side]
-            angles_rad = np.cumsum(np.concatenate(([start_rad], turns_rad)))[: len(values)]
+            angles_rad = np.concatenate((start_angles_rad(self.seed)[[side]], turns_rad)).cumsum()[: len(values)]
         else:
             angles_rad = RAD_OF_ANGLE[self.unit] * per_radius * values
         return numbers._replace(values=-angles_rad if SIDES[side] in self.reversed_sides else angles_rad)
@@ -161,9 +156,7 @@ def ascending_runs(stamps_ns: np.ndarray, tolerance_ns: int = LATE_REPORT_TOLERA
 def paired_drives(left: WheelSeries, right: WheelSeries) -> Tuple[List[TimedDrive], int]:
     """Return both wheels' angles [rad] at the stamps of the left one, the right one interpolated.
 
-    Returns:
-        the drives, and the number of angles of a wheel that have none of the other within `LONGEST_GAP_NS`, except
-        those before the first pair.
+    The number is that of angles of a wheel without one of the other within `LONGEST_GAP_NS` after the first pair.
     """
     drives, left_out = [], 0
     lefts, rights = ([side.at(rows) for rows in ascending_runs(side.stamps_ns)] for side in (left, right))

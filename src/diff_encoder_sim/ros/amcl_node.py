@@ -31,8 +31,7 @@ from diff_encoder_sim.ros.reconfiguration import serve_amcl
 from diff_encoder_sim.ros.transforms import ScanInput, TransformBuffer
 from diff_encoder_sim.wheels.diagnostics import Diagnosis
 
-# A base pose in the map with its 3x3 covariance over (x [m], y [m], yaw [rad]).
-PoseGuess = Tuple[Pose2D, np.ndarray]
+PoseGuess = Tuple[Pose2D, np.ndarray]  # a base pose in the map with its 3x3 covariance over (x [m], y [m], yaw [rad])
 PLANAR_ROWS_AND_COLUMNS = np.ix_((0, 1, 5), (0, 1, 5))  # of x, y and yaw in a message's 6x6 covariance
 
 

@@ -39,8 +39,7 @@ def become(package: str, executable: str, arguments: Sequence[str], install_hint
         found = []
     if not found:
         raise ConfigError(f'{package} {executable} is not installed; {install_hint}')
-    remappings = [argument for argument in sys.argv[1:] if ':=' in argument]
-    os.execv(found[0], [found[0], *arguments, *remappings])
+    os.execv(found[0], [found[0], *arguments, *(argument for argument in sys.argv[1:] if ':=' in argument)])
 
 
 @user_errors('upstream_node')
@@ -48,13 +47,11 @@ def upstream_node() -> None:
     """upstream_node: run upstream's map_server, amcl, move_base or slam_gmapping for a trial in this process."""
     words = own_words()
     if not words or words[0] not in NODES or (words[1:] and words[0] != 'map_server'):
-        raise ConfigError(
-            f'arguments: given {" ".join(words)!r}; allowed: map_server [MAP.yaml], amcl, move_base, or slam_gmapping'
-        )
+        allowed = 'map_server [MAP.yaml], amcl, move_base, or slam_gmapping'
+        raise ConfigError(f'arguments: given {" ".join(words)!r}; allowed: {allowed}')
     node, arguments, plan = words[0], words[1:], trial_plan()
     package, needed, part = NODES[node]
-    # The full name that roslaunch gives the node.
-    name = rosgraph.names.load_mappings(sys.argv).get('__name', node)
+    name = rosgraph.names.load_mappings(sys.argv).get('__name', node)  # that roslaunch gives the node
     full_name = str(rosgraph.names.ns_join(rosgraph.names.get_ros_namespace(), name))
     if node == 'map_server':
         arguments = arguments or [required_trial_plan().map]
@@ -76,8 +73,7 @@ def gazebo_trial() -> None:
     """gazebo_trial: run Gazebo's server with the trial's world, or spawn the robot, in this process."""
     words, plan = own_words(), required_trial_plan()
     if words == ['server']:
-        # -u: paused until all nodes are connected.
-        become('gazebo_ros', 'gzserver', ['-u', '-e', 'ode', plan.world], GAZEBO.install_hint)
+        become('gazebo_ros', 'gzserver', ['-u', '-e', 'ode', plan.world], GAZEBO.install_hint)  # -u: paused
     elif len(words) in (1, 2) and words[0] == 'spawn':
         model = words[1] if words[1:] else launched_model()
         start = plan.trial.test.start

@@ -50,18 +50,13 @@ try:
     from gazebo_msgs.msg import ModelStates
     from gazebo_msgs.srv import GetModelState, SetModelState
 except ImportError:
-    # The text that bags contain, from a live trial as in lockstep.
-    text = definition(MODEL_STATES_TYPE).text
+    text = definition(MODEL_STATES_TYPE).text  # that bags contain, from a live trial as in lockstep
     ModelStates = generate_dynamic('gazebo_msgs/ModelStates', text)['gazebo_msgs/ModelStates']
-    SetModelState = built_service(
-        'gazebo_msgs/SetModelState', '5b3ab0281d4f5445def017e3a2e4a07b', 'gazebo_msgs/ModelState model_state', _STATUS
-    )
-    GetModelState = built_service(
-        'gazebo_msgs/GetModelState',
-        '4c515e936d3319c9610c559c60bfc3d4',
-        'string model_name\nstring relative_entity_name',
-        f'std_msgs/Header header\ngeometry_msgs/Pose pose\ngeometry_msgs/Twist twist\n{_STATUS}',
-    )
+    text = 'gazebo_msgs/ModelState model_state'
+    SetModelState = built_service('gazebo_msgs/SetModelState', '5b3ab0281d4f5445def017e3a2e4a07b', text, _STATUS)
+    parts = f'std_msgs/Header header\ngeometry_msgs/Pose pose\ngeometry_msgs/Twist twist\n{_STATUS}'
+    text = 'string model_name\nstring relative_entity_name'
+    GetModelState = built_service('gazebo_msgs/GetModelState', '4c515e936d3319c9610c559c60bfc3d4', text, parts)
 
 
 class ModelStatesParams(Params):
@@ -89,8 +84,7 @@ class ModelStateReader:
     """
 
     def __init__(self, params: ModelStatesParams, callback: Callable[[int, Pose2D, PlanarVelocity], None]) -> None:
-        self._params = params
-        self._callback = callback
+        self._params, self._callback = params, callback
         self._period_ns = round((params.states_period or 0.0) * NANOSECONDS_PER_SECOND)
         self._clock_ns: Optional[int] = None
         self._waiting: Optional[bytes] = None
@@ -115,8 +109,7 @@ class ModelStateReader:
 
     def _on_states(self, message: EncodedMessage) -> None:
         if self._params.states_period is None:
-            header = message._connection_header  # set by rospy
-            self._period_ns = int(header.get(STATES_PERIOD_HEADER, 0))
+            self._period_ns = int(message._connection_header.get(STATES_PERIOD_HEADER, 0))  # set by rospy
         self._waiting = message.content
         self._date_waiting()
 

@@ -39,8 +39,7 @@ def grid_from_message(message: OccupancyGridMessage) -> OccupancyGrid:
     if not (math.isfinite(info.resolution) and info.resolution > 0):
         raise InputFault(f'map resolution {info.resolution} m; expected a length greater than 0')
     cells = np.array(message.data, dtype=np.int8).reshape(info.height, info.width)
-    # The field is 32 bits wide: 0.05 arrives as 0.05000000074505806.
-    resolution_m = float(str(np.float32(info.resolution)))
+    resolution_m = float(str(np.float32(info.resolution)))  # of 32 bits: 0.05 arrives as 0.05000000074505806
     return OccupancyGrid(cells, resolution_m, pose_from_message(info.origin))
 
 
@@ -131,9 +130,6 @@ class MapServerNode:
         return LoadMapResponse(map=self._message, result=LoadMapResponse.RESULT_SUCCESS)
 
 
-map_server_node = node.executable('map_server', MapServerNode)
-
-
 def parse_map_saver() -> argparse.Namespace:
     """Read the command line."""
     parser = tool_parser('map_saver', str(map_saver.__doc__), ['-f ~/maps/office', '-f office map:=/my_map'])
@@ -169,3 +165,6 @@ def _save_next_map(stem: Path, params: MapSaverParams) -> None:
         raise ConfigError(f'{topic}: {fault}') from None
     saved = grid.width, grid.height, grid.resolution_m, save_map(grid, stem, params).resolve()
     log.info('%s: map of %d x %d cells of %g m saved: %s', topic, *saved, extra=EVENT)
+
+
+map_server_node = node.executable('map_server', MapServerNode)

@@ -101,8 +101,7 @@ class EncodedMessage(rospy.AnyMsg):  # type: ignore[misc]  # rospy has no types
 
 def encoded_class(message_class: MessageClass) -> Type[EncodedMessage]:
     """Return the class of encoded messages of a type, which rospy accepts as this type."""
-    names = ('_type', '_md5sum', '_full_text', '_has_header')
-    described = {name: getattr(message_class, name) for name in names}
+    described = {name: getattr(message_class, name) for name in ('_type', '_md5sum', '_full_text', '_has_header')}
     made: Type[EncodedMessage] = type(f'Encoded{message_class.__name__}', (EncodedMessage,), described)
     return made
 
@@ -129,8 +128,7 @@ class Publisher(rospy.Publisher):  # type: ignore[misc]
 
 
 def subscriber(topic: str, message_class: MessageClass, callback: Callable[[Any], None]) -> rospy.Subscriber:
-    """Subscribe without a queue limit, so that no message is dropped, and without delay on the publisher's side."""
-    # -1 is no limit: None would keep rospy's limit of /clock.
+    """Subscribe without a queue limit (-1; None would keep /clock's), and without delay on the publisher's side."""
     return rospy.Subscriber(topic, message_class, one_at_a_time(callback), queue_size=-1, tcp_nodelay=True)
 
 
@@ -195,9 +193,8 @@ class OdometryOutput:
     def publish(self, estimate: OdometryEstimate) -> None:
         """Publish an estimate with a new stamp."""
         if self._transforms is not None:
-            self._transforms.publish(
-                encoders.encode_planar_tf(estimate.base_pose_in_odom, estimate.stamp_ns, *self._frames)
-            )
+            transform = estimate.base_pose_in_odom, estimate.stamp_ns, *self._frames
+            self._transforms.publish(encoders.encode_planar_tf(*transform))
         self._odom.publish(encoders.encode_odometry(estimate, *self._frames))
 
 

@@ -51,8 +51,7 @@ class NavigationTransforms:
         transform = lookup(self.buffer, self.map_frame, self.odom_frame)
         stamp_ns = messages.ns_from_stamp(transform.header.stamp) or now_ns  # a static transform has no stamp
         if stamp_ns - now_ns > inputs.MOST_AHEAD_S * NANOSECONDS_PER_SECOND:
-            # From before a reset of time: tf2 would keep it, and reject newer ones as too old.
-            self.buffer.clear()
+            self.buffer.clear()  # from before a reset of time: tf2 would keep it, and reject newer ones as too old
             raise NoTransform('from before a reset of time')
         return stamp_ns, messages.pose_from_transform(transform)
 
@@ -80,8 +79,7 @@ class GoalServer(actionlib.SimpleActionServer):  # type: ignore[misc]  # actionl
         self._goals = messages.Publisher('~goal', action.MoveBaseActionGoal)
         self._recoveries = messages.Publisher('~recovery_status', action.RecoveryStatus)
         self.start()
-        # The `~status` timer of actionlib raises an exception if time goes back.
-        server = self.action_server
+        server = self.action_server  # its `~status` timer raises an exception if time goes back
         server.status_timer.shutdown()
         period = rospy.Duration(1.0 / server.status_frequency)
         server.status_timer = rospy.Timer(period, server.publish_status_async, reset=True)
@@ -95,8 +93,7 @@ class GoalServer(actionlib.SimpleActionServer):  # type: ignore[misc]  # actionl
             try:
                 pose_in_map = self._transforms.pose_in_map(self.accept_new_goal().target_pose)
             except InputFault as fault:
-                # The action server has already ended the previous goal.
-                navigator.cancel('replaced by a goal that was refused')
+                navigator.cancel('replaced by a goal that was refused')  # as the action server has done
                 log.warning('goal refused: %s', fault, extra=EVENT)
                 self.set_aborted(text=str(fault))
                 return
@@ -201,8 +198,7 @@ class MoveBaseNode:
         if frame.lstrip('/') not in ('', expected):
             raise InputFault(f'header.frame_id is {frame!r}; expected {expected!r} (local_costmap/global_frame)')
         twist, variances = message.twist.twist, message.twist.covariance
-        # Negative variances are used for unknown ones.
-        stds = (math.sqrt(max(variances[index], 0.0)) for index in (0, 35))
+        stds = (math.sqrt(max(variances[index], 0.0)) for index in (0, 35))  # negative variances are unknown
         motion = messages.pose_from_message(message.pose.pose), twist.linear.x, twist.angular.z
         navigator.take_odometry(inputs.OdometrySample(now_ns, *motion, *stds))
         self._odometry_ns, self._odometry_at_s = now_ns, time.monotonic()
@@ -272,18 +268,15 @@ class MoveBaseNode:
         if self._navigator is None:
             raise rospy.ServiceException('there is no map yet')
         try:
-            has_start = bool(request.start.header.frame_id)
-            start = self._transforms.pose_in_map(request.start) if has_start else None
+            start = self._transforms.pose_in_map(request.start) if request.start.header.frame_id else None
             poses = self._navigator.make_plan(start, self._transforms.pose_in_map(request.goal), request.tolerance)
         except InputFault as fault:
             raise rospy.ServiceException(str(fault)) from None
         except PlanError as error:
-            # As upstream, return an empty plan if there is none.
             log.warning('make_plan: %s', str(error))
-            poses = np.empty((0, 3))
-        return GetPlanResponse(
-            plan=path_message(poses, messages.header(messages.clock_ns(), self._transforms.map_frame))
-        )
+            poses = np.empty((0, 3))  # as upstream
+        place = messages.header(messages.clock_ns(), self._transforms.map_frame)
+        return GetPlanResponse(plan=path_message(poses, place))
 
     def _on_clear_costmaps(self) -> None:
         if self._navigator is not None:

@@ -122,5 +122,4 @@ def cloud_message(points: np.ndarray, names: Sequence[str], place: Header) -> Po
     """Convert points (n, columns) to a cloud of one row, with a float32 field for each column."""
     fields = [PointField(name, 4 * index, PointField.FLOAT32, 1) for index, name in enumerate(names)]
     step, count = 4 * len(names), len(points)
-    data = points.astype('<f4').tobytes()
-    return PointCloud2(place, 1, count, fields, False, step, step * count, data, True)
+    return PointCloud2(place, 1, count, fields, False, step, step * count, points.astype('<f4').tobytes(), True)

@@ -47,8 +47,7 @@ def executable(
         try:
             rospy.init_node(name)
             if not rospy.rostime.is_wallclock():
-                # Shares rospy's connection, and its queue of one.
-                rospy.Subscriber('/clock', Clock, _on_clock, tcp_nodelay=True)
+                rospy.Subscriber('/clock', Clock, _on_clock, tcp_nodelay=True)  # rospy's connection, its queue of one
             log.setLevel(logging.INFO)
             log.addHandler(_RosLogHandler())
             log.propagate = False
@@ -111,11 +110,8 @@ def node_params(
 ) -> P:
     """Read the node's private parameters, and write the values in use to them; launch files clear them at a start.
 
-    Args:
-        params_class: struct of the parameters.
-        also_known: structs of nodes that share the YAML file; their keys are allowed, others raise ConfigError.
-        part: of /robot_settings, whose values replace those of YAML files and launch files; '' for none.
-        defaults: values for parameters that are not set.
+    Keys of `also_known`, structs of nodes that share the YAML file, are allowed, others raise ConfigError. The values
+    of a `part` of /robot_settings replace those of YAML files and launch files.
     """
     name, private = rospy.get_name(), rospy.get_param('~', {})
     of_robot = robot_settings(part) if part else {}
@@ -264,8 +260,6 @@ class _RosLogHandler(logging.Handler):
             _SEND[record.levelno]('%s', record.getMessage())
 
 
-# ---- the clock
-#
 # rospy reads each tick of /clock in a thread of each node: a third of the graph's load at rtf:=0. With pauses the ticks
 # wait in the socket, and only the latest is used: the clock is late by at most PAUSE_S of wall time.
 

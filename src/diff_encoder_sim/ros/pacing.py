@@ -49,9 +49,8 @@ class WallPacer:
 class GraphPacer:
     """Delays simulated time until stamped topics have reached it.
 
-    Args:
-        expected_ns: by topic, the stamp that it must have reached before a simulated time; negative: none.
-        from_start: topics to wait for from time 0; the others are waited for from their first message.
+    `expected_ns` has by topic the stamp that it must have reached before a simulated time; negative: none. Topics of
+    `from_start` are waited for from time 0, the others from their first message.
     """
 
     def __init__(self, expected_ns: Mapping[str, Callable[[int], int]], from_start: Collection[str]) -> None:
@@ -84,9 +83,8 @@ class GraphPacer:
                     del self._newest_ns[topic]
 
     def _on_message(self, message: rospy.AnyMsg, topic: str) -> None:
-        stamp_ns = encoded_stamp_ns(message._buff)  # the bytes of an AnyMsg
         with self._moved:
-            self._newest_ns[topic] = stamp_ns
+            self._newest_ns[topic] = encoded_stamp_ns(message._buff)  # the bytes of an AnyMsg
             self._moved.notify_all()
 
 
@@ -118,8 +116,7 @@ class ExpectedStamps:
         if sim_time_ns < FIRST_SCAN_LEAD_NS:
             return -1
         newest_ns = self.reports.newest_ns(sim_time_ns - self._report_delay_ns)
-        before_newest_ns = self.reports.newest_ns(newest_ns - TICK_NS)
-        return before_newest_ns // self._scan_period_ns * self._scan_period_ns
+        return self.reports.newest_ns(newest_ns - TICK_NS) // self._scan_period_ns * self._scan_period_ns
 
 
 Command = Tuple[float, float]  # linear [m/s], angular [rad/s]
@@ -132,12 +129,8 @@ class CommandGate:
 
     Commands have no stamp, and their delay depends on the load of the host: the simulation waits for the command to a
     report, which takes effect GRAPH_LEAD_NS after it. A controller responds to all reports, or if it is slower to those
-    of its `ControlRate`.
-
-    Args:
-        reports: times of the reports.
-        period_s: of the controller; 0: commands take effect on arrival.
-        is_from_start: whether it responds to the first report.
+    of its `ControlRate`. With period 0, commands take effect on arrival. `is_from_start` if it responds to the first
+    report.
     """
 
     def __init__(self, reports: BoundarySampler, period_s: float, is_from_start: bool) -> None:

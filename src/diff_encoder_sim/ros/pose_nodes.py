@@ -70,9 +70,6 @@ class GlobalPoseNode:
         self._poses.publish(encode_header(stamp_ns, transform.header.frame_id) + pose)
 
 
-global_pose_node = executable('global_pose_node', GlobalPoseNode)
-
-
 class WorldPoseParams(ModelStatesParams):
     """Parameters of world_pose_node."""
 
@@ -92,9 +89,6 @@ class WorldPoseNode:
 
     def _on_state(self, stamp_ns: int, pose_in_world: Pose2D, _: PlanarVelocity) -> None:
         self._poses.publish(encode_pose_stamped(self._world_in_map.compose(pose_in_world), stamp_ns, self._map_frame))
-
-
-world_pose_node = executable('world_pose_node', WorldPoseNode)
 
 
 class IdealOdomParams(ModelStatesParams):
@@ -123,9 +117,6 @@ class IdealOdomNode:
         forward_mps = velocity.x_mps * math.cos(yaw_rad) + velocity.y_mps * math.sin(yaw_rad)
         pose = pose_in_world.relative_to(self._start_pose)
         self._output.publish(OdometryEstimate(stamp_ns, pose, forward_mps, velocity.yaw_radps))
-
-
-ideal_odom_node = executable('ideal_odom_node', IdealOdomNode)
 
 
 MAP_FRAME = 'map'
@@ -159,8 +150,7 @@ class TrialViewNode:
 
     def __init__(self) -> None:
         plan = required_trial_plan()
-        markers = world_markers(load_world(plan.world), MAP_FRAME)
-        Publisher('world_markers', MarkerArray, latch=True).publish(markers)
+        Publisher('world_markers', MarkerArray, latch=True).publish(world_markers(load_world(plan.world), MAP_FRAME))
         pose_subscriber(topics.ODOM, PathTrail('odom_path', plan.trial.test.start.pose()).add, Odometry)
         pose_subscriber(topics.GLOBAL_POSE, PathTrail('global_pose_path').add)
         pose_subscriber(topics.WORLD_POSE, PathTrail('world_pose_path').add)
@@ -186,4 +176,7 @@ def world_markers(world: World, frame: str) -> MarkerArray:
     return MarkerArray(markers)
 
 
+global_pose_node = executable('global_pose_node', GlobalPoseNode)
+world_pose_node = executable('world_pose_node', WorldPoseNode)
+ideal_odom_node = executable('ideal_odom_node', IdealOdomNode)
 trial_view_node = executable('trial_view_node', TrialViewNode)

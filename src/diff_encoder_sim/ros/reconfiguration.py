@@ -109,5 +109,4 @@ def serve_navigation(params: NavigatorParams, apply: Callable[[NavigatorParams],
         change_obstacles = partial(change_layer, name, {'observation_sources': sources or 'scan'}, none)
         ReconfigureServer(ObstaclePluginConfig, *layer, change_obstacles)
         layer = f'{name}/inflation_layer', {**values, 'enabled': True}
-        change_inflation = partial(change_layer, name, {}, {'inflation_radius': 0.0})
-        ReconfigureServer(InflationPluginConfig, *layer, change_inflation)
+        ReconfigureServer(InflationPluginConfig, *layer, partial(change_layer, name, {}, {'inflation_radius': 0.0}))

@@ -41,8 +41,7 @@ class Recorder:
             self._bag: Optional[RecordedBag] = RecordedBag(self._unfinished)
         except OSError as error:
             raise ConfigError(f'bag: {path} cannot be created: {error.strerror}') from None
-        # rospy's subscription to /clock, which shares the connection, has a type.
-        for topic in topics:
+        for topic in topics:  # rospy's subscription to /clock, which shares the connection, has a type
             subscriber(topic, Clock if topic == CLOCK else rospy.AnyMsg, partial(self._write, topic))
         rospy.on_shutdown(self.finish)
 
@@ -66,8 +65,7 @@ class Recorder:
         # Attributes of rospy: bytes of an AnyMsg, and header of the publisher. /clock is deserialized by rospy.
         content = encode_clock(ns_from_stamp(message.clock)) if topic == CLOCK else message._buff
         try:
-            time_ns = max(clock_ns(), EARLIEST_NS)
-            self._bag.record(topic, message._connection_header, time_ns, content)
+            self._bag.record(topic, message._connection_header, max(clock_ns(), EARLIEST_NS), content)
         except OSError as error:
             rospy.logfatal('recording ends: %s cannot be written: %s', self._unfinished, error.strerror)
             rospy.signal_shutdown('recording failed')

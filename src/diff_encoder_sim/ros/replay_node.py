@@ -116,8 +116,7 @@ class ReplayNode:
         source = self._source
         for message in source.messages(tuple(self._played)):
             with contextlib.suppress(InputFault):  # a torn message, which no node could read
-                kind = source.topics[message.topic]
-                content = to_ros1(message.raw, kind) if source.is_cdr else message.raw
+                content = to_ros1(message.raw, source.topics[message.topic]) if source.is_cdr else message.raw
                 now_ns = max(message.time_ns, now_ns)
                 pacer = pacer or WallPacer(self._params.speed, now_ns)
                 pacer.wait(now_ns)

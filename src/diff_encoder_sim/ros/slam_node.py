@@ -71,8 +71,7 @@ class SlamNode:
                     self._mapped_ns, grid = scan.stamp_ns, self._slam.map()
                     self._maps.publish(encoders.encode_map(grid, scan.stamp_ns, self._params.map_frame))
                     self._metadata.publish(encoders.encode_map_metadata(grid, scan.stamp_ns))
-        # For every scan, because the simulator waits for it.
-        if self._slam.odom_pose_in_map is not None:
+        if self._slam.odom_pose_in_map is not None:  # for every scan, because the simulator waits for it
             pose = self._slam.odom_pose_in_map.compose(odom_pose)
             self._poses.publish(encoders.encode_pose_stamped(pose, scan.stamp_ns, self._params.map_frame))
 

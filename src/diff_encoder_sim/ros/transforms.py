@@ -55,11 +55,9 @@ def lookup(buffer: tf2_ros.BufferCore, parent: str, child: str) -> TransformStam
 
 
 def mounted(scan: Scan, transform: TransformStamped) -> Tuple[Scan, Pose2D, float]:
-    """Project a scan to the floor by the transform from its laser to the base; InputFault if that is invalid.
+    """Return a scan with rays counter-clockwise in top view, and its laser's pose in the base and tilt [rad].
 
-    Returns:
-        the scan with rays counter-clockwise in top view, the laser's pose in the base frame, and the tilt of the laser
-        from level [rad].
+    InputFault if the transform from laser to base is invalid.
     """
     pose = pose_from_transform(transform)
     rotation = transform.transform.rotation
@@ -81,11 +79,8 @@ LEVEL_WITHIN_RAD = math.radians(5.0)  # ranges of a laser are used as if it were
 class ScanInput:
     """Subscribes to `scan`, delivers scans in order with the odometry at their stamps, and drops those that have none.
 
-    Args:
-        buffer: of transforms between the laser, `base_frame` and `odom_frame`.
-        use: called with a scan, the base's pose in odom and the laser's in base.
-        on_restart: called with the stamp [ns] if time jumped back, before that scan is queued.
-        is_ready: returns whether scans are delivered; otherwise they wait.
+    `use` is called with a scan, the base's pose in odom and the laser's in base; `on_restart` with the stamp [ns] if
+    time jumped back, before that scan is queued. Scans wait until `is_ready`.
     """
 
     def __init__(

@@ -219,9 +219,6 @@ class NavigationTrialNode(TrialNode):
         return GoalStatus.ACTIVE if status in _RUNNING else ended, self._goal.get_goal_status_text()
 
 
-navigation_trial_node = node.executable('navigation_trial_node', NavigationTrialNode, NavigationTrialNode.run)
-
-
 # Topics to connect before time starts, by `slam`; simulated time waits for the pose of the embedded one, once compiled.
 TOPICS_OF_SLAM = {'embedded': ('/scan', '/map', '/slam_gmapping/pose'), 'upstream': ('/scan', '/map')}
 
@@ -267,4 +264,5 @@ class ScriptedDriveNode(TrialNode):
         self._is_over |= self._drive.is_over(elapsed_s)
 
 
+navigation_trial_node = node.executable('navigation_trial_node', NavigationTrialNode, NavigationTrialNode.run)
 scripted_drive_node = node.executable('scripted_drive_node', ScriptedDriveNode, ScriptedDriveNode.run)

@@ -36,10 +36,9 @@ class EncoderNode:
             self._commands = subscriber('cmd_vel', Twist, self._on_command)
         self._decoder = JointDecoder(JOINT_STATE_TYPE)
         encoded_subscriber('joint_states', JointState, self._on_joint_states)
-        # Advertise last: once it is published, joint states are received.
         if params.velocity_method != 'M':
             self._speeds = Publisher('encoder_velocity', JointState)
-        self._pulses = Publisher('encoder_pulse', EncoderPulse)
+        self._pulses = Publisher('encoder_pulse', EncoderPulse)  # last: once it is published, joint states are received
 
     def _on_command(self, message: Twist) -> None:
         self._encoder.take_command(*wheel_speeds_mps(message.linear.x, message.angular.z, self._separation_m))
@@ -56,9 +55,6 @@ class EncoderNode:
             self._pulses.publish(encode_encoder_pulse(sample, self._joints))
             self._diagnosis.take_report(sample)
             self._diagnostics.publish_when_due(sample.stamp_ns, self._diagnosis.diagnose)
-
-
-gz_diff_encoder_node = executable('gz_diff_encoder_node', EncoderNode)
 
 
 class OdometryNode:
@@ -115,4 +111,5 @@ class OdometryNode:
         log.info('reset: odometry starts at pose zero with the next /encoder_pulse')
 
 
+gz_diff_encoder_node = executable('gz_diff_encoder_node', EncoderNode)
 gz_diff_odom_node = executable('gz_diff_odom_node', OdometryNode)
