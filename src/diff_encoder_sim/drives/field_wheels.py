@@ -62,23 +62,22 @@ class MessageField(NamedTuple):
 
 def find_field(source: DriveStream, option: str, given: str) -> MessageField:
     """Find the number that a user names; ConfigError with a list of the existing ones if there is none."""
-    match = _ADDRESS.fullmatch(given)
+    match, path = _ADDRESS.fullmatch(given), source.path
     topic = match['topic'] if match else ''
     topic = topic if topic in source.topics else f'/{topic}'
     if not match or topic not in source.topics:
-        allowed = f'TOPIC or TOPIC.field[0] of its topics {", ".join(sorted(source.topics))}'
-        raise ConfigError(f'{source.path}: {option}: given {given}; allowed: {allowed}')
+        listed = ', '.join(sorted(source.topics))
+        raise ConfigError(f'{path}: {option}: given {given}; allowed: TOPIC or TOPIC.field[0] of its topics {listed}')
     kind, (store, fields) = source.topics[topic], _types(source, topic)
     if kind not in fields:
-        undefined = f'{kind}, which the bag does not define; expected a bag that does'
-        raise ConfigError(f'{source.path}: {topic} is of {undefined}')
+        raise ConfigError(f'{path}: {topic} is of {kind}, which the bag does not define; expected a bag that does')
     numbers = dict(numbers_of(fields, kind))
     place = _USUAL.sub('', match['path'])
     place = place if place.startswith('.') else f'.data{place}'
     number = numbers.get(re.sub(r'\[[0-9]+\]', '[0]', place))
     if number is None:
         listed = ', '.join(topic + _USUAL.sub('', each) for each in numbers) or 'it has no numbers'
-        raise ConfigError(f'{source.path}: {option}: given {given}, which is no number of {kind}; allowed: {listed}')
+        raise ConfigError(f'{path}: {option}: given {given}, which is no number of {kind}; allowed: {listed}')
     steps: List[Union[str, int]] = [int(index) if index else name for name, index in _STEP.findall(place)]
     has_header = ('header', HEADER) in [(name, what[1]) for name, what in fields[kind][1]]
     decode = store.deserialize_cdr if source.is_cdr else store.deserialize_ros1

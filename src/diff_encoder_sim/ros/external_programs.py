@@ -47,8 +47,9 @@ def upstream_node() -> None:
     """upstream_node: run upstream's map_server, amcl, move_base or slam_gmapping for a trial in this process."""
     words = own_words()
     if not words or words[0] not in NODES or (words[1:] and words[0] != 'map_server'):
-        allowed = 'map_server [MAP.yaml], amcl, move_base, or slam_gmapping'
-        raise ConfigError(f'arguments: given {" ".join(words)!r}; allowed: {allowed}')
+        raise ConfigError(
+            f'arguments: given {" ".join(words)!r}; allowed: map_server [MAP.yaml], amcl, move_base, or slam_gmapping'
+        )
     node, arguments, plan = words[0], words[1:], trial_plan()
     package, needed, part = NODES[node]
     name = rosgraph.names.load_mappings(sys.argv).get('__name', node)  # that roslaunch gives the node
