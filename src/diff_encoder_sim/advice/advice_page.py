@@ -1,7 +1,4 @@
-"""Advice as an HTML page that works offline: answers, interactive charts and tables.
-
-The charts show success rates and errors over the counts, and the error budgets as stacked bars.
-"""
+"""Advice as an HTML page that works offline: answers, interactive charts and tables."""
 
 from __future__ import annotations
 
@@ -32,8 +29,7 @@ SMALLEST_ERROR = 1e-4  # lower limit of the logarithmic axis; smaller bars are i
 SHARES = np.round(np.linspace(0.02, 0.99, 98), 2)  # success rates of the closed-form line
 TICKS = [10, 30, 100, 300, 1000, 3000, 10000, 30000]
 
-# Factors that separate dots of equal counts on the logarithmic axis.
-BESIDE = {Criterion.ODOMETRY: 1 / 1.1, Criterion.POSE_ESTIMATE: 1.0, Criterion.TRUTH: 1.1}
+BESIDE = {Criterion.ODOMETRY: 1 / 1.1, Criterion.POSE_ESTIMATE: 1.0, Criterion.TRUTH: 1.1}  # factors apart
 
 OF_TEST, OF_AXIS, OF_CRITERION = (f'datum.{name} === {name}' for name in ('test', 'axis', 'criterion'))
 _COUNTS = (
@@ -177,12 +173,9 @@ def _error_chart(advice: Advice) -> Chart:
     y = alt.Y('error:Q', title='error [mm, degrees]').scale(type='log')
     dash = _legend(alt.StrokeDash, 'line:N', dict(zip(lines, ([2, 1], [1, 0], [4, 2]))))
     drawn = _chart(rows, OF_TEST, OF_AXIS).mark_line(clip=True).encode(x=_COUNTS, y=y, strokeDash=dash)
-    return Chart(
-        'error',
-        "Odometry's error against the counts",
-        'Quantiles of the sampled drives: half, the required fraction, and 95 %; grey: the tolerance.',
-        alt.layer(_tolerance_rule(advice, y), zoomed(drawn)),
-    )
+    text = 'Quantiles of the sampled drives: half, the required fraction, and 95 %; grey: the tolerance.'
+    drawing = alt.layer(_tolerance_rule(advice, y), zoomed(drawn))
+    return Chart('error', "Odometry's error against the counts", text, drawing)
 
 
 def _budget_chart(advice: Advice) -> Chart:
@@ -203,14 +196,10 @@ def _budget_chart(advice: Advice) -> Chart:
     without = {tried.test for tried in advice.tried} - {tried.test for tried in advice.tried if tried.budget}
     if without and _has_truth(advice):
         missing = [{'test': test, 'criterion': Criterion.TRUTH.value} for test in sorted(without)]
-        text = 'too few trials came to the goal'
-        layers.append(_chart(missing, OF_TEST, OF_CRITERION).mark_text(text=text, color=GREY))
-    return Chart(
-        'budget',
-        'Error budget',
-        'Height: root mean square error, divided in proportion to mean squares. Grey: the tolerance.',
-        alt.layer(*layers),
-    )
+        too_few = _chart(missing, OF_TEST, OF_CRITERION)
+        layers.append(too_few.mark_text(text='too few trials came to the goal', color=GREY))
+    text = 'Height: root mean square error, divided in proportion to mean squares. Grey: the tolerance.'
+    return Chart('budget', 'Error budget', text, alt.layer(*layers))
 
 
 def _bars(test: str, criterion: Criterion, label: str, counts: float, budget: Budget) -> Rows:

@@ -12,8 +12,7 @@ from diff_encoder_sim.analysis.encoder_labels import ppr_text, ppr_value
 from diff_encoder_sim.analysis.quantities import LEVEL, REQUIRED_FRACTION, YAW, X
 from diff_encoder_sim.base.se2 import Pose2D
 
-# A search judges about this number of insufficient encoders, which share the chance of error (Bonferroni).
-VERDICTS = 5
+VERDICTS = 5  # insufficient encoders in a search, about, which share the chance of error (Bonferroni)
 
 
 class Requirement(NamedTuple):
@@ -53,8 +52,7 @@ def along_goal(errors: np.ndarray, goal_in_map: Pose2D) -> np.ndarray:
     return np.column_stack([cos * x_m + sin * y_m, cos * y_m - sin * x_m, yaw_rad])
 
 
-# The axes of all budgets: along the heading at the goal, across it to the left, and the heading itself.
-AXES = ('along', 'across', 'heading')
+AXES = ('along', 'across', 'heading')  # of all budgets: along the heading at the goal, to its left, the heading
 
 
 class Part(NamedTuple):
@@ -221,8 +219,7 @@ def _counts(counts: Optional[float]) -> str:
     return '-' if counts is None else f'{counts:.6g}'
 
 
-# A cause that takes more of the tolerance than this leaves too little for the others.
-MOST_BY_ONE_CAUSE = 0.5
+MOST_BY_ONE_CAUSE = 0.5  # of the tolerance; more leaves too little for the other causes
 
 
 def limits(
@@ -230,10 +227,8 @@ def limits(
 ) -> List[Limit]:
     """Return the causes that are limits, the worst first, each in its worst test and axis.
 
-    Args:
-        by_place: (n, 3) errors by AXES that only this cause makes, by cause and test.
-        requirement: its success rate is the quantile of the errors.
-        is_some_cause: if no cause is a limit, the worst one is, reduced to half of its error.
+    `by_place` are (n, 3) errors by AXES that only this cause makes, by cause and test. If no cause is a limit but
+    `is_some_cause`, the worst one is, reduced to half of its error.
     """
     tolerances = requirement.tolerances.tolist()
     worst: Dict[str, Limit] = {}

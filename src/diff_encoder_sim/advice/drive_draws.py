@@ -36,8 +36,7 @@ from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.report_link import PROMPT
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
-# A navigated drive needs an encoder.
-FINEST = PerWheel(left=65536.0, right=65536.0)
+FINEST = PerWheel(left=65536.0, right=65536.0)  # a navigated drive needs an encoder
 
 
 class ErrorFreeDrive(NamedTuple):
@@ -95,19 +94,14 @@ class _Wheels(Publications):
 
 
 def navigated(plan: TrialPlan, source: RobotSource, params: RobotParams) -> ErrorFreeDrive:
-    """Navigate a test's route with a fine encoder.
-
-    Raises:
-        ConfigError: a file is invalid, or the robot did not reach its goal.
-    """
+    """Navigate a test's route with a fine encoder; ConfigError for an invalid file, or if the goal is not reached."""
     sound = params.simulator.model_copy(update={'wheel_errors': WheelErrorParams()})
     fine = {'encoder': IDEAL_ENCODER, 'ppr': FINEST}
     encoder, odometry = params.encoder.model_copy(update=fine), params.odometry.model_copy(update=fine)
     unrecorded = plan.model_copy(update={'trial': plan.trial.model_copy(update={'ppr': FINEST}), 'bag': ''})
     recorder = _Wheels()
-    trial = LockstepTrial(
-        unrecorded, source.file, params._replace(simulator=sound, encoder=encoder, odometry=odometry), recorder
-    )
+    own = params._replace(simulator=sound, encoder=encoder, odometry=odometry)
+    trial = LockstepTrial(unrecorded, source.file, own, recorder)
     for _ in trial.run():
         pass
     if trial.ending.outcome is not Outcome.SUCCEEDED:
@@ -121,15 +115,9 @@ def navigated(plan: TrialPlan, source: RobotSource, params: RobotParams) -> Erro
     return ErrorFreeDrive(plan.trial, RolledDrive(times_s, ways_m, robot.wheels.separation_m, end))
 
 
-# Number of final poses within the spread of the robot's stop.
-ENDS = 512
-
-# Maximum number of count reports per drive: more change the final error by a thousandth of its spread.
-MOST_SAMPLES = 500
-
-# Poses per portion; larger arrays do not fit the processor's cache.
-POSES_AT_A_TIME = 2**18
-
+ENDS = 512  # final poses within the spread of the robot's stop
+MOST_SAMPLES = 500  # count reports per drive: more change the final error by a thousandth of its spread
+POSES_AT_A_TIME = 2**18  # larger arrays do not fit the processor's cache
 
 # Causes of a difference between the wheels and their model in odometry.
 RADIUS, SEPARATION, SLIP = 'wheel radius', 'wheel separation', 'wheel slip'
@@ -154,9 +142,8 @@ class DrawnRobot(NamedTuple):
     def means(self) -> np.ndarray:
         """Return the mean left and right radius and the mean separation [m] (3,)."""
         errors = self.errors
-        means: np.ndarray = np.array(self.sound) * (
-            1.0 + np.array([errors.left_radius_error, errors.right_radius_error, errors.wheel_separation_error])
-        )
+        relative = np.array([errors.left_radius_error, errors.right_radius_error, errors.wheel_separation_error])
+        means: np.ndarray = np.array(self.sound) * (1.0 + relative)
         return means
 
     @property
@@ -217,16 +204,9 @@ class DriveDraws:
     def errors(
         self, encoders: Sequence[Optional[EncoderParams]], draws: int, amounts: Amounts = ROBOTS_CAUSES
     ) -> List[np.ndarray]:
-        """Return the final errors of odometry with each encoder.
+        """Return the (draws, 3) final errors of odometry with each encoder; None is one without quantisation.
 
-        Args:
-            encoders: encoders to compare; None is one without quantisation.
-            draws: number of runs.
-            amounts: amounts of the other causes.
-
-        Returns:
-            (draws, 3) per encoder: odometry minus true pose of the base, x [m], y [m] and yaw [rad] in the axes of the
-            map.
+        They are odometry minus true pose of the base, x [m], y [m] and yaw [rad] in the axes of the map.
         """
         at_a_time, distinct = max(1, round(POSES_AT_A_TIME / len(self._stamps_ns))), dict.fromkeys(encoders)
         with ThreadPoolExecutor(usable_cores()) as pool:
@@ -245,8 +225,7 @@ class DriveDraws:
         reference = self._ends[chosen] - amounts.get(CONTACT, 0.0) * self._contact_error
         phases_rad = self._generator(f'phases_{first}').uniform(0.0, 2.0 * math.pi, (draws, 2))
         seed = int(self._generator(f'encoders_{first}').integers(2**31))
-        # Reports arrive without delays.
-        read = {'report': PROMPT, 'counter_modulus': 0, 'velocity_method': 'M', 'seed': seed}
+        read = {'report': PROMPT, 'counter_modulus': 0, 'velocity_method': 'M', 'seed': seed}  # without delays
         rows, drive, found = np.arange(len(self._stamps_ns)), Drive(self._stamps_ns, turned_rad), []
         for encoder in encoders:
             if encoder is None:

@@ -19,11 +19,8 @@ if TYPE_CHECKING:
 
 special = deferred('scipy.special')
 
-# More trials than this are not predicted.
-MOST_PREDICTED = 1000
-
-# Default number of trials: enough to show the fraction if this number of trials fails.
-FORGIVEN = 2
+MOST_PREDICTED = 1000  # trials
+FORGIVEN = 2  # failures with which the default number of trials still shows the fraction
 
 
 class TrialCounts(NamedTuple):
@@ -49,10 +46,7 @@ def fewest_trials(requirement: Requirement, failures: int = 0) -> int:
 def judged(tests: Sequence[Sequence[float]], share: float, doubt: float) -> Sufficiency:
     """Return whether the fraction is shown to be more than `share` in each test, or less in at least one.
 
-    Args:
-        tests: trials within the tolerance, and all trials, of each test; tests share the doubt of a refusal.
-        share: required fraction.
-        doubt: chance of error.
+    `tests` are the trials within the tolerance, and all trials, of each; they share the doubt of a refusal.
     """
     within, trials = np.array(tests, dtype=float).T
     if (_p_enough(within, trials, share) <= doubt).all():
@@ -87,11 +81,8 @@ def search(
 ) -> Dict[Criterion, Answer]:
     """Find the lowest sufficient candidate for each criterion: the highest, the guess, its neighbour, then bisection.
 
-    Args:
-        candidates: in ascending quality; a higher one is assumed not to be worse.
-        run: runs the trials of each test with a candidate, by its index; called once for each, as criteria share them.
-        guesses: index that probably suffices, by criterion.
-        requirement: of each candidate.
+    Candidates are in ascending quality: a higher one is assumed not to be worse. `run` runs the trials of each test
+    with a candidate, by its index, once for all criteria; `guesses` are the indices that probably suffice.
     """
     counts: Dict[int, Mapping[Criterion, Sequence[TrialCounts]]] = {}
     top = len(candidates) - 1

@@ -49,12 +49,9 @@ def _normal_reach(share: float) -> float:
     return float(special.ndtri(0.5 + 0.5 * share))
 
 
-# The range of the curve, in counts per revolution of the wheel.
-FEWEST_COUNTS, MOST_COUNTS, PER_OCTAVE = 8.0, 65536.0, 4
-
+FEWEST_COUNTS, MOST_COUNTS, PER_OCTAVE = 8.0, 65536.0, 4  # range of the curve, per revolution of the wheel
 DRAWS = 1000
-# Finer steps and more draws near the required success rate.
-FINE_POINTS, FINE_DRAWS = 10, 8000
+FINE_POINTS, FINE_DRAWS = 10, 8000  # finer steps and more draws near the required success rate
 
 
 def share_within(errors: np.ndarray, requirement: Requirement) -> Interval:
@@ -65,16 +62,14 @@ def share_within(errors: np.ndarray, requirement: Requirement) -> Interval:
 def monotone_fractions(counts: Sequence[Tuple[int, int]]) -> List[float]:
     """Fit fractions that do not fall from rank to rank: the largest of all smallest means from a rank to its right.
 
-    Args:
-        counts: draws within the tolerance, and all draws, by rank in ascending quality.
+    `counts` are the draws within the tolerance, and all draws, by rank in ascending quality.
     """
     within, draws = np.cumsum([(0, 0), *counts], axis=0).T
     count = draws - draws[:, np.newaxis]  # from each rank up to each other one
     means = np.where(count > 0, within - within[:, np.newaxis], np.inf) / np.maximum(count, 1)
     smallest = np.minimum.accumulate(means[:-1, :0:-1], axis=1)[:, ::-1]
-    fitted: List[float] = (
-        np.where(np.tri(len(counts), dtype=bool).T, smallest, -np.inf).max(axis=0, initial=-1).tolist()
-    )
+    of_left = np.where(np.tri(len(counts), dtype=bool).T, smallest, -np.inf)
+    fitted: List[float] = of_left.max(axis=0, initial=-1).tolist()
     return fitted
 
 
@@ -91,16 +86,9 @@ class Curve(NamedTuple):
 
 
 class OdometryCurves:
-    """Curves of a robot's tests."""
+    """Curves of a robot's tests, one drive per test; `params` are of its encoder, whose counts are replaced."""
 
     def __init__(self, tests: Sequence[DriveDraws], params: EncoderParams, amounts: Amounts = ROBOTS_CAUSES) -> None:
-        """Sample the curves.
-
-        Args:
-            tests: one drive per test.
-            params: parameters of the robot's encoder; its counts are replaced.
-            amounts: amounts of the other causes.
-        """
         self._params, self._amounts = params, amounts
         counts = self._between(FEWEST_COUNTS, MOST_COUNTS, round(PER_OCTAVE * math.log2(MOST_COUNTS / FEWEST_COUNTS)))
         encoders = list(map(self.encoder, counts))
@@ -120,10 +108,7 @@ class OdometryCurves:
         return min(share_within(curve.errors[counts], requirement) for curve in self.curves)
 
     def smallest(self, requirement: Requirement) -> Optional[Tuple[float, Interval]]:
-        """Return the lowest counts that meet the requirement, and the interval from too few to enough for certain.
-
-        None if even the highest counts fail.
-        """
+        """Return the lowest counts that meet the requirement, from too few to enough for certain; None if all fail."""
         roughly = self._smallest(requirement)
         if roughly is None:
             return None
@@ -146,9 +131,8 @@ class OdometryCurves:
         certain, possible = (max(np.flatnonzero(~is_met), default=-1) + 1 for is_met in (shares >= requirement.share).T)
         if certain == len(counts):
             return None
-        too_few = counts[max(0, possible - 1)]
-        # A monotone fit of each curve reaches the required fraction here.
-        likely = too_few
+        # Where a monotone fit of each curve reaches the required fraction.
+        likely = too_few = counts[max(0, possible - 1)]
         for curve in self.curves:
             within = [requirement.within(curve.errors[each]) for each in counts]
             fractions = monotone_fractions([(int(each.sum()), len(each)) for each in within])
@@ -174,14 +158,12 @@ def counts_by_ppr(params: EncoderParams) -> EncoderParams:
 
 QUANTISATION, EDGES, MISSED = 'quantisation', 'edge errors', 'missed counts'
 ENCODER_CAUSES = (EDGES, MISSED)  # besides quantisation
-
 # Encoder parameters that cause EDGES in proportion to their values; UNEVEN_LINES also cause EDGES.
 SENSOR_ERRORS = (
     *('edge_error', 'sensor_error', 'eccentricity', 'first_harmonic', 'second_harmonic'),
     *('noise', 'hysteresis', 'backlash'),
 )
 UNEVEN_LINES = ('duty_cycle', 'phase_error')
-
 BUDGET_DRAWS = 1000
 
 

@@ -7,21 +7,11 @@ import tempfile
 from pathlib import Path
 from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
-from diff_encoder_sim.advice import drive_draws
+from diff_encoder_sim.advice import drive_draws, odometry_answer
 from diff_encoder_sim.advice.answers import Answer, Budget, Criterion, Kind, Limit, Requirement
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.encoder_search import TrialCounts
-from diff_encoder_sim.advice.odometry_answer import (
-    ENCODER_CAUSES,
-    OdometryCurves,
-    closed_form_counts,
-    counts_by_ppr,
-    limited_answer,
-    odometry_answer,
-    odometry_budgets,
-    own_limits,
-    share_within,
-)
+from diff_encoder_sim.advice.odometry_answer import OdometryCurves, closed_form_counts, odometry_budgets, share_within
 from diff_encoder_sim.analysis.results_table import RobotGeometry
 from diff_encoder_sim.analysis.statistics import Interval
 from diff_encoder_sim.drives.trial_definition import TrialPlan
@@ -75,11 +65,7 @@ def recommended(
 ) -> Optional[Candidate]:
     """Return the smallest candidate whose odometry certainly meets a requirement; None if no candidate does.
 
-    Args:
-        candidates: in ascending quality.
-        answer: for counts of the robot's encoder.
-        tests: one drive per test.
-        requirement: at the end of each drive.
+    The candidates are in ascending quality, and the answer is for counts of the robot's encoder.
     """
     if answer.kind is not Kind.FROM:
         return None
@@ -100,10 +86,7 @@ def _worst(tests: Sequence[DriveDraws], params: EncoderParams, count: int, requi
 
 
 def finest_real(candidates: Sequence[Candidate], answer: Answer) -> Optional[Candidate]:
-    """Return the finest real encoder whose counts suffice; None if there is none.
-
-    If it is not recommended, its own errors are too large.
-    """
+    """Return the finest real encoder whose counts suffice, or None; if not `recommended`, its errors are too large."""
     enough = answer.interval[1] or 0.0
     real = (each for each in reversed(candidates) if each.params.encoder.counts_per_wheel_turn is not None)
     return next((each for each in real if each.params.counts_per_turn.left >= enough), None)
@@ -159,7 +142,7 @@ def listed_encoders(
         if meets[Criterion.ODOMETRY] is False:  # by its own errors if its counts suffice
             ideal = params.model_copy(update={'ppr': params.counts_per_turn, 'encoder': IDEAL_ENCODER})
             is_enough = bool(_met(_worst(tests, ideal, LISTED_DRAWS, requirement), requirement))
-            own = own_limits(tests, params, requirement, is_enough, LISTED_DRAWS)
+            own = odometry_answer.own_limits(tests, params, requirement, is_enough, LISTED_DRAWS)
         found.append(ListedEncoder(name, price, params.counts_per_turn.left, like, share, meets, own))
     return sorted(found, key=lambda encoder: (encoder.ppr, encoder.name))
 
@@ -213,17 +196,13 @@ class Advice(NamedTuple):
         return {drive.test: closed_form_counts(drive.requested, self.geometry, self.requirement) for drive in drives}
 
 
-# Resolutions with a budget, in counts per revolution.
-BUDGET_COUNTS = tuple(float(2**exponent) for exponent in range(6, 15))
+BUDGET_COUNTS = tuple(float(2**exponent) for exponent in range(6, 15))  # resolutions with a budget
 
 
 def study_odometry(campaign: Campaign, requirement: Requirement, distance_m: Optional[float]) -> Advice:
-    """Sample the odometry of a campaign's tests, or of a straight line.
+    """Sample the odometry of a campaign's tests, or of a straight line of `distance_m`.
 
-    Args:
-        campaign: the parameters of its first encoder, except the counts, are those of the robot.
-        requirement: at the end of each drive.
-        distance_m: length of a straight line that replaces the tests.
+    The parameters of the campaign's first encoder, except the counts, are those of the robot.
 
     Raises:
         ConfigError: a file is invalid, or the robot does not reach a goal.
@@ -253,15 +232,15 @@ def study_odometry(campaign: Campaign, requirement: Requirement, distance_m: Opt
             ]
     tests = [DriveDraws(drive, robot, campaign.params.seed) for drive in drives]
     curves = OdometryCurves(tests, params)
-    answer, candidates = odometry_answer(curves, requirement), candidates_of(campaign)
+    answer, candidates = odometry_answer.odometry_answer(curves, requirement), candidates_of(campaign)
     chosen = recommended(candidates, answer, tests, requirement)
     if chosen:
         answer = answer._replace(encoder=chosen.label)
     elif answer.kind is not Kind.UNDECIDED:
         real = finest_real(candidates, answer)
-        limited = real and limited_answer(tests, real.params, requirement)
-        if real and limited and any(limit.cause in ENCODER_CAUSES for limit in limited.limits):
-            curves = OdometryCurves(tests, counts_by_ppr(real.params))
+        limited = real and odometry_answer.limited_answer(tests, real.params, requirement)
+        if real and limited and any(limit.cause in odometry_answer.ENCODER_CAUSES for limit in limited.limits):
+            curves = OdometryCurves(tests, odometry_answer.counts_by_ppr(real.params))
             answer = limited._replace(errors_of=real.label)
         elif answer.kind is Kind.FROM:
             answer = answer._replace(note='no candidate suffices')

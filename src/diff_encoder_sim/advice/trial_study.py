@@ -32,14 +32,12 @@ AS_IT_IS, WITHOUT, WITHOUT_ALL = 'as it is', 'without ', 'without all of these'
 STOPPING, LOCALIZATION, ENCODER = 'stopping', 'localization', 'encoder'
 AT_GOAL = (Criterion.POSE_ESTIMATE, Criterion.TRUTH)
 
-# With fewer trials the variances of a budget are too uncertain.
-FEWEST_FOR_BUDGET = 8
+FEWEST_FOR_BUDGET = 8  # trials; with fewer the variances of a budget are too uncertain
 
 # Odometry of closed-loop trials is compared with this number of sampled drives; chance of a false alarm.
 DRAWS, FALSE_ALARM = 2000, 0.01
 
-# The keys of each cause.
-_CAUSES: Mapping[str, Tuple[str, Sequence[str]]] = {
+_CAUSES: Mapping[str, Tuple[str, Sequence[str]]] = {  # keys
     RADIUS: ('simulator.wheel_errors', ('left_radius_error', 'right_radius_error', 'radius_spread')),
     SEPARATION: ('simulator.wheel_errors', ('wheel_separation_error', 'wheel_separation_spread')),
     SLIP: ('simulator.wheel_errors', ('left_slip', 'right_slip', 'slip_noise')),
@@ -49,12 +47,9 @@ _CAUSES: Mapping[str, Tuple[str, Sequence[str]]] = {
 
 
 def switched_off(robots: Sequence[RobotParams]) -> Dict[str, Dict[str, Any]]:
-    """Return parameter sets by name, each without one cause that any of the robots has.
+    """Return parameter sets by name, each without one cause that the robot has with any of its encoders.
 
     The first set is the unchanged robot, the last one is without all causes; {} if there are no causes.
-
-    Args:
-        robots: the robot with each encoder.
     """
     sound = _values(WheelErrorParams(), IDEAL_ENCODER)
     values = [_values(robot.simulator.wheel_errors, robot.encoder.encoder) for robot in robots]
@@ -90,10 +85,7 @@ class GoalTrials(NamedTuple):
     failure: str = ''  # outcome and reason of the first failed trial
 
     def counts(self, criterion: Criterion, requirement: Requirement) -> TrialCounts:
-        """Count the trials within the tolerance.
-
-        An aborted trial does not count as at its goal, but its odometry may count.
-        """
+        """Count the trials within the tolerance; an aborted one is not at its goal, but its odometry may count."""
         if criterion is Criterion.ODOMETRY:
             within = requirement.within(wrapped(self.odometry - self.truth))
         else:
@@ -153,19 +145,14 @@ class _Runs:
         key = rank, self.variants[0] if variant is None else variant
         if key not in self._trials:
             found = self._trials_with(self.candidates[rank].label, key[1])
-            by_test = {test: goal_trials(found[found['test'] == test], goal) for test, goal in self._goals.items()}
-            self._trials[key] = by_test
+            self._trials[key] = {
+                test: goal_trials(found[found['test'] == test], goal) for test, goal in self._goals.items()
+            }
         return self._trials[key]
 
 
 def study_trials(campaign: Campaign, advice: Advice, trials_with: TrialsWith) -> Advice:
-    """Run closed-loop trials and add the answers about the pose estimate and the true pose.
-
-    Args:
-        campaign: campaign with the candidates as encoders.
-        advice: advice with the answer about odometry.
-        trials_with: runs trials.
-    """
+    """Run trials of a campaign with the candidates as encoders; add answers about pose estimate and true pose."""
     requirement, run = advice.requirement, _Runs(campaign, trials_with)
     candidates = run.candidates
 
@@ -201,7 +188,6 @@ def _limited(criterion: Criterion, run: _Runs, requirement: Requirement) -> Answ
     amounts = {limit.cause: limit.reduced_to / limit.error for limit in found}
 
     def suffices_with_less(rank: int) -> bool:
-        """Return whether enough of each test's trials are within the tolerance with less of each cause."""
         fractions = []
         for trials in run.trials(rank).values():
             parts = trials.causes()
@@ -267,11 +253,8 @@ def truth_budget(
 ) -> Tuple[Optional[Budget], int]:
     """Return the budget of the true pose's error at the goal, and the number of trials it is based on.
 
-    Args:
-        trials: trials with an encoder.
-        finest: trials with the finest encoder; the encoder's part is the difference to these.
-        sound: trials with the finest encoder, without all causes.
-        without: trials with the encoder, without one cause each.
+    The encoder's part is the difference to trials with the finest one; `sound` are with the finest and without all
+    causes, `without` are with the encoder and without one cause each.
     """
     every = [trials, finest, sound, *without.values()]
     numbers = functools.reduce(np.intersect1d, (each.known_numbers for each in every))

@@ -70,8 +70,7 @@ def wheel_travel_m(requested: Trial, robot: RobotGeometry, true_minus_goal: np.n
     return travel_m
 
 
-# Standard deviations are shown in millimetres, because they range over three decades.
-SCALED = {'m': ('mm', 1e3), 'deg': ('deg', 1.0)}
+SCALED = {'m': ('mm', 1e3), 'deg': ('deg', 1.0)}  # standard deviations range over three decades
 DIGITS = 3
 
 
@@ -93,20 +92,12 @@ def closed_form_table(results: Results) -> Optional[ResultTable]:
             errors = scale * final_errors(known, MINUS_TRUTH, quantity)
             expected = scale * quantity.scale * float(expected_stds[quantity.component])
             low, high = std_interval(errors)
-            rows.append(
-                {
-                    'cell': cell,
-                    'quantity': f'{quantity.axis} [{unit}]',
-                    'expected': f'{expected:.{DIGITS}g}',
-                    'measured': f'{spread(errors) or 0.0:.{DIGITS}g} ({low:.{DIGITS}g} to {high:.{DIGITS}g})',
-                    'conclusion': 'above' if low > expected else 'below' if high < expected else 'as expected',
-                }
-            )
+            row = {'cell': cell, 'quantity': f'{quantity.axis} [{unit}]', 'expected': f'{expected:.{DIGITS}g}'}
+            row['measured'] = f'{spread(errors) or 0.0:.{DIGITS}g} ({low:.{DIGITS}g} to {high:.{DIGITS}g})'
+            row['conclusion'] = 'above' if low > expected else 'below' if high < expected else 'as expected'
+            rows.append(row)
     title = 'Final /odom minus /world_pose: closed form and measured'
-    heads = {
-        'expected': 'quantisation, at the final poses',
-        'measured': 'measured (95 % interval)',
-        'conclusion': 'measured is',
-    }
+    heads = {'expected': 'quantisation, at the final poses', 'measured': 'measured (95 % interval)'}
+    heads['conclusion'] = 'measured is'
     columns = {name: Column(head, 'standard deviation') for name, head in heads.items()}
     return ResultTable('closed_form', title, pd.DataFrame(rows), columns) if rows else None

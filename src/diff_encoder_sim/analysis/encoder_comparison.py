@@ -16,8 +16,7 @@ from diff_encoder_sim.analysis.statistics import SIGNIFICANCE, holm, mcnemar, sp
 from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.drives.topics import PoseSource
 
-# Decimals of errors: rounding must not appear as a spread if pulse counts are equal.
-ROUNDED_TO = 9
+ROUNDED_TO = 9  # decimals of errors: rounding must not appear as a spread if pulse counts are equal
 
 # Compared properties: text about the worse encoder, and the estimate for equal encoders.
 SPREAD, ERROR, WITHIN = 'spread', 'error', 'within'
@@ -92,9 +91,8 @@ def conclusion(row: Dict[str, Any]) -> str:
 def differences(compared: pd.DataFrame) -> pd.DataFrame:
     """Select the significant differences, sorted by test, source and quantity, and add a column `about`."""
     different = compared[compared['p_holm'] < SIGNIFICANCE]
-    ranks = {
-        name: place for names in (compared['setup'].unique(), POSES, _QUANTITIES) for place, name in enumerate(names)
-    }
+    ordered = compared['setup'].unique(), POSES, _QUANTITIES
+    ranks = {name: place for names in ordered for place, name in enumerate(names)}
     different = different.sort_values(['setup', 'source', 'error'], key=lambda column: column.map(ranks), kind='stable')
     about = [f'{POSES[source]}, {_QUANTITIES[error].axis}' for source, error in different[['source', 'error']].values]
     return different.assign(about=about)

@@ -16,9 +16,7 @@ from diff_encoder_sim.analysis.tables import all_tables
 from diff_encoder_sim.base.errors import ConfigError
 
 REPORT = 'report.html'
-
-# Lists the files written by analyze, one per line; a folder with other files is not replaced.
-CONTENTS = '.analysis'
+CONTENTS = '.analysis'  # lists the files written by analyze, one per line; a folder with other files is not replaced
 
 
 def write_analysis(results: Results, folder: Path, beside: Optional[Results] = None) -> str:
@@ -48,14 +46,9 @@ def write_analysis(results: Results, folder: Path, beside: Optional[Results] = N
 
 @contextlib.contextmanager
 def output_folder(path: Path) -> Iterator[Path]:
-    """Yield a temporary folder that replaces `path` when the context ends without an error.
-
-    Raises:
-        ConfigError: `path` contains a file not written by analyze, or cannot be written.
-    """
+    """Yield a folder that replaces `path` if there is no error; ConfigError for foreign files, or if not writable."""
     path = path.resolve()
-    # Next to `path`: relative links stay valid, and one rename moves it.
-    made = path.with_name(f'.{path.name}-{uuid.uuid4().hex[:8]}')
+    made = path.with_name(f'.{path.name}-{uuid.uuid4().hex[:8]}')  # beside it: links stay valid, one rename moves it
     missing = [parent for parent in made.parents if not parent.exists()]
     try:
         if path.exists() and not path.is_dir():

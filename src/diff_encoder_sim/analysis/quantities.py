@@ -36,15 +36,12 @@ class Quantity(NamedTuple):
         return f'{self.axis} [{self.unit}]'
 
 
-# Tolerances of the paper.
-QUANTITIES = (
+QUANTITIES = (  # with the tolerances of the paper
     Quantity('x_m', 'x', 'm', 0, 1.0, 0.05),
     Quantity('y_m', 'y', 'm', 1, 1.0, 0.05),
     Quantity('yaw_deg', 'yaw', 'deg', 2, 180.0 / math.pi, 3.0),
 )
 X, Y, YAW = QUANTITIES
 
-# Minimum fraction of trials within tolerance. The 30 trials of the paper can show at most 88 %.
-REQUIRED_FRACTION = 0.8
-
+REQUIRED_FRACTION = 0.8  # of trials within tolerance; the 30 trials of the paper can show at most 88 %
 LEVEL = 0.95  # confidence of all intervals

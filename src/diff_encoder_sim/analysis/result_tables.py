@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import re
 from pathlib import Path
@@ -13,16 +14,10 @@ from tabulate import tabulate
 from diff_encoder_sim.analysis.quantities import POSES, QUANTITIES
 from diff_encoder_sim.base.deferred import pandas as pd
 
-# Column groups per page width; further groups follow in another block with the key columns repeated.
-GROUPS_ABREAST = 4
-
-# Tables of the paper, which are also written as Markdown and LaTeX.
-OF_PAPER = re.compile(r'(paper_)?table[3-6]')
-
+GROUPS_ABREAST = 4  # column groups per page width; the others follow in another block with the key columns
+OF_PAPER = re.compile(r'(paper_)?table[3-6]')  # also written as Markdown and LaTeX
 NOTHING = '–'
-
-# Labels on pages for values in CSV files.
-LABELS = {
+LABELS = {  # on pages for values in CSV files
     **POSES,
     **{quantity.name: quantity.head for quantity in QUANTITIES},
     'std': 'std. dev.',
@@ -30,11 +25,7 @@ LABELS = {
     'position_mm': 'position [mm]',
     'heading_deg': 'heading [deg]',
 }
-
-
 HEADS = {'ppr': 'PPR', 'quantity': 'error'}  # default headings of columns
-
-
 Decimals = Union[int, Sequence[int], None]  # of the numbers of a column, or of each entry; None for texts
 
 
@@ -81,19 +72,14 @@ class ResultTable(NamedTuple):
 
 
 def write_tables(tables: Sequence[ResultTable], folder: Path) -> None:
-    """Write each table as CSV, the paper's also as Markdown and LaTeX, into `folder`, which is created.
-
-    Raises:
-        OSError: a file cannot be written.
-    """
+    """Write each table as CSV, the paper's also as Markdown and LaTeX, and create `folder`; OSError if one fails."""
     folder.mkdir(parents=True, exist_ok=True)
     for table in tables:
         texts = {'csv': csv_text(table)}
         if OF_PAPER.fullmatch(table.name):
             texts.update(md=markdown_text(table), tex=latex_text(table))
         for suffix, text in texts.items():
-            # Bytes keep line endings equal on every system.
-            (folder / f'{table.name}.{suffix}').write_bytes(text.encode('utf-8'))
+            (folder / f'{table.name}.{suffix}').write_bytes(text.encode('utf-8'))  # with the same line endings anywhere
 
 
 def csv_text(table: ResultTable) -> str:
@@ -103,10 +89,7 @@ def csv_text(table: ResultTable) -> str:
 
 def markdown_text(table: ResultTable) -> str:
     """Format a table as GitHub Markdown."""
-
-    def escaped(text: str) -> str:
-        return re.sub(r'([\\|_*<])', r'\\\1', text)
-
+    escaped = functools.partial(re.sub, r'([\\|_*<])', r'\\\1')
     shown, parts = table.shown(), [f'**{escaped(table.title)}**']
     for columns in table.abreast():
         heads = [escaped(f'{column.group} {column.head}'.strip()) for column in columns.values()]

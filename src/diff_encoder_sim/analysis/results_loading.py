@@ -29,15 +29,11 @@ from diff_encoder_sim.trials.trials_csv import BAGS, MANIFEST, TABLE, VARIANT, T
 log = logging.getLogger(__name__)
 
 BAGS_PER_TASK = 4  # chunk size per process that makes the overhead negligible
-
-# Bags that differ in one of these are not pooled: the key becomes a varied parameter.
-KEPT_APART = ('nav', VARIANT, 'wheel_diameter', 'wheel_separation')
+KEPT_APART = ('nav', VARIANT, 'wheel_diameter', 'wheel_separation')  # bags that differ in one are not pooled
 
 
 def load_results(paths: Sequence[Path]) -> Results:
-    """Read a campaign's folder, or bags of trials and folders of such bags.
-
-    Invalid bags are left out with a warning and a note.
+    """Read a campaign's folder, or bags of trials and folders of such bags; invalid ones are left out with a warning.
 
     Raises:
         ConfigError: there is no valid trial, or a campaign's folder is given with other paths.
@@ -52,16 +48,11 @@ def load_results(paths: Sequence[Path]) -> Results:
 
 
 def read_campaign(folder: Path) -> Results:
-    """Read a campaign's folder; some or all bags may be missing.
-
-    Raises:
-        ConfigError: no trial is finished, or a file is missing or invalid.
-    """
+    """Read a campaign's folder, with or without bags; ConfigError if no trial is finished or a file is invalid."""
     manifest, requested, robot, varied, count = _manifest(folder / MANIFEST)
     rows, notes = _rows(folder / TABLE, varied, requested)
     if len(rows) < count:
-        text = f'has {len(rows)} of {count} trials; the same campaign command runs the others'
-        notes.append(f'{folder / TABLE}: {text}')
+        notes.append(f'{folder / TABLE}: has {len(rows)} of {count} trials; the same campaign command runs the others')
     if not rows:
         raise ConfigError(f'{folder}: no trial is finished; expected at least one')
     records: List[Dict[str, Any]] = [{**results_table.record_of(row), 'bag': ''} for row in rows]
@@ -121,11 +112,7 @@ class TrialOfBag(NamedTuple):
 
 
 def read_bags(paths: Sequence[Path]) -> Results:
-    """Read bags, and folders of bags; each trial once, and one definition per test.
-
-    Raises:
-        ConfigError: there is no valid bag, or a folder contains a campaign.
-    """
+    """Read bags, and folders of bags; ConfigError if there is no valid bag, or a folder contains a campaign."""
     files: List[Path] = []
     for path in paths:
         campaigns = sorted(file.parent for file in path.rglob(MANIFEST)) if path.is_dir() else []

@@ -39,9 +39,7 @@ from diff_encoder_sim.drives.trajectory_error import RPE_DISTANCES_M, Alignment,
 from diff_encoder_sim.drives.trial_definition import FinalErrors, Outcome, Trial
 from diff_encoder_sim.trials.trials_csv import PARTS, VARIANT, TrialRow, header
 
-# Tests of the paper, which come first in every table.
-STANDARD_TESTS = ('SL', 'SMT', 'DLD')
-
+STANDARD_TESTS = ('SL', 'SMT', 'DLD')  # of the paper, first in every table
 MOST_POINTS = 600  # of a path
 SUCCEEDED = Outcome.SUCCEEDED.value
 
@@ -50,15 +48,8 @@ ALIGNMENTS = {PoseSource.ODOM: Alignment.ORIGIN, PoseSource.AMCL: Alignment.NONE
 RPES = [(rpe_name(pairs, distance_m), pairs, distance_m) for distance_m in RPE_DISTANCES_M for pairs in RpePairs]
 OF_PATH = ('ate_rmse_m', 'ate_max_m', 'yaw_rmse_rad')
 OF_SEGMENTS = ('segments', 'translation_rmse_m', 'rotation_rmse_rad')
-PATH_COLUMNS = [
-    *(
-        f'{source.value}_{name}'
-        for source in ALIGNMENTS
-        for name in (*OF_PATH, *(f'{rpe}_{part}' for rpe, _, _ in RPES for part in OF_SEGMENTS))
-    ),
-    'true_path',
-    'odom_path',
-]
+_ERRORS = [*OF_PATH, *(f'{rpe}_{part}' for rpe, _, _ in RPES for part in OF_SEGMENTS)]
+PATH_COLUMNS = [*(f'{source.value}_{name}' for source in ALIGNMENTS for name in _ERRORS), 'true_path', 'odom_path']
 
 
 class RobotGeometry(NamedTuple):
@@ -137,8 +128,7 @@ def error_columns(errors: FinalErrors) -> Dict[str, float]:
     }
 
 
-# Maximum number of trials shown one by one, which keeps the report below 5 MB.
-MOST_SHOWN = 2000
+MOST_SHOWN = 2000  # trials one by one, which keeps the report below 5 MB
 
 
 def first_of_cells(trials: pd.DataFrame) -> pd.DataFrame:

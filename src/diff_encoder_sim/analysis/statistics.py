@@ -58,10 +58,7 @@ def mean_interval(values: np.ndarray) -> Interval:
 
 
 def std_interval(values: np.ndarray) -> Interval:
-    """Compute the chi-square interval of the spread of normally distributed values.
-
-    (0, infinity) for fewer than two values, (0, 0) if all are equal.
-    """
+    """Compute the chi-square interval of the spread of Gaussian values; (0, infinity) for fewer than two."""
     std, freedom = spread(values), len(values) - 1
     if std is None:
         return Interval(0.0, math.inf)
@@ -158,10 +155,7 @@ def _positive_sum_chances(ranks: np.ndarray) -> np.ndarray:
 
 
 def mcnemar(first: np.ndarray, second: np.ndarray) -> PairedResult:
-    """Estimate the difference of two paired fractions.
-
-    McNemar's exact test; interval by Bonett and Price (2012).
-    """
+    """Estimate the difference of two paired fractions by McNemar's exact test; interval by Bonett and Price (2012)."""
     pairs = len(first)
     only_first, only_second = int(np.sum(first > second)), int(np.sum(second > first))
     if pairs == 0:

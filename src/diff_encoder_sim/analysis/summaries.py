@@ -1,12 +1,9 @@
-"""Summaries of results: the table for the terminal, success rates by cell, and the headline of an analysis.
-
-An encoder is sufficient if the success rate is at least 80 % with 95 % confidence: Wilson's interval must lie on one
-side of 80 %.
-"""
+"""Summaries of results: the table for the terminal, success rates by cell, and the headline of an analysis."""
 
 from __future__ import annotations
 
 import enum
+import itertools
 import math
 from typing import Dict, List, NamedTuple
 
@@ -40,8 +37,7 @@ COMPARED_POSES = {
     MINUS_TRUTH: 'odometry at the true pose',
 }
 
-# Above this number, tests (with their parameter sets) are counted instead of named.
-MOST_NAMED = 3
+MOST_NAMED = 3  # more tests (with their parameter sets) are counted instead of named
 
 
 def summary(results: Results) -> str:
@@ -76,7 +72,7 @@ def summary(results: Results) -> str:
 
 
 class Sufficiency(enum.Enum):
-    """Whether the required fraction of trials ends within the tolerance."""
+    """Whether the required fraction of trials ends within the tolerance: all of Wilson's interval is above or below."""
 
     YES = 'yes'
     NO = 'no'
@@ -85,10 +81,7 @@ class Sufficiency(enum.Enum):
 
 def fewest_trials() -> int:
     """Return the smallest number of trials that shows the required fraction if all succeed."""
-    count = 1
-    while wilson(count, count).low < REQUIRED_FRACTION:
-        count += 1
-    return count
+    return next(count for count in itertools.count(1) if wilson(count, count).low >= REQUIRED_FRACTION)
 
 
 def fractions_within(results: Results) -> pd.DataFrame:
@@ -100,9 +93,8 @@ def fractions_within(results: Results) -> pd.DataFrame:
         `heading`; `low` and `high`, the interval of within / trials; `sufficiency`, a value of `Sufficiency`.
     """
     short, rows = [key.rpartition('.')[2] for key in results.varied], []
-    for (test, setup, ppr, *values), of_cell in results.trials.groupby(
-        ['test', 'setup', 'ppr', *results.varied], sort=False
-    ):
+    keys = ['test', 'setup', 'ppr', *results.varied]
+    for (test, setup, ppr, *values), of_cell in results.trials.groupby(keys, sort=False):
         parameters = ', '.join(varied_texts(values, short))
         name = f'{test} ({parameters})' if parameters else test
         for pose in COMPARED_POSES:
@@ -168,11 +160,8 @@ def _counts(fractions: pd.DataFrame) -> str:
 
 def _encoders(of_setup: pd.DataFrame) -> str:
     """Name the encoders that are sufficient and those that are undecided."""
-    labels = list(of_setup['ppr'])
-    sufficient, undecided = (
-        list(of_setup['ppr'][of_setup['sufficiency'] == kind.value])
-        for kind in (Sufficiency.YES, Sufficiency.UNDECIDED)
-    )
+    labels, kinds = list(of_setup['ppr']), (Sufficiency.YES.value, Sufficiency.UNDECIDED.value)
+    sufficient, undecided = (list(of_setup['ppr'][of_setup['sufficiency'] == kind]) for kind in kinds)
     open_text = f' ({encoders_text(undecided)} undecided)' if undecided else ''
     if undecided == labels:
         return 'undecided'

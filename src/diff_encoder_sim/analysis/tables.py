@@ -75,30 +75,26 @@ def estimates(results: Results, pose: str) -> pd.DataFrame:
     """Compute the statistics of the final errors [m, deg, per cent]: a row per cell and quantity."""
     keys = ['test', *results.varied, 'ppr']
     return pd.DataFrame(
-        {
-            **dict(zip(keys, key)),
-            'quantity': quantity.name,
-            **error_statistics(results_table.final_errors(of_cell, pose, quantity), quantity),
-        }
+        {**dict(zip(keys, key)), 'quantity': quantity.name, **error_statistics(of_cell, pose, quantity)}
         for key, of_cell in results.trials.groupby(keys, sort=False)
         for quantity in QUANTITIES
     )
 
 
-def error_statistics(errors: np.ndarray, quantity: Quantity) -> Dict[str, Optional[float]]:
+def error_statistics(trials: pd.DataFrame, pose: str, quantity: Quantity) -> Dict[str, Optional[float]]:
     """Compute `STATISTICS` of final errors, and their intervals; None if undefined."""
-    within, trials = int(np.count_nonzero(np.abs(errors) <= quantity.tolerance)), len(errors)
+    errors = results_table.final_errors(trials, pose, quantity)
+    within, count = int(np.count_nonzero(np.abs(errors) <= quantity.tolerance)), len(errors)
     pairs = {
         'mean': statistics.mean_interval(errors),
         'std': statistics.std_interval(errors),
-        'pct_within': [100.0 * bound for bound in statistics.wilson(within, trials)],
+        'pct_within': [100.0 * bound for bound in statistics.wilson(within, count)],
     }
-    measures = {name: float(getattr(errors, name)()) if trials else None for name in ('min', 'max', 'mean')}
     return {
-        'trials': trials,
-        **measures,
+        'trials': count,
+        **{name: float(getattr(errors, name)()) if count else None for name in ('min', 'max', 'mean')},
         'std': statistics.spread(errors),
-        'pct_within': 100.0 * within / trials if trials else None,
+        'pct_within': 100.0 * within / count if count else None,
         **{f'{name}_{end}': bound for name, pair in pairs.items() for end, bound in zip(('low', 'high'), pair)},
     }
 
@@ -179,14 +175,9 @@ def path_error_table(results: Results) -> Optional[ResultTable]:
         rows.append(row)
     if not rows:
         return None
-    heads = {
-        'ate_rmse_mean_m': ('ATE RMSE [m]', 'whole path'),
-        'ate_rmse_low_m': ('from', 'whole path'),
-        'ate_rmse_high_m': ('to', 'whole path'),
-        'ate_rmse_std_m': ('std. dev.', 'whole path'),
-        'ate_max_m': ('ATE max [m]', 'whole path'),
-        'yaw_rmse_mean_deg': ('yaw RMSE [deg]', 'whole path'),
-    }
+    of_path = {'ate_rmse_mean_m': 'ATE RMSE [m]', 'ate_rmse_low_m': 'from', 'ate_rmse_high_m': 'to'}
+    of_path.update(ate_rmse_std_m='std. dev.', ate_max_m='ATE max [m]', yaw_rmse_mean_deg='yaw RMSE [deg]')
+    heads = {name: (head, 'whole path') for name, head in of_path.items()}
     for name, pairs, distance_m in RPES:
         group = f'RPE over {distance_m:g} m, {pairs.text}'
         heads[f'{name}_segments'] = ('segments', group)
@@ -199,9 +190,7 @@ def path_error_table(results: Results) -> Optional[ResultTable]:
 
 VARIANTS = 'variants'  # name of the figure and the table
 LEAST_ERROR = 1e-7  # lower limit of errors in ratios [m, rad]
-
-# Kinds of errors: scale from SI to the displayed unit, and decimals.
-KINDS = {'position_mm': (1e3, 2), 'heading_deg': (180.0 / math.pi, 3)}
+KINDS = {'position_mm': (1e3, 2), 'heading_deg': (180.0 / math.pi, 3)}  # of errors: scale from SI, and decimals
 
 
 def first_variant(trials: pd.DataFrame) -> str:
@@ -219,8 +208,7 @@ def variant_errors(results: Results) -> pd.DataFrame:
     """
     if VARIANT not in results.varied:
         return pd.DataFrame()
-    trials, rows = results.trials, []
-    keys = ['test', *results.varied, 'ppr']
+    trials, rows, keys = results.trials, [], ['test', *results.varied, 'ppr']
     apart = [key for key in keys if key != VARIANT]
     of_first = dict(list(trials[trials[VARIANT] == first_variant(trials)].groupby(apart, sort=False)))
     for _, of_cell in trials.groupby('cell', sort=False):

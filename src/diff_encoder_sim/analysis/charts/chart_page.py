@@ -20,10 +20,9 @@ VEGA_LITE = '.'.join(alt.SCHEMA_VERSION.lstrip('v').split('.')[:2])  # version w
 VALIDATE = False  # slow; a test validates
 HEIGHT_PX = 340
 STYLE = Path(__file__).parents[1] / 'report'  # folder of the shared parts of all pages
-FONT = "system-ui, 'Segoe UI', Roboto, 'Liberation Sans', sans-serif"  # font of the page
 _TEXT = {'labelFontSize': 12, 'titleFontSize': 12, 'titleFontWeight': 'normal'}
 CONFIG: Dict[str, Any] = {
-    'font': FONT,
+    'font': "system-ui, 'Segoe UI', Roboto, 'Liberation Sans', sans-serif",  # that of the page
     'background': None,
     'view': {'stroke': '#8a9099'},
     'axis': {**_TEXT, 'labelColor': '#333a42', 'gridColor': '#e6e9ed'},
@@ -109,14 +108,9 @@ def charts_html(charts: Sequence[Chart], choices: Sequence[Choice] = ()) -> Mark
             parents = [option.within for option in choice.options]
             content['choices'][-1].update(within=choice.within, parents=parents, clicked_for=choice.clicked_for)
     text = json.dumps(content, allow_nan=False, ensure_ascii=False, separators=(',', ':'))
-    return Markup(
-        load_template('charts.html', Path(__file__).parent).render(
-            charts=charts,
-            choices=choices,
-            content=Markup(text.replace('<', '\\u003c')),  # data must not end the script
-            library=Markup(vega_library()),
-        )
-    )
+    escaped = Markup(text.replace('<', '\\u003c'))  # data must not end the script
+    template = load_template('charts.html', Path(__file__).parent)
+    return Markup(template.render(charts=charts, choices=choices, content=escaped, library=Markup(vega_library())))
 
 
 def vega_library() -> str:

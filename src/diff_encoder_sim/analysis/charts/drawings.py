@@ -94,21 +94,16 @@ def error_points(
         stroke=alt.condition(chosen, alt.value('#000'), alt.value(None)),
     )
     shown = tips({'encoder': 'encoder', **_OF_TRIAL, 'series': 'pose'})
-    return _with_trial(
-        points, trials, [*shown, *tips({'x': 'x [m]', 'y': 'y [m]'}, '.4f'), *tips({'yaw': 'yaw [deg]'}, '.3f')]
-    )
+    shown += tips({'x': 'x [m]', 'y': 'y [m]'}, '.4f') + tips({'yaw': 'yaw [deg]'}, '.3f')
+    return _with_trial(points, trials, shown)
 
 
 def xy_errors(rows: alt.Chart, points: DrawPoints, domain: Optional[Domain] = None) -> alt.LayerChart:
     """Draw points of rows about the goal; without a domain both axes fit all points."""
     square: Dict[str, Any] = {'x': 'low:Q', 'x2': 'high:Q', 'y': 'low:Q', 'y2': 'high:Q'}
-    reach = (
-        rows.mark_rect(opacity=0, aria=False)
-        .transform_calculate(reach=f'1.1 * max(abs(datum.x), abs(datum.y), {1.2 * X.tolerance})')
-        .transform_aggregate(high='max(reach)')
-        .transform_calculate(low='-datum.high')
-        .encode(**square)
-    )
+    reach = rows.mark_rect(opacity=0, aria=False)
+    reach = reach.transform_calculate(reach=f'1.1 * max(abs(datum.x), abs(datum.y), {1.2 * X.tolerance})')
+    reach = reach.transform_aggregate(high='max(reach)').transform_calculate(low='-datum.high').encode(**square)
     within = alt.Chart(pd.DataFrame({'low': [-X.tolerance], 'high': [X.tolerance]})).mark_rect(**WITHIN)
     axes = {
         name: channel(f'{name}:Q', title=f'{name} error [m]')
@@ -148,22 +143,17 @@ def distributions(
     jittered = f'datum.slot + {JITTER} * ((datum.trial * {GOLDEN_RATIO}) % 1 - 0.5)'
     quartiles = rows.transform_aggregate(
         q1='q1(value)', median='median(value)', q3='q3(value)', count='count()', groupby=['encoder', 'slot', 'series']
-    ).encode(
-        x=x,
-        xOffset=alt.XOffset('slot:Q', scale=place),
-        tooltip=[
-            *tips({'encoder': 'encoder', 'series': 'pose', 'count': 'trials'}),
-            *tips({'q1': 'first quartile', 'median': 'median', 'q3': 'third quartile'}, '.4g'),
-        ],
     )
+    shown = tips({'encoder': 'encoder', 'series': 'pose', 'count': 'trials'})
+    shown += tips({'q1': 'first quartile', 'median': 'median', 'q3': 'third quartile'}, '.4g')
+    quartiles = quartiles.encode(x=x, xOffset=alt.XOffset('slot:Q', scale=place), tooltip=shown)
     boxes = quartiles.mark_bar(size=22, color='#fff', opacity=0.75, stroke='#444', clip=True)
     medians = quartiles.mark_tick(size=24, thickness=2, color='#000', clip=True)
+    placed = points(rows).transform_calculate(place=jittered)
     return alt.layer(
         within.encode(y=border, y2=alt.Y2Datum({'expr': tolerance})),
         boxes.encode(y=alt.Y('q1:Q', **y_axis), y2='q3:Q'),
-        points(rows)
-        .transform_calculate(place=jittered)
-        .encode(x=x, xOffset=alt.XOffset('place:Q', scale=place), y=alt.Y('value:Q', **y_axis)),
+        placed.encode(x=x, xOffset=alt.XOffset('place:Q', scale=place), y=alt.Y('value:Q', **y_axis)),
         medians.encode(y=alt.Y('median:Q', **y_axis)),
     ).add_params(alt.param(name='encoder_names', value=names))
 
@@ -182,14 +172,11 @@ def spreads(rows: alt.Chart, closed_form: alt.Chart, pprs: Sequence[float], unit
     }
     std = alt.Y('std:Q', **y_axis)
     point = alt.OverlayMarkDef(opacity=0, size=60)  # enlarges the hover area of the line
-    line = closed_form.transform_filter('datum.std > 0').mark_line(
-        color=GREY, strokeDash=[6, 4], clip=True, point=point
-    )
+    line = closed_form.transform_filter('datum.std > 0')
+    line = line.mark_line(color=GREY, strokeDash=[6, 4], clip=True, point=point)
     line_tips = [*tips({'ppr': 'PPR'}, '.0f'), *tips({'std': 'closed form'}, '.3g')]
-    shown = [
-        *tips({'label': 'encoder', 'series': 'pose', 'trials': 'trials'}),
-        *tips({'std': 'std. dev.', 'low': '95 % from', 'high': '95 % to'}, '.4g'),
-    ]
+    shown = tips({'label': 'encoder', 'series': 'pose', 'trials': 'trials'})
+    shown += tips({'std': 'std. dev.', 'low': '95 % from', 'high': '95 % to'}, '.4g')
     measured = rows.encode(x=alt.X('place:Q', **x_axis), color=_series(alt.Color, COLOURS, GREY))
     # Real encoders differ not only by counts: hollow points without a line.
     lines = measured.transform_filter('!datum.is_real').mark_line(strokeWidth=1.2, clip=True)

@@ -14,18 +14,12 @@ import numpy as np
 import vl_convert
 from altair.utils.schemapi import debug_mode
 
+from diff_encoder_sim.analysis import results_table
 from diff_encoder_sim.analysis.charts import drawings, frames
 from diff_encoder_sim.analysis.charts.chart_page import VEGA_LITE, drawing_dict
 from diff_encoder_sim.analysis.encoder_labels import is_real, ppr_text, ppr_value, ppr_values
 from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, X
-from diff_encoder_sim.analysis.results_table import (
-    SUCCEEDED,
-    Results,
-    encoders,
-    first_of_cells,
-    sample_text,
-    varied_texts,
-)
+from diff_encoder_sim.analysis.results_table import Results, encoders, first_of_cells, sample_text, varied_texts
 from diff_encoder_sim.analysis.tables import KINDS, VARIANTS, first_variant, variant_errors
 from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE
@@ -86,13 +80,10 @@ _Drawn = Tuple[str, str, _Panels]
 
 
 def write_figures(results: Results, folder: Path) -> List[Figure]:
-    """Write all figures that have data into `folder`, which is created.
+    """Write all figures that have data into a new `folder`; OSError if a file cannot be written.
 
     If parameters other than the encoder are varied, each combination has separate figures. For named variants these
     show only the first, and one figure shows all.
-
-    Raises:
-        OSError: a file cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
     with debug_mode(False):  # validation in Altair takes longer than the drawing
@@ -222,7 +213,10 @@ def _path_panels(results: Results, shown: pd.DataFrame, colours: Dict[str, str])
     marks, maps = frames.mark_rows(results, [test]), alt.Chart(frames.map_rows(results, [test]))
     paths, panels = frames.path_rows(shown, floors), []
     for label in labels:
-        ends = [path[-1] for path in shown['true_path'][(shown['ppr'] == label) & (shown['outcome'] != SUCCEEDED)]]
+        ends = [
+            path[-1]
+            for path in shown['true_path'][(shown['ppr'] == label) & (shown['outcome'] != results_table.SUCCEEDED)]
+        ]
         of_ends = [(test, 'end of a failed trial', *end) for end in ends]
         marked = alt.Chart(pd.concat([marks, pd.DataFrame(of_ends, columns=marks.columns)]))
         panel = drawings.path_chart(alt.Chart(paths[paths['encoder'] == label]), marked, maps, colours, domains)

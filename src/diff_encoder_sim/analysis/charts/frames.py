@@ -38,15 +38,10 @@ MARGIN, LEAST_SIDE_M = 0.05, 0.1
 
 def trial_rows(trials: pd.DataFrame) -> pd.DataFrame:
     """Return a row per trial (its index is `trial`): number, seed, bag and outcome as texts."""
-    return pd.DataFrame(
-        {
-            'trial': trials.index,
-            'number': trials['trial'],
-            'seed': trials['seed'].astype(str),  # browsers round large numbers
-            'bag': [Path(bag).name or 'none' for bag in trials['bag']],
-            'outcome': trials['outcome'].str.replace('_', ' '),
-        }
-    )
+    rows = pd.DataFrame({'trial': trials.index, 'number': trials['trial']})
+    rows['seed'] = trials['seed'].astype(str)  # browsers round large numbers
+    rows['bag'] = [Path(bag).name or 'none' for bag in trials['bag']]
+    return rows.assign(outcome=trials['outcome'].str.replace('_', ' '))
 
 
 def error_rows(trials: pd.DataFrame) -> pd.DataFrame:

@@ -28,7 +28,6 @@ stats = deferred('scipy.stats')
 COARSE, FINE = PPRS[:2], PPRS[2:]
 COARSE_AND_FINE = list(itertools.product(COARSE, FINE))
 EXTREMES = [(PPRS[0], PPRS[-1])]
-_TABLES = ('odom', 'global', 'world')
 
 EQUAL_FRACTIONS_MARGIN = 0.15  # 30 of 30 trials in both cells only bound the difference to 9 percentage points
 FEWEST_PAIRS = 3  # minimum for a test of spreads
@@ -207,7 +206,7 @@ def pairs_of_y_and_x(trials: pd.DataFrame, poses: Sequence[str], tests: Sequence
 def headings(trials: pd.DataFrame, pprs: Sequence[str]) -> Iterator[Sample]:
     """Yield the headings over all tests and in all three tables, because the claim does not name any."""
     of_tests = trials[trials['test'].isin(STANDARD_TESTS)]
-    for pose, ppr in itertools.product(_TABLES, pprs):
+    for pose, ppr in itertools.product(('odom', 'global', 'world'), pprs):
         values = final_errors(of_tests[of_tests['ppr'] == ppr], pose, YAW)
         yield Sample(f'{POSES[pose]} at {ppr} PPR, {YAW.axis}', YAW, (values,))
 
@@ -216,13 +215,12 @@ def claim_parts(trials: pd.DataFrame) -> Dict[str, Iterable[Part]]:
     """Return the parts of each claim of config/paper/claims.csv by its key."""
     of_standard = functools.partial(pairs_of_pprs, trials, tests=STANDARD_TESTS)
     long_drive = list(samples(trials, 'odom', ['DLD']))
-    turns = pairs_of_pprs(trials, 'odom', ['SMT'], COARSE_AND_FINE, QUANTITIES)
     cells = list(itertools.product(STANDARD_TESTS, PPRS))
     fine, coarse = headings(trials, FINE), headings(trials, COARSE)
     return {
         'routes': every_trial('reached the goal', trials, lambda part: part['outcome'] == SUCCEEDED),
         'straight_heading': [spread(one, YAW.tolerance, -1) for one in samples(trials, 'odom', ['SL'], [YAW])],
-        'turns': map(first_is_larger, turns),
+        'turns': map(first_is_larger, pairs_of_pprs(trials, 'odom', ['SMT'], COARSE_AND_FINE, QUANTITIES)),
         'steadier': map(first_is_larger, of_standard('odom', pprs=COARSE_AND_FINE, quantities=QUANTITIES)),
         'drift': [first_is_larger(one, SIZE) for one in pairs_of_pprs(trials, 'odom', ['DLD'])],
         'true_position': map(first_is_larger, of_standard('world')),

@@ -30,8 +30,7 @@ PRINTED_RESOLUTIONS: Dict[str, Dict[float, float]] = {
     'two_wheel_angle_deg': {40: 4.5, 90: 2.0, 1024: 0.18, 4096: 0.045},
 }
 
-# Cells used for calibration: table, test, PPR and quantity (docs/adr/0012-calibration.md).
-CALIBRATED = {'table': '4', 'test': 'SL', 'ppr': '4096', 'quantity': 'y_m'}
+CALIBRATED = {'table': '4', 'test': 'SL', 'ppr': '4096', 'quantity': 'y_m'}  # cells; docs/adr/0012-calibration.md
 
 WHEELS = RobotGeometry(0.2, 0.4)  # of ALTO (section 3 of the paper)
 RELATIVE = 0.01  # tolerance for calibrated wheels

@@ -6,17 +6,9 @@ import itertools
 from typing import Any, Dict, List, NamedTuple, Optional, Sequence
 
 from diff_encoder_sim.analysis.encoder_labels import ppr_values
+from diff_encoder_sim.analysis.paper import comparison
 from diff_encoder_sim.analysis.paper.claims import ClaimResult, check_claims
-from diff_encoder_sim.analysis.paper.comparison import (
-    COLUMNS,
-    PRINTED_RESOLUTIONS,
-    STATISTICS,
-    TRIALS,
-    compare_with_paper,
-    of_paper,
-    paper_table,
-    score,
-)
+from diff_encoder_sim.analysis.paper.comparison import COLUMNS, TRIALS, compare_with_paper, paper_table, score
 from diff_encoder_sim.analysis.quantities import POSES
 from diff_encoder_sim.analysis.result_tables import LABELS, NOTHING, Column, ResultTable
 from diff_encoder_sim.analysis.results_table import STANDARD_TESTS, Results, campaign_names, encoders
@@ -43,7 +35,7 @@ def cell_tables(compared: pd.DataFrame) -> List[ResultTable]:
         parts = {campaign: of_table[of_table['campaign'] == campaign] for campaign in campaigns}
         parts = {'ours': of_table} if is_single else parts
         exact, columns = of_table[keys].drop_duplicates(), {}
-        for statistic, whose in itertools.product(STATISTICS, (PRINTED, *parts)):
+        for statistic, whose in itertools.product(comparison.STATISTICS, (PRINTED, *parts)):
             of_column = parts.get(whose, of_table.drop_duplicates([*keys, 'statistic']))
             of_column = of_column[of_column['statistic'] == statistic]
             texts = [_text(row, whose == PRINTED, is_single) for row in of_column.to_dict('records')]
@@ -74,7 +66,7 @@ def resolution_table(results: Results) -> ResultTable:
     ours = pulse_resolution(pprs, results.robot)
     groups = {'linear': 'travel per pulse [mm]', 'angle': 'rotation, one pulse of both wheels [deg]'}
     exact, columns = ours[['ppr']], {}
-    for (part, group), (column, printed), digits in zip(groups.items(), PRINTED_RESOLUTIONS.items(), (2, 3)):
+    for (part, group), (column, printed), digits in zip(groups.items(), comparison.PRINTED_RESOLUTIONS.items(), (2, 3)):
         exact = exact.assign(**{f'{part}_paper': [printed.get(ppr) for ppr in pprs], f'{part}_ours': ours[column]})
         columns[f'{part}_paper'] = Column('paper', group, digits)
         columns[f'{part}_ours'] = Column('computed', group, digits)
@@ -110,12 +102,8 @@ class PaperSection(NamedTuple):
 
 
 def paper_section(every: Sequence[Results]) -> Optional[PaperSection]:
-    """Compare results with the paper; None for a single one without a cell of the paper.
-
-    Raises:
-        ConfigError: one of several results contains no cell of the paper.
-    """
-    every = [of_paper(results) for results in every]
+    """Compare results with the paper; None if a single one has no cell of it; ConfigError if one of more has none."""
+    every = [comparison.of_paper(results) for results in every]
     parts = [one.trials.assign(campaign=campaign_names(one, name)) for one, name in zip(every, _names(every))]
     trials = pd.concat(parts, ignore_index=True)
     compared = compare_with_paper(trials)

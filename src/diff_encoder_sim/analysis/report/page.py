@@ -35,8 +35,7 @@ from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE
 from diff_encoder_sim.trials.trials_csv import VARIANT
 
-# Libraries of the analysis; the manifest contains the versions of the campaign.
-LIBRARIES = ('numpy', 'pandas', 'scipy', 'altair', 'vl-convert-python')
+LIBRARIES = ('numpy', 'pandas', 'scipy', 'altair', 'vl-convert-python')  # of the analysis
 
 
 def write_report(
@@ -47,11 +46,7 @@ def write_report(
     paper: Optional[PaperSection],
     path: Path,
 ) -> summaries.Headline:
-    """Write the report from `all_tables`, `compare_encoders`, `write_figures` and `paper_section`; return its headline.
-
-    Raises:
-        OSError: a figure cannot be read, or the file cannot be written.
-    """
+    """Write the report of `all_tables`, `compare_encoders`, `write_figures` and `paper_section`; OSError on failure."""
     fractions, shown = summaries.fractions_within(results), first_of_cells(results.trials).reset_index(drop=True)
     lead, closed_form = summaries.headline(fractions, results.trials), closed_form_table(results)
     different, of_variants = differences(compared), [table for table in tables if table.name == VARIANTS]
@@ -98,8 +93,7 @@ def write_report(
         with_path=list(with_paths(shown).index),
         charts=charts,
     )
-    # Bytes keep line endings equal on every system.
-    path.write_bytes(page.encode('utf-8'))
+    path.write_bytes(page.encode('utf-8'))  # with the same line endings on every system
     return lead
 
 
@@ -107,11 +101,8 @@ def trial_table(results: Results, trials: pd.DataFrame) -> ResultTable:
     """Build the table of trials: outcome, final error of each source, and ATE of odometry."""
     exact = trials[['test', *results.varied, 'ppr', 'trial', 'outcome', 'duration_s', 'distance_m']]
     exact = exact.assign(outcome=exact['outcome'].str.replace('_', ' '))
-    columns = {
-        'trial': Column('trial', decimals=0),
-        'duration_s': Column('time [s]', decimals=1),
-        'distance_m': Column('path [m]', decimals=2),
-    }
+    columns = {'trial': Column('trial', decimals=0), 'duration_s': Column('time [s]', decimals=1)}
+    columns['distance_m'] = Column('path [m]', decimals=2)
     for source, topic in TOPIC_OF_SOURCE.items():
         metres, degrees = f'{source.value}_m', f'{source.value}_deg'
         exact[metres] = np.hypot(trials[f'{source.value}_x_m'], trials[f'{source.value}_y_m'])
