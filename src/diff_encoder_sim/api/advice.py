@@ -17,7 +17,7 @@ from diff_encoder_sim.advice.odometry_study import Advice, candidates_of, listed
 from diff_encoder_sim.advice.trial_study import TrialsWith, study_trials, switched_off
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.results_table import record_of, trials_table
-from diff_encoder_sim.api.campaigns import stop_reports, unrun_text, workers
+from diff_encoder_sim.api.campaigns import unrun_text, workers
 from diff_encoder_sim.api.notes import name_campaigns_encoders, name_stopping, with_checks
 from diff_encoder_sim.api.options import AdviceOptions
 from diff_encoder_sim.base.atomic_files import write_file
@@ -72,8 +72,7 @@ def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
     write_page(advice, options.out / PAGE)
     print(f'Page: {options.out / PAGE}')
     if options.json:
-        text = json.dumps(tables.advice_json(advice), indent=1, allow_nan=False)
-        write_file(options.json, text.encode('utf-8'))
+        write_file(options.json, json.dumps(tables.advice_json(advice), indent=1, allow_nan=False).encode('utf-8'))
         print(f'JSON: {options.json}')
     return advice
 
@@ -137,7 +136,7 @@ def _candidate_trials(options: AdviceOptions, campaign: Campaign, run: RunTrials
                 print(f'{ppr_text(label)}{variant and f", {variant}"}', file=sys.stderr)
                 ready[:] = ready or [opened.enter_context(workers(options, len(jobs)))]
                 progress = Progress(sys.stderr, campaign, jobs)
-                with progress, stop_reports(progress):
+                with progress:
                     unrun = run_on_workers(ready[0], campaign, store, progress, jobs, run)
                 if unrun:
                     sys.exit(unrun_text('advise', unrun))

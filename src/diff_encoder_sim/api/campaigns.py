@@ -5,14 +5,14 @@ from __future__ import annotations
 import contextlib
 import sys
 from pathlib import Path
-from typing import Any, ContextManager, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import Any, ContextManager, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.analysis.results_loading import load_results
 from diff_encoder_sim.analysis.results_table import Results
 from diff_encoder_sim.api.notes import name_campaigns_encoders, name_stopping, with_checks
 from diff_encoder_sim.api.options import CampaignOptions, RunOptions
-from diff_encoder_sim.base.command_line import CONSOLE, Stopped, as_called
+from diff_encoder_sim.base.command_line import CONSOLE, as_called
 from diff_encoder_sim.base.errors import CampaignFault, ConfigError
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.base.processes import usable_cores
@@ -73,23 +73,21 @@ def complete(
     arguments = xacro_arguments(options.robot_args)
     campaign = load_campaign(options.config, package_folder(), given, arguments, options.packages)
     campaign = with_checks('campaign', campaign, options.unchecked)
-    about = describe_run(package_folder(), command)
-    with ResultStore(options.out, campaign, about, options.resume) as store:
+    with ResultStore(options.out, campaign, describe_run(package_folder(), command), options.resume) as store:
         jobs = store.pending()
         if jobs:
             name_campaigns_encoders(as_called('campaign'), campaign)
             name_stopping('campaign', campaign, X.tolerance, YAW.tolerance)
         progress = Progress(sys.stderr, campaign, jobs, store.rows)
         unrun: Dict[str, List[str]] = {}
-        with progress, stop_reports(progress), contextlib.ExitStack() as opened:
+        with progress, contextlib.ExitStack() as opened:
             if jobs:
                 ready = opened.enter_context(workers(options, len(jobs)))
                 unrun = run_on_workers(ready, campaign, store, progress, jobs, run or run_trials)
             table = store.finish()
         duration = f'{progress.wall_time_s():.1f} s, {progress.real_time_factor():.1f} times real time'
         duration = duration if progress.done_now else 'all trials are already finished'
-        summary = f'{outcome_table(store.rows)}\n{duration}'
-        return table, summary, unrun_text('campaign', unrun) if unrun else ''
+        return table, f'{outcome_table(store.rows)}\n{duration}', unrun_text('campaign', unrun) if unrun else ''
 
 
 def workers(options: RunOptions, pending: int) -> ContextManager[Workers]:
@@ -115,13 +113,3 @@ def unrun_text(name: str, unrun: Mapping[str, Sequence[str]]) -> str:
         named = ', '.join(trials[:UNRUN_SHOWN])
         lines.append(f'{as_called(name)}: {count} could not be run ({reason}): {named}{more}')
     return '\n'.join([*lines, f'{as_called(name)}: run the same command again to retry them'])
-
-
-@contextlib.contextmanager
-def stop_reports(progress: Progress) -> Iterator[None]:
-    """Add the number of finished trials to the message of a stopped command."""
-    try:
-        yield
-    except Stopped as stopped:
-        stopped.when = f'after {progress.count()}; run the same command again to continue'
-        raise

@@ -61,19 +61,10 @@ def plan(options: TrialOptions) -> LivePlan:
     number = TrialArguments.from_mapping({'trial': yaml_value(options.trial, 'trial'), **ppr}, '').trial
     launched = launched_robot(options, {OWN_PPR: ppr['ppr']} if ppr else {})
     robot, encoder = launched.params, launched.encoder
-    trial = Trial.from_mapping(
-        {
-            'test': at_pace_of(robot.simulator.drive, test),
-            'ppr': encoder.ppr,
-            'number': number,
-            'odom': options.odom,
-            'nav': options.nav,
-            'encoder': encoder.name,
-            'resolution': encoder.resolution,
-            **wheels_of(robot.odometry, robot.encoder),
-        },
-        '',
-    )
+    paced, wheels = at_pace_of(robot.simulator.drive, test), wheels_of(robot.odometry, robot.encoder)
+    of_encoder = {'ppr': encoder.ppr, 'encoder': encoder.name, 'resolution': encoder.resolution}
+    chosen = {'test': paced, 'number': number, 'odom': options.odom, 'nav': options.nav}
+    trial = Trial.from_mapping({**chosen, **of_encoder, **wheels}, '')
     trial.test.check_drivable(options.nav)
     if options.slam != 'none' and not is_scripted:
         raise ConfigError(f'slam: given {options.slam} with nav {options.nav}; allowed: nav:=scripted, or slam:=none')
@@ -103,20 +94,15 @@ def plan(options: TrialOptions) -> LivePlan:
     command_period_s = STATES_PERIOD_S if is_scripted else 0.0
     if options.nav == 'embedded' and robot.encoder.report.are_even:
         command_period_s = robot.navigator.control_period_s
-    return LivePlan.from_mapping(
-        {
-            'trial': trial,
-            'slam': options.slam,
-            'world': str(world),
-            'map': str(map_path),
-            'bag': _bag_path(options.bag, trial),
-            'save_map': str(_new_file('save_map', options.save_map)) if options.save_map else '',
-            'report_rate': rate_hz,
-            'report_delay': robot.encoder.report.longest_delay_s(1.0 / rate_hz) if has_encoder else 0.0,
-            'command_period': command_period_s,
-        },
-        '',
-    )
+    delay_s = robot.encoder.report.longest_delay_s(1.0 / rate_hz) if has_encoder else 0.0
+    files = {
+        'world': str(world),
+        'map': str(map_path),
+        'bag': _bag_path(options.bag, trial),
+        'save_map': str(_new_file('save_map', options.save_map)) if options.save_map else '',
+    }
+    timing = {'report_rate': rate_hz, 'report_delay': delay_s, 'command_period': command_period_s}
+    return LivePlan.from_mapping({'trial': trial, 'slam': options.slam, **files, **timing}, '')
 
 
 def _check_robot(options: TrialOptions, trial: Trial, robot: LaunchedRobot, map_path: str) -> None:
@@ -126,8 +112,7 @@ def _check_robot(options: TrialOptions, trial: Trial, robot: LaunchedRobot, map_
     if options.sim == SIMULATED:
         robot.setup.check_laser()
         _, problems = self_checked(file.source, file.where, params.simulator)
-    # Scripted drives need no map; a collision ends them at once.
-    if options.nav != 'scripted':
+    if options.nav != 'scripted':  # scripted drives need no map; a collision ends them at once
         problems += filter(None, [misfit(trial.test, params.navigator, params.simulator.drive, load_map(map_path))])
     if problems:
         raise ConfigError('; '.join([*problems, 'allowed: another robot or test, or unchecked:=true']))

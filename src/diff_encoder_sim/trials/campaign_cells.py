@@ -177,8 +177,7 @@ class Campaign(NamedTuple):
 
     def fingerprint(self) -> str:
         """Compute the sha256 of `resolved`: campaigns of equal fingerprints have equal results."""
-        text = json.dumps(self.resolved(), sort_keys=True, allow_nan=False)
-        return hashlib.sha256(text.encode('utf-8')).hexdigest()
+        return hashlib.sha256(json.dumps(self.resolved(), sort_keys=True, allow_nan=False).encode('utf-8')).hexdigest()
 
     def manifest(self) -> Dict[str, Any]:
         """Return the content of manifest.json, except for the runs."""

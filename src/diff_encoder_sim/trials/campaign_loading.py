@@ -104,8 +104,7 @@ def load_campaign(
         for varied, resolved in combinations
         for encoder, robot_params in zip(encoders, resolved)
     ]
-    # Some file systems ignore case.
-    if len({cell.label.casefold() for cell in cells}) < len(cells):
+    if len({cell.label.casefold() for cell in cells}) < len(cells):  # some file systems ignore case
         cells = [cell._replace(label=f'{cell.label}_c{index}') for index, cell in enumerate(cells)]
     return Campaign(params, tests, encoders, cells, trial_files, robot)
 

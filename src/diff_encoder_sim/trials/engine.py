@@ -49,11 +49,7 @@ def run_campaign(
     trials: Sequence[RequestedTrial],
     run: RunTrials = run_trials,
 ) -> Dict[str, List[str]]:
-    """Run pending trials of `store`; return the names of those that could not be run, by reason.
-
-    Raises:
-        CampaignFault: no worker can run trials or store their results, or the scheduler is gone.
-    """
+    """Run pending trials of `store`; return those that could not be run, by reason; CampaignFault if none can be."""
     files, results = workers.send(campaign.files), store.shared_folder()
     unrun: Dict[str, List[str]] = {}
 
@@ -87,8 +83,7 @@ def run_campaign(
 
     try:
         failed, lost = run_all(trial_groups(trials))
-        # Of each of these groups one trial is at fault.
-        _, more = run_all(_singles(failed))
+        _, more = run_all(_singles(failed))  # of each of these groups one trial is at fault
         _, fatal = run_all(_singles([*lost, *more]), at_once=1)
         if fatal:
             unrun['each worker that began it died'] = [trial.name for (trial,) in fatal]

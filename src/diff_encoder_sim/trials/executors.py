@@ -168,8 +168,7 @@ class ClusterWorkers:
 
     def count(self) -> int:
         """Return the number of threads of all workers, 0 without workers; CampaignFault if the scheduler is gone."""
-        # While a client reconnects, the scheduler has already dropped its tasks.
-        with contextlib.suppress(OSError):
+        with contextlib.suppress(OSError):  # while a client reconnects, the scheduler has already dropped its tasks
             if self._client.status == 'running':
                 return sum(self._client.nthreads().values())
         raise CampaignFault('the scheduler does not answer any more')
@@ -186,19 +185,14 @@ Workers = Union[LocalWorkers, ClusterWorkers]
 
 @contextlib.contextmanager
 def connected_workers(address: str, tls: Mapping[str, Path]) -> Iterator[ClusterWorkers]:
-    """Connect to a running scheduler, such as tcp://host:8786; without files, TLS is as Dask's configuration specifies.
-
-    Raises:
-        ConfigError: no scheduler answers there, or its versions of Python or of libraries differ.
-    """
+    """Connect to a scheduler, such as tcp://host:8786; TLS without files is Dask's; ConfigError if versions differ."""
     importlib.import_module('distributed')  # a later import would reset its log levels
     for name in ('distributed', 'distributed.client', 'tornado', 'tornado.application', 'asyncio'):
         logging.getLogger(name).setLevel(logging.CRITICAL)  # a campaign reports problems in one line
     security = security_of(tls) if tls else distributed.Security()
     with dask.config.set(DASK_CONFIG), warnings.catch_warnings():
         warnings.simplefilter('ignore')  # about versions, which are checked here
-        # Before creating a Client, which fails late and with many lines.
-        try:
+        try:  # before creating a Client, which fails late and with many lines
             asyncio.run(asyncio.wait_for(_identify(address, security), CONNECT_TIMEOUT_S))
         except Exception as error:  # many types, depending on address and server
             reason = in_one_line(error) if str(error) else f'no answer within {CONNECT_TIMEOUT_S} s'

@@ -136,8 +136,7 @@ class LockstepTrial:
             self._publications.ending(self._simulator.time_ns, self.ending)
         finally:
             self._simulator.close()
-            # Free maps and filters now; reference cycles would delay it.
-            self._delayed.clear()
+            self._delayed.clear()  # frees maps and filters now; reference cycles would delay it
             del self.driver
 
     def _tick(self) -> None:

@@ -101,8 +101,7 @@ class NavigatingDriver:
             if scan.stamp_ns < odometry.stamp_ns:
                 if last is None:
                     continue
-                # As tf2 does.
-                fraction = (scan.stamp_ns - last.stamp_ns) / (odometry.stamp_ns - last.stamp_ns)
+                fraction = (scan.stamp_ns - last.stamp_ns) / (odometry.stamp_ns - last.stamp_ns)  # as tf2
                 pose = interpolate(last.base_pose_in_odom, pose, fraction)
             try:
                 estimate = self.amcl.update(pose, scan, self._laser_pose_in_base)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import collections
 import math
 import time
-from typing import Callable, Counter, Dict, Sequence, TextIO, Tuple
+from typing import Callable, Counter, Dict, Optional, Sequence, TextIO, Tuple
 
 from tabulate import tabulate
 from tqdm import tqdm
 
+from diff_encoder_sim.base.command_line import Stopped
 from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.trials.campaign_cells import Campaign, RequestedTrial
@@ -75,7 +76,9 @@ class Progress:
     def __enter__(self) -> Progress:
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, _: object, error: Optional[BaseException], *__: object) -> None:
+        if isinstance(error, Stopped):
+            error.when = f'after {self.count()}; run the same command again to continue'
         self._bar.refresh()
         self._bar.close()
 

@@ -64,8 +64,7 @@ class Publications:
     Only recorded messages are serialized.
     """
 
-    # Also for a subclass that handles the publications itself.
-    _bag: MessageSink = _NO_BAG
+    _bag: MessageSink = _NO_BAG  # also for a subclass that handles the publications itself
     _trial_node = topics.NAVIGATION_TRIAL_NODE
     _goal = encoders.SentGoal(_trial_node, 0, 0)  # before the first
     _frames: Optional[LinkFrames] = None  # if the bag records /tf

@@ -76,8 +76,7 @@ CONFIG_FILES: Dict[str, Dict[str, Type[Params]]] = {  # by stem of the file, the
     'lockstep': {'latency': LatencyParams},
 }
 
-# Keys set by the trial, with their source; overrides would have no effect.
-SET_BY_TRIALS = {
+SET_BY_TRIALS = {  # keys set by the trial, with their source; overrides would have no effect
     **dict.fromkeys(('config.ppr', 'config.ppr.left', 'config.ppr.right'), "the campaign's ppr"),
     'config.seed': "the trial's number",
     **dict.fromkeys(('amcl.initial_pose_x', 'amcl.initial_pose_y', 'amcl.initial_pose_a'), "the test's start"),
@@ -114,8 +113,7 @@ def override(config: Mapping[str, Any], overrides: Mapping[str, Any]) -> RobotPa
     """Return the parameters with values by dotted keys, see `check_key`; ConfigError if one is bad or has no effect."""
     params = _robot_params(merged(config, nested(overrides)), {})
     for key, value in overrides.items():
-        # In move_base's overlapping namespaces another key can set the same parameter.
-        stem, *path = key.split('.')
+        stem, *path = key.split('.')  # in move_base's overlapping namespaces another key can set the same parameter
         parts = [getattr(params, field) for field in CONFIG_FILES[stem]]
         used = functools.reduce(getattr, path, next(part for part in parts if path[0] in type(part).model_fields))
         if isinstance(used, (bool, int, float, str)) and used != value:

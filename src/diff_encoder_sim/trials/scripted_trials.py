@@ -68,12 +68,7 @@ def run_scripted_trials(
 ) -> Tuple[LockstepTrial, List[Optional[Report]]]:
     """Run trials that differ only in encoder and odometry; each has the same bag as if it ran separately.
 
-    Returns:
-        The drive, and the last report of each trial; None if the drive ended before the first.
-
-    Raises:
-        ConfigError: a file is missing or bad.
-        OSError: a bag cannot be written.
+    Returns the drive, and the last report of each trial; None if the drive ended before the first.
     """
     plan, params, options = trials[0]
     with contextlib.ExitStack() as opened:

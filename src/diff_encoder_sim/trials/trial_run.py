@@ -31,12 +31,7 @@ distributed = deferred('distributed')
 
 
 def run_trials(trials: Sequence[TrialSetup], robot_file: Union[str, Path]) -> List[TrialRow]:
-    """Run navigated trials, or scripted ones of one drive; each has the same row and bag as if it ran separately.
-
-    Raises:
-        ConfigError: a file is missing or bad.
-        OSError: a bag cannot be written.
-    """
+    """Run navigated trials, or scripted ones of one drive; each has the same row and bag as if it ran separately."""
     with without_collection():
         if trials[0].plan.trial.nav == 'scripted':
             drive, reports = run_scripted_trials(trials, robot_file)
@@ -88,11 +83,7 @@ _one_drive = threading.Lock()  # PyBullet is not thread-safe: one trial at a tim
 def run_group(
     files: TrialFiles, group: Sequence[RequestedTrial], results: ResultsFolder, run: RunTrials
 ) -> List[FinishedTrial]:
-    """Run trials that are one drive of the robot, with `files` of this host, or contents for a Dask worker's folder.
-
-    Raises:
-        CampaignFault: a file cannot be written, or the memory is full.
-    """
+    """Run trials of one drive; `files` are of this host, or contents; CampaignFault if a disk or the memory is full."""
     finished, setups, is_shared = [], [], results.is_shared()
     try:
         with _one_drive:

@@ -89,12 +89,7 @@ def table_of(rows: Iterable[TrialRow], varied_keys: Sequence[str]) -> bytes:
 
 
 def read_rows(path: Path, varied_keys: Sequence[str], belongs: Callable[[TrialRow], bool]) -> Iterator[TrialRow]:
-    """Read the lines of the file that have an end, as it is written last; nothing if the file is missing.
-
-    Raises:
-        ConfigError: a line is not that of a row that `belongs` to the campaign.
-        OSError: the file cannot be read.
-    """
+    """Read the complete lines of the file, if it exists; ConfigError if a row does not belong to the campaign."""
     content = path.read_bytes() if path.is_file() else b''
     for number, line in enumerate(content[: content.rfind(b'\n') + 1].splitlines(keepends=True), start=1):
         if number > 1 or line != table_of((), varied_keys):

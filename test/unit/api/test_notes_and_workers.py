@@ -1,19 +1,20 @@
 """What tools that run trials check and print before and after them."""
 
+import io
 import json
 import os
 import signal
-from types import SimpleNamespace
 
 import pytest
 
 from campaign_files import small_campaign
-from diff_encoder_sim.api.campaigns import stop_reports, unrun_text, workers
+from diff_encoder_sim.api.campaigns import unrun_text, workers
 from diff_encoder_sim.api.notes import name_rates, name_stopping, name_stopping_of_trial, with_checks
 from diff_encoder_sim.base.command_line import faults_of_trials
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli.campaign import parse
 from diff_encoder_sim.trials.campaign_loading import load_campaign
+from diff_encoder_sim.trials.progress import Progress
 from diff_encoder_sim.trials.robot_params import load_robot_params
 from places import CONFIG, ROOT
 
@@ -81,13 +82,14 @@ def test_trials_that_could_not_be_run_are_named_by_reason():
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_the_tool_with_its_status_and_says_how_many_trials_are_done(number, capsys):
+def test_a_signal_ends_the_tool_with_its_status_and_says_how_many_trials_are_done(number, tmp_path, capsys):
     handlers = [signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)]
-    finished = SimpleNamespace(count=lambda: '12 of 40 trials')
-    with pytest.raises(SystemExit) as ended, faults_of_trials('campaign'), stop_reports(finished):
+    small = small_campaign(tmp_path)
+    progress = Progress(io.StringIO(), small, small.trials())
+    with pytest.raises(SystemExit) as ended, faults_of_trials('campaign'), progress:
         os.kill(os.getpid(), number)
     assert ended.value.code == 128 + number
-    assert capsys.readouterr().err.startswith('campaign: stopped after 12 of 40 trials; ')
+    assert capsys.readouterr().err.startswith('campaign: stopped after 0 of 8 trials; ')
     assert [signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)] == handlers
 
 
