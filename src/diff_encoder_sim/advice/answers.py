@@ -12,7 +12,7 @@ from diff_encoder_sim.analysis.encoder_labels import ppr_text, ppr_value
 from diff_encoder_sim.analysis.quantities import LEVEL, REQUIRED_FRACTION, YAW, X
 from diff_encoder_sim.base.se2 import Pose2D
 
-VERDICTS = 5  # insufficient encoders in a search, about, which share the chance of error (Bonferroni)
+VERDICTS = 5  # about as many encoders are refused in a search; they share the chance of error (Bonferroni)
 
 
 class Requirement(NamedTuple):

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 special = deferred('scipy.special')
 
-MOST_PREDICTED = 1000  # trials
+MOST_PREDICTED = 1000  # more trials are not predicted
 FORGIVEN = 2  # failures with which the default number of trials still shows the fraction
 
 

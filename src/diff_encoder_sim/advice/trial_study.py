@@ -145,9 +145,8 @@ class _Runs:
         key = rank, self.variants[0] if variant is None else variant
         if key not in self._trials:
             found = self._trials_with(self.candidates[rank].label, key[1])
-            self._trials[key] = {
-                test: goal_trials(found[found['test'] == test], goal) for test, goal in self._goals.items()
-            }
+            by_test = {test: goal_trials(found[found['test'] == test], goal) for test, goal in self._goals.items()}
+            self._trials[key] = by_test
         return self._trials[key]
 
 

@@ -70,7 +70,7 @@ def wheel_travel_m(requested: Trial, robot: RobotGeometry, true_minus_goal: np.n
     return travel_m
 
 
-SCALED = {'m': ('mm', 1e3), 'deg': ('deg', 1.0)}  # standard deviations range over three decades
+SCALED = {'m': ('mm', 1e3), 'deg': ('deg', 1.0)}  # standard deviations range over three decades of millimetres
 DIGITS = 3
 
 

@@ -38,8 +38,7 @@ def write_analysis(results: Results, folder: Path, beside: Optional[Results] = N
     of_paper = [] if paper is None else [paper.scores, *paper.cells, paper.all_cells]
     comparisons = ResultTable('comparisons', '', compared.drop(columns=['p', 'setup']))
     write_tables([*tables, comparisons, *of_paper], folder / 'tables')
-    figures = write_figures(results, folder / 'figures')
-    lead = write_report(results, tables, compared, figures, paper, folder / REPORT)
+    lead = write_report(results, tables, compared, write_figures(results, folder / 'figures'), paper, folder / REPORT)
     is_concluded = paper is not None and (beside is not None or paper.has_enough_trials)
     return '\n'.join([lead.text, *(paper.texts if paper and is_concluded else [])])
 

@@ -22,8 +22,7 @@ PLAIN = '.6~g'  # number format of axes: no trailing zeros, no powers of ten
 GREY, FAILED = '#737373', '#d55e00'
 WITHIN: Dict[str, Any] = {'color': '#000', 'opacity': 0.08, 'clip': True, 'aria': False}
 
-# Viridis from fine to coarse encoders, without its yellow, which is too pale on white.
-VIRIDIS = ('#440154', '#414487', '#2a788e', '#22a884', '#7ad151')
+VIRIDIS = ('#440154', '#414487', '#2a788e', '#22a884', '#7ad151')  # fine to coarse; its yellow is too pale on white
 
 # Series of errors: label, colour (Okabe and Ito's palette for colour-blind readers), shape and its symbol.
 SERIES = (
@@ -36,8 +35,7 @@ SERIES = (
 LABELS, COLOURS, SHAPES, _ = zip(*SERIES)
 BEYOND = 'beyond the axes'  # series of points drawn at the border of the axes
 
-# Points are jittered by the golden ratio, evenly and reproducibly, over this fraction of a series' width.
-JITTER, GOLDEN_RATIO = 0.5, 0.618034
+JITTER, GOLDEN_RATIO = 0.5, 0.618034  # points are jittered evenly and reproducibly over half of a series' width
 ROTATED_FROM = 40  # total characters of encoder names
 AXIS_BEYOND = 1.5  # the axis of counts extends by this factor on both sides
 

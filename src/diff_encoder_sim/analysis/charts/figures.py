@@ -74,9 +74,8 @@ class Figure(NamedTuple):
     svg: Path
 
 
-# Figure to write: name, caption, and rows of panels.
 _Panels = List[List[alt.LayerChart]]
-_Drawn = Tuple[str, str, _Panels]
+_Drawn = Tuple[str, str, _Panels]  # figure to write: name, caption, and rows of panels
 
 
 def write_figures(results: Results, folder: Path) -> List[Figure]:
