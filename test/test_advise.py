@@ -20,13 +20,8 @@ pytestmark = pytest.mark.timeout(120)
 
 def advise(*arguments, cwd):
     environment = {**os.environ, 'PYTHONPATH': os.pathsep.join([str(HERE), *filter(None, sys.path)])}
-    return subprocess.run(
-        [sys.executable, str(HERE / 'advise_trials.py'), *map(str, arguments)],
-        cwd=str(cwd),
-        env=environment,
-        capture_output=True,
-        text=True,
-    )
+    command = [sys.executable, str(HERE / 'advise_trials.py'), *map(str, arguments)]
+    return subprocess.run(command, cwd=str(cwd), env=environment, capture_output=True, text=True)
 
 
 def answers(done):

@@ -214,9 +214,6 @@ def test_a_full_disk_on_a_worker_stops_the_campaign(machine, undisturbed):
     assert results(machine.out) == undisturbed
 
 
-# ---- trials that share a drive of the robot
-
-
 def begun(machine):
     """The trials that were begun together, in alphabetical order."""
     return sorted((machine.folder / campaign_trials.GROUPS).read_text().splitlines())
@@ -251,9 +248,6 @@ def test_a_trial_that_fails_is_found_and_the_others_of_its_drive_are_run(machine
     (machine.folder / fault).unlink()
     assert finish(machine.campaign('--workers', '2', '--resume', *SCRIPTED))[0] == 0
     assert len(results(machine.out)[0]) == 12
-
-
-# ---- on a Dask cluster
 
 
 def test_a_worker_killed_in_mid_campaign_costs_no_trial_and_folders_need_not_be_shared(machine, undisturbed):

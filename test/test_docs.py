@@ -17,7 +17,6 @@ DOCS, PACKAGE = ROOT / 'docs', ROOT / 'src' / 'diff_encoder_sim'
 RECORDS = sorted((DOCS / 'adr').glob('0*.md'))
 RECORD = re.compile(r'# \d{4}: (.+)\n\nStatus: (accepted), (\d{4}-\d\d-\d\d)\n\n')
 PARTS = ['Context', 'Decision', 'Consequences']
-
 LINK = re.compile(r'\]\(([^)#:]+)(?:#[^)]*)?\)')
 FILE = re.compile(r'(?<!`)`((?:[\w-]+/)*[\w-]+\.(?:py|sh|launch|world|csv|json|md))`')
 PLACEHOLDER = re.compile('[A-Z]{4}|^(results|tables)/')
@@ -32,9 +31,8 @@ FROM_ELSEWHERE = re.compile(
 def test_the_site_builds_without_a_warning(tmp_path):
     if importlib.util.find_spec('sphinx') is None:
         # ROSTESTS_REQUIRED is set where all can be had; Python 3.8 has no such Sphinx
-        assert not (os.environ.get('ROSTESTS_REQUIRED') and sys.version_info >= (3, 11)), (
-            'no Sphinx: requirements-docs.txt'
-        )
+        is_required = os.environ.get('ROSTESTS_REQUIRED') and sys.version_info >= (3, 11)
+        assert not is_required, 'no Sphinx: requirements-docs.txt'
         pytest.skip('Sphinx is not installed: scripts/setup.sh --test')
     command = [sys.executable, '-m', 'sphinx', '-q', '-W', '--keep-going', '-b', 'html', DOCS, tmp_path / 'site']
     build = subprocess.run([*command, '-d', tmp_path / 'doctrees'], capture_output=True, text=True, cwd=tmp_path)
@@ -45,9 +43,8 @@ def test_the_site_builds_without_a_warning(tmp_path):
 
 
 def test_the_campaign_files_that_are_shown_are_allowed():
-    shown = [
-        fence.lines for fence in fences((DOCS / 'campaigns.md').read_text().splitlines()) if fence.language == 'yaml'
-    ]
+    found = fences((DOCS / 'campaigns.md').read_text().splitlines())
+    shown = [fence.lines for fence in found if fence.language == 'yaml']
     assert len(shown) == 2
     for lines in shown:
         CampaignParams.from_mapping(yaml.safe_load('\n'.join(lines)), 'campaigns.md')

@@ -72,9 +72,8 @@ def test_a_command_that_is_not_run_names_what_exists(block):
 def write_output(block, output):
     lines = block.path.read_text().splitlines()
     printed = [line.rstrip() for line in ESCAPES.sub('', output).splitlines()]
-    block = next(
-        now for now in blocks_of(block.path) if now.commands == block.commands
-    )  # others have been written before
+    # Others have been written before.
+    block = next(now for now in blocks_of(block.path) if now.commands == block.commands)
     shown = block.output.splitlines()
     if '...' in shown:
         pytest.skip(f'{block}: a part is shown; write it by hand:\n' + '\n'.join(printed))

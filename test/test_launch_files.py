@@ -25,7 +25,7 @@ pytestmark = [pytest.mark.rostest, pytest.mark.timeout(280)]
 LAUNCH, SCRIPTS = ROOT / 'launch', ROOT / 'scripts'
 TRIAL = LAUNCH / 'trial.launch'
 OWN = 'diff_encoder_sim'
-OPTIONAL = {'rviz'}
+OPTIONAL, WHEEL_NODES = {'rviz'}, ('/gz_diff_encoder_node', '/gz_diff_odom_node')
 UPSTREAM, ENCODER = ('map_server', 'amcl', 'move_base'), {'gz_diff_encoder_node', 'gz_diff_odom_node'}
 AMCL, NAVIGATION, SLAM = (
     yaml.safe_load((ROOT / 'config' / name).read_text()) for name in ('amcl.yaml', 'navigation.yaml', 'slam.yaml')
@@ -340,9 +340,6 @@ def test_upstreams_nodes_find_the_robots_settings_among_their_parameters(graph):
     costmap = graph.master.getParam('/my_base/local_costmap')
     assert costmap['width'] == 2.5 and costmap['robot_base_frame'] == 'base_footprint' and costmap['footprint']
     assert started_with(graph, 'spawn_model', 'gazebo_trial', 'spawn')[4] == 'burger'
-
-
-WHEEL_NODES = ('/gz_diff_encoder_node', '/gz_diff_odom_node')
 
 
 def wait_for_parameters(graph, launch, nodes, **expected):

@@ -38,10 +38,9 @@ def drive_both_ways(folder, config):
     path, live, lockstep = (folder / name for name in ('config.yaml', 'live.bag', 'lockstep.bag'))
     path.write_text(yaml.safe_dump(config))
     with Graph(folder) as graph:
-        launch = graph.launch(
-            ROOT / 'launch' / 'trial.launch',
-            *(f'test:={TOUR}', 'nav:=scripted', 'rtf:=0', f'trial:={NUMBER}', f'config:={path}', f'bag:={live}'),
-        )
+        files = f'test:={TOUR}', f'config:={path}', f'bag:={live}'
+        trial = ROOT / 'launch' / 'trial.launch'
+        launch = graph.launch(trial, *files, 'nav:=scripted', 'rtf:=0', f'trial:={NUMBER}')
         assert launch.wait() == 0, launch.output()
         assert graph.is_gone(), 'it left processes behind'
         # Each wait that ended without its message would be warned of.

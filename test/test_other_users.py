@@ -30,10 +30,8 @@ COMMANDS = [
     'check_robot {root}/urdf/alto.urdf.xacro',
 ]
 
-pytestmark = [
-    pytest.mark.timeout(300),
-    pytest.mark.skipif(os.geteuid() != 0, reason=f'only root can play the user {NOBODY}'),
-]
+AS_ROOT = pytest.mark.skipif(os.geteuid() != 0, reason=f'only root can play the user {NOBODY}')
+pytestmark = [pytest.mark.timeout(300), AS_ROOT]
 
 
 def _become_nobody():

@@ -41,9 +41,8 @@ def test_the_live_nodes_report_what_reencode_reports(tmp_path):
     output = replay(tmp_path / 'ros', f'bag:={mcap}', 'ppr:=1024', f'out:={live}', 'speed:=4', compared=REPLAY)
     assert complaints(output) == []
     reencode.main([str(ros1), '--ppr', '1024', str(RECORDED_PPR), '--out', str(tmp_path / 'out')])
-    found, expected, as_recorded = (
-        messages_of(path) for path in (live, tmp_path / 'out' / 'tour_1024ppr.bag', tmp_path / 'out' / 'tour_90ppr.bag')
-    )
+    reencoded = (tmp_path / 'out' / f'tour_{ppr}ppr.bag' for ppr in (1024, 90))
+    found, expected, as_recorded = (messages_of(path) for path in (live, *reencoded))
     assert set(found) == set(expected) == set(SAME)
     for topic in SAME:
         assert found[topic] == expected[topic], topic
@@ -61,9 +60,8 @@ def test_a_torn_bag_with_joints_of_other_names_on_another_topic(tmp_path):
     content = without_index(write_ros1(tmp_path / 'whole.bag', rows).read_bytes())
     torn, live, ppr = tmp_path / 'torn.bag', tmp_path / 'live.bag', '{left: 90, right: 1024}'
     torn.write_bytes(content[:-5000])
-    output = replay(
-        tmp_path / 'ros', f'bag:={torn}', f'out:={live}', 'left:=robot_l', 'right:=robot_r', f'ppr:={ppr}', 'speed:=5'
-    )
+    files, joints = (f'bag:={torn}', f'out:={live}'), ('left:=robot_l', 'right:=robot_r')
+    output = replay(tmp_path / 'ros', *files, *joints, f'ppr:={ppr}', 'speed:=5')
     assert 'torn in the chunk' in output and 'all messages that can be read are played' in output
     names = ['--left', 'robot_l', '--right', 'robot_r']
     reencode.main([str(torn), '--ppr', ppr, *names, '--out', str(tmp_path / 'out')])

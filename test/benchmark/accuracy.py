@@ -63,9 +63,8 @@ def _errors(rows: pd.DataFrame, results: Results) -> np.ndarray:
 
 def _causes(errors: np.ndarray) -> List[str]:
     estimate, truth, _ = errors
-    outside, stopping, localization = (
-        (np.abs(each) > TOLERANCES).any(axis=1) for each in (truth, estimate, minus(truth, estimate))
-    )
+    errors_of = truth, estimate, minus(truth, estimate)
+    outside, stopping, localization = ((np.abs(each) > TOLERANCES).any(axis=1) for each in errors_of)
     counts = (outside & stopping, outside & localization, outside & ~stopping & ~localization)
     return [f'{outside.sum()}/{len(outside)}', *(str(each.sum()) for each in counts)]
 

@@ -14,22 +14,22 @@ from __future__ import annotations
 
 import argparse
 import itertools
+from types import SimpleNamespace
 from typing import Dict, List, Optional, Tuple
 
 import numpy as np
 from bench import COUNT, parser, print_header, print_table
 from scipy.stats import norm
 
-from diff_encoder_sim.advice.encoder_search import FORGIVEN, Asked, RankAnswer, TrialCounts, search
-from diff_encoder_sim.analysis.summaries import Sufficiency
+from diff_encoder_sim.advice.answers import Answer, Kind, Requirement
+from diff_encoder_sim.advice.encoder_search import FORGIVEN, TrialCounts, fewest_trials, search
 
 RANKS = 12
+CANDIDATES = [SimpleNamespace(label=str(rank), counts=float(rank)) for rank in range(RANKS)]
 TESTS = ('SL', 'SMT')
 QUESTION = 'truth'
 ALWAYS = 0.999
-
-# Where no encoder suffices, guesses are off from here.
-MIDDLE = RANKS // 2
+MIDDLE = RANKS // 2  # where no encoder suffices, guesses are off from here
 
 
 def curves(share: float) -> Dict[str, np.ndarray]:
@@ -60,13 +60,14 @@ def main() -> None:
     made = parser(__doc__, searches=600)
     made.add_argument('--correlations', type=float, nargs='+', default=[0.0, 0.5, 0.9], help='taken in turn')
     made.add_argument('--guesses', type=int, nargs='+', default=[0, -5], help='steps off the right rank')
-    made.add_argument('--share', type=float, default=Asked().share)
-    made.add_argument('--confidence', type=float, default=Asked().confidence)
+    made.add_argument('--share', type=float, default=Requirement().share)
+    made.add_argument('--confidence', type=float, default=Requirement().confidence)
     made.add_argument('--trials', type=COUNT, help="of each test with each encoder (default: advise's)")
     options = made.parse_args()
-    asked = Asked(options.share, options.confidence)
-    options.trials = options.trials or asked.fewest_trials(FORGIVEN)
-    print_header(f'Answers of {options.searches} searches a row [%], {options.trials} trials of a test: {asked}')
+    asked = Requirement(options.share, confidence=options.confidence)
+    options.trials = options.trials or fewest_trials(asked, FORGIVEN)
+    required = f'share {asked.share:g}, confidence {asked.confidence:g}'
+    print_header(f'Answers of {options.searches} searches a row [%], {options.trials} trials of a test: {required}')
     rows = [
         [name, tests, off, *_rates(chances, tests == 'both', off, asked, options)]
         for name, chances in curves(asked.share).items()
@@ -78,7 +79,7 @@ def main() -> None:
 
 
 def _rates(
-    chances: np.ndarray, in_both: bool, off: int, asked: Asked, options: argparse.Namespace
+    chances: np.ndarray, in_both: bool, off: int, asked: Requirement, options: argparse.Namespace
 ) -> Tuple[Optional[float], ...]:
     chances = np.clip(chances, 0.001, ALWAYS)
     sufficient = np.nonzero(chances >= asked.share)[0]
@@ -89,13 +90,13 @@ def _rates(
     correlations = itertools.islice(itertools.cycle(options.correlations), options.searches)
     found = [_search(by_test, correlation, guess, asked, options.trials, rng) for correlation in correlations]
     answers, trials = zip(*found)
-    percents = {kind: 100.0 * np.mean([answer.kind is kind for answer in answers]) for kind in Sufficiency}
-    ranks = np.array([answer.rank for answer in answers if answer.rank is not None], dtype=int)
+    percents = {kind: 100.0 * np.mean([answer.kind is kind for answer in answers]) for kind in Kind}
+    ranks = np.array([answer.encoder for answer in answers if answer.encoder], dtype=int)
     steps = None if lowest is None or not len(ranks) else ranks - lowest
     return (
         100.0 * np.count_nonzero(chances[ranks] < asked.share) / len(found),
-        None if lowest is None else percents[Sufficiency.NO],
-        percents[Sufficiency.UNDECIDED],
+        None if lowest is None else percents[Kind.NOT_THE_LIMIT],
+        percents[Kind.UNDECIDED],
         None if steps is None else float(np.mean(steps)),
         None if steps is None else 100.0 * float(np.mean(np.abs(steps) <= 1)),
         float(np.mean(trials)),
@@ -103,8 +104,8 @@ def _rates(
 
 
 def _search(
-    by_test: np.ndarray, correlation: float, guess: int, asked: Asked, trials: int, rng: np.random.Generator
-) -> Tuple[RankAnswer, int]:
+    by_test: np.ndarray, correlation: float, guess: int, asked: Requirement, trials: int, rng: np.random.Generator
+) -> Tuple[Answer, int]:
     """Draw (tests, ranks, trials) outcomes, and search; return the answer, and the trials of it."""
     common = rng.standard_normal((len(TESTS), 1, trials))
     own = rng.standard_normal((len(TESTS), RANKS, trials))
@@ -116,7 +117,7 @@ def _search(
         tested.append(rank)
         return {QUESTION: [TrialCounts(int(of_test[rank]), trials) for of_test in within]}
 
-    return search(RANKS, run, {QUESTION: guess}, asked)[QUESTION], len(TESTS) * trials * len(tested)
+    return search(CANDIDATES, run, {QUESTION: guess}, asked)[QUESTION], len(TESTS) * trials * len(tested)
 
 
 if __name__ == '__main__':

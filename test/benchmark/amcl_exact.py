@@ -6,7 +6,7 @@ is from the posterior's, over seeds of its particles, and whether the covariance
 from __future__ import annotations
 
 import math
-from typing import Dict, List, NamedTuple, Tuple
+from typing import List, NamedTuple, Tuple
 
 import numpy as np
 from bench import ROOT, minus, parser, print_header, print_table
@@ -25,7 +25,6 @@ from grid_filter import GridFilter
 # Within the exact filter's window: what is measured does not depend on it.
 NARROW_START = dict(initial_cov_xx=0.04, initial_cov_yy=0.04, initial_cov_aa=0.01)
 UNITS = np.array([1e3, 1e3, math.degrees(1.0)])  # mm, mm, degrees
-
 SCAN_HEIGHT_M, RESOLUTION_M = 1.12, 0.05
 
 Drive = List[Tuple[Pose2D, Scan]]
@@ -75,16 +74,9 @@ def _drive(place: Place, updates: int) -> Tuple[Drive, OccupancyGrid]:
 
 def _params(place: Place, particles: int) -> AmclParams:
     """Return the paper's parameters, with an estimate after each update and no draws over the whole map."""
-    changes: Dict[str, float] = dict(
-        max_particles=particles,
-        min_particles=particles,
-        resample_interval=1,
-        recovery_alpha_slow=0.0,
-        recovery_alpha_fast=0.0,
-        initial_pose_x=place.start.x_m,
-        initial_pose_y=place.start.y_m,
-        **NARROW_START,
-    )
+    counts = dict(max_particles=particles, min_particles=particles, resample_interval=1)
+    start = dict(initial_pose_x=place.start.x_m, initial_pose_y=place.start.y_m, **NARROW_START)
+    changes = dict(**counts, recovery_alpha_slow=0.0, recovery_alpha_fast=0.0, **start)
     return AmclParams(**{**load_yaml(ROOT / 'config' / 'amcl.yaml'), **changes})
 
 

@@ -127,9 +127,8 @@ class Fit:
         """How far one component can go, the other held, by the 95 % of the likelihood ratio."""
         limit = self.misfit(from_vector(best)) + stats.chi2.ppf(0.95, 1)
         ends = best[component] + np.linspace(-2.0, 2.0, 401)
-        inside = [
-            end for end in ends if self.misfit(from_vector(np.where(np.arange(2) == component, end, best))) <= limit
-        ]
+        moved = (np.where(np.arange(2) == component, end, best) for end in ends)
+        inside = [end for end, vector in zip(ends, moved) if self.misfit(from_vector(vector)) <= limit]
         return min(inside), max(inside)
 
 

@@ -18,6 +18,7 @@ from encoder_drives import RADIUS_M, SEPARATION_M, m_per_pulse, straight_drive
 
 LENGTH_M, SPEED_MPS = 20.0, 0.9
 CONFIDENCE = 0.99
+MEASURES = {'y': 'sd of y [mm]', 'yaw': 'sd of yaw [mrad]', 'short': 'short by, mean [mm]'}
 
 
 class Case(NamedTuple):
@@ -56,9 +57,6 @@ def _cases() -> List[Case]:
     return cases
 
 
-MEASURES = {'y': 'sd of y [mm]', 'yaw': 'sd of yaw [mrad]', 'short': 'short by, mean [mm]'}
-
-
 def main() -> None:
     arguments = parser(__doc__, seeds=400).parse_args()
     print_header(f'Errors of encoders, {LENGTH_M:g} m straight, {arguments.seeds} seeds')
@@ -66,30 +64,18 @@ def main() -> None:
     for case in _cases():
         low, found, high = _measured(case, arguments.seeds)
         inside.append(low <= case.expected <= high)
-        rows.append(
-            [
-                case.name,
-                f'{case.ppr:g}',
-                MEASURES[case.measure],
-                f'{case.expected:.2f}',
-                f'{found:.2f} ({low:.2f} to {high:.2f})',
-                'yes' if inside[-1] else 'NO',
-            ]
-        )
-    headers = ['error', 'PPR', 'of odometry', 'closed form', 'measured', 'inside']
-    print_table(rows, headers, 3)
+        measured, is_inside = f'{found:.2f} ({low:.2f} to {high:.2f})', 'yes' if inside[-1] else 'NO'
+        about = [case.name, f'{case.ppr:g}', MEASURES[case.measure]]
+        rows.append([*about, f'{case.expected:.2f}', measured, is_inside])
+    print_table(rows, ['error', 'PPR', 'of odometry', 'closed form', 'measured', 'inside'], 3)
     print(f'{sum(inside)} of {len(inside)} closed forms are inside the 99 % interval.')
 
 
 def _measured(case: Case, seeds: int) -> np.ndarray:
     """Return the lower end of the interval, the estimate, and its upper end."""
-    poses = np.array(
-        [
-            straight_drive(LENGTH_M, seed, case.ppr, case.encoder, speed_mps=SPEED_MPS).base_pose_in_odom
-            for seed in range(seeds)
-        ]
-    )
-    x_m, y_m, yaw_rad = poses.T
+    about = case.ppr, case.encoder, SPEED_MPS
+    ends = [straight_drive(LENGTH_M, seed, *about).base_pose_in_odom for seed in range(seeds)]
+    x_m, y_m, yaw_rad = np.array(ends).T
     tail = (1.0 - CONFIDENCE) / 2.0
     if case.measure == 'short':
         # The heading's random walk shortens x, too, by its final variance times S / 4 on average.

@@ -18,12 +18,9 @@ from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
 from diff_encoder_sim.simulation.state import TICK_S
 from diff_encoder_sim.trials.scripted_drive import SETTLING_S, ScriptedDrive
 
-WHEEL_RADIUS_M = 0.1
-WHEEL_SEPARATION_M = 0.4
-
+WHEEL_RADIUS_M, WHEEL_SEPARATION_M = 0.1, 0.4
 REPORTS_PER_SECOND = 20
 TICKS_PER_REPORT = round(1.0 / (REPORTS_PER_SECOND * TICK_S))
-
 WINDOW_TICKS, WINDOWS = 50, 25  # half a second of simulated time, of which some have the caches to themselves
 
 
@@ -43,9 +40,8 @@ def read_test(name: str) -> TestDefinition:
 
 
 def new_simulator(test: TestDefinition, physics: PhysicsParams, robot: Path = ALTO) -> Simulator:
-    return Simulator(
-        find_world(test.world, ROOT / 'worlds'), robot, SimulatorParams(physics=physics), test.start.pose(), seed=0
-    )
+    world, params = find_world(test.world, ROOT / 'worlds'), SimulatorParams(physics=physics)
+    return Simulator(world, robot, params, test.start.pose(), seed=0)
 
 
 def record_drive(simulator: Simulator, test: TestDefinition) -> Drive:

@@ -73,13 +73,9 @@ def main() -> None:
     print_header(f"NEES of odometry's covariance: {arguments.drives} drives with {arguments.seeds} seeds each")
     cells = list(itertools.product(arguments.tests, arguments.ppr))
     cases = [Case(*cell, drive) for cell in cells for drive in range(1, arguments.drives + 1)]
-    found = in_processes(
-        functools.partial(_ends_of_drive, arguments.campaign, arguments.seeds), cases, arguments.workers
-    )
-    rows = [
-        [test, f'{ppr:g}', *_row([ends for case, ends in zip(cases, found) if case[:2] == (test, ppr)])]
-        for test, ppr in cells
-    ]
+    work = functools.partial(_ends_of_drive, arguments.campaign, arguments.seeds)
+    found = list(zip(cases, in_processes(work, cases, arguments.workers)))
+    rows = [[cell[0], f'{cell[1]:g}', *_row([ends for case, ends in found if case[:2] == cell])] for cell in cells]
     names = ('goal', 'on the way', 'noise alone', 'robots')
     heads = ['test', 'PPR', *(f'NEES / 3\n{name}' for name in names), 'goal: x\nalone', 'y', 'yaw', 'inside']
     print_table(rows, heads, 2)

@@ -107,9 +107,8 @@ def _cylinder_robot(folder: Path) -> Path:
         collision.find('origin').set('rpy', f'{math.pi / 2} 0 0')  # URDF cylinders stand upright
         geometry = collision.find('geometry')
         geometry.clear()
-        ElementTree.SubElement(
-            geometry, 'cylinder', radius=str(measured_drive.WHEEL_RADIUS_M), length=str(CYLINDER_WIDTH_M)
-        )
+        size = {'radius': str(measured_drive.WHEEL_RADIUS_M), 'length': str(CYLINDER_WIDTH_M)}
+        ElementTree.SubElement(geometry, 'cylinder', size)
     path = folder / 'cylinder_wheels.urdf'
     path.write_text(ElementTree.tostring(root, encoding='unicode'), encoding='utf-8')
     return path

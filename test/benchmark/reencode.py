@@ -16,14 +16,7 @@ import yaml
 from bench import ROOT, package_environment, parser, print_header, print_table
 
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc
-from diff_encoder_sim.drives import topics
-from diff_encoder_sim.drives.message_encoders import (
-    encode_clock,
-    encode_joint_state,
-    encode_pose_stamped,
-    encode_tf,
-    encode_transform,
-)
+from diff_encoder_sim.drives import message_encoders, topics
 from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.simulation.state import JointStates
 
@@ -34,13 +27,8 @@ LEFT_RADPS, RIGHT_RADPS = 4.0, 4.1
 # On the motor, with play, errors of the sensor, faults, and a poor line.
 ERRORS = yaml.safe_load((ROOT / 'test' / 'rostest' / 'data' / 'real_encoder.yaml').read_text())['encoder']
 REPORT = {'jitter': 0.002, 'latency': 0.01, 'latency_spread': 0.005, 'lost': 0.01, 'repeated': 0.01}
-FULL = {
-    'name': 'full',
-    'source': ['test/benchmark/reencode.py'],
-    'price': 'none',
-    'config': {'report': REPORT, 'velocity_method': 'MT'},
-    'encoder': ERRORS,
-}
+FULL = {'name': 'full', 'source': ['test/benchmark/reencode.py'], 'price': 'none', 'encoder': ERRORS}
+FULL['config'] = {'report': REPORT, 'velocity_method': 'MT'}
 
 
 class Run(NamedTuple):
@@ -89,15 +77,16 @@ def _write_drive(path: Path, duration_s: int) -> None:
     with TrialBag(path, 'full') as bag:
         for tick in range(duration_s * 100):
             now_ns, angles_rad = tick * TICK_NS, (LEFT_RADPS * tick / 100, RIGHT_RADPS * tick / 100)
-            bag.publish(topics.CLOCK, topics.SIMULATOR_NODE, now_ns, encode_clock, now_ns)
+            bag.publish(topics.CLOCK, topics.SIMULATOR_NODE, now_ns, message_encoders.encode_clock, now_ns)
             joints = JointStates(now_ns, JOINTS, angles_rad, (LEFT_RADPS, RIGHT_RADPS))
-            bag.publish(topics.JOINT_STATES, topics.SIMULATOR_NODE, now_ns, encode_joint_state, joints)
+            encode = message_encoders.encode_joint_state
+            bag.publish(topics.JOINT_STATES, topics.SIMULATOR_NODE, now_ns, encode, joints)
             if tick % 2 == 0:
-                transform = encode_tf(encode_transform(pose, now_ns, 'base_link', 'left_wheel'))
-                bag.publish(topics.TF, topics.STATE_PUBLISHER_NODE, now_ns, bytes, transform)
+                transform = message_encoders.encode_transform(pose, now_ns, 'base_link', 'left_wheel')
+                bag.publish(topics.TF, topics.STATE_PUBLISHER_NODE, now_ns, message_encoders.encode_tf, transform)
             if tick % 5 == 0:
-                about = pose, now_ns, 'map'
-                bag.publish(topics.WORLD_POSE, topics.WORLD_POSE_NODE, now_ns, encode_pose_stamped, *about)
+                encode, about = message_encoders.encode_pose_stamped, (pose, now_ns, 'map')
+                bag.publish(topics.WORLD_POSE, topics.WORLD_POSE_NODE, now_ns, encode, *about)
                 pose = move_along_arc(pose, travel_m, turn_rad)
 
 

@@ -31,9 +31,8 @@ def _until_help(repeats: int) -> List[Ratio]:
     scripts = sorted(path for path in (ROOT / 'scripts').iterdir() if path.is_file() and 'parser=' in path.read_text())
     commands = {f'{path.name} --help': [str(path), '--help'] for path in scripts}
     bare_s = [_run_s(['-c', 'pass']) for _ in range(repeats)]
-    helps = [
-        Ratio(name, 's', [_run_s(words) for _ in range(repeats)], MOST_OF_HELP) for name, words in commands.items()
-    ]
+    helps_s = {name: [_run_s(words) for _ in range(repeats)] for name, words in commands.items()}
+    helps = [Ratio(name, 's', rounds, MOST_OF_HELP) for name, rounds in helps_s.items()]
     return [Ratio('python -c pass', 's', bare_s), *helps]
 
 
@@ -49,10 +48,8 @@ def _until_first_trial(repeats: int) -> List[Ratio]:
         with tempfile.TemporaryDirectory() as kernels:
             for rounds in took_s.values():  # the first one compiles
                 rounds.append(_first_trial_s({'NUMBA_CACHE_DIR': kernels}))
-    return [
-        Ratio(f'campaign, to its first trial, {state}', 's', rounds, MOST_OF_FIRST[state])
-        for state, rounds in took_s.items()
-    ]
+    name = 'campaign, to its first trial, '
+    return [Ratio(name + state, 's', rounds, MOST_OF_FIRST[state]) for state, rounds in took_s.items()]
 
 
 def _first_trial_s(kernels: Dict[str, str]) -> float:

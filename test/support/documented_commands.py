@@ -35,12 +35,8 @@ def pages() -> List[Path]:
     """The README first, as its examples come first for a reader; then the site in the order of its menu."""
     docs = ROOT / 'docs'
     menu = re.findall(r'^[\w/]+$', (docs / 'index.md').read_text(), re.MULTILINE)
-    found = [
-        ROOT / 'README.md',
-        *(docs / f'{name}.md' for name in menu),
-        ROOT / 'CONTRIBUTING.md',
-        *sorted(docs.rglob('*.md')),
-    ]
+    in_menu, every = (docs / f'{name}.md' for name in menu), sorted(docs.rglob('*.md'))
+    found = [ROOT / 'README.md', *in_menu, ROOT / 'CONTRIBUTING.md', *every]
     return [path for path in dict.fromkeys(found) if path.is_file()]
 
 

@@ -27,9 +27,8 @@ LINE_M = 20.0
 def robot_of(radius_m=RADIUS_M, separation_m=SEPARATION_M, stop=EXACT_STOP, **errors):
     """A robot whose drawing is right; its true wheels have the errors."""
     odometry = OdometryParams(wheel_diameter=2.0 * radius_m, wheel_separation=separation_m, motion_noise=0.0)
-    return DrawnRobot(
-        TrueWheels(radius_m, radius_m, separation_m), WheelErrorParams(**errors), odometry, odometry.axle_x, stop
-    )
+    wheels = TrueWheels(radius_m, radius_m, separation_m)
+    return DrawnRobot(wheels, WheelErrorParams(**errors), odometry, odometry.axle_x, stop)
 
 
 def rolled(*segments, separation_m=SEPARATION_M, start=(), name='rolled', **limits):
@@ -63,15 +62,11 @@ def one_by_one(drive, robot, encoder, seed):
     wheels = TrueWheels(*(np.array(robot.sound) * factors).tolist())
     swing_m = 0.5 * (ways_m[:, 1] - ways_m[:, 0]) * (wheels.separation_m / drive.rolled.separation_m)
     ahead_m = ways_m.mean(axis=1)
-    rolled_rad = np.column_stack(
-        [(ahead_m - swing_m) / wheels.left_radius_m, (ahead_m + swing_m) / wheels.right_radius_m]
-    )
+    rolled_rad = np.column_stack([ahead_m - swing_m, ahead_m + swing_m]) / wheels[:2]
     told = _told(robot, encoder.model_copy(update={'seed': seed}), wheels, rolled_rad, drive.rolled.times_s, rng)
-    shifted = _integrated(ways_m, drive.rolled.separation_m).relative_to(
-        _integrated(drive.rolled.ways_m, drive.rolled.separation_m)
-    )
+    end, sound_end = (_integrated(each, drive.rolled.separation_m) for each in (ways_m, drive.rolled.ways_m))
     # A simulated drive's contacts slip a little: its wheels' way ends beside the true one.
-    true_end, axle = drive.rolled.end.compose(shifted), Pose2D(robot.axle_x_m, 0.0, 0.0)
+    true_end, axle = drive.rolled.end.compose(end.relative_to(sound_end)), Pose2D(robot.axle_x_m, 0.0, 0.0)
     true_base = drive.start_in_map.compose(axle).compose(true_end).compose(axle.inverse())
     told_base = drive.start_in_map.compose(told)
     turned_rad = wrap_angle(told_base.yaw_rad - true_base.yaw_rad)

@@ -68,9 +68,8 @@ def _wheel(recipe: Recipe, name: str, side: float, folder) -> str:
         inside += inertial(mass_kg, np.array([0.25, 0.25, 0.5]) * mass_kg * radius_m**2)
     place = f'{recipe.axle_x_m} {0.5 * side * recipe.separation_m} {radius_m - recipe.root_height_m}'
     roll_rad = math.copysign(math.pi / 2, 1 if recipe.has_mirrored_axes and side < 0 else -1)
-    return link(child, shape, inside=inside) + joint(
-        name, child, place, 'continuous', 'base', '0 0 1', rpy=f'{roll_rad} 0 0'
-    )
+    axle = joint(name, child, place, 'continuous', 'base', '0 0 1', rpy=f'{roll_rad} 0 0')
+    return link(child, shape, inside=inside) + axle
 
 
 def _caster(recipe: Recipe, index: int, place_m: Tuple[float, float]) -> str:

@@ -68,9 +68,8 @@ class GridFilter:
         poses = np.stack([axis.ravel() for axis in self._coordinates()], axis=1)
         counts = self.density.ravel() > 1e-12
         weights = np.zeros(self.density.size)
-        weights[counts] = self.model.likelihoods(
-            np.ascontiguousarray(poses[counts]), self.model.beams(scan, IDENTITY), False
-        ).factors
+        beams = self.model.beams(scan, IDENTITY)
+        weights[counts] = self.model.likelihoods(np.ascontiguousarray(poses[counts]), beams, False).factors
         self.density = self.density * weights.reshape(self.density.shape)
         self.density /= self.density.sum()
 

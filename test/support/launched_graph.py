@@ -183,15 +183,9 @@ class Process:
     def __init__(self, command, environment, folder, log):
         self._log = log
         with open(log, 'wb') as out:
-            self._process = subprocess.Popen(
-                [str(word) for word in command],
-                env=environment,
-                cwd=str(folder),
-                stdin=subprocess.DEVNULL,
-                stdout=out,
-                stderr=subprocess.STDOUT,
-                start_new_session=True,
-            )
+            pipes = dict(stdin=subprocess.DEVNULL, stdout=out, stderr=subprocess.STDOUT)
+            about = dict(env=environment, cwd=str(folder), start_new_session=True)
+            self._process = subprocess.Popen([str(word) for word in command], **pipes, **about)
 
     def wait(self, timeout_s=TIME_LIMIT_S):
         try:

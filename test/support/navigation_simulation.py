@@ -60,7 +60,7 @@ class Shapes(NamedTuple):
         bearings_rad = (np.arange(720) + 0.5) * math.pi / 360
         outline_m = np.minimum(0.25 / np.abs(np.cos(bearings_rad)), 0.3 / np.abs(np.sin(bearings_rad)))
         yaws_rad = pose.yaw_rad + bearings_rad
-        return bool((cast_rays(pose.x_m, pose.y_m, yaws_rad, self.segments, self.circles) < outline_m).any())
+        return bool((cast_rays(pose.x_m, pose.y_m, yaws_rad, *self) < outline_m).any())
 
 
 def _sides(x, y, length, width):
@@ -103,9 +103,8 @@ class Robot:
             self.angular += np.clip(command_now.angular_radps - self.angular, -6 * TICK_S, 6 * TICK_S)
             self.pose = move_along_arc(self.pose, self.linear * TICK_S, self.angular * TICK_S)
             # Wheels of radius 0.1 m, 0.4 m apart.
-            self._wheels += (
-                np.array([self.linear - 0.2 * self.angular, self.linear + 0.2 * self.angular]) * TICK_S / 0.1
-            )
+            speeds_mps = np.array([self.linear - 0.2 * self.angular, self.linear + 0.2 * self.angular])
+            self._wheels += speeds_mps * TICK_S / 0.1
             self.now_ns += TICK_NS
 
     def odometry(self):
@@ -124,9 +123,7 @@ class Robot:
     def scan(self, sigma_m=0.03):
         laser = self.pose.compose(LASER_IN_BASE)
         bearings_rad = 2.0 * math.pi * np.arange(RAYS) / RAYS
-        ranges = cast_rays(
-            laser.x_m, laser.y_m, laser.yaw_rad + bearings_rad, self.shapes.segments, self.shapes.circles
-        )
+        ranges = cast_rays(laser.x_m, laser.y_m, laser.yaw_rad + bearings_rad, *self.shapes)
         ranges[ranges > RANGE_MAX_M] = np.inf
         ranges += self._random.normal(0.0, sigma_m, RAYS)
         return Scan(self.now_ns, 0.0, 2.0 * math.pi / RAYS, RANGE_MIN_M, RANGE_MAX_M, ranges)

@@ -12,11 +12,8 @@ from places import ROOT
 
 NODES = yaml.safe_load((ROOT / 'docs' / 'nodes.yaml').read_text())
 KINDS = ('publishes', 'subscribes', 'services')
-OF_EVERY_NODE = {
-    'publishes': {'/rosout'},
-    'subscribes': {'/clock'},
-    'services': {'~get_loggers', '~set_logger_level', '~tf2_frames'},
-}
+OF_EVERY_NODE = {'publishes': {'/rosout'}, 'subscribes': {'/clock'}}
+OF_EVERY_NODE['services'] = {'~get_loggers', '~set_logger_level', '~tf2_frames'}
 # In each namespace that dynamic_reconfigure changes.
 OF_RECONFIGURE = {
     'publishes': {

@@ -11,7 +11,6 @@ from places import ROOT
 from reencoding_drives import ROS1
 
 PERIOD_NS = 50_000_000
-
 STAMPED = 'geometry_msgs/msg/PoseStamped'
 ODOMETRY, WITH_COVARIANCE = 'nav_msgs/msg/Odometry', 'geometry_msgs/msg/PoseWithCovarianceStamped'
 
@@ -21,9 +20,8 @@ ODOM = [(0.0, 0.0, 0.0), (10.0, 0.3, 0.01), (19.9, 0.5, 0.05)]
 
 
 def trial(test='SL', number=1, **changes):
-    return Trial.from_mapping(
-        {'test': load_test(test, ROOT / 'config'), 'ppr': 40, 'number': number, **changes}, 'test'
-    )
+    definition = load_test(test, ROOT / 'config')
+    return Trial.from_mapping({'test': definition, 'ppr': 40, 'number': number, **changes}, 'test')
 
 
 def write_bag(path, about, odom=ODOM, truth=TRUTH, amcl=(), estimated=(), result='succeeded', more=()):
