@@ -181,9 +181,8 @@ class McapFile:
 
 def qos_profiles(is_latched: bool) -> str:
     """Return the quality of service of a publisher, in the YAML of rosbag2: latched topics are transient local."""
-    depth, durability = (1, 1) if is_latched else (10, 2)  # 2 is volatile
+    depth, durability = (1, 1) if is_latched else (10, 2)  # 2 is volatile; the others: keep last, reliable, automatic
     no_limit = '{sec: 9223372036, nsec: 854775807}'
-    # Keep last; reliable; automatic.
     return (
         f'- history: 1\n  depth: {depth}\n  reliability: 1\n  durability: {durability}\n  deadline: {no_limit}\n'
         f'  lifespan: {no_limit}\n  liveliness: 1\n  liveliness_lease_duration: {no_limit}\n'

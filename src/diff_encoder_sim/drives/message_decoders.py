@@ -1,7 +1,4 @@
-"""Decodes messages of ROS 1 and ROS 2: their fields, joints, poses, scans, commands, and texts.
-
-All raise InputFault if a message is torn, in a foreign byte order, or has a number that cannot be used.
-"""
+"""Decodes messages of ROS 1 and 2; InputFault if one is torn, in a foreign byte order, or has an unusable number."""
 
 from __future__ import annotations
 
@@ -43,10 +40,7 @@ def encoded_stamp_ns(content: bytes) -> int:
 
 
 class FieldReader:
-    """The fields of a message, each read once and in their order; InputFault if the message is torn.
-
-    ROS 1 and ROS 2 (CDR) differ in the first bytes, in the end of texts, and in alignment.
-    """
+    """Reads each field once, in their order: ROS 1 and CDR differ in first bytes, ends of texts, and alignment."""
 
     def __init__(self, raw: bytes, is_cdr: bool) -> None:
         if is_cdr and raw[1:2] != _LITTLE_ENDIAN_CDR:
@@ -63,12 +57,11 @@ class FieldReader:
     def unpack(self, fields: struct.Struct, number_size: int) -> Tuple[Any, ...]:
         """Read numbers of `number_size` bytes each."""
         begin = self.align(number_size)
+        self._at = begin + fields.size
         try:
-            numbers = fields.unpack_from(self._raw, begin)
+            return fields.unpack_from(self._raw, begin)
         except struct.error:
             raise InputFault(TORN) from None
-        self._at = begin + fields.size
-        return numbers
 
     def length(self) -> int:
         """Read the length of the text or sequence that follows."""
@@ -107,10 +100,7 @@ class StampedPose(NamedTuple):
 
 
 class PoseDecoder:
-    """Decodes the messages of one topic, of one of `POSE_TYPES`.
-
-    From message to message the frames stay the same, so they are compared and not decoded.
-    """
+    """Decodes the messages of one topic, of one of `POSE_TYPES`: frames stay the same, so they are only compared."""
 
     def __init__(self, message_type: str, is_cdr: bool = False) -> None:
         self._has_child = message_type in _WITH_CHILD_FRAME
@@ -158,10 +148,7 @@ def planar_pose(x_m: float, y_m: float, z_m: float, qx: float, qy: float, qz: fl
 
 
 class JointDecoder:
-    """Decodes the messages of one topic, JointState or EncoderPulse: header, names, and a number for each.
-
-    From message to message names and frame stay the same, so they are compared and not decoded.
-    """
+    """Decodes the messages of one JointState or EncoderPulse topic: names stay the same, so they are only compared."""
 
     def __init__(self, message_type: str, is_cdr: bool = False) -> None:
         self._kind = 'q' if message_type == topics.ENCODER_PULSE_TYPE else 'd'

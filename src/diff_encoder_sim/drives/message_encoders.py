@@ -154,10 +154,7 @@ def encode_command(linear_mps: float, angular_radps: float) -> bytes:
 
 
 def encode_odometry(estimate: OdometryEstimate, odom_frame: str, base_frame: str) -> bytes:
-    """Encode nav_msgs/Odometry: pose in the odom frame, twist in the base frame, with covariances.
-
-    The variances of what wheels do not measure are unknown.
-    """
+    """Encode nav_msgs/Odometry: pose in the odom frame, twist in the base frame, with covariances."""
     linear_mps = (estimate.linear_velocity_mps, estimate.lateral_velocity_mps, 0.0)
     xx, xy, x_yaw, yy, y_yaw, yaw_yaw = estimate.of_pose
     of_linear, together, of_angular = estimate.of_twist

@@ -11,13 +11,12 @@ from diff_encoder_sim.base.se2 import wrap_angles
 from diff_encoder_sim.drives import wheel_source
 from diff_encoder_sim.drives.drive_stream import Message
 from diff_encoder_sim.drives.recorded_poses import RecordedPoses
-from diff_encoder_sim.drives.wheel_source import TimedDrive, WheelSource, ascending_runs
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 
 _SIDEWAYS_FRACTION = 0.01  # per motion ahead, that is more than rounding; the wheels' axle cannot do it
 
 
-class OdometryWheels(WheelSource):
+class OdometryWheels(wheel_source.WheelSource):
     """Computes the rotation of the wheels of a robot without slip between one pose and the next."""
 
     def __init__(self, odometry: RecordedPoses, joints: Tuple[str, str], wheels: OdometryParams, seed: int) -> None:
@@ -30,12 +29,12 @@ class OdometryWheels(WheelSource):
         """Add the poses of a message."""
         self._odometry.add(message)
 
-    def drives(self) -> List[TimedDrive]:
+    def drives(self) -> List[wheel_source.TimedDrive]:
         """Return both wheels at every pose."""
         (stamps_ns, base_poses), times_ns = self._odometry.series(), np.array(self._odometry.times_ns)
         angles_rad = wheel_source.start_angles_rad(self._seed) + self._turned_rad(base_poses)
-        runs = ascending_runs(stamps_ns)
-        return [TimedDrive(Drive(stamps_ns[rows], angles_rad[rows]), times_ns[rows]) for rows in runs]
+        runs = wheel_source.ascending_runs(stamps_ns)
+        return [wheel_source.TimedDrive(Drive(stamps_ns[rows], angles_rad[rows]), times_ns[rows]) for rows in runs]
 
     def _turned_rad(self, base_poses: np.ndarray) -> np.ndarray:
         """Return the rotation of both wheels at each of (n, 3) poses: (n, 2), by arcs between the poses."""
@@ -45,8 +44,7 @@ class OdometryWheels(WheelSource):
         # A chord has the direction in the middle of its arc: the inverse of `move_along_arc`.
         headings_rad = base_poses[:-1, 2] + half_turns_rad
         cos_heading, sin_heading = np.cos(headings_rad), np.sin(headings_rad)
-        chords_m = cos_heading * np.diff(x_m) + sin_heading * np.diff(y_m)
-        arcs_m = chords_m / np.sinc(half_turns_rad / np.pi)
+        arcs_m = (cos_heading * np.diff(x_m) + sin_heading * np.diff(y_m)) / np.sinc(half_turns_rad / np.pi)
         self._along_m = float(np.abs(arcs_m).sum())
         self._sideways_m = float(np.abs(cos_heading * np.diff(y_m) - sin_heading * np.diff(x_m)).sum())
         apart_m = half_turns_rad * self._wheels.wheel_separation

@@ -22,10 +22,7 @@ _Waiting = Tuple[str, str, int, Callable[..., bytes], Tuple[Any, ...]]  # topic,
 
 
 class TrialBag:
-    """A bag that is written in a with statement, after which the file has its name.
-
-    When an exception ends the statement there is no file. Equal calls write equal bytes.
-    """
+    """A bag that is written in a with statement: equal bytes by equal calls, and no file after an exception."""
 
     def __init__(self, path: Union[str, Path], mode: RecordMode, bag_format: BagFormat = 'ros1') -> None:
         """Prepare a bag that replaces a file of that name once it is complete; mode 'none' writes no file."""

@@ -60,10 +60,8 @@ class RouteFailed(Exception):
 
 def goal_error(true_pose_in_map: Pose2D, goal_in_map: Pose2D, limit_m: float = GOAL_DISTANCE_M) -> Optional[str]:
     """Return why a robot at this pose has failed to reach the goal, None where it is near enough."""
-    distance_m = math.hypot(true_pose_in_map.x_m - goal_in_map.x_m, true_pose_in_map.y_m - goal_in_map.y_m)
-    if distance_m <= limit_m:
-        return None
-    return f'the robot stands {distance_m:.2f} m from the goal; allowed: {limit_m:.2f} m'
+    away_m = math.hypot(true_pose_in_map.x_m - goal_in_map.x_m, true_pose_in_map.y_m - goal_in_map.y_m)
+    return f'the robot stands {away_m:.2f} m from the goal; allowed: {limit_m:.2f} m' if away_m > limit_m else None
 
 
 # Fields of Trial, by the parameters of which they have the names.

@@ -73,8 +73,7 @@ class WheelNumbers(NamedTuple):
             counts = np.floor(values if self.unit == TICKS else np.cumsum(values)).astype(np.int64)
             if self.moduli[side]:
                 half = self.moduli[side] // 2
-                steps = (np.diff(counts) + half) % self.moduli[side] - half
-                counts = np.cumsum(np.concatenate((counts[:1], steps)))
+                counts[1:] = counts[:1] + np.cumsum((np.diff(counts) + half) % self.moduli[side] - half)
             # The middles of the pulses: at a PPR that divides this encoder's, equation (1) gives the same counts. At
             # another PPR, a count is one off in a quarter of PPR / this encoder's PPR of the samples.
             angles_rad = (counts + 0.5) * (2.0 * math.pi / getattr(self.ppr, SIDES[side]))

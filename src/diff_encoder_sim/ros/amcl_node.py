@@ -26,7 +26,6 @@ from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.particles import check_covariance, check_pose
 from diff_encoder_sim.ros import messages, node
 from diff_encoder_sim.ros.maps import fetch_map, grid_from_message
-from diff_encoder_sim.ros.node import log
 from diff_encoder_sim.ros.reconfiguration import serve_amcl
 from diff_encoder_sim.ros.transforms import ScanInput, TransformBuffer
 from diff_encoder_sim.wheels.diagnostics import Diagnosis
@@ -94,21 +93,21 @@ class AmclNode:
             try:
                 self._use_map(message, self._guess or self._saved)
             except InputFault as fault:
-                log.warning('map not used: %s', fault)
+                node.log.warning('map not used: %s', fault)
 
     def _use_map(self, message: OccupancyGridMessage, guess: Optional[PoseGuess]) -> None:
         """Start localization on a map at the guess, or by default at the initial_pose_* parameters."""
         grid = grid_from_message(message)
         frame, expected = message.header.frame_id.lstrip('/'), self._params.global_frame_id
         if frame != expected:
-            log.warning('map: header.frame_id is %r; used as if it were %r (global_frame_id)', frame, expected)
+            node.log.warning('map: header.frame_id is %r; used as if it were %r (global_frame_id)', frame, expected)
         amcl = self._amcl or Amcl(self._params, grid, self._rng)
         if guess is not None or self._amcl is not None:
             amcl.set_map(grid, *(guess or ()))
         self._amcl, self._guess, self._was_uncertain = amcl, None, True
 
     def _on_restart(self, _stamp_ns: int) -> None:
-        log.warning('scan stamps went back: localization restarts at the initial_pose_* parameters', extra=EVENT)
+        node.log.warning('scan stamps went back: localization restarts at the initial_pose_* parameters', extra=EVENT)
         self._buffer.clear()
         if self._amcl is not None:
             self._amcl.set_map(self._amcl.grid)
@@ -127,11 +126,11 @@ class AmclNode:
             diagnosis = spread_diagnosis(estimate, params)
             if diagnosis.warning and not self._was_uncertain:
                 values = ', '.join(f'{key} {value:g}' for key, value in diagnosis.values.items())
-                log.warning('uncertain pose: %s', values)
+                node.log.warning('uncertain pose: %s', values)
             self._was_uncertain = bool(diagnosis.warning)
         fit_percent, lost_percent = 100.0 * (amcl.fit_fraction or 0.0), 100.0 * params.lost_fraction
         if amcl.is_lost and not was_lost:
-            log.warning(
+            node.log.warning(
                 'localization lost: %.0f %% of the rays agree with the map (lost_fraction: %.0f %%); map -> odom is '
                 'not published until enough do. Carry the robot back, set its pose by /initialpose, or call '
                 'global_localization and drive it by hand',
@@ -139,7 +138,7 @@ class AmclNode:
                 extra=EVENT,
             )
         elif was_lost and not amcl.is_lost:
-            log.info('localized again: %.0f %% of the rays agree with the map', fit_percent, extra=EVENT)
+            node.log.info('localized again: %.0f %% of the rays agree with the map', fit_percent, extra=EVENT)
         newest = amcl.last_estimate
         if newest is not None:
             self._diagnostics.publish_when_due(stamp_ns, lambda: spread_diagnosis(newest, params))
@@ -167,13 +166,13 @@ class AmclNode:
                 rospy.set_param(f'~initial_{name}', float(value))
             self._saved = pose, np.diag(variances)
         except (rospy.ROSException, OSError) as error:
-            log.warning('the pose could not be saved in the initial_* parameters: %s', error)
+            node.log.warning('the pose could not be saved in the initial_* parameters: %s', error)
 
     def _on_set_map(self, request: SetMapRequest) -> SetMapResponse:
         try:
             self._use_map(request.map, read_initial_pose(request.initial_pose, self._params, self._buffer))
         except InputFault as fault:
-            log.warning('set_map refused: %s', fault, extra=EVENT)
+            node.log.warning('set_map refused: %s', fault, extra=EVENT)
             return SetMapResponse(success=False)
         return SetMapResponse(success=True)
 
@@ -185,12 +184,12 @@ class AmclNode:
             else:
                 self._amcl.set_pose(*guess)
         except InputFault as fault:
-            log.warning('%s refused: %s', self._initial_poses.resolved_name, fault, extra=EVENT)
+            node.log.warning('%s refused: %s', self._initial_poses.resolved_name, fault, extra=EVENT)
 
     def _on_global_localization(self) -> None:
         if self._amcl is not None:
             self._amcl.global_localization()
-            log.info('global_localization: drive the robot by hand until it is localized', extra=EVENT)
+            node.log.info('global_localization: drive the robot by hand until it is localized', extra=EVENT)
 
     def _on_nomotion_update(self) -> None:
         if self._amcl is not None:
@@ -209,7 +208,7 @@ def read_initial_pose(message: PoseWithCovarianceStamped, params: AmclParams, bu
     """Return a message's pose, moved by odometry to now; InputFault if it is invalid or not in the map frame."""
     frame = message.header.frame_id.lstrip('/')
     if not frame:
-        log.warning('initial pose: header.frame_id is empty; used as if it were %r', params.global_frame_id)
+        node.log.warning('initial pose: header.frame_id is empty; used as if it were %r', params.global_frame_id)
     elif frame != params.global_frame_id:
         raise InputFault(f'header.frame_id is {frame!r}; expected {params.global_frame_id!r}')
     pose = messages.pose_from_message(message.pose.pose)
@@ -225,7 +224,7 @@ def read_initial_pose(message: PoseWithCovarianceStamped, params: AmclParams, bu
             then = buffer.lookup_transform(*frames, stamp)
             pose = pose.compose(messages.pose_from_transform(now).relative_to(messages.pose_from_transform(then)))
     except tf2_ros.TransformException as error:
-        log.warning('initial pose: not corrected for the motion since its stamp: %s', error)
+        node.log.warning('initial pose: not corrected for the motion since its stamp: %s', error)
     return pose, covariance
 
 

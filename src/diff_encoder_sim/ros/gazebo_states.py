@@ -22,7 +22,6 @@ from diff_encoder_sim.drives.topics import MODEL_STATES_TYPE
 from diff_encoder_sim.drives.typestore import definition
 from diff_encoder_sim.ros import node
 from diff_encoder_sim.ros.messages import EncodedMessage, encoded_class, ns_from_stamp, subscriber
-from diff_encoder_sim.ros.node import log
 from diff_encoder_sim.simulation.state import STATES_RATE_HZ, PlanarVelocity
 from diff_encoder_sim.wheels.report_link import BoundarySampler
 
@@ -100,7 +99,7 @@ class ModelStateReader:
         now_ns = ns_from_stamp(message.clock)
         if self._clock_ns is not None and now_ns < self._clock_ns:
             now_s = now_ns / NANOSECONDS_PER_SECOND
-            log.warning('/clock went back to %.3f s: %s restarts', now_s, rospy.get_name(), extra=EVENT)
+            node.log.warning('/clock went back to %.3f s: %s restarts', now_s, rospy.get_name(), extra=EVENT)
             if self._period_ns == 0:
                 self._waiting = None  # of before the reset; else it is the first after it
             self._restart()
@@ -134,6 +133,6 @@ class ModelStateReader:
             if not all(map(math.isfinite, velocity)):
                 raise InputFault(f'twist (x, y, yaw) {tuple(velocity)}; expected finite numbers [m/s, rad/s]')
         except InputFault as fault:
-            log.warning('%s: %s; message dropped', self._states.resolved_name, fault)
+            node.log.warning('%s: %s; message dropped', self._states.resolved_name, fault)
             return
         self._callback(stamp_ns, pose_in_world, velocity)

@@ -27,7 +27,6 @@ from diff_encoder_sim.localization.map_files import MapSaverParams, load_map, sa
 from diff_encoder_sim.localization.occupancy_grid import SAVED_MARGIN_M, OccupancyGrid
 from diff_encoder_sim.ros import node
 from diff_encoder_sim.ros.messages import Publisher, clock_ns, map_message, pose_from_message, subscriber
-from diff_encoder_sim.ros.node import log
 
 
 def grid_from_message(message: OccupancyGridMessage) -> OccupancyGrid:
@@ -53,7 +52,7 @@ def fetch_map(use_map: Callable[[OccupancyGridMessage], None]) -> None:
                 message = node.call_service('static_map', GetMap, limit_s=node.MAP_LIMIT_S).map
             except (rospy.ROSException, rospy.ServiceException) as error:
                 if not rospy.is_shutdown():
-                    log.warning('no map yet: %s; waiting for it', error)
+                    node.log.warning('no map yet: %s; waiting for it', error)
                     time.sleep(1.0)  # a server without a map responds immediately
             else:
                 node.one_at_a_time(use_map)(message)
@@ -84,7 +83,7 @@ class MapKeeper:
             raise ConfigError(f'{self._stem}: no map to save: none was published on {self._maps.resolved_name}')
         path = save_map(grid_from_message(message).cropped(SAVED_MARGIN_M), self._stem)
         self.has_unsaved = False
-        log.info('map saved: %s', path, extra=EVENT)
+        node.log.info('map saved: %s', path, extra=EVENT)
 
 
 class MapServerParams(Params):
@@ -119,12 +118,12 @@ class MapServerNode:
     def _on_change(self, request: LoadMapRequest) -> LoadMapResponse:
         """Respond as upstream; after an error the previous map is kept."""
         if not os.path.isfile(request.map_url):
-            log.error('change_map: %s: no such file; keeping the previous map', readable(request.map_url))
+            node.log.error('change_map: %s: no such file; keeping the previous map', readable(request.map_url))
             return LoadMapResponse(result=LoadMapResponse.RESULT_MAP_DOES_NOT_EXIST)
         try:
             self._message = self._load(request.map_url)
         except ConfigError as error:
-            log.error('change_map: %s; keeping the previous map', error)
+            node.log.error('change_map: %s; keeping the previous map', error)
             return LoadMapResponse(result=LoadMapResponse.RESULT_INVALID_MAP_DATA)
         self._publish()
         return LoadMapResponse(map=self._message, result=LoadMapResponse.RESULT_SUCCESS)
@@ -158,13 +157,13 @@ def _save_next_map(stem: Path, params: MapSaverParams) -> None:
         except rospy.ROSInterruptException:
             raise
         except rospy.ROSException:
-            log.warning('%s: no map has been published yet: waiting for one', topic)
+            node.log.warning('%s: no map has been published yet: waiting for one', topic)
     try:
         grid = grid_from_message(message)
     except InputFault as fault:
         raise ConfigError(f'{topic}: {fault}') from None
     saved = grid.width, grid.height, grid.resolution_m, save_map(grid, stem, params).resolve()
-    log.info('%s: map of %d x %d cells of %g m saved: %s', topic, *saved, extra=EVENT)
+    node.log.info('%s: map of %d x %d cells of %g m saved: %s', topic, *saved, extra=EVENT)
 
 
 map_server_node = node.executable('map_server', MapServerNode)

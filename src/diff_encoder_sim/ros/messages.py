@@ -210,11 +210,8 @@ class Diagnostics:
         if not self._topic.is_due(self._period_ns, stamp_ns):
             return
         diagnosis = diagnose()
-        status = DiagnosticStatus(
-            level=DiagnosticStatus.WARN if diagnosis.warning else DiagnosticStatus.OK,
-            name=f'{rospy.get_name().lstrip("/")}: {self._title}',
-            message=diagnosis.warning or 'OK',
-            hardware_id='None',
-            values=[KeyValue(key, f'{value:.6g}') for key, value in diagnosis.values.items()],
-        )
+        level = DiagnosticStatus.WARN if diagnosis.warning else DiagnosticStatus.OK
+        name = f'{rospy.get_name().lstrip("/")}: {self._title}'
+        values = [KeyValue(key, f'{value:.6g}') for key, value in diagnosis.values.items()]
+        status = DiagnosticStatus(level, name, diagnosis.warning or 'OK', 'None', values)
         self._topic.publish(DiagnosticArray(header(stamp_ns, ''), [status]))

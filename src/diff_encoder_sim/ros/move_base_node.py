@@ -24,12 +24,10 @@ from diff_encoder_sim.drives.message_encoders import encode_command
 from diff_encoder_sim.navigation import navigator_inputs as inputs
 from diff_encoder_sim.navigation.global_planner import PlanError
 from diff_encoder_sim.navigation.navigator import Navigator, warm_up
-from diff_encoder_sim.navigation.navigator_inputs import STOP, ControlRate, GoalStatus, NavigatorOutput
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.ros import messages, node
 from diff_encoder_sim.ros.maps import fetch_map, grid_from_message
 from diff_encoder_sim.ros.navigation_views import NavigationViews, path_message
-from diff_encoder_sim.ros.node import log
 from diff_encoder_sim.ros.reconfiguration import serve_navigation
 from diff_encoder_sim.ros.transforms import NoTransform, TransformBuffer, lookup, mounted
 
@@ -94,7 +92,7 @@ class GoalServer(actionlib.SimpleActionServer):  # type: ignore[misc]  # actionl
                 pose_in_map = self._transforms.pose_in_map(self.accept_new_goal().target_pose)
             except InputFault as fault:
                 navigator.cancel('replaced by a goal that was refused')  # as the action server has done
-                log.warning('goal refused: %s', fault, extra=EVENT)
+                node.log.warning('goal refused: %s', fault, extra=EVENT)
                 self.set_aborted(text=str(fault))
                 return
             navigator.set_goal(pose_in_map)
@@ -103,7 +101,7 @@ class GoalServer(actionlib.SimpleActionServer):  # type: ignore[misc]  # actionl
         if is_preempted:
             navigator.cancel()
 
-    def report(self, navigator: Navigator, now_ns: int, output: NavigatorOutput) -> None:
+    def report(self, navigator: Navigator, now_ns: int, output: inputs.NavigatorOutput) -> None:
         """Publish feedback and new recoveries, and set the text of the goal on `~status`."""
         if not self.is_active():
             return
@@ -115,16 +113,16 @@ class GoalServer(actionlib.SimpleActionServer):  # type: ignore[misc]  # actionl
                 name, number, total = output.started_recovery
                 self._recoveries.publish(action.RecoveryStatus(pose, number, total, name))
 
-    def end(self, status: GoalStatus, text: str) -> None:
+    def end(self, status: inputs.GoalStatus, text: str) -> None:
         """Publish the result of the goal, unless it has one."""
         if not self.is_active():
             return
-        if status is GoalStatus.SUCCEEDED:
+        if status is inputs.GoalStatus.SUCCEEDED:
             self.set_succeeded(text=text)
-        elif status is GoalStatus.PREEMPTED:
+        elif status is inputs.GoalStatus.PREEMPTED:
             self.set_preempted(text=text)
         else:
-            log.warning('goal aborted: %s', text, extra=EVENT)
+            node.log.warning('goal aborted: %s', text, extra=EVENT)
             self.set_aborted(text=text)
 
     def _stamped(self, pose_in_map: Pose2D, now_ns: int) -> PoseStamped:
@@ -143,7 +141,7 @@ class MoveBaseNode:
         self._navigator: Optional[Navigator] = None
         self._is_driving = self._has_had_scan = False
         self._odometry_ns, self._odometry_at_s = 0, time.monotonic()  # stamp and arrival of the latest valid message
-        self._control_rate = ControlRate(self._params.controller_frequency)
+        self._control_rate = inputs.ControlRate(self._params.controller_frequency)
         self._commands = messages.Publisher('cmd_vel', Twist)
         self._transforms = NavigationTransforms(self._params)
         self._views = NavigationViews(self._transforms.map_frame, self._transforms.odom_frame)
@@ -162,14 +160,14 @@ class MoveBaseNode:
         if self._navigator is not None:
             self._navigator.reconfigure(params)
         if params.controller_frequency != self._params.controller_frequency:
-            self._control_rate = ControlRate(params.controller_frequency)
+            self._control_rate = inputs.ControlRate(params.controller_frequency)
         self._params = params
 
     def _on_map(self, message: OccupancyGridMessage) -> None:
         try:
             self._navigator = Navigator(self._params, grid_from_message(message))
         except InputFault as fault:
-            log.warning('map not used: %s', fault)
+            node.log.warning('map not used: %s', fault)
 
     def _on_scan(self, content: bytes) -> None:
         if self._navigator is None:
@@ -182,7 +180,7 @@ class MoveBaseNode:
             if not is_first:
                 raise
             # robot_state_publisher publishes the laser's transform only when simulated time runs.
-            log.info('%s: first scan not used: %s', self._scans.resolved_name, fault)
+            node.log.info('%s: first scan not used: %s', self._scans.resolved_name, fault)
         else:
             scan, laser_pose_in_base, _ = mounted(scan, transform)
             self._navigator.take_scan(scan, laser_pose_in_base)
@@ -207,7 +205,7 @@ class MoveBaseNode:
         try:
             self._control(navigator, now_ns)
         except Exception:
-            self._command(STOP)  # rospy logs the exception and continues
+            self._command(inputs.STOP)  # rospy logs the exception and continues
             raise
 
     def _control(self, navigator: Navigator, now_ns: int) -> None:
@@ -216,7 +214,7 @@ class MoveBaseNode:
         except NoTransform:
             pass  # the navigator reports it
         except InputFault as fault:
-            log.warning('/tf: transform map -> odom: %s; not used', fault)
+            node.log.warning('/tf: transform map -> odom: %s; not used', fault)
         age_s = self._odometry_age_s()
         self._act(navigator, now_ns, f'arrived {age_s:.1f} s late' if age_s > self._params.input_timeout else '')
 
@@ -225,7 +223,7 @@ class MoveBaseNode:
         navigator = self._navigator
         if navigator is None:
             if self._goals.is_new_goal_available():
-                log.warning('goal received before the map (service static_map); waiting')
+                node.log.warning('goal received before the map (service static_map); waiting')
             return
         silent_s = time.monotonic() - self._odometry_at_s
         # Check both clocks: a loaded host delays messages, and a paused simulation sends none.
@@ -238,22 +236,22 @@ class MoveBaseNode:
     def _act(self, navigator: Navigator, now_ns: int, fault: str) -> None:
         """Poll goals, step the navigator or let it wait due to a fault of odometry, and publish its output."""
         self._goals.poll(navigator, now_ns)
-        self._is_driving |= navigator.status is GoalStatus.ACTIVE
+        self._is_driving |= navigator.status is inputs.GoalStatus.ACTIVE
         if fault:
             text = f'{fault} (input_timeout {self._params.input_timeout:g} s)'
             output = navigator.wait(inputs.MissingInput(self._odometry.resolved_name, text))
         else:
             output = navigator.step(now_ns)
-        if output.status is GoalStatus.ACTIVE:
+        if output.status is inputs.GoalStatus.ACTIVE:
             self._command(output.command)
             self._goals.report(navigator, now_ns, output)
         elif self._is_driving:
             self._end(output.status, output.text)
         self._views.show(navigator, now_ns)
 
-    def _end(self, status: GoalStatus, text: str) -> None:
+    def _end(self, status: inputs.GoalStatus, text: str) -> None:
         self._is_driving = False
-        self._command(STOP)
+        self._command(inputs.STOP)
         self._goals.end(status, text)
 
     def _command(self, command: inputs.Command) -> None:
@@ -261,7 +259,7 @@ class MoveBaseNode:
 
     def _on_shutdown(self) -> None:
         if self._is_driving:
-            self._end(GoalStatus.ABORTED, 'move_base was shut down')
+            self._end(inputs.GoalStatus.ABORTED, 'move_base was shut down')
         self._navigator = None  # ignore further messages
 
     def _on_make_plan(self, request: GetPlanRequest) -> GetPlanResponse:
@@ -273,7 +271,7 @@ class MoveBaseNode:
         except InputFault as fault:
             raise rospy.ServiceException(str(fault)) from None
         except PlanError as error:
-            log.warning('make_plan: %s', str(error))
+            node.log.warning('make_plan: %s', str(error))
             poses = np.empty((0, 3))  # as upstream
         place = messages.header(messages.clock_ns(), self._transforms.map_frame)
         return GetPlanResponse(plan=path_message(poses, place))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 from typing import Any, Callable, Optional, Sequence
 
 import numpy as np
@@ -59,15 +58,13 @@ class NavigationViews:
             base_poses = navigator.base_pose_in_map, navigator.odometry.base_pose_in_odom
             show(self._footprints[0], lambda: footprint_message(navigator.global_costmap, base_poses[0], of_map))
             show(self._footprints[1], lambda: footprint_message(local, base_poses[1], of_odom))
-        task, params = navigator.scoring_task, navigator.params.DWAPlannerROS
+        task, params, origin = navigator.scoring_task, navigator.params.DWAPlannerROS, local.origin
         if task is not None and task is not self._task:
             self._task = task
             if params.publish_traj_pc:
-                trajectories = partial(trajectory_cloud, task, local.origin)
-                show(self._clouds[0], lambda: cloud_message(trajectories(), TRAJECTORY_FIELDS, of_odom))
+                show(self._clouds[0], lambda: cloud_message(trajectory_cloud(task, origin), TRAJECTORY_FIELDS, of_odom))
             if params.publish_cost_grid_pc:
-                costs = partial(cost_cloud, task, local.origin)
-                show(self._clouds[1], lambda: cloud_message(costs(), COST_FIELDS, of_odom))
+                show(self._clouds[1], lambda: cloud_message(cost_cloud(task, origin), COST_FIELDS, of_odom))
         for costmap, view in zip((navigator.global_costmap, local), self._costmaps):
             view.show(costmap, now_ns)
 

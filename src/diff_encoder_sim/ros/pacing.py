@@ -129,8 +129,7 @@ class CommandGate:
 
     Commands have no stamp, and their delay depends on the load of the host: the simulation waits for the command to a
     report, which takes effect GRAPH_LEAD_NS after it. A controller responds to all reports, or if it is slower to those
-    of its `ControlRate`. With period 0, commands take effect on arrival. `is_from_start` if it responds to the first
-    report.
+    of its `ControlRate`, `is_from_start` with the first. Of period 0, commands take effect on arrival.
     """
 
     def __init__(self, reports: BoundarySampler, period_s: float, is_from_start: bool) -> None:

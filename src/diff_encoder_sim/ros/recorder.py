@@ -88,15 +88,10 @@ class RecordedBag(Ros1File):
         """Write a serialized message; `publisher` is the header of its connection."""
         key = (topic, publisher['md5sum'], publisher.get('callerid', ''), publisher.get('latching', '0'))
         if key not in self._known:
-            connection = self.add_connection(
-                topic,
-                publisher['type'].replace('/', '/msg/'),  # as rosbags spells it
-                msgdef=publisher['message_definition'],
-                md5sum=publisher['md5sum'],
-                callerid=publisher.get('callerid'),
-                latching=int(publisher.get('latching', '0')),
-            )
-            self._known[key] = connection.id, record_header(connection.id)
+            kind, text = publisher['type'].replace('/', '/msg/'), publisher['message_definition']
+            node, latching = publisher.get('callerid'), int(publisher.get('latching', '0'))
+            made = self.add_connection(topic, kind, msgdef=text, md5sum=key[1], callerid=node, latching=latching)
+            self._known[key] = made.id, record_header(made.id)
         connection_id, header = self._known[key]
         self.write_prepared([(connection_id, time_ns, encode_record(header, time_ns, content))])
 

@@ -1,7 +1,6 @@
 """replay_node: plays a recorded drive to the encoder and the odometry node, and records their topics.
 
-It publishes the wheel angles, and the true poses of a trial, without recorded odometry, transforms and counts. It
-starts when the live nodes are connected; the launch ends with it.
+It publishes the wheel angles, and the true poses of a trial, without recorded odometry, transforms and counts.
 """
 
 from __future__ import annotations

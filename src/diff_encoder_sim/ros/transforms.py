@@ -55,10 +55,7 @@ def lookup(buffer: tf2_ros.BufferCore, parent: str, child: str) -> TransformStam
 
 
 def mounted(scan: Scan, transform: TransformStamped) -> Tuple[Scan, Pose2D, float]:
-    """Return a scan with rays counter-clockwise in top view, and its laser's pose in the base and tilt [rad].
-
-    InputFault if the transform from laser to base is invalid.
-    """
+    """Return a scan counter-clockwise in top view, and its laser's pose in the base and tilt [rad]; or InputFault."""
     pose = pose_from_transform(transform)
     rotation = transform.transform.rotation
     aside, upright = rotation.x**2 + rotation.y**2, rotation.z**2 + rotation.w**2

@@ -31,7 +31,6 @@ from diff_encoder_sim.ros import node
 from diff_encoder_sim.ros.launch_status import LaunchStatus
 from diff_encoder_sim.ros.maps import MapKeeper
 from diff_encoder_sim.ros.messages import Publisher, pose_stamped_message, pose_subscriber
-from diff_encoder_sim.ros.node import log
 from diff_encoder_sim.trials.route_driver import DriverOutput, RouteDriver
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
 
@@ -95,7 +94,7 @@ class TrialNode:
             self.drive()
             _call('/gazebo/pause_physics')  # ends the bag before the slow shutdown
             goal = self.trial.goal()
-            log.info('true pose (%s): %s', topics.WORLD_POSE, distance_from_goal(self._true_pose, goal))
+            node.log.info('true pose (%s): %s', topics.WORLD_POSE, distance_from_goal(self._true_pose, goal))
             error = goal_error(self._true_pose, goal, self.params.goal_distance)
             if error is not None:
                 raise RouteFailed(Outcome.LOST, error)
@@ -139,7 +138,7 @@ def _call(service: str) -> None:
     try:
         node.call_service(service, Empty)
     except rospy.ServiceException as error:
-        log.warning('%s: %s', service, error)
+        node.log.warning('%s: %s', service, error)
 
 
 ACTION = 'move_base'
@@ -177,7 +176,7 @@ class NavigationTrialNode(TrialNode):
             raise self._failure
         if self._estimate is not None:
             distance = distance_from_goal(self._estimate, self.trial.goal())
-            log.info('estimated pose (%s): %s', topics.GLOBAL_POSE, distance)
+            node.log.info('estimated pose (%s): %s', topics.GLOBAL_POSE, distance)
 
     def _has_ended(self) -> bool:
         return self._failure is not None or self._is_over

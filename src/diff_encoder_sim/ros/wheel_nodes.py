@@ -79,8 +79,7 @@ class OdometryNode:
         self._pulses = encoded_subscriber('encoder_pulse', EncoderPulse, self._on_pulses)
         self._commands = subscriber('cmd_vel', Twist, self._on_command)
         empty_service('~reset', self._on_reset)
-        # Advertise last: once it is published, pulses are received.
-        self._output = OdometryOutput(params.odom_frame, params.base_frame, params.publish_tf)
+        self._output = OdometryOutput(params.odom_frame, params.base_frame, params.publish_tf)  # last: pulses follow
 
     def _on_pulses(self, content: bytes) -> None:
         stamp_ns, _, counts = self._decoder.decode(content)
