@@ -43,8 +43,7 @@ OVERTAKEN_NS = NANOSECONDS_PER_SECOND
 
 def copied_topics(source: DriveStream) -> List[str]:
     """List the topics of `COPIED` that a bag has with a trial's types."""
-    known = topics.recorded_topics('full')
-    return [topic for topic in COPIED if source.topics.get(topic) == known[topic].message_type]
+    return [topic for topic in COPIED if source.topics.get(topic) == topics.recorded_topics('full')[topic].message_type]
 
 
 def has_commands(source: DriveStream) -> bool:

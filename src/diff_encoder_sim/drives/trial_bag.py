@@ -14,9 +14,7 @@ from diff_encoder_sim.drives.topics import BagFormat, RecordMode, recorded_topic
 
 EARLIEST_NS = 1  # the format has no message at time 0; a trial's first messages are recorded a nanosecond later
 
-# Messages that are encoded and written together: one by one, between steps of the physics, each takes two to three
-# times as long, because the processor's caches do not contain the code.
-AT_ONCE = 1000
+AT_ONCE = 1000  # messages are encoded and written together: one by one takes two to three times as long (caches)
 
 _Waiting = Tuple[str, str, int, Callable[..., bytes], Tuple[Any, ...]]  # topic, node, time [ns], encoder, its values
 

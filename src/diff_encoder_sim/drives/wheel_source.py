@@ -168,8 +168,7 @@ def paired_drives(left: WheelSeries, right: WheelSeries) -> Tuple[List[TimedDriv
         is_between = (other_ns[before] <= stamps_ns) & (stamps_ns <= other_ns[after])
         is_paired = is_between & (other_ns[after] - other_ns[before] <= LONGEST_GAP_NS)
         paired, right_rad = of_left.at(is_paired), np.interp(stamps_ns, other_ns, of_right.values)[is_paired]
-        drive = Drive(paired.stamps_ns, np.column_stack((paired.values, right_rad)))
-        drives.append(TimedDrive(drive, paired.times_ns))
+        drives.append(TimedDrive(Drive(paired.stamps_ns, np.column_stack((paired.values, right_rad))), paired.times_ns))
         # The last left angles are followed by no right one.
         is_missed = (np.cumsum(is_paired) > 0) & ~is_paired & (stamps_ns < stamps_ns[-1] - LONGEST_GAP_NS)
         left_out += int(is_missed.sum() + (other_ns > stamps_ns[-1] + LONGEST_GAP_NS).sum())

@@ -160,9 +160,8 @@ class AmclNode:
         if self._to_save is None or self._params.save_pose_rate <= 0.0:
             return
         pose, variances = self._to_save[0], np.diag(self._to_save[1])
-        names = ('pose_x', 'pose_y', 'pose_a', 'cov_xx', 'cov_yy', 'cov_aa')
         try:
-            for name, value in zip(names, (*pose, *variances)):
+            for name, value in zip(('pose_x', 'pose_y', 'pose_a', 'cov_xx', 'cov_yy', 'cov_aa'), (*pose, *variances)):
                 rospy.set_param(f'~initial_{name}', float(value))
             self._saved = pose, np.diag(variances)
         except (rospy.ROSException, OSError) as error:

@@ -262,7 +262,6 @@ class _RosLogHandler(logging.Handler):
 
 # rospy reads each tick of /clock in a thread of each node: a third of the graph's load at rtf:=0. With pauses the ticks
 # wait in the socket, and only the latest is used: the clock is late by at most PAUSE_S of wall time.
-
 PAUSE_S = 0.02
 
 _listeners: List[Callable[[Clock], None]] = []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import Iterable, Optional
+from typing import Iterable
 
 from geometry_msgs.msg import Twist
 from sensor_msgs.msg import JointState
@@ -71,9 +71,8 @@ class OdometryNode:
         self._odometry = WheelOdometry(params)
         self._diagnosis = OdometryDiagnosis(self._odometry, rate_hz)
         self._diagnostics = Diagnostics('Odometry')
-        self._pairing: Optional[SpeedPairing] = None
-        if params.velocity_method != 'M':
-            self._pairing = SpeedPairing()
+        self._pairing = SpeedPairing() if params.velocity_method != 'M' else None
+        if self._pairing is not None:
             self._speeds = encoded_subscriber('encoder_velocity', JointState, self._on_speeds)
         self._decoder = JointDecoder(ENCODER_PULSE_TYPE)
         self._pulses = encoded_subscriber('encoder_pulse', EncoderPulse, self._on_pulses)
