@@ -110,6 +110,5 @@ def unrun_text(name: str, unrun: Mapping[str, Sequence[str]]) -> str:
     for reason, trials in unrun.items():
         count = '1 trial' if len(trials) == 1 else f'{len(trials)} trials'
         more = ', ...' if len(trials) > UNRUN_SHOWN else ''
-        named = ', '.join(trials[:UNRUN_SHOWN])
-        lines.append(f'{as_called(name)}: {count} could not be run ({reason}): {named}{more}')
+        lines.append(f'{as_called(name)}: {count} could not be run ({reason}): {", ".join(trials[:UNRUN_SHOWN])}{more}')
     return '\n'.join([*lines, f'{as_called(name)}: run the same command again to retry them'])

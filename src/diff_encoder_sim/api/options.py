@@ -16,7 +16,7 @@ ENCODERS = 'real encoders: amt102, pololu_25d, ... (files of config/encoders/; c
 TESTS = 'tests: SL, SMT, DLD, or .yaml files'
 OVERRIDES = 'overrides of the campaign file (--ppr or --encoders: of both)'
 TLS = 'TLS options for --scheduler: PEM files'
-SEVERAL_WHEELS, NO_ANGLES = 'wheels, if the bag has several', 'wheels of a drive without wheel angles'
+WHEELS, NO_ANGLES = 'wheels, if the bag has several', 'wheels of a drive without wheel angles'
 
 
 def option(
@@ -190,17 +190,11 @@ class DriveOptions(RobotOptions):
     robot: Optional[str] = option(
         None, f"{ROBOT} (default: the wheels of the bag's trial, else those of config/config.yaml)", 'NAME|FILE'
     )
-    joint_states: str = option('', "topic of wheel angles (default: the bag's only one)", 'TOPIC', group=SEVERAL_WHEELS)
-    left: str = option(
-        '', "left joint (default: the robot's, or the bag's only left wheel)", 'JOINT', group=SEVERAL_WHEELS
-    )
-    right: str = option(
-        '', "right joint (default: the robot's, or the bag's only right wheel)", 'JOINT', group=SEVERAL_WHEELS
-    )
-    pulses: str = option('', 'topic of counts, used instead of wheel angles', 'TOPIC', group=SEVERAL_WHEELS)
-    pulses_ppr: str = option(
-        '', 'PPR of these counts (default: that of the recorded trial)', 'PPR', group=SEVERAL_WHEELS
-    )
+    joint_states: str = option('', "topic of wheel angles (default: the bag's only one)", 'TOPIC', group=WHEELS)
+    left: str = option('', "left joint (default: the robot's, or the bag's only left wheel)", 'JOINT', group=WHEELS)
+    right: str = option('', "right joint (default: the robot's, or the bag's only right wheel)", 'JOINT', group=WHEELS)
+    pulses: str = option('', 'topic of counts, used instead of wheel angles', 'TOPIC', group=WHEELS)
+    pulses_ppr: str = option('', 'PPR of these counts (default: that of the recorded trial)', 'PPR', group=WHEELS)
     ticks: Sequence[str] = option(
         (),
         'numbers in the messages of the bag: a topic of std_msgs (Int16 ... Float64), an element of an array as '

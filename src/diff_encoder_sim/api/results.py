@@ -12,8 +12,6 @@ from diff_encoder_sim.analysis.summaries import summary
 from diff_encoder_sim.api.options import AnalysisOptions
 from diff_encoder_sim.drives.bag_source import is_bag_folder
 
-DEFAULT_ANALYSIS = 'analysis'
-
 
 def read_results(*paths: Union[str, Path]) -> Results:
     """Read a campaign's results folder, or bags of trials and folders of such bags.
@@ -42,7 +40,7 @@ def analyze(options: AnalysisOptions, show: Callable[[str], None]) -> Tuple[Path
         ConfigError: there are no results, or the folder contains other files.
     """
     first = options.paths[0]
-    folder = options.out or (first if first.is_dir() and not is_bag_folder(first) else first.parent) / DEFAULT_ANALYSIS
+    folder = options.out or (first if first.is_dir() and not is_bag_folder(first) else first.parent) / 'analysis'
     with output_folder(folder) as unfinished:
         results = load_results(options.paths)
         other = load_results([options.beside]) if options.beside else None

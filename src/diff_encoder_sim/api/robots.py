@@ -47,15 +47,9 @@ class LaunchedRobot(NamedTuple):
 def launched_robot(
     options: LaunchOptions, arguments: Mapping[str, Any], usual: Optional[Mapping[str, Any]] = None
 ) -> LaunchedRobot:
-    """Return the robot given by launch arguments.
+    """Return the robot of launch options, and of `arguments` by dotted keys; ConfigError if one is invalid.
 
-    Args:
-        options: robot, encoder, YAML files and simulator.
-        arguments: launch arguments by dotted keys.
-        usual: values by dotted keys that override only the package's files.
-
-    Raises:
-        ConfigError: a file is missing or invalid, or a value is not allowed.
+    Values of `usual`, by dotted keys, override only the package's files.
     """
     config, users_folder = package_folder() / 'config', _users_folder()
     given_files = {stem: getattr(options, 'config' if stem == 'config' else f'{stem}_config') for stem in FILES}
@@ -94,9 +88,8 @@ def launched_robot(
     params = robot_params.override(values, settings)
     resolution = own_encoder(params.encoder).resolution
     if OWN_PPR in given and encoder is None and resolution:
-        raise ConfigError(
-            f'{files["config"]}: encoder: given {resolution} with ppr {given[OWN_PPR]}; allowed: one of them'
-        )
+        file = files['config']
+        raise ConfigError(f'{file}: encoder: given {resolution} with ppr {given[OWN_PPR]}; allowed: one of them')
     settings.update(_config(params.odometry.uncertainty))
     if options.sim != SIMULATED and not is_noise_given:
         notes += filter(None, [hidden_encoder(params.odometry)])
@@ -157,8 +150,7 @@ def inspect_robot(options: InspectOptions, show: Callable[[str], None]) -> None:
     widths = [None, 52, 44]  # for common terminals
     show(tabulate(description.found, ['found', 'value', 'source'], disable_numparse=True, maxcolwidths=widths))
     if setup.file.overrides:
-        own = list(setup.file.overrides.items())
-        show(f'\n{tabulate(own, [f"set in {where}", "value"], disable_numparse=True)}')
+        show(f'\n{tabulate(list(setup.file.overrides.items()), [f"set in {where}", "value"], disable_numparse=True)}')
     for title, lines in (('Warnings', description.warnings), ('Notes', description.notes)):
         if lines:
             show('\n'.join([f'\n{title}:', *(f'- {line}' for line in lines)]))

@@ -31,9 +31,7 @@ from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 USUAL, OF_TRIAL = 'config/config.yaml', f"the bag's {TRIAL}"
 PAPER_PPR = (40, 90, 1024, 4096)
 
-# Wheel sources, and the options that belong to some of them.
-_SOURCES = ('joint_states', 'pulses', 'ticks', 'odom', 'csv')
-_BELONGS_TO = {
+_BELONGS_TO = {  # options that belong to some sources of wheels
     **dict.fromkeys(('left', 'right'), ('joint_states', 'pulses')),
     'pulses_ppr': ('pulses', 'joint_states'),  # joint states may contain counts
     **dict.fromkeys(('unit', 'ticks_per_revolution', 'ticks_modulus', 'reversed'), ('ticks', 'csv')),
@@ -43,7 +41,7 @@ _BELONGS_TO = {
 
 def check_wheel_options(options: DriveOptions) -> None:
     """Refuse contradictory options; ConfigError if there is more than one source, or an option of another source."""
-    given = [name for name in _SOURCES if getattr(options, name)]
+    given = [name for name in ('joint_states', 'pulses', 'ticks', 'odom', 'csv') if getattr(options, name)]
     if len(given) > 1:
         count = 'both' if len(given) == 2 else 'all'
         raise ConfigError(f'{", ".join(map(_option, given))}: given {count}; allowed: one of them')
@@ -192,8 +190,7 @@ def wheel_numbers(
     """Return how to read wheel numbers, by counters of `bits` (None: no wrap); ConfigError if options do not fit."""
     unit, given_ppr, given_modulus = options.unit or TICKS, options.ticks_per_revolution, options.ticks_modulus
     if given_ppr and unit not in COUNTED:
-        allowed = ' and '.join(COUNTED)
-        raise ConfigError(f'--ticks-per-revolution: given with --unit {unit}; allowed: with {allowed}')
+        raise ConfigError(f'--ticks-per-revolution: given with --unit {unit}; allowed: with {" and ".join(COUNTED)}')
     if unit in COUNTED and not given_ppr and 'ppr' not in robot.sources:
         raise ConfigError('--ticks-per-revolution: missing; expected the ticks per wheel revolution, or --robot')
     if given_modulus is not None and unit != TICKS:
@@ -204,8 +201,7 @@ def wheel_numbers(
     if unit == TICKS:
         left, right = ((2**width if width else 0) if given_modulus is None else given_modulus for width in bits)
         moduli = left, right
-    radius_m = 0.5 * robot.odometry.wheel_diameter
-    return WheelNumbers(unit, radius_m, ppr, moduli, options.reversed, options.start_seed)
+    return WheelNumbers(unit, 0.5 * robot.odometry.wheel_diameter, ppr, moduli, options.reversed, options.start_seed)
 
 
 def drive_wheels(

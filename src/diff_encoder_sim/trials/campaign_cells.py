@@ -142,10 +142,8 @@ class Campaign(NamedTuple):
 
     def trials(self) -> List[RequestedTrial]:
         """List all trials; equal trial numbers have equal seeds in all cells, for paired comparison."""
-        seed, numbered = self.params.seed, enumerate(itertools.product(self.cells, range(1, self.params.trials + 1)))
-        return [
-            RequestedTrial(position, cell, trial, seed + trial, self.params) for position, (cell, trial) in numbered
-        ]
+        seed, places = self.params.seed, enumerate(itertools.product(self.cells, range(1, self.params.trials + 1)))
+        return [RequestedTrial(position, cell, trial, seed + trial, self.params) for position, (cell, trial) in places]
 
     def resolved(self) -> Dict[str, Any]:
         """Collect everything that determines the results, for JSON: all parameters, files by sha256."""
