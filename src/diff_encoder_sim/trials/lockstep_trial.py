@@ -112,11 +112,7 @@ class LockstepTrial:
 
     @property
     def log(self) -> np.ndarray:
-        """Return (n, 4) the ticks of a scripted drive.
-
-        Columns: left and right wheel angle, rising when the robot drives forward [rad], and the newest command that the
-        motors have received, [m/s] and [rad/s].
-        """
+        """Return (n, 4) the ticks of a scripted drive: wheel angles, rising forward [rad], and command [m/s, rad/s]."""
         return np.array(self._log).reshape(-1, 4)
 
     def run(self) -> Iterator[Report]:

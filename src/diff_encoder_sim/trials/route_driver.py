@@ -60,8 +60,7 @@ class TurnInPlace:
     def rate(self, now_ns: int, yaw_rad: float) -> float:
         """Return the angular velocity to command [rad/s] at the heading estimated now.
 
-        While the heading is not finite, the robot slows down and stops; up to half a turn in this time is counted
-        afterwards.
+        While it is not finite, the robot slows down and stops; up to half a turn in this time is counted afterwards.
         """
         interval_s = max(0, now_ns - (now_ns if self._last_ns is None else self._last_ns)) / NANOSECONDS_PER_SECOND
         self._last_ns, target_radps = now_ns, 0.0
