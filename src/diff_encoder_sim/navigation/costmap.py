@@ -1,8 +1,4 @@
-"""Costmap: the cost of each cell as a place for the robot's centre.
-
-Three layers as in costmap_2d: the static map, obstacles that scans mark and clear, and the inflation of both. Costs
-are those of costmap_params.
-"""
+"""Costs of cells as places for the robot's centre, in costmap_2d's layers: map, obstacles in scans, inflation."""
 
 from __future__ import annotations
 
@@ -62,7 +58,11 @@ class Costmap:
             self.resolution_m = static_map.resolution_m
             self._place(static_map.origin)
             self.shape = static_map.height, static_map.width
-            self._static = _static_costs(static_map.cells, params)
+            cells, walls_from = static_map.cells, params.lethal_cost_threshold
+            scaled = 0.0 if params.trinary_costmap else float(LETHAL) * np.maximum(cells, 0) / walls_from
+            unknown = NO_INFORMATION if params.track_unknown_space else FREE
+            costs = np.where(cells < 0, unknown, np.where(cells >= walls_from, LETHAL, scaled))
+            self._static = costs.astype(np.uint8)
             self._unseen = NO_INFORMATION  # cells without rays use the static map
         self.cells_per_m = 1.0 / self.resolution_m
         self._obstacles = np.full(self.shape, self._unseen, np.uint8)
@@ -70,15 +70,14 @@ class Costmap:
         # The inflation radius in cells, rounded up as upstream does.
         self._limit = max(0, math.ceil(params.inflation_radius / self.resolution_m - 1e-9))
         self._table = self._costs_by_distance()
-        ranges, source = (params.raytrace_range, params.obstacle_range), params.scan
-        self._rules = RayRules(*ranges, source.inf_is_valid, source.clearing, source.marking)
+        scan, ranges_m = params.scan, (params.raytrace_range, params.obstacle_range)
+        self._rules = RayRules(*ranges_m, scan.inf_is_valid, scan.clearing, scan.marking)
         self._everything: Window = (0, self.shape[0], 0, self.shape[1])
         self._changed: Optional[Window] = self._everything  # not in `_costs` yet
 
     @property
     def costs(self) -> np.ndarray:
-        """Return the costs, (rows, columns) uint8; the array is changed in place after an update."""
-        # Inflation is most of an update's work, and the global costs are read by few control periods.
+        """Return the costs, (rows, columns) uint8, inflated here when needed; an update changes them in place."""
         if self._changed is not None:
             base = self._obstacles
             if self._static is not None:  # the higher cost of map and obstacles where rays have been
@@ -128,10 +127,7 @@ class Costmap:
         return int(self.costs[row, column]) if 0 <= row < rows and 0 <= column < columns else None
 
     def footprint_cost(self, base_pose: Pose2D) -> float:
-        """Return the highest cost under the robot's outline at a pose.
-
-        Negative if it collides: costmap_params.IN_OBSTACLE, IN_UNKNOWN or OFF_MAP.
-        """
+        """Return the highest cost under the robot's outline at a pose; IN_OBSTACLE, IN_UNKNOWN or OFF_MAP (< 0)."""
         x_m, y_m, yaw_rad = self.pose_in_grid(base_pose)
         place = x_m, y_m, math.cos(yaw_rad), math.sin(yaw_rad)
         return float(footprint_cost(self.costs, self.cells_per_m, self.footprint.vertices_m, place))
@@ -140,9 +136,8 @@ class Costmap:
         """Return whether the static map blocks the robot's centre at a point of the grid."""
         if self._static is None:
             return False
-        rows, columns = np.nonzero(self._static == LETHAL)
-        row, column = self.cell_at(x_m, y_m)
-        reach_m = np.hypot(rows - row, columns - column).min(initial=math.inf) * self.resolution_m
+        away = np.argwhere(self._static == LETHAL) - self.cell_at(x_m, y_m)
+        reach_m = np.hypot(*away.T).min(initial=math.inf) * self.resolution_m
         return bool(reach_m <= self.footprint.inscribed_radius_m)
 
     def update(self, base_pose: Pose2D, scan: Optional[Scan] = None, laser_pose: Optional[Pose2D] = None) -> None:
@@ -161,8 +156,7 @@ class Costmap:
     def reconfigured(self, params: CostmapParams) -> Costmap:
         """Return a costmap with other parameters: with the obstacles of this one, unless its cells are others."""
         other = Costmap(params, self._map)
-        is_alike = (other.shape, other.resolution_m) == (self.shape, self.resolution_m)
-        if is_alike and params.observation_sources:
+        if params.observation_sources and (other.shape, other.resolution_m) == (self.shape, self.resolution_m):
             other._place(self.origin)
             other._obstacles = self._obstacles
         return other
@@ -181,8 +175,8 @@ class Costmap:
         down = math.floor(base.y_m * self.cells_per_m) - rows // 2
         right = math.floor(base.x_m * self.cells_per_m) - columns // 2
         if down or right:
-            x_m, y_m = self.origin.x_m + right * self.resolution_m, self.origin.y_m + down * self.resolution_m
-            self._place(Pose2D(x_m, y_m, 0.0))
+            (x_m, y_m, _), cell_m = self.origin, self.resolution_m
+            self._place(Pose2D(x_m + right * cell_m, y_m + down * cell_m, 0.0))
             before, self._obstacles = self._obstacles, np.full_like(self._obstacles, self._unseen)
             if abs(down) < rows and abs(right) < columns:
                 kept = before[max(0, down) : rows + min(0, down), max(0, right) : columns + min(0, right)]
@@ -207,14 +201,6 @@ class Costmap:
         if top < bottom and left < right:  # else all of it is off the map
             before = self._changed or window
             self._changed = (min(top, before[0]), max(bottom, before[1]), min(left, before[2]), max(right, before[3]))
-
-
-def _static_costs(cells: np.ndarray, params: CostmapParams) -> np.ndarray:
-    """Return the costs, (rows, columns) uint8, of occupancies -1 to 100, as costmap_2d's static layer."""
-    threshold = params.lethal_cost_threshold
-    scaled = np.zeros(cells.shape) if params.trinary_costmap else float(LETHAL) * np.maximum(cells, 0) / threshold
-    costs = np.where(cells >= threshold, LETHAL, scaled)
-    return np.where(cells < 0, NO_INFORMATION if params.track_unknown_space else FREE, costs).astype(np.uint8)
 
 
 @compiled
@@ -301,10 +287,7 @@ def clear_polygon(cells: Array, per_m: float, corners_m: Array) -> None:
 
 @compiled
 def _clear_ray(cells: Array, row: int, column: int, to_row: int, to_column: int, with_end: bool) -> None:
-    """Clear the cells of a line (Bresenham) up to its end or the edge of the grid, in closed form.
-
-    The n-th cell of a line of `right` columns and fewer rows, `down`, is n down / right rows away, rounded half down.
-    """
+    """Clear the cells of a line (Bresenham) to its end or the edge of the grid, in closed form, rounded half down."""
     rows, columns = cells.shape
     if not (0 <= row < rows and 0 <= column < columns):
         return
@@ -330,6 +313,4 @@ def _clear_ray(cells: Array, row: int, column: int, to_row: int, to_column: int,
 @compiled
 def _count_within(cells_left: int, across: int, along: int) -> int:
     """Return the number of cells of a line of slope `across`/`along` with at most `cells_left` across."""
-    if across <= cells_left:
-        return along + 1
-    return (2 * cells_left + 1) * along // (2 * across) + 1
+    return along + 1 if across <= cells_left else (2 * cells_left + 1) * along // (2 * across) + 1

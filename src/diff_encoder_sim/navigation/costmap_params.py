@@ -44,8 +44,7 @@ def make_footprint(points: Sequence[Sequence[float]], padding_m: float = 0.0) ->
 
 
 def _from_text(value: Any) -> Any:
-    # Upstream's form: "[[0.25, 0.3], ...]".
-    try:
+    try:  # upstream's form: "[[0.25, 0.3], ...]"
         return json.loads(value) if isinstance(value, str) else value
     except (ValueError, RecursionError):
         return value
@@ -83,13 +82,10 @@ CIRCLE_CORNERS = 16
 
 
 def flattened(given: Mapping[str, Any]) -> Dict[str, Any]:
-    """Return a costmap's parameters, as users write them, as the flat ones of CostmapParams.
+    """Return a costmap's parameters, as users write them, as the flat ones of CostmapParams; ValueError for others.
 
     A layer's parameters move up; if the costmap has them too, its own take precedence, as upstream. The one scan source
     is renamed to `scan`, its ranges move up; robot_radius becomes a polygon unless there is a footprint.
-
-    Raises:
-        ValueError: layers or sources that this package's costmap does not have.
     """
     flat = dict(given)
     layers = {name: kind for kind, name in LAYERS.items()}
@@ -118,9 +114,7 @@ def flattened(given: Mapping[str, Any]) -> Dict[str, Any]:
     if INFLATION not in enabled:
         flat['inflation_radius'] = 0.0
     _replace_radius(flat)
-    if flat.get('rolling_window') is True:
-        return {'static_map': False, 'track_unknown_space': False, **flat}
-    return flat
+    return {'static_map': False, 'track_unknown_space': False, **flat} if flat.get('rolling_window') is True else flat
 
 
 def _rename_source(flat: Dict[str, Any]) -> None:
@@ -170,10 +164,7 @@ class ScanSource(Params):
 
 
 class CostmapParams(Params):
-    """Parameters of the global or the local costmap, in all of upstream's forms: see `flattened`.
-
-    Parameters of unsupported features accept only the supported value.
-    """
+    """Parameters of a costmap, in all of upstream's forms (`flattened`); some accept only the supported value."""
 
     global_frame: str = Field('map', min_length=1, description='frame of the costmap')
     robot_base_frame: str = Field('base_link', min_length=1, description='frame of the robot')
@@ -228,6 +219,5 @@ class CostmapParams(Params):
 
 def local_defaults(**changes: object) -> CostmapParams:
     """Return the usual local costmap, 3 x 3 m, rolling, in the odom frame, with changes."""
-    return CostmapParams.from_mapping(
-        {'static_map': False, 'rolling_window': True, 'global_frame': 'odom', **changes}, ''
-    )
+    window = {'static_map': False, 'rolling_window': True, 'global_frame': 'odom'}
+    return CostmapParams.from_mapping({**window, **changes}, '')

@@ -13,22 +13,9 @@ import numpy as np
 
 from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, transform_points, wrap_angle
+from diff_encoder_sim.navigation import dwa_kernels as kernels
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import INSCRIBED
-from diff_encoder_sim.navigation.dwa_kernels import (
-    GOAL,
-    OBSTACLE,
-    PATH,
-    TO_END,
-    TO_PLAN,
-    DwaLimits,
-    ScoringTask,
-    find_cheapest,
-    make_waves,
-    score_all,
-    stays_clear,
-    whole_grid,
-)
 from diff_encoder_sim.navigation.goal_stopping import LatchedStopRotate, Motion, PreciseStop, TurnToPath
 from diff_encoder_sim.navigation.navigator_inputs import Command, OdometrySample
 from diff_encoder_sim.navigation.navigator_params import DwaParams
@@ -42,8 +29,7 @@ class OscillationMemory:
         self.reset()
 
     def reset(self) -> None:
-        """Allow all directions."""
-        # Of the linear and the angular velocity, 0 for none: the last sign, and the only allowed one.
+        """Allow all directions: of both velocities, the last sign and the only allowed one are 0 for none."""
         self._last_signs, self._only_signs = [0, 0], [0, 0]
         self._reversed_at: Optional[Pose2D] = None
 
@@ -85,11 +71,12 @@ class DwaPlanner:
     def __init__(self, params: DwaParams, sim_period_s: float) -> None:
         self.params = params
         self.oscillation = OscillationMemory(params)
-        self.last_task: Optional[ScoringTask] = None  # of the last `find_best`, for displays
+        self.last_task: Optional[kernels.ScoringTask] = None  # of the last `find_best`, for displays
         horizon_s = sim_period_s if params.use_dwa else params.sim_time
-        self._limits = DwaLimits._make([*(getattr(params, name) for name in DwaLimits._fields[:-1]), horizon_s])
+        limits = [getattr(params, name) for name in kernels.DwaLimits._fields[:-1]]
+        self._limits = kernels.DwaLimits._make([*limits, horizon_s])
         self._constant_velocity = self._limits._replace(use_dwa=True)
-        self._waves_shape, self._waves = (0, 0), make_waves(0, 0)
+        self._waves_shape, self._waves = (0, 0), kernels.make_waves(0, 0)
 
     def find_best(
         self, base_pose: Pose2D, linear_mps: float, angular_radps: float, costmap: Costmap, plan: np.ndarray
@@ -99,7 +86,7 @@ class DwaPlanner:
         Robot and plan (n, 3), n > 0, the stretch of the global plan to follow, are in the local costmap's frame.
         """
         self.last_task = task = self.scoring_task(base_pose, linear_mps, angular_radps, costmap, plan)
-        linear_mps, angular_radps, cost, points = find_cheapest(task, costmap.origin, plan, base_pose)
+        linear_mps, angular_radps, cost, points = kernels.find_cheapest(task, costmap.origin, plan, base_pose)
         if cost == math.inf:
             return None
         self.oscillation.update(base_pose, linear_mps, angular_radps)
@@ -108,14 +95,14 @@ class DwaPlanner:
     def is_collision_free(self, base_pose: Pose2D, linear_mps: float, angular_radps: float, costmap: Costmap) -> bool:
         """Return whether a constant velocity keeps the robot clear of obstacles over sim_time."""
         place = costmap.costs, costmap.cells_per_m, costmap.footprint.vertices_m, costmap.pose_in_grid(base_pose)
-        return bool(stays_clear(self._constant_velocity, *place, (linear_mps, angular_radps)))
+        return bool(kernels.stays_clear(self._constant_velocity, *place, (linear_mps, angular_radps)))
 
     def scoring_task(
         self, base_pose: Pose2D, linear_mps: float, angular_radps: float, costmap: Costmap, plan: np.ndarray
-    ) -> ScoringTask:
+    ) -> kernels.ScoringTask:
         """Return what `find_best` chooses from, before the waves have begun at the plan."""
         if self._waves_shape != costmap.shape:
-            self._waves_shape, self._waves = costmap.shape, make_waves(*costmap.shape)
+            self._waves_shape, self._waves = costmap.shape, kernels.make_waves(*costmap.shape)
         params, goal_x_m, goal_y_m = self.params, float(plan[-1, 0]), float(plan[-1, 1])
         goal_m = math.hypot(goal_x_m - base_pose.x_m, goal_y_m - base_pose.y_m)
         # Biases are per metre, distances in cells. Close to the goal the nose has nothing to align with.
@@ -123,18 +110,18 @@ class DwaPlanner:
         goal = params.goal_distance_bias * costmap.resolution_m
         is_far = goal_m**2 > params.forward_point_distance**2 * params.cheat_factor
         scales = np.array([params.occdist_scale, goal, path if is_far else 0.0, path, goal, params.twirling_scale])
-        grid = costmap.costs, costmap.cells_per_m, costmap.footprint.vertices_m
+        grid = costmap.costs, costmap.cells_per_m, costmap.footprint.vertices_m, *self._waves
         motion = costmap.pose_in_grid(base_pose), (linear_mps, angular_radps)
-        return ScoringTask(self._limits, *grid, *self._waves, scales, *motion, goal_m, self.oscillation.allowed())
+        return kernels.ScoringTask(self._limits, *grid, scales, *motion, goal_m, self.oscillation.allowed())
 
 
 TRAJECTORY_FIELDS = ('x', 'y', 'z', 'theta', 'cost')
 COST_FIELDS = ('x', 'y', 'z', 'path_cost', 'goal_cost', 'occ_cost', 'total_cost')
 
 
-def trajectory_cloud(task: ScoringTask, origin: Pose2D) -> np.ndarray:
+def trajectory_cloud(task: kernels.ScoringTask, origin: Pose2D) -> np.ndarray:
     """Return the points (n, 5), TRAJECTORY_FIELDS, of all accepted trajectories in the frame of the grid's origin."""
-    _, steps, all_points, totals = score_all(task)
+    _, steps, all_points, totals = kernels.score_all(task)
     accepted = np.flatnonzero(totals >= 0.0)
     if len(accepted) == 0:
         return np.empty((0, len(TRAJECTORY_FIELDS)))
@@ -144,16 +131,14 @@ def trajectory_cloud(task: ScoringTask, origin: Pose2D) -> np.ndarray:
     return np.column_stack([placed, np.zeros(len(points)), points[:, 2] + origin.yaw_rad, costs])
 
 
-def cost_cloud(task: ScoringTask, origin: Pose2D) -> np.ndarray:
-    """Return the centres (n, 7), COST_FIELDS, of cells that the robot's centre can reach, in the frame of `origin`.
-
-    Distances are in cells, the total is weighted.
-    """
-    to_plan, to_end = whole_grid(task, TO_PLAN), whole_grid(task, TO_END)
+def cost_cloud(task: kernels.ScoringTask, origin: Pose2D) -> np.ndarray:
+    """Return the centres (n, 7), COST_FIELDS, of cells that the robot's centre can reach; distances are in cells."""
+    to_plan, to_end = kernels.whole_grid(task, kernels.TO_PLAN), kernels.whole_grid(task, kernels.TO_END)
     rows, columns = np.nonzero((to_plan < to_plan.size) & (task.costs < INSCRIBED))
     centres = transform_points(origin, (np.column_stack([columns, rows]) + 0.5) / task.per_m)
     path, goal, obstacle = to_plan[rows, columns], to_end[rows, columns], task.costs[rows, columns]
-    total = task.scales[PATH] * path + task.scales[GOAL] * goal + task.scales[OBSTACLE] * obstacle
+    path_scale, goal_scale, obstacle_scale = task.scales[[kernels.PATH, kernels.GOAL, kernels.OBSTACLE]]
+    total = path_scale * path + goal_scale * goal + obstacle_scale * obstacle
     return np.column_stack([centres, np.zeros(len(rows)), path, goal, obstacle, total])
 
 
@@ -177,10 +162,7 @@ class LocalPlanner:
         self.plan_in_odom = NO_POSES  # the stretch that is followed, for displays
 
     def set_plan(self, plan_in_map: np.ndarray, is_renewed: bool = False) -> None:
-        """Follow a new plan (n, 3), n > 0; latched tolerances, turns and locked directions are reset.
-
-        With `is_renewed`, for the same goal, a precise stop continues; upstream restarts.
-        """
+        """Follow a new plan (n, 3), n > 0; if it `is_renewed`, for the same goal, a precise stop continues."""
         self._plan_in_map, self._odom_pose_in_map = plan_in_map, None
         if not (is_renewed and self.params.stop == 'precise'):
             self._stop_rotate.reset()
@@ -231,17 +213,10 @@ class LocalPlanner:
 
 
 def limited_motion(odometry: OdometrySample, command: Command, sigmas: float) -> Motion:
-    """Return odometry's pose and the last command's twist, limited to `sigmas` standard deviations around odometry's.
-
-    A coarse encoder measures turns that do not exist (docs/adr/0007-coarse-twist.md).
-    """
-    _, pose, linear_mps, angular_radps, linear_std_mps, angular_std_radps = odometry
-    linear_band, angular_band = sigmas * linear_std_mps, sigmas * angular_std_radps
-    return Motion(
-        pose,
-        min(max(command.linear_mps, linear_mps - linear_band), linear_mps + linear_band),
-        min(max(command.angular_radps, angular_radps - angular_band), angular_radps + angular_band),
-    )
+    """Return odometry's pose, and the last command within `sigmas` of its twist (docs/adr/0007-coarse-twist.md)."""
+    parts = zip(command, odometry[2:4], odometry[4:6])
+    twist = (min(max(sent, now - sigmas * std), now + sigmas * std) for sent, now, std in parts)
+    return Motion(odometry.base_pose_in_odom, *twist)
 
 
 @compiled

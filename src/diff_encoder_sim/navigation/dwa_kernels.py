@@ -15,13 +15,10 @@ goal         cells from the centre to the plan's end in the window  blocked, or 
 twirling     turning speed [rad/s]
 ===========  =====================================================  ===========================================
 
-Distances are those of the trajectory's last point, but every point must be accepted.
+Distances are those of the trajectory's last point, but every point must be accepted. The search is best first: a closed
+form gives the last points, and with the obstacles at the first point, which all share, a lower bound of the cost.
 
-The search is best first. A trajectory costs at least the distances at its last point and the obstacles at its first,
-which all share. A closed form gives the last points: only a few samples need a trajectory.
-
-Inner kernels take arrays one by one, and the innermost are inlined: taking an array out of a tuple counts a reference
-to it, which costs as much as scoring a point.
+Inner kernels take arrays one by one, and the innermost are inlined: taking an array out of a tuple counts a reference.
 """
 
 from __future__ import annotations
@@ -50,15 +47,12 @@ REJECTED = -1.0
 # The waves: from the plan, from its end, from the nose's goal beyond it.
 TO_PLAN, TO_END, TO_FRONT = range(3)
 
-# Rounding does not change the cell of a point at this distance from its edges [cells].
-ROUNDING_CELLS = 1e-6
+ROUNDING_CELLS = 1e-6  # rounding does not change the cell of a point at this distance from its edges
 
 Twist = Tuple[float, float]  # linear [m/s], angular [rad/s]
 Place = Tuple[float, float, float, float]  # in the grid's own frame: x, y [m], cosine and sine of the yaw
 
-
-# Numbers of DwaParams under their names, and the time in which a sampled velocity must be reached: one control period
-# with use_dwa, else sim_time.
+# Numbers of DwaParams, and the time in which a sampled velocity must be reached: a control period, or sim_time.
 DwaLimits = namedtuple(
     'DwaLimits',
     'min_vel_x max_vel_x max_vel_theta acc_lim_x acc_lim_theta min_vel_trans max_vel_trans min_vel_theta '
@@ -70,9 +64,8 @@ DwaLimits = namedtuple(
 class ScoringTask(NamedTuple):
     """Input of one control period.
 
-    `cells` holds distances inside a fence, so that waves need no check for the grid's edge: cells that block the
-    robot's centre get the number of cells, those not reached (yet) one more, both farther than any path, and those
-    that would block two more.
+    `cells` holds distances inside a fence, which spares a check for the grid's edge: the number of all cells in blocked
+    cells, one more in those not reached (yet), and two more in those that would block.
     """
 
     limits: DwaLimits
@@ -98,9 +91,9 @@ def make_waves(rows: int, columns: int) -> Tuple[np.ndarray, np.ndarray, np.ndar
 
 @compiled
 def begin_waves(task: ScoringTask, origin: Pose2D, plan: Array) -> bool:
-    """Begin waves at the plan (n, 3), n > 0, its end, and the nose's goal beyond it; False if none is on the grid.
+    """Begin waves at the plan (n, 3), n > 0, its last known cell, and the nose's goal beyond; False if off the grid.
 
-    The plan is in the frame of the grid's origin. Its end is the last point before it leaves the grid's known cells.
+    The plan is in the frame of the grid's origin.
     """
     costs, per_m, cells, queues, counts = task.costs, task.per_m, task.cells, task.queues, task.counts
     rows, columns = costs.shape
@@ -210,10 +203,7 @@ def whole_grid(task: ScoringTask, layer: int) -> np.ndarray:
 
 @compiled
 def footprint_cost(costs: Array, per_m: float, vertices_m: Array, place: Place) -> float:
-    """Return the highest cost under the outline (n, 2) of a footprint, or a reason (< 0) why it cannot stand there.
-
-    Only the outline is looked at: an obstacle that moves inside must cross it.
-    """
+    """Return the highest cost under the outline (n, 2) of a footprint, or a reason (< 0) why it cannot stand there."""
     x_m, y_m, cos_yaw, sin_yaw = place
     highest, row, column = 0.0, 0, 0
     for index in range(-1, len(vertices_m)):
@@ -312,10 +302,7 @@ def _distance_costs(
 
 @compiled
 def _score(task: ScoringTask, turn_radps: float, points: Array, most: float) -> float:
-    """Return the cost of a trajectory of `points` (n, 5), n > 0, in the grid's own frame; below zero if rejected.
-
-    Scored from the end backwards, as obstacles are ahead, up to a cost above `most`.
-    """
+    """Return the cost of a trajectory `points` (n, 5), n > 0, from the end backwards up to `most`; < 0 if rejected."""
     limits, costs, per_m, vertices_m, cells, queues, counts, scales, _, _, _, _ = task
     nose_m, twirling = limits.forward_point_distance, scales[TWIRLING] * abs(turn_radps)
     total = highest = front = alignment = path = goal = 0.0
@@ -353,8 +340,7 @@ def _score(task: ScoringTask, turn_radps: float, points: Array, most: float) -> 
 def _least_costs(task: ScoringTask, samples: Array) -> Tuple[np.ndarray, np.ndarray]:
     """Return lower bounds (n,) of the costs of samples (n, 2), inf if rejected, and their steps (n,).
 
-    By the last point in closed form: the steps of `_roll_out` are sides of a regular polygon. The bound is 0 if
-    rounding may change its cell, and without use_dwa.
+    By the last point of a regular polygon, of `_roll_out`; 0 if rounding may change its cell, and without use_dwa.
     """
     limits, costs, per_m, vertices_m, cells, queues, counts, scales, pose, _, _, allowed = task
     rows, columns = costs.shape
@@ -396,13 +382,9 @@ def _least_costs(task: ScoringTask, samples: Array) -> Tuple[np.ndarray, np.ndar
 def find_cheapest(
     task: ScoringTask, origin: Pose2D, plan: Array, base_pose: Pose2D
 ) -> Tuple[float, float, float, np.ndarray]:
-    """Begin the waves at a plan (n, 3), n > 0, and return the command of the cheapest sample, the first of equals.
+    """Begin the waves at a plan (n, 3), n > 0, and return the cheapest sample's velocities, cost and trajectory (n, 5).
 
-    Plan and base pose are in the frame of the grid's origin.
-
-    Returns:
-        Linear [m/s] and angular [rad/s] velocity, the sample's cost and its trajectory (n, 5) as of `_roll_out`; the
-        cost is inf if all samples are rejected, or the plan is off the grid.
+    The cost is inf if all samples are rejected, or the plan is off the grid. Poses are in the frame of its origin.
     """
     limits, twist = task.limits, task.twist
     if not begin_waves(task, origin, plan):
@@ -432,10 +414,7 @@ def find_cheapest(
 
 @compiled
 def score_all(task: ScoringTask) -> Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return samples (n, 2), their numbers of points (n,), these (n, most, 5), and costs (n,), below zero if rejected.
-
-    For displays; the waves must have begun.
-    """
+    """Return samples (n, 2), numbers of points (n,), points (n, most, 5), and costs (n,), < 0 if rejected."""
     samples = velocity_samples(task.limits, task.twist, task.goal_distance_m)
     steps = np.array([sample_steps(task.limits, (sample[0], sample[1]), task.allowed) for sample in samples])
     points, totals = np.empty((len(samples), steps.max(), 5)), np.full(len(samples), REJECTED)
@@ -449,10 +428,9 @@ def score_all(task: ScoringTask) -> Tuple[np.ndarray, np.ndarray, np.ndarray, np
 
 @compiled
 def velocity_samples(limits: DwaLimits, twist: Twist, goal_distance_m: float) -> np.ndarray:
-    """Return samples (n, 2) linear [m/s], angular [rad/s] of the window around a twist, the angular ones innermost.
+    """Return samples (n, 2) linear [m/s], angular [rad/s] that are reachable within the horizon, the angular innermost.
 
-    Those reachable within the horizon; without use_dwa, none passes the goal in that time. A quantised twist can be
-    above the limits: the window is then the limit; upstream would sample above it.
+    Without use_dwa, none passes the goal in that time. Of a twist above the limits, the window is the limit.
     """
     lowest_mps, highest_mps, highest_radps = limits.min_vel_x, limits.max_vel_x, limits.max_vel_theta
     if not limits.use_dwa:
@@ -462,8 +440,7 @@ def velocity_samples(limits: DwaLimits, twist: Twist, goal_distance_m: float) ->
     angular = _samples_around(twist[1], angular_change, -highest_radps, highest_radps, limits.vth_samples)
     samples = np.empty((len(linear) * len(angular), 2))
     for index in range(len(samples)):
-        samples[index, 0] = linear[index // len(angular)]
-        samples[index, 1] = angular[index % len(angular)]
+        samples[index, 0], samples[index, 1] = linear[index // len(angular)], angular[index % len(angular)]
     return samples
 
 
@@ -521,10 +498,7 @@ def _accelerated(limits: DwaLimits, twist: Twist, sample: Twist, interval_s: flo
 
 @compiled
 def _roll_out(limits: DwaLimits, pose: Pose2D, twist: Twist, sample: Twist, points: Array) -> None:
-    """Fill a trajectory's `points` (n, 5) from a pose on: x, y, yaw, cos(yaw), sin(yaw).
-
-    The end of the last step is left out. Without use_dwa the robot accelerates from its twist to the sample's.
-    """
+    """Fill `points` (n, 5) from a pose on: x, y, yaw, cos(yaw), sin(yaw); without use_dwa, the robot accelerates."""
     interval_s = limits.sim_time / max(1, len(points))
     x_m, y_m, yaw_rad = pose
     velocity = sample if limits.use_dwa else twist

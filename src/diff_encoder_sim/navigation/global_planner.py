@@ -51,8 +51,7 @@ def propagate(
     """Return the potential (rows, columns) float64: the cost from the start, inf if not reached.
 
     Weights (rows, columns) float64 are the cost of crossing a cell, at least `least_weight`, inf if blocked, as the
-    outermost cells are. `uses_heuristic` is A* instead of Dijkstra; `stops_at_goal` ends the search when the potential
-    around the goal is settled.
+    outermost cells are. `uses_heuristic` is A*; `stops_at_goal` ends the search when cells around it are settled.
     """
     columns, (goal_row, goal_column) = weights.shape[1], goal_cell
     start, goal = start_cell[0] * columns + start_cell[1], goal_row * columns + goal_column
@@ -71,8 +70,7 @@ def propagate(
         if key > enough:
             break
         if stops_at_goal and cell == goal:
-            # The descent from the goal also looks at the cells next to it.
-            enough = key + 3.0 * weight_of_cell[cell]
+            enough = key + 3.0 * weight_of_cell[cell]  # the descent also looks at the cells next to the goal
         for step in (columns, -columns, 1, -1):
             to_cell = np.uintp(cell + step)  # spares the check for negative indices
             if weight_of_cell[to_cell] == np.inf or (potential[to_cell] <= key and not uses_heuristic):
@@ -93,22 +91,18 @@ def _wave(potential: Array, weight: float, cell: np.uintp, columns: np.uintp) ->
     along = min(potential[cell - np.uintp(1)], potential[cell + np.uintp(1)])
     across = min(potential[cell - columns], potential[cell + columns])
     low, apart = min(along, across), abs(along - across)
-    if apart >= weight:
-        return float(low + weight)
-    return float(low + 0.5 * (apart + math.sqrt(2.0 * weight * weight - apart * apart)))
+    more = weight if apart >= weight else 0.5 * (apart + math.sqrt(2.0 * weight * weight - apart * apart))
+    return float(low + more)
 
 
 @compiled
 def descend(potential: Array, row: int, column: int) -> np.ndarray:
     """Return the path (n, 2) of columns and rows from a cell down to the start, (0, 2) if none descends to it.
 
-    Along the gradient in steps of half a cell, or to the lowest neighbour if that does not descend (next to obstacles).
-    Cell centres are whole numbers.
+    In steps of half a cell along the gradient, or to the lowest neighbour if that does not descend (near obstacles).
     """
     path = np.empty((4 * potential.size + 4, 2))
-    x, y = float(column), float(row)
-    height = potential[row, column]
-    count = 0
+    x, y, height, count = float(column), float(row), potential[row, column], 0
     while count < len(path) - 1:
         path[count, 0], path[count, 1] = x, y
         count += 1
@@ -131,14 +125,13 @@ def _along_gradient(potential: Array, x: float, y: float) -> Tuple[float, float]
     """Return the next point downhill, (x, y) itself if the four nodes around it give no direction."""
     row, column = int(math.floor(y)), int(math.floor(x))
     right, down = x - column, y - row
-    x_sum, y_sum = 0.0, 0.0
+    x_sum = y_sum = 0.0
     for corner in range(4):
         at_row, at_column = row + corner // 2, column + corner % 2
         if potential[at_row, at_column] == np.inf:
             return x, y
         fraction = (down if corner // 2 else 1.0 - down) * (right if corner % 2 else 1.0 - right)
-        x_slope = _slope(potential, at_row, at_column, 0, 1)
-        y_slope = _slope(potential, at_row, at_column, 1, 0)
+        x_slope, y_slope = _slope(potential, at_row, at_column, 0, 1), _slope(potential, at_row, at_column, 1, 0)
         steepness = math.hypot(x_slope, y_slope)
         if steepness > 0.0:
             x_sum += fraction * x_slope / steepness
@@ -152,21 +145,17 @@ def _along_gradient(potential: Array, x: float, y: float) -> Tuple[float, float]
 @compiled
 def _slope(potential: Array, row: int, column: int, down: int, right: int) -> float:
     """Return the slope along an axis from the neighbours that have a potential."""
-    slope, here = 0.0, potential[row, column]
-    before, after = potential[row - down, column - right], potential[row + down, column + right]
-    if before < np.inf:
-        slope += here - before
-    if after < np.inf:
-        slope += after - here
-    return slope
+    here, before = potential[row, column], potential[row - down, column - right]
+    after = potential[row + down, column + right]
+    slope = here - before if before < np.inf else 0.0
+    return slope + (after - here if after < np.inf else 0.0)
 
 
 @compiled
 def _interpolated(potential: Array, x: float, y: float) -> float:
     """Return the potential between cell centres, inf next to blocked cells."""
     row, column = int(math.floor(y)), int(math.floor(x))
-    right, down = x - column, y - row
-    height = 0.0
+    right, down, height = x - column, y - row, 0.0
     for corner in range(4):
         fraction = (down if corner // 2 else 1.0 - down) * (right if corner % 2 else 1.0 - right)
         if fraction > 0.0:  # 0 times infinity is NaN
@@ -181,15 +170,13 @@ def _lowest_neighbour(potential: Array, row: int, column: int) -> Tuple[int, int
     for down in range(-1, 2):
         for right in range(-1, 2):
             to_row, to_column = row + down, column + right
-            if potential[to_row, column] == np.inf or potential[row, to_column] == np.inf:
-                continue
-            if potential[to_row, to_column] < potential[lowest_row, lowest_column]:
+            is_cut_off = potential[to_row, column] == np.inf or potential[row, to_column] == np.inf
+            if not is_cut_off and potential[to_row, to_column] < potential[lowest_row, lowest_column]:
                 lowest_row, lowest_column = to_row, to_column
     return lowest_row, lowest_column
 
 
-# navfn's COST_OBS: from here on a cell is blocked; unknown space has one less.
-BLOCKED_WEIGHT = 254
+BLOCKED_WEIGHT = 254  # navfn's COST_OBS: from here on a cell is blocked; unknown space has one less
 
 
 class GlobalPlanner:
@@ -204,11 +191,10 @@ class GlobalPlanner:
         self._weight_of_cost = weights
 
     def make_plan(self, start: Pose2D, goal: Pose2D, tolerance_m: float = 0.0) -> np.ndarray:
-        """Return a plan (n, 3) x, y [m], yaw [rad] from start to goal in the costmap's frame; n >= 2.
+        """Return a plan (n, 3) x, y [m], yaw [rad], n >= 2, in the costmap's frame; raise PlanError if there is none.
 
-        Points are about half a cell apart and point along the path, the last one as the goal. A blocked goal may be
-        replaced by the nearest reachable point within `tolerance_m`, or default_tolerance if larger, along x and y.
-        Raises PlanError, with the reason, if there is no plan.
+        Points are about half a cell apart. A blocked goal may be replaced by the nearest reachable point within
+        `tolerance_m`, or default_tolerance if larger, along x and y.
         """
         tolerance_m = max(tolerance_m, self.params.default_tolerance)
         start_cell, goal_cell = self._cell_of('the start', start), self._cell_of('the goal', goal)
@@ -217,10 +203,8 @@ class GlobalPlanner:
         if not goal_is_free and tolerance_m == 0.0:
             raise self._blocked(goal)
         # The potential must be settled at the goal if that is free, else everywhere near it.
-        uses_heuristic = not self.params.use_dijkstra and goal_is_free
-        stops_at_goal = goal_is_free and tolerance_m == 0.0
-        least_weight = self.params.neutral_cost
-        potential = propagate(weights, start_cell, goal_cell, least_weight, uses_heuristic, stops_at_goal)
+        how = not self.params.use_dijkstra and goal_is_free, goal_is_free and tolerance_m == 0.0
+        potential = propagate(weights, start_cell, goal_cell, self.params.neutral_cost, *how)
         end_cell: Optional[Cell] = goal_cell
         if potential[goal_cell] == math.inf:  # the nearest one that is reached
             cells = np.argwhere(potential < math.inf)
@@ -233,13 +217,11 @@ class GlobalPlanner:
         if end_cell is None or len(path) == 0:
             text = f'there is no path to the goal ({goal.x_m:.2f}, {goal.y_m:.2f})'
             raise PlanError(PlanProblem.UNREACHABLE, text)
-        origin, resolution_m = self.costmap.origin, self.costmap.resolution_m
-        end = goal
+        origin, cell_m, end = self.costmap.origin, self.costmap.resolution_m, goal
         if end_cell != goal_cell:
-            end = origin.compose(Pose2D((end_cell[1] + 0.5) * resolution_m, (end_cell[0] + 0.5) * resolution_m, 0.0))
-        # The ends of the path are replaced by the exact poses.
-        middle_m = transform_points(origin, ((path + 0.5) * resolution_m)[1:-1])
-        positions_m = np.vstack([[start[:2]], middle_m, [end[:2]]])
+            end = origin.compose(Pose2D((end_cell[1] + 0.5) * cell_m, (end_cell[0] + 0.5) * cell_m, 0.0))
+        middle_m = transform_points(origin, ((path + 0.5) * cell_m)[1:-1])
+        positions_m = np.vstack([[start[:2]], middle_m, [end[:2]]])  # the ends are the exact poses
         steps_m = np.diff(positions_m, axis=0)
         return np.column_stack([positions_m, np.append(np.arctan2(steps_m[:, 1], steps_m[:, 0]), goal.yaw_rad)])
 

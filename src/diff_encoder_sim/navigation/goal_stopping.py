@@ -70,15 +70,12 @@ class LatchedStopRotate:
 
     def _turning_speed(self, turn_rad: float, angular_radps: float) -> float:
         """Return the speed [rad/s] that ends the turn in a second, within the acceleration limits."""
-        params = self.params
-        lowest, highest = params.min_vel_theta, params.max_vel_theta
-        speed = min(highest, max(lowest, abs(turn_rad)))
-        speed = self._reachable(speed, abs(angular_radps), params.acc_lim_theta)
-        speed = min(speed, math.sqrt(2.0 * params.acc_lim_theta * abs(turn_rad)))
+        lowest, highest, most = self.params.min_vel_theta, self.params.max_vel_theta, self.params.acc_lim_theta
+        speed = self._reachable(min(highest, max(lowest, abs(turn_rad))), abs(angular_radps), most)
+        speed = min(speed, math.sqrt(2.0 * most * abs(turn_rad)))
         return math.copysign(min(highest, max(lowest, speed)), turn_rad)
 
     def _reachable(self, velocity: float, now: float, acceleration: float) -> float:
-        """Return the velocity, limited by the acceleration in one period."""
         change = acceleration * self._sim_period_s
         return min(max(velocity, now - change), now + change)
 
@@ -92,17 +89,13 @@ def _distance_m(motion: Motion, goal: Pose2D) -> float:
     return math.hypot(goal.x_m - motion.base_pose.x_m, goal.y_m - motion.base_pose.y_m)
 
 
-# Errors below this fraction of a tolerance are not corrected: less than half a pulse would increase the error.
-SET_OUT = 1.0 / 3.0
-
-# A robot within the tolerance turns in place towards a goal at a larger bearing: it has passed the goal.
-ASIDE_RAD = math.radians(45.0)
-
-# Fraction of a tolerance below which a lateral offset is not steered to, and the robot does not slow down further.
-NEAR = 0.1
-
-# Control periods from a pose to the end of its command: one of the command, one for the transport of both.
-LAG_PERIODS = 2.0
+# Fractions of a tolerance: errors below it are not corrected (less than half a pulse would increase the error);
+# below it a lateral offset is not steered to, and the robot does not slow down further.
+SET_OUT, NEAR = 1.0 / 3.0, 0.1
+ASIDE_RAD = math.radians(
+    45.0
+)  # a robot within the tolerance, its goal at a larger bearing, has passed it: it turns in place
+LAG_PERIODS = 2.0  # from a pose to the end of its command: one of the command, one for the transport of both
 
 
 class PreciseStop(LatchedStopRotate):
@@ -138,7 +131,7 @@ class PreciseStop(LatchedStopRotate):
     def command(self, motion: Motion, goal: Pose2D, is_clear: ClearanceCheck) -> Optional[Tuple[float, float]]:
         """Return (linear [m/s], angular [rad/s]) to approach, stop and turn; None if the turn would collide."""
         if not self._has_arrived:
-            approach = self._approach(motion, goal.relative_to(motion.base_pose), is_clear)
+            approach = self._approach(motion, goal, is_clear)
             if approach is not None:
                 return approach
             self._has_arrived = True
@@ -148,11 +141,9 @@ class PreciseStop(LatchedStopRotate):
             return 0.0, 0.0
         return turn
 
-    def _approach(
-        self, motion: Motion, goal_in_base: Pose2D, is_clear: ClearanceCheck
-    ) -> Optional[Tuple[float, float]]:
+    def _approach(self, motion: Motion, goal: Pose2D, is_clear: ClearanceCheck) -> Optional[Tuple[float, float]]:
         """Return the command to the position closest to the goal; None if reached or blocked."""
-        params, (ahead_m, left_m, _) = self.params, goal_in_base
+        params, (ahead_m, left_m, _) = self.params, goal.relative_to(motion.base_pose)
         turn_rad = math.atan2(left_m, ahead_m)
         if self._is_approaching:
             is_here = ahead_m <= stopping_rest(motion.linear_mps, params.acc_lim_x, self._sim_period_s)
@@ -169,8 +160,8 @@ class PreciseStop(LatchedStopRotate):
         # The arc that ends at the goal, within the limits.
         near_m = NEAR * params.xy_goal_tolerance
         curvature_1pm = 2.0 * left_m / (ahead_m**2 + left_m**2) if abs(left_m) > near_m else 0.0
-        slowest_mps = approach_speed(params, self._sim_period_s, near_m)
-        speed_mps = max(slowest_mps, approach_speed(params, self._sim_period_s, ahead_m))
+        slowest_mps, speed_mps = (approach_speed(params, self._sim_period_s, way_m) for way_m in (near_m, ahead_m))
+        speed_mps = max(slowest_mps, speed_mps)
         if abs(curvature_1pm) * speed_mps > params.max_vel_theta:
             speed_mps = max(slowest_mps, params.max_vel_theta / abs(curvature_1pm))
         linear_mps = self._reachable(speed_mps, motion.linear_mps, params.acc_lim_x)
@@ -178,12 +169,11 @@ class PreciseStop(LatchedStopRotate):
         return linear_mps, self._reachable(rate_radps, motion.angular_radps, params.acc_lim_theta)
 
     def _has_turned(self, turn_rad: float, angular_radps: float) -> bool:
-        params, has_passed = self.params, turn_rad * self._turn_began_rad < 0.0
-        tolerance_rad = params.yaw_goal_tolerance
+        has_passed, tolerance_rad = turn_rad * self._turn_began_rad < 0.0, self.params.yaw_goal_tolerance
         if abs(turn_rad) > tolerance_rad:
             self._is_aligned = False
         elif self._is_rotating:
-            rest_rad = stopping_rest(angular_radps, params.acc_lim_theta, self._sim_period_s)
+            rest_rad = stopping_rest(angular_radps, self.params.acc_lim_theta, self._sim_period_s)
             self._is_aligned |= has_passed or abs(turn_rad) <= max(rest_rad, NEAR * tolerance_rad)
         else:
             self._is_aligned |= abs(turn_rad) <= SET_OUT * tolerance_rad
@@ -194,8 +184,7 @@ class PreciseStop(LatchedStopRotate):
 
 def approach_speed(params: DwaParams, period_s: float, way_m: float) -> float:
     """Return the highest speed [m/s] within the limits that allows a stop within `way_m`."""
-    lag_s, deceleration_mps2 = LAG_PERIODS * period_s, params.acc_lim_x
-    # v lag + v^2 / (2 a) = way
+    lag_s, deceleration_mps2 = LAG_PERIODS * period_s, params.acc_lim_x  # v lag + v^2 / (2 a) = way
     speed_mps = deceleration_mps2 * (math.sqrt(lag_s**2 + 2.0 * way_m / deceleration_mps2) - lag_s)
     return min(max(speed_mps, params.min_vel_trans, params.min_vel_x), params.max_vel_x, params.max_vel_trans)
 
@@ -215,8 +204,7 @@ class StopSpread(NamedTuple):
 def stop_parts(params: DwaParams, period_s: float, command_latency_s: float, step: StopSpread) -> Dict[str, StopSpread]:
     """Return the stopping error of the control loop at a goal by cause.
 
-    `command_latency_s` is the delay from a pose to the wheels; `step` the resolution of odometry: a pulse of both
-    wheels in translation, of one wheel in rotation.
+    The latency is from a pose to the wheels; `step` is a pulse of both wheels in translation, of one wheel in rotation.
     """
     tolerance_m, tolerance_rad = params.xy_goal_tolerance, params.yaw_goal_tolerance
     if params.stop == 'latch':
@@ -238,10 +226,8 @@ def stop_spread(params: DwaParams, period_s: float, command_latency_s: float, st
     if not ahead:  # the latch
         return near
     along_m, turn_rad = sum(part.position_m for part in ahead), sum(part.yaw_rad for part in ahead)
-    return StopSpread(
-        min(params.xy_goal_tolerance, math.hypot(along_m, near.position_m)),
-        min(params.yaw_goal_tolerance, max(near.yaw_rad, turn_rad)),
-    )
+    apart_m, turned_rad = math.hypot(along_m, near.position_m), max(near.yaw_rad, turn_rad)
+    return StopSpread(min(params.xy_goal_tolerance, apart_m), min(params.yaw_goal_tolerance, turned_rad))
 
 
 LOOKAHEAD_M = 0.5  # along the plan, about the robot's length
@@ -270,8 +256,7 @@ class TurnToPath:
             self.reset()
             return None
         self._is_turning = True
-        goal = motion.base_pose._replace(yaw_rad=bearing_rad)
-        return self._turner.command(motion, goal, is_clear)
+        return self._turner.command(motion, motion.base_pose._replace(yaw_rad=bearing_rad), is_clear)
 
 
 @compiled

@@ -17,38 +17,23 @@ from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid, square_room
+from diff_encoder_sim.navigation import navigator_inputs as inputs
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.dwa import NO_POSES, LocalPlanner, cost_cloud, trajectory_cloud
 from diff_encoder_sim.navigation.dwa_kernels import ScoringTask
 from diff_encoder_sim.navigation.global_planner import GlobalPlanner, PlanError
 from diff_encoder_sim.navigation.goal_stopping import Rotation
-from diff_encoder_sim.navigation.navigator_inputs import (
-    STOP,
-    Command,
-    GoalStatus,
-    MissingInput,
-    NavigatorInputs,
-    NavigatorOutput,
-    OdometrySample,
-    Phase,
-    StartedRecovery,
-    Trigger,
-)
 from diff_encoder_sim.navigation.navigator_params import ROTATE, NavigatorParams, recoveries_of
 
 log = logging.getLogger(__name__)
 
 TIME_TOLERANCE_NS = 100_000_000  # of steps that go back, without a jump back in time
-
-# Without a planner_frequency a failed plan is retried as often as costmaps change; upstream's thread never pauses.
-PLAN_RETRY_S = 0.2
-
+PLAN_RETRY_S = 0.2  # without a planner_frequency: as often as costmaps change; upstream never pauses
 NEVER_NS = -(1 << 62)
-
 DRIVING = 'driving to the goal'
 
 
-class Navigator(NavigatorInputs):
+class Navigator(inputs.NavigatorInputs):
     """Drives a robot over a map to goals."""
 
     def __init__(
@@ -61,7 +46,7 @@ class Navigator(NavigatorInputs):
         self.local_planner = LocalPlanner(params.DWAPlannerROS, params.control_period_s)
         self._global_updated_ns = self._local_updated_ns = NEVER_NS
         self._use_params(params)
-        self.run = GoalRun(self, IDENTITY, STOP, GoalStatus.NONE)  # of the newest goal, with its plans
+        self.run = GoalRun(self, IDENTITY, inputs.STOP, inputs.GoalStatus.NONE)  # of the newest goal, with its plans
 
     def _use_params(self, params: NavigatorParams) -> None:
         self.params = params
@@ -71,17 +56,18 @@ class Navigator(NavigatorInputs):
 
     def set_goal(self, goal: Pose2D) -> None:
         """Drive to a pose in the map frame; an earlier goal is dropped."""
-        self.run = GoalRun(self, goal, self.run.command if self.status is GoalStatus.ACTIVE else STOP)
+        command = self.run.command if self.status is inputs.GoalStatus.ACTIVE else inputs.STOP
+        self.run = GoalRun(self, goal, command, inputs.GoalStatus.ACTIVE)
 
     def cancel(self, text: str = 'cancelled') -> None:
         """Cancel the goal; the next step commands a stop."""
-        if self.status is GoalStatus.ACTIVE:
-            self.run.end(GoalStatus.PREEMPTED, text)
+        if self.status is inputs.GoalStatus.ACTIVE:
+            self.run.end(inputs.GoalStatus.PREEMPTED, text)
 
     def make_plan(self, start: Optional[Pose2D], goal: Pose2D, tolerance_m: float = 0.0) -> np.ndarray:
-        """Return a plan (n, 3) in the map frame, from the robot's pose without a `start`, without following it.
+        """Return a plan (n, 3) in the map frame without following it; raise PlanError if there is none.
 
-        Raises PlanError, with the reason, if there is none, or InputFault if the robot's pose is needed and unknown.
+        Without a `start` it is from the robot's pose; raises InputFault if that is unknown.
         """
         if start is None and not self.has_pose:
             raise InputFault("the robot's pose is not known yet")
@@ -89,8 +75,8 @@ class Navigator(NavigatorInputs):
 
     def clear_costmaps(self) -> None:
         """Clear all obstacles that are not in the static map."""
-        for costmap in (self.global_costmap, self.local_costmap):
-            costmap.clear_obstacles(IDENTITY)
+        self.global_costmap.clear_obstacles(IDENTITY)
+        self.local_costmap.clear_obstacles(IDENTITY)
 
     def reconfigure(self, params: NavigatorParams) -> None:
         """Replace the parameters; goal, plan and obstacles of equal grids are kept, recoveries start again."""
@@ -107,21 +93,21 @@ class Navigator(NavigatorInputs):
         self.run.restart_recoveries()
 
     @property
-    def status(self) -> GoalStatus:
+    def status(self) -> inputs.GoalStatus:
         """Return the status of the newest goal."""
         return self.run.status
 
     @property
     def visible_plan_in_odom(self) -> np.ndarray:
         """Return the part (n, 3) of the global plan in the local costmap; empty without a goal."""
-        return self.local_planner.plan_in_odom if self.status is GoalStatus.ACTIVE else NO_POSES
+        return self.local_planner.plan_in_odom if self.status is inputs.GoalStatus.ACTIVE else NO_POSES
 
     @property
     def scoring_task(self) -> Optional[ScoringTask]:
         """Return the samples of the last DWA command, valid until the next step; None before the first."""
         return self.local_planner.dwa.last_task
 
-    def step(self, now_ns: int) -> NavigatorOutput:
+    def step(self, now_ns: int) -> inputs.NavigatorOutput:
         """Return the command for now, zero without a goal; call it at controller_frequency, as it updates costmaps."""
         if self._timeline.advance(now_ns) is Step.RESTART:
             self._restart(now_ns)
@@ -129,15 +115,15 @@ class Navigator(NavigatorInputs):
         if missing is not None:
             return self.wait(missing)
         self._update_costmaps(now_ns)
-        if self.status is GoalStatus.ACTIVE:
+        if self.status is inputs.GoalStatus.ACTIVE:
             self._watch_travel(now_ns)
-        return self._output(self.run.act(now_ns) if self.status is GoalStatus.ACTIVE else STOP)
+        return self._output(self.run.act(now_ns) if self.status is inputs.GoalStatus.ACTIVE else inputs.STOP)
 
-    def wait(self, missing: MissingInput) -> NavigatorOutput:
+    def wait(self, missing: inputs.MissingInput) -> inputs.NavigatorOutput:
         """Stop for this period; call it instead of `step` without odometry."""
-        if self.status is GoalStatus.ACTIVE:
+        if self.status is inputs.GoalStatus.ACTIVE:
             self.run.wait(missing)
-        return self._output(STOP)
+        return self._output(inputs.STOP)
 
     def _restart(self, now_ns: int) -> None:
         """Reset after time has jumped back."""
@@ -174,11 +160,12 @@ class Navigator(NavigatorInputs):
         self._seen_ns = now_ns
         if 0.0 < limit_m < self._unseen_m:
             self._forget_travel()
-            unseen = f'{limit_m:.2f} m of commanded travel (max_unseen_travel)'
-            self.run.end(GoalStatus.ABORTED, f'odometry has not moved for {unseen}')
+            text = f'odometry has not moved for {limit_m:.2f} m of commanded travel (max_unseen_travel)'
+            self.run.end(inputs.GoalStatus.ABORTED, text)
 
-    def _output(self, command: Command) -> NavigatorOutput:
-        return NavigatorOutput(command, self.run.status, self.run.phase, self.run.text, self.run.started_recovery)
+    def _output(self, command: inputs.Command) -> inputs.NavigatorOutput:
+        run = self.run
+        return inputs.NavigatorOutput(command, run.status, run.phase, run.text, run.started_recovery)
 
 
 def _is_due(updated_ns: int, frequency_hz: float, now_ns: int) -> bool:
@@ -186,23 +173,18 @@ def _is_due(updated_ns: int, frequency_hz: float, now_ns: int) -> bool:
 
 
 class GoalRun:
-    """One goal (in the map frame) from plan to end: move_base's executeCycle, with its three states and its patience.
+    """One goal (in the map frame) from plan to end: move_base's executeCycle, with its states and its patience."""
 
-    `command` is the last one of the previous run; `status` is NONE before the first goal.
-    """
-
-    def __init__(
-        self, navigator: Navigator, goal: Pose2D, command: Command, status: GoalStatus = GoalStatus.ACTIVE
-    ) -> None:
+    def __init__(self, navigator: Navigator, goal: Pose2D, command: inputs.Command, status: inputs.GoalStatus) -> None:
         self._navigator, self._goal, self.status = navigator, goal, status
-        self.phase, self.text = Phase.PLANNING, ''
+        self.phase, self.text = inputs.Phase.PLANNING, ''
         self.global_plan_in_map = NO_POSES  # (n, 3), the whole plan that is followed
         self.local_plan_in_odom = NO_POSES  # (n, 3) of the last command; empty if the DWA did not choose it
-        self.command = command  # the last one returned
-        self.started_recovery: Optional[StartedRecovery] = None  # in this period
+        self.command = command  # the last one returned, at first of the previous run
+        self.started_recovery: Optional[inputs.StartedRecovery] = None  # in this period
         self._is_under_way = False  # False before the first step and while waiting
-        self._waits_for: Optional[MissingInput] = None
-        self._trigger, self._problem = Trigger.PLANNING, ''  # of the last recovery
+        self._waits_for: Optional[inputs.MissingInput] = None
+        self._trigger, self._problem = inputs.Trigger.PLANNING, ''  # of the last recovery
         self.restart_recoveries()
         self._rotation: Optional[Rotation] = None
         self._planning_retries = 0
@@ -214,61 +196,59 @@ class GoalRun:
         """Begin with the first recovery behaviour."""
         self._recovery_index, self._is_recovering = 0, False
 
-    def wait(self, missing: MissingInput) -> None:
+    def wait(self, missing: inputs.MissingInput) -> None:
         """Stop because an input is missing; the next `act` continues with full patience and a new plan."""
         if self._waits_for is None:
             log.warning('%s; robot stopped', missing, extra=EVENT)
-        self.command, self._waits_for, self._is_under_way = STOP, missing, False
+        self.command, self._waits_for, self._is_under_way = inputs.STOP, missing, False
         self.text, self.started_recovery = f'stopped: {missing}', None
 
-    def end(self, status: GoalStatus, text: str) -> None:
+    def end(self, status: inputs.GoalStatus, text: str) -> None:
         """End the run with a status and its reason."""
         self.status, self.text, self.started_recovery, self.local_plan_in_odom = status, text, None, NO_POSES
 
-    def act(self, now_ns: int) -> Command:
+    def act(self, now_ns: int) -> inputs.Command:
         """Return the command for one control period of an active goal."""
         if not self._is_under_way:
             if self._waits_for is not None:
                 log.info('%s received again: driving on with a new plan', self._waits_for.what, extra=EVENT)
-            self._is_under_way, self._waits_for = True, None
-            self._last_control_ns = now_ns
+            self._is_under_way, self._waits_for, self._last_control_ns = True, None, now_ns
             self._go_to_planning(now_ns)
         self.started_recovery = None
         self._watch_progress(now_ns)
-        if self.phase is Phase.CONTROLLING and self._is_plan_due(now_ns, math.inf):
+        if self.phase is inputs.Phase.CONTROLLING and self._is_plan_due(now_ns, math.inf):
             try:
                 self._make_plan(now_ns, is_renewed=True)
             except PlanError as error:
                 log.debug('no new plan: %s', error)  # the old one is followed until control fails
-        if self.phase is Phase.PLANNING and self._is_plan_due(now_ns, PLAN_RETRY_S):
+        if self.phase is inputs.Phase.PLANNING and self._is_plan_due(now_ns, PLAN_RETRY_S):
             self._plan(now_ns)
-        if self.status is not GoalStatus.ACTIVE or self.phase is Phase.PLANNING:
-            self.command = STOP
+        if self.status is not inputs.GoalStatus.ACTIVE or self.phase is inputs.Phase.PLANNING:
+            self.command = inputs.STOP
         else:
-            self.command = self._control(now_ns) if self.phase is Phase.CONTROLLING else self._recover(now_ns)
+            self.command = self._control(now_ns) if self.phase is inputs.Phase.CONTROLLING else self._recover(now_ns)
         return self.command
 
     def _plan(self, now_ns: int) -> None:
         """Make a plan; go on to control, or to recovery when patience is over."""
         try:
             self._make_plan(now_ns)
-            self._restart_recoveries_after(Trigger.PLANNING)
-            self.phase = Phase.CONTROLLING
+            self._restart_recoveries_after(inputs.Trigger.PLANNING)
+            self.phase = inputs.Phase.CONTROLLING
         except PlanError as error:
             params, self.text = self._navigator.params, str(error)
             self._planning_retries += 1
             is_patience_over = _is_over(self._last_plan_ns, params.planner_patience, now_ns)
             if error.problem.is_lasting:
-                self.end(GoalStatus.ABORTED, str(error))
+                self.end(inputs.GoalStatus.ABORTED, str(error))
             elif is_patience_over or 0 <= params.max_planning_retries < self._planning_retries:
-                self._call_recovery(Trigger.PLANNING)
+                self._call_recovery(inputs.Trigger.PLANNING)
 
     def _make_plan(self, now_ns: int, is_renewed: bool = False) -> None:
         self._planned_ns = now_ns
         self.global_plan_in_map = self._navigator.make_plan(None, self._goal)
         self._navigator.local_planner.set_plan(self.global_plan_in_map, is_renewed)
-        self._last_plan_ns, self._planning_retries = now_ns, 0
-        self.text = DRIVING
+        self._last_plan_ns, self._planning_retries, self.text = now_ns, 0, DRIVING
 
     def _is_plan_due(self, now_ns: int, default_period_s: float) -> bool:
         frequency_hz = self._navigator.params.planner_frequency
@@ -276,62 +256,58 @@ class GoalRun:
         return _is_over(self._planned_ns, period_s, now_ns)
 
     def _go_to_planning(self, now_ns: int) -> None:
-        self.phase, self._planned_ns = Phase.PLANNING, NEVER_NS
+        self.phase, self._planned_ns, self._planning_retries = inputs.Phase.PLANNING, NEVER_NS, 0
         self._last_plan_ns = self._last_progress_ns = now_ns
-        self._planning_retries = 0
 
-    def _control(self, now_ns: int) -> Command:
+    def _control(self, now_ns: int) -> inputs.Command:
         navigator, planner = self._navigator, self._navigator.local_planner
         odometry, odom_pose_in_map = navigator.odometry, navigator.odom_pose_in_map
         if planner.is_goal_reached(odometry, odom_pose_in_map):
-            self.end(GoalStatus.SUCCEEDED, GoalStatus.SUCCEEDED.value)
-            return STOP
+            self.end(inputs.GoalStatus.SUCCEEDED, inputs.GoalStatus.SUCCEEDED.value)
+            return inputs.STOP
         best = planner.compute(odometry, self.command, odom_pose_in_map, navigator.local_costmap)
         if best is not None:
             self._last_control_ns = now_ns
             self.local_plan_in_odom, self.text = best.poses, DRIVING
-            self._restart_recoveries_after(Trigger.CONTROLLING)
-            return Command(best.linear_mps, best.angular_radps)
+            self._restart_recoveries_after(inputs.Trigger.CONTROLLING)
+            return inputs.Command(best.linear_mps, best.angular_radps)
         self.text, self.local_plan_in_odom = planner.problem, NO_POSES
         if _is_over(self._last_control_ns, navigator.params.controller_patience, now_ns):
-            self._call_recovery(Trigger.CONTROLLING)
+            self._call_recovery(inputs.Trigger.CONTROLLING)
         else:  # plan again, but not sooner than is due
-            self.phase, self._last_plan_ns, self._planning_retries = Phase.PLANNING, now_ns, 0
-        return STOP
+            self.phase, self._last_plan_ns, self._planning_retries = inputs.Phase.PLANNING, now_ns, 0
+        return inputs.STOP
 
     def _watch_progress(self, now_ns: int) -> None:
         """Call recovery if the robot has not moved for oscillation_timeout: move_base's oscillation check."""
         here, since, params = self._navigator.base_pose_in_map, self._progress_pose, self._navigator.params
-        if since is None or math.hypot(here.x_m - since.x_m, here.y_m - since.y_m) >= params.oscillation_distance:
+        limit_s, limit_m, last_ns = params.oscillation_timeout, params.oscillation_distance, self._last_progress_ns
+        if since is None or math.hypot(here.x_m - since.x_m, here.y_m - since.y_m) >= limit_m:
             self._progress_pose, self._last_progress_ns = here, now_ns
-            self._restart_recoveries_after(Trigger.OSCILLATION)
-        elif (
-            self.phase is Phase.CONTROLLING
-            and params.oscillation_timeout > 0.0
-            and _is_over(self._last_progress_ns, params.oscillation_timeout, now_ns)
-        ):
-            self.text = f'moved less than {params.oscillation_distance} m in {params.oscillation_timeout} s'
-            self._call_recovery(Trigger.OSCILLATION)
+            self._restart_recoveries_after(inputs.Trigger.OSCILLATION)
+        elif self.phase is inputs.Phase.CONTROLLING and limit_s > 0.0 and _is_over(last_ns, limit_s, now_ns):
+            self.text = f'moved less than {limit_m} m in {limit_s} s'
+            self._call_recovery(inputs.Trigger.OSCILLATION)
 
-    def _call_recovery(self, trigger: Trigger) -> None:
-        self.phase, self._trigger, self._problem, self._is_recovering = Phase.CLEARING, trigger, self.text, False
+    def _call_recovery(self, trigger: inputs.Trigger) -> None:
+        self.phase, self._trigger, self._problem, self._is_recovering = inputs.Phase.CLEARING, trigger, self.text, False
 
-    def _restart_recoveries_after(self, trigger: Trigger) -> None:
+    def _restart_recoveries_after(self, trigger: inputs.Trigger) -> None:
         """Go back to the first behaviour if the reason of the last recovery is over."""
         if self._trigger is trigger:
             self._recovery_index = 0
 
-    def _recover(self, now_ns: int) -> Command:
+    def _recover(self, now_ns: int) -> inputs.Command:
         """Run one period of the next behaviour; after each, planning is tried again."""
         navigator, recoveries = self._navigator, self._navigator.recoveries
         if self._recovery_index >= len(recoveries):
             tried = f' after {len(recoveries)} recovery behaviours' if recoveries else ''
-            self.end(GoalStatus.ABORTED, f'{self._trigger.value}{tried}: {self._problem}')
-            return STOP
+            self.end(inputs.GoalStatus.ABORTED, f'{self._trigger.value}{tried}: {self._problem}')
+            return inputs.STOP
         pose_in_odom, recovery = navigator.odometry.base_pose_in_odom, recoveries[self._recovery_index]
         if not self._is_recovering:
             self._is_recovering, self._rotation = True, None
-            self.started_recovery = StartedRecovery(recovery.name, self._recovery_index, len(recoveries))
+            self.started_recovery = inputs.StartedRecovery(recovery.name, self._recovery_index, len(recoveries))
         if recovery.type == ROTATE:
             self._rotation = self._rotation or Rotation(navigator.params.DWAPlannerROS, now_ns, pose_in_odom)
             angular_radps, text = self._rotation.step(now_ns, pose_in_odom, navigator.local_costmap)
@@ -341,11 +317,11 @@ class GoalRun:
             angular_radps, text = None, f'obstacles outside a square of {recovery.reset_distance_m:.2f} m forgotten'
         self.text = f'{recovery.name}: {text}'
         if angular_radps is not None:
-            return Command(0.0, angular_radps)
+            return inputs.Command(0.0, angular_radps)
         self._recovery_index += 1
         log.info('%s', self.text)
         self._go_to_planning(now_ns)
-        return STOP
+        return inputs.STOP
 
 
 def _is_over(since_ns: int, patience_s: float, now_ns: int) -> bool:
@@ -358,7 +334,7 @@ def warm_up() -> None:
     navigator.set_goal(Pose2D(1.0, 0.0, 0.0))
     # First the goal is ahead of the robot, then the robot is at the goal with another heading.
     for now_ns, pose in ((0, IDENTITY), (50_000_000, Pose2D(1.0, 0.0, 1.0))):
-        navigator.take_odometry(OdometrySample(now_ns, pose, 0.0, 0.0))
+        navigator.take_odometry(inputs.OdometrySample(now_ns, pose, 0.0, 0.0))
         navigator.take_localization(now_ns, IDENTITY)
         navigator.take_scan(Scan(now_ns, 0.0, 1.0, 0.1, 5.0, np.array([2.0, math.inf])))
         navigator.step(now_ns)

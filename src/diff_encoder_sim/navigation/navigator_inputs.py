@@ -14,10 +14,7 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 
 
 class ControlRate:
-    """Selects the odometry stamps to control at: as many per second as the rate, or all of slower odometry.
-
-    A stamp may be half a period early or late, so that jitter does not skip odometry at this rate.
-    """
+    """Selects odometry stamps to control at, by a rate, or all of slower odometry; allows jitter of half a period."""
 
     def __init__(self, frequency_hz: float) -> None:
         self._period_ns = round(NANOSECONDS_PER_SECOND / frequency_hz)
@@ -135,10 +132,10 @@ class NavigatorInputs:
     def take_odometry(self, sample: OdometrySample) -> None:
         """Add /odom, unless its stamp is old; raise InputFault for a number that is not finite or too large."""
         _check('odometry', sample.base_pose_in_odom, sample[2:])
-        samples, stamp_ns = self._odometry, sample.stamp_ns
-        if not samples or stamp_ns > samples[-1].stamp_ns:
+        samples = self._odometry
+        if not samples or sample.stamp_ns > samples[-1].stamp_ns:
             samples.append(sample)
-            while samples[0].stamp_ns < stamp_ns - HISTORY_NS:
+            while samples[0].stamp_ns < sample.stamp_ns - HISTORY_NS:
                 samples.popleft()
 
     def take_localization(self, stamp_ns: int, odom_pose_in_map: Pose2D) -> None:
@@ -154,8 +151,7 @@ class NavigatorInputs:
         if not any(low_m <= range_m <= high_m or range_m == math.inf for range_m in scan.ranges_m):
             valid = f'from {low_m:g} to {high_m:g} m, or +inf for no return'
             raise InputFault(f'none of {len(scan.ranges_m)} ranges is valid: {valid}')
-        self.scan = scan
-        self._scan_pose_in_base = self.laser_pose_in_base if laser_pose_in_base is None else laser_pose_in_base
+        self.scan, self._scan_pose_in_base = scan, laser_pose_in_base or self.laser_pose_in_base
 
     @property
     def odometry(self) -> OdometrySample:

@@ -12,8 +12,7 @@ from diff_encoder_sim.base.bounds import Between, Distance_m, Weight
 from diff_encoder_sim.base.params import Params, param
 from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
 
-# Of all trajectories of one control period: 240 MB.
-MOST_POINTS = 10_000_000
+MOST_POINTS = 10_000_000  # of all trajectories of one control period: 240 MB
 
 Samples = Annotated[int, Between(1, 1000)]
 LatchMargin = Annotated[float, Between(0.0, 0.9)]
@@ -22,11 +21,7 @@ Stop = Literal['latch', 'precise']
 
 
 class DwaParams(Params):
-    """Limits of the robot, tolerances at the goal, simulation, sampling and weights.
-
-    A differential drive does not move sideways: the names for y are accepted, so that upstream's files can be read,
-    and have no effect.
-    """
+    """Limits of the robot, tolerances at the goal, simulation, sampling and weights; upstream's files can be read."""
 
     max_vel_trans: bounds.Speed_mps = param(0.55, 'highest speed [m/s]')
     min_vel_trans: bounds.Speed_mps = param(0.1, 'a slower sample must at least turn with min_vel_theta [m/s]')
@@ -90,17 +85,12 @@ class DwaParams(Params):
         speed_mps = min(self.max_vel_trans, max(abs(self.min_vel_x), abs(self.max_vel_x)))
         steps = self.sim_time * max(speed_mps / self.sim_granularity, self.max_vel_theta / self.angular_sim_granularity)
         if self.vx_samples * self.vth_samples * steps > MOST_POINTS:
-            raise ValueError(
-                f'vx_samples, vth_samples, sim_time and granularities of no more than {MOST_POINTS:,} points in all'
-            )
+            names = 'vx_samples, vth_samples, sim_time and granularities'
+            raise ValueError(f'{names} of no more than {MOST_POINTS:,} points in all')
         return self
 
     def can_start(self, control_period_s: float) -> bool:
-        """Return whether a standing robot has any sample that passes min_vel_trans and min_vel_theta.
-
-        With use_dwa the window of one period must reach one of them, else upstream's planner rejects all samples
-        forever.
-        """
+        """Return whether a standing robot has any sample that min_vel_trans and min_vel_theta do not reject."""
         if not self.use_dwa:
             return True
         change_mps = self.acc_lim_x * control_period_s
@@ -190,9 +180,8 @@ class NavigatorParams(Params):
             raise ValueError("local_costmap.global_frame that is /odom's, such as odom, and not global_costmap's")
         if not self.DWAPlannerROS.can_start(self.control_period_s):
             raise ValueError(
-                'DWAPlannerROS whose min_vel_trans or min_vel_theta a standing robot can reach in one control '
-                'period (acc_lim_x, acc_lim_theta over controller_frequency), else it never moves; '
-                'min_vel_trans: 0.0 is safe'
+                'DWAPlannerROS whose min_vel_trans or min_vel_theta a standing robot can reach in one control period '
+                '(acc_lim_x, acc_lim_theta over controller_frequency), else it never moves; min_vel_trans: 0.0 is safe'
             )
         return self
 
@@ -217,6 +206,5 @@ def recoveries_of(params: NavigatorParams, circumscribed_radius_m: float) -> Lis
         return []
     usual = [one for one in USUAL if params.clearing_rotation_allowed or one is not TURN]
     wanted = [(one.name, one.type) for one in params.recovery_behaviors] or usual
-    far_m, near_m = params.conservative_reset_dist, 4.0 * circumscribed_radius_m
-    sides_m = {'conservative_reset': far_m, 'aggressive_reset': near_m}
+    sides_m = {'conservative_reset': params.conservative_reset_dist, 'aggressive_reset': 4.0 * circumscribed_radius_m}
     return [Recovery(name, kind, sides_m.get(name, RESET_DISTANCE_M)) for name, kind in wanted]
