@@ -13,21 +13,10 @@ import numpy as np
 
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
+from diff_encoder_sim.localization import particles as particle_sets
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.laser_models import Beams, Likelihoods, laser_model
 from diff_encoder_sim.localization.occupancy_grid import FreeCells, OccupancyGrid, square_room
-from diff_encoder_sim.localization.particles import (
-    ParticleStatistics,
-    check_grid,
-    check_pose,
-    effective_count,
-    kld_limits,
-    move_particles,
-    particle_statistics,
-    particles_around,
-    particles_everywhere,
-    resample,
-)
 from diff_encoder_sim.localization.scan_fit import FitMap, LostDetector
 
 CONVERGED_WITHIN_M = 0.5  # of all particles, from their mean along x or y: upstream's pf_alloc
@@ -56,7 +45,7 @@ class Amcl:
 
     particles: np.ndarray  # (n, 3) x [m], y [m], yaw [rad] in the map; arrays are replaced, never changed
     weights: np.ndarray  # (n,) of the particles, sum 1; likewise
-    statistics: ParticleStatistics  # of the particles at the last restart or resampling
+    statistics: particle_sets.ParticleStatistics  # of the particles at the last restart or resampling
     has_converged: bool  # all particles were close together at the last resampling: upstream's
     has_settled: bool  # most of the weight has been close together since the restart
     slow_average: float  # of the scans' likelihoods (table 8.3, lines 10 and 11); 0 for none
@@ -67,7 +56,6 @@ class Amcl:
         """Start from the parameters' initial pose and covariance; raise InputFault for an unusable map."""
         self.params, self._rng = params, rng
         self.update_count = 0  # filter updates so far; /particlecloud is due after each
-        self._force_update = False
         self.set_map(grid)
         self._force_update = False
 
@@ -76,13 +64,12 @@ class Amcl:
     ) -> None:
         """Restart on another map, around `pose` (base in the map; default: the parameters' initial pose).
 
-        `covariance` is 3x3 over (x [m], y [m], yaw [rad]). Raises InputFault for a bad map, pose or covariance; the old
-        map and particles are then kept.
+        `covariance` is 3x3 over (x, y, yaw). Raises InputFault, without effect, for a bad map, pose or covariance.
         """
-        check_grid(grid)
+        particle_sets.check_grid(grid)
         pose = self.params.initial_pose() if pose is None else pose
         covariance = self.params.initial_covariance() if covariance is None else covariance
-        particles = particles_around(pose, covariance, self.params.max_particles, self._rng)
+        particles = particle_sets.particles_around(pose, covariance, self.params.max_particles, self._rng)
         self.grid, self.last_estimate = grid, None
         self._free_cells, self._lost = FreeCells(grid), LostDetector(self.params, grid)
         self.reconfigure(self.params)
@@ -90,16 +77,13 @@ class Amcl:
         self._force_update = self.params.force_update_after_set_map
 
     def set_pose(self, pose: Pose2D, covariance: np.ndarray) -> None:
-        """Restart around a pose (base in the map) as for /initialpose; InputFault, without effect, if it is invalid.
-
-        Of `covariance`, 3x3 over (x [m], y [m], yaw [rad]), the x, y and yaw-yaw entries are used, as upstream.
-        """
-        self._restart(particles_around(pose, covariance, self.params.max_particles, self._rng))
+        """Restart around a pose (base in the map), as `particles_around`; InputFault has no effect."""
+        self._restart(particle_sets.particles_around(pose, covariance, self.params.max_particles, self._rng))
         self._force_update |= self.params.force_update_after_initialpose
 
     def global_localization(self) -> None:
         """Restart with a uniform distribution over the free cells and all headings."""
-        self._restart(particles_everywhere(self._free_cells, self.params.max_particles, self._rng))
+        self._restart(particle_sets.particles_everywhere(self._free_cells, self.params.max_particles, self._rng))
         self._is_anywhere = True
         self._lost.declare_lost()
 
@@ -110,7 +94,7 @@ class Amcl:
     def reconfigure(self, params: AmclParams) -> None:
         """Set the parameters for the next scan; particles and estimate are kept (upstream samples new particles)."""
         self.params = params
-        self._limits = kld_limits(params)
+        self._limits = particle_sets.kld_limits(params)
         self.slow_average = self.fast_average = 0.0
         self._laser_model = laser_model(params, self.grid)
 
@@ -137,14 +121,12 @@ class Amcl:
     def update(self, odom_pose: Pose2D, scan: Scan, laser_pose_in_base: Pose2D) -> Optional[AmclEstimate]:
         """Process a scan; return an estimate on the first update and on each resample_interval-th, else None.
 
-        The filter updates on the first scan after a restart, when the robot has moved by update_min_d along x or y or
-        turned by update_min_a, and on request. Every scan is used to check whether the robot is lost.
-
-        `odom_pose` is the base in odom at the scan's stamp; the laser may not be upside-down. Raises InputFault if the
-        scan, pose or mount cannot be used; the filter is then unchanged.
+        The filter updates on the first scan after a restart, after motion (update_min_d, update_min_a) and on request;
+        every scan is used to check whether the robot is lost. `odom_pose` is the base in odom at the scan's stamp.
+        Raises InputFault, without effect, if the scan, pose or mount cannot be used; the laser may not be upside-down.
         """
-        check_pose(odom_pose, 'odometry pose')
-        check_pose(laser_pose_in_base, 'laser pose')
+        particle_sets.check_pose(odom_pose, 'odometry pose')
+        particle_sets.check_pose(laser_pose_in_base, 'laser pose')
         beams = self._laser_model.beams(scan, laser_pose_in_base)
         estimate = self._update_filter(odom_pose, beams, scan.stamp_ns) if self._is_update_due(odom_pose) else None
         if self.last_estimate is not None:
@@ -158,7 +140,7 @@ class Amcl:
         if last is not None:
             # The first scan updates anyway; a request before it applies to the second.
             self._force_update = False
-            self.particles = move_particles(self.particles, last, odom_pose, self.params, self._rng)
+            self.particles = particle_sets.move_particles(self.particles, last, odom_pose, self.params, self._rng)
         self._weigh(self._laser_model.likelihoods(self.particles, beams, self.has_converged))
         self.update_count += 1
         self._updates_since_restart += 1
@@ -188,9 +170,10 @@ class Amcl:
 
     def _resample(self) -> None:
         """Resample (lines 12 to 19); with selective_resampling not while over half of the particles still count."""
-        if not (self.params.selective_resampling and effective_count(self.weights) > 0.5 * len(self.weights)):
-            anywhere = self.fraction_anywhere
-            self._replace(resample(self.particles, self.weights, self._limits, anywhere, self._free_cells, self._rng))
+        particles, weights, anywhere = self.particles, self.weights, self.fraction_anywhere
+        if not (self.params.selective_resampling and particle_sets.effective_count(weights) > 0.5 * len(weights)):
+            how = self._limits, anywhere, self._free_cells, self._rng
+            self._replace(particle_sets.resample(particles, weights, *how))
             self.has_converged = bool(self._is_near(self.particles[:, :2].mean(axis=0)).all())
             if anywhere > 0.0:  # upstream: or the filter would spiral off into complete randomness
                 self.slow_average = self.fast_average = 0.0
@@ -200,13 +183,12 @@ class Amcl:
         self.particles, self.weights = particles, np.full(len(particles), 1.0 / len(particles))
 
     def _take_statistics(self) -> None:
-        self.statistics = particle_statistics(self.particles, self.weights)
+        self.statistics = particle_sets.particle_statistics(self.particles, self.weights)
         # Once and for all: the noise of a long move spreads particles, but not to other places.
         near = self._is_near(np.array(self.statistics.mean[:2]))
         self.has_settled = self.has_settled or SETTLED_WEIGHT <= float(self.weights[near].sum())
 
     def _is_near(self, position_m: np.ndarray) -> np.ndarray:
-        """Return (n,) which particles are close to a position, along x and y."""
         near: np.ndarray = (np.abs(self.particles[:, :2] - position_m) <= CONVERGED_WITHIN_M).all(axis=1)
         return near
 
@@ -220,11 +202,8 @@ class Amcl:
         self._lost.restart_count()
 
     def _is_update_due(self, odom_pose: Pose2D) -> bool:
-        """Return whether there was no update yet, one is requested, or the robot has moved by update_min_*.
-
-        A lost robot, which should stand still, converges without motion, but only around a given pose: over a whole
-        map, or after a kidnapping, particles would converge to a similar wrong place.
-        """
+        # A lost robot, which should stand still, converges without motion, but only around a given pose: over a whole
+        # map, or after a kidnapping, particles would converge to a similar wrong place.
         last, params = self._odom_pose, self.params
         if last is None or self._force_update or (self.is_lost and not (self.has_settled or self._is_anywhere)):
             return True
@@ -244,11 +223,9 @@ def warm_up(params: AmclParams) -> None:
     """Run each kernel of a filter and of its scan check once: milliseconds with numba's cache, else some seconds."""
     counts = {'min_particles': PARTICLES, 'max_particles': PARTICLES}
     few = params.model_copy(update={**counts, 'resample_interval': 1, 'selective_resampling': False})
-    grid = square_room()
-    scan = Scan(0, -math.pi, 2.0 * math.pi / RAYS, 0.1, 10.0, np.full(RAYS, 2.9))
+    grid, scan = square_room(), Scan(0, -math.pi, 2.0 * math.pi / RAYS, 0.1, 10.0, np.full(RAYS, 2.9))
     amcl = Amcl(few, grid, np.random.default_rng(0))
     amcl.update(IDENTITY, scan, IDENTITY)
     FitMap(grid, grid.resolution_m).fit(IDENTITY, scan, IDENTITY)
-    # Beam skipping starts when particles have converged.
     model = laser_model(few, grid)
-    model.likelihoods(amcl.particles, model.beams(scan, IDENTITY), True)
+    model.likelihoods(amcl.particles, model.beams(scan, IDENTITY), True)  # beam skipping starts after convergence

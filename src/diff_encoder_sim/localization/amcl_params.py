@@ -111,9 +111,7 @@ class AmclParams(Params):
     @classmethod
     def _take_older_name(cls, given: Any) -> Any:
         older = 'beam_skip_error_threshold_'  # dynamic_reconfigure's name; it takes precedence
-        if given.get(older) is None:
-            return given
-        return {**given, older[:-1]: given[older], older: None}
+        return given if given.get(older) is None else {**given, older[:-1]: given[older], older: None}
 
     @model_validator(mode='after')
     def _check_particle_range(self) -> AmclParams:

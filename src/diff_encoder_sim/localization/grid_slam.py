@@ -12,8 +12,10 @@ from bisect import bisect_left
 from typing import Iterable, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
+from numpy.random import Generator
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
+from diff_encoder_sim.base.kernels import Array
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, interpolate, wrap_angles
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
@@ -34,14 +36,14 @@ from diff_encoder_sim.localization.slam_params import (
 log = logging.getLogger(__name__)
 
 
+MATCH_MARGIN_M = 1.0  # beyond the range of the rays, for the search of scan matching
+
+
 class TrajectoryPose(NamedTuple):
     """The pose of the base when a scan was added to the map."""
 
     stamp_ns: int
     base_pose_in_map: Pose2D
-
-
-MATCH_MARGIN_M = 1.0  # beyond the range of the rays, for the search of scan matching
 
 
 class SlamEstimate(NamedTuple):
@@ -58,8 +60,7 @@ class SlamEstimate(NamedTuple):
 class GridSlam:
     """The mapper; pass every scan with the odometry pose at its stamp.
 
-    The map frame is odom's at the first scan, unless a start is given. All samples come from `rng`: equal seeds and
-    inputs give equal results, bit for bit.
+    The map frame is odom's at the first scan, unless a start is given. Equal seeds and inputs give equal bits.
     """
 
     def __init__(
@@ -71,8 +72,7 @@ class GridSlam:
         self.maps = PatchMaps(*corners, params.delta, params.particles)
         self.particles = np.empty((0, 3))  # base poses in the map, x [m], y [m], yaw [rad]; empty before the first scan
         self._log_weights = np.zeros(params.particles)
-        # Over the whole path; not reset by resampling, unlike the weights.
-        self._log_path_weights = np.zeros(params.particles)
+        self._log_path_weights = np.zeros(params.particles)  # over the whole path; not reset by resampling
         self._trend = np.zeros(3)  # of the scans' offsets from odometry
         # Of each update: its stamp, all particles (n, 3), and each one's index in the update before (n,).
         self._history: List[Tuple[int, np.ndarray, np.ndarray]] = []
@@ -102,10 +102,7 @@ class GridSlam:
         return path[::-1]
 
     def map(self) -> OccupancyGrid:
-        """Return the best particle's map: 0, 100 or -1.
-
-        It covers xmin to xmax and ymin to ymax, in whole patches, and observed cells beyond.
-        """
+        """Return the best particle's map, 0, 100 or -1, of xmin to xmax, ymin to ymax and observed patches beyond."""
         rows, columns = self.maps.table.shape[1:]
         cells = np.full((rows * SIDE, columns * SIDE), UNKNOWN, np.int8)
         hits, visits, row, column = self.maps.counts(int(np.argmax(self._log_path_weights)))
@@ -117,11 +114,10 @@ class GridSlam:
     def update(self, odom_pose: Pose2D, scan: Scan, laser_pose_in_base: Pose2D) -> Optional[SlamEstimate]:
         """Process a scan; return an estimate if it was added to the map, else None.
 
-        The first scan is added, and each scan after a motion of linearUpdate or angularUpdate or a time of
-        temporalUpdate. Upstream sums the odometry increments, which grow with the jitter of a coarse encoder.
-
-        `odom_pose` is the base in odom at the scan's stamp; the laser may not be upside-down. Raises InputFault if the
-        scan, pose or mount cannot be used, or time went back; the map is then unchanged.
+        The first scan is added, and each after a motion or time (linearUpdate, angularUpdate, temporalUpdate); upstream
+        sums odometry's increments, which grow with its jitter. `odom_pose` is the base in odom at the scan's stamp.
+        Raises InputFault, without effect, if the scan, pose or mount cannot be used, or time went back; the laser may
+        not be upside-down.
         """
         check_pose(odom_pose, 'odometry pose')
         check_pose(laser_pose_in_base, 'laser pose')
@@ -136,11 +132,8 @@ class GridSlam:
             return self._begin(odom_pose, scan.stamp_ns, rays)
         params, move = self.params, odom_pose.relative_to(self._odom_pose)
         waited_s = (scan.stamp_ns - self._entered_ns) / NANOSECONDS_PER_SECOND
-        if (
-            math.hypot(move.x_m, move.y_m) < params.linearUpdate
-            and abs(move.yaw_rad) < params.angularUpdate
-            and not 0.0 <= params.temporalUpdate < waited_s
-        ):
+        is_near = math.hypot(move.x_m, move.y_m) < params.linearUpdate and abs(move.yaw_rad) < params.angularUpdate
+        if is_near and not 0.0 <= params.temporalUpdate < waited_s:
             return None
         # Algorithm 1 up to the resampling, with its line numbers.
         self._cover(apply_moves(self.particles, np.array(move)), rays)
@@ -155,8 +148,7 @@ class GridSlam:
         start_pose = odom_pose if self._start_pose is None else self._start_pose
         self.particles = np.tile(np.array(start_pose), (self.params.particles, 1))
         self._update_maps(rays)
-        # The maps are equal: they share patches.
-        self.maps.resample(np.zeros(self.params.particles, int))
+        self.maps.resample(np.zeros(self.params.particles, int))  # the maps are equal: they share patches
         return self._finish(odom_pose, stamp_ns, may_resample=False)
 
     def _finish(self, odom_pose: Pose2D, stamp_ns: int, may_resample: bool) -> SlamEstimate:
@@ -190,14 +182,8 @@ class GridSlam:
 
 
 def propose(
-    maps: PatchMaps,
-    particles: np.ndarray,
-    move: Pose2D,
-    rays: Rays,
-    params: GridSlamParams,
-    rng: np.random.Generator,
-    trend: np.ndarray,
-) -> Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    maps: PatchMaps, particles: Array, move: Pose2D, rays: Rays, params: GridSlamParams, rng: Generator, trend: Array
+) -> Tuple[Array, Array, Array, Array]:
     """Move the particles by odometry's `move` (in the base frame) and a scan: the improved proposal, section III-B.
 
     Each particle climbs from its odometry pose to the best match (algorithm 1, line 7), then moves to the maximum of
@@ -208,10 +194,7 @@ def propose(
 
     The maps must cover the reach of the rays; `trend` (3,) is the running mean of the scans' offsets from odometry, in
     standard deviations, zeros at first; `rng` is sampled 3 n times for any move, so that equal seeds stay in step.
-
-    Returns:
-        Sampled base poses (n, 3), increments of the log-weights (n,), scores of the best matches (n,), 0 to the number
-        of matched rays, and the trend (3,) after this step.
+    Returns poses (n, 3), increments of the log-weights (n,), scores of the best matches (n,) and the new trend (3,).
     """
     sigmas, cell_m, normals = move_sigmas(move, params), maps.cell_m, rng.standard_normal(particles.shape)
     # Into cells from the maps' corner, and back again.
@@ -228,24 +211,16 @@ def propose(
 
 def search_of(params: GridSlamParams, cell_m: float) -> Search:
     """Return how scans are matched on maps with cells of this side."""
-    return Search(
-        params.kernelSize,
-        -(cell_m**2) / params.sigma,
-        -(cell_m**2) / params.lsigma / params.ogain,
-        params.lstep / cell_m,
-        params.astep,
-        params.iterations,
-        params.minimumScore,
-    )
+    scales = -(cell_m**2) / params.sigma, -(cell_m**2) / params.lsigma / params.ogain
+    steps = params.lstep / cell_m, params.astep
+    return Search(params.kernelSize, *scales, *steps, params.iterations, params.minimumScore)
 
 
 def map_recording(slam: GridSlam, odometry: OdometryTrack, scans: Iterable[Scan], laser_pose_in_base: Pose2D) -> int:
     """Process each throttle_scans-th scan of a recording; return the number of scans that were added to the map.
 
-    Scans outside of odometry's time span, older than the previous one, or invalid are dropped with a warning.
-
-    Raises:
-        ConfigError: no odometry, or no usable scan.
+    Scans outside of odometry's time span, older than the previous one, or invalid are dropped with a warning; raises
+    ConfigError without odometry or a usable scan.
     """
     if not odometry.stamps_ns:
         raise ConfigError('no odometry for the scans; allowed: a recording of both')
@@ -283,18 +258,13 @@ class OdometryTrack:
             return self._poses[after]
         if not 0 < after < len(self.stamps_ns):
             raise InputFault('no odometry at its stamp')
-        start, end = self._poses[after - 1], self._poses[after]
-        fraction = (stamp_ns - self.stamps_ns[after - 1]) / (self.stamps_ns[after] - self.stamps_ns[after - 1])
-        return interpolate(start, end, fraction)
-
-
-RAYS, PARTICLES = 60, 2
+        start_ns, end_ns = self.stamps_ns[after - 1], self.stamps_ns[after]
+        return interpolate(self._poses[after - 1], self._poses[after], (stamp_ns - start_ns) / (end_ns - start_ns))
 
 
 def warm_up(params: GridSlamParams) -> None:
     """Map a small room: takes tenths of a second with numba's cache, else seconds."""
-    few = params.model_copy(update={'particles': PARTICLES, 'linearUpdate': 0.0})
-    slam = GridSlam(few, np.random.default_rng(0))
-    scan = Scan(0, -math.pi, 2.0 * math.pi / RAYS, 0.1, 10.0, np.full(RAYS, 2.0))
+    few = params.model_copy(update={'particles': 2, 'linearUpdate': 0.0})
+    slam, scan = GridSlam(few, np.random.default_rng(0)), Scan(0, -math.pi, math.pi / 30.0, 0.1, 10.0, np.full(60, 2.0))
     for stamp_ns in range(2):
         slam.update(IDENTITY, scan._replace(stamp_ns=stamp_ns), IDENTITY)

@@ -22,9 +22,7 @@ from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, Occupan
 
 log = logging.getLogger(__name__)
 
-# Table entries are multiples of this: sums of some hundred of them are exact, in any order in which vectors add.
-_QUANTUM = 2.0**-36
-
+_QUANTUM = 2.0**-36  # of table entries: sums of some hundred of them are exact, in any order in which vectors add
 _LEAST_LOG = -700.0  # replaces the logarithm of a probability of zero
 
 
@@ -69,10 +67,7 @@ class SensorModel:
     def beams(self, scan: Scan, laser_pose_in_base: Pose2D) -> Beams:
         """Select the rays of a scan that count: evenly spaced, numbers, and in likelihood fields with a return.
 
-        As upstream, readings that are not between the least and the largest range are no return.
-
-        Raises:
-            InputFault: no ray counts, or the scan is invalid.
+        Readings out of range are no return, as upstream. Raises InputFault if no ray counts, or the scan is invalid.
         """
         params, range_max_m, range_min_m = self._params, float(scan.range_max_m), float(scan.range_min_m)
         if params.laser_max_range > 0.0:
@@ -101,10 +96,7 @@ class SensorModel:
         raise NotImplementedError
 
     def _poses_in_cells(self, particles: np.ndarray) -> np.ndarray:
-        """Return (n, 4): particles as column, row (with fractions), cosine and sine in the grid's frame.
-
-        Cell (row, column) covers [column, column + 1) x [row, row + 1), as in nav_msgs/OccupancyGrid.
-        """
+        """Return (n, 4): particles as column, row (with fractions), cosine and sine in the grid's frame."""
         origin, cell_m = self._grid.origin, self._grid.resolution_m
         cos_origin, sin_origin = np.cos(origin.yaw_rad), np.sin(origin.yaw_rad)
         x_m, y_m = particles[:, 0] - origin.x_m, particles[:, 1] - origin.y_m
@@ -135,15 +127,13 @@ class LikelihoodField(SensorModel):
         sums = sum_over_endpoints(poses, ends, self._table_for(beams.range_max_m))
         if not self._is_product:
             return Likelihoods(1.0 + sums, 0.0)
-        # Upstream multiplies the probabilities, which 180 unlikely rays make zero for all.
-        largest = float(sums.max())
+        largest = float(sums.max())  # 180 unlikely rays make upstream's products zero for all particles
         return Likelihoods(np.exp(sums - largest), largest)
 
     def _table_for(self, range_max_m: float) -> np.ndarray:
         """Return (height + 2, width + 2) what a ray adds by the cell it ends in; computed once for a range limit."""
         if self._table[0] != range_max_m:
-            params = self._params
-            # A hit, or anything (table 6.3, line 7).
+            params = self._params  # a hit, or anything (table 6.3, line 7)
             hit = np.exp(-(self._distances_m**2) / (2.0 * params.laser_sigma_hit**2))
             probabilities = params.laser_z_hit * hit + params.laser_z_rand / range_max_m
             with np.errstate(divide='ignore'):
@@ -175,8 +165,7 @@ class BeamModel(SensorModel):
 
     def __init__(self, params: AmclParams, grid: OccupancyGrid) -> None:
         super().__init__(params, grid)
-        # As upstream: a ray ends at a cell that is unknown, and at the border.
-        self._blocked = np.ascontiguousarray(grid.cells != FREE)
+        self._blocked = np.ascontiguousarray(grid.cells != FREE)  # as upstream, unknown cells end rays, too
         weights = (params.laser_z_hit, params.laser_z_short, params.laser_z_max, params.laser_z_rand)
         self._mixture = (*weights, params.laser_sigma_hit, params.laser_lambda_short)
 
@@ -195,8 +184,7 @@ def _rays_in_base(
     `directions_rad` are the first bearing, the step to the next one, and the yaw of the laser.
     """
     (range_min_m, range_max_m), (first_rad, step_rad, laser_yaw_rad) = limits_m, directions_rad
-    kept_m, bearings_rad = np.empty(len(ranges_m)), np.empty(len(ranges_m))
-    count = 0
+    kept_m, bearings_rad, count = np.empty(len(ranges_m)), np.empty(len(ranges_m)), 0
     for ray in range(len(ranges_m)):
         range_m = ranges_m[ray]
         if range_m <= range_min_m or range_m > range_max_m:
@@ -217,8 +205,7 @@ def sum_over_endpoints(poses: Array, ends: Array, table: Array) -> np.ndarray:
     """
     height, width = table.shape
     entries = table.ravel()
-    last_column, last_row = float(width - 1), float(height - 1)
-    sums = np.empty(len(poses))
+    last_column, last_row, sums = float(width - 1), float(height - 1), np.empty(len(poses))
     for i in range(len(poses)):
         column, row, cos_yaw, sin_yaw = poses[i]
         total = 0.0
@@ -269,16 +256,14 @@ def cast_ray(blocked: Array, column: float, row: float, end_column: float, end_r
     Between cell centres along Bresenham's line; the cell it starts in does not block it.
     """
     height, width = blocked.shape
-    x, y = int(math.floor(column)), int(math.floor(row))
-    start_x, start_y = x, y
+    x, y = start_x, start_y = int(math.floor(column)), int(math.floor(row))
     span_x, span_y = int(math.floor(end_column)) - x, int(math.floor(end_row)) - y
     step_x, step_y = (1 if span_x > 0 else -1), (1 if span_y > 0 else -1)
     span_x, span_y = abs(span_x), abs(span_y)
     is_steep = span_y > span_x
     longer, shorter = (span_y, span_x) if is_steep else (span_x, span_y)
     error = 0
-    # Upstream checks one cell past the end.
-    for _ in range(longer + 1):
+    for _ in range(longer + 1):  # upstream checks one cell past the end
         error += shorter
         sidestep = 2 * error >= longer
         if sidestep:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
-from typing import Any, List, Literal, Union
+from typing import Any, List, Literal, Optional, Union
 
 import numpy as np
 import yaml
@@ -25,10 +25,9 @@ LARGEST_IMAGE = 1 << 25
 
 
 def read_image(path: Path) -> np.ndarray:
-    """Return pixels (rows, columns, channels) uint8: one channel of grey, three of colour or four with alpha.
+    """Return pixels (rows, columns, channels) uint8: one channel of grey, three of colour or four with alpha, as SDL.
 
-    As in SDL, which map_server uses, grey with alpha becomes colour with alpha; a single transparent grey or colour is
-    not alpha. Raises ConfigError if the image cannot be read, or has more than `LARGEST_IMAGE` pixels.
+    Raises ConfigError if the image cannot be read, or has more than `LARGEST_IMAGE` pixels.
     """
     try:
         with Image.open(path, formats=FORMATS) as image:
@@ -93,9 +92,6 @@ class MapSaverParams(Params):
         return self
 
 
-DEFAULT_SAVER_PARAMS = MapSaverParams()
-
-
 def load_map(path: Union[str, Path]) -> OccupancyGrid:
     """Read a map and its image by the path of the YAML file; raise ConfigError if one is unreadable or invalid."""
     params = load_params(MapFileParams, path)
@@ -104,12 +100,9 @@ def load_map(path: Union[str, Path]) -> OccupancyGrid:
     return OccupancyGrid(np.ascontiguousarray(cells[::-1]), params.resolution, Pose2D(*params.origin))
 
 
-def save_map(grid: OccupancyGrid, stem: Union[str, Path], params: MapSaverParams = DEFAULT_SAVER_PARAMS) -> Path:
-    """Write STEM.pgm and STEM.yaml as map_saver does, each atomically; return the YAML file's path.
-
-    Missing folders are made; raises ConfigError if the folder cannot be written.
-    """
-    stem = Path(stem)
+def save_map(grid: OccupancyGrid, stem: Union[str, Path], params: Optional[MapSaverParams] = None) -> Path:
+    """Write STEM.pgm and STEM.yaml as map_saver, each atomically, and missing folders; ConfigError if it fails."""
+    stem, params = Path(stem), params or MapSaverParams()
     origin = [round(float(part), ORIGIN_DIGITS) for part in grid.origin]
     values = {'image': f'{stem.name}.pgm', 'resolution': grid.resolution_m, 'origin': origin}
     description = MapFileParams.from_mapping(values, str(stem)).model_dump()
@@ -132,16 +125,12 @@ def _write(path: Path, content: bytes) -> Path:
 
 
 def _cells(pixels: np.ndarray, params: MapFileParams) -> np.ndarray:
-    """Return the cells (rows, columns) int8 of an image, the first row on top.
-
-    As in map_server, alpha is one more channel of the mean in trinary mode, and in scale mode marks unknown pixels.
-    """
+    """Return the cells (rows, columns) int8 of an image, the first row on top; alpha counts as in map_server."""
     has_alpha = pixels.shape[2] == 4
     colours = pixels[:, :, :-1] if has_alpha and params.mode != 'trinary' else pixels
     # A table over all possible sums of channels avoids float arrays as large as the image.
     sums: np.ndarray = colours.sum(axis=2, dtype=np.uint16)
-    channels = colours.shape[2]
-    grey = np.arange(255 * channels + 1) / channels
+    grey = np.arange(255 * colours.shape[2] + 1) / colours.shape[2]
     grey = 255.0 - grey if params.negate else grey
     occupancy = (255.0 - grey) / 255.0
     is_free, is_occupied = occupancy < params.free_thresh, occupancy > params.occupied_thresh

@@ -37,7 +37,7 @@ class OccupancyGrid(NamedTuple):
     def cell_at(self, x_m: float, y_m: float) -> Tuple[int, int]:
         """Return (row, column) of the cell at a point of the map frame; it may be outside the grid."""
         local = Pose2D(x_m, y_m, 0.0).relative_to(self.origin)
-        return (int(np.floor(local.y_m / self.resolution_m)), int(np.floor(local.x_m / self.resolution_m)))
+        return int(np.floor(local.y_m / self.resolution_m)), int(np.floor(local.x_m / self.resolution_m))
 
     def cropped(self, margin_m: float) -> OccupancyGrid:
         """Return the known part with a margin around it, or the whole grid if nothing is known."""
@@ -55,15 +55,10 @@ class OccupancyGrid(NamedTuple):
         return 0 <= row < self.height and 0 <= column < self.width
 
 
-CELLS, RESOLUTION_M = 60, 0.1  # of the room below
-
-
 def square_room() -> OccupancyGrid:
     """Return the map of an empty room of 6 x 6 m around the origin, in which kernels are warmed up."""
-    cells = np.full((CELLS, CELLS), OCCUPIED, np.int8)
-    cells[1:-1, 1:-1] = FREE
-    corner_m = -0.5 * CELLS * RESOLUTION_M
-    return OccupancyGrid(cells, RESOLUTION_M, Pose2D(corner_m, corner_m, 0.0))
+    cells = np.pad(np.full((58, 58), FREE, np.int8), 1, constant_values=OCCUPIED)
+    return OccupancyGrid(cells, 0.1, Pose2D(-3.0, -3.0, 0.0))
 
 
 # A cell with a smaller fraction of a neighbour's hits is noise of the neighbour's rays; upstream marks it as occupied.
@@ -72,12 +67,9 @@ STRAY_FRACTION = 0.3
 
 
 def occupancy(hits: np.ndarray, visits: np.ndarray, occ_thresh: float) -> np.ndarray:
-    """Return (height, width) int8: 0, 100 or -1.
+    """Return (height, width) int8 0, 100, if more than a fraction of the visits are hits, or -1 without visits.
 
-    Args:
-        hits: (height, width) rays that ended in a cell.
-        visits: (height, width) rays that ended in it or passed it; 0 is unknown.
-        occ_thresh: a cell is occupied if more than this fraction of its visits are hits.
+    Rays that ended in a cell are its hits, and these and rays that passed it are its visits, both (height, width).
     """
     is_occupied, padded = hits > occ_thresh * visits, np.pad(hits, 1)
     around = np.maximum(np.maximum(padded[:-2], padded[1:-1]), padded[2:])
@@ -114,10 +106,8 @@ class DistanceField(NamedTuple):
 
 def distance_field(occupied: np.ndarray, resolution_m: float, max_distance_m: float) -> DistanceField:
     """Return the distances from all cells to `occupied` ones (height, width), at most `max_distance_m`."""
-    height, width = occupied.shape
-    # Squared, in cells. Larger ones are beyond the limit, or on no grid of this size.
-    limit = math.ceil(max_distance_m / resolution_m)
-    most = min(limit**2, height**2 + width**2)
+    (height, width), limit = occupied.shape, math.ceil(max_distance_m / resolution_m)
+    most = min(limit**2, height**2 + width**2)  # larger squares are beyond the limit, or on no grid of this size
     distances_m = np.minimum(np.sqrt(np.arange(most + 1)) * resolution_m, max_distance_m)
     distances_m[most] = max_distance_m
     squared = squared_distances(np.ascontiguousarray(occupied, dtype=np.bool_), min(limit, height + width))

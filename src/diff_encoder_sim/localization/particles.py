@@ -1,9 +1,8 @@
 """Particle sets: how they are sampled, moved, resampled and clustered, and which input is refused.
 
 A set is an array (n, 3) of base poses in the map, x [m], y [m], yaw [rad] in [-pi, pi), with weights (n,) of sum 1.
-KLD-sampling and clustering use a histogram with bins of 0.5 m x 0.5 m x 10 degrees. Upstream keeps them in a kd-tree;
-here they are the keys of an open-addressing hash table, an int64 array whose length is a power of two. Headings wrap:
-bins on both sides of +-180 degrees are neighbours, where upstream's are a full turn apart.
+KLD-sampling and clustering use a histogram with bins of 0.5 m x 0.5 m x 10 degrees, the keys of an open-addressing hash
+table (upstream: a kd-tree). Bins on both sides of +-180 degrees are neighbours; upstream's are a full turn apart.
 """
 
 from __future__ import annotations
@@ -44,20 +43,15 @@ def decompose(previous: Pose2D, current: Pose2D) -> Move:
 def move_noise(move: Move, params: AmclParams) -> Move:
     """Return a move's standard deviations [rad, m, rad] (table 5.6, lines 5 to 7).
 
-    Upstream's default model `diff` passes variances to a sampler that takes standard deviations. Users have tuned
-    their alphas on it.
+    Upstream's default model `diff`, on which users have tuned their alphas, takes variances for standard deviations.
     """
     # Relative to forward or reverse, whichever is closer: both are equally noisy.
-    turn1, turn2 = (
-        min(abs(wrap_angle(turn_rad)), abs(wrap_angle(turn_rad - math.pi))) ** 2
-        for turn_rad in (move.rotation1_rad, move.rotation2_rad)
-    )
+    turns_rad = move.rotation1_rad, move.rotation2_rad
+    turn1, turn2 = (min(abs(wrap_angle(turn)), abs(wrap_angle(turn - math.pi))) ** 2 for turn in turns_rad)
     drive = move.translation_m**2
-    variances = Move(
-        params.odom_alpha1 * turn1 + params.odom_alpha2 * drive,
-        params.odom_alpha3 * drive + params.odom_alpha4 * (turn1 + turn2),
-        params.odom_alpha1 * turn2 + params.odom_alpha2 * drive,
-    )
+    by_drive = params.odom_alpha2 * drive
+    driven = params.odom_alpha3 * drive + params.odom_alpha4 * (turn1 + turn2)
+    variances = Move(params.odom_alpha1 * turn1 + by_drive, driven, params.odom_alpha1 * turn2 + by_drive)
     return Move(*map(math.sqrt, variances)) if params.odom_model_type == 'diff-corrected' else variances
 
 
@@ -66,8 +60,7 @@ def move_particles(
 ) -> np.ndarray:
     """Move each particle (n, 3) by its own noisy copy of odometry's move between two base poses in odom (table 5.6).
 
-    A base frame off the axle moves sideways in a turn on the spot, to table 5.6 a turn, a drive and a turn back, each
-    with noise. So the axle is moved. `rng` is sampled 3 n times for any move, so that equal seeds stay in step.
+    The axle is moved: a base off it moves sideways in turns, to table 5.6 a noisy turn, drive and turn back.
     """
     if params.axle_x:
         axle_in_base, at_axle = Pose2D(params.axle_x, 0.0, 0.0), params.model_copy(update={'axle_x': 0.0})
@@ -76,15 +69,11 @@ def move_particles(
         return _moved_ahead(axles, -params.axle_x)
     move = decompose(previous, current)
     normals, sigmas = rng.standard_normal(particles.shape), move_noise(move, params)
-    rotation1_rad, translation_m, rotation2_rad = (
-        part - sigma * normals[:, column] for column, (part, sigma) in enumerate(zip(move, sigmas))
-    )
-    direction_rad = particles[:, 2] + rotation1_rad
-    moved = np.empty_like(particles)
-    moved[:, 0] = particles[:, 0] + translation_m * np.cos(direction_rad)
-    moved[:, 1] = particles[:, 1] + translation_m * np.sin(direction_rad)
-    moved[:, 2] = wrap_angles(direction_rad + rotation2_rad)
-    return moved
+    noisy = (part - sigma * normal for part, sigma, normal in zip(move, sigmas, normals.T))
+    rotation1_rad, translation_m, rotation2_rad = noisy
+    yaws_rad = particles[:, 2] + rotation1_rad
+    x_m, y_m = translation_m * np.cos(yaws_rad), translation_m * np.sin(yaws_rad)
+    return np.column_stack([particles[:, 0] + x_m, particles[:, 1] + y_m, wrap_angles(yaws_rad + rotation2_rad)])
 
 
 def _moved_ahead(poses: np.ndarray, by_m: float) -> np.ndarray:
@@ -111,9 +100,7 @@ def particles_around(pose: Pose2D, covariance: np.ndarray, count: int, rng: np.r
     check_pose(pose, 'initial pose')
     check_covariance(covariance)
     variances, axes = np.linalg.eigh(np.asarray(covariance, dtype=float)[:2, :2])
-    sigmas = np.sqrt(np.maximum(variances, 0.0))
-    normals = even_normals(count, rng)
-    particles = np.empty((count, 3))
+    sigmas, normals, particles = np.sqrt(np.maximum(variances, 0.0)), even_normals(count, rng), np.empty((count, 3))
     for row, (first, second) in enumerate(axes * sigmas):
         particles[:, row] = pose[row] + first * normals[:, 0] + second * normals[:, 1]
     particles[:, 2] = wrap_angles(pose.yaw_rad + np.sqrt(covariance[2][2]) * normals[:, 2])
@@ -132,10 +119,8 @@ def even_normals(count: int, rng: np.random.Generator) -> np.ndarray:
 
 def particles_everywhere(free_cells: FreeCells, count: int, rng: np.random.Generator) -> np.ndarray:
     """Draw (count, 3) particles, uniform over the free cells and over all headings."""
-    particles = np.empty((count, 3))
-    particles[:, :2] = free_cells.centres(rng.integers(0, len(free_cells), count))
-    particles[:, 2] = rng.uniform(-np.pi, np.pi, count)
-    return particles
+    places_m = free_cells.centres(rng.integers(0, len(free_cells), count))
+    return np.column_stack([places_m, rng.uniform(-np.pi, np.pi, count)])
 
 
 def check_grid(grid: OccupancyGrid) -> None:
@@ -150,58 +135,44 @@ def check_grid(grid: OccupancyGrid) -> None:
 
 def check_pose(pose: Pose2D, name: str) -> None:
     """Raise InputFault, with `name`, for a pose that is not finite or too large."""
-    if not (max(abs(pose.x_m), abs(pose.y_m)) <= LARGEST_COORDINATE_M and math.isfinite(sum(pose))):
-        raise InputFault(
-            f'{name}: given ({pose.x_m}, {pose.y_m}, {pose.yaw_rad}); expected finite x, y [m] and yaw [rad]'
-        )
+    x_m, y_m, yaw_rad = pose
+    if not (max(abs(x_m), abs(y_m)) <= LARGEST_COORDINATE_M and math.isfinite(sum(pose))):
+        raise InputFault(f'{name}: given ({x_m}, {y_m}, {yaw_rad}); expected finite x, y [m] and yaw [rad]')
 
 
 def check_covariance(covariance: np.ndarray) -> None:
     """Raise InputFault for a 3x3 covariance over (x, y, yaw) that is not finite or too large, or a variance below 0."""
     covariance = np.asarray(covariance, dtype=float)
     if not (np.abs(covariance) <= LARGEST_COORDINATE_M**2).all() or (np.diag(covariance) < 0.0).any():
-        raise InputFault(
-            f'initial covariance: given {covariance.tolist()}; expected finite numbers and no variance below 0'
-        )
+        given = covariance.tolist()
+        raise InputFault(f'initial covariance: given {given}; expected finite numbers and no variance below 0')
 
 
 BIN_M, BINS_PER_TURN = 0.5, 36
 
-_EMPTY = -1
 # A key is x, y and heading bin: 28, 28 and 6 bits. Coordinates within 1e6 m fit.
-_OFFSET = 1 << 27
-_MASK = (1 << 28) - 1
-_YAW_BITS = 6
+_EMPTY, _OFFSET, _MASK, _YAW_BITS = -1, 1 << 27, (1 << 28) - 1, 6
 
 
 @compiled
 def draw_until_enough(
-    particles: Array,
-    cumulative: Array,
-    limits: Array,
-    fraction_anywhere: float,
-    centres: Array,
-    places: Array,
-    anywhere: Array,
+    particles: Array, sums: Array, limits: Array, fraction: float, centres: Array, places: Array, anywhere: Array
 ) -> np.ndarray:
     """Sample (m, 3) particles one by one until there are enough for the bins that they fill; see `resample`.
 
-    `cumulative` (n,) are running sums of the weights, `places` (most,) those of the samples among them, of [0, 1).
+    `sums` (n,) are running ones of the weights, `places` (most,) those of the samples among them, of [0, 1).
     `anywhere` (most, 3) are chances, whether a particle is from one of `centres` (most, 2) instead, which, and heading.
     """
-    drawn = np.empty((len(places), 3))
-    table = _new_table(len(places))
+    drawn, table = np.empty((len(places), 3)), _new_table(len(places))
     bin_count = count = 0
     while count < len(places) and count <= limits[bin_count]:
-        if fraction_anywhere > 0.0 and anywhere[count, 0] < fraction_anywhere:
+        if fraction > 0.0 and anywhere[count, 0] < fraction:
             drawn[count, 0], drawn[count, 1] = centres[count, 0], centres[count, 1]
             drawn[count, 2] = (2.0 * anywhere[count, 2] - 1.0) * math.pi
         else:
-            target = places[count] * cumulative[-1]
-            chosen = np.searchsorted(cumulative, target, side='right')
-            # Rounding may put the target on the very end: the last particle that has any weight.
-            if chosen == len(cumulative):
-                chosen = np.searchsorted(cumulative, cumulative[-1], side='left')
+            chosen = np.searchsorted(sums, places[count] * sums[-1], side='right')
+            if chosen == len(sums):  # rounded to the very end: the last particle that has any weight
+                chosen = np.searchsorted(sums, sums[-1], side='left')
             drawn[count] = particles[chosen]
         key = _key_of_pose(drawn[count])
         slot = _slot_of(table, key)
@@ -215,8 +186,7 @@ def draw_until_enough(
 def cluster_labels(particles: Array) -> np.ndarray:
     """Return (n,) int64 the cluster of each particle (n, 3), numbered from 0 as they are met."""
     count = len(particles)
-    table = _new_table(count)
-    slots = np.empty(count, dtype=np.int64)
+    table, slots = _new_table(count), np.empty(count, dtype=np.int64)
     for i in range(count):
         key = _key_of_pose(particles[i])
         slots[i] = _slot_of(table, key)
@@ -302,11 +272,8 @@ def particle_statistics(particles: np.ndarray, weights: np.ndarray) -> ParticleS
 
 @compiled
 def _mean_unit_vector(particles: Array, weights: Array) -> Tuple[float, float]:
-    """Return the mean of (cos yaw, sin yaw) with weights of sum 1.
-
-    A scalar loop: numpy 1.24's cosine of a strided array depends in the last bit on the memory address.
-    """
-    cos_sum, sin_sum = 0.0, 0.0
+    # A scalar loop: numpy 1.24's cosine of a strided array depends in the last bit on the memory address.
+    cos_sum = sin_sum = 0.0
     for index in range(len(weights)):
         cos_sum += weights[index] * math.cos(particles[index, 2])
         sin_sum += weights[index] * math.sin(particles[index, 2])
@@ -316,8 +283,7 @@ def _mean_unit_vector(particles: Array, weights: Array) -> Tuple[float, float]:
 def mean_and_covariance(particles: np.ndarray, weights: np.ndarray) -> Tuple[Pose2D, np.ndarray]:
     """Return the mean and 3x3 covariance of particles (n, 3) with weights (n,) of any sum above 0.
 
-    Yaw by circular statistics: the direction of the mean unit vector, and the variance of a wrapped normal
-    distribution. As upstream, nothing between yaw and x or y.
+    Yaw by circular statistics, with the variance of a wrapped normal distribution; as upstream without x and y.
     """
     weights = weights / weights.sum()
     x_m, y_m = float((weights * particles[:, 0]).sum()), float((weights * particles[:, 1]).sum())
@@ -327,8 +293,7 @@ def mean_and_covariance(particles: np.ndarray, weights: np.ndarray) -> Tuple[Pos
     covariance[0, 0] = (weights * off_x * off_x).sum()
     covariance[0, 1] = covariance[1, 0] = (weights * off_x * off_y).sum()
     covariance[1, 1] = (weights * off_y * off_y).sum()
-    # Equal headings may give a length of 1 + 1e-16, opposite ones 0.
-    length = min(max(math.hypot(cos_mean, sin_mean), 1e-12), 1.0)
+    length = min(max(math.hypot(cos_mean, sin_mean), 1e-12), 1.0)  # of equal headings 1 + 1e-16, of opposite ones 0
     covariance[2, 2] = -2.0 * math.log(length)
     return Pose2D(x_m, y_m, math.atan2(sin_mean, cos_mean)), covariance
 
@@ -354,30 +319,22 @@ def kld_limits(params: AmclParams) -> np.ndarray:
 
 
 def resample(
-    particles: np.ndarray,
-    weights: np.ndarray,
-    limits: np.ndarray,
-    fraction_anywhere: float,
-    free_cells: FreeCells,
-    rng: np.random.Generator,
+    particles: Array, weights: Array, limits: Array, fraction: float, free_cells: FreeCells, rng: np.random.Generator
 ) -> np.ndarray:
     """Sample (m, 3) particles of equal weight from a weighted set, m by the limits of `kld_limits`.
 
-    A fraction is sampled from the free cells of the map; `rng` as for the most particles, so that equal seeds stay in
-    step.
+    A fraction is sampled from the free cells of the map; `rng` as for the most particles, so that seeds stay in step.
     """
-    most = len(limits) - 1
-    places = even_places(most, rng.random())
-    anywhere = rng.random((most, 3)) if fraction_anywhere > 0.0 else np.empty((0, 3))
+    places = even_places(len(limits) - 1, rng.random())
+    anywhere = rng.random((len(places), 3)) if fraction > 0.0 else np.empty((0, 3))
     centres = free_cells.centres((anywhere[:, 1] * len(free_cells)).astype(int))
-    return draw_until_enough(particles, np.cumsum(weights), limits, fraction_anywhere, centres, places, anywhere)
+    return draw_until_enough(particles, np.cumsum(weights), limits, fraction, centres, places, anywhere)
 
 
 def even_places(count: int, offset: float) -> np.ndarray:
     """Return (count,) evenly spread places of [0, 1) by an offset of [0, 1); the first few are spread nearly as evenly.
 
-    Those of systematic resampling, (k + offset) / count, in steps of about the golden section, which divides every gap
-    before it divides one twice.
+    Those of systematic resampling in steps of about the golden section, which divides each gap before one twice.
     """
     step = round(GOLDEN_SECTION * count)
     while math.gcd(step, count) != 1:  # or some places would be visited twice

@@ -15,7 +15,6 @@ from diff_encoder_sim.localization.laser_models import check_scan
 from diff_encoder_sim.localization.slam_params import MOST_ENTRIES, SIDE, GridSlamParams, patches_along
 
 SHIFT, MASK = 5, SIDE - 1
-
 HITS, VISITS, MEAN_X, MEAN_Y = range(4)  # the numbers of a cell
 EMPTY = 0  # the patch of unseen cells, which stays empty
 FIRST_CAPACITY = 256  # patches
@@ -36,8 +35,7 @@ class Rays(NamedTuple):
     def matched_ends_m(self) -> np.ndarray:
         """Return (k, 2) x, y [m] in the base frame of the ends to match."""
         bearings_rad, lengths_m = self.bearings_rad[self.is_matched], self.lengths_m[self.is_matched]
-        x_m = self.laser_x_m + lengths_m * np.cos(bearings_rad)
-        y_m = self.laser_y_m + lengths_m * np.sin(bearings_rad)
+        x_m, y_m = self.laser_x_m + lengths_m * np.cos(bearings_rad), self.laser_y_m + lengths_m * np.sin(bearings_rad)
         return np.column_stack([x_m, y_m])
 
     def reach_m(self) -> float:
@@ -46,14 +44,11 @@ class Rays(NamedTuple):
 
 
 def usable_rays(scan: Scan, laser_pose_in_base: Pose2D, params: GridSlamParams) -> Rays:
-    """Sort a scan's rays as upstream does.
+    """Sort a scan's rays as upstream does; raise InputFault if it has no rays, no directions or no range limit.
 
     A ray beyond maxRange is ignored; one beyond maxUrange shows that cells up to there are free. +inf (nothing within
     range_max, REP-117) counts as a reading of range_max: free space appears in the open if maxUrange < range_max <=
     maxRange, as upstream's manual describes. Upstream reads too short ranges as range_max; here they are ignored.
-
-    Raises:
-        InputFault: the scan has no rays, no directions or no range limit.
     """
     range_max_m = float(scan.range_max_m)
     check_scan(scan, range_max_m)
@@ -74,9 +69,8 @@ class PatchMaps:
     """One grid per particle.
 
     Attributes:
-        cells: (capacity, SIDE, SIDE, 4) float32, a patch's cells by row and column: rays that
-            ended in the cell, rays that ended in or passed it, and the mean of the ends, from the
-            cell's corner, in cells. Whole numbers are exact up to 2^24, where counting stops.
+        cells: (capacity, SIDE, SIDE, 4) float32, a patch's cells: rays that ended in it, that ended in or passed it
+            (up to 2^24), and the mean of the ends, from the cell's corner, in cells.
         table: (particles, rows, columns) int32, where in `cells` a particle's patches are.
         references: (capacity,) int32, how many entries of `table` name a patch.
         free: (capacity,) int32, patches in no table, the first `free_count[0]` of them.
@@ -93,7 +87,6 @@ class PatchMaps:
         self._find_free()
 
     def _find_free(self) -> None:
-        """List the patches without references, low indices last."""
         found = np.flatnonzero(self.references[1:] == 0)[::-1] + 1
         self.free = np.zeros(len(self.references), np.int32)
         self.free[: len(found)], self.free_count = found, np.array([len(found)], np.int64)
@@ -136,10 +129,7 @@ class PatchMaps:
         self._find_free()
 
     def counts(self, particle: int) -> Tuple[np.ndarray, np.ndarray, int, int]:
-        """Return the smallest rectangle of patches that a particle has seen.
-
-        Hits and visits (height, width) float32, and the first row and column in the grid.
-        """
+        """Return hits and visits (height, width) float32 of the patches that a particle has seen, and their corner."""
         row, column = np.nonzero(self.table[particle])
         top, left = int(row.min(initial=self.table.size)), int(column.min(initial=self.table.size))
         rows, columns = max(0, int(row.max(initial=-1)) + 1 - top), max(0, int(column.max(initial=-1)) + 1 - left)
@@ -160,16 +150,16 @@ class PatchMaps:
             directions_rad = yaw_rad + rays.bearings_rad
             slopes = np.cos(directions_rad), np.sin(directions_rad)
             patches = self.cells, self.references, self.free, self.free_count
-            _update_map(table, *patches, (laser_x, laser_y), *slopes, lengths, rays.is_hit)
+            _update_map(table, patches, (laser_x, laser_y), *slopes, lengths, rays.is_hit)
+
+
+Patches = Tuple[Array, Array, Array, Array]  # of `PatchMaps`: cells, references, free and free_count
 
 
 @compiled
 def _update_map(
     table: Array,
-    cells: Array,
-    references: Array,
-    free: Array,
-    free_count: Array,
+    patches: Patches,
     laser: Tuple[float, float],
     cosines: Array,
     sines: Array,
@@ -177,11 +167,10 @@ def _update_map(
     is_hit: Array,
 ) -> None:
     """Enter a scan into one particle's map; lengths in cells, from the map's corner."""
-    laser_x, laser_y = laser
-    patch_row, patch_column, patch = -1, -1, -1
+    (laser_x, laser_y), cells = laser, patches[0]
+    patch_row = patch_column = patch = -1
     for j in range(len(lengths)):
-        end_x = laser_x + lengths[j] * cosines[j]
-        end_y = laser_y + lengths[j] * sines[j]
+        end_x, end_y = laser_x + lengths[j] * cosines[j], laser_y + lengths[j] * sines[j]
         column, row = int(math.floor(laser_x)), int(math.floor(laser_y))
         last_column, last_row = int(math.floor(end_x)), int(math.floor(end_y))
         step_x, next_x, period_x = _first_border(laser_x, cosines[j])
@@ -191,7 +180,7 @@ def _update_map(
             is_last = column == last_column and row == last_row
             if (row >> SHIFT) != patch_row or (column >> SHIFT) != patch_column:
                 patch_row, patch_column = row >> SHIFT, column >> SHIFT
-                patch = _own_patch(table, patch_row, patch_column, cells, references, free, free_count)
+                patch = _own_patch(table, patch_row, patch_column, patches)
             if is_last and is_hit[j]:
                 cell = cells[patch, row & MASK, column & MASK]
                 cell[HITS] += np.float32(1.0)
@@ -219,10 +208,9 @@ def _first_border(start: float, slope: float) -> Tuple[int, float, float]:
 
 
 @compiled
-def _own_patch(
-    table: Array, row: int, column: int, cells: Array, references: Array, free: Array, free_count: Array
-) -> int:
+def _own_patch(table: Array, row: int, column: int, patches: Patches) -> int:
     """Return the patch at a place of one particle's table, copied if others share it; one must be free."""
+    cells, references, free, free_count = patches
     patch = int(table[row, column])
     if patch != EMPTY and references[patch] == 1:
         return patch

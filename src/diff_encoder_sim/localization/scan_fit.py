@@ -1,7 +1,4 @@
-"""Agreement of a scan with the map at a pose.
-
-Upstream's amcl publishes its pose even if the scans contradict it. Rays that end in unknown space do not count.
-"""
+"""Agreement of a scan with the map at a pose; upstream's amcl publishes poses that scans contradict."""
 
 from __future__ import annotations
 
@@ -19,8 +16,9 @@ from diff_encoder_sim.localization.occupancy_grid import OCCUPIED, OccupancyGrid
 RAYS = 200  # about as many of a scan are checked
 LEAST_RAYS = 10  # at obstacles of the map, for a decision
 
-# People and moved objects end rays before obstacles of the map: these count less than rays that pass through some.
-SHORT_WEIGHT = 0.25
+SHORT_WEIGHT = 0.25  # of rays that people and moved objects end; rays through obstacles of the map count 1
+
+Pair = Tuple[float, float]
 
 _OFF_MAP, _UNKNOWN, _CLEAR, _NEAR, _OCCUPIED = range(5)
 
@@ -56,27 +54,16 @@ class FitMap:
     def fit(self, base_pose_in_map: Pose2D, scan: Scan, laser_pose_in_base: Pose2D) -> ScanFit:
         """Classify a scan's valid rays, also beyond laser_max_range: longer rays distinguish places better."""
         base, cell_m = base_pose_in_map.relative_to(self._grid.origin), self._grid.resolution_m
-        laser = base.compose(laser_pose_in_base)
-        start = laser.x_m / cell_m, laser.y_m / cell_m
-        yaws_rad = base.yaw_rad, laser_pose_in_base.yaw_rad
-        step = max(1, len(scan.ranges_m) // RAYS)
-        return ScanFit(*_sort_rays(scan, step, start, yaws_rad, cell_m, self._distance_m / cell_m, self._kinds))
+        laser, step = base.compose(laser_pose_in_base), max(1, len(scan.ranges_m) // RAYS)
+        place = (laser.x_m / cell_m, laser.y_m / cell_m), (base.yaw_rad, laser_pose_in_base.yaw_rad)
+        return ScanFit(*_sort_rays(scan, step, *place, cell_m, self._distance_m / cell_m, self._kinds))
 
 
 @compiled
 def _sort_rays(
-    scan: Scan,
-    every: int,
-    laser: Tuple[float, float],
-    yaws_rad: Tuple[float, float],
-    cell_m: float,
-    distance: float,
-    kinds: Array,
+    scan: Scan, every: int, laser: Pair, yaws_rad: Pair, cell_m: float, distance: float, kinds: Array
 ) -> Tuple[int, int, int]:
-    """Count rays as fitting, through, short; in the grid's frame, lengths in cells.
-
-    The yaws are those of the base, and of the laser in the base.
-    """
+    """Count rays as fitting, through, short; lengths in cells of the grid; yaws of the base, and the laser in it."""
     (x, y), (base_yaw_rad, laser_yaw_rad), step_rad = laser, yaws_rad, scan.angle_increment_rad * every
     fitting = through = short = 0
     for j in range((len(scan.ranges_m) + every - 1) // every):
@@ -89,9 +76,8 @@ def _sort_rays(
         if end >= _NEAR:
             fitting += 1
             continue
-        is_blocked = False
+        is_blocked, first = False, _distance_to_map(x, y, cos_direction, sin_direction, length, kinds.shape)
         # Steps of half a cell skip at most a corner of a cell.
-        first = _distance_to_map(x, y, cos_direction, sin_direction, length, kinds.shape)
         for step in range(1 + int(2.0 * first), int(2.0 * (length - distance))):
             kind = _kind_at(kinds, x + 0.5 * step * cos_direction, y + 0.5 * step * sin_direction)
             is_blocked = kind == _OCCUPIED
@@ -121,11 +107,9 @@ def _distance_to_map(
 
 @compiled
 def _kind_at(kinds: Array, x: float, y: float) -> int:
-    """Return the map's value at a point in cells."""
     column, row = int(math.floor(x)), int(math.floor(y))
-    if column < 0 or row < 0 or column >= kinds.shape[1] or row >= kinds.shape[0]:
-        return _OFF_MAP
-    return int(kinds[row, column])
+    is_on_map = 0 <= row < kinds.shape[0] and 0 <= column < kinds.shape[1]
+    return int(kinds[row, column]) if is_on_map else _OFF_MAP
 
 
 class LostDetector:

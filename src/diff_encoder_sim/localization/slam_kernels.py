@@ -1,7 +1,6 @@
-"""Scan matching and proposal of grid SLAM, compiled.
+"""Scan matching and proposal of grid SLAM, compiled; lengths are in cells, from the maps' corner.
 
-Lengths are in cells, from the maps' corner. `ends` are the ends (k, 2) of a scan's rays in the base
-frame, `table` is one particle's and `cells` all patches, as in patches.py.
+`ends` (k, 2) of a scan's rays are in the base frame; `table`, of one particle, and `cells` are those of patches.py.
 """
 
 from __future__ import annotations
@@ -20,8 +19,8 @@ LEAST_SPREAD = 1e-9  # below it, as in a single cell, no direction is defined
 REFINEMENTS, CLOSE_CELLS, CLOSE_RAD = 10, 5e-3, 5e-5  # the refinement ends after these steps, or with a smaller one
 TREND_STEPS = 10  # of the running mean of the scans' offsets from odometry
 
-# Squared distance, in standard deviations of a scan, above which the scan contradicts odometry: the 95 % quantile of
-# chi-squared with 3 degrees of freedom.
+# Squared distance, in standard deviations of a scan, above which it contradicts odometry: 95 % of chi-squared with 3
+# degrees of freedom.
 CONTRADICTION = 7.81
 
 
@@ -55,9 +54,8 @@ def propose_poses(
     trend: Array,
 ) -> Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return, for all particles: drawn poses (n, 3), log-weight factors (n,), scores (n,), and trends (n, 3)."""
-    drawn = fallback.copy()
+    drawn, trends = fallback.copy(), np.zeros(fallback.shape)
     log_factors, scores = np.empty(len(drawn)), np.empty(len(drawn))
-    trends = np.zeros((len(drawn), 3))
     for i in range(len(drawn)):
         match, scores[i] = climb(table[i], cells, expected[i], ends, search)
         if not scores[i] > search.minimum_score:
@@ -82,10 +80,7 @@ def propose_poses(
 
 @compiled
 def climb(table: Array, cells: Array, pose: Array, ends: Array, search: Search) -> Tuple[np.ndarray, float]:
-    """Return (3,) the pose with the best score near `pose`, and that score.
-
-    Of six moves, along x, along y and turned, the best one is taken if it improves the score; else steps are halved.
-    """
+    """Return (3,) the pose with the best score near `pose`, and that score: by the best of MOVES, or smaller ones."""
     steps, halvings = np.array([search.step, search.step, search.turn_rad]), search.halvings
     best, score = pose, fit(table, cells, pose, ends, search)[0]
     while halvings >= 0:
@@ -128,8 +123,7 @@ def refine(
 ) -> Tuple[np.ndarray, np.ndarray]:
     """Return (3,) the likeliest pose near `match` by scan and odometry, and (3, 3) the lower root of its information.
 
-    By Gauss and Newton; a ray counts by its part of the score, so that one without a counterpart does not pull. The
-    information is the inverse of the covariance.
+    By Gauss and Newton; a ray counts by its part of the score, so that one without a counterpart does not pull.
     """
     pose = match.copy()
     for _ in range(REFINEMENTS):
@@ -147,9 +141,8 @@ def refine(
 def scan_share(offset: Array, trend: Array) -> float:
     """Return the fraction, 0 to 1, of the offset between odometry's pose and the scan's by which a particle follows.
 
-    The offset (3,), and its running mean over the last steps (3,), are in standard deviations of the scan, whose own
-    noise seldom exceeds CONTRADICTION. Only the excess speaks against odometry (the nonnegative garrote, Breiman 1995);
-    the mean finds a small error that every step has.
+    The offset (3,), and its running mean (3,), which finds a small error that every step has, are in standard
+    deviations of the scan. Only the excess speaks against odometry (the nonnegative garrote, Breiman 1995).
     """
     squared = max((offset * offset).sum(), (2.0 * TREND_STEPS - 1.0) * (trend * trend).sum())
     return max(0.0, 1.0 - CONTRADICTION / squared) if squared > 0.0 else 0.0
@@ -162,8 +155,7 @@ def _add_scan(
     """Add a scan's information (3, 3), and its product with the change of pose that fits it best, (3,)."""
     cos_yaw, sin_yaw = math.cos(pose[2]), math.sin(pose[2])
     for j in range(len(ends)):
-        arm_x = cos_yaw * ends[j, 0] - sin_yaw * ends[j, 1]
-        arm_y = sin_yaw * ends[j, 0] + cos_yaw * ends[j, 1]
+        arm_x, arm_y = cos_yaw * ends[j, 0] - sin_yaw * ends[j, 1], sin_yaw * ends[j, 0] + cos_yaw * ends[j, 1]
         found, x, y, xx, xy, yy = _surface_near(table, cells, pose[0] + arm_x, pose[1] + arm_y, search.kernel)
         if not found:
             continue
@@ -249,11 +241,9 @@ def _motion_information(pose: Array, expected: Array, sigmas: Array) -> Tuple[np
     information[1, 1] = ahead * sin_yaw * sin_yaw + across * cos_yaw * cos_yaw
     information[2, 2] = sigmas[2] ** -2
     x, y = expected[0] - pose[0], expected[1] - pose[1]
-    pull = np.empty(3)
-    pull[0] = information[0, 0] * x + information[1, 0] * y
-    pull[1] = information[1, 0] * x + information[1, 1] * y
-    pull[2] = information[2, 2] * (expected[2] - pose[2])
-    return information, pull
+    pull_x = information[0, 0] * x + information[1, 0] * y
+    pull_y = information[1, 0] * x + information[1, 1] * y
+    return information, np.array([pull_x, pull_y, information[2, 2] * (expected[2] - pose[2])])
 
 
 @compiled

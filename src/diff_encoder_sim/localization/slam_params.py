@@ -15,17 +15,12 @@ from diff_encoder_sim.base.se2 import Pose2D, wrap_angles
 
 SIDE = 32  # cells along a patch of a map; a power of two
 
-# Patches of all particles' maps together: tables of 100 MB, and 1.4 km either way for 30 particles.
-MOST_ENTRIES = 25_000_000
-
+MOST_ENTRIES = 25_000_000  # patches of all particles' maps: tables of 100 MB, and 1.4 km either way for 30 particles
 FrameId = Annotated[str, Field(min_length=1)]
 
 
 class GridSlamParams(Params):
-    """All of slam_gmapping's parameters, so that its files load; the node uses those at the end.
-
-    In exponents, squared distances are divided by `sigma` and `lsigma`, as in upstream's code: twice a variance.
-    """
+    """All of slam_gmapping's parameters, so that its files load; the node uses those at the end."""
 
     # The laser. 0 stands for upstream's default: the scan's own range_max less 1 cm.
     maxRange: Distance_m = param(0.0, 'longer ranges are ignored [m]; 0: range_max of the scan less 1 cm')
@@ -106,13 +101,9 @@ def move_sigmas(move: Pose2D, params: GridSlamParams) -> np.ndarray:
 
 def apply_moves(particles: np.ndarray, moves: np.ndarray) -> np.ndarray:
     """Return (n, 3) poses after each particle's own move, (n, 3) or (3,) in its base frame."""
-    moves = np.broadcast_to(moves, particles.shape)
-    cosines, sines = np.cos(particles[:, 2]), np.sin(particles[:, 2])
-    moved = np.empty_like(particles)
-    moved[:, 0] = particles[:, 0] + cosines * moves[:, 0] - sines * moves[:, 1]
-    moved[:, 1] = particles[:, 1] + sines * moves[:, 0] + cosines * moves[:, 1]
-    moved[:, 2] = wrap_angles(particles[:, 2] + moves[:, 2])
-    return moved
+    (x, y, yaw), (ahead, left, turn) = particles.T, np.broadcast_to(moves, particles.shape).T
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    return np.column_stack([x + cos * ahead - sin * left, y + sin * ahead + cos * left, wrap_angles(yaw + turn)])
 
 
 def normalised(log_weights: np.ndarray) -> np.ndarray:
