@@ -123,8 +123,7 @@ POSES_AT_A_TIME = 2**18  # larger arrays do not fit the processor's cache
 RADIUS, SEPARATION, SLIP = 'wheel radius', 'wheel separation', 'wheel slip'
 CONTACT = 'simulated contact'  # slip of error-free wheels on the simulated floor; not of a real robot
 
-# Amount of each cause from 0 (none, the default) to 1 (all).
-Amounts = Mapping[str, float]
+Amounts = Mapping[str, float]  # of each cause from 0 (none, the default) to 1 (all)
 ROBOTS_CAUSES: Amounts = dict.fromkeys((RADIUS, SEPARATION, SLIP), 1.0)
 ALL_CAUSES: Amounts = {**ROBOTS_CAUSES, CONTACT: 1.0}
 

@@ -24,8 +24,7 @@ from diff_encoder_sim.wheels.covariance import PULSE_VARIANCE
 from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, NO_FAULTS, PerWheel
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
-# Same as FINE_DRAWS of the curve; few draws refuse most insufficient encoders.
-DRAWS, FEW_DRAWS = 8000, 500
+DRAWS, FEW_DRAWS = 8000, 500  # as FINE_DRAWS of the curve; few draws refuse most insufficient encoders
 LISTED_DRAWS = 400
 
 

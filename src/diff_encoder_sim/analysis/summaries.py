@@ -29,8 +29,7 @@ CELL_LEGEND = (
 )
 TRIAL_LEGEND = f'Final pose minus goal by pose source: distance and heading.\n{SOURCES_LEGEND}'
 
-# Final poses and their references. At the goal, the error of odometry includes the stopping error.
-COMPARED_POSES = {
+COMPARED_POSES = {  # and their references; at the goal, the error of odometry includes the stopping error
     'world': 'true pose at the goal',
     'global': 'pose estimate at the goal',
     'odom': 'odometry at the goal',

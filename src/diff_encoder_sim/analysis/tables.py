@@ -55,8 +55,7 @@ def pulse_resolution_table(pprs: Sequence[float], robot: RobotGeometry) -> Resul
     return ResultTable('table3', title, pulse_resolution(pprs, robot), columns, notes)
 
 
-# Tables 4 to 6 of the paper and two of the same form, by pose: file name and title.
-GOAL_TABLES = {
+GOAL_TABLES = {  # tables 4 to 6 of the paper and two of the same form, by pose: file name and title
     'odom': ('table4', 'Table 4. Final /odom minus the goal'),
     'world': ('table5', 'Table 5. Final /world_pose minus the goal'),
     'global': ('table6', 'Table 6. Final /global_pose minus the goal'),
@@ -66,9 +65,7 @@ GOAL_TABLES = {
 
 DECIMALS = {'m': 4, 'deg': 3}
 PERCENT_DECIMALS = 1
-
-# Rows of tables 4 to 6 for each test.
-STATISTICS = ('min', 'max', 'mean', 'std', 'pct_within', 'trials')
+STATISTICS = ('min', 'max', 'mean', 'std', 'pct_within', 'trials')  # rows of tables 4 to 6 for each test
 
 
 def estimates(results: Results, pose: str) -> pd.DataFrame:

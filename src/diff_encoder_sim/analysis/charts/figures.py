@@ -108,8 +108,7 @@ def _all_figures(results: Results) -> Iterator[_Drawn]:
 def _save(name: str, caption: str, rows: _Panels, folder: Path) -> Figure:
     spec = {**drawing_dict(alt.vconcat(*(alt.hconcat(*row) for row in rows))), 'config': CONFIG}
     svg = vl_convert.vegalite_to_svg(spec, vl_version=VEGA_LITE)
-    # Vega numbers clip paths across all figures of a process.
-    numbers: Dict[str, str] = {}
+    numbers: Dict[str, str] = {}  # Vega numbers clip paths across all figures of a process
     svg = re.sub(r'\b(clip|gradient_)\d+\b', lambda found: numbers.setdefault(found[0], f'part{len(numbers)}'), svg)
     figure = Figure(name, caption, folder / f'{name}.png', folder / f'{name}.svg')
     figure.svg.write_bytes(svg.encode('utf-8'))
@@ -212,11 +211,8 @@ def _path_panels(results: Results, shown: pd.DataFrame, colours: Dict[str, str])
     marks, maps = frames.mark_rows(results, [test]), alt.Chart(frames.map_rows(results, [test]))
     paths, panels = frames.path_rows(shown, floors), []
     for label in labels:
-        ends = [
-            path[-1]
-            for path in shown['true_path'][(shown['ppr'] == label) & (shown['outcome'] != results_table.SUCCEEDED)]
-        ]
-        of_ends = [(test, 'end of a failed trial', *end) for end in ends]
+        failed = shown[(shown['ppr'] == label) & (shown['outcome'] != results_table.SUCCEEDED)]
+        of_ends = [(test, 'end of a failed trial', *path[-1]) for path in failed['true_path']]
         marked = alt.Chart(pd.concat([marks, pd.DataFrame(of_ends, columns=marks.columns)]))
         panel = drawings.path_chart(alt.Chart(paths[paths['encoder'] == label]), marked, maps, colours, domains)
         height = round(width * height_m / width_m)
