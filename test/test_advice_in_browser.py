@@ -49,7 +49,7 @@ def test_without_trials_it_shows_nothing_of_trials(opened):
 
 def test_the_budget_follows_the_criterion_and_a_test_without_one_has_a_text_instead(opened):
     advice = whole_advice()
-    page = opened(advice._replace(tried=[*advice.tried, advice.tried[-1]._replace(test='SMT', truth=None)]))
+    page = opened(advice._replace(tried=[*advice.tried, advice.tried[-1]._replace(test='SMT', budget=None)]))
     of_odometry, is_text = page.evaluate(BARS), 'document.querySelector("#chart-budget svg").textContent.includes'
     page.click('document.querySelector("[name=criterion][value=\'1\']")')
     page.wait_for(f'{BARS} !== {of_odometry}')
