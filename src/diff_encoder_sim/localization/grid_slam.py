@@ -35,7 +35,6 @@ from diff_encoder_sim.localization.slam_params import (
 
 log = logging.getLogger(__name__)
 
-
 MATCH_MARGIN_M = 1.0  # beyond the range of the rays, for the search of scan matching
 
 

@@ -133,9 +133,9 @@ class LikelihoodField(SensorModel):
     def _table_for(self, range_max_m: float) -> np.ndarray:
         """Return (height + 2, width + 2) what a ray adds by the cell it ends in; computed once for a range limit."""
         if self._table[0] != range_max_m:
-            params = self._params  # a hit, or anything (table 6.3, line 7)
+            params = self._params
             hit = np.exp(-(self._distances_m**2) / (2.0 * params.laser_sigma_hit**2))
-            probabilities = params.laser_z_hit * hit + params.laser_z_rand / range_max_m
+            probabilities = params.laser_z_hit * hit + params.laser_z_rand / range_max_m  # table 6.3, line 7
             with np.errstate(divide='ignore'):
                 entries = np.maximum(np.log(probabilities), _LEAST_LOG) if self._is_product else probabilities**3
             self._table = range_max_m, (np.round(entries / _QUANTUM) * _QUANTUM)[self._cells]

@@ -68,6 +68,7 @@ def move_particles(
         axles = move_particles(_moved_ahead(particles, params.axle_x), *ends, at_axle, rng)
         return _moved_ahead(axles, -params.axle_x)
     move = decompose(previous, current)
+    # As many numbers for any move, so that equal seeds stay in step.
     normals, sigmas = rng.standard_normal(particles.shape), move_noise(move, params)
     noisy = (part - sigma * normal for part, sigma, normal in zip(move, sigmas, normals.T))
     rotation1_rad, translation_m, rotation2_rad = noisy

@@ -154,17 +154,12 @@ class PatchMaps:
 
 
 Patches = Tuple[Array, Array, Array, Array]  # of `PatchMaps`: cells, references, free and free_count
+Point = Tuple[float, float]
 
 
 @compiled
 def _update_map(
-    table: Array,
-    patches: Patches,
-    laser: Tuple[float, float],
-    cosines: Array,
-    sines: Array,
-    lengths: Array,
-    is_hit: Array,
+    table: Array, patches: Patches, laser: Point, cosines: Array, sines: Array, lengths: Array, is_hit: Array
 ) -> None:
     """Enter a scan into one particle's map; lengths in cells, from the map's corner."""
     (laser_x, laser_y), cells = laser, patches[0]

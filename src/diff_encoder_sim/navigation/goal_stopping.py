@@ -89,12 +89,10 @@ def _distance_m(motion: Motion, goal: Pose2D) -> float:
     return math.hypot(goal.x_m - motion.base_pose.x_m, goal.y_m - motion.base_pose.y_m)
 
 
-# Fractions of a tolerance: errors below it are not corrected (less than half a pulse would increase the error);
-# below it a lateral offset is not steered to, and the robot does not slow down further.
-SET_OUT, NEAR = 1.0 / 3.0, 0.1
-ASIDE_RAD = math.radians(
-    45.0
-)  # a robot within the tolerance, its goal at a larger bearing, has passed it: it turns in place
+# Fractions of a tolerance: smaller errors are not corrected, as less than half a pulse would increase the error.
+SET_OUT = 1.0 / 3.0
+NEAR = 0.1  # a smaller lateral offset is not steered to, and the robot does not slow down further
+ASIDE_RAD = math.radians(45.0)  # a robot within the tolerance turns to a goal at a larger bearing: it has passed it
 LAG_PERIODS = 2.0  # from a pose to the end of its command: one of the command, one for the transport of both
 
 
