@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
-from typing import NamedTuple
+from typing import NamedTuple, Tuple
 
 import numpy as np
 
@@ -151,31 +151,39 @@ class GeometryStd(NamedTuple):
 
 KNOWN_EXACTLY = GeometryStd()
 
-# First-order derivatives of x [m], y [m] and yaw [rad] (rows) by the relative errors of distance, turn and diameter
-# difference (columns).
-NO_ERRORS = np.zeros((3, 3))
+# First-order derivatives of x [m], y [m] and yaw [rad] by the relative errors of distance, turn and diameter
+# difference: of floats, as arrays of three take several times as long.
+Columns = Tuple[Tuple[float, float, float], ...]
+NO_ERRORS: Columns = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
 def carry_geometry_errors(
-    errors: np.ndarray, yaw_rad: float, left_m: float, right_m: float, wheel_separation_m: float
-) -> np.ndarray:
-    """Return the (3, 3) effect of the geometry errors on the pose after one more step, as `propagate_motion_noise`."""
+    errors: Columns, yaw_rad: float, left_m: float, right_m: float, wheel_separation_m: float
+) -> Columns:
+    """Return the effect of the geometry errors on the pose after one more step, as `propagate_motion_noise`."""
     travel_m, turn_rad = 0.5 * (left_m + right_m), (right_m - left_m) / wheel_separation_m
     mid_yaw_rad = yaw_rad + 0.5 * turn_rad
     cos_yaw, sin_yaw = math.cos(mid_yaw_rad), math.sin(mid_yaw_rad)
-    x_m, y_m, error_rad = errors
     # Change of the step by each error: distance [m] and rotation [rad].
-    along_m = np.array([travel_m, 0.0, 0.25 * (right_m - left_m)])
-    by_rad = np.array([0.0, turn_rad, travel_m / wheel_separation_m])
-    across_m = travel_m * (error_rad + 0.5 * by_rad)
-    new_x_m, new_y_m = x_m + cos_yaw * along_m - sin_yaw * across_m, y_m + sin_yaw * along_m + cos_yaw * across_m
-    return np.array([new_x_m, new_y_m, error_rad + by_rad])
+    steps = ((travel_m, 0.0), (0.0, turn_rad), (0.25 * (right_m - left_m), travel_m / wheel_separation_m))
+    carried = []
+    for (x_m, y_m, error_rad), (along_m, by_rad) in zip(errors, steps):
+        across_m = travel_m * (error_rad + 0.5 * by_rad)
+        new_x_m, new_y_m = x_m + cos_yaw * along_m - sin_yaw * across_m, y_m + sin_yaw * along_m + cos_yaw * across_m
+        carried.append((new_x_m, new_y_m, error_rad + by_rad))
+    return tuple(carried)
 
 
-def geometry_covariance(errors: np.ndarray, std: GeometryStd) -> PlanarCovariance:
+def geometry_covariance(errors: Columns, std: GeometryStd) -> PlanarCovariance:
     """Return the covariance of independent geometry errors with these standard deviations."""
-    rows, columns = np.triu_indices(3)
-    return PlanarCovariance(*(np.square(std) * errors[rows] * errors[columns]).sum(axis=1).tolist())
+    covariance = PlanarCovariance()
+    for (x, y, yaw), spread in zip(errors, std):
+        if spread:
+            of_x, of_y, of_yaw = spread**2 * x, spread**2 * y, spread**2 * yaw
+            covariance = covariance.plus(
+                PlanarCovariance(of_x * x, of_x * y, of_x * yaw, of_y * y, of_y * yaw, of_yaw * yaw)
+            )
+    return covariance
 
 
 # Low-pass time constant [s]: suppresses the speed jumps of single pulses of a coarse encoder.

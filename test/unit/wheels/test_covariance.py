@@ -128,7 +128,7 @@ def test_errors_are_those_of_drives_with_another_geometry():
     for left_m, right_m in steps_m:
         errors = carry_geometry_errors(errors, yaw_rad, left_m, right_m, SEPARATION_M)
         yaw_rad += (right_m - left_m) / SEPARATION_M
-    distance, turn, difference = errors.T
+    distance, turn, difference = np.array(errors)
     exact = driven(steps_m)
     half = 0.5 * SMALL
     by_difference = (driven(steps_m, 1.0 - half, 1.0 + half) - exact) / SMALL
