@@ -33,8 +33,7 @@ from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 from drawn_drives import encoder_of, robot_of, rolled
 from generated_robots import Recipe, urdf_of
 
-# Every so many-th robot is driven by the simulator.
-SIMULATED_EVERY = 5
+SIMULATED_EVERY = 5  # the others roll on wheels by kinematics
 SHARES = (0.8, 0.95)
 # What an encoder of these counts may just reach is asked for, times a factor.
 COUNTS, FACTORS = (12.0, 12_000.0), (0.75, 1.5)

@@ -47,7 +47,7 @@ def write_analysis(results: Results, folder: Path, beside: Optional[Results] = N
 def output_folder(path: Path) -> Iterator[Path]:
     """Yield a folder that replaces `path` if there is no error; ConfigError for foreign files, or if not writable."""
     path = path.resolve()
-    made = path.with_name(f'.{path.name}-{uuid.uuid4().hex[:8]}')  # beside it: links stay valid, one rename moves it
+    made = path.with_name(f'.{path.name}-{uuid.uuid4().hex[:8]}')  # links stay valid, one rename moves it
     missing = [parent for parent in made.parents if not parent.exists()]
     try:
         if path.exists() and not path.is_dir():

@@ -95,7 +95,7 @@ class WheelSource:
     def __init__(
         self, topics: Sequence[str], joints: Tuple[str, str], text: str, numbers: Optional[WheelNumbers] = None
     ) -> None:
-        """Prepare to read angles of joints, or numbers of wheels; `text` says after their count what messages are."""
+        """Prepare to read angles of joints, or numbers of wheels; `text` names the messages in notes."""
         self.topics, self.joints, self.text = tuple(dict.fromkeys(topics)), joints, text
         self.ppr = numbers.ppr if numbers else None  # of the encoder that counted; None if unknown
         self._numbers, self._left_out = numbers, 0

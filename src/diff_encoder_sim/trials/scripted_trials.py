@@ -77,28 +77,30 @@ def run_scripted_trials(
         robot = LockstepTrial(plan, robot_file, params, Publications(shared, params, 'scripted'))
         for _ in robot.run():
             pass
-        return robot, [_run_chain(setup, robot, bag, shared) for setup, bag in zip(trials, bags)]
+        log = robot.log
+        drive, commands = Drive(TICK_NS * np.arange(len(log)), log[:, :2]), log[:, 2:]
+        return robot, [_run_chain(each, robot, drive, commands, bag, shared) for each, bag in zip(trials, bags)]
 
 
-def _run_chain(setup: TrialSetup, robot: LockstepTrial, bag: TrialBag, shared: _SharedMessages) -> Optional[Report]:
-    """Write the bag of a trial, and return its last report."""
+def _run_chain(
+    setup: TrialSetup, robot: LockstepTrial, drive: Drive, commands: np.ndarray, bag: TrialBag, shared: _SharedMessages
+) -> Optional[Report]:
+    """Write the bag of a trial, and return its last report; `commands` (n, 2) are linear [m/s] and angular [rad/s]."""
     trial, params = setup.plan.trial, setup.params
     publications = Publications(bag, params, trial.nav)
     publications.trial(trial)
-    log, start = robot.log, trial.test.start.pose()
-    separation_m = params.odometry.wheel_separation
-    commands = np.array([wheel_speeds_mps(linear, angular, separation_m) for linear, angular in log[:, 2:].tolist()])
-    run = chain_of(trial, params).run(Drive(TICK_NS * np.arange(len(log)), log[:, :2]), commands=commands)
-    ticks, latency = run.rows[0].tolist(), latency_ns(params.latency.odometry)
+    start, odometry_latency_ns = trial.test.start.pose(), latency_ns(params.latency.odometry)
+    speeds_mps = np.column_stack(wheel_speeds_mps(commands[:, 0], commands[:, 1], params.odometry.wheel_separation))
+    run = chain_of(trial, params).run(drive, commands=speeds_mps)
     # A collision ends its tick before odometry.
-    ticks_with_odometry = len(log) - (robot.ending.outcome is Outcome.COLLISION)
+    ticks_with_odometry = len(drive) - (robot.ending.outcome is Outcome.COLLISION)
     reports: List[_Event] = []
     odometry: List[_Event] = []
     last: Optional[Report] = None
-    for tick, sample, estimate in zip(ticks, run.samples(), run.estimates()):
+    for tick, sample, estimate in zip(run.rows[0].tolist(), run.samples(), run.estimates()):
         now_ns = tick * TICK_NS
         reports.append(((tick, _REPORTS), publications.encoder_pulse, (now_ns, sample)))
-        due_ns = now_ns + latency
+        due_ns = now_ns + odometry_latency_ns
         due_tick = -(-due_ns // TICK_NS)
         if estimate is not None and due_tick < ticks_with_odometry:
             # Odometry begins at the surveyed start pose, as by scripted_drive_node's transform.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 from collections import deque
-from typing import Deque, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Deque, List, NamedTuple, Optional, Sequence, Tuple, TypeVar
 
 import numpy as np
 
@@ -32,6 +32,7 @@ from diff_encoder_sim.wheels.report_link import LATE_REPORT_TOLERANCE_NS
 
 log = logging.getLogger(__name__)
 
+Number = TypeVar('Number', float, np.ndarray)
 WheelRates = Tuple[float, float]  # left, right [rad/s]
 RimMotion = Tuple[float, float]  # distance [m] and variance [m^2], or speed [m/s] and variance [m^2/s^2]
 
@@ -118,8 +119,8 @@ class TwistEstimator:
         return speeds
 
 
-def wheel_speeds_mps(linear_mps: float, angular_radps: float, wheel_separation_m: float) -> Tuple[float, float]:
-    """Return the left and right rim speeds of a twist at the axle's centre."""
+def wheel_speeds_mps(linear_mps: Number, angular_radps: Number, wheel_separation_m: float) -> Tuple[Number, Number]:
+    """Return the left and right rim speeds of a twist, or of arrays of twists, at the axle's centre."""
     half_mps = 0.5 * wheel_separation_m * angular_radps
     return linear_mps - half_mps, linear_mps + half_mps
 
