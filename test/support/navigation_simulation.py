@@ -137,7 +137,7 @@ class ClosedLoop:
         self.navigator = Navigator(params or navigator_params(), grid, LASER_IN_BASE)
         self.period = 0
         self.muted = set()  # inputs that do not arrive: 'odometry', 'localization', 'scan'
-        self.outputs, self.touched = [], False
+        self.outputs, self.trace, self.touched = [], [], False
 
     def step(self):
         """One control period of 50 ms; scan and localization come in every second one."""
@@ -154,6 +154,7 @@ class ClosedLoop:
         robot.drive(output.command, 5)
         self.touched = self.touched or robot.shapes.touch(robot.pose)
         self.outputs.append(output)
+        self.trace.append(robot.pose)
         self.period += 1
         return output
 
