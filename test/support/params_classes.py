@@ -49,6 +49,8 @@ def _value(annotation):
         return [_value(parts[0])] * 3
     if hasattr(annotation, '__metadata__'):
         return _value(parts[0])
+    if origin is typing.Literal:
+        return parts[0]
     if isinstance(annotation, type) and issubclass(annotation, Params):
         return example(annotation)
     return {str: 'a', float: 1.0, int: 1}[annotation]

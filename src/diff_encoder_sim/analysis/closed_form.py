@@ -54,7 +54,7 @@ def wheel_travel_m(requested: Trial, robot: RobotGeometry, true_minus_goal: np.n
     """
     test, start = requested.test, requested.test.start.pose()
     if requested.nav == 'scripted':
-        motions = [(segment.straight or 0.0, 2.0 * math.pi * (segment.turns or 0.0)) for segment in test.drive]
+        motions = [segment.motion for segment in test.drive]
     else:
         to_goal = requested.goal().relative_to(start)
         *legs, _ = test.route
@@ -62,7 +62,7 @@ def wheel_travel_m(requested: Trial, robot: RobotGeometry, true_minus_goal: np.n
             return None
         motions = [(0.0, 2.0 * math.pi * (leg.turns or 0.0)) for leg in legs] + [(to_goal.x_m, 0.0)]
     motions = [motion for motion in motions if max(map(abs, motion)) > STRAIGHT_WITHIN]
-    if len(motions) != 1:
+    if len(motions) != 1 or all(motions[0]):
         return None
     [(straight_m, turn_rad)], (x_m, y_m, yaw_rad) = motions, true_minus_goal.T
     ahead_m = straight_m + math.cos(start.yaw_rad) * x_m + math.sin(start.yaw_rad) * y_m

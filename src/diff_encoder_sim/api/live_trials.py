@@ -27,7 +27,7 @@ from diff_encoder_sim.drives.trial_definition import LivePlan, Trial, wheels_of
 from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.localization.occupancy_grid import OCCUPIED, UNKNOWN
 from diff_encoder_sim.simulation.state import JOINTS_RATE_HZ, STATES_PERIOD_S, STATES_RATE_HZ
-from diff_encoder_sim.trials.campaign_loading import at_pace_of
+from diff_encoder_sim.trials.campaign_loading import as_driven_by
 from diff_encoder_sim.trials.required_packages import GAZEBO, UPSTREAM_NAVIGATION, UPSTREAM_SLAM, require
 from diff_encoder_sim.trials.route_driver import misfit
 from diff_encoder_sim.wheels.catalogue import encoder_lines
@@ -61,7 +61,7 @@ def plan(options: TrialOptions) -> LivePlan:
     number = TrialArguments.from_mapping({'trial': yaml_value(options.trial, 'trial'), **ppr}, '').trial
     launched = launched_robot(options, {OWN_PPR: ppr['ppr']} if ppr else {})
     robot, encoder = launched.params, launched.encoder
-    paced, wheels = at_pace_of(robot.simulator.drive, test), wheels_of(robot.odometry, robot.encoder)
+    paced, wheels = as_driven_by(robot.simulator, test), wheels_of(robot.odometry, robot.encoder)
     of_encoder = {'ppr': encoder.ppr, 'encoder': encoder.name, 'resolution': encoder.resolution}
     chosen = {'test': paced, 'number': number, 'odom': options.odom, 'nav': options.nav}
     trial = Trial.from_mapping({**chosen, **of_encoder, **wheels}, '')

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import List, Optional, Union
+from typing import Any, Dict, List, Literal, Optional, Tuple, Union
 
-from pydantic import Field, model_validator
+from pydantic import ConfigDict, Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 from typing_extensions import Annotated
 
 from diff_encoder_sim.base import bounds
@@ -29,20 +29,62 @@ class PoseParams(Params):
         return Pose2D(self.x, self.y, wrap_angle(self.yaw))
 
 
-class Segment(Params):
-    """One segment of a scripted drive: a straight line or turns in place."""
+# A mistyped number must not drive for hours: a scripted drive has no time limit.
+SegmentLength_m = Annotated[float, Between(-1000.0, 1000.0, 'm')]
 
-    # A mistyped number must not drive for hours: a scripted drive has no time limit.
-    straight: Optional[Annotated[float, Between(-1000.0, 1000.0, 'm')]] = Field(
-        None, description='distance, negative is backwards [m]'
+
+class Arc(Params):
+    """An arc of a scripted drive."""
+
+    radius: SegmentLength_m = Field(description="of the path of the axle's middle, negative is backwards [m]")
+    turns: Turns = Field(description='full turns of the heading, counter-clockwise')
+
+
+class Pivot(Params):
+    """A turn about a wheel, which stands still."""
+
+    wheel: Literal['left', 'right'] = Field(description='the wheel that stands still')
+    turns: Turns = Field(description='full turns of the heading, counter-clockwise')
+
+
+class Segment(Params):
+    """One segment of a scripted drive."""
+
+    straight: Optional[SegmentLength_m] = Field(None, description='distance, negative is backwards [m]')
+    turns: Optional[Turns] = Field(None, description='full turns in place, counter-clockwise')
+    arc: Optional[Arc] = Field(None, description='radius and turns')
+    pivot: Optional[Pivot] = Field(None, description='wheel and turns')
+    stop: Optional[Annotated[float, Between(0.0, 3600.0, 's')]] = Field(
+        None, description='time at rest, in addition to the half second after each segment [s]'
     )
-    turns: Optional[Turns] = Field(None, description='full turns, counter-clockwise')
 
     @model_validator(mode='after')
     def _check_one_motion(self) -> Segment:
-        if (self.straight is None) == (self.turns is None):
-            raise ValueError('either straight or turns')
+        if len(self.model_dump(exclude_none=True)) != 1:
+            raise ValueError(f'one of {", ".join(type(self).model_fields)}')
         return self
+
+    @model_serializer(mode='wrap')
+    def _without_unset_newer_kinds(self, serialise: SerializerFunctionWrapHandler) -> Dict[str, Any]:
+        """Leave out keys that older bags and campaigns do not have, so that these stay equal."""
+        return {
+            key: value for key, value in serialise(self).items() if value is not None or key in ('straight', 'turns')
+        }
+
+    @property
+    def motion(self) -> Tuple[float, float]:
+        """Return the distance of the axle's middle [m] and the turn [rad]; of a pivot only `on_wheels` knows them."""
+        if self.arc is not None:
+            turn_rad = 2.0 * math.pi * self.arc.turns
+            return self.arc.radius * abs(turn_rad), turn_rad
+        return self.straight or 0.0, 2.0 * math.pi * (self.turns or 0.0)
+
+    def on_wheels(self, wheel_separation_m: float) -> Segment:
+        """Return a pivot as the arc of the axle's middle around the standing wheel; other segments unchanged."""
+        if self.pivot is None:
+            return self
+        is_forward = (self.pivot.wheel == 'left') == (self.pivot.turns > 0.0)
+        return Segment(arc=Arc(radius=(0.5 if is_forward else -0.5) * wheel_separation_m, turns=self.pivot.turns))
 
 
 class Point(Params):
@@ -83,13 +125,19 @@ class TestDefinition(Params):
     """A test: a world, a start, a route to navigate, and a drive without feedback."""
 
     __test__ = False  # pytest would take the class for one of its own
+    model_config = ConfigDict(populate_by_name=True)  # `drive` is the older name of `path`
 
     name: str = Field(
         min_length=1, max_length=60, pattern=r'^[A-Za-z0-9][A-Za-z0-9_.+-]*$', description='part of file names'
     )
     world: str = Field(min_length=1, description='file in worlds/ without its suffix, or a path')
     start: PoseParams = Field(PoseParams(), description='pose of the robot in the map frame')
-    drive: List[Segment] = Field([], max_length=1000, description='what nav:=scripted drives, without feedback')
+    drive: List[Segment] = Field(
+        [],
+        alias='path',
+        max_length=1000,
+        description='segments that nav:=scripted drives, without feedback; or `drive`',
+    )
     route: List[Leg] = Field([], max_length=1000, description='what is navigated; the last leg is a goal')
     pass_radius: Annotated[float, Between(1e-3, 1000.0, 'm')] = Field(
         0.5, description='distance that counts as passing a waypoint [m]'
@@ -102,7 +150,7 @@ class TestDefinition(Params):
     @model_validator(mode='after')
     def _check_drive_or_route(self) -> TestDefinition:
         if not (self.drive or self.route):
-            raise ValueError('a drive, a route, or both')
+            raise ValueError('a path, a route, or both')
         if self.route and self.route[-1].goal is None:
             raise ValueError('a route whose last leg is a goal')
         return self
@@ -115,7 +163,7 @@ class TestDefinition(Params):
     def check_drivable(self, nav: str) -> None:
         """Raise ConfigError if the test has no drive for scripted navigation, or no route for any other."""
         if nav == 'scripted' and not self.drive:
-            raise ConfigError(f'nav: given scripted, but {self.name} has no drive; allowed: embedded, upstream')
+            raise ConfigError(f'nav: given scripted, but {self.name} has no path; allowed: embedded, upstream')
         if nav != 'scripted' and not self.route:
             raise ConfigError(f'nav: given {nav}, but {self.name} has no route; allowed: scripted')
 
@@ -123,7 +171,7 @@ class TestDefinition(Params):
         """Return the pose at which the scripted drive ends without slip or collision, in the map frame."""
         pose = self.start.pose()
         for segment in self.drive:
-            pose = move_along_arc(pose, segment.straight or 0.0, 2.0 * math.pi * (segment.turns or 0.0))
+            pose = move_along_arc(pose, *segment.motion)
         return pose._replace(yaw_rad=wrap_angle(pose.yaw_rad))
 
 

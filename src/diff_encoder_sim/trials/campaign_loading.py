@@ -15,7 +15,7 @@ from diff_encoder_sim.base.se2 import IDENTITY
 from diff_encoder_sim.base.yaml_files import find_yaml, load_yaml
 from diff_encoder_sim.drives.test_definition import TestDefinition, find_world, load_test
 from diff_encoder_sim.robots.robot_file import RobotNotFound
-from diff_encoder_sim.simulation.simulator import DriveParams, Simulator
+from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
 from diff_encoder_sim.trials.campaign_cells import Campaign, CampaignCell, CampaignParams, Varied, text_of
 from diff_encoder_sim.trials.robot_params import RobotParams, check_key, load_robot, load_robot_config, override
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
@@ -97,7 +97,7 @@ def load_campaign(
         for each in {(s.left_joint, s.right_joint, s.laser_link, s.wheel_errors): s for s in simulators}.values():
             Simulator(find_world(tests[0].world, worlds), robot.file.source, each, IDENTITY, seed=0).close()
     for each in simulators:
-        tests = [at_pace_of(each.drive, test) for test in tests]
+        tests = [as_driven_by(each, test) for test in tests]
     cells = [
         CampaignCell(_label(test, encoder, varied), test, encoder, varied, robot_params)
         for test in tests
@@ -170,8 +170,13 @@ def _combinations(
     return combinations
 
 
-def at_pace_of(drive: DriveParams, test: TestDefinition) -> TestDefinition:
-    """Return the test with limits that the motors allow; ConfigError if it takes longer than LONGEST_DRIVE_S."""
+def as_driven_by(robot: SimulatorParams, test: TestDefinition) -> TestDefinition:
+    """Return the test with limits that the motors allow, and pivots about a wheel as arcs.
+
+    Raises:
+        ConfigError: it takes longer than LONGEST_DRIVE_S.
+    """
+    drive = robot.drive
     allowed = {
         'speed': drive.max_linear_speed,
         'acceleration': drive.max_linear_acceleration,
@@ -181,6 +186,9 @@ def at_pace_of(drive: DriveParams, test: TestDefinition) -> TestDefinition:
     # A drive without feedback above these limits would end short of its goal.
     slower = {key: limit for key, limit in allowed.items() if limit < getattr(test.limits, key)}
     paced = test.model_copy(update={'limits': test.limits.model_copy(update=slower)}) if slower else test
+    if any(segment.pivot for segment in paced.drive):
+        segments = [segment.on_wheels(robot.wheel_separation) for segment in paced.drive]
+        paced = paced.model_copy(update={'drive': segments})
     duration_s = ScriptedDrive(paced).duration_s
     if duration_s > LONGEST_DRIVE_S:
         given = f'its drive takes {duration_s:.0f} s with the limits of test and robot'

@@ -55,15 +55,21 @@ class ScriptedDrive:
 
     def __init__(self, test: TestDefinition) -> None:
         self._starts_s: List[float] = []
-        self._legs: List[Tuple[Trapezoid, Trapezoid]] = []
+        self._legs: List[Tuple[Trapezoid, float, float]] = []  # profile, and motion per unit of it: [m], [rad]
         start_s, limits = 0.0, test.limits
         for segment in test.drive:
-            linear = Trapezoid(segment.straight or 0.0, limits.speed, limits.acceleration)
-            turn_rad = 2.0 * math.pi * (segment.turns or 0.0)
-            angular = Trapezoid(turn_rad, limits.angular_speed, limits.angular_acceleration)
+            distance_m, turn_rad = segment.motion
+            if turn_rad:
+                radius_m = distance_m / turn_rad
+                # The linear motion of an arc may be what is limited.
+                speed = limits.angular_speed / max(1.0, abs(radius_m) * limits.angular_speed / limits.speed)
+                most = max(1.0, abs(radius_m) * limits.angular_acceleration / limits.acceleration)
+                leg = Trapezoid(turn_rad, speed, limits.angular_acceleration / most), radius_m, 1.0
+            else:
+                leg = Trapezoid(distance_m, limits.speed, limits.acceleration), 1.0, 0.0
             self._starts_s.append(start_s)
-            self._legs.append((linear, angular))
-            start_s += max(linear.duration_s, angular.duration_s) + PAUSE_BETWEEN_SEGMENTS_S
+            self._legs.append(leg)
+            start_s += leg[0].duration_s + (segment.stop or 0.0) + PAUSE_BETWEEN_SEGMENTS_S
         self.duration_s = start_s
 
     def is_over(self, elapsed_s: float) -> bool:
@@ -80,9 +86,10 @@ class ScriptedDrive:
         # Only the current segments: long drives have thousands.
         first = max(0, bisect.bisect(self._starts_s, from_s) - 1)
         for index in range(first, bisect.bisect(self._starts_s, to_s)):
-            start_s, (linear, angular) = self._starts_s[index], self._legs[index]
-            linear_m += linear.covered(to_s - start_s) - linear.covered(from_s - start_s)
-            angular_rad += angular.covered(to_s - start_s) - angular.covered(from_s - start_s)
+            start_s, (profile, metres, radians) = self._starts_s[index], self._legs[index]
+            covered = profile.covered(to_s - start_s) - profile.covered(from_s - start_s)
+            linear_m += metres * covered
+            angular_rad += radians * covered
         return linear_m / (to_s - from_s), angular_rad / (to_s - from_s)
 
 

@@ -74,7 +74,7 @@ def test_a_start_outside_free_space_is_refused_for_navigation(tmp_path, world, s
         ('--config={}/nowhere.yaml', ['nowhere.yaml: cannot be read']),
         ('--config={}/negative.yaml', ['negative.yaml', 'wheel_diameter', '-0.2', '0.001 to 100 [m]']),
         ('--config={}/lines.yaml --ppr=90', ['lines.yaml: encoder: given 500 lines x 4', 'with ppr 90']),
-        ('--test=DLD --nav=scripted', ['DLD has no drive']),
+        ('--test=DLD --nav=scripted', ['DLD has no path']),
         ('--test={}/no_route.yaml', ['nav', 'embedded', 't has no route', 'scripted']),
     ],
 )

@@ -34,14 +34,16 @@ def test_the_tests_are_the_papers():
 @pytest.mark.parametrize(
     ('content', 'complaint'),
     [
-        ('world: b', 'a drive, a route, or both'),
-        ('world: b, drive: []', 'a drive, a route, or both'),
+        ('world: b', 'a path, a route, or both'),
+        ('world: b, path: []', 'a path, a route, or both'),
         ('world: b, route: [{turns: 1}]', 'whose last leg is a goal'),
         ('world: b, route: [{through: []}]', 'route.0.through: given'),
         ('world: b, route: [{goal: {x: 1.0}, turns: 2}]', 'one of goal, through, turns'),
-        ('world: b, drive: [{straight: 1, turns: 1}]', 'drive.0: given .*either straight or'),
-        ('world: b, drive: [{}]', 'either straight or turns'),
+        ('world: b, path: [{straight: 1, turns: 1}]', 'path.0: given .*one of straight, turns, arc, pivot, stop'),
+        ('world: b, path: [{}]', 'one of straight, turns'),
         ('world: b, drive: [{straight: .nan}]', 'drive.0.straight: given nan'),
+        ('world: b, path: [{arc: {radius: 1}}]', 'path.0.arc.turns: missing'),
+        ('world: b, path: [{pivot: {wheel: rear, turns: 1}}]', "path.0.pivot.wheel: given 'rear'; allowed: 'left' or"),
         ('world: b, drive: [{straight: 1}], start: {x: far}', "start.x: given 'far'"),
         ('world: b, drive: [{straight: 1}], limits: {speed: 0}', 'limits.speed: given 0'),
         ('world: b, route: [{goal: {x: 1.0e+7}}]', 'route.0.goal.x: given 10000000.0; allowed: -1e6 to 1e6'),
@@ -55,6 +57,20 @@ def test_a_bad_test_file_is_named_with_its_key(tmp_path, content, complaint):
     with pytest.raises(ConfigError, match=complaint) as caught:
         load_test(str(path), ROOT / 'config')
     assert str(caught.value).startswith(f'{path}: ')
+
+
+def test_a_path_ends_where_its_segments_lead():
+    segments = [{'arc': {'radius': 2.0, 'turns': 0.25}}, {'stop': 3.0}, {'arc': {'radius': -1.0, 'turns': -0.5}}]
+    test = TestDefinition.from_mapping({'name': 'T', 'world': 'w', 'path': segments}, '')
+    # Ahead around (0, 2) to (2, 2); back around (1, 2), on the left of the heading.
+    assert test.goal() == pytest.approx((0.0, 2.0, -0.5 * math.pi))
+
+
+def test_drive_is_the_older_name_of_path_also_in_bags():
+    older = {'name': 'T', 'world': 'w', 'drive': [{'straight': 1.0, 'turns': None}]}
+    test = TestDefinition.from_mapping(older, '')
+    assert test == TestDefinition.from_mapping({'name': 'T', 'world': 'w', 'path': [{'straight': 1.0}]}, '')
+    assert test.model_dump()['drive'] == older['drive']
 
 
 def test_an_unknown_world_is_named():

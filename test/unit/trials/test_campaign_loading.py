@@ -16,7 +16,7 @@ from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.simulation.simulator import DriveParams, SimulatorParams
 from diff_encoder_sim.trials.campaign_cells import check_robot, unfit_tests
-from diff_encoder_sim.trials.campaign_loading import at_pace_of, load_campaign
+from diff_encoder_sim.trials.campaign_loading import as_driven_by, load_campaign
 from diff_encoder_sim.trials.results import ResultsFolder
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
 from diff_encoder_sim.trials.trial_run import run_group, run_trials
@@ -132,11 +132,24 @@ def test_bag_names_contain_what_was_varied_and_stay_in_their_folder(tmp_path):
 
 def test_a_test_is_driven_no_faster_than_the_motors_allow():
     test = TestDefinition.from_mapping({'name': 'T', 'world': 'w', 'drive': [{'straight': 2.0}]}, '')
-    assert at_pace_of(DriveParams(), test) is test
-    slow = at_pace_of(DriveParams(max_linear_speed=0.1, max_angular_acceleration=1.0), test)
+    assert as_driven_by(SimulatorParams(), test) is test
+    limits = DriveParams(max_linear_speed=0.1, max_angular_acceleration=1.0)
+    slow = as_driven_by(SimulatorParams(drive=limits), test)
     slower = {'speed': 0.1, 'angular_acceleration': 1.0}
     assert slow == test.model_copy(update={'limits': test.limits.model_copy(update=slower)})
     assert ScriptedDrive(slow).duration_s > 20.0 > ScriptedDrive(test).duration_s
+
+
+def test_a_pivot_is_an_arc_about_the_standing_wheel():
+    segments = [{'pivot': {'wheel': wheel, 'turns': turns}} for wheel in ('left', 'right') for turns in (0.25, -0.25)]
+    test = TestDefinition.from_mapping({'name': 'T', 'world': 'w', 'path': segments}, '')
+    driven = as_driven_by(SimulatorParams(wheel_separation=0.6), test)
+    for segment, pivot in zip(driven.drive, segments):
+        distance_m, turn_rad = segment.motion
+        side = 1.0 if pivot['pivot']['wheel'] == 'left' else -1.0
+        # The standing wheel is half the separation to its side of the middle.
+        assert distance_m - side * 0.3 * turn_rad == pytest.approx(0.0, abs=1e-12)
+    assert as_driven_by(SimulatorParams(wheel_separation=0.5), driven) == driven
 
 
 # ---- encoders and variants
@@ -225,7 +238,7 @@ def test_a_mistake_on_the_command_line_is_not_blamed_on_the_file(tmp_path, repla
         ({'files': {'navigation': 'no/where.yaml'}}, "given 'no/where.yaml'; allowed: navigation, or a .yaml file"),
         ({'tests': ['SL', 'SL']}, 'tests: given SL 2 times'),
         ({'robot': 'no.xacro'}, "given 'no.xacro', but there is no"),
-        ({'tests': ['DLD'], 'nav': 'scripted'}, 'nav: given scripted, but DLD has no drive; allowed: embedded'),
+        ({'tests': ['DLD'], 'nav': 'scripted'}, 'nav: given scripted, but DLD has no path; allowed: embedded'),
         ({'set': {'simulator.lidar.nois': 0.1}}, "nois: unknown key; did you mean 'simulator.lidar.noise'"),
         ({'set': {'config.ppr': 40}}, "config.ppr: every trial sets it; allowed: the campaign's ppr"),
         ({'set': {NOISE: math.nan}}, 'simulator: lidar.noise: given nan; allowed: 0 to 1000'),

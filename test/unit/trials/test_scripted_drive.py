@@ -45,6 +45,19 @@ def test_commands_held_for_a_period_add_up_to_the_exact_distance(distance, perio
     assert sum(angular for _, angular in commands) * period_s == pytest.approx(-math.pi)
 
 
+@given(st.floats(-3, 3), st.floats(0.01, 2).map(lambda turns: 1.5 - turns))
+def test_an_arc_keeps_its_radius_within_the_limits(radius, turns):
+    drive = ScriptedDrive(definition({'arc': {'radius': radius, 'turns': turns}}, speed=0.5, angular_speed=0.7))
+    period_s, (distance_m, turn_rad) = 0.1, definition({'arc': {'radius': radius, 'turns': turns}}).drive[0].motion
+    commands = [drive.command_at(index * period_s, period_s) for index in range(math.ceil(drive.duration_s / period_s))]
+    linear, angular = zip(*commands)
+    assert sum(linear) * period_s == pytest.approx(distance_m, abs=1e-9)
+    assert sum(angular) * period_s == pytest.approx(turn_rad)
+    side = math.copysign(radius, radius * turns)
+    assert all(each == pytest.approx(side * other, abs=1e-9) for each, other in commands)
+    assert max(map(abs, linear)) < 0.5 + 1e-9 and max(map(abs, angular)) < 0.7 + 1e-9
+
+
 def test_segments_follow_one_another_with_a_pause():
     drive = ScriptedDrive(definition({'straight': 1.0}, {'turns': 1.0}, speed=1.0, acceleration=1.0))
     assert drive.command_at(0.99, 0.02)[0] == pytest.approx(1.0, abs=0.02)
@@ -52,3 +65,5 @@ def test_segments_follow_one_another_with_a_pause():
     linear, angular = drive.command_at(4.0, 0.1)
     assert linear == 0.0 and angular == pytest.approx(1.0)
     assert drive.command_at(drive.duration_s, 1.0) == (0.0, 0.0)
+    longer = ScriptedDrive(definition({'straight': 1.0}, {'stop': 7.0}, {'turns': 1.0}, speed=1.0, acceleration=1.0))
+    assert longer.duration_s == pytest.approx(drive.duration_s + 7.5)
