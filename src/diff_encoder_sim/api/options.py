@@ -8,7 +8,7 @@ from typing import Any, Mapping, Optional, Sequence, Union
 
 from diff_encoder_sim.analysis.quantities import LEVEL, REQUIRED_FRACTION, YAW, X
 from diff_encoder_sim.base.bounds import COUNTER_STATES, PLACES, PULSES_PER_TURN, SEEDS, TRIALS, Between
-from diff_encoder_sim.drives.number_units import TIME_UNITS, UNITS
+from diff_encoder_sim.drives.number_units import ANGLE_UNITS, LENGTH_UNITS, TIME_UNITS, UNITS
 from diff_encoder_sim.drives.topics import BAG_FORMATS, ODOM, SCAN
 
 ROBOT = 'robot: a name (config/robots/), a robot file (.yaml), or a xacro or URDF file'
@@ -17,6 +17,7 @@ TESTS = 'tests: SL, SMT, DLD, or .yaml files'
 OVERRIDES = 'overrides of the campaign file (--ppr or --encoders: of both)'
 TLS = 'TLS options for --scheduler: PEM files'
 WHEELS, NO_ANGLES = 'wheels, if the bag has several', 'wheels of a drive without wheel angles'
+REFERENCE = 'reference: poses that do not depend on the wheels'
 
 
 def option(
@@ -164,26 +165,9 @@ class AdviceOptions(RunOptions):
 
 
 @dataclass(frozen=True)
-class DriveOptions(RobotOptions):
-    """Options of the command reencode; only the bag or the table is required."""
+class SourceOptions(RobotOptions):
+    """Options of commands that read recorded drives: robot, wheels and reference."""
 
-    bag: Optional[Path] = option(None, 'bag of ROS 1 (complete or truncated) or ROS 2', 'BAG', flag='bag', nargs='?')
-    ppr: Union[float, Sequence[Any]] = option(
-        (),
-        'ideal encoders, in pulses per wheel revolution: 90, or "{left: 90, right: 1024}" '
-        "(default: the robot's own if its file has it, else 40 90 1024 4096)",
-        'PPR',
-    )
-    encoder: Sequence[str] = option((), ENCODERS, 'NAME|FILE')
-    out: Optional[Path] = option(
-        None, 'write a bag for each encoder, and reencode.csv, into DIR (default: only print the table)', 'DIR'
-    )
-    reference: str = option(
-        '',
-        'poses to compare odometry with: a topic, or two frames of /tf as "map->base_link" (default: '
-        '/world_pose if the bag has it, else the odometry of the finest PPR)',
-        'TOPIC|FRAMES',
-    )
     config: Optional[Path] = option(
         None, "the robot's wheels, joints and counter, in place of config/config.yaml", 'FILE'
     )
@@ -203,7 +187,6 @@ class DriveOptions(RobotOptions):
         group=NO_ANGLES,
         nargs=2,
     )
-    csv: Optional[Path] = option(None, 'table in place of a bag; its delimiter is detected', 'FILE', group=NO_ANGLES)
     columns: Sequence[str] = option(
         (),
         'columns of the table: names in its header, or numbers from 1',
@@ -211,7 +194,7 @@ class DriveOptions(RobotOptions):
         group=NO_ANGLES,
         nargs=3,
     )
-    time_unit: str = option('', 'unit of the time column (default: s)', group=NO_ANGLES, choices=TIME_UNITS)
+    time_unit: str = option('', 'unit of the time columns (default: s)', group=NO_ANGLES, choices=TIME_UNITS)
     unit: str = option(
         '',
         'unit of the numbers of --ticks or --csv: counts (ticks; ticks/message: counts since the previous '
@@ -239,6 +222,42 @@ class DriveOptions(RobotOptions):
         'TOPIC|FRAMES',
         group=NO_ANGLES,
     )
+    reference: str = option(
+        '',
+        'a topic of poses, or two frames of /tf as "map->base_link" (default: /world_pose if the bag has it)',
+        'TOPIC|FRAMES',
+        group=REFERENCE,
+    )
+    reference_columns: Sequence[str] = option(
+        (),
+        'TIME X Y [YAW]: columns of the table, or of that of --reference-csv; the time is in --time-unit',
+        'COLUMN',
+        group=REFERENCE,
+    )
+    reference_csv: Sequence[Path] = option((), 'tables of poses, one for each drive', 'FILE', group=REFERENCE)
+    reference_covariance: Sequence[str] = option(
+        (), 'columns of the covariance: XX XY XYAW YY YYAW YAWYAW; without YAW: XX XY YY', 'COLUMN', group=REFERENCE
+    )
+    length_unit: str = option('', 'unit of X and Y (default: m)', group=REFERENCE, choices=LENGTH_UNITS)
+    angle_unit: str = option('', 'unit of YAW (default: rad)', group=REFERENCE, choices=ANGLE_UNITS)
+
+
+@dataclass(frozen=True)
+class DriveOptions(SourceOptions):
+    """Options of the command reencode; only the bag or the table is required."""
+
+    bag: Optional[Path] = option(None, 'bag of ROS 1 (complete or truncated) or ROS 2', 'BAG', flag='bag', nargs='?')
+    ppr: Union[float, Sequence[Any]] = option(
+        (),
+        'ideal encoders, in pulses per wheel revolution: 90, or "{left: 90, right: 1024}" '
+        "(default: the robot's own if its file has it, else 40 90 1024 4096)",
+        'PPR',
+    )
+    encoder: Sequence[str] = option((), ENCODERS, 'NAME|FILE')
+    out: Optional[Path] = option(
+        None, 'write a bag for each encoder, and reencode.csv, into DIR (default: only print the table)', 'DIR'
+    )
+    csv: Optional[Path] = option(None, 'table in place of a bag; its delimiter is detected', 'FILE', group=NO_ANGLES)
     seed: Optional[int] = option(
         None,
         "seed of encoder errors (default: the number of the bag's trial, else 0), and of the start angles of the "
@@ -247,11 +266,6 @@ class DriveOptions(RobotOptions):
         SEEDS,
         NO_ANGLES,
     )
-
-    @property
-    def start_seed(self) -> int:
-        """Return the seed of the wheels' angles at the start."""
-        return 1 if self.seed is None else self.seed
 
 
 @dataclass(frozen=True)

@@ -12,20 +12,20 @@ import numpy as np
 
 from diff_encoder_sim.api import wheel_options
 from diff_encoder_sim.api.options import DriveOptions
+from diff_encoder_sim.api.recorded_sources import open_drive
 from diff_encoder_sim.api.wheel_options import RecordedRobot, parameters_with
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import PoseSeries
+from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.drives import reencoding as encoding
 from diff_encoder_sim.drives.bag_source import open_source
-from diff_encoder_sim.drives.csv_wheels import CsvStream
 from diff_encoder_sim.drives.drive_stream import DriveStream
-from diff_encoder_sim.drives.recorded_poses import find_poses, find_reference
+from diff_encoder_sim.drives.recorded_poses import find_poses
 from diff_encoder_sim.drives.reencoding import EncodedDrive, Encoder, ReadDrive
 from diff_encoder_sim.drives.topics import CMD_VEL, TRIAL
 from diff_encoder_sim.drives.trajectory_error import PathError
 from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.trial_definition import Trial
-from diff_encoder_sim.drives.trial_recording import trial_of_source
 from diff_encoder_sim.drives.wheel_source import WheelSource
 from diff_encoder_sim.wheels.catalogue import ChosenEncoder, encoder_lines
 from diff_encoder_sim.wheels.diagnostics import encoder_lateral_std, hidden_encoder
@@ -79,13 +79,17 @@ def reencode(bag: Union[str, Path, None] = None, **options: Any) -> List[Reencod
 def reencoding(options: DriveOptions) -> Reencoding:
     """Compute a recorded drive with each encoder; errors as in `reencode`."""
     begin_s = time.perf_counter()
-    wheel_options.check_wheel_options(options)
-    path = options.csv or options.bag or Path()
-    source = CsvStream(path, options.columns, options.time_unit or 's') if options.csv else open_source(path)
-    trial = trial_of_source(source)
-    robot = wheel_options.recorded_robot(options, trial)
-    wheels = wheel_options.drive_wheels(options, source, trial, robot)
-    reference = find_reference(source, options.reference)
+    wheel_options.check_wheel_options(options, options.bag, options.csv)
+    path, table = options.csv or options.bag or Path(), next(iter(options.reference_csv), None)
+    has_encoders = bool(options.ppr or options.encoder)
+    source, trial, robot, wheels, reference = open_drive(
+        options, path, bool(options.csv), table, options.seed, has_encoders
+    )
+    phases_rad = None
+    if not (wheels.is_start_known or wheels.ppr):
+        phases_rad = generator(1 if options.seed is None else options.seed, 'wheel_phase').uniform(
+            0.0, 2.0 * np.pi, (1, 2)
+        )
     robot = _with_joints(options, wheels, robot)
     chosen = wheel_options.chosen_encoders(options, robot.encoder)
     files = output_files(options.out, path, chosen)
@@ -94,7 +98,7 @@ def reencoding(options: DriveOptions) -> Reencoding:
     read = encoding.read_drive(source, wheels, reference, copied)
     why = '; '.join(read.notes[-1:]) or source.fault or 'too short'
     no_drive = f'no drive in {read.messages} {wheels.text}: {why}; expected two reports of the encoder'
-    encoded = _encoded(path, read, encoders, trial, files, f'{path}: {no_drive}')
+    encoded = _encoded(path, read, encoders, trial, files, f'{path}: {no_drive}', phases_rad)
     notes = [*read.notes, *_notes(source, robot, encoders, bool(files))]
     errors = encoding.drive_errors(read, encoded, reference is not None)
     if reference and not any(errors):
@@ -172,6 +176,7 @@ def _encoded(
     trial: Optional[Trial],
     files: Mapping[str, Path],
     no_drive: str,
+    phases_rad: Optional[np.ndarray],
 ) -> List[EncodedDrive]:
     """Compute the drive with each encoder, and write its bag if there are files; `no_drive`: error without one."""
     encoded = []
@@ -179,7 +184,7 @@ def _encoded(
         with contextlib.ExitStack() as bags:  # removes the bags after an error
             for encoder in encoders:
                 bag = bags.enter_context(TrialBag(files[encoder.chosen.label], 'full')) if files else None
-                encoded.append(encoding.encode_drive(read, encoder, trial, bag))
+                encoded.append(encoding.encode_drive(read, encoder, trial, bag, phases_rad))
             if not any(one.reports > 1 for one in encoded):
                 raise ConfigError(no_drive)
     except OSError as error:

@@ -5,18 +5,19 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
-from diff_encoder_sim.api.options import DriveOptions
+from diff_encoder_sim.api.options import DriveOptions, SourceOptions
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.base.params import merged, nested, shared_params, with_changes
 from diff_encoder_sim.base.yaml_files import load_yaml, yaml_value
 from diff_encoder_sim.drives import joint_wheels
-from diff_encoder_sim.drives.csv_wheels import CsvStream, CsvWheels
+from diff_encoder_sim.drives.csv_table import CsvStream, CsvWheels
 from diff_encoder_sim.drives.drive_stream import DriveStream
 from diff_encoder_sim.drives.field_wheels import FieldWheels, find_field, serving_options
-from diff_encoder_sim.drives.number_units import COUNTED, SPEEDS, TICKS, TIME_UNITS, UNITS
+from diff_encoder_sim.drives.number_units import ANGLE_UNITS, COUNTED, LENGTH_UNITS, TICKS, TIME_UNITS, UNITS
 from diff_encoder_sim.drives.odometry_wheels import OdometryWheels
-from diff_encoder_sim.drives.recorded_poses import find_poses
+from diff_encoder_sim.drives.recorded_poses import RecordedPoses, find_poses, find_reference
+from diff_encoder_sim.drives.reference import TablePoses
 from diff_encoder_sim.drives.topics import JOINT_STATE_TYPE, TRIAL
 from diff_encoder_sim.drives.trial_definition import OF_ENCODER, OF_ODOMETRY, Trial
 from diff_encoder_sim.drives.wheel_source import WheelNumbers, WheelSource
@@ -25,7 +26,6 @@ from diff_encoder_sim.trials.robot_params import load_robot, uncertainty_of_robo
 from diff_encoder_sim.wheels.catalogue import RESOLUTION_KEYS, ChosenEncoder, load_encoders, own_encoder
 from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, PerWheel
 from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, OdometryParams
-from diff_encoder_sim.wheels.report_link import PROMPT
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 USUAL, OF_TRIAL = 'config/config.yaml', f"the bag's {TRIAL}"
@@ -35,29 +35,59 @@ _BELONGS_TO = {  # options that belong to some sources of wheels
     **dict.fromkeys(('left', 'right'), ('joint_states', 'pulses')),
     'pulses_ppr': ('pulses', 'joint_states'),  # joint states may contain counts
     **dict.fromkeys(('unit', 'ticks_per_revolution', 'ticks_modulus', 'reversed'), ('ticks', 'csv')),
-    **dict.fromkeys(('columns', 'time_unit'), ('csv',)),
+    'columns': ('csv',),
+    'time_unit': ('csv', 'reference_csv'),
 }
+_UNITS = {'unit': UNITS, 'time_unit': TIME_UNITS, 'length_unit': LENGTH_UNITS, 'angle_unit': ANGLE_UNITS}
 
 
-def check_wheel_options(options: DriveOptions) -> None:
-    """Refuse contradictory options; ConfigError if there is more than one source, or an option of another source."""
-    given = [name for name in ('joint_states', 'pulses', 'ticks', 'odom', 'csv') if getattr(options, name)]
+def check_wheel_options(options: SourceOptions, bag: Any, csv: Any) -> None:
+    """Refuse contradictory options; `bag` and `csv` are the given bags and tables.
+
+    Raises:
+        ConfigError: there is more than one source of wheels or of the reference, or an option of another source.
+    """
+    given = [name for name in ('joint_states', 'pulses', 'ticks', 'odom') if getattr(options, name)]
+    given += ['csv'] if csv else []
     if len(given) > 1:
         count = 'both' if len(given) == 2 else 'all'
         raise ConfigError(f'{", ".join(map(_option, given))}: given {count}; allowed: one of them')
-    if bool(options.bag) == bool(options.csv):
-        raise ConfigError(f'BAG, --csv: given {"both" if options.csv else "neither"}; allowed: one of them')
-    for name, units in (('unit', UNITS), ('time_unit', TIME_UNITS)):
+    if bool(bag) == bool(csv):
+        raise ConfigError(f'BAG, --csv: given {"both" if csv else "neither"}; allowed: one of them')
+    for name, units in _UNITS.items():
         if getattr(options, name) not in ('', *units):
             raise ConfigError(f'{_option(name)}: given {getattr(options, name)}; allowed: {", ".join(units)}')
-    if options.csv and not options.columns:
+    if csv and not options.columns:
         raise ConfigError('--csv: given without --columns; expected --columns TIME LEFT RIGHT, as names or numbers')
-    if options.csv and options.reference:
-        raise ConfigError('--reference: given with --csv; allowed: with a bag')
+    _check_reference_options(options, bag, csv)
+    read = {*(given or ['joint_states']), *(['reference_csv'] if options.reference_csv else [])}
     for name, sources in _BELONGS_TO.items():
-        if getattr(options, name) not in (None, '', ()) and (given or ['joint_states'])[0] not in sources:
+        if getattr(options, name) not in (None, '', ()) and not read.intersection(sources):
             used = _option(given[0]) if given else 'wheel angles of joints'
             raise ConfigError(f'{_option(name)}: given with {used}; allowed: with {" or ".join(map(_option, sources))}')
+
+
+def _check_reference_options(options: SourceOptions, bag: Any, csv: Any) -> None:
+    columns, covariances, tables = options.reference_columns, options.reference_covariance, options.reference_csv
+    if options.reference and (csv or columns):
+        given = '--reference-columns' if columns else '--csv'
+        allowed = 'allowed: one of them' if columns else 'allowed: with a bag; a table has --reference-columns'
+        raise ConfigError(f'--reference: given with {given}; {allowed}')
+    if columns and bag and not tables:
+        raise ConfigError('--reference-columns: given with a bag; allowed: with --csv or --reference-csv')
+    if not columns:
+        for name in ('reference_csv', 'reference_covariance', 'length_unit', 'angle_unit'):
+            if getattr(options, name):
+                raise ConfigError(f'{_option(name)}: given without --reference-columns; expected TIME X Y [YAW] there')
+        return
+    if len(columns) not in (3, 4):
+        raise ConfigError(f'--reference-columns: given {len(columns)} columns; allowed: TIME X Y, or TIME X Y YAW')
+    expected = 'XX XY XYAW YY YYAW YAWYAW' if len(columns) == 4 else 'XX XY YY'
+    if len(covariances) not in (0, len(expected.split())):
+        raise ConfigError(f'--reference-covariance: given {len(covariances)} columns; allowed: {expected}')
+    drives = len(csv or bag) if isinstance(csv or bag, (list, tuple)) else 1
+    if len(tables) not in (0, drives):
+        raise ConfigError(f'--reference-csv: given {len(tables)} tables for {drives} drives; allowed: one for each')
 
 
 def _option(name: str) -> str:
@@ -143,8 +173,13 @@ class RecordedRobot(NamedTuple):
         return 'wheels: ' + '; '.join(f'{", ".join(parts)} ({source})' for source, parts in by_source.items())
 
 
-def recorded_robot(options: DriveOptions, trial: Optional[Trial]) -> RecordedRobot:
-    """Collect parameters: config.yaml, the bag's trial, --robot, --config, in this order; ConfigError if one is bad."""
+def recorded_robot(
+    options: SourceOptions, trial: Optional[Trial], seed: Optional[int] = None, has_encoders: bool = False
+) -> RecordedRobot:
+    """Collect parameters: config.yaml, the bag's trial, --robot, --config, --seed, in this order.
+
+    The resolution of the robot's encoder gives way if the user `has_encoders`. ConfigError if a parameter is bad.
+    """
     usual = load_yaml(package_folder() / 'config' / 'config.yaml')
     values, sources = dict(usual), dict.fromkeys([*OF_ODOMETRY, *OF_ENCODER, 'counter_modulus'], USUAL)
 
@@ -158,7 +193,7 @@ def recorded_robot(options: DriveOptions, trial: Optional[Trial]) -> RecordedRob
     if options.robot:
         arguments = xacro_arguments(options.robot_args)
         robot = load_robot(options.robot, Path(), package_folder(), arguments, options.packages)
-        gives_way = RESOLUTION_KEYS if options.ppr or options.encoder else ()
+        gives_way = RESOLUTION_KEYS if has_encoders else ()
         own = {key[7:]: value for key, value in robot.settings.items() if key[:7] == 'config.' and key not in gives_way}
         add(nested({**uncertainty_of_robot(robot.settings), **own}), robot.file.where)
         if robot.file.ppr is not None:
@@ -166,17 +201,11 @@ def recorded_robot(options: DriveOptions, trial: Optional[Trial]) -> RecordedRob
     if options.config:
         given = load_yaml(options.config).items()
         add({key: value for key, value in given if not options.robot or usual.get(key) != value}, str(options.config))
-    if options.seed is not None:
-        add({'seed': options.seed}, '--seed')
+    if seed is not None:
+        add({'seed': seed}, '--seed')
     name = str(options.config or options.robot or USUAL)
     encoder = shared_params(values, name, EncoderParams, OdometryParams)
     odometry = shared_params(values, name, OdometryParams, EncoderParams)
-    draws_errors = options.encoder or encoder.encoder != IDEAL_ENCODER or encoder.report != PROMPT
-    if options.seed is not None and not (draws_errors or options.odom or options.unit in SPEEDS):
-        raise ConfigError(
-            f'--seed: given {options.seed}, but nothing is random; allowed: with --encoder, with errors of an '
-            f'encoder in --config or --robot, with --odom, or with --unit {", ".join(SPEEDS)}'
-        )
     # The bag overrides --robot, whose encoder may differ from the recorded one.
     modulus, source = encoder.counter_modulus, sources['counter_modulus']
     if trial is not None and source != str(options.config) and (source == USUAL or trial.counter_modulus):
@@ -185,7 +214,7 @@ def recorded_robot(options: DriveOptions, trial: Optional[Trial]) -> RecordedRob
 
 
 def wheel_numbers(
-    options: DriveOptions, robot: RecordedRobot, bits: Sequence[Optional[int]] = (None, None)
+    options: SourceOptions, robot: RecordedRobot, bits: Sequence[Optional[int]] = (None, None)
 ) -> WheelNumbers:
     """Return how to read wheel numbers, by counters of `bits` (None: no wrap); ConfigError if options do not fit."""
     unit, given_ppr, given_modulus = options.unit or TICKS, options.ticks_per_revolution, options.ticks_modulus
@@ -201,18 +230,18 @@ def wheel_numbers(
     if unit == TICKS:
         left, right = ((2**width if width else 0) if given_modulus is None else given_modulus for width in bits)
         moduli = left, right
-    return WheelNumbers(unit, 0.5 * robot.odometry.wheel_diameter, ppr, moduli, options.reversed, options.start_seed)
+    return WheelNumbers(unit, 0.5 * robot.odometry.wheel_diameter, ppr, moduli, options.reversed)
 
 
 def drive_wheels(
-    options: DriveOptions, source: DriveStream, trial: Optional[Trial], robot: RecordedRobot
+    options: SourceOptions, source: DriveStream, trial: Optional[Trial], robot: RecordedRobot
 ) -> WheelSource:
     """Return the wheels of a bag or a table; ConfigError if there are none; the message lists the alternatives."""
     if isinstance(source, CsvStream):
         return CsvWheels(source.topic, robot.joints, wheel_numbers(options, robot))
     if options.odom:
         poses = find_poses(source, '--odom', options.odom)
-        return OdometryWheels(poses, robot.joints, robot.odometry, options.start_seed)
+        return OdometryWheels(poses, robot.joints, robot.odometry)
     if not options.ticks:
         return _joint_wheels(options, source, trial, robot)
     left, right = (find_field(source, '--ticks', given) for given in options.ticks)
@@ -222,7 +251,7 @@ def drive_wheels(
 
 
 def _joint_wheels(
-    options: DriveOptions, source: DriveStream, trial: Optional[Trial], robot: RecordedRobot
+    options: SourceOptions, source: DriveStream, trial: Optional[Trial], robot: RecordedRobot
 ) -> WheelSource:
     is_given = bool(options.joint_states or options.pulses)
     if not (is_given or any(joint_wheels.joint_topics(source, kind) for kind in joint_wheels.JOINT_TYPES)):
@@ -252,3 +281,23 @@ def _joint_wheels(
     if trial and ppr is None and trial.counter_modulus not in (0, robot.counts_modulus):
         notes.append(f'{robot.counter_text()}; the recorded trial has {trial.counter_modulus}')
     return joint_wheels.PulseWheels(topic, joints, source.is_cdr, odometry, robot.counter_text(), notes)
+
+
+def drive_reference(
+    options: SourceOptions, source: DriveStream, table: Optional[Path] = None
+) -> Optional[RecordedPoses]:
+    """Return the reference of a drive: columns of a `table` or of the drive's own, or poses of its bag.
+
+    Raises:
+        ConfigError: there is none that is as given; the message lists the alternatives.
+    """
+    if not options.reference_columns:
+        return None if isinstance(source, CsvStream) else find_reference(source, options.reference)
+    columns = [*options.reference_columns, *options.reference_covariance]
+    unit, option = options.time_unit or 's', '--reference-columns'
+    stream = CsvStream(table or source.path, columns, unit, option, is_ordered=False)
+    units = LENGTH_UNITS[options.length_unit or 'm'], ANGLE_UNITS[options.angle_unit or 'rad']
+    poses = TablePoses(stream, len(options.reference_columns) == 4, *units)
+    if not poses.stamps_ns:
+        raise ConfigError(f'{stream.path}: {option}: no row has all numbers: {poses.fault or "it is empty"}')
+    return poses

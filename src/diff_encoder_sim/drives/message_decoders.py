@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import struct
-from typing import TYPE_CHECKING, Any, Iterator, NamedTuple, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Iterator, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
@@ -21,6 +21,9 @@ if TYPE_CHECKING:  # nodes of an encoder import this module
 # Those with child_frame_id between header and pose, and those without.
 _WITH_CHILD_FRAME = (topics.ODOMETRY_TYPE, topics.TRANSFORM_STAMPED_TYPE)
 POSE_TYPES = (*_WITH_CHILD_FRAME, topics.POSE_STAMPED_TYPE, topics.POSE_WITH_COVARIANCE_TYPE)
+_WITH_COVARIANCE = (topics.ODOMETRY_TYPE, topics.POSE_WITH_COVARIANCE_TYPE)
+_COVARIANCE = struct.Struct('<36d')  # row by row: x, y, z, and rotations about them
+_PLANAR = (0, 1, 5, 7, 11, 35)  # of these: xx, xy, x yaw, yy, y yaw, yaw yaw
 _FARTHEST_M = 1e9  # no robot drives so far; squares of more may not be finite
 
 TORN = 'a message is torn'
@@ -104,6 +107,7 @@ class PoseDecoder:
 
     def __init__(self, message_type: str, is_cdr: bool = False) -> None:
         self._has_child = message_type in _WITH_CHILD_FRAME
+        self._has_covariance = message_type in _WITH_COVARIANCE
         self._is_cdr = is_cdr
         self._raw_frames = b''  # from the parent frame to the pose
         self._frames = ('', '')
@@ -122,6 +126,16 @@ class PoseDecoder:
         except struct.error:
             raise InputFault(TORN) from None
         return StampedPose(seconds * NANOSECONDS_PER_SECOND + nanoseconds, planar_pose(*numbers), *self._frames)
+
+    def decode_covariance(self, raw: bytes) -> List[float]:
+        """Decode xx, xy, x yaw, yy, y yaw, yaw yaw of the message decoded last; [] if its type has no covariance."""
+        if not self._has_covariance:
+            return []
+        try:
+            numbers = _COVARIANCE.unpack_from(raw, self._pose_at + POSE.size)
+        except struct.error:
+            raise InputFault(TORN) from None
+        return [numbers[index] for index in _PLANAR]
 
 
 def decode_tf(raw: bytes, is_cdr: bool = False) -> Iterator[StampedPose]:

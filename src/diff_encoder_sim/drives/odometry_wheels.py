@@ -19,10 +19,10 @@ _SIDEWAYS_FRACTION = 0.01  # per motion ahead, that is more than rounding; the w
 class OdometryWheels(wheel_source.WheelSource):
     """Computes the rotation of the wheels of a robot without slip between one pose and the next."""
 
-    def __init__(self, odometry: RecordedPoses, joints: Tuple[str, str], wheels: OdometryParams, seed: int) -> None:
-        """Prepare to read; `wheels` has diameter, separation and axle, `seed` is of the wheels' angles at the start."""
+    def __init__(self, odometry: RecordedPoses, joints: Tuple[str, str], wheels: OdometryParams) -> None:
+        """Prepare to read; `wheels` has diameter, separation and axle."""
         super().__init__(odometry.topics, joints, f'messages of {odometry.name} (wheel angles by inverse kinematics)')
-        self._odometry, self._wheels, self._seed = odometry, wheels, seed
+        self._odometry, self._wheels = odometry, wheels
         self._along_m = self._sideways_m = 0.0
 
     def add(self, message: Message) -> None:
@@ -32,7 +32,7 @@ class OdometryWheels(wheel_source.WheelSource):
     def drives(self) -> List[wheel_source.TimedDrive]:
         """Return both wheels at every pose."""
         (stamps_ns, base_poses), times_ns = self._odometry.series(), np.array(self._odometry.times_ns)
-        angles_rad = wheel_source.start_angles_rad(self._seed) + self._turned_rad(base_poses)
+        angles_rad = self._turned_rad(base_poses)
         runs = wheel_source.ascending_runs(stamps_ns)
         return [wheel_source.TimedDrive(Drive(stamps_ns[rows], angles_rad[rows]), times_ns[rows]) for rows in runs]
 
@@ -55,7 +55,6 @@ class OdometryWheels(wheel_source.WheelSource):
         """List the limits of poses."""
         name = self._odometry.name
         yield f'the wheel angles are those of the poses of {name}, with slip and the rounding of the recorded encoder'
-        yield wheel_source.start_angles_note(self._seed)
         if self._sideways_m > _SIDEWAYS_FRACTION * self._along_m:
             sideways = f'{self._sideways_m:.2f} m sideways on {self._along_m:.2f} m ahead'
             yield f'{name} moves {sideways}, which two wheels on an axle cannot do: ignored'

@@ -24,22 +24,31 @@ class RecordedPoses:
     def __init__(self, name: str, topics: Tuple[str, ...]) -> None:
         self.name, self.topics = name, topics
         self.child_frame = ''  # of the last pose
+        self.fault = ''  # why not all of a table can be read
         self.stamps_ns, self.times_ns = array('q'), array('q')  # times by the recorder's clock
         self._poses = array('d')  # x, y, yaw
+        self._covariances = array('d')  # xx, xy, x yaw, yy, y yaw, yaw yaw; empty if the source has none
 
     def add(self, message: Message) -> None:
         """Add the poses of a message; InputFault if it is torn, or a pose in it is not finite."""
         raise NotImplementedError
 
-    def _append(self, stamped: StampedPose, time_ns: int) -> None:
+    def _append(self, stamped: StampedPose, time_ns: int, covariance: Sequence[float] = ()) -> None:
         self.child_frame = stamped.child_frame
         self.stamps_ns.append(stamped.stamp_ns)
         self.times_ns.append(time_ns)
         self._poses.extend(stamped.pose)
+        self._covariances.extend(covariance)
 
     def series(self) -> PoseSeries:
         """Return the poses in the order of their recording."""
         return PoseSeries(np.array(self.stamps_ns), np.array(self._poses).reshape(-1, 3))
+
+    def covariances(self) -> Optional[np.ndarray]:
+        """Return (n, 3, 3) of x, y and yaw [m^2, m rad, rad^2] as recorded; None if the source has none."""
+        if not self._covariances:
+            return None
+        return np.array(self._covariances).reshape(-1, 6)[:, [[0, 1, 2], [1, 3, 4], [2, 4, 5]]]
 
 
 class PoseTopic(RecordedPoses):
@@ -51,7 +60,8 @@ class PoseTopic(RecordedPoses):
 
     def add(self, message: Message) -> None:
         """Add the pose of a message."""
-        self._append(self._decoder.decode(message.raw), message.time_ns)
+        pose, covariance = self._decoder.decode(message.raw), self._decoder.decode_covariance(message.raw)
+        self._append(pose, message.time_ns, covariance)
 
 
 class FramePair(RecordedPoses):

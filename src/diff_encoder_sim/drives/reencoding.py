@@ -21,11 +21,12 @@ from diff_encoder_sim.drives import topics, trajectory_error
 from diff_encoder_sim.drives.drive_stream import DriveStream, Message
 from diff_encoder_sim.drives.message_decoders import decode_command
 from diff_encoder_sim.drives.recorded_poses import RecordedPoses
+from diff_encoder_sim.drives.reference import Reference, read_reference
 from diff_encoder_sim.drives.trajectory_error import RPE_DISTANCES_M, Alignment, PathError, RpePairs, rpe_name
 from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.trial_definition import Trial, with_encoder
 from diff_encoder_sim.drives.typestore import to_ros1
-from diff_encoder_sim.drives.wheel_source import TimedDrive, WheelSource, ascending_runs
+from diff_encoder_sim.drives.wheel_source import TimedDrive, WheelSource
 from diff_encoder_sim.wheels.catalogue import ChosenEncoder
 from diff_encoder_sim.wheels.chain import Chain
 from diff_encoder_sim.wheels.odometry import OdometryEstimate, wheel_speeds_mps
@@ -37,8 +38,6 @@ from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 COPIED = {topics.WORLD_POSE: topics.WORLD_POSE_NODE, topics.TRIAL_RESULT: topics.NAVIGATION_TRIAL_NODE}
 
 FEW_REPORTS = 5000  # importing numba takes as long as the odometry of this many reports without it
-# A reference pose that is older than the newest by no more than this was overtaken by another message: it is dropped.
-OVERTAKEN_NS = NANOSECONDS_PER_SECOND
 
 
 def copied_topics(source: DriveStream) -> List[str]:
@@ -55,7 +54,7 @@ class ReadDrive(NamedTuple):
     """Contents of a recorded drive."""
 
     drives: List[TimedDrive]  # several if the stamps go back
-    references: List[PoseSeries]  # likewise
+    references: List[Reference]  # likewise
     commands: List[Tuple[int, float, float]]  # time of recording [ns], linear [m/s], angular [rad/s]
     copies: List[Message]  # in ROS 1's encoding
     messages: int  # of the wheels
@@ -89,11 +88,8 @@ def read_drive(
         except InputFault as fault:
             faults[topic].append(str(fault))
     drives = wheels.drives()
-    references = []
-    if reference:
-        stamps_ns, poses = reference.series()
-        references = [PoseSeries(stamps_ns[rows], poses[rows]) for rows in ascending_runs(stamps_ns, OVERTAKEN_NS)]
-    notes = [*wheels.notes()]
+    references, notes = read_reference(reference) if reference else ([], [])
+    notes = [*notes, *wheels.notes()]
     notes += [f'{topic}: {len(lost)} messages dropped; the first: {lost[0]}' for topic, lost in faults.items()]
     starts_s = [f'{each.drive.stamps_ns[0] / NANOSECONDS_PER_SECOND:.3f} s' for each in drives if len(each.drive)]
     used = len(times_ns) - sum(len(faults[topic]) for topic in wheels.topics)
@@ -105,6 +101,21 @@ def read_drive(
         notes.append(f'joint stamps went back {times}: encoders and odometry restarted')
     duration_s = (max(times_ns, default=0) - min(times_ns, default=0)) / NANOSECONDS_PER_SECOND
     return ReadDrive(drives, references, commands, copies, len(times_ns), duration_s, notes)
+
+
+def overlap_fault(read: ReadDrive) -> str:
+    """Return why no part of a drive can be compared with a reference; empty if one can."""
+    pairs = [pair for pair in zip(read.drives, read.references) if len(pair[0].drive) > 1 and len(pair[1].stamps_ns)]
+    if not pairs:
+        return f'no drive with a reference in {read.messages} messages of the wheels; expected two samples or more'
+    ranges_s = []
+    for timed, reference in pairs:
+        ends_ns = [stamps_ns[[0, -1]] for stamps_ns in (timed.drive.stamps_ns, reference.stamps_ns)]
+        if max(ends_ns[0][0], ends_ns[1][0]) < min(ends_ns[0][1], ends_ns[1][1]):
+            return ''
+        ranges_s.append([f'{begin:.3f} to {end:.3f} s' for begin, end in np.array(ends_ns) / NANOSECONDS_PER_SECOND])
+    (of_wheels, of_reference), name = ranges_s[0], pairs[0][1].name
+    return f'{name} is at {of_reference}, the wheels at {of_wheels}; expected stamps of the same clock'
 
 
 class Encoder(NamedTuple):
@@ -124,7 +135,11 @@ class EncodedDrive(NamedTuple):
 
 
 def encode_drive(
-    read: ReadDrive, encoder: Encoder, trial: Optional[Trial] = None, bag: Optional[TrialBag] = None
+    read: ReadDrive,
+    encoder: Encoder,
+    trial: Optional[Trial] = None,
+    bag: Optional[TrialBag] = None,
+    phases_rad: Optional[np.ndarray] = None,
 ) -> EncodedDrive:
     """Compute the messages of the nodes with an encoder; OSError if they cannot be written into the bag.
 
@@ -141,7 +156,7 @@ def encode_drive(
         if read.commands and encoder.params.encoder.counts_by_command:
             newest = np.searchsorted([command_ns for command_ns, *_ in read.commands], timed.times_ns, 'right')
             commands = np.array(speeds_mps)[newest]
-        run = chain.run(timed.drive, commands=commands)
+        run = chain.run(timed.drive, phases_rad, commands)
         count += len(run.rows[0])
         if not bag and len(run.rows[0]) > FEW_REPORTS:
             stamps_ns, poses = run.stamps_ns[0], run.poses[0]
@@ -192,7 +207,7 @@ def _copy(bag: TrialBag, message: Message, encoder: Encoder, trial: Optional[Tri
 def drive_errors(read: ReadDrive, encoded: Sequence[EncodedDrive], has_reference: bool) -> List[Optional[PathError]]:
     """Compare the odometry of each encoder with the reference, or with that of the finest, of an ideal one if any."""
     if has_reference:
-        references, finest = read.references, None
+        references, finest = [PoseSeries(each.stamps_ns, each.poses) for each in read.references], None
     else:
         finest = max(encoded, key=lambda one: (not one.encoder.chosen.name, min(dict(one.encoder.chosen.ppr).values())))
         references = finest.paths

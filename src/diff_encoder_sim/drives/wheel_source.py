@@ -9,7 +9,6 @@ from typing import Iterator, List, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from diff_encoder_sim.base.drive import Drive
-from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.drives.drive_stream import Message
 from diff_encoder_sim.drives.number_units import RAD_OF_ANGLE, RADPS_OF_SPEED, SPEEDS, TICKS
@@ -48,7 +47,6 @@ class WheelNumbers(NamedTuple):
     ppr: Optional[PerWheel] = None  # of counts
     moduli: Tuple[int, int] = (0, 0)  # of the left and the right counter; 0 if it does not wrap
     reversed_sides: Sequence[str] = ()  # whose numbers fall when the robot drives forward
-    seed: int = 1  # of the angles at the first speeds
 
     @property
     def text(self) -> str:
@@ -61,7 +59,6 @@ class WheelNumbers(NamedTuple):
         """List limits of the angles, one line each."""
         if self.unit in SPEEDS:
             yield 'the wheel angles are integrated speeds: errors of the speeds add up; each PPR adds its own rounding'
-            yield start_angles_note(self.seed)
 
     def angles(self, side: int, numbers: WheelSeries) -> WheelSeries:
         """Convert the numbers of the left (0) or right (1) wheel to its angles [rad].
@@ -81,7 +78,7 @@ class WheelNumbers(NamedTuple):
             speeds_radps = RADPS_OF_SPEED[self.unit] * per_radius * values
             intervals_s = np.maximum(np.diff(numbers.stamps_ns), 0) / NANOSECONDS_PER_SECOND
             turns_rad = 0.5 * (speeds_radps[1:] + speeds_radps[:-1]) * intervals_s
-            angles_rad = np.concatenate((start_angles_rad(self.seed)[[side]], turns_rad)).cumsum()[: len(values)]
+            angles_rad = np.concatenate(([0.0], turns_rad)).cumsum()[: len(values)]
         else:
             angles_rad = RAD_OF_ANGLE[self.unit] * per_radius * values
         return numbers._replace(values=-angles_rad if SIDES[side] in self.reversed_sides else angles_rad)
@@ -99,7 +96,13 @@ class WheelSource:
         self.topics, self.joints, self.text = tuple(dict.fromkeys(topics)), joints, text
         self.ppr = numbers.ppr if numbers else None  # of the encoder that counted; None if unknown
         self._numbers, self._left_out = numbers, 0
+        self.repeated = 0  # rows that repeat a stamp, of which the first is used
         self._columns = [(array('q'), array('q'), array('d')) for _ in joints]
+
+    @property
+    def is_start_known(self) -> bool:
+        """Return whether angles are recorded: counts, speeds and poses do not contain those at the start."""
+        return self.are_joint_angles or (self._numbers is not None and self._numbers.unit in RAD_OF_ANGLE)
 
     def add(self, message: Message) -> None:
         """Add a message of `topics`; InputFault if it cannot be used."""
@@ -120,15 +123,23 @@ class WheelSource:
         if self._numbers:
             series = [self._numbers.angles(side, of_side) for side, of_side in enumerate(series)]
         drives, self._left_out = paired_drives(*series)
+        self.repeated = max(repeated_stamps(of_side.stamps_ns) for of_side in series)
         return drives
 
     def notes(self) -> Iterator[str]:
         """List limits of the angles, one line each, after `drives`."""
         if self._numbers:
             yield from self._numbers.notes()
+        if self.repeated:
+            yield f'{self.repeated} of {len(self._columns[0][0])} {self.text} repeat a stamp: using the first of each'
         if self._left_out:
             gap_s = LONGEST_GAP_NS / NANOSECONDS_PER_SECOND
             yield f'left out: {self._left_out} values of a wheel without one of the other within {gap_s:g} s'
+
+
+def repeated_stamps(stamps_ns: np.ndarray) -> int:
+    """Return how many rows have the stamp of the row before."""
+    return int((np.diff(stamps_ns) == 0).sum())
 
 
 def ascending_runs(stamps_ns: np.ndarray, tolerance_ns: int = LATE_REPORT_TOLERANCE_NS) -> List[np.ndarray]:
@@ -170,16 +181,3 @@ def paired_drives(left: WheelSeries, right: WheelSeries) -> Tuple[List[TimedDriv
         is_missed = (np.cumsum(is_paired) > 0) & ~is_paired & (stamps_ns < stamps_ns[-1] - LONGEST_GAP_NS)
         left_out += int(is_missed.sum() + (other_ns > stamps_ns[-1] + LONGEST_GAP_NS).sum())
     return drives, left_out
-
-
-def start_angles_rad(seed: int) -> np.ndarray:
-    """Sample the initial angles of the left and the right wheel (2,), uniform in a turn.
-
-    If both were 0, the encoders would step together: on a straight drive their errors would cancel.
-    """
-    return generator(seed, 'wheel_phase').uniform(0.0, 2.0 * math.pi, 2)
-
-
-def start_angles_note(seed: int) -> str:
-    """Describe the source of the initial angles."""
-    return f'wheel angles at the start are unknown: sampled by --seed {seed}; another seed changes the rounding'

@@ -21,6 +21,8 @@ TEST = TestDefinition.from_mapping({'name': 'T', 'world': 'w', 'drive': [{'strai
 TRIAL = Trial(test=TEST, wheel_diameter=0.15, wheel_separation=0.3, left_joint='l', right_joint='r')
 BAG, CSV, TICKS = {'bag': Path('a.bag')}, {'csv': Path('a.csv')}, {'bag': Path('a.bag'), 'ticks': ('/l', '/r')}
 
+TABLE, POSES = {**CSV, 'columns': '123'}, {'reference_columns': 'txy'}
+
 
 def encoders(own=None, **options):
     params = EncoderParams(encoder=own) if own else EncoderParams()
@@ -31,8 +33,8 @@ def labels(**options):
     return [encoder.label for encoder in encoders(**options)]
 
 
-def robot(trial=None, **options):
-    return wheel_options.recorded_robot(DriveOptions(**options), trial)
+def robot(trial=None, seed=None, has_encoders=False, **options):
+    return wheel_options.recorded_robot(DriveOptions(**options), trial, seed, has_encoders)
 
 
 def file(folder, text):
@@ -101,14 +103,14 @@ def test_a_robot_overrides_the_bag_and_the_bag_the_defaults(tmp_path, trial, nam
 
 def test_the_seed_is_the_number_of_the_bags_trial_unless_given():
     numbered = TRIAL.model_copy(update={'number': 7})
-    seeds = [robot().encoder.seed, robot(numbered).encoder.seed, robot(numbered, seed=9, odom='/odom').encoder.seed]
+    seeds = [robot().encoder.seed, robot(numbered).encoder.seed, robot(numbered, seed=9).encoder.seed]
     assert seeds == [0, 7, 9]
 
 
 def test_given_encoders_override_the_resolution_of_the_robots(tmp_path):
     alto = ROOT / 'urdf' / 'alto.urdf.xacro'
     path = file(tmp_path, f'urdf: {alto}\nset: {{config.encoder.lines: 500, config.encoder.edge_error: 0.1}}\n')
-    own, by_ppr = (robot(robot=str(path), ppr=ppr).encoder.encoder for ppr in ((), ['40']))
+    own, by_ppr = (robot(robot=str(path), has_encoders=each).encoder.encoder for each in (False, True))
     assert (own.lines, own.edge_error, by_ppr.lines, by_ppr.edge_error) == (500, 0.1, None, 0.1)
 
 
@@ -138,29 +140,16 @@ def test_recorded_counts_wrap_as_in_the_file_the_bag_or_the_robot_and_computed_o
         ({**BAG, 'reversed': ['left']}, '--reversed: given with wheel angles'),
         ({**TICKS, 'left': 'l'}, '--left: given with --ticks; allowed: with --joint-states or --pulses'),
         ({**TICKS, 'unit': 'foot'}, '--unit: given foot; allowed: '),
+        ({**BAG, **POSES}, '--reference-columns: given with a bag; allowed: with --csv or --reference-csv'),
+        ({**BAG, **POSES, 'reference': '/o'}, '--reference: given with --reference-columns'),
+        ({**TABLE, 'length_unit': 'cm'}, '--length-unit: given without --reference-columns'),
+        ({**TABLE, 'reference_columns': 'tx'}, '--reference-columns: given 2 columns; allowed: TIME X Y'),
+        ({**TABLE, **POSES, 'angle_unit': 'foot'}, '--angle-unit: given foot; allowed: rad, deg'),
+        ({**TABLE, **POSES, 'reference_covariance': 'abcdef'}, '--reference-covariance: given 6 columns; allowed: XX '),
+        ({**TABLE, **POSES, 'reference_csv': ['a', 'b']}, '--reference-csv: given 2 tables for 1 drives'),
     ],
 )
 def test_contradictory_options_are_refused(options, text):
     with pytest.raises(ConfigError) as caught:
-        wheel_options.check_wheel_options(DriveOptions(**options))
+        wheel_options.check_wheel_options(DriveOptions(**options), options.get('bag'), options.get('csv'))
     assert str(caught.value).startswith(text)
-
-
-@pytest.mark.parametrize(
-    ('options', 'config', 'is_used'),
-    [
-        ({}, '', False),
-        ({**TICKS, 'unit': 'rad'}, '', False),
-        ({}, 'encoder: {edge_error: 0.1}', True),
-        ({'encoder': ['amt102']}, '', True),
-        ({'odom': '/odom'}, '', True),
-        ({**TICKS, 'unit': 'm/s'}, '', True),
-    ],
-)
-def test_a_seed_without_effect_is_refused(tmp_path, options, config, is_used):
-    given = {**options, 'seed': 3, 'config': file(tmp_path, f'{config}\n') if config else None}
-    if is_used:
-        assert robot(**given).encoder.seed == 3
-    else:
-        with pytest.raises(ConfigError, match='^--seed: given 3, but nothing is random'):
-            robot(**given)

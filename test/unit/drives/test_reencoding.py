@@ -17,6 +17,7 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, PoseSeries
 from diff_encoder_sim.drives import reencoding
 from diff_encoder_sim.drives.message_decoders import POSE_TYPES
 from diff_encoder_sim.drives.message_encoders import encode_encoder_pulse, encode_odometry, encode_planar_tf
+from diff_encoder_sim.drives.reference import Reference
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.wheels.catalogue import ChosenEncoder
 from diff_encoder_sim.wheels.encoder_params import PerWheel
@@ -161,7 +162,9 @@ def test_csv_is_exact_and_empty_without_a_value():
     for ppr, path in ((90, PoseSeries(stamps_ns, bent)), (4096, PoseSeries(stamps_ns[:0], bent[:0]))):
         encoder = reencoding.Encoder(ChosenEncoder(PerWheel(left=ppr, right=ppr)), EncoderParams(), OdometryParams())
         encoded.append(reencoding.EncodedDrive(encoder, 29, [path]))
-    errors = reencoding.drive_errors(reencoding.ReadDrive([], [reference], [], [], 29, 1.4, []), encoded, True)
+    errors = reencoding.drive_errors(
+        reencoding.ReadDrive([], [Reference('r', *reference)], [], [], 29, 1.4, []), encoded, True
+    )
     bent, empty = csv.DictReader(reencoding.csv_table(reencoding.error_rows(encoded, errors)).splitlines())
     found = [float(bent[key]) for key in ('ate_max_m', 'reference_length_m', 'rpe_5m_yaw_rmse_rad')]
     assert found == pytest.approx([0.07, 7.0, 0.01])

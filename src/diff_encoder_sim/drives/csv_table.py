@@ -1,4 +1,4 @@
-"""Wheel angles from a table in a text file: its format, and its rows."""
+"""Tables in text files: their format, their rows as messages, and the wheels in them."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from typing import Collection, Iterator, List, NamedTuple, Optional, Sequence, T
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.stamps import LATEST_NS
 from diff_encoder_sim.drives.drive_stream import DriveStream, Message
+from diff_encoder_sim.drives.message_decoders import NUMBER_SIZE
 from diff_encoder_sim.drives.number_units import TIME_UNITS
 from diff_encoder_sim.drives.wheel_source import WheelNumbers, WheelSource
 
 COMMENT = '#'
-COLUMNS = 3  # time, left, right
+COLUMNS = 3  # at least: time, and two numbers of the wheels or of a reference
 
 # The first that gives enough columns; None stands for any spaces. A comma may also be a decimal sign.
 _DELIMITERS: Tuple[Optional[str], ...] = (';', '\t', ',', '|', None)
 # Python's own also has 7_0, digits of any script, words, and exponents of millions.
 _NUMBER = re.compile(r'[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,3})?')
 
-_PAIR = struct.Struct('<2d')  # left and right in a message
 _LINES_INSPECTED = 50  # to find the format
 _LONGEST_LINE = 10_000  # the file may be gigabytes without a line
 _LINES_NAMED = 5
@@ -34,12 +34,12 @@ class CsvFormat(NamedTuple):
     """Format of the lines of a file."""
 
     delimiter: Optional[str]
-    columns: Tuple[int, ...]  # of time, left and right, from 0
+    columns: Tuple[int, ...]  # of the time and the other numbers, from 0
     has_header: bool
     unit_ns: int  # of the time
 
-    def numbers(self, row: str) -> Tuple[int, float, float]:
-        """Return time [ns], left and right of a row; InputFault if one is missing or invalid."""
+    def numbers(self, row: str) -> Tuple[int, List[float]]:
+        """Return the time [ns] and the other numbers of a row; InputFault if one is missing or invalid."""
         cells = _split(row, self.delimiter)
         if len(cells) <= max(self.columns):
             raise InputFault(f'{len(cells)} columns; expected {max(self.columns) + 1} or more')
@@ -52,13 +52,13 @@ class CsvFormat(NamedTuple):
         time_ns = Decimal(texts[0]) * self.unit_ns  # exact: seconds since 1970 with nanoseconds do not fit a float
         if not 0 <= time_ns < LATEST_NS:
             raise InputFault(f'time {texts[0]!r}; expected 0 to below 2^32 s, in the unit of --time-unit')
-        return int(time_ns), float(texts[1]), float(texts[2])
+        return int(time_ns), [float(text) for text in texts[1:]]
 
 
-def find_format(lines: Sequence[str], columns: Sequence[str], time_unit: str) -> CsvFormat:
+def find_format(lines: Sequence[str], columns: Sequence[str], time_unit: str, option: str = '--columns') -> CsvFormat:
     """Detect the format of a file from its first lines, without empty ones; ConfigError if it is no such table.
 
-    `columns` are those of time, left and right as the user gives them: names, or numbers from 1.
+    `columns` are those of the time and the other numbers as the user gives them in `option`: names, or numbers from 1.
     """
     rows = [line for line in lines if not line.startswith(COMMENT)]
     for delimiter in _DELIMITERS:
@@ -77,10 +77,10 @@ def find_format(lines: Sequence[str], columns: Sequence[str], time_unit: str) ->
     for column in columns:
         if column not in (*names, *numbers):
             named = f' or a name: {", ".join(names)}' if names else '; the file has no header with names'
-            raise ConfigError(f'--columns: given {column}; allowed: a number from 1 to {len(numbers)}{named}')
+            raise ConfigError(f'{option}: given {column}; allowed: a number from 1 to {len(numbers)}{named}')
         found.append((names if column in names else numbers).index(column))
-    if len(set(found)) < COLUMNS:
-        raise ConfigError(f'--columns: given {" ".join(columns)}; allowed: three columns that differ')
+    if len(set(found)) < len(found):
+        raise ConfigError(f'{option}: given {" ".join(columns)}; allowed: columns that differ')
     return CsvFormat(delimiter, tuple(found), has_header, TIME_UNITS[time_unit])
 
 
@@ -92,16 +92,21 @@ def _split(line: str, delimiter: Optional[str]) -> List[str]:
 class CsvStream(DriveStream):
     """The rows of a file as messages. Invalid ones are left out, and listed in `fault`."""
 
-    def __init__(self, path: Path, columns: Sequence[str], time_unit: str) -> None:
-        """Detect the format as `find_format` does; ConfigError if the file cannot be read."""
+    def __init__(
+        self, path: Path, columns: Sequence[str], time_unit: str, option: str = '--columns', is_ordered: bool = True
+    ) -> None:
+        """Detect the format as `find_format` does; ConfigError if the file cannot be read.
+
+        Rows with an earlier time are invalid if the table `is_ordered`.
+        """
         super().__init__(path)
-        self.topic = path.name
+        self.topic, self._is_ordered = path.name, is_ordered
         self.topics[self.topic] = 'CSV'
         if path.exists() and not path.is_file():
             raise ConfigError(f'{path}: given no regular file; allowed: one, as it is read twice')
         try:
             lines = [line for _, line in itertools.islice(self._lines(), _LINES_INSPECTED)]
-            self._format = find_format(lines, columns, time_unit)
+            self._format = find_format(lines, columns, time_unit, option)
         except OSError as error:
             raise ConfigError(f'{path}: cannot be read: {error.strerror}') from None
         except ConfigError as error:
@@ -112,15 +117,15 @@ class CsvStream(DriveStream):
         rows = ((number, line) for number, line in self._lines() if not line.startswith(COMMENT))
         for number, line in itertools.islice(rows, int(self._format.has_header), None):
             try:
-                time_ns, left, right = self._format.numbers(line)
-                if time_ns < newest_ns:
+                time_ns, values = self._format.numbers(line)
+                if self._is_ordered and time_ns < newest_ns:
                     raise InputFault(f'{time_ns} ns after {newest_ns} ns; expected times that do not decrease')
             except InputFault as fault:
                 bad_lines.append(number)
                 first_fault = first_fault or str(fault)
             else:
                 newest_ns = time_ns
-                yield Message(self.topic, time_ns, _PAIR.pack(left, right))
+                yield Message(self.topic, time_ns, struct.pack(f'<{len(values)}d', *values))
         if bad_lines:
             listed = ', '.join([*map(str, bad_lines[:_LINES_NAMED]), *(['...'] if bad_lines[_LINES_NAMED:] else [])])
             self.fault = f'{len(bad_lines)} bad rows, in lines {listed}; the first: {first_fault}'
@@ -133,6 +138,11 @@ class CsvStream(DriveStream):
                     yield number, line
 
 
+def row_numbers(message: Message) -> Tuple[float, ...]:
+    """Return the numbers of a row after its time."""
+    return struct.unpack(f'<{len(message.raw) // NUMBER_SIZE}d', message.raw)
+
+
 class CsvWheels(WheelSource):
     """Reads the messages of a `CsvStream`."""
 
@@ -141,5 +151,5 @@ class CsvWheels(WheelSource):
 
     def add(self, message: Message) -> None:
         """Add a row."""
-        for side, value in enumerate(_PAIR.unpack(message.raw)):
+        for side, value in enumerate(row_numbers(message)):
             self._append(side, message.time_ns, message.time_ns, value)

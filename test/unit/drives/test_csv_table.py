@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
-from diff_encoder_sim.drives.csv_wheels import CsvStream, CsvWheels, find_format
+from diff_encoder_sim.drives.csv_table import CsvStream, CsvWheels, find_format
 from diff_encoder_sim.drives.wheel_source import WheelNumbers
 
 
@@ -23,7 +23,7 @@ from diff_encoder_sim.drives.wheel_source import WheelNumbers
 def test_the_delimiter_is_found(rows):
     found = find_format(rows, ('1', '3', '2'), 's')
     assert not found.has_header
-    assert [found.numbers(row) for row in rows[-2:]] == [(500_000_000, -1.5, 10.0), (1_500_000_000, -2.5, 11.0)]
+    assert [found.numbers(row) for row in rows[-2:]] == [(500_000_000, [-1.5, 10.0]), (1_500_000_000, [-2.5, 11.0])]
 
 
 @pytest.mark.parametrize(
@@ -56,7 +56,7 @@ def test_a_bad_row_is_refused(row):
     [
         (['a,b,c', '1,2,3'], 'abd', 'given d; allowed: a number from 1 to 3 or a name: a, b, c'),
         (['1,2,3'], 'a23', 'given a; allowed: a number from 1 to 3; the file has no header'),
-        (['a,b,c', '1,2,3'], 'ab2', 'given a b 2; allowed: three columns that differ'),
+        (['a,b,c', '1,2,3'], 'ab2', 'given a b 2; allowed: columns that differ'),
         (['1,2', '3,4'], '123', 'no table; expected 3 or more columns'),
     ],
 )
