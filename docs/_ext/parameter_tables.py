@@ -11,8 +11,10 @@ from sphinx.errors import ExtensionError
 
 from diff_encoder_sim.base.bounds import Between
 from diff_encoder_sim.base.params import Params
-from diff_encoder_sim.wheels.encoder_params import PerWheel, ppr_label
+from diff_encoder_sim.base.per_wheel import PerWheel, WheelDiameter, WheelDiameterOrZero
+from diff_encoder_sim.wheels.encoder_params import ppr_label
 
+_ONE_OR_BOTH = 'number, or `{left: , right: }`'
 NAMES = {
     bool: 'bool',
     int: 'int',
@@ -20,7 +22,9 @@ NAMES = {
     str: 'string',
     Any: 'any',
     dict: 'mapping',
-    PerWheel: 'number, or `{left: , right: }`',
+    PerWheel: _ONE_OR_BOTH,
+    WheelDiameter: _ONE_OR_BOTH,
+    WheelDiameterOrZero: _ONE_OR_BOTH,
 }
 
 
@@ -74,7 +78,7 @@ def _rows(params_class: Type[Params], defaults: Mapping[str, Any], config: Mappi
 
 def _is_nested(field: FieldInfo) -> bool:
     kind = field.annotation
-    return isinstance(kind, type) and issubclass(kind, Params) and kind is not PerWheel
+    return isinstance(kind, type) and issubclass(kind, Params) and not issubclass(kind, PerWheel)
 
 
 def _key(name: str, field: FieldInfo) -> str:

@@ -26,9 +26,9 @@ from diff_encoder_sim.advice.answers import Answer, Kind, Requirement
 from diff_encoder_sim.advice.drive_draws import DrawnRobot, DriveDraws, ErrorFreeDrive, drawn_robot, scripted
 from diff_encoder_sim.advice.odometry_answer import OdometryCurves, odometry_answer
 from diff_encoder_sim.advice.odometry_study import Candidate, equivalent_counts, recommended
+from diff_encoder_sim.base.per_wheel import PerWheel
 from diff_encoder_sim.navigation.goal_stopping import StopSpread
 from diff_encoder_sim.trials.robot_params import load_robot, load_robot_config, override
-from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 from drawn_drives import encoder_of, robot_of, rolled
 from generated_robots import Recipe, urdf_of

@@ -118,7 +118,7 @@ def _motion(
 ) -> Tuple[np.ndarray, Pose2D]:
     """Drive at a velocity, then stop: the wheels' angles by tick, and the axle's middle at the end, in the start's."""
     floor = FlatFloor(robot, params.drive, params.physics)
-    wheels = 0.5 * robot.description.wheel_diameter_m, robot.description.wheel_separation_m
+    wheels = robot.description.radii_m, robot.description.wheel_separation_m
     controller = DriveController(params.drive, *wheels)
     floor.rest()
     begin, angles_rad = _axle_pose(floor, robot), [floor.physics.wheels().angles_rad]

@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import math
 from concurrent.futures import ThreadPoolExecutor
-from typing import List, Mapping, NamedTuple, Optional, Sequence
+from typing import List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.per_wheel import PerWheel
 from diff_encoder_sim.base.processes import usable_cores
 from diff_encoder_sim.base.se2 import Pose2D, poses_of_wheels, wrap_angles
 from diff_encoder_sim.base.seeds import generator
@@ -31,7 +32,7 @@ from diff_encoder_sim.trials.publications import Publications
 from diff_encoder_sim.trials.robot_params import RobotParams, spread_with
 from diff_encoder_sim.trials.scripted_drive import SETTLING_S, ScriptedDrive
 from diff_encoder_sim.wheels.chain import Chain
-from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, PerWheel
+from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.report_link import PROMPT
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
@@ -148,8 +149,7 @@ class DrawnRobot(NamedTuple):
     @property
     def assumed(self) -> np.ndarray:
         """Return both radii and the separation that odometry assumes [m] (3,)."""
-        radius_m = 0.5 * self.odometry.wheel_diameter
-        return np.array([radius_m, radius_m, self.odometry.wheel_separation])
+        return np.array([*self.odometry.wheel_diameter.radii_m, self.odometry.wheel_separation])
 
     def wheels(self, amounts: Amounts, rng: np.random.Generator, draws: int) -> np.ndarray:
         """Sample left and right radius and separation [m] (3, draws, 1); without a cause those of odometry."""
@@ -228,8 +228,8 @@ class DriveDraws:
         rows, drive, found = np.arange(len(self._stamps_ns)), Drive(self._stamps_ns, turned_rad), []
         for encoder in encoders:
             if encoder is None:
-                radius_m = 0.5 * odometry.wheel_diameter
-                estimated = _ends(turned_rad, odometry.wheel_separation, odometry.axle_x, radius_m)
+                radii_m = odometry.wheel_diameter.radii_m
+                estimated = _ends(turned_rad, odometry.wheel_separation, odometry.axle_x, radii_m)
             else:
                 known = {'ppr': encoder.ppr, 'encoder': encoder.encoder, 'counter_modulus': 0}
                 chain = Chain(encoder.model_copy(update=read), odometry.model_copy(update=known), draws)
@@ -257,6 +257,8 @@ class DriveDraws:
         return np.stack(turned, axis=-1)
 
 
-def _ends(turned: np.ndarray, wheel_separation_m: float, axle_x_m: float, per_turned_m: float = 1.0) -> np.ndarray:
+def _ends(
+    turned: np.ndarray, wheel_separation_m: float, axle_x_m: float, per_turned_m: Tuple[float, float] = (1.0, 1.0)
+) -> np.ndarray:
     """Return the (draws, 3) final pose of the base relative to its start, from exact wheel angles."""
-    return poses_of_wheels(turned, per_turned_m, per_turned_m, wheel_separation_m, axle_x_m, True)[:, -1]
+    return poses_of_wheels(turned, *per_turned_m, wheel_separation_m, axle_x_m, True)[:, -1]

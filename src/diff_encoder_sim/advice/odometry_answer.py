@@ -14,8 +14,9 @@ from diff_encoder_sim.analysis.closed_form import STRAIGHT_WITHIN, closed_form_s
 from diff_encoder_sim.analysis.results_table import RobotGeometry
 from diff_encoder_sim.analysis.statistics import Interval, wilson
 from diff_encoder_sim.base.deferred import deferred
+from diff_encoder_sim.base.per_wheel import PerWheel
 from diff_encoder_sim.drives.trial_definition import Trial
-from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, NO_FAULTS, PerWheel
+from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, NO_FAULTS
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 special = deferred('scipy.special')

@@ -14,6 +14,7 @@ from diff_encoder_sim.advice.encoder_search import TrialCounts
 from diff_encoder_sim.advice.odometry_answer import OdometryCurves, closed_form_counts, odometry_budgets, share_within
 from diff_encoder_sim.analysis.results_table import RobotGeometry
 from diff_encoder_sim.analysis.statistics import Interval
+from diff_encoder_sim.base.per_wheel import PerWheel
 from diff_encoder_sim.drives.trial_definition import TrialPlan
 from diff_encoder_sim.navigation.goal_stopping import StopSpread
 from diff_encoder_sim.robots.description import RobotSource
@@ -21,7 +22,7 @@ from diff_encoder_sim.robots.robot_file import load_robot_file, robot_names
 from diff_encoder_sim.trials.campaign_cells import Campaign, RequestedTrial
 from diff_encoder_sim.wheels.catalogue import WHOLE_CATALOGUE, load_encoders
 from diff_encoder_sim.wheels.covariance import PULSE_VARIANCE
-from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, NO_FAULTS, PerWheel
+from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, NO_FAULTS
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 DRAWS, FEW_DRAWS = 8000, 500  # as FINE_DRAWS of the curve; few draws refuse most insufficient encoders
@@ -244,7 +245,7 @@ def study_odometry(campaign: Campaign, requirement: Requirement, distance_m: Opt
         elif answer.kind is Kind.FROM:
             answer = answer._replace(note='no candidate suffices')
     name, own = campaign.robot.name, campaign.robot.file.ppr
-    geometry = RobotGeometry(first.odometry.wheel_diameter, first.odometry.wheel_separation)
+    geometry = RobotGeometry(first.odometry.wheel_diameter.mean, first.odometry.wheel_separation)
     return Advice(name, own, requirement, curves, geometry, {Criterion.ODOMETRY: answer}, {}, {}, [], [])
 
 

@@ -78,10 +78,11 @@ def _manifest(path: Path) -> Tuple[Dict[str, Any], Dict[str, Trial], RobotGeomet
         manifest = json.loads(path.read_text(encoding='utf-8'))
         configuration = {'encoders': [], **manifest['configuration']}
         tests = [{key: test[key] for key in test if key != 'files'} for test in configuration['tests']]
-        trials = [Trial.from_mapping({'nav': configuration['nav'], 'test': test}, str(path)) for test in tests]
         sets, encoders = configuration['parameters'], [*configuration['ppr'], *configuration['encoders']]
         wheels, varied = sets[0]['odometry'], sorted(sets[0]['varied'])
-        robot = RobotGeometry(float(wheels['wheel_diameter']), float(wheels['wheel_separation']))
+        common = {'nav': configuration['nav'], **{key: wheels[key] for key in ('wheel_diameter', 'wheel_separation')}}
+        trials = [Trial.from_mapping({**common, 'test': test}, str(path)) for test in tests]
+        robot = RobotGeometry(trials[0].wheel_diameter.mean, trials[0].wheel_separation)
         count = len(tests) * len(sets) * len(encoders) * int(configuration['trials'])
         manifest['name'] = str(manifest['name'])
         return manifest, {trial.test.name: trial for trial in trials}, robot, varied, count
@@ -147,7 +148,7 @@ def read_bags(paths: Sequence[Path]) -> Results:
     records = [{**bag.record, **{key: str(getattr(bag.trial, key)) for key in varied}} for bag in found]
     title = paths[0].resolve().stem if len(paths) == 1 else f'{len(found)} trials'
     requested = {bag.trial.test.name: bag.trial for bag in found[::-1]}
-    robot = RobotGeometry(found[0].trial.wheel_diameter, found[0].trial.wheel_separation)
+    robot = RobotGeometry(found[0].trial.wheel_diameter.mean, found[0].trial.wheel_separation)
     return Results(results_table.trials_table(records, varied), varied, title, notes, {}, None, robot, requested)
 
 

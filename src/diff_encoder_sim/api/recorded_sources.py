@@ -10,6 +10,7 @@ from diff_encoder_sim.api.options import SourceOptions
 from diff_encoder_sim.api.wheel_options import RecordedRobot
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.per_wheel import PerWheel
 from diff_encoder_sim.drives.bag_source import open_source
 from diff_encoder_sim.drives.csv_table import CsvStream
 from diff_encoder_sim.drives.drive_stream import DriveStream
@@ -19,7 +20,6 @@ from diff_encoder_sim.drives.reference import Reference
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.drives.trial_recording import trial_of_source
 from diff_encoder_sim.drives.wheel_source import WheelSource
-from diff_encoder_sim.wheels.encoder_params import PerWheel
 
 
 class OpenedDrive(NamedTuple):

@@ -9,6 +9,7 @@ from diff_encoder_sim.api.options import DriveOptions, SourceOptions
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.base.params import merged, nested, shared_params, with_changes
+from diff_encoder_sim.base.per_wheel import PerWheel
 from diff_encoder_sim.base.yaml_files import load_yaml, yaml_value
 from diff_encoder_sim.drives import joint_wheels
 from diff_encoder_sim.drives.csv_table import CsvStream, CsvWheels
@@ -24,7 +25,7 @@ from diff_encoder_sim.drives.wheel_source import WheelNumbers, WheelSource
 from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
 from diff_encoder_sim.trials.robot_params import load_robot, uncertainty_of_robot
 from diff_encoder_sim.wheels.catalogue import RESOLUTION_KEYS, ChosenEncoder, load_encoders, own_encoder
-from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, PerWheel
+from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER
 from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
@@ -161,7 +162,7 @@ class RecordedRobot(NamedTuple):
         """Return the wheel parameters with their sources, in one line."""
         odometry = self.odometry
         values = {
-            'wheel_diameter': f'diameter {odometry.wheel_diameter:g} m',
+            'wheel_diameter': f'diameter {odometry.wheel_diameter} m',
             'wheel_separation': f'separation {odometry.wheel_separation:g} m',
             'axle_x': f'axle at x = {odometry.axle_x:g} m',
             'left_joint': f'left joint {self.joints[0]}',
@@ -230,7 +231,7 @@ def wheel_numbers(
     if unit == TICKS:
         left, right = ((2**width if width else 0) if given_modulus is None else given_modulus for width in bits)
         moduli = left, right
-    return WheelNumbers(unit, 0.5 * robot.odometry.wheel_diameter, ppr, moduli, options.reversed)
+    return WheelNumbers(unit, robot.odometry.wheel_diameter.radii_m, ppr, moduli, options.reversed)
 
 
 def drive_wheels(

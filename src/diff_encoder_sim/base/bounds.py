@@ -61,7 +61,8 @@ def _short(number: float) -> str:
 # Parts of a robot and positions on it.
 LENGTH = Between(1e-3, 100.0, 'm')
 Length_m = Annotated[float, LENGTH]
-LengthOrZero_m = Annotated[float, Between(1e-3, 100.0, 'm', or_zero=True)]
+LENGTH_OR_ZERO = Between(1e-3, 100.0, 'm', or_zero=True)
+LengthOrZero_m = Annotated[float, LENGTH_OR_ZERO]
 Offset_m = Annotated[float, Between(-100.0, 100.0, 'm')]
 
 # The floor: positions, distances, cells of maps.

@@ -123,7 +123,7 @@ class PulseWheels(WheelSource):
         self, topic: str, joints: Tuple[str, str], is_cdr: bool, odometry: OdometryParams, about: str, notes: List[str]
     ) -> None:
         """Prepare to read counts of the resolution and the modulus in `odometry`; `notes` are their limits."""
-        numbers = WheelNumbers(TICKS, 0.5 * odometry.wheel_diameter, odometry.counts_per_turn)
+        numbers = WheelNumbers(TICKS, odometry.wheel_diameter.radii_m, odometry.counts_per_turn)
         super().__init__([topic], joints, f'messages of {topic} ({", ".join(joints)}; {about})', numbers)
         self.restarts = 0  # of the counters
         self._limits, self._notes = odometry.counter_limits, notes

@@ -48,7 +48,7 @@ class OdometryWheels(wheel_source.WheelSource):
         self._along_m = float(np.abs(arcs_m).sum())
         self._sideways_m = float(np.abs(cos_heading * np.diff(y_m) - sin_heading * np.diff(x_m)).sum())
         apart_m = half_turns_rad * self._wheels.wheel_separation
-        turns_rad = np.column_stack((arcs_m - apart_m, arcs_m + apart_m)) / (0.5 * self._wheels.wheel_diameter)
+        turns_rad = np.column_stack((arcs_m - apart_m, arcs_m + apart_m)) / self._wheels.wheel_diameter.radii_m
         return np.concatenate((np.zeros((1, 2)), np.cumsum(turns_rad, axis=0)))[: len(base_poses)]
 
     def notes(self) -> Iterator[str]:

@@ -10,7 +10,8 @@ from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 from typing_extensions import Annotated
 
 from diff_encoder_sim.base.bounds import Between, Duration_s, Length_m, Offset_m, Rate_Hz, Seed, TravelVariance_m
-from diff_encoder_sim.base.params import Params
+from diff_encoder_sim.base.params import Params, param
+from diff_encoder_sim.base.per_wheel import WheelDiameter_m
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.drives.topics import BagFormat, PoseSource
@@ -78,7 +79,7 @@ class Trial(Params):
     number: Seed = Field(0, description='the seed of all that varies between trials')
     odom: Literal['encoder', 'ideal'] = 'encoder'
     nav: Literal['scripted', 'embedded', 'upstream'] = 'scripted'
-    wheel_diameter: Length_m = Field(0.2, description='of the odometry [m]')
+    wheel_diameter: WheelDiameter_m = param(0.2, 'of the odometry [m]')
     wheel_separation: Length_m = Field(0.4, description='of the odometry [m]')
     axle_x: Offset_m = Field(0.0, description='of the odometry [m]')
     left_joint: str = Field('left_wheel_joint', description='left wheel in /joint_states')

@@ -9,10 +9,11 @@ from typing import Iterator, List, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from diff_encoder_sim.base.drive import Drive
+from diff_encoder_sim.base.per_wheel import PerWheel
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.drives.drive_stream import Message
 from diff_encoder_sim.drives.number_units import RAD_OF_ANGLE, RADPS_OF_SPEED, SPEEDS, TICKS
-from diff_encoder_sim.wheels.encoder_params import PerWheel, ppr_label
+from diff_encoder_sim.wheels.encoder_params import ppr_label
 from diff_encoder_sim.wheels.report_link import LATE_REPORT_TOLERANCE_NS
 
 SIDES = ('left', 'right')
@@ -43,7 +44,7 @@ class WheelNumbers(NamedTuple):
     """Interpretation of the recorded numbers of both wheels."""
 
     unit: str  # one of UNITS
-    radius_m: float
+    radii_m: Tuple[float, float]  # of the left and the right wheel
     ppr: Optional[PerWheel] = None  # of counts
     moduli: Tuple[int, int] = (0, 0)  # of the left and the right counter; 0 if it does not wrap
     reversed_sides: Sequence[str] = ()  # whose numbers fall when the robot drives forward
@@ -65,7 +66,7 @@ class WheelNumbers(NamedTuple):
 
         Counts are unwrapped, speeds integrated by the trapezoidal rule; time that goes back does not turn a wheel.
         """
-        values, per_radius = numbers.values, 1.0 / self.radius_m if self.unit.startswith('m') else 1.0
+        values, per_radius = numbers.values, 1.0 / self.radii_m[side] if self.unit.startswith('m') else 1.0
         if self.ppr is not None:
             counts = np.floor(values if self.unit == TICKS else np.cumsum(values)).astype(np.int64)
             if self.moduli[side]:

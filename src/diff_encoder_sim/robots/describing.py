@@ -69,7 +69,7 @@ def describe(source: RobotSource, choices: RobotChoices = RobotChoices()) -> Rob
 def _describe(expanded: Expansion, source: RobotSource, choices: RobotChoices) -> RobotDescription:
     tree, seen = parse_urdf(expanded.urdf, str(source.file)), Findings()
     seen.notes.extend(expanded.notes + tree.notes)
-    choices = choices._replace(laser_link=choices.laser_link or expanded.laser_link)
+    choices = choices.model_copy(update={'laser_link': choices.laser_link or expanded.laser_link})
     return describe_tree(tree, lambda uri: find_mesh(uri, source), choices, seen)
 
 
@@ -190,16 +190,17 @@ def _drive_train(
             diameter_m, origin = shape_m, shape
         by = f'{given_m:.5g} m by {source}, {shape_m:.5g} m by the {shape}'
         seen.warn(f'wheel diameter: {by}: {diameter_m:.5g} m is used')
-    if choices.wheel_diameter is not None:
-        diameter_m, origin = choices.wheel_diameter, 'given'
-    if not diameter_m:
+    chosen_m = choices.wheel_diameter.left, choices.wheel_diameter.right
+    diameters_m = chosen_m[0] or diameter_m, chosen_m[1] or diameter_m
+    if not all(diameters_m):
         raise ConfigError(
             f'{where}: given wheels {pair[0].link!r} and {pair[1].link!r} without a round shape; '
             'allowed: a collision cylinder, sphere or round mesh on the axle, or simulator.wheel_diameter'
         )
-    if diameter_m > LARGEST_M:
-        seen.warn(f'wheels of {diameter_m:.5g} m: a URDF is in metres; are its lengths in mm?')
-    seen.add('wheel diameter [m]', f'{diameter_m:.5g}', origin)
+    if max(diameters_m) > LARGEST_M:
+        seen.warn(f'wheels of {max(diameters_m):.5g} m: a URDF is in metres; are its lengths in mm?')
+    both = ' and '.join(dict.fromkeys(f'{each_m:.5g}' for each_m in diameters_m))
+    seen.add('wheel diameter [m]', both, 'given' if any(chosen_m) else origin)
 
     apart_m, origin = pair[0].centre_m[1] - pair[1].centre_m[1], f'{"middles" if radii_m else "joints"} of the wheels'
     given_m, source = next(((each.separation_m, each.source) for each in plugins if each.separation_m), (apart_m, ''))
@@ -213,10 +214,10 @@ def _drive_train(
     # Moved along the axle to their places at the nominal separation.
     middle_m = 0.5 * (pair[0].centre_m[1] + pair[1].centre_m[1])
     wheels: List[DrivenWheel] = []
-    for wheel, half_m in zip(pair, (0.5 * apart_m, -0.5 * apart_m)):
+    for wheel, half_m, each_m in zip(pair, (0.5 * apart_m, -0.5 * apart_m), diameters_m):
         centre_m = wheel.centre_m[0], middle_m + half_m, wheel.centre_m[2]
-        wheels.append(wheel._replace(centre_m=centre_m, radius_m=wheel.radius_m or 0.5 * diameter_m))
-    drive = DriveTrain(wheels[0], wheels[1], diameter_m, apart_m)
+        wheels.append(wheel._replace(centre_m=centre_m, radius_m=wheel.radius_m or 0.5 * each_m))
+    drive = DriveTrain(wheels[0], wheels[1], diameters_m, apart_m)
     place = f'x = {round(drive.axle_x_m, 6) + 0.0:.4g} m, {1e3 * (drive.floor_z_m + drive.radius_m):.4g} mm up'
     seen.add('axle', place, 'wheels, in the base frame')
     if abs(drive.middle_y_m) > CENTRED_M:

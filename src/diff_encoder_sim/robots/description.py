@@ -12,6 +12,9 @@ from xml.etree import ElementTree
 import numpy as np
 import yaml
 
+from diff_encoder_sim.base.bounds import Length_m
+from diff_encoder_sim.base.params import Params, param
+from diff_encoder_sim.base.per_wheel import WheelDiameterOrZero_m
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.xml_values import Vector
 from diff_encoder_sim.robots.solids import MassProperties, Shape
@@ -47,14 +50,14 @@ class RobotSource(NamedTuple):
     added_laser: Optional[AddedLaser] = None  # None: the scanner is the URDF's
 
 
-class RobotChoices(NamedTuple):
+class RobotChoices(Params):
     """A user's overrides of the description; None: as in the robot's file."""
 
-    left_joint: Optional[str] = None
-    right_joint: Optional[str] = None
-    laser_link: Optional[str] = None
-    wheel_diameter: Optional[float] = None  # [m]
-    wheel_separation: Optional[float] = None  # [m]
+    left_joint: Optional[str] = param(None, 'of the left wheel')
+    right_joint: Optional[str] = param(None, 'of the right wheel')
+    laser_link: Optional[str] = param(None, 'link of the scanner')
+    wheel_diameter: WheelDiameterOrZero_m = param(0.0, 'nominal [m]; 0: as in the file')
+    wheel_separation: Optional[Length_m] = param(None, 'between the contact points [m]')
 
 
 class Link(NamedTuple):
@@ -208,12 +211,22 @@ class DriveTrain:
 
     left: DrivenWheel
     right: DrivenWheel
-    wheel_diameter_m: float  # of both
+    wheel_diameters_m: Tuple[float, float]  # of the left and the right one
     wheel_separation_m: float  # between the contact points
 
     @property
+    def wheel_diameter_m(self) -> float:
+        """Return the mean nominal diameter of the wheels."""
+        return 0.5 * sum(self.wheel_diameters_m)
+
+    @property
+    def radii_m(self) -> Tuple[float, float]:
+        """Return the nominal radii of the left and the right wheel."""
+        return 0.5 * self.wheel_diameters_m[0], 0.5 * self.wheel_diameters_m[1]
+
+    @property
     def radius_m(self) -> float:
-        """Return the nominal radius of the wheels."""
+        """Return the mean nominal radius of the wheels."""
         return 0.5 * self.wheel_diameter_m
 
     @property

@@ -139,13 +139,15 @@ def derived_settings(robot: RobotDescription) -> Dict[str, Any]:
 
     A robot file's own values take precedence over these.
     """
+    left_m, right_m = map(_rounded, robot.wheel_diameters_m)
+    diameter = left_m if left_m == right_m else {'left': left_m, 'right': right_m}
     settings: Dict[str, Any] = {
-        'config.wheel_diameter': _rounded(robot.wheel_diameter_m),
+        'config.wheel_diameter': diameter,
         'config.wheel_separation': _rounded(robot.wheel_separation_m),
         'config.axle_x': _rounded(robot.axle_x_m),
         'amcl.axle_x': _rounded(robot.axle_x_m),
         # The simulated ones too: workers have only the URDF, not the user's choices.
-        'simulator.wheel_diameter': _rounded(robot.wheel_diameter_m),
+        'simulator.wheel_diameter': diameter,
         'simulator.wheel_separation': _rounded(robot.wheel_separation_m),
     }
     for side, wheel in (('left', robot.left), ('right', robot.right)):
@@ -232,14 +234,12 @@ def set_up_robot(file: RobotFile) -> RobotSetup:
         ConfigError: its description cannot be read, or is no differential drive.
     """
     choices: Dict[str, Any] = {}
-    for choice in RobotChoices._fields:
+    for choice in RobotChoices.model_fields:
         key = f'simulator.{choice}'
         value = file.overrides.get(key, file.overrides.get(f'config.{choice}') if 'joint' in choice else None)
-        kind, allowed = ((int, float), 'a number') if choice.startswith('wheel') else (str, 'a name')
-        if value is not None and (isinstance(value, bool) or not isinstance(value, kind)):
-            raise ConfigError(f'{file.where}: {key}: given {value!r}; allowed: {allowed}')
-        choices[choice] = value or None
-    description = describe(file.source, RobotChoices(**choices))
+        if value:
+            choices[choice] = value
+    description = describe(file.source, RobotChoices.from_mapping(choices, f'{file.where}: simulator'))
     return RobotSetup(file, description, {**derived_settings(description), **file.overrides})
 
 

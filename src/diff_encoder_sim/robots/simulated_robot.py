@@ -70,7 +70,7 @@ class GeometryErrors(NamedTuple):
 
     def applied_to(self, description: RobotDescription) -> TrueWheels:
         """Return the true wheels of a robot."""
-        left_m, right_m = (description.radius_m * (1.0 + error) for error in self[:2])
+        left_m, right_m = (radius_m * (1.0 + error) for radius_m, error in zip(description.radii_m, self))
         return TrueWheels(left_m, right_m, description.wheel_separation_m * (1.0 + self.separation))
 
 

@@ -87,8 +87,8 @@ class FlatFloor:
     def __init__(self, robot: SimulatedRobot, drive: DriveParams, physics: PhysicsParams) -> None:
         description = robot.description
         self._wheels, self._axle, self._drive = robot.wheels, Pose2D(description.axle_x_m, 0.0, 0.0), drive
-        self._half_separation_m, self._radius_m = 0.5 * description.wheel_separation_m, description.radius_m
-        self._controller = DriveController(drive, self._radius_m, description.wheel_separation_m)
+        self._half_separation_m, self._radii_m = 0.5 * description.wheel_separation_m, description.radii_m
+        self._controller = DriveController(drive, self._radii_m, description.wheel_separation_m)
         self.physics = BulletPhysics(_FLOOR, robot, IDENTITY, drive.wheel_torque, physics)
         self.close = self.physics.close
         self._now_ns = 0
@@ -149,7 +149,7 @@ class FlatFloor:
                 pitches_rad.append(self.pitch_rad())
 
         drive(linear_mps, angular_radps, ramp_s + _MOTOR_LAG_S)
-        wanted_radps = np.array([linear_mps - swing_mps, linear_mps + swing_mps]) / self._radius_m
+        wanted_radps = np.array([linear_mps - swing_mps, linear_mps + swing_mps]) / self._radii_m
         reached = float((self.physics.wheels().speeds_radps / wanted_radps).min())
         drive(linear_mps, angular_radps, min(_WAY_M / abs(linear_mps + swing_mps), _LONGEST_CRUISE_S))
         drive(0.0, 0.0, ramp_s + _SETTLING_S)

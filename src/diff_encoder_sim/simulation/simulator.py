@@ -23,7 +23,8 @@ from diff_encoder_sim.base.bounds import (
 )
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.laser_scan import Scan
-from diff_encoder_sim.base.params import Params
+from diff_encoder_sim.base.params import Params, param
+from diff_encoder_sim.base.per_wheel import WheelDiameterOrZero_m
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
@@ -58,9 +59,9 @@ class DriveParams(Params):
 class DriveController:
     """Ramps the body velocity towards the newest command and splits it onto the wheels."""
 
-    def __init__(self, params: DriveParams, wheel_radius_m: float, wheel_separation_m: float) -> None:
+    def __init__(self, params: DriveParams, radii_m: Tuple[float, float], wheel_separation_m: float) -> None:
         self.params = params
-        self._wheel_radius_m, self._wheel_separation_m = wheel_radius_m, wheel_separation_m
+        self._radii_m, self._wheel_separation_m = radii_m, wheel_separation_m
         self.reset()
 
     def reset(self) -> None:
@@ -94,8 +95,8 @@ class DriveController:
             linear_mps += clamp(wanted[0] - linear_mps, self.params.max_linear_acceleration * interval_s)
             angular_radps += clamp(wanted[1] - angular_radps, self.params.max_angular_acceleration * interval_s)
             self._velocity = linear_mps, angular_radps
-            swing_mps, radius_m = 0.5 * self._wheel_separation_m * angular_radps, self._wheel_radius_m
-            self._wheel_speeds_radps = (linear_mps - swing_mps) / radius_m, (linear_mps + swing_mps) / radius_m
+            swing_mps, (left_m, right_m) = 0.5 * self._wheel_separation_m * angular_radps, self._radii_m
+            self._wheel_speeds_radps = (linear_mps - swing_mps) / left_m, (linear_mps + swing_mps) / right_m
         return self._wheel_speeds_radps
 
 
@@ -191,7 +192,9 @@ class SimulatorParams(Params):
     laser_link: str = Field(
         'laser', min_length=1, description='link of the LiDAR in the robot file, and frame of its scans'
     )
-    wheel_diameter: LengthOrZero_m = Field(0.0, description='nominal one of the robot [m]; 0: as in the robot file')
+    wheel_diameter: WheelDiameterOrZero_m = param(
+        0.0, 'nominal one of the robot, which its controller knows [m]; 0: as in the robot file'
+    )
     wheel_separation: LengthOrZero_m = Field(
         0.0, description='between the contact points, nominal one of the robot [m]; 0: as in the robot file'
     )
@@ -202,8 +205,10 @@ class SimulatorParams(Params):
 
     def choices(self) -> RobotChoices:
         """Return what these parameters say about the robot."""
-        diameter_m, separation_m = self.wheel_diameter or None, self.wheel_separation or None
-        return RobotChoices(self.left_joint, self.right_joint, self.laser_link or None, diameter_m, separation_m)
+        joints = {'left_joint': self.left_joint, 'right_joint': self.right_joint, 'laser_link': self.laser_link or None}
+        return RobotChoices(
+            **joints, wheel_diameter=self.wheel_diameter, wheel_separation=self.wheel_separation or None
+        )
 
     @field_validator('lidar')
     @classmethod
@@ -243,7 +248,7 @@ class Simulator:
             raise ConfigError(f'{description.tree.where}: no laser is found; allowed: {allowed}')
         self.laser_pose_in_base = description.laser.pose_in_base
         self._laser_above_base_m = float(description.laser.pose_in_root[2, 3])
-        self._controller = DriveController(params.drive, description.radius_m, description.wheel_separation_m)
+        self._controller = DriveController(params.drive, description.radii_m, description.wheel_separation_m)
         self._begin()
 
     @property

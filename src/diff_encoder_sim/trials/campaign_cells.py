@@ -191,7 +191,7 @@ class Campaign(NamedTuple):
             'notes': list(description.notes),
             'checks': [check._asdict() for check in self.checks],
         }
-        diameter_m = self.cells[0].robot_params.odometry.wheel_diameter
+        diameter = self.cells[0].robot_params.odometry.wheel_diameter
         encoders = [
             {
                 'label': encoder.label,
@@ -199,7 +199,7 @@ class Campaign(NamedTuple):
                 'source': list(encoder.real.source),
                 'price': encoder.real.price,
                 'resolution': encoder.resolution,
-                'counts_per_metre': encoder.counts_per_metre(diameter_m),
+                'counts_per_metre': encoder.counts_per_metre(diameter),
             }
             for encoder in self.encoders
             if encoder.real

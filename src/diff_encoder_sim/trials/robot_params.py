@@ -13,6 +13,7 @@ from typing_extensions import Annotated
 from diff_encoder_sim.base.bounds import Between
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import Params, did_you_mean, merged, nested, split_params, with_changes
+from diff_encoder_sim.base.per_wheel import PerWheel, WheelDiameter
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.localization.amcl_params import AmclParams
@@ -21,7 +22,7 @@ from diff_encoder_sim.navigation.navigator_params import DwaParams, NavigatorPar
 from diff_encoder_sim.robots.robot_file import RobotSetup, load_robot_file, set_up_robot
 from diff_encoder_sim.simulation import simulator as simulation
 from diff_encoder_sim.simulation.state import TICK_NS, TICK_S
-from diff_encoder_sim.wheels.encoder_params import PerWheel, ppr_label
+from diff_encoder_sim.wheels.encoder_params import ppr_label
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
@@ -149,10 +150,11 @@ def check_key(key: str, where: str = '') -> None:
 
 
 def _dotted_keys(params_class: Type[Params], prefix: str) -> Iterator[str]:
-    """Yield the keys of scalar values; for costmaps only the flat names, without their namespace aliases."""
+    """Yield the keys of scalars and diameters; for costmaps only the flat names, without their namespace aliases."""
     for name, field in params_class.model_fields.items():
-        if isinstance(field.annotation, type) and issubclass(field.annotation, Params):
-            yield from _dotted_keys(field.annotation, f'{prefix}{name}.')
+        kind = field.annotation
+        if isinstance(kind, type) and issubclass(kind, Params) and not issubclass(kind, WheelDiameter):
+            yield from _dotted_keys(kind, f'{prefix}{name}.')
         else:
             yield f'{prefix}{name}'
 
@@ -188,7 +190,8 @@ def parts_with(params: RobotParams, ppr: PerWheel) -> Dict[str, StopSpread]:
 def _loop(params: RobotParams, ppr: PerWheel) -> Tuple[DwaParams, float, float, StopSpread]:
     """Return the stopping error of the control loop."""
     odometry, navigator = params.odometry, params.navigator
-    pulse_m = math.pi * odometry.wheel_diameter / min(ppr.left, ppr.right)
+    diameter = odometry.wheel_diameter
+    pulse_m = max(math.pi * diameter.left / ppr.left, math.pi * diameter.right / ppr.right)
     step = StopSpread(pulse_m, pulse_m / odometry.wheel_separation)
     return navigator.DWAPlannerROS, navigator.control_period_s, params.latency.command, step
 

@@ -12,7 +12,8 @@ from typing_extensions import Annotated
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import Line, Params, did_you_mean, flat, load_params, missing, not_allowed
-from diff_encoder_sim.wheels.encoder_params import EncoderModel, PerWheel, encoder_label
+from diff_encoder_sim.base.per_wheel import PerWheel, WheelDiameter
+from diff_encoder_sim.wheels.encoder_params import EncoderModel, encoder_label
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 WHOLE_CATALOGUE = 'catalogue'  # stands for every name
@@ -77,9 +78,9 @@ class ChosenEncoder(NamedTuple):
             values = {**self.params.model_dump(exclude_unset=True), 'encoder': self.params.encoder.model_dump()}
         return {'config.ppr': self.ppr.model_dump(), **{f'config.{key}': value for key, value in flat(values)}}
 
-    def counts_per_metre(self, wheel_diameter_m: float) -> float:
+    def counts_per_metre(self, diameter: WheelDiameter) -> float:
         """Return the counts of the left wheel per metre."""
-        return self.ppr.left / (math.pi * wheel_diameter_m)
+        return self.ppr.left / (math.pi * diameter.left)
 
 
 def encoder_names(config_folder: Path) -> List[str]:
@@ -123,12 +124,12 @@ def load_encoders(given: Sequence[str], config_folder: Path, folder: Path) -> Li
 RESOLUTION_KEYS = ('config.encoder.lines', 'config.encoder.pole_pairs', 'config.encoder.bits')
 
 
-def encoder_lines(encoders: Iterable[ChosenEncoder], wheel_diameter_m: float) -> Iterator[str]:
+def encoder_lines(encoders: Iterable[ChosenEncoder], diameter: WheelDiameter) -> Iterator[str]:
     """Yield the resolution by datasheet and the counts per metre of each encoder with a resolution."""
     for encoder in encoders:
         if encoder.resolution:
             name = f'{encoder.name} ({encoder.real.name})' if encoder.real else 'encoder'
-            yield f'{name}: {encoder.resolution}, {encoder.counts_per_metre(wheel_diameter_m):.5g} per metre'
+            yield f'{name}: {encoder.resolution}, {encoder.counts_per_metre(diameter):.5g} per metre'
 
 
 def own_encoder(params: EncoderParams) -> ChosenEncoder:

@@ -171,8 +171,8 @@ class OdometryDiagnosis:
         """Set the commanded twist."""
         params = self._odometry.params
         speeds_mps = wheel_speeds_mps(linear_mps, angular_radps, params.wheel_separation)
-        for wheel, mps in zip(self._following.values(), speeds_mps):
-            wheel.take_command(mps / (0.5 * params.wheel_diameter))
+        for wheel, mps, radius_m in zip(self._following.values(), speeds_mps, params.wheel_diameter.radii_m):
+            wheel.take_command(mps / radius_m)
 
     def take_report(self, stamp_ns: int, is_used: bool) -> None:
         """Add a report; `is_used` is False if odometry ignored it as stale."""

@@ -4,45 +4,16 @@ from __future__ import annotations
 
 import math
 from operator import attrgetter
-from typing import Any, Dict, Iterator, List, Literal, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, Iterator, List, Literal, NamedTuple, Optional, Sequence, Tuple
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import Field, model_validator
 from typing_extensions import Annotated
 
-from diff_encoder_sim.base.bounds import (
-    COUNTER_STATES,
-    PULSES_PER_TURN,
-    Between,
-    Duration_s,
-    Fraction,
-    PulsesPerTurn,
-    is_number,
-)
+from diff_encoder_sim.base.bounds import COUNTER_STATES, PULSES_PER_TURN, Between, Duration_s, Fraction
 from diff_encoder_sim.base.params import Params, not_allowed, param
+from diff_encoder_sim.base.per_wheel import PerWheel, one_or_both
 
-
-class PerWheel(Params):
-    """One positive number for each wheel."""
-
-    left: PulsesPerTurn = Field(description='of the left wheel')
-    right: PulsesPerTurn = Field(description='of the right wheel')
-
-    @property
-    def plain(self) -> Union[float, Dict[str, float]]:
-        """Return the value as users write it: one number if both wheels are equal, integers without a point."""
-        left, right = (int(each) if each == int(each) else each for each in (self.left, self.right))
-        return left if left == right else {'left': left, 'right': right}
-
-
-def _same_for_both(value: Any) -> Any:
-    if isinstance(value, (dict, PerWheel)):
-        return value
-    if is_number(value) and PULSES_PER_TURN.allows(value):
-        return {'left': value, 'right': value}
-    raise ValueError(f'{PULSES_PER_TURN}, or {{left: ..., right: ...}}')
-
-
-PulsesPerRevolution = Annotated[PerWheel, BeforeValidator(_same_for_both), param(..., 'pulses per wheel revolution')]
+PulsesPerRevolution = Annotated[PerWheel, one_or_both(PULSES_PER_TURN), param(..., 'pulses per wheel revolution')]
 DEFAULT_PPR = PerWheel(left=90, right=90)
 
 

@@ -78,11 +78,11 @@ class TwistEstimator:
                 variance = 2.0 * reading_variance(m_per_pulse, self._edge_variance) + self._travel_variance * abs(way_m)
                 rims.append((way_m, variance + self._wave_variance * way_m**2))
         else:
-            interval_s, radius_m = 1.0, 0.5 * self._params.wheel_diameter
+            interval_s, radii_m = 1.0, self._params.wheel_diameter.radii_m
             since_s = (stamp_ns - totals[-2][0]) / NANOSECONDS_PER_SECOND if len(totals) > 1 else 0.0
             rims = [
                 self._speed(radps * radius_m, m_per_pulse, since_s)
-                for radps, m_per_pulse in zip(measured_radps, self._m_per_pulse)
+                for radps, radius_m, m_per_pulse in zip(measured_radps, radii_m, self._m_per_pulse)
             ]
         if not interval_s:
             return 0.0, 0.0, TwistCovariance()

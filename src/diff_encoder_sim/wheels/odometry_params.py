@@ -10,6 +10,7 @@ from typing_extensions import Annotated
 
 from diff_encoder_sim.base.bounds import Between, Length_m, Offset_m, TravelVariance_m
 from diff_encoder_sim.base.params import param
+from diff_encoder_sim.base.per_wheel import WheelDiameter_m
 from diff_encoder_sim.wheels.counter import CounterLimits
 from diff_encoder_sim.wheels.covariance import GeometryStd, reading_variance
 from diff_encoder_sim.wheels.encoder_params import CountingParams
@@ -34,7 +35,7 @@ class OdometryParams(CountingParams):
     `wheel_diameter` and `wheel_separation` are the assumed geometry; the simulator has the true one.
     """
 
-    wheel_diameter: Length_m = param(0.2, 'as the odometry assumes it [m]')
+    wheel_diameter: WheelDiameter_m = param(0.2, 'as the odometry assumes it [m]')
     wheel_separation: Length_m = param(0.4, 'between the contact points, as the odometry assumes it [m]')
     axle_x: Offset_m = param(0.0, 'place of the axle ahead of the origin of base_frame [m]')
     velocity_window: Annotated[int, Between(1, 10_000)] = param(1, 'report intervals that the twist spans')
@@ -94,8 +95,8 @@ class OdometryParams(CountingParams):
     @property
     def m_per_pulse(self) -> Tuple[float, float]:
         """Return the distance per pulse of the left and the right rim [m]."""
-        circumference_m, ppr = math.pi * self.wheel_diameter, self.counts_per_turn
-        return circumference_m / ppr.left, circumference_m / ppr.right
+        diameter, ppr = self.wheel_diameter, self.counts_per_turn
+        return math.pi * diameter.left / ppr.left, math.pi * diameter.right / ppr.right
 
     @property
     def reading_variances_m2(self) -> Tuple[float, float]:

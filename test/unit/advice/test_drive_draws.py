@@ -7,14 +7,16 @@ import pytest
 
 from diff_encoder_sim.advice.drive_draws import ALL_CAUSES, RADIUS, DriveDraws, drawn_robot, navigated, scripted
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.per_wheel import WheelDiameter
 from diff_encoder_sim.base.se2 import Pose2D, poses_of_wheels
 from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.navigation.goal_stopping import StopSpread
 from diff_encoder_sim.robots.description import RobotSource
+from diff_encoder_sim.robots.simulated_robot import TrueWheels
 from diff_encoder_sim.simulation.simulator import WheelErrorParams
 from diff_encoder_sim.trials.robot_params import load_robot_params
 from drawn_drives import LINE_M, encoder_of, line, one_by_one, robot_of, rolled
-from encoder_drives import SEPARATION_M
+from encoder_drives import RADIUS_M, SEPARATION_M
 from lockstep_trials import ALTO, HALL, params_of, plan_of
 from places import ROOT
 
@@ -71,6 +73,16 @@ def test_what_simulated_contacts_slip_is_left_out_unless_it_is_asked_for():
     assert errors_of(drive, robot_of(), None, 1)[0] == pytest.approx(np.zeros(3), abs=1e-12)
     with_contact = errors_of(drive, robot_of(), None, 1, amounts=ALL_CAUSES)[0]
     assert with_contact == pytest.approx([0.002, -0.001, -0.0003])
+
+
+def test_unequal_wheels_are_an_error_only_if_odometry_does_not_know_them():
+    robot, wheels = robot_of(), WheelDiameter(left=2.02 * RADIUS_M, right=1.98 * RADIUS_M)
+    robot = robot._replace(sound=TrueWheels(*wheels.radii_m, SEPARATION_M))
+    assert errors_of(line(), robot, None, 1)[0, 2] == pytest.approx(LINE_M * 0.02 / SEPARATION_M, rel=1e-3)
+    known = robot._replace(odometry=robot.odometry.model_copy(update={'wheel_diameter': wheels}))
+    assert errors_of(line(), known, None, 1)[0] == pytest.approx(np.zeros(3), abs=1e-9)
+    assert errors_of(line(), known, encoder_of(1e6), 1)[0] == pytest.approx(np.zeros(3), abs=1e-3)
+    assert (robot.has(RADIUS), known.has(RADIUS)) == (True, False)
 
 
 def test_the_axle_ahead_of_the_base_swings_in_turns():

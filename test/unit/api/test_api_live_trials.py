@@ -93,9 +93,9 @@ def test_arguments_and_files_are_read(tmp_path):
     trial = plan('--ppr', '{left: 40, right: 4096}', '--trial', '7', '--odom', 'ideal').trial
     assert (trial.ppr.left, trial.ppr.right, trial.number, trial.odom) == (40, 4096, 7, 'ideal')
     trial = plan('--config', file(tmp_path, 'ppr: 1024\nwheel_separation: 0.5\n')).trial
-    assert (trial.ppr.left, trial.wheel_separation, trial.wheel_diameter) == (1024, 0.5, 0.2)
+    assert (trial.ppr.left, trial.wheel_separation, trial.wheel_diameter.plain) == (1024, 0.5, 0.2)
     burger = plan('--test', 'SMT', '--robot', 'burger').trial
-    assert (burger.wheel_diameter, burger.wheel_separation, burger.ppr.left) == (0.066, 0.16, 4096)
+    assert (burger.wheel_diameter.plain, burger.wheel_separation, burger.ppr.left) == (0.066, 0.16, 4096)
     assert (burger.left_joint, burger.right_joint) == ('wheel_left_joint', 'wheel_right_joint')
 
 
@@ -106,7 +106,7 @@ def test_paths_are_relative_to_the_users_folder(tmp_path, monkeypatch):
     default = Path(plan('--ppr', '40', '--bag', '').bag)
     assert default.parent == tmp_path / 'bags' and default.name.startswith('SL_40ppr_trial0_')
     robot_file(tmp_path, config__wheel_diameter=0.21)
-    assert plan('--test', 'SMT', '--robot', 'mine.yaml').trial.wheel_diameter == 0.21
+    assert plan('--test', 'SMT', '--robot', 'mine.yaml').trial.wheel_diameter.plain == 0.21
 
 
 def test_the_printed_plan_passes_the_parameter_server(tmp_path, capsys):

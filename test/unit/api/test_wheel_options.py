@@ -79,7 +79,7 @@ def test_a_real_encoder_replaces_the_robots_and_keeps_its_other_parameters(tmp_p
     params, odometry = wheel_options.parameters_with(real, of_robot, of_odometry)
     assert params.encoder == odometry.encoder == EncoderModel(sensor='absolute', bits=10)
     assert (params.left_joint, params.rate, params.seed, params.counter_modulus) == ('l', 50.0, 7, 1024)
-    assert (odometry.counter_modulus, odometry.wheel_diameter) == (1024, 0.1)
+    assert (odometry.counter_modulus, odometry.wheel_diameter.plain) == (1024, 0.1)
     assert params.counts_per_turn == odometry.counts_per_turn == real.ppr
 
 
@@ -93,11 +93,11 @@ def test_a_real_encoder_replaces_the_robots_and_keeps_its_other_parameters(tmp_p
 )
 def test_a_robot_overrides_the_bag_and_the_bag_the_defaults(tmp_path, trial, name, expected, source):
     found = robot(trial, robot=name)
-    assert (found.odometry.wheel_diameter, found.odometry.wheel_separation, found.joints[0]) == expected
+    assert (found.odometry.wheel_diameter.plain, found.odometry.wheel_separation, found.joints[0]) == expected
     assert source in found.text() and found.is_guessed() == (trial is None)
     path = file(tmp_path, 'wheel_diameter: 0.1\nodom_frame: odom\n')
     by_file = robot(trial, robot=name, config=path)
-    assert by_file.odometry.wheel_diameter == 0.1 and by_file.sources['wheel_diameter'] == str(path)
+    assert by_file.odometry.wheel_diameter.plain == 0.1 and by_file.sources['wheel_diameter'] == str(path)
     assert by_file.odometry.wheel_separation == expected[1]
 
 

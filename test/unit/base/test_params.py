@@ -63,7 +63,7 @@ def test_a_shared_file_serves_several_structs_and_still_finds_misspellings():
     encoder, odometry = split_params(
         {'ppr': 40, 'rate': 10.0, 'wheel_diameter': 0.3}, 'c.yaml', EncoderParams, OdometryParams
     )
-    assert (encoder.rate, odometry.wheel_diameter, odometry.ppr.left) == (10.0, 0.3, 40)
+    assert (encoder.rate, odometry.wheel_diameter.plain, odometry.ppr.left) == (10.0, 0.3, 40)
     with pytest.raises(ConfigError, match=r"c\.yaml: wheel_diametre: unknown.*'wheel_diameter'"):
         split_params({'wheel_diametre': 0.3}, 'c.yaml', EncoderParams, OdometryParams)
 

@@ -5,10 +5,10 @@ import pytest
 
 import reencoding_drives as drives
 from diff_encoder_sim.api.recorded_drives import output_files
+from diff_encoder_sim.base.per_wheel import PerWheel
 from diff_encoder_sim.cli.reencode import parse
 from diff_encoder_sim.wheels.catalogue import ChosenEncoder, load_encoder
 from diff_encoder_sim.wheels.counter import wrap_count
-from diff_encoder_sim.wheels.encoder_params import PerWheel
 from places import CONFIG
 from reencoding_drives import JOINTS, ROS1, START_NS, angles_rad, contents, counts_of, drive, run, samples_of, write
 from reencoding_sources import instants, odometry, ticks, two_topics

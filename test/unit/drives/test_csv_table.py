@@ -71,7 +71,7 @@ def stream_of(tmp_path, content, columns='123'):
 
 
 def rows_of(stream):
-    wheels = CsvWheels(stream.topic, ('l', 'r'), WheelNumbers('rad', 0.1))
+    wheels = CsvWheels(stream.topic, ('l', 'r'), WheelNumbers('rad', (0.1, 0.1)))
     for message in stream.messages(stream.topics):
         wheels.add(message)
     [(drive, times_ns)] = wheels.drives()

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.per_wheel import PerWheel
 from diff_encoder_sim.drives.drive_stream import Message
 from diff_encoder_sim.drives.joint_wheels import JointWheels, PulseWheels
 from diff_encoder_sim.drives.message_encoders import encode_encoder_pulse
 from diff_encoder_sim.wheels.counter import wrap_count
-from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from reencoding_drives import JOINTS, MAKERS, ROS1, angles_rad, contents, counts_of, drive, run, samples_of, write
 

@@ -42,6 +42,13 @@ def test_wheels_turn_as_they_did(maker, axle_x_m):
     assert len(list(wheels.notes())) == 1
 
 
+def test_each_wheel_turns_by_its_own_radius():
+    narrow, wide = WHEEL_DIAMETER_M, 1.1 * WHEEL_DIAMETER_M
+    found, _ = read(ROS1, poses(), wheel_diameter={'left': narrow, 'right': wide})
+    turned_rad = np.sum(STEPS_RAD, axis=0)
+    assert found[-1] - found[0] == pytest.approx((turned_rad[0], turned_rad[1] / 1.1))
+
+
 def test_sideways_motion_is_left_out_and_said():
     found, wheels = read(ROS1, [Pose2D(0.1 * step, 0.05 * step, 0.0) for step in range(11)])
     assert found[-1] - found[0] == pytest.approx((10.0, 10.0))

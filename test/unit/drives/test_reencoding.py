@@ -13,6 +13,7 @@ import yaml
 from rosbags.highlevel import AnyReader
 
 import reencoding_drives as drives
+from diff_encoder_sim.base.per_wheel import PerWheel
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, PoseSeries
 from diff_encoder_sim.drives import reencoding
 from diff_encoder_sim.drives.message_decoders import POSE_TYPES
@@ -20,7 +21,6 @@ from diff_encoder_sim.drives.message_encoders import encode_encoder_pulse, encod
 from diff_encoder_sim.drives.reference import Reference
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.wheels.catalogue import ChosenEncoder
-from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
@@ -36,11 +36,14 @@ def bag(tmp_path):
     return write(tmp_path / 'drive.bag', drive())
 
 
-def test_errors_and_bags_are_those_of_the_live_nodes(tmp_path, bag, capsys):
-    run(bag, '--ppr', *PPRS, '--out', tmp_path / 'out')
+@pytest.mark.parametrize('diameter_m', [0.2, {'left': 0.2, 'right': 0.201}])
+def test_errors_and_bags_are_those_of_the_live_nodes(tmp_path, bag, capsys, diameter_m):
+    wheels = {'wheel_diameter': diameter_m}
+    (tmp_path / 'wheels.yaml').write_text(yaml.safe_dump(wheels))
+    run(bag, '--ppr', *PPRS, '--out', tmp_path / 'out', '--config', tmp_path / 'wheels.yaml')
     truth, shown = drives.true_poses(angles_rad(501))[::5], capsys.readouterr().out
     for ppr, row in zip(PPRS, rows_of(tmp_path / 'out')):
-        odometry, samples = WheelOdometry(OdometryParams(ppr=ppr)), drives.samples_of(angles_rad(501), ppr)
+        odometry, samples = WheelOdometry(OdometryParams(ppr=ppr, **wheels)), drives.samples_of(angles_rad(501), ppr)
         estimates = [odometry.update(*sample) for sample in samples]
         poses = [estimate.base_pose_in_odom for estimate in estimates]
         offsets = np.array([(pose.x_m - true.x_m, pose.y_m - true.y_m) for pose, true in zip(poses, truth)])

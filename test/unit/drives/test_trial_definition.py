@@ -5,10 +5,10 @@ import math
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.per_wheel import PerWheel
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.test_definition import TestDefinition, find_world, load_test
 from diff_encoder_sim.drives.trial_definition import GOAL_DISTANCE_M, Trial, goal_error, wheels_of
-from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 from places import ROOT
@@ -103,6 +103,6 @@ def test_the_parameters_of_odometry_are_kept():
     trial = Trial(test=TEST, **wheels_of(of_odometry, of_encoder))
     again = Trial.model_validate_json(trial.model_dump_json())
     assert again == trial
-    assert (again.wheel_diameter, again.wheel_separation, again.axle_x) == (0.07, 0.4, 0.1)
+    assert (again.wheel_diameter.plain, again.wheel_separation, again.axle_x) == (0.07, 0.4, 0.1)
     joints = again.left_joint, again.right_joint, again.left_reversed, again.right_reversed
     assert (*joints, again.counter_modulus) == ('l', 'right_wheel_joint', True, False, 4096)

@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
+from diff_encoder_sim.base.per_wheel import PerWheel
 from diff_encoder_sim.drives.number_units import UNITS
 from diff_encoder_sim.drives.wheel_source import WheelNumbers, WheelSeries, paired_drives
-from diff_encoder_sim.wheels.encoder_params import PerWheel
 from reencoding_drives import TICK_NS
 from reencoding_sources import ticks
 
-RADIUS_M = 0.1
+RADII_M = (0.1, 0.11)
 # Forward, back over the start, and forward again.
 ANGLES_RAD = np.cumsum(np.concatenate([np.full(400, 0.05), np.full(900, -0.07), np.full(500, 0.06)])) + 0.3
 
@@ -22,7 +22,7 @@ def series(values, stamps_ns=None):
 
 
 def angles_of(unit, values, stamps_ns=None, ppr=None, side=0, **others):
-    numbers = WheelNumbers(unit, RADIUS_M, ppr and PerWheel(left=ppr, right=ppr), **others)
+    numbers = WheelNumbers(unit, RADII_M, ppr and PerWheel(left=ppr, right=ppr), **others)
     return numbers.angles(side, series(values, stamps_ns)).values
 
 
@@ -46,13 +46,13 @@ def test_ticks_of_each_message_add_up():
         ('rad', 1.0, 'rad/s', 1.0),
         ('deg', 180.0 / math.pi, 'deg/s', 180.0 / math.pi),
         ('rev', 0.5 / math.pi, 'rpm', 30.0 / math.pi),
-        ('m', RADIUS_M, 'm/s', RADIUS_M),
+        ('m', RADII_M[0], 'm/s', RADII_M[1]),
     ],
 )
 def test_angles_and_evenly_changing_speeds_are_exact(unit, per_rad, speed_unit, per_radps):
     assert angles_of(unit, ANGLES_RAD * per_rad) == pytest.approx(ANGLES_RAD, abs=1e-12)
     times_s = np.arange(500) * 0.01
-    found = angles_of(speed_unit, (2.0 - 3.0 * times_s) * per_radps)
+    found = angles_of(speed_unit, (2.0 - 3.0 * times_s) * per_radps, side=1)
     assert found == pytest.approx(2.0 * times_s - 1.5 * times_s**2, abs=1e-9)
 
 

@@ -108,7 +108,7 @@ def test_a_shipped_robot_is_as_published_and_complete(name):
     mass_kg, diameter_m, separation_m, ppr, modulus, rate_hz, size_mm = PUBLISHED[name]
     assert robot.mass.mass_kg == pytest.approx(mass_kg)
     assert (robot.wheel_diameter_m, robot.wheel_separation_m) == pytest.approx((diameter_m, separation_m))
-    assert (params.odometry.wheel_diameter, params.odometry.wheel_separation) == (diameter_m, separation_m)
+    assert (params.odometry.wheel_diameter.plain, params.odometry.wheel_separation) == (diameter_m, separation_m)
     assert file.ppr == pytest.approx(ppr)
     assert (params.encoder.counter_modulus, params.encoder.rate) == (modulus, pytest.approx(rate_hz))
     across_mm = [1e3 * (max(side) - min(side)) for side in zip(*robot.footprint)]
@@ -118,7 +118,7 @@ def test_a_shipped_robot_is_as_published_and_complete(name):
     # The counter does not wrap within a report, at the highest speed, and odometry takes none for a restart.
     drive = params.simulator.drive
     rim_mps = drive.max_linear_speed + 0.5 * drive.max_angular_speed * params.odometry.wheel_separation
-    wheel_radps = 2 * rim_mps / params.odometry.wheel_diameter
+    wheel_radps = rim_mps / params.odometry.wheel_diameter.radii_m[0]
     assert wheel_radps < params.odometry.max_wheel_speed
     assert wheel_radps / 6.283 * ppr / params.encoder.rate < (modulus or float('inf')) / 4
 
@@ -299,7 +299,7 @@ def test_accelerations_give_way_to_a_large_inertia_and_little_grip():
 
 
 LEFT, RIGHT = (DrivenWheel('', '', (0.1, y_m, 0.0), (0.0, 1.0, 0.0), 0.05, '', None) for y_m in (0.25, -0.25))
-TRAIN = DriveTrain(LEFT, RIGHT, 0.1, 0.5)  # axle at x = 0.1, floor at z = -0.05
+TRAIN = DriveTrain(LEFT, RIGHT, (0.1, 0.1), 0.5)  # axle at x = 0.1, floor at z = -0.05
 
 
 def grip(com_m, *contacts_x_m, inertia_kgm2=1.0):

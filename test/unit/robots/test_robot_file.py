@@ -116,7 +116,7 @@ def test_all_of_them_are_parameters_and_take_effect():
     for key in settings:
         check_key(key)
     params = override(load_robot_config(package_folder() / 'config'), settings)
-    assert (params.odometry.wheel_diameter, params.odometry.wheel_separation) == (0.1, 0.3)
+    assert (params.odometry.wheel_diameter.plain, params.odometry.wheel_separation) == (0.1, 0.3)
     assert (params.simulator.laser_link, params.simulator.lidar.samples) == ('eye', 360)
     assert params.navigator.DWAPlannerROS.acc_lim_x == 0.5
     corners = settings['navigation.global_costmap.footprint']

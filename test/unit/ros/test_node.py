@@ -40,7 +40,7 @@ def fixture_given(monkeypatch):
 def test_parameters_of_other_nodes_in_the_same_file_are_no_misspellings(given):
     given({'rate': 10.0, 'wheel_diameter': 0.3})
     assert node.node_params(EncoderParams, OdometryParams).rate == 10.0
-    assert node.node_params(OdometryParams, EncoderParams).wheel_diameter == 0.3
+    assert node.node_params(OdometryParams, EncoderParams).wheel_diameter.plain == 0.3
     given({'wheel_diameter': 0.3})
     with pytest.raises(ConfigError, match=r'^/node: wheel_diameter: '):
         node.node_params(EncoderParams)

@@ -85,7 +85,7 @@ def test_a_scanner_has_a_period_of_whole_ticks_and_the_file_of_config_the_defaul
 
 
 def controller(**params):
-    return DriveController(DriveParams(**params), wheel_radius_m=0.1, wheel_separation_m=0.4)
+    return DriveController(DriveParams(**params), radii_m=(0.1, 0.1), wheel_separation_m=0.4)
 
 
 def settled(drive, linear, angular):
@@ -102,6 +102,29 @@ def settled(drive, linear, angular):
 )
 def test_commands_become_wheel_speeds(linear, angular, speeds):
     assert settled(controller(), linear, angular) == pytest.approx(speeds)
+
+
+def test_a_controller_that_knows_unequal_wheels_turns_each_at_its_own_speed():
+    known = DriveController(DriveParams(), radii_m=(0.1, 0.125), wheel_separation_m=0.4)
+    assert settled(known, 0.3, -0.5) == pytest.approx((4.0, 1.6))
+
+
+@pytest.mark.parametrize('is_known', [True, False])
+def test_known_unequal_wheels_drive_straight_and_unknown_ones_an_arc(make_simulator, is_known):
+    """Of curvature (right - left radius) / (separation x mean radius); odometry of the true wheels is right."""
+    true_m = {'left': 2 * RADIUS_M, 'right': 1.01 * 2 * RADIUS_M}
+    params = {'wheel_diameter': true_m} if is_known else {'wheel_errors': {'right_radius_error': 0.01}}
+    simulator = make_simulator(**params)
+    start = simulator.base_pose_in_world()
+    wheels, turned_rad = drive(simulator, 0.45, 0.0, 5.0)
+    truth = simulator.base_pose_in_world().relative_to(start)
+    odometry = WheelOdometry(OdometryParams(ppr=1e6, wheel_diameter=true_m, wheel_separation=SEPARATION_M))
+    odometry.update(0, 0, 0)
+    counts = np.rint(1e6 / (2 * math.pi) * wheels).astype(int).tolist()
+    assert odometry.update(5 * SECOND, *counts).base_pose_in_odom == pytest.approx(truth, abs=1e-3)
+    curvature = 0.0 if is_known else 0.01 / 1.005 / SEPARATION_M
+    assert turned_rad == pytest.approx(truth.x_m * curvature, abs=2e-4)
+    assert simulator.base().quat_xyzw[:2] == pytest.approx((0.0, 0.0), abs=1e-4)  # level
 
 
 def test_commands_are_ramped_and_cut_to_the_limits_with_a_warning(caplog):

@@ -10,11 +10,17 @@ import yaml
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import Params, flat
+from diff_encoder_sim.base.per_wheel import PerWheel
 from diff_encoder_sim.localization.slam_params import GridSlamParams
-from diff_encoder_sim.simulation.simulator import CONTACT_CURVE_NOISE, CONTACT_DISTANCE_STD, WheelErrorParams
+from diff_encoder_sim.robots.robot_file import robot_file_text
+from diff_encoder_sim.simulation.simulator import (
+    CONTACT_CURVE_NOISE,
+    CONTACT_DISTANCE_STD,
+    SimulatorParams,
+    WheelErrorParams,
+)
 from diff_encoder_sim.trials import robot_params
 from diff_encoder_sim.trials.robot_params import LatencyParams, load_robot, load_robot_config, load_robot_params
-from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, USUAL_MOTION_NOISE, OdometryParams
 from places import CONFIG, ROOT
 
@@ -93,7 +99,10 @@ def test_every_robot_of_the_package_is_loaded_by_name(name):
     assert params.navigator.global_costmap.footprint == params.navigator.local_costmap.footprint
     assert params.navigator.DWAPlannerROS.max_vel_x <= params.simulator.drive.max_linear_speed
     if not name:  # alto, with the parameters of config/
-        nominal = {'wheel_diameter': 0.0, 'wheel_separation': 0.0}  # as in the URDF, or the same numbers
+        nominal = {
+            'wheel_diameter': SimulatorParams().wheel_diameter,
+            'wheel_separation': 0.0,
+        }  # as in the URDF, or the same numbers
         params = params._replace(simulator=params.simulator.model_copy(update=nominal))
         assert (robot.name, params) == ('alto', load_robot_params(CONFIG))
 
@@ -112,11 +121,28 @@ def test_a_robot_file_sets_the_wheels_for_simulation_and_odometry_or_for_odometr
     assert robot.settings['config.wheel_separation'] == 0.5
 
 
+def test_two_diameters_are_of_simulation_and_odometry_or_of_odometry_only(tmp_path):
+    both = {'left': 0.316, 'right': 0.318}
+    for key, simulated_m, names in (
+        ('simulator.wheel_diameter', (0.316, 0.318), ('odometry', 'simulator')),
+        ('config.wheel_diameter', (0.2, 0.2), ('odometry',)),
+    ):
+        robot = robot_file(tmp_path, **{key: both})
+        params = overridden(robot.settings)
+        assert robot.description.wheel_diameters_m == simulated_m
+        assert [getattr(params, name).wheel_diameter.plain for name in names] == [both] * len(names)
+        written = tmp_path / f'{key}.yaml'
+        written.write_text(robot_file_text(robot, written))
+        assert load_robot(str(written), ROOT, ROOT, {}).settings == robot.settings
+    robot = robot_file(tmp_path, **{'simulator.wheel_diameter': {'left': 0.0, 'right': 0.21}})
+    assert robot.description.wheel_diameters_m == (0.2, 0.21)  # the left one as in the URDF
+
+
 @pytest.mark.parametrize(
     ('settings', 'expected'),
     [
         ({'config.base_frme': 'b'}, "robot.yaml: set: config.base_frme: unknown key; did you mean 'config.base_frame'"),
-        ({'simulator.left_joint': 3}, 'robot.yaml: simulator.left_joint: given 3; allowed: a name'),
+        ({'simulator.left_joint': 3}, 'robot.yaml: simulator: left_joint: given 3; allowed: a valid string'),
         ({'simulator.left_joint': 'lft'}, "alto.urdf.xacro: given 'lft' as left wheel joint, which is missing"),
     ],
 )

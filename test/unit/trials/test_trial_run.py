@@ -16,11 +16,13 @@ from diff_encoder_sim.trials import trial_run
 from diff_encoder_sim.trials.campaign_cells import LockstepOptions, TrialSetup
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.results import ResultsFolder
+from diff_encoder_sim.trials.robot_params import load_robot_config, override
 from diff_encoder_sim.trials.trial_run import run_group, run_trials
 from diff_encoder_sim.trials.trials_csv import TrialRow
 from diff_encoder_sim.wheels.encoder_params import EncoderModel, FaultParams
 from diff_encoder_sim.wheels.report_link import ReportParams
 from lockstep_trials import ALTO, HALL, params_of, plan_of, run_trial
+from places import CONFIG
 
 LINE = {'nav': 'scripted', 'drive': [{'straight': 1.0}]}
 TURN = {'nav': 'scripted', 'drive': [{'turns': 0.25}, {'straight': -0.3}]}
@@ -95,6 +97,23 @@ def test_wheels_whose_axes_point_the_other_way_count_forward(tmp_path, nav):
     params = params._replace(encoder=params.encoder.model_copy(update={'left_reversed': True, 'right_reversed': True}))
     result = run_trial(plan_of(HALL, 1024, nav=nav, drive=[{'straight': 3.0}]), mirrored, params, 'none')
     assert result.errors[PoseSource.ODOM] == pytest.approx(result.errors[PoseSource.WORLD], abs=0.05)
+
+
+UNEQUAL_M, HEADING_RAD = {'left': 0.2, 'right': 0.204}, 3.0 * 0.004 / 0.202 / 0.4  # after 3 m
+
+
+@pytest.mark.parametrize(('nav', 'assumed_m', 'heading_rad'), [
+    ('scripted', UNEQUAL_M, 0.0),
+    ('scripted', 0.202, -HEADING_RAD),
+    ('embedded', UNEQUAL_M, 0.0),
+])  # fmt: skip
+def test_odometry_of_unequal_wheels_is_right_if_it_knows_them(nav, assumed_m, heading_rad):
+    settings = {'simulator.wheel_diameter': UNEQUAL_M, 'config.wheel_diameter': assumed_m}
+    params = override(load_robot_config(CONFIG), settings)
+    result = run_trial(plan_of(HALL, 4096, nav=nav, drive=[{'straight': 3.0}]), ALTO, params, 'none')
+    odometry, truth = result.errors[PoseSource.ODOM], result.errors[PoseSource.WORLD]
+    assert odometry.yaw_rad - truth.yaw_rad == pytest.approx(heading_rad, abs=4e-3)
+    assert odometry.y_m - truth.y_m == pytest.approx(0.5 * 3.0 * heading_rad, abs=0.01)
 
 
 def stub_trial(plan, robot_file):

@@ -7,12 +7,13 @@ import pytest
 
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.per_wheel import PerWheel, WheelDiameter
 from diff_encoder_sim.robots.robot_file import load_robot_file
 from diff_encoder_sim.trials.robot_params import check_key, load_robot_config, override
 from diff_encoder_sim.wheels.catalogue import OF_DEVICE, encoder_names, load_encoder, load_encoders, resolution_text
 from diff_encoder_sim.wheels.chain import Chain
 from diff_encoder_sim.wheels.counter import wrap_count
-from diff_encoder_sim.wheels.encoder_params import EncoderModel, PerWheel
+from diff_encoder_sim.wheels.encoder_params import EncoderModel
 from places import CONFIG, ROOT
 
 NAMES = encoder_names(CONFIG)
@@ -136,7 +137,7 @@ def test_a_bad_file_gives_one_line(tmp_path, keys, text):
 def test_a_real_encoder_is_called_by_counts_and_file_and_its_counts_follow_from_the_datasheet():
     real = load_encoder('amt102', CONFIG, CONFIG)
     assert (real.label, real.name, real.ppr) == ('8192 amt102', 'amt102', PerWheel(left=8192, right=8192))
-    assert real.counts_per_metre(0.2) == pytest.approx(8192 / (0.2 * math.pi))
+    assert real.counts_per_metre(WheelDiameter(left=0.2, right=0.3)) == pytest.approx(8192 / (0.2 * math.pi))
     assert real.overrides['config.encoder.lines'] == 2048 and real.overrides['config.ppr']['left'] == 8192
     assert real.resolution == '2048 lines x 4 = 8192 counts per wheel revolution'
     for model, text in (

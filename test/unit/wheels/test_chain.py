@@ -54,6 +54,7 @@ CASES = {
     '8 bits': {'counter_modulus': 256, 'encoder': {'faults': FAULTS['restart']}, 'report': REPORTS['lost']},
     'fast reports': {'rate': 73.0},
     'behind the axle': {'axle_x': 0.3},
+    'unequal wheels': {'wheel_diameter': {'left': 0.198, 'right': 0.202}},
 }
 
 
@@ -70,7 +71,7 @@ def drive_of(seed=1):
 def chain_of(case, method, draws=1):
     both = {'ppr': 120, **{key: value for key, value in case.items() if key in ('encoder', 'counter_modulus')}}
     params = {**both, 'velocity_method': method, 'seed': 7, **case}
-    of_odometry = {key: value for key, value in case.items() if key == 'axle_x'}
+    of_odometry = {key: value for key, value in case.items() if key in ('axle_x', 'wheel_diameter')}
     of_encoder = {key: value for key, value in params.items() if key not in of_odometry}
     odometry = OdometryParams.from_mapping({**both, 'velocity_method': method, **of_odometry}, '')
     return Chain(EncoderParams.from_mapping(of_encoder, ''), odometry, draws)

@@ -31,6 +31,19 @@ def test_one_wheel_turns_about_the_other():
     assert after.base_pose_in_odom == pytest.approx((SEPARATION_M / 2, SEPARATION_M / 2, math.pi / 2))
 
 
+def test_unequal_wheels_that_turn_alike_drive_an_arc_and_measured_speeds_are_of_each_wheel():
+    """Of curvature (right - left radius) / (separation x mean radius)."""
+    left_m, right_m, turned_rad = 0.099, 0.102, 100.0
+    geometry = {'wheel_diameter': {'left': 2 * left_m, 'right': 2 * right_m}, 'wheel_separation': 0.4}
+    counts, rates = [round(360 * turned_rad / TURN * part) for part in (0.0, 0.5, 1.0)], (3.0, 3.0)
+    *_, end = integrated([(count, count, rates) for count in counts], ppr=360, **geometry)
+    way_m, curvature = 0.5 * (left_m + right_m) * counts[-1] * TURN / 360, (right_m - left_m) / 0.4 / 0.1005
+    expected = math.sin(way_m * curvature) / curvature, (1.0 - math.cos(way_m * curvature)) / curvature
+    assert end.base_pose_in_odom == pytest.approx((*expected, way_m * curvature))
+    assert end.linear_velocity_mps == pytest.approx(3.0 * 0.1005)
+    assert end.angular_velocity_radps == pytest.approx(3.0 * 0.1005 * curvature)
+
+
 def test_time_that_jumps_back_restarts_at_zero_with_one_warning(caplog):
     odometry = WheelOdometry(OdometryParams(ppr=100, **ANY_SPEED))
     for index in range(10):
