@@ -21,6 +21,7 @@ MAY_IMPORT = {
     'simulation': 'base robots localization',
     'navigation': 'base localization',
     'drives': 'base wheels localization simulation navigation',
+    'calibration': 'base localization drives',
     'trials': 'base wheels robots localization simulation navigation drives',
     'analysis': 'base wheels localization drives trials',
     'advice': 'base wheels robots simulation navigation drives trials analysis',

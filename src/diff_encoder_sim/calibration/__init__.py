@@ -1,0 +1,1 @@
+"""Calibration of a robot's wheels from its own drives, without ROS."""
