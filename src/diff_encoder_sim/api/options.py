@@ -13,7 +13,7 @@ from diff_encoder_sim.drives.topics import BAG_FORMATS, ODOM, SCAN
 
 ROBOT = 'robot: a name (config/robots/), a robot file (.yaml), or a xacro or URDF file'
 ENCODERS = 'real encoders: amt102, pololu_25d, ... (files of config/encoders/; catalogue: all), or .yaml files'
-TESTS = 'tests: SL, SMT, DLD, or .yaml files'
+TESTS = 'tests: SL, SMT, DLD, UMBMARK, or .yaml files'
 OVERRIDES = 'overrides of the campaign file (--ppr or --encoders: of both)'
 TLS = 'TLS options for --scheduler: PEM files'
 WHEELS, NO_ANGLES = 'wheels, if the bag has several', 'wheels of a drive without wheel angles'
@@ -366,7 +366,7 @@ class SettingsOptions(LaunchOptions):
 class TrialOptions(LaunchOptions):
     """Arguments of trial.launch as text; `plan` validates them."""
 
-    test: str = option('', 'SL, SMT, DLD, or a .yaml file', 'TEST', required=True)
+    test: str = option('', 'SL, SMT, DLD, UMBMARK, or a .yaml file', 'TEST', required=True)
     ppr: str = option(
         '', "pulses per wheel revolution: 90, or '{left: 90, right: 1024}' (default: the robot's own)", 'VALUE'
     )

@@ -18,7 +18,7 @@ from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, PoseSeries, wrap_angle
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.reference import Reference
-from diff_encoder_sim.localization.grid_slam import MATCH_MARGIN_M, OdometryTrack, search_of
+from diff_encoder_sim.localization.grid_slam import OdometryTrack, search_of
 from diff_encoder_sim.localization.patches import PatchMaps, Rays, usable_rays
 from diff_encoder_sim.localization.slam_kernels import climb, refine
 from diff_encoder_sim.localization.slam_params import GridSlamParams
@@ -124,18 +124,13 @@ def _is_new_place(pose: Pose2D, entered: Pose2D) -> bool:
 
 
 def _enter(maps: PatchMaps, rays: Rays, pose: Pose2D) -> None:
-    _cover(maps, rays, pose)
-    maps.update(np.array([pose]), rays)
-
-
-def _cover(maps: PatchMaps, rays: Rays, pose: Pose2D) -> None:
-    reach_m = rays.reach_m() + MATCH_MARGIN_M
+    reach_m = rays.reach_m()
     maps.cover(np.array(pose[:2]) - reach_m, np.array(pose[:2]) + reach_m)
+    maps.update(np.array([pose]), rays)
 
 
 def _match(maps: PatchMaps, rays: Rays, guess: Pose2D, params: GridSlamParams) -> Tuple[Pose2D, np.ndarray]:
     """Return the pose near `guess` at which a scan fits the map best, and its covariance (3, 3)."""
-    _cover(maps, rays, guess)
     # Into cells from the map's corner, and back again.
     scale, corner = np.array([1.0 / maps.cell_m, 1.0 / maps.cell_m, 1.0]), np.append(maps.corner_m, 0.0)
     start, ends = (np.array(guess) - corner) * scale, rays.matched_ends_m() / maps.cell_m

@@ -59,7 +59,7 @@ def test_a_start_outside_free_space_is_refused_for_navigation(tmp_path, world, s
 @pytest.mark.parametrize(
     ('arguments', 'words'),
     [
-        ('--test=XX', ["test: given 'XX'; allowed: DLD, SL, SMT"]),
+        ('--test=XX', ["test: given 'XX'; allowed: DLD, SL, SMT, UMBMARK"]),
         ('--ppr=0', ['ppr: given 0', PPR_ALLOWED]),
         ('--ppr={left: 40, right: -4}', ['ppr.right', '-4', PPR_ALLOWED]),
         ('--ppr=0100', ['ppr', '0100', 'YAML 1.1', '64']),

@@ -74,7 +74,7 @@ def test_drive_is_the_older_name_of_path_also_in_bags():
 
 
 def test_an_unknown_world_is_named():
-    with pytest.raises(ConfigError, match="world: given 'moon'; allowed: hallway, ros_logo"):
+    with pytest.raises(ConfigError, match="world: given 'moon'; allowed: hallway, open_floor, ros_logo"):
         find_world('moon', ROOT / 'worlds')
 
 

@@ -217,7 +217,7 @@ def test_variants_are_cells_that_override_set_and_are_multiplied_by_varied_param
     [
         ({'trials': 0}, 'trials: given 0; allowed: 1 to 1000000'),
         ({'ppr': [40, 40]}, 'ppr: given 40 2 times; allowed: once'),
-        ({'tests': ['XX']}, "test: given 'XX'; allowed: DLD, SL, SMT"),
+        ({'tests': ['XX']}, "test: given 'XX'; allowed: DLD, SL, SMT, UMBMARK"),
         ({'files': {'amcl': 'none'}}, "files.amcl: given 'none'; allowed: amcl, "),
     ],
 )

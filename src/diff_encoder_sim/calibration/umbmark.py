@@ -1,0 +1,214 @@
+"""UMBmark: systematic errors of odometry from squares that are driven in both directions.
+
+Borenstein and Feng, "Measurement and correction of systematic odometry errors in mobile robots", IEEE Transactions on
+Robotics and Automation 12 (1996). Unequal wheels turn the ends of both directions alike, a wrong separation turns them
+apart. The paper's equations are for small angles; here the wheels' rotations are integrated with the geometry that
+fits best to the ends, so that 3 % are corrected as well as 0.1 %.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any, Dict, List, NamedTuple, Sequence, Tuple
+
+import numpy as np
+
+from diff_encoder_sim.base.deferred import deferred
+from diff_encoder_sim.base.drive import Drive
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.se2 import Pose2D, poses_of_wheels
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+
+optimize = deferred('scipy.optimize')
+
+REST_NS, REST_RAD = 3 * NANOSECONDS_PER_SECOND // 10, 0.01  # a robot rests if no wheel turns by more in this time
+LEAST_SIDE_M = 0.5
+CLOSED_RAD, CLOSED_SIDES = 0.25 * math.pi, 0.5  # a square ends, by odometry, as close to its start
+
+DIRECTIONS = ('cw', 'ccw')
+
+
+class WheelGeometry(NamedTuple):
+    """What odometry assumes."""
+
+    left_diameter_m: float
+    right_diameter_m: float
+    separation_m: float
+
+
+class Square(NamedTuple):
+    """One square, from rest to rest."""
+
+    is_clockwise: bool
+    turned_rad: np.ndarray  # (n, 2) of the left and the right wheel since the start
+    end_m: np.ndarray  # (2,) true end of the axle's middle in the frame of its start
+
+
+class Umbmark(NamedTuple):
+    """The result."""
+
+    squares: Tuple[int, int]  # clockwise, counter-clockwise
+    centres_m: np.ndarray  # (2, 2) mean true minus odometry's end, x and y, clockwise and counter-clockwise
+    residuals_m: np.ndarray  # (2, 2) the same of odometry with the corrected geometry
+    nominal: WheelGeometry
+    corrected: WheelGeometry  # the mean diameter is the nominal one: squares do not determine it
+
+    @property
+    def e_d(self) -> float:
+        """Return E_d: right over left diameter."""
+        return self.corrected.right_diameter_m / self.corrected.left_diameter_m
+
+    @property
+    def e_b(self) -> float:
+        """Return E_b: true over nominal separation."""
+        return self.corrected.separation_m / self.nominal.separation_m
+
+    @property
+    def e_max_m(self) -> Tuple[float, float]:
+        """Return E_max,syst before and after the correction: the larger distance of a centre from 0."""
+        before_m, after_m = (float(np.hypot(*each.T).max()) for each in (self.centres_m, self.residuals_m))
+        return before_m, after_m
+
+    @property
+    def diff_drive_controller(self) -> Dict[str, float]:
+        """Return the corrected geometry as parameters of diff_drive_controller."""
+        diameters_m = zip(self.corrected[:2], self.nominal[:2])
+        left, right = (corrected_m / nominal_m for corrected_m, nominal_m in diameters_m)
+        names = ('wheel_separation_multiplier', 'left_wheel_radius_multiplier', 'right_wheel_radius_multiplier')
+        return dict(zip(names, (self.e_b, left, right)))
+
+    def text(self) -> str:
+        """Return the result for the terminal."""
+        before_m, after_m = self.e_max_m
+        return '\n'.join(
+            [
+                'UMBmark: {} squares clockwise, {} counter-clockwise'.format(*self.squares),
+                f'  E_d (right / left wheel)         {self.e_d:.5f}',
+                f'  E_b (true / nominal separation)  {self.e_b:.5f}',
+                f'  E_max,syst                       {before_m:.4f} m before, {after_m:.4f} m after',
+                'diff_drive_controller:',
+                *(f'  {name}: {value:.6f}' for name, value in self.diff_drive_controller.items()),
+            ]
+        )
+
+    def as_json(self) -> Dict[str, Any]:
+        """Return the result for a JSON file; lengths in metres."""
+        names = ('left_wheel_diameter_m', 'right_wheel_diameter_m', 'wheel_separation_m')
+        return {
+            'e_d': self.e_d,
+            'e_b': self.e_b,
+            **dict(zip(('e_max_syst_before_m', 'e_max_syst_after_m'), self.e_max_m)),
+            **{f'centre_{name}_m': centre.tolist() for name, centre in zip(DIRECTIONS, self.centres_m)},
+            **dict(zip(names, self.corrected)),
+            'diff_drive_controller': self.diff_drive_controller,
+        }
+
+
+def umbmark(squares: Sequence[Square], nominal: WheelGeometry) -> Umbmark:
+    """Find the wheels and the separation that fit the ends of squares; ConfigError unless there is one each way."""
+    is_clockwise = np.array([square.is_clockwise for square in squares])
+    counts = int(is_clockwise.sum()), int((~is_clockwise).sum())
+    if not all(counts):
+        given = f'given {counts[0]} clockwise and {counts[1]} counter-clockwise'
+        raise ConfigError(f'squares from rest to rest: {given}; allowed: at least one of each')
+    ends_m = np.array([square.end_m for square in squares])
+    mean_m = 0.5 * (nominal.left_diameter_m + nominal.right_diameter_m)
+
+    def centres_m(geometry: WheelGeometry) -> np.ndarray:
+        radii_m = 0.5 * geometry.left_diameter_m, 0.5 * geometry.right_diameter_m
+        of_odometry = [
+            poses_of_wheels(each.turned_rad[np.newaxis], *radii_m, geometry.separation_m, 0.0, True)[0, 0, :2]
+            for each in squares
+        ]
+        errors_m = ends_m - of_odometry
+        return np.array([errors_m[is_clockwise].mean(axis=0), errors_m[~is_clockwise].mean(axis=0)])
+
+    def geometry_of(e_d: float, e_b: float) -> WheelGeometry:
+        left_m = 2.0 * mean_m / (1.0 + e_d)
+        return WheelGeometry(left_m, e_d * left_m, e_b * nominal.separation_m)
+
+    start = nominal.right_diameter_m / nominal.left_diameter_m, 1.0
+    fit = optimize.least_squares(lambda found: centres_m(geometry_of(*found)).ravel(), start, x_scale=0.01)
+    corrected = geometry_of(*fit.x.tolist())
+    return Umbmark(counts, centres_m(nominal), centres_m(corrected), nominal, corrected)
+
+
+def squares_of_ends(ends_cw: np.ndarray, ends_ccw: np.ndarray, side_m: float, nominal: WheelGeometry) -> List[Square]:
+    """Return the squares of a robot whose odometry believes that each of them closes, as in the paper.
+
+    Args:
+        ends_cw: (n, 2) ends [m] of clockwise squares from their starts, x along the first side, y to its left.
+        ends_ccw: (m, 2) of counter-clockwise squares.
+        side_m: of the squares.
+        nominal: geometry of the odometry that drove them.
+    """
+    rim_m = 0.25 * math.pi * nominal.separation_m  # of a wheel in a quarter turn in place
+    squares = []
+    for is_clockwise, ends_m, left_m in ((True, ends_cw, rim_m), (False, ends_ccw, -rim_m)):
+        ways_m = np.cumsum([(0.0, 0.0), *[(side_m, side_m), (left_m, -left_m)] * 4], axis=0)
+        squares += [Square(is_clockwise, ways_m / (0.5 * np.array(nominal[:2])), end_m) for end_m in ends_m]
+    return squares
+
+
+def find_squares(drive: Drive, nominal: WheelGeometry) -> List[Square]:
+    """Find the parts of a drive, from rest to rest, that odometry believes to be closed squares.
+
+    `drive.true_poses` are those of the axle's middle, whose paths may deviate from squares.
+    """
+    if drive.true_poses is None:
+        raise ValueError('a drive without true poses')
+    angles_rad, radii_m = drive.wheel_angles_rad, (0.5 * nominal.left_diameter_m, 0.5 * nominal.right_diameter_m)
+    odometry = poses_of_wheels(angles_rad[np.newaxis], *radii_m, nominal.separation_m, 0.0, False)[0]
+    heading_rad = np.unwrap(odometry[:, 2])
+    length_m = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(angles_rad, axis=0) @ radii_m))]) / 2.0
+    squares: List[Square] = []
+    rests, after = _rests(drive.stamps_ns, angles_rad), -1
+    for place, start in enumerate(rests):
+        for end in rests[place + 1 :] if start >= after else ():
+            turn_rad, side_m = heading_rad[end] - heading_rad[start], 0.25 * (length_m[end] - length_m[start])
+            away_m = math.hypot(*(odometry[end, :2] - odometry[start, :2]).tolist())
+            is_closed = abs(abs(turn_rad) - 2.0 * math.pi) < CLOSED_RAD and away_m < CLOSED_SIDES * side_m
+            if is_closed and side_m > LEAST_SIDE_M:
+                begin, true_end = (Pose2D(*drive.true_poses[row].tolist()) for row in (start, end))
+                end_m = np.array(true_end.relative_to(begin)[:2])
+                squares.append(Square(turn_rad < 0.0, angles_rad[start : end + 1] - angles_rad[start], end_m))
+                after = end
+                break
+    return squares
+
+
+def _rests(stamps_ns: np.ndarray, angles_rad: np.ndarray) -> List[int]:
+    """Return the sample in the middle of each time at which the robot rests, and the first and last of the drive."""
+    later = np.searchsorted(stamps_ns, stamps_ns + REST_NS)
+    has_later = later < len(stamps_ns)
+    moved_rad = np.abs(angles_rad[later[has_later]] - angles_rad[has_later]).max(axis=1, initial=0.0)
+    changes = np.diff(np.concatenate([[0], moved_rad < REST_RAD, [0]]))
+    times = zip(np.flatnonzero(changes > 0).tolist(), np.flatnonzero(changes < 0).tolist())
+    return [0, *((first + int(later[end - 1])) // 2 for first, end in times), len(stamps_ns) - 1]
+
+
+def read_ends(path: Path) -> Tuple[np.ndarray, np.ndarray]:
+    """Read ends (n, 2) of clockwise and (m, 2) of counter-clockwise squares: lines of cw or ccw, x, y [m].
+
+    Raises:
+        ConfigError: the file cannot be read, or a line is bad.
+    """
+    ends_m: Dict[str, List[Tuple[float, float]]] = {name: [] for name in DIRECTIONS}
+    try:
+        lines = path.read_text(encoding='utf-8').splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f'{path}: cannot be read: {error}') from None
+    for number, line in enumerate(lines, 1):
+        words = line.replace(',', ' ').split()
+        if not words or (number == 1 and words[0] not in ends_m):
+            continue  # a header
+        try:
+            direction, x, y = words
+            if not math.isfinite(float(x) + float(y)):
+                raise ValueError
+            ends_m[direction].append((float(x), float(y)))
+        except (ValueError, KeyError):
+            raise ConfigError(f'{path}: line {number}: given {line}; allowed: cw or ccw, x, y in metres') from None
+    clockwise_m, counter_m = (np.array(ends_m[name]).reshape(-1, 2) for name in DIRECTIONS)
+    return clockwise_m, counter_m
