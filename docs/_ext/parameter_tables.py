@@ -12,6 +12,7 @@ from sphinx.errors import ExtensionError
 from diff_encoder_sim.base.bounds import Between
 from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.per_wheel import PerWheel, WheelDiameter, WheelDiameterOrZero
+from diff_encoder_sim.robots.calibration_file import CalibrationParams, Estimate
 from diff_encoder_sim.wheels.encoder_params import ppr_label
 
 _ONE_OR_BOTH = 'number, or `{left: , right: }`'
@@ -22,6 +23,7 @@ NAMES = {
     str: 'string',
     Any: 'any',
     dict: 'mapping',
+    CalibrationParams: 'mapping',
     PerWheel: _ONE_OR_BOTH,
     WheelDiameter: _ONE_OR_BOTH,
     WheelDiameterOrZero: _ONE_OR_BOTH,
@@ -78,7 +80,7 @@ def _rows(params_class: Type[Params], defaults: Mapping[str, Any], config: Mappi
 
 def _is_nested(field: FieldInfo) -> bool:
     kind = field.annotation
-    return isinstance(kind, type) and issubclass(kind, Params) and not issubclass(kind, PerWheel)
+    return isinstance(kind, type) and issubclass(kind, Params) and not issubclass(kind, (PerWheel, Estimate))
 
 
 def _key(name: str, field: FieldInfo) -> str:

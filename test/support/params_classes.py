@@ -8,6 +8,7 @@ import diff_encoder_sim
 from diff_encoder_sim.base.bounds import Between
 from diff_encoder_sim.base.params import Params
 
+ESTIMATE = {'value': 1.0, 'interval': [0.5, 2.0]}
 # Where more is needed than a value for each field that has no default.
 ROUTE = {'name': 't', 'world': 'hallway', 'route': [{'goal': {'x': 1.0}}]}
 EXAMPLES = {
@@ -16,6 +17,15 @@ EXAMPLES = {
     'Leg': {'turns': 1.0},
     'TestDefinition': ROUTE,
     'BehaviourParams': {'name': 'b', 'type': 'rotate_recovery/RotateRecovery'},
+    'Estimate': ESTIMATE,
+    'CalibratedDrive': {'file': 'a', 'sha256': 64 * 'a'},
+    'CalibrationParams': {
+        **dict.fromkeys(('left_wheel_diameter_m', 'right_wheel_diameter_m', 'wheel_separation_m'), ESTIMATE),
+        **dict.fromkeys(('reference_x_m', 'reference_y_m', 'reference_delay_s', 'slip_rad2_per_rad'), ESTIMATE),
+        'slip_m2_per_m': {'value': 0.0, 'interval': [0.0, 1.0]},
+        'geometry_covariance': [[0.0] * 3] * 3,
+        'drives': [{'file': 'a', 'sha256': 64 * 'a'}],
+    },
     'RasteriseParams': {'free': [0.0, 0.0], 'height': 1.0, 'resolution': 0.05},
 }
 

@@ -22,8 +22,9 @@ from diff_encoder_sim.drives.reference import TablePoses
 from diff_encoder_sim.drives.topics import JOINT_STATE_TYPE, TRIAL
 from diff_encoder_sim.drives.trial_definition import OF_ENCODER, OF_ODOMETRY, Trial
 from diff_encoder_sim.drives.wheel_source import WheelNumbers, WheelSource
+from diff_encoder_sim.robots.robot_file import NO_ROBOT, RobotFile
 from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
-from diff_encoder_sim.trials.robot_params import load_robot, uncertainty_of_robot
+from diff_encoder_sim.trials.robot_params import load_numbers, uncertainty_of_robot
 from diff_encoder_sim.wheels.catalogue import RESOLUTION_KEYS, ChosenEncoder, load_encoders, own_encoder
 from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER
 from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, OdometryParams
@@ -143,6 +144,7 @@ class RecordedRobot(NamedTuple):
     odometry: OdometryParams
     counts_modulus: int  # of recorded counts, not of computed encoders
     sources: Dict[str, str]  # by parameter name; ppr only if a file sets it
+    file: RobotFile = NO_ROBOT  # of --robot, with its calibration
 
     @property
     def joints(self) -> Tuple[str, str]:
@@ -191,10 +193,11 @@ def recorded_robot(
     if trial is not None:
         of_trial = {name: getattr(trial, name) for name in (*OF_ODOMETRY, *UNCERTAINTY_KEYS, *OF_ENCODER)}
         add({**of_trial, 'seed': trial.number}, OF_TRIAL)
+    file = NO_ROBOT
     if options.robot:
         arguments = xacro_arguments(options.robot_args)
-        robot = load_robot(options.robot, Path(), package_folder(), arguments, options.packages)
-        gives_way = RESOLUTION_KEYS if has_encoders else ()
+        robot = load_numbers(options.robot, Path(), package_folder(), arguments, options.packages)
+        file, gives_way = robot.file, RESOLUTION_KEYS if has_encoders else ()
         own = {key[7:]: value for key, value in robot.settings.items() if key[:7] == 'config.' and key not in gives_way}
         add(nested({**uncertainty_of_robot(robot.settings), **own}), robot.file.where)
         if robot.file.ppr is not None:
@@ -211,7 +214,7 @@ def recorded_robot(
     modulus, source = encoder.counter_modulus, sources['counter_modulus']
     if trial is not None and source != str(options.config) and (source == USUAL or trial.counter_modulus):
         modulus, sources['counter_modulus'] = trial.counter_modulus, OF_TRIAL
-    return RecordedRobot(encoder, odometry, modulus, sources)
+    return RecordedRobot(encoder, odometry, modulus, sources, file)
 
 
 def wheel_numbers(

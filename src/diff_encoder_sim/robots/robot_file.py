@@ -14,6 +14,7 @@ from pydantic import Field
 from diff_encoder_sim.base.bounds import Offset_m, PulsesPerTurn
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import Params, did_you_mean, load_params
+from diff_encoder_sim.robots.calibration_file import CalibrationParams
 from diff_encoder_sim.robots.describing import LIMITS, describe
 from diff_encoder_sim.robots.description import AddedLaser, RobotChoices, RobotDescription, RobotSource, robot_file_line
 from diff_encoder_sim.robots.solids import reach_m
@@ -62,7 +63,9 @@ class AddedLaserParams(Params):
 class RobotFileParams(Params):
     """The keys of a robot file; config/robots/ has patterns."""
 
-    urdf: str = Field(min_length=1, description='xacro or URDF file, relative to this file')
+    urdf: Optional[str] = Field(
+        None, min_length=1, description='xacro or URDF file, relative to this file; recorded drives need none'
+    )
     arguments: Dict[str, Union[bool, int, float, str]] = Field({}, description='xacro arguments by name')
     packages: List[str] = Field(
         [], description='folders in which packages of package:// and $(find) are looked for, relative to this file'
@@ -74,6 +77,7 @@ class RobotFileParams(Params):
         None, description="counts per wheel revolution of the robot's own encoder; need not be whole"
     )
     overrides: Dict[str, Any] = Field({}, alias='set', description='values of parameters, by dotted keys')
+    calibration: Optional[CalibrationParams] = Field(None, description='written by calibrate; see below')
 
 
 class RobotNotFound(ConfigError):
@@ -83,11 +87,23 @@ class RobotNotFound(ConfigError):
 class RobotFile(NamedTuple):
     """A robot's own files and numbers."""
 
-    source: RobotSource
+    urdf: Optional[RobotSource]  # None of a robot that is known by its numbers only
     ppr: Optional[float]  # counts per wheel revolution; None if no robot file gives it
     overrides: Dict[str, Any]  # by dotted keys, as robot_params.override takes them
     label: str  # such as 'burger'
     where: str  # the file to name in errors about these values
+    calibration: Optional[CalibrationParams] = None
+
+    @property
+    def source(self) -> RobotSource:
+        """Return the robot's description; ConfigError if there is none."""
+        if self.urdf is None:
+            raise ConfigError(f"{self.where}: urdf: missing; expected the robot's xacro or URDF, which this needs")
+        return self.urdf
+
+
+SLIP = 'simulator.wheel_errors.slip_noise'
+NO_ROBOT = RobotFile(None, None, {}, '', '')  # of which nothing is known
 
 
 def load_robot_file(
@@ -116,17 +132,19 @@ def load_robot_file(
         for each in folders:
             if not each.is_dir():
                 raise ConfigError(f'{where}: given {str(each)!r}; allowed: a folder that exists')
-    urdf = path.parent / Path(params.urdf).expanduser() if is_yaml else path
-    urdf = urdf.resolve() if is_yaml and '..' in urdf.parts else urdf  # as people read it: a/b for a/c/../b
     # As text, as xacro takes them: true and false as in YAML.
     values = {
         name: str(value).lower() if value is True or value is False else str(value)
         for name, value in {**params.arguments, **arguments}.items()
     }
     laser = None if params.laser is None else AddedLaser(params.laser.parent, tuple(params.laser.xyz))
-    source = RobotSource(urdf, tuple(sorted(values.items())), (*packages, *own_packages), laser)
+    source = None
+    if params.urdf is not None:
+        urdf = path.parent / Path(params.urdf).expanduser() if is_yaml else path
+        urdf = urdf.resolve() if is_yaml and '..' in urdf.parts else urdf  # as people read it: a/b for a/c/../b
+        source = RobotSource(urdf, tuple(sorted(values.items())), (*packages, *own_packages), laser)
     label = path.stem if is_yaml else path.name.partition('.')[0]
-    return RobotFile(source, params.ppr, dict(params.overrides), label, str(path))
+    return RobotFile(source, params.ppr, dict(params.overrides), label, str(path), params.calibration)
 
 
 def robot_names(config_folder: Path) -> List[str]:
@@ -222,7 +240,7 @@ class RobotSetup(NamedTuple):
             return self
         warning = f'no laser is found: one above the robot is simulated, as by {proposed_laser_line(self.description)}'
         source = self.file.source._replace(added_laser=_proposed_laser(self.description))
-        setup = set_up_robot(self.file._replace(source=source))
+        setup = set_up_robot(self.file._replace(urdf=source))
         warnings = (*setup.description.warnings, warning)
         return setup._replace(description=dataclasses.replace(setup.description, warnings=warnings))
 
@@ -245,19 +263,8 @@ def set_up_robot(file: RobotFile) -> RobotSetup:
 
 def robot_file_text(setup: RobotSetup, path: Path) -> str:
     """Return the robot file of a robot, to be written to `path`, from where its own paths start."""
-    source, added = setup.file.source, setup.file.source.added_laser
-    files, folder = (source.file, *source.package_folders), path.parent.resolve()
-    urdf, *packages = (os.path.relpath(str(each.resolve()), str(folder)) for each in files)
-    lines = [_HEAD.format(setup.name), _line('urdf', urdf, '# xacro or URDF, relative to this file')]
-    if source.arguments:
-        lines.append(_line('arguments', dict(source.arguments), "# of the xacro's xacro:arg"))
-    if packages:
-        lines.append(_line('packages', packages, '# folders of packages'))
-    mark, ppr = ('# ', 90) if setup.file.ppr is None else ('', setup.file.ppr)
-    lines.append(mark + _line('ppr', ppr, "# counts per wheel revolution of the robot's own encoder"))
-    if added is not None:
-        lines.append(_line('laser', added.place(), '# [m] a scanner in place of those of the URDF'))
-    elif setup.description.laser is None:
+    lines = [_HEAD.format(setup.name), *_own_lines(setup.file, path)]
+    if setup.description.laser is None:
         place = _proposed_laser(setup.description).place()
         lines.append('# ' + _line('laser', place, '# [m] no laser was found: this adds one above the robot'))
     lines.append('set:')
@@ -272,7 +279,62 @@ def robot_file_text(setup: RobotSetup, path: Path) -> str:
     return '\n'.join(lines) + '\n'
 
 
+def _own_lines(file: RobotFile, path: Path) -> List[str]:
+    """Return the lines of a robot's description, to be written to `path`, and of its encoder."""
+    lines = []
+    if file.urdf is not None:
+        files = (file.urdf.file, *file.urdf.package_folders)
+        urdf, *packages = (os.path.relpath(str(each.resolve()), str(path.parent.resolve())) for each in files)
+        lines.append(_line('urdf', urdf, '# xacro or URDF, relative to this file'))
+        if file.urdf.arguments:
+            lines.append(_line('arguments', dict(file.urdf.arguments), "# of the xacro's xacro:arg"))
+        if packages:
+            lines.append(_line('packages', packages, '# folders of packages'))
+    mark, ppr = ('# ', 90) if file.ppr is None else ('', file.ppr)
+    lines.append(mark + _line('ppr', ppr, "# counts per wheel revolution of the robot's own encoder"))
+    if file.urdf is not None and file.urdf.added_laser is not None:
+        lines.append(_line('laser', file.urdf.added_laser.place(), '# [m] a scanner in place of those of the URDF'))
+    return lines
+
+
+def calibrated_robot_text(
+    base: RobotFile, calibration: CalibrationParams, settings: Mapping[str, Any], path: Path
+) -> str:
+    """Return the robot file of a calibrated robot, to be written to `path`.
+
+    The calibrated wheels are also those that are simulated, unless `base` has errors of its geometry: then what is
+    calibrated is the odometry of a simulated robot, which stays as it is.
+
+    Args:
+        base: the robot that was calibrated, NO_ROBOT if nothing else is known.
+        calibration: its content is rounded to 8 digits.
+        settings: more values by dotted keys, such as amcl.odom_alpha1, which replace those of `base`.
+        path: of the new file, from where its own paths start.
+    """
+    calibration = CalibrationParams.from_mapping(_to_digits(calibration.model_dump(exclude_none=True)), '')
+    values = {**base.overrides, **calibration.settings(), **settings}
+    errors = [key for key, value in base.overrides.items() if key.startswith('simulator.wheel_errors.') and value]
+    if base.urdf is not None and not {*errors} - {SLIP}:
+        values.update({f'simulator.{key}': values[f'config.{key}'] for key in ('wheel_diameter', 'wheel_separation')})
+        values[SLIP] = values['config.motion_noise']
+    lines = ['# Calibrated by drives with a reference; intervals are of 95 %.', *_own_lines(base, path), 'set:']
+    lines += ['  ' + _line(key, value, '') for key, value in values.items()]
+    lines.append('calibration:')
+    lines += ['  ' + _line(key, value, '') for key, value in calibration.model_dump(exclude_none=True).items()]
+    return '\n'.join(lines) + '\n'
+
+
+def _to_digits(value: Any) -> Any:
+    """Return a value with 8 digits of its numbers, at any depth."""
+    if isinstance(value, dict):
+        return {key: _to_digits(each) for key, each in value.items()}
+    if isinstance(value, list):
+        return [_to_digits(each) for each in value]
+    return float(f'{value:.8g}') if isinstance(value, float) else value
+
+
 def _line(key: str, value: Any, comment: str) -> str:
     # A single value ends with the mark of a document's end.
-    text = yaml.safe_dump(value, default_flow_style=True, width=10_000, allow_unicode=True).strip().replace('\n...', '')
+    text = yaml.safe_dump(value, default_flow_style=True, sort_keys=False, width=10_000, allow_unicode=True)
+    text = text.strip().replace('\n...', '')
     return f'{f"{key}: {text}".ljust(COMMENTS_FROM)} {comment}'.rstrip()

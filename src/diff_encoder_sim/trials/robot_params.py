@@ -19,7 +19,7 @@ from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.navigation.goal_stopping import StopSpread, stop_parts, stop_spread
 from diff_encoder_sim.navigation.navigator_params import DwaParams, NavigatorParams
-from diff_encoder_sim.robots.robot_file import RobotSetup, load_robot_file, set_up_robot
+from diff_encoder_sim.robots.robot_file import RobotFile, RobotSetup, load_robot_file, set_up_robot
 from diff_encoder_sim.simulation import simulator as simulation
 from diff_encoder_sim.simulation.state import TICK_NS, TICK_S
 from diff_encoder_sim.wheels.encoder_params import ppr_label
@@ -159,19 +159,33 @@ def _dotted_keys(params_class: Type[Params], prefix: str) -> Iterator[str]:
             yield f'{prefix}{name}'
 
 
+class RobotNumbers(NamedTuple):
+    """What is known of a robot without its description."""
+
+    file: RobotFile
+    settings: Dict[str, Any]  # values of parameters by dotted keys; without a URDF those of the robot file
+
+
+def load_numbers(
+    given: str, folder: Path, package_folder: Path, arguments: Mapping[str, str], packages: Sequence[Path] = ()
+) -> RobotNumbers:
+    """Load a robot as `load_robot`, but its file needs no URDF; ConfigError if it is bad."""
+    file = load_robot_file(given or 'alto', folder, package_folder, arguments, packages)
+    for key in file.overrides:
+        check_key(key, f'{file.where}: set: ')
+    settings = file.overrides if file.urdf is None else set_up_robot(file).settings
+    try:
+        override(load_robot_config(package_folder / 'config'), settings)
+    except ConfigError as error:
+        raise ConfigError(f'{file.where}: {error}') from None
+    return RobotNumbers(file, settings)
+
+
 def load_robot(
     given: str, folder: Path, package_folder: Path, arguments: Mapping[str, str], packages: Sequence[Path] = ()
 ) -> RobotSetup:
     """Load a robot: name ('' for alto), robot file, xacro or URDF, relative to `folder`; ConfigError if one is bad."""
-    file = load_robot_file(given or 'alto', folder, package_folder, arguments, packages)
-    for key in file.overrides:
-        check_key(key, f'{file.where}: set: ')
-    setup = set_up_robot(file)
-    try:
-        override(load_robot_config(package_folder / 'config'), setup.settings)
-    except ConfigError as error:
-        raise ConfigError(f'{file.where}: {error}') from None
-    return setup
+    return set_up_robot(load_numbers(given, folder, package_folder, arguments, packages).file)
 
 
 _ENDS = {'latch': 'ends anywhere within', 'precise': 'drives up to within about'}  # by `stop`

@@ -101,6 +101,13 @@ def test_a_robot_overrides_the_bag_and_the_bag_the_defaults(tmp_path, trial, nam
     assert by_file.odometry.wheel_separation == expected[1]
 
 
+def test_a_robot_may_be_known_by_its_numbers_only(tmp_path):
+    both = {'left': 0.316, 'right': 0.318}
+    found = robot(robot=str(file(tmp_path, f'ppr: 409600\nset: {{config.wheel_diameter: {both}}}\n')))
+    assert (found.odometry.wheel_diameter.plain, found.odometry.ppr.left, found.file.ppr) == (both, 409600, 409600)
+    assert 'diameter 0.316 (left) and 0.318 (right) m (' in found.text() and found.file.calibration is None
+
+
 def test_the_seed_is_the_number_of_the_bags_trial_unless_given():
     numbered = TRIAL.model_copy(update={'number': 7})
     seeds = [robot().encoder.seed, robot(numbered).encoder.seed, robot(numbered, seed=9).encoder.seed]

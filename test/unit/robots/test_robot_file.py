@@ -68,7 +68,7 @@ def test_an_unknown_robot_lists_the_known_ones(load, given):
 @pytest.mark.parametrize(
     ('content', 'text'),
     [
-        ('set: {}', 'urdf: missing'),
+        ('urdf: ""', 'urdf: given '),
         ('udrf: a', "udrf: unknown key; did you mean 'urdf'"),
         ('urdf: a\narguments: {a: [1]}', 'arguments.a'),
         ('urdf: a\npackages: [none]', 'packages: given '),
