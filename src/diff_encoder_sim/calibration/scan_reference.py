@@ -46,9 +46,7 @@ class _Sight(NamedTuple):
     rays: Rays  # in the laser's frame
 
 
-def scan_reference(
-    scans: Iterable[Scan], odometry: PoseSeries, laser_pose_in_base: Pose2D = IDENTITY, name: str = 'scan'
-) -> Reference:
+def scan_reference(scans: Iterable[Scan], odometry: PoseSeries, laser_pose_in_base: Pose2D = IDENTITY) -> Reference:
     """Return the poses of the laser in the frame of odometry at its first scan that is used.
 
     The covariances are those of the ranges' noise, RANGE_STD_M; the map's errors, which are equal in scans from the
@@ -58,14 +56,13 @@ def scan_reference(
         scans: in the order of their recording; one for each PERIOD_NS is used.
         odometry: poses of the base by wheels of about the right geometry; within 0.1 m and 0.1 rad for each PERIOD_NS.
         laser_pose_in_base: about where the laser is.
-        name: of the reference.
 
     Raises:
         ConfigError: fewer than two scans can be used.
     """
     sights = list(_sights(scans, odometry, laser_pose_in_base))
     if len(sights) < 2:
-        raise ConfigError(f'{name}: given {len(sights)} usable scans at the times of odometry; allowed: at least 2')
+        raise ConfigError(f'scans: given {len(sights)} usable scans at the times of odometry; allowed: at least 2')
     poses = _first_poses(sights)
     fine = _PARAMS.model_copy(update={'delta': _FINE_M})
     for _ in range(_FINE_PASSES):
@@ -73,7 +70,7 @@ def scan_reference(
         matches = [_match(maps, sight.rays, pose, fine) for sight, pose in zip(sights, poses)]
         poses = [pose for pose, _ in matches]
     stamps_ns = np.array([sight.stamp_ns for sight in sights], np.int64)
-    return Reference(name, stamps_ns, np.array(poses), np.array([covariance for _, covariance in matches]))
+    return Reference('scan', stamps_ns, np.array(poses), np.array([covariance for _, covariance in matches]))
 
 
 def _sights(scans: Iterable[Scan], odometry: PoseSeries, laser_pose_in_base: Pose2D) -> Iterable[_Sight]:
@@ -96,8 +93,7 @@ def _sights(scans: Iterable[Scan], odometry: PoseSeries, laser_pose_in_base: Pos
 def _first_poses(sights: Sequence[_Sight]) -> List[Pose2D]:
     """Match each scan with the map of those before it."""
     poses = [sights[0].laser_pose_in_odom]
-    maps = _map_of(sights[:1], poses, _PARAMS)
-    entered = poses[0]
+    maps, entered = _map_of(sights[:1], poses, _PARAMS), poses[0]
     for before, sight in zip(sights, sights[1:]):
         guess = poses[-1].compose(sight.laser_pose_in_odom.relative_to(before.laser_pose_in_odom))
         poses.append(_match(maps, sight.rays, guess, _PARAMS)[0])

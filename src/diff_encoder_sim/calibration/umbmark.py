@@ -73,8 +73,7 @@ class Umbmark(NamedTuple):
     @property
     def diff_drive_controller(self) -> Dict[str, float]:
         """Return the corrected geometry as parameters of diff_drive_controller."""
-        diameters_m = zip(self.corrected[:2], self.nominal[:2])
-        left, right = (corrected_m / nominal_m for corrected_m, nominal_m in diameters_m)
+        left, right, _ = (corrected_m / nominal_m for corrected_m, nominal_m in zip(self.corrected, self.nominal))
         names = ('wheel_separation_multiplier', 'left_wheel_radius_multiplier', 'right_wheel_radius_multiplier')
         return dict(zip(names, (self.e_b, left, right)))
 
@@ -154,10 +153,9 @@ def squares_of_ends(ends_cw: np.ndarray, ends_ccw: np.ndarray, side_m: float, no
 def find_squares(drive: Drive, nominal: WheelGeometry) -> List[Square]:
     """Find the parts of a drive, from rest to rest, that odometry believes to be closed squares.
 
-    `drive.true_poses` are those of the axle's middle, whose paths may deviate from squares.
+    Its true poses, of the axle's middle, may deviate from squares.
     """
-    if drive.true_poses is None:
-        raise ValueError('a drive without true poses')
+    assert drive.true_poses is not None
     angles_rad, radii_m = drive.wheel_angles_rad, (0.5 * nominal.left_diameter_m, 0.5 * nominal.right_diameter_m)
     odometry = poses_of_wheels(angles_rad[np.newaxis], *radii_m, nominal.separation_m, 0.0, False)[0]
     heading_rad = np.unwrap(odometry[:, 2])

@@ -71,5 +71,5 @@ def test_scans_too_close_in_time_and_outside_of_odometry_are_left_out():
     ]
     reference = scan_reference(scans, odometry)
     assert reference.stamps_ns.tolist() == [PERIOD_NS * index for index in range(11)]
-    with pytest.raises(ConfigError, match='scan: given 1 usable scans at the times of odometry; allowed: at least 2'):
+    with pytest.raises(ConfigError, match='scans: given 1 usable scans at the times of odometry; allowed: at least 2'):
         scan_reference(scans[:5], odometry)
