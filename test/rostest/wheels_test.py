@@ -123,7 +123,7 @@ class WheelsTest(ros.NodeTest):
         self.assertLess(max(map(abs, given.relative_to(Pose2D(x, y, yaw)))), tolerance, given)
 
     def test_wheels_frames_and_window_as_parameters(self):
-        left_m, right_m = math.pi * 0.3 / 40, math.pi * 0.3 / 1024
+        left_m, right_m = math.pi * 0.3 / 40, math.pi * 0.303 / 1024
         totals = [(0, 0), (1, 30), (3, 60), (6, 90), (10, 120), (15, 150), (21, 180)]
         messages = self.drive(self.channels['all_set'], totals)
         self.assertEqual((messages[0].header.frame_id, messages[0].child_frame_id), ('wheel_odom', 'robot'))
