@@ -41,7 +41,8 @@ def test_odometry_is_answered_first_and_then_what_trials_show(first):
     lines = done.stdout.splitlines()
     assert lines[0] == 'alto: at least 80 % of the trials within 0.05 m in x and y and 3 degrees'
     assert lines[1].startswith('  odometry at the true pose: at least 3')
-    assert lines[2] == '  the same in closed form, for quantisation only: SL 347'
+    assert lines[2] == "  assumes exact wheels; no slip; SL on the simulator's level floor, with its grip"
+    assert lines[3] == '  the same in closed form, for quantisation only: SL 347'
     assert 'advise: first answer after' in done.stderr
     found = answers(done)
     assert found['true pose at the goal'] == 'at least 90 counts per revolution; 40 do not suffice'
@@ -128,7 +129,7 @@ def test_errors_of_a_given_encoder_are_named(tmp_path):
         ('--json missing/a.json', "--json: given 'missing/a.json'; allowed: a file in a folder that exists"),
         ('--candidates nothing', "given 'nothing'; allowed: accurate, faults, paper, paper_tb3, quick, sweep, or"),
         ('--robot nothing.yaml', 'nothing.yaml'),
-        ('--config burger', 'unrecognized arguments: --config'),
+        ('--config burger', '--config: given without --drive; expected --drive BAG|TABLE'),
     ],
 )
 def test_a_bad_argument_is_one_line_and_leaves_nothing(arguments, message, tmp_path, monkeypatch, capsys):

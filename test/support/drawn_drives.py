@@ -10,6 +10,7 @@ from diff_encoder_sim.base.se2 import Pose2D, poses_of_wheels, wrap_angle
 from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.navigation.goal_stopping import StopSpread
+from diff_encoder_sim.robots.calibration_file import CalibrationParams
 from diff_encoder_sim.robots.simulated_robot import TrueWheels
 from diff_encoder_sim.simulation.self_check import RolledDrive
 from diff_encoder_sim.simulation.simulator import SlippingWheels, WheelErrorParams
@@ -24,11 +25,27 @@ EXACT_STOP = StopSpread(0.0, 0.0)
 LINE_M = 20.0
 
 
-def robot_of(radius_m=RADIUS_M, separation_m=SEPARATION_M, stop=EXACT_STOP, **errors):
+def robot_of(radius_m=RADIUS_M, separation_m=SEPARATION_M, stop=EXACT_STOP, calibration=None, **errors):
     """A robot whose drawing is right; its true wheels have the errors."""
     odometry = OdometryParams(wheel_diameter=2.0 * radius_m, wheel_separation=separation_m, motion_noise=0.0)
     wheels = TrueWheels(radius_m, radius_m, separation_m)
-    return DrawnRobot(wheels, WheelErrorParams(**errors), odometry, odometry.axle_x, stop)
+    return DrawnRobot(wheels, WheelErrorParams(**errors), odometry, odometry.axle_x, stop, calibration)
+
+
+def calibrated(scale=0.0, ratio=0.0, turning=0.0, slip_m2_per_m=0.0, slip_rad2_per_rad=0.0):
+    """A calibration of ALTO by the standard deviations of what it determines, which are independent."""
+    causes = np.array([[1.0, -0.5, 0.0], [1.0, 0.5, 0.0], [1.0, 0.0, -1.0]]) * [scale, ratio, turning]
+    values = {
+        **dict.fromkeys(('left_wheel_diameter_m', 'right_wheel_diameter_m'), 2.0 * RADIUS_M),
+        **dict.fromkeys(('reference_x_m', 'reference_y_m', 'reference_delay_s'), 0.0),
+        'wheel_separation_m': SEPARATION_M,
+        'slip_m2_per_m': slip_m2_per_m,
+        'slip_rad2_per_rad': slip_rad2_per_rad,
+    }
+    estimates = {name: {'value': value, 'interval': [value, value]} for name, value in values.items()}
+    drives = [{'file': 'drive.bag', 'sha256': 64 * '0'}]
+    covariance = (causes @ causes.T).tolist()
+    return CalibrationParams.from_mapping({**estimates, 'geometry_covariance': covariance, 'drives': drives}, '')
 
 
 def rolled(*segments, separation_m=SEPARATION_M, start=(), name='rolled', **limits):

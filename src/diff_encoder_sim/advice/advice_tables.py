@@ -7,6 +7,7 @@ from typing import Any, Dict, Iterator, List, NamedTuple
 import numpy as np
 from tabulate import tabulate
 
+from diff_encoder_sim.advice import drive_draws
 from diff_encoder_sim.advice.answers import AXES, Budget, Criterion
 from diff_encoder_sim.advice.odometry_answer import share_within
 from diff_encoder_sim.advice.odometry_study import Advice
@@ -15,7 +16,11 @@ from diff_encoder_sim.analysis.encoder_labels import ppr_text
 TO_SHOWN = np.array([1e3, 1e3, np.degrees(1.0)])
 UNITS = ('along [mm]', 'across [mm]', 'heading [deg]')
 DECIMALS = (1, 1, 2)
-REST = 'rest: observed error minus the sum of the causes; negative if causes compensate each other'
+BUDGET_HEADS = ['', 'cause', *UNITS, 'position [%]']
+REST = (
+    'position: fraction of the variance of x and y.\n'
+    'rest: observed error minus the sum of the causes; negative if causes compensate each other'
+)
 LIKE_IDEAL = (
     'like ideal: counts of an ideal encoder whose readings are as uncertain, which decides about the pose estimate\n'
     'and the true pose. within: fraction of sampled drives whose odometry is within the tolerance.\n'
@@ -26,6 +31,7 @@ _MARKS = {True: 'yes', False: 'no', None: '?'}
 
 VERSION = 1  # of the JSON
 QUANTILES = (0.5, 0.8, 0.95)
+BOUND = 1.96  # standard deviations of a 95 % interval to each side
 
 
 class AdviceTable(NamedTuple):
@@ -42,7 +48,7 @@ def advice_tables(advice: Advice) -> Iterator[AdviceTable]:
     if advice.tried:
         yield _trials_table(advice)
     if advice.budgets:
-        yield AdviceTable('Error budget: mean ± standard deviation', ['', 'cause', *UNITS], _budgets(advice), REST)
+        yield AdviceTable('Error budget: mean ± standard deviation', BUDGET_HEADS, _budgets(advice), REST)
     if advice.stopping:
         rows = [
             [ppr_text(label), cause, f'{1e3 * spread.position_m:.1f}', f'{np.degrees(spread.yaw_rad):.2f}']
@@ -92,7 +98,8 @@ def _budgets(advice: Advice) -> List[List[str]]:
             numbers = zip(part.bias * TO_SHOWN, part.std * TO_SHOWN, DECIMALS)
             # Adding zero removes the sign of a rounded zero.
             texts = (f'{round(mean, n) + 0.0:+.{n}f} ± {round(std, n) + 0.0:.{n}f}' for mean, std, n in numbers)
-            rows.append(['' if index else title, cause, *texts])
+            fraction = round(100.0 * budget.position_fractions[cause], 1) + 0.0
+            rows.append(['' if index else title, cause, *texts, f'{fraction:.1f}'])
     return rows
 
 
@@ -103,8 +110,33 @@ def shown_counts(advice: Advice, counts: List[float]) -> float:
 
 
 def answers_text(advice: Advice) -> str:
-    """Return one line per criterion."""
-    return '\n'.join(f'  {criterion.text}: {answer}' for criterion, answer in advice.answers.items())
+    """Return one line per criterion, and the assumptions."""
+    lines = [f'  {criterion.text}: {answer}' for criterion, answer in advice.answers.items()]
+    return '\n'.join([*lines, f'  assumes {assumptions_text(advice)}'])
+
+
+def assumptions_text(advice: Advice) -> str:
+    """Return the assumptions about wheels, slip, floor and route in one line."""
+    tests = [curve.draws for curve in advice.curves.curves]
+    robot, drives = tests[0].robot, ' and '.join(draws.drive.test for draws in tests)
+    if robot.calibration is not None:
+        scale, ratio, turning = (
+            f'{100.0 * BOUND * std:.2g} %' for std in np.sqrt(np.diag(robot.calibrated_covariance))
+        )
+        count = len(robot.calibration.drives)
+        wheels = (
+            f'wheels and slip as calibrated on {count} drive{"s" if count > 1 else ""}: ratio of radii to {ratio}, '
+        )
+        wheels += f'radius / separation to {turning}, scale to {scale}'
+    else:
+        has_errors = robot.has(drive_draws.RADIUS) or robot.has(drive_draws.SEPARATION)
+        wheels = 'the wheel errors of the robot file' if has_errors else 'exact wheels'
+        wheels += '; the slip of the robot file' if robot.has(drive_draws.SLIP) else '; no slip'
+    is_recorded = tests[0].drive.is_recorded
+    route = (
+        f'the path of {drives}, repeated' if is_recorded else f"{drives} on the simulator's level floor, with its grip"
+    )
+    return f'{wheels}; {route}'
 
 
 def closed_form_text(advice: Advice) -> str:
@@ -148,6 +180,7 @@ def advice_json(advice: Advice) -> Dict[str, Any]:
             }
             for criterion, answer in advice.answers.items()
         },
+        'assumptions': assumptions_text(advice),
         'closed_form_ppr': advice.closed_form,
         'curves': {
             curve.test: [
@@ -192,4 +225,6 @@ def _budget(budget: Budget) -> Dict[str, Any]:
         }
         for cause, part in budget.every.items()
     }
-    return {'parts': {cause: every[cause] for cause in budget.parts}, 'rest': every['rest'], 'found': every['found']}
+    parts = {cause: every[cause] for cause in budget.parts}
+    fractions = {cause: budget.position_fractions[cause] for cause in budget.parts}
+    return {'parts': parts, 'rest': every['rest'], 'found': every['found'], 'position_fractions': fractions}

@@ -83,6 +83,12 @@ class Budget(NamedTuple):
         )
 
     @property
+    def position_fractions(self) -> Dict[str, float]:
+        """Return the fraction of the variance of the position that each cause makes."""
+        found_m2 = max(float(self.found.variance[:2].sum()), 1e-18)
+        return {cause: float(part.variance[:2].sum()) / found_m2 for cause, part in self.every.items()}
+
+    @property
     def every(self) -> Dict[str, Part]:
         """Return the parts by cause, the rest and the observed error."""
         return {**self.parts, 'rest': self.rest, 'found': self.found}

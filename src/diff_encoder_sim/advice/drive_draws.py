@@ -13,6 +13,7 @@ from typing import List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
+from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.per_wheel import PerWheel
@@ -22,6 +23,7 @@ from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.drives.test_definition import Segment, TestDefinition
 from diff_encoder_sim.drives.trial_definition import Outcome, Trial, TrialPlan
 from diff_encoder_sim.navigation.goal_stopping import StopSpread
+from diff_encoder_sim.robots.calibration_file import CalibrationParams
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.simulated_robot import TrueWheels, load_simulated_robot
 from diff_encoder_sim.simulation.self_check import FlatFloor, RolledDrive
@@ -45,6 +47,7 @@ class ErrorFreeDrive(NamedTuple):
 
     requested: Trial
     rolled: RolledDrive
+    is_recorded: bool = False
 
     @property
     def test(self) -> str:
@@ -123,27 +126,33 @@ POSES_AT_A_TIME = 2**18  # larger arrays do not fit the processor's cache
 # Causes of a difference between the wheels and their model in odometry.
 RADIUS, SEPARATION, SLIP = 'wheel radius', 'wheel separation', 'wheel slip'
 CONTACT = 'simulated contact'  # slip of error-free wheels on the simulated floor; not of a real robot
+# What a calibration leaves open: a common factor of radii and separation, the ratio of the radii, and the mean radius
+# over the separation.
+CALIBRATED_GEOMETRY = ('calibration (scale)', 'calibration (ratio of radii)', 'calibration (radius / separation)')
+# Columns: change of the logarithms of left radius, right radius and separation by each of CALIBRATED_GEOMETRY.
+_LOGARITHMS = np.array([[1.0, -0.5, 0.0], [1.0, 0.5, 0.0], [1.0, 0.0, -1.0]])
 
 Amounts = Mapping[str, float]  # of each cause from 0 (none, the default) to 1 (all)
-ROBOTS_CAUSES: Amounts = dict.fromkeys((RADIUS, SEPARATION, SLIP), 1.0)
+ROBOTS_CAUSES: Amounts = dict.fromkeys((RADIUS, SEPARATION, SLIP, *CALIBRATED_GEOMETRY), 1.0)
 ALL_CAUSES: Amounts = {**ROBOTS_CAUSES, CONTACT: 1.0}
 
 
 class DrawnRobot(NamedTuple):
     """Robot from which samples with different wheels are drawn."""
 
-    sound: TrueWheels  # without errors
+    sound: Optional[TrueWheels]  # without errors; None: as odometry assumes
     errors: WheelErrorParams
     odometry: OdometryParams
     axle_x_m: float  # true position of the axle ahead of the base
     stop: StopSpread
+    calibration: Optional[CalibrationParams] = None  # None: exact, except for `errors`
 
     @property
     def means(self) -> np.ndarray:
         """Return the mean left and right radius and the mean separation [m] (3,)."""
         errors = self.errors
         relative = np.array([errors.left_radius_error, errors.right_radius_error, errors.wheel_separation_error])
-        means: np.ndarray = np.array(self.sound) * (1.0 + relative)
+        means: np.ndarray = np.array(self.assumed if self.sound is None else self.sound) * (1.0 + relative)
         return means
 
     @property
@@ -151,29 +160,81 @@ class DrawnRobot(NamedTuple):
         """Return both radii and the separation that odometry assumes [m] (3,)."""
         return np.array([*self.odometry.wheel_diameter.radii_m, self.odometry.wheel_separation])
 
+    @property
+    def calibrated_covariance(self) -> np.ndarray:
+        """Return the (3, 3) covariance of the relative errors CALIBRATED_GEOMETRY."""
+        if self.calibration is None:
+            return np.zeros((3, 3))
+        to_causes = np.linalg.inv(_LOGARITHMS)
+        covariance: np.ndarray = to_causes @ np.array(self.calibration.geometry_covariance) @ to_causes.T
+        return covariance
+
+    @property
+    def slip(self) -> Tuple[float, float, float, float]:
+        """Return the mean slip of the left and the right wheel, and the variances of slip per metre and per radian.
+
+        Calibrated diameters contain the mean slip.
+        """
+        errors, calibration = self.errors, self.calibration
+        if calibration is None:
+            return errors.left_slip, errors.right_slip, errors.slip_noise, 0.0
+        return 0.0, 0.0, calibration.slip_m2_per_m.value, calibration.slip_rad2_per_rad.value
+
     def wheels(self, amounts: Amounts, rng: np.random.Generator, draws: int) -> np.ndarray:
         """Sample left and right radius and separation [m] (3, draws, 1); without a cause those of odometry."""
         errors, normals = self.errors, rng.standard_normal((3, draws, 1))
+        if self.calibration is not None:
+            amount = np.array([amounts.get(cause, 0.0) for cause in CALIBRATED_GEOMETRY])
+            relative = rng.multivariate_normal(np.zeros(3), self.calibrated_covariance, (1, draws), method='svd')
+            drawn: np.ndarray = self.assumed * np.exp((amount * relative) @ _LOGARITHMS.T)
+            return drawn.T
         spreads = np.array([errors.radius_spread, errors.radius_spread, errors.wheel_separation_spread])
         amount = np.array([amounts.get(cause, 0.0) for cause in (RADIUS, RADIUS, SEPARATION)])
-        drawn: np.ndarray = self.assumed + amount * (self.means * (1.0 + spreads * normals.T) - self.assumed)
+        drawn = self.assumed + amount * (self.means * (1.0 + spreads * normals.T) - self.assumed)
         return drawn.T
 
     def has(self, cause: str) -> bool:
         """Return whether the robot has this error."""
         errors, is_off = self.errors, ~np.isclose(self.means, self.assumed, rtol=1e-9, atol=0.0)
         if cause == SLIP:
-            return bool(errors.left_slip or errors.right_slip or errors.slip_noise)
+            return any(self.slip)
+        if cause in CALIBRATED_GEOMETRY:
+            return bool(self.calibrated_covariance.diagonal()[CALIBRATED_GEOMETRY.index(cause)] > 0.0)
+        if self.calibration is not None:
+            return False
         if cause == SEPARATION:
             return bool(errors.wheel_separation_spread or is_off[2])
-        return cause == CONTACT or bool(errors.radius_spread or is_off[:2].any())
+        return bool(errors.radius_spread or is_off[:2].any())
 
 
-def drawn_robot(source: RobotSource, params: RobotParams) -> DrawnRobot:
+def drawn_robot(
+    source: RobotSource, params: RobotParams, calibration: Optional[CalibrationParams] = None
+) -> DrawnRobot:
     """Load a robot; ConfigError if the robot description is invalid."""
     robot = load_simulated_robot(source, params.simulator.choices())
-    stop = spread_with(params, params.encoder.counts_per_turn)
-    return DrawnRobot(robot.wheels, params.simulator.wheel_errors, params.odometry, robot.description.axle_x_m, stop)
+    stop, axle_x_m = spread_with(params, params.encoder.counts_per_turn), robot.description.axle_x_m
+    return DrawnRobot(robot.wheels, params.simulator.wheel_errors, params.odometry, axle_x_m, stop, calibration)
+
+
+# Repetitions of a recorded drive end within the paper's tolerance of its end, so that no fraction of a count decides.
+STOP_OF_RECORDED = StopSpread(X.tolerance, math.radians(YAW.tolerance))
+
+
+def recorded(name: str, drive: Drive, robot: DrawnRobot) -> ErrorFreeDrive:
+    """Return a recorded drive: its true path is that of the wheel angles by the geometry that odometry assumes.
+
+    Raises:
+        ConfigError: the robot does not move.
+    """
+    angles_rad = drive.wheel_angles_rad - drive.wheel_angles_rad[0]
+    ways_m, separation_m = angles_rad * robot.assumed[:2], float(robot.assumed[2])
+    if not ways_m.any():
+        raise ConfigError(f'--drive: {name}: the wheels do not turn')
+    end, base_end = (Pose2D(*_ends(ways_m[np.newaxis], separation_m, x_m)[0].tolist()) for x_m in (0.0, robot.axle_x_m))
+    goal = {'goal': dict(zip(('x', 'y', 'yaw'), base_end))}
+    test = TestDefinition.from_mapping({'name': name, 'world': 'none', 'route': [goal]}, '--drive')
+    times_s = 1e-9 * (drive.stamps_ns - drive.stamps_ns[0])
+    return ErrorFreeDrive(Trial(test=test, nav='embedded'), RolledDrive(times_s, ways_m, separation_m, end), True)
 
 
 class DriveDraws:
@@ -196,6 +257,13 @@ class DriveDraws:
         true_end = axle.compose(rolled.end).compose(axle.inverse())
         self._contact_error = _ends(rolled.ways_m[np.newaxis], rolled.separation_m, axle.x_m)[0] - np.array(true_end)
         self._contact_error[2] = wrap_angles(self._contact_error[2])
+
+    @property
+    def causes(self) -> List[str]:
+        """Return the causes of errors, except the encoder's."""
+        return [
+            cause for cause in ALL_CAUSES if (not self.drive.is_recorded if cause == CONTACT else self.robot.has(cause))
+        ]
 
     def _generator(self, name: object) -> np.random.Generator:
         return generator(self._seed, f'{self.drive.test}_{name}')
@@ -241,20 +309,30 @@ class DriveDraws:
 
     def _turned(self, ways_m: np.ndarray, first: int, amounts: Amounts) -> np.ndarray:
         """Return the (draws, n, 2) wheel angles since the start [rad]."""
-        errors, slipping = self.robot.errors, amounts.get(SLIP, 0.0)
+        slipping, (*slips, noise_m, turn_noise_rad) = amounts.get(SLIP, 0.0), self.robot.slip
         *radii_m, separation_m = self.robot.wheels(amounts, self._generator(f'wheels_{first}'), len(ways_m))
         left_m, right_m = np.moveaxis(ways_m, 2, 0)
         half_m, mean_m = 0.5 * (right_m - left_m) * (separation_m / self.drive.rolled.separation_m), left_m + right_m
-        rng, noise_m, turned = self._generator(f'slip_{first}'), slipping**2 * errors.slip_noise, []
-        for sign, radius_m, slip in zip((-1.0, 1.0), radii_m, (errors.left_slip, errors.right_slip)):
+        rng, turned = self._generator(f'slip_{first}'), []
+        for sign, radius_m, slip in zip((-1.0, 1.0), radii_m, slips):
             way_m = 0.5 * mean_m + sign * half_m
             turned_rad = way_m / radius_m / (1.0 - slipping * slip)
-            if noise_m:
-                steps_m2 = noise_m * np.abs(np.diff(way_m, axis=1))
-                walk_m = np.cumsum(np.sqrt(steps_m2) * rng.standard_normal(steps_m2.shape), axis=1)
+            if slipping and noise_m:
+                walk_m = _walks(slipping**2 * noise_m * np.abs(np.diff(way_m, axis=1)), rng)
                 turned_rad[:, 1:] += walk_m / radius_m
             turned.append(turned_rad)
+        if slipping and turn_noise_rad:
+            turns_rad = np.abs(np.diff(2.0 * half_m / separation_m, axis=1))
+            walk_m = 0.5 * separation_m * _walks(slipping**2 * turn_noise_rad * turns_rad, rng)
+            for sign, radius_m, turned_rad in zip((-1.0, 1.0), radii_m, turned):
+                turned_rad[:, 1:] += sign * walk_m / radius_m
         return np.stack(turned, axis=-1)
+
+
+def _walks(variances: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Sample random walks with (draws, n) variances of their steps."""
+    walks: np.ndarray = np.cumsum(np.sqrt(variances) * rng.standard_normal(variances.shape), axis=1)
+    return walks
 
 
 def _ends(

@@ -192,7 +192,7 @@ def odometry_budgets(draws: DriveDraws, encoders: Sequence[EncoderParams]) -> Li
 def wheel_errors(draws: DriveDraws) -> Dict[str, np.ndarray]:
     """Return the (draws, 3) odometry errors by AXES that only one wheel error causes, with any encoder."""
     (bare,) = _errors(draws, [None], {})
-    return {cause: _errors(draws, [None], {cause: 1.0})[0] - bare for cause in ALL_CAUSES if draws.robot.has(cause)}
+    return {cause: _errors(draws, [None], {cause: 1.0})[0] - bare for cause in draws.causes}
 
 
 def _errors(

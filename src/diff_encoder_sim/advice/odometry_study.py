@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import tempfile
 from pathlib import Path
-from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, Iterable, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from diff_encoder_sim.advice import drive_draws, odometry_answer
 from diff_encoder_sim.advice.answers import Answer, Budget, Criterion, Kind, Limit, Requirement
@@ -20,7 +20,7 @@ from diff_encoder_sim.navigation.goal_stopping import StopSpread
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.robot_file import load_robot_file, robot_names
 from diff_encoder_sim.trials.campaign_cells import Campaign, RequestedTrial
-from diff_encoder_sim.wheels.catalogue import WHOLE_CATALOGUE, load_encoders
+from diff_encoder_sim.wheels.catalogue import WHOLE_CATALOGUE, ChosenEncoder, load_encoders
 from diff_encoder_sim.wheels.covariance import PULSE_VARIANCE
 from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, NO_FAULTS
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
@@ -41,13 +41,22 @@ class Candidate(NamedTuple):
 
 def candidates_of(campaign: Campaign) -> List[Candidate]:
     """Return the encoders of a campaign in ascending equivalent counts."""
-    found, robot = [], campaign.robot
-    own = None if robot.file.ppr is None else PerWheel(left=robot.file.ppr, right=robot.file.ppr)
-    for cell in campaign.cells[: len(campaign.encoders)]:
-        params, real = cell.robot_params.encoder.model_copy(update={'ppr': cell.encoder.ppr}), cell.encoder.real
-        name = cell.encoder.name or (f'own of {robot.name}' if params.ppr == own else '')
-        price = real.price if real else None
-        found.append(Candidate(cell.encoder.label, equivalent_counts(params), params, name, price))
+    cells = campaign.cells[: len(campaign.encoders)]
+    encoders = [
+        (cell.encoder, cell.robot_params.encoder.model_copy(update={'ppr': cell.encoder.ppr})) for cell in cells
+    ]
+    return ordered_candidates(encoders, campaign.robot.name, campaign.robot.file.ppr)
+
+
+def ordered_candidates(
+    encoders: Iterable[Tuple[ChosenEncoder, EncoderParams]], robot: str, own_counts: Optional[float]
+) -> List[Candidate]:
+    """Return encoders in ascending equivalent counts; one with the robot's own counts has its name."""
+    found, own = [], own_counts and PerWheel(left=own_counts, right=own_counts)
+    for encoder, params in encoders:
+        name = encoder.name or (f'own of {robot}' if params.ppr == own else '')
+        price = encoder.real.price if encoder.real else None
+        found.append(Candidate(encoder.label, equivalent_counts(params), params, name, price))
     return sorted(found, key=lambda candidate: candidate.counts)
 
 
@@ -199,8 +208,18 @@ class Advice(NamedTuple):
 BUDGET_COUNTS = tuple(float(2**exponent) for exponent in range(6, 15))  # resolutions with a budget
 
 
-def study_odometry(campaign: Campaign, requirement: Requirement, distance_m: Optional[float]) -> Advice:
-    """Sample the odometry of a campaign's tests, or of a straight line of `distance_m`.
+class AdvisedRobot(NamedTuple):
+    """Robot that needs an encoder, and its drives."""
+
+    name: str
+    own_counts: Optional[float]  # of its own encoder, per revolution of the wheel
+    tests: List[DriveDraws]
+    encoder: EncoderParams  # whose counts are replaced
+    candidates: List[Candidate]
+
+
+def simulated_robot(campaign: Campaign, distance_m: Optional[float]) -> AdvisedRobot:
+    """Simulate one drive of each of a campaign's tests, or a straight line of `distance_m`.
 
     The parameters of the campaign's first encoder, except the counts, are those of the robot.
 
@@ -208,16 +227,13 @@ def study_odometry(campaign: Campaign, requirement: Requirement, distance_m: Opt
         ConfigError: a file is invalid, or the robot does not reach a goal.
     """
     first = campaign.cells[0].robot_params
-    params = first.encoder
-    if params.encoder.counts_per_wheel_turn is not None:  # so that ppr sets the counts
-        params = params.model_copy(update={'encoder': IDEAL_ENCODER})
     first_trials: Dict[str, RequestedTrial] = {}  # by test
     for job in campaign.trials():
         first_trials.setdefault(job.cell.test.name, job)
     with tempfile.TemporaryDirectory() as folder:
         files = campaign.files.materialise(folder)
         source = RobotSource(files.robot)
-        robot = drive_draws.drawn_robot(source, first)
+        robot = drive_draws.drawn_robot(source, first, campaign.robot.file.calibration)
         if distance_m is not None:
             straight = drive_draws.straight_test(distance_m, next(iter(first_trials.values())).cell.test)
             drives = [drive_draws.scripted(straight, source, first)]
@@ -231,8 +247,16 @@ def study_odometry(campaign: Campaign, requirement: Requirement, distance_m: Opt
                 for test, job in first_trials.items()
             ]
     tests = [DriveDraws(drive, robot, campaign.params.seed) for drive in drives]
+    return AdvisedRobot(campaign.robot.name, campaign.robot.file.ppr, tests, first.encoder, candidates_of(campaign))
+
+
+def study_odometry(robot: AdvisedRobot, requirement: Requirement) -> Advice:
+    """Sample the odometry of a robot's drives, and find the counts and the candidate that suffice."""
+    tests, candidates, params = robot.tests, robot.candidates, robot.encoder
+    if params.encoder.counts_per_wheel_turn is not None:  # so that ppr sets the counts
+        params = params.model_copy(update={'encoder': IDEAL_ENCODER})
     curves = OdometryCurves(tests, params)
-    answer, candidates = odometry_answer.odometry_answer(curves, requirement), candidates_of(campaign)
+    answer = odometry_answer.odometry_answer(curves, requirement)
     chosen = recommended(candidates, answer, tests, requirement)
     if chosen:
         answer = answer._replace(encoder=chosen.label)
@@ -244,15 +268,16 @@ def study_odometry(campaign: Campaign, requirement: Requirement, distance_m: Opt
             answer = limited._replace(errors_of=real.label)
         elif answer.kind is Kind.FROM:
             answer = answer._replace(note='no candidate suffices')
-    name, own = campaign.robot.name, campaign.robot.file.ppr
-    geometry = RobotGeometry(first.odometry.wheel_diameter.mean, first.odometry.wheel_separation)
-    return Advice(name, own, requirement, curves, geometry, {Criterion.ODOMETRY: answer}, {}, {}, [], [])
+    left_m, right_m, separation_m = tests[0].robot.assumed.tolist()
+    geometry = RobotGeometry(left_m + right_m, separation_m)
+    answers = {Criterion.ODOMETRY: answer}
+    return Advice(robot.name, robot.own_counts, requirement, curves, geometry, answers, {}, {}, [], [])
 
 
-def with_budgets(advice: Advice) -> Advice:
-    """Return the advice with odometry budgets over the range of encoders and for the answer's encoder."""
+def with_budgets(advice: Advice, counts_per_turn: Sequence[float] = BUDGET_COUNTS) -> Advice:
+    """Return the advice with odometry budgets at these counts, and at those of the answer."""
     wanted = advice.answers[Criterion.ODOMETRY].budgeted_counts
-    counts = advice.curves.whole([*BUDGET_COUNTS, *([wanted] if wanted else [])])
+    counts = advice.curves.whole([*counts_per_turn, *([wanted] if wanted else [])])
     encoders = [advice.curves.encoder(each) for each in counts]
     budgets = {curve.test: dict(zip(counts, odometry_budgets(curve.draws, encoders))) for curve in advice.curves.curves}
     return advice._replace(budgets=budgets)

@@ -13,13 +13,21 @@ from typing import Any, Dict, Iterator, List, Mapping, Optional
 from diff_encoder_sim.advice import advice_tables as tables
 from diff_encoder_sim.advice.answers import Requirement
 from diff_encoder_sim.advice.encoder_search import FORGIVEN, fewest_trials
-from diff_encoder_sim.advice.odometry_study import Advice, candidates_of, listed_encoders, study_odometry, with_budgets
+from diff_encoder_sim.advice.odometry_study import (
+    BUDGET_COUNTS,
+    Advice,
+    listed_encoders,
+    simulated_robot,
+    study_odometry,
+    with_budgets,
+)
 from diff_encoder_sim.advice.trial_study import TrialsWith, study_trials, switched_off
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.results_table import record_of, trials_table
 from diff_encoder_sim.api.campaigns import unrun_text, workers
 from diff_encoder_sim.api.notes import name_campaigns_encoders, name_stopping, with_checks
 from diff_encoder_sim.api.options import AdviceOptions
+from diff_encoder_sim.api.recorded_advice import check_drive_options, robot_of_drive
 from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.command_line import as_called
 from diff_encoder_sim.base.deferred import pandas as pd
@@ -49,21 +57,24 @@ def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
     began_s = time.monotonic()
     requirement = Requirement(options.share, options.tolerance, math.radians(options.yaw_tolerance), options.confidence)
     options = _checked(options, requirement)
-    campaign = with_checks('advise', _candidates(options), options.unchecked)
-    name_campaigns_encoders(as_called('advise'), campaign)
-    advice = study_odometry(campaign, requirement, options.distance)
+    if options.drive:
+        robot, campaign = robot_of_drive(options, options.drive), None
+    else:
+        campaign = with_checks('advise', _candidates(options), options.unchecked)
+        name_campaigns_encoders(as_called('advise'), campaign)
+        robot = simulated_robot(campaign, options.distance)
+    advice = study_odometry(robot, requirement)
     print(f'{advice.robot}: {requirement}\n{tables.answers_text(advice)}')
     print(f'  the same in closed form, for quantisation only: {tables.closed_form_text(advice)}', flush=True)
     print(f'{as_called("advise")}: first answer after {time.monotonic() - began_s:.1f} s', file=sys.stderr)
-    if options.has_trials:
+    if campaign and options.has_trials:
         name_stopping('advise', campaign, requirement.position_m, options.yaw_tolerance)
         with _candidate_trials(options, campaign, run or run_trials) as trials_with:
             advice = study_trials(campaign, advice, trials_with)
-    advice = with_budgets(advice)
-    tests, config = [curve.draws for curve in advice.curves.curves], package_folder() / 'config'
-    encoders = listed_encoders(tests, config, requirement, advice.answers, candidates_of(campaign))
+    advice = with_budgets(advice, options.ppr or BUDGET_COUNTS)
+    encoders = listed_encoders(robot.tests, package_folder() / 'config', requirement, advice.answers, robot.candidates)
     advice = advice._replace(encoders=encoders)
-    if options.has_trials:
+    if campaign and options.has_trials:
         print(tables.answers_text(advice))
     print(f'\n{tables.tables_text(advice)}\n{tables.own_encoder_text(advice)}')
     options.out.mkdir(parents=True, exist_ok=True)
@@ -79,6 +90,7 @@ def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
 
 def _checked(options: AdviceOptions, requirement: Requirement) -> AdviceOptions:
     """Check options before the computation starts, and set the number of trials."""
+    check_drive_options(options)
     fewest = fewest_trials(requirement)
     if options.trials is None:
         options = replace(options, trials=fewest_trials(requirement, FORGIVEN))

@@ -125,10 +125,97 @@ class CampaignOptions(RunOptions):
 
 
 @dataclass(frozen=True)
-class AdviceOptions(RunOptions):
+class WheelOptions(RobotOptions):
+    """Options of commands that read recorded drives: robot and wheels."""
+
+    config: Optional[Path] = option(
+        None, "the robot's wheels, joints and counter, in place of config/config.yaml", 'FILE'
+    )
+    robot: Optional[str] = option(
+        None, f"{ROBOT} (default: the wheels of the bag's trial, else those of config/config.yaml)", 'NAME|FILE'
+    )
+    joint_states: str = option('', "topic of wheel angles (default: the bag's only one)", 'TOPIC', group=WHEELS)
+    left: str = option('', "left joint (default: the robot's, or the bag's only left wheel)", 'JOINT', group=WHEELS)
+    right: str = option('', "right joint (default: the robot's, or the bag's only right wheel)", 'JOINT', group=WHEELS)
+    pulses: str = option('', 'topic of counts, used instead of wheel angles', 'TOPIC', group=WHEELS)
+    pulses_ppr: str = option('', 'PPR of these counts (default: that of the recorded trial)', 'PPR', group=WHEELS)
+    ticks: Sequence[str] = option(
+        (),
+        'numbers in the messages of the bag: a topic of std_msgs (Int16 ... Float64), an element of an array as '
+        'TOPIC[0], or a field of any message that the bag defines as TOPIC.field.field[0]',
+        ('LEFT', 'RIGHT'),
+        group=NO_ANGLES,
+        nargs=2,
+    )
+    columns: Sequence[str] = option(
+        (),
+        'columns of the table: names in its header, or numbers from 1',
+        ('TIME', 'LEFT', 'RIGHT'),
+        group=NO_ANGLES,
+        nargs=3,
+    )
+    time_unit: str = option('', 'unit of the time columns (default: s)', group=NO_ANGLES, choices=TIME_UNITS)
+    unit: str = option(
+        '',
+        'unit of the numbers of --ticks or of a table: counts (ticks; ticks/message: counts since the previous '
+        'message), angles, path of the wheel (m), or speeds (default: ticks)',
+        group=NO_ANGLES,
+        choices=UNITS,
+    )
+    ticks_per_revolution: Any = option(
+        '', 'ticks per wheel revolution, or "{left: N, right: N}" (default: the --robot\'s ppr)', 'N', group=NO_ANGLES
+    )
+    ticks_modulus: Optional[int] = option(
+        None,
+        'counts before the recorded counter wraps, 0 for never (default: by the type of the field, 65536 for 16 '
+        'bits; of a table: 0)',
+        'N',
+        COUNTER_STATES,
+        NO_ANGLES,
+    )
+    reversed: Sequence[str] = option(
+        (), 'wheels whose numbers fall when the robot drives forward', group=NO_ANGLES, choices=('left', 'right')
+    )
+    odom: str = option(
+        '',
+        'last resort: compute wheel angles from poses: a topic of odometry, or two frames of /tf as "odom->base_link"',
+        'TOPIC|FRAMES',
+        group=NO_ANGLES,
+    )
+
+
+@dataclass(frozen=True)
+class SourceOptions(WheelOptions):
+    """Options of commands that read recorded drives with a reference."""
+
+    reference: str = option(
+        '',
+        'a topic of poses, or two frames of /tf as "map->base_link" (default: /world_pose if the bag has it)',
+        'TOPIC|FRAMES',
+        group=REFERENCE,
+    )
+    reference_columns: Sequence[str] = option(
+        (),
+        'TIME X Y [YAW]: columns of the table, or of that of --reference-csv; the time is in --time-unit',
+        'COLUMN',
+        group=REFERENCE,
+    )
+    reference_csv: Sequence[Path] = option((), 'tables of poses, one for each drive', 'FILE', group=REFERENCE)
+    reference_covariance: Sequence[str] = option(
+        (), 'columns of the covariance: XX XY XYAW YY YYAW YAWYAW; without YAW: XX XY YY', 'COLUMN', group=REFERENCE
+    )
+    length_unit: str = option('', 'unit of X and Y (default: m)', group=REFERENCE, choices=LENGTH_UNITS)
+    angle_unit: str = option('', 'unit of YAW (default: rad)', group=REFERENCE, choices=ANGLE_UNITS)
+
+
+@dataclass(frozen=True)
+class AdviceOptions(WheelOptions, RunOptions):
     """Options of the command advise."""
 
-    robot: Optional[str] = option(None, f'{ROBOT} (default: alto)', 'NAME|FILE')
+    robot: Optional[str] = option(None, f"{ROBOT} (default: alto; with --drive, that of the bag's trial)", 'NAME|FILE')
+    drive: Optional[Path] = option(
+        None, 'recorded drive in place of the tests, without trials: a bag, or a table with --columns', 'BAG|TABLE'
+    )
     tolerance: float = option(
         X.tolerance, 'allowed error in x and in y at the goal, in metres', 'M', Between(1e-6, 1000.0, 'm')
     )
@@ -162,84 +249,6 @@ class AdviceOptions(RunOptions):
         Path('results/advice'), 'results folder: new, or with results of the same robot, tests and candidates', 'DIR'
     )
     json: Optional[Path] = option(None, 'write all results as JSON (docs/file_formats.md)', 'FILE')
-
-
-@dataclass(frozen=True)
-class SourceOptions(RobotOptions):
-    """Options of commands that read recorded drives: robot, wheels and reference."""
-
-    config: Optional[Path] = option(
-        None, "the robot's wheels, joints and counter, in place of config/config.yaml", 'FILE'
-    )
-    robot: Optional[str] = option(
-        None, f"{ROBOT} (default: the wheels of the bag's trial, else those of config/config.yaml)", 'NAME|FILE'
-    )
-    joint_states: str = option('', "topic of wheel angles (default: the bag's only one)", 'TOPIC', group=WHEELS)
-    left: str = option('', "left joint (default: the robot's, or the bag's only left wheel)", 'JOINT', group=WHEELS)
-    right: str = option('', "right joint (default: the robot's, or the bag's only right wheel)", 'JOINT', group=WHEELS)
-    pulses: str = option('', 'topic of counts, used instead of wheel angles', 'TOPIC', group=WHEELS)
-    pulses_ppr: str = option('', 'PPR of these counts (default: that of the recorded trial)', 'PPR', group=WHEELS)
-    ticks: Sequence[str] = option(
-        (),
-        'numbers in the messages of the bag: a topic of std_msgs (Int16 ... Float64), an element of an array as '
-        'TOPIC[0], or a field of any message that the bag defines as TOPIC.field.field[0]',
-        ('LEFT', 'RIGHT'),
-        group=NO_ANGLES,
-        nargs=2,
-    )
-    columns: Sequence[str] = option(
-        (),
-        'columns of the table: names in its header, or numbers from 1',
-        ('TIME', 'LEFT', 'RIGHT'),
-        group=NO_ANGLES,
-        nargs=3,
-    )
-    time_unit: str = option('', 'unit of the time columns (default: s)', group=NO_ANGLES, choices=TIME_UNITS)
-    unit: str = option(
-        '',
-        'unit of the numbers of --ticks or --csv: counts (ticks; ticks/message: counts since the previous '
-        'message), angles, path of the wheel (m), or speeds (default: ticks)',
-        group=NO_ANGLES,
-        choices=UNITS,
-    )
-    ticks_per_revolution: Any = option(
-        '', 'ticks per wheel revolution, or "{left: N, right: N}" (default: the --robot\'s ppr)', 'N', group=NO_ANGLES
-    )
-    ticks_modulus: Optional[int] = option(
-        None,
-        'counts before the recorded counter wraps, 0 for never (default: by the type of the field, 65536 for 16 '
-        'bits; of a table: 0)',
-        'N',
-        COUNTER_STATES,
-        NO_ANGLES,
-    )
-    reversed: Sequence[str] = option(
-        (), 'wheels whose numbers fall when the robot drives forward', group=NO_ANGLES, choices=('left', 'right')
-    )
-    odom: str = option(
-        '',
-        'last resort: compute wheel angles from poses: a topic of odometry, or two frames of /tf as "odom->base_link"',
-        'TOPIC|FRAMES',
-        group=NO_ANGLES,
-    )
-    reference: str = option(
-        '',
-        'a topic of poses, or two frames of /tf as "map->base_link" (default: /world_pose if the bag has it)',
-        'TOPIC|FRAMES',
-        group=REFERENCE,
-    )
-    reference_columns: Sequence[str] = option(
-        (),
-        'TIME X Y [YAW]: columns of the table, or of that of --reference-csv; the time is in --time-unit',
-        'COLUMN',
-        group=REFERENCE,
-    )
-    reference_csv: Sequence[Path] = option((), 'tables of poses, one for each drive', 'FILE', group=REFERENCE)
-    reference_covariance: Sequence[str] = option(
-        (), 'columns of the covariance: XX XY XYAW YY YYAW YAWYAW; without YAW: XX XY YY', 'COLUMN', group=REFERENCE
-    )
-    length_unit: str = option('', 'unit of X and Y (default: m)', group=REFERENCE, choices=LENGTH_UNITS)
-    angle_unit: str = option('', 'unit of YAW (default: rad)', group=REFERENCE, choices=ANGLE_UNITS)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import List, NamedTuple, Optional, Tuple
 
 from diff_encoder_sim.api import wheel_options
-from diff_encoder_sim.api.options import SourceOptions
+from diff_encoder_sim.api.options import SourceOptions, WheelOptions
 from diff_encoder_sim.api.wheel_options import RecordedRobot
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.errors import ConfigError
@@ -33,7 +33,7 @@ class OpenedDrive(NamedTuple):
 
 
 def open_drive(
-    options: SourceOptions,
+    options: WheelOptions,
     path: Path,
     is_table: bool,
     reference_csv: Optional[Path] = None,
@@ -45,7 +45,10 @@ def open_drive(
     trial = trial_of_source(source)
     robot = wheel_options.recorded_robot(options, trial, seed, has_encoders)
     wheels = wheel_options.drive_wheels(options, source, trial, robot)
-    return OpenedDrive(source, trial, robot, wheels, wheel_options.drive_reference(options, source, reference_csv))
+    poses = None
+    if isinstance(options, SourceOptions):
+        poses = wheel_options.drive_reference(options, source, reference_csv)
+    return OpenedDrive(source, trial, robot, wheels, poses)
 
 
 class RecordedDrive(NamedTuple):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
-from diff_encoder_sim.api.options import DriveOptions, SourceOptions
+from diff_encoder_sim.api.options import DriveOptions, SourceOptions, WheelOptions
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.base.params import merged, nested, shared_params, with_changes
@@ -43,7 +43,7 @@ _BELONGS_TO = {  # options that belong to some sources of wheels
 _UNITS = {'unit': UNITS, 'time_unit': TIME_UNITS, 'length_unit': LENGTH_UNITS, 'angle_unit': ANGLE_UNITS}
 
 
-def check_wheel_options(options: SourceOptions, bag: Any, csv: Any) -> None:
+def check_wheel_options(options: WheelOptions, bag: Any, csv: Any) -> None:
     """Refuse contradictory options; `bag` and `csv` are the given bags and tables.
 
     Raises:
@@ -57,12 +57,14 @@ def check_wheel_options(options: SourceOptions, bag: Any, csv: Any) -> None:
     if bool(bag) == bool(csv):
         raise ConfigError(f'BAG, --csv: given {"both" if csv else "neither"}; allowed: one of them')
     for name, units in _UNITS.items():
-        if getattr(options, name) not in ('', *units):
+        if getattr(options, name, '') not in ('', *units):
             raise ConfigError(f'{_option(name)}: given {getattr(options, name)}; allowed: {", ".join(units)}')
     if csv and not options.columns:
         raise ConfigError('--csv: given without --columns; expected --columns TIME LEFT RIGHT, as names or numbers')
-    _check_reference_options(options, bag, csv)
-    read = {*(given or ['joint_states']), *(['reference_csv'] if options.reference_csv else [])}
+    read = {*(given or ['joint_states'])}
+    if isinstance(options, SourceOptions):
+        _check_reference_options(options, bag, csv)
+        read.update(['reference_csv'] if options.reference_csv else [])
     for name, sources in _BELONGS_TO.items():
         if getattr(options, name) not in (None, '', ()) and not read.intersection(sources):
             used = _option(given[0]) if given else 'wheel angles of joints'
@@ -177,7 +179,7 @@ class RecordedRobot(NamedTuple):
 
 
 def recorded_robot(
-    options: SourceOptions, trial: Optional[Trial], seed: Optional[int] = None, has_encoders: bool = False
+    options: WheelOptions, trial: Optional[Trial], seed: Optional[int] = None, has_encoders: bool = False
 ) -> RecordedRobot:
     """Collect parameters: config.yaml, the bag's trial, --robot, --config, --seed, in this order.
 
@@ -218,7 +220,7 @@ def recorded_robot(
 
 
 def wheel_numbers(
-    options: SourceOptions, robot: RecordedRobot, bits: Sequence[Optional[int]] = (None, None)
+    options: WheelOptions, robot: RecordedRobot, bits: Sequence[Optional[int]] = (None, None)
 ) -> WheelNumbers:
     """Return how to read wheel numbers, by counters of `bits` (None: no wrap); ConfigError if options do not fit."""
     unit, given_ppr, given_modulus = options.unit or TICKS, options.ticks_per_revolution, options.ticks_modulus
@@ -238,7 +240,7 @@ def wheel_numbers(
 
 
 def drive_wheels(
-    options: SourceOptions, source: DriveStream, trial: Optional[Trial], robot: RecordedRobot
+    options: WheelOptions, source: DriveStream, trial: Optional[Trial], robot: RecordedRobot
 ) -> WheelSource:
     """Return the wheels of a bag or a table; ConfigError if there are none; the message lists the alternatives."""
     if isinstance(source, CsvStream):
@@ -255,7 +257,7 @@ def drive_wheels(
 
 
 def _joint_wheels(
-    options: SourceOptions, source: DriveStream, trial: Optional[Trial], robot: RecordedRobot
+    options: WheelOptions, source: DriveStream, trial: Optional[Trial], robot: RecordedRobot
 ) -> WheelSource:
     is_given = bool(options.joint_states or options.pulses)
     if not (is_given or any(joint_wheels.joint_topics(source, kind) for kind in joint_wheels.JOINT_TYPES)):

@@ -47,14 +47,8 @@ def load_campaign(
     """
     config_folder, worlds = Path(package_folder, 'config'), Path(package_folder, 'worlds')
     path = find_yaml('campaign', name, config_folder / 'campaigns')
-    content = load_yaml(path)
     given = {key: value for key, value in (replace or {}).items() if value is not None}
-    params = CampaignParams.from_mapping(content, str(path))
-    if given:
-        if 'ppr' in given or 'encoders' in given:
-            content = {key: value for key, value in content.items() if key not in ('ppr', 'encoders')}
-        files = {**params.files, **given.get('files', {})}
-        params = CampaignParams.from_mapping({**content, **given, 'files': files}, '')
+    params = _campaign_params(path, given)
     on_command_line = {*given, *(f'files.{stem}' for stem in given.get('files', {}))}
 
     @contextlib.contextmanager
@@ -107,6 +101,25 @@ def load_campaign(
     if len({cell.label.casefold() for cell in cells}) < len(cells):  # some file systems ignore case
         cells = [cell._replace(label=f'{cell.label}_c{index}') for index, cell in enumerate(cells)]
     return Campaign(params, tests, encoders, cells, trial_files, robot)
+
+
+def _campaign_params(path: Path, given: Mapping[str, Any]) -> CampaignParams:
+    content = load_yaml(path)
+    params = CampaignParams.from_mapping(content, str(path))
+    if given:
+        if 'ppr' in given or 'encoders' in given:
+            content = {key: value for key, value in content.items() if key not in ('ppr', 'encoders')}
+        files = {**params.files, **given.get('files', {})}
+        params = CampaignParams.from_mapping({**content, **given, 'files': files}, '')
+    return params
+
+
+def campaign_encoders(name: str, config_folder: Path, replace: Mapping[str, Any]) -> Tuple[List[ChosenEncoder], int]:
+    """Return the encoders and the seed of a campaign, without its robot and tests; arguments as of `load_campaign`."""
+    path = find_yaml('campaign', name, config_folder / 'campaigns')
+    given = {key: value for key, value in replace.items() if value is not None}
+    params = _campaign_params(path, given)
+    return _load_encoders(params, Path() if given else path.parent, config_folder), params.seed
 
 
 def _load_encoders(params: CampaignParams, folder: Path, config_folder: Path) -> List[ChosenEncoder]:

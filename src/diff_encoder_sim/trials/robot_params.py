@@ -62,11 +62,15 @@ def wheel_uncertainty(errors: simulation.WheelErrorParams) -> Dict[str, float]:
     }
 
 
-def uncertainty_of_robot(settings: Mapping[str, Any]) -> Dict[str, float]:
-    """Return the wheel errors of a robot's settings, by dotted keys; 0 counts as not specified."""
+def wheel_errors_of(settings: Mapping[str, Any]) -> simulation.WheelErrorParams:
+    """Return the wheel errors of a robot's settings, by dotted keys; ConfigError if one is bad."""
     given = nested(settings).get('simulator', {}).get('wheel_errors', {})
-    errors = simulation.WheelErrorParams.from_mapping(given, 'simulator.wheel_errors')
-    return {key: value for key, value in wheel_uncertainty(errors).items() if value}
+    return simulation.WheelErrorParams.from_mapping(given, 'simulator.wheel_errors')
+
+
+def uncertainty_of_robot(settings: Mapping[str, Any]) -> Dict[str, float]:
+    """Return the parameters of odometry by the wheel errors of a robot's settings; 0 counts as not specified."""
+    return {key: value for key, value in wheel_uncertainty(wheel_errors_of(settings)).items() if value}
 
 
 CONFIG_FILES: Dict[str, Dict[str, Type[Params]]] = {  # by stem of the file, the fields of RobotParams that it sets

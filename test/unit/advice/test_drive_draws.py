@@ -5,7 +5,18 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.advice.drive_draws import ALL_CAUSES, RADIUS, DriveDraws, drawn_robot, navigated, scripted
+from diff_encoder_sim.advice.drive_draws import (
+    ALL_CAUSES,
+    CALIBRATED_GEOMETRY,
+    CONTACT,
+    RADIUS,
+    DriveDraws,
+    drawn_robot,
+    navigated,
+    recorded,
+    scripted,
+)
+from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.per_wheel import WheelDiameter
 from diff_encoder_sim.base.se2 import Pose2D, poses_of_wheels
@@ -15,7 +26,7 @@ from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.simulated_robot import TrueWheels
 from diff_encoder_sim.simulation.simulator import WheelErrorParams
 from diff_encoder_sim.trials.robot_params import load_robot_params
-from drawn_drives import LINE_M, encoder_of, line, one_by_one, robot_of, rolled
+from drawn_drives import LINE_M, calibrated, encoder_of, line, one_by_one, robot_of, rolled
 from encoder_drives import RADIUS_M, SEPARATION_M
 from lockstep_trials import ALTO, HALL, params_of, plan_of
 from places import ROOT
@@ -65,6 +76,51 @@ def test_causes_are_left_out():
     np.testing.assert_allclose(errors, 0.0, atol=1e-9)
     of_half = errors_of(line(), robot_of(left_radius_error=1e-4), None, 1, amounts={RADIUS: 0.5})
     assert of_half[0, 2] == pytest.approx(0.5 * LINE_M * 1e-4 / SEPARATION_M, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ('drive', 'known', 'stds'),
+    [
+        (line(), {'scale': 0.002}, (0.002 * LINE_M, 0.0, 0.0)),
+        (line(), {'ratio': 1e-4}, (None, 1e-4 * LINE_M**2 / (2.0 * SEPARATION_M), 1e-4 * LINE_M / SEPARATION_M)),
+        (rolled(('turns', 2.0)), {'turning': 0.001}, (0.0, 0.0, 0.004 * math.pi)),
+        (line(), {'slip_m2_per_m': 1e-7}, (None, None, math.sqrt(2e-7 * LINE_M) / SEPARATION_M)),
+        (rolled(('turns', 2.0)), {'slip_rad2_per_rad': 1e-6}, (0.0, 0.0, math.sqrt(4e-6 * math.pi))),
+        (rolled(('turns', 2.0)), {'scale': 0.001, 'ratio': 1e-4}, (None, None, 0.0)),
+    ],
+    ids=['scale', 'ratio', 'turning', 'slip', 'slip in turns', 'turns do not need the others'],
+)
+def test_what_a_calibration_leaves_open_is_its_closed_form(drive, known, stds):
+    errors = errors_of(drive, robot_of(calibration=calibrated(**known)), None)
+    for found, expected in zip(errors.std(axis=0), stds):
+        assert expected is None or found == pytest.approx(expected, rel=0.05, abs=2e-6)
+    assert errors_of(drive, robot_of(calibration=calibrated()), None, 5) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_parts_of_a_calibration_are_switched_on_one_by_one():
+    robot = robot_of(calibration=calibrated(scale=0.002, turning=0.001))
+    draws = DriveDraws(line(), robot, 1)
+    scale, ratio, turning = CALIBRATED_GEOMETRY
+    assert draws.causes == [scale, turning, CONTACT]
+    together, alone = draws.errors([None], 50)[0], draws.errors([None], 50, {scale: 1.0})[0]
+    np.testing.assert_allclose(alone, together, atol=1e-9)  # a line needs no separation
+    assert not draws.errors([None], 50, {ratio: 1.0, turning: 1.0})[0].round(9).any()
+
+
+def test_a_recorded_drive_is_true_by_the_robots_geometry():
+    bent = rolled(*ROUTE)
+    angles_rad = 3.0 + bent.rolled.ways_m / robot_of().assumed[:2]
+    drive = recorded('bent', Drive((1e9 * bent.rolled.times_s).astype(np.int64), angles_rad), robot_of())
+    assert drive.goal_in_map == pytest.approx(bent.goal_in_map, abs=1e-6)
+    assert drive.wheel_way_m == pytest.approx(bent.wheel_way_m)
+    of_recorded, of_rolled = (errors_of(each, robot_of(), encoder_of(PPR), seed=2) for each in (drive, bent))
+    assert of_recorded.std(axis=0) == pytest.approx(of_rolled.std(axis=0), rel=0.1)
+    assert CONTACT not in DriveDraws(drive, robot_of(), 1).causes
+
+
+def test_wheels_that_stand_still_are_no_drive():
+    with pytest.raises(ConfigError, match='--drive: still: the wheels do not turn'):
+        recorded('still', Drive(np.arange(3), np.ones((3, 2))), robot_of())
 
 
 def test_what_simulated_contacts_slip_is_left_out_unless_it_is_asked_for():

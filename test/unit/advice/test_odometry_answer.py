@@ -7,9 +7,9 @@ import pytest
 
 from diff_encoder_sim.advice import odometry_answer as module
 from diff_encoder_sim.advice.answers import MOST_BY_ONE_CAUSE, Kind, Requirement
-from diff_encoder_sim.advice.drive_draws import RADIUS, SLIP, DriveDraws
+from diff_encoder_sim.advice.drive_draws import CALIBRATED_GEOMETRY, RADIUS, SLIP, DriveDraws
 from diff_encoder_sim.advice.odometry_answer import EDGES, MISSED, QUANTISATION, OdometryCurves, odometry_answer
-from drawn_drives import LINE_M, encoder_of, line, robot_of, rolled
+from drawn_drives import LINE_M, calibrated, encoder_of, line, robot_of, rolled
 from encoder_drives import RADIUS_M, SEPARATION_M, m_per_pulse
 from trial_tables import ALTO
 
@@ -101,6 +101,22 @@ def test_the_encoder_is_not_the_limit():
     assert limit.reduced_to == pytest.approx(MOST_BY_ONE_CAUSE * Requirement().position_m)
     half = answer_of(left_radius_error=0.001 * limit.reduced_to / limit.error)
     assert answer.counts == pytest.approx(half.counts, rel=0.15)
+
+
+def test_a_loose_calibration_is_the_limit_and_a_tight_one_is_not():
+    """Radii that are known to 0.5 % move a robot of 0.56 m by 1.9 m after 20 m, which no encoder corrects."""
+    drive = rolled(('straight', 20.0), separation_m=0.56, speed=10.0, acceleration=20.0)
+
+    def answer_with(ratio):
+        robot = robot_of(separation_m=0.56, calibration=calibrated(ratio=ratio))
+        return odometry_answer(OdometryCurves([DriveDraws(drive, robot, 1)], encoder_of(90)), Requirement())
+
+    loose = answer_with(0.0053 / NORMAL_80)
+    (limit,) = loose.limits
+    assert (loose.kind, limit.cause, limit.axis) == (Kind.NOT_THE_LIMIT, CALIBRATED_GEOMETRY[1], 'across')
+    assert limit.error == pytest.approx(1.9, rel=0.1)
+    counts = 347.3 * 0.4 / 0.56  # in closed form, of quantisation
+    assert answer_with(1e-5).counts == pytest.approx(counts, rel=0.1) and loose.counts > counts
 
 
 def test_at_the_edge_it_is_undecided():
