@@ -17,6 +17,7 @@ TESTS = 'tests: SL, SMT, DLD, UMBMARK, or .yaml files'
 OVERRIDES = 'overrides of the campaign file (--ppr or --encoders: of both)'
 TLS = 'TLS options for --scheduler: PEM files'
 WHEELS, NO_ANGLES = 'wheels, if the bag has several', 'wheels of a drive without wheel angles'
+DRAWS, DELAYS = Between(0, 10_000), Between(-10.0, 10.0, 's')
 REFERENCE = 'reference: poses that do not depend on the wheels'
 
 
@@ -267,13 +268,32 @@ class DriveOptions(SourceOptions):
         None, 'write a bag for each encoder, and reencode.csv, into DIR (default: only print the table)', 'DIR'
     )
     csv: Optional[Path] = option(None, 'table in place of a bag; its delimiter is detected', 'FILE', group=NO_ANGLES)
-    seed: Optional[int] = option(
+    draws: Optional[int] = option(
         None,
-        "seed of encoder errors (default: the number of the bag's trial, else 0), and of the start angles of the "
-        'wheels for --odom and speeds (default: 1)',
+        'sampled angles of the wheels at the start, which decide where the edges of an encoder are; 0: as recorded. '
+        'Default: 200; for wheel angles and for counts of a trial of this package, whose start is recorded, 0',
         'N',
-        SEEDS,
-        NO_ANGLES,
+        DRAWS,
+    )
+    seed: Optional[int] = option(
+        None, "seed of the draws and of encoder errors (default: the number of the bag's trial, else 0)", 'N', SEEDS
+    )
+    json: Optional[Path] = option(None, 'write median and 5 to 95 %% as JSON (docs/file_formats.md)', 'FILE')
+    reference_pose: Sequence[float] = option(
+        (),
+        "pose of the reference's sensor on the robot, in m and rad (default: that of the robot file, else 0 0 0)",
+        ('X', 'Y', 'YAW'),
+        PLACES,
+        REFERENCE,
+        nargs=3,
+    )
+    reference_delay: Optional[float] = option(
+        None,
+        'age of the poses of the reference at their stamps, in s: positive if they show the robot at an earlier time '
+        '(default: that of the robot file, else 0)',
+        'S',
+        DELAYS,
+        REFERENCE,
     )
 
 

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import logging
+import math
+import os
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Union
 
@@ -12,34 +16,49 @@ import numpy as np
 
 from diff_encoder_sim.api import wheel_options
 from diff_encoder_sim.api.options import DriveOptions
-from diff_encoder_sim.api.recorded_sources import open_drive
+from diff_encoder_sim.api.recorded_sources import OpenedDrive, open_drive
 from diff_encoder_sim.api.wheel_options import RecordedRobot, parameters_with
+from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.se2 import PoseSeries
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, PoseSeries
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.drives import reencoding as encoding
 from diff_encoder_sim.drives.bag_source import open_source
+from diff_encoder_sim.drives.comparison import Comparison, SensorPlace, Spread, of_reference
 from diff_encoder_sim.drives.drive_stream import DriveStream
+from diff_encoder_sim.drives.joint_wheels import PulseWheels
 from diff_encoder_sim.drives.recorded_poses import find_poses
 from diff_encoder_sim.drives.reencoding import EncodedDrive, Encoder, ReadDrive
 from diff_encoder_sim.drives.topics import CMD_VEL, TRIAL
-from diff_encoder_sim.drives.trajectory_error import PathError
+from diff_encoder_sim.drives.trajectory_error import Alignment, PathError
 from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.drives.wheel_source import WheelSource
 from diff_encoder_sim.wheels.catalogue import ChosenEncoder, encoder_lines
 from diff_encoder_sim.wheels.diagnostics import encoder_lateral_std, hidden_encoder
-from diff_encoder_sim.wheels.encoder_params import file_label, ppr_label
+from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, PerWheel, file_label, ppr_label
+from diff_encoder_sim.wheels.report_link import PROMPT
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 log = logging.getLogger(__name__)
 
 CSV_NAME = 'reencode.csv'
+_PATHS = ('csv', 'out', 'config', 'json')
+DRAWS = 200  # of start angles, if these are unknown
+RECORDED_PPR = 1e7  # for wheel angles that are not counts
+ALIGNED = {
+    Alignment.ORIGIN: 'aligned at the first common stamp, no fit',
+    Alignment.FIT: 'rotated and moved onto the reference by least squares, as this has no yaw',
+}
 LEGEND = """\
-Odometry minus reference, aligned at the first common stamp, no fit. ATE, max:
+Odometry minus reference, {}. ATE, max:
 distance over the whole path, root mean square and largest. yaw: root mean square. end: along (x)
 and across (y) the start heading. RPE: error of the motion over segments of the reference's path,
 root mean square over the given number of segments (consecutive: end to end; all pairs: one from
 each pose). evo gives the same numbers: docs/recorded_drives.md."""
+LEGEND_OF_DRAWS = """\
+Odometry minus reference, {}. ATE: distance
+over the whole path, root mean square. end: distance and heading error of the last pose."""
 
 
 class ReencodedDrive(NamedTuple):
@@ -47,7 +66,8 @@ class ReencodedDrive(NamedTuple):
 
     ppr: str  # label of the encoder
     odometry: PoseSeries  # base in odom
-    error: Optional[PathError]  # against the reference; None if no stamps are common
+    error: Optional[PathError]  # against the reference, of the first draw; None if no stamps are common
+    spreads: Dict[str, Spread]  # of ate_m, end_position_m and end_yaw_rad over all draws; {} if no stamps are common
 
 
 class Reencoding(NamedTuple):
@@ -69,7 +89,8 @@ def reencode(bag: Union[str, Path, None] = None, **options: Any) -> List[Reencod
     Raises:
         ConfigError: an option or a file is invalid, a file cannot be written, or the bag contains no drive.
     """
-    paths = {key: Path(options[key]) for key in ('csv', 'out', 'config') if options.get(key) is not None}
+    paths: Dict[str, Any] = {key: Path(options[key]) for key in _PATHS if options.get(key) is not None}
+    paths['reference_csv'] = [Path(each) for each in options.get('reference_csv', ())]
     done = reencoding(DriveOptions(**{**options, **paths, 'bag': None if bag is None else Path(bag)}))
     for note in done.notes:
         log.warning('%s', note)
@@ -82,52 +103,101 @@ def reencoding(options: DriveOptions) -> Reencoding:
     wheel_options.check_wheel_options(options, options.bag, options.csv)
     path, table = options.csv or options.bag or Path(), next(iter(options.reference_csv), None)
     has_encoders = bool(options.ppr or options.encoder)
-    source, trial, robot, wheels, reference = open_drive(
-        options, path, bool(options.csv), table, options.seed, has_encoders
-    )
-    phases_rad = None
-    if not (wheels.is_start_known or wheels.ppr):
-        phases_rad = generator(1 if options.seed is None else options.seed, 'wheel_phase').uniform(
-            0.0, 2.0 * np.pi, (1, 2)
-        )
+    opened = open_drive(options, path, bool(options.csv), table, options.seed, has_encoders)
+    source, trial, robot, wheels, poses = opened
+    phases_rad = _start_phases(options, opened)
     robot = _with_joints(options, wheels, robot)
     chosen = wheel_options.chosen_encoders(options, robot.encoder)
     files = output_files(options.out, path, chosen)
     encoders = [Encoder(each, *parameters_with(each, robot.encoder, robot.odometry)) for each in chosen]
     copied = [*encoding.copied_topics(source), *([TRIAL] if trial else [])] if files else []
-    read = encoding.read_drive(source, wheels, reference, copied)
+    read = encoding.read_drive(source, wheels, poses, copied)
+    read_s = time.perf_counter() - begin_s
+    comparison = _comparison(options, read, opened)
     why = '; '.join(read.notes[-1:]) or source.fault or 'too short'
     no_drive = f'no drive in {read.messages} {wheels.text}: {why}; expected two reports of the encoder'
-    encoded = _encoded(path, read, encoders, trial, files, f'{path}: {no_drive}', phases_rad)
+    encoded = _encoded(path, read, encoders, comparison, phases_rad, trial, files, f'{path}: {no_drive}')
+    draws = 1 if phases_rad is None else len(phases_rad)
     notes = [*read.notes, *_notes(source, robot, encoders, bool(files))]
-    errors = encoding.drive_errors(read, encoded, reference is not None)
-    if reference and not any(errors):
-        notes.append(f'no pose of {reference.name} has the stamp of an odometry message: no errors computed')
-    rows = encoding.error_rows(encoded, errors)
-    if files:
-        try:
+    if poses and not any(one.errors for one in encoded):
+        notes.append(f'no errors computed: {encoding.overlap_fault(read) or "no poses at the stamps of odometry"}')
+    if files and draws > 1:
+        notes.append(f'the bags contain the first of {draws} draws')
+    rows = encoding.error_rows(encoded)
+    about = {'source': str(path), 'reference': comparison.name, 'draws': draws, 'seed': robot.encoder.seed}
+    about.update({'repeated_rows': wheels.repeated, 'encoders': encoding.errors_json(encoded)})
+    try:
+        if files:
             with open(files[CSV_NAME], 'x', encoding='utf-8') as file:
                 file.write(encoding.csv_table(rows))
-        except OSError as error:
-            raise ConfigError(f'{files[CSV_NAME]}: {error.strerror}') from None
-    compared = reference.name if reference else 'the odometry of the finest PPR'
-    about = f'{read.messages} {wheels.text} in {read.duration_s:.1f} s, read in {time.perf_counter() - begin_s:.1f} s'
-    lines, recorded = [f'{path}: {about}; compared with {compared}', robot.text()], wheels.ppr
+        if options.json:
+            write_file(options.json, json.dumps(about, indent=1, allow_nan=False).encode('utf-8'))
+    except OSError as error:
+        raise ConfigError(f'{error.filename}: {error.strerror}') from None
+    compared = ' '.join(filter(None, [comparison.name, comparison.place.text()]))
+    counted = f'{read.messages} {wheels.text} in {read.duration_s:.1f} s, read in {read_s:.1f} s'
+    lines, recorded = [f'{path}: {counted}; compared with {compared}', robot.text()], wheels.ppr
     if recorded:
         is_finer = [each.ppr.left > recorded.left or each.ppr.right > recorded.right for each in chosen]
         finer = ', '.join(each.label for each, is_limited in zip(chosen, is_finer) if is_limited)
         if finer:
             lines.append(f'recorded with {ppr_label(recorded)} PPR: {finer} limited by the recorded resolution')
+    if phases_rad is not None:
+        lines.append(f'start angles of the wheels: {draws} sampled by --seed {robot.encoder.seed}')
     drives = [
-        ReencodedDrive(encoder.label, PoseSeries(*(np.concatenate(parts) for parts in zip(*one.paths))), error)
-        for encoder, one, error in zip(chosen, encoded, errors)
+        ReencodedDrive(
+            encoder.label,
+            PoseSeries(*(np.concatenate(parts) for parts in zip(*one.paths))),
+            one.errors and one.errors.first,
+            one.errors.spreads if one.errors else {},
+        )
+        for encoder, one in zip(chosen, encoded)
     ]
+    legend = (LEGEND if draws == 1 else LEGEND_OF_DRAWS).format(ALIGNED[comparison.alignment])
     return Reencoding(
         drives,
         [*encoder_lines(chosen, robot.odometry.wheel_diameter), *(f'{path}: {note}' for note in notes)],
-        '\n'.join([*lines, '', encoding.text_table(rows), '', LEGEND]),
-        list(files.values()),
+        '\n'.join([*lines, '', encoding.text_table(rows, draws), '', legend]),
+        [*files.values(), *([options.json] if options.json else [])],
     )
+
+
+def _start_phases(options: DriveOptions, opened: OpenedDrive) -> Optional[np.ndarray]:
+    """Sample angles (draws, 2) for the start of the wheels, uniform in a turn; None if they are recorded.
+
+    If both were 0, the encoders would step together: on a straight drive their errors would cancel.
+    """
+    encoder, wheels = opened.robot.encoder, opened.wheels
+    is_known = wheels.is_start_known or (opened.trial is not None and isinstance(wheels, PulseWheels))
+    draws = (0 if is_known else DRAWS) if options.draws is None else options.draws
+    if draws:
+        return generator(encoder.seed, 'start_angles').uniform(0.0, 2.0 * math.pi, (draws, 2))
+    if (
+        options.seed is not None
+        and not options.encoder
+        and (encoder.encoder, encoder.report) == (IDEAL_ENCODER, PROMPT)
+    ):
+        allowed = 'with --draws, with --encoder, or with errors of an encoder in --config or --robot'
+        raise ConfigError(f'--seed: given {options.seed}, but nothing is random; allowed: {allowed}')
+    return None
+
+
+def _comparison(options: DriveOptions, read: ReadDrive, opened: OpenedDrive) -> Comparison:
+    """Return the reference or, without one, the recorded wheels at their own resolution."""
+    if opened.poses:
+        place = SensorPlace(Pose2D(*(options.reference_pose or IDENTITY)), options.reference_delay or 0.0)
+        return of_reference(read.references, place, bool(options.reference_columns))
+    if options.reference_pose or options.reference_delay is not None:
+        raise ConfigError('--reference-pose, --reference-delay: given without a reference; expected one')
+    ppr = opened.wheels.ppr or PerWheel(left=RECORDED_PPR, right=RECORDED_PPR)
+    ideal = {'ppr': ppr, 'counter_modulus': 0, 'encoder': IDEAL_ENCODER}
+    recorded = Encoder(
+        ChosenEncoder(ppr),
+        EncoderParams(ppr=ppr, rate=opened.robot.encoder.rate),
+        opened.robot.odometry.model_copy(update=ideal),
+    )
+    name = 'the recorded counts' if opened.wheels.ppr else 'the recorded wheel angles'
+    return Comparison(name, encoding.encode_drive(read, recorded).paths)
 
 
 def read_path(bag: Union[str, Path], reference: str = '/odom') -> PoseSeries:
@@ -173,18 +243,25 @@ def _encoded(
     path: Path,
     read: ReadDrive,
     encoders: Sequence[Encoder],
+    comparison: Comparison,
+    phases_rad: Optional[np.ndarray],
     trial: Optional[Trial],
     files: Mapping[str, Path],
     no_drive: str,
-    phases_rad: Optional[np.ndarray],
 ) -> List[EncodedDrive]:
     """Compute the drive with each encoder, and write its bag if there are files; `no_drive`: error without one."""
-    encoded = []
+
+    def encode(encoder: Encoder, bag: Optional[TrialBag] = None) -> EncodedDrive:
+        return encoding.encode_drive(read, encoder, comparison, phases_rad, trial, bag)
+
     try:
         with contextlib.ExitStack() as bags:  # removes the bags after an error
-            for encoder in encoders:
-                bag = bags.enter_context(TrialBag(files[encoder.chosen.label], 'full')) if files else None
-                encoded.append(encoding.encode_drive(read, encoder, trial, bag, phases_rad))
+            if files:
+                written = [bags.enter_context(TrialBag(files[each.chosen.label], 'full')) for each in encoders]
+                encoded = [encode(*each) for each in zip(encoders, written)]
+            else:
+                pool = bags.enter_context(ThreadPoolExecutor(1 if phases_rad is None else os.cpu_count()))
+                encoded = list(pool.map(encode, encoders))  # the kernels of draws release the interpreter
             if not any(one.reports > 1 for one in encoded):
                 raise ConfigError(no_drive)
     except OSError as error:

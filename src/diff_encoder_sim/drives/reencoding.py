@@ -8,7 +8,7 @@ import itertools
 import math
 from array import array
 from collections import defaultdict, deque
-from typing import DefaultDict, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, DefaultDict, Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from tabulate import tabulate
@@ -17,12 +17,13 @@ from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D, PoseSeries
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives import message_encoders as encoders
-from diff_encoder_sim.drives import topics, trajectory_error
+from diff_encoder_sim.drives import topics
+from diff_encoder_sim.drives.comparison import ERROR_NAMES, Comparison, Errors, Spread, drawn_paths
 from diff_encoder_sim.drives.drive_stream import DriveStream, Message
 from diff_encoder_sim.drives.message_decoders import decode_command
 from diff_encoder_sim.drives.recorded_poses import RecordedPoses
 from diff_encoder_sim.drives.reference import Reference, read_reference
-from diff_encoder_sim.drives.trajectory_error import RPE_DISTANCES_M, Alignment, PathError, RpePairs, rpe_name
+from diff_encoder_sim.drives.trajectory_error import RPE_DISTANCES_M, RpePairs, rpe_name
 from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.trial_definition import Trial, with_encoder
 from diff_encoder_sim.drives.typestore import to_ros1
@@ -131,24 +132,26 @@ class EncodedDrive(NamedTuple):
 
     encoder: Encoder
     reports: int
-    paths: List[PoseSeries]  # base in odom, for each drive
+    paths: List[PoseSeries]  # base in odom, for each drive, of the first draw
+    errors: Optional[Errors]  # None if nothing is to be compared, or without common stamps
 
 
 def encode_drive(
     read: ReadDrive,
     encoder: Encoder,
+    comparison: Optional[Comparison] = None,
+    phases_rad: Optional[np.ndarray] = None,
     trial: Optional[Trial] = None,
     bag: Optional[TrialBag] = None,
-    phases_rad: Optional[np.ndarray] = None,
 ) -> EncodedDrive:
     """Compute the messages of the nodes with an encoder; OSError if they cannot be written into the bag.
 
-    The bag gets each message at the time of the message that led to it, and the recorded trial as if it had been driven
-    with the encoder.
+    `phases_rad` (draws, 2) are added to the angles of each draw. The bag gets each message of the first draw at the
+    time of the message that led to it, and the recorded trial as if it had been driven with the encoder.
     """
-    chain = Chain(encoder.params, encoder.odometry)
-    paths, count = [], 0
-    copies = deque(read.copies)
+    chain = Chain(encoder.params, encoder.odometry, 1 if phases_rad is None else len(phases_rad))
+    paths: List[PoseSeries] = []
+    drawn, reports, copies = [], 0, deque(read.copies)
     separation_m, speeds_mps = encoder.odometry.wheel_separation, [(0.0, 0.0)]  # of both wheels before any command
     speeds_mps += [wheel_speeds_mps(linear, angular, separation_m) for _, linear, angular in read.commands]
     for timed in read.drives:
@@ -157,11 +160,11 @@ def encode_drive(
             newest = np.searchsorted([command_ns for command_ns, *_ in read.commands], timed.times_ns, 'right')
             commands = np.array(speeds_mps)[newest]
         run = chain.run(timed.drive, phases_rad, commands)
-        count += len(run.rows[0])
-        if not bag and len(run.rows[0]) > FEW_REPORTS:
-            stamps_ns, poses = run.stamps_ns[0], run.poses[0]
-            is_new = np.diff(np.maximum.accumulate(stamps_ns), prepend=-1) > 0  # odometry ignores the others
-            paths.append(PoseSeries(stamps_ns[is_new], poses[is_new]))
+        reports += len(run.rows[0])
+        is_compiled = len(run.counts) > 1 or len(run.rows[0]) > FEW_REPORTS
+        drawn.append(drawn_paths(run) if is_compiled else [])
+        if is_compiled and not bag:
+            paths.append(PoseSeries(drawn[-1][0].stamps_ns, drawn[-1][0].poses[0]))
             continue
         estimates = run.estimates()
         used = [estimate for estimate in estimates if estimate is not None]
@@ -175,7 +178,7 @@ def encode_drive(
     if bag:
         for message in copies:
             _copy(bag, message, encoder, trial)
-    return EncodedDrive(encoder, count, paths)
+    return EncodedDrive(encoder, reports, paths, comparison.errors(paths, drawn) if comparison else None)
 
 
 def _report(
@@ -204,27 +207,17 @@ def _copy(bag: TrialBag, message: Message, encoder: Encoder, trial: Optional[Tri
         bag.publish(topics.TRIAL, topics.NAVIGATION_TRIAL_NODE, message.time_ns, encoders.encode_string, text)
 
 
-def drive_errors(read: ReadDrive, encoded: Sequence[EncodedDrive], has_reference: bool) -> List[Optional[PathError]]:
-    """Compare the odometry of each encoder with the reference, or with that of the finest, of an ideal one if any."""
-    if has_reference:
-        references, finest = [PoseSeries(each.stamps_ns, each.poses) for each in read.references], None
-    else:
-        finest = max(encoded, key=lambda one: (not one.encoder.chosen.name, min(dict(one.encoder.chosen.ppr).values())))
-        references = finest.paths
-    errors: List[Optional[PathError]] = []
-    for one in encoded:
-        pairs = [trajectory_error.common_poses(*pair) for pair in zip(one.paths, references)]
-        errors.append(None if one is finest else trajectory_error.pairs_error(pairs, Alignment.ORIGIN))
-    return errors
-
-
 Value = Union[str, int, float, None]
 
 
-def error_rows(encoded: Sequence[EncodedDrive], errors: Sequence[Optional[PathError]]) -> List[Dict[str, Value]]:
-    """Return the errors of each encoder by name with its unit, in SI units; None for a missing value."""
+def error_rows(encoded: Sequence[EncodedDrive]) -> List[Dict[str, Value]]:
+    """Return the errors of each encoder by name with its unit, in SI units; None for a missing value.
+
+    All are of the first draw, except `median`, `p5` and `p95`.
+    """
     rows = []
-    for one, error in zip(encoded, errors):
+    for one in encoded:
+        error = one.errors and one.errors.first
         row: Dict[str, Value] = {'ppr': one.encoder.chosen.label, 'reports': one.reports}
         row['common_stamps'] = error and error.poses
         for name in ('ate_rmse_m', 'ate_max_m', 'yaw_rmse_rad'):
@@ -239,8 +232,31 @@ def error_rows(encoded: Sequence[EncodedDrive], errors: Sequence[Optional[PathEr
                 row[f'{name}_position_rmse_m'] = known and known.translation_rmse_m
                 row[f'{name}_yaw_rmse_rad'] = known and known.rotation_rmse_rad
                 row[f'{name}_segments'] = relative and relative.segments
-        rows.append(row)
+        for name in ERROR_NAMES:
+            for quantile in Spread._fields:
+                row[spread_column(name, quantile)] = one.errors and getattr(one.errors.spreads[name], quantile)
+        rows.append(
+            {key: None if isinstance(value, float) and math.isnan(value) else value for key, value in row.items()}
+        )
     return rows
+
+
+def spread_column(name: str, quantile: str) -> str:
+    """Return the column of a quantile: ate_p95_m of ate_m."""
+    stem, _, unit = name.rpartition('_')
+    return f'{stem}_{quantile}_{unit}'
+
+
+def errors_json(encoded: Sequence[EncodedDrive]) -> List[Dict[str, Any]]:
+    """Return the encoders with the spreads of their errors in SI units, for JSON; None for a missing value."""
+    encoders = []
+    for one in encoded:
+        found: Dict[str, Any] = {'label': one.encoder.chosen.label, 'ppr': one.encoder.chosen.ppr.plain}
+        for name in ERROR_NAMES:
+            spread = one.errors and one.errors.spreads[name]
+            found[name] = None if spread is None or math.isnan(spread.median) else spread._asdict()
+        encoders.append(found)
+    return encoders
 
 
 def csv_table(rows: Sequence[Dict[str, Value]]) -> str:
@@ -265,22 +281,43 @@ _PATH_HEADS = {
     'end_yaw_rad': 'end yaw\n[deg]',
 }
 _RPE_HEADS = {'segments': '{}\nsegments', 'position_rmse_m': 'RPE\n[m]', 'yaw_rmse_rad': 'RPE\n[deg]'}
+_SPREAD_HEADS = {'ate_m': 'ATE [m]', 'end_position_m': 'end position [m]', 'end_yaw_rad': 'end yaw [deg]'}
 
 
-def text_table(rows: Sequence[Dict[str, Value]]) -> str:
-    """Format `error_rows`: one line for each encoder, and one for each encoder and length of RPE's segments."""
+def text_table(rows: Sequence[Dict[str, Value]], draws: int = 1) -> str:
+    """Format `error_rows`: one line for each encoder, and one for each encoder and length of RPE's segments.
+
+    Of several draws, the lines have median and 5 to 95 %.
+    """
+    if draws > 1:
+        return _spread_table(rows)
     paths = [[_cell(column, row[column]) for column in _PATH_HEADS] for row in rows]
     rpe_heads = ['PPR', 'segment\nlength']
     rpe_heads += [head.format(pairs.text) for pairs in RpePairs for head in _RPE_HEADS.values()]
     relative = []
-    for row, distance_m in itertools.product([row for row in rows if row['common_stamps']], RPE_DISTANCES_M):
+    for row, distance_m in itertools.product([row for row in rows if row['end_yaw_rad'] is not None], RPE_DISTANCES_M):
         columns = [f'{rpe_name(pairs, distance_m)}_{column}' for pairs in RpePairs for column in _RPE_HEADS]
         relative.append([str(row['ppr']), f'{distance_m:g} m', *(_cell(column, row[column]) for column in columns)])
-    return '\n\n'.join(
-        tabulate(cells, heads, disable_numparse=True, colalign=['right'] * len(heads))
-        for cells, heads in ((paths, list(_PATH_HEADS.values())), (relative, rpe_heads))
-        if cells
-    )
+    tables = ((paths, list(_PATH_HEADS.values())), (relative, rpe_heads))
+    return '\n\n'.join(_table(cells, heads) for cells, heads in tables if cells)
+
+
+def _spread_table(rows: Sequence[Dict[str, Value]]) -> str:
+    heads = [*list(_PATH_HEADS.values())[:3]]
+    heads += [text for head in _SPREAD_HEADS.values() for text in (f'{head}\nmedian', '\n5 to 95 %')]
+    lines = []
+    for row in rows:
+        line = [_cell(column, row[column]) for column in list(_PATH_HEADS)[:3]]
+        for name in _SPREAD_HEADS:
+            columns = (spread_column(name, quantile) for quantile in Spread._fields)
+            median, low, high = (_cell(column, row[column]) for column in columns)
+            line += [median, f'{low} to {high}']
+        lines.append(line)
+    return _table(lines, heads)
+
+
+def _table(cells: Sequence[Sequence[str]], heads: Sequence[str]) -> str:
+    return tabulate(cells, heads, disable_numparse=True, colalign=['right'] * len(heads))
 
 
 def _cell(column: str, value: Value) -> str:

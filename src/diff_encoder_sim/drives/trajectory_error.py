@@ -23,10 +23,11 @@ RPE_DISTANCES_M = (1.0, 5.0, 10.0)  # lengths of segments
 
 
 class Alignment(enum.Enum):
-    """What is done to the estimate before positions are compared. Nothing is fitted."""
+    """What is done to the estimate before positions are compared."""
 
     NONE = 'none'  # both are in the same frame: an error of the start counts
     ORIGIN = 'origin'  # the first common poses are laid on each other, as odometry begins anywhere
+    FIT = 'fit'  # rotation and translation by least squares (Umeyama 1991, no scale), for a reference without yaw
 
 
 class RpePairs(str, enum.Enum):
@@ -99,39 +100,76 @@ def common_poses(estimate: PoseSeries, reference: PoseSeries) -> np.ndarray:
 
     Between two stamps of the other path, poses are interpolated, unless these are more than LARGEST_GAP_NS apart.
     """
-    if not (len(estimate.stamps_ns) and len(reference.stamps_ns)):
-        return np.empty((0, 6))
-    references, excess_ns, _ = _other_at(estimate, reference)
-    is_paired = excess_ns >= 0
-    stamps_ns = estimate.stamps_ns[is_paired]
-    pairs = np.hstack((estimate.x_y_yaw, references))[is_paired]
-    estimates, excess_ns, is_equal = _other_at(reference, estimate)
-    is_paired = (excess_ns > 0) & ~is_equal  # equal stamps are paired above
-    if is_paired.any():
-        order = np.argsort(np.concatenate((stamps_ns, reference.stamps_ns[is_paired])))
-        pairs = np.concatenate((pairs, np.hstack((estimates, reference.x_y_yaw))[is_paired]))[order]
-    return np.asarray(pairs)
+    return common_stamps(estimate.stamps_ns, reference).pairs(estimate.x_y_yaw)
 
 
-def _other_at(own: PoseSeries, other: PoseSeries) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Interpolate the other path at the stamps of its own, yaw by the shorter turn.
+class Pairing(NamedTuple):
+    """How an estimate is interpolated for its pairs with a reference: any estimate with these stamps."""
 
-    Return the other's poses (n, 3), by how much the bridged gap is shorter than the step to the own pose [ns] (n,), and
-    whether stamps are equal (n,).
+    before: np.ndarray  # (n,) rows of the estimate
+    after: np.ndarray
+    fractions: np.ndarray  # of the step between them
+    references: np.ndarray  # (n, 3)
+
+    def pairs(self, x_y_yaw: np.ndarray) -> np.ndarray:
+        """Return pairs (n, 6) for poses of the estimate."""
+        return np.hstack((_between(x_y_yaw, *self[:3]), self.references))
+
+
+def common_stamps(estimate_ns: np.ndarray, reference: PoseSeries) -> Pairing:
+    """Return the pairing of `common_poses` for any estimate with these stamps (m,)."""
+    if not (len(estimate_ns) and len(reference.stamps_ns)):
+        none = np.zeros(0, np.int64)
+        return Pairing(none, none, np.zeros(0), np.empty((0, 3)))
+    place, gaps_ns, _ = _place(estimate_ns, reference.stamps_ns, LARGEST_GAP_NS)
+    own = np.flatnonzero(_own_steps_ns(estimate_ns) >= gaps_ns)
+    references = _between(reference.x_y_yaw, *(each[own] for each in place))
+    place, gaps_ns, is_equal = _place(reference.stamps_ns, estimate_ns, LARGEST_GAP_NS)
+    others = np.flatnonzero((_own_steps_ns(reference.stamps_ns) > gaps_ns) & ~is_equal)  # equal ones are paired above
+    order = np.argsort(np.concatenate((estimate_ns[own], reference.stamps_ns[others])), kind='stable')
+    of_own = own, own, np.zeros(len(own)), references
+    of_others = (*(each[others] for each in place), reference.x_y_yaw[others])
+    return Pairing(*(np.concatenate(each)[order] for each in zip(of_own, of_others)))
+
+
+def reference_stamps(estimate_ns: np.ndarray, reference: PoseSeries, largest_gap_ns: int) -> Pairing:
+    """Return the pairing at all stamps of the reference between two of the estimate, at most this far apart."""
+    if not len(estimate_ns):
+        return common_stamps(estimate_ns, reference)
+    place, gaps_ns, _ = _place(reference.stamps_ns, estimate_ns, largest_gap_ns)
+    rows = gaps_ns < _UNKNOWN_NS
+    before, after, fractions = (each[rows] for each in place)
+    return Pairing(before, after, fractions, reference.x_y_yaw[rows])
+
+
+def _own_steps_ns(stamps_ns: np.ndarray) -> np.ndarray:
+    """Return the time from the previous pose to each (n,); the first one's is that to the next."""
+    steps_ns = np.diff(stamps_ns)
+    return np.concatenate((steps_ns[:1] if len(steps_ns) else [LARGEST_GAP_NS], steps_ns))
+
+
+def _place(
+    stamps_ns: np.ndarray, other_ns: np.ndarray, largest_gap_ns: int
+) -> Tuple[Tuple[np.ndarray, np.ndarray, np.ndarray], np.ndarray, np.ndarray]:
+    """Find stamps (n,) between those of another path.
+
+    Return the rows before and after and the fraction between them, the length of this gap [ns] (n,), or _UNKNOWN_NS if
+    it is too long, and whether stamps are equal (n,).
     """
-    stamps_ns = own.stamps_ns
-    after = np.searchsorted(other.stamps_ns, stamps_ns).clip(max=len(other.stamps_ns) - 1)
-    is_equal = other.stamps_ns[after] == stamps_ns
+    after = np.searchsorted(other_ns, stamps_ns).clip(max=len(other_ns) - 1)
+    is_equal = other_ns[after] == stamps_ns
     before = np.where(is_equal, after, (after - 1).clip(min=0))
-    before_ns, gaps_ns = other.stamps_ns[before], other.stamps_ns[after] - other.stamps_ns[before]
-    turns = other.x_y_yaw[after] - other.x_y_yaw[before]
-    turns[:, 2] = wrap_angles(turns[:, 2])
+    before_ns, gaps_ns = other_ns[before], other_ns[after] - other_ns[before]
+    is_known = (before_ns <= stamps_ns) & (stamps_ns <= other_ns[after]) & (gaps_ns <= largest_gap_ns)
     fractions = (stamps_ns - before_ns) / np.maximum(gaps_ns, 1)
-    poses = other.x_y_yaw[before] + fractions[:, np.newaxis] * turns
-    is_known = (before_ns <= stamps_ns) & (stamps_ns <= other.stamps_ns[after]) & (gaps_ns <= LARGEST_GAP_NS)
-    own_steps_ns = np.diff(stamps_ns)
-    own_steps_ns = np.concatenate((own_steps_ns[:1] if len(own_steps_ns) else [LARGEST_GAP_NS], own_steps_ns))
-    return poses, own_steps_ns - np.where(is_known, gaps_ns, _UNKNOWN_NS), is_equal
+    return (before, after, fractions), np.where(is_known, gaps_ns, _UNKNOWN_NS), is_equal
+
+
+def _between(x_y_yaw: np.ndarray, before: np.ndarray, after: np.ndarray, fractions: np.ndarray) -> np.ndarray:
+    """Interpolate poses, yaw by the shorter turn: (n, 3)."""
+    turns = x_y_yaw[after] - x_y_yaw[before]
+    turns[:, 2] = wrap_angles(turns[:, 2])
+    return np.asarray(x_y_yaw[before] + fractions[:, np.newaxis] * turns)
 
 
 def _absolute_errors(pairs: np.ndarray, alignment: Alignment) -> np.ndarray:
@@ -139,6 +177,9 @@ def _absolute_errors(pairs: np.ndarray, alignment: Alignment) -> np.ndarray:
     x_y_m, yaws_rad = _split(pairs)
     if alignment is Alignment.ORIGIN:
         x_y_m, yaws_rad = _seen_from(x_y_m[0], yaws_rad[0], x_y_m), yaws_rad - yaws_rad[0]
+    elif alignment is Alignment.FIT:
+        x_y_m = x_y_m - x_y_m.mean(axis=0)
+        x_y_m[:, 0] *= np.exp(1j * np.angle(np.vdot(x_y_m[:, 0], x_y_m[:, 1])))
     errors_m = x_y_m[:, 0] - x_y_m[:, 1]
     return np.column_stack((errors_m.real, errors_m.imag, wrap_angles(yaws_rad[:, 0] - yaws_rad[:, 1])))
 
@@ -153,7 +194,11 @@ def _seen_from(frames_m: np.ndarray, yaws_rad: np.ndarray, places_m: np.ndarray)
 
 
 def relative_errors(runs: Sequence[np.ndarray]) -> Dict[RpePairs, Dict[float, RelativeError]]:
-    """Return the RPE over pairs (n, 6) of each run, by convention and by the length of the segments [m]."""
+    """Return the RPE over pairs (n, 6) of each run, by convention and by the length of the segments [m].
+
+    A reference without yaw has no motion relative to a pose: there is no segment.
+    """
+    runs = [pairs[~np.isnan(pairs[:, 5])] for pairs in runs]
     steps = [steps_m(pairs[:, 3:]) for pairs in runs]
     results: Dict[RpePairs, Dict[float, RelativeError]] = {convention: {} for convention in RpePairs}
     for convention, segments_of in ((RpePairs.CONSECUTIVE, _consecutive), (RpePairs.ALL, _from_every_pose)):

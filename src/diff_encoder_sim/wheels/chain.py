@@ -145,7 +145,7 @@ class Chain:
         rates_radps = None if params.velocity_method == 'M' else rates_radps
         odometry, draws = self.odometry or OdometryParams(), np.arange(self._draws)[:, np.newaxis]
         if params.report == PROMPT:
-            rows, read_ns = (np.repeat(each[np.newaxis], self._draws, axis=0) for each in (rows, read_ns))
+            rows, read_ns = (np.broadcast_to(each, (self._draws, len(each))) for each in (rows, read_ns))
             return ChainRun(odometry, rows, read_ns, counts, rates_radps)
         arrivals = [_arrivals(params, draw, read_ns, rows, stamps_ns) for draw in range(self._draws)]
         most = max(map(len, arrivals))

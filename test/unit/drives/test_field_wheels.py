@@ -23,7 +23,7 @@ def options_of(path):
 
 def reencoded(tmp_path, bag, arguments, ppr=64):
     """The counts in the re-encoded bag."""
-    run(bag.write(tmp_path / 'a'), *arguments, '--ppr', ppr, '--out', tmp_path / 'out')
+    run(bag.write(tmp_path / 'a'), *arguments, '--ppr', ppr, '--draws', 0, '--out', tmp_path / 'out')
     return counts_of(tmp_path / 'out' / f'a_{ppr}ppr.bag')
 
 

@@ -66,7 +66,7 @@ def test_counts_of_a_finer_encoder_give_the_counts_of_its_divisors(tmp_path, mak
         for stamp_ns, *counts, _ in samples_of(angles, 1024)
     ]
     (tmp_path / 'config.yaml').write_text(f'counter_modulus: {modulus}\n')
-    options = ['--pulses-ppr', 1024, '--ppr', 64, 100, '--config', tmp_path / 'config.yaml']
+    options = ['--pulses-ppr', 1024, '--ppr', 64, 100, '--config', tmp_path / 'config.yaml', '--draws', 0]
     run(write(tmp_path / 'a', rows), *options, '--out', tmp_path / 'out')
     for ppr, most_off in ((64, 0), (100, 1)):
         found = counts_of(tmp_path / 'out' / f'a_{ppr}ppr.bag')

@@ -1,0 +1,177 @@
+"""Compares the odometry of an encoder with a reference, over sampled start angles of the wheels."""
+
+from __future__ import annotations
+
+import math
+from typing import Dict, List, NamedTuple, Optional, Sequence
+
+import numpy as np
+
+from diff_encoder_sim.base.kernels import compiled
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, PoseSeries
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.drives.reference import Reference
+from diff_encoder_sim.drives.trajectory_error import (
+    Alignment,
+    Pairing,
+    PathError,
+    common_stamps,
+    pairs_error,
+    reference_stamps,
+)
+from diff_encoder_sim.drives.wheel_source import LONGEST_GAP_NS
+from diff_encoder_sim.wheels.chain import ChainRun
+
+ERROR_NAMES = ('ate_m', 'end_position_m', 'end_yaw_rad')
+
+
+class Spread(NamedTuple):
+    """Median and 5 to 95 % over the draws."""
+
+    median: float
+    p5: float
+    p95: float
+
+
+class Errors(NamedTuple):
+    """Errors of an encoder's odometry."""
+
+    first: PathError  # of the first draw
+    spreads: Dict[str, Spread]  # over all draws, of ERROR_NAMES, without signs
+
+
+class SensorPlace(NamedTuple):
+    """Where the sensor of a reference is on the robot, and how late its poses are."""
+
+    pose: Pose2D = IDENTITY  # in the robot's base
+    delay_s: float = 0.0  # positive: a pose shows the robot at an earlier time than its stamp
+
+    def text(self) -> str:
+        """Describe the place, empty for the base without delay."""
+        if self == SensorPlace():
+            return ''
+        (x_m, y_m, yaw_rad), late = self.pose, f'delay {self.delay_s:g} s'
+        return f'at x {x_m:g} m, y {y_m:g} m, yaw {math.degrees(yaw_rad):g} deg on the robot, {late}'
+
+
+class DrawnPaths(NamedTuple):
+    """Odometry of some draws."""
+
+    first: int  # number of the first of these draws
+    stamps_ns: np.ndarray  # (m,), common to them
+    poses: np.ndarray  # (draws, m, 3) of the base in odom
+
+
+class Comparison(NamedTuple):
+    """Paths to compare odometry with."""
+
+    name: str
+    paths: List[PoseSeries]  # one for each part of the drive; yaw NaN if unknown
+    place: SensorPlace = SensorPlace()
+    is_own_clock: bool = False  # stamps are not those of the robot: compare at each of them
+
+    @property
+    def alignment(self) -> Alignment:
+        """Return the alignment: that of the first poses needs their yaw."""
+        return Alignment.FIT if any(np.isnan(path.x_y_yaw[:, 2]).any() for path in self.paths) else Alignment.ORIGIN
+
+    def errors(self, paths: Sequence[PoseSeries], drawn: Sequence[Sequence[DrawnPaths]]) -> Optional[Errors]:
+        """Compare the first draw's path in each part, and all draws if there are several; None without common stamps.
+
+        The first draw alone has relative errors, too.
+        """
+        pairs = [self._pairing(path.stamps_ns, part).pairs(path.x_y_yaw) for path, part in zip(paths, self.paths)]
+        for each in pairs:
+            each[:, :3] = _sensor_poses(each[:, :3], self.place.pose)
+        first = pairs_error(pairs, self.alignment)
+        if first is None:
+            return None
+        values = np.array([[first.ate_rmse_m, math.hypot(*first.end[:2]), abs(first.end.yaw_rad)]])
+        draws = sum(len(some.poses) for some in drawn[0])
+        if draws > 1:
+            values = self._draw_errors(draws, drawn)
+        found = np.percentile(values, [50.0, 5.0, 95.0], axis=0).T.tolist()
+        return Errors(first, {name: Spread(*each) for name, each in zip(ERROR_NAMES, found)})
+
+    def _pairing(self, odometry_ns: np.ndarray, reference: PoseSeries) -> Pairing:
+        if self.is_own_clock:
+            return reference_stamps(odometry_ns, reference, LONGEST_GAP_NS)
+        return common_stamps(odometry_ns, reference)
+
+    def _draw_errors(self, draws: int, drawn: Sequence[Sequence[DrawnPaths]]) -> np.ndarray:
+        """Return (draws, 3) ATE [m], distance [m] and heading error [rad] at the end, of each draw."""
+        squares_m2, counts, ends = np.zeros(draws), np.zeros(draws), np.zeros((draws, 3))
+        for parts, reference in zip(drawn, self.paths):
+            for first, stamps_ns, poses in parts:
+                pairing, some = self._pairing(stamps_ns, reference), slice(first, first + len(poses))
+                if len(pairing.before):
+                    found = _run_errors(poses, pairing, self.place.pose, self.alignment is Alignment.FIT)
+                    squares_m2[some] += found[:, 0]
+                    counts[some] += len(pairing.before)
+                    ends[some] = found[:, 1:]
+        return np.column_stack((np.sqrt(squares_m2 / counts), np.hypot(ends[:, 0], ends[:, 1]), np.abs(ends[:, 2])))
+
+
+def _sensor_poses(x_y_yaw: np.ndarray, sensor: Pose2D) -> np.ndarray:
+    """Return the poses (n, 3) of a sensor on the robot for poses of its base."""
+    cos_yaw, sin_yaw = np.cos(x_y_yaw[:, 2]), np.sin(x_y_yaw[:, 2])
+    moved = cos_yaw * sensor.x_m - sin_yaw * sensor.y_m, sin_yaw * sensor.x_m + cos_yaw * sensor.y_m
+    return np.asarray(x_y_yaw + np.column_stack((*moved, np.full(len(x_y_yaw), sensor.yaw_rad))))
+
+
+@compiled(nogil=True)
+def _run_errors(poses: np.ndarray, pairing: Pairing, sensor: Pose2D, is_fit: bool) -> np.ndarray:
+    """Return (draws, 4) the sum of squared distances [m^2], and the last x [m], y [m] and yaw [rad], of each draw.
+
+    They are those of `pairs_error` for one run of poses (draws, m, 3) of the base.
+    """
+    draws, n, errors = len(poses), len(pairing.before), np.zeros((len(poses), 4))
+    true, places = pairing.references[:, 0] + 1j * pairing.references[:, 1], np.zeros(n, np.complex128)
+    true_yaws_rad = pairing.references[:, 2]
+    true = true - true.mean() if is_fit else (true - true[0]) * np.exp(-1j * true_yaws_rad[0])
+    arm, first_yaw_rad, yaw_rad = complex(sensor.x_m, sensor.y_m), 0.0, 0.0
+    for draw in range(draws):
+        path = poses[draw]
+        for row in range(n):
+            before, after, fraction = pairing.before[row], pairing.after[row], pairing.fractions[row]
+            place, yaw_rad = complex(path[before, 0], path[before, 1]), path[before, 2]
+            if fraction > 0.0:
+                place += fraction * (complex(path[after, 0], path[after, 1]) - place)
+                turn_rad = path[after, 2] - yaw_rad
+                yaw_rad += fraction * (turn_rad - 2.0 * math.pi * round(turn_rad / (2.0 * math.pi)))
+            places[row] = place + arm * complex(math.cos(yaw_rad), math.sin(yaw_rad)) if arm != 0.0 else place
+            if row == 0:
+                first_yaw_rad = yaw_rad
+        if is_fit:
+            origin = places.mean()
+            turned = (np.conj(places - origin) * true).sum()
+            rotation = turned / max(abs(turned), 1e-300)
+        else:
+            origin, rotation = places[0], np.exp(-1j * (first_yaw_rad + sensor.yaw_rad))
+        error = 0.0j
+        for row in range(n):
+            error = (places[row] - origin) * rotation - true[row]
+            errors[draw, 0] += error.real**2 + error.imag**2
+        off_rad = (yaw_rad - first_yaw_rad) - (true_yaws_rad[n - 1] - true_yaws_rad[0])
+        errors[draw, 1], errors[draw, 2] = error.real, error.imag
+        errors[draw, 3] = off_rad - 2.0 * math.pi * np.round(off_rad / (2.0 * math.pi))
+    return errors
+
+
+def of_reference(parts: Sequence[Reference], place: SensorPlace, is_own_clock: bool) -> Comparison:
+    """Compare with a reference at the times of the robot."""
+    delay_ns = round(place.delay_s * NANOSECONDS_PER_SECOND)
+    paths = [PoseSeries(part.stamps_ns - delay_ns, part.poses) for part in parts]
+    return Comparison(parts[0].name, paths, place, is_own_clock or delay_ns != 0)
+
+
+def drawn_paths(run: ChainRun) -> List[DrawnPaths]:
+    """Return the odometry of all draws, together if they have common stamps."""
+    poses, draws = run.poses, len(run.counts)
+    is_common = bool((run.stamps_ns == run.stamps_ns[0]).all())
+    paths = []
+    for first in [0] if is_common else range(draws):
+        stamps_ns, some = run.stamps_ns[first], poses if is_common else poses[first : first + 1]
+        is_new = np.diff(np.maximum.accumulate(stamps_ns), prepend=-1) > 0  # odometry ignores the others
+        paths.append(DrawnPaths(first, stamps_ns[is_new], some if is_new.all() else some[:, is_new]))
+    return paths
