@@ -20,7 +20,8 @@ from diff_encoder_sim.api.recorded_sources import OpenedDrive, open_drive
 from diff_encoder_sim.api.wheel_options import RecordedRobot, parameters_with
 from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, PoseSeries
+from diff_encoder_sim.base.per_wheel import PerWheel
+from diff_encoder_sim.base.se2 import Pose2D, PoseSeries
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.drives import reencoding as encoding
 from diff_encoder_sim.drives.bag_source import open_source
@@ -36,7 +37,7 @@ from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.drives.wheel_source import WheelSource
 from diff_encoder_sim.wheels.catalogue import ChosenEncoder, encoder_lines
 from diff_encoder_sim.wheels.diagnostics import encoder_lateral_std, hidden_encoder
-from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, PerWheel, file_label, ppr_label
+from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, file_label, ppr_label
 from diff_encoder_sim.wheels.report_link import PROMPT
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
@@ -185,7 +186,15 @@ def _start_phases(options: DriveOptions, opened: OpenedDrive) -> Optional[np.nda
 def _comparison(options: DriveOptions, read: ReadDrive, opened: OpenedDrive) -> Comparison:
     """Return the reference or, without one, the recorded wheels at their own resolution."""
     if opened.poses:
-        place = SensorPlace(Pose2D(*(options.reference_pose or IDENTITY)), options.reference_delay or 0.0)
+        place, calibration = SensorPlace(), opened.robot.file.calibration
+        if calibration:
+            yaw = calibration.reference_yaw_rad
+            pose = calibration.reference_x_m.value, calibration.reference_y_m.value, yaw.value if yaw else 0.0
+            place = SensorPlace(Pose2D(*pose), calibration.reference_delay_s.value)
+        if options.reference_pose:
+            place = place._replace(pose=Pose2D(*options.reference_pose))
+        if options.reference_delay is not None:
+            place = place._replace(delay_s=options.reference_delay)
         return of_reference(read.references, place, bool(options.reference_columns))
     if options.reference_pose or options.reference_delay is not None:
         raise ConfigError('--reference-pose, --reference-delay: given without a reference; expected one')
