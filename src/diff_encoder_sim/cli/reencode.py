@@ -19,10 +19,11 @@ its messages (--ticks), a table (--csv), or odometry (--odom). Computes /encoder
 the live nodes publish them, and prints the error of each odometry against a reference."""
 
 NOTES = """\
-Recorded counts give the wheel angle to half a count. The result is exact at a PPR that divides the recorded one;
-otherwise a fraction PPR / (4 x recorded PPR) of the samples is off by one count. A finer PPR is limited by the recorded
-resolution. Counts of --pulses wrap at the counter_modulus of --config, --robot or the bag's trial; those of --ticks
-wrap by the type of their field (int16, uint16, int32, uint32).
+Recorded counts give the wheel angle to half a count; a finer PPR is limited by the recorded resolution. Where the edges
+of another encoder are is sampled by --draws: the table has the median and 5 to 95 %. Wheel angles (JointState,
+--unit rad) and counts of a trial are exact, with one line of errors. Without a reference, odometry is compared with that
+of the recorded wheels. Counts of --pulses wrap at the counter_modulus of --config, --robot or the bag's trial; those of
+--ticks wrap by the type of their field (int16, uint16, int32, uint32).
 
 Messages without a header are stamped with the time of receipt. Wheels in two topics are paired at the stamps of the
 left one. Speeds are integrated by the trapezoidal rule."""
@@ -34,6 +35,7 @@ EXAMPLES = [
     'kobuki.bag --robot kobuki --ticks /mobile_base/sensors/core.left_encoder /mobile_base/sensors/core.right_encoder',
     'jackal.bag --ticks "/feedback.drivers[0].measured_travel" "/feedback.drivers[1].measured_travel" --unit rad',
     '--csv wheels.csv --columns time left right --time-unit us --unit m/s --ppr 40 90',
+    '--csv drive.csv --columns 1 2 3 --ticks-per-revolution 4096 --reference-columns 1 4 5 6 --robot my_robot.yaml',
 ]
 
 API = 'api.recorded_drives'  # imported by the command on demand
