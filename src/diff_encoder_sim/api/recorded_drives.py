@@ -173,11 +173,8 @@ def _start_phases(options: DriveOptions, opened: OpenedDrive) -> Optional[np.nda
     draws = (0 if is_known else DRAWS) if options.draws is None else options.draws
     if draws:
         return generator(encoder.seed, 'start_angles').uniform(0.0, 2.0 * math.pi, (draws, 2))
-    if (
-        options.seed is not None
-        and not options.encoder
-        and (encoder.encoder, encoder.report) == (IDEAL_ENCODER, PROMPT)
-    ):
+    has_errors = options.encoder or (encoder.encoder, encoder.report) != (IDEAL_ENCODER, PROMPT)
+    if options.seed is not None and not has_errors:
         allowed = 'with --draws, with --encoder, or with errors of an encoder in --config or --robot'
         raise ConfigError(f'--seed: given {options.seed}, but nothing is random; allowed: {allowed}')
     return None

@@ -72,23 +72,21 @@ def check_wheel_options(options: WheelOptions, bag: Any, csv: Any) -> None:
 
 
 def _check_reference_options(options: SourceOptions, bag: Any, csv: Any) -> None:
-    columns, covariances, tables = options.reference_columns, options.reference_covariance, options.reference_csv
+    columns, tables = options.reference_columns, options.reference_csv
     if options.reference and (csv or columns):
         given = '--reference-columns' if columns else '--csv'
-        allowed = 'allowed: one of them' if columns else 'allowed: with a bag; a table has --reference-columns'
-        raise ConfigError(f'--reference: given with {given}; {allowed}')
+        raise ConfigError(f'--reference: given with {given}; allowed: with a bag; a table has --reference-columns')
     if columns and bag and not tables:
         raise ConfigError('--reference-columns: given with a bag; allowed: with --csv or --reference-csv')
-    if not columns:
-        for name in ('reference_csv', 'reference_covariance', 'length_unit', 'angle_unit'):
-            if getattr(options, name):
-                raise ConfigError(f'{_option(name)}: given without --reference-columns; expected TIME X Y [YAW] there')
-        return
-    if len(columns) not in (3, 4):
+    for name in ('reference_csv', 'reference_covariance', 'length_unit', 'angle_unit'):
+        if getattr(options, name) and not columns:
+            raise ConfigError(f'{_option(name)}: given without --reference-columns; expected TIME X Y [YAW] there')
+    if len(columns) not in (0, 3, 4):
         raise ConfigError(f'--reference-columns: given {len(columns)} columns; allowed: TIME X Y, or TIME X Y YAW')
-    expected = 'XX XY XYAW YY YYAW YAWYAW' if len(columns) == 4 else 'XX XY YY'
-    if len(covariances) not in (0, len(expected.split())):
-        raise ConfigError(f'--reference-covariance: given {len(covariances)} columns; allowed: {expected}')
+    covariance = 'XX XY XYAW YY YYAW YAWYAW' if len(columns) == 4 else 'XX XY YY'
+    if len(options.reference_covariance) not in (0, len(covariance.split())):
+        given = f'given {len(options.reference_covariance)} columns'
+        raise ConfigError(f'--reference-covariance: {given}; allowed: {covariance}')
     drives = len(csv or bag) if isinstance(csv or bag, (list, tuple)) else 1
     if len(tables) not in (0, drives):
         raise ConfigError(f'--reference-csv: given {len(tables)} tables for {drives} drives; allowed: one for each')

@@ -21,9 +21,9 @@ the live nodes publish them, and prints the error of each odometry against a ref
 NOTES = """\
 Recorded counts give the wheel angle to half a count; a finer PPR is limited by the recorded resolution. Where the edges
 of another encoder are is sampled by --draws: the table has the median and 5 to 95 %. Wheel angles (JointState,
---unit rad) and counts of a trial are exact, with one line of errors. Without a reference, odometry is compared with that
-of the recorded wheels. Counts of --pulses wrap at the counter_modulus of --config, --robot or the bag's trial; those of
---ticks wrap by the type of their field (int16, uint16, int32, uint32).
+--unit rad) and counts of a trial are exact, with one line of errors. Without a reference, odometry is compared with
+that of the recorded wheels. Counts of --pulses wrap at the counter_modulus of --config, --robot or the bag's trial;
+those of --ticks wrap by the type of their field (int16, uint16, int32, uint32).
 
 Messages without a header are stamped with the time of receipt. Wheels in two topics are paired at the stamps of the
 left one. Speeds are integrated by the trapezoidal rule."""

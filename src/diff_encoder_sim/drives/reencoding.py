@@ -106,17 +106,15 @@ def read_drive(
 
 def overlap_fault(read: ReadDrive) -> str:
     """Return why no part of a drive can be compared with a reference; empty if one can."""
-    pairs = [pair for pair in zip(read.drives, read.references) if len(pair[0].drive) > 1 and len(pair[1].stamps_ns)]
-    if not pairs:
-        return f'no drive with a reference in {read.messages} messages of the wheels; expected two samples or more'
-    ranges_s = []
-    for timed, reference in pairs:
-        ends_ns = [stamps_ns[[0, -1]] for stamps_ns in (timed.drive.stamps_ns, reference.stamps_ns)]
-        if max(ends_ns[0][0], ends_ns[1][0]) < min(ends_ns[0][1], ends_ns[1][1]):
-            return ''
-        ranges_s.append([f'{begin:.3f} to {end:.3f} s' for begin, end in np.array(ends_ns) / NANOSECONDS_PER_SECOND])
-    (of_wheels, of_reference), name = ranges_s[0], pairs[0][1].name
-    return f'{name} is at {of_reference}, the wheels at {of_wheels}; expected stamps of the same clock'
+    fault = f'no drive with a reference in {read.messages} messages of the wheels; expected two samples or more'
+    for timed, reference in zip(read.drives, read.references):
+        if len(timed.drive) > 1 and len(reference.stamps_ns):
+            begins_s, ends_s = np.array([timed.drive.stamps_ns[[0, -1]], reference.stamps_ns[[0, -1]]]).T * 1e-9
+            if begins_s.max() < ends_s.min():
+                return ''
+            of_wheels, of_reference = (f'{begin:.3f} to {end:.3f} s' for begin, end in zip(begins_s, ends_s))
+            fault = f'{reference.name} is at {of_reference}, the wheels at {of_wheels}; expected stamps of one clock'
+    return fault
 
 
 class Encoder(NamedTuple):
@@ -249,14 +247,14 @@ def spread_column(name: str, quantile: str) -> str:
 
 def errors_json(encoded: Sequence[EncodedDrive]) -> List[Dict[str, Any]]:
     """Return the encoders with the spreads of their errors in SI units, for JSON; None for a missing value."""
-    encoders = []
-    for one in encoded:
-        found: Dict[str, Any] = {'label': one.encoder.chosen.label, 'ppr': one.encoder.chosen.ppr.plain}
-        for name in ERROR_NAMES:
-            spread = one.errors and one.errors.spreads[name]
-            found[name] = None if spread is None or math.isnan(spread.median) else spread._asdict()
-        encoders.append(found)
-    return encoders
+    return [
+        {
+            'label': one.encoder.chosen.label,
+            'ppr': one.encoder.chosen.ppr.plain,
+            **{name: {each: row[spread_column(name, each)] for each in Spread._fields} for name in ERROR_NAMES},
+        }
+        for one, row in zip(encoded, error_rows(encoded))
+    ]
 
 
 def csv_table(rows: Sequence[Dict[str, Value]]) -> str:
