@@ -16,6 +16,10 @@ SlipVariance_rad = Annotated[float, Between(0.0, 100.0, 'rad^2/rad')]
 Number = Annotated[float, Between(-1e6, 1e6)]
 RelativeCovariance = Annotated[float, Between(-1.0, 1.0)]
 
+# Parameters of odometry: relative errors of distances, turns and the diameters' difference, by the errors of left
+# diameter, right diameter and separation.
+_ERRORS = {'distance_std': (0.5, 0.5, 0.0), 'turn_std': (0.5, 0.5, -1.0), 'diameter_difference_std': (-1.0, 1.0, 0.0)}
+
 
 class Estimate(Params):
     """An estimated number."""
@@ -88,21 +92,11 @@ class CalibrationParams(Params):
 
     def settings(self) -> Dict[str, Any]:
         """Return the parameters of odometry by dotted keys: geometry, and the standard deviations of its errors."""
-        covariance, of_errors = (
-            np.array(self.geometry_covariance),
-            {
-                'distance_std': (0.5, 0.5, 0.0),
-                'turn_std': (0.5, 0.5, -1.0),
-                'diameter_difference_std': (-1.0, 1.0, 0.0),
-            },
-        )
-        left_m, right_m = self.left_wheel_diameter_m.value, self.right_wheel_diameter_m.value
+        left_m, right_m, covariance = self.left_wheel_diameter_m, self.right_wheel_diameter_m, self.geometry_covariance
+        stds = {key: math.sqrt(max(0.0, float(row @ np.array(covariance) @ row))) for key, row in _ERRORS.items()}
         return {
-            'config.wheel_diameter': {'left': left_m, 'right': right_m},
+            'config.wheel_diameter': {'left': left_m.value, 'right': right_m.value},
             'config.wheel_separation': self.wheel_separation_m.value,
             'config.motion_noise': self.slip_m2_per_m.value,
-            **{
-                f'config.{key}': float(f'{math.sqrt(max(0.0, np.array(row) @ covariance @ row)):.6g}')
-                for key, row in of_errors.items()
-            },
+            **{f'config.{key}': float(f'{std:.6g}') for key, std in stds.items()},
         }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import os
 from pathlib import Path
 from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Union
@@ -31,7 +32,7 @@ _USUAL_LIMITS = {
     'acc_lim_theta': ('max_angular_acceleration', 4.9),
 }
 _LASER_MAX_RANGE_M = 3.5
-_DIGITS = 6
+_DIGITS, _CALIBRATED_DIGITS = 6, 8
 LASER_ABOVE_M = 0.05  # above the robot's highest point, where nothing of it is in the way
 
 COMMENTS_FROM = 60  # column of a written robot file
@@ -307,11 +308,13 @@ def calibrated_robot_text(
 
     Args:
         base: the robot that was calibrated, NO_ROBOT if nothing else is known.
-        calibration: its content is rounded to 8 digits.
+        calibration: its numbers are written with 8 digits.
         settings: more values by dotted keys, such as amcl.odom_alpha1, which replace those of `base`.
         path: of the new file, from where its own paths start.
     """
-    calibration = CalibrationParams.from_mapping(_to_digits(calibration.model_dump(exclude_none=True)), '')
+    text = calibration.model_dump_json(exclude_none=True)
+    numbers = json.loads(text, parse_float=lambda number: float(f'{float(number):.{_CALIBRATED_DIGITS}g}'))
+    calibration = CalibrationParams.from_mapping(numbers, '')
     values = {**base.overrides, **calibration.settings(), **settings}
     errors = [key for key, value in base.overrides.items() if key.startswith('simulator.wheel_errors.') and value]
     if base.urdf is not None and not {*errors} - {SLIP}:
@@ -320,17 +323,8 @@ def calibrated_robot_text(
     lines = ['# Calibrated by drives with a reference; intervals are of 95 %.', *_own_lines(base, path), 'set:']
     lines += ['  ' + _line(key, value, '') for key, value in values.items()]
     lines.append('calibration:')
-    lines += ['  ' + _line(key, value, '') for key, value in calibration.model_dump(exclude_none=True).items()]
+    lines += ['  ' + _line(key, value, '') for key, value in numbers.items()]
     return '\n'.join(lines) + '\n'
-
-
-def _to_digits(value: Any) -> Any:
-    """Return a value with 8 digits of its numbers, at any depth."""
-    if isinstance(value, dict):
-        return {key: _to_digits(each) for key, each in value.items()}
-    if isinstance(value, list):
-        return [_to_digits(each) for each in value]
-    return float(f'{value:.8g}') if isinstance(value, float) else value
 
 
 def _line(key: str, value: Any, comment: str) -> str:
