@@ -19,6 +19,7 @@ from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D, poses_of_wheels
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.drives.reference import Reference
 
 optimize = deferred('scipy.optimize')
 
@@ -79,17 +80,14 @@ class Umbmark(NamedTuple):
 
     def text(self) -> str:
         """Return the result for the terminal."""
-        before_m, after_m = self.e_max_m
-        return '\n'.join(
-            [
-                'UMBmark: {} squares clockwise, {} counter-clockwise'.format(*self.squares),
-                f'  E_d (right / left wheel)         {self.e_d:.5f}',
-                f'  E_b (true / nominal separation)  {self.e_b:.5f}',
-                f'  E_max,syst                       {before_m:.4f} m before, {after_m:.4f} m after',
-                'diff_drive_controller:',
-                *(f'  {name}: {value:.6f}' for name, value in self.diff_drive_controller.items()),
-            ]
-        )
+        lines = [
+            'UMBmark: {} squares clockwise, {} counter-clockwise'.format(*self.squares),
+            f'  E_d (right / left wheel)         {self.e_d:.5f}',
+            f'  E_b (true / nominal separation)  {self.e_b:.5f}',
+            '  E_max,syst                       {:.4f} m before, {:.4f} m after'.format(*self.e_max_m),
+            'diff_drive_controller:',
+        ]
+        return '\n'.join([*lines, *(f'  {name}: {value:.6f}' for name, value in self.diff_drive_controller.items())])
 
     def as_json(self) -> Dict[str, Any]:
         """Return the result for a JSON file; lengths in metres."""
@@ -136,11 +134,7 @@ def umbmark(squares: Sequence[Square], nominal: WheelGeometry) -> Umbmark:
 def squares_of_ends(ends_cw: np.ndarray, ends_ccw: np.ndarray, side_m: float, nominal: WheelGeometry) -> List[Square]:
     """Return the squares of a robot whose odometry believes that each of them closes, as in the paper.
 
-    Args:
-        ends_cw: (n, 2) ends [m] of clockwise squares from their starts, x along the first side, y to its left.
-        ends_ccw: (m, 2) of counter-clockwise squares.
-        side_m: of the squares.
-        nominal: geometry of the odometry that drove them.
+    Clockwise (n, 2) and counter-clockwise (m, 2) ends [m] are seen from the start, x along the first side, y left.
     """
     rim_m = 0.25 * math.pi * nominal.separation_m  # of a wheel in a quarter turn in place
     squares = []
@@ -150,12 +144,15 @@ def squares_of_ends(ends_cw: np.ndarray, ends_ccw: np.ndarray, side_m: float, no
     return squares
 
 
-def find_squares(drive: Drive, nominal: WheelGeometry) -> List[Square]:
+def find_squares(drive: Drive, reference: Reference, nominal: WheelGeometry) -> List[Square]:
     """Find the parts of a drive, from rest to rest, that odometry believes to be closed squares.
 
-    Its true poses, of the axle's middle, may deviate from squares.
+    The poses of the reference are those of the axle's middle; ConfigError if they have no yaw.
     """
-    assert drive.true_poses is not None
+    if np.isnan(reference.poses).any():
+        raise ConfigError(f'{reference.name}: given positions without yaw; allowed for UMBmark: poses, or --ends')
+    columns = (*reference.poses[:, :2].T, np.unwrap(reference.poses[:, 2]))
+    true_poses = np.column_stack([np.interp(drive.stamps_ns, reference.stamps_ns, column) for column in columns])
     angles_rad, radii_m = drive.wheel_angles_rad, (0.5 * nominal.left_diameter_m, 0.5 * nominal.right_diameter_m)
     odometry = poses_of_wheels(angles_rad[np.newaxis], *radii_m, nominal.separation_m, 0.0, False)[0]
     heading_rad = np.unwrap(odometry[:, 2])
@@ -168,7 +165,7 @@ def find_squares(drive: Drive, nominal: WheelGeometry) -> List[Square]:
             away_m = math.hypot(*(odometry[end, :2] - odometry[start, :2]).tolist())
             is_closed = abs(abs(turn_rad) - 2.0 * math.pi) < CLOSED_RAD and away_m < CLOSED_SIDES * side_m
             if is_closed and side_m > LEAST_SIDE_M:
-                begin, true_end = (Pose2D(*drive.true_poses[row].tolist()) for row in (start, end))
+                begin, true_end = (Pose2D(*true_poses[row].tolist()) for row in (start, end))
                 end_m = np.array(true_end.relative_to(begin)[:2])
                 squares.append(Square(turn_rad < 0.0, angles_rad[start : end + 1] - angles_rad[start], end_m))
                 after = end

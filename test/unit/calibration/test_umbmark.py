@@ -10,6 +10,7 @@ from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc
 from diff_encoder_sim.calibration.umbmark import WheelGeometry, find_squares, read_ends, squares_of_ends, umbmark
+from diff_encoder_sim.drives.reference import Reference
 from diff_encoder_sim.drives.test_definition import load_test
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
 from diff_encoder_sim.simulation.state import TICK_NS, TICK_S
@@ -89,23 +90,29 @@ def driven(true, nominal, seed):
             simulator.tick()
     assert simulator.obstacle_hit() is None
     simulator.close()
-    return Drive(TICK_NS * STATE_TICKS * np.arange(len(rows)), np.array(rows)[:, :2], np.array(rows)[:, 2:])
+    stamps_ns = TICK_NS * STATE_TICKS * np.arange(len(rows))
+    every = stamps_ns[1::2], np.array(rows)[1::2, 2:]  # the reference is slower
+    return Drive(stamps_ns, np.array(rows)[:, :2]), Reference('truth', *every)
 
 
 def test_in_closed_loop_the_systematic_error_falls_to_a_tenth():
     true = WheelGeometry(0.2 * 1.012, 0.2 * 0.994, 0.4 * 1.02)
-    squares = find_squares(driven(true, NOMINAL, 1), NOMINAL)
+    squares = find_squares(*driven(true, NOMINAL, 1), NOMINAL)
     assert [square.is_clockwise for square in squares] == [False, True]
     found = umbmark(squares, NOMINAL)
     assert found.e_d == pytest.approx(0.994 / 1.012, rel=3e-4)
     assert found.e_max_m[1] < 0.01 * found.e_max_m[0]
-    again = umbmark(find_squares(driven(true, found.corrected, 2), found.corrected), found.corrected)
+    again = umbmark(find_squares(*driven(true, found.corrected, 2), found.corrected), found.corrected)
     assert again.e_max_m[0] < 0.1 * found.e_max_m[0]
 
 
-def test_a_drive_without_squares_has_none():
-    angles_rad = np.column_stack([np.linspace(0.0, 100.0, 200)] * 2)
-    assert find_squares(Drive(TICK_NS * np.arange(200), angles_rad, np.zeros((200, 3))), NOMINAL) == []
+def test_a_drive_without_squares_has_none_and_a_reference_without_yaw_is_refused():
+    stamps_ns, angles_rad = TICK_NS * np.arange(200), np.column_stack([np.linspace(0.0, 100.0, 200)] * 2)
+    drive, poses = Drive(stamps_ns, angles_rad), np.zeros((200, 3))
+    assert find_squares(drive, Reference('truth', stamps_ns, poses), NOMINAL) == []
+    poses[:, 2] = math.nan
+    with pytest.raises(ConfigError, match='camera: given positions without yaw; allowed for UMBmark: poses, or --ends'):
+        find_squares(drive, Reference('camera', stamps_ns, poses), NOMINAL)
 
 
 def test_ends_are_read_from_a_table(tmp_path):
