@@ -165,7 +165,7 @@ class TestDefinition(Params):
         if nav == 'scripted' and not self.drive:
             raise ConfigError(f'nav: given scripted, but {self.name} has no path; allowed: embedded, upstream')
         if nav != 'scripted' and not self.route:
-            raise ConfigError(f'nav: given {nav}, but {self.name} has no route; allowed: scripted')
+            raise ConfigError(f'nav: given {nav}, but {self.name} has no route; allowed: scripted, advise --no-trials')
 
     def drive_end(self) -> Pose2D:
         """Return the pose at which the scripted drive ends without slip or collision, in the map frame."""

@@ -231,7 +231,7 @@ def unfit_tests(campaign: Campaign, worlds_folder: Path) -> List[str]:
         return []
     found: Dict[str, Optional[str]] = {}
     for _, test, _, _, params in campaign.cells[:: len(campaign.encoders)]:
-        if not found.get(test.name):
+        if test.route and not found.get(test.name):
             grid = load_map(find_world(test.world, worlds_folder).with_suffix('.yaml'))
             found[test.name] = misfit(test, params.navigator, params.simulator.drive, grid)
     return [line for line in found.values() if line]

@@ -40,7 +40,7 @@ def load_campaign(
 
     Values of `replace`, from the command line, override the file's unless None: `files` are merged with the file's, and
     `ppr` or `encoders` replace both of the file's. Their paths are relative to the current folder, those in the file to
-    it. The robot needs a laser if the campaign is navigated and `has_trials`.
+    it. If the campaign is navigated and `has_trials`, the robot needs a laser, and its tests a route.
 
     Raises:
         ConfigError: a file is missing or bad, or a value is not allowed.
@@ -75,7 +75,7 @@ def load_campaign(
     with source('tests') as folder:
         tests = [load_test(test, config_folder, folder) for test in params.tests]
         _check_unique('tests', [test.name for test in tests])
-        for test in tests:
+        for test in tests if has_trials else ():
             test.check_drivable(params.nav)
     with source('ppr', 'encoders') as folder:
         encoders = _load_encoders(params, folder, config_folder)

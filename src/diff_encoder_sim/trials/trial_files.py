@@ -76,7 +76,7 @@ def collect(
             description['image'] = f'{map_path.stem}.image'
             content = yaml.safe_dump(description, sort_keys=True).encode('utf-8')
             worlds[test.name]['map'] = add({map_path.name: content, description['image']: image})
-        elif needs_maps:
+        elif needs_maps and test.route:
             allowed = f'a map .yaml file next to its world, as made by {as_typed("rasterise_world")}'
             raise ConfigError(f'map: {map_path} not found; allowed: {allowed}')
     # A xacro without includes is kept, as wheel errors may be its arguments.

@@ -152,6 +152,13 @@ def test_a_pivot_is_an_arc_about_the_standing_wheel():
     assert as_driven_by(SimulatorParams(wheel_separation=0.5), driven) == driven
 
 
+def test_a_path_without_a_route_or_a_map_is_enough_without_trials():
+    given = {'tests': ['UMBMARK'], 'ppr': [90.0]}
+    assert load_campaign('sweep', ROOT, given, has_trials=False).tests[0].drive
+    with pytest.raises(ConfigError, match='but UMBMARK has no route; allowed: scripted, advise --no-trials'):
+        load_campaign('sweep', ROOT, given)
+
+
 # ---- encoders and variants
 
 
