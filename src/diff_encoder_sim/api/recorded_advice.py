@@ -56,7 +56,7 @@ def robot_of_drive(options: AdviceOptions, path: Path) -> AdvisedRobot:
     odometry, own = robot.odometry, robot.encoder.ppr.left if 'ppr' in robot.sources else None
     given = {'ppr': options.ppr, 'encoders': options.encoders}
     encoders, seed = campaign_encoders(options.candidates, package_folder() / 'config', given)
-    if own and not (options.ppr or options.encoders):
+    if own and not (options.ppr or options.encoders or robot.encoder.ppr in (each.ppr for each in encoders)):
         encoders.append(ChosenEncoder(robot.encoder.ppr))
     name = re.sub(r'[^A-Za-z0-9_.+-]+', '_', path.resolve().stem).lstrip('_.+-')[:60] or 'drive'
     label, errors = robot.file.label or name, wheel_errors_of(robot.file.overrides)
