@@ -26,10 +26,10 @@ from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Option, z
 from diff_encoder_sim.analysis.charts.drawings import tips
 from diff_encoder_sim.base.atomic_files import write_file
 
-# Colours of criteria and causes, safe for colour-blind readers (Okabe and Ito, 2008).
+# Colours of criteria and causes, safe for colour-blind readers (Okabe and Ito, 2008; the last by Tol).
 COLOURS = {Criterion.ODOMETRY: '#d55e00', Criterion.POSE_ESTIMATE: '#0072b2', Criterion.TRUTH: '#009e73'}
 GREY = '#565d66'
-CAUSES = ('#0072b2', '#e69f00', '#009e73', '#cc79a7', '#56b4e9', '#d55e00', '#f0e442', '#999999')
+CAUSES = ('#0072b2', '#e69f00', '#009e73', '#cc79a7', '#56b4e9', '#d55e00', '#f0e442', '#999999', '#882255')
 
 UNITS = ('mm', 'mm', 'degrees')
 SMALLEST_ERROR = 1e-4  # lower limit of the logarithmic axis; smaller bars are invisible [mm, degrees]
