@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Dict, List, NamedTuple, Optional, Sequence
+from typing import Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence
 
 import numpy as np
 
+from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.kernels import compiled
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, PoseSeries
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
@@ -20,8 +21,12 @@ from diff_encoder_sim.drives.trajectory_error import (
     reference_stamps,
 )
 from diff_encoder_sim.drives.wheel_source import LONGEST_GAP_NS
-from diff_encoder_sim.wheels.chain import ChainRun
+from diff_encoder_sim.wheels.chain import Chain
+from diff_encoder_sim.wheels.odometry_params import OdometryParams
+from diff_encoder_sim.wheels.report_link import PROMPT
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
+_AT_ONCE = 200_000  # poses, whose arrays fit a processor's cache
 ERROR_NAMES = ('ate_m', 'end_position_m', 'end_yaw_rad')
 
 
@@ -75,11 +80,10 @@ class Comparison(NamedTuple):
         """Return the alignment: that of the first poses needs their yaw."""
         return Alignment.FIT if any(np.isnan(path.x_y_yaw[:, 2]).any() for path in self.paths) else Alignment.ORIGIN
 
-    def errors(self, paths: Sequence[PoseSeries], drawn: Sequence[Sequence[DrawnPaths]]) -> Optional[Errors]:
-        """Compare the first draw's path in each part, and all draws if there are several; None without common stamps.
-
-        The first draw alone has relative errors, too.
-        """
+    def errors(
+        self, paths: Sequence[PoseSeries], draws: int = 1, drawn: Sequence[Iterable[DrawnPaths]] = ()
+    ) -> Optional[Errors]:
+        """Compare the first draw's path in each part, and all draws if there are several; None without common poses."""
         pairs = [self._pairing(path.stamps_ns, part).pairs(path.x_y_yaw) for path, part in zip(paths, self.paths)]
         for each in pairs:
             each[:, :3] = _sensor_poses(each[:, :3], self.place.pose)
@@ -87,7 +91,6 @@ class Comparison(NamedTuple):
         if first is None:
             return None
         values = np.array([[first.ate_rmse_m, math.hypot(*first.end[:2]), abs(first.end.yaw_rad)]])
-        draws = sum(len(some.poses) for some in drawn[0])
         if draws > 1:
             values = self._draw_errors(draws, drawn)
         found = np.percentile(values, [50.0, 5.0, 95.0], axis=0).T.tolist()
@@ -98,7 +101,7 @@ class Comparison(NamedTuple):
             return reference_stamps(odometry_ns, reference, LONGEST_GAP_NS)
         return common_stamps(odometry_ns, reference)
 
-    def _draw_errors(self, draws: int, drawn: Sequence[Sequence[DrawnPaths]]) -> np.ndarray:
+    def _draw_errors(self, draws: int, drawn: Sequence[Iterable[DrawnPaths]]) -> np.ndarray:
         """Return (draws, 3) ATE [m], distance [m] and heading error [rad] at the end, of each draw."""
         squares_m2, counts, ends = np.zeros(draws), np.zeros(draws), np.zeros((draws, 3))
         for parts, reference in zip(drawn, self.paths):
@@ -165,13 +168,24 @@ def of_reference(parts: Sequence[Reference], place: SensorPlace, is_own_clock: b
     return Comparison(parts[0].name, paths, place, is_own_clock or delay_ns != 0)
 
 
-def drawn_paths(run: ChainRun) -> List[DrawnPaths]:
-    """Return the odometry of all draws, together if they have common stamps."""
-    poses, draws = run.poses, len(run.counts)
-    is_common = bool((run.stamps_ns == run.stamps_ns[0]).all())
-    paths = []
-    for first in [0] if is_common else range(draws):
-        stamps_ns, some = run.stamps_ns[first], poses if is_common else poses[first : first + 1]
-        is_new = np.diff(np.maximum.accumulate(stamps_ns), prepend=-1) > 0  # odometry ignores the others
-        paths.append(DrawnPaths(first, stamps_ns[is_new], some if is_new.all() else some[:, is_new]))
-    return paths
+def drawn_paths(
+    encoder: EncoderParams,
+    odometry: OdometryParams,
+    drive: Drive,
+    phases_rad: np.ndarray,
+    commands: Optional[np.ndarray],
+    rows: np.ndarray,
+) -> Iterator[DrawnPaths]:
+    """Yield the odometry of all draws (draws, 2), some with common stamps at a time; `rows` are those of reports."""
+    is_prompt = encoder.is_ideal and encoder.report == PROMPT
+    at_once = (
+        max(_AT_ONCE // max(len(rows), 1), 1) if is_prompt else len(phases_rad)
+    )  # errors are by number of the draw
+    for first in range(0, len(phases_rad), at_once):
+        some = phases_rad[first : first + at_once]
+        run = Chain(encoder, odometry, len(some)).run(drive, some, commands, rows if is_prompt else None)
+        poses, is_common = run.poses, bool((run.stamps_ns == run.stamps_ns[0]).all())
+        for draw in [0] if is_common else range(len(some)):
+            stamps_ns, of_draws = run.stamps_ns[draw], poses if is_common else poses[draw : draw + 1]
+            is_new = np.diff(np.maximum.accumulate(stamps_ns), prepend=-1) > 0  # odometry ignores the others
+            yield DrawnPaths(first + draw, stamps_ns[is_new], of_draws if is_new.all() else of_draws[:, is_new])

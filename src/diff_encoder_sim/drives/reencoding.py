@@ -147,7 +147,7 @@ def encode_drive(
     `phases_rad` (draws, 2) are added to the angles of each draw. The bag gets each message of the first draw at the
     time of the message that led to it, and the recorded trial as if it had been driven with the encoder.
     """
-    chain = Chain(encoder.params, encoder.odometry, 1 if phases_rad is None else len(phases_rad))
+    chain, draws = Chain(encoder.params, encoder.odometry), 1 if phases_rad is None else len(phases_rad)
     paths: List[PoseSeries] = []
     drawn, reports, copies = [], 0, deque(read.copies)
     separation_m, speeds_mps = encoder.odometry.wheel_separation, [(0.0, 0.0)]  # of both wheels before any command
@@ -157,12 +157,14 @@ def encode_drive(
         if read.commands and encoder.params.encoder.counts_by_command:
             newest = np.searchsorted([command_ns for command_ns, *_ in read.commands], timed.times_ns, 'right')
             commands = np.array(speeds_mps)[newest]
-        run = chain.run(timed.drive, phases_rad, commands)
+        run = chain.run(timed.drive, None if phases_rad is None else phases_rad[:1], commands)
         reports += len(run.rows[0])
-        is_compiled = len(run.counts) > 1 or len(run.rows[0]) > FEW_REPORTS
-        drawn.append(drawn_paths(run) if is_compiled else [])
-        if is_compiled and not bag:
-            paths.append(PoseSeries(drawn[-1][0].stamps_ns, drawn[-1][0].poses[0]))
+        if phases_rad is not None and draws > 1:
+            drawn.append(drawn_paths(*encoder[1:], timed.drive, phases_rad, commands, run.rows[0]))
+        if not bag and len(run.rows[0]) > FEW_REPORTS:
+            stamps_ns, poses = run.stamps_ns[0], run.poses[0]
+            is_new = np.diff(np.maximum.accumulate(stamps_ns), prepend=-1) > 0  # odometry ignores the others
+            paths.append(PoseSeries(stamps_ns[is_new], poses[is_new]))
             continue
         estimates = run.estimates()
         used = [estimate for estimate in estimates if estimate is not None]
@@ -176,7 +178,7 @@ def encode_drive(
     if bag:
         for message in copies:
             _copy(bag, message, encoder, trial)
-    return EncodedDrive(encoder, reports, paths, comparison.errors(paths, drawn) if comparison else None)
+    return EncodedDrive(encoder, reports, paths, comparison.errors(paths, draws, drawn) if comparison else None)
 
 
 def _report(

@@ -19,19 +19,13 @@ OVERTAKEN_NS = NANOSECONDS_PER_SECOND
 
 
 class Reference(NamedTuple):
-    """Poses of a sensor on the robot in a fixed frame.
+    """Poses of a sensor on the robot in a fixed frame."""
 
-    Attributes:
-        name: topic, frames or file.
-        stamps_ns: (k,) int64, strictly increasing, by the clock of the reference.
-        poses: (k, 3) x [m], y [m], yaw [rad] in [-pi, pi); yaw is NaN if the reference has positions only.
-        covariances: (k, 3, 3) of x, y and yaw [m^2, m rad, rad^2] as the source states them, NaN in row and column of
-            an unknown yaw; None unless all are positive definite.
-    """
-
-    name: str
-    stamps_ns: np.ndarray
-    poses: np.ndarray
+    name: str  # topic, frames or file
+    stamps_ns: np.ndarray  # (k,) int64, strictly increasing, by the clock of the reference
+    poses: np.ndarray  # (k, 3) x [m], y [m], yaw [rad] in [-pi, pi); yaw is NaN if the reference has positions only
+    # (k, 3, 3) of x, y and yaw [m^2, m rad, rad^2] as the source states them, NaN in row and column of an unknown yaw;
+    # None unless all are positive definite.
     covariances: Optional[np.ndarray] = None
 
 

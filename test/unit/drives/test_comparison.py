@@ -41,8 +41,10 @@ def run(draws, **params):
     times_s = np.arange(0.0, 30.0, 0.01)
     angles_rad = np.outer(times_s, np.array([LEFT_M, RIGHT_M]) / 0.1)
     phases_rad = np.random.default_rng(1).uniform(0.0, 2.0 * np.pi, (draws, 2))
-    chain = Chain(EncoderParams(ppr=90, **params), OdometryParams(ppr=90), draws)
-    return drawn_paths(chain.run(Drive((1e9 * times_s).round().astype(np.int64), angles_rad), phases_rad))
+    encoder, odometry = EncoderParams(ppr=90, **params), OdometryParams(ppr=90)
+    recorded = Drive((1e9 * times_s).round().astype(np.int64), angles_rad)
+    rows = Chain(encoder, odometry).run(recorded, phases_rad[:1]).rows[0]
+    return list(drawn_paths(encoder, odometry, recorded, phases_rad, None, rows))
 
 
 def exact_path():
@@ -54,7 +56,7 @@ def exact_path():
 @pytest.mark.parametrize('has_yaw', [True, False])
 def test_a_late_sensor_off_the_axle_shows_the_path_of_the_robot(rate_hz, has_yaw):
     comparison = of_reference([camera(rate_hz, has_yaw=has_yaw)], PLACE, True)
-    error = comparison.errors([exact_path()], [[]]).first
+    error = comparison.errors([exact_path()]).first
     assert error.ate_max_m < 2e-4 and error.poses > 28 * min(rate_hz, 20.0)
     assert error.yaw_rmse_rad < 1e-4 if has_yaw else math.isnan(error.yaw_rmse_rad)
 
@@ -70,7 +72,7 @@ def test_a_reference_that_lags_shows_the_robot_at_an_earlier_time(delay_s, end_m
 
     reference = Reference('camera', stamps_ns, line(stamps_ns - SECOND_NS // 10))
     comparison = of_reference([reference], SensorPlace(delay_s=delay_s), False)
-    error = comparison.errors([PoseSeries(stamps_ns, line(stamps_ns))], [[]])
+    error = comparison.errors([PoseSeries(stamps_ns, line(stamps_ns))])
     assert error.first.end.x_m == pytest.approx(-end_m, abs=1e-9)
     assert error.spreads['end_position_m'].p95 == pytest.approx(abs(end_m), abs=1e-9)
 
@@ -78,16 +80,17 @@ def test_a_reference_that_lags_shows_the_robot_at_an_earlier_time(delay_s, end_m
 @pytest.mark.parametrize('params', [{}, {'report': ReportParams(jitter=0.002, latency=0.01, latency_spread=0.005)}])
 @pytest.mark.parametrize('place', [SensorPlace(), PLACE])
 @pytest.mark.parametrize('has_yaw', [True, False])
-def test_each_draw_has_the_errors_that_it_has_as_the_only_one(params, place, has_yaw):
+def test_each_draw_has_the_errors_that_it_has_as_the_only_one(monkeypatch, params, place, has_yaw):
+    monkeypatch.setattr('diff_encoder_sim.drives.comparison._AT_ONCE', 1300)  # two draws at a time
     comparison = of_reference([camera(7.0, place, has_yaw, seed=2)], place, is_own_clock=False)
     drawn = run(5, **params)
     alone = []
     for some in drawn:
         for poses in some.poses:
-            first = comparison.errors([PoseSeries(some.stamps_ns, poses)], [[]]).first
+            first = comparison.errors([PoseSeries(some.stamps_ns, poses)]).first
             alone.append([first.ate_rmse_m, math.hypot(*first.end[:2]), abs(first.end.yaw_rad)])
     path = PoseSeries(drawn[0].stamps_ns, drawn[0].poses[0])
-    spreads = comparison.errors([path], [drawn]).spreads
+    spreads = comparison.errors([path], 5, [drawn]).spreads
     expected = np.percentile(alone, [50.0, 5.0, 95.0], axis=0).T
     assert np.array([spreads[name] for name in ('ate_m', 'end_position_m', 'end_yaw_rad')]) == pytest.approx(
         expected, rel=1e-9, nan_ok=True
@@ -99,7 +102,7 @@ def test_several_parts_count_as_one_drive():
     reference, drawn = camera(20.0, SensorPlace(), seed=3), run(3)
     one, two = (Comparison('r', [PoseSeries(*reference[1:3])] * parts) for parts in (1, 2))
     path = PoseSeries(drawn[0].stamps_ns, drawn[0].poses[0])
-    once, twice = one.errors([path], [drawn]), two.errors([path, path], [drawn, drawn])
+    once, twice = one.errors([path], 3, [drawn]), two.errors([path, path], 3, [drawn, drawn])
     assert twice.spreads['ate_m'] == pytest.approx(once.spreads['ate_m'])
     assert twice.first.poses == 2 * once.first.poses
 
@@ -112,12 +115,12 @@ def test_a_rotated_path_without_yaw_is_fitted_and_a_bent_one_keeps_its_residual(
     kinked = np.column_stack((x_m, 0.5 * kink_rad * np.abs(x_m), np.full(101, math.nan)))
     turned = kinked[:, :2] @ np.array([[0.0, 1.0], [-1.0, 0.0]]) + 7.0
     comparison = Comparison('r', [PoseSeries(stamps_ns, np.column_stack((turned, kinked[:, 2])))])
-    error = comparison.errors([line], [[]]).first
+    error = comparison.errors([line]).first
     assert error.ate_rmse_m == pytest.approx(length_m * kink_rad / (4.0 * math.sqrt(12.0)), rel=0.03)
     assert all(of_length.segments == 0 for by_length in error.rpe.values() for of_length in by_length.values())
 
 
 def test_paths_without_common_stamps_have_no_errors():
     late = PoseSeries(np.array([10**12, 2 * 10**12]), np.zeros((2, 3)))
-    assert Comparison('r', [late]).errors([exact_path()], [[]]) is None
-    assert Comparison('r', [late], SensorPlace(IDENTITY, 0.0), True).errors([exact_path()], [run(2)]) is None
+    assert Comparison('r', [late]).errors([exact_path()]) is None
+    assert Comparison('r', [late], SensorPlace(IDENTITY, 0.0), True).errors([exact_path()], 2, [run(2)]) is None

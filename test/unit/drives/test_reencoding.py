@@ -164,7 +164,7 @@ def test_csv_is_exact_and_empty_without_a_value():
     comparison, encoded = Comparison('r', [PoseSeries(stamps_ns, np.column_stack((x_m, np.zeros((29, 2)))))]), []
     for ppr, path in ((90, PoseSeries(stamps_ns, bent)), (4096, PoseSeries(stamps_ns[:0], bent[:0]))):
         encoder = reencoding.Encoder(ChosenEncoder(PerWheel(left=ppr, right=ppr)), EncoderParams(), OdometryParams())
-        encoded.append(reencoding.EncodedDrive(encoder, 29, [path], comparison.errors([path], [[]])))
+        encoded.append(reencoding.EncodedDrive(encoder, 29, [path], comparison.errors([path])))
     bent, empty = csv.DictReader(reencoding.csv_table(reencoding.error_rows(encoded)).splitlines())
     found = [float(bent[key]) for key in ('ate_max_m', 'reference_length_m', 'rpe_5m_yaw_rmse_rad')]
     assert found == pytest.approx([0.07, 7.0, 0.01])
