@@ -1,0 +1,129 @@
+"""A first guess of a robot's geometry from a drive with a reference, robust and without a start of its own.
+
+For assumed signs of the wheels and a ratio of radius to separation, odometry has the robot's heading and path up to the
+scale. In windows, the path of a sensor off the axle is then linear in what is unknown: scale and rotation, place of the
+sensor, place of the window (least squares in complex numbers, so that a mirrored path does not fit).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, Optional, Tuple
+
+import numpy as np
+
+from diff_encoder_sim.base.errors import ConfigError
+
+WINDOW_S, EVERY_S = 20.0, 0.25  # of the alignment; interval of the rows in it
+RATIOS = np.geomspace(0.03, 1.0, 48)  # radius / separation
+DELAYS_S = np.arange(-0.4, 0.41, 0.05)
+FEWEST_ROWS = 8  # of a window
+USUAL_RATIO = 0.25  # of a robot that never turned
+_RIDGE = 1e-3  # for the place of the sensor in windows without turns
+
+# The signs of the left and the right wheel, and whether they are swapped; the first is right.
+WIRINGS = {
+    (1, 1, False): '',
+    (1, 1, True): 'left and right are swapped; allowed: the left wheel first',
+    (-1, 1, False): "the left wheel's numbers fall when the robot drives forward; allowed: --reversed left",
+    (1, -1, False): "the right wheel's numbers fall when the robot drives forward; allowed: --reversed right",
+}
+CLEARLY_BETTER = 0.5  # error of another wiring, as a fraction of that of the right one
+
+
+class FirstGuess(NamedTuple):
+    """About the parameters of a robot."""
+
+    radius_m: float
+    ratio: float  # radius / separation
+    x_m: float
+    y_m: float
+    yaw_rad: float  # of the sensor; 0 if unknown
+    delay_s: float
+    error_m: float  # root mean square distance of the aligned path
+    spread_m: float  # root mean square distance of the path from its middles
+
+
+def first_guess(
+    name: str,
+    times_s: np.ndarray,
+    angles_rad: np.ndarray,
+    pose_times_s: np.ndarray,
+    poses: np.ndarray,
+    ratio: Optional[float] = None,
+) -> FirstGuess:
+    """Return the guess of a drive; the arrays are those of `likelihood.Track`, `ratio` that of a known robot.
+
+    Raises:
+        ConfigError: a wheel is reversed, or both are swapped.
+    """
+    rows = np.unique(np.searchsorted(pose_times_s, np.arange(pose_times_s[0], pose_times_s[-1], EVERY_S)))
+    data = (times_s, angles_rad, pose_times_s[rows], poses[rows])
+    ratios = RATIOS if ratio is None else np.append(RATIOS, ratio)
+    errors = {wiring: np.array([_align(*data, wiring, each, 0.0).error_m for each in ratios]) for wiring in WIRINGS}
+    right = errors[1, 1, False].min()
+    wiring = min(WIRINGS, key=lambda each: errors[each].min())
+    if errors[wiring].min() < CLEARLY_BETTER * right and wiring != (1, 1, False):
+        raise ConfigError(f'{name}: {WIRINGS[wiring]}')
+    of_right = errors[1, 1, False]
+    best = float(ratios[of_right.argmin()])
+    if of_right.min() > 0.9 * np.median(of_right):  # a drive without turns fits with any
+        best = USUAL_RATIO if ratio is None else ratio
+    delay_s = min(DELAYS_S, key=lambda each: _align(*data, (1, 1, False), best, float(each)).error_m)
+    finer = min(best * np.geomspace(0.9, 1.1, 41), key=lambda each: _align(*data, (1, 1, False), each, delay_s).error_m)
+    return _align(*data, (1, 1, False), float(finer), float(delay_s))
+
+
+def _align(
+    times_s: np.ndarray,
+    angles_rad: np.ndarray,
+    pose_times_s: np.ndarray,
+    poses: np.ndarray,
+    wiring: Tuple[int, int, bool],
+    ratio: float,
+    delay_s: float,
+) -> FirstGuess:
+    """Fit the path of odometry to the poses in windows."""
+    left, right = (angles_rad * np.array(wiring[:2])).T[:: -1 if wiring[2] else 1]
+    yaw_rad = ratio * (right - left - right[0] + left[0])
+    middle_rad = 0.5 * (yaw_rad[1:] + yaw_rad[:-1])
+    path = np.append(0.0, np.cumsum(0.5 * np.diff(left + right) * np.exp(1j * middle_rad)))  # of a wheel of radius 1
+    at_s = pose_times_s - delay_s
+    yaws_rad = np.interp(at_s, times_s, yaw_rad)
+    headings = np.exp(1j * yaws_rad)
+    paths = np.interp(at_s, times_s, path.real) + 1j * np.interp(at_s, times_s, path.imag)
+    targets = poses[:, 0] + 1j * poses[:, 1]
+    windows = np.floor((pose_times_s - pose_times_s[0]) / WINDOW_S).astype(int)
+    found, squares, spread, rows = [], 0.0, 0.0, 0
+    sensor = 0j  # sum of the sensor's directions
+    for window in np.unique(windows):
+        here = windows == window
+        if here.sum() < FEWEST_ROWS or np.ptp(paths[here].real) + np.ptp(paths[here].imag) == 0.0:
+            continue
+        design = np.column_stack((paths[here] - paths[here].mean(), headings[here] - headings[here].mean()))
+        target = targets[here] - targets[here].mean()
+        moment = design.conj().T @ design + np.diag([1e-12, _RIDGE * here.sum()])
+        scale, place = np.linalg.solve(moment, design.conj().T @ target)  # both turned by the start's heading
+        misses = abs(target - design @ (scale, place)) ** 2
+        squares += float(np.minimum(misses, 9.0 * np.median(misses) + 1e-12).sum())
+        spread += float((abs(target) ** 2).sum())
+        rows += int(here.sum())
+        known = np.linalg.det(moment).real / moment[[1, 0], [1, 0]].real  # of each alone
+        found.append((abs(scale), place * abs(scale) / scale, *known))
+        if np.isfinite(poses[0, 2]):
+            sensor += (np.exp(1j * poses[here, 2]) / headings[here]).mean() * abs(scale) / scale * known[0]
+    if not found:
+        return FirstGuess(math.nan, ratio, 0.0, 0.0, 0.0, delay_s, math.inf, 0.0)
+    scales, places, of_scale, of_place = map(np.array, zip(*found))
+    radius_m = np.average(scales, weights=of_scale.real)
+    place = np.average(places, weights=of_place.real)
+    return FirstGuess(
+        float(radius_m),
+        ratio,
+        float(place.real),
+        float(place.imag),
+        float(np.angle(sensor)),
+        delay_s,
+        math.sqrt(squares / rows),
+        math.sqrt(spread / rows),
+    )

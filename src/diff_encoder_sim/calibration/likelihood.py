@@ -1,0 +1,227 @@
+"""The composite likelihood of drives with a reference, and its maximum.
+
+Errors of references are correlated over a second or so in ways that no model knows: smoothing filters, jitter of
+clocks, markers that come and go. Segments of `SEGMENT_S` are longer than that. They start at every row, so that they
+overlap, and each chain of segments from end to end has the weight of one over the number of chains (composite
+likelihood: Varin, Reid and Firth 2011). The intervals follow from the scatter of the scores (Godambe's sandwich).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import List, Sequence, Tuple
+
+import numpy as np
+
+from diff_encoder_sim.calibration.pose_filter import filter_poses
+
+WINDOW_S = 2.0
+PARTS = 4  # of a window
+
+# The parameters, in this order: logarithms of what is positive.
+NAMES = (
+    *('left_wheel_diameter_m', 'right_wheel_diameter_m', 'wheel_separation_m'),
+    *('reference_x_m', 'reference_y_m', 'reference_yaw_rad', 'reference_delay_s'),
+    *('slip_m2_per_m', 'slip_rad2_per_rad'),
+    *('white_std', 'white_yaw_std', 'slow_std', 'slow_yaw_std', 'slow_time_constant_s'),
+)
+INDEX = {name: index for index, name in enumerate(NAMES)}
+IS_LOGARITHM = np.array([name not in NAMES[3:7] for name in NAMES])
+OF_YAW = [INDEX[name] for name in ('reference_yaw_rad', 'white_yaw_std', 'slow_yaw_std')]
+GEOMETRY = slice(0, 3)
+
+# Weak knowledge (normal, of logarithms where the parameter has one), which only keeps what a drive does not determine
+# near a usual value. Diameters and separation: about their first guess.
+USUAL = np.array([0.0] * 7 + [math.log(1e-6), math.log(1e-6), 0.0, 0.0, -2.0, -2.0, math.log(2.0)])
+SPREAD = np.array([1.0, 1.0, 1.0, 1.0, 1.0, 10.0, 0.5, 4.0, 4.0, 3.0, 3.0, 3.0, 3.0, 1.5])
+STEPS = np.array([1e-5, 1e-5, 1e-4, 1e-4, 1e-4, 1e-4, 1e-3, *[1e-2] * 7])  # of numerical derivatives
+
+UNSTATED_STD = 0.01  # [m, rad] unit of the noise of a reference that states no covariance
+LONGEST_GAP_S = 1.0
+LONGEST_DELAY_S = 0.5  # of the reference; its rows nearer to an end of the drive are left out
+
+
+@dataclass
+class Track:
+    """A drive, or a part of one, and its reference, as arrays of the likelihood.
+
+    Attributes:
+        times_s: (n,) stamps of the wheel angles, since the start of the drive.
+        angles_rad: (n, 2) left and right.
+        pose_times_s: (k,) stamps of the reference.
+        poses: (k, 3) x [m], y [m], yaw [rad] of the sensor; yaw NaN if unknown.
+        covariances: (k, 3, 3) of the poses, or (k, 2, 2) of x and y alone.
+        count_rad: (2,) angle of a count of each wheel; 0 for exact angles.
+        start_yaw_rad: heading of the robot at the start of the drive, as the first rows of the reference have it.
+        is_used: (m,) whether a window of the reference is used.
+    """
+
+    times_s: np.ndarray
+    angles_rad: np.ndarray
+    pose_times_s: np.ndarray
+    poses: np.ndarray
+    covariances: np.ndarray
+    count_rad: np.ndarray
+    start_yaw_rad: float = 0.0
+
+    def __post_init__(self) -> None:
+        part = np.floor((self.pose_times_s - self.pose_times_s[0]) * PARTS / WINDOW_S).astype(int)
+        parts, starts, rows = np.unique(part, return_index=True, return_counts=True)
+        self.first_rows = np.append(starts, len(part))
+        self.middles_s = np.add.reduceat(self.pose_times_s, starts) / rows
+        self.first_parts = np.append(np.unique(parts // PARTS, return_index=True)[1], len(parts))
+        firsts, rows = self.first_rows[self.first_parts[:-1]], np.diff(self.first_rows[self.first_parts])
+        precisions = np.linalg.inv(self.covariances)
+        means = np.add.reduceat(precisions, firsts) / rows[:, np.newaxis, np.newaxis]
+        # The mean error weighted by precision, whitened by the Cholesky factor of the mean precision.
+        whitened = np.linalg.inv(np.linalg.cholesky(means)) / rows[:, np.newaxis, np.newaxis]
+        self._weights = np.repeat(whitened, rows, axis=0) @ precisions
+        self.is_used = np.ones(len(firsts), bool)
+        self._path, self._motions = (math.nan,) * 4, np.empty((0, 6))  # of the last parameters
+
+    @property
+    def has_yaw(self) -> bool:
+        """Return whether the reference has a yaw."""
+        return bool(self.covariances.shape[1] == 3)
+
+    @property
+    def edges_s(self) -> np.ndarray:
+        """Return (m + 1,) the first stamps of the windows, and the last of all."""
+        edges_s: np.ndarray = np.append(self.pose_times_s, self.pose_times_s[-1])[self.first_rows[self.first_parts]]
+        return edges_s
+
+    def without_gaps(self) -> List[Track]:
+        """Return the parts between gaps of the wheels' samples, in which the motion is unknown."""
+        edges_s, pieces, first = self.edges_s, [], 0
+        for row in np.flatnonzero(np.diff(self.times_s) > LONGEST_GAP_S):
+            begin, end = np.searchsorted(edges_s, self.times_s[[row, row + 1]] + [-LONGEST_DELAY_S, LONGEST_DELAY_S])
+            pieces.append((first, max(first, begin - 1)))
+            first = min(end, len(self.is_used))
+        pieces.append((first, len(self.is_used)))
+        return [self.between(*piece) for piece in pieces if piece[1] > piece[0]]
+
+    def between(self, first: int, end: int) -> Track:
+        """Return the part of some windows."""
+        rows = slice(*self.first_rows[self.first_parts[[first, end]]])
+        poses = self.pose_times_s[rows], self.poses[rows], self.covariances[rows]
+        return Track(self.times_s, self.angles_rad, *poses, self.count_rad)
+
+    def motions(self, parameters: np.ndarray, at_s: np.ndarray) -> np.ndarray:
+        """Return (m, 6) `motions` of `filter_poses` at times of the drive."""
+        left_m, right_m = (0.5 * math.exp(parameters[side]) * self.angles_rad[:, side] for side in range(2))
+        steps_m = np.diff(np.stack((left_m, right_m)), axis=1, prepend=np.array([left_m[:1], right_m[:1]]))
+        yaw_rad = (right_m - left_m) / math.exp(parameters[2])
+        turns_rad = np.diff(yaw_rad, prepend=yaw_rad[:1])
+        chord_m = 0.5 * steps_m.sum(axis=0) * np.sinc(turns_rad / (2.0 * np.pi))
+        middle_rad = yaw_rad - 0.5 * turns_rad - yaw_rad[0]
+        paths = (chord_m * np.cos(middle_rad), chord_m * np.sin(middle_rad), turns_rad, *abs(steps_m), abs(turns_rad))
+        return np.column_stack([np.interp(at_s, self.times_s, np.cumsum(path)) for path in paths])
+
+    def errors(self, parameters: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+        """Return (m, 3) prediction errors and their variances, 0 and 1 of windows that are not used."""
+        errors, variances, _, _ = self.filtered(parameters, self.is_used)
+        errors[~self.is_used], variances[~self.is_used] = 0.0, 1.0
+        return errors, variances
+
+    def filtered(
+        self, parameters: np.ndarray, is_used: np.ndarray
+    ) -> Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return errors, variances, last state and covariance of `filter_poses`."""
+        delay_s = parameters[INDEX['reference_delay_s']]
+        of_path = (*parameters[GEOMETRY], delay_s)
+        if of_path != self._path:  # most derivatives are of other parameters
+            at_s = np.append(self.middles_s, self.pose_times_s) - delay_s
+            self._path, self._motions = of_path, self.motions(parameters, at_s)
+        motions, row_motions = np.split(self._motions, [len(self.middles_s)])
+        values = np.exp(parameters)
+        left_m, right_m = 0.5 * values[:2] * self.count_rad  # distance of a count
+        # Two independent remainders of a count, which do not grow: bounded.
+        of_counts = (left_m**2 + right_m**2) / 12.0 * np.array([0.25, 1.0 / values[2] ** 2])
+        given = np.concatenate([values[2:3], parameters[3:6], values[7:9], values[9:13] ** 2, values[13:14]])
+        errors, variances = np.zeros((len(is_used), 3)), np.ones((len(is_used), 3))
+        reference = self.middles_s, self.first_rows, self.first_parts, self.poses, self._weights, self.has_yaw
+        state, covariance = filter_poses(
+            motions, row_motions, *reference, self.start_yaw_rad, is_used, given, of_counts, errors, variances
+        )
+        return errors, variances, state, covariance
+
+
+def free_parameters(tracks: Sequence[Track]) -> np.ndarray:
+    """Return the indices of the parameters that the references can determine."""
+    has_yaw = any(track.has_yaw for track in tracks)
+    return np.array([index for index in range(len(NAMES)) if has_yaw or index not in OF_YAW])
+
+
+def _log_likelihood(tracks: Sequence[Track], parameters: np.ndarray, centre: np.ndarray) -> float:
+    total = -0.5 * float((((parameters - centre) / SPREAD) ** 2).sum())
+    for track in tracks:
+        errors, variances = track.errors(parameters)
+        total -= 0.5 * float((errors**2 / variances + np.log(variances)).sum())
+    return total
+
+
+def _derivatives(track: Track, parameters: np.ndarray, free: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the scores (free, k) of the rows of a track, and their expected information (free, free)."""
+    errors, variances = (each.ravel() for each in track.errors(parameters))
+    of_errors, of_variances = np.empty((len(free), len(errors))), np.empty((len(free), len(errors)))
+    for place, index in enumerate(free):
+        sides = []
+        for sign in (1.0, -1.0):
+            moved = parameters.copy()
+            moved[index] += sign * STEPS[index]
+            sides.append(track.errors(moved))
+        of_errors[place], of_variances[place] = (
+            (ahead - behind).ravel() / (2.0 * STEPS[index]) for ahead, behind in zip(*sides)
+        )
+    scores = 0.5 * of_variances * (errors**2 / variances - 1.0) / variances - of_errors * errors / variances
+    information = (of_errors / variances) @ of_errors.T + 0.5 * (of_variances / variances**2) @ of_variances.T
+    return scores.reshape(len(free), -1, 3).sum(axis=2), information
+
+
+def maximise(tracks: Sequence[Track], start: np.ndarray, iterations: int = 40) -> Tuple[np.ndarray, float]:
+    """Climb to the maximum by Fisher scoring with Levenberg's damping; return parameters and log-likelihood."""
+    free, centre = free_parameters(tracks), np.concatenate((start[GEOMETRY], USUAL[3:]))
+    parameters, damping, best = start.copy(), 1e-3, _log_likelihood(tracks, start, centre)
+    for _ in range(iterations):
+        found = [_derivatives(track, parameters, free) for track in tracks]
+        information = sum(each for _, each in found) + np.diag(SPREAD[free] ** -2)
+        slope = sum(scores.sum(axis=1) for scores, _ in found) - ((parameters - centre) / SPREAD**2)[free]
+        gain = -math.inf
+        while gain < 0.0 and damping < 1e6:
+            step = np.linalg.solve(information + damping * np.diag(np.diag(information)), slope)
+            moved = parameters.copy()
+            moved[free] += step.clip(-1.5, 1.5)
+            gain = _log_likelihood(tracks, moved, centre) - best
+            damping = damping * 10.0 if not gain >= 0.0 else max(0.1 * damping, 1e-6)
+            gain = gain if math.isfinite(gain) else -math.inf
+        if gain < 0.0:
+            break
+        parameters, best = moved, best + gain
+        if gain < 1e-4:
+            break
+    return parameters, best
+
+
+def covariances_at(tracks: Sequence[Track], parameters: np.ndarray) -> np.ndarray:
+    """Return two (14, 14) covariances of the parameters at the maximum, (2, 14, 14); 0 of what is not free.
+
+    The first is the inverse of the expected information: right if the noise is as the model has it. The second is by
+    the scatter of the scores of the windows, which are independent (Godambe's sandwich): right for many of them. The
+    larger one counts, `largest_variance`.
+    """
+    free = free_parameters(tracks)
+    information = scatter = np.diag(SPREAD[free] ** -2)
+    for track in tracks:
+        scores, of_track = _derivatives(track, parameters, free)
+        information, scatter = information + of_track, scatter + scores @ scores.T
+    inverse = np.linalg.inv(information)
+    covariances = np.zeros((2, len(parameters), len(parameters)))
+    for covariance, of_free in zip(covariances, (inverse, inverse @ scatter @ inverse)):
+        covariance[np.ix_(free, free)] = of_free
+    return covariances
+
+
+def largest_variance(row: np.ndarray, covariances: np.ndarray) -> float:
+    """Return the variance of a linear combination of the parameters by the covariance that makes it larger."""
+    return float(max(row @ each @ row for each in covariances))

@@ -1,0 +1,124 @@
+"""Predictions of drives that a calibration has not seen: where odometry ends, with its interval."""
+
+from __future__ import annotations
+
+import math
+from typing import List, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+
+from diff_encoder_sim.base.deferred import deferred
+from diff_encoder_sim.base.drive import Drive
+from diff_encoder_sim.calibration.estimation import (
+    Calibration,
+    ReferencedDrive,
+    calibrate,
+    start_heading,
+    track_of,
+    with_geometry,
+)
+from diff_encoder_sim.calibration.likelihood import INDEX, STEPS, Track, largest_variance
+from diff_encoder_sim.calibration.umbmark import WheelGeometry
+
+special = deferred('scipy.special')
+
+LEVEL = 0.9
+ALIGNED_OVER_M = 1.0  # the start of a drive, by which odometry is placed on the reference
+
+
+class Prediction(NamedTuple):
+    """The end of a drive in the frame of its start: along [m], across [m], and yaw [rad], NaN if unknown."""
+
+    drive: str
+    duration_s: float
+    length_m: float
+    error: np.ndarray  # (3,) observed: reference minus odometry
+    std: np.ndarray  # (3,) expected: by calibration, slip and reference
+    interval: np.ndarray  # (3, 2) of the error, 90 %
+    nominal_error: Optional[np.ndarray]  # (3,) of odometry with the nominal geometry
+
+    @property
+    def is_inside(self) -> np.ndarray:
+        """Return (3,) whether the error is inside its interval."""
+        return (self.interval[:, 0] <= self.error) & (self.error <= self.interval[:, 1])
+
+
+def cross_predictions(drives: Sequence[ReferencedDrive], nominal: Optional[WheelGeometry] = None) -> List[Prediction]:
+    """Predict each drive from all others; the second half of a single one from its first."""
+    if len(drives) == 1:
+        first, second = _halves(drives[0])
+        return [predict(calibrate([first], nominal), second, nominal)]
+    return [
+        predict(calibrate([*drives[:index], *drives[index + 1 :]], nominal), drive, nominal)
+        for index, drive in enumerate(drives)
+    ]
+
+
+def predict(calibration: Calibration, drive: ReferencedDrive, nominal: Optional[WheelGeometry] = None) -> Prediction:
+    """Predict the end of a drive; ConfigError if it is too short."""
+    track = track_of(drive)
+    parameters = calibration.parameters
+    track.start_yaw_rad = start_heading(track, parameters, ALIGNED_OVER_M)
+    error, covariance = _end_error(track, parameters)
+    slopes = np.zeros((3, len(parameters)))
+    for index in np.flatnonzero(np.diag(calibration.covariances[0])):
+        moved = [parameters.copy(), parameters.copy()]
+        moved[0][index] += STEPS[index]
+        moved[1][index] -= STEPS[index]
+        slopes[:, index] = (_end_error(track, moved[0])[0] - _end_error(track, moved[1])[0]) / (2.0 * STEPS[index])
+    std = np.sqrt(np.diag(covariance) + [largest_variance(row, calibration.covariances) for row in slopes])
+    reach = float(special.ndtri(0.5 + 0.5 * LEVEL)) * std
+    nominal_error = None if nominal is None else _end_error(track, with_geometry(parameters, nominal))[0]
+    motions = track.motions(parameters, track.pose_times_s[[0, -1]] - parameters[INDEX['reference_delay_s']])
+    length_m = float(0.5 * np.diff(motions[:, 3:5], axis=0).sum())
+    duration_s = float(np.ptp(track.pose_times_s))
+    return Prediction(drive.name, duration_s, length_m, error, std, np.column_stack((-reach, reach)), nominal_error)
+
+
+def _end_error(track: Track, parameters: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """Return the mean error of the last part (3,) and its covariance (3, 3), without that of the parameters."""
+    delay_s = parameters[INDEX['reference_delay_s']]
+    motions, rows = track.motions(parameters, track.middles_s - delay_s), slice(track.first_rows[-2], None)
+    is_aligned = 0.5 * motions[track.first_parts[:-1], 3:5].sum(axis=1) <= ALIGNED_OVER_M + 0.5 * motions[0, 3:5].sum()
+    is_aligned[:2] = True
+    _, _, state, covariance = track.filtered(parameters, is_aligned)
+    at_rows = track.motions(parameters, track.pose_times_s[rows] - delay_s)[:, :3]
+    turn = state[2] - motions[-1, 2]
+    yaws = at_rows[:, 2] + turn
+    path = (at_rows[:, 0] + 1j * at_rows[:, 1] - complex(*motions[-1, :2])) * np.exp(1j * turn)
+    sensors = complex(*parameters[3:5]) * np.exp(1j * yaws)
+    off = track.poses[rows, 0] + 1j * track.poses[rows, 1] - complex(*state[:2]) - path - sensors
+    off_yaw = (track.poses[rows, 2] - yaws - parameters[5] + np.pi) % (2.0 * np.pi) - np.pi
+    of_path = (path + sensors).mean()
+    by_pose = np.array([[1.0, 0.0, -of_path.imag], [0.0, 1.0, of_path.real], [0.0, 0.0, 1.0]])
+    total = by_pose @ covariance[:3, :3] @ by_pose.T
+    noise = np.exp(2.0 * parameters[9:13])
+    stated = np.zeros((3, 3))
+    components = 3 if track.has_yaw else 2
+    stated[:components, :components] = track.covariances[rows].mean(axis=0)
+    scales = np.sqrt(noise[:2] / len(off) + noise[2:])[[0, 0, 1]]
+    total += stated * np.outer(scales, scales)
+    start = -track.start_yaw_rad
+    turned = off.mean() * np.exp(1j * start)
+    back = np.array(
+        [[math.cos(start), -math.sin(start), 0.0], [math.sin(start), math.cos(start), 0.0], [0.0, 0.0, 1.0]]
+    )
+    return np.array([turned.real, turned.imag, off_yaw.mean()]), back @ total @ back.T
+
+
+def _halves(drive: ReferencedDrive) -> List[ReferencedDrive]:
+    """Split a drive in the middle of its reference."""
+    stamps_ns, reference = drive.drive.stamps_ns, drive.reference
+    middle_ns = (reference.stamps_ns[0] + reference.stamps_ns[-1]) // 2
+    halves = []
+    for name, of_drive, of_reference in (
+        ('first half', stamps_ns <= middle_ns, reference.stamps_ns <= middle_ns),
+        ('second half', stamps_ns > middle_ns, reference.stamps_ns > middle_ns),
+    ):
+        covariances = None if reference.covariances is None else reference.covariances[of_reference]
+        part = reference._replace(
+            stamps_ns=reference.stamps_ns[of_reference], poses=reference.poses[of_reference], covariances=covariances
+        )
+        angles = Drive(stamps_ns[of_drive], drive.drive.wheel_angles_rad[of_drive])
+        halves.append(drive._replace(name=f'{drive.name}, {name}', drive=angles, reference=part))
+    return halves

@@ -1,0 +1,73 @@
+#!/usr/bin/env python3
+"""How often the intervals of calibrate contain the truth: random robots of test/support/calibration_drives.py.
+
+Each robot is calibrated by one drive of 5 minutes, which then predicts the end of another of 2 minutes.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+from typing import NamedTuple
+
+import numpy as np
+from bench import ROOT, in_processes, parser, print_header, print_table
+
+sys.path.append(str(ROOT / 'test' / 'support'))
+
+from calibration_drives import TrueRobot, random_robot, referenced_drive
+from diff_encoder_sim.calibration.estimation import calibrate
+from diff_encoder_sim.calibration.prediction import predict
+
+
+class Hits(NamedTuple):
+    """Which intervals of a robot contain the truth."""
+
+    names: list
+    values: list
+    predictions: list  # along, across, yaw
+
+
+def check(job: tuple) -> Hits:
+    """Calibrate the robot of a seed."""
+    seed, has_yaw = job
+    rng = np.random.default_rng(seed)
+    robot = random_robot(rng)
+    calibration = calibrate([referenced_drive(robot, rng, has_yaw=has_yaw)])
+    truth = dict(zip(TrueRobot._fields, robot))
+    truth['radius_ratio'] = robot.right_wheel_diameter_m / robot.left_wheel_diameter_m
+    truth['radius_per_separation'] = 0.5 * robot.left_wheel_diameter_m / robot.wheel_separation_m
+    names, hits = list(calibration.values), []
+    for name in names:
+        value, (low, high) = calibration.values[name]
+        off = truth[name] - value
+        if name.endswith('yaw_rad'):
+            off = (off + math.pi) % (2.0 * math.pi) - math.pi
+        hits.append(low <= value + off <= high)
+    prediction = predict(calibration, referenced_drive(robot, rng, 120.0, has_yaw=has_yaw))
+    return Hits(names, hits, prediction.is_inside.tolist())
+
+
+def main() -> None:
+    """Print the coverage."""
+    arguments = parser(__doc__, robots=1000, workers=os.cpu_count())
+    arguments.add_argument('--first', type=int, default=0, metavar='SEED', help='of the first robot')
+    arguments.add_argument('--positions', action='store_true', help='references without yaw')
+    options = arguments.parse_args()
+    print_header(__doc__)
+    jobs = [(seed, not options.positions) for seed in range(options.first, options.first + options.robots)]
+    found = in_processes(check, jobs, options.workers)
+    rows = [
+        (name, 95, f'{100.0 * np.mean([hits.values[place] for hits in found]):.1f}')
+        for place, name in enumerate(found[0].names)
+    ]
+    axes = ('along', 'across', 'yaw')[: 2 if options.positions else 3]
+    inside = np.array([hits.predictions for hits in found])[:, : len(axes)]
+    rows += [(f'prediction, {axis}', 90, f'{100.0 * of_axis.mean():.1f}') for axis, of_axis in zip(axes, inside.T)]
+    rows.append(('prediction, all axes', 90, f'{100.0 * inside.mean():.1f}'))
+    print_table(rows, ('interval of', 'level [%]', f'contains the truth [%], {len(found)} robots'))
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,160 @@
+"""Calibration of generated robots: intervals contain the truth, disturbances are found, bad drives are refused."""
+
+import math
+
+import numpy as np
+import pytest
+
+from calibration_drives import WHEEL_HZ, TrueRobot, random_robot, referenced_drive
+from diff_encoder_sim.base.drive import Drive
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.calibration.estimation import calibrate
+from diff_encoder_sim.calibration.prediction import cross_predictions, predict
+from diff_encoder_sim.calibration.umbmark import WheelGeometry
+
+ROBOT = TrueRobot()
+NOMINAL = WheelGeometry(0.2, 0.2, 0.4)
+
+
+def drive_of(robot=ROBOT, seed=1, duration_s=90.0, **options):
+    return referenced_drive(robot, np.random.default_rng(seed), duration_s, **options)
+
+
+def misses(calibration, robot=ROBOT):
+    """How far each value is from the truth, in halves of its interval."""
+    found = {}
+    for name, (value, (low, high)) in calibration.values.items():
+        if name in robot._fields:
+            found[name] = (value - getattr(robot, name)) / (0.5 * (high - low))
+    return found
+
+
+@pytest.fixture(scope='module')
+def calibration():
+    return calibrate([drive_of()], NOMINAL)
+
+
+def test_the_intervals_of_a_robot_contain_its_geometry_sensor_and_slip(calibration):
+    assert max(map(abs, misses(calibration).values())) < 1.8
+    values = calibration.values
+    assert values['radius_ratio'].value == pytest.approx(1.006, abs=5e-4)
+    assert values['radius_per_separation'].value == pytest.approx(0.1 / 0.41, rel=1e-3)
+    assert values['reference_delay_s'].interval[1] - values['reference_delay_s'].interval[0] < 0.02
+    assert not calibration.undetermined
+    assert not calibration.disturbances
+
+
+def test_the_covariance_of_the_geometry_knows_the_ratio_better_than_the_scale(calibration):
+    covariance = calibration.geometry_covariance
+    of_ratio, of_scale = np.array([-1.0, 1.0, 0.0]), np.array([0.5, 0.5, 0.0])
+    low, high = calibration.values['radius_ratio'].interval
+    half = 1.96 * math.sqrt(of_ratio @ covariance @ of_ratio)
+    assert math.log(high / low) == pytest.approx(2.0 * half, rel=1e-3)
+    assert of_ratio @ covariance @ of_ratio < 4.0 * (of_scale @ covariance @ of_scale)
+
+
+def test_positions_alone_are_sufficient():
+    robot = ROBOT._replace(noise_m=0.003)
+    calibration = calibrate([drive_of(robot, has_yaw=False)])
+    assert 'reference_yaw_rad' not in calibration.values
+    assert max(map(abs, misses(calibration, robot).values())) < 2.0
+
+
+def test_several_drives_narrow_the_intervals(calibration):
+    both = calibrate([drive_of(), drive_of(seed=2)], NOMINAL)
+
+    def width(found):
+        low, high = found.values['wheel_separation_m'].interval
+        return high - low
+
+    assert width(both) < 0.9 * width(calibration)
+
+
+@pytest.mark.parametrize(
+    ('change', 'says'),
+    [
+        (lambda angles: angles[:, ::-1], 'swapped'),
+        (lambda angles: angles * [-1.0, 1.0], '--reversed left'),
+        (lambda angles: angles * [1.0, -1.0], '--reversed right'),
+        (lambda angles: 0.0 * angles, 'turns by 0.00 rad'),
+        (
+            lambda angles: angles + np.array([0.0, 500.0]) * (np.arange(len(angles))[:, np.newaxis] > 900),
+            '--ticks-modulus',
+        ),
+    ],
+)
+@pytest.mark.parametrize('has_yaw', [True, False])
+def test_wheels_that_cannot_be_right_are_an_error(change, says, has_yaw):
+    drive = drive_of(duration_s=60.0, has_yaw=has_yaw)
+    changed = Drive(drive.drive.stamps_ns, change(drive.drive.wheel_angles_rad))
+    with pytest.raises(ConfigError, match=f'^drive: .*{says}'):
+        calibrate([drive._replace(drive=changed)])
+
+
+def test_a_reference_of_another_robot_and_a_short_one_are_errors():
+    drive, other = drive_of(duration_s=60.0), drive_of(seed=3, duration_s=60.0)
+    with pytest.raises(ConfigError, match='does not follow the wheels'):
+        calibrate([drive._replace(reference=other.reference)])
+    with pytest.raises(ConfigError, match='at least 10 s'):
+        calibrate([drive_of(duration_s=9.0)])
+
+
+@pytest.mark.parametrize('kind', ['pushed', 'lifted', 'reference jumps', 'outliers', 'missing'])
+def test_disturbances_are_reported_with_their_times_and_change_little(kind):
+    drive = drive_of()
+    angles_rad, reference = drive.drive.wheel_angles_rad.copy(), drive.reference
+    times_s, poses = drive.drive.stamps_ns / 1e9, reference.poses.copy()
+    after, kept = reference.stamps_ns > 40e9, np.ones(len(angles_rad), bool)
+    if kind == 'pushed':
+        turn = np.array([[math.cos(0.4), math.sin(0.4)], [-math.sin(0.4), math.cos(0.4)]])
+        place = poses[after][0, :2].copy()
+        poses[after, :2] = place + [0.3, 0.1] + (poses[after, :2] - place) @ turn
+        poses[after, 2] += 0.4
+    elif kind == 'lifted':
+        angles_rad[:, 0] += 8.0 * np.clip(times_s - 40.0, 0.0, 1.0)
+    elif kind == 'reference jumps':
+        poses[after, :2] += [0.5, -0.3]
+    elif kind == 'outliers':
+        poses[after.argmax() + np.array([0, 1, 200])] = 0.0
+    else:
+        kept = (times_s < 40.0) | (times_s > 44.0)
+    changed = drive._replace(
+        drive=Drive(drive.drive.stamps_ns[kept], angles_rad[kept]), reference=reference._replace(poses=poses)
+    )
+    calibration = calibrate([changed])
+    assert max(map(abs, misses(calibration).values())) < 2.5
+    assert any(each.start_s - 1.0 <= 40.0 <= each.end_s + 1.0 for each in calibration.disturbances)
+    assert sum(each.end_s - each.start_s for each in calibration.disturbances) < 12.0
+    assert any(each.is_lasting for each in calibration.disturbances) == (kind != 'outliers')
+
+
+def test_a_straight_line_does_not_determine_the_separation():
+    forward_mps = np.full(int(40.0 * WHEEL_HZ), 0.5)
+    drive = drive_of(speeds=(forward_mps, 0.0 * forward_mps))
+    calibration = calibrate([drive], NOMINAL)
+    assert 'wheel_separation_m' in calibration.undetermined
+    assert calibration.values['radius_ratio'].value == pytest.approx(1.006, abs=2e-3)
+    assert 'left_wheel_diameter_m' not in calibration.undetermined
+
+
+def test_a_drive_is_predicted_from_others_and_its_half_from_the_other_half():
+    drives = [drive_of(seed=seed, name=f'drive {seed}') for seed in range(3)]
+    predictions = cross_predictions(drives, NOMINAL)
+    assert [each.drive for each in predictions] == ['drive 0', 'drive 1', 'drive 2']
+    z = np.array([each.error / each.std for each in predictions])
+    assert abs(z).max() < 3.5
+    assert all(abs(each.nominal_error[1]) > 3.0 * each.std[1] for each in predictions)
+    (half,) = cross_predictions(drives[:1])
+    assert half.drive == 'drive 0, second half'
+    assert half.nominal_error is None
+
+
+def test_predictions_of_random_robots_are_honest():
+    z = []
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        robot = random_robot(rng)
+        calibration = calibrate([referenced_drive(robot, rng, 90.0)])
+        prediction = predict(calibration, referenced_drive(robot, rng, 60.0))
+        z += (prediction.error / prediction.std).tolist()
+    assert 0.5 < np.std(z) < 1.6
