@@ -21,6 +21,7 @@ setup(
             'diff_encoder_sim.advice': ['*.html'],
             'diff_encoder_sim.analysis.charts': ['*.html', '*.css', '*.js'],
             'diff_encoder_sim.analysis.report': ['*.html', '*.css', '*.js'],
+            'diff_encoder_sim.calibration': ['*.html'],
             'diff_encoder_sim.drives': ['definitions/*/*.msg'],
         },
     ),

@@ -3,6 +3,7 @@
 import compileall
 import importlib
 import json
+import math
 import pkgutil
 import subprocess
 import sys
@@ -76,6 +77,15 @@ def test_reencode(bag, tmp_path):
 @pytest.mark.parametrize('encoder', ENCODERS)
 def test_the_chain_of_each_sensor(encoder, bag):
     assert encoder in command('reencode', bag, '--encoder', encoder)
+
+
+def test_calibrate(tmp_path):
+    times_s = [0.1 * row for row in range(300)]
+    rows = [f'{time_s},{2.0 * time_s - math.cos(time_s)},{2.0 * time_s},{0.2 * time_s},0.0' for time_s in times_s]
+    (tmp_path / 'drive.csv').write_text('\n'.join(['t,left,right,x,y', *rows]))
+    columns = ['--columns', 't', 'left', 'right', '--unit', 'rad', '--reference-columns', 't', 'x', 'y']
+    command('calibrate', '--csv', tmp_path / 'drive.csv', *columns, '--out', tmp_path / 'robot.yaml')
+    assert (tmp_path / 'calibration.html').stat().st_size > 10_000
 
 
 def test_advise(tmp_path):

@@ -21,11 +21,11 @@ MAY_IMPORT = {
     'simulation': 'base robots localization',
     'navigation': 'base localization',
     'drives': 'base wheels localization simulation navigation',
-    'calibration': 'base localization drives',
     'trials': 'base wheels robots localization simulation navigation drives',
     'analysis': 'base wheels localization drives trials',
+    'calibration': 'base localization drives analysis',
     'advice': 'base wheels robots simulation navigation drives trials analysis',
-    'api': 'base wheels robots localization simulation drives trials analysis advice',
+    'api': 'base wheels robots localization simulation drives trials analysis calibration advice',
     'cli': 'base localization trials api',
     'ros': 'base wheels robots localization simulation navigation drives trials',
 }
@@ -38,7 +38,7 @@ ROS_MODULES = (
 HEAVY = ('numba', 'pybullet', 'dask', 'distributed', 'altair', 'vl_convert', 'scipy')
 WRAPPERS = (
     *(f'analysis.charts.{name}' for name in ('chart_page', 'drawings', 'figures', 'frames', 'trial_charts')),
-    *('analysis.report.page', 'advice.advice_page'),
+    *('analysis.report.page', 'advice.advice_page', 'calibration.calibration_page'),
 )
 IMPORT_AND_NAME_THE_HEAVY = f"""
 import importlib, sys

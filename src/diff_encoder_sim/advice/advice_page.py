@@ -22,7 +22,7 @@ from diff_encoder_sim.advice.answers import AXES, Budget, Criterion, along_goal
 from diff_encoder_sim.advice.odometry_answer import FEWEST_COUNTS, MOST_COUNTS
 from diff_encoder_sim.advice.odometry_study import Advice
 from diff_encoder_sim.analysis.charts import chart_page
-from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Option, zoomed
+from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Option, chart_of, with_legend, zoomed
 from diff_encoder_sim.analysis.charts.drawings import tips
 from diff_encoder_sim.base.atomic_files import write_file
 
@@ -88,27 +88,14 @@ def _has_truth(advice: Advice) -> bool:
     return any(tried.budget for tried in advice.tried)
 
 
-def _chart(rows: Rows, *filters: str) -> alt.Chart:
-    chart = alt.Chart(alt.InlineData(values=rows))  # no DataFrame: importing pandas takes half a second
-    for one in filters:
-        chart = chart.transform_filter(one)
-    return chart
-
-
 def _share(field: str = 'share') -> alt.Y:
     return alt.Y(f'{field}:Q', title='within the tolerance').scale(domain=[0, 1]).axis(format='%')
-
-
-def _legend(channel: Any, field: str, values: Dict[str, Any], columns: int = 1) -> Any:
-    """Return a colour or a dash by field; a legend shows the whole domain of its scale, with or without marks."""
-    scale = alt.Scale(domain=list(values), range=list(values.values()))
-    return channel(field, title=None, scale=scale, legend=alt.Legend(orient='bottom', columns=columns))
 
 
 def _share_chart(advice: Advice) -> Chart:
     requirement, of_odometry = advice.requirement, COLOURS[Criterion.ODOMETRY]
     colours = {each.text: colour for each, colour in COLOURS.items() if each in advice.answers}
-    colour = _legend(alt.Color, 'criterion:N', colours)
+    colour = with_legend(alt.Color, 'criterion:N', colours)
     curves = [
         {
             'test': curve.test,
@@ -131,19 +118,19 @@ def _share_chart(advice: Advice) -> Chart:
         for one, share in ((one, sum(one.odometry_share) / 2.0) for one in advice.encoders)
     ]
     layers = [
-        _chart([{'share': requirement.share}]).mark_rule(color=GREY).encode(y=_share()),
-        zoomed(_chart(curves, OF_TEST).mark_line(clip=True).encode(x=_COUNTS, y=_share(), color=colour)),
+        chart_of([{'share': requirement.share}]).mark_rule(color=GREY).encode(y=_share()),
+        zoomed(chart_of(curves, OF_TEST).mark_line(clip=True).encode(x=_COUNTS, y=_share(), color=colour)),
     ]
     if closed:
-        line = _chart(closed, OF_TEST).mark_line(strokeDash=[2, 3], color=of_odometry, clip=True)
+        line = chart_of(closed, OF_TEST).mark_line(strokeDash=[2, 3], color=of_odometry, clip=True)
         layers.append(line.encode(x=_COUNTS, y=_share()))
     if advice.tried:
-        tried = _chart(_tried_rows(advice), OF_TEST).encode(x=_COUNTS, color=colour)
+        tried = chart_of(_tried_rows(advice), OF_TEST).encode(x=_COUNTS, color=colour)
         dots = tips({'encoder': 'encoder', 'criterion': 'criterion', 'trials': 'trials within'})
         layers.append(tried.mark_rule(clip=True).encode(y=_share('low'), y2='high:Q'))
         layers.append(tried.mark_point(filled=True, size=60, clip=True).encode(y=_share(), tooltip=dots))
     if encoders:
-        diamonds = _chart(encoders).mark_point(shape='diamond', size=60, color=of_odometry, clip=True)
+        diamonds = chart_of(encoders).mark_point(shape='diamond', size=60, color=of_odometry, clip=True)
         named = tips({'encoder': 'encoder', 'counts': 'counts', 'trials': 'draws within'})
         layers.append(diamonds.encode(x=_COUNTS, y=_share(), tooltip=named))
     dots_text = 'dots: closed-loop trials with the confidence interval; ' if advice.tried else ''
@@ -179,8 +166,8 @@ def _error_chart(advice: Advice) -> Chart:
                     key = {'test': curve.test, 'counts': counts, 'line': line, 'axis': axis}
                     rows.append({**key, 'error': float(f'{error:.4g}')})
     y = alt.Y('error:Q', title='error [mm, degrees]').scale(type='log')
-    dash = _legend(alt.StrokeDash, 'line:N', dict(zip(lines, ([2, 1], [1, 0], [4, 2]))))
-    drawn = _chart(rows, OF_TEST, OF_AXIS).mark_line(clip=True).encode(x=_COUNTS, y=y, strokeDash=dash)
+    dash = with_legend(alt.StrokeDash, 'line:N', dict(zip(lines, ([2, 1], [1, 0], [4, 2]))))
+    drawn = chart_of(rows, OF_TEST, OF_AXIS).mark_line(clip=True).encode(x=_COUNTS, y=y, strokeDash=dash)
     text = 'Quantiles of the sampled drives: half, the required fraction, and 95 %; grey: the tolerance.'
     drawing = alt.layer(_tolerance_rule(advice, y), zoomed(drawn))
     return Chart('error', "Odometry's error against the counts", text, drawing)
@@ -194,17 +181,18 @@ def _budget_chart(advice: Advice) -> Chart:
     for tried in advice.tried:
         if tried.budget:
             rows += _bars(tried.test, Criterion.TRUTH, tried.encoder, tried.ppr, tried.budget)
-    colour = _legend(alt.Color, 'cause:N', dict(zip(dict.fromkeys(row['cause'] for row in rows), CAUSES)), 2)
+    colours = dict(zip(dict.fromkeys(row['cause'] for row in rows), CAUSES))
+    colour = with_legend(alt.Color, 'cause:N', colours, columns=2)
     x = alt.X('encoder:O', title='counts per revolution', sort=alt.EncodingSortField('counts'))
     named = tips({'encoder': 'encoder', 'cause': 'cause', 'mean': 'mean', 'deviation': 'standard deviation'})
     title = 'rms [mm, degrees]'
-    bars = _chart(rows, OF_TEST, OF_AXIS, *([OF_CRITERION] if _has_truth(advice) else [])).mark_bar()
+    bars = chart_of(rows, OF_TEST, OF_AXIS, *([OF_CRITERION] if _has_truth(advice) else [])).mark_bar()
     bars = bars.encode(x=x, y=alt.Y('rms:Q', title=title), color=colour, tooltip=named)
     layers = [bars, _tolerance_rule(advice, alt.Y('error:Q', title=title))]
     without = {tried.test for tried in advice.tried} - {tried.test for tried in advice.tried if tried.budget}
     if without and _has_truth(advice):
         missing = [{'test': test, 'criterion': Criterion.TRUTH.value} for test in sorted(without)]
-        too_few = _chart(missing, OF_TEST, OF_CRITERION)
+        too_few = chart_of(missing, OF_TEST, OF_CRITERION)
         layers.append(too_few.mark_text(text='too few trials came to the goal', color=GREY))
     text = 'Height: root mean square error, divided in proportion to mean squares. Grey: the tolerance.'
     return Chart('budget', 'Error budget', text, alt.layer(*layers))
@@ -236,4 +224,4 @@ def _tolerance_rule(advice: Advice, y: alt.Y) -> alt.Chart:
     """Return the tolerance of the chosen axis as a horizontal line."""
     shown = (advice.requirement.tolerances * TO_SHOWN).tolist()
     rows = [{'axis': axis, 'error': error} for axis, error in zip(AXES, shown)]
-    return _chart(rows, OF_AXIS).mark_rule(color=GREY).encode(y=y)
+    return chart_of(rows, OF_AXIS).mark_rule(color=GREY).encode(y=y)

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, Iterator, List, NamedTuple
+from typing import Any, Dict, Iterator, List
 
 import numpy as np
-from tabulate import tabulate
 
 from diff_encoder_sim.advice import drive_draws
 from diff_encoder_sim.advice.answers import AXES, Budget, Criterion
 from diff_encoder_sim.advice.odometry_answer import share_within
 from diff_encoder_sim.advice.odometry_study import Advice
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
+from diff_encoder_sim.analysis.text_tables import TextTable
 
 TO_SHOWN = np.array([1e3, 1e3, np.degrees(1.0)])
 UNITS = ('along [mm]', 'across [mm]', 'heading [deg]')
@@ -34,21 +34,12 @@ QUANTILES = (0.5, 0.8, 0.95)
 BOUND = 1.96  # standard deviations of a 95 % interval to each side
 
 
-class AdviceTable(NamedTuple):
-    """Table of strings; the first two columns are aligned left."""
-
-    title: str
-    heads: List[str]
-    rows: List[List[str]]
-    note: str = ''
-
-
-def advice_tables(advice: Advice) -> Iterator[AdviceTable]:
+def advice_tables(advice: Advice) -> Iterator[TextTable]:
     """Yield the tables that have rows."""
     if advice.tried:
         yield _trials_table(advice)
     if advice.budgets:
-        yield AdviceTable('Error budget: mean ± standard deviation', BUDGET_HEADS, _budgets(advice), REST)
+        yield TextTable('Error budget: mean ± standard deviation', BUDGET_HEADS, _budgets(advice), REST)
     if advice.stopping:
         rows = [
             [ppr_text(label), cause, f'{1e3 * spread.position_m:.1f}', f'{np.degrees(spread.yaw_rad):.2f}']
@@ -56,7 +47,7 @@ def advice_tables(advice: Advice) -> Iterator[AdviceTable]:
             for cause, spread in spreads.items()
         ]
         heads = ['encoder', 'cause', 'position [mm]', 'heading [deg]']
-        yield AdviceTable('Stopping in closed form: at most', heads, rows)
+        yield TextTable('Stopping in closed form: at most', heads, rows)
     if advice.encoders:
         heads = ['encoder', 'price', 'counts', 'like ideal', 'within', *(each.head for each in advice.answers)]
         rows = [
@@ -67,10 +58,10 @@ def advice_tables(advice: Advice) -> Iterator[AdviceTable]:
             ]
             for encoder in advice.encoders
         ]
-        yield AdviceTable('Encoders on these wheels', [*heads, 'own errors'], rows, LIKE_IDEAL)
+        yield TextTable('Encoders on these wheels', [*heads, 'own errors'], rows, LIKE_IDEAL)
 
 
-def _trials_table(advice: Advice) -> AdviceTable:
+def _trials_table(advice: Advice) -> TextTable:
     tried = sorted(advice.tried, key=lambda each: each.ppr)
     rows = [
         [test, criterion.text, *('{}/{}'.format(*each.within[criterion]) for each in tried if each.test == test)]
@@ -78,7 +69,7 @@ def _trials_table(advice: Advice) -> AdviceTable:
         for criterion in Criterion
     ]
     heads = ['test', '', *(ppr_text(encoder) for encoder in dict.fromkeys(each.encoder for each in tried))]
-    return AdviceTable('Closed-loop trials within the tolerance', heads, rows)
+    return TextTable('Closed-loop trials within the tolerance', heads, rows)
 
 
 def _budgets(advice: Advice) -> List[List[str]]:
@@ -151,12 +142,7 @@ def own_encoder_text(advice: Advice) -> str:
 
 def tables_text(advice: Advice) -> str:
     """Return all tables as text."""
-    texts = []
-    for table in advice_tables(advice):
-        aligned = ['left', 'left', *['right'] * (len(table.heads) - 2)]
-        text = tabulate(table.rows, table.heads, disable_numparse=True, colalign=aligned)
-        texts.append('\n'.join(filter(None, [table.title, text, table.note])))
-    return '\n\n'.join(texts)
+    return '\n\n'.join(table.text() for table in advice_tables(advice))
 
 
 def advice_json(advice: Advice) -> Dict[str, Any]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from diff_encoder_sim.analysis.results_table import Results
     from diff_encoder_sim.analysis.summaries import summary
+    from diff_encoder_sim.api.calibration import calibrate
     from diff_encoder_sim.api.campaigns import run_campaign
     from diff_encoder_sim.api.recorded_drives import ReencodedDrive, read_path, reencode
     from diff_encoder_sim.api.results import read_results, write_report
@@ -25,6 +26,7 @@ _HOMES = {  # imported on first use
     'PoseSource': 'drives.topics',
     'ReencodedDrive': 'api.recorded_drives',
     'Results': 'analysis.results_table',
+    'calibrate': 'api.calibration',
     'read_path': 'api.recorded_drives',
     'read_results': 'api.results',
     'reencode': 'api.recorded_drives',
@@ -33,8 +35,8 @@ _HOMES = {  # imported on first use
     'write_report': 'api.results',
 }
 
-__all__ = ['ConfigError', 'PathError', 'PoseSeries', 'PoseSource', 'ReencodedDrive', 'Results', 'read_path']
-__all__ += ['read_results', 'reencode', 'run_campaign', 'summary', 'write_report']
+__all__ = ['ConfigError', 'PathError', 'PoseSeries', 'PoseSource', 'ReencodedDrive', 'Results', 'calibrate']
+__all__ += ['read_path', 'read_results', 'reencode', 'run_campaign', 'summary', 'write_report']
 
 
 def __getattr__(name: str) -> Any:

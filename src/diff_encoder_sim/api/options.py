@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Mapping, Optional, Sequence, Union
 
 from diff_encoder_sim.analysis.quantities import LEVEL, REQUIRED_FRACTION, YAW, X
-from diff_encoder_sim.base.bounds import COUNTER_STATES, PLACES, PULSES_PER_TURN, SEEDS, TRIALS, Between
+from diff_encoder_sim.base.bounds import COUNTER_STATES, LENGTH, PLACES, PULSES_PER_TURN, SEEDS, TRIALS, Between
 from diff_encoder_sim.drives.number_units import ANGLE_UNITS, LENGTH_UNITS, TIME_UNITS, UNITS
 from diff_encoder_sim.drives.topics import BAG_FORMATS, ODOM, SCAN
 
@@ -19,6 +19,7 @@ TLS = 'TLS options for --scheduler: PEM files'
 WHEELS, NO_ANGLES = 'wheels, if the bag has several', 'wheels of a drive without wheel angles'
 DRAWS, DELAYS = Between(0, 10_000), Between(-10.0, 10.0, 's')
 REFERENCE = 'reference: poses that do not depend on the wheels'
+SQUARES = 'UMBmark'
 
 
 def option(
@@ -191,7 +192,8 @@ class SourceOptions(WheelOptions):
 
     reference: str = option(
         '',
-        'a topic of poses, or two frames of /tf as "map->base_link" (default: /world_pose if the bag has it)',
+        'a topic of poses, or two frames of /tf as "map->base_link" (default: /world_pose if the bag has it); for '
+        'calibrate also scan: the laser',
         'TOPIC|FRAMES',
         group=REFERENCE,
     )
@@ -295,6 +297,25 @@ class DriveOptions(SourceOptions):
         DELAYS,
         REFERENCE,
     )
+
+
+@dataclass(frozen=True)
+class CalibrateOptions(SourceOptions):
+    """Options of the command calibrate; drives or, with `--umbmark`, `--ends` are required."""
+
+    drives: Sequence[Path] = option(
+        (), 'bags of ROS 1 (complete or truncated) or ROS 2', 'DRIVE', flag='drives', nargs='*'
+    )
+    out: Optional[Path] = option(
+        None, 'write the calibrated robot file, and next to it calibration.html (default: only print)', 'FILE'
+    )
+    json: Optional[Path] = option(None, 'write all results as JSON (docs/file_formats.md)', 'FILE')
+    csv: Sequence[Path] = option((), 'tables in place of bags; their delimiter is detected', 'FILE', group=NO_ANGLES)
+    umbmark: bool = option(False, 'report E_b, E_d and E_max,syst of squares in both directions', group=SQUARES)
+    ends: Optional[Path] = option(
+        None, 'table of end positions in place of drives: cw or ccw, x, y [m] from the start', 'FILE', group=SQUARES
+    )
+    side: float = option(4.0, 'side of the squares of --ends, in metres', 'M', LENGTH, SQUARES)
 
 
 @dataclass(frozen=True)

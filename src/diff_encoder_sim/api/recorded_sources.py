@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import List, NamedTuple, Optional, Tuple
+
+import numpy as np
 
 from diff_encoder_sim.api import wheel_options
 from diff_encoder_sim.api.options import SourceOptions, WheelOptions
@@ -11,15 +14,20 @@ from diff_encoder_sim.api.wheel_options import RecordedRobot
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.per_wheel import PerWheel
+from diff_encoder_sim.base.se2 import PoseSeries, poses_of_wheels
+from diff_encoder_sim.calibration.scan_reference import scan_reference
 from diff_encoder_sim.drives.bag_source import open_source
 from diff_encoder_sim.drives.csv_table import CsvStream
 from diff_encoder_sim.drives.drive_stream import DriveStream
 from diff_encoder_sim.drives.recorded_poses import RecordedPoses
 from diff_encoder_sim.drives.reencoding import overlap_fault, read_drive
 from diff_encoder_sim.drives.reference import Reference
+from diff_encoder_sim.drives.scan_bag import read_laser_pose, read_scans
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.drives.trial_recording import trial_of_source
 from diff_encoder_sim.drives.wheel_source import WheelSource
+
+SCANS = 'scan'  # as a reference: the laser, by matching its scans
 
 
 class OpenedDrive(NamedTuple):
@@ -58,6 +66,7 @@ class RecordedDrive(NamedTuple):
     parts: List[Tuple[Drive, Reference]]  # several if the stamps go back
     ppr: Optional[PerWheel]  # counts per wheel revolution of the encoder that counted; None if angles were recorded
     robot: RecordedRobot
+    trial: Optional[Trial]
     notes: List[str]  # on unreadable, unusable and repeated data, one line each
 
 
@@ -66,8 +75,9 @@ def read_recorded(
 ) -> RecordedDrive:
     """Read one drive with its reference, for estimators. Call `wheel_options.check_wheel_options` before.
 
-    Wheel angles [rad] are accumulated, positive forward by `--reversed`, and of counts to half a count. Stamps of both
-    increase strictly: rows that repeat a stamp, or that others have overtaken, are left out and counted in the notes.
+    Wheel angles [rad] are accumulated, positive forward by the robot's joints or `--reversed`, and of counts to half a
+    count. Stamps of both increase strictly: rows that repeat a stamp, or that others have overtaken, are left out and
+    counted in the notes. With `--reference scan` the poses are those of the laser.
 
     Args:
         options: sources and units, common to all drives of a command.
@@ -79,14 +89,35 @@ def read_recorded(
         ConfigError: the file cannot be read, has no such topic or column, fewer than two samples of the wheels, or no
             reference at their stamps.
     """
-    source, _, robot, wheels, poses = open_drive(options, path, is_table, reference_csv)
-    if poses is None:
-        allowed = '--reference-columns TIME X Y [YAW]' if is_table else '--reference TOPIC|FRAMES, or --reference-csv'
+    is_scan = options.reference == SCANS
+    of_poses = replace(options, reference='') if is_scan else options
+    source, trial, robot, wheels, poses = open_drive(of_poses, path, is_table, reference_csv)
+    if poses is None and not is_scan:
+        allowed = (
+            '--reference-columns TIME X Y [YAW]' if is_table else '--reference TOPIC|FRAMES|scan, or --reference-csv'
+        )
         raise ConfigError(f'{path}: no reference; expected {allowed}')
-    read = read_drive(source, wheels, poses)
+    read = read_drive(source, wheels, None if is_scan else poses)
+    joints = [wheels.are_joint_angles and flag for flag in (robot.encoder.left_reversed, robot.encoder.right_reversed)]
+    forward = np.where(joints, -1.0, 1.0)
+    drives = [replace(each.drive, wheel_angles_rad=each.drive.wheel_angles_rad * forward) for each in read.drives]
+    if is_scan and drives:
+        read = read._replace(references=[_poses_of_laser(source, robot, drives[0])])
     fault = overlap_fault(read)
     if fault:
         raise ConfigError(f'{path}: {fault}')
-    parts = [(timed.drive, reference) for timed, reference in zip(read.drives, read.references)]
     notes = [*read.notes, *([source.fault] if source.fault else [])]
-    return RecordedDrive(path, parts, wheels.ppr, robot, notes)
+    return RecordedDrive(path, list(zip(drives, read.references)), wheels.ppr, robot, trial, notes)
+
+
+def _poses_of_laser(source: DriveStream, robot: RecordedRobot, drive: Drive) -> Reference:
+    """Return the poses of the laser by its scans, and by the wheels as the start of the search."""
+    odometry = robot.odometry
+    if robot.is_guessed():
+        raise ConfigError(
+            f'{source.path}: --reference {SCANS} needs the nominal geometry of the wheels: expected --robot'
+        )
+    geometry = *odometry.wheel_diameter.radii_m, odometry.wheel_separation, odometry.axle_x
+    poses = poses_of_wheels(drive.wheel_angles_rad[np.newaxis], *geometry, False)[0]
+    laser_pose_in_base = read_laser_pose(source, odometry.base_frame)
+    return scan_reference(read_scans(source), PoseSeries(drive.stamps_ns, poses), laser_pose_in_base)

@@ -25,7 +25,7 @@ optimize = deferred('scipy.optimize')
 
 REST_NS, REST_RAD = 3 * NANOSECONDS_PER_SECOND // 10, 0.01  # a robot rests if no wheel turns by more in this time
 LEAST_SIDE_M = 0.5
-CLOSED_RAD, CLOSED_SIDES = 0.25 * math.pi, 0.5  # a square ends, by odometry, as close to its start
+CLOSED_RAD, CLOSED_SIDES = 0.25 * math.pi, 0.75  # a square ends, by odometry, as close to its start
 
 DIRECTIONS = ('cw', 'ccw')
 

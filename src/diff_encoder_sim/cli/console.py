@@ -15,6 +15,7 @@ COMMANDS = {
     'advise': 'find the encoder with the fewest pulses that keeps a robot within a tolerance',
     'analyze': 'make tables, figures and a report of a campaign, or of bags',
     'reencode': 'compute a recorded drive with other encoders',
+    'calibrate': 'find wheels, separation and slip of a robot from its own drives',
     'map_bag': 'build a map from the scans and the odometry in a bag',
     'check_robot': 'inspect a robot from its URDF, and check its simulated motion',
     'rasterise_world': 'make a map directly from a .world file',

@@ -15,33 +15,49 @@ from diff_encoder_sim.drives.topics import LASER_SCAN_TYPE, ODOM, ODOMETRY_TYPE,
 
 def read_scan_drive(source: DriveStream, scan_topic: str = SCAN, odom_topic: str = ODOM) -> Tuple[PoseSeries, Pose2D]:
     """Read the poses of odometry, and by /tf_static the laser's pose in the base; ConfigError if one is not there."""
+    _check_type(source, odom_topic, ODOMETRY_TYPE)
     odometry = PoseTopic(odom_topic, ODOMETRY_TYPE, source.is_cdr)
-    laser_frame: Optional[str] = None
-    fixed: Dict[str, StampedPose] = {}  # the newest transform of each child frame
-    expected = {scan_topic: LASER_SCAN_TYPE, odom_topic: ODOMETRY_TYPE}
-    for topic, kind in expected.items():
-        if source.topics.get(topic, kind) != kind:
-            raise ConfigError(f'{source.path}: {topic} is {source.topics[topic]}; expected {kind}')
-    static = [TF_STATIC] if source.topics.get(TF_STATIC) == TRANSFORMS_TYPE else []
-    for message in source.messages((*expected, *static)):
+    for message in source.messages((odom_topic,)):
         try:
-            if message.topic == odom_topic:
-                odometry.add(message)
-            elif message.topic != scan_topic:
+            odometry.add(message)
+        except InputFault as error:
+            raise ConfigError(f'{source.path}: {message.topic}: {error}') from None
+    if not odometry.stamps_ns:
+        raise _no_message(source, odom_topic, ODOMETRY_TYPE)
+    return odometry.series(), read_laser_pose(source, odometry.child_frame, scan_topic)
+
+
+def read_laser_pose(source: DriveStream, base_frame: str, scan_topic: str = SCAN) -> Pose2D:
+    """Read the pose of the scans' frame in the base by /tf_static; ConfigError if one of them is not there."""
+    _check_type(source, scan_topic, LASER_SCAN_TYPE)
+    laser_frame: Optional[str] = None
+    fixed: Dict[str, StampedPose] = {}  # by child frame
+    static = [TF_STATIC] if source.topics.get(TF_STATIC) == TRANSFORMS_TYPE else []
+    for message in source.messages((scan_topic, *static)):
+        try:
+            if message.topic != scan_topic:
                 fixed.update({each.child_frame: each for each in decode_tf(message.raw, source.is_cdr)})
             elif laser_frame is None:
                 laser_frame = decode_scan(message.raw, source.is_cdr)[1]
         except InputFault as error:
             raise ConfigError(f'{source.path}: {message.topic}: {error}') from None
-    if laser_frame is None or not odometry.stamps_ns:
-        topic = scan_topic if laser_frame is None else odom_topic
-        torn = f' ({source.fault})' if source.fault else ''
-        raise ConfigError(f'{source.path}: no message on {topic}{torn}; expected {expected[topic]}')
-    chain = frame_chain(fixed, laser_frame, odometry.child_frame)
-    if chain is None:
-        from_to = f"the scans' frame {laser_frame!r} to odometry's {odometry.child_frame!r}"
-        raise ConfigError(f'{source.path}: {TF_STATIC} does not lead from {from_to}')
-    return odometry.series(), pose_along(chain)
+        chain = None if laser_frame is None else frame_chain(fixed, laser_frame, base_frame)
+        if chain is not None:
+            return pose_along(chain)
+    if laser_frame is None:
+        raise _no_message(source, scan_topic, LASER_SCAN_TYPE)
+    from_to = f"the scans' frame {laser_frame!r} to the base frame {base_frame!r}"
+    raise ConfigError(f'{source.path}: {TF_STATIC} does not lead from {from_to}')
+
+
+def _check_type(source: DriveStream, topic: str, kind: str) -> None:
+    if source.topics.get(topic, kind) != kind:
+        raise ConfigError(f'{source.path}: {topic} is {source.topics[topic]}; expected {kind}')
+
+
+def _no_message(source: DriveStream, topic: str, kind: str) -> ConfigError:
+    torn = f' ({source.fault})' if source.fault else ''
+    return ConfigError(f'{source.path}: no message on {topic}{torn}; expected {kind}')
 
 
 def read_scans(source: DriveStream, scan_topic: str = SCAN) -> Iterator[Scan]:

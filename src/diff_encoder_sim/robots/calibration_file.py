@@ -79,6 +79,7 @@ class CalibrationParams(Params):
     geometry_covariance: List[List[RelativeCovariance]] = Field(
         description='of the logarithms of left diameter, right diameter and separation'
     )
+    undetermined: List[str] = Field([], description='keys that the drives do not determine, with usual values')
     drives: List[CalibratedDrive] = Field(min_length=1, description='the recorded drives')
 
     @field_validator('geometry_covariance')
@@ -91,12 +92,19 @@ class CalibrationParams(Params):
         return rows
 
     def settings(self) -> Dict[str, Any]:
-        """Return the parameters of odometry by dotted keys: geometry, and the standard deviations of its errors."""
+        """Return the parameters of odometry by dotted keys: geometry, and the standard deviations of its errors.
+
+        Diameters or a separation that are undetermined are left out, so that those of the robot hold.
+        """
         left_m, right_m, covariance = self.left_wheel_diameter_m, self.right_wheel_diameter_m, self.geometry_covariance
         stds = {key: math.sqrt(max(0.0, float(row @ np.array(covariance) @ row))) for key, row in _ERRORS.items()}
+        geometry: Dict[str, Any] = {}
+        if not {'left_wheel_diameter_m', 'right_wheel_diameter_m'} & {*self.undetermined}:
+            geometry['config.wheel_diameter'] = {'left': left_m.value, 'right': right_m.value}
+        if 'wheel_separation_m' not in self.undetermined:
+            geometry['config.wheel_separation'] = self.wheel_separation_m.value
         return {
-            'config.wheel_diameter': {'left': left_m.value, 'right': right_m.value},
-            'config.wheel_separation': self.wheel_separation_m.value,
+            **geometry,
             'config.motion_noise': self.slip_m2_per_m.value,
             **{f'config.{key}': float(f'{std:.6g}') for key, std in stds.items()},
         }

@@ -36,6 +36,7 @@ _DIGITS, _CALIBRATED_DIGITS = 6, 8
 LASER_ABOVE_M = 0.05  # above the robot's highest point, where nothing of it is in the way
 
 COMMENTS_FROM = 60  # column of a written robot file
+CALIBRATED_HEAD = '# Calibrated by its drives; intervals are of 95 %.'
 _HEAD = """# {}, as check_robot found it. Correct what is wrong: this file overrides the URDF.
 # Under `set`, any key of config.yaml, simulator.yaml, amcl.yaml, navigation.yaml and lockstep.yaml can
 # be set, as FILE.KEY."""
@@ -299,31 +300,40 @@ def _own_lines(file: RobotFile, path: Path) -> List[str]:
 
 
 def calibrated_robot_text(
-    base: RobotFile, calibration: CalibrationParams, settings: Mapping[str, Any], path: Path
+    base: RobotFile,
+    calibration: Optional[CalibrationParams],
+    settings: Mapping[str, Any],
+    path: Path,
+    is_simulated: bool = False,
 ) -> str:
     """Return the robot file of a calibrated robot, to be written to `path`.
 
-    The calibrated wheels are also those that are simulated, unless `base` has errors of its geometry: then what is
-    calibrated is the odometry of a simulated robot, which stays as it is.
+    The calibrated wheels are also those that are simulated, unless the robot of the drives `is_simulated` or `base` has
+    errors of its geometry: then what is calibrated is the odometry of a simulated robot, which stays as it is.
 
     Args:
         base: the robot that was calibrated, NO_ROBOT if nothing else is known.
-        calibration: its numbers are written with 8 digits.
+        calibration: its numbers are written with 8 digits; None if only settings are known, as by UMBmark.
         settings: more values by dotted keys, such as amcl.odom_alpha1, which replace those of `base`.
         path: of the new file, from where its own paths start.
+        is_simulated: the drives are trials.
     """
-    text = calibration.model_dump_json(exclude_none=True)
-    numbers = json.loads(text, parse_float=lambda number: float(f'{float(number):.{_CALIBRATED_DIGITS}g}'))
-    calibration = CalibrationParams.from_mapping(numbers, '')
-    values = {**base.overrides, **calibration.settings(), **settings}
+    numbers: Dict[str, Any] = {}
+    values = {**base.overrides, **settings}
+    if calibration is not None:
+        text = calibration.model_dump_json(exclude_none=True)
+        numbers = json.loads(text, parse_float=lambda number: float(f'{float(number):.{_CALIBRATED_DIGITS}g}'))
+        values = {**base.overrides, **CalibrationParams.from_mapping(numbers, '').settings(), **settings}
     errors = [key for key, value in base.overrides.items() if key.startswith('simulator.wheel_errors.') and value]
-    if base.urdf is not None and not {*errors} - {SLIP}:
-        values.update({f'simulator.{key}': values[f'config.{key}'] for key in ('wheel_diameter', 'wheel_separation')})
-        values[SLIP] = values['config.motion_noise']
-    lines = ['# Calibrated by drives with a reference; intervals are of 95 %.', *_own_lines(base, path), 'set:']
+    if base.urdf is not None and not is_simulated and not {*errors} - {SLIP}:
+        known = [key for key in ('wheel_diameter', 'wheel_separation') if f'config.{key}' in values]
+        values.update({f'simulator.{key}': values[f'config.{key}'] for key in known})
+        if calibration is not None:
+            values[SLIP] = values['config.motion_noise']
+    lines = [CALIBRATED_HEAD, *_own_lines(base, path), 'set:']
     lines += ['  ' + _line(key, value, '') for key, value in values.items()]
-    lines.append('calibration:')
-    lines += ['  ' + _line(key, value, '') for key, value in numbers.items()]
+    if numbers:
+        lines += ['calibration:', *('  ' + _line(key, value, '') for key, value in numbers.items())]
     return '\n'.join(lines) + '\n'
 
 

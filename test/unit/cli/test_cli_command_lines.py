@@ -16,7 +16,7 @@ TOOLS = {
     **{
         name: f'cli.{name}'
         for name in (
-            *('advise', 'analyze', 'campaign', 'check_robot', 'map_bag', 'rasterise_world', 'reencode'),
+            *('advise', 'analyze', 'calibrate', 'campaign', 'check_robot', 'map_bag', 'rasterise_world', 'reencode'),
             *('robot_description', 'robot_settings', 'trial_spec'),
         )
     },

@@ -45,7 +45,7 @@ def test_scans_odometry_and_mount(tmp_path, maker):
     [
         ('scan', None, '/scan'),
         ('odometry', None, '/odom'),
-        ('mount', None, "'laser' to odometry's 'base_link'"),
+        ('mount', None, "'laser' to the base frame 'base_link'"),
         ('scan', ('/scan', 9, ROS1.scan(9, [1.0], 'camera')), "'camera'"),
         ('scan', ('/scan', 9, ROS1.pose(ODOMETRY, 9, Pose2D(0.0, 0.0, 0.0))), f'/scan is {ODOMETRY}; expected sensor'),
         ('odometry', ('/odom', 9, ROS1.pose(ODOMETRY, 9, Pose2D(math.nan, 0.0, 0.0))), 'expected finite numbers'),

@@ -7,7 +7,7 @@ import importlib.metadata
 import json
 import os
 from pathlib import Path
-from typing import Any, Dict, Literal, NamedTuple, Sequence, Union
+from typing import Any, Dict, List, Literal, Mapping, NamedTuple, Sequence, Union
 
 import altair as alt
 import jinja2
@@ -71,6 +71,20 @@ def load_template(name: str, *folders: Path) -> Any:
         loader=loader, trim_blocks=True, lstrip_blocks=True, autoescape=True, undefined=jinja2.StrictUndefined
     )
     return environment.get_template(name)
+
+
+def chart_of(rows: List[Dict[str, Any]], *filters: str) -> alt.Chart:
+    """Return a chart of rows, of which those are shown for which the Vega expressions hold."""
+    chart = alt.Chart(alt.InlineData(values=rows))  # no DataFrame: importing pandas takes half a second
+    for one in filters:
+        chart = chart.transform_filter(one)
+    return chart
+
+
+def with_legend(channel: Any, field: str, values: Mapping[str, Any], columns: int = 1, **look: Any) -> Any:
+    """Return a colour or a dash by field; a legend shows the whole domain of its scale, with or without marks."""
+    scale = alt.Scale(domain=list(values), range=list(values.values()))
+    return channel(field, title=None, scale=scale, legend=alt.Legend(orient='bottom', columns=columns, **look))
 
 
 def zoomed(layer: Any, encodings: Sequence[str] = ('x', 'y')) -> Any:

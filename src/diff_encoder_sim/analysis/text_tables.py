@@ -1,0 +1,22 @@
+"""Tables of strings, for the terminal and for pages (`report/text_tables.html`)."""
+
+from __future__ import annotations
+
+from typing import List, NamedTuple
+
+from tabulate import tabulate
+
+
+class TextTable(NamedTuple):
+    """Table of strings; the first two columns are aligned left."""
+
+    title: str
+    heads: List[str]
+    rows: List[List[str]]
+    note: str = ''
+
+    def text(self) -> str:
+        """Return the table for the terminal."""
+        aligned = ['left', 'left', *['right'] * (len(self.heads) - 2)]
+        text = tabulate(self.rows, self.heads, disable_numparse=True, colalign=aligned)
+        return '\n'.join(filter(None, [self.title, text, self.note]))

@@ -1,0 +1,210 @@
+"""Calibrate a robot from its own drives: by a reference, or by the squares of UMBmark."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import logging
+import math
+from pathlib import Path
+from typing import Any, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Union
+
+from diff_encoder_sim.api import wheel_options
+from diff_encoder_sim.api.options import CalibrateOptions
+from diff_encoder_sim.api.recorded_sources import RecordedDrive, read_recorded
+from diff_encoder_sim.api.wheel_options import RecordedRobot
+from diff_encoder_sim.base.atomic_files import write_file
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.package_files import package_folder
+from diff_encoder_sim.calibration import calibration_tables as tables
+from diff_encoder_sim.calibration.calibrated_settings import derived_settings, of_robot
+from diff_encoder_sim.calibration.estimation import Calibration, ReferencedDrive
+from diff_encoder_sim.calibration.estimation import calibrate as estimate
+from diff_encoder_sim.calibration.prediction import Prediction, cross_predictions
+from diff_encoder_sim.calibration.umbmark import (
+    Umbmark,
+    WheelGeometry,
+    find_squares,
+    read_ends,
+    squares_of_ends,
+    umbmark,
+)
+from diff_encoder_sim.robots.calibration_file import CalibrationParams
+from diff_encoder_sim.robots.robot_file import CALIBRATED_HEAD, ROBOT_FILE_SUFFIXES, calibrated_robot_text
+from diff_encoder_sim.trials.robot_params import load_robot_config, override
+
+log = logging.getLogger(__name__)
+
+PAGE = 'calibration.html'
+
+
+class Calibrated(NamedTuple):
+    """A calibration, and its text report."""
+
+    found: Union[Calibration, Umbmark]
+    notes: List[str]  # on the drives, one line each
+    text: str
+    files: List[Path]  # written files
+
+
+def calibrate(drives: Sequence[Union[str, Path]] = (), **options: Any) -> Union[Calibration, Umbmark]:
+    """Calibrate a robot from recorded drives with a reference.
+
+    Args:
+        drives: bags; () if the option csv or ends is given.
+        options: options of the command `calibrate`, see `CalibrateOptions`: csv, robot, reference, out, ...
+
+    Raises:
+        ConfigError: an option or a file is invalid, a file cannot be written, or the drives determine nothing.
+    """
+    paths = {key: Path(options[key]) for key in ('out', 'json', 'ends', 'config') if options.get(key) is not None}
+    lists = {key: [Path(each) for each in options[key]] for key in ('csv', 'reference_csv') if options.get(key)}
+    done = calibration(CalibrateOptions(**{**options, **paths, **lists, 'drives': [Path(each) for each in drives]}))
+    for note in done.notes:
+        log.warning('%s', note)
+    return done.found
+
+
+def calibration(options: CalibrateOptions) -> Calibrated:
+    """Calibrate, and write the files of the options; errors as in `calibrate`."""
+    _check(options)
+    paths, tables_of = options.csv or options.drives, dict(enumerate(options.reference_csv))
+    recorded = [read_recorded(options, path, bool(options.csv), tables_of.get(row)) for row, path in enumerate(paths)]
+    robot = recorded[0].robot if recorded else wheel_options.recorded_robot(options, None)
+    for each in recorded[1:]:
+        if _nominal(each.robot) != _nominal(robot):
+            others = f'{each.path} and {recorded[0].path}: given robots with different wheels'
+            raise ConfigError(f'{others}; allowed: drives of one robot, or its geometry by --robot')
+    if options.umbmark:
+        return _by_squares(options, robot, recorded)
+    return _by_reference(options, robot, recorded)
+
+
+def _check(options: CalibrateOptions) -> None:
+    """Check options before drives are read."""
+    if options.odom:
+        reason = 'angles computed from odometry contain the very geometry that is to be estimated'
+        raise ConfigError(
+            f'--odom: given {options.odom}, but {reason}; allowed: counts, angles or speeds of the wheels'
+        )
+    if options.ends and (options.drives or options.csv or not options.umbmark):
+        raise ConfigError(f'--ends: given {options.ends}; allowed: with --umbmark, in place of drives')
+    if not options.ends:
+        wheel_options.check_wheel_options(options, options.drives, options.csv)
+    for name, path in (('--out', options.out), ('--json', options.json)):
+        if path and (path.is_dir() or not path.parent.is_dir()):
+            raise ConfigError(f'{name}: given {str(path)!r}; allowed: a file in a folder that exists')
+    if options.out and options.out.suffix not in ROBOT_FILE_SUFFIXES:
+        raise ConfigError(
+            f'--out: given {options.out}; allowed: a name that ends in {" or ".join(ROBOT_FILE_SUFFIXES)}'
+        )
+    if options.out and options.out.exists() and not options.out.read_bytes().startswith(CALIBRATED_HEAD.encode()):
+        raise ConfigError(f'--out: given {options.out}, which calibrate has not written; allowed: a new file')
+
+
+def _nominal(robot: RecordedRobot) -> Optional[WheelGeometry]:
+    """Return the geometry that the user, a robot file or the bag's trial specifies."""
+    if robot.is_guessed():
+        return None
+    diameter = robot.odometry.wheel_diameter
+    return WheelGeometry(diameter.left, diameter.right, robot.odometry.wheel_separation)
+
+
+def _by_reference(options: CalibrateOptions, robot: RecordedRobot, recorded: Sequence[RecordedDrive]) -> Calibrated:
+    nominal = _nominal(robot)
+    if nominal is None and options.unit.startswith('m'):
+        raise ConfigError(f'--unit: given {options.unit} without the diameter it was computed with; expected --robot')
+    drives = list(_referenced(recorded))
+    found = of_robot(estimate(drives, nominal), nominal, robot.odometry.axle_x)
+    notes = [f'{each.path}: {note}' for each in recorded for note in each.notes]
+    predictions: List[Prediction] = []
+    try:
+        predictions += cross_predictions(drives, nominal)
+    except ConfigError as error:  # a part of the drives is not enough for a calibration
+        notes.append(f'no prediction: {error}')
+    own = {key: value for key, value in robot.file.overrides.items() if key.startswith('amcl.')}
+    amcl = override(load_robot_config(package_folder() / 'config'), own).amcl
+    settings = derived_settings(found, nominal, drives, amcl)
+    sources = [{'file': str(each.path), 'sha256': _sha256(each.path)} for each in recorded]
+    content = {**tables.calibration_json(found, predictions), 'drives': sources, **settings}
+    keys = {key: content[key] for key in CalibrationParams.model_fields if key in content}
+    files = _written(
+        options,
+        robot,
+        recorded,
+        content,
+        CalibrationParams.from_mapping(keys, 'calibration'),
+        {f'amcl.{key}': value for key, value in settings['amcl'].items() if key.startswith('odom_alpha')},
+    )
+    if options.out:
+        from diff_encoder_sim.calibration.calibration_page import write_page  # noqa: PLC0415 - Altair takes a second
+
+        files.insert(1, options.out.with_name(PAGE))
+        write_page(found, predictions, nominal, sources, files[1])
+    return Calibrated(found, notes, tables.calibration_text(found, predictions, nominal is not None, settings), files)
+
+
+def _referenced(recorded: Sequence[RecordedDrive]) -> Iterator[ReferencedDrive]:
+    """Yield the parts of drives under short names."""
+    names = [each.path.name for each in recorded]
+    for each in recorded:
+        name = each.path.name if names.count(each.path.name) == 1 else str(each.path)
+        count_rad = (2.0 * math.pi / each.ppr.left, 2.0 * math.pi / each.ppr.right) if each.ppr else (0.0, 0.0)
+        for number, (drive, reference) in enumerate(each.parts, 1):
+            yield ReferencedDrive(name if number == 1 else f'{name} #{number}', drive, reference, count_rad)
+
+
+def _by_squares(options: CalibrateOptions, robot: RecordedRobot, recorded: Sequence[RecordedDrive]) -> Calibrated:
+    nominal = _nominal(robot)
+    if nominal is None:
+        raise ConfigError('--robot: missing; expected the robot, whose nominal geometry UMBmark corrects')
+    if options.ends:
+        squares = squares_of_ends(*read_ends(options.ends), options.side, nominal)
+    else:
+        parts = [part for each in recorded for part in each.parts]
+        squares = [square for part in parts for square in find_squares(*part, nominal)]
+    found = umbmark(squares, nominal)
+    left_m, right_m, separation_m = (float(f'{value:.8g}') for value in found.corrected)
+    settings = {'config.wheel_diameter': {'left': left_m, 'right': right_m}, 'config.wheel_separation': separation_m}
+    return Calibrated(found, [], found.text(), _written(options, robot, recorded, found.as_json(), None, settings))
+
+
+def _written(
+    options: CalibrateOptions,
+    robot: RecordedRobot,
+    recorded: Sequence[RecordedDrive],
+    content: Mapping[str, Any],
+    calibrated: Optional[CalibrationParams],
+    settings: Mapping[str, Any],
+) -> List[Path]:
+    """Write the robot file and the JSON that the options ask for; return their paths."""
+    files = []
+    if options.out:
+        base, nominal, ppr = (
+            robot.file,
+            _nominal(robot),
+            recorded[0].ppr.plain if recorded and recorded[0].ppr else None,
+        )
+        if nominal is not None:  # holds where the drives determine nothing
+            kept = {'config.wheel_diameter': robot.odometry.wheel_diameter.plain, 'config.wheel_separation': nominal[2]}
+            base = base._replace(overrides={**kept, **base.overrides})
+        if isinstance(ppr, (int, float)):
+            base = base._replace(ppr=ppr)
+        is_simulated = any(each.trial for each in recorded)
+        text = calibrated_robot_text(base, calibrated, settings, options.out, is_simulated)
+        write_file(options.out, text.encode('utf-8'))
+        files.append(options.out)
+    if options.json:
+        write_file(options.json, json.dumps(content, indent=1, allow_nan=False).encode('utf-8'))
+        files.append(options.json)
+    return files
+
+
+def _sha256(path: Path) -> str:
+    """Return the hash of a file, or of the files of a bag of ROS 2, which is a folder."""
+    digest = hashlib.sha256()
+    for file in sorted(path.iterdir()) if path.is_dir() else [path]:
+        with open(file, 'rb') as opened:
+            for block in iter(lambda: opened.read(2**20), b''):
+                digest.update(block)
+    return digest.hexdigest()

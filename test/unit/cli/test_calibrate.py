@@ -1,0 +1,226 @@
+"""The calibrate command: from drives with a reference, squares and scans to robot file, JSON, page and text."""
+
+import contextlib
+import hashlib
+import io
+import json
+
+import numpy as np
+import pytest
+import yaml
+
+from diff_encoder_sim import api
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.se2 import poses_of_wheels
+from diff_encoder_sim.cli import calibrate
+from diff_encoder_sim.trials.robot_params import load_numbers, load_robot_config, override
+from lockstep_trials import ALTO, params_of, plan_of, run_trial
+from places import CONFIG, REAL_DRIVES, ROOT
+
+LEFT_M, RIGHT_M, SEPARATION_M = 0.2006, 0.1994, 0.41
+SENSOR_X_M, SENSOR_Y_M, SENSOR_YAW_RAD, DELAY_S = -0.15, 0.04, 0.2, 0.08
+COUNTS = 4096
+NOMINAL = {'config.wheel_diameter': 0.2, 'config.wheel_separation': 0.4}
+COLUMNS = {
+    'columns': ('t', 'left', 'right'),
+    'ticks_per_revolution': COUNTS,
+    'reference_columns': ('t', 'x', 'y', 'yaw'),
+}
+TABLE = [
+    '--columns',
+    't',
+    'left',
+    'right',
+    '--ticks-per-revolution',
+    str(COUNTS),
+    '--reference-columns',
+    't',
+    'x',
+    'y',
+    'yaw',
+]
+
+
+def table(path, seed, turns=True):
+    """Write 1 min of a drive: counts of wheels, and poses of a camera behind the axle that is late."""
+    rng, times_s = np.random.default_rng(seed), np.arange(0.0, 60.0, 0.05)
+    yaw_rates_radps = turns * 0.6 * np.sin(2.0 * np.pi * times_s / 23.0 + seed) * (np.abs(np.sin(times_s / 11.0)) > 0.3)
+    speeds_mps = 0.3 * np.clip(np.minimum(times_s - 1.0, 59.0 - times_s), 0.0, 1.0)
+    ways_m = np.column_stack(
+        [speeds_mps - 0.5 * SEPARATION_M * yaw_rates_radps, speeds_mps + 0.5 * SEPARATION_M * yaw_rates_radps]
+    )
+    angles_rad = np.cumsum(ways_m * 0.05, axis=0) / (0.5 * np.array([LEFT_M, RIGHT_M]))
+    poses = poses_of_wheels(angles_rad[np.newaxis], 0.5 * LEFT_M, 0.5 * RIGHT_M, SEPARATION_M, 0.0, False)[0]
+    late_s = times_s - DELAY_S
+    x_m, y_m, yaw_rad = (np.interp(late_s, times_s, column) for column in (*poses[:, :2].T, np.unwrap(poses[:, 2])))
+    x_m += SENSOR_X_M * np.cos(yaw_rad) - SENSOR_Y_M * np.sin(yaw_rad) + rng.normal(0.0, 0.003, len(x_m))
+    y_m += SENSOR_X_M * np.sin(yaw_rad) + SENSOR_Y_M * np.cos(yaw_rad) + rng.normal(0.0, 0.003, len(x_m))
+    yaw_rad += SENSOR_YAW_RAD + rng.normal(0.0, 0.004, len(x_m))
+    counts = np.floor(angles_rad * COUNTS / (2.0 * np.pi)).astype(int)
+    rows = zip(times_s, *counts.T, x_m, y_m, yaw_rad)
+    path.write_text('t,left,right,x,y,yaw\n' + '\n'.join(','.join(f'{each:.9g}' for each in row) for row in rows))
+    return path
+
+
+def robot_file(path, **settings):
+    path.write_text(yaml.safe_dump({'set': {**NOMINAL, **settings}}))
+    return str(path)
+
+
+@pytest.fixture(name='done', scope='module')
+def fixture_done(tmp_path_factory):
+    """The folder of a calibration by two drives, and its text."""
+    folder = tmp_path_factory.mktemp('calibrated')
+    tables = [str(table(folder / f'drive_{seed}.csv', seed)) for seed in (1, 2)]
+    robot, out = (
+        robot_file(folder / 'nominal.yaml'),
+        ['--out', str(folder / 'r.yaml'), '--json', str(folder / 'r.json')],
+    )
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        calibrate.main(['--csv', *tables, *TABLE, '--robot', robot, *out])
+    return folder, printed.getvalue()
+
+
+def test_the_json_has_the_values_with_intervals_and_the_drives(done):
+    folder, _ = done
+    content = json.loads((folder / 'r.json').read_text())
+    true = {
+        'left_wheel_diameter_m': LEFT_M,
+        'right_wheel_diameter_m': RIGHT_M,
+        'wheel_separation_m': SEPARATION_M,
+        'reference_x_m': SENSOR_X_M,
+        'reference_y_m': SENSOR_Y_M,
+        'reference_yaw_rad': SENSOR_YAW_RAD,
+        'reference_delay_s': DELAY_S,
+        'radius_ratio': RIGHT_M / LEFT_M,
+        'radius_per_separation': 0.5 * LEFT_M / SEPARATION_M,
+    }
+    for name, value in true.items():
+        low, high = content[name]['interval']
+        half = 0.5 * (high - low)
+        assert low <= content[name]['value'] <= high and abs(content[name]['value'] - value) < 2.0 * half, name
+    assert content['radius_ratio']['value'] == pytest.approx(RIGHT_M / LEFT_M, abs=3e-4)
+    digests = [hashlib.sha256((folder / f'drive_{seed}.csv').read_bytes()).hexdigest() for seed in (1, 2)]
+    assert [each['sha256'] for each in content['drives']] == digests
+    multipliers = [
+        content['diff_drive_controller'][f'{name}_multiplier'] for name in ('wheel_separation', 'left_wheel_radius')
+    ]
+    assert multipliers == pytest.approx([SEPARATION_M / 0.4, LEFT_M / 0.2], rel=5e-3)
+    assert (content['undetermined'], len(content['predictions']), content['amcl']['odom_model_type']) == ([], 2, 'diff')
+    assert {'bias', 'std', 'error', 'interval', 'is_inside', 'nominal_error'} < {*content['predictions'][0]}
+
+
+def test_the_robot_file_is_that_of_the_json_and_other_commands_read_it(done):
+    folder, _ = done
+    content, robot = json.loads((folder / 'r.json').read_text()), load_numbers('r.yaml', folder, ROOT, {})
+    params = override(load_robot_config(CONFIG), robot.settings)
+    assert params.odometry.wheel_diameter.left == pytest.approx(content['left_wheel_diameter_m']['value'])
+    assert params.odometry.wheel_separation == pytest.approx(content['wheel_separation_m']['value'])
+    assert params.odometry.motion_noise == pytest.approx(content['slip_m2_per_m']['value'])
+    assert params.amcl.odom_alpha2 == content['amcl']['odom_alpha2']
+    assert robot.file.ppr == COUNTS and robot.file.calibration.drives[1].file == str(folder / 'drive_2.csv')
+    reference = {'csv': folder / 'drive_1.csv', **COLUMNS}
+    assert api.reencode(robot=str(folder / 'r.yaml'), ppr=[COUNTS], draws=1, **reference)[0].error.ate_rmse_m < 0.05
+
+
+def test_the_text_and_the_page_say_how_well_the_robot_is_known(done):
+    folder, text = done
+    for part in ('ratio of radii to 0.0', 'left_wheel_radius_multiplier: 1.00', 'odom_alpha4', 'drive_2.csv'):
+        assert part in text
+    page = (folder / 'calibration.html').read_text(encoding='utf-8')
+    assert all(f'id="chart-{name}"' in page for name in ('path', 'residuals', 'ellipses', 'prediction'))
+    assert 'atio of radii to 0.0' in page and str(folder / 'r.yaml') in text
+
+
+def test_a_straight_line_does_not_determine_the_separation_which_stays_nominal_or_unknown(tmp_path):
+    path = table(tmp_path / 'straight.csv', 1, turns=False)
+    options = {'csv': [path], **COLUMNS}
+    nominal = robot_file(tmp_path / 'nominal.yaml')
+    found = api.calibrate(robot=nominal, out=tmp_path / 'r.yaml', json=tmp_path / 'r.json', **options)
+    assert 'wheel_separation_m' in found.undetermined
+    assert load_numbers('r.yaml', tmp_path, ROOT, {}).settings['config.wheel_separation'] == 0.4
+    controller = json.loads((tmp_path / 'r.json').read_text())['diff_drive_controller']
+    assert controller['wheel_separation_multiplier'] == 1.0
+    api.calibrate(out=tmp_path / 'r.yaml', json=tmp_path / 'r.json', **options)
+    assert 'config.wheel_separation' not in load_numbers('r.yaml', tmp_path, ROOT, {}).settings
+    assert json.loads((tmp_path / 'r.json').read_text())['diff_drive_controller'] == {}
+
+
+@pytest.mark.parametrize(('options', 'error'), [
+    ({'odom': '/odom'}, '--odom: given /odom, but angles computed from odometry contain the very geometry'),
+    ({'csv': []}, 'BAG, --csv: given neither'),
+    ({'reference_columns': ()}, 'drive.csv: no reference; expected --reference-columns'),
+    ({'reference_csv': ['a.csv', 'b.csv']}, '--reference-csv: given 2 tables for 1 drives'),
+    ({'out': 'r.txt'}, '--out: given r.txt; allowed: a name that ends in .yaml or .yml'),
+    ({'out': 'drive.yaml'}, '--out: given drive.yaml, which calibrate has not written'),
+    ({'json': 'none/r.json'}, "--json: given 'none/r.json'; allowed: a file in a folder that exists"),
+    ({'unit': 'm', 'ticks_per_revolution': ''}, '--unit: given m without the diameter'),
+    ({'ends': 'ends.csv'}, '--ends: given ends.csv; allowed: with --umbmark, in place of drives'),
+    ({'umbmark': True}, '--robot: missing; expected the robot, whose nominal geometry UMBmark corrects'),
+    ({'reference': 'scan'}, '--reference: given with --reference-columns'),
+])  # fmt: skip
+def test_mistakes_are_named_in_one_line(tmp_path, monkeypatch, options, error):
+    monkeypatch.chdir(tmp_path)
+    table(tmp_path / 'drive.csv', 1)
+    robot_file(tmp_path / 'drive.yaml')
+    with pytest.raises(ConfigError) as refused:
+        api.calibrate(**{'csv': ['drive.csv'], **COLUMNS, **options})
+    assert error in str(refused.value)
+
+
+AROUND = {
+    'name': 'around',
+    'world': 'ros_logo',
+    'start': {'x': -3.4, 'y': -0.85},
+    'path': [{'straight': 0.8}, {'turns': 0.5}, {'straight': 0.8}, {'turns': -0.5}],
+}
+
+
+def test_the_laser_may_be_the_reference_and_bags_of_other_wheels_are_refused(tmp_path):
+    bags = []
+    for path, separation_m, record in ((AROUND['path'], 0.4, 'full'), ([{'straight': 0.2}], 0.42, 'minimal')):
+        bags.append(tmp_path / f'{separation_m}.bag')
+        plan = plan_of({**AROUND, 'path': path}, 1024, nav='scripted', bag=bags[-1])
+        trial = plan.trial.model_copy(update={'wheel_separation': separation_m})
+        run_trial(plan.model_copy(update={'trial': trial}), ALTO, params_of(), record)
+    found = api.calibrate(bags[:1], reference='scan')
+    low, high = found.values['radius_per_separation'].interval
+    assert 0.25 - (high - low) < found.values['radius_per_separation'].value < 0.25 + (high - low) < 0.3
+    with pytest.raises(ConfigError, match='given robots with different wheels; allowed: drives of one robot'):
+        api.calibrate(bags)
+
+
+def test_ends_of_squares_correct_the_robot(tmp_path, capsys):
+    (tmp_path / 'ends.csv').write_text('cw,-0.269,-0.305\nccw,0.034,-0.033\n')
+    robot, out = robot_file(tmp_path / 'nominal.yaml'), tmp_path / 'r.yaml'
+    arguments = [
+        '--umbmark',
+        '--ends',
+        str(tmp_path / 'ends.csv'),
+        '--robot',
+        robot,
+        '--json',
+        str(tmp_path / 'r.json'),
+    ]
+    calibrate.main([*arguments, '--out', str(out)])
+    assert 'E_d' in capsys.readouterr().out
+    content, settings = (
+        json.loads((tmp_path / 'r.json').read_text()),
+        load_numbers(str(out), tmp_path, ROOT, {}).settings,
+    )
+    assert content['e_max_syst_after_m'] < 0.1 * content['e_max_syst_before_m']
+    assert settings['config.wheel_separation'] == pytest.approx(content['wheel_separation_m'])
+    assert settings['config.wheel_diameter']['left'] == pytest.approx(content['left_wheel_diameter_m'])
+
+
+@pytest.mark.skipif(not REAL_DRIVES.exists(), reason='the drives of others are not part of the project')
+def test_the_wheelchair_is_as_an_independent_fit_found_it():
+    paths = [REAL_DRIVES / f'wheelchair_{number}.txt' for number in (1, 2)]
+    columns = {
+        'columns': ('n_time', 'tick_L', 'tick_R'),
+        'reference_columns': ('n_time', 'pose_x', 'pose_y', 'pose_theta'),
+    }
+    found = api.calibrate(csv=paths, time_unit='ms', length_unit='cm', ticks_per_revolution=409600, **columns)
+    values = {name: each.value for name, each in found.values.items()}
+    assert 1.0042 < values['radius_ratio'] < 1.0062 and 0.2807 < values['radius_per_separation'] < 0.2825
+    assert -0.222 < values['reference_x_m'] < -0.207 and 0.09 < values['reference_delay_s'] < 0.13
