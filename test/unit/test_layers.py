@@ -26,7 +26,7 @@ MAY_IMPORT = {
     'calibration': 'base localization drives analysis',
     'advice': 'base wheels robots simulation navigation drives trials analysis',
     'api': 'base wheels robots localization simulation drives trials analysis calibration advice',
-    'cli': 'base localization trials api',
+    'cli': 'base localization calibration trials api',
     'ros': 'base wheels robots localization simulation navigation drives trials',
 }
 

@@ -225,3 +225,9 @@ def covariances_at(tracks: Sequence[Track], parameters: np.ndarray) -> np.ndarra
 def largest_variance(row: np.ndarray, covariances: np.ndarray) -> float:
     """Return the variance of a linear combination of the parameters by the covariance that makes it larger."""
     return float(max(row @ each @ row for each in covariances))
+
+
+def warm_up() -> None:
+    """Compile the kernels, or load them from numba's cache."""
+    times_s, still = np.arange(5.0), np.zeros((5, 3))
+    Track(times_s, still[:, :2], times_s, still, np.tile(np.eye(3), (5, 1, 1)), np.zeros(2)).errors(USUAL)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import concurrent.futures
 
+from diff_encoder_sim.calibration.likelihood import warm_up as warm_up_calibration
 from diff_encoder_sim.localization.grid_slam import warm_up as warm_up_slam
 from diff_encoder_sim.localization.slam_params import GridSlamParams
 from diff_encoder_sim.trials.kernels_warm_up import PARTS
@@ -14,5 +15,6 @@ def main() -> None:
     with concurrent.futures.ProcessPoolExecutor() as processes:
         compiling = [processes.submit(part) for part in PARTS]
         compiling.append(processes.submit(warm_up_slam, GridSlamParams()))
+        compiling.append(processes.submit(warm_up_calibration))
         for each in compiling:
             each.result()
