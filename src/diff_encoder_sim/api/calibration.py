@@ -9,6 +9,8 @@ import math
 from pathlib import Path
 from typing import Any, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Union
 
+import numpy as np
+
 from diff_encoder_sim.api import wheel_options
 from diff_encoder_sim.api.options import CalibrateOptions
 from diff_encoder_sim.api.recorded_sources import RecordedDrive, read_recorded
@@ -162,7 +164,13 @@ def _by_squares(options: CalibrateOptions, robot: RecordedRobot, recorded: Seque
         squares = squares_of_ends(*read_ends(options.ends), options.side, nominal)
     else:
         parts = [part for each in recorded for part in each.parts]
-        squares = [square for part in parts for square in find_squares(*part, nominal)]
+        axle_x_m, squares = robot.odometry.axle_x, []
+        for drive, reference in parts:
+            yaw_rad = reference.poses[:, 2]
+            axle = reference.poses + axle_x_m * np.column_stack(
+                (np.cos(yaw_rad), np.sin(yaw_rad), np.zeros(len(yaw_rad)))
+            )
+            squares += find_squares(drive, reference._replace(poses=axle), nominal)
     found = umbmark(squares, nominal)
     left_m, right_m, separation_m = (float(f'{value:.8g}') for value in found.corrected)
     settings = {'config.wheel_diameter': {'left': left_m, 'right': right_m}, 'config.wheel_separation': separation_m}

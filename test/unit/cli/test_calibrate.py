@@ -190,6 +190,22 @@ def test_the_laser_may_be_the_reference_and_bags_of_other_wheels_are_refused(tmp
         api.calibrate(bags)
 
 
+def test_squares_of_a_bag_give_the_separation(tmp_path):
+    side, turns = {'straight': 1.0}, [{'turns': 0.25}, {'turns': -0.25}]
+    path = [each for turn in turns for each in [side, turn] * 4]
+    plan = plan_of({**AROUND, 'world': 'open_floor', 'path': path}, 1024, nav='scripted', bag=tmp_path / 'squares.bag')
+    params = params_of()
+    errors = params.simulator.wheel_errors.model_copy(update={'wheel_separation_error': 0.02})
+    simulator = params.simulator.model_copy(update={'wheel_errors': errors})
+    run_trial(plan, ALTO, params._replace(simulator=simulator), 'minimal')
+    found = api.calibrate([tmp_path / 'squares.bag'], umbmark=True, out=tmp_path / 'r.yaml')
+    assert found.squares == (1, 1)
+    assert (found.e_b, found.e_d) == pytest.approx((1.02, 1.0), abs=2e-3)
+    assert found.e_max_m[1] < 0.1 * found.e_max_m[0]
+    settings = load_numbers('r.yaml', tmp_path, ROOT, {}).settings
+    assert settings['config.wheel_separation'] == pytest.approx(0.408, abs=1e-3)
+
+
 def test_ends_of_squares_correct_the_robot(tmp_path, capsys):
     (tmp_path / 'ends.csv').write_text('cw,-0.269,-0.305\nccw,0.034,-0.033\n')
     robot, out = robot_file(tmp_path / 'nominal.yaml'), tmp_path / 'r.yaml'
