@@ -18,19 +18,13 @@ from diff_encoder_sim.api.wheel_options import RecordedRobot
 from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.calibration import calibration_tables as tables
+from diff_encoder_sim.calibration import estimation, umbmark
 from diff_encoder_sim.calibration.calibrated_settings import derived_settings, of_robot
 from diff_encoder_sim.calibration.estimation import Calibration, ReferencedDrive
-from diff_encoder_sim.calibration.estimation import calibrate as estimate
 from diff_encoder_sim.calibration.prediction import Prediction, cross_predictions
-from diff_encoder_sim.calibration.umbmark import (
-    Umbmark,
-    WheelGeometry,
-    find_squares,
-    read_ends,
-    squares_of_ends,
-    umbmark,
-)
+from diff_encoder_sim.calibration.umbmark import Umbmark, WheelGeometry
 from diff_encoder_sim.robots.calibration_file import CalibrationParams
 from diff_encoder_sim.robots.robot_file import CALIBRATED_HEAD, ROBOT_FILE_SUFFIXES, calibrated_robot_text
 from diff_encoder_sim.trials.robot_params import load_robot_config, override
@@ -38,6 +32,7 @@ from diff_encoder_sim.trials.robot_params import load_robot_config, override
 log = logging.getLogger(__name__)
 
 PAGE = 'calibration.html'
+SHORTEST_NS = 12 * NANOSECONDS_PER_SECOND  # `estimation.SHORTEST_S`, and what the delay may take away
 
 
 class Calibrated(NamedTuple):
@@ -86,9 +81,7 @@ def _check(options: CalibrateOptions) -> None:
     """Check options before drives are read."""
     if options.odom:
         reason = 'angles computed from odometry contain the very geometry that is to be estimated'
-        raise ConfigError(
-            f'--odom: given {options.odom}, but {reason}; allowed: counts, angles or speeds of the wheels'
-        )
+        raise ConfigError(f'--odom: given {options.odom}, but {reason}; allowed: counts, angles or speeds of wheels')
     if options.ends and (options.drives or options.csv or not options.umbmark):
         raise ConfigError(f'--ends: given {options.ends}; allowed: with --umbmark, in place of drives')
     if not options.ends:
@@ -96,10 +89,9 @@ def _check(options: CalibrateOptions) -> None:
     for name, path in (('--out', options.out), ('--json', options.json)):
         if path and (path.is_dir() or not path.parent.is_dir()):
             raise ConfigError(f'{name}: given {str(path)!r}; allowed: a file in a folder that exists')
-    if options.out and options.out.suffix not in ROBOT_FILE_SUFFIXES:
-        raise ConfigError(
-            f'--out: given {options.out}; allowed: a name that ends in {" or ".join(ROBOT_FILE_SUFFIXES)}'
-        )
+    suffixes = ROBOT_FILE_SUFFIXES
+    if options.out and options.out.suffix not in suffixes:
+        raise ConfigError(f'--out: given {options.out}; allowed: a name that ends in {" or ".join(suffixes)}')
     if options.out and options.out.exists() and not options.out.read_bytes().startswith(CALIBRATED_HEAD.encode()):
         raise ConfigError(f'--out: given {options.out}, which calibrate has not written; allowed: a new file')
 
@@ -117,7 +109,7 @@ def _by_reference(options: CalibrateOptions, robot: RecordedRobot, recorded: Seq
     if nominal is None and options.unit.startswith('m'):
         raise ConfigError(f'--unit: given {options.unit} without the diameter it was computed with; expected --robot')
     drives = list(_referenced(recorded))
-    found = of_robot(estimate(drives, nominal), nominal, robot.odometry.axle_x)
+    found = of_robot(estimation.calibrate(drives, nominal), nominal, robot.odometry.axle_x)
     notes = [f'{each.path}: {note}' for each in recorded for note in each.notes]
     predictions: List[Prediction] = []
     try:
@@ -130,14 +122,9 @@ def _by_reference(options: CalibrateOptions, robot: RecordedRobot, recorded: Seq
     sources = [{'file': str(each.path), 'sha256': _sha256(each.path)} for each in recorded]
     content = {**tables.calibration_json(found, predictions), 'drives': sources, **settings}
     keys = {key: content[key] for key in CalibrationParams.model_fields if key in content}
-    files = _written(
-        options,
-        robot,
-        recorded,
-        content,
-        CalibrationParams.from_mapping(keys, 'calibration'),
-        {f'amcl.{key}': value for key, value in settings['amcl'].items() if key.startswith('odom_alpha')},
-    )
+    calibrated = CalibrationParams.from_mapping(keys, 'calibration')
+    alphas = {f'amcl.{key}': value for key, value in settings['amcl'].items() if key.startswith('odom_alpha')}
+    files = _written(options, robot, recorded, content, calibrated, alphas)
     if options.out:
         from diff_encoder_sim.calibration.calibration_page import write_page  # noqa: PLC0415 - Altair takes a second
 
@@ -152,7 +139,8 @@ def _referenced(recorded: Sequence[RecordedDrive]) -> Iterator[ReferencedDrive]:
     for each in recorded:
         name = each.path.name if names.count(each.path.name) == 1 else str(each.path)
         count_rad = (2.0 * math.pi / each.ppr.left, 2.0 * math.pi / each.ppr.right) if each.ppr else (0.0, 0.0)
-        for number, (drive, reference) in enumerate(each.parts, 1):
+        long = [part for part in each.parts if np.ptp(part[0].stamps_ns) > SHORTEST_NS]  # of parts after restarts
+        for number, (drive, reference) in enumerate(long or each.parts, 1):
             yield ReferencedDrive(name if number == 1 else f'{name} #{number}', drive, reference, count_rad)
 
 
@@ -161,17 +149,14 @@ def _by_squares(options: CalibrateOptions, robot: RecordedRobot, recorded: Seque
     if nominal is None:
         raise ConfigError('--robot: missing; expected the robot, whose nominal geometry UMBmark corrects')
     if options.ends:
-        squares = squares_of_ends(*read_ends(options.ends), options.side, nominal)
+        squares = umbmark.squares_of_ends(*umbmark.read_ends(options.ends), options.side, nominal)
     else:
-        parts = [part for each in recorded for part in each.parts]
-        axle_x_m, squares = robot.odometry.axle_x, []
-        for drive, reference in parts:
-            yaw_rad = reference.poses[:, 2]
-            axle = reference.poses + axle_x_m * np.column_stack(
-                (np.cos(yaw_rad), np.sin(yaw_rad), np.zeros(len(yaw_rad)))
-            )
-            squares += find_squares(drive, reference._replace(poses=axle), nominal)
-    found = umbmark(squares, nominal)
+        squares = []
+        for drive, reference in [part for each in recorded for part in each.parts]:
+            x_m, y_m, yaw_rad = reference.poses.T
+            axle = x_m + robot.odometry.axle_x * np.cos(yaw_rad), y_m + robot.odometry.axle_x * np.sin(yaw_rad), yaw_rad
+            squares += umbmark.find_squares(drive, reference._replace(poses=np.column_stack(axle)), nominal)
+    found = umbmark.umbmark(squares, nominal)
     left_m, right_m, separation_m = (float(f'{value:.8g}') for value in found.corrected)
     settings = {'config.wheel_diameter': {'left': left_m, 'right': right_m}, 'config.wheel_separation': separation_m}
     return Calibrated(found, [], found.text(), _written(options, robot, recorded, found.as_json(), None, settings))
@@ -188,11 +173,8 @@ def _written(
     """Write the robot file and the JSON that the options ask for; return their paths."""
     files = []
     if options.out:
-        base, nominal, ppr = (
-            robot.file,
-            _nominal(robot),
-            recorded[0].ppr.plain if recorded and recorded[0].ppr else None,
-        )
+        base, nominal = robot.file, _nominal(robot)
+        ppr = recorded[0].ppr.plain if recorded and recorded[0].ppr else None
         if nominal is not None:  # holds where the drives determine nothing
             kept = {'config.wheel_diameter': robot.odometry.wheel_diameter.plain, 'config.wheel_separation': nominal[2]}
             base = base._replace(overrides={**kept, **base.overrides})

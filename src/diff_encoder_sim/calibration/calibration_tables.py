@@ -89,12 +89,9 @@ def summary(found: Calibration, has_nominal: bool) -> List[str]:
         for text, half in halves.items()
     ]
     names = [text for name, (text, _) in SHOWN.items() if name in found.undetermined]
-    instead = 'the nominal values hold' if has_nominal else 'nothing is assumed'
-    hint = 'turns in both directions determine the separation and the place of the reference'
-    return [
-        ', '.join(parts),
-        *([f'not determined by these drives: {", ".join(names)} ({instead}); {hint}'] * bool(names)),
-    ]
+    instead = 'the nominal geometry holds' if has_nominal else 'the robot file has none'
+    missing = f'not determined by these drives: {", ".join(names)} ({instead}); turns in both directions determine all'
+    return [', '.join(parts), *([missing] if names else [])]
 
 
 def pasted(controller: Mapping[str, Any], amcl: Mapping[str, Any]) -> str:
@@ -108,10 +105,8 @@ def pasted(controller: Mapping[str, Any], amcl: Mapping[str, Any]) -> str:
             f'twist_covariance_diagonal: [{variances}]  # at 50 Hz and the mean speed of the drives',
             '# robot_localization: only velocities, as the error of the pose grows with the distance',
             f'odom0_config: [{velocities}]',
-            '# AMCL with {odom_model_type}, update_min_d {update_min_d:.3g}, update_min_a {update_min_a:.3g}'.format(
-                **amcl
-            ),
-            *(f'{key}: {value:.4g}' for key, value in amcl.items() if key.startswith('odom_alpha')),
+            '# AMCL',
+            *(f'{key}: {value:.4g}' if isinstance(value, float) else f'{key}: {value}' for key, value in amcl.items()),
         ]
     )
 
@@ -135,7 +130,8 @@ def calibration_json(found: Calibration, predictions: Sequence[Prediction]) -> D
         'predictions': [
             {**each._asdict(), 'bias': each.interval.mean(axis=1), 'is_inside': each.is_inside} for each in predictions
         ],
-        'geometry_covariance': found.geometry_covariance,
+        # The robot file allows variances to 1; a larger one says no more.
+        'geometry_covariance': found.geometry_covariance / max(1.0, found.geometry_covariance.diagonal().max()),
     }
     plain: Dict[str, Any] = _plain(content)
     return plain
