@@ -56,9 +56,9 @@ def _value_texts(found: Calibration, name: str) -> List[str]:
     if name.startswith('slip'):
         numbers = np.sqrt(numbers)
     numbers = numbers * {'mm': 1e3, 'deg': math.degrees(1.0)}.get(unit, 1.0)
-    if name in found.undetermined:
-        return [f'{numbers[0]:.6g}', 'not', 'determined']
     half = 0.5 * (numbers[2] - numbers[1])
+    if name in found.undetermined or (name.startswith('radius') and half > NOT_DETERMINED * numbers[0]):
+        return ['', 'not', 'determined']
     decimals = min(6, max(0, 1 - math.floor(math.log10(half)))) if half > 0.0 else 6
     return [f'{number:.{decimals}f}' for number in numbers]
 
@@ -89,7 +89,7 @@ def summary(found: Calibration, has_nominal: bool) -> List[str]:
         for text, half in halves.items()
     ]
     names = [text for name, (text, _) in SHOWN.items() if name in found.undetermined]
-    instead = 'the nominal geometry holds' if has_nominal else 'the robot file has none'
+    instead = 'the nominal geometry holds' if has_nominal else 'the robot file sets none'
     missing = f'not determined by these drives: {", ".join(names)} ({instead}); turns in both directions determine all'
     return [', '.join(parts), *([missing] if names else [])]
 
