@@ -21,7 +21,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / 'test' / 'support'))
 # With the workspace sourced the package is imported through catkin.
 if importlib.util.find_spec('diff_encoder_sim') is None:
-    sys.path.insert(0, str(ROOT / 'src'))
+    sys.path.insert(1, str(ROOT / 'src'))  # after the scripts' folder, which package_environment leaves out
 
 from diff_encoder_sim.base.bounds import Between  # noqa: E402 (found by the lines above)
 from diff_encoder_sim.base.command_line import number_within  # noqa: E402
