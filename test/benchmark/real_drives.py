@@ -9,6 +9,7 @@ commands, such as --wheels '--columns t left right --ticks-per-revolution 4096' 
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 import math
 import os
@@ -93,8 +94,8 @@ class Folder:
         table += ['--robot', self.nominal, '--out', self.out / f'{name}.yaml']
         return self.run('calibrate', name, *table)
 
-    def advise(self, drive: Path, name: str, *options: object) -> Any:
-        of_drive = ['--drive', drive, *self.wheels, '--robot', self.robot, *options, '--out', self.out / name]
+    def advise(self, drive: Path, robot: Path, name: str, *options: object) -> Any:
+        of_drive = ['--drive', drive, *self.wheels, '--robot', robot, *options, '--out', self.out / name]
         return self.run('advise', name, *of_drive)
 
 
@@ -163,7 +164,7 @@ def print_quantisation(folder: Folder, predictions: Sequence[Dict[str, Any]]) ->
     """Print quantisation at the end of drives, and its part of the variance of the position: expected and observed."""
     squares_m2, expected = [], []  # (drives, counts)
     for drive in folder.drives:
-        budgets = folder.advise(drive, f'budget_{drive.stem}', '--ppr', *folder.counts)['budgets']
+        budgets = folder.advise(drive, folder.robot, f'budget_{drive.stem}', '--ppr', *folder.counts)['budgets']
         of_counts = {f'{each["ppr"]:g}': each for each in next(iter(budgets.values()))}
         parts = [of_counts[count]['parts']['quantisation'] for count in folder.counts]
         of_axes = [[part[axis] for axis in ('along', 'across')] for part in parts]
@@ -235,11 +236,11 @@ def _nees(job: Any) -> float:
 
 def print_advice(folder: Folder, tolerances: Sequence[float]) -> None:
     answers = []
-    for drive in folder.drives:
-        for tolerance in tolerances:
-            found = folder.advise(drive, f'advice_{drive.stem}_{tolerance:g}', '--tolerance', tolerance)
-            answer = found['answers']['odometry']['text']
-            answers.append(f'{drive.stem}, {tolerance:g} m: {answer}\n  assumes {found["assumptions"]}')
+    for drive, tolerance, robot in itertools.product(folder.drives, tolerances, (folder.nominal, folder.robot)):
+        name = f'advice_{drive.stem}_{tolerance:g}_{robot.stem}'
+        found = folder.advise(drive, robot, name, '--tolerance', tolerance)
+        answer = found['answers']['odometry']['text']
+        answers.append(f'{drive.stem}, {tolerance:g} m: {answer}\n  assumes {found["assumptions"]}')
     print('', *answers, sep='\n')
 
 
