@@ -17,11 +17,12 @@ from diff_encoder_sim.calibration.likelihood import (
     INDEX,
     LONGEST_DELAY_S,
     NAMES,
+    ONLY_GEOMETRY,
     UNSTATED_STD,
     Track,
-    covariances_at,
-    largest_variance,
+    Uncertainty,
     maximise,
+    uncertainty_at,
 )
 from diff_encoder_sim.calibration.umbmark import WheelGeometry
 from diff_encoder_sim.drives.reference import Reference
@@ -31,11 +32,14 @@ special = deferred('scipy.special')
 LEVEL = 0.95
 SHORTEST_S, LEAST_PATH_M = 10.0, 0.5  # of a drive; a path of the wheels
 FASTEST_RADPS = 200.0  # of a wheel; more is a wrap of the counter
-FIRST_GATE = 600.0  # with the first guess
-UNRELATED = 0.15  # error of the aligned path, as a fraction of its spread
+FIRST_GATE = 100.0  # with the first guess, relative to the usual distances
+POSE_EVERY_S, WHEELS_EVERY_S = 0.05, 0.02
+UNRELATED = 0.1  # distance of the aligned path, as a fraction of its size
 GATE = 60.0  # squared Mahalanobis distance of a window that is not believed; 1e-12 by chance
 STARTED_OVER_M = 3.0  # of a drive, by which its start is placed on the reference
-MEDIAN_DISTANCE = {False: 1.386, True: 2.366}  # of chi squared with 2 components, and 3 with yaw
+FRACTION, FIRST_FRACTION = 0.25, 0.1  # of the windows, whose distances are usual
+MOVING_M = 0.1  # path of both wheels in a window
+FEWEST_FREEDOM = 5.0  # of a variance
 SHORTEST_PIECE_S = 6.0  # between two disturbances
 MOST_ROUNDS = 8  # of finding disturbances
 
@@ -95,7 +99,7 @@ class Calibration(NamedTuple):
     disturbances: List[Disturbance]
     fits: List[Fit]
     parameters: np.ndarray  # (14,) by likelihood.NAMES
-    covariances: np.ndarray  # (2, 14, 14), see likelihood.covariances_at
+    uncertainty: Uncertainty
 
 
 def calibrate(drives: Sequence[ReferencedDrive], nominal: Optional[WheelGeometry] = None) -> Calibration:
@@ -106,15 +110,18 @@ def calibrate(drives: Sequence[ReferencedDrive], nominal: Optional[WheelGeometry
     """
     whole = [track_of(each) for each in drives]
     guesses = [guess_of(each.name, track, nominal) for each, track in zip(drives, whole)]
-    parts = [track.without_gaps() for track in whole]
-    parameters = _fitted(parts, _start(whole, guesses, nominal))
-    covariances = covariances_at([track for of_drive in parts for track in of_drive], parameters)
-    values, undetermined = _values(parameters, covariances)
+    parameters, parts = _fitted([track.without_gaps() for track in whole], _start(whole, guesses, nominal))
+    if not any(parts):
+        names = ', '.join(each.name for each in drives)
+        raise ConfigError(f'{names}: given no {SHORTEST_PIECE_S:g} s without a disturbance; allowed: steadier drives')
+    uncertainty = uncertainty_at([track for of_drive in parts for track in of_drive], parameters)
+    values, undetermined = _values(parameters, uncertainty)
     disturbances = [found for each, tracks in zip(drives, parts) for found in _disturbances(each.name, tracks)]
     fits = [_fit(*each, parameters, nominal) for each in zip([each.name for each in drives], whole, parts)]
     of_ratio = np.eye(len(NAMES))[1] - np.eye(len(NAMES))[0]
-    geometry = max(covariances, key=lambda each: of_ratio @ each @ of_ratio)[GEOMETRY, GEOMETRY]
-    return Calibration(values, geometry, undetermined, disturbances, fits, parameters, covariances)
+    both = uncertainty.expected, uncertainty.observed
+    geometry = max(both, key=lambda each: float(of_ratio @ each @ of_ratio))[GEOMETRY, GEOMETRY]
+    return Calibration(values, geometry, undetermined, disturbances, fits, parameters, uncertainty)
 
 
 def track_of(drive: ReferencedDrive) -> Track:
@@ -138,20 +145,28 @@ def track_of(drive: ReferencedDrive) -> Track:
             f'{drive.name}: given a {("left", "right")[side]} wheel that turns by {turned_rad[row, side]:.0f} rad from '
             f'one sample to the next at {times_s[row]:.2f} s; allowed: --ticks-modulus, if its counter wraps'
         )
-    poses = drive.reference.poses[inside]
+    rows = np.flatnonzero(inside)[every(pose_times_s[inside], POSE_EVERY_S)]
+    samples = every(times_s, WHEELS_EVERY_S)
+    poses = drive.reference.poses[rows]
     components = 3 if np.isfinite(poses[0, 2]) else 2
     if drive.reference.covariances is None:
         covariances = np.tile(np.eye(3) * UNSTATED_STD**2, (len(poses), 1, 1))
     else:
-        covariances = drive.reference.covariances[inside]
+        covariances = drive.reference.covariances[rows]
     return Track(
-        times_s,
-        angles_rad,
-        pose_times_s[inside],
+        times_s[samples],
+        angles_rad[samples],
+        pose_times_s[rows],
         poses,
         covariances[:, :components, :components],
         np.array(drive.count_rad),
     )
+
+
+def every(times_s: np.ndarray, interval_s: float) -> np.ndarray:
+    """Return the rows of some times, one in each interval; more would take longer and tell little."""
+    rows: np.ndarray = np.unique(np.floor(times_s / interval_s), return_index=True)[1]
+    return rows
 
 
 def guess_of(name: str, track: Track, nominal: Optional[WheelGeometry]) -> FirstGuess:
@@ -166,10 +181,10 @@ def guess_of(name: str, track: Track, nominal: Optional[WheelGeometry]) -> First
             f'{name}: given a drive in which a wheel turns by {turned_rad.max():.2f} rad; '
             f'allowed: one with a path of at least {LEAST_PATH_M:g} m'
         )
-    if guess.error_m > UNRELATED * guess.spread_m:
+    if guess.unrelated > UNRELATED:
         raise ConfigError(
-            f'{name}: given a reference that does not follow the wheels: {guess.error_m:.2f} m of '
-            f'{guess.spread_m:.2f} m in parts of 20 s; allowed: a reference of the same robot, by the same clock'
+            f'{name}: given a reference off the path of the wheels by {100.0 * guess.unrelated:.0f} % of its size; '
+            'allowed: one of the same robot, by the same clock'
         )
     return guess
 
@@ -181,7 +196,7 @@ def _start(tracks: Sequence[Track], guesses: Sequence[FirstGuess], nominal: Opti
     stated = np.median(tracks[0].covariances, axis=0)
     noise = math.log(max(1e-3, guess.error_m) / math.sqrt(stated[0, 0]))
     of_yaw = math.log(0.03 / math.sqrt(stated[2, 2])) if tracks[0].has_yaw else 0.0
-    of_noise = (math.log(1e-6), math.log(1e-5), noise, of_yaw, noise, of_yaw, math.log(2.0))
+    of_noise = (math.log(1e-5), math.log(1e-4), noise, of_yaw, noise - 2.0, of_yaw - 2.0, math.log(2.0))
     place = (guess.x_m, guess.y_m, guess.yaw_rad, guess.delay_s)
     left, right = diameter_m, diameter_m
     if nominal is not None:
@@ -190,63 +205,65 @@ def _start(tracks: Sequence[Track], guesses: Sequence[FirstGuess], nominal: Opti
     return np.array([math.log(left), math.log(right), math.log(guess.radius_m / guess.ratio), *place, *of_noise])
 
 
-def _fitted(parts: List[List[Track]], start: np.ndarray) -> np.ndarray:
-    """Maximise the likelihood; `parts` are the tracks of each drive, which disturbances split further.
+def _fitted(whole: List[List[Track]], start: np.ndarray) -> Tuple[np.ndarray, List[List[Track]]]:
+    """Maximise the likelihood; return the parameters, and the tracks of each drive between its disturbances.
 
-    Disturbances are found with each estimate, and left out of the next.
+    Disturbances are found with each estimate, and left out of the next one.
     """
-    parameters, gate = start, FIRST_GATE
+    parameters, before = start, None  # type: np.ndarray, Optional[List[Tuple[float, Tuple[bool, ...]]]]
     for _ in range(MOST_ROUNDS):
-        before = [track.is_used for of_drive in parts for track in of_drive]
-        _place_starts(parts, parameters)
-        parts[:] = [[piece for track in of_drive for piece in _pieces(track, parameters, gate)] for of_drive in parts]
-        _place_starts(parts, parameters)
-        tracks = [track for of_drive in parts for track in of_drive]
-        is_same = [np.array_equal(old, track.is_used) for old, track in zip(before, tracks)]
-        if gate == GATE and len(before) == len(tracks) and all(is_same):
+        parts = [
+            [piece for track in tracks for piece in _pieces(track, parameters, before is None)] for tracks in whole
+        ]
+        pieces = [piece for tracks in parts for piece in tracks]
+        found = [(float(piece.pose_times_s[0]), tuple(piece.is_used)) for piece in pieces]
+        if found == before:
             break
-        parameters, _ = maximise(tracks, start)  # not from the last ones: a disturbance leads far astray
-        gate = GATE
-    return parameters
+        # From the start, as a disturbance leads far astray; what slips and drifts after the geometry.
+        parameters = maximise(pieces, maximise(pieces, start, ONLY_GEOMETRY))
+        before = found
+    return parameters, parts
 
 
-def _place_starts(parts: Sequence[Sequence[Track]], parameters: np.ndarray) -> None:
-    for track in (track for of_drive in parts for track in of_drive):
-        track.start_yaw_rad = start_heading(track, parameters, STARTED_OVER_M)
-
-
-def _pieces(track: Track, parameters: np.ndarray, gate: float) -> List[Track]:
-    """Find the windows of a track that do not fit, and return it in two pieces if one changes the pose for good."""
+def _pieces(track: Track, parameters: np.ndarray, is_first: bool) -> List[Track]:
+    """Leave out the windows of a track that do not fit, and split it where they change the pose for good."""
+    if np.ptp(track.pose_times_s) < SHORTEST_PIECE_S:
+        return []
+    track.start_yaw_rad = start_heading(track, parameters, STARTED_OVER_M)
     is_used = np.ones(len(track.is_used), bool)
+    paths_m = np.diff(track.motions(parameters, track.edges_s)[:, 3:5].sum(axis=1))
+    moving = paths_m >= min(MOVING_M, float(np.median(paths_m)))  # a reference has less noise at rest
     while True:
-        errors, variances, _, _ = track.filtered(parameters, is_used)
-        distances = (errors**2 / variances).sum(axis=1)
-        # Disturbances make the estimated noise too large, and all distances too small: relative to their median.
-        relative = gate * min(1.0, float(np.median(distances)) / MEDIAN_DISTANCE[track.has_yaw])
+        distances = track.distances(parameters, is_used)
+        # Disturbances make the estimated noise too large, and all distances too small: relative to the lower ones.
+        lower = float(np.quantile(distances[moving], FIRST_FRACTION if is_first else FRACTION))
+        usual = lower / float(special.chdtri(2.0 + track.has_yaw, 1.0 - (FIRST_FRACTION if is_first else FRACTION)))
+        least = FIRST_GATE * usual if is_first else GATE * min(1.0, usual)
         worst = int(np.where(is_used, distances, 0.0)[1:].argmax()) + 1
-        if distances[worst] <= relative:
+        if distances[worst] <= least:
             track.is_used = is_used
             return [track]
-        after = worst + 1 + int(np.argmax(is_used[worst + 1 :])) if is_used[worst + 1 :].any() else worst
         is_used[worst] = False
-        errors, variances, _, _ = track.filtered(parameters, is_used)
-        if after > worst and (errors[after] ** 2 / variances[after]).sum() > relative:
-            pieces = [track.between(0, worst), track.between(worst + 1, len(is_used))]
-            return [each for each in pieces if np.ptp(each.pose_times_s) >= SHORTEST_PIECE_S]
+        after = worst + 1 + int(np.argmax(np.append(is_used[worst + 1 :], True)))
+        if after < len(is_used) and track.distances(parameters, is_used)[after] > least:
+            halves = track.between(0, worst), track.between(worst + 1, len(is_used))
+            return [piece for half in halves for piece in _pieces(half, parameters, is_first)]
 
 
-def _values(parameters: np.ndarray, covariances: np.ndarray) -> Tuple[Dict[str, Estimated], List[str]]:
+def _values(parameters: np.ndarray, uncertainty: Uncertainty) -> Tuple[Dict[str, Estimated], List[str]]:
     """Return the values by name, and the names of those that are not determined."""
-    reach = float(special.ndtri(0.5 + 0.5 * LEVEL))
     combinations = {name: np.eye(len(NAMES))[INDEX[name]] for name in NAMES[:9]}
     left, right, separation = (combinations[name] for name in NAMES[:3])
     combinations['radius_ratio'] = right - left
     combinations['radius_per_separation'] = left - separation  # of the diameter, halved below
     values, undetermined = {}, []
     for name, row in combinations.items():
-        if name == 'reference_yaw_rad' and not covariances[0, INDEX[name], INDEX[name]]:
+        if name == 'reference_yaw_rad' and not uncertainty.expected[INDEX[name], INDEX[name]]:
             continue
-        centre, half = float(row @ parameters), reach * math.sqrt(largest_variance(row, covariances))
+        centre, half = (
+            float(row @ parameters),
+            reach_of(LEVEL, uncertainty.freedom(row)) * math.sqrt(uncertainty.variance(row)),
+        )
         low, high = centre - half, centre + half
         if name not in NAMES[3:7]:
             centre, low, high = math.exp(centre), math.exp(low), math.exp(high)
@@ -255,6 +272,11 @@ def _values(parameters: np.ndarray, covariances: np.ndarray) -> Tuple[Dict[str, 
         if half > DETERMINED.get(name, math.inf):
             undetermined.append(name)
     return values, undetermined
+
+
+def reach_of(level: float, freedom: float) -> float:
+    """Return half an interval in standard deviations."""
+    return float(special.stdtrit(max(FEWEST_FREEDOM, min(freedom, 1e6)), 0.5 + 0.5 * level))
 
 
 def _disturbances(name: str, tracks: Sequence[Track]) -> List[Disturbance]:

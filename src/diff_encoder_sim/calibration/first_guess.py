@@ -18,6 +18,7 @@ WINDOW_S, EVERY_S = 20.0, 0.25  # of the alignment; interval of the rows in it
 RATIOS = np.geomspace(0.03, 1.0, 48)  # radius / separation
 DELAYS_S = np.arange(-0.4, 0.41, 0.05)
 FEWEST_ROWS = 8  # of a window
+OUTLYING = 3.0  # error of a window in medians of all, beyond which it is left out
 USUAL_RATIO = 0.25  # of a robot that never turned
 _RIDGE = 1e-3  # for the place of the sensor in windows without turns
 
@@ -40,8 +41,8 @@ class FirstGuess(NamedTuple):
     y_m: float
     yaw_rad: float  # of the sensor; 0 if unknown
     delay_s: float
-    error_m: float  # root mean square distance of the aligned path
-    spread_m: float  # root mean square distance of the path from its middles
+    error_m: float  # distance of the aligned path: mean over windows of the root mean square
+    unrelated: float  # median over windows of that distance, as a fraction of the size of the path
 
 
 def first_guess(
@@ -94,8 +95,7 @@ def _align(
     paths = np.interp(at_s, times_s, path.real) + 1j * np.interp(at_s, times_s, path.imag)
     targets = poses[:, 0] + 1j * poses[:, 1]
     windows = np.floor((pose_times_s - pose_times_s[0]) / WINDOW_S).astype(int)
-    found, squares, spread, rows = [], 0.0, 0.0, 0
-    sensor = 0j  # sum of the sensor's directions
+    found = []
     for window in np.unique(windows):
         here = windows == window
         if here.sum() < FEWEST_ROWS or np.ptp(paths[here].real) + np.ptp(paths[here].imag) == 0.0:
@@ -104,26 +104,23 @@ def _align(
         target = targets[here] - targets[here].mean()
         moment = design.conj().T @ design + np.diag([1e-12, _RIDGE * here.sum()])
         scale, place = np.linalg.solve(moment, design.conj().T @ target)  # both turned by the start's heading
-        misses = abs(target - design @ (scale, place)) ** 2
-        squares += float(np.minimum(misses, 9.0 * np.median(misses) + 1e-12).sum())
-        spread += float((abs(target) ** 2).sum())
-        rows += int(here.sum())
+        errors_m = abs(target - design @ (scale, place))
         known = np.linalg.det(moment).real / moment[[1, 0], [1, 0]].real  # of each alone
-        found.append((abs(scale), place * abs(scale) / scale, *known))
-        if np.isfinite(poses[0, 2]):
-            sensor += (np.exp(1j * poses[here, 2]) / headings[here]).mean() * abs(scale) / scale * known[0]
+        sensor = (np.exp(1j * poses[here, 2]) / headings[here]).mean() * abs(scale) / scale
+        size_m = math.sqrt(float((abs(target) ** 2).mean()))
+        found.append((abs(scale), place * abs(scale) / scale, sensor, *known, np.sqrt((errors_m**2).mean()), size_m))
     if not found:
-        return FirstGuess(math.nan, ratio, 0.0, 0.0, 0.0, delay_s, math.inf, 0.0)
-    scales, places, of_scale, of_place = map(np.array, zip(*found))
-    radius_m = np.average(scales, weights=of_scale.real)
-    place = np.average(places, weights=of_place.real)
+        return FirstGuess(math.nan, ratio, 0.0, 0.0, 0.0, delay_s, math.inf, 1.0)
+    scales, places, sensors, of_scale, of_place, errors_m, sizes_m = np.array(found).T
+    good = errors_m.real <= OUTLYING * np.median(errors_m.real)  # others have a disturbance
+    place = np.average(places[good], weights=of_place[good].real)
     return FirstGuess(
-        float(radius_m),
+        float(np.average(scales[good].real, weights=of_scale[good].real)),
         ratio,
         float(place.real),
         float(place.imag),
-        float(np.angle(sensor)),
+        float(np.angle((sensors * of_scale)[good].sum())) if np.isfinite(poses[0, 2]) else 0.0,
         delay_s,
-        math.sqrt(squares / rows),
-        math.sqrt(spread / rows),
+        float(errors_m[good].real.mean()),
+        float(np.median(errors_m.real / np.maximum(1e-6, sizes_m.real))),
     )

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import List, Sequence, Tuple
+from typing import List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.calibration.pose_filter import filter_poses
+from diff_encoder_sim.calibration.pose_filter import ROBUST_BEYOND_STD, filter_poses
 
 WINDOW_S = 2.0
 PARTS = 4  # of a window
@@ -29,15 +29,20 @@ NAMES = (
 INDEX = {name: index for index, name in enumerate(NAMES)}
 IS_LOGARITHM = np.array([name not in NAMES[3:7] for name in NAMES])
 OF_YAW = [INDEX[name] for name in ('reference_yaw_rad', 'white_yaw_std', 'slow_yaw_std')]
-GEOMETRY = slice(0, 3)
+GEOMETRY, NOISE = slice(0, 3), slice(7, 14)
 
 # Weak knowledge (normal, of logarithms where the parameter has one), which only keeps what a drive does not determine
 # near a usual value. Diameters and separation: about their first guess.
-USUAL = np.array([0.0] * 7 + [math.log(1e-6), math.log(1e-6), 0.0, 0.0, -2.0, -2.0, math.log(2.0)])
-SPREAD = np.array([1.0, 1.0, 1.0, 1.0, 1.0, 10.0, 0.5, 4.0, 4.0, 3.0, 3.0, 3.0, 3.0, 1.5])
+USUAL = np.array([0.0] * 7 + [math.log(1e-6), math.log(1e-6), 0.0, 0.0, -3.0, -3.0, math.log(2.0)])
+SPREAD = np.array([1.0, 1.0, 1.0, 1.0, 1.0, 10.0, 0.5, 4.0, 4.0, 3.0, 3.0, 1.5, 1.5, 1.5])
 STEPS = np.array([1e-5, 1e-5, 1e-4, 1e-4, 1e-4, 1e-4, 1e-3, *[1e-2] * 7])  # of numerical derivatives
 
 UNSTATED_STD = 0.01  # [m, rad] unit of the noise of a reference that states no covariance
+NOISE_STEP = 0.1  # of logarithms
+
+ONLY_GEOMETRY = [*range(7), 9, 10]  # with white noise; what slips and drifts is fitted after it
+MOST_STEPS = 40
+
 LONGEST_GAP_S = 1.0
 LONGEST_DELAY_S = 0.5  # of the reference; its rows nearer to an end of the drive are left out
 
@@ -124,6 +129,14 @@ class Track:
         errors[~self.is_used], variances[~self.is_used] = 0.0, 1.0
         return errors, variances
 
+    def distances(self, parameters: np.ndarray, is_used: np.ndarray) -> np.ndarray:
+        """Return (m,) squared Mahalanobis distances of the windows from their prediction."""
+        errors, variances, _, _ = self.filtered(parameters, is_used)
+        squares, linear_from = errors**2 / variances, ROBUST_BEYOND_STD**2
+        # The variances of large errors are enlarged in proportion.
+        of_windows: np.ndarray = np.maximum(squares, squares**2 / linear_from).sum(axis=1)
+        return of_windows
+
     def filtered(
         self, parameters: np.ndarray, is_used: np.ndarray
     ) -> Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -179,11 +192,12 @@ def _derivatives(track: Track, parameters: np.ndarray, free: np.ndarray) -> Tupl
     return scores.reshape(len(free), -1, 3).sum(axis=2), information
 
 
-def maximise(tracks: Sequence[Track], start: np.ndarray, iterations: int = 40) -> Tuple[np.ndarray, float]:
-    """Climb to the maximum by Fisher scoring with Levenberg's damping; return parameters and log-likelihood."""
-    free, centre = free_parameters(tracks), np.concatenate((start[GEOMETRY], USUAL[3:]))
+def maximise(tracks: Sequence[Track], start: np.ndarray, only: Sequence[int] = range(len(NAMES))) -> np.ndarray:
+    """Climb to the maximum by Fisher scoring with Levenberg's damping; return the parameters."""
+    free = np.intersect1d(free_parameters(tracks), only)
+    centre = np.concatenate((start[GEOMETRY], USUAL[3:]))
     parameters, damping, best = start.copy(), 1e-3, _log_likelihood(tracks, start, centre)
-    for _ in range(iterations):
+    for _ in range(MOST_STEPS):
         found = [_derivatives(track, parameters, free) for track in tracks]
         information = sum(each for _, each in found) + np.diag(SPREAD[free] ** -2)
         slope = sum(scores.sum(axis=1) for scores, _ in found) - ((parameters - centre) / SPREAD**2)[free]
@@ -200,31 +214,63 @@ def maximise(tracks: Sequence[Track], start: np.ndarray, iterations: int = 40) -
         parameters, best = moved, best + gain
         if gain < 1e-4:
             break
-    return parameters, best
+    return parameters
 
 
-def covariances_at(tracks: Sequence[Track], parameters: np.ndarray) -> np.ndarray:
-    """Return two (14, 14) covariances of the parameters at the maximum, (2, 14, 14); 0 of what is not free.
+@dataclass(frozen=True)
+class Uncertainty:
+    """How well the parameters are known at the maximum; matrices are 0 of what is not free.
 
-    The first is the inverse of the expected information: right if the noise is as the model has it. The second is by
-    the scatter of the scores of the windows, which are independent (Godambe's sandwich): right for many of them. The
-    larger one counts, `largest_variance`.
+    Attributes:
+        expected: (14, 14) covariance, the inverse of the expected information: right if the noise is as modelled.
+        observed: (14, 14) covariance by the scatter of the scores of the windows, which are independent (Godambe's
+            sandwich): right for many windows.
+        by_noise: (7, 14, 14) derivatives of `expected` by the parameters of slip and noise, which are estimated, too.
     """
+
+    expected: np.ndarray
+    observed: np.ndarray
+    by_noise: np.ndarray
+
+    def variance(self, row: np.ndarray) -> float:
+        """Return the variance of a linear combination of the parameters: the larger one counts."""
+        return float(max(row @ self.expected @ row, row @ self.observed @ row))
+
+    def freedom(self, row: np.ndarray, more: float = 0.0, more_by_noise: Optional[np.ndarray] = None) -> float:
+        """Return the degrees of freedom of a variance, for Student's t (Satterthwaite 1946).
+
+        Args:
+            row: linear combination of the parameters.
+            more: variance of an independent error that is added, as of a prediction.
+            more_by_noise: (7,) its derivatives.
+        """
+        slopes = np.array([row @ each @ row for each in self.by_noise])
+        slopes = slopes if more_by_noise is None else slopes + more_by_noise
+        spread = float(slopes @ self.expected[NOISE, NOISE] @ slopes)
+        return 2.0 * (float(row @ self.expected @ row) + more) ** 2 / max(spread, 1e-300)
+
+
+def uncertainty_at(tracks: Sequence[Track], parameters: np.ndarray) -> Uncertainty:
+    """Return how well the parameters are known at the maximum."""
     free = free_parameters(tracks)
-    information = scatter = np.diag(SPREAD[free] ** -2)
-    for track in tracks:
-        scores, of_track = _derivatives(track, parameters, free)
-        information, scatter = information + of_track, scatter + scores @ scores.T
-    inverse = np.linalg.inv(information)
-    covariances = np.zeros((2, len(parameters), len(parameters)))
-    for covariance, of_free in zip(covariances, (inverse, inverse @ scatter @ inverse)):
-        covariance[np.ix_(free, free)] = of_free
-    return covariances
 
+    def inverse_of(information: np.ndarray) -> np.ndarray:
+        covariance = np.zeros((len(parameters), len(parameters)))
+        covariance[np.ix_(free, free)] = np.linalg.inv(information + np.diag(SPREAD[free] ** -2))
+        return covariance
 
-def largest_variance(row: np.ndarray, covariances: np.ndarray) -> float:
-    """Return the variance of a linear combination of the parameters by the covariance that makes it larger."""
-    return float(max(row @ each @ row for each in covariances))
+    found = [_derivatives(track, parameters, free) for track in tracks]
+    expected = inverse_of(np.sum([information for _, information in found], axis=0))
+    scatter = np.zeros_like(expected)
+    scatter[np.ix_(free, free)] = np.diag(SPREAD[free] ** -2) + sum(scores @ scores.T for scores, _ in found)
+    by_noise = np.zeros((len(parameters) - NOISE.start, *expected.shape))
+    for place, index in enumerate(range(NOISE.start, len(parameters))):
+        if index in free:
+            moved = parameters.copy()
+            moved[index] += NOISE_STEP
+            at_moved = inverse_of(np.sum([_derivatives(track, moved, free)[1] for track in tracks], axis=0))
+            by_noise[place] = (at_moved - expected) / NOISE_STEP
+    return Uncertainty(expected, expected @ scatter @ expected, by_noise)
 
 
 def warm_up() -> None:

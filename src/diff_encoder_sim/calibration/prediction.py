@@ -7,20 +7,18 @@ from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.calibration.estimation import (
     Calibration,
     ReferencedDrive,
     calibrate,
+    reach_of,
     start_heading,
     track_of,
     with_geometry,
 )
-from diff_encoder_sim.calibration.likelihood import INDEX, STEPS, Track, largest_variance
+from diff_encoder_sim.calibration.likelihood import INDEX, NOISE, NOISE_STEP, STEPS, Track
 from diff_encoder_sim.calibration.umbmark import WheelGeometry
-
-special = deferred('scipy.special')
 
 LEVEL = 0.9
 ALIGNED_OVER_M = 1.0  # the start of a drive, by which odometry is placed on the reference
@@ -57,22 +55,34 @@ def cross_predictions(drives: Sequence[ReferencedDrive], nominal: Optional[Wheel
 def predict(calibration: Calibration, drive: ReferencedDrive, nominal: Optional[WheelGeometry] = None) -> Prediction:
     """Predict the end of a drive; ConfigError if it is too short."""
     track = track_of(drive)
-    parameters = calibration.parameters
+    parameters, uncertainty = calibration.parameters, calibration.uncertainty
     track.start_yaw_rad = start_heading(track, parameters, ALIGNED_OVER_M)
     error, covariance = _end_error(track, parameters)
     slopes = np.zeros((3, len(parameters)))
-    for index in np.flatnonzero(np.diag(calibration.covariances[0])):
+    for index in np.flatnonzero(np.diag(uncertainty.expected)):
         moved = [parameters.copy(), parameters.copy()]
         moved[0][index] += STEPS[index]
         moved[1][index] -= STEPS[index]
         slopes[:, index] = (_end_error(track, moved[0])[0] - _end_error(track, moved[1])[0]) / (2.0 * STEPS[index])
-    std = np.sqrt(np.diag(covariance) + [largest_variance(row, calibration.covariances) for row in slopes])
-    reach = float(special.ndtri(0.5 + 0.5 * LEVEL)) * std
+    more = np.diag(covariance)
+    by_noise = [
+        (np.diag(_end_error(track, _moved(parameters, index))[1]) - more) / NOISE_STEP
+        for index in range(*NOISE.indices(len(parameters)))
+    ]
+    std = np.sqrt(more + [uncertainty.variance(row) for row in slopes])
+    freedoms = map(uncertainty.freedom, slopes, more, np.transpose(by_noise))
+    reach = std * [reach_of(LEVEL, freedom) for freedom in freedoms]
     nominal_error = None if nominal is None else _end_error(track, with_geometry(parameters, nominal))[0]
     motions = track.motions(parameters, track.pose_times_s[[0, -1]] - parameters[INDEX['reference_delay_s']])
     length_m = float(0.5 * np.diff(motions[:, 3:5], axis=0).sum())
     duration_s = float(np.ptp(track.pose_times_s))
     return Prediction(drive.name, duration_s, length_m, error, std, np.column_stack((-reach, reach)), nominal_error)
+
+
+def _moved(parameters: np.ndarray, index: int) -> np.ndarray:
+    moved = parameters.copy()
+    moved[index] += NOISE_STEP
+    return moved
 
 
 def _end_error(track: Track, parameters: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
