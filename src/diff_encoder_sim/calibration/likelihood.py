@@ -34,7 +34,7 @@ GEOMETRY, NOISE = slice(0, 3), slice(7, 14)
 # Weak knowledge (normal, of logarithms where the parameter has one), which only keeps what a drive does not determine
 # near a usual value. Diameters and separation: about their first guess.
 USUAL = np.array([0.0] * 7 + [math.log(1e-6), math.log(1e-6), 0.0, 0.0, -3.0, -3.0, math.log(2.0)])
-SPREAD = np.array([1.0, 1.0, 1.0, 1.0, 1.0, 10.0, 0.5, 4.0, 4.0, 3.0, 3.0, 1.5, 1.5, 1.5])
+SPREAD = np.array([1.0, 1.0, 0.7, 1.0, 1.0, 10.0, 0.5, 4.0, 4.0, 3.0, 3.0, 1.5, 1.5, 1.5])
 STEPS = np.array([1e-5, 1e-5, 1e-4, 1e-4, 1e-4, 1e-4, 1e-3, *[1e-2] * 7])  # of numerical derivatives
 
 UNSTATED_STD = 0.01  # [m, rad] unit of the noise of a reference that states no covariance

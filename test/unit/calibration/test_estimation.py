@@ -48,8 +48,8 @@ def test_the_covariance_of_the_geometry_knows_the_ratio_better_than_the_scale(ca
     covariance = calibration.geometry_covariance
     of_ratio, of_scale = np.array([-1.0, 1.0, 0.0]), np.array([0.5, 0.5, 0.0])
     low, high = calibration.values['radius_ratio'].interval
-    half = 1.96 * math.sqrt(of_ratio @ covariance @ of_ratio)
-    assert math.log(high / low) == pytest.approx(2.0 * half, rel=1e-3)
+    halves = 0.5 * math.log(high / low) / math.sqrt(of_ratio @ covariance @ of_ratio)
+    assert 1.96 <= halves < 2.6  # Student's t
     assert of_ratio @ covariance @ of_ratio < 4.0 * (of_scale @ covariance @ of_scale)
 
 
@@ -93,7 +93,7 @@ def test_wheels_that_cannot_be_right_are_an_error(change, says, has_yaw):
 
 def test_a_reference_of_another_robot_and_a_short_one_are_errors():
     drive, other = drive_of(duration_s=60.0), drive_of(seed=3, duration_s=60.0)
-    with pytest.raises(ConfigError, match='does not follow the wheels'):
+    with pytest.raises(ConfigError, match='off the path of the wheels'):
         calibrate([drive._replace(reference=other.reference)])
     with pytest.raises(ConfigError, match='at least 10 s'):
         calibrate([drive_of(duration_s=9.0)])
