@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Whether /odom's covariance says what odometry is wrong by (NEES): the paper's tests, by pulses per revolution.
+"""Whether /odom's covariance says what odometry is wrong by (NEES), by pulses per revolution.
 
-A few navigated drives of each test, each seen from many wheel phases, with slip drawn anew: of the robot of a campaign,
-and of robots whose geometry is drawn, too.
+Of rounding only: drives with sampled lengths, angles and speeds, each seen from other wheel phases, and with
+--real-drives the drives of a wheelchair. With --campaign the paper's tests: a few navigated drives of each test, each
+seen from many wheel phases, with slip drawn anew: of the robot of a campaign, and of robots whose geometry is drawn.
 """
 
 from __future__ import annotations
@@ -11,7 +12,8 @@ import functools
 import itertools
 import math
 import os
-from typing import Iterator, List, NamedTuple, Sequence, Tuple
+from pathlib import Path
+from typing import Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from bench import ALTO, ROOT, in_processes, parser, plan_of, print_header, print_table
@@ -27,8 +29,13 @@ from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial
 from diff_encoder_sim.trials.publications import Publications
 from diff_encoder_sim.trials.robot_params import RobotParams
+from diff_encoder_sim.wheels.odometry_params import OdometryParams
+from phase_drives import DRIVES, nees_of_phases, sampled_nees
 
 ALLOWED = (0.8, 1.25)
+PPRS = (20.0, 40.0, 90.0, 250.0, 1024.0)
+WHEELCHAIR = {'wheel_diameter': 0.317, 'wheel_separation': 0.56, 'motion_noise': 0.0}
+TICKS_PER_TURN, ENDS = 409_600, 20
 
 LEGEND = """
 NEES / 3: 1 is honest; above, odometry is surer than it may be. +-: two standard errors of the mean, over drives where
@@ -65,11 +72,15 @@ class DriveRecorder(Publications):
 
 
 def main() -> None:
-    made = parser(__doc__, drives=6, seeds=25, workers=os.cpu_count())
-    made.add_argument('--campaign', default='paper')
-    made.add_argument('--tests', nargs='+', default=['SL', 'SMT', 'DLD'])
-    made.add_argument('--ppr', nargs='+', type=float, default=[40.0, 90.0, 1024.0, 4096.0])
+    made = parser(__doc__, phases=1000, drives=6, seeds=25, workers=os.cpu_count())
+    made.add_argument('--real-drives', type=Path, metavar='FOLDER', help='with wheelchair_1.txt and wheelchair_2.txt')
+    made.add_argument('--campaign', metavar='NAME', help="navigate the campaign's tests instead, such as of paper")
+    made.add_argument('--tests', nargs='+', default=['SL', 'SMT', 'DLD'], help='of the campaign')
+    made.add_argument('--ppr', nargs='+', type=float, default=[40.0, 90.0, 1024.0, 4096.0], help='of the campaign')
     arguments = made.parse_args()
+    if arguments.campaign is None:
+        _print_rounding(arguments.phases, arguments.real_drives, arguments.workers)
+        return
     print_header(f"NEES of odometry's covariance: {arguments.drives} drives with {arguments.seeds} seeds each")
     cells = list(itertools.product(arguments.tests, arguments.ppr))
     cases = [Case(*cell, drive) for cell in cells for drive in range(1, arguments.drives + 1)]
@@ -80,6 +91,30 @@ def main() -> None:
     heads = ['test', 'PPR', *(f'NEES / 3\n{name}' for name in names), 'goal: x\nalone', 'y', 'yaw', 'inside']
     print_table(rows, heads, 2)
     print(LEGEND)
+
+
+def _print_rounding(phases: int, folder: Optional[Path], workers: int) -> None:
+    print_header(f"NEES / 3 of odometry's covariance by rounding only, {phases} wheel phases")
+    real = sorted(folder.glob('wheelchair_*.txt')) if folder else []
+    cells = list(itertools.product([*DRIVES, *real], PPRS))
+    found = dict(zip(cells, in_processes(functools.partial(_mean_nees, phases), cells, workers)))
+    rows = [
+        [getattr(drive, 'stem', drive), *(f'{found[drive, ppr]:.2f}' for ppr in PPRS)] for drive in [*DRIVES, *real]
+    ]
+    print_table(rows, ['drive', *(f'{ppr:g} counts' for ppr in PPRS)])
+
+
+def _mean_nees(phases: int, cell: Tuple[Union[str, Path], float]) -> float:
+    drive, ppr = cell
+    if isinstance(drive, str):
+        return float(np.mean([sampled_nees(DRIVES[drive], ppr, seed) for seed in range(phases)]))
+    table = np.loadtxt(drive, skiprows=1)
+    stamps_ms, rows = np.unique(table[:, 0], return_index=True)
+    angles_rad = 2.0 * math.pi / TICKS_PER_TURN * (table[rows, -2:] - table[rows[0], -2:])
+    ends = np.linspace(0, len(rows) - 1, ENDS + 1).astype(int)[1:]
+    wheels = (stamps_ms * 1e6).astype(np.int64), angles_rad, OdometryParams(ppr=ppr, **WHEELCHAIR)
+    starts_rad = (generator(seed, 'wheel_phase').uniform(0.0, 2.0 * math.pi, 2) for seed in range(phases))
+    return float(np.mean([nees_of_phases(*wheels, start_rad, ends) for start_rad in starts_rad]))
 
 
 def _ends_of_drive(campaign: str, seeds: int, case: Case) -> Ends:

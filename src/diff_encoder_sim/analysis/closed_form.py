@@ -14,9 +14,10 @@ from diff_encoder_sim.analysis.results_table import Results, RobotGeometry, fina
 from diff_encoder_sim.analysis.statistics import spread, std_interval
 from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.drives.trial_definition import Trial
-from diff_encoder_sim.wheels.covariance import quantisation_covariance, reading_variance, residual_std
+from diff_encoder_sim.wheels.covariance import Remainder, quantisation_covariance, reading_variance
 
 STRAIGHT_WITHIN = 1e-9  # tolerance [m, rad] for a goal straight ahead
+LEAST_PULSES = 0.1  # standard deviation of a position [pulses], below which the errors under way exceed it
 DECIMALS = 9  # of a number of pulses; the rest is rounding
 
 
@@ -24,15 +25,17 @@ def closed_form_std(requested: Trial, robot: RobotGeometry, ppr: float) -> np.nd
     """Return the (3,) standard deviations at the goal due to quantisation, along the map's axes: [m], [m], [rad].
 
     They are averaged over the final wheel positions within a pulse, for drives whose ends differ by more than a pulse.
-    The lateral value of a straight drive does not depend on its end; for the heading see `heading_std_rad`.
+    The lateral value of a straight drive does not depend on its end; for the heading see `heading_std_rad`. A position
+    that whole turns do not change has 0: its error is that of rounding under way.
     """
     start, m_per_pulse = requested.test.start.pose(), math.pi * robot.wheel_diameter_m / ppr
-    reading_m2, residual_m = reading_variance(m_per_pulse), residual_std(m_per_pulse, m_per_pulse)
+    wheel = Remainder(m_per_pulse, reading_variance(m_per_pulse))
     goal = requested.goal().relative_to(start)
-    covariance = quantisation_covariance(goal, reading_m2, reading_m2, residual_m, robot.wheel_separation_m)
+    covariance = quantisation_covariance(goal, wheel, wheel, robot.wheel_separation_m)
     turn, cos_yaw, sin_yaw = np.eye(3), math.cos(start.yaw_rad), math.sin(start.yaw_rad)
     turn[:2, :2] = [[cos_yaw, -sin_yaw], [sin_yaw, cos_yaw]]
-    return np.sqrt(np.diag(turn @ covariance.matrix() @ turn.T))
+    stds = np.sqrt(np.diag(turn @ covariance.matrix() @ turn.T))
+    return np.where(stds < (LEAST_PULSES * m_per_pulse, LEAST_PULSES * m_per_pulse, 0.0), 0.0, stds)
 
 
 def heading_std_rad(wheel_travel_m: np.ndarray, m_per_pulse: float, wheel_separation_m: float) -> float:
@@ -91,6 +94,8 @@ def closed_form_table(results: Results) -> Optional[ResultTable]:
             unit, scale = SCALED[quantity.unit]
             errors = scale * final_errors(known, MINUS_TRUTH, quantity)
             expected = scale * quantity.scale * float(expected_stds[quantity.component])
+            if not expected:
+                continue
             low, high = std_interval(errors)
             row = {'cell': cell, 'quantity': f'{quantity.axis} [{unit}]', 'expected': f'{expected:.{DIGITS}g}'}
             row['measured'] = f'{spread(errors) or 0.0:.{DIGITS}g} ({low:.{DIGITS}g} to {high:.{DIGITS}g})'

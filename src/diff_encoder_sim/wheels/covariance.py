@@ -13,19 +13,10 @@ from diff_encoder_sim.base.se2 import Pose2D
 # Variance of a position that is uniform within one pulse, in pulses squared.
 PULSE_VARIANCE = 1.0 / 12.0
 
-# Standard deviation, in pulses along x and along y, of the rounding while the robot turns in place, which does not
-# quite average out; measured by NEES after whole turns (test/benchmark/odometry_nees.py).
-RESIDUAL_PULSES = 0.065
-
 
 def reading_variance(m_per_pulse: float, of_sensor: float = 0.0) -> float:
     """Return the variance [m^2] of a wheel's travel in one reading; `of_sensor` is added to rounding [pulses^2]."""
     return (PULSE_VARIANCE + of_sensor) * m_per_pulse**2
-
-
-def residual_std(left_m_per_pulse: float, right_m_per_pulse: float) -> float:
-    """Return the standard deviation [m] along x and along y of the rounding while turning in place."""
-    return RESIDUAL_PULSES * max(left_m_per_pulse, right_m_per_pulse)
 
 
 class PlanarCovariance(NamedTuple):
@@ -68,13 +59,11 @@ def propagate_motion_noise(
     right_m: float,
     wheel_separation_m: float,
     motion_noise: float,
-    heading_var_rad2: float = 0.0,
 ) -> PlanarCovariance:
     """Return the covariance after one more step of both wheels.
 
     The travels have independent variances in proportion to their lengths (Siegwart and Nourbakhsh, Introduction to
-    Autonomous Mobile Robots, section 5.2.4). Rounding adds an independent heading error to each step, which shifts the
-    robot sideways (docs/adr/0002-odometry-covariance.md).
+    Autonomous Mobile Robots, section 5.2.4).
 
     Args:
         covariance: before the step.
@@ -83,7 +72,6 @@ def propagate_motion_noise(
         right_m: travel of the right wheel.
         wheel_separation_m: between the contact points.
         motion_noise: variance per metre of travel [m^2/m].
-        heading_var_rad2: variance of the heading within a step, by the rounding of both readings.
     """
     travel_m = 0.5 * (left_m + right_m)
     mid_yaw_rad = yaw_rad + 0.5 * (right_m - left_m) / wheel_separation_m
@@ -93,51 +81,102 @@ def propagate_motion_noise(
     ax, ay, bx, by = 0.5 * cos_yaw, 0.5 * sin_yaw, -lever * sin_yaw, lever * cos_yaw
     left_m2, right_m2 = motion_noise * abs(left_m), motion_noise * abs(right_m)
     both_m2, more_m2 = left_m2 + right_m2, right_m2 - left_m2
-    # The product of both distances: a pulse of only one wheel is not travel.
-    sideways_m2 = heading_var_rad2 * max(left_m * right_m, 0.0)
     xx, xy, x_yaw, yy, y_yaw, yaw_yaw = covariance.carried_by_heading(-travel_m * sin_yaw, travel_m * cos_yaw)
     return PlanarCovariance(
-        xx + both_m2 * (ax * ax + bx * bx) + 2.0 * more_m2 * ax * bx + sideways_m2 * sin_yaw * sin_yaw,
-        xy + both_m2 * (ax * ay + bx * by) + more_m2 * (ax * by + bx * ay) - sideways_m2 * sin_yaw * cos_yaw,
+        xx + both_m2 * (ax * ax + bx * bx) + 2.0 * more_m2 * ax * bx,
+        xy + both_m2 * (ax * ay + bx * by) + more_m2 * (ax * by + bx * ay),
         x_yaw + turn * (more_m2 * ax + both_m2 * bx),
-        yy + both_m2 * (ay * ay + by * by) + 2.0 * more_m2 * ay * by + sideways_m2 * cos_yaw * cos_yaw,
+        yy + both_m2 * (ay * ay + by * by) + 2.0 * more_m2 * ay * by,
         y_yaw + turn * (more_m2 * ay + both_m2 * by),
         yaw_yaw + turn * turn * both_m2,
     )
 
 
+class Remainder:
+    """The travel of a wheel that is not counted yet, 0 to 1 pulse, and what it does to the position under way.
+
+    The derivation is in docs/adr/0002-odometry-covariance.md: a metre of remainder while the other wheel travels
+    `way_m` shifts the robot by way_m / L across the heading. After K reports from count to count, the remainder in
+    report k was (k + 1/2) / K +- 1/2 / K pulses if the wheel turned steadily, otherwise 1/2 +- 1/2.
+    """
+
+    def __init__(self, m_per_pulse: float, reading_var_m2: float) -> None:
+        self.reading_var_m2 = reading_var_m2
+        self._m_per_pulse, self._edge_var_m2 = m_per_pulse, reading_var_m2 - reading_variance(m_per_pulse)
+        self._reports = 0  # since the last count
+        self._reports_before = 0  # between the last two counts, negative if backward; 0: fewer than two
+        # Shift per metre of remainder since the last count, and the same times the report's number.
+        self._x = self._y = self._x_reports = self._y_reports = 0.0
+        self.known_x_m = self.known_y_m = 0.0  # shift by steady remainders
+        self.xx = self.xy = self.yy = 0.0  # covariance of the other shifts [m^2]
+
+    def step(self, pulses: int, x: float, y: float) -> None:
+        """Process a report: its pulses, and the shift per metre of remainder, half before and half after it."""
+        self._reports += 1
+        if not pulses:
+            if self._reports == 1:
+                self._x_reports, self._y_reports = 0.5 * self._x, 0.5 * self._y
+            self._x, self._x_reports = self._x + x, self._x_reports + self._reports * x
+            self._y, self._y_reports = self._y + y, self._y_reports + self._reports * y
+            return
+        reports, half_x, half_y = self._reports if pulses > 0 else -self._reports, 0.5 * x, 0.5 * y
+        sum_x, sum_y, variance_m2 = self._x + half_x, self._y + half_y, self.reading_var_m2
+        # From count to count of a steady wheel it is K or K + 1 reports.
+        if self._reports > 1 and abs(reports - self._reports_before) <= 1:
+            mean_report, sign = self._reports - 0.5, math.copysign(0.5, reports)
+            self.known_x_m += self._m_per_pulse * ((self._x_reports + mean_report * half_x) / reports - sign * sum_x)
+            self.known_y_m += self._m_per_pulse * ((self._y_reports + mean_report * half_y) / reports - sign * sum_y)
+            variance_m2 = self._edge_var_m2 + reading_variance(self._m_per_pulse / reports)
+        self.xx += variance_m2 * sum_x * sum_x
+        self.xy += variance_m2 * sum_x * sum_y
+        self.yy += variance_m2 * sum_y * sum_y
+        self._x, self._y, self._reports, self._reports_before = half_x, half_y, 0, reports
+
+    def now(self, half_cos: float, half_sin: float) -> Tuple[float, float]:
+        """Return x and y by which a metre of the current remainder moves the robot: half of it along the heading."""
+        before = abs(self._reports_before)
+        pulses = 1.0 / before if before and self._reports <= before + 1 else 1.0
+        return half_cos - pulses * self._x, half_sin - pulses * self._y
+
+
 def quantisation_covariance(
-    base_pose_in_odom: Pose2D, left_var_m2: float, right_var_m2: float, residual_m: float, wheel_separation_m: float
+    base_pose_in_odom: Pose2D, left: Remainder, right: Remainder, wheel_separation_m: float
 ) -> PlanarCovariance:
     """Return the covariance of rounding to whole pulses: bounded, not a random walk.
 
     Each wheel has a uniform rounding error at the start and now. The error at the start rotates and shifts the whole
-    path about the start; the current error rotates and shifts the robot in place. In between they are independent
-    (`propagate_motion_noise`). After a straight line of length S the lateral spread is (S d/L) sqrt(1/6); the heading
-    spread is always (d/L) sqrt(1/3) (docs/adr/0002-odometry-covariance.md).
+    path about the start; the current error rotates and shifts the robot in place. The errors in between shift it.
+    After a straight line of length S the lateral spread is (S d/L) sqrt(1/6); the heading spread is always
+    (d/L) sqrt(1/3) (docs/adr/0002-odometry-covariance.md).
 
     Args:
         base_pose_in_odom: now.
-        left_var_m2: variance of the left wheel's travel in one reading, d^2 (1/12 + edge variance).
-        right_var_m2: likewise, of the right wheel.
-        residual_m: standard deviation along x and y of the rounding while turning in place.
+        left: of the left wheel, after the drive; a new one leaves out the errors under way.
+        right: of the right wheel.
         wheel_separation_m: between the contact points.
     """
     x_m, y_m, yaw_rad = base_pose_in_odom
     half_cos, half_sin = 0.5 * math.cos(yaw_rad), 0.5 * math.sin(yaw_rad)
     turn, x_turns, y_turns = 1.0 / wheel_separation_m, x_m / wheel_separation_m, y_m / wheel_separation_m
+    left_m2, right_m2 = left.reading_var_m2, right.reading_var_m2
     # A metre of the left wheel at the start moves the pose by (1/2 + y/L, -x/L, -1/L), of the right one by
-    # (1/2 - y/L, x/L, 1/L); of either now by (cos/2, sin/2, -1/L or 1/L).
-    left, right, both, more = 0.5 + y_turns, 0.5 - y_turns, left_var_m2 + right_var_m2, right_var_m2 - left_var_m2
-    along = right_var_m2 * right - left_var_m2 * left
-    residual = residual_m**2
+    # (1/2 - y/L, x/L, 1/L); of either now by its `now` and -1/L or 1/L.
+    left_start, right_start, both_m2 = 0.5 + y_turns, 0.5 - y_turns, left_m2 + right_m2
+    along = right_m2 * right_start - left_m2 * left_start
+    (left_x, left_y), (right_x, right_y) = left.now(half_cos, half_sin), right.now(half_cos, half_sin)
+    left_x_m2, right_x_m2 = left_m2 * left_x, right_m2 * right_x
+    left_y_m2, right_y_m2 = left_m2 * left_y, right_m2 * right_y
+    known_x_m, known_y_m = left.known_x_m + right.known_x_m, left.known_y_m + right.known_y_m
+    xx = left.xx + right.xx + known_x_m * known_x_m
+    xy = left.xy + right.xy + known_x_m * known_y_m
+    yy = left.yy + right.yy + known_y_m * known_y_m
     return PlanarCovariance(
-        left_var_m2 * left**2 + right_var_m2 * right**2 + both * half_cos**2 + residual,
-        along * x_turns + both * half_cos * half_sin,
-        (along + more * half_cos) * turn,
-        both * (x_turns**2 + half_sin**2) + residual,
-        (both * x_turns + more * half_sin) * turn,
-        2.0 * both * turn**2,
+        xx + left_m2 * left_start**2 + right_m2 * right_start**2 + left_x_m2 * left_x + right_x_m2 * right_x,
+        xy + along * x_turns + left_x_m2 * left_y + right_x_m2 * right_y,
+        (along + right_x_m2 - left_x_m2) * turn,
+        yy + both_m2 * x_turns**2 + left_y_m2 * left_y + right_y_m2 * right_y,
+        (both_m2 * x_turns + right_y_m2 - left_y_m2) * turn,
+        2.0 * both_m2 * turn**2,
     )
 
 

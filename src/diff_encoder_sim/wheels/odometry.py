@@ -19,12 +19,12 @@ from diff_encoder_sim.wheels.covariance import (
     PULSE_VARIANCE,
     LateralAcceleration,
     PlanarCovariance,
+    Remainder,
     carry_geometry_errors,
     geometry_covariance,
     propagate_motion_noise,
     quantisation_covariance,
     reading_variance,
-    residual_std,
 )
 from diff_encoder_sim.wheels.encoder import STANDSTILL_AFTER_S
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
@@ -149,8 +149,6 @@ class WheelOdometry:
         self._limits, self._m_per_pulse = params.counter_limits, params.m_per_pulse
         self._geometry_std = params.geometry_std
         self._noise, self._curve_noise = params.travel_variance, params.curve_noise or 0.0
-        self._reading_vars_m2, self._residual_m = params.reading_variances_m2, residual_std(*params.m_per_pulse)
-        self._heading_var_rad2 = sum(self._reading_vars_m2) / params.wheel_separation**2
         self._timeline = Timeline(LATE_REPORT_TOLERANCE_NS)
         self.reset()
 
@@ -162,7 +160,11 @@ class WheelOdometry:
         self._totals: Deque[Tuple[int, int, int]] = deque(maxlen=self.params.velocity_window + 1)
         self._twists, self._pull = TwistEstimator(self.params), LateralAcceleration(self.params.wheel_separation)
         self._pose = IDENTITY  # of the axle's centre, relative to its start
-        self._motion_covariance = PlanarCovariance()
+        variances_m2 = self.params.reading_variances_m2
+        self._left, self._right = map(Remainder, self._m_per_pulse, variances_m2)
+        # Of second order: the variance of the travel by both roundings times that of the heading.
+        second_m2 = (sum(variances_m2) / self.params.wheel_separation) ** 2
+        self._motion_covariance = PlanarCovariance(xx=second_m2, yy=second_m2)
         self._geometry_errors = NO_ERRORS
 
     @property
@@ -208,20 +210,24 @@ class WheelOdometry:
         """Move by the pulses between two stamps."""
         (left_m_per_pulse, right_m_per_pulse), separation_m = self._m_per_pulse, self.params.wheel_separation
         (before_ns, left_before, right_before), (after_ns, left_total, right_total) = before, after
-        left_m = (left_total - left_before) * left_m_per_pulse
-        right_m = (right_total - right_before) * right_m_per_pulse
+        left, right = left_total - left_before, right_total - right_before
+        left_m, right_m = left * left_m_per_pulse, right * right_m_per_pulse
         pull_mps2 = self._pull.take((after_ns - before_ns) / NANOSECONDS_PER_SECOND, left_m, right_m)
-        if not (left_m or right_m):
+        if not (left or right):
+            self._left.step(0, 0.0, 0.0)
+            self._right.step(0, 0.0, 0.0)
             return
+        mid_yaw_rad = self._pose.yaw_rad + 0.5 * (right_m - left_m) / separation_m
+        across_x, across_y = -math.sin(mid_yaw_rad) / separation_m, math.cos(mid_yaw_rad) / separation_m
+        self._left.step(left, across_x * right_m, across_y * right_m)
+        self._right.step(right, -across_x * left_m, -across_y * left_m)
         moved = move_along_arc(self._pose, 0.5 * (left_m + right_m), (right_m - left_m) / separation_m)
         motion = self._pose.yaw_rad, left_m, right_m, separation_m
         # The heading is computed from the totals: summed rounded increments would drift.
         yaw_rad = (right_total * right_m_per_pulse - left_total * left_m_per_pulse) / separation_m
         self._pose = Pose2D(moved.x_m, moved.y_m, yaw_rad)
         noise = self._noise + self._curve_noise * pull_mps2**2
-        self._motion_covariance = propagate_motion_noise(
-            self._motion_covariance, *motion, noise, self._heading_var_rad2
-        )
+        self._motion_covariance = propagate_motion_noise(self._motion_covariance, *motion, noise)
         if self._geometry_std != KNOWN_EXACTLY:
             self._geometry_errors = carry_geometry_errors(self._geometry_errors, *motion)
 
@@ -229,7 +235,7 @@ class WheelOdometry:
         linear_mps, angular_radps, of_twist = self._twists.twist(self._totals, wheel_rates_radps)
         axle_x_m = self.params.axle_x
         covariance = self._motion_covariance.plus(
-            quantisation_covariance(self._pose, *self._reading_vars_m2, self._residual_m, self.params.wheel_separation)
+            quantisation_covariance(self._pose, self._left, self._right, self.params.wheel_separation)
         )
         if self._geometry_std != KNOWN_EXACTLY:
             covariance = covariance.plus(geometry_covariance(self._geometry_errors, self._geometry_std))

@@ -7,21 +7,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from diff_encoder_sim.base.drive import Drive
-from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc, poses_of_wheels, wrap_angle
-from diff_encoder_sim.wheels.chain import Chain
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc
 from diff_encoder_sim.wheels.covariance import (
     NO_ERRORS,
     LateralAcceleration,
     PlanarCovariance,
+    Remainder,
     carry_geometry_errors,
     propagate_motion_noise,
     quantisation_covariance,
     reading_variance,
-    residual_std,
 )
+from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
+from phase_drives import DRIVES, sampled_nees
 
 SEPARATION_M = 0.4
 
@@ -43,10 +42,9 @@ def test_quantisation_covariance_is_that_of_four_roundings(x_m, y_m, yaw_rad, le
     ]
     now = [[0.5 * cos_yaw] * 2, [0.5 * sin_yaw] * 2, [-1 / SEPARATION_M, 1 / SEPARATION_M]]
     jacobian, pulses_m2 = np.hstack([at_start, now]), np.square([left_m, right_m] * 2)
-    residual_m2 = residual_std(left_m, right_m) ** 2
-    expected = jacobian @ np.diag(pulses_m2 / 12) @ jacobian.T + np.diag([residual_m2, residual_m2, 0])
-    readings_m2, pose = (reading_variance(left_m), reading_variance(right_m)), Pose2D(x_m, y_m, yaw_rad)
-    covariance = quantisation_covariance(pose, *readings_m2, residual_std(left_m, right_m), SEPARATION_M)
+    expected = jacobian @ np.diag(pulses_m2 / 12) @ jacobian.T
+    left, right = (Remainder(m_per_pulse, reading_variance(m_per_pulse)) for m_per_pulse in (left_m, right_m))
+    covariance = quantisation_covariance(Pose2D(x_m, y_m, yaw_rad), left, right, SEPARATION_M)
     assert_equal_covariances(covariance.matrix(), expected)
 
 
@@ -72,40 +70,63 @@ def test_motion_noise_is_carried_on_by_the_jacobians():
         )
 
 
+def stepped(reports, shift=0.1):
+    """A wheel of 1 m a pulse after reports of its pulses, with a shift along y per metre of remainder."""
+    wheel = Remainder(1.0, reading_variance(1.0))
+    for pulses in reports:
+        wheel.step(pulses, 0.0, shift)
+    return wheel
+
+
+def test_the_remainder_of_a_standing_wheel_turns_the_robot_about_it():
+    """As a rigid body about the wheel: what it shifted before the turn, it shifts along the heading after it."""
+    wheel, steps = stepped([3]), 200
+    wheel.step(2, 0.0, 0.0)
+    for yaw_rad in (np.arange(steps) + 0.5) * 1.2 / steps:
+        wheel.step(0, -math.sin(yaw_rad) * 1.2 / steps, math.cos(yaw_rad) * 1.2 / steps)
+    turned = 0.5 * math.cos(1.2), 0.5 * math.sin(1.2)
+    assert wheel.now(*turned) == pytest.approx((1.0 - turned[0], -turned[1]), abs=1e-4)
+
+
+@pytest.mark.parametrize('sign', [1, -1])
+def test_of_a_steady_wheel_the_report_of_the_count_is_all_that_is_not_known(sign):
+    steady, before = stepped([sign, 0, 0, 0, sign] + [0, 0, 0, sign] * 5), stepped([sign, 0, 0, 0, sign])
+    # The sum of five times four reports of 0.1 m, with remainders known to a quarter of a pulse.
+    assert steady.yy - before.yy == pytest.approx(5 * (4 * 0.1) ** 2 / 12 / 4**2)
+    assert (steady.known_y_m, steady.xx) == (pytest.approx(0.0, abs=1e-12), 0.0)
+    stopped = stepped([sign, 0, 0, 0, sign] + [0] * 19 + [sign])
+    assert stopped.yy - before.yy == pytest.approx((20 * 0.1) ** 2 / 12)  # anywhere within a pulse
+
+
+@pytest.mark.parametrize('sign', [1, -1])
+def test_a_slow_wheel_moves_the_robot_by_its_remainder_when_the_other_one_counts(sign):
+    """Two slow wheels of one speed count in turn, and the phase between them shifts the robot by the same each time."""
+    wheel = stepped([sign, 0, 0, 0, sign], shift=0.0)
+    for _ in range(5):
+        for pulses, y in ((0, 0.1), (0, 0.0), (0, 0.0), (sign, 0.0)):
+            wheel.step(pulses, 0.0, y)
+    # In the first report of four the remainder grows from 1/8 to 3/8, or falls from 7/8 to 5/8.
+    assert wheel.known_y_m == pytest.approx(5 * sign * 0.1 * (1 / 4 - 1 / 2))
+
+
+def test_the_covariance_is_positive_semidefinite_after_any_reports():
+    rng = np.random.default_rng(8)
+    for _ in range(20):
+        odometry = WheelOdometry(OdometryParams(ppr={'left': 20, 'right': 90}, motion_noise=0.0))
+        counts = np.cumsum(rng.integers(-1, 3, (100, 2)) * rng.integers(0, 2, (100, 2)), axis=0)
+        for report, (left, right) in enumerate(counts.tolist()):
+            covariance = odometry.update(50_000_000 * report, left, right).of_pose.matrix()
+            assert np.linalg.eigvalsh(covariance).min() > 0.0
+
+
 @pytest.mark.parametrize(
-    ('left_m', 'right_m', 'sideways_m2'),
-    [(0.02, 0.02, 4e-4), (0.01, 0.03, 3e-4), (-0.02, 0.02, 0.0), (0.0, 0.03, 0.0), (-0.02, -0.02, 4e-4)],
+    ('drive', 'ppr'),
+    [('squares, pivots', 40), ('out and back, pivot', 20), ('circle', 90), ('turns in place', 250), ('zigzag', 1024)],
 )
-def test_a_step_is_moved_sideways_by_the_rounding_of_its_heading(left_m, right_m, sideways_m2):
-    """It is gone with the next step: the heading of the pose is not made worse."""
-    covariance = propagate_motion_noise(PlanarCovariance(), 0.0, left_m, right_m, SEPARATION_M, 0.0, 1e-2)
-    half_turn_rad = 0.5 * (right_m - left_m) / SEPARATION_M
-    assert covariance.yy == pytest.approx(1e-2 * sideways_m2 * math.cos(half_turn_rad) ** 2)
-    assert covariance.xx == pytest.approx(1e-2 * sideways_m2 * math.sin(half_turn_rad) ** 2)
-    assert (covariance.yaw_yaw, covariance.x_yaw, covariance.y_yaw) == (0.0, 0.0, 0.0)
-
-
-@pytest.mark.heavy
-@pytest.mark.parametrize('ppr', [40, 90, 1024])
-def test_the_covariance_of_a_winding_drive_is_consistent_over_wheel_phases(ppr):
-    """Rounding under way counts where the drive comes back to its start, and the other terms cancel out."""
-    ends = [winding_drive(ppr, seed) for seed in range(120)]
-    nees = [error @ np.linalg.solve(covariance, error) / 3.0 for error, covariance in ends]
-    assert 0.7 < np.mean(nees) < 1.7  # without it 8 to 48
-
-
-def winding_drive(ppr, seed):
-    """Return error and covariance at the end of three rounds of a wavy circle of 1 m, 19 m, without slip."""
-    turns_rad = np.full(840, 6 * math.pi / 840) + 0.01 * np.sin(np.arange(840) / 9.0)
-    steps_m = 0.0224 + 0.5 * SEPARATION_M * np.outer(turns_rad, [-1.0, 1.0])
-    ways_m = np.concatenate([np.zeros((1, 2)), np.cumsum(steps_m, axis=0)])
-    truth = poses_of_wheels(ways_m[np.newaxis], 1.0, 1.0, SEPARATION_M, 0.0, True)[0, 0]
-    chain = Chain(EncoderParams(ppr=ppr), OdometryParams(ppr=ppr, motion_noise=0.0))
-    phases_rad = np.random.default_rng(seed).uniform(0.0, 2 * math.pi, (1, 2))
-    estimate = chain.run(Drive(50_000_000 * np.arange(841), ways_m / 0.1), phases_rad).estimates()[-1]
-    error = np.array(estimate.base_pose_in_odom) - truth
-    error[2] = wrap_angle(error[2])
-    return error, estimate.of_pose.matrix()
+def test_the_covariance_is_consistent_over_wheel_phases(drive, ppr):
+    """Over 1,000 phases and all drives: test/benchmark/odometry_nees.py."""
+    nees = [sampled_nees(DRIVES[drive], ppr, seed) for seed in range(120)]
+    assert 0.8 < np.mean(nees) < 1.25
 
 
 SMALL = 1e-6

@@ -82,7 +82,8 @@ def closed_form_rows(results: Results) -> pd.DataFrame:
             stds = closed_form_std(results.requested[test], results.robot, ppr)
             for quantity in QUANTITIES:
                 std = quantity.scale * float(stds[quantity.component])
-                rows.append((setup, quantity.axis, float(f'{ppr:.4g}'), float(f'{std:.4g}')))
+                if std:
+                    rows.append((setup, quantity.axis, float(f'{ppr:.4g}'), float(f'{std:.4g}')))
     return pd.DataFrame(rows, columns=['setup', 'quantity', 'ppr', 'std'])
 
 
