@@ -17,7 +17,7 @@ EXAMPLES = {
     'Leg': {'turns': 1.0},
     'TestDefinition': ROUTE,
     'BehaviourParams': {'name': 'b', 'type': 'rotate_recovery/RotateRecovery'},
-    'Estimate': ESTIMATE,
+    **dict.fromkeys(('Estimate', 'Magnitude'), ESTIMATE),
     'CalibratedDrive': {'file': 'a', 'sha256': 64 * 'a'},
     'CalibrationParams': {
         **dict.fromkeys(('left_wheel_diameter_m', 'right_wheel_diameter_m', 'wheel_separation_m'), ESTIMATE),

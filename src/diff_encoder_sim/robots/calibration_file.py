@@ -6,14 +6,14 @@ import math
 from typing import Any, Dict, List, Optional
 
 import numpy as np
-from pydantic import AfterValidator, Field, field_validator, model_validator
-from typing_extensions import Annotated, get_args
+from pydantic import Field, field_validator, model_validator
+from typing_extensions import Annotated
 
-from diff_encoder_sim.base.bounds import Angle_rad, Between, Length_m, Offset_m, SignedDuration_s, TravelVariance_m
+from diff_encoder_sim.base.bounds import Between
 from diff_encoder_sim.base.params import Line, Params, not_allowed
 
-SlipVariance_rad = Annotated[float, Between(0.0, 100.0, 'rad^2/rad')]
 Number = Annotated[float, Between(-1e6, 1e6)]
+NotNegative = Annotated[float, Between(0.0, 1e6)]
 RelativeCovariance = Annotated[float, Between(-1.0, 1.0)]
 
 # Parameters of odometry: relative errors of distances, turns and the diameters' difference, by the errors of left
@@ -34,15 +34,11 @@ class Estimate(Params):
         return self
 
 
-def _in_bounds_of(kind: Any) -> AfterValidator:
-    bounds: Between = get_args(kind)[1]
+class Magnitude(Estimate):
+    """An estimated number that is not negative."""
 
-    def check(estimate: Estimate) -> Estimate:
-        if not all(map(bounds.allows, (estimate.value, *estimate.interval))):
-            raise ValueError(str(bounds))
-        return estimate
-
-    return AfterValidator(check)
+    value: NotNegative = Field(description='the most likely value')
+    interval: List[NotNegative] = Field(min_length=2, max_length=2, description='low and high, of 95 %')
 
 
 class CalibratedDrive(Params):
@@ -55,27 +51,17 @@ class CalibratedDrive(Params):
 class CalibrationParams(Params):
     """What drives with a reference determine of a robot; calibrate writes it."""
 
-    left_wheel_diameter_m: Annotated[Estimate, _in_bounds_of(Length_m)] = Field(description='[m]')
-    right_wheel_diameter_m: Annotated[Estimate, _in_bounds_of(Length_m)] = Field(description='[m]')
-    wheel_separation_m: Annotated[Estimate, _in_bounds_of(Length_m)] = Field(
-        description='between the contact points [m]'
-    )
-    reference_x_m: Annotated[Estimate, _in_bounds_of(Offset_m)] = Field(
-        description='of the reference sensor, in base_frame [m]'
-    )
-    reference_y_m: Annotated[Estimate, _in_bounds_of(Offset_m)] = Field(description='likewise, to the left [m]')
-    reference_yaw_rad: Optional[Annotated[Estimate, _in_bounds_of(Angle_rad)]] = Field(
+    left_wheel_diameter_m: Magnitude = Field(description='[m]')
+    right_wheel_diameter_m: Magnitude = Field(description='[m]')
+    wheel_separation_m: Magnitude = Field(description='between the contact points [m]')
+    reference_x_m: Estimate = Field(description='of the reference sensor, in base_frame [m]')
+    reference_y_m: Estimate = Field(description='likewise, to the left [m]')
+    reference_yaw_rad: Optional[Estimate] = Field(
         None, description='counter-clockwise against the robot [rad]; none if the reference has no yaw'
     )
-    reference_delay_s: Annotated[Estimate, _in_bounds_of(SignedDuration_s)] = Field(
-        description='positive if the reference reports the pose of an earlier time [s]'
-    )
-    slip_m2_per_m: Annotated[Estimate, _in_bounds_of(TravelVariance_m)] = Field(
-        description="variance of each wheel's travel per metre of it [m^2/m]"
-    )
-    slip_rad2_per_rad: Annotated[Estimate, _in_bounds_of(SlipVariance_rad)] = Field(
-        description='additional variance of the heading per radian turned [rad^2/rad]'
-    )
+    reference_delay_s: Estimate = Field(description='positive if the reference reports the pose of an earlier time [s]')
+    slip_m2_per_m: Magnitude = Field(description="variance of a wheel's travel per metre of it [m^2/m]")
+    slip_rad2_per_rad: Magnitude = Field(description='extra variance of the heading per radian turned [rad^2/rad]')
     geometry_covariance: List[List[RelativeCovariance]] = Field(
         description='of the logarithms of left diameter, right diameter and separation'
     )
@@ -92,19 +78,14 @@ class CalibrationParams(Params):
         return rows
 
     def settings(self) -> Dict[str, Any]:
-        """Return the parameters of odometry by dotted keys: geometry, and the standard deviations of its errors.
-
-        Diameters or a separation that are undetermined are left out, so that those of the robot hold.
-        """
-        left_m, right_m, covariance = self.left_wheel_diameter_m, self.right_wheel_diameter_m, self.geometry_covariance
-        stds = {key: math.sqrt(max(0.0, float(row @ np.array(covariance) @ row))) for key, row in _ERRORS.items()}
-        geometry: Dict[str, Any] = {}
+        """Return the parameters of odometry by dotted keys, without diameters or separation that are undetermined."""
+        covariance = np.array(self.geometry_covariance)
+        stds = {key: math.sqrt(max(0.0, float(row @ covariance @ row))) for key, row in _ERRORS.items()}
+        settings: Dict[str, Any] = {'config.motion_noise': self.slip_m2_per_m.value}
+        settings.update({f'config.{key}': float(f'{std:.6g}') for key, std in stds.items()})
         if not {'left_wheel_diameter_m', 'right_wheel_diameter_m'} & {*self.undetermined}:
-            geometry['config.wheel_diameter'] = {'left': left_m.value, 'right': right_m.value}
+            diameters_m = self.left_wheel_diameter_m.value, self.right_wheel_diameter_m.value
+            settings['config.wheel_diameter'] = dict(zip(('left', 'right'), diameters_m))
         if 'wheel_separation_m' not in self.undetermined:
-            geometry['config.wheel_separation'] = self.wheel_separation_m.value
-        return {
-            **geometry,
-            'config.motion_noise': self.slip_m2_per_m.value,
-            **{f'config.{key}': float(f'{std:.6g}') for key, std in stds.items()},
-        }
+            settings['config.wheel_separation'] = self.wheel_separation_m.value
+        return settings
