@@ -9,7 +9,7 @@ import numpy as np
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.calibration.estimation import Calibration, Estimated, ReferencedDrive
-from diff_encoder_sim.calibration.umbmark import WheelGeometry
+from diff_encoder_sim.calibration.umbmark import GEOMETRY, WheelGeometry
 from diff_encoder_sim.localization.amcl_params import AmclParams
 
 ODOMETRY_HZ = 50.0  # usual publish_rate of diff_drive_controller
@@ -17,7 +17,6 @@ LEAST_VARIANCE = 1e-9  # robot_localization accepts no 0
 NOT_MEASURED = 1e6  # variance of the velocities that wheels do not measure
 LEAST_UPDATE = 0.01  # AMCL may be set to update at any motion [m, rad]
 LARGEST_ALPHA = 1000.0
-GEOMETRY = ('left_wheel_diameter_m', 'right_wheel_diameter_m', 'wheel_separation_m')
 
 
 def of_robot(found: Calibration, nominal: Optional[WheelGeometry], axle_x_m: float) -> Calibration:
@@ -84,25 +83,22 @@ def controller_params(
     That of the pose would grow with the distance; the controller's is constant.
     """
     geometry = WheelGeometry(*(values[name] for name in GEOMETRY))
-    known = nominal or geometry
-    diameter_m = 0.5 * (known.left_diameter_m + known.right_diameter_m)
     way_m = turn_rad = duration_s = 0.0
     for drive in drives:
         times_s = (drive.stamps_ns - drive.stamps_ns[0]) / NANOSECONDS_PER_SECOND
         grid_s = np.append(np.arange(0.0, times_s[-1], 1.0), times_s[-1])  # counts at rest are noise, not a way
         angles_rad = np.array([np.interp(grid_s, times_s, angles) for angles in drive.wheel_angles_rad.T])
-        left_m, right_m = np.diff(angles_rad) * (0.5 * np.array(geometry[:2]))[:, np.newaxis]
+        left_m, right_m = np.diff(angles_rad) * np.array(geometry.radii_m)[:, np.newaxis]
         way_m += float(np.abs(left_m).sum() + np.abs(right_m).sum())
         turn_rad += float(np.abs(right_m - left_m).sum()) / geometry.separation_m
         duration_s += float(times_s[-1])
     slip_m2, rate = values['slip_m2_per_m'] * way_m, ODOMETRY_HZ / duration_s
     heading_rad2 = slip_m2 / geometry.separation_m**2 + values['slip_rad2_per_rad'] * turn_rad
     linear, angular = max(rate * slip_m2 / 4.0, LEAST_VARIANCE), max(rate * heading_rad2, LEAST_VARIANCE)
+    known = nominal or geometry
     return {
         'wheel_separation': known.separation_m,
-        'wheel_radius': 0.5 * diameter_m,
-        'wheel_separation_multiplier': geometry.separation_m / known.separation_m,
-        'left_wheel_radius_multiplier': geometry.left_diameter_m / diameter_m,
-        'right_wheel_radius_multiplier': geometry.right_diameter_m / diameter_m,
+        'wheel_radius': 0.5 * sum(known.radii_m),
+        **geometry.multipliers(known),
         'twist_covariance_diagonal': [linear, linear, NOT_MEASURED, NOT_MEASURED, NOT_MEASURED, angular],
     }

@@ -14,11 +14,10 @@ from diff_encoder_sim.analysis.charts import chart_page
 from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Option, chart_of, with_legend, zoomed
 from diff_encoder_sim.analysis.charts.drawings import PLAIN, tips
 from diff_encoder_sim.base.atomic_files import write_file
-from diff_encoder_sim.calibration.calibrated_settings import GEOMETRY
 from diff_encoder_sim.calibration.calibration_tables import AXES, TO_SHOWN, UNITS, calibration_tables, kind_of, summary
 from diff_encoder_sim.calibration.estimation import Calibration, Fit
 from diff_encoder_sim.calibration.prediction import Prediction
-from diff_encoder_sim.calibration.umbmark import WheelGeometry
+from diff_encoder_sim.calibration.umbmark import GEOMETRY, WheelGeometry
 
 GREY, ORANGE, BLUE = '#737373', '#d55e00', '#0072b2'  # safe for colour-blind readers (Okabe and Ito, 2008)
 PATHS = {'reference': GREY, 'before': ORANGE, 'after': BLUE}

@@ -1,13 +1,13 @@
 """UMBmark: systematic errors of odometry from squares that are driven in both directions.
 
 Borenstein and Feng, "Measurement and correction of systematic odometry errors in mobile robots", IEEE Transactions on
-Robotics and Automation 12 (1996). Unequal wheels turn the ends of both directions alike, a wrong separation turns them
-apart. The paper's equations are for small angles; here the wheels' rotations are integrated with the geometry that
-fits best to the ends, so that 3 % are corrected as well as 0.1 %.
+Robotics and Automation 12 (1996). The paper's equations are for small angles; here the wheels' rotations are integrated
+with the geometry that fits best to the ends, so that 3 % are corrected as well as 0.1 %.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 from pathlib import Path
 from typing import Any, Dict, List, NamedTuple, Sequence, Tuple
@@ -28,6 +28,7 @@ LEAST_SIDE_M = 0.5
 CLOSED_RAD, CLOSED_SIDES = 0.25 * math.pi, 0.75  # a square ends, by odometry, as close to its start
 
 DIRECTIONS = ('cw', 'ccw')
+GEOMETRY = ('left_wheel_diameter_m', 'right_wheel_diameter_m', 'wheel_separation_m')
 
 
 class WheelGeometry(NamedTuple):
@@ -36,6 +37,22 @@ class WheelGeometry(NamedTuple):
     left_diameter_m: float
     right_diameter_m: float
     separation_m: float
+
+    @property
+    def radii_m(self) -> Tuple[float, float]:
+        """Return the radii of the left and the right wheel."""
+        return 0.5 * self.left_diameter_m, 0.5 * self.right_diameter_m
+
+    def path(self, angles_rad: np.ndarray) -> np.ndarray:
+        """Return (n, 3) poses of the axle's middle, from 0, by (n, 2) angles of the wheels."""
+        poses: np.ndarray = poses_of_wheels(angles_rad[np.newaxis], *self.radii_m, self.separation_m, 0.0, False)[0]
+        return poses
+
+    def multipliers(self, nominal: WheelGeometry) -> Dict[str, float]:
+        """Return this geometry as parameters of diff_drive_controller, whose single radius is the nominal mean."""
+        left, right = (2.0 * radius_m / sum(nominal.radii_m) for radius_m in self.radii_m)
+        names = ('wheel_separation_multiplier', 'left_wheel_radius_multiplier', 'right_wheel_radius_multiplier')
+        return dict(zip(names, (self.separation_m / nominal.separation_m, left, right)))
 
 
 class Square(NamedTuple):
@@ -71,15 +88,9 @@ class Umbmark(NamedTuple):
         before_m, after_m = (float(np.hypot(*each.T).max()) for each in (self.centres_m, self.residuals_m))
         return before_m, after_m
 
-    @property
-    def diff_drive_controller(self) -> Dict[str, float]:
-        """Return the corrected geometry as parameters of diff_drive_controller."""
-        left, right, _ = (corrected_m / nominal_m for corrected_m, nominal_m in zip(self.corrected, self.nominal))
-        names = ('wheel_separation_multiplier', 'left_wheel_radius_multiplier', 'right_wheel_radius_multiplier')
-        return dict(zip(names, (self.e_b, left, right)))
-
     def text(self) -> str:
         """Return the result for the terminal."""
+        multipliers = self.corrected.multipliers(self.nominal)
         lines = [
             'UMBmark: {} squares clockwise, {} counter-clockwise'.format(*self.squares),
             f'  E_d (right / left wheel)         {self.e_d:.5f}',
@@ -87,18 +98,17 @@ class Umbmark(NamedTuple):
             '  E_max,syst                       {:.4f} m before, {:.4f} m after'.format(*self.e_max_m),
             'diff_drive_controller:',
         ]
-        return '\n'.join([*lines, *(f'  {name}: {value:.6f}' for name, value in self.diff_drive_controller.items())])
+        return '\n'.join([*lines, *(f'  {name}: {value:.6f}' for name, value in multipliers.items())])
 
     def as_json(self) -> Dict[str, Any]:
         """Return the result for a JSON file; lengths in metres."""
-        names = ('left_wheel_diameter_m', 'right_wheel_diameter_m', 'wheel_separation_m')
         return {
             'e_d': self.e_d,
             'e_b': self.e_b,
             **dict(zip(('e_max_syst_before_m', 'e_max_syst_after_m'), self.e_max_m)),
             **{f'centre_{name}_m': centre.tolist() for name, centre in zip(DIRECTIONS, self.centres_m)},
-            **dict(zip(names, self.corrected)),
-            'diff_drive_controller': self.diff_drive_controller,
+            **dict(zip(GEOMETRY, self.corrected)),
+            'diff_drive_controller': self.corrected.multipliers(self.nominal),
         }
 
 
@@ -109,20 +119,13 @@ def umbmark(squares: Sequence[Square], nominal: WheelGeometry) -> Umbmark:
     if not all(counts):
         given = f'given {counts[0]} clockwise and {counts[1]} counter-clockwise'
         raise ConfigError(f'squares from rest to rest: {given}; allowed: at least one of each')
-    ends_m = np.array([square.end_m for square in squares])
-    mean_m = 0.5 * (nominal.left_diameter_m + nominal.right_diameter_m)
 
     def centres_m(geometry: WheelGeometry) -> np.ndarray:
-        radii_m = 0.5 * geometry.left_diameter_m, 0.5 * geometry.right_diameter_m
-        of_odometry = [
-            poses_of_wheels(each.turned_rad[np.newaxis], *radii_m, geometry.separation_m, 0.0, True)[0, 0, :2]
-            for each in squares
-        ]
-        errors_m = ends_m - of_odometry
+        errors_m = np.array([each.end_m - geometry.path(each.turned_rad)[-1, :2] for each in squares])
         return np.array([errors_m[is_clockwise].mean(axis=0), errors_m[~is_clockwise].mean(axis=0)])
 
     def geometry_of(e_d: float, e_b: float) -> WheelGeometry:
-        left_m = 2.0 * mean_m / (1.0 + e_d)
+        left_m = 2.0 * sum(nominal.radii_m) / (1.0 + e_d)
         return WheelGeometry(left_m, e_d * left_m, e_b * nominal.separation_m)
 
     start = nominal.right_diameter_m / nominal.left_diameter_m, 1.0
@@ -140,7 +143,7 @@ def squares_of_ends(ends_cw: np.ndarray, ends_ccw: np.ndarray, side_m: float, no
     squares = []
     for is_clockwise, ends_m, left_m in ((True, ends_cw, rim_m), (False, ends_ccw, -rim_m)):
         ways_m = np.cumsum([(0.0, 0.0), *[(side_m, side_m), (left_m, -left_m)] * 4], axis=0)
-        squares += [Square(is_clockwise, ways_m / (0.5 * np.array(nominal[:2])), end_m) for end_m in ends_m]
+        squares += [Square(is_clockwise, ways_m / nominal.radii_m, end_m) for end_m in ends_m]
     return squares
 
 
@@ -151,25 +154,22 @@ def find_squares(drive: Drive, reference: Reference, nominal: WheelGeometry) -> 
     """
     if np.isnan(reference.poses).any():
         raise ConfigError(f'{reference.name}: given positions without yaw; allowed for UMBmark: poses, or --ends')
-    columns = (*reference.poses[:, :2].T, np.unwrap(reference.poses[:, 2]))
-    true_poses = np.column_stack([np.interp(drive.stamps_ns, reference.stamps_ns, column) for column in columns])
-    angles_rad, radii_m = drive.wheel_angles_rad, (0.5 * nominal.left_diameter_m, 0.5 * nominal.right_diameter_m)
-    odometry = poses_of_wheels(angles_rad[np.newaxis], *radii_m, nominal.separation_m, 0.0, False)[0]
+    true = [*reference.poses[:, :2].T, np.unwrap(reference.poses[:, 2])]
+    angles_rad, odometry = drive.wheel_angles_rad, nominal.path(drive.wheel_angles_rad)
     heading_rad = np.unwrap(odometry[:, 2])
-    length_m = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(angles_rad, axis=0) @ radii_m))]) / 2.0
+    length_m = np.append(0.0, np.cumsum(np.abs(np.diff(angles_rad, axis=0) @ nominal.radii_m))) / 2.0
     squares: List[Square] = []
-    rests, after = _rests(drive.stamps_ns, angles_rad), -1
-    for place, start in enumerate(rests):
-        for end in rests[place + 1 :] if start >= after else ():
-            turn_rad, side_m = heading_rad[end] - heading_rad[start], 0.25 * (length_m[end] - length_m[start])
-            away_m = math.hypot(*(odometry[end, :2] - odometry[start, :2]).tolist())
-            is_closed = abs(abs(turn_rad) - 2.0 * math.pi) < CLOSED_RAD and away_m < CLOSED_SIDES * side_m
-            if is_closed and side_m > LEAST_SIDE_M:
-                begin, true_end = (Pose2D(*true_poses[row].tolist()) for row in (start, end))
-                end_m = np.array(true_end.relative_to(begin)[:2])
-                squares.append(Square(turn_rad < 0.0, angles_rad[start : end + 1] - angles_rad[start], end_m))
-                after = end
-                break
+    rests, after = _rests(drive.stamps_ns, angles_rad), 0
+    for start, end in itertools.combinations(rests, 2):
+        turn_rad, side_m = heading_rad[end] - heading_rad[start], 0.25 * (length_m[end] - length_m[start])
+        away_m = math.hypot(*(odometry[end, :2] - odometry[start, :2]).tolist())
+        is_closed = abs(abs(turn_rad) - 2.0 * math.pi) < CLOSED_RAD and away_m < CLOSED_SIDES * side_m
+        if start >= after and is_closed and side_m > LEAST_SIDE_M:
+            stamps_ns = drive.stamps_ns[[start, end]]
+            first, last = map(Pose2D, *(np.interp(stamps_ns, reference.stamps_ns, column).tolist() for column in true))
+            end_m = np.array(last.relative_to(first)[:2])
+            squares.append(Square(turn_rad < 0.0, angles_rad[start : end + 1] - angles_rad[start], end_m))
+            after = end
     return squares
 
 
@@ -186,8 +186,7 @@ def _rests(stamps_ns: np.ndarray, angles_rad: np.ndarray) -> List[int]:
 def read_ends(path: Path) -> Tuple[np.ndarray, np.ndarray]:
     """Read ends (n, 2) of clockwise and (m, 2) of counter-clockwise squares: lines of cw or ccw, x, y [m].
 
-    Raises:
-        ConfigError: the file cannot be read, or a line is bad.
+    ConfigError if the file cannot be read, or a line is bad.
     """
     ends_m: Dict[str, List[Tuple[float, float]]] = {name: [] for name in DIRECTIONS}
     try:
