@@ -33,7 +33,7 @@ def of_robot(found: Calibration, nominal: Optional[WheelGeometry], axle_x_m: flo
 def derived_settings(
     found: Calibration, nominal: Optional[WheelGeometry], drives: Sequence[ReferencedDrive], amcl: AmclParams
 ) -> Dict[str, Dict[str, Any]]:
-    """Return the parameters of `diff_drive_controller` and `amcl`; none if the geometry remains unknown."""
+    """Return the parameters of `diff_drive_controller` and `amcl`; {} for both if the geometry remains unknown."""
     if nominal is None and {*GEOMETRY} & {*found.undetermined}:
         return {'diff_drive_controller': {}, 'amcl': {}}
     values = {name: each.value for name, each in found.values.items()}

@@ -12,14 +12,14 @@ from altair.utils.schemapi import debug_mode
 
 from diff_encoder_sim.analysis.charts import chart_page
 from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Option, chart_of, with_legend, zoomed
-from diff_encoder_sim.analysis.charts.drawings import PLAIN, tips
+from diff_encoder_sim.analysis.charts.drawings import GREY, PLAIN, tips
 from diff_encoder_sim.base.atomic_files import write_file
-from diff_encoder_sim.calibration.calibration_tables import AXES, TO_SHOWN, UNITS, calibration_tables, kind_of, summary
+from diff_encoder_sim.calibration.calibration_tables import AXES, TO_SHOWN, calibration_tables, kind_of, summary
 from diff_encoder_sim.calibration.estimation import Calibration, Fit
 from diff_encoder_sim.calibration.prediction import Prediction
 from diff_encoder_sim.calibration.umbmark import GEOMETRY, WheelGeometry
 
-GREY, ORANGE, BLUE = '#737373', '#d55e00', '#0072b2'  # safe for colour-blind readers (Okabe and Ito, 2008)
+ORANGE, BLUE = '#d55e00', '#0072b2'  # safe for colour-blind readers (Okabe and Ito, 2008)
 PATHS = {'reference': GREY, 'before': ORANGE, 'after': BLUE}
 MOST_POINTS = 1000  # of a path
 ELLIPSES = {'50 %': 1.386, '95 %': 5.991}  # squared Mahalanobis distances in two dimensions
@@ -39,7 +39,7 @@ def write_page(
     look: Any = 'radio' if len(drives) <= MOST_BUTTONS else 'select'
     choices = [
         Choice('drive', 'Drive', [Option(drive, drive) for drive in drives], drives[0], look),
-        Choice('axis', 'Error', [Option(axis, axis) for axis in AXES], AXES[1], 'radio'),
+        Choice('axis', 'Error', [Option(axis, axis) for axis in AXES], 'across', 'radio'),
     ]
     with debug_mode(False):  # validation in Altair takes longer than the drawing
         charts = [_path_chart(found.fits), _residual_chart(found)]
@@ -59,13 +59,11 @@ def _path_chart(fits: Sequence[Fit]) -> Chart:
     rows, floors = [], {}
     for fit in fits:
         paths = {'reference': fit.reference, 'before': fit.before, 'after': fit.after}
-        shown = {name: path[:: math.ceil(len(path) / MOST_POINTS)] for name, path in paths.items() if path is not None}
-        rows += [
-            {'drive': fit.drive, 'path': name, 'order': order, 'x': round(x_m, 4), 'y': round(y_m, 4)}
-            for name, path in shown.items()
-            for order, (x_m, y_m) in enumerate(path[:, :2].tolist())
-        ]
-        ends = np.concatenate([path[:, :2] for path in shown.values()])
+        shown = {name: path[:: len(path) // MOST_POINTS + 1, :2] for name, path in paths.items() if path is not None}
+        for name, path in shown.items():
+            places = enumerate(path.round(4).tolist())
+            rows += [{'drive': fit.drive, 'path': name, 'order': order, 'x': x, 'y': y} for order, (x, y) in places]
+        ends = np.concatenate([*shown.values()])
         middle, size = 0.5 * (ends.max(axis=0) + ends.min(axis=0)), 1.1 * np.ptp(ends, axis=0)
         floors[fit.drive] = dict(zip(('x', 'y', 'width', 'height'), [*middle, *size]))
     # Equal scales; charts have no width while the page is printed without them.
@@ -89,23 +87,21 @@ def _path_chart(fits: Sequence[Fit]) -> Chart:
 
 
 def _residual_chart(found: Calibration) -> Chart:
+    axes = list(AXES)
     rows = [
-        {'drive': fit.drive, 'axis': axis, 'time': time_s, 'residual': residual}
+        {'drive': fit.drive, 'axis': axes[column], 'time': fit.window_times_s[row], 'residual': residual}
         for fit in found.fits
-        for column, axis in enumerate(AXES)
-        for time_s, residual in zip(fit.window_times_s.tolist(), fit.residuals[:, column].tolist())
+        for (row, column), residual in np.ndenumerate(fit.residuals)
         if math.isfinite(residual)
     ]
-    spans = [
-        {'drive': one.drive, 'time': one.start_s, 'end': one.end_s, 'what': kind_of(one)} for one in found.disturbances
-    ]
+    spans = [{**one._asdict(), 'what': kind_of(one)} for one in found.disturbances]
     x, y = alt.X('time:Q', title='time [s]'), alt.Y('residual:Q', title='residual [standard deviations]')
     named = tips({'time': 'time [s]', 'residual': 'residual'}, '.2f')
     points = chart_of(rows, OF_DRIVE, OF_AXIS).mark_point(filled=True, size=25, color=BLUE, clip=True)
     layers = [zoomed(points.encode(x=x, y=y, tooltip=named))]
     if spans:
         shaded = chart_of(spans, OF_DRIVE).mark_rect(color='#000', opacity=0.12, clip=True)
-        layers.insert(0, shaded.encode(x=x, x2='end:Q', tooltip=tips({'what': 'disturbance'})))
+        layers.insert(0, shaded.encode(x='start_s:Q', x2='end_s:Q', tooltip=tips({'what': 'disturbance'})))
     text = 'Motion by the reference minus motion by odometry, in expected standard deviations; shaded: disturbances.'
     return Chart('residuals', 'Residuals over time', text, alt.layer(*layers))
 
@@ -113,8 +109,8 @@ def _residual_chart(found: Calibration) -> Chart:
 def _ellipse_chart(found: Calibration, nominal: Optional[WheelGeometry]) -> Chart:
     of_logarithms = np.array([[-1.0, 1.0, 0.0], [1.0, 0.0, -1.0]])  # ratio, left radius / separation
     variances, directions = np.linalg.eigh(of_logarithms @ found.geometry_covariance @ of_logarithms.T)
-    angles_rad = np.linspace(0.0, 2.0 * np.pi, 73)
-    circle = np.column_stack([np.cos(angles_rad), np.sin(angles_rad)])
+    angles_rad = np.linspace(0.0, 2.0 * np.pi, 73)[:, np.newaxis]
+    circle = np.hstack([np.cos(angles_rad), np.sin(angles_rad)])
     offsets = circle * np.sqrt(np.maximum(variances, 0.0)) @ directions.T
     centre = [found.values[name].value for name in ('radius_ratio', 'radius_per_separation')]
     rows = [
@@ -136,18 +132,14 @@ def _ellipse_chart(found: Calibration, nominal: Optional[WheelGeometry]) -> Char
 
 def _prediction_chart(predictions: Sequence[Prediction]) -> Chart:
     rows = [
-        {
-            'drive': each.drive,
-            'axis': axis,
-            'place': 'inside' if each.is_inside[row] else 'outside',
-            **dict(zip(('error', 'low', 'high'), shown.tolist())),
-        }
+        {'drive': each.drive, 'axis': axis, 'place': place, 'error': error, 'low': low, 'high': high}
         for each in predictions
-        for row, axis in enumerate(AXES)
-        for shown in [np.array([each.error[row], *each.interval[row]]) * TO_SHOWN[row]]
-        if math.isfinite(each.error[row])
+        for row, (axis, unit) in enumerate(AXES.items())
+        for error, low, high in [TO_SHOWN[unit] * np.append(each.error[row], each.interval[row])]
+        for place in ['inside' if each.is_inside[row] else 'outside']
+        if math.isfinite(error)
     ]
-    label = f"format(datum.value, '{PLAIN}') + ' ' + {dict(zip(AXES, UNITS))}[axis]"
+    label = f"format(datum.value, '{PLAIN}') + ' ' + {AXES}[axis]"
     y = alt.Y('drive:N', title=None).axis(labelLimit=180)
     error, low = (
         alt.X(f'{field}:Q', title='error at the end').axis(labelExpr=label, tickCount=5) for field in ('error', 'low')

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import math
 from typing import Any, Dict, Iterator, List, Mapping, Sequence
 
 import numpy as np
 
 from diff_encoder_sim.analysis.text_tables import TextTable
+from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.calibration.estimation import Calibration, Disturbance
-from diff_encoder_sim.calibration.prediction import Prediction
+from diff_encoder_sim.calibration.prediction import LEVEL, Prediction
+
+special = deferred('scipy.special')
 
 SHOWN = {  # value: text, unit
     'left_wheel_diameter_m': ('left wheel diameter', 'm'),
@@ -26,13 +30,17 @@ SHOWN = {  # value: text, unit
 }
 OF_SCALE = np.array([0.5, 0.5, 0.0])  # of the logarithms of left diameter, right diameter and separation
 NOT_DETERMINED = 0.2  # relative, half of an interval
-AXES = ('along', 'across', 'heading')
-UNITS = ('mm', 'mm', 'deg')
-TO_SHOWN = np.array([1e3, 1e3, np.degrees(1.0)])
-DECIMALS = (1, 1, 2)
+AXES = {'along': 'mm', 'across': 'mm', 'heading': 'deg'}
+TO_SHOWN = {'mm': 1e3, 'deg': math.degrees(1.0)}
+DECIMALS = {'mm': 1, 'deg': 2}
 PREDICTED = (
     'Error of odometry at the end of a drive, predicted by the others; of a single one: second half by the first.\n'
     'Along and across the heading at the start; before: with the nominal geometry.'
+)
+BY_CHANCE = 0.01  # probability below which so many errors outside of their intervals have another reason
+DIFFERING = (
+    'The drives differ by more than slip explains (floor, load, tyres, casters): count on the observed errors, and '
+    'calibrate on drives with turns in both directions.'
 )
 
 
@@ -46,16 +54,14 @@ def calibration_tables(found: Calibration, predictions: Sequence[Prediction]) ->
     if predictions:
         rows = [row for prediction in predictions for row in _prediction_rows(prediction)]
         heads = ['drive', 'error', 'length [m]', 'before', 'observed', '90 % from', 'to', 'inside']
-        yield TextTable('Prediction', heads, rows, PREDICTED)
+        yield TextTable('Prediction', heads, rows, '\n'.join(filter(None, [PREDICTED, prediction_note(predictions)])))
 
 
 def _value_texts(found: Calibration, name: str) -> List[str]:
     """Return value, low and high with two digits of the interval's half."""
-    value, unit = found.values[name], SHOWN[name][1]
-    numbers = np.array([value.value, *value.interval])
-    if name.startswith('slip'):
-        numbers = np.sqrt(numbers)
-    numbers = numbers * {'mm': 1e3, 'deg': math.degrees(1.0)}.get(unit, 1.0)
+    value, (low, high) = found.values[name]
+    numbers = np.array([value, low, high]) ** (0.5 if name.startswith('slip') else 1.0)
+    numbers *= TO_SHOWN.get(SHOWN[name][1], 1.0)
     half = 0.5 * (numbers[2] - numbers[1])
     if name in found.undetermined or (name.startswith('radius') and half > NOT_DETERMINED * numbers[0]):
         return ['', 'not', 'determined']
@@ -65,12 +71,20 @@ def _value_texts(found: Calibration, name: str) -> List[str]:
 
 def _prediction_rows(prediction: Prediction) -> Iterator[List[str]]:
     nominal = np.full(3, np.nan) if prediction.nominal_error is None else prediction.nominal_error
-    for axis, name in enumerate(AXES):
-        if math.isfinite(prediction.error[axis]):
-            numbers = [nominal[axis], prediction.error[axis], *prediction.interval[axis]]
-            shown = [f'{number * TO_SHOWN[axis]:.{DECIMALS[axis]}f}'.replace('nan', '') for number in numbers]
-            drive, length = ('', '') if axis else (prediction.drive, f'{prediction.length_m:.2f}')
-            yield [drive, f'{name} [{UNITS[axis]}]', length, *shown, 'yes' if prediction.is_inside[axis] else 'no']
+    numbers = np.column_stack((nominal, prediction.error, prediction.interval))
+    for row, (axis, unit) in enumerate(AXES.items()):
+        if math.isfinite(prediction.error[row]):
+            shown = [f'{each:.{DECIMALS[unit]}f}'.replace('nan', '') for each in numbers[row] * TO_SHOWN[unit]]
+            drive, length = ('', '') if row else (prediction.drive, f'{prediction.length_m:.2f}')
+            yield [drive, f'{axis} [{unit}]', length, *shown, 'yes' if prediction.is_inside[row] else 'no']
+
+
+def prediction_note(predictions: Sequence[Prediction]) -> str:
+    """Say if more errors of several drives are outside of their intervals than chance allows; else ''."""
+    is_inside = [each.is_inside[np.isfinite(each.error)] for each in predictions]
+    outside = np.count_nonzero(~np.concatenate(is_inside or [np.array([], bool)]))
+    probability = special.bdtrc(outside - 1, sum(map(len, is_inside)), 1.0 - LEVEL)
+    return DIFFERING if len(predictions) > 1 and probability < BY_CHANCE else ''
 
 
 def kind_of(disturbance: Disturbance) -> str:
@@ -98,17 +112,16 @@ def pasted(controller: Mapping[str, Any], amcl: Mapping[str, Any]) -> str:
     """Return parameters of diff_drive_controller, robot_localization and AMCL as YAML, ready to paste."""
     variances = ', '.join(f'{variance:.3g}' for variance in controller['twist_covariance_diagonal'])
     velocities = ', '.join('true' if index in (6, 7, 11) else 'false' for index in range(15))
-    return '\n'.join(
-        [
-            '# diff_drive_controller',
-            *(f'{key}: {value:.6g}' for key, value in controller.items() if isinstance(value, float)),
-            f'twist_covariance_diagonal: [{variances}]  # at 50 Hz and the mean speed of the drives',
-            '# robot_localization: only velocities, as the error of the pose grows with the distance',
-            f'odom0_config: [{velocities}]',
-            '# AMCL',
-            *(f'{key}: {value:.4g}' if isinstance(value, float) else f'{key}: {value}' for key, value in amcl.items()),
-        ]
-    )
+    lines = [
+        '# diff_drive_controller',
+        *(f'{key}: {value:.6g}' for key, value in controller.items() if isinstance(value, float)),
+        f'twist_covariance_diagonal: [{variances}]  # at 50 Hz and the mean speed of the drives',
+        '# robot_localization: only velocities, as the error of the pose grows with the distance',
+        f'odom0_config: [{velocities}]',
+        '# AMCL',
+        *(f'{key}: {value}' for key, value in amcl.items()),
+    ]
+    return '\n'.join(lines)
 
 
 def calibration_text(
@@ -116,9 +129,8 @@ def calibration_text(
 ) -> str:
     """Return tables, summary, and the parameters of `calibrated_settings` for the terminal."""
     robot, *others = (table.text() for table in calibration_tables(found, predictions))
-    parameters = settings['diff_drive_controller'], settings['amcl']
-    texts = [robot, '\n'.join(summary(found, has_nominal)), *others, *([pasted(*parameters)] if parameters[0] else [])]
-    return '\n\n'.join(texts)
+    parameters = [pasted(settings['diff_drive_controller'], settings['amcl'])] if settings['amcl'] else []
+    return '\n\n'.join([robot, '\n'.join(summary(found, has_nominal)), *others, *parameters])
 
 
 def calibration_json(found: Calibration, predictions: Sequence[Prediction]) -> Dict[str, Any]:
@@ -130,19 +142,10 @@ def calibration_json(found: Calibration, predictions: Sequence[Prediction]) -> D
         'predictions': [
             {**each._asdict(), 'bias': each.interval.mean(axis=1), 'is_inside': each.is_inside} for each in predictions
         ],
+        'prediction_note': prediction_note(predictions),
         # The robot file allows variances to 1; a larger one says no more.
         'geometry_covariance': found.geometry_covariance / max(1.0, found.geometry_covariance.diagonal().max()),
     }
-    plain: Dict[str, Any] = _plain(content)
+    text = json.dumps(content, default=lambda array: array.tolist())
+    plain: Dict[str, Any] = json.loads(text, parse_constant=lambda _: None)  # JSON has no NaN
     return plain
-
-
-def _plain(value: Any) -> Any:
-    """Return a value of JSON: arrays and tuples as lists, None for what is not finite."""
-    if isinstance(value, dict):
-        return {key: _plain(each) for key, each in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(each) for each in value]
-    if isinstance(value, (np.ndarray, np.generic)):
-        return _plain(value.tolist())
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -15,7 +15,7 @@ import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.laser_scan import Scan
-from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, PoseSeries, wrap_angle
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, PoseSeries
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.reference import Reference
 from diff_encoder_sim.localization.grid_slam import OdometryTrack, search_of
@@ -38,9 +38,7 @@ _PARAMS = GridSlamParams(
 )
 
 
-class _Sight(NamedTuple):
-    """A scan that is used."""
-
+class _Sight(NamedTuple):  # a scan that is used
     stamp_ns: int
     laser_pose_in_odom: Pose2D
     rays: Rays  # in the laser's frame
@@ -49,16 +47,13 @@ class _Sight(NamedTuple):
 def scan_reference(scans: Iterable[Scan], odometry: PoseSeries, laser_pose_in_base: Pose2D = IDENTITY) -> Reference:
     """Return the poses of the laser in the frame of odometry at its first scan that is used.
 
-    The covariances are those of the ranges' noise, RANGE_STD_M; the map's errors, which are equal in scans from the
-    same place, are not included.
+    The covariances are those of the ranges' noise, RANGE_STD_M, without the map's errors. ConfigError if fewer than
+    two scans can be used.
 
     Args:
         scans: in the order of their recording; one for each PERIOD_NS is used.
         odometry: poses of the base by wheels of about the right geometry; within 0.1 m and 0.1 rad for each PERIOD_NS.
         laser_pose_in_base: about where the laser is.
-
-    Raises:
-        ConfigError: fewer than two scans can be used.
     """
     sights = list(_sights(scans, odometry, laser_pose_in_base))
     if len(sights) < 2:
@@ -69,8 +64,8 @@ def scan_reference(scans: Iterable[Scan], odometry: PoseSeries, laser_pose_in_ba
         maps = _map_of(sights, poses, fine)
         matches = [_match(maps, sight.rays, pose, fine) for sight, pose in zip(sights, poses)]
         poses = [pose for pose, _ in matches]
-    stamps_ns = np.array([sight.stamp_ns for sight in sights], np.int64)
-    return Reference('scan', stamps_ns, np.array(poses), np.array([covariance for _, covariance in matches]))
+    stamps_ns, covariances = [sight.stamp_ns for sight in sights], [covariance for _, covariance in matches]
+    return Reference('scan', np.array(stamps_ns, np.int64), np.array(poses), np.array(covariances))
 
 
 def _sights(scans: Iterable[Scan], odometry: PoseSeries, laser_pose_in_base: Pose2D) -> Iterable[_Sight]:
@@ -97,42 +92,36 @@ def _first_poses(sights: Sequence[_Sight]) -> List[Pose2D]:
     for before, sight in zip(sights, sights[1:]):
         guess = poses[-1].compose(sight.laser_pose_in_odom.relative_to(before.laser_pose_in_odom))
         poses.append(_match(maps, sight.rays, guess, _PARAMS)[0])
-        if _is_new_place(poses[-1], entered):
-            entered = poses[-1]
-            _enter(maps, sight.rays, entered)
+        entered = _enter(maps, sight.rays, poses[-1], entered)
     return poses
 
 
 def _map_of(sights: Sequence[_Sight], poses: Sequence[Pose2D], params: GridSlamParams) -> PatchMaps:
     """Return the map of all scans at these poses."""
-    maps = PatchMaps(poses[0][:2], poses[0][:2], params.delta, 1)
-    entered: Optional[Pose2D] = None
+    maps, entered = PatchMaps(poses[0][:2], poses[0][:2], params.delta, 1), None
     for sight, pose in zip(sights, poses):
-        if entered is None or _is_new_place(pose, entered):
-            entered = pose
-            _enter(maps, sight.rays, pose)
+        entered = _enter(maps, sight.rays, pose, entered)
     return maps
 
 
-def _is_new_place(pose: Pose2D, entered: Pose2D) -> bool:
-    move = pose.relative_to(entered)
-    return math.hypot(move.x_m, move.y_m) > NEW_PLACE_M or abs(move.yaw_rad) > NEW_PLACE_RAD
-
-
-def _enter(maps: PatchMaps, rays: Rays, pose: Pose2D) -> None:
+def _enter(maps: PatchMaps, rays: Rays, pose: Pose2D, entered: Optional[Pose2D]) -> Pose2D:
+    """Enter a scan into the map, unless it is near the pose of the last one; return the pose of the last one now."""
+    if entered is not None:
+        move = pose.relative_to(entered)
+        if math.hypot(move.x_m, move.y_m) <= NEW_PLACE_M and abs(move.yaw_rad) <= NEW_PLACE_RAD:
+            return entered
     reach_m = rays.reach_m()
     maps.cover(np.array(pose[:2]) - reach_m, np.array(pose[:2]) + reach_m)
     maps.update(np.array([pose]), rays)
+    return pose
 
 
 def _match(maps: PatchMaps, rays: Rays, guess: Pose2D, params: GridSlamParams) -> Tuple[Pose2D, np.ndarray]:
     """Return the pose near `guess` at which a scan fits the map best, and its covariance (3, 3)."""
-    # Into cells from the map's corner, and back again.
-    scale, corner = np.array([1.0 / maps.cell_m, 1.0 / maps.cell_m, 1.0]), np.append(maps.corner_m, 0.0)
+    scale, corner = np.array([1.0 / maps.cell_m, 1.0 / maps.cell_m, 1.0]), np.append(maps.corner_m, 0.0)  # to cells
     start, ends = (np.array(guess) - corner) * scale, rays.matched_ends_m() / maps.cell_m
     of_map, search = (maps.table[0], maps.cells), search_of(params, maps.cell_m)
     found, _ = climb(*of_map, start, ends, search)
     found, root = refine(*of_map, found, start, ends, search, GUESS_STD * scale)
     deviations = np.linalg.inv(root) / scale  # their squares add up to the covariance
-    x_m, y_m, yaw_rad = (found / scale + corner).tolist()
-    return Pose2D(x_m, y_m, wrap_angle(yaw_rad)), deviations.T @ deviations
+    return IDENTITY.compose(Pose2D(*(found / scale + corner).tolist())), deviations.T @ deviations
