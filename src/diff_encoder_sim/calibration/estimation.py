@@ -269,8 +269,10 @@ def _values(parameters: np.ndarray, uncertainty: Uncertainty) -> Tuple[Dict[str,
             centre, low, high = math.exp(centre), math.exp(low), math.exp(high)
         scale = 0.5 if name == 'radius_per_separation' else 1.0
         values[name] = Estimated(scale * centre, (scale * low, scale * high))
-        if half > DETERMINED.get(name, math.inf):
+        if half > DETERMINED.get(name, math.inf) or half == 0.0:
             undetermined.append(name)
+    if 'wheel_separation_m' in undetermined:
+        undetermined.append('radius_per_separation')
     return values, undetermined
 
 

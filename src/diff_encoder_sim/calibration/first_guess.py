@@ -14,7 +14,8 @@ import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
 
-WINDOW_S, EVERY_S = 20.0, 0.25  # of the alignment; interval of the rows in it
+WINDOW_S = 20.0  # of the alignment
+EVERY_S, WHEELS_EVERY_S = 0.25, 0.1  # intervals of its rows, and of the samples of the wheels
 RATIOS = np.geomspace(0.03, 1.0, 48)  # radius / separation
 DELAYS_S = np.arange(-0.4, 0.41, 0.05)
 FEWEST_ROWS = 8  # of a window
@@ -59,7 +60,8 @@ def first_guess(
         ConfigError: a wheel is reversed, or both are swapped.
     """
     rows = np.unique(np.searchsorted(pose_times_s, np.arange(pose_times_s[0], pose_times_s[-1], EVERY_S)))
-    data = (times_s, angles_rad, pose_times_s[rows], poses[rows])
+    samples = np.unique(np.searchsorted(times_s, np.arange(times_s[0], times_s[-1], WHEELS_EVERY_S)))
+    data = (times_s[samples], angles_rad[samples], pose_times_s[rows], poses[rows])
     ratios = RATIOS if ratio is None else np.append(RATIOS, ratio)
     errors = {wiring: np.array([_align(*data, wiring, each, 0.0).error_m for each in ratios]) for wiring in WIRINGS}
     right = errors[1, 1, False].min()

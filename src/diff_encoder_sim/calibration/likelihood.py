@@ -43,6 +43,7 @@ NOISE_STEP = 0.1  # of logarithms
 ONLY_GEOMETRY = [*range(7), 9, 10]  # with white noise; what slips and drifts is fitted after it
 MOST_STEPS = 40
 
+LEAST_TURN_RAD = 0.5  # of a drive that determines the separation
 LONGEST_GAP_S = 1.0
 LONGEST_DELAY_S = 0.5  # of the reference; its rows nearer to an end of the drive are left out
 
@@ -160,10 +161,16 @@ class Track:
         return errors, variances, state, covariance
 
 
-def free_parameters(tracks: Sequence[Track]) -> np.ndarray:
-    """Return the indices of the parameters that the references can determine."""
-    has_yaw = any(track.has_yaw for track in tracks)
-    return np.array([index for index in range(len(NAMES)) if has_yaw or index not in OF_YAW])
+def free_parameters(tracks: Sequence[Track], parameters: np.ndarray) -> np.ndarray:
+    """Return the indices of the parameters that the drives can determine.
+
+    On a straight line, the separation would follow only from the noise of the heading, which is not its measure.
+    """
+    yaws_rad = [track.motions(parameters, track.pose_times_s)[:, 2] for track in tracks]
+    fixed = [] if any(track.has_yaw for track in tracks) else OF_YAW
+    if max(map(np.ptp, yaws_rad), default=0.0) < LEAST_TURN_RAD:
+        fixed = [*fixed, INDEX['wheel_separation_m']]
+    return np.setdiff1d(np.arange(len(NAMES)), fixed)
 
 
 def _log_likelihood(tracks: Sequence[Track], parameters: np.ndarray, centre: np.ndarray) -> float:
@@ -194,7 +201,7 @@ def _derivatives(track: Track, parameters: np.ndarray, free: np.ndarray) -> Tupl
 
 def maximise(tracks: Sequence[Track], start: np.ndarray, only: Sequence[int] = range(len(NAMES))) -> np.ndarray:
     """Climb to the maximum by Fisher scoring with Levenberg's damping; return the parameters."""
-    free = np.intersect1d(free_parameters(tracks), only)
+    free = np.intersect1d(free_parameters(tracks, start), only)
     centre = np.concatenate((start[GEOMETRY], USUAL[3:]))
     parameters, damping, best = start.copy(), 1e-3, _log_likelihood(tracks, start, centre)
     for _ in range(MOST_STEPS):
@@ -252,7 +259,7 @@ class Uncertainty:
 
 def uncertainty_at(tracks: Sequence[Track], parameters: np.ndarray) -> Uncertainty:
     """Return how well the parameters are known at the maximum."""
-    free = free_parameters(tracks)
+    free = free_parameters(tracks, parameters)
 
     def inverse_of(information: np.ndarray) -> np.ndarray:
         covariance = np.zeros((len(parameters), len(parameters)))
