@@ -72,9 +72,7 @@ def calibration(options: CalibrateOptions) -> Calibrated:
         if _nominal(each.robot) != _nominal(robot):
             others = f'{each.path} and {recorded[0].path}: given robots with different wheels'
             raise ConfigError(f'{others}; allowed: drives of one robot, or its geometry by --robot')
-    if options.umbmark:
-        return _by_squares(options, robot, recorded)
-    return _by_reference(options, robot, recorded)
+    return (_by_squares if options.umbmark else _by_reference)(options, robot, recorded)
 
 
 def _check(options: CalibrateOptions) -> None:
@@ -89,11 +87,11 @@ def _check(options: CalibrateOptions) -> None:
     for name, path in (('--out', options.out), ('--json', options.json)):
         if path and (path.is_dir() or not path.parent.is_dir()):
             raise ConfigError(f'{name}: given {str(path)!r}; allowed: a file in a folder that exists')
-    suffixes = ROBOT_FILE_SUFFIXES
-    if options.out and options.out.suffix not in suffixes:
-        raise ConfigError(f'--out: given {options.out}; allowed: a name that ends in {" or ".join(suffixes)}')
-    if options.out and options.out.exists() and not options.out.read_bytes().startswith(CALIBRATED_HEAD.encode()):
-        raise ConfigError(f'--out: given {options.out}, which calibrate has not written; allowed: a new file')
+    out, suffixes = options.out, ' or '.join(ROBOT_FILE_SUFFIXES)
+    if out and out.suffix not in ROBOT_FILE_SUFFIXES:
+        raise ConfigError(f'--out: given {out}; allowed: a name that ends in {suffixes}')
+    if out and out.exists() and not out.read_bytes().startswith(CALIBRATED_HEAD.encode()):
+        raise ConfigError(f'--out: given {out}, which calibrate has not written; allowed: a new file')
 
 
 def _nominal(robot: RecordedRobot) -> Optional[WheelGeometry]:
@@ -121,10 +119,9 @@ def _by_reference(options: CalibrateOptions, robot: RecordedRobot, recorded: Seq
     settings = derived_settings(found, nominal, drives, amcl)
     sources = [{'file': str(each.path), 'sha256': _sha256(each.path)} for each in recorded]
     content = {**tables.calibration_json(found, predictions), 'drives': sources, **settings}
-    keys = {key: content[key] for key in CalibrationParams.model_fields if key in content}
-    calibrated = CalibrationParams.from_mapping(keys, 'calibration')
+    numbers = {key: content[key] for key in CalibrationParams.model_fields if key in content}
     alphas = {f'amcl.{key}': value for key, value in settings['amcl'].items() if key.startswith('odom_alpha')}
-    files = _written(options, robot, recorded, content, calibrated, alphas)
+    files = _written(options, robot, recorded, content, numbers, alphas)
     if options.out:
         from diff_encoder_sim.calibration.calibration_page import write_page  # noqa: PLC0415 - Altair takes a second
 
@@ -153,13 +150,13 @@ def _by_squares(options: CalibrateOptions, robot: RecordedRobot, recorded: Seque
     else:
         squares = []
         for drive, reference in [part for each in recorded for part in each.parts]:
-            x_m, y_m, yaw_rad = reference.poses.T
-            axle = x_m + robot.odometry.axle_x * np.cos(yaw_rad), y_m + robot.odometry.axle_x * np.sin(yaw_rad), yaw_rad
-            squares += umbmark.find_squares(drive, reference._replace(poses=np.column_stack(axle)), nominal)
+            yaw_rad, axle = reference.poses[:, 2], reference.poses.copy()
+            axle[:, :2] += robot.odometry.axle_x * np.column_stack((np.cos(yaw_rad), np.sin(yaw_rad)))
+            squares += umbmark.find_squares(drive, reference._replace(poses=axle), nominal)
     found = umbmark.umbmark(squares, nominal)
     left_m, right_m, separation_m = (float(f'{value:.8g}') for value in found.corrected)
     settings = {'config.wheel_diameter': {'left': left_m, 'right': right_m}, 'config.wheel_separation': separation_m}
-    return Calibrated(found, [], found.text(), _written(options, robot, recorded, found.as_json(), None, settings))
+    return Calibrated(found, [], found.text(), _written(options, robot, recorded, found.as_json(), {}, settings))
 
 
 def _written(
@@ -167,27 +164,25 @@ def _written(
     robot: RecordedRobot,
     recorded: Sequence[RecordedDrive],
     content: Mapping[str, Any],
-    calibrated: Optional[CalibrationParams],
+    numbers: Mapping[str, Any],
     settings: Mapping[str, Any],
 ) -> List[Path]:
-    """Write the robot file and the JSON that the options ask for; return their paths."""
-    files = []
+    """Write the robot file, with the `numbers` of its calibration, and the JSON; return the paths of those written."""
+    texts = {}
     if options.out:
         base, nominal = robot.file, _nominal(robot)
-        ppr = recorded[0].ppr.plain if recorded and recorded[0].ppr else None
+        if recorded and recorded[0].ppr and isinstance(recorded[0].ppr.plain, (int, float)):
+            base = base._replace(ppr=recorded[0].ppr.plain)
         if nominal is not None:  # holds where the drives determine nothing
             kept = {'config.wheel_diameter': robot.odometry.wheel_diameter.plain, 'config.wheel_separation': nominal[2]}
             base = base._replace(overrides={**kept, **base.overrides})
-        if isinstance(ppr, (int, float)):
-            base = base._replace(ppr=ppr)
         is_simulated = any(each.trial for each in recorded)
-        text = calibrated_robot_text(base, calibrated, settings, options.out, is_simulated)
-        write_file(options.out, text.encode('utf-8'))
-        files.append(options.out)
+        texts[options.out] = calibrated_robot_text(base, numbers, settings, options.out, is_simulated)
     if options.json:
-        write_file(options.json, json.dumps(content, indent=1, allow_nan=False).encode('utf-8'))
-        files.append(options.json)
-    return files
+        texts[options.json] = json.dumps(content, indent=1, allow_nan=False)
+    for path, text in texts.items():
+        write_file(path, text.encode('utf-8'))
+    return [*texts]
 
 
 def _sha256(path: Path) -> str:

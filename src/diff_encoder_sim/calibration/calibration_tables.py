@@ -147,5 +147,7 @@ def calibration_json(found: Calibration, predictions: Sequence[Prediction]) -> D
         'geometry_covariance': found.geometry_covariance / max(1.0, found.geometry_covariance.diagonal().max()),
     }
     text = json.dumps(content, default=lambda array: array.tolist())
-    plain: Dict[str, Any] = json.loads(text, parse_constant=lambda _: None)  # JSON has no NaN
-    return plain
+    plain: Dict[str, Any] = json.loads(
+        text, parse_float=lambda x: float(f'{float(x):.8g}'), parse_constant=lambda _: None
+    )
+    return plain  # None for NaN; no interval has 8 digits

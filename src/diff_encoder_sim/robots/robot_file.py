@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import os
 from pathlib import Path
 from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Union
@@ -32,7 +31,7 @@ _USUAL_LIMITS = {
     'acc_lim_theta': ('max_angular_acceleration', 4.9),
 }
 _LASER_MAX_RANGE_M = 3.5
-_DIGITS, _CALIBRATED_DIGITS = 6, 8
+_DIGITS = 6
 LASER_ABOVE_M = 0.05  # above the robot's highest point, where nothing of it is in the way
 
 COMMENTS_FROM = 60  # column of a written robot file
@@ -300,40 +299,31 @@ def _own_lines(file: RobotFile, path: Path) -> List[str]:
 
 
 def calibrated_robot_text(
-    base: RobotFile,
-    calibration: Optional[CalibrationParams],
-    settings: Mapping[str, Any],
-    path: Path,
-    is_simulated: bool = False,
+    base: RobotFile, calibration: Mapping[str, Any], settings: Mapping[str, Any], path: Path, is_simulated: bool = False
 ) -> str:
-    """Return the robot file of a calibrated robot, to be written to `path`.
+    """Return the robot file of a calibrated robot, to be written to `path`, from where its own paths start.
 
     The calibrated wheels are also those that are simulated, unless the robot of the drives `is_simulated` or `base` has
     errors of its geometry: then what is calibrated is the odometry of a simulated robot, which stays as it is.
 
     Args:
         base: the robot that was calibrated, NO_ROBOT if nothing else is known.
-        calibration: its numbers are written with 8 digits; None if only settings are known, as by UMBmark.
+        calibration: as in CalibrationParams; {} if only settings are known, as by UMBmark.
         settings: more values by dotted keys, such as amcl.odom_alpha1, which replace those of `base`.
-        path: of the new file, from where its own paths start.
+        path: of the new file.
         is_simulated: the drives are trials.
     """
-    numbers: Dict[str, Any] = {}
-    values = {**base.overrides, **settings}
-    if calibration is not None:
-        text = calibration.model_dump_json(exclude_none=True)
-        numbers = json.loads(text, parse_float=lambda number: float(f'{float(number):.{_CALIBRATED_DIGITS}g}'))
-        values = {**base.overrides, **CalibrationParams.from_mapping(numbers, '').settings(), **settings}
+    found = CalibrationParams.from_mapping(calibration, 'calibration').settings() if calibration else {}
+    values = {**base.overrides, **found, **settings}
     errors = [key for key, value in base.overrides.items() if key.startswith('simulator.wheel_errors.') and value]
     if base.urdf is not None and not is_simulated and not {*errors} - {SLIP}:
-        known = [key for key in ('wheel_diameter', 'wheel_separation') if f'config.{key}' in values]
-        values.update({f'simulator.{key}': values[f'config.{key}'] for key in known})
-        if calibration is not None:
-            values[SLIP] = values['config.motion_noise']
+        wheels = ('wheel_diameter', 'wheel_separation')
+        values.update({f'simulator.{key}': values[f'config.{key}'] for key in wheels if f'config.{key}' in values})
+        values.update({SLIP: values['config.motion_noise']} if found else {})
     lines = [CALIBRATED_HEAD, *_own_lines(base, path), 'set:']
     lines += ['  ' + _line(key, value, '') for key, value in values.items()]
-    if numbers:
-        lines += ['calibration:', *('  ' + _line(key, value, '') for key, value in numbers.items())]
+    if calibration:
+        lines += ['calibration:', *('  ' + _line(key, value, '') for key, value in calibration.items())]
     return '\n'.join(lines) + '\n'
 
 

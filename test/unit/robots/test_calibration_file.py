@@ -72,7 +72,7 @@ def test_the_spread_of_the_geometry_is_that_of_distances_turns_and_the_differenc
 def written(folder, base, **changes):
     (folder / 'new').mkdir()
     path = folder / 'new' / 'calibrated.yaml'
-    path.write_text(calibrated_robot_text(base, calibration(**changes), ALPHAS, path))
+    path.write_text(calibrated_robot_text(base, {**GIVEN, **changes}, ALPHAS, path))
     return str(path)
 
 
