@@ -50,16 +50,11 @@ def amcl_alphas(
 ) -> Dict[str, float]:
     """Return odom_alpha1 to odom_alpha4 with which AMCL spreads its particles as slip and counts spread the robot.
 
-    AMCL moves its particles after a straight line d = update_min_d or a turn a = update_min_a, for which this is
-    exact. The variance v of a wheel's travel is its slip (d, or a b / 2 with the separation b, times `slip_m2_per_m`)
-    and the rounding to counts at both ends, `count_m**2 / 6`. Those of the robot are
-
-    - of the heading after the turn: 2 v / b^2 + a `slip_rad2_per_rad`, of one noisy rotation (alpha1);
-    - of the heading after the line: 2 v / b^2, half of it in each of two noisy rotations (alpha2);
-    - of the distance, after the line (alpha3) or the turn (alpha4): v / 2.
-
-    `diff-corrected` makes a variance of alpha times the squared line or turn, `diff` a standard deviation
-    (`localization.particles.move_noise`).
+    AMCL moves its particles after a straight line of update_min_d or a turn of update_min_a, for which this is exact.
+    The variance of a wheel's travel is that of its slip and of the rounding to counts at both ends. Alpha1 is of the
+    heading after a turn, alpha2 after a line (half of it in each of two noisy rotations); alpha3 and alpha4 are of the
+    distance after a line and a turn. `diff-corrected` makes a variance of alpha times the squared line or turn, `diff`
+    a standard deviation (`localization.particles.move_noise`).
     """
     line_m, turn_rad = (max(least, LEAST_UPDATE) for least in (amcl.update_min_d, amcl.update_min_a))
     line_m2, turn_m2 = (slip_m2_per_m * way_m + count_m**2 / 6.0 for way_m in (line_m, 0.5 * turn_rad * separation_m))
@@ -87,9 +82,9 @@ def controller_params(
     for drive in drives:
         times_s = (drive.stamps_ns - drive.stamps_ns[0]) / NANOSECONDS_PER_SECOND
         grid_s = np.append(np.arange(0.0, times_s[-1], 1.0), times_s[-1])  # counts at rest are noise, not a way
-        angles_rad = np.array([np.interp(grid_s, times_s, angles) for angles in drive.wheel_angles_rad.T])
+        angles_rad = [np.interp(grid_s, times_s, angles) for angles in drive.wheel_angles_rad.T]
         left_m, right_m = np.diff(angles_rad) * np.array(geometry.radii_m)[:, np.newaxis]
-        way_m += float(np.abs(left_m).sum() + np.abs(right_m).sum())
+        way_m += float(np.abs([left_m, right_m]).sum())
         turn_rad += float(np.abs(right_m - left_m).sum()) / geometry.separation_m
         duration_s += float(times_s[-1])
     slip_m2, rate = values['slip_m2_per_m'] * way_m, ODOMETRY_HZ / duration_s

@@ -96,12 +96,10 @@ def summary(found: Calibration, has_nominal: bool) -> List[str]:
     """Say how well the geometry is determined, and what the drives do not determine."""
     halves = {'scale': 1.96 * math.sqrt(OF_SCALE @ found.geometry_covariance @ OF_SCALE)}
     for text, name in (('ratio of radii', 'radius_ratio'), ('radius / separation', 'radius_per_separation')):
-        value, (low, high) = found.values[name]
-        halves[text] = 0.5 * (high - low) / value
-    parts = [
-        f'{text} to {100.0 * half:.1g} %' if half < NOT_DETERMINED else f'{text} not determined'
-        for text, half in halves.items()
-    ]
+        value, interval = found.values[name]
+        halves[text] = 0.5 * float(np.ptp(interval)) / value
+    determined = {text: f'to {100.0 * half:.1g} %' for text, half in halves.items() if half < NOT_DETERMINED}
+    parts = [f'{text} {determined.get(text, "not determined")}' for text in halves]
     names = [text for name, (text, _) in SHOWN.items() if name in found.undetermined]
     instead = 'the nominal geometry holds' if has_nominal else 'the robot file sets none'
     missing = f'not determined by these drives: {", ".join(names)} ({instead}); turns in both directions determine all'

@@ -113,11 +113,7 @@ def load_robot_file(
     """Load a robot by its name, its YAML file, or its xacro or URDF alone.
 
     A path is relative to `folder`; names are those of config/robots/ in `package_folder`. Arguments and packages of
-    the command line precede those of the file.
-
-    Raises:
-        RobotNotFound: there is no such robot.
-        ConfigError: its YAML file has a bad key, or a folder of packages is missing.
+    the command line precede those of the file. RobotNotFound; ConfigError if its file or a folder of packages is bad.
     """
     shipped, path = package_folder / 'config' / 'robots' / f'{given}.yaml', folder / Path(given).expanduser()
     if Path(given).name == given and shipped.is_file():  # a name takes precedence over a path
@@ -133,14 +129,11 @@ def load_robot_file(
         for each in folders:
             if not each.is_dir():
                 raise ConfigError(f'{where}: given {str(each)!r}; allowed: a folder that exists')
-    # As text, as xacro takes them: true and false as in YAML.
-    values = {
-        name: str(value).lower() if value is True or value is False else str(value)
-        for name, value in {**params.arguments, **arguments}.items()
-    }
-    laser = None if params.laser is None else AddedLaser(params.laser.parent, tuple(params.laser.xyz))
     source = None
     if params.urdf is not None:
+        given_values = {**params.arguments, **arguments}.items()  # as text for xacro: true and false as in YAML
+        values = {name: str(each).lower() if isinstance(each, bool) else str(each) for name, each in given_values}
+        laser = None if params.laser is None else AddedLaser(params.laser.parent, tuple(params.laser.xyz))
         urdf = path.parent / Path(params.urdf).expanduser() if is_yaml else path
         urdf = urdf.resolve() if is_yaml and '..' in urdf.parts else urdf  # as people read it: a/b for a/c/../b
         source = RobotSource(urdf, tuple(sorted(values.items())), (*packages, *own_packages), laser)
@@ -154,10 +147,7 @@ def robot_names(config_folder: Path) -> List[str]:
 
 
 def derived_settings(robot: RobotDescription) -> Dict[str, Any]:
-    """Return settings by dotted keys that begin with the stem of a file of config/.
-
-    A robot file's own values take precedence over these.
-    """
+    """Return settings by dotted keys from the stem of a file of config/; a robot file's own values precede these."""
     left_m, right_m = map(_rounded, robot.wheel_diameters_m)
     diameter = left_m if left_m == right_m else {'left': left_m, 'right': right_m}
     settings: Dict[str, Any] = {
@@ -220,11 +210,7 @@ class RobotSetup(NamedTuple):
         return self.description.tree.name
 
     def check_laser(self) -> None:
-        """Check that there is a laser: closed-loop trials need one.
-
-        Raises:
-            ConfigError: none was found.
-        """
+        """Check that there is a laser: closed-loop trials need one; ConfigError if none was found."""
         if self.description.laser is None:
             raise ConfigError(
                 f'{self.file.where}: the robot has no laser, which closed-loop trials need; allowed: '
@@ -232,11 +218,7 @@ class RobotSetup(NamedTuple):
             )
 
     def with_laser(self) -> RobotSetup:
-        """Return the robot with a laser, if it has none: one that a warning proposes.
-
-        Raises:
-            ConfigError: as `set_up_robot`.
-        """
+        """Return the robot with a laser, if it has none: one that a warning proposes."""
         if self.description.laser is not None:
             return self
         warning = f'no laser is found: one above the robot is simulated, as by {proposed_laser_line(self.description)}'
@@ -247,11 +229,7 @@ class RobotSetup(NamedTuple):
 
 
 def set_up_robot(file: RobotFile) -> RobotSetup:
-    """Describe a robot; the values in its file override those found in the URDF.
-
-    Raises:
-        ConfigError: its description cannot be read, or is no differential drive.
-    """
+    """Describe a robot; values in its file override those of the URDF. ConfigError if it is no differential drive."""
     choices: Dict[str, Any] = {}
     for choice in RobotChoices.model_fields:
         key = f'simulator.{choice}'
@@ -303,15 +281,9 @@ def calibrated_robot_text(
 ) -> str:
     """Return the robot file of a calibrated robot, to be written to `path`, from where its own paths start.
 
-    The calibrated wheels are also those that are simulated, unless the robot of the drives `is_simulated` or `base` has
-    errors of its geometry: then what is calibrated is the odometry of a simulated robot, which stays as it is.
-
-    Args:
-        base: the robot that was calibrated, NO_ROBOT if nothing else is known.
-        calibration: as in CalibrationParams; {} if only settings are known, as by UMBmark.
-        settings: more values by dotted keys, such as amcl.odom_alpha1, which replace those of `base`.
-        path: of the new file.
-        is_simulated: the drives are trials.
+    The keys of `calibration` are those of CalibrationParams, or none; `settings` by dotted keys replace those of
+    `base`. The calibrated wheels are also those that are simulated, unless the robot of the drives `is_simulated` or
+    `base` has errors of its geometry: then the odometry of a simulated robot is calibrated, which stays as it is.
     """
     found = CalibrationParams.from_mapping(calibration, 'calibration').settings() if calibration else {}
     values = {**base.overrides, **found, **settings}
@@ -320,10 +292,9 @@ def calibrated_robot_text(
         wheels = ('wheel_diameter', 'wheel_separation')
         values.update({f'simulator.{key}': values[f'config.{key}'] for key in wheels if f'config.{key}' in values})
         values.update({SLIP: values['config.motion_noise']} if found else {})
-    lines = [CALIBRATED_HEAD, *_own_lines(base, path), 'set:']
-    lines += ['  ' + _line(key, value, '') for key, value in values.items()]
-    if calibration:
-        lines += ['calibration:', *('  ' + _line(key, value, '') for key, value in calibration.items())]
+    lines = [CALIBRATED_HEAD, *_own_lines(base, path)]
+    for key, content in (('set', values), ('calibration', calibration)):
+        lines += [f'{key}:', *('  ' + _line(each, value, '') for each, value in content.items())] if content else []
     return '\n'.join(lines) + '\n'
 
 

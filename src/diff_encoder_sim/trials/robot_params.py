@@ -122,9 +122,8 @@ def override(config: Mapping[str, Any], overrides: Mapping[str, Any]) -> RobotPa
         parts = [getattr(params, field) for field in CONFIG_FILES[stem]]
         used = functools.reduce(getattr, path, next(part for part in parts if path[0] in type(part).model_fields))
         if isinstance(used, (bool, int, float, str)) and used != value:
-            raise ConfigError(
-                f'{key}: given {value!r} has no effect: another key of config/{stem}.yaml makes it {used!r}'
-            )
+            reason = f'another key of config/{stem}.yaml makes it {used!r}'
+            raise ConfigError(f'{key}: given {value!r} has no effect: {reason}')
     return params
 
 
