@@ -122,6 +122,9 @@ def test_ends_are_read_from_a_table(tmp_path):
     assert clockwise_m.tolist() == [[0.1, -0.2], [0.5, 0.6]]
     assert counter_m.tolist() == [[0.3, 0.4]]
 
+    with pytest.raises(ConfigError, match='none.csv: cannot be read'):
+        read_ends(tmp_path / 'none.csv')
+
 
 @pytest.mark.parametrize('line', ['left, 0.1, 0.2', 'cw, 0.1', 'cw, 0.1, nan', 'ccw, 1, 2, 3'])
 def test_a_bad_line_of_ends_is_named(tmp_path, line):
@@ -130,8 +133,3 @@ def test_a_bad_line_of_ends_is_named(tmp_path, line):
     with pytest.raises(ConfigError) as error:
         read_ends(path)
     assert str(error.value) == f'{path}: line 2: given {line}; allowed: cw or ccw, x, y in metres'
-
-
-def test_a_missing_file_of_ends_is_an_error(tmp_path):
-    with pytest.raises(ConfigError, match='none.csv: cannot be read'):
-        read_ends(tmp_path / 'none.csv')

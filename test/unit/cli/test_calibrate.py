@@ -11,34 +11,22 @@ import yaml
 
 from diff_encoder_sim import api
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.se2 import poses_of_wheels
+from diff_encoder_sim.calibration.calibration_tables import prediction_note
+from diff_encoder_sim.calibration.prediction import Prediction
+from diff_encoder_sim.calibration.umbmark import GEOMETRY, WheelGeometry
 from diff_encoder_sim.cli import calibrate
 from diff_encoder_sim.trials.robot_params import load_numbers, load_robot_config, override
 from lockstep_trials import ALTO, params_of, plan_of, run_trial
 from places import CONFIG, REAL_DRIVES, ROOT
 
 LEFT_M, RIGHT_M, SEPARATION_M = 0.2006, 0.1994, 0.41
+TRUE = WheelGeometry(LEFT_M, RIGHT_M, SEPARATION_M)
 SENSOR_X_M, SENSOR_Y_M, SENSOR_YAW_RAD, DELAY_S = -0.15, 0.04, 0.2, 0.08
 COUNTS = 4096
 NOMINAL = {'config.wheel_diameter': 0.2, 'config.wheel_separation': 0.4}
-COLUMNS = {
-    'columns': ('t', 'left', 'right'),
-    'ticks_per_revolution': COUNTS,
-    'reference_columns': ('t', 'x', 'y', 'yaw'),
-}
-TABLE = [
-    '--columns',
-    't',
-    'left',
-    'right',
-    '--ticks-per-revolution',
-    str(COUNTS),
-    '--reference-columns',
-    't',
-    'x',
-    'y',
-    'yaw',
-]
+COLUMNS = {'columns': ('t', 'left', 'right'), 'reference_columns': ('t', 'x', 'y', 'yaw')}
+COLUMNS['ticks_per_revolution'] = COUNTS
+TABLE = f'--columns t left right --ticks-per-revolution {COUNTS} --reference-columns t x y yaw'.split()
 
 
 def table(path, seed, turns=True):
@@ -46,11 +34,9 @@ def table(path, seed, turns=True):
     rng, times_s = np.random.default_rng(seed), np.arange(0.0, 60.0, 0.05)
     yaw_rates_radps = turns * 0.6 * np.sin(2.0 * np.pi * times_s / 23.0 + seed) * (np.abs(np.sin(times_s / 11.0)) > 0.3)
     speeds_mps = 0.3 * np.clip(np.minimum(times_s - 1.0, 59.0 - times_s), 0.0, 1.0)
-    ways_m = np.column_stack(
-        [speeds_mps - 0.5 * SEPARATION_M * yaw_rates_radps, speeds_mps + 0.5 * SEPARATION_M * yaw_rates_radps]
-    )
-    angles_rad = np.cumsum(ways_m * 0.05, axis=0) / (0.5 * np.array([LEFT_M, RIGHT_M]))
-    poses = poses_of_wheels(angles_rad[np.newaxis], 0.5 * LEFT_M, 0.5 * RIGHT_M, SEPARATION_M, 0.0, False)[0]
+    rims_mps = np.outer(yaw_rates_radps, [-0.5 * SEPARATION_M, 0.5 * SEPARATION_M])
+    angles_rad = np.cumsum((speeds_mps[:, np.newaxis] + rims_mps) * 0.05, axis=0) / TRUE.radii_m
+    poses = TRUE.path(angles_rad)
     late_s = times_s - DELAY_S
     x_m, y_m, yaw_rad = (np.interp(late_s, times_s, column) for column in (*poses[:, :2].T, np.unwrap(poses[:, 2])))
     x_m += SENSOR_X_M * np.cos(yaw_rad) - SENSOR_Y_M * np.sin(yaw_rad) + rng.normal(0.0, 0.003, len(x_m))
@@ -72,12 +58,9 @@ def fixture_done(tmp_path_factory):
     """The folder of a calibration by two drives, and its text."""
     folder = tmp_path_factory.mktemp('calibrated')
     tables = [str(table(folder / f'drive_{seed}.csv', seed)) for seed in (1, 2)]
-    robot, out = (
-        robot_file(folder / 'nominal.yaml'),
-        ['--out', str(folder / 'r.yaml'), '--json', str(folder / 'r.json')],
-    )
+    written = f'--robot {robot_file(folder / "nominal.yaml")} --out {folder / "r.yaml"} --json {folder / "r.json"}'
     with contextlib.redirect_stdout(io.StringIO()) as printed:
-        calibrate.main(['--csv', *tables, *TABLE, '--robot', robot, *out])
+        calibrate.main(['--csv', *tables, *TABLE, *written.split()])
     return folder, printed.getvalue()
 
 
@@ -85,9 +68,7 @@ def test_the_json_has_the_values_with_intervals_and_the_drives(done):
     folder, _ = done
     content = json.loads((folder / 'r.json').read_text())
     true = {
-        'left_wheel_diameter_m': LEFT_M,
-        'right_wheel_diameter_m': RIGHT_M,
-        'wheel_separation_m': SEPARATION_M,
+        **dict(zip(GEOMETRY, TRUE)),
         'reference_x_m': SENSOR_X_M,
         'reference_y_m': SENSOR_Y_M,
         'reference_yaw_rad': SENSOR_YAW_RAD,
@@ -102,10 +83,8 @@ def test_the_json_has_the_values_with_intervals_and_the_drives(done):
     assert content['radius_ratio']['value'] == pytest.approx(RIGHT_M / LEFT_M, abs=3e-4)
     digests = [hashlib.sha256((folder / f'drive_{seed}.csv').read_bytes()).hexdigest() for seed in (1, 2)]
     assert [each['sha256'] for each in content['drives']] == digests
-    multipliers = [
-        content['diff_drive_controller'][f'{name}_multiplier'] for name in ('wheel_separation', 'left_wheel_radius')
-    ]
-    assert multipliers == pytest.approx([SEPARATION_M / 0.4, LEFT_M / 0.2], rel=5e-3)
+    controller = content['diff_drive_controller']
+    assert controller['wheel_separation_multiplier'] == pytest.approx(SEPARATION_M / 0.4, rel=5e-3)
     assert (content['undetermined'], len(content['predictions']), content['amcl']['odom_model_type']) == ([], 2, 'diff')
     assert {'bias', 'std', 'error', 'interval', 'is_inside', 'nominal_error'} < {*content['predictions'][0]}
 
@@ -206,24 +185,22 @@ def test_squares_of_a_bag_give_the_separation(tmp_path):
     assert settings['config.wheel_separation'] == pytest.approx(0.408, abs=1e-3)
 
 
+def test_more_errors_outside_of_their_intervals_than_by_chance_are_noted():
+    interval, out, unknown = np.array([[-1.0, 1.0]] * 3), np.array([2.0, 0.0, 2.0]), np.array([2.0, 0.0, np.nan])
+    drives = [Prediction('a', 1.0, 1.0, error, interval[:, 1], interval, None) for error in (out, unknown, out * 0.1)]
+    assert prediction_note(drives) == ''  # 3 of 8: probability 0.04
+    assert 'count on the observed errors' in prediction_note([*drives, drives[0]])  # 5 of 11: 0.003
+    assert prediction_note([drives[0]._replace(error=out + 2.0)]) == prediction_note([]) == ''  # a single drive
+
+
 def test_ends_of_squares_correct_the_robot(tmp_path, capsys):
     (tmp_path / 'ends.csv').write_text('cw,-0.269,-0.305\nccw,0.034,-0.033\n')
     robot, out = robot_file(tmp_path / 'nominal.yaml'), tmp_path / 'r.yaml'
-    arguments = [
-        '--umbmark',
-        '--ends',
-        str(tmp_path / 'ends.csv'),
-        '--robot',
-        robot,
-        '--json',
-        str(tmp_path / 'r.json'),
-    ]
-    calibrate.main([*arguments, '--out', str(out)])
+    written = f'--json {tmp_path / "r.json"} --out {out}'
+    calibrate.main(f'--umbmark --ends {tmp_path / "ends.csv"} --robot {robot} {written}'.split())
     assert 'E_d' in capsys.readouterr().out
-    content, settings = (
-        json.loads((tmp_path / 'r.json').read_text()),
-        load_numbers(str(out), tmp_path, ROOT, {}).settings,
-    )
+    content = json.loads((tmp_path / 'r.json').read_text())
+    settings = load_numbers(str(out), tmp_path, ROOT, {}).settings
     assert content['e_max_syst_after_m'] < 0.1 * content['e_max_syst_before_m']
     assert settings['config.wheel_separation'] == pytest.approx(content['wheel_separation_m'])
     assert settings['config.wheel_diameter']['left'] == pytest.approx(content['left_wheel_diameter_m'])
@@ -232,11 +209,10 @@ def test_ends_of_squares_correct_the_robot(tmp_path, capsys):
 @pytest.mark.skipif(not REAL_DRIVES.exists(), reason='the drives of others are not part of the project')
 def test_the_wheelchair_is_as_an_independent_fit_found_it():
     paths = [REAL_DRIVES / f'wheelchair_{number}.txt' for number in (1, 2)]
-    columns = {
-        'columns': ('n_time', 'tick_L', 'tick_R'),
-        'reference_columns': ('n_time', 'pose_x', 'pose_y', 'pose_theta'),
-    }
-    found = api.calibrate(csv=paths, time_unit='ms', length_unit='cm', ticks_per_revolution=409600, **columns)
+    options = {'csv': paths, 'time_unit': 'ms', 'length_unit': 'cm', 'ticks_per_revolution': 409600}
+    options['columns'] = ('n_time', 'tick_L', 'tick_R')
+    options['reference_columns'] = ('n_time', 'pose_x', 'pose_y', 'pose_theta')
+    found = api.calibrate(**options)
     values = {name: each.value for name, each in found.values.items()}
     assert 1.0042 < values['radius_ratio'] < 1.0062 and 0.2807 < values['radius_per_separation'] < 0.2825
     assert -0.222 < values['reference_x_m'] < -0.207 and 0.09 < values['reference_delay_s'] < 0.13

@@ -58,10 +58,6 @@ def test_a_bad_calibration_is_named(changes, error):
     assert str(refused.value).startswith(error)
 
 
-def test_a_reference_may_have_no_yaw():
-    assert calibration(reference_yaw_rad=None).reference_yaw_rad is None
-
-
 def test_the_spread_of_the_geometry_is_that_of_distances_turns_and_the_difference():
     settings = calibration().settings()
     expected = math.hypot(3e-3, 1e-4 / math.sqrt(2)), math.hypot(1e-3, 1e-4 / math.sqrt(2)), 1e-4 * math.sqrt(2)
