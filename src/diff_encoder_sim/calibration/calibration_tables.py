@@ -117,7 +117,7 @@ def pasted(controller: Mapping[str, Any], amcl: Mapping[str, Any]) -> str:
         '# robot_localization: only velocities, as the error of the pose grows with the distance',
         f'odom0_config: [{velocities}]',
         '# AMCL',
-        *(f'{key}: {value}' for key, value in amcl.items()),
+        *(f'{key}: {value:.4g}' if isinstance(value, float) else f'{key}: {value}' for key, value in amcl.items()),
     ]
     return '\n'.join(lines)
 
