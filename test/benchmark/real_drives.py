@@ -17,21 +17,20 @@ import shlex
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any, Dict, List, Sequence
+from typing import Any, Dict, Sequence
 
 import numpy as np
-from bench import ROOT, in_processes, minus, package_environment, parser, print_header, print_table
+from bench import ROOT, in_processes, package_environment, parser, print_header, print_table
 
 from diff_encoder_sim.api.options import CalibrateOptions
 from diff_encoder_sim.api.recorded_sources import read_recorded
 from diff_encoder_sim.api.wheel_options import parameters_with
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.per_wheel import PerWheel
-from diff_encoder_sim.base.se2 import poses_of_wheels
 from diff_encoder_sim.cli import calibrate
 from diff_encoder_sim.wheels.catalogue import ChosenEncoder
-from diff_encoder_sim.wheels.chain import Chain
 from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS
+from phase_drives import nees_of_phases
 
 WHEELS = '--columns n_time tick_L tick_R --time-unit ms --ticks-per-revolution 409600'
 REFERENCE = (
@@ -60,8 +59,8 @@ VALUES = {  # of a calibration: text, unit (of a standard deviation if it is a v
     'slip_rad2_per_rad': ('slip of turns [deg after 1 rad]', DEG, 2),
 }
 ERRORS = {'ate_m': (1e3, 0), 'end_position_m': (1e3, 0), 'end_yaw_rad': (DEG, 2)}  # of reencode: unit and digits
-EXACT = dict.fromkeys(UNCERTAINTY_KEYS, 0.0)
-ENDS = 20  # of a drive, over its second half
+EXACT = {'axle_x': 0.0, **dict.fromkeys(UNCERTAINTY_KEYS, 0.0)}
+ENDS = 20  # of a drive
 
 
 class Folder:
@@ -219,19 +218,12 @@ def _nees(job: Any) -> float:
     recorded = read_recorded(options, path, is_table=True)
     drive: Drive = max((drive for drive, _ in recorded.parts), key=len)
     chosen = ChosenEncoder(PerWheel(left=float(count), right=float(count)))
-    encoder, odometry = parameters_with(chosen, recorded.robot.encoder, recorded.robot.odometry)
+    _, odometry = parameters_with(chosen, recorded.robot.encoder, recorded.robot.odometry)
+    odometry = odometry.model_copy(update=EXACT)
+    ends = np.linspace(0, len(drive) - 1, ENDS + 1).astype(int)[1:]
     phases_rad = np.random.default_rng(1).uniform(0.0, 2.0 * math.pi, (draws, 2))
-    run = Chain(encoder, odometry.model_copy(update=EXACT), draws).run(drive, phases_rad)
-    geometry = *odometry.wheel_diameter.radii_m, odometry.wheel_separation, odometry.axle_x
-    truth = poses_of_wheels(drive.wheel_angles_rad[np.newaxis, run.rows[0]], *geometry, False)[0]
-    ends = np.linspace(len(truth) // 2, len(truth) - 1, ENDS).astype(int).tolist()
-    values: List[float] = []
-    for draw in range(draws):
-        estimates = run.estimates(draw)
-        for end in ends:
-            error = minus(np.array(estimates[end].base_pose_in_odom), truth[end])
-            values.append(error @ np.linalg.solve(estimates[end].of_pose.matrix(), error) / 3.0)
-    return float(np.mean(values))
+    wheels = drive.stamps_ns, drive.wheel_angles_rad, odometry
+    return float(np.mean([nees_of_phases(*wheels, phase_rad, ends) for phase_rad in phases_rad]))
 
 
 def print_advice(folder: Folder, tolerances: Sequence[float]) -> None:
