@@ -234,7 +234,8 @@ def wheel_numbers(
     if unit == TICKS:
         left, right = ((2**width if width else 0) if given_modulus is None else given_modulus for width in bits)
         moduli = left, right
-    return WheelNumbers(unit, robot.odometry.wheel_diameter.radii_m, ppr, moduli, options.reversed)
+    may_wrap = unit == TICKS and given_modulus is None
+    return WheelNumbers(unit, robot.odometry.wheel_diameter.radii_m, ppr, moduli, options.reversed, may_wrap)
 
 
 def drive_wheels(

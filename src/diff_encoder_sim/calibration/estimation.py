@@ -177,9 +177,10 @@ def guess_of(name: str, track: Track, nominal: Optional[WheelGeometry]) -> First
         ratio = 0.25 * (nominal.left_diameter_m + nominal.right_diameter_m) / nominal.separation_m
     guess = first_guess(name, track.times_s, track.angles_rad, track.pose_times_s, track.poses, ratio)
     if not guess.radius_m * turned_rad.max() > LEAST_PATH_M:
+        size_m = float(np.ptp(track.poses[:, :2], axis=0).max())
         raise ConfigError(
-            f'{name}: given a drive in which a wheel turns by {turned_rad.max():.2f} rad; '
-            f'allowed: one with a path of at least {LEAST_PATH_M:g} m'
+            f'{name}: given a drive in which a wheel turns by {turned_rad.max():.2f} rad and the reference moves by '
+            f'{size_m:.2f} m; allowed: one with a path of at least {LEAST_PATH_M:g} m'
         )
     if guess.unrelated > UNRELATED:
         raise ConfigError(

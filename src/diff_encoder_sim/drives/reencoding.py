@@ -13,7 +13,7 @@ from typing import Any, DefaultDict, Dict, List, NamedTuple, Optional, Sequence,
 import numpy as np
 from tabulate import tabulate
 
-from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.se2 import Pose2D, PoseSeries
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives import message_encoders as encoders
@@ -66,7 +66,11 @@ class ReadDrive(NamedTuple):
 def read_drive(
     source: DriveStream, wheels: WheelSource, reference: Optional[RecordedPoses], copied: Sequence[str] = ()
 ) -> ReadDrive:
-    """Read the wheels, the poses to compare with, and the messages of copied topics, which are of ROS's own types."""
+    """Read the wheels, the poses to compare with, and the messages of copied topics, which are of ROS's own types.
+
+    Raises:
+        ConfigError: counts wrap at an unknown number.
+    """
     reference_topics = reference.topics if reference else ()
     commanded = (topics.CMD_VEL,) if has_commands(source) else ()
     commands: List[Tuple[int, float, float]] = []
@@ -89,6 +93,8 @@ def read_drive(
         except InputFault as fault:
             faults[topic].append(str(fault))
     drives = wheels.drives()
+    if wheels.wrap_fault:
+        raise ConfigError(f'{source.path}: {wheels.wrap_fault}')
     references, notes = read_reference(reference) if reference else ([], [])
     notes = [*notes, *wheels.notes()]
     notes += [f'{topic}: {len(lost)} messages dropped; the first: {lost[0]}' for topic, lost in faults.items()]

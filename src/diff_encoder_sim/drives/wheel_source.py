@@ -19,6 +19,7 @@ from diff_encoder_sim.wheels.report_link import LATE_REPORT_TOLERANCE_NS
 SIDES = ('left', 'right')
 
 LONGEST_GAP_NS = NANOSECONDS_PER_SECOND  # across a longer one, the rotation of a wheel is unknown
+FEWEST_COUNTS, FEWEST_ROWS = 100, 20  # in which a wrap is told from a short drive
 
 
 class TimedDrive(NamedTuple):
@@ -48,6 +49,7 @@ class WheelNumbers(NamedTuple):
     ppr: Optional[PerWheel] = None  # of counts
     moduli: Tuple[int, int] = (0, 0)  # of the left and the right counter; 0 if it does not wrap
     reversed_sides: Sequence[str] = ()  # whose numbers fall when the robot drives forward
+    may_wrap: bool = False  # where is unknown
 
     @property
     def text(self) -> str:
@@ -60,6 +62,21 @@ class WheelNumbers(NamedTuple):
         """List limits of the angles, one line each."""
         if self.unit in SPEEDS:
             yield 'the wheel angles are integrated speeds: errors of the speeds add up; each PPR adds its own rounding'
+
+    def wrap_fault(self, side: int, angles: WheelSeries) -> str:
+        """Return the wrap of a counter of unknown width: a step over half of all its counts; empty if it has none."""
+        if not self.may_wrap or len(angles.values) < FEWEST_ROWS:
+            return ''
+        counts = angles.values * (getattr(self.ppr, SIDES[side]) / (2.0 * math.pi))
+        steps, intervals_ns = np.diff(counts), np.diff(angles.stamps_ns)
+        wraps = np.flatnonzero((abs(steps) > 0.5 * np.ptp(counts)) & (intervals_ns <= LONGEST_GAP_NS))
+        if np.ptp(counts) < FEWEST_COUNTS or not len(wraps):
+            return ''
+        seconds = (angles.stamps_ns[wraps[0]] - angles.stamps_ns[0]) / NANOSECONDS_PER_SECOND
+        return (
+            f'given a {SIDES[side]} wheel whose counts step by {steps[wraps[0]]:.0f} at {seconds:.2f} s; '
+            'allowed: --ticks-modulus, if its counter wraps, 0 if it does not'
+        )
 
     def angles(self, side: int, numbers: WheelSeries) -> WheelSeries:
         """Convert the numbers of the left (0) or right (1) wheel to its angles [rad].
@@ -97,6 +114,7 @@ class WheelSource:
         self.topics, self.joints, self.text = tuple(dict.fromkeys(topics)), joints, text
         self.ppr = numbers.ppr if numbers else None  # of the encoder that counted; None if unknown
         self._numbers, self._left_out = numbers, 0
+        self.wrap_fault = ''  # of a counter of unknown width
         self.repeated = 0  # rows that repeat a stamp, of which the first is used
         self._columns = [(array('q'), array('q'), array('d')) for _ in joints]
 
@@ -123,6 +141,8 @@ class WheelSource:
         series = self._series()
         if self._numbers:
             series = [self._numbers.angles(side, of_side) for side, of_side in enumerate(series)]
+            faults = [self._numbers.wrap_fault(side, of_side) for side, of_side in enumerate(series)]
+            self.wrap_fault = next(filter(None, faults), '')
         drives, self._left_out = paired_drives(*series)
         self.repeated = max(repeated_stamps(of_side.stamps_ns) for of_side in series)
         return drives

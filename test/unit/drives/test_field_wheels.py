@@ -77,6 +77,15 @@ def test_a_given_modulus_overrides_the_width_of_the_field(tmp_path):
     assert reencoded(tmp_path, bag, sides) == expected_counts()
 
 
+@pytest.mark.parametrize('modulus', [256, 1000, 65536])
+def test_a_counter_that_wraps_at_an_unknown_number_is_an_error(tmp_path, modulus):
+    ppr = modulus // 4
+    arguments = ['--ticks', 'lwheel.data', 'rwheel', TICKS, ppr]
+    says = r'a: given a (left|right) wheel whose counts step by -\d+ at .*allowed: --ticks-modulus'
+    with pytest.raises(SystemExit, match=says):
+        reencoded(tmp_path, two_topics(ppr, 'std_msgs/msg/Int32', modulus), arguments)
+
+
 @pytest.mark.parametrize('is_unset', [False, True])
 def test_stamps_are_those_of_the_headers_or_of_receipt(tmp_path, capsys, is_unset):
     """A topic whose header is never set is stamped by the recorder, with one note."""
