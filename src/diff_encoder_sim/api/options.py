@@ -130,12 +130,8 @@ class CampaignOptions(RunOptions):
 class WheelOptions(RobotOptions):
     """Options of commands that read recorded drives: robot and wheels."""
 
-    config: Optional[Path] = option(
-        None, "the robot's wheels, joints and counter, in place of config/config.yaml", 'FILE'
-    )
-    robot: Optional[str] = option(
-        None, f"{ROBOT} (default: the wheels of the bag's trial, else those of config/config.yaml)", 'NAME|FILE'
-    )
+    config: Optional[Path] = option(None, 'wheels, joints and counter (default: config/config.yaml)', 'FILE')
+    robot: Optional[str] = option(None, f"{ROBOT} (default: the bag's trial, else config/config.yaml)", 'NAME|FILE')
     joint_states: str = option('', "topic of wheel angles (default: the bag's only one)", 'TOPIC', group=WHEELS)
     left: str = option('', "left joint (default: the robot's, or the bag's only left wheel)", 'JOINT', group=WHEELS)
     right: str = option('', "right joint (default: the robot's, or the bag's only right wheel)", 'JOINT', group=WHEELS)
@@ -150,11 +146,7 @@ class WheelOptions(RobotOptions):
         nargs=2,
     )
     columns: Sequence[str] = option(
-        (),
-        'columns of the table: names in its header, or numbers from 1',
-        ('TIME', 'LEFT', 'RIGHT'),
-        group=NO_ANGLES,
-        nargs=3,
+        (), 'columns of the table: names or numbers from 1', ('TIME', 'LEFT', 'RIGHT'), group=NO_ANGLES, nargs=3
     )
     time_unit: str = option('', 'unit of the time columns (default: s)', group=NO_ANGLES, choices=TIME_UNITS)
     unit: str = option(
@@ -168,21 +160,13 @@ class WheelOptions(RobotOptions):
         '', 'ticks per wheel revolution, or "{left: N, right: N}" (default: the --robot\'s ppr)', 'N', group=NO_ANGLES
     )
     ticks_modulus: Optional[int] = option(
-        None,
-        'counts before the recorded counter wraps, 0 for never (default: by the type of the field, 65536 for 16 '
-        'bits; of a table: 0)',
-        'N',
-        COUNTER_STATES,
-        NO_ANGLES,
+        None, 'where the counter wraps, 0: never (default: by the type of its field)', 'N', COUNTER_STATES, NO_ANGLES
     )
     reversed: Sequence[str] = option(
         (), 'wheels whose numbers fall when the robot drives forward', group=NO_ANGLES, choices=('left', 'right')
     )
     odom: str = option(
-        '',
-        'last resort: compute wheel angles from poses: a topic of odometry, or two frames of /tf as "odom->base_link"',
-        'TOPIC|FRAMES',
-        group=NO_ANGLES,
+        '', 'last resort: wheel angles from poses: a topic, or "odom->base_link"', 'TOPIC|FRAMES', group=NO_ANGLES
     )
 
 
@@ -198,10 +182,7 @@ class SourceOptions(WheelOptions):
         group=REFERENCE,
     )
     reference_columns: Sequence[str] = option(
-        (),
-        'TIME X Y [YAW]: columns of the table, or of that of --reference-csv; the time is in --time-unit',
-        'COLUMN',
-        group=REFERENCE,
+        (), 'TIME X Y [YAW] in the table or in --reference-csv; in --time-unit', 'COLUMN', group=REFERENCE
     )
     reference_csv: Sequence[Path] = option((), 'tables of poses, one for each drive', 'FILE', group=REFERENCE)
     reference_covariance: Sequence[str] = option(
@@ -216,41 +197,23 @@ class AdviceOptions(WheelOptions, RunOptions):
     """Options of the command advise."""
 
     robot: Optional[str] = option(None, f"{ROBOT} (default: alto; with --drive, that of the bag's trial)", 'NAME|FILE')
-    drive: Optional[Path] = option(
-        None, 'recorded drive in place of the tests, without trials: a bag, or a table with --columns', 'BAG|TABLE'
-    )
-    tolerance: float = option(
-        X.tolerance, 'allowed error in x and in y at the goal, in metres', 'M', Between(1e-6, 1000.0, 'm')
-    )
+    drive: Optional[Path] = option(None, 'recorded drive in place of the tests, without trials', 'BAG|TABLE')
+    tolerance: float = option(X.tolerance, 'allowed in x and y at the goal, in metres', 'M', Between(1e-6, 1000.0, 'm'))
     yaw_tolerance: float = option(
-        YAW.tolerance, 'allowed error of the heading at the goal, in degrees', 'DEG', Between(1e-6, 360.0, 'degrees')
+        YAW.tolerance, 'allowed heading error, in degrees', 'DEG', Between(1e-6, 360.0, 'degrees')
     )
-    share: float = option(
-        REQUIRED_FRACTION, 'minimum fraction of trials within tolerance', 'FRACTION', Between(0.01, 0.999)
-    )
+    share: float = option(REQUIRED_FRACTION, 'of trials within tolerance, at least', 'FRACTION', Between(0.01, 0.999))
     confidence: float = option(LEVEL, 'of the answers', 'FRACTION', Between(0.5, 0.9999))
-    distance: Optional[float] = option(
-        None, 'evaluate odometry over this straight distance, in place of the tests', 'M', Between(0.1, 1000.0, 'm')
-    )
+    distance: Optional[float] = option(None, 'straight drive in place of the tests', 'M', Between(0.1, 1000.0, 'm'))
     tests: Optional[Sequence[str]] = option(None, TESTS, 'TEST')
-    ppr: Optional[Sequence[float]] = option(
-        None, 'candidates, ideal encoders in pulses per wheel revolution', 'N', PULSES_PER_TURN
-    )
+    ppr: Optional[Sequence[float]] = option(None, 'ideal encoders, in pulses per revolution', 'N', PULSES_PER_TURN)
     encoders: Optional[Sequence[str]] = option(None, ENCODERS, 'NAME|FILE')
     candidates: str = option('sweep', 'campaign file with the default tests and candidates', 'NAME|FILE')
     trials: Optional[int] = option(
-        None,
-        'closed-loop trials per test and tested candidate (default: the number that shows the fraction even if '
-        'two fail, 39 for 80 %%)',
-        'N',
-        TRIALS,
+        None, 'per test and tested candidate (default: as many as allow two failures, 39 for 80 %%)', 'N', TRIALS
     )
-    has_trials: bool = option(
-        True, 'answer only for odometry, without closed-loop trials', flag='--no-trials', action='store_false'
-    )
-    out: Path = option(
-        Path('results/advice'), 'results folder: new, or with results of the same robot, tests and candidates', 'DIR'
-    )
+    has_trials: bool = option(True, 'answer only for odometry', flag='--no-trials', action='store_false')
+    out: Path = option(Path('results/advice'), 'results folder: new, or with results of the same advice', 'DIR')
     json: Optional[Path] = option(None, 'write all results as JSON (docs/file_formats.md)', 'FILE')
 
 
@@ -266,36 +229,18 @@ class DriveOptions(SourceOptions):
         'PPR',
     )
     encoder: Sequence[str] = option((), ENCODERS, 'NAME|FILE')
-    out: Optional[Path] = option(
-        None, 'write a bag for each encoder, and reencode.csv, into DIR (default: only print the table)', 'DIR'
-    )
+    out: Optional[Path] = option(None, 'write a bag for each encoder, and reencode.csv, into DIR', 'DIR')
     csv: Optional[Path] = option(None, 'table in place of a bag; its delimiter is detected', 'FILE', group=NO_ANGLES)
     draws: Optional[int] = option(
-        None,
-        'sampled angles of the wheels at the start, which decide where the edges of an encoder are; 0: as recorded. '
-        'Default: 200; for wheel angles and for counts of a trial of this package, whose start is recorded, 0',
-        'N',
-        DRAWS,
+        None, 'sampled start angles of the wheels; 0: as recorded (default: 200, or 0 if they are recorded)', 'N', DRAWS
     )
-    seed: Optional[int] = option(
-        None, "seed of the draws and of encoder errors (default: the number of the bag's trial, else 0)", 'N', SEEDS
-    )
+    seed: Optional[int] = option(None, "for draws and encoder errors (default: the trial's number, else 0)", 'N', SEEDS)
     json: Optional[Path] = option(None, 'write median and 5 to 95 %% as JSON (docs/file_formats.md)', 'FILE')
     reference_pose: Sequence[float] = option(
-        (),
-        "pose of the reference's sensor on the robot, in m and rad (default: that of the robot file, else 0 0 0)",
-        ('X', 'Y', 'YAW'),
-        PLACES,
-        REFERENCE,
-        nargs=3,
+        (), 'of its sensor on the robot, in m, rad (default: --robot)', ('X', 'Y', 'YAW'), PLACES, REFERENCE, nargs=3
     )
     reference_delay: Optional[float] = option(
-        None,
-        'age of the poses of the reference at their stamps, in s: positive if they show the robot at an earlier time '
-        '(default: that of the robot file, else 0)',
-        'S',
-        DELAYS,
-        REFERENCE,
+        None, 'age of its poses at their stamps, in s (default: that of the robot file, else 0)', 'S', DELAYS, REFERENCE
     )
 
 
@@ -303,18 +248,12 @@ class DriveOptions(SourceOptions):
 class CalibrateOptions(SourceOptions):
     """Options of the command calibrate; drives or, with `--umbmark`, `--ends` are required."""
 
-    drives: Sequence[Path] = option(
-        (), 'bags of ROS 1 (complete or truncated) or ROS 2', 'DRIVE', flag='drives', nargs='*'
-    )
-    out: Optional[Path] = option(
-        None, 'write the calibrated robot file, and next to it calibration.html (default: only print)', 'FILE'
-    )
+    drives: Sequence[Path] = option((), 'bags of ROS 1 or ROS 2', 'DRIVE', flag='drives', nargs='*')
+    out: Optional[Path] = option(None, 'write the calibrated robot file, and calibration.html next to it', 'FILE')
     json: Optional[Path] = option(None, 'write all results as JSON (docs/file_formats.md)', 'FILE')
     csv: Sequence[Path] = option((), 'tables in place of bags; their delimiter is detected', 'FILE', group=NO_ANGLES)
     umbmark: bool = option(False, 'report E_b, E_d and E_max,syst of squares in both directions', group=SQUARES)
-    ends: Optional[Path] = option(
-        None, 'table of end positions in place of drives: cw or ccw, x, y [m] from the start', 'FILE', group=SQUARES
-    )
+    ends: Optional[Path] = option(None, 'table in place of drives: cw or ccw, x, y [m]', 'FILE', group=SQUARES)
     side: float = option(4.0, 'side of the squares of --ends, in metres', 'M', LENGTH, SQUARES)
 
 
