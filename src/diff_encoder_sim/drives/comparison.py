@@ -3,24 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence
+from typing import Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.kernels import compiled
-from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, PoseSeries
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, PoseSeries, wrap_angle
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.reference import Reference
-from diff_encoder_sim.drives.trajectory_error import (
-    Alignment,
-    Pairing,
-    PathError,
-    common_stamps,
-    pairs_error,
-    reference_stamps,
-)
-from diff_encoder_sim.drives.wheel_source import LONGEST_GAP_NS
+from diff_encoder_sim.drives.trajectory_error import Alignment, PathError, common_stamps, pairs_error, reference_stamps
 from diff_encoder_sim.wheels.chain import Chain
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.report_link import PROMPT
@@ -84,9 +76,7 @@ class Comparison(NamedTuple):
         self, paths: Sequence[PoseSeries], draws: int = 1, drawn: Sequence[Iterable[DrawnPaths]] = ()
     ) -> Optional[Errors]:
         """Compare the first draw's path in each part, and all draws if there are several; None without common poses."""
-        pairs = [self._pairing(path.stamps_ns, part).pairs(path.x_y_yaw) for path, part in zip(paths, self.paths)]
-        for each in pairs:
-            each[:, :3] = _sensor_poses(each[:, :3], self.place.pose)
+        pairs = [np.hstack(self._pairs(*path, part)) for path, part in zip(paths, self.paths)]
         first = pairs_error(pairs, self.alignment)
         if first is None:
             return None
@@ -96,68 +86,48 @@ class Comparison(NamedTuple):
         found = np.percentile(values, [50.0, 5.0, 95.0], axis=0).T.tolist()
         return Errors(first, {name: Spread(*each) for name, each in zip(ERROR_NAMES, found)})
 
-    def _pairing(self, odometry_ns: np.ndarray, reference: PoseSeries) -> Pairing:
-        if self.is_own_clock:
-            return reference_stamps(odometry_ns, reference, LONGEST_GAP_NS)
-        return common_stamps(odometry_ns, reference)
+    def _pairs(
+        self, stamps_ns: np.ndarray, x_y_yaw: np.ndarray, reference: PoseSeries
+    ) -> Tuple[np.ndarray, np.ndarray]:
+        """Return the poses (..., n, 3) of the sensor by those of the base (..., m, 3), and of the reference (n, 3)."""
+        pairing = (reference_stamps if self.is_own_clock else common_stamps)(stamps_ns, reference)
+        poses, sensor = pairing.estimates(x_y_yaw), self.place.pose
+        if sensor != IDENTITY:
+            arms = complex(sensor.x_m, sensor.y_m) * np.exp(1j * poses[..., 2])
+            poses += np.stack((arms.real, arms.imag, np.full(arms.shape, sensor.yaw_rad)), axis=-1)
+        return poses, pairing.references
 
     def _draw_errors(self, draws: int, drawn: Sequence[Iterable[DrawnPaths]]) -> np.ndarray:
         """Return (draws, 3) ATE [m], distance [m] and heading error [rad] at the end, of each draw."""
         squares_m2, counts, ends = np.zeros(draws), np.zeros(draws), np.zeros((draws, 3))
         for parts, reference in zip(drawn, self.paths):
             for first, stamps_ns, poses in parts:
-                pairing, some = self._pairing(stamps_ns, reference), slice(first, first + len(poses))
-                if len(pairing.before):
-                    found = _run_errors(poses, pairing, self.place.pose, self.alignment is Alignment.FIT)
+                pairs, some = self._pairs(stamps_ns, poses, reference), slice(first, first + len(poses))
+                if len(pairs[1]):
+                    found = _run_errors(*pairs, self.alignment is Alignment.FIT)
                     squares_m2[some] += found[:, 0]
-                    counts[some] += len(pairing.before)
+                    counts[some] += len(pairs[1])
                     ends[some] = found[:, 1:]
         return np.column_stack((np.sqrt(squares_m2 / counts), np.hypot(ends[:, 0], ends[:, 1]), np.abs(ends[:, 2])))
 
 
-def _sensor_poses(x_y_yaw: np.ndarray, sensor: Pose2D) -> np.ndarray:
-    """Return the poses (n, 3) of a sensor on the robot for poses of its base."""
-    cos_yaw, sin_yaw = np.cos(x_y_yaw[:, 2]), np.sin(x_y_yaw[:, 2])
-    moved = cos_yaw * sensor.x_m - sin_yaw * sensor.y_m, sin_yaw * sensor.x_m + cos_yaw * sensor.y_m
-    return np.asarray(x_y_yaw + np.column_stack((*moved, np.full(len(x_y_yaw), sensor.yaw_rad))))
-
-
 @compiled(nogil=True)
-def _run_errors(poses: np.ndarray, pairing: Pairing, sensor: Pose2D, is_fit: bool) -> np.ndarray:
+def _run_errors(poses: np.ndarray, references: np.ndarray, is_fit: bool) -> np.ndarray:
     """Return (draws, 4) the sum of squared distances [m^2], and the last x [m], y [m] and yaw [rad], of each draw.
 
-    They are those of `pairs_error` for one run of poses (draws, m, 3) of the base.
+    They are those of `pairs_error` for one run of poses (draws, n, 3).
     """
-    draws, n, errors = len(poses), len(pairing.before), np.zeros((len(poses), 4))
-    true, places = pairing.references[:, 0] + 1j * pairing.references[:, 1], np.zeros(n, np.complex128)
-    true_yaws_rad = pairing.references[:, 2]
-    true = true - true.mean() if is_fit else (true - true[0]) * np.exp(-1j * true_yaws_rad[0])
-    arm, first_yaw_rad, yaw_rad = complex(sensor.x_m, sensor.y_m), 0.0, 0.0
-    for draw in range(draws):
-        path = poses[draw]
-        for row in range(n):
-            before, after, fraction = pairing.before[row], pairing.after[row], pairing.fractions[row]
-            place, yaw_rad = complex(path[before, 0], path[before, 1]), path[before, 2]
-            if fraction > 0.0:
-                place += fraction * (complex(path[after, 0], path[after, 1]) - place)
-                turn_rad = path[after, 2] - yaw_rad
-                yaw_rad += fraction * (turn_rad - 2.0 * math.pi * round(turn_rad / (2.0 * math.pi)))
-            places[row] = place + arm * complex(math.cos(yaw_rad), math.sin(yaw_rad)) if arm != 0.0 else place
-            if row == 0:
-                first_yaw_rad = yaw_rad
-        if is_fit:
-            origin = places.mean()
-            turned = (np.conj(places - origin) * true).sum()
-            rotation = turned / max(abs(turned), 1e-300)
-        else:
-            origin, rotation = places[0], np.exp(-1j * (first_yaw_rad + sensor.yaw_rad))
-        error = 0.0j
-        for row in range(n):
-            error = (places[row] - origin) * rotation - true[row]
-            errors[draw, 0] += error.real**2 + error.imag**2
-        off_rad = (yaw_rad - first_yaw_rad) - (true_yaws_rad[n - 1] - true_yaws_rad[0])
-        errors[draw, 1], errors[draw, 2] = error.real, error.imag
-        errors[draw, 3] = off_rad - 2.0 * math.pi * np.round(off_rad / (2.0 * math.pi))
+    errors, yaws_rad = np.zeros((len(poses), 4)), references[:, 2]
+    true = references[:, 0] + 1j * references[:, 1]
+    true = true - true.mean() if is_fit else (true - true[0]) * np.exp(-1j * yaws_rad[0])
+    for draw in range(len(poses)):
+        places, yaw_rad = poses[draw, :, 0] + 1j * poses[draw, :, 1], poses[draw, :, 2]
+        places -= places.mean() if is_fit else places[0]
+        rotation = np.exp(1j * (np.angle((np.conj(places) * true).sum()) if is_fit else -yaw_rad[0]))
+        off = places * rotation - true
+        errors[draw, 0] = (off.real**2 + off.imag**2).sum()
+        errors[draw, 1], errors[draw, 2] = off[-1].real, off[-1].imag
+        errors[draw, 3] = wrap_angle((yaw_rad[-1] - yaw_rad[0]) - (yaws_rad[-1] - yaws_rad[0]))
     return errors
 
 
@@ -178,9 +148,7 @@ def drawn_paths(
 ) -> Iterator[DrawnPaths]:
     """Yield the odometry of all draws (draws, 2), some with common stamps at a time; `rows` are those of reports."""
     is_prompt = encoder.is_ideal and encoder.report == PROMPT
-    at_once = (
-        max(_AT_ONCE // max(len(rows), 1), 1) if is_prompt else len(phases_rad)
-    )  # errors are by number of the draw
+    at_once = max(_AT_ONCE // max(len(rows), 1), 1) if is_prompt else len(phases_rad)  # errors are by number
     for first in range(0, len(phases_rad), at_once):
         some = phases_rad[first : first + at_once]
         run = Chain(encoder, odometry, len(some)).run(drive, some, commands, rows if is_prompt else None)

@@ -13,6 +13,7 @@ from typing import Dict, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from diff_encoder_sim.base.se2 import Pose2D, PoseSeries, steps_m, wrap_angles
+from diff_encoder_sim.drives.wheel_source import LONGEST_GAP_NS
 
 # Poses come at 10 to 20 Hz. Across a longer gap, at 0.45 m/s and 1 rad/s, a chord is 2 mm and more off the path.
 LARGEST_GAP_NS = 200_000_000
@@ -73,6 +74,12 @@ def path_error(estimate: PoseSeries, reference: PoseSeries, alignment: Alignment
     return pairs_error([common_poses(estimate.by_time(), reference.by_time())], alignment)
 
 
+def common_poses(estimate: PoseSeries, reference: PoseSeries) -> np.ndarray:
+    """Return pairs (n, 6) at `common_stamps`; the stamps ascend."""
+    pairing = common_stamps(estimate.stamps_ns, reference)
+    return np.hstack((pairing.estimates(estimate.x_y_yaw), pairing.references))
+
+
 def pairs_error(runs: Sequence[np.ndarray], alignment: Alignment) -> Optional[PathError]:
     """Compute the errors of pairs (n, 6) by time, in several runs if time was set back; None without a pair.
 
@@ -95,14 +102,6 @@ def pairs_error(runs: Sequence[np.ndarray], alignment: Alignment) -> Optional[Pa
     )
 
 
-def common_poses(estimate: PoseSeries, reference: PoseSeries) -> np.ndarray:
-    """Return pairs (n, 6) at the stamps of the sparser of two paths, or the estimate's; the stamps ascend.
-
-    Between two stamps of the other path, poses are interpolated, unless these are more than LARGEST_GAP_NS apart.
-    """
-    return common_stamps(estimate.stamps_ns, reference).pairs(estimate.x_y_yaw)
-
-
 class Pairing(NamedTuple):
     """How an estimate is interpolated for its pairs with a reference: any estimate with these stamps."""
 
@@ -111,13 +110,16 @@ class Pairing(NamedTuple):
     fractions: np.ndarray  # of the step between them
     references: np.ndarray  # (n, 3)
 
-    def pairs(self, x_y_yaw: np.ndarray) -> np.ndarray:
-        """Return pairs (n, 6) for poses of the estimate."""
-        return np.hstack((_between(x_y_yaw, *self[:3]), self.references))
+    def estimates(self, x_y_yaw: np.ndarray) -> np.ndarray:
+        """Return (..., n, 3) for poses (..., m, 3) of the estimate."""
+        return _between(x_y_yaw, *self[:3])
 
 
 def common_stamps(estimate_ns: np.ndarray, reference: PoseSeries) -> Pairing:
-    """Return the pairing of `common_poses` for any estimate with these stamps (m,)."""
+    """Return the pairing at the stamps of the sparser of two paths, or the estimate's.
+
+    Between two stamps of the other path, poses are interpolated, unless these are more than LARGEST_GAP_NS apart.
+    """
     if not (len(estimate_ns) and len(reference.stamps_ns)):
         none = np.zeros(0, np.int64)
         return Pairing(none, none, np.zeros(0), np.empty((0, 3)))
@@ -132,11 +134,11 @@ def common_stamps(estimate_ns: np.ndarray, reference: PoseSeries) -> Pairing:
     return Pairing(*(np.concatenate(each)[order] for each in zip(of_own, of_others)))
 
 
-def reference_stamps(estimate_ns: np.ndarray, reference: PoseSeries, largest_gap_ns: int) -> Pairing:
-    """Return the pairing at all stamps of the reference between two of the estimate, at most this far apart."""
+def reference_stamps(estimate_ns: np.ndarray, reference: PoseSeries) -> Pairing:
+    """Return the pairing at the stamps of the reference between two of the estimate, LONGEST_GAP_NS apart at most."""
     if not len(estimate_ns):
         return common_stamps(estimate_ns, reference)
-    place, gaps_ns, _ = _place(reference.stamps_ns, estimate_ns, largest_gap_ns)
+    place, gaps_ns, _ = _place(reference.stamps_ns, estimate_ns, LONGEST_GAP_NS)
     rows = gaps_ns < _UNKNOWN_NS
     before, after, fractions = (each[rows] for each in place)
     return Pairing(before, after, fractions, reference.x_y_yaw[rows])
@@ -166,10 +168,13 @@ def _place(
 
 
 def _between(x_y_yaw: np.ndarray, before: np.ndarray, after: np.ndarray, fractions: np.ndarray) -> np.ndarray:
-    """Interpolate poses, yaw by the shorter turn: (n, 3)."""
-    turns = x_y_yaw[after] - x_y_yaw[before]
-    turns[:, 2] = wrap_angles(turns[:, 2])
-    return np.asarray(x_y_yaw[before] + fractions[:, np.newaxis] * turns)
+    """Interpolate poses (..., m, 3), yaw by the shorter turn: (..., n, 3)."""
+    poses = x_y_yaw[..., before, :]
+    if fractions.any():
+        turns = x_y_yaw[..., after, :] - poses
+        turns[..., 2] = wrap_angles(turns[..., 2])
+        poses += fractions[:, np.newaxis] * turns
+    return np.asarray(poses)
 
 
 def _absolute_errors(pairs: np.ndarray, alignment: Alignment) -> np.ndarray:
