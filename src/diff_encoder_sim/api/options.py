@@ -50,11 +50,7 @@ class RobotOptions:
     robot_args: Sequence[str] = option(
         (), "argument of the robot's xacro; may be repeated", 'NAME:=VALUE', flag='--robot-arg', action='append'
     )
-    packages: Sequence[Path] = option(
-        (),
-        "folders with packages of the robot's package:// and $(find); its own package takes precedence over them",
-        'DIR',
-    )
+    packages: Sequence[Path] = option((), "folders with packages of the robot's package:// and $(find)", 'DIR')
 
 
 @dataclass(frozen=True)
@@ -69,16 +65,10 @@ class InspectOptions(RobotOptions):
 class RunOptions(RobotOptions):
     """Options of commands that run trials: robot, AMCL, and workers on this host or a Dask cluster."""
 
-    amcl: Optional[str] = option(
-        None, "AMCL's parameters: amcl (the paper's) or amcl_accurate (files of config/), or a .yaml file", 'NAME|FILE'
-    )
+    amcl: Optional[str] = option(None, "AMCL's parameters: amcl, amcl_accurate, or a .yaml file", 'NAME|FILE')
     unchecked: bool = option(False, 'run even if the robot self-check fails, or the robot does not fit a test')
-    workers: Optional[int] = option(
-        None, 'worker processes on this host (default: one for each core)', 'N', Between(1, 1024)
-    )
-    scheduler: Optional[str] = option(
-        None, 'run on a Dask cluster: its scheduler, such as tcp://host:8786 (docs/campaigns.md)', 'ADDRESS'
-    )
+    workers: Optional[int] = option(None, 'worker processes (default: one for each core)', 'N', Between(1, 1024))
+    scheduler: Optional[str] = option(None, 'of a Dask cluster, as tcp://host:8786 (docs/campaigns.md)', 'ADDRESS')
     tls_ca: Optional[Path] = option(None, 'certificate of the certificate authority', 'FILE', group=TLS)
     tls_cert: Optional[Path] = option(None, 'certificate of this process', 'FILE', group=TLS)
     tls_key: Optional[Path] = option(None, 'its key (default: in the file of --tls-cert)', 'FILE', group=TLS)
@@ -89,19 +79,12 @@ class CampaignOptions(RunOptions):
     """Options of the command campaign."""
 
     config: str = option(
-        '',
-        'campaign: quick, paper, accurate, ... (files of config/campaigns/), or a .yaml file',
-        'NAME|FILE',
-        required=True,
+        '', 'quick, paper, accurate, ... (files of config/campaigns/), or a .yaml file', 'NAME|FILE', required=True
     )
-    out: Path = option(
-        None, 'results folder: new, or with results of the same campaign, which is then completed', 'DIR', required=True
-    )
+    out: Path = option(None, 'results folder: new, or with results to complete', 'DIR', required=True)
     resume: bool = option(False, 'fail if DIR has no results yet')
     tests: Optional[Sequence[str]] = option(None, TESTS, 'TEST', group=OVERRIDES)
-    ppr: Optional[Sequence[float]] = option(
-        None, 'ideal encoders, in pulses per wheel revolution', 'N', PULSES_PER_TURN, OVERRIDES
-    )
+    ppr: Optional[Sequence[float]] = option(None, 'ideal encoders, PPR of the wheel', 'N', PULSES_PER_TURN, OVERRIDES)
     encoders: Optional[Sequence[str]] = option(None, ENCODERS, 'NAME|FILE', group=OVERRIDES)
     trials: Optional[int] = option(None, 'trials of each test with each encoder', 'N', TRIALS, OVERRIDES)
     nav: Optional[str] = option(
@@ -109,10 +92,7 @@ class CampaignOptions(RunOptions):
     )
     robot: Optional[str] = option(None, ROBOT, 'NAME|FILE', group=OVERRIDES)
     record: Optional[str] = option(
-        None,
-        'topics in the bags: all; without scans and other bulk; or no bags',
-        group=OVERRIDES,
-        choices=('full', 'minimal', 'none'),
+        None, 'all topics; without scans and bulk; or no bags', group=OVERRIDES, choices=('full', 'minimal', 'none')
     )
     bag_format: Optional[str] = option(
         None, 'bags of ROS 1, or MCAP files of ROS 2 (default: ros1)', group=OVERRIDES, choices=BAG_FORMATS
@@ -138,12 +118,7 @@ class WheelOptions(RobotOptions):
     pulses: str = option('', 'topic of counts, used instead of wheel angles', 'TOPIC', group=WHEELS)
     pulses_ppr: str = option('', 'PPR of these counts (default: that of the recorded trial)', 'PPR', group=WHEELS)
     ticks: Sequence[str] = option(
-        (),
-        'numbers in the messages of the bag: a topic of std_msgs (Int16 ... Float64), an element of an array as '
-        'TOPIC[0], or a field of any message that the bag defines as TOPIC.field.field[0]',
-        ('LEFT', 'RIGHT'),
-        group=NO_ANGLES,
-        nargs=2,
+        (), 'numbers in messages: TOPIC, TOPIC[0], or TOPIC.field.field[0]', ('LEFT', 'RIGHT'), group=NO_ANGLES, nargs=2
     )
     columns: Sequence[str] = option(
         (), 'columns of the table: names or numbers from 1', ('TIME', 'LEFT', 'RIGHT'), group=NO_ANGLES, nargs=3
@@ -151,8 +126,7 @@ class WheelOptions(RobotOptions):
     time_unit: str = option('', 'unit of the time columns (default: s)', group=NO_ANGLES, choices=TIME_UNITS)
     unit: str = option(
         '',
-        'unit of the numbers of --ticks or of a table: counts (ticks; ticks/message: counts since the previous '
-        'message), angles, path of the wheel (m), or speeds (default: ticks)',
+        'unit of --ticks or of the table; ticks/message: since the last one (default: ticks)',
         group=NO_ANGLES,
         choices=UNITS,
     )
@@ -175,11 +149,7 @@ class SourceOptions(WheelOptions):
     """Options of commands that read recorded drives with a reference."""
 
     reference: str = option(
-        '',
-        'a topic of poses, or two frames of /tf as "map->base_link" (default: /world_pose if the bag has it); for '
-        'calibrate also scan: the laser',
-        'TOPIC|FRAMES',
-        group=REFERENCE,
+        '', 'topic, "map->base_link", or (calibrate) scan (default: /world_pose)', 'TOPIC|FRAMES', group=REFERENCE
     )
     reference_columns: Sequence[str] = option(
         (), 'TIME X Y [YAW] in the table or in --reference-csv; in --time-unit', 'COLUMN', group=REFERENCE
@@ -223,10 +193,7 @@ class DriveOptions(SourceOptions):
 
     bag: Optional[Path] = option(None, 'bag of ROS 1 (complete or truncated) or ROS 2', 'BAG', flag='bag', nargs='?')
     ppr: Union[float, Sequence[Any]] = option(
-        (),
-        'ideal encoders, in pulses per wheel revolution: 90, or "{left: 90, right: 1024}" '
-        "(default: the robot's own if its file has it, else 40 90 1024 4096)",
-        'PPR',
+        (), 'ideal encoders: 90, or "{left: 90, right: 1024}" (default: --robot\'s, else 40 90 1024 4096)', 'PPR'
     )
     encoder: Sequence[str] = option((), ENCODERS, 'NAME|FILE')
     out: Optional[Path] = option(None, 'write a bag for each encoder, and reencode.csv, into DIR', 'DIR')
@@ -262,21 +229,11 @@ class AnalysisOptions:
     """Options of the command analyze."""
 
     paths: Sequence[Path] = option(
-        (),
-        "one campaign's results folder; or bags of trials, of ROS 1 or ROS 2, and folders with such bags",
-        'DIR|BAG',
-        flag='paths',
+        (), "one campaign's results folder; or bags of trials, and folders with such bags", 'DIR|BAG', flag='paths'
     )
-    beside: Optional[Path] = option(
-        None,
-        "another campaign's results folder: the comparison with the paper shows both, and which fits better",
-        'DIR',
-    )
+    beside: Optional[Path] = option(None, "another campaign's results folder, to compare with the paper too", 'DIR')
     out: Optional[Path] = option(
-        None,
-        'output folder: new, empty, or an earlier analysis, which is replaced (default: analysis/ in the given '
-        'folder, or next to the first bag)',
-        'DIR',
+        None, 'new, empty, or an earlier analysis (default: analysis/ in the folder, or next to the first bag)', 'DIR'
     )
 
 
@@ -298,11 +255,7 @@ class RasterOptions:
 
     world: Path = option(None, '.world file (SDF, of primitives)', 'WORLD', flag='world')
     free: Sequence[float] = option(
-        (0.0, 0.0),
-        'a point in free space, in metres; all space reachable from it is free in the map',
-        ('X', 'Y'),
-        PLACES,
-        nargs=2,
+        (0.0, 0.0), 'a point in m, from which all free space is reachable', ('X', 'Y'), PLACES, nargs=2
     )
     height: float = option(1.12, 'height of the scan plane above the floor, in metres', 'M', PLACES)
     resolution: float = option(0.05, 'side of a cell, in metres', 'M', Between(1e-3, 10.0, 'm'))
@@ -316,9 +269,7 @@ class DescriptionOptions:
     robot: str = option('', ROBOT, 'ROBOT', flag='robot')
     arguments: Sequence[str] = option((), "arguments of the robot's xacro", 'NAME:=VALUE', flag='arguments', nargs='*')
     robot_args: str = option('', 'further xacro arguments, as one string', 'TEXT')
-    frames: bool = option(
-        False, 'for robot_state_publisher: joints other than the driven wheels are fixed, the root link has no inertia'
-    )
+    frames: bool = option(False, 'for robot_state_publisher: only wheels turn, the root link has no inertia')
     no_root_inertia: bool = option(False, 'root_inertia:=false, if the xacro has this argument')
 
 
