@@ -10,14 +10,8 @@ import numpy as np
 from altair.utils.schemapi import debug_mode
 from markupsafe import Markup
 
-from diff_encoder_sim.advice.advice_tables import (
-    DECIMALS,
-    TO_SHOWN,
-    advice_tables,
-    assumptions_text,
-    closed_form_text,
-    own_encoder_text,
-)
+from diff_encoder_sim.advice import advice_tables as tables
+from diff_encoder_sim.advice.advice_tables import DECIMALS, TO_SHOWN
 from diff_encoder_sim.advice.answers import AXES, Budget, Criterion, along_goal
 from diff_encoder_sim.advice.odometry_answer import FEWEST_COUNTS, MOST_COUNTS
 from diff_encoder_sim.advice.odometry_study import Advice
@@ -61,11 +55,11 @@ def write_page(advice: Advice, path: Path) -> None:
     page = chart_page.load_template('advice.html', Path(__file__).parent, chart_page.STYLE).render(
         advice=advice,
         scope='; '.join([*scope, *([f'{trials} closed-loop trials'] if trials else [])]) + '.',
-        assumptions=assumptions_text(advice),
-        closed_form=closed_form_text(advice),
-        own_encoder=own_encoder_text(advice),
+        assumptions=tables.assumptions_text(advice),
+        closed_form=tables.closed_form_text(advice),
+        own_encoder=tables.own_encoder_text(advice),
         charts=charts,
-        tables=list(advice_tables(advice)),
+        tables=list(tables.advice_tables(advice)),
     )
     write_file(path, page.encode('utf-8'))
 

@@ -111,23 +111,17 @@ def assumptions_text(advice: Advice) -> str:
     tests = [curve.draws for curve in advice.curves.curves]
     robot, drives = tests[0].robot, ' and '.join(draws.drive.test for draws in tests)
     if robot.calibration is not None:
-        scale, ratio, turning = (
-            f'{100.0 * BOUND * std:.2g} %' for std in np.sqrt(np.diag(robot.calibrated_covariance))
-        )
-        count = len(robot.calibration.drives)
-        wheels = (
-            f'wheels and slip as calibrated on {count} drive{"s" if count > 1 else ""}: ratio of radii to {ratio}, '
-        )
-        wheels += f'radius / separation to {turning}, scale to {scale}'
+        stds, count = np.sqrt(np.diag(robot.calibrated_covariance)), len(robot.calibration.drives)
+        scale, ratio, turning = (f'{100.0 * BOUND * std:.2g} %' for std in stds)
+        wheels = f'wheels and slip as calibrated on {count} drive{"s" if count > 1 else ""}: '
+        wheels += f'ratio of radii to {ratio}, radius / separation to {turning}, scale to {scale}'
     else:
         has_errors = robot.has(drive_draws.RADIUS) or robot.has(drive_draws.SEPARATION)
         wheels = 'the wheel errors of the robot file' if has_errors else 'exact wheels'
         wheels += '; the slip of the robot file' if robot.has(drive_draws.SLIP) else '; no slip'
-    is_recorded = tests[0].drive.is_recorded
-    route = (
-        f'the path of {drives}, repeated' if is_recorded else f"{drives} on the simulator's level floor, with its grip"
-    )
-    return f'{wheels}; {route}'
+    if tests[0].drive.is_recorded:
+        return f'{wheels}; the path of {drives}, repeated'
+    return f"{wheels}; {drives} on the simulator's level floor, with its grip"
 
 
 def closed_form_text(advice: Advice) -> str:

@@ -152,8 +152,7 @@ class DrawnRobot(NamedTuple):
         """Return the mean left and right radius and the mean separation [m] (3,)."""
         errors = self.errors
         relative = np.array([errors.left_radius_error, errors.right_radius_error, errors.wheel_separation_error])
-        means: np.ndarray = np.array(self.assumed if self.sound is None else self.sound) * (1.0 + relative)
-        return means
+        return np.asarray(np.array(self.assumed if self.sound is None else self.sound) * (1.0 + relative))
 
     @property
     def assumed(self) -> np.ndarray:
@@ -166,15 +165,11 @@ class DrawnRobot(NamedTuple):
         if self.calibration is None:
             return np.zeros((3, 3))
         to_causes = np.linalg.inv(_LOGARITHMS)
-        covariance: np.ndarray = to_causes @ np.array(self.calibration.geometry_covariance) @ to_causes.T
-        return covariance
+        return np.asarray(to_causes @ np.array(self.calibration.geometry_covariance) @ to_causes.T)
 
     @property
     def slip(self) -> Tuple[float, float, float, float]:
-        """Return the mean slip of the left and the right wheel, and the variances of slip per metre and per radian.
-
-        Calibrated diameters contain the mean slip.
-        """
+        """Return the mean slip of both wheels, 0 if the diameters contain it, and its variance per m and per rad."""
         errors, calibration = self.errors, self.calibration
         if calibration is None:
             return errors.left_slip, errors.right_slip, errors.slip_noise, 0.0
@@ -186,12 +181,10 @@ class DrawnRobot(NamedTuple):
         if self.calibration is not None:
             amount = np.array([amounts.get(cause, 0.0) for cause in CALIBRATED_GEOMETRY])
             relative = rng.multivariate_normal(np.zeros(3), self.calibrated_covariance, (1, draws), method='svd')
-            drawn: np.ndarray = self.assumed * np.exp((amount * relative) @ _LOGARITHMS.T)
-            return drawn.T
+            return np.asarray(self.assumed * np.exp((amount * relative) @ _LOGARITHMS.T)).T
         spreads = np.array([errors.radius_spread, errors.radius_spread, errors.wheel_separation_spread])
         amount = np.array([amounts.get(cause, 0.0) for cause in (RADIUS, RADIUS, SEPARATION)])
-        drawn = self.assumed + amount * (self.means * (1.0 + spreads * normals.T) - self.assumed)
-        return drawn.T
+        return np.asarray(self.assumed + amount * (self.means * (1.0 + spreads * normals.T) - self.assumed)).T
 
     def has(self, cause: str) -> bool:
         """Return whether the robot has this error."""
@@ -221,11 +214,7 @@ STOP_OF_RECORDED = StopSpread(X.tolerance, math.radians(YAW.tolerance))
 
 
 def recorded(name: str, drive: Drive, robot: DrawnRobot) -> ErrorFreeDrive:
-    """Return a recorded drive: its true path is that of the wheel angles by the geometry that odometry assumes.
-
-    Raises:
-        ConfigError: the robot does not move.
-    """
+    """Return a recorded drive, whose true path is by the assumed geometry; ConfigError if the robot does not move."""
     angles_rad = drive.wheel_angles_rad - drive.wheel_angles_rad[0]
     ways_m, separation_m = angles_rad * robot.assumed[:2], float(robot.assumed[2])
     if not ways_m.any():
@@ -261,9 +250,7 @@ class DriveDraws:
     @property
     def causes(self) -> List[str]:
         """Return the causes of errors, except the encoder's."""
-        return [
-            cause for cause in ALL_CAUSES if (not self.drive.is_recorded if cause == CONTACT else self.robot.has(cause))
-        ]
+        return [*filter(self.robot.has, ROBOTS_CAUSES), *([] if self.drive.is_recorded else [CONTACT])]
 
     def _generator(self, name: object) -> np.random.Generator:
         return generator(self._seed, f'{self.drive.test}_{name}')
@@ -331,8 +318,7 @@ class DriveDraws:
 
 def _walks(variances: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Sample random walks with (draws, n) variances of their steps."""
-    walks: np.ndarray = np.cumsum(np.sqrt(variances) * rng.standard_normal(variances.shape), axis=1)
-    return walks
+    return np.asarray(np.cumsum(np.sqrt(variances) * rng.standard_normal(variances.shape), axis=1))
 
 
 def _ends(

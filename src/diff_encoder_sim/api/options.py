@@ -47,9 +47,7 @@ def option(
 class RobotOptions:
     """Xacro arguments of a robot, and folders of its packages."""
 
-    robot_args: Sequence[str] = option(
-        (), "argument of the robot's xacro; may be repeated", 'NAME:=VALUE', flag='--robot-arg', action='append'
-    )
+    robot_args: Sequence[str] = option((), 'xacro argument', 'NAME:=VALUE', flag='--robot-arg', action='append')
     packages: Sequence[Path] = option((), "folders with packages of the robot's package:// and $(find)", 'DIR')
 
 
@@ -87,16 +85,12 @@ class CampaignOptions(RunOptions):
     ppr: Optional[Sequence[float]] = option(None, 'ideal encoders, PPR of the wheel', 'N', PULSES_PER_TURN, OVERRIDES)
     encoders: Optional[Sequence[str]] = option(None, ENCODERS, 'NAME|FILE', group=OVERRIDES)
     trials: Optional[int] = option(None, 'trials of each test with each encoder', 'N', TRIALS, OVERRIDES)
-    nav: Optional[str] = option(
-        None, 'navigated, or a drive without feedback', group=OVERRIDES, choices=('embedded', 'scripted')
-    )
+    nav: Optional[str] = option(None, 'with feedback or without', group=OVERRIDES, choices=('embedded', 'scripted'))
     robot: Optional[str] = option(None, ROBOT, 'NAME|FILE', group=OVERRIDES)
     record: Optional[str] = option(
         None, 'all topics; without scans and bulk; or no bags', group=OVERRIDES, choices=('full', 'minimal', 'none')
     )
-    bag_format: Optional[str] = option(
-        None, 'bags of ROS 1, or MCAP files of ROS 2 (default: ros1)', group=OVERRIDES, choices=BAG_FORMATS
-    )
+    bag_format: Optional[str] = option(None, 'ROS 1 (default) or MCAP of ROS 2', group=OVERRIDES, choices=BAG_FORMATS)
     others: Mapping[str, Any] = field(default_factory=dict)  # other keys of the campaign file
 
     @property
@@ -296,9 +290,7 @@ class LaunchOptions:
 class SettingsOptions(LaunchOptions):
     """Options of the command robot_settings."""
 
-    values: Sequence[str] = option(
-        (), "a parameter, which overrides the robot's", 'FILE.KEY:=VALUE', flag='values', nargs='*'
-    )
+    values: Sequence[str] = option((), "overrides of the robot's", 'FILE.KEY:=VALUE', flag='values', nargs='*')
     bag: str = option('', "recorded drive, whose trial's number is the seed", 'BAG')
 
 
@@ -307,9 +299,7 @@ class TrialOptions(LaunchOptions):
     """Arguments of trial.launch as text; `plan` validates them."""
 
     test: str = option('', 'SL, SMT, DLD, UMBMARK, or a .yaml file', 'TEST', required=True)
-    ppr: str = option(
-        '', "pulses per wheel revolution: 90, or '{left: 90, right: 1024}' (default: the robot's own)", 'VALUE'
-    )
+    ppr: str = option('', "PPR: 90, or '{left: 90, right: 1024}' (default: the robot's own)", 'VALUE')
     trial: str = option('0', 'number of the trial, which is its seed', 'VALUE')
     odom: str = option('encoder', 'encoder or ideal', 'VALUE')
     nav: str = option('embedded', 'embedded, upstream or scripted', 'VALUE')

@@ -41,11 +41,7 @@ def check_drive_options(options: AdviceOptions) -> None:
 
 
 def robot_of_drive(options: AdviceOptions, path: Path) -> AdvisedRobot:
-    """Read a recorded drive for its robot; no URDF, laser or simulator is needed.
-
-    Raises:
-        ConfigError: an option or a file is invalid, or the file contains no drive.
-    """
+    """Read a recorded drive for its robot, which needs no URDF; ConfigError if an option or the file is invalid."""
     source, _, robot, wheels, _ = open_drive(options, path, bool(options.columns), has_encoders=True)
     read = read_drive(source, wheels, None)
     for note in (*read.notes, *filter(None, [source.fault])):

@@ -9,8 +9,9 @@ import math
 import os
 import time
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Union
+from typing import Any, Callable, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Union
 
 import numpy as np
 
@@ -33,7 +34,6 @@ from diff_encoder_sim.drives.reencoding import EncodedDrive, Encoder, ReadDrive
 from diff_encoder_sim.drives.topics import CMD_VEL, TRIAL
 from diff_encoder_sim.drives.trajectory_error import Alignment, PathError
 from diff_encoder_sim.drives.trial_bag import TrialBag
-from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.drives.wheel_source import WheelSource
 from diff_encoder_sim.wheels.catalogue import ChosenEncoder, encoder_lines
 from diff_encoder_sim.wheels.diagnostics import encoder_lateral_std, hidden_encoder
@@ -117,8 +117,9 @@ def reencoding(options: DriveOptions) -> Reencoding:
     comparison = _comparison(options, read, opened)
     why = '; '.join(read.notes[-1:]) or source.fault or 'too short'
     no_drive = f'no drive in {read.messages} {wheels.text}: {why}; expected two reports of the encoder'
-    encoded = _encoded(path, read, encoders, comparison, phases_rad, trial, files, f'{path}: {no_drive}')
-    draws = 1 if phases_rad is None else len(phases_rad)
+    encode = partial(encoding.encode_drive, read, comparison=comparison, phases_rad=phases_rad, trial=trial)
+    workers, draws = (1, 1) if phases_rad is None else (os.cpu_count() or 1, len(phases_rad))
+    encoded = _encoded(encode, encoders, files, workers, f'{path}: {no_drive}')
     notes = [*read.notes, *_notes(source, robot, encoders, bool(files))]
     if poses and not any(one.errors for one in encoded):
         notes.append(f'no errors computed: {encoding.overlap_fault(read) or "no poses at the stamps of odometry"}')
@@ -139,20 +140,17 @@ def reencoding(options: DriveOptions) -> Reencoding:
     counted = f'{read.messages} {wheels.text} in {read.duration_s:.1f} s, read in {read_s:.1f} s'
     lines, recorded = [f'{path}: {counted}; compared with {compared}', robot.text()], wheels.ppr
     if recorded:
-        is_finer = [each.ppr.left > recorded.left or each.ppr.right > recorded.right for each in chosen]
-        finer = ', '.join(each.label for each, is_limited in zip(chosen, is_finer) if is_limited)
+        finer = [each.label for each in chosen if each.ppr.left > recorded.left or each.ppr.right > recorded.right]
         if finer:
-            lines.append(f'recorded with {ppr_label(recorded)} PPR: {finer} limited by the recorded resolution')
+            limited = f'{", ".join(finer)} limited by the recorded resolution'
+            lines.append(f'recorded with {ppr_label(recorded)} PPR: {limited}')
     if phases_rad is not None:
         lines.append(f'start angles of the wheels: {draws} sampled by --seed {robot.encoder.seed}')
     drives = [
         ReencodedDrive(
-            encoder.label,
-            PoseSeries(*(np.concatenate(parts) for parts in zip(*one.paths))),
-            one.errors and one.errors.first,
-            one.errors.spreads if one.errors else {},
+            one.encoder.chosen.label, PoseSeries(*map(np.concatenate, zip(*one.paths))), *(one.errors or (None, {}))
         )
-        for encoder, one in zip(chosen, encoded)
+        for one in encoded
     ]
     legend = (LEGEND if draws == 1 else LEGEND_OF_DRAWS).format(ALIGNED[comparison.alignment])
     return Reencoding(
@@ -197,11 +195,8 @@ def _comparison(options: DriveOptions, read: ReadDrive, opened: OpenedDrive) -> 
         raise ConfigError('--reference-pose, --reference-delay: given without a reference; expected one')
     ppr = opened.wheels.ppr or PerWheel(left=RECORDED_PPR, right=RECORDED_PPR)
     ideal = {'ppr': ppr, 'counter_modulus': 0, 'encoder': IDEAL_ENCODER}
-    recorded = Encoder(
-        ChosenEncoder(ppr),
-        EncoderParams(ppr=ppr, rate=opened.robot.encoder.rate),
-        opened.robot.odometry.model_copy(update=ideal),
-    )
+    params, odometry = EncoderParams(ppr=ppr, rate=opened.robot.encoder.rate), opened.robot.odometry
+    recorded = Encoder(ChosenEncoder(ppr), params, odometry.model_copy(update=ideal))
     name = 'the recorded counts' if opened.wheels.ppr else 'the recorded wheel angles'
     return Comparison(name, encoding.encode_drive(read, recorded).paths)
 
@@ -246,32 +241,25 @@ def _with_joints(options: DriveOptions, wheels: WheelSource, robot: RecordedRobo
 
 
 def _encoded(
-    path: Path,
-    read: ReadDrive,
+    encode: Callable[..., EncodedDrive],
     encoders: Sequence[Encoder],
-    comparison: Comparison,
-    phases_rad: Optional[np.ndarray],
-    trial: Optional[Trial],
     files: Mapping[str, Path],
-    no_drive: str,
+    workers: int,
+    fault: str,
 ) -> List[EncodedDrive]:
-    """Compute the drive with each encoder, and write its bag if there are files; `no_drive`: error without one."""
-
-    def encode(encoder: Encoder, bag: Optional[TrialBag] = None) -> EncodedDrive:
-        return encoding.encode_drive(read, encoder, comparison, phases_rad, trial, bag)
-
+    """Compute the drive with each encoder, and write its bag if there are files; `fault`: error without a drive."""
     try:
         with contextlib.ExitStack() as bags:  # removes the bags after an error
             if files:
                 written = [bags.enter_context(TrialBag(files[each.chosen.label], 'full')) for each in encoders]
-                encoded = [encode(*each) for each in zip(encoders, written)]
+                encoded = [encode(encoder, bag=bag) for encoder, bag in zip(encoders, written)]
             else:
-                pool = bags.enter_context(ThreadPoolExecutor(1 if phases_rad is None else os.cpu_count()))
+                pool = bags.enter_context(ThreadPoolExecutor(workers))
                 encoded = list(pool.map(encode, encoders))  # the kernels of draws release the interpreter
             if not any(one.reports > 1 for one in encoded):
-                raise ConfigError(no_drive)
+                raise ConfigError(fault)
     except OSError as error:
-        raise ConfigError(f'{error.filename or path}: {error.strerror}') from None
+        raise ConfigError(f'{error.filename or "--out"}: {error.strerror}') from None
     return encoded
 
 

@@ -73,30 +73,22 @@ class RecordedDrive(NamedTuple):
 def read_recorded(
     options: SourceOptions, path: Path, is_table: bool, reference_csv: Optional[Path] = None
 ) -> RecordedDrive:
-    """Read one drive with its reference, for estimators. Call `wheel_options.check_wheel_options` before.
+    """Read one drive with its reference, for estimators; call `wheel_options.check_wheel_options` before.
 
-    Wheel angles [rad] are accumulated, positive forward by the robot's joints or `--reversed`, and of counts to half a
-    count. Stamps of both increase strictly: rows that repeat a stamp, or that others have overtaken, are left out and
-    counted in the notes. With `--reference scan` the poses are those of the laser.
-
-    Args:
-        options: sources and units, common to all drives of a command.
-        path: bag of ROS 1 or ROS 2, or a table with the columns of `--columns`.
-        is_table: it is a table.
-        reference_csv: table of the reference (`--reference-columns`); None: the reference is in the drive's own file.
+    Angles [rad] are positive forward, of counts to half a count. Stamps of both increase strictly: other rows are left
+    out and counted in the notes. `reference_csv` has the columns of the reference; None: the drive's own file has them.
 
     Raises:
-        ConfigError: the file cannot be read, has no such topic or column, fewer than two samples of the wheels, or no
-            reference at their stamps.
+        ConfigError: the file cannot be read, or has too few samples or no reference at their stamps.
     """
     is_scan = options.reference == SCANS
     of_poses = replace(options, reference='') if is_scan else options
     source, trial, robot, wheels, poses = open_drive(of_poses, path, is_table, reference_csv)
     if poses is None and not is_scan:
-        allowed = (
-            '--reference-columns TIME X Y [YAW]' if is_table else '--reference TOPIC|FRAMES|scan, or --reference-csv'
+        of_bag = '--reference TOPIC|FRAMES|scan, or --reference-csv'
+        raise ConfigError(
+            f'{path}: no reference; expected {"--reference-columns TIME X Y [YAW]" if is_table else of_bag}'
         )
-        raise ConfigError(f'{path}: no reference; expected {allowed}')
     read = read_drive(source, wheels, None if is_scan else poses)
     joints = [wheels.are_joint_angles and flag for flag in (robot.encoder.left_reversed, robot.encoder.right_reversed)]
     forward = np.where(joints, -1.0, 1.0)
@@ -112,11 +104,9 @@ def read_recorded(
 
 def _poses_of_laser(source: DriveStream, robot: RecordedRobot, drive: Drive) -> Reference:
     """Return the poses of the laser by its scans, and by the wheels as the start of the search."""
-    odometry = robot.odometry
+    odometry, needs = robot.odometry, 'needs the nominal geometry of the wheels: expected --robot'
     if robot.is_guessed():
-        raise ConfigError(
-            f'{source.path}: --reference {SCANS} needs the nominal geometry of the wheels: expected --robot'
-        )
+        raise ConfigError(f'{source.path}: --reference {SCANS} {needs}')
     geometry = *odometry.wheel_diameter.radii_m, odometry.wheel_separation, odometry.axle_x
     poses = poses_of_wheels(drive.wheel_angles_rad[np.newaxis], *geometry, False)[0]
     laser_pose_in_base = read_laser_pose(source, odometry.base_frame)

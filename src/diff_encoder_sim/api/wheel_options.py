@@ -44,11 +44,7 @@ _UNITS = {'unit': UNITS, 'time_unit': TIME_UNITS, 'length_unit': LENGTH_UNITS, '
 
 
 def check_wheel_options(options: WheelOptions, bag: Any, csv: Any) -> None:
-    """Refuse contradictory options; `bag` and `csv` are the given bags and tables.
-
-    Raises:
-        ConfigError: there is more than one source of wheels or of the reference, or an option of another source.
-    """
+    """Refuse contradictory options, given these bags or tables; ConfigError for an option of another source."""
     given = [name for name in ('joint_states', 'pulses', 'ticks', 'odom') if getattr(options, name)]
     given += ['csv'] if csv else []
     if len(given) > 1:
@@ -291,11 +287,7 @@ def _joint_wheels(
 def drive_reference(
     options: SourceOptions, source: DriveStream, table: Optional[Path] = None
 ) -> Optional[RecordedPoses]:
-    """Return the reference of a drive: columns of a `table` or of the drive's own, or poses of its bag.
-
-    Raises:
-        ConfigError: there is none that is as given; the message lists the alternatives.
-    """
+    """Return the reference: columns of a `table` or of the drive's own, or poses of its bag; ConfigError without."""
     if not options.reference_columns:
         return None if isinstance(source, CsvStream) else find_reference(source, options.reference)
     columns = [*options.reference_columns, *options.reference_covariance]

@@ -7,23 +7,15 @@ from typing import Any, Dict, Tuple, Union
 from pydantic import BeforeValidator, Field, PlainSerializer
 from typing_extensions import Annotated
 
-from diff_encoder_sim.base.bounds import (
-    LENGTH,
-    LENGTH_OR_ZERO,
-    Between,
-    Length_m,
-    LengthOrZero_m,
-    PulsesPerTurn,
-    is_number,
-)
+from diff_encoder_sim.base import bounds
 from diff_encoder_sim.base.params import Params
 
 
 class PerWheel(Params):
     """One positive number for each wheel."""
 
-    left: PulsesPerTurn = Field(description='of the left wheel')
-    right: PulsesPerTurn = Field(description='of the right wheel')
+    left: bounds.PulsesPerTurn = Field(description='of the left wheel')
+    right: bounds.PulsesPerTurn = Field(description='of the right wheel')
 
     @property
     def plain(self) -> Union[float, Dict[str, float]]:
@@ -35,13 +27,8 @@ class PerWheel(Params):
 class WheelDiameter(PerWheel):
     """Diameters of the left and the right wheel [m]."""
 
-    left: Length_m = Field(description='of the left wheel [m]')
-    right: Length_m = Field(description='of the right wheel [m]')
-
-    @property
-    def plain(self) -> Union[float, Dict[str, float]]:
-        """Return the value as users write it: one number if both wheels are equal."""
-        return self.left if self.left == self.right else {'left': self.left, 'right': self.right}
+    left: bounds.Length_m = Field(description='of the left wheel [m]')
+    right: bounds.Length_m = Field(description='of the right wheel [m]')
 
     def __str__(self) -> str:
         """Return `0.2`, or `0.316 (left) and 0.317 (right)`."""
@@ -61,23 +48,23 @@ class WheelDiameter(PerWheel):
 class WheelDiameterOrZero(WheelDiameter):
     """Diameters of the left and the right wheel [m]; 0 means as described elsewhere."""
 
-    left: LengthOrZero_m = Field(description='of the left wheel [m]')
-    right: LengthOrZero_m = Field(description='of the right wheel [m]')
+    left: bounds.LengthOrZero_m = Field(description='of the left wheel [m]')
+    right: bounds.LengthOrZero_m = Field(description='of the right wheel [m]')
 
 
-def one_or_both(bounds: Between) -> BeforeValidator:
+def one_or_both(allowed: bounds.Between) -> BeforeValidator:
     """Return a validator that takes a number within bounds for those of both wheels."""
 
     def mapping_of(value: Any) -> Any:
         if isinstance(value, (dict, PerWheel)):
             return value
-        if is_number(value) and bounds.allows(value):
+        if bounds.is_number(value) and allowed.allows(value):
             return {'left': value, 'right': value}
-        raise ValueError(f'{bounds}, or {{left: ..., right: ...}}')
+        raise ValueError(f'{allowed}, or {{left: ..., right: ...}}')
 
     return BeforeValidator(mapping_of)
 
 
 _AS_WRITTEN = PlainSerializer(lambda wheels: wheels.plain)
-WheelDiameter_m = Annotated[WheelDiameter, one_or_both(LENGTH), _AS_WRITTEN]
-WheelDiameterOrZero_m = Annotated[WheelDiameterOrZero, one_or_both(LENGTH_OR_ZERO), _AS_WRITTEN]
+WheelDiameter_m = Annotated[WheelDiameter, one_or_both(bounds.LENGTH), _AS_WRITTEN]
+WheelDiameterOrZero_m = Annotated[WheelDiameterOrZero, one_or_both(bounds.LENGTH_OR_ZERO), _AS_WRITTEN]

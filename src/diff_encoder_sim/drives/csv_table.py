@@ -95,10 +95,7 @@ class CsvStream(DriveStream):
     def __init__(
         self, path: Path, columns: Sequence[str], time_unit: str, option: str = '--columns', is_ordered: bool = True
     ) -> None:
-        """Detect the format as `find_format` does; ConfigError if the file cannot be read.
-
-        Rows with an earlier time are invalid if the table `is_ordered`.
-        """
+        """Detect the format as `find_format` does; rows with an earlier time are invalid if the table `is_ordered`."""
         super().__init__(path)
         self.topic, self._is_ordered = path.name, is_ordered
         self.topics[self.topic] = 'CSV'

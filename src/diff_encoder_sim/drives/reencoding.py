@@ -217,10 +217,7 @@ Value = Union[str, int, float, None]
 
 
 def error_rows(encoded: Sequence[EncodedDrive]) -> List[Dict[str, Value]]:
-    """Return the errors of each encoder by name with its unit, in SI units; None for a missing value.
-
-    All are of the first draw, except `median`, `p5` and `p95`.
-    """
+    """Return the errors by name with unit, in SI units, of the first draw except median, p5 and p95; None: missing."""
     rows = []
     for one in encoded:
         error = one.errors and one.errors.first
@@ -241,9 +238,8 @@ def error_rows(encoded: Sequence[EncodedDrive]) -> List[Dict[str, Value]]:
         for name in ERROR_NAMES:
             for quantile in Spread._fields:
                 row[spread_column(name, quantile)] = one.errors and getattr(one.errors.spreads[name], quantile)
-        rows.append(
-            {key: None if isinstance(value, float) and math.isnan(value) else value for key, value in row.items()}
-        )
+        unknown = [key for key, value in row.items() if isinstance(value, float) and math.isnan(value)]
+        rows.append({**row, **dict.fromkeys(unknown)})
     return rows
 
 
@@ -291,10 +287,7 @@ _SPREAD_HEADS = {'ate_m': 'ATE [m]', 'end_position_m': 'end position [m]', 'end_
 
 
 def text_table(rows: Sequence[Dict[str, Value]], draws: int = 1) -> str:
-    """Format `error_rows`: one line for each encoder, and one for each encoder and length of RPE's segments.
-
-    Of several draws, the lines have median and 5 to 95 %.
-    """
+    """Format `error_rows`: a line for each encoder, and one for each length of RPE's segments if there is one draw."""
     if draws > 1:
         return _spread_table(rows)
     paths = [[_cell(column, row[column]) for column in _PATH_HEADS] for row in rows]

@@ -43,9 +43,8 @@ def read_reference(poses: RecordedPoses) -> Tuple[List[Reference], List[str]]:
     parts = []
     for rows in ascending_runs(stamps_ns, OVERTAKEN_NS):
         wrapped = np.column_stack((x_y_yaw[rows, :2], wrap_angles(x_y_yaw[rows, 2])))
-        parts.append(
-            Reference(poses.name, stamps_ns[rows], wrapped, None if covariances is None else covariances[rows])
-        )
+        of_rows = None if covariances is None else covariances[rows]
+        parts.append(Reference(poses.name, stamps_ns[rows], wrapped, of_rows))
     return parts, notes
 
 

@@ -21,12 +21,9 @@ WHEELS = {'config.wheel_diameter': DIAMETER_M, 'config.wheel_separation': SEPARA
 @pytest.fixture(autouse=True)
 def table(tmp_path, monkeypatch):
     """A table of counts of a straight line of 20 m, on wheels of two diameters; few draws."""
-    for module, names in (
-        (odometry_answer, {'DRAWS': 400, 'FINE_DRAWS': 2000}),
-        (odometry_study, {'LISTED_DRAWS': 50}),
-    ):
-        for name, number in names.items():
-            monkeypatch.setattr(module, name, number)
+    few = [(odometry_answer, 'DRAWS', 400), (odometry_answer, 'FINE_DRAWS', 2000), (odometry_study, 'LISTED_DRAWS', 50)]
+    for module, name, number in few:
+        monkeypatch.setattr(module, name, number)
     ways_m = rolled(('straight', 20.0), separation_m=SEPARATION_M, speed=2.0, acceleration=2.0).rolled.ways_m[::5]
     counts = np.rint(ways_m / (math.pi * np.array(list(DIAMETER_M.values()))) * TICKS).astype(int)
     rows = [f'{50 * index},{left},{right}' for index, (left, right) in enumerate(counts.tolist())]

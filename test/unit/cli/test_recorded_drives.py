@@ -112,21 +112,8 @@ def test_a_table_gives_the_same_as_a_bag(tmp_path, bag, arguments, unit_ns, conv
     rows += [f'{stamp_ns / unit_ns:.9f},{convert(left)!s},{convert(right)!s}' for stamp_ns, left, right in instants()]
     path = tmp_path / 'drive.csv'
     path.write_text('\n'.join(rows))
-    run(
-        '--csv',
-        path,
-        '--columns',
-        'time',
-        'left',
-        '3',
-        *arguments,
-        '--ppr',
-        '64',
-        '--draws',
-        0,
-        '--out',
-        tmp_path / 'of_table',
-    )
+    given = ['--csv', path, '--columns', 'time', 'left', '3', *arguments]
+    run(*given, '--ppr', '64', '--draws', 0, '--out', tmp_path / 'of_table')
     run(bag, '--ppr', '64', '--out', tmp_path / 'of_bag')
     found, expected = (contents(tmp_path / out / 'drive_64ppr.bag') for out in ('of_table', 'of_bag'))
     assert found == {topic: messages for topic, messages in expected.items() if topic != '/world_pose'}
