@@ -104,9 +104,9 @@ def read_recorded(
 
 def _poses_of_laser(source: DriveStream, robot: RecordedRobot, drive: Drive) -> Reference:
     """Return the poses of the laser by its scans, and by the wheels as the start of the search."""
-    odometry, needs = robot.odometry, 'needs the nominal geometry of the wheels: expected --robot'
+    odometry = robot.odometry
     if robot.is_guessed():
-        raise ConfigError(f'{source.path}: --reference {SCANS} {needs}')
+        raise ConfigError(f'{source.path}: --reference {SCANS} needs the nominal geometry of the wheels: give --robot')
     geometry = *odometry.wheel_diameter.radii_m, odometry.wheel_separation, odometry.axle_x
     poses = poses_of_wheels(drive.wheel_angles_rad[np.newaxis], *geometry, False)[0]
     laser_pose_in_base = read_laser_pose(source, odometry.base_frame)
