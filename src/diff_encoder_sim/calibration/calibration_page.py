@@ -101,7 +101,8 @@ def _residual_chart(found: Calibration) -> Chart:
     layers = [zoomed(points.encode(x=x, y=y, tooltip=named))]
     if spans:
         shaded = chart_of(spans, OF_DRIVE).mark_rect(color='#000', opacity=0.12, clip=True)
-        layers.insert(0, shaded.encode(x='start_s:Q', x2='end_s:Q', tooltip=tips({'what': 'disturbance'})))
+        what = {'x': alt.X('start_s:Q', title='time [s]'), 'x2': 'end_s:Q', 'tooltip': tips({'what': 'disturbance'})}
+        layers.insert(0, shaded.encode(**what))
     text = 'Motion by the reference minus motion by odometry, in expected standard deviations; shaded: disturbances.'
     return Chart('residuals', 'Residuals over time', text, alt.layer(*layers))
 
