@@ -64,33 +64,18 @@ class Square(NamedTuple):
 
 
 class Umbmark(NamedTuple):
-    """The result."""
+    """The result; the mean diameter is the nominal one: squares do not determine it."""
 
     squares: Tuple[int, int]  # clockwise, counter-clockwise
     centres_m: np.ndarray  # (2, 2) mean true minus odometry's end, x and y, clockwise and counter-clockwise
-    residuals_m: np.ndarray  # (2, 2) the same of odometry with the corrected geometry
-    nominal: WheelGeometry
-    corrected: WheelGeometry  # the mean diameter is the nominal one: squares do not determine it
-
-    @property
-    def e_d(self) -> float:
-        """Return E_d: right over left diameter."""
-        return self.corrected.right_diameter_m / self.corrected.left_diameter_m
-
-    @property
-    def e_b(self) -> float:
-        """Return E_b: true over nominal separation."""
-        return self.corrected.separation_m / self.nominal.separation_m
-
-    @property
-    def e_max_m(self) -> Tuple[float, float]:
-        """Return E_max,syst before and after the correction: the larger distance of a centre from 0."""
-        before_m, after_m = (float(np.hypot(*each.T).max()) for each in (self.centres_m, self.residuals_m))
-        return before_m, after_m
+    e_d: float  # E_d: right over left diameter
+    e_b: float  # E_b: true over nominal separation
+    e_max_m: Tuple[float, float]  # E_max,syst before and after the correction: the larger distance of a centre from 0
+    corrected: WheelGeometry
+    diff_drive_controller: Dict[str, float]  # the corrected geometry as its parameters
 
     def text(self) -> str:
         """Return the result for the terminal."""
-        multipliers = self.corrected.multipliers(self.nominal)
         lines = [
             'UMBmark: {} squares clockwise, {} counter-clockwise'.format(*self.squares),
             f'  E_d (right / left wheel)         {self.e_d:.5f}',
@@ -98,17 +83,15 @@ class Umbmark(NamedTuple):
             '  E_max,syst                       {:.4f} m before, {:.4f} m after'.format(*self.e_max_m),
             'diff_drive_controller:',
         ]
-        return '\n'.join([*lines, *(f'  {name}: {value:.6f}' for name, value in multipliers.items())])
+        return '\n'.join([*lines, *(f'  {name}: {value:.6f}' for name, value in self.diff_drive_controller.items())])
 
     def as_json(self) -> Dict[str, Any]:
         """Return the result for a JSON file; lengths in metres."""
         return {
-            'e_d': self.e_d,
-            'e_b': self.e_b,
+            **{name: getattr(self, name) for name in ('e_d', 'e_b', 'diff_drive_controller')},
             **dict(zip(('e_max_syst_before_m', 'e_max_syst_after_m'), self.e_max_m)),
             **{f'centre_{name}_m': centre.tolist() for name, centre in zip(DIRECTIONS, self.centres_m)},
             **dict(zip(GEOMETRY, self.corrected)),
-            'diff_drive_controller': self.corrected.multipliers(self.nominal),
         }
 
 
@@ -130,8 +113,11 @@ def umbmark(squares: Sequence[Square], nominal: WheelGeometry) -> Umbmark:
 
     start = nominal.right_diameter_m / nominal.left_diameter_m, 1.0
     fit = optimize.least_squares(lambda found: centres_m(geometry_of(*found)).ravel(), start, x_scale=0.01)
-    corrected = geometry_of(*fit.x.tolist())
-    return Umbmark(counts, centres_m(nominal), centres_m(corrected), nominal, corrected)
+    e_d, e_b = fit.x.tolist()
+    corrected = geometry_of(e_d, e_b)
+    before_m, after_m = (float(np.hypot(*centres_m(each).T).max()) for each in (nominal, corrected))
+    results = (before_m, after_m), corrected, corrected.multipliers(nominal)
+    return Umbmark(counts, centres_m(nominal), e_d, e_b, *results)
 
 
 def squares_of_ends(ends_cw: np.ndarray, ends_ccw: np.ndarray, side_m: float, nominal: WheelGeometry) -> List[Square]:
