@@ -169,9 +169,9 @@ def _place(
 
 def _between(x_y_yaw: np.ndarray, before: np.ndarray, after: np.ndarray, fractions: np.ndarray) -> np.ndarray:
     """Interpolate poses (..., m, 3), yaw by the shorter turn: (..., n, 3)."""
-    poses = x_y_yaw[..., before, :]
+    poses = np.take(x_y_yaw, before, axis=-2)
     if fractions.any():
-        turns = x_y_yaw[..., after, :] - poses
+        turns = np.take(x_y_yaw, after, axis=-2) - poses
         turns[..., 2] = wrap_angles(turns[..., 2])
         poses += fractions[:, np.newaxis] * turns
     return np.asarray(poses)

@@ -10,7 +10,6 @@ import yaml
 from diff_encoder_sim.advice import odometry_answer, odometry_study
 from diff_encoder_sim.cli.advise import main
 from drawn_drives import calibrated, rolled
-from places import REAL_DRIVES
 
 TICKS = 100_000
 TABLE = ['--columns', 'ms', 'left', 'right', '--time-unit', 'ms', '--ticks-per-revolution', str(TICKS)]
@@ -66,20 +65,6 @@ def test_a_calibration_is_in_the_answer_the_budget_and_the_assumptions():
     # Independent parts: quantisation falls with the square of the counts.
     of_others = (1.0 - coarse['quantisation']) / coarse['quantisation'] * (250 / 20) ** 2
     assert (1.0 - fine['quantisation']) / fine['quantisation'] == pytest.approx(of_others, rel=0.3)
-
-
-@pytest.mark.skipif(not REAL_DRIVES.exists(), reason='the drives of others are not in the project')
-def test_a_wheelchair_needs_few_counts_if_its_wheels_are_exact():
-    """Until a calibration says what is known of them."""
-    diameters = {'left': 0.316, 'right': 0.3177}
-    robot = {'set': {'config.wheel_diameter': diameters, 'config.wheel_separation': 0.5617}}
-    counts = ['--columns', 'n_time', 'tick_L', 'tick_R', '--ticks-per-revolution', '409600']
-    table = str(REAL_DRIVES / 'wheelchair_1.txt')
-    exact = advise(robot, '--drive', table, *counts)
-    assert 35.0 < exact['answers']['odometry']['smallest_ppr'] < 55.0
-    loose = calibrated(ratio=0.003, slip_m2_per_m=1e-6).model_dump(exclude_none=True)
-    answer = advise({**robot, 'calibration': loose}, '--drive', table, *counts)['answers']['odometry']
-    assert (answer['kind'], answer['limit'][0]['cause']) == ('not_the_limit', 'calibration (ratio of radii)')
 
 
 @pytest.mark.parametrize(

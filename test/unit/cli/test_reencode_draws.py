@@ -9,6 +9,7 @@ import pytest
 import reencoding_drives as drives
 from diff_encoder_sim.api.recorded_drives import reencode
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc
+from drawn_drives import calibrated
 from places import REAL_DRIVES
 from reencoding_drives import ROS1, START_NS, angles_rad, counts_of, drive, rows_of, run, write
 from trial_bags import trial
@@ -132,11 +133,9 @@ def test_one_draw_of_a_seed_gives_its_drive_with_bags(tmp_path, capsys):
 
 
 def test_the_calibration_in_the_robot_file_places_the_reference(tmp_path):
-    estimates = dict(left_wheel_diameter_m=0.3, right_wheel_diameter_m=0.3, wheel_separation_m=0.5)
-    estimates.update(reference_x_m=PLACE.x_m, reference_y_m=0.0, reference_yaw_rad=0.0)
-    estimates.update(reference_delay_s=DELAY_S, slip_m2_per_m=0.001, slip_rad2_per_rad=0.001)
-    content = {name: {'value': value, 'interval': [value, value]} for name, value in estimates.items()}
-    content.update(geometry_covariance=np.zeros((3, 3)).tolist(), drives=[{'file': 'a.csv', 'sha256': 64 * '0'}])
+    content = calibrated().model_dump(exclude_none=True)
+    for name, value in (('x_m', PLACE.x_m), ('y_m', 0.0), ('yaw_rad', 0.0), ('delay_s', DELAY_S)):
+        content[f'reference_{name}'] = {'value': value, 'interval': [value, value]}
     robot = tmp_path / 'robot.yaml'
     left_m, right_m = DIAMETERS_M
     wheels = {'config.wheel_diameter': {'left': left_m, 'right': right_m}, 'config.wheel_separation': SEPARATION_M}
