@@ -53,8 +53,9 @@ def calibration_tables(found: Calibration, predictions: Sequence[Prediction]) ->
         yield TextTable('Disturbances', ['drive', 'disturbance', 'time [s]'], rows)
     if predictions:
         rows = [row for prediction in predictions for row in _prediction_rows(prediction)]
+        note = prediction_note(found.disturbances, predictions)
         heads = ['drive', 'error', 'length [m]', 'before', 'observed', '90 % from', 'to', 'inside']
-        yield TextTable('Prediction', heads, rows, '\n'.join(filter(None, [PREDICTED, prediction_note(predictions)])))
+        yield TextTable('Prediction', heads, rows, '\n'.join(filter(None, [PREDICTED, note])))
 
 
 def _value_texts(found: Calibration, name: str) -> List[str]:
@@ -79,12 +80,12 @@ def _prediction_rows(prediction: Prediction) -> Iterator[List[str]]:
             yield [drive, f'{axis} [{unit}]', length, *shown, 'yes' if prediction.is_inside[row] else 'no']
 
 
-def prediction_note(predictions: Sequence[Prediction]) -> str:
+def prediction_note(disturbances: Sequence[Disturbance], predictions: Sequence[Prediction]) -> str:
     """Say if more errors of several drives are outside of their intervals than chance allows; else ''."""
-    is_inside = [each.is_inside[np.isfinite(each.error)] for each in predictions]
-    outside = np.count_nonzero(~np.concatenate(is_inside or [np.array([], bool)]))
-    probability = special.bdtrc(outside - 1, sum(map(len, is_inside)), 1.0 - LEVEL)
-    return DIFFERING if len(predictions) > 1 and probability < BY_CHANCE else ''
+    disturbed = {each.drive for each in disturbances if each.is_lasting}  # where more than slip is no surprise
+    is_inside = [each.is_inside[np.isfinite(each.error)] for each in predictions if each.drive not in disturbed]
+    outside, count = sum(map(np.count_nonzero, map(np.invert, is_inside))), sum(map(len, is_inside))
+    return DIFFERING if len(is_inside) > 1 and special.bdtrc(outside - 1, count, 1.0 - LEVEL) < BY_CHANCE else ''
 
 
 def kind_of(disturbance: Disturbance) -> str:
@@ -140,7 +141,7 @@ def calibration_json(found: Calibration, predictions: Sequence[Prediction]) -> D
         'predictions': [
             {**each._asdict(), 'bias': each.interval.mean(axis=1), 'is_inside': each.is_inside} for each in predictions
         ],
-        'prediction_note': prediction_note(predictions),
+        'prediction_note': prediction_note(found.disturbances, predictions),
         # The robot file allows variances to 1; a larger one says no more.
         'geometry_covariance': found.geometry_covariance / max(1.0, found.geometry_covariance.diagonal().max()),
     }

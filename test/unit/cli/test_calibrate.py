@@ -12,6 +12,7 @@ import yaml
 from diff_encoder_sim import api
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.calibration.calibration_tables import prediction_note
+from diff_encoder_sim.calibration.estimation import Disturbance
 from diff_encoder_sim.calibration.prediction import Prediction
 from diff_encoder_sim.calibration.umbmark import GEOMETRY, WheelGeometry
 from diff_encoder_sim.cli import calibrate
@@ -188,9 +189,11 @@ def test_squares_of_a_bag_give_the_separation(tmp_path):
 def test_more_errors_outside_of_their_intervals_than_by_chance_are_noted():
     interval, out, unknown = np.array([[-1.0, 1.0]] * 3), np.array([2.0, 0.0, 2.0]), np.array([2.0, 0.0, np.nan])
     drives = [Prediction('a', 1.0, 1.0, error, interval[:, 1], interval, None) for error in (out, unknown, out * 0.1)]
-    assert prediction_note(drives) == ''  # 3 of 8: probability 0.04
-    assert 'count on the observed errors' in prediction_note([*drives, drives[0]])  # 5 of 11: 0.003
-    assert prediction_note([drives[0]._replace(error=out + 2.0)]) == prediction_note([]) == ''  # a single drive
+    assert prediction_note([], drives) == ''  # 3 of 8: probability 0.04
+    more = [*drives, drives[0]._replace(drive='b')]
+    assert 'count on the observed errors' in prediction_note([], more)  # 5 of 11: 0.003
+    assert prediction_note([Disturbance('b', 1.0, 2.0, True)], more) == ''
+    assert prediction_note([], [drives[0]._replace(error=out + 2.0)]) == prediction_note([], []) == ''  # a single drive
 
 
 def test_ends_of_squares_correct_the_robot(tmp_path, capsys):
