@@ -40,7 +40,7 @@ STARTED_OVER_M = 3.0  # of a drive, by which its start is placed on the referenc
 FRACTION, FIRST_FRACTION = 0.25, 0.1  # of the windows, whose distances are usual
 MOVING_M = 0.1  # path of both wheels in a window
 FEWEST_FREEDOM = 5.0  # of a variance
-SHORTEST_PIECE_S = 6.0  # between two disturbances
+SHORTEST_PIECE_S = 8.0  # between two disturbances
 MOST_ROUNDS = 8  # of finding disturbances
 
 # Half the interval of what drives determine is below these.

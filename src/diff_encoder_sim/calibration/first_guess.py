@@ -17,8 +17,9 @@ from diff_encoder_sim.base.errors import ConfigError
 WINDOW_S = 20.0  # of the alignment
 EVERY_S, WHEELS_EVERY_S = 0.25, 0.1  # intervals of its rows, and of the samples of the wheels
 RATIOS = np.geomspace(0.03, 1.0, 48)  # radius / separation
-DELAYS_S = np.arange(-0.4, 0.41, 0.05)
+DELAYS_S = 0.05 * np.array(sorted(range(-8, 9), key=abs))
 FEWEST_ROWS = 8  # of a window
+LEAST_ERROR_M = 1e-3  # smaller errors of an alignment do not tell ratios and delays apart
 OUTLYING = 3.0  # error of a window in medians of all, beyond which it is left out
 USUAL_RATIO = 0.25  # of a robot that never turned
 _RIDGE = 1e-3  # for the place of the sensor in windows without turns
@@ -123,6 +124,6 @@ def _align(
         float(place.imag),
         float(np.angle((sensors * of_scale)[good].sum())) if np.isfinite(poses[0, 2]) else 0.0,
         delay_s,
-        float(errors_m[good].real.mean()),
+        max(LEAST_ERROR_M, float(errors_m[good].real.mean())),
         float(np.median(errors_m.real / np.maximum(1e-6, sizes_m.real))),
     )

@@ -37,6 +37,7 @@ USUAL = np.array([0.0] * 7 + [math.log(1e-6), math.log(1e-6), 0.0, 0.0, -3.0, -3
 SPREAD = np.array([1.0, 1.0, 0.7, 1.0, 1.0, 10.0, 0.5, 4.0, 4.0, 3.0, 3.0, 1.5, 1.5, 1.5])
 STEPS = np.array([1e-5, 1e-5, 1e-4, 1e-4, 1e-4, 1e-4, 1e-3, *[1e-2] * 7])  # of numerical derivatives
 
+LEAST_STD = 1e-4  # [m, rad] of a window: interpolation between samples, and physics, are not better
 UNSTATED_STD = 0.01  # [m, rad] unit of the noise of a reference that states no covariance
 NOISE_STEP = 0.1  # of logarithms
 
@@ -151,7 +152,7 @@ class Track:
         values = np.exp(parameters)
         left_m, right_m = 0.5 * values[:2] * self.count_rad  # distance of a count
         # Two independent remainders of a count, which do not grow: bounded.
-        of_counts = (left_m**2 + right_m**2) / 12.0 * np.array([0.25, 1.0 / values[2] ** 2])
+        of_counts = (left_m**2 + right_m**2) / 12.0 * np.array([0.25, 1.0 / values[2] ** 2]) + LEAST_STD**2
         given = np.concatenate([values[2:3], parameters[3:6], values[7:9], values[9:13] ** 2, values[13:14]])
         errors, variances = np.zeros((len(is_used), 3)), np.ones((len(is_used), 3))
         reference = self.middles_s, self.first_rows, self.first_parts, self.poses, self._weights, self.has_yaw
