@@ -192,12 +192,12 @@ def recorded_robot(
     file = NO_ROBOT
     if options.robot:
         arguments = xacro_arguments(options.robot_args)
-        robot = load_numbers(options.robot, Path(), package_folder(), arguments, options.packages)
-        file, gives_way = robot.file, RESOLUTION_KEYS if has_encoders else ()
-        own = {key[7:]: value for key, value in robot.settings.items() if key[:7] == 'config.' and key not in gives_way}
-        add(nested({**uncertainty_of_robot(robot.settings), **own}), robot.file.where)
-        if robot.file.ppr is not None:
-            add({'ppr': robot.file.ppr}, robot.file.where)
+        file, settings = load_numbers(options.robot, Path(), package_folder(), arguments, options.packages)
+        gives_way = RESOLUTION_KEYS if has_encoders else ()
+        own = {key[7:]: value for key, value in settings.items() if key[:7] == 'config.' and key not in gives_way}
+        add(nested({**uncertainty_of_robot(settings), **own}), file.where)
+        if file.ppr is not None:
+            add({'ppr': file.ppr}, file.where)
     if options.config:
         given = load_yaml(options.config).items()
         add({key: value for key, value in given if not options.robot or usual.get(key) != value}, str(options.config))

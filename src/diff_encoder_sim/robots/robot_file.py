@@ -149,20 +149,13 @@ def robot_names(config_folder: Path) -> List[str]:
 def derived_settings(robot: RobotDescription) -> Dict[str, Any]:
     """Return settings by dotted keys from the stem of a file of config/; a robot file's own values precede these."""
     left_m, right_m = map(_rounded, robot.wheel_diameters_m)
-    diameter = left_m if left_m == right_m else {'left': left_m, 'right': right_m}
-    settings: Dict[str, Any] = {
-        'config.wheel_diameter': diameter,
-        'config.wheel_separation': _rounded(robot.wheel_separation_m),
-        'config.axle_x': _rounded(robot.axle_x_m),
-        'amcl.axle_x': _rounded(robot.axle_x_m),
-        # The simulated ones too: workers have only the URDF, not the user's choices.
-        'simulator.wheel_diameter': diameter,
-        'simulator.wheel_separation': _rounded(robot.wheel_separation_m),
-    }
+    settings: Dict[str, Any] = dict.fromkeys(('config.axle_x', 'amcl.axle_x'), _rounded(robot.axle_x_m))
+    for stem in ('config', 'simulator'):  # the simulated ones too: workers have only the URDF, not the user's choices
+        settings[f'{stem}.wheel_diameter'] = left_m if left_m == right_m else {'left': left_m, 'right': right_m}
+        settings[f'{stem}.wheel_separation'] = _rounded(robot.wheel_separation_m)
+        settings.update({f'{stem}.left_joint': robot.left.joint, f'{stem}.right_joint': robot.right.joint})
     for side, wheel in (('left', robot.left), ('right', robot.right)):
-        settings[f'config.{side}_joint'] = wheel.joint
         settings[f'config.{side}_reversed'] = not wheel.is_forward_positive
-        settings[f'simulator.{side}_joint'] = wheel.joint
     costmaps = [f'navigation.{name}_costmap' for name in ('global', 'local')]
     frames = ('config.base_frame', 'amcl.base_frame_id', *(f'{costmap}.robot_base_frame' for costmap in costmaps))
     settings.update(dict.fromkeys(frames, robot.tree.root))

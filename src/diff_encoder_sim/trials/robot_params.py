@@ -162,17 +162,10 @@ def _dotted_keys(params_class: Type[Params], prefix: str) -> Iterator[str]:
             yield f'{prefix}{name}'
 
 
-class RobotNumbers(NamedTuple):
-    """What is known of a robot without its description."""
-
-    file: RobotFile
-    settings: Dict[str, Any]  # values of parameters by dotted keys; without a URDF those of the robot file
-
-
 def load_numbers(
     given: str, folder: Path, package_folder: Path, arguments: Mapping[str, str], packages: Sequence[Path] = ()
-) -> RobotNumbers:
-    """Load a robot as `load_robot`, but its file needs no URDF; ConfigError if it is bad."""
+) -> Tuple[RobotFile, Dict[str, Any]]:
+    """Load a robot as `load_robot`, but without a URDF too; return its file and its settings by dotted keys."""
     file = load_robot_file(given or 'alto', folder, package_folder, arguments, packages)
     for key in file.overrides:
         check_key(key, f'{file.where}: set: ')
@@ -181,14 +174,14 @@ def load_numbers(
         override(load_robot_config(package_folder / 'config'), settings)
     except ConfigError as error:
         raise ConfigError(f'{file.where}: {error}') from None
-    return RobotNumbers(file, settings)
+    return file, settings
 
 
 def load_robot(
     given: str, folder: Path, package_folder: Path, arguments: Mapping[str, str], packages: Sequence[Path] = ()
 ) -> RobotSetup:
     """Load a robot: name ('' for alto), robot file, xacro or URDF, relative to `folder`; ConfigError if one is bad."""
-    return set_up_robot(load_numbers(given, folder, package_folder, arguments, packages).file)
+    return set_up_robot(load_numbers(given, folder, package_folder, arguments, packages)[0])
 
 
 _ENDS = {'latch': 'ends anywhere within', 'precise': 'drives up to within about'}  # by `stop`

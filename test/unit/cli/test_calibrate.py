@@ -92,13 +92,14 @@ def test_the_json_has_the_values_with_intervals_and_the_drives(done):
 
 def test_the_robot_file_is_that_of_the_json_and_other_commands_read_it(done):
     folder, _ = done
-    content, robot = json.loads((folder / 'r.json').read_text()), load_numbers('r.yaml', folder, ROOT, {})
-    params = override(load_robot_config(CONFIG), robot.settings)
+    content = json.loads((folder / 'r.json').read_text())
+    file, settings = load_numbers('r.yaml', folder, ROOT, {})
+    params = override(load_robot_config(CONFIG), settings)
     assert params.odometry.wheel_diameter.left == pytest.approx(content['left_wheel_diameter_m']['value'])
     assert params.odometry.wheel_separation == pytest.approx(content['wheel_separation_m']['value'])
     assert params.odometry.motion_noise == pytest.approx(content['slip_m2_per_m']['value'])
     assert params.amcl.odom_alpha2 == content['amcl']['odom_alpha2']
-    assert robot.file.ppr == COUNTS and robot.file.calibration.drives[1].file == str(folder / 'drive_2.csv')
+    assert file.ppr == COUNTS and file.calibration.drives[1].file == str(folder / 'drive_2.csv')
     reference = {'csv': folder / 'drive_1.csv', **COLUMNS}
     assert api.reencode(robot=str(folder / 'r.yaml'), ppr=[COUNTS], draws=1, **reference)[0].error.ate_rmse_m < 0.05
 
@@ -118,11 +119,11 @@ def test_a_straight_line_does_not_determine_the_separation_which_stays_nominal_o
     nominal = robot_file(tmp_path / 'nominal.yaml')
     found = api.calibrate(robot=nominal, out=tmp_path / 'r.yaml', json=tmp_path / 'r.json', **options)
     assert 'wheel_separation_m' in found.undetermined
-    assert load_numbers('r.yaml', tmp_path, ROOT, {}).settings['config.wheel_separation'] == 0.4
+    assert load_numbers('r.yaml', tmp_path, ROOT, {})[1]['config.wheel_separation'] == 0.4
     controller = json.loads((tmp_path / 'r.json').read_text())['diff_drive_controller']
     assert controller['wheel_separation_multiplier'] == 1.0
     api.calibrate(out=tmp_path / 'r.yaml', json=tmp_path / 'r.json', **options)
-    assert 'config.wheel_separation' not in load_numbers('r.yaml', tmp_path, ROOT, {}).settings
+    assert 'config.wheel_separation' not in load_numbers('r.yaml', tmp_path, ROOT, {})[1]
     assert json.loads((tmp_path / 'r.json').read_text())['diff_drive_controller'] == {}
 
 
@@ -182,7 +183,7 @@ def test_squares_of_a_bag_give_the_separation(tmp_path):
     assert found.squares == (1, 1)
     assert (found.e_b, found.e_d) == pytest.approx((1.02, 1.0), abs=2e-3)
     assert found.e_max_m[1] < 0.1 * found.e_max_m[0]
-    settings = load_numbers('r.yaml', tmp_path, ROOT, {}).settings
+    settings = load_numbers('r.yaml', tmp_path, ROOT, {})[1]
     assert settings['config.wheel_separation'] == pytest.approx(0.408, abs=1e-3)
 
 
@@ -203,7 +204,7 @@ def test_ends_of_squares_correct_the_robot(tmp_path, capsys):
     calibrate.main(f'--umbmark --ends {tmp_path / "ends.csv"} --robot {robot} {written}'.split())
     assert 'E_d' in capsys.readouterr().out
     content = json.loads((tmp_path / 'r.json').read_text())
-    settings = load_numbers(str(out), tmp_path, ROOT, {}).settings
+    settings = load_numbers(str(out), tmp_path, ROOT, {})[1]
     assert content['e_max_syst_after_m'] < 0.1 * content['e_max_syst_before_m']
     assert settings['config.wheel_separation'] == pytest.approx(content['wheel_separation_m'])
     assert settings['config.wheel_diameter']['left'] == pytest.approx(content['left_wheel_diameter_m'])

@@ -74,13 +74,13 @@ def written(folder, base, **changes):
 
 def test_a_calibrated_robot_is_read_again_without_a_urdf(tmp_path):
     path = written(tmp_path, NO_ROBOT._replace(ppr=409600.0))
-    robot = load_numbers(path, tmp_path, ROOT, {})
-    assert (robot.file.ppr, robot.file.calibration) == (409600.0, calibration())
-    params = override(load_robot_config(CONFIG), robot.settings)
+    file, settings = load_numbers(path, tmp_path, ROOT, {})
+    assert (file.ppr, file.calibration) == (409600.0, calibration())
+    params = override(load_robot_config(CONFIG), settings)
     assert params.odometry.wheel_diameter.plain == {'left': 0.3157, 'right': 0.3174}
     assert (params.odometry.wheel_separation, params.odometry.motion_noise) == (0.5612, 3.1e-6)
     assert (params.amcl.odom_alpha1, params.amcl.odom_alpha4) == (0.01, 0.04)
-    assert not any(key.startswith('simulator') for key in robot.settings)
+    assert not any(key.startswith('simulator') for key in settings)
     with pytest.raises(ConfigError) as refused:
         load_robot(path, tmp_path, ROOT, {})
     assert str(refused.value) == f"{path}: urdf: missing; expected the robot's xacro or URDF, which this needs"
