@@ -11,7 +11,7 @@ from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.calibration.first_guess import FirstGuess, first_guess
+from diff_encoder_sim.calibration.first_guess import UNRELATED, FirstGuess, first_guess
 from diff_encoder_sim.calibration.likelihood import (
     GEOMETRY,
     INDEX,
@@ -34,7 +34,6 @@ SHORTEST_S, LEAST_PATH_M = 10.0, 0.5  # of a drive; a path of the wheels
 FASTEST_RADPS = 200.0  # of a wheel; more is a wrap of the counter
 FIRST_GATE = 100.0  # with the first guess, relative to the usual distances
 POSE_EVERY_S, WHEELS_EVERY_S = 0.05, 0.02
-UNRELATED = 0.1  # distance of the aligned path, as a fraction of its size
 GATE = 60.0  # squared Mahalanobis distance of a window that is not believed; 1e-12 by chance
 STARTED_OVER_M = 3.0  # of a drive, by which its start is placed on the reference
 FRACTION, FIRST_FRACTION = 0.25, 0.1  # of the windows, whose distances are usual
@@ -200,10 +199,16 @@ def _start(tracks: Sequence[Track], guesses: Sequence[FirstGuess], nominal: Opti
     of_noise = (math.log(1e-5), math.log(1e-4), noise, of_yaw, noise - 2.0, of_yaw - 2.0, math.log(2.0))
     place = (guess.x_m, guess.y_m, guess.yaw_rad, guess.delay_s)
     left, right = diameter_m, diameter_m
-    if nominal is not None:
+    separation_m = guess.radius_m / guess.ratio
+    if all(track.turns_in_place for track in tracks):
+        if nominal is None:
+            raise ConfigError('drives: given only turns in place; allowed: straights, too, or --robot with the wheels')
+        left, right = nominal.left_diameter_m, nominal.right_diameter_m
+        separation_m = 0.25 * (left + right) / guess.ratio
+    elif nominal is not None:
         ratio = nominal.right_diameter_m / nominal.left_diameter_m
         left, right = 2.0 * diameter_m / (1.0 + ratio), 2.0 * diameter_m * ratio / (1.0 + ratio)
-    return np.array([math.log(left), math.log(right), math.log(guess.radius_m / guess.ratio), *place, *of_noise])
+    return np.array([math.log(left), math.log(right), math.log(separation_m), *place, *of_noise])
 
 
 def _fitted(whole: List[List[Track]], start: np.ndarray) -> Tuple[np.ndarray, List[List[Track]]]:
@@ -214,7 +219,7 @@ def _fitted(whole: List[List[Track]], start: np.ndarray) -> Tuple[np.ndarray, Li
     parameters, before = start, None  # type: np.ndarray, Optional[List[Tuple[float, Tuple[bool, ...]]]]
     for _ in range(MOST_ROUNDS):
         parts = [
-            [piece for track in tracks for piece in _pieces(track, parameters, before is None)] for tracks in whole
+            [piece for track in tracks for piece in pieces_of(track, parameters, before is None)] for tracks in whole
         ]
         pieces = [piece for tracks in parts for piece in tracks]
         found = [(float(piece.pose_times_s[0]), tuple(piece.is_used)) for piece in pieces]
@@ -226,7 +231,7 @@ def _fitted(whole: List[List[Track]], start: np.ndarray) -> Tuple[np.ndarray, Li
     return parameters, parts
 
 
-def _pieces(track: Track, parameters: np.ndarray, is_first: bool) -> List[Track]:
+def pieces_of(track: Track, parameters: np.ndarray, is_first: bool = False) -> List[Track]:
     """Leave out the windows of a track that do not fit, and split it where they change the pose for good."""
     if np.ptp(track.pose_times_s) < SHORTEST_PIECE_S:
         return []
@@ -248,7 +253,7 @@ def _pieces(track: Track, parameters: np.ndarray, is_first: bool) -> List[Track]
         after = worst + 1 + int(np.argmax(np.append(is_used[worst + 1 :], True)))
         if after < len(is_used) and track.distances(parameters, is_used)[after] > least:
             halves = track.between(0, worst), track.between(worst + 1, len(is_used))
-            return [piece for half in halves for piece in _pieces(half, parameters, is_first)]
+            return [piece for half in halves for piece in pieces_of(half, parameters, is_first)]
 
 
 def _values(parameters: np.ndarray, uncertainty: Uncertainty) -> Tuple[Dict[str, Estimated], List[str]]:

@@ -19,18 +19,25 @@ EVERY_S, WHEELS_EVERY_S = 0.25, 0.1  # intervals of its rows, and of the samples
 RATIOS = np.geomspace(0.03, 1.0, 48)  # radius / separation
 DELAYS_S = 0.05 * np.array(sorted(range(-8, 9), key=abs))
 FEWEST_ROWS = 8  # of a window
+LEAST_SIZE_M = 0.1  # of a path that tells whether a reference follows the wheels
 LEAST_ERROR_M = 1e-3  # smaller errors of an alignment do not tell ratios and delays apart
 OUTLYING = 3.0  # error of a window in medians of all, beyond which it is left out
+LEAST_TURNS_RAD = 3.0  # of a reference, beside its noise
 USUAL_RATIO = 0.25  # of a robot that never turned
 _RIDGE = 1e-3  # for the place of the sensor in windows without turns
 
 # The signs of the left and the right wheel, and whether they are swapped; the first is right.
 WIRINGS = {
     (1, 1, False): '',
-    (1, 1, True): 'left and right are swapped; allowed: the left wheel first',
+    (
+        1,
+        1,
+        True,
+    ): 'left and right are swapped, or both reversed; allowed: the left wheel first, or --reversed left right',
     (-1, 1, False): "the left wheel's numbers fall when the robot drives forward; allowed: --reversed left",
     (1, -1, False): "the right wheel's numbers fall when the robot drives forward; allowed: --reversed right",
 }
+UNRELATED = 0.1  # distance of an aligned path as a fraction of its size: the reference is of another drive
 CLEARLY_BETTER = 0.5  # error of another wiring, as a fraction of that of the right one
 
 
@@ -65,17 +72,30 @@ def first_guess(
     data = (times_s[samples], angles_rad[samples], pose_times_s[rows], poses[rows])
     ratios = RATIOS if ratio is None else np.append(RATIOS, ratio)
     errors = {wiring: np.array([_align(*data, wiring, each, 0.0).error_m for each in ratios]) for wiring in WIRINGS}
-    right = errors[1, 1, False].min()
     wiring = min(WIRINGS, key=lambda each: errors[each].min())
-    if errors[wiring].min() < CLEARLY_BETTER * right and wiring != (1, 1, False):
-        raise ConfigError(f'{name}: {WIRINGS[wiring]}')
+    if errors[wiring].min() < CLEARLY_BETTER * errors[1, 1, False].min():
+        other = _align(*data, wiring, float(ratios[errors[wiring].argmin()]), 0.0)
+        if other.unrelated < UNRELATED:
+            raise ConfigError(f'{name}: {WIRINGS[wiring]}')
     of_right = errors[1, 1, False]
     best = float(ratios[of_right.argmin()])
     if of_right.min() > 0.9 * np.median(of_right):  # a drive without turns fits with any
-        best = USUAL_RATIO if ratio is None else ratio
+        best = _ratio_by_yaw(*data) or ratio or USUAL_RATIO
     delay_s = min(DELAYS_S, key=lambda each: _align(*data, (1, 1, False), best, float(each)).error_m)
     finer = min(best * np.geomspace(0.9, 1.1, 41), key=lambda each: _align(*data, (1, 1, False), each, delay_s).error_m)
     return _align(*data, (1, 1, False), float(finer), float(delay_s))
+
+
+def _ratio_by_yaw(
+    times_s: np.ndarray, angles_rad: np.ndarray, pose_times_s: np.ndarray, poses: np.ndarray
+) -> Optional[float]:
+    """Return radius / separation by the turns of the reference; None without yaw or turns."""
+    turns_rad = np.diff(np.unwrap(poses[:, 2]))
+    of_wheels_rad = np.diff(np.interp(pose_times_s, times_s, angles_rad[:, 1] - angles_rad[:, 0]))
+    if not np.isfinite(turns_rad).all() or abs(turns_rad).sum() < LEAST_TURNS_RAD:
+        return None
+    ratio = float(of_wheels_rad @ turns_rad / max(1e-9, of_wheels_rad @ of_wheels_rad))
+    return ratio if ratio > 0.0 else None
 
 
 def _align(
@@ -125,5 +145,5 @@ def _align(
         float(np.angle((sensors * of_scale)[good].sum())) if np.isfinite(poses[0, 2]) else 0.0,
         delay_s,
         max(LEAST_ERROR_M, float(errors_m[good].real.mean())),
-        float(np.median(errors_m.real / np.maximum(1e-6, sizes_m.real))),
+        float(np.median(errors_m.real / np.maximum(LEAST_SIZE_M, sizes_m.real))),
     )

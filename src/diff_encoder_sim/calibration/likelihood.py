@@ -37,7 +37,7 @@ USUAL = np.array([0.0] * 7 + [math.log(1e-6), math.log(1e-6), 0.0, 0.0, -3.0, -3
 SPREAD = np.array([1.0, 1.0, 0.7, 1.0, 1.0, 10.0, 0.5, 4.0, 4.0, 3.0, 3.0, 1.5, 1.5, 1.5])
 STEPS = np.array([1e-5, 1e-5, 1e-4, 1e-4, 1e-4, 1e-4, 1e-3, *[1e-2] * 7])  # of numerical derivatives
 
-LEAST_STD = 1e-4  # [m, rad] of a window: interpolation between samples, and physics, are not better
+LEAST_STD = 5e-4  # [m, rad] of a window: interpolation between samples, and physics, are not better
 UNSTATED_STD = 0.01  # [m, rad] unit of the noise of a reference that states no covariance
 NOISE_STEP = 0.1  # of logarithms
 
@@ -45,6 +45,7 @@ ONLY_GEOMETRY = [*range(7), 9, 10]  # with white noise; what slips and drifts is
 MOST_STEPS = 40
 
 LEAST_TURN_RAD = 0.5  # of a drive that determines the separation
+LEAST_AHEAD = 0.05  # rotation of both wheels ahead, by that of a turn, of a drive that determines the scale
 LONGEST_GAP_S = 1.0
 LONGEST_DELAY_S = 0.5  # of the reference; its rows nearer to an end of the drive are left out
 
@@ -114,9 +115,15 @@ class Track:
         poses = self.pose_times_s[rows], self.poses[rows], self.covariances[rows]
         return Track(self.times_s, self.angles_rad, *poses, self.count_rad)
 
+    @property
+    def turns_in_place(self) -> bool:
+        """Return whether the robot hardly goes ahead."""
+        left, right = self.angles_rad.T
+        return bool(np.ptp(0.5 * (left + right)) < LEAST_AHEAD * np.ptp(right - left))
+
     def motions(self, parameters: np.ndarray, at_s: np.ndarray) -> np.ndarray:
         """Return (m, 6) `motions` of `filter_poses` at times of the drive."""
-        left_m, right_m = (0.5 * math.exp(parameters[side]) * self.angles_rad[:, side] for side in range(2))
+        left_m, right_m = (0.5 * np.exp(parameters[:2]) * self.angles_rad).T
         steps_m = np.diff(np.stack((left_m, right_m)), axis=1, prepend=np.array([left_m[:1], right_m[:1]]))
         yaw_rad = (right_m - left_m) / math.exp(parameters[2])
         turns_rad = np.diff(yaw_rad, prepend=yaw_rad[:1])
@@ -165,12 +172,15 @@ class Track:
 def free_parameters(tracks: Sequence[Track], parameters: np.ndarray) -> np.ndarray:
     """Return the indices of the parameters that the drives can determine.
 
-    On a straight line, the separation would follow only from the noise of the heading, which is not its measure.
+    On a straight line, the separation would follow only from the noise of the heading, which is not its measure. Turns
+    in place determine radius / separation, but not the scale.
     """
     yaws_rad = [track.motions(parameters, track.pose_times_s)[:, 2] for track in tracks]
     fixed = [] if any(track.has_yaw for track in tracks) else OF_YAW
     if max(map(np.ptp, yaws_rad), default=0.0) < LEAST_TURN_RAD:
         fixed = [*fixed, INDEX['wheel_separation_m']]
+    elif all(track.turns_in_place for track in tracks):
+        fixed = [*fixed, 0, 1]  # the diameters
     return np.setdiff1d(np.arange(len(NAMES)), fixed)
 
 

@@ -8,10 +8,12 @@ from typing import List, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from diff_encoder_sim.base.drive import Drive
+from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.calibration.estimation import (
     Calibration,
     ReferencedDrive,
     calibrate,
+    pieces_of,
     reach_of,
     start_heading,
     track_of,
@@ -53,9 +55,12 @@ def cross_predictions(drives: Sequence[ReferencedDrive], nominal: Optional[Wheel
 
 
 def predict(calibration: Calibration, drive: ReferencedDrive, nominal: Optional[WheelGeometry] = None) -> Prediction:
-    """Predict the end of a drive; ConfigError if it is too short."""
-    track = track_of(drive)
+    """Predict the end of a drive, or of its longest part between disturbances; ConfigError if it is too short."""
     parameters, uncertainty = calibration.parameters, calibration.uncertainty
+    pieces = pieces_of(track_of(drive), parameters)
+    if not pieces:
+        raise ConfigError(f'{drive.name}: given no part without a disturbance; allowed: a steadier drive')
+    track = max(pieces, key=lambda each: float(np.ptp(each.pose_times_s)))
     track.start_yaw_rad = start_heading(track, parameters, ALIGNED_OVER_M)
     error, covariance = _end_error(track, parameters)
     slopes = np.zeros((3, len(parameters)))
