@@ -74,6 +74,7 @@ def test_several_drives_narrow_the_intervals(calibration):
     ('change', 'says'),
     [
         (lambda angles: angles[:, ::-1], 'swapped'),
+        (lambda angles: -angles, 'both reversed'),
         (lambda angles: angles * [-1.0, 1.0], '--reversed left'),
         (lambda angles: angles * [1.0, -1.0], '--reversed right'),
         (lambda angles: 0.0 * angles, 'turns by 0.00 rad'),
@@ -97,6 +98,9 @@ def test_a_reference_of_another_robot_and_a_short_one_are_errors():
         calibrate([drive._replace(reference=other.reference)])
     with pytest.raises(ConfigError, match='at least 10 s'):
         calibrate([drive_of(duration_s=9.0)])
+    still = drive.reference._replace(poses=0.0001 * drive.reference.poses)
+    with pytest.raises(ConfigError, match='the reference moves by'):
+        calibrate([drive._replace(reference=still)])
 
 
 @pytest.mark.parametrize('kind', ['pushed', 'lifted', 'reference jumps', 'outliers', 'missing'])
