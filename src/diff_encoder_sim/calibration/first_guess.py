@@ -23,6 +23,7 @@ LEAST_SIZE_M = 0.1  # of a path that tells whether a reference follows the wheel
 LEAST_ERROR_M = 1e-3  # smaller errors of an alignment do not tell ratios and delays apart
 OUTLYING = 3.0  # error of a window in medians of all, beyond which it is left out
 LEAST_TURNS_RAD = 3.0  # of a reference, beside its noise
+NEARBY = np.array(sorted(np.geomspace(0.9, 1.1, 41), key=lambda each: abs(math.log(each))))  # the first of equals
 USUAL_RATIO = 0.25  # of a robot that never turned
 _RIDGE = 1e-3  # for the place of the sensor in windows without turns
 
@@ -82,7 +83,7 @@ def first_guess(
     if of_right.min() > 0.9 * np.median(of_right):  # a drive without turns fits with any
         best = _ratio_by_yaw(*data) or ratio or USUAL_RATIO
     delay_s = min(DELAYS_S, key=lambda each: _align(*data, (1, 1, False), best, float(each)).error_m)
-    finer = min(best * np.geomspace(0.9, 1.1, 41), key=lambda each: _align(*data, (1, 1, False), each, delay_s).error_m)
+    finer = min(best * NEARBY, key=lambda each: _align(*data, (1, 1, False), each, delay_s).error_m)
     return _align(*data, (1, 1, False), float(finer), float(delay_s))
 
 
