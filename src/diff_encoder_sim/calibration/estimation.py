@@ -110,13 +110,16 @@ def calibrate(drives: Sequence[ReferencedDrive], nominal: Optional[WheelGeometry
     whole = [track_of(each) for each in drives]
     guesses = [guess_of(each.name, track, nominal) for each, track in zip(drives, whole)]
     parameters, parts = _fitted([track.without_gaps() for track in whole], _start(whole, guesses, nominal))
-    if not any(parts):
-        names = ', '.join(each.name for each in drives)
-        raise ConfigError(f'{names}: given no {SHORTEST_PIECE_S:g} s without a disturbance; allowed: steadier drives')
+    for each, tracks in zip(drives, parts):
+        if not tracks:
+            raise ConfigError(
+                f'{each.name}: given no {SHORTEST_PIECE_S:g} s without a disturbance; allowed: a steadier one'
+            )
     uncertainty = uncertainty_at([track for of_drive in parts for track in of_drive], parameters)
     values, undetermined = _values(parameters, uncertainty)
-    disturbances = [found for each, tracks in zip(drives, parts) for found in _disturbances(each.name, tracks)]
-    fits = [_fit(*each, parameters, nominal) for each in zip([each.name for each in drives], whole, parts)]
+    named = list(zip([each.name for each in drives], whole, parts))
+    disturbances = [found for each in named for found in _disturbances(*each)]
+    fits = [_fit(*each, parameters, nominal) for each in named]
     of_ratio = np.eye(len(NAMES))[1] - np.eye(len(NAMES))[0]
     both = uncertainty.expected, uncertainty.observed
     geometry = max(both, key=lambda each: float(of_ratio @ each @ of_ratio))[GEOMETRY, GEOMETRY]
@@ -216,11 +219,10 @@ def _fitted(whole: List[List[Track]], start: np.ndarray) -> Tuple[np.ndarray, Li
 
     Disturbances are found with each estimate, and left out of the next one.
     """
-    parameters, before = start, None  # type: np.ndarray, Optional[List[Tuple[float, Tuple[bool, ...]]]]
+    parameters, before = start, []  # type: np.ndarray, List[Tuple[float, Tuple[bool, ...]]]
     for _ in range(MOST_ROUNDS):
-        parts = [
-            [piece for track in tracks for piece in pieces_of(track, parameters, before is None)] for tracks in whole
-        ]
+        is_first = not before
+        parts = [[piece for track in tracks for piece in pieces_of(track, parameters, is_first)] for tracks in whole]
         pieces = [piece for tracks in parts for piece in tracks]
         found = [(float(piece.pose_times_s[0]), tuple(piece.is_used)) for piece in pieces]
         if found == before:
@@ -242,8 +244,9 @@ def pieces_of(track: Track, parameters: np.ndarray, is_first: bool = False) -> L
     while True:
         distances = track.distances(parameters, is_used)
         # Disturbances make the estimated noise too large, and all distances too small: relative to the lower ones.
-        lower = float(np.quantile(distances[moving], FIRST_FRACTION if is_first else FRACTION))
-        usual = lower / float(special.chdtri(2.0 + track.has_yaw, 1.0 - (FIRST_FRACTION if is_first else FRACTION)))
+        fraction = FIRST_FRACTION if is_first else FRACTION
+        expected = float(special.chdtri(2.0 + track.has_yaw, 1.0 - fraction))
+        usual = float(np.quantile(distances[moving], fraction)) / expected
         least = FIRST_GATE * usual if is_first else GATE * min(1.0, usual)
         worst = int(np.where(is_used, distances, 0.0)[1:].argmax()) + 1
         if distances[worst] <= least:
@@ -266,10 +269,8 @@ def _values(parameters: np.ndarray, uncertainty: Uncertainty) -> Tuple[Dict[str,
     for name, row in combinations.items():
         if name == 'reference_yaw_rad' and not uncertainty.expected[INDEX[name], INDEX[name]]:
             continue
-        centre, half = (
-            float(row @ parameters),
-            reach_of(LEVEL, uncertainty.freedom(row)) * math.sqrt(uncertainty.variance(row)),
-        )
+        centre = float(row @ parameters)
+        half = reach_of(LEVEL, uncertainty.freedom(row)) * math.sqrt(uncertainty.variance(row))
         low, high = centre - half, centre + half
         if name not in NAMES[3:7]:
             centre, low, high = math.exp(centre), math.exp(low), math.exp(high)
@@ -287,16 +288,15 @@ def reach_of(level: float, freedom: float) -> float:
     return float(special.stdtrit(max(FEWEST_FREEDOM, min(freedom, 1e6)), 0.5 + 0.5 * level))
 
 
-def _disturbances(name: str, tracks: Sequence[Track]) -> List[Disturbance]:
-    """Return the gaps between the tracks of a drive, and their windows that are not used, in order."""
-    found = [
-        Disturbance(name, float(before.pose_times_s[-1]), float(after.pose_times_s[0]), True)
-        for before, after in zip(tracks, tracks[1:])
-    ]
+def _disturbances(name: str, whole: Track, tracks: Sequence[Track]) -> List[Disturbance]:
+    """Return the spans of a drive beside its tracks, and their windows that are not used, in order."""
+    starts_s = [whole.pose_times_s[0], *(track.pose_times_s[-1] for track in tracks)]
+    ends_s = [*(track.pose_times_s[0] for track in tracks), whole.pose_times_s[-1]]
+    found = [Disturbance(name, float(start), float(end), True) for start, end in zip(starts_s, ends_s) if end > start]
     for track in tracks:
-        for window in np.flatnonzero(~track.is_used):
-            start_s, end_s = track.edges_s[[window, window + 1]].tolist()
-            found.append(Disturbance(name, start_s, end_s, False))
+        edges_s = track.edges_s.tolist()
+        unused = np.flatnonzero(~track.is_used).tolist()
+        found += [Disturbance(name, edges_s[at], edges_s[at + 1], False) for at in unused]
     return sorted(found, key=lambda each: each.start_s)
 
 
