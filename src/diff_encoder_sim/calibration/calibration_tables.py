@@ -95,10 +95,10 @@ def kind_of(disturbance: Disturbance) -> str:
 
 def summary(found: Calibration, has_nominal: bool) -> List[str]:
     """Say how well the geometry is determined, and what the drives do not determine."""
-    halves = {'scale': 1.96 * math.sqrt(OF_SCALE @ found.geometry_covariance @ OF_SCALE)}
+    halves = {'scale': 1.96 * math.sqrt(OF_SCALE @ found.geometry_covariance @ OF_SCALE) or math.inf}
     for text, name in (('ratio of radii', 'radius_ratio'), ('radius / separation', 'radius_per_separation')):
         value, interval = found.values[name]
-        halves[text] = 0.5 * float(np.ptp(interval)) / value
+        halves[text] = math.inf if name in found.undetermined else 0.5 * float(np.ptp(interval)) / value
     determined = {text: f'to {100.0 * half:.1g} %' for text, half in halves.items() if half < NOT_DETERMINED}
     parts = [f'{text} {determined.get(text, "not determined")}' for text in halves]
     names = [text for name, (text, _) in SHOWN.items() if name in found.undetermined]
