@@ -30,11 +30,7 @@ _RIDGE = 1e-3  # for the place of the sensor in windows without turns
 # The signs of the left and the right wheel, and whether they are swapped; the first is right.
 WIRINGS = {
     (1, 1, False): '',
-    (
-        1,
-        1,
-        True,
-    ): 'left and right are swapped, or both reversed; allowed: the left wheel first, or --reversed left right',
+    (1, 1, True): 'left and right are swapped, or both reversed; allowed: the left one first, or --reversed left right',
     (-1, 1, False): "the left wheel's numbers fall when the robot drives forward; allowed: --reversed left",
     (1, -1, False): "the right wheel's numbers fall when the robot drives forward; allowed: --reversed right",
 }

@@ -1,9 +1,8 @@
-"""The composite likelihood of drives with a reference, and its maximum.
+"""The likelihood of drives with a reference, its maximum, and how well that is known.
 
 Errors of references are correlated over a second or so in ways that no model knows: smoothing filters, jitter of
-clocks, markers that come and go. Segments of `SEGMENT_S` are longer than that. They start at every row, so that they
-overlap, and each chain of segments from end to end has the weight of one over the number of chains (composite
-likelihood: Varin, Reid and Firth 2011). The intervals follow from the scatter of the scores (Godambe's sandwich).
+clocks, markers that come and go. So the data are means over windows of `WINDOW_S`, which follow each other without
+overlap: each segment of a drive, from one window to the next, counts once (`pose_filter`).
 """
 
 from __future__ import annotations
@@ -16,8 +15,7 @@ import numpy as np
 
 from diff_encoder_sim.calibration.pose_filter import ROBUST_BEYOND_STD, filter_poses
 
-WINDOW_S = 2.0
-PARTS = 4  # of a window
+WINDOW_S, PARTS = 2.0, 4  # of a window; the robot's slip within a window is that between its parts
 
 # The parameters, in this order: logarithms of what is positive.
 NAMES = (
@@ -27,7 +25,6 @@ NAMES = (
     *('white_std', 'white_yaw_std', 'slow_std', 'slow_yaw_std', 'slow_time_constant_s'),
 )
 INDEX = {name: index for index, name in enumerate(NAMES)}
-IS_LOGARITHM = np.array([name not in NAMES[3:7] for name in NAMES])
 OF_YAW = [INDEX[name] for name in ('reference_yaw_rad', 'white_yaw_std', 'slow_yaw_std')]
 GEOMETRY, NOISE = slice(0, 3), slice(7, 14)
 
@@ -46,7 +43,7 @@ MOST_STEPS = 40
 
 LEAST_TURN_RAD = 0.5  # of a drive that determines the separation
 LEAST_AHEAD = 0.05  # rotation of both wheels ahead, by that of a turn, of a drive that determines the scale
-LONGEST_GAP_S = 1.0
+LONGEST_GAP_S = 1.0  # between samples of the wheels, across which their motion is known
 LONGEST_DELAY_S = 0.5  # of the reference; its rows nearer to an end of the drive are left out
 
 
