@@ -134,11 +134,6 @@ def own_encoder_text(advice: Advice) -> str:
     return f"The robot's own encoder has {advice.own_counts:g} PPR." if advice.own_counts else ''
 
 
-def tables_text(advice: Advice) -> str:
-    """Return all tables as text."""
-    return '\n\n'.join(table.text() for table in advice_tables(advice))
-
-
 def advice_json(advice: Advice) -> Dict[str, Any]:
     """Return the advice as JSON data; lengths in metres, angles in radians."""
     requirement = advice.requirement

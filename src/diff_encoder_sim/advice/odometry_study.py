@@ -221,10 +221,8 @@ class AdvisedRobot(NamedTuple):
 def simulated_robot(campaign: Campaign, distance_m: Optional[float]) -> AdvisedRobot:
     """Simulate one drive of each of a campaign's tests, or a straight line of `distance_m`.
 
-    The parameters of the campaign's first encoder, except the counts, are those of the robot.
-
-    Raises:
-        ConfigError: a file is invalid, or the robot does not reach a goal.
+    The parameters of the campaign's first encoder, except the counts, are those of the robot. ConfigError if a file is
+    invalid, or the robot does not reach a goal.
     """
     first = campaign.cells[0].robot_params
     first_trials: Dict[str, RequestedTrial] = {}  # by test

@@ -22,11 +22,8 @@ CONTENTS = '.analysis'  # lists the files written by analyze, one per line; a fo
 def write_analysis(results: Results, folder: Path, beside: Optional[Results] = None) -> str:
     """Write tables/, figures/ and the report into an existing folder; return the conclusions for the terminal.
 
-    Other trials `beside` are used only in the comparison with the paper.
-
-    Raises:
-        ConfigError: the paper's numbers cannot be read, or `beside` contains no cell of the paper.
-        OSError: a file cannot be written.
+    Other trials `beside` are used only in the comparison with the paper. ConfigError if the paper's numbers cannot be
+    read, or `beside` contains no cell of the paper; OSError if a file cannot be written.
     """
     # Importing Altair and vl-convert takes a second; check the arguments first.
     from diff_encoder_sim.analysis.charts.figures import write_figures  # noqa: PLC0415

@@ -35,8 +35,7 @@ KEPT_APART = ('nav', VARIANT, 'wheel_diameter', 'wheel_separation')  # bags that
 def load_results(paths: Sequence[Path]) -> Results:
     """Read a campaign's folder, or bags of trials and folders of such bags; invalid ones are left out with a warning.
 
-    Raises:
-        ConfigError: there is no valid trial, or a campaign's folder is given with other paths.
+    ConfigError if there is no valid trial, or a campaign's folder is given with other paths.
     """
     campaigns = [path for path in paths if path.is_dir() and (path / MANIFEST).is_file()]
     if campaigns and len(paths) > 1:

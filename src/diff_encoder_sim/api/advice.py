@@ -76,7 +76,8 @@ def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
     advice = advice._replace(encoders=encoders)
     if campaign and options.has_trials:
         print(tables.answers_text(advice))
-    print(f'\n{tables.tables_text(advice)}\n{tables.own_encoder_text(advice)}')
+    shown = '\n\n'.join(table.text() for table in tables.advice_tables(advice))
+    print(f'\n{shown}\n{tables.own_encoder_text(advice)}')
     options.out.mkdir(parents=True, exist_ok=True)
     from diff_encoder_sim.advice.advice_page import write_page  # noqa: PLC0415 - Altair takes a second to import
 

@@ -11,7 +11,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Union
+from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Union
 
 import numpy as np
 
@@ -241,11 +241,7 @@ def _with_joints(options: DriveOptions, wheels: WheelSource, robot: RecordedRobo
 
 
 def _encoded(
-    encode: Callable[..., EncodedDrive],
-    encoders: Sequence[Encoder],
-    files: Mapping[str, Path],
-    workers: int,
-    fault: str,
+    encode: Callable[..., EncodedDrive], encoders: Sequence[Encoder], files: Dict[str, Path], workers: int, fault: str
 ) -> List[EncodedDrive]:
     """Compute the drive with each encoder, and write its bag if there are files; `fault`: error without a drive."""
     try:

@@ -77,9 +77,7 @@ def read_recorded(
 
     Angles [rad] are positive forward, of counts to half a count. Stamps of both increase strictly: other rows are left
     out and counted in the notes. `reference_csv` has the columns of the reference; None: the drive's own file has them.
-
-    Raises:
-        ConfigError: the file cannot be read, or has too few samples or no reference at their stamps.
+    ConfigError if the file cannot be read, or has too few samples or no reference at their stamps.
     """
     is_scan = options.reference == SCANS
     of_poses = replace(options, reference='') if is_scan else options

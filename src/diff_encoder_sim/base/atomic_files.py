@@ -14,11 +14,7 @@ LONGEST_NEW_NAME = 200
 
 
 def write_file(path: Union[str, Path], content: bytes) -> None:
-    """Write or replace a file atomically.
-
-    Raises:
-        OSError: it cannot be written, and an existing file is unchanged; the error names `path`.
-    """
+    """Write or replace a file atomically. OSError, which names `path`, if it cannot be written: the old file stays."""
     path = Path(path)
     # A unique name per writer: two hosts may write the same file at once.
     unfinished = path.with_name(f'.{path.name}.{uuid.uuid4().hex}{UNFINISHED_SUFFIX}')

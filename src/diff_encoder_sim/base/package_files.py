@@ -11,11 +11,7 @@ from diff_encoder_sim.base.errors import ConfigError
 
 
 def package_folder() -> Path:
-    """Return the folder of package.xml, config/, worlds/ and urdf/: the checkout, or the installation of catkin or pip.
-
-    Raises:
-        ConfigError: not found.
-    """
+    """Return the folder of package.xml and config/: the checkout, catkin's or pip's; ConfigError if not found."""
     here = Path(__file__).resolve()
     # Up from src/diff_encoder_sim of a checkout; catkin has share/ next to lib/python3/, pip in the package.
     for folder in here.parents:

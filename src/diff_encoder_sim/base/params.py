@@ -68,8 +68,7 @@ class Params(BaseModel):
     def from_mapping(cls: Type[P], mapping: Any, source: str) -> P:
         """Validate `mapping`; `source` names the file or node in the error, '' for none.
 
-        Raises:
-            ConfigError: one line with the key, the given value and the allowed values.
+        ConfigError: one line with the key, the given value and the allowed values.
         """
         prefix = f'{source}: ' if source else ''
         if not isinstance(mapping, Mapping):
@@ -97,11 +96,7 @@ def missing(key: str) -> PydanticCustomError:
 
 
 def with_changes(params: P, changes: Mapping[str, Any], source: str) -> P:
-    """Return a struct with changes, validated as a whole; nested structs are merged.
-
-    Raises:
-        ConfigError: a value is not allowed.
-    """
+    """Return a struct with changes, validated as a whole; nested structs are merged. ConfigError if not allowed."""
     given = params.model_dump(exclude_unset=True)
     for key in changes:
         nested = getattr(params, key, None)
@@ -111,20 +106,12 @@ def with_changes(params: P, changes: Mapping[str, Any], source: str) -> P:
 
 
 def load_params(params_class: Type[P], path: Union[str, Path]) -> P:
-    """Read a YAML file into `params_class`.
-
-    Raises:
-        ConfigError: the file cannot be read, is not YAML, or holds a bad value.
-    """
+    """Read a YAML file into `params_class`; ConfigError if it cannot be read, is not YAML, or holds a bad value."""
     return params_class.from_mapping(load_yaml(path), str(path))
 
 
 def shared_params(mapping: Mapping[str, Any], source: str, params_class: Type[P], *also_known: Type[Params]) -> P:
-    """Build one struct from a flat mapping that it shares with those of other classes.
-
-    Raises:
-        ConfigError: a value is not allowed, or a key is unknown.
-    """
+    """Build one struct from a flat mapping that other classes share; ConfigError for a bad value or an unknown key."""
     own = set(keys_of(params_class))
     known = own.union(*map(keys_of, also_known))
     for key in mapping:
@@ -136,8 +123,7 @@ def shared_params(mapping: Mapping[str, Any], source: str, params_class: Type[P]
 def split_params(mapping: Mapping[str, Any], source: str, *params_classes: Type[Params]) -> List[Params]:
     """Build one struct of each class from a flat mapping that they share.
 
-    Raises:
-        ConfigError: a value is not allowed, or a key is unknown.
+    ConfigError if a value is not allowed, or a key is unknown.
     """
     return [shared_params(mapping, source, each, *params_classes) for each in params_classes]
 

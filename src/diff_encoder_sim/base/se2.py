@@ -143,11 +143,7 @@ def quat_xyzw_from_yaw(yaw_rad: float) -> Tuple[float, float, float, float]:
 
 
 def yaw_from_quat_xyzw(x: float, y: float, z: float, w: float) -> float:
-    """Return the yaw [rad] of a quaternion of any length, roll and pitch dropped.
-
-    Raises:
-        ValueError: the quaternion is zero or not finite.
-    """
+    """Return the yaw [rad] of a quaternion of any length, without roll and pitch; ValueError if zero or not finite."""
     norm_squared = x * x + y * y + z * z + w * w
     if not (math.isfinite(norm_squared) and norm_squared > 0.0):
         raise ValueError(f'orientation ({x}, {y}, {z}, {w}) is no rotation; expected finite numbers, not all 0')

@@ -25,11 +25,7 @@ class JointOrigin(NamedTuple):
 
 
 def parse_numbers(text: Optional[str], count: int, where: str) -> List[float]:
-    """Read `count` finite numbers from a file's text; `where` names them in the error.
-
-    Raises:
-        ConfigError: the text is something else.
-    """
+    """Read `count` finite numbers from a file's text; ConfigError, which names `where`, if it is something else."""
     try:
         numbers = [float(word) for word in (text or '').split()]
     except ValueError:
@@ -58,8 +54,7 @@ def parse_lengths(text: Optional[str], count: int, where: str) -> List[float]:
 def joint_origin(joint: ElementTree.Element, source: str = '') -> JointOrigin:
     """Read a URDF joint's origin, zero by default; `source` begins the error.
 
-    Raises:
-        ConfigError: the origin is not two vectors.
+    ConfigError if the origin is not two vectors.
     """
     origin = joint.find('origin')
     attributes = origin.attrib if origin is not None else {}

@@ -77,11 +77,7 @@ for _kind in _PLAIN:
 
 
 def load_yaml(path: Union[str, Path]) -> Dict[str, Any]:
-    """Read the mapping in a YAML file; an empty file is an empty mapping.
-
-    Raises:
-        ConfigError: the file cannot be read, is not YAML, is not a mapping, or has an ambiguous value.
-    """
+    """Read the mapping in a YAML file, {} if empty; ConfigError if unreadable, ambiguous or no mapping."""
     try:
         content = yaml.load(Path(path).read_text(encoding='utf-8'), Loader=StrictLoader)
     except (OSError, UnicodeDecodeError) as error:
@@ -102,8 +98,7 @@ def load_yaml(path: Union[str, Path]) -> Dict[str, Any]:
 def find_yaml(key: str, given: str, named_folder: Path, folder: Path = Path(), stems: str = '*') -> Path:
     """Return the path of a .yaml file, relative to `folder`, or of the one with a name in `named_folder`.
 
-    Raises:
-        ConfigError: there is no such file; the error lists the names that match `stems`.
+    ConfigError if there is no such file; the error lists the names that match `stems`.
     """
     path = folder / given if given.endswith('.yaml') else named_folder / f'{given}.yaml'
     if not path.is_file():
@@ -113,11 +108,7 @@ def find_yaml(key: str, given: str, named_folder: Path, folder: Path = Path(), s
 
 
 def yaml_value(text: str, source: str) -> Any:
-    """Read an argument as roslaunch does; invalid YAML is text.
-
-    Raises:
-        ConfigError: the argument, named by `source`, has an ambiguous value.
-    """
+    """Read an argument as roslaunch does, invalid YAML as text; ConfigError, which names `source`, if ambiguous."""
     try:
         return yaml.load(text, Loader=StrictLoader)
     except RefusedYaml as error:

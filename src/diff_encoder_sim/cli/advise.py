@@ -7,6 +7,7 @@ the goal. Results are kept: the same command runs the missing trials.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Optional, Sequence
 
 from diff_encoder_sim.api.options import AdviceOptions
@@ -17,17 +18,13 @@ if TYPE_CHECKING:
     from diff_encoder_sim.trials.trial_run import RunTrials
 
 API = 'api.advice'  # imported by the command on demand
-
-
-def parse(arguments: Optional[Sequence[str]] = None) -> AdviceOptions:
-    """Read the command line."""
-    examples = [
-        '--robot my_robot.yaml --tolerance 0.05 --yaw-tolerance 3',
-        '--robot burger --share 0.95 --distance 10 --no-trials',
-        '--tests SL --ppr 40 90 180 360 --out results/advice_sl --json advice.json',
-        '--encoders catalogue --out results/advice_catalogue',
-    ]
-    return read_options(AdviceOptions, arguments, 'advise', __doc__, examples)
+EXAMPLES = [
+    '--robot my_robot.yaml --tolerance 0.05 --yaw-tolerance 3',
+    '--robot burger --share 0.95 --distance 10 --no-trials',
+    '--tests SL --ppr 40 90 180 360 --out results/advice_sl --json advice.json',
+    '--encoders catalogue --out results/advice_catalogue',
+]
+parse = partial(read_options, AdviceOptions, name='advise', description=__doc__, examples=EXAMPLES)
 
 
 @faults_of_trials('advise')

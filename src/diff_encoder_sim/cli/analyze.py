@@ -7,6 +7,7 @@ between encoders. A summary is printed; the rest is written to a folder, report.
 from __future__ import annotations
 
 import logging
+from functools import partial
 from typing import Optional, Sequence
 
 from diff_encoder_sim.api.options import AnalysisOptions
@@ -14,12 +15,8 @@ from diff_encoder_sim.base.command_line import as_called, user_errors
 from diff_encoder_sim.cli.arguments import read_options
 
 API = 'api.results'  # imported by the command on demand
-
-
-def parse(arguments: Optional[Sequence[str]] = None) -> AnalysisOptions:
-    """Read the command line."""
-    examples = ['results/paper', 'results/paper --beside results/other', 'sl.bag bags/ --out comparison']
-    return read_options(AnalysisOptions, arguments, 'analyze', __doc__, examples)
+EXAMPLES = ['results/paper', 'results/paper --beside results/other', 'sl.bag bags/ --out comparison']
+parse = partial(read_options, AnalysisOptions, name='analyze', description=__doc__, examples=EXAMPLES)
 
 
 @user_errors('analyze')

@@ -5,23 +5,16 @@ from __future__ import annotations
 import argparse
 from dataclasses import fields
 from pathlib import Path
-from typing import Dict, Optional, Sequence, Type, TypeVar
+from typing import Any, Dict, Optional, Sequence, Type, TypeVar
 
 from diff_encoder_sim.base.command_line import number_within, tool_parser
 
 Options = TypeVar('Options')
 
 
-def read_options(
-    kind: Type[Options],
-    arguments: Optional[Sequence[str]],
-    name: str,
-    description: str,
-    examples: Sequence[str],
-    notes: str = '',
-) -> Options:
-    """Return options of class `kind`, with an `option` per argument; all from `name` on as in `tool_parser`."""
-    parser = tool_parser(name, description, examples, notes)
+def read_options(kind: Type[Options], arguments: Optional[Sequence[str]] = None, **texts: Any) -> Options:
+    """Return options of class `kind`, with an `option` per argument of a command line; `texts` as in `tool_parser`."""
+    parser = tool_parser(**texts)
     groups: Dict[str, argparse._ActionsContainer] = {'': parser}
     for each in fields(kind):  # type: ignore[arg-type] # a dataclass
         if not each.metadata:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import logging
 import sys
+from functools import partial
 from typing import Optional, Sequence
 
 from diff_encoder_sim.api.options import CalibrateOptions
@@ -30,11 +31,7 @@ EXAMPLES = [
 ]
 
 API = 'api.calibration'  # imported by the command on demand
-
-
-def parse(arguments: Optional[Sequence[str]] = None) -> CalibrateOptions:
-    """Read the command line."""
-    return read_options(CalibrateOptions, arguments, 'calibrate', __doc__, EXAMPLES, NOTES)
+parse = partial(read_options, CalibrateOptions, name='calibrate', description=__doc__, examples=EXAMPLES, notes=NOTES)
 
 
 @user_errors('calibrate')

@@ -7,6 +7,7 @@ the missing trials.
 from __future__ import annotations
 
 import sys
+from functools import partial
 from typing import TYPE_CHECKING, Optional, Sequence
 
 from diff_encoder_sim.api.options import CampaignOptions
@@ -17,19 +18,15 @@ if TYPE_CHECKING:
     from diff_encoder_sim.trials.trial_run import RunTrials
 
 API = 'api.campaigns'  # imported by the command on demand
-
-
-def parse(arguments: Optional[Sequence[str]] = None) -> CampaignOptions:
-    """Read the command line."""
-    examples = [
-        '--config quick --out results/quick',
-        '--config paper --out results/sl --tests SL --ppr 40 90 --trials 10',
-        '--config paper --amcl amcl_accurate --out results/paper_accurate',
-        '--config quick --encoders amt102 pololu_25d --out results/encoders',
-        '--config quick --robot burger --out results/burger',
-        '--config quick --robot my_robot.yaml --out results/my_robot',
-    ]
-    return read_options(CampaignOptions, arguments, 'campaign', __doc__, examples)
+EXAMPLES = [
+    '--config quick --out results/quick',
+    '--config paper --out results/sl --tests SL --ppr 40 90 --trials 10',
+    '--config paper --amcl amcl_accurate --out results/paper_accurate',
+    '--config quick --encoders amt102 pololu_25d --out results/encoders',
+    '--config quick --robot burger --out results/burger',
+    '--config quick --robot my_robot.yaml --out results/my_robot',
+]
+parse = partial(read_options, CampaignOptions, name='campaign', description=__doc__, examples=EXAMPLES)
 
 
 @faults_of_trials('campaign')

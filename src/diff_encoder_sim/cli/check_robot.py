@@ -6,6 +6,7 @@ with the wheels, whether the robot stands on them and has enough torque, and the
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Optional, Sequence
 
 from diff_encoder_sim.api.options import InspectOptions
@@ -13,12 +14,8 @@ from diff_encoder_sim.base.command_line import user_errors
 from diff_encoder_sim.cli.arguments import read_options
 
 API = 'api.robots'  # imported by the command on demand
-
-
-def parse(arguments: Optional[Sequence[str]] = None) -> InspectOptions:
-    """Read the command line."""
-    examples = ['my_robot.urdf.xacro --write my_robot.yaml', 'burger']
-    return read_options(InspectOptions, arguments, 'check_robot', __doc__, examples)
+EXAMPLES = ['my_robot.urdf.xacro --write my_robot.yaml', 'burger']
+parse = partial(read_options, InspectOptions, name='check_robot', description=__doc__, examples=EXAMPLES)
 
 
 @user_errors('check_robot')

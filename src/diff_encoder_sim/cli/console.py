@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from operator import methodcaller
 from typing import Optional, Sequence
 
 from diff_encoder_sim.base.command_line import CONSOLE, as_called
@@ -42,12 +43,7 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument('--version', action='version', version=f'%(prog)s (diff_encoder_sim) {package_version()}')
-    parser.add_argument(
-        'command', metavar='COMMAND', type=_with_hyphens, choices=list(shown), help='what to do; its arguments follow'
-    )
+    hyphened = methodcaller('replace', '_', '-')  # for the names of rosrun
+    text = 'what to do; its arguments follow'
+    parser.add_argument('command', metavar='COMMAND', type=hyphened, choices=list(shown), help=text)
     return parser
-
-
-def _with_hyphens(name: str) -> str:
-    """Accept the names of rosrun, too."""
-    return name.replace('_', '-')

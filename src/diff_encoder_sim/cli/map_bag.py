@@ -7,6 +7,7 @@ because the start pose of the test is known; the origin of other maps is that of
 from __future__ import annotations
 
 import logging
+from functools import partial
 from typing import Optional, Sequence
 
 from diff_encoder_sim.api.options import MapOptions
@@ -14,11 +15,8 @@ from diff_encoder_sim.base.command_line import as_called, user_errors
 from diff_encoder_sim.cli.arguments import read_options
 
 API = 'api.maps'  # imported by the command on demand
-
-
-def parse(arguments: Optional[Sequence[str]] = None) -> MapOptions:
-    """Read the command line."""
-    return read_options(MapOptions, arguments, 'map_bag', __doc__, ['bags/drive.bag -f maps/office'])
+EXAMPLES = ['bags/drive.bag -f maps/office']
+parse = partial(read_options, MapOptions, name='map_bag', description=__doc__, examples=EXAMPLES)
 
 
 @user_errors('map_bag')

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Optional, Sequence
 
 from diff_encoder_sim.api.options import RasterOptions
@@ -9,12 +10,8 @@ from diff_encoder_sim.base.command_line import user_errors
 from diff_encoder_sim.cli.arguments import read_options
 
 API = 'api.maps'  # imported by the command on demand
-
-
-def parse(arguments: Optional[Sequence[str]] = None) -> RasterOptions:
-    """Read the command line."""
-    examples = ['worlds/hallway.world --free -10 0 --out maps/hallway']
-    return read_options(RasterOptions, arguments, 'rasterise_world', __doc__, examples)
+EXAMPLES = ['worlds/hallway.world --free -10 0 --out maps/hallway']
+parse = partial(read_options, RasterOptions, name='rasterise_world', description=__doc__, examples=EXAMPLES)
 
 
 @user_errors('rasterise_world')

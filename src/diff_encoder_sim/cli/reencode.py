@@ -5,6 +5,7 @@ from __future__ import annotations
 import collections
 import logging
 import sys
+from functools import partial
 from typing import Counter, Dict, Iterator, List, Optional, Sequence
 
 from diff_encoder_sim.api.options import DriveOptions
@@ -39,11 +40,7 @@ EXAMPLES = [
 ]
 
 API = 'api.recorded_drives'  # imported by the command on demand
-
-
-def parse(arguments: Optional[Sequence[str]] = None) -> DriveOptions:
-    """Read the command line."""
-    return read_options(DriveOptions, arguments, 'reencode', DESCRIPTION, EXAMPLES, NOTES)
+parse = partial(read_options, DriveOptions, name='reencode', description=DESCRIPTION, examples=EXAMPLES, notes=NOTES)
 
 
 @user_errors('reencode')

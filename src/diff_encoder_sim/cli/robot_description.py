@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Optional, Sequence
 
 from diff_encoder_sim.api.options import DescriptionOptions
@@ -9,12 +10,8 @@ from diff_encoder_sim.base.command_line import user_errors
 from diff_encoder_sim.cli.arguments import read_options
 
 API = 'api.robots'  # imported by the command on demand
-
-
-def parse(arguments: Optional[Sequence[str]] = None) -> DescriptionOptions:
-    """Read the command line."""
-    examples = ['burger', 'my_robot.urdf.xacro scale:=2 --frames']
-    return read_options(DescriptionOptions, arguments, 'robot_description', __doc__, examples)
+EXAMPLES = ['burger', 'my_robot.urdf.xacro scale:=2 --frames']
+parse = partial(read_options, DescriptionOptions, name='robot_description', description=__doc__, examples=EXAMPLES)
 
 
 @user_errors('robot_description')

@@ -6,6 +6,7 @@ The launch files set the parameter /robot_settings with this output.
 from __future__ import annotations
 
 import sys
+from functools import partial
 from typing import Optional, Sequence
 
 from diff_encoder_sim.api.options import SettingsOptions
@@ -13,12 +14,8 @@ from diff_encoder_sim.base.command_line import user_errors
 from diff_encoder_sim.cli.arguments import read_options
 
 API = 'api.robots'  # imported by the command on demand
-
-
-def parse(arguments: Optional[Sequence[str]] = None) -> SettingsOptions:
-    """Read the command line."""
-    examples = ['burger config.ppr:=90', 'my_robot.yaml']
-    return read_options(SettingsOptions, arguments, 'robot_settings', __doc__, examples)
+EXAMPLES = ['burger config.ppr:=90', 'my_robot.yaml']
+parse = partial(read_options, SettingsOptions, name='robot_settings', description=__doc__, examples=EXAMPLES)
 
 
 @user_errors('robot_settings')

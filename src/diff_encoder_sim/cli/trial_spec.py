@@ -5,6 +5,7 @@ trial.launch calls it before any node starts, so that a wrong argument ends the 
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Optional, Sequence
 
 from diff_encoder_sim.api.options import TrialOptions
@@ -12,11 +13,8 @@ from diff_encoder_sim.base.command_line import user_errors
 from diff_encoder_sim.cli.arguments import read_options
 
 API = 'api.live_trials'  # imported by the command on demand
-
-
-def parse(arguments: Optional[Sequence[str]] = None) -> TrialOptions:
-    """Read the command line; values are checked by `plan`."""
-    return read_options(TrialOptions, arguments, 'trial_spec', __doc__, ['--test SL --ppr 90 --trial 3 --bag sl.bag'])
+EXAMPLES = ['--test SL --ppr 90 --trial 3 --bag sl.bag']
+parse = partial(read_options, TrialOptions, name='trial_spec', description=__doc__, examples=EXAMPLES)
 
 
 @user_errors('trial.launch')

@@ -68,8 +68,7 @@ def read_drive(
 ) -> ReadDrive:
     """Read the wheels, the poses to compare with, and the messages of copied topics, which are of ROS's own types.
 
-    Raises:
-        ConfigError: counts wrap at an unknown number.
+    ConfigError if counts wrap at an unknown number.
     """
     reference_topics = reference.topics if reference else ()
     commanded = (topics.CMD_VEL,) if has_commands(source) else ()

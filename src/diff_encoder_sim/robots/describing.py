@@ -59,8 +59,7 @@ WORLD_FRAMES = ('map', 'odom')  # the robot's pose in them is published
 def describe(source: RobotSource, choices: RobotChoices = RobotChoices()) -> RobotDescription:  # noqa: B008
     """Return the description of a robot by its file, with the user's choices in place of what would be found.
 
-    Raises:
-        ConfigError: the file is no robot with two driven wheels on one axle.
+    ConfigError if the file is no robot with two driven wheels on one axle.
     """
     return _describe(expansion(source), source, choices)
 
@@ -116,10 +115,7 @@ def describe_tree(tree: RobotTree, find: MeshFinder, choices: RobotChoices, seen
 def robot_mass(tree: RobotTree, seen: Findings) -> MassProperties:
     """Return the mass of all links, absurd inertias replaced by those of homogeneous solids, with a warning each kind.
 
-    Meshes of the tree are replaced.
-
-    Raises:
-        ConfigError: the robot has no mass, or one that no robot has.
+    Meshes of the tree are replaced. ConfigError if the robot has no mass, or one that no robot has.
     """
     # The shapes of all links that are fixed to one another, by link; without any, those of the robot.
     around: Dict[str, List[Shape]] = {}

@@ -243,11 +243,7 @@ class DriveSearch:
         self.plugins, self._commanded = drive_plugins(tree, self._wheels), commanded_joints(tree)
 
     def pair(self, choices: RobotChoices) -> WheelPair:
-        """Return the two driven wheels; the source is added to the table.
-
-        Raises:
-            ConfigError: the robot is no differential drive, or the choice is no pair of wheels.
-        """
+        """Return the driven wheels, their source added to the table; ConfigError if they form no differential drive."""
         tree, seen = self._tree, self._seen
         pair, source = self._chosen(choices) or self._by_plugin() or self._by_evidence()
         apart_m, y_m = np.subtract(pair[0].centre_m, pair[1].centre_m), pair[0].centre_m[1] - pair[1].centre_m[1]

@@ -32,11 +32,7 @@ _OTHERS = re.compile(
 
 
 def find_laser(tree: RobotTree, chosen: Optional[str], seen: Findings) -> Optional[RobotLaser]:
-    """Return the scanner, level and upright; None, with a warning, if the robot has none.
-
-    Raises:
-        ConfigError: the link that the user has chosen is missing, or leans.
-    """
+    """Return the level scanner; None, with a warning, without one. ConfigError if the user's choice is unusable."""
     scanners = sensors = gazebo_lasers(tree)
     if not sensors:  # first the links at the end of a chain, below the case: frames of scans
         named = [link for link in tree.poses if _NAMES.search(link) and not _OTHERS.search(link)]

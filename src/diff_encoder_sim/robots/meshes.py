@@ -74,11 +74,7 @@ def _hull_points_m(path: Path, _mtime_ns: int) -> np.ndarray:
 
 
 def file_corners_m(uri: str, where: str, find: MeshFinder) -> np.ndarray:
-    """Return the (n, 3) corners of a mesh's convex hull [m], in the mesh's own axes, unscaled.
-
-    Raises:
-        ConfigError: the mesh is missing or broken; `where` begins the text.
-    """
+    """Return (n, 3) corners [m] of a mesh's convex hull, unscaled; ConfigError, after `where`, if missing or broken."""
     try:
         path = find(uri)
     except ConfigError as error:
@@ -95,10 +91,8 @@ def file_corners_m(uri: str, where: str, find: MeshFinder) -> np.ndarray:
 def mesh_hull(shape: Shape, where: str, find: MeshFinder) -> Shape:
     """Return the smallest box, cylinder or ball that holds a mesh, in the same link, and the mesh's corners.
 
-    Boxes and cylinders are along the axes of the link or of the mesh. A shape that is no mesh stays.
-
-    Raises:
-        ConfigError: the mesh is missing or broken; `where` begins the text.
+    Boxes and cylinders are along the axes of the link or of the mesh. A shape that is no mesh stays. ConfigError if the
+    mesh is missing or broken; `where` begins the text.
     """
     if not isinstance(shape.geometry, Mesh):
         return shape
@@ -154,10 +148,7 @@ def primitive_tree(tree: RobotTree, find: MeshFinder, seen: Findings) -> RobotTr
 
     Collision meshes of accessories that cannot be read are left out, each with a warning. Visual meshes are large and
     less exact: they stand in for a wheel without a round collision shape, for a caster without any, and for a robot
-    without any.
-
-    Raises:
-        ConfigError: a collision mesh of the body, a wheel or a caster is missing or broken.
+    without any. ConfigError if a collision mesh of the body, a wheel or a caster is missing or broken.
     """
     links: Dict[str, Link] = {}
     needed = _links_with_needed_meshes(tree)

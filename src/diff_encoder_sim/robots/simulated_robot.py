@@ -68,11 +68,6 @@ class GeometryErrors(NamedTuple):
     right_radius: float = 0.0
     separation: float = 0.0
 
-    def applied_to(self, description: RobotDescription) -> TrueWheels:
-        """Return the true wheels of a robot."""
-        left_m, right_m = (radius_m * (1.0 + error) for radius_m, error in zip(description.radii_m, self))
-        return TrueWheels(left_m, right_m, description.wheel_separation_m * (1.0 + self.separation))
-
 
 _NONE = GeometryErrors()
 
@@ -101,13 +96,12 @@ def load_simulated_robot(source: RobotSource, choices: RobotChoices, errors: Geo
     """Read a robot and make its physics right.
 
     One that is sound keeps its masses and shapes. Errors of its wheels are then those of its own xacro arguments;
-    without such arguments, and for all other robots, the wheels of the simulated robot are changed.
-
-    Raises:
-        ConfigError: the robot's files are bad, or describe no robot with two driven wheels.
+    without such arguments, and for all other robots, the wheels of the simulated robot are changed. ConfigError if the
+    robot's files are bad, or describe no robot with two driven wheels.
     """
     description = describe(source, choices)
-    wheels = errors.applied_to(description)
+    left_m, right_m = (radius_m * (1.0 + error) for radius_m, error in zip(description.radii_m, errors))
+    wheels = TrueWheels(left_m, right_m, description.wheel_separation_m * (1.0 + errors.separation))
     declared = expansion(source).declared
     own_errors = {name: repr(value) for name, value in zip(_ERROR_ARGUMENTS, errors) if value and name in declared}
     urdf = expansion(source._replace(arguments=tuple({**dict(source.arguments), **own_errors}.items()))).urdf

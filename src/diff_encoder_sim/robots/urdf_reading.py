@@ -24,8 +24,7 @@ JOINT_KINDS = ('fixed', 'continuous', 'revolute', 'prismatic', 'floating', 'plan
 def read_robot_text(path: Union[str, Path]) -> str:
     """Return the text of an XML file, without blank lines at its begin; what is not UTF-8 is taken as ISO-8859-1.
 
-    Raises:
-        ConfigError: the file cannot be read.
+    ConfigError if the file cannot be read.
     """
     try:
         content = Path(path).read_bytes()
@@ -38,11 +37,7 @@ def read_robot_text(path: Union[str, Path]) -> str:
 
 
 def parse_robot_xml(text: str, where: str) -> ElementTree.Element:
-    """Return the root element; prefixes of tags are dropped, declared or not, as URDF has one vocabulary.
-
-    Raises:
-        ConfigError: the text is not XML.
-    """
+    """Return the root element, prefixes of tags dropped, as URDF has one vocabulary; ConfigError if it is not XML."""
     builder, parser = ElementTree.TreeBuilder(), expat.ParserCreate('utf-8')
     parser.buffer_text = True
     parser.StartElementHandler = lambda tag, attributes: builder.start(tag.rpartition(':')[2], attributes)
@@ -59,8 +54,7 @@ def parse_robot_xml(text: str, where: str) -> ElementTree.Element:
 def parse_urdf(text: str, where: str) -> RobotTree:
     """Return the tree of a robot by its URDF, xacro expanded.
 
-    Raises:
-        ConfigError: the text is not the URDF of one tree of links; `where`, the robot's file, begins the error's.
+    ConfigError if the text is not the URDF of one tree of links; `where`, the robot's file, begins the error's.
     """
     robot = parse_robot_xml(text, where)
     if robot.tag != 'robot':

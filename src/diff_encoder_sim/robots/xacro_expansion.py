@@ -48,11 +48,7 @@ _IGNORED = {'CATKIN_IGNORE', 'COLCON_IGNORE', 'AMENT_IGNORE'}
 
 
 def xacro_arguments(words: Sequence[str], where: str = '--robot-arg') -> Dict[str, str]:
-    """Read arguments of a xacro.
-
-    Raises:
-        ConfigError: one is not NAME:=VALUE.
-    """
+    """Read arguments of a xacro; ConfigError if one is not NAME:=VALUE."""
     arguments: Dict[str, str] = {}
     for word in words:
         name, separator, value = word.partition(':=')
@@ -63,11 +59,7 @@ def xacro_arguments(words: Sequence[str], where: str = '--robot-arg') -> Dict[st
 
 
 def xacro_arguments_of_text(text: str) -> Dict[str, str]:
-    """Read the launch argument robot_args: name=value, as roslaunch passes no := within a value.
-
-    Raises:
-        ConfigError: it is not such pairs, separated by blanks.
-    """
+    """Read robot_args of a launch file: name=value, as roslaunch passes no := within a value; ConfigError otherwise."""
     try:
         words = shlex.split(text)
     except ValueError as error:
@@ -88,11 +80,7 @@ _kept: Dict[Any, Tuple[Expansion, Dict[str, Optional[int]]]] = {}  # with modifi
 
 
 def expansion(source: RobotSource) -> Expansion:
-    """Return the URDF text of a robot with notes on its expansion.
-
-    Raises:
-        ConfigError: the file cannot be read or expanded, or does not have an argument.
-    """
+    """Return a robot's URDF with notes; ConfigError if the file cannot be read or expanded, or has no such argument."""
     text = read_robot_text(source.file)
     needs_xacro = source.file.suffix == '.xacro' or _NEEDS_XACRO.search(text)
     result = _by_xacro(source) if needs_xacro else Expansion(text)
@@ -207,11 +195,7 @@ def missing_package(name: str, source: RobotSource) -> str:
 
 
 def find_mesh(uri: str, source: RobotSource) -> Path:
-    """Return the file of a mesh's name: package://, model://, file://, or relative to the robot's file.
-
-    Raises:
-        ConfigError: the package or the file is missing.
-    """
+    """Return the file of a mesh: package://, model://, file://, or relative to the robot's; ConfigError if missing."""
     uri = uri.strip()
     scheme, separator, rest = uri.partition('://')
     if scheme == 'file' and '://' in rest:  # a $(find) of a package that was not there has left its package://

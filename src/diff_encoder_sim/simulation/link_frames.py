@@ -28,11 +28,7 @@ class LinkFrames:
     """Frames of a URDF: those that are fixed, and those that turn with a joint."""
 
     def __init__(self, urdf: str) -> None:
-        """Read the frames from a URDF's text.
-
-        Raises:
-            ConfigError: a joint's origin or axis is no vector.
-        """
+        """Read the frames from a URDF's text; ConfigError if a joint's origin or axis is no vector."""
         self.fixed: List[LinkFrame] = []
         self._turning: List[Tuple[str, Vector, LinkFrame]] = []
         for joint in ElementTree.fromstring(urdf).findall('joint'):
@@ -96,10 +92,7 @@ def display_urdf(source: RobotSource, moving: Collection[str]) -> str:
     """Return the URDF with all joints fixed but those that are published on /joint_states, named by `moving`.
 
     A link below a joint without a state has no frame: a caster's, a laser's on a mast that can be lifted. The root link
-    has no inertia, of which robot_state_publisher warns.
-
-    Raises:
-        ConfigError: the file cannot be read or expanded.
+    has no inertia, of which robot_state_publisher warns. ConfigError if the file cannot be read or expanded.
     """
     urdf = expansion(without_root_inertia(source)).urdf
     robot = ElementTree.fromstring(urdf.strip())

@@ -70,11 +70,7 @@ def rasterise(world: World, height_m: float, resolution_m: float, free_x_m: floa
 
 
 def surface_points(world: World, height_m: float, spacing_m: float) -> np.ndarray:
-    """Return (n, 2) points [m], at most `spacing_m` apart, on all surfaces at a height.
-
-    Raises:
-        ConfigError: they would be too many.
-    """
+    """Return (n, 2) points [m], at most `spacing_m` apart, on all surfaces at a height; ConfigError if too many."""
     segments, circles = cut_world(world, height_m)
     lengths_m = np.hypot(*(segments[:, 2:] - segments[:, :2]).T)
     length_m = lengths_m.sum() + 2.0 * np.pi * circles[:, 2].sum()

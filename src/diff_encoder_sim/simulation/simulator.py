@@ -71,11 +71,7 @@ class DriveController:
         self._wheel_speeds_radps = (0.0, 0.0)
 
     def command(self, now_ns: int, linear_mps: float, angular_radps: float) -> None:
-        """Take a command; one beyond the limits is cut to them, with a warning.
-
-        Raises:
-            InputFault: the command is not finite; the last one stays until it times out.
-        """
+        """Take a command, cut to the limits with a warning; InputFault if it is not finite: then the last one stays."""
         if not (math.isfinite(linear_mps) and math.isfinite(angular_radps)):
             raise InputFault(f'linear.x {linear_mps} m/s, angular.z {angular_radps} rad/s; expected finite numbers')
         most_mps, most_radps = self.params.max_linear_speed, self.params.max_angular_speed
@@ -232,10 +228,7 @@ class Simulator:
         """Load both files and put the robot, at rest, at `start_pose` of the world.
 
         The wheels' initial angles are drawn from the seed: without this, every trial would repeat the same quantisation
-        error.
-
-        Raises:
-            ConfigError: a file is missing or malformed.
+        error. ConfigError if a file is missing or malformed.
         """
         self.params, self.world = params, load_world(world_file)
         source = robot if isinstance(robot, RobotSource) else RobotSource(Path(robot))
@@ -293,11 +286,7 @@ class Simulator:
         self._physics.place(base_pose_in_world, base_velocity_in_world)
 
     def command(self, linear_mps: float, angular_radps: float) -> None:
-        """Command a velocity of base_link.
-
-        Raises:
-            InputFault: the command is not finite.
-        """
+        """Command a velocity of base_link; InputFault if the command is not finite."""
         self._controller.command(self.time_ns, linear_mps, angular_radps)
 
     def tick(self) -> None:

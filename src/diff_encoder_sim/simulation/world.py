@@ -51,11 +51,7 @@ class World(NamedTuple):
 
 
 def load_world(path: Union[str, Path]) -> World:
-    """Read the static primitives of an SDF 1.x world.
-
-    Raises:
-        ConfigError: the file cannot be read, or the simulator cannot simulate what it holds.
-    """
+    """Read the static primitives of an SDF 1.x world; ConfigError if they cannot be read or simulated."""
     try:
         root = ElementTree.parse(str(path)).getroot()
     except OSError as error:

@@ -40,10 +40,8 @@ def load_campaign(
 
     Values of `replace`, from the command line, override the file's unless None: `files` are merged with the file's, and
     `ppr` or `encoders` replace both of the file's. Their paths are relative to the current folder, those in the file to
-    it. If the campaign is navigated and `has_trials`, the robot needs a laser, and its tests a route.
-
-    Raises:
-        ConfigError: a file is missing or bad, or a value is not allowed.
+    it. If the campaign is navigated and `has_trials`, the robot needs a laser, and its tests a route. ConfigError if a
+    file is missing or bad, or a value is not allowed.
     """
     config_folder, worlds = Path(package_folder, 'config'), Path(package_folder, 'worlds')
     path = find_yaml('campaign', name, config_folder / 'campaigns')
@@ -184,11 +182,7 @@ def _combinations(
 
 
 def as_driven_by(robot: SimulatorParams, test: TestDefinition) -> TestDefinition:
-    """Return the test with limits that the motors allow, and pivots about a wheel as arcs.
-
-    Raises:
-        ConfigError: it takes longer than LONGEST_DRIVE_S.
-    """
+    """Return the test with limits of the motors, and pivots on a wheel as arcs; ConfigError above LONGEST_DRIVE_S."""
     drive = robot.drive
     allowed = {
         'speed': drive.max_linear_speed,

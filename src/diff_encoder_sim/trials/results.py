@@ -96,8 +96,7 @@ class ResultStore:
     ) -> None:
         """Create or resume a folder; `run` is from `describe_run`.
 
-        Raises:
-            ConfigError: the folder contains other files or another campaign, or no results if it `must_resume`.
+        ConfigError if the folder contains other files or another campaign, or no results if it `must_resume`.
         """
         self.folder, self._campaign = Path(folder), campaign
         self._trials = {trial.identity(): trial for trial in campaign.trials()}

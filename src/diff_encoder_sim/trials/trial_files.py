@@ -97,9 +97,7 @@ def self_contained_urdf(urdf: str, where: str, find: MeshFinder) -> Tuple[str, D
     """Return a URDF (xacro expanded) that needs only mesh files next to it, and their contents by path.
 
     These are collision meshes, and visual meshes of links whose visual shapes count. Other meshes keep their names.
-
-    Raises:
-        ConfigError: as `primitive_tree`; `where`, the robot's file, begins the text.
+    ConfigError as of `primitive_tree`; `where`, the robot's file, begins the text.
     """
     tree = parse_urdf(urdf, where)
     simple = primitive_tree(tree, find, Findings())

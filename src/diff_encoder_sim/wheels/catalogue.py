@@ -91,8 +91,7 @@ def encoder_names(config_folder: Path) -> List[str]:
 def load_encoder(given: str, config_folder: Path, folder: Path) -> ChosenEncoder:
     """Load an encoder by its name in encoders/ of a folder, or else by the path of a .yaml file relative to `folder`.
 
-    Raises:
-        ConfigError: the encoder does not exist, or its file has a bad key.
+    ConfigError if the encoder does not exist, or its file has a bad key.
     """
     names, path = encoder_names(config_folder), folder / os.path.expanduser(given)
     if given in names:
@@ -111,11 +110,7 @@ def load_encoder(given: str, config_folder: Path, folder: Path) -> ChosenEncoder
 
 
 def load_encoders(given: Sequence[str], config_folder: Path, folder: Path) -> List[ChosenEncoder]:
-    """Load encoders as `load_encoder` does; `catalogue` stands for all of config/encoders.
-
-    Raises:
-        ConfigError: as `load_encoder`.
-    """
+    """Load encoders as `load_encoder` does, with its errors; `catalogue` stands for all of config/encoders."""
     names = [name for each in given for name in (encoder_names(config_folder) if each == WHOLE_CATALOGUE else [each])]
     return [load_encoder(name, config_folder, folder) for name in names]
 

@@ -82,13 +82,7 @@ class Chain:
     """Encoders of both wheels, the link to the host, and odometry."""
 
     def __init__(self, encoder: EncoderParams, odometry: Optional[OdometryParams] = None, draws: int = 1) -> None:
-        """Create the chain.
-
-        Args:
-            encoder: parameters of both wheels, with the seed of their errors.
-            odometry: None for an encoder without odometry.
-            draws: number of encoders with independent errors; `step` uses the first.
-        """
+        """Create `draws` encoders with independent errors, of which `step` uses the first; `odometry` may be None."""
         self.encoder, self.odometry, self._draws = encoder, odometry, draws
         self._encoders = ReportingEncoder(encoder)
         self._odometry = None if odometry is None else WheelOdometry(odometry)
@@ -103,11 +97,7 @@ class Chain:
         self._encoders.take_command(left, right)
 
     def step(self, stamp_ns: int, left_rad: float, right_rad: float) -> List[ChainReport]:
-        """Process the accumulated angles of both wheels [rad], and return the arriving reports.
-
-        Raises:
-            InputFault: the stamps do not advance.
-        """
+        """Process accumulated angles of both wheels [rad]; return arriving reports. InputFault for a stale stamp."""
         samples = self._encoders.step(stamp_ns, left_rad, right_rad)
         update = self._odometry.update if self._odometry is not None else lambda *_: None
         return [ChainReport(sample, update(*sample)) for sample in samples]

@@ -15,12 +15,7 @@ HALL: Sequence[Levels] = ((1, 0, 1), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 1, 1),
 
 
 def counts_in_cycle(model: EncoderModel, is_dead: bool) -> List[int]:
-    """Return the decoder's count at each edge of the sensor's cycle and at its end.
-
-    Args:
-        model: sensor and decoding.
-        is_dead: whether the `dead_channel` of the faults is stuck.
-    """
+    """Return the count at each edge of the sensor's cycle and its end; `is_dead`: its faulty channel is stuck."""
     faults = model.faults
     if not SENSORS[model.sensor].channels:
         return [0, -1 if faults.wiring == 'inverted' else 1]

@@ -184,11 +184,7 @@ class ReportingEncoder:
         return self.step(now_ns, *both_rad)
 
     def step(self, stamp_ns: int, left_rad: float, right_rad: float) -> Sequence[EncoderSample]:
-        """Process the accumulated angles of both wheels [rad], and return the reports that arrive by now.
-
-        Raises:
-            InputFault: the stamps do not advance.
-        """
+        """Process accumulated angles of both wheels [rad]; return arriving reports. InputFault for a stale stamp."""
         step = self._timeline.advance(stamp_ns)
         if step is Step.RESTART:
             stamp_s = stamp_ns / NANOSECONDS_PER_SECOND
