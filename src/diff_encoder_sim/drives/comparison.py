@@ -9,7 +9,7 @@ import numpy as np
 
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.kernels import compiled
-from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, PoseSeries, wrap_angle
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, PoseSeries, wrap_angles
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.reference import Reference
 from diff_encoder_sim.drives.trajectory_error import Alignment, PathError, common_stamps, pairs_error, reference_stamps
@@ -108,14 +108,15 @@ class Comparison(NamedTuple):
                     squares_m2[some] += found[:, 0]
                     counts[some] += len(pairs[1])
                     ends[some] = found[:, 1:]
-        return np.column_stack((np.sqrt(squares_m2 / counts), np.hypot(ends[:, 0], ends[:, 1]), np.abs(ends[:, 2])))
+        yaws_rad = np.abs(wrap_angles(ends[:, 2]))
+        return np.column_stack((np.sqrt(squares_m2 / counts), np.hypot(ends[:, 0], ends[:, 1]), yaws_rad))
 
 
 @compiled(nogil=True)
 def _run_errors(poses: np.ndarray, references: np.ndarray, is_fit: bool) -> np.ndarray:
     """Return (draws, 4) the sum of squared distances [m^2], and the last x [m], y [m] and yaw [rad], of each draw.
 
-    They are those of `pairs_error` for one run of poses (draws, n, 3).
+    They are those of `pairs_error` for one run of poses (draws, n, 3), the yaw not wrapped.
     """
     errors, yaws_rad = np.zeros((len(poses), 4)), references[:, 2]
     true = references[:, 0] + 1j * references[:, 1]
@@ -127,7 +128,7 @@ def _run_errors(poses: np.ndarray, references: np.ndarray, is_fit: bool) -> np.n
         off = places * rotation - true
         errors[draw, 0] = (off.real**2 + off.imag**2).sum()
         errors[draw, 1], errors[draw, 2] = off[-1].real, off[-1].imag
-        errors[draw, 3] = wrap_angle((yaw_rad[-1] - yaw_rad[0]) - (yaws_rad[-1] - yaws_rad[0]))
+        errors[draw, 3] = (yaw_rad[-1] - yaw_rad[0]) - (yaws_rad[-1] - yaws_rad[0])
     return errors
 
 
