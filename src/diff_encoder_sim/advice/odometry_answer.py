@@ -123,10 +123,7 @@ class OdometryCurves:
         return self._smallest(requirement)
 
     def _smallest(self, requirement: Requirement) -> Optional[Tuple[float, Interval]]:
-        """Return the smallest counts such that they and all larger counts meet the requirement.
-
-        If a drive ends after whole pulses, fewer counts may be better by chance.
-        """
+        """Return the smallest counts that suffice with all larger ones: fewer may be better by chance."""
         counts = self.counts
         shares = np.array([self.share(each, requirement) for each in counts])
         certain, possible = (max(np.flatnonzero(~is_met), default=-1) + 1 for is_met in (shares >= requirement.share).T)

@@ -209,10 +209,7 @@ def _limited(criterion: Criterion, run: _Runs, requirement: Requirement) -> Answ
 
 
 def _disagreement(run: _Runs, advice: Advice) -> str:
-    """Return a note if closed-loop trials with an encoder disagree with the sampled drives in a test.
-
-    Trials simulate the wheels as calibrated, without the intervals of a calibration.
-    """
+    """Return a note if trials of an encoder, with calibrated wheels, disagree with the sampled drives in a test."""
     if any(curve.draws.robot.calibration for curve in advice.curves.curves):
         return ''
     cells = [(rank, curve) for rank in run.ranks for curve in advice.curves.curves]

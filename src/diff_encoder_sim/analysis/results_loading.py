@@ -33,10 +33,7 @@ KEPT_APART = ('nav', VARIANT, 'wheel_diameter', 'wheel_separation')  # bags that
 
 
 def load_results(paths: Sequence[Path]) -> Results:
-    """Read a campaign's folder, or bags of trials and folders of such bags; invalid ones are left out with a warning.
-
-    ConfigError if there is no valid trial, or a campaign's folder is given with other paths.
-    """
+    """Read a campaign's folder or bags of trials, without invalid ones (a warning); ConfigError if none is valid."""
     campaigns = [path for path in paths if path.is_dir() and (path / MANIFEST).is_file()]
     if campaigns and len(paths) > 1:
         raise ConfigError(f"{campaigns[0]}: a campaign's folder; expected only this folder, or bags")

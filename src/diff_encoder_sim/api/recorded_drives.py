@@ -162,10 +162,7 @@ def reencoding(options: DriveOptions) -> Reencoding:
 
 
 def _start_phases(options: DriveOptions, opened: OpenedDrive) -> Optional[np.ndarray]:
-    """Sample angles (draws, 2) for the start of the wheels, uniform in a turn; None if they are recorded.
-
-    If both were 0, the encoders would step together: on a straight drive their errors would cancel.
-    """
+    """Sample start angles (draws, 2), as equal ones would cancel errors on straights; None if they are recorded."""
     encoder, wheels = opened.robot.encoder, opened.wheels
     is_known = wheels.is_start_known or (opened.trial is not None and isinstance(wheels, PulseWheels))
     draws = (0 if is_known else DRAWS) if options.draws is None else options.draws

@@ -83,10 +83,8 @@ def read_recorded(
     of_poses = replace(options, reference='') if is_scan else options
     source, trial, robot, wheels, poses = open_drive(of_poses, path, is_table, reference_csv)
     if poses is None and not is_scan:
-        of_bag = '--reference TOPIC|FRAMES|scan, or --reference-csv'
-        raise ConfigError(
-            f'{path}: no reference; expected {"--reference-columns TIME X Y [YAW]" if is_table else of_bag}'
-        )
+        of_bag, of_table = '--reference TOPIC|FRAMES|scan, or --reference-csv', '--reference-columns TIME X Y [YAW]'
+        raise ConfigError(f'{path}: no reference; expected {of_table if is_table else of_bag}')
     read = read_drive(source, wheels, None if is_scan else poses)
     joints = [wheels.are_joint_angles and flag for flag in (robot.encoder.left_reversed, robot.encoder.right_reversed)]
     forward = np.where(joints, -1.0, 1.0)

@@ -93,10 +93,7 @@ def _option(name: str) -> str:
 
 
 def chosen_encoders(options: DriveOptions, own: EncoderParams) -> List[ChosenEncoder]:
-    """Return the given encoders; by default the robot's own if it has a resolution, otherwise those of the paper.
-
-    ConfigError if an encoder is invalid or given twice, or a PPR is given, but the robot's encoder has a resolution.
-    """
+    """Return the given encoders, else the robot's, else the paper's; ConfigError if invalid, repeated, in conflict."""
     pprs = options.ppr if isinstance(options.ppr, (list, tuple)) else [options.ppr]
     ideal = [ChosenEncoder(ppr_of_text('--ppr', ppr)) for ppr in pprs]
     real = load_encoders(options.encoder or (), package_folder() / 'config', Path())

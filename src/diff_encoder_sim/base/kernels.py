@@ -107,10 +107,7 @@ def _set_cache_folder(folder: str) -> None:
 
 
 def _private_folder() -> Optional[str]:
-    """Return a folder in TMPDIR that only this user can use, as machine code is executed; None if there is none.
-
-    For a container with --user, whose home and package cannot be written.
-    """
+    """Return a folder in TMPDIR for machine code, of this user only, for a container with --user; None without it."""
     try:
         folder = Path(tempfile.gettempdir(), f'diff_encoder_sim-{os.geteuid()}')
         folder.mkdir(mode=0o700, exist_ok=True)

@@ -121,10 +121,7 @@ def shared_params(mapping: Mapping[str, Any], source: str, params_class: Type[P]
 
 
 def split_params(mapping: Mapping[str, Any], source: str, *params_classes: Type[Params]) -> List[Params]:
-    """Build one struct of each class from a flat mapping that they share.
-
-    ConfigError if a value is not allowed, or a key is unknown.
-    """
+    """Build a struct of each class from a flat mapping that they share; ConfigError for a bad value or unknown key."""
     return [shared_params(mapping, source, each, *params_classes) for each in params_classes]
 
 

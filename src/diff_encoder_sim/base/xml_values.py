@@ -52,10 +52,7 @@ def parse_lengths(text: Optional[str], count: int, where: str) -> List[float]:
 
 
 def joint_origin(joint: ElementTree.Element, source: str = '') -> JointOrigin:
-    """Read a URDF joint's origin, zero by default; `source` begins the error.
-
-    ConfigError if the origin is not two vectors.
-    """
+    """Read a URDF joint's origin, zero by default; ConfigError, which begins with `source`, if not two vectors."""
     origin = joint.find('origin')
     attributes = origin.attrib if origin is not None else {}
     where = f'{source}joint {joint.get("name")!r} origin'

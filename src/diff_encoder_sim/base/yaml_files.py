@@ -96,10 +96,7 @@ def load_yaml(path: Union[str, Path]) -> Dict[str, Any]:
 
 
 def find_yaml(key: str, given: str, named_folder: Path, folder: Path = Path(), stems: str = '*') -> Path:
-    """Return the path of a .yaml file, relative to `folder`, or of the one with a name in `named_folder`.
-
-    ConfigError if there is no such file; the error lists the names that match `stems`.
-    """
+    """Return the path of a .yaml file in `folder`, or a name in `named_folder`; ConfigError lists those by `stems`."""
     path = folder / given if given.endswith('.yaml') else named_folder / f'{given}.yaml'
     if not path.is_file():
         known = ', '.join(sorted(file.stem for file in named_folder.glob(f'{stems}.yaml')))

@@ -66,10 +66,7 @@ class ReadDrive(NamedTuple):
 def read_drive(
     source: DriveStream, wheels: WheelSource, reference: Optional[RecordedPoses], copied: Sequence[str] = ()
 ) -> ReadDrive:
-    """Read the wheels, the poses to compare with, and the messages of copied topics, which are of ROS's own types.
-
-    ConfigError if counts wrap at an unknown number.
-    """
+    """Read wheels, poses and copied topics, which are of ROS's own types; ConfigError if the wrap is unknown."""
     reference_topics = reference.topics if reference else ()
     commanded = (topics.CMD_VEL,) if has_commands(source) else ()
     commands: List[Tuple[int, float, float]] = []

@@ -179,10 +179,7 @@ class BeamModel(SensorModel):
 def _rays_in_base(
     ranges_m: Array, limits_m: Tuple[float, float], hits_only: bool, directions_rad: Tuple[float, float, float]
 ) -> Tuple[np.ndarray, np.ndarray]:
-    """Return (k,) ranges and (k,) bearings in the base frame of the rays (n,) that are numbers.
-
-    `directions_rad` are the first bearing, the step to the next one, and the yaw of the laser.
-    """
+    """Return (k,) ranges and bearings in the base of the rays (n,) that are numbers; directions: first, step, yaw."""
     (range_min_m, range_max_m), (first_rad, step_rad, laser_yaw_rad) = limits_m, directions_rad
     kept_m, bearings_rad, count = np.empty(len(ranges_m)), np.empty(len(ranges_m)), 0
     for ray in range(len(ranges_m)):

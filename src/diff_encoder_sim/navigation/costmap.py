@@ -98,10 +98,7 @@ class Costmap:
         return max(0, top - by), min(rows, bottom + by), max(0, left - by), min(columns, right + by)
 
     def _costs_by_distance(self) -> np.ndarray:
-        """Return (n,) uint8 costs by squared distance [cells^2] to the nearest obstacle, up to the inflation radius.
-
-        As costmap_2d's InflationLayer::computeCost: 252 exp(-factor (distance - inscribed radius)).
-        """
+        """Return (n,) uint8 costs by squared distance [cells^2] to an obstacle, as InflationLayer::computeCost."""
         distance_m = np.sqrt(np.arange(self._limit**2 + 1)) * self.resolution_m
         inscribed_m = self.footprint.inscribed_radius_m
         decayed = np.exp(np.minimum(-self.params.cost_scaling_factor * (distance_m - inscribed_m), 0.0))

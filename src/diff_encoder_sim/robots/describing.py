@@ -57,10 +57,7 @@ WORLD_FRAMES = ('map', 'odom')  # the robot's pose in them is published
 
 
 def describe(source: RobotSource, choices: RobotChoices = RobotChoices()) -> RobotDescription:  # noqa: B008
-    """Return the description of a robot by its file, with the user's choices in place of what would be found.
-
-    ConfigError if the file is no robot with two driven wheels on one axle.
-    """
+    """Return a robot's description, the user's choices first; ConfigError without two driven wheels on one axle."""
     return _describe(expansion(source), source, choices)
 
 
@@ -167,11 +164,7 @@ def _named(names: List[str], most: int) -> str:
 def _drive_train(
     where: str, pair: WheelPair, plugins: Sequence[DrivePlugin], choices: RobotChoices, seen: Findings
 ) -> DriveTrain:
-    """Return the drive, of the diameter and separation that the user gives.
-
-    Else the diameter is that of a plugin, unless it is out of question, or of the shapes; the separation is that of the
-    wheels.
-    """
+    """Return the drive by the user, else by a plausible plugin or the shapes (diameter) and the wheels (separation)."""
     radii_m = [wheel.radius_m for wheel in pair if wheel.radius_m]
     if radii_m and _differ(radii_m[0], radii_m[-1]) > 1e-4:
         seen.warn(

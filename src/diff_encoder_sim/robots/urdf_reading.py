@@ -22,10 +22,7 @@ JOINT_KINDS = ('fixed', 'continuous', 'revolute', 'prismatic', 'floating', 'plan
 
 
 def read_robot_text(path: Union[str, Path]) -> str:
-    """Return the text of an XML file, without blank lines at its begin; what is not UTF-8 is taken as ISO-8859-1.
-
-    ConfigError if the file cannot be read.
-    """
+    """Return an XML file's text without blank lines at its begin, UTF-8 or ISO-8859-1; ConfigError if unreadable."""
     try:
         content = Path(path).read_bytes()
     except OSError as error:
@@ -52,10 +49,7 @@ def parse_robot_xml(text: str, where: str) -> ElementTree.Element:
 
 
 def parse_urdf(text: str, where: str) -> RobotTree:
-    """Return the tree of a robot by its URDF, xacro expanded.
-
-    ConfigError if the text is not the URDF of one tree of links; `where`, the robot's file, begins the error's.
-    """
+    """Return the tree of a robot by its URDF, xacro expanded; ConfigError, after `where`, unless one tree of links."""
     robot = parse_robot_xml(text, where)
     if robot.tag != 'robot':
         raise ConfigError(f'{where}: given <{robot.tag}>; allowed: a URDF or xacro file, which begins with <robot>')

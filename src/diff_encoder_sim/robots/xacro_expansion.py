@@ -264,10 +264,7 @@ def _package_below(name: str, folder: Path, levels: int) -> Optional[Path]:
 
 @functools.lru_cache(maxsize=64)
 def _packages_below(folder: Path, levels: int, _changed_ns: int) -> Dict[str, Path]:
-    """Return the packages by the names in their package.xml, then all folders by their own names.
-
-    Breadth first; below a package there is no other. Cached until the folder changes.
-    """
+    """Return packages by their package.xml, breadth first, not below each other, then folders by name; cached."""
     packages: Dict[str, Path] = {}
     folders: Dict[str, Path] = {}
     level = [folder]

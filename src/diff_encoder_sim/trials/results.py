@@ -94,10 +94,7 @@ class ResultStore:
     def __init__(
         self, folder: Union[str, Path], campaign: Campaign, run: Dict[str, Any], must_resume: bool = False
     ) -> None:
-        """Create or resume a folder; `run` is from `describe_run`.
-
-        ConfigError if the folder contains other files or another campaign, or no results if it `must_resume`.
-        """
+        """Create or resume a folder, `run` of `describe_run`; ConfigError for others' files, or none to resume."""
         self.folder, self._campaign = Path(folder), campaign
         self._trials = {trial.identity(): trial for trial in campaign.trials()}
         self._rows: Dict[Tuple[object, ...], TrialRow] = {}  # by identity of trial

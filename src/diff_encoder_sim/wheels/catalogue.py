@@ -89,10 +89,7 @@ def encoder_names(config_folder: Path) -> List[str]:
 
 
 def load_encoder(given: str, config_folder: Path, folder: Path) -> ChosenEncoder:
-    """Load an encoder by its name in encoders/ of a folder, or else by the path of a .yaml file relative to `folder`.
-
-    ConfigError if the encoder does not exist, or its file has a bad key.
-    """
+    """Load an encoder by name in encoders/ of `folder`, else by its path from there; ConfigError if missing or bad."""
     names, path = encoder_names(config_folder), folder / os.path.expanduser(given)
     if given in names:
         path = config_folder / 'encoders' / f'{given}.yaml'

@@ -249,10 +249,7 @@ MOST_HITS = 100_000
 
 @compiled
 def _hits(kind: Any, wheel: Any, fault: int, counts: int) -> int:
-    """Return the number of the next counts that are affected by MISSED or EXTRA.
-
-    Gaps and bursts alternate, with geometric lengths.
-    """
+    """Return how many next counts MISSED or EXTRA affects: gaps and bursts alternate, with geometric lengths."""
     fraction, burst, hits = kind.hits[fault, 0], kind.hits[fault, 1], 0
     if counts * fraction > MOST_HITS:
         return int(counts * fraction)
