@@ -162,3 +162,11 @@ def test_predictions_of_random_robots_are_honest():
         prediction = predict(calibration, referenced_drive(robot, rng, 60.0))
         z += (prediction.error / prediction.std).tolist()
     assert 0.5 < np.std(z) < 1.6
+
+
+def test_an_exact_straight_drive_has_no_disturbances():
+    exact = ROBOT._replace(noise_m=1e-9, noise_rad=1e-9, slip_m2_per_m=0.0, slip_rad2_per_rad=0.0, counts=10**7)
+    forward_mps = np.interp(np.arange(0.0, 45.0, 1.0 / WHEEL_HZ), [0.0, 1.0, 40.0, 43.0], [0.0, 0.45, 0.45, 0.0])
+    calibration = calibrate([drive_of(exact, speeds=(forward_mps, 0.0 * forward_mps))], NOMINAL)
+    assert not calibration.disturbances
+    assert calibration.values['left_wheel_diameter_m'].value == pytest.approx(exact.left_wheel_diameter_m, rel=1e-3)
