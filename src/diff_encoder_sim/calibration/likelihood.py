@@ -39,7 +39,7 @@ UNSTATED_STD = 0.01  # [m, rad] unit of the noise of a reference that states no 
 NOISE_STEP = 0.1  # of logarithms
 
 ONLY_GEOMETRY = [*range(7), 9, 10]  # with white noise; what slips and drifts is fitted after it
-MOST_STEPS = 40
+MOST_STEPS, LEAST_GAIN = 40, 3e-3  # of the log-likelihood: less changes no parameter by a tenth of its interval
 
 LEAST_TURN_RAD = 0.5  # of a drive that determines the separation
 LEAST_AHEAD = 0.05  # rotation of both wheels ahead, by that of a turn, of a drive that determines the scale
@@ -227,7 +227,7 @@ def maximise(tracks: Sequence[Track], start: np.ndarray, only: Sequence[int] = r
         if gain < 0.0:
             break
         parameters, best = moved, best + gain
-        if gain < 1e-4:
+        if gain < LEAST_GAIN:
             break
     return parameters
 
