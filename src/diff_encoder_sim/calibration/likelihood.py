@@ -189,16 +189,19 @@ def _log_likelihood(tracks: Sequence[Track], parameters: np.ndarray, centre: np.
     return total
 
 
+def moved(parameters: np.ndarray, index: int, step: float) -> np.ndarray:
+    """Return the parameters with one of them moved by a step, for numerical derivatives."""
+    changed = parameters.copy()
+    changed[index] += step
+    return changed
+
+
 def _derivatives(track: Track, parameters: np.ndarray, free: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     """Return the scores (free, k) of the rows of a track, and their expected information (free, free)."""
     errors, variances = (each.ravel() for each in track.errors(parameters))
     of_errors, of_variances = np.empty((len(free), len(errors))), np.empty((len(free), len(errors)))
     for place, index in enumerate(free):
-        sides = []
-        for sign in (1.0, -1.0):
-            moved = parameters.copy()
-            moved[index] += sign * STEPS[index]
-            sides.append(track.errors(moved))
+        sides = [track.errors(moved(parameters, index, sign * STEPS[index])) for sign in (1.0, -1.0)]
         of_errors[place], of_variances[place] = (
             (ahead - behind).ravel() / (2.0 * STEPS[index]) for ahead, behind in zip(*sides)
         )
@@ -219,14 +222,14 @@ def maximise(tracks: Sequence[Track], start: np.ndarray, only: Sequence[int] = r
         gain = -math.inf
         while gain < 0.0 and damping < 1e6:
             step = np.linalg.solve(information + damping * np.diag(np.diag(information)), slope)
-            moved = parameters.copy()
-            moved[free] += step.clip(-1.5, 1.5)
-            gain = _log_likelihood(tracks, moved, centre) - best
+            stepped = parameters.copy()
+            stepped[free] += step.clip(-1.5, 1.5)
+            gain = _log_likelihood(tracks, stepped, centre) - best
             damping = damping * 10.0 if not gain >= 0.0 else max(0.1 * damping, 1e-6)
             gain = gain if math.isfinite(gain) else -math.inf
         if gain < 0.0:
             break
-        parameters, best = moved, best + gain
+        parameters, best = stepped, best + gain
         if gain < LEAST_GAIN:
             break
     return parameters
@@ -281,9 +284,8 @@ def uncertainty_at(tracks: Sequence[Track], parameters: np.ndarray) -> Uncertain
     by_noise = np.zeros((len(parameters) - NOISE.start, *expected.shape))
     for place, index in enumerate(range(NOISE.start, len(parameters))):
         if index in free:
-            moved = parameters.copy()
-            moved[index] += NOISE_STEP
-            at_moved = inverse_of(np.sum([_derivatives(track, moved, free)[1] for track in tracks], axis=0))
+            stepped = moved(parameters, index, NOISE_STEP)
+            at_moved = inverse_of(np.sum([_derivatives(track, stepped, free)[1] for track in tracks], axis=0))
             by_noise[place] = (at_moved - expected) / NOISE_STEP
     return Uncertainty(expected, expected @ scatter @ expected, by_noise)
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.se2 import wrap_angles
 from diff_encoder_sim.calibration.estimation import (
     Calibration,
     ReferencedDrive,
@@ -19,7 +20,7 @@ from diff_encoder_sim.calibration.estimation import (
     track_of,
     with_geometry,
 )
-from diff_encoder_sim.calibration.likelihood import INDEX, NOISE, NOISE_STEP, STEPS, Track
+from diff_encoder_sim.calibration.likelihood import INDEX, NOISE, NOISE_STEP, STEPS, Track, moved
 from diff_encoder_sim.calibration.umbmark import WheelGeometry
 
 LEVEL = 0.9
@@ -64,14 +65,12 @@ def predict(calibration: Calibration, drive: ReferencedDrive, nominal: Optional[
     track.start_yaw_rad = start_heading(track, parameters, ALIGNED_OVER_M)
     error, covariance = _end_error(track, parameters)
     slopes = np.zeros((3, len(parameters)))
-    for index in np.flatnonzero(np.diag(uncertainty.expected)):
-        moved = [parameters.copy(), parameters.copy()]
-        moved[0][index] += STEPS[index]
-        moved[1][index] -= STEPS[index]
-        slopes[:, index] = (_end_error(track, moved[0])[0] - _end_error(track, moved[1])[0]) / (2.0 * STEPS[index])
+    for index in np.flatnonzero(np.diag(uncertainty.expected)).tolist():
+        ahead, behind = (_end_error(track, moved(parameters, index, sign * STEPS[index]))[0] for sign in (1.0, -1.0))
+        slopes[:, index] = (ahead - behind) / (2.0 * STEPS[index])
     more = np.diag(covariance)
     by_noise = [
-        (np.diag(_end_error(track, _moved(parameters, index))[1]) - more) / NOISE_STEP
+        (np.diag(_end_error(track, moved(parameters, index, NOISE_STEP))[1]) - more) / NOISE_STEP
         for index in range(*NOISE.indices(len(parameters)))
     ]
     std = np.sqrt(more + [uncertainty.variance(row) for row in slopes])
@@ -82,12 +81,6 @@ def predict(calibration: Calibration, drive: ReferencedDrive, nominal: Optional[
     length_m = float(0.5 * np.diff(motions[:, 3:5], axis=0).sum())
     duration_s = float(np.ptp(track.pose_times_s))
     return Prediction(drive.name, duration_s, length_m, error, std, np.column_stack((-reach, reach)), nominal_error)
-
-
-def _moved(parameters: np.ndarray, index: int) -> np.ndarray:
-    moved = parameters.copy()
-    moved[index] += NOISE_STEP
-    return moved
 
 
 def _end_error(track: Track, parameters: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
@@ -103,7 +96,7 @@ def _end_error(track: Track, parameters: np.ndarray) -> Tuple[np.ndarray, np.nda
     path = (at_rows[:, 0] + 1j * at_rows[:, 1] - complex(*motions[-1, :2])) * np.exp(1j * turn)
     sensors = complex(*parameters[3:5]) * np.exp(1j * yaws)
     off = track.poses[rows, 0] + 1j * track.poses[rows, 1] - complex(*state[:2]) - path - sensors
-    off_yaw = (track.poses[rows, 2] - yaws - parameters[5] + np.pi) % (2.0 * np.pi) - np.pi
+    off_yaw = wrap_angles(track.poses[rows, 2] - yaws - parameters[5])
     of_path = (path + sensors).mean()
     by_pose = np.array([[1.0, 0.0, -of_path.imag], [0.0, 1.0, of_path.real], [0.0, 0.0, 1.0]])
     total = by_pose @ covariance[:3, :3] @ by_pose.T
