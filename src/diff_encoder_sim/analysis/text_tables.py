@@ -1,4 +1,4 @@
-"""Tables of strings, for the terminal and for pages (`report/text_tables.html`)."""
+"""Tables of strings, for the terminal and for pages (`report/charts_and_tables.html`)."""
 
 from __future__ import annotations
 
