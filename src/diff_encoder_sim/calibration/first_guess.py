@@ -13,6 +13,7 @@ from typing import NamedTuple, Optional, Tuple
 import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.calibration.likelihood import LEAST_TURN_RAD
 
 WINDOW_S = 20.0  # of the alignment
 EVERY_S, WHEELS_EVERY_S = 0.25, 0.1  # intervals of its rows, and of the samples of the wheels
@@ -67,7 +68,8 @@ def first_guess(
     rows = np.unique(np.searchsorted(pose_times_s, np.arange(pose_times_s[0], pose_times_s[-1], EVERY_S)))
     samples = np.unique(np.searchsorted(times_s, np.arange(times_s[0], times_s[-1], WHEELS_EVERY_S)))
     data = (times_s[samples], angles_rad[samples], pose_times_s[rows], poses[rows])
-    ratios = RATIOS if ratio is None else np.append(RATIOS, ratio)
+    usual = ratio or USUAL_RATIO
+    ratios = np.append(usual, RATIOS)  # of equals the first counts
     errors = {wiring: np.array([_align(*data, wiring, each, 0.0).error_m for each in ratios]) for wiring in WIRINGS}
     wiring = min(WIRINGS, key=lambda each: errors[each].min())
     if errors[wiring].min() < CLEARLY_BETTER * errors[1, 1, False].min():
@@ -75,11 +77,12 @@ def first_guess(
         if other.unrelated < UNRELATED:
             raise ConfigError(f'{name}: {WIRINGS[wiring]}')
     of_right = errors[1, 1, False]
-    best = float(ratios[of_right.argmin()])
-    if of_right.min() > 0.9 * np.median(of_right):  # a drive without turns fits with any
-        best = _ratio_by_yaw(*data) or ratio or USUAL_RATIO
+    best, is_straight = float(ratios[of_right.argmin()]), np.ptp(angles_rad @ (-1, 1)) * usual < LEAST_TURN_RAD
+    if is_straight or of_right.min() > 0.9 * np.median(of_right):  # a drive without turns fits with any
+        best = _ratio_by_yaw(*data) or usual
     delay_s = min(DELAYS_S, key=lambda each: _align(*data, (1, 1, False), best, float(each)).error_m)
-    finer = min(best * NEARBY, key=lambda each: _align(*data, (1, 1, False), each, delay_s).error_m)
+    nearby = [best] if is_straight else best * NEARBY
+    finer = min(nearby, key=lambda each: _align(*data, (1, 1, False), each, delay_s).error_m)
     return _align(*data, (1, 1, False), float(finer), float(delay_s))
 
 

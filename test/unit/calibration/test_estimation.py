@@ -164,9 +164,13 @@ def test_predictions_of_random_robots_are_honest():
     assert 0.5 < np.std(z) < 1.6
 
 
-def test_an_exact_straight_drive_has_no_disturbances():
+def test_an_exact_drive_that_is_nearly_straight_has_neither_disturbances_nor_slip():
     exact = ROBOT._replace(noise_m=1e-9, noise_rad=1e-9, slip_m2_per_m=0.0, slip_rad2_per_rad=0.0, counts=10**7)
-    forward_mps = np.interp(np.arange(0.0, 45.0, 1.0 / WHEEL_HZ), [0.0, 1.0, 40.0, 43.0], [0.0, 0.45, 0.45, 0.0])
-    calibration = calibrate([drive_of(exact, speeds=(forward_mps, 0.0 * forward_mps))], NOMINAL)
+    times_s = np.arange(0.0, 45.0, 1.0 / WHEEL_HZ)
+    forward_mps = np.interp(times_s, [0.0, 1.0, 40.0, 43.0], [0.0, 0.45, 0.45, 0.0])
+    turning_radps = 0.02 * np.sin(0.5 * times_s) * (times_s > 15.0)
+    nominal = WheelGeometry(0.2, 0.2, exact.wheel_separation_m)
+    calibration = calibrate([drive_of(exact, speeds=(forward_mps, turning_radps))], nominal)
     assert not calibration.disturbances
     assert calibration.values['left_wheel_diameter_m'].value == pytest.approx(exact.left_wheel_diameter_m, rel=1e-3)
+    assert math.sqrt(calibration.values['slip_rad2_per_rad'].value) < math.radians(0.1)  # after a radian
