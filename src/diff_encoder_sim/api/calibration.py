@@ -111,7 +111,7 @@ def _by_reference(options: CalibrateOptions, robot: RecordedRobot, recorded: Seq
     notes = [f'{each.path}: {note}' for each in recorded for note in each.notes]
     predictions: List[Prediction] = []
     try:
-        predictions += cross_predictions(drives, nominal)
+        predictions += cross_predictions(drives, nominal, found.parameters)
     except ConfigError as error:  # a part of the drives is not enough for a calibration
         notes.append(f'no prediction: {error}')
     own = {key: value for key, value in robot.file.overrides.items() if key.startswith('amcl.')}

@@ -17,10 +17,10 @@ from diff_encoder_sim.calibration.likelihood import (
     INDEX,
     LONGEST_DELAY_S,
     NAMES,
-    ONLY_GEOMETRY,
     UNSTATED_STD,
     Track,
     Uncertainty,
+    free_parameters,
     maximise,
     uncertainty_at,
 )
@@ -102,15 +102,22 @@ class Calibration(NamedTuple):
     uncertainty: Uncertainty
 
 
-def calibrate(drives: Sequence[ReferencedDrive], nominal: Optional[WheelGeometry] = None) -> Calibration:
+def calibrate(
+    drives: Sequence[ReferencedDrive], nominal: Optional[WheelGeometry] = None, near: Optional[np.ndarray] = None
+) -> Calibration:
     """Estimate a robot's geometry, place and delay of the reference sensor, and slip, from all drives together.
+
+    The search starts from a first guess, or from the parameters `near` of a calibration by some of the same drives.
 
     Raises:
         ConfigError: a drive is too short, the robot stands still, wheels are reversed or swapped, or a counter wraps.
     """
     whole = [track_of(each) for each in drives]
     guesses = [guess_of(each.name, track, nominal) for each, track in zip(drives, whole)]
-    parameters, parts = _fitted([track.without_gaps() for track in whole], _start(whole, guesses, nominal))
+    start = _start(whole, guesses, nominal)
+    free = free_parameters(whole, start)
+    start[free] = (start if near is None else near)[free]
+    parameters, parts = _fitted([track.without_gaps() for track in whole], start, near is None)
     for each, tracks in zip(drives, parts):
         if not tracks:
             raise ConfigError(
@@ -215,21 +222,21 @@ def _start(tracks: Sequence[Track], guesses: Sequence[FirstGuess], nominal: Opti
     return np.array([math.log(left), math.log(right), math.log(separation_m), *place, *of_noise])
 
 
-def _fitted(whole: List[List[Track]], start: np.ndarray) -> Tuple[np.ndarray, List[List[Track]]]:
+def _fitted(whole: List[List[Track]], parameters: np.ndarray, is_guess: bool) -> Tuple[np.ndarray, List[List[Track]]]:
     """Maximise the likelihood; return the parameters, and the tracks of each drive between its disturbances.
 
     Disturbances are found with each estimate, and left out of the next one.
     """
-    parameters, before = start, []  # type: np.ndarray, List[Tuple[float, Tuple[bool, ...]]]
+    before: List[Tuple[float, Tuple[bool, ...]]] = []
     for _ in range(MOST_ROUNDS):
-        is_first = not before
+        is_first = is_guess and not before
         parts = [[piece for track in tracks for piece in pieces_of(track, parameters, is_first)] for tracks in whole]
         pieces = [piece for tracks in parts for piece in tracks]
         found = [(float(piece.pose_times_s[0]), tuple(piece.is_used)) for piece in pieces]
         if found == before:
             break
-        # From the start, as a disturbance leads far astray; what slips and drifts after the geometry.
-        parameters = maximise(pieces, maximise(pieces, start, ONLY_GEOMETRY))
+        # What slips and drifts is fitted after the geometry.
+        parameters = maximise(pieces, maximise(pieces, parameters, is_rough=True) if is_first else parameters)
         before = found
     return parameters, parts
 

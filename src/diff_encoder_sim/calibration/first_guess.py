@@ -116,34 +116,39 @@ def _align(
     yaws_rad = np.interp(at_s, times_s, yaw_rad)
     headings = np.exp(1j * yaws_rad)
     paths = np.interp(at_s, times_s, path.real) + 1j * np.interp(at_s, times_s, path.imag)
-    targets = poses[:, 0] + 1j * poses[:, 1]
-    windows = np.floor((pose_times_s - pose_times_s[0]) / WINDOW_S).astype(int)
-    found = []
-    for window in np.unique(windows):
-        here = windows == window
-        if here.sum() < FEWEST_ROWS or np.ptp(paths[here].real) + np.ptp(paths[here].imag) == 0.0:
-            continue
-        design = np.column_stack((paths[here] - paths[here].mean(), headings[here] - headings[here].mean()))
-        target = targets[here] - targets[here].mean()
-        moment = design.conj().T @ design + np.diag([1e-12, _RIDGE * here.sum()])
-        scale, place = np.linalg.solve(moment, design.conj().T @ target)  # both turned by the start's heading
-        errors_m = abs(target - design @ (scale, place))
-        known = np.linalg.det(moment).real / moment[[1, 0], [1, 0]].real  # of each alone
-        sensor = (np.exp(1j * poses[here, 2]) / headings[here]).mean() * abs(scale) / scale
-        size_m = math.sqrt(float((abs(target) ** 2).mean()))
-        found.append((abs(scale), place * abs(scale) / scale, sensor, *known, np.sqrt((errors_m**2).mean()), size_m))
-    if not found:
+    windows = np.floor((pose_times_s - pose_times_s[0]) / WINDOW_S)
+    starts, rows = np.unique(windows, return_index=True, return_counts=True)[1:]
+
+    def mean(values: np.ndarray) -> np.ndarray:
+        means: np.ndarray = np.add.reduceat(values, starts) / rows
+        return means
+
+    ahead, turned, target = (
+        each - np.repeat(mean(each), rows) for each in (paths, headings, poses[:, 0] + 1j * poses[:, 1])
+    )
+    # Normal equations of target = scale * ahead + place * turned, both turned by the start's heading.
+    of_ahead, of_turned = mean(abs(ahead) ** 2) + 1e-12, mean(abs(turned) ** 2) + _RIDGE
+    both, right, left = mean(ahead.conj() * turned), mean(ahead.conj() * target), mean(turned.conj() * target)
+    determinant = of_ahead * of_turned - abs(both) ** 2
+    scale = (of_turned * right - both * left) / determinant
+    place = (of_ahead * left - both.conj() * right) / determinant
+    errors_m = np.sqrt(mean(abs(target - np.repeat(scale, rows) * ahead - np.repeat(place, rows) * turned) ** 2))
+    good = (rows >= FEWEST_ROWS) & (of_ahead > 2e-12)
+    if not good.any():
         return FirstGuess(math.nan, ratio, 0.0, 0.0, 0.0, delay_s, math.inf, 1.0)
-    scales, places, sensors, of_scale, of_place, errors_m, sizes_m = np.array(found).T
-    good = errors_m.real <= OUTLYING * np.median(errors_m.real)  # others have a disturbance
-    place = np.average(places[good], weights=of_place[good].real)
+    unrelated = np.median((errors_m / np.sqrt(mean(abs(target) ** 2)).clip(LEAST_SIZE_M, None))[good])
+    good &= errors_m <= OUTLYING * np.median(errors_m[good])  # others have a disturbance
+    of_scale, of_place = (determinant / each * rows * good for each in (of_turned, of_ahead))
+    turns = abs(scale) / scale
+    sensor = np.average(place * turns, weights=of_place)
+    yaws = mean(np.exp(1j * poses[:, 2]) / headings) * turns * of_scale
     return FirstGuess(
-        float(np.average(scales[good].real, weights=of_scale[good].real)),
+        float(np.average(abs(scale), weights=of_scale)),
         ratio,
-        float(place.real),
-        float(place.imag),
-        float(np.angle((sensors * of_scale)[good].sum())) if np.isfinite(poses[0, 2]) else 0.0,
+        float(sensor.real),
+        float(sensor.imag),
+        float(np.angle(yaws.sum())) if np.isfinite(poses[0, 2]) else 0.0,
         delay_s,
-        max(LEAST_ERROR_M, float(errors_m[good].real.mean())),
-        float(np.median(errors_m.real / np.maximum(LEAST_SIZE_M, sizes_m.real))),
+        max(LEAST_ERROR_M, float(errors_m[good].mean())),
+        float(unrelated),
     )

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import List, Optional, Sequence, Tuple
+from typing import Any, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
+from diff_encoder_sim.base.se2 import wrap_angles
 from diff_encoder_sim.calibration.pose_filter import ROBUST_BEYOND_STD, filter_poses
 
 WINDOW_S, PARTS = 2.0, 4  # of a window; the robot's slip within a window is that between its parts
@@ -32,14 +33,17 @@ GEOMETRY, NOISE = slice(0, 3), slice(7, 14)
 # near a usual value. Diameters and separation: about their first guess.
 USUAL = np.array([0.0] * 7 + [math.log(1e-6), math.log(1e-6), 0.0, 0.0, -3.0, -3.0, math.log(2.0)])
 SPREAD = np.array([1.0, 1.0, 0.7, 1.0, 1.0, 10.0, 0.5, 4.0, 4.0, 3.0, 3.0, 1.5, 1.5, 1.5])
+POWERS = np.array([0.0] * 7 + [1.0, 1.0, 2.0, 2.0, 2.0, 2.0, 0.0])  # of exp(parameter) in variances
 STEPS = np.array([1e-5, 1e-5, 1e-4, 1e-4, 1e-4, 1e-4, 1e-3, *[1e-2] * 7])  # of numerical derivatives
 
 LEAST_STD = 5e-4  # [m, rad] of a window: interpolation between samples, and physics, are not better
 UNSTATED_STD = 0.01  # [m, rad] unit of the noise of a reference that states no covariance
 NOISE_STEP = 0.1  # of logarithms
 
-ONLY_GEOMETRY = [*range(7), 9, 10]  # with white noise; what slips and drifts is fitted after it
-MOST_STEPS, LEAST_GAIN = 40, 3e-3  # of the log-likelihood: less changes no parameter by a tenth of its interval
+# Parameters of a climb, and the gain of the log-likelihood that ends it: first without slip and drift, then with all;
+# less changes no parameter by a tenth of its interval.
+ROUGHLY, FINALLY, MOST_STEPS = ([*range(7), 9, 10], 1.0), ([*range(len(NAMES))], 3e-3), 40
+LARGEST_STEP, LEAST_VARIANCE = 1.5, 0.05  # of a parameter; of a variance after a step, relative
 
 LEAST_TURN_RAD = 0.5  # of a drive that determines the separation
 LEAST_AHEAD = 0.05  # rotation of both wheels ahead, by that of a turn, of a drive that determines the scale
@@ -81,9 +85,13 @@ class Track:
         means = np.add.reduceat(precisions, firsts) / rows[:, np.newaxis, np.newaxis]
         # The mean error weighted by precision, whitened by the Cholesky factor of the mean precision.
         whitened = np.linalg.inv(np.linalg.cholesky(means)) / rows[:, np.newaxis, np.newaxis]
-        self._weights = np.repeat(whitened, rows, axis=0) @ precisions
+        weights = np.repeat(whitened, rows, axis=0) @ precisions
+        # Of positions as complex numbers: the real part of weight times position counts.
+        self._weights, self._yaw_weights = weights[:, :, 0] - 1j * weights[:, :, 1], weights[:, :, 2:].sum(axis=2)
+        of_parts = self._by_part(self._weights), self._by_part(self._yaw_weights)
+        self._windows = self.middles_s, self.first_parts, rows, *of_parts
         self.is_used = np.ones(len(firsts), bool)
-        self._path, self._motions = (math.nan,) * 4, np.empty((0, 6))  # of the last parameters
+        self._paths: Dict[Tuple[float, ...], Any] = {}  # the last ones, and their arguments of `filter_poses`
 
     @property
     def has_yaw(self) -> bool:
@@ -147,23 +155,42 @@ class Track:
         self, parameters: np.ndarray, is_used: np.ndarray
     ) -> Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Return errors, variances, last state and covariance of `filter_poses`."""
-        delay_s = parameters[INDEX['reference_delay_s']]
-        of_path = (*parameters[GEOMETRY], delay_s)
-        if of_path != self._path:  # most derivatives are of other parameters
-            at_s = np.append(self.middles_s, self.pose_times_s) - delay_s
-            self._path, self._motions = of_path, self.motions(parameters, at_s)
-        motions, row_motions = np.split(self._motions, [len(self.middles_s)])
-        values = np.exp(parameters)
+        path = (*parameters[GEOMETRY], parameters[INDEX['reference_delay_s']])
+        if path not in self._paths:  # most derivatives are of other parameters
+            self._paths = {} if len(self._paths) > len(NAMES) else self._paths  # 9 for all derivatives at a point
+            self._paths[path] = self._sums_of_parts(parameters)
+        motions, positions, robots, sensors, yaws, first = self._paths[path]
+        values, sensor = np.exp(parameters), complex(*parameters[3:5])
         left_m, right_m = 0.5 * values[:2] * self.count_rad  # distance of a count
         # Two independent remainders of a count, which do not grow: bounded.
         of_counts = (left_m**2 + right_m**2) / 12.0 * np.array([0.25, 1.0 / values[2] ** 2]) + LEAST_STD**2
-        given = np.concatenate([values[2:3], parameters[3:6], values[7:9], values[9:13] ** 2, values[13:14]])
+        given = np.concatenate([values[2:3], parameters[5:6], values[7:9], values[9:13] ** 2, values[13:14]])
+        start = complex(*self.poses[0, :2]) - np.exp(1j * self.start_yaw_rad) * (first[0] + sensor * first[1])
+        start_pose = np.array([start.real, start.imag, self.start_yaw_rad + motions[0, 2]])
         errors, variances = np.zeros((len(is_used), 3)), np.ones((len(is_used), 3))
-        reference = self.middles_s, self.first_rows, self.first_parts, self.poses, self._weights, self.has_yaw
+        of_path = motions, positions, robots + sensor * sensors, yaws
         state, covariance = filter_poses(
-            motions, row_motions, *reference, self.start_yaw_rad, is_used, given, of_counts, errors, variances
+            *self._windows, *of_path, start_pose, is_used, given, of_counts, errors, variances
         )
         return errors, variances, state, covariance
+
+    def _sums_of_parts(self, parameters: np.ndarray) -> Tuple[np.ndarray, ...]:
+        """Return motions, positions, places of the robot and of a sensor 1 m ahead of it, yaws; the first places."""
+        at_s = np.append(self.middles_s, self.pose_times_s) - parameters[INDEX['reference_delay_s']]
+        motions, of_rows = np.split(self.motions(parameters, at_s), [len(self.middles_s)])
+        first_rows, rows = self.first_rows[:-1], np.diff(self.first_rows)
+        yaws_rad = np.nan_to_num(self.poses[:, 2]) - of_rows[:, 2]
+        beyond = wrap_angles(yaws_rad - np.repeat(yaws_rad[first_rows], rows))[:, np.newaxis]
+        positions = (self._weights * (self.poses[:, :1] + 1j * self.poses[:, 1:2])).real + self._yaw_weights * beyond
+        off_m = of_rows[:, :2] - np.repeat(motions[:, :2], rows, axis=0)
+        places = np.column_stack((off_m[:, 0] + 1j * off_m[:, 1], np.exp(1j * of_rows[:, 2])))
+        of_places = [self._by_part(self._weights * each[:, np.newaxis]) for each in places.T]
+        return motions, self._by_part(positions), *of_places, yaws_rad[first_rows], places[0]
+
+    def _by_part(self, of_rows: np.ndarray) -> np.ndarray:
+        """Return sums of rows over the parts."""
+        sums: np.ndarray = np.add.reduceat(of_rows, self.first_rows[:-1])
+        return sums
 
 
 def free_parameters(tracks: Sequence[Track], parameters: np.ndarray) -> np.ndarray:
@@ -210,11 +237,13 @@ def _derivatives(track: Track, parameters: np.ndarray, free: np.ndarray) -> Tupl
     return scores.reshape(len(free), -1, 3).sum(axis=2), information
 
 
-def maximise(tracks: Sequence[Track], start: np.ndarray, only: Sequence[int] = range(len(NAMES))) -> np.ndarray:
+def maximise(tracks: Sequence[Track], start: np.ndarray, is_rough: bool = False) -> np.ndarray:
     """Climb to the maximum by Fisher scoring with Levenberg's damping; return the parameters."""
+    only, least_gain = ROUGHLY if is_rough else FINALLY
     free = np.intersect1d(free_parameters(tracks, start), only)
     centre = np.concatenate((start[GEOMETRY], USUAL[3:]))
     parameters, damping, best = start.copy(), 1e-3, _log_likelihood(tracks, start, centre)
+    powers = POWERS[free]
     for _ in range(MOST_STEPS):
         found = [_derivatives(track, parameters, free) for track in tracks]
         information = sum(each for _, each in found) + np.diag(SPREAD[free] ** -2)
@@ -222,15 +251,17 @@ def maximise(tracks: Sequence[Track], start: np.ndarray, only: Sequence[int] = r
         gain = -math.inf
         while gain < 0.0 and damping < 1e6:
             step = np.linalg.solve(information + damping * np.diag(np.diag(information)), slope)
-            stepped = parameters.copy()
-            stepped[free] += step.clip(-1.5, 1.5)
+            step, stepped = step.clip(-LARGEST_STEP, LARGEST_STEP), parameters.copy()
+            # The likelihood is closer to a parabola of variances than of their logarithms.
+            of_variances = np.log1p((powers * step).clip(LEAST_VARIANCE - 1.0, None)) / powers.clip(1.0, None)
+            stepped[free] += np.where(powers, of_variances, step)
             gain = _log_likelihood(tracks, stepped, centre) - best
             damping = damping * 10.0 if not gain >= 0.0 else max(0.1 * damping, 1e-6)
             gain = gain if math.isfinite(gain) else -math.inf
         if gain < 0.0:
             break
         parameters, best = stepped, best + gain
-        if gain < LEAST_GAIN:
+        if gain < least_gain:
             break
     return parameters
 

@@ -28,15 +28,16 @@ POSE, SLOW, SUM, STATES = 0, 3, 6, 9
 
 @compiled(nogil=True)
 def filter_poses(
-    motions: np.ndarray,
-    row_motions: np.ndarray,
     times_s: np.ndarray,
-    first_rows: np.ndarray,
     first_parts: np.ndarray,
-    poses: np.ndarray,
+    rows: np.ndarray,
     weights: np.ndarray,
-    has_yaw: bool,
-    start_yaw_rad: float,
+    yaw_weights: np.ndarray,
+    motions: np.ndarray,
+    positions: np.ndarray,
+    places: np.ndarray,
+    yaws: np.ndarray,
+    start: np.ndarray,
     is_used: np.ndarray,
     values: np.ndarray,
     quantisation: np.ndarray,
@@ -45,28 +46,36 @@ def filter_poses(
 ) -> Tuple[np.ndarray, np.ndarray]:
     """Write the prediction errors of all windows of the reference, and return the last state and its covariance.
 
+    Rows count only by sums over their part, of places as complex numbers x + iy times weights x - iy: the real part of
+    a product is the scalar product.
+
     Args:
+        times_s: (p,) middles of the parts.
+        first_parts: (m + 1,) first part of each window, and the number of parts.
+        rows: (m,) number of rows of each window.
+        weights: (p, 3) sums of the weights of positions in the whitened mean of a window; (p, 2) without yaw.
+        yaw_weights: (p, 3) sums of the weights of yaws; 0 without yaw.
         motions: (p, 6) of the odometry at the middle of each part: x [m], y [m], yaw [rad], path of the left and the
             right wheel [m], and angle turned [rad], all from the start of the drive.
-        row_motions: (k, 3) x, y and yaw at each row of the reference.
-        times_s: (p,) middles of the parts.
-        first_rows: (p + 1,) first row of each part, and the number of rows.
-        first_parts: (m + 1,) first part of each window, and the number of parts.
-        poses: (k, 3) of the sensor: x [m], y [m], yaw [rad].
-        weights: (k, 3, 3) of the errors of a row in the whitened mean of its window; without yaw, 2x2 of them.
-        has_yaw: False if only x and y are known.
-        start_yaw_rad: heading of the robot at the start of the drive.
+        positions: (p, 3) weighted sums of the reference's positions, and of its yaws beyond `yaws`.
+        places: (p, 3) weighted sums of the sensor's places from the robot in the middle of the part, by odometry.
+        yaws: (p,) of the reference beyond odometry [rad], in the first row of the part.
+        start: (3,) pose of the robot in the middle of the first part.
         is_used: (m,) bool; other windows do not correct the pose, but have their errors.
-        values: separation [m], x, y [m] and yaw [rad] of the sensor on the robot, slip [m^2/m] and [rad^2/rad],
-            variance of the white noise of position and yaw of a row, of the slow error of position and yaw (both in
-            units of the stated covariance), and its time constant [s].
+        values: separation [m], yaw of the sensor on the robot [rad], slip [m^2/m] and [rad^2/rad], variance of the
+            white noise of position and yaw of a row, of the slow error of position and yaw (both in units of the
+            stated covariance), and its time constant [s].
         quantisation: variances of the position along the heading [m^2] and of the heading [rad^2].
         errors: (m, 3) written; whitened, each independent of the ones before it.
         variances: (m, 3) written.
     """
-    state, cov = np.zeros(SUM), np.zeros((STATES, STATES))
+    state, cov, axes = np.zeros(SUM), np.zeros((STATES, STATES)), weights.shape[1]
     sums, slopes, of_part = np.zeros(3), np.zeros((3, 3)), np.zeros((3, 3))
-    _start(state, cov, motions[0], row_motions[0], poses[0], start_yaw_rad, values)
+    state[:SLOW] = start
+    cov[0, 0] = cov[1, 1] = START_STD**2
+    cov[2, 2] = START_YAW_STD**2
+    cov[3, 3] = cov[4, 4] = values[6]
+    cov[5, 5] = values[7]
     for window in range(len(is_used)):
         sums[:] = 0.0
         slopes[:] = 0.0
@@ -74,44 +83,24 @@ def filter_poses(
         cov[:, SUM:] = 0.0
         for part in range(first_parts[window], first_parts[window + 1]):
             if part > 0:
-                _move(state, cov, motions[part - 1], motions[part], values[0], values[4], values[5])
-                _decay(state, cov, math.exp((times_s[part - 1] - times_s[part]) / values[10]), values[8], values[9])
-            of_part[:] = 0.0
-            for row in range(first_rows[part], first_rows[part + 1]):
-                _add_row(
-                    state, motions[part], row_motions[row], poses[row], weights[row], has_yaw, values, sums, of_part
-                )
+                _move(state, cov, motions[part - 1], motions[part], values[0], values[2], values[3])
+                _decay(state, cov, math.exp((times_s[part - 1] - times_s[part]) / values[8]), values[6], values[7])
+            turn, position = state[2] - motions[part, 2], complex(state[0], state[1])
+            off_yaw = (yaws[part] - turn - values[1] + math.pi) % (2.0 * math.pi) - math.pi
+            for axis in range(axes):
+                weight, yaw_weight = weights[part, axis], yaw_weights[part, axis]
+                place = places[part, axis] * complex(math.cos(turn), math.sin(turn))
+                sums[axis] += positions[part, axis] - (weight * position + place).real + yaw_weight * off_yaw
+                of_part[axis] = weight.real, -weight.imag, yaw_weight - place.imag
             _add_errors(cov, of_part)
             slopes += of_part
-        rows = first_rows[first_parts[window + 1]] - first_rows[first_parts[window]]
-        of_rows = (values[6] / rows, values[7] / rows)
-        of_window = (sums, slopes, has_yaw, of_rows, quantisation, errors[window], variances[window])
+        of_rows = (values[4] / rows[window], values[5] / rows[window])
+        of_window = (sums, slopes, axes, of_rows, quantisation, errors[window], variances[window])
         if is_used[window]:
             _correct(state, cov, *of_window)
         else:
             _correct(state.copy(), cov.copy(), *of_window)
     return state, cov
-
-
-@compiled(nogil=True)
-def _start(
-    state: Array, cov: Array, motion: Array, row_motion: Array, pose: Array, start_yaw_rad: float, values: Array
-) -> None:
-    """Start at the first pose of the reference, as the first part's middle sees it."""
-    yaw = start_yaw_rad + row_motion[2]
-    turn = yaw - row_motion[2]
-    dx, dy = motion[0] - row_motion[0], motion[1] - row_motion[1]
-    state[0] = (
-        pose[0] - math.cos(yaw) * values[1] + math.sin(yaw) * values[2] + math.cos(turn) * dx - math.sin(turn) * dy
-    )
-    state[1] = (
-        pose[1] - math.sin(yaw) * values[1] - math.cos(yaw) * values[2] + math.sin(turn) * dx + math.cos(turn) * dy
-    )
-    state[2] = turn + motion[2]
-    cov[0, 0] = cov[1, 1] = START_STD**2
-    cov[2, 2] = START_YAW_STD**2
-    cov[3, 3] = cov[4, 4] = values[8]
-    cov[5, 5] = values[9]
 
 
 @compiled(nogil=True)
@@ -169,37 +158,6 @@ def _decay(state: Array, cov: Array, kept: float, slow: float, slow_yaw: float) 
 
 
 @compiled(nogil=True)
-def _add_row(
-    state: Array,
-    motion: Array,
-    row_motion: Array,
-    pose: Array,
-    weight: Array,
-    has_yaw: bool,
-    values: Array,
-    sums: Array,
-    slopes: Array,
-) -> None:
-    """Add the error of a row to the sums of its window, with its slopes by x, y and yaw of the robot."""
-    turn, yaw = state[2] - motion[2], state[2] + row_motion[2] - motion[2]
-    dx, dy = row_motion[0] - motion[0], row_motion[1] - motion[1]
-    cos_turn, sin_turn, cos_yaw, sin_yaw = math.cos(turn), math.sin(turn), math.cos(yaw), math.sin(yaw)
-    # From the robot in the middle of the part to the sensor at this row.
-    east_m = cos_turn * dx - sin_turn * dy + cos_yaw * values[1] - sin_yaw * values[2]
-    north_m = sin_turn * dx + cos_turn * dy + sin_yaw * values[1] + cos_yaw * values[2]
-    off_x, off_y, off_yaw = pose[0] - state[0] - east_m, pose[1] - state[1] - north_m, 0.0
-    if has_yaw:
-        off_yaw = (pose[2] - yaw - values[3] + math.pi) % (2.0 * math.pi) - math.pi
-    for axis in range(3 if has_yaw else 2):
-        by_x, by_y, by_yaw = weight[axis, 0], weight[axis, 1], weight[axis, 2] if has_yaw else 0.0
-        sums[axis] += by_x * off_x + by_y * off_y + by_yaw * off_yaw
-        by_heading = by_yaw - by_x * north_m + by_y * east_m
-        slopes[axis, 0] += by_x
-        slopes[axis, 1] += by_y
-        slopes[axis, 2] += by_heading
-
-
-@compiled(nogil=True)
 def _add_errors(cov: Array, slopes: Array) -> None:
     """Add the errors of a part to the sums of its window."""
     for axis in range(3):
@@ -216,7 +174,7 @@ def _correct(
     cov: Array,
     sums: Array,
     slopes: Array,
-    has_yaw: bool,
+    axes: int,
     of_rows: Tuple[float, float],
     quantisation: Array,
     errors: Array,
@@ -225,7 +183,7 @@ def _correct(
     """Correct the state by the mean of a window, one component after the other."""
     gained, total = np.empty(STATES), np.zeros(3)
     cos_yaw, sin_yaw = math.cos(state[2]), math.sin(state[2])
-    for axis in range(3 if has_yaw else 2):
+    for axis in range(axes):
         error = sums[axis] - total[axis] - state[SLOW + axis]
         for other in range(STATES):
             gained[other] = cov[other, SUM + axis] + cov[other, SLOW + axis]

@@ -44,15 +44,12 @@ class Prediction(NamedTuple):
         return (self.interval[:, 0] <= self.error) & (self.error <= self.interval[:, 1])
 
 
-def cross_predictions(drives: Sequence[ReferencedDrive], nominal: Optional[WheelGeometry] = None) -> List[Prediction]:
-    """Predict each drive from all others; the second half of a single one from its first."""
-    if len(drives) == 1:
-        first, second = _halves(drives[0])
-        return [predict(calibrate([first], nominal), second, nominal)]
-    return [
-        predict(calibrate([*drives[:index], *drives[index + 1 :]], nominal), drive, nominal)
-        for index, drive in enumerate(drives)
-    ]
+def cross_predictions(
+    drives: Sequence[ReferencedDrive], nominal: Optional[WheelGeometry], near: np.ndarray
+) -> List[Prediction]:
+    """Predict each drive from all others; the second half of a single one from its first; `near` as in `calibrate`."""
+    parts, tested = (drives, range(len(drives))) if len(drives) > 1 else (_halves(drives[0]), range(1, 2))
+    return [predict(calibrate([*parts[:at], *parts[at + 1 :]], nominal, near), parts[at], nominal) for at in tested]
 
 
 def predict(calibration: Calibration, drive: ReferencedDrive, nominal: Optional[WheelGeometry] = None) -> Prediction:

@@ -143,12 +143,12 @@ def test_a_straight_line_does_not_determine_the_separation():
 
 def test_a_drive_is_predicted_from_others_and_its_half_from_the_other_half():
     drives = [drive_of(seed=seed, name=f'drive {seed}') for seed in range(3)]
-    predictions = cross_predictions(drives, NOMINAL)
+    predictions = cross_predictions(drives, NOMINAL, calibrate(drives, NOMINAL).parameters)
     assert [each.drive for each in predictions] == ['drive 0', 'drive 1', 'drive 2']
     z = np.array([each.error / each.std for each in predictions])
     assert abs(z).max() < 3.5
     assert all(abs(each.nominal_error[1]) > 3.0 * each.std[1] for each in predictions)
-    (half,) = cross_predictions(drives[:1])
+    (half,) = cross_predictions(drives[:1], None, calibrate(drives[:1]).parameters)
     assert half.drive == 'drive 0, second half'
     assert half.nominal_error is None
 
