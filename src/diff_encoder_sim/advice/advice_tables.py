@@ -112,9 +112,13 @@ def assumptions_text(advice: Advice) -> str:
     robot, drives = tests[0].robot, ' and '.join(draws.drive.test for draws in tests)
     if robot.calibration is not None:
         stds, count = np.sqrt(np.diag(robot.calibrated_covariance)), len(robot.calibration.drives)
-        scale, ratio, turning = (f'{100.0 * BOUND * std:.2g} %' for std in stds)
+        keys = 'left_wheel_diameter_m', 'radius_ratio', 'radius_per_separation'
+        scale, ratio, turning = (
+            'nominal' if key in robot.calibration.undetermined else f'to {100.0 * BOUND * std:.2g} %'
+            for key, std in zip(keys, stds)
+        )
         wheels = f'wheels and slip as calibrated on {count} drive{"s" if count > 1 else ""}: '
-        wheels += f'ratio of radii to {ratio}, radius / separation to {turning}, scale to {scale}'
+        wheels += f'ratio of radii {ratio}, radius / separation {turning}, scale {scale}'
     else:
         has_errors = robot.has(drive_draws.RADIUS) or robot.has(drive_draws.SEPARATION)
         wheels = 'the wheel errors of the robot file' if has_errors else 'exact wheels'

@@ -95,7 +95,8 @@ def kind_of(disturbance: Disturbance) -> str:
 
 def summary(found: Calibration, has_nominal: bool) -> List[str]:
     """Say how well the geometry is determined, and what the drives do not determine."""
-    halves = {'scale': 1.96 * math.sqrt(OF_SCALE @ found.geometry_covariance @ OF_SCALE) or math.inf}
+    is_nominal = 'radius_ratio' in found.undetermined
+    halves = {'scale': math.inf if is_nominal else 1.96 * math.sqrt(OF_SCALE @ found.geometry_covariance @ OF_SCALE)}
     for text, name in (('ratio of radii', 'radius_ratio'), ('radius / separation', 'radius_per_separation')):
         value, interval = found.values[name]
         halves[text] = math.inf if name in found.undetermined else 0.5 * float(np.ptp(interval)) / value

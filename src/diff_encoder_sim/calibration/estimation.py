@@ -43,6 +43,9 @@ FEWEST_FREEDOM = 5.0  # of a variance
 SHORTEST_PIECE_S = 8.0  # between two disturbances
 MOST_ROUNDS = 8  # of finding disturbances
 
+# Relative error of a nominal length, and how that of each moves all: turns determine separation / mean diameter.
+NOMINAL_STD, NOMINAL_ERRORS = 0.01, np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [0.0, 0.0, 1.0]])
+
 # Half the interval of what drives determine is below these.
 DETERMINED = {
     **dict.fromkeys(('left_wheel_diameter_m', 'right_wheel_diameter_m'), 0.1),  # relative
@@ -131,6 +134,8 @@ def calibrate(
     of_ratio = np.eye(len(NAMES))[1] - np.eye(len(NAMES))[0]
     both = uncertainty.expected, uncertainty.observed
     geometry = max(both, key=lambda each: float(of_ratio @ each @ of_ratio))[GEOMETRY, GEOMETRY]
+    nominal_errors = NOMINAL_STD * NOMINAL_ERRORS[np.diag(geometry) == 0.0]
+    geometry = geometry + nominal_errors.T @ nominal_errors
     return Calibration(values, geometry, undetermined, disturbances, fits, parameters, uncertainty)
 
 
@@ -163,14 +168,8 @@ def track_of(drive: ReferencedDrive) -> Track:
         covariances = np.tile(np.eye(3) * UNSTATED_STD**2, (len(poses), 1, 1))
     else:
         covariances = drive.reference.covariances[rows]
-    return Track(
-        times_s[samples],
-        angles_rad[samples],
-        pose_times_s[rows],
-        poses,
-        covariances[:, :components, :components],
-        np.array(drive.count_rad),
-    )
+    of_poses = pose_times_s[rows], poses, covariances[:, :components, :components]
+    return Track(times_s[samples], angles_rad[samples], *of_poses, np.array(drive.count_rad))
 
 
 def every(times_s: np.ndarray, interval_s: float) -> np.ndarray:
@@ -337,10 +336,15 @@ def sensor_path(track: Track, parameters: np.ndarray) -> np.ndarray:
 
 
 def start_heading(track: Track, parameters: np.ndarray, over_m: float) -> float:
-    """Return the robot's heading at the start of a drive [rad], by which its first metres fit best."""
-    motions, path = _path(track, parameters)
-    rows = np.searchsorted(motions[:, 3:5].mean(axis=1), motions[0, 3:5].mean() + over_m)
-    return _turn(track, path[: max(2, int(rows))])
+    """Return the robot's heading at the start of a drive [rad], by which its first rows fit best."""
+    return _turn(track, _path(track, parameters)[1][: first_rows(track, parameters, over_m)])
+
+
+def first_rows(track: Track, parameters: np.ndarray, over_m: float) -> int:
+    """Return the number of rows until the sensor is so far from its start, or half as far as it ever is."""
+    path = _path(track, parameters)[1]
+    away_m = abs(path - path[0])  # not the wheels' path: positions show the heading of a robot that turns badly
+    return max(2, int(np.argmax(away_m >= min(over_m, 0.5 * away_m.max()))))
 
 
 def _path(track: Track, parameters: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:

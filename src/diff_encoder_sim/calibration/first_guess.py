@@ -8,7 +8,7 @@ sensor, place of the window (least squares in complex numbers, so that a mirrore
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Optional, Tuple
+from typing import NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -70,26 +70,25 @@ def first_guess(
     data = (times_s[samples], angles_rad[samples], pose_times_s[rows], poses[rows])
     usual = ratio or USUAL_RATIO
     ratios = np.append(usual, RATIOS)  # of equals the first counts
-    errors = {wiring: np.array([_align(*data, wiring, each, 0.0).error_m for each in ratios]) for wiring in WIRINGS}
+    errors = {wiring: np.array([_align(data, wiring, each, 0.0).error_m for each in ratios]) for wiring in WIRINGS}
     wiring = min(WIRINGS, key=lambda each: errors[each].min())
     if errors[wiring].min() < CLEARLY_BETTER * errors[1, 1, False].min():
-        other = _align(*data, wiring, float(ratios[errors[wiring].argmin()]), 0.0)
+        other = _align(data, wiring, float(ratios[errors[wiring].argmin()]), 0.0)
         if other.unrelated < UNRELATED:
             raise ConfigError(f'{name}: {WIRINGS[wiring]}')
     of_right = errors[1, 1, False]
     best, is_straight = float(ratios[of_right.argmin()]), np.ptp(angles_rad @ (-1, 1)) * usual < LEAST_TURN_RAD
     if is_straight or of_right.min() > 0.9 * np.median(of_right):  # a drive without turns fits with any
-        best = _ratio_by_yaw(*data) or usual
-    delay_s = min(DELAYS_S, key=lambda each: _align(*data, (1, 1, False), best, float(each)).error_m)
+        best = _ratio_by_yaw(data) or usual
+    delay_s = min(DELAYS_S, key=lambda each: _align(data, (1, 1, False), best, float(each)).error_m)
     nearby = [best] if is_straight else best * NEARBY
-    finer = min(nearby, key=lambda each: _align(*data, (1, 1, False), each, delay_s).error_m)
-    return _align(*data, (1, 1, False), float(finer), float(delay_s))
+    finer = min(nearby, key=lambda each: _align(data, (1, 1, False), each, delay_s).error_m)
+    return _align(data, (1, 1, False), float(finer), float(delay_s))
 
 
-def _ratio_by_yaw(
-    times_s: np.ndarray, angles_rad: np.ndarray, pose_times_s: np.ndarray, poses: np.ndarray
-) -> Optional[float]:
+def _ratio_by_yaw(data: Sequence[np.ndarray]) -> Optional[float]:
     """Return radius / separation by the turns of the reference; None without yaw or turns."""
+    times_s, angles_rad, pose_times_s, poses = data
     turns_rad = np.diff(np.unwrap(poses[:, 2]))
     of_wheels_rad = np.diff(np.interp(pose_times_s, times_s, angles_rad[:, 1] - angles_rad[:, 0]))
     if not np.isfinite(turns_rad).all() or abs(turns_rad).sum() < LEAST_TURNS_RAD:
@@ -98,23 +97,15 @@ def _ratio_by_yaw(
     return ratio if ratio > 0.0 else None
 
 
-def _align(
-    times_s: np.ndarray,
-    angles_rad: np.ndarray,
-    pose_times_s: np.ndarray,
-    poses: np.ndarray,
-    wiring: Tuple[int, int, bool],
-    ratio: float,
-    delay_s: float,
-) -> FirstGuess:
+def _align(data: Sequence[np.ndarray], wiring: Tuple[int, int, bool], ratio: float, delay_s: float) -> FirstGuess:
     """Fit the path of odometry to the poses in windows."""
+    times_s, angles_rad, pose_times_s, poses = data
     left, right = (angles_rad * np.array(wiring[:2])).T[:: -1 if wiring[2] else 1]
-    yaw_rad = ratio * (right - left - right[0] + left[0])
-    middle_rad = 0.5 * (yaw_rad[1:] + yaw_rad[:-1])
+    turned_rad = ratio * (right - left - right[0] + left[0])
+    middle_rad = 0.5 * (turned_rad[1:] + turned_rad[:-1])
     path = np.append(0.0, np.cumsum(0.5 * np.diff(left + right) * np.exp(1j * middle_rad)))  # of a wheel of radius 1
     at_s = pose_times_s - delay_s
-    yaws_rad = np.interp(at_s, times_s, yaw_rad)
-    headings = np.exp(1j * yaws_rad)
+    headings = np.exp(1j * np.interp(at_s, times_s, turned_rad))
     paths = np.interp(at_s, times_s, path.real) + 1j * np.interp(at_s, times_s, path.imag)
     windows = np.floor((pose_times_s - pose_times_s[0]) / WINDOW_S)
     starts, rows = np.unique(windows, return_index=True, return_counts=True)[1:]
@@ -137,18 +128,16 @@ def _align(
     if not good.any():
         return FirstGuess(math.nan, ratio, 0.0, 0.0, 0.0, delay_s, math.inf, 1.0)
     unrelated = np.median((errors_m / np.sqrt(mean(abs(target) ** 2)).clip(LEAST_SIZE_M, None))[good])
-    good &= errors_m <= OUTLYING * np.median(errors_m[good])  # others have a disturbance
+    # Others have a disturbance, but count with the largest error: a wrong ratio must not leave out the turns.
+    most_m = OUTLYING * float(np.median(errors_m[good]))
+    error_m = max(LEAST_ERROR_M, float(errors_m[good].clip(max=most_m).mean()))
+    good &= errors_m <= most_m
     of_scale, of_place = (determinant / each * rows * good for each in (of_turned, of_ahead))
     turns = abs(scale) / scale
     sensor = np.average(place * turns, weights=of_place)
     yaws = mean(np.exp(1j * poses[:, 2]) / headings) * turns * of_scale
+    yaw_rad = float(np.angle(yaws.sum())) if np.isfinite(poses[0, 2]) else 0.0
+    radius_m = float(np.average(abs(scale), weights=of_scale))
     return FirstGuess(
-        float(np.average(abs(scale), weights=of_scale)),
-        ratio,
-        float(sensor.real),
-        float(sensor.imag),
-        float(np.angle(yaws.sum())) if np.isfinite(poses[0, 2]) else 0.0,
-        delay_s,
-        max(LEAST_ERROR_M, float(errors_m[good].mean())),
-        float(unrelated),
+        radius_m, ratio, float(sensor.real), float(sensor.imag), yaw_rad, delay_s, error_m, float(unrelated)
     )

@@ -30,9 +30,10 @@ OF_YAW = [INDEX[name] for name in ('reference_yaw_rad', 'white_yaw_std', 'slow_y
 GEOMETRY, NOISE = slice(0, 3), slice(7, 14)
 
 # Weak knowledge (normal, of logarithms where the parameter has one), which only keeps what a drive does not determine
-# near a usual value. Diameters and separation: about their first guess.
-USUAL = np.array([0.0] * 7 + [math.log(1e-6), math.log(1e-6), 0.0, 0.0, -3.0, -3.0, math.log(2.0)])
-SPREAD = np.array([1.0, 1.0, 0.7, 1.0, 1.0, 10.0, 0.5, 4.0, 4.0, 3.0, 3.0, 1.5, 1.5, 1.5])
+# near a usual value. Diameters and separation: about their first guess. Slip: 1.7 mm after 1 m, 0.2 deg after 1 rad,
+# by up to a factor of 7; short drives confuse it with slow errors of the reference, which would narrow the intervals.
+USUAL = np.array([0.0] * 7 + [math.log(3e-6), math.log(1e-5), 0.0, 0.0, -3.0, -3.0, math.log(2.0)])
+SPREAD = np.array([1.0, 1.0, 0.7, 1.0, 1.0, 10.0, 0.5, 2.0, 2.0, 3.0, 3.0, 1.5, 1.5, 1.5])
 POWERS = np.array([0.0] * 7 + [1.0, 1.0, 2.0, 2.0, 2.0, 2.0, 0.0])  # of exp(parameter) in variances
 STEPS = np.array([1e-5, 1e-5, 1e-4, 1e-4, 1e-4, 1e-4, 1e-3, *[1e-2] * 7])  # of numerical derivatives
 
@@ -47,7 +48,7 @@ LARGEST_STEP, LEAST_VARIANCE = 1.5, 0.05  # of a parameter; of a variance after 
 
 LEAST_TURN_RAD = 0.5  # of a drive that determines the separation
 LEAST_AHEAD = 0.05  # rotation of both wheels ahead, by that of a turn, of a drive that determines the scale
-LONGEST_GAP_S = 1.0  # between samples of the wheels, across which their motion is known
+LONGEST_GAP_S = WINDOW_S  # between samples of the wheels, across which a steady motion is good enough
 LONGEST_DELAY_S = 0.5  # of the reference; its rows nearer to an end of the drive are left out
 
 

@@ -14,6 +14,7 @@ from diff_encoder_sim.calibration.estimation import (
     Calibration,
     ReferencedDrive,
     calibrate,
+    first_rows,
     pieces_of,
     reach_of,
     start_heading,
@@ -22,6 +23,7 @@ from diff_encoder_sim.calibration.estimation import (
 )
 from diff_encoder_sim.calibration.likelihood import INDEX, NOISE, NOISE_STEP, STEPS, Track, moved
 from diff_encoder_sim.calibration.umbmark import WheelGeometry
+from diff_encoder_sim.drives.reference import Reference
 
 LEVEL = 0.9
 ALIGNED_OVER_M = 1.0  # the start of a drive, by which odometry is placed on the reference
@@ -84,7 +86,7 @@ def _end_error(track: Track, parameters: np.ndarray) -> Tuple[np.ndarray, np.nda
     """Return the mean error of the last part (3,) and its covariance (3, 3), without that of the parameters."""
     delay_s = parameters[INDEX['reference_delay_s']]
     motions, rows = track.motions(parameters, track.middles_s - delay_s), slice(track.first_rows[-2], None)
-    is_aligned = 0.5 * motions[track.first_parts[:-1], 3:5].sum(axis=1) <= ALIGNED_OVER_M + 0.5 * motions[0, 3:5].sum()
+    is_aligned = track.first_rows[track.first_parts[:-1]] < first_rows(track, parameters, ALIGNED_OVER_M)
     is_aligned[:2] = True
     _, _, state, covariance = track.filtered(parameters, is_aligned)
     at_rows = track.motions(parameters, track.pose_times_s[rows] - delay_s)[:, :3]
@@ -105,25 +107,19 @@ def _end_error(track: Track, parameters: np.ndarray) -> Tuple[np.ndarray, np.nda
     total += stated * np.outer(scales, scales)
     start = -track.start_yaw_rad
     turned = off.mean() * np.exp(1j * start)
-    back = np.array(
-        [[math.cos(start), -math.sin(start), 0.0], [math.sin(start), math.cos(start), 0.0], [0.0, 0.0, 1.0]]
-    )
+    back = np.eye(3)
+    back[:2, :2] = [[math.cos(start), -math.sin(start)], [math.sin(start), math.cos(start)]]
     return np.array([turned.real, turned.imag, off_yaw.mean()]), back @ total @ back.T
 
 
 def _halves(drive: ReferencedDrive) -> List[ReferencedDrive]:
     """Split a drive in the middle of its reference."""
-    stamps_ns, reference = drive.drive.stamps_ns, drive.reference
-    middle_ns = (reference.stamps_ns[0] + reference.stamps_ns[-1]) // 2
+    stamps_ns, (name, *series) = drive.drive.stamps_ns, drive.reference
+    middle_ns = (drive.reference.stamps_ns[0] + drive.reference.stamps_ns[-1]) // 2
     halves = []
-    for name, of_drive, of_reference in (
-        ('first half', stamps_ns <= middle_ns, reference.stamps_ns <= middle_ns),
-        ('second half', stamps_ns > middle_ns, reference.stamps_ns > middle_ns),
-    ):
-        covariances = None if reference.covariances is None else reference.covariances[of_reference]
-        part = reference._replace(
-            stamps_ns=reference.stamps_ns[of_reference], poses=reference.poses[of_reference], covariances=covariances
-        )
-        angles = Drive(stamps_ns[of_drive], drive.drive.wheel_angles_rad[of_drive])
-        halves.append(drive._replace(name=f'{drive.name}, {name}', drive=angles, reference=part))
+    for half, is_in in (('first half', np.less_equal), ('second half', np.greater)):
+        rows = is_in(drive.reference.stamps_ns, middle_ns)
+        part = Reference._make((name, *(None if each is None else each[rows] for each in series)))
+        angles = Drive(*(each[is_in(stamps_ns, middle_ns)] for each in (stamps_ns, drive.drive.wheel_angles_rad)))
+        halves.append(drive._replace(name=f'{drive.name}, {half}', drive=angles, reference=part))
     return halves
