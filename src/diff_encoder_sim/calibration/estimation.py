@@ -127,14 +127,14 @@ def calibrate(
                 f'{each.name}: given no {SHORTEST_PIECE_S:g} s without a disturbance; allowed: a steadier one'
             )
     uncertainty = uncertainty_at([track for of_drive in parts for track in of_drive], parameters)
-    values, undetermined = _values(parameters, uncertainty)
+    nominal_errors = NOMINAL_STD * NOMINAL_ERRORS[np.diag(uncertainty.expected)[GEOMETRY] == 0.0]
+    values, undetermined = _values(parameters, uncertainty, nominal_errors)
     named = list(zip([each.name for each in drives], whole, parts))
     disturbances = [found for each in named for found in _disturbances(*each)]
     fits = [_fit(*each, parameters, nominal) for each in named]
     of_ratio = np.eye(len(NAMES))[1] - np.eye(len(NAMES))[0]
     both = uncertainty.expected, uncertainty.observed
     geometry = max(both, key=lambda each: float(of_ratio @ each @ of_ratio))[GEOMETRY, GEOMETRY]
-    nominal_errors = NOMINAL_STD * NOMINAL_ERRORS[np.diag(geometry) == 0.0]
     geometry = geometry + nominal_errors.T @ nominal_errors
     return Calibration(values, geometry, undetermined, disturbances, fits, parameters, uncertainty)
 
@@ -181,11 +181,12 @@ def every(times_s: np.ndarray, interval_s: float) -> np.ndarray:
 def guess_of(name: str, track: Track, nominal: Optional[WheelGeometry]) -> FirstGuess:
     """Return the first guess of a drive; ConfigError if the robot stands still."""
     turned_rad = abs(np.diff(track.angles_rad, axis=0)).sum(axis=0)
-    ratio = None
-    if nominal is not None:
-        ratio = 0.25 * (nominal.left_diameter_m + nominal.right_diameter_m) / nominal.separation_m
-    guess = first_guess(name, track.times_s, track.angles_rad, track.pose_times_s, track.poses, ratio)
-    if not guess.radius_m * turned_rad.max() > LEAST_PATH_M:
+    ratio = None if nominal is None else 0.5 * sum(nominal.radii_m) / nominal.separation_m
+    guess = first_guess(name, track, ratio)
+    radius_m = guess.radius_m
+    if track.turns_in_place:  # they do not show it
+        radius_m = 0.5 * nominal.left_diameter_m if nominal else math.inf
+    if not radius_m * turned_rad.max() > LEAST_PATH_M:
         size_m = float(np.ptp(track.poses[:, :2], axis=0).max())
         raise ConfigError(
             f'{name}: given a drive in which a wheel turns by {turned_rad.max():.2f} rad and the reference moves by '
@@ -266,24 +267,30 @@ def pieces_of(track: Track, parameters: np.ndarray, is_first: bool = False) -> L
             return [piece for half in halves for piece in pieces_of(half, parameters, is_first)]
 
 
-def _values(parameters: np.ndarray, uncertainty: Uncertainty) -> Tuple[Dict[str, Estimated], List[str]]:
-    """Return the values by name, and the names of those that are not determined."""
+def _values(
+    parameters: np.ndarray, uncertainty: Uncertainty, nominal_errors: np.ndarray
+) -> Tuple[Dict[str, Estimated], List[str]]:
+    """Return the values by name, and the names of those that are not determined; (k, 3) errors of the geometry."""
     combinations = {name: np.eye(len(NAMES))[INDEX[name]] for name in NAMES[:9]}
     left, right, separation = (combinations[name] for name in NAMES[:3])
     combinations['radius_ratio'] = right - left
     combinations['radius_per_separation'] = left - separation  # of the diameter, halved below
+    # Of turns in place, positions show a circle of the sensor, but not where ahead is.
+    circling = [] if uncertainty.expected[[0, INDEX['reference_yaw_rad']]].any() else NAMES[3:5]
     values, undetermined = {}, []
     for name, row in combinations.items():
         if name == 'reference_yaw_rad' and not uncertainty.expected[INDEX[name], INDEX[name]]:
             continue
         centre = float(row @ parameters)
-        half = reach_of(LEVEL, uncertainty.freedom(row)) * math.sqrt(uncertainty.variance(row))
+        variance = uncertainty.variance(row)
+        std = math.hypot(math.sqrt(variance), *(nominal_errors @ row[GEOMETRY]))
+        half = reach_of(LEVEL, uncertainty.freedom(row)) * std
         low, high = centre - half, centre + half
         if name not in NAMES[3:7]:
             centre, low, high = math.exp(centre), math.exp(low), math.exp(high)
         scale = 0.5 if name == 'radius_per_separation' else 1.0
         values[name] = Estimated(scale * centre, (scale * low, scale * high))
-        if half > DETERMINED.get(name, math.inf) or half == 0.0:
+        if half > DETERMINED.get(name, math.inf) or variance == 0.0 or name in circling:
             undetermined.append(name)
     if 'wheel_separation_m' in undetermined:
         undetermined.append('radius_per_separation')

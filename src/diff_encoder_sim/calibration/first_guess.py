@@ -13,20 +13,20 @@ from typing import NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.calibration.likelihood import LEAST_TURN_RAD
+from diff_encoder_sim.calibration.likelihood import LEAST_TURN_RAD, Track
 
 WINDOW_S = 20.0  # of the alignment
 EVERY_S, WHEELS_EVERY_S = 0.25, 0.1  # intervals of its rows, and of the samples of the wheels
 RATIOS = np.geomspace(0.03, 1.0, 48)  # radius / separation
 DELAYS_S = 0.05 * np.array(sorted(range(-8, 9), key=abs))
 FEWEST_ROWS = 8  # of a window
-LEAST_SIZE_M = 0.1  # of a path that tells whether a reference follows the wheels
+LEAST_SIZE_M = 0.3  # of a path that tells whether a reference follows the wheels
 LEAST_ERROR_M = 1e-3  # smaller errors of an alignment do not tell ratios and delays apart
 OUTLYING = 3.0  # error of a window in medians of all, beyond which it is left out
 LEAST_TURNS_RAD = 3.0  # of a reference, beside its noise
 NEARBY = np.array(sorted(np.geomspace(0.9, 1.1, 41), key=lambda each: abs(math.log(each))))  # the first of equals
 USUAL_RATIO = 0.25  # of a robot that never turned
-_RIDGE = 1e-3  # for the place of the sensor in windows without turns
+_RIDGE = 1e-3  # for the place of the sensor in windows without turns, and the scale of turns in place
 
 # The signs of the left and the right wheel, and whether they are swapped; the first is right.
 WIRINGS = {
@@ -52,32 +52,27 @@ class FirstGuess(NamedTuple):
     unrelated: float  # median over windows of that distance, as a fraction of the size of the path
 
 
-def first_guess(
-    name: str,
-    times_s: np.ndarray,
-    angles_rad: np.ndarray,
-    pose_times_s: np.ndarray,
-    poses: np.ndarray,
-    ratio: Optional[float] = None,
-) -> FirstGuess:
-    """Return the guess of a drive; the arrays are those of `likelihood.Track`, `ratio` that of a known robot.
+def first_guess(name: str, track: Track, ratio: Optional[float] = None) -> FirstGuess:
+    """Return the guess of a drive; `ratio` is that of a known robot.
 
     Raises:
         ConfigError: a wheel is reversed, or both are swapped.
     """
+    times_s, angles_rad, pose_times_s, poses = track.times_s, track.angles_rad, track.pose_times_s, track.poses
     rows = np.unique(np.searchsorted(pose_times_s, np.arange(pose_times_s[0], pose_times_s[-1], EVERY_S)))
     samples = np.unique(np.searchsorted(times_s, np.arange(times_s[0], times_s[-1], WHEELS_EVERY_S)))
     data = (times_s[samples], angles_rad[samples], pose_times_s[rows], poses[rows])
     usual = ratio or USUAL_RATIO
+    is_straight = np.ptp(angles_rad @ (-1, 1)) * usual < LEAST_TURN_RAD  # swapped wheels drive the same path
     ratios = np.append(usual, RATIOS)  # of equals the first counts
     errors = {wiring: np.array([_align(data, wiring, each, 0.0).error_m for each in ratios]) for wiring in WIRINGS}
     wiring = min(WIRINGS, key=lambda each: errors[each].min())
-    if errors[wiring].min() < CLEARLY_BETTER * errors[1, 1, False].min():
+    if not is_straight and errors[wiring].min() < CLEARLY_BETTER * errors[1, 1, False].min():
         other = _align(data, wiring, float(ratios[errors[wiring].argmin()]), 0.0)
         if other.unrelated < UNRELATED:
             raise ConfigError(f'{name}: {WIRINGS[wiring]}')
     of_right = errors[1, 1, False]
-    best, is_straight = float(ratios[of_right.argmin()]), np.ptp(angles_rad @ (-1, 1)) * usual < LEAST_TURN_RAD
+    best = float(ratios[of_right.argmin()])
     if is_straight or of_right.min() > 0.9 * np.median(of_right):  # a drive without turns fits with any
         best = _ratio_by_yaw(data) or usual
     delay_s = min(DELAYS_S, key=lambda each: _align(data, (1, 1, False), best, float(each)).error_m)
@@ -118,13 +113,13 @@ def _align(data: Sequence[np.ndarray], wiring: Tuple[int, int, bool], ratio: flo
         each - np.repeat(mean(each), rows) for each in (paths, headings, poses[:, 0] + 1j * poses[:, 1])
     )
     # Normal equations of target = scale * ahead + place * turned, both turned by the start's heading.
-    of_ahead, of_turned = mean(abs(ahead) ** 2) + 1e-12, mean(abs(turned) ** 2) + _RIDGE
+    of_ahead, of_turned = mean(abs(ahead) ** 2) + _RIDGE, mean(abs(turned) ** 2) + _RIDGE
     both, right, left = mean(ahead.conj() * turned), mean(ahead.conj() * target), mean(turned.conj() * target)
     determinant = of_ahead * of_turned - abs(both) ** 2
     scale = (of_turned * right - both * left) / determinant
     place = (of_ahead * left - both.conj() * right) / determinant
     errors_m = np.sqrt(mean(abs(target - np.repeat(scale, rows) * ahead - np.repeat(place, rows) * turned) ** 2))
-    good = (rows >= FEWEST_ROWS) & (of_ahead > 2e-12)
+    good = (rows >= FEWEST_ROWS) & (of_ahead > _RIDGE)
     if not good.any():
         return FirstGuess(math.nan, ratio, 0.0, 0.0, 0.0, delay_s, math.inf, 1.0)
     unrelated = np.median((errors_m / np.sqrt(mean(abs(target) ** 2)).clip(LEAST_SIZE_M, None))[good])

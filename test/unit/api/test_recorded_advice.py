@@ -65,6 +65,9 @@ def test_a_calibration_is_in_the_answer_the_budget_and_the_assumptions():
     # Independent parts: quantisation falls with the square of the counts.
     of_others = (1.0 - coarse['quantisation']) / coarse['quantisation'] * (250 / 20) ** 2
     assert (1.0 - fine['quantisation']) / fine['quantisation'] == pytest.approx(of_others, rel=0.3)
+    calibration['undetermined'] = ['wheel_separation_m', 'radius_per_separation']
+    advice = advise({'set': WHEELS, 'calibration': calibration}, '--ppr', '20')
+    assert 'ratio of radii to 0.02 %, radius / separation nominal, scale to 0.59 %; ' in advice['assumptions']
 
 
 @pytest.mark.parametrize(

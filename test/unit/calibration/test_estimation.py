@@ -139,6 +139,37 @@ def test_a_straight_line_does_not_determine_the_separation():
     assert 'wheel_separation_m' in calibration.undetermined
     assert calibration.values['radius_ratio'].value == pytest.approx(1.006, abs=2e-3)
     assert 'left_wheel_diameter_m' not in calibration.undetermined
+    assert calibration.geometry_covariance[2, 2] == pytest.approx(0.01**2)  # nominal
+
+
+@pytest.mark.parametrize('seed', range(5))
+def test_positions_show_neither_swapped_wheels_on_a_line_nor_the_direction_of_the_sensor_in_turns(seed):
+    robot, times_s = ROBOT._replace(slip_m2_per_m=1e-7), np.arange(0.0, 40.0, 1.0 / WHEEL_HZ)
+    straight = calibrate([drive_of(robot, seed, speeds=(0.4 + 0.0 * times_s, 0.0 * times_s), has_yaw=False)], NOMINAL)
+    assert {'wheel_separation_m', 'reference_x_m'} < {*straight.undetermined}
+    turning_radps = 0.6 * np.sign(np.sin(0.25 * times_s + 0.3))
+    turns = calibrate([drive_of(robot, seed, speeds=(0.0 * times_s, turning_radps), has_yaw=False)], NOMINAL)
+    assert {'reference_x_m', 'reference_y_m', 'radius_ratio'} < {*turns.undetermined}
+    assert abs(misses(turns, robot)['wheel_separation_m']) < 1.5
+    assert turns.values['radius_per_separation'].value == pytest.approx(0.1 / 0.41, rel=0.015)
+
+
+@pytest.mark.parametrize('seed', [20049, 20057, 20104, 20109])
+def test_a_first_guess_by_positions_does_not_leave_out_the_turns(seed):
+    rng = np.random.default_rng(seed)
+    robot = random_robot(rng)
+    calibration = calibrate([referenced_drive(robot, rng, 60.0, has_yaw=False)])
+    ratio = 0.5 * robot.left_wheel_diameter_m / robot.wheel_separation_m
+    assert calibration.values['radius_per_separation'].value == pytest.approx(ratio, rel=0.02)
+
+
+def test_a_second_without_wheels_is_no_disturbance():
+    drive = drive_of(has_yaw=False)
+    kept = abs(drive.drive.stamps_ns / 1e9 - 40.0) > 0.75
+    changed = Drive(drive.drive.stamps_ns[kept], drive.drive.wheel_angles_rad[kept])
+    calibration = calibrate([drive._replace(drive=changed)])
+    assert not calibration.disturbances
+    assert max(map(abs, misses(calibration).values())) < 2.0
 
 
 def test_a_drive_is_predicted_from_others_and_its_half_from_the_other_half():
