@@ -128,7 +128,7 @@ def _align(data: Sequence[np.ndarray], wiring: Tuple[int, int, bool], ratio: flo
     error_m = max(LEAST_ERROR_M, float(errors_m[good].clip(max=most_m).mean()))
     good &= errors_m <= most_m
     of_scale, of_place = (determinant / each * rows * good for each in (of_turned, of_ahead))
-    turns = abs(scale) / scale
+    turns = np.exp(-1j * np.angle(scale))
     sensor = np.average(place * turns, weights=of_place)
     yaws = mean(np.exp(1j * poses[:, 2]) / headings) * turns * of_scale
     yaw_rad = float(np.angle(yaws.sum())) if np.isfinite(poses[0, 2]) else 0.0

@@ -253,9 +253,9 @@ def maximise(tracks: Sequence[Track], start: np.ndarray, is_rough: bool = False)
         while gain < 0.0 and damping < 1e6:
             step = np.linalg.solve(information + damping * np.diag(np.diag(information)), slope)
             step, stepped = step.clip(-LARGEST_STEP, LARGEST_STEP), parameters.copy()
-            # The likelihood is closer to a parabola of variances than of their logarithms.
-            of_variances = np.log1p((powers * step).clip(LEAST_VARIANCE - 1.0, None)) / powers.clip(1.0, None)
-            stepped[free] += np.where(powers, of_variances, step)
+            # A variance that is too large falls at once: the likelihood is nearly a parabola of it, not of its log.
+            falls = np.log1p((powers * step).clip(LEAST_VARIANCE - 1.0, 0.0)) / powers.clip(1.0, None)
+            stepped[free] += np.where(powers * step < 0.0, falls, step)
             gain = _log_likelihood(tracks, stepped, centre) - best
             damping = damping * 10.0 if not gain >= 0.0 else max(0.1 * damping, 1e-6)
             gain = gain if math.isfinite(gain) else -math.inf
