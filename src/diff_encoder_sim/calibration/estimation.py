@@ -18,6 +18,7 @@ from diff_encoder_sim.calibration.likelihood import (
     LONGEST_DELAY_S,
     NAMES,
     UNSTATED_STD,
+    WINDOW_S,
     Track,
     Uncertainty,
     free_parameters,
@@ -228,21 +229,24 @@ def _fitted(whole: List[List[Track]], parameters: np.ndarray, is_guess: bool) ->
     Disturbances are found with each estimate, and left out of the next one.
     """
     before: List[Tuple[float, Tuple[bool, ...]]] = []
-    for _ in range(MOST_ROUNDS):
-        is_first = is_guess and not before
+    for turn in range(MOST_ROUNDS):
+        is_first = is_guess and turn < 2
         parts = [[piece for track in tracks for piece in pieces_of(track, parameters, is_first)] for tracks in whole]
         pieces = [piece for tracks in parts for piece in tracks]
         found = [(float(piece.pose_times_s[0]), tuple(piece.is_used)) for piece in pieces]
-        if found == before:
+        if found == before and not is_first:
             break
-        # What slips and drifts is fitted after the geometry.
-        parameters = maximise(pieces, maximise(pieces, parameters, is_rough=True) if is_first else parameters)
+        # The noise is fitted after the geometry, without disturbances: a large one would explain them all.
+        parameters = maximise(pieces, parameters, is_rough=is_guess and turn == 0)
         before = found
     return parameters, parts
 
 
-def pieces_of(track: Track, parameters: np.ndarray, is_first: bool = False) -> List[Track]:
-    """Leave out the windows of a track that do not fit, and split it where they change the pose for good."""
+def pieces_of(track: Track, parameters: np.ndarray, is_first: bool = False, usual: float = math.inf) -> List[Track]:
+    """Leave out the windows of a track that do not fit, and split it where they change the pose for good.
+
+    Distances are relative to the `usual` ones of the whole track, as a part may not fit at all.
+    """
     if np.ptp(track.pose_times_s) < SHORTEST_PIECE_S:
         return []
     track.start_yaw_rad = start_heading(track, parameters, STARTED_OVER_M)
@@ -254,17 +258,17 @@ def pieces_of(track: Track, parameters: np.ndarray, is_first: bool = False) -> L
         # Disturbances make the estimated noise too large, and all distances too small: relative to the lower ones.
         fraction = FIRST_FRACTION if is_first else FRACTION
         expected = float(special.chdtri(2.0 + track.has_yaw, 1.0 - fraction))
-        usual = float(np.quantile(distances[moving], fraction)) / expected
+        usual = min(usual, float(np.quantile(distances[moving], fraction)) / expected)
         least = FIRST_GATE * max(1.0, usual) if is_first else max(LEAST_GATE, GATE * min(1.0, usual))
-        worst = int(np.where(is_used, distances, 0.0)[1:].argmax()) + 1
-        if distances[worst] <= least:
+        worst = int(np.where(is_used, distances, 0.0).argmax())
+        if not is_used[worst] or distances[worst] <= least:
             track.is_used = is_used
-            return [track]
+            return [track] if is_used.sum() * WINDOW_S >= SHORTEST_PIECE_S else []
         is_used[worst] = False
         after = worst + 1 + int(np.argmax(np.append(is_used[worst + 1 :], True)))
         if after < len(is_used) and track.distances(parameters, is_used)[after] > least:
-            halves = track.between(0, worst), track.between(worst + 1, len(is_used))
-            return [piece for half in halves for piece in pieces_of(half, parameters, is_first)]
+            halves = [track.between(*each) for each in ((0, worst), (worst + 1, len(is_used))) if each[0] < each[1]]
+            return [piece for half in halves for piece in pieces_of(half, parameters, is_first, usual)]
 
 
 def _values(

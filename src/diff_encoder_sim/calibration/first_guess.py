@@ -13,6 +13,7 @@ from typing import NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.se2 import wrap_angles
 from diff_encoder_sim.calibration.likelihood import LEAST_TURN_RAD, Track
 
 WINDOW_S = 20.0  # of the alignment
@@ -130,8 +131,11 @@ def _align(data: Sequence[np.ndarray], wiring: Tuple[int, int, bool], ratio: flo
     of_scale, of_place = (determinant / each * rows * good for each in (of_turned, of_ahead))
     turns = np.exp(-1j * np.angle(scale))
     sensor = np.average(place * turns, weights=of_place)
-    yaws = mean(np.exp(1j * poses[:, 2]) / headings) * turns * of_scale
-    yaw_rad = float(np.angle(yaws.sum())) if np.isfinite(poses[0, 2]) else 0.0
+    yaws_rad = np.angle(mean(np.exp(1j * poses[:, 2]) / headings) * turns)
+    weights = of_scale.clip(max=np.median(of_scale[good]))
+    # The closest one to all, as a mean would be right nowhere if the yaw of the reference jumps.
+    yaw_rad = float(min(yaws_rad, key=lambda each: weights @ abs(wrap_angles(yaws_rad - each))))
+    yaw_rad = yaw_rad if math.isfinite(yaw_rad) else 0.0
     radius_m = float(np.average(abs(scale), weights=of_scale))
     return FirstGuess(
         radius_m, ratio, float(sensor.real), float(sensor.imag), yaw_rad, delay_s, error_m, float(unrelated)

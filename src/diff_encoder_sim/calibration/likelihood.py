@@ -41,9 +41,9 @@ LEAST_STD = 5e-4  # [m, rad] of a window: interpolation between samples, and phy
 UNSTATED_STD = 0.01  # [m, rad] unit of the noise of a reference that states no covariance
 NOISE_STEP = 0.1  # of logarithms
 
-# Parameters of a climb, and the gain of the log-likelihood that ends it: first without slip and drift, then with all;
+# Parameters of a climb, and the gain of the log-likelihood that ends it: first without the noise, then with all;
 # less changes no parameter by a tenth of its interval.
-ROUGHLY, FINALLY, MOST_STEPS = ([*range(7), 9, 10], 1.0), ([*range(len(NAMES))], 3e-3), 40
+ROUGHLY, FINALLY, MOST_STEPS = ([*range(7)], 1.0), ([*range(len(NAMES))], 3e-3), 40
 LARGEST_STEP, LEAST_VARIANCE = 1.5, 0.05  # of a parameter; of a variance after a step, relative
 
 LEAST_TURN_RAD = 0.5  # of a drive that determines the separation

@@ -103,7 +103,7 @@ def test_a_reference_of_another_robot_and_a_short_one_are_errors():
         calibrate([drive._replace(reference=still)])
 
 
-@pytest.mark.parametrize('kind', ['pushed', 'lifted', 'reference jumps', 'outliers', 'missing'])
+@pytest.mark.parametrize('kind', ['pushed', 'lifted', 'reference jumps', 'yaw jumps', 'outliers', 'missing'])
 def test_disturbances_are_reported_with_their_times_and_change_little(kind):
     drive = drive_of()
     angles_rad, reference = drive.drive.wheel_angles_rad.copy(), drive.reference
@@ -118,6 +118,8 @@ def test_disturbances_are_reported_with_their_times_and_change_little(kind):
         angles_rad[:, 0] += 8.0 * np.clip(times_s - 40.0, 0.0, 1.0)
     elif kind == 'reference jumps':
         poses[after, :2] += [0.5, -0.3]
+    elif kind == 'yaw jumps':
+        poses[(reference.stamps_ns > 40e9) & (reference.stamps_ns < 46e9), 2] += 1.0
     elif kind == 'outliers':
         poses[after.argmax() + np.array([0, 1, 200])] = 0.0
     else:
@@ -130,6 +132,16 @@ def test_disturbances_are_reported_with_their_times_and_change_little(kind):
     assert any(each.start_s - 1.0 <= 40.0 <= each.end_s + 1.0 for each in calibration.disturbances)
     assert sum(each.end_s - each.start_s for each in calibration.disturbances) < 12.0
     assert any(each.is_lasting for each in calibration.disturbances) == (kind != 'outliers')
+
+
+def test_a_yaw_that_jumps_for_good_is_used_on_one_side():
+    drive = drive_of()
+    poses, after = drive.reference.poses.copy(), drive.reference.stamps_ns > 60e9
+    poses[after, 2] += 1.0
+    calibration = calibrate([drive._replace(reference=drive.reference._replace(poses=poses))])
+    off_rad = calibration.values['reference_yaw_rad'].value - ROBOT.reference_yaw_rad
+    assert min(abs(off_rad), abs(off_rad - 1.0)) < 0.01
+    assert any(abs(each.start_s - 60.0) < 3.0 or abs(each.end_s - 60.0) < 3.0 for each in calibration.disturbances)
 
 
 def test_a_straight_line_does_not_determine_the_separation():
