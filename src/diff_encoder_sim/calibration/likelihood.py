@@ -119,7 +119,9 @@ class Track:
         """Return the part of some windows."""
         rows = slice(*self.first_rows[self.first_parts[[first, end]]])
         poses = self.pose_times_s[rows], self.poses[rows], self.covariances[rows]
-        return Track(self.times_s, self.angles_rad, *poses, self.count_rad)
+        span_s = poses[0][0] - WINDOW_S, poses[0][-1] + WINDOW_S  # with any delay
+        samples = slice(*np.searchsorted(self.times_s, span_s))
+        return Track(self.times_s[samples], self.angles_rad[samples], *poses, self.count_rad)
 
     @property
     def turns_in_place(self) -> bool:
