@@ -19,7 +19,7 @@ DECIMALS = (1, 1, 2)
 BUDGET_HEADS = ['', 'cause', *UNITS, 'position [%]']
 REST = (
     'position: fraction of the variance of x and y.\n'
-    'rest: observed error minus the sum of the causes; negative if causes compensate each other'
+    'rest: observed error minus the sum of the causes; without ± if causes compensate each other'
 )
 LIKE_IDEAL = (
     'like ideal: counts of an ideal encoder whose readings are as uncertain, which decides about the pose estimate\n'
@@ -88,7 +88,10 @@ def _budgets(advice: Advice) -> List[List[str]]:
         for index, (cause, part) in enumerate(budget.every.items()):
             numbers = zip(part.bias * TO_SHOWN, part.std * TO_SHOWN, DECIMALS)
             # Adding zero removes the sign of a rounded zero.
-            texts = (f'{round(mean, n) + 0.0:+.{n}f} ± {round(std, n) + 0.0:.{n}f}' for mean, std, n in numbers)
+            texts = (
+                f'{round(mean, n) + 0.0:+.{n}f}' + (f' ± {abs(std):.{n}f}' if round(std, n) >= 0.0 else '')
+                for mean, std, n in numbers
+            )
             fraction = round(100.0 * budget.position_fractions[cause], 1) + 0.0
             rows.append(['' if index else title, cause, *texts, f'{fraction:.1f}'])
     return rows

@@ -210,7 +210,9 @@ class CalibrateOptions(SourceOptions):
     """Options of the command calibrate; drives or, with `--umbmark`, `--ends` are required."""
 
     drives: Sequence[Path] = option((), 'bags of ROS 1 or ROS 2', 'DRIVE', flag='drives', nargs='*')
-    out: Optional[Path] = option(None, 'write the calibrated robot file, and calibration.html next to it', 'FILE')
+    out: Optional[Path] = option(
+        None, 'write (or replace) the calibrated robot file, and calibration.html next to it', 'FILE'
+    )
     json: Optional[Path] = option(None, 'write all results as JSON (docs/file_formats.md)', 'FILE')
     csv: Sequence[Path] = option((), 'tables in place of bags; their delimiter is detected', 'FILE', group=NO_ANGLES)
     umbmark: bool = option(False, 'report E_b, E_d and E_max,syst of squares in both directions', group=SQUARES)

@@ -9,7 +9,7 @@ import numpy as np
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.calibration.estimation import Calibration, Estimated, ReferencedDrive
-from diff_encoder_sim.calibration.umbmark import GEOMETRY, WheelGeometry
+from diff_encoder_sim.calibration.umbmark import LENGTHS, WheelGeometry
 from diff_encoder_sim.localization.amcl_params import AmclParams
 
 ODOMETRY_HZ = 50.0  # usual publish_rate of diff_drive_controller
@@ -23,7 +23,7 @@ def of_robot(found: Calibration, nominal: Optional[WheelGeometry], axle_x_m: flo
     """Return the sensor's place in the base frame instead of from the axle, and the nominal of undetermined lengths."""
     x_m, interval_m = found.values['reference_x_m']
     changed = {'reference_x_m': Estimated(x_m + axle_x_m, (interval_m[0] + axle_x_m, interval_m[1] + axle_x_m))}
-    for name, length_m in zip(GEOMETRY, nominal or ()):
+    for name, length_m in zip(LENGTHS, nominal or ()):
         if name in found.undetermined:
             low_m, high_m = found.values[name].interval
             changed[name] = Estimated(length_m, (min(low_m, length_m), max(high_m, length_m)))
@@ -34,7 +34,7 @@ def derived_settings(
     found: Calibration, nominal: Optional[WheelGeometry], drives: Sequence[ReferencedDrive], amcl: AmclParams
 ) -> Dict[str, Dict[str, Any]]:
     """Return the parameters of `diff_drive_controller` and `amcl`; {} for both if the geometry remains unknown."""
-    if nominal is None and {*GEOMETRY} & {*found.undetermined}:
+    if nominal is None and {*LENGTHS} & {*found.undetermined}:
         return {'diff_drive_controller': {}, 'amcl': {}}
     values = {name: each.value for name, each in found.values.items()}
     count_m = 0.5 * values['left_wheel_diameter_m'] * max(each.count_rad[0] for each in drives)
@@ -77,7 +77,7 @@ def controller_params(
     The covariance of the twist is that of white noise at `ODOMETRY_HZ` which adds up to the slip of the whole drives.
     That of the pose would grow with the distance; the controller's is constant.
     """
-    geometry = WheelGeometry(*(values[name] for name in GEOMETRY))
+    geometry = WheelGeometry(*(values[name] for name in LENGTHS))
     way_m = turn_rad = duration_s = 0.0
     for drive in drives:
         times_s = (drive.stamps_ns - drive.stamps_ns[0]) / NANOSECONDS_PER_SECOND

@@ -17,7 +17,7 @@ from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.calibration.calibration_tables import AXES, TO_SHOWN, calibration_tables, kind_of, summary
 from diff_encoder_sim.calibration.estimation import Calibration, Fit
 from diff_encoder_sim.calibration.prediction import Prediction
-from diff_encoder_sim.calibration.umbmark import GEOMETRY, WheelGeometry
+from diff_encoder_sim.calibration.umbmark import LENGTHS, WheelGeometry
 
 ORANGE, BLUE = '#d55e00', '#0072b2'  # safe for colour-blind readers (Okabe and Ito, 2008)
 PATHS = {'reference': GREY, 'before': ORANGE, 'after': BLUE}
@@ -43,7 +43,7 @@ def write_page(
     ]
     with debug_mode(False):  # validation in Altair takes longer than the drawing
         charts = [_path_chart(found.fits), _residual_chart(found)]
-        charts += [] if {*GEOMETRY} & {*found.undetermined} else [_ellipse_chart(found, nominal)]
+        charts += [] if {*LENGTHS} & {*found.undetermined} else [_ellipse_chart(found, nominal)]
         charts += [_prediction_chart(predictions)] if predictions else []
         block = chart_page.charts_html(charts, choices)
     page = chart_page.load_template('calibration.html', Path(__file__).parent, chart_page.STYLE).render(

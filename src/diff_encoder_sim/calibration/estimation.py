@@ -32,6 +32,7 @@ special = deferred('scipy.special')
 
 LEVEL = 0.95
 SHORTEST_S, LEAST_PATH_M = 10.0, 0.5  # of a drive; a path of the wheels
+DIAMETERS_M = 0.005, 2.0  # of wheels; others follow from a wrong unit
 FASTEST_RADPS = 200.0  # of a wheel; more is a wrap of the counter
 FIRST_GATE = 100.0  # with the first guess, relative to the usual distances
 POSE_EVERY_S, WHEELS_EVERY_S = 0.05, 0.02
@@ -174,7 +175,7 @@ def track_of(drive: ReferencedDrive) -> Track:
 
 
 def every(times_s: np.ndarray, interval_s: float) -> np.ndarray:
-    """Return the rows of some times, one in each interval; more would take longer and tell little."""
+    """Return the rows of some times, one in each interval; more would take longer and add little."""
     rows: np.ndarray = np.unique(np.floor(times_s / interval_s), return_index=True)[1]
     return rows
 
@@ -191,12 +192,18 @@ def guess_of(name: str, track: Track, nominal: Optional[WheelGeometry]) -> First
         size_m = float(np.ptp(track.poses[:, :2], axis=0).max())
         raise ConfigError(
             f'{name}: given a drive in which a wheel turns by {turned_rad.max():.2f} rad and the reference moves by '
-            f'{size_m:.2f} m; allowed: one with a path of at least {LEAST_PATH_M:g} m'
+            f'{size_m:.2f} m; allowed: one with a path of at least {LEAST_PATH_M:g} m, in the unit of --length-unit'
         )
     if guess.unrelated > UNRELATED:
         raise ConfigError(
             f'{name}: given a reference off the path of the wheels by {100.0 * guess.unrelated:.0f} % of its size; '
             'allowed: one of the same robot, by the same clock'
+        )
+    least_m, most_m = (nominal.left_diameter_m / 3.0, nominal.left_diameter_m * 3.0) if nominal else DIAMETERS_M
+    if math.isfinite(radius_m) and not least_m <= 2.0 * radius_m <= most_m:
+        raise ConfigError(
+            f'{name}: given a reference by which wheels have a diameter of {2.0 * radius_m:.3g} m; '
+            f'allowed: {least_m:.3g} to {most_m:.3g} m; see --length-unit'
         )
     return guess
 
@@ -307,7 +314,7 @@ def reach_of(level: float, freedom: float) -> float:
 
 
 def _disturbances(name: str, whole: Track, tracks: Sequence[Track]) -> List[Disturbance]:
-    """Return the spans of a drive beside its tracks, and their windows that are not used, in order."""
+    """Return the spans of a drive between its tracks, and their windows that are not used, in order."""
     starts_s = [whole.pose_times_s[0], *(track.pose_times_s[-1] for track in tracks)]
     ends_s = [*(track.pose_times_s[0] for track in tracks), whole.pose_times_s[-1]]
     found = [Disturbance(name, float(start), float(end), True) for start, end in zip(starts_s, ends_s) if end > start]

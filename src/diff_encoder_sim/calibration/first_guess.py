@@ -21,10 +21,10 @@ EVERY_S, WHEELS_EVERY_S = 0.25, 0.1  # intervals of its rows, and of the samples
 RATIOS = np.geomspace(0.03, 1.0, 48)  # radius / separation
 DELAYS_S = 0.05 * np.array(sorted(range(-8, 9), key=abs))
 FEWEST_ROWS = 8  # of a window
-LEAST_SIZE_M = 0.3  # of a path that tells whether a reference follows the wheels
-LEAST_ERROR_M = 1e-3  # smaller errors of an alignment do not tell ratios and delays apart
+LEAST_SIZE_M = 0.3  # of a path that shows whether a reference follows the wheels
+LEAST_ERROR_M = 1e-3  # smaller errors of an alignment do not distinguish ratios and delays
 OUTLYING = 3.0  # error of a window in medians of all, beyond which it is left out
-LEAST_TURNS_RAD = 3.0  # of a reference, beside its noise
+LEAST_TURNS_RAD = 3.0  # of a reference, more than its noise
 NEARBY = np.array(sorted(np.geomspace(0.9, 1.1, 41), key=lambda each: abs(math.log(each))))  # the first of equals
 USUAL_RATIO = 0.25  # of a robot that never turned
 _RIDGE = 1e-3  # for the place of the sensor in windows without turns, and the scale of turns in place

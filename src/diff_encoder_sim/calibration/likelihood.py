@@ -1,6 +1,6 @@
 """The likelihood of drives with a reference, its maximum, and how well that is known.
 
-Errors of references are correlated over a second or so in ways that no model knows: smoothing filters, jitter of
+Errors of references are correlated over a second or so in ways that no model describes: smoothing filters, jitter of
 clocks, markers that come and go. So the data are means over windows of `WINDOW_S`, which follow each other without
 overlap: each segment of a drive, from one window to the next, counts once (`pose_filter`).
 """

@@ -28,7 +28,7 @@ LEAST_SIDE_M = 0.5
 CLOSED_RAD, CLOSED_SIDES = 0.25 * math.pi, 0.75  # a square ends, by odometry, as close to its start
 
 DIRECTIONS = ('cw', 'ccw')
-GEOMETRY = ('left_wheel_diameter_m', 'right_wheel_diameter_m', 'wheel_separation_m')
+LENGTHS = ('left_wheel_diameter_m', 'right_wheel_diameter_m', 'wheel_separation_m')
 
 
 class WheelGeometry(NamedTuple):
@@ -91,7 +91,7 @@ class Umbmark(NamedTuple):
             **{name: getattr(self, name) for name in ('e_d', 'e_b', 'diff_drive_controller')},
             **dict(zip(('e_max_syst_before_m', 'e_max_syst_after_m'), self.e_max_m)),
             **{f'centre_{name}_m': centre.tolist() for name, centre in zip(DIRECTIONS, self.centres_m)},
-            **dict(zip(GEOMETRY, self.corrected)),
+            **dict(zip(LENGTHS, self.corrected)),
         }
 
 

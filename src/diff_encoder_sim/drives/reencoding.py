@@ -94,6 +94,10 @@ def read_drive(
     references, notes = read_reference(reference) if reference else ([], [])
     notes = [*notes, *wheels.notes()]
     notes += [f'{topic}: {len(lost)} messages dropped; the first: {lost[0]}' for topic, lost in faults.items()]
+    long = [each.drive.wheel_angles_rad for each in drives if len(each.drive) > 1]
+    turned_rad = sum((np.ptp(angles_rad, axis=0) for angles_rad in long), np.zeros(2))
+    if turned_rad.any() and not turned_rad.all():
+        notes.append(f'the {"left" if turned_rad[1] else "right"} wheel never turns')
     starts_s = [f'{each.drive.stamps_ns[0] / NANOSECONDS_PER_SECOND:.3f} s' for each in drives if len(each.drive)]
     used = len(times_ns) - sum(len(faults[topic]) for topic in wheels.topics)
     if sum(len(each.drive) for each in drives) == 1 and used > 1:
@@ -306,7 +310,7 @@ def _spread_table(rows: Sequence[Dict[str, Value]]) -> str:
         for name in _SPREAD_HEADS:
             columns = (spread_column(name, quantile) for quantile in Spread._fields)
             median, low, high = (_cell(column, row[column]) for column in columns)
-            line += [median, f'{low} to {high}']
+            line += [median, '-' if median == '-' else f'{low} to {high}']
         lines.append(line)
     return _table(lines, heads)
 

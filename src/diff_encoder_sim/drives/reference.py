@@ -32,14 +32,14 @@ class Reference(NamedTuple):
 def read_reference(poses: RecordedPoses) -> Tuple[List[Reference], List[str]]:
     """Return the parts of increasing stamps of recorded poses, and notes on what of them is not used."""
     stamps_ns, x_y_yaw = poses.series()
-    covariances, notes = poses.covariances(), [f'{poses.name}: {poses.fault}'] if poses.fault else []
+    covariances, notes = poses.covariances(), [f'reference: {poses.fault}'] if poses.fault else []
     if covariances is not None and not _are_definite(covariances):
         if covariances.any():
-            notes.append(f'{poses.name}: covariances that are not all positive definite: ignored')
+            notes.append('reference: covariances that are not all positive definite: ignored')
         covariances = None
     repeated = repeated_stamps(stamps_ns)
     if repeated:
-        notes.append(f'{poses.name}: {repeated} of {len(stamps_ns)} poses repeat a stamp: using the first of each')
+        notes.append(f'reference: {repeated} of {len(stamps_ns)} poses repeat a stamp: using the first of each')
     parts = []
     for rows in ascending_runs(stamps_ns, OVERTAKEN_NS):
         wrapped = np.column_stack((x_y_yaw[rows, :2], wrap_angles(x_y_yaw[rows, 2])))

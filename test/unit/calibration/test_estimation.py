@@ -98,6 +98,10 @@ def test_a_reference_of_another_robot_and_a_short_one_are_errors():
         calibrate([drive._replace(reference=other.reference)])
     with pytest.raises(ConfigError, match='at least 10 s'):
         calibrate([drive_of(duration_s=9.0)])
+    with pytest.raises(ConfigError, match='diameter of 20.* m; allowed: 0.005 to 2 m; see --length-unit'):
+        calibrate(
+            [drive._replace(reference=drive.reference._replace(poses=drive.reference.poses * [100.0, 100.0, 1.0]))]
+        )
     still = drive.reference._replace(poses=0.0001 * drive.reference.poses)
     with pytest.raises(ConfigError, match='the reference moves by'):
         calibrate([drive._replace(reference=still)])

@@ -14,7 +14,7 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.calibration.calibration_tables import prediction_note
 from diff_encoder_sim.calibration.estimation import Disturbance
 from diff_encoder_sim.calibration.prediction import Prediction
-from diff_encoder_sim.calibration.umbmark import GEOMETRY, WheelGeometry
+from diff_encoder_sim.calibration.umbmark import LENGTHS, WheelGeometry
 from diff_encoder_sim.cli import calibrate
 from diff_encoder_sim.trials.robot_params import load_numbers, load_robot_config, override
 from lockstep_trials import ALTO, params_of, plan_of, run_trial
@@ -69,7 +69,7 @@ def test_the_json_has_the_values_with_intervals_and_the_drives(done):
     folder, _ = done
     content = json.loads((folder / 'r.json').read_text())
     true = {
-        **dict(zip(GEOMETRY, TRUE)),
+        **dict(zip(LENGTHS, TRUE)),
         'reference_x_m': SENSOR_X_M,
         'reference_y_m': SENSOR_Y_M,
         'reference_yaw_rad': SENSOR_YAW_RAD,

@@ -57,8 +57,8 @@ def test_repeated_stamps_are_counted_and_bad_rows_named(tmp_path):
     rows = ['1,0,0,0', '1,9,9,9', '2,lost,0,0', '2,1,0,0', '2,9,9,9', '3,2,0,0']
     [found], notes = of_table(tmp_path, rows, '1234')
     assert found.poses[:, 0].tolist() == [0.0, 1.0, 2.0]
-    assert notes[0].startswith('camera.csv: 1 bad rows, in lines 3')
-    assert notes[1] == 'camera.csv: 2 of 5 poses repeat a stamp: using the first of each'
+    assert notes[0].startswith('reference: 1 bad rows, in lines 3')
+    assert notes[1] == 'reference: 2 of 5 poses repeat a stamp: using the first of each'
 
 
 @pytest.mark.parametrize(('late_s', 'parts'), [(0.5, 1), (2.0, 2)])
