@@ -342,7 +342,7 @@ def test_upstreams_nodes_find_the_robots_settings_among_their_parameters(graph):
     assert started_with(graph, 'spawn_model', 'gazebo_trial', 'spawn')[4] == 'burger'
 
 
-def wait_for_parameters(graph, launch, nodes, **expected):
+def assert_parameters(graph, launch, nodes, **expected):
     """Until these private parameters of all nodes have their values."""
 
     def private(node, name):
@@ -361,9 +361,9 @@ def wait_for_parameters(graph, launch, nodes, **expected):
 )
 def test_parameters_show_the_values_in_use_of_each_launch(graph, arguments, ppr, of_encoder, of_odometry):
     launch = graph.launch(LAUNCH / 'encoder_odometry.launch', *arguments)
-    wait_for_parameters(graph, launch, WHEEL_NODES, ppr=ppr)
-    wait_for_parameters(graph, launch, WHEEL_NODES[:1], **of_encoder)
-    wait_for_parameters(graph, launch, WHEEL_NODES[1:], **of_odometry)
+    assert_parameters(graph, launch, WHEEL_NODES, ppr=ppr)
+    assert_parameters(graph, launch, WHEEL_NODES[:1], **of_encoder)
+    assert_parameters(graph, launch, WHEEL_NODES[1:], **of_odometry)
     launch.end()
 
 

@@ -125,7 +125,7 @@ def assert_at(loop, goal):
     assert not loop.touched
 
 
-def drive(world, start, goal, limit_s=30.0, ppr=None, params=None):
+def assert_drives_to_goal(world, start, goal, limit_s=30.0, ppr=None, params=None):
     loop = ClosedLoop(*world, start, ppr, params=params)
     loop.navigator.set_goal(goal)
     loop.run(limit_s)
@@ -153,7 +153,9 @@ def blocked(room, **patience):
 @pytest.mark.parametrize(('ppr', 'dwa', 'within_m'), [(40, TWIST_SIGMAS, 0.07), (None, PRECISE, 0.007)])
 def test_twenty_metres_down_the_hallway(ppr, dwa, within_m):
     goal = Pose2D(10.0, 0.0, 0.0)
-    loop = drive(shipped_world('hallway'), Pose2D(-10.0, 0.0, 0.0), goal, 60.0, ppr, navigator_params(dwa))
+    loop = assert_drives_to_goal(
+        shipped_world('hallway'), Pose2D(-10.0, 0.0, 0.0), goal, 60.0, ppr, navigator_params(dwa)
+    )
     assert max(abs(pose.y_m) for pose in loop.trace) < 0.1
     assert distance_m(loop.robot.pose, goal) < within_m
 
@@ -181,7 +183,9 @@ def test_an_s_course_around_pillars():
 def test_a_goal_close_by_in_any_direction(room, distance_m, bearing_deg):
     """Straight behind, the DWA alone would dither for ever."""
     bearing = math.radians(bearing_deg)
-    drive(room, IDENTITY, Pose2D(distance_m * math.cos(bearing), distance_m * math.sin(bearing), 0.0), ppr=4096)
+    assert_drives_to_goal(
+        room, IDENTITY, Pose2D(distance_m * math.cos(bearing), distance_m * math.sin(bearing), 0.0), ppr=4096
+    )
 
 
 @pytest.mark.parametrize(
@@ -200,7 +204,9 @@ def test_a_goal_close_by_in_any_direction(room, distance_m, bearing_deg):
 )
 def test_a_precise_stop(room, goal, ppr, changes, within_m):
     noise = TWIST_SIGMAS if ppr else {}
-    loop = drive(room, IDENTITY, goal, ppr=ppr, params=navigator_params({**noise, **PRECISE}, **changes))
+    loop = assert_drives_to_goal(
+        room, IDENTITY, goal, ppr=ppr, params=navigator_params({**noise, **PRECISE}, **changes)
+    )
     assert distance_m(loop.robot.pose, goal) < within_m
 
 
@@ -208,7 +214,7 @@ def test_an_obstacle_that_is_not_on_the_map_is_driven_around(room):
     shapes, grid = room
     world = shapes.with_box(0.3, 0.2, 0.3, 0.8), grid
     params = NavigatorParams.from_mapping({**SHIPPED, 'planner_frequency': 1.0}, '')
-    drive(world, Pose2D(-2.2, 0.0, 0.0), Pose2D(2.2, 0.0, 0.0), 40.0, params=params)
+    assert_drives_to_goal(world, Pose2D(-2.2, 0.0, 0.0), Pose2D(2.2, 0.0, 0.0), 40.0, params=params)
 
 
 # ---- goals, plans and inputs that end or change
