@@ -250,10 +250,7 @@ def _fitted(whole: List[List[Track]], parameters: np.ndarray, is_guess: bool) ->
 
 
 def pieces_of(track: Track, parameters: np.ndarray, is_first: bool = False, usual: float = math.inf) -> List[Track]:
-    """Leave out the windows of a track that do not fit, and split it where they change the pose for good.
-
-    Distances are relative to the `usual` ones of the whole track, as a part may not fit at all.
-    """
+    """Leave out the windows of a track that do not fit, and split it where they change the pose for good."""
     if np.ptp(track.pose_times_s) < SHORTEST_PIECE_S:
         return []
     track.start_yaw_rad = start_heading(track, parameters, STARTED_OVER_M)
@@ -262,7 +259,8 @@ def pieces_of(track: Track, parameters: np.ndarray, is_first: bool = False, usua
     moving = paths_m >= min(MOVING_M, float(np.median(paths_m)))  # a reference has less noise at rest
     while True:
         distances = track.distances(parameters, is_used)
-        # Disturbances make the estimated noise too large, and all distances too small: relative to the lower ones.
+        # Disturbances make the estimated noise too large, and all distances too small: relative to the lower ones,
+        # and to the `usual` ones of the whole track, as a part may not fit at all.
         fraction = FIRST_FRACTION if is_first else FRACTION
         expected = float(special.chdtri(2.0 + track.has_yaw, 1.0 - fraction))
         usual = min(usual, float(np.quantile(distances[moving], fraction)) / expected)

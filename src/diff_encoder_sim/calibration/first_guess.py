@@ -134,8 +134,7 @@ def _align(data: Sequence[np.ndarray], wiring: Tuple[int, int, bool], ratio: flo
     yaws_rad = np.angle(mean(np.exp(1j * poses[:, 2]) / headings) * turns)
     weights = of_scale.clip(max=np.median(of_scale[good]))
     # The closest one to all, as a mean would be right nowhere if the yaw of the reference jumps.
-    yaw_rad = float(min(yaws_rad, key=lambda each: weights @ abs(wrap_angles(yaws_rad - each))))
-    yaw_rad = yaw_rad if math.isfinite(yaw_rad) else 0.0
+    yaw_rad = float(np.nan_to_num(min(yaws_rad, key=lambda each: weights @ abs(wrap_angles(yaws_rad - each)))))
     radius_m = float(np.average(abs(scale), weights=of_scale))
     return FirstGuess(
         radius_m, ratio, float(sensor.real), float(sensor.imag), yaw_rad, delay_s, error_m, float(unrelated)

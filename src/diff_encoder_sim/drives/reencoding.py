@@ -94,8 +94,7 @@ def read_drive(
     references, notes = read_reference(reference) if reference else ([], [])
     notes = [*notes, *wheels.notes()]
     notes += [f'{topic}: {len(lost)} messages dropped; the first: {lost[0]}' for topic, lost in faults.items()]
-    long = [each.drive.wheel_angles_rad for each in drives if len(each.drive) > 1]
-    turned_rad = sum((np.ptp(angles_rad, axis=0) for angles_rad in long), np.zeros(2))
+    turned_rad = sum((np.ptp(each.drive.wheel_angles_rad, axis=0) for each in drives if len(each.drive)), np.zeros(2))
     if turned_rad.any() and not turned_rad.all():
         notes.append(f'the {"left" if turned_rad[1] else "right"} wheel never turns')
     starts_s = [f'{each.drive.stamps_ns[0] / NANOSECONDS_PER_SECOND:.3f} s' for each in drives if len(each.drive)]
