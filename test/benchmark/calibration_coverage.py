@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """How often the intervals of calibrate contain the truth: random robots of test/support/calibration_drives.py.
 
-Each robot is calibrated by one drive of 5 minutes, which then predicts the end of another of 2 minutes.
+Each robot is calibrated by one drive of 5 minutes, which then predicts the end of another of 2 minutes. Then, the
+processor time of 10 minutes with their prediction, without start and bag, with a noisy and an exact reference.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import math
 import os
 import sys
+import time
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +20,10 @@ sys.path.append(str(ROOT / 'test' / 'support'))
 
 from calibration_drives import TrueRobot, random_robot, referenced_drive
 from diff_encoder_sim.calibration.estimation import calibrate
-from diff_encoder_sim.calibration.prediction import predict
+from diff_encoder_sim.calibration.prediction import cross_predictions, predict
+
+NOISY = TrueRobot(reference_hz=20.0)
+EXACT = NOISY._replace(slip_m2_per_m=0.0, slip_rad2_per_rad=0.0, noise_m=1e-9, noise_rad=1e-9, counts=10**7)
 
 
 class Hits(NamedTuple):
@@ -49,6 +54,14 @@ def check(job: tuple) -> Hits:
     return Hits(names, hits, prediction.is_inside.tolist())
 
 
+def processor_s(robot: TrueRobot, duration_s: float, drives: int) -> float:
+    """Return the time to calibrate by some drives, and to predict each."""
+    referenced = [referenced_drive(robot, np.random.default_rng(seed), duration_s / drives) for seed in range(drives)]
+    start_s = time.process_time()
+    cross_predictions(referenced, None, calibrate(referenced).parameters)
+    return time.process_time() - start_s
+
+
 def main() -> None:
     """Print the coverage."""
     arguments = parser(__doc__, robots=1000, workers=os.cpu_count())
@@ -67,6 +80,10 @@ def main() -> None:
     rows += [(f'prediction, {axis}', 90, f'{100.0 * of_axis.mean():.1f}') for axis, of_axis in zip(axes, inside.T)]
     rows.append(('prediction, all axes', 90, f'{100.0 * inside.mean():.1f}'))
     print_table(rows, ('interval of', 'level [%]', f'contains the truth [%], {len(found)} robots'))
+    processor_s(NOISY, 60.0, 1)  # loads the kernels
+    cases = [(name, drives, robot) for name, robot in (('noisy', NOISY), ('exact', EXACT)) for drives in (1, 3)]
+    times = [(name, drives, f'{processor_s(robot, 600.0, drives):.1f}') for name, drives, robot in cases]
+    print_table(times, ('reference', 'drives in 10 min', 'processor [s]'))
 
 
 if __name__ == '__main__':

@@ -8,7 +8,7 @@ import pytest
 from calibration_drives import WHEEL_HZ, TrueRobot, random_robot, referenced_drive
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.calibration.estimation import calibrate
+from diff_encoder_sim.calibration.estimation import calibrate, track_of
 from diff_encoder_sim.calibration.prediction import cross_predictions, predict
 from diff_encoder_sim.calibration.umbmark import WheelGeometry
 
@@ -221,3 +221,11 @@ def test_an_exact_drive_that_is_nearly_straight_has_neither_disturbances_nor_sli
     assert not calibration.disturbances
     assert calibration.values['left_wheel_diameter_m'].value == pytest.approx(exact.left_wheel_diameter_m, rel=1e-3)
     assert math.sqrt(calibration.values['slip_rad2_per_rad'].value) < math.radians(0.1)  # after a radian
+
+
+def test_a_part_of_a_drive_does_not_depend_on_turns_before_it():
+    whole = track_of(drive_of())
+    part = whole.between(20, 40)
+    of_whole, of_part = (track.motions(ROBOT.parameters, part.pose_times_s) for track in (whole, part))
+    assert np.diff(of_part[:, 2:], axis=0) == pytest.approx(np.diff(of_whole[:, 2:], axis=0), abs=1e-9)
+    assert of_part[0, 5] < 0.5 * of_whole[0, 5]  # turned: a wrong separation must not turn its start
