@@ -23,7 +23,7 @@ DELAYS_S = 0.05 * np.array(sorted(range(-8, 9), key=abs))
 FEWEST_ROWS = 8  # of a window
 LEAST_SIZE_M = 0.3  # of a path that shows whether a reference follows the wheels
 LEAST_ERROR_M = 1e-3  # smaller errors of an alignment do not distinguish ratios and delays
-OUTLYING = 3.0  # error of a window in medians of all, beyond which it is left out
+OUTLYING, MOST = 3.0, 12.0  # error of a window in medians of all: beyond, it is left out; with which it then counts
 LEAST_TURNS_RAD = 3.0  # of a reference, more than its noise
 NEARBY = np.array(sorted(np.geomspace(0.9, 1.1, 41), key=lambda each: abs(math.log(each))))  # the first of equals
 USUAL_RATIO = 0.25  # of a robot that never turned
@@ -124,10 +124,10 @@ def _align(data: Sequence[np.ndarray], wiring: Tuple[int, int, bool], ratio: flo
     if not good.any():
         return FirstGuess(math.nan, ratio, 0.0, 0.0, 0.0, delay_s, math.inf, 1.0)
     unrelated = np.median((errors_m / np.sqrt(mean(abs(target) ** 2)).clip(LEAST_SIZE_M, None))[good])
-    # Others have a disturbance, but count with the largest error: a wrong ratio must not leave out the turns.
-    most_m = OUTLYING * float(np.median(errors_m[good]))
-    error_m = max(LEAST_ERROR_M, float(errors_m[good].clip(max=most_m).mean()))
-    good &= errors_m <= most_m
+    # Others have a disturbance, but count: a wrong ratio must not leave out the turns.
+    median_m = float(np.median(errors_m[good]))
+    error_m = max(LEAST_ERROR_M, float(errors_m[good].clip(max=MOST * median_m).mean()))
+    good &= errors_m <= OUTLYING * median_m
     of_scale, of_place = (determinant / each * rows * good for each in (of_turned, of_ahead))
     turns = np.exp(-1j * np.angle(scale))
     sensor = np.average(place * turns, weights=of_place)
