@@ -74,12 +74,13 @@ class DriveRecorder(Publications):
 def main() -> None:
     made = parser(__doc__, phases=1000, drives=6, seeds=25, workers=os.cpu_count())
     made.add_argument('--real-drives', type=Path, metavar='FOLDER', help='with wheelchair_1.txt and wheelchair_2.txt')
+    made.add_argument('--steady', type=float, metavar='M/S', help='speed of all sampled drives, instead of varied ones')
     made.add_argument('--campaign', metavar='NAME', help="navigate the campaign's tests instead, such as of paper")
     made.add_argument('--tests', nargs='+', default=['SL', 'SMT', 'DLD'], help='of the campaign')
     made.add_argument('--ppr', nargs='+', type=float, default=[40.0, 90.0, 1024.0, 4096.0], help='of the campaign')
     arguments = made.parse_args()
     if arguments.campaign is None:
-        _print_rounding(arguments.phases, arguments.real_drives, arguments.workers)
+        _print_rounding(arguments.phases, arguments.real_drives, arguments.workers, arguments.steady)
         return
     print_header(f"NEES of odometry's covariance: {arguments.drives} drives with {arguments.seeds} seeds each")
     cells = list(itertools.product(arguments.tests, arguments.ppr))
@@ -93,21 +94,21 @@ def main() -> None:
     print(LEGEND)
 
 
-def _print_rounding(phases: int, folder: Optional[Path], workers: int) -> None:
+def _print_rounding(phases: int, folder: Optional[Path], workers: int, steady_mps: Optional[float]) -> None:
     print_header(f"NEES / 3 of odometry's covariance by rounding only, {phases} wheel phases")
     real = sorted(folder.glob('wheelchair_*.txt')) if folder else []
     cells = list(itertools.product([*DRIVES, *real], PPRS))
-    found = dict(zip(cells, in_processes(functools.partial(_mean_nees, phases), cells, workers)))
+    found = dict(zip(cells, in_processes(functools.partial(_mean_nees, phases, steady_mps), cells, workers)))
     rows = [
         [getattr(drive, 'stem', drive), *(f'{found[drive, ppr]:.2f}' for ppr in PPRS)] for drive in [*DRIVES, *real]
     ]
     print_table(rows, ['drive', *(f'{ppr:g} counts' for ppr in PPRS)])
 
 
-def _mean_nees(phases: int, cell: Tuple[Union[str, Path], float]) -> float:
+def _mean_nees(phases: int, steady_mps: Optional[float], cell: Tuple[Union[str, Path], float]) -> float:
     drive, ppr = cell
     if isinstance(drive, str):
-        return float(np.mean([sampled_nees(DRIVES[drive], ppr, seed) for seed in range(phases)]))
+        return float(np.mean([sampled_nees(DRIVES[drive], ppr, seed, steady_mps) for seed in range(phases)]))
     table = np.loadtxt(drive, skiprows=1)
     stamps_ms, rows = np.unique(table[:, 0], return_index=True)
     angles_rad = 2.0 * math.pi / TICKS_PER_TURN * (table[rows, -2:] - table[rows[0], -2:])

@@ -51,23 +51,26 @@ PROGRESS = np.linspace(0.0, 1.0, 41)[1:]
 DONE = PROGRESS**2 * (3.0 - 2.0 * PROGRESS)
 
 
-def sampled_ways_m(segments, rng):
-    """Return (n, 2) travel of both wheels at each report; lengths and angles differ by up to 5 %."""
+def sampled_ways_m(segments, rng, steady_mps=None):
+    """Return (n, 2) travel of both wheels at each report; lengths and angles differ by up to 5 %.
+
+    The faster wheel has the speed `steady_mps` all the time; None accelerates and brakes, with another mean each time.
+    """
     times_s, ways_m = [np.zeros(1)], [np.zeros((1, 2))]
     for segment in segments:
         step_m = rng.uniform(0.95, 1.05) * np.array(segment or (0.0, 0.0))
-        lasts_s = (np.abs(step_m).max() or STOP_M) / rng.uniform(*SPEEDS_MPS)
+        lasts_s = (np.abs(step_m).max() or STOP_M) / (steady_mps or rng.uniform(*SPEEDS_MPS))
         times_s.append(times_s[-1][-1] + PROGRESS * lasts_s)
-        ways_m.append(ways_m[-1][-1] + DONE[:, np.newaxis] * step_m)
+        ways_m.append(ways_m[-1][-1] + (PROGRESS if steady_mps else DONE)[:, np.newaxis] * step_m)
     knots_s, knots_m = np.concatenate(times_s), np.concatenate(ways_m)
     reports_s = np.arange(0.0, knots_s[-1] + REPORT_S, REPORT_S)
     return np.stack([np.interp(reports_s, knots_s, way_m) for way_m in knots_m.T], axis=1)
 
 
-def sampled_nees(segments, ppr, seed):
+def sampled_nees(segments, ppr, seed, steady_mps=None):
     """Return NEES / 3 at the end of one drive from random wheel phases."""
     rng = np.random.default_rng(seed)
-    ways_m = sampled_ways_m(segments, rng)
+    ways_m = sampled_ways_m(segments, rng, steady_mps)
     stamps_ns = np.round(1e9 * REPORT_S * np.arange(len(ways_m))).astype(np.int64)
     params = OdometryParams(ppr=ppr, wheel_diameter=DIAMETER_M, wheel_separation=SEPARATION_M, motion_noise=0.0)
     return nees_of_phases(stamps_ns, ways_m / (0.5 * DIAMETER_M), params, rng.uniform(0.0, 2.0 * math.pi, 2), [-1])[0]

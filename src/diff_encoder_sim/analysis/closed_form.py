@@ -14,7 +14,7 @@ from diff_encoder_sim.analysis.results_table import Results, RobotGeometry, fina
 from diff_encoder_sim.analysis.statistics import spread, std_interval
 from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.drives.trial_definition import Trial
-from diff_encoder_sim.wheels.covariance import Remainder, quantisation_covariance, reading_variance
+from diff_encoder_sim.wheels.covariance import quantisation_covariance, reading_variance
 
 STRAIGHT_WITHIN = 1e-9  # tolerance [m, rad] for a goal straight ahead
 LEAST_PULSES = 0.1  # standard deviation of a position [pulses], below which the errors under way exceed it
@@ -29,9 +29,8 @@ def closed_form_std(requested: Trial, robot: RobotGeometry, ppr: float) -> np.nd
     that whole turns do not change has 0: its error is that of rounding under way.
     """
     start, m_per_pulse = requested.test.start.pose(), math.pi * robot.wheel_diameter_m / ppr
-    wheel = Remainder(m_per_pulse, reading_variance(m_per_pulse))
-    goal = requested.goal().relative_to(start)
-    covariance = quantisation_covariance(goal, wheel, wheel, robot.wheel_separation_m)
+    variance_m2, goal = reading_variance(m_per_pulse), requested.goal().relative_to(start)
+    covariance = quantisation_covariance(goal, (variance_m2, variance_m2), robot.wheel_separation_m)
     turn, cos_yaw, sin_yaw = np.eye(3), math.cos(start.yaw_rad), math.sin(start.yaw_rad)
     turn[:2, :2] = [[cos_yaw, -sin_yaw], [sin_yaw, cos_yaw]]
     stds = np.sqrt(np.diag(turn @ covariance.matrix() @ turn.T))

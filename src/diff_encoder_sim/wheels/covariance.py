@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 import operator
-from typing import NamedTuple, Tuple
+from typing import List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -92,55 +93,90 @@ def propagate_motion_noise(
     )
 
 
-class Remainder:
-    """The travel of a wheel that is not counted yet, 0 to 1 pulse, and what it does to the position under way.
+class SteadySpeed:
+    """The speeds of a wheel, in pulses per report, that agree with its counts since it last changed its speed.
 
-    The derivation is in docs/adr/0002-odometry-covariance.md: a metre of remainder while the other wheel travels
-    `way_m` shifts the robot by way_m / L across the heading. After K reports from count to count, the remainder in
-    report k was (k + 1/2) / K +- 1/2 / K pulses if the wheel turned steadily, otherwise 1/2 +- 1/2.
+    A wheel of one speed v counts less than one pulse more or less than v (k - j) between any two reports j and k. Only
+    corners of the convex hull of all counts bound v. If no speed is left, the wheel has changed its speed.
     """
 
-    def __init__(self, m_per_pulse: float, reading_var_m2: float) -> None:
-        self.reading_var_m2 = reading_var_m2
-        self._m_per_pulse, self._edge_var_m2 = m_per_pulse, reading_var_m2 - reading_variance(m_per_pulse)
-        self._reports = 0  # since the last count
-        self._reports_before = 0  # between the last two counts, negative if backward; 0: fewer than two
-        # Shift per metre of remainder since the last count, and the same times the report's number.
-        self._x = self._y = self._x_reports = self._y_reports = 0.0
-        self.known_x_m = self.known_y_m = 0.0  # shift by steady remainders
-        self.xx = self.xy = self.yy = 0.0  # covariance of the other shifts [m^2]
+    def __init__(self) -> None:
+        self._reports = self._total = self._quiet = 0  # quiet: reports since the last count
+        self._above: List[Tuple[int, int]] = [(0, 0)]  # corners (report, total) of the hull
+        self._below: List[Tuple[int, int]] = [(0, 0)]
+        self._low, self._high = -math.inf, math.inf
+
+    def step(self, pulses: int) -> Tuple[float, float]:
+        """Process a report; return the middle and the width of the speeds: both 0 of a wheel that may stand."""
+        here = self._reports + 1, self._total + pulses
+        self._quiet = 0 if pulses else self._quiet + 1
+        low = max(self._low, *((here[1] - total - 1) / (here[0] - report) for report, total in self._below))
+        high = min(self._high, *((here[1] - total + 1) / (here[0] - report) for report, total in self._above))
+        if low >= high:
+            self._above, self._below = [(self._reports, self._total)], [(self._reports, self._total)]
+            low, high = (pulses - 1.0, pulses + 1.0) if pulses else (-1.0 / self._quiet, 1.0 / self._quiet)
+        for hull, sign in ((self._above, 1), (self._below, -1)):
+            while len(hull) > 1 and sign * _turn(hull[-2], hull[-1], here) >= 0:
+                hull.pop()
+            hull.append(here)
+        self._reports, self._total, self._low, self._high = *here, low, high
+        return (0.0, 0.0) if not pulses and low <= 0.0 <= high else (0.5 * (low + high), high - low)
+
+
+def _turn(first: Tuple[int, int], second: Tuple[int, int], third: Tuple[int, int]) -> int:
+    """Return a number that is positive if the way by three points turns to the left."""
+    return (second[0] - first[0]) * (third[1] - first[1]) - (second[1] - first[1]) * (third[0] - first[0])
+
+
+# Variance of a remainder [pulses^2] by harmonics of a pulse: harmonic m makes 1 / (2 pi^2 m^2); the last one has the
+# variance of those above it, too.
+_FIRST = [0.5 / (math.pi * harmonic) ** 2 for harmonic in (1, 2, 3)]
+VARIANCES = (*_FIRST, PULSE_VARIANCE - sum(_FIRST))
+
+
+class Remainder:
+    """What the remainder of a wheel, 0 to 1 pulse that is not counted yet, did to the position under way.
+
+    A metre of remainder while the other wheel travels `way_m` shifts the robot by way_m / L across the heading. The
+    remainder is a sawtooth of the wheel's angle: its harmonic m turns by m times the speed in pulses per report. So do
+    sums of the shifts by harmonics, which fade as far as that speed is not known
+    (docs/adr/0002-odometry-covariance.md).
+    """
+
+    def __init__(self) -> None:
+        self._speed = SteadySpeed()
+        self._sums = [(0j, 0j)] * len(VARIANCES)  # of x and y, by harmonic
+        self._x = self._y = 0.0  # covariance of the shift so far with the current remainder [pulses^2]
+        self._now_x = self._now_y = 0.0  # shift per metre of the current remainder so far
+        self._xx = self._xy = self._yy = 0.0  # covariance of the shift by the remainders before it [pulses^2]
 
     def step(self, pulses: int, x: float, y: float) -> None:
-        """Process a report: its pulses, and the shift per metre of remainder, half before and half after it."""
-        self._reports += 1
-        if not pulses:
-            if self._reports == 1:
-                self._x_reports, self._y_reports = 0.5 * self._x, 0.5 * self._y
-            self._x, self._x_reports = self._x + x, self._x_reports + self._reports * x
-            self._y, self._y_reports = self._y + y, self._y_reports + self._reports * y
-            return
-        reports, half_x, half_y = self._reports if pulses > 0 else -self._reports, 0.5 * x, 0.5 * y
-        sum_x, sum_y, variance_m2 = self._x + half_x, self._y + half_y, self.reading_var_m2
-        # From count to count of a steady wheel it is K or K + 1 reports.
-        if self._reports > 1 and abs(reports - self._reports_before) <= 1:
-            mean_report, sign = self._reports - 0.5, math.copysign(0.5, reports)
-            self.known_x_m += self._m_per_pulse * ((self._x_reports + mean_report * half_x) / reports - sign * sum_x)
-            self.known_y_m += self._m_per_pulse * ((self._y_reports + mean_report * half_y) / reports - sign * sum_y)
-            variance_m2 = self._edge_var_m2 + reading_variance(self._m_per_pulse / reports)
-        self.xx += variance_m2 * sum_x * sum_x
-        self.xy += variance_m2 * sum_x * sum_y
-        self.yy += variance_m2 * sum_y * sum_y
-        self._x, self._y, self._reports, self._reports_before = half_x, half_y, 0, reports
+        """Process a report: its pulses, and the shift per metre of remainder."""
+        # Half of the shift is by the remainder before the report, and half by the one after it.
+        now_x, now_y = self._now_x, self._now_y = self._now_x + 0.5 * x, self._now_y + 0.5 * y
+        (self._xx, self._xy, self._yy), _ = self.moments()
+        middle, width = self._speed.step(pulses)
+        # The density of the speeds is a triangle, as that of the difference of two remainders.
+        turned, faded = cmath.exp(-2j * math.pi * middle), math.exp(-((math.pi * width) ** 2) / 12.0)
+        factors = [turned**harmonic * faded ** (harmonic * harmonic) for harmonic in range(1, len(VARIANCES) + 1)]
+        self._sums = [((of_x + now_x) * by, (of_y + now_y) * by) for (of_x, of_y), by in zip(self._sums, factors)]
+        self._x = sum(variance * of_x.real for variance, (of_x, _) in zip(VARIANCES, self._sums))
+        self._y = sum(variance * of_y.real for variance, (_, of_y) in zip(VARIANCES, self._sums))
+        self._now_x, self._now_y = 0.5 * x, 0.5 * y
 
-    def now(self, half_cos: float, half_sin: float) -> Tuple[float, float]:
-        """Return x and y by which a metre of the current remainder moves the robot: half of it along the heading."""
-        before = abs(self._reports_before)
-        pulses = 1.0 / before if before and self._reports <= before + 1 else 1.0
-        return half_cos - pulses * self._x, half_sin - pulses * self._y
+    def moments(self) -> Tuple[Tuple[float, float, float], Tuple[float, float]]:
+        """Return xx, xy and yy of the shift, and its x and y with the current remainder [pulses^2]."""
+        x, y, now_x, now_y = self._x, self._y, self._now_x, self._now_y
+        with_x, with_y = x + PULSE_VARIANCE * now_x, y + PULSE_VARIANCE * now_y
+        shift = self._xx + now_x * (x + with_x), self._xy + now_x * y + now_y * with_x, self._yy + now_y * (y + with_y)
+        return shift, (with_x, with_y)
 
 
 def quantisation_covariance(
-    base_pose_in_odom: Pose2D, left: Remainder, right: Remainder, wheel_separation_m: float
+    base_pose_in_odom: Pose2D,
+    reading_variances_m2: Tuple[float, float],
+    wheel_separation_m: float,
+    remainders: Optional[Tuple[Remainder, Remainder]] = None,
 ) -> PlanarCovariance:
     """Return the covariance of rounding to whole pulses: bounded, not a random walk.
 
@@ -151,33 +187,39 @@ def quantisation_covariance(
 
     Args:
         base_pose_in_odom: now.
-        left: of the left wheel, after the drive; a new one leaves out the errors under way.
-        right: of the right wheel.
+        reading_variances_m2: of the left and the right wheel.
         wheel_separation_m: between the contact points.
+        remainders: of the left and the right wheel, after the drive; None leaves out the errors under way.
     """
     x_m, y_m, yaw_rad = base_pose_in_odom
     half_cos, half_sin = 0.5 * math.cos(yaw_rad), 0.5 * math.sin(yaw_rad)
     turn, x_turns, y_turns = 1.0 / wheel_separation_m, x_m / wheel_separation_m, y_m / wheel_separation_m
-    left_m2, right_m2 = left.reading_var_m2, right.reading_var_m2
+    left_m2, right_m2 = reading_variances_m2
     # A metre of the left wheel at the start moves the pose by (1/2 + y/L, -x/L, -1/L), of the right one by
-    # (1/2 - y/L, x/L, 1/L); of either now by its `now` and -1/L or 1/L.
+    # (1/2 - y/L, x/L, 1/L); of either now by (cos/2, sin/2) and -1/L or 1/L.
     left_start, right_start, both_m2 = 0.5 + y_turns, 0.5 - y_turns, left_m2 + right_m2
-    along = right_m2 * right_start - left_m2 * left_start
-    (left_x, left_y), (right_x, right_y) = left.now(half_cos, half_sin), right.now(half_cos, half_sin)
-    left_x_m2, right_x_m2 = left_m2 * left_x, right_m2 * right_x
-    left_y_m2, right_y_m2 = left_m2 * left_y, right_m2 * right_y
-    known_x_m, known_y_m = left.known_x_m + right.known_x_m, left.known_y_m + right.known_y_m
-    xx = left.xx + right.xx + known_x_m * known_x_m
-    xy = left.xy + right.xy + known_x_m * known_y_m
-    yy = left.yy + right.yy + known_y_m * known_y_m
-    return PlanarCovariance(
-        xx + left_m2 * left_start**2 + right_m2 * right_start**2 + left_x_m2 * left_x + right_x_m2 * right_x,
-        xy + along * x_turns + left_x_m2 * left_y + right_x_m2 * right_y,
-        (along + right_x_m2 - left_x_m2) * turn,
-        yy + both_m2 * x_turns**2 + left_y_m2 * left_y + right_y_m2 * right_y,
-        (both_m2 * x_turns + right_y_m2 - left_y_m2) * turn,
+    along, more_m2 = right_m2 * right_start - left_m2 * left_start, right_m2 - left_m2
+    covariance = PlanarCovariance(
+        left_m2 * left_start**2 + right_m2 * right_start**2 + both_m2 * half_cos**2,
+        along * x_turns + both_m2 * half_cos * half_sin,
+        (along + more_m2 * half_cos) * turn,
+        both_m2 * (x_turns**2 + half_sin**2),
+        (both_m2 * x_turns + more_m2 * half_sin) * turn,
         2.0 * both_m2 * turn**2,
     )
+    for remainder, variance_m2, by_wheel in zip(remainders or (), reading_variances_m2, (-turn, turn)):
+        scale = variance_m2 / PULSE_VARIANCE
+        (xx, xy, yy), (x, y) = remainder.moments()
+        covariance = covariance.plus(
+            PlanarCovariance(
+                scale * (xx + 2.0 * half_cos * x),
+                scale * (xy + half_cos * y + half_sin * x),
+                scale * by_wheel * x,
+                scale * (yy + 2.0 * half_sin * y),
+                scale * by_wheel * y,
+            )
+        )
+    return covariance
 
 
 class GeometryStd(NamedTuple):

@@ -9,7 +9,7 @@ from typing import Deque, Dict, NamedTuple, Optional, Tuple
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.wheels.counter import count_difference
-from diff_encoder_sim.wheels.covariance import Remainder, quantisation_covariance
+from diff_encoder_sim.wheels.covariance import quantisation_covariance
 from diff_encoder_sim.wheels.odometry import WheelOdometry, wheel_speeds_mps
 from diff_encoder_sim.wheels.odometry_params import USUAL_MOTION_NOISE, OdometryParams
 from diff_encoder_sim.wheels.report_link import EncoderSample
@@ -219,5 +219,4 @@ def hidden_encoder(params: OdometryParams) -> str:
 def encoder_lateral_std(params: OdometryParams) -> float:
     """Return the lateral standard deviation [m] due to the encoder after a straight line."""
     end = Pose2D(STRAIGHT_M, 0.0, 0.0)
-    left, right = map(Remainder, params.m_per_pulse, params.reading_variances_m2)
-    return math.sqrt(quantisation_covariance(end, left, right, params.wheel_separation).yy)
+    return math.sqrt(quantisation_covariance(end, params.reading_variances_m2, params.wheel_separation).yy)

@@ -160,10 +160,9 @@ class WheelOdometry:
         self._totals: Deque[Tuple[int, int, int]] = deque(maxlen=self.params.velocity_window + 1)
         self._twists, self._pull = TwistEstimator(self.params), LateralAcceleration(self.params.wheel_separation)
         self._pose = IDENTITY  # of the axle's centre, relative to its start
-        variances_m2 = self.params.reading_variances_m2
-        self._left, self._right = map(Remainder, self._m_per_pulse, variances_m2)
+        self._remainders = Remainder(), Remainder()
         # Of second order: the variance of the travel by both roundings times that of the heading.
-        second_m2 = (sum(variances_m2) / self.params.wheel_separation) ** 2
+        second_m2 = (sum(self.params.reading_variances_m2) / self.params.wheel_separation) ** 2
         self._motion_covariance = PlanarCovariance(xx=second_m2, yy=second_m2)
         self._geometry_errors = NO_ERRORS
 
@@ -213,14 +212,13 @@ class WheelOdometry:
         left, right = left_total - left_before, right_total - right_before
         left_m, right_m = left * left_m_per_pulse, right * right_m_per_pulse
         pull_mps2 = self._pull.take((after_ns - before_ns) / NANOSECONDS_PER_SECOND, left_m, right_m)
-        if not (left or right):
-            self._left.step(0, 0.0, 0.0)
-            self._right.step(0, 0.0, 0.0)
-            return
         mid_yaw_rad = self._pose.yaw_rad + 0.5 * (right_m - left_m) / separation_m
         across_x, across_y = -math.sin(mid_yaw_rad) / separation_m, math.cos(mid_yaw_rad) / separation_m
-        self._left.step(left, across_x * right_m, across_y * right_m)
-        self._right.step(right, -across_x * left_m, -across_y * left_m)
+        of_left, of_right = self._remainders
+        of_left.step(left, -across_x * right_m, -across_y * right_m)
+        of_right.step(right, across_x * left_m, across_y * left_m)
+        if not (left or right):
+            return
         moved = move_along_arc(self._pose, 0.5 * (left_m + right_m), (right_m - left_m) / separation_m)
         motion = self._pose.yaw_rad, left_m, right_m, separation_m
         # The heading is computed from the totals: summed rounded increments would drift.
@@ -235,7 +233,9 @@ class WheelOdometry:
         linear_mps, angular_radps, of_twist = self._twists.twist(self._totals, wheel_rates_radps)
         axle_x_m = self.params.axle_x
         covariance = self._motion_covariance.plus(
-            quantisation_covariance(self._pose, self._left, self._right, self.params.wheel_separation)
+            quantisation_covariance(
+                self._pose, self.params.reading_variances_m2, self.params.wheel_separation, self._remainders
+            )
         )
         if self._geometry_std != KNOWN_EXACTLY:
             covariance = covariance.plus(geometry_covariance(self._geometry_errors, self._geometry_std))
