@@ -128,15 +128,16 @@ def calibrate(
             raise ConfigError(
                 f'{each.name}: given no {SHORTEST_PIECE_S:g} s without a disturbance; allowed: a steadier one'
             )
-    uncertainty = uncertainty_at([track for of_drive in parts for track in of_drive], parameters)
+    tracks = [track for of_drive in parts for track in of_drive]
+    parameters = uncertainty_at(tracks, parameters).restricted(parameters)
+    uncertainty = uncertainty_at(tracks, parameters)
     nominal_errors = NOMINAL_STD * NOMINAL_ERRORS[np.diag(uncertainty.expected)[GEOMETRY] == 0.0]
     values, undetermined = _values(parameters, uncertainty, nominal_errors)
     named = list(zip([each.name for each in drives], whole, parts))
     disturbances = [found for each in named for found in _disturbances(*each)]
     fits = [_fit(*each, parameters, nominal) for each in named]
-    of_ratio = np.eye(len(NAMES))[1] - np.eye(len(NAMES))[0]
-    both = uncertainty.expected, uncertainty.observed
-    geometry = max(both, key=lambda each: float(of_ratio @ each @ of_ratio))[GEOMETRY, GEOMETRY]
+    both = (each[GEOMETRY, GEOMETRY] for each in (uncertainty.expected, uncertainty.observed))
+    geometry = max(both, key=lambda each: float(each[0, 0] + each[1, 1] - 2.0 * each[0, 1]))  # of the ratio of radii
     geometry = geometry + nominal_errors.T @ nominal_errors
     return Calibration(values, geometry, undetermined, disturbances, fits, parameters, uncertainty)
 
@@ -185,9 +186,8 @@ def guess_of(name: str, track: Track, nominal: Optional[WheelGeometry]) -> First
     turned_rad = abs(np.diff(track.angles_rad, axis=0)).sum(axis=0)
     ratio = None if nominal is None else 0.5 * sum(nominal.radii_m) / nominal.separation_m
     guess = first_guess(name, track, ratio)
-    radius_m = guess.radius_m
-    if track.turns_in_place:  # they do not show it
-        radius_m = 0.5 * nominal.left_diameter_m if nominal else math.inf
+    nominal_m = nominal.radii_m[0] if nominal else math.inf
+    radius_m = nominal_m if track.turns_in_place else guess.radius_m  # turns do not show it
     if not radius_m * turned_rad.max() > LEAST_PATH_M:
         size_m = float(np.ptp(track.poses[:, :2], axis=0).max())
         raise ConfigError(
@@ -317,9 +317,8 @@ def _disturbances(name: str, whole: Track, tracks: Sequence[Track]) -> List[Dist
     ends_s = [*(track.pose_times_s[0] for track in tracks), whole.pose_times_s[-1]]
     found = [Disturbance(name, float(start), float(end), True) for start, end in zip(starts_s, ends_s) if end > start]
     for track in tracks:
-        edges_s = track.edges_s.tolist()
-        unused = np.flatnonzero(~track.is_used).tolist()
-        found += [Disturbance(name, edges_s[at], edges_s[at + 1], False) for at in unused]
+        spans_s = np.column_stack((track.edges_s[:-1], track.edges_s[1:]))[~track.is_used].tolist()
+        found += [Disturbance(name, start_s, end_s, False) for start_s, end_s in spans_s]
     return sorted(found, key=lambda each: each.start_s)
 
 

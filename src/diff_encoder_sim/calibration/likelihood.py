@@ -288,6 +288,17 @@ class Uncertainty:
         """Return the variance of a linear combination of the parameters: the larger one counts."""
         return float(max(row @ self.expected @ row, row @ self.observed @ row))
 
+    def restricted(self, parameters: np.ndarray) -> np.ndarray:
+        """Return the parameters after a step of slip and noise to the maximum of the restricted likelihood (REML).
+
+        At the maximum of the likelihood they are too small, as the geometry is fitted to the same data.
+        """
+        fitted = np.ix_(*[np.flatnonzero(np.diag(self.expected)[: NOISE.start])] * 2)
+        information, changed = np.linalg.inv(self.expected[fitted]), parameters.copy()
+        slopes = [0.5 * float((information * each[fitted]).sum()) for each in self.by_noise]
+        changed[NOISE] += (self.expected[NOISE, NOISE] @ slopes).clip(-1.0, 1.0)
+        return changed
+
     def freedom(self, row: np.ndarray, more: float = 0.0, more_by_noise: Optional[np.ndarray] = None) -> float:
         """Return the degrees of freedom of a variance, for Student's t (Satterthwaite 1946).
 
