@@ -156,7 +156,7 @@ class Remainder:
         now_x, now_y = self._now_x, self._now_y = self._now_x + 0.5 * x, self._now_y + 0.5 * y
         (self._xx, self._xy, self._yy), _ = self.moments()
         middle, width = self._speed.step(pulses)
-        # The density of the speeds is a triangle, as that of the difference of two remainders.
+        # The mean turn of a normal speed with the variance of a triangle, that of a difference of two remainders.
         turned, faded = cmath.exp(-2j * math.pi * middle), math.exp(-((math.pi * width) ** 2) / 12.0)
         factors = [turned**harmonic * faded ** (harmonic * harmonic) for harmonic in range(1, len(VARIANCES) + 1)]
         self._sums = [((of_x + now_x) * by, (of_y + now_y) * by) for (of_x, of_y), by in zip(self._sums, factors)]
