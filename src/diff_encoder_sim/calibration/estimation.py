@@ -131,14 +131,16 @@ def calibrate(
     tracks = [track for of_drive in parts for track in of_drive]
     parameters = uncertainty_at(tracks, parameters).restricted(parameters)
     uncertainty = uncertainty_at(tracks, parameters)
+    # Errors of the geometry that no residual shows: of lengths that are nominal, and of the reference's scale.
     nominal_errors = NOMINAL_STD * NOMINAL_ERRORS[np.diag(uncertainty.expected)[GEOMETRY] == 0.0]
-    values, undetermined = _values(parameters, uncertainty, nominal_errors)
+    hidden_errors = np.vstack((nominal_errors, np.full(3, max(each.reference.scale_std for each in drives))))
+    values, undetermined = _values(parameters, uncertainty, hidden_errors)
     named = list(zip([each.name for each in drives], whole, parts))
     disturbances = [found for each in named for found in _disturbances(*each)]
     fits = [_fit(*each, parameters, nominal) for each in named]
     both = (each[GEOMETRY, GEOMETRY] for each in (uncertainty.expected, uncertainty.observed))
     geometry = max(both, key=lambda each: float(each[0, 0] + each[1, 1] - 2.0 * each[0, 1]))  # of the ratio of radii
-    geometry = geometry + nominal_errors.T @ nominal_errors
+    geometry = geometry + hidden_errors.T @ hidden_errors
     return Calibration(values, geometry, undetermined, disturbances, fits, parameters, uncertainty)
 
 
@@ -277,7 +279,7 @@ def pieces_of(track: Track, parameters: np.ndarray, is_first: bool = False, usua
 
 
 def _values(
-    parameters: np.ndarray, uncertainty: Uncertainty, nominal_errors: np.ndarray
+    parameters: np.ndarray, uncertainty: Uncertainty, hidden_errors: np.ndarray
 ) -> Tuple[Dict[str, Estimated], List[str]]:
     """Return the values by name, and the names of those that are not determined; (k, 3) errors of the geometry."""
     combinations = {name: np.eye(len(NAMES))[INDEX[name]] for name in NAMES[:9]}
@@ -292,7 +294,7 @@ def _values(
             continue
         centre = float(row @ parameters)
         variance = uncertainty.variance(row)
-        std = math.hypot(math.sqrt(variance), *(nominal_errors @ row[GEOMETRY]))
+        std = math.hypot(math.sqrt(variance), *(hidden_errors @ row[GEOMETRY]))
         half = reach_of(LEVEL, uncertainty.freedom(row)) * std
         low, high = centre - half, centre + half
         if name not in NAMES[3:7]:

@@ -23,7 +23,6 @@ from diff_encoder_sim.calibration.estimation import (
 )
 from diff_encoder_sim.calibration.likelihood import INDEX, NOISE, NOISE_STEP, STEPS, Track, moved
 from diff_encoder_sim.calibration.umbmark import WheelGeometry
-from diff_encoder_sim.drives.reference import Reference
 
 LEVEL = 0.9
 ALIGNED_OVER_M = 1.0  # the start of a drive, by which odometry is placed on the reference
@@ -114,12 +113,15 @@ def _end_error(track: Track, parameters: np.ndarray) -> Tuple[np.ndarray, np.nda
 
 def _halves(drive: ReferencedDrive) -> List[ReferencedDrive]:
     """Split a drive in the middle of its reference."""
-    stamps_ns, (name, *series) = drive.drive.stamps_ns, drive.reference
-    middle_ns = (drive.reference.stamps_ns[0] + drive.reference.stamps_ns[-1]) // 2
+    stamps_ns, reference = drive.drive.stamps_ns, drive.reference
+    middle_ns = (reference.stamps_ns[0] + reference.stamps_ns[-1]) // 2
     halves = []
     for half, is_in in (('first half', np.less_equal), ('second half', np.greater)):
-        rows = is_in(drive.reference.stamps_ns, middle_ns)
-        part = Reference._make((name, *(None if each is None else each[rows] for each in series)))
+        rows = is_in(reference.stamps_ns, middle_ns)
+        covariances = None if reference.covariances is None else reference.covariances[rows]
+        part = reference._replace(
+            stamps_ns=reference.stamps_ns[rows], poses=reference.poses[rows], covariances=covariances
+        )
         angles = Drive(*(each[is_in(stamps_ns, middle_ns)] for each in (stamps_ns, drive.drive.wheel_angles_rad)))
         halves.append(drive._replace(name=f'{drive.name}, {half}', drive=angles, reference=part))
     return halves

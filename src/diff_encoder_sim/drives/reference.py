@@ -27,6 +27,7 @@ class Reference(NamedTuple):
     # (k, 3, 3) of x, y and yaw [m^2, m rad, rad^2] as the source states them, NaN in row and column of an unknown yaw;
     # None unless all are positive definite.
     covariances: Optional[np.ndarray] = None
+    scale_std: float = 0.0  # of all its distances together, relative
 
 
 def read_reference(poses: RecordedPoses) -> Tuple[List[Reference], List[str]]:

@@ -60,6 +60,17 @@ def test_positions_alone_are_sufficient():
     assert max(map(abs, misses(calibration, robot).values())) < 2.0
 
 
+def test_the_scale_of_the_reference_widens_lengths_but_not_their_ratios(calibration):
+    drive = drive_of()
+    scaled = calibrate([drive._replace(reference=drive.reference._replace(scale_std=0.02))])
+    narrow, wide = (
+        {name: np.ptp(each.interval) for name, each in found.values.items()} for found in (calibration, scaled)
+    )
+    assert wide['left_wheel_diameter_m'] > 0.07 * 0.2
+    assert wide['radius_ratio'] == pytest.approx(narrow['radius_ratio'])
+    assert wide['radius_per_separation'] == pytest.approx(narrow['radius_per_separation'])
+
+
 def test_several_drives_narrow_the_intervals(calibration):
     both = calibrate([drive_of(), drive_of(seed=2)], NOMINAL)
 
