@@ -18,7 +18,7 @@ from bench import ALTO, CONFIG, Ratio, parser, plan_of, print_header, print_tabl
 
 from diff_encoder_sim.drives.trial_definition import TrialPlan
 from diff_encoder_sim.robots import simulated_robot
-from diff_encoder_sim.robots.description import RobotTree
+from diff_encoder_sim.robots.description import RobotSource, RobotTree
 from diff_encoder_sim.simulation.physics import PhysicsParams
 from diff_encoder_sim.simulation.simulator import Simulator
 from diff_encoder_sim.simulation.state import TICK_NS
@@ -75,7 +75,7 @@ def bare_stepping_s(plan: TrialPlan, params: RobotParams, duration_s: float) -> 
 
     simulated = params.simulator.model_copy(update={'physics': LIMITS_PHYSICS})
     with unittest.mock.patch.object(simulated_robot, 'joined_links', as_written):
-        simulator = Simulator(plan.world, ALTO, simulated, plan.trial.test.start.pose(), 0)
+        simulator = Simulator(plan.world, RobotSource(ALTO), simulated, plan.trial.test.start.pose(), 0)
     try:
         simulator.command(0.0, 0.5)
         for _ in range(100):

@@ -13,6 +13,7 @@ from bench import ALTO, CONFIG, ROOT, minus
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.test_definition import TestDefinition, find_world, load_test
+from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.simulation.physics import PhysicsParams
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
 from diff_encoder_sim.simulation.state import TICK_S
@@ -41,7 +42,7 @@ def read_test(name: str) -> TestDefinition:
 
 def new_simulator(test: TestDefinition, physics: PhysicsParams, robot: Path = ALTO) -> Simulator:
     world, params = find_world(test.world, ROOT / 'worlds'), SimulatorParams(physics=physics)
-    return Simulator(world, robot, params, test.start.pose(), seed=0)
+    return Simulator(world, RobotSource(robot), params, test.start.pose(), seed=0)
 
 
 def record_drive(simulator: Simulator, test: TestDefinition) -> Drive:

@@ -2,6 +2,7 @@
 
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.cli.rasterise_world import main as rasterise
+from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
 from odd_values import odd_float, odd_xml, pick
 from places import ROOT
@@ -37,7 +38,7 @@ def run(rng, folder):
 
 
 def _simulate(path, start):
-    simulator = Simulator(path, ROBOT, SimulatorParams(), start, seed=1)
+    simulator = Simulator(path, RobotSource(ROBOT), SimulatorParams(), start, seed=1)
     for _ in range(TICKS):
         simulator.command(0.3, 0.1)
         simulator.tick()

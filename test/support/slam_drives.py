@@ -13,6 +13,7 @@ from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.drives.trajectory_error import Alignment, pairs_error
 from diff_encoder_sim.localization.grid_slam import GridSlam
 from diff_encoder_sim.localization.slam_params import GridSlamParams
+from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
 from diff_encoder_sim.simulation.state import TICK_S
@@ -66,7 +67,7 @@ class Case:
     """A drive through a world, and what of the world could be seen; one entry of each list for each scan."""
 
     def __init__(self, tour: Tour, seed: int = 1):
-        files = ROOT / 'worlds' / f'{tour.world}.world', ROOT / 'urdf' / 'alto.urdf.xacro'
+        files = ROOT / 'worlds' / f'{tour.world}.world', RobotSource(ROOT / 'urdf' / 'alto.urdf.xacro')
         simulator = Simulator(*files, SimulatorParams(), tour.start, seed)
         self.world, self.laser_pose_in_base = simulator.world, simulator.laser_pose_in_base
         self.true_poses = []  # base in the world

@@ -12,7 +12,7 @@ from typing_extensions import Annotated
 from diff_encoder_sim.base import bounds
 from diff_encoder_sim.base.bounds import Between, Place_m, Turns
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.params import Params, load_params
+from diff_encoder_sim.base.params import Params, load_params, param
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc, wrap_angle
 from diff_encoder_sim.base.yaml_files import find_yaml
 
@@ -116,9 +116,7 @@ class SpeedLimits(Params):
     speed: bounds.PositiveSpeed_mps = Field(0.45, description='highest speed [m/s]')
     acceleration: bounds.PositiveAcceleration_mps2 = Field(0.7, description='highest acceleration [m/s^2]')
     angular_speed: bounds.PositiveTurnRate_radps = Field(1.0, description='highest turning rate [rad/s]')
-    angular_acceleration: bounds.PositiveTurnAcceleration_radps2 = Field(
-        4.9, description='highest angular acceleration [rad/s^2]'
-    )
+    angular_acceleration: bounds.PositiveTurnAcceleration_radps2 = param(4.9, 'highest angular acceleration [rad/s^2]')
 
 
 class TestDefinition(Params):

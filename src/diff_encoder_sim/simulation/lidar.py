@@ -15,7 +15,7 @@ from typing_extensions import Annotated
 
 from diff_encoder_sim.base.bounds import Between
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.kernels import compiled
+from diff_encoder_sim.base.kernels import Array, compiled
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.se2 import Pose2D
@@ -126,20 +126,12 @@ def _measure(ranges_m: np.ndarray, normals: np.ndarray, noise_m: float, range_mi
 
 
 @compiled
-def cast_rays(
-    x_m: float, y_m: float, bearings_rad: np.ndarray, segments: np.ndarray, circles: np.ndarray
-) -> np.ndarray:
+def cast_rays(x_m: float, y_m: float, bearings_rad: Array, segments: Array, circles: Array) -> np.ndarray:
     """Return (n,) distance [m] from a point along each bearing to the nearest segment or circle.
 
-    Each surface is intersected only with the rays within the angle under which it is seen, not each ray with each
-    surface.
-
-    Args:
-        x_m: the rays' common origin.
-        y_m: likewise.
-        bearings_rad: (n,) directions in the same frame, ascending by a constant step over not more than a full circle.
-        segments: (k, 4) x0, y0, x1, y1 [m].
-        circles: (m, 3) x, y, radius [m].
+    Bearings (n,) ascend by a constant step over not more than a full circle. Segments (k, 4) are x0, y0, x1, y1 [m],
+    circles (m, 3) x, y, radius [m]. Each surface is intersected only with the rays within the angle under which it is
+    seen, not each ray with each surface.
     """
     ranges_m = np.full(len(bearings_rad), np.inf)
     step_rad = bearings_rad[1] - bearings_rad[0] if len(bearings_rad) > 1 else TURN_RAD

@@ -24,18 +24,11 @@ def rasterise(world: World, height_m: float, resolution_m: float, free_x_m: floa
     """Map a world: surfaces at a height are occupied, cells connected to a free point free, all others unknown.
 
     Cells are centred on multiples of the resolution: walls are built on such lines, and would otherwise all be drawn
-    half a cell to one side, an error that localization on the map would inherit.
+    half a cell to one side, an error that localization on the map would inherit. The map frame is that of the world,
+    `resolution_m` the side of a cell.
 
-    Args:
-        world: the map frame is its frame.
-        height_m: of the scan plane.
-        resolution_m: side of a cell.
-        free_x_m: a point that is free, in the world frame.
-        free_y_m: likewise.
-
-    Raises:
-        ConfigError: the free point is inside a wall, nothing is at that height, or the cells or the points of
-            surfaces would be too many.
+    ConfigError if the free point is inside a wall, nothing is at that height, or the cells or the points of surfaces
+    would be too many.
     """
     points_m = surface_points(world, height_m, resolution_m / POINTS_PER_CELL)
     if len(points_m) == 0:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 from pathlib import Path
-from typing import Optional, Tuple, Union
+from typing import Any, Dict, Optional, Tuple, Union
 
 import numpy as np
 from pydantic import Field, field_validator
@@ -47,13 +47,9 @@ class DriveParams(Params):
     max_linear_speed: PositiveSpeed_mps = Field(1.0, description='commands are cut to it [m/s]')
     max_angular_speed: PositiveTurnRate_radps = Field(2.0, description='commands are cut to it [rad/s]')
     max_linear_acceleration: PositiveAcceleration_mps2 = Field(1.5, description='slope of the velocity ramp [m/s^2]')
-    max_angular_acceleration: PositiveTurnAcceleration_radps2 = Field(
-        6.0, description='slope of the turning-rate ramp [rad/s^2]'
-    )
+    max_angular_acceleration: PositiveTurnAcceleration_radps2 = param(6.0, 'slope of the turning-rate ramp [rad/s^2]')
     wheel_torque: Annotated[float, Between(1e-6, 1e6, 'N m')] = Field(20.0, description='of each motor [N m]')
-    command_timeout: PositiveDuration_s = Field(
-        0.5, description='the robot stops after this time without a command [s]'
-    )
+    command_timeout: PositiveDuration_s = param(0.5, 'the robot stops after this time without a command [s]')
 
 
 class DriveController:
@@ -201,10 +197,8 @@ class SimulatorParams(Params):
 
     def choices(self) -> RobotChoices:
         """Return what these parameters say about the robot."""
-        joints = {'left_joint': self.left_joint, 'right_joint': self.right_joint, 'laser_link': self.laser_link or None}
-        return RobotChoices(
-            **joints, wheel_diameter=self.wheel_diameter, wheel_separation=self.wheel_separation or None
-        )
+        choices: Dict[str, Any] = {key: getattr(self, key) or None for key in RobotChoices.model_fields}
+        return RobotChoices(**choices)
 
     @field_validator('lidar')
     @classmethod
@@ -218,12 +212,7 @@ class Simulator:
     """One robot in one world, advanced tick by tick (10 ms). Same seed, same numbers."""
 
     def __init__(
-        self,
-        world_file: Union[str, Path],
-        robot: Union[str, Path, RobotSource],
-        params: SimulatorParams,
-        start_pose: Pose2D,
-        seed: int,
+        self, world_file: Union[str, Path], robot: RobotSource, params: SimulatorParams, start_pose: Pose2D, seed: int
     ) -> None:
         """Load both files and put the robot, at rest, at `start_pose` of the world.
 
@@ -231,9 +220,8 @@ class Simulator:
         error. ConfigError if a file is missing or malformed.
         """
         self.params, self.world = params, load_world(world_file)
-        source = robot if isinstance(robot, RobotSource) else RobotSource(Path(robot))
         geometry = params.wheel_errors.geometry(generator(seed, 'wheel_geometry'))
-        self._robot = load_simulated_robot(source, params.choices(), geometry)
+        self._robot = load_simulated_robot(robot, params.choices(), geometry)
         self._joints, self._forward_signs = self._robot.joints, self._robot.forward_signs
         description, self._start_pose, self._seed = self._robot.description, start_pose, seed
         if description.laser is None:

@@ -19,6 +19,7 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.drives.trial_definition import Ending, Outcome, RouteFailed, Trial, TrialPlan, goal_error
 from diff_encoder_sim.localization.amcl import AmclEstimate
 from diff_encoder_sim.navigation.navigator_inputs import STOP, Command, NavigatorOutput
+from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.simulation.simulator import Simulator
 from diff_encoder_sim.simulation.state import STATES_PERIOD_NS
 from diff_encoder_sim.trials.navigating_driver import NavigatingDriver
@@ -56,13 +57,12 @@ class LockstepTrial:
     """
 
     def __init__(
-        self,
-        plan: TrialPlan,
-        robot_file: Union[str, Path],
-        params: RobotParams,
-        publications: Optional[Publications] = None,  # None: no recording
+        self, plan: TrialPlan, robot_file: Path, params: RobotParams, publications: Optional[Publications] = None
     ) -> None:
-        """Place the robot at its start; ConfigError if a file is missing or bad, or the trial needs the live graph."""
+        """Place the robot at its start; without publications nothing is recorded.
+
+        ConfigError if a file is missing or bad, or the trial needs the live graph.
+        """
         trial = plan.trial
         if trial.odom != 'encoder' or trial.nav == 'upstream' or plan.slam != 'none':
             given = f'odom {trial.odom}, nav {trial.nav}, slam {plan.slam}'
@@ -70,7 +70,7 @@ class LockstepTrial:
         start = trial.test.start.pose()
         self._goal = trial.goal()
         self._is_recorded, self._publications = publications is not None, publications or Publications()
-        self._simulator = Simulator(plan.world, robot_file, params.simulator, start, trial.number)
+        self._simulator = Simulator(plan.world, RobotSource(robot_file), params.simulator, start, trial.number)
         self._command_latency_ns = latency_ns(params.latency.command)
         # Actions by time, number and arguments; those of the same time run in order of insertion.
         self._delayed: List[Tuple[int, int, Callable[..., None], Tuple[Any, ...]]] = []

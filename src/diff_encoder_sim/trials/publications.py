@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any, Callable, List, Optional, Protocol, Union
+from typing import Any, Callable, List, Optional, Protocol
 
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives import message_encoders as encoders
 from diff_encoder_sim.drives import topics
+from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.trial_definition import Ending, Trial
 from diff_encoder_sim.localization.amcl import AmclEstimate
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
@@ -33,18 +34,6 @@ class MessageSink(Protocol):
         """Record a message, as `TrialBag.publish`."""
 
 
-class _NoBag:
-    """Records nothing."""
-
-    def wants(self, _: str) -> bool:
-        return False
-
-    def publish(self, *_: object) -> None:
-        pass
-
-
-_NO_BAG = _NoBag()
-
 FRAMES_PERIOD_NS = 20_000_000  # robot_state_publisher's publish_frequency, 50 Hz
 
 
@@ -64,7 +53,7 @@ class Publications:
     Only recorded messages are serialized.
     """
 
-    _bag: MessageSink = _NO_BAG  # also for a subclass that handles the publications itself
+    _bag: MessageSink = TrialBag('', 'none')  # also for a subclass that handles the publications itself
     _trial_node = topics.NAVIGATION_TRIAL_NODE
     _goal = encoders.SentGoal(_trial_node, 0, 0)  # before the first
     _frames: Optional[LinkFrames] = None  # if the bag records /tf
@@ -88,7 +77,7 @@ class Publications:
         """Publish /trial, first of all."""
         self._bag.publish(topics.TRIAL, self._trial_node, 0, encoders.encode_string, trial.model_dump_json())
 
-    def begin(self, trial: Trial, simulator: Simulator, robot_file: Union[str, Path]) -> None:
+    def begin(self, trial: Trial, simulator: Simulator, robot_file: Path) -> None:
         """Publish the static transforms on /tf_static, before time runs."""
         if trial.nav == 'scripted':
             start = trial.test.start.pose()  # without localization, odom is at the start of the robot
@@ -96,7 +85,7 @@ class Publications:
         if self._bag.wants(topics.MODEL_STATES):
             self._models = encoders.ModelStatesEncoder(simulator.world, simulator.robot_name)
         if self._bag.wants(topics.TF):
-            self._frames = LinkFrames(display_urdf(RobotSource(Path(robot_file)), simulator.joint_states().names))
+            self._frames = LinkFrames(display_urdf(RobotSource(robot_file), simulator.joint_states().names))
 
     def ending(self, now_ns: int, ending: Ending) -> None:
         """Publish /trial_result."""

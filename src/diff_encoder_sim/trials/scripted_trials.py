@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import heapq
 from pathlib import Path
-from typing import Any, Callable, Iterator, List, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Iterator, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -63,9 +63,7 @@ class _SharedMessages:
         self._waiting.clear()
 
 
-def run_scripted_trials(
-    trials: Sequence[TrialSetup], robot_file: Union[str, Path]
-) -> Tuple[LockstepTrial, List[Optional[Report]]]:
+def run_scripted_trials(trials: Sequence[TrialSetup], robot_file: Path) -> Tuple[LockstepTrial, List[Optional[Report]]]:
     """Run trials that differ only in encoder and odometry; each has the same bag as if it ran separately.
 
     Returns the drive, and the last report of each trial; None if the drive ended before the first.

@@ -8,7 +8,7 @@ import threading
 import time
 import uuid
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 
 from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
 from diff_encoder_sim.base.deferred import deferred
@@ -30,7 +30,7 @@ from diff_encoder_sim.trials.trials_csv import BAGS, TrialRow
 distributed = deferred('distributed')
 
 
-def run_trials(trials: Sequence[TrialSetup], robot_file: Union[str, Path]) -> List[TrialRow]:
+def run_trials(trials: Sequence[TrialSetup], robot_file: Path) -> List[TrialRow]:
     """Run navigated trials, or scripted ones of one drive; each has the same row and bag as if it ran separately."""
     with without_collection():
         if trials[0].plan.trial.nav == 'scripted':
@@ -39,7 +39,7 @@ def run_trials(trials: Sequence[TrialSetup], robot_file: Union[str, Path]) -> Li
         return [_run_navigated(setup, robot_file) for setup in trials]
 
 
-def _run_navigated(setup: TrialSetup, robot_file: Union[str, Path]) -> TrialRow:
+def _run_navigated(setup: TrialSetup, robot_file: Path) -> TrialRow:
     plan, params, options = setup
     last: Optional[Report] = None
     with TrialBag(plan.bag, options.record, plan.bag_format) as bag:

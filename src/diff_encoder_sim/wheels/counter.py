@@ -132,12 +132,9 @@ def restart_text(limits: CounterLimits, before: Counters, after: Counters, cause
 
 @compiled(nogil=True)
 def totals_of(limits: CounterLimits, stamps_ns: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """Return (draws, m, 2) pulses since the first report.
+    """Return (draws, m, 2) pulses since the first report, by (draws, m) stamps and (draws, m, 2) counts.
 
-    Args:
-        limits: of counters and wheels.
-        stamps_ns: (draws, m); stale reports are ignored.
-        counts: (draws, m, 2).
+    Stale reports are ignored.
     """
     draws, reports = stamps_ns.shape
     totals = np.zeros((draws, reports, 2))

@@ -54,25 +54,12 @@ class PlanarCovariance(NamedTuple):
 
 
 def propagate_motion_noise(
-    covariance: PlanarCovariance,
-    yaw_rad: float,
-    left_m: float,
-    right_m: float,
-    wheel_separation_m: float,
-    motion_noise: float,
+    before: PlanarCovariance, yaw_rad: float, left_m: float, right_m: float, wheel_separation_m: float, noise: float
 ) -> PlanarCovariance:
-    """Return the covariance after one more step of both wheels.
+    """Return the covariance after one more step of both wheels, of the one `before` it at the heading `yaw_rad`.
 
-    The travels have independent variances in proportion to their lengths (Siegwart and Nourbakhsh, Introduction to
-    Autonomous Mobile Robots, section 5.2.4).
-
-    Args:
-        covariance: before the step.
-        yaw_rad: heading before the step.
-        left_m: travel of the left wheel.
-        right_m: travel of the right wheel.
-        wheel_separation_m: between the contact points.
-        motion_noise: variance per metre of travel [m^2/m].
+    The travels have independent variances, `noise` [m^2/m] times their lengths (Siegwart and Nourbakhsh,
+    Introduction to Autonomous Mobile Robots, section 5.2.4).
     """
     travel_m = 0.5 * (left_m + right_m)
     mid_yaw_rad = yaw_rad + 0.5 * (right_m - left_m) / wheel_separation_m
@@ -80,9 +67,9 @@ def propagate_motion_noise(
     # The Jacobian's columns: a metre of the left wheel adds (a - b, -turn) to the pose, one of the right (a + b, turn).
     turn, lever = 1.0 / wheel_separation_m, 0.5 * travel_m / wheel_separation_m
     ax, ay, bx, by = 0.5 * cos_yaw, 0.5 * sin_yaw, -lever * sin_yaw, lever * cos_yaw
-    left_m2, right_m2 = motion_noise * abs(left_m), motion_noise * abs(right_m)
+    left_m2, right_m2 = noise * abs(left_m), noise * abs(right_m)
     both_m2, more_m2 = left_m2 + right_m2, right_m2 - left_m2
-    xx, xy, x_yaw, yy, y_yaw, yaw_yaw = covariance.carried_by_heading(-travel_m * sin_yaw, travel_m * cos_yaw)
+    xx, xy, x_yaw, yy, y_yaw, yaw_yaw = before.carried_by_heading(-travel_m * sin_yaw, travel_m * cos_yaw)
     return PlanarCovariance(
         xx + both_m2 * (ax * ax + bx * bx) + 2.0 * more_m2 * ax * bx,
         xy + both_m2 * (ax * ay + bx * by) + more_m2 * (ax * by + bx * ay),
@@ -183,13 +170,8 @@ def quantisation_covariance(
     Each wheel has a uniform rounding error at the start and now. The error at the start rotates and shifts the whole
     path about the start; the current error rotates and shifts the robot in place. The errors in between shift it.
     After a straight line of length S the lateral spread is (S d/L) sqrt(1/6); the heading spread is always
-    (d/L) sqrt(1/3) (docs/adr/0002-odometry-covariance.md).
-
-    Args:
-        base_pose_in_odom: now.
-        reading_variances_m2: of the left and the right wheel.
-        wheel_separation_m: between the contact points.
-        remainders: of the left and the right wheel, after the drive; None leaves out the errors under way.
+    (d/L) sqrt(1/3) (docs/adr/0002-odometry-covariance.md). Without the `remainders` of the left and the right wheel
+    after the drive, errors under way are left out.
     """
     x_m, y_m, yaw_rad = base_pose_in_odom
     half_cos, half_sin = 0.5 * math.cos(yaw_rad), 0.5 * math.sin(yaw_rad)

@@ -64,9 +64,8 @@ class TwistEstimator:
     ) -> Tuple[float, float, TwistCovariance]:
         """Return linear [m/s] and angular [rad/s] speed at the last reading; 0 for only one reading of counts.
 
-        Args:
-            totals: stamps and pulses since the start; the twist is the mean between the first and the last reading.
-            measured_radps: left and right wheel speeds, used instead of that mean.
+        They are by the measured speeds of the left and the right wheel, or else the mean between the first and the last
+        of `totals`: stamps, and left and right pulses since the start.
         """
         (first_ns, *first), (stamp_ns, *last) = totals[0], totals[-1]
         interval_s, separation_m = (stamp_ns - first_ns) / NANOSECONDS_PER_SECOND, self._separation_m
@@ -176,14 +175,9 @@ class WheelOdometry:
     ) -> Optional[OdometryEstimate]:
         """Process a report of the counters, and return the estimate; None if its stamp is stale.
 
-        A stamp that jumps back resets odometry to pose zero. A count that jumps further than a wheel
-        can turn restarts the counting and keeps the pose. Both log a warning.
-
-        Args:
-            stamp_ns: time of the reading [ns].
-            left_count: the left counter, wrapped at `counter_modulus` or not.
-            right_count: the right counter likewise.
-            wheel_rates_radps: left and right wheel speeds measured by the controller, for the twist.
+        A stamp that jumps back resets odometry to pose zero. A count that jumps further than a wheel can turn restarts
+        the counting and keeps the pose. Both log a warning. Counts may be wrapped at `counter_modulus`. The twist is by
+        `wheel_rates_radps`, of the left and the right wheel, if the controller measured them.
         """
         step = self._timeline.advance(stamp_ns)
         if step is Step.STALE:

@@ -133,16 +133,9 @@ class ReportingEncoder:
     def update(self, stamp_ns: int, names: Sequence[str], angles_rad: Sequence[float]) -> Sequence[EncoderSample]:
         """Process a joint message, and return the reports that arrive by its stamp.
 
-        Wheels in separate messages are interpolated at the newest time that both have reached.
-
-        Args:
-            stamp_ns: the message's stamp [ns].
-            names: joint names.
-            angles_rad: joint positions [rad], in the order of `names`.
-
-        Raises:
-            InputFault: a wheel has no finite angle, or is missing for long, or the stamps do not advance. The state is
-                unchanged.
+        Wheels in separate messages are interpolated at the newest time that both have reached. `names` are those of
+        the joints. InputFault, without effect, if a wheel has no finite angle, or is missing for long, or the stamps do
+        not advance.
         """
         self._seen_ns = stamp_ns if self._seen_ns is None else self._seen_ns
         found: List[Optional[float]] = []

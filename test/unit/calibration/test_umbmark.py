@@ -12,6 +12,7 @@ from diff_encoder_sim.base.se2 import Pose2D, move_along_arc
 from diff_encoder_sim.calibration.umbmark import WheelGeometry, find_squares, read_ends, squares_of_ends, umbmark
 from diff_encoder_sim.drives.reference import Reference
 from diff_encoder_sim.drives.test_definition import load_test
+from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
 from diff_encoder_sim.simulation.state import TICK_NS, TICK_S
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
@@ -80,7 +81,7 @@ def driven(true, nominal, seed):
     diameter = {'left': nominal.left_diameter_m, 'right': nominal.right_diameter_m}
     known = {'wheel_diameter': diameter, 'wheel_separation': nominal.separation_m, 'wheel_errors': errors}
     params = SimulatorParams.from_mapping(known, '')
-    files = WORLDS / 'open_floor.world', ROOT / 'urdf' / 'alto.urdf.xacro'
+    files = WORLDS / 'open_floor.world', RobotSource(ROOT / 'urdf' / 'alto.urdf.xacro')
     simulator, script = Simulator(*files, params, test.start.pose(), seed), ScriptedDrive(test)
     rows = []
     while not script.is_over(TICK_S * STATE_TICKS * len(rows)):

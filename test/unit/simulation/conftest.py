@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
 from places import ROOT
 
@@ -16,7 +17,7 @@ def make_simulator():
     def make(world='hallway', start=Pose2D(-10, 0, 0), seed=1, robot=ROOT / 'urdf' / 'alto.urdf.xacro', **params):
         simulator = Simulator(
             world if isinstance(world, Path) else ROOT / 'worlds' / f'{world}.world',
-            robot,
+            RobotSource(robot),
             SimulatorParams.from_mapping(params, 'test'),
             start,
             seed,
