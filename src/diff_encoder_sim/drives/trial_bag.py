@@ -47,9 +47,10 @@ class TrialBag:
             self._waiting.append((topic, node, time_ns, encode, values))
             if len(self._waiting) >= AT_ONCE:
                 with self._naming_errors():
-                    self._write_waiting()
+                    self.write_waiting()
 
-    def _write_waiting(self) -> None:
+    def write_waiting(self) -> None:
+        """Encode and write the messages that wait; OSError if that fails."""
         waiting, self._waiting = self._waiting, []
         file = self._file
         assert file is not None  # in a with statement
@@ -84,7 +85,7 @@ class TrialBag:
         try:
             if error_type is None:
                 with self._naming_errors():
-                    self._write_waiting()
+                    self.write_waiting()
                     self._file.close()
                     os.replace(str(self._unfinished), str(self._path))
         finally:

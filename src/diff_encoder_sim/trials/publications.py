@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any, Callable, List, Optional, Protocol
+from typing import List, Optional
 
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
@@ -22,17 +22,6 @@ from diff_encoder_sim.simulation.state import JointStates
 from diff_encoder_sim.trials.robot_params import RobotParams
 from diff_encoder_sim.wheels.odometry import OdometryEstimate
 from diff_encoder_sim.wheels.report_link import EncoderSample
-
-
-class MessageSink(Protocol):
-    """A `TrialBag`, or an object that keeps the messages for several."""
-
-    def wants(self, topic: str) -> bool:
-        """Return whether messages of a topic are recorded."""
-
-    def publish(self, topic: str, node: str, time_ns: int, encode: Callable[..., bytes], *values: Any) -> None:
-        """Record a message, as `TrialBag.publish`."""
-
 
 FRAMES_PERIOD_NS = 20_000_000  # robot_state_publisher's publish_frequency, 50 Hz
 
@@ -53,7 +42,7 @@ class Publications:
     Only recorded messages are serialized.
     """
 
-    _bag: MessageSink = TrialBag('', 'none')  # also for a subclass that handles the publications itself
+    _bag = TrialBag('', 'none')  # also for a subclass that handles the publications itself
     _trial_node = topics.NAVIGATION_TRIAL_NODE
     _goal = encoders.SentGoal(_trial_node, 0, 0)  # before the first
     _frames: Optional[LinkFrames] = None  # if the bag records /tf
@@ -62,7 +51,7 @@ class Publications:
     _map_frame = _odom_frame = _base_frame = _laser = ''
     _joints, _scan_s, _has_odom_tf = ('', ''), 0.0, False
 
-    def __init__(self, bag: Optional[MessageSink] = None, params: Optional[RobotParams] = None, nav: str = '') -> None:
+    def __init__(self, bag: Optional[TrialBag] = None, params: Optional[RobotParams] = None, nav: str = '') -> None:
         """Create the publications; a bag needs the parameters of the robot and `nav` of the trial."""
         if bag is None or params is None:
             return

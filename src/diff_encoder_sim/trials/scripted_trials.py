@@ -11,8 +11,8 @@ import numpy as np
 
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.drives import topics
-from diff_encoder_sim.drives.topics import RecordMode, recorded_topics
-from diff_encoder_sim.drives.trial_bag import AT_ONCE, TrialBag
+from diff_encoder_sim.drives.topics import RecordMode
+from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.simulation.state import TICK_NS
 from diff_encoder_sim.trials.campaign_cells import TrialSetup
@@ -33,34 +33,24 @@ _ORDER = {
 _Event = Tuple[Place, Callable[..., None], Tuple[Any, ...]]  # a call that publishes a message
 
 
-class _SharedMessages:
-    """Messages that do not depend on the encoder, encoded in memory."""
+class _SharedMessages(TrialBag):
+    """Messages that do not depend on the encoder, encoded in memory, without a file."""
 
     def __init__(self, mode: RecordMode) -> None:
-        self._topics = recorded_topics(mode).keys() - {topics.TRIAL}
-        self._waiting: List[Tuple[str, str, int, Callable[..., bytes], Tuple[Any, ...]]] = []
+        super().__init__('', mode)
+        self._topics.pop(topics.TRIAL, None)
         self._encoded: List[Tuple[str, str, int, bytes]] = []
-
-    def wants(self, topic: str) -> bool:
-        return topic in self._topics
-
-    def publish(self, topic: str, node: str, time_ns: int, encode: Callable[..., bytes], *values: Any) -> None:
-        if topic in self._topics:
-            self._waiting.append((topic, node, time_ns, encode, values))
-            if len(self._waiting) >= AT_ONCE:
-                self._encode()
 
     def events(self, bag: TrialBag) -> Iterator[_Event]:
         """Return the messages in order, to be published to a bag."""
-        self._encode()
+        self.write_waiting()
         for topic, node, time_ns, message in self._encoded:
             yield (time_ns // TICK_NS, _ORDER.get(topic, 0)), bag.publish, (topic, node, time_ns, bytes, message)
 
-    def _encode(self) -> None:
-        self._encoded += [
-            (topic, node, time_ns, encode(*values)) for topic, node, time_ns, encode, values in self._waiting
-        ]
-        self._waiting.clear()
+    def write_waiting(self) -> None:
+        """Encode the messages that wait."""
+        waiting, self._waiting = self._waiting, []
+        self._encoded += [(topic, node, time_ns, encode(*values)) for topic, node, time_ns, encode, values in waiting]
 
 
 def run_scripted_trials(trials: Sequence[TrialSetup], robot_file: Path) -> Tuple[LockstepTrial, List[Optional[Report]]]:
