@@ -50,9 +50,7 @@ PAGE = 'advice.html'
 def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
     """Find the encoder that a robot needs: print the answers, write the page and, if requested, JSON.
 
-    Raises:
-        ConfigError: an option or a file is invalid.
-        CampaignFault: trials cannot be run.
+    ConfigError if an option or a file is invalid; CampaignFault if trials cannot be run.
     """
     began_s = time.monotonic()
     requirement = Requirement(options.share, options.tolerance, math.radians(options.yaw_tolerance), options.confidence)

@@ -64,10 +64,7 @@ def complete(
     """Run the missing trials of a campaign on workers, by `run`; `command` is written to the manifest.
 
     Returns the path of the table, a summary, and the trials that could not be run, with reasons ('' for none).
-
-    Raises:
-        ConfigError: a file, an option or the results folder is invalid.
-        CampaignFault: trials cannot continue.
+    ConfigError if a file, an option or the results folder is invalid; CampaignFault if trials cannot continue.
     """
     given = {**options.keys, 'files': None if options.amcl is None else {'amcl': options.amcl}}
     arguments = xacro_arguments(options.robot_args)

@@ -36,8 +36,7 @@ def write_report(results: Results, out: Union[str, Path]) -> Path:
 def analyze(options: AnalysisOptions, show: Callable[[str], None]) -> Tuple[Path, str]:
     """Read results, `show` their summary, write the analysis; return the report's path, and the conclusions as text.
 
-    Raises:
-        ConfigError: there are no results, or the folder contains other files.
+    ConfigError if there are no results, or the folder contains other files.
     """
     first = options.paths[0]
     folder = options.out or (first if first.is_dir() and not is_bag_folder(first) else first.parent) / 'analysis'

@@ -135,9 +135,7 @@ def robot_urdf(options: DescriptionOptions) -> str:
 def inspect_robot(options: InspectOptions, show: Callable[[str], None]) -> None:
     """Show the detected values of a robot with their sources, and the result of its self-check on a flat floor.
 
-    Raises:
-        ConfigError: the robot cannot be read, is not a differential drive, or fails a check; or the file cannot be
-            written.
+    ConfigError if it cannot be read, is not a differential drive, or fails a check; or if the file cannot be written.
     """
     write = options.write
     if write and write.exists():

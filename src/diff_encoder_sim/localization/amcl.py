@@ -67,14 +67,16 @@ class Amcl:
         `covariance` is 3x3 over (x, y, yaw). Raises InputFault, without effect, for a bad map, pose or covariance.
         """
         particle_sets.check_grid(grid)
-        pose = self.params.initial_pose() if pose is None else pose
-        covariance = self.params.initial_covariance() if covariance is None else covariance
-        particles = particle_sets.particles_around(pose, covariance, self.params.max_particles, self._rng)
+        params = self.params
+        pose = params.initial_pose() if pose is None else pose
+        if covariance is None:
+            covariance = np.diag([params.initial_cov_xx, params.initial_cov_yy, params.initial_cov_aa])
+        particles = particle_sets.particles_around(pose, covariance, params.max_particles, self._rng)
         self.grid, self.last_estimate = grid, None
-        self._free_cells, self._lost = FreeCells(grid), LostDetector(self.params, grid)
-        self.reconfigure(self.params)
+        self._free_cells, self._lost = FreeCells(grid), LostDetector(params, grid)
+        self.reconfigure(params)
         self._restart(particles)
-        self._force_update = self.params.force_update_after_set_map
+        self._force_update = params.force_update_after_set_map
 
     def set_pose(self, pose: Pose2D, covariance: np.ndarray) -> None:
         """Restart around a pose (base in the map), as `particles_around`; InputFault has no effect."""

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from typing import Any, Optional
 
-import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 from typing_extensions import Annotated, Literal
 
@@ -102,10 +101,6 @@ class AmclParams(Params):
     def initial_pose(self) -> Pose2D:
         """Return the pose (base in the map) to start from."""
         return Pose2D(self.initial_pose_x, self.initial_pose_y, self.initial_pose_a)
-
-    def initial_covariance(self) -> np.ndarray:
-        """Return the 3x3 covariance over (x [m], y [m], yaw [rad]) to start with."""
-        return np.diag([self.initial_cov_xx, self.initial_cov_yy, self.initial_cov_aa])
 
     @model_validator(mode='before')
     @classmethod

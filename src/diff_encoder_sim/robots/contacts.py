@@ -48,13 +48,10 @@ def footprint_outline(shapes: Sequence[Shape], floor_z_m: float, where: str) -> 
     """Return the outline of all shapes in the root, wheels and casters included, that rise above the floor.
 
     Each side is a bearing of its normal and its distance from the origin. Sides that matter least are dropped, one
-    after another; their neighbours meet farther out. Points of the plane are complex numbers.
+    after another; their neighbours meet farther out. Points of the plane are complex numbers. Returns up to 16 corners
+    (x, y) [m] in the root, counter-clockwise, in whole mm: convex, around everything.
 
-    Returns:
-        Up to 16 corners (x, y) [m] in the root, counter-clockwise, in whole mm: convex, around everything.
-
-    Raises:
-        ConfigError: there is no such shape; `where`, the robot's file, begins the text.
+    ConfigError if there is no such shape; `where`, the robot's file, begins the text.
     """
     above = [shape for shape in shapes if shape.support_point_m(np.array([0.0, 0.0, 1.0]))[2] > floor_z_m]
     if not above:
