@@ -35,8 +35,7 @@ class Requirement(NamedTuple):
 
     def within(self, errors: np.ndarray) -> np.ndarray:
         """Return (n,) bool: which of (n, 3) errors are within the tolerances; NaN is not."""
-        is_within: np.ndarray = (np.abs(errors) <= self.tolerances).all(axis=1)
-        return is_within
+        return np.asarray((np.abs(errors) <= self.tolerances).all(axis=1))
 
     def __str__(self) -> str:
         return (
@@ -64,8 +63,7 @@ class Part(NamedTuple):
     @property
     def std(self) -> np.ndarray:
         """Return the (3,) standard deviation; negative for a rest with negative variance."""
-        std: np.ndarray = np.sign(self.variance) * np.sqrt(np.abs(self.variance))
-        return std
+        return np.asarray(np.sign(self.variance) * np.sqrt(np.abs(self.variance)))
 
 
 class Budget(NamedTuple):

@@ -69,8 +69,7 @@ def more_trials(tests: Sequence[TrialCounts], share: float, doubt: float) -> Opt
 
 def _p_enough(within: np.ndarray, trials: np.ndarray, share: float) -> np.ndarray:
     """Return the chance of at least `within` of `trials` if the true fraction is `share`; counts may be fractional."""
-    p_value: np.ndarray = special.betainc(np.maximum(within, 1e-9), trials - within + 1, share)
-    return p_value
+    return np.asarray(special.betainc(np.maximum(within, 1e-9), trials - within + 1, share))
 
 
 def search(

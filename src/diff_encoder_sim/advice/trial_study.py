@@ -106,8 +106,7 @@ class GoalTrials(NamedTuple):
     def known_numbers(self) -> np.ndarray:
         """Return the numbers of the trials that reached the goal and have all poses."""
         poses = np.column_stack([self.estimate, self.truth, self.odometry])
-        known: np.ndarray = self.numbers[self.succeeded & np.isfinite(poses).all(axis=1)]
-        return known
+        return np.asarray(self.numbers[self.succeeded & np.isfinite(poses).all(axis=1)])
 
 
 def goal_trials(trials: pd.DataFrame, goal_in_map: Pose2D) -> GoalTrials:

@@ -206,5 +206,4 @@ def _trial_or_reason(path: Path) -> Union[TrialOfBag, str]:
 def _thinned(series: PoseSeries) -> np.ndarray:
     """Return (n, 2) evenly spaced points [m], including both ends."""
     indices = np.linspace(0, len(series.x_y_yaw) - 1, results_table.MOST_POINTS).round().astype(int)
-    points: np.ndarray = series.x_y_yaw[np.unique(indices), :2]
-    return points
+    return np.asarray(series.x_y_yaw[np.unique(indices), :2])

@@ -108,8 +108,7 @@ def campaign_names(results: Results, name: str) -> List[str]:
 
 def final_errors(trials: pd.DataFrame, pose: str, quantity: Quantity) -> np.ndarray:
     """Return the (n,) errors of trials with this final pose (a key of `POSES`), in the quantity's unit."""
-    errors: np.ndarray = quantity.scale * trials[quantity.column(pose)].dropna().to_numpy(dtype=float)
-    return errors
+    return np.asarray(quantity.scale * trials[quantity.column(pose)].dropna().to_numpy(dtype=float))
 
 
 def record_of(row: TrialRow) -> Dict[str, Any]:
@@ -158,5 +157,4 @@ def equal_trials(first: pd.DataFrame, second: pd.DataFrame, pose: str) -> Tuple[
 def are_within(trials: pd.DataFrame, pose: str, quantities: Sequence[Quantity] = QUANTITIES) -> np.ndarray:
     """Return for the (n,) trials with this final pose whether it is within the tolerances of all quantities."""
     within = [np.abs(final_errors(trials, pose, quantity)) <= quantity.tolerance for quantity in quantities]
-    is_within: np.ndarray = np.all(within, axis=0)
-    return is_within
+    return np.asarray(np.all(within, axis=0))

@@ -233,8 +233,7 @@ def error_sizes(trials: pd.DataFrame, kind: str) -> np.ndarray:
     """Return the (n,) magnitudes [m, rad] of the final odometry error, of one of `KINDS`."""
     known = trials.dropna(subset=[f'{MINUS_TRUTH}_x_m'])
     x_m, y_m, yaw_rad = (known[f'{MINUS_TRUTH}_{part}'].to_numpy(dtype=float) for part in ('x_m', 'y_m', 'yaw_rad'))
-    sizes: np.ndarray = np.abs(yaw_rad) if kind == 'heading_deg' else np.hypot(x_m, y_m)
-    return sizes
+    return np.asarray(np.abs(yaw_rad) if kind == 'heading_deg' else np.hypot(x_m, y_m))
 
 
 def variant_table(results: Results) -> Optional[ResultTable]:

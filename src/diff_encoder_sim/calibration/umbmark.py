@@ -45,8 +45,7 @@ class WheelGeometry(NamedTuple):
 
     def path(self, angles_rad: np.ndarray) -> np.ndarray:
         """Return (n, 3) poses of the axle's middle, from 0, by (n, 2) angles of the wheels."""
-        poses: np.ndarray = poses_of_wheels(angles_rad[np.newaxis], *self.radii_m, self.separation_m, 0.0, False)[0]
-        return poses
+        return np.asarray(poses_of_wheels(angles_rad[np.newaxis], *self.radii_m, self.separation_m, 0.0, False)[0])
 
     def multipliers(self, nominal: WheelGeometry) -> Dict[str, float]:
         """Return this geometry as parameters of diff_drive_controller, whose single radius is the nominal mean."""

@@ -191,8 +191,7 @@ class Amcl:
         self.has_settled = self.has_settled or SETTLED_WEIGHT <= float(self.weights[near].sum())
 
     def _is_near(self, position_m: np.ndarray) -> np.ndarray:
-        near: np.ndarray = (np.abs(self.particles[:, :2] - position_m) <= CONVERGED_WITHIN_M).all(axis=1)
-        return near
+        return np.asarray((np.abs(self.particles[:, :2] - position_m) <= CONVERGED_WITHIN_M).all(axis=1))
 
     def _restart(self, particles: np.ndarray) -> None:
         """Set particles of equal weight; the next scan is the first."""

@@ -340,5 +340,4 @@ def even_places(count: int, offset: float) -> np.ndarray:
     step = round(GOLDEN_SECTION * count)
     while math.gcd(step, count) != 1:  # or some places would be visited twice
         step += 1
-    places: np.ndarray = (np.arange(count) * step % count + offset) / count
-    return places
+    return np.asarray((np.arange(count) * step % count + offset) / count)

@@ -80,8 +80,7 @@ class Lidar:
     def true_ranges_m(self, laser_pose_in_world: Pose2D) -> np.ndarray:
         """Return (samples,) distance to the nearest surface along each ray; +inf if there is none."""
         x_m, y_m, yaw_rad = laser_pose_in_world
-        ranges_m: np.ndarray = cast_rays(x_m, y_m, yaw_rad + self._bearings_rad, self._segments, self._circles)
-        return ranges_m
+        return np.asarray(cast_rays(x_m, y_m, yaw_rad + self._bearings_rad, self._segments, self._circles))
 
 
 def cut_world(world: World, height_m: float) -> Tuple[np.ndarray, np.ndarray]:

@@ -170,5 +170,4 @@ def _arrivals(
     arrival_ns, readings = np.array(sorted(sent), np.int64).reshape(-1, 2).T
     arrival_rows = np.maximum(rows[readings], np.searchsorted(stamps_ns, arrival_ns))
     report_ns = arrival_ns if params.report.stamps == 'arrival' else read_ns[readings]
-    arrived: np.ndarray = np.column_stack([arrival_rows, report_ns, readings])[arrival_rows < len(stamps_ns)]
-    return arrived
+    return np.asarray(np.column_stack([arrival_rows, report_ns, readings])[arrival_rows < len(stamps_ns)])

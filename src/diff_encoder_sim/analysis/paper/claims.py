@@ -162,8 +162,7 @@ def _agree(trials: pd.DataFrame) -> np.ndarray:
         difference = known[quantity.column('amcl')] - known[quantity.column('global')]
         difference = wrap_angles(difference) if quantity is YAW else difference
         parts.append(quantity.scale * np.abs(difference) <= NEGLIGIBLE_FRACTION * quantity.tolerance)
-    every: np.ndarray = np.all(parts, axis=0)
-    return every
+    return np.asarray(np.all(parts, axis=0))
 
 
 def _of_cell(trials: pd.DataFrame, test: str, ppr: str) -> pd.DataFrame:
