@@ -113,9 +113,7 @@ def calibrate(
     """Estimate a robot's geometry, place and delay of the reference sensor, and slip, from all drives together.
 
     The search starts from a first guess, or from the parameters `near` of a calibration by some of the same drives.
-
-    Raises:
-        ConfigError: a drive is too short, the robot stands still, wheels are reversed or swapped, or a counter wraps.
+    ConfigError if a drive is too short, the robot stands still, wheels are reversed or swapped, or a counter wraps.
     """
     whole = [track_of(each) for each in drives]
     guesses = [guess_of(each.name, track, nominal) for each, track in zip(drives, whole)]
@@ -179,8 +177,7 @@ def track_of(drive: ReferencedDrive) -> Track:
 
 def every(times_s: np.ndarray, interval_s: float) -> np.ndarray:
     """Return the rows of some times, one in each interval; more would take longer and add little."""
-    rows: np.ndarray = np.unique(np.floor(times_s / interval_s), return_index=True)[1]
-    return rows
+    return np.asarray(np.unique(np.floor(times_s / interval_s), return_index=True)[1])
 
 
 def guess_of(name: str, track: Track, nominal: Optional[WheelGeometry]) -> FirstGuess:

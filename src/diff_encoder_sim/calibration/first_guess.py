@@ -56,8 +56,7 @@ class FirstGuess(NamedTuple):
 def first_guess(name: str, track: Track, ratio: Optional[float] = None) -> FirstGuess:
     """Return the guess of a drive; `ratio` is that of a known robot.
 
-    Raises:
-        ConfigError: a wheel is reversed, or both are swapped.
+    ConfigError if a wheel is reversed, or both are swapped.
     """
     times_s, angles_rad, pose_times_s, poses = track.times_s, track.angles_rad, track.pose_times_s, track.poses
     rows = np.unique(np.searchsorted(pose_times_s, np.arange(pose_times_s[0], pose_times_s[-1], EVERY_S)))
@@ -107,8 +106,7 @@ def _align(data: Sequence[np.ndarray], wiring: Tuple[int, int, bool], ratio: flo
     starts, rows = np.unique(windows, return_index=True, return_counts=True)[1:]
 
     def mean(values: np.ndarray) -> np.ndarray:
-        means: np.ndarray = np.add.reduceat(values, starts) / rows
-        return means
+        return np.asarray(np.add.reduceat(values, starts) / rows)
 
     ahead, turned, target = (
         each - np.repeat(mean(each), rows) for each in (paths, headings, poses[:, 0] + 1j * poses[:, 1])
@@ -136,6 +134,4 @@ def _align(data: Sequence[np.ndarray], wiring: Tuple[int, int, bool], ratio: flo
     # The closest one to all, as a mean would be right nowhere if the yaw of the reference jumps.
     yaw_rad = float(np.nan_to_num(min(yaws_rad, key=lambda each: weights @ abs(wrap_angles(yaws_rad - each)))))
     radius_m = float(np.average(abs(scale), weights=of_scale))
-    return FirstGuess(
-        radius_m, ratio, float(sensor.real), float(sensor.imag), yaw_rad, delay_s, error_m, float(unrelated)
-    )
+    return FirstGuess(radius_m, ratio, sensor.real, sensor.imag, yaw_rad, delay_s, error_m, float(unrelated))

@@ -102,8 +102,7 @@ class Track:
     @property
     def edges_s(self) -> np.ndarray:
         """Return (m + 1,) the first stamps of the windows, and the last of all."""
-        edges_s: np.ndarray = np.append(self.pose_times_s, self.pose_times_s[-1])[self.first_rows[self.first_parts]]
-        return edges_s
+        return np.asarray(np.append(self.pose_times_s, self.pose_times_s[-1])[self.first_rows[self.first_parts]])
 
     def without_gaps(self) -> List[Track]:
         """Return the parts between gaps of the wheels' samples, in which the motion is unknown."""
@@ -151,8 +150,7 @@ class Track:
         errors, variances, _, _ = self.filtered(parameters, is_used)
         squares, linear_from = errors**2 / variances, ROBUST_BEYOND_STD**2
         # The variances of large errors are enlarged in proportion.
-        of_windows: np.ndarray = np.maximum(squares, squares**2 / linear_from).sum(axis=1)
-        return of_windows
+        return np.asarray(np.maximum(squares, squares**2 / linear_from).sum(axis=1))
 
     def filtered(
         self, parameters: np.ndarray, is_used: np.ndarray
@@ -192,8 +190,7 @@ class Track:
 
     def _by_part(self, of_rows: np.ndarray) -> np.ndarray:
         """Return sums of rows over the parts."""
-        sums: np.ndarray = np.add.reduceat(of_rows, self.first_rows[:-1])
-        return sums
+        return np.asarray(np.add.reduceat(of_rows, self.first_rows[:-1]))
 
 
 def free_parameters(tracks: Sequence[Track], parameters: np.ndarray) -> np.ndarray:
@@ -300,12 +297,9 @@ class Uncertainty:
         return changed
 
     def freedom(self, row: np.ndarray, more: float = 0.0, more_by_noise: Optional[np.ndarray] = None) -> float:
-        """Return the degrees of freedom of a variance, for Student's t (Satterthwaite 1946).
+        """Return the degrees of freedom of the variance of a combination, for Student's t (Satterthwaite 1946).
 
-        Args:
-            row: linear combination of the parameters.
-            more: variance of an independent error that is added, as of a prediction.
-            more_by_noise: (7,) its derivatives.
+        `more` is the variance of an independent error that is added, as of a prediction, with (7,) its derivatives.
         """
         slopes = np.array([row @ each @ row for each in self.by_noise])
         slopes = slopes if more_by_noise is None else slopes + more_by_noise
