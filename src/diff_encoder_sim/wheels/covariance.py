@@ -170,8 +170,13 @@ def quantisation_covariance(
     Each wheel has a uniform rounding error at the start and now. The error at the start rotates and shifts the whole
     path about the start; the current error rotates and shifts the robot in place. The errors in between shift it.
     After a straight line of length S the lateral spread is (S d/L) sqrt(1/6); the heading spread is always
-    (d/L) sqrt(1/3) (docs/adr/0002-odometry-covariance.md). Without the `remainders` of the left and the right wheel
-    after the drive, errors under way are left out.
+    (d/L) sqrt(1/3) (docs/adr/0002-odometry-covariance.md).
+
+    Args:
+        base_pose_in_odom: now.
+        reading_variances_m2: of the left and the right wheel.
+        wheel_separation_m: between the contact points.
+        remainders: of the left and the right wheel, after the drive; None leaves out the errors under way.
     """
     x_m, y_m, yaw_rad = base_pose_in_odom
     half_cos, half_sin = 0.5 * math.cos(yaw_rad), 0.5 * math.sin(yaw_rad)

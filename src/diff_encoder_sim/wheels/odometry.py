@@ -175,9 +175,14 @@ class WheelOdometry:
     ) -> Optional[OdometryEstimate]:
         """Process a report of the counters, and return the estimate; None if its stamp is stale.
 
-        A stamp that jumps back resets odometry to pose zero. A count that jumps further than a wheel can turn restarts
-        the counting and keeps the pose. Both log a warning. Counts may be wrapped at `counter_modulus`. The twist is by
-        `wheel_rates_radps`, of the left and the right wheel, if the controller measured them.
+        A stamp that jumps back resets odometry to pose zero. A count that jumps further than a wheel
+        can turn restarts the counting and keeps the pose. Both log a warning.
+
+        Args:
+            stamp_ns: time of the reading [ns].
+            left_count: the left counter, wrapped at `counter_modulus` or not.
+            right_count: the right counter likewise.
+            wheel_rates_radps: left and right wheel speeds measured by the controller, for the twist.
         """
         step = self._timeline.advance(stamp_ns)
         if step is Step.STALE:
