@@ -11,7 +11,7 @@ from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.calibration.first_guess import UNRELATED, FirstGuess, first_guess
+from diff_encoder_sim.calibration.first_guess import LEAST_SIZE_M, UNRELATED, FirstGuess, first_guess
 from diff_encoder_sim.calibration.likelihood import (
     GEOMETRY,
     INDEX,
@@ -351,7 +351,12 @@ def sensor_path(track: Track, parameters: np.ndarray) -> np.ndarray:
 
 def start_heading(track: Track, parameters: np.ndarray, over_m: float) -> float:
     """Return the robot's heading at the start of a drive [rad], by which its first rows fit best."""
-    return _turn(track, _path(track, parameters)[1][: first_rows(track, parameters, over_m)])
+    motions, path = _path(track, parameters)
+    rows = first_rows(track, parameters, over_m)
+    if track.has_yaw and abs(path[:rows] - path[0]).max() < LEAST_SIZE_M:  # turns in place
+        yaws_rad = track.poses[:rows, 2] - motions[:rows, 2] - parameters[INDEX['reference_yaw_rad']]
+        return float(np.angle(np.exp(1j * yaws_rad).mean()))
+    return _turn(track, path[:rows])
 
 
 def first_rows(track: Track, parameters: np.ndarray, over_m: float) -> int:

@@ -240,3 +240,13 @@ def test_a_part_of_a_drive_does_not_depend_on_turns_before_it():
     of_whole, of_part = (track.motions(ROBOT.parameters, part.pose_times_s) for track in (whole, part))
     assert np.diff(of_part[:, 2:], axis=0) == pytest.approx(np.diff(of_whole[:, 2:], axis=0), abs=1e-9)
     assert of_part[0, 5] < 0.5 * of_whole[0, 5]  # turned: a wrong separation must not turn its start
+
+
+def test_turns_in_place_by_an_exact_reference_at_the_centre_determine_radius_per_separation():
+    exact = ROBOT._replace(reference_x_m=0.0, reference_y_m=0.0, noise_m=1e-9, noise_rad=1e-9, counts=10**7)
+    turning_radps = np.interp(np.arange(0.0, 40.0, 1.0 / WHEEL_HZ), [0.0, 1.0, 36.0, 37.0], [0.0, 1.0, 1.0, 0.0])
+    calibration = calibrate([drive_of(exact, speeds=(0.0 * turning_radps, turning_radps))], NOMINAL)
+    left_m, right_m, separation_m = np.exp(calibration.parameters[:3])
+    expected = (exact.left_wheel_diameter_m + exact.right_wheel_diameter_m) / exact.wheel_separation_m
+    assert (left_m + right_m) / separation_m == pytest.approx(expected, rel=2e-3)
+    assert calibration.values['reference_delay_s'].value == pytest.approx(exact.reference_delay_s, abs=0.02)
