@@ -140,7 +140,7 @@ def navigated(plan: TrialPlan, source: RobotSource, params: RobotParams) -> Erro
 ENDS = 512  # final poses within the spread of the robot's stop
 # Count reports per drive: more change the final error by a thousandth of its spread; of ideal drives, by a 400th.
 MOST_SAMPLES, IDEAL_SAMPLES = 500, 200
-POSES_AT_A_TIME = 2**18  # larger arrays do not fit the processor's cache
+DRAWS_AT_A_TIME = 2**18 // MOST_SAMPLES  # larger arrays do not fit the processor's cache
 
 # Causes of a difference between the wheels and their model in odometry.
 RADIUS, SEPARATION, SLIP = 'wheel radius', 'wheel separation', 'wheel slip'
@@ -320,11 +320,10 @@ class DriveDraws:
         return [known[encoder] for encoder in encoders]
 
     def _sampled(self, encoders: Sequence[Optional[EncoderParams]], draws: int, amounts: Amounts) -> List[np.ndarray]:
-        at_a_time = max(1, round(POSES_AT_A_TIME / len(self._stamps_ns)))
         with ThreadPoolExecutor(usable_cores()) as pool:
             portions = pool.map(
-                lambda first: self._portion(encoders, first, min(at_a_time, draws - first), amounts),
-                range(0, draws, at_a_time),
+                lambda first: self._portion(encoders, first, min(DRAWS_AT_A_TIME, draws - first), amounts),
+                range(0, draws, DRAWS_AT_A_TIME),
             )
             return list(map(np.concatenate, zip(*portions)))
 
