@@ -26,7 +26,8 @@ def advise(*arguments, cwd):
 
 def answers(done):
     """The last of the answers that were printed, by their beginnings."""
-    return dict(re.findall(r'^  (\w[\w ,]+): (.*)$', done.stdout, re.MULTILINE))
+    unfilled = re.sub(r'\n {4}(?=\S)', ' ', done.stdout)
+    return dict(re.findall(r'^  (\w[\w ,.%]+): (.*)$', unfilled, re.MULTILINE))
 
 
 @pytest.fixture(scope='module')
@@ -40,13 +41,13 @@ def test_odometry_is_answered_first_and_then_what_trials_show(first):
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     assert lines[0] == 'alto: at least 80 % of the trials within 0.05 m in x and y and 3 degrees'
-    assert lines[1].startswith('  odometry at the true pose: at least 3')
-    assert lines[2] == "  assumes exact wheels; no slip; SL on the simulator's level floor, with its grip"
-    assert lines[3] == '  the same in closed form, for quantisation only: SL 347'
+    assert lines[1].startswith('  odometry with exact wheels: at least 3')
+    assert "\n  assumes exact wheels; no slip; SL on the simulator's level floor, with its grip;" in done.stdout
+    assert '  the same in closed form, for quantisation only: SL 347' in lines
     assert 'advise: first answer after' in done.stderr
     found = answers(done)
-    assert found['true pose at the goal'] == 'at least 90 counts per revolution; 40 do not suffice'
-    assert found['pose estimate at the goal'] == 'at least 40 counts per revolution, the coarsest candidate'
+    assert found['true pose at the goal'] == 'at least 90 counts per wheel turn; 40 do not suffice'
+    assert found['pose estimate at the goal'] == 'at least 40 counts per wheel turn, the coarsest candidate'
     assert 'Error budget' in done.stdout and 'Encoders on these wheels' in done.stdout
     assert "The robot's own encoder has 90 PPR." in done.stdout
 
@@ -71,16 +72,28 @@ def test_the_same_command_again_runs_nothing(first):
 def test_another_tolerance_goes_on_with_the_same_trials_and_names_what_limits(first):
     folder, _ = first
     finer = answers(advise(*CANDIDATES, '--tolerance', '0.015', cwd=folder))
-    limit = 'the encoder is not the limit: stopping makes 20 of 15 mm across in SL; if stopping made 7.5 mm: '
+    limit = 'the encoder is not the limit: stopping makes 20 mm sideways in SL, 15 mm allowed; '
     assert finer['pose estimate at the goal'].startswith(limit)
+
+
+def test_trials_have_the_wheels_that_are_asked_for(tmp_path):
+    done = advise(*CANDIDATES, '--wheels', 'calibrated', '--json', 'advice.json', cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    content = json.loads((tmp_path / 'advice.json').read_text())
+    assert content['wheels'] == 'calibrated' and content['answers_by_wheels']['calibrated'] == content['answers']
+    assert content['answers']['truth']['kind'] == 'from' and list(content['answers_by_wheels']['exact']) == ['odometry']
+    manifest = json.loads((tmp_path / 'results' / 'advice' / 'manifest.json').read_text())
+    errors = manifest['configuration']['parameters'][0]['simulator']['wheel_errors']
+    assert (errors['radius_spread'], errors['wheel_separation_spread']) == pytest.approx((0.000707, 0.001), abs=1e-6)
 
 
 def test_without_trials_there_is_odometry_alone(tmp_path):
     done = advise('--no-trials', '--distance', '10', '--share', '0.95', '--ppr', '90', cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    (odometry, answer), (closed_form, counts) = answers(done).items()
-    assert odometry == 'odometry at the true pose' and answer.endswith('; no candidate suffices')
-    assert (closed_form, counts) == ('the same in closed form, for quantisation only', '10 m straight 244')
+    found = answers(done)
+    assert found['odometry with exact wheels'].endswith('; no candidate suffices')
+    assert ' hold for ' in found['odometry with wheels calibrated to 0.1 %'] and 'true pose at the goal' not in found
+    assert found['the same in closed form, for quantisation only'] == '10 m straight 244'
     assert [path.name for path in (tmp_path / 'results' / 'advice').iterdir()] == ['advice.html']
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.advice import odometry_answer as module
-from diff_encoder_sim.advice.answers import Answer, Criterion, Kind, Requirement
-from diff_encoder_sim.advice.drive_draws import DriveDraws
+from diff_encoder_sim.advice.answers import Answer, Criterion, Kind, Limit, Reach, Requirement, Travel
+from diff_encoder_sim.advice.drive_draws import RADIUS, DriveDraws
 from diff_encoder_sim.advice.encoder_search import TrialCounts
 from diff_encoder_sim.advice.odometry_answer import OdometryCurves, odometry_answer
 from diff_encoder_sim.advice.odometry_study import Advice, ListedEncoder, TriedEncoder, with_budgets
@@ -15,12 +15,16 @@ from diff_encoder_sim.advice.trial_study import GoalTrials, truth_budget
 from diff_encoder_sim.analysis.statistics import Interval
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.navigation.goal_stopping import StopSpread
+from diff_encoder_sim.robots.wheel_quality import CALIBRATED, EXACT
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 from drawn_drives import line, robot_of
 from trial_tables import ALTO
 
 REQUIREMENT = Requirement()
 STOP = StopSpread(0.005, 0.01)
+LIMIT = Limit(RADIUS, 'SL', 'across', 0.64, 0.05, 0.025)
+REACH = Reach('SL', 'across', 0.64, 0.05, Travel(20.0, 0.0), Travel(5.59, 0.0))
+LIMITED = Answer(Criterion.ODOMETRY, Kind.NOT_THE_LIMIT, 389.0, limits=[LIMIT], reach=REACH)  # calibrated wheels
 
 
 def straight():
@@ -36,7 +40,9 @@ def straight_advice():
         patch.setattr(module, 'FINE_DRAWS', 2000)
         curves = OdometryCurves([straight()], EncoderParams())
         answer = odometry_answer(curves, REQUIREMENT)._replace(encoder='360')
-    return Advice('alto', 90.0, REQUIREMENT, curves, ALTO, {Criterion.ODOMETRY: answer}, {}, {}, [], [])
+    by_wheels = {EXACT: answer, CALIBRATED: LIMITED}
+    about = 'alto', 90.0, REQUIREMENT, curves, ALTO
+    return Advice(*about, [*by_wheels], {Criterion.ODOMETRY: answer}, by_wheels, {}, {})
 
 
 @functools.lru_cache(maxsize=None)

@@ -55,6 +55,7 @@ def write_page(advice: Advice, path: Path) -> None:
     page = chart_page.load_template('advice.html', Path(__file__).parent, chart_page.STYLE).render(
         advice=advice,
         scope='; '.join([*scope, *([f'{trials} closed-loop trials'] if trials else [])]) + '.',
+        answers=tables.answer_rows(advice),
         assumptions=tables.assumptions_text(advice),
         closed_form=tables.closed_form_text(advice),
         own_encoder=tables.own_encoder_text(advice),

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, Iterator, List
+import re
+import shutil
+import textwrap
+from typing import Any, Dict, Iterator, List, Mapping, Tuple
 
 import numpy as np
 
 from diff_encoder_sim.advice import drive_draws
-from diff_encoder_sim.advice.answers import AXES, Budget, Criterion
+from diff_encoder_sim.advice.answers import AXES, Answer, Budget, Criterion, Kind, Limit, amount_text, rounded
 from diff_encoder_sim.advice.odometry_answer import share_within
 from diff_encoder_sim.advice.odometry_study import Advice
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.text_tables import TextTable
+from diff_encoder_sim.robots.wheel_quality import BEST_STD, EXACT, ROBOT_FILE, WheelQuality
 
 TO_SHOWN = np.array([1e3, 1e3, np.degrees(1.0)])
 UNITS = ('along [mm]', 'across [mm]', 'heading [deg]')
@@ -54,7 +58,7 @@ def advice_tables(advice: Advice) -> Iterator[TextTable]:
             [
                 *(encoder.name, encoder.price or '', f'{encoder.ppr:.6g}', f'{encoder.equivalent_ppr:.4g}'),
                 *(encoder.share_text, *(_MARKS[encoder.meets[criterion]] for criterion in advice.answers)),
-                ', '.join(f'{limit.cause} {limit.amount}' for limit in encoder.limit),
+                '; '.join(f'{limit.cause} {limit.amount}' for limit in encoder.limit),
             ]
             for encoder in advice.encoders
         ]
@@ -104,31 +108,71 @@ def shown_counts(advice: Advice, counts: List[float]) -> float:
 
 
 def answers_text(advice: Advice) -> str:
-    """Return one line per criterion, and the assumptions."""
-    lines = [f'  {criterion.text}: {answer}' for criterion, answer in advice.answers.items()]
-    return '\n'.join([*lines, f'  assumes {assumptions_text(advice)}'])
+    """Return the answers and the assumptions in lines that fit the terminal."""
+    of_std = '; {:g} %: standard deviation of the ratio of the radii and of the separation, {}'
+    stds = ''.join(of_std.format(100.0 * each.std, each.source) for each in advice.shown_wheels if each.std)
+    lines = [*(f'{head}: {text}' for head, text in answer_rows(advice)), f'assumes {assumptions_text(advice)}{stds}']
+    width = shutil.get_terminal_size((100, 24)).columns
+    kept = (re.sub(r'(?<=\d) (?=\S)', '\xa0', line) for line in lines)  # numbers stay with their units
+    filled = (textwrap.fill(line, width, initial_indent='  ', subsequent_indent='    ') for line in kept)
+    return '\n'.join(filled).replace('\xa0', ' ')
+
+
+def answer_rows(advice: Advice) -> List[Tuple[str, str]]:
+    """Return the answers with their heads: odometry by wheels, the best improvement, then poses at the goal."""
+    odometry, *at_goal = advice.answers.items()
+    shown = {**advice.by_wheels, advice.shown_wheels[0]: odometry[1]}
+    rows = [(f'odometry with {wheels.text}', str(shown[wheels])) for wheels in advice.shown_wheels]
+    rows.append(('most effective improvement', improvement_text(advice)))
+    return rows + [(criterion.text, str(answer)) for criterion, answer in at_goal]
+
+
+def improvement_text(advice: Advice) -> str:
+    """Return what lets the first shown wheels that are a limit meet the requirement; else the encoder does."""
+    limited = (each for each in advice.shown_wheels if advice.by_wheels[each].kind is Kind.NOT_THE_LIMIT)
+    quality = next(limited, max(advice.shown_wheels, key=lambda each: each != EXACT))
+    answer = advice.by_wheels[quality]
+    if answer.kind is not Kind.NOT_THE_LIMIT:
+        return f'the encoder; {quality.text} are {"barely" if answer.kind is Kind.UNDECIDED else "good"} enough'
+    causes = ' and '.join(_improvement(limit, quality) for limit in answer.limits) or 'several causes together'
+    better = f'{causes}, then at least {answer.counts:.6g} counts' if answer.counts else causes
+    if answer.reach is None:
+        return better
+    corrected = f'a correction of the pose every {answer.reach.holds_for}'
+    is_possible = all(limit.reduced_to * quality.std >= limit.error * BEST_STD for limit in answer.limits)
+    return f'{better}; or {corrected}' if is_possible else f'{corrected}; or {better}'
+
+
+def _improvement(limit: Limit, quality: WheelQuality) -> str:
+    """Return the required and the present value of a cause."""
+    name = {drive_draws.RADIUS: 'mean radius', drive_draws.SEPARATION: 'separation'}.get(limit.cause)
+    if name and quality.std:
+        name = 'ratio of the radii' if (limit.cause, limit.axis) == (drive_draws.RADIUS, 'across') else name
+        percent = 100.0 * quality.std * (0.5 if name == 'mean radius' else 1.0)
+        return f'{name} to {rounded(percent * limit.reduced_to / limit.error):g} % instead of {percent:g} %'
+    required, present = (amount_text(error, limit.axis) for error in (limit.reduced_to, limit.error))
+    return f'{limit.cause} of {required} instead of {present}'
 
 
 def assumptions_text(advice: Advice) -> str:
     """Return the assumptions about wheels, slip, floor and route in one line."""
     tests = [curve.draws for curve in advice.curves.curves]
     robot, drives = tests[0].robot, ' and '.join(draws.drive.test for draws in tests)
-    if robot.calibration is not None:
-        stds, count = np.sqrt(np.diag(robot.calibrated_covariance)), len(robot.calibration.drives)
+    intervals = robot.intervals
+    if intervals is not None:
+        stds, count = np.sqrt(np.diag(robot.calibrated_covariance)), len(intervals.drives)
         keys = 'left_wheel_diameter_m', 'radius_ratio', 'radius_per_separation'
         scale, ratio, turning = (
-            'nominal' if key in robot.calibration.undetermined else f'to {100.0 * BOUND * std:.2g} %'
+            'nominal' if key in intervals.undetermined else f'to {100.0 * BOUND * std:.2g} %'
             for key, std in zip(keys, stds)
         )
         wheels = f'wheels and slip as calibrated on {count} drive{"s" if count > 1 else ""}: '
         wheels += f'ratio of radii {ratio}, radius / separation {turning}, scale {scale}'
     else:
-        has_errors = robot.has(drive_draws.RADIUS) or robot.has(drive_draws.SEPARATION)
-        wheels = 'the wheel errors of the robot file' if has_errors else 'exact wheels'
+        quality = robot.quality or robot.own_quality
+        wheels = 'the wheel errors of the robot file' if quality == ROBOT_FILE else quality.text
         wheels += '; the slip of the robot file' if robot.has(drive_draws.SLIP) else '; no slip'
-    if tests[0].drive.is_recorded:
-        return f'{wheels}; the path of {drives}, repeated'
-    return f"{wheels}; {drives} on the simulator's level floor, with its grip"
+    return f'{wheels}; {drives}{tests[0].drive.origin}'
 
 
 def closed_form_text(advice: Advice) -> str:
@@ -148,20 +192,13 @@ def advice_json(advice: Advice) -> Dict[str, Any]:
         'version': VERSION,
         'robot': {'name': advice.robot, 'own_ppr': advice.own_counts},
         'requirement': requirement._asdict(),
-        'answers': {
-            criterion: {
-                'kind': answer.kind,
-                'smallest_ppr': answer.counts,
-                'interval': answer.interval,
-                'encoder': answer.encoder or None,
-                'limit': [limit._asdict() for limit in answer.limits],
-                'more_trials': answer.more_trials,
-                'undecided_encoder': answer.undecided or None,
-                'errors_of': answer.errors_of or None,
-                'text': str(answer),
-            }
-            for criterion, answer in advice.answers.items()
+        'wheels': advice.shown_wheels[0].name,
+        'answers': _answers(advice.answers),
+        'answers_by_wheels': {
+            wheels.name: _answers(advice.answers if wheels == advice.shown_wheels[0] else {Criterion.ODOMETRY: answer})
+            for wheels, answer in advice.by_wheels.items()
         },
+        'improvement': improvement_text(advice),
         'assumptions': assumptions_text(advice),
         'closed_form_ppr': advice.closed_form,
         'curves': {
@@ -196,6 +233,24 @@ def advice_json(advice: Advice) -> Dict[str, Any]:
         'encoders': [
             {**encoder._asdict(), 'limit': [limit._asdict() for limit in encoder.limit]} for encoder in advice.encoders
         ],
+    }
+
+
+def _answers(answers: Mapping[Criterion, Answer]) -> Dict[str, Any]:
+    return {
+        criterion: {
+            'kind': answer.kind,
+            'smallest_ppr': answer.counts,
+            'interval': answer.interval,
+            'encoder': answer.encoder or None,
+            'limit': [limit._asdict() for limit in answer.limits],
+            'reach': answer.reach and answer.reach._asdict(),
+            'more_trials': answer.more_trials,
+            'undecided_encoder': answer.undecided or None,
+            'errors_of': answer.errors_of or None,
+            'text': str(answer),
+        }
+        for criterion, answer in answers.items()
     }
 
 

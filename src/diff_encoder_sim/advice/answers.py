@@ -52,6 +52,24 @@ def along_goal(errors: np.ndarray, goal_in_map: Pose2D) -> np.ndarray:
 
 
 AXES = ('along', 'across', 'heading')  # of all budgets: along the heading at the goal, to its left, the heading
+AXIS_TEXT = {'along': 'along the path', 'across': 'sideways', 'heading': 'of heading'}
+
+
+def amount_text(error: float, axis: str, digits: int = 2) -> str:
+    """Return an error [m or rad] in metres, millimetres or degrees: `0.14 m`."""
+    if axis == 'heading':
+        return f'{rounded(math.degrees(error), digits):g} degrees'
+    return f'{rounded(error, digits):g} m' if error >= 0.1 else f'{rounded(1e3 * error, digits):g} mm'
+
+
+def turns_text(turns: float) -> str:
+    """Return full turns with their unit."""
+    return f'{turns:g} turn{"" if turns == 1.0 else "s"}'
+
+
+def rounded(number: float, digits: int = 2) -> float:
+    """Round to significant digits."""
+    return float(f'{number:.{digits}g}')
 
 
 class Part(NamedTuple):
@@ -139,7 +157,8 @@ class Limit(NamedTuple):
     reduced_to: float  # error that would leave room for other causes
 
     def __str__(self) -> str:
-        return f'{self.cause} makes {self.amount} {self.axis} in {self.test}'
+        error, allowed = self.amount.split(', ')
+        return f'{self.cause} makes {error} {AXIS_TEXT[self.axis]} in {self.test}, {allowed}'
 
     @property
     def fraction(self) -> float:
@@ -148,19 +167,41 @@ class Limit(NamedTuple):
 
     @property
     def amount(self) -> str:
-        """Return the error and the tolerance: `47 of 50 mm`."""
-        number, _, _ = self._text(self.error, 2 if self.axis == 'heading' else 3).partition(' ')
-        return f'{number} of {self._text(self.tolerance)}'
+        """Return the error and the tolerance: `47 mm, 50 mm allowed`."""
+        return f'{amount_text(self.error, self.axis)}, {amount_text(self.tolerance, self.axis, 6)} allowed'
 
     @property
     def reduced(self) -> str:
         """Return the condition for an encoder to suffice: `stopping made 25 mm`."""
-        return f'{self.cause} made {self._text(self.reduced_to, 2)}'
+        return f'{self.cause} made {amount_text(self.reduced_to, self.axis)}'
 
-    def _text(self, error: float, digits: int = 6) -> str:
-        """Format an error with significant digits, without an exponent below a million."""
-        shown, unit = (math.degrees(error), 'degrees') if self.axis == 'heading' else (1e3 * error, 'mm')
-        return f'{float(f"{shown:.{digits}g}"):g} {unit}'
+
+class Travel(NamedTuple):
+    """Part of a drive from its start."""
+
+    distance_m: float
+    turned_rad: float
+
+    def __str__(self) -> str:
+        if self.distance_m < 0.01 * self.turned_rad:  # in place
+            return turns_text(rounded(self.turned_rad / (2.0 * math.pi)))
+        return amount_text(self.distance_m, 'along')
+
+
+class Reach(NamedTuple):
+    """Error of all wheel errors together, without quantisation, and how far the tolerance holds."""
+
+    test: str
+    axis: str  # of AXES, that with the largest fraction of its tolerance
+    error: float  # quantile of the worst axis at the required success rate, in units of this one [m or rad]
+    tolerance: float
+    after: Travel  # the drive
+    holds_for: Travel
+
+    def __str__(self) -> str:
+        error, tolerance = amount_text(self.error, self.axis), amount_text(self.tolerance, self.axis, 6)
+        off = f'{error} {AXIS_TEXT[self.axis]} after {self.after}, {tolerance} allowed'
+        return f'{off}: the encoder is not the limit; {tolerance} hold for {self.holds_for}'
 
 
 class Answer(NamedTuple):
@@ -178,6 +219,7 @@ class Answer(NamedTuple):
     of_encoder: bool = False  # an error-free encoder would suffice despite these limits
     errors_of: str = ''  # label of the candidate whose own errors are among the limits
     given_up: str = ''  # trials that fail to reach the goal with any encoder
+    reach: Optional[Reach] = None  # if wheel errors exceed the tolerance
     note: str = ''
 
     @property
@@ -189,11 +231,13 @@ class Answer(NamedTuple):
         count = self.more_trials
         more = '' if count is None else f', about {count} more trials of each test would decide'
         if self.kind is Kind.FROM:
-            text = f'at least {_counts(self.counts)} counts per revolution{self._interval()}'
+            text = f'at least {_counts(self.counts)} counts per wheel turn{self._interval()}'
             if self.encoder not in ('', _counts(self.counts)):
                 text += f'; smallest tested: {ppr_text(self.encoder)}'
             if self.undecided:
                 text += f'; {ppr_text(self.undecided)} undecided{more}'
+        elif self.reach:
+            text = str(self.reach)
         elif self.kind is Kind.NOT_THE_LIMIT:
             what = "the encoder's counts are" if self.of_encoder else 'the encoder is'
             text = f'{ppr_text(self.errors_of)}: ' if self.errors_of else ''

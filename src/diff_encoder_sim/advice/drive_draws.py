@@ -7,12 +7,14 @@ the encoder and the geometry that odometry assumes.
 
 from __future__ import annotations
 
+import copy
 import math
 from concurrent.futures import ThreadPoolExecutor
-from typing import List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
+from diff_encoder_sim.advice.answers import Travel, turns_text
 from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.errors import ConfigError
@@ -26,6 +28,7 @@ from diff_encoder_sim.navigation.goal_stopping import StopSpread
 from diff_encoder_sim.robots.calibration_file import CalibrationParams
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.simulated_robot import TrueWheels, load_simulated_robot
+from diff_encoder_sim.robots.wheel_quality import EXACT, ROBOT_FILE, WheelQuality
 from diff_encoder_sim.simulation.self_check import FlatFloor, RolledDrive
 from diff_encoder_sim.simulation.simulator import WheelErrorParams
 from diff_encoder_sim.simulation.state import TICK_S, JointStates
@@ -39,6 +42,10 @@ from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.report_link import PROMPT
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
+# How a drive is known, in the words of the assumptions.
+SIMULATED, RECORDED = " on the simulator's level floor, with its grip", ' as recorded, repeated'
+IDEAL = ', from rest to rest on a level floor, with ends that vary by 0.05 m and 3 degrees'
+
 FINEST = PerWheel(left=65536.0, right=65536.0)  # a navigated drive needs an encoder
 
 
@@ -47,7 +54,7 @@ class ErrorFreeDrive(NamedTuple):
 
     requested: Trial
     rolled: RolledDrive
-    is_recorded: bool = False
+    origin: str = SIMULATED  # or RECORDED, IDEAL
 
     @property
     def test(self) -> str:
@@ -70,10 +77,21 @@ class ErrorFreeDrive(NamedTuple):
         return float(np.abs(np.diff(self.rolled.ways_m, axis=0)).sum(axis=0).mean())
 
 
-def straight_test(distance_m: float, like: TestDefinition) -> TestDefinition:
-    """Return a test along a straight line with the speeds of another test."""
-    straight = {'name': f'{distance_m:g} m straight', 'drive': [Segment(straight=distance_m)], 'route': []}
-    return like.model_copy(update=straight)
+def test_of(segment: Segment, like: TestDefinition) -> TestDefinition:
+    """Return a test along a straight line or of turns in place, with the speeds of another test."""
+    name = f'{turns_text(segment.turns)} in place' if segment.turns else f'{segment.straight:g} m straight'
+    return like.model_copy(update={'name': name, 'drive': [segment], 'route': []})
+
+
+def ideal(test: TestDefinition, robot: DrawnRobot) -> ErrorFreeDrive:
+    """Follow a test's velocity profiles exactly, without a simulator."""
+    script, separation_m = ScriptedDrive(test), float(robot.assumed[2])
+    times_s, period_s = np.linspace(0.0, script.duration_s, IDEAL_SAMPLES, retstep=True)
+    linear_mps, angular_radps = np.array([script.command_at(each, period_s) for each in times_s[:-1].tolist()]).T
+    steps_m = period_s * np.stack([linear_mps + sign * 0.5 * separation_m * angular_radps for sign in (-1, 1)], axis=-1)
+    ways_m, end = np.cumsum(np.pad(steps_m, ((1, 0), (0, 0))), axis=0), test.drive_end()
+    rolled = RolledDrive(times_s, ways_m, separation_m, end.relative_to(test.start.pose()))
+    return ErrorFreeDrive(Trial(test=test, nav='scripted'), rolled, IDEAL)
 
 
 def scripted(test: TestDefinition, robot: RobotSource, params: RobotParams) -> ErrorFreeDrive:
@@ -120,8 +138,9 @@ def navigated(plan: TrialPlan, source: RobotSource, params: RobotParams) -> Erro
 
 
 ENDS = 512  # final poses within the spread of the robot's stop
-MOST_SAMPLES = 500  # count reports per drive: more change the final error by a thousandth of its spread
-POSES_AT_A_TIME = 2**18  # larger arrays do not fit the processor's cache
+# Count reports per drive: more change the final error by a thousandth of its spread; of ideal drives, by a 400th.
+MOST_SAMPLES, IDEAL_SAMPLES = 500, 200
+DRAWS_AT_A_TIME = 2**18 // MOST_SAMPLES  # larger arrays do not fit the processor's cache
 
 # Causes of a difference between the wheels and their model in odometry.
 RADIUS, SEPARATION, SLIP = 'wheel radius', 'wheel separation', 'wheel slip'
@@ -146,6 +165,21 @@ class DrawnRobot(NamedTuple):
     axle_x_m: float  # true position of the axle ahead of the base
     stop: StopSpread
     calibration: Optional[CalibrationParams] = None  # None: exact, except for `errors`
+    quality: Optional[WheelQuality] = None  # of the wheels, which `errors` has; None: as the robot file states
+
+    def with_quality(self, quality: WheelQuality) -> DrawnRobot:
+        """Return the robot with the geometry errors of a quality; slip stays."""
+        return self._replace(sound=None, errors=self.errors.model_copy(update=quality.errors), quality=quality)
+
+    @property
+    def own_quality(self) -> WheelQuality:
+        """Return ROBOT_FILE if it has errors or a calibration, else EXACT."""
+        return ROBOT_FILE if self.calibration or self.has(RADIUS) or self.has(SEPARATION) else EXACT
+
+    @property
+    def intervals(self) -> Optional[CalibrationParams]:
+        """Return the calibration whose intervals the geometry has; None with a given quality."""
+        return None if self.quality else self.calibration
 
     @property
     def means(self) -> np.ndarray:
@@ -162,10 +196,10 @@ class DrawnRobot(NamedTuple):
     @property
     def calibrated_covariance(self) -> np.ndarray:
         """Return the (3, 3) covariance of the relative errors CALIBRATED_GEOMETRY."""
-        if self.calibration is None:
+        if self.intervals is None:
             return np.zeros((3, 3))
         to_causes = np.linalg.inv(_LOGARITHMS)
-        return np.asarray(to_causes @ np.array(self.calibration.geometry_covariance) @ to_causes.T)
+        return np.asarray(to_causes @ np.array(self.intervals.geometry_covariance) @ to_causes.T)
 
     @property
     def slip(self) -> Tuple[float, float, float, float]:
@@ -178,7 +212,7 @@ class DrawnRobot(NamedTuple):
     def wheels(self, amounts: Amounts, rng: np.random.Generator, draws: int) -> np.ndarray:
         """Sample left and right radius and separation [m] (3, draws, 1); without a cause those of odometry."""
         errors, normals = self.errors, rng.standard_normal((3, draws, 1))
-        if self.calibration is not None:
+        if self.intervals is not None:
             amount = np.array([amounts.get(cause, 0.0) for cause in CALIBRATED_GEOMETRY])
             relative = rng.multivariate_normal(np.zeros(3), self.calibrated_covariance, (1, draws), method='svd')
             return np.asarray(self.assumed * np.exp((amount * relative) @ _LOGARITHMS.T)).T
@@ -193,7 +227,7 @@ class DrawnRobot(NamedTuple):
             return any(self.slip)
         if cause in CALIBRATED_GEOMETRY:
             return bool(self.calibrated_covariance.diagonal()[CALIBRATED_GEOMETRY.index(cause)] > 0.0)
-        if self.calibration is not None:
+        if self.intervals is not None:
             return False
         if cause == SEPARATION:
             return bool(errors.wheel_separation_spread or is_off[2])
@@ -223,7 +257,7 @@ def recorded(name: str, drive: Drive, robot: DrawnRobot) -> ErrorFreeDrive:
     goal = {'goal': dict(zip(('x', 'y', 'yaw'), base_end))}
     test = TestDefinition.from_mapping({'name': name, 'world': 'none', 'route': [goal]}, '--drive')
     times_s = 1e-9 * (drive.stamps_ns - drive.stamps_ns[0])
-    return ErrorFreeDrive(Trial(test=test, nav='embedded'), RolledDrive(times_s, ways_m, separation_m, end), True)
+    return ErrorFreeDrive(Trial(test=test, nav='embedded'), RolledDrive(times_s, ways_m, separation_m, end), RECORDED)
 
 
 class DriveDraws:
@@ -231,6 +265,8 @@ class DriveDraws:
 
     def __init__(self, drive: ErrorFreeDrive, robot: DrawnRobot, seed: int) -> None:
         self.drive, self.robot, self._seed = drive, robot, seed
+        self._exact: Optional[DriveDraws] = None  # the same runs on exact wheels, to which wheel errors are added
+        self._known: Dict[object, Dict[Optional[EncoderParams], np.ndarray]] = {}  # errors, by draws and amounts
         rolled, ticks = drive.rolled, len(drive.rolled.times_s)
         rows = np.unique(np.linspace(0, ticks - 1, min(ticks, MOST_SAMPLES)).round().astype(np.int64))
         # Drives that end within the spread of the stop; the deviation grows in proportion to the distance.
@@ -247,10 +283,19 @@ class DriveDraws:
         self._contact_error = _ends(rolled.ways_m[np.newaxis], rolled.separation_m, axle.x_m)[0] - np.array(true_end)
         self._contact_error[2] = wrap_angles(self._contact_error[2])
 
+    def of(self, robot: DrawnRobot, exact: Optional[DriveDraws] = None) -> DriveDraws:
+        """Return the same runs of another robot, which share the errors of encoders with those on `exact` wheels.
+
+        Errors of wheels and encoders add up: a wheel error of 1 % changes the error of an encoder by only 1 %.
+        """
+        other = copy.copy(self)
+        other.robot, other._exact, other._known = robot, exact, {}
+        return other
+
     @property
     def causes(self) -> List[str]:
         """Return the causes of errors, except the encoder's."""
-        return [*filter(self.robot.has, ROBOTS_CAUSES), *([] if self.drive.is_recorded else [CONTACT])]
+        return [*filter(self.robot.has, ROBOTS_CAUSES), *([CONTACT] if self.drive.origin == SIMULATED else [])]
 
     def _generator(self, name: object) -> np.random.Generator:
         return generator(self._seed, f'{self.drive.test}_{name}')
@@ -262,14 +307,39 @@ class DriveDraws:
 
         They are odometry minus true pose of the base, x [m], y [m] and yaw [rad] in the axes of the map.
         """
-        at_a_time, distinct = max(1, round(POSES_AT_A_TIME / len(self._stamps_ns))), dict.fromkeys(encoders)
+        known = self._known.setdefault((draws, *(amounts.get(cause, 0.0) for cause in self.causes)), {})
+        new = [encoder for encoder in dict.fromkeys(encoders) if encoder not in known]
+        if new and self._exact is None:
+            known.update(zip(new, self._sampled(new, draws, amounts)))
+        elif new and self._exact is not None:
+            without, *errors = self._exact.errors([None, *new], draws, amounts)
+            of_wheels = self._sampled([None], draws, amounts)[0] - without
+            for encoder, error in zip(new, errors):
+                known[encoder] = error + of_wheels
+                known[encoder][:, 2] = wrap_angles(known[encoder][:, 2])
+        return [known[encoder] for encoder in encoders]
+
+    def _sampled(self, encoders: Sequence[Optional[EncoderParams]], draws: int, amounts: Amounts) -> List[np.ndarray]:
         with ThreadPoolExecutor(usable_cores()) as pool:
             portions = pool.map(
-                lambda first: self._portion(list(distinct), first, min(at_a_time, draws - first), amounts),
-                range(0, draws, at_a_time),
+                lambda first: self._portion(encoders, first, min(DRAWS_AT_A_TIME, draws - first), amounts),
+                range(0, draws, DRAWS_AT_A_TIME),
             )
-            found = dict(zip(distinct, map(np.concatenate, zip(*portions))))
-        return [found[encoder] for encoder in encoders]
+            return list(map(np.concatenate, zip(*portions)))
+
+    def errors_under_way(self, draws: int, amounts: Amounts = ROBOTS_CAUSES) -> np.ndarray:
+        """Return the (draws, n, 3) errors along the drive without quantisation, as `errors`."""
+        odometry, ways_m = self.robot.odometry, self._ways_m[np.arange(draws) % ENDS]
+        geometry = *odometry.wheel_diameter.radii_m, odometry.wheel_separation, odometry.axle_x
+        estimated = poses_of_wheels(self._turned(ways_m, 0, amounts), *geometry, False)
+        true = poses_of_wheels(ways_m, 1.0, 1.0, self.drive.rolled.separation_m, self.robot.axle_x_m, False)
+        return self._in_map(estimated - true)
+
+    def travel(self, row: int) -> Travel:
+        """Return the travel from the start to a row of `errors_under_way`."""
+        left_m, right_m = self._commands.T
+        turned_rad = np.abs(right_m - left_m) / self.drive.rolled.separation_m
+        return Travel(float(np.cumsum(0.5 * np.abs(left_m + right_m))[row]), float(np.cumsum(turned_rad)[row]))
 
     def _portion(
         self, encoders: Sequence[Optional[EncoderParams]], first: int, draws: int, amounts: Amounts
@@ -289,10 +359,14 @@ class DriveDraws:
                 known = {'ppr': encoder.ppr, 'encoder': encoder.encoder, 'counter_modulus': 0}
                 chain = Chain(encoder.model_copy(update=read), odometry.model_copy(update=known), draws)
                 estimated = chain.run(drive, phases_rad, self._commands, rows).final_poses
-            x_m, y_m, error_rad = (estimated - reference).T
-            cos, sin = math.cos(self.drive.start_in_map.yaw_rad), math.sin(self.drive.start_in_map.yaw_rad)
-            found.append(np.column_stack([cos * x_m - sin * y_m, sin * x_m + cos * y_m, wrap_angles(error_rad)]))
+            found.append(self._in_map(estimated - reference))
         return found
+
+    def _in_map(self, errors: np.ndarray) -> np.ndarray:
+        """Rotate (..., 3) errors from the axes of the start to those of the map, and wrap the heading."""
+        x_m, y_m, error_rad = np.moveaxis(errors, -1, 0)
+        cos, sin = math.cos(self.drive.start_in_map.yaw_rad), math.sin(self.drive.start_in_map.yaw_rad)
+        return np.stack([cos * x_m - sin * y_m, sin * x_m + cos * y_m, wrap_angles(error_rad)], axis=-1)
 
     def _turned(self, ways_m: np.ndarray, first: int, amounts: Amounts) -> np.ndarray:
         """Return the (draws, n, 2) wheel angles since the start [rad]."""

@@ -8,7 +8,7 @@ from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from diff_encoder_sim.advice import answers
-from diff_encoder_sim.advice.answers import Answer, Budget, Criterion, Kind, Limit, Requirement, along_goal, part_of
+from diff_encoder_sim.advice.answers import Answer, Budget, Criterion, Kind, Limit, Reach, Requirement
 from diff_encoder_sim.advice.drive_draws import ALL_CAUSES, CONTACT, ROBOTS_CAUSES, Amounts, DriveDraws
 from diff_encoder_sim.analysis.closed_form import STRAIGHT_WITHIN, closed_form_std
 from diff_encoder_sim.analysis.results_table import RobotGeometry
@@ -110,7 +110,7 @@ class OdometryCurves:
 
     def smallest(self, requirement: Requirement) -> Optional[Tuple[float, Interval]]:
         """Return the lowest counts that meet the requirement, from too few to enough for certain; None if all fail."""
-        roughly = self._smallest(requirement)
+        roughly = self.roughly(requirement)
         if roughly is None:
             return None
         _, (before, after) = roughly
@@ -120,9 +120,9 @@ class OdometryCurves:
             is_met = share_within(curve.errors[before], requirement).low >= requirement.share
             errors = curve.draws.errors(encoders, DRAWS if is_met else FINE_DRAWS, self._amounts)
             curve.errors.update(zip(between, errors))
-        return self._smallest(requirement)
+        return self.roughly(requirement)
 
-    def _smallest(self, requirement: Requirement) -> Optional[Tuple[float, Interval]]:
+    def roughly(self, requirement: Requirement) -> Optional[Tuple[float, Interval]]:
         """Return the smallest counts that suffice with all larger ones: fewer may be better by chance."""
         counts = self.counts
         shares = np.array([self.share(each, requirement) for each in counts])
@@ -172,17 +172,17 @@ def odometry_budgets(draws: DriveDraws, encoders: Sequence[EncoderParams]) -> Li
     """
     kinds = zip(encoders, map(_without_faults, encoders), map(_ideal, encoders))
     bare, *errors = _errors(draws, [None, *(encoder for of_one in kinds for encoder in of_one)], {})
-    of_wheels = {cause: part_of(by_cause) for cause, by_cause in wheel_errors(draws).items()}
+    of_wheels = {cause: answers.part_of(by_cause) for cause, by_cause in wheel_errors(draws).items()}
     budgets = []
     for index, total in enumerate(_errors(draws, encoders, ALL_CAUSES)):
         faulty, sound, ideal = errors[3 * index : 3 * index + 3]
-        parts = {QUANTISATION: part_of(ideal - bare)}
+        parts = {QUANTISATION: answers.part_of(ideal - bare)}
         if _without_faults(encoders[index]).encoder != IDEAL_ENCODER:
             # Edge errors interact with quantisation, so their variance is a difference of variances.
             parts[EDGES] = answers.added(sound, ideal)
         if encoders[index].encoder.faults != NO_FAULTS:
-            parts[MISSED] = part_of(faulty - sound)
-        budgets.append(Budget({**parts, **of_wheels}, part_of(total)))
+            parts[MISSED] = answers.part_of(faulty - sound)
+        budgets.append(Budget({**parts, **of_wheels}, answers.part_of(total)))
     return budgets
 
 
@@ -196,7 +196,7 @@ def _errors(
     draws: DriveDraws, encoders: Sequence[Optional[EncoderParams]], amounts: Amounts, count: Optional[int] = None
 ) -> List[np.ndarray]:
     found = draws.errors(encoders, BUDGET_DRAWS if count is None else count, amounts)
-    return [along_goal(errors, draws.drive.goal_in_map) for errors in found]
+    return [answers.along_goal(errors, draws.drive.goal_in_map) for errors in found]
 
 
 def _ideal(encoder: EncoderParams) -> EncoderParams:
@@ -217,7 +217,24 @@ def odometry_answer(curves: OdometryCurves, requirement: Requirement) -> Answer:
     if curves.share(finest.counts_per_turn.left, requirement).high >= requirement.share:
         note = f'success rate near {requirement.share:g} at up to {MOST_COUNTS:g} counts'
         return Answer(Criterion.ODOMETRY, Kind.UNDECIDED, note=note)
-    return limited_answer([curve.draws for curve in curves.curves], finest, requirement)
+    tests = [curve.draws for curve in curves.curves]
+    return limited_answer(tests, finest, requirement)._replace(reach=_reach(tests, requirement))
+
+
+def _reach(tests: Sequence[DriveDraws], requirement: Requirement) -> Optional[Reach]:
+    """Return the error of the wheels in the worst test and how far the tolerance holds; None if to the end."""
+    share, tolerances = requirement.share, requirement.tolerances
+    errors = [draws.errors([None], DRAWS)[0] for draws in tests]
+    of_tests = [float(np.quantile((np.abs(each) / tolerances).max(axis=1), share)) for each in errors]
+    fraction, worst = max(zip(of_tests, range(len(tests))))
+    if share_within(errors[worst], requirement).high >= share:
+        return None
+    draws = tests[worst]
+    of_axes = np.abs(answers.along_goal(errors[worst], draws.drive.goal_in_map)) / tolerances
+    axis = int(np.quantile(of_axes, share, axis=0).argmax())
+    within = (np.abs(draws.errors_under_way(DRAWS)) <= tolerances).all(axis=2).mean(axis=0)
+    about = draws.drive.test, answers.AXES[axis], fraction * float(tolerances[axis]), float(tolerances[axis])
+    return Reach(*about, draws.travel(-1), draws.travel(int(np.argmax(within < share)) - 1))
 
 
 def limited_answer(tests: Sequence[DriveDraws], params: EncoderParams, requirement: Requirement) -> Answer:
@@ -235,7 +252,7 @@ def limited_answer(tests: Sequence[DriveDraws], params: EncoderParams, requireme
     found.sort(key=lambda limit: -limit.fraction)
     amounts = {limit.cause: limit.reduced_to / limit.error for limit in found}
     on_wheels = {cause: amounts.get(cause, amount) for cause, amount in ROBOTS_CAUSES.items()}
-    with_less = OdometryCurves(tests, _with_less(counts_by_ppr(params), amounts), on_wheels).smallest(requirement)
+    with_less = OdometryCurves(tests, _with_less(counts_by_ppr(params), amounts), on_wheels).roughly(requirement)
     counts = with_less and with_less[0]
     return Answer(Criterion.ODOMETRY, Kind.NOT_THE_LIMIT, counts, limits=found, of_encoder=is_its_own)
 

@@ -15,10 +15,12 @@ from diff_encoder_sim.advice.odometry_answer import OdometryCurves, closed_form_
 from diff_encoder_sim.analysis.results_table import RobotGeometry
 from diff_encoder_sim.analysis.statistics import Interval
 from diff_encoder_sim.base.per_wheel import PerWheel
+from diff_encoder_sim.drives.test_definition import Segment
 from diff_encoder_sim.drives.trial_definition import TrialPlan
 from diff_encoder_sim.navigation.goal_stopping import StopSpread
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.robot_file import load_robot_file, robot_names
+from diff_encoder_sim.robots.wheel_quality import CALIBRATED, EXACT, QUALITIES, WheelQuality
 from diff_encoder_sim.trials.campaign_cells import Campaign, RequestedTrial
 from diff_encoder_sim.wheels.catalogue import WHOLE_CATALOGUE, ChosenEncoder, load_encoders
 from diff_encoder_sim.wheels.covariance import PULSE_VARIANCE
@@ -192,11 +194,13 @@ class Advice(NamedTuple):
     requirement: Requirement
     curves: OdometryCurves
     geometry: RobotGeometry  # that odometry assumes
+    shown_wheels: Sequence[WheelQuality]  # or ROBOT_FILE; the first is that of `answers`
     answers: Dict[Criterion, Answer]
+    by_wheels: Dict[WheelQuality, Answer]  # of odometry
     budgets: Dict[str, Dict[float, Budget]]  # error budgets of odometry, by test and counts
     stopping: Dict[str, Dict[str, StopSpread]]  # upper bounds in closed form, by encoder and cause
-    tried: List[TriedEncoder]
-    encoders: List[ListedEncoder]
+    tried: Sequence[TriedEncoder] = ()
+    encoders: Sequence[ListedEncoder] = ()
 
     @property
     def closed_form(self) -> Dict[str, float]:
@@ -217,6 +221,13 @@ class AdvisedRobot(NamedTuple):
     encoder: EncoderParams  # whose counts are replaced
     candidates: List[Candidate]
 
+    def by_wheels(self) -> Dict[WheelQuality, List[DriveDraws]]:
+        """Return the drives by quality of the wheels, those of a robot file with errors first."""
+        own = self.tests[0].robot
+        robots = {own.own_quality: own, **{each: own.with_quality(each) for each in QUALITIES.values()}}
+        exact = [draws.of(robots[EXACT]) for draws in self.tests]
+        return {key: [each.of(robot, each) for each in exact] for key, robot in robots.items()}
+
 
 def simulated_robot(campaign: Campaign, distance_m: Optional[float]) -> AdvisedRobot:
     """Simulate one drive of each of a campaign's tests, or a straight line of `distance_m`.
@@ -233,7 +244,7 @@ def simulated_robot(campaign: Campaign, distance_m: Optional[float]) -> AdvisedR
         source = RobotSource(files.robot)
         robot = drive_draws.drawn_robot(source, first, campaign.robot.file.calibration)
         if distance_m is not None:
-            straight = drive_draws.straight_test(distance_m, next(iter(first_trials.values())).cell.test)
+            straight = drive_draws.test_of(Segment(straight=distance_m), next(iter(first_trials.values())).cell.test)
             drives = [drive_draws.scripted(straight, source, first)]
         else:
             drives = [
@@ -248,9 +259,24 @@ def simulated_robot(campaign: Campaign, distance_m: Optional[float]) -> AdvisedR
     return AdvisedRobot(campaign.robot.name, campaign.robot.file.ppr, tests, first.encoder, candidates_of(campaign))
 
 
-def study_odometry(robot: AdvisedRobot, requirement: Requirement) -> Advice:
-    """Sample the odometry of a robot's drives, and find the counts and the candidate that suffice."""
-    tests, candidates, params = robot.tests, robot.candidates, robot.encoder
+def study_odometry(robot: AdvisedRobot, requirement: Requirement, wheels: str = '') -> Advice:
+    """Find the counts and the candidate that suffice for odometry on each kind of wheels; '' shows two kinds."""
+    tests = robot.by_wheels()
+    default = next(iter(tests))
+    shown = [QUALITIES[wheels]] if wheels else [default, CALIBRATED if default == EXACT else EXACT]
+    studied = {each: _curves_and_answer(robot, tests[each], requirement, each in shown) for each in tests}
+    by_wheels = {quality: answer for quality, (_, answer) in studied.items()}
+    left_m, right_m, separation_m = robot.tests[0].robot.assumed.tolist()
+    geometry, odometry = RobotGeometry(left_m + right_m, separation_m), {Criterion.ODOMETRY: by_wheels[shown[0]]}
+    about = robot.name, robot.own_counts, requirement, studied[shown[0]][0], geometry
+    return Advice(*about, shown, odometry, by_wheels, {}, {})
+
+
+def _curves_and_answer(
+    robot: AdvisedRobot, tests: List[DriveDraws], requirement: Requirement, has_limits: bool
+) -> Tuple[OdometryCurves, Answer]:
+    """Return the curves and the answer; `has_limits` names errors of real encoders, unless the wheels are the limit."""
+    candidates, params = robot.candidates, robot.encoder
     if params.encoder.counts_per_wheel_turn is not None:  # so that ppr sets the counts
         params = params.model_copy(update={'encoder': IDEAL_ENCODER})
     curves = OdometryCurves(tests, params)
@@ -258,18 +284,15 @@ def study_odometry(robot: AdvisedRobot, requirement: Requirement) -> Advice:
     chosen = recommended(candidates, answer, tests, requirement)
     if chosen:
         answer = answer._replace(encoder=chosen.label)
-    elif answer.kind is not Kind.UNDECIDED:
-        real = finest_real(candidates, answer)
+    elif answer.kind is not Kind.UNDECIDED and not answer.reach:
+        real = finest_real(candidates, answer) if has_limits else None
         limited = real and odometry_answer.limited_answer(tests, real.params, requirement)
         if real and limited and any(limit.cause in odometry_answer.ENCODER_CAUSES for limit in limited.limits):
             curves = OdometryCurves(tests, odometry_answer.counts_by_ppr(real.params))
             answer = limited._replace(errors_of=real.label)
         elif answer.kind is Kind.FROM:
             answer = answer._replace(note='no candidate suffices')
-    left_m, right_m, separation_m = tests[0].robot.assumed.tolist()
-    geometry = RobotGeometry(left_m + right_m, separation_m)
-    answers = {Criterion.ODOMETRY: answer}
-    return Advice(robot.name, robot.own_counts, requirement, curves, geometry, answers, {}, {}, [], [])
+    return curves, answer
 
 
 def with_budgets(advice: Advice, counts_per_turn: Sequence[float] = BUDGET_COUNTS) -> Advice:

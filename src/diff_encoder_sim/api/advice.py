@@ -27,12 +27,13 @@ from diff_encoder_sim.analysis.results_table import record_of, trials_table
 from diff_encoder_sim.api.campaigns import unrun_text, workers
 from diff_encoder_sim.api.notes import name_campaigns_encoders, name_stopping, with_checks
 from diff_encoder_sim.api.options import AdviceOptions
-from diff_encoder_sim.api.recorded_advice import check_drive_options, robot_of_drive
+from diff_encoder_sim.api.recorded_advice import check_drive_options, robot_of_drive, robot_of_numbers
 from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.command_line import as_called
 from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder
+from diff_encoder_sim.robots.wheel_quality import QUALITIES, WheelQuality
 from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
 from diff_encoder_sim.trials.campaign_cells import Campaign
 from diff_encoder_sim.trials.campaign_loading import load_campaign
@@ -55,13 +56,18 @@ def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
     began_s = time.monotonic()
     requirement = Requirement(options.share, options.tolerance, math.radians(options.yaw_tolerance), options.confidence)
     options = _checked(options, requirement)
+    campaign = None
     if options.drive:
-        robot, campaign = robot_of_drive(options, options.drive), None
+        robot = robot_of_drive(options, options.drive)
+    elif options.wheel_diameter:
+        robot = robot_of_numbers(options)
     else:
         campaign = with_checks('advise', _candidates(options), options.unchecked)
         name_campaigns_encoders(as_called('advise'), campaign)
         robot = simulated_robot(campaign, options.distance)
-    advice = study_odometry(robot, requirement)
+        if options.wheels and options.has_trials:
+            campaign = _candidates(options, QUALITIES[options.wheels])
+    advice = study_odometry(robot, requirement, options.wheels)
     print(f'{advice.robot}: {requirement}\n{tables.answers_text(advice)}')
     print(f'  the same in closed form, for quantisation only: {tables.closed_form_text(advice)}', flush=True)
     print(f'{as_called("advise")}: first answer after {time.monotonic() - began_s:.1f} s', file=sys.stderr)
@@ -70,7 +76,8 @@ def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
         with _candidate_trials(options, campaign, run or run_trials) as trials_with:
             advice = study_trials(campaign, advice, trials_with)
     advice = with_budgets(advice, options.ppr or BUDGET_COUNTS)
-    encoders = listed_encoders(robot.tests, package_folder() / 'config', requirement, advice.answers, robot.candidates)
+    tests = [curve.draws for curve in advice.curves.curves]
+    encoders = listed_encoders(tests, package_folder() / 'config', requirement, advice.answers, robot.candidates)
     advice = advice._replace(encoders=encoders)
     if campaign and options.has_trials:
         print(tables.answers_text(advice))
@@ -93,7 +100,7 @@ def _checked(options: AdviceOptions, requirement: Requirement) -> AdviceOptions:
     fewest = fewest_trials(requirement)
     if options.trials is None:
         options = replace(options, trials=fewest_trials(requirement, FORGIVEN))
-    if options.has_trials and options.distance is not None:
+    if options.has_trials and options.distance is not None and options.wheel_diameter is None:
         raise ConfigError(f'--distance: given {options.distance:g}, but trials drive the tests; allowed: --no-trials')
     if options.has_trials and options.trials is not None and options.trials < fewest:
         raise ConfigError(
@@ -107,7 +114,7 @@ def _checked(options: AdviceOptions, requirement: Requirement) -> AdviceOptions:
     return options
 
 
-def _candidates(options: AdviceOptions) -> Campaign:
+def _candidates(options: AdviceOptions, quality: Optional[WheelQuality] = None) -> Campaign:
     """Load the candidates, by default with the robot's own encoder, and variants that leave out a cause of errors."""
     given = {key: getattr(options, key) for key in ('tests', 'ppr', 'encoders', 'trials', 'robot')}
     given['files'] = None if options.amcl is None else {'amcl': options.amcl}
@@ -124,6 +131,10 @@ def _candidates(options: AdviceOptions) -> Campaign:
     more: Dict[str, Any] = {}
     if own and not (options.ppr or campaign.params.encoders or f'{own:g}' in map(ppr_label, candidates)):
         more['ppr'] = [*(ppr.model_dump() for ppr in candidates), own]
+    if quality:
+        of_wheels = {f'simulator.wheel_errors.{key}': value for key, value in quality.errors.items()}
+        more['set'] = {**campaign.params.overrides, **of_wheels}
+        campaign = load({**given, **more})
     variants = switched_off([cell.robot_params for cell in campaign.cells])
     if variants and options.has_trials:
         more['variants'] = variants

@@ -10,6 +10,7 @@ from diff_encoder_sim.analysis.quantities import LEVEL, REQUIRED_FRACTION, YAW, 
 from diff_encoder_sim.base.bounds import COUNTER_STATES, LENGTH, PLACES, PULSES_PER_TURN, SEEDS, TRIALS, Between
 from diff_encoder_sim.drives.number_units import ANGLE_UNITS, LENGTH_UNITS, TIME_UNITS, UNITS
 from diff_encoder_sim.drives.topics import BAG_FORMATS, ODOM, SCAN
+from diff_encoder_sim.robots.wheel_quality import QUALITIES
 
 ROBOT = 'robot: a name (config/robots/), a robot file (.yaml), or a xacro or URDF file'
 ENCODERS = 'real encoders: amt102, pololu_25d, ... (files of config/encoders/; catalogue: all), or .yaml files'
@@ -20,6 +21,7 @@ WHEELS, NO_ANGLES = 'wheels, if the bag has several', 'wheels of a drive without
 DRAWS, DELAYS = Between(0, 10_000), Between(-10.0, 10.0, 's')
 REFERENCE = 'reference: poses that do not depend on the wheels'
 SQUARES = 'UMBmark'
+TWO_NUMBERS = 'two numbers in place of a robot (by default 10 m straight; no URDF, laser, simulation or trials)'
 
 
 def option(
@@ -162,6 +164,12 @@ class AdviceOptions(WheelOptions, RunOptions):
 
     robot: Optional[str] = option(None, f"{ROBOT} (default: alto; with --drive, that of the bag's trial)", 'NAME|FILE')
     drive: Optional[Path] = option(None, 'recorded drive in place of the tests, without trials', 'BAG|TABLE')
+    wheel_diameter: Optional[float] = option(None, 'of the drive wheels, in metres', 'M', LENGTH, TWO_NUMBERS)
+    wheel_separation: Optional[float] = option(None, 'of their contact points, in metres', 'M', LENGTH, TWO_NUMBERS)
+    turns: float = option(1.0, 'turns in place, next to the straight --distance', 'N', Between(0, 1000), TWO_NUMBERS)
+    wheels: str = option(
+        '', 'accuracy of radii and separation (default: of the robot file, else exact)', choices=tuple(QUALITIES)
+    )
     tolerance: float = option(X.tolerance, 'allowed in x and y at the goal, in metres', 'M', Between(1e-6, 1000.0, 'm'))
     yaw_tolerance: float = option(
         YAW.tolerance, 'allowed heading error, in degrees', 'DEG', Between(1e-6, 360.0, 'degrees')

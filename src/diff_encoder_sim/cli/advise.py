@@ -19,8 +19,9 @@ if TYPE_CHECKING:
 
 API = 'api.advice'  # imported by the command on demand
 EXAMPLES = [
+    '--wheel-diameter 0.2 --wheel-separation 0.45 --distance 10',
     '--robot my_robot.yaml --tolerance 0.05 --yaw-tolerance 3',
-    '--robot burger --share 0.95 --distance 10 --no-trials',
+    '--robot burger --share 0.95 --distance 10 --wheels calibrated --no-trials',
     '--tests SL --ppr 40 90 180 360 --out results/advice_sl --json advice.json',
     '--encoders catalogue --out results/advice_catalogue',
 ]

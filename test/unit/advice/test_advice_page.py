@@ -5,9 +5,10 @@ import re
 
 import pytest
 
-from advised_robots import whole_advice
+from advised_robots import REACH, whole_advice
 from diff_encoder_sim.advice.advice_page import advice_charts, write_page
-from diff_encoder_sim.advice.advice_tables import VERSION, advice_json, advice_tables, shown_counts
+from diff_encoder_sim.advice.advice_tables import VERSION, advice_json, advice_tables, answers_text, shown_counts
+from diff_encoder_sim.robots.wheel_quality import QUALITIES
 from places import ROOT
 
 
@@ -26,7 +27,7 @@ def rows_with(column, advice):
 def test_the_page_has_answers_charts_and_tables(tmp_path):
     page = page_of(whole_advice(), tmp_path)
     assert '<title>Which encoder for alto?</title>' in page
-    assert '<dt>true pose at the goal</dt><dd>at least 40 counts per revolution; 28 do not suffice</dd>' in page
+    assert '<dt>true pose at the goal</dt><dd>at least 40 counts per wheel turn; 28 do not suffice</dd>' in page
     assert 'id="chart-share"' in page and 'id="chart-budget"' in page
     assert 'Encoders on these wheels' in page and '34 closed-loop trials' in page
     assert len(page) < 3_000_000
@@ -80,10 +81,36 @@ def test_answers_are_by_question(content):
     assert list(answers) == ['odometry', 'pose_estimate', 'truth'] and answers['truth']['encoder'] == '40'
     odometry, (low, high) = answers['odometry'], answers['odometry']['interval']
     assert odometry['kind'] == 'from' and max(330.0, low) <= odometry['smallest_ppr'] <= min(365.0, high)
-    nothing = dict.fromkeys(('smallest_ppr', 'encoder', 'undecided_encoder', 'errors_of'))
+    nothing = dict.fromkeys(('smallest_ppr', 'encoder', 'reach', 'undecided_encoder', 'errors_of'))
     text = 'undecided, about 12 more trials of each test would decide'
     undecided = {'kind': 'undecided', 'interval': [None, None], 'limit': [], 'more_trials': 12, 'text': text}
     assert answers['pose_estimate'] == {**nothing, **undecided}
+
+
+def test_the_documentation_has_all_wheels():
+    text = (ROOT / 'docs' / 'which_encoder.md').read_text(encoding='utf-8')
+    for wheels in QUALITIES.values():
+        assert re.search(rf'\| `{wheels.name}` \| {100.0 * wheels.std:g}( %)? \| {wheels.source.split(",")[0]}', text)
+
+
+def test_answers_are_by_wheels_too(content):
+    assert content['wheels'] == 'exact' and content['answers_by_wheels']['exact'] == content['answers']
+    (calibrated,) = content['answers_by_wheels']['calibrated'].values()
+    assert calibrated['reach'] == {**REACH._asdict(), 'after': [20.0, 0.0], 'holds_for': [5.59, 0.0]}
+    text = '0.64 m sideways after 20 m, 50 mm allowed: the encoder is not the limit; 50 mm hold for 5.6 m'
+    assert calibrated['text'] == text
+    better = 'ratio of the radii to 0.0039 % instead of 0.1 %, then at least 389 counts'
+    assert content['improvement'] == f'a correction of the pose every 5.6 m; or {better}'
+
+
+@pytest.mark.parametrize('width', [80, 100])
+def test_answers_fit_the_terminal_and_numbers_stay_with_their_units(width, monkeypatch):
+    monkeypatch.setenv('COLUMNS', str(width))
+    lines = answers_text(whole_advice()).splitlines()
+    assert max(map(len, lines)) <= width and not any(re.search(r'\d$', line) for line in lines[:-1])
+    heads = [line.partition(': ')[0] for line in lines if not line.startswith('    ')]
+    odometry = ['  odometry with exact wheels', '  odometry with wheels calibrated to 0.1 %']
+    assert heads[:3] == [*odometry, '  most effective improvement']
 
 
 def test_budgets_add_up(content):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.advice import answers
-from diff_encoder_sim.advice.answers import Answer, Criterion, Kind, Requirement
+from diff_encoder_sim.advice.answers import Answer, Criterion, Kind, Reach, Requirement, Travel
 from diff_encoder_sim.base.se2 import Pose2D
 
 
@@ -14,10 +14,26 @@ def test_an_answer_in_words():
     """test_advise.py and test_advice_page.py have the others."""
     answer = Answer(Criterion.TRUTH, Kind.FROM, 347.0, (340.0, 350.0), '360', more_trials=70, undecided='28')
     assert str(answer).split('; ') == [
-        'at least 347 counts per revolution (between 340 and 350)',
+        'at least 347 counts per wheel turn (between 340 and 350)',
         'smallest tested: 360 PPR',
         '28 PPR undecided, about 70 more trials of each test would decide',
     ]
+
+
+@pytest.mark.parametrize(
+    ('error', 'axis', 'text'),
+    [
+        (2.47, 'across', '2.5 m sideways after 20 m, 50 mm allowed'),
+        (0.0532, 'along', '53 mm along the path after 20 m, 50 mm allowed'),
+        (2471.0, 'across', '2500 m sideways after 20 m, 50 mm allowed'),
+        (0.073, 'heading', '4.2 degrees of heading after 20 m, 2.86479 degrees allowed'),
+    ],
+)
+def test_a_reach_is_in_metres_millimetres_or_degrees_of_two_digits(error, axis, text):
+    reach = Reach('SL', axis, error, 0.05, Travel(20.0, 0.0), Travel(5.93, 0.0))
+    assert str(reach).startswith(f'{text}: the encoder is not the limit; ') and str(reach).endswith(' hold for 5.9 m')
+    assert str(reach._replace(after=Travel(0.0, 10.0 * math.pi))).partition(' after ')[2].startswith('5 turns, ')
+    assert str(Travel(0.001, 2.0 * math.pi)) == '1 turn'
 
 
 def test_all_of_x_y_and_heading_must_be_within():

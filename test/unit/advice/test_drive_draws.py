@@ -10,6 +10,7 @@ from diff_encoder_sim.advice.drive_draws import (
     CALIBRATED_GEOMETRY,
     CONTACT,
     RADIUS,
+    SLIP,
     DriveDraws,
     drawn_robot,
     navigated,
@@ -24,6 +25,7 @@ from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.navigation.goal_stopping import StopSpread
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.simulated_robot import TrueWheels
+from diff_encoder_sim.robots.wheel_quality import EXACT, WheelQuality
 from diff_encoder_sim.simulation.simulator import WheelErrorParams
 from diff_encoder_sim.trials.robot_params import load_robot_params
 from drawn_drives import LINE_M, calibrated, encoder_of, line, one_by_one, robot_of, rolled
@@ -153,6 +155,26 @@ def test_the_same_draws_come_with_every_encoder_and_number_of_encoders():
     together = draws.errors([encoder_of(90), encoder_of(1024), None], 50)
     np.testing.assert_array_equal(together[1], draws.errors([encoder_of(1024)], 50)[0])
     np.testing.assert_allclose(together[1], together[2], atol=0.02)
+
+
+def test_wheels_of_a_quality_share_the_errors_of_encoders():
+    """Their errors are added to those of exact wheels: as if both were sampled at once."""
+    robot, encoders = robot_of(slip_noise=1e-7, left_radius_error=0.2), [encoder_of(360), None]
+    good, drive = robot.with_quality(WheelQuality('good', '', 2e-4, '')), line(8.0, speed=2.0)
+    exact, own = DriveDraws(drive, robot.with_quality(EXACT), 1), DriveDraws(drive, good, 2)
+    shared = exact.of(good, exact)
+    for added, at_once, of_exact in zip(*(each.errors(encoders, DRAWS) for each in (shared, own, exact))):
+        assert added.std(axis=0) == pytest.approx(at_once.std(axis=0), rel=0.06)
+        assert added[:, 1].std() > 1.2 * of_exact[:, 1].std()
+    assert (exact.robot.has(RADIUS), shared.robot.has(RADIUS), shared.robot.has(SLIP)) == (False, True, True)
+
+
+def test_errors_under_way_end_as_at_the_goal():
+    draws = DriveDraws(rolled(*ROUTE, start={'yaw': 1.0}), robot_of(left_radius_error=0.01), 1)
+    under_way = draws.errors_under_way(5)
+    np.testing.assert_allclose(under_way[:, -1], draws.errors([None], 5)[0], atol=1e-9)
+    assert not under_way[:, 0].any()
+    assert draws.travel(-1) == pytest.approx((1.8, 2.0 * math.pi * 0.35), rel=1e-3)
 
 
 def test_a_robot_is_read_from_its_files():

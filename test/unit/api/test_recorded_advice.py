@@ -9,6 +9,7 @@ import yaml
 
 from diff_encoder_sim.advice import odometry_answer, odometry_study
 from diff_encoder_sim.cli.advise import main
+from diff_encoder_sim.robots.wheel_quality import QUALITIES
 from drawn_drives import calibrated, rolled
 
 TICKS = 100_000
@@ -45,8 +46,8 @@ def test_a_recorded_line_needs_the_counts_of_the_closed_form(capsys):
     counts = 347.3 * 0.4 / SEPARATION_M * 0.199 / 0.2  # ALTO's, by separation and mean diameter
     assert advice['answers']['odometry']['smallest_ppr'] == pytest.approx(counts, rel=0.06)
     assert 0.9 * counts < advice['closed_form_ppr']['line'] < counts  # of a line that ends some counts askew
-    assert advice['assumptions'] == 'exact wheels; no slip; the path of line, repeated'
-    assert f'assumes {advice["assumptions"]}' in capsys.readouterr().out
+    assert advice['assumptions'] == 'exact wheels; no slip; line as recorded, repeated'
+    assert f'assumes {advice["assumptions"]}' in ' '.join(capsys.readouterr().out.split())
     assert any(each['name'] == 'own of chair' for each in advice['encoders']) and advice['trials'] == []
 
 
@@ -54,7 +55,10 @@ def test_a_calibration_is_in_the_answer_the_budget_and_the_assumptions():
     calibration = calibrated(scale=0.003, ratio=1e-4, turning=5e-4, slip_m2_per_m=1e-6).model_dump(exclude_none=True)
     advice = advise({'set': WHEELS, 'calibration': calibration}, '--ppr', '20', '250')
     answer = advice['answers']['odometry']
-    assert answer['kind'] == 'not_the_limit'
+    assert answer['kind'] == 'not_the_limit' and advice['wheels'] == 'robot_file'
+    by_wheels = advice['answers_by_wheels']
+    assert list(by_wheels) == ['robot_file', *QUALITIES] and by_wheels['robot_file'] == advice['answers']
+    assert 'wheel radius' in [limit['cause'] for limit in by_wheels['measured']['odometry']['limit']]
     causes = [limit['cause'] for limit in answer['limit']]
     assert causes == ['wheel slip', 'calibration (scale)', 'calibration (ratio of radii)']
     ratio_to = 'ratio of radii to 0.02 %, radius / separation to 0.098 %, scale to 0.59 %'
