@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import os
 import re
-import shutil
 import textwrap
 from typing import Any, Dict, Iterator, List, Mapping, Tuple
 
@@ -16,6 +16,8 @@ from diff_encoder_sim.advice.odometry_study import Advice
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.text_tables import TextTable
 from diff_encoder_sim.robots.wheel_quality import BEST_STD, EXACT, ROBOT_FILE, WheelQuality
+
+PIPE_COLUMNS = 100  # of answers that go to a file or pipe
 
 TO_SHOWN = np.array([1e3, 1e3, np.degrees(1.0)])
 UNITS = ('along [mm]', 'across [mm]', 'heading [deg]')
@@ -112,7 +114,7 @@ def answers_text(advice: Advice) -> str:
     of_std = '; {:g} %: standard deviation of the ratio of the radii and of the separation, {}'
     stds = ''.join(of_std.format(100.0 * each.std, each.source) for each in advice.shown_wheels if each.std)
     lines = [*(f'{head}: {text}' for head, text in answer_rows(advice)), f'assumes {assumptions_text(advice)}{stds}']
-    width = shutil.get_terminal_size((100, 24)).columns
+    width = os.get_terminal_size().columns if os.isatty(1) else PIPE_COLUMNS
     kept = (re.sub(r'(?<=\d) (?=\S)', '\xa0', line) for line in lines)  # numbers stay with their units
     filled = (textwrap.fill(line, width, initial_indent='  ', subsequent_indent='    ') for line in kept)
     return '\n'.join(filled).replace('\xa0', ' ')
