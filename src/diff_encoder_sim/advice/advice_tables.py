@@ -17,7 +17,7 @@ from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.text_tables import TextTable
 from diff_encoder_sim.robots.wheel_quality import BEST_STD, EXACT, ROBOT_FILE, WheelQuality
 
-PIPE_COLUMNS = 100  # of answers that go to a file or pipe
+PIPE_COLUMNS = 100  # of answers that do not go to a terminal, or to one that does not state its width
 
 TO_SHOWN = np.array([1e3, 1e3, np.degrees(1.0)])
 UNITS = ('along [mm]', 'across [mm]', 'heading [deg]')
@@ -114,7 +114,7 @@ def answers_text(advice: Advice) -> str:
     of_std = '; {:g} %: standard deviation of the ratio of the radii and of the separation, {}'
     stds = ''.join(of_std.format(100.0 * each.std, each.source) for each in advice.shown_wheels if each.std)
     lines = [*(f'{head}: {text}' for head, text in answer_rows(advice)), f'assumes {assumptions_text(advice)}{stds}']
-    width = os.get_terminal_size().columns if os.isatty(1) else PIPE_COLUMNS
+    width = (os.isatty(1) and os.get_terminal_size().columns) or PIPE_COLUMNS
     kept = (re.sub(r'(?<=\d) (?=\S)', '\xa0', line) for line in lines)  # numbers stay with their units
     filled = (textwrap.fill(line, width, initial_indent='  ', subsequent_indent='    ') for line in kept)
     return '\n'.join(filled).replace('\xa0', ' ')

@@ -1,6 +1,7 @@
 """An advice as page, charts, tables and JSON."""
 
 import json
+import os
 import re
 
 import pytest
@@ -103,9 +104,11 @@ def test_answers_are_by_wheels_too(content):
     assert content['improvement'] == f'a correction of the pose every 5.6 m; or {better}'
 
 
-@pytest.mark.parametrize('width', [80, 100])
-def test_answers_fit_the_terminal_and_numbers_stay_with_their_units(width, monkeypatch):
-    monkeypatch.setenv('COLUMNS', str(width))
+@pytest.mark.parametrize(('columns', 'width'), [(80, 80), (0, 100), (None, 100)])
+def test_answers_fit_the_terminal_and_numbers_stay_with_their_units(columns, width, monkeypatch):
+    """Some terminals report 0 columns; a pipe is none."""
+    monkeypatch.setattr(os, 'isatty', lambda _: columns is not None)
+    monkeypatch.setattr(os, 'get_terminal_size', lambda: os.terminal_size((columns, 24)))
     lines = answers_text(whole_advice()).splitlines()
     assert max(map(len, lines)) <= width and not any(re.search(r'\d$', line) for line in lines[:-1])
     heads = [line.partition(': ')[0] for line in lines if not line.startswith('    ')]
