@@ -157,7 +157,7 @@ class Limit(NamedTuple):
     reduced_to: float  # error that would leave room for other causes
 
     def __str__(self) -> str:
-        error, allowed = self.amount.split(', ')
+        error, allowed = self._error_and_allowed()
         return f'{self.cause} makes {error} {AXIS_TEXT[self.axis]} in {self.test}, {allowed}'
 
     @property
@@ -168,7 +168,10 @@ class Limit(NamedTuple):
     @property
     def amount(self) -> str:
         """Return the error and the tolerance: `47 mm, 50 mm allowed`."""
-        return f'{amount_text(self.error, self.axis)}, {amount_text(self.tolerance, self.axis, 6)} allowed'
+        return ', '.join(self._error_and_allowed())
+
+    def _error_and_allowed(self) -> Tuple[str, str]:
+        return amount_text(self.error, self.axis), f'{amount_text(self.tolerance, self.axis, 6)} allowed'
 
     @property
     def reduced(self) -> str:

@@ -44,7 +44,7 @@ from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 # How a drive is known, in the words of the assumptions.
 SIMULATED, RECORDED = " on the simulator's level floor, with its grip", ' as recorded, repeated'
-IDEAL = ', from rest to rest on a level floor, with ends that vary by 0.05 m and 3 degrees'
+IDEAL = f', from rest to rest on a level floor, with ends that vary by {X.tolerance:g} m and {YAW.tolerance:g} degrees'
 
 FINEST = PerWheel(left=65536.0, right=65536.0)  # a navigated drive needs an encoder
 

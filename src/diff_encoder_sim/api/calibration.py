@@ -109,10 +109,10 @@ def _by_reference(options: CalibrateOptions, robot: RecordedRobot, recorded: Seq
     drives = list(_referenced(recorded))
     found = of_robot(estimation.calibrate(drives, nominal), nominal, robot.odometry.axle_x)
     notes = [f'{each.path}: {note}' for each in recorded for note in each.notes]
-    yaw_rad = found.values.get('reference_yaw_rad', estimation.Estimated(0.0, (0.0, 0.0))).value
-    if math.cos(yaw_rad) < 0.0:
+    yaw = found.values.get('reference_yaw_rad')
+    if yaw and math.cos(yaw.value) < 0.0:
         notes.append(
-            f'the reference looks backward (yaw {math.degrees(yaw_rad):.0f} degrees); if it does not, the wheels are '
+            f'the reference looks backward (yaw {math.degrees(yaw.value):.0f} degrees); if it does not, the wheels are '
             'swapped and reversed: give the other wheel first, and --reversed left right'
         )
     predictions: List[Prediction] = []

@@ -343,7 +343,7 @@ def with_geometry(parameters: np.ndarray, geometry: WheelGeometry) -> np.ndarray
 
 def sensor_path(track: Track, parameters: np.ndarray) -> np.ndarray:
     """Return (k, 3) poses of the sensor by odometry, on the reference by the rigid motion that fits best."""
-    motions, path = _path(track, parameters)
+    motions, path = odometry_path(track, parameters)
     target, turn = track.poses[:, 0] + 1j * track.poses[:, 1], _turn(track, path)
     placed = target.mean() + (path - path.mean()) * np.exp(1j * turn)
     return np.column_stack((placed.real, placed.imag, motions[:, 2] + turn + parameters[INDEX['reference_yaw_rad']]))
@@ -351,22 +351,21 @@ def sensor_path(track: Track, parameters: np.ndarray) -> np.ndarray:
 
 def start_heading(track: Track, parameters: np.ndarray, over_m: float) -> float:
     """Return the robot's heading at the start of a drive [rad], by which its first rows fit best."""
-    motions, path = _path(track, parameters)
-    rows = first_rows(track, parameters, over_m)
+    motions, path = odometry_path(track, parameters)
+    rows = rows_of_start(path, over_m)
     if track.has_yaw and abs(path[:rows] - path[0]).max() < LEAST_SIZE_M:  # turns in place
         yaws_rad = track.poses[:rows, 2] - motions[:rows, 2] - parameters[INDEX['reference_yaw_rad']]
         return float(np.angle(np.exp(1j * yaws_rad).mean()))
     return _turn(track, path[:rows])
 
 
-def first_rows(track: Track, parameters: np.ndarray, over_m: float) -> int:
+def rows_of_start(path: np.ndarray, over_m: float) -> int:
     """Return the number of rows until the sensor is so far from its start, or half as far as it ever is."""
-    path = _path(track, parameters)[1]
     away_m = abs(path - path[0])  # not the wheels' path: positions show the heading of a robot that turns badly
     return max(2, int(np.argmax(away_m >= min(over_m, 0.5 * away_m.max()))))
 
 
-def _path(track: Track, parameters: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+def odometry_path(track: Track, parameters: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     """Return `Track.motions` at all rows of the reference, and the places of the sensor as complex numbers."""
     motions = track.motions(parameters, track.pose_times_s - parameters[INDEX['reference_delay_s']])
     return motions, motions[:, 0] + 1j * motions[:, 1] + complex(*parameters[3:5]) * np.exp(1j * motions[:, 2])

@@ -14,9 +14,10 @@ from diff_encoder_sim.calibration.estimation import (
     Calibration,
     ReferencedDrive,
     calibrate,
-    first_rows,
+    odometry_path,
     pieces_of,
     reach_of,
+    rows_of_start,
     start_heading,
     track_of,
     with_geometry,
@@ -85,17 +86,18 @@ def _end_error(track: Track, parameters: np.ndarray) -> Tuple[np.ndarray, np.nda
     """Return the mean error of the last part (3,) and its covariance (3, 3), without that of the parameters."""
     delay_s = parameters[INDEX['reference_delay_s']]
     motions, rows = track.motions(parameters, track.middles_s - delay_s), slice(track.first_rows[-2], None)
-    is_aligned = track.first_rows[track.first_parts[:-1]] < first_rows(track, parameters, ALIGNED_OVER_M)
+    of_rows, path = odometry_path(track, parameters)
+    is_aligned = track.first_rows[track.first_parts[:-1]] < rows_of_start(path, ALIGNED_OVER_M)
     is_aligned[:2] = True
     _, _, state, covariance = track.filtered(parameters, is_aligned)
-    at_rows = track.motions(parameters, track.pose_times_s[rows] - delay_s)[:, :3]
+    at_rows = of_rows[rows, :3]
     turn = state[2] - motions[-1, 2]
     yaws = at_rows[:, 2] + turn
-    path = (at_rows[:, 0] + 1j * at_rows[:, 1] - complex(*motions[-1, :2])) * np.exp(1j * turn)
+    moved_m = (at_rows[:, 0] + 1j * at_rows[:, 1] - complex(*motions[-1, :2])) * np.exp(1j * turn)
     sensors = complex(*parameters[3:5]) * np.exp(1j * yaws)
-    off = track.poses[rows, 0] + 1j * track.poses[rows, 1] - complex(*state[:2]) - path - sensors
+    off = track.poses[rows, 0] + 1j * track.poses[rows, 1] - complex(*state[:2]) - moved_m - sensors
     off_yaw = wrap_angles(track.poses[rows, 2] - yaws - parameters[5])
-    of_path = (path + sensors).mean()
+    of_path = (moved_m + sensors).mean()
     by_pose = np.array([[1.0, 0.0, -of_path.imag], [0.0, 1.0, of_path.real], [0.0, 0.0, 1.0]])
     total = by_pose @ covariance[:3, :3] @ by_pose.T
     noise = np.exp(2.0 * parameters[9:13])

@@ -60,7 +60,7 @@ def test_quantisation_on_a_straight_line_is_its_closed_form(counts):
 
 @pytest.mark.parametrize('wheels', ['calibrated', 'measured', 'uncalibrated'])
 def test_wheels_are_the_limit_by_the_closed_form(wheels):
-    """A ratio of radii that is off by e moves the end by e S^2 / (2 L), which also tells how far a tolerance holds."""
+    """A ratio of radii that is off by e moves the end by e S^2 / (2 L), which also shows how far a tolerance holds."""
     advice = advise('--turns', '0', '--wheels', wheels)
     error, (answer,) = NORMAL_80 * QUALITIES[wheels].std, advice['answers'].values()
     assert (advice['wheels'], answer['kind'], answer['limit'][0]['cause']) == (wheels, 'not_the_limit', 'wheel radius')
