@@ -212,6 +212,9 @@ class Advice(NamedTuple):
 BUDGET_COUNTS = tuple(float(2**exponent) for exponent in range(6, 15))  # resolutions with a budget
 
 
+TestsByWheels = Dict[WheelQuality, List[DriveDraws]]
+
+
 class AdvisedRobot(NamedTuple):
     """Robot that needs an encoder, and its drives."""
 
@@ -221,7 +224,7 @@ class AdvisedRobot(NamedTuple):
     encoder: EncoderParams  # whose counts are replaced
     candidates: List[Candidate]
 
-    def by_wheels(self) -> Dict[WheelQuality, List[DriveDraws]]:
+    def by_wheels(self) -> TestsByWheels:
         """Return the drives by quality of the wheels, those of a robot file with errors first."""
         own = self.tests[0].robot
         robots = {own.own_quality: own, **{each: own.with_quality(each) for each in QUALITIES.values()}}
@@ -259,17 +262,26 @@ def simulated_robot(campaign: Campaign, distance_m: Optional[float]) -> AdvisedR
     return AdvisedRobot(campaign.robot.name, campaign.robot.file.ppr, tests, first.encoder, candidates_of(campaign))
 
 
-def study_odometry(robot: AdvisedRobot, requirement: Requirement, wheels: str = '') -> Advice:
-    """Find the counts and the candidate that suffice for odometry on each kind of wheels; '' shows two kinds."""
-    tests = robot.by_wheels()
+def study_odometry(robot: AdvisedRobot, tests: TestsByWheels, requirement: Requirement, wheels: str = '') -> Advice:
+    """Find the counts and the candidate that suffice for odometry on the shown wheels; '' shows two kinds."""
     default = next(iter(tests))
     shown = [QUALITIES[wheels]] if wheels else [default, CALIBRATED if default == EXACT else EXACT]
-    studied = {each: _curves_and_answer(robot, tests[each], requirement, each in shown) for each in tests}
+    studied = {each: _curves_and_answer(robot, tests[each], requirement, True) for each in shown}
     by_wheels = {quality: answer for quality, (_, answer) in studied.items()}
     left_m, right_m, separation_m = robot.tests[0].robot.assumed.tolist()
     geometry, odometry = RobotGeometry(left_m + right_m, separation_m), {Criterion.ODOMETRY: by_wheels[shown[0]]}
     about = robot.name, robot.own_counts, requirement, studied[shown[0]][0], geometry
     return Advice(*about, shown, odometry, by_wheels, {}, {})
+
+
+def with_all_wheels(advice: Advice, robot: AdvisedRobot, tests: TestsByWheels) -> Advice:
+    """Return the advice with the answers for the wheels that are not shown."""
+    known = advice.by_wheels
+    answers = {
+        each: known.get(each) or _curves_and_answer(robot, of_wheels, advice.requirement, False)[1]
+        for each, of_wheels in tests.items()
+    }
+    return advice._replace(by_wheels=answers)
 
 
 def _curves_and_answer(

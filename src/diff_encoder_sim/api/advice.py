@@ -19,6 +19,7 @@ from diff_encoder_sim.advice.odometry_study import (
     listed_encoders,
     simulated_robot,
     study_odometry,
+    with_all_wheels,
     with_budgets,
 )
 from diff_encoder_sim.advice.trial_study import TrialsWith, study_trials, switched_off
@@ -67,10 +68,12 @@ def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
         robot = simulated_robot(campaign, options.distance)
         if options.wheels and options.has_trials:
             campaign = _candidates(options, QUALITIES[options.wheels])
-    advice = study_odometry(robot, requirement, options.wheels)
+    by_wheels = robot.by_wheels()
+    advice = study_odometry(robot, by_wheels, requirement, options.wheels)
     print(f'{advice.robot}: {requirement}\n{tables.answers_text(advice)}')
     print(f'  the same in closed form, for quantisation only: {tables.closed_form_text(advice)}', flush=True)
     print(f'{as_called("advise")}: first answer after {time.monotonic() - began_s:.1f} s', file=sys.stderr)
+    advice = with_all_wheels(advice, robot, by_wheels)
     if campaign and options.has_trials:
         name_stopping('advise', campaign, requirement.position_m, options.yaw_tolerance)
         with _candidate_trials(options, campaign, run or run_trials) as trials_with:
@@ -97,16 +100,20 @@ def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
 def _checked(options: AdviceOptions, requirement: Requirement) -> AdviceOptions:
     """Check options before the computation starts, and set the number of trials."""
     check_drive_options(options)
-    fewest = fewest_trials(requirement)
-    if options.trials is None:
-        options = replace(options, trials=fewest_trials(requirement, FORGIVEN))
-    if options.has_trials and options.distance is not None and options.wheel_diameter is None:
-        raise ConfigError(f'--distance: given {options.distance:g}, but trials drive the tests; allowed: --no-trials')
-    if options.has_trials and options.trials is not None and options.trials < fewest:
-        raise ConfigError(
-            f'--trials: given {options.trials}; allowed: at least {fewest}; fewer cannot show that '
-            f'{100 * options.share:g} % of all trials are within the tolerance, even if none fails'
-        )
+    if options.drive or options.wheel_diameter:
+        options = replace(options, has_trials=False)
+    if options.has_trials:
+        fewest, trials = fewest_trials(requirement), options.trials
+        options = replace(options, trials=fewest_trials(requirement, FORGIVEN) if trials is None else trials)
+        if options.distance is not None:
+            raise ConfigError(
+                f'--distance: given {options.distance:g}, but trials drive the tests; allowed: --no-trials'
+            )
+        if trials is not None and trials < fewest:
+            raise ConfigError(
+                f'--trials: given {trials}; allowed: at least {fewest}; fewer cannot show that '
+                f'{100 * options.share:g} % of all trials are within the tolerance, even if none fails'
+            )
     if options.out.exists() and not options.out.is_dir():
         raise ConfigError(f'--out: given {str(options.out)!r}, a file; allowed: a folder, new or with results')
     if options.json and (options.json.is_dir() or not options.json.parent.is_dir()):
