@@ -6,6 +6,7 @@ from advised_robots import straight_advice, whole_advice
 from browser import NEEDS_BROWSER, opened_page
 from diff_encoder_sim.advice.advice_page import write_page
 from diff_encoder_sim.advice.odometry_study import with_budgets
+from diff_encoder_sim.analysis.report.about import PageAbout, guide, wheels_text
 
 pytestmark = NEEDS_BROWSER
 
@@ -20,7 +21,7 @@ def opened(tmp_path_factory):
     with opened_page(tmp_path_factory.mktemp('profile')) as page:
 
         def opened(advice, width_px=1280):
-            write_page(advice, path)
+            write_page(advice, PageAbout('advise', wheels_text(0.2, 0.2, 0.4), [guide('which_encoder')]), path)
             page.open(path, width_px)
             page.wait_for('document.querySelectorAll(".charts.drawn figure svg").length === 3')
             return page

@@ -18,6 +18,7 @@ from diff_encoder_sim.advice.odometry_study import Advice
 from diff_encoder_sim.analysis.charts import chart_page
 from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Option, chart_of, with_legend, zoomed
 from diff_encoder_sim.analysis.charts.drawings import tips
+from diff_encoder_sim.analysis.report.about import PageAbout, about_html
 from diff_encoder_sim.base.atomic_files import write_file
 
 # Colours of criteria and causes, safe for colour-blind readers (Okabe and Ito, 2008; the last by Tol).
@@ -42,7 +43,7 @@ _COUNTS = (
 Rows = List[Dict[str, Any]]
 
 
-def write_page(advice: Advice, path: Path) -> None:
+def write_page(advice: Advice, about: PageAbout, path: Path) -> None:
     """Write the page atomically; OSError if the file cannot be written."""
     with debug_mode(False):  # validation in Altair takes longer than the drawing
         charts = advice_charts(advice)
@@ -54,6 +55,7 @@ def write_page(advice: Advice, path: Path) -> None:
     trials = sum(tried.within[Criterion.TRUTH].trials for tried in advice.tried)
     page = chart_page.load_template('advice.html', Path(__file__).parent, chart_page.STYLE).render(
         advice=advice,
+        about=about_html(about, path.parent),
         scope='; '.join([*scope, *([f'{trials} closed-loop trials'] if trials else [])]) + '.',
         answers=tables.answer_rows(advice),
         assumptions=tables.assumptions_text(advice),

@@ -223,6 +223,7 @@ class AdvisedRobot(NamedTuple):
     tests: List[DriveDraws]
     encoder: EncoderParams  # whose counts are replaced
     candidates: List[Candidate]
+    file: str = ''  # robot file
 
     def by_wheels(self) -> TestsByWheels:
         """Return the drives by quality of the wheels, those of a robot file with errors first."""
@@ -259,7 +260,8 @@ def simulated_robot(campaign: Campaign, distance_m: Optional[float]) -> AdvisedR
                 for test, job in first_trials.items()
             ]
     tests = [DriveDraws(drive, robot, campaign.params.seed) for drive in drives]
-    return AdvisedRobot(campaign.robot.name, campaign.robot.file.ppr, tests, first.encoder, candidates_of(campaign))
+    name, file = campaign.robot.name, campaign.robot.file
+    return AdvisedRobot(name, file.ppr, tests, first.encoder, candidates_of(campaign), file.where)
 
 
 def study_odometry(robot: AdvisedRobot, tests: TestsByWheels, requirement: Requirement, wheels: str = '') -> Advice:

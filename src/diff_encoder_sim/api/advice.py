@@ -16,6 +16,7 @@ from diff_encoder_sim.advice.encoder_search import FORGIVEN, fewest_trials
 from diff_encoder_sim.advice.odometry_study import (
     BUDGET_COUNTS,
     Advice,
+    AdvisedRobot,
     listed_encoders,
     simulated_robot,
     study_odometry,
@@ -24,6 +25,7 @@ from diff_encoder_sim.advice.odometry_study import (
 )
 from diff_encoder_sim.advice.trial_study import TrialsWith, study_trials, switched_off
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
+from diff_encoder_sim.analysis.report.about import PageAbout, guide, robot_file, wheels_text
 from diff_encoder_sim.analysis.results_table import record_of, trials_table
 from diff_encoder_sim.api.campaigns import unrun_text, workers
 from diff_encoder_sim.api.notes import name_campaigns_encoders, name_stopping, with_checks
@@ -89,12 +91,21 @@ def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
     options.out.mkdir(parents=True, exist_ok=True)
     from diff_encoder_sim.advice.advice_page import write_page  # noqa: PLC0415 - Altair takes a second to import
 
-    write_page(advice, options.out / PAGE)
+    write_page(advice, _about(robot, advice), options.out / PAGE)
     print(f'Page: {options.out / PAGE}')
     if options.json:
         write_file(options.json, json.dumps(tables.advice_json(advice), indent=1, allow_nan=False).encode('utf-8'))
         print(f'JSON: {options.json}')
     return advice
+
+
+def _about(robot: AdvisedRobot, advice: Advice) -> PageAbout:
+    """Return origin and links of the page."""
+    left_m, right_m, separation_m = robot.tests[0].robot.assumed.tolist()
+    quality = ' and '.join(each.text for each in advice.shown_wheels)
+    wheels = wheels_text(2.0 * left_m, 2.0 * right_m, separation_m, quality)
+    tests = [draws.drive.requested.test for draws in robot.tests if draws.drive.requested.test.world != 'none']
+    return PageAbout('advise', wheels, [*robot_file(robot.file), *map(guide, ('which_encoder', 'index'))], tests)
 
 
 def _checked(options: AdviceOptions, requirement: Requirement) -> AdviceOptions:

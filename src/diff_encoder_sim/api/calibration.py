@@ -11,6 +11,7 @@ from typing import Any, Iterator, List, Mapping, NamedTuple, Optional, Sequence,
 
 import numpy as np
 
+from diff_encoder_sim.analysis.report.about import PageAbout, guide, robot_file, wheels_text
 from diff_encoder_sim.api import wheel_options
 from diff_encoder_sim.api.options import CalibrateOptions
 from diff_encoder_sim.api.recorded_sources import RecordedDrive, read_recorded
@@ -24,7 +25,7 @@ from diff_encoder_sim.calibration import estimation, umbmark
 from diff_encoder_sim.calibration.calibrated_settings import derived_settings, of_robot
 from diff_encoder_sim.calibration.estimation import Calibration, ReferencedDrive
 from diff_encoder_sim.calibration.prediction import Prediction, cross_predictions
-from diff_encoder_sim.calibration.umbmark import Umbmark, WheelGeometry
+from diff_encoder_sim.calibration.umbmark import LENGTHS, Umbmark, WheelGeometry
 from diff_encoder_sim.robots.calibration_file import CalibrationParams
 from diff_encoder_sim.robots.robot_file import CALIBRATED_HEAD, ROBOT_FILE_SUFFIXES, calibrated_robot_text
 from diff_encoder_sim.trials.robot_params import load_robot_config, override
@@ -132,7 +133,11 @@ def _by_reference(options: CalibrateOptions, robot: RecordedRobot, recorded: Seq
         from diff_encoder_sim.calibration.calibration_page import write_page  # noqa: PLC0415 - Altair takes a second
 
         files.insert(1, options.out.with_name(PAGE))
-        write_page(found, predictions, nominal, sources, files[1])
+        is_known = nominal is not None or not {*LENGTHS} & {*found.undetermined}
+        left_m, right_m, separation_m = (found.values[name].value for name in LENGTHS)
+        wheels = wheels_text(left_m, right_m, separation_m) if is_known else 'not determined'
+        links = [*robot_file(str(options.out)), *map(guide, ('recorded_drives', 'index'))]
+        write_page(found, predictions, nominal, sources, PageAbout('calibrate', wheels, links), files[1])
     return Calibrated(found, notes, tables.calibration_text(found, predictions, nominal is not None, settings), files)
 
 

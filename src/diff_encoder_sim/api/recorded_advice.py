@@ -68,7 +68,7 @@ def robot_of_drive(options: AdviceOptions, path: Path) -> AdvisedRobot:
     name = re.sub(r'[^A-Za-z0-9_.+-]+', '_', path.resolve().stem).lstrip('_.+-')[:60] or 'drive'
     label, errors = robot.file.label or name, wheel_errors_of(robot.file.overrides)
     drawn = DrawnRobot(None, errors, odometry, odometry.axle_x, STOP_OF_RECORDED, robot.file.calibration)
-    about = AdvisedRobot(label, own, [], robot.encoder, [])
+    about = AdvisedRobot(label, own, [], robot.encoder, [], robot.file.where)
     return _with_candidates(options, about, drawn, [drive_draws.recorded(name, drive, drawn)])
 
 

@@ -7,6 +7,7 @@ import contextlib
 import logging
 import math
 import os
+import shlex
 import signal
 import sys
 import textwrap
@@ -29,6 +30,15 @@ def as_typed(name: str) -> str:
     """Return the command line of a command without arguments."""
     called = as_called(name)
     return f'rosrun diff_encoder_sim {name}' if called == name else called
+
+
+def command_line(name: str) -> str:
+    """Return the command line of this process with its arguments; '' if another program, such as a notebook, runs."""
+    program, *arguments = sys.argv
+    if os.path.basename(program) not in (CONSOLE, name):
+        return ''
+    given = arguments[1:] if as_called(name) != name else arguments  # after the command of the console
+    return ' '.join([as_typed(name), *map(shlex.quote, given)])
 
 
 def number_within(bounds: Between, kind: Callable[[str], Any] = float) -> Callable[[str], Any]:

@@ -13,6 +13,7 @@ from altair.utils.schemapi import debug_mode
 from diff_encoder_sim.analysis.charts import chart_page
 from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Option, chart_of, with_legend, zoomed
 from diff_encoder_sim.analysis.charts.drawings import GREY, PLAIN, tips
+from diff_encoder_sim.analysis.report.about import PageAbout, about_html
 from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.calibration.calibration_tables import AXES, TO_SHOWN, calibration_tables, kind_of, summary
 from diff_encoder_sim.calibration.estimation import Calibration, Fit
@@ -32,6 +33,7 @@ def write_page(
     predictions: Sequence[Prediction],
     nominal: Optional[WheelGeometry],
     sources: Sequence[Mapping[str, str]],
+    about: PageAbout,
     path: Path,
 ) -> None:
     """Write the page atomically; OSError if the file cannot be written."""
@@ -47,6 +49,7 @@ def write_page(
         charts += [_prediction_chart(predictions)] if predictions else []
         block = chart_page.charts_html(charts, choices)
     page = chart_page.load_template('calibration.html', Path(__file__).parent, chart_page.STYLE).render(
+        about=about_html(about, path.parent),
         summary=summary(found, nominal is not None),
         sources=sources,
         charts=block,

@@ -158,6 +158,23 @@ class TestDefinition(Params):
         last_goal = self.route[-1].goal if self.route else None
         return self.drive_end() if last_goal is None else last_goal.pose()
 
+    @property
+    def text(self) -> str:
+        """Describe the motion for readers who do not know the test: `20 m straight in the world hallway`."""
+        if self.route:
+            places = [self.start, *(each for leg in self.route for each in leg.through or filter(None, [leg.goal]))]
+            steps_m = [math.hypot(end.x - start.x, end.y - start.y) for start, end in zip(places, places[1:])]
+            turned, path = sum(abs(leg.turns or 0.0) for leg in self.route), f'past {len(places) - 2} waypoints'
+        else:
+            steps_m = [segment.motion[0] for segment in self.drive]
+            turned = sum(abs(segment.motion[1]) for segment in self.drive) / (2.0 * math.pi)
+            path = f'in {sum(map(bool, steps_m))} parts'
+        distance_m = sum(map(abs, steps_m))
+        moved = f'{distance_m:.3g} m {"straight" if sum(map(bool, steps_m)) == 1 else path}'
+        turning = f'{turned:.3g} turn{"" if turned == 1.0 else "s"}{"" if distance_m else " in place"}'
+        texts = [moved] * bool(distance_m) + [turning] * bool(turned) or ['rest']
+        return f'{" and ".join(texts)} in the world {self.world}'
+
     def check_drivable(self, nav: str) -> None:
         """Raise ConfigError if the test has no drive for scripted navigation, or no route for any other."""
         if nav == 'scripted' and not self.drive:

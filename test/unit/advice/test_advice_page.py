@@ -9,12 +9,13 @@ import pytest
 from advised_robots import REACH, whole_advice
 from diff_encoder_sim.advice.advice_page import advice_charts, write_page
 from diff_encoder_sim.advice.advice_tables import VERSION, advice_json, advice_tables, answers_text, shown_counts
+from diff_encoder_sim.analysis.report.about import PageAbout
 from diff_encoder_sim.robots.wheel_quality import QUALITIES
 from places import ROOT
 
 
 def page_of(advice, folder):
-    write_page(advice, folder / 'advice.html')
+    write_page(advice, PageAbout('advise', ''), folder / 'advice.html')
     return (folder / 'advice.html').read_text(encoding='utf-8')
 
 

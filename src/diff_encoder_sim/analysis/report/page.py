@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import os
 import platform
 import shlex
 import urllib.parse
@@ -25,6 +24,7 @@ from diff_encoder_sim.analysis.encoder_comparison import difference_table, diffe
 from diff_encoder_sim.analysis.encoder_labels import encoders_text, enumeration, ppr_text
 from diff_encoder_sim.analysis.paper.report_section import PaperSection
 from diff_encoder_sim.analysis.quantities import POSES, REQUIRED_FRACTION
+from diff_encoder_sim.analysis.report.about import PageAbout, about_html, guide, href, robot_file, wheels_text
 from diff_encoder_sim.analysis.result_tables import Column, ResultTable, html_table
 from diff_encoder_sim.analysis.results_table import SUCCEEDED, Results, encoders, first_of_cells, sample_text
 from diff_encoder_sim.analysis.statistics import SIGNIFICANCE
@@ -58,6 +58,7 @@ def write_report(
     with debug_mode(False):  # validation in Altair takes longer than the drawing
         charts = trial_charts(results, shown)
     page = load_template('page.html', Path(__file__).parent).render(
+        about=about_html(page_about(results), path.parent),
         results=results,
         manifest=results.manifest,
         headline=lead,
@@ -97,6 +98,14 @@ def write_report(
     return lead
 
 
+def page_about(results: Results) -> PageAbout:
+    """Return origin and links of the report."""
+    diameter_m, separation_m = results.robot
+    links = [*robot_file(results.manifest.get('robot', {}).get('file', '')), *map(guide, ('campaigns', 'index'))]
+    tests = [each.test for each in results.requested.values()]
+    return PageAbout('analyze', wheels_text(diameter_m, diameter_m, separation_m), links, tests)
+
+
 def trial_table(results: Results, trials: pd.DataFrame) -> ResultTable:
     """Build the table of trials: outcome, final error of each source, and ATE of odometry."""
     exact = trials[['test', *results.varied, 'ppr', 'trial', 'outcome', 'duration_s', 'distance_m']]
@@ -122,8 +131,7 @@ def failure_table(failed: pd.DataFrame) -> ResultTable:
 
 def bag_link(bag: str, folder: Path) -> Optional[Dict[str, str]]:
     """Return name and link of a bag for a page in `folder`; None without a bag."""
-    relative = os.path.relpath(str(Path(bag).resolve()), str(folder.resolve()))
-    return {'name': Path(bag).name, 'href': urllib.parse.quote(relative, safe='/')} if bag else None
+    return {'name': Path(bag).name, 'href': href(Path(bag), folder)} if bag else None
 
 
 UNQUOTED = " !'()*+,-./:;=?@[]^_`{|}~\n"  # need no escape in a quoted attribute; SVG as text is smaller than base64

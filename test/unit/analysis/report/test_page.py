@@ -71,7 +71,8 @@ def page_of(made, folder, figures=()):
 def test_the_page_is_one_file_with_heads_captions_and_texts_for_pictures(tmp_path, figure):
     made = results_of(*(both(test, ppr, (20, 10), (15, 15)) for test in ('SL', 'SMT') for ppr in ('40', '4096')))
     text = page_of(made, tmp_path, [figure])
-    assert text == page_of(made, tmp_path, [figure])  # equal data gives equal bytes
+    again = page_of(made, tmp_path, [figure])
+    assert len({re.sub(r'[-\d]+ [\d:]+ UTC', '', each) for each in (text, again)}) == 1  # equal data gives equal bytes
     elements = Elements(text)
     assert [link['href'] for link in elements.of('link')] == ['data:,']
     assert all('src' not in script for script in elements.of('script'))
@@ -82,7 +83,7 @@ def test_the_page_is_one_file_with_heads_captions_and_texts_for_pictures(tmp_pat
     assert len(elements.of('caption')) == len(elements.of('table'))
     ids = [attributes['id'] for _, attributes in elements.starts if 'id' in attributes]
     assert len(ids) == len(set(ids))
-    links = {link['href'][1:] for link in elements.of('a')}
+    links = {link['href'][1:] for link in elements.of('a') if link['href'].startswith('#')}
     assert {section['id'] for section in elements.of('section')} <= links <= set(ids)
 
 
