@@ -56,6 +56,7 @@ html_theme = 'furo'
 html_title = f'{project} {version}'
 html_static_path = ['_static']
 html_css_files = ['site.css']
+html_search_scorer = str(ROOT / 'docs' / '_static' / 'search_scorer.js')
 html_copy_source = html_show_sourcelink = False
 
 

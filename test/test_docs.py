@@ -9,6 +9,7 @@ import sys
 import pytest
 import yaml
 
+from browser import NEEDS_BROWSER, opened_page
 from diff_encoder_sim.trials.campaign_cells import CampaignParams
 from documented_commands import fences, pages
 from places import ROOT
@@ -27,19 +28,39 @@ FROM_ELSEWHERE = re.compile(
 )
 
 
-@pytest.mark.timeout(280)
-def test_the_site_builds_without_a_warning(tmp_path):
+@pytest.fixture(scope='module')
+def site(tmp_path_factory):
+    """Return the folder of the built site; a warning of Sphinx is a failure."""
     if importlib.util.find_spec('sphinx') is None:
         # ROSTESTS_REQUIRED is set where all can be had; Python 3.8 has no such Sphinx
         is_required = os.environ.get('ROSTESTS_REQUIRED') and sys.version_info >= (3, 11)
         assert not is_required, 'no Sphinx: requirements-docs.txt'
         pytest.skip('Sphinx is not installed: scripts/setup.sh --test')
-    command = [sys.executable, '-m', 'sphinx', '-q', '-W', '--keep-going', '-b', 'html', DOCS, tmp_path / 'site']
-    build = subprocess.run([*command, '-d', tmp_path / 'doctrees'], capture_output=True, text=True, cwd=tmp_path)
+    folder = tmp_path_factory.mktemp('docs')
+    command = [sys.executable, '-m', 'sphinx', '-q', '-W', '--keep-going', '-b', 'html', DOCS, folder / 'site']
+    build = subprocess.run([*command, '-d', folder / 'doctrees'], capture_output=True, text=True, cwd=folder)
     assert build.returncode == 0, build.stdout + build.stderr
-    built = list((tmp_path / 'site').rglob('*.html'))
+    return folder / 'site'
+
+
+@pytest.mark.timeout(280)
+def test_the_pages_of_the_site_load_nothing_from_elsewhere(site):
+    built = list(site.rglob('*.html'))
     assert len(built) > 40
     assert [page.name for page in built if FROM_ELSEWHERE.search(page.read_text())] == []
+
+
+@NEEDS_BROWSER
+@pytest.mark.timeout(280)
+def test_the_search_shows_guides_before_decisions(site, tmp_path):
+    with opened_page(tmp_path) as browser:
+        browser.open(site / 'search.html', 1280)
+        browser.wait_for('Search.hasIndex()')
+        for words, guide in (('covariance', 'encoders'), ('encoder', 'which_encoder')):
+            query = f'Search._performSearch(...Search._parseQuery("{words}"))'
+            found = [result[0] for result in reversed(browser.evaluate(query))]  # the last one is shown first
+            others = [number for number, name in enumerate(found) if name.startswith(('adr/', 'api/', 'changelog'))]
+            assert found.index(guide) < min(others, default=len(found)), found
 
 
 def test_the_campaign_files_that_are_shown_are_allowed():

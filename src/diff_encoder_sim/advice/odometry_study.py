@@ -310,9 +310,9 @@ def _curves_and_answer(
 
 
 def with_budgets(advice: Advice, counts_per_turn: Sequence[float] = BUDGET_COUNTS) -> Advice:
-    """Return the advice with odometry budgets at these counts, and at those of the answer."""
+    """Return the advice with odometry budgets at these counts; with several, also at those of the answer."""
     wanted = advice.answers[Criterion.ODOMETRY].budgeted_counts
-    counts = advice.curves.whole([*counts_per_turn, *([wanted] if wanted else [])])
+    counts = advice.curves.whole([*counts_per_turn, *([wanted] if wanted and len(counts_per_turn) > 1 else [])])
     encoders = [advice.curves.encoder(each) for each in counts]
     budgets = {curve.test: dict(zip(counts, odometry_budgets(curve.draws, encoders))) for curve in advice.curves.curves}
     return advice._replace(budgets=budgets)

@@ -9,6 +9,7 @@ import pytest
 from advised_robots import REACH, whole_advice
 from diff_encoder_sim.advice.advice_page import advice_charts, write_page
 from diff_encoder_sim.advice.advice_tables import VERSION, advice_json, advice_tables, answers_text, shown_counts
+from diff_encoder_sim.advice.odometry_study import with_budgets
 from diff_encoder_sim.analysis.report.about import PageAbout
 from diff_encoder_sim.robots.wheel_quality import QUALITIES
 from places import ROOT
@@ -64,6 +65,11 @@ def test_budgets_are_of_the_answers_encoders_and_end_with_what_was_found(tables)
     of_odometry, of_truth = ('quantisation', 'simulated contact'), ('stopping', 'localization', 'encoder')
     assert tuple(row[1] for row in rows) == (*of_odometry, 'rest', 'found', *of_truth, 'rest', 'found')
     assert not any('-0.0 ' in text for row in rows for text in row)
+
+
+def test_the_budget_is_of_the_only_requested_counts():
+    [budget, *_] = [table for table in advice_tables(with_budgets(whole_advice(), [90.0])) if 'budget' in table.title]
+    assert budget.rows[0][0] == 'SL: odometry at the true pose, 90 PPR'
 
 
 def test_encoders_say_yes_no_or_that_it_is_not_known(tables):
