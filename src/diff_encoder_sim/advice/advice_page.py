@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Dict, List
+from typing import Any, Dict, List, Tuple
 
 import altair as alt
 import numpy as np
@@ -17,7 +17,7 @@ from diff_encoder_sim.advice.odometry_answer import FEWEST_COUNTS, MOST_COUNTS
 from diff_encoder_sim.advice.odometry_study import Advice
 from diff_encoder_sim.analysis.charts import chart_page
 from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Option, chart_of, with_legend, zoomed
-from diff_encoder_sim.analysis.charts.drawings import tips
+from diff_encoder_sim.analysis.charts.drawings import PLAIN, tips
 from diff_encoder_sim.analysis.report.about import PageAbout, about_html
 from diff_encoder_sim.base.atomic_files import write_file
 
@@ -57,8 +57,7 @@ def write_page(advice: Advice, about: PageAbout, path: Path) -> None:
         advice=advice,
         about=about_html(about, path.parent),
         scope='; '.join([*scope, *([f'{trials} closed-loop trials'] if trials else [])]) + '.',
-        answers=tables.answer_rows(advice),
-        assumptions=tables.assumptions_text(advice),
+        answer={**tables.summary(advice), 'assumptions': tables.assumptions_text(advice)},
         closed_form=tables.closed_form_text(advice),
         own_encoder=tables.own_encoder_text(advice),
         charts=charts,
@@ -93,16 +92,12 @@ def _share_chart(advice: Advice) -> Chart:
     requirement, of_odometry = advice.requirement, COLOURS[Criterion.ODOMETRY]
     colours = {each.text: colour for each, colour in COLOURS.items() if each in advice.answers}
     colour = with_legend(alt.Color, 'criterion:N', colours)
-    curves = [
-        {
-            'test': curve.test,
-            'criterion': Criterion.ODOMETRY.text,
-            'counts': counts,
-            'share': round(float(np.mean(requirement.within(errors))), 4),
-        }
-        for curve in advice.curves.curves
-        for counts, errors in sorted(curve.errors.items())
-    ]
+    curves = []
+    for curve in advice.curves.curves:
+        key = {'test': curve.test, 'criterion': Criterion.ODOMETRY.text}
+        for counts, errors in sorted(curve.errors.items()):
+            share = round(float(np.mean(requirement.within(errors))), 4)
+            curves.append({**key, 'counts': counts, 'share': share, 'samples': len(errors)})
     asked = [advice._replace(requirement=requirement._replace(share=float(share))) for share in SHARES]
     closed = [
         {'test': test, 'counts': float(f'{counts:.4g}'), 'share': each.requirement.share}
@@ -117,6 +112,7 @@ def _share_chart(advice: Advice) -> Chart:
     layers = [
         chart_of([{'share': requirement.share}]).mark_rule(color=GREY).encode(y=_share()),
         zoomed(chart_of(curves, OF_TEST).mark_line(clip=True).encode(x=_COUNTS, y=_share(), color=colour)),
+        _nearest(curves, {'share': ('within the tolerance', '.1%'), 'samples': ('samples', 'd')}).encode(y=_share()),
     ]
     if closed:
         line = chart_of(closed, OF_TEST).mark_line(strokeDash=[2, 3], color=of_odometry, clip=True)
@@ -137,6 +133,19 @@ def _share_chart(advice: Advice) -> Chart:
         'with the encoders of the table in their worst test; grey: the required fraction.'
     )
     return Chart('share', 'How many trials are within the tolerance', description, alt.layer(*layers))
+
+
+def _nearest(rows: Rows, titles: Dict[str, Tuple[str, str]], *filters: str) -> alt.Chart:
+    """Return the points of lines, of which the one nearest to the pointer is shown, with a tooltip of its numbers.
+
+    `titles` are title and format by field: the tooltips of Vega-Lite's nearest points have no texts.
+    """
+    named = [alt.Tooltip(f'{field}:Q', title=title, format=form) for field, (title, form) in titles.items()]
+    nearest = alt.selection_point(name='nearest', nearest=True, on='pointerover', clear='pointerout', empty=False)
+    points = chart_of(rows, OF_TEST, *filters).mark_point(filled=True, size=60, color=GREY, clip=True, aria=False)
+    seen = alt.condition(nearest, alt.value(1.0), alt.value(0.0))
+    counts = alt.Tooltip('counts:Q', title='counts', format=PLAIN)
+    return points.encode(x=_COUNTS, opacity=seen, tooltip=[counts, *named]).add_params(nearest)
 
 
 def _tried_rows(advice: Advice) -> Rows:
@@ -161,12 +170,13 @@ def _error_chart(advice: Advice) -> Chart:
             for line, level in lines.items():
                 for axis, error in zip(AXES, np.maximum(np.quantile(shown, level, axis=0), SMALLEST_ERROR)):
                     key = {'test': curve.test, 'counts': counts, 'line': line, 'axis': axis}
-                    rows.append({**key, 'error': float(f'{error:.4g}')})
+                    rows.append({**key, 'level': level, 'error': float(f'{error:.4g}')})
     y = alt.Y('error:Q', title='error [mm, degrees]').scale(type='log')
     dash = with_legend(alt.StrokeDash, 'line:N', dict(zip(lines, ([2, 1], [1, 0], [4, 2]))))
     drawn = chart_of(rows, OF_TEST, OF_AXIS).mark_line(clip=True).encode(x=_COUNTS, y=y, strokeDash=dash)
     text = 'Quantiles of the sampled drives: half, the required fraction, and 95 %; grey: the tolerance.'
-    drawing = alt.layer(_tolerance_rule(advice, y), zoomed(drawn))
+    points = _nearest(rows, {'level': ('samples', '.0%'), 'error': ('error at most [mm, degrees]', '.3~r')}, OF_AXIS)
+    drawing = alt.layer(_tolerance_rule(advice, y), zoomed(drawn), points.encode(y=y))
     return Chart('error', "Odometry's error against the counts", text, drawing)
 
 

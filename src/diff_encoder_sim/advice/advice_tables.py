@@ -129,6 +129,11 @@ def answer_rows(advice: Advice) -> List[Tuple[str, str]]:
     return rows + [(criterion.text, str(answer)) for criterion, answer in at_goal]
 
 
+def summary(advice: Advice) -> Dict[str, Any]:
+    """Return requirement and answers as the pages show them."""
+    return {'requirement': str(advice.requirement), 'answers': dict(answer_rows(advice))}
+
+
 def improvement_text(advice: Advice) -> str:
     """Return what lets the first shown wheels that are a limit meet the requirement; else the encoder does."""
     limited = (each for each in advice.shown_wheels if advice.by_wheels[each].kind is Kind.NOT_THE_LIMIT)
@@ -200,6 +205,7 @@ def advice_json(advice: Advice) -> Dict[str, Any]:
             wheels.name: _answers(advice.answers if wheels == advice.shown_wheels[0] else {Criterion.ODOMETRY: answer})
             for wheels, answer in advice.by_wheels.items()
         },
+        'summary': summary(advice),
         'improvement': improvement_text(advice),
         'assumptions': assumptions_text(advice),
         'closed_form_ppr': advice.closed_form,

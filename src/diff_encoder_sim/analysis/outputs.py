@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Iterator, Optional
 
 from diff_encoder_sim.analysis.encoder_comparison import compare_encoders
+from diff_encoder_sim.analysis.report.answer import REPORT, advise_command, find_answer
 from diff_encoder_sim.analysis.result_tables import ResultTable, write_tables
 from diff_encoder_sim.analysis.results_table import Results
 from diff_encoder_sim.analysis.tables import all_tables
 from diff_encoder_sim.base.errors import ConfigError
 
-REPORT = 'report.html'
 CONTENTS = '.analysis'  # lists the files written by analyze, one per line; a folder with other files is not replaced
 
 
@@ -36,8 +36,10 @@ def write_analysis(results: Results, folder: Path, beside: Optional[Results] = N
     comparisons = ResultTable('comparisons', '', compared.drop(columns=['p', 'setup']))
     write_tables([*tables, comparisons, *of_paper], folder / 'tables')
     lead = write_report(results, tables, compared, write_figures(results, folder / 'figures'), paper, folder / REPORT)
+    command = '' if find_answer(results) else advise_command(results)
     is_concluded = paper is not None and (beside is not None or paper.has_enough_trials)
-    return '\n'.join([lead.text, *(paper.texts if paper and is_concluded else [])])
+    texts = [lead.text, *(paper.texts if paper and is_concluded else [])]
+    return '\n'.join([*texts, *([f'Which encoder: {command}'] if command else [])])
 
 
 @contextlib.contextmanager

@@ -75,7 +75,7 @@ class Sufficiency(enum.Enum):
 
     YES = 'yes'
     NO = 'no'
-    UNDECIDED = 'undecided'  # too few trials
+    UNDECIDED = 'undecided'
 
 
 def fewest_trials() -> int:
@@ -133,8 +133,8 @@ def headline(fractions: pd.DataFrame, trials: pd.DataFrame) -> Headline:
     most, fewest = known['trials'].max(), fewest_trials()
     if most < fewest:
         statement = (
-            f'{most} {"trial" if most == 1 else "trials"} per cell: too few trials ({fewest} needed for {percent}); '
-            f'run advise to choose an encoder. Trials that end {TOLERANCE_TEXT}:'
+            f'{most} {"trial" if most == 1 else "trials"} per cell: too few trials ({fewest} needed for {percent}). '
+            f'Trials that end {TOLERANCE_TEXT}:'
         )
     else:
         confidence = f'{100 * LEVEL:.0f} % confidence'

@@ -8,6 +8,7 @@ import math
 import sys
 import time
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, Dict, Iterator, List, Mapping, Optional
 
 from diff_encoder_sim.advice import advice_tables as tables
@@ -26,6 +27,7 @@ from diff_encoder_sim.advice.odometry_study import (
 from diff_encoder_sim.advice.trial_study import TrialsWith, study_trials, switched_off
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.report.about import PageAbout, guide, robot_file, wheels_text
+from diff_encoder_sim.analysis.report.answer import NUMBERS, PAGE, report_link
 from diff_encoder_sim.analysis.results_table import record_of, trials_table
 from diff_encoder_sim.api.campaigns import unrun_text, workers
 from diff_encoder_sim.api.notes import name_campaigns_encoders, name_stopping, with_checks
@@ -48,11 +50,9 @@ from diff_encoder_sim.trials.trial_run import RunTrials, run_trials
 from diff_encoder_sim.trials.trials_csv import VARIANT
 from diff_encoder_sim.wheels.encoder_params import ppr_label
 
-PAGE = 'advice.html'
-
 
 def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
-    """Find the encoder that a robot needs: print the answers, write the page and, if requested, JSON.
+    """Find the encoder that a robot needs: print the answers, and write them as a page and JSON.
 
     ConfigError if an option or a file is invalid; CampaignFault if trials cannot be run.
     """
@@ -91,21 +91,22 @@ def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
     options.out.mkdir(parents=True, exist_ok=True)
     from diff_encoder_sim.advice.advice_page import write_page  # noqa: PLC0415 - Altair takes a second to import
 
-    write_page(advice, _about(robot, advice), options.out / PAGE)
+    write_page(advice, _about(robot, advice, options.out), options.out / PAGE)
     print(f'Page: {options.out / PAGE}')
-    if options.json:
-        write_file(options.json, json.dumps(tables.advice_json(advice), indent=1, allow_nan=False).encode('utf-8'))
-        print(f'JSON: {options.json}')
+    for file in filter(None, (options.out / NUMBERS, options.json)):
+        write_file(file, json.dumps(tables.advice_json(advice), indent=1, allow_nan=False).encode('utf-8'))
+    print(f'JSON: {options.json or options.out / NUMBERS}')
     return advice
 
 
-def _about(robot: AdvisedRobot, advice: Advice) -> PageAbout:
+def _about(robot: AdvisedRobot, advice: Advice, out: Path) -> PageAbout:
     """Return origin and links of the page."""
     left_m, right_m, separation_m = robot.tests[0].robot.assumed.tolist()
     quality = ' and '.join(each.text for each in advice.shown_wheels)
     wheels = wheels_text(2.0 * left_m, 2.0 * right_m, separation_m, quality)
     tests = [draws.drive.requested.test for draws in robot.tests if draws.drive.requested.test.world != 'none']
-    return PageAbout('advise', wheels, [*robot_file(robot.file), *map(guide, ('which_encoder', 'index'))], tests)
+    links = [*report_link(out), *robot_file(robot.file), *map(guide, ('which_encoder', 'index'))]
+    return PageAbout('advise', wheels, links, tests)
 
 
 def _checked(options: AdviceOptions, requirement: Requirement) -> AdviceOptions:

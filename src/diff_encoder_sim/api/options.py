@@ -186,7 +186,9 @@ class AdviceOptions(WheelOptions, RunOptions):
     )
     has_trials: bool = option(True, 'answer only for odometry', flag='--no-trials', action='store_false')
     out: Path = option(Path('results/advice'), 'results folder: new, or with results of the same advice', 'DIR')
-    json: Optional[Path] = option(None, 'write all results as JSON (docs/file_formats.md)', 'FILE')
+    json: Optional[Path] = option(
+        None, 'write all results as JSON (docs/file_formats.md) here too (default: only advice.json in DIR)', 'FILE'
+    )
 
 
 @dataclass(frozen=True)

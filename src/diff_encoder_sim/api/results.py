@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Callable, Tuple, Union
 
-from diff_encoder_sim.analysis.outputs import REPORT, output_folder, write_analysis
+from diff_encoder_sim.analysis.outputs import output_folder, write_analysis
+from diff_encoder_sim.analysis.report.answer import ANALYSIS, REPORT
 from diff_encoder_sim.analysis.results_loading import load_results
 from diff_encoder_sim.analysis.results_table import Results
 from diff_encoder_sim.analysis.summaries import summary
@@ -39,7 +40,7 @@ def analyze(options: AnalysisOptions, show: Callable[[str], None]) -> Tuple[Path
     ConfigError if there are no results, or the folder contains other files.
     """
     first = options.paths[0]
-    folder = options.out or (first if first.is_dir() and not is_bag_folder(first) else first.parent) / 'analysis'
+    folder = options.out or (first if first.is_dir() and not is_bag_folder(first) else first.parent) / ANALYSIS
     with output_folder(folder) as unfinished:
         results = load_results(options.paths)
         other = load_results([options.beside]) if options.beside else None

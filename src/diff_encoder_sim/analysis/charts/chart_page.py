@@ -20,12 +20,14 @@ VEGA_LITE = '.'.join(alt.SCHEMA_VERSION.lstrip('v').split('.')[:2])  # version w
 VALIDATE = False  # slow; a test validates
 HEIGHT_PX = 340
 STYLE = Path(__file__).parents[1] / 'report'  # folder of the shared parts of all pages
-_TEXT = {'labelFontSize': 12, 'titleFontSize': 12, 'titleFontWeight': 'normal'}
+# Colours of the page, which has others in the dark.
+_INK = {'labelColor': 'var(--ink, #333a42)', 'titleColor': 'var(--ink, #333a42)'}
+_TEXT = {'labelFontSize': 12, 'titleFontSize': 12, 'titleFontWeight': 'normal', **_INK}
 CONFIG: Dict[str, Any] = {
     'font': "system-ui, 'Segoe UI', Roboto, 'Liberation Sans', sans-serif",  # that of the page
     'background': None,
     'view': {'stroke': '#8a9099'},
-    'axis': {**_TEXT, 'labelColor': '#333a42', 'gridColor': '#e6e9ed'},
+    'axis': {**_TEXT, 'gridColor': 'var(--line, #e6e9ed)'},
     'legend': {**_TEXT, 'symbolStrokeWidth': 2},
 }
 

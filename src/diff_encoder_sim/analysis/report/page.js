@@ -26,6 +26,14 @@ for (const button of document.querySelectorAll('th button')) {
   button.addEventListener('click', () => sortBy(button));
 }
 
+// Mark the boxes that are narrower than their table or figure.
+const boxes = new ResizeObserver((changed) => {
+  for (const {target} of changed) {
+    target.classList.toggle('scrolls', target.scrollWidth > target.clientWidth);
+  }
+});
+document.querySelectorAll('.wide').forEach((box) => boxes.observe(box));
+
 // Open all details for printing, but for those of the screen alone and those that are summarized.
 let unfolded = [];
 addEventListener('beforeprint', () => {

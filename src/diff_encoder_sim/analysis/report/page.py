@@ -24,7 +24,8 @@ from diff_encoder_sim.analysis.encoder_comparison import difference_table, diffe
 from diff_encoder_sim.analysis.encoder_labels import encoders_text, enumeration, ppr_text
 from diff_encoder_sim.analysis.paper.report_section import PaperSection
 from diff_encoder_sim.analysis.quantities import POSES, REQUIRED_FRACTION
-from diff_encoder_sim.analysis.report.about import PageAbout, about_html, guide, href, robot_file, wheels_text
+from diff_encoder_sim.analysis.report.about import Link, PageAbout, about_html, guide, href, robot_file, wheels_text
+from diff_encoder_sim.analysis.report.answer import FoundAnswer, advise_command, find_answer
 from diff_encoder_sim.analysis.result_tables import Column, ResultTable, html_table
 from diff_encoder_sim.analysis.results_table import SUCCEEDED, Results, encoders, first_of_cells, sample_text
 from diff_encoder_sim.analysis.statistics import SIGNIFICANCE
@@ -48,17 +49,23 @@ def write_report(
 ) -> summaries.Headline:
     """Write the report of `all_tables`, `compare_encoders`, `write_figures` and `paper_section`; OSError on failure."""
     fractions, shown = summaries.fractions_within(results), first_of_cells(results.trials).reset_index(drop=True)
+    answer = find_answer(results)
     lead, closed_form = summaries.headline(fractions, results.trials), closed_form_table(results)
     different, of_variants = differences(compared), [table for table in tables if table.name == VARIANTS]
     embedded = {one.name: {'caption': one.caption, 'uri': data_uri(one.svg, one.png)} for one in figures}
     variants = [{'figure': embedded.pop(VARIANTS, None), 'table': table} for table in of_variants]
     failed = results.trials[results.trials['outcome'] != SUCCEEDED]
     of_first = results.trials['setup'][results.trials[VARIANT] == first_variant(results.trials)] if of_variants else []
+    is_few = fractions.groupby('setup')['trials'].transform('max') < summaries.fewest_trials()
     is_main = fractions['setup'].isin(of_first) | (not of_variants)
     with debug_mode(False):  # validation in Altair takes longer than the drawing
         charts = trial_charts(results, shown)
     page = load_template('page.html', Path(__file__).parent).render(
-        about=about_html(page_about(results), path.parent),
+        about=about_html(page_about(results, answer), path.parent),
+        answer=answer,
+        answer_page=answer and href(answer.page, path.parent),
+        advise_command=advise_command(results),
+        fewest=summaries.fewest_trials(),
         results=results,
         manifest=results.manifest,
         headline=lead,
@@ -73,7 +80,8 @@ def write_report(
         tolerance=TOLERANCE_TEXT,
         required_percent=round(100 * REQUIRED_FRACTION),
         compared_poses={text: POSES[pose] for pose, text in COMPARED_POSES.items()},
-        fractions=fractions[is_main].groupby('setup', sort=False),
+        fractions=fractions[is_main & ~is_few].groupby('setup', sort=False),
+        of_few=fractions[is_main & is_few],
         of_variants=fractions[~is_main].groupby('setup', sort=False),
         paper=paper,
         paper_claims=list(zip(*paper.claims.values())) if paper else [],  # results of each campaign
@@ -98,10 +106,11 @@ def write_report(
     return lead
 
 
-def page_about(results: Results) -> PageAbout:
+def page_about(results: Results, answer: Optional[FoundAnswer]) -> PageAbout:
     """Return origin and links of the report."""
     diameter_m, separation_m = results.robot
-    links = [*robot_file(results.manifest.get('robot', {}).get('file', '')), *map(guide, ('campaigns', 'index'))]
+    links = [Link('Which encoder: the advice', answer.page)] if answer else []
+    links += [*robot_file(results.manifest.get('robot', {}).get('file', '')), *map(guide, ('campaigns', 'index'))]
     tests = [each.test for each in results.requested.values()]
     return PageAbout('analyze', wheels_text(diameter_m, diameter_m, separation_m), links, tests)
 

@@ -3,6 +3,7 @@
 import base64
 import html
 import html.parser
+import json
 import re
 
 import pytest
@@ -11,7 +12,9 @@ from diff_encoder_sim.analysis.charts.figures import Figure
 from diff_encoder_sim.analysis.encoder_comparison import compare_encoders
 from diff_encoder_sim.analysis.paper.report_section import paper_section
 from diff_encoder_sim.analysis.report import page
+from diff_encoder_sim.analysis.report.answer import report_link
 from diff_encoder_sim.analysis.tables import all_tables
+from places import ROOT
 from trial_tables import IN, both, cell, results_of, rows, trial
 
 MANIFEST = {
@@ -100,7 +103,7 @@ def test_all_that_comes_from_data_is_escaped_and_a_trial_needs_no_pose(tmp_path)
 def test_variants_come_first_and_only_the_first_of_them_is_unfolded(tmp_path, figure, monkeypatch):
     monkeypatch.setattr(page, 'trial_charts', lambda *_: None)
     names = ('none', 'missed 1 %', 'restart')
-    made = results_of(*(both('SL', '40', (2, 0), (1, 1), variant=name) for name in names), varied=['variant'])
+    made = results_of(*(both('SL', '40', (20, 0), (10, 10), variant=name) for name in names), varied=['variant'])
     text = page_of(made, tmp_path, [figure._replace(name='variants'), figure])
     variants, summary, figures = (text.index(f'id="{name}"') for name in ('variants', 'summary', 'figures'))
     assert text[variants:summary].count('<img') == 1 and 'final odometry error' in text[variants:summary]
@@ -166,3 +169,44 @@ def test_the_robot_has_its_checks_and_the_sources_of_its_values_and_an_encoder_t
     texts += ['versions numpy 2.0 commit abc with changes host a chip, 2 of 4 cores, 8 GiB, Linux']
     assert [one for one in texts if one not in shown] == []
     assert Elements(text).starts and ('Self-check' in shown) == bool(checks)
+
+
+def test_cells_with_too_few_trials_are_grey_folded_and_counted(tmp_path, monkeypatch):
+    monkeypatch.setattr(page, 'trial_charts', lambda *_: None)
+    made = results_of(both('SL', '40', (20, 0), (10, 10)), both('SMT', '40', (2, 0), (0, 2)))
+    text = page_of(made, tmp_path)
+    summary, figures = text.index('id="summary"'), text.index('id="tables"')
+    shown, _, folded = text[summary:figures].partition('<details>')
+    assert 'aria-label="SL"' in shown and 'class="few"' not in shown and 'aria-label="SMT"' in folded
+    assert '<b>1 of 3 cells are undecided</b>: each has at most 2 trials, and at\nleast 16 are needed' in shown
+    assert (folded.count('class="few"'), folded.count('class="no"')) == (1, 2)  # 0 of 2 are fewer than 80 %
+
+
+def test_it_starts_with_the_answer_of_advise_or_names_the_command(tmp_path, monkeypatch):
+    monkeypatch.setattr(page, 'trial_charts', lambda *_: None)
+    robot = {'name': 'alto', 'file': str(ROOT / 'config' / 'robots' / 'alto.yaml')}
+    robot.update({key: [] for key in ('found', 'warnings', 'notes', 'checks')}, set={})
+    made = MADE._replace(folder=tmp_path, manifest={**MANIFEST, 'robot': robot})
+    (tmp_path / 'analysis').mkdir()
+    command = f'rosrun diff_encoder_sim advise --robot alto --no-trials --out {tmp_path}/advice'
+    assert f'<code>{command}</code>' in page_of(made, tmp_path / 'analysis')
+    (tmp_path / 'advice').mkdir()
+    content = {'robot': {'name': 'alto'}, 'assumptions': 'no slip', 'summary': {'requirement': '80 %', 'answers': {}}}
+    for answers, is_shown in (({'odometry': 'at least <347>'}, True), (['?'], False)):
+        content['summary']['answers'] = answers
+        (tmp_path / 'advice' / 'advice.json').write_text(json.dumps(content))
+        text = page_of(made, tmp_path / 'analysis')
+        assert ('<dt>odometry</dt><dd>at least &lt;347&gt;</dd>' in text) == is_shown == (command not in text)
+        assert ('<a href="../advice/advice.html">Which encoder for alto?</a>' in text) == is_shown
+
+
+def test_the_advice_leads_to_the_report_that_exists_or_will(tmp_path):
+    assert report_link(tmp_path / 'advice') == []
+    (tmp_path / 'manifest.json').touch()
+    report = tmp_path / 'analysis' / 'report.html'
+    (link,) = report_link(tmp_path / 'advice')
+    assert link.path == report and link.command == f'rosrun diff_encoder_sim analyze {tmp_path}'
+    report.parent.mkdir()
+    report.touch()
+    assert report_link(tmp_path / 'advice') == [link._replace(command='')] == report_link(tmp_path)
+    assert report_link(tmp_path / 'other') == []
