@@ -15,6 +15,7 @@ from documented_commands import fences, pages
 from places import ROOT
 
 DOCS, PACKAGE = ROOT / 'docs', ROOT / 'src' / 'diff_encoder_sim'
+QUESTIONS = DOCS / 'questions.md'
 RECORDS = sorted((DOCS / 'adr').glob('0*.md'))
 RECORD = re.compile(r'# \d{4}: (.+)\n\nStatus: (accepted), (\d{4}-\d\d-\d\d)\n\n')
 PARTS = ['Context', 'Decision', 'Consequences']
@@ -56,7 +57,7 @@ def test_the_search_shows_guides_before_decisions(site, tmp_path):
     with opened_page(tmp_path) as browser:
         browser.open(site / 'search.html', 1280)
         browser.wait_for('Search.hasIndex()')
-        for words, guide in (('covariance', 'encoders'), ('encoder', 'which_encoder')):
+        for words, guide in (('covariance', 'encoders'), ('encoder', 'which_encoder'), ('drift turns', 'questions')):
             query = f'Search._performSearch(...Search._parseQuery("{words}"))'
             found = [result[0] for result in reversed(browser.evaluate(query))]  # the last one is shown first
             others = [number for number, name in enumerate(found) if name.startswith(('adr/', 'api/', 'changelog'))]
@@ -82,6 +83,27 @@ def test_links_and_files_on_a_page_exist(page):
         if not (is_there or name in WRITTEN_BY_COMMANDS | OF_OTHERS or PLACEHOLDER.search(name)):
             missing.append(name)
     assert missing == []
+
+
+def anchors(page):
+    """Return the anchors of the headings of a page, on GitHub and on the site."""
+    headings = re.findall('(?m)^#+ (.+)$', re.sub('(?s)```.*?```', '', page.read_text()))
+    return [re.sub(r'[^\w -]', '', heading.lower()).replace(' ', '-') for heading in headings]
+
+
+@pytest.mark.parametrize('page', [ROOT / 'README.md', QUESTIONS], ids=lambda page: page.stem)
+def test_links_to_sections_lead_to_their_headings(page):
+    links = re.findall(r'\]\(([\w/]*(?:\.md)?)#([\w-]+)\)', page.read_text())
+    assert len(links) > 5
+    assert [link for link in links if link[1] not in anchors(page.parent / link[0] if link[0] else page)] == []
+
+
+def test_the_readme_leads_to_each_common_question_which_has_a_command_and_a_guide():
+    sections = re.split('(?m)^## ', QUESTIONS.read_text())[1:]
+    assert len(sections) >= 7
+    for anchor, section in zip(anchors(QUESTIONS)[1:], sections):
+        assert f'](docs/questions.md#{anchor})' in (ROOT / 'README.md').read_text()
+        assert '```bash\n' in section and re.search(r'\]\(\w+\.md', section), anchor
 
 
 @pytest.mark.parametrize('record', RECORDS, ids=lambda record: record.stem)
