@@ -22,7 +22,7 @@ PARTS = ['Context', 'Decision', 'Consequences']
 LINK = re.compile(r'\]\(([^)#:]+)(?:#[^)]*)?\)')
 FILE = re.compile(r'(?<!`)`((?:[\w-]+/)*[\w-]+\.(?:py|sh|launch|world|csv|json|md))`')
 PLACEHOLDER = re.compile('[A-Z]{4}|^(results|tables)/')
-WRITTEN_BY_COMMANDS = {'trials.csv', 'manifest.json', 'reencode.csv'}
+WRITTEN_BY_COMMANDS = {'advice.json', 'trials.csv', 'manifest.json', 'reencode.csv'}
 OF_OTHERS = {'encoder.csv', 'wheels.csv', 'amcl.launch'}  # KAIST's, NCLT's, TurtleBot3's
 FROM_ELSEWHERE = re.compile(
     r'<(?:script|img|iframe)[^>]+src="(?:https?:)?//|<link[^>]+rel="stylesheet"[^>]+href="(?:https?:)?//'
