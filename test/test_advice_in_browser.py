@@ -32,7 +32,7 @@ def opened(tmp_path_factory):
 @pytest.mark.parametrize('width_px', [1280, 390])
 def test_it_fits_and_a_dot_names_its_encoder_and_trials(opened, width_px):
     page = opened(whole_advice(), width_px)
-    assert page.evaluate('document.documentElement.scrollWidth') <= width_px
+    assert page.evaluate('document.documentElement.scrollWidth') <= width_px and page.cut_texts() == []
     page.hover('document.querySelector("#chart-share .mark-symbol path[aria-roledescription=point]")')
     page.wait_for('document.querySelector(".tip.shown") !== null')
     tip = page.evaluate('document.querySelector(".tip.shown").innerText')
@@ -58,3 +58,30 @@ def test_the_budget_follows_the_criterion_and_a_test_without_one_has_a_text_inst
     page.click('document.querySelector("[name=test][value=\'1\']")')
     page.wait_for(f'{is_text}("too few trials")')
     assert page.complaints() == []
+
+
+def test_the_nearest_point_of_the_curve_has_a_tooltip(opened):
+    page = opened(whole_advice())
+    chart = 'document.querySelector("#chart-share svg")'
+    page.hover(chart)
+    page.wait_for('document.querySelector(".tip.shown") !== null')
+    counts, share, samples = page.evaluate(
+        '[...document.querySelectorAll(".tip.shown dd")].map((dd) => dd.textContent)'
+    )
+    errors = whole_advice().curves.curves[0].errors[float(counts)]
+    within = whole_advice().requirement.within(errors).mean()
+    assert (share, samples) == (f'{100.0 * within:.1f}%', str(len(errors)))
+
+
+def test_it_is_dark_on_a_dark_screen_and_light_on_paper(opened):
+    page, colours = opened(whole_advice()), []
+    for media, scheme in (('screen', 'light'), ('screen', 'dark'), ('print', 'dark')):
+        page.call(
+            'Emulation.setEmulatedMedia', media=media, features=[{'name': 'prefers-color-scheme', 'value': scheme}]
+        )
+        of_page = 'getComputedStyle(document.body).backgroundColor'
+        of_chart = 'getComputedStyle(document.querySelector("#chart-share .role-axis-label text")).fill'
+        colours.append(page.evaluate(f'[{of_page}, {of_chart}]'))
+    page.call('Emulation.setEmulatedMedia', media='', features=[])
+    (light, ink), (dark, pale), paper = colours
+    assert paper == [light, ink] == ['rgb(255, 255, 255)', 'rgb(27, 31, 36)'] and dark != light and pale != ink

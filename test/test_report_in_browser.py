@@ -67,7 +67,7 @@ def toggle(page, name, index):
 def test_it_fits_without_a_complaint_and_without_the_net_and_wide_tables_scroll(page):
     width_px = page.evaluate('innerWidth')
     page.evaluate(OPEN_ALL)
-    assert page.evaluate('document.documentElement.scrollWidth') <= width_px
+    assert page.evaluate('document.documentElement.scrollWidth') <= width_px and page.cut_texts() == []
     drawn = 'document.querySelectorAll(".drawing svg")'
     assert page.evaluate(f'{drawn}.length') == 4
     assert page.evaluate(f'[...{drawn}].every(svg => svg.clientWidth <= svg.parentElement.clientWidth)')

@@ -23,6 +23,19 @@ SWITCHES = (
     '--remote-debugging-port=0'
 )
 
+CUT_TEXTS = """
+  [...document.querySelectorAll('body *')].filter((each) => {
+    const {left, right, width} = each.getBoundingClientRect();
+    if (each.matches('.drawing svg text')) {
+      const chart = each.closest('svg').getBoundingClientRect();
+      return width && each.textContent.trim() && (left < chart.left - 1 || right > chart.right + 1);
+    }
+    const scrolls = each.closest('.wide, pre, svg, select');
+    const overflows = each.scrollWidth > each.clientWidth + 1 && getComputedStyle(each).display !== 'inline';
+    return width && each.innerText && !scrolls && (right > innerWidth + 1 || overflows);
+  }).map((each) => each.textContent.trim().slice(0, 60))
+"""
+
 
 class Page:
     """One tab; elements are given as JavaScript expressions."""
@@ -102,6 +115,10 @@ class Page:
     def of_kind(self, method):
         """Parameters of the events of a kind since the page was opened."""
         return [event['params'] for event in self.events if event.get('method') == method]
+
+    def cut_texts(self):
+        """Texts that are cut: beyond the window or their element, unless it scrolls, or beyond their chart."""
+        return self.evaluate(CUT_TEXTS)
 
     def complaints(self):
         """Whatever the console shows as a warning or an error."""

@@ -29,6 +29,7 @@ CAUSES = ('#0072b2', '#e69f00', '#009e73', '#cc79a7', '#56b4e9', '#d55e00', '#f0
 UNITS = ('mm', 'mm', 'degrees')
 SMALLEST_ERROR = 1e-4  # lower limit of the logarithmic axis; smaller bars are invisible [mm, degrees]
 SHARES = np.round(np.linspace(0.02, 0.99, 98), 2)  # success rates of the closed-form line
+NARROW_PX = 420  # chart width below which the legend of causes has one column
 TICKS = [10, 30, 100, 300, 1000, 3000, 10000, 30000]
 
 BESIDE = {Criterion.ODOMETRY: 1 / 1.1, Criterion.POSE_ESTIMATE: 1.0, Criterion.TRUTH: 1.1}  # factors apart
@@ -189,7 +190,7 @@ def _budget_chart(advice: Advice) -> Chart:
         if tried.budget:
             rows += _bars(tried.test, Criterion.TRUTH, tried.encoder, tried.ppr, tried.budget)
     colours = dict(zip(dict.fromkeys(row['cause'] for row in rows), CAUSES))
-    colour = with_legend(alt.Color, 'cause:N', colours, columns=2)
+    colour = with_legend(alt.Color, 'cause:N', colours, columns=alt.expr(f'width < {NARROW_PX} ? 1 : 2'))
     x = alt.X('encoder:O', title='counts per revolution', sort=alt.EncodingSortField('counts'))
     named = tips({'encoder': 'encoder', 'cause': 'cause', 'mean': 'mean', 'deviation': 'standard deviation'})
     title = 'rms [mm, degrees]'

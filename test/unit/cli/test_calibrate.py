@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import yaml
 
+from browser import NEEDS_BROWSER, opened_page
 from diff_encoder_sim import api
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.calibration.calibration_tables import prediction_note
@@ -111,6 +112,16 @@ def test_the_text_and_the_page_say_how_well_the_robot_is_known(done):
     page = (folder / 'calibration.html').read_text(encoding='utf-8')
     assert all(f'id="chart-{name}"' in page for name in ('path', 'residuals', 'ellipses', 'prediction'))
     assert 'atio of radii to 0.0' in page and str(folder / 'r.yaml') in text
+
+
+@NEEDS_BROWSER
+@pytest.mark.heavy
+def test_the_page_is_not_cut_on_a_phone(done, tmp_path):
+    with opened_page(tmp_path) as page:
+        page.open(done[0] / 'calibration.html', 390)
+        page.wait_for('document.querySelectorAll(".charts.drawn figure svg").length === 4')
+        assert page.evaluate('document.documentElement.scrollWidth') <= 390
+        assert page.cut_texts() == page.complaints() == []
 
 
 def test_a_straight_line_does_not_determine_the_separation_which_stays_nominal_or_unknown(tmp_path):

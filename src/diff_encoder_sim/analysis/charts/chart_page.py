@@ -28,7 +28,7 @@ CONFIG: Dict[str, Any] = {
     'background': None,
     'view': {'stroke': '#8a9099'},
     'axis': {**_TEXT, 'gridColor': 'var(--line, #e6e9ed)'},
-    'legend': {**_TEXT, 'symbolStrokeWidth': 2},
+    'legend': {**_TEXT, 'symbolStrokeWidth': 2, 'labelLimit': 300},
 }
 
 
@@ -83,7 +83,7 @@ def chart_of(rows: List[Dict[str, Any]], *filters: str) -> alt.Chart:
     return chart
 
 
-def with_legend(channel: Any, field: str, values: Mapping[str, Any], columns: int = 1, **look: Any) -> Any:
+def with_legend(channel: Any, field: str, values: Mapping[str, Any], columns: Any = 1, **look: Any) -> Any:
     """Return a colour or a dash by field; a legend shows the whole domain of its scale, with or without marks."""
     scale = alt.Scale(domain=list(values), range=list(values.values()))
     return channel(field, title=None, scale=scale, legend=alt.Legend(orient='bottom', columns=columns, **look))

@@ -1,5 +1,6 @@
 """The block about a page: its command, its wheels, and links to what exists."""
 
+import re
 import sys
 
 import pytest
@@ -17,7 +18,7 @@ from places import ROOT
             ['/ws/scripts/advise', '--robot', 'my robot.yaml'],
             'rosrun diff_encoder_sim advise --robot &#39;my robot.yaml',
         ),
-        (['/venv/bin/diff-encoder-sim', 'advise', '--out', 'a'], '<code>diff-encoder-sim advise --out a</code>'),
+        (['/venv/bin/diff-encoder-sim', 'advise', '--out', 'a'], '<code>diff-encoder-sim advise --out a </code>'),
         (['/venv/bin/jupyter', 'kernel'], None),
     ],
 )
@@ -25,7 +26,7 @@ def test_it_has_the_command_as_typed_if_there_is_one(arguments, shown, tmp_path,
     monkeypatch.setattr(sys, 'argv', arguments)
     text = about_html(PageAbout('advise', wheels_text(0.2, 0.21, 0.4, 'exact wheels')), tmp_path)
     assert 'diameter 0.2 m (left), 0.21 m (right), separation 0.4 m; exact wheels' in text
-    assert shown in text if shown else '<dt>command' not in text
+    assert shown in re.sub('</?span>', '', text) if shown else '<dt>command' not in text
 
 
 def test_links_are_relative_and_name_the_command_of_a_file_that_is_still_to_be_written(tmp_path):
