@@ -13,14 +13,16 @@ from diff_encoder_sim.analysis.encoder_comparison import compare_encoders
 from diff_encoder_sim.analysis.report.answer import REPORT, advise_command, find_answer
 from diff_encoder_sim.analysis.result_tables import ResultTable, write_tables
 from diff_encoder_sim.analysis.results_table import Results
+from diff_encoder_sim.analysis.ros_wheels import ros_wheels
 from diff_encoder_sim.analysis.tables import all_tables
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.wheels.ros_parameters import ros_parameters
 
 CONTENTS = '.analysis'  # lists the files written by analyze, one per line; a folder with other files is not replaced
 
 
 def write_analysis(results: Results, folder: Path, beside: Optional[Results] = None) -> str:
-    """Write tables/, figures/ and the report into an existing folder; return the conclusions for the terminal.
+    """Write tables, figures, ROS parameters and the report into an existing folder; return the text for the terminal.
 
     Other trials `beside` are used only in the comparison with the paper. ConfigError if the paper's numbers cannot be
     read, or `beside` contains no cell of the paper; OSError if a file cannot be written.
@@ -39,6 +41,11 @@ def write_analysis(results: Results, folder: Path, beside: Optional[Results] = N
     command = '' if find_answer(results) else advise_command(results)
     is_concluded = paper is not None and (beside is not None or paper.has_enough_trials)
     texts = [lead.text, *(paper.texts if paper and is_concluded else [])]
+    wheels = ros_wheels(results)
+    if wheels:
+        exported = ros_parameters(wheels)
+        exported.write(folder)
+        texts[:0] = [exported.ros1, '\nParameters: ros1.yaml, ros2.yaml next to the report\n']
     return '\n'.join([*texts, *([f'Which encoder: {command}'] if command else [])])
 
 

@@ -25,6 +25,7 @@ from diff_encoder_sim.drives.trajectory_error import path_error
 from diff_encoder_sim.drives.trial_definition import FinalErrors, Outcome, Trial
 from diff_encoder_sim.drives.trial_recording import POSE_TOPICS, read_trial
 from diff_encoder_sim.trials.trials_csv import BAGS, MANIFEST, TABLE, VARIANT, TrialRow, read_rows
+from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS
 
 log = logging.getLogger(__name__)
 
@@ -76,7 +77,9 @@ def _manifest(path: Path) -> Tuple[Dict[str, Any], Dict[str, Trial], RobotGeomet
         tests = [{key: test[key] for key in test if key != 'files'} for test in configuration['tests']]
         sets, encoders = configuration['parameters'], [*configuration['ppr'], *configuration['encoders']]
         wheels, varied = sets[0]['odometry'], sorted(sets[0]['varied'])
-        common = {'nav': configuration['nav'], **{key: wheels[key] for key in ('wheel_diameter', 'wheel_separation')}}
+        uncertain = {key: wheels[key] for key in UNCERTAINTY_KEYS if key in wheels}
+        common = {**uncertain, **{key: wheels[key] for key in ('wheel_diameter', 'wheel_separation')}}
+        common['nav'] = configuration['nav']
         trials = [Trial.from_mapping({**common, 'test': test}, str(path)) for test in tests]
         robot = RobotGeometry(trials[0].wheel_diameter.mean, trials[0].wheel_separation)
         count = len(tests) * len(sets) * len(encoders) * int(configuration['trials'])

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Dict, Iterator, List, Mapping, Optional
 
 from diff_encoder_sim.advice import advice_tables as tables
-from diff_encoder_sim.advice.answers import Requirement
+from diff_encoder_sim.advice.answers import Criterion, Requirement
 from diff_encoder_sim.advice.encoder_search import FORGIVEN, fewest_trials
 from diff_encoder_sim.advice.odometry_study import (
     BUDGET_COUNTS,
@@ -38,7 +38,7 @@ from diff_encoder_sim.base.command_line import as_called
 from diff_encoder_sim.base.deferred import pandas as pd
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder
-from diff_encoder_sim.robots.wheel_quality import QUALITIES, WheelQuality
+from diff_encoder_sim.robots.wheel_quality import CALIBRATED, QUALITIES, ROBOT_FILE, WheelQuality
 from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
 from diff_encoder_sim.trials.campaign_cells import Campaign
 from diff_encoder_sim.trials.campaign_loading import load_campaign
@@ -46,9 +46,11 @@ from diff_encoder_sim.trials.engine import run_campaign as run_on_workers
 from diff_encoder_sim.trials.executors import Workers
 from diff_encoder_sim.trials.progress import Progress
 from diff_encoder_sim.trials.results import ResultStore, describe_run
+from diff_encoder_sim.trials.robot_params import wheel_uncertainty
 from diff_encoder_sim.trials.trial_run import RunTrials, run_trials
 from diff_encoder_sim.trials.trials_csv import VARIANT
 from diff_encoder_sim.wheels.encoder_params import ppr_label
+from diff_encoder_sim.wheels.ros_parameters import RosWheels, ros_parameters
 
 
 def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
@@ -88,7 +90,11 @@ def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
         print(tables.answers_text(advice))
     shown = '\n\n'.join(table.text() for table in tables.advice_tables(advice))
     print(f'\n{shown}\n{tables.own_encoder_text(advice)}')
+    exported = ros_parameters(_ros_wheels(advice, robot, options.wheels))
+    print(f'\n{exported.ros1}\n')
     options.out.mkdir(parents=True, exist_ok=True)
+    for path in exported.write(options.out):
+        print(f'Parameters: {path}')
     from diff_encoder_sim.advice.advice_page import write_page  # noqa: PLC0415 - Altair takes a second to import
 
     write_page(advice, _about(robot, advice, options.out), options.out / PAGE)
@@ -107,6 +113,27 @@ def _about(robot: AdvisedRobot, advice: Advice, out: Path) -> PageAbout:
     tests = [draws.drive.requested.test for draws in robot.tests if draws.drive.requested.test.world != 'none']
     links = [*report_link(out), *robot_file(robot.file), *map(guide, ('which_encoder', 'index'))]
     return PageAbout('advise', wheels, links, tests)
+
+
+def _ros_wheels(advice: Advice, robot: AdvisedRobot, wheels: str) -> RosWheels:
+    """Return the robot for other packages, with its own encoder if it suffices, else with the recommended one.
+
+    No real wheel is exact: without `--wheels` or errors of the robot file, the wheels are calibrated.
+    """
+    answer, drawn, candidates = advice.answers[Criterion.ODOMETRY], robot.tests[0].robot, robot.candidates
+    own = next((each for each in candidates if each.params.counts_per_turn.left == robot.own_counts), None)
+    enough = (each for each in candidates if each.counts >= (answer.counts or math.inf))
+    recommended = (each for each in candidates if each.label == answer.encoder)
+    found = next(recommended, None) or next(enough, None) or own or candidates[-1]
+    if own and own.counts > found.counts:
+        found = own
+    usual = ROBOT_FILE if drawn.own_quality == ROBOT_FILE else CALIBRATED
+    quality = QUALITIES.get(wheels, usual)
+    known: Dict[str, Any] = {'ppr': found.params.ppr, 'encoder': found.params.encoder}
+    if quality != ROBOT_FILE:
+        known.update(wheel_uncertainty(drawn.with_quality(quality).errors), motion_noise=drawn.slip[2])
+    about = f'{advice.robot}, {quality.text}, {found.params.counts_per_turn.left:g} counts per wheel turn'
+    return RosWheels(drawn.odometry.model_copy(update=known), about, turn_noise=drawn.slip[3])
 
 
 def _checked(options: AdviceOptions, requirement: Requirement) -> AdviceOptions:

@@ -7,7 +7,7 @@ import json
 import logging
 import math
 from pathlib import Path
-from typing import Any, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Union
+from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Union
 
 import numpy as np
 
@@ -19,20 +19,27 @@ from diff_encoder_sim.api.wheel_options import RecordedRobot
 from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder
+from diff_encoder_sim.base.per_wheel import PerWheel
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.calibration import calibration_tables as tables
 from diff_encoder_sim.calibration import estimation, umbmark
-from diff_encoder_sim.calibration.calibrated_settings import derived_settings, of_robot
-from diff_encoder_sim.calibration.estimation import Calibration, ReferencedDrive
+from diff_encoder_sim.calibration.estimation import Calibration, Estimated, ReferencedDrive
 from diff_encoder_sim.calibration.prediction import Prediction, cross_predictions
 from diff_encoder_sim.calibration.umbmark import LENGTHS, Umbmark, WheelGeometry
+from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.robots.calibration_file import CalibrationParams
 from diff_encoder_sim.robots.robot_file import CALIBRATED_HEAD, ROBOT_FILE_SUFFIXES, calibrated_robot_text
-from diff_encoder_sim.trials.robot_params import load_robot_config, override
+from diff_encoder_sim.robots.wheel_quality import CALIBRATED
+from diff_encoder_sim.trials.robot_params import load_robot_config, override, wheel_errors_of, wheel_uncertainty
+from diff_encoder_sim.wheels.encoder_params import ppr_label
+from diff_encoder_sim.wheels.odometry_params import OdometryParams
+from diff_encoder_sim.wheels.ros_parameters import RosParameters, RosWheels, amcl_alphas, ros_parameters
 
 log = logging.getLogger(__name__)
 
 PAGE = 'calibration.html'
+EXACT_PPR = 1e9  # of recorded wheel angles
+LEAST_UPDATE = 0.01  # AMCL may be set to update at any motion [m, rad]
 SHORTEST_NS = 12 * NANOSECONDS_PER_SECOND  # `estimation.SHORTEST_S`, and what the delay may take away
 
 
@@ -108,7 +115,7 @@ def _by_reference(options: CalibrateOptions, robot: RecordedRobot, recorded: Seq
     if nominal is None and options.unit.startswith('m'):
         raise ConfigError(f'--unit: given {options.unit} without the diameter it was computed with; expected --robot')
     drives = list(_referenced(recorded))
-    found = of_robot(estimation.calibrate(drives, nominal), nominal, robot.odometry.axle_x)
+    found = _of_robot(estimation.calibrate(drives, nominal), nominal, robot.odometry.axle_x)
     notes = [f'{each.path}: {note}' for each in recorded for note in each.notes]
     yaw = found.values.get('reference_yaw_rad')
     if yaw and math.cos(yaw.value) < 0.0:
@@ -123,22 +130,72 @@ def _by_reference(options: CalibrateOptions, robot: RecordedRobot, recorded: Seq
         notes.append(f'no prediction: {error}')
     own = {key: value for key, value in robot.file.overrides.items() if key.startswith('amcl.')}
     amcl = override(load_robot_config(package_folder() / 'config'), own).amcl
-    settings = derived_settings(found, nominal, drives, amcl)
     sources = [{'file': str(each.path), 'sha256': _sha256(each.path)} for each in recorded]
-    content = {**tables.calibration_json(found, predictions), 'drives': sources, **settings}
+    content = {**tables.calibration_json(found, predictions), 'drives': sources}
     numbers = {key: content[key] for key in CalibrationParams.model_fields if key in content}
-    alphas = {f'amcl.{key}': value for key, value in settings['amcl'].items() if key.startswith('odom_alpha')}
-    files = _written(options, robot, recorded, content, numbers, alphas)
+    wheels = _ros_wheels(found, nominal, CalibrationParams(**numbers), recorded)
+    exported = ros_parameters(wheels) if wheels else None
+    content['diff_drive_controller'] = exported.diff_drive_controller if exported else {}
+    content['amcl'] = _amcl_settings(wheels, amcl) if wheels else {}
+    alphas = {f'amcl.{key}': value for key, value in content['amcl'].items() if key.startswith('odom_alpha')}
+    files = _written(options, robot, recorded, content, numbers, alphas, exported)
     if options.out:
         from diff_encoder_sim.calibration.calibration_page import write_page  # noqa: PLC0415 - Altair takes a second
 
         files.insert(1, options.out.with_name(PAGE))
-        is_known = nominal is not None or not {*LENGTHS} & {*found.undetermined}
         left_m, right_m, separation_m = (found.values[name].value for name in LENGTHS)
-        wheels = wheels_text(left_m, right_m, separation_m) if is_known else 'not determined'
+        about = wheels_text(left_m, right_m, separation_m) if wheels else 'not determined'
         links = [*robot_file(str(options.out)), *map(guide, ('recorded_drives', 'index'))]
-        write_page(found, predictions, nominal, sources, PageAbout('calibrate', wheels, links), files[1])
-    return Calibrated(found, notes, tables.calibration_text(found, predictions, nominal is not None, settings), files)
+        write_page(found, predictions, nominal, sources, PageAbout('calibrate', about, links), files[1])
+    text = tables.calibration_text(found, predictions, nominal is not None, exported.ros1 if exported else '')
+    return Calibrated(found, notes, text, files)
+
+
+def _of_robot(found: Calibration, nominal: Optional[WheelGeometry], axle_x_m: float) -> Calibration:
+    """Return the sensor's place in the base frame instead of from the axle, and the nominal of undetermined lengths."""
+    x_m, interval_m = found.values['reference_x_m']
+    changed = {'reference_x_m': Estimated(x_m + axle_x_m, (interval_m[0] + axle_x_m, interval_m[1] + axle_x_m))}
+    for name, length_m in zip(LENGTHS, nominal or ()):
+        if name in found.undetermined:
+            low_m, high_m = found.values[name].interval
+            changed[name] = Estimated(length_m, (min(low_m, length_m), max(high_m, length_m)))
+    return found._replace(values={**found.values, **changed})
+
+
+def _ros_wheels(
+    found: Calibration, nominal: Optional[WheelGeometry], params: CalibrationParams, recorded: Sequence[RecordedDrive]
+) -> Optional[RosWheels]:
+    """Return the calibrated wheels for other packages; None if the geometry remains unknown."""
+    if nominal is None and {*LENGTHS} & {*found.undetermined}:
+        return None
+    uncertain = {key: value for key, value in params.settings().items() if key.endswith(('_std', '_noise'))}
+    settings = {**_geometry(WheelGeometry(*(found.values[name].value for name in LENGTHS))), **uncertain}
+    about = f'calibrated on {len(recorded)} drive{"s" if len(recorded) > 1 else ""}'
+    return _with_counts(settings, recorded[0].ppr, about)._replace(
+        nominal_m=nominal, turn_noise=found.values['slip_rad2_per_rad'].value
+    )
+
+
+def _geometry(geometry: WheelGeometry) -> Dict[str, Any]:
+    """Return the geometry as settings of a robot file."""
+    left_m, right_m, separation_m = (float(f'{length_m:.8g}') for length_m in geometry)
+    return {'config.wheel_diameter': {'left': left_m, 'right': right_m}, 'config.wheel_separation': separation_m}
+
+
+def _with_counts(settings: Mapping[str, Any], ppr: Optional[PerWheel], about: str) -> RosWheels:
+    """Return wheels by settings of a robot file; without counts their readings are exact."""
+    values = {key[len('config.') :]: value for key, value in settings.items()}
+    odometry = OdometryParams.from_mapping({**values, 'ppr': ppr.plain if ppr else EXACT_PPR}, '')
+    counted = f'{ppr_label(ppr)} counts per wheel turn' if ppr else 'wheel angles without counts'
+    return RosWheels(odometry, f'{about}, {counted}')
+
+
+def _amcl_settings(wheels: RosWheels, amcl: AmclParams) -> Dict[str, Any]:
+    """Return the alphas for this robot's AMCL, with the parameters for which they hold."""
+    shown = {key: getattr(amcl, key) for key in ('odom_model_type', 'update_min_d', 'update_min_a')}
+    steps = max(amcl.update_min_d, LEAST_UPDATE), max(amcl.update_min_a, LEAST_UPDATE)
+    alphas = amcl_alphas(wheels, *steps, amcl.odom_model_type == 'diff-corrected')
+    return {**shown, **{f'odom_{name}': alpha for name, alpha in alphas.items()}}
 
 
 def _referenced(recorded: Sequence[RecordedDrive]) -> Iterator[ReferencedDrive]:
@@ -165,9 +222,15 @@ def _by_squares(options: CalibrateOptions, robot: RecordedRobot, recorded: Seque
             axle[:, :2] += robot.odometry.axle_x * np.column_stack((np.cos(yaw_rad), np.sin(yaw_rad)))
             squares += umbmark.find_squares(drive, reference._replace(poses=axle), nominal)
     found = umbmark.umbmark(squares, nominal)
-    left_m, right_m, separation_m = (float(f'{value:.8g}') for value in found.corrected)
-    settings = {'config.wheel_diameter': {'left': left_m, 'right': right_m}, 'config.wheel_separation': separation_m}
-    return Calibrated(found, [], found.text(), _written(options, robot, recorded, found.as_json(), {}, settings))
+    settings, errors = _geometry(found.corrected), wheel_errors_of(robot.file.overrides)
+    uncertain = wheel_uncertainty(errors.model_copy(update=CALIBRATED.errors))
+    ppr = robot.encoder.counts_per_turn if 'ppr' in robot.sources else None
+    about = 'corrected by UMBmark, then exact to 0.1 %'
+    wheels = _with_counts({**settings, **{f'config.{key}': value for key, value in uncertain.items()}}, ppr, about)
+    exported = ros_parameters(wheels._replace(nominal_m=nominal))
+    content = {**found.as_json(), 'diff_drive_controller': exported.diff_drive_controller}
+    files = _written(options, robot, recorded, content, {}, settings, exported)
+    return Calibrated(found, [], f'{found.text()}\n\n{exported.ros1}', files)
 
 
 def _written(
@@ -177,8 +240,9 @@ def _written(
     content: Mapping[str, Any],
     numbers: Mapping[str, Any],
     settings: Mapping[str, Any],
+    exported: Optional[RosParameters],
 ) -> List[Path]:
-    """Write the robot file, with the `numbers` of its calibration, and the JSON; return the paths of those written."""
+    """Write the robot file with the `numbers` of its calibration, JSON and parameters of ROS; return their paths."""
     texts = {}
     if options.out:
         base, nominal = robot.file, _nominal(robot)
@@ -193,7 +257,8 @@ def _written(
         texts[options.json] = json.dumps(content, indent=1, allow_nan=False)
     for path, text in texts.items():
         write_file(path, text.encode('utf-8'))
-    return [*texts]
+    written = exported.write(options.out.parent, f'{options.out.stem}_') if exported and options.out else []
+    return [*texts, *written]
 
 
 def _sha256(path: Path) -> str:

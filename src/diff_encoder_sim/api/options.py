@@ -221,7 +221,7 @@ class CalibrateOptions(SourceOptions):
 
     drives: Sequence[Path] = option((), 'bags of ROS 1 or ROS 2', 'DRIVE', flag='drives', nargs='*')
     out: Optional[Path] = option(
-        None, 'write (or replace) the calibrated robot file, and calibration.html next to it', 'FILE'
+        None, 'write (or replace) the calibrated robot file, calibration.html and ROS parameters next to it', 'FILE'
     )
     json: Optional[Path] = option(None, 'write all results as JSON (docs/file_formats.md)', 'FILE')
     csv: Sequence[Path] = option((), 'tables in place of bags; their delimiter is detected', 'FILE', group=NO_ANGLES)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from typing import Any, Dict, Iterator, List, Mapping, Sequence
+from typing import Any, Dict, Iterator, List, Sequence
 
 import numpy as np
 
@@ -108,29 +108,10 @@ def summary(found: Calibration, has_nominal: bool) -> List[str]:
     return [', '.join(parts), *([missing] if names else [])]
 
 
-def pasted(controller: Mapping[str, Any], amcl: Mapping[str, Any]) -> str:
-    """Return parameters of diff_drive_controller, robot_localization and AMCL as YAML, ready to paste."""
-    variances = ', '.join(f'{variance:.3g}' for variance in controller['twist_covariance_diagonal'])
-    velocities = ', '.join('true' if index in (6, 7, 11) else 'false' for index in range(15))
-    lines = [
-        '# diff_drive_controller',
-        *(f'{key}: {value:.6g}' for key, value in controller.items() if isinstance(value, float)),
-        f'twist_covariance_diagonal: [{variances}]  # at 50 Hz and the mean speed of the drives',
-        '# robot_localization: only velocities, as the error of the pose grows with the distance',
-        f'odom0_config: [{velocities}]',
-        '# AMCL',
-        *(f'{key}: {value:.4g}' if isinstance(value, float) else f'{key}: {value}' for key, value in amcl.items()),
-    ]
-    return '\n'.join(lines)
-
-
-def calibration_text(
-    found: Calibration, predictions: Sequence[Prediction], has_nominal: bool, settings: Mapping[str, Mapping[str, Any]]
-) -> str:
-    """Return tables, summary, and the parameters of `calibrated_settings` for the terminal."""
+def calibration_text(found: Calibration, predictions: Sequence[Prediction], has_nominal: bool, parameters: str) -> str:
+    """Return tables, summary, and the `parameters` of other packages for the terminal."""
     robot, *others = (table.text() for table in calibration_tables(found, predictions))
-    parameters = [pasted(settings['diff_drive_controller'], settings['amcl'])] if settings['amcl'] else []
-    return '\n\n'.join([robot, '\n'.join(summary(found, has_nominal)), *others, *parameters])
+    return '\n\n'.join(filter(None, [robot, '\n'.join(summary(found, has_nominal)), *others, parameters]))
 
 
 def calibration_json(found: Calibration, predictions: Sequence[Prediction]) -> Dict[str, Any]:

@@ -47,12 +47,6 @@ class WheelGeometry(NamedTuple):
         """Return (n, 3) poses of the axle's middle, from 0, by (n, 2) angles of the wheels."""
         return np.asarray(poses_of_wheels(angles_rad[np.newaxis], *self.radii_m, self.separation_m, 0.0, False)[0])
 
-    def multipliers(self, nominal: WheelGeometry) -> Dict[str, float]:
-        """Return this geometry as parameters of diff_drive_controller, whose single radius is the nominal mean."""
-        left, right = (2.0 * radius_m / sum(nominal.radii_m) for radius_m in self.radii_m)
-        names = ('wheel_separation_multiplier', 'left_wheel_radius_multiplier', 'right_wheel_radius_multiplier')
-        return dict(zip(names, (self.separation_m / nominal.separation_m, left, right)))
-
 
 class Square(NamedTuple):
     """One square, from rest to rest."""
@@ -71,23 +65,22 @@ class Umbmark(NamedTuple):
     e_b: float  # E_b: true over nominal separation
     e_max_m: Tuple[float, float]  # E_max,syst before and after the correction: the larger distance of a centre from 0
     corrected: WheelGeometry
-    diff_drive_controller: Dict[str, float]  # the corrected geometry as its parameters
 
     def text(self) -> str:
         """Return the result for the terminal."""
-        lines = [
+        lines = (
             'UMBmark: {} squares clockwise, {} counter-clockwise'.format(*self.squares),
             f'  E_d (right / left wheel)         {self.e_d:.5f}',
             f'  E_b (true / nominal separation)  {self.e_b:.5f}',
             '  E_max,syst                       {:.4f} m before, {:.4f} m after'.format(*self.e_max_m),
-            'diff_drive_controller:',
-        ]
-        return '\n'.join([*lines, *(f'  {name}: {value:.6f}' for name, value in self.diff_drive_controller.items())])
+        )
+        return '\n'.join(lines)
 
     def as_json(self) -> Dict[str, Any]:
         """Return the result for a JSON file; lengths in metres."""
         return {
-            **{name: getattr(self, name) for name in ('e_d', 'e_b', 'diff_drive_controller')},
+            'e_d': self.e_d,
+            'e_b': self.e_b,
             **dict(zip(('e_max_syst_before_m', 'e_max_syst_after_m'), self.e_max_m)),
             **{f'centre_{name}_m': centre.tolist() for name, centre in zip(DIRECTIONS, self.centres_m)},
             **dict(zip(LENGTHS, self.corrected)),
@@ -115,7 +108,7 @@ def umbmark(squares: Sequence[Square], nominal: WheelGeometry) -> Umbmark:
     e_d, e_b = fit.x.tolist()
     corrected = geometry_of(e_d, e_b)
     before_m, after_m = (float(np.hypot(*centres_m(each).T).max()) for each in (nominal, corrected))
-    results = (before_m, after_m), corrected, corrected.multipliers(nominal)
+    results = (before_m, after_m), corrected
     return Umbmark(counts, centres_m(nominal), e_d, e_b, *results)
 
 

@@ -1,7 +1,7 @@
 """calibrate: find the wheels of a robot from its own drives, and predict the next one.
 
 Estimates both diameters, the separation, the place and the delay of a reference (motion capture, camera, laser), and
-slip, each with an interval. Writes them as a robot file, which all commands accept, and prints parameters of
+slip, each with an interval. Writes them as a robot file, which all commands accept, and as YAML for
 diff_drive_controller, robot_localization and AMCL.
 """
 

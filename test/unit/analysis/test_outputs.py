@@ -1,5 +1,6 @@
 """The files of an analysis, in a folder that has all of them or none, and only replaces an earlier analysis."""
 
+import math
 import tempfile
 
 import pytest
@@ -8,10 +9,14 @@ from diff_encoder_sim.analysis.charts import figures
 from diff_encoder_sim.analysis.outputs import CONTENTS, output_folder, write_analysis
 from diff_encoder_sim.analysis.report import page
 from diff_encoder_sim.analysis.results_loading import load_results
+from diff_encoder_sim.analysis.ros_wheels import ros_wheels
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.drives.topics import PoseSource
 from trial_bags import trial, write_bag
-from trial_tables import IN, cell, paper_results
+from trial_tables import IN, OUT, cell, paper_results
+from trial_tables import trial as trial_row
+
+NONE = (0.0, 0.0, 0.0)
 
 
 def test_every_file_is_written_without_a_writable_home(tmp_path, monkeypatch):
@@ -29,7 +34,7 @@ def test_every_file_is_written_without_a_writable_home(tmp_path, monkeypatch):
     names = ['table3', *(name + more for name in of_goal for more in ('', '_intervals')), 'path_errors', 'comparisons']
     of_paper = {f'table{number}.{suffix}' for number in range(3, 7) for suffix in ('md', 'tex')}
     assert tables == {*(f'{name}.csv' for name in names), *of_paper}
-    assert {*drawn, 'figures/trajectories_SL.svg', 'report.html'} <= files
+    assert {*drawn, 'figures/trajectories_SL.svg', 'report.html', 'ros1.yaml', 'ros2.yaml'} <= files
 
 
 @pytest.mark.heavy
@@ -86,3 +91,17 @@ def test_a_place_that_cannot_be_written_is_named(tmp_path):
         with pytest.raises(ConfigError, match=str(path)):
             write(path, one='1')
     assert names(tmp_path) == ['file']
+
+
+def test_parameters_for_ros_are_of_the_coarsest_sufficient_encoder_with_its_measured_errors():
+    odometry = {'40': OUT, '90': IN, '1024': IN, '90-100': OUT}
+    pairs = [(ppr, number) for ppr in odometry for number in range(20)]
+    made = [trial_row('SL', ppr, number, world=NONE, odom=odometry[ppr]) for ppr, number in pairs]
+    wheels = ros_wheels(paper_results(made))
+    assert (wheels.odometry.ppr.plain, wheels.about) == (90, 'made for a test, 90 PPR')
+    variances, measurement = wheels.measured
+    assert variances == pytest.approx([0.01**2, 0.02**2, math.radians(1.0) ** 2])
+    assert measurement == 'SL, measured in 20 trials'
+    few = ros_wheels(paper_results(made[-10:]))
+    assert few.odometry.ppr.plain == {'left': 90, 'right': 100} and few.measured is None
+    assert ros_wheels(paper_results(cell('SL', 'ideal', 'odom', [IN]))) is None

@@ -2,13 +2,19 @@
 
 import json
 import math
+from pathlib import Path
 
+import numpy as np
 import pytest
+import yaml
 
 from diff_encoder_sim.advice import odometry_answer, odometry_study
 from diff_encoder_sim.api.options import AdviceOptions
 from diff_encoder_sim.api.recorded_advice import robot_of_numbers
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.cli.advise import main
+from diff_encoder_sim.localization.amcl_params import AmclParams
+from diff_encoder_sim.localization.particles import move_particles
 from diff_encoder_sim.robots.wheel_quality import QUALITIES
 from drawn_drives import encoder_of
 
@@ -46,6 +52,26 @@ def test_two_numbers_are_enough(capsys):
     printed = capsys.readouterr().out
     assert printed.splitlines()[1].startswith('  odometry with exact wheels: at least 15')
     assert '\n  most effective improvement: ratio of the radii to 0.01' in printed
+
+
+@pytest.mark.parametrize(('wheels', 'most'), [('exact', 8.0), ('calibrated', 1.7), ('uncalibrated', 1.2)])
+def test_particles_with_the_alphas_of_ros1_yaml_spread_at_least_as_the_sampled_odometry(wheels, most):
+    """After 10 m and a turn; with exact wheels further, as each of 50 updates has the rounding of two readings."""
+    advise('--wheels', wheels)
+    amcl = yaml.safe_load(Path('results/advice/ros1.yaml').read_text())['amcl']
+    robot = robot_of_numbers(AdviceOptions(wheel_diameter=DIAMETER_M, wheel_separation=SEPARATION_M))
+    line, turn = robot.by_wheels()[QUALITIES[wheels]]
+    params, rng = AmclParams(**amcl), np.random.default_rng(1)
+    steps = {'line': (Pose2D(amcl['update_min_d'], 0.0, 0.0), 50), 'turn': (Pose2D(0.0, 0.0, amcl['update_min_a']), 12)}
+    spreads = {}
+    for name, (step, count) in steps.items():
+        particles = np.zeros((2000, 3))
+        for _ in range(count):
+            particles = move_particles(particles, Pose2D(0.0, 0.0, 0.0), step, params, rng)
+        spreads[name] = particles.std(axis=0)
+    of_line, of_turn = (draws.errors([encoder_of(180)], 2000)[0].std(axis=0) for draws in (line, turn))
+    ratios = np.append(spreads['line'] / of_line, spreads['turn'][2] / of_turn[2])
+    assert ratios.min() > 0.95 and ratios.max() < most
 
 
 @pytest.mark.parametrize('counts', [90, 360])

@@ -55,8 +55,8 @@ def test_errors_of_per_cents_are_found_exactly_and_the_mean_diameter_stays(e_d, 
     assert (found.e_d, found.e_b) == pytest.approx((e_d, e_b), rel=1e-6)
     assert found.e_max_m[1] < 1e-5
     assert found.corrected[0] + found.corrected[1] == pytest.approx(0.4, rel=1e-9)
-    multipliers = (e_b, 2.0 / (1.0 + e_d), 2.0 * e_d / (1.0 + e_d))
-    assert list(found.diff_drive_controller.values()) == pytest.approx(multipliers, rel=1e-6)
+    expected = (0.4 / (1.0 + e_d), 0.4 * e_d / (1.0 + e_d), 0.4 * e_b)
+    assert found.corrected == pytest.approx(expected, rel=1e-6)
     values = json.loads(json.dumps(found.as_json()))
     assert values['e_max_syst_before_m'] == found.e_max_m[0]
     assert values['wheel_separation_m'] == pytest.approx(0.4 * e_b, rel=1e-6)

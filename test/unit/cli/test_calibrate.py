@@ -107,8 +107,11 @@ def test_the_robot_file_is_that_of_the_json_and_other_commands_read_it(done):
 
 def test_the_text_and_the_page_say_how_well_the_robot_is_known(done):
     folder, text = done
-    for part in ('ratio of radii to 0.0', 'left_wheel_radius_multiplier: 1.00', 'odom_alpha4', 'drive_2.csv'):
+    for part in ('ratio of radii to 0.0', 'left_wheel_radius_multiplier: 1.00', 'odom_alpha4', 'r_ros2.yaml'):
         assert part in text
+    ros1, ros2 = (yaml.safe_load((folder / f'r_{version}.yaml').read_text()) for version in ('ros1', 'ros2'))
+    controller = json.loads((folder / 'r.json').read_text())['diff_drive_controller']
+    assert ros1['diff_drive_controller'] == ros2['diff_drive_controller']['ros__parameters'] == controller
     page = (folder / 'calibration.html').read_text(encoding='utf-8')
     assert all(f'id="chart-{name}"' in page for name in ('path', 'residuals', 'ellipses', 'prediction'))
     assert 'atio of radii to 0.0' in page and str(folder / 'r.yaml') in text
@@ -216,6 +219,8 @@ def test_ends_of_squares_correct_the_robot(tmp_path, capsys):
     assert 'E_d' in capsys.readouterr().out
     content = json.loads((tmp_path / 'r.json').read_text())
     settings = load_numbers(str(out), tmp_path, ROOT, {})[1]
+    multiplier = content['diff_drive_controller']['wheel_separation_multiplier']
+    assert multiplier == pytest.approx(content['e_b'], rel=1e-6)
     assert content['e_max_syst_after_m'] < 0.1 * content['e_max_syst_before_m']
     assert settings['config.wheel_separation'] == pytest.approx(content['wheel_separation_m'])
     assert settings['config.wheel_diameter']['left'] == pytest.approx(content['left_wheel_diameter_m'])
