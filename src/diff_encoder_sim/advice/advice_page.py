@@ -36,10 +36,18 @@ BESIDE = {Criterion.ODOMETRY: 1 / 1.1, Criterion.POSE_ESTIMATE: 1.0, Criterion.T
 
 OF_TEST, OF_AXIS, OF_CRITERION = (f'datum.{name} === {name}' for name in ('test', 'axis', 'criterion'))
 _COUNTS = (
-    alt.X('counts:Q', title='counts per revolution')
+    alt.X('counts:Q', title='counts per wheel turn')
     .scale(type='log', domain=[FEWEST_COUNTS, MOST_COUNTS], nice=False)
     .axis(values=TICKS, format='d', labelOverlap=True)
 )
+
+PRODUCTS: tables.Products = {
+    'manufacturer': lambda file: file.manufacturer,
+    'part': lambda file: file.part,
+    'type': lambda file: file.type,
+    **tables.PRODUCTS,
+    'documentation': lambda file: file.link and Markup('<a href="{0}">link</a>').format(file.link),
+}
 
 Rows = List[Dict[str, Any]]
 
@@ -62,7 +70,7 @@ def write_page(advice: Advice, about: PageAbout, path: Path) -> None:
         closed_form=tables.closed_form_text(advice),
         own_encoder=tables.own_encoder_text(advice),
         charts=charts,
-        tables=list(tables.advice_tables(advice)),
+        tables=list(tables.advice_tables(advice, PRODUCTS)),
     )
     write_file(path, page.encode('utf-8'))
 
@@ -191,7 +199,7 @@ def _budget_chart(advice: Advice) -> Chart:
             rows += _bars(tried.test, Criterion.TRUTH, tried.encoder, tried.ppr, tried.budget)
     colours = dict(zip(dict.fromkeys(row['cause'] for row in rows), CAUSES))
     colour = with_legend(alt.Color, 'cause:N', colours, columns=alt.expr(f'width < {NARROW_PX} ? 1 : 2'))
-    x = alt.X('encoder:O', title='counts per revolution', sort=alt.EncodingSortField('counts'))
+    x = alt.X('encoder:O', title='counts per wheel turn', sort=alt.EncodingSortField('counts'))
     named = tips({'encoder': 'encoder', 'cause': 'cause', 'mean': 'mean', 'deviation': 'standard deviation'})
     title = 'rms [mm, degrees]'
     bars = chart_of(rows, OF_TEST, OF_AXIS, *([OF_CRITERION] if _has_truth(advice) else [])).mark_bar()

@@ -5,17 +5,18 @@ from __future__ import annotations
 import os
 import re
 import textwrap
-from typing import Any, Dict, Iterator, List, Mapping, Tuple
+from typing import Any, Callable, Dict, Iterator, List, Mapping, Tuple
 
 import numpy as np
 
 from diff_encoder_sim.advice import drive_draws
 from diff_encoder_sim.advice.answers import AXES, Answer, Budget, Criterion, Kind, Limit, amount_text, rounded
 from diff_encoder_sim.advice.odometry_answer import share_within
-from diff_encoder_sim.advice.odometry_study import Advice
+from diff_encoder_sim.advice.odometry_study import Advice, ListedEncoder
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.text_tables import TextTable
 from diff_encoder_sim.robots.wheel_quality import BEST_STD, EXACT, ROBOT_FILE, WheelQuality
+from diff_encoder_sim.wheels.catalogue import EncoderFileParams
 
 PIPE_COLUMNS = 100  # of answers that do not go to a terminal, or to one that does not state its width
 
@@ -28,20 +29,23 @@ REST = (
     'rest: observed error minus the sum of the causes; without ± if causes compensate each other'
 )
 LIKE_IDEAL = (
-    'like ideal: counts of an ideal encoder whose readings are as uncertain, which decides about the pose estimate\n'
-    'and the true pose. within: fraction of sampled drives whose odometry is within the tolerance.\n'
-    'own errors: errors of the encoder itself that are too large, and the tolerance.\n'
-    '?: unknown.'
+    'like ideal: counts of an ideal encoder whose readings are as uncertain, which decides about the\n'
+    'pose estimate and the true pose. within: fraction of sampled drives whose odometry is within the\n'
+    'tolerance. shaft: that it is mounted on. ?: unknown.'
 )
+TOO_LARGE = 'own errors of {} that are too large: {}'
+Products = Mapping[str, Callable[[EncoderFileParams], str]]  # text by head of a column
+PRODUCTS: Products = {'price': lambda file: file.price, 'shaft': lambda file: file.shaft}  # more than these are too wide
 _MARKS = {True: 'yes', False: 'no', None: '?'}
 
 VERSION = 1  # of the JSON
+OF_PRODUCT = ('manufacturer', 'part', 'type', 'price', 'shaft', 'link')  # keys of an encoder with a file
 QUANTILES = (0.5, 0.8, 0.95)
 BOUND = 1.96  # standard deviations of a 95 % interval to each side
 
 
-def advice_tables(advice: Advice) -> Iterator[TextTable]:
-    """Yield the tables that have rows."""
+def advice_tables(advice: Advice, products: Products = PRODUCTS) -> Iterator[TextTable]:
+    """Yield the tables that have rows; `products` are columns about encoders."""
     if advice.tried:
         yield _trials_table(advice)
     if advice.budgets:
@@ -54,17 +58,23 @@ def advice_tables(advice: Advice) -> Iterator[TextTable]:
         ]
         heads = ['encoder', 'cause', 'position [mm]', 'heading [deg]']
         yield TextTable('Stopping in closed form: at most', heads, rows)
-    if advice.encoders:
-        heads = ['encoder', 'price', 'counts', 'like ideal', 'within', *(each.head for each in advice.answers)]
+    for is_of_robot, title in enumerate(('Encoders on these wheels', 'Encoders of robots on these wheels')):
+        listed = [encoder for encoder in advice.encoders if encoder.is_of_robot == is_of_robot]
+        columns = {head: text for head, text in products.items() if head != 'price' or not is_of_robot}
+        heads = ['encoder', *columns, 'counts', 'like\nideal', 'within']
         rows = [
             [
-                *(encoder.name, encoder.price or '', f'{encoder.ppr:.6g}', f'{encoder.equivalent_ppr:.4g}'),
-                *(encoder.share_text, *(_MARKS[encoder.meets[criterion]] for criterion in advice.answers)),
-                '; '.join(f'{limit.cause} {limit.amount}' for limit in encoder.limit),
+                *(encoder.name, *(text(encoder.real) if encoder.real else '' for text in columns.values())),
+                *(f'{encoder.ppr:.6g}', f'{encoder.equivalent_ppr:.4g}', encoder.share_text),
+                *(_MARKS[encoder.meets[criterion]] for criterion in advice.answers),
             ]
-            for encoder in advice.encoders
+            for encoder in listed
         ]
-        yield TextTable('Encoders on these wheels', [*heads, 'own errors'], rows, LIKE_IDEAL)
+        limits = {each.name: '; '.join(f'{one.cause} {one.amount}' for one in each.limit) for each in listed}
+        notes = [*([] if is_of_robot else [LIKE_IDEAL]), *(TOO_LARGE.format(*each) for each in limits.items() if each[1])]
+        heads += [criterion.head.replace(' ', '\n') for criterion in advice.answers]
+        if rows:
+            yield TextTable(title, heads, rows, '\n'.join(notes), 1 + len(columns))
 
 
 def _trials_table(advice: Advice) -> TextTable:
@@ -83,7 +93,7 @@ def _budgets(advice: Advice) -> List[List[str]]:
     titled: Dict[str, Budget] = {}
     for test, budgets in advice.budgets.items():
         counts = shown_counts(advice, list(budgets))
-        titled[f'{test}: {Criterion.ODOMETRY.text}, {counts:g} PPR'] = budgets[counts]
+        titled[f'{test}: {Criterion.ODOMETRY.text}, {counts:g} counts'] = budgets[counts]
     truth = advice.answers.get(Criterion.TRUTH)
     for tried in advice.tried:
         if tried.budget and truth and tried.encoder == truth.encoder:
@@ -126,6 +136,7 @@ def answer_rows(advice: Advice) -> List[Tuple[str, str]]:
     shown = {**advice.by_wheels, advice.shown_wheels[0]: odometry[1]}
     rows = [(f'odometry with {wheels.text}', str(shown[wheels])) for wheels in advice.shown_wheels]
     rows.append(('most effective improvement', improvement_text(advice)))
+    rows[1:1] = [('lines and gear', odometry[1].lines)] if odometry[1].lines else []
     return rows + [(criterion.text, str(answer)) for criterion, answer in at_goal]
 
 
@@ -189,7 +200,7 @@ def closed_form_text(advice: Advice) -> str:
 
 def own_encoder_text(advice: Advice) -> str:
     """Return the resolution of the robot's own encoder; '' if unknown."""
-    return f"The robot's own encoder has {advice.own_counts:g} PPR." if advice.own_counts else ''
+    return f"The robot's own encoder has {advice.own_counts:g} counts per wheel turn." if advice.own_counts else ''
 
 
 def advice_json(advice: Advice) -> Dict[str, Any]:
@@ -238,9 +249,7 @@ def advice_json(advice: Advice) -> Dict[str, Any]:
             }
             for tried in advice.tried
         ],
-        'encoders': [
-            {**encoder._asdict(), 'limit': [limit._asdict() for limit in encoder.limit]} for encoder in advice.encoders
-        ],
+        'encoders': [_encoder(encoder) for encoder in advice.encoders],
     }
 
 
@@ -256,10 +265,18 @@ def _answers(answers: Mapping[Criterion, Answer]) -> Dict[str, Any]:
             'more_trials': answer.more_trials,
             'undecided_encoder': answer.undecided or None,
             'errors_of': answer.errors_of or None,
+            'lines': answer.lines or None,
             'text': str(answer),
         }
         for criterion, answer in answers.items()
     }
+
+
+def _encoder(encoder: ListedEncoder) -> Dict[str, Any]:
+    about, limits = encoder._asdict(), [limit._asdict() for limit in encoder.limit]
+    file = about.pop('real')
+    product = {key: file and (getattr(file, key) or None) for key in OF_PRODUCT}
+    return {**about, **product, 'is_of_robot': encoder.is_of_robot, 'limit': limits}
 
 
 def _budget(budget: Budget) -> Dict[str, Any]:

@@ -207,6 +207,9 @@ class Reach(NamedTuple):
         return f'{off}: the encoder is not the limit; {tolerance} hold for {self.holds_for}'
 
 
+DECODING, MOTOR_LINES = 4, 12  # of the encoders that `Answer.lines` describes
+
+
 class Answer(NamedTuple):
     """Answer for one criterion. Counts are per revolution of the wheel."""
 
@@ -224,6 +227,20 @@ class Answer(NamedTuple):
     given_up: str = ''  # trials that fail to reach the goal with any encoder
     reach: Optional[Reach] = None  # if wheel errors exceed the tolerance
     note: str = ''
+
+    @property
+    def lines(self) -> str:
+        """Return encoders with these counts, on the wheel and on a motor: whole lines, a gear of two digits; or ''."""
+        if self.kind is not Kind.FROM or self.counts is None:
+            return ''
+        lines = math.ceil(self.counts / DECODING)
+        text = f'{DECODING * lines} counts per wheel turn = {lines} lines x{DECODING} on the wheel'
+        gear = self.counts / (DECODING * MOTOR_LINES)
+        if gear <= 1.0:
+            return text
+        step = 10.0 ** (math.floor(math.log10(gear)) - 1)
+        gear = step * math.ceil(gear / step - 1e-9)
+        return f'{text}, or {MOTOR_LINES} lines x{DECODING} on a motor with a {gear:.6g}:1 gear'
 
     @property
     def budgeted_counts(self) -> Optional[float]:

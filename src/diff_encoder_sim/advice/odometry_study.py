@@ -22,7 +22,7 @@ from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.robot_file import load_robot_file, robot_names
 from diff_encoder_sim.robots.wheel_quality import CALIBRATED, EXACT, QUALITIES, WheelQuality
 from diff_encoder_sim.trials.campaign_cells import Campaign, RequestedTrial
-from diff_encoder_sim.wheels.catalogue import WHOLE_CATALOGUE, ChosenEncoder, load_encoders
+from diff_encoder_sim.wheels.catalogue import OF_ROBOT, WHOLE_CATALOGUE, ChosenEncoder, EncoderFileParams, load_encoders
 from diff_encoder_sim.wheels.covariance import PULSE_VARIANCE
 from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, NO_FAULTS
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
@@ -38,7 +38,7 @@ class Candidate(NamedTuple):
     counts: float  # of the equivalent ideal encoder
     params: EncoderParams
     name: str = ''  # of a real one, or `own of burger`
-    price: Optional[str] = None  # class of its price
+    real: Optional[EncoderFileParams] = None  # file of a real one
 
 
 def candidates_of(campaign: Campaign) -> List[Candidate]:
@@ -57,8 +57,7 @@ def ordered_candidates(
     found, own = [], own_counts and PerWheel(left=own_counts, right=own_counts)
     for encoder, params in encoders:
         name = encoder.name or (f'own of {robot}' if params.ppr == own else '')
-        price = encoder.real.price if encoder.real else None
-        found.append(Candidate(encoder.label, equivalent_counts(params), params, name, price))
+        found.append(Candidate(encoder.label, equivalent_counts(params), params, name, encoder.real))
     return sorted(found, key=lambda candidate: candidate.counts)
 
 
@@ -107,12 +106,17 @@ class ListedEncoder(NamedTuple):
     """Encoder on the wheels of this robot."""
 
     name: str
-    price: Optional[str]  # class of its price; None of a robot's own
+    real: Optional[EncoderFileParams]  # None of a robot's own
     ppr: float  # counts per revolution of the wheel
     equivalent_ppr: float  # of the equivalent ideal encoder
     odometry_share: Interval  # success rate in the worst test
     meets: Dict[Criterion, Optional[bool]]  # None: unknown
     limit: Sequence[Limit] = ()  # encoder errors that are too large for odometry
+
+    @property
+    def is_of_robot(self) -> bool:
+        """Return whether the encoder is not sold without a robot."""
+        return self.real is None or self.real.price == OF_ROBOT
 
     @property
     def share_text(self) -> str:
@@ -127,22 +131,24 @@ def listed_encoders(
     answers: Mapping[Criterion, Answer],
     candidates: Sequence[Candidate] = (),
 ) -> List[ListedEncoder]:
-    """Return the encoders of config/encoders and config/robots, and candidates with a name, by ascending counts.
+    """Return the encoders of config/encoders and config/robots, and candidates with a name.
+
+    Those that are sold come before those of robots, both by ascending counts.
 
     Odometry is sampled with the errors of each encoder. For the pose at the goal, where localization corrects drift, an
     encoder counts as the ideal one with equal variance of a reading.
     """
     catalogue = load_encoders([WHOLE_CATALOGUE], config_folder, Path())
-    known: Dict[str, Tuple[Optional[str], EncoderParams]] = {
-        each.name: (each.real.price, each.params) for each in catalogue if each.real and each.params
+    known: Dict[str, Tuple[Optional[EncoderFileParams], EncoderParams]] = {
+        each.name: (each.real, each.params) for each in catalogue if each.params
     }
     for robot in robot_names(config_folder):
         ppr = load_robot_file(robot, Path(), config_folder.parent, {}).ppr
-        if ppr is not None:
+        if ppr is not None and robot not in known:
             known[f'own of {robot}'] = None, EncoderParams(ppr=PerWheel(left=ppr, right=ppr))
-    known.update({each.name: (each.price, each.params) for each in candidates if each.name})
+    known.update({each.name: (each.real, each.params) for each in candidates if each.name})
     found = []
-    for name, (price, params) in known.items():
+    for name, (real, params) in known.items():
         share, like = _worst(tests, params, LISTED_DRAWS, requirement), equivalent_counts(params)
         meets = {Criterion.ODOMETRY: _met(share, requirement)}
         # The variance of a reading does not contain faults.
@@ -154,8 +160,8 @@ def listed_encoders(
             ideal = params.model_copy(update={'ppr': params.counts_per_turn, 'encoder': IDEAL_ENCODER})
             is_enough = bool(_met(_worst(tests, ideal, LISTED_DRAWS, requirement), requirement))
             own = odometry_answer.own_limits(tests, params, requirement, is_enough, LISTED_DRAWS)
-        found.append(ListedEncoder(name, price, params.counts_per_turn.left, like, share, meets, own))
-    return sorted(found, key=lambda encoder: (encoder.ppr, encoder.name))
+        found.append(ListedEncoder(name, real, params.counts_per_turn.left, like, share, meets, own))
+    return sorted(found, key=lambda encoder: (encoder.is_of_robot, encoder.ppr, encoder.name))
 
 
 def _met(share: Interval, requirement: Requirement) -> Optional[bool]:

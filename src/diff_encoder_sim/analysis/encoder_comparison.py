@@ -107,7 +107,7 @@ def difference_table(different: pd.DataFrame) -> Optional[ResultTable]:
         for (setup, about), of_row in different.groupby(['setup', 'about'], sort=False)
     ]
     columns = {'about': Column('error'), **{question: Column(head) for question, (head, _) in QUESTIONS.items()}}
-    return ResultTable('encoders', 'Encoders that differ [PPR]', pd.DataFrame(rows), columns)
+    return ResultTable('encoders', 'Encoders that differ [counts]', pd.DataFrame(rows), columns)
 
 
 def _worse(different: pd.DataFrame, question: str) -> str:

@@ -1,6 +1,6 @@
 """Encoder labels of trials.csv and the tables (`encoders.pulses.encoder_label`), or `ideal`.
 
-`90`: ideal encoder with 90 PPR; `40-90`: 40 PPR left, 90 PPR right; `8192 amt102`: real encoder with 8192 counts.
+`90`: ideal encoder with 90 counts per wheel turn; `40-90`: 40 left, 90 right; `8192 amt102`: real encoder with 8192 counts.
 """
 
 from __future__ import annotations
@@ -35,19 +35,19 @@ def ppr_order(label: str) -> Tuple[float, str]:
     return (math.inf if value is None else value), label
 
 
-def ppr_text(label: str) -> str:
-    """Return the name of an encoder in tables: `90 PPR`, or `amt102 (8192 counts)`."""
+def ppr_text(label: str, unit: str = 'counts') -> str:
+    """Return the name of an encoder in tables: `90 counts`, or `amt102 (8192 counts)`; the paper's unit is PPR."""
     if is_real(label):
         counts, _, name = label.partition(' ')
         return f'{name} ({counts} counts)'
-    return 'ideal odometry' if label == IDEAL else f'{label} PPR'
+    return 'ideal odometry' if label == IDEAL else f'{label} {unit}'
 
 
 def encoders_text(labels: Sequence[str]) -> str:
-    """Join the names of encoders with one unit: `40, 90 and 1024 PPR`."""
+    """Join the names of encoders with one unit: `40, 90 and 1024 counts`."""
     if IDEAL in labels or any(map(is_real, labels)):
         return enumeration([ppr_text(label) for label in labels])
-    return f'{enumeration(labels)} PPR'
+    return f'{enumeration(labels)} counts'
 
 
 def enumeration(texts: Sequence[str]) -> str:

@@ -25,7 +25,7 @@ LABELS = {  # on pages for values in CSV files
     'position_mm': 'position [mm]',
     'heading_deg': 'heading [deg]',
 }
-HEADS = {'ppr': 'PPR', 'quantity': 'error'}  # default headings of columns
+HEADS = {'ppr': 'counts', 'quantity': 'error'}  # default headings of columns
 Decimals = Union[int, Sequence[int], None]  # of the numbers of a column, or of each entry; None for texts
 
 

@@ -66,7 +66,7 @@ def summary(results: Results) -> str:
     if not is_pooled:
         heads, columns, legend = ['trial', 'outcome', 'time\n[s]', 'path\n[m]'], ('[m]', '[deg]'), TRIAL_LEGEND
     names = {**{pose: f'\n{pose}' for pose in POSES}, MINUS_TRUTH: 'odom -\nworld'}
-    heads = ['test', 'PPR', *heads, *(f'{pose}\n{column}' for pose in names.values() for column in columns)]
+    heads = ['test', 'counts', *heads, *(f'{pose}\n{column}' for pose in names.values() for column in columns)]
     return f'{tabulate(rows, heads, disable_numparse=True, stralign="right")}\n{legend}'
 
 
@@ -170,5 +170,5 @@ def _encoders(of_setup: pd.DataFrame) -> str:
         return 'every encoder'
     are_finest = sufficient == labels[-len(sufficient) :] and len(sufficient) > 1
     if are_finest and all(ppr_value(label) is not None and not is_real(label) for label in labels):
-        return f'from {sufficient[0]} PPR{open_text}'
+        return f'from {sufficient[0]} counts{open_text}'
     return f'{encoders_text(sufficient)}{open_text}'

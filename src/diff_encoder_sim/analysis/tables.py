@@ -43,6 +43,7 @@ def pulse_resolution(pprs: Sequence[float], robot: RobotGeometry) -> pd.DataFram
 def pulse_resolution_table(pprs: Sequence[float], robot: RobotGeometry) -> ResultTable:
     """Build table 3."""
     columns = {
+        'ppr': Column('PPR'),
         'linear_mm': Column('travel per pulse [mm]', decimals=3),
         'two_wheel_angle_deg': Column('rotation, one pulse of both wheels [deg]', decimals=4),
         'one_wheel_angle_deg': Column('rotation, one pulse of one wheel [deg]', decimals=4),
@@ -106,7 +107,7 @@ def goal_table(results: Results, pose: str, found: pd.DataFrame) -> ResultTable:
         of_column = found[(found['ppr'] == label) & (found['quantity'] == quantity.name)].astype(object)
         exact = exact.merge(of_column.melt(keys, STATISTICS, 'statistic', name), how='left')
         decimals = [of_row.get(statistic, DECIMALS[quantity.unit]) for statistic in exact['statistic']]
-        columns[name] = Column(quantity.head, ppr_text(label), decimals)
+        columns[name] = Column(quantity.head, ppr_text(label, 'PPR'), decimals)
     counts = exact.loc[exact['statistic'] == 'trials', list(columns)]
     exact.loc[counts.index, list(columns)] = counts.fillna(0).astype(int)
     note = (

@@ -8,15 +8,16 @@ from tabulate import tabulate
 
 
 class TextTable(NamedTuple):
-    """Table of strings; the first two columns are aligned left."""
+    """Table of strings."""
 
     title: str
     heads: List[str]
     rows: List[List[str]]
     note: str = ''
+    texts: int = 2  # columns on the left that are aligned left
 
     def text(self) -> str:
         """Return the table for the terminal."""
-        aligned = ['left', 'left', *['right'] * (len(self.heads) - 2)]
+        aligned = [*['left'] * self.texts, *['right'] * (len(self.heads) - self.texts)]
         text = tabulate(self.rows, self.heads, disable_numparse=True, colalign=aligned)
         return '\n'.join(filter(None, [self.title, text, self.note]))

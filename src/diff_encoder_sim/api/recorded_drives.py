@@ -143,7 +143,7 @@ def reencoding(options: DriveOptions) -> Reencoding:
         finer = [each.label for each in chosen if each.ppr.left > recorded.left or each.ppr.right > recorded.right]
         if finer:
             limited = f'{", ".join(finer)} limited by the recorded resolution'
-            lines.append(f'recorded with {ppr_label(recorded)} PPR: {limited}')
+            lines.append(f'recorded with {ppr_label(recorded)} counts: {limited}')
     if phases_rad is not None:
         lines.append(f'start angles of the wheels: {draws} sampled by --seed {robot.encoder.seed}')
     drives = [

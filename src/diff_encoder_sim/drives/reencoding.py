@@ -271,7 +271,7 @@ def csv_table(rows: Sequence[Dict[str, Value]]) -> str:
 
 # Columns of `error_rows` in the tables for the terminal, with their heads.
 _PATH_HEADS = {
-    'ppr': 'PPR',
+    'ppr': 'counts',
     'reports': 'reports',
     'common_stamps': 'common\nstamps',
     'ate_rmse_m': 'ATE\n[m]',
@@ -290,7 +290,7 @@ def text_table(rows: Sequence[Dict[str, Value]], draws: int = 1) -> str:
     if draws > 1:
         return _spread_table(rows)
     paths = [[_cell(column, row[column]) for column in _PATH_HEADS] for row in rows]
-    rpe_heads = ['PPR', 'segment\nlength']
+    rpe_heads = ['counts', 'segment\nlength']
     rpe_heads += [head.format(pairs.text) for pairs in RpePairs for head in _RPE_HEADS.values()]
     relative = []
     for row, distance_m in itertools.product([row for row in rows if row['end_yaw_rad'] is not None], RPE_DISTANCES_M):

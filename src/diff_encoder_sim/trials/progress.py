@@ -146,7 +146,7 @@ def outcome_table(rows: Sequence[TrialRow]) -> str:
     varied = [key for key, _ in rows[0].varied] if rows else []
     return tabulate(
         [[*cell, sum(counts.values()), *(counts[outcome] for outcome in shown)] for cell, counts in cells.items()],
-        ['test', *varied, 'PPR', 'trials', *(outcome.value for outcome in shown)],
+        ['test', *varied, 'counts', 'trials', *(outcome.value for outcome in shown)],
         disable_numparse=True,
         colalign=('left', *['right'] * (len(varied) + 2 + len(shown))),
     )

@@ -217,7 +217,7 @@ def stopping_line(params: RobotParams, pprs: Sequence[PerWheel]) -> str:
     (least, finest), (most, coarsest) = spreads[0], spreads[-1]
     ends = f'{words(least)} of the goal'
     if least != most:
-        ends = f'{ends} with {finest} PPR, {words(most)} with {coarsest} PPR'
+        ends = f'{ends} with {finest} counts, {words(most)} with {coarsest} counts'
     asked = StopSpread(planner.xy_goal_tolerance, planner.yaw_goal_tolerance)
     return f'stopping: {planner.stop} {_ENDS[planner.stop]} {ends}; asked for: {words(asked)}'
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence
 
 from pydantic import Field, field_validator
-from typing_extensions import Annotated
+from typing_extensions import Annotated, Literal
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import Line, Params, did_you_mean, flat, load_params, missing, not_allowed
@@ -18,6 +18,8 @@ from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 WHOLE_CATALOGUE = 'catalogue'  # stands for every name
 
+OF_ROBOT = 'included in the robot'  # price of an encoder that is not sold separately
+
 # Keys of config.yaml that describe a device's controller.
 OF_DEVICE = ('counter_modulus', 'rate', 'report', 'velocity_clock', 'velocity_method')
 
@@ -25,13 +27,29 @@ OF_DEVICE = ('counter_modulus', 'rate', 'report', 'velocity_clock', 'velocity_me
 class EncoderFileParams(Params):
     """The keys of an encoder's file; config/encoders/ has patterns."""
 
-    name: Line = Field(min_length=1, description='as one buys it')
+    manufacturer: Line = Field(min_length=1, description='as on the datasheet')
+    part: Line = Field(min_length=1, description='part number, with the resolution if there are several')
+    type: Line = Field(min_length=1, description='principle and form, such as optical kit')
+    mounting: Optional[Literal['motor', 'wheel', 'any', 'unknown']] = Field(
+        None, description='shaft that it is mounted on; by default that of `encoder.side`'
+    )
+    link: Line = Field('', pattern='^(https://.*)?$', description='address of its documentation')
     source: List[Annotated[Line, Field(min_length=1)]] = Field(
         min_length=1, description='datasheets and manuals; comments call them [1], [2], ...'
     )
-    price: Line = Field(min_length=1, description='class of its price, such as hobby')
+    price: Line = Field(min_length=1, description=f'class of its price, such as hobby, or {OF_ROBOT!r}')
     encoder: EncoderModel
     config: Dict[str, Any] = Field({}, description=f'other keys of config.yaml: {", ".join(OF_DEVICE)}')
+
+    @property
+    def name(self) -> str:
+        """Return the name of the product."""
+        return f'{self.manufacturer} {self.part}'
+
+    @property
+    def shaft(self) -> str:
+        """Return the shaft that the encoder is mounted on."""
+        return self.mounting or self.encoder.side
 
     @field_validator('encoder')
     @classmethod
@@ -140,4 +158,4 @@ def resolution_text(model: EncoderModel) -> str:
     elif model.lines:
         shaft = f'{model.lines} line{"s" if model.lines > 1 else ""} x {of_shaft // model.lines}'
     gear = f' x gear {model.gear_ratio:g}' if model.side == 'motor' else ''
-    return f'{shaft}{gear} = {counts:.9g} counts per wheel revolution'
+    return f'{shaft}{gear} = {counts:.9g} counts per wheel turn'

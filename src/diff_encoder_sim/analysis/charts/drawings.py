@@ -159,7 +159,7 @@ def distributions(
 def spreads(rows: alt.Chart, closed_form: alt.Chart, pprs: Sequence[float], unit: str) -> alt.LayerChart:
     """Draw `spread_rows` with intervals and `closed_form_rows` over ascending counts, on logarithmic axes."""
     x_axis: Dict[str, Any] = {
-        'title': 'pulses per revolution of the wheel',
+        'title': 'counts per wheel turn',
         'scale': alt.Scale(type='log', nice=False, domain=[pprs[0] / AXIS_BEYOND, pprs[-1] * AXIS_BEYOND]),
         'axis': alt.Axis(values=list(pprs), format=PLAIN, labelOverlap='greedy'),
     }
@@ -172,7 +172,7 @@ def spreads(rows: alt.Chart, closed_form: alt.Chart, pprs: Sequence[float], unit
     point = alt.OverlayMarkDef(opacity=0, size=60)  # enlarges the hover area of the line
     line = closed_form.transform_filter('datum.std > 0')
     line = line.mark_line(color=GREY, strokeDash=[6, 4], clip=True, point=point)
-    line_tips = [*tips({'ppr': 'PPR'}, '.0f'), *tips({'std': 'closed form'}, '.3g')]
+    line_tips = [*tips({'ppr': 'counts'}, '.0f'), *tips({'std': 'closed form'}, '.3g')]
     shown = tips({'label': 'encoder', 'series': 'pose', 'trials': 'trials'})
     shown += tips({'std': 'std. dev.', 'low': '95 % from', 'high': '95 % to'}, '.4g')
     measured = rows.encode(x=alt.X('place:Q', **x_axis), color=_series(alt.Color, COLOURS, GREY))

@@ -29,7 +29,7 @@ from diff_encoder_sim.localization.occupancy_grid import OCCUPIED
 
 OF_LABEL = dict(zip(LABELS, (MINUS_TRUTH, 'odom', 'world', 'global', 'amcl')))
 
-APART = 1.07  # factor in PPR between neighbouring series
+APART = 1.07  # factor in counts between neighbouring series
 CLOSED_FORM_POINTS = 40
 MOST_PATHS = 400  # keeps the page below 3 MB
 STRAIGHT_WITHIN = 1.5e-3  # tolerance of simplified paths as a fraction of the floor's sides
@@ -56,7 +56,7 @@ def error_rows(trials: pd.DataFrame) -> pd.DataFrame:
 
 
 def spread_rows(trials: pd.DataFrame) -> pd.DataFrame:
-    """Return the standard deviations by cell with a PPR, series and quantity; without those of equal errors."""
+    """Return the standard deviations by cell with counts, series and quantity; without those of equal errors."""
     rows = []
     for (setup, encoder), cell in trials.groupby(['setup', 'ppr'], sort=False):
         ppr = ppr_value(encoder)
