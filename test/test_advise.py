@@ -49,7 +49,7 @@ def test_odometry_is_answered_first_and_then_what_trials_show(first):
     assert found['true pose at the goal'] == 'at least 90 counts per wheel turn; 40 do not suffice'
     assert found['pose estimate at the goal'] == 'at least 40 counts per wheel turn, the coarsest candidate'
     assert 'Error budget' in done.stdout and 'Encoders on these wheels' in done.stdout
-    assert "The robot's own encoder has 90 PPR." in done.stdout
+    assert "The robot's own encoder has 90 counts per wheel turn." in done.stdout
 
 
 def test_all_of_it_is_in_the_json_and_on_the_page(first):
@@ -115,7 +115,8 @@ def test_without_trials_no_laser_is_needed(tmp_path):
 def encoder_file(path, lines, **errors):
     """An encoder of four times as many counts, with its own errors."""
     model = {'lines': lines, 'decoding': 'x4', **errors}
-    path.write_text(json.dumps({'name': path.stem, 'source': ['a test'], 'price': 'hobby', 'encoder': model}))
+    about = {'manufacturer': 'a', 'part': path.stem, 'type': 'kit', 'price': 'hobby', 'source': ['a test']}
+    path.write_text(json.dumps({**about, 'encoder': model}))
     return path.name
 
 
@@ -163,4 +164,4 @@ def test_real_encoders_are_ordered_by_what_they_are_worth(tmp_path):
     content = json.loads((tmp_path / 'advice.json').read_text())
     assert content['answers']['odometry']['encoder'] == '8192 amt102'
     assert content['answers']['truth']['encoder'] == '90 hoverboard_hub'
-    assert 'advise: amt102 (CUI Devices AMT102-V, at 2048 PPR): 2048 lines x 4 = 8192 counts' in done.stderr
+    assert 'advise: amt102 (CUI Devices AMT102-V, at 2048 lines): 2048 lines x 4 = 8192 counts' in done.stderr

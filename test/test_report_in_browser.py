@@ -118,22 +118,22 @@ def test_a_point_shows_its_path(page):
     else:
         page.click(point)
     page.wait_for(f'{PATH} !== {json.dumps(before)}')
-    assert page.evaluate(CHOSEN) == 'SL, 4096 PPR, trial 6'
+    assert page.evaluate(CHOSEN) == 'SL, 4096 counts, trial 6'
     page.wait_for('document.querySelector("#chart-path").getBoundingClientRect().top < innerHeight')
 
 
 def test_the_list_of_paths_follows_the_test_the_keyboard_and_the_table(page):
     toggle(page, 'setup', 1)
-    assert page.evaluate(CHOSEN) == 'SMT, 40 PPR, trial 1'
+    assert page.evaluate(CHOSEN) == 'SMT, 40 counts, trial 1'
     before = page.evaluate(PATH)
     page.evaluate('document.querySelector("[name=trial]").focus()')
     for kind in ('keyDown', 'keyUp'):
         page.call('Input.dispatchKeyEvent', type=kind, key='ArrowDown', code='ArrowDown', windowsVirtualKeyCode=40)
     page.wait_for(f'{PATH} !== {json.dumps(before)}')
-    assert page.evaluate(CHOSEN) == 'SMT, 40 PPR, trial 2'
+    assert page.evaluate(CHOSEN) == 'SMT, 40 counts, trial 2'
     page.evaluate('document.querySelector("#trials details").open = true')
     page.click('document.querySelectorAll("#trials [data-choose]")[2]')
-    assert page.evaluate(CHOSEN) == 'SL, 40 PPR, trial 3'
+    assert page.evaluate(CHOSEN) == 'SL, 40 counts, trial 3'
     assert page.evaluate('document.querySelectorAll("[name=setup]")[0].checked')
 
 

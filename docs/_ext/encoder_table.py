@@ -11,11 +11,14 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 from diff_encoder_sim.base.params import flat
-from diff_encoder_sim.wheels.catalogue import ChosenEncoder, encoder_names, load_encoder
+from diff_encoder_sim.wheels.catalogue import OF_ROBOT, ChosenEncoder, encoder_names, load_encoder
 from diff_encoder_sim.wheels.encoder_params import EncoderModel
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
-COLUMNS = ('Name', 'Encoder', 'Price', 'Counts per wheel revolution', 'Sensor', 'Known of its errors', 'Source')
+COLUMNS = (
+    *('Name', 'Manufacturer', 'Part', 'Type', 'Price class', 'Shaft', 'Counts per wheel turn'),
+    *('Documentation', 'Known of its errors'),
+)
 OF_SHAPE = ('sensor', 'lines', 'decoding', 'pole_pairs', 'bits', 'side', 'gear_ratio', 'direction')
 
 
@@ -23,12 +26,16 @@ class EncodersDirective(SphinxDirective):
     """The encoders that come with the package."""
 
     def run(self) -> List[nodes.Node]:
-        """Return one row for each encoder, the coarsest first."""
+        """Return two tables, each with the coarsest encoder first."""
         for name in encoder_names(CONFIG):
             self.env.note_dependency(str(CONFIG / 'encoders' / f'{name}.yaml'))
         encoders = [load_encoder(name, CONFIG, CONFIG) for name in encoder_names(CONFIG)]
         encoders.sort(key=lambda encoder: encoder.ppr.left)
-        return self.parse_text_to_nodes('\n'.join(table(COLUMNS, [_row(encoder) for encoder in encoders])))
+        lines: List[str] = []
+        for is_of_robot, title in enumerate(('Sold separately or with a motor:', 'Of robots:')):
+            of_kind = (each for each in encoders if each.real and (each.real.price == OF_ROBOT) == is_of_robot)
+            lines += [title, *table(COLUMNS, map(_row, of_kind))]
+        return self.parse_text_to_nodes('\n'.join(lines))
 
 
 def _row(encoder: ChosenEncoder) -> Tuple[str, ...]:
@@ -36,7 +43,8 @@ def _row(encoder: ChosenEncoder) -> Tuple[str, ...]:
     counts, model = f'{encoder.ppr.left:.2f}'.rstrip('0').rstrip('.'), encoder.real.encoder
     errors = '; '.join(f'`{key}` {value:g}' for key, value in _errors(model)) or 'nothing'
     file = encoder.real
-    return f'`{encoder.name}`', file.name, file.price, counts, _sensor(model), errors, '; '.join(file.source)
+    about = file.manufacturer, file.part, f'{file.type}, {_resolution(model)}', file.price, file.shaft
+    return f'`{encoder.name}`', *about, counts, f'[link]({file.link})', errors
 
 
 def _errors(model: EncoderModel) -> Iterator[Tuple[str, float]]:
@@ -45,9 +53,9 @@ def _errors(model: EncoderModel) -> Iterator[Tuple[str, float]]:
     return ((key, value) for key, value in flat(given) if key not in OF_SHAPE)
 
 
-def _sensor(model: EncoderModel) -> str:
+def _resolution(model: EncoderModel) -> str:
     shape = {'hall': f'{model.pole_pairs} pole pairs', 'absolute': f'{model.bits} bits'}
-    text = f'{model.sensor}, {shape.get(model.sensor, f"{model.lines} lines {model.decoding}")}'
+    text = shape.get(model.sensor, f'{model.lines} line{"s" if model.lines != 1 else ""} {model.decoding}')
     return f'{text}, gear {model.gear_ratio:.6g}' if model.side == 'motor' else text
 
 

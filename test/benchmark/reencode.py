@@ -27,7 +27,8 @@ LEFT_RADPS, RIGHT_RADPS = 4.0, 4.1
 # On the motor, with play, errors of the sensor, faults, and a poor line.
 ERRORS = yaml.safe_load((ROOT / 'test' / 'rostest' / 'data' / 'real_encoder.yaml').read_text())['encoder']
 REPORT = {'jitter': 0.002, 'latency': 0.01, 'latency_spread': 0.005, 'lost': 0.01, 'repeated': 0.01}
-FULL = {'name': 'full', 'source': ['test/benchmark/reencode.py'], 'price': 'none', 'encoder': ERRORS}
+ABOUT = {'manufacturer': 'a', 'part': 'full', 'type': 'all errors', 'price': 'none'}
+FULL = {**ABOUT, 'source': ['test/benchmark/reencode.py'], 'encoder': ERRORS}
 FULL['config'] = {'report': REPORT, 'velocity_method': 'MT'}
 
 

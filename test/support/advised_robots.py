@@ -16,8 +16,10 @@ from diff_encoder_sim.analysis.statistics import Interval
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.navigation.goal_stopping import StopSpread
 from diff_encoder_sim.robots.wheel_quality import CALIBRATED, EXACT
+from diff_encoder_sim.wheels.catalogue import load_encoder
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 from drawn_drives import line, robot_of
+from places import ROOT
 from trial_tables import ALTO
 
 REQUIREMENT = Requirement()
@@ -63,8 +65,9 @@ def whole_advice():
         Criterion.TRUTH: Answer(Criterion.TRUTH, Kind.FROM, 40.0, (28.0, 40.0), '40'),
     }
     meets = dict.fromkeys(Criterion, True), {**dict.fromkeys(Criterion), Criterion.ODOMETRY: False}
+    amt102 = load_encoder('amt102', ROOT / 'config', ROOT).real
     encoders = [
-        ListedEncoder('amt102', 'industrial low', 8192.0, 586.8, Interval(0.98, 1.0), meets[0]),
+        ListedEncoder('amt102', amt102, 8192.0, 586.8, Interval(0.98, 1.0), meets[0]),
         ListedEncoder('own of alto', None, 90.0, 90.0, Interval(0.1, 0.2), meets[1]),
     ]
     stopping = {'40': {'coasting': STOP}}

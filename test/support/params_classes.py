@@ -12,7 +12,11 @@ ESTIMATE = {'value': 1.0, 'interval': [0.5, 2.0]}
 # Where more is needed than a value for each field that has no default.
 ROUTE = {'name': 't', 'world': 'hallway', 'route': [{'goal': {'x': 1.0}}]}
 EXAMPLES = {
-    'EncoderFileParams': {'name': 'a', 'source': ['a'], 'price': 'a', 'encoder': {'lines': 1}},
+    'EncoderFileParams': {
+        **dict.fromkeys(('manufacturer', 'part', 'type', 'price'), 'a'),
+        'source': ['a'],
+        'encoder': {'lines': 1},
+    },
     'Segment': {'straight': 1.0},
     'Leg': {'turns': 1.0},
     'TestDefinition': ROUTE,

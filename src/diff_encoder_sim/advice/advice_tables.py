@@ -29,13 +29,15 @@ REST = (
     'rest: observed error minus the sum of the causes; without ± if causes compensate each other'
 )
 LIKE_IDEAL = (
-    'like ideal: counts of an ideal encoder whose readings are as uncertain, which decides about the\n'
-    'pose estimate and the true pose. within: fraction of sampled drives whose odometry is within the\n'
-    'tolerance. shaft: that it is mounted on. ?: unknown.'
+    'like ideal: counts of an ideal encoder whose readings are as uncertain, which decides about the pose estimate '
+    'and the true pose.\n'
+    'within: fraction of sampled drives whose odometry is within the tolerance.\n'
+    'shaft: that it is mounted on. ?: unknown.'
 )
 TOO_LARGE = 'own errors of {} that are too large: {}'
 Products = Mapping[str, Callable[[EncoderFileParams], str]]  # text by head of a column
-PRODUCTS: Products = {'price': lambda file: file.price, 'shaft': lambda file: file.shaft}  # more than these are too wide
+# For the terminal; more columns do not fit PIPE_COLUMNS.
+PRODUCTS: Products = {'price': lambda file: file.price, 'shaft': lambda file: file.shaft}
 _MARKS = {True: 'yes', False: 'no', None: '?'}
 
 VERSION = 1  # of the JSON
@@ -71,7 +73,8 @@ def advice_tables(advice: Advice, products: Products = PRODUCTS) -> Iterator[Tex
             for encoder in listed
         ]
         limits = {each.name: '; '.join(f'{one.cause} {one.amount}' for one in each.limit) for each in listed}
-        notes = [*([] if is_of_robot else [LIKE_IDEAL]), *(TOO_LARGE.format(*each) for each in limits.items() if each[1])]
+        notes = [TOO_LARGE.format(name, text) for name, text in limits.items() if text]
+        notes[:0] = [] if is_of_robot else [LIKE_IDEAL]
         heads += [criterion.head.replace(' ', '\n') for criterion in advice.answers]
         if rows:
             yield TextTable(title, heads, rows, '\n'.join(notes), 1 + len(columns))

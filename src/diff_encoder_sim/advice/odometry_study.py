@@ -121,7 +121,7 @@ class ListedEncoder(NamedTuple):
     @property
     def share_text(self) -> str:
         """Return the interval in per cent."""
-        return f'{100.0 * self.odometry_share.low:.0f} to {100.0 * self.odometry_share.high:.0f} %'
+        return f'{100.0 * self.odometry_share.low:.0f}–{100.0 * self.odometry_share.high:.0f} %'
 
 
 def listed_encoders(

@@ -1,6 +1,6 @@
 """Encoder labels of trials.csv and the tables (`encoders.pulses.encoder_label`), or `ideal`.
 
-`90`: ideal encoder with 90 counts per wheel turn; `40-90`: 40 left, 90 right; `8192 amt102`: real encoder with 8192 counts.
+`90`: ideal encoder with 90 counts per wheel turn; `40-90`: 40 left, 90 right; `8192 amt102`: real encoder with 8192.
 """
 
 from __future__ import annotations

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import List, NamedTuple
 
 from tabulate import tabulate
+
+NOTE_COLUMNS = 100  # of notes in the terminal
 
 
 class TextTable(NamedTuple):
@@ -20,4 +23,4 @@ class TextTable(NamedTuple):
         """Return the table for the terminal."""
         aligned = [*['left'] * self.texts, *['right'] * (len(self.heads) - self.texts)]
         text = tabulate(self.rows, self.heads, disable_numparse=True, colalign=aligned)
-        return '\n'.join(filter(None, [self.title, text, self.note]))
+        return '\n'.join([self.title, text, *(textwrap.fill(line, NOTE_COLUMNS) for line in self.note.splitlines())])

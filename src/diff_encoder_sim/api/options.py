@@ -84,7 +84,9 @@ class CampaignOptions(RunOptions):
     out: Path = option(None, 'results folder: new, or with results to complete', 'DIR', required=True)
     resume: bool = option(False, 'fail if DIR has no results yet')
     tests: Optional[Sequence[str]] = option(None, TESTS, 'TEST', group=OVERRIDES)
-    ppr: Optional[Sequence[float]] = option(None, 'ideal encoders, counts per wheel turn', 'N', PULSES_PER_TURN, OVERRIDES)
+    ppr: Optional[Sequence[float]] = option(
+        None, 'ideal encoders, counts per wheel turn', 'N', PULSES_PER_TURN, OVERRIDES
+    )
     encoders: Optional[Sequence[str]] = option(None, ENCODERS, 'NAME|FILE', group=OVERRIDES)
     trials: Optional[int] = option(None, 'trials of each test with each encoder', 'N', TRIALS, OVERRIDES)
     nav: Optional[str] = option(None, 'with feedback or without', group=OVERRIDES, choices=('embedded', 'scripted'))
@@ -112,7 +114,9 @@ class WheelOptions(RobotOptions):
     left: str = option('', "left joint (default: the robot's, or the bag's only left wheel)", 'JOINT', group=WHEELS)
     right: str = option('', "right joint (default: the robot's, or the bag's only right wheel)", 'JOINT', group=WHEELS)
     pulses: str = option('', 'topic of counts, used instead of wheel angles', 'TOPIC', group=WHEELS)
-    pulses_ppr: str = option('', 'counts per wheel turn of their encoder (default: that of the recorded trial)', 'PPR', group=WHEELS)
+    pulses_ppr: str = option(
+        '', 'counts per wheel turn of their encoder (default: that of the recorded trial)', 'PPR', group=WHEELS
+    )
     ticks: Sequence[str] = option(
         (), 'numbers in messages: TOPIC, TOPIC[0], or TOPIC.field.field[0]', ('LEFT', 'RIGHT'), group=NO_ANGLES, nargs=2
     )

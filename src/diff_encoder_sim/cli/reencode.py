@@ -16,12 +16,12 @@ DESCRIPTION = """\
 reencode: compute the odometry of a recorded drive with other encoders.
 
 Reads wheel angles (sensor_msgs/JointState) or counts (diff_encoder_sim/EncoderPulse) from a bag, or other numbers of
-its messages (--ticks), a table (--csv), or odometry (--odom). Computes /encoder_pulse, /odom and /tf for each encoder as
-the live nodes publish them, and prints the error of each odometry against a reference."""
+its messages (--ticks), a table (--csv), or odometry (--odom). Computes /encoder_pulse, /odom and /tf for each encoder
+as the live nodes publish them, and prints the error of each odometry against a reference."""
 
 NOTES = """\
-Recorded counts give the wheel angle to half a count; a finer encoder is limited by the recorded resolution. Where the edges
-of another encoder are is sampled by --draws: the table has the median and 5 to 95 %. Wheel angles (JointState,
+Recorded counts give the wheel angle to half a count; a finer encoder is limited by the recorded resolution. Where the
+edges of another encoder are is sampled by --draws: the table has the median and 5 to 95 %. Wheel angles (JointState,
 --unit rad) and counts of a trial are exact, with one line of errors. Without a reference, odometry is compared with
 that of the recorded wheels. Counts of --pulses wrap at the counter_modulus of --config, --robot or the bag's trial;
 those of --ticks wrap by the type of their field (int16, uint16, int32, uint32).

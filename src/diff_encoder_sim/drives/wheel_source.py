@@ -61,7 +61,7 @@ class WheelNumbers(NamedTuple):
     def notes(self) -> Iterator[str]:
         """List limits of the angles, one line each."""
         if self.unit in SPEEDS:
-            yield 'the wheel angles are integrated speeds: errors of the speeds add up; each encoder adds its own rounding'
+            yield 'the wheel angles are integrated speeds, whose errors add up; each encoder adds its own rounding'
 
     def wrap_fault(self, side: int, angles: WheelSeries) -> str:
         """Return the wrap of a counter of unknown width: a step over half of all its counts; empty if it has none."""

@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from advised_robots import REACH, whole_advice
+from advised_robots import LIMITED, REACH, whole_advice
 from diff_encoder_sim.advice.advice_page import advice_charts, write_page
 from diff_encoder_sim.advice.advice_tables import VERSION, advice_json, advice_tables, answers_text, shown_counts
 from diff_encoder_sim.advice.odometry_study import with_budgets
@@ -34,7 +34,10 @@ def test_the_page_has_answers_charts_and_tables(tmp_path):
     assert 'id="chart-share"' in page and 'id="chart-budget"' in page
     assert 'Encoders on these wheels' in page and '34 closed-loop trials' in page
     assert len(page) < 3_000_000
-    assert not re.search('(src|href)="http', page.replace('http://www.w3.org/', ''))
+    assert not re.search('(src|<link[^>]* href)="http', page.replace('http://www.w3.org/', ''))
+    for text in ('CUI Devices', 'AMT102-V, at 2048 lines', 'capacitive kit', 'industrial low', 'any'):
+        assert f'<td>{text}</td>' in page
+    assert '<td><a href="https://www.cuidevices.com/product/resource/amt10.pdf">link</a></td>' in page
 
 
 @pytest.mark.heavy
@@ -53,14 +56,14 @@ def fixture_tables():
 
 def test_trials_are_in_the_order_of_encoders(tables):
     table = tables['Closed-loop trials within the tolerance']
-    assert table.heads == ['test', '', '28 PPR', '40 PPR']
+    assert table.heads == ['test', '', '28 counts', '40 counts']
     assert table.rows[2] == ['SL', 'true pose at the goal', '12/17', '17/17']
 
 
 def test_budgets_are_of_the_answers_encoders_and_end_with_what_was_found(tables):
     rows = tables['Error budget: mean ± standard deviation'].rows
     counts = shown_counts(whole_advice(), list(whole_advice().budgets['SL']))
-    titles = [f'SL: odometry at the true pose, {counts:g} PPR', 'SL: true pose at the goal, 40 PPR, 17 trials']
+    titles = [f'SL: odometry at the true pose, {counts:g} counts', 'SL: true pose at the goal, 40 counts, 17 trials']
     assert [row[0] for row in rows if row[0]] == titles and abs(counts - 347.0) < 15.0
     of_odometry, of_truth = ('quantisation', 'simulated contact'), ('stopping', 'localization', 'encoder')
     assert tuple(row[1] for row in rows) == (*of_odometry, 'rest', 'found', *of_truth, 'rest', 'found')
@@ -73,10 +76,20 @@ def test_the_budget_is_of_the_only_requested_counts():
 
 
 def test_encoders_say_yes_no_or_that_it_is_not_known(tables):
-    table = tables['Encoders on these wheels']
-    assert table.heads[-4:] == ['odometry', 'pose estimate', 'true pose', 'own errors']
-    assert table.rows[0] == ['amt102', 'industrial low', '8192', '586.8', '98 to 100 %', 'yes', 'yes', 'yes', '']
-    assert table.rows[1][-4:] == ['no', '?', '?', '']
+    table, of_robots = tables['Encoders on these wheels'], tables['Encoders of robots on these wheels']
+    assert table.heads[-3:] == ['odometry', 'pose\nestimate', 'true\npose']
+    assert table.rows == [['amt102', 'industrial low', 'any', '8192', '586.8', '98–100 %', 'yes', 'yes', 'yes']]
+    assert of_robots.rows == [['own of alto', '', '90', '90', '10–20 %', 'no', '?', '?']]
+
+
+def test_tables_of_encoders_fit_the_terminal():
+    limit = LIMITED.limits[0]
+    listed = [one._replace(name='own of gearmotor_kit', limit=[limit] * 3) for one in whole_advice().encoders]
+    listed[0] = listed[0]._replace(name='hoverboard_hub')
+    *_, encoders, of_robots = advice_tables(whole_advice()._replace(encoders=listed))
+    assert max(map(len, f'{encoders.text()}\n{of_robots.text()}'.splitlines())) <= 100
+    own = 'own errors of own of gearmotor_kit that are too large: wheel radius 0.64 m, 50 mm allowed;'
+    assert own in of_robots.text()
 
 
 @pytest.fixture(scope='module')
@@ -89,7 +102,7 @@ def test_answers_are_by_question(content):
     assert list(answers) == ['odometry', 'pose_estimate', 'truth'] and answers['truth']['encoder'] == '40'
     odometry, (low, high) = answers['odometry'], answers['odometry']['interval']
     assert odometry['kind'] == 'from' and max(330.0, low) <= odometry['smallest_ppr'] <= min(365.0, high)
-    nothing = dict.fromkeys(('smallest_ppr', 'encoder', 'reach', 'undecided_encoder', 'errors_of'))
+    nothing = dict.fromkeys(('smallest_ppr', 'encoder', 'lines', 'reach', 'undecided_encoder', 'errors_of'))
     text = 'undecided, about 12 more trials of each test would decide'
     undecided = {'kind': 'undecided', 'interval': [None, None], 'limit': [], 'more_trials': 12, 'text': text}
     assert answers['pose_estimate'] == {**nothing, **undecided}
@@ -120,7 +133,7 @@ def test_answers_fit_the_terminal_and_numbers_stay_with_their_units(columns, wid
     assert max(map(len, lines)) <= width and not any(re.search(r'\d$', line) for line in lines[:-1])
     heads = [line.partition(': ')[0] for line in lines if not line.startswith('    ')]
     odometry = ['  odometry with exact wheels', '  odometry with wheels calibrated to 0.1 %']
-    assert heads[:3] == [*odometry, '  most effective improvement']
+    assert heads[:4] == [odometry[0], '  lines and gear', odometry[1], '  most effective improvement']
 
 
 def test_budgets_add_up(content):

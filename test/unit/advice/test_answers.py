@@ -15,9 +15,23 @@ def test_an_answer_in_words():
     answer = Answer(Criterion.TRUTH, Kind.FROM, 347.0, (340.0, 350.0), '360', more_trials=70, undecided='28')
     assert str(answer).split('; ') == [
         'at least 347 counts per wheel turn (between 340 and 350)',
-        'smallest tested: 360 PPR',
-        '28 PPR undecided, about 70 more trials of each test would decide',
+        'smallest tested: 360 counts',
+        '28 counts undecided, about 70 more trials of each test would decide',
     ]
+
+
+@pytest.mark.parametrize(
+    ('counts', 'text'),
+    [
+        (360.0, '360 counts per wheel turn = 90 lines x4 on the wheel, or 12 lines x4 on a motor with a 7.5:1 gear'),
+        (347.0, '348 counts per wheel turn = 87 lines x4 on the wheel, or 12 lines x4 on a motor with a 7.3:1 gear'),
+        (48.0, '48 counts per wheel turn = 12 lines x4 on the wheel'),
+        (9.1, '12 counts per wheel turn = 3 lines x4 on the wheel'),
+    ],
+)
+def test_counts_are_lines_and_a_gear_that_suffice(counts, text):
+    answer = Answer(Criterion.ODOMETRY, Kind.FROM, counts)
+    assert answer.lines == text and answer._replace(kind=Kind.NOT_THE_LIMIT).lines == ''
 
 
 @pytest.mark.parametrize(

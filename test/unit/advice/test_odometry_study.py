@@ -56,9 +56,12 @@ def found():
     return {each.name: each for each in listed}
 
 
-def test_the_catalogue_and_the_robots_are_in_it_by_ascending_counts(found):
+def test_the_catalogue_and_the_robots_are_in_it_sold_ones_first(found):
     assert {'amt102', 'hoverboard_hub', 'own of alto', 'own of burger'} <= set(found)
-    assert [each.ppr for each in found.values()] == sorted(each.ppr for each in found.values())
+    places = [(each.is_of_robot, each.ppr) for each in found.values()]
+    assert places == sorted(places) and {name for name, each in found.items() if each.is_of_robot and each.real} == {
+        *('create2', 'duckiebot', 'kobuki')
+    }
 
 
 def test_odometry_is_judged_by_its_own_draws(found):

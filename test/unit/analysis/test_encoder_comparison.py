@@ -50,9 +50,9 @@ def test_an_encoder_that_is_worse_is_named_with_numbers():
     ratio, shares = np.std(coarse) / np.std(fine), [np.mean(np.abs(one) <= 0.05) for one in (coarse, fine)]
     points = 100.0 * (shares[1] - shares[0])
     verdicts = {
-        'spread': f'40 PPR spreads more than 4096 PPR (ratio {ratio:.3g}, 95 % interval 12.4 to 36)',
-        'error': '40 PPR has larger errors than 4096 PPR (by 0.14 m, 95 % interval 0.094 to 0.2)',
-        'within': f'4096 PPR is within 0.05 m more often than 40 PPR (by {points:.0f} percentage points, '
+        'spread': f'40 counts spreads more than 4096 counts (ratio {ratio:.3g}, 95 % interval 12.4 to 36)',
+        'error': '40 counts has larger errors than 4096 counts (by 0.14 m, 95 % interval 0.094 to 0.2)',
+        'within': f'4096 counts is within 0.05 m more often than 40 counts (by {points:.0f} percentage points, '
         '95 % interval 65 to 97)',
     }
     for given in ({'40': coarse, '4096': fine}, {'4096': fine, '40': coarse}):  # whichever comes first
@@ -74,7 +74,7 @@ def test_comparisons_have_a_row_each():
     estimates = {row['question']: float(row['estimate']) for row in found if row['error'] == 'y_m'}
     assert estimates == pytest.approx({'spread': 2.0, 'error': 0.02, 'within': -1.0 / 3.0})  # 0.06 m is beyond
     assert list(estimates) == list(QUESTIONS)
-    assert {row['verdict'] for row in found} == {'40 PPR and 90 PPR are not distinguishable with 3 trials'}
+    assert {row['verdict'] for row in found} == {'40 counts and 90 counts are not distinguishable with 3 trials'}
 
 
 def test_encoders_that_differ_are_named_worse_first():
@@ -83,5 +83,5 @@ def test_encoders_that_differ_are_named_worse_first():
     different = differences(compared)
     [row] = difference_table(different).exact.values.tolist()
     assert row == ['SL', '/odom, y', *['40 than 1024; 90 than 1024'] * 3]
-    assert different['verdict'].iloc[0].startswith('40 PPR spreads more than 1024 ')
+    assert different['verdict'].iloc[0].startswith('40 counts spreads more than 1024 ')
     assert difference_table(differences(compare_encoders(results_of(*with_errors({'40': wide}))))) is None

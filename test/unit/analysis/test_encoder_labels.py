@@ -19,10 +19,10 @@ def test_encoders_are_ascending_then_unequal_wheels_then_none():
 @pytest.mark.parametrize(
     ('labels', 'text'),
     [
-        (['40'], '40 PPR'),
-        (['40', '90', '1024'], '40, 90 and 1024 PPR'),
-        (['40', 'ideal'], '40 PPR and ideal odometry'),
-        (['40', '4096 xl430', '8192 amt102'], '40 PPR, xl430 (4096 counts) and amt102 (8192 counts)'),
+        (['40'], '40 counts'),
+        (['40', '90', '1024'], '40, 90 and 1024 counts'),
+        (['40', 'ideal'], '40 counts and ideal odometry'),
+        (['40', '4096 xl430', '8192 amt102'], '40 counts, xl430 (4096 counts) and amt102 (8192 counts)'),
     ],
 )
 def test_the_unit_is_written_once(labels, text):

@@ -41,7 +41,7 @@ def test_cells_are_in_the_papers_order_and_varied_parameters_are_not_pooled():
     noisy = [row('SL', '90', number, noise=noise, variant='a') for noise in ('0.03', '0.01') for number in (2, 1)]
     found = columns(results_of(noisy, varied=['noise', 'variant']), 'setup', 'cell', 'trial')
     texts = [(f'noise {noise}, a', number) for noise in ('0.03', '0.01') for number in (1, 2)]
-    assert found == [(f'SL, {text}', f'SL, 90 PPR, {text}', number) for text, number in texts]
+    assert found == [(f'SL, {text}', f'SL, 90 counts, {text}', number) for text, number in texts]
 
 
 def test_of_many_each_cell_has_equally_many_and_one_at_least(monkeypatch):

@@ -65,9 +65,9 @@ def test_the_headline_names_encoders_by_test_and_pose():
     cells = [(test, ppr, *counts) for test, of_test in within.items() for ppr, counts in of_test.items()]
     trials = [both(test, ppr, (true, 30 - true), (odom, 30 - odom)) for test, ppr, true, odom in cells]
     texts = (
-        'SL and DLD: every encoder; SMT: 40 and 1024 PPR',
-        'SL: from 1024 PPR (90 PPR undecided); SMT: every encoder; DLD: no encoder',
-        'SL: from 1024 PPR (90 PPR undecided); SMT: 40 and 1024 PPR; DLD: no encoder',
+        'SL and DLD: every encoder; SMT: 40 and 1024 counts',
+        'SL: from 1024 counts (90 counts undecided); SMT: every encoder; DLD: no encoder',
+        'SL: from 1024 counts (90 counts undecided); SMT: 40 and 1024 counts; DLD: no encoder',
     )
     found, enough = headline_of(*trials), f'at least 80 % of trials end {summaries.TOLERANCE_TEXT} (95 % confidence):'
     assert found == (f'Encoders with which {enough}', dict(zip(TEXTS, texts)), '')

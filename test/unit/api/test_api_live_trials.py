@@ -179,6 +179,6 @@ def test_a_real_encoder_is_in_the_plan_and_overrides_the_robots_resolution(tmp_p
     assert 'trial.launch: encoder: 500 lines x 4 = 2000 counts' in capsys.readouterr().err
     trial = plan(*own, '--encoder', 'amt102').trial
     assert (trial.encoder_label, trial.encoder) == ('8192 amt102', 'amt102')
-    assert trial.resolution == '2048 lines x 4 = 8192 counts per wheel revolution'
-    assert capsys.readouterr().err.count('trial.launch: amt102 (CUI Devices AMT102-V, at 2048 PPR): 2048 lines') == 1
+    assert trial.resolution == '2048 lines x 4 = 8192 counts per wheel turn'
+    assert capsys.readouterr().err.count('trial.launch: amt102 (CUI Devices AMT102-V, at 2048 lines): 2048 lines') == 1
     assert plan(*own, '--ppr', '90').trial.encoder_label == '90'

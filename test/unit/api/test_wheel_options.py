@@ -71,7 +71,8 @@ def test_a_bad_choice_of_encoders_is_refused(options, message):
 
 
 def test_a_real_encoder_replaces_the_robots_and_keeps_its_other_parameters(tmp_path):
-    content = {'name': 'a', 'source': ['b'], 'price': 'hobby', 'encoder': {'sensor': 'absolute', 'bits': 10}}
+    about = {**dict.fromkeys(('manufacturer', 'part', 'type', 'price'), 'a'), 'source': ['b']}
+    content = {**about, 'encoder': {'sensor': 'absolute', 'bits': 10}}
     path = file(tmp_path, yaml.safe_dump({**content, 'config': {'counter_modulus': 1024}}))
     [real] = encoders(encoder=[str(path)])
     of_robot = EncoderParams(left_joint='l', rate=50.0, seed=7, encoder=GEARMOTOR)

@@ -159,7 +159,7 @@ def test_counts_wrap_as_in_the_bags_trial_and_computed_ones_do_not(tmp_path, cap
     run(counted(tmp_path / 'narrow.bag', modulus=512), '--ppr', '64', '65536', '--out', tmp_path / 'out')
     printed = capsys.readouterr()
     assert "counts wrap at 512: the bag's /trial" in printed.out and printed.err == ''
-    assert f'recorded with {PPR} PPR: 65536 limited by the recorded resolution' in printed.out
+    assert f'recorded with {PPR} counts: 65536 limited by the recorded resolution' in printed.out
     for ppr in (64, 65536):
         assert turned(tmp_path / 'out', ppr) == pytest.approx(TURNED * ppr, abs=1 + ppr / PPR)
 

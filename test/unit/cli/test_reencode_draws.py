@@ -177,5 +177,5 @@ def test_a_seed_is_used_if_something_is_random(tmp_path, capsys, arguments):
     path, tables = write(tmp_path / 'a.bag', drive()), []
     for seed in (1, 2):
         run(path, *arguments, '--seed', seed)
-        tables.append(capsys.readouterr().out.partition('PPR')[2])
+        tables.append(capsys.readouterr().out.partition('counts')[2])
     assert tables[0] != tables[1]

@@ -30,7 +30,7 @@ VARY = {NOISE: [0.01, 0.03], MODULUS: [0, 65536]}
 # Trials of the package's campaigns.
 TRIALS = {'accurate': 360, 'faults': 1920, 'paper': 360, 'paper_tb3': 360, 'quick': 40, 'sweep': 300}
 REAL = {'tests': ['SL'], 'ppr': [90], 'encoders': ['xl430', 'amt102']}
-RESOLUTION = '2048 lines x 4 = 8192 counts per wheel revolution'
+RESOLUTION = '2048 lines x 4 = 8192 counts per wheel turn'
 AMT102 = yaml.safe_load((ROOT / 'config' / 'encoders' / 'amt102.yaml').read_text())
 URDF = ROOT / 'urdf' / 'alto.urdf.xacro'
 
@@ -167,7 +167,7 @@ def test_real_encoders_follow_ideal_ones(tmp_path):
     trials = [trial.definition() for trial in campaign.trials()[::2]]
     labels = ['90', '4096 xl430', '8192 amt102']
     assert [trial.encoder_label for trial in trials] == [encoder.label for encoder in campaign.encoders] == labels
-    assert [trial.resolution for trial in trials] == ['', '2^12 = 4096 counts per wheel revolution', RESOLUTION]
+    assert [trial.resolution for trial in trials] == ['', '2^12 = 4096 counts per wheel turn', RESOLUTION]
     assert campaign.trials()[-1].bag == 'bags/SL_8192_amt102_002.bag'
     ideal, absolute, lines = (cell.robot_params for cell in campaign.cells)
     assert (ideal.encoder.encoder.sensor, absolute.encoder.encoder.sensor) == ('quadrature', 'absolute')
@@ -284,7 +284,7 @@ def test_any_change_changes_the_fingerprint_and_names_and_order_do_not(tmp_path)
     prints = [fingerprint(**each) for each in changes]
     assert len(set(prints)) == len(prints)
     assert fingerprint(name='other') == prints[0]
-    assert fingerprint(encoder={'name': 'other'}) == fingerprint(encoder={})
+    assert fingerprint(encoder={'part': 'other'}) == fingerprint(encoder={})
     both = [{'set': dict(pairs), 'vary': VARY} for pairs in (one.items(), reversed(list(one.items())))]
     assert fingerprint(**both[0]) == fingerprint(**dict(reversed(list(both[1].items()))))
 

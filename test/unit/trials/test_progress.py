@@ -71,10 +71,10 @@ def test_outcomes_are_counted_by_cell():
         ['SL', '90', '1', '1', '0', '0'],
         ['SMT', '90', '1', '0', '1', '0'],
     ]
-    assert outcome_table(rows).split()[:6] == ['test', 'PPR', 'trials', 'succeeded', 'collision', 'lost']
+    assert outcome_table(rows).split()[:6] == ['test', 'counts', 'trials', 'succeeded', 'collision', 'lost']
     rows = [row(varied=(('simulator.lidar.noise', text),)) for text in ('0.01', '0.03', '0.03')]
     table = [line.split() for line in outcome_table(rows).splitlines()]
-    assert table[0][:3] == ['test', 'simulator.lidar.noise', 'PPR']
+    assert table[0][:3] == ['test', 'simulator.lidar.noise', 'counts']
     assert table[2:] == [['SL', '0.01', '40', '1', '1'], ['SL', '0.03', '40', '2', '2']]
 
 

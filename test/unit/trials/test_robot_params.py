@@ -188,10 +188,10 @@ def test_a_stop_depends_on_the_encoder_unless_it_latches():
 
     coarse, middle, fine = (PerWheel(left=counts, right=counts) for counts in (40, 90, 4096))
     assert line(middle, fine, coarse) == (
-        'stopping: precise drives up to within about 6 mm and 1.0 degrees of the goal with 4096 PPR, '
-        '19 mm and 3.0 degrees with 40 PPR; asked for: 50 mm and 3.0 degrees'
+        'stopping: precise drives up to within about 6 mm and 1.0 degrees of the goal with 4096 counts, '
+        '19 mm and 3.0 degrees with 40 counts; asked for: 50 mm and 3.0 degrees'
     )
-    assert ' PPR' not in line(middle)
+    assert ' counts' not in line(middle)
     assert line(PerWheel(left=40, right=4096)) == line(coarse)  # the coarser wheel counts
     assert 'within about 11 mm' in line(fine, **{'lockstep.command': 0.2})
     latch = 'stopping: latch ends anywhere within {} mm and 3.0 degrees of the goal; asked for: 50 mm and 3.0 degrees'

@@ -48,7 +48,14 @@ IN_ROBOTS = {
     'kobuki': 'kobuki',
 }
 
-GOOD = {'name': 'Mine', 'source': '[its manual]', 'price': 'hobby', 'encoder': '{lines: 16}'}
+GOOD = {
+    'manufacturer': 'My',
+    'part': 'One',
+    'type': 'kit',
+    'source': '[its manual]',
+    'price': 'hobby',
+    'encoder': '{lines: 16}',
+}
 
 
 def shipped(name):
@@ -101,7 +108,7 @@ def test_the_catalogue_says_what_the_robots_with_these_encoders_say(robot):
 def test_a_file_of_ones_own_is_relative_to_the_folder_a_name_comes_first_and_catalogue_is_all_of_them(tmp_path):
     own_file(tmp_path, config='{rate: 50.0, report: {latency: 0.02}}').rename(tmp_path / 'e4t.yaml')
     encoder = load_encoder('e4t.yaml', CONFIG, tmp_path)
-    assert (encoder.real.name, encoder.real.source, encoder.real.price) == ('Mine', ['its manual'], 'hobby')
+    assert (encoder.real.name, encoder.real.source, encoder.real.price) == ('My One', ['its manual'], 'hobby')
     assert (encoder.params.rate, encoder.params.report.latency, encoder.label) == (50.0, 0.02, '64 e4t')
     found = load_encoders(['e4t', 'e4t.yaml', 'catalogue'], CONFIG, tmp_path)
     assert [each.name for each in found] == ['e4t', 'e4t', *NAMES] and found[0].ppr.left == 1440
@@ -120,7 +127,9 @@ def test_an_unknown_encoder_lists_the_known_ones(tmp_path, given):
 @pytest.mark.parametrize(
     ('keys', 'text'),
     [
-        ({'name': None}, 'name: missing'),
+        ({'part': None}, 'part: missing'),
+        ({'link': 'http://a'}, "link: given 'http://a'"),
+        ({'mounting': 'roof'}, "mounting: given 'roof'; allowed: 'motor', 'wheel', 'any' or 'unknown'"),
         ({'encoder': '{sensor: hall}'}, 'encoder.pole_pairs: missing'),
         ({'config': '{rates: 50.0}'}, "velocity_clock, velocity_method; did you mean 'rate'?"),
         ({'config': '{wheel_diameter: 3}'}, 'config.wheel_diameter: given 3; allowed: the keys counter_modulus, rate'),
@@ -139,12 +148,12 @@ def test_a_real_encoder_is_called_by_counts_and_file_and_its_counts_follow_from_
     assert (real.label, real.name, real.ppr) == ('8192 amt102', 'amt102', PerWheel(left=8192, right=8192))
     assert real.counts_per_metre(WheelDiameter(left=0.2, right=0.3)) == pytest.approx(8192 / (0.2 * math.pi))
     assert real.overrides['config.encoder.lines'] == 2048 and real.overrides['config.ppr']['left'] == 8192
-    assert real.resolution == '2048 lines x 4 = 8192 counts per wheel revolution'
+    assert real.resolution == '2048 lines x 4 = 8192 counts per wheel turn'
     for model, text in (
         ({}, ''),
-        ({'lines': 1, 'decoding': 'x1'}, '1 line x 1 = 1 counts per wheel revolution'),
+        ({'lines': 1, 'decoding': 'x1'}, '1 line x 1 = 1 counts per wheel turn'),
         ({'lines': 12, 'side': 'motor', 'gear_ratio': 34.014}, '12 lines x 4 x gear 34.014 = 1632.672 counts'),
-        ({'sensor': 'hall', 'pole_pairs': 15}, '15 pole pairs x 6 = 90 counts per wheel revolution'),
-        ({'sensor': 'absolute', 'bits': 14}, '2^14 = 16384 counts per wheel revolution'),
+        ({'sensor': 'hall', 'pole_pairs': 15}, '15 pole pairs x 6 = 90 counts per wheel turn'),
+        ({'sensor': 'absolute', 'bits': 14}, '2^14 = 16384 counts per wheel turn'),
     ):
         assert resolution_text(EncoderModel(**model)).startswith(text) and bool(text) == bool(model)

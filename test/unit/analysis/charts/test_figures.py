@@ -51,7 +51,7 @@ def test_files_of_a_campaign_have_the_same_bytes_each_time(tmp_path):
         assert figure.svg.read_bytes() == other.svg.read_bytes() and figure.png.read_bytes() == other.png.read_bytes()
     with Image.open(drawn[0].png) as image:
         assert image.width > 600
-    assert '2 of 3 within, 1 beyond' in texts(drawn[0]) and 'SL: 40 PPR' in texts(drawn[2])
+    assert '2 of 3 within, 1 beyond' in texts(drawn[0]) and 'SL: 40 counts' in texts(drawn[2])
 
 
 @pytest.mark.filterwarnings('error::RuntimeWarning', 'error::UserWarning')
@@ -105,7 +105,7 @@ def test_a_report_with_bags_has_valid_charts_in_the_colours_of_the_encoders(monk
     monkeypatch.setattr(chart_page, 'VALIDATE', True)
     html = charts_of(driven())
     assert names(html) == ['scatter', 'distributions', 'curve', 'path']
-    assert options(html, 'Encoder') == ['40 PPR', '90 PPR'] and options(html, 'Test') == ['SL']
+    assert options(html, 'Encoder') == ['40 counts', '90 counts'] and options(html, 'Test') == ['SL']
     assert 'style="color: #7ad151"' in html and 'style="color: #440154"' in html
 
 

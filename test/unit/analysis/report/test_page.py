@@ -120,7 +120,9 @@ def test_bags_are_linked_relative_to_the_report(tmp_path):
 
 def test_failures_are_listed_with_their_outcome():
     table = page.failure_table(results_of(cell('SL', '40', 'world', rows(2, 0), outcome='timed_out')).trials)
-    assert table.exact[['cell', 'outcome']].values.tolist() == [['SL, 40 PPR', 'timed out']] * 2 and table.notes == []
+    assert (
+        table.exact[['cell', 'outcome']].values.tolist() == [['SL, 40 counts', 'timed out']] * 2 and table.notes == []
+    )
 
 
 def test_the_smaller_form_of_a_figure_is_taken(figure):
