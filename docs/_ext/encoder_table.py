@@ -15,10 +15,7 @@ from diff_encoder_sim.wheels.catalogue import OF_ROBOT, ChosenEncoder, encoder_n
 from diff_encoder_sim.wheels.encoder_params import EncoderModel
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
-COLUMNS = (
-    *('Name', 'Manufacturer', 'Part', 'Type', 'Price class', 'Shaft', 'Counts per wheel turn'),
-    *('Documentation', 'Known of its errors'),
-)
+COLUMNS = ('Name', 'Manufacturer', 'Part (documentation)', 'Type', 'Price class', 'Shaft', 'Counts')
 OF_SHAPE = ('sensor', 'lines', 'decoding', 'pole_pairs', 'bits', 'side', 'gear_ratio', 'direction')
 
 
@@ -26,7 +23,7 @@ class EncodersDirective(SphinxDirective):
     """The encoders that come with the package."""
 
     def run(self) -> List[nodes.Node]:
-        """Return two tables, each with the coarsest encoder first."""
+        """Return tables of the encoders and of their known errors, each with the coarsest encoder first."""
         for name in encoder_names(CONFIG):
             self.env.note_dependency(str(CONFIG / 'encoders' / f'{name}.yaml'))
         encoders = [load_encoder(name, CONFIG, CONFIG) for name in encoder_names(CONFIG)]
@@ -35,20 +32,23 @@ class EncodersDirective(SphinxDirective):
         for is_of_robot, title in enumerate(('Sold separately or with a motor:', 'Of robots:')):
             of_kind = (each for each in encoders if each.real and (each.real.price == OF_ROBOT) == is_of_robot)
             lines += [title, *table(COLUMNS, map(_row, of_kind))]
+        known = [(each.name, list(_errors(each.real.encoder))) for each in encoders if each.real]
+        errors = {name: '; '.join(f'`{key}` {value:g}' for key, value in pairs) for name, pairs in known if pairs}
+        rows = [(f'`{name}`', text) for name, text in errors.items()]
+        lines += ['Known errors; nothing is published about the others:', *table(('Name', 'Known of its errors'), rows)]
         return self.parse_text_to_nodes('\n'.join(lines))
 
 
 def _row(encoder: ChosenEncoder) -> Tuple[str, ...]:
     assert encoder.real is not None
-    counts, model = f'{encoder.ppr.left:.2f}'.rstrip('0').rstrip('.'), encoder.real.encoder
-    errors = '; '.join(f'`{key}` {value:g}' for key, value in _errors(model)) or 'nothing'
-    file = encoder.real
-    about = file.manufacturer, file.part, f'{file.type}, {_resolution(model)}', file.price, file.shaft
-    return f'`{encoder.name}`', *about, counts, f'[link]({file.link})', errors
+    counts, file = f'{encoder.ppr.left:.2f}'.rstrip('0').rstrip('.'), encoder.real
+    part = f'[{file.part}]({file.link})' if file.link else file.part
+    kind = f'{file.type}, {_resolution(file.encoder)}'
+    return f'`{encoder.name}`', file.manufacturer, part, kind, file.price, file.shaft, counts
 
 
 def _errors(model: EncoderModel) -> Iterator[Tuple[str, float]]:
-    """Yield what the file says beside the counts."""
+    """Yield the keys of the file that do not set the counts."""
     given = model.model_dump(exclude_unset=True)
     return ((key, value) for key, value in flat(given) if key not in OF_SHAPE)
 

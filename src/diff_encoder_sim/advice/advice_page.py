@@ -43,10 +43,9 @@ _COUNTS = (
 
 PRODUCTS: tables.Products = {
     'manufacturer': lambda file: file.manufacturer,
-    'part': lambda file: file.part,
+    'part (documentation)': lambda file: _linked(file.part, file.link),
     'type': lambda file: file.type,
     **tables.PRODUCTS,
-    'documentation': lambda file: file.link and Markup('<a href="{0}">link</a>').format(file.link),
 }
 
 Rows = List[Dict[str, Any]]
@@ -73,6 +72,10 @@ def write_page(advice: Advice, about: PageAbout, path: Path) -> None:
         tables=list(tables.advice_tables(advice, PRODUCTS)),
     )
     write_file(path, page.encode('utf-8'))
+
+
+def _linked(text: str, address: str) -> str:
+    return Markup('<a href="{}">{}</a>').format(address, text) if address else text
 
 
 def advice_charts(advice: Advice) -> Markup:

@@ -35,9 +35,10 @@ def test_the_page_has_answers_charts_and_tables(tmp_path):
     assert 'Encoders on these wheels' in page and '34 closed-loop trials' in page
     assert len(page) < 3_000_000
     assert not re.search('(src|<link[^>]* href)="http', page.replace('http://www.w3.org/', ''))
-    for text in ('CUI Devices', 'AMT102-V, at 2048 lines', 'capacitive kit', 'industrial low', 'any'):
+    for text in ('CUI Devices', 'capacitive kit', 'industrial low', 'any'):
         assert f'<td>{text}</td>' in page
-    assert '<td><a href="https://www.cuidevices.com/product/resource/amt10.pdf">link</a></td>' in page
+    link = '<a href="https://www.cuidevices.com/product/resource/amt10.pdf">AMT102-V, at 2048 lines</a>'
+    assert f'<td>{link}</td>' in page
 
 
 @pytest.mark.heavy

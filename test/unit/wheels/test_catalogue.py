@@ -105,6 +105,13 @@ def test_the_catalogue_says_what_the_robots_with_these_encoders_say(robot):
     assert {key: encoder.overrides[key] for key in of_device} == pytest.approx(expected)
 
 
+def test_shipped_encoders_link_to_their_documentation_and_have_the_shaft_of_their_file():
+    files = {name: shipped(name).real for name in NAMES}
+    assert all(file.link for file in files.values())
+    shafts = {name: files[name].shaft for name in ('pololu_25d', 'sen_speed', 'amt102')}
+    assert shafts == {'pololu_25d': 'motor', 'sen_speed': 'wheel', 'amt102': 'any'}
+
+
 def test_a_file_of_ones_own_is_relative_to_the_folder_a_name_comes_first_and_catalogue_is_all_of_them(tmp_path):
     own_file(tmp_path, config='{rate: 50.0, report: {latency: 0.02}}').rename(tmp_path / 'e4t.yaml')
     encoder = load_encoder('e4t.yaml', CONFIG, tmp_path)
