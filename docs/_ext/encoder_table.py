@@ -15,7 +15,7 @@ from diff_encoder_sim.wheels.catalogue import OF_ROBOT, ChosenEncoder, encoder_n
 from diff_encoder_sim.wheels.encoder_params import EncoderModel
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
-COLUMNS = ('Name', 'Manufacturer', 'Part (documentation)', 'Type', 'Price class', 'Shaft', 'Counts')
+COLUMNS = ('Name', 'Manufacturer', 'Part, link', 'Type', 'Price class', 'Shaft', 'Counts')
 OF_SHAPE = ('sensor', 'lines', 'decoding', 'pole_pairs', 'bits', 'side', 'gear_ratio', 'direction')
 
 

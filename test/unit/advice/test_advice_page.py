@@ -73,7 +73,7 @@ def test_budgets_are_of_the_answers_encoders_and_end_with_what_was_found(tables)
 
 def test_the_budget_is_of_the_only_requested_counts():
     [budget, *_] = [table for table in advice_tables(with_budgets(whole_advice(), [90.0])) if 'budget' in table.title]
-    assert budget.rows[0][0] == 'SL: odometry at the true pose, 90 PPR'
+    assert budget.rows[0][0] == 'SL: odometry at the true pose, 90 counts'
 
 
 def test_encoders_say_yes_no_or_that_it_is_not_known(tables):
