@@ -13,7 +13,7 @@ order of appearance, encoders ascending, trials by number. The index counts from
 - `odom_minus_world_*`: final /odom minus final /world_pose: the odometry error.
 - `bag`: path of the bag, as text; '' if there is none or it cannot be read.
 - `setup`: test with its varied parameters, as in tables: `SL, noise 0.03`.
-- `cell`: setup with the encoder: `SL, 90 PPR, noise 0.03`; trials of a cell differ only in their seed.
+- `cell`: setup with the encoder: `SL, 90 counts, noise 0.03`; trials of a cell differ only in their seed.
 - `odom_ate_rmse_m`, `odom_ate_max_m`, `odom_yaw_rmse_rad`: over the whole path; NaN without a bag; also `amcl_*`,
   `global_*`.
 - `odom_rpe_1m_segments`, `odom_rpe_1m_translation_rmse_m`, `odom_rpe_1m_rotation_rmse_rad`: of each of `RPES`.
