@@ -51,6 +51,7 @@ def pulse_resolution_table(pprs: Sequence[float], robot: RobotGeometry) -> Resul
     notes = [
         f'Wheel diameter {robot.wheel_diameter_m:g} m, wheel separation {robot.wheel_separation_m:g} m.',
         'Both wheels: one pulse each, in opposite directions, as in the paper.',
+        'PPR: counts per wheel turn, by the name that the paper uses in tables 3 to 6.',
     ]
     title = 'Table 3. Resolution of the encoder: robot motion per pulse'
     return ResultTable('table3', title, pulse_resolution(pprs, robot), columns, notes)

@@ -315,7 +315,7 @@ class TrialOptions(LaunchOptions):
     """Arguments of trial.launch as text; `plan` validates them."""
 
     test: str = option('', 'SL, SMT, DLD, UMBMARK, or a .yaml file', 'TEST', required=True)
-    ppr: str = option('', "PPR: 90, or '{left: 90, right: 1024}' (default: the robot's own)", 'VALUE')
+    ppr: str = option('', "counts per wheel turn: 90, or '{left: 90, right: 1024}' (default: the robot's own)", 'VALUE')
     trial: str = option('0', 'number of the trial, which is its seed', 'VALUE')
     odom: str = option('encoder', 'encoder or ideal', 'VALUE')
     nav: str = option('embedded', 'embedded, upstream or scripted', 'VALUE')
