@@ -86,7 +86,9 @@ def test_of(segment: Segment, like: TestDefinition) -> TestDefinition:
 def ideal(test: TestDefinition, robot: DrawnRobot) -> ErrorFreeDrive:
     """Follow a test's velocity profiles exactly, without a simulator."""
     script, separation_m = ScriptedDrive(test), float(robot.assumed[2])
-    times_s, period_s = np.linspace(0.0, script.duration_s, IDEAL_SAMPLES, retstep=True)
+    turns = sum(abs(segment.motion[1]) for segment in test.drive) / (2.0 * math.pi)
+    samples = min(MOST_IDEAL_SAMPLES, max(IDEAL_SAMPLES, math.ceil(SAMPLES_PER_TURN * turns)))
+    times_s, period_s = np.linspace(0.0, script.duration_s, samples, retstep=True)
     linear_mps, angular_radps = np.array([script.command_at(each, period_s) for each in times_s[:-1].tolist()]).T
     steps_m = period_s * np.stack([linear_mps + sign * 0.5 * separation_m * angular_radps for sign in (-1, 1)], axis=-1)
     ways_m, end = np.cumsum(np.pad(steps_m, ((1, 0), (0, 0))), axis=0), test.drive_end()
@@ -140,6 +142,8 @@ def navigated(plan: TrialPlan, source: RobotSource, params: RobotParams) -> Erro
 ENDS = 512  # final poses within the spread of the robot's stop
 # Count reports per drive: more change the final error by a thousandth of its spread; of ideal drives, by a 400th.
 MOST_SAMPLES, IDEAL_SAMPLES = 500, 200
+# Fewer in a turn: roundings repeat in the same directions, and add up over many turns.
+SAMPLES_PER_TURN, MOST_IDEAL_SAMPLES = 40, 2000
 DRAWS_AT_A_TIME = 2**18 // MOST_SAMPLES  # larger arrays do not fit the processor's cache
 
 # Causes of a difference between the wheels and their model in odometry.
@@ -268,7 +272,8 @@ class DriveDraws:
         self._exact: Optional[DriveDraws] = None  # the same runs on exact wheels, to which wheel errors are added
         self._known: Dict[object, Dict[Optional[EncoderParams], np.ndarray]] = {}  # errors, by draws and amounts
         rolled, ticks = drive.rolled, len(drive.rolled.times_s)
-        rows = np.unique(np.linspace(0, ticks - 1, min(ticks, MOST_SAMPLES)).round().astype(np.int64))
+        samples = ticks if drive.origin == IDEAL else min(ticks, MOST_SAMPLES)
+        rows = np.unique(np.linspace(0, ticks - 1, samples).round().astype(np.int64))
         # Drives that end within the spread of the stop; the deviation grows in proportion to the distance.
         rng, way_m = self._generator('ends'), np.cumsum(np.abs(np.diff(rolled.ways_m, axis=0, prepend=0.0)).sum(axis=1))
         fractions = way_m[rows] / max(way_m[-1], 1e-9)

@@ -9,6 +9,7 @@ import pytest
 import yaml
 
 from diff_encoder_sim.advice import odometry_answer, odometry_study
+from diff_encoder_sim.advice.answers import Requirement
 from diff_encoder_sim.api.options import AdviceOptions
 from diff_encoder_sim.api.recorded_advice import robot_of_numbers
 from diff_encoder_sim.base.se2 import Pose2D
@@ -105,6 +106,16 @@ def test_turns_are_limited_by_mean_radius_and_separation():
     assert (reach['test'], reach['axis']) == ('3 turns in place', 'heading')
     assert reach['error'] == pytest.approx(NORMAL_80 * std * 6.0 * math.pi, rel=0.08)
     assert reach['holds_for'][1] == pytest.approx(math.radians(3.0) / (NORMAL_80 * std), rel=0.08)
+
+
+def test_many_turns_are_as_good_as_few():
+    within = []
+    for turns in (2.0, 20.0):
+        options = AdviceOptions(wheel_diameter=DIAMETER_M, wheel_separation=SEPARATION_M, turns=turns)
+        errors = robot_of_numbers(options).tests[1].errors([encoder_of(40)], 500)[0]
+        within.append(Requirement().within(errors).mean())
+    # The heading does not drift by counts, and the robot stays where it turns.
+    assert within[1] == pytest.approx(within[0], abs=0.02)
 
 
 def test_good_wheels_need_no_improvement():
