@@ -25,6 +25,7 @@ extensions = [
     'sphinx.ext.autodoc',
     'sphinx.ext.napoleon',
     'api_pages',
+    'calculator',
     'encoder_table',
     'node_tables',
     'notebook_pages',
