@@ -30,11 +30,13 @@ check_python() {
     alone diff-encoder-sim campaign --config quick --tests SL --ppr 40 --trials 1 --record full --out results
     cp results/bags/SL_40_001.bag "$folder/drive.bag"
   else
-    step "check-robot names the extra [sim]" bash -c "! env -i '$venv/bin/diff-encoder-sim' check-robot burger 2>&1 | grep -v 'extra \[sim\]'"
+    step "check-robot names the extra [sim]" bash -c "! env -i '$venv/bin/diff-encoder-sim' check-robot burger 2>&1 >/dev/null | grep -v 'extra \[sim\]'"
   fi
   alone diff-encoder-sim rasterise-world "$root/worlds/hallway.world" --out map
   alone diff-encoder-sim analyze "$folder/drive.bag" --out analysis
   alone diff-encoder-sim reencode "$folder/drive.bag" --ppr 20 40 --out what_if
+  alone diff-encoder-sim calibrate "$folder/drive.bag" --robot alto --out my_alto.yaml
+  alone diff-encoder-sim advise --wheel-diameter 0.2 --wheel-separation 0.45 --out advice
   alone diff-encoder-sim map-bag "$folder/drive.bag" -f mapped
 }
 

@@ -121,7 +121,7 @@ wanted_packages() {
       ;;
   esac
   if $with_test; then
-    echo catkin-lint
+    echo catkin-lint openssl    # openssl: certificates of a test
     # librostest-dev for catkin_make run_tests; Chromium looks at the report (Ubuntu has it as a snap only)
     [ $ros = noetic ] || echo python3-rostest librostest-dev chromium
   fi

@@ -22,7 +22,6 @@ import campaign_trials
 import psutil
 import pytest
 from distributed import Client
-from distributed.security import Security
 
 pytestmark = pytest.mark.timeout(300)
 
@@ -30,6 +29,9 @@ HERE = Path(__file__).parent
 TRIALS = 24
 ARGUMENTS = ['--config', 'paper', '--tests', 'SL', '--ppr', '40', '90', '--trials', '12']
 PATIENCE_S = 100.0
+# As in docs/campaigns.md.
+OPENSSL = 'openssl req -x509 -newkey rsa:2048 -nodes -days 30 -subj /CN=campaign'
+VARIABLES = [f'DASK_DISTRIBUTED__COMM__TLS__{name}' for name in ('CA_FILE', 'CLIENT__CERT', 'CLIENT__KEY')]
 SCRIPTED = ('--nav', 'scripted', '--ppr', '40', '90', '1024', '--trials', '4')
 
 
@@ -48,20 +50,21 @@ class Machine:
                 process.kill()
             process.communicate()
 
-    def start(self, *command, trial_s=0.0):
+    def start(self, *command, trial_s=0.0, **variables):
         environment = {
             **os.environ,
             'PYTHONPATH': os.pathsep.join([str(HERE), *filter(None, sys.path)]),
             campaign_trials.FOLDER: str(self.folder),
             campaign_trials.TRIAL_S: str(trial_s),
+            **variables,
         }
         pipes = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE, 'start_new_session': True}
         process = subprocess.Popen([sys.executable, *map(str, command)], env=environment, cwd=self.folder, **pipes)
         self.processes.append(process)
         return process
 
-    def campaign(self, *arguments, trial_s=0.0):
-        return self.start(HERE / 'campaign_trials.py', *ARGUMENTS, '--out', self.out, *arguments, trial_s=trial_s)
+    def campaign(self, *arguments, **options):
+        return self.start(HERE / 'campaign_trials.py', *ARGUMENTS, '--out', self.out, *arguments, **options)
 
     def cluster(self, workers=2, trial_s=0.0, preload=(), tls=()):
         """A scheduler and workers without nannies, with options for TLS; returns the address and the processes."""
@@ -285,13 +288,12 @@ def test_an_address_without_a_scheduler_is_reported(machine, address):
 
 
 def test_a_cluster_with_certificates_accepts_a_client_that_has_one(machine, tmp_path):
-    made, cert, key = Security.temporary(), tmp_path / 'cert.pem', tmp_path / 'key.pem'
-    cert.write_text(made.tls_client_cert)
-    key.write_text(made.tls_client_key)
+    cert, key = str(tmp_path / 'cert.pem'), str(tmp_path / 'key.pem')
+    subprocess.run([*OPENSSL.split(), '-keyout', key, '-out', cert], check=True, capture_output=True)
     address, _, _ = machine.cluster(1, tls=('--tls-ca-file', cert, '--tls-cert', cert, '--tls-key', key))
     assert address.startswith('tls://')
     code, _, (line,) = finish(machine.campaign('--scheduler', address))
     assert code == 1 and line.startswith('campaign: --scheduler: given ')
-    tls = '--tls-ca', cert, '--tls-cert', cert, '--tls-key', key
-    assert finish(machine.campaign('--scheduler', address, *tls))[0] == 0
+    settings = dict(zip(VARIABLES, (cert, cert, key)))
+    assert finish(machine.campaign('--scheduler', address, **settings))[0] == 0
     assert len(results(machine.out)[0]) == TRIALS

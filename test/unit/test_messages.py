@@ -11,6 +11,7 @@ from places import ROOT
 PACKAGE, SNAPSHOT = ROOT / 'src' / 'diff_encoder_sim', ROOT / 'test' / 'messages.txt'
 ERRORS = {
     'ConfigError',
+    'MissingLibrary',
     'CampaignFault',
     'InputFault',
     'NoTransform',

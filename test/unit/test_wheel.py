@@ -63,7 +63,12 @@ def test_its_libraries_are_those_of_requirements_txt(wheel):
     needed = [line for line in metadata.get_all('Requires-Dist') if 'extra ==' not in line]
     assert len(needed) == len(wanted)
     assert "pybullet>=3.2.6; python_version < '3.12'" in [line.replace('"', "'") for line in needed]
-    assert 'pybullet; extra ==' in ' '.join(metadata.get_all('Requires-Dist'))
+    extras = {line.replace('"', "'") for line in metadata.get_all('Requires-Dist') if 'extra ==' in line}
+    assert extras == {
+        "pybullet; extra == 'sim'",
+        *(f"{name}>=2023.5; extra == 'cluster'" for name in ('dask', 'distributed')),
+    }
+    assert {'dask>=2023.5', 'distributed>=2023.5'} <= set((ROOT / 'requirements-test.txt').read_text().splitlines())
     assert f'<version>{metadata["Version"]}</version>' in (ROOT / 'package.xml').read_text()
 
 

@@ -91,13 +91,8 @@ def workers(options: RunOptions, pending: int) -> ContextManager[Workers]:
     """Return the selected workers, at most one per pending trial; ConfigError if options contradict each other."""
     if options.workers is not None and options.scheduler is not None:
         raise ConfigError('--workers, --scheduler: given both; allowed: one of them')
-    tls = {'ca': options.tls_ca, 'cert': options.tls_cert, 'key': options.tls_key}
-    files = {name: path for name, path in tls.items() if path is not None}
-    if files and not ({'ca', 'cert'} <= files.keys() and (options.scheduler or '').startswith('tls://')):
-        given = ', '.join(f'--tls-{name}' for name in files)
-        raise ConfigError(f'given {given}; allowed: --tls-ca and --tls-cert, with --scheduler tls://HOST:PORT')
     if options.scheduler is not None:
-        return connected_workers(options.scheduler, files)
+        return connected_workers(options.scheduler)
     return local_workers(min(options.workers or usable_cores(), pending))
 
 

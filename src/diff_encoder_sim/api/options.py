@@ -16,7 +16,6 @@ ROBOT = 'robot: a name (config/robots/), a robot file (.yaml), or a xacro or URD
 ENCODERS = 'real encoders: amt102, pololu_25d, ... (files of config/encoders/; catalogue: all), or .yaml files'
 TESTS = 'tests: SL, SMT, DLD, UMBMARK, or .yaml files'
 OVERRIDES = 'overrides of the campaign file (--ppr or --encoders: of both)'
-TLS = 'TLS options for --scheduler: PEM files'
 WHEELS, NO_ANGLES = 'wheels, if the bag has several', 'wheels of a drive without wheel angles'
 DRAWS, DELAYS = Between(0, 10_000), Between(-10.0, 10.0, 's')
 REFERENCE = 'reference: poses that do not depend on the wheels'
@@ -69,9 +68,6 @@ class RunOptions(RobotOptions):
     unchecked: bool = option(False, 'run even if the robot self-check fails, or the robot does not fit a test')
     workers: Optional[int] = option(None, 'worker processes (default: one for each core)', 'N', Between(1, 1024))
     scheduler: Optional[str] = option(None, 'of a Dask cluster, as tcp://host:8786 (docs/campaigns.md)', 'ADDRESS')
-    tls_ca: Optional[Path] = option(None, 'certificate of the certificate authority', 'FILE', group=TLS)
-    tls_cert: Optional[Path] = option(None, 'certificate of this process', 'FILE', group=TLS)
-    tls_key: Optional[Path] = option(None, 'its key (default: in the file of --tls-cert)', 'FILE', group=TLS)
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,10 @@ class ConfigError(ValueError):
         super().__init__(readable(text))
 
 
+class MissingLibrary(ConfigError):
+    """A library is not installed that only some commands or options need; the text is one line."""
+
+
 class CampaignFault(Exception):
     """A campaign cannot continue; the text is one line. Finished trials are kept."""
 

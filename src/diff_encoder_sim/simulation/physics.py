@@ -24,7 +24,7 @@ from typing_extensions import Annotated
 
 from diff_encoder_sim.base.bounds import Between
 from diff_encoder_sim.base.deferred import deferred
-from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.errors import ConfigError, MissingLibrary
 from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw, yaw_from_quat_xyzw
 from diff_encoder_sim.base.xml_values import rpy_from_rotation
@@ -76,10 +76,10 @@ def _import_quietly(name: str) -> Any:
         with silence():
             return importlib.import_module(name)
     except ModuleNotFoundError:
-        raise ConfigError(
-            'PyBullet, which simulates the robot, is not installed; allowed: pip install pybullet (a minute on Python '
-            '3.8 to 3.11, which have wheels; newer ones build it from source, with a C++ compiler in ten minutes, as '
-            'the extra [sim] does)'
+        raise MissingLibrary(
+            'PyBullet, which simulates the robot, is not installed; allowed: commands without simulation (advise with '
+            '--wheel-diameter or --drive, calibrate, reencode, analyze, map_bag, rasterise_world); or pip install '
+            'pybullet, as the extra [sim] does (Python 3.8 to 3.11 have wheels; newer ones compile it, in ten minutes)'
         ) from None
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Type, Union
 
 from diff_encoder_sim.base.bounds import TRIALS
-from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.errors import ConfigError, MissingLibrary
 from diff_encoder_sim.base.se2 import IDENTITY
 from diff_encoder_sim.base.yaml_files import find_yaml, load_yaml
 from diff_encoder_sim.drives.test_definition import TestDefinition, find_world, load_test
@@ -56,7 +56,7 @@ def load_campaign(
         try:
             yield Path() if is_given else path.parent
         except errors as error:
-            raise error if is_given else ConfigError(f'{path}: {error}') from None
+            raise error if is_given or isinstance(error, MissingLibrary) else ConfigError(f'{path}: {error}') from None
 
     config_files: Dict[str, Path] = {}
     for stem, file in params.files.items():

@@ -16,11 +16,10 @@ import types
 import warnings
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, Mapping, Tuple, Type, TypeVar, Union, cast
+from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, Tuple, Type, TypeVar, Union, cast
 
 from diff_encoder_sim.base.deferred import deferred
-from diff_encoder_sim.base.errors import CampaignFault, ConfigError, in_one_line
+from diff_encoder_sim.base.errors import CampaignFault, ConfigError, MissingLibrary, in_one_line
 from diff_encoder_sim.base.processes import interrupts_blocked
 from diff_encoder_sim.trials.trial_files import TrialFiles
 
@@ -138,23 +137,6 @@ PACKAGES = ['numpy', 'numba']  # must be equal on all hosts for pickling of task
 COMPARED = ('python', 'dask', 'distributed', *PACKAGES)
 
 
-def security_of(tls: Mapping[str, Path]) -> Security:
-    """Read PEM files for mutual TLS: `ca`, `cert` and, unless in the same file, `key`; ConfigError if one is bad."""
-    for option, path in tls.items():
-        if not path.is_file():
-            raise ConfigError(f'--tls-{option}: given {str(path)!r}: no such file; allowed: a file')
-    names = {'ca': 'tls_ca_file', 'cert': 'tls_client_cert', 'key': 'tls_client_key'}
-    options = {names[option]: str(path) for option, path in tls.items()}
-    security: Security = distributed.Security(require_encryption=True, **options)
-    try:
-        security.get_connection_args('client')
-    except (OSError, ValueError) as error:  # ssl.SSLError is an OSError
-        given = f'given {", ".join(options.values())}: {in_one_line(error)}'
-        allowed = 'certificates, and the key of --tls-cert, in PEM format'
-        raise ConfigError(f'--tls-ca, --tls-cert, --tls-key: {given}; allowed: {allowed}') from None
-    return security
-
-
 class ClusterWorkers:
     """The workers of a Dask scheduler; Dask itself runs the tasks of a dead worker on others, a few times."""
 
@@ -184,12 +166,16 @@ Workers = Union[LocalWorkers, ClusterWorkers]
 
 
 @contextlib.contextmanager
-def connected_workers(address: str, tls: Mapping[str, Path]) -> Iterator[ClusterWorkers]:
-    """Connect to a scheduler, such as tcp://host:8786; TLS without files is Dask's; ConfigError if versions differ."""
-    importlib.import_module('distributed')  # a later import would reset its log levels
+def connected_workers(address: str) -> Iterator[ClusterWorkers]:
+    """Connect to a scheduler, such as tcp://host:8786, with Dask's TLS settings; ConfigError if versions differ."""
+    try:
+        importlib.import_module('distributed')  # a later import would reset its log levels
+    except ModuleNotFoundError as error:
+        allowed = 'pip install dask distributed, as the extra [cluster] does; or no --scheduler: the cores of this host'
+        raise MissingLibrary(f'--scheduler: needs Dask: {error.name} is not installed; allowed: {allowed}') from None
     for name in ('distributed', 'distributed.client', 'tornado', 'tornado.application', 'asyncio'):
         logging.getLogger(name).setLevel(logging.CRITICAL)  # a campaign reports problems in one line
-    security = security_of(tls) if tls else distributed.Security()
+    security = distributed.Security()
     with dask.config.set(DASK_CONFIG), warnings.catch_warnings():
         warnings.simplefilter('ignore')  # about versions, which are checked here
         try:  # before creating a Client, which fails late and with many lines
@@ -198,7 +184,7 @@ def connected_workers(address: str, tls: Mapping[str, Path]) -> Iterator[Cluster
             reason = in_one_line(error) if str(error) else f'no answer within {CONNECT_TIMEOUT_S} s'
             raise ConfigError(
                 f'--scheduler: given {address!r}: {reason}; allowed: the address of a running Dask scheduler, such as '
-                f'tcp://127.0.0.1:8786, or tls://127.0.0.1:8786 with --tls-ca and --tls-cert'
+                f'tcp://127.0.0.1:8786, or tls://127.0.0.1:8786 with certificates of Dask (docs/campaigns.md)'
             ) from None
         with distributed.Client(address, timeout=CONNECT_TIMEOUT_S, security=security, set_as_default=False) as client:
             versions = cast('Dict[str, Any]', client.get_versions(check=False, packages=PACKAGES))

@@ -1,6 +1,7 @@
 """Which trials share a drive, and where trials run; whole campaigns, with kills, are in test/test_campaign.py."""
 
 import os
+import sys
 import time
 from concurrent.futures.process import BrokenProcessPool
 
@@ -11,7 +12,7 @@ from campaign_files import small_campaign
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.trials import engine as module
 from diff_encoder_sim.trials.engine import trial_groups
-from diff_encoder_sim.trials.executors import ENVIRONMENT, PACKAGES, check_versions, local_workers, security_of
+from diff_encoder_sim.trials.executors import ENVIRONMENT, PACKAGES, check_versions, connected_workers, local_workers
 
 
 def grouped(folder, **changes):
@@ -76,8 +77,10 @@ def test_of_packages_versions_must_be_equal_and_of_python_minor_versions():
             check_versions(changed(**{name: version}), changed(), 'worker a')
 
 
-def test_a_file_of_tls_that_is_missing_is_named(tmp_path):
-    cert = tmp_path / 'cert.pem'
-    cert.write_text('')
-    with pytest.raises(ConfigError, match='--tls-key: given .*key.pem'):
-        security_of({'ca': cert, 'cert': cert, 'key': tmp_path / 'key.pem'})
+def test_without_dask_a_scheduler_is_an_error_that_names_the_extra_and_local_campaigns_run(monkeypatch):
+    monkeypatch.setitem(sys.modules, 'distributed', None)
+    with pytest.raises(ConfigError, match=r'^--scheduler: needs Dask: distributed is not .*\[cluster\]'):
+        with connected_workers('tcp://127.0.0.1:8786'):
+            pass
+    with local_workers(1) as workers:
+        assert workers.submit(abs, -1).result() == 1
