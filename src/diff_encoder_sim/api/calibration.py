@@ -19,7 +19,6 @@ from diff_encoder_sim.api.wheel_options import RecordedRobot
 from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder
-from diff_encoder_sim.base.per_wheel import PerWheel
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.calibration import calibration_tables as tables
 from diff_encoder_sim.calibration import estimation, umbmark
@@ -38,7 +37,7 @@ from diff_encoder_sim.wheels.ros_parameters import RosParameters, RosWheels, amc
 log = logging.getLogger(__name__)
 
 PAGE = 'calibration.html'
-EXACT_PPR = 1e9  # of recorded wheel angles
+EXACT_PPR = 1e9  # if the counts are unknown
 LEAST_UPDATE = 0.01  # AMCL may be set to update at any motion [m, rad]
 SHORTEST_NS = 12 * NANOSECONDS_PER_SECOND  # `estimation.SHORTEST_S`, and what the delay may take away
 
@@ -133,7 +132,7 @@ def _by_reference(options: CalibrateOptions, robot: RecordedRobot, recorded: Seq
     sources = [{'file': str(each.path), 'sha256': _sha256(each.path)} for each in recorded]
     content = {**tables.calibration_json(found, predictions), 'drives': sources}
     numbers = {key: content[key] for key in CalibrationParams.model_fields if key in content}
-    wheels = _ros_wheels(found, nominal, CalibrationParams(**numbers), recorded)
+    wheels = _ros_wheels(found, nominal, numbers, robot, recorded)
     exported = ros_parameters(wheels) if wheels else None
     content['diff_drive_controller'] = exported.diff_drive_controller if exported else {}
     content['amcl'] = _amcl_settings(wheels, amcl) if wheels else {}
@@ -163,17 +162,21 @@ def _of_robot(found: Calibration, nominal: Optional[WheelGeometry], axle_x_m: fl
 
 
 def _ros_wheels(
-    found: Calibration, nominal: Optional[WheelGeometry], params: CalibrationParams, recorded: Sequence[RecordedDrive]
+    found: Calibration,
+    nominal: Optional[WheelGeometry],
+    numbers: Mapping[str, Any],
+    robot: RecordedRobot,
+    recorded: Sequence[RecordedDrive],
 ) -> Optional[RosWheels]:
     """Return the calibrated wheels for other packages; None if the geometry remains unknown."""
     if nominal is None and {*LENGTHS} & {*found.undetermined}:
         return None
-    uncertain = {key: value for key, value in params.settings().items() if key.endswith(('_std', '_noise'))}
+    of_file = CalibrationParams.from_mapping(numbers, 'calibration').settings()
+    uncertain = {key: value for key, value in of_file.items() if key.endswith(('_std', '_noise'))}
     settings = {**_geometry(WheelGeometry(*(found.values[name].value for name in LENGTHS))), **uncertain}
     about = f'calibrated on {len(recorded)} drive{"s" if len(recorded) > 1 else ""}'
-    return _with_counts(settings, recorded[0].ppr, about)._replace(
-        nominal_m=nominal, turn_noise=found.values['slip_rad2_per_rad'].value
-    )
+    wheels = _with_counts(settings, robot, recorded, about)
+    return wheels._replace(nominal_m=nominal, turn_noise=found.values['slip_rad2_per_rad'].value)
 
 
 def _geometry(geometry: WheelGeometry) -> Dict[str, Any]:
@@ -182,12 +185,16 @@ def _geometry(geometry: WheelGeometry) -> Dict[str, Any]:
     return {'config.wheel_diameter': {'left': left_m, 'right': right_m}, 'config.wheel_separation': separation_m}
 
 
-def _with_counts(settings: Mapping[str, Any], ppr: Optional[PerWheel], about: str) -> RosWheels:
-    """Return wheels by settings of a robot file; without counts their readings are exact."""
+def _with_counts(
+    settings: Mapping[str, Any], robot: RecordedRobot, recorded: Sequence[RecordedDrive], about: str
+) -> RosWheels:
+    """Return wheels by settings of a robot file, with the counts of the drives, else of the robot; else exact ones."""
+    ppr = recorded[0].ppr if recorded else None
+    if ppr is None and 'ppr' in robot.sources:
+        ppr = robot.encoder.counts_per_turn
     values = {key[len('config.') :]: value for key, value in settings.items()}
     odometry = OdometryParams.from_mapping({**values, 'ppr': ppr.plain if ppr else EXACT_PPR}, '')
-    counted = f'{ppr_label(ppr)} counts per wheel turn' if ppr else 'wheel angles without counts'
-    return RosWheels(odometry, f'{about}, {counted}')
+    return RosWheels(odometry, f'{about}, {f"{ppr_label(ppr)} counts per wheel turn" if ppr else "unknown counts"}')
 
 
 def _amcl_settings(wheels: RosWheels, amcl: AmclParams) -> Dict[str, Any]:
@@ -224,9 +231,9 @@ def _by_squares(options: CalibrateOptions, robot: RecordedRobot, recorded: Seque
     found = umbmark.umbmark(squares, nominal)
     settings, errors = _geometry(found.corrected), wheel_errors_of(robot.file.overrides)
     uncertain = wheel_uncertainty(errors.model_copy(update=CALIBRATED.errors))
-    ppr = robot.encoder.counts_per_turn if 'ppr' in robot.sources else None
     about = 'corrected by UMBmark, then exact to 0.1 %'
-    wheels = _with_counts({**settings, **{f'config.{key}': value for key, value in uncertain.items()}}, ppr, about)
+    known = {**settings, **{f'config.{key}': value for key, value in uncertain.items()}}
+    wheels = _with_counts(known, robot, recorded, about)
     exported = ros_parameters(wheels._replace(nominal_m=nominal))
     content = {**found.as_json(), 'diff_drive_controller': exported.diff_drive_controller}
     files = _written(options, robot, recorded, content, {}, settings, exported)
