@@ -38,7 +38,7 @@ ROS_MODULES = (
 HEAVY = ('numba', 'pybullet', 'dask', 'distributed', 'altair', 'vl_convert', 'scipy')
 WRAPPERS = (
     *(f'analysis.charts.{name}' for name in ('chart_page', 'drawings', 'figures', 'frames', 'trial_charts')),
-    *('analysis.report.page', 'advice.advice_page', 'calibration.calibration_page'),
+    *('analysis.report.page', 'advice.advice_page', 'calibration.calibration_page', 'calibration.drive_page'),
 )
 IMPORT_AND_NAME_THE_HEAVY = f"""
 import importlib, sys

@@ -113,7 +113,7 @@ def _by_reference(options: CalibrateOptions, robot: RecordedRobot, recorded: Seq
     nominal = _nominal(robot)
     if nominal is None and options.unit.startswith('m'):
         raise ConfigError(f'--unit: given {options.unit} without the diameter it was computed with; expected --robot')
-    drives = list(_referenced(recorded))
+    drives = list(referenced(recorded))
     found = _of_robot(estimation.calibrate(drives, nominal), nominal, robot.odometry.axle_x)
     notes = [f'{each.path}: {note}' for each in recorded for note in each.notes]
     yaw = found.values.get('reference_yaw_rad')
@@ -205,7 +205,7 @@ def _amcl_settings(wheels: RosWheels, amcl: AmclParams) -> Dict[str, Any]:
     return {**shown, **{f'odom_{name}': alpha for name, alpha in alphas.items()}}
 
 
-def _referenced(recorded: Sequence[RecordedDrive]) -> Iterator[ReferencedDrive]:
+def referenced(recorded: Sequence[RecordedDrive]) -> Iterator[ReferencedDrive]:
     """Yield the parts of drives under short names."""
     names = [each.path.name for each in recorded]
     for each in recorded:

@@ -200,7 +200,8 @@ class DriveOptions(SourceOptions):
         (), 'ideal encoders: 90, or "{left: 90, right: 1024}" (default: --robot\'s, else 40 90 1024 4096)', 'PPR'
     )
     encoder: Sequence[str] = option((), ENCODERS, 'NAME|FILE')
-    out: Optional[Path] = option(None, 'write a bag for each encoder, and reencode.csv, into DIR', 'DIR')
+    out: Optional[Path] = option(None, 'write a bag for each encoder, reencode.csv and drive.html into DIR', 'DIR')
+    page: Optional[Path] = option(None, 'write only the page: paths, errors, spread, and their causes', 'FILE')
     csv: Optional[Path] = option(None, 'table in place of a bag; its delimiter is detected', 'FILE', group=NO_ANGLES)
     draws: Optional[int] = option(
         None, 'sampled start angles of the wheels; 0: as recorded (default: 200, or 0 if they are recorded)', 'N', DRAWS
@@ -235,7 +236,10 @@ class AnalysisOptions:
     """Options of the command analyze."""
 
     paths: Sequence[Path] = option(
-        (), "one campaign's results folder; or bags of trials, and folders with such bags", 'DIR|BAG', flag='paths'
+        (),
+        "one campaign's results folder; or bags of trials or of other drives, and folders with such bags",
+        'DIR|BAG',
+        flag='paths',
     )
     beside: Optional[Path] = option(None, "another campaign's results folder, to compare with the paper too", 'DIR')
     out: Optional[Path] = option(

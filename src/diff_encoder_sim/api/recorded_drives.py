@@ -16,12 +16,12 @@ from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Se
 import numpy as np
 
 from diff_encoder_sim.api import wheel_options
+from diff_encoder_sim.api.drive_pages import write_drive_page
 from diff_encoder_sim.api.options import DriveOptions
-from diff_encoder_sim.api.recorded_sources import OpenedDrive, open_drive
+from diff_encoder_sim.api.recorded_sources import OpenedDrive, open_drive, recorded_encoder
 from diff_encoder_sim.api.wheel_options import RecordedRobot, parameters_with
 from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.per_wheel import PerWheel
 from diff_encoder_sim.base.se2 import Pose2D, PoseSeries
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.drives import reencoding as encoding
@@ -39,14 +39,12 @@ from diff_encoder_sim.wheels.catalogue import ChosenEncoder, encoder_lines
 from diff_encoder_sim.wheels.diagnostics import encoder_lateral_std, hidden_encoder
 from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, file_label, ppr_label
 from diff_encoder_sim.wheels.report_link import PROMPT
-from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 log = logging.getLogger(__name__)
 
-CSV_NAME = 'reencode.csv'
-_PATHS = ('csv', 'out', 'config', 'json')
+CSV_NAME, PAGE = 'reencode.csv', 'drive.html'
+_PATHS = ('csv', 'out', 'config', 'json', 'page')
 DRAWS = 200  # of start angles, if these are unknown
-RECORDED_PPR = 1e7  # for wheel angles that are not counts
 ALIGNED = {
     Alignment.ORIGIN: 'aligned at the first common stamp, no fit',
     Alignment.FIT: 'rotated and moved onto the reference by least squares, as this has no yaw',
@@ -98,8 +96,8 @@ def reencode(bag: Union[str, Path, None] = None, **options: Any) -> List[Reencod
     return done.drives
 
 
-def reencoding(options: DriveOptions) -> Reencoding:
-    """Compute a recorded drive with each encoder; errors as in `reencode`."""
+def reencoding(options: DriveOptions, command: str = 'reencode') -> Reencoding:
+    """Compute a recorded drive with each encoder for a `command`; errors as in `reencode`."""
     begin_s = time.perf_counter()
     wheel_options.check_wheel_options(options, options.bag, options.csv)
     path, table = options.csv or options.bag or Path(), next(iter(options.reference_csv), None)
@@ -108,6 +106,7 @@ def reencoding(options: DriveOptions) -> Reencoding:
     source, trial, robot, wheels, poses = opened
     phases_rad = _start_phases(options, opened)
     robot = _with_joints(options, wheels, robot)
+    opened = opened._replace(robot=robot)
     chosen = wheel_options.chosen_encoders(options, robot.encoder)
     files = output_files(options.out, path, chosen)
     encoders = [Encoder(each, *parameters_with(each, robot.encoder, robot.odometry)) for each in chosen]
@@ -115,11 +114,10 @@ def reencoding(options: DriveOptions) -> Reencoding:
     read = encoding.read_drive(source, wheels, poses, copied)
     read_s = time.perf_counter() - begin_s
     comparison = _comparison(options, read, opened)
-    why = '; '.join(read.notes[-1:]) or source.fault or 'too short'
-    no_drive = f'no drive in {read.messages} {wheels.text}: {why}; expected two reports of the encoder'
+    why = f'{"; ".join(read.notes[-1:]) or source.fault or "too short"}; expected two reports of the encoder'
     encode = partial(encoding.encode_drive, read, comparison=comparison, phases_rad=phases_rad, trial=trial)
     workers, draws = (1, 1) if phases_rad is None else (os.cpu_count() or 1, len(phases_rad))
-    encoded = _encoded(encode, encoders, files, workers, f'{path}: {no_drive}')
+    encoded = _encoded(encode, encoders, files, workers, f'{path}: no drive in {read.messages} {wheels.text}: {why}')
     notes = [*read.notes, *_notes(source, robot, encoders, bool(files))]
     if poses and not any(one.errors for one in encoded):
         notes.append(f'no errors computed: {encoding.overlap_fault(read) or "no poses at the stamps of odometry"}')
@@ -128,27 +126,28 @@ def reencoding(options: DriveOptions) -> Reencoding:
     rows = encoding.error_rows(encoded)
     about = {'source': str(path), 'reference': comparison.name, 'draws': draws, 'seed': robot.encoder.seed}
     about.update({'repeated_rows': wheels.repeated, 'encoders': encoding.errors_json(encoded)})
+    page, cells = options.page or files.get(PAGE), encoding.error_cells(rows, draws)
     try:
         if files:
             with open(files[CSV_NAME], 'x', encoding='utf-8') as file:
                 file.write(encoding.csv_table(rows))
+        conclusion = write_drive_page(page, command, read, opened, comparison, encoded, cells) if page else []
         if options.json:
             write_file(options.json, json.dumps(about, indent=1, allow_nan=False).encode('utf-8'))
     except OSError as error:
         raise ConfigError(f'{error.filename}: {error.strerror}') from None
     compared = ' '.join(filter(None, [comparison.name, comparison.place.text()]))
-    counted = f'{read.messages} {wheels.text} in {read.duration_s:.1f} s, read in {read_s:.1f} s'
-    lines, recorded = [f'{path}: {counted}; compared with {compared}', robot.text()], wheels.ppr
-    if recorded:
-        finer = [each.label for each in chosen if each.ppr.left > recorded.left or each.ppr.right > recorded.right]
-        if finer:
-            limited = f'{", ".join(finer)} limited by the recorded resolution'
-            lines.append(f'recorded with {ppr_label(recorded)} counts: {limited}')
+    counted = f'{read.messages} {wheels.text} in {read.duration_s:.1f} s, read in {read_s:.1f} s; compared with'
+    lines, recorded = [f'{path}: {counted} {compared}', robot.text()], wheels.ppr
+    is_finer = [recorded and (each.ppr.left > recorded.left or each.ppr.right > recorded.right) for each in chosen]
+    if recorded and any(is_finer):
+        limited = ', '.join(each.label for each, is_one in zip(chosen, is_finer) if is_one)
+        lines.append(f'recorded with {ppr_label(recorded)} counts: {limited} limited by the recorded resolution')
     if phases_rad is not None:
         lines.append(f'start angles of the wheels: {draws} sampled by --seed {robot.encoder.seed}')
     drives = [
         ReencodedDrive(
-            one.encoder.chosen.label, PoseSeries(*map(np.concatenate, zip(*one.paths))), *(one.errors or (None, {}))
+            one.encoder.chosen.label, PoseSeries(*map(np.concatenate, zip(*one.paths))), *(one.errors or (None, {}))[:2]
         )
         for one in encoded
     ]
@@ -156,8 +155,8 @@ def reencoding(options: DriveOptions) -> Reencoding:
     return Reencoding(
         drives,
         [*encoder_lines(chosen, robot.odometry.wheel_diameter), *(f'{path}: {note}' for note in notes)],
-        '\n'.join([*lines, '', encoding.text_table(rows, draws), '', legend]),
-        [*files.values(), *([options.json] if options.json else [])],
+        '\n'.join([*lines, '', encoding.text_table(rows, draws), '', legend, *conclusion]),
+        [*files.values(), *filter(None, [options.page, options.json])],
     )
 
 
@@ -190,12 +189,8 @@ def _comparison(options: DriveOptions, read: ReadDrive, opened: OpenedDrive) -> 
         return of_reference(read.references, place, bool(options.reference_columns))
     if options.reference_pose or options.reference_delay is not None:
         raise ConfigError('--reference-pose, --reference-delay: given without a reference; expected one')
-    ppr = opened.wheels.ppr or PerWheel(left=RECORDED_PPR, right=RECORDED_PPR)
-    ideal = {'ppr': ppr, 'counter_modulus': 0, 'encoder': IDEAL_ENCODER}
-    params, odometry = EncoderParams(ppr=ppr, rate=opened.robot.encoder.rate), opened.robot.odometry
-    recorded = Encoder(ChosenEncoder(ppr), params, odometry.model_copy(update=ideal))
     name = 'the recorded counts' if opened.wheels.ppr else 'the recorded wheel angles'
-    return Comparison(name, encoding.encode_drive(read, recorded).paths)
+    return Comparison(name, encoding.encode_drive(read, recorded_encoder(opened)).paths)
 
 
 def read_path(bag: Union[str, Path], reference: str = '/odom') -> PoseSeries:
@@ -218,7 +213,7 @@ def output_files(folder: Optional[Path], bag: Path, encoders: Sequence[ChosenEnc
         return {}
     stem = bag.resolve().stem  # resolved: the bag may be given as `.`
     files = {each.label: folder / f'{stem}_{file_label(each.ppr, each.name)}.bag' for each in encoders}
-    files[CSV_NAME] = folder / CSV_NAME
+    files.update({name: folder / name for name in (CSV_NAME, PAGE)})
     for path in files.values():
         if path.exists():
             raise ConfigError(f'--out: {path} exists; allowed: a folder without it')

@@ -20,13 +20,17 @@ from diff_encoder_sim.drives.bag_source import open_source
 from diff_encoder_sim.drives.csv_table import CsvStream
 from diff_encoder_sim.drives.drive_stream import DriveStream
 from diff_encoder_sim.drives.recorded_poses import RecordedPoses
-from diff_encoder_sim.drives.reencoding import overlap_fault, read_drive
+from diff_encoder_sim.drives.reencoding import Encoder, ReadDrive, overlap_fault, read_drive
 from diff_encoder_sim.drives.reference import Reference
 from diff_encoder_sim.drives.scan_bag import read_laser_pose, read_scans
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.drives.trial_recording import trial_of_source
 from diff_encoder_sim.drives.wheel_source import WheelSource
+from diff_encoder_sim.wheels.catalogue import ChosenEncoder
+from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER
+from diff_encoder_sim.wheels.report_link import PROMPT
 
+RECORDED_PPR = 1e7  # for wheel angles that are not counts
 SCANS = 'scan'  # as a reference: the laser, by matching its scans
 
 
@@ -86,9 +90,7 @@ def read_recorded(
         of_bag, of_table = '--reference TOPIC|FRAMES|scan, or --reference-csv', '--reference-columns TIME X Y [YAW]'
         raise ConfigError(f'{path}: no reference; expected {of_table if is_table else of_bag}')
     read = read_drive(source, wheels, None if is_scan else poses)
-    joints = [wheels.are_joint_angles and flag for flag in (robot.encoder.left_reversed, robot.encoder.right_reversed)]
-    forward = np.where(joints, -1.0, 1.0)
-    drives = [replace(each.drive, wheel_angles_rad=each.drive.wheel_angles_rad * forward) for each in read.drives]
+    drives = forward_drives(read, wheels, robot)
     if is_scan and drives:
         read = read._replace(references=[_poses_of_laser(source, robot, drives[0])])
     fault = overlap_fault(read)
@@ -96,6 +98,23 @@ def read_recorded(
         raise ConfigError(f'{path}: {fault}')
     notes = [*read.notes, *([source.fault] if source.fault else [])]
     return RecordedDrive(path, list(zip(drives, read.references)), wheels.ppr, robot, trial, notes)
+
+
+def forward_drives(read: ReadDrive, wheels: WheelSource, robot: RecordedRobot) -> List[Drive]:
+    """Return the parts of a drive with angles that are positive forward."""
+    joints = [wheels.are_joint_angles and flag for flag in (robot.encoder.left_reversed, robot.encoder.right_reversed)]
+    forward = np.where(joints, -1.0, 1.0)
+    return [replace(each.drive, wheel_angles_rad=each.drive.wheel_angles_rad * forward) for each in read.drives]
+
+
+def recorded_encoder(opened: OpenedDrive, coarser: float = 1.0) -> Encoder:
+    """Return an ideal encoder with the recorded counts or angles, or a coarser one."""
+    recorded, of_robot = opened.wheels.ppr or PerWheel(left=RECORDED_PPR, right=RECORDED_PPR), opened.robot.encoder
+    ppr = PerWheel(left=recorded.left / coarser, right=recorded.right / coarser)
+    ideal = {'ppr': ppr, 'counter_modulus': 0, 'encoder': IDEAL_ENCODER}
+    odometry = opened.robot.odometry.model_copy(update=ideal)
+    params = of_robot.model_copy(update={**ideal, 'report': PROMPT, 'velocity_method': 'M'})
+    return Encoder(ChosenEncoder(ppr), params, odometry)
 
 
 def _poses_of_laser(source: DriveStream, robot: RecordedRobot, drive: Drive) -> Reference:

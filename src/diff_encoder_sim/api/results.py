@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+import contextlib
+import logging
 from pathlib import Path
-from typing import Callable, Tuple, Union
+from typing import Callable, List, Sequence, Tuple, Union
 
 from diff_encoder_sim.analysis.outputs import output_folder, write_analysis
 from diff_encoder_sim.analysis.report.answer import ANALYSIS, REPORT
 from diff_encoder_sim.analysis.results_loading import load_results
 from diff_encoder_sim.analysis.results_table import Results
 from diff_encoder_sim.analysis.summaries import summary
-from diff_encoder_sim.api.options import AnalysisOptions
-from diff_encoder_sim.drives.bag_source import is_bag_folder
+from diff_encoder_sim.api.options import AnalysisOptions, DriveOptions
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.drives.bag_source import bags_in, is_bag_folder, open_source
+from diff_encoder_sim.drives.recorded_poses import find_poses
+from diff_encoder_sim.drives.topics import ARROW, ODOM, ODOMETRY_TYPE, POSE_STAMPED_TYPE, TRIAL
+
+log = logging.getLogger(__name__)
+DRIVE_PAGE = 'drive.html'
 
 
 def read_results(*paths: Union[str, Path]) -> Results:
@@ -37,13 +45,55 @@ def write_report(results: Results, out: Union[str, Path]) -> Path:
 def analyze(options: AnalysisOptions, show: Callable[[str], None]) -> Tuple[Path, str]:
     """Read results, `show` their summary, write the analysis; return the report's path, and the conclusions as text.
 
-    ConfigError if there are no results, or the folder contains other files.
+    Of bags without a trial, the report is the page of the drive. ConfigError if there are no results, or the folder
+    contains other files.
     """
-    first = options.paths[0]
+    first, drives = options.paths[0], _drives(options.paths)
     folder = options.out or (first if first.is_dir() and not is_bag_folder(first) else first.parent) / ANALYSIS
     with output_folder(folder) as unfinished:
+        pages = [DRIVE_PAGE] if len(drives) == 1 else [f'{path.stem}.html' for path in drives]
+        for path, page in zip(drives, pages):
+            show(_compared(path, unfinished / page))
+        if drives:
+            return folder / pages[0], ''
         results = load_results(options.paths)
         other = load_results([options.beside]) if options.beside else None
         show(summary(results))
         conclusions = write_analysis(results, unfinished, other)
     return folder / REPORT, conclusions
+
+
+def _drives(paths: Sequence[Path]) -> List[Path]:
+    """Return the bags if none of them is of a trial; else nothing."""
+    bags = [bag for path in paths for bag in (bags_in(path) if path.is_dir() else [path])]
+    try:
+        return [] if any(TRIAL in open_source(bag).topics for bag in bags) else bags
+    except ConfigError:  # which reading the trials reports
+        return []
+
+
+def _compared(path: Path, page: Path) -> str:
+    """Write the page of a drive by its odometry, else by its wheels; return the report."""
+    from diff_encoder_sim.api.recorded_drives import reencoding  # noqa: PLC0415 - most analyses need no wheels
+
+    source = open_source(path)
+    odoms, poses = (
+        sorted(
+            (topic for topic, each in source.topics.items() if each == kind), key=lambda topic: (topic != ODOM, topic)
+        )
+        for kind in (ODOMETRY_TYPE, POSE_STAMPED_TYPE)
+    )
+    references = [topic for topic in poses if 'goal' not in topic]
+    for frame in () if references else ('base_link', 'base_footprint'):
+        with contextlib.suppress(ConfigError):
+            references.append(find_poses(source, '--reference', f'map{ARROW}{frame}').name)
+    odom, reference = (next(iter(names), '') for names in (odoms, references))
+    try:
+        done = reencoding(DriveOptions(bag=path, odom=odom, reference=reference, page=page), 'analyze')
+    except ConfigError as error:
+        raise ConfigError(
+            f'{error} (a bag without a trial; its wheels and reference are options of reencode)'
+        ) from None
+    for note in done.notes:
+        log.warning('%s', note)
+    return done.text

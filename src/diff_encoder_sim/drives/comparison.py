@@ -12,7 +12,15 @@ from diff_encoder_sim.base.kernels import compiled
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, PoseSeries, wrap_angles
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.reference import Reference
-from diff_encoder_sim.drives.trajectory_error import Alignment, PathError, common_stamps, pairs_error, reference_stamps
+from diff_encoder_sim.drives.trajectory_error import (
+    Alignment,
+    Pairing,
+    PathError,
+    aligned,
+    common_stamps,
+    pairs_error,
+    reference_stamps,
+)
 from diff_encoder_sim.wheels.chain import Chain
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.report_link import PROMPT
@@ -35,6 +43,7 @@ class Errors(NamedTuple):
 
     first: PathError  # of the first draw
     spreads: Dict[str, Spread]  # over all draws, of ERROR_NAMES, without signs
+    of_draws: np.ndarray  # (draws, 3) of ERROR_NAMES
 
 
 class SensorPlace(NamedTuple):
@@ -84,13 +93,27 @@ class Comparison(NamedTuple):
         if draws > 1:
             values = self._draw_errors(draws, drawn)
         found = np.percentile(values, [50.0, 5.0, 95.0], axis=0).T.tolist()
-        return Errors(first, {name: Spread(*each) for name, each in zip(ERROR_NAMES, found)})
+        return Errors(first, {name: Spread(*each) for name, each in zip(ERROR_NAMES, found)}, values)
+
+    def along(self, paths: Sequence[PoseSeries]) -> Tuple[np.ndarray, np.ndarray]:
+        """Return the times since the first common stamp [s] (n,) and the aligned pairs (n, 6) of all parts."""
+        times_ns, pairs = [np.zeros(0)], [np.zeros((0, 6))]
+        for (stamps_ns, x_y_yaw), reference in zip(paths, self.paths):
+            pairing = self._pairing(stamps_ns, reference)
+            if len(pairing.before):
+                steps_ns = pairing.fractions * (stamps_ns[pairing.after] - stamps_ns[pairing.before])
+                times_ns.append(stamps_ns[pairing.before] - stamps_ns[0] + steps_ns)
+                pairs.append(aligned(np.hstack(self._pairs(stamps_ns, x_y_yaw, reference)), self.alignment))
+        return 1e-9 * np.concatenate(times_ns), np.concatenate(pairs)
+
+    def _pairing(self, stamps_ns: np.ndarray, reference: PoseSeries) -> Pairing:
+        return (reference_stamps if self.is_own_clock else common_stamps)(stamps_ns, reference)
 
     def _pairs(
         self, stamps_ns: np.ndarray, x_y_yaw: np.ndarray, reference: PoseSeries
     ) -> Tuple[np.ndarray, np.ndarray]:
         """Return the poses (..., n, 3) of the sensor by those of the base (..., m, 3), and of the reference (n, 3)."""
-        pairing = (reference_stamps if self.is_own_clock else common_stamps)(stamps_ns, reference)
+        pairing = self._pairing(stamps_ns, reference)
         poses, sensor = pairing.estimates(x_y_yaw), self.place.pose
         if sensor != IDENTITY:
             arms = complex(sensor.x_m, sensor.y_m) * np.exp(1j * poses[..., 2])

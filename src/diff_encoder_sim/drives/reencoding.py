@@ -285,10 +285,18 @@ _RPE_HEADS = {'segments': '{}\nsegments', 'position_rmse_m': 'RPE\n[m]', 'yaw_rm
 _SPREAD_HEADS = {'ate_m': 'ATE [m]', 'end_position_m': 'end position [m]', 'end_yaw_rad': 'end yaw [deg]'}
 
 
+Table = Tuple[List[List[str]], List[str]]  # cells and heads
+
+
 def text_table(rows: Sequence[Dict[str, Value]], draws: int = 1) -> str:
-    """Format `error_rows`: a line for each encoder, and one for each length of RPE's segments if there is one draw."""
+    """Format `error_cells` for the terminal."""
+    return '\n\n'.join(_table(*each) for each in error_cells(rows, draws))
+
+
+def error_cells(rows: Sequence[Dict[str, Value]], draws: int = 1) -> List[Table]:
+    """Return tables of `error_rows`: a row for each encoder, and, of one draw, for each length of RPE's segments."""
     if draws > 1:
-        return _spread_table(rows)
+        return [_spread_cells(rows)]
     paths = [[_cell(column, row[column]) for column in _PATH_HEADS] for row in rows]
     rpe_heads = ['counts', 'segment\nlength']
     rpe_heads += [head.format(pairs.text) for pairs in RpePairs for head in _RPE_HEADS.values()]
@@ -296,11 +304,10 @@ def text_table(rows: Sequence[Dict[str, Value]], draws: int = 1) -> str:
     for row, distance_m in itertools.product([row for row in rows if row['end_yaw_rad'] is not None], RPE_DISTANCES_M):
         columns = [f'{rpe_name(pairs, distance_m)}_{column}' for pairs in RpePairs for column in _RPE_HEADS]
         relative.append([str(row['ppr']), f'{distance_m:g} m', *(_cell(column, row[column]) for column in columns)])
-    tables = ((paths, list(_PATH_HEADS.values())), (relative, rpe_heads))
-    return '\n\n'.join(_table(cells, heads) for cells, heads in tables if cells)
+    return [each for each in ((paths, list(_PATH_HEADS.values())), (relative, rpe_heads)) if each[0]]
 
 
-def _spread_table(rows: Sequence[Dict[str, Value]]) -> str:
+def _spread_cells(rows: Sequence[Dict[str, Value]]) -> Table:
     heads = [*list(_PATH_HEADS.values())[:3]]
     heads += [text for head in _SPREAD_HEADS.values() for text in (f'{head}\nmedian', '\n5 to 95 %')]
     lines = []
@@ -311,7 +318,7 @@ def _spread_table(rows: Sequence[Dict[str, Value]]) -> str:
             median, low, high = (_cell(column, row[column]) for column in columns)
             line += [median, '-' if median == '-' else f'{low} to {high}']
         lines.append(line)
-    return _table(lines, heads)
+    return lines, heads
 
 
 def _table(cells: Sequence[Sequence[str]], heads: Sequence[str]) -> str:

@@ -177,16 +177,22 @@ def _between(x_y_yaw: np.ndarray, before: np.ndarray, after: np.ndarray, fractio
     return np.asarray(poses)
 
 
-def _absolute_errors(pairs: np.ndarray, alignment: Alignment) -> np.ndarray:
-    """Subtract the reference from the estimate once they are aligned: (n, 3) [m, m, rad], yaw wrapped."""
+def aligned(pairs: np.ndarray, alignment: Alignment) -> np.ndarray:
+    """Return pairs (n, 6) in the common frame: of the start, of the reference's centre, or as they are."""
     x_y_m, yaws_rad = _split(pairs)
     if alignment is Alignment.ORIGIN:
         x_y_m, yaws_rad = _seen_from(x_y_m[0], yaws_rad[0], x_y_m), yaws_rad - yaws_rad[0]
     elif alignment is Alignment.FIT:
         x_y_m = x_y_m - x_y_m.mean(axis=0)
         x_y_m[:, 0] *= np.exp(1j * np.angle(np.vdot(x_y_m[:, 0], x_y_m[:, 1])))
-    errors_m = x_y_m[:, 0] - x_y_m[:, 1]
-    return np.column_stack((errors_m.real, errors_m.imag, wrap_angles(yaws_rad[:, 0] - yaws_rad[:, 1])))
+    return np.asarray(np.stack((x_y_m.real, x_y_m.imag, yaws_rad), axis=-1).reshape(-1, 6))
+
+
+def _absolute_errors(pairs: np.ndarray, alignment: Alignment) -> np.ndarray:
+    """Subtract the reference from the estimate once they are aligned: (n, 3) [m, m, rad], yaw wrapped."""
+    estimates, references = np.split(aligned(pairs, alignment), 2, axis=1)
+    errors = estimates - references
+    return np.column_stack((errors[:, :2], wrap_angles(errors[:, 2])))
 
 
 def _split(pairs: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:

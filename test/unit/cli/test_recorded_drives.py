@@ -89,7 +89,7 @@ def test_files_are_named_by_bag_and_encoder(tmp_path, monkeypatch):
     ninety, real = ChosenEncoder(PerWheel(left=90, right=90)), load_encoder('amt102', CONFIG, tmp_path)
     encoders = [ninety, ChosenEncoder(PerWheel(left=40, right=1024)), real]
     files = output_files(tmp_path, tmp_path / 'drive.bag', encoders)
-    names = ['drive_90ppr.bag', 'drive_40-1024ppr.bag', 'drive_8192_amt102.bag', 'reencode.csv']
+    names = ['drive_90ppr.bag', 'drive_40-1024ppr.bag', 'drive_8192_amt102.bag', 'reencode.csv', 'drive.html']
     assert [path.name for path in files.values()] == names
     assert output_files(None, tmp_path / 'drive.bag', [ninety]) == {}
     (tmp_path / 'drive').mkdir()
