@@ -77,6 +77,9 @@ class Cause(NamedTuple):
     group: str
     mean_square_m2: float
     text: str = ''
+    is_significant: bool = (
+        False  # a correction of the wheels: named even if, by chance, it changes little on this drive
+    )
 
 
 class DriveCauses(NamedTuple):
@@ -162,9 +165,11 @@ def _corrections(drive: ComparedDrive, fit: Calibration, least_m2: float) -> Tup
     for name in sorted(found, key=lambda each: each != PLACE):  # first, as it is no error of odometry
         tried = np.where(np.isin(np.arange(7), found[name]), changes, applied)
         gained_m2 = before_m2 - _mean_square(drive.along(tried)[1])
+        group, text = PLACE if name == PLACE else CALIBRATION, _correction_text(drive, name, changes, stds)
         if gained_m2 > least_m2:
-            applied, before_m2, group = tried, before_m2 - gained_m2, PLACE if name == PLACE else CALIBRATION
-            causes.append(Cause(group, gained_m2, _correction_text(drive, name, changes, stds)))
+            applied, before_m2 = tried, before_m2 - gained_m2
+        if gained_m2 > least_m2 or group == CALIBRATION:
+            causes.append(Cause(group, gained_m2 if tried is applied else 0.0, text, group == CALIBRATION))
     return causes, applied
 
 
@@ -233,11 +238,12 @@ def _part_text(encoder: EncoderError, share: float) -> str:
 
 def _cause_texts(causes: Sequence[Cause]) -> List[str]:
     """Name the causes other than the encoder."""
-    texts = [each.text for each in causes if each.group == PLACE]
     others = sorted((each for each in causes if each.group != PLACE), key=lambda each: -each.mean_square_m2)
     total_m2 = sum(each.mean_square_m2 for each in others)
-    named = [each for each in others if each.group != ENCODER and each.mean_square_m2 >= MATERIAL * total_m2]
-    if all(each.group != CALIBRATION for each in named):
+    texts = [each.text for each in causes if each.group == PLACE and each.mean_square_m2 >= MATERIAL * total_m2]
+    named = [each for each in others if each.is_significant or each.mean_square_m2 >= MATERIAL * total_m2]
+    named = [each for each in named if each.group != ENCODER]
+    if not any(each.is_significant for each in named):
         texts.append('no error of the wheel geometry is significant')
     heads = ['largest other cause', *['next'] * len(named)]
     parts = [f'{each.text} ({100.0 * each.mean_square_m2 / total_m2:.0f} % of the other error)' for each in named]
