@@ -8,7 +8,7 @@ from typing import List, Sequence
 
 import numpy as np
 
-from diff_encoder_sim.analysis.encoder_labels import is_real, ppr_text
+from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.report.about import PageAbout, guide, robot_file, wheels_text
 from diff_encoder_sim.analysis.text_tables import TextTable
 from diff_encoder_sim.api.calibration import referenced
@@ -24,6 +24,7 @@ from diff_encoder_sim.drives.trajectory_error import Alignment
 from diff_encoder_sim.wheels.encoder_params import ppr_label
 
 QUANTISATION_DRAWS = 40  # of start angles: the mean square to 10 %
+UNIT = 'counts per wheel turn'
 COARSER = 4.0  # than the recorded counts, whose own start angles are not known
 
 
@@ -75,13 +76,13 @@ def _causes(
         return EncoderError(name, float(np.square(errors.of_draws[:, 0]).mean()) if errors else 0.0, ate_m)
 
     tested = [
-        quantised(one.encoder, counts_text(one.encoder.chosen.label), one.errors.spreads['ate_m'].median)
+        quantised(one.encoder, ppr_text(one.encoder.chosen.label, UNIT), one.errors.spreads['ate_m'].median)
         for one in encoded
         if one.errors
     ]
     recorded, slip, covariance, calibration = None, None, np.zeros((3, 3)), robot.file.calibration
     if wheels.ppr:  # finer counts than the recorded ones: the mean square is proportional to the square of a count
-        coarse = quantised(recorded_encoder(opened, COARSER), counts_text(ppr_label(wheels.ppr)))
+        coarse = quantised(recorded_encoder(opened, COARSER), ppr_text(ppr_label(wheels.ppr), UNIT))
         recorded = coarse._replace(quantisation_m2=coarse.quantisation_m2 / COARSER**2)
     if calibration:
         slip = calibration.slip_m2_per_m.value, calibration.slip_rad2_per_rad.value
@@ -91,8 +92,3 @@ def _causes(
     is_guessed = isinstance(wheels, OdometryWheels) or robot.is_guessed()
     assumed = geometry, robot.odometry.axle_x, comparison.place, comparison.is_own_clock, is_guessed
     return find_causes(ComparedDrive(drives, *assumed, covariance, slip), tested, recorded)
-
-
-def counts_text(label: str) -> str:
-    """Return the name of an encoder in a sentence."""
-    return ppr_text(label) if is_real(label) else f'{label} counts per wheel turn'

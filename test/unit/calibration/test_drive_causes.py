@@ -49,7 +49,7 @@ def test_only_an_encoder_that_makes_much_of_the_error_is_a_cause():
 def test_errors_within_the_intervals_of_a_robot_file_are_those_of_the_calibration_and_the_slip():
     variance, slip = 0.003**2, (1e-7, 1e-7)
     found = causes_of(GOOD, (0.2, 0.2006, 0.4), geometry_covariance=variance * np.eye(3), slip=slip)
-    assert 'interval of the calibration' in found.conclusion[1] and found.corrected is None
+    assert 'interval of the calibration' in found.conclusion[2] and found.corrected is None
     assert found.budgets[1]['calibration'] > 0.5 * sum(found.budgets[1].values())
 
 
