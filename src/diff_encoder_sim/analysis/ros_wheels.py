@@ -29,7 +29,8 @@ def ros_wheels(results: Results) -> Optional[RosWheels]:
     trial = next(iter(results.requested.values()))
     known = {key: getattr(trial, key) for key in ('wheel_diameter', 'wheel_separation', *UNCERTAINTY_KEYS)}
     odometry = OdometryParams.from_mapping({**known, 'ppr': {'left': left, 'right': [left, *right][-1]}}, '')
-    return RosWheels(odometry, f'{results.title}, {ppr_text(label)}', measured=_measured(results, label))
+    about = f'{results.title}, {ppr_text(label)}, wheels as simulated'
+    return RosWheels(odometry, about, measured=_measured(results, label))
 
 
 def _measured(results: Results, label: str) -> Optional[Tuple[Sequence[float], str]]:

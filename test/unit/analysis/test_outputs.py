@@ -98,7 +98,7 @@ def test_parameters_for_ros_are_of_the_coarsest_sufficient_encoder_with_its_meas
     pairs = [(ppr, number) for ppr in odometry for number in range(20)]
     made = [trial_row('SL', ppr, number, world=NONE, odom=odometry[ppr]) for ppr, number in pairs]
     wheels = ros_wheels(paper_results(made))
-    assert (wheels.odometry.ppr.plain, wheels.about) == (90, 'made for a test, 90 PPR')
+    assert (wheels.odometry.ppr.plain, wheels.about) == (90, 'made for a test, 90 counts, wheels as simulated')
     variances, measurement = wheels.measured
     assert variances == pytest.approx([0.01**2, 0.02**2, math.radians(1.0) ** 2])
     assert measurement == 'SL, measured in 20 trials'
