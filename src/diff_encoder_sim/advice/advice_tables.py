@@ -23,7 +23,7 @@ PIPE_COLUMNS = 100  # of answers that do not go to a terminal, or to one that do
 TO_SHOWN = np.array([1e3, 1e3, np.degrees(1.0)])
 UNITS = ('along [mm]', 'across [mm]', 'heading [deg]')
 DECIMALS = (1, 1, 2)
-BUDGET_HEADS = ['', 'cause', *UNITS, 'position [%]']
+BUDGET_HEADS = ['cause', *UNITS, 'position [%]']
 REST = (
     'position: fraction of the variance of x and y.\n'
     'rest: observed error minus the sum of the causes; without ± if causes compensate each other'
@@ -50,8 +50,10 @@ def advice_tables(advice: Advice, products: Products = PRODUCTS) -> Iterator[Tex
     """Yield the tables that have rows; `products` are columns about encoders."""
     if advice.tried:
         yield _trials_table(advice)
-    if advice.budgets:
-        yield TextTable('Error budget: mean ± standard deviation', BUDGET_HEADS, _budgets(advice), REST)
+    budgets = _shown_budgets(advice)
+    for title, budget in budgets.items():
+        note = REST if title == [*budgets][-1] else ''
+        yield TextTable(f'Error budget, mean ± standard deviation: {title}', BUDGET_HEADS, _rows(budget), note, 1)
     if advice.stopping:
         rows = [
             [ppr_text(label), cause, f'{1e3 * spread.position_m:.1f}', f'{np.degrees(spread.yaw_rad):.2f}']
@@ -91,28 +93,30 @@ def _trials_table(advice: Advice) -> TextTable:
     return TextTable('Closed-loop trials within the tolerance', heads, rows)
 
 
-def _budgets(advice: Advice) -> List[List[str]]:
-    """Return the rows of the budgets of odometry and of the true pose with the encoders of the answers."""
+def _shown_budgets(advice: Advice) -> Dict[str, Budget]:
+    """Return by title the budgets of odometry and of the true pose with the encoders of the answers."""
     titled: Dict[str, Budget] = {}
     for test, budgets in advice.budgets.items():
         counts = shown_counts(advice, list(budgets))
-        titled[f'{test}: {Criterion.ODOMETRY.text}, {counts:g} counts'] = budgets[counts]
+        titled[f'{test}, {Criterion.ODOMETRY.text}, {counts:g} counts'] = budgets[counts]
     truth = advice.answers.get(Criterion.TRUTH)
     for tried in advice.tried:
         if tried.budget and truth and tried.encoder == truth.encoder:
-            title = f'{tried.test}: {Criterion.TRUTH.text}, {ppr_text(tried.encoder)}, {tried.budgeted} trials'
+            title = f'{tried.test}, {Criterion.TRUTH.text}, {ppr_text(tried.encoder)}, {tried.budgeted} trials'
             titled[title] = tried.budget
+    return titled
+
+
+def _rows(budget: Budget) -> List[List[str]]:
     rows = []
-    for title, budget in titled.items():
-        for index, (cause, part) in enumerate(budget.every.items()):
-            numbers = zip(part.bias * TO_SHOWN, part.std * TO_SHOWN, DECIMALS)
-            # Adding zero removes the sign of a rounded zero.
-            texts = (
-                f'{round(mean, n) + 0.0:+.{n}f}' + (f' ± {abs(std):.{n}f}' if round(std, n) >= 0.0 else '')
-                for mean, std, n in numbers
-            )
-            fraction = round(100.0 * budget.position_fractions[cause], 1) + 0.0
-            rows.append(['' if index else title, cause, *texts, f'{fraction:.1f}'])
+    for cause, part in budget.every.items():
+        numbers = zip(part.bias * TO_SHOWN, part.std * TO_SHOWN, DECIMALS)
+        # Adding zero removes the sign of a rounded zero.
+        texts = (
+            f'{round(mean, n) + 0.0:+.{n}f}' + (f' ± {abs(std):.{n}f}' if round(std, n) >= 0.0 else '')
+            for mean, std, n in numbers
+        )
+        rows.append([cause, *texts, f'{round(100.0 * budget.position_fractions[cause], 1) + 0.0:.1f}'])
     return rows
 
 
