@@ -225,7 +225,7 @@ def _encoder_text(encoders: Sequence[EncoderError], budgets: Sequence[Dict[str, 
     order = sorted(zip(shares, encoders), key=lambda each: -each[0])
     (share, coarse), (_, fine) = order[0], order[-1]
     if share < MATERIAL:
-        errors = [f'{length_text(each.ate_m)} with {each.name}' for each in dict.fromkeys((coarse, fine))]
+        errors = [f'{each.ate_m:.2g} m with {each.name}' for each in dict.fromkeys((coarse, fine))]
         return f'the encoder is not the cause: the error over the drive is {", ".join(errors)}'
     finer = next((f'; with {each.name}, {100.0 * part:.0f} %' for part, each in order if part < MATERIAL), '')
     return f'the encoder is {_part_text(coarse, share)}{finer}'
@@ -240,16 +240,13 @@ def _cause_texts(causes: Sequence[Cause]) -> List[str]:
     """Name the causes other than the encoder."""
     others = sorted((each for each in causes if each.group != PLACE), key=lambda each: -each.mean_square_m2)
     total_m2 = sum(each.mean_square_m2 for each in others)
-    texts = [each.text for each in causes if each.group == PLACE and each.mean_square_m2 >= MATERIAL * total_m2]
-    named = [each for each in others if each.is_significant or each.mean_square_m2 >= MATERIAL * total_m2]
+    texts = [each.text for each in causes if each.group == PLACE and each.mean_square_m2 > MATERIAL * total_m2]
+    named = [each for each in others if each.is_significant or each.mean_square_m2 > MATERIAL * total_m2]
     named = [each for each in named if each.group != ENCODER]
     if not any(each.is_significant for each in named):
         texts.append('no error of the wheel geometry is significant')
     heads = ['largest other cause', *['next'] * len(named)]
-    parts = [f'{each.text} ({100.0 * each.mean_square_m2 / total_m2:.0f} % of the other error)' for each in named]
+    parts = [
+        f'{each.text} ({100.0 * each.mean_square_m2 / max(total_m2, 1e-30):.0f} % of the other error)' for each in named
+    ]
     return [*texts, *(f'{head}: {part}' for head, part in zip(heads, parts))]
-
-
-def length_text(length_m: float) -> str:
-    """Return a length in a sentence."""
-    return f'{length_m:.2f} m' if length_m >= 0.1 else f'{1e3 * length_m:.0f} mm'

@@ -38,7 +38,7 @@ def test_the_largest_cause_is_named_and_its_part_of_the_error_the_largest(robot,
 
 def test_only_an_encoder_that_makes_much_of_the_error_is_a_cause():
     first = causes_of(GOOD, (0.2, 0.2, 0.43)).conclusion[0]
-    assert first.startswith('The encoder is not the cause: the error over the drive is 0.10 m with 40 counts, 0.10 m')
+    assert first.startswith('The encoder is not the cause: the error over the drive is 0.1 m with 40 counts, 0.1 m')
     first = causes_of(GOOD, encoders=(COARSE._replace(quantisation_m2=0.1), FINE)).conclusion[0]
     assert first.startswith('The encoder is the main cause with 40 counts: ') and '; with 4096 counts, 0 %' in first
     recorded = EncoderError('20 counts', 1e-2, 0.0)
