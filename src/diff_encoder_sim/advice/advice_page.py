@@ -153,7 +153,7 @@ def _nearest(rows: Rows, titles: Dict[str, Tuple[str, str]], *filters: str) -> a
     `titles` are title and format by field: the tooltips of Vega-Lite's nearest points have no texts.
     """
     named = [alt.Tooltip(f'{field}:Q', title=title, format=form) for field, (title, form) in titles.items()]
-    nearest = alt.selection_point(name='nearest', nearest=True, on='pointerover', clear='pointerout', empty=False)
+    nearest = alt.selection_point(name='nearest', nearest=True, on='mouseover', clear='mouseout', empty=False)
     points = chart_of(rows, OF_TEST, *filters).mark_point(filled=True, size=60, color=GREY, clip=True, aria=False)
     seen = alt.condition(nearest, alt.value(1.0), alt.value(0.0))
     counts = alt.Tooltip('counts:Q', title='counts', format=PLAIN)
@@ -201,7 +201,7 @@ def _budget_chart(advice: Advice) -> Chart:
         if tried.budget:
             rows += _bars(tried.test, Criterion.TRUTH, tried.encoder, tried.ppr, tried.budget)
     colours = dict(zip(dict.fromkeys(row['cause'] for row in rows), CAUSES))
-    colour = with_legend(alt.Color, 'cause:N', colours, columns=alt.expr(f'width < {NARROW_PX} ? 1 : 2'))
+    colour = with_legend(alt.Color, 'cause:N', colours, columns={'expr': f'width < {NARROW_PX} ? 1 : 2'})
     x = alt.X('encoder:O', title='counts per wheel turn', sort=alt.EncodingSortField('counts'))
     named = tips({'encoder': 'encoder', 'cause': 'cause', 'mean': 'mean', 'deviation': 'standard deviation'})
     title = 'rms [mm, degrees]'
