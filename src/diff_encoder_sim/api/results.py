@@ -19,7 +19,7 @@ from diff_encoder_sim.drives.recorded_poses import find_poses
 from diff_encoder_sim.drives.topics import ARROW, ODOM, ODOMETRY_TYPE, POSE_STAMPED_TYPE, TRIAL
 
 log = logging.getLogger(__name__)
-DRIVE_PAGE = 'drive.html'
+DRIVE_PAGE, KINDS = 'drive.html', (ODOMETRY_TYPE, POSE_STAMPED_TYPE)
 
 
 def read_results(*paths: Union[str, Path]) -> Results:
@@ -76,24 +76,17 @@ def _compared(path: Path, page: Path) -> str:
     """Write the page of a drive by its odometry, else by its wheels; return the report."""
     from diff_encoder_sim.api.recorded_drives import reencoding  # noqa: PLC0415 - most analyses need no wheels
 
-    source = open_source(path)
-    odoms, poses = (
-        sorted(
-            (topic for topic, each in source.topics.items() if each == kind), key=lambda topic: (topic != ODOM, topic)
-        )
-        for kind in (ODOMETRY_TYPE, POSE_STAMPED_TYPE)
-    )
-    references = [topic for topic in poses if 'goal' not in topic]
-    for frame in () if references else ('base_link', 'base_footprint'):
+    source, frames = open_source(path), [f'map{ARROW}base_link', f'map{ARROW}base_footprint']
+    odoms, poses = ([topic for topic in sorted(source.topics) if source.topics[topic] == kind] for kind in KINDS)
+    reference = next((topic for topic in poses if 'goal' not in topic), '')
+    while frames and not reference:
         with contextlib.suppress(ConfigError):
-            references.append(find_poses(source, '--reference', f'map{ARROW}{frame}').name)
-    odom, reference = (next(iter(names), '') for names in (odoms, references))
+            reference = find_poses(source, '--reference', frames.pop(0)).name
+    odom = ODOM if ODOM in odoms else ''.join(odoms[:1])
     try:
         done = reencoding(DriveOptions(bag=path, odom=odom, reference=reference, page=page), 'analyze')
     except ConfigError as error:
-        raise ConfigError(
-            f'{error} (a bag without a trial; its wheels and reference are options of reencode)'
-        ) from None
+        raise ConfigError(f'{error} (no trial: its wheels and reference are options of reencode)') from None
     for note in done.notes:
         log.warning('%s', note)
     return done.text

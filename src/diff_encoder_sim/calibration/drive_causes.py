@@ -94,8 +94,8 @@ def find_causes(
     drive: ComparedDrive, encoders: Sequence[EncoderError], recorded: Optional[EncoderError]
 ) -> DriveCauses:
     """Split the mean square error of the position; `recorded` is the encoder that counted, None of angles."""
-    changes, fit, why = np.zeros(7), None, ''
     causes: List[Cause] = []
+    changes, fit, why = np.zeros(7), None, ''
     counts = Cause(ENCODER, recorded.quantisation_m2 if recorded else 0.0)
     try:
         fit = calibrate(drive.parts, drive.geometry)
@@ -116,9 +116,8 @@ def find_causes(
     share = total[ENCODER] / max(sum(total.values()), 1e-30)
     text = f'the recorded encoder is {_part_text(recorded, share)}' if recorded and share >= MATERIAL else ''
     texts = [text or _encoder_text(encoders, budgets), *([why] if why else _cause_texts(causes))]
-    return DriveCauses(
-        [f'{text[0].upper()}{text[1:]}.' for text in texts], budgets, (times_s, pairs) if changes.any() else None
-    )
+    sentences = [f'{text[0].upper()}{text[1:]}.' for text in texts]
+    return DriveCauses(sentences, budgets, (times_s, pairs) if changes.any() else None)
 
 
 def _mean_square(pairs: np.ndarray) -> float:

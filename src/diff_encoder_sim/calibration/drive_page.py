@@ -125,7 +125,7 @@ def _spread_chart(page: DrivePage, colour: Any) -> Chart:
     chart = chart_of(rows, 'datum.shown === error').encode(y=y, color=colour, tooltip=named)
     bars = chart.mark_bar(height=12, opacity=0.35).encode(x=_axis(alt.X('p5:Q', title=None), UNIT), x2='p95:Q')
     dots = chart.mark_point(filled=True, size=70, opacity=1.0).encode(x=alt.X('median:Q', title=None))
-    text = 'Error at the end over sampled start angles of the wheels: median, and 5 to 95 %.'
+    text = 'Error at the end: median and, over sampled start angles of the wheels, 5 to 95 %.'
     return Chart('spread', 'Spread over start angles', text, alt.layer(bars, dots), 'tables')
 
 
