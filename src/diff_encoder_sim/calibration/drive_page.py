@@ -46,10 +46,11 @@ def write_page(page: DrivePage, about: PageAbout, path: Path) -> None:
     colours, series = {**encoder_colours(list(page.spreads)), CORRECTED: CORRECTED_COLOUR}, dict(page.series)
     if page.causes.corrected is not None:
         series[CORRECTED] = page.causes.corrected
+    errors = {row['shown']: None for row in _spread_rows(page)}
     colour = alt.Color('series:N', legend=None).scale(domain=list(colours), range=list(colours.values()))
     choices = [
         Choice('series', 'Encoder', [Option(name, name, colours[name]) for name in series], [*series], 'checkbox'),
-        Choice('error', 'Error of', [Option(name, name) for name in ERRORS], 'position', 'radio'),
+        Choice('error', 'Error of', [Option(name, name) for name in errors], 'position', 'radio'),
         Choice('along', 'Along', [Option(name, name) for name in ('time', 'distance')], 'time', 'radio'),
     ]
     with debug_mode(False):  # validation in Altair takes longer than the drawing
@@ -114,15 +115,19 @@ def _error_chart(rows: List[Dict[str, Any]], colour: Any) -> Chart:
     return Chart('error', 'Error along the drive', 'Odometry minus reference.', alt.layer(zoomed(lines)), 'tables')
 
 
-def _spread_chart(page: DrivePage, colour: Any) -> Chart:
-    rows = [
+def _spread_rows(page: DrivePage) -> List[Dict[str, Any]]:
+    return [
         {'series': series, 'shown': shown, **{key: scale * value for key, value in spreads[name]._asdict().items()}}
         for series, spreads in page.spreads.items()
         for shown, (name, _, scale) in ERRORS.items()
+        if math.isfinite(spreads[name].median)  # no heading without a yaw of the reference
     ]
+
+
+def _spread_chart(page: DrivePage, colour: Any) -> Chart:
     y = alt.Y('series:N', title='counts per wheel turn', sort=list(page.spreads)).axis(labelLimit=180)
     named = [*tips({'series': 'encoder'}), *tips({'median': 'median', 'p5': '5 %', 'p95': '95 %'}, '.3~g')]
-    chart = chart_of(rows, 'datum.shown === error').encode(y=y, color=colour, tooltip=named)
+    chart = chart_of(_spread_rows(page), 'datum.shown === error').encode(y=y, color=colour, tooltip=named)
     bars = chart.mark_bar(height=12, opacity=0.35).encode(x=_axis(alt.X('p5:Q', title=None), UNIT), x2='p95:Q')
     dots = chart.mark_point(filled=True, size=70, opacity=1.0).encode(x=alt.X('median:Q', title=None))
     text = 'Error at the end: median and, over sampled start angles of the wheels, 5 to 95 %.'

@@ -58,6 +58,14 @@ def test_without_a_reference_no_cause_is_named(table, tmp_path, capsys):
     assert [chart['name'] for chart in content['charts']] == ['path', 'error', 'spread']
 
 
+def test_a_reference_without_yaw_shows_no_heading_and_the_same_cause(table, tmp_path):
+    options = f'--reference-columns t x y --ppr 40 --page {tmp_path / "page.html"}'
+    reencode.main([*table, *options.split()])
+    text, content = content_of(tmp_path / 'page.html')
+    assert 'degrees per turn: check the wheel separation' in text
+    assert content['choices'][1]['values'] == ['position']
+
+
 @pytest.mark.parametrize('has_odometry', [True, False])
 def test_analyze_compares_the_bag_of_a_drive_with_the_poses_of_a_sensor(has_odometry, tmp_path, capsys):
     """By the bag's /odom, with a separation 3 % too large; without, by the wheels."""
