@@ -58,7 +58,7 @@ def report_link(out: Path) -> Sequence[Link]:
 
     Without a report it names the command that writes it.
     """
-    for folder in (out, *([out.parent] if out.resolve().name == ADVICE else [])):
+    for folder in (out, *([out.parent] if out.name == ADVICE else [])):
         report = folder / ANALYSIS / REPORT
         if report.is_file() or (folder / MANIFEST).is_file():
             command = '' if report.is_file() else f'{as_typed("analyze")} {shlex.quote(str(folder))}'
