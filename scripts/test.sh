@@ -27,7 +27,7 @@ main() {
   source_workspace
   # With ROS at hand, a test of ROS that skips itself is a failure. Tests of one file share a graph or a campaign; live graphs
   # wait for much of their time, hence one process more than there are cores. They come before the unit tests, in the order of names.
-  ROSTESTS_REQUIRED=1 "$venv/bin/python" -m pytest -p no:cacheprovider -n "$(($(nproc) + 1))" --dist loadfile --no-loadscope-reorder \
+  ROSTESTS_REQUIRED=1 "$venv/bin/python" -m pytest -m 'not long' -p no:cacheprovider -n "$(($(nproc) + 1))" --dist loadfile --no-loadscope-reorder \
     ${python38:+--ignore test/smoke} test || failed+=(pytest)
   end_smoke38
   [ ${#failed[@]} -eq 0 ] || die "failed: ${failed[*]}"

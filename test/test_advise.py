@@ -120,6 +120,7 @@ def encoder_file(path, lines, **errors):
     return path.name
 
 
+@pytest.mark.long
 def test_errors_of_a_given_encoder_are_named(tmp_path):
     poor = encoder_file(tmp_path / 'poor.yaml', 512, faults={'missed': 0.02})
     files = ['--encoders', poor, encoder_file(tmp_path / 'few.yaml', 20)]
@@ -157,6 +158,7 @@ def test_a_bad_argument_is_one_line_and_leaves_nothing(arguments, message, tmp_p
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.long
 def test_real_encoders_are_ordered_by_what_they_are_worth(tmp_path):
     real = ['--tests', 'SL', '--encoders', 'amt102', 'hoverboard_hub', '--workers', '1']
     done = advise(*real, '--json', 'advice.json', cwd=tmp_path)

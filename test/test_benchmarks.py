@@ -10,6 +10,8 @@ import pytest
 from calibration_drives import TrueRobot, referenced_drive
 from places import ROOT
 
+pytestmark = pytest.mark.long
+
 BENCHMARKS = ROOT / 'test' / 'benchmark'
 
 

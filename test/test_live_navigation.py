@@ -33,7 +33,7 @@ def carried_off(tmp_path_factory):
     (folder / 'config.yaml').write_text(CONFIG)
     with Graph(folder) as graph:
         files = f'test:={DATA}/bend.yaml', f'config:={folder}/config.yaml', f'bag:={folder}/trial.bag'
-        launch = graph.launch(ROOT / 'launch' / 'trial.launch', *files, 'ppr:=1024', 'rtf:=2')
+        launch = graph.launch(ROOT / 'launch' / 'trial.launch', *files, 'ppr:=1024', 'rtf:=1')
         view = graph.start_view()
         graph.wait_for_clock(7.0)  # turned, and on its way
         place_robot(graph)

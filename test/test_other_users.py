@@ -49,6 +49,7 @@ def content(folder):
     }
 
 
+@pytest.mark.long
 def test_commands_in_a_shared_folder_run_nothing_of_another_user(tmp_path, monkeypatch):
     shared, precious = tmp_path / 'shared', tmp_path / 'precious'
     shared.mkdir()

@@ -38,6 +38,7 @@ def test_a_recipe_lists_the_files_that_it_changes(name):
     assert len(changed) <= MOST_FILES
 
 
+@pytest.mark.long
 @pytest.mark.timeout(200)
 @pytest.mark.parametrize('name', NAMES)
 def test_a_recipe_works(name, tmp_path):

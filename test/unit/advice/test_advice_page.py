@@ -41,7 +41,6 @@ def test_the_page_has_answers_charts_and_tables(tmp_path):
     assert f'<td>{link}</td>' in page
 
 
-@pytest.mark.heavy
 def test_bars_of_an_encoder_add_up_to_the_root_mean_square():
     advice = whole_advice()
     rows = [row for row in rows_with('rms', advice) if row['criterion'] == 'odometry' and row['axis'] == 'across']

@@ -126,7 +126,6 @@ def test_at_the_edge_it_is_undecided():
     assert answer.kind is Kind.UNDECIDED and 'success rate near 0.8' in answer.note
 
 
-@pytest.mark.heavy
 def test_with_much_slip_the_encoders_own_errors_may_still_be_what_is_too_much():
     """Slip takes 42 of 50 mm, with an ideal encoder for certain; an error of its own below half makes it too much."""
     shift = {'left_slip': 42e-3 * 2.0 * SEPARATION_M / LENGTH_M**2}

@@ -37,7 +37,6 @@ def test_every_file_is_written_without_a_writable_home(tmp_path, monkeypatch):
     assert {*drawn, 'figures/trajectories_SL.svg', 'report.html', 'ros1.yaml', 'ros2.yaml'} <= files
 
 
-@pytest.mark.heavy
 def test_the_papers_scores_are_lines_for_the_terminal_with_enough_trials_or_beside_others(tmp_path, monkeypatch):
     monkeypatch.setattr(figures, 'write_figures', lambda *_: [])
     monkeypatch.setattr(page, 'trial_charts', lambda *_: None)

@@ -40,7 +40,6 @@ def test_samples_without_a_spread(values, mean, std):
     assert statistics.std_interval(values) == std
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize('draw', list(DRAWS))
 def test_the_ratio_of_spreads_has_its_size_and_coverage_whatever_the_distribution(draw):
     rng = np.random.default_rng(7)

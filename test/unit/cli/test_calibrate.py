@@ -118,7 +118,6 @@ def test_the_text_and_the_page_say_how_well_the_robot_is_known(done):
 
 
 @NEEDS_BROWSER
-@pytest.mark.heavy
 def test_the_page_is_not_cut_on_a_phone(done, tmp_path):
     with opened_page(tmp_path) as page:
         page.open(done[0] / 'calibration.html', 390)

@@ -65,7 +65,6 @@ def evo(folder, command):
         return json.loads(results.read('stats.json')), len(errors)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize('command', COMMANDS)
 def test_the_commands_of_the_documentation_find_what_analyze_and_reencode_find(trial_folder, reencoded, command):
     table, words = path_error_table(load_results([trial_folder / BAG])), shlex.split(command)

@@ -123,7 +123,6 @@ def wrapped(poses):
     return poses
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize('convention', RpePairs)
 def test_relative_errors_are_those_of_evo(convention):
     metrics, trajectory = (pytest.importorskip(f'evo.core.{name}') for name in ('metrics', 'trajectory'))

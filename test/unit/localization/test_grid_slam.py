@@ -38,7 +38,6 @@ def test_equal_seeds_give_equal_bytes_and_others_do_not():
     assert first[1] != result(4)[1]
 
 
-@pytest.mark.heavy
 def test_particles_are_redrawn_when_few_of_them_count():
     slam, _, estimates = drive(noise=0.03, sigma_m=0.03)
     estimates = [estimate for estimate in estimates if estimate]
@@ -88,7 +87,6 @@ def case(request):
     return Case(request.param)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize(
     ('odometry', 'noise', 'correct', 'ate_m'), [('ideal', 'fine', 0.99, 0.015), ('40', 'coarse', 0.98, 0.05)]
 )

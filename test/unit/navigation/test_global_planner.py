@@ -60,7 +60,6 @@ def cost_along(plan, weights):
     return total
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize('seed', range(2))
 @pytest.mark.parametrize('use_dijkstra', [True, False])
 def test_plans_cost_no_more_than_a_reference_dijkstras(seed, use_dijkstra):

@@ -131,7 +131,6 @@ def test_the_check_of_the_way_ends_at_the_goal():
     assert max(asked_mps) * dwa_params().sim_time == pytest.approx(0.04)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize('pulses', [40, 4096])
 def test_all_starts_end_close_in_time_and_for_good(pulses):
     """With poses that jump by pulses, at 5 to 20 Hz, and all limits: by the pose, in one turn and without a search."""

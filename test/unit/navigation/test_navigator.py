@@ -149,7 +149,6 @@ def blocked(room, **patience):
     return loop
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize(('ppr', 'dwa', 'within_m'), [(40, TWIST_SIGMAS, 0.07), (None, PRECISE, 0.007)])
 def test_twenty_metres_down_the_hallway(ppr, dwa, within_m):
     goal = Pose2D(10.0, 0.0, 0.0)
@@ -160,7 +159,6 @@ def test_twenty_metres_down_the_hallway(ppr, dwa, within_m):
     assert distance_m(loop.robot.pose, goal) < within_m
 
 
-@pytest.mark.heavy
 def test_an_s_course_around_pillars():
     route = [Pose2D(-PASSAGE, PASSAGE, 0.0), Pose2D(PASSAGE, -PASSAGE, 0.0), Pose2D(3 * PASSAGE, PASSAGE, 1.57)]
     start, params = Pose2D(-3 * PASSAGE, PASSAGE, 0.0), NavigatorParams.from_mapping(SHIPPED, '')

@@ -109,7 +109,6 @@ def run(folder, *arguments):
     return subprocess.run(command, env=environment, cwd=str(folder), capture_output=True, text=True)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize(
     'arguments',
     ['check-robot burger', 'campaign --config quick --out results', 'advise --tolerance 0.05 --out results'],
@@ -121,7 +120,6 @@ def test_a_command_that_simulates_says_in_one_line_what_to_install(arguments, tm
     assert not (tmp_path / 'results').exists()
 
 
-@pytest.mark.heavy
 def test_what_does_not_simulate_works(tmp_path):
     write_bag(tmp_path / 'a.bag', trial())
     world = SOURCE.parent / 'worlds' / 'hallway.world'

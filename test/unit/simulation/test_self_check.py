@@ -35,7 +35,6 @@ def failures(robot, **drive):
     return [name for name, check in checks_of(robot, **drive).items() if not check.is_ok]
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize('name', list(RECIPES))
 def test_robots_as_people_write_them_pass(name, load):
     checks = checks_of(load(RECIPES[name]))

@@ -177,7 +177,6 @@ def test_in_turns_they_differ_by_radius_and_separation_whatever_the_robot_file(m
     assert turned / measured == pytest.approx(1.01 / 0.97, abs=2e-4)
 
 
-@pytest.mark.heavy
 def test_slip_noise_has_the_variance_that_was_asked_for(make_simulator):
     noise, errors_m = 1e-4, []
     for seed in range(40):

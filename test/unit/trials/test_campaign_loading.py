@@ -51,7 +51,6 @@ def write(path, content):
 # ---- the package's campaigns
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize('path', sorted((ROOT / 'config' / 'campaigns').glob('*.yaml')), ids=lambda path: path.stem)
 def test_a_campaign_of_the_package_has_its_trials_and_one_comes_to_its_goal(path, tmp_path):
     name, campaign = path.stem, load_campaign(path.stem, ROOT)

@@ -73,7 +73,6 @@ def test_a_minimum_is_a_maximum_of_the_opposite():
         assert (low.ours, low.p_value) == (-high.ours, high.p_value)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize('decimals', [9, 0], ids=['normal', 'whole pulses'])
 def test_families_of_equal_robots_are_rarely_contradicted(decimals):
     """A family is 12 cells of 4 statistics, the paper's of its own 30 trials: in one of twenty at most one differs."""
