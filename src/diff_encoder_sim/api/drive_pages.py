@@ -53,7 +53,7 @@ def write_drive_page(
     links = [*robot_file(opened.robot.file.where), *map(guide, ('recorded_drives', 'index'))]
     quality = 'assumed, as neither the bag nor an option has them' if opened.robot.is_guessed() else ''
     about = PageAbout(command, wheels_text(*geometry, quality), links)
-    tables = [TextTable('Errors', [head.replace('\n', ' ') for head in heads], lines) for lines, heads in cells]
+    tables = [TextTable('Errors', list(heads), lines, texts=0) for lines, heads in cells]
     write_page(DrivePage(path.name, comparison.name, series, spreads, causes, tables), about, page)
     return ['', *causes.conclusion]
 

@@ -154,4 +154,6 @@ def _budget_table(page: DrivePage) -> List[TextTable]:
         for name, budget in zip(page.spreads, page.causes.budgets)
     ]
     heads = ['counts', 'all [m]', *(f'{group} [m]' for group in GROUPS)]
-    return [TextTable('Budget: root mean square error of position over the drive', heads, rows)] if rows else []
+    return (
+        [TextTable('Budget: root mean square error of position over the drive', heads, rows, texts=0)] if rows else []
+    )

@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pytest
 
+from browser import NEEDS_BROWSER, opened_page
 from calibration_drives import TrueRobot, referenced_drive
 from diff_encoder_sim.analysis.charts import chart_page
 from diff_encoder_sim.base.se2 import Pose2D, poses_of_wheels
@@ -47,6 +48,18 @@ def test_reencode_writes_and_prints_the_cause(table, tmp_path, capsys, monkeypat
     assert [chart['name'] for chart in content['charts']] == ['path', 'error', 'spread', 'budget']
     assert content['choices'][0]['values'] == ['40', '4096', 'corrected']
     assert 'separation 0.412 m' in page and 'Budget' in page
+
+
+@NEEDS_BROWSER
+@pytest.mark.parametrize('width_px', [1280, 390])
+def test_the_page_is_not_cut(width_px, table, tmp_path):
+    path = tmp_path / 'page.html'
+    reencode.main([*table, *f'--reference-columns t x y yaw --ppr 40 4096 --page {path}'.split()])
+    with opened_page(tmp_path / 'profile') as page:
+        page.open(path, width_px)
+        page.wait_for('document.querySelectorAll(".charts.drawn figure svg").length === 4')
+        assert page.evaluate('document.documentElement.scrollWidth') <= width_px
+        assert page.cut_texts() == page.complaints() == []
 
 
 def test_without_a_reference_no_cause_is_named(table, tmp_path, capsys):
