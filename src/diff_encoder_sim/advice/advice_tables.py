@@ -10,11 +10,12 @@ from typing import Any, Callable, Dict, Iterator, List, Mapping, Tuple
 import numpy as np
 
 from diff_encoder_sim.advice import drive_draws
-from diff_encoder_sim.advice.answers import AXES, Answer, Budget, Criterion, Kind, Limit, amount_text, rounded
+from diff_encoder_sim.advice.answers import AXES, Answer, Budget, Criterion, Kind, Limit, amount_text
 from diff_encoder_sim.advice.odometry_answer import share_within
 from diff_encoder_sim.advice.odometry_study import Advice, ListedEncoder
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.text_tables import TextTable
+from diff_encoder_sim.base.rounding import rounded
 from diff_encoder_sim.robots.wheel_quality import BEST_STD, EXACT, ROBOT_FILE, WheelQuality
 from diff_encoder_sim.wheels.catalogue import EncoderFileParams
 

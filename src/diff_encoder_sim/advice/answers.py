@@ -10,6 +10,7 @@ import numpy as np
 
 from diff_encoder_sim.analysis.encoder_labels import ppr_text, ppr_value
 from diff_encoder_sim.analysis.quantities import LEVEL, REQUIRED_FRACTION, YAW, X
+from diff_encoder_sim.base.rounding import rounded, turns_text
 from diff_encoder_sim.base.se2 import Pose2D
 
 VERDICTS = 5  # about as many encoders are refused in a search; they share the chance of error (Bonferroni)
@@ -60,16 +61,6 @@ def amount_text(error: float, axis: str, digits: int = 2) -> str:
     if axis == 'heading':
         return f'{rounded(math.degrees(error), digits):g} degrees'
     return f'{rounded(error, digits):g} m' if error >= 0.1 else f'{rounded(1e3 * error, digits):g} mm'
-
-
-def turns_text(turns: float) -> str:
-    """Return full turns with their unit."""
-    return f'{turns:g} turn{"" if turns == 1.0 else "s"}'
-
-
-def rounded(number: float, digits: int = 2) -> float:
-    """Round to significant digits."""
-    return float(f'{number:.{digits}g}')
 
 
 class Part(NamedTuple):

@@ -14,12 +14,13 @@ from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.advice.answers import Travel, turns_text
+from diff_encoder_sim.advice.answers import Travel
 from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.base.drive import Drive
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.per_wheel import PerWheel
 from diff_encoder_sim.base.processes import usable_cores
+from diff_encoder_sim.base.rounding import turns_text
 from diff_encoder_sim.base.se2 import Pose2D, poses_of_wheels, wrap_angles
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.drives.test_definition import Segment, TestDefinition
@@ -86,7 +87,7 @@ def test_of(segment: Segment, like: TestDefinition) -> TestDefinition:
 def ideal(test: TestDefinition, robot: DrawnRobot) -> ErrorFreeDrive:
     """Follow a test's velocity profiles exactly, without a simulator."""
     script, separation_m = ScriptedDrive(test), float(robot.assumed[2])
-    turns = sum(abs(segment.motion[1]) for segment in test.drive) / (2.0 * math.pi)
+    turns = sum(segment.turned for segment in test.drive)
     samples = min(MOST_IDEAL_SAMPLES, max(IDEAL_SAMPLES, math.ceil(SAMPLES_PER_TURN * turns)))
     times_s, period_s = np.linspace(0.0, script.duration_s, samples, retstep=True)
     linear_mps, angular_radps = np.array([script.command_at(each, period_s) for each in times_s[:-1].tolist()]).T

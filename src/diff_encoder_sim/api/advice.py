@@ -99,8 +99,9 @@ def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
 
     write_page(advice, _about(robot, advice, options.out), options.out / PAGE)
     print(f'Page: {options.out / PAGE}')
+    content = json.dumps(tables.advice_json(advice), indent=1, allow_nan=False).encode('utf-8')
     for file in filter(None, (options.out / NUMBERS, options.json)):
-        write_file(file, json.dumps(tables.advice_json(advice), indent=1, allow_nan=False).encode('utf-8'))
+        write_file(file, content)
     print(f'JSON: {options.json or options.out / NUMBERS}')
     return advice
 

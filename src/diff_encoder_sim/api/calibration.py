@@ -14,11 +14,12 @@ import numpy as np
 from diff_encoder_sim.analysis.report.about import PageAbout, guide, robot_file, wheels_text
 from diff_encoder_sim.api import wheel_options
 from diff_encoder_sim.api.options import CalibrateOptions
-from diff_encoder_sim.api.recorded_sources import RecordedDrive, read_recorded
+from diff_encoder_sim.api.recorded_sources import RECORDED_PPR, RecordedDrive, read_recorded
 from diff_encoder_sim.api.wheel_options import RecordedRobot
 from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder
+from diff_encoder_sim.base.rounding import rounded
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.calibration import calibration_tables as tables
 from diff_encoder_sim.calibration import estimation, umbmark
@@ -37,7 +38,6 @@ from diff_encoder_sim.wheels.ros_parameters import RosParameters, RosWheels, amc
 log = logging.getLogger(__name__)
 
 PAGE = 'calibration.html'
-EXACT_PPR = 1e9  # if the counts are unknown
 LEAST_UPDATE = 0.01  # AMCL may be set to update at any motion [m, rad]
 SHORTEST_NS = 12 * NANOSECONDS_PER_SECOND  # `estimation.SHORTEST_S`, and what the delay may take away
 
@@ -181,7 +181,7 @@ def _ros_wheels(
 
 def _geometry(geometry: WheelGeometry) -> Dict[str, Any]:
     """Return the geometry as settings of a robot file."""
-    left_m, right_m, separation_m = (float(f'{length_m:.8g}') for length_m in geometry)
+    left_m, right_m, separation_m = (rounded(length_m, 8) for length_m in geometry)
     return {'config.wheel_diameter': {'left': left_m, 'right': right_m}, 'config.wheel_separation': separation_m}
 
 
@@ -193,7 +193,7 @@ def _with_counts(
     if ppr is None and 'ppr' in robot.sources:
         ppr = robot.encoder.counts_per_turn
     values = {key[len('config.') :]: value for key, value in settings.items()}
-    odometry = OdometryParams.from_mapping({**values, 'ppr': ppr.plain if ppr else EXACT_PPR}, '')
+    odometry = OdometryParams.from_mapping({**values, 'ppr': ppr.plain if ppr else RECORDED_PPR}, '')
     return RosWheels(odometry, f'{about}, {f"{ppr_label(ppr)} counts per wheel turn" if ppr else "unknown counts"}')
 
 

@@ -12,7 +12,7 @@ from altair.utils.schemapi import debug_mode
 
 from diff_encoder_sim.analysis.charts import chart_page
 from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Option, chart_of, with_legend, zoomed
-from diff_encoder_sim.analysis.charts.drawings import GREY, PLAIN, tips
+from diff_encoder_sim.analysis.charts.drawings import GREY, PLAIN, equal_axes, floor_of, tips
 from diff_encoder_sim.analysis.report.about import PageAbout, about_html
 from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.calibration.calibration_tables import AXES, TO_SHOWN, calibration_tables, kind_of, summary
@@ -67,16 +67,8 @@ def _path_chart(fits: Sequence[Fit]) -> Chart:
             places = enumerate(path.round(4).tolist())
             rows += [{'drive': fit.drive, 'path': name, 'order': order, 'x': x, 'y': y} for order, (x, y) in places]
         ends = np.concatenate([*shown.values()])
-        middle, size = 0.5 * (ends.max(axis=0) + ends.min(axis=0)), 1.1 * np.ptp(ends, axis=0)
-        floors[fit.drive] = dict(zip(('x', 'y', 'width', 'height'), [*middle, *size]))
-    # Equal scales; charts have no width while the page is printed without them.
-    half = '0.5 * {} * max(floor.width / max(width, 1), floor.height / height)'
-    axes = {
-        name: channel(f'{name}:Q', title=f'{name} [m]')
-        .axis(format=PLAIN, tickCount=6)
-        .scale(domain=[{'expr': f'floor.{name} {sign} {half.format(size)}'} for sign in '-+'], nice=False, zero=False)
-        for name, channel, size in (('x', alt.X, 'width'), ('y', alt.Y, 'height'))
-    }
+        floors[fit.drive] = floor_of(ends)
+    axes = equal_axes({key: f'floor.{key}' for key in floors[fits[0].drive]})
     names = {name: colour for name, colour in PATHS.items() if any(row['path'] == name for row in rows)}
     colour = with_legend(alt.Color, 'path:N', names, columns=3, symbolType='stroke')
     width = alt.condition("datum.path === 'reference'", alt.value(4), alt.value(1.4))

@@ -77,9 +77,7 @@ class Cause(NamedTuple):
     group: str
     mean_square_m2: float
     text: str = ''
-    is_significant: bool = (
-        False  # a correction of the wheels: named even if, by chance, it changes little on this drive
-    )
+    is_significant: bool = False  # a correction of the wheels, which is named even if it changes little on this drive
 
 
 class DriveCauses(NamedTuple):

@@ -12,7 +12,7 @@ from altair.utils.schemapi import debug_mode
 
 from diff_encoder_sim.analysis.charts import chart_page
 from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Option, chart_of, with_legend, zoomed
-from diff_encoder_sim.analysis.charts.drawings import GREY, PLAIN, encoder_colours, tips
+from diff_encoder_sim.analysis.charts.drawings import GREY, PLAIN, encoder_colours, equal_axes, floor_of, tips
 from diff_encoder_sim.analysis.report.about import PageAbout, about_html
 from diff_encoder_sim.analysis.text_tables import TextTable
 from diff_encoder_sim.base.atomic_files import write_file
@@ -79,25 +79,14 @@ def _path_chart(rows: List[Dict[str, Any]], page: DrivePage, colour: Any) -> Cha
     _, pairs = next(iter(page.series.values()))
     true = pairs[:: len(pairs) // MOST_POINTS + 1, 3:5].round(4)
     ends = np.vstack([true, [[row['x'], row['y']] for row in rows]])
-    middle, size = 0.5 * (ends.max(axis=0) + ends.min(axis=0)), 1.1 * np.ptp(ends, axis=0) + 1e-3
-    scale = f'0.5 * max({size[0]} / max(width, 1), {size[1]} / height)'  # equal scales; no width while printed
-    axes = {
-        name: channel(f'{name}:Q', title=f'{name} [m]')
-        .axis(format=PLAIN, tickCount=6)
-        .scale(domain=[{'expr': f'{at} {sign} {scale} * {side}'} for sign in '-+'], nice=False, zero=False)
-        for name, channel, at, side in zip('xy', (alt.X, alt.Y), middle, ('max(width, 1)', 'height'))
-    }
+    axes = equal_axes(floor_of(ends))
     base = chart_of([{'time': order, 'x': x, 'y': y} for order, (x, y) in enumerate(true.tolist())])
     base = base.mark_line(clip=True, strokeWidth=5, color=GREY, opacity=0.6).encode(order='time:Q', **axes)
     named = [*tips({'series': 'encoder'}), *tips({'x': 'x [m]', 'y': 'y [m]', 'time': 'time [s]'}, '.2f')]
     lines = chart_of(rows, IS_SHOWN).mark_line(clip=True, strokeWidth=1.6)
     lines = lines.encode(order='time:Q', color=colour, tooltip=named, **axes)
-    text = f'Grey: {page.reference}; in colour: odometry'
-    text += (
-        '; corrected: as the conclusion says, with exact angles.'
-        if CORRECTED in {row['series'] for row in rows}
-        else '.'
-    )
+    corrected = '' if page.causes.corrected is None else '; corrected: by the conclusion, with exact angles'
+    text = f'Grey: {page.reference}; in colour: odometry{corrected}.'
     return Chart('path', 'Paths', text, alt.layer(base, zoomed(lines)))
 
 

@@ -85,7 +85,10 @@ class Comparison(NamedTuple):
         self, paths: Sequence[PoseSeries], draws: int = 1, drawn: Sequence[Iterable[DrawnPaths]] = ()
     ) -> Optional[Errors]:
         """Compare the first draw's path in each part, and all draws if there are several; None without common poses."""
-        pairs = [np.hstack(self._pairs(*path, part)) for path, part in zip(paths, self.paths)]
+        pairs = [
+            np.hstack(self._pairs(self._pairing(path.stamps_ns, part), path.x_y_yaw))
+            for path, part in zip(paths, self.paths)
+        ]
         first = pairs_error(pairs, self.alignment)
         if first is None:
             return None
@@ -103,17 +106,14 @@ class Comparison(NamedTuple):
             if len(pairing.before):
                 steps_ns = pairing.fractions * (stamps_ns[pairing.after] - stamps_ns[pairing.before])
                 times_ns.append(stamps_ns[pairing.before] - stamps_ns[0] + steps_ns)
-                pairs.append(aligned(np.hstack(self._pairs(stamps_ns, x_y_yaw, reference)), self.alignment))
+                pairs.append(aligned(np.hstack(self._pairs(pairing, x_y_yaw)), self.alignment))
         return 1e-9 * np.concatenate(times_ns), np.concatenate(pairs)
 
     def _pairing(self, stamps_ns: np.ndarray, reference: PoseSeries) -> Pairing:
         return (reference_stamps if self.is_own_clock else common_stamps)(stamps_ns, reference)
 
-    def _pairs(
-        self, stamps_ns: np.ndarray, x_y_yaw: np.ndarray, reference: PoseSeries
-    ) -> Tuple[np.ndarray, np.ndarray]:
+    def _pairs(self, pairing: Pairing, x_y_yaw: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
         """Return the poses (..., n, 3) of the sensor by those of the base (..., m, 3), and of the reference (n, 3)."""
-        pairing = self._pairing(stamps_ns, reference)
         poses, sensor = pairing.estimates(x_y_yaw), self.place.pose
         if sensor != IDENTITY:
             arms = complex(sensor.x_m, sensor.y_m) * np.exp(1j * poses[..., 2])
@@ -125,7 +125,7 @@ class Comparison(NamedTuple):
         squares_m2, counts, ends = np.zeros(draws), np.zeros(draws), np.zeros((draws, 3))
         for parts, reference in zip(drawn, self.paths):
             for first, stamps_ns, poses in parts:
-                pairs, some = self._pairs(stamps_ns, poses, reference), slice(first, first + len(poses))
+                pairs, some = self._pairs(self._pairing(stamps_ns, reference), poses), slice(first, first + len(poses))
                 if len(pairs[1]):
                     found = _run_errors(*pairs, self.alignment is Alignment.FIT)
                     squares_m2[some] += found[:, 0]

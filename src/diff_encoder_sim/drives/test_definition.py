@@ -13,6 +13,7 @@ from diff_encoder_sim.base import bounds
 from diff_encoder_sim.base.bounds import Between, Place_m, Turns
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import Params, load_params, param
+from diff_encoder_sim.base.rounding import rounded, turns_text
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc, wrap_angle
 from diff_encoder_sim.base.yaml_files import find_yaml
 
@@ -78,6 +79,11 @@ class Segment(Params):
             turn_rad = 2.0 * math.pi * self.arc.turns
             return self.arc.radius * abs(turn_rad), turn_rad
         return self.straight or 0.0, 2.0 * math.pi * (self.turns or 0.0)
+
+    @property
+    def turned(self) -> float:
+        """Return the full turns in either direction."""
+        return abs(self.pivot.turns if self.pivot else self.motion[1] / (2.0 * math.pi))
 
     def on_wheels(self, wheel_separation_m: float) -> Segment:
         """Return a pivot as the arc of the axle's middle around the standing wheel; other segments unchanged."""
@@ -167,11 +173,10 @@ class TestDefinition(Params):
             turned, path = sum(abs(leg.turns or 0.0) for leg in self.route), f'past {len(places) - 2} waypoints'
         else:
             steps_m = [segment.motion[0] for segment in self.drive]
-            turned = sum(abs(segment.motion[1]) for segment in self.drive) / (2.0 * math.pi)
-            path = f'in {sum(map(bool, steps_m))} parts'
+            turned, path = sum(segment.turned for segment in self.drive), f'in {sum(map(bool, steps_m))} parts'
         distance_m = sum(map(abs, steps_m))
         moved = f'{distance_m:.3g} m {"straight" if sum(map(bool, steps_m)) == 1 else path}'
-        turning = f'{turned:.3g} turn{"" if turned == 1.0 else "s"}{"" if distance_m else " in place"}'
+        turning = f'{turns_text(rounded(turned, 3))}{"" if distance_m else " in place"}'
         texts = [moved] * bool(distance_m) + [turning] * bool(turned) or ['rest']
         return f'{" and ".join(texts)} in the world {self.world}'
 

@@ -13,6 +13,7 @@ from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 import yaml
 
 from diff_encoder_sim.base.atomic_files import write_file
+from diff_encoder_sim.base.rounding import rounded
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.wheels.covariance import (
     NO_ERRORS,
@@ -116,12 +117,12 @@ def _controller(wheels: RosWheels) -> Entries:
         'right_wheel_radius_multiplier': (0.5 * own[1] / radius_m, 'radius of the right wheel / wheel_radius'),
     }
     return [
-        *((key, _digits(value, 7), comment) for key, (value, comment) in values.items()),
+        *((key, rounded(value, 7), comment) for key, (value, comment) in values.items()),
         ('publish_rate', RATE_HZ, 'Hz, for which the covariance of the twist holds'),
         ('velocity_rolling_window_size', WINDOW, f'updates of the controller, at {RATE_HZ:g} Hz'),
         (
             'pose_covariance_diagonal',
-            _diagonal(pose[0], *pose[1:]),
+            _diagonal(*pose),
             f'x y z roll pitch yaw [m^2, rad^2] after {after}; z, roll, pitch: not measured',
         ),
         (
@@ -181,7 +182,7 @@ def amcl_alphas(wheels: RosWheels, line_m: float, turn_rad: float, is_corrected:
     }
     power = 1.0 if is_corrected else 0.5
     alphas = {name: variance**power / move**2 for name, (variance, move) in variances.items()}
-    return {name: _digits(min(alpha, LARGEST_ALPHA), 4) for name, alpha in alphas.items()}
+    return {name: rounded(min(alpha, LARGEST_ALPHA), 4) for name, alpha in alphas.items()}
 
 
 def twist_variances(wheels: RosWheels) -> Tuple[float, float]:
@@ -215,9 +216,5 @@ def pose_variances(wheels: RosWheels) -> Tuple[float, float, float]:
 
 
 def _diagonal(x: float, y: float, yaw: float) -> List[float]:
-    x, y, yaw = (_digits(max(variance, LEAST_VARIANCE), 4) for variance in (x, y, yaw))
+    x, y, yaw = (rounded(max(variance, LEAST_VARIANCE), 4) for variance in (x, y, yaw))
     return [x, y, NOT_MEASURED, NOT_MEASURED, NOT_MEASURED, yaw]
-
-
-def _digits(value: float, digits: int) -> float:
-    return float(f'{value:.{digits}g}')

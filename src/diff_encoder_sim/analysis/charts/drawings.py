@@ -7,7 +7,7 @@ tooltips, or None for a file; `colours` are by encoder.
 
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, List, Optional, Sequence, Union
+from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Union
 
 import altair as alt
 import numpy as np
@@ -248,3 +248,25 @@ def variant_errors_chart(
         base.mark_rule(strokeWidth=1.2).encode(x=low, x2='high:Q', **rows),
         base.mark_point(size=30, opacity=1.0).encode(x=median, fill=fill, **rows),
     )
+
+
+def floor_of(points_m: np.ndarray) -> Dict[str, float]:
+    """Return the middle x, y and the sides width, height of a floor around points (n, 2) [m]."""
+    low_m, high_m = points_m.min(axis=0), points_m.max(axis=0)
+    return dict(zip(('x', 'y', 'width', 'height'), [*0.5 * (low_m + high_m), *1.1 * (high_m - low_m) + 1e-3]))
+
+
+def equal_axes(floor: Mapping[str, Any]) -> Dict[str, Any]:
+    """Return the axes x and y with equal scales around a `floor_of`: numbers, or Vega expressions by its keys."""
+    # Charts have no width while the page is printed without them.
+    m_per_px = f'max({floor["width"]} / max(width, 1), {floor["height"]} / height)'
+    return {
+        name: channel(f'{name}:Q', title=f'{name} [m]')
+        .axis(format=PLAIN, tickCount=6)
+        .scale(
+            domain=[{'expr': f'{floor[name]} {sign} 0.5 * {pixels} * {m_per_px}'} for sign in '-+'],
+            nice=False,
+            zero=False,
+        )
+        for name, channel, pixels in (('x', alt.X, 'max(width, 1)'), ('y', alt.Y, 'height'))
+    }
