@@ -24,10 +24,11 @@ MAY_IMPORT = {
     'trials': 'base wheels robots localization simulation navigation drives',
     'analysis': 'base wheels localization drives trials',
     'calibration': 'base localization drives analysis',
+    'conformance': 'base drives analysis',
     'advice': 'base wheels robots simulation navigation drives trials analysis',
-    'api': 'base wheels robots localization simulation drives trials analysis calibration advice',
-    'cli': 'base localization calibration trials api',
-    'ros': 'base wheels robots localization simulation navigation drives trials',
+    'api': 'base wheels robots localization simulation drives trials analysis calibration conformance advice',
+    'cli': 'base localization calibration trials conformance api',
+    'ros': 'base wheels robots localization simulation navigation drives trials conformance',
 }
 
 ROS_MODULES = (

@@ -1,0 +1,170 @@
+"""The clauses of the suite: what odometry must do, by which source, within which tolerance, and why it matters."""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import math
+from typing import Callable, Dict, Iterable, List, NamedTuple, Sequence, Tuple
+
+import numpy as np
+
+from diff_encoder_sim.base.package_files import package_folder
+from diff_encoder_sim.conformance.mapping import NodeMapping, Wheels
+from diff_encoder_sim.conformance.recording import FramedPose, Recording
+from diff_encoder_sim.conformance.reference import pose_errors
+
+# Tolerances, with their reasons.
+ARITHMETIC_M, ARITHMETIC_RAD = 1e-3, 2e-3  # sums of thousands of float32 numbers
+ARC_ERROR = 1e-3  # of the path: a chord at half of the turn (midpoint rule) passes, one at the first heading does not
+ROUNDING_COUNTS = 2.0  # each wheel by one: nodes may integrate other samples of the same arc
+SCALE_ERROR = 0.01  # wrong constants, such as a radius for a diameter, make more; rounding on short drives less
+SIDEWAYS = 0.1  # of the speed
+TWIST_ERROR = 0.1  # filters of a few samples lag behind
+RATE_ERROR = 0.25  # timers miss a sample of twenty, and a loaded host delays some
+QUATERNION_ERROR = 1e-3  # float32; tf2 refuses 1e-2
+LEAST_NEES, MOST_NEES = 0.5, 2.0  # of 3: the mean of 40 honest drives is within 0.64 to 1.46 in 99.9 %
+MEMORY_BYTES_PER_MESSAGE = 200  # less than one stored pose; about the resolution of the resident memory
+
+
+class NotApplicable(Exception):
+    """A clause cannot be judged; the reason."""
+
+
+class Measured(NamedTuple):
+    """Result of a clause."""
+
+    is_met: bool
+    value: str
+    allowed: str
+    case: str = ''  # the worst one, whose messages are kept
+
+
+class Evidence(NamedTuple):
+    """All that is known of a node."""
+
+    mapping: NodeMapping
+    wheels: Wheels
+    recordings: Sequence[Recording]
+    unusable: str = ''
+    has_stamps: bool = True  # of the input
+
+    @property
+    def motions(self) -> List[Recording]:
+        """Return the recordings of motions with an answer; NotApplicable if there are none."""
+        return self.some(each for each in self.recordings if each.case.is_motion and each.odometry)
+
+    @property
+    def orderly(self) -> List[Recording]:
+        """Return the recordings in which neither time nor counters nor samples are wrong."""
+        found = self.recordings
+        return self.some(each for each in found if each.case.is_orderly and each.odometry)
+
+    def named(self, prefix: str) -> List[Recording]:
+        """Return the recordings of cases whose name begins so; NotApplicable if there are none."""
+        return self.some((each for each in self.recordings if each.name.startswith(prefix)), f'no case {prefix!r}')
+
+    def some(self, found: Iterable[Recording], missing: str = 'no such drive') -> List[Recording]:
+        """Return recordings; NotApplicable if there are none."""
+        recordings = list(found)
+        if not recordings:
+            raise NotApplicable(missing)
+        return recordings
+
+    def pose_limits(self, recording: Recording) -> Tuple[float, float]:
+        """Return the allowed errors of position [m] and heading [rad] at the end of a recording."""
+        path_m = float(abs(np.diff(recording.travels_m.mean(axis=1))).sum())
+        rounding_m = ROUNDING_COUNTS * self.wheels.m_per_count if self.mapping.is_exact else 0.0
+        return ARITHMETIC_M + ARC_ERROR * path_m + rounding_m, ARITHMETIC_RAD
+
+    def end_errors(self, recording: Recording) -> Tuple[float, float]:
+        """Return the errors of position [m] and heading [rad] at the end; infinite without an answer."""
+        if not recording.odometry or recording.fault:
+            return math.inf, math.inf
+        return pose_errors(recording.found()[-1], recording.expected(self.wheels.wheel_separation)[-1])
+
+    def worst_end(self, recordings: Sequence[Recording], slack_m: float = 0.0, slack_rad: float = 0.0) -> Measured:
+        """Compare the poses at the ends of recordings with exact arcs."""
+        excesses = []
+        for recording in recordings:
+            limits, errors = self.pose_limits(recording), self.end_errors(recording)
+            limits = limits[0] + slack_m, limits[1] + slack_rad
+            excess = max(error / limit for error, limit in zip(errors, limits))
+            excesses.append((math.inf if math.isnan(excess) else excess, recording.name, errors, limits))
+        excess, name, (off_m, off_rad), (limit_m, limit_rad) = max(excesses)
+        value = f'{name}: {millimetres(off_m)}, {degrees(off_rad)}' if math.isfinite(off_m) else f'{name}: no pose'
+        return Measured(excess <= 1.0, value, f'{millimetres(limit_m)}, {degrees(limit_rad)}', name)
+
+
+def millimetres(metres: float) -> str:
+    """Return a distance for people."""
+    return f'{1000.0 * metres:.1f} mm' if metres < 1.0 else f'{metres:.2f} m'
+
+
+def degrees(angle_rad: float) -> str:
+    """Return an angle for people."""
+    return f'{math.degrees(angle_rad):.2f}°'
+
+
+def not_ascending(messages: Sequence[FramedPose]) -> int:
+    """Return how many stamps repeat, or go back."""
+    stamps_ns = np.array([message.stamp_ns for message in messages], np.int64)
+    return int((np.diff(stamps_ns) <= 0).sum())
+
+
+def at_zero(evidence: Evidence) -> Tuple[float, float]:
+    """Return the allowed distance [m] and angle [rad] of a pose that should be zero."""
+    count_m = ROUNDING_COUNTS * evidence.wheels.m_per_count
+    return ARITHMETIC_M + count_m, ARITHMETIC_RAD + count_m / evidence.wheels.wheel_separation
+
+
+class Clause(NamedTuple):
+    """A requirement on odometry: a row of config/conformance/clauses.csv."""
+
+    number: str
+    title: str
+    source: str
+    effect: str  # of a fault on a robot
+    needs: str  # numbers of the clauses without which this one cannot be judged
+
+
+_MEASURES: Dict[str, Callable[[Evidence], Measured]] = {}  # by number, in the order of judgement
+
+
+def measures(number: str) -> Callable[[Callable[[Evidence], Measured]], Callable[[Evidence], Measured]]:
+    """Let a function measure a clause."""
+
+    def add(measure: Callable[[Evidence], Measured]) -> Callable[[Evidence], Measured]:
+        return _MEASURES.setdefault(number, measure)
+
+    return add
+
+
+class Verdict(NamedTuple):
+    """Judgement of a clause."""
+
+    clause: Clause
+    outcome: str  # pass, fail, or not applicable
+    value: str  # measured, or why it is not applicable
+    allowed: str = ''
+    case: str = ''
+
+
+PASS, FAIL, NOT_APPLICABLE = 'pass', 'fail', 'not applicable'
+
+
+def judge(evidence: Evidence) -> List[Verdict]:
+    """Judge all clauses."""
+    with open(package_folder() / 'config' / 'conformance' / 'clauses.csv', encoding='utf-8', newline='') as file:
+        clauses = [Clause(*row) for row in itertools.islice(csv.reader(file), 1, None)]
+    verdicts: Dict[str, Verdict] = {}
+    for each in clauses:
+        blocking = next((number for number in each.needs.split() if verdicts[number].outcome == FAIL), '')
+        try:
+            if blocking:
+                raise NotApplicable(f'judged after {blocking} passes')
+            measured = _MEASURES[each.number](evidence)
+            verdicts[each.number] = Verdict(each, PASS if measured.is_met else FAIL, *measured[1:])
+        except NotApplicable as reason:
+            verdicts[each.number] = Verdict(each, NOT_APPLICABLE, str(reason))
+    return list(verdicts.values())

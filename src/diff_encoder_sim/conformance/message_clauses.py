@@ -1,0 +1,195 @@
+"""Clauses on messages, covariance, service and memory."""
+
+from __future__ import annotations
+
+import math
+from typing import Iterable, List
+
+import numpy as np
+
+from diff_encoder_sim.conformance.clauses import (
+    LEAST_NEES,
+    MEMORY_BYTES_PER_MESSAGE,
+    MOST_NEES,
+    QUATERNION_ERROR,
+    RATE_ERROR,
+    Evidence,
+    Measured,
+    NotApplicable,
+    at_zero,
+    degrees,
+    measures,
+    millimetres,
+    not_ascending,
+)
+from diff_encoder_sim.conformance.recording import FramedPose
+from diff_encoder_sim.conformance.reference import nees, pose_errors, relative_pose
+
+SAME_POSE_M = 1e-6  # float64 in both messages
+MANY_MESSAGES = 2000
+
+
+def _odometry(evidence: Evidence) -> List[FramedPose]:
+    return [message for recording in evidence.orderly for message in recording.odometry]
+
+
+@measures('6.1')
+def _stamps(evidence: Evidence) -> Measured:
+    if not evidence.has_stamps:
+        raise NotApplicable('the input has no stamps')
+    stamps = {sample.stamp_ns for recording in evidence.recordings for sample in recording.samples}
+    messages = _odometry(evidence)
+    wrong = [message for message in messages if message.stamp_ns not in stamps]
+    return Measured(not wrong, f'{len(wrong)} of {len(messages)} stamps of no sample', 'none')
+
+
+@measures('6.2')
+def _ascending(evidence: Evidence) -> Measured:
+    groups = [recording.odometry for recording in evidence.orderly]
+    return _ascending_in(groups)
+
+
+def _ascending_in(groups: Iterable[List[FramedPose]]) -> Measured:
+    wrong = sum(map(not_ascending, groups))
+    return Measured(not wrong, f'{wrong} stamps repeat or go back', 'none')
+
+
+def _transforms(evidence: Evidence) -> List[List[FramedPose]]:
+    if not evidence.mapping.publish_tf:
+        raise NotApplicable('the node publishes no transform')
+    return [recording.transforms for recording in evidence.orderly]
+
+
+@measures('6.3')
+def _transforms_ascend(evidence: Evidence) -> Measured:
+    return _ascending_in(_transforms(evidence))
+
+
+@measures('6.4')
+def _transforms_equal(evidence: Evidence) -> Measured:
+    by_stamp = {each.stamp_ns: each for of_one in _transforms(evidence) for each in of_one}
+    messages, missing, worst = _odometry(evidence), 0, (0.0, 0.0)
+    for message in messages:
+        transform = by_stamp.get(message.stamp_ns)
+        if transform is None:
+            missing += 1
+        else:
+            worst = max(worst, pose_errors(transform.pose, message.pose))
+    value = f'{missing} of {len(messages)} without transform; {millimetres(worst[0])}, {degrees(worst[1])} apart'
+    is_met = missing <= 0.01 * len(messages) and max(worst) <= SAME_POSE_M
+    return Measured(is_met, value, f'1 %; {1e3 * SAME_POSE_M:g} mm')
+
+
+@measures('6.5')
+def _frames(evidence: Evidence) -> Measured:
+    mapping = evidence.mapping
+    wanted = mapping.odom_frame, mapping.base_frame
+    messages = _odometry(evidence) + (
+        [each for some in _transforms(evidence) for each in some] if mapping.publish_tf else []
+    )
+    wrong = {(each.frame, each.child_frame) for each in messages} - {wanted}
+    value = ', '.join(f'{frame or "(empty)"} -> {child or "(empty)"}' for frame, child in sorted(wrong))
+    return Measured(not wrong, value or ' -> '.join(wanted), ' -> '.join(wanted))
+
+
+@measures('6.6')
+def _quaternions(evidence: Evidence) -> Measured:
+    messages = _odometry(evidence) + [each for recording in evidence.orderly for each in recording.transforms]
+    norms = [float(np.linalg.norm(message.numbers[3:7])) for message in messages]
+    worst = max(norms, key=lambda norm: abs(norm - 1.0))
+    return Measured(abs(worst - 1.0) <= QUATERNION_ERROR, f'norm {worst:.6g}', f'1 ± {QUATERNION_ERROR:g}')
+
+
+@measures('6.7')
+def _rate(evidence: Evidence) -> Measured:
+    recording = evidence.named('rate')[0]
+    rate_hz = evidence.mapping.rate
+    end_ns = recording.sent_ns[-1] + 1e9 / rate_hz
+    found_hz = rate_hz * sum(each.receipt_ns <= end_ns for each in recording.odometry) / len(recording.samples)
+    is_met = abs(found_hz / rate_hz - 1.0) <= RATE_ERROR
+    allowed = f'{rate_hz:g} Hz ± {100.0 * RATE_ERROR:.0f} %'
+    return Measured(is_met, f'{found_hz:.1f} Hz', allowed, recording.name)
+
+
+@measures('6.8')
+def _latency(evidence: Evidence) -> Measured:
+    recording = evidence.named('rate')[0]
+    sent_ns = np.array(recording.sent_ns)
+    receipts_ns = np.array([message.receipt_ns for message in recording.odometry])
+    newest = np.searchsorted(sent_ns, receipts_ns) - 1
+    median_ms = float(np.median(receipts_ns[newest >= 0] - sent_ns[newest[newest >= 0]])) * 1e-6
+    limit_ms = 1e3 / evidence.mapping.rate
+    return Measured(median_ms <= limit_ms, f'{median_ms:.1f} ms (median)', f'{limit_ms:g} ms', recording.name)
+
+
+@measures('7.1')
+def _positive_definite(evidence: Evidence) -> Measured:
+    worst, name = math.inf, ''
+    for recording in evidence.motions:
+        for message in recording.odometry:
+            for matrix in (message.covariance, message.twist_covariance):
+                least = float(np.linalg.eigvalsh(matrix).min()) if np.isfinite(matrix).all() else -math.inf
+                least = least if np.allclose(matrix, matrix.T, rtol=1e-6, atol=0.0) else -math.inf
+                if least < worst:
+                    worst, name = least, recording.name
+    value = f'least eigenvalue {worst:.3g}' if math.isfinite(worst) else 'not symmetric, or not finite'
+    return Measured(worst > 0.0, value, 'above 0: pose (x, y, yaw) and twist', name)
+
+
+@measures('7.2')
+def _grows(evidence: Evidence) -> Measured:
+    motions = evidence.motions
+    first, last = motions[0].odometry[0].covariance, motions[-1].odometry[-1].covariance
+    ratios = np.diag(last) / np.diag(first)
+    value = 'x, y and yaw grow by ' + ', '.join(f'{ratio:.3g}' for ratio in ratios)
+    return Measured(bool((ratios > 1.0).all()), value, 'each above 1', motions[-1].name)
+
+
+def _honest(evidence: Evidence, name: str) -> Measured:
+    if not evidence.mapping.reset:
+        raise NotApplicable('the node has no reset service')
+    found = []
+    for recording in evidence.named(f'honest {name}'):
+        if recording.start is not None or not recording.odometry:
+            raise NotApplicable('the reset service does not answer')
+        first, last = recording.odometry[0], recording.odometry[-1]
+        error = relative_pose(first.pose, last.pose) - recording.true_end(evidence.wheels.wheel_separation)
+        found.append(nees(error, last.covariance) / 3.0)
+    mean = float(np.mean(found))
+    value = f'NEES / 3 = {mean:.2f}, mean of {len(found)} drives'
+    return Measured(LEAST_NEES <= mean <= MOST_NEES, value, f'{LEAST_NEES:g} to {MOST_NEES:g}', name)
+
+
+@measures('7.3')
+def _honest_rounding(evidence: Evidence) -> Measured:
+    return _honest(evidence, 'rounding')
+
+
+@measures('7.4')
+def _honest_slip(evidence: Evidence) -> Measured:
+    return _honest(evidence, 'slip')
+
+
+@measures('8.1')
+def _reset(evidence: Evidence) -> Measured:
+    if not evidence.mapping.reset:
+        raise NotApplicable('the node has no reset service')
+    recording = evidence.named('reset')[0]
+    if recording.start is not None or not recording.odometry:
+        return Measured(False, 'no answer', 'pose zero', recording.name)
+    off_m, off_rad = pose_errors(recording.odometry[0].pose, np.zeros(3))
+    limit_m, limit_rad = at_zero(evidence)
+    is_met = off_m <= limit_m and off_rad <= limit_rad
+    return Measured(is_met, f'{millimetres(off_m)}, {degrees(off_rad)}', f'{millimetres(limit_m)}', recording.name)
+
+
+@measures('8.2')
+def _memory(evidence: Evidence) -> Measured:
+    used = [each for each in evidence.orderly if each.memory_bytes]
+    long = next((index for index, each in enumerate(used) if len(each.odometry) > MANY_MESSAGES and index), None)
+    if long is None:
+        raise NotApplicable('not a process of this computer, or no long case')
+    grown, count = used[long].memory_bytes - used[long - 1].memory_bytes, len(used[long].odometry)
+    hour_mb = grown / count * 3.6e6 / 1e6
+    limit_mb = MEMORY_BYTES_PER_MESSAGE * 3.6
+    return Measured(hour_mb <= limit_mb, f'{max(hour_mb, 0.0):.0f} MB an hour', f'{limit_mb:.0f} MB', used[long].name)

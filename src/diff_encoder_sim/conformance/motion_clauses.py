@@ -1,0 +1,230 @@
+"""Clauses on pose and twist: what they should be after the samples of a case."""
+
+from __future__ import annotations
+
+import math
+from typing import Tuple
+
+import numpy as np
+
+from diff_encoder_sim.conformance.cases import TWIST
+from diff_encoder_sim.conformance.clauses import (
+    SCALE_ERROR,
+    SIDEWAYS,
+    TWIST_ERROR,
+    Evidence,
+    Measured,
+    NotApplicable,
+    at_zero,
+    degrees,
+    measures,
+    millimetres,
+    not_ascending,
+)
+from diff_encoder_sim.conformance.recording import Recording
+from diff_encoder_sim.conformance.reference import pose_errors
+
+
+@measures('1.1')
+def _answers(evidence: Evidence) -> Measured:
+    answered = any(each.odometry for each in evidence.recordings)
+    return Measured(answered, evidence.unusable if not answered else 'odometry received', 'nav_msgs/Odometry')
+
+
+@measures('1.2')
+def _keeps_running(evidence: Evidence) -> Measured:
+    broken = [each for each in evidence.recordings if each.case.is_orderly and each.fault]
+    value = f'{broken[0].name}: {broken[0].fault}' if broken else evidence.unusable or 'all cases played'
+    return Measured(not (broken or evidence.unusable), value, 'no end, no stall', broken[0].name if broken else '')
+
+
+@measures('2.1')
+def _floor(evidence: Evidence) -> Measured:
+    if evidence.mapping.reads_counts or not evidence.mapping.is_exact:
+        raise NotApplicable('the node does not count angles')
+    recording, separation_m = evidence.named('across zero')[0], evidence.wheels.wheel_separation
+    _, off_rad = evidence.end_errors(recording)
+    counts = off_rad * separation_m / evidence.wheels.m_per_count
+    return Measured(counts <= 0.5, f'{counts:.2f} counts off', '0.5 counts', recording.name)
+
+
+@measures('2.2')
+def _distance(evidence: Evidence) -> Measured:
+    ratio, name = _distance_ratio(evidence)
+    return Measured(abs(ratio - 1.0) <= SCALE_ERROR, f'{ratio:.4f} of the true distance', '0.99 to 1.01', name)
+
+
+def _distance_ratio(evidence: Evidence) -> Tuple[float, str]:
+    """Return the ratio of distances on the longest straight drive, and its name."""
+    straight = []
+    for recording in evidence.motions:
+        x_m, y_m, turn_rad = recording.expected(evidence.wheels.wheel_separation)[-1]
+        if abs(turn_rad) < 0.05 and recording.case.pace != 'stream':
+            straight.append((math.hypot(x_m, y_m), recording))
+    if not straight or max(straight, key=lambda each: each[0])[0] < 0.04:
+        raise NotApplicable('no straight drive')
+    length_m, recording = max(straight, key=lambda each: each[0])
+    return float(np.hypot(*recording.found()[-1][:2])) / length_m, recording.name
+
+
+def _turn_ratio(evidence: Evidence) -> Tuple[float, float, str]:
+    """Return turned and true angle [rad] of the slowest turn, whose steps are below half a turn in any unit."""
+    turns = []
+    for recording in evidence.motions:
+        turn_rad = recording.expected(evidence.wheels.wheel_separation)[-1][2]
+        if abs(turn_rad) >= 0.1 and len(recording.odometry) > 5 and recording.case.pace != 'stream':
+            turns.append((abs(turn_rad) / len(recording.odometry), turn_rad, recording))
+    if not turns:
+        raise NotApplicable('no turn')
+    _, turn_rad, recording = min(turns, key=lambda each: each[0])
+    start = (recording.start or recording.odometry[0]).pose[2]
+    yaws_rad = np.unwrap([start, *(message.pose[2] for message in recording.odometry)])
+    return float(yaws_rad[-1] - yaws_rad[0]), float(turn_rad), recording.name
+
+
+@measures('2.3')
+def _direction(evidence: Evidence) -> Measured:
+    found_rad, true_rad, name = _turn_ratio(evidence)
+    value = f'{degrees(found_rad)} for a turn of {degrees(true_rad)}'
+    return Measured(found_rad * true_rad > 0.0, value, 'the same sign', name)
+
+
+@measures('2.4')
+def _angle(evidence: Evidence) -> Measured:
+    found_rad, true_rad, name = _turn_ratio(evidence)
+    ratio = abs(found_rad / true_rad) / _distance_ratio(evidence)[0]
+    value = f'{ratio:.4f} of the true angle, for the distances of the wheels'
+    return Measured(abs(ratio - 1.0) <= SCALE_ERROR, value, '0.99 to 1.01', name)
+
+
+@measures('2.5')
+def _arcs(evidence: Evidence) -> Measured:
+    motions = evidence.motions
+    measured = evidence.worst_end(motions)
+    return measured._replace(value=f'worst of {len(motions)}: {measured.value}')
+
+
+@measures('3.1')
+def _first_count(evidence: Evidence) -> Measured:
+    starts = evidence.named('first count')
+    largest_m, largest_rad, name = max(
+        (*pose_errors(recording.odometry[0].pose, np.zeros(3)), recording.name) for recording in starts
+    )
+    limit_m, limit_rad = at_zero(evidence)
+    is_met = largest_m <= limit_m and largest_rad <= limit_rad
+    return Measured(
+        is_met,
+        f'{millimetres(largest_m)}, {degrees(largest_rad)}',
+        f'{millimetres(limit_m)}, {degrees(limit_rad)}',
+        name,
+    )
+
+
+@measures('3.2')
+def _wraps(evidence: Evidence) -> Measured:
+    return evidence.worst_end(evidence.named('wrap of'))
+
+
+@measures('3.3')
+def _restart(evidence: Evidence) -> Measured:
+    recording = evidence.named('counter restart')[0]
+    step_m = float(abs(np.diff(recording.travels_m, axis=0)).max())
+    return evidence.worst_end([recording], step_m, 2.0 * step_m / evidence.wheels.wheel_separation)
+
+
+@measures('4.1')
+def _repeated(evidence: Evidence) -> Measured:
+    recordings = evidence.named('repeated samples')
+    measured = evidence.worst_end(recordings)
+    stamps = [message.stamp_ns for message in recordings[0].odometry]
+    twice = len(stamps) - len(set(stamps)) if evidence.has_stamps else 0
+    return measured._replace(is_met=measured.is_met and not twice, value=f'{measured.value}; {twice} stamps twice')
+
+
+@measures('4.2')
+def _late(evidence: Evidence) -> Measured:
+    recordings = evidence.named('late samples')
+    measured, back = evidence.worst_end(recordings), not_ascending(recordings[0].odometry)
+    return measured._replace(is_met=measured.is_met and not back, value=f'{measured.value}; {back} stamps go back')
+
+
+@measures('4.3')
+def _lost(evidence: Evidence) -> Measured:
+    return evidence.worst_end(evidence.named('lost samples'))
+
+
+@measures('4.4')
+def _burst(evidence: Evidence) -> Measured:
+    return evidence.worst_end(evidence.named('burst'))
+
+
+@measures('4.5')
+def _nan(evidence: Evidence) -> Measured:
+    recordings = evidence.named('NaN')
+    measured = evidence.worst_end(recordings)
+    bad = sum(not np.isfinite(message.numbers).all() for message in recordings[0].odometry)
+    return measured._replace(is_met=measured.is_met and not bad, value=f'{measured.value}; {bad} messages not finite')
+
+
+@measures('4.6')
+def _time_back(evidence: Evidence) -> Measured:
+    recording = evidence.named('time back')[0]
+    after = len(recording.case.rows) - recording.case.back_row - 2  # two samples to notice it
+    messages = recording.odometry[-after:]
+    if len(messages) < after or recording.fault:
+        answered = recording.fault or f'{len(recording.odometry)} messages after {len(recording.samples)} samples'
+        return Measured(False, answered, 'an answer to each sample', recording.name)
+    travels_m = recording.travels_m[-after:]
+    part = recording._replace(start=messages[0], odometry=messages, travels_m=travels_m)
+    fastest = max(float(np.abs(message.twist).max()) for message in recording.odometry)
+    measured = evidence.worst_end([part])
+    is_met = measured.is_met and fastest < 10.0
+    return measured._replace(is_met=is_met, value=f'{measured.value}; twist up to {fastest:.3g}')
+
+
+def _mean_twist(recording: Recording) -> np.ndarray:
+    """Return (3,) the mean twist of the middle of a recording: without its first and last quarter."""
+    quarter = len(recording.odometry) // 4
+    middle = recording.odometry[quarter : len(recording.odometry) - quarter]
+    return np.asarray(np.mean([message.twist for message in middle], axis=0))
+
+
+@measures('5.1')
+def _twist_frame(evidence: Evidence) -> Measured:
+    sideways = []
+    for recording in evidence.motions:
+        for message in recording.odometry:
+            speed_mps = float(np.hypot(*message.twist[:2]))
+            if speed_mps > 0.05 or not math.isfinite(speed_mps):
+                sideways.append((abs(message.twist[1]) / speed_mps, recording.name))
+    if not sideways:
+        raise NotApplicable('no twist above 0.05 m/s')
+    share, name = max((math.inf if math.isnan(share) else share, name) for share, name in sideways)
+    return Measured(
+        share <= SIDEWAYS, f'{100.0 * share:.0f} % of the speed sideways', f'{100.0 * SIDEWAYS:.0f} %', name
+    )
+
+
+@measures('5.2')
+def _twist_sign(evidence: Evidence) -> Measured:
+    wrong, compared = [], 0
+    for recording in evidence.motions:
+        path = recording.expected(evidence.wheels.wheel_separation)
+        steps_m, turns_rad = np.diff(recording.travels_m.mean(axis=1)), np.diff(path[:, 2])
+        linear, _, angular = _mean_twist(recording)
+        for mean, steps, least in ((linear, steps_m, 0.2), (angular, turns_rad, 0.2)):
+            if abs(steps.sum()) > least and (steps * np.sign(steps.sum()) >= 0.0).all():
+                compared += 1
+                wrong += [recording.name] if mean * steps.sum() <= 0.0 or not math.isfinite(mean) else []
+    value = f'wrong in {len(wrong)} of {compared}{": " + wrong[0] if wrong else ""}'
+    return Measured(not wrong, value, 'none', wrong[0] if wrong else '')
+
+
+@measures('5.3')
+def _twist_size(evidence: Evidence) -> Measured:
+    recording = evidence.named('twist')[0]
+    linear, _, angular = _mean_twist(recording)
+    ratios = linear / TWIST[0], angular / TWIST[1]
+    is_met = all(abs(ratio - 1.0) <= TWIST_ERROR for ratio in ratios)
+    value = f'{linear:.3g} m/s and {angular:.3g} rad/s at {TWIST[0]} and {TWIST[1]}'
+    return Measured(is_met, value, f'{100.0 * TWIST_ERROR:.0f} %', recording.name)

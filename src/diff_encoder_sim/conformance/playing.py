@@ -1,0 +1,203 @@
+"""Plays the cases of the suite to a node, a `Subject`, and records what it publishes."""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import Callable, List, NamedTuple, Optional, Protocol, Tuple
+
+import numpy as np
+
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.conformance.cases import TIME_BACK_S, Case, Round
+from diff_encoder_sim.conformance.mapping import NodeMapping, Settings, Wheels
+from diff_encoder_sim.conformance.recording import FramedPose, Recording, Sample, decode_odometry, decode_transforms
+from diff_encoder_sim.conformance.reference import counts_of_angles, wrapped
+
+HISTORY_S = 7200  # fast cases have stamps of the past: nodes may refuse those of the future
+ANSWER_S, SETTLE_S = 0.1, 1.0  # wall time for an answer to a sample, and to the last one of a case
+MOST_UNANSWERED = 5  # in a case; after them samples are sent without waiting
+CASE_LIMIT_S = 20.0  # wall time
+SUITE_LIMIT_S = 120.0  # wall time
+MOST_RESTARTS = 5  # after cases
+AHEAD = 50  # samples of a stream without an answer
+
+
+class Unusable(Exception):
+    """A node cannot be judged: it does not start, does not answer, or publishes another type; one line."""
+
+
+class Received(NamedTuple):
+    """A serialized message."""
+
+    receipt_ns: int  # time.monotonic_ns()
+    content: bytes
+
+
+class Subject(Protocol):
+    """A node under test."""
+
+    odometry: List[Received]  # in the order of arrival; both lists grow in other threads
+    transforms: List[Received]
+
+    def start(self, settings: Settings) -> None:
+        """Start or restart the node, and connect to it; Unusable if it cannot be."""
+
+    def send(self, sample: Sample) -> None:
+        """Publish the input."""
+
+    def wait(self, is_done: Callable[[], bool], limit_s: float) -> bool:
+        """Wait until a condition holds; return whether it does, False after the limit or if the node has died."""
+
+    def reset(self) -> bool:
+        """Call the reset service; return whether it has answered."""
+
+    def fault(self) -> str:
+        """Return why the node cannot be judged further: it has died, or floods; '' if it can."""
+
+    def memory_bytes(self) -> int:
+        """Return the resident memory of the node; 0 if unknown."""
+
+
+class Player:
+    """Plays cases; keeps the position of the wheels and the time from one to the next."""
+
+    def __init__(self, subject: Subject, mapping: NodeMapping, wheels: Wheels) -> None:
+        self._subject, self._mapping, self._wheels = subject, mapping, wheels
+        self._period_ns = round(NANOSECONDS_PER_SECOND / mapping.rate)
+        self._is_fast = mapping.pace == 'fast'
+        self._next_ns = (time.time_ns() // NANOSECONDS_PER_SECOND - HISTORY_S) * NANOSECONDS_PER_SECOND
+        self._angles_rad = self._zero_rad = np.zeros(2)  # of the wheels; and those at which the counters are zero
+        self._modulus = 0
+        self._last: Optional[FramedPose] = None
+
+    def start(self, of_round: Round) -> Recording:
+        """Start the node for a round, and wait for its first odometry; Unusable if there is none."""
+        subject, begin_s = self._subject, time.monotonic()
+        self._modulus, self._zero_rad = of_round.settings.modulus, np.zeros(2)
+        self._angles_rad = np.full(2, (of_round.first_count + 0.5) * 2.0 * math.pi / self._wheels.ppr)
+        subject.start(of_round.settings)
+        begun = len(subject.odometry), len(subject.transforms)
+        name = f'first count {of_round.first_count}' if of_round.first_count else 'start'
+        at_rest = Case(name, np.zeros(1), np.zeros((1, 2)))
+        samples: List[Sample] = []
+        sent_ns: List[int] = []
+        limit_s = time.monotonic() + self._mapping.start_timeout
+        while len(subject.odometry) == begun[0]:
+            if subject.fault() or time.monotonic() > limit_s:
+                late = f'no message within {self._mapping.start_timeout:g} s of input'
+                raise Unusable(f'{self._mapping.odom}: {subject.fault() or late}')
+            self._send(at_rest, 0, samples, sent_ns)
+            self._advance(at_rest)
+            subject.wait(lambda: len(subject.odometry) > begun[0], self._period_ns / NANOSECONDS_PER_SECOND)
+        return self._recording(at_rest, samples, sent_ns, None, begun, begin_s)
+
+    def play(self, case: Case) -> Recording:
+        """Send the samples of a case, and return what the node published until it was settled."""
+        subject, begin_s, start = self._subject, time.monotonic(), self._last
+        if case.resets and subject.reset():
+            start = None
+        samples: List[Sample] = []
+        sent_ns: List[int] = []
+        begun = len(subject.odometry), len(subject.transforms)
+        before, newest, unanswered = begun[0], -1, 0
+        if not self._is_fast:
+            self._next_ns = time.time_ns()
+        for row in case.rows:
+            if case.pace == 'realtime' or not self._is_fast:
+                time.sleep(max(0.0, begin_s + case.times_s[row] - time.monotonic()))
+            before = len(subject.odometry) if case.pace in ('answered', 'realtime') else begun[0] + len(samples)
+            self._send(case, row, samples, sent_ns)
+            if case.pace == 'stream':
+                due = begun[0] + len(samples) - AHEAD
+                subject.wait(lambda: len(subject.odometry) >= due, ANSWER_S)  # noqa: B023 - called at once
+            elif self._is_fast and case.pace == 'answered' and newest < row != case.nan_row:
+                is_late = unanswered >= MOST_UNANSWERED
+                is_answered = is_late or subject.wait(lambda: len(subject.odometry) > before, ANSWER_S)  # noqa: B023
+                unanswered += not is_answered
+            newest = max(newest, row)
+            if subject.fault() or time.monotonic() - begin_s > CASE_LIMIT_S:
+                break
+        settled_s = time.monotonic() + (0.0 if self._is_fast else 3.0 / self._mapping.rate)
+        subject.wait(lambda: len(subject.odometry) > before and time.monotonic() >= settled_s, SETTLE_S)
+        self._advance(case)
+        return self._recording(case, samples, sent_ns, start, begun, begin_s)
+
+    def _send(self, case: Case, row: int, samples: List[Sample], sent_ns: List[int]) -> None:
+        """Send the sample of a row."""
+        if row == case.restart_row:
+            self._zero_rad = self._angles_at(case, row)
+        back_s = TIME_BACK_S if 0 <= case.back_row <= row else 0.0
+        stamp_ns = self._next_ns + round((case.times_s[row] - back_s) * NANOSECONDS_PER_SECOND)
+        angles_rad = self._angles_at(case, row) - self._zero_rad
+        counts = wrapped(counts_of_angles(angles_rad, self._wheels.ppr), self._modulus)
+        speeds_mps = np.zeros(2)
+        if row:
+            speeds_mps = np.diff(case.travels_m[row - 1 : row + 1], axis=0)[0] / np.diff(case.times_s)[row - 1]
+        angles_rad = np.full(2, np.nan) if row == case.nan_row else angles_rad
+        samples.append(Sample(stamp_ns, angles_rad, counts, speeds_mps))
+        sent_ns.append(time.monotonic_ns())
+        self._subject.send(samples[-1])
+
+    def _angles_at(self, case: Case, row: int) -> np.ndarray:
+        return np.asarray(self._angles_rad + case.travels_m[row] / (0.5 * self._wheels.wheel_diameter))
+
+    def _advance(self, case: Case) -> None:
+        """Move on to the end of a case: to a whole period of time."""
+        self._angles_rad = self._angles_at(case, -1)
+        back_s = TIME_BACK_S if case.back_row >= 0 else 0.0
+        end_ns = self._next_ns + round((case.times_s[-1] - back_s) * NANOSECONDS_PER_SECOND)
+        self._next_ns = (end_ns // self._period_ns + 1) * self._period_ns
+
+    def _recording(
+        self,
+        case: Case,
+        samples: List[Sample],
+        sent_ns: List[int],
+        start: Optional[FramedPose],
+        begun: Tuple[int, int],
+        begin_s: float,
+    ) -> Recording:
+        subject = self._subject
+        odometry = [decode_odometry(each.content, each.receipt_ns) for each in subject.odometry[begun[0] :]]
+        transforms = [
+            transform
+            for each in subject.transforms[begun[1] :]
+            for transform in decode_transforms(each.content, each.receipt_ns)
+            if self._mapping.base_frame in (transform.child_frame, transform.child_frame.lstrip('/'))
+        ]
+        rows = sorted({*case.rows} - {case.nan_row})
+        travels_m = case.travels_m[rows]
+        if self._mapping.is_exact:
+            begin_rad = self._angles_rad - case.travels_m[-1] / (0.5 * self._wheels.wheel_diameter)
+            angles_rad = begin_rad + travels_m / (0.5 * self._wheels.wheel_diameter)
+            travels_m = counts_of_angles(angles_rad, self._wheels.ppr) * self._wheels.m_per_count
+        self._last = odometry[-1] if odometry else self._last
+        fault = subject.fault()
+        if not fault and time.monotonic() - begin_s > CASE_LIMIT_S:
+            fault = f'not finished within {CASE_LIMIT_S:g} s'
+        return Recording(case, samples, sent_ns, travels_m, start, odometry, transforms, fault, subject.memory_bytes())
+
+
+def play_all(rounds: List[Round], player: Player) -> Tuple[List[Recording], str]:
+    """Play all rounds; return the recordings, and why the node could not be judged to the end, or ''.
+
+    After a case that the node has not survived it is started again.
+    """
+    recordings: List[Recording] = []
+    end_s, restarts = time.monotonic() + SUITE_LIMIT_S, 0
+    try:
+        for of_round in rounds:
+            recordings.append(player.start(of_round))
+            for case in of_round.cases:
+                recordings.append(player.play(case))
+                if recordings[-1].is_broken:
+                    restarts += 1
+                    if restarts > MOST_RESTARTS:
+                        raise Unusable(f'{recordings[-1].name}: {recordings[-1].fault or "no finite pose"}')
+                    recordings.append(player.start(of_round))
+                if time.monotonic() > end_s:
+                    raise Unusable(f'{case.name}: not finished after {SUITE_LIMIT_S:g} s')
+    except Unusable as unusable:
+        return recordings, str(unusable)
+    return recordings, ''
