@@ -1,15 +1,12 @@
-"""The clauses of the suite: what odometry must do, by which source, within which tolerance, and why it matters."""
+"""Common parts of the clauses: tolerances with their reasons, the evidence, and comparison with exact poses."""
 
 from __future__ import annotations
 
-import csv
-import itertools
 import math
-from typing import Callable, Dict, Iterable, List, NamedTuple, Sequence, Tuple
+from typing import Iterable, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.conformance.mapping import NodeMapping, Wheels
 from diff_encoder_sim.conformance.recording import FramedPose, Recording
 from diff_encoder_sim.conformance.reference import pose_errors
@@ -116,55 +113,3 @@ def at_zero(evidence: Evidence) -> Tuple[float, float]:
     """Return the allowed distance [m] and angle [rad] of a pose that should be zero."""
     count_m = ROUNDING_COUNTS * evidence.wheels.m_per_count
     return ARITHMETIC_M + count_m, ARITHMETIC_RAD + count_m / evidence.wheels.wheel_separation
-
-
-class Clause(NamedTuple):
-    """A requirement on odometry: a row of config/conformance/clauses.csv."""
-
-    number: str
-    title: str
-    source: str
-    effect: str  # of a fault on a robot
-    needs: str  # numbers of the clauses without which this one cannot be judged
-
-
-_MEASURES: Dict[str, Callable[[Evidence], Measured]] = {}  # by number, in the order of judgement
-
-
-def measures(number: str) -> Callable[[Callable[[Evidence], Measured]], Callable[[Evidence], Measured]]:
-    """Let a function measure a clause."""
-
-    def add(measure: Callable[[Evidence], Measured]) -> Callable[[Evidence], Measured]:
-        return _MEASURES.setdefault(number, measure)
-
-    return add
-
-
-class Verdict(NamedTuple):
-    """Judgement of a clause."""
-
-    clause: Clause
-    outcome: str  # pass, fail, or not applicable
-    value: str  # measured, or why it is not applicable
-    allowed: str = ''
-    case: str = ''
-
-
-PASS, FAIL, NOT_APPLICABLE = 'pass', 'fail', 'not applicable'
-
-
-def judge(evidence: Evidence) -> List[Verdict]:
-    """Judge all clauses."""
-    with open(package_folder() / 'config' / 'conformance' / 'clauses.csv', encoding='utf-8', newline='') as file:
-        clauses = [Clause(*row) for row in itertools.islice(csv.reader(file), 1, None)]
-    verdicts: Dict[str, Verdict] = {}
-    for each in clauses:
-        blocking = next((number for number in each.needs.split() if verdicts[number].outcome == FAIL), '')
-        try:
-            if blocking:
-                raise NotApplicable(f'judged after {blocking} passes')
-            measured = _MEASURES[each.number](evidence)
-            verdicts[each.number] = Verdict(each, PASS if measured.is_met else FAIL, *measured[1:])
-        except NotApplicable as reason:
-            verdicts[each.number] = Verdict(each, NOT_APPLICABLE, str(reason))
-    return list(verdicts.values())

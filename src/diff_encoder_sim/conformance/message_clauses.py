@@ -18,7 +18,6 @@ from diff_encoder_sim.conformance.clauses import (
     NotApplicable,
     at_zero,
     degrees,
-    measures,
     millimetres,
     not_ascending,
 )
@@ -33,7 +32,6 @@ def _odometry(evidence: Evidence) -> List[FramedPose]:
     return [message for recording in evidence.orderly for message in recording.odometry]
 
 
-@measures('6.1')
 def _stamps(evidence: Evidence) -> Measured:
     if not evidence.has_stamps:
         raise NotApplicable('the input has no stamps')
@@ -43,7 +41,6 @@ def _stamps(evidence: Evidence) -> Measured:
     return Measured(not wrong, f'{len(wrong)} of {len(messages)} stamps of no sample', 'none')
 
 
-@measures('6.2')
 def _ascending(evidence: Evidence) -> Measured:
     groups = [recording.odometry for recording in evidence.orderly]
     return _ascending_in(groups)
@@ -60,12 +57,10 @@ def _transforms(evidence: Evidence) -> List[List[FramedPose]]:
     return [recording.transforms for recording in evidence.orderly]
 
 
-@measures('6.3')
 def _transforms_ascend(evidence: Evidence) -> Measured:
     return _ascending_in(_transforms(evidence))
 
 
-@measures('6.4')
 def _transforms_equal(evidence: Evidence) -> Measured:
     by_stamp = {each.stamp_ns: each for of_one in _transforms(evidence) for each in of_one}
     messages, missing, worst = _odometry(evidence), 0, (0.0, 0.0)
@@ -80,7 +75,6 @@ def _transforms_equal(evidence: Evidence) -> Measured:
     return Measured(is_met, value, f'1 %; {1e3 * SAME_POSE_M:g} mm')
 
 
-@measures('6.5')
 def _frames(evidence: Evidence) -> Measured:
     mapping = evidence.mapping
     wanted = mapping.odom_frame, mapping.base_frame
@@ -92,7 +86,6 @@ def _frames(evidence: Evidence) -> Measured:
     return Measured(not wrong, value or ' -> '.join(wanted), ' -> '.join(wanted))
 
 
-@measures('6.6')
 def _quaternions(evidence: Evidence) -> Measured:
     messages = _odometry(evidence) + [each for recording in evidence.orderly for each in recording.transforms]
     norms = [float(np.linalg.norm(message.numbers[3:7])) for message in messages]
@@ -100,7 +93,6 @@ def _quaternions(evidence: Evidence) -> Measured:
     return Measured(abs(worst - 1.0) <= QUATERNION_ERROR, f'norm {worst:.6g}', f'1 ± {QUATERNION_ERROR:g}')
 
 
-@measures('6.7')
 def _rate(evidence: Evidence) -> Measured:
     recording = evidence.named('rate')[0]
     rate_hz = evidence.mapping.rate
@@ -111,7 +103,6 @@ def _rate(evidence: Evidence) -> Measured:
     return Measured(is_met, f'{found_hz:.1f} Hz', allowed, recording.name)
 
 
-@measures('6.8')
 def _latency(evidence: Evidence) -> Measured:
     recording = evidence.named('rate')[0]
     sent_ns = np.array(recording.sent_ns)
@@ -122,7 +113,6 @@ def _latency(evidence: Evidence) -> Measured:
     return Measured(median_ms <= limit_ms, f'{median_ms:.1f} ms (median)', f'{limit_ms:g} ms', recording.name)
 
 
-@measures('7.1')
 def _positive_definite(evidence: Evidence) -> Measured:
     worst, name = math.inf, ''
     for recording in evidence.motions:
@@ -136,7 +126,6 @@ def _positive_definite(evidence: Evidence) -> Measured:
     return Measured(worst > 0.0, value, 'above 0: pose (x, y, yaw) and twist', name)
 
 
-@measures('7.2')
 def _grows(evidence: Evidence) -> Measured:
     motions = evidence.motions
     first, last = motions[0].odometry[0].covariance, motions[-1].odometry[-1].covariance
@@ -160,17 +149,14 @@ def _honest(evidence: Evidence, name: str) -> Measured:
     return Measured(LEAST_NEES <= mean <= MOST_NEES, value, f'{LEAST_NEES:g} to {MOST_NEES:g}', name)
 
 
-@measures('7.3')
 def _honest_rounding(evidence: Evidence) -> Measured:
     return _honest(evidence, 'rounding')
 
 
-@measures('7.4')
 def _honest_slip(evidence: Evidence) -> Measured:
     return _honest(evidence, 'slip')
 
 
-@measures('8.1')
 def _reset(evidence: Evidence) -> Measured:
     if not evidence.mapping.reset:
         raise NotApplicable('the node has no reset service')
@@ -183,7 +169,6 @@ def _reset(evidence: Evidence) -> Measured:
     return Measured(is_met, f'{millimetres(off_m)}, {degrees(off_rad)}', f'{millimetres(limit_m)}', recording.name)
 
 
-@measures('8.2')
 def _memory(evidence: Evidence) -> Measured:
     used = [each for each in evidence.orderly if each.memory_bytes]
     long = next((index for index, each in enumerate(used) if len(each.odometry) > MANY_MESSAGES and index), None)
@@ -193,3 +178,21 @@ def _memory(evidence: Evidence) -> Measured:
     hour_mb = grown / count * 3.6e6 / 1e6
     limit_mb = MEMORY_BYTES_PER_MESSAGE * 3.6
     return Measured(hour_mb <= limit_mb, f'{max(hour_mb, 0.0):.0f} MB an hour', f'{limit_mb:.0f} MB', used[long].name)
+
+
+MEASURES = {
+    '6.1': _stamps,
+    '6.2': _ascending,
+    '6.3': _transforms_ascend,
+    '6.4': _transforms_equal,
+    '6.5': _frames,
+    '6.6': _quaternions,
+    '6.7': _rate,
+    '6.8': _latency,
+    '7.1': _positive_definite,
+    '7.2': _grows,
+    '7.3': _honest_rounding,
+    '7.4': _honest_slip,
+    '8.1': _reset,
+    '8.2': _memory,
+}

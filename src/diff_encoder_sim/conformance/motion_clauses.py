@@ -17,7 +17,6 @@ from diff_encoder_sim.conformance.clauses import (
     NotApplicable,
     at_zero,
     degrees,
-    measures,
     millimetres,
     not_ascending,
 )
@@ -25,20 +24,17 @@ from diff_encoder_sim.conformance.recording import Recording
 from diff_encoder_sim.conformance.reference import pose_errors
 
 
-@measures('1.1')
 def _answers(evidence: Evidence) -> Measured:
     answered = any(each.odometry for each in evidence.recordings)
     return Measured(answered, evidence.unusable if not answered else 'odometry received', 'nav_msgs/Odometry')
 
 
-@measures('1.2')
 def _keeps_running(evidence: Evidence) -> Measured:
     broken = [each for each in evidence.recordings if each.case.is_orderly and each.fault]
     value = f'{broken[0].name}: {broken[0].fault}' if broken else evidence.unusable or 'all cases played'
     return Measured(not (broken or evidence.unusable), value, 'no end, no stall', broken[0].name if broken else '')
 
 
-@measures('2.1')
 def _floor(evidence: Evidence) -> Measured:
     if evidence.mapping.reads_counts or not evidence.mapping.is_exact:
         raise NotApplicable('the node does not count angles')
@@ -48,7 +44,6 @@ def _floor(evidence: Evidence) -> Measured:
     return Measured(counts <= 0.5, f'{counts:.2f} counts off', '0.5 counts', recording.name)
 
 
-@measures('2.2')
 def _distance(evidence: Evidence) -> Measured:
     ratio, name = _distance_ratio(evidence)
     return Measured(abs(ratio - 1.0) <= SCALE_ERROR, f'{ratio:.4f} of the true distance', '0.99 to 1.01', name)
@@ -82,14 +77,12 @@ def _turn_ratio(evidence: Evidence) -> Tuple[float, float, str]:
     return float(yaws_rad[-1] - yaws_rad[0]), float(turn_rad), recording.name
 
 
-@measures('2.3')
 def _direction(evidence: Evidence) -> Measured:
     found_rad, true_rad, name = _turn_ratio(evidence)
     value = f'{degrees(found_rad)} for a turn of {degrees(true_rad)}'
     return Measured(found_rad * true_rad > 0.0, value, 'the same sign', name)
 
 
-@measures('2.4')
 def _angle(evidence: Evidence) -> Measured:
     found_rad, true_rad, name = _turn_ratio(evidence)
     ratio = abs(found_rad / true_rad) / _distance_ratio(evidence)[0]
@@ -97,14 +90,12 @@ def _angle(evidence: Evidence) -> Measured:
     return Measured(abs(ratio - 1.0) <= SCALE_ERROR, value, '0.99 to 1.01', name)
 
 
-@measures('2.5')
 def _arcs(evidence: Evidence) -> Measured:
     motions = evidence.motions
     measured = evidence.worst_end(motions)
     return measured._replace(value=f'worst of {len(motions)}: {measured.value}')
 
 
-@measures('3.1')
 def _first_count(evidence: Evidence) -> Measured:
     starts = evidence.named('first count')
     largest_m, largest_rad, name = max(
@@ -120,19 +111,16 @@ def _first_count(evidence: Evidence) -> Measured:
     )
 
 
-@measures('3.2')
 def _wraps(evidence: Evidence) -> Measured:
     return evidence.worst_end(evidence.named('wrap of'))
 
 
-@measures('3.3')
 def _restart(evidence: Evidence) -> Measured:
     recording = evidence.named('counter restart')[0]
     step_m = float(abs(np.diff(recording.travels_m, axis=0)).max())
     return evidence.worst_end([recording], step_m, 2.0 * step_m / evidence.wheels.wheel_separation)
 
 
-@measures('4.1')
 def _repeated(evidence: Evidence) -> Measured:
     recordings = evidence.named('repeated samples')
     measured = evidence.worst_end(recordings)
@@ -141,24 +129,20 @@ def _repeated(evidence: Evidence) -> Measured:
     return measured._replace(is_met=measured.is_met and not twice, value=f'{measured.value}; {twice} stamps twice')
 
 
-@measures('4.2')
 def _late(evidence: Evidence) -> Measured:
     recordings = evidence.named('late samples')
     measured, back = evidence.worst_end(recordings), not_ascending(recordings[0].odometry)
     return measured._replace(is_met=measured.is_met and not back, value=f'{measured.value}; {back} stamps go back')
 
 
-@measures('4.3')
 def _lost(evidence: Evidence) -> Measured:
     return evidence.worst_end(evidence.named('lost samples'))
 
 
-@measures('4.4')
 def _burst(evidence: Evidence) -> Measured:
     return evidence.worst_end(evidence.named('burst'))
 
 
-@measures('4.5')
 def _nan(evidence: Evidence) -> Measured:
     recordings = evidence.named('NaN')
     measured = evidence.worst_end(recordings)
@@ -166,7 +150,6 @@ def _nan(evidence: Evidence) -> Measured:
     return measured._replace(is_met=measured.is_met and not bad, value=f'{measured.value}; {bad} messages not finite')
 
 
-@measures('4.6')
 def _time_back(evidence: Evidence) -> Measured:
     recording = evidence.named('time back')[0]
     after = len(recording.case.rows) - recording.case.back_row - 2  # two samples to notice it
@@ -189,7 +172,6 @@ def _mean_twist(recording: Recording) -> np.ndarray:
     return np.asarray(np.mean([message.twist for message in middle], axis=0))
 
 
-@measures('5.1')
 def _twist_frame(evidence: Evidence) -> Measured:
     sideways = []
     for recording in evidence.motions:
@@ -205,7 +187,6 @@ def _twist_frame(evidence: Evidence) -> Measured:
     )
 
 
-@measures('5.2')
 def _twist_sign(evidence: Evidence) -> Measured:
     wrong, compared = [], 0
     for recording in evidence.motions:
@@ -220,7 +201,6 @@ def _twist_sign(evidence: Evidence) -> Measured:
     return Measured(not wrong, value, 'none', wrong[0] if wrong else '')
 
 
-@measures('5.3')
 def _twist_size(evidence: Evidence) -> Measured:
     recording = evidence.named('twist')[0]
     linear, _, angular = _mean_twist(recording)
@@ -228,3 +208,26 @@ def _twist_size(evidence: Evidence) -> Measured:
     is_met = all(abs(ratio - 1.0) <= TWIST_ERROR for ratio in ratios)
     value = f'{linear:.3g} m/s and {angular:.3g} rad/s at {TWIST[0]} and {TWIST[1]}'
     return Measured(is_met, value, f'{100.0 * TWIST_ERROR:.0f} %', recording.name)
+
+
+MEASURES = {
+    '1.1': _answers,
+    '1.2': _keeps_running,
+    '2.1': _floor,
+    '2.2': _distance,
+    '2.3': _direction,
+    '2.4': _angle,
+    '2.5': _arcs,
+    '3.1': _first_count,
+    '3.2': _wraps,
+    '3.3': _restart,
+    '4.1': _repeated,
+    '4.2': _late,
+    '4.3': _lost,
+    '4.4': _burst,
+    '4.5': _nan,
+    '4.6': _time_back,
+    '5.1': _twist_frame,
+    '5.2': _twist_sign,
+    '5.3': _twist_size,
+}

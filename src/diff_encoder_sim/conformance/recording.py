@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import struct
-from typing import List, NamedTuple, Optional
+from typing import Dict, List, NamedTuple, Optional
 
 import numpy as np
 
 from diff_encoder_sim.conformance.cases import Case
+from diff_encoder_sim.conformance.mapping import QUANTITIES, Wheels
 from diff_encoder_sim.conformance.reference import exact_path, relative_pose
 from diff_encoder_sim.drives.message_decoders import NUMBER_SIZE, FieldReader
 
@@ -22,6 +23,13 @@ class Sample(NamedTuple):
     angles_rad: np.ndarray  # (2,) left, right
     counts: np.ndarray  # (2,) as the counter shows them
     speeds_mps: np.ndarray  # (2,) of the rims since the sample before
+
+    def quantities(self, wheels: Wheels) -> Dict[str, float]:
+        """Return the values of mapping.QUANTITIES."""
+        left_mps, right_mps = self.speeds_mps.tolist()
+        radps = (2.0 * self.speeds_mps / wheels.wheel_diameter).tolist()
+        robot = 0.5 * (left_mps + right_mps), (right_mps - left_mps) / wheels.wheel_separation
+        return dict(zip(QUANTITIES, (*self.counts.tolist(), *self.angles_rad.tolist(), *radps, *robot)))
 
 
 class FramedPose(NamedTuple):

@@ -60,29 +60,37 @@ class MessageField(NamedTuple):
         return float(decoded)
 
 
+def split_address(given: str) -> Tuple[str, str]:
+    """Return the topic and the place, such as `.data[0]`, of an address TOPIC.field[0]; empty if it is not one."""
+    match = _ADDRESS.fullmatch(given)
+    place = _USUAL.sub('', match['path']) if match else ''
+    return (match['topic'] if match else ''), place if place.startswith('.') else f'.data{place}'
+
+
+def steps_of(place: str) -> List[Union[str, int]]:
+    """Return the names of fields, and indices, of a place."""
+    return [int(index) if index else name for name, index in _STEP.findall(place)]
+
+
 def find_field(source: DriveStream, option: str, given: str) -> MessageField:
     """Find the number that a user names; ConfigError with a list of the existing ones if there is none."""
-    match, path = _ADDRESS.fullmatch(given), source.path
-    topic = match['topic'] if match else ''
+    (topic, place), path = split_address(given), source.path
     topic = topic if topic in source.topics else f'/{topic}'
-    if not match or topic not in source.topics:
+    if topic not in source.topics:
         listed = ', '.join(sorted(source.topics))
         raise ConfigError(f'{path}: {option}: given {given}; allowed: TOPIC or TOPIC.field[0] of its topics {listed}')
     kind, (store, fields) = source.topics[topic], _types(source, topic)
     if kind not in fields:
         raise ConfigError(f'{path}: {topic} is of {kind}, which the bag does not define; expected a bag that does')
     numbers = dict(numbers_of(fields, kind))
-    place = _USUAL.sub('', match['path'])
-    place = place if place.startswith('.') else f'.data{place}'
     number = numbers.get(re.sub(r'\[[0-9]+\]', '[0]', place))
     if number is None:
         listed = ', '.join(topic + _USUAL.sub('', each) for each in numbers) or 'it has no numbers'
         raise ConfigError(f'{path}: {option}: given {given}, which is no number of {kind}; allowed: {listed}')
-    steps: List[Union[str, int]] = [int(index) if index else name for name, index in _STEP.findall(place)]
     has_header = ('header', HEADER) in [(name, what[1]) for name, what in fields[kind][1]]
     decode = store.deserialize_cdr if source.is_cdr else store.deserialize_ros1
     name, bits = topic + _USUAL.sub('', place), _BITS.get(number)
-    return MessageField(topic, name, steps, bits, has_header, lambda raw: decode(raw, kind))
+    return MessageField(topic, name, steps_of(place), bits, has_header, lambda raw: decode(raw, kind))
 
 
 def _types(source: DriveStream, topic: str) -> Tuple[Any, Fields]:
