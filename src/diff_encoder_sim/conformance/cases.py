@@ -14,6 +14,7 @@ Segment = Tuple[float, float, float]  # linear [m/s], angular [rad/s], duration 
 
 SETTLE_SAMPLES = 3  # at rest at the end: the last message is then that of the last count
 HOUR_S, HOUR_RATE_HZ = 3600.0, 2.0
+MEMORY_SAMPLES, MEMORY_RATE_HZ = 20_000, 1000.0
 HONEST_DRIVES = 40  # 120 degrees of freedom: the mean NEES / 3 of an honest node is within 0.64 to 1.46 in 99.9 %
 ROUNDING_NOISE, SLIP_NOISE = 1e-9, 1e-4  # stated variance of the travel per metre [m^2/m]: only rounding; mainly slip
 TIME_BACK_S = 1800.0
@@ -130,6 +131,8 @@ def _usual_cases(wheels: Wheels, mapping: NodeMapping) -> List[Case]:
         legs = random.uniform((0.0, -0.5), (0.5, 0.5), (720, 2)).tolist()
         hour = [(v, w, HOUR_S / 720) for v, w in legs]
         cases.append(_driven('one hour', hour, wheels, 1.0 / HOUR_RATE_HZ, is_motion=True, pace='stream'))
+        circle = [(0.2, 0.5, MEMORY_SAMPLES / MEMORY_RATE_HZ)]
+        cases.append(_driven('memory', circle, wheels, 1.0 / MEMORY_RATE_HZ, pace='stream'))
     turning = _driven('twist', [(*TWIST, math.pi)], wheels, period_s, pace='burst' if is_fast else 'realtime')
     arc = _arc(wheels, mapping)
     rows = arc.rows

@@ -8,8 +8,8 @@ from typing import Iterable, List
 import numpy as np
 
 from diff_encoder_sim.conformance.clauses import (
+    BYTES_PER_MESSAGE,
     LEAST_NEES,
-    MEMORY_BYTES_PER_MESSAGE,
     MOST_NEES,
     QUATERNION_ERROR,
     RATE_ERROR,
@@ -25,7 +25,6 @@ from diff_encoder_sim.conformance.recording import FramedPose
 from diff_encoder_sim.conformance.reference import nees, pose_errors, relative_pose
 
 SAME_POSE_M = 1e-6  # float64 in both messages
-MANY_MESSAGES = 2000
 
 
 def _odometry(evidence: Evidence) -> List[FramedPose]:
@@ -170,14 +169,20 @@ def _reset(evidence: Evidence) -> Measured:
 
 
 def _memory(evidence: Evidence) -> Measured:
-    used = [each for each in evidence.orderly if each.memory_bytes]
-    long = next((index for index, each in enumerate(used) if len(each.odometry) > MANY_MESSAGES and index), None)
-    if long is None:
-        raise NotApplicable('not a process of this computer, or no long case')
-    grown, count = used[long].memory_bytes - used[long - 1].memory_bytes, len(used[long].odometry)
-    hour_mb = grown / count * 3.6e6 / 1e6
-    limit_mb = MEMORY_BYTES_PER_MESSAGE * 3.6
-    return Measured(hour_mb <= limit_mb, f'{max(hour_mb, 0.0):.0f} MB an hour', f'{limit_mb:.0f} MB', used[long].name)
+    names = [recording.name for recording in evidence.recordings]
+    if 'memory' not in names:
+        raise NotApplicable('the input has no stamps' if evidence.recordings else 'no case')
+    recording, before = evidence.recordings[names.index('memory')], evidence.recordings[names.index('memory') - 1]
+    if not before.memory_bytes or not recording.memory_bytes:
+        raise NotApplicable('not a process of this computer')
+    per_message = max(0, recording.memory_bytes - before.memory_bytes) / len(recording.samples)
+    value = f'{_mb(per_message):.0f} MB an hour, by {len(recording.samples)} samples'
+    return Measured(per_message <= BYTES_PER_MESSAGE, value, f'{_mb(BYTES_PER_MESSAGE):.0f} MB', recording.name)
+
+
+def _mb(bytes_per_message: float) -> float:
+    """Return the growth in an hour at 1 kHz."""
+    return bytes_per_message * 3.6
 
 
 MEASURES = {

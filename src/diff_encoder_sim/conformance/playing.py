@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from functools import partial
 from typing import Callable, List, NamedTuple, Optional, Protocol, Tuple
 
 import numpy as np
@@ -13,9 +14,10 @@ from diff_encoder_sim.conformance.cases import TIME_BACK_S, Case, Round
 from diff_encoder_sim.conformance.mapping import NodeMapping, Settings, Wheels
 from diff_encoder_sim.conformance.recording import FramedPose, Recording, Sample, decode_odometry, decode_transforms
 from diff_encoder_sim.conformance.reference import counts_of_angles, wrapped
+from diff_encoder_sim.drives.message_decoders import encoded_stamp_ns
 
 HISTORY_S = 7200  # fast cases have stamps of the past: nodes may refuse those of the future
-ANSWER_S, SETTLE_S = 0.1, 1.0  # wall time for an answer to a sample, and to the last one of a case
+ANSWER_S, SILENCE_S, SETTLE_S = 0.1, 0.2, 1.0  # wall time for an answer, after the last answer, and to the end
 MOST_UNANSWERED = 5  # in a case; after them samples are sent without waiting
 CASE_LIMIT_S = 20.0  # wall time
 SUITE_LIMIT_S = 120.0  # wall time
@@ -70,6 +72,7 @@ class Player:
         self._angles_rad = self._zero_rad = np.zeros(2)  # of the wheels; and those at which the counters are zero
         self._modulus = 0
         self._last: Optional[FramedPose] = None
+        self._transforms = 0  # of the recordings so far: a late one belongs to the next
 
     def start(self, of_round: Round) -> Recording:
         """Start the node for a round, and wait for its first odometry; Unusable if there is none."""
@@ -77,19 +80,19 @@ class Player:
         self._modulus, self._zero_rad = of_round.settings.modulus, np.zeros(2)
         self._angles_rad = np.full(2, (of_round.first_count + 0.5) * 2.0 * math.pi / self._wheels.ppr)
         subject.start(of_round.settings)
-        begun = len(subject.odometry), len(subject.transforms)
+        begun = len(subject.odometry)
         name = f'first count {of_round.first_count}' if of_round.first_count else 'start'
         at_rest = Case(name, np.zeros(1), np.zeros((1, 2)))
         samples: List[Sample] = []
         sent_ns: List[int] = []
         limit_s = time.monotonic() + self._mapping.start_timeout
-        while len(subject.odometry) == begun[0]:
+        while len(subject.odometry) == begun:
             if subject.fault() or time.monotonic() > limit_s:
                 late = f'no message within {self._mapping.start_timeout:g} s of input'
                 raise Unusable(f'{self._mapping.odom}: {subject.fault() or late}')
             self._send(at_rest, 0, samples, sent_ns)
             self._advance(at_rest)
-            subject.wait(lambda: len(subject.odometry) > begun[0], self._period_ns / NANOSECONDS_PER_SECOND)
+            subject.wait(lambda: len(subject.odometry) > begun, self._period_ns / NANOSECONDS_PER_SECOND)
         return self._recording(at_rest, samples, sent_ns, None, begun, begin_s)
 
     def play(self, case: Case) -> Recording:
@@ -99,18 +102,18 @@ class Player:
             start = None
         samples: List[Sample] = []
         sent_ns: List[int] = []
-        begun = len(subject.odometry), len(subject.transforms)
-        before, newest, unanswered = begun[0], -1, 0
+        begun = len(subject.odometry)
+        before, newest, unanswered = begun, -1, 0
         if not self._is_fast:
             self._next_ns = time.time_ns()
         for row in case.rows:
             if case.pace == 'realtime' or not self._is_fast:
                 time.sleep(max(0.0, begin_s + case.times_s[row] - time.monotonic()))
-            before = len(subject.odometry) if case.pace in ('answered', 'realtime') else begun[0] + len(samples)
+            before = len(subject.odometry) if case.pace in ('answered', 'realtime') else begun + len(samples)
             self._send(case, row, samples, sent_ns)
-            if case.pace == 'stream':
-                due = begun[0] + len(samples) - AHEAD
-                subject.wait(lambda: len(subject.odometry) >= due, ANSWER_S)  # noqa: B023 - called at once
+            if case.pace == 'stream' and unanswered < MOST_UNANSWERED:
+                is_near = partial(self._is_near, samples, begun)
+                unanswered += not subject.wait(is_near, 10.0 * ANSWER_S)
             elif self._is_fast and case.pace == 'answered' and newest < row != case.nan_row:
                 is_late = unanswered >= MOST_UNANSWERED
                 is_answered = is_late or subject.wait(lambda: len(subject.odometry) > before, ANSWER_S)  # noqa: B023
@@ -119,9 +122,26 @@ class Player:
             if subject.fault() or time.monotonic() - begin_s > CASE_LIMIT_S:
                 break
         settled_s = time.monotonic() + (0.0 if self._is_fast else 3.0 / self._mapping.rate)
-        subject.wait(lambda: len(subject.odometry) > before and time.monotonic() >= settled_s, SETTLE_S)
+        subject.wait(lambda: time.monotonic() >= settled_s and self._is_settled(samples, before), SETTLE_S)
         self._advance(case)
         return self._recording(case, samples, sent_ns, start, begun, begin_s)
+
+    def _is_near(self, samples: List[Sample], begun: int) -> bool:
+        """Return whether the node is at most `AHEAD` samples behind: by its messages, or by their stamps."""
+        odometry, due = self._subject.odometry, len(samples) - 1 - AHEAD
+        if due < 0 or len(odometry) - begun > due:
+            return True
+        newest_ns = encoded_stamp_ns(odometry[-1].content)
+        return samples[due].stamp_ns <= newest_ns + self._period_ns and newest_ns <= samples[-1].stamp_ns
+
+    def _is_settled(self, samples: List[Sample], before: int) -> bool:
+        """Return whether the last sample is answered: by the stamp, or, if it has another one, after a silence."""
+        odometry = self._subject.odometry
+        if len(odometry) <= before:
+            return False
+        newest_ns, last_ns = encoded_stamp_ns(odometry[-1].content), samples[-1].stamp_ns
+        is_silent = time.monotonic_ns() - odometry[-1].receipt_ns > SILENCE_S * NANOSECONDS_PER_SECOND
+        return last_ns - self._period_ns <= newest_ns <= last_ns or is_silent or not self._is_fast
 
     def _send(self, case: Case, row: int, samples: List[Sample], sent_ns: List[int]) -> None:
         """Send the sample of a row."""
@@ -155,17 +175,18 @@ class Player:
         samples: List[Sample],
         sent_ns: List[int],
         start: Optional[FramedPose],
-        begun: Tuple[int, int],
+        begun: int,
         begin_s: float,
     ) -> Recording:
         subject = self._subject
-        odometry = [decode_odometry(each.content, each.receipt_ns) for each in subject.odometry[begun[0] :]]
+        odometry = [decode_odometry(each.content, each.receipt_ns) for each in subject.odometry[begun:]]
         transforms = [
             transform
-            for each in subject.transforms[begun[1] :]
+            for each in subject.transforms[self._transforms :]
             for transform in decode_transforms(each.content, each.receipt_ns)
             if self._mapping.base_frame in (transform.child_frame, transform.child_frame.lstrip('/'))
         ]
+        self._transforms = len(subject.transforms)
         rows = sorted({*case.rows} - {case.nan_row})
         travels_m = case.travels_m[rows]
         if self._mapping.is_exact:

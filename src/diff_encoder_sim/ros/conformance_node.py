@@ -93,7 +93,7 @@ class RosSubject:
         self.has_stamps = True
         self._mapping, self._wheels, self._log_file = mapping, wheels, log_file
         self._master = rosgraph.Master(rospy.get_name())
-        self._arrived, self._fault, self._sent, self._pid = threading.Condition(), '', 0, 0
+        self._arrived, self._fault, self._sent, self._pids = threading.Condition(), '', 0, [0]
         self._processes: List[subprocess.Popen[bytes]] = []
         self.publishers: Dict[str, rospy.Publisher] = {}
         self._before = {node: rospy.get_param(node, None) for node in mapping.parameters}
@@ -144,8 +144,9 @@ class RosSubject:
             self.has_stamps &= message_class._has_header
         if not self.wait(lambda: all(each.get_num_connections() for each in self.publishers.values()), limit_s):
             raise Unusable(self.fault() or f'{self.topics[0]}: not connected within {limit_s:g} s')
-        nodes = dict(self._master.getSystemState()[0]).get(self._mapping.odom, [])
-        self._pid = self._process_of(nodes[0]) if nodes else 0
+        published, subscribed = map(dict, self._master.getSystemState()[:2])
+        nodes = {*published.get(self._mapping.odom, []), *(node for topic in self.topics for node in subscribed[topic])}
+        self._pids = [self._process_of(node) for node in nodes]
 
     def _unsubscribed(self, missing: List[str]) -> List[str]:
         subscribed = dict(self._master.getSystemState()[1])
@@ -219,9 +220,10 @@ class RosSubject:
         return True
 
     def memory_bytes(self) -> int:
-        """Return the resident memory of the node."""
+        """Return the resident memory of the nodes."""
         with contextlib.suppress(OSError):
-            return int(Path(f'/proc/{self._pid}/statm').read_text().split()[1]) * os.sysconf('SC_PAGESIZE')
+            pages = [int(Path(f'/proc/{pid}/statm').read_text().split()[1]) for pid in self._pids]
+            return sum(pages) * os.sysconf('SC_PAGESIZE')
         return 0
 
     def stop(self) -> None:
