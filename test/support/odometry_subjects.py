@@ -1,20 +1,62 @@
-"""Odometry nodes without ROS, for the conformance suite: this package's odometry, right or with one fault."""
+"""Odometry nodes without ROS for the conformance suite: this package's, and a simple one, right or with one fault."""
 
+import math
 import time
 
+import numpy as np
+
 from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.se2 import Pose2D, move_along_arc
 from diff_encoder_sim.conformance.cases import plan
 from diff_encoder_sim.conformance.clauses import Evidence
 from diff_encoder_sim.conformance.mapping import NodeMapping, Wheels
 from diff_encoder_sim.conformance.playing import Player, Received, play_all
 from diff_encoder_sim.drives.message_encoders import encode_odometry, encode_planar_tf
-from diff_encoder_sim.wheels.odometry import WheelOdometry
+from diff_encoder_sim.wheels.covariance import PlanarCovariance, propagate_motion_noise, quantisation_covariance
+from diff_encoder_sim.wheels.odometry import OdometryEstimate, TwistCovariance, WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
 
-JOINTS = {'/joint_states.position[0]': 'left_rad', '/joint_states.position[1]': 'right_rad'}
+ANGLES = {'/joint_states.position[0]': 'left_rad', '/joint_states.position[1]': 'right_rad'}
 COUNTS = {'/encoder_pulse.pulses[0]': 'left_count', '/encoder_pulse.pulses[1]': 'right_count'}
-FRAMES = 'odom', 'base_link'
+FRAMES = ('odom', 'base_link')
+JOINTS = ('left_wheel_joint', 'right_wheel_joint')
+
+# The clause that each wrong node fails, and the input that shows it.
+FAULTS = {
+    'truncates': ('2.1', ANGLES),
+    'diameter as radius': ('2.2', COUNTS),
+    'integer division': ('2.2', COUNTS),
+    'left and right swapped': ('2.3', COUNTS),
+    'degrees as radians': ('2.4', COUNTS),
+    'Euler integration': ('2.5', COUNTS),
+    'first sample as motion': ('3.1', COUNTS),
+    'no wrap': ('3.2', COUNTS),
+    'restart as motion': ('3.3', COUNTS),
+    'repeats published again': ('4.1', COUNTS),
+    'late samples integrated': ('4.2', COUNTS),
+    'a gap discards counts': ('4.3', COUNTS),
+    'NaN passes': ('4.5', ANGLES),
+    'dies of NaN': ('4.5', ANGLES),
+    'silent after time goes back': ('4.6', COUNTS),
+    'twist in odom': ('5.1', COUNTS),
+    'unsigned twist': ('5.2', COUNTS),
+    'receipt time differences': ('5.3', COUNTS),
+    'stamp of now': ('6.1', COUNTS),
+    'transform twice': ('6.3', COUNTS),
+    'transform inverted': ('6.4', COUNTS),
+    'leading slash': ('6.5', COUNTS),
+    'wrong child frame': ('6.5', COUNTS),
+    'quaternion not normalised': ('6.6', COUNTS),
+    'every third sample': ('6.7', COUNTS),
+    'late by 0.1 s': ('6.8', COUNTS),
+    'covariance zero': ('8.1', COUNTS),
+    'covariance -1': ('8.1', COUNTS),
+    'covariance constant': ('8.2', COUNTS),
+    'rounding at each step': ('8.3', COUNTS),
+    'slip ignored': ('8.4', COUNTS),
+    'reset ignored': ('7.1', COUNTS),
+}
 
 
 def mapping_of(inputs, **changes):
@@ -22,60 +64,197 @@ def mapping_of(inputs, **changes):
     return NodeMapping.from_mapping({**about, **changes}, 'mapping')
 
 
-class OurOdometry:
-    """`Subject` of this package's encoder and odometry, which answers within `send`."""
+class InProcess:
+    """`Subject` that answers within `send`."""
 
     def __init__(self, mapping, wheels):
         self.mapping, self.wheels = mapping, wheels
-        self.odometry, self.transforms = [], []
+        self.odometry, self.transforms, self.died = [], [], ''
 
-    def start(self, settings):
-        wheels = {'ppr': self.wheels.ppr, 'counter_modulus': settings.modulus}
-        geometry = {'wheel_diameter': self.wheels.wheel_diameter, 'wheel_separation': self.wheels.wheel_separation}
-        noise = {'motion_noise': settings.motion_noise_m2_per_m}
-        params = OdometryParams.from_mapping({**wheels, **geometry, **noise}, '')
-        self.node = WheelOdometry(params)
-        self.encoder = ReportingEncoder(EncoderParams.from_mapping(wheels, ''))
-
-    def send(self, sample):
-        if self.mapping.reads_counts:
-            reports = [(sample.stamp_ns, *sample.counts.tolist())]
-        else:
-            try:
-                joints = ('left_wheel_joint', 'right_wheel_joint')
-                reports = [each[:3] for each in self.encoder.update(sample.stamp_ns, joints, sample.angles_rad)]
-            except InputFault:
-                reports = []
-        for report in reports:
-            estimate = self.node.update(*report)
-            if estimate is not None:
-                self.publish(estimate)
-
-    def publish(self, estimate):
-        receipt_ns = time.monotonic_ns()
-        transform = encode_planar_tf(estimate.base_pose_in_odom, estimate.stamp_ns, *FRAMES)
-        self.transforms.append(Received(receipt_ns, transform))
-        self.odometry.append(Received(receipt_ns, encode_odometry(estimate, *FRAMES)))
+    def publish(self, odometry, transform):
+        self.odometry.append(Received(time.monotonic_ns(), odometry))
+        self.transforms.append(Received(time.monotonic_ns(), transform))
 
     def wait(self, is_done, limit_s):
-        while not is_done() and limit_s > 0.0:
+        end_s = time.monotonic() + limit_s
+        while not is_done() and time.monotonic() < end_s:
             time.sleep(0.01)
-            limit_s -= 0.01
         return is_done()
 
-    def reset(self):
-        self.node.reset()
-        return True
-
     def fault(self):
-        return ''
+        return self.died
 
     def memory_bytes(self):
         return 0
 
 
-def evidence_of(subject_class, inputs=COUNTS, wheels=None, **changes):
-    """Play all cases to a node."""
+class OurOdometry(InProcess):
+    """Encoder and odometry of this package."""
+
+    def start(self, settings):
+        wheels = {'ppr': self.wheels.ppr, 'counter_modulus': settings.modulus}
+        geometry = {'wheel_diameter': self.wheels.wheel_diameter, 'wheel_separation': self.wheels.wheel_separation}
+        noise = {'motion_noise': settings.motion_noise_m2_per_m}
+        self.node = WheelOdometry(OdometryParams.from_mapping({**wheels, **geometry, **noise}, ''))
+        self.encoder = ReportingEncoder(EncoderParams.from_mapping(wheels, ''))
+
+    def send(self, sample):
+        reports = [(sample.stamp_ns, *sample.counts.tolist())]
+        if not self.mapping.reads_counts:
+            try:
+                reports = [each[:3] for each in self.encoder.update(sample.stamp_ns, JOINTS, sample.angles_rad)]
+            except InputFault:
+                reports = []
+        for report in reports:
+            estimate = self.node.update(*report)
+            if estimate is not None:
+                pose = estimate.base_pose_in_odom, estimate.stamp_ns
+                self.publish(
+                    encode_odometry(estimate, 'odom', 'base_link'), encode_planar_tf(*pose, 'odom', 'base_link')
+                )
+
+    def reset(self):
+        self.node.reset()
+        return True
+
+
+class SimpleOdometry(InProcess):
+    """Odometry as in a textbook, with at most one fault of FAULTS."""
+
+    def __init__(self, mapping, wheels, fault=''):
+        super().__init__(mapping, wheels)
+        self.wrong = fault
+        swapped = -1.0 if fault == 'left and right swapped' else 1.0
+        self.m_per_count = wheels.m_per_count * (2.0 if fault == 'diameter as radius' else 1.0)
+        self.turn_per_m = (
+            swapped * (180.0 / math.pi if fault == 'degrees as radians' else 1.0) / wheels.wheel_separation
+        )
+
+    def start(self, settings):
+        self.settings, self.died, self.sent = settings, '', 0
+        self.set_zero()
+        self.counts = np.zeros(2, int) if self.wrong == 'first sample as motion' else None
+
+    def set_zero(self):
+        self.counts, self.stamp_ns, self.receipt_ns = None, 0, 0
+        self.pose, self.noise = Pose2D(0.0, 0.0, 0.0), PlanarCovariance()
+
+    def reset(self):
+        if self.wrong != 'reset ignored':
+            self.set_zero()
+        return True
+
+    def send(self, sample):
+        counts = sample.counts
+        if not self.mapping.reads_counts:
+            if np.isnan(sample.angles_rad).any():
+                self.died = 'ended with status 1' if self.wrong == 'dies of NaN' else ''
+                self.pose = Pose2D(math.nan, 0.0, 0.0) if self.wrong == 'NaN passes' else self.pose
+                return
+            rounded = np.trunc if self.wrong == 'truncates' else np.floor
+            counts = rounded(sample.angles_rad * self.wheels.ppr / (2.0 * math.pi)).astype(int)
+        self.sent += 1
+        self.report(sample.stamp_ns, counts)
+
+    def report(self, stamp_ns, counts):
+        if stamp_ns < self.stamp_ns - 10**9:
+            if self.wrong == 'silent after time goes back':
+                return
+            self.set_zero()
+        if stamp_ns == self.stamp_ns:
+            if self.wrong == 'repeats published again':
+                self.answer(stamp_ns, 0.0, 0.0)
+            return
+        if stamp_ns < self.stamp_ns and self.wrong != 'late samples integrated':
+            return
+        interval_s, now_ns = (stamp_ns - self.stamp_ns) * 1e-9, time.monotonic_ns()
+        steps_m = np.zeros(2) if self.counts is None else self.steps_m(counts - self.counts, interval_s)
+        if self.wrong == 'receipt time differences':
+            interval_s = (now_ns - self.receipt_ns) * 1e-9
+        self.counts, self.stamp_ns, self.receipt_ns = counts, stamp_ns, now_ns
+        distance_m, turn_rad = steps_m.mean(), (steps_m[1] - steps_m[0]) * self.turn_per_m
+        self.move(steps_m, distance_m, turn_rad)
+        self.answer(stamp_ns, distance_m / interval_s, turn_rad / interval_s)
+
+    def steps_m(self, steps, interval_s):
+        modulus = self.settings.modulus
+        if modulus and self.wrong != 'no wrap':
+            steps = (steps + modulus // 2) % modulus - modulus // 2
+        steps_m = steps * self.m_per_count
+        if np.abs(steps_m).max() > 10.0 and self.wrong not in ('restart as motion', 'no wrap'):
+            steps_m = np.zeros(2)
+        if interval_s > 0.6 and self.wrong == 'a gap discards counts':
+            steps_m = np.zeros(2)
+        return np.floor(1e3 * steps_m) / 1e3 if self.wrong == 'integer division' else steps_m
+
+    def move(self, steps_m, distance_m, turn_rad):
+        noise = self.settings.motion_noise_m2_per_m * (0.01 if self.wrong == 'slip ignored' else 1.0)
+        self.noise = propagate_motion_noise(
+            self.noise, self.pose.yaw_rad, *steps_m, self.wheels.wheel_separation, noise
+        )
+        if self.wrong == 'rounding at each step' and steps_m.any():
+            rounding_m2 = self.wheels.m_per_count**2 / 12.0
+            per_m = rounding_m2 / np.abs(steps_m).max()
+            step = propagate_motion_noise(
+                PlanarCovariance(), self.pose.yaw_rad, *steps_m, self.wheels.wheel_separation, per_m
+            )
+            self.noise = self.noise.plus(step)
+        if self.wrong == 'Euler integration':
+            self.pose = Pose2D(
+                self.pose.x_m + distance_m * math.cos(self.pose.yaw_rad),
+                self.pose.y_m + distance_m * math.sin(self.pose.yaw_rad),
+                self.pose.yaw_rad + turn_rad,
+            )
+        else:
+            self.pose = move_along_arc(self.pose, distance_m, turn_rad)
+
+    def answer(self, stamp_ns, linear_mps, angular_radps):
+        count_m2, lateral_mps = self.wheels.m_per_count**2, 0.0
+        rounding_m2 = count_m2 / 12.0, count_m2 / 12.0
+        covariance = self.noise.plus(quantisation_covariance(self.pose, rounding_m2, self.wheels.wheel_separation))
+        small = PlanarCovariance(xx=1e-9, yy=1e-9)  # at pose zero the other one is singular
+        covariance = covariance.plus(small)
+        twist = TwistCovariance(count_m2, 0.0, count_m2)
+        if self.wrong.startswith('covariance'):
+            diagonal = {'zero': 0.0, '-1': -1.0, 'constant': 1e-3}[self.wrong.split()[1]]
+            covariance = PlanarCovariance(xx=diagonal, yy=diagonal, yaw_yaw=diagonal)
+        if self.wrong == 'twist in odom':
+            turned = linear_mps * np.exp(1j * self.pose.yaw_rad)
+            linear_mps, lateral_mps = turned.real, turned.imag
+        if self.wrong == 'unsigned twist':
+            linear_mps, angular_radps = abs(linear_mps), abs(angular_radps)
+        stamp_ns = time.time_ns() if self.wrong == 'stamp of now' else stamp_ns
+        self.write(OdometryEstimate(stamp_ns, self.pose, linear_mps, angular_radps, covariance, twist, lateral_mps))
+
+    def write(self, estimate):
+        pose, stamp_ns = estimate.base_pose_in_odom, estimate.stamp_ns
+        frame = '/odom' if self.wrong == 'leading slash' else 'odom'
+        child = 'base_footprint' if self.wrong == 'wrong child frame' else 'base_link'
+        odometry = encode_odometry(estimate, frame, child)
+        pose = pose.inverse() if self.wrong == 'transform inverted' else pose
+        transform = encode_planar_tf(pose, stamp_ns, frame, 'base_link')
+        if self.wrong == 'quaternion not normalised':
+            odometry = scaled_quaternion(odometry)
+        if self.wrong == 'every third sample' and self.sent % 3 != 1:
+            return
+        self.publish(odometry, transform)
+        if self.wrong == 'transform twice':
+            self.transforms.append(self.transforms[-1])
+        if self.wrong == 'late by 0.1 s':
+            last = self.odometry[-1]
+            self.odometry[-1] = last._replace(receipt_ns=last.receipt_ns + 10**8)
+
+
+def scaled_quaternion(odometry):
+    """A serialized nav_msgs/Odometry with its quaternion 1.2 times as long."""
+    at = len(odometry) - 8 * (85 - 3)
+    quaternion = 1.2 * np.frombuffer(odometry[at : at + 32])
+    return odometry[:at] + quaternion.tobytes() + odometry[at + 32 :]
+
+
+def evidence_of(subject, wheels=None, rounds=None, inputs=COUNTS, **changes):
+    """Play all cases, or some rounds, to a node: a class or function of mapping and wheels."""
     mapping, wheels = mapping_of(inputs, **changes), wheels or Wheels()
-    recordings, unusable = play_all(plan(mapping, wheels), Player(subject_class(mapping, wheels), mapping, wheels))
+    player = Player(subject(mapping, wheels), mapping, wheels)
+    recordings, unusable = play_all(rounds or plan(mapping, wheels), player)
     return Evidence(mapping, wheels, recordings, unusable)

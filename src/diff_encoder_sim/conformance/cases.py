@@ -12,6 +12,7 @@ from diff_encoder_sim.conformance.mapping import NodeMapping, Settings, Wheels
 
 Segment = Tuple[float, float, float]  # linear [m/s], angular [rad/s], duration [s]
 
+REST: Segment = (0.0, 0.0, 0.2)
 SETTLE_SAMPLES = 3  # at rest at the end: the last message is then that of the last count
 HOUR_S, HOUR_RATE_HZ = 3600.0, 2.0
 MEMORY_SAMPLES, MEMORY_RATE_HZ = 20_000, 1000.0
@@ -79,7 +80,7 @@ def plan(mapping: NodeMapping, wheels: Wheels, settings: Optional[Settings] = No
 
 def motions(wheels: Wheels) -> Dict[str, List[Segment]]:
     """Return the segments of the 30 motions by name, except irregular rates and the hour, which differ in samples."""
-    half_m, stop = 0.5 * wheels.wheel_separation, (0.0, 0.0, 0.2)
+    half_m, stop = 0.5 * wheels.wheel_separation, REST
     arcs = {
         f'{"arc" if v > 0 else "reverse arc"} {"left" if w > 0 else "right"}, {abs(v / w):.2g} m': [(v, w, 1.0)]
         for v, w in ((0.5, 1.0), (0.5, -1.0), (0.5, 2.0), (0.5, -2.0), (-0.5, 1.0), (-0.5, -2.0))
@@ -142,9 +143,9 @@ def _usual_cases(wheels: Wheels, mapping: NodeMapping) -> List[Case]:
         arc._replace(name='rate', pace='realtime'),
         arc._replace(name='repeated samples', order=sorted(rows + rows[5:9])),
         arc._replace(name='late samples', order=[*rows[:8], 9, 8, 10, 12, 13, 11, *rows[14:]]),
-        arc._replace(name='lost samples', order=[*rows[:6], *rows[12:]]),
+        arc._replace(name='lost samples', order=[*rows[:5], *rows[18:]]),
         arc._replace(name='burst', pace='burst'),
-        *([arc._replace(name='reset', resets=True)] if mapping.reset else []),
+        *([_driven('reset', [REST, (0.4, 1.0, 1.0)], wheels, period_s, resets=True)] if mapping.reset else []),
     ]
 
 
@@ -179,7 +180,7 @@ def _honest_cases(wheels: Wheels, mapping: NodeMapping, noise: float, name: str)
     random = generator(2, name)
     for number in range(HONEST_DRIVES):
         arcs = random.uniform((0.1, -1.5), (0.4, 1.5), (2, 2)).tolist()
-        segments = [(v, w, 0.7) for v, w in arcs]
+        segments = [REST, *((v, w, 0.7) for v, w in arcs)]
         case = _driven(f'honest {name} {number + 1}', segments, wheels, 1.0 / mapping.rate, resets=True)
         steps_m = np.diff(case.travels_m, axis=0)
         slips_m = random.normal(0.0, np.sqrt(noise * abs(steps_m)))

@@ -45,6 +45,7 @@ class Evidence(NamedTuple):
     recordings: Sequence[Recording]
     unusable: str = ''
     has_stamps: bool = True  # of the input
+    missing: str = 'needs a start of the node by the suite'  # why a case was not played
 
     @property
     def motions(self) -> List[Recording]:
@@ -59,13 +60,13 @@ class Evidence(NamedTuple):
 
     def named(self, prefix: str) -> List[Recording]:
         """Return the recordings of cases whose name begins so; NotApplicable if there are none."""
-        return self.some((each for each in self.recordings if each.name.startswith(prefix)), f'no case {prefix!r}')
+        return self.some(each for each in self.recordings if each.name.startswith(prefix))
 
-    def some(self, found: Iterable[Recording], missing: str = 'no such drive') -> List[Recording]:
+    def some(self, found: Iterable[Recording]) -> List[Recording]:
         """Return recordings; NotApplicable if there are none."""
         recordings = list(found)
         if not recordings:
-            raise NotApplicable(missing)
+            raise NotApplicable(self.missing)
         return recordings
 
     def pose_limits(self, recording: Recording) -> Tuple[float, float]:

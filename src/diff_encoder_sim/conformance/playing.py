@@ -10,7 +10,7 @@ from typing import Callable, List, NamedTuple, Optional, Protocol, Tuple
 import numpy as np
 
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.conformance.cases import TIME_BACK_S, Case, Round
+from diff_encoder_sim.conformance.cases import SETTLE_SAMPLES, TIME_BACK_S, Case, Round
 from diff_encoder_sim.conformance.mapping import NodeMapping, Settings, Wheels
 from diff_encoder_sim.conformance.recording import FramedPose, Recording, Sample, decode_odometry, decode_transforms
 from diff_encoder_sim.conformance.reference import counts_of_angles, wrapped
@@ -18,10 +18,9 @@ from diff_encoder_sim.drives.message_decoders import encoded_stamp_ns
 
 HISTORY_S = 7200  # fast cases have stamps of the past: nodes may refuse those of the future
 ANSWER_S, SILENCE_S, SETTLE_S = 0.1, 0.2, 1.0  # wall time for an answer, after the last answer, and to the end
-MOST_UNANSWERED = 5  # in a case; after them samples are sent without waiting
+MOST_UNANSWERED, UNANSWERED_S = 50, 0.003  # samples; after them the wait for an answer is this short
 CASE_LIMIT_S = 20.0  # wall time
 SUITE_LIMIT_S = 120.0  # wall time
-MOST_RESTARTS = 5  # after cases
 AHEAD = 50  # samples of a stream without an answer
 
 
@@ -72,6 +71,7 @@ class Player:
         self._angles_rad = self._zero_rad = np.zeros(2)  # of the wheels; and those at which the counters are zero
         self._modulus = 0
         self._last: Optional[FramedPose] = None
+        self._unanswered = 0  # samples
         self._transforms = 0  # of the recordings so far: a late one belongs to the next
 
     def start(self, of_round: Round) -> Recording:
@@ -112,17 +112,17 @@ class Player:
             before = len(subject.odometry) if case.pace in ('answered', 'realtime') else begun + len(samples)
             self._send(case, row, samples, sent_ns)
             if case.pace == 'stream' and unanswered < MOST_UNANSWERED:
-                is_near = partial(self._is_near, samples, begun)
-                unanswered += not subject.wait(is_near, 10.0 * ANSWER_S)
+                unanswered += not subject.wait(partial(self._is_near, samples, begun), 10.0 * ANSWER_S)
             elif self._is_fast and case.pace == 'answered' and newest < row != case.nan_row:
-                is_late = unanswered >= MOST_UNANSWERED
-                is_answered = is_late or subject.wait(lambda: len(subject.odometry) > before, ANSWER_S)  # noqa: B023
-                unanswered += not is_answered
+                limit_s = ANSWER_S if self._unanswered < MOST_UNANSWERED else UNANSWERED_S
+                unanswered += not subject.wait(lambda: len(subject.odometry) > before, limit_s)  # noqa: B023
             newest = max(newest, row)
             if subject.fault() or time.monotonic() - begin_s > CASE_LIMIT_S:
                 break
         settled_s = time.monotonic() + (0.0 if self._is_fast else 3.0 / self._mapping.rate)
-        subject.wait(lambda: time.monotonic() >= settled_s and self._is_settled(samples, before), SETTLE_S)
+        self._unanswered += unanswered
+        is_settled = partial(self._is_settled, samples, sent_ns[-1], before, case.pace == 'answered' and not unanswered)
+        subject.wait(lambda: time.monotonic() >= settled_s and is_settled(), SETTLE_S)
         self._advance(case)
         return self._recording(case, samples, sent_ns, start, begun, begin_s)
 
@@ -134,14 +134,15 @@ class Player:
         newest_ns = encoded_stamp_ns(odometry[-1].content)
         return samples[due].stamp_ns <= newest_ns + self._period_ns and newest_ns <= samples[-1].stamp_ns
 
-    def _is_settled(self, samples: List[Sample], before: int) -> bool:
-        """Return whether the last sample is answered: by the stamp, or, if it has another one, after a silence."""
+    def _is_settled(self, samples: List[Sample], sent_ns: int, before: int, are_answered: bool) -> bool:
+        """Return whether the pose is that of the last samples, which are at rest: by stamps, or after a silence."""
         odometry = self._subject.odometry
-        if len(odometry) <= before:
-            return False
+        if are_answered or not self._is_fast:
+            return len(odometry) > before
         newest_ns, last_ns = encoded_stamp_ns(odometry[-1].content), samples[-1].stamp_ns
-        is_silent = time.monotonic_ns() - odometry[-1].receipt_ns > SILENCE_S * NANOSECONDS_PER_SECOND
-        return last_ns - self._period_ns <= newest_ns <= last_ns or is_silent or not self._is_fast
+        silent_ns = time.monotonic_ns() - max(sent_ns, odometry[-1].receipt_ns)
+        is_silent = silent_ns > SILENCE_S * NANOSECONDS_PER_SECOND
+        return last_ns - (SETTLE_SAMPLES - 1) * self._period_ns <= newest_ns <= last_ns or is_silent
 
     def _send(self, case: Case, row: int, samples: List[Sample], sent_ns: List[int]) -> None:
         """Send the sample of a row."""
@@ -194,7 +195,7 @@ class Player:
             angles_rad = begin_rad + travels_m / (0.5 * self._wheels.wheel_diameter)
             travels_m = counts_of_angles(angles_rad, self._wheels.ppr) * self._wheels.m_per_count
         self._last = odometry[-1] if odometry else self._last
-        fault = subject.fault()
+        fault = subject.fault() or ('' if odometry else 'no odometry')
         if not fault and time.monotonic() - begin_s > CASE_LIMIT_S:
             fault = f'not finished within {CASE_LIMIT_S:g} s'
         return Recording(case, samples, sent_ns, travels_m, start, odometry, transforms, fault, subject.memory_bytes())
@@ -203,19 +204,19 @@ class Player:
 def play_all(rounds: List[Round], player: Player) -> Tuple[List[Recording], str]:
     """Play all rounds; return the recordings, and why the node could not be judged to the end, or ''.
 
-    After a case that the node has not survived it is started again.
+    A fault in an orderly case ends the suite; after another one the node is started again.
     """
     recordings: List[Recording] = []
-    end_s, restarts = time.monotonic() + SUITE_LIMIT_S, 0
+    end_s = time.monotonic() + SUITE_LIMIT_S
     try:
         for of_round in rounds:
             recordings.append(player.start(of_round))
             for case in of_round.cases:
                 recordings.append(player.play(case))
-                if recordings[-1].is_broken:
-                    restarts += 1
-                    if restarts > MOST_RESTARTS:
-                        raise Unusable(f'{recordings[-1].name}: {recordings[-1].fault or "no finite pose"}')
+                last = recordings[-1]
+                if last.fault and case.is_orderly:
+                    raise Unusable(f'{case.name}: {last.fault}')
+                if last.is_broken:
                     recordings.append(player.start(of_round))
                 if time.monotonic() > end_s:
                     raise Unusable(f'{case.name}: not finished after {SUITE_LIMIT_S:g} s')

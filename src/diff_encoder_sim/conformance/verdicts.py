@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import itertools
-from typing import Dict, List, NamedTuple
+from typing import Dict, List, NamedTuple, Set
 
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.conformance import message_clauses, motion_clauses
@@ -41,8 +41,9 @@ def judge(evidence: Evidence) -> List[Verdict]:
     with open(package_folder() / 'config' / 'conformance' / 'clauses.csv', encoding='utf-8', newline='') as file:
         clauses = [Clause(*row) for row in itertools.islice(csv.reader(file), 1, None)]
     verdicts: Dict[str, Verdict] = {}
+    unjudged: Set[str] = set()  # failed, or behind a failed one
     for each in clauses:
-        blocking = next((number for number in each.needs.split() if verdicts[number].outcome == FAIL), '')
+        blocking = next((number for number in each.needs.split() if number in unjudged), '')
         try:
             if blocking:
                 raise NotApplicable(f'judged after {blocking} passes')
@@ -50,4 +51,6 @@ def judge(evidence: Evidence) -> List[Verdict]:
             verdicts[each.number] = Verdict(each, PASS if measured.is_met else FAIL, *measured[1:])
         except NotApplicable as reason:
             verdicts[each.number] = Verdict(each, NOT_APPLICABLE, str(reason))
+        if blocking or verdicts[each.number].outcome == FAIL:
+            unjudged.add(each.number)
     return list(verdicts.values())

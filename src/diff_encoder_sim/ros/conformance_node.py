@@ -17,10 +17,10 @@ import threading
 import time
 from pathlib import Path
 from typing import Any, Callable, Dict, Iterator, List, Tuple
-from xmlrpc.client import ServerProxy
 
 import rosgraph
 import roslib.message
+import rosnode
 import rospy
 from nav_msgs.msg import Odometry
 from rosbags.rosbag1 import Writer
@@ -47,7 +47,7 @@ from diff_encoder_sim.ros.node import call_service, executable, own_words
 ODOMETRY = 'nav_msgs/Odometry'
 OURS = ('encoder_odometry', 'gz_diff_odom_node')  # mapping files of a running node, the first that fits
 FLOOD = 20  # messages per sample
-STOP_S = 5.0  # from SIGINT to SIGKILL
+STOP_S = 3.0  # from SIGINT to SIGKILL
 EXAMPLES = ['', '--node my_node.yaml --out results/', '--start false --ppr 1024 --wheel-diameter 0.2']
 
 
@@ -97,6 +97,7 @@ class RosSubject:
         self._processes: List[subprocess.Popen[bytes]] = []
         self.publishers: Dict[str, rospy.Publisher] = {}
         self._before = {node: rospy.get_param(node, None) for node in mapping.parameters}
+        self._nodes_before = {*rosnode.get_node_names(), rospy.get_name()}
         self.topics = list(dict.fromkeys(split_address(address)[0] for address in mapping.input))
         used = dict(self._master.getSystemState()[0])
         for topic in [*self.topics, *([mapping.odom] if mapping.commands else [])]:
@@ -156,8 +157,7 @@ class RosSubject:
     def _process_of(self, node: str) -> int:
         """Return the process id of a node; 0 if it cannot be read."""
         with contextlib.suppress(Exception):  # XML-RPC raises many types
-            _, _, pid = ServerProxy(self._master.lookupNode(node)).getPid(rospy.get_name())
-            return int(str(pid))
+            return int(rospy.core.xmlrpcapi(self._master.lookupNode(node)).getPid(rospy.get_name())[2])
         return 0
 
     def messages(self, sample: Sample) -> Iterator[Tuple[str, Any]]:
@@ -235,16 +235,20 @@ class RosSubject:
             end_s = time.monotonic() + STOP_S
             while any(process.poll() is None for process in self._processes) and time.monotonic() < end_s:
                 time.sleep(0.01)
+        if self._processes:  # killed nodes are still registered
+            killed = {*rosnode.get_node_names()} - self._nodes_before
+            with contextlib.redirect_stdout(None):
+                rosnode.cleanup_master_blacklist(self._master, killed)
         self._processes = []
 
     def restore(self) -> None:
         """Leave the graph as it was."""
         self.stop()
         for node, before in self._before.items() if self._mapping.commands else ():
-            with contextlib.suppress(KeyError):
+            with contextlib.suppress(KeyError, OSError):  # no such parameter, or no master
                 rospy.delete_param(node)
-            if before is not None:
-                rospy.set_param(node, before)
+                if before is not None:
+                    rospy.set_param(node, before)
 
 
 class ConformanceSuite:
@@ -270,6 +274,8 @@ class ConformanceSuite:
             recordings, unusable = play_all(plan(self._mapping, self._wheels, settings), player)
         finally:
             subject.restore()
+        if rospy.is_shutdown():
+            sys.exit(1)
         evidence = Evidence(self._mapping, self._wheels, recordings, unusable, subject.has_stamps)
         verdicts, name = judge(evidence), options.node or OURS[0]
         print(report.verdict_table(verdicts))
@@ -288,7 +294,8 @@ class ConformanceSuite:
     def _write_bag(self, recording: Recording, path: Path) -> None:
         """Write input and output of a case."""
         subject, mapping, wall_ns = self._subject, self._mapping, time.time_ns() - time.monotonic_ns()
-        first_ns, last_ns = recording.sent_ns[0], max(each.receipt_ns for each in recording.odometry)
+        first_ns = recording.sent_ns[0]
+        last_ns = max([*recording.sent_ns, *(each.receipt_ns for each in recording.odometry)])
         answers = [(mapping.odom, Odometry, each) for each in subject.odometry]
         answers += [('/tf', TFMessage, each) for each in subject.transforms]
         messages = [(each.receipt_ns, topic, kind, each.content) for topic, kind, each in answers]
