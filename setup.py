@@ -22,6 +22,7 @@ setup(
             'diff_encoder_sim.analysis.charts': ['*.html', '*.css', '*.js'],
             'diff_encoder_sim.analysis.report': ['*.html', '*.css', '*.js'],
             'diff_encoder_sim.calibration': ['*.html'],
+            'diff_encoder_sim.conformance': ['*.html'],
             'diff_encoder_sim.drives': ['definitions/*/*.msg'],
         },
     ),

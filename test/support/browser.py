@@ -28,7 +28,8 @@ CUT_TEXTS = """
     const {left, right, width} = each.getBoundingClientRect();
     if (each.matches('.drawing svg text')) {
       const chart = each.closest('svg').getBoundingClientRect();
-      return width && each.textContent.trim() && (left < chart.left - 1 || right > chart.right + 1);
+      const shows = width && each.textContent.trim() && each.getAttribute('opacity') !== '0';
+      return shows && (left < chart.left - 1 || right > chart.right + 1);
     }
     const scrolls = each.closest('.wide, pre, svg, select');
     const overflows = each.scrollWidth > each.clientWidth + 1 && getComputedStyle(each).display !== 'inline';

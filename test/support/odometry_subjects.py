@@ -1,12 +1,13 @@
 """Odometry nodes without ROS for the conformance suite: this package's, and a simple one, right or with one fault."""
 
 import math
-import time
+from unittest import mock
 
 import numpy as np
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc
+from diff_encoder_sim.conformance import playing
 from diff_encoder_sim.conformance.cases import plan
 from diff_encoder_sim.conformance.clauses import Evidence
 from diff_encoder_sim.conformance.mapping import NodeMapping, Wheels
@@ -64,6 +65,25 @@ def mapping_of(inputs, **changes):
     return NodeMapping.from_mapping({**about, **changes}, 'mapping')
 
 
+class VirtualTime:
+    """In place of the module `time`: waiting takes no time, and each look at the clock 10 us."""
+
+    def __init__(self, now_ns):
+        self.now_ns = now_ns
+
+    def time_ns(self):
+        self.now_ns += 10_000
+        return self.now_ns
+
+    monotonic_ns = time_ns
+
+    def monotonic(self):
+        return 1e-9 * self.time_ns()
+
+    def sleep(self, time_s):
+        self.now_ns += round(1e9 * time_s)
+
+
 class InProcess:
     """`Subject` that answers within `send`."""
 
@@ -72,13 +92,13 @@ class InProcess:
         self.odometry, self.transforms, self.died = [], [], ''
 
     def publish(self, odometry, transform):
-        self.odometry.append(Received(time.monotonic_ns(), odometry))
-        self.transforms.append(Received(time.monotonic_ns(), transform))
+        self.odometry.append(Received(playing.time.monotonic_ns(), odometry))
+        self.transforms.append(Received(playing.time.monotonic_ns(), transform))
 
     def wait(self, is_done, limit_s):
-        end_s = time.monotonic() + limit_s
-        while not is_done() and time.monotonic() < end_s:
-            time.sleep(0.01)
+        end_s = playing.time.monotonic() + limit_s
+        while not is_done() and playing.time.monotonic() < end_s:
+            playing.time.sleep(0.01)
         return is_done()
 
     def fault(self):
@@ -167,7 +187,7 @@ class SimpleOdometry(InProcess):
             return
         if stamp_ns < self.stamp_ns and self.wrong != 'late samples integrated':
             return
-        interval_s, now_ns = (stamp_ns - self.stamp_ns) * 1e-9, time.monotonic_ns()
+        interval_s, now_ns = (stamp_ns - self.stamp_ns) * 1e-9, playing.time.monotonic_ns()
         steps_m = np.zeros(2) if self.counts is None else self.steps_m(counts - self.counts, interval_s)
         if self.wrong == 'receipt time differences':
             interval_s = (now_ns - self.receipt_ns) * 1e-9
@@ -223,7 +243,7 @@ class SimpleOdometry(InProcess):
             linear_mps, lateral_mps = turned.real, turned.imag
         if self.wrong == 'unsigned twist':
             linear_mps, angular_radps = abs(linear_mps), abs(angular_radps)
-        stamp_ns = time.time_ns() if self.wrong == 'stamp of now' else stamp_ns
+        stamp_ns = playing.time.time_ns() if self.wrong == 'stamp of now' else stamp_ns
         self.write(OdometryEstimate(stamp_ns, self.pose, linear_mps, angular_radps, covariance, twist, lateral_mps))
 
     def write(self, estimate):
@@ -252,9 +272,10 @@ def scaled_quaternion(odometry):
     return odometry[:at] + quaternion.tobytes() + odometry[at + 32 :]
 
 
-def evidence_of(subject, wheels=None, rounds=None, inputs=COUNTS, **changes):
-    """Play all cases, or some rounds, to a node: a class or function of mapping and wheels."""
+def evidence_of(subject, inputs=COUNTS, wheels=None, rounds=None, now_ns=1_700_000_000_000_000_000, **changes):
+    """Play all cases, or some rounds, to a node, a class or function of mapping and wheels, in virtual time."""
     mapping, wheels = mapping_of(inputs, **changes), wheels or Wheels()
-    player = Player(subject(mapping, wheels), mapping, wheels)
-    recordings, unusable = play_all(rounds or plan(mapping, wheels), player)
+    with mock.patch.object(playing, 'time', VirtualTime(now_ns)):
+        player = Player(subject(mapping, wheels), mapping, wheels)
+        recordings, unusable = play_all(rounds or plan(mapping, wheels), player)
     return Evidence(mapping, wheels, recordings, unusable)

@@ -40,6 +40,7 @@ HEAVY = ('numba', 'pybullet', 'dask', 'distributed', 'altair', 'vl_convert', 'sc
 WRAPPERS = (
     *(f'analysis.charts.{name}' for name in ('chart_page', 'drawings', 'figures', 'frames', 'trial_charts')),
     *('analysis.report.page', 'advice.advice_page', 'calibration.calibration_page', 'calibration.drive_page'),
+    'conformance.conformance_page',
 )
 IMPORT_AND_NAME_THE_HEAVY = f"""
 import importlib, sys

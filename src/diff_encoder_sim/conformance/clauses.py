@@ -50,17 +50,17 @@ class Evidence(NamedTuple):
     @property
     def motions(self) -> List[Recording]:
         """Return the recordings of motions with an answer; NotApplicable if there are none."""
-        return self.some(each for each in self.recordings if each.case.is_motion and each.odometry)
+        return self.some(each for each in self.recordings if each.case.is_motion and not each.has_ended)
 
     @property
     def orderly(self) -> List[Recording]:
         """Return the recordings in which neither time nor counters nor samples are wrong."""
         found = self.recordings
-        return self.some(each for each in found if each.case.is_orderly and each.odometry)
+        return self.some(each for each in found if each.case.is_orderly and not each.has_ended)
 
     def named(self, prefix: str) -> List[Recording]:
         """Return the recordings of cases whose name begins so; NotApplicable if there are none."""
-        return self.some(each for each in self.recordings if each.name.startswith(prefix))
+        return self.some(each for each in self.recordings if each.name.startswith(prefix) and not each.has_ended)
 
     def some(self, found: Iterable[Recording]) -> List[Recording]:
         """Return recordings; NotApplicable if there are none."""

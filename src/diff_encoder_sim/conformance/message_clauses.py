@@ -120,7 +120,7 @@ def _positive_definite(evidence: Evidence) -> Measured:
         for message in recording.odometry:
             for matrix in (message.covariance, message.twist_covariance):
                 least = float(np.linalg.eigvalsh(matrix).min()) if np.isfinite(matrix).all() else -math.inf
-                least = least if np.allclose(matrix, matrix.T, rtol=1e-6, atol=0.0) else -math.inf
+                least = least if np.allclose(matrix, matrix.T, rtol=0.0, atol=1e-6 * abs(matrix).max()) else -math.inf
                 if least < worst:
                     worst, name = least, recording.name
     value = f'least eigenvalue {worst:.3g}' if math.isfinite(worst) else 'not symmetric, or not finite'

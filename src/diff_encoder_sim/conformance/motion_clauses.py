@@ -51,9 +51,9 @@ def _distance_ratio(evidence: Evidence) -> Tuple[float, str]:
     """Return the ratio of distances that is farthest from 1 on straight drives, and its name."""
     ratios = []
     for recording in evidence.motions:
-        x_m, y_m, turn_rad = recording.expected(evidence.wheels.wheel_separation)[-1]
-        length_m = math.hypot(x_m, y_m)
-        if abs(turn_rad) < 0.05 and length_m >= 0.04 and recording.case.pace != 'stream':
+        path = recording.expected(evidence.wheels.wheel_separation)
+        length_m = float(np.hypot(*path[-1, :2]))
+        if np.abs(path[:, 2]).max() < 0.05 and length_m >= 0.04 and recording.case.pace != 'stream':
             ratios.append((float(np.hypot(*recording.found()[-1][:2])) / length_m, recording.name))
     if not ratios:
         raise NotApplicable('no straight drive')

@@ -191,8 +191,8 @@ class Player:
         rows = sorted({*case.rows} - {case.nan_row})
         travels_m = case.travels_m[rows]
         if self._mapping.is_exact:
-            begin_rad = self._angles_rad - case.travels_m[-1] / (0.5 * self._wheels.wheel_diameter)
-            angles_rad = begin_rad + travels_m / (0.5 * self._wheels.wheel_diameter)
+            back_m = travels_m - case.travels_m[-1]
+            angles_rad = self._angles_rad - self._zero_rad + back_m / (0.5 * self._wheels.wheel_diameter)
             travels_m = counts_of_angles(angles_rad, self._wheels.ppr) * self._wheels.m_per_count
         self._last = odometry[-1] if odometry else self._last
         fault = subject.fault() or ('' if odometry else 'no odometry')

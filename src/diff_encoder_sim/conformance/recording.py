@@ -101,6 +101,11 @@ class Recording(NamedTuple):
         return bool(self.fault) or not (self.odometry and np.isfinite(self.odometry[-1].numbers[:7]).all())
 
     @property
+    def has_ended(self) -> bool:
+        """Return whether the node has not survived, or not answered, an orderly case: only clause 1.2 judges that."""
+        return self.case.is_orderly and bool(self.fault or not self.odometry)
+
+    @property
     def name(self) -> str:
         """Return the name of the case."""
         return self.case.name

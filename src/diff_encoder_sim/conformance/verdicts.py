@@ -6,6 +6,7 @@ import csv
 import itertools
 from typing import Dict, List, NamedTuple, Set
 
+from diff_encoder_sim.base.errors import readable
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.conformance import message_clauses, motion_clauses
 from diff_encoder_sim.conformance.clauses import Evidence, NotApplicable
@@ -47,8 +48,8 @@ def judge(evidence: Evidence) -> List[Verdict]:
         try:
             if blocking:
                 raise NotApplicable(f'judged after {blocking} passes')
-            measured = MEASURES[each.number](evidence)
-            verdicts[each.number] = Verdict(each, PASS if measured.is_met else FAIL, *measured[1:])
+            found = MEASURES[each.number](evidence)
+            verdicts[each.number] = Verdict(each, PASS if found.is_met else FAIL, readable(found.value), *found[2:])
         except NotApplicable as reason:
             verdicts[each.number] = Verdict(each, NOT_APPLICABLE, str(reason))
         if blocking or verdicts[each.number].outcome == FAIL:

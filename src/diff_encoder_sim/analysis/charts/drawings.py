@@ -262,7 +262,7 @@ def equal_axes(floor: Mapping[str, Any]) -> Dict[str, Any]:
     m_per_px = f'max({floor["width"]} / max(width, 1), {floor["height"]} / height)'
     return {
         name: channel(f'{name}:Q', title=f'{name} [m]')
-        .axis(format=PLAIN, tickCount=6)
+        .axis(format=PLAIN, tickCount=6, labelBound=True)
         .scale(
             domain=[{'expr': f'{floor[name]} {sign} 0.5 * {pixels} * {m_per_px}'} for sign in '-+'],
             nice=False,
