@@ -91,9 +91,10 @@ class InProcess:
         self.mapping, self.wheels = mapping, wheels
         self.odometry, self.transforms, self.died = [], [], ''
 
-    def publish(self, odometry, transform):
-        self.odometry.append(Received(playing.time.monotonic_ns(), odometry))
-        self.transforms.append(Received(playing.time.monotonic_ns(), transform))
+    def publish(self, odometry, *transforms):
+        late_ns = 10**8 if getattr(self, 'wrong', '') == 'late by 0.1 s' else 0
+        self.odometry.append(Received(playing.time.monotonic_ns() + late_ns, odometry))
+        self.transforms += [Received(playing.time.monotonic_ns(), transform) for transform in transforms]
 
     def wait(self, is_done, limit_s):
         end_s = playing.time.monotonic() + limit_s
@@ -257,12 +258,7 @@ class SimpleOdometry(InProcess):
             odometry = scaled_quaternion(odometry)
         if self.wrong == 'every third sample' and self.sent % 3 != 1:
             return
-        self.publish(odometry, transform)
-        if self.wrong == 'transform twice':
-            self.transforms.append(self.transforms[-1])
-        if self.wrong == 'late by 0.1 s':
-            last = self.odometry[-1]
-            self.odometry[-1] = last._replace(receipt_ns=last.receipt_ns + 10**8)
+        self.publish(odometry, *([transform] * (2 if self.wrong == 'transform twice' else 1)))
 
 
 def scaled_quaternion(odometry):

@@ -13,7 +13,7 @@ from altair.utils.schemapi import debug_mode
 from diff_encoder_sim.analysis.charts import chart_page
 from diff_encoder_sim.analysis.charts.chart_page import Chart, Choice, Option, chart_of, zoomed
 from diff_encoder_sim.analysis.charts.drawings import GREY, PLAIN, equal_axes, floor_of, tips
-from diff_encoder_sim.analysis.report.about import PageAbout, about_html
+from diff_encoder_sim.analysis.report.about import PageAbout, about_html, guide, wheels_text
 from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.se2 import wrap_angles
 from diff_encoder_sim.conformance.clauses import Evidence
@@ -27,8 +27,11 @@ MOST_ERROR = 1e6  # [m] or [rad]; poses beyond are not drawn
 BLUE, UNITS = '#0072b2', {'position': 'mm', 'heading': '°'}  # of odometry; of errors
 
 
-def write_page(evidence: Evidence, verdicts: Sequence[Verdict], about: PageAbout, path: Path) -> None:
-    """Write the page atomically; OSError if the file cannot be written."""
+def write_page(evidence: Evidence, verdicts: Sequence[Verdict], command: str, path: Path) -> None:
+    """Write the page of a command atomically; OSError if the file cannot be written."""
+    diameter_m, separation_m = evidence.wheels.wheel_diameter, evidence.wheels.wheel_separation
+    counts_text = f'{evidence.wheels.ppr:g} counts per wheel turn'
+    about = PageAbout(command, wheels_text(diameter_m, diameter_m, separation_m, counts_text), [guide('conformance')])
     failed = {verdict.case: verdict.clause.number for verdict in reversed(verdicts) if verdict.outcome == FAIL}
     moving = [each for each in reversed(evidence.recordings) if each.odometry and len(each.travels_m) > 1]
     drawn = [each for each in moving if each.case.is_motion or each.name in failed]

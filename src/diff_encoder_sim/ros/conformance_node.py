@@ -276,17 +276,21 @@ class ConformanceSuite:
             subject.restore()
         if rospy.is_shutdown():
             sys.exit(1)
+        from diff_encoder_sim.conformance import conformance_page  # noqa: PLC0415 - Altair takes a second
+
         evidence = Evidence(self._mapping, self._wheels, recordings, unusable, subject.has_stamps)
         verdicts, name = judge(evidence), options.node or OURS[0]
-        print(report.verdict_table(verdicts))
-        junit = report.junit_xml(verdicts, name, time.monotonic() - begin_s)
-        for path in [self._out / 'conformance.xml', *map(Path, filter(None, [options.gtest_output[4:]]))]:
-            write_file(path, junit)
         failed = [verdict for verdict in verdicts if verdict.outcome == FAIL]
         for verdict in failed:
             for recording in recordings:
                 if verdict.case and recording.name == verdict.case:
                     self._write_bag(recording, self._out / f'{verdict.clause.number}.bag')
+        junit = report.junit_xml(verdicts, name, time.monotonic() - begin_s)
+        for path in [self._out / 'conformance.xml', *map(Path, filter(None, [options.gtest_output[4:]]))]:
+            write_file(path, junit)
+        conformance_page.write_page(evidence, verdicts, 'conformance_node', self._out / 'conformance.html')
+        print(report.verdict_table(verdicts))
+        print(self._out / 'conformance.html')
         if failed:
             sys.exit(1)
         self._status.succeed()

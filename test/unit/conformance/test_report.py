@@ -9,7 +9,6 @@ import pytest
 
 from browser import NEEDS_BROWSER, opened_page
 from diff_encoder_sim.analysis.charts import chart_page
-from diff_encoder_sim.analysis.report.about import PageAbout
 from diff_encoder_sim.conformance import conformance_page, report
 from diff_encoder_sim.conformance.cases import plan
 from diff_encoder_sim.conformance.clauses import Evidence
@@ -18,7 +17,6 @@ from diff_encoder_sim.conformance.playing import Player, play_all
 from diff_encoder_sim.conformance.verdicts import judge
 from odometry_subjects import COUNTS, OurOdometry, mapping_of
 
-ABOUT = PageAbout('conformance_node', 'diameter 0.2 m')
 X_ERROR = np.append(1.1, np.ones(84))
 FAILED = ['2.5', '6.4', '6.5']
 
@@ -66,7 +64,7 @@ def test_rosunit_and_others_read_the_junit_xml(judged, tmp_path):
 @pytest.mark.parametrize('width_px', [1280, 390])
 def test_the_page_shows_a_failed_case_first_and_is_not_cut(width_px, judged, tmp_path, monkeypatch):
     monkeypatch.setattr(chart_page, 'VALIDATE', True)
-    conformance_page.write_page(*judged[1], ABOUT, tmp_path / 'page.html')
+    conformance_page.write_page(*judged[1], 'conformance_node', tmp_path / 'page.html')
     with opened_page(tmp_path / 'profile') as page:
         page.open(tmp_path / 'page.html', width_px)
         page.wait_for('document.querySelectorAll(".charts.drawn figure svg").length === 2')
@@ -76,7 +74,7 @@ def test_the_page_shows_a_failed_case_first_and_is_not_cut(width_px, judged, tmp
 
 
 def test_the_page_has_both_paths_of_all_motions_and_is_small(judged, tmp_path):
-    conformance_page.write_page(*judged[0], ABOUT, tmp_path / 'page.html')
+    conformance_page.write_page(*judged[0], 'conformance_node', tmp_path / 'page.html')
     text = (tmp_path / 'page.html').read_text(encoding='utf-8')
     content = json.loads(re.search(r'<script type="application/json">(.*?)</script>', text, re.S)[1])
     rows = max(content['data'].values(), key=lambda columns: len(columns['drive']))
@@ -86,6 +84,6 @@ def test_the_page_has_both_paths_of_all_motions_and_is_small(judged, tmp_path):
 
 def test_a_node_without_odometry_has_a_page_without_charts(judged, tmp_path):
     evidence = judged[0][0]._replace(recordings=[], unusable='/odom: no message')
-    conformance_page.write_page(evidence, judge(evidence), ABOUT, tmp_path / 'page.html')
+    conformance_page.write_page(evidence, judge(evidence), 'conformance_node', tmp_path / 'page.html')
     text = (tmp_path / 'page.html').read_text(encoding='utf-8')
     assert '<h2>Charts</h2>' not in text and '/odom: no message' in text
