@@ -25,6 +25,8 @@ JOINTS = ('left_wheel_joint', 'right_wheel_joint')
 
 # The clause that each wrong node fails, and the input that shows it.
 FAULTS = {
+    'never answers': ('1.1', COUNTS),
+    'dies at speed': ('1.2', COUNTS),
     'truncates': ('2.1', ANGLES),
     'diameter as radius': ('2.2', COUNTS),
     'integer division': ('2.2', COUNTS),
@@ -37,6 +39,7 @@ FAULTS = {
     'repeats published again': ('4.1', COUNTS),
     'late samples integrated': ('4.2', COUNTS),
     'a gap discards counts': ('4.3', COUNTS),
+    'a burst discards counts': ('4.4', COUNTS),
     'NaN passes': ('4.5', ANGLES),
     'dies of NaN': ('4.5', ANGLES),
     'silent after time goes back': ('4.6', COUNTS),
@@ -44,11 +47,14 @@ FAULTS = {
     'unsigned twist': ('5.2', COUNTS),
     'receipt time differences': ('5.3', COUNTS),
     'stamp of now': ('6.1', COUNTS),
+    'every message twice, every other not': ('6.2', COUNTS),
     'transform twice': ('6.3', COUNTS),
     'transform inverted': ('6.4', COUNTS),
+    'no transform': ('6.4', COUNTS),
     'leading slash': ('6.5', COUNTS),
     'wrong child frame': ('6.5', COUNTS),
     'quaternion not normalised': ('6.6', COUNTS),
+    'ten times': ('6.7', COUNTS),
     'every third sample': ('6.7', COUNTS),
     'late by 0.1 s': ('6.8', COUNTS),
     'covariance zero': ('8.1', COUNTS),
@@ -57,6 +63,7 @@ FAULTS = {
     'rounding at each step': ('8.3', COUNTS),
     'slip ignored': ('8.4', COUNTS),
     'reset ignored': ('7.1', COUNTS),
+    'keeps all messages': ('7.2', COUNTS),
 }
 
 
@@ -98,6 +105,7 @@ class InProcess:
 
     def wait(self, is_done, limit_s):
         end_s = playing.time.monotonic() + limit_s
+        playing.time.sleep(0.0005)  # transport
         while not is_done() and playing.time.monotonic() < end_s:
             playing.time.sleep(0.01)
         return is_done()
@@ -152,13 +160,16 @@ class SimpleOdometry(InProcess):
         )
 
     def start(self, settings):
-        self.settings, self.died, self.sent = settings, '', 0
+        self.settings, self.died, self.sent, self.kept = settings, '', 0, []
         self.set_zero()
         self.counts = np.zeros(2, int) if self.wrong == 'first sample as motion' else None
 
     def set_zero(self):
-        self.counts, self.stamp_ns, self.receipt_ns = None, 0, 0
+        self.counts, self.stamp_ns, self.receipt_ns, self.old = None, 0, 0, None
         self.pose, self.noise = Pose2D(0.0, 0.0, 0.0), PlanarCovariance()
+
+    def memory_bytes(self):
+        return 10**7 + sum(map(len, self.kept))
 
     def reset(self):
         if self.wrong != 'reset ignored':
@@ -174,6 +185,8 @@ class SimpleOdometry(InProcess):
                 return
             rounded = np.trunc if self.wrong == 'truncates' else np.floor
             counts = rounded(sample.angles_rad * self.wheels.ppr / (2.0 * math.pi)).astype(int)
+        if self.wrong == 'never answers':
+            return
         self.sent += 1
         self.report(sample.stamp_ns, counts)
 
@@ -192,9 +205,11 @@ class SimpleOdometry(InProcess):
         steps_m = np.zeros(2) if self.counts is None else self.steps_m(counts - self.counts, interval_s)
         if self.wrong == 'receipt time differences':
             interval_s = (now_ns - self.receipt_ns) * 1e-9
+        is_burst = now_ns - self.receipt_ns < 3 * 10**5
         self.counts, self.stamp_ns, self.receipt_ns = counts, stamp_ns, now_ns
         distance_m, turn_rad = steps_m.mean(), (steps_m[1] - steps_m[0]) * self.turn_per_m
-        self.move(steps_m, distance_m, turn_rad)
+        is_lost = self.wrong == 'a burst discards counts' and is_burst
+        self.move(steps_m, 0.0 if is_lost else distance_m, turn_rad)
         self.answer(stamp_ns, distance_m / interval_s, turn_rad / interval_s)
 
     def steps_m(self, steps, interval_s):
@@ -204,6 +219,8 @@ class SimpleOdometry(InProcess):
         steps_m = steps * self.m_per_count
         if np.abs(steps_m).max() > 10.0 and self.wrong not in ('restart as motion', 'no wrap'):
             steps_m = np.zeros(2)
+        if self.wrong == 'dies at speed' and np.abs(steps_m).max() > 1.1 * interval_s:
+            self.died = 'ended with status 1'
         if interval_s > 0.6 and self.wrong == 'a gap discards counts':
             steps_m = np.zeros(2)
         return np.floor(1e3 * steps_m) / 1e3 if self.wrong == 'integer division' else steps_m
@@ -233,7 +250,7 @@ class SimpleOdometry(InProcess):
         count_m2, lateral_mps = self.wheels.m_per_count**2, 0.0
         rounding_m2 = count_m2 / 12.0, count_m2 / 12.0
         covariance = self.noise.plus(quantisation_covariance(self.pose, rounding_m2, self.wheels.wheel_separation))
-        small = PlanarCovariance(xx=1e-9, yy=1e-9)  # at pose zero the other one is singular
+        small = PlanarCovariance(xx=0.003 * count_m2, yy=0.003 * count_m2)  # at pose zero the other one is singular
         covariance = covariance.plus(small)
         twist = TwistCovariance(count_m2, 0.0, count_m2)
         if self.wrong.startswith('covariance'):
@@ -258,7 +275,12 @@ class SimpleOdometry(InProcess):
             odometry = scaled_quaternion(odometry)
         if self.wrong == 'every third sample' and self.sent % 3 != 1:
             return
-        self.publish(odometry, *([transform] * (2 if self.wrong == 'transform twice' else 1)))
+        if self.wrong == 'every message twice, every other not':
+            odometry, self.old = self.old or odometry, None if self.old else odometry
+        self.kept += [odometry] if self.wrong == 'keeps all messages' else []
+        transforms = [transform] * {'transform twice': 2, 'no transform': 0}.get(self.wrong, 1)
+        for _ in range(10 if self.wrong == 'ten times' else 1):
+            self.publish(odometry, *transforms)
 
 
 def scaled_quaternion(odometry):

@@ -135,23 +135,23 @@ def _usual_cases(wheels: Wheels, mapping: NodeMapping) -> List[Case]:
         circle = [(0.2, 0.5, MEMORY_SAMPLES / MEMORY_RATE_HZ)]
         cases.append(_driven('memory', circle, wheels, 1.0 / MEMORY_RATE_HZ, pace='stream'))
     turning = _driven('twist', [(*TWIST, math.pi)], wheels, period_s, pace='burst' if is_fast else 'realtime')
-    arc = _arc(wheels, mapping)
-    rows = arc.rows
+    straight = _straight(wheels, mapping)
+    rows = straight.rows
     return [
         *cases,
         turning,
-        arc._replace(name='rate', pace='realtime'),
-        arc._replace(name='repeated samples', order=sorted(rows + rows[5:9])),
-        arc._replace(name='late samples', order=[*rows[:8], 9, 8, 10, 12, 13, 11, *rows[14:]]),
-        arc._replace(name='lost samples', order=[*rows[:5], *rows[18:]]),
-        arc._replace(name='burst', pace='burst'),
+        straight._replace(name='rate', pace='realtime'),
+        straight._replace(name='repeated samples', order=sorted(rows + rows[5:9])),
+        straight._replace(name='late samples', order=[*rows[:8], 9, 8, 10, 12, 13, 11, *rows[14:]]),
+        straight._replace(name='lost samples', order=[*rows[:5], *rows[18:]]),
+        straight._replace(name='burst', pace='burst'),
         *([_driven('reset', [REST, (0.4, 1.0, 1.0)], wheels, period_s, resets=True)] if mapping.reset else []),
     ]
 
 
-def _arc(wheels: Wheels, mapping: NodeMapping) -> Case:
-    """Return an arc of at least 20 samples, in which some of them can be wrong."""
-    return _driven('', [(0.4, 1.0, max(1.0, 20.0 / mapping.rate))], wheels, 1.0 / mapping.rate)
+def _straight(wheels: Wheels, mapping: NodeMapping) -> Case:
+    """Return a straight drive of at least 20 samples, in which some can be wrong: only clause 2.5 judges arcs."""
+    return _driven('', [(0.4, 0.0, max(1.0, 20.0 / mapping.rate))], wheels, 1.0 / mapping.rate)
 
 
 def _irregular(case: Case, period_s: float) -> Case:
@@ -190,7 +190,7 @@ def _honest_cases(wheels: Wheels, mapping: NodeMapping, noise: float, name: str)
 
 def _wild_cases(mapping: NodeMapping, wheels: Wheels) -> List[Case]:
     """Return the cases after which a node may be unusable."""
-    arc = _arc(wheels, mapping)
-    cases = [] if mapping.reads_counts else [arc._replace(name='NaN', nan_row=8)]
-    cases.append(arc._replace(name='counter restart', restart_row=8))
-    return [*cases, *([arc._replace(name='time back', back_row=8)] if mapping.pace == 'fast' else [])]
+    straight = _straight(wheels, mapping)
+    cases = [] if mapping.reads_counts else [straight._replace(name='NaN', nan_row=8)]
+    cases.append(straight._replace(name='counter restart', restart_row=8))
+    return [*cases, *([straight._replace(name='time back', back_row=8)] if mapping.pace == 'fast' else [])]

@@ -200,8 +200,8 @@ def _twist_sign(evidence: Evidence) -> Measured:
         path = recording.expected(evidence.wheels.wheel_separation)
         steps_m, turns_rad = np.diff(recording.travels_m.mean(axis=1)), np.diff(path[:, 2])
         linear, _, angular = _mean_twist(recording)
-        for mean, steps, least in ((linear, steps_m, 0.2), (angular, turns_rad, 0.2)):
-            if abs(steps.sum()) > least and (steps * np.sign(steps.sum()) >= 0.0).all():
+        for mean, steps, rounding in zip((linear, angular), (steps_m, turns_rad), at_zero(evidence)):
+            if abs(steps.sum()) > 0.2 + rounding and (steps * np.sign(steps.sum()) >= 0.0).all():
                 compared += 1
                 wrong += [recording.name] if mean * steps.sum() <= 0.0 or not math.isfinite(mean) else []
     value = f'wrong in {len(wrong)} of {compared}{": " + wrong[0] if wrong else ""}'
@@ -211,10 +211,10 @@ def _twist_sign(evidence: Evidence) -> Measured:
 def _twist_size(evidence: Evidence) -> Measured:
     recording = evidence.named('twist')[0]
     linear, _, angular = _mean_twist(recording)
-    ratios = linear / TWIST[0], angular / TWIST[1]
-    is_met = all(abs(ratio - 1.0) <= TWIST_ERROR for ratio in ratios)
+    rounding = np.array(at_zero(evidence)) / (0.5 * math.pi)  # seconds in the middle
+    is_met = bool((abs(np.array([linear, angular]) - TWIST) <= TWIST_ERROR * np.array(TWIST) + rounding).all())
     value = f'{linear:.3g} m/s and {angular:.3g} rad/s at {TWIST[0]} and {TWIST[1]}'
-    return Measured(is_met, value, f'{100.0 * TWIST_ERROR:.0f} %', recording.name)
+    return Measured(is_met, value, f'{100.0 * TWIST_ERROR:.0f} %, and rounding', recording.name)
 
 
 MEASURES = {

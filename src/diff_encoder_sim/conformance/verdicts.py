@@ -38,7 +38,7 @@ PASS, FAIL, NOT_APPLICABLE = 'pass', 'fail', 'not applicable'
 
 
 def judge(evidence: Evidence) -> List[Verdict]:
-    """Judge all clauses."""
+    """Judge all clauses in the order of the file, in which each follows those it needs; return them by number."""
     with open(package_folder() / 'config' / 'conformance' / 'clauses.csv', encoding='utf-8', newline='') as file:
         clauses = [Clause(*row) for row in itertools.islice(csv.reader(file), 1, None)]
     verdicts: Dict[str, Verdict] = {}
@@ -54,4 +54,4 @@ def judge(evidence: Evidence) -> List[Verdict]:
             verdicts[each.number] = Verdict(each, NOT_APPLICABLE, str(reason))
         if blocking or verdicts[each.number].outcome == FAIL:
             unjudged.add(each.number)
-    return list(verdicts.values())
+    return sorted(verdicts.values(), key=lambda verdict: verdict.clause.number)

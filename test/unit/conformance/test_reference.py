@@ -2,6 +2,7 @@
 
 import ast
 import math
+import subprocess
 import sys
 from pathlib import Path
 
@@ -30,6 +31,28 @@ def test_it_imports_numpy_and_the_standard_library_only():
     }
 
 
+WITHOUT_OTHERS = """
+import importlib.util, sys
+
+class Refusing:
+    def find_spec(self, name, path=None, target=None):
+        if name.split('.')[0] == 'diff_encoder_sim':
+            raise ImportError(name)
+
+sys.meta_path.insert(0, Refusing())
+spec = importlib.util.spec_from_file_location('reference', sys.argv[1])
+reference = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(reference)
+import numpy as np
+print(reference.exact_path(np.array([[0.0, 0.0], [1.0, 1.0]]), 0.4)[-1].tolist())
+"""
+
+
+def test_it_works_if_nothing_else_of_this_package_can_be_imported():
+    command = [sys.executable, '-c', WITHOUT_OTHERS, reference.__file__]
+    assert subprocess.run(command, capture_output=True, text=True, check=True).stdout == '[1.0, 0.0, 0.0]\n'
+
+
 @pytest.mark.parametrize(
     ('left_m', 'right_m', 'pose'),
     [
@@ -45,6 +68,34 @@ def test_an_arc_is_exact_in_any_number_of_steps(left_m, right_m, pose):
     for steps in (1, 7, 100):
         travels_m = np.outer(np.linspace(0.0, 1.0, steps + 1), (left_m, right_m)) + (3.0, 5.0)
         assert reference.exact_path(travels_m, 0.4)[-1] == pytest.approx(pose, abs=1e-12)
+
+
+STEPS = st.lists(st.tuples(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3)), min_size=1, max_size=6)
+
+
+@given(STEPS, st.floats(0.1, 1.0))
+def test_a_path_is_that_of_a_fine_numerical_integration(steps_m, separation_m):
+    """Of x' = v cos yaw and y' = v sin yaw at constant speeds of the wheels, by Simpson's rule."""
+    position_m, yaw_rad = 0j, 0.0
+    for left_m, right_m in steps_m:
+        way_m, turn_rad = 0.5 * (left_m + right_m), (right_m - left_m) / separation_m
+        directions = np.exp(1j * (yaw_rad + turn_rad * np.linspace(0.0, 1.0, 201)))
+        weights = np.array([1.0, *[4.0, 2.0] * 99, 4.0, 1.0]) / 600.0
+        position_m, yaw_rad = position_m + way_m * (weights @ directions), yaw_rad + turn_rad
+    travels_m = np.vstack([np.zeros(2), np.cumsum(steps_m, axis=0)])
+    expected = position_m.real, position_m.imag, yaw_rad
+    assert reference.exact_path(travels_m, separation_m)[-1] == pytest.approx(expected, abs=1e-8)
+
+
+POSES = st.tuples(st.floats(-10.0, 10.0), st.floats(-10.0, 10.0), st.floats(-7.0, 7.0)).map(np.array)
+
+
+@given(POSES, POSES)
+def test_a_relative_pose_is_that_of_the_frame(start, end):
+    x_m, y_m, yaw_rad = reference.relative_pose(start, end)
+    cosine, sine = math.cos(start[2]), math.sin(start[2])
+    back = start[0] + cosine * x_m - sine * y_m, start[1] + sine * x_m + cosine * y_m, start[2] + yaw_rad
+    assert max(reference.pose_errors(np.array(back), end)) < 1e-9 and -math.pi <= yaw_rad < math.pi
 
 
 @given(ANGLES_RAD, st.sampled_from([40, 90, 1024, 2578.33]))

@@ -11,11 +11,9 @@ from browser import NEEDS_BROWSER, opened_page
 from diff_encoder_sim.analysis.charts import chart_page
 from diff_encoder_sim.conformance import conformance_page, report
 from diff_encoder_sim.conformance.cases import plan
-from diff_encoder_sim.conformance.clauses import Evidence
 from diff_encoder_sim.conformance.mapping import Wheels
-from diff_encoder_sim.conformance.playing import Player, play_all
 from diff_encoder_sim.conformance.verdicts import judge
-from odometry_subjects import COUNTS, OurOdometry, mapping_of
+from odometry_subjects import COUNTS, OurOdometry, evidence_of, mapping_of
 
 X_ERROR = np.append(1.1, np.ones(84))
 FAILED = ['2.5', '6.4', '6.5']
@@ -24,14 +22,12 @@ FAILED = ['2.5', '6.4', '6.5']
 @pytest.fixture(scope='module')
 def judged():
     """Evidence and verdicts of the 30 motions: all right, and an arc with a wrong pose and frame."""
-    mapping, wheels = mapping_of(COUNTS), Wheels()
-    first = plan(mapping, wheels)[0]
+    first = plan(mapping_of(COUNTS), Wheels())[0]
     motions = first._replace(cases=[case for case in first.cases if case.is_motion])
-    recordings, _ = play_all([motions], Player(OurOdometry(mapping, wheels), mapping, wheels))
-    right = Evidence(mapping, wheels, recordings)
-    arc = next(each for each in recordings if each.name == 'arc left, 0.5 m')
+    right = evidence_of(OurOdometry, rounds=[motions])
+    arc = next(each for each in right.recordings if each.name == 'arc left, 0.5 m')
     odometry = [each._replace(frame='od\x01m', numbers=each.numbers * X_ERROR) for each in arc.odometry]
-    wrong = [each._replace(odometry=odometry) if each is arc else each for each in recordings]
+    wrong = [each._replace(odometry=odometry) if each is arc else each for each in right.recordings]
     return [(evidence, judge(evidence)) for evidence in (right, right._replace(recordings=wrong))]
 
 
