@@ -7,7 +7,9 @@ from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tu
 
 import numpy as np
 
+from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.base.seeds import generator
+from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.conformance.mapping import NodeMapping, Settings, Wheels
 
 Segment = Tuple[float, float, float]  # linear [m/s], angular [rad/s], duration [s]
@@ -79,36 +81,10 @@ def plan(mapping: NodeMapping, wheels: Wheels, settings: Optional[Settings] = No
 
 
 def motions(wheels: Wheels) -> Dict[str, List[Segment]]:
-    """Return the segments of the 30 motions by name, except irregular rates and the hour, which differ in samples."""
-    half_m, stop = 0.5 * wheels.wheel_separation, REST
-    arcs = {
-        f'{"arc" if v > 0 else "reverse arc"} {"left" if w > 0 else "right"}, {abs(v / w):.2g} m': [(v, w, 1.0)]
-        for v, w in ((0.5, 1.0), (0.5, -1.0), (0.5, 2.0), (0.5, -2.0), (-0.5, 1.0), (-0.5, -2.0))
-    }
-    return {
-        'straight, slow': [(0.05, 0.0, 1.0)],
-        'straight': [(0.5, 0.0, 1.0)],
-        'straight, fast': [(1.2, 0.0, 1.0)],
-        'reverse': [(-0.5, 0.0, 1.0)],
-        **arcs,
-        'in place, left': [(0.0, 2.0, 1.0)],
-        'in place, right': [(0.0, -2.0, 1.0)],
-        'in place, slow': [(0.0, 0.2, 1.0)],
-        'full turn in place': [(0.0, math.pi, 2.0)],
-        'about the left wheel': [(2.0 * half_m, 2.0, 1.0)],
-        'about the left wheel, reverse': [(-2.0 * half_m, -2.0, 1.0)],
-        'about the right wheel': [(2.0 * half_m, -2.0, 1.0)],
-        'about the right wheel, reverse': [(-2.0 * half_m, 2.0, 1.0)],
-        'stop and go': [(0.5, 0.5, 0.3), stop, (0.5, -0.5, 0.3), stop, (0.5, 0.5, 0.3)],
-        'stop and go, in place': [(0.0, 1.5, 0.3), stop, (0.0, -1.0, 0.3), stop, (0.0, 1.5, 0.3)],
-        'forward and back': [(0.5, 1.0, 0.5), (-0.5, -1.0, 0.5)],
-        'three-point turn': [(0.4, 2.0, 0.5), (-0.4, 2.0, 0.5), (0.4, 2.0, 0.5)],
-        'S-curve': [(0.5, 2.0, 0.6), (0.5, -2.0, 0.6)],
-        'circle': [(0.6, 3.0, 2.1)],
-        'figure eight': [(0.6, 3.0, 1.0), (0.6, -3.0, 1.0)],
-        'square': [(0.8, 0.0, 0.3), (0.0, 2.6, 0.6)] * 3,
-        'spiral': [(0.5, 0.3 * step, 0.1) for step in range(1, 11)],
-    }
+    """Return the segments of config/conformance/motions.yaml by name."""
+    given = load_yaml(package_folder() / 'config' / 'conformance' / 'motions.yaml')
+    about = {'left': 0.5 * wheels.wheel_separation, 'right': -0.5 * wheels.wheel_separation}
+    return {name: [(about[v] * w if v in about else v, w, s) for v, w, s in given[name]] for name in given}
 
 
 def _driven(name: str, segments: Sequence[Segment], wheels: Wheels, period_s: float, **about: Any) -> Case:

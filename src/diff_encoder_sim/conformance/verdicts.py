@@ -20,6 +20,7 @@ class Clause(NamedTuple):
     number: str
     title: str
     source: str
+    reason: str  # of the tolerance
     effect: str  # of a fault on a robot
     needs: str  # numbers of the clauses without which this one cannot be judged
 
@@ -38,20 +39,28 @@ PASS, FAIL, NOT_APPLICABLE = 'pass', 'fail', 'not applicable'
 
 
 def judge(evidence: Evidence) -> List[Verdict]:
-    """Judge all clauses in the order of the file, in which each follows those it needs; return them by number."""
+    """Judge all clauses, each after those that it needs."""
     with open(package_folder() / 'config' / 'conformance' / 'clauses.csv', encoding='utf-8', newline='') as file:
-        clauses = [Clause(*row) for row in itertools.islice(csv.reader(file), 1, None)]
+        clauses = {row[0]: Clause(*row) for row in itertools.islice(csv.reader(file), 1, None)}
     verdicts: Dict[str, Verdict] = {}
     unjudged: Set[str] = set()  # failed, or behind a failed one
-    for each in clauses:
-        blocking = next((number for number in each.needs.split() if number in unjudged), '')
+
+    def judge_one(clause: Clause) -> None:
+        for needed in clause.needs.split():
+            if needed not in verdicts:
+                judge_one(clauses[needed])
+        blocking = next((needed for needed in clause.needs.split() if needed in unjudged), '')
         try:
             if blocking:
                 raise NotApplicable(f'judged after {blocking} passes')
-            found = MEASURES[each.number](evidence)
-            verdicts[each.number] = Verdict(each, PASS if found.is_met else FAIL, readable(found.value), *found[2:])
+            found = MEASURES[clause.number](evidence)
+            verdict = Verdict(clause, PASS if found.is_met else FAIL, readable(found.value), *found[2:])
         except NotApplicable as reason:
-            verdicts[each.number] = Verdict(each, NOT_APPLICABLE, str(reason))
-        if blocking or verdicts[each.number].outcome == FAIL:
-            unjudged.add(each.number)
-    return sorted(verdicts.values(), key=lambda verdict: verdict.clause.number)
+            verdict = Verdict(clause, NOT_APPLICABLE, str(reason))
+        verdicts[clause.number] = verdict
+        if blocking or verdict.outcome == FAIL:
+            unjudged.add(clause.number)
+
+    for each in clauses.values():
+        judge_one(each)
+    return [verdicts[number] for number in clauses]
