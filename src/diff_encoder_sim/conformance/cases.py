@@ -81,8 +81,8 @@ def plan(mapping: NodeMapping, wheels: Wheels, settings: Optional[Settings] = No
 
 
 def motions(wheels: Wheels) -> Dict[str, List[Segment]]:
-    """Return the segments of config/conformance/motions.yaml by name."""
-    given = load_yaml(package_folder() / 'config' / 'conformance' / 'motions.yaml')
+    """Return the segments of config/conformance/suite/motions.yaml by name."""
+    given = load_yaml(package_folder() / 'config' / 'conformance' / 'suite' / 'motions.yaml')
     about = {'left': 0.5 * wheels.wheel_separation, 'right': -0.5 * wheels.wheel_separation}
     return {name: [(about[v] * w if v in about else v, w, s) for v, w, s in given[name]] for name in given}
 

@@ -15,7 +15,7 @@ MEASURES = {**motion_clauses.MEASURES, **message_clauses.MEASURES}  # by number
 
 
 class Clause(NamedTuple):
-    """A requirement on odometry: a row of config/conformance/clauses.csv."""
+    """A requirement on odometry: a row of config/conformance/suite/clauses.csv."""
 
     number: str
     title: str
@@ -40,7 +40,7 @@ PASS, FAIL, NOT_APPLICABLE = 'pass', 'fail', 'not applicable'
 
 def judge(evidence: Evidence) -> List[Verdict]:
     """Judge all clauses, each after those that it needs."""
-    with open(package_folder() / 'config' / 'conformance' / 'clauses.csv', encoding='utf-8', newline='') as file:
+    with open(package_folder() / 'config' / 'conformance' / 'suite' / 'clauses.csv', encoding='utf-8', newline='') as file:
         clauses = {row[0]: Clause(*row) for row in itertools.islice(csv.reader(file), 1, None)}
     verdicts: Dict[str, Verdict] = {}
     unjudged: Set[str] = set()  # failed, or behind a failed one
