@@ -40,7 +40,8 @@ PASS, FAIL, NOT_APPLICABLE = 'pass', 'fail', 'not applicable'
 
 def judge(evidence: Evidence) -> List[Verdict]:
     """Judge all clauses, each after those that it needs."""
-    with open(package_folder() / 'config' / 'conformance' / 'suite' / 'clauses.csv', encoding='utf-8', newline='') as file:
+    path = package_folder() / 'config' / 'conformance' / 'suite' / 'clauses.csv'
+    with open(path, encoding='utf-8', newline='') as file:
         clauses = {row[0]: Clause(*row) for row in itertools.islice(csv.reader(file), 1, None)}
     verdicts: Dict[str, Verdict] = {}
     unjudged: Set[str] = set()  # failed, or behind a failed one
