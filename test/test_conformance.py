@@ -47,7 +47,7 @@ def judged(graph, folder, *arguments):
         ('ending', '1.1', 'ended with status 3'),
         ('string', '1.1', 'std_msgs/String'),
         ('dying', '1.2', 'ended with status -9'),
-        ('flooding', '1.2', 'messages for'),
+        pytest.param('flooding', '6.7', 'Hz', marks=pytest.mark.long),
         ('hung', '1.2', 'no odometry'),
     ],
 )
@@ -59,3 +59,25 @@ def test_a_node_that_cannot_be_judged_fails_a_clause_with_one_line(graph, tmp_pa
     assert code == 1 and text in failed[clause], output
     assert after == before
     assert 'Traceback' not in output
+
+
+@pytest.mark.long
+def test_a_node_that_is_running_is_judged_and_left_running(graph, tmp_path):
+    launch = graph.launch(ROOT / 'launch' / 'encoder_odometry.launch', 'ppr:=1024')
+    wait_until(lambda: {'/odom', '/encoder_pulse'} <= {*dict(graph.master.getSystemState()[0])}, launch)
+    code, output, failed, (before, after) = judged(graph, tmp_path, '--start', 'false', '--ppr', '1024')
+    assert (code, failed) == (0, {}), output
+    assert '4 not applicable' in output  # a first count, wraps, and the covariance, whose noise is not given
+    assert after == before and not launch.has_ended()
+    # Another robot's nodes must not be disturbed.
+    code, output, _, _ = judged(graph, tmp_path)
+    assert code == 1 and '/odom: published by /gz_diff_odom_node' in output
+    launch.end()
+
+
+def test_ctrl_c_leaves_no_process(graph, tmp_path):
+    suite = graph.start(sys.executable, NODE, '--out', tmp_path)
+    wait_until(lambda: '/odom' in dict(graph.master.getSystemState()[0]), suite)
+    suite.end()
+    wait_until(lambda: '/odom' not in dict(graph.master.getSystemState()[0]), suite)
+    assert 'Traceback' not in suite.output()

@@ -13,7 +13,7 @@ fi
 typeset -A _diff_encoder_sim_helps
 
 # Only these are asked for help: a node takes no --help, and would start. Those in the second line need ROS.
-_diff_encoder_sim_commands='advise analyze calibrate campaign check_robot map_bag rasterise_world reencode'
+_diff_encoder_sim_commands='advise analyze calibrate campaign check_robot conformance map_bag rasterise_world reencode'
 _diff_encoder_sim_of_ros='map_saver place_robot'
 
 # WORDS...: sets COMPREPLY for the word at the cursor, an argument of the command that these words are.

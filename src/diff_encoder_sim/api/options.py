@@ -232,6 +232,19 @@ class CalibrateOptions(SourceOptions):
 
 
 @dataclass(frozen=True)
+class ConformanceOptions(WheelOptions):
+    """Options of the command conformance."""
+
+    bag: Path = option(None, 'bag of ROS 1 or ROS 2', 'BAG', flag='bag')
+    odom: str = option(ODOM, 'topic of the odometry to judge', 'TOPIC')
+    wheel_diameter: Optional[float] = option(None, 'as the node assumes it, in metres (default: --robot)', 'M', LENGTH)
+    wheel_separation: Optional[float] = option(None, 'likewise, in metres (default: --robot)', 'M', LENGTH)
+    odom_frame: str = option('', 'expected frame (default: that of the first message)', 'FRAME')
+    base_frame: str = option('', 'expected child frame (likewise)', 'FRAME')
+    out: Optional[Path] = option(None, 'write conformance.html and conformance.xml (JUnit) into DIR', 'DIR')
+
+
+@dataclass(frozen=True)
 class AnalysisOptions:
     """Options of the command analyze."""
 

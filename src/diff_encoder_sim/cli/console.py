@@ -17,6 +17,7 @@ COMMANDS = {
     'analyze': 'make tables, figures and a report of a campaign, or of bags',
     'reencode': 'compute a recorded drive with other encoders',
     'calibrate': 'find wheels, separation and slip of a robot from its own drives',
+    'conformance': 'judge the odometry of a recorded drive',
     'map_bag': 'build a map from the scans and the odometry in a bag',
     'check_robot': 'inspect a robot from its URDF, and check its simulated motion',
     'rasterise_world': 'make a map directly from a .world file',

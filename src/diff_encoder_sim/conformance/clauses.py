@@ -73,7 +73,9 @@ class Evidence(NamedTuple):
         """Return the allowed errors of position [m] and heading [rad] at the end of a recording."""
         path_m = float(abs(np.diff(recording.travels_m.mean(axis=1))).sum())
         rounding_m = ROUNDING_COUNTS * self.wheels.m_per_count if self.mapping.is_exact else 0.0
-        return ARITHMETIC_M + ARC_ERROR * path_m + rounding_m, ARITHMETIC_RAD
+        slack_rad = 2.0 * recording.slack_m / self.wheels.wheel_separation
+        slack_m = recording.slack_m + slack_rad * path_m
+        return ARITHMETIC_M + ARC_ERROR * path_m + rounding_m + slack_m, ARITHMETIC_RAD + slack_rad
 
     def end_errors(self, recording: Recording) -> Tuple[float, float]:
         """Return the errors of position [m] and heading [rad] at the end; infinite without an answer."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from typing import Dict, List, NamedTuple, Optional
+from typing import Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -94,6 +94,8 @@ class Recording(NamedTuple):
     transforms: List[FramedPose]  # of the odometry's frames, and others with its child
     fault: str = ''  # the node died, or did not answer in time
     memory_bytes: int = 0  # of the node at the end; 0 if unknown
+    slack_m: float = 0.0  # travel of a wheel between two samples, if odometry has other stamps
+    twist: Tuple[float, float] = (0.0, 0.0)  # true mean in the middle of a recorded drive [m/s, rad/s]
 
     @property
     def is_broken(self) -> bool:
