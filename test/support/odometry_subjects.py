@@ -68,7 +68,8 @@ FAULTS = {
 
 
 def mapping_of(inputs, **changes):
-    about = {'input': inputs, 'reset': '/reset', 'counter_bits': [8, 16, 32], 'sets_counter': True, 'sets_noise': True}
+    about = {'commands': ['node'], 'input': inputs, 'reset': '/reset', 'counter_bits': [8, 16, 32]}
+    about.update({'sets_counter': True, 'sets_noise': True})
     return NodeMapping.from_mapping({**about, **changes}, 'mapping')
 
 

@@ -30,6 +30,7 @@ EXAMPLES = {
         'geometry_covariance': [[0.0] * 3] * 3,
         'drives': [{'file': 'a', 'sha256': 64 * 'a'}],
     },
+    'NodeMapping': {'input': {'/ticks.data[0]': 'left_count', '/ticks.data[1]': 'right_count'}},
     'RasteriseParams': {'free': [0.0, 0.0], 'height': 1.0, 'resolution': 0.05},
 }
 

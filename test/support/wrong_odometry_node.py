@@ -2,7 +2,7 @@
 """The simple odometry of odometry_subjects.py as a node, right or with one fault: wrong_odometry_node.py [FAULT]."""
 
 import sys
-import time
+import threading
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -43,7 +43,11 @@ class WrongNode(SimpleOdometry):
 
     def publish(self, odometry, *transforms):
         if self.wrong == 'late by 0.1 s':
-            time.sleep(0.1)
+            threading.Timer(0.1, self.publish_now, (odometry, *transforms)).start()
+        else:
+            self.publish_now(odometry, *transforms)
+
+    def publish_now(self, odometry, *transforms):
         for transform in transforms:
             self.tf.publish(TFMessage().deserialize(transform))
         self.odom.publish(Odometry().deserialize(odometry))

@@ -27,7 +27,7 @@ MAY_IMPORT = {
     'conformance': 'base drives analysis',
     'advice': 'base wheels robots simulation navigation drives trials analysis',
     'api': 'base wheels robots localization simulation drives trials analysis calibration conformance advice',
-    'cli': 'base localization calibration trials conformance api',
+    'cli': 'base localization calibration trials api',
     'ros': 'base wheels robots localization simulation navigation drives trials conformance',
 }
 

@@ -67,13 +67,13 @@ def plan(mapping: NodeMapping, wheels: Wheels, settings: Optional[Settings] = No
     if settings is not None:
         slip = settings.motion_noise_m2_per_m
         honest = list(_honest_cases(wheels, mapping, slip, 'slip')) if honest and slip else []
-        return [Round(settings, 0, [*usual, *honest, *wild])]
+        return [Round(settings, mapping.first_count, [*usual, *honest, *wild])]
     moduli = [2**bits for bits in mapping.counter_bits]
     first_modulus = moduli[0] if moduli and not mapping.sets_counter else 0
-    rounds = [Round(Settings(first_modulus, ROUNDING_NOISE), 0, [*usual, *honest])]
+    rounds = [Round(Settings(first_modulus, ROUNDING_NOISE), mapping.first_count, [*usual, *honest])]
     for modulus in moduli or [0]:
         cases = _wrap_cases(modulus, wheels, mapping) if modulus else []
-        edge = max(modulus // 2 - 20, 1) if modulus else 12345
+        edge = max(modulus // 2 - 20, 1) if modulus else mapping.first_count + 12345
         rounds.append(Round(Settings(modulus, SLIP_NOISE), edge, cases))
     slip_cases = _honest_cases(wheels, mapping, SLIP_NOISE, 'slip') if honest and mapping.sets_noise else ()
     rounds[-1].cases.extend([*slip_cases, *wild])

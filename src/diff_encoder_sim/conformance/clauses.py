@@ -45,7 +45,7 @@ class Evidence(NamedTuple):
     recordings: Sequence[Recording]
     unusable: str = ''
     has_stamps: bool = True  # of the input
-    missing: str = 'needs a start of the node by the suite'  # why a case was not played
+    missing: str = 'needs a start by the suite, and stamps of the input'  # why a case was not played
 
     @property
     def motions(self) -> List[Recording]:

@@ -17,14 +17,14 @@ Number = Union[int, float, str]
 
 
 class NodeMapping(Params):
-    """A mapping file (config/conformance/*.yaml)."""
+    """A mapping file (config/conformance/)."""
 
     about: Line = param('', 'the node, and whether and how this file was run')
     commands: List[Line] = Field([], description='command lines that start the node; none: it is already running')
     input: Dict[str, Number] = Field(
         description=f'quantity (one of {", ".join(QUANTITIES)}) or constant by address TOPIC.field[0], as in --ticks'
     )
-    parameters: Dict[str, Dict[str, Any]] = param(
+    parameters: Dict[str, Any] = param(
         {}, 'parameters by node, set before each start; {ppr} and others in texts are values of the robot'
     )
     odom: Line = param('/odom', 'topic of the odometry')
@@ -33,6 +33,7 @@ class NodeMapping(Params):
     publish_tf: bool = param(True, 'whether the node publishes odom_frame -> base_frame on /tf')
     reset: Line = param('', 'service (std_srvs/Empty) that resets the pose to zero; empty: none')
     encoder: bool = param(True, 'whether a node that reads angles counts them first, by equation (1)')
+    first_count: Annotated[int, Between(0, 2**31)] = param(0, 'of both wheels, for unsigned counters')
     counter_bits: List[Literal[8, 16, 32]] = param([], 'widths of the counters that the node is tested with')
     sets_counter: bool = param(False, 'whether parameters set the width; false: the counters have the only width')
     sets_noise: bool = param(False, 'whether parameters set the noise of the covariance')
@@ -79,7 +80,7 @@ class Settings(NamedTuple):
     motion_noise_m2_per_m: float  # variance of the travel of a wheel per metre of it
 
 
-def parameters_of(mapping: NodeMapping, wheels: Wheels, settings: Settings) -> Dict[str, Dict[str, Any]]:
+def parameters_of(mapping: NodeMapping, wheels: Wheels, settings: Settings) -> Dict[str, Any]:
     """Return the parameters by node, with the values of the robot in place of texts such as {ppr}."""
     values = {
         **wheels.model_dump(),

@@ -20,7 +20,8 @@ HISTORY_S = 7200  # fast cases have stamps of the past: nodes may refuse those o
 ANSWER_S, SILENCE_S, SETTLE_S = 0.1, 0.2, 1.0  # wall time for an answer, after the last answer, and to the end
 MOST_UNANSWERED, UNANSWERED_S = 50, 0.003  # samples; after them the wait for an answer is this short
 CASE_LIMIT_S = 20.0  # wall time
-SUITE_LIMIT_S = 120.0  # wall time
+START_SAMPLES = 5  # at rest, which a node with a timer takes in after its first odometry
+SUITE_LIMIT_S = 150.0  # wall time
 AHEAD = 50  # samples of a stream without an answer
 
 
@@ -72,6 +73,7 @@ class Player:
         self._modulus = 0
         self._last: Optional[FramedPose] = None
         self._unanswered = 0  # samples
+        self._pending_ns = 0  # stamp of a last sample whose answer may still come
         self._transforms = 0  # of the recordings so far: a late one belongs to the next
 
     def start(self, of_round: Round) -> Recording:
@@ -81,25 +83,28 @@ class Player:
         self._angles_rad = np.full(2, (of_round.first_count + 0.5) * 2.0 * math.pi / self._wheels.ppr)
         subject.start(of_round.settings)
         begun = len(subject.odometry)
-        name = f'first count {of_round.first_count}' if of_round.first_count else 'start'
-        at_rest = Case(name, np.zeros(1), np.zeros((1, 2)))
+        at_rest = Case(f'start at {of_round.first_count}', np.zeros(1), np.zeros((1, 2)))
         samples: List[Sample] = []
         sent_ns: List[int] = []
         limit_s = time.monotonic() + self._mapping.start_timeout
-        while len(subject.odometry) == begun:
+        while len(subject.odometry) == begun or len(samples) < START_SAMPLES:
             if subject.fault() or time.monotonic() > limit_s:
                 late = f'no message within {self._mapping.start_timeout:g} s of input'
                 raise Unusable(f'{self._mapping.odom}: {subject.fault() or late}')
             self._send(at_rest, 0, samples, sent_ns)
             self._advance(at_rest)
-            subject.wait(lambda: len(subject.odometry) > begun, self._period_ns / NANOSECONDS_PER_SECOND)
+            due = begun + len(samples) if self._is_fast else math.inf
+            subject.wait(lambda: len(subject.odometry) >= due, 1.0 / self._mapping.rate)  # noqa: B023 - called at once
         return self._recording(at_rest, samples, sent_ns, None, begun, begin_s)
 
     def play(self, case: Case) -> Recording:
         """Send the samples of a case, and return what the node published until it was settled."""
         subject, begin_s, start = self._subject, time.monotonic(), self._last
-        if case.resets and subject.reset():
-            start = None
+        if case.resets:
+            if self._pending_ns:  # an answer after the reset would be taken for one to this case
+                last_ns = self._pending_ns
+                subject.wait(lambda: encoded_stamp_ns(subject.odometry[-1].content) == last_ns, SILENCE_S)
+            start = None if subject.reset() else start
         samples: List[Sample] = []
         sent_ns: List[int] = []
         begun = len(subject.odometry)
@@ -121,7 +126,9 @@ class Player:
                 break
         settled_s = time.monotonic() + (0.0 if self._is_fast else 3.0 / self._mapping.rate)
         self._unanswered += unanswered
-        is_settled = partial(self._is_settled, samples, sent_ns[-1], before, case.pace == 'answered' and not unanswered)
+        are_answered = case.pace == 'answered' and not unanswered
+        self._pending_ns = 0 if are_answered else samples[-1].stamp_ns
+        is_settled = partial(self._is_settled, samples, sent_ns[-1], before, are_answered)
         subject.wait(lambda: time.monotonic() >= settled_s and is_settled(), SETTLE_S)
         self._advance(case)
         return self._recording(case, samples, sent_ns, start, begun, begin_s)

@@ -29,7 +29,6 @@ FILES = sorted((package_folder() / 'config' / 'conformance').glob('*.yaml'))
         ({'rate': math.nan}, ['rate', 'nan']),
         ({'start_timeout': 1e9}, ['start_timeout', '1 to 60 [s]']),
         ({'commands': 'rosrun a b'}, ['commands', 'rosrun a b']),
-        ({'parameters': {'/node': 3}}, ['parameters', '3']),
         ({'odom': '/odom\nx'}, ['odom']),
         ({'publish_tf': 'perhaps'}, ['publish_tf', 'perhaps']),
         ({'odometry': '/odom'}, ['odometry']),
