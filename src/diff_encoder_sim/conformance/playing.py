@@ -87,6 +87,8 @@ class Player:
         samples: List[Sample] = []
         sent_ns: List[int] = []
         limit_s = time.monotonic() + self._mapping.start_timeout
+        if not self._is_fast:  # nodes with a timer publish before the first sample
+            subject.wait(lambda: False, START_SAMPLES / self._mapping.rate)
         while len(subject.odometry) == begun or len(samples) < START_SAMPLES:
             if subject.fault() or time.monotonic() > limit_s:
                 late = f'no message within {self._mapping.start_timeout:g} s of input'
