@@ -164,7 +164,8 @@ class Player:
         speeds_mps = np.zeros(2)
         if row:
             speeds_mps = np.diff(case.travels_m[row - 1 : row + 1], axis=0)[0] / np.diff(case.times_s)[row - 1]
-        angles_rad = np.full(2, np.nan) if row == case.nan_row else angles_rad
+        if row == case.nan_row:
+            angles_rad = speeds_mps = np.full(2, np.nan)
         samples.append(Sample(stamp_ns, angles_rad, counts, speeds_mps))
         sent_ns.append(time.monotonic_ns())
         self._subject.send(samples[-1])
