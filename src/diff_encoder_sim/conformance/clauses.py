@@ -15,13 +15,6 @@ from diff_encoder_sim.conformance.reference import pose_errors
 ARITHMETIC_M, ARITHMETIC_RAD = 1e-3, 2e-3  # sums of thousands of float32 numbers
 ARC_ERROR = 1e-3  # of the path: a chord at half of the turn (midpoint rule) passes, one at the first heading does not
 ROUNDING_COUNTS = 2.0  # each wheel by one: nodes may integrate other samples of the same arc
-SCALE_ERROR = 0.01  # wrong constants, such as a radius for a diameter, make more; rounding on short drives less
-SIDEWAYS = 0.1  # of the speed
-TWIST_ERROR = 0.1  # filters of a few samples lag behind
-RATE_ERROR = 0.25  # timers miss a sample of twenty, and a loaded host delays some
-QUATERNION_ERROR = 1e-3  # float32; tf2 refuses 1e-2
-LEAST_NEES, MOST_NEES = 0.5, 2.0  # of 3: the mean of 40 honest drives is within 0.64 to 1.46 in 99.9 %
-BYTES_PER_MESSAGE = 50  # a stored pose has more; resident memory is constant to 1 MB in 20,000 messages
 
 
 class NotApplicable(Exception):

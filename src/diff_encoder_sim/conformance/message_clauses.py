@@ -8,11 +8,6 @@ from typing import Iterable, List
 import numpy as np
 
 from diff_encoder_sim.conformance.clauses import (
-    BYTES_PER_MESSAGE,
-    LEAST_NEES,
-    MOST_NEES,
-    QUATERNION_ERROR,
-    RATE_ERROR,
     Evidence,
     Measured,
     NotApplicable,
@@ -24,6 +19,10 @@ from diff_encoder_sim.conformance.clauses import (
 from diff_encoder_sim.conformance.recording import FramedPose
 from diff_encoder_sim.conformance.reference import nees, pose_errors, relative_pose
 
+RATE_ERROR = 0.25  # timers miss a sample of twenty, and a loaded host delays some
+QUATERNION_ERROR = 1e-3  # float32; tf2 refuses 1e-2
+LEAST_NEES, MOST_NEES = 0.5, 2.0  # of 3: the mean of 40 honest drives is within 0.64 to 1.46 in 99.9 %
+BYTES_PER_MESSAGE = 50  # a stored pose has more; resident memory is constant to 1 MB in 20,000 messages
 SAME_POSE_M = 1e-6  # float64 in both messages
 
 
