@@ -17,6 +17,7 @@ from diff_encoder_sim.conformance.clauses import (
     millimetres,
     not_ascending,
 )
+from diff_encoder_sim.conformance.mapping import ANGLES, COUNTS
 from diff_encoder_sim.conformance.recording import Recording
 from diff_encoder_sim.conformance.reference import pose_errors
 
@@ -128,6 +129,8 @@ def _wraps(evidence: Evidence) -> Measured:
 
 
 def _restart(evidence: Evidence) -> Measured:
+    if not {*COUNTS, *ANGLES} & set(evidence.mapping.input.values()):
+        raise NotApplicable('speeds have no counter')
     recording = evidence.named('counter restart')[0]
     step_m = float(abs(np.diff(recording.travels_m, axis=0)).max())
     return evidence.worst_end([recording], step_m, 2.0 * step_m / evidence.wheels.wheel_separation)
