@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 
-from launched_graph import ROOT, Graph, require_ros, wait_until
+from launched_graph import ROOT, Graph, messages_of, require_ros, wait_until
 
 pytestmark = [pytest.mark.rostest, pytest.mark.timeout(280)]
 
@@ -52,13 +52,15 @@ def judged(graph, folder, *arguments):
     ],
 )
 def test_a_node_that_cannot_be_judged_fails_a_clause_with_one_line(graph, tmp_path, fault, clause, text):
-    about = {'commands': [f'{sys.executable} {BROKEN} {fault}'], 'input': INPUT, 'start_timeout': 2.0}
+    about = {'command': f'{sys.executable} {BROKEN} {fault}', 'input': INPUT, 'start_timeout': 2.0}
     mapping = tmp_path / 'node.yaml'
     mapping.write_text(yaml.safe_dump(about))
     code, output, failed, (before, after) = judged(graph, tmp_path, '--node', mapping)
     assert code == 1 and text in failed[clause], output
     assert after == before
     assert 'Traceback' not in output
+    if clause == '6.7':
+        assert {'/odom', '/encoder_pulse'} <= {*messages_of(tmp_path / f'{clause}.bag')}
 
 
 @pytest.mark.long

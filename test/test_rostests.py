@@ -15,13 +15,18 @@ import pytest
 from launched_graph import end_processes_of, require_ros, ros_environment
 
 ROSTESTS = sorted((Path(__file__).parent / 'rostest').glob('*.test'))
+LONG = ('conformance',)  # the documented commands judge the same nodes
 START_AND_STOP_S = 60.0  # master and nodes up and down, on a loaded machine
 TAIL_LINES = 60
 
 
 @pytest.mark.rostest
 @pytest.mark.timeout(0)  # it has its own limit, and cleans up after it
-@pytest.mark.parametrize('path', ROSTESTS, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    'path',
+    [pytest.param(path, marks=[pytest.mark.long] if path.stem in LONG else []) for path in ROSTESTS],
+    ids=lambda path: path.stem,
+)
 def test_rostest(path, tmp_path):
     require_ros()
     limits = [float(test.get('time-limit')) for test in ElementTree.parse(str(path)).getroot().iter('test')]

@@ -26,7 +26,7 @@ def mapping(fault, inputs):
     """The content of a mapping file."""
     parameters = {'modulus': '{counter_modulus}', 'motion_noise': '{motion_noise}', 'reads_counts': inputs == COUNTS}
     return {
-        'commands': [f'{sys.executable} {ROOT}/test/support/wrong_odometry_node.py "{fault}"'],
+        'command': f'{sys.executable} {ROOT}/test/support/wrong_odometry_node.py "{fault}"',
         'input': inputs,
         'parameters': {NODE: parameters},
         'reset': f'{NODE}/reset',

@@ -68,7 +68,7 @@ FAULTS = {
 
 
 def mapping_of(inputs, **changes):
-    about = {'commands': ['node'], 'input': inputs, 'reset': '/reset', 'counter_bits': [8, 16, 32]}
+    about = {'command': 'node', 'input': inputs, 'reset': '/reset', 'counter_bits': [8, 16, 32]}
     about.update({'sets_counter': True, 'sets_noise': True})
     return NodeMapping.from_mapping({**about, **changes}, 'mapping')
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Iterable, List, NamedTuple, Sequence, Tuple
+from typing import Callable, Dict, Iterable, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
@@ -105,7 +105,18 @@ def not_ascending(messages: Sequence[FramedPose]) -> int:
     return int((np.diff(stamps_ns) <= 0).sum())
 
 
-def at_zero(evidence: Evidence) -> Tuple[float, float]:
-    """Return the allowed distance [m] and angle [rad] of a pose that should be zero."""
+def rounding_of(evidence: Evidence) -> Tuple[float, float]:
+    """Return the distance [m] and the angle [rad] of float32 and of one count of each wheel."""
     count_m = ROUNDING_COUNTS * evidence.wheels.m_per_count
     return ARITHMETIC_M + count_m, ARITHMETIC_RAD + count_m / evidence.wheels.wheel_separation
+
+
+def at_zero(evidence: Evidence, poses: Sequence[Tuple[np.ndarray, str]]) -> Measured:
+    """Judge poses that should be zero, with the names of their cases."""
+    off_m, off_rad, name = max((*pose_errors(pose, np.zeros(3)), name) for pose, name in poses)
+    limit_m, limit_rad = rounding_of(evidence)
+    value, allowed = (f'{millimetres(m)}, {degrees(rad)}' for m, rad in ((off_m, off_rad), (limit_m, limit_rad)))
+    return Measured(off_m <= limit_m and off_rad <= limit_rad, value, allowed, name)
+
+
+Measures = Dict[str, Callable[[Evidence], Measured]]  # by the number of the clause

@@ -20,7 +20,7 @@ class NodeMapping(Params):
     """A mapping file (config/conformance/)."""
 
     about: Line = param('', 'the node, and whether and how this file was run')
-    commands: List[Line] = Field([], description='command lines that start the node; none: it is already running')
+    command: Union[Line, List[Line]] = param('', 'starts the node, one or more processes; empty: it is running')
     input: Dict[str, Number] = Field(
         description=f'quantity (one of {", ".join(QUANTITIES)}) or constant by address TOPIC.field[0], as in --ticks'
     )
@@ -48,6 +48,11 @@ class NodeMapping(Params):
         if not any(values.issuperset(pair) for pair in (COUNTS, ANGLES, QUANTITIES[-2:])):
             raise ValueError('addresses of left_count and right_count, left_rad and right_rad, or of both speeds')
         return given
+
+    @property
+    def commands(self) -> List[str]:
+        """Return the command lines."""
+        return [self.command] * bool(self.command) if isinstance(self.command, str) else self.command
 
     @property
     def reads_counts(self) -> bool:

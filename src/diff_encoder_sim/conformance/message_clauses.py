@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Iterable, List
+from functools import partial
+from typing import List
 
 import numpy as np
 
 from diff_encoder_sim.conformance.clauses import (
     Evidence,
     Measured,
+    Measures,
     NotApplicable,
     at_zero,
     degrees,
@@ -24,10 +26,15 @@ QUATERNION_ERROR = 1e-3  # float32; tf2 refuses 1e-2
 LEAST_NEES, MOST_NEES = 0.5, 2.0  # of 3: the mean of 40 honest drives is within 0.64 to 1.46 in 99.9 %
 BYTES_PER_MESSAGE = 50  # a stored pose has more; resident memory is constant to 1 MB in 20,000 messages
 SAME_POSE_M = 1e-6  # float64 in both messages
+NO_TRANSFORM = 'the node publishes no transform'
 
 
 def _odometry(evidence: Evidence) -> List[FramedPose]:
     return [message for recording in evidence.orderly for message in recording.odometry]
+
+
+def _transforms(evidence: Evidence) -> List[FramedPose]:
+    return [transform for recording in evidence.orderly for transform in recording.transforms]
 
 
 def _stamps(evidence: Evidence) -> Measured:
@@ -39,28 +46,17 @@ def _stamps(evidence: Evidence) -> Measured:
     return Measured(not wrong, f'{len(wrong)} of {len(messages)} stamps of no sample', 'none')
 
 
-def _ascending(evidence: Evidence) -> Measured:
-    groups = [recording.odometry for recording in evidence.orderly]
-    return _ascending_in(groups)
-
-
-def _ascending_in(groups: Iterable[List[FramedPose]]) -> Measured:
-    wrong = sum(map(not_ascending, groups))
+def _ascending(evidence: Evidence, kind: str) -> Measured:
+    if kind == 'transforms' and not evidence.mapping.publish_tf:
+        raise NotApplicable(NO_TRANSFORM)
+    wrong = sum(not_ascending(getattr(recording, kind)) for recording in evidence.orderly)
     return Measured(not wrong, f'{wrong} stamps repeat or go back', 'none')
 
 
-def _transforms(evidence: Evidence) -> List[List[FramedPose]]:
-    if not evidence.mapping.publish_tf:
-        raise NotApplicable('the node publishes no transform')
-    return [recording.transforms for recording in evidence.orderly]
-
-
-def _transforms_ascend(evidence: Evidence) -> Measured:
-    return _ascending_in(_transforms(evidence))
-
-
 def _transforms_equal(evidence: Evidence) -> Measured:
-    by_stamp = {each.stamp_ns: each for of_one in _transforms(evidence) for each in of_one}
+    if not evidence.mapping.publish_tf:
+        raise NotApplicable(NO_TRANSFORM)
+    by_stamp = {each.stamp_ns: each for each in _transforms(evidence)}
     messages, missing, worst = _odometry(evidence), 0, (0.0, 0.0)
     for message in messages:
         transform = by_stamp.get(message.stamp_ns)
@@ -76,17 +72,14 @@ def _transforms_equal(evidence: Evidence) -> Measured:
 def _frames(evidence: Evidence) -> Measured:
     mapping = evidence.mapping
     wanted = mapping.odom_frame, mapping.base_frame
-    messages = _odometry(evidence) + (
-        [each for some in _transforms(evidence) for each in some] if mapping.publish_tf else []
-    )
+    messages = _odometry(evidence) + (_transforms(evidence) if mapping.publish_tf else [])
     wrong = {(each.frame, each.child_frame) for each in messages} - {wanted}
     value = ', '.join(f'{frame or "(empty)"} -> {child or "(empty)"}' for frame, child in sorted(wrong))
     return Measured(not wrong, value or ' -> '.join(wanted), ' -> '.join(wanted))
 
 
 def _quaternions(evidence: Evidence) -> Measured:
-    messages = _odometry(evidence) + [each for recording in evidence.orderly for each in recording.transforms]
-    norms = [float(np.linalg.norm(message.numbers[3:7])) for message in messages]
+    norms = [float(np.linalg.norm(each.numbers[3:7])) for each in [*_odometry(evidence), *_transforms(evidence)]]
     worst = max(norms, key=lambda norm: abs(norm - 1.0))
     return Measured(abs(worst - 1.0) <= QUATERNION_ERROR, f'norm {worst:.6g}', f'1 ± {QUATERNION_ERROR:g}')
 
@@ -146,15 +139,7 @@ def _honest(evidence: Evidence, name: str) -> Measured:
         found.append(nees(error, last.covariance) / 3.0)
     mean = float(np.mean(found))
     value = f'NEES / 3 = {mean:.2f}, mean of {len(found)} drives'
-    return Measured(LEAST_NEES <= mean <= MOST_NEES, value, f'{LEAST_NEES:g} to {MOST_NEES:g}', name)
-
-
-def _honest_rounding(evidence: Evidence) -> Measured:
-    return _honest(evidence, 'rounding')
-
-
-def _honest_slip(evidence: Evidence) -> Measured:
-    return _honest(evidence, 'slip')
+    return Measured(LEAST_NEES <= mean <= MOST_NEES, value, f'{LEAST_NEES:g} to {MOST_NEES:g}', f'honest {name} 1')
 
 
 def _reset(evidence: Evidence) -> Measured:
@@ -163,10 +148,7 @@ def _reset(evidence: Evidence) -> Measured:
     recording = evidence.named('reset')[0]
     if recording.start is not None or not recording.odometry:
         return Measured(False, 'no answer', 'pose zero', recording.name)
-    off_m, off_rad = pose_errors(recording.odometry[0].pose, np.zeros(3))
-    limit_m, limit_rad = at_zero(evidence)
-    is_met = off_m <= limit_m and off_rad <= limit_rad
-    return Measured(is_met, f'{millimetres(off_m)}, {degrees(off_rad)}', f'{millimetres(limit_m)}', recording.name)
+    return at_zero(evidence, [(recording.odometry[0].pose, recording.name)])
 
 
 def _memory(evidence: Evidence) -> Measured:
@@ -184,10 +166,10 @@ def _mb(bytes_per_message: float) -> float:
     return bytes_per_message * 3.6
 
 
-MEASURES = {
+MEASURES: Measures = {
     '6.1': _stamps,
-    '6.2': _ascending,
-    '6.3': _transforms_ascend,
+    '6.2': partial(_ascending, kind='odometry'),
+    '6.3': partial(_ascending, kind='transforms'),
     '6.4': _transforms_equal,
     '6.5': _frames,
     '6.6': _quaternions,
@@ -195,8 +177,8 @@ MEASURES = {
     '6.8': _latency,
     '8.1': _positive_definite,
     '8.2': _grows,
-    '8.3': _honest_rounding,
-    '8.4': _honest_slip,
+    '8.3': partial(_honest, name='rounding'),
+    '8.4': partial(_honest, name='slip'),
     '7.1': _reset,
     '7.2': _memory,
 }

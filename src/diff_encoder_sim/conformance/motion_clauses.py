@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Tuple
+from functools import partial
+from typing import Callable, List, Tuple
 
 import numpy as np
 
@@ -11,15 +12,15 @@ from diff_encoder_sim.conformance.cases import TWIST
 from diff_encoder_sim.conformance.clauses import (
     Evidence,
     Measured,
+    Measures,
     NotApplicable,
     at_zero,
     degrees,
-    millimetres,
     not_ascending,
+    rounding_of,
 )
 from diff_encoder_sim.conformance.mapping import ANGLES, COUNTS
-from diff_encoder_sim.conformance.recording import Recording
-from diff_encoder_sim.conformance.reference import pose_errors
+from diff_encoder_sim.conformance.recording import FramedPose, Recording
 
 # Tolerances, with their reasons.
 SCALE_ERROR = 0.01  # wrong constants, such as a radius for a diameter, make more; rounding on short drives less
@@ -110,16 +111,7 @@ def _first_count(evidence: Evidence) -> Measured:
     if not evidence.mapping.commands:
         raise NotApplicable(evidence.missing)
     starts = evidence.some(each for each in evidence.named('start at') if each.name != 'start at 0')
-    errors = [(*pose_errors(each.pose, np.zeros(3)), start.name) for start in starts for each in start.odometry]
-    largest_m, largest_rad, name = max(errors)
-    limit_m, limit_rad = at_zero(evidence)
-    is_met = largest_m <= limit_m and largest_rad <= limit_rad
-    return Measured(
-        is_met,
-        f'{millimetres(largest_m)}, {degrees(largest_rad)}',
-        f'{millimetres(limit_m)}, {degrees(limit_rad)}',
-        name,
-    )
+    return at_zero(evidence, [(message.pose, start.name) for start in starts for message in start.odometry])
 
 
 def _wraps(evidence: Evidence) -> Measured:
@@ -136,35 +128,25 @@ def _restart(evidence: Evidence) -> Measured:
     return evidence.worst_end([recording], step_m, 2.0 * step_m / evidence.wheels.wheel_separation)
 
 
-def _repeated(evidence: Evidence) -> Measured:
-    recordings = evidence.named('repeated samples')
-    measured = evidence.worst_end(recordings)
-    stamps = [message.stamp_ns for message in recordings[0].odometry]
-    twice = len(stamps) - len(set(stamps)) if evidence.has_stamps else 0
-    return measured._replace(is_met=measured.is_met and not twice, value=f'{measured.value}; {twice} stamps twice')
+def _ends(
+    evidence: Evidence, name: str, count_bad: Callable[[List[FramedPose]], int] = lambda _: 0, bad: str = ''
+) -> Measured:
+    """Judge the pose at the end of a case, and messages that are bad in another way."""
+    recording = evidence.named(name)[0]
+    measured, count = evidence.worst_end([recording]), count_bad(recording.odometry)
+    value = f'{measured.value}; {count} {bad}' if bad else measured.value
+    return measured._replace(is_met=measured.is_met and not count, value=value)
 
 
-def _late(evidence: Evidence) -> Measured:
-    recordings = evidence.named('late samples')
-    measured, back = evidence.worst_end(recordings), not_ascending(recordings[0].odometry)
-    return measured._replace(is_met=measured.is_met and not back, value=f'{measured.value}; {back} stamps go back')
-
-
-def _lost(evidence: Evidence) -> Measured:
-    return evidence.worst_end(evidence.named('lost samples'))
-
-
-def _burst(evidence: Evidence) -> Measured:
-    return evidence.worst_end(evidence.named('burst'))
+def _twice(messages: List[FramedPose]) -> int:
+    return len(messages) - len({message.stamp_ns for message in messages})
 
 
 def _nan(evidence: Evidence) -> Measured:
     if evidence.mapping.reads_counts:
         raise NotApplicable('counts are whole numbers')
-    recordings = evidence.named('NaN')
-    measured = evidence.worst_end(recordings)
-    bad = sum(not np.isfinite(message.numbers).all() for message in recordings[0].odometry)
-    return measured._replace(is_met=measured.is_met and not bad, value=f'{measured.value}; {bad} messages not finite')
+    bad = 'messages not finite'
+    return _ends(evidence, 'NaN', lambda found: sum(not np.isfinite(each.numbers).all() for each in found), bad)
 
 
 def _time_back(evidence: Evidence) -> Measured:
@@ -215,7 +197,7 @@ def _twist_sign(evidence: Evidence) -> Measured:
         path = recording.expected(evidence.wheels.wheel_separation)
         steps_m, turns_rad = np.diff(recording.travels_m.mean(axis=1)), np.diff(path[:, 2])
         linear, _, angular = _mean_twist(recording)
-        for mean, steps, rounding in zip((linear, angular), (steps_m, turns_rad), at_zero(evidence)):
+        for mean, steps, rounding in zip((linear, angular), (steps_m, turns_rad), rounding_of(evidence)):
             if abs(steps.sum()) > 0.2 + rounding and (steps * np.sign(steps.sum()) >= 0.0).all():
                 compared += 1
                 wrong += [recording.name] if mean * steps.sum() <= 0.0 or not math.isfinite(mean) else []
@@ -228,13 +210,13 @@ def _twist_size(evidence: Evidence) -> Measured:
     recording = max(recorded, key=lambda each: abs(each.twist[0])) if recorded else evidence.named('twist')[0]
     expected = np.array(recording.twist if recorded else TWIST)
     linear, _, angular = _mean_twist(recording)
-    rounding = np.array(at_zero(evidence)) / (0.5 * math.pi)  # seconds in the middle
+    rounding = np.array(rounding_of(evidence)) / (0.5 * math.pi)  # seconds in the middle
     is_met = bool((abs(np.array([linear, angular]) - expected) <= TWIST_ERROR * abs(expected) + rounding).all())
     value = f'{linear:.3g} m/s and {angular:.3g} rad/s at {expected[0]:.3g} and {expected[1]:.3g}'
     return Measured(is_met, value, f'{100.0 * TWIST_ERROR:.0f} %, and rounding', recording.name)
 
 
-MEASURES = {
+MEASURES: Measures = {
     '1.1': _answers,
     '1.2': _keeps_running,
     '2.1': _floor,
@@ -245,10 +227,10 @@ MEASURES = {
     '3.1': _first_count,
     '3.2': _wraps,
     '3.3': _restart,
-    '4.1': _repeated,
-    '4.2': _late,
-    '4.3': _lost,
-    '4.4': _burst,
+    '4.1': partial(_ends, name='repeated samples', count_bad=_twice, bad='stamps twice'),
+    '4.2': partial(_ends, name='late samples', count_bad=not_ascending, bad='stamps go back'),
+    '4.3': partial(_ends, name='lost samples'),
+    '4.4': partial(_ends, name='burst'),
     '4.5': _nan,
     '4.6': _time_back,
     '5.1': _twist_frame,

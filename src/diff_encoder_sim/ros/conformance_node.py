@@ -47,6 +47,7 @@ from diff_encoder_sim.ros.node import call_service, executable, own_words
 ODOMETRY = 'nav_msgs/Odometry'
 OURS = ('encoder_odometry', 'gz_diff_odom_node')  # mapping files of a running node, the first that fits
 MOST_MESSAGES = 500_000  # which fit into memory
+USUAL_CASE = 'arc left, 0.5 m'  # for clauses on all cases
 STOP_S = 3.0  # from SIGINT to SIGKILL
 EXAMPLES = ['', '--node my_node.yaml --out results/', '--start false --ppr 1024 --wheel-diameter 0.2']
 
@@ -81,7 +82,7 @@ def find_mapping(options: argparse.Namespace) -> NodeMapping:
         return found[0]
     subscribed = dict(rosgraph.Master(rospy.get_name()).getSystemState()[1])
     fitting = [each for each in found if {split_address(address)[0] for address in each.input} <= set(subscribed)]
-    return (fitting or found)[0].model_copy(update={'commands': []})
+    return (fitting or found)[0].model_copy(update={'command': ''})
 
 
 class RosSubject:
@@ -128,7 +129,7 @@ class RosSubject:
                     words = shlex.split(command)
                     process = subprocess.Popen(words, stdout=log, stderr=log, start_new_session=True)
                 except (OSError, ValueError) as error:
-                    raise ConfigError(f'commands: given {command!r}: {in_one_line(error)}') from None
+                    raise ConfigError(f'command: given {command!r}: {in_one_line(error)}') from None
                 self._processes.append(process)
         self._fault = ''
         limit_s = self._mapping.start_timeout
@@ -277,13 +278,15 @@ class ConformanceSuite:
         from diff_encoder_sim.conformance import conformance_page  # noqa: PLC0415 - Altair takes a second
 
         evidence = Evidence(self._mapping, self._wheels, recordings, unusable, subject.has_stamps)
-        verdicts, name = judge(evidence), options.node or OURS[0]
+        verdicts, node = judge(evidence), options.node or OURS[0]
         failed = [verdict for verdict in verdicts if verdict.outcome == FAIL]
+        for earlier in self._out.glob('[0-9].[0-9].bag'):
+            earlier.unlink()
         for verdict in failed:
-            for recording in recordings:
-                if verdict.case and recording.name == verdict.case:
-                    self._write_bag(recording, self._out / f'{verdict.clause.number}.bag')
-        junit = report.junit_xml(verdicts, name, time.monotonic() - begin_s)
+            name = verdict.case or USUAL_CASE
+            for recording in [each for each in recordings if each.name == name and each.sent_ns][:1]:
+                self._write_bag(recording, self._out / f'{verdict.clause.number}.bag')
+        junit = report.junit_xml(verdicts, node, time.monotonic() - begin_s)
         for path in [self._out / 'conformance.xml', *map(Path, filter(None, [options.gtest_output[4:]]))]:
             write_file(path, junit)
         conformance_page.write_page(evidence, verdicts, 'conformance_node', self._out / 'conformance.html')
@@ -306,8 +309,6 @@ class ConformanceSuite:
                 content = io.BytesIO()
                 message.serialize(content)
                 messages.append((sent_ns, topic, type(message), content.getvalue()))
-        with contextlib.suppress(FileNotFoundError):
-            path.unlink()  # of an earlier run
         with Writer(path) as bag:
             connections: Dict[str, Any] = {}
             for time_ns, topic, kind, raw in sorted(messages, key=lambda each: each[0]):

@@ -28,7 +28,7 @@ FILES = sorted((package_folder() / 'config' / 'conformance').glob('*.yaml'))
         ({'rate': 0}, ['rate', '0', '1 to 1000 [Hz]']),
         ({'rate': math.nan}, ['rate', 'nan']),
         ({'start_timeout': 1e9}, ['start_timeout', '1 to 60 [s]']),
-        ({'commands': 'rosrun a b'}, ['commands', 'rosrun a b']),
+        ({'command': 3}, ['command', '3']),
         ({'odom': '/odom\nx'}, ['odom']),
         ({'publish_tf': 'perhaps'}, ['publish_tf', 'perhaps']),
         ({'odometry': '/odom'}, ['odometry']),
