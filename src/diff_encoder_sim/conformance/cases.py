@@ -142,8 +142,13 @@ def _irregular(case: Case, period_s: float) -> Case:
 
 
 def _wrap_cases(modulus: int, wheels: Wheels, mapping: NodeMapping) -> List[Case]:
-    """Return drives across the edge of the counters in both directions, below a quarter of all counts per sample."""
-    speed_mps = min(0.5, 0.25 * modulus * wheels.m_per_count * mapping.rate)
+    """Return drives across the edge of the counters in both directions, below a quarter of all counts per sample.
+
+    A wheel that reaches its speed within a sample accelerates by at most 100 rad/s^2: more looks like a restart.
+    """
+    speed_mps = min(
+        0.5, 0.25 * modulus * wheels.m_per_count * mapping.rate, 50.0 * wheels.wheel_diameter / mapping.rate
+    )
     bits = modulus.bit_length() - 1
     return [
         _driven(f'wrap of {bits} bits, {name}', [(sign * speed_mps, 0.0, 1.5)], wheels, 1.0 / mapping.rate)

@@ -10,6 +10,7 @@ from typing_extensions import Annotated
 
 from diff_encoder_sim.base.bounds import Between, Length_m, PulsesPerTurn
 from diff_encoder_sim.base.params import Line, Params, param
+from diff_encoder_sim.drives.field_wheels import split_address
 
 COUNTS, ANGLES = ('left_count', 'right_count'), ('left_rad', 'right_rad')
 QUANTITIES = (*COUNTS, *ANGLES, 'left_radps', 'right_radps', 'linear_mps', 'angular_radps')
@@ -44,7 +45,9 @@ class NodeMapping(Params):
     @field_validator('input')
     @classmethod
     def _has_both_wheels(cls, given: Dict[str, Number]) -> Dict[str, Number]:
-        values = set(given.values())
+        values, wrong = set(given.values()), [address for address in given if not split_address(address)[0]]
+        if wrong:
+            raise ValueError(f'TOPIC.field[0] in place of {wrong[0]}')
         if not any(values.issuperset(pair) for pair in (COUNTS, ANGLES, QUANTITIES[-2:])):
             raise ValueError('addresses of left_count and right_count, left_rad and right_rad, or of both speeds')
         return given
@@ -79,7 +82,7 @@ class Wheels(Params):
 
 
 class Settings(NamedTuple):
-    """Values that some parameters of a node depend on, besides the robot."""
+    """Values of a round: parameters of a node may depend on them."""
 
     modulus: int  # of the counters; 0: they do not wrap
     motion_noise_m2_per_m: float  # variance of the travel of a wheel per metre of it

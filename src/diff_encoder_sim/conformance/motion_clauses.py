@@ -1,4 +1,4 @@
-"""Clauses on pose and twist: what they should be after the samples of a case."""
+"""Clauses on pose and twist after the samples of a case."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Plays the cases of the suite to a node, a `Subject`, and records what it publishes."""
+"""Plays the cases of the suite to a node, a `Subject`, and records its messages."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ class Player:
         return self._recording(at_rest, samples, sent_ns, None, begun, begin_s)
 
     def play(self, case: Case) -> Recording:
-        """Send the samples of a case, and return what the node published until it was settled."""
+        """Send the samples of a case, and return the messages of the node until it has settled."""
         subject, begin_s, start = self._subject, time.monotonic(), self._last
         if case.resets:
             if self._pending_ns:  # an answer after the reset would be taken for one to this case

@@ -16,11 +16,22 @@ TOOLS = {
     **{
         name: f'cli.{name}'
         for name in (
-            *('advise', 'analyze', 'calibrate', 'campaign', 'check_robot', 'map_bag', 'rasterise_world', 'reencode'),
+            *(
+                'advise',
+                'analyze',
+                'calibrate',
+                'campaign',
+                'check_robot',
+                'conformance',
+                'map_bag',
+                'rasterise_world',
+                'reencode',
+            ),
             *('robot_description', 'robot_settings', 'trial_spec'),
         )
     },
     'map_saver': 'ros.maps:map_saver',
+    'conformance_node': 'ros.conformance_node:conformance_node',
     'place_robot': 'ros.external_programs:place_robot',
 }
 COMMANDS = sorted(name for name, module in TOOLS.items() if module.startswith('cli.'))
