@@ -101,8 +101,8 @@ def _usual_cases(wheels: Wheels, mapping: NodeMapping) -> List[Case]:
     to_and_fro = [(0.0, 0.5, 0.2), (0.0, -1.0, 0.4)]
     cases = [_driven('across zero', to_and_fro, wheels, period_s)]
     cases += [_driven(name, of_one, wheels, period_s, is_motion=True) for name, of_one in motions(wheels).items()]
-    for name, speeds in (('irregular rate', (0.4, 1.0)), ('irregular rate, in place', (0.0, 1.5))):
-        cases.append(_irregular(_driven(name, [(*speeds, 2.0)], wheels, period_s, is_motion=True), period_s))
+    for name, speeds in (('irregular rate', (0.4, 1.5)), ('irregular rate, in place', (0.0, 2.0))):
+        cases.append(_irregular(_driven(name, [(*speeds, 1.2)], wheels, period_s, is_motion=True), period_s))
     if is_fast:
         random = generator(1, 'hour')
         legs = random.uniform((0.0, -0.5), (0.5, 0.5), (720, 2)).tolist()
@@ -151,7 +151,7 @@ def _wrap_cases(modulus: int, wheels: Wheels, mapping: NodeMapping) -> List[Case
     )
     bits = modulus.bit_length() - 1
     return [
-        _driven(f'wrap of {bits} bits, {name}', [(sign * speed_mps, 0.0, 1.5)], wheels, 1.0 / mapping.rate)
+        _driven(f'wrap of {bits} bits, {name}', [(sign * speed_mps, 0.0, 1.0)], wheels, 1.0 / mapping.rate)
         for name, sign in (('forward', 1.0), ('reverse', -1.0))
     ]
 

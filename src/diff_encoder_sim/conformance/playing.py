@@ -126,7 +126,7 @@ class Player:
             newest = max(newest, row)
             if subject.fault() or time.monotonic() - begin_s > CASE_LIMIT_S:
                 break
-        settled_s = time.monotonic() + (0.0 if self._is_fast else 6.0 / self._mapping.rate)
+        settled_s = time.monotonic() + (0.0 if self._is_fast else 1.0 / self._mapping.rate)
         self._unanswered += unanswered
         are_answered = case.pace == 'answered' and not unanswered
         self._pending_ns = 0 if are_answered else samples[-1].stamp_ns

@@ -136,9 +136,8 @@ class RosSubject:
                 self._processes.append(process)
         self._fault = ''
         limit_s = self._mapping.start_timeout
-        missing = [f'{topic}: no subscriber' for topic in self.topics]
-        if not self.wait(lambda: not self._unsubscribed(missing), limit_s):
-            raise Unusable(self.fault() or f'{missing[0]} within {limit_s:g} s')
+        if not self.wait(lambda: not self._unsubscribed(), limit_s):
+            raise Unusable(self.fault() or f'{", ".join(self._unsubscribed())}: no subscriber within {limit_s:g} s')
         types = dict(self._master.getTopicTypes())
         for topic in self.topics:
             message_class = roslib.message.get_message_class(types.get(topic, ''))
@@ -153,10 +152,8 @@ class RosSubject:
         nodes = {*published.get(self._mapping.odom, []), *(node for topic in self.topics for node in subscribed[topic])}
         self._pids = [self._process_of(node) for node in nodes]
 
-    def _unsubscribed(self, missing: List[str]) -> List[str]:
-        subscribed = dict(self._master.getSystemState()[1])
-        missing[:] = [f'{topic}: no subscriber' for topic in self.topics if topic not in subscribed]
-        return missing
+    def _unsubscribed(self) -> List[str]:
+        return sorted({*self.topics} - {*dict(self._master.getSystemState()[1])})
 
     def _process_of(self, node: str) -> int:
         """Return the process id of a node; 0 if it cannot be read."""
