@@ -103,11 +103,13 @@ class Case:
     def map(self, odometry: str, scans: str, seed: int = 1, **changes):
         """Accuracy of the map, error of the path, the mapper, and (2,) the path's bias [m]."""
         slam = GridSlam(GridSlamParams(**{**MAPPING, **changes}), np.random.default_rng(seed), self.true_poses[0])
-        true = []
+        true, path = [], []
         for pose, odom_pose, scan in zip(self.true_poses, self.odometry[odometry], self.scans[scans]):
-            if slam.update(odom_pose, scan, self.laser_pose_in_base) is not None:
+            estimate = slam.update(odom_pose, scan, self.laser_pose_in_base)
+            if estimate is not None:
                 true.append(pose)
-        path, grid = [step.base_pose_in_map for step in slam.trajectory], slam.map()
+                path.append(estimate.base_pose_in_map)
+        grid = slam.map()
         accuracy = map_accuracy(grid, true[0].compose(path[0].inverse()), self.surface, self.visible, grid.resolution_m)
         error = pairs_error([np.hstack((path, true))], Alignment.ORIGIN)
         return accuracy, error, slam, np.subtract(path, true)[:, :2].mean(axis=0)  # both begin at the same pose

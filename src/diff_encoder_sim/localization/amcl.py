@@ -7,7 +7,7 @@ Thrun, Burgard and Fox, Probabilistic Robotics, table 8.3 (augmented MCL) with F
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Optional
+from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -31,10 +31,6 @@ class AmclEstimate(NamedTuple):
     base_pose_in_map: Pose2D  # mean of the heaviest cluster
     covariance: np.ndarray  # 3x3 over (x [m], y [m], yaw [rad]), of all particles
     odom_pose_in_map: Pose2D  # the transform map->odom that corresponds to base_pose_in_map
-    cluster_weight: float  # fraction of the particles' weight in that cluster, 0 to 1
-    cluster_count: int
-    particles: np.ndarray  # (n, 3) x [m], y [m], yaw [rad] in the map; do not change
-    weights: np.ndarray  # (n,), sum 1; do not change
 
 
 class Amcl:
@@ -45,7 +41,7 @@ class Amcl:
 
     particles: np.ndarray  # (n, 3) x [m], y [m], yaw [rad] in the map; arrays are replaced, never changed
     weights: np.ndarray  # (n,) of the particles, sum 1; likewise
-    statistics: particle_sets.ParticleStatistics  # of the particles at the last restart or resampling
+    statistics: Tuple[Pose2D, np.ndarray]  # mean and covariance at the last restart or resampling
     has_converged: bool  # all particles were close together at the last resampling: upstream's
     has_settled: bool  # most of the weight has been close together since the restart
     slow_average: float  # of the scans' likelihoods (table 8.3, lines 10 and 11); 0 for none
@@ -151,9 +147,8 @@ class Amcl:
             self._resample()
         elif last is not None:
             return None
-        mean, covariance, weight, count = self.statistics
-        odom_pose_in_map, filtered = mean.compose(odom_pose.inverse()), (self.particles, self.weights)
-        self.last_estimate = AmclEstimate(stamp_ns, mean, covariance, odom_pose_in_map, weight, count, *filtered)
+        mean, covariance = self.statistics
+        self.last_estimate = AmclEstimate(stamp_ns, mean, covariance, mean.compose(odom_pose.inverse()))
         return self.last_estimate
 
     def _weigh(self, likelihoods: Likelihoods) -> None:
@@ -187,7 +182,7 @@ class Amcl:
     def _take_statistics(self) -> None:
         self.statistics = particle_sets.particle_statistics(self.particles, self.weights)
         # Once and for all: the noise of a long move spreads particles, but not to other places.
-        near = self._is_near(np.array(self.statistics.mean[:2]))
+        near = self._is_near(np.array(self.statistics[0][:2]))
         self.has_settled = self.has_settled or SETTLED_WEIGHT <= float(self.weights[near].sum())
 
     def _is_near(self, position_m: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import logging
 import math
 from bisect import bisect_left
-from typing import Iterable, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Iterable, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 from numpy.random import Generator
@@ -23,26 +23,13 @@ from diff_encoder_sim.localization.occupancy_grid import UNKNOWN, OccupancyGrid,
 from diff_encoder_sim.localization.particles import check_pose, effective_count
 from diff_encoder_sim.localization.patches import PatchMaps, Rays, usable_rays
 from diff_encoder_sim.localization.slam_kernels import Search, propose_poses
-from diff_encoder_sim.localization.slam_params import (
-    SIDE,
-    GridSlamParams,
-    apply_moves,
-    entropy_of,
-    move_sigmas,
-    normalised,
-    systematic_indices,
-)
+from diff_encoder_sim.localization.slam_params import SIDE, GridSlamParams
 
 log = logging.getLogger(__name__)
 
 MATCH_MARGIN_M = 1.0  # beyond the range of the rays, for the search of scan matching
-
-
-class TrajectoryPose(NamedTuple):
-    """The pose of the base when a scan was added to the map."""
-
-    stamp_ns: int
-    base_pose_in_map: Pose2D
+ACROSS_FRACTION = 0.3  # of the noise ahead, across: upstream's
+LEAST_SIGMAS = np.array([0.001, 0.001, 0.0005])  # of odometry [m, m, rad]
 
 
 class SlamEstimate(NamedTuple):
@@ -73,9 +60,6 @@ class GridSlam:
         self._log_weights = np.zeros(params.particles)
         self._log_path_weights = np.zeros(params.particles)  # over the whole path; not reset by resampling
         self._trend = np.zeros(3)  # of the scans' offsets from odometry
-        # Of each update: its stamp, all particles (n, 3), and each one's index in the update before (n,).
-        self._history: List[Tuple[int, np.ndarray, np.ndarray]] = []
-        self._parents = np.arange(params.particles)
         self.last_estimate: Optional[SlamEstimate] = None  # the newest; None before the first scan
         self._odom_pose: Optional[Pose2D] = None  # at the last added scan
         self._entered_ns = 0  # stamp of that scan
@@ -90,15 +74,6 @@ class GridSlam:
     def odom_pose_in_map(self) -> Optional[Pose2D]:
         """The transform map->odom to broadcast, None before the first scan."""
         return self.last_estimate.odom_pose_in_map if self.last_estimate else None
-
-    @property
-    def trajectory(self) -> List[TrajectoryPose]:
-        """The best particle's pose at each added scan, oldest first."""
-        path, particle = [], int(self._parents[np.argmax(self._log_path_weights)])
-        for stamp_ns, poses, parents in reversed(self._history):
-            path.append(TrajectoryPose(stamp_ns, Pose2D(*poses[particle].tolist())))
-            particle = int(parents[particle])
-        return path[::-1]
 
     def map(self) -> OccupancyGrid:
         """Return the best particle's map, 0, 100 or -1, of xmin to xmax, ymin to ymax and observed patches beyond."""
@@ -153,7 +128,6 @@ class GridSlam:
     def _finish(self, odom_pose: Pose2D, stamp_ns: int, may_resample: bool) -> SlamEstimate:
         """Record the step, and resample when few particles count (lines 29 to 32)."""
         self._odom_pose, self._entered_ns = odom_pose, stamp_ns
-        self._history.append((stamp_ns, self.particles, self._parents))
         weights = self.weights
         count = effective_count(weights)
         is_due = may_resample and count < self.params.resampleThreshold * len(weights)
@@ -162,13 +136,12 @@ class GridSlam:
         best = kept[np.argmax(self._log_path_weights[kept])]
         base_pose = Pose2D(*self.particles[best].tolist())
         odom_pose_in_map = base_pose.compose(odom_pose.inverse())
-        estimate = SlamEstimate(stamp_ns, base_pose, odom_pose_in_map, entropy_of(weights), count, is_due)
-        self.last_estimate, self._parents = estimate, kept
+        self.last_estimate = SlamEstimate(stamp_ns, base_pose, odom_pose_in_map, entropy_of(weights), count, is_due)
         if is_due:
             self.particles, self._log_weights = self.particles[kept], np.zeros(len(kept))
             self._log_path_weights = self._log_path_weights[kept]
             self.maps.resample(kept)
-        return estimate
+        return self.last_estimate
 
     def _update_maps(self, rays: Rays) -> None:
         self._cover(self.particles, rays)
@@ -206,6 +179,42 @@ def propose(
     drawn = drawn / scale + corner
     drawn[:, 2] = wrap_angles(drawn[:, 2])
     return drawn, log_factors, scores, trends.mean(axis=0)
+
+
+def move_sigmas(move: Pose2D, params: GridSlamParams) -> np.ndarray:
+    """Return (3,) standard deviations [m, m, rad] of a move, in the frame of the base before it."""
+    ahead_m, across_m, turn_rad = abs(move.x_m), abs(move.y_m), abs(move.yaw_rad)
+    by_turn_m, across_noise = params.str_ * turn_rad, ACROSS_FRACTION * params.srr
+    sigma_x_m = params.srr * ahead_m + across_noise * across_m + by_turn_m
+    sigma_y_m = params.srr * across_m + across_noise * ahead_m + by_turn_m
+    sigma_rad = params.stt * turn_rad + params.srt * math.hypot(ahead_m, across_m)
+    return np.asarray(np.maximum([sigma_x_m, sigma_y_m, sigma_rad], LEAST_SIGMAS))
+
+
+def apply_moves(particles: np.ndarray, moves: np.ndarray) -> np.ndarray:
+    """Return (n, 3) poses after each particle's own move, (n, 3) or (3,) in its base frame."""
+    (x, y, yaw), (ahead, left, turn) = particles.T, np.broadcast_to(moves, particles.shape).T
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    return np.column_stack([x + cos * ahead - sin * left, y + sin * ahead + cos * left, wrap_angles(yaw + turn)])
+
+
+def normalised(log_weights: np.ndarray) -> np.ndarray:
+    """Return (n,) weights of sum 1 from their logarithms up to a constant."""
+    weights = np.exp(log_weights - log_weights.max())
+    return np.asarray(weights / weights.sum())
+
+
+def entropy_of(weights: np.ndarray) -> float:
+    """Return the weights' entropy [nat]: 0 if one particle has all weight, at most log n."""
+    positive = weights[weights > 0.0]
+    return float(-(positive * np.log(positive)).sum())
+
+
+def systematic_indices(weights: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Draw (n,) particles to keep, ascending, each n times its weight times, plus or minus one."""
+    count = len(weights)
+    marks = (rng.random() + np.arange(count)) / count
+    return np.minimum(np.searchsorted(np.cumsum(weights), marks, side='right'), count - 1)
 
 
 def search_of(params: GridSlamParams, cell_m: float) -> Search:

@@ -250,25 +250,15 @@ def _slot_of(table: Array, key: int) -> int:
     return slot
 
 
-class ParticleStatistics(NamedTuple):
-    """Mean, spread and clusters of a particle set, in the map frame."""
-
-    mean: Pose2D  # of the heaviest cluster
-    covariance: np.ndarray  # 3x3 over (x [m], y [m], yaw [rad]), of all particles
-    cluster_weight: float  # the heaviest cluster's fraction of the weight, 0 to 1
-    cluster_count: int
-
-
-def particle_statistics(particles: np.ndarray, weights: np.ndarray) -> ParticleStatistics:
-    """Cluster particles (n, 3) with weights (n,), sum 1."""
+def particle_statistics(particles: np.ndarray, weights: np.ndarray) -> Tuple[Pose2D, np.ndarray]:
+    """Return the mean of the heaviest cluster of particles (n, 3) with weights (n,), and the 3x3 covariance of all."""
     labels = cluster_labels(particles)
     cluster_weights = np.bincount(labels, weights)
-    heaviest = int(np.argmax(cluster_weights))
-    in_heaviest = labels == heaviest
+    in_heaviest = labels == np.argmax(cluster_weights)
     mean, covariance = mean_and_covariance(particles[in_heaviest], weights[in_heaviest])
     if len(cluster_weights) > 1:
         covariance = mean_and_covariance(particles, weights)[1]
-    return ParticleStatistics(mean, covariance, float(cluster_weights[heaviest]), len(cluster_weights))
+    return mean, covariance
 
 
 @compiled

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 from pydantic import Field, model_validator
 from typing_extensions import Annotated
 
 from diff_encoder_sim.base import bounds
 from diff_encoder_sim.base.bounds import Between, Distance_m, Fraction, Place_m
 from diff_encoder_sim.base.params import Params, param
-from diff_encoder_sim.base.se2 import Pose2D, wrap_angles
 
 SIDE = 32  # cells along a patch of a map; a power of two
 
@@ -83,43 +81,3 @@ class GridSlamParams(Params):
 def patches_along(length_m: float, cell_m: float) -> int:
     """Return the number of patches that cover a length."""
     return max(1, math.ceil(length_m / (cell_m * SIDE) - 1e-9))
-
-
-ACROSS_FRACTION = 0.3  # of the noise ahead, across: upstream's
-LEAST_SIGMAS = np.array([0.001, 0.001, 0.0005])  # of odometry [m, m, rad]
-
-
-def move_sigmas(move: Pose2D, params: GridSlamParams) -> np.ndarray:
-    """Return (3,) standard deviations [m, m, rad] of a move, in the frame of the base before it."""
-    ahead_m, across_m, turn_rad = abs(move.x_m), abs(move.y_m), abs(move.yaw_rad)
-    by_turn_m, across_noise = params.str_ * turn_rad, ACROSS_FRACTION * params.srr
-    sigma_x_m = params.srr * ahead_m + across_noise * across_m + by_turn_m
-    sigma_y_m = params.srr * across_m + across_noise * ahead_m + by_turn_m
-    sigma_rad = params.stt * turn_rad + params.srt * math.hypot(ahead_m, across_m)
-    return np.asarray(np.maximum([sigma_x_m, sigma_y_m, sigma_rad], LEAST_SIGMAS))
-
-
-def apply_moves(particles: np.ndarray, moves: np.ndarray) -> np.ndarray:
-    """Return (n, 3) poses after each particle's own move, (n, 3) or (3,) in its base frame."""
-    (x, y, yaw), (ahead, left, turn) = particles.T, np.broadcast_to(moves, particles.shape).T
-    cos, sin = np.cos(yaw), np.sin(yaw)
-    return np.column_stack([x + cos * ahead - sin * left, y + sin * ahead + cos * left, wrap_angles(yaw + turn)])
-
-
-def normalised(log_weights: np.ndarray) -> np.ndarray:
-    """Return (n,) weights of sum 1 from their logarithms up to a constant."""
-    weights = np.exp(log_weights - log_weights.max())
-    return np.asarray(weights / weights.sum())
-
-
-def entropy_of(weights: np.ndarray) -> float:
-    """Return the weights' entropy [nat]: 0 if one particle has all weight, at most log n."""
-    positive = weights[weights > 0.0]
-    return float(-(positive * np.log(positive)).sum())
-
-
-def systematic_indices(weights: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Draw (n,) particles to keep, ascending, each n times its weight times, plus or minus one."""
-    count = len(weights)
-    marks = (rng.random() + np.arange(count)) / count
-    return np.minimum(np.searchsorted(np.cumsum(weights), marks, side='right'), count - 1)

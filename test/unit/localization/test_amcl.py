@@ -79,12 +79,13 @@ def test_map_to_odom_makes_the_estimate_true(drive):
     'changes', [{}, dict(laser_model_type='likelihood_field_prob', do_beamskip=True), dict(laser_model_type='beam')]
 )
 def test_equal_seeds_give_equal_bits(drive, changes):
-    first, second, other = (run(amcl(seed, **changes), drive[:8]) for seed in (7, 7, 8))
+    filters = [amcl(seed, **changes) for seed in (7, 7, 8)]
+    first, second, other = (run(filter_, drive[:8]) for filter_ in filters)
+    assert filters[0].particles.tobytes() == filters[1].particles.tobytes()
     for a, b in zip(first, second):
         assert (a is None) == (b is None)
         if a is not None:
             assert a.base_pose_in_map == b.base_pose_in_map
-            assert a.particles.tobytes() == b.particles.tobytes()
             assert a.covariance.tobytes() == b.covariance.tobytes()
     assert first[-1].base_pose_in_map != other[-1].base_pose_in_map
 
@@ -117,10 +118,11 @@ def test_an_update_can_be_requested_without_motion_and_weights_last_to_the_next_
 
 
 def test_selective_resampling_keeps_particles_that_still_count(drive):
-    estimates = run(amcl(selective_resampling=True, laser_max_beams=2), drive[:4])
-    assert len(estimates[1].particles) == 3000 and np.ptp(estimates[1].weights) > 0
-    plain = run(amcl(laser_max_beams=2), drive[:4])
-    assert np.ptp(plain[1].weights) == 0
+    selective, plain = amcl(selective_resampling=True, laser_max_beams=2), amcl(laser_max_beams=2)
+    for filter_ in (selective, plain):
+        assert run(filter_, drive[:2])[1] is not None
+    assert len(selective.particles) == 3000 and np.ptp(selective.weights) > 0
+    assert np.ptp(plain.weights) == 0
 
 
 def test_a_new_pose_begins_again(drive):

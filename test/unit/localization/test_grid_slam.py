@@ -7,7 +7,8 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.localization.grid_slam import GridSlam, OdometryTrack, map_recording
+from diff_encoder_sim.localization import grid_slam as room
+from diff_encoder_sim.localization.grid_slam import GridSlam, OdometryTrack, entropy_of, map_recording
 from slam_drives import HALLWAY, ROS_LOGO, Case
 from slam_room import around_the_room, params, patch_counts, room_scan
 
@@ -31,7 +32,7 @@ def drive(seed=1, noise=0.0, sigma_m=0.01, count=40, **changes):
 def test_equal_seeds_give_equal_bytes_and_others_do_not():
     def result(seed):
         slam, _, estimates = drive(seed, noise=0.02, count=20)
-        return (slam.map().cells.tobytes(), slam.particles.tobytes(), str(slam.trajectory), str(estimates))
+        return (slam.map().cells.tobytes(), slam.particles.tobytes(), str(estimates))
 
     first = result(3)
     assert first == result(3)
@@ -39,13 +40,12 @@ def test_equal_seeds_give_equal_bytes_and_others_do_not():
 
 
 def test_particles_are_redrawn_when_few_of_them_count():
-    slam, _, estimates = drive(noise=0.03, sigma_m=0.03)
+    *_, estimates = drive(noise=0.03, sigma_m=0.03)
     estimates = [estimate for estimate in estimates if estimate]
     assert all(estimate.has_resampled == (estimate.effective_count < 4.0) for estimate in estimates[1:])
     assert 2 <= sum(estimate.has_resampled for estimate in estimates) < len(estimates) - 2
     assert all(0.0 <= estimate.entropy <= math.log(8) for estimate in estimates[2:])
-    assert len(slam.trajectory) == len(estimates)
-    assert slam.trajectory[0].base_pose_in_map == pytest.approx(START)
+    assert estimates[0].base_pose_in_map == pytest.approx(START)
     never, _, its = drive(noise=0.03, sigma_m=0.03, resampleThreshold=0.0)
     assert not any(estimate.has_resampled for estimate in its if estimate)
     assert 1.0 / np.square(never.weights).sum() < 4.0
@@ -113,8 +113,8 @@ def test_a_recording_is_mapped(caplog):
     stamps_ns, poses, scans = recording()
     slam = GridSlam(params(throttle_scans=2), np.random.default_rng(0))
     entered = map_recording(slam, OdometryTrack(stamps_ns, poses), scans, IDENTITY)
-    assert entered == len(slam.trajectory) == 20 and not caplog.records
-    halfway = slam.trajectory[0].base_pose_in_map
+    assert entered == 20 and not caplog.records
+    halfway = OdometryTrack(stamps_ns, poses).at(scans[0].stamp_ns)
     assert halfway == pytest.approx(np.mean([poses[0], poses[1]], axis=0), abs=1e-9)
 
 
@@ -122,8 +122,7 @@ def test_a_recording_that_goes_back_in_time_keeps_the_first_drive(caplog):
     stamps_ns, poses, scans = recording()
     slam = GridSlam(params(angularUpdate=0.1), np.random.default_rng(0))
     track = OdometryTrack(stamps_ns + stamps_ns[:5], poses + poses[:5])
-    map_recording(slam, track, scans + scans[:5], IDENTITY)
-    assert len(slam.trajectory) == len(scans)
+    assert map_recording(slam, track, scans + scans[:5], IDENTITY) == len(scans)
     assert 'odometry stamps go back' in caplog.text and 'the map so far is kept' in caplog.text
 
 
@@ -133,3 +132,23 @@ def test_half_a_recording_is_refused(odometry, scans, later_ns):
     track = OdometryTrack([stamp_ns + later_ns for stamp_ns in stamps_ns[:odometry]], poses[:odometry])
     with pytest.raises(ConfigError):
         map_recording(GridSlam(params(), np.random.default_rng(0)), track, all_scans[:scans], IDENTITY)
+
+
+def test_sigmas_of_a_move():
+    given = params(srr=0.1, srt=0.2, str=0.3, stt=0.4)
+    assert room.move_sigmas(Pose2D(1.0, 0.0, 0.0), given) == pytest.approx([0.1, 0.03, 0.2])
+    assert room.move_sigmas(Pose2D(-1.0, 0.0, -0.5), given) == pytest.approx([0.25, 0.18, 0.4])
+    assert (room.move_sigmas(IDENTITY, given) > 0.0).all()
+
+
+def test_systematic_resampling_keeps_proportions():
+    weights = np.array([0.05, 0.5, 0.0, 0.25, 0.2])
+    drawn = np.array([room.systematic_indices(weights, np.random.default_rng(seed)) for seed in range(2000)])
+    counts = (drawn[..., np.newaxis] == np.arange(5)).sum(axis=1)
+    assert (np.diff(drawn) >= 0).all() and (np.abs(counts - 5 * weights) < 1.0).all()
+    assert counts.mean(axis=0) / 5 == pytest.approx(weights, abs=0.005)
+
+
+def test_weights_from_logs_and_their_entropy():
+    assert room.normalised(np.array([-1e6, -1e6])) == pytest.approx([0.5, 0.5])
+    assert entropy_of(np.full(30, 1 / 30)) == pytest.approx(math.log(30)) and entropy_of(np.array([1.0, 0.0])) == 0.0

@@ -1,16 +1,10 @@
-"""Parameters under slam_gmapping's names; moves, weights and drawing from them."""
+"""Parameters under slam_gmapping's names."""
 
-import math
-
-import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import split_params
-from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.localization import slam_params as room
-from diff_encoder_sim.localization.slam_params import GridSlamParams, entropy_of
-from slam_room import params
+from diff_encoder_sim.localization.slam_params import GridSlamParams
 
 # Of slam_gmapping's source (Noetic); maxRange and maxUrange follow the scan there.
 # fmt: off
@@ -37,23 +31,3 @@ def test_str_is_a_key_like_others():
         GridSlamParams.from_mapping({'str': -1.0}, 'node')
     with pytest.raises(ConfigError, match=r"str_: unknown key; did you mean 'str'"):
         split_params({'str_': 0.3}, 'node', GridSlamParams)
-
-
-def test_sigmas_of_a_move():
-    given = params(srr=0.1, srt=0.2, str=0.3, stt=0.4)
-    assert room.move_sigmas(Pose2D(1.0, 0.0, 0.0), given) == pytest.approx([0.1, 0.03, 0.2])
-    assert room.move_sigmas(Pose2D(-1.0, 0.0, -0.5), given) == pytest.approx([0.25, 0.18, 0.4])
-    assert (room.move_sigmas(IDENTITY, given) > 0.0).all()
-
-
-def test_systematic_resampling_keeps_proportions():
-    weights = np.array([0.05, 0.5, 0.0, 0.25, 0.2])
-    drawn = np.array([room.systematic_indices(weights, np.random.default_rng(seed)) for seed in range(2000)])
-    counts = (drawn[..., np.newaxis] == np.arange(5)).sum(axis=1)
-    assert (np.diff(drawn) >= 0).all() and (np.abs(counts - 5 * weights) < 1.0).all()
-    assert counts.mean(axis=0) / 5 == pytest.approx(weights, abs=0.005)
-
-
-def test_weights_from_logs_and_their_entropy():
-    assert room.normalised(np.array([-1e6, -1e6])) == pytest.approx([0.5, 0.5])
-    assert entropy_of(np.full(30, 1 / 30)) == pytest.approx(math.log(30)) and entropy_of(np.array([1.0, 0.0])) == 0.0
